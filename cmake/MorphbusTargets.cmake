@@ -1,0 +1,83 @@
+# Warnings and sanitizers live on interface targets; nothing is set globally.
+add_library(morphbus_warnings INTERFACE)
+target_compile_options(morphbus_warnings INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wold-style-cast -Wcast-align
+  -Woverloaded-virtual -Wnull-dereference -Wformat=2 -Wimplicit-fallthrough)
+if(MORPHBUS_WERROR)
+  target_compile_options(morphbus_warnings INTERFACE -Werror)
+endif()
+
+add_library(morphbus_sanitize INTERFACE)
+if(MORPHBUS_SANITIZE)
+  target_compile_options(morphbus_sanitize INTERFACE
+    -fsanitize=${MORPHBUS_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(morphbus_sanitize INTERFACE -fsanitize=${MORPHBUS_SANITIZE})
+  if(MORPHBUS_SANITIZE MATCHES "address")
+    # GCC's flow analysis reports false null dereferences and uninitialised reads under ASan.
+    target_compile_options(morphbus_warnings INTERFACE -Wno-null-dereference -Wno-maybe-uninitialized)
+  endif()
+endif()
+
+# morphbus_library(NAME SOURCES a.cc ... DEPS lib ...): a static library of this project.
+function(morphbus_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPS;PRIVATE_DEPS" ${ARGN})
+  add_library(${name} STATIC ${ARG_SOURCES})
+  target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
+  target_include_directories(${name} SYSTEM PUBLIC ${EXPECTED_INCLUDE_DIR})
+  target_link_libraries(${name} PUBLIC ${ARG_DEPS} morphbus_sanitize
+                                PRIVATE ${ARG_PRIVATE_DEPS} morphbus_warnings)
+endfunction()
+
+# morphbus_executable(NAME SOURCES a.cc ... DEPS lib ...): a program, in <build>/bin.
+function(morphbus_executable name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
+  target_include_directories(${name} SYSTEM PRIVATE ${EXPECTED_INCLUDE_DIR})
+  target_link_libraries(${name} PRIVATE ${ARG_DEPS} morphbus_warnings morphbus_sanitize)
+endfunction()
+
+# morphbus_test(NAME SOURCES a.cc ... DEPS lib ... [LABELS fast|net|slow]): one GoogleTest program,
+# one ctest entry a test case. MORPHBUS_SOURCE_DIR and MORPHBUS_BINARY_DIR are visible to the code.
+function(morphbus_test name)
+  cmake_parse_arguments(ARG "SERIAL" "TIMEOUT" "SOURCES;DEPS;LABELS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
+  target_include_directories(${name} SYSTEM PRIVATE ${EXPECTED_INCLUDE_DIR})
+  target_compile_definitions(${name} PRIVATE
+    MORPHBUS_SOURCE_DIR="${CMAKE_SOURCE_DIR}" MORPHBUS_BINARY_DIR="${CMAKE_BINARY_DIR}")
+  target_link_libraries(${name} PRIVATE ${ARG_DEPS} GTest::gtest GTest::gtest_main
+                                        morphbus_warnings morphbus_sanitize)
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 120)
+  endif()
+  set(props TIMEOUT ${ARG_TIMEOUT})
+  if(ARG_LABELS)
+    list(APPEND props LABELS "${ARG_LABELS}")
+  endif()
+  if(ARG_SERIAL)
+    list(APPEND props RUN_SERIAL TRUE)
+  endif()
+  gtest_discover_tests(${name} TEST_PREFIX "${name}." PROPERTIES ${props} DISCOVERY_TIMEOUT 60)
+endfunction()
+include(GoogleTest)
+
+# morphbus_fuzz_target(NAME SOURCES a.cc ... DEPS lib ... CORPUS dir): the same entry point twice:
+# NAME_replay runs the corpus in the plain suite; NAME (libFuzzer) exists with MORPHBUS_FUZZ.
+function(morphbus_fuzz_target name)
+  cmake_parse_arguments(ARG "" "CORPUS" "SOURCES;DEPS" ${ARGN})
+  add_executable(${name}_replay ${ARG_SOURCES} ${CMAKE_SOURCE_DIR}/test/fuzz/replay_main.cc)
+  target_include_directories(${name}_replay PRIVATE ${CMAKE_SOURCE_DIR})
+  target_include_directories(${name}_replay SYSTEM PRIVATE ${EXPECTED_INCLUDE_DIR})
+  target_link_libraries(${name}_replay PRIVATE ${ARG_DEPS} morphbus_warnings morphbus_sanitize)
+  add_test(NAME ${name}_replay COMMAND ${name}_replay ${ARG_CORPUS})
+  set_tests_properties(${name}_replay PROPERTIES TIMEOUT 120 LABELS fuzz)
+  if(MORPHBUS_FUZZ)
+    add_executable(${name} ${ARG_SOURCES})
+    target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
+    target_include_directories(${name} SYSTEM PRIVATE ${EXPECTED_INCLUDE_DIR})
+    target_link_libraries(${name} PRIVATE ${ARG_DEPS} morphbus_warnings)
+    target_compile_options(${name} PRIVATE -fsanitize=fuzzer,address,undefined)
+    target_link_options(${name} PRIVATE -fsanitize=fuzzer,address,undefined)
+  endif()
+endfunction()

@@ -1,0 +1,51 @@
+#pragma once
+// The kinematic graph (paper, Sec. IV and Fig. 6): vertices are bodies (largest sets of links held
+// together by connections and fixed joints), edges are joints.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compiler/model/forward_kinematics.h"
+
+namespace morphbus::model {
+
+struct LinkRef {
+  int module = 0;
+  int link = 0;
+};
+
+struct Body {
+  std::vector<LinkRef> links;
+  int degree = 0;  ///< Number of joints that touch this body.
+};
+
+enum class AxisRelation { kParallel, kOrthogonal, kSkew, kCoplanar };
+
+struct GraphJoint {
+  int module = 0;
+  int joint = 0;
+  int body_a = 0;  ///< Body of the joint's link_a.
+  int body_b = 0;
+  Eigen::Vector3d p_RoJo_R;  ///< A point on the axis, robot frame (m), at the start values.
+  Eigen::Vector3d axis_R;    ///< Unit direction of A's axis in the robot frame, start values.
+  std::vector<int> adjacent;                 ///< Indices of adjacent joints in KinematicGraph::joints.
+  std::vector<AxisRelation> adjacent_axes;   ///< How their axes lie to this one, same order.
+  bool locked = false;  ///< Cannot move, by the loop-closure constraints at the start values.
+};
+
+struct KinematicGraph {
+  std::vector<Body> bodies;
+  std::vector<std::vector<int>> body_of;  ///< body_of[module][link].
+  std::vector<GraphJoint> joints;         ///< Every joint but fixed ones, module then joint order.
+  int mobility = 0;                       ///< Null-space dimension; floating base not counted.
+  bool locked_computed = true;  ///< False where a biconnected part has over 500 joints.
+};
+
+KinematicGraph BuildKinematicGraph(const Model& model, const Robot& robot);
+
+/// Adds a docking-only view of bodies: the part that needs no constraint analysis.
+/// body_of[module][link], numbered by first appearance in (module, link) order.
+std::vector<std::vector<int>> BodiesOf(const Model& model, const Robot& robot);
+
+}  // namespace morphbus::model

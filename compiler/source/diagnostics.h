@@ -1,0 +1,48 @@
+#pragma once
+// Diagnostics for user text: a list, never exceptions; compilation goes on after an error.
+
+#include <string>
+#include <vector>
+
+#include "compiler/source/source_text.h"
+
+namespace morphbus::source {
+
+enum class Severity { kError, kWarning };
+
+/// A further place that explains a diagnostic ("first used here").
+struct Note {
+  Span span;
+  std::string message;
+};
+
+struct Diagnostic {
+  Severity severity = Severity::kError;
+  Span span;
+  std::string message;      ///< One sentence, lower case first, no full stop.
+  std::string hint;         ///< What would be accepted; may be empty.
+  std::vector<Note> notes;
+};
+
+class Diagnostics {
+ public:
+  /// Records an error and returns it, so that a hint or notes can be added.
+  Diagnostic& Error(const Span& span, std::string message);
+  Diagnostic& Warning(const Span& span, std::string message);
+
+  [[nodiscard]] bool had_errors() const { return errors_ > 0; }
+  [[nodiscard]] const std::vector<Diagnostic>& all() const { return all_; }
+
+ private:
+  std::vector<Diagnostic> all_;
+  int errors_ = 0;
+};
+
+/// Text for stderr, sorted by place: `file:line:column: error: message`, the source line, a caret
+/// line under the span, `hint:` and `note:` lines. `color` adds ANSI colours.
+std::string Render(const Diagnostics& diagnostics, const SourceSet& sources, bool color);
+
+/// The candidate nearest to `name` by edit distance, if near enough to be a likely slip; else "".
+std::string NearestName(const std::string& name, const std::vector<std::string>& candidates);
+
+}  // namespace morphbus::source
