@@ -39,6 +39,8 @@ struct Connector {
   std::vector<Eigen::Vector3d> subpoints;  ///< Positions in M (m), same order as the names.
   std::map<std::string, AttributeValue> attributes;
   std::vector<StateVariable> states;
+  /// Unit `normal=` directions in M: key "" for the centre, else a sub-point's name. Often empty.
+  std::map<std::string, Eigen::Vector3d> normals;
 };
 
 /// A rigid body of a module.

@@ -15,10 +15,12 @@ enum class Side { kA, kB };
 
 /// A point of the connector that is bound on one side.
 struct PointRef {
-  enum class Kind { kCentre, kSubpoint, kAnySubpoint };
+  /// kAxis (kParallel, kAntiparallel only): a named axis of the module, the same for all connectors.
+  enum class Kind { kCentre, kSubpoint, kAnySubpoint, kAxis };
   Side side = Side::kA;
   Kind kind = Kind::kCentre;
-  std::string subpoint;  ///< For kSubpoint: its name, e.g. "_1".
+  std::string subpoint;  ///< For kSubpoint: its name, e.g. "_1". For kAxis: the axis' name.
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();  ///< For kAxis: unit direction in the module frame.
 };
 
 struct AttributeRef {
@@ -35,7 +37,8 @@ struct Condition {
   enum class Kind { kAnd, kOr, kNot, kTrue, kCoincident, kParallel, kAntiparallel, kCompare };
   Kind kind = Kind::kTrue;
   std::vector<Condition> children;  ///< kAnd, kOr: two or more; kNot: one.
-  PointRef p, q;                    ///< kCoincident, kParallel, kAntiparallel (of `normal=`s).
+  PointRef p, q;                    ///< kCoincident; kParallel, kAntiparallel (of
+                                    ///< Connector::normals or of axes).
   CompareOp op = CompareOp::kEq;    ///< kCompare.
   Operand lhs, rhs;                 ///< kCompare.
   source::Span span;                ///< For diagnostics and `connections --why`.
