@@ -1,0 +1,140 @@
+#include "compiler/source/diagnostics.h"
+
+#include <algorithm>
+#include <numeric>
+#include <tuple>
+
+namespace morphbus::source {
+namespace {
+
+// An excerpt shows at most this many bytes of a line, so that a file of one endless line stays
+// readable (and rendering stays linear).
+constexpr size_t kExcerptBytes = 160;
+
+struct Colors {
+  std::string bold, red, magenta, cyan, green, reset;
+};
+
+Colors MakeColors(bool color) {
+  if (!color) return {};
+  return {"\033[1m", "\033[1;31m", "\033[1;35m", "\033[1;36m", "\033[1;32m", "\033[0m"};
+}
+
+bool IsContinuation(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
+
+std::string Place(const Span& span, const SourceSet& sources) {
+  if (span.file < 0 || span.file >= sources.size()) return "";
+  const LineColumn at = sources.Locate(span.file, span.begin);
+  return sources.name(span.file) + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) +
+         ": ";
+}
+
+/// The source line and a caret line under the span; nothing for an empty or absent file.
+std::string Excerpt(const Span& span, const SourceSet& sources, const Colors& colors) {
+  if (span.file < 0 || span.file >= sources.size() || sources.text(span.file).empty()) return "";
+  const std::string_view line = sources.LineAt(span.file, span.begin);
+  const size_t line_begin = static_cast<size_t>(line.data() - sources.text(span.file).data());
+  const size_t at = std::min(span.begin - std::min(span.begin, line_begin), line.size());
+
+  // Of a long line, show the part around the span, cut between characters.
+  size_t from = at > kExcerptBytes / 2 ? at - kExcerptBytes / 2 : 0;
+  if (line.size() <= kExcerptBytes) from = 0;
+  size_t to = std::min(line.size(), from + kExcerptBytes);
+  while (from > 0 && IsContinuation(line[from])) --from;
+  while (to < line.size() && IsContinuation(line[to])) ++to;
+
+  std::string text = from > 0 ? "..." : "";
+  std::string caret = from > 0 ? "   " : "";
+  for (size_t i = from; i < to; ++i) {
+    const char c = line[i];
+    // Control characters would upset a terminal; a tab is kept so that the caret stays aligned.
+    text += (static_cast<unsigned char>(c) < 0x20 && c != '\t') || c == 0x7F ? '?' : c;
+    if (i < at && !IsContinuation(c)) caret += c == '\t' ? '\t' : ' ';
+  }
+  if (to < line.size()) text += "...";
+  size_t width = 0;
+  const size_t end = std::min(to, at + (span.end > span.begin ? span.end - span.begin : 0));
+  for (size_t i = at; i < end; ++i) width += IsContinuation(line[i]) ? 0 : 1;
+  const std::string marks = "^" + std::string(width > 1 ? width - 1 : 0, '~');
+  return "  " + text + "\n  " + caret + colors.green + marks + colors.reset + "\n";
+}
+
+void RenderOne(const Diagnostic& d, const SourceSet& sources, const Colors& colors,
+               std::string& out) {
+  const bool error = d.severity == Severity::kError;
+  out += colors.bold + Place(d.span, sources) + colors.reset;
+  out += (error ? colors.red + "error: " : colors.magenta + "warning: ") + colors.reset;
+  out += colors.bold + d.message + colors.reset + "\n";
+  out += Excerpt(d.span, sources, colors);
+  if (!d.hint.empty()) out += "  " + colors.green + "hint: " + colors.reset + d.hint + "\n";
+  for (const Note& note : d.notes) {
+    out += colors.bold + Place(note.span, sources) + colors.cyan + "note: " + colors.reset +
+           note.message + "\n" + Excerpt(note.span, sources, colors);
+  }
+}
+
+/// Optimal string alignment distance: insertions, deletions, replacements and swaps of neighbours.
+size_t EditDistance(const std::string& a, const std::string& b) {
+  std::vector<size_t> before(b.size() + 1), last(b.size() + 1), row(b.size() + 1);
+  std::iota(last.begin(), last.end(), size_t{0});
+  for (size_t i = 1; i <= a.size(); ++i) {
+    row[0] = i;
+    for (size_t j = 1; j <= b.size(); ++j) {
+      const size_t replace = last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+      row[j] = std::min({last[j] + 1, row[j - 1] + 1, replace});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
+        row[j] = std::min(row[j], before[j - 2] + 1);
+      }
+    }
+    std::swap(before, last);
+    std::swap(last, row);
+  }
+  return last[b.size()];
+}
+
+}  // namespace
+
+Diagnostic& Diagnostics::Error(const Span& span, std::string message) {
+  ++errors_;
+  all_.push_back({Severity::kError, span, std::move(message), "", {}});
+  return all_.back();
+}
+
+Diagnostic& Diagnostics::Warning(const Span& span, std::string message) {
+  all_.push_back({Severity::kWarning, span, std::move(message), "", {}});
+  return all_.back();
+}
+
+std::string Render(const Diagnostics& diagnostics, const SourceSet& sources, bool color) {
+  std::vector<const Diagnostic*> order;
+  for (const Diagnostic& d : diagnostics.all()) order.push_back(&d);
+  std::stable_sort(order.begin(), order.end(), [](const Diagnostic* a, const Diagnostic* b) {
+    return std::tie(a->span.file, a->span.begin) < std::tie(b->span.file, b->span.begin);
+  });
+  const Colors colors = MakeColors(color);
+  std::string out;
+  for (const Diagnostic* d : order) RenderOne(*d, sources, colors, out);
+  return out;
+}
+
+std::string NearestName(const std::string& name, const std::vector<std::string>& candidates) {
+  // A slip changes a letter or two; names beyond this length are not typed by hand.
+  constexpr size_t kMaxLength = 64;
+  if (name.empty() || name.size() > kMaxLength) return "";
+  size_t best = std::max<size_t>(1, name.size() / 3) + 1;
+  std::string nearest;
+  for (const std::string& candidate : candidates) {
+    if (candidate.size() > kMaxLength || candidate == name) continue;
+    const size_t gap = candidate.size() > name.size() ? candidate.size() - name.size()
+                                                      : name.size() - candidate.size();
+    if (gap >= best) continue;
+    const size_t distance = EditDistance(name, candidate);
+    if (distance < best && distance < std::max(name.size(), candidate.size())) {
+      best = distance;
+      nearest = candidate;
+    }
+  }
+  return nearest;
+}
+
+}  // namespace morphbus::source

@@ -1,0 +1,88 @@
+#include "compiler/source/source_text.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <system_error>
+
+namespace morphbus::source {
+namespace {
+
+constexpr size_t kMaxFileBytes = size_t{64} << 20;
+
+/// True for every byte but the continuation bytes of UTF-8, so that counting them counts characters.
+bool StartsCharacter(char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }
+
+}  // namespace
+
+int SourceSet::AddText(std::string name, std::string text) {
+  auto file = std::make_shared<File>();
+  file->name = std::move(name);
+  file->text = std::move(text);
+  file->line_starts.push_back(0);
+  for (size_t i = 0; i < file->text.size(); ++i) {
+    if (file->text[i] == '\n') file->line_starts.push_back(i + 1);
+  }
+  files_.push_back(std::move(file));
+  return size() - 1;
+}
+
+Result<int> SourceSet::AddFile(const std::string& path) {
+  // Only regular files: a pipe or a device could block or never end.
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (status.type() == std::filesystem::file_type::not_found) {
+    return Fail("cannot read '" + path + "': no such file");
+  }
+  if (error) return Fail("cannot read '" + path + "': " + error.message());
+  if (!std::filesystem::is_regular_file(status)) {
+    return Fail("cannot read '" + path + "': not a regular file");
+  }
+  errno = 0;
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) return Fail("cannot read '" + path + "': " + std::strerror(errno));
+
+  std::string text;
+  char buffer[1 << 16];
+  while (stream.read(buffer, sizeof buffer), stream.gcount() > 0) {
+    text.append(buffer, static_cast<size_t>(stream.gcount()));
+    if (text.size() > kMaxFileBytes) {
+      return Fail("cannot read '" + path + "': larger than 64 MiB");
+    }
+  }
+  if (stream.bad()) return Fail("cannot read '" + path + "': read error");
+  return AddText(path, std::move(text));
+}
+
+std::string_view SourceSet::text(const Span& span) const {
+  const std::string_view whole = text(span.file);
+  const size_t begin = std::min(span.begin, whole.size());
+  const size_t end = std::clamp(span.end, begin, whole.size());
+  return whole.substr(begin, end - begin);
+}
+
+LineColumn SourceSet::Locate(int file, size_t offset) const {
+  const File& f = *files_[file];
+  offset = std::min(offset, f.text.size());
+  const auto next = std::upper_bound(f.line_starts.begin(), f.line_starts.end(), offset);
+  const size_t line = static_cast<size_t>(next - f.line_starts.begin());
+  int column = 1;
+  for (size_t i = f.line_starts[line - 1]; i < offset; ++i) {
+    if (StartsCharacter(f.text[i])) ++column;
+  }
+  return {static_cast<int>(line), column};
+}
+
+std::string_view SourceSet::LineAt(int file, size_t offset) const {
+  const File& f = *files_[file];
+  offset = std::min(offset, f.text.size());
+  const auto next = std::upper_bound(f.line_starts.begin(), f.line_starts.end(), offset);
+  const size_t begin = *(next - 1);
+  size_t end = next == f.line_starts.end() ? f.text.size() : *next - 1;
+  if (end > begin && f.text[end - 1] == '\r') --end;
+  return std::string_view(f.text).substr(begin, end - begin);
+}
+
+}  // namespace morphbus::source
