@@ -46,6 +46,7 @@ struct KinConnection {
   uint16_t number = 0;
   uint8_t connector = 0;        ///< Our connector.
   uint8_t mate_connector = 0;
+  bool is_member_b = false;     ///< As in ConnectorReading.
   PoseF X_MN;                   ///< N: the mate's module frame (m).
 };
 
@@ -63,11 +64,15 @@ class VerifiedKinematics {
   [[nodiscard]] const KinConnector& connector(int i) const { return connectors_[i]; }
   [[nodiscard]] int num_connections() const { return num_connections_; }
   [[nodiscard]] KinConnection connection(int i) const;
-  /// The entry with this connection type, number and own connector; false if there is none.
-  [[nodiscard]] bool Find(int connection_type, int number, int connector, KinConnection* out) const;
+  /// The entry that fits a connector's reading; false if there is none. Logarithmic.
+  [[nodiscard]] bool Find(int connection_type, int number, bool is_member_b, int connector,
+                          KinConnection* out) const;
+  /// Lowest of the links that fixed joints hold together with `link`.
+  [[nodiscard]] int BodyLink(int link) const { return body_link_[link]; }
 
  private:
   friend VerifyError VerifyKinematics(const uint8_t* bytes, uint32_t size, VerifiedKinematics* out);
+  void GroupLinks();
   const uint8_t* bytes_ = nullptr;
   uint32_t connections_begin_ = 0;
   uint64_t hash_ = 0, model_hash_ = 0;
@@ -76,6 +81,7 @@ class VerifiedKinematics {
   KinLink links_[kMaxLinks];
   KinJoint joints_[kMaxJoints];
   KinConnector connectors_[kMaxConnectors];
+  uint8_t body_link_[kMaxLinks] = {};
 };
 
 /// Checks everything (sizes, indices, names, finite numbers, unit axes and quaternions, hash).

@@ -31,13 +31,38 @@ inline constexpr int kMaxTasks = 12;
 inline constexpr int kStackCells = 40;   ///< A task: locals and operands of all its frames.
 inline constexpr int kMaxCallDepth = 6;
 inline constexpr int kQueueDepth = 8;    ///< Invocations waiting behind one command.
+inline constexpr int kMaxPendingCommands = 64;  ///< All queues of a module together.
 inline constexpr int kMaxInvocations = 32;  ///< Kept for forwarding.
 inline constexpr int kMaxOrigins = 64;      ///< Modules whose invocations are told apart.
 inline constexpr int kMaxFaultsPerTick = 8;
+inline constexpr int kMaxRoleChanges = 8;   ///< In kRoleChangeWindowUs; one more freezes the role.
+inline constexpr int kMaxRequests = 4;      ///< Invocations from outside, a tick.
 
-// A neighbour message (fits one datagram of 1400 bytes with its envelope).
+// What a body's joint table holds besides the joints that touch it: joints that are gone, remembered
+// so that late news of them is not believed.
+inline constexpr int kMaxBodyRecords = 96;
+
+// Times. Ticks of the control period, microseconds of sim time.
+inline constexpr int64_t kRoleChangeWindowUs = 5000000;
+inline constexpr int64_t kStallUs = 500000;         ///< Set-point there, joint not.
+inline constexpr int64_t kTimerUs = 1000000;        ///< Period of on_timer.
+inline constexpr int64_t kPoseStaleTicks = 10;      ///< Without a newer sequence of the root.
+inline constexpr int64_t kSilentTicks = 50;         ///< A mate not heard so long holds nothing up.
+inline constexpr int64_t kBodyMemoryTicks = 256;    ///< News older than this is never believed.
+inline constexpr int64_t kMaxTickAhead = 64;        ///< A message from further ahead is ignored.
+
+// A neighbour message. Its fixed core and the pieces below stay under one datagram of 1400 bytes; what
+// does not fit waits its turn.
 inline constexpr int kMaxMessageBodyEntries = 48;
 inline constexpr int kMaxMessageInvocations = 6;
 inline constexpr int kMaxMessageAcks = 16;
+inline constexpr int kFragmentBytes = 256;  ///< Of a program image.
+
+// Encoded sizes (lcmtypes/), by which the VM shares out the tail of a message.
+inline constexpr int kBodyEntryWireBytes = 8;
+inline constexpr int kInvocationWireBytes = 40;
+inline constexpr int kAckWireBytes = 14;
+inline constexpr int kFragmentWireBytes = kFragmentBytes + 24;
+inline constexpr int kMessageTailBytes = 820;
 
 }  // namespace morphbus::vm

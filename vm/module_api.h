@@ -18,11 +18,14 @@ struct ConnectorReading {
   uint8_t mate_connector = 0;
   uint8_t connection_type = 0;
   uint16_t number = 0;  ///< The connection's number for which *this* module is member a.
+  /// Set where the connection cannot be described with this module as member a (its members are of
+  /// unlike types, or its conditions hold one way round only): `number` is then the mate's.
+  bool is_member_b = false;
 };
 
 /// "Joint `joint` of module `module` touches this body", stamped by its origin.
 struct BodyEntry {
-  uint8_t link = 0;      ///< In a message: the sender's link whose body is meant.
+  uint8_t link = 0;      ///< In a message: the sender's DockedLink::body_link whose body is meant.
   uint8_t joint = 0;
   uint16_t module = 0;
   int64_t stamp = 0;     ///< Origin's tick.
@@ -40,17 +43,39 @@ struct Invocation {
   Cell arguments[kMaxArguments];
 };
 
-/// "I have all invocations of this origin up to id."
+/// "I have all invocations of this origin up to `id`, and still keep those from `floor` on."
 struct InvocationAck {
   uint16_t origin = 0;
   uint32_t origin_incarnation = 0;
   uint32_t id = 0;
+  uint32_t floor = 1;  ///< id + 1 if none is kept. A mate that lacks older ones cannot get them here.
 };
 
 struct DockedLink {
   uint8_t connector = 0;
   uint8_t link = 0;       ///< The sender's link that carries it.
+  uint8_t body_link = 0;  ///< Lowest of the links that fixed joints hold together with `link`.
   uint16_t mate_module = 0;
+};
+
+/// Which program a module holds and which piece of a newer one it asks its mates for; filled in and
+/// read by ProgramRelay (vm/program_relay.h) alone.
+struct ProgramNews {
+  uint32_t version = 0;      ///< Of the program it runs; the highest version spreads, then the hash.
+  uint64_t hash = 0;
+  uint32_t want_version = 0; ///< 0: wants nothing.
+  uint64_t want_hash = 0;
+  uint32_t want_offset = 0;  ///< First byte it lacks.
+};
+
+/// A piece of a program image on its way.
+struct ProgramFragment {
+  uint32_t version = 0;
+  uint64_t hash = 0;
+  uint32_t image_size = 0;
+  uint32_t offset = 0;       ///< A multiple of kFragmentBytes.
+  uint16_t size = 0;         ///< 0: no fragment. kFragmentBytes but for the last one.
+  uint8_t bytes[kFragmentBytes] = {};
 };
 
 /// What a module tells its neighbours each tick (channel RUN/<module>/TRANSFORM).
@@ -80,6 +105,31 @@ struct NeighbourMessage {
   Invocation invocations[kMaxMessageInvocations];
   uint8_t num_acks = 0;
   InvocationAck acks[kMaxMessageAcks];
+  ProgramNews news;
+  ProgramFragment fragment;
+};
+
+/// An invocation from outside (a person's `morphbus invoke`), given to any one module, which issues
+/// it as its own.
+struct InvokeRequest {
+  uint64_t program_hash = 0;   ///< Refused under any other image.
+  uint16_t role = 0;
+  uint8_t command = 0;         ///< Slot.
+  uint8_t num_arguments = 0;
+  Cell arguments[kMaxArguments];
+};
+
+/// What a module is told when it is started (its id, whether it is the root), and how it is run.
+struct VmConfig {
+  uint16_t module_id = 0;
+  uint32_t incarnation = 1;     ///< Counts cold starts, from 1.
+  int64_t tick_us = 20000;      ///< Control period, microseconds of sim time.
+  bool is_root = false;
+  uint8_t root_link = 0;        ///< The link whose pose is broadcast.
+  PoseF X_RL_root;              ///< Its pose in the robot frame (m).
+  /// Ticks for which what a mate said is kept when its message is late. 0 in lockstep, where none
+  /// is; a few where messages get lost for good.
+  uint16_t grace_ticks = 0;
 };
 
 struct TickInput {
@@ -88,8 +138,11 @@ struct TickInput {
   double joint_position[kMaxJoints] = {};   ///< rad or m, raw actuator sign.
   double joint_velocity[kMaxJoints] = {};
   ConnectorReading connectors[kMaxConnectors];
-  /// Message of the mate on each connector from the previous tick; nullptr if none arrived.
+  /// Message of the mate on each connector from the previous tick; nullptr if none arrived. A message
+  /// whose sender is not the connector's mate is ignored.
   const NeighbourMessage* messages[kMaxConnectors] = {};
+  uint8_t num_requests = 0;
+  InvokeRequest requests[kMaxRequests];
 };
 
 enum class ActuatorMode : uint8_t { kHold, kPosition, kVelocity };
@@ -106,8 +159,10 @@ struct Fault {
   int16_t function = -1;  ///< -1: no source position.
   uint16_t line = 0;
   int16_t joint = -1;
-  float value = 0;        ///< e.g. the angle asked for, degrees.
+  float value = 0;        ///< e.g. the angle asked for, degrees (mm for prismatic joints).
   float limit = 0;
+  Axis axis = Axis::kAny; ///< kAxisNotAligned: the axis that setJointAxis asked for, and
+  Vec3 direction_R;       ///< where the joint's axis points, robot frame (unit).
 };
 
 enum class TaskKind : uint8_t { kStartup, kBehavior, kCommand, kHandler };

@@ -8,29 +8,37 @@
 
 namespace morphbus::vm {
 
-/// What a module is told when it is started (spec: id, type, program, root).
-struct VmConfig {
-  uint16_t module_id = 0;
-  uint32_t incarnation = 1;
-  int64_t tick_us = 20000;      ///< Control period, microseconds of sim time.
-  bool is_root = false;
-  uint8_t root_link = 0;        ///< The link whose pose is broadcast.
-  PoseF X_RL_root;              ///< Its pose in the robot frame.
+/// Whether, and why not, a module could take a role now.
+struct RoleCheck {
+  bool requirements_hold = false;
+  bool labels_resolve = false;
+  int failed_requirement = -1;  ///< Index into RoleInfo::requirements of the first that fails.
+  int failed_label = -1;        ///< Slot of the first label that does not resolve.
+  int missing_keyword = -1;     ///< Keyword of the program that the module's type lacks.
 };
 
 class Vm {
  public:
-  /// Both images must outlive the VM. `state` is the VM's whole changing state; it is reset.
+  /// Both images must outlive the VM. `state` is the VM's whole changing state.
+  /// A cold start resets it; a warm one goes on from the saved bytes of another VM's state.
+  enum class Start { kCold, kResume };
   Vm(const VmConfig& config, const VerifiedKinematics& kinematics, const VerifiedProgram& program,
-     VmState* state);
+     VmState* state, Start start = Start::kCold);
 
   /// Computes one tick. Deterministic: equal state and input give equal state and output.
   void Tick(const TickInput& input, TickOutput* output);
 
+  /// From the next tick on another program runs: the role and its tasks end, joints hold their
+  /// targets, conventions go. `program` must outlive the VM.
+  void ReplaceProgram(const VerifiedProgram& program);
+
+  /// Evaluates one role on what the last Tick knew, as role assignment does; changes nothing.
+  RoleCheck CheckRole(int role);
+
  private:
   const VmConfig config_;
   const VerifiedKinematics& kinematics_;
-  const VerifiedProgram& program_;
+  const VerifiedProgram* program_;
   VmState& state_;
 };
 

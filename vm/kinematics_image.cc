@@ -1,0 +1,251 @@
+#include "vm/kinematics_image.h"
+
+#include <cmath>
+#include <cstring>
+
+#include "vm/image.h"
+#include "vm/kinematics_layout.h"
+
+namespace morphbus::vm {
+
+namespace {
+
+using image::ReadU16;
+using image::ReadU32;
+using image::ReadU64;
+namespace layout = kinematics;
+
+float ReadFloat(const uint8_t* p) {
+  const uint32_t bits = ReadU32(p);
+  float value = 0;
+  std::memcpy(&value, &bits, sizeof(value));
+  return value;
+}
+
+Vec3 ReadVec3(const uint8_t* p) { return {ReadFloat(p), ReadFloat(p + 4), ReadFloat(p + 8)}; }
+
+bool IsFinite(const Vec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+bool IsUnit(float squared_norm) { return std::fabs(squared_norm - 1.0f) < 1e-4f; }
+
+KinConnection ReadConnection(const uint8_t* p) {
+  KinConnection c;
+  c.connection_type = p[0];
+  c.is_member_b = (p[1] & layout::kMemberBFlag) != 0;
+  c.number = ReadU16(p + 2);
+  c.connector = p[4];
+  c.mate_connector = p[5];
+  c.X_MN.p = ReadVec3(p + 8);
+  c.X_MN.q = {ReadFloat(p + 20), ReadFloat(p + 24), ReadFloat(p + 28), ReadFloat(p + 32)};
+  return c;
+}
+
+/// Sorts connections by connector, type, member, number.
+uint64_t ConnectionKey(int connector, int type, bool is_member_b, int number) {
+  return static_cast<uint64_t>(connector) << 40 | static_cast<uint64_t>(type) << 32 |
+         static_cast<uint64_t>(is_member_b) << 16 | static_cast<uint64_t>(number);
+}
+
+/// Reads forward and remembers the first thing that was wrong.
+class Reader {
+ public:
+  Reader(const uint8_t* bytes, uint32_t size, uint32_t begin)
+      : bytes_(bytes), size_(size), at_(begin) {}
+
+  bool Need(uint32_t count) {
+    if (error_.message == nullptr && size_ - at_ < count) Fail("image is cut short");
+    return error_.message == nullptr;
+  }
+  void Fail(const char* message) {
+    if (error_.message == nullptr) error_ = {message, at_};
+  }
+  uint8_t U8() { return Need(1) ? bytes_[at_++] : uint8_t{0}; }
+  float Float() {
+    if (!Need(4)) return 0;
+    const float value = ReadFloat(bytes_ + at_);
+    if (!std::isfinite(value)) Fail("number is not finite");
+    at_ += 4;
+    return value;
+  }
+  Vec3 Vector() {
+    Vec3 v;
+    v.x = Float();
+    v.y = Float();
+    v.z = Float();
+    return v;
+  }
+  Text Name() {
+    const uint8_t length = U8();
+    if (length == 0) Fail("name is empty");
+    if (!Need(length)) return {};
+    const Text text{reinterpret_cast<const char*>(bytes_ + at_), length};
+    at_ += length;
+    return text;
+  }
+  [[nodiscard]] uint32_t at() const { return at_; }
+  [[nodiscard]] const VerifyError& error() const { return error_; }
+
+ private:
+  const uint8_t* bytes_;
+  uint32_t size_;
+  uint32_t at_;
+  VerifyError error_;
+};
+
+KinJoint ReadJoint(Reader* in, int num_links) {
+  KinJoint joint;
+  joint.name = in->Name();
+  const uint8_t kind = in->U8();
+  if (kind > static_cast<uint8_t>(JointKind::kFixed)) in->Fail("joint kind is unknown");
+  joint.kind = static_cast<JointKind>(kind);
+  joint.link_a = in->U8();
+  joint.link_b = in->U8();
+  if (joint.link_a >= num_links || joint.link_b >= num_links || joint.link_a == joint.link_b) {
+    in->Fail("joint does not connect two links");
+  }
+  joint.origin_m = in->Vector();
+  joint.axis = in->Vector();
+  if (!IsUnit(Dot(joint.axis, joint.axis))) in->Fail("joint axis is not a unit vector");
+  joint.lower_rad = in->Float();
+  joint.upper_rad = in->Float();
+  if (joint.lower_rad > joint.upper_rad) in->Fail("joint limits are the wrong way round");
+  joint.speed_rad_s = in->Float();
+  if (joint.speed_rad_s <= 0) in->Fail("joint speed is not positive");
+  return joint;
+}
+
+KinConnector ReadConnector(Reader* in, int num_links) {
+  KinConnector connector;
+  connector.name = in->Name();
+  connector.link = in->U8();
+  if (connector.link >= num_links) in->Fail("connector sits on no link");
+  connector.num_states = in->U8();
+  if (connector.num_states > kMaxConnectorStates) in->Fail("connector has too many states");
+  for (int i = 0; i < connector.num_states && in->error().message == nullptr; ++i) {
+    connector.states[i].name = in->Name();
+    connector.states[i].num_values = in->U8();
+    if (connector.states[i].num_values == 0) in->Fail("state has no values");
+  }
+  return connector;
+}
+
+VerifyError CheckHeader(const uint8_t* bytes, uint32_t size) {
+  if (size < layout::kHeaderBytes) return {"image is cut short", size};
+  if (ReadU32(bytes) != layout::kMagic) return {"not a kinematics image", 0};
+  if (ReadU16(bytes + layout::kVersionAt) != layout::kVersion) {
+    return {"version of the image is not supported", layout::kVersionAt};
+  }
+  if (size > kMaxImageBytes || ReadU32(bytes + layout::kSizeAt) != size) {
+    return {"size does not fit the bytes", layout::kSizeAt};
+  }
+  if (ReadU64(bytes + layout::kHashAt) != image::HashOf(bytes, size)) {
+    return {"hash does not fit the content", layout::kHashAt};
+  }
+  const uint8_t* counts = bytes + layout::kCountsAt;
+  if (counts[0] == 0 || counts[0] > kMaxLinks) return {"number of links", layout::kCountsAt};
+  if (counts[1] > kMaxJoints) return {"too many joints", layout::kCountsAt + 1};
+  if (counts[2] > kMaxConnectors) return {"too many connectors", layout::kCountsAt + 2};
+  return {};
+}
+
+VerifyError CheckConnection(const KinConnection& c, const uint8_t* p, int num_connectors,
+                            uint32_t offset) {
+  if ((p[1] & ~layout::kMemberBFlag) != 0 || ReadU16(p + 6) != 0) {
+    return {"reserved bits are set", offset};
+  }
+  if (c.connector >= num_connectors || c.mate_connector >= kMaxConnectors) {
+    return {"connection names no connector", offset};
+  }
+  if (c.number == 0) return {"connection numbers begin at 1", offset};
+  const Quat& q = c.X_MN.q;
+  const float norm = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
+  if (!IsFinite(c.X_MN.p) || !std::isfinite(norm) || !IsUnit(norm)) {
+    return {"transform of a connection is not a pose", offset};
+  }
+  return {};
+}
+
+}  // namespace
+
+VerifyError VerifyKinematics(const uint8_t* bytes, uint32_t size, VerifiedKinematics* out) {
+  *out = VerifiedKinematics();
+  const VerifyError header = CheckHeader(bytes, size);
+  if (header.message != nullptr) return header;
+  VerifiedKinematics k;
+  k.bytes_ = bytes;
+  k.hash_ = ReadU64(bytes + layout::kHashAt);
+  k.model_hash_ = ReadU64(bytes + layout::kModelHashAt);
+  k.num_links_ = bytes[layout::kCountsAt];
+  k.num_joints_ = bytes[layout::kCountsAt + 1];
+  k.num_connectors_ = bytes[layout::kCountsAt + 2];
+
+  Reader in(bytes, size, layout::kHeaderBytes);
+  k.type_name_ = in.Name();
+  for (int i = 0; i < k.num_links_; ++i) k.links_[i].name = in.Name();
+  for (int i = 0; i < k.num_joints_; ++i) k.joints_[i] = ReadJoint(&in, k.num_links_);
+  for (int i = 0; i < k.num_connectors_; ++i) {
+    k.connectors_[i] = ReadConnector(&in, k.num_links_);
+  }
+  if (in.error().message != nullptr) return in.error();
+
+  const uint32_t count = ReadU32(bytes + layout::kConnectionsAt);
+  if ((size - in.at()) / layout::kConnectionBytes != count ||
+      (size - in.at()) % layout::kConnectionBytes != 0) {
+    return {"number of connections does not fit the size", layout::kConnectionsAt};
+  }
+  k.connections_begin_ = in.at();
+  k.num_connections_ = static_cast<int>(count);
+  uint64_t previous = 0;
+  for (uint32_t i = 0; i < count; ++i) {
+    const uint32_t offset = in.at() + i * layout::kConnectionBytes;
+    const KinConnection c = ReadConnection(bytes + offset);
+    const VerifyError error = CheckConnection(c, bytes + offset, k.num_connectors_, offset);
+    if (error.message != nullptr) return error;
+    const uint64_t key = ConnectionKey(c.connector, c.connection_type, c.is_member_b, c.number);
+    if (i > 0 && key <= previous) return {"connections are not in order", offset};
+    previous = key;
+  }
+  k.GroupLinks();
+  *out = k;
+  return {};
+}
+
+void VerifiedKinematics::GroupLinks() {
+  for (int i = 0; i < num_links_; ++i) body_link_[i] = static_cast<uint8_t>(i);
+  // Lowering labels over the fixed joints ends after at most one pass a link.
+  for (int pass = 0; pass < num_links_; ++pass) {
+    for (int j = 0; j < num_joints_; ++j) {
+      if (joints_[j].kind != JointKind::kFixed) continue;
+      uint8_t& a = body_link_[joints_[j].link_a];
+      uint8_t& b = body_link_[joints_[j].link_b];
+      a = b = a < b ? a : b;
+    }
+  }
+}
+
+KinConnection VerifiedKinematics::connection(int i) const {
+  return ReadConnection(bytes_ + connections_begin_ +
+                        static_cast<uint32_t>(i) * layout::kConnectionBytes);
+}
+
+bool VerifiedKinematics::Find(int connection_type, int number, bool is_member_b, int connector,
+                              KinConnection* out) const {
+  const uint64_t wanted = ConnectionKey(connector, connection_type, is_member_b, number);
+  int low = 0, high = num_connections_;
+  while (low < high) {
+    const int middle = low + (high - low) / 2;
+    const KinConnection c = connection(middle);
+    const uint64_t key = ConnectionKey(c.connector, c.connection_type, c.is_member_b, c.number);
+    if (key == wanted) {
+      *out = c;
+      return true;
+    }
+    if (key < wanted) low = middle + 1;
+    else high = middle;
+  }
+  return false;
+}
+
+}  // namespace morphbus::vm
