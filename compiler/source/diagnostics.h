@@ -31,6 +31,8 @@ class Diagnostics {
   Diagnostic& Warning(const Span& span, std::string message);
 
   [[nodiscard]] bool had_errors() const { return errors_ > 0; }
+  /// Number of errors so far; a stage compares it before and after to know whether a part is sound.
+  [[nodiscard]] int error_count() const { return errors_; }
   [[nodiscard]] const std::vector<Diagnostic>& all() const { return all_; }
 
  private:

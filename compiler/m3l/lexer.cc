@@ -1,0 +1,244 @@
+#include "compiler/m3l/lexer.h"
+
+#include <cstdio>
+
+namespace morphbus::m3l {
+namespace {
+
+// Not <cctype>: its answers depend on the locale and are undefined for negative characters.
+bool IsDigit(char c) { return c >= '0' && c <= '9'; }
+bool IsWordStart(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
+bool IsWord(char c) { return IsWordStart(c) || IsDigit(c); }
+bool IsSpace(char c) {
+  return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\f' || c == '\v';
+}
+
+class Lexer {
+ public:
+  Lexer(const source::SourceSet& sources, int file, size_t max_tokens,
+        source::Diagnostics& diagnostics)
+      : text_(sources.text(file)), file_(file), max_(max_tokens), diagnostics_(diagnostics) {}
+
+  std::vector<Token> Run() {
+    if (text_.substr(0, 3) == "\xEF\xBB\xBF") at_ = 3;  // A byte order mark is no text.
+    while (SkipBlanks(), at_ < text_.size()) {
+      if (errors_ >= kMaxSyntaxErrors) {
+        diagnostics_.Error(SpanFrom(at_, 1), "too many errors, the rest of the file is not read");
+        break;
+      }
+      if (tokens_.size() >= max_) {
+        diagnostics_.Error(SpanFrom(at_, 1),
+                           "more than " + std::to_string(kMaxTokens) + " tokens, the rest is not read");
+        break;
+      }
+      Next();
+    }
+    tokens_.push_back({TokenKind::kEnd, {file_, text_.size(), text_.size()}});
+    return std::move(tokens_);
+  }
+
+ private:
+  char Peek(size_t ahead = 0) const {
+    return at_ + ahead < text_.size() ? text_[at_ + ahead] : '\0';
+  }
+  source::Span SpanFrom(size_t begin, size_t length) const {
+    return {file_, begin, std::min(begin + length, text_.size())};
+  }
+  source::Diagnostic& Error(size_t begin, size_t length, std::string message) {
+    ++errors_;
+    return diagnostics_.Error(SpanFrom(begin, length), std::move(message));
+  }
+  void Push(TokenKind kind, size_t begin) { tokens_.push_back({kind, {file_, begin, at_}}); }
+
+  /// White space, comments, and a backslash at the end of a line.
+  void SkipBlanks() {
+    while (at_ < text_.size()) {
+      const char c = text_[at_];
+      if (IsSpace(c)) {
+        ++at_;
+      } else if (c == '#' || (c == '/' && Peek(1) == '/')) {
+        at_ = std::min(text_.find('\n', at_), text_.size());
+      } else if (c == '/' && Peek(1) == '*') {
+        SkipBlockComment();
+      } else if (c == '\\' && EndsLineAfterBackslash()) {
+        at_ = std::min(text_.find('\n', at_), text_.size());
+      } else {
+        return;
+      }
+    }
+  }
+
+  void SkipBlockComment() {
+    const size_t end = text_.find("*/", at_ + 2);
+    if (end == std::string_view::npos) {
+      Error(at_, 2, "comment is never closed").hint = "end it with */";
+      at_ = text_.size();
+    } else {
+      at_ = end + 2;
+    }
+  }
+
+  bool EndsLineAfterBackslash() const {
+    size_t i = at_ + 1;
+    while (i < text_.size() && (text_[i] == ' ' || text_[i] == '\t' || text_[i] == '\r')) ++i;
+    return i == text_.size() || text_[i] == '\n';
+  }
+
+  void Next() {
+    const char c = Peek();
+    if (IsWordStart(c)) {
+      const size_t begin = at_;
+      while (IsWord(Peek())) ++at_;
+      Push(TokenKind::kWord, begin);
+    } else if (IsDigit(c) || (c == '.' && IsDigit(Peek(1)))) {
+      Number();
+    } else if (c == '"') {
+      String();
+    } else {
+      Symbol();
+    }
+  }
+
+  void Number() {
+    const size_t begin = at_;
+    while (IsDigit(Peek())) ++at_;
+    if (Peek() == '.' && !IsWordStart(Peek(1)) && Peek(1) != '.') {
+      ++at_;
+      while (IsDigit(Peek())) ++at_;
+    }
+    if (Peek() == 'e' || Peek() == 'E') {
+      const size_t sign = Peek(1) == '+' || Peek(1) == '-' ? 1 : 0;
+      if (IsDigit(Peek(1 + sign))) {
+        at_ += 1 + sign;
+        while (IsDigit(Peek())) ++at_;
+      }
+    }
+    if (IsWord(Peek())) {
+      while (IsWord(Peek())) ++at_;
+      Error(begin, at_ - begin, "'" + Shown(begin) + "' is neither a number nor a name").hint =
+          "a name starts with a letter or '_'; a product is written with '*'";
+    }
+    Push(TokenKind::kNumber, begin);
+  }
+
+  void String() {
+    const size_t begin = at_++;
+    while (at_ < text_.size() && text_[at_] != '"' && text_[at_] != '\n') {
+      const bool escape = text_[at_] == '\\' && at_ + 1 < text_.size() && text_[at_ + 1] != '\n';
+      if (escape && std::string_view("\"\\nt").find(text_[at_ + 1]) == std::string_view::npos) {
+        Error(at_, 2, "unknown escape in a string").hint = R"(use \" \\ \n or \t)";
+      }
+      at_ += escape ? 2 : 1;
+    }
+    if (Peek() == '"') {
+      ++at_;
+    } else {
+      Error(begin, 1, "string is never closed").hint = "strings end with '\"' on the same line";
+    }
+    Push(TokenKind::kString, begin);
+  }
+
+  void Symbol() {
+    const size_t begin = at_;
+    const char c = Peek();
+    if (c == '.' && Peek(1) == '.') {
+      while (Peek() == '.') ++at_;
+      Error(begin, at_ - begin, "'" + Shown(begin) + "' stands for something left out").hint =
+          "write the missing part";
+      return;
+    }
+    if (std::string_view("=!<>").find(c) != std::string_view::npos && Peek(1) == '=') {
+      at_ += 2;
+      Push(TokenKind::kSymbol, begin);
+    } else if (c != '\0' && std::string_view("()[],:.=<>+-*/").find(c) != std::string_view::npos) {
+      ++at_;
+      Push(TokenKind::kSymbol, begin);
+    } else {
+      Unexpected();
+    }
+  }
+
+  /// One error for a whole run of bytes that start no token.
+  void Unexpected() {
+    const size_t begin = at_;
+    const std::string_view others = "\"()[],:.=<>+-*/#\\!;{}&|'";
+    ++at_;
+    if (others.find(text_[begin]) == std::string_view::npos) {
+      while (at_ < text_.size() && !IsWord(text_[at_]) && !IsSpace(text_[at_]) &&
+             others.find(text_[at_]) == std::string_view::npos) {
+        ++at_;
+      }
+    }
+    const char c = text_[begin];
+    source::Diagnostic& d =
+        Error(begin, at_ - begin, "unexpected character" + std::string(at_ > begin + 1 ? "s" : "") +
+                                      " " + Shown(begin));
+    if (c == ';') d.hint = "statements need no separator";
+    if (c == '\'') d.hint = "strings are written with double quotes";
+    if (c == '{' || c == '}') d.hint = "members need no braces, they follow the module's line";
+    if (c == '&') d.hint = "write 'and'";
+    if (c == '|') d.hint = "write 'or'";
+    if (c == '!') d.hint = "write 'not'";
+    if (c == '\\') d.hint = "a backslash may only end a line";
+  }
+
+  /// Text since `begin` for a message: short, and no bytes that are not printable.
+  std::string Shown(size_t begin) const {
+    std::string shown;
+    for (size_t i = begin; i < at_ && shown.size() < 32; ++i) {
+      const auto byte = static_cast<unsigned char>(text_[i]);
+      if (byte >= 0x20 && byte < 0x7F) {
+        shown += text_[i];
+      } else {
+        char hex[8];
+        std::snprintf(hex, sizeof hex, "\\x%02x", unsigned{byte});
+        shown += hex;
+      }
+    }
+    return shown;
+  }
+
+  std::string_view text_;
+  int file_;
+  size_t max_;
+  source::Diagnostics& diagnostics_;
+  size_t at_ = 0;
+  int errors_ = 0;
+  std::vector<Token> tokens_;
+};
+
+}  // namespace
+
+std::vector<Token> Lex(const source::SourceSet& sources, int file, size_t max_tokens,
+                       source::Diagnostics& diagnostics) {
+  return Lexer(sources, file, max_tokens, diagnostics).Run();
+}
+
+std::string StringValue(std::string_view quoted) {
+  std::string value;
+  for (size_t i = 1; i < quoted.size(); ++i) {
+    if (quoted[i] == '"') break;
+    if (quoted[i] != '\\' || i + 1 == quoted.size()) {
+      value += quoted[i];
+      continue;
+    }
+    ++i;
+    value += quoted[i] == 'n' ? '\n' : quoted[i] == 't' ? '\t' : quoted[i];
+  }
+  return value;
+}
+
+std::string DumpTokens(const std::vector<Token>& tokens, const source::SourceSet& sources) {
+  static constexpr const char* kNames[] = {"word", "number", "string", "symbol", "end"};
+  std::string out;
+  for (const Token& token : tokens) {
+    const source::LineColumn at = sources.Locate(token.span.file, token.span.begin);
+    out += std::to_string(at.line) + ":" + std::to_string(at.column) + " " +
+           kNames[static_cast<int>(token.kind)];
+    if (token.kind != TokenKind::kEnd) out += " " + std::string(sources.text(token.span));
+    out += "\n";
+  }
+  return out;
+}
+
+}  // namespace morphbus::m3l

@@ -1,0 +1,297 @@
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+#include "compiler/m3l/parser.h"
+#include "compiler/m3l/parser_internal.h"
+
+namespace morphbus::m3l::internal {
+namespace {
+
+/// Value of a number token; infinity when it does not fit, which the evaluator rejects.
+double NumberValue(std::string_view text) {
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error == std::errc::result_out_of_range) {
+    // Both too large and too small end here; from_chars leaves `value` alone.
+    const size_t exponent = text.find_first_of("eE");
+    const bool tiny = exponent != std::string_view::npos && text[exponent + 1] == '-';
+    return tiny ? 0.0 : std::numeric_limits<double>::infinity();
+  }
+  return value;
+}
+
+}  // namespace
+
+bool IsOperatorWord(std::string_view word) {
+  return word == "and" || word == "or" || word == "not" || word == "coincident" ||
+         word == "parallel" || word == "antiparallel";
+}
+
+bool Parser::TooDeep() {
+  if (depth_ < kMaxNesting) return false;
+  Error(Now().span, "nested deeper than " + std::to_string(kMaxNesting) + " levels");
+  return true;
+}
+
+std::string Parser::RelationAt(size_t i) const {
+  const std::string_view text = Text(i);
+  if (IsKind(i, TokenKind::kWord)) {
+    const bool relation = text == "coincident" || text == "parallel" || text == "antiparallel";
+    return relation ? std::string(text) : "";
+  }
+  if (!IsKind(i, TokenKind::kSymbol)) return "";
+  for (const std::string_view op : {"==", "!=", "<", "<=", ">", ">="}) {
+    if (text == op) return std::string(op);
+  }
+  return "";
+}
+
+std::optional<Expr> Parser::ParseChain(ExprKind kind, std::string_view word,
+                                       std::optional<Expr> (Parser::*operand)()) {
+  const size_t begin = at_;
+  std::optional<Expr> first = (this->*operand)();
+  if (!first || !IsWord(at_, word)) return first;
+  Expr chain;
+  chain.kind = kind;
+  chain.children.push_back(std::move(*first));
+  while (IsWord(at_, word)) {
+    ++at_;
+    std::optional<Expr> next = (this->*operand)();
+    if (!next) return std::nullopt;
+    chain.children.push_back(std::move(*next));
+  }
+  chain.span = SpanSince(begin);
+  return chain;
+}
+
+std::optional<Expr> Parser::ParseOr() {
+  if (TooDeep()) return std::nullopt;
+  ++depth_;
+  std::optional<Expr> expr = ParseChain(ExprKind::kOr, "or", &Parser::ParseAnd);
+  --depth_;
+  return expr;
+}
+
+std::optional<Expr> Parser::ParseAnd() {
+  return ParseChain(ExprKind::kAnd, "and", &Parser::ParseNot);
+}
+
+std::optional<Expr> Parser::ParseNot() {
+  if (!IsWord(at_, "not")) return ParseRelation();
+  if (TooDeep()) return std::nullopt;
+  const size_t begin = at_++;
+  ++depth_;
+  std::optional<Expr> operand = ParseNot();
+  --depth_;
+  if (!operand) return std::nullopt;
+  Expr negation;
+  negation.kind = ExprKind::kNot;
+  negation.children.push_back(std::move(*operand));
+  negation.span = SpanSince(begin);
+  return negation;
+}
+
+std::optional<Expr> Parser::ParseRelation() {
+  const size_t begin = at_;
+  std::optional<Expr> left = ParseSum();
+  const std::string op = left ? RelationAt(at_) : "";
+  if (op.empty()) return left;
+  ++at_;
+  std::optional<Expr> right = ParseSum();
+  if (!right) return std::nullopt;
+  if (!RelationAt(at_).empty()) {
+    Error(Now().span, "comparisons do not chain").hint = "join two comparisons with 'and'";
+    return std::nullopt;
+  }
+  Expr relation;
+  relation.kind = ExprKind::kRelation;
+  relation.text = op;
+  relation.children.push_back(std::move(*left));
+  relation.children.push_back(std::move(*right));
+  relation.span = SpanSince(begin);
+  return relation;
+}
+
+std::optional<Expr> Parser::ParseArithmetic(ExprKind kind, std::string_view ops,
+                                            std::optional<Expr> (Parser::*operand)()) {
+  const auto is_operator = [&] {
+    return IsKind(at_, TokenKind::kSymbol) && Text(at_).size() == 1 &&
+           ops.find(Text(at_)[0]) != std::string_view::npos;
+  };
+  const size_t begin = at_;
+  std::optional<Expr> first = (this->*operand)();
+  if (!first || !is_operator()) return first;
+  // One flat node for the whole chain: a long sum must not become a deep tree.
+  Expr chain;
+  chain.kind = kind;
+  chain.children.push_back(std::move(*first));
+  while (is_operator()) {
+    chain.ops += Text(at_++)[0];
+    std::optional<Expr> next = (this->*operand)();
+    if (!next) return std::nullopt;
+    chain.children.push_back(std::move(*next));
+  }
+  chain.span = SpanSince(begin);
+  return chain;
+}
+
+std::optional<Expr> Parser::ParseSum() {
+  return ParseArithmetic(ExprKind::kSum, "+-", &Parser::ParseProduct);
+}
+
+std::optional<Expr> Parser::ParseProduct() {
+  return ParseArithmetic(ExprKind::kProduct, "*/", &Parser::ParseUnary);
+}
+
+std::optional<Expr> Parser::ParseUnary() {
+  if (!Is("-") && !Is("+")) return ParsePrimary();
+  if (TooDeep()) return std::nullopt;
+  const bool negative = Is("-");
+  const size_t begin = at_++;
+  ++depth_;
+  std::optional<Expr> operand = ParseUnary();
+  --depth_;
+  if (!operand || !negative) return operand;
+  Expr negation;
+  negation.kind = ExprKind::kNegate;
+  negation.children.push_back(std::move(*operand));
+  negation.span = SpanSince(begin);
+  return negation;
+}
+
+std::optional<Expr> Parser::ParsePrimary() {
+  const size_t begin = at_;
+  Expr expr;
+  if (IsKind(at_, TokenKind::kNumber)) {
+    expr.number = NumberValue(Text(at_++));
+  } else if (IsKind(at_, TokenKind::kString)) {
+    expr.kind = ExprKind::kString;
+    expr.text = StringValue(Text(at_++));
+  } else if (Is("(") || Is("[")) {
+    if (IsSymbol(at_, "(") && IsWord(at_ + 1, "axis") && IsSymbol(at_ + 2, ":")) {
+      return ParseAnonymousAxis({}, begin);
+    }
+    const bool tuple = Is("(");
+    expr.kind = tuple ? ExprKind::kTuple : ExprKind::kList;
+    ++at_;
+    if (!ParseElements(begin, tuple ? ")" : "]", expr)) return std::nullopt;
+  } else if (IsKind(at_, TokenKind::kWord) && !IsOperatorWord(Text(at_)) && !StartsStatement(at_)) {
+    if (IsKeyword(Text(at_))) {
+      Error(Now().span, "'" + std::string(Text(at_)) + "' is a keyword, it cannot stand here");
+      return std::nullopt;
+    }
+    return ParsePath();
+  } else {
+    // At a statement the missing value is better shown where it should have stood.
+    const bool next = AtEnd() || StartsStatement(at_);
+    Error(next && at_ > 0 ? TokenAt(at_ - 1).span : Now().span,
+          next ? "a value is missing after " + Described(at_ - 1)
+               : "expected a value, found " + Described(at_));
+    return std::nullopt;
+  }
+  expr.span = SpanSince(begin);
+  return expr;
+}
+
+std::optional<Expr> Parser::ParsePath() {
+  const size_t begin = at_;
+  Expr expr;
+  expr.kind = ExprKind::kPath;
+  expr.path.push_back(NameAt(at_++));
+  while (Is(".")) {
+    ++at_;
+    if (IsKind(at_, TokenKind::kWord)) {
+      expr.path.push_back(NameAt(at_++));
+    } else if (Is("(") && IsWord(at_ + 1, "axis")) {
+      return ParseAnonymousAxis(std::move(expr), begin);
+    } else {
+      Error(Now().span, "expected a name after '.', found " + Described(at_));
+      return std::nullopt;
+    }
+  }
+  expr.span = SpanSince(begin);
+  if (Is("(") && expr.path.size() == 1) return ParseCall(std::move(expr));
+  const bool bound = brackets_ > 0 && IsKind(at_, TokenKind::kWord) &&
+                     !IsOperatorWord(Text(at_)) && !StartsStatement(at_);
+  if (bound) {
+    expr.kind = ExprKind::kTyped;
+    expr.bound = NameAt(at_++);
+    expr.span = SpanSince(begin);
+  }
+  return expr;
+}
+
+std::optional<Expr> Parser::ParseCall(Expr function) {
+  const size_t open = at_++;
+  function.kind = ExprKind::kCall;
+  if (!ParseElements(open, ")", function)) return std::nullopt;
+  function.span.end = TokenAt(at_ - 1).span.end;
+  return function;
+}
+
+std::optional<Expr> Parser::ParseAnonymousAxis(Expr path, size_t begin) {
+  const size_t open = at_++;
+  ++at_;  // axis
+  if (!Accept(":")) {
+    Error(Now().span, "expected ':' after 'axis', found " + Described(at_));
+    return std::nullopt;
+  }
+  if (TooDeep()) return std::nullopt;
+  const int brackets = brackets_;
+  Declaration axis;
+  ++depth_;
+  ParseBody(axis, {}, true);
+  --depth_;
+  brackets_ = brackets;
+  if (!Accept(")")) {
+    if (AtEnd() || StartsStatement(at_)) Error(TokenAt(open).span, "'(' is never closed");
+    return std::nullopt;
+  }
+  if (axis.broken) return std::nullopt;
+  path.kind = ExprKind::kAxis;
+  path.axis = std::make_shared<const std::vector<Attribute>>(std::move(axis.attributes));
+  path.span = SpanSince(begin);
+  return path;
+}
+
+bool Parser::ParseElements(size_t open, std::string_view close, Expr& into) {
+  ++brackets_;
+  bool ok = true;
+  while (ok && !(Is(close) && into.children.empty())) {
+    std::optional<Expr> element = ParseElement();
+    ok = element.has_value();
+    if (!ok) break;
+    into.children.push_back(std::move(*element));
+    if (Is(close)) break;
+    if (Accept(",")) continue;
+    ok = false;
+    if (AtEnd() || StartsStatement(at_)) {
+      Error(TokenAt(open).span, "'" + std::string(Text(open)) + "' is never closed");
+    } else {
+      source::Diagnostic& d = Error(Now().span, "expected ',' or '" + std::string(close) +
+                                                    "', found " + Described(at_));
+      if (Is("=")) d.hint = "'==' compares";
+      d.notes.push_back({TokenAt(open).span, "opened here"});
+    }
+  }
+  --brackets_;
+  if (ok) ++at_;
+  return ok;
+}
+
+std::optional<Expr> Parser::ParseElement() {
+  const size_t begin = at_;
+  std::optional<Expr> expr = ParseOr();
+  if (!expr || expr->kind != ExprKind::kPath) return expr;
+  if (!Is("=") && !Is(":")) return expr;
+  expr->kind = Is("=") ? ExprKind::kAssign : ExprKind::kOption;
+  ++at_;
+  std::optional<Expr> value = ParseOr();
+  if (!value) return std::nullopt;
+  expr->children.push_back(std::move(*value));
+  expr->span = SpanSince(begin);
+  return expr;
+}
+
+}  // namespace morphbus::m3l::internal

@@ -1,0 +1,117 @@
+#include "compiler/m3l/lexer.h"
+
+#include "test/support/diagnostics_test.h"
+
+namespace morphbus::m3l {
+namespace {
+
+class LexerTest : public test::DiagnosticsTest {
+ protected:
+  std::vector<Token> Tokens(const std::string& text, size_t max = kMaxTokens) {
+    const int file = sources_.AddText("t.m3l", text);
+    source::Diagnostics diagnostics;
+    std::vector<Token> tokens = Lex(sources_, file, max, diagnostics);
+    Collect(diagnostics, sources_);
+    return tokens;
+  }
+  /// Texts of all tokens, one space between.
+  std::string Words(const std::string& text) {
+    std::string words;
+    for (const Token& token : Tokens(text)) {
+      words += (words.empty() ? "" : " ") + std::string(sources_.text(token.span));
+    }
+    if (!words.empty() && words.back() == ' ') words.pop_back();
+    return words;
+  }
+  source::SourceSet sources_;
+};
+
+TEST_F(LexerTest, DumpShowsPlaceKindAndText) {
+  const std::vector<Token> tokens = Tokens("point c1: \\\n coords=(-.5, 1e-3) \"a b\" >=");
+  EXPECT_EQ(DumpTokens(tokens, sources_),
+            "1:1 word point\n1:7 word c1\n1:9 symbol :\n2:2 word coords\n2:8 symbol =\n"
+            "2:9 symbol (\n2:10 symbol -\n2:11 number .5\n2:13 symbol ,\n2:15 number 1e-3\n"
+            "2:19 symbol )\n2:21 string \"a b\"\n2:27 symbol >=\n2:29 end\n");
+}
+
+TEST_F(LexerTest, CommentsOfAllThreeKindsAreBlank) {
+  EXPECT_EQ(Words("a // b\nc # d\ne /* f\n g */ h"), "a c e h");
+  EXPECT_EQ(Words("a //"), "a");
+  EXPECT_EQ(Words("a #"), "a");
+}
+
+TEST_F(LexerTest, BackslashMayEndALine) {
+  EXPECT_EQ(Words("a\\\nb\\  \r\nc\\"), "a b c");
+}
+
+TEST_F(LexerTest, BackslashElsewhereIsReported) {
+  EXPECT_EQ(Words("a \\ b"), "a b");
+  EXPECT_EQ(TakeError("unexpected character \\").hint, "a backslash may only end a line");
+}
+
+TEST_F(LexerTest, SubPointNamesAreNoNumbers) { EXPECT_EQ(Words("p_a._1"), "p_a . _1"); }
+
+TEST_F(LexerTest, NumbersInAllForms) {
+  EXPECT_EQ(Words("1 1. .5 1.5 1e3 1E+3 1.5e-3"), "1 1. .5 1.5 1e3 1E+3 1.5e-3");
+  EXPECT_EQ(Words("1,2)"), "1 , 2 )");
+}
+
+TEST_F(LexerTest, NumberThatRunsIntoANameIsReported) {
+  Words("2x");
+  TakeError("'2x' is neither a number nor a name");
+  Words("1e");
+  TakeError("'1e' is neither");
+}
+
+TEST_F(LexerTest, StringsResolveEscapes) {
+  EXPECT_EQ(StringValue(R"("a\"b\\c\nd\te")"), "a\"b\\c\nd\te");
+  EXPECT_EQ(StringValue("\"never closed"), "never closed");
+  Words(R"("a\q")");
+  TakeError("unknown escape");
+}
+
+TEST_F(LexerTest, UnclosedStringEndsWithItsLine) {
+  EXPECT_EQ(Words("\"abc\nd"), "\"abc d");
+  EXPECT_EQ(TakeError("string is never closed").span.begin, 0U);
+}
+
+TEST_F(LexerTest, UnclosedCommentIsReportedWhereItBegins) {
+  EXPECT_EQ(Words("a /* b"), "a");
+  EXPECT_EQ(TakeError("comment is never closed").span.begin, 2U);
+}
+
+TEST_F(LexerTest, EllipsisIsNoSyntax) {
+  EXPECT_EQ(Words("a, ..."), "a ,");
+  TakeError("'...' stands for something left out");
+}
+
+TEST_F(LexerTest, ForeignCharactersAreOneErrorARun) {
+  EXPECT_EQ(Words("a \xE2\x80\x9C\xE2\x80\x9D b"), "a b");  // “”
+  TakeError("unexpected characters \\xe2\\x80\\x9c\\xe2\\x80\\x9d");
+  Words(std::string("a\0\0b", 4));
+  TakeError("unexpected characters \\x00\\x00");
+}
+
+TEST_F(LexerTest, HabitsFromOtherLanguagesGetAHint) {
+  Words("a;");
+  EXPECT_EQ(TakeError("unexpected character ;").hint, "statements need no separator");
+  Words("'");
+  EXPECT_EQ(TakeError("unexpected").hint, "strings are written with double quotes");
+}
+
+TEST_F(LexerTest, ByteOrderMarkIsSkipped) { EXPECT_EQ(Words("\xEF\xBB\xBF" "a"), "a"); }
+
+TEST_F(LexerTest, ErrorsAreBounded) {
+  const std::vector<Token> tokens = Tokens(std::string(100'000, ';'));
+  EXPECT_EQ(tokens.size(), 1U);
+  for (int i = 0; i < kMaxSyntaxErrors; ++i) TakeError("unexpected character ;");
+  TakeError("too many errors");
+}
+
+TEST_F(LexerTest, TokensAreBounded) {
+  EXPECT_EQ(Tokens("a a a a a", 3).size(), 4U);
+  TakeError("tokens, the rest is not read");
+}
+
+}  // namespace
+}  // namespace morphbus::m3l
