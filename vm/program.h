@@ -92,6 +92,12 @@ class VerifiedProgram {
   [[nodiscard]] const FunctionInfo& function(int i) const { return functions_[i]; }
   [[nodiscard]] int num_keywords() const { return num_keywords_; }
   [[nodiscard]] const KeywordInfo& keyword(int i) const { return keywords_[i]; }
+  [[nodiscard]] Cell constant(int i) const;
+  /// Name of the source file it was compiled from.
+  [[nodiscard]] Text source_name() const { return source_name_; }
+  /// True if these are acceptable arguments of a function: right count, each a value of its type.
+  /// For invocations, whose arguments come from other modules.
+  [[nodiscard]] bool AcceptsArguments(int function, const Cell* arguments, int count) const;
   /// True if `role` is `ancestor` or extends it, directly or not.
   [[nodiscard]] bool IsA(int role, int ancestor) const;
   /// Source line (1-based) of an instruction, 0 if unknown. `pc` is a byte offset in the function.
@@ -105,7 +111,9 @@ class VerifiedProgram {
   uint32_t budget_ = 0;
   uint16_t settle_ticks_ = 0;
   int num_roles_ = 0, num_functions_ = 0, num_keywords_ = 0;
-  uint32_t lines_begin_ = 0, num_lines_ = 0;
+  uint32_t constants_begin_ = 0, num_constants_ = 0;
+  uint32_t code_begin_ = 0, lines_begin_ = 0, num_lines_ = 0;
+  Text source_name_;
   RoleInfo roles_[kMaxRoles];
   FunctionInfo functions_[kMaxFunctions];
   KeywordInfo keywords_[kMaxKeywords];

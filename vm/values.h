@@ -39,6 +39,10 @@ enum class FaultCode : uint8_t {
   kNotPrismatic, kBadState,
 };
 
+/// True if the cell is a value of that type: finite, in range, 0 or 1. Only types that can stand in
+/// an image or travel with an invocation have such values; joints, links and sets never do.
+bool IsValueOf(ValueType type, Cell cell, int num_roles);
+
 /// Short English text of a fault, e.g. "target clamped to the joint's limit".
 const char* FaultText(FaultCode code);
 

@@ -1,0 +1,246 @@
+#include "vm/verifier.h"
+
+#include "vm/image.h"
+#include "vm/opcodes.h"
+
+namespace morphbus::vm {
+
+using image::ReadU16;
+using image::ReadU32;
+using image::ReadU64;
+using image::Section;
+using image::SectionOf;
+using image::SectionRange;
+
+VerifyError Verifier::Verify(const uint8_t* bytes, uint32_t size, VerifiedProgram* out) {
+  Verifier verifier(bytes, size, out);
+  out->bytes_ = nullptr;
+  out->size_ = 0;
+  out->num_roles_ = out->num_functions_ = out->num_keywords_ = 0;
+  if (!verifier.Run()) {
+    out->bytes_ = nullptr;
+    out->size_ = 0;
+    out->num_roles_ = out->num_functions_ = out->num_keywords_ = 0;
+    return verifier.error_;
+  }
+  out->size_ = size;
+  return {};
+}
+
+bool Verifier::Fail(const char* message, uint32_t offset) {
+  if (error_.message == nullptr) error_ = {message, offset};
+  return false;
+}
+
+bool Verifier::Run() {
+  return CheckHeader() && CheckSections() && CheckKeywords() && CheckConstants() &&
+         CheckFunctions() && CheckRoles() && CheckJoins() && CheckLines() && CheckCalls() &&
+         CheckEffects();
+}
+
+bool Verifier::CheckHeader() {
+  if (size_ < image::kHeaderBytes) return Fail("shorter than a header", size_);
+  if (size_ > kMaxImageBytes) return Fail("larger than any image may be", 0);
+  if (ReadU32(bytes_) != image::kMagic) return Fail("not a program image", 0);
+  if (ReadU16(bytes_ + image::kVersionAt) != image::kVersion) {
+    return Fail("image version is not known", image::kVersionAt);
+  }
+  if (ReadU32(bytes_ + image::kSizeAt) != size_) {
+    return Fail("size in the header is not that of the image", image::kSizeAt);
+  }
+  if (ReadU64(bytes_ + image::kHashAt) != image::HashOf(bytes_, size_)) {
+    return Fail("hash does not fit the content", image::kHashAt);
+  }
+  out_.bytes_ = bytes_;
+  out_.hash_ = ReadU64(bytes_ + image::kHashAt);
+  out_.budget_ = ReadU32(bytes_ + image::kBudgetAt);
+  out_.settle_ticks_ = ReadU16(bytes_ + image::kSettleTicksAt);
+  // A budget must let the dearest instruction run and fit the interpreter's signed counter.
+  if (out_.budget_ < 100 || out_.budget_ > 10000000) {
+    return Fail("instruction budget is out of range", image::kBudgetAt);
+  }
+  return true;
+}
+
+// Sections follow each other without gaps, so nothing can overlap and all checks stay linear. Where
+// the roles end is known only after parsing them; CheckRoles compares.
+bool Verifier::CheckSections() {
+  constexpr uint32_t kRecordBytes[image::kNumSections] = {
+      1, image::kKeywordBytes, image::kConstantBytes, image::kFunctionBytes, 0, image::kJoinBytes,
+      1, image::kLineBytes};
+  uint32_t expected = image::kHeaderBytes;
+  for (int i = 0; i < image::kNumSections; ++i) {
+    const SectionRange range = SectionOf(bytes_, static_cast<Section>(i));
+    const uint32_t at = image::kSectionsAt + 8 * static_cast<uint32_t>(i);
+    if (i != static_cast<int>(Section::kJoins) && range.begin != expected) {
+      return Fail("sections leave a gap or overlap", at);
+    }
+    if (range.begin > size_ || range.begin < expected) {
+      return Fail("section begins outside the image", at);
+    }
+    if (range.count > size_) return Fail("section is larger than the image", at + 4);
+    const uint64_t end = range.begin + uint64_t{kRecordBytes[i]} * range.count;
+    if (end > size_) return Fail("section ends outside the image", at + 4);
+    expected = static_cast<uint32_t>(end);
+  }
+  if (expected != size_) return Fail("bytes after the last section", expected);
+
+  const SectionRange code = SectionOf(bytes_, Section::kCode);
+  const SectionRange lines = SectionOf(bytes_, Section::kLines);
+  const SectionRange constants = SectionOf(bytes_, Section::kConstants);
+  out_.code_begin_ = code.begin;
+  out_.lines_begin_ = lines.begin;
+  out_.num_lines_ = lines.count;
+  out_.constants_begin_ = constants.begin;
+  out_.num_constants_ = constants.count;
+  return CheckText(image::kSourceNameAt, &out_.source_name_);
+}
+
+// Texts are printed to terminals and logs, so control characters are refused.
+bool Verifier::CheckText(uint32_t at, Text* text) {
+  const SectionRange strings = SectionOf(bytes_, Section::kStrings);
+  const uint32_t offset = ReadU16(bytes_ + at);
+  const uint32_t size = ReadU16(bytes_ + at + 2);
+  if (offset + size > strings.count) return Fail("text lies outside the strings", at);
+  if (size > 255) return Fail("text is too long", at);
+  const uint8_t* begin = bytes_ + strings.begin + offset;
+  for (uint32_t i = 0; i < size; ++i) {
+    if (begin[i] < 0x20 || begin[i] == 0x7f) return Fail("control character in a text", at);
+  }
+  *text = {reinterpret_cast<const char*>(begin), static_cast<uint16_t>(size)};
+  return true;
+}
+
+bool Verifier::CheckKeywords() {
+  const SectionRange range = SectionOf(bytes_, Section::kKeywords);
+  if (range.count > kMaxKeywords) return Fail("too many keywords", range.begin);
+  for (uint32_t i = 0; i < range.count; ++i) {
+    const uint32_t at = range.begin + i * image::kKeywordBytes;
+    if (bytes_[at] > static_cast<uint8_t>(KeywordKind::kConnectorState)) {
+      return Fail("unknown kind of keyword", at);
+    }
+    out_.keywords_[i].kind = static_cast<KeywordKind>(bytes_[at]);
+    if (!CheckText(at + 1, &out_.keywords_[i].name)) return false;
+    if (out_.keywords_[i].name.size == 0) return Fail("keyword without a name", at);
+  }
+  out_.num_keywords_ = static_cast<int>(range.count);
+  return true;
+}
+
+bool Verifier::CheckConstants() {
+  const SectionRange range = SectionOf(bytes_, Section::kConstants);
+  const int num_roles = static_cast<int>(SectionOf(bytes_, Section::kRoles).count);
+  for (uint32_t i = 0; i < range.count; ++i) {
+    const uint32_t at = range.begin + i * image::kConstantBytes;
+    if (!IsValueOf(static_cast<ValueType>(bytes_[at]), Cell{ReadU32(bytes_ + at + 1)}, num_roles)) {
+      return Fail("constant is not a value of its type", at);
+    }
+  }
+  return true;
+}
+
+bool Verifier::CheckFunctions() {
+  const SectionRange range = SectionOf(bytes_, Section::kFunctions);
+  if (range.count > kMaxFunctions) return Fail("too many functions", range.begin);
+  out_.num_functions_ = static_cast<int>(range.count);
+  for (int i = 0; i < out_.num_functions_; ++i) {
+    if (!CheckFunction(i, range.begin + static_cast<uint32_t>(i) * image::kFunctionBytes)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+bool Verifier::CheckFunction(int index, uint32_t at) {
+  FunctionInfo& info = out_.functions_[index];
+  info = {};
+  if (!CheckText(at, &info.name)) return false;
+  if (bytes_[at + image::kFunctionRoleAt] >= SectionOf(bytes_, Section::kRoles).count) {
+    return Fail("function of a role that does not exist", at + image::kFunctionRoleAt);
+  }
+  const uint8_t return_type = bytes_[at + image::kFunctionReturnAt];
+  info.num_arguments = bytes_[at + image::kFunctionArgumentsAt];
+  info.num_locals = bytes_[at + image::kFunctionLocalsAt];
+  if (return_type > static_cast<uint8_t>(ValueType::kLinkSet)) {
+    return Fail("unknown return type", at + image::kFunctionReturnAt);
+  }
+  info.return_type = static_cast<ValueType>(return_type);
+  if (info.num_locals > image::kMaxLocals || info.num_arguments > info.num_locals) {
+    return Fail("too many locals or arguments", at + image::kFunctionLocalsAt);
+  }
+  for (int i = 0; i < image::kMaxLocals; ++i) {
+    const uint32_t type_at = at + image::kFunctionTypesAt + static_cast<uint32_t>(i);
+    const uint8_t type = bytes_[type_at];
+    const bool used = i < info.num_locals;
+    if (type > static_cast<uint8_t>(ValueType::kLinkSet) || (type != 0) != used) {
+      return Fail("bad type of a local", type_at);
+    }
+    info.local_types[i] = static_cast<ValueType>(type);
+  }
+  // Functions share no code and leave no gaps.
+  const SectionRange code = SectionOf(bytes_, Section::kCode);
+  const uint32_t begin = ReadU32(bytes_ + at + image::kFunctionCodeAt);
+  info.code_size = ReadU32(bytes_ + at + image::kFunctionCodeSizeAt);
+  const FunctionInfo* previous = index > 0 ? &out_.functions_[index - 1] : nullptr;
+  const uint32_t expected =
+      previous != nullptr ? previous->code_begin - code.begin + previous->code_size : 0;
+  if (begin != expected || info.code_size > code.count - begin ||
+      info.code_size > image::kMaxFunctionBytes) {
+    return Fail("code of a function is out of place", at + image::kFunctionCodeAt);
+  }
+  info.code_begin = code.begin + begin;
+  if (index == out_.num_functions_ - 1 && begin + info.code_size != code.count) {
+    return Fail("code after the last function", at + image::kFunctionCodeAt);
+  }
+  return true;
+}
+
+// Joins of the functions follow each other like their code; each function's are sorted.
+bool Verifier::CheckJoins() {
+  const SectionRange range = SectionOf(bytes_, Section::kJoins);
+  const SectionRange functions = SectionOf(bytes_, Section::kFunctions);
+  uint32_t expected = 0;
+  for (uint32_t i = 0; i < functions.count; ++i) {
+    const uint32_t at = functions.begin + i * image::kFunctionBytes;
+    const uint32_t first = ReadU16(bytes_ + at + image::kFunctionFirstJoinAt);
+    const uint32_t count = ReadU16(bytes_ + at + image::kFunctionJoinsAt);
+    if (first != expected || count > range.count - first) {
+      return Fail("joins of a function are out of place", at + image::kFunctionFirstJoinAt);
+    }
+    expected += count;
+    for (uint32_t j = 0; j < count; ++j) {
+      const uint32_t join = range.begin + (first + j) * image::kJoinBytes;
+      if (j > 0 && ReadU16(bytes_ + join) <= ReadU16(bytes_ + join - image::kJoinBytes)) {
+        return Fail("joins are not sorted", join);
+      }
+      bool above_top = false;
+      for (uint32_t types = ReadU32(bytes_ + join + 4), k = 0; k < 8; ++k, types >>= 4) {
+        const uint32_t type = types & 15;
+        if (type > static_cast<uint32_t>(ValueType::kLinkSet) || (above_top && type != 0)) {
+          return Fail("bad stack types of a join", join);
+        }
+        above_top = above_top || type == 0;
+      }
+    }
+  }
+  if (expected != range.count) return Fail("joins of no function", range.begin);
+  for (int i = 0; i < out_.num_functions_; ++i) {
+    if (!CheckCode(i)) return false;
+  }
+  return true;
+}
+
+bool Verifier::CheckLines() {
+  const SectionRange range = SectionOf(bytes_, Section::kLines);
+  const SectionRange code = SectionOf(bytes_, Section::kCode);
+  for (uint32_t i = 0; i < range.count; ++i) {
+    const uint32_t at = range.begin + i * image::kLineBytes;
+    if (ReadU32(bytes_ + at) >= code.count) return Fail("line of no instruction", at);
+    if (i > 0 && ReadU32(bytes_ + at) <= ReadU32(bytes_ + at - image::kLineBytes)) {
+      return Fail("lines are not sorted", at);
+    }
+  }
+  return true;
+}
+
+}  // namespace morphbus::vm
