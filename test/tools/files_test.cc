@@ -1,0 +1,73 @@
+#include "tools/files.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+
+namespace morphbus::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+class FilesTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = ::testing::TempDir() + "files.XXXXXX";
+    folder_ = mkdtemp(pattern.data());
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  std::string folder_;
+};
+
+TEST_F(FilesTest, WhatIsWrittenIsReadBackByteForByte) {
+  std::string bytes;
+  for (int i = 0; i < 100000; ++i) bytes.push_back(static_cast<char>(i * 7));
+  const std::string path = folder_ + "/a.bin";
+  ASSERT_TRUE(WriteFile(path, bytes).has_value());
+  const Result<std::string> back = ReadFile(path);
+  ASSERT_TRUE(back.has_value());
+  EXPECT_EQ(*back, bytes);
+}
+
+TEST_F(FilesTest, NothingButTheFileIsLeftBehind) {
+  ASSERT_TRUE(WriteFile(folder_ + "/a", "1").has_value());
+  ASSERT_TRUE(WriteFile(folder_ + "/a", "2").has_value());
+  int count = 0;
+  for ([[maybe_unused]] const auto& entry : fs::directory_iterator(folder_)) ++count;
+  EXPECT_EQ(count, 1);
+  EXPECT_EQ(*ReadFile(folder_ + "/a"), "2");
+}
+
+TEST_F(FilesTest, NewFilesGetTheModeOfTheUmask) {
+  const mode_t old = umask(027);
+  ASSERT_TRUE(WriteFile(folder_ + "/a", "").has_value());
+  umask(old);
+  struct stat info = {};
+  ASSERT_EQ(stat((folder_ + "/a").c_str(), &info), 0);
+  EXPECT_EQ(info.st_mode & 0777, 0640u);
+}
+
+TEST_F(FilesTest, AMissingFolderIsNamed) {
+  const Result<void> result = WriteFile(folder_ + "/none/a", "x");
+  ASSERT_FALSE(result.has_value());
+  EXPECT_NE(result.error().message.find("/none/a: No such file"), std::string::npos)
+      << result.error().message;
+}
+
+TEST_F(FilesTest, AFailedRenameLeavesTheOldAndNoTemporary) {
+  fs::create_directory(folder_ + "/d");
+  EXPECT_FALSE(WriteFile(folder_ + "/d", "x").has_value());
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
+}
+
+TEST_F(FilesTest, FilesOverTheLimitAreRefused) {
+  ASSERT_TRUE(WriteFile(folder_ + "/a", std::string(1001, 'x')).has_value());
+  EXPECT_TRUE(ReadFile(folder_ + "/a", 1001).has_value());
+  EXPECT_FALSE(ReadFile(folder_ + "/a", 1000).has_value());
+}
+
+TEST_F(FilesTest, AFolderIsNoFile) { EXPECT_FALSE(ReadFile(folder_).has_value()); }
+
+}  // namespace
+}  // namespace morphbus::tools

@@ -1,0 +1,17 @@
+#pragma once
+// Files whole: read with a limit, written so that nobody ever sees half of one.
+
+#include <cstddef>
+#include <string>
+
+#include "compiler/source/result.h"
+
+namespace morphbus::tools {
+
+/// The whole content of a file of at most `limit` bytes.
+Result<std::string> ReadFile(const std::string& path, size_t limit = size_t{1} << 30);
+/// Writes under a temporary name beside `path`, syncs and renames, so that `path` is never half a file.
+/// `path` "-" is stdout. The error names the path and the reason.
+Result<void> WriteFile(const std::string& path, const std::string& bytes);
+
+}  // namespace morphbus::tools
