@@ -1,0 +1,29 @@
+#pragma once
+// LCM URLs as LCM users know them, checked before LCM sees them: LCM itself prints to stderr and goes on.
+
+#include <cstdint>
+#include <string>
+
+#include "compiler/source/result.h"
+
+namespace morphbus::bridge {
+
+/// LCM's own default, with our receive buffer.
+inline constexpr const char* kDefaultLcmUrl =
+    "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304";
+
+struct LcmUrl {
+  std::string url;       ///< To hand to LCM, recv_buf_size added to udpm if it was absent.
+  std::string provider;  ///< "udpm", "file", "tcpq", "mpudpm" or "memq".
+  uint32_t group = 0;    ///< udpm, mpudpm: IPv4 address of the group, host byte order.
+  uint16_t port = 0;     ///< udpm, mpudpm: UDP port.
+};
+
+/// `given`, else $LCM_DEFAULT_URL, else the default; checked: provider known, group within 224.0.0.0/4,
+/// port 1..65535, options known, numbers in range.
+Result<LcmUrl> ResolveLcmUrl(const std::string& given);
+
+/// Fails with one sentence that names the mending command if multicast to the group has no route here.
+Result<void> CheckMulticastRoute(const LcmUrl& url);
+
+}  // namespace morphbus::bridge

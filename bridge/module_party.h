@@ -1,0 +1,118 @@
+#pragma once
+// A module's side of the lockstep: waits for what a tick needs, lets the VM compute it, answers.
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <morphbus/sensors_t.hpp>
+#include <morphbus/status_t.hpp>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "bridge/module_lockstep.h"
+#include "bridge/outbox.h"
+#include "bridge/party.h"
+#include "bridge/sequence_tracker.h"
+#include "vm/module_api.h"
+
+namespace morphbus::bridge {
+
+/// What computes a module's ticks: the VM (bridge/vm_brain.h) or a test's fake.
+class ModuleBrain {
+ public:
+  virtual ~ModuleBrain() = default;
+  /// Computes one tick. Equal history of inputs gives equal output.
+  virtual void Tick(const vm::TickInput& input, vm::TickOutput* output) = 0;
+  /// The report as messages of at most kMaxPayloadBytes (several if the faults do not fit into one).
+  virtual std::vector<morphbus::status_t> Describe(const vm::StatusReport& report) = 0;
+  /// The whole changing state, for resuming; `size` bytes at a fixed place.
+  virtual uint8_t* state() = 0;
+  [[nodiscard]] virtual size_t state_size() const = 0;
+};
+
+struct ModulePartyOptions {
+  std::string run;
+  std::string module;
+  uint16_t module_id = 0;
+  uint32_t incarnation = 1;
+  std::string type_name;
+  int num_joints = 0;
+  int num_connectors = 0;
+  uint64_t model_hash = 0;
+  uint64_t kinematics_hash = 0;
+  uint64_t program_hash = 0;
+  int64_t claim = 1;        ///< Random number of the process, kept over a resume.
+  bool realtime = false;
+  std::string build;        ///< Version of the software, for people.
+  LockstepTiming timing;
+};
+
+/// STATUS goes out when something changed, and at every tick divisible by this.
+inline constexpr int64_t kStatusEveryTicks = 50;
+
+class ModuleParty : public Party {
+ public:
+  /// `bus`, `brain` and `time` outlive the party.
+  ModuleParty(Bus* bus, ModuleBrain* brain, const TimeSource* time, ModulePartyOptions options);
+
+  /// `write` is called with every answer before it is published: a process that is killed at any
+  /// moment and resumed from the last written bytes changes no payload.
+  void OnBeforePublish(std::function<void(const std::vector<uint8_t>& snapshot)> write);
+  /// Goes on from a snapshot; call before Start().
+  Result<void> ResumeFrom(const std::vector<uint8_t>& snapshot);
+
+  void Start() override;
+  void OnTime() override;
+  [[nodiscard]] int64_t next_deadline_us() const override;
+  [[nodiscard]] bool done() const override;
+  [[nodiscard]] const Ledger& ledger() const override { return ledger_; }
+
+  /// Empty if the run ended well.
+  [[nodiscard]] const std::string& error() const { return error_; }
+  [[nodiscard]] const std::string& end_reason() const { return end_reason_; }
+  [[nodiscard]] int64_t tick() const { return machine_.tick(); }
+
+ private:
+  /// The last messages of a module that is or was mated.
+  struct Mailbox {
+    std::string name;
+    std::array<vm::NeighbourMessage, 2> messages;  ///< Lockstep: by parity of the tick.
+    std::array<int64_t, 2> ticks = {-1, -1};
+  };
+
+  void OnClock(const uint8_t* data, size_t size);
+  void OnSensors(const uint8_t* data, size_t size);
+  void OnTransform(uint16_t mate, const uint8_t* data, size_t size);
+  void OnAsk(const uint8_t* data, size_t size);
+  void TakeOwnReading(const morphbus::module_sensors_t& reading, std::vector<uint16_t>* mates);
+  void Watch(uint16_t mate);
+  void Do(const std::vector<ModuleAction>& actions);
+  void Compute(int64_t tick);
+  void Publish(int64_t tick);
+  void SayHello();
+  void SendAsk(const std::string& to, morphbus::ask_t* ask);
+  const vm::NeighbourMessage* MessageOf(uint16_t mate, int64_t tick);
+
+  const TimeSource* time_;
+  ModuleBrain* brain_;
+  ModulePartyOptions options_;
+  Bus* bus_;
+  Ledger ledger_;
+  Outbox outbox_;
+  ModuleLockstep machine_;
+  SequenceTrackers trackers_;
+  std::string channel_transform_, channel_actuator_, channel_status_;
+  std::map<uint16_t, std::string> directory_;  ///< Names by id, from SENSORS.
+  std::map<uint16_t, Mailbox> mailboxes_;
+  vm::TickInput input_;
+  vm::TickOutput output_;
+  morphbus::sensors_t sensors_;     ///< Reused.
+  morphbus::transform_t transform_; ///< Reused.
+  int64_t sim_time_us_ = 0;
+  std::function<void(const std::vector<uint8_t>&)> before_publish_;
+  std::vector<ModuleAction> actions_;
+  std::string error_, end_reason_;
+};
+
+}  // namespace morphbus::bridge

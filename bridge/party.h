@@ -1,0 +1,64 @@
+#pragma once
+// A party of a run: sim, module or logger, between a bus and its state machine.
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "bridge/bus.h"
+
+namespace morphbus::bridge {
+
+class InprocHub;
+
+inline constexpr int64_t kNever = std::numeric_limits<int64_t>::max();
+
+/// Microseconds from an arbitrary start; never sim time, and never in a payload of a hashed channel.
+class TimeSource {
+ public:
+  virtual ~TimeSource() = default;
+  [[nodiscard]] virtual int64_t NowUs() const = 0;
+};
+
+/// The machine's monotonic clock.
+class MonotonicTime : public TimeSource {
+ public:
+  [[nodiscard]] int64_t NowUs() const override;
+};
+
+/// Time that a test or an in-process run moves.
+class VirtualTime : public TimeSource {
+ public:
+  [[nodiscard]] int64_t NowUs() const override { return now_us_; }
+  void AdvanceTo(int64_t us) { if (us > now_us_) now_us_ = us; }
+
+ private:
+  int64_t now_us_ = 0;
+};
+
+class Party {
+ public:
+  virtual ~Party() = default;
+  /// Subscribes and says hello.
+  virtual void Start() = 0;
+  /// Does what is due. Call after the bus was handled, at the latest at next_deadline_us().
+  virtual void OnTime() = 0;
+  [[nodiscard]] virtual int64_t next_deadline_us() const = 0;
+  /// True once the run is over for this party, well or not.
+  [[nodiscard]] virtual bool done() const = 0;
+  [[nodiscard]] virtual const Ledger& ledger() const = 0;
+};
+
+/// Runs parties that share one bus until all are done or `*stop` (may be null; set by a signal
+/// handler) is true. Sleeps on the bus between events. `each_second` (may be empty) is called about
+/// once a second of wall time and after the end: HEALTH, progress.
+void RunParties(Bus* bus, const TimeSource& time, const std::vector<Party*>& parties,
+                const volatile bool* stop, const std::function<void()>& each_second);
+
+/// Runs parties on one hub in virtual time until all are done: no sleeping, loss costs no wall time.
+/// Returns false if nothing could happen any more though some party was not done (our bug), or if
+/// `*stop` (may be null) became true.
+bool RunInproc(InprocHub* hub, VirtualTime* time, const std::vector<Party*>& parties,
+               const volatile bool* stop = nullptr);
+
+}  // namespace morphbus::bridge

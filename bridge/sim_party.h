@@ -1,0 +1,121 @@
+#pragma once
+// The simulator's side of the lockstep: beats the clock, publishes sensors and truth, takes commands.
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bridge/outbox.h"
+#include "bridge/party.h"
+#include "bridge/sequence_tracker.h"
+#include "bridge/sim_lockstep.h"
+#include "bridge/simulated_robot.h"
+
+namespace morphbus::bridge {
+
+/// A module that must join before tick 0 is over.
+struct ExpectedModule {
+  std::string name;
+  uint16_t id = 0;
+  std::string type_name;
+  uint64_t kinematics_hash = 0;
+};
+
+struct SimPartyOptions {
+  std::string run;
+  uint64_t model_hash = 0;
+  uint64_t program_hash = 0;            ///< Of the image every module must run; 0: any.
+  std::vector<ExpectedModule> modules;  ///< In order of id.
+  bool logger = false;                  ///< A logger is a party of the run.
+  int64_t num_ticks = -1;               ///< Ends after so many; -1: when stopped.
+  int32_t tick_us = 20000;
+  bool realtime = false;
+  double speed = 0;                     ///< Times real time; 0: as fast as possible. Real time: 1.
+  LockstepTiming timing;
+};
+
+/// How a run ended, for the summary.
+struct SimOutcome {
+  bool ok = false;
+  std::string error;     ///< Empty if ok; names the process concerned.
+  std::string reason;    ///< As in CLOCK's end_reason.
+  int64_t ticks = 0;
+  std::string run_hash;  ///< 32 hexadecimal digits, once every module acknowledged END.
+  std::string recorded_hash;  ///< The logger's; empty without one.
+  std::vector<ChannelTotal> totals;
+  int64_t messages = 0;       ///< Distinct messages on hashed channels.
+  int64_t missed_deadlines = 0;
+};
+
+class SimParty : public Party {
+ public:
+  /// `bus`, `robot` and `time` outlive the party.
+  SimParty(Bus* bus, SimulatedRobot* robot, const TimeSource* time, SimPartyOptions options);
+  ~SimParty() override;
+
+  void Start() override;
+  void OnTime() override;
+  [[nodiscard]] int64_t next_deadline_us() const override;
+  [[nodiscard]] bool done() const override;
+  [[nodiscard]] const Ledger& ledger() const override { return ledger_; }
+
+  /// Ends the run after the current tick; `reason` goes into CLOCK.
+  void RequestStop(const std::string& reason);
+  void Pause();
+  void Resume();
+  /// Paused: runs one tick more.
+  void Step();
+  /// Times real time; 0: as fast as possible.
+  void SetSpeed(double speed);
+  /// Text that the next CLOCK carries among its `controls`: an effect that begins at that tick.
+  void AnnounceControl(const std::string& text);
+  /// Called before sensors of a tick are published (tick number): apply controls to the robot here.
+  void OnBeforeTick(std::function<void(int64_t tick)> hook);
+
+  [[nodiscard]] int64_t tick() const { return machine_.tick(); }
+  [[nodiscard]] bool paused() const { return machine_.paused(); }
+  [[nodiscard]] const SimOutcome& outcome() const { return outcome_; }
+  /// Processes that have not said HELLO yet, for progress messages.
+  [[nodiscard]] std::vector<std::string> missing_processes() const;
+
+ private:
+  void OnHello(const uint8_t* data, size_t size);
+  void OnActuator(size_t module, const uint8_t* data, size_t size);
+  void OnAsk(const uint8_t* data, size_t size);
+  void TakeEndAck(const morphbus::ask_t& ask);
+  void Do(const std::vector<SimAction>& actions);
+  void PublishTick(int64_t tick);
+  void PublishClock(int64_t tick, int8_t phase);
+  void PublishEnd();
+  void Advance();
+  void SendAsk(const std::string& to, int8_t kind, const std::string& channel, int64_t sequence);
+  void Finish();
+  void Refuse(const std::string& why);
+
+  const TimeSource* time_;
+  SimulatedRobot* robot_;
+  SimPartyOptions options_;
+  Bus* bus_;
+  Ledger ledger_;
+  Outbox outbox_;
+  SimLockstep machine_;
+  SequenceTrackers trackers_;
+  SimOutcome outcome_;
+  std::string channel_clock_, channel_sensors_, channel_world_;
+  std::vector<std::string> names_;        ///< Machine's process index -> name; the logger last.
+  std::vector<int64_t> claims_;           ///< By process; 0: none yet.
+  std::vector<morphbus::actuator_t> commands_;  ///< By module, of the current tick.
+  std::vector<std::vector<size_t>> sensors_parts_;  ///< Indices of modules, constant over the run.
+  int world_parts_ = 0;
+  std::map<std::string, ChannelTotal> module_totals_;
+  std::vector<std::string> controls_;
+  std::function<void(int64_t)> before_tick_;
+  std::vector<SimAction> actions_;
+  std::vector<morphbus::module_sensors_t> sensed_;
+  std::vector<morphbus::body_pose_t> truth_;
+};
+
+}  // namespace morphbus::bridge

@@ -1,0 +1,58 @@
+#pragma once
+// Between the VM's plain structs (vm/module_api.h) and the wire types.
+
+#include <cstdint>
+#include <morphbus/actuator_t.hpp>
+#include <morphbus/module_sensors_t.hpp>
+#include <morphbus/status_t.hpp>
+#include <morphbus/transform_t.hpp>
+#include <string>
+#include <vector>
+
+#include "compiler/source/result.h"
+#include "vm/module_api.h"
+
+namespace morphbus::bridge {
+
+/// The neighbour message as transform_t, header left to the outbox. Always under kMaxPayloadBytes.
+void ToTransform(const vm::NeighbourMessage& message, morphbus::transform_t* out);
+
+/// The reverse, of a message that Decode accepted; sender, tick and program hash come from its header.
+void FromTransform(const morphbus::transform_t& message, vm::NeighbourMessage* out);
+
+/// Commands of one tick. `status_count`: STATUS messages published so far, this tick's included.
+void ToActuator(const vm::TickOutput& output, uint16_t module_id, int num_joints,
+                int64_t status_count, morphbus::actuator_t* out);
+
+/// The module's own reading as the VM's input (tick, time and messages are left alone). Fails if joint
+/// or connector numbers do not fit the module's type.
+Result<void> FromSensors(const morphbus::module_sensors_t& reading, int num_joints,
+                         int num_connectors, vm::TickInput* out);
+
+/// Names behind a StatusReport's numbers, as text.
+struct StatusNames {
+  std::string type_name;
+  std::string role_name;                 ///< Of the report's role; empty without one.
+  std::vector<std::string> label_names;  ///< Of its label slots.
+  std::vector<bool> label_is_joint;      ///< Else a link.
+  std::vector<std::string> task_functions;   ///< By entry of tasks.
+  std::vector<std::string> fault_functions;  ///< By entry of faults.
+  std::vector<std::string> fault_texts;
+};
+
+/// Longest name in a STATUS, bytes; longer ones are cut at a character.
+inline constexpr size_t kMaxStatusName = 48;
+
+/// The report as one message, or as several if its faults do not fit into one. Labels always fit;
+/// tasks that do not are counted in tasks_omitted.
+std::vector<morphbus::status_t> ToStatus(const vm::StatusReport& report, const StatusNames& names,
+                                         uint16_t module_id, uint32_t incarnation, int num_joints);
+
+/// Splits modules into SENSORS parts: indices of the modules of each part, in order, such that no part
+/// can exceed kMaxPayloadBytes whatever gets docked. The split depends on names and joint counts only.
+std::vector<std::vector<size_t>> SplitSensors(const std::vector<morphbus::module_sensors_t>& modules);
+
+/// Bodies that fit into one WORLD part.
+size_t WorldBodiesPerPart();
+
+}  // namespace morphbus::bridge
