@@ -123,7 +123,6 @@ struct InvokeRequest {
 struct VmConfig {
   uint16_t module_id = 0;
   uint32_t incarnation = 1;     ///< Counts cold starts, from 1.
-  int64_t tick_us = 20000;      ///< Control period, microseconds of sim time.
   bool is_root = false;
   uint8_t root_link = 0;        ///< The link whose pose is broadcast.
   PoseF X_RL_root;              ///< Its pose in the robot frame (m).

@@ -21,6 +21,8 @@ struct RelayState {
   uint32_t running_size = 0;
   ProgramFragment incoming;    ///< Header of what is being collected; its bytes are unused.
   ProgramNews refused;         ///< The newest that the verifier refused.
+  uint32_t want_offset = 0;    ///< Lowest piece that a mate asked for in this tick,
+  uint8_t wanted = 0;          ///< if any did.
   uint32_t serve_offset = 0;   ///< Next piece to hand out.
   uint32_t pieces_missing = 0;
   uint8_t active = 0;          ///< Which of `images` runs; the other one is being filled.
@@ -61,6 +63,10 @@ class ProgramRelay {
   void Fill(NeighbourMessage* message);
 
  private:
+  void Begin(uint32_t version, uint64_t hash, uint32_t size);
+  void Hear(const ProgramNews& news);
+  void Take(const ProgramFragment& piece);
+
   RelayState& state_;
 };
 

@@ -53,12 +53,13 @@ struct BodyRecord {
   uint8_t joint = 0;
   uint8_t live = 0;              ///< 0: gone; kept so that its old stamps are not believed again.
   uint8_t patience = 0;          ///< Ticks it may go without news.
-  int64_t stamp = 0;             ///< Newest accepted.
-  int64_t refreshed_tick = 0;
+  int32_t stamp = 0;             ///< Newest accepted (a tick).
+  int32_t refreshed_tick = 0;
 };
 
 struct BodyTable {
   uint8_t num = 0;
+  bool overflow_told = false;
   BodyRecord records[kMaxBodyRecords];  ///< Sorted by module, then joint.
 };
 
@@ -116,6 +117,7 @@ struct PendingCommand {
 struct SchedulerState {
   bool startup_done = false;
   uint8_t next_task = 0;         ///< Where the round begins.
+  uint16_t ended_behaviors = 0;  ///< Behaviors that faulted and do not repeat, bit mask.
   uint8_t num_pending = 0;
   int64_t next_timer_us = 0;
   uint8_t event_pending[kMaxRoutines] = {};   ///< Per handler of the role.
@@ -134,6 +136,7 @@ struct OriginRecord {
   uint16_t module = 0;
   uint32_t incarnation = 0;
   uint32_t have = 0;             ///< All ids up to this one have arrived (or are gone for good).
+  int64_t gap_since_tick = -1;   ///< Since when mates offer only later ids; -1 if they do not.
 };
 
 struct DiffusionState {
@@ -141,19 +144,20 @@ struct DiffusionState {
   uint8_t num_kept = 0;
   uint8_t num_origins = 0;
   uint8_t next_ack = 0;
+  int64_t full_since_tick = -1;
   KeptInvocation kept[kMaxInvocations];     ///< In order of arrival.
-  OriginRecord origins[kMaxOrigins];        ///< Sorted by module.
+  OriginRecord origins[kMaxOrigins];        ///< Sorted by module, then incarnation.
 };
 
 struct VmState {
   bool started = false;          ///< A first tick has been computed.
   int64_t tick = 0;
   int64_t sim_time_us = 0;
+  bool neighbours_told = false;  ///< More docked connectors than capacity: reported.
   uint64_t reported = 0;         ///< Digest of the last status (vm/vm.cc).
   MateRecord mates[kMaxConnectors];
   PoseState pose;
   BodyTable bodies[kMaxLinks];   ///< By body link (VerifiedKinematics::BodyLink).
-  uint32_t body_turn = 0;
   RoleState role;
   JointState joints[kMaxJoints];
   uint32_t joint_events = 0;     ///< Joints that stalled this tick, bit mask.
