@@ -1,6 +1,6 @@
 #pragma once
-// Bodies, distributed: which joints touch the body that each own link belongs to. A body is a largest
-// set of links held together by dockings and fixed joints (paper, Fig. 6).
+// Bodies, distributed: which joints touch the body that each own link belongs to. A body is a
+// largest set of links held together by dockings and fixed joints (paper, Fig. 6).
 
 #include "vm/context.h"
 

@@ -8,16 +8,15 @@ namespace morphbus::vm {
 namespace {
 
 bool IsFrom(const Invocation& invocation, const OriginRecord& origin) {
-  return invocation.origin == origin.module &&
-         invocation.origin_incarnation == origin.incarnation;
+  return invocation.origin == origin.module && invocation.origin_incarnation == origin.incarnation;
 }
 
 /// First and one past the last of an origin's records are neighbours, since they are sorted.
 int Place(const DiffusionState& d, uint16_t module, uint32_t incarnation) {
   int i = 0;
-  while (i < d.num_origins && (d.origins[i].module < module ||
-                               (d.origins[i].module == module &&
-                                d.origins[i].incarnation < incarnation))) {
+  while (i < d.num_origins &&
+         (d.origins[i].module < module ||
+          (d.origins[i].module == module && d.origins[i].incarnation < incarnation))) {
     ++i;
   }
   return i;
@@ -132,7 +131,7 @@ void MendGaps(Context& context, const Mail& mail) {
   DiffusionState& d = context.state.diffusion;
   for (int i = 0; i < d.num_origins; ++i) {
     OriginRecord& origin = d.origins[i];
-    uint32_t lowest = 0;   // Lowest id beyond a gap that a mate offers.
+    uint32_t lowest = 0;  // Lowest id beyond a gap that a mate offers.
     for (int c = 0; c < context.kinematics.num_connectors(); ++c) {
       const NeighbourMessage* message = mail.from[c];
       if (message == nullptr) continue;
@@ -169,8 +168,8 @@ void TakeInvocations(Context& context, int c, const NeighbourMessage& message) {
   }
 }
 
-/// Two modules whose stores are full of what the other cannot take would wait for ever: after a while
-/// the oldest goes, and the loss is told.
+/// Two modules whose stores are full of what the other cannot take would wait for ever: after a
+/// while the oldest goes, and the loss is told.
 void RelieveJam(Context& context) {
   DiffusionState& d = context.state.diffusion;
   if (d.num_kept < kMaxInvocations) {
@@ -237,8 +236,8 @@ void IssueRequests(Context& context, const TickInput& input) {
       fault.function =
           static_cast<int16_t>(program.role(request.role).commands[request.command].function);
       if (program.AcceptsArguments(fault.function, request.arguments, request.num_arguments)) {
-        fault.code = Issue(context, request.role, request.command, request.arguments,
-                           request.num_arguments);
+        fault.code =
+            Issue(context, request.role, request.command, request.arguments, request.num_arguments);
       }
     }
     if (fault.code != FaultCode::kNone) Report(context, fault);

@@ -1,8 +1,8 @@
 #pragma once
-// Invocations, hop by hop, exactly once. Each module accepts an origin's invocations in the order of
-// their ids, runs those that fit its role, and keeps each until every present mate has said that it
-// has it; so losses, repeats and late messages do no harm, and a mate that docks later gets what is
-// still under way.
+// Invocations, hop by hop, exactly once. Each module accepts an origin's invocations in the order
+// of their ids, runs those that fit its role, and keeps each until every present mate has said that
+// it has it; so losses, repeats and late messages do no harm, and a mate that docks later gets what
+// is still under way.
 
 #include "vm/context.h"
 

@@ -116,9 +116,11 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
     pc += 1;                                                  \
     NEXT();                                                   \
   } while (false)
-// After an operation of the host: its operands are gone already, `pc` stands behind it.
+// After an operation of the host: its operands are gone already, `pc` stands behind it. The frame
+// tells the host which instruction calls, for faults that do not end the task.
 #define FINISH_EFFECT(call)                                    \
   do {                                                         \
+    frame->pc = static_cast<uint32_t>(at - code);              \
     const OpResult effect = (call);                            \
     if (effect.fault != FaultCode::kNone) FAULT(effect.fault); \
     if (effect.wait) goto waiting;                             \

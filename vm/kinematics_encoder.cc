@@ -65,8 +65,7 @@ std::string CheckCapacities(const KinematicsTables& t) {
   for (const auto& connector : t.connectors) {
     names.push_back(connector.name);
     if (connector.states.size() > kMaxConnectorStates) {
-      return over("state variables on one connector", connector.states.size(),
-                  kMaxConnectorStates);
+      return over("state variables on one connector", connector.states.size(), kMaxConnectorStates);
     }
     for (const auto& state : connector.states) {
       names.push_back(state.name);

@@ -17,8 +17,8 @@ struct KinematicsTables {
     JointKind kind = JointKind::kRevolute;
     int link_a = 0, link_b = 0;
     Vec3 origin_m;
-    Vec3 axis;                   ///< Unit.
-    double lower = 0, upper = 0; ///< Infinite where unlimited.
+    Vec3 axis;                    ///< Unit.
+    double lower = 0, upper = 0;  ///< Infinite where unlimited.
     double speed = 0;
   };
   struct State {

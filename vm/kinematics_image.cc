@@ -242,8 +242,10 @@ bool VerifiedKinematics::Find(int connection_type, int number, bool is_member_b,
       *out = c;
       return true;
     }
-    if (key < wanted) low = middle + 1;
-    else high = middle;
+    if (key < wanted)
+      low = middle + 1;
+    else
+      high = middle;
   }
   return false;
 }

@@ -17,7 +17,8 @@ struct KinLink {
   Text name;
 };
 
-/// +q turns A relative to B about `axis` (unit, A's axis) through `origin`, both in the module frame.
+/// +q turns A relative to B about `axis` (unit, A's axis) through `origin`, both in the module
+/// frame.
 struct KinJoint {
   Text name;
   JointKind kind = JointKind::kRevolute;
@@ -29,8 +30,8 @@ struct KinJoint {
 };
 
 struct KinConnectorState {
-  Text name;              ///< e.g. "extended".
-  uint8_t num_values = 2; ///< 2 for [bool].
+  Text name;               ///< e.g. "extended".
+  uint8_t num_values = 2;  ///< 2 for [bool].
 };
 
 struct KinConnector {
@@ -44,17 +45,19 @@ struct KinConnector {
 struct KinConnection {
   uint8_t connection_type = 0;  ///< Index of the M3L `connection`, as the connector sensor reports.
   uint16_t number = 0;
-  uint8_t connector = 0;        ///< Our connector.
+  uint8_t connector = 0;  ///< Our connector.
   uint8_t mate_connector = 0;
-  bool is_member_b = false;     ///< As in ConnectorReading.
-  PoseF X_MN;                   ///< N: the mate's module frame (m).
+  bool is_member_b = false;  ///< As in ConnectorReading.
+  PoseF X_MN;                ///< N: the mate's module frame (m).
 };
 
 /// Made only by VerifyKinematics. Points into the bytes; connections are decoded on demand.
 class VerifiedKinematics {
  public:
-  [[nodiscard]] uint64_t hash() const { return hash_; }           ///< Of this image.
-  [[nodiscard]] uint64_t model_hash() const { return model_hash_; } ///< Of the model it comes from.
+  [[nodiscard]] uint64_t hash() const { return hash_; }  ///< Of this image.
+  [[nodiscard]] uint64_t model_hash() const {
+    return model_hash_;
+  }  ///< Of the model it comes from.
   [[nodiscard]] Text type_name() const { return type_name_; }
   [[nodiscard]] int num_links() const { return num_links_; }
   [[nodiscard]] const KinLink& link(int i) const { return links_[i]; }

@@ -12,15 +12,15 @@ inline constexpr int kMaxConnectors = 24;
 inline constexpr int kMaxConnectorStates = 4;  ///< State variables a connector.
 
 // An assembly as one module sees it.
-inline constexpr int kMaxNeighbours = 12;   ///< Docked connectors at one time.
-inline constexpr int kMaxBodyJoints = 64;   ///< Joints known to touch one body.
+inline constexpr int kMaxNeighbours = 12;  ///< Docked connectors at one time.
+inline constexpr int kMaxBodyJoints = 64;  ///< Joints known to touch one body.
 
 // A program.
 inline constexpr int kMaxRoles = 64;
 inline constexpr int kMaxFunctions = 512;
 inline constexpr int kMaxKeywords = 64;
-inline constexpr int kMaxFields = 16;    ///< A role, with what it inherits.
-inline constexpr int kMaxLabels = 16;    ///< A role, with what it inherits.
+inline constexpr int kMaxFields = 16;  ///< A role, with what it inherits.
+inline constexpr int kMaxLabels = 16;  ///< A role, with what it inherits.
 inline constexpr int kMaxRequirements = 16;
 inline constexpr int kMaxRoutines = 16;  ///< Startups, behaviors, commands, handlers: each, a role.
 inline constexpr int kMaxArguments = 4;
@@ -28,31 +28,31 @@ inline constexpr uint32_t kMaxImageBytes = 65536;
 
 // A running VM.
 inline constexpr int kMaxTasks = 12;
-inline constexpr int kStackCells = 40;   ///< A task: locals and operands of all its frames.
+inline constexpr int kStackCells = 40;  ///< A task: locals and operands of all its frames.
 inline constexpr int kMaxCallDepth = 6;
-inline constexpr int kQueueDepth = 8;    ///< Invocations waiting behind one command.
+inline constexpr int kQueueDepth = 8;           ///< Invocations waiting behind one command.
 inline constexpr int kMaxPendingCommands = 64;  ///< All queues of a module together.
-inline constexpr int kMaxInvocations = 32;  ///< Kept for forwarding.
-inline constexpr int kMaxOrigins = 64;      ///< Modules whose invocations are told apart.
+inline constexpr int kMaxInvocations = 32;      ///< Kept for forwarding.
+inline constexpr int kMaxOrigins = 64;          ///< Modules whose invocations are told apart.
 inline constexpr int kMaxFaultsPerTick = 8;
-inline constexpr int kMaxRoleChanges = 8;   ///< In kRoleChangeWindowUs; one more freezes the role.
-inline constexpr int kMaxRequests = 4;      ///< Invocations from outside, a tick.
+inline constexpr int kMaxRoleChanges = 8;  ///< In kRoleChangeWindowUs; one more freezes the role.
+inline constexpr int kMaxRequests = 4;     ///< Invocations from outside, a tick.
 
-// What a body's joint table holds besides the joints that touch it: joints that are gone, remembered
-// so that late news of them is not believed.
+// What a body's joint table holds besides the joints that touch it: joints that are gone,
+// remembered so that late news of them is not believed.
 inline constexpr int kMaxBodyRecords = 96;
 
 // Times. Ticks of the control period, microseconds of sim time.
 inline constexpr int64_t kRoleChangeWindowUs = 5000000;
-inline constexpr int64_t kStallUs = 500000;         ///< Set-point there, joint not.
-inline constexpr int64_t kTimerUs = 1000000;        ///< Period of on_timer.
-inline constexpr int64_t kPoseStaleTicks = 10;      ///< Without a newer sequence of the root.
-inline constexpr int64_t kSilentTicks = 50;         ///< A mate not heard so long holds nothing up.
-inline constexpr int64_t kBodyMemoryTicks = 256;    ///< News older than this is never believed.
-inline constexpr int64_t kMaxTickAhead = 64;        ///< A message from further ahead is ignored.
+inline constexpr int64_t kStallUs = 500000;       ///< Set-point there, joint not.
+inline constexpr int64_t kTimerUs = 1000000;      ///< Period of on_timer.
+inline constexpr int64_t kPoseStaleTicks = 10;    ///< Without a newer sequence of the root.
+inline constexpr int64_t kSilentTicks = 50;       ///< A mate not heard so long holds nothing up.
+inline constexpr int64_t kBodyMemoryTicks = 256;  ///< News older than this is never believed.
+inline constexpr int64_t kMaxTickAhead = 64;      ///< A message from further ahead is ignored.
 
-// A neighbour message. Its fixed core and the pieces below stay under one datagram of 1400 bytes; what
-// does not fit waits its turn.
+// A neighbour message. Its fixed core and the pieces below stay under one datagram of 1400 bytes;
+// what does not fit waits its turn.
 inline constexpr int kMaxMessageBodyEntries = 48;
 inline constexpr int kMaxMessageInvocations = 6;
 inline constexpr int kMaxMessageAcks = 16;

@@ -27,8 +27,8 @@ MateRecord NewMate(const Context& context, int connector, const ConnectorReading
   mate.is_member_b = reading.is_member_b;
   mate.heard_tick = context.state.tick;
   KinConnection connection;
-  mate.known = context.kinematics.Find(reading.connection_type, reading.number,
-                                       reading.is_member_b, connector, &connection) &&
+  mate.known = context.kinematics.Find(reading.connection_type, reading.number, reading.is_member_b,
+                                       connector, &connection) &&
                connection.mate_connector == reading.mate_connector;
   // At joint values 0 the links' frames are the module frames, so X_MN is also X_LK.
   if (mate.known) mate.X_LK = connection.X_MN;
@@ -101,8 +101,8 @@ void ReadMates(Context& context, const Mail& mail) {
     const NeighbourMessage* message = mail.from[c];
     if (message == nullptr) continue;
     const bool same_program = message->program_hash == context.program.hash();
-    mate.role = same_program && message->role < context.program.num_roles() ? message->role
-                                                                             : int16_t{-1};
+    mate.role =
+        same_program && message->role < context.program.num_roles() ? message->role : int16_t{-1};
     const DockedLink* docked = DockedHere(context, *message, mate);
     mate.linked = docked != nullptr;
     if (docked == nullptr) {
@@ -118,8 +118,7 @@ const DockedLink* DockedHere(const Context& context, const NeighbourMessage& mes
                              const MateRecord& mate) {
   for (int i = 0; i < message.num_docked; ++i) {
     const DockedLink& docked = message.docked[i];
-    if (docked.connector == mate.mate_connector &&
-        docked.mate_module == context.config.module_id) {
+    if (docked.connector == mate.mate_connector && docked.mate_module == context.config.module_id) {
       return &docked;
     }
   }

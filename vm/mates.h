@@ -5,8 +5,8 @@
 
 namespace morphbus::vm {
 
-/// Takes the connector sensors, raises on_connect and on_disconnect, and picks the messages that are
-/// new, of the mate that the sensor names, and not from an earlier life of it.
+/// Takes the connector sensors, raises on_connect and on_disconnect, and picks the messages that
+/// are new, of the mate that the sensor names, and not from an earlier life of it.
 void UpdateMates(Context& context, const TickInput& input, Mail* mail);
 
 /// Keeps of each new message where the mate lies and which role it plays; forgets mates that have

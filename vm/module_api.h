@@ -25,20 +25,20 @@ struct ConnectorReading {
 
 /// "Joint `joint` of module `module` touches this body", stamped by its origin.
 struct BodyEntry {
-  uint8_t link = 0;      ///< In a message: the sender's DockedLink::body_link whose body is meant.
+  uint8_t link = 0;  ///< In a message: the sender's DockedLink::body_link whose body is meant.
   uint8_t joint = 0;
   uint16_t module = 0;
-  int64_t stamp = 0;     ///< Origin's tick.
+  int64_t stamp = 0;  ///< Origin's tick.
 };
 
 /// A remote invocation on its way.
 struct Invocation {
   uint16_t origin = 0;
   uint32_t origin_incarnation = 0;
-  uint32_t id = 0;             ///< 1, 2, 3 … per origin and incarnation.
-  uint64_t program_hash = 0;   ///< It runs only under this image.
+  uint32_t id = 0;            ///< 1, 2, 3 … per origin and incarnation.
+  uint64_t program_hash = 0;  ///< It runs only under this image.
   uint16_t role = 0;
-  uint8_t command = 0;         ///< Slot.
+  uint8_t command = 0;  ///< Slot.
   uint8_t num_arguments = 0;
   Cell arguments[kMaxArguments];
 };
@@ -48,7 +48,8 @@ struct InvocationAck {
   uint16_t origin = 0;
   uint32_t origin_incarnation = 0;
   uint32_t id = 0;
-  uint32_t floor = 1;  ///< id + 1 if none is kept. A mate that lacks older ones cannot get them here.
+  uint32_t floor =
+      1;  ///< id + 1 if none is kept. A mate that lacks older ones cannot get them here.
 };
 
 struct DockedLink {
@@ -61,9 +62,9 @@ struct DockedLink {
 /// Which program a module holds and which piece of a newer one it asks its mates for; filled in and
 /// read by ProgramRelay (vm/program_relay.h) alone.
 struct ProgramNews {
-  uint32_t version = 0;      ///< Of the program it runs; the highest version spreads, then the hash.
+  uint32_t version = 0;  ///< Of the program it runs; the highest version spreads, then the hash.
   uint64_t hash = 0;
-  uint32_t want_version = 0; ///< 0: wants nothing.
+  uint32_t want_version = 0;  ///< 0: wants nothing.
   uint64_t want_hash = 0;
   uint32_t want_offset = 0;  ///< First byte it lacks.
 };
@@ -73,8 +74,8 @@ struct ProgramFragment {
   uint32_t version = 0;
   uint64_t hash = 0;
   uint32_t image_size = 0;
-  uint32_t offset = 0;       ///< A multiple of kFragmentBytes.
-  uint16_t size = 0;         ///< 0: no fragment. kFragmentBytes but for the last one.
+  uint32_t offset = 0;  ///< A multiple of kFragmentBytes.
+  uint16_t size = 0;    ///< 0: no fragment. kFragmentBytes but for the last one.
   uint8_t bytes[kFragmentBytes] = {};
 };
 
@@ -84,7 +85,7 @@ struct NeighbourMessage {
   uint32_t incarnation = 0;
   int64_t tick = 0;
   uint64_t program_hash = 0;
-  int16_t role = -1;             ///< Index in the program's role table; -1 while it has none.
+  int16_t role = -1;  ///< Index in the program's role table; -1 while it has none.
   // Distributed forward kinematics.
   bool has_pose = false;
   bool pose_stale = false;
@@ -93,7 +94,7 @@ struct NeighbourMessage {
   int64_t root_sequence = 0;
   uint16_t hops = 0;
   uint8_t num_links = 0;
-  PoseF X_RL[kMaxLinks];         ///< Pose of each link in the robot frame.
+  PoseF X_RL[kMaxLinks];  ///< Pose of each link in the robot frame.
   // Bodies; a body too large for one message is sent in `body_turns` messages in turn.
   uint8_t num_docked = 0;
   DockedLink docked[kMaxNeighbours];
@@ -112,9 +113,9 @@ struct NeighbourMessage {
 /// An invocation from outside (a person's `morphbus invoke`), given to any one module, which issues
 /// it as its own.
 struct InvokeRequest {
-  uint64_t program_hash = 0;   ///< Refused under any other image.
+  uint64_t program_hash = 0;  ///< Refused under any other image.
   uint16_t role = 0;
-  uint8_t command = 0;         ///< Slot.
+  uint8_t command = 0;  ///< Slot.
   uint8_t num_arguments = 0;
   Cell arguments[kMaxArguments];
 };
@@ -122,10 +123,10 @@ struct InvokeRequest {
 /// What a module is told when it is started (its id, whether it is the root), and how it is run.
 struct VmConfig {
   uint16_t module_id = 0;
-  uint32_t incarnation = 1;     ///< Counts cold starts, from 1.
+  uint32_t incarnation = 1;  ///< Counts cold starts, from 1.
   bool is_root = false;
-  uint8_t root_link = 0;        ///< The link whose pose is broadcast.
-  PoseF X_RL_root;              ///< Its pose in the robot frame (m).
+  uint8_t root_link = 0;  ///< The link whose pose is broadcast.
+  PoseF X_RL_root;        ///< Its pose in the robot frame (m).
   /// Ticks for which what a mate said is kept when its message is late. 0 in lockstep, where none
   /// is; a few where messages get lost for good.
   uint16_t grace_ticks = 0;
@@ -134,11 +135,11 @@ struct VmConfig {
 struct TickInput {
   int64_t tick = 0;
   int64_t sim_time_us = 0;
-  double joint_position[kMaxJoints] = {};   ///< rad or m, raw actuator sign.
+  double joint_position[kMaxJoints] = {};  ///< rad or m, raw actuator sign.
   double joint_velocity[kMaxJoints] = {};
   ConnectorReading connectors[kMaxConnectors];
-  /// Message of the mate on each connector from the previous tick; nullptr if none arrived. A message
-  /// whose sender is not the connector's mate is ignored.
+  /// Message of the mate on each connector from the previous tick; nullptr if none arrived. A
+  /// message whose sender is not the connector's mate is ignored.
   const NeighbourMessage* messages[kMaxConnectors] = {};
   uint8_t num_requests = 0;
   InvokeRequest requests[kMaxRequests];
@@ -148,8 +149,8 @@ enum class ActuatorMode : uint8_t { kHold, kPosition, kVelocity };
 
 struct JointCommand {
   ActuatorMode mode = ActuatorMode::kHold;
-  double target = 0;   ///< rad or m (kPosition), raw actuator sign.
-  double speed = 0;    ///< Limit of the set-point's speed (kPosition) or the velocity (kVelocity).
+  double target = 0;  ///< rad or m (kPosition), raw actuator sign.
+  double speed = 0;   ///< Limit of the set-point's speed (kPosition) or the velocity (kVelocity).
 };
 
 struct Fault {
@@ -158,10 +159,10 @@ struct Fault {
   int16_t function = -1;  ///< -1: no source position.
   uint16_t line = 0;
   int16_t joint = -1;
-  float value = 0;        ///< e.g. the angle asked for, degrees (mm for prismatic joints).
+  float value = 0;  ///< e.g. the angle asked for, degrees (mm for prismatic joints).
   float limit = 0;
-  Axis axis = Axis::kAny; ///< kAxisNotAligned: the axis that setJointAxis asked for, and
-  Vec3 direction_R;       ///< where the joint's axis points, robot frame (unit).
+  Axis axis = Axis::kAny;  ///< kAxisNotAligned: the axis that setJointAxis asked for, and
+  Vec3 direction_R;        ///< where the joint's axis points, robot frame (unit).
 };
 
 enum class TaskKind : uint8_t { kStartup, kBehavior, kCommand, kHandler };
@@ -169,29 +170,29 @@ enum class TaskKind : uint8_t { kStartup, kBehavior, kCommand, kHandler };
 struct TaskReport {
   TaskKind kind = TaskKind::kStartup;
   uint16_t function = 0;
-  uint16_t line = 0;       ///< Where it stands.
+  uint16_t line = 0;  ///< Where it stands.
 };
 
 /// Role, labels, conventions, tasks (channel RUN/<module>/STATUS).
 struct StatusReport {
-  bool changed = false;    ///< Role, labels or conventions differ from the last tick, or faults.
+  bool changed = false;  ///< Role, labels or conventions differ from the last tick, or faults.
   int16_t role = -1;
-  bool frozen = false;     ///< Role changed too often.
+  bool frozen = false;  ///< Role changed too often.
   bool has_pose = false, pose_stale = false;
   uint8_t num_labels = 0;
-  int8_t labels[kMaxLabels];        ///< Own joint or link index of each label slot.
-  int8_t signs[kMaxJoints];         ///< +1 or -1 under setJointAxis, 0 without a convention.
+  int8_t labels[kMaxLabels];  ///< Own joint or link index of each label slot.
+  int8_t signs[kMaxJoints];   ///< +1 or -1 under setJointAxis, 0 without a convention.
   uint8_t num_tasks = 0;
   TaskReport tasks[kMaxTasks];
   uint8_t num_faults = 0;
-  uint16_t faults_dropped = 0;      ///< Beyond kMaxFaultsPerTick.
+  uint16_t faults_dropped = 0;  ///< Beyond kMaxFaultsPerTick.
   Fault faults[kMaxFaultsPerTick];
 };
 
 struct ConnectorCommand {
   uint8_t connector = 0;
-  uint8_t state = 0;      ///< Index into KinConnector::states.
-  uint8_t value = 0;      ///< Index into the state's values.
+  uint8_t state = 0;  ///< Index into KinConnector::states.
+  uint8_t value = 0;  ///< Index into the state's values.
 };
 
 struct TickOutput {

@@ -14,7 +14,7 @@ constexpr double kArrivedDegrees = 2.0;
 constexpr double kArrivedMillimetres = 1.0;
 constexpr double kClampTolerance = 0.01;  // Degrees, millimetres.
 constexpr float kCos45 = 0.70710678f;
-constexpr float kUnlimited = 1e30f;       // rad or m; images carry the largest float.
+constexpr float kUnlimited = 1e30f;  // rad or m; images carry the largest float.
 
 bool IsPrismatic(const KinJoint& joint) { return joint.kind == JointKind::kPrismatic; }
 
@@ -34,8 +34,8 @@ double ToleranceOf(const KinJoint& joint) {
 }
 
 void FollowTarget(const KinJoint& joint, int64_t dt_us, JointState* state) {
-  const double step =
-      static_cast<double>(joint.speed_rad_s) * UnitsPerSi(joint) * static_cast<double>(dt_us) * 1e-6;
+  const double step = static_cast<double>(joint.speed_rad_s) * UnitsPerSi(joint) *
+                      static_cast<double>(dt_us) * 1e-6;
   const double way = state->target - state->set_point;
   if (std::fabs(way) <= step) {
     state->set_point = state->target;

@@ -1,8 +1,8 @@
 #pragma once
 // Joints: targets, limits, arrival and stall, kinematic conventions, commands to the actuators.
 //
-// Degrees (millimetres for prismatic joints), in double: targets are sums of what a program asks for,
-// and 45 + 45 has to be 90.
+// Degrees (millimetres for prismatic joints), in double: targets are sums of what a program asks
+// for, and 45 + 45 has to be 90.
 
 #include "vm/context.h"
 #include "vm/interpreter.h"
@@ -24,8 +24,8 @@ void SetConvention(Context& context, int joint, int link, Axis axis, Fault* faul
 /// +1 or -1: the convention's sign, the actuator's own without one.
 double SignOf(const Context& context, int joint);
 
-/// Sets an absolute target in the actuator's own sign. Returns false if it had to be clamped by more
-/// than the tolerance; *fault then says to what.
+/// Sets an absolute target in the actuator's own sign. Returns false if it had to be clamped by
+/// more than the tolerance; *fault then says to what.
 bool SetTarget(Context& context, int joint, double target, Fault* fault);
 
 /// Turns endlessly at `velocity` degrees a second in the actuator's own sign; 0 stops and holds.

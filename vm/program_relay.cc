@@ -72,8 +72,7 @@ void ProgramRelay::Take(const ProgramFragment& piece) {
     return;
   }
   if (piece.image_size == 0 || piece.image_size > kMaxImageBytes || piece.offset % kPiece != 0 ||
-      piece.offset >= piece.image_size ||
-      piece.size != PieceSize(piece.image_size, piece.offset)) {
+      piece.offset >= piece.image_size || piece.size != PieceSize(piece.image_size, piece.offset)) {
     return;
   }
   if (incoming.image_size == 0) {
@@ -99,8 +98,8 @@ void ProgramRelay::Receive(const TickInput& input) {
         news.want_offset % kPiece != 0 || news.want_offset >= state_.running_size) {
       continue;
     }
-    // Several mates may be at different places: the one furthest behind is served first, so that all
-    // catch up with each other and the same pieces serve them all.
+    // Several mates may be at different places: the one furthest behind is served first, so that
+    // all catch up with each other and the same pieces serve them all.
     if (state_.wanted == 0 || news.want_offset < state_.want_offset) {
       state_.want_offset = news.want_offset;
     }

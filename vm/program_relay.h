@@ -1,11 +1,11 @@
 #pragma once
 // Spreads a new program from module to module while the robot runs. The newest (version, then hash)
-// replaces the old on every module it can reach; each module asks its mates for the pieces it lacks,
-// so that losses, repeats and late joiners need no special case. A module runs the old program until
-// it holds every byte of the new one and its verifier has accepted it.
+// replaces the old on every module it can reach; each module asks its mates for the pieces it
+// lacks, so that losses, repeats and late joiners need no special case. A module runs the old
+// program until it holds every byte of the new one and its verifier has accepted it.
 //
-// Use, each tick: Receive(input); if ready(), verify image(), then Vm::ReplaceProgram and Accept(), or
-// Refuse(); after Vm::Tick, Fill(&output.message).
+// Use, each tick: Receive(input); if ready(), verify image(), then Vm::ReplaceProgram and Accept(),
+// or Refuse(); after Vm::Tick, Fill(&output.message).
 
 #include <cstdint>
 
@@ -17,15 +17,15 @@ namespace morphbus::vm {
 /// program is replaced; `revision` tells when to save it.
 struct RelayState {
   uint32_t revision = 0;
-  ProgramNews running;         ///< What this module runs (version and hash).
+  ProgramNews running;  ///< What this module runs (version and hash).
   uint32_t running_size = 0;
-  ProgramFragment incoming;    ///< Header of what is being collected; its bytes are unused.
-  ProgramNews refused;         ///< The newest that the verifier refused.
-  uint32_t want_offset = 0;    ///< Lowest piece that a mate asked for in this tick,
-  uint8_t wanted = 0;          ///< if any did.
-  uint32_t serve_offset = 0;   ///< Next piece to hand out.
+  ProgramFragment incoming;   ///< Header of what is being collected; its bytes are unused.
+  ProgramNews refused;        ///< The newest that the verifier refused.
+  uint32_t want_offset = 0;   ///< Lowest piece that a mate asked for in this tick,
+  uint8_t wanted = 0;         ///< if any did.
+  uint32_t serve_offset = 0;  ///< Next piece to hand out.
   uint32_t pieces_missing = 0;
-  uint8_t active = 0;          ///< Which of `images` runs; the other one is being filled.
+  uint8_t active = 0;  ///< Which of `images` runs; the other one is being filled.
   uint8_t have_piece[kMaxImageBytes / kFragmentBytes] = {};
   uint8_t images[2][kMaxImageBytes] = {};
 };
@@ -38,8 +38,8 @@ class ProgramRelay {
   /// The program this module was started with; copied. `size` at most kMaxImageBytes.
   void Start(const uint8_t* image, uint32_t size, uint64_t hash, uint32_t version = 1);
 
-  /// Hands a new program (verified by the caller) to this module, from where it spreads. Its version
-  /// is one above the newest heard of. It is ready() at once.
+  /// Hands a new program (verified by the caller) to this module, from where it spreads. Its
+  /// version is one above the newest heard of. It is ready() at once.
   void Deploy(const uint8_t* image, uint32_t size, uint64_t hash);
 
   /// Takes the mates' news and pieces.

@@ -12,7 +12,8 @@ namespace {
 // Cost units that one requirement or label may use: ample for any sensible one.
 constexpr int32_t kEvaluationBudget = 4000;
 
-/// All that requirements and labels rest on, but for joint values: moving joints change nothing here.
+/// All that requirements and labels rest on, but for joint values: moving joints change nothing
+/// here.
 uint64_t Surroundings(const Context& context) {
   Digest digest;
   for (int c = 0; c < context.kinematics.num_connectors(); ++c) {
@@ -42,7 +43,7 @@ void ReportEvaluation(Context& context, int role, const RunResult& result) {
 
 struct Choice {
   int role = -1;
-  int rival = -1;     ///< An unrelated role that fits as well.
+  int rival = -1;  ///< An unrelated role that fits as well.
   RoleCheck check;
 };
 

@@ -10,9 +10,9 @@ namespace morphbus::vm {
 struct RoleCheck {
   bool requirements_hold = false;
   bool labels_resolve = false;
-  int failed_requirement = -1;  ///< Index into RoleInfo::requirements of the first that fails.
-  int failed_label = -1;        ///< Slot of the first label that does not resolve.
-  int missing_keyword = -1;     ///< Keyword of the program that the module's type lacks.
+  int failed_requirement = -1;     ///< Index into RoleInfo::requirements of the first that fails.
+  int failed_label = -1;           ///< Slot of the first label that does not resolve.
+  int missing_keyword = -1;        ///< Keyword of the program that the module's type lacks.
   int8_t labels[kMaxLabels] = {};  ///< What each label resolves to; -1 if to none or several.
 
   [[nodiscard]] bool fits() const {

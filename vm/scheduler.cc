@@ -49,9 +49,9 @@ void StartCommands(Context& context) {
   for (int i = 0; i < s.num_pending; ++i) {
     const PendingCommand command = s.pending[i];
     const bool running = FindTask(&s, TaskKind::kCommand, command.slot) != nullptr;
-    if (!running && Launch(context, TaskKind::kCommand, command.slot,
-                           role.commands[command.slot].function, command.arguments,
-                           command.num_arguments)) {
+    if (!running &&
+        Launch(context, TaskKind::kCommand, command.slot, role.commands[command.slot].function,
+               command.arguments, command.num_arguments)) {
       continue;
     }
     s.pending[kept++] = command;
@@ -81,10 +81,14 @@ void StartWhatIsDue(Context& context) {
 bool IsRunnable(const Context& context, const Task& task) {
   if (!task.used) return false;
   switch (task.wait) {
-    case WaitKind::kNone: return true;
-    case WaitKind::kNextTick: return context.state.tick > task.wake_us;
-    case WaitKind::kSleep: return context.state.sim_time_us >= task.wake_us;
-    case WaitKind::kMotion: return IsAtRest(context, task.wait_joint);
+    case WaitKind::kNone:
+      return true;
+    case WaitKind::kNextTick:
+      return context.state.tick > task.wake_us;
+    case WaitKind::kSleep:
+      return context.state.sim_time_us >= task.wake_us;
+    case WaitKind::kMotion:
+      return IsAtRest(context, task.wait_joint);
   }
   return false;
 }

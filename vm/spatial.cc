@@ -44,9 +44,9 @@ void PickFromMail(Context& context, const Mail& mail) {
         !IsPose(message->X_RL[docked->link])) {
       continue;
     }
-    const bool better = best == nullptr || message->root_sequence > best->root_sequence ||
-                        (message->root_sequence == best->root_sequence &&
-                         message->hops < best->hops);
+    const bool better =
+        best == nullptr || message->root_sequence > best->root_sequence ||
+        (message->root_sequence == best->root_sequence && message->hops < best->hops);
     if (!better) continue;
     best = message;
     best_connector = c;
@@ -126,23 +126,34 @@ bool HasFreshPose(const Context& context) {
 
 Vec3 UnitOf(Direction d) {
   switch (d) {
-    case Direction::kNorth: return {1, 0, 0};
-    case Direction::kSouth: return {-1, 0, 0};
-    case Direction::kUp: return {0, 1, 0};
-    case Direction::kDown: return {0, -1, 0};
-    case Direction::kEast: return {0, 0, 1};
-    case Direction::kWest: return {0, 0, -1};
-    case Direction::kAny: break;
+    case Direction::kNorth:
+      return {1, 0, 0};
+    case Direction::kSouth:
+      return {-1, 0, 0};
+    case Direction::kUp:
+      return {0, 1, 0};
+    case Direction::kDown:
+      return {0, -1, 0};
+    case Direction::kEast:
+      return {0, 0, 1};
+    case Direction::kWest:
+      return {0, 0, -1};
+    case Direction::kAny:
+      break;
   }
   return {};
 }
 
 Vec3 UnitOf(Axis axis) {
   switch (axis) {
-    case Axis::kNorthSouth: return UnitOf(Direction::kNorth);
-    case Axis::kUpDown: return UnitOf(Direction::kUp);
-    case Axis::kEastWest: return UnitOf(Direction::kEast);
-    case Axis::kAny: break;
+    case Axis::kNorthSouth:
+      return UnitOf(Direction::kNorth);
+    case Axis::kUpDown:
+      return UnitOf(Direction::kUp);
+    case Axis::kEastWest:
+      return UnitOf(Direction::kEast);
+    case Axis::kAny:
+      break;
   }
   return {};
 }

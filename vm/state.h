@@ -1,6 +1,6 @@
 #pragma once
-// All that changes in a VM, as one flat struct: saved and restored byte for byte, a VM goes on as if
-// nothing had happened. Grouped by the part that writes it.
+// All that changes in a VM, as one flat struct: saved and restored byte for byte, a VM goes on as
+// if nothing had happened. Grouped by the part that writes it.
 
 #include <cstdint>
 #include <type_traits>
@@ -16,21 +16,22 @@ namespace morphbus::vm {
 /// What a connector's sensor and its mate's messages say (vm/mates.cc).
 struct MateRecord {
   bool docked = false;
-  bool has_place = false;        ///< place_L holds.
-  bool known = false;            ///< The connection is in the kinematics image.
+  bool has_place = false;  ///< place_L holds.
+  bool known = false;      ///< The connection is in the kinematics image.
   bool is_member_b = false;
   uint8_t mate_connector = 0;
   uint8_t connection_type = 0;
-  uint8_t mate_body_link = 0;    ///< The mate's link that is docked here, as in DockedLink::body_link.
-  bool linked = false;           ///< The mate has said which of its links is docked here.
+  uint8_t mate_body_link =
+      0;                ///< The mate's link that is docked here, as in DockedLink::body_link.
+  bool linked = false;  ///< The mate has said which of its links is docked here.
   uint16_t module = 0;
   uint16_t number = 0;
-  int16_t role = -1;             ///< The mate's role in our program; -1 if none or another program.
-  uint32_t incarnation = 0;      ///< 0 before the mate was heard.
-  int64_t heard_tick = 0;        ///< Our tick when it was last heard (or docked).
-  int64_t message_tick = -1;     ///< The mate's tick of its newest message.
-  PoseF X_LK;                    ///< K: the mate's docked link's frame, in ours (m).
-  Vec3 place_L;                  ///< The mate's place in the frame of our docked link (m).
+  int16_t role = -1;          ///< The mate's role in our program; -1 if none or another program.
+  uint32_t incarnation = 0;   ///< 0 before the mate was heard.
+  int64_t heard_tick = 0;     ///< Our tick when it was last heard (or docked).
+  int64_t message_tick = -1;  ///< The mate's tick of its newest message.
+  PoseF X_LK;                 ///< K: the mate's docked link's frame, in ours (m).
+  Vec3 place_L;               ///< The mate's place in the frame of our docked link (m).
 };
 
 /// Distributed forward kinematics (vm/spatial.cc).
@@ -39,11 +40,11 @@ struct PoseState {
   bool stale = false;
   uint16_t root = 0;
   uint16_t hops = 0;
-  uint8_t entry_link = 0;        ///< The link whose pose came in.
+  uint8_t entry_link = 0;  ///< The link whose pose came in.
   uint32_t root_incarnation = 0;
-  int64_t sequence = -1;         ///< Newest accepted.
+  int64_t sequence = -1;  ///< Newest accepted.
   int64_t accepted_tick = 0;
-  PoseF X_RE;                    ///< E: frame of the entry link.
+  PoseF X_RE;  ///< E: frame of the entry link.
   PoseF X_RL[kMaxLinks];
 };
 
@@ -51,9 +52,9 @@ struct PoseState {
 struct BodyRecord {
   uint16_t module = 0;
   uint8_t joint = 0;
-  uint8_t live = 0;              ///< 0: gone; kept so that its old stamps are not believed again.
-  uint8_t patience = 0;          ///< Ticks it may go without news.
-  int32_t stamp = 0;             ///< Newest accepted (a tick).
+  uint8_t live = 0;      ///< 0: gone; kept so that its old stamps are not believed again.
+  uint8_t patience = 0;  ///< Ticks it may go without news.
+  int32_t stamp = 0;     ///< Newest accepted (a tick).
   int32_t refreshed_tick = 0;
 };
 
@@ -67,9 +68,9 @@ struct BodyTable {
 struct RoleState {
   int16_t role = -1;
   bool frozen = false;
-  bool evaluated = false;        ///< evaluated_key holds.
-  bool faults_told = false;      ///< Faults of the evaluation under this key have been sent.
-  uint64_t key = 0;              ///< Digest of neighbours, roles, bodies, presence of a pose.
+  bool evaluated = false;    ///< evaluated_key holds.
+  bool faults_told = false;  ///< Faults of the evaluation under this key have been sent.
+  uint64_t key = 0;          ///< Digest of neighbours, roles, bodies, presence of a pose.
   uint64_t evaluated_key = 0;
   int64_t key_since_tick = 0;
   uint8_t num_changes = 0;
@@ -78,18 +79,18 @@ struct RoleState {
   Cell fields[kMaxFields];
 };
 
-/// A joint's motion (vm/motion.cc). Degrees, or millimetres for a prismatic joint, in the actuator's
-/// own sign; double, so that targets add up exactly.
+/// A joint's motion (vm/motion.cc). Degrees, or millimetres for a prismatic joint, in the
+/// actuator's own sign; double, so that targets add up exactly.
 struct JointState {
   double target = 0;
-  double set_point = 0;          ///< Follows the target at the joint's speed, as the servo's does.
+  double set_point = 0;  ///< Follows the target at the joint's speed, as the servo's does.
   double measured = 0;
-  double velocity = 0;           ///< Asked for by turnContinuous, units per second.
-  bool turning = false;          ///< Under turnContinuous.
+  double velocity = 0;   ///< Asked for by turnContinuous, units per second.
+  bool turning = false;  ///< Under turnContinuous.
   bool arrived = true;
   bool stalled = false;
-  int8_t sign = 0;               ///< Kinematic convention; 0 without one.
-  int64_t late_since_us = -1;    ///< Set-point there, joint not; -1 if that is not so.
+  int8_t sign = 0;             ///< Kinematic convention; 0 without one.
+  int64_t late_since_us = -1;  ///< Set-point there, joint not; -1 if that is not so.
 };
 
 enum class WaitKind : uint8_t { kNone, kNextTick, kSleep, kMotion };
@@ -98,11 +99,11 @@ enum class WaitKind : uint8_t { kNone, kNextTick, kSleep, kMotion };
 struct Task {
   bool used = false;
   TaskKind kind = TaskKind::kStartup;
-  uint8_t index = 0;             ///< Of the routine among the role's of that kind.
+  uint8_t index = 0;  ///< Of the routine among the role's of that kind.
   WaitKind wait = WaitKind::kNone;
   uint8_t wait_joint = 0;
-  bool budget_told = false;      ///< Its overrun has been reported since it last waited.
-  uint16_t function = 0;         ///< Where it stands:
+  bool budget_told = false;  ///< Its overrun has been reported since it last waited.
+  uint16_t function = 0;     ///< Where it stands:
   uint32_t pc = 0;
   int64_t wake_us = 0;
   TaskState stack;
@@ -120,8 +121,8 @@ struct SchedulerState {
   uint16_t ended_behaviors = 0;  ///< Behaviors that faulted and do not repeat, bit mask.
   uint8_t num_pending = 0;
   int64_t next_timer_us = 0;
-  uint8_t event_pending[kMaxRoutines] = {};   ///< Per handler of the role.
-  uint8_t event_subject[kMaxRoutines] = {};   ///< Connector or joint it is about.
+  uint8_t event_pending[kMaxRoutines] = {};  ///< Per handler of the role.
+  uint8_t event_subject[kMaxRoutines] = {};  ///< Connector or joint it is about.
   PendingCommand pending[kMaxPendingCommands];
   Task tasks[kMaxTasks];
 };
@@ -129,38 +130,38 @@ struct SchedulerState {
 /// An invocation kept until every mate has it (vm/diffusion.cc).
 struct KeptInvocation {
   Invocation invocation;
-  uint32_t acked_connectors = 0; ///< Bit mask.
+  uint32_t acked_connectors = 0;  ///< Bit mask.
 };
 
 struct OriginRecord {
   uint16_t module = 0;
   uint32_t incarnation = 0;
-  uint32_t have = 0;             ///< All ids up to this one have arrived (or are gone for good).
-  int64_t gap_since_tick = -1;   ///< Since when mates offer only later ids; -1 if they do not.
+  uint32_t have = 0;            ///< All ids up to this one have arrived (or are gone for good).
+  int64_t gap_since_tick = -1;  ///< Since when mates offer only later ids; -1 if they do not.
 };
 
 struct DiffusionState {
-  uint32_t own_id = 0;           ///< Of the last invocation issued here.
+  uint32_t own_id = 0;  ///< Of the last invocation issued here.
   uint8_t num_kept = 0;
   uint8_t num_origins = 0;
   uint8_t next_ack = 0;
   int64_t full_since_tick = -1;
-  KeptInvocation kept[kMaxInvocations];     ///< In order of arrival.
-  OriginRecord origins[kMaxOrigins];        ///< Sorted by module, then incarnation.
+  KeptInvocation kept[kMaxInvocations];  ///< In order of arrival.
+  OriginRecord origins[kMaxOrigins];     ///< Sorted by module, then incarnation.
 };
 
 struct VmState {
-  bool started = false;          ///< A first tick has been computed.
+  bool started = false;  ///< A first tick has been computed.
   int64_t tick = 0;
   int64_t sim_time_us = 0;
   bool neighbours_told = false;  ///< More docked connectors than capacity: reported.
   uint64_t reported = 0;         ///< Digest of the last status (vm/vm.cc).
   MateRecord mates[kMaxConnectors];
   PoseState pose;
-  BodyTable bodies[kMaxLinks];   ///< By body link (VerifiedKinematics::BodyLink).
+  BodyTable bodies[kMaxLinks];  ///< By body link (VerifiedKinematics::BodyLink).
   RoleState role;
   JointState joints[kMaxJoints];
-  uint32_t joint_events = 0;     ///< Joints that stalled this tick, bit mask.
+  uint32_t joint_events = 0;  ///< Joints that stalled this tick, bit mask.
   SchedulerState scheduler;
   DiffusionState diffusion;
 };

@@ -14,8 +14,8 @@
 
 namespace morphbus::vm {
 
-Vm::Vm(const VmConfig& config, const VerifiedKinematics& kinematics,
-       const VerifiedProgram& program, VmState* state, Start start)
+Vm::Vm(const VmConfig& config, const VerifiedKinematics& kinematics, const VerifiedProgram& program,
+       VmState* state, Start start)
     : config_(config), kinematics_(kinematics), program_(&program), state_(*state) {
   // In place: the state is too large for the stack of a microcontroller.
   if (start == Start::kCold) new (state) VmState();
