@@ -21,20 +21,20 @@ struct Name {
 struct Attribute;
 
 enum class ExprKind {
-  kNumber,    ///< 0.5
-  kString,    ///< "male"
-  kPath,      ///< m1.c2: `path`. `true`, `false` and `pi` are paths of one name.
-  kAxis,      ///< m5.link.(axis: origin=..., direction=...): `path`, then `axis`.
-  kCall,      ///< sqrt(2), convex(a.point): function `path`, arguments `children`.
-  kNegate,    ///< -x
-  kSum,       ///< a + b - c: `children`, `ops[i]` stands before children[i + 1].
-  kProduct,   ///< a * b / c, likewise.
-  kTuple,     ///< (a, b); a parenthesised expression is a tuple of one.
-  kList,      ///< [lo, hi], [bool], ["a", "b"]
-  kTyped,     ///< MTRAN m1, a.point p_a: `path`, then `bound`.
-  kOption,    ///< NAME:n: `path`, and the number in children[0].
-  kAssign,    ///< m1.joint_1=pi/4, rot=180: `path`, and the value in children[0].
-  kAnd,       ///< `children`, two or more.
+  kNumber,   ///< 0.5
+  kString,   ///< "male"
+  kPath,     ///< m1.c2: `path`. `true`, `false` and `pi` are paths of one name.
+  kAxis,     ///< m5.link.(axis: origin=..., direction=...): `path`, then `axis`.
+  kCall,     ///< sqrt(2), convex(a.point): function `path`, arguments `children`.
+  kNegate,   ///< -x
+  kSum,      ///< a + b - c: `children`, `ops[i]` stands before children[i + 1].
+  kProduct,  ///< a * b / c, likewise.
+  kTuple,    ///< (a, b); a parenthesised expression is a tuple of one.
+  kList,     ///< [lo, hi], [bool], ["a", "b"]
+  kTyped,    ///< MTRAN m1, a.point p_a: `path`, then `bound`.
+  kOption,   ///< NAME:n: `path`, and the number in children[0].
+  kAssign,   ///< m1.joint_1=pi/4, rot=180: `path`, and the value in children[0].
+  kAnd,      ///< `children`, two or more.
   kOr,
   kNot,
   kRelation,  ///< children[0] `text` children[1]; text is coincident, parallel, ==, <, ...
@@ -52,7 +52,8 @@ struct Expr {
   std::shared_ptr<const std::vector<Attribute>> axis;
 };
 
-/// `key=value`, or a flag such as `connector`. `broken`: the value did not parse, say no more of it.
+/// `key=value`, or a flag such as `connector`. `broken`: the value did not parse, say no more of
+/// it.
 struct Attribute {
   Name key;
   std::optional<Expr> value;

@@ -1,5 +1,6 @@
 #pragma once
-// The front door of the M3L compiler: files in, diagnostics and (if there are no errors) a Model out.
+// The front door of the M3L compiler: files in, diagnostics and (if there are no errors) a Model
+// out.
 
 #include <optional>
 #include <string>

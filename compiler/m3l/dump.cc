@@ -29,27 +29,42 @@ std::string Text(const Attribute& attribute) {
 std::string Text(const Expr& expr) {
   const std::string path = Joined(expr.path);
   switch (expr.kind) {
-    case ExprKind::kNumber: return fmt::format("{}", expr.number);
-    case ExprKind::kString: return "\"" + expr.text + "\"";
-    case ExprKind::kPath: return path;
+    case ExprKind::kNumber:
+      return fmt::format("{}", expr.number);
+    case ExprKind::kString:
+      return "\"" + expr.text + "\"";
+    case ExprKind::kPath:
+      return path;
     case ExprKind::kAxis: {
       std::string text = "{axis " + path;
       for (const Attribute& attribute : *expr.axis) text += " " + Text(attribute);
       return text + "}";
     }
-    case ExprKind::kCall: return "{call " + path + TextOf(expr.children) + "}";
-    case ExprKind::kNegate: return "{-" + TextOf(expr.children) + "}";
+    case ExprKind::kCall:
+      return "{call " + path + TextOf(expr.children) + "}";
+    case ExprKind::kNegate:
+      return "{-" + TextOf(expr.children) + "}";
     case ExprKind::kSum:
-    case ExprKind::kProduct: return "{" + expr.ops + TextOf(expr.children) + "}";
-    case ExprKind::kTuple: return "{tuple" + TextOf(expr.children) + "}";
-    case ExprKind::kList: return "{list" + TextOf(expr.children) + "}";
-    case ExprKind::kTyped: return "{" + path + " as " + expr.bound.text + "}";
-    case ExprKind::kOption: return "{option " + path + TextOf(expr.children) + "}";
-    case ExprKind::kAssign: return "{set " + path + TextOf(expr.children) + "}";
-    case ExprKind::kAnd: return "{and" + TextOf(expr.children) + "}";
-    case ExprKind::kOr: return "{or" + TextOf(expr.children) + "}";
-    case ExprKind::kNot: return "{not" + TextOf(expr.children) + "}";
-    case ExprKind::kRelation: return "{" + expr.text + TextOf(expr.children) + "}";
+    case ExprKind::kProduct:
+      return "{" + expr.ops + TextOf(expr.children) + "}";
+    case ExprKind::kTuple:
+      return "{tuple" + TextOf(expr.children) + "}";
+    case ExprKind::kList:
+      return "{list" + TextOf(expr.children) + "}";
+    case ExprKind::kTyped:
+      return "{" + path + " as " + expr.bound.text + "}";
+    case ExprKind::kOption:
+      return "{option " + path + TextOf(expr.children) + "}";
+    case ExprKind::kAssign:
+      return "{set " + path + TextOf(expr.children) + "}";
+    case ExprKind::kAnd:
+      return "{and" + TextOf(expr.children) + "}";
+    case ExprKind::kOr:
+      return "{or" + TextOf(expr.children) + "}";
+    case ExprKind::kNot:
+      return "{not" + TextOf(expr.children) + "}";
+    case ExprKind::kRelation:
+      return "{" + expr.text + TextOf(expr.children) + "}";
   }
   return "";
 }

@@ -27,8 +27,8 @@ class Lexer {
         break;
       }
       if (tokens_.size() >= max_) {
-        diagnostics_.Error(SpanFrom(at_, 1),
-                           "more than " + std::to_string(kMaxTokens) + " tokens, the rest is not read");
+        diagnostics_.Error(SpanFrom(at_, 1), "more than " + std::to_string(kMaxTokens) +
+                                                 " tokens, the rest is not read");
         break;
       }
       Next();
@@ -170,9 +170,9 @@ class Lexer {
       }
     }
     const char c = text_[begin];
-    source::Diagnostic& d =
-        Error(begin, at_ - begin, "unexpected character" + std::string(at_ > begin + 1 ? "s" : "") +
-                                      " " + Shown(begin));
+    source::Diagnostic& d = Error(
+        begin, at_ - begin,
+        "unexpected character" + std::string(at_ > begin + 1 ? "s" : "") + " " + Shown(begin));
     if (c == ';') d.hint = "statements need no separator";
     if (c == '\'') d.hint = "strings are written with double quotes";
     if (c == '{' || c == '}') d.hint = "members need no braces, they follow the module's line";

@@ -8,8 +8,8 @@ namespace morphbus::m3l {
 namespace internal {
 namespace {
 
-constexpr std::array<std::string_view, 8> kKeywords = {
-    "module", "connection", "robot", "point", "link", "axis", "joint", "import"};
+constexpr std::array<std::string_view, 8> kKeywords = {"module", "connection", "robot", "point",
+                                                       "link",   "axis",       "joint", "import"};
 
 bool IsMemberKeyword(std::string_view word) {
   return word == "point" || word == "link" || word == "axis" || word == "joint";
@@ -95,8 +95,8 @@ FileAst Parser::ParseFile() {
   while (!AtEnd()) {
     if (!StartsStatement(at_)) {
       const Name word = NameAt(at_);
-      source::Diagnostic& d =
-          Error(word.span, "expected a module, connection, robot or import, found " + Described(at_));
+      source::Diagnostic& d = Error(
+          word.span, "expected a module, connection, robot or import, found " + Described(at_));
       const std::string near = source::NearestName(word.text, {kKeywords.begin(), kKeywords.end()});
       if (!near.empty()) d.hint = "did you mean '" + near + "'?";
       ++at_;
@@ -114,8 +114,9 @@ std::string Parser::TakeKeyword() {
   if (IsKeyword(word.text)) return word.text;
   source::Diagnostic& d = Error(word.span, "unknown statement '" + word.text + "'");
   std::string near = source::NearestName(word.text, {kKeywords.begin(), kKeywords.end()});
-  d.hint = near.empty() ? "statements are module, point, link, axis, joint, connection, robot, import"
-                        : "did you mean '" + near + "'?";
+  d.hint = near.empty()
+               ? "statements are module, point, link, axis, joint, connection, robot, import"
+               : "did you mean '" + near + "'?";
   return near;
 }
 

@@ -212,8 +212,8 @@ std::optional<Expr> Parser::ParsePath() {
   }
   expr.span = SpanSince(begin);
   if (Is("(") && expr.path.size() == 1) return ParseCall(std::move(expr));
-  const bool bound = brackets_ > 0 && IsKind(at_, TokenKind::kWord) &&
-                     !IsOperatorWord(Text(at_)) && !StartsStatement(at_);
+  const bool bound = brackets_ > 0 && IsKind(at_, TokenKind::kWord) && !IsOperatorWord(Text(at_)) &&
+                     !StartsStatement(at_);
   if (bound) {
     expr.kind = ExprKind::kTyped;
     expr.bound = NameAt(at_++);
@@ -269,8 +269,8 @@ bool Parser::ParseElements(size_t open, std::string_view close, Expr& into) {
     if (AtEnd() || StartsStatement(at_)) {
       Error(TokenAt(open).span, "'" + std::string(Text(open)) + "' is never closed");
     } else {
-      source::Diagnostic& d = Error(Now().span, "expected ',' or '" + std::string(close) +
-                                                    "', found " + Described(at_));
+      source::Diagnostic& d = Error(
+          Now().span, "expected ',' or '" + std::string(close) + "', found " + Described(at_));
       if (Is("=")) d.hint = "'==' compares";
       d.notes.push_back({TokenAt(open).span, "opened here"});
     }

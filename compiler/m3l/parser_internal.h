@@ -77,7 +77,8 @@ class Parser {
   /// `(point NAME: ...)`.
   void ParseSubpoint(Declaration& owner, PointSlot slot);
 
-  // --- Expressions (parser_expression.cc); nothing means: reported ---------------------------------
+  // --- Expressions (parser_expression.cc); nothing means: reported
+  // ---------------------------------
   std::optional<Expr> ParseOr();
   std::optional<Expr> ParseAnd();
   std::optional<Expr> ParseNot();

@@ -96,6 +96,13 @@ size_t EditDistance(const std::string& a, const std::string& b) {
 
 Diagnostic& Diagnostics::Error(const Span& span, std::string message) {
   ++errors_;
+  if (errors_ > kMaxErrors) {
+    if (errors_ == kMaxErrors + 1) {
+      all_.push_back({Severity::kError, span, "too many errors, no more are shown", "", {}});
+    }
+    surplus_ = {};
+    return surplus_;
+  }
   all_.push_back({Severity::kError, span, std::move(message), "", {}});
   return all_.back();
 }

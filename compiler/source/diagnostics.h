@@ -19,24 +19,31 @@ struct Note {
 struct Diagnostic {
   Severity severity = Severity::kError;
   Span span;
-  std::string message;      ///< One sentence, lower case first, no full stop.
-  std::string hint;         ///< What would be accepted; may be empty.
+  std::string message;  ///< One sentence, lower case first, no full stop.
+  std::string hint;     ///< What would be accepted; may be empty.
   std::vector<Note> notes;
 };
 
 class Diagnostics {
  public:
-  /// Records an error and returns it, so that a hint or notes can be added.
+  /// Errors beyond this many are counted but not kept: nobody reads them.
+  static constexpr int kMaxErrors = 200;
+
+  /// Records an error and returns it, so that a hint or notes can be added at once (the reference
+  /// is valid until the next call).
   Diagnostic& Error(const Span& span, std::string message);
   Diagnostic& Warning(const Span& span, std::string message);
 
   [[nodiscard]] bool had_errors() const { return errors_ > 0; }
   /// Number of errors so far; a stage compares it before and after to know whether a part is sound.
   [[nodiscard]] int error_count() const { return errors_; }
+  /// True when further errors are not kept; loops over user text may stop then.
+  [[nodiscard]] bool full() const { return errors_ >= kMaxErrors; }
   [[nodiscard]] const std::vector<Diagnostic>& all() const { return all_; }
 
  private:
   std::vector<Diagnostic> all_;
+  Diagnostic surplus_;  ///< What Error() hands out when full.
   int errors_ = 0;
 };
 

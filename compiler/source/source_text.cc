@@ -12,7 +12,8 @@ namespace {
 
 constexpr size_t kMaxFileBytes = size_t{64} << 20;
 
-/// True for every byte but the continuation bytes of UTF-8, so that counting them counts characters.
+/// True for every byte but the continuation bytes of UTF-8, so that counting them counts
+/// characters.
 bool StartsCharacter(char c) { return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U; }
 
 }  // namespace

@@ -34,9 +34,7 @@ class DiagnosticsTest : public ::testing::Test {
 
   /// The source text that a span covers.
   std::string TextAt(const source::Span& span) const { return std::string(sources_.text(span)); }
-  int LineOf(const source::Span& span) const {
-    return sources_.Locate(span.file, span.begin).line;
-  }
+  int LineOf(const source::Span& span) const { return sources_.Locate(span.file, span.begin).line; }
 
  private:
   source::Diagnostic Take(source::Severity severity, const std::string& part) {

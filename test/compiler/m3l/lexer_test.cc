@@ -40,9 +40,7 @@ TEST_F(LexerTest, CommentsOfAllThreeKindsAreBlank) {
   EXPECT_EQ(Words("a #"), "a");
 }
 
-TEST_F(LexerTest, BackslashMayEndALine) {
-  EXPECT_EQ(Words("a\\\nb\\  \r\nc\\"), "a b c");
-}
+TEST_F(LexerTest, BackslashMayEndALine) { EXPECT_EQ(Words("a\\\nb\\  \r\nc\\"), "a b c"); }
 
 TEST_F(LexerTest, BackslashElsewhereIsReported) {
   EXPECT_EQ(Words("a \\ b"), "a b");
@@ -99,7 +97,11 @@ TEST_F(LexerTest, HabitsFromOtherLanguagesGetAHint) {
   EXPECT_EQ(TakeError("unexpected").hint, "strings are written with double quotes");
 }
 
-TEST_F(LexerTest, ByteOrderMarkIsSkipped) { EXPECT_EQ(Words("\xEF\xBB\xBF" "a"), "a"); }
+TEST_F(LexerTest, ByteOrderMarkIsSkipped) {
+  EXPECT_EQ(Words("\xEF\xBB\xBF"
+                  "a"),
+            "a");
+}
 
 TEST_F(LexerTest, ErrorsAreBounded) {
   const std::vector<Token> tokens = Tokens(std::string(100'000, ';'));

@@ -29,8 +29,9 @@ class ParserTest : public test::DiagnosticsTest {
   std::string Value(const std::string& text) {
     const std::string dump = Dump("robot r: x=" + text);
     const std::string head = "robot r\n  x=";
-    return dump.substr(0, head.size()) == head ? dump.substr(head.size(), dump.size() - head.size() - 1)
-                                              : dump;
+    return dump.substr(0, head.size()) == head
+               ? dump.substr(head.size(), dump.size() - head.size() - 1)
+               : dump;
   }
   source::SourceSet sources_;
 };
@@ -80,8 +81,7 @@ TEST_F(ParserTest, OperatorsBindAsInMathematics) {
   EXPECT_EQ(Value("1+2*3-4/2"), "{+- 1 {* 2 3} {/ 4 2}}");
   EXPECT_EQ(Value("-2*3"), "{* {- 2} 3}");
   EXPECT_EQ(Value("--2"), "{- {- 2}}");
-  EXPECT_EQ(Value("a==1 and b!=2 or not c<3"),
-            "{or {and {== a 1} {!= b 2}} {not {< c 3}}}");
+  EXPECT_EQ(Value("a==1 and b!=2 or not c<3"), "{or {and {== a 1} {!= b 2}} {not {< c 3}}}");
   EXPECT_EQ(Value("(a+1)*2"), "{* {tuple {+ a 1}} 2}");
   EXPECT_EQ(Value("1 < sqrt(2)+1"), "{< 1 {+ {call sqrt 2} 1}}");
 }
@@ -174,13 +174,15 @@ TEST_F(ParserTest, MembersOutsideOfAModuleAreReportedOnceARun) {
 }
 
 TEST_F(ParserTest, SubPointsHaveNoSubPoints) {
-  ParseText("module M:\npoint a: (point b: (point c: coords=(0,0,0)) coords=(0,0,0)) coords=(0,0,0)\n");
+  ParseText(
+      "module M:\npoint a: (point b: (point c: coords=(0,0,0)) coords=(0,0,0)) coords=(0,0,0)\n");
   TakeError("a 'point' cannot stand here");
 }
 
 TEST_F(ParserTest, PointsOfALinkMayHaveSubPoints) {
   const FileAst ast = ParseText(
-      "module M:\nlink l: (point a: (point _1: coords=(0,0,0)) coords=(0,0,0), connector) mass=1\n");
+      "module M:\nlink l: (point a: (point _1: coords=(0,0,0)) coords=(0,0,0), connector) "
+      "mass=1\n");
   EXPECT_EQ(ast.modules[0].links[0].points[0].subpoints.size(), 1U);
 }
 

@@ -13,6 +13,15 @@ TEST(DiagnosticsTest, WarningsAreNoErrors) {
   EXPECT_TRUE(diagnostics.had_errors());
 }
 
+TEST(DiagnosticsTest, ErrorsBeyondTheMostAreCountedButNotKept) {
+  Diagnostics diagnostics;
+  for (int i = 0; i < 10'000; ++i) diagnostics.Error({}, "no").notes.push_back({{}, "note"});
+  EXPECT_TRUE(diagnostics.full());
+  EXPECT_EQ(diagnostics.error_count(), 10'000);
+  ASSERT_EQ(diagnostics.all().size(), size_t{Diagnostics::kMaxErrors} + 1);
+  EXPECT_EQ(diagnostics.all().back().message, "too many errors, no more are shown");
+}
+
 TEST(DiagnosticsTest, RenderShowsPlaceLineAndCaret) {
   SourceSet set;
   const int file = set.AddText("a.m3l", "module A:\npoint c1: cords=(1,2,3)\n");

@@ -1,0 +1,288 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <queue>
+
+#include "compiler/m3l/check_robot.h"
+#include "compiler/m3l/evaluate.h"
+#include "compiler/model/convex_hull.h"
+#include "compiler/model/forward_kinematics.h"
+#include "compiler/solver/hull_overlap.h"
+
+namespace morphbus::m3l::internal {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+/// Loops close to this much (m, rad); links of modules may lie in each other to this much of the
+/// extent.
+constexpr double kClosureTolerance = 1e-6;
+constexpr double kOverlapTolerance = 1e-6;
+constexpr size_t kMaxNamed = 12;
+/// Bounds on what a heap of modules in one place may cost and print.
+constexpr int kMaxOverlapWarnings = 20;
+constexpr int kMaxOverlapTests = 100'000;
+
+using Graph = std::vector<std::vector<int>>;
+
+Graph Neighbours(size_t modules, const std::vector<std::pair<int, int>>& edges) {
+  Graph graph(modules);
+  for (const auto& [a, b] : edges) {
+    graph[static_cast<size_t>(a)].push_back(b);
+    graph[static_cast<size_t>(b)].push_back(a);
+  }
+  return graph;
+}
+
+/// For each module the one before it on a shortest way from `start`; -1 if there is none.
+std::vector<int> BreadthFirst(const Graph& graph, int start) {
+  std::vector<int> before(graph.size(), -1);
+  before[static_cast<size_t>(start)] = start;
+  std::queue<int> todo({start});
+  while (!todo.empty()) {
+    const int at = todo.front();
+    todo.pop();
+    for (const int next : graph[static_cast<size_t>(at)]) {
+      if (before[static_cast<size_t>(next)] >= 0) continue;
+      before[static_cast<size_t>(next)] = at;
+      todo.push(next);
+    }
+  }
+  return before;
+}
+
+/// "m1, m2 and m3", shortened if there are many.
+std::string Listed(const std::vector<std::string>& names) {
+  if (names.size() > kMaxNamed) {
+    const std::vector<std::string> few(names.begin(), names.begin() + kMaxNamed);
+    return fmt::format("{} and {} more", fmt::join(few, ", "), names.size() - kMaxNamed);
+  }
+  if (names.size() == 1) return names[0];
+  const std::vector<std::string> most(names.begin(), names.end() - 1);
+  return fmt::format("{} and {}", fmt::join(most, ", "), names.back());
+}
+
+// --- Loops
+// -----------------------------------------------------------------------------------------
+
+struct Gap {
+  double metres = 0.0;
+  double radians = 0.0;
+  [[nodiscard]] bool open() const {
+    return !(metres <= kClosureTolerance && radians <= kClosureTolerance);
+  }
+};
+
+/// How far b's module is from where the docking wants it, both as the tree of the robot has them.
+Gap GapOf(const RobotScope& scope, const model::Docking& docking,
+          const model::KinematicState& state) {
+  const model::Model& model = scope.context.model;
+  const auto module_a = static_cast<size_t>(docking.module_a);
+  const auto module_b = static_cast<size_t>(docking.module_b);
+  const auto& a =
+      scope.TypeOf(docking.module_a).connectors[static_cast<size_t>(docking.connector_a)];
+  const auto& b =
+      scope.TypeOf(docking.module_b).connectors[static_cast<size_t>(docking.connector_b)];
+  const auto& connection = model.connection_types[static_cast<size_t>(docking.connection_type)];
+  const model::Pose& X_AB = connection.options[static_cast<size_t>(docking.option)].X_AB;
+  const model::Pose wanted = state.X_RL[module_a][static_cast<size_t>(a.link)] * X_AB;
+  const model::Pose& found = state.X_RL[module_b][static_cast<size_t>(b.link)];
+  Gap gap;
+  // Measured at the connector, where the gap is seen.
+  gap.metres = (wanted * b.p_MoCo_M - found * b.p_MoCo_M).norm();
+  const Eigen::AngleAxisd turn(wanted.rotation().transpose() * found.rotation());
+  gap.radians = std::abs(turn.angle());
+  return gap;
+}
+
+void ReportLoop(RobotScope& scope, size_t index, const Gap& gap, const Graph& closed) {
+  const model::Docking& docking = scope.robot.dockings[index];
+  const std::vector<int> before = BreadthFirst(closed, docking.module_a);
+  std::vector<std::string> loop;
+  for (int at = docking.module_b;; at = before[static_cast<size_t>(at)]) {
+    loop.push_back(scope.NameOf(at));
+    if (at == docking.module_a || before[static_cast<size_t>(at)] < 0) break;
+  }
+  std::reverse(loop.begin(), loop.end());
+  if (loop.size() > kMaxNamed) {
+    loop.erase(loop.begin() + kMaxNamed / 2, loop.end() - kMaxNamed / 2);
+    loop.insert(loop.begin() + kMaxNamed / 2, "...");
+  }
+  loop.push_back(loop.front());
+  scope.diagnostics
+      .Error(scope.docking_spans[index],
+             fmt::format("the loop {} does not close: the gap here is {} m and {} degrees",
+                         fmt::join(loop, " - "), NumberText(std::round(gap.metres * 1e9) / 1e9),
+                         NumberText(std::round(gap.radians / kPi * 180e6) / 1e6)))
+      .hint = "choose other connections in it, by number or rot=, or other start values";
+}
+
+void CheckLoops(RobotScope& scope, const model::KinematicState& state) {
+  if (std::max(state.closure_m, state.closure_rad) <= kClosureTolerance) return;
+  std::vector<size_t> open;
+  std::vector<Gap> gaps;
+  std::vector<std::pair<int, int>> edges;
+  for (size_t i = 0; i < scope.robot.dockings.size(); ++i) {
+    const model::Docking& docking = scope.robot.dockings[i];
+    const Gap gap = GapOf(scope, docking, state);
+    if (gap.open()) {
+      open.push_back(i);
+      gaps.push_back(gap);
+    } else {
+      edges.emplace_back(docking.module_a, docking.module_b);
+    }
+  }
+  const Graph closed = Neighbours(scope.robot.modules.size(), edges);
+  for (size_t i = 0; i < open.size() && !scope.diagnostics.full(); ++i) {
+    ReportLoop(scope, open[i], gaps[i], closed);
+  }
+}
+
+// --- Overlap
+// ---------------------------------------------------------------------------------------
+
+/// Finds modules whose links lie in each other, with a grid so that only near ones are compared.
+class OverlapChecker {
+ public:
+  OverlapChecker(RobotScope& scope, const model::KinematicState& state)
+      : scope_(scope), state_(state) {}
+
+  void Check() {
+    BuildHulls();
+    for (size_t m = 0; m < scope_.robot.modules.size(); ++m) {
+      for (const size_t other : Near(m)) {
+        if (other < m) Compare(other, m);
+        if (warnings_ >= kMaxOverlapWarnings || tests_ >= kMaxOverlapTests) return;
+      }
+      grid_[CellOf(m)].push_back(m);
+    }
+  }
+
+ private:
+  using Cell = std::array<int, 3>;
+
+  /// Hulls of the types in use, and the ball around all of a module's links at its start values.
+  void BuildHulls() {
+    hulls_.resize(scope_.context.model.module_types.size());
+    balls_.resize(scope_.robot.modules.size());
+    for (size_t m = 0; m < scope_.robot.modules.size(); ++m) {
+      const model::ModuleType& type = scope_.TypeOf(static_cast<int>(m));
+      std::vector<model::ConvexHull>& hulls =
+          hulls_[static_cast<size_t>(scope_.robot.modules[m].type)];
+      if (hulls.empty()) {
+        for (const model::Link& link : type.links) hulls.push_back(model::ComputeHull(link.hull));
+      }
+      Eigen::Vector3d low = Eigen::Vector3d::Constant(1e30), high = -low;
+      for (size_t l = 0; l < type.links.size(); ++l) {
+        for (const Eigen::Vector3d& p_L : hulls[l].vertices) {
+          const Eigen::Vector3d p_R = state_.X_RL[m][l] * p_L;
+          low = low.cwiseMin(p_R), high = high.cwiseMax(p_R);
+        }
+      }
+      if (low.x() > high.x()) continue;
+      balls_[m] = {0.5 * (low + high), 0.5 * (high - low).norm()};
+      cell_size_ = std::max(cell_size_, 2.0 * balls_[m].radius);
+    }
+  }
+
+  Cell CellOf(size_t m) const {
+    Cell cell{};
+    for (int i = 0; i < 3; ++i) {
+      const double at = cell_size_ > 0.0 ? balls_[m].centre[i] / cell_size_ : 0.0;
+      cell[static_cast<size_t>(i)] = static_cast<int>(std::clamp(std::floor(at), -1e9, 1e9));
+    }
+    return cell;
+  }
+
+  std::vector<size_t> Near(size_t m) const {
+    std::vector<size_t> near;
+    const Cell cell = CellOf(m);
+    for (int i = 0; i < 27; ++i) {
+      const Cell other = {cell[0] + i / 9 - 1, cell[1] + i / 3 % 3 - 1, cell[2] + i % 3 - 1};
+      const auto it = grid_.find(other);
+      if (it != grid_.end()) near.insert(near.end(), it->second.begin(), it->second.end());
+    }
+    std::sort(near.begin(), near.end());
+    return near;
+  }
+
+  void Compare(size_t a, size_t b) {
+    const double apart = (balls_[a].centre - balls_[b].centre).norm();
+    if (apart > balls_[a].radius + balls_[b].radius) return;
+    ++tests_;
+    const auto type_a = static_cast<size_t>(scope_.robot.modules[a].type);
+    const auto type_b = static_cast<size_t>(scope_.robot.modules[b].type);
+    double deepest = kOverlapTolerance * std::max(scope_.context.modules[type_a].extent_m,
+                                                  scope_.context.modules[type_b].extent_m);
+    std::string links;
+    for (size_t i = 0; i < hulls_[type_a].size(); ++i) {
+      for (size_t j = 0; j < hulls_[type_b].size(); ++j) {
+        const double depth = solver::PenetrationDepth(hulls_[type_a][i], state_.X_RL[a][i],
+                                                      hulls_[type_b][j], state_.X_RL[b][j]);
+        if (depth <= deepest) continue;
+        deepest = depth;
+        links = fmt::format("{}.{} and {}.{}", scope_.robot.modules[a].name,
+                            scope_.TypeOf(static_cast<int>(a)).links[i].name,
+                            scope_.robot.modules[b].name,
+                            scope_.TypeOf(static_cast<int>(b)).links[j].name);
+      }
+    }
+    if (links.empty()) return;
+    ++warnings_;
+    scope_.diagnostics
+        .Warning(scope_.module_spans[b], fmt::format("{} lie {} m inside each other", links,
+                                                     NumberText(std::round(deepest * 1e9) / 1e9)))
+        .notes.push_back({scope_.module_spans[a], "the other module"});
+  }
+
+  struct Ball {
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    double radius = 0.0;
+  };
+
+  RobotScope& scope_;
+  const model::KinematicState& state_;
+  std::vector<std::vector<model::ConvexHull>> hulls_;  ///< [type][link], of types in use.
+  std::vector<Ball> balls_;                            ///< [module], in R (m).
+  double cell_size_ = 0.0;
+  std::map<Cell, std::vector<size_t>> grid_;
+  int warnings_ = 0;
+  int tests_ = 0;
+};
+
+}  // namespace
+
+void CheckConnected(RobotScope& scope) {
+  const size_t count = scope.robot.modules.size();
+  const Graph graph = Neighbours(count, scope.edges);
+  std::vector<int> before = BreadthFirst(graph, scope.robot.root_module);
+  std::vector<bool> seen(count);
+  for (size_t m = 0; m < count; ++m) seen[m] = before[m] >= 0;
+  for (size_t m = 0; m < count && !scope.diagnostics.full(); ++m) {
+    if (seen[m]) continue;
+    // One error for a group of modules that hang together.
+    std::vector<std::string> group;
+    before = BreadthFirst(graph, static_cast<int>(m));
+    for (size_t other = m; other < count; ++other) {
+      if (before[other] < 0) continue;
+      seen[other] = true;
+      group.push_back(scope.NameOf(static_cast<int>(other)));
+    }
+    scope.diagnostics
+        .Error(scope.module_spans[m],
+               fmt::format("{} {} off nothing: no connection leads to '{}'", Listed(group),
+                           group.size() == 1 ? "hangs" : "hang",
+                           scope.NameOf(scope.robot.root_module)))
+        .notes.push_back({scope.module_spans[static_cast<size_t>(scope.robot.root_module)],
+                          "the robot is built from this module"});
+  }
+}
+
+void CheckGeometry(RobotScope& scope) {
+  const model::KinematicState state =
+      model::ForwardKinematics(scope.context.model, scope.robot, model::StartValues(scope.robot));
+  CheckLoops(scope, state);
+  OverlapChecker(scope, state).Check();
+}
+
+}  // namespace morphbus::m3l::internal

@@ -1,0 +1,387 @@
+#include "compiler/m3l/check_condition.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "compiler/m3l/evaluate.h"
+
+namespace morphbus::m3l::internal {
+namespace {
+
+using solver::CompareOp;
+using solver::Condition;
+using solver::PointRef;
+
+const char* TypeText(const model::AttributeValue& value) {
+  if (std::holds_alternative<bool>(value)) return "true or false";
+  return std::holds_alternative<double>(value) ? "a number" : "a string";
+}
+
+class ConditionChecker {
+ public:
+  explicit ConditionChecker(const ConditionScope& scope) : scope_(scope) {}
+
+  std::optional<Condition> Check(const Expr& outer) {
+    const Expr& expr = Unwrapped(outer);
+    switch (expr.kind) {
+      case ExprKind::kAnd:
+        return CheckJunction(expr, Condition::Kind::kAnd);
+      case ExprKind::kOr:
+        return CheckJunction(expr, Condition::Kind::kOr);
+      case ExprKind::kNot:
+        return CheckJunction(expr, Condition::Kind::kNot);
+      case ExprKind::kRelation:
+        return CheckRelation(expr);
+      case ExprKind::kTyped:
+        return Constant(true, expr);  // It binds, no more.
+      case ExprKind::kPath:
+        return CheckFlag(expr);
+      default:
+        break;
+    }
+    scope_.diagnostics.Error(expr.span, "expected a condition").hint =
+        "such as: p_a coincident p_b, p_a.gender==\"male\"; joined with and, or, not";
+    return std::nullopt;
+  }
+
+ private:
+  static Condition Constant(bool value, const Expr& expr) {
+    Condition condition;
+    condition.span = expr.span;
+    if (value) return condition;
+    condition.kind = Condition::Kind::kNot;
+    condition.children.emplace_back();
+    condition.children[0].span = expr.span;
+    return condition;
+  }
+
+  std::optional<Condition> CheckJunction(const Expr& expr, Condition::Kind kind) {
+    Condition condition;
+    condition.kind = kind;
+    condition.span = expr.span;
+    for (const Expr& child : expr.children) {
+      std::optional<Condition> part = Check(child);
+      if (part) condition.children.push_back(std::move(*part));
+    }
+    if (condition.children.size() != expr.children.size()) return std::nullopt;
+    return condition;
+  }
+
+  std::optional<Condition> CheckRelation(const Expr& expr) {
+    const bool coincident = expr.text == "coincident";
+    if (!coincident && expr.text != "parallel" && expr.text != "antiparallel") {
+      return CheckComparison(expr);
+    }
+    Condition condition;
+    condition.kind = coincident                ? Condition::Kind::kCoincident
+                     : expr.text == "parallel" ? Condition::Kind::kParallel
+                                               : Condition::Kind::kAntiparallel;
+    condition.span = expr.span;
+    const auto p = coincident ? CheckPointRef(expr.children[0]) : CheckDirection(expr.children[0]);
+    const auto q = coincident ? CheckPointRef(expr.children[1]) : CheckDirection(expr.children[1]);
+    if (!p || !q) return std::nullopt;
+    if (p->side == q->side) {
+      scope_.diagnostics
+          .Error(expr.span, "both sides belong to member '" + MemberOf(p->side).name.text + "'")
+          .hint = "a condition relates one member to the other";
+      return std::nullopt;
+    }
+    const bool any = p->kind == PointRef::Kind::kAnySubpoint;
+    if (any && q->kind == PointRef::Kind::kAnySubpoint) {
+      scope_.diagnostics.Error(expr.span, "one side must be a particular point").hint =
+          "such as " + MemberOf(p->side).binder.text + "._1";
+      return std::nullopt;
+    }
+    condition.p = *p;
+    condition.q = *q;
+    return condition;
+  }
+
+  const ConditionScope::Member& MemberOf(solver::Side side) const {
+    return scope_.members[side == solver::Side::kA ? 0 : 1];
+  }
+
+  /// The member that a path's first name is the binder of; reports what is not.
+  std::optional<solver::Side> FindBinder(const Name& name) {
+    for (const solver::Side side : {solver::Side::kA, solver::Side::kB}) {
+      if (!name.text.empty() && MemberOf(side).binder.text == name.text) return side;
+    }
+    for (const solver::Side side : {solver::Side::kA, solver::Side::kB}) {
+      const ConditionScope::Member& member = MemberOf(side);
+      if (member.name.text != name.text) continue;
+      // A member without a binder has been reported already.
+      if (member.binder.text.empty()) return std::nullopt;
+      scope_.diagnostics.Error(name.span, "'" + name.text + "' is a whole module").hint =
+          "its connector is called '" + member.binder.text + "' here";
+      return std::nullopt;
+    }
+    std::vector<std::string> names;
+    for (const ConditionScope::Member& member : scope_.members) {
+      if (!member.binder.text.empty()) names.push_back(member.binder.text);
+    }
+    if (names.empty()) return std::nullopt;
+    scope_.diagnostics.Error(name.span, "unknown name '" + name.text + "'").hint =
+        NameHint(name.text, names, "names are");
+    return std::nullopt;
+  }
+
+  std::optional<PointRef> CheckPointRef(const Expr& outer) {
+    const Expr& expr = Unwrapped(outer);
+    PointRef ref;
+    if (expr.kind == ExprKind::kTyped) {
+      const bool of_a = MemberOf(solver::Side::kA).name.text == expr.path[0].text;
+      ref.side = of_a ? solver::Side::kA : solver::Side::kB;
+      return ref;
+    }
+    if (expr.kind != ExprKind::kPath || expr.path.size() > 2) {
+      scope_.diagnostics.Error(expr.span, "expected a point, such as p_a._1");
+      return std::nullopt;
+    }
+    const std::optional<solver::Side> side = FindBinder(expr.path[0]);
+    if (!side) return std::nullopt;
+    ref.side = *side;
+    if (expr.path.size() == 1) return ref;
+    ref.kind = PointRef::Kind::kAnySubpoint;
+    if (expr.path[1].text == "point") return ref;
+    ref.kind = PointRef::Kind::kSubpoint;
+    ref.subpoint = expr.path[1].text;
+    std::vector<std::string> names;
+    for (const model::Connector& c : MemberOf(*side).module->type.connectors) {
+      names.insert(names.end(), c.subpoint_names.begin(), c.subpoint_names.end());
+    }
+    if (std::find(names.begin(), names.end(), ref.subpoint) != names.end()) return ref;
+    std::sort(names.begin(), names.end());
+    names.erase(std::unique(names.begin(), names.end()), names.end());
+    ReportMissing(expr.path[1], "sub-point", *side, names);
+    return std::nullopt;
+  }
+
+  void ReportMissing(const Name& name, const std::string& what, solver::Side side,
+                     const std::vector<std::string>& names) {
+    const CheckedModule& module = *MemberOf(side).module;
+    if (!module.valid) return;  // What is missing may be what did not parse.
+    scope_.diagnostics
+        .Error(name.span,
+               fmt::format("no connector of '{}' has {} '{}'", module.type.name, what, name.text))
+        .hint = NameHint(name.text, names, what + "s are");
+  }
+
+  /// A point with a normal, or an axis `a.axis_name` of a member.
+  std::optional<PointRef> CheckDirection(const Expr& outer) {
+    const Expr& expr = Unwrapped(outer);
+    for (const solver::Side side : {solver::Side::kA, solver::Side::kB}) {
+      const ConditionScope::Member& member = MemberOf(side);
+      if (expr.kind != ExprKind::kPath || expr.path.size() != 2 ||
+          expr.path[0].text != member.name.text || expr.path[0].text == member.binder.text) {
+        continue;
+      }
+      const auto it = member.module->axes.find(expr.path[1].text);
+      if (it != member.module->axes.end()) {
+        PointRef ref;
+        ref.side = side;
+        ref.kind = PointRef::Kind::kAxis;
+        ref.subpoint = it->first;
+        ref.axis = it->second.direction;
+        return ref;
+      }
+      if (!member.module->valid) return std::nullopt;
+      std::vector<std::string> names;
+      for (const auto& [name, axis] : member.module->axes) names.push_back(name);
+      scope_.diagnostics
+          .Error(expr.path[1].span, fmt::format("module '{}' has no axis '{}'",
+                                                member.module->type.name, expr.path[1].text))
+          .hint = NameHint(expr.path[1].text, names, "axes are");
+      return std::nullopt;
+    }
+    std::optional<PointRef> ref = CheckPointRef(expr);
+    if (!ref) return ref;
+    if (ref->kind == PointRef::Kind::kAnySubpoint) {
+      scope_.diagnostics.Error(expr.span, "a direction needs a particular point or axis");
+      return std::nullopt;
+    }
+    const CheckedModule& module = *MemberOf(ref->side).module;
+    const auto& connectors = module.type.connectors;
+    const bool found =
+        std::any_of(connectors.begin(), connectors.end(),
+                    [&](const model::Connector& c) { return c.normals.count(ref->subpoint) > 0; });
+    if (found || !module.valid) return found ? ref : std::nullopt;
+    scope_.diagnostics
+        .Error(expr.span, "no connector of '" + module.type.name + "' has a normal at this point")
+        .hint = "give it one: normal=(0, 0, 1)";
+    return std::nullopt;
+  }
+
+  // --- Comparisons of attributes
+  // ------------------------------------------------------------------
+
+  /// An operand with a value that stands for its type, and the values it can take if few are known.
+  struct CheckedOperand {
+    solver::Operand operand;
+    model::AttributeValue sample;
+    std::vector<model::AttributeValue> states;  ///< Not empty: always a free state variable.
+    source::Span span;
+  };
+
+  std::optional<CheckedOperand> CheckOperand(const Expr& outer) {
+    const Expr& expr = Unwrapped(outer);
+    const std::string name = SingleName(expr);
+    const bool constant = name == "true" || name == "false" || name == "pi";
+    if (expr.kind != ExprKind::kPath || constant) {
+      const auto value = EvaluateAttribute(expr, scope_.diagnostics);
+      if (!value) return std::nullopt;
+      return CheckedOperand{*value, *value, {}, expr.span};
+    }
+    const std::optional<solver::Side> side = FindBinder(expr.path[0]);
+    if (!side) return std::nullopt;
+    if (expr.path.size() != 2) {
+      scope_.diagnostics.Error(expr.span, "expected an attribute").hint =
+          "such as " + expr.path[0].text + ".gender";
+      return std::nullopt;
+    }
+    return FindAttribute(*side, expr);
+  }
+
+  std::optional<CheckedOperand> FindAttribute(solver::Side side, const Expr& expr) {
+    const Name& key = expr.path[1];
+    CheckedOperand found{solver::AttributeRef{side, key.text}, {}, {}, expr.span};
+    std::vector<std::string> names;
+    bool any = false, fixed = false;
+    for (const model::Connector& connector : MemberOf(side).module->type.connectors) {
+      for (const auto& [name, value] : connector.attributes) {
+        names.push_back(name);
+        if (name != key.text) continue;
+        found.sample = value;
+        any = fixed = true;
+      }
+      for (const model::StateVariable& state : connector.states) {
+        names.push_back(state.name);
+        if (state.name != key.text) continue;
+        if (!fixed) found.sample = state.values[0];
+        found.states.insert(found.states.end(), state.values.begin(), state.values.end());
+        any = true;
+      }
+    }
+    if (fixed) found.states.clear();
+    if (any) return found;
+    std::sort(names.begin(), names.end());
+    names.erase(std::unique(names.begin(), names.end()), names.end());
+    ReportMissing(key, "attribute", side, names);
+    return std::nullopt;
+  }
+
+  std::optional<Condition> CheckComparison(const Expr& expr) {
+    static const std::map<std::string, CompareOp> kOps = {
+        {"==", CompareOp::kEq}, {"!=", CompareOp::kNe}, {"<", CompareOp::kLt},
+        {"<=", CompareOp::kLe}, {">", CompareOp::kGt},  {">=", CompareOp::kGe}};
+    const std::optional<CheckedOperand> lhs = CheckOperand(expr.children[0]);
+    const std::optional<CheckedOperand> rhs = CheckOperand(expr.children[1]);
+    if (!lhs || !rhs) return std::nullopt;
+    if (lhs->sample.index() != rhs->sample.index()) {
+      scope_.diagnostics.Error(
+          expr.span,
+          fmt::format("{} is compared with {}", TypeText(lhs->sample), TypeText(rhs->sample)));
+      return std::nullopt;
+    }
+    Condition condition;
+    condition.kind = Condition::Kind::kCompare;
+    condition.span = expr.span;
+    condition.op = kOps.at(expr.text);
+    condition.lhs = lhs->operand;
+    condition.rhs = rhs->operand;
+    const bool order = condition.op != CompareOp::kEq && condition.op != CompareOp::kNe;
+    if (order && !std::holds_alternative<double>(lhs->sample)) {
+      scope_.diagnostics.Error(expr.span, "only numbers have an order").hint = "use == or !=";
+      return std::nullopt;
+    }
+    if (!CheckStateValue(*lhs, *rhs) || !CheckStateValue(*rhs, *lhs)) return std::nullopt;
+    return condition;
+  }
+
+  /// A state variable compared with a value that it never has is a slip.
+  bool CheckStateValue(const CheckedOperand& state, const CheckedOperand& other) {
+    const auto* value = std::get_if<model::AttributeValue>(&other.operand);
+    if (state.states.empty() || value == nullptr) return true;
+    if (std::find(state.states.begin(), state.states.end(), *value) != state.states.end()) {
+      return true;
+    }
+    std::vector<std::string> texts;
+    for (const model::AttributeValue& v : state.states) {
+      const std::string text = ValueText(v);
+      if (std::find(texts.begin(), texts.end(), text) == texts.end()) texts.push_back(text);
+    }
+    scope_.diagnostics.Error(other.span, "the state never is " + ValueText(*value)).hint =
+        fmt::format("its values are {}", fmt::join(texts, ", "));
+    return false;
+  }
+
+  /// `p_a.extended` alone means that it is true.
+  std::optional<Condition> CheckFlag(const Expr& expr) {
+    const std::string name = SingleName(expr);
+    if (name == "true" || name == "false") return Constant(name == "true", expr);
+    const std::optional<CheckedOperand> operand = CheckOperand(expr);
+    if (!operand) return std::nullopt;
+    if (!std::holds_alternative<bool>(operand->sample) ||
+        std::holds_alternative<model::AttributeValue>(operand->operand)) {
+      scope_.diagnostics.Error(expr.span, "expected a condition").hint =
+          "compare it, as in: " + PathText(expr.path) + "==...";
+      return std::nullopt;
+    }
+    Condition condition;
+    condition.kind = Condition::Kind::kCompare;
+    condition.span = expr.span;
+    condition.lhs = operand->operand;
+    condition.rhs = model::AttributeValue(true);
+    return condition;
+  }
+
+  const ConditionScope& scope_;
+};
+
+void CollectFrom(const Expr& expr, ConditionScope& scope) {
+  for (const Expr& child : expr.children) CollectFrom(child, scope);
+  if (expr.kind != ExprKind::kTyped) return;
+  ConditionScope::Member* member = nullptr;
+  for (ConditionScope::Member& m : scope.members) {
+    if (m.name.text == expr.path[0].text) member = &m;
+  }
+  if (member == nullptr || expr.path.size() != 2 || expr.path[1].text != "point") {
+    source::Diagnostic& d =
+        scope.diagnostics.Error(expr.span, "expected a connector of a member to name");
+    d.hint = fmt::format("write {}.point {}", scope.members[0].name.text, expr.bound.text);
+    return;
+  }
+  const ConditionScope::Member& other = scope.members[member == &scope.members[0] ? 1 : 0];
+  const bool taken = other.binder.text == expr.bound.text || other.name.text == expr.bound.text;
+  if (!member->binder.text.empty() || taken) {
+    const bool twice = !member->binder.text.empty();
+    source::Diagnostic& d = scope.diagnostics.Error(
+        expr.bound.span, twice ? "the connector of '" + member->name.text + "' is named twice"
+                               : "the name '" + expr.bound.text + "' is taken");
+    d.notes.push_back({twice                                  ? member->binder.span
+                       : other.binder.text == expr.bound.text ? other.binder.span
+                                                              : other.name.span,
+                       "first named here"});
+    return;
+  }
+  member->binder = expr.bound;
+}
+
+}  // namespace
+
+void CollectBinders(const Expr& expr, const source::Span& name, ConditionScope& scope) {
+  const int errors = scope.diagnostics.error_count();
+  CollectFrom(expr, scope);
+  if (errors != scope.diagnostics.error_count()) return;
+  for (const ConditionScope::Member& member : scope.members) {
+    if (!member.binder.text.empty()) continue;
+    scope.diagnostics.Error(name, "the conditions name no connector of '" + member.name.text + "'")
+        .hint = fmt::format("write {0}.point p_{0} where it is first used", member.name.text);
+  }
+}
+
+std::optional<Condition> CheckCondition(const Expr& expr, const ConditionScope& scope) {
+  return ConditionChecker(scope).Check(expr);
+}
+
+}  // namespace morphbus::m3l::internal

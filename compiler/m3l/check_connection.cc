@@ -1,0 +1,104 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "compiler/m3l/check_condition.h"
+#include "compiler/m3l/checker.h"
+#include "compiler/m3l/evaluate.h"
+
+namespace morphbus::m3l {
+namespace {
+
+/// The two members, or false: reported, or silent because a module is unsound.
+bool CheckMembers(const Expr& members, const std::vector<CheckedModule>& modules,
+                  CheckedConnection& connection, internal::ConditionScope& scope) {
+  if (members.kind != ExprKind::kTuple || members.children.size() != 2) {
+    scope.diagnostics.Error(members.span, "a connection has two members").hint =
+        "write members=(TYPE a, TYPE b)";
+    return false;
+  }
+  bool ok = true;
+  int* types[2] = {&connection.problem.type_a, &connection.problem.type_b};
+  for (size_t i = 0; i < 2; ++i) {
+    const Expr& member = members.children[i];
+    if (member.kind != ExprKind::kTyped || member.path.size() != 1) {
+      scope.diagnostics.Error(member.span, "expected a module type and a name for the member")
+          .hint = "write members=(TYPE a, TYPE b)";
+      ok = false;
+      continue;
+    }
+    scope.members[i].name = member.bound;
+    const std::optional<int> type =
+        FindModuleType(member.path[0].text, member.path[0].span, modules, scope.diagnostics);
+    ok = ok && type.has_value();
+    if (!type) continue;
+    *types[i] = *type;
+    scope.members[i].module = &modules[static_cast<size_t>(*type)];
+  }
+  if (ok && scope.members[0].name.text == scope.members[1].name.text) {
+    source::Diagnostic& d = scope.diagnostics.Error(
+        scope.members[1].name.span, "both members are called '" + scope.members[1].name.text + "'");
+    d.notes.push_back({scope.members[0].name.span, "first named here"});
+    return false;
+  }
+  return ok;
+}
+
+}  // namespace
+
+CheckedConnection CheckConnection(const ConnectionDecl& decl,
+                                  const std::vector<CheckedModule>& modules,
+                                  source::Diagnostics& diagnostics) {
+  const int errors = diagnostics.error_count();
+  CheckedConnection connection;
+  connection.decl = &decl;
+  connection.problem.name = decl.name.text;
+  connection.problem.span = decl.name.span;
+  AttributeReader attributes(decl, "connection '" + decl.name.text + "'", {"members", "conditions"},
+                             diagnostics);
+  const Expr* members = attributes.Required("members", "write members=(TYPE a, TYPE b)");
+  const Expr* conditions =
+      attributes.Required("conditions", "write conditions=(a.point p_a coincident b.point p_b)");
+  internal::ConditionScope scope{{}, diagnostics};
+  if (!members || !CheckMembers(*members, modules, connection, scope) || !conditions) {
+    return connection;
+  }
+  internal::CollectBinders(*conditions, decl.name.span, scope);
+  std::optional<solver::Condition> condition = internal::CheckCondition(*conditions, scope);
+  if (!condition) return connection;
+  connection.problem.condition = std::move(*condition);
+  connection.valid = diagnostics.error_count() == errors && !decl.broken &&
+                     scope.members[0].module->valid && scope.members[1].module->valid;
+  return connection;
+}
+
+std::optional<int> FindModuleType(const std::string& name, const source::Span& span,
+                                  const std::vector<CheckedModule>& modules,
+                                  source::Diagnostics& diagnostics) {
+  std::vector<std::string> names;
+  bool nameless = false;
+  for (size_t i = 0; i < modules.size(); ++i) {
+    if (modules[i].type.name == name) return static_cast<int>(i);
+    nameless = nameless || modules[i].type.name.empty();
+    names.push_back(modules[i].type.name);
+  }
+  if (nameless) return std::nullopt;  // It may be the one whose name did not parse.
+  diagnostics.Error(span, "there is no module type '" + name + "'").hint =
+      NameHint(name, names, "types are");
+  return std::nullopt;
+}
+
+std::string NameHint(const std::string& name, const std::vector<std::string>& candidates,
+                     const std::string& what) {
+  constexpr size_t kShown = 12;
+  const std::string near = source::NearestName(name, candidates);
+  if (!near.empty()) return "did you mean '" + near + "'?";
+  if (candidates.empty()) return "";
+  std::string list;
+  for (size_t i = 0; i < std::min(kShown, candidates.size()); ++i) {
+    list += (i ? ", " : "") + candidates[i];
+  }
+  return what + " " + list + (candidates.size() > kShown ? ", ..." : "");
+}
+
+}  // namespace morphbus::m3l

@@ -1,0 +1,308 @@
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "compiler/m3l/check_robot.h"
+#include "compiler/m3l/evaluate.h"
+
+namespace morphbus::m3l {
+namespace internal {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+/// `rot=` names a turn to this much (degrees).
+constexpr double kTurnTolerance = 1e-3;
+constexpr size_t kMaxListed = 16;
+
+/// `m1.c2`: a module and one of its connectors.
+struct End {
+  int module = -1;
+  int connector = -1;
+  source::Span span;
+};
+
+/// Options of one connection for the two ends, in one of the two orders.
+struct Choice {
+  int connection = 0;
+  bool swapped = false;  ///< The second end plays member a.
+  const std::vector<int>* options = nullptr;
+};
+
+class DockingChecker {
+ public:
+  DockingChecker(const Expr& entry, RobotScope& scope) : entry_(entry), scope_(scope) {}
+
+  void Check() {
+    const std::vector<Expr>& parts = entry_.children;
+    if (entry_.kind != ExprKind::kTuple || parts.size() < 2 || parts.size() > 3) {
+      scope_.diagnostics.Error(entry_.span, "expected a pair of connectors").hint =
+          "write (m1.c1,m2.c4), or (m1.c1,m2.c4,3) for the connection with number 3";
+      scope_.names_lost = true;
+      return;
+    }
+    const bool x = CheckEnd(parts[0], x_);
+    const bool y = CheckEnd(parts[1], y_);
+    if (x_.module >= 0 && y_.module >= 0) scope_.edges.emplace_back(x_.module, y_.module);
+    if (x_.module < 0 || y_.module < 0) scope_.names_lost = true;
+    if (!x || !y) return;
+    if (x_.module == y_.module) {
+      scope_.diagnostics.Error(entry_.span,
+                               "module '" + scope_.NameOf(x_.module) + "' is connected to itself");
+      return;
+    }
+    const bool x_free = Use(x_);
+    const bool y_free = Use(y_);
+    if (x_free && y_free) Choose();
+  }
+
+ private:
+  bool CheckEnd(const Expr& expr, End& end) {
+    end.span = expr.span;
+    if (expr.kind != ExprKind::kPath || expr.path.size() != 2) {
+      scope_.diagnostics.Error(expr.span, "expected a connector of a module, such as m1.c2");
+      return false;
+    }
+    const std::optional<int> module = FindModule(expr.path[0], scope_);
+    if (!module) return false;
+    end.module = *module;
+    const model::ModuleType& type = scope_.TypeOf(*module);
+    const std::optional<int> connector = type.FindConnector(expr.path[1].text);
+    if (connector) {
+      end.connector = *connector;
+      return true;
+    }
+    if (!Checked(*module).valid) return false;
+    std::vector<std::string> names;
+    for (const model::Connector& c : type.connectors) names.push_back(c.name);
+    scope_.diagnostics
+        .Error(expr.path[1].span,
+               fmt::format("module type '{}' has no connector '{}'", type.name, expr.path[1].text))
+        .hint = NameHint(expr.path[1].text, names, "connectors are");
+    return false;
+  }
+
+  const CheckedModule& Checked(int module) const {
+    const int type = scope_.robot.modules[static_cast<size_t>(module)].type;
+    return scope_.context.modules[static_cast<size_t>(type)];
+  }
+
+  const model::Connector& ConnectorOf(const End& end) const {
+    return scope_.TypeOf(end.module).connectors[static_cast<size_t>(end.connector)];
+  }
+
+  std::string EndText(const End& end) const {
+    return scope_.NameOf(end.module) + "." + ConnectorOf(end).name;
+  }
+
+  bool Use(const End& end) {
+    const auto [it, fresh] = scope_.used.emplace(std::pair(end.module, end.connector), end.span);
+    if (fresh) return true;
+    scope_.diagnostics.Error(end.span, "connector '" + EndText(end) + "' is used twice")
+        .notes.push_back({it->second, "first used here"});
+    return false;
+  }
+
+  const model::ConnectionType& Connection(int index) const {
+    return scope_.context.model.connection_types[static_cast<size_t>(index)];
+  }
+
+  /// Both orders in which connection `index` can join the ends.
+  std::vector<Choice> ChoicesOf(int index) const {
+    std::vector<Choice> choices;
+    const model::ConnectionType& connection = Connection(index);
+    const int type_x = scope_.robot.modules[static_cast<size_t>(x_.module)].type;
+    const int type_y = scope_.robot.modules[static_cast<size_t>(y_.module)].type;
+    for (const bool swapped : {false, true}) {
+      if ((swapped ? type_y : type_x) != connection.type_a) continue;
+      if ((swapped ? type_x : type_y) != connection.type_b) continue;
+      const std::vector<int>& options = scope_.context.pairs.Options(
+          index, swapped ? y_.connector : x_.connector, swapped ? x_.connector : y_.connector);
+      if (!options.empty()) choices.push_back({index, swapped, &options});
+    }
+    return choices;
+  }
+
+  void Choose() {
+    const Expr* selector = entry_.children.size() == 3 ? &entry_.children[2] : nullptr;
+    if (selector && selector->kind == ExprKind::kOption) return ChooseNamed(*selector);
+    for (size_t i = 0; i < scope_.context.connections.size(); ++i) {
+      const std::vector<Choice> choices = ChoicesOf(static_cast<int>(i));
+      if (!choices.empty()) return Select(choices, selector);
+    }
+    ReportImpossible();
+  }
+
+  void ChooseNamed(const Expr& selector) {
+    const std::string name = PathText(selector.path);
+    std::vector<std::string> names;
+    for (size_t i = 0; i < scope_.context.connections.size(); ++i) {
+      names.push_back(Connection(static_cast<int>(i)).name);
+      if (names.back() != name) continue;
+      const std::vector<Choice> choices = ChoicesOf(static_cast<int>(i));
+      if (!choices.empty()) return Select(choices, &selector.children[0]);
+      if (!scope_.context.connections[i].valid) return;
+      scope_.diagnostics.Error(selector.span, fmt::format("connection '{}' does not join {} and {}",
+                                                          name, EndText(x_), EndText(y_)));
+      return;
+    }
+    scope_.diagnostics.Error(selector.span, "there is no connection '" + name + "'").hint =
+        NameHint(name, names, "connections are");
+  }
+
+  void ReportImpossible() {
+    const int type_x = scope_.robot.modules[static_cast<size_t>(x_.module)].type;
+    const int type_y = scope_.robot.modules[static_cast<size_t>(y_.module)].type;
+    std::string reason;
+    for (size_t i = 0; i < scope_.context.connections.size(); ++i) {
+      // An unsound connection may be the one that would do.
+      if (!scope_.context.connections[i].valid) return;
+      const model::ConnectionType& connection = Connection(static_cast<int>(i));
+      for (const model::PairRejection& r : connection.rejections) {
+        const bool straight = connection.type_a == type_x && connection.type_b == type_y &&
+                              r.connector_a == x_.connector && r.connector_b == y_.connector;
+        const bool swapped = connection.type_a == type_y && connection.type_b == type_x &&
+                             r.connector_a == y_.connector && r.connector_b == x_.connector;
+        if ((straight || swapped) && reason.empty()) reason = r.reason;
+      }
+    }
+    if (reason.empty()) {
+      reason = fmt::format("no connection is defined between '{}' and '{}'",
+                           scope_.TypeOf(x_.module).name, scope_.TypeOf(y_.module).name);
+    }
+    scope_.diagnostics.Error(entry_.span, fmt::format("{} and {} cannot be connected: {}",
+                                                      EndText(x_), EndText(y_), reason));
+  }
+
+  void Select(const std::vector<Choice>& choices, const Expr* selector) {
+    if (!selector) return Add(choices[0], choices[0].options->front());
+    if (selector->kind == ExprKind::kAssign) return SelectTurn(choices, *selector);
+    const std::optional<double> number = EvaluateNumber(*selector, scope_.diagnostics);
+    if (!number) return;
+    for (const Choice& choice : choices) {
+      for (const int option : *choice.options) {
+        const auto& options = Connection(choice.connection).options;
+        if (options[static_cast<size_t>(option)].number == *number) return Add(choice, option);
+      }
+    }
+    source::Diagnostic& d = scope_.diagnostics.Error(
+        selector->span, fmt::format("connection number {} does not join {} and {}",
+                                    NumberText(*number), EndText(x_), EndText(y_)));
+    d.hint = "valid are " + Listed(choices[0]);
+    if (choices.size() > 1) d.hint += "; from the other module's side " + Listed(choices[1]);
+  }
+
+  void SelectTurn(const std::vector<Choice>& choices, const Expr& selector) {
+    if (PathText(selector.path) != "rot") {
+      scope_.diagnostics.Error(selector.span, "expected a number, rot=..., or NAME:number");
+      return;
+    }
+    const std::optional<double> turn = EvaluateNumber(selector.children[0], scope_.diagnostics);
+    if (!turn) return;
+    for (const int option : *choices[0].options) {
+      const std::optional<double> other = Turn(choices[0], option);
+      if (other && std::abs(std::remainder(*other - *turn, 360.0)) < kTurnTolerance) {
+        return Add(choices[0], option);
+      }
+    }
+    scope_.diagnostics
+        .Error(selector.span, fmt::format("{} and {} cannot be joined with a turn of {} degrees",
+                                          EndText(x_), EndText(y_), NumberText(*turn)))
+        .hint = "valid are " + Listed(choices[0]);
+  }
+
+  std::optional<double> Turn(const Choice& choice, int option) const {
+    const model::ConnectionType& connection = Connection(choice.connection);
+    return TurnBetween(scope_.context.model.module_types[static_cast<size_t>(connection.type_a)],
+                       connection.options[static_cast<size_t>(choice.options->front())],
+                       connection.options[static_cast<size_t>(option)]);
+  }
+
+  /// "53 (the default), 54 (turn -90), ..."
+  std::string Listed(const Choice& choice) const {
+    std::string list;
+    for (size_t i = 0; i < choice.options->size(); ++i) {
+      if (i == kMaxListed) return list + ", ...";
+      const int option = (*choice.options)[i];
+      const auto& options = Connection(choice.connection).options;
+      const std::optional<double> turn = Turn(choice, option);
+      list += fmt::format("{}{}", i ? ", " : "", options[static_cast<size_t>(option)].number);
+      if (i == 0) {
+        list += " (the default)";
+      } else if (turn) {
+        list += fmt::format(" (rot={})", NumberText(*turn));
+      }
+    }
+    return list;
+  }
+
+  void Add(const Choice& choice, int option) {
+    const End& a = choice.swapped ? y_ : x_;
+    const End& b = choice.swapped ? x_ : y_;
+    scope_.robot.dockings.push_back(
+        {a.module, a.connector, b.module, b.connector, choice.connection, option});
+    scope_.docking_spans.push_back(entry_.span);
+  }
+
+  const Expr& entry_;
+  RobotScope& scope_;
+  End x_, y_;
+};
+
+/// A point in the middle of the link, in M (m): of its hull's points, else of its connectors.
+Eigen::Vector3d MiddleOf(const model::ModuleType& type, int link) {
+  std::vector<Eigen::Vector3d> points = type.links[static_cast<size_t>(link)].hull;
+  if (points.empty()) {
+    for (const model::Connector& c : type.connectors) {
+      if (c.link == link) points.push_back(c.p_MoCo_M);
+    }
+  }
+  Eigen::Vector3d low = points[0], high = points[0];
+  for (const Eigen::Vector3d& p : points) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  return 0.5 * (low + high);
+}
+
+}  // namespace
+
+std::optional<double> TurnBetween(const model::ModuleType& type_a,
+                                  const model::ConnectionOption& from,
+                                  const model::ConnectionOption& to) {
+  const model::Connector& connector = type_a.connectors[static_cast<size_t>(from.connector_a)];
+  const model::Pose X_AA = to.X_AB * from.X_AB.inverse();
+  const double extent = model::ExtentOf(type_a);
+  const Eigen::Vector3d moved = X_AA * connector.p_MoCo_M - connector.p_MoCo_M;
+  if (moved.norm() > 1e-6 * extent) return std::nullopt;
+  const Eigen::AngleAxisd turn(X_AA.rotation());
+  if (turn.angle() < 1e-9) return 0.0;
+  // The turn's axis is the normal of the mated faces; what is left to find out is its direction.
+  Eigen::Vector3d outward = connector.p_MoCo_M - MiddleOf(type_a, connector.link);
+  const auto normal = connector.normals.find("");
+  if (normal != connector.normals.end()) outward = normal->second;
+  double degrees = turn.angle() * 180.0 / kPi;
+  if (turn.axis().dot(outward) < -1e-9 * extent) degrees = -degrees;
+  degrees = std::remainder(std::round(degrees * 1e6) / 1e6, 360.0);
+  return degrees == -180.0 ? 180.0 : degrees;
+}
+
+void CheckDocking(const Expr& entry, RobotScope& scope) { DockingChecker(entry, scope).Check(); }
+
+}  // namespace internal
+
+PairIndex::PairIndex(const std::vector<model::ConnectionType>& connections) {
+  for (const model::ConnectionType& connection : connections) {
+    auto& table = options_.emplace_back();
+    for (size_t i = 0; i < connection.options.size(); ++i) {
+      const model::ConnectionOption& option = connection.options[i];
+      table[{option.connector_a, option.connector_b}].push_back(static_cast<int>(i));
+    }
+  }
+}
+
+const std::vector<int>& PairIndex::Options(int connection, int connector_a, int connector_b) const {
+  static const std::vector<int> kNone;
+  const auto& table = options_[static_cast<size_t>(connection)];
+  const auto it = table.find({connector_a, connector_b});
+  return it == table.end() ? kNone : it->second;
+}
+
+}  // namespace morphbus::m3l

@@ -1,0 +1,158 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "compiler/m3l/check_module.h"
+#include "compiler/m3l/check_robot.h"
+#include "compiler/m3l/evaluate.h"
+
+namespace morphbus::m3l::internal {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+/// Axes of a frame meet in one point and at right angles to this much (of the extent; of a unit).
+constexpr double kFrameTolerance = 1e-6;
+
+/// One axis of the frame and the link that carries it.
+struct FrameAxis {
+  int module = -1;
+  int link = -1;
+  AxisSymbol axis;
+};
+
+class FrameChecker {
+ public:
+  explicit FrameChecker(RobotScope& scope) : scope_(scope) {}
+
+  void Check(const Expr& frame) {
+    if (frame.kind != ExprKind::kTuple || frame.children.size() != 3) {
+      scope_.diagnostics.Error(frame.span, "a frame has three axes").hint =
+          "write frame=(m1.link.(axis: origin=(0,0,0), direction=(1,0,0)), ...)";
+      return;
+    }
+    FrameAxis axes[3];
+    bool ok = true;
+    for (int i = 0; i < 3; ++i) ok = CheckAxisRef(frame.children[i], axes[i]) && ok;
+    if (!ok) return;
+    for (int i = 1; i < 3; ++i) {
+      if (axes[i].module == axes[0].module && axes[i].link == axes[0].link) continue;
+      scope_.diagnostics.Error(frame.children[i].span, "the axes of a frame are on one link")
+          .notes.push_back({frame.children[0].span, "the first axis is on another link"});
+      return;
+    }
+    CheckGeometry(frame, axes);
+  }
+
+ private:
+  bool CheckAxisRef(const Expr& expr, FrameAxis& into) {
+    const bool anonymous = expr.kind == ExprKind::kAxis;
+    const size_t length = anonymous ? 2 : 3;
+    if ((!anonymous && expr.kind != ExprKind::kPath) || expr.path.size() != length) {
+      scope_.diagnostics.Error(expr.span, "expected an axis on a link of a module").hint =
+          "write m1.link.axis_name, or m1.link.(axis: origin=(0,0,0), direction=(1,0,0))";
+      return false;
+    }
+    const std::optional<int> module = FindModule(expr.path[0], scope_);
+    if (!module) return false;
+    const int type_index = scope_.robot.modules[static_cast<size_t>(*module)].type;
+    const CheckedModule& checked = scope_.context.modules[static_cast<size_t>(type_index)];
+    into.module = *module;
+    into.link = checked.type.FindLink(expr.path[1].text).value_or(-1);
+    if (into.link < 0) {
+      std::vector<std::string> names;
+      for (const model::Link& link : checked.type.links) names.push_back(link.name);
+      Unknown(expr.path[1], "link", checked, names);
+    }
+    if (anonymous) {
+      Declaration decl;
+      decl.name.span = expr.span;
+      decl.attributes = *expr.axis;
+      into.axis = CheckAxis(decl, "the axis", checked.type.unit_m, scope_.diagnostics);
+    } else {
+      const auto it = checked.axes.find(expr.path[2].text);
+      if (it != checked.axes.end()) {
+        into.axis = it->second;
+      } else {
+        std::vector<std::string> names;
+        for (const auto& [name, axis] : checked.axes) names.push_back(name);
+        Unknown(expr.path[2], "axis", checked, names);
+      }
+    }
+    return into.link >= 0 && into.axis.valid;
+  }
+
+  void Unknown(const Name& name, const char* what, const CheckedModule& module,
+               const std::vector<std::string>& names) {
+    if (!module.valid) return;
+    scope_.diagnostics
+        .Error(name.span,
+               fmt::format("module type '{}' has no {} '{}'", module.type.name, what, name.text))
+        .hint = NameHint(name.text, names, "known are");
+  }
+
+  void CheckGeometry(const Expr& frame, const FrameAxis (&axes)[3]) {
+    const CheckedModule& module = scope_.context.modules[static_cast<size_t>(
+        scope_.robot.modules[static_cast<size_t>(axes[0].module)].type)];
+    const double extent = module.extent_m > 0.0 ? module.extent_m : 1.0;
+    const Eigen::Vector3d& origin = axes[0].axis.p_MoAo_M;
+    for (int i = 1; i < 3; ++i) {
+      const double distance = (axes[i].axis.p_MoAo_M - origin).norm();
+      if (distance <= kFrameTolerance * extent) continue;
+      scope_.diagnostics
+          .Error(frame.children[i].span,
+                 fmt::format("the axes of a frame have one origin; this one is {} m "
+                             "from the first",
+                             NumberText(distance)))
+          .notes.push_back({frame.children[0].span, "the first axis"});
+      return;
+    }
+    const Eigen::Vector3d& x = axes[0].axis.direction;
+    const Eigen::Vector3d& y = axes[1].axis.direction;
+    const Eigen::Vector3d& z = axes[2].axis.direction;
+    const Eigen::Vector3d* directions[3] = {&x, &y, &z};
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3;
+      const double cosine = directions[i]->dot(*directions[j]);
+      if (std::abs(cosine) <= kFrameTolerance) continue;
+      const double angle = std::acos(std::min(1.0, std::max(-1.0, cosine))) * 180.0 / kPi;
+      scope_.diagnostics
+          .Error(frame.children[std::max(i, j)].span,
+                 fmt::format("the axes of a frame are at right angles; these two are "
+                             "at {} degrees",
+                             NumberText(std::round(angle * 1e6) / 1e6)))
+          .notes.push_back({frame.children[std::min(i, j)].span, "the other axis"});
+      return;
+    }
+    if (x.cross(y).dot(z) < 0.0) {
+      scope_.diagnostics.Error(frame.span, "the frame is left-handed").hint =
+          "exchange two of its axes, or turn one round; they are +X north, +Y up, +Z east";
+      return;
+    }
+    SetFrame(axes);
+  }
+
+  void SetFrame(const FrameAxis (&axes)[3]) {
+    // Within the tolerance the axes may be a little off; the pose is exactly a rotation.
+    const Eigen::Vector3d x = axes[0].axis.direction;
+    const Eigen::Vector3d z = x.cross(axes[1].axis.direction).normalized();
+    scope_.robot.root_module = axes[0].module;
+    scope_.robot.root_link = axes[0].link;
+    model::Pose& X_LR = scope_.robot.X_LR;
+    X_LR = model::Pose::Identity();
+    X_LR.linear().col(0) = x;
+    X_LR.linear().col(1) = z.cross(x);
+    X_LR.linear().col(2) = z;
+    X_LR.translation() = axes[0].axis.p_MoAo_M;
+  }
+
+  RobotScope& scope_;
+};
+
+}  // namespace
+
+void CheckFrame(const Expr* frame, RobotScope& scope) {
+  // Without a frame: the first module's first link, and its module frame.
+  if (frame) FrameChecker(scope).Check(*frame);
+}
+
+}  // namespace morphbus::m3l::internal

@@ -1,0 +1,254 @@
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "compiler/m3l/check_module.h"
+#include "compiler/m3l/evaluate.h"
+
+namespace morphbus::m3l::internal {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+/// Tolerance of the check that paired axes lie on one line: rad, and relative to the extent.
+constexpr double kAxisTolerance = 1e-6;
+
+std::optional<model::JointType> TypeNamed(const std::string& name) {
+  if (name == "revolute") return model::JointType::kRevolute;
+  if (name == "continuous") return model::JointType::kContinuous;
+  if (name == "prismatic") return model::JointType::kPrismatic;
+  if (name == "fixed") return model::JointType::kFixed;
+  return std::nullopt;
+}
+
+class JointChecker {
+ public:
+  JointChecker(ModuleScope& scope, const JointDecl& decl)
+      : scope_(scope),
+        decl_(decl),
+        attributes_(decl, "joint '" + decl.name.text + "'",
+                    {"type", "value", "pair", "torque", "speed"}, scope.diagnostics) {}
+
+  void Check() {
+    const int errors = scope_.diagnostics.error_count();
+    model::Joint joint;
+    joint.name = decl_.name.text;
+    const bool typed = CheckType(joint);
+    if (typed) CheckLimits(joint);
+    CheckPositive("torque", joint.effort);
+    CheckPositive("speed", joint.speed);
+    const bool paired = CheckPair(joint);
+    if (paired && errors == scope_.diagnostics.error_count()) {
+      scope_.module.type.joints.push_back(joint);
+    }
+  }
+
+ private:
+  bool CheckType(model::Joint& joint) {
+    const std::string hint = "types are revolute, continuous, prismatic and fixed";
+    const Expr* expr = attributes_.Required("type", hint);
+    if (!expr) return false;
+    const std::string name = expr->kind == ExprKind::kString ? expr->text : SingleName(*expr);
+    const std::optional<model::JointType> type = TypeNamed(name);
+    if (!type) {
+      scope_.diagnostics.Error(expr->span, "unknown type of joint").hint =
+          NameHint(name, {"revolute", "continuous", "prismatic", "fixed"}, "types are");
+      return false;
+    }
+    joint.type = *type;
+    return true;
+  }
+
+  void CheckLimits(model::Joint& joint) {
+    const bool limited =
+        joint.type == model::JointType::kRevolute || joint.type == model::JointType::kPrismatic;
+    if (!limited) {
+      if (joint.type == model::JointType::kContinuous) {
+        joint.lower = -std::numeric_limits<double>::infinity();
+        joint.upper = std::numeric_limits<double>::infinity();
+      }
+      if (const Attribute* value = decl_.Find("value")) {
+        const bool fixed = joint.type == model::JointType::kFixed;
+        scope_.diagnostics
+            .Error(value->key.span,
+                   fmt::format("a {} joint has no limits", fixed ? "fixed" : "continuous"))
+            .hint = "leave 'value' out, or write type=revolute";
+      }
+      return;
+    }
+    const Expr* expr = attributes_.Required("value", "give its limits, as in: value=[-pi/2,pi/2]");
+    const std::optional<Interval> limits =
+        expr ? EvaluateInterval(*expr, scope_.diagnostics) : std::nullopt;
+    if (!limits) return;
+    const double scale = joint.type == model::JointType::kPrismatic ? scope_.unit_m : 1.0;
+    joint.lower = limits->lower * scale;
+    joint.upper = limits->upper * scale;
+    if (joint.upper - joint.lower > kMaxCoordinate_m || std::abs(joint.lower) > kMaxCoordinate_m) {
+      scope_.diagnostics.Error(expr->span, "limits are at most 1e6 rad or metres");
+    }
+  }
+
+  void CheckPositive(const std::string& key, double& into) {
+    const Expr* expr = attributes_.Optional(key);
+    const std::optional<double> value =
+        expr ? EvaluateNumber(*expr, scope_.diagnostics) : std::nullopt;
+    if (!value) return;
+    if (*value > 0.0 && *value <= 1e9) {
+      into = *value;
+    } else {
+      scope_.diagnostics.Error(expr->span, "'" + key + "' is above 0 and at most 1e9");
+    }
+  }
+
+  /// One half of a pair: (link, axis). False if it is of no use, reported or not.
+  bool CheckHalf(const Expr& half, int& link, const AxisSymbol*& axis) {
+    if (half.kind != ExprKind::kTuple || half.children.size() != 2 ||
+        SingleName(half.children[0]).empty() || SingleName(half.children[1]).empty()) {
+      scope_.diagnostics.Error(half.span, "expected a link and an axis").hint =
+          "write pair=((linkA, axisA), (linkB, axisB))";
+      return false;
+    }
+    const CheckedModule& module = scope_.module;
+    const std::string link_name = SingleName(half.children[0]);
+    const std::string axis_name = SingleName(half.children[1]);
+    std::vector<std::string> links, axes;
+    for (size_t i = 0; i < module.type.links.size(); ++i) {
+      links.push_back(module.type.links[i].name);
+      if (links.back() == link_name) link = static_cast<int>(i);
+    }
+    for (const auto& [name, symbol] : module.axes) axes.push_back(name);
+    const auto it = module.axes.find(axis_name);
+    if (link < 0 && !scope_.names_lost) {
+      scope_.diagnostics.Error(half.children[0].span, "there is no link '" + link_name + "'").hint =
+          NameHint(link_name, links, "links are");
+    }
+    if (it == module.axes.end() && !scope_.names_lost) {
+      scope_.diagnostics.Error(half.children[1].span, "there is no axis '" + axis_name + "'").hint =
+          NameHint(axis_name, axes, "axes are");
+    }
+    if (it != module.axes.end()) axis = &it->second;
+    return link >= 0 && axis != nullptr && axis->valid;
+  }
+
+  bool CheckPair(model::Joint& joint) {
+    const std::string hint = "write pair=((linkA, axisA), (linkB, axisB))";
+    const Expr* pair = attributes_.Required("pair", hint);
+    if (!pair) return false;
+    if (pair->kind != ExprKind::kTuple || pair->children.size() != 2) {
+      scope_.diagnostics.Error(pair->span, "'pair' needs two links with their axes").hint = hint;
+      return false;
+    }
+    joint.link_a = joint.link_b = -1;
+    const AxisSymbol* a = nullptr;
+    const AxisSymbol* b = nullptr;
+    const bool first = CheckHalf(pair->children[0], joint.link_a, a);
+    const bool second = CheckHalf(pair->children[1], joint.link_b, b);
+    if (joint.link_a >= 0 && joint.link_a == joint.link_b) {
+      scope_.diagnostics.Error(pair->span, "a joint needs two different links");
+      return false;
+    }
+    if (!first || !second) return false;
+    joint.p_MoJo_M = a->p_MoAo_M;
+    joint.axis = a->direction;
+    CheckOpposite(*pair, *a, *b);
+    return true;
+  }
+
+  void CheckOpposite(const Expr& pair, const AxisSymbol& a, const AxisSymbol& b) {
+    const Eigen::Vector3d opposite = -b.direction;
+    const double angle = std::atan2(a.direction.cross(opposite).norm(), a.direction.dot(opposite));
+    const double distance = a.direction.cross(b.p_MoAo_M - a.p_MoAo_M).norm();
+    // Joint axes may be the only geometry there is; then the distance is compared with a metre.
+    const double extent = scope_.module.extent_m > 0.0 ? scope_.module.extent_m : 1.0;
+    if (angle <= kAxisTolerance && distance <= kAxisTolerance * extent) return;
+    source::Diagnostic& d = scope_.diagnostics.Error(
+        pair.span, fmt::format("the axes of joint '{}' are not collinear and opposite: {} degrees "
+                               "off, {} m apart",
+                               decl_.name.text, NumberText(std::round(angle / kPi * 180e6) / 1e6),
+                               NumberText(distance)));
+    if (kPi - angle <= kAxisTolerance) d.hint = "they point the same way: turn one of them round";
+    d.notes.push_back({a.span, "the first axis"});
+    d.notes.push_back({b.span, "the second axis"});
+  }
+
+  ModuleScope& scope_;
+  const JointDecl& decl_;
+  AttributeReader attributes_;
+};
+
+/// The joints of a module must make one tree of its links: poses follow from joint values alone.
+void CheckTree(ModuleScope& scope) {
+  const model::ModuleType& type = scope.module.type;
+  std::vector<size_t> group(type.links.size());
+  std::iota(group.begin(), group.end(), size_t{0});
+  const auto find = [&](size_t i) {
+    while (group[i] != i) i = group[i] = group[group[i]];
+    return i;
+  };
+  for (const model::Joint& joint : type.joints) {
+    const size_t a = find(static_cast<size_t>(joint.link_a));
+    const size_t b = find(static_cast<size_t>(joint.link_b));
+    if (a == b) {
+      const auto& decls = scope.module.decl->joints;
+      const auto decl = std::find_if(decls.begin(), decls.end(),
+                                     [&](const JointDecl& d) { return d.name.text == joint.name; });
+      scope.diagnostics
+          .Error(decl->name.span, "joint '" + joint.name + "' closes a loop inside the module")
+          .hint = "the links of a module hang together as a tree";
+    }
+    group[a] = b;
+  }
+  for (size_t i = 1; i < type.links.size(); ++i) {
+    if (find(i) == find(0)) continue;
+    scope.diagnostics
+        .Error(scope.module.decl->links[i].name.span,
+               fmt::format("link '{}' is joined to '{}' by no joint", type.links[i].name,
+                           type.links[0].name))
+        .hint = "add a joint; type=fixed holds two links together";
+    return;
+  }
+}
+
+}  // namespace
+
+AxisSymbol CheckAxis(const Declaration& decl, const std::string& what, double unit_m,
+                     source::Diagnostics& diagnostics) {
+  AxisSymbol axis;
+  axis.span = decl.name.span;
+  AttributeReader attributes(decl, what, {"origin", "direction"}, diagnostics);
+  const Expr* origin = attributes.Required("origin", "write origin=(x, y, z)");
+  const Expr* direction = attributes.Required("direction", "write direction=(x, y, z)");
+  const auto o = origin ? EvaluateVector(*origin, "origin", diagnostics) : std::nullopt;
+  const auto d = direction ? EvaluateVector(*direction, "direction", diagnostics) : std::nullopt;
+  if (d && !(d->stableNorm() > 1e-12)) {
+    diagnostics.Error(direction->span, what + " has a direction of length zero");
+    return axis;
+  }
+  if (!o || !d) return axis;
+  axis.p_MoAo_M = *o * unit_m;
+  axis.direction = d->stableNormalized();
+  axis.valid = axis.p_MoAo_M.cwiseAbs().maxCoeff() <= kMaxCoordinate_m;
+  if (!axis.valid) diagnostics.Error(origin->span, "'origin' lies more than 1e6 metres away");
+  return axis;
+}
+
+void CheckAxesAndJoints(ModuleScope& scope) {
+  const ModuleDecl& decl = *scope.module.decl;
+  for (const AxisDecl& axis : decl.axes) {
+    scope.module.axes.emplace(axis.name.text, CheckAxis(axis, "axis '" + axis.name.text + "'",
+                                                        scope.unit_m, scope.diagnostics));
+  }
+  const int errors = scope.diagnostics.error_count();
+  bool broken = scope.names_lost;
+  for (const JointDecl& joint : decl.joints) {
+    JointChecker(scope, joint).Check();
+    broken = broken || joint.broken;
+  }
+  // Only with all joints known can it be said that one is missing.
+  const bool complete = scope.module.type.joints.size() == decl.joints.size();
+  if (!broken && complete && errors == scope.diagnostics.error_count()) CheckTree(scope);
+}
+
+}  // namespace morphbus::m3l::internal

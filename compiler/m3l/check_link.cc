@@ -1,0 +1,212 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "compiler/m3l/check_module.h"
+#include "compiler/m3l/evaluate.h"
+#include "compiler/model/convex_hull.h"
+
+namespace morphbus::m3l::internal {
+namespace {
+
+// Defaults of docs/m3l.md: the density of a link without `mass`, and the thickness that a flat hull
+// has for it, relative to the module's extent.
+constexpr double kDensity_kg_m3 = 500.0;
+constexpr double kFlatThickness = 0.05;
+// A module that is a single point still needs links of some mass.
+constexpr double kLeastMass_kg = 1e-6;
+constexpr size_t kMaxHullPoints = 500;
+
+class LinkChecker {
+ public:
+  LinkChecker(ModuleScope& scope, int index)
+      : scope_(scope),
+        index_(index),
+        decl_(scope.module.decl->links[static_cast<size_t>(index)]),
+        own_(scope.module.link_points[static_cast<size_t>(index)]),
+        attributes_(decl_, "link '" + decl_.name.text + "'", {"grouping", "hull", "mass"},
+                    scope.diagnostics) {}
+
+  model::Link Check() {
+    model::Link link;
+    link.name = decl_.name.text;
+    if (const Expr* grouping = attributes_.Optional("grouping")) CheckGrouping(*grouping);
+    const int errors = scope_.diagnostics.error_count();
+    if (const Expr* hull = attributes_.Optional("hull")) link.hull = CheckHull(*hull);
+    const bool hull_ok = errors == scope_.diagnostics.error_count();
+    const Expr* mass = attributes_.Optional("mass");
+    if (mass) {
+      const std::optional<double> value = EvaluateNumber(*mass, scope_.diagnostics);
+      link.mass_kg = value.value_or(kLeastMass_kg);
+      if (!(link.mass_kg > 0.0 && link.mass_kg <= 1e9)) {
+        scope_.diagnostics.Error(mass->span, "'mass' is above 0 and at most 1e9 kg");
+      }
+    } else if (hull_ok) {
+      link.mass_kg = DefaultMass(link.hull);
+    }
+    return link;
+  }
+
+ private:
+  void CheckGrouping(const Expr& grouping) {
+    const std::vector<Expr>& names =
+        grouping.kind == ExprKind::kTuple ? grouping.children : std::vector<Expr>{grouping};
+    for (const Expr& expr : names) {
+      if (scope_.diagnostics.full()) return;
+      const std::string name = SingleName(expr);
+      if (name.empty()) {
+        scope_.diagnostics.Error(expr.span, "'grouping' lists names of points");
+      } else if (!own_.count(name) && !scope_.module.points.count(name)) {
+        UnknownPoint(name, expr.span);
+      } else if (!own_.count(name)) {
+        Group(name, expr.span);
+      }
+    }
+  }
+
+  void Group(const std::string& name, const source::Span& span) {
+    const auto [it, fresh] = scope_.link_of.emplace(name, std::pair(index_, span));
+    if (fresh) return;
+    const bool same = it->second.first == index_;
+    source::Diagnostic& d = scope_.diagnostics.Error(
+        span, same ? "point '" + name + "' is named twice"
+                   : fmt::format(
+                         "point '{}' is in two links, '{}' and '{}'", name,
+                         scope_.module.decl->links[static_cast<size_t>(it->second.first)].name.text,
+                         decl_.name.text));
+    d.notes.push_back({it->second.second, "first named here"});
+  }
+
+  void UnknownPoint(const std::string& name, const source::Span& span) {
+    if (scope_.names_lost || decl_.broken) return;
+    std::vector<std::string> names;
+    for (const auto& [own, symbol] : own_) names.push_back(own);
+    for (const auto& [point, symbol] : scope_.module.points) names.push_back(point);
+    scope_.diagnostics.Error(span, "there is no point '" + name + "'").hint =
+        NameHint(name, names, "points are");
+  }
+
+  std::vector<Eigen::Vector3d> CheckHull(const Expr& hull) {
+    std::vector<Eigen::Vector3d> points;
+    if (hull.kind != ExprKind::kCall || hull.path[0].text != "convex") {
+      scope_.diagnostics.Error(hull.span, "a hull is written as convex(...)").hint =
+          "list points in it, as in: convex(c1.point, " + decl_.name.text + ".point)";
+      return points;
+    }
+    const int errors = scope_.diagnostics.error_count();
+    for (const Expr& child : hull.children) {
+      if (scope_.diagnostics.full() || points.size() > kMaxHullPoints) break;
+      if (child.kind != ExprKind::kPath) {
+        scope_.diagnostics.Error(child.span, "a hull lists points, such as c1.point");
+      } else {
+        AddHullPoints(child, points);
+      }
+    }
+    if (points.empty() && errors == scope_.diagnostics.error_count()) {
+      scope_.diagnostics.Error(hull.span, "the hull has no points");
+    }
+    if (points.size() > kMaxHullPoints) {
+      scope_.diagnostics.Error(hull.span,
+                               fmt::format("a hull has at most {} points", kMaxHullPoints));
+      points.clear();
+    }
+    return points;
+  }
+
+  /// Resolves `c1`, `c1.point`, `c1._1`, `link.point`, `link.p`, `link.p.point`, `link.p._1`.
+  void AddHullPoints(const Expr& expr, std::vector<Eigen::Vector3d>& points) {
+    const std::vector<Name>& path = expr.path;
+    const std::map<std::string, PointSymbol>* table = &own_;
+    size_t at = 0;
+    if (!own_.count(path[0].text)) {
+      table = &scope_.module.points;
+      for (size_t i = 0; i < scope_.module.decl->links.size(); ++i) {
+        if (scope_.module.decl->links[i].name.text != path[0].text) continue;
+        table = &scope_.module.link_points[i];
+        at = 1;
+      }
+    }
+    if (at == 1 && (path.size() == 1 || (path.size() == 2 && path[1].text == "point"))) {
+      if (path.size() == 1) {
+        scope_.diagnostics.Error(expr.span, "'" + path[0].text + "' is a link").hint =
+            "all its points are " + path[0].text + ".point";
+        return;
+      }
+      for (const PointDecl& own : OwnerOf(path[0].text)->points) {
+        if (own.name.text.empty()) continue;
+        AddAll(table->at(own.name.text), points);
+      }
+      return;
+    }
+    const auto it = table->find(path[at].text);
+    if (it == table->end()) return UnknownPoint(path[at].text, path[at].span);
+    AddFrom(it->second, expr, at, points);
+  }
+
+  const LinkDecl* OwnerOf(const std::string& link) const {
+    const std::vector<LinkDecl>& links = scope_.module.decl->links;
+    return &*std::find_if(links.begin(), links.end(),
+                          [&](const LinkDecl& l) { return l.name.text == link; });
+  }
+
+  static void AddAll(const PointSymbol& symbol, std::vector<Eigen::Vector3d>& points) {
+    if (symbol.p_M) points.push_back(*symbol.p_M);
+    points.insert(points.end(), symbol.subpoints.begin(), symbol.subpoints.end());
+  }
+
+  /// The rest of the path, from the point's name at `path[at]`.
+  void AddFrom(const PointSymbol& symbol, const Expr& expr, size_t at,
+               std::vector<Eigen::Vector3d>& points) {
+    const std::vector<Name>& path = expr.path;
+    if (path.size() == at + 1) {
+      if (symbol.p_M) {
+        points.push_back(*symbol.p_M);
+      } else if (!symbol.decl->broken && symbol.decl->Find("coords") == nullptr) {
+        scope_.diagnostics.Error(expr.span, "'" + path[at].text + "' has no coordinates").hint =
+            "its sub-points are " + path[at].text + ".point";
+      }
+      return;
+    }
+    const Name& last = path[at + 1];
+    if (path.size() == at + 2 && last.text == "point") return AddAll(symbol, points);
+    const std::vector<std::string>& names = symbol.subpoint_names;
+    const auto it = std::find(names.begin(), names.end(), last.text);
+    if (path.size() == at + 2 && it != names.end()) {
+      points.push_back(symbol.subpoints[static_cast<size_t>(it - names.begin())]);
+    } else if (!symbol.decl->broken) {
+      scope_.diagnostics
+          .Error(last.span,
+                 fmt::format("point '{}' has no sub-point '{}'", path[at].text, last.text))
+          .hint = NameHint(last.text, names, "sub-points are");
+    }
+  }
+
+  double DefaultMass(const std::vector<Eigen::Vector3d>& hull) const {
+    const double thickness = kFlatThickness * scope_.module.extent_m;
+    // Without a hull the link is a cube as large as a hull would at least be.
+    const double volume = hull.empty() ? thickness * thickness * thickness
+                                       : model::HullVolume(model::ThickenFlat(hull, thickness));
+    return std::max(kDensity_kg_m3 * volume, kLeastMass_kg);
+  }
+
+  ModuleScope& scope_;
+  int index_;
+  const LinkDecl& decl_;
+  const std::map<std::string, PointSymbol>& own_;
+  AttributeReader attributes_;
+};
+
+}  // namespace
+
+void CheckLinks(ModuleScope& scope) {
+  const ModuleDecl& decl = *scope.module.decl;
+  if (decl.links.empty() && !decl.broken) {
+    scope.diagnostics.Error(decl.name.span, "module '" + decl.name.text + "' has no link").hint =
+        "a module has at least one: link NAME: grouping=(...)";
+  }
+  for (size_t i = 0; i < decl.links.size(); ++i) {
+    scope.module.type.links.push_back(LinkChecker(scope, static_cast<int>(i)).Check());
+  }
+}
+
+}  // namespace morphbus::m3l::internal

@@ -1,0 +1,121 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "compiler/m3l/check_module.h"
+#include "compiler/m3l/evaluate.h"
+
+namespace morphbus::m3l::internal {
+namespace {
+
+/// The unit vector of a `normal=`, if there is one.
+std::optional<Eigen::Vector3d> CheckNormal(AttributeReader& attributes, const ModuleScope& scope) {
+  const Expr* expr = attributes.Optional("normal");
+  const std::optional<Eigen::Vector3d> normal =
+      expr ? EvaluateVector(*expr, "normal", scope.diagnostics) : std::nullopt;
+  if (!normal) return std::nullopt;
+  if (normal->norm() < 1e-12) {
+    scope.diagnostics.Error(expr->span, attributes.what() + " has a normal of length zero");
+    return std::nullopt;
+  }
+  return normal->stableNormalized();
+}
+
+void CheckSubpoint(const PointDecl& decl, const std::string& owner, const ModuleScope& scope,
+                   PointSymbol& symbol) {
+  const std::string what = fmt::format("sub-point '{}.{}'", owner, decl.name.text);
+  AttributeReader attributes(decl, what, {"coords", "normal"}, scope.diagnostics);
+  const Expr* coords = attributes.Required("coords", "write coords=(x, y, z)");
+  const std::optional<Eigen::Vector3d> p_M =
+      coords ? EvaluatePoint(*coords, "coords", scope) : std::nullopt;
+  const std::optional<Eigen::Vector3d> normal = CheckNormal(attributes, scope);
+  if (!p_M) return;
+  symbol.subpoint_names.push_back(decl.name.text);
+  symbol.subpoints.push_back(*p_M);
+  if (normal) symbol.normals[decl.name.text] = *normal;
+}
+
+/// Sub-points of a connector that lie on each other could not be told apart.
+void CheckDistinct(const PointSymbol& symbol, const ModuleScope& scope) {
+  std::map<std::string, const PointDecl*> seen;
+  for (const PointDecl& decl : symbol.decl->subpoints) {
+    if (decl.name.text.empty()) continue;
+    const auto [it, fresh] = seen.emplace(decl.name.text, &decl);
+    if (fresh) continue;
+    source::Diagnostic& d = scope.diagnostics.Error(
+        decl.name.span,
+        fmt::format("'{}' has two sub-points '{}'", symbol.decl->name.text, decl.name.text));
+    d.notes.push_back({it->second->name.span, "first used here"});
+  }
+}
+
+}  // namespace
+
+std::optional<Eigen::Vector3d> EvaluatePoint(const Expr& expr, const std::string& what,
+                                             const ModuleScope& scope) {
+  const std::optional<Eigen::Vector3d> p = EvaluateVector(expr, what, scope.diagnostics);
+  if (!p) return std::nullopt;
+  const Eigen::Vector3d metres = *p * scope.unit_m;
+  if (!(metres.cwiseAbs().maxCoeff() <= kMaxCoordinate_m)) {
+    scope.diagnostics.Error(expr.span, "'" + what + "' lies more than 1e6 metres away");
+    return std::nullopt;
+  }
+  return metres;
+}
+
+PointSymbol CheckPoint(const PointDecl& decl, const ModuleScope& scope) {
+  PointSymbol symbol;
+  symbol.decl = &decl;
+  // Further keys are the attributes of a connector, freely named.
+  AttributeReader attributes(decl, "point '" + decl.name.text + "'", {}, scope.diagnostics);
+  symbol.connector = attributes.Flag("connector");
+  for (const PointDecl& sub : decl.subpoints) {
+    CheckSubpoint(sub, decl.name.text, scope, symbol);
+  }
+  CheckDistinct(symbol, scope);
+  // A point may be no more than the name of its sub-points, but a connector needs a centre.
+  const bool needed = symbol.connector || decl.subpoints.empty();
+  const Expr* coords = needed ? attributes.Required("coords", "write coords=(x, y, z)")
+                              : attributes.Optional("coords");
+  if (coords) symbol.p_M = EvaluatePoint(*coords, "coords", scope);
+  const std::optional<Eigen::Vector3d> normal = CheckNormal(attributes, scope);
+  if (normal) symbol.normals[""] = *normal;
+  if (!symbol.connector) {
+    for (const Attribute& attribute : decl.attributes) {
+      if (attribute.value && attribute.value->kind == ExprKind::kList) {
+        scope.diagnostics
+            .Error(attribute.key.span, fmt::format("point '{}' is no connector and has "
+                                                   "no state '{}'",
+                                                   decl.name.text, attribute.key.text))
+            .hint = "flag it: connector";
+      }
+    }
+  }
+  return symbol;
+}
+
+model::Connector MakeConnector(const PointSymbol& symbol, int link, const ModuleScope& scope) {
+  model::Connector connector;
+  connector.name = symbol.decl->name.text;
+  connector.link = link;
+  connector.p_MoCo_M = symbol.p_M.value_or(Eigen::Vector3d::Zero());
+  connector.subpoint_names = symbol.subpoint_names;
+  connector.subpoints = symbol.subpoints;
+  connector.normals = symbol.normals;
+  for (const Attribute& attribute : symbol.decl->attributes) {
+    const std::string& key = attribute.key.text;
+    if (key == "coords" || key == "connector" || key == "normal" || attribute.broken) continue;
+    if (!attribute.value) {
+      connector.attributes.emplace(key, true);  // A bare flag.
+    } else if (attribute.value->kind == ExprKind::kList) {
+      auto values = EvaluateStates(*attribute.value, scope.diagnostics);
+      if (values) connector.states.push_back({key, std::move(*values)});
+    } else {
+      const auto value = EvaluateAttribute(*attribute.value, scope.diagnostics);
+      if (value) connector.attributes.emplace(key, *value);
+    }
+  }
+  return connector;
+}
+
+}  // namespace morphbus::m3l::internal

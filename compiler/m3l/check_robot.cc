@@ -1,0 +1,204 @@
+#include "compiler/m3l/check_robot.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "compiler/m3l/evaluate.h"
+
+namespace morphbus::m3l {
+namespace internal {
+namespace {
+
+/// Limits of joints hold to this much (rad or m).
+constexpr double kLimitTolerance = 1e-4;
+
+void CheckModules(const Expr& list, RobotScope& scope) {
+  const bool tuple = list.kind == ExprKind::kTuple && !list.children.empty();
+  if (!tuple) {
+    scope.diagnostics.Error(list.span, "a robot lists its modules").hint =
+        "write modules=(TYPE m1, TYPE m2)";
+    scope.names_lost = true;
+    return;
+  }
+  for (const Expr& expr : list.children) {
+    if (scope.diagnostics.full()) return;
+    if (expr.kind != ExprKind::kTyped || expr.path.size() != 1) {
+      scope.diagnostics.Error(expr.span, "expected a module type and a name").hint =
+          "write modules=(TYPE m1, TYPE m2)";
+      scope.names_lost = true;
+      continue;
+    }
+    const std::optional<int> type = FindModuleType(expr.path[0].text, expr.path[0].span,
+                                                   scope.context.modules, scope.diagnostics);
+    scope.names_lost = scope.names_lost || !type;
+    if (!type) continue;
+    const int index = static_cast<int>(scope.robot.modules.size());
+    const auto [it, fresh] = scope.module_index.emplace(expr.bound.text, index);
+    if (!fresh) {
+      source::Diagnostic& d = scope.diagnostics.Error(
+          expr.bound.span, "there is another module '" + expr.bound.text + "'");
+      d.notes.push_back({scope.module_spans[static_cast<size_t>(it->second)], "first used here"});
+      continue;
+    }
+    model::ModuleInstance module;
+    module.name = expr.bound.text;
+    module.type = *type;
+    module.start.assign(scope.context.model.module_types[static_cast<size_t>(*type)].joints.size(),
+                        0.0);
+    scope.robot.modules.push_back(std::move(module));
+    scope.module_spans.push_back(expr.bound.span);
+  }
+}
+
+/// One `m1.joint_1=value`; the place of the value goes into `set`.
+void CheckStart(const Expr& entry, RobotScope& scope,
+                std::map<std::pair<int, int>, source::Span>& set) {
+  if (entry.kind != ExprKind::kAssign || entry.path.size() != 2) {
+    scope.diagnostics.Error(entry.span, "expected a start value").hint =
+        "write joints=(m1.joint_1=pi/4, m2.joint_1=0)";
+    return;
+  }
+  const std::optional<double> value = EvaluateNumber(entry.children[0], scope.diagnostics);
+  const std::optional<int> module = FindModule(entry.path[0], scope);
+  if (!module) return;
+  const model::ModuleType& type = scope.TypeOf(*module);
+  const std::optional<int> joint = type.FindJoint(entry.path[1].text);
+  if (!joint) {
+    std::vector<std::string> names;
+    for (const model::Joint& j : type.joints) names.push_back(j.name);
+    const int index = scope.robot.modules[static_cast<size_t>(*module)].type;
+    if (!scope.context.modules[static_cast<size_t>(index)].valid) return;
+    scope.diagnostics
+        .Error(entry.path[1].span,
+               fmt::format("module type '{}' has no joint '{}'", type.name, entry.path[1].text))
+        .hint = NameHint(entry.path[1].text, names, "joints are");
+    return;
+  }
+  const auto [it, fresh] = set.emplace(std::pair(*module, *joint), entry.span);
+  if (!fresh) {
+    scope.diagnostics.Error(entry.span, "'" + PathText(entry.path) + "' starts twice")
+        .notes.push_back({it->second, "first set here"});
+    return;
+  }
+  if (!value) return;
+  // A slide is a length, so it is in model units, as its limits are.
+  const bool slide = type.joints[static_cast<size_t>(*joint)].type == model::JointType::kPrismatic;
+  scope.robot.modules[static_cast<size_t>(*module)].start[static_cast<size_t>(*joint)] =
+      slide ? *value * type.unit_m : *value;
+}
+
+void CheckStartLimits(RobotScope& scope, const std::map<std::pair<int, int>, source::Span>& set) {
+  // A default outside the limits concerns every module of the type: said once.
+  std::set<std::pair<int, int>> said;
+  for (size_t m = 0; m < scope.robot.modules.size(); ++m) {
+    const model::ModuleInstance& module = scope.robot.modules[m];
+    const model::ModuleType& type = scope.TypeOf(static_cast<int>(m));
+    for (size_t j = 0; j < type.joints.size(); ++j) {
+      const model::Joint& joint = type.joints[j];
+      const double value = module.start[j];
+      if (value >= joint.lower - kLimitTolerance && value <= joint.upper + kLimitTolerance)
+        continue;
+      const auto it = set.find({static_cast<int>(m), static_cast<int>(j)});
+      const bool given = it != set.end();
+      if (!given && !said.emplace(module.type, static_cast<int>(j)).second) continue;
+      source::Diagnostic& d = scope.diagnostics.Error(
+          given ? it->second : scope.module_spans[m],
+          fmt::format("'{}.{}' starts at {}, outside its limits [{}, {}]", module.name, joint.name,
+                      NumberText(value), NumberText(joint.lower), NumberText(joint.upper)));
+      if (!given) {
+        d.hint =
+            fmt::format("0 is the default; set it: joints=({}.{}=...)", module.name, joint.name);
+      }
+      const auto& decls = scope.context.modules[static_cast<size_t>(module.type)].decl->joints;
+      d.notes.push_back({decls[j].name.span, "the joint is declared here"});
+    }
+  }
+}
+
+void CheckJoints(const Expr* joints, RobotScope& scope) {
+  const int errors = scope.diagnostics.error_count();
+  std::map<std::pair<int, int>, source::Span> set;
+  if (joints && joints->kind == ExprKind::kTuple) {
+    for (const Expr& entry : joints->children) {
+      if (scope.diagnostics.full()) return;
+      CheckStart(entry, scope, set);
+    }
+  } else if (joints) {
+    scope.diagnostics.Error(joints->span, "'joints' lists start values").hint =
+        "write joints=(m1.joint_1=pi/4)";
+  }
+  if (errors == scope.diagnostics.error_count()) CheckStartLimits(scope, set);
+}
+
+void CheckDockings(const Expr& list, RobotScope& scope) {
+  if (list.kind != ExprKind::kTuple) {
+    scope.diagnostics.Error(list.span, "'connections' lists pairs of connectors").hint =
+        "write connections=((m1.c1,m2.c4), (m2.c2,m3.c5))";
+    return;
+  }
+  const bool bare = std::any_of(list.children.begin(), list.children.end(),
+                                [](const Expr& e) { return e.kind == ExprKind::kPath; });
+  if (bare) {
+    scope.names_lost = true;  // What is joined is not known.
+    scope.diagnostics.Error(list.span, "each connection is a pair in parentheses").hint =
+        "write connections=((m1.c1,m2.c4))";
+    return;
+  }
+  for (const Expr& entry : list.children) {
+    if (scope.diagnostics.full()) return;
+    CheckDocking(entry, scope);
+  }
+}
+
+bool TypesAreSound(const RobotScope& scope) {
+  return std::all_of(scope.robot.modules.begin(), scope.robot.modules.end(),
+                     [&](const model::ModuleInstance& m) {
+                       return scope.context.modules[static_cast<size_t>(m.type)].valid;
+                     });
+}
+
+}  // namespace
+
+std::optional<int> FindModule(const Name& name, const RobotScope& scope) {
+  const auto it = scope.module_index.find(name.text);
+  if (it != scope.module_index.end()) return it->second;
+  if (scope.names_lost || scope.diagnostics.full()) return std::nullopt;
+  std::vector<std::string> names;
+  for (const model::ModuleInstance& module : scope.robot.modules) names.push_back(module.name);
+  scope.diagnostics
+      .Error(name.span, fmt::format("robot '{}' has no module '{}'", scope.robot.name, name.text))
+      .hint = NameHint(name.text, names, "modules are");
+  return std::nullopt;
+}
+
+}  // namespace internal
+
+std::optional<model::Robot> CheckRobot(const RobotDecl& decl, const RobotContext& context,
+                                       source::Diagnostics& diagnostics) {
+  const int errors = diagnostics.error_count();
+  internal::RobotScope scope{decl, context, diagnostics, {}, {}, {}, false, {}, {}, {}};
+  scope.robot.name = decl.name.text;
+  AttributeReader attributes(decl, "robot '" + decl.name.text + "'",
+                             {"modules", "connections", "frame", "joints"}, diagnostics);
+  const Expr* modules = attributes.Required("modules", "write modules=(TYPE m1, TYPE m2)");
+  if (modules) internal::CheckModules(*modules, scope);
+  if (!modules || scope.robot.modules.empty()) return std::nullopt;
+  const bool sound = internal::TypesAreSound(scope);
+  const Expr* connections = attributes.Optional("connections");
+  if (connections) internal::CheckDockings(*connections, scope);
+  internal::CheckFrame(attributes.Optional("frame"), scope);
+  internal::CheckJoints(attributes.Optional("joints"), scope);
+  if (!scope.names_lost && !decl.broken) internal::CheckConnected(scope);
+  if (diagnostics.error_count() != errors || decl.broken || !sound) return std::nullopt;
+  // An entry without an error may be missing because its connection is unsound.
+  if (connections && scope.robot.dockings.size() != connections->children.size()) {
+    return std::nullopt;
+  }
+  internal::CheckGeometry(scope);
+  if (diagnostics.error_count() != errors) return std::nullopt;
+  return std::move(scope.robot);
+}
+
+}  // namespace morphbus::m3l

@@ -1,0 +1,54 @@
+#pragma once
+// Parts of the robot checker that have files of their own. Internal to check_robot*.cc.
+
+#include "compiler/m3l/checker.h"
+
+namespace morphbus::m3l::internal {
+
+/// Everything that the checking of one robot shares.
+struct RobotScope {
+  const RobotDecl& decl;
+  const RobotContext& context;
+  source::Diagnostics& diagnostics;
+  model::Robot robot;
+  std::map<std::string, int> module_index;
+  std::vector<source::Span> module_spans;  ///< Of the name of each module.
+  /// Some module is missing only because its entry is wrong; names may then be unknown for that.
+  bool names_lost = false;
+  std::vector<source::Span> docking_spans;  ///< Of each entry of robot.dockings.
+  /// Modules that entries of `connections` join, also those entries that have errors.
+  std::vector<std::pair<int, int>> edges;
+  /// Where each connector is used: (module, connector).
+  std::map<std::pair<int, int>, source::Span> used;
+
+  [[nodiscard]] const model::ModuleType& TypeOf(int module) const {
+    const int type = robot.modules[static_cast<size_t>(module)].type;
+    return context.model.module_types[static_cast<size_t>(type)];
+  }
+  [[nodiscard]] const std::string& NameOf(int module) const {
+    return robot.modules[static_cast<size_t>(module)].name;
+  }
+};
+
+/// Index of the module called `name`; reported if there is none.
+std::optional<int> FindModule(const Name& name, const RobotScope& scope);
+
+/// One entry of `connections` (check_docking.cc).
+void CheckDocking(const Expr& entry, RobotScope& scope);
+
+/// The `frame`, or the default one (check_frame.cc).
+void CheckFrame(const Expr* frame, RobotScope& scope);
+
+/// Modules that hang off nothing (check_assembly.cc).
+void CheckConnected(RobotScope& scope);
+/// Loops that do not close, hulls in each other (check_assembly.cc); for a robot without errors.
+void CheckGeometry(RobotScope& scope);
+
+/// The turn from option `from` to option `to` of one pair of connectors, about the outward normal
+/// of a's connector (right-handed, degrees, in (-180, 180]); nothing if the two differ by more than
+/// a turn. Outward is away from the middle of the link that carries the connector.
+std::optional<double> TurnBetween(const model::ModuleType& type_a,
+                                  const model::ConnectionOption& from,
+                                  const model::ConnectionOption& to);
+
+}  // namespace morphbus::m3l::internal

@@ -1,0 +1,116 @@
+#include "compiler/m3l/compile.h"
+
+#include <algorithm>
+
+#include "compiler/m3l/checker.h"
+#include "compiler/m3l/loader.h"
+
+namespace morphbus::m3l {
+namespace {
+
+// Bounds that keep hostile input from taking forever; see also check_module.cc.
+constexpr size_t kMaxDefinitions = 1000;
+constexpr size_t kMaxConnectorPairs = 250'000;
+
+/// All definitions of one kind, in order; repeated names are reported and left out.
+template <typename Decl>
+std::vector<const Decl*> Collect(const std::vector<FileAst>& files,
+                                 std::vector<Decl> FileAst::*list, const std::string& kind,
+                                 source::Diagnostics& diagnostics) {
+  std::vector<const Decl*> all;
+  std::map<std::string, const Decl*> seen;
+  for (const FileAst& file : files) {
+    for (const Decl& decl : file.*list) {
+      const auto [it, fresh] = seen.emplace(decl.name.text, &decl);
+      if (!fresh && !decl.name.text.empty()) {
+        source::Diagnostic& d = diagnostics.Error(
+            decl.name.span, "there is another " + kind + " '" + decl.name.text + "'");
+        d.notes.push_back({it->second->name.span, "first defined here"});
+      } else if (all.size() == kMaxDefinitions) {
+        diagnostics.Error(decl.name.span, "more than " + std::to_string(kMaxDefinitions) + " " +
+                                              kind + " definitions");
+        return all;
+      } else {
+        all.push_back(&decl);
+      }
+    }
+  }
+  return all;
+}
+
+/// Solves what is sound; the others stay without options, so that indices agree.
+void SolveConnections(std::vector<CheckedConnection>& connections, model::Model& model,
+                      source::Diagnostics& diagnostics) {
+  size_t pairs = 0;
+  for (CheckedConnection& connection : connections) {
+    const solver::ConnectionProblem& problem = connection.problem;
+    const auto count = [&](int type) {
+      return model.module_types[static_cast<size_t>(type)].connectors.size();
+    };
+    if (connection.valid) pairs += count(problem.type_a) * count(problem.type_b);
+    if (connection.valid && pairs > kMaxConnectorPairs) {
+      diagnostics.Error(problem.span, "more than " + std::to_string(kMaxConnectorPairs) +
+                                          " pairs of connectors in all connections together");
+      connection.valid = false;
+    }
+    if (connection.valid) {
+      const int errors = diagnostics.error_count();
+      model.connection_types.push_back(
+          solver::SolveConnection(problem, model.module_types, diagnostics));
+      connection.valid = errors == diagnostics.error_count();
+    } else {
+      model::ConnectionType& unsolved = model.connection_types.emplace_back();
+      unsolved.name = problem.name;
+      unsolved.type_a = problem.type_a;
+      unsolved.type_b = problem.type_b;
+    }
+  }
+}
+
+std::optional<model::Model> Check(const std::vector<FileAst>& files,
+                                  source::Diagnostics& diagnostics) {
+  model::Model model;
+  std::vector<CheckedModule> modules;
+  for (const ModuleDecl* decl : Collect(files, &FileAst::modules, "module", diagnostics)) {
+    if (diagnostics.full()) return std::nullopt;
+    modules.push_back(CheckModule(*decl, diagnostics));
+    model.module_types.push_back(modules.back().type);
+  }
+  std::vector<CheckedConnection> connections;
+  for (const auto* decl : Collect(files, &FileAst::connections, "connection", diagnostics)) {
+    if (diagnostics.full()) return std::nullopt;
+    connections.push_back(CheckConnection(*decl, modules, diagnostics));
+  }
+  SolveConnections(connections, model, diagnostics);
+  const PairIndex pairs(model.connection_types);
+  const RobotContext context{modules, connections, model, pairs};
+  std::vector<model::Robot> robots;
+  for (const RobotDecl* decl : Collect(files, &FileAst::robots, "robot", diagnostics)) {
+    if (diagnostics.full()) return std::nullopt;
+    std::optional<model::Robot> robot = CheckRobot(*decl, context, diagnostics);
+    if (robot) robots.push_back(std::move(*robot));
+  }
+  if (diagnostics.had_errors()) return std::nullopt;
+  model.robots = std::move(robots);
+  return model;
+}
+
+}  // namespace
+
+CompileOutput CompileFiles(const std::vector<std::string>& paths) {
+  CompileOutput output;
+  Loader loader(output.sources, output.diagnostics);
+  for (const std::string& path : paths) loader.LoadPath(path);
+  output.model = Check(loader.files(), output.diagnostics);
+  return output;
+}
+
+CompileOutput CompileText(const std::string& name, const std::string& text) {
+  CompileOutput output;
+  Loader loader(output.sources, output.diagnostics);
+  loader.LoadText(name, text);
+  output.model = Check(loader.files(), output.diagnostics);
+  return output;
+}
+
+}  // namespace morphbus::m3l

@@ -1,0 +1,261 @@
+#include "compiler/m3l/evaluate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace morphbus::m3l {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+std::optional<double> Call(const Expr& expr, source::Diagnostics& diagnostics) {
+  const std::string& function = expr.path[0].text;
+  if (function != "sqrt" && function != "sin" && function != "cos") {
+    source::Diagnostic& d =
+        diagnostics.Error(expr.path[0].span, "unknown function '" + function + "'");
+    d.hint = "numbers are computed with + - * / sqrt sin cos and pi";
+    return std::nullopt;
+  }
+  if (expr.children.size() != 1) {
+    diagnostics.Error(expr.span, "'" + function + "' takes one number");
+    return std::nullopt;
+  }
+  const std::optional<double> x = EvaluateNumber(expr.children[0], diagnostics);
+  if (!x) return std::nullopt;
+  if (function == "sqrt" && *x < 0.0) {
+    diagnostics.Error(expr.span, "square root of the negative number " + NumberText(*x));
+    return std::nullopt;
+  }
+  return function == "sqrt" ? std::sqrt(*x) : function == "sin" ? std::sin(*x) : std::cos(*x);
+}
+
+std::optional<double> Chain(const Expr& expr, source::Diagnostics& diagnostics) {
+  std::optional<double> value = EvaluateNumber(expr.children[0], diagnostics);
+  for (size_t i = 1; i < expr.children.size(); ++i) {
+    const std::optional<double> operand = EvaluateNumber(expr.children[i], diagnostics);
+    if (!operand || !value) return std::nullopt;
+    switch (expr.ops[i - 1]) {
+      case '+':
+        *value += *operand;
+        break;
+      case '-':
+        *value -= *operand;
+        break;
+      case '*':
+        *value *= *operand;
+        break;
+      default:
+        if (*operand == 0.0) {
+          diagnostics.Error(expr.children[i].span, "division by zero");
+          return std::nullopt;
+        }
+        *value /= *operand;
+    }
+  }
+  return value;
+}
+
+/// As EvaluateNumber, but the result may be infinite.
+std::optional<double> Evaluate(const Expr& expr, source::Diagnostics& diagnostics) {
+  switch (expr.kind) {
+    case ExprKind::kNumber:
+      return expr.number;
+    case ExprKind::kPath:
+      if (SingleName(expr) == "pi") return kPi;
+      break;
+    case ExprKind::kCall:
+      return Call(expr, diagnostics);
+    case ExprKind::kSum:
+    case ExprKind::kProduct:
+      return Chain(expr, diagnostics);
+    case ExprKind::kNegate: {
+      const std::optional<double> x = EvaluateNumber(expr.children[0], diagnostics);
+      return x ? std::optional(-*x) : std::nullopt;
+    }
+    default:
+      break;
+  }
+  diagnostics.Error(expr.span, "expected a number");
+  return std::nullopt;
+}
+
+}  // namespace
+
+const Expr& Unwrapped(const Expr& expr) {
+  const Expr* inner = &expr;
+  while (inner->kind == ExprKind::kTuple && inner->children.size() == 1) {
+    inner = &inner->children[0];
+  }
+  return *inner;
+}
+
+std::string SingleName(const Expr& expr) {
+  return expr.kind == ExprKind::kPath && expr.path.size() == 1 ? expr.path[0].text : "";
+}
+
+std::string PathText(const std::vector<Name>& path) {
+  std::string text;
+  for (const Name& name : path) text += (text.empty() ? "" : ".") + name.text;
+  return text;
+}
+
+std::optional<double> EvaluateNumber(const Expr& expr, source::Diagnostics& diagnostics) {
+  const Expr& inner = Unwrapped(expr);
+  const std::optional<double> value = Evaluate(inner, diagnostics);
+  if (value && !std::isfinite(*value)) {
+    diagnostics.Error(inner.span, "number is too large");
+    return std::nullopt;
+  }
+  return value;
+}
+
+std::optional<Eigen::Vector3d> EvaluateVector(const Expr& expr, const std::string& what,
+                                              source::Diagnostics& diagnostics) {
+  if (expr.kind != ExprKind::kTuple || expr.children.size() != 3) {
+    diagnostics.Error(expr.span, "'" + what + "' needs three numbers").hint =
+        "write it as in: " + what + "=(0, 0, 1)";
+    return std::nullopt;
+  }
+  Eigen::Vector3d vector;
+  bool ok = true;
+  for (int i = 0; i < 3; ++i) {
+    const std::optional<double> x = EvaluateNumber(expr.children[i], diagnostics);
+    ok = ok && x.has_value();
+    vector[i] = x.value_or(0.0);
+  }
+  return ok ? std::optional(vector) : std::nullopt;
+}
+
+std::optional<model::AttributeValue> EvaluateAttribute(const Expr& expr,
+                                                       source::Diagnostics& diagnostics) {
+  const Expr& inner = Unwrapped(expr);
+  if (inner.kind == ExprKind::kString) return inner.text;
+  const std::string name = SingleName(inner);
+  if (name == "true" || name == "false") return name == "true";
+  if (inner.kind == ExprKind::kPath && name != "pi") {
+    diagnostics.Error(inner.span, "'" + PathText(inner.path) + "' is no value").hint =
+        "values are numbers, true, false, and strings such as \"" + PathText(inner.path) + "\"";
+    return std::nullopt;
+  }
+  if (inner.kind == ExprKind::kTuple || inner.kind == ExprKind::kList) {
+    diagnostics.Error(inner.span, "expected a number, a string, true or false");
+    return std::nullopt;
+  }
+  const std::optional<double> number = EvaluateNumber(inner, diagnostics);
+  if (!number) return std::nullopt;
+  return *number;
+}
+
+std::optional<std::vector<model::AttributeValue>> EvaluateStates(const Expr& expr,
+                                                                 source::Diagnostics& diagnostics) {
+  std::vector<model::AttributeValue> values;
+  if (expr.children.size() == 1 && SingleName(expr.children[0]) == "bool") {
+    values.emplace_back(false);
+    values.emplace_back(true);
+    return values;
+  }
+  std::set<std::string> seen;
+  for (const Expr& child : expr.children) {
+    if (child.kind != ExprKind::kString) {
+      values.clear();
+      break;
+    }
+    if (!seen.insert(child.text).second) {
+      diagnostics.Error(child.span, "state \"" + child.text + "\" is listed twice");
+      return std::nullopt;
+    }
+    values.emplace_back(child.text);
+  }
+  if (values.empty()) {
+    diagnostics.Error(expr.span, "a state variable lists its values").hint =
+        "write [bool], or strings as in [\"open\",\"closed\"]";
+    return std::nullopt;
+  }
+  return values;
+}
+
+std::optional<Interval> EvaluateInterval(const Expr& expr, source::Diagnostics& diagnostics) {
+  if (expr.kind != ExprKind::kList || expr.children.size() != 2) {
+    diagnostics.Error(expr.span, "expected an interval").hint = "write it as in: [-pi/2, pi/2]";
+    return std::nullopt;
+  }
+  const std::optional<double> lower = EvaluateNumber(expr.children[0], diagnostics);
+  const std::optional<double> upper = EvaluateNumber(expr.children[1], diagnostics);
+  if (!lower || !upper) return std::nullopt;
+  if (*lower > *upper) {
+    diagnostics.Error(expr.span, "the interval's lower end " + NumberText(*lower) +
+                                     " is above its upper end " + NumberText(*upper));
+    return std::nullopt;
+  }
+  return Interval{*lower, *upper};
+}
+
+std::string NumberText(double value) { return fmt::format("{:.9g}", value + 0.0); }
+
+std::string ValueText(const model::AttributeValue& value) {
+  if (const bool* b = std::get_if<bool>(&value)) return *b ? "true" : "false";
+  if (const double* d = std::get_if<double>(&value)) return NumberText(*d);
+  return "\"" + std::get<std::string>(value) + "\"";
+}
+
+AttributeReader::AttributeReader(const Declaration& declaration, std::string what,
+                                 const std::vector<std::string>& known,
+                                 source::Diagnostics& diagnostics)
+    : declaration_(declaration), what_(std::move(what)), known_(known), diagnostics_(diagnostics) {
+  std::map<std::string, const Attribute*> seen;
+  for (const Attribute& attribute : declaration.attributes) {
+    const auto [it, fresh] = seen.emplace(attribute.key.text, &attribute);
+    if (!fresh) {
+      source::Diagnostic& d = diagnostics.Error(
+          attribute.key.span, "'" + attribute.key.text + "' is given twice for " + what_);
+      d.notes.push_back({it->second->key.span, "first given here"});
+    } else if (!known.empty() &&
+               std::find(known.begin(), known.end(), attribute.key.text) == known.end()) {
+      source::Diagnostic& d = diagnostics.Error(
+          attribute.key.span, what_ + " has no attribute '" + attribute.key.text + "'");
+      const std::string near = source::NearestName(attribute.key.text, known);
+      d.hint = near.empty() ? fmt::format("its attributes are {}", fmt::join(known, ", "))
+                            : "did you mean '" + near + "'?";
+    }
+  }
+}
+
+const Expr* AttributeReader::Optional(const std::string& key) {
+  const Attribute* attribute = declaration_.Find(key);
+  if (attribute == nullptr || attribute->broken) return nullptr;
+  if (attribute->value) return &*attribute->value;
+  diagnostics_.Error(attribute->key.span, "'" + key + "' needs a value").hint =
+      "write it as in: " + key + "=...";
+  return nullptr;
+}
+
+const Expr* AttributeReader::Required(const std::string& key, const std::string& hint) {
+  if (declaration_.Find(key) != nullptr) return Optional(key);
+  if (declaration_.broken) return nullptr;
+  std::string near;
+  for (const Attribute& attribute : declaration_.attributes) {
+    if (source::NearestName(attribute.key.text, {key}).empty()) continue;
+    const bool known = std::find(known_.begin(), known_.end(), attribute.key.text) != known_.end();
+    if (!known && !known_.empty()) return nullptr;  // The constructor has reported the slip.
+    if (!known) near = attribute.key.text;
+  }
+  source::Diagnostic& d =
+      diagnostics_.Error(declaration_.name.span, what_ + " has no '" + key + "'");
+  d.hint = near.empty() ? hint : "did you mean '" + key + "' by '" + near + "'?";
+  return nullptr;
+}
+
+bool AttributeReader::Flag(const std::string& key) {
+  const Attribute* attribute = declaration_.Find(key);
+  if (attribute == nullptr || attribute->broken) return false;
+  if (!attribute->value || SingleName(*attribute->value) == "true") return true;
+  if (SingleName(*attribute->value) != "false") {
+    diagnostics_.Error(attribute->value->span, "'" + key + "' is a flag, it takes no value");
+  }
+  return false;
+}
+
+}  // namespace morphbus::m3l

@@ -1,0 +1,74 @@
+#pragma once
+// Values of M3L expressions. All functions report what is wrong and then return nothing.
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compiler/m3l/ast.h"
+#include "compiler/model/robot_model.h"
+
+namespace morphbus::m3l {
+
+/// `expr` without the parentheses around it.
+const Expr& Unwrapped(const Expr& expr);
+
+/// The name that a path of one name is, else "" (not reported).
+std::string SingleName(const Expr& expr);
+
+/// "a.b.c"
+std::string PathText(const std::vector<Name>& path);
+
+/// A finite number: arithmetic over numbers with pi, sqrt, sin, cos.
+std::optional<double> EvaluateNumber(const Expr& expr, source::Diagnostics& diagnostics);
+
+/// (x, y, z), three finite numbers. `what` names the value in messages: "coords".
+std::optional<Eigen::Vector3d> EvaluateVector(const Expr& expr, const std::string& what,
+                                              source::Diagnostics& diagnostics);
+
+/// A fixed attribute's value: number, string, true or false.
+std::optional<model::AttributeValue> EvaluateAttribute(const Expr& expr,
+                                                       source::Diagnostics& diagnostics);
+
+/// The values of a free state variable: `[bool]` or `["a","b"]`.
+std::optional<std::vector<model::AttributeValue>> EvaluateStates(const Expr& expr,
+                                                                 source::Diagnostics& diagnostics);
+
+/// [lo, hi] with lo <= hi.
+struct Interval {
+  double lower = 0.0;
+  double upper = 0.0;
+};
+std::optional<Interval> EvaluateInterval(const Expr& expr, source::Diagnostics& diagnostics);
+
+/// A number as a person writes it: up to 9 digits, no trailing zeros.
+std::string NumberText(double value);
+
+/// "male", true, 0.5: as written in M3L.
+std::string ValueText(const model::AttributeValue& value);
+
+/// The attributes of one declaration, read by key. The constructor reports repeated keys and, with
+/// `known` not empty, keys that are not known.
+class AttributeReader {
+ public:
+  /// `what` names the declaration in messages: "link 'bar'".
+  AttributeReader(const Declaration& declaration, std::string what,
+                  const std::vector<std::string>& known, source::Diagnostics& diagnostics);
+
+  /// The value of `key`; null if it is absent, did not parse, or has no value (reported).
+  const Expr* Optional(const std::string& key);
+  /// The same, and absence is reported with `hint`, unless the declaration is broken.
+  const Expr* Required(const std::string& key, const std::string& hint);
+  /// True if `key` stands there as a flag or as true.
+  bool Flag(const std::string& key);
+  [[nodiscard]] const std::string& what() const { return what_; }
+
+ private:
+  const Declaration& declaration_;
+  std::string what_;
+  std::vector<std::string> known_;
+  source::Diagnostics& diagnostics_;
+};
+
+}  // namespace morphbus::m3l

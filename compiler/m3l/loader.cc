@@ -1,0 +1,83 @@
+#include "compiler/m3l/loader.h"
+
+#include <system_error>
+
+#include "compiler/m3l/lexer.h"
+#include "compiler/m3l/parser.h"
+
+namespace morphbus::m3l {
+namespace {
+
+constexpr size_t kMaxImportDepth = 64;
+constexpr size_t kMaxFiles = 1000;
+// A place that is in no file: the command line.
+constexpr source::Span kNoPlace{-1, 0, 0};
+
+}  // namespace
+
+void Loader::LoadPath(const std::string& path) { Load(path, kNoPlace); }
+
+void Loader::LoadText(const std::string& name, const std::string& text) {
+  const std::filesystem::path path(name);
+  std::error_code error;
+  stack_.push_back({std::filesystem::weakly_canonical(path, error), kNoPlace});
+  ParseFile(sources_.AddText(name, text), path.parent_path());
+  stack_.pop_back();
+}
+
+void Loader::Load(const std::filesystem::path& path, const source::Span& import) {
+  std::error_code error;
+  std::filesystem::path identity = std::filesystem::weakly_canonical(path, error);
+  if (error) identity = path.lexically_normal();
+  for (const Frame& frame : stack_) {
+    if (frame.identity == identity) return ReportCycle(identity, import);
+  }
+  if (!seen_.emplace(identity, true).second) return;
+  if (stack_.size() >= kMaxImportDepth || seen_.size() > kMaxFiles) {
+    diagnostics_.Error(import, stack_.size() >= kMaxImportDepth
+                                   ? "imports nest deeper than " + std::to_string(kMaxImportDepth)
+                                   : "more than " + std::to_string(kMaxFiles) + " files");
+    return;
+  }
+  const Result<int> file = sources_.AddFile(path.string());
+  if (!file) {
+    diagnostics_.Error(import, file.error().message);
+    return;
+  }
+  stack_.push_back({identity, import});
+  ParseFile(*file, path.parent_path());
+  stack_.pop_back();
+}
+
+void Loader::ParseFile(int file, const std::filesystem::path& directory) {
+  const std::vector<Token> tokens = Lex(sources_, file, kMaxTokens - tokens_, diagnostics_);
+  tokens_ += tokens.size() - 1;
+  FileAst ast = Parse(tokens, sources_, diagnostics_);
+  for (const ImportDecl& import : ast.imports) {
+    // A path with a zero byte would silently name another file.
+    if (import.path.empty() || import.path.find('\0') != std::string::npos) {
+      diagnostics_.Error(import.span, "this is no file name");
+    } else {
+      Load(directory / import.path, import.span);
+    }
+  }
+  files_.push_back(std::move(ast));
+}
+
+void Loader::ReportCycle(const std::filesystem::path& identity, const source::Span& import) {
+  size_t begin = 0;
+  while (stack_[begin].identity != identity) ++begin;
+  source::Diagnostic& d = diagnostics_.Error(
+      import, begin + 1 == stack_.size() ? "a file cannot import itself"
+                                         : "import cycle: '" + identity.filename().string() +
+                                               "' is itself still being read");
+  for (size_t i = begin + 1; i < stack_.size(); ++i) {
+    d.notes.push_back(
+        {stack_[i].import, "which imports '" + stack_[i].identity.filename().string() + "' here"});
+  }
+  if (d.notes.empty() && stack_[begin].import.file >= 0) {
+    d.notes.push_back({stack_[begin].import, "it is first imported here"});
+  }
+}
+
+}  // namespace morphbus::m3l
