@@ -20,7 +20,14 @@ struct Body {
   int degree = 0;  ///< Number of joints that touch this body.
 };
 
+/// How two axes lie (paper, Sec. II). Parallel goes before all, orthogonal before the other two
+/// (orthogonal axes may or may not meet); of the rest coplanar axes meet, skew ones do not.
 enum class AxisRelation { kParallel, kOrthogonal, kSkew, kCoplanar };
+
+/// The relation of the axes through p1 and p2 (m) with unit directions; tolerances 1e-6 rad and
+/// 1e-6 of `extent` (m).
+AxisRelation ClassifyAxes(const Eigen::Vector3d& p1, const Eigen::Vector3d& axis1,
+                          const Eigen::Vector3d& p2, const Eigen::Vector3d& axis2, double extent);
 
 struct GraphJoint {
   int module = 0;
@@ -38,7 +45,8 @@ struct KinematicGraph {
   std::vector<Body> bodies;
   std::vector<std::vector<int>> body_of;  ///< body_of[module][link].
   std::vector<GraphJoint> joints;         ///< Every joint but fixed ones, module then joint order.
-  int mobility = 0;                       ///< Null-space dimension; floating base not counted.
+  /// Null-space dimension; floating base not counted, nor the parts that were not computed.
+  int mobility = 0;
   bool locked_computed = true;  ///< False where a biconnected part has over 500 joints.
 };
 

@@ -94,6 +94,13 @@ struct ConnectionOption {
   std::vector<StateRequirement> states;
 };
 
+/// Why two connectors cannot be mated by a connection at all.
+struct PairRejection {
+  int connector_a = 0;
+  int connector_b = 0;
+  std::string reason;  ///< For people: "c1 and c2 are both male".
+};
+
 /// A solved `connection` definition.
 struct ConnectionType {
   std::string name;
@@ -101,6 +108,7 @@ struct ConnectionType {
   int type_b = 0;
   int candidates = 0;  ///< Rigid motions of connector pairs before pruning by hulls.
   std::vector<ConnectionOption> options;  ///< options[i].number == i + 1.
+  std::vector<PairRejection> rejections;  ///< Pairs without an option, connectors in order.
 };
 
 /// A module of a robot.
@@ -140,6 +148,10 @@ struct Model {
   [[nodiscard]] const Robot* FindRobot(const std::string& name) const;
   [[nodiscard]] const ModuleType& TypeOf(const Robot& robot, int module) const;
 };
+
+/// Largest side of the axis-aligned box round a module's points (hulls, connectors, sub-points), m.
+/// Geometric tolerances are 1e-6 of it; 0 for a module without points.
+double ExtentOf(const ModuleType& type);
 
 /// The connection option by which `docking` looks from module_b's side: the option of the same
 /// connection type whose member a is b's connector and whose transform is the inverse

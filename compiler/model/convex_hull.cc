@@ -1,0 +1,456 @@
+#include "compiler/model/convex_hull.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <map>
+#include <utility>
+
+namespace morphbus::model {
+namespace {
+
+using Eigen::Vector3d;
+using Points = std::vector<Vector3d>;
+
+/// Relative to the set's extent; see ComputeHull.
+constexpr double kFlatness = 1e-9;
+
+double ExtentOfPoints(const Points& points) {
+  Eigen::AlignedBox3d box;
+  for (const Vector3d& p : points) box.extend(p);
+  return box.isEmpty() ? 0.0 : box.sizes().maxCoeff();
+}
+
+/// The index for which `measure` is greatest, the first one on ties.
+template <typename Measure>
+int ArgMax(size_t count, const Measure& measure) {
+  int best = 0;
+  double best_value = -std::numeric_limits<double>::infinity();
+  for (size_t i = 0; i < count; ++i) {
+    const double value = measure(static_cast<int>(i));
+    if (value > best_value) {
+      best_value = value;
+      best = static_cast<int>(i);
+    }
+  }
+  return best;
+}
+
+/// Points that span the set as widely as greedy choice finds, and how many dimensions they span.
+struct Span {
+  int dimension = 0;
+  std::array<int, 4> index{};  ///< The first dimension + 1 are used.
+};
+
+Span FindSpan(const Points& points, double tolerance) {
+  Span span;
+  const Vector3d middle =
+      0.5 * (points[0] + points[ArgMax(points.size(), [&](int i) {
+               return (points[i] - points[0]).squaredNorm();
+             })]);
+  span.index[0] = ArgMax(points.size(), [&](int i) { return (points[i] - middle).squaredNorm(); });
+  const Vector3d o = points[span.index[0]];
+  span.index[1] = ArgMax(points.size(), [&](int i) { return (points[i] - o).squaredNorm(); });
+  Vector3d along = points[span.index[1]] - o;
+  if (along.norm() <= tolerance) return span;
+  along.normalize();
+  span.dimension = 1;
+  const auto off_line = [&](int i) { return (points[i] - o).cross(along).norm(); };
+  span.index[2] = ArgMax(points.size(), off_line);
+  if (off_line(span.index[2]) <= tolerance) return span;
+  span.dimension = 2;
+  const Vector3d normal = along.cross(points[span.index[2]] - o).normalized();
+  const auto off_plane = [&](int i) { return std::abs(normal.dot(points[i] - o)); };
+  span.index[3] = ArgMax(points.size(), off_plane);
+  if (off_plane(span.index[3]) <= tolerance) return span;
+  span.dimension = 3;
+  return span;
+}
+
+/// Quickhull on a set that spans three dimensions. Facets are triangles, outward.
+class QuickHull {
+ public:
+  QuickHull(const Points& points, const Span& span, double tolerance)
+      : points_(points), tolerance_(tolerance) {
+    StartFromTetrahedron(span.index);
+    // Every round adds one corner, so this ends; new facets go to the back and are met later.
+    for (size_t i = 0; i < facets_.size(); ++i) {
+      while (facets_[i].alive && !facets_[i].outside.empty()) AddFarthest(static_cast<int>(i));
+    }
+  }
+
+  [[nodiscard]] std::vector<std::array<int, 3>> Triangles() const {
+    std::vector<std::array<int, 3>> result;
+    for (const Facet& facet : facets_) {
+      if (facet.alive) result.push_back(facet.corner);
+    }
+    return result;
+  }
+
+ private:
+  struct Facet {
+    std::array<int, 3> corner;
+    Vector3d normal;
+    double offset = 0.0;
+    std::vector<int> outside;  ///< Points above this facet that no earlier facet claimed.
+    bool alive = true;
+  };
+
+  [[nodiscard]] double Above(const Facet& facet, int point) const {
+    return facet.normal.dot(points_[point]) - facet.offset;
+  }
+
+  int AddFacet(int a, int b, int c) {
+    Facet facet;
+    facet.corner = {a, b, c};
+    facet.normal = (points_[b] - points_[a]).cross(points_[c] - points_[a]);
+    const double length = facet.normal.norm();
+    if (length > 0.0) facet.normal /= length;
+    facet.offset = facet.normal.dot(points_[a] + points_[b] + points_[c]) / 3.0;
+    const int index = static_cast<int>(facets_.size());
+    edges_[{a, b}] = index;
+    edges_[{b, c}] = index;
+    edges_[{c, a}] = index;
+    facets_.push_back(std::move(facet));
+    return index;
+  }
+
+  void StartFromTetrahedron(std::array<int, 4> t) {
+    const Vector3d normal =
+        (points_[t[1]] - points_[t[0]]).cross(points_[t[2]] - points_[t[0]]);
+    if (normal.dot(points_[t[3]] - points_[t[0]]) > 0.0) std::swap(t[1], t[2]);
+    const std::vector<int> fresh = {AddFacet(t[0], t[1], t[2]), AddFacet(t[0], t[3], t[1]),
+                                    AddFacet(t[1], t[3], t[2]), AddFacet(t[2], t[3], t[0])};
+    std::vector<int> all(points_.size());
+    for (size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
+    Distribute(all, fresh);
+  }
+
+  void Distribute(const std::vector<int>& orphans, const std::vector<int>& facets) {
+    for (const int point : orphans) {
+      for (const int f : facets) {
+        if (Above(facets_[f], point) > tolerance_) {
+          facets_[f].outside.push_back(point);
+          break;
+        }
+      }
+    }
+  }
+
+  void AddFarthest(int from) {
+    const std::vector<int>& outside = facets_[from].outside;
+    const int apex =
+        outside[ArgMax(outside.size(), [&](int i) { return Above(facets_[from], outside[i]); })];
+    // The visible facets are taken by flood fill, so that they stay one patch whatever rounding does.
+    std::vector<int> visible = {from};
+    facets_[from].alive = false;
+    std::vector<std::pair<int, int>> horizon;
+    for (size_t i = 0; i < visible.size(); ++i) {
+      const std::array<int, 3> c = facets_[visible[i]].corner;
+      for (int k = 0; k < 3; ++k) {
+        const auto neighbour = edges_.find({c[(k + 1) % 3], c[k]});
+        if (neighbour == edges_.end() || !facets_[neighbour->second].alive) continue;
+        if (Above(facets_[neighbour->second], apex) > tolerance_) {
+          facets_[neighbour->second].alive = false;
+          visible.push_back(neighbour->second);
+        } else {
+          horizon.emplace_back(c[k], c[(k + 1) % 3]);
+        }
+      }
+    }
+    Replace(visible, horizon, apex);
+  }
+
+  void Replace(const std::vector<int>& visible, const std::vector<std::pair<int, int>>& horizon,
+               int apex) {
+    std::vector<int> orphans;
+    for (const int f : visible) {
+      for (const int point : facets_[f].outside) {
+        if (point != apex) orphans.push_back(point);
+      }
+      facets_[f].outside.clear();
+    }
+    std::vector<int> fresh;
+    for (const auto& [begin, end] : horizon) {
+      // An edge next to a facet met late in the flood fill may be inside the patch after all.
+      const auto outer = edges_.find({end, begin});
+      if (outer == edges_.end() || !facets_[outer->second].alive) continue;
+      fresh.push_back(AddFacet(begin, end, apex));
+    }
+    Distribute(orphans, fresh);
+  }
+
+  const Points& points_;
+  double tolerance_;
+  std::vector<Facet> facets_;
+  std::map<std::pair<int, int>, int> edges_;  ///< Directed edge to the facet left of it.
+};
+
+/// Union-find over facets, for merging coplanar neighbours.
+int Root(std::vector<int>& parent, int i) {
+  while (parent[i] != i) i = parent[i] = parent[parent[i]];
+  return i;
+}
+
+Vector3d TriangleNormal(const Points& points, const std::array<int, 3>& t) {
+  return (points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]);
+}
+
+/// Groups triangles that lie in one plane. The tolerance is wide against rounding, narrow against
+/// any angle a person would draw.
+std::vector<std::vector<int>> CoplanarGroups(const Points& points,
+                                             const std::vector<std::array<int, 3>>& triangles,
+                                             double extent) {
+  constexpr double kSameNormal = 1e-8;
+  std::map<std::pair<int, int>, int> left_of;
+  for (size_t i = 0; i < triangles.size(); ++i) {
+    for (int k = 0; k < 3; ++k) {
+      left_of[{triangles[i][k], triangles[i][(k + 1) % 3]}] = static_cast<int>(i);
+    }
+  }
+  std::vector<int> parent(triangles.size());
+  for (size_t i = 0; i < parent.size(); ++i) parent[i] = static_cast<int>(i);
+  for (const auto& [edge, i] : left_of) {
+    const auto twin = left_of.find({edge.second, edge.first});
+    if (twin == left_of.end()) continue;
+    const Vector3d n1 = TriangleNormal(points, triangles[i]);
+    const Vector3d n2 = TriangleNormal(points, triangles[twin->second]);
+    // A sliver has no direction of its own and joins its neighbour.
+    const bool sliver = std::min(n1.norm(), n2.norm()) <= kFlatness * extent * extent;
+    if (sliver || (n1.normalized() - n2.normalized()).norm() <= kSameNormal) {
+      parent[Root(parent, i)] = Root(parent, twin->second);
+    }
+  }
+  std::map<int, std::vector<int>> groups;
+  for (size_t i = 0; i < triangles.size(); ++i) {
+    groups[Root(parent, static_cast<int>(i))].push_back(static_cast<int>(i));
+  }
+  std::vector<std::vector<int>> result;
+  for (auto& [root, members] : groups) result.push_back(std::move(members));
+  return result;
+}
+
+/// The corners of a planar loop of points, without those on a straight line. Counter-clockwise
+/// about `normal`, by monotone chain in the plane (robust where walking triangle edges is not).
+std::vector<int> PlanarHull(const Points& points, std::vector<int> candidates,
+                            const Vector3d& normal, double tolerance) {
+  const Vector3d u = normal.unitOrthogonal();
+  const Vector3d v = normal.cross(u);
+  std::sort(candidates.begin(), candidates.end());
+  candidates.erase(std::unique(candidates.begin(), candidates.end()), candidates.end());
+  const auto flat = [&](int i) {
+    return Eigen::Vector2d(u.dot(points[i]), v.dot(points[i]));
+  };
+  std::stable_sort(candidates.begin(), candidates.end(), [&](int i, int j) {
+    const Eigen::Vector2d a = flat(i);
+    const Eigen::Vector2d b = flat(j);
+    return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
+  });
+  const auto left_turn = [&](int a, int b, int c) {
+    const Eigen::Vector2d ab = flat(b) - flat(a);
+    const Eigen::Vector2d ac = flat(c) - flat(a);
+    return ab.x() * ac.y() - ab.y() * ac.x() > tolerance * ac.norm();
+  };
+  std::vector<int> loop;
+  for (int pass = 0; pass < 2; ++pass) {
+    const size_t base = loop.size();
+    for (const int i : candidates) {
+      while (loop.size() >= base + 2 && !left_turn(loop[loop.size() - 2], loop.back(), i)) {
+        loop.pop_back();
+      }
+      loop.push_back(i);
+    }
+    if (!loop.empty()) loop.pop_back();
+    std::reverse(candidates.begin(), candidates.end());
+  }
+  return loop;
+}
+
+void AddFace(ConvexHull& hull, const Points& points, const Vector3d& normal,
+             std::vector<int> polygon) {
+  HullFace face;
+  face.normal = normal;
+  for (const int i : polygon) face.offset += normal.dot(points[i]);
+  face.offset /= static_cast<double>(polygon.size());
+  face.polygon = std::move(polygon);
+  hull.faces.push_back(std::move(face));
+}
+
+/// Renumbers the polygons from source points to corners, and keeps those corners only.
+void KeepCorners(ConvexHull& hull, const Points& points) {
+  std::map<int, int> number;
+  for (const HullFace& face : hull.faces) {
+    for (const int i : face.polygon) number[i] = 0;
+  }
+  for (auto& [source, corner] : number) {
+    corner = static_cast<int>(hull.vertices.size());
+    hull.vertices.push_back(points[source]);
+  }
+  for (HullFace& face : hull.faces) {
+    for (int& i : face.polygon) i = number[i];
+    for (size_t k = 2; k < face.polygon.size(); ++k) {
+      hull.triangles.push_back({face.polygon[0], face.polygon[k - 1], face.polygon[k]});
+    }
+  }
+}
+
+void FinishSolid(ConvexHull& hull, const Points& points, const Span& span, double extent) {
+  const double tolerance = kFlatness * extent;
+  const std::vector<std::array<int, 3>> triangles = QuickHull(points, span, tolerance).Triangles();
+  for (const std::vector<int>& group : CoplanarGroups(points, triangles, extent)) {
+    Vector3d normal = Vector3d::Zero();
+    std::vector<int> corners;
+    for (const int i : group) {
+      normal += TriangleNormal(points, triangles[i]);
+      corners.insert(corners.end(), triangles[i].begin(), triangles[i].end());
+    }
+    if (normal.norm() <= tolerance * tolerance) continue;
+    normal.normalize();
+    std::vector<int> polygon = PlanarHull(points, corners, normal, tolerance);
+    if (polygon.size() >= 3) AddFace(hull, points, normal, std::move(polygon));
+  }
+  KeepCorners(hull, points);
+  std::map<std::pair<int, int>, int> left_of;
+  for (size_t f = 0; f < hull.faces.size(); ++f) {
+    const std::vector<int>& polygon = hull.faces[f].polygon;
+    for (size_t k = 0; k < polygon.size(); ++k) {
+      left_of[{polygon[k], polygon[(k + 1) % polygon.size()]}] = static_cast<int>(f);
+    }
+  }
+  for (const auto& [edge, f] : left_of) {
+    const auto twin = left_of.find({edge.second, edge.first});
+    if (twin == left_of.end() || edge.first > edge.second) continue;
+    hull.edges.push_back(
+        {edge.first, edge.second, hull.faces[f].normal, hull.faces[twin->second].normal});
+  }
+}
+
+void FinishFlat(ConvexHull& hull, const Points& points, const Span& span, double extent) {
+  const Vector3d o = points[span.index[0]];
+  const Vector3d normal =
+      (points[span.index[1]] - o).cross(points[span.index[2]] - o).normalized();
+  std::vector<int> all(points.size());
+  for (size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
+  std::vector<int> polygon = PlanarHull(points, std::move(all), normal, kFlatness * extent);
+  AddFace(hull, points, normal, polygon);
+  std::reverse(polygon.begin(), polygon.end());
+  AddFace(hull, points, -normal, std::move(polygon));
+  KeepCorners(hull, points);
+  const std::vector<int>& loop = hull.faces[0].polygon;
+  for (size_t k = 0; k < loop.size(); ++k) {
+    const int begin = loop[k];
+    const int end = loop[(k + 1) % loop.size()];
+    const Vector3d rim = (hull.vertices[end] - hull.vertices[begin]).cross(normal).normalized();
+    hull.edges.push_back({begin, end, normal, rim});
+    hull.edges.push_back({begin, end, rim, -normal});
+  }
+}
+
+void FinishSegment(ConvexHull& hull, const Points& points, const Span& span) {
+  hull.vertices = {points[std::min(span.index[0], span.index[1])],
+                   points[std::max(span.index[0], span.index[1])]};
+  const Vector3d along = (hull.vertices[1] - hull.vertices[0]).normalized();
+  const Vector3d u = along.unitOrthogonal();
+  const Vector3d v = along.cross(u);
+  for (const auto& [n1, n2] : {std::pair(u, v), std::pair<Vector3d, Vector3d>(v, -u),
+                               std::pair<Vector3d, Vector3d>(-u, -v),
+                               std::pair<Vector3d, Vector3d>(-v, u)}) {
+    hull.edges.push_back({0, 1, n1, n2});
+  }
+}
+
+/// Volume integrals of the tetrahedron (0, a, b, c): six times the volume comes from the triple
+/// product, second moments from the sum of its corners.
+struct Moments {
+  double volume = 0.0;
+  Vector3d first = Vector3d::Zero();
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();  ///< Integral of x xᵀ.
+
+  void Add(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+    const double six_v = a.dot(b.cross(c));
+    const Vector3d sum = a + b + c;
+    volume += six_v / 6.0;
+    first += six_v / 24.0 * sum;
+    second += six_v / 120.0 *
+              (a * a.transpose() + b * b.transpose() + c * c.transpose() + sum * sum.transpose());
+  }
+};
+
+}  // namespace
+
+ConvexHull ComputeHull(const std::vector<Eigen::Vector3d>& points) {
+  ConvexHull hull;
+  if (points.empty()) return hull;
+  const double extent = ExtentOfPoints(points);
+  const Span span = FindSpan(points, kFlatness * extent);
+  hull.dimension = span.dimension;
+  switch (span.dimension) {
+    case 0:
+      hull.vertices = {points[0]};
+      break;
+    case 1:
+      FinishSegment(hull, points, span);
+      break;
+    case 2:
+      FinishFlat(hull, points, span, extent);
+      break;
+    default:
+      FinishSolid(hull, points, span, extent);
+  }
+  return hull;
+}
+
+MassProperties ComputeMassProperties(const ConvexHull& hull) {
+  MassProperties result;
+  if (hull.vertices.empty()) return result;
+  Vector3d mean = Vector3d::Zero();
+  for (const Vector3d& p : hull.vertices) mean += p;
+  mean /= static_cast<double>(hull.vertices.size());
+  result.centroid = mean;
+  if (hull.dimension < 3) return result;
+  // Integrated about the mean of the corners, so that a hull far from the origin loses no digits.
+  Moments moments;
+  for (const std::array<int, 3>& t : hull.triangles) {
+    moments.Add(hull.vertices[t[0]] - mean, hull.vertices[t[1]] - mean,
+                hull.vertices[t[2]] - mean);
+  }
+  if (moments.volume <= 0.0) return result;
+  result.volume = moments.volume;
+  const Vector3d offset = moments.first / moments.volume;
+  result.centroid = mean + offset;
+  const Eigen::Matrix3d second = moments.second - moments.volume * offset * offset.transpose();
+  result.inertia = second.trace() * Eigen::Matrix3d::Identity() - second;
+  return result;
+}
+
+double HullVolume(const std::vector<Eigen::Vector3d>& points) {
+  return ComputeMassProperties(ComputeHull(points)).volume;
+}
+
+std::vector<Eigen::Vector3d> ThickenFlat(const std::vector<Eigen::Vector3d>& points,
+                                         double thickness) {
+  const ConvexHull hull = ComputeHull(points);
+  std::vector<Vector3d> directions;
+  if (hull.dimension == 0) {
+    directions = {Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()};
+  } else if (hull.dimension == 1) {
+    const Vector3d along = (hull.vertices[1] - hull.vertices[0]).normalized();
+    directions = {along.unitOrthogonal(), along.cross(along.unitOrthogonal())};
+  } else if (hull.dimension == 2) {
+    directions = {hull.faces[0].normal};
+  }
+  std::vector<Vector3d> result = hull.vertices;
+  for (const Vector3d& direction : directions) {
+    std::vector<Vector3d> wider;
+    for (const Vector3d& p : result) {
+      wider.push_back(p - 0.5 * thickness * direction);
+      wider.push_back(p + 0.5 * thickness * direction);
+    }
+    result = std::move(wider);
+  }
+  return result;
+}
+
+}  // namespace morphbus::model

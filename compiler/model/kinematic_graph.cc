@@ -1,0 +1,146 @@
+#include "compiler/model/kinematic_graph.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "compiler/model/loop_constraints.h"
+
+namespace morphbus::model {
+namespace {
+
+using Eigen::Vector3d;
+
+int Root(std::vector<int>& parent, int i) {
+  while (parent[i] != i) i = parent[i] = parent[parent[i]];
+  return i;
+}
+
+void Join(std::vector<int>& parent, int i, int j) { parent[Root(parent, i)] = Root(parent, j); }
+
+void AddJoints(const Model& model, const Robot& robot, KinematicGraph& graph) {
+  const KinematicState state = ForwardKinematics(model, robot, StartValues(robot));
+  for (size_t m = 0; m < robot.modules.size(); ++m) {
+    const ModuleType& type = model.module_types[robot.modules[m].type];
+    for (size_t j = 0; j < type.joints.size(); ++j) {
+      const Joint& joint = type.joints[j];
+      if (joint.type == JointType::kFixed) continue;
+      // The axis is fixed in both links; B's frame carries it as the module was drawn.
+      const Pose& X_RB = state.X_RL[m][joint.link_b];
+      GraphJoint entry;
+      entry.module = static_cast<int>(m);
+      entry.joint = static_cast<int>(j);
+      entry.body_a = graph.body_of[m][joint.link_a];
+      entry.body_b = graph.body_of[m][joint.link_b];
+      entry.p_RoJo_R = X_RB * joint.p_MoJo_M;
+      entry.axis_R = X_RB.linear() * joint.axis;
+      ++graph.bodies[entry.body_a].degree;
+      if (entry.body_b != entry.body_a) ++graph.bodies[entry.body_b].degree;
+      graph.joints.push_back(std::move(entry));
+    }
+  }
+}
+
+void FindAdjacency(KinematicGraph& graph, double extent) {
+  std::vector<std::vector<int>> at_body(graph.bodies.size());
+  for (size_t i = 0; i < graph.joints.size(); ++i) {
+    at_body[graph.joints[i].body_a].push_back(static_cast<int>(i));
+    if (graph.joints[i].body_b != graph.joints[i].body_a) {
+      at_body[graph.joints[i].body_b].push_back(static_cast<int>(i));
+    }
+  }
+  for (size_t i = 0; i < graph.joints.size(); ++i) {
+    GraphJoint& joint = graph.joints[i];
+    for (const int body : {joint.body_a, joint.body_b}) {
+      for (const int other : at_body[body]) {
+        if (other != static_cast<int>(i)) joint.adjacent.push_back(other);
+      }
+    }
+    std::sort(joint.adjacent.begin(), joint.adjacent.end());
+    joint.adjacent.erase(std::unique(joint.adjacent.begin(), joint.adjacent.end()),
+                         joint.adjacent.end());
+    for (const int other : joint.adjacent) {
+      const GraphJoint& o = graph.joints[other];
+      joint.adjacent_axes.push_back(
+          ClassifyAxes(joint.p_RoJo_R, joint.axis_R, o.p_RoJo_R, o.axis_R, extent));
+    }
+  }
+}
+
+}  // namespace
+
+AxisRelation ClassifyAxes(const Vector3d& p1, const Vector3d& axis1, const Vector3d& p2,
+                          const Vector3d& axis2, double extent) {
+  constexpr double kTolerance = 1e-6;  // rad, and of the extent
+  const Vector3d normal = axis1.cross(axis2);
+  if (normal.norm() <= kTolerance) return AxisRelation::kParallel;
+  if (std::abs(axis1.dot(axis2)) <= kTolerance) return AxisRelation::kOrthogonal;
+  const double distance = std::abs(normal.normalized().dot(p2 - p1));
+  return distance <= kTolerance * extent ? AxisRelation::kCoplanar : AxisRelation::kSkew;
+}
+
+std::vector<std::vector<int>> BodiesOf(const Model& model, const Robot& robot) {
+  std::vector<int> first;
+  int count = 0;
+  for (const ModuleInstance& module : robot.modules) {
+    first.push_back(count);
+    count += static_cast<int>(model.module_types[module.type].links.size());
+  }
+  std::vector<int> parent(count);
+  for (int i = 0; i < count; ++i) parent[i] = i;
+  for (const Docking& d : robot.dockings) {
+    const int link_a = model.TypeOf(robot, d.module_a).connectors[d.connector_a].link;
+    const int link_b = model.TypeOf(robot, d.module_b).connectors[d.connector_b].link;
+    Join(parent, first[d.module_a] + link_a, first[d.module_b] + link_b);
+  }
+  for (size_t m = 0; m < robot.modules.size(); ++m) {
+    for (const Joint& joint : model.module_types[robot.modules[m].type].joints) {
+      if (joint.type != JointType::kFixed) continue;
+      Join(parent, first[m] + joint.link_a, first[m] + joint.link_b);
+    }
+  }
+  std::vector<int> number(count, -1);
+  int next = 0;
+  std::vector<std::vector<int>> body_of;
+  for (size_t m = 0; m < robot.modules.size(); ++m) {
+    body_of.emplace_back();
+    const size_t links = model.module_types[robot.modules[m].type].links.size();
+    for (size_t l = 0; l < links; ++l) {
+      int& body = number[Root(parent, first[m] + static_cast<int>(l))];
+      if (body < 0) body = next++;
+      body_of.back().push_back(body);
+    }
+  }
+  return body_of;
+}
+
+KinematicGraph BuildKinematicGraph(const Model& model, const Robot& robot) {
+  KinematicGraph graph;
+  graph.body_of = BodiesOf(model, robot);
+  for (size_t m = 0; m < graph.body_of.size(); ++m) {
+    for (size_t l = 0; l < graph.body_of[m].size(); ++l) {
+      const size_t body = static_cast<size_t>(graph.body_of[m][l]);
+      if (body >= graph.bodies.size()) graph.bodies.resize(body + 1);
+      graph.bodies[body].links.push_back({static_cast<int>(m), static_cast<int>(l)});
+    }
+  }
+  AddJoints(model, robot, graph);
+  double extent = 0.0;
+  for (const ModuleInstance& module : robot.modules) {
+    extent = std::max(extent, ExtentOf(model.module_types[module.type]));
+  }
+  FindAdjacency(graph, extent);
+
+  std::vector<ScrewJoint> screws;
+  for (const GraphJoint& joint : graph.joints) {
+    const JointType type = model.TypeOf(robot, joint.module).joints[joint.joint].type;
+    screws.push_back({joint.body_a, joint.body_b, type == JointType::kPrismatic, joint.axis_R,
+                      joint.p_RoJo_R});
+  }
+  const LoopMobility loops = ComputeLoopMobility(static_cast<int>(graph.bodies.size()), screws);
+  graph.mobility = loops.mobility;
+  graph.locked_computed = loops.computed;
+  for (size_t i = 0; i < graph.joints.size(); ++i) graph.joints[i].locked = loops.locked[i];
+  return graph;
+}
+
+}  // namespace morphbus::model

@@ -1,0 +1,203 @@
+#include "compiler/model/kinematic_tree.h"
+
+#include <cmath>
+#include <deque>
+
+namespace morphbus::model {
+namespace {
+
+using Eigen::Vector3d;
+
+/// R * Rot(axis, q) where the axis is the frame's own x, y or z: two columns change.
+template <int kAxis>
+void TurnColumns(const Eigen::Matrix3d& R, double s, double c, Eigen::Matrix3d& out) {
+  constexpr int kU = (kAxis + 1) % 3;
+  constexpr int kV = (kAxis + 2) % 3;
+  out.col(kAxis) = R.col(kAxis);
+  out.col(kU) = c * R.col(kU) + s * R.col(kV);
+  out.col(kV) = c * R.col(kV) - s * R.col(kU);
+}
+
+double AngleOf(const Eigen::Matrix3d& R) { return std::abs(Eigen::AngleAxisd(R).angle()); }
+
+}  // namespace
+
+KinematicTree::KinematicTree(const Model& model, const Robot& robot) {
+  int num_links = 0;
+  for (const ModuleInstance& module : robot.modules) {
+    const ModuleType& type = model.module_types[module.type];
+    first_link_.push_back(num_links);
+    first_joint_.push_back(num_joints_);
+    num_links += static_cast<int>(type.links.size());
+    num_joints_ += static_cast<int>(type.joints.size());
+  }
+  placed_.assign(num_links, false);
+  used_docking_.assign(robot.dockings.size(), false);
+  used_joint_.assign(num_joints_, false);
+  steps_.reserve(num_links);
+  if (num_links == 0) return;
+  Grow(model, robot, robot.root_module, robot.root_link, robot.X_LR.inverse());
+  for (size_t m = 0; m < robot.modules.size(); ++m) {
+    const size_t links = model.module_types[robot.modules[m].type].links.size();
+    for (size_t l = 0; l < links; ++l) {
+      Grow(model, robot, static_cast<int>(m), static_cast<int>(l), Pose::Identity());
+    }
+  }
+  CollectLoops(model, robot);
+}
+
+KinematicTree::Step KinematicTree::JointStep(const Joint& joint, bool places_a) {
+  Step step;
+  step.axis = joint.axis;
+  step.origin = joint.p_MoJo_M;
+  step.sign = places_a ? 1.0 : -1.0;
+  switch (joint.type) {
+    case JointType::kFixed:
+      step.kind = Kind::kFixed;
+      return step;
+    case JointType::kPrismatic:
+      step.kind = Kind::kSlide;
+      return step;
+    default:
+      step.kind = Kind::kTurn;
+  }
+  for (int k = 0; k < 3; ++k) {
+    if (std::abs(joint.axis[k]) != 1.0) continue;
+    step.kind = k == 0 ? Kind::kTurnX : k == 1 ? Kind::kTurnY : Kind::kTurnZ;
+    step.sign *= joint.axis[k];
+  }
+  return step;
+}
+
+void KinematicTree::Grow(const Model& model, const Robot& robot, int start_module, int start_link,
+                         const Pose& X_RL) {
+  if (placed_[LinkIndex(start_module, start_link)]) return;
+  struct Place {
+    int module;
+    int link;
+  };
+  std::deque<Place> queue;
+  const auto place = [&](Step step, int module, int link, int parent) {
+    step.link = LinkIndex(module, link);
+    step.parent = parent;
+    placed_[step.link] = true;
+    steps_.push_back(step);
+    queue.push_back({module, link});
+  };
+  Step root;
+  root.X_PL = X_RL;
+  place(root, start_module, start_link, -1);
+  while (!queue.empty()) {
+    const Place at = queue.front();
+    queue.pop_front();
+    const int parent = LinkIndex(at.module, at.link);
+    const ModuleType& type = model.TypeOf(robot, at.module);
+    for (size_t j = 0; j < type.joints.size(); ++j) {
+      const Joint& joint = type.joints[j];
+      if (joint.link_a != at.link && joint.link_b != at.link) continue;
+      const bool places_a = joint.link_b == at.link;
+      const int other = places_a ? joint.link_a : joint.link_b;
+      if (placed_[LinkIndex(at.module, other)]) continue;
+      Step step = JointStep(joint, places_a);
+      step.joint = JointIndex(at.module, static_cast<int>(j));
+      used_joint_[step.joint] = true;
+      place(step, at.module, other, parent);
+    }
+    for (size_t d = 0; d < robot.dockings.size(); ++d) {
+      const Docking& docking = robot.dockings[d];
+      const int link_a = model.TypeOf(robot, docking.module_a).connectors[docking.connector_a].link;
+      const int link_b = model.TypeOf(robot, docking.module_b).connectors[docking.connector_b].link;
+      const bool from_a = docking.module_a == at.module && link_a == at.link;
+      const bool from_b = docking.module_b == at.module && link_b == at.link;
+      if (!from_a && !from_b) continue;
+      const int module = from_a ? docking.module_b : docking.module_a;
+      const int link = from_a ? link_b : link_a;
+      if (placed_[LinkIndex(module, link)]) continue;
+      const Pose& X_AB =
+          model.connection_types[docking.connection_type].options[docking.option].X_AB;
+      Step step;
+      step.X_PL = from_a ? X_AB : X_AB.inverse();
+      used_docking_[d] = true;
+      place(step, module, link, parent);
+    }
+  }
+}
+
+void KinematicTree::CollectLoops(const Model& model, const Robot& robot) {
+  for (size_t d = 0; d < robot.dockings.size(); ++d) {
+    if (used_docking_[d]) continue;
+    const Docking& docking = robot.dockings[d];
+    const Connector& a = model.TypeOf(robot, docking.module_a).connectors[docking.connector_a];
+    const Connector& b = model.TypeOf(robot, docking.module_b).connectors[docking.connector_b];
+    Loop loop;
+    loop.docking = static_cast<int>(d);
+    loop.link_from = LinkIndex(docking.module_a, a.link);
+    loop.link_to = LinkIndex(docking.module_b, b.link);
+    loop.X_FT = model.connection_types[docking.connection_type].options[docking.option].X_AB;
+    loop.p_F = a.p_MoCo_M;
+    loops_.push_back(loop);
+  }
+  for (size_t m = 0; m < robot.modules.size(); ++m) {
+    const ModuleType& type = model.module_types[robot.modules[m].type];
+    for (size_t j = 0; j < type.joints.size(); ++j) {
+      const int index = JointIndex(static_cast<int>(m), static_cast<int>(j));
+      if (used_joint_[index]) continue;
+      Loop loop;
+      loop.joint = index;
+      loop.motion = type.joints[j];
+      loop.link_from = LinkIndex(static_cast<int>(m), loop.motion.link_b);
+      loop.link_to = LinkIndex(static_cast<int>(m), loop.motion.link_a);
+      loop.p_F = loop.motion.p_MoJo_M;
+      loops_.push_back(loop);
+    }
+  }
+}
+
+void KinematicTree::Evaluate(const double* q, Pose* X_RL) const {
+  for (const Step& step : steps_) {
+    Pose& X = X_RL[step.link];
+    if (step.parent < 0) {
+      X = step.X_PL;
+      continue;
+    }
+    const Pose& X_RP = X_RL[step.parent];
+    // Affine3d's product would also multiply the constant last row; the parts are written out.
+    const Eigen::Matrix3d R = X_RP.linear();
+    const Vector3d p = X_RP.translation();
+    if (step.kind == Kind::kFixed) {
+      X.linear().noalias() = R * step.X_PL.linear();
+      X.translation() = p + R * step.X_PL.translation();
+      X.makeAffine();
+      continue;
+    }
+    const double angle = step.sign * q[step.joint];
+    if (step.kind == Kind::kSlide) {
+      X.linear() = R;
+      X.translation() = p + R * (angle * step.axis);
+      X.makeAffine();
+      continue;
+    }
+    Eigen::Matrix3d turned;
+    const double s = std::sin(angle);
+    const double c = std::cos(angle);
+    switch (step.kind) {
+      case Kind::kTurnX: TurnColumns<0>(R, s, c, turned); break;
+      case Kind::kTurnY: TurnColumns<1>(R, s, c, turned); break;
+      case Kind::kTurnZ: TurnColumns<2>(R, s, c, turned); break;
+      default: turned = R * Eigen::AngleAxisd(angle, step.axis).toRotationMatrix();
+    }
+    X.linear() = turned;
+    X.translation() = p + R * step.origin - turned * step.origin;
+    X.makeAffine();
+  }
+}
+
+std::pair<double, double> KinematicTree::Gap(const Loop& loop, const double* q, const Pose* X_RL) {
+  const Pose X_FT = loop.docking >= 0 ? loop.X_FT : JointMotion(loop.motion, q[loop.joint]);
+  const Pose X_FT_tree = X_RL[loop.link_from].inverse() * X_RL[loop.link_to];
+  const Vector3d p_T = X_FT.inverse() * loop.p_F;
+  const double gap_m = (X_FT_tree * p_T - loop.p_F).norm();
+  return {gap_m, AngleOf(X_FT.linear().transpose() * X_FT_tree.linear())};
+}
+
+}  // namespace morphbus::model

@@ -1,0 +1,222 @@
+#include "compiler/model/loop_constraints.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/QR>
+#include <algorithm>
+#include <deque>
+#include <map>
+#include <utility>
+
+namespace morphbus::model {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+
+struct Incident {
+  int joint;
+  int body;  ///< At the other end.
+};
+
+std::vector<std::vector<Incident>> IncidenceOf(int num_bodies,
+                                               const std::vector<ScrewJoint>& joints) {
+  std::vector<std::vector<Incident>> at(num_bodies);
+  for (size_t j = 0; j < joints.size(); ++j) {
+    at[joints[j].body_a].push_back({static_cast<int>(j), joints[j].body_b});
+    if (joints[j].body_b != joints[j].body_a) {
+      at[joints[j].body_b].push_back({static_cast<int>(j), joints[j].body_a});
+    }
+  }
+  return at;
+}
+
+/// Tarjan's algorithm with an explicit stack (a robot may be a chain of any length).
+class BlockFinder {
+ public:
+  BlockFinder(int num_bodies, const std::vector<ScrewJoint>& joints)
+      : at_(IncidenceOf(num_bodies, joints)),
+        depth_(num_bodies, -1),
+        low_(num_bodies, 0),
+        used_(joints.size(), false) {
+    for (int body = 0; body < num_bodies; ++body) {
+      if (depth_[body] < 0) Visit(body);
+    }
+    for (std::vector<int>& block : blocks_) std::sort(block.begin(), block.end());
+    std::sort(blocks_.begin(), blocks_.end());
+  }
+
+  std::vector<std::vector<int>> Take() { return std::move(blocks_); }
+
+ private:
+  struct Frame {
+    int body;
+    int via;  ///< Joint that led here, -1 at the start.
+    size_t next = 0;
+  };
+
+  void Visit(int start) {
+    std::vector<Frame> stack;
+    Enter(start, -1, stack);
+    while (!stack.empty()) {
+      Frame& frame = stack.back();
+      if (frame.next == at_[frame.body].size()) {
+        const Frame done = frame;
+        stack.pop_back();
+        if (!stack.empty()) Leave(done, stack.back().body);
+        continue;
+      }
+      const Incident edge = at_[frame.body][frame.next++];
+      if (used_[edge.joint]) continue;
+      used_[edge.joint] = true;
+      if (edge.body == frame.body) {
+        blocks_.push_back({edge.joint});  // both ends on one body: a loop by itself
+        continue;
+      }
+      open_.push_back(edge.joint);
+      if (depth_[edge.body] < 0) {
+        Enter(edge.body, edge.joint, stack);
+      } else {
+        low_[frame.body] = std::min(low_[frame.body], depth_[edge.body]);
+      }
+    }
+  }
+
+  void Enter(int body, int via, std::vector<Frame>& stack) {
+    depth_[body] = low_[body] = static_cast<int>(stack.size());
+    stack.push_back({body, via});
+  }
+
+  void Leave(const Frame& child, int parent) {
+    low_[parent] = std::min(low_[parent], low_[child.body]);
+    if (low_[child.body] < depth_[parent]) return;
+    std::vector<int> block;
+    int joint = -1;
+    do {
+      joint = open_.back();
+      open_.pop_back();
+      block.push_back(joint);
+    } while (joint != child.via);
+    blocks_.push_back(std::move(block));
+  }
+
+  std::vector<std::vector<Incident>> at_;
+  std::vector<int> depth_;
+  std::vector<int> low_;
+  std::vector<bool> used_;
+  std::vector<int> open_;  ///< Joints of blocks not finished yet.
+  std::vector<std::vector<int>> blocks_;
+};
+
+/// The joint's unit twist of A relative to B, moments about `centre` and in units of `length`.
+Eigen::Matrix<double, 6, 1> Screw(const ScrewJoint& joint, const Vector3d& centre, double length) {
+  Eigen::Matrix<double, 6, 1> screw;
+  if (joint.prismatic) {
+    screw << Vector3d::Zero(), joint.axis;
+  } else {
+    screw << joint.axis, (joint.point - centre).cross(joint.axis) / length;
+  }
+  return screw;
+}
+
+/// One block's closure Jacobian: six rows for each joint outside a spanning tree, a column a joint.
+MatrixXd ClosureJacobian(const std::vector<int>& block, const std::vector<ScrewJoint>& joints) {
+  Vector3d centre = Vector3d::Zero();
+  for (const int j : block) centre += joints[j].point / static_cast<double>(block.size());
+  double length = 0.0;
+  for (const int j : block) length = std::max(length, (joints[j].point - centre).norm());
+  if (length <= 0.0) length = 1.0;
+
+  std::map<int, std::vector<std::pair<int, int>>> at;  // body -> (column, other body)
+  for (size_t k = 0; k < block.size(); ++k) {
+    const ScrewJoint& joint = joints[block[k]];
+    at[joint.body_a].emplace_back(static_cast<int>(k), joint.body_b);
+    at[joint.body_b].emplace_back(static_cast<int>(k), joint.body_a);
+  }
+  // Breadth-first tree; climb[body] is the way to the root.
+  struct Climb {
+    int column = -1;
+    int parent = -1;
+    int depth = 0;
+  };
+  const int root = at.begin()->first;
+  std::map<int, Climb> climb = {{root, {}}};
+  std::vector<bool> in_tree(block.size(), false);
+  for (std::deque<int> queue = {root}; !queue.empty(); queue.pop_front()) {
+    const int body = queue.front();
+    for (const auto& [column, other] : at[body]) {
+      if (climb.count(other) > 0) continue;
+      climb[other] = {column, body, climb[body].depth + 1};
+      in_tree[column] = true;
+      queue.push_back(other);
+    }
+  }
+  const auto num_loops =
+      std::count(in_tree.begin(), in_tree.end(), false);
+  MatrixXd J = MatrixXd::Zero(6 * num_loops, static_cast<Eigen::Index>(block.size()));
+  Eigen::Index row = 0;
+  for (size_t k = 0; k < block.size(); ++k) {
+    if (in_tree[k]) continue;
+    // Along the loop every joint contributes its twist, with the sense it is passed in.
+    const auto add = [&](int column, int from) {
+      const ScrewJoint& joint = joints[block[column]];
+      const double sense = from == joint.body_b ? 1.0 : -1.0;
+      J.block<6, 1>(row, column) += sense * Screw(joint, centre, length);
+    };
+    const ScrewJoint& closing = joints[block[k]];
+    add(static_cast<int>(k), closing.body_b);
+    int up = closing.body_a;
+    int down = closing.body_b;
+    while (up != down) {
+      if (climb[up].depth >= climb[down].depth) {
+        add(climb[up].column, up);
+        up = climb[up].parent;
+      } else {
+        add(climb[down].column, climb[down].parent);
+        down = climb[down].parent;
+      }
+    }
+    row += 6;
+  }
+  return J;
+}
+
+}  // namespace
+
+std::vector<std::vector<int>> BiconnectedParts(int num_bodies,
+                                               const std::vector<ScrewJoint>& joints) {
+  return BlockFinder(num_bodies, joints).Take();
+}
+
+LoopMobility ComputeLoopMobility(int num_bodies, const std::vector<ScrewJoint>& joints) {
+  constexpr double kRankTolerance = 1e-9;
+  // The null space's basis is orthonormal; a joint that moves at all shows at about 1/sqrt(joints),
+  // rounding at about 1e-16 / kRankTolerance.
+  constexpr double kStill = 1e-6;
+  LoopMobility result;
+  result.locked.assign(joints.size(), false);
+  for (const std::vector<int>& block : BiconnectedParts(num_bodies, joints)) {
+    const int size = static_cast<int>(block.size());
+    const ScrewJoint& first = joints[block[0]];
+    if (size == 1 && first.body_a != first.body_b) {
+      ++result.mobility;  // a bridge: no loop runs through it
+      continue;
+    }
+    if (size > kMaxLoopJoints) {
+      result.computed = false;
+      continue;
+    }
+    Eigen::CompleteOrthogonalDecomposition<MatrixXd> cod;
+    cod.setThreshold(kRankTolerance);
+    cod.compute(ClosureJacobian(block, joints));
+    const Eigen::Index free = size - cod.rank();
+    result.mobility += static_cast<int>(free);
+    const MatrixXd null_space =
+        cod.colsPermutation() * cod.matrixZ().transpose().rightCols(free);
+    for (int k = 0; k < size; ++k) {
+      if (free == 0 || null_space.row(k).norm() <= kStill) result.locked[block[k]] = true;
+    }
+  }
+  return result;
+}
+
+}  // namespace morphbus::model

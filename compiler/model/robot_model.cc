@@ -1,0 +1,77 @@
+#include "compiler/model/robot_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "compiler/source/check.h"
+
+namespace morphbus::model {
+namespace {
+
+template <typename T>
+std::optional<int> FindByName(const std::vector<T>& items, const std::string& name) {
+  for (size_t i = 0; i < items.size(); ++i) {
+    if (items[i].name == name) return static_cast<int>(i);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<int> ModuleType::FindLink(const std::string& link_name) const {
+  return FindByName(links, link_name);
+}
+
+std::optional<int> ModuleType::FindJoint(const std::string& joint_name) const {
+  return FindByName(joints, joint_name);
+}
+
+std::optional<int> ModuleType::FindConnector(const std::string& connector_name) const {
+  return FindByName(connectors, connector_name);
+}
+
+std::optional<int> Robot::FindModule(const std::string& module_name) const {
+  return FindByName(modules, module_name);
+}
+
+const Robot* Model::FindRobot(const std::string& name) const {
+  const std::optional<int> index = FindByName(robots, name);
+  return index ? &robots[*index] : nullptr;
+}
+
+const ModuleType& Model::TypeOf(const Robot& robot, int module) const {
+  MORPHBUS_CHECK(module >= 0 && module < static_cast<int>(robot.modules.size()));
+  return module_types[robot.modules[module].type];
+}
+
+double ExtentOf(const ModuleType& type) {
+  Eigen::AlignedBox3d box;
+  for (const Link& link : type.links) {
+    for (const Eigen::Vector3d& p : link.hull) box.extend(p);
+  }
+  for (const Connector& connector : type.connectors) {
+    box.extend(connector.p_MoCo_M);
+    for (const Eigen::Vector3d& p : connector.subpoints) box.extend(p);
+  }
+  return box.isEmpty() ? 0.0 : box.sizes().maxCoeff();
+}
+
+std::optional<int> MirrorOption(const Model& model, const Docking& docking) {
+  const ConnectionType& connection = model.connection_types[docking.connection_type];
+  if (connection.type_a != connection.type_b) return std::nullopt;
+  const ModuleType& type = model.module_types[connection.type_a];
+  const double tolerance = 1e-6 * std::max(ExtentOf(type), 1e-12);
+  const Pose X_BA = connection.options[docking.option].X_AB.inverse();
+  for (size_t i = 0; i < connection.options.size(); ++i) {
+    const ConnectionOption& option = connection.options[i];
+    if (option.connector_a != docking.connector_b || option.connector_b != docking.connector_a) {
+      continue;
+    }
+    const double p_error = (option.X_AB.translation() - X_BA.translation()).norm();
+    const double R_error = (option.X_AB.linear() - X_BA.linear()).cwiseAbs().maxCoeff();
+    if (p_error <= tolerance && R_error <= 1e-6) return static_cast<int>(i);
+  }
+  return std::nullopt;
+}
+
+}  // namespace morphbus::model

@@ -1,0 +1,386 @@
+#include "compiler/solver/condition_terms.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+namespace morphbus::solver {
+namespace {
+
+using model::AttributeValue;
+using model::Connector;
+using model::StateRequirement;
+
+/// States that must hold together, sorted by nothing: source order.
+using StateSet = std::vector<StateRequirement>;
+
+/// The condition in negation normal form, with fixed attributes worked out.
+struct Formula {
+  enum class Kind { kTrue, kFalse, kAnd, kOr, kGeometry, kState };
+  Kind kind = Kind::kTrue;
+  std::vector<Formula> children;
+  Literal literal;                     ///< kGeometry.
+  std::vector<StateSet> alternatives;  ///< kState.
+  bool has_geometry = false;
+};
+
+Formula Constant(bool value) {
+  Formula f;
+  f.kind = value ? Formula::Kind::kTrue : Formula::Kind::kFalse;
+  return f;
+}
+
+template <typename T>
+bool Holds(CompareOp op, const T& lhs, const T& rhs) {
+  switch (op) {
+    case CompareOp::kEq: return lhs == rhs;
+    case CompareOp::kNe: return !(lhs == rhs);
+    case CompareOp::kLt: return lhs < rhs;
+    case CompareOp::kLe: return !(rhs < lhs);
+    case CompareOp::kGt: return rhs < lhs;
+    case CompareOp::kGe: return !(lhs < rhs);
+  }
+  return false;
+}
+
+bool Compare(CompareOp op, const AttributeValue& lhs, const AttributeValue& rhs) {
+  if (lhs.index() != rhs.index()) return op == CompareOp::kNe;
+  return std::visit(
+      [&](const auto& value) {
+        return Holds(op, value, std::get<std::decay_t<decltype(value)>>(rhs));
+      },
+      lhs);
+}
+
+/// The values an operand may take, each with the state that brings it about.
+struct Possibility {
+  AttributeValue value;
+  std::optional<StateRequirement> state;
+};
+
+class Specialiser {
+ public:
+  Specialiser(const Connector& a, const Connector& b) : a_(a), b_(b) {}
+
+  [[nodiscard]] Formula Build(const Condition& condition, bool negate) const {
+    switch (condition.kind) {
+      case Condition::Kind::kTrue:
+        return Constant(!negate);
+      case Condition::Kind::kNot:
+        return condition.children.empty() ? Constant(!negate)
+                                          : Build(condition.children[0], !negate);
+      case Condition::Kind::kAnd:
+      case Condition::Kind::kOr:
+        return BuildList(condition, negate);
+      case Condition::Kind::kCompare:
+        return BuildCompare(condition, negate);
+      default:
+        break;
+    }
+    if (!Exists(condition.p) || !Exists(condition.q)) return Constant(negate);
+    if (condition.kind != Condition::Kind::kCoincident &&
+        (!HasDirection(condition.p) || !HasDirection(condition.q))) {
+      return Constant(negate);
+    }
+    Formula f;
+    f.kind = Formula::Kind::kGeometry;
+    f.literal = {&condition, negate};
+    f.has_geometry = true;
+    return f;
+  }
+
+ private:
+  [[nodiscard]] const Connector& On(Side side) const { return side == Side::kA ? a_ : b_; }
+
+  [[nodiscard]] bool Exists(const PointRef& ref) const {
+    const std::vector<std::string>& names = On(ref.side).subpoint_names;
+    switch (ref.kind) {
+      case PointRef::Kind::kSubpoint:
+        return std::find(names.begin(), names.end(), ref.subpoint) != names.end();
+      case PointRef::Kind::kAnySubpoint:
+        return !names.empty();
+      default:
+        return true;
+    }
+  }
+
+  [[nodiscard]] bool HasDirection(const PointRef& ref) const {
+    if (ref.kind == PointRef::Kind::kAxis) return true;
+    const std::string key = ref.kind == PointRef::Kind::kSubpoint ? ref.subpoint : "";
+    return On(ref.side).normals.count(key) > 0;
+  }
+
+  [[nodiscard]] Formula BuildList(const Condition& condition, bool negate) const {
+    const bool is_and = (condition.kind == Condition::Kind::kAnd) != negate;
+    const Formula::Kind absorbing = is_and ? Formula::Kind::kFalse : Formula::Kind::kTrue;
+    const Formula::Kind neutral = is_and ? Formula::Kind::kTrue : Formula::Kind::kFalse;
+    Formula f;
+    f.kind = is_and ? Formula::Kind::kAnd : Formula::Kind::kOr;
+    for (const Condition& child : condition.children) {
+      Formula part = Build(child, negate);
+      if (part.kind == absorbing) return part;
+      if (part.kind == neutral) continue;
+      f.has_geometry = f.has_geometry || part.has_geometry;
+      f.children.push_back(std::move(part));
+    }
+    if (f.children.empty()) return Constant(is_and);
+    if (f.children.size() == 1) {
+      Formula only = std::move(f.children[0]);
+      return only;
+    }
+    return f;
+  }
+
+  [[nodiscard]] std::vector<Possibility> PossibilitiesOf(const Operand& operand) const {
+    if (const auto* value = std::get_if<AttributeValue>(&operand)) return {{*value, {}}};
+    const auto& ref = std::get<AttributeRef>(operand);
+    const Connector& connector = On(ref.side);
+    const auto fixed = connector.attributes.find(ref.name);
+    if (fixed != connector.attributes.end()) return {{fixed->second, {}}};
+    std::vector<Possibility> result;
+    for (const model::StateVariable& state : connector.states) {
+      if (state.name != ref.name) continue;
+      for (const AttributeValue& value : state.values) {
+        result.push_back({value, StateRequirement{ref.side == Side::kA, ref.name, value}});
+      }
+    }
+    return result;
+  }
+
+  [[nodiscard]] Formula BuildCompare(const Condition& condition, bool negate) const {
+    const std::vector<Possibility> lhs = PossibilitiesOf(condition.lhs);
+    const std::vector<Possibility> rhs = PossibilitiesOf(condition.rhs);
+    if (lhs.empty() || rhs.empty()) return Constant(negate);
+    Formula f;
+    f.kind = Formula::Kind::kState;
+    size_t combinations = 0;
+    for (const Possibility& l : lhs) {
+      for (const Possibility& r : rhs) {
+        const bool same = l.state && r.state && l.state->of_a == r.state->of_a &&
+                          l.state->variable == r.state->variable;
+        if (same && l.state->value != r.state->value) continue;
+        ++combinations;
+        if (Compare(condition.op, l.value, r.value) == negate) continue;
+        StateSet states;
+        if (l.state) states.push_back(*l.state);
+        if (r.state && !same) states.push_back(*r.state);
+        f.alternatives.push_back(std::move(states));
+      }
+    }
+    if (f.alternatives.empty()) return Constant(false);
+    if (f.alternatives.size() == combinations) return Constant(true);
+    return f;
+  }
+
+  const Connector& a_;
+  const Connector& b_;
+};
+
+/// The union of two state sets; nothing if they contradict each other.
+std::optional<StateSet> Merge(const StateSet& left, const StateSet& right) {
+  StateSet merged = left;
+  for (const StateRequirement& r : right) {
+    const auto same = std::find_if(merged.begin(), merged.end(), [&](const StateRequirement& m) {
+      return m.of_a == r.of_a && m.variable == r.variable;
+    });
+    if (same == merged.end()) {
+      merged.push_back(r);
+    } else if (same->value != r.value) {
+      return std::nullopt;
+    }
+  }
+  return merged;
+}
+
+/// Disjunctive normal forms under construction; both kinds give up together.
+class Expander {
+ public:
+  [[nodiscard]] bool too_many() const { return too_many_; }
+
+  /// The sets of states any one of which satisfies `f`, which holds no geometry.
+  std::vector<StateSet> StatesOf(const Formula& f) {
+    switch (f.kind) {
+      case Formula::Kind::kFalse: return {};
+      case Formula::Kind::kState: return Limited(f.alternatives);
+      case Formula::Kind::kOr: {
+        std::vector<StateSet> all;
+        for (const Formula& child : f.children) {
+          for (StateSet& set : StatesOf(child)) all.push_back(std::move(set));
+        }
+        return Limited(std::move(all));
+      }
+      case Formula::Kind::kAnd: {
+        std::vector<StateSet> all = {{}};
+        for (const Formula& child : f.children) all = Product(all, StatesOf(child));
+        return all;
+      }
+      default: return {{}};
+    }
+  }
+
+  /// Geometry terms; a part without geometry stays whole and is met in `free`.
+  struct OpenTerm {
+    std::vector<Literal> geometry;
+    std::vector<const Formula*> free;
+  };
+  std::vector<OpenTerm> TermsOf(const Formula& f) {
+    if (f.kind == Formula::Kind::kFalse) return {};
+    if (!f.has_geometry) return {OpenTerm{{}, {&f}}};
+    if (f.kind == Formula::Kind::kGeometry) return {OpenTerm{{f.literal}, {}}};
+    std::vector<OpenTerm> all;
+    if (f.kind == Formula::Kind::kOr) {
+      for (const Formula& child : f.children) {
+        for (OpenTerm& term : TermsOf(child)) all.push_back(std::move(term));
+        if (Exceeds(all.size())) return {};
+      }
+      return all;
+    }
+    all.push_back({});
+    for (const Formula& child : f.children) {
+      const std::vector<OpenTerm> parts = TermsOf(child);
+      if (Exceeds(all.size() * parts.size())) return {};
+      std::vector<OpenTerm> wider;
+      for (const OpenTerm& left : all) {
+        for (const OpenTerm& right : parts) {
+          OpenTerm both = left;
+          both.geometry.insert(both.geometry.end(), right.geometry.begin(), right.geometry.end());
+          both.free.insert(both.free.end(), right.free.begin(), right.free.end());
+          wider.push_back(std::move(both));
+        }
+      }
+      all = std::move(wider);
+    }
+    return all;
+  }
+
+  std::vector<StateSet> Product(const std::vector<StateSet>& left,
+                                const std::vector<StateSet>& right) {
+    std::vector<StateSet> result;
+    for (const StateSet& l : left) {
+      for (const StateSet& r : right) {
+        if (std::optional<StateSet> merged = Merge(l, r)) result.push_back(std::move(*merged));
+        if (result.size() > kMaxStateSets) return Limited(std::move(result));
+      }
+    }
+    return result;
+  }
+
+ private:
+  /// Far above any hardware's states, low enough that nothing grows without bound.
+  static constexpr size_t kMaxStateSets = 4096;
+
+  bool Exceeds(size_t terms) {
+    if (terms > kMaxTerms) too_many_ = true;
+    return too_many_;
+  }
+
+  std::vector<StateSet> Limited(std::vector<StateSet> sets) {
+    if (sets.size() <= kMaxStateSets) return sets;
+    too_many_ = true;
+    return {};
+  }
+
+  bool too_many_ = false;
+};
+
+/// The parts of a condition that must all hold, in source order.
+void TopLevelParts(const Condition& condition, std::vector<const Condition*>& parts) {
+  if (condition.kind != Condition::Kind::kAnd) {
+    parts.push_back(&condition);
+    return;
+  }
+  for (const Condition& child : condition.children) TopLevelParts(child, parts);
+}
+
+void FindBroken(const Condition& condition, const Specialiser& specialiser, Terms& result) {
+  std::vector<const Condition*> parts;
+  TopLevelParts(condition, parts);
+  result.broken = &condition;
+  result.broken_index = static_cast<int>(parts.size());
+  for (size_t i = 0; i < parts.size(); ++i) {
+    if (specialiser.Build(*parts[i], false).kind == Formula::Kind::kFalse) {
+      result.broken = parts[i];
+      result.broken_index = static_cast<int>(i);
+      return;
+    }
+  }
+}
+
+void AttributeNames(const Condition& condition, std::vector<std::string>& names) {
+  for (const Condition& child : condition.children) AttributeNames(child, names);
+  if (condition.kind != Condition::Kind::kCompare) return;
+  for (const Operand* operand : {&condition.lhs, &condition.rhs}) {
+    const auto* ref = std::get_if<AttributeRef>(operand);
+    if (ref != nullptr && std::find(names.begin(), names.end(), ref->name) == names.end()) {
+      names.push_back(ref->name);
+    }
+  }
+}
+
+std::string ValueText(const AttributeValue& value) {
+  if (const auto* flag = std::get_if<bool>(&value)) return *flag ? "true" : "false";
+  if (const auto* number = std::get_if<double>(&value)) return fmt::format("{}", *number);
+  return fmt::format("\"{}\"", std::get<std::string>(value));
+}
+
+std::string AttributeText(const Connector& connector, const std::string& name) {
+  const auto fixed = connector.attributes.find(name);
+  if (fixed != connector.attributes.end()) {
+    return fmt::format("{}.{} is {}", connector.name, name, ValueText(fixed->second));
+  }
+  for (const model::StateVariable& state : connector.states) {
+    if (state.name == name) return fmt::format("{}.{} is free", connector.name, name);
+  }
+  return fmt::format("{} has no {}", connector.name, name);
+}
+
+}  // namespace
+
+Terms SpecialiseCondition(const Condition& condition, const model::Connector& a,
+                          const model::Connector& b) {
+  Terms result;
+  const Specialiser specialiser(a, b);
+  const Formula formula = specialiser.Build(condition, false);
+  Expander expander;
+  const std::vector<Expander::OpenTerm> open_terms = expander.TermsOf(formula);
+  for (const Expander::OpenTerm& open : open_terms) {
+    std::vector<StateSet> sets = {{}};
+    for (const Formula* free : open.free) sets = expander.Product(sets, expander.StatesOf(*free));
+    if (sets.empty()) continue;
+    // Of several states that would do, the least demanding, the first in the source on ties.
+    const auto least = std::min_element(
+        sets.begin(), sets.end(),
+        [](const StateSet& l, const StateSet& r) { return l.size() < r.size(); });
+    result.terms.push_back({open.geometry, *least});
+  }
+  result.too_many = expander.too_many();
+  if (result.too_many) result.terms.clear();
+  if (result.terms.empty() && !result.too_many) FindBroken(condition, specialiser, result);
+  return result;
+}
+
+std::string ExplainBrokenAttributes(const Condition& broken, const model::Connector& a,
+                                    const model::Connector& b) {
+  std::vector<std::string> names;
+  AttributeNames(broken, names);
+  for (const std::string& name : names) {
+    const auto of_a = a.attributes.find(name);
+    const auto of_b = b.attributes.find(name);
+    if (of_a == a.attributes.end() || of_b == b.attributes.end()) continue;
+    if (of_a->second != of_b->second) continue;
+    if (const auto* word = std::get_if<std::string>(&of_a->second)) {
+      return fmt::format("{} and {} are both {}", a.name, b.name, *word);
+    }
+  }
+  std::string text;
+  for (const std::string& name : names) {
+    if (!text.empty()) text += ", ";
+    text += AttributeText(a, name) + ", " + AttributeText(b, name);
+  }
+  if (!text.empty()) return text;
+  return fmt::format("{} and {} lack points that the condition asks for", a.name, b.name);
+}
+
+}  // namespace morphbus::solver

@@ -1,0 +1,45 @@
+#pragma once
+// The condition of a connection, specialised to one pair of connectors: what is known of fixed
+// attributes is worked out, what is left is a few alternative terms of geometry and states.
+
+#include <string>
+#include <vector>
+
+#include "compiler/solver/connection_problem.h"
+
+namespace morphbus::solver {
+
+/// Most alternatives that `or` and `not` over geometry may lead to (docs/m3l.md, connections).
+inline constexpr int kMaxTerms = 64;
+
+/// A geometric condition or its negation.
+struct Literal {
+  const Condition* condition = nullptr;
+  bool negated = false;
+};
+
+/// One way to satisfy the condition: all literals, with the connectors in these states.
+struct Term {
+  std::vector<Literal> geometry;  ///< In source order.
+  std::vector<model::StateRequirement> states;
+};
+
+struct Terms {
+  std::vector<Term> terms;  ///< None: the pair's fixed attributes break the condition.
+  bool too_many = false;    ///< Over kMaxTerms; `terms` is empty then.
+  /// Where there are none: the first part of the condition that cannot hold, and its place in the
+  /// order of the source.
+  const Condition* broken = nullptr;
+  int broken_index = 0;
+};
+
+/// Specialises `condition` to connectors `a` and `b`. A sub-point, normal or attribute that a
+/// connector lacks makes the condition on it false. Linear in the condition but for the terms.
+Terms SpecialiseCondition(const Condition& condition, const model::Connector& a,
+                          const model::Connector& b);
+
+/// What the two connectors have that breaks `broken`, for people: "c1 and c2 are both male".
+std::string ExplainBrokenAttributes(const Condition& broken, const model::Connector& a,
+                                    const model::Connector& b);
+
+}  // namespace morphbus::solver

@@ -1,0 +1,109 @@
+#include "compiler/solver/hull_overlap.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace morphbus::solver {
+namespace {
+
+using Eigen::Vector3d;
+using model::ConvexHull;
+using model::HullEdge;
+using model::HullFace;
+
+/// Dimension that a segment, plane normal or point adds to the Minkowski difference.
+bool DifferenceIsFlat(const ConvexHull& A, const ConvexHull& B_in_A) {
+  if (A.dimension < 0 || B_in_A.dimension < 0) return true;
+  if (A.dimension == 3 || B_in_A.dimension == 3) return false;
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (const ConvexHull* hull : {&A, &B_in_A}) {
+    for (const Vector3d& p : hull->vertices) {
+      const Vector3d arm = p - hull->vertices[0];
+      if (arm.norm() > 0.0) spread += arm.normalized() * arm.normalized().transpose();
+    }
+  }
+  constexpr double kParallel = 1e-12;  // the square of an angle
+  return std::abs(spread.determinant()) <= kParallel;
+}
+
+ConvexHull Moved(const ConvexHull& hull, const model::Pose& X) {
+  ConvexHull moved;
+  moved.dimension = hull.dimension;
+  moved.vertices.reserve(hull.vertices.size());
+  for (const Vector3d& p : hull.vertices) moved.vertices.push_back(X * p);
+  moved.faces.reserve(hull.faces.size());
+  for (const HullFace& face : hull.faces) {
+    const Vector3d normal = X.linear() * face.normal;
+    moved.faces.push_back({normal, face.offset + normal.dot(X.translation()), {}});
+  }
+  moved.edges.reserve(hull.edges.size());
+  for (const HullEdge& edge : hull.edges) {
+    moved.edges.push_back(
+        {edge.begin, edge.end, X.linear() * edge.normal_1, X.linear() * edge.normal_2});
+  }
+  return moved;
+}
+
+/// The least depth along the face normals of A, stopping at the first that separates.
+double DepthAlongFaces(const ConvexHull& A, const ConvexHull& B, double best) {
+  for (const HullFace& face : A.faces) {
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const Vector3d& p : B.vertices) lowest = std::min(lowest, face.normal.dot(p));
+    best = std::min(best, face.offset - lowest);
+    if (best <= 0.0) return best;
+  }
+  return best;
+}
+
+/// True if the great arcs a-b and c-d of the Gauss map cross, c and d being B's normals negated.
+bool ArcsCross(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d) {
+  const Vector3d bxa = b.cross(a);
+  const Vector3d dxc = d.cross(c);
+  const double cba = c.dot(bxa);
+  const double dba = d.dot(bxa);
+  const double adc = a.dot(dxc);
+  const double bdc = b.dot(dxc);
+  return cba * dba < 0.0 && adc * bdc < 0.0 && cba * bdc > 0.0;
+}
+
+/// The least depth along cross products of edges, for the pairs that build a face of A - B.
+double DepthAlongEdges(const ConvexHull& A, const ConvexHull& B, double best) {
+  constexpr double kParallelEdges = 1e-9;
+  for (const HullEdge& ea : A.edges) {
+    const Vector3d along_a = A.vertices[ea.end] - A.vertices[ea.begin];
+    for (const HullEdge& eb : B.edges) {
+      if (!ArcsCross(ea.normal_1, ea.normal_2, -eb.normal_1, -eb.normal_2)) continue;
+      const Vector3d along_b = B.vertices[eb.end] - B.vertices[eb.begin];
+      Vector3d axis = along_a.cross(along_b);
+      const double length = axis.norm();
+      if (length <= kParallelEdges * along_a.norm() * along_b.norm()) continue;
+      axis /= length;
+      if (axis.dot(ea.normal_1 + ea.normal_2) < 0.0) axis = -axis;
+      best = std::min(best, axis.dot(A.vertices[ea.begin] - B.vertices[eb.begin]));
+      if (best <= 0.0) return best;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+double PenetrationDepth(const ConvexHull& A, const model::Pose& X_WA, const ConvexHull& B,
+                        const model::Pose& X_WB) {
+  const ConvexHull B_in_A = Moved(B, X_WA.inverse(Eigen::Isometry) * X_WB);
+  double depth = std::numeric_limits<double>::infinity();
+  depth = DepthAlongFaces(A, B_in_A, depth);
+  if (depth <= 0.0) return 0.0;
+  depth = DepthAlongFaces(B_in_A, A, depth);
+  if (depth <= 0.0 || DifferenceIsFlat(A, B_in_A)) return 0.0;
+  depth = DepthAlongEdges(A, B_in_A, depth);
+  return std::isfinite(depth) ? std::max(depth, 0.0) : 0.0;
+}
+
+double PenetrationDepth(const std::vector<Eigen::Vector3d>& A, const model::Pose& X_WA,
+                        const std::vector<Eigen::Vector3d>& B, const model::Pose& X_WB) {
+  return PenetrationDepth(model::ComputeHull(A), X_WA, model::ComputeHull(B), X_WB);
+}
+
+}  // namespace morphbus::solver

@@ -1,0 +1,289 @@
+#include "compiler/solver/motion_inference.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace morphbus::solver {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using model::Connector;
+using model::Pose;
+
+constexpr double kAngleTolerance = 1e-6;  // rad
+/// Sine below which two directions count as parallel, so that they leave a turn free.
+constexpr double kCollinear = 1e-4;
+/// Hypotheses tried for one pair of connectors; twelve sub-points a side need under 2000.
+constexpr int kMaxHypotheses = 200000;
+
+/// A literal with its points (or directions) looked up: it holds if some choice of `a` meets some
+/// choice of `b`.
+struct Constraint {
+  const Condition* condition = nullptr;
+  int index = 0;  ///< Place in the term.
+  bool negated = false;
+  bool is_direction = false;
+  std::vector<Vector3d> a;
+  std::vector<Vector3d> b;  ///< For antiparallel directions: already turned round.
+
+  [[nodiscard]] size_t choices() const { return a.size() * b.size(); }
+};
+
+std::vector<Vector3d> Lookup(const PointRef& ref, bool direction, const Connector& connector) {
+  if (ref.kind == PointRef::Kind::kAxis) return {ref.axis.normalized()};
+  if (direction) {
+    const std::string key = ref.kind == PointRef::Kind::kSubpoint ? ref.subpoint : "";
+    return {connector.normals.at(key)};
+  }
+  if (ref.kind == PointRef::Kind::kCentre) return {connector.p_MoCo_M};
+  if (ref.kind == PointRef::Kind::kAnySubpoint) return connector.subpoints;
+  const auto name =
+      std::find(connector.subpoint_names.begin(), connector.subpoint_names.end(), ref.subpoint);
+  return {connector.subpoints[name - connector.subpoint_names.begin()]};
+}
+
+bool AnyMeet(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b, double tolerance) {
+  for (const Vector3d& pa : a) {
+    for (const Vector3d& pb : b) {
+      if ((pa - pb).norm() <= tolerance) return true;
+    }
+  }
+  return false;
+}
+
+/// One matched pair: a point of each module, or a direction of each.
+struct Match {
+  bool is_direction = false;
+  Vector3d a;
+  Vector3d b;
+};
+
+class Inference {
+ public:
+  Inference(double tolerance, InferredMotions& result) : tolerance_(tolerance), result_(result) {}
+
+  /// Sorts the literals of a term; false if one about a single module is broken already.
+  bool Prepare(const Term& term, const Connector& a, const Connector& b) {
+    for (size_t i = 0; i < term.geometry.size(); ++i) {
+      const Literal& literal = term.geometry[i];
+      const Condition& condition = *literal.condition;
+      const PointRef& p = condition.p;
+      const PointRef& q = condition.q;
+      Constraint c;
+      c.condition = &condition;
+      c.index = static_cast<int>(i);
+      c.negated = literal.negated;
+      c.is_direction = condition.kind != Condition::Kind::kCoincident;
+      c.a = Lookup(p, c.is_direction, p.side == Side::kA ? a : b);
+      c.b = Lookup(q, c.is_direction, q.side == Side::kA ? a : b);
+      if (condition.kind == Condition::Kind::kAntiparallel) {
+        for (Vector3d& direction : c.b) direction = -direction;
+      }
+      if (p.side == q.side) {
+        if (AnyMeet(c.a, c.b, c.is_direction ? kAngleTolerance : tolerance_) == c.negated) {
+          Blame(c);
+          return false;
+        }
+        continue;
+      }
+      if (p.side == Side::kB) std::swap(c.a, c.b);
+      (c.negated ? forbidden_ : required_).push_back(std::move(c));
+    }
+    std::stable_sort(
+        required_.begin(), required_.end(),
+        [](const Constraint& l, const Constraint& r) { return l.choices() < r.choices(); });
+    return true;
+  }
+
+  /// Takes up correspondences from `required_[next]` on, given those in `matches_`.
+  void Search(size_t next) {
+    if (result_.gave_up) return;
+    if (Fixed()) {
+      TryMotion();
+      return;
+    }
+    if (next == required_.size()) {
+      ReportFree();
+      return;
+    }
+    const Constraint& c = required_[next];
+    bool fits_without_gain = false;
+    bool fits = false;
+    for (const Vector3d& pa : c.a) {
+      for (const Vector3d& pb : c.b) {
+        const Match match{c.is_direction, pa, pb};
+        if (!Consistent(match)) continue;
+        fits = true;
+        if (!Gains(match)) {
+          fits_without_gain = true;
+          continue;
+        }
+        matches_.push_back(match);
+        Search(next + 1);
+        matches_.pop_back();
+      }
+    }
+    if (!fits) Blame(c);
+    if (fits_without_gain) Search(next + 1);
+  }
+
+ private:
+  void Blame(const Constraint& c) {
+    if (c.index >= result_.broken_index) {
+      result_.broken_index = c.index;
+      result_.broken = c.condition;
+    }
+  }
+
+  [[nodiscard]] const Match* FirstPoint() const {
+    for (const Match& match : matches_) {
+      if (!match.is_direction) return &match;
+    }
+    return nullptr;
+  }
+
+  /// Directions that the matches fix in the two modules: from the first point to the others, and
+  /// matched directions.
+  [[nodiscard]] std::vector<Match> Directions() const {
+    std::vector<Match> result;
+    const Match* origin = FirstPoint();
+    for (const Match& match : matches_) {
+      if (match.is_direction) {
+        result.push_back(match);
+      } else if (&match != origin) {
+        result.push_back({true, match.a - origin->a, match.b - origin->b});
+      }
+    }
+    return result;
+  }
+
+  /// Necessary for any rigid motion: equal lengths, and equal projections on what is matched already.
+  [[nodiscard]] bool Consistent(const Match& match) const {
+    const Match* origin = FirstPoint();
+    if (!match.is_direction && origin == nullptr) return true;
+    const Vector3d a = match.is_direction ? match.a : Vector3d(match.a - origin->a);
+    const Vector3d b = match.is_direction ? match.b : Vector3d(match.b - origin->b);
+    const double slack = match.is_direction ? kAngleTolerance : tolerance_;
+    if (std::abs(a.norm() - b.norm()) > 4.0 * slack) return false;
+    for (const Match& known : Directions()) {
+      const double allowed = slack * known.a.norm() + tolerance_ * a.norm() +
+                             kAngleTolerance * a.norm() * known.a.norm();
+      if (std::abs(a.dot(known.a) - b.dot(known.b)) > 4.0 * allowed) return false;
+    }
+    return true;
+  }
+
+  [[nodiscard]] bool Gains(const Match& match) const {
+    if (!match.is_direction && FirstPoint() == nullptr) return true;
+    const Vector3d along = match.is_direction ? match.a : Vector3d(match.a - FirstPoint()->a);
+    if (along.norm() <= tolerance_) return false;
+    for (const Match& known : Directions()) {
+      if (along.cross(known.a).norm() <= kCollinear * along.norm() * known.a.norm()) return false;
+    }
+    return true;
+  }
+
+  /// A point and two directions that are not parallel (each gain is one more of them).
+  [[nodiscard]] bool Fixed() const {
+    return matches_.size() >= 3 && FirstPoint() != nullptr;
+  }
+
+  static Matrix3d Frame(const Vector3d& first, const Vector3d& second) {
+    Matrix3d R;
+    R.col(0) = first.normalized();
+    R.col(2) = first.cross(second).normalized();
+    R.col(1) = R.col(2).cross(R.col(0));
+    return R;
+  }
+
+  void TryMotion() {
+    if (++hypotheses_ > kMaxHypotheses) {
+      result_.gave_up = true;
+      return;
+    }
+    const std::vector<Match> known = Directions();
+    const Match* origin = FirstPoint();
+    Matrix3d R = Frame(known[0].a, known[1].a) * Frame(known[0].b, known[1].b).transpose();
+    // Lattice robots have quarter turns: give them exactly, so that poses do not drift by rounding.
+    constexpr double kRounding = 1e-14;
+    for (double& entry : R.reshaped()) {
+      if (std::abs(entry - std::round(entry)) <= kRounding) entry = std::round(entry) + 0.0;
+    }
+    Pose X_AB = Pose::Identity();
+    X_AB.linear() = R;
+    X_AB.translation() = origin->a - R * origin->b;
+    if (!Satisfies(X_AB)) return;
+    for (const Pose& other : result_.motions) {
+      if (SameMotion(other, X_AB, tolerance_)) return;
+    }
+    result_.motions.push_back(X_AB);
+  }
+
+  [[nodiscard]] bool Meets(const Constraint& c, const Pose& X_AB) const {
+    for (const Vector3d& pb : c.b) {
+      const Vector3d image = c.is_direction ? Vector3d(X_AB.linear() * pb) : Vector3d(X_AB * pb);
+      for (const Vector3d& pa : c.a) {
+        if ((pa - image).norm() <= (c.is_direction ? kAngleTolerance : tolerance_)) return true;
+      }
+    }
+    return false;
+  }
+
+  bool Satisfies(const Pose& X_AB) {
+    const Constraint* first_broken = nullptr;
+    for (const std::vector<Constraint>* list : {&required_, &forbidden_}) {
+      for (const Constraint& c : *list) {
+        if (Meets(c, X_AB) != c.negated) continue;
+        if (first_broken == nullptr || c.index < first_broken->index) first_broken = &c;
+      }
+    }
+    if (first_broken != nullptr) Blame(*first_broken);
+    return first_broken == nullptr;
+  }
+
+  void ReportFree() {
+    if (result_.free_motion) return;
+    const Match* origin = FirstPoint();
+    const std::vector<Match> known = Directions();
+    const auto text = [](const Vector3d& v) {
+      // Adding zero turns a negative zero into a plain one.
+      return fmt::format("({:.6g}, {:.6g}, {:.6g})", v.x() + 0.0, v.y() + 0.0, v.z() + 0.0);
+    };
+    if (origin == nullptr) {
+      result_.free_motion = "moving along any direction (no point coincides)";
+    } else if (known.empty()) {
+      result_.free_motion = fmt::format("turning about every axis through {} m", text(origin->a));
+    } else {
+      result_.free_motion = fmt::format("turning about the axis through {} m along {}",
+                                        text(origin->a), text(known[0].a.normalized()));
+    }
+  }
+
+  double tolerance_;
+  InferredMotions& result_;
+  std::vector<Constraint> required_;
+  std::vector<Constraint> forbidden_;
+  std::vector<Match> matches_;
+  int hypotheses_ = 0;
+};
+
+}  // namespace
+
+bool SameMotion(const model::Pose& X, const model::Pose& Y, double tolerance) {
+  return (X.linear() - Y.linear()).cwiseAbs().maxCoeff() <= kAngleTolerance &&
+         (X.translation() - Y.translation()).norm() <= 2.0 * tolerance;
+}
+
+InferredMotions InferMotions(const Term& term, const model::Connector& a, const model::Connector& b,
+                             double tolerance) {
+  InferredMotions result;
+  Inference inference(tolerance, result);
+  if (inference.Prepare(term, a, b)) inference.Search(0);
+  return result;
+}
+
+}  // namespace morphbus::solver

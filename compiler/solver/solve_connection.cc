@@ -1,0 +1,272 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include "compiler/model/convex_hull.h"
+#include "compiler/solver/condition_terms.h"
+#include "compiler/solver/connection_problem.h"
+#include "compiler/solver/hull_overlap.h"
+#include "compiler/solver/motion_inference.h"
+
+namespace morphbus::solver {
+namespace {
+
+using model::Connector;
+using model::ModuleType;
+using model::Pose;
+
+struct LinkHull {
+  int link = 0;
+  model::ConvexHull hull;
+};
+
+std::vector<LinkHull> HullsOf(const ModuleType& type) {
+  std::vector<LinkHull> hulls;
+  for (size_t i = 0; i < type.links.size(); ++i) {
+    if (type.links[i].hull.empty()) continue;
+    hulls.push_back({static_cast<int>(i), model::ComputeHull(type.links[i].hull)});
+  }
+  return hulls;
+}
+
+struct Candidate {
+  Pose X_AB;
+  std::vector<model::StateRequirement> states;
+};
+
+/// For each sub-point of `a`, last first, the sub-point of `b` it meets (-1: none), largest first:
+/// comparing these in descending order is the numbering rule (docs/m3l.md, connections, rule 4).
+std::vector<int> PartnersFromTheLast(const Connector& a, const Connector& b, const Pose& X_AB,
+                                     double tolerance) {
+  std::vector<int> partners;
+  for (auto p = a.subpoints.rbegin(); p != a.subpoints.rend(); ++p) {
+    int partner = -1;
+    for (size_t j = 0; j < b.subpoints.size(); ++j) {
+      if ((*p - X_AB * b.subpoints[j]).norm() <= tolerance) partner = static_cast<int>(j);
+    }
+    partners.push_back(partner);
+  }
+  return partners;
+}
+
+/// Sorts one pair's candidates by the numbering rule; by their transforms where it does not decide.
+void SortByRule(std::vector<Candidate>& candidates, const Connector& a, const Connector& b,
+                double tolerance) {
+  std::vector<std::pair<std::vector<int>, Candidate>> keyed;
+  for (Candidate& candidate : candidates) {
+    std::vector<int> key = PartnersFromTheLast(a, b, candidate.X_AB, tolerance);
+    keyed.emplace_back(std::move(key), std::move(candidate));
+  }
+  std::stable_sort(keyed.begin(), keyed.end(), [](const auto& l, const auto& r) {
+    if (l.first != r.first) return l.first > r.first;
+    const auto lm = l.second.X_AB.matrix().reshaped();
+    const auto rm = r.second.X_AB.matrix().reshaped();
+    return std::lexicographical_compare(lm.begin(), lm.end(), rm.begin(), rm.end());
+  });
+  for (size_t i = 0; i < keyed.size(); ++i) candidates[i] = std::move(keyed[i].second);
+}
+
+class ConnectionSolver {
+ public:
+  ConnectionSolver(const ConnectionProblem& problem, const std::vector<ModuleType>& types,
+                   source::Diagnostics& diagnostics)
+      : problem_(problem),
+        type_a_(types[problem.type_a]),
+        type_b_(types[problem.type_b]),
+        diagnostics_(diagnostics),
+        hulls_a_(HullsOf(type_a_)),
+        hulls_b_(HullsOf(type_b_)) {
+    constexpr double kRelativeTolerance = 1e-6;  // docs/m3l.md, connections, rules 1 and 2
+    tolerance_ = kRelativeTolerance * std::max(model::ExtentOf(type_a_), model::ExtentOf(type_b_));
+  }
+
+  model::ConnectionType Solve() {
+    result_.name = problem_.name;
+    result_.type_a = problem_.type_a;
+    result_.type_b = problem_.type_b;
+    const int num_a = static_cast<int>(type_a_.connectors.size());
+    const int num_b = static_cast<int>(type_b_.connectors.size());
+    for (int a = num_a - 1; a >= 0; --a) {
+      for (int b = num_b - 1; b >= 0 && !failed_; --b) SolvePair(a, b);
+    }
+    std::reverse(result_.rejections.begin(), result_.rejections.end());
+    if (!failed_ && result_.options.empty()) ReportNoneLeft();
+    if (!failed_ && (hulls_a_.empty() || hulls_b_.empty())) WarnAboutHulls();
+    if (failed_) result_.options.clear();
+    return std::move(result_);
+  }
+
+ private:
+  /// What removed the last candidates: the part that went furthest through the stages.
+  struct Obstacle {
+    int stage = -1;  ///< 0 attributes, 1 geometry, 2 hulls.
+    int index = 0;   ///< Place of the condition within the stage.
+    source::Span span;
+    std::string what;
+
+    void Raise(int to_stage, int to_index, const source::Span& at, std::string text) {
+      if (std::tie(to_stage, to_index) <= std::tie(stage, index)) return;
+      stage = to_stage;
+      index = to_index;
+      span = at;
+      what = std::move(text);
+    }
+  };
+
+  void SolvePair(int index_a, int index_b) {
+    const Connector& a = type_a_.connectors[index_a];
+    const Connector& b = type_b_.connectors[index_b];
+    const Terms terms = SpecialiseCondition(problem_.condition, a, b);
+    if (terms.too_many) {
+      Fail(fmt::format("connection '{}' leads to more than {} alternatives of coincident points",
+                       problem_.name, kMaxTerms),
+           "use fewer 'or' and 'not' over 'coincident' and 'parallel'");
+      return;
+    }
+    if (terms.terms.empty()) {
+      std::string why = ExplainBrokenAttributes(*terms.broken, a, b);
+      obstacle_.Raise(0, terms.broken_index, terms.broken->span,
+                      fmt::format("this condition removed the last pairs of connectors ({})", why));
+      result_.rejections.push_back({index_a, index_b, std::move(why)});
+      return;
+    }
+    std::vector<Candidate> candidates = CandidatesOf(terms, a, b);
+    if (failed_) return;
+    if (candidates.empty()) {
+      result_.rejections.push_back(
+          {index_a, index_b,
+           fmt::format("no rigid motion brings the points of {} and {} together", a.name, b.name)});
+      return;
+    }
+    result_.candidates += static_cast<int>(candidates.size());
+    KeepThoseApart(candidates, index_a, index_b);
+    SortByRule(candidates, a, b, tolerance_);
+    for (Candidate& candidate : candidates) {
+      const int number = static_cast<int>(result_.options.size()) + 1;
+      result_.options.push_back(
+          {number, index_a, index_b, candidate.X_AB, std::move(candidate.states)});
+    }
+  }
+
+  std::vector<Candidate> CandidatesOf(const Terms& terms, const Connector& a, const Connector& b) {
+    std::vector<Candidate> candidates;
+    for (const Term& term : terms.terms) {
+      const InferredMotions inferred = InferMotions(term, a, b, tolerance_);
+      if (inferred.gave_up) {
+        Fail(fmt::format("connection '{}' leaves too many ways to match the points of {} and {}",
+                         problem_.name, a.name, b.name),
+             "name the sub-points that coincide, as in p_a._1 coincident p_b.point");
+        return {};
+      }
+      if (inferred.free_motion) {
+        Fail(fmt::format("connection '{}' does not fix {} and {} to each other: {} is left free",
+                         problem_.name, a.name, b.name, *inferred.free_motion),
+             "add coincident sub-points, or directions that are parallel, until nothing is free");
+        return {};
+      }
+      if (inferred.motions.empty() && inferred.broken != nullptr) {
+        obstacle_.Raise(1, inferred.broken_index, inferred.broken->span,
+                        "this condition removed the last candidates");
+      }
+      for (const Pose& X_AB : inferred.motions) Merge({X_AB, term.states}, candidates);
+    }
+    return candidates;
+  }
+
+  /// Adds a motion; where another term gave it already, the one that asks for fewer states stays.
+  void Merge(Candidate candidate, std::vector<Candidate>& candidates) const {
+    for (Candidate& other : candidates) {
+      if (SameMotion(other.X_AB, candidate.X_AB, tolerance_)) {
+        if (candidate.states.size() < other.states.size()) other.states = candidate.states;
+        return;
+      }
+    }
+    candidates.push_back(std::move(candidate));
+  }
+
+  void KeepThoseApart(std::vector<Candidate>& candidates, int index_a, int index_b) {
+    double least = std::numeric_limits<double>::infinity();
+    std::string last;
+    const auto lies_inside = [&](const Candidate& candidate) {
+      for (const LinkHull& of_a : hulls_a_) {
+        for (const LinkHull& of_b : hulls_b_) {
+          const double depth =
+              PenetrationDepth(of_a.hull, Pose::Identity(), of_b.hull, candidate.X_AB);
+          if (depth <= tolerance_) continue;
+          if (depth < least) {
+            least = depth;
+            last = fmt::format("{} of a would lie {:.3g} m inside {} of b",
+                               type_a_.links[of_a.link].name, depth,
+                               type_b_.links[of_b.link].name);
+          }
+          return true;
+        }
+      }
+      return false;
+    };
+    std::erase_if(candidates, lies_inside);
+    if (!candidates.empty() || last.empty()) return;
+    const std::string pair = fmt::format("{} and {}", type_a_.connectors[index_a].name,
+                                         type_b_.connectors[index_b].name);
+    result_.rejections.push_back(
+        {index_a, index_b, fmt::format("joining {}, {}", pair, last)});
+    obstacle_.Raise(2, 0, problem_.span,
+                    fmt::format("the link hulls removed the last of {} candidates (joining {}, {})",
+                                result_.candidates, pair, last));
+  }
+
+  void Fail(std::string message, std::string hint) {
+    diagnostics_.Error(problem_.span, std::move(message)).hint = std::move(hint);
+    failed_ = true;
+  }
+
+  void ReportNoneLeft() {
+    failed_ = true;
+    if (type_a_.connectors.empty() || type_b_.connectors.empty()) {
+      const ModuleType& bare = type_a_.connectors.empty() ? type_a_ : type_b_;
+      diagnostics_.Error(problem_.span,
+                         fmt::format("connection '{}' can join nothing: module '{}' has no connector",
+                                     problem_.name, bare.name));
+      return;
+    }
+    source::Diagnostic& error = diagnostics_.Error(
+        problem_.span, fmt::format("connection '{}' leaves no way to join '{}' and '{}'",
+                                   problem_.name, type_a_.name, type_b_.name));
+    if (obstacle_.stage >= 0) error.notes.push_back({obstacle_.span, obstacle_.what});
+  }
+
+  void WarnAboutHulls() {
+    const ModuleType& bare = hulls_a_.empty() ? type_a_ : type_b_;
+    diagnostics_.Warning(
+        problem_.span,
+        fmt::format("module '{}' has no link with a hull, so no way of connection '{}' is ruled out "
+                    "by overlap",
+                    bare.name, problem_.name));
+  }
+
+  const ConnectionProblem& problem_;
+  const ModuleType& type_a_;
+  const ModuleType& type_b_;
+  source::Diagnostics& diagnostics_;
+  std::vector<LinkHull> hulls_a_;
+  std::vector<LinkHull> hulls_b_;
+  double tolerance_ = 0.0;
+  model::ConnectionType result_;
+  Obstacle obstacle_;
+  bool failed_ = false;
+};
+
+}  // namespace
+
+model::ConnectionType SolveConnection(const ConnectionProblem& problem,
+                                      const std::vector<ModuleType>& types,
+                                      source::Diagnostics& diagnostics) {
+  return ConnectionSolver(problem, types, diagnostics).Solve();
+}
+
+}  // namespace morphbus::solver
