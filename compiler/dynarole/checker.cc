@@ -1,0 +1,253 @@
+#include "compiler/dynarole/checker.h"
+
+#include <algorithm>
+
+#include "compiler/dynarole/checker_impl.h"
+#include "compiler/dynarole/constants.h"
+
+namespace morphbus::dynarole {
+
+using source::Diagnostic;
+using source::Span;
+
+void Check(const source::SourceSet& sources, const KeywordTable& keywords, ProgramModel* model,
+           source::Diagnostics* diagnostics) {
+  Checker(sources, keywords, model, diagnostics).Run();
+}
+
+Diagnostic& Checker::Error(const Span& span, std::string message) {
+  muted_ = {};
+  return phase_ == Phase::kFinal ? diagnostics_.Error(span, std::move(message)) : muted_;
+}
+
+Diagnostic& Checker::Warning(const Span& span, std::string message) {
+  muted_ = {};
+  return phase_ == Phase::kFinal ? diagnostics_.Warning(span, std::move(message)) : muted_;
+}
+
+void Checker::Suggest(Diagnostic* error, const std::string& name,
+                      const std::vector<std::string>& candidates, const std::string& prefix,
+                      const std::string& otherwise) {
+  const std::string near = source::NearestName(name, candidates);
+  error->hint = near.empty() ? otherwise : "did you mean '" + prefix + near + "'?";
+}
+
+// Gives a type that is not known yet; says whether it did.
+bool Checker::Settle(Type* slot, Type type) {
+  if (*slot != Type::kUnknown || type == Type::kUnknown || type == Type::kError ||
+      type == Type::kVoid || phase_ == Phase::kFinal) {
+    return false;
+  }
+  *slot = type;
+  changed_ = true;
+  return true;
+}
+
+// Bodies say what they need (a parameter handed to jointRotateDegrees is a float); where they do
+// not, calls say what is given; where neither does, a comparison or sum with a number must do.
+void Checker::Run() {
+  for (const Phase phase : {Phase::kBodies, Phase::kCalls, Phase::kDefaults}) {
+    // Every round settles at least one type or is the last; programs need two or three.
+    for (int round = 0; round < 100; ++round) {
+      phase_ = phase;
+      changed_ = false;
+      Pass();
+      if (!changed_) break;
+    }
+  }
+  phase_ = Phase::kFinal;
+  for (Routine& routine : model_.routines) routine.calls.clear();
+  Pass();
+  for (size_t i = 0; i < model_.roles.size(); ++i) CheckFieldsSet(static_cast<int>(i));
+  CheckSignatures();
+  CheckCalls();
+}
+
+void Checker::Pass() {
+  for (size_t i = 0; i < model_.roles.size(); ++i) CheckFieldValues(static_cast<int>(i));
+  for (size_t i = 0; i < model_.routines.size(); ++i) CheckRoutine(static_cast<int>(i));
+}
+
+void Checker::CheckFieldValues(int role) {
+  RoleModel& model = model_.roles[static_cast<size_t>(role)];
+  routine_ = nullptr;
+  role_ = role;
+  for (FieldSlot& slot : model.fields) {
+    // A value that was inherited is checked where it stands.
+    if (slot.value == nullptr) continue;
+    const bool own = std::any_of(model.role->members.begin(), model.role->members.end(),
+                                 [&](const Member& member) { return &member == slot.value; });
+    FieldDecl& decl = model_.fields[static_cast<size_t>(slot.decl)];
+    Expr* value = slot.value->expr.get();
+    if (own) {
+      const Type type = Infer(value);
+      const std::optional<Type> joined = Join(decl.type, type);
+      if (!joined) {
+        Diagnostic& error = Error(value->span, "field '" + decl.name + "' is " + NameOf(decl.type) +
+                                                   ", but this is " + NameOf(type));
+        error.notes.push_back({decl.type_span, "its type follows from this value"});
+        continue;
+      }
+      if (*joined != decl.type && *joined != Type::kVoid) {
+        if (decl.type == Type::kUnknown) decl.type_span = value->span;
+        decl.type = *joined;
+        changed_ = true;
+      }
+      // `$ANY` alone is a direction once nothing else has been said.
+      if (decl.type == Type::kAny && phase_ == Phase::kDefaults) {
+        decl.type = Type::kDirection;
+        changed_ = true;
+      }
+      Want(value, decl.type, "the field '" + decl.name + "'");
+    }
+    const FoldResult folded = Fold(*value);
+    if (folded.value) slot.cell = folded.value->cell;
+    if (!own || folded.value || value->type == Type::kError) continue;
+    if (folded.fault != vm::FaultCode::kNone) {
+      Error(value->span,
+            std::string("value of the field cannot be computed: ") + vm::FaultText(folded.fault));
+    } else {
+      Error(value->span, "value of a field must be known at compile time").hint =
+          "numbers, true, false, directions, axes and roles are; to name a joint or link, use a "
+          "label";
+    }
+  }
+}
+
+void Checker::CheckRoutine(int index) {
+  Routine& routine = model_.routines[static_cast<size_t>(index)];
+  routine_ = &routine;
+  role_ = routine.role;
+  locals_.clear();
+  routine.locals.clear();
+  routine.effect = vm::Effect::kPure;
+  Member& member = *routine.member;
+  if (routine.kind == MemberKind::kRequire) {
+    Infer(member.expr.get());
+    Want(member.expr.get(), Type::kBool, "a requirement");
+    routine.result = Type::kBool;
+    return;
+  }
+  if (routine.kind == MemberKind::kLabel) {
+    const Type type = Infer(member.expr.get());
+    routine.result = type == Type::kLink || type == Type::kLinkSet ? Type::kLink : Type::kJoint;
+    if (type != Type::kError && type != Type::kUnknown && !Fits(type, routine.result)) {
+      Error(member.expr->span,
+            "a label names a joint or a link, but this is " + std::string(NameOf(type)))
+          .hint = "for example self.joints($ANY, 1), self.links(1) or a keyword such as $LINK_...";
+    } else {
+      Want(member.expr.get(), routine.result, "a label");
+    }
+    return;
+  }
+  Signature& signature = model_.signatures[static_cast<size_t>(routine.signature)];
+  for (size_t i = 0; i < member.parameters.size(); ++i) {
+    AddLocal(member.parameters[i].name, member.parameters[i].span, signature.parameters[i], true);
+  }
+  routine.result = signature.result;
+  CheckBlock(member.body.get());
+  if (signature.result != Type::kVoid && !AlwaysReturns(*member.body)) {
+    const size_t end = member.body->span.end;
+    Error({member.body->span.file, end > 0 ? end - 1 : 0, end},
+          "function '" + member.name + "' can end here without a result")
+        .hint = "end it with 'return ...;' on every way";
+  }
+  CloseScope(0);
+}
+
+void Checker::CheckFieldsSet(int role) {
+  const RoleModel& model = model_.roles[static_cast<size_t>(role)];
+  for (const FieldSlot& slot : model.fields) {
+    const FieldDecl& decl = model_.fields[static_cast<size_t>(slot.decl)];
+    if (slot.value == nullptr && !model.role->abstract_role && !model.broken) {
+      Diagnostic& error =
+          Error(model.role->name_span,
+                "role '" + model.name + "' does not set the field '" + decl.name + "'");
+      error.hint = "give it a value: " + decl.name + " = ...; or make the role abstract";
+      error.notes.push_back({decl.span, "declared without a value here"});
+    }
+  }
+}
+
+void Checker::CheckSignatures() {
+  // One complaint a parameter, where it was first declared.
+  for (const Routine& routine : model_.routines) {
+    if (routine.signature < 0) continue;
+    const Signature& signature = model_.signatures[static_cast<size_t>(routine.signature)];
+    if (routine.member->name_span.begin != signature.span.begin) continue;
+    for (size_t i = 0; i < signature.parameters.size(); ++i) {
+      const Type type = signature.parameters[i];
+      const Parameter& parameter = routine.member->parameters[i];
+      if (type == Type::kUnknown) {
+        Error(parameter.span, "cannot tell the type of the parameter '" + parameter.name + "'")
+            .hint = "write it before the name, for example: float " + parameter.name;
+      } else if (routine.kind == MemberKind::kCommand && ValueTypeOf(type) > vm::ValueType::kRole) {
+        Error(parameter.span, "parameter '" + parameter.name + "' is " + NameOf(type) +
+                                  ", which means nothing to another module")
+            .hint = "commands take bools, ints, floats, directions, axes and roles";
+      }
+    }
+  }
+  for (const FieldDecl& decl : model_.fields) {
+    if (decl.type == Type::kUnknown) {
+      Error(decl.span, "no role sets the field '" + decl.name + "', so it has no type").hint =
+          "give it a value here or in a subrole";
+    }
+  }
+}
+
+void Checker::CheckCalls() {
+  std::vector<int> path;
+  for (size_t i = 0; i < model_.routines.size(); ++i) {
+    if (!VisitCalls(static_cast<int>(i), &path)) return;
+  }
+  for (const Routine& routine : model_.routines) CheckPurity(routine);
+}
+
+// Depth-first; the path is as long as calls may nest, so the recursion is short.
+bool Checker::VisitCalls(int index, std::vector<int>* path) {
+  Routine& routine = model_.routines[static_cast<size_t>(index)];
+  const bool circle = std::find(path->begin(), path->end(), index) != path->end();
+  if (circle || path->size() >= vm::kMaxCallDepth) {
+    std::string chain;
+    for (const int step : *path) {
+      chain += model_.routines[static_cast<size_t>(step)].name + " -> ";
+    }
+    Error(routine.member->name_span,
+          circle ? "function '" + routine.member->name + "' calls itself" : "calls nest too deep")
+        .hint = chain + routine.name +
+                (circle ? "; use 'while' instead"
+                        : "; at most " + std::to_string(vm::kMaxCallDepth) + " deep");
+    return false;
+  }
+  path->push_back(index);
+  for (const CallSite& call : routine.calls) {
+    for (size_t role = 0; role < model_.roles.size(); ++role) {
+      if (!model_.IsA(static_cast<int>(role), routine.role)) continue;
+      const int callee = model_.roles[role].methods[static_cast<size_t>(call.slot)].routine;
+      if (!VisitCalls(callee, path)) return false;
+      const Routine& called = model_.routines[static_cast<size_t>(callee)];
+      routine.effect = std::max(routine.effect, called.effect);
+    }
+  }
+  path->pop_back();
+  return true;
+}
+
+void Checker::CheckPurity(const Routine& routine) {
+  if (routine.kind != MemberKind::kRequire && routine.kind != MemberKind::kLabel) return;
+  for (const CallSite& call : routine.calls) {
+    const int callee = model_.roles[static_cast<size_t>(routine.role)]
+                           .methods[static_cast<size_t>(call.slot)]
+                           .routine;
+    const Routine& called = model_.routines[static_cast<size_t>(callee)];
+    if (called.effect == vm::Effect::kPure) continue;
+    Diagnostic& error =
+        Error(call.span, "function '" + called.member->name + "' acts on the module, which a " +
+                             NameOf(routine.kind) + " must not");
+    error.hint = "requirements and labels only ask about the robot's structure";
+    error.notes.push_back({called.member->name_span, "declared here"});
+  }
+}
+
+}  // namespace morphbus::dynarole

@@ -1,0 +1,349 @@
+#include <algorithm>
+
+#include "compiler/dynarole/checker_impl.h"
+#include "compiler/dynarole/constants.h"
+
+namespace morphbus::dynarole {
+
+using source::Diagnostic;
+using source::Span;
+
+namespace {
+
+Type TypeOfLetter(char letter) {
+  switch (vm::TypeOfLetter(letter)) {
+    case vm::ValueType::kBool:
+      return Type::kBool;
+    case vm::ValueType::kInt:
+      return Type::kInt;
+    case vm::ValueType::kFloat:
+      return Type::kFloat;
+    case vm::ValueType::kDirection:
+      return Type::kDirection;
+    case vm::ValueType::kAxis:
+      return Type::kAxis;
+    case vm::ValueType::kRole:
+      return Type::kRole;
+    case vm::ValueType::kJoint:
+      return Type::kJoint;
+    case vm::ValueType::kLink:
+      return Type::kLink;
+    case vm::ValueType::kSet:
+      return Type::kSet;
+    case vm::ValueType::kConnector:
+      return Type::kConnector;
+    case vm::ValueType::kJointSet:
+      return Type::kJointSet;
+    case vm::ValueType::kLinkSet:
+      return Type::kLinkSet;
+    case vm::ValueType::kVoid:
+      break;
+  }
+  return Type::kVoid;
+}
+
+size_t CountArguments(const Expr* call) { return call != nullptr ? call->operands.size() - 1 : 0; }
+
+std::string Plural(size_t count, const std::string& what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+}  // namespace
+
+Type Checker::InferMember(Expr* expr) {
+  return expr->operands[0]->kind == ExprKind::kSelf ? InferSelf(expr, nullptr)
+                                                    : InferPart(expr, nullptr);
+}
+
+Type Checker::InferCall(Expr* expr) {
+  for (size_t i = 1; i < expr->operands.size(); ++i) Infer(expr->operands[i].get());
+  Expr* callee = expr->operands[0].get();
+  if (callee->kind == ExprKind::kMember) {
+    Expr* base = callee->operands[0].get();
+    if (base->kind == ExprKind::kSelf) return InferSelf(callee, expr);
+    if (base->kind == ExprKind::kName &&
+        (routine_ == nullptr || FindLocal(base->name) == nullptr)) {
+      const int role = model_.FindRole(base->name);
+      const RoleModel& owner = model_.roles[static_cast<size_t>(role_)];
+      if (role >= 0 && FindSlot(owner.labels, base->name) < 0) {
+        return InferInvoke(callee, expr, role);
+      }
+    }
+    return InferPart(callee, expr);
+  }
+  if (callee->name == "sizeof") return InferSizeof(expr);
+  const RoleModel& owner = model_.roles[static_cast<size_t>(role_)];
+  const int slot = FindSlot(owner.methods, callee->name);
+  if (slot >= 0) return InferMethod(expr, callee->name, callee->span, slot);
+  if (owner.broken) return Type::kError;
+  Diagnostic& error = Error(callee->span, "unknown function '" + callee->name + "'");
+  for (const Builtin& builtin : SelfBuiltins()) {
+    if (callee->name == builtin.name) {
+      error.hint = std::string("did you mean '") + builtin.usage + "'?";
+      return Type::kError;
+    }
+  }
+  if (FindSlot(owner.commands, callee->name) >= 0) {
+    error.message = "'" + callee->name + "' is a command, not a function";
+    error.hint =
+        "a command runs on all that play a role: " + owner.name + "." + callee->name + "(...)";
+    return Type::kError;
+  }
+  std::vector<std::string> names = {"sizeof"};
+  for (const NamedSlot& method : owner.methods) names.push_back(method.name);
+  Suggest(&error, callee->name, names);
+  if (error.hint.empty()) {
+    Suggest(&error, callee->name, NamesOf(SelfBuiltins()), "self.");
+  }
+  return Type::kError;
+}
+
+Type Checker::InferSizeof(Expr* call) {
+  if (call->operands.size() != 2) {
+    Error(call->span,
+          "'sizeof' takes 1 argument, not " + std::to_string(call->operands.size() - 1));
+    return Type::kInt;
+  }
+  const Expr& set = *call->operands[1];
+  if (!IsSet(set.type) && set.type != Type::kError && set.type != Type::kUnknown) {
+    Error(set.span, std::string("'sizeof' needs a set, but this is ") + NameOf(set.type)).hint =
+        "sets are what self.connected, self.joints and self.links yield";
+  }
+  call->meaning = Meaning::kCount;
+  return Type::kInt;
+}
+
+Type Checker::InferSelf(Expr* member, Expr* call) {
+  for (const Builtin& builtin : SelfBuiltins()) {
+    if (member->name == builtin.name) return ApplyBuiltin(SelfBuiltins(), "self.", member, call);
+  }
+  const RoleModel& owner = model_.roles[static_cast<size_t>(role_)];
+  if (call != nullptr) {
+    const int slot = FindSlot(owner.methods, member->name);
+    if (slot >= 0) return InferMethod(call, member->name, member->name_span, slot);
+    if (FindSlot(owner.commands, member->name) >= 0) {
+      Error(member->name_span, "'" + member->name + "' is a command, not a function").hint =
+          "a command runs on all that play a role: " + owner.name + "." + member->name + "(...)";
+      return Type::kError;
+    }
+  }
+  return InferSelfKeyword(member, call);
+}
+
+Type Checker::InferSelfKeyword(Expr* member, Expr* call) {
+  for (const vm::KeywordKind kind :
+       {vm::KeywordKind::kJoint, vm::KeywordKind::kConnector, vm::KeywordKind::kLink}) {
+    const int keyword = keywords_.Find(kind, member->name);
+    if (keyword < 0) continue;
+    if (call != nullptr) {
+      Error(member->name_span, "'" + member->name + "' names a part and cannot be called");
+      return Type::kError;
+    }
+    return UseKeyword(member, keyword);
+  }
+  Diagnostic& error = Error(member->name_span, "'self' has no '" + member->name + "'");
+  std::vector<std::string> names = NamesOf(SelfBuiltins());
+  for (const Keyword& keyword : keywords_.all()) {
+    if (keyword.kind != vm::KeywordKind::kConnectorState) names.push_back(keyword.spelling);
+  }
+  const RoleModel& owner = model_.roles[static_cast<size_t>(role_)];
+  for (const FieldSlot& slot : owner.fields) {
+    if (model_.fields[static_cast<size_t>(slot.decl)].name == member->name) {
+      error.hint = "fields are written without 'self.'";
+      return Type::kError;
+    }
+  }
+  Suggest(&error, member->name, names, "self.",
+          keywords_.type_names.empty() ? "no module types were given" : "");
+  return Type::kError;
+}
+
+// Behind the dot of a joint or connector: self.JOINT_1.SET_POSITION(90),
+// self.C1.SET_EXTENDED(true).
+Type Checker::InferPart(Expr* member, Expr* call) {
+  Expr* base = member->operands[0].get();
+  const Type type = Infer(base);
+  if (type == Type::kError || type == Type::kUnknown) return Type::kError;
+  if (type == Type::kConnector) return InferConnectorState(member, call);
+  if (type == Type::kJoint || type == Type::kJointSet) {
+    Want(base, Type::kJoint, "what stands before the dot");
+    return ApplyBuiltin(JointBuiltins(), "JOINT.", member, call);
+  }
+  Error(member->name_span, std::string(NameOf(type)) + " has no '" + member->name + "'").hint =
+      "only self, roles, joints and connectors have members";
+  return Type::kError;
+}
+
+Type Checker::InferConnectorState(Expr* member, Expr* call) {
+  std::vector<std::string> names;
+  for (const std::string& state : keywords_.Spellings(vm::KeywordKind::kConnectorState)) {
+    names.push_back("SET_" + state);
+  }
+  const std::string state = member->name.substr(0, 4) == "SET_" ? member->name.substr(4) : "";
+  const int keyword = keywords_.Find(vm::KeywordKind::kConnectorState, state);
+  if (state.empty() || keyword < 0) {
+    Suggest(&Error(member->name_span, "a connector has no '" + member->name + "'"), member->name,
+            names, "", "state variables of connectors are set with SET_ and their name");
+    return Type::kError;
+  }
+  if (call == nullptr || call->operands.size() != 2) {
+    Error(member->name_span, "'" + member->name + "' takes 1 argument").hint =
+        "for example self.C1." + member->name + "(true)";
+    return Type::kError;
+  }
+  const bool takes_bool = keywords_.all()[static_cast<size_t>(keyword)].takes_bool;
+  Want(call->operands[1].get(), takes_bool ? Type::kBool : Type::kInt,
+       "the argument of '" + member->name + "'");
+  UseKeyword(member, keyword);
+  call->meaning = Meaning::kBuiltin;
+  call->opcode = takes_bool ? vm::Opcode::kSetStateBool : vm::Opcode::kSetStateInt;
+  call->index = member->index;
+  Uses(call->opcode, member->name_span, member->name);
+  return Type::kVoid;
+}
+
+Type Checker::ApplyBuiltin(const std::vector<Builtin>& table, const std::string& prefix,
+                           Expr* member, Expr* call) {
+  Expr* expr = call != nullptr ? call : member;
+  const Builtin* form = nullptr;
+  std::string usages;
+  bool known = false;
+  for (const Builtin& builtin : table) {
+    if (member->name != builtin.name) continue;
+    known = true;
+    usages += std::string(usages.empty() ? "" : " or ") + builtin.usage;
+    if (std::string(builtin.arguments).size() == CountArguments(call) &&
+        (call != nullptr || builtin.property)) {
+      form = &builtin;
+    }
+  }
+  if (!known) {
+    Suggest(&Error(member->name_span, "a joint has no '" + member->name + "'"), member->name,
+            NamesOf(table), "", "joints have AXIS, SET_POSITION(degrees) and GET_POSITION()");
+    return Type::kError;
+  }
+  if (form == nullptr) {
+    Error(expr->span, call == nullptr ? "'" + prefix + member->name + "' must be called"
+                                      : "'" + prefix + member->name + "' does not take " +
+                                            Plural(CountArguments(call), "argument"))
+        .hint = "write " + usages;
+    return Type::kError;
+  }
+  for (size_t i = 0; i < CountArguments(call); ++i) {
+    Want(call->operands[i + 1].get(), TypeOfLetter(form->arguments[i]),
+         "argument " + std::to_string(i + 1) + " of '" + prefix + member->name + "'");
+  }
+  expr->meaning = Meaning::kBuiltin;
+  expr->opcode = form->opcode;
+  if (form->opcode == vm::Opcode::kJoints || form->opcode == vm::Opcode::kLinks) {
+    CheckCount(*form, *call->operands.back());
+  }
+  Uses(form->opcode, member->name_span, prefix + member->name);
+  return TypeOfLetter(vm::InfoOf(form->opcode).pushes[0]);
+}
+
+// Numbers of adjacent joints and degrees that no robot can have.
+void Checker::CheckCount(const Builtin& builtin, const Expr& count) {
+  const FoldResult folded = Fold(count);
+  if (!folded.value || folded.value->type != Type::kInt) return;
+  const int value = folded.value->cell.AsInt();
+  const bool joints = builtin.opcode == vm::Opcode::kJoints;
+  const int most = joints ? 2 * (vm::kMaxBodyJoints - 1) : vm::kMaxBodyJoints;
+  if (value >= 0 && value <= most) return;
+  Error(count.span, (joints ? "no joint has " : "no link has ") + std::to_string(value) +
+                        (joints ? " adjacent joints" : " joints on its body") +
+                        ", so this matches nothing")
+      .hint = "write a number from 0 to " + std::to_string(most);
+}
+
+// Instructions that act cannot stand in requirements and labels, which are evaluated at any time.
+void Checker::Uses(vm::Opcode opcode, const Span& span, const std::string& name) {
+  const vm::Effect effect = vm::InfoOf(opcode).effect;
+  if (routine_ == nullptr) return;
+  routine_->effect = std::max(routine_->effect, effect);
+  if (effect != vm::Effect::kPure && !InTask()) {
+    Error(span,
+          "'" + name + "' acts on the module, which a " + NameOf(routine_->kind) + " must not")
+        .hint = "requirements and labels only ask about the robot's structure";
+  }
+}
+
+Type Checker::InferMethod(Expr* call, const std::string& name, const Span& span, int slot) {
+  if (routine_ == nullptr) {
+    Error(span, "value of a field must be known at compile time");
+    return Type::kError;
+  }
+  const RoleModel& owner = model_.roles[static_cast<size_t>(role_)];
+  const Routine& callee =
+      model_.routines[static_cast<size_t>(owner.methods[static_cast<size_t>(slot)].routine)];
+  model_.signatures[static_cast<size_t>(callee.signature)].called = true;
+  call->meaning = Meaning::kMethod;
+  call->index = slot;
+  routine_->calls.push_back({slot, span});
+  CheckArguments(call, callee.signature, "function '" + name + "'");
+  const Type result = model_.signatures[static_cast<size_t>(callee.signature)].result;
+  return result == Type::kVoid && phase_ != Phase::kFinal ? Type::kUnknown : result;
+}
+
+Type Checker::InferInvoke(Expr* member, Expr* call, int role) {
+  const RoleModel& target = model_.roles[static_cast<size_t>(role)];
+  const int slot = FindSlot(target.commands, member->name);
+  if (slot < 0) {
+    if (target.broken) return Type::kError;
+    Diagnostic& error = Error(member->name_span,
+                              "role '" + target.name + "' has no command '" + member->name + "'");
+    std::vector<std::string> names;
+    for (const NamedSlot& command : target.commands) names.push_back(command.name);
+    Suggest(&error, member->name, names);
+    for (const RoleModel& other : model_.roles) {
+      if (error.hint.empty() && FindSlot(other.commands, member->name) >= 0) {
+        error.hint = "role '" + other.name + "' has one";
+      }
+    }
+    for (const std::vector<NamedSlot>* table :
+         {&target.methods, &target.startups, &target.behaviors, &target.handlers}) {
+      if (FindSlot(*table, member->name) >= 0) {
+        error.hint = "only what is declared with 'command' can be run from elsewhere";
+      }
+    }
+    return Type::kError;
+  }
+  const int signature =
+      model_.routines[static_cast<size_t>(target.commands[static_cast<size_t>(slot)].routine)]
+          .signature;
+  call->meaning = Meaning::kInvoke;
+  call->role = role;
+  call->index = slot;
+  CheckArguments(call, signature, "command '" + target.name + "." + member->name + "'");
+  Uses(vm::Opcode::kInvoke, member->name_span, target.name + "." + member->name);
+  return Type::kVoid;
+}
+
+void Checker::CheckArguments(Expr* call, int index, const std::string& what) {
+  Signature& signature = model_.signatures[static_cast<size_t>(index)];
+  signature.called = true;
+  const size_t count = call->operands.size() - 1;
+  if (count != signature.parameters.size()) {
+    Error(call->span, what + " takes " + Plural(signature.parameters.size(), "argument") +
+                          ", not " + std::to_string(count))
+        .notes.push_back({signature.span, "declared here"});
+    return;
+  }
+  for (size_t i = 0; i < count; ++i) {
+    Expr* argument = call->operands[i + 1].get();
+    Type type = argument->type == Type::kAny ? Type::kDirection : argument->type;
+    if (type == Type::kJointSet) type = Type::kJoint;
+    if (type == Type::kLinkSet) type = Type::kLink;
+    if (phase_ == Phase::kCalls || phase_ == Phase::kDefaults) {
+      if (Settle(&signature.parameters[i], type)) signature.from_call[i] = true;
+      // Found as an int in one call, given a float in another: a float.
+      if (signature.from_call[i] && signature.parameters[i] == Type::kInt && type == Type::kFloat) {
+        signature.parameters[i] = Type::kFloat;
+        changed_ = true;
+      }
+    }
+    Want(argument, signature.parameters[i], "argument " + std::to_string(i + 1) + " of " + what);
+  }
+}
+
+}  // namespace morphbus::dynarole

@@ -1,0 +1,82 @@
+#include "compiler/dynarole/compile.h"
+
+#include <memory>
+
+#include "compiler/dynarole/checker.h"
+#include "compiler/dynarole/codegen.h"
+#include "compiler/dynarole/dump.h"
+#include "compiler/dynarole/image_writer.h"
+#include "compiler/dynarole/parser.h"
+#include "vm/disassembler.h"
+#include "vm/verifier.h"
+
+namespace morphbus::dynarole {
+
+namespace {
+
+constexpr size_t kMaxTextBytes = size_t{1} << 20;
+
+// The last line of defence against our own slips: nothing leaves that the VM would refuse.
+void VerifyOwnImage(const std::vector<uint8_t>& image, CompileResult* result) {
+  const auto program = std::make_unique<vm::VerifiedProgram>();
+  const vm::VerifyError error =
+      vm::Verifier::Verify(image.data(), static_cast<uint32_t>(image.size()), program.get());
+  if (error.message == nullptr) return;
+  result->diagnostics
+      .Error({0, 0, 0}, std::string("the virtual machine refuses the code: ") + error.message +
+                            " (at byte " + std::to_string(error.offset) + ")")
+      .hint = "this is a fault of the compiler; please report it with the program";
+}
+
+}  // namespace
+
+std::optional<Dump> DumpFromName(const std::string& name) {
+  if (name == "tokens") return Dump::kTokens;
+  if (name == "ast") return Dump::kAst;
+  if (name == "code") return Dump::kCode;
+  return std::nullopt;
+}
+
+CompileResult CompileProgram(const std::string& name, const std::string& text,
+                             const KeywordTable& keywords, Dump dump) {
+  CompileResult result;
+  const bool too_large = text.size() > kMaxTextBytes;
+  const int file = result.sources.AddText(name, too_large ? std::string() : text);
+  if (too_large) {
+    result.diagnostics.Error({file, 0, 0}, "program is larger than 1 MiB");
+    return result;
+  }
+  const std::vector<Token> tokens = Tokenize(result.sources, file, &result.diagnostics);
+  if (dump == Dump::kTokens) result.dump = DumpTokens(result.sources, tokens);
+  Program program = Parse(result.sources, file, tokens, &result.diagnostics);
+  if (dump == Dump::kAst) result.dump = DumpAst(program);
+  // What could not be read would only cause complaints about what it would have declared.
+  if (result.diagnostics.had_errors()) return result;
+  if (program.roles.empty()) {
+    result.diagnostics.Error({file, 0, 0}, "program has no roles").hint =
+        "a program is a list of roles: role NAME extends Module { ... }";
+    return result;
+  }
+  ProgramModel model = BuildModel(&program, &result.diagnostics);
+  Check(result.sources, keywords, &model, &result.diagnostics);
+  if (result.diagnostics.had_errors()) return result;
+  Lint(keywords, model, &result.diagnostics);
+  const ProgramCode code = Generate(result.sources, model, &result.diagnostics);
+  if (result.diagnostics.had_errors()) return result;
+
+  std::vector<uint8_t> image = WriteImage(name, keywords, model, code);
+  if (image.empty()) {
+    result.diagnostics.Error({file, 0, 0}, "program is too large for an image").hint =
+        "an image has at most " + std::to_string(vm::kMaxImageBytes) + " bytes";
+    return result;
+  }
+  VerifyOwnImage(image, &result);
+  if (result.diagnostics.had_errors()) return result;
+  if (dump == Dump::kCode) {
+    result.dump = vm::DisassembleImage(image.data(), static_cast<uint32_t>(image.size()));
+  }
+  result.image = std::move(image);
+  return result;
+}
+
+}  // namespace morphbus::dynarole

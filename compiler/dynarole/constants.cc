@@ -1,0 +1,178 @@
+#include "compiler/dynarole/constants.h"
+
+#include <cmath>
+
+namespace morphbus::dynarole {
+
+namespace {
+
+using vm::Cell;
+using vm::FaultCode;
+
+FoldResult Value(Type type, Cell cell) { return {Constant{type, cell}, FaultCode::kNone}; }
+FoldResult Faulty(FaultCode fault) { return {std::nullopt, fault}; }
+
+FoldResult FoldInt(Operator op, int32_t a, int32_t b) {
+  int32_t result = 0;
+  bool overflow = false;
+  switch (op) {
+    case Operator::kAdd:
+      overflow = __builtin_add_overflow(a, b, &result);
+      break;
+    case Operator::kSub:
+      overflow = __builtin_sub_overflow(a, b, &result);
+      break;
+    case Operator::kMul:
+      overflow = __builtin_mul_overflow(a, b, &result);
+      break;
+    case Operator::kDiv:
+      if (b == 0) return Faulty(FaultCode::kDivisionByZero);
+      overflow = b == -1 && __builtin_sub_overflow(0, a, &result);
+      if (b != -1) result = a / b;
+      break;
+    case Operator::kMod:
+      if (b == 0) return Faulty(FaultCode::kDivisionByZero);
+      result = b == -1 ? 0 : a % b;
+      break;
+    default:
+      return {};
+  }
+  return overflow ? Faulty(FaultCode::kIntegerOverflow) : Value(Type::kInt, Cell::Int(result));
+}
+
+FoldResult FoldFloat(Operator op, float a, float b) {
+  float result = 0;
+  switch (op) {
+    case Operator::kAdd:
+      result = a + b;
+      break;
+    case Operator::kSub:
+      result = a - b;
+      break;
+    case Operator::kMul:
+      result = a * b;
+      break;
+    case Operator::kDiv:
+    case Operator::kMod:
+      if (b == 0) return Faulty(FaultCode::kDivisionByZero);
+      result = op == Operator::kDiv ? a / b : std::fmod(a, b);
+      break;
+    default:
+      return {};
+  }
+  return std::isfinite(result) ? Value(Type::kFloat, Cell::Float(result))
+                               : Faulty(FaultCode::kNotFinite);
+}
+
+template <typename T>
+FoldResult FoldComparison(Operator op, T a, T b) {
+  bool holds = false;
+  switch (op) {
+    case Operator::kEqual:
+      holds = a == b;
+      break;
+    case Operator::kNotEqual:
+      holds = a != b;
+      break;
+    case Operator::kLess:
+      holds = a < b;
+      break;
+    case Operator::kLessEqual:
+      holds = a <= b;
+      break;
+    case Operator::kGreater:
+      holds = a > b;
+      break;
+    case Operator::kGreaterEqual:
+      holds = a >= b;
+      break;
+    default:
+      return {};
+  }
+  return Value(Type::kBool, Cell::Bool(holds));
+}
+
+FoldResult FoldUnary(const Expr& expr, const FieldValues* fields) {
+  const Expr& operand = *expr.operands[0];
+  // The smallest int has no positive counterpart, so its sign belongs to it.
+  if (expr.op == Operator::kNegate && operand.kind == ExprKind::kInt &&
+      operand.wanted != Type::kFloat) {
+    return Value(Type::kInt, Cell::Int(static_cast<int32_t>(-operand.integer)));
+  }
+  const FoldResult inner = Fold(operand, fields);
+  if (!inner.value) return inner;
+  const Constant& value = *inner.value;
+  if (expr.op == Operator::kNot && value.type == Type::kBool) {
+    return Value(Type::kBool, Cell::Bool(!value.cell.AsBool()));
+  }
+  if (expr.op != Operator::kNegate) return {};
+  if (value.type == Type::kInt) return FoldInt(Operator::kSub, 0, value.cell.AsInt());
+  if (value.type == Type::kFloat) return Value(Type::kFloat, Cell::Float(-value.cell.AsFloat()));
+  return {};
+}
+
+FoldResult FoldBinary(const Expr& expr, const FieldValues* fields) {
+  const FoldResult left = Fold(*expr.operands[0], fields);
+  if (!left.value) return left;
+  const Constant& a = *left.value;
+  if (expr.op == Operator::kAnd || expr.op == Operator::kOr) {
+    // The second operand is not even looked at if the first decides.
+    if (a.type == Type::kBool && a.cell.AsBool() == (expr.op == Operator::kOr)) return left;
+    return Fold(*expr.operands[1], fields);
+  }
+  const FoldResult right = Fold(*expr.operands[1], fields);
+  if (!right.value) return right;
+  const Constant& b = *right.value;
+  if (a.type != b.type) return {};
+  if (expr.op < Operator::kEqual) {
+    if (a.type == Type::kInt) return FoldInt(expr.op, a.cell.AsInt(), b.cell.AsInt());
+    if (a.type == Type::kFloat) return FoldFloat(expr.op, a.cell.AsFloat(), b.cell.AsFloat());
+    return {};
+  }
+  if (a.type == Type::kFloat) return FoldComparison(expr.op, a.cell.AsFloat(), b.cell.AsFloat());
+  return FoldComparison(expr.op, a.cell.AsInt(), b.cell.AsInt());
+}
+
+FoldResult FoldUnconverted(const Expr& expr, const FieldValues* fields) {
+  switch (expr.kind) {
+    case ExprKind::kInt:
+      if (expr.integer > 2147483647) return {};
+      return Value(Type::kInt, Cell::Int(static_cast<int32_t>(expr.integer)));
+    case ExprKind::kFloat:
+      return Value(Type::kFloat, Cell::Float(static_cast<float>(expr.number)));
+    case ExprKind::kBool:
+      return Value(Type::kBool, Cell::Bool(expr.integer != 0));
+    case ExprKind::kDollar:
+      if (expr.meaning != Meaning::kConstant) return {};
+      return Value(expr.type, expr.cell);
+    case ExprKind::kName:
+      if (expr.meaning == Meaning::kField && fields != nullptr) {
+        const std::optional<Constant> value = (*fields)(expr.index);
+        if (value) return {value, FaultCode::kNone};
+      }
+      return {};
+    case ExprKind::kUnary:
+      return FoldUnary(expr, fields);
+    case ExprKind::kBinary:
+      return FoldBinary(expr, fields);
+    default:
+      return {};
+  }
+}
+
+}  // namespace
+
+FoldResult Fold(const Expr& expr, const FieldValues* fields) {
+  FoldResult result = FoldUnconverted(expr, fields);
+  if (!result.value) return result;
+  Constant& value = *result.value;
+  if (expr.wanted == Type::kFloat && value.type == Type::kInt) {
+    value = {Type::kFloat, Cell::Float(static_cast<float>(value.cell.AsInt()))};
+  } else if (value.type == Type::kAny &&
+             (expr.wanted == Type::kDirection || expr.wanted == Type::kAxis)) {
+    value.type = expr.wanted;
+  }
+  return result;
+}
+
+}  // namespace morphbus::dynarole

@@ -1,0 +1,115 @@
+#include "compiler/dynarole/dump.h"
+
+#include <fmt/format.h>
+
+namespace morphbus::dynarole {
+
+namespace {
+
+std::string ExprText(const Expr& expr) {
+  switch (expr.kind) {
+    case ExprKind::kInt:
+      return std::to_string(expr.integer);
+    case ExprKind::kFloat:
+      return fmt::format("{:.9g}f", expr.number);
+    case ExprKind::kBool:
+      return expr.integer != 0 ? "true" : "false";
+    case ExprKind::kDollar:
+      return "$" + expr.name;
+    case ExprKind::kName:
+      return expr.name;
+    case ExprKind::kSelf:
+      return "self";
+    case ExprKind::kUnary:
+      return std::string("(") + NameOf(expr.op) + ExprText(*expr.operands[0]) + ")";
+    case ExprKind::kBinary:
+      return "(" + ExprText(*expr.operands[0]) + " " + NameOf(expr.op) + " " +
+             ExprText(*expr.operands[1]) + ")";
+    case ExprKind::kMember:
+      return ExprText(*expr.operands[0]) + "." + expr.name;
+    case ExprKind::kCall: {
+      std::string text = ExprText(*expr.operands[0]) + "(";
+      for (size_t i = 1; i < expr.operands.size(); ++i) {
+        text += (i > 1 ? ", " : "") + ExprText(*expr.operands[i]);
+      }
+      return text + ")";
+    }
+    case ExprKind::kError:
+      break;
+  }
+  return "<error>";
+}
+
+void DumpStatement(const Stmt& statement, const std::string& indent, std::string* out) {
+  const std::string value = statement.expr != nullptr ? ExprText(*statement.expr) : "";
+  switch (statement.kind) {
+    case StmtKind::kExpr:
+      *out += indent + value + "\n";
+      break;
+    case StmtKind::kAssign:
+      *out += indent + statement.name + " " + NameOf(statement.op) + "= " + value + "\n";
+      break;
+    case StmtKind::kVar:
+      *out += indent + "var " + statement.name + " = " + value + "\n";
+      break;
+    case StmtKind::kReturn:
+      *out += indent + "return " + value + "\n";
+      break;
+    case StmtKind::kIf:
+    case StmtKind::kWhile:
+      *out += indent + (statement.kind == StmtKind::kIf ? "if " : "while ") + value + "\n";
+      for (size_t i = 0; i < statement.body.size(); ++i) {
+        if (i == 1) *out += indent + "else\n";
+        DumpStatement(*statement.body[i], indent + "  ", out);
+      }
+      break;
+    case StmtKind::kBlock:
+      for (const StmtPtr& inner : statement.body) DumpStatement(*inner, indent, out);
+      break;
+    case StmtKind::kError:
+      *out += indent + "<error>\n";
+      break;
+  }
+}
+
+void DumpMember(const Member& member, std::string* out) {
+  *out += std::string("  ") + NameOf(member.kind);
+  if (!member.name.empty()) *out += " " + member.name;
+  if (member.body != nullptr) {
+    *out += "(";
+    for (size_t i = 0; i < member.parameters.size(); ++i) {
+      *out += (i > 0 ? ", " : "") + member.parameters[i].name;
+    }
+    *out += ")";
+  }
+  if (member.expr != nullptr) *out += " = " + ExprText(*member.expr);
+  *out += "\n";
+  if (member.body != nullptr) DumpStatement(*member.body, "    ", out);
+}
+
+}  // namespace
+
+std::string DumpTokens(const source::SourceSet& sources, const std::vector<Token>& tokens) {
+  std::string out;
+  for (const Token& token : tokens) {
+    const source::LineColumn at = sources.Locate(token.span.file, token.span.begin);
+    out += fmt::format("{}:{} {}", at.line, at.column, Describe(token.kind));
+    const bool has_text = token.kind == TokenKind::kName || token.kind == TokenKind::kDollar ||
+                          token.kind == TokenKind::kInt || token.kind == TokenKind::kFloat;
+    if (has_text) out += " " + std::string(sources.text(token.span));
+    out += "\n";
+  }
+  return out;
+}
+
+std::string DumpAst(const Program& program) {
+  std::string out;
+  for (const Role& role : program.roles) {
+    out += (role.abstract_role ? "abstract role " : "role ") + role.name + " extends " + role.base +
+           "\n";
+    for (const Member& member : role.members) DumpMember(member, &out);
+  }
+  return out;
+}
+
+}  // namespace morphbus::dynarole

@@ -1,0 +1,207 @@
+#include "compiler/dynarole/lexer.h"
+
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+namespace morphbus::dynarole {
+
+namespace {
+
+using source::Span;
+
+struct Spelling {
+  TokenKind kind;
+  std::string_view text;
+};
+
+constexpr Spelling kWords[] = {
+    {TokenKind::kAbstract, "abstract"}, {TokenKind::kRole, "role"},
+    {TokenKind::kExtends, "extends"},   {TokenKind::kLabel, "label"},
+    {TokenKind::kRequire, "require"},   {TokenKind::kStartup, "startup"},
+    {TokenKind::kBehavior, "behavior"}, {TokenKind::kCommand, "command"},
+    {TokenKind::kHandler, "handler"},   {TokenKind::kFunction, "function"},
+    {TokenKind::kVar, "var"},           {TokenKind::kIf, "if"},
+    {TokenKind::kElse, "else"},         {TokenKind::kWhile, "while"},
+    {TokenKind::kReturn, "return"},     {TokenKind::kTrue, "true"},
+    {TokenKind::kFalse, "false"},       {TokenKind::kSelf, "self"},
+};
+
+// Longer signs first, so that the first match is the longest.
+constexpr Spelling kSigns[] = {
+    {TokenKind::kPlusAssign, "+="}, {TokenKind::kMinusAssign, "-="},
+    {TokenKind::kEqual, "=="},      {TokenKind::kNotEqual, "!="},
+    {TokenKind::kLessEqual, "<="},  {TokenKind::kGreaterEqual, ">="},
+    {TokenKind::kAndAnd, "&&"},     {TokenKind::kOrOr, "||"},
+    {TokenKind::kLeftBrace, "{"},   {TokenKind::kRightBrace, "}"},
+    {TokenKind::kLeftParen, "("},   {TokenKind::kRightParen, ")"},
+    {TokenKind::kSemicolon, ";"},   {TokenKind::kComma, ","},
+    {TokenKind::kDot, "."},         {TokenKind::kAssign, "="},
+    {TokenKind::kLess, "<"},        {TokenKind::kGreater, ">"},
+    {TokenKind::kPlus, "+"},        {TokenKind::kMinus, "-"},
+    {TokenKind::kStar, "*"},        {TokenKind::kSlash, "/"},
+    {TokenKind::kPercent, "%"},     {TokenKind::kNot, "!"},
+};
+
+bool IsDigit(char c) { return c >= '0' && c <= '9'; }
+bool IsNameStart(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
+bool IsNamePart(char c) { return IsNameStart(c) || IsDigit(c); }
+
+class Lexer {
+ public:
+  Lexer(std::string_view text, int file, source::Diagnostics* diagnostics)
+      : text_(text), file_(file), diagnostics_(*diagnostics) {}
+
+  std::vector<Token> Run() {
+    // A byte order mark is no text.
+    if (text_.substr(0, 3) == "\xef\xbb\xbf") at_ = 3;
+    // A file that is no text at all need not be read to its end.
+    const size_t enough = diagnostics_.all().size() + 20;
+    while (SkipSpace() && diagnostics_.all().size() < enough) Next();
+    tokens_.push_back({TokenKind::kEnd, {file_, text_.size(), text_.size()}});
+    return std::move(tokens_);
+  }
+
+ private:
+  [[nodiscard]] char Peek(size_t ahead = 0) const {
+    return at_ + ahead < text_.size() ? text_[at_ + ahead] : '\0';
+  }
+  void Add(TokenKind kind, size_t begin) {
+    if (at_ - begin > 100) diagnostics_.Error({file_, begin, at_}, "name or number is too long");
+    tokens_.push_back({kind, {file_, begin, at_}});
+  }
+
+  // Skips spaces and comments; false at the end of the text.
+  bool SkipSpace() {
+    while (at_ < text_.size()) {
+      const char c = text_[at_];
+      if (c == ' ' || c == '\t' || c == '\n' || c == '\r') {
+        ++at_;
+      } else if (text_.substr(at_, 2) == "//") {
+        at_ = std::min(text_.find('\n', at_), text_.size());
+      } else if (text_.substr(at_, 2) == "/*") {
+        const size_t end = text_.find("*/", at_ + 2);
+        if (end == std::string_view::npos) {
+          diagnostics_.Error({file_, at_, at_ + 2}, "comment is not closed").hint =
+              "end it with '*/'";
+          at_ = text_.size();
+        } else {
+          at_ = end + 2;
+        }
+      } else {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  void Next() {
+    const size_t begin = at_;
+    const char c = Peek();
+    if (IsNameStart(c)) {
+      while (IsNamePart(Peek())) ++at_;
+      Add(WordOrName(text_.substr(begin, at_ - begin)), begin);
+    } else if (c == '$') {
+      ++at_;
+      while (IsNamePart(Peek())) ++at_;
+      if (at_ - begin == 1 || IsDigit(text_[begin + 1])) {
+        diagnostics_.Error({file_, begin, at_}, "expected a name after '$'").hint =
+            "directions, axes, roles and keywords begin with '$', such as $NORTH";
+        return;
+      }
+      Add(TokenKind::kDollar, begin);
+    } else if (IsDigit(c)) {
+      Number(begin);
+    } else {
+      Sign(begin);
+    }
+  }
+
+  static TokenKind WordOrName(std::string_view text) {
+    for (const Spelling& word : kWords) {
+      if (word.text == text) return word.kind;
+    }
+    return TokenKind::kName;
+  }
+
+  void Number(size_t begin) {
+    bool is_float = false;
+    while (IsDigit(Peek())) ++at_;
+    if (Peek() == '.' && IsDigit(Peek(1))) {
+      is_float = true;
+      ++at_;
+      while (IsDigit(Peek())) ++at_;
+    }
+    if (Peek() == 'e' || Peek() == 'E') {
+      const size_t sign = Peek(1) == '+' || Peek(1) == '-' ? 1 : 0;
+      if (IsDigit(Peek(1 + sign))) {
+        is_float = true;
+        at_ += 1 + sign;
+        while (IsDigit(Peek())) ++at_;
+      }
+    }
+    if (IsNamePart(Peek())) {
+      while (IsNamePart(Peek())) ++at_;
+      diagnostics_.Error({file_, begin, at_}, "number is followed by letters").hint =
+          "write a decimal number, such as 45 or 22.5; names begin with a letter";
+    }
+    Add(is_float ? TokenKind::kFloat : TokenKind::kInt, begin);
+  }
+
+  void Sign(size_t begin) {
+    for (const Spelling& sign : kSigns) {
+      if (text_.substr(at_, sign.text.size()) == sign.text) {
+        at_ += sign.text.size();
+        Add(sign.kind, begin);
+        return;
+      }
+    }
+    ++at_;
+    // A whole UTF-8 sequence is one character to the reader.
+    while ((static_cast<unsigned char>(Peek()) & 0xc0u) == 0x80u) ++at_;
+    const std::string_view sequence = text_.substr(begin, at_ - begin);
+    const auto first = static_cast<unsigned char>(sequence[0]);
+    const bool printable = first >= 0x20 && first != 0x7f;
+    source::Diagnostic& error = diagnostics_.Error(
+        {file_, begin, at_}, printable ? "unexpected character '" + std::string(sequence) + "'"
+                                       : std::string("unexpected control character"));
+    if (sequence == "&") error.hint = "logical and is '&&'";
+    if (sequence == "|") error.hint = "logical or is '||'";
+    if (sequence == "\"" || sequence == "'") error.hint = "DynaRole has no texts";
+  }
+
+  std::string_view text_;
+  int file_;
+  source::Diagnostics& diagnostics_;
+  size_t at_ = 0;
+  std::vector<Token> tokens_;
+};
+
+}  // namespace
+
+std::string Describe(TokenKind kind) {
+  for (const Spelling& word : kWords) {
+    if (word.kind == kind) return "'" + std::string(word.text) + "'";
+  }
+  for (const Spelling& sign : kSigns) {
+    if (sign.kind == kind) return "'" + std::string(sign.text) + "'";
+  }
+  switch (kind) {
+    case TokenKind::kName:
+      return "a name";
+    case TokenKind::kDollar:
+      return "a '$' name";
+    case TokenKind::kInt:
+    case TokenKind::kFloat:
+      return "a number";
+    default:
+      return "the end of the file";
+  }
+}
+
+std::vector<Token> Tokenize(const source::SourceSet& sources, int file,
+                            source::Diagnostics* diagnostics) {
+  return Lexer(sources.text(file), file, diagnostics).Run();
+}
+
+}  // namespace morphbus::dynarole

@@ -1,0 +1,265 @@
+#include <algorithm>
+#include <map>
+#include <string>
+
+#include "compiler/dynarole/checker.h"
+#include "compiler/dynarole/constants.h"
+
+namespace morphbus::dynarole {
+
+namespace {
+
+using source::Diagnostic;
+using source::Span;
+
+/// What a requirement demands of one expression: `text == value`.
+struct Demand {
+  std::string text;
+  uint32_t value = 0;
+  Span span;
+};
+
+class Linter {
+ public:
+  Linter(const KeywordTable& keywords, const ProgramModel& model, source::Diagnostics* diagnostics)
+      : keywords_(keywords), model_(model), diagnostics_(*diagnostics) {}
+
+  void Run() {
+    LintUnused();
+    for (size_t i = 0; i < model_.roles.size(); ++i) {
+      const RoleModel& role = model_.roles[i];
+      if (role.role->abstract_role) continue;
+      LintRequirements(static_cast<int>(i));
+      LintHidden(static_cast<int>(i));
+      LintKeywords(static_cast<int>(i));
+    }
+    for (const Routine& routine : model_.routines) {
+      if (routine.member->body != nullptr) LintLoops(*routine.member->body);
+    }
+    const bool any = std::any_of(model_.roles.begin(), model_.roles.end(),
+                                 [](const RoleModel& r) { return !r.role->abstract_role; });
+    if (!any && !model_.roles.empty()) {
+      diagnostics_.Warning(model_.roles[0].role->name_span,
+                           "all roles are abstract, so no module "
+                           "can take any");
+    }
+  }
+
+ private:
+  void LintUnused() {
+    for (const FieldDecl& decl : model_.fields) {
+      if (!decl.read) diagnostics_.Warning(decl.span, "field '" + decl.name + "' is never read");
+    }
+    for (const Signature& signature : model_.signatures) {
+      if (signature.kind == MemberKind::kFunction && !signature.called) {
+        diagnostics_.Warning(signature.span, "function '" + signature.name + "' is never called");
+      }
+    }
+  }
+
+  // ---- Requirements that cannot hold together ----
+
+  void LintRequirements(int index) {
+    const RoleModel& role = model_.roles[static_cast<size_t>(index)];
+    const FieldValues fields = [this, &role](int slot) -> std::optional<Constant> {
+      const FieldSlot& field = role.fields[static_cast<size_t>(slot)];
+      if (field.value == nullptr) return std::nullopt;
+      return Constant{model_.fields[static_cast<size_t>(field.decl)].type, field.cell};
+    };
+    std::vector<Demand> demands;
+    for (const int requirement : role.requirements) {
+      const Expr& expr = *model_.routines[static_cast<size_t>(requirement)].member->expr;
+      if (const Expr* never = FindNeverTrue(expr, &fields)) {
+        diagnostics_
+            .Warning(role.role->name_span,
+                     "role '" + role.name + "' can never be taken by any module")
+            .notes.push_back({never->span, "this requirement never holds"});
+        return;
+      }
+      CollectDemands(expr, role, &fields, &demands);
+    }
+    for (size_t i = 0; i < demands.size(); ++i) {
+      for (size_t k = 0; k < i; ++k) {
+        if (demands[i].text != demands[k].text || demands[i].value == demands[k].value) continue;
+        Diagnostic& warning = diagnostics_.Warning(
+            role.role->name_span, "role '" + role.name + "' can never be taken by any module");
+        warning.notes.push_back({demands[k].span, "this requirement"});
+        warning.notes.push_back({demands[i].span, "contradicts this one"});
+        return;
+      }
+    }
+  }
+
+  // A conjunct that is false whatever the robot looks like.
+  const Expr* FindNeverTrue(const Expr& expr, const FieldValues* fields) {
+    if (expr.kind == ExprKind::kBinary && expr.op == Operator::kAnd) {
+      const Expr* left = FindNeverTrue(*expr.operands[0], fields);
+      return left != nullptr ? left : FindNeverTrue(*expr.operands[1], fields);
+    }
+    const FoldResult folded = Fold(expr, fields);
+    if (folded.value && !folded.value->cell.AsBool()) return &expr;
+    if (expr.kind != ExprKind::kBinary || expr.op != Operator::kEqual) return nullptr;
+    for (int side = 0; side < 2; ++side) {
+      const FoldResult size = Fold(*expr.operands[static_cast<size_t>(side)], fields);
+      const Expr& other = *expr.operands[static_cast<size_t>(1 - side)];
+      const bool counts = other.meaning == Meaning::kCount || IsSet(other.type);
+      if (!counts || !size.value || size.value->type != Type::kInt) continue;
+      const int value = size.value->cell.AsInt();
+      if (value < 0 || value > vm::kMaxConnectors) return &expr;
+    }
+    return nullptr;
+  }
+
+  void CollectDemands(const Expr& expr, const RoleModel& role, const FieldValues* fields,
+                      std::vector<Demand>* demands) {
+    if (expr.kind != ExprKind::kBinary) return;
+    if (expr.op == Operator::kAnd) {
+      for (const ExprPtr& operand : expr.operands) {
+        CollectDemands(*operand, role, fields, demands);
+      }
+      return;
+    }
+    if (expr.op != Operator::kEqual) return;
+    for (size_t side = 0; side < 2; ++side) {
+      const FoldResult value = Fold(*expr.operands[side], fields);
+      if (!value.value) continue;
+      std::string text;
+      if (TextOf(*expr.operands[1 - side], fields, &text)) {
+        demands->push_back({text, value.value->cell.bits, expr.span});
+      }
+      return;
+    }
+  }
+
+  // A text that is equal for equal questions about the robot; false for what may vary otherwise.
+  bool TextOf(const Expr& expr, const FieldValues* fields, std::string* text) {
+    const FoldResult folded = Fold(expr, fields);
+    if (folded.value) {
+      *text += "#" + std::to_string(folded.value->cell.bits);
+      return true;
+    }
+    if (expr.kind == ExprKind::kCall && expr.meaning == Meaning::kCount) {
+      return TextOf(*expr.operands[1], fields, text);
+    }
+    if (expr.meaning == Meaning::kKeyword) {
+      *text += "keyword" + std::to_string(expr.index);
+      return true;
+    }
+    if (expr.meaning != Meaning::kBuiltin) return false;
+    const Expr& member = expr.kind == ExprKind::kCall ? *expr.operands[0] : expr;
+    const Expr& base = *member.operands[0];
+    if (base.kind != ExprKind::kSelf && !TextOf(base, fields, text)) return false;
+    *text += "." + member.name + "(";
+    // self.connected means self.connected($ANY).
+    if (expr.opcode == vm::Opcode::kConnected &&
+        (expr.kind == ExprKind::kMember || expr.operands.size() == 1)) {
+      *text += "#0";
+    }
+    for (size_t i = 1; expr.kind == ExprKind::kCall && i < expr.operands.size(); ++i) {
+      if (!TextOf(*expr.operands[i], fields, text)) return false;
+      *text += ",";
+    }
+    *text += ")";
+    return true;
+  }
+
+  // A concrete role is hidden by a concrete subrole that asks no more of a module.
+  void LintHidden(int index) {
+    const RoleModel& role = model_.roles[static_cast<size_t>(index)];
+    for (const RoleModel& other : model_.roles) {
+      if (other.parent != index || other.role->abstract_role) continue;
+      const bool asks_more = std::any_of(
+          other.role->members.begin(), other.role->members.end(), [](const Member& member) {
+            return member.kind == MemberKind::kRequire || member.kind == MemberKind::kLabel ||
+                   member.kind == MemberKind::kFunction || member.kind == MemberKind::kField;
+          });
+      if (asks_more) continue;
+      diagnostics_
+          .Warning(role.role->name_span,
+                   "role '" + role.name + "' can never be taken by any module")
+          .notes.push_back({other.role->name_span,
+                            "this subrole asks no more of a module, and the "
+                            "most derived role wins"});
+      return;
+    }
+  }
+
+  // ---- Keywords ----
+
+  void LintKeywords(int index) {
+    if (keywords_.type_names.empty()) return;
+    const RoleModel& role = model_.roles[static_cast<size_t>(index)];
+    uint64_t types = ~uint64_t{0};
+    const auto visit = [&](int routine) {
+      const Member& member = *model_.routines[static_cast<size_t>(routine)].member;
+      if (member.expr != nullptr) VisitKeywords(*member.expr, &types);
+      if (member.body != nullptr) VisitKeywords(*member.body, &types);
+    };
+    for (const int requirement : role.requirements) visit(requirement);
+    for (const auto* slots : {&role.labels, &role.startups, &role.behaviors, &role.commands,
+                              &role.handlers, &role.methods}) {
+      for (const NamedSlot& slot : *slots) visit(slot.routine);
+    }
+    if (types != 0) return;
+    diagnostics_
+        .Warning(role.role->name_span, "role '" + role.name + "' can never be taken by any module")
+        .hint = "no module type given has all the links, joints and connectors that it names";
+  }
+
+  void VisitKeywords(const Expr& expr, uint64_t* types) {
+    if (expr.meaning == Meaning::kKeyword) {
+      const auto used = static_cast<size_t>(model_.keywords[static_cast<size_t>(expr.index)]);
+      *types &= keywords_.all()[used].types;
+    }
+    for (const ExprPtr& operand : expr.operands) VisitKeywords(*operand, types);
+  }
+
+  void VisitKeywords(const Stmt& statement, uint64_t* types) {
+    if (statement.expr != nullptr) VisitKeywords(*statement.expr, types);
+    for (const StmtPtr& inner : statement.body) VisitKeywords(*inner, types);
+  }
+
+  // ---- Loops that starve everything else ----
+
+  void LintLoops(const Stmt& statement) {
+    if (statement.kind == StmtKind::kWhile && statement.expr != nullptr) {
+      const FoldResult folded = Fold(*statement.expr);
+      const bool endless = folded.value && folded.value->cell.AsBool();
+      if (endless && !MayWaitOrReturn(*statement.body[0])) {
+        diagnostics_.Warning(statement.span, "endless loop that never waits").hint =
+            "it uses up the instruction budget of every tick; wait in it, for example "
+            "self.sleepcs(2);";
+      }
+    }
+    for (const StmtPtr& inner : statement.body) LintLoops(*inner);
+  }
+
+  static bool MayWaitOrReturn(const Stmt& statement) {
+    if (statement.kind == StmtKind::kReturn) return true;
+    if (statement.expr != nullptr && MayWait(*statement.expr)) return true;
+    return std::any_of(statement.body.begin(), statement.body.end(),
+                       [](const StmtPtr& inner) { return MayWaitOrReturn(*inner); });
+  }
+
+  static bool MayWait(const Expr& expr) {
+    if (expr.meaning == Meaning::kMethod) return true;
+    if (expr.meaning == Meaning::kBuiltin && vm::InfoOf(expr.opcode).effect == vm::Effect::kWait) {
+      return true;
+    }
+    return std::any_of(expr.operands.begin(), expr.operands.end(),
+                       [](const ExprPtr& operand) { return MayWait(*operand); });
+  }
+
+  const KeywordTable& keywords_;
+  const ProgramModel& model_;
+  source::Diagnostics& diagnostics_;
+};
+
+}  // namespace
+
+void Lint(const KeywordTable& keywords, const ProgramModel& model,
+          source::Diagnostics* diagnostics) {
+  Linter(keywords, model, diagnostics).Run();
+}
+
+}  // namespace morphbus::dynarole

@@ -1,0 +1,532 @@
+#include "compiler/dynarole/parser.h"
+
+#include "compiler/dynarole/parser_impl.h"
+
+namespace morphbus::dynarole {
+
+namespace {
+
+using source::Diagnostic;
+using source::Span;
+
+struct MemberWord {
+  TokenKind token;
+  MemberKind kind;
+};
+
+constexpr MemberWord kMemberWords[] = {
+    {TokenKind::kLabel, MemberKind::kLabel},       {TokenKind::kRequire, MemberKind::kRequire},
+    {TokenKind::kStartup, MemberKind::kStartup},   {TokenKind::kBehavior, MemberKind::kBehavior},
+    {TokenKind::kCommand, MemberKind::kCommand},   {TokenKind::kHandler, MemberKind::kHandler},
+    {TokenKind::kFunction, MemberKind::kFunction},
+};
+
+const MemberWord* FindMemberWord(TokenKind token) {
+  for (const MemberWord& word : kMemberWords) {
+    if (word.token == token) return &word;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+Program Parse(const source::SourceSet& sources, int file, const std::vector<Token>& tokens,
+              source::Diagnostics* diagnostics) {
+  return Parser(sources, file, tokens, diagnostics).ParseProgram();
+}
+
+const Token& Parser::Take() {
+  const Token& token = Peek();
+  if (at_ + 1 < tokens_.size()) ++at_;
+  return token;
+}
+
+bool Parser::TakeIf(TokenKind kind) {
+  if (!Is(kind)) return false;
+  Take();
+  return true;
+}
+
+Span Parser::SpanFrom(const Span& begin) const {
+  return {file_, begin.begin, std::max(Previous().span.end, begin.end)};
+}
+
+bool Parser::StartsLine(const Token& token) const {
+  const std::string_view text = sources_.text(file_);
+  for (size_t i = token.span.begin; i > 0; --i) {
+    if (text[i - 1] == '\n') return true;
+    if (text[i - 1] != ' ' && text[i - 1] != '\t' && text[i - 1] != '\r') return false;
+  }
+  return true;
+}
+
+Diagnostic* Parser::ErrorAt(const Span& span, std::string message) {
+  if (panic_) return nullptr;
+  panic_ = true;
+  return &diagnostics_.Error(span, std::move(message));
+}
+
+Diagnostic* Parser::Unexpected(const std::string& wanted) {
+  const Token& token = Peek();
+  std::string found = Describe(token.kind);
+  if (token.kind == TokenKind::kName || token.kind == TokenKind::kDollar ||
+      token.kind == TokenKind::kInt || token.kind == TokenKind::kFloat) {
+    found = "'" + TextOf(token).substr(0, 40) + "'";
+  }
+  return ErrorAt(token.span, "expected " + wanted + ", found " + found);
+}
+
+bool Parser::Expect(TokenKind kind, const std::string& where) {
+  if (TakeIf(kind)) return true;
+  Unexpected(Describe(kind) + (where.empty() ? "" : " " + where));
+  return false;
+}
+
+// A missing semicolon is noticed at the next token but belongs behind the last one; when the next
+// token begins a line, nothing else is wrong.
+bool Parser::ExpectSemicolon(const std::string& after) {
+  if (panic_) return false;
+  if (TakeIf(TokenKind::kSemicolon)) return true;
+  if (StartsLine(Peek()) || Is(TokenKind::kRightBrace) || Is(TokenKind::kEnd)) {
+    const size_t end = Previous().span.end;
+    diagnostics_.Error({file_, end, end}, "expected ';' after " + after);
+    return true;
+  }
+  Unexpected("';' after " + after);
+  return false;
+}
+
+bool Parser::ExpectClosing(TokenKind kind, const Span& opening) {
+  if (panic_) return false;
+  if (TakeIf(kind)) return true;
+  const char* open = kind == TokenKind::kRightParen ? "'('" : "'{'";
+  Diagnostic* error = Unexpected(Describe(kind));
+  if (error != nullptr) error->notes.push_back({opening, std::string("to close this ") + open});
+  return false;
+}
+
+bool Parser::EnterLevel() {
+  if (++level_ <= kMaxDepth) return true;
+  GiveUp(Peek().span);
+  return false;
+}
+
+void Parser::GiveUp(const Span& span) {
+  if (Diagnostic* error = ErrorAt(span, "nested too deeply")) {
+    error->hint = "at most " + std::to_string(kMaxDepth) + " levels; split it into functions";
+  }
+  panic_ = true;
+  at_ = tokens_.size() - 1;
+}
+
+// ---- Roles and members ----
+
+Program Parser::ParseProgram() {
+  Program program;
+  program.file = file_;
+  while (!Is(TokenKind::kEnd) && diagnostics_.all().size() < 100) {
+    panic_ = false;
+    level_ = 0;
+    if (Is(TokenKind::kRole) || Is(TokenKind::kAbstract)) {
+      ParseRole(&program);
+      continue;
+    }
+    if (Is(TokenKind::kRightBrace)) {
+      ErrorAt(Take().span, "unmatched '}'");
+      continue;
+    }
+    if (Diagnostic* error = Unexpected("'role' or 'abstract role'")) {
+      const std::string near = source::NearestName(TextOf(Peek()), {"role", "abstract"});
+      error->hint = near.empty() ? "a program is a list of roles: role NAME extends Module { ... }"
+                                 : "did you mean '" + near + "'?";
+    }
+    SkipToRole();
+  }
+  return program;
+}
+
+void Parser::SkipToRole() {
+  while (!Is(TokenKind::kEnd) && !Is(TokenKind::kRole) && !Is(TokenKind::kAbstract)) Take();
+}
+
+void Parser::ParseRole(Program* program) {
+  Role role;
+  role.span = Peek().span;
+  role.abstract_role = TakeIf(TokenKind::kAbstract);
+  if (!Expect(TokenKind::kRole, "after 'abstract'")) return SkipToRole();
+  if (!Is(TokenKind::kName)) {
+    Unexpected("the role's name");
+    return SkipToRole();
+  }
+  role.name_span = Peek().span;
+  role.name = TextOf(Take());
+  role.base_span = role.name_span;
+  role.base = "Module";
+  if (!TakeIf(TokenKind::kExtends)) {
+    if (Diagnostic* error = Unexpected("'extends' and the role that '" + role.name + "' extends")) {
+      error->hint = "the root of all roles is Module: role " + role.name + " extends Module";
+    }
+    if (Is(TokenKind::kName)) Take();
+  } else if (Is(TokenKind::kName)) {
+    role.base_span = Peek().span;
+    role.base = TextOf(Take());
+  } else {
+    Unexpected("the name of the role that '" + role.name + "' extends");
+  }
+  role.span = SpanFrom(role.span);
+  if (panic_) {
+    while (!Is(TokenKind::kLeftBrace) && !Is(TokenKind::kRole) && !Is(TokenKind::kEnd)) Take();
+    panic_ = false;
+  }
+  ParseMembers(&role);
+  program->roles.push_back(std::move(role));
+}
+
+void Parser::ParseMembers(Role* role) {
+  const Span opening = Peek().span;
+  if (!Expect(TokenKind::kLeftBrace, "before the members of '" + role->name + "'")) {
+    return SkipToRole();
+  }
+  while (!Is(TokenKind::kRightBrace)) {
+    panic_ = false;
+    if (Is(TokenKind::kEnd) || Is(TokenKind::kRole) || Is(TokenKind::kAbstract)) {
+      ExpectClosing(TokenKind::kRightBrace, opening);
+      return;
+    }
+    if (diagnostics_.all().size() >= 100) return;
+    ParseMember(role);
+    if (panic_) SkipMember();
+  }
+  Take();
+  TakeIf(TokenKind::kSemicolon);
+}
+
+bool Parser::AtMember() const {
+  return FindMemberWord(Peek().kind) != nullptr || Is(TokenKind::kRole) ||
+         Is(TokenKind::kAbstract) || Is(TokenKind::kEnd);
+}
+
+// Goes on behind the member: after its ';' or its block, or before something that begins another.
+void Parser::SkipMember() {
+  int depth = 0;
+  while (!Is(TokenKind::kEnd)) {
+    if (depth == 0 && (Is(TokenKind::kRightBrace) || AtMember())) return;
+    if (depth > 0 && (Is(TokenKind::kRole) || Is(TokenKind::kAbstract))) return;
+    const TokenKind kind = Take().kind;
+    if (kind == TokenKind::kSemicolon && depth == 0) return;
+    if (kind == TokenKind::kLeftBrace) ++depth;
+    if (kind == TokenKind::kRightBrace && --depth == 0) return;
+  }
+}
+
+// `lable x = ...` and `comand f() {`: a name where a word was meant.
+bool Parser::MendMisspelledWord(TokenKind* kind) {
+  if (!Is(TokenKind::kName) || Peek(1).kind != TokenKind::kName || StartsLine(Peek(1))) {
+    return false;
+  }
+  const std::string text = TextOf(Peek());
+  const std::string near = source::NearestName(
+      text, {"label", "require", "startup", "behavior", "command", "handler", "function"});
+  Diagnostic& error = diagnostics_.Error(Peek().span, "unknown kind of member '" + text + "'");
+  if (near.empty()) {
+    error.hint =
+        "a member is a field, label, require, startup, behavior, command, handler or "
+        "function";
+    panic_ = true;
+    return false;
+  }
+  error.hint = "did you mean '" + near + "'?";
+  for (const MemberWord& word : kMemberWords) {
+    if (Describe(word.token) == "'" + near + "'") *kind = word.token;
+  }
+  return true;
+}
+
+void Parser::ParseMember(Role* role) {
+  Member member;
+  member.span = Peek().span;
+  TokenKind kind = Peek().kind;
+  if (MendMisspelledWord(&kind)) Take();
+  if (panic_) return;
+  const MemberWord* word = FindMemberWord(kind);
+  if (word != nullptr) {
+    if (kind == Peek().kind) Take();
+    member.kind = word->kind;
+  } else if (!Is(TokenKind::kName)) {
+    Unexpected("a member of '" + role->name + "' or '}'");
+    // Never stand still.
+    if (!AtMember()) Take();
+    return;
+  }
+  if (member.kind == MemberKind::kRequire) {
+    member.name_span = member.span;
+    member.expr = ParseExpr();
+    ExpectSemicolon("the requirement");
+  } else {
+    if (!Is(TokenKind::kName)) {
+      Unexpected("the name of the " + std::string(NameOf(member.kind)));
+      return;
+    }
+    member.name_span = Peek().span;
+    member.name = TextOf(Take());
+    if (member.kind == MemberKind::kField || member.kind == MemberKind::kLabel) {
+      ParseField(&member);
+    } else if (!ParseRoutine(&member)) {
+      return;
+    }
+  }
+  member.span = SpanFrom(member.span);
+  role->members.push_back(std::move(member));
+}
+
+void Parser::ParseField(Member* member) {
+  if (member->kind == MemberKind::kLabel && !Is(TokenKind::kAssign)) {
+    if (Diagnostic* error = Unexpected("'=' and what the label '" + member->name + "' names")) {
+      error->hint = "for example: label " + member->name + " = self.joints($ANY, 1);";
+    }
+    return;
+  }
+  if (Is(TokenKind::kLeftParen)) {
+    if (Diagnostic* error = Unexpected("';' or '=' after the field '" + member->name + "'")) {
+      error->hint = "for code, write startup, behavior, command, handler or function before '" +
+                    member->name + "'";
+    }
+    return;
+  }
+  if (TakeIf(TokenKind::kAssign)) {
+    member->expr = ParseExpr();
+  }
+  ExpectSemicolon("the " + std::string(NameOf(member->kind)) + " '" + member->name + "'");
+}
+
+bool Parser::ParseRoutine(Member* member) {
+  const std::string what = std::string(NameOf(member->kind)) + " '" + member->name + "'";
+  if (!Is(TokenKind::kLeftParen)) {
+    if (Diagnostic* error = Unexpected("'(' after the " + what)) {
+      error->hint = "without parameters write " + member->name + "()";
+    }
+    return false;
+  }
+  if (!ParseParameters(member)) return false;
+  if (!Is(TokenKind::kLeftBrace)) {
+    Unexpected("'{' and the body of the " + what);
+    return false;
+  }
+  member->body = ParseBlock();
+  return true;
+}
+
+bool Parser::ParseParameters(Member* member) {
+  const Span opening = Take().span;
+  if (TakeIf(TokenKind::kRightParen)) return true;
+  do {
+    Parameter parameter;
+    if (!Is(TokenKind::kName) && !Is(TokenKind::kRole)) {
+      Unexpected("the name of a parameter");
+      return false;
+    }
+    // `float speed`: a type may stand before the name; `role` is a word of its own.
+    if (Peek(1).kind == TokenKind::kName) {
+      const std::string text = TextOf(Peek());
+      const std::optional<Type> type = TypeFromName(text);
+      if (!type) {
+        const std::string near = source::NearestName(
+            text, {"bool", "int", "float", "direction", "axis", "role", "joint", "link"});
+        if (Diagnostic* error = ErrorAt(Peek().span, "unknown type '" + text + "'")) {
+          error->hint = near.empty() ? "parameters are bool, int, float, direction, axis, role, "
+                                       "joint or link, or stand without a type"
+                                     : "did you mean '" + near + "'?";
+        }
+        return false;
+      }
+      parameter.type = *type;
+      Take();
+    }
+    if (!Is(TokenKind::kName)) {
+      Unexpected("the name of a parameter");
+      return false;
+    }
+    parameter.span = Peek().span;
+    parameter.name = TextOf(Take());
+    member->parameters.push_back(std::move(parameter));
+  } while (TakeIf(TokenKind::kComma));
+  return ExpectClosing(TokenKind::kRightParen, opening);
+}
+
+// ---- Statements ----
+
+StmtPtr Parser::ParseBlock() {
+  auto block = std::make_unique<Stmt>();
+  block->kind = StmtKind::kBlock;
+  block->span = Take().span;
+  const Span opening = block->span;
+  if (!EnterLevel()) return block;
+  while (!Is(TokenKind::kRightBrace)) {
+    // A word that can only begin a member means that this block was not closed.
+    if (AtMember()) {
+      ExpectClosing(TokenKind::kRightBrace, opening);
+      break;
+    }
+    if (diagnostics_.all().size() >= 100) break;
+    panic_ = false;
+    block->body.push_back(ParseStatement());
+    if (panic_) SkipStatement();
+  }
+  TakeIf(TokenKind::kRightBrace);
+  --level_;
+  block->span = SpanFrom(block->span);
+  return block;
+}
+
+void Parser::SkipStatement() {
+  int depth = 0;
+  while (!Is(TokenKind::kEnd)) {
+    if (depth == 0 && (Is(TokenKind::kRightBrace) || Is(TokenKind::kVar) || Is(TokenKind::kIf) ||
+                       Is(TokenKind::kWhile) || Is(TokenKind::kReturn))) {
+      return;
+    }
+    if (AtMember()) return;
+    const TokenKind kind = Take().kind;
+    if (kind == TokenKind::kSemicolon && depth == 0) return;
+    if (kind == TokenKind::kLeftBrace) ++depth;
+    if (kind == TokenKind::kRightBrace && --depth == 0) return;
+  }
+}
+
+StmtPtr Parser::ParseStatement() {
+  auto failed = std::make_unique<Stmt>();
+  failed->span = Peek().span;
+  if (!EnterLevel()) return failed;
+  StmtPtr statement;
+  const Span begin = Peek().span;
+  switch (Peek().kind) {
+    case TokenKind::kVar:
+      statement = ParseVar();
+      break;
+    case TokenKind::kIf:
+      statement = ParseIf();
+      break;
+    case TokenKind::kWhile:
+      statement = ParseWhile();
+      break;
+    case TokenKind::kReturn:
+      statement = ParseReturn();
+      break;
+    case TokenKind::kLeftBrace:
+      statement = ParseBlock();
+      break;
+    case TokenKind::kSemicolon:
+      statement = std::make_unique<Stmt>();
+      statement->kind = StmtKind::kBlock;
+      Take();
+      break;
+    case TokenKind::kElse:
+      ErrorAt(Peek().span, "'else' without an 'if' before it");
+      Take();
+      statement = std::move(failed);
+      break;
+    default: {
+      const TokenKind next = Peek(1).kind;
+      const bool assigns = next == TokenKind::kAssign || next == TokenKind::kPlusAssign ||
+                           next == TokenKind::kMinusAssign;
+      statement = Is(TokenKind::kName) && assigns ? ParseAssignment() : ParseExpressionStatement();
+    }
+  }
+  --level_;
+  statement->span = SpanFrom(begin);
+  return statement;
+}
+
+StmtPtr Parser::ParseVar() {
+  auto statement = std::make_unique<Stmt>();
+  statement->kind = StmtKind::kVar;
+  Take();
+  if (!Is(TokenKind::kName)) {
+    Unexpected("the name of the variable");
+    return statement;
+  }
+  statement->name_span = Peek().span;
+  statement->name = TextOf(Take());
+  if (!Is(TokenKind::kAssign)) {
+    if (Diagnostic* error = Unexpected("'=' and the variable's first value")) {
+      error->hint = "variables have no value before it: var " + statement->name + " = 0;";
+    }
+    return statement;
+  }
+  Take();
+  statement->expr = ParseExpr();
+  ExpectSemicolon("the variable '" + statement->name + "'");
+  return statement;
+}
+
+ExprPtr Parser::ParseCondition(const char* word) {
+  const Span opening = Peek().span;
+  if (!Expect(TokenKind::kLeftParen, std::string("after '") + word + "'")) return nullptr;
+  ExprPtr condition = ParseExpr();
+  ExpectClosing(TokenKind::kRightParen, opening);
+  return condition;
+}
+
+StmtPtr Parser::ParseIf() {
+  auto statement = std::make_unique<Stmt>();
+  statement->kind = StmtKind::kIf;
+  Take();
+  statement->expr = ParseCondition("if");
+  if (panic_) return statement;
+  statement->body.push_back(ParseStatement());
+  if (!panic_ && TakeIf(TokenKind::kElse)) statement->body.push_back(ParseStatement());
+  return statement;
+}
+
+StmtPtr Parser::ParseWhile() {
+  auto statement = std::make_unique<Stmt>();
+  statement->kind = StmtKind::kWhile;
+  Take();
+  statement->expr = ParseCondition("while");
+  if (!panic_) statement->body.push_back(ParseStatement());
+  return statement;
+}
+
+StmtPtr Parser::ParseReturn() {
+  auto statement = std::make_unique<Stmt>();
+  statement->kind = StmtKind::kReturn;
+  Take();
+  if (!Is(TokenKind::kSemicolon) && !Is(TokenKind::kRightBrace)) statement->expr = ParseExpr();
+  ExpectSemicolon("'return'");
+  return statement;
+}
+
+StmtPtr Parser::ParseAssignment() {
+  auto statement = std::make_unique<Stmt>();
+  statement->kind = StmtKind::kAssign;
+  statement->name_span = Peek().span;
+  statement->name = TextOf(Take());
+  const TokenKind sign = Take().kind;
+  statement->op = sign == TokenKind::kPlusAssign    ? Operator::kAdd
+                  : sign == TokenKind::kMinusAssign ? Operator::kSub
+                                                    : Operator::kNone;
+  statement->expr = ParseExpr();
+  ExpectSemicolon("the assignment");
+  return statement;
+}
+
+StmtPtr Parser::ParseExpressionStatement() {
+  auto statement = std::make_unique<Stmt>();
+  statement->kind = StmtKind::kExpr;
+  const Token first = Peek();
+  statement->expr = ParseExpr();
+  // `retrun 1;`, `whlie (x) {`: say so if the first name is nearly a word.
+  if (!panic_ && !Is(TokenKind::kSemicolon) && first.kind == TokenKind::kName &&
+      !StartsLine(Peek())) {
+    const std::string near =
+        source::NearestName(TextOf(first), {"if", "else", "while", "return", "var"});
+    if (!near.empty()) {
+      ErrorAt(first.span, "unknown statement '" + TextOf(first) + "'")->hint =
+          "did you mean '" + near + "'?";
+    }
+  }
+  ExpectSemicolon("the statement");
+  return statement;
+}
+
+}  // namespace morphbus::dynarole
