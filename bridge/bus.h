@@ -47,6 +47,9 @@ class Bus {
 
   /// Messages dropped because the bounded queue (4096) was full.
   [[nodiscard]] virtual int64_t queue_overflows() const = 0;
+
+  /// Messages thrown away on purpose (bridge/bus_adapters.h, LossyBus).
+  [[nodiscard]] virtual int64_t discarded() const { return 0; }
 };
 
 }  // namespace morphbus::bridge

@@ -38,6 +38,10 @@ void Encode(const M& message, std::vector<uint8_t>* out);
 template <class M>
 Result<void> Decode(const uint8_t* data, size_t size, const Expectation& expect, M* out);
 
+/// All of Decode's checks without decoding.
+template <class M>
+Result<void> Check(const uint8_t* data, size_t size, const Expectation& expect);
+
 /// Checks protocol and CRC of a message of any type and reads its header: for loggers and spies.
 Result<void> DecodeHeader(const uint8_t* data, size_t size, morphbus::header_t* out);
 
@@ -64,9 +68,14 @@ void Encode(const M& message, std::vector<uint8_t>* out) {
 }
 
 template <class M>
-Result<void> Decode(const uint8_t* data, size_t size, const Expectation& expect, M* out) {
+Result<void> Check(const uint8_t* data, size_t size, const Expectation& expect) {
   if (Result<void> r = internal::CheckEnvelope(data, size, M::getHash(), expect); !r) return r;
-  if (Result<void> r = CheckWire<M>(data, size); !r) return r;
+  return CheckWire<M>(data, size);
+}
+
+template <class M>
+Result<void> Decode(const uint8_t* data, size_t size, const Expectation& expect, M* out) {
+  if (Result<void> r = Check<M>(data, size, expect); !r) return r;
   if (out->decode(data, 0, static_cast<int>(size)) != static_cast<int>(size)) {
     return Fail("the message's size does not fit its lengths");
   }

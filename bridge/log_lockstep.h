@@ -2,6 +2,7 @@
 // The logger's side of the lockstep as a pure state machine: events and time in, actions out.
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -54,8 +55,14 @@ class LogLockstep {
   void OnPoll(int64_t now_us, Actions* out);
   void OnBye(Actions* out);
   void OnTime(int64_t now_us, Actions* out);
-  /// Number of the module with this name, given at first mention; -1 beyond the run's number of modules.
-  int ModuleNumber(const std::string& name);
+  /// Number of a module that SENSORS mentioned; given at first mention. -1 if CLOCK has not told the
+  /// number of modules yet, or it is exhausted.
+  int AddModule(const std::string& name);
+  /// Number of a known module; -1 if SENSORS has not mentioned it.
+  [[nodiscard]] int ModuleNumber(const std::string& name) const;
+  [[nodiscard]] bool knows_all_names() const {
+    return num_modules_ >= 0 && names_.size() == static_cast<size_t>(num_modules_);
+  }
   [[nodiscard]] const std::vector<std::string>& module_names() const { return names_; }
 
   [[nodiscard]] int64_t next_deadline_us() const;
@@ -74,18 +81,18 @@ class LogLockstep {
   struct Row {
     int64_t next = 0;              ///< All below are there.
     std::vector<int64_t> beyond;   ///< Above, sorted.
-    bool Take(int64_t sequence, int64_t limit);
+    bool Take(int64_t sequence, bool passive);
   };
   struct Module {
     Row transform, actuator, status;
-    std::vector<int64_t> status_counts;  ///< Of ACTUATOR, by tick, from base_tick_ on; -1 unknown.
+    std::map<int64_t, int64_t> status_counts;  ///< Told by ACTUATOR, by tick, until complete.
   };
 
+  bool Unknown(int64_t tick, int64_t now_us, Actions* out);
   bool Taken(bool fresh, int64_t tick, int64_t now_us, Actions* out);
   void UpdateComplete();
   [[nodiscard]] bool TickComplete(int64_t tick) const;
   void ListMissing(Actions* out) const;
-  [[nodiscard]] bool AnythingMissing() const;
   void AskRow(const Row& row, int64_t end, Line line, int module, Actions* out) const;
   void Settle(int64_t now_us, bool progress, Actions* out);
 

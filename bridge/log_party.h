@@ -6,13 +6,16 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <morphbus/ask_t.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "bridge/channels.h"
 #include "bridge/log_lockstep.h"
 #include "bridge/outbox.h"
 #include "bridge/party.h"
+#include "bridge/sequence_tracker.h"
 
 namespace morphbus::bridge {
 
@@ -49,7 +52,8 @@ class LogParty : public Party {
   void OnTime() override;
   [[nodiscard]] int64_t next_deadline_us() const override;
   [[nodiscard]] bool done() const override;
-  [[nodiscard]] const Ledger& ledger() const override { return ledger_; }
+  [[nodiscard]] Ledger ledger() const override;
+  void PublishHealth() override;
   /// For INFO parts and HEALTH.
   [[nodiscard]] Outbox& outbox() { return outbox_; }
 
@@ -68,12 +72,21 @@ class LogParty : public Party {
   /// Puts one channel's payloads into sequence order for hashing.
   struct Line;
 
+  enum class Verdict : uint8_t { kNew, kDuplicate, kBad };
+
   void OnMessage(std::string_view channel, const uint8_t* data, size_t size);
-  bool TakeHashed(std::string_view channel, const struct ChannelName& name, const uint8_t* data,
-                  size_t size, bool* bad);
+  Verdict TakeHashed(const ChannelName& name, std::string_view channel, const uint8_t* data,
+                     size_t size);
+  Verdict TakeClock(const uint8_t* data, size_t size);
+  Verdict TakeSensors(const morphbus::header_t& header, const uint8_t* data, size_t size);
+  Verdict TakeModule(const ChannelName& name, const morphbus::header_t& header,
+                     const uint8_t* data, size_t size);
+  void AddToLine(std::string_view channel, int64_t sequence, const uint8_t* data, size_t size);
   void TakeAsk(const uint8_t* data, size_t size);
-  void Do(const std::vector<LogAction>& actions);
-  void SendAsk(const std::string& to, morphbus::ask_t* ask);
+  /// Carries out the machine's wishes until it has none.
+  void Settle();
+  void Do(const LogAction& action);
+  void Ask(const std::string& to, morphbus::ask_t* ask);
   void SayHello();
 
   const TimeSource* time_;
@@ -85,7 +98,9 @@ class LogParty : public Party {
   LogLockstep machine_;
   std::map<std::string, std::unique_ptr<Line>, std::less<>> lines_;
   std::function<void()> publish_info_;
+  SequenceTrackers trackers_;
   std::vector<LogAction> actions_;
+  bool working_ = false;  ///< Within Settle().
   std::string error_, end_reason_;
 };
 

@@ -46,6 +46,8 @@ class ModuleLockstep {
   /// TRANSFORM of a module that is or was mated. Returns true if its content is of use (this tick's or
   /// the last one's, not had yet).
   bool OnTransform(uint16_t mate, int64_t tick, int64_t now_us, Actions* out);
+  /// Somebody asked for a message: the run is not over yet for all.
+  void OnAsked(int64_t now_us) { silence_.Heard(now_us); }
   void OnBye(Actions* out);
   void OnTime(int64_t now_us, Actions* out);
 
@@ -68,7 +70,6 @@ class ModuleLockstep {
   [[nodiscard]] bool Has(uint16_t mate, int64_t tick) const;
   [[nodiscard]] bool Complete() const;
   void TryCompute(int64_t now_us, Actions* out);
-  void Heard(int64_t now_us);
 
   Config config_;
   Phase phase_ = Phase::kIdle;

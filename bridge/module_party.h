@@ -3,10 +3,11 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <morphbus/sensors_t.hpp>
 #include <morphbus/status_t.hpp>
-#include <set>
+#include <morphbus/transform_t.hpp>
 #include <string>
 #include <vector>
 
@@ -66,7 +67,8 @@ class ModuleParty : public Party {
   void OnTime() override;
   [[nodiscard]] int64_t next_deadline_us() const override;
   [[nodiscard]] bool done() const override;
-  [[nodiscard]] const Ledger& ledger() const override { return ledger_; }
+  [[nodiscard]] Ledger ledger() const override;
+  void PublishHealth() override;
 
   /// Empty if the run ended well.
   [[nodiscard]] const std::string& error() const { return error_; }
@@ -85,14 +87,19 @@ class ModuleParty : public Party {
   void OnSensors(const uint8_t* data, size_t size);
   void OnTransform(uint16_t mate, const uint8_t* data, size_t size);
   void OnAsk(const uint8_t* data, size_t size);
-  void TakeOwnReading(const morphbus::module_sensors_t& reading, std::vector<uint16_t>* mates);
+  void TakeMates(const vm::TickInput& input, std::vector<uint16_t>* mates);
   void Watch(uint16_t mate);
-  void Do(const std::vector<ModuleAction>& actions);
+  /// Carries out the machine's wishes until it has none.
+  void Settle();
+  void Do(const ModuleAction& action);
   void Compute(int64_t tick);
   void Publish(int64_t tick);
+  void WriteSnapshot(int64_t next_tick);
   void SayHello();
-  void SendAsk(const std::string& to, morphbus::ask_t* ask);
+  void AcknowledgeEnd();
+  void AskMate(uint16_t mate, int64_t tick);
   const vm::NeighbourMessage* MessageOf(uint16_t mate, int64_t tick);
+  void Bad() { ++ledger_.bad; }
 
   const TimeSource* time_;
   ModuleBrain* brain_;
@@ -111,7 +118,10 @@ class ModuleParty : public Party {
   morphbus::transform_t transform_; ///< Reused.
   int64_t sim_time_us_ = 0;
   std::function<void(const std::vector<uint8_t>&)> before_publish_;
+  std::vector<uint8_t> snapshot_;
+  int64_t resume_tick_ = 0;
   std::vector<ModuleAction> actions_;
+  bool working_ = false;  ///< Within Settle().
   std::string error_, end_reason_;
 };
 

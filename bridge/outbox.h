@@ -6,6 +6,7 @@
 #include <map>
 #include <morphbus/channel_total_t.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bridge/bus.h"
@@ -39,6 +40,11 @@ class Outbox {
   /// Publishes kept messages first..last of `channel` again, byte for byte. Returns how many there were.
   int Resend(const std::string& channel, int64_t first, int64_t last);
 
+  /// From now on messages on hashed channels are numbered, hashed and kept but not published, until
+  /// Release() publishes them in order: so that they can be saved first (see Save).
+  void Hold();
+  void Release();
+
   /// Number the next message on `channel` will get: how many there were.
   [[nodiscard]] int64_t count(const std::string& channel) const;
 
@@ -47,7 +53,8 @@ class Outbox {
 
   /// All lines (numbers, hashes, kept messages) as bytes, and back: a resumed process goes on with them.
   void Save(std::vector<uint8_t>* out) const;
-  Result<void> Load(const uint8_t* data, size_t size);
+  /// Returns the number of bytes used.
+  Result<size_t> Load(const uint8_t* data, size_t size);
 
   [[nodiscard]] const Speaker& speaker() const { return speaker_; }
 
@@ -74,6 +81,8 @@ class Outbox {
   Ledger* ledger_;
   std::map<std::string, Line> lines_;
   std::vector<uint8_t> scratch_;
+  bool held_ = false;
+  std::vector<std::pair<std::string, int64_t>> outgoing_;  ///< Channel, number: held back.
   std::vector<std::vector<uint8_t>> spare_;  ///< Buffers of messages no longer kept.
 };
 

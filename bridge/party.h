@@ -2,6 +2,7 @@
 // A party of a run: sim, module or logger, between a bus and its state machine.
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <vector>
 
@@ -30,10 +31,18 @@ class MonotonicTime : public TimeSource {
 class VirtualTime : public TimeSource {
  public:
   [[nodiscard]] int64_t NowUs() const override { return now_us_; }
-  void AdvanceTo(int64_t us) { if (us > now_us_) now_us_ = us; }
+  /// To `us`, if that lies ahead: at once.
+  virtual void AdvanceTo(int64_t us) { now_us_ = us > now_us_ ? us : now_us_; }
 
  private:
   int64_t now_us_ = 0;
+};
+
+/// For in-process runs at the wall's pace (--speed, --realtime): advancing sleeps, half a second at most.
+class SleepingTime : public VirtualTime {
+ public:
+  [[nodiscard]] int64_t NowUs() const override;
+  void AdvanceTo(int64_t us) override;
 };
 
 class Party {
@@ -46,12 +55,15 @@ class Party {
   [[nodiscard]] virtual int64_t next_deadline_us() const = 0;
   /// True once the run is over for this party, well or not.
   [[nodiscard]] virtual bool done() const = 0;
-  [[nodiscard]] virtual const Ledger& ledger() const = 0;
+  /// What went missing so far, the bus's own losses included.
+  [[nodiscard]] virtual Ledger ledger() const = 0;
+  /// Sends HEALTH.
+  virtual void PublishHealth() = 0;
 };
 
 /// Runs parties that share one bus until all are done or `*stop` (may be null; set by a signal
-/// handler) is true. Sleeps on the bus between events. `each_second` (may be empty) is called about
-/// once a second of wall time and after the end: HEALTH, progress.
+/// handler) is true. Sleeps on the bus between events. Every party sends HEALTH once a second and at the
+/// end; `each_second` (may be empty) is called then, for progress.
 void RunParties(Bus* bus, const TimeSource& time, const std::vector<Party*>& parties,
                 const volatile bool* stop, const std::function<void()>& each_second);
 

@@ -13,6 +13,7 @@ struct LockstepTiming {
   int64_t end_silence_us = 5'000'000;   ///< After END: who does not acknowledge is named.
   int64_t join_silence_us = 30'000'000; ///< Before tick 0 is over: who does not say HELLO is named.
   int64_t run_silence_us = 60'000'000;  ///< While running: who does not answer is named.
+  int64_t lost_us = 10'000'000;         ///< Module, logger: give up after so long without the sim.
   int64_t beat_us = 1'000'000;          ///< CLOCK repeats so often while the sim holds still.
   int64_t linger_us = 1'000'000;        ///< After END_ACK: exit after so much silence, without BYE.
 };

@@ -51,6 +51,8 @@ class SimLockstep {
   void OnLogAck(int64_t tick, int64_t now_us, Actions* out);
   void OnEndAck(int process, int64_t now_us, Actions* out);
   void OnTime(int64_t now_us, Actions* out);
+  /// The party has published a tick or the end: the time its physics took is nobody's delay.
+  void OnPublished(int64_t now_us);
   /// Ends after the current tick; `at_once` (refusal): without waiting for anybody's answer.
   void Stop(bool at_once, int64_t now_us, Actions* out);
   void Pause();
@@ -83,12 +85,13 @@ class SimLockstep {
   [[nodiscard]] bool WindowOpen() const;
   [[nodiscard]] int64_t PacedStartUs(int64_t tick) const;
   void TryAdvance(int64_t now_us, Actions* out);
+  void TryRealtime(int64_t now_us, Actions* out);
   void AdvanceOneTick(int64_t now_us, Actions* out);
   void EnterEnding(int64_t now_us, Actions* out);
   void FinishIfAcknowledged(Actions* out);
-  void Rearm(int64_t now_us);
+  void Hold(int64_t now_us);
   void OnAskTimer(Actions* out);
-  bool CheckSilence(int64_t now_us, Actions* out);
+  void CheckSilence(int64_t now_us, Actions* out);
   void Rebase(int64_t now_us);
 
   Config config_;
@@ -97,6 +100,7 @@ class SimLockstep {
   std::vector<bool> hello_, answered_, end_acked_;
   int64_t acknowledged_ = -1;
   bool stop_ = false, paused_ = false;
+  bool holding_ = false;         ///< All is there, but it is not time for the next tick.
   int64_t steps_ = 0;            ///< Ticks to run though paused.
   RetryTimer ask_;
   SilenceMeter silence_;

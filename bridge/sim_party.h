@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <morphbus/ask_t.hpp>
+#include <morphbus/hello_t.hpp>
 #include <memory>
 #include <string>
 #include <vector>
@@ -60,7 +62,8 @@ class SimParty : public Party {
   void OnTime() override;
   [[nodiscard]] int64_t next_deadline_us() const override;
   [[nodiscard]] bool done() const override;
-  [[nodiscard]] const Ledger& ledger() const override { return ledger_; }
+  [[nodiscard]] Ledger ledger() const override;
+  void PublishHealth() override;
 
   /// Ends the run after the current tick; `reason` goes into CLOCK.
   void RequestStop(const std::string& reason);
@@ -80,20 +83,30 @@ class SimParty : public Party {
   [[nodiscard]] const SimOutcome& outcome() const { return outcome_; }
   /// Processes that have not said HELLO yet, for progress messages.
   [[nodiscard]] std::vector<std::string> missing_processes() const;
+  /// Processes that were turned away without harm to the run, one sentence each (at most 16 are kept).
+  [[nodiscard]] const std::vector<std::string>& turned_away() const { return turned_away_; }
 
  private:
   void OnHello(const uint8_t* data, size_t size);
   void OnActuator(size_t module, const uint8_t* data, size_t size);
   void OnAsk(const uint8_t* data, size_t size);
-  void TakeEndAck(const morphbus::ask_t& ask);
-  void Do(const std::vector<SimAction>& actions);
+  void TakeEndAck(int process, const morphbus::ask_t& ask);
+  int ProcessNumber(const std::string& name) const;
+  std::string WhyUnfit(int process, const morphbus::hello_t& hello) const;
+  /// Carries out the machine's wishes until it has none.
+  void Settle();
+  void Do(const SimAction& action);
   void PublishTick(int64_t tick);
   void PublishClock(int64_t tick, int8_t phase);
-  void PublishEnd();
+  void PublishWorld(int64_t tick);
+  void Repeat(const std::string& channel, int64_t tick, int parts);
   void Advance();
-  void SendAsk(const std::string& to, int8_t kind, const std::string& channel, int64_t sequence);
+  void Ask(const std::string& to, int8_t kind, const std::string& channel, int64_t sequence);
   void Finish();
+  /// Ends the run at once, with an error.
   void Refuse(const std::string& why);
+  /// Empty, or why these sensors cannot be told to anybody.
+  std::string WhyUnusable() const;
 
   const TimeSource* time_;
   SimulatedRobot* robot_;
@@ -111,9 +124,11 @@ class SimParty : public Party {
   std::vector<std::vector<size_t>> sensors_parts_;  ///< Indices of modules, constant over the run.
   int world_parts_ = 0;
   std::map<std::string, ChannelTotal> module_totals_;
+  std::vector<std::string> turned_away_;
   std::vector<std::string> controls_;
   std::function<void(int64_t)> before_tick_;
   std::vector<SimAction> actions_;
+  bool working_ = false;  ///< Within Settle().
   std::vector<morphbus::module_sensors_t> sensed_;
   std::vector<morphbus::body_pose_t> truth_;
 };

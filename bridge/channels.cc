@@ -1,0 +1,116 @@
+#include "bridge/channels.h"
+
+#include <algorithm>
+#include <array>
+
+namespace morphbus::bridge {
+namespace {
+
+struct TopicRow {
+  Topic topic;
+  std::string_view name;
+  enum class Owner : uint8_t { kSim, kModule, kProcess, kRun } owner;
+  bool hashed;
+};
+
+constexpr std::array<TopicRow, 12> kTopics = {{
+    {Topic::kClock, "CLOCK", TopicRow::Owner::kSim, true},
+    {Topic::kSensors, "SENSORS", TopicRow::Owner::kSim, true},
+    {Topic::kWorld, "WORLD", TopicRow::Owner::kSim, true},
+    {Topic::kTransform, "TRANSFORM", TopicRow::Owner::kModule, true},
+    {Topic::kActuator, "ACTUATOR", TopicRow::Owner::kModule, true},
+    {Topic::kStatus, "STATUS", TopicRow::Owner::kModule, true},
+    {Topic::kHealth, "HEALTH", TopicRow::Owner::kProcess, false},
+    {Topic::kAsk, "ASK", TopicRow::Owner::kProcess, false},
+    {Topic::kHello, "HELLO", TopicRow::Owner::kRun, false},
+    {Topic::kInfo, "INFO", TopicRow::Owner::kRun, false},
+    {Topic::kControl, "CONTROL", TopicRow::Owner::kRun, false},
+    {Topic::kEnd, "END", TopicRow::Owner::kRun, false},
+}};
+
+const TopicRow& RowOf(Topic topic) { return kTopics[static_cast<size_t>(topic)]; }
+
+bool IsReserved(std::string_view name) {
+  constexpr std::array<std::string_view, 6> kReserved = {kSimProcess, kLogProcess, "HELLO",
+                                                         "INFO",      "CONTROL",   "END"};
+  return std::find(kReserved.begin(), kReserved.end(), name) != kReserved.end();
+}
+
+bool IsWord(std::string_view text, bool dash) {
+  return std::all_of(text.begin(), text.end(), [dash](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           (dash && c == '-');
+  });
+}
+
+bool IsModuleName(std::string_view name) {
+  return !name.empty() && name.size() <= kMaxProcessName && IsWord(name, false) && !IsReserved(name);
+}
+
+bool IsRunName(std::string_view run) {
+  return !run.empty() && run.size() <= kMaxRunName && IsWord(run, true);
+}
+
+bool OwnerFits(TopicRow::Owner owner, std::string_view process) {
+  switch (owner) {
+    case TopicRow::Owner::kSim: return process == kSimProcess;
+    case TopicRow::Owner::kModule: return IsModuleName(process);
+    case TopicRow::Owner::kProcess:
+      return process == kSimProcess || process == kLogProcess || IsModuleName(process);
+    case TopicRow::Owner::kRun: return process.empty();
+  }
+  return false;
+}
+
+}  // namespace
+
+std::string Channel(std::string_view run, std::string_view process, Topic topic) {
+  const TopicRow& row = RowOf(topic);
+  std::string name(run);
+  name += '/';
+  if (row.owner != TopicRow::Owner::kRun) {
+    name += row.owner == TopicRow::Owner::kSim ? kSimProcess : process;
+    name += '/';
+  }
+  name += row.name;
+  return name;
+}
+
+std::string_view TopicName(Topic topic) { return RowOf(topic).name; }
+
+std::optional<ChannelName> ParseChannel(std::string_view channel) {
+  const size_t first = channel.find('/');
+  const size_t last = channel.rfind('/');
+  if (first == std::string_view::npos || channel.size() > kMaxChannelName) return std::nullopt;
+  ChannelName name;
+  name.run = channel.substr(0, first);
+  if (last > first) name.process = channel.substr(first + 1, last - first - 1);
+  const std::string_view topic = channel.substr(last + 1);
+  if (!IsRunName(name.run) || (last > first && name.process.empty())) return std::nullopt;
+  for (const TopicRow& row : kTopics) {
+    if (row.name != topic) continue;
+    if (!OwnerFits(row.owner, name.process)) return std::nullopt;
+    name.topic = row.topic;
+    return name;
+  }
+  return std::nullopt;
+}
+
+bool IsHashed(Topic topic) { return RowOf(topic).hashed; }
+
+Result<void> CheckRunName(std::string_view run) {
+  if (IsRunName(run)) return {};
+  return Fail("'" + std::string(run) +
+              "' cannot name a run: use 1 to 24 letters, digits, '_' or '-'");
+}
+
+Result<void> CheckModuleName(std::string_view module) {
+  if (IsModuleName(module)) return {};
+  if (IsReserved(module)) {
+    return Fail("'" + std::string(module) + "' cannot name a module: the bus uses that name itself");
+  }
+  return Fail("'" + std::string(module) +
+              "' cannot name a module on the bus: use 1 to 28 letters, digits or '_'");
+}
+
+}  // namespace morphbus::bridge

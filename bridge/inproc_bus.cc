@@ -1,0 +1,115 @@
+#include "bridge/inproc_bus.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include "bridge/lcm_bus.h"
+#include "compiler/source/check.h"
+
+namespace morphbus::bridge {
+
+/// One party's end of the hub.
+class InprocEndpoint : public Bus {
+ public:
+  explicit InprocEndpoint(InprocHub* hub) : hub_(hub) { hub_->endpoints_.push_back(this); }
+  ~InprocEndpoint() override {
+    auto& all = hub_->endpoints_;
+    all.erase(std::remove(all.begin(), all.end(), this), all.end());
+  }
+  InprocEndpoint(const InprocEndpoint&) = delete;
+  InprocEndpoint& operator=(const InprocEndpoint&) = delete;
+
+  void Publish(const std::string& channel, const uint8_t* data, size_t size) override {
+    std::shared_ptr<Message> message;
+    for (InprocEndpoint* endpoint : hub_->endpoints_) {
+      if (!endpoint->Wants(channel)) continue;
+      if (message == nullptr) {
+        message = std::make_shared<Message>(Message{channel, {data, data + size}});
+      }
+      endpoint->Enqueue(message);
+    }
+  }
+
+  void Subscribe(const std::string& channel, Handler handler) override {
+    exact_[channel] = std::make_shared<Handler>(std::move(handler));
+  }
+
+  void SubscribePrefix(const std::string& prefix, Handler handler) override {
+    prefixes_[prefix] = std::make_shared<Handler>(std::move(handler));
+  }
+
+  void Unsubscribe(const std::string& channel) override {
+    exact_.erase(channel);
+    prefixes_.erase(channel);
+  }
+
+  int Handle(int /*timeout_ms*/) override {
+    int count = 0;
+    // What arrives meanwhile is for the next round: a party that talks to itself must come back.
+    for (size_t left = queue_.size(); left > 0 && !queue_.empty(); --left, ++count) {
+      const std::shared_ptr<Message> message = std::move(queue_.front());
+      queue_.pop_front();
+      Dispatch(*message);
+    }
+    return count;
+  }
+
+  [[nodiscard]] int64_t queue_overflows() const override { return overflows_; }
+
+ private:
+  struct Message {
+    std::string channel;
+    std::vector<uint8_t> bytes;
+  };
+
+  [[nodiscard]] bool Wants(const std::string& channel) const {
+    return exact_.contains(channel) ||
+           std::any_of(prefixes_.begin(), prefixes_.end(),
+                       [&](const auto& entry) { return channel.starts_with(entry.first); });
+  }
+
+  void Enqueue(const std::shared_ptr<Message>& message) {
+    if (queue_.size() >= kBusQueueDepth) {
+      ++overflows_;
+      return;
+    }
+    queue_.push_back(message);
+  }
+
+  void Dispatch(const Message& message) {
+    // Handlers may subscribe and unsubscribe, themselves too: hold on to the one that runs.
+    if (const auto it = exact_.find(message.channel); it != exact_.end()) {
+      const std::shared_ptr<Handler> handler = it->second;
+      (*handler)(message.channel, message.bytes.data(), message.bytes.size());
+    }
+    std::vector<std::shared_ptr<Handler>> matching;
+    for (const auto& [prefix, handler] : prefixes_) {
+      if (message.channel.starts_with(prefix)) matching.push_back(handler);
+    }
+    for (const auto& handler : matching) {
+      (*handler)(message.channel, message.bytes.data(), message.bytes.size());
+    }
+  }
+
+  InprocHub* hub_;
+  std::map<std::string, std::shared_ptr<Handler>> exact_, prefixes_;
+  std::deque<std::shared_ptr<Message>> queue_;
+  int64_t overflows_ = 0;
+};
+
+InprocHub::InprocHub() = default;
+InprocHub::~InprocHub() { MORPHBUS_CHECK(endpoints_.empty()); }
+
+std::unique_ptr<Bus> InprocHub::Connect() { return std::make_unique<InprocEndpoint>(this); }
+
+int InprocHub::HandleAll() {
+  int total = 0;
+  for (int round = -1; round != 0; total += round) {
+    round = 0;
+    for (size_t i = 0; i < endpoints_.size(); ++i) round += endpoints_[i]->Handle(0);
+  }
+  return total;
+}
+
+}  // namespace morphbus::bridge

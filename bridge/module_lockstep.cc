@@ -1,0 +1,164 @@
+#include "bridge/module_lockstep.h"
+
+#include <algorithm>
+#include <morphbus/sim_clock_t.hpp>
+
+#include "bridge/party.h"
+
+namespace morphbus::bridge {
+
+using Kind = ModuleAction::Kind;
+
+ModuleLockstep::ModuleLockstep(const Config& config) : config_(config) {}
+
+void ModuleLockstep::Begin(int64_t tick, int64_t now_us, Actions* out) {
+  phase_ = Phase::kRun;
+  tick_ = tick;
+  silence_.Heard(now_us);
+  if (tick == 0) out->push_back({Kind::kHello, 0, 0});
+}
+
+void ModuleLockstep::OnClock(int64_t tick, int phase, int64_t now_us, Actions* out) {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return;
+  silence_.Heard(now_us);
+  if (phase == morphbus::sim_clock_t::PHASE_END) {
+    phase_ = Phase::kEnded;
+    ask_.Disarm();
+    out->push_back({Kind::kEndAck, tick_, 0});
+    return;
+  }
+  if (phase_ != Phase::kRun) return;
+  if (phase == morphbus::sim_clock_t::PHASE_START) {
+    out->push_back({Kind::kHello, 0, 0});
+  } else if (tick > tick_ && !config_.realtime) {
+    // The sim is at `tick` only if somebody answered for us all ticks before it.
+    phase_ = Phase::kDone;
+    out->push_back({Kind::kIntruder, tick, 0});
+  }
+}
+
+bool ModuleLockstep::OnSensors(int64_t tick, int part, int num_parts, bool mine,
+                               const std::vector<uint16_t>& mates, int64_t now_us, Actions* out) {
+  if (phase_ != Phase::kRun || part < 0 || part >= num_parts) return false;
+  silence_.Heard(now_us);
+  if (config_.realtime && tick > tick_) {
+    tick_ = tick;
+    parts_.clear();
+    have_reading_ = false;
+  }
+  // In lockstep nothing of a later tick can exist before we answered this one.
+  if (tick != tick_) return false;
+  if (parts_.empty() || num_parts != num_parts_) {
+    num_parts_ = num_parts;
+    parts_.assign(static_cast<size_t>(num_parts), false);
+  }
+  if (parts_[static_cast<size_t>(part)]) return false;
+  parts_[static_cast<size_t>(part)] = true;
+  const bool counts = mine && !have_reading_;
+  if (counts) {
+    have_reading_ = true;
+    mates_ = mates;
+  }
+  TryCompute(now_us, out);
+  return true;
+}
+
+bool ModuleLockstep::OnTransform(uint16_t mate, int64_t tick, int64_t now_us, Actions* out) {
+  if (phase_ != Phase::kRun || tick < 0) return false;
+  if (!config_.realtime && tick != tick_ && tick != tick_ - 1) return false;
+  Mate* known = Find(mate);
+  if (known == nullptr) {
+    heard_.push_back({mate, {-1, -1}});
+    std::sort(heard_.begin(), heard_.end(), [](const Mate& a, const Mate& b) { return a.id < b.id; });
+    known = Find(mate);
+  }
+  int64_t& slot = known->ticks[tick & 1];
+  if (slot >= tick) return false;
+  slot = tick;
+  TryCompute(now_us, out);
+  return true;
+}
+
+ModuleLockstep::Mate* ModuleLockstep::Find(uint16_t id) {
+  for (Mate& mate : heard_) {
+    if (mate.id == id) return &mate;
+  }
+  return nullptr;
+}
+
+bool ModuleLockstep::Has(uint16_t mate, int64_t tick) const {
+  return std::any_of(heard_.begin(), heard_.end(), [&](const Mate& m) {
+    return m.id == mate && m.ticks[tick & 1] == tick;
+  });
+}
+
+bool ModuleLockstep::Complete() const {
+  return have_reading_ && !parts_.empty() &&
+         std::all_of(parts_.begin(), parts_.end(), [](bool there) { return there; });
+}
+
+void ModuleLockstep::TryCompute(int64_t now_us, Actions* out) {
+  if (!Complete()) return;
+  const bool mates_heard =
+      tick_ == 0 || config_.realtime ||
+      std::all_of(mates_.begin(), mates_.end(), [&](uint16_t id) { return Has(id, tick_ - 1); });
+  if (!mates_heard) {
+    if (!ask_.armed()) ask_.Arm(now_us, config_.timing);
+    return;
+  }
+  out->push_back({Kind::kCompute, tick_, 0});
+  ++tick_;
+  parts_.clear();
+  have_reading_ = false;
+  mates_.clear();
+  ask_.Disarm();
+}
+
+void ModuleLockstep::OnBye(Actions* out) {
+  if (phase_ != Phase::kEnded) return;
+  phase_ = Phase::kDone;
+  out->push_back({Kind::kFinish, tick_, 0});
+}
+
+void ModuleLockstep::OnTime(int64_t now_us, Actions* out) {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return;
+  const int64_t silence = silence_.Poll(now_us);
+  if (phase_ == Phase::kEnded) {
+    if (silence >= config_.timing.linger_us) OnBye(out);
+    return;
+  }
+  if (silence >= config_.timing.lost_us) {
+    phase_ = Phase::kDone;
+    out->push_back({Kind::kLostSim, tick_, 0});
+    return;
+  }
+  if (!ask_.Fire(now_us, config_.timing)) return;
+  for (const uint16_t mate : mates_) {
+    if (!Has(mate, tick_ - 1)) out->push_back({Kind::kAskMate, tick_ - 1, mate});
+  }
+}
+
+int64_t ModuleLockstep::next_deadline_us() const {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return kNever;
+  return std::min(ask_.due_us(), silence_.next_poll_us());
+}
+
+std::string ModuleLockstep::Fingerprint() const {
+  std::string print;
+  print += static_cast<char>(phase_);
+  print += std::to_string(tick_);
+  print += have_reading_ ? 'r' : '-';
+  print += ask_.armed() ? 'a' : '-';
+  for (const bool there : parts_) print += there ? '1' : '0';
+  for (const uint16_t id : mates_) print += ':' + std::to_string(id);
+  for (const Mate& mate : heard_) {
+    print += ';' + std::to_string(mate.id);
+    // Ticks too old to be of use make no difference.
+    for (const int64_t tick : mate.ticks) {
+      print += ',' + std::to_string(tick < tick_ - 1 ? -1 : tick);
+    }
+  }
+  return print;
+}
+
+}  // namespace morphbus::bridge
