@@ -21,7 +21,7 @@ constexpr double kOverlapTolerance = 1e-6;
 constexpr size_t kMaxNamed = 12;
 /// Bounds on what a heap of modules in one place may cost and print.
 constexpr int kMaxOverlapWarnings = 20;
-constexpr int kMaxOverlapTests = 100'000;
+constexpr double kMaxOverlapWork = 3e8;  // Pairs of edges that are looked at.
 
 using Graph = std::vector<std::vector<int>>;
 
@@ -73,27 +73,70 @@ struct Gap {
   }
 };
 
-/// How far b's module is from where the docking wants it, both as the tree of the robot has them.
-Gap GapOf(const RobotScope& scope, const model::Docking& docking,
-          const model::KinematicState& state) {
-  const model::Model& model = scope.context.model;
-  const auto module_a = static_cast<size_t>(docking.module_a);
-  const auto module_b = static_cast<size_t>(docking.module_b);
-  const auto& a =
-      scope.TypeOf(docking.module_a).connectors[static_cast<size_t>(docking.connector_a)];
-  const auto& b =
-      scope.TypeOf(docking.module_b).connectors[static_cast<size_t>(docking.connector_b)];
-  const auto& connection = model.connection_types[static_cast<size_t>(docking.connection_type)];
-  const model::Pose& X_AB = connection.options[static_cast<size_t>(docking.option)].X_AB;
-  const model::Pose wanted = state.X_RL[module_a][static_cast<size_t>(a.link)] * X_AB;
-  const model::Pose& found = state.X_RL[module_b][static_cast<size_t>(b.link)];
-  Gap gap;
-  // Measured at the connector, where the gap is seen.
-  gap.metres = (wanted * b.p_MoCo_M - found * b.p_MoCo_M).norm();
-  const Eigen::AngleAxisd turn(wanted.rotation().transpose() * found.rotation());
-  gap.radians = std::abs(turn.angle());
-  return gap;
-}
+/// The modules of a robot, each rigid at its start values, placed over the dockings breadth first.
+/// Loops then close at dockings, where a person can mend them, and never inside a module.
+class ModuleTree {
+ public:
+  explicit ModuleTree(const RobotScope& scope) : scope_(scope) {
+    const std::vector<model::ModuleInstance>& modules = scope.robot.modules;
+    std::vector<std::vector<size_t>> dockings_of(modules.size());
+    for (size_t d = 0; d < scope.robot.dockings.size(); ++d) {
+      dockings_of[static_cast<size_t>(scope.robot.dockings[d].module_a)].push_back(d);
+      dockings_of[static_cast<size_t>(scope.robot.dockings[d].module_b)].push_back(d);
+    }
+    for (size_t m = 0; m < modules.size(); ++m) {
+      X_ML_.push_back(model::LinkPoses(scope.TypeOf(static_cast<int>(m)), modules[m].start, 0));
+    }
+    X_WM_.assign(modules.size(), model::Pose::Identity());
+    std::vector<bool> placed(modules.size());
+    placed[static_cast<size_t>(scope.robot.root_module)] = true;
+    std::queue<size_t> todo({static_cast<size_t>(scope.robot.root_module)});
+    while (!todo.empty()) {
+      const size_t at = todo.front();
+      todo.pop();
+      for (const size_t d : dockings_of[at]) {
+        const model::Docking& docking = scope.robot.dockings[d];
+        const bool from_a = static_cast<size_t>(docking.module_a) == at;
+        const auto other = static_cast<size_t>(from_a ? docking.module_b : docking.module_a);
+        if (placed[other]) continue;
+        const model::Pose X_MaMb = Across(docking);
+        X_WM_[other] = X_WM_[at] * (from_a ? X_MaMb : X_MaMb.inverse());
+        placed[other] = true;
+        todo.push(other);
+      }
+    }
+  }
+
+  /// How far b's module is from where the docking wants it, measured at b's connector.
+  [[nodiscard]] Gap GapOf(const model::Docking& docking) const {
+    const model::Pose wanted = X_WM_[static_cast<size_t>(docking.module_a)] * Across(docking);
+    const model::Pose& found = X_WM_[static_cast<size_t>(docking.module_b)];
+    const model::Connector& b = ConnectorOf(docking.module_b, docking.connector_b);
+    const Eigen::Vector3d p_MoCo_M = LinkOf(docking.module_b, b) * b.p_MoCo_M;
+    const Eigen::AngleAxisd turn(wanted.rotation().transpose() * found.rotation());
+    return {(wanted * p_MoCo_M - found * p_MoCo_M).norm(), std::abs(turn.angle())};
+  }
+
+ private:
+  [[nodiscard]] const model::Connector& ConnectorOf(int module, int connector) const {
+    return scope_.TypeOf(module).connectors[static_cast<size_t>(connector)];
+  }
+  [[nodiscard]] const model::Pose& LinkOf(int module, const model::Connector& connector) const {
+    return X_ML_[static_cast<size_t>(module)][static_cast<size_t>(connector.link)];
+  }
+  /// b's module in a's, at the start values of both.
+  [[nodiscard]] model::Pose Across(const model::Docking& docking) const {
+    const auto& connection =
+        scope_.context.model.connection_types[static_cast<size_t>(docking.connection_type)];
+    const model::Pose& X_AB = connection.options[static_cast<size_t>(docking.option)].X_AB;
+    return LinkOf(docking.module_a, ConnectorOf(docking.module_a, docking.connector_a)) * X_AB *
+           LinkOf(docking.module_b, ConnectorOf(docking.module_b, docking.connector_b)).inverse();
+  }
+
+  const RobotScope& scope_;
+  std::vector<std::vector<model::Pose>> X_ML_;  ///< [module][link]; M is its first link's frame.
+  std::vector<model::Pose> X_WM_;               ///< [module], in the root module's frame.
+};
 
 void ReportLoop(RobotScope& scope, size_t index, const Gap& gap, const Graph& closed) {
   const model::Docking& docking = scope.robot.dockings[index];
@@ -117,14 +160,14 @@ void ReportLoop(RobotScope& scope, size_t index, const Gap& gap, const Graph& cl
       .hint = "choose other connections in it, by number or rot=, or other start values";
 }
 
-void CheckLoops(RobotScope& scope, const model::KinematicState& state) {
-  if (std::max(state.closure_m, state.closure_rad) <= kClosureTolerance) return;
+void CheckLoops(RobotScope& scope) {
+  const ModuleTree tree(scope);
   std::vector<size_t> open;
   std::vector<Gap> gaps;
   std::vector<std::pair<int, int>> edges;
   for (size_t i = 0; i < scope.robot.dockings.size(); ++i) {
     const model::Docking& docking = scope.robot.dockings[i];
-    const Gap gap = GapOf(scope, docking, state);
+    const Gap gap = tree.GapOf(docking);
     if (gap.open()) {
       open.push_back(i);
       gaps.push_back(gap);
@@ -152,7 +195,7 @@ class OverlapChecker {
     for (size_t m = 0; m < scope_.robot.modules.size(); ++m) {
       for (const size_t other : Near(m)) {
         if (other < m) Compare(other, m);
-        if (warnings_ >= kMaxOverlapWarnings || tests_ >= kMaxOverlapTests) return;
+        if (warnings_ >= kMaxOverlapWarnings || work_ >= kMaxOverlapWork) return;
       }
       grid_[CellOf(m)].push_back(m);
     }
@@ -209,7 +252,6 @@ class OverlapChecker {
   void Compare(size_t a, size_t b) {
     const double apart = (balls_[a].centre - balls_[b].centre).norm();
     if (apart > balls_[a].radius + balls_[b].radius) return;
-    ++tests_;
     const auto type_a = static_cast<size_t>(scope_.robot.modules[a].type);
     const auto type_b = static_cast<size_t>(scope_.robot.modules[b].type);
     double deepest = kOverlapTolerance * std::max(scope_.context.modules[type_a].extent_m,
@@ -217,6 +259,8 @@ class OverlapChecker {
     std::string links;
     for (size_t i = 0; i < hulls_[type_a].size(); ++i) {
       for (size_t j = 0; j < hulls_[type_b].size(); ++j) {
+        work_ += 10.0 + static_cast<double>(hulls_[type_a][i].edges.size()) *
+                            static_cast<double>(hulls_[type_b][j].edges.size());
         const double depth = solver::PenetrationDepth(hulls_[type_a][i], state_.X_RL[a][i],
                                                       hulls_[type_b][j], state_.X_RL[b][j]);
         if (depth <= deepest) continue;
@@ -247,7 +291,7 @@ class OverlapChecker {
   double cell_size_ = 0.0;
   std::map<Cell, std::vector<size_t>> grid_;
   int warnings_ = 0;
-  int tests_ = 0;
+  double work_ = 0.0;
 };
 
 }  // namespace
@@ -281,7 +325,7 @@ void CheckConnected(RobotScope& scope) {
 void CheckGeometry(RobotScope& scope) {
   const model::KinematicState state =
       model::ForwardKinematics(scope.context.model, scope.robot, model::StartValues(scope.robot));
-  CheckLoops(scope, state);
+  CheckLoops(scope);
   OverlapChecker(scope, state).Check();
 }
 

@@ -14,6 +14,7 @@ namespace {
 constexpr size_t kMaxConnectors = 200;
 constexpr size_t kMaxSubpoints = 64;
 constexpr size_t kMaxMembers = 5000;
+constexpr size_t kMaxLinks = 100;
 
 /// Reports names that members of a module share; they have one name space.
 void CheckNames(ModuleScope& scope) {
@@ -137,7 +138,8 @@ bool CheckSizes(const ModuleScope& scope) {
                                                         decl.name.text, number, what, most));
     return false;
   };
-  return check(members, kMaxMembers, "members") & check(connectors, kMaxConnectors, "connectors") &
+  return check(members, kMaxMembers, "members") & check(decl.links.size(), kMaxLinks, "links") &
+         check(connectors, kMaxConnectors, "connectors") &
          check(subpoints, kMaxSubpoints, "sub-points on one point");
 }
 

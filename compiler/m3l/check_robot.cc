@@ -13,6 +13,9 @@ namespace {
 
 /// Limits of joints hold to this much (rad or m).
 constexpr double kLimitTolerance = 1e-4;
+/// Bounds on hostile input, far above any robot that was built.
+constexpr size_t kMaxModules = 5000;
+constexpr size_t kMaxLinks = 20'000;
 
 void CheckModules(const Expr& list, RobotScope& scope) {
   const bool tuple = list.kind == ExprKind::kTuple && !list.children.empty();
@@ -22,8 +25,15 @@ void CheckModules(const Expr& list, RobotScope& scope) {
     scope.names_lost = true;
     return;
   }
+  size_t links = 0;
   for (const Expr& expr : list.children) {
     if (scope.diagnostics.full()) return;
+    if (scope.robot.modules.size() >= kMaxModules || links > kMaxLinks) {
+      scope.diagnostics.Error(expr.span, fmt::format("a robot has at most {} modules and {} links",
+                                                     kMaxModules, kMaxLinks));
+      scope.names_lost = true;
+      return;
+    }
     if (expr.kind != ExprKind::kTyped || expr.path.size() != 1) {
       scope.diagnostics.Error(expr.span, "expected a module type and a name").hint =
           "write modules=(TYPE m1, TYPE m2)";
@@ -45,6 +55,7 @@ void CheckModules(const Expr& list, RobotScope& scope) {
     model::ModuleInstance module;
     module.name = expr.bound.text;
     module.type = *type;
+    links += scope.context.model.module_types[static_cast<size_t>(*type)].links.size();
     module.start.assign(scope.context.model.module_types[static_cast<size_t>(*type)].joints.size(),
                         0.0);
     scope.robot.modules.push_back(std::move(module));

@@ -10,7 +10,7 @@ namespace {
 
 // Bounds that keep hostile input from taking forever; see also check_module.cc.
 constexpr size_t kMaxDefinitions = 1000;
-constexpr size_t kMaxConnectorPairs = 250'000;
+constexpr double kMaxSolverWork = 2e6;
 
 /// All definitions of one kind, in order; repeated names are reported and left out.
 template <typename Decl>
@@ -38,19 +38,36 @@ std::vector<const Decl*> Collect(const std::vector<FileAst>& files,
   return all;
 }
 
+/// About how much there is to solve: pairs of connectors, each with the ways in which sub-points
+/// can meet, each way with a comparison of hulls.
+double WorkOf(const model::ModuleType& a, const model::ModuleType& b) {
+  const auto size = [](const model::ModuleType& type) {
+    double connectors = 0.0, hull_points = 0.0;
+    for (const model::Connector& connector : type.connectors) {
+      connectors += 1.0 + static_cast<double>(connector.subpoints.size());
+    }
+    for (const model::Link& link : type.links) hull_points += static_cast<double>(link.hull.size());
+    return std::pair(connectors, hull_points);
+  };
+  const auto [connectors_a, hull_a] = size(a);
+  const auto [connectors_b, hull_b] = size(b);
+  return connectors_a * connectors_b * (1.0 + hull_a * hull_b / 1000.0);
+}
+
 /// Solves what is sound; the others stay without options, so that indices agree.
 void SolveConnections(std::vector<CheckedConnection>& connections, model::Model& model,
                       source::Diagnostics& diagnostics) {
-  size_t pairs = 0;
+  double work = 0.0;
   for (CheckedConnection& connection : connections) {
     const solver::ConnectionProblem& problem = connection.problem;
-    const auto count = [&](int type) {
-      return model.module_types[static_cast<size_t>(type)].connectors.size();
-    };
-    if (connection.valid) pairs += count(problem.type_a) * count(problem.type_b);
-    if (connection.valid && pairs > kMaxConnectorPairs) {
-      diagnostics.Error(problem.span, "more than " + std::to_string(kMaxConnectorPairs) +
-                                          " pairs of connectors in all connections together");
+    if (connection.valid) {
+      work += WorkOf(model.module_types[static_cast<size_t>(problem.type_a)],
+                     model.module_types[static_cast<size_t>(problem.type_b)]);
+    }
+    if (connection.valid && work > kMaxSolverWork) {
+      diagnostics.Error(problem.span,
+                        "the connections are too much to solve: too many connectors, "
+                        "sub-points and hull points together");
       connection.valid = false;
     }
     if (connection.valid) {

@@ -13,6 +13,9 @@ bool IsSpace(char c) {
   return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\f' || c == '\v';
 }
 
+constexpr std::string_view kOpeningQuote = "\xE2\x80\x9C";
+constexpr std::string_view kClosingQuote = "\xE2\x80\x9D";
+
 class Lexer {
  public:
   Lexer(const source::SourceSet& sources, int file, size_t max_tokens,
@@ -33,7 +36,7 @@ class Lexer {
       }
       Next();
     }
-    tokens_.push_back({TokenKind::kEnd, {file_, text_.size(), text_.size()}});
+    tokens_.push_back({TokenKind::kEnd, {file_, text_.size(), text_.size()}, {}});
     return std::move(tokens_);
   }
 
@@ -48,7 +51,9 @@ class Lexer {
     ++errors_;
     return diagnostics_.Error(SpanFrom(begin, length), std::move(message));
   }
-  void Push(TokenKind kind, size_t begin) { tokens_.push_back({kind, {file_, begin, at_}}); }
+  void Push(TokenKind kind, size_t begin) {
+    tokens_.push_back({kind, {file_, begin, at_}, text_.substr(begin, at_ - begin)});
+  }
 
   /// White space, comments, and a backslash at the end of a line.
   void SkipBlanks() {
@@ -94,6 +99,8 @@ class Lexer {
       Number();
     } else if (c == '"') {
       String();
+    } else if (text_.substr(at_, 3) == kOpeningQuote) {
+      TypographicString();
     } else {
       Symbol();
     }
@@ -135,6 +142,16 @@ class Lexer {
     } else {
       Error(begin, 1, "string is never closed").hint = "strings end with '\"' on the same line";
     }
+    Push(TokenKind::kString, begin);
+  }
+
+  /// Quotes as word processors make them: reported, and read as the string that was meant.
+  void TypographicString() {
+    const size_t begin = at_;
+    at_ += kOpeningQuote.size();
+    while (at_ < text_.size() && text_[at_] != '\n' && text_.substr(at_, 3) != kClosingQuote) ++at_;
+    if (at_ < text_.size() && text_[at_] != '\n') at_ += kClosingQuote.size();
+    Error(begin, at_ - begin, "typographic quotes").hint = "strings are written with '\"'";
     Push(TokenKind::kString, begin);
   }
 
@@ -215,6 +232,10 @@ std::vector<Token> Lex(const source::SourceSet& sources, int file, size_t max_to
 }
 
 std::string StringValue(std::string_view quoted) {
+  if (quoted.substr(0, 3) == kOpeningQuote) {
+    quoted.remove_prefix(kOpeningQuote.size());
+    return std::string(quoted.substr(0, quoted.find(kClosingQuote)));
+  }
   std::string value;
   for (size_t i = 1; i < quoted.size(); ++i) {
     if (quoted[i] == '"') break;
@@ -235,7 +256,7 @@ std::string DumpTokens(const std::vector<Token>& tokens, const source::SourceSet
     const source::LineColumn at = sources.Locate(token.span.file, token.span.begin);
     out += std::to_string(at.line) + ":" + std::to_string(at.column) + " " +
            kNames[static_cast<int>(token.kind)];
-    if (token.kind != TokenKind::kEnd) out += " " + std::string(sources.text(token.span));
+    if (token.kind != TokenKind::kEnd) out += " " + std::string(token.text);
     out += "\n";
   }
   return out;

@@ -2,6 +2,7 @@
 // M3L characters to tokens.
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "compiler/source/diagnostics.h"
@@ -19,6 +20,7 @@ enum class TokenKind {
 struct Token {
   TokenKind kind = TokenKind::kEnd;
   source::Span span;
+  std::string_view text;  ///< Of the source set, which outlives the tokens.
 };
 
 /// Most tokens that one compilation may have; a bound on memory, far above any real model.

@@ -52,7 +52,7 @@ void Loader::Load(const std::filesystem::path& path, const source::Span& import)
 void Loader::ParseFile(int file, const std::filesystem::path& directory) {
   const std::vector<Token> tokens = Lex(sources_, file, kMaxTokens - tokens_, diagnostics_);
   tokens_ += tokens.size() - 1;
-  FileAst ast = Parse(tokens, sources_, diagnostics_);
+  FileAst ast = Parse(tokens, diagnostics_);
   for (const ImportDecl& import : ast.imports) {
     // A path with a zero byte would silently name another file.
     if (import.path.empty() || import.path.find('\0') != std::string::npos) {

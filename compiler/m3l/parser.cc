@@ -234,11 +234,12 @@ void Parser::ParseBody(Declaration& declaration, PointSlot slot, bool nested) {
       declaration.broken = muted = true;
       if (closer) {
         ++at_;
-      } else {
+      } else if (axes_ == 0) {
         SkipAttribute(at_);
       }
     }
     StopIfTooMany();
+    if (axes_ > 0 && declaration.broken) return;
   }
 }
 
@@ -259,7 +260,7 @@ void Parser::ParseAttribute(Declaration& declaration) {
   }
   if (attribute.broken) {
     declaration.broken = true;
-    SkipAttribute(begin);
+    if (axes_ == 0) SkipAttribute(begin);
   }
   declaration.attributes.push_back(std::move(attribute));
 }
@@ -285,9 +286,8 @@ void Parser::ParseSubpoint(Declaration& owner, PointSlot slot) {
 
 }  // namespace internal
 
-FileAst Parse(const std::vector<Token>& tokens, const source::SourceSet& sources,
-              source::Diagnostics& diagnostics) {
-  return internal::Parser(tokens, sources, diagnostics).ParseFile();
+FileAst Parse(const std::vector<Token>& tokens, source::Diagnostics& diagnostics) {
+  return internal::Parser(tokens, diagnostics).ParseFile();
 }
 
 }  // namespace morphbus::m3l

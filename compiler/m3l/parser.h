@@ -13,7 +13,6 @@ constexpr int kMaxNesting = 100;
 
 /// Parses the tokens of one file. Always returns what could be made out; parts that did not parse
 /// are reported, left out, and their surroundings marked `broken`. Linear in the tokens.
-FileAst Parse(const std::vector<Token>& tokens, const source::SourceSet& sources,
-              source::Diagnostics& diagnostics);
+FileAst Parse(const std::vector<Token>& tokens, source::Diagnostics& diagnostics);
 
 }  // namespace morphbus::m3l

@@ -241,14 +241,16 @@ std::optional<Expr> Parser::ParseAnonymousAxis(Expr path, size_t begin) {
   const int brackets = brackets_;
   Declaration axis;
   ++depth_;
+  ++axes_;
   ParseBody(axis, {}, true);
+  --axes_;
   --depth_;
   brackets_ = brackets;
+  if (axis.broken) return std::nullopt;
   if (!Accept(")")) {
     if (AtEnd() || StartsStatement(at_)) Error(TokenAt(open).span, "'(' is never closed");
     return std::nullopt;
   }
-  if (axis.broken) return std::nullopt;
   path.kind = ExprKind::kAxis;
   path.axis = std::make_shared<const std::vector<Attribute>>(std::move(axis.attributes));
   path.span = SpanSince(begin);

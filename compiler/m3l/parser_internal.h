@@ -13,9 +13,8 @@ namespace morphbus::m3l::internal {
 
 class Parser {
  public:
-  Parser(const std::vector<Token>& tokens, const source::SourceSet& sources,
-         source::Diagnostics& diagnostics)
-      : tokens_(tokens), sources_(sources), diagnostics_(diagnostics) {}
+  Parser(const std::vector<Token>& tokens, source::Diagnostics& diagnostics)
+      : tokens_(tokens), diagnostics_(diagnostics) {}
 
   FileAst ParseFile();
 
@@ -25,7 +24,7 @@ class Parser {
     return tokens_[i < tokens_.size() ? i : tokens_.size() - 1];
   }
   [[nodiscard]] const Token& Now() const { return TokenAt(at_); }
-  [[nodiscard]] std::string_view Text(size_t i) const { return sources_.text(TokenAt(i).span); }
+  [[nodiscard]] std::string_view Text(size_t i) const { return TokenAt(i).text; }
   [[nodiscard]] bool IsKind(size_t i, TokenKind kind) const { return TokenAt(i).kind == kind; }
   [[nodiscard]] bool IsSymbol(size_t i, std::string_view symbol) const {
     return IsKind(i, TokenKind::kSymbol) && Text(i) == symbol;
@@ -104,11 +103,11 @@ class Parser {
                                       std::optional<Expr> (Parser::*operand)());
 
   const std::vector<Token>& tokens_;
-  const source::SourceSet& sources_;
   source::Diagnostics& diagnostics_;
   size_t at_ = 0;
   int depth_ = 0;     ///< Nesting of expressions.
   int brackets_ = 0;  ///< Open parentheses and brackets of the current expression.
+  int axes_ = 0;      ///< Open anonymous axes; an error in one ends the whole attribute.
   int errors_ = 0;
   bool stray_ = false;  ///< Inside a run of members that have no module; reported once.
 };

@@ -83,9 +83,18 @@ TEST_F(LexerTest, EllipsisIsNoSyntax) {
   TakeError("'...' stands for something left out");
 }
 
+TEST_F(LexerTest, TypographicQuotesAreReportedAndRead) {
+  const std::string quoted = "\xE2\x80\x9Cmale\xE2\x80\x9D";
+  EXPECT_EQ(Words("a=" + quoted), "a = " + quoted);
+  EXPECT_EQ(StringValue(quoted), "male");
+  TakeError("typographic quotes");
+  Words("\xE2\x80\x9Cnever closed\nb");
+  TakeError("typographic quotes");
+}
+
 TEST_F(LexerTest, ForeignCharactersAreOneErrorARun) {
-  EXPECT_EQ(Words("a \xE2\x80\x9C\xE2\x80\x9D b"), "a b");  // “”
-  TakeError("unexpected characters \\xe2\\x80\\x9c\\xe2\\x80\\x9d");
+  EXPECT_EQ(Words("a \xC2\xB0\xC2\xB0 b"), "a b");  // Two degree signs.
+  TakeError("unexpected characters \\xc2\\xb0\\xc2\\xb0");
   Words(std::string("a\0\0b", 4));
   TakeError("unexpected characters \\x00\\x00");
 }

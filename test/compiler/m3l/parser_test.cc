@@ -20,7 +20,7 @@ class ParserTest : public test::DiagnosticsTest {
   FileAst ParseText(const std::string& text) {
     const int file = sources_.AddText("t.m3l", text);
     source::Diagnostics diagnostics;
-    FileAst ast = Parse(Lex(sources_, file, kMaxTokens, diagnostics), sources_, diagnostics);
+    FileAst ast = Parse(Lex(sources_, file, kMaxTokens, diagnostics), diagnostics);
     Collect(diagnostics, sources_);
     return ast;
   }
