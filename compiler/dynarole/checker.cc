@@ -188,8 +188,15 @@ void Checker::CheckSignatures() {
       }
     }
   }
-  for (const FieldDecl& decl : model_.fields) {
-    if (decl.type == Type::kUnknown) {
+  std::vector<bool> is_set(model_.fields.size());
+  for (const RoleModel& role : model_.roles) {
+    for (const FieldSlot& slot : role.fields) {
+      if (slot.value != nullptr) is_set[static_cast<size_t>(slot.decl)] = true;
+    }
+  }
+  for (size_t i = 0; i < model_.fields.size(); ++i) {
+    const FieldDecl& decl = model_.fields[i];
+    if (decl.type == Type::kUnknown && !is_set[i]) {
       Error(decl.span, "no role sets the field '" + decl.name + "', so it has no type").hint =
           "give it a value here or in a subrole";
     }

@@ -51,6 +51,7 @@ Type Checker::InferUnconverted(Expr* expr) {
       if (expr->integer > 2147483647) {
         Error(expr->span, "number does not fit an int").hint =
             "ints reach from -2147483648 to 2147483647";
+        return Type::kError;
       }
       return Type::kInt;
     case ExprKind::kFloat:

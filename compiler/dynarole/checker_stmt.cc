@@ -30,6 +30,7 @@ int Checker::AddLocal(const std::string& name, const Span& span, Type type, bool
   local.span = span;
   local.slot = static_cast<int>(routine_->locals.size());
   local.parameter = parameter;
+  local.used = FindLocal(name) != nullptr;  // One complaint is enough.
   locals_.push_back(std::move(local));
   routine_->locals.push_back(type);
   return static_cast<int>(routine_->locals.size()) - 1;

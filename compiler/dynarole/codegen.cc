@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 
+#include "compiler/dynarole/function_builder.h"
 #include "compiler/source/check.h"
 #include "vm/image.h"
 
@@ -16,27 +17,13 @@ using vm::ValueType;
 
 using ConstantPool = std::map<std::pair<ValueType, uint32_t>, int>;
 
-/// A place to jump to, before or after it is known.
-struct Target {
-  bool placed = false;
-  uint16_t offset = 0;
-  std::vector<size_t> fixups;    ///< Operands that wait for it.
-  std::vector<ValueType> stack;  ///< State on the first way there.
-};
-
-class FunctionGenerator {
+class FunctionGenerator : private FunctionBuilder {
  public:
-  FunctionGenerator(const source::SourceSet& sources, const ProgramModel& model,
-                    const Routine& routine, ConstantPool* pool, ProgramCode* program,
-                    source::Diagnostics* diagnostics)
-      : sources_(sources),
-        model_(model),
-        routine_(routine),
-        pool_(*pool),
-        program_(*program),
-        diagnostics_(*diagnostics) {}
+  FunctionGenerator(const source::SourceSet& sources, const Routine& routine, ConstantPool* pool,
+                    ProgramCode* program)
+      : FunctionBuilder(sources), routine_(routine), pool_(*pool), program_(*program) {}
 
-  FunctionCode Generate() {
+  FunctionCode Generate(source::Diagnostics* diagnostics) {
     const Member& member = *routine_.member;
     if (member.expr != nullptr) {
       MarkLine(member.expr->span);
@@ -46,127 +33,40 @@ class FunctionGenerator {
     } else {
       for (size_t i = 0; i < member.parameters.size(); ++i) Set(static_cast<int>(i));
       EmitStatement(*member.body);
-      if (reachable_) {
+      if (reachable) {
         MarkLine({member.body->span.file, member.body->span.end - 1, member.body->span.end});
         Emit(Opcode::kReturn);
       }
     }
-    std::sort(code_.joins.begin(), code_.joins.end(),
-              [](const JoinCode& a, const JoinCode& b) { return a.offset < b.offset; });
-    if (code_.bytes.size() > vm::image::kMaxFunctionBytes) {
-      diagnostics_.Error(member.name_span, "code is too long").hint = "split it into functions";
+    if (size() > vm::image::kMaxFunctionBytes) {
+      diagnostics->Error(member.name_span, "code is too long").hint = "split it into functions";
     }
-    return std::move(code_);
+    if (too_complex()) {
+      diagnostics->Error(member.name_span, "an expression in it is too complex").hint =
+          "keep parts of it in variables";
+    }
+    return Finish();
   }
 
  private:
-  // ---- Bytes ----
-
-  void Emit(Opcode op) { code_.bytes.push_back(static_cast<uint8_t>(op)); }
-  void EmitByte(int value) { code_.bytes.push_back(static_cast<uint8_t>(value)); }
-  void EmitU16(int value) {
-    EmitByte(value & 255);
-    EmitByte(value >> 8);
-  }
-  void Emit(Opcode op, int operand) {
-    Emit(op);
-    EmitByte(operand);
-  }
-
-  void MarkLine(const Span& span) {
-    const int line = std::min(sources_.Locate(span.file, span.begin).line, 65535);
-    const auto offset = static_cast<uint32_t>(code_.bytes.size());
-    if (!code_.lines.empty() && code_.lines.back().line == line) return;
-    if (!code_.lines.empty() && code_.lines.back().offset == offset) code_.lines.pop_back();
-    code_.lines.push_back({offset, static_cast<uint16_t>(line)});
-  }
-
-  void Push(ValueType type) {
-    stack_.push_back(type);
-    code_.max_stack = std::max(code_.max_stack, static_cast<int>(stack_.size()));
-  }
-  void Drop(size_t count) {
-    MORPHBUS_CHECK(count <= stack_.size());
-    stack_.resize(stack_.size() - count);
-  }
-  void Set(int local) { set_locals_ = static_cast<uint16_t>(set_locals_ | 1u << local); }
-
-  // Emits an instruction whose signature the table gives, and its effect on the stack.
-  void EmitSimple(Opcode op) {
-    Emit(op);
-    ApplySignature(op);
-  }
-  void ApplySignature(Opcode op) {
-    const vm::OpcodeInfo& info = vm::InfoOf(op);
-    Drop(std::string(info.pops).size());
-    if (info.pushes[0] != '\0') Push(vm::TypeOfLetter(info.pushes[0]));
-  }
-
-  // ---- Jumps ----
-
-  // A conditional jump must have popped its bool from stack_ before, except what it keeps.
-  void Jump(Opcode op, Target* target) {
-    Emit(op);
-    if (target->placed) {
-      EmitU16(target->offset);
-      return;
-    }
-    target->stack = stack_;
-    target->fixups.push_back(code_.bytes.size());
-    EmitU16(0);
-  }
-
-  // Forward targets that nothing jumps to are no joins. After it the code is reachable again if
-  // anything leads here.
-  void Place(Target* target, bool is_loop = false) {
-    target->placed = true;
-    target->offset = static_cast<uint16_t>(code_.bytes.size());
-    if (target->fixups.empty() && !is_loop) return;
-    if (!reachable_) stack_ = target->stack;
-    reachable_ = true;
-    for (const size_t fixup : target->fixups) {
-      code_.bytes[fixup] = static_cast<uint8_t>(target->offset & 255);
-      code_.bytes[fixup + 1] = static_cast<uint8_t>(target->offset >> 8);
-    }
-    JoinCode join;
-    join.offset = target->offset;
-    join.set_locals = set_locals_;
-    if (stack_.size() > vm::image::kMaxJoinDepth) {
-      if (!too_complex_) {
-        diagnostics_.Error(routine_.member->name_span, "an expression in it is too complex").hint =
-            "keep parts of it in variables";
-      }
-      too_complex_ = true;
-      stack_.resize(vm::image::kMaxJoinDepth);
-    }
-    for (size_t i = 0; i < stack_.size(); ++i) {
-      join.stack_types |= static_cast<uint32_t>(stack_[i]) << (4 * i);
-    }
-    // Ends of nested branches may meet at one place; what is set on all ways there counts.
-    for (JoinCode& known : code_.joins) {
-      if (known.offset != join.offset) continue;
-      known.set_locals &= join.set_locals;
-      return;
-    }
-    code_.joins.push_back(join);
-  }
+  void Set(int local) { set_locals = static_cast<uint16_t>(set_locals | 1u << local); }
 
   // ---- Statements ----
 
   void EmitStatement(const Stmt& statement) {
-    if (!reachable_) return;
+    if (!reachable) return;
     if (statement.kind != StmtKind::kBlock) MarkLine(statement.span);
     switch (statement.kind) {
       case StmtKind::kBlock: {
-        const uint16_t outer = set_locals_;
+        const uint16_t outer = set_locals;
         for (const StmtPtr& inner : statement.body) EmitStatement(*inner);
-        set_locals_ = outer;
+        set_locals = outer;
         break;
       }
       case StmtKind::kExpr: {
-        const size_t before = stack_.size();
+        const size_t before = stack().size();
         EmitExpr(*statement.expr);
-        if (stack_.size() > before) {
+        if (stack().size() > before) {
           Emit(Opcode::kPop);
           Drop(1);
         }
@@ -187,7 +87,7 @@ class FunctionGenerator {
           Drop(1);
         }
         Emit(statement.expr != nullptr ? Opcode::kReturnValue : Opcode::kReturn);
-        reachable_ = false;
+        reachable = false;
         break;
       case StmtKind::kIf:
         EmitIf(statement);
@@ -202,9 +102,9 @@ class FunctionGenerator {
 
   // A branch is a scope of its own, also without braces.
   void EmitBranch(const Stmt& statement) {
-    const uint16_t outer = set_locals_;
+    const uint16_t outer = set_locals;
     EmitStatement(statement);
-    set_locals_ = outer;
+    set_locals = outer;
   }
 
   void EmitAssign(const Stmt& statement) {
@@ -238,9 +138,9 @@ class FunctionGenerator {
     EmitJumpUnless(*statement.expr, &otherwise);
     EmitBranch(*statement.body[0]);
     if (statement.body.size() == 2) {
-      if (reachable_) {
+      if (reachable) {
         Jump(Opcode::kJump, &end);
-        reachable_ = false;
+        reachable = false;
       }
       Place(&otherwise);
       EmitBranch(*statement.body[1]);
@@ -257,11 +157,11 @@ class FunctionGenerator {
     Place(&begin, true);
     if (!known) EmitJumpUnless(*statement.expr, &end);
     EmitBranch(*statement.body[0]);
-    if (reachable_) {
+    if (reachable) {
       MarkLine(statement.span);
       Jump(Opcode::kJump, &begin);
     }
-    reachable_ = false;
+    reachable = false;
     Place(&end);
   }
 
@@ -399,7 +299,7 @@ class FunctionGenerator {
 
   // first < second (strict) or first <= second; the other two orders are their negations.
   void EmitOrder(const Expr& expr, bool strict) {
-    const bool is_float = stack_.back() == ValueType::kFloat;
+    const bool is_float = stack().back() == ValueType::kFloat;
     MORPHBUS_CHECK(expr.operands.size() == 2);
     EmitSimple(is_float ? (strict ? Opcode::kLessFloat : Opcode::kLessEqualFloat)
                         : (strict ? Opcode::kLessInt : Opcode::kLessEqualInt));
@@ -412,7 +312,7 @@ class FunctionGenerator {
     }
     EmitExpr(*expr.operands[0]);
     EmitExpr(*expr.operands[1]);
-    const bool is_float = stack_.back() == ValueType::kFloat;
+    const bool is_float = stack().back() == ValueType::kFloat;
     switch (expr.op) {
       case Operator::kEqual:
       case Operator::kNotEqual:
@@ -489,17 +389,9 @@ class FunctionGenerator {
     ApplySignature(expr.opcode);
   }
 
-  const source::SourceSet& sources_;
-  const ProgramModel& model_;
   const Routine& routine_;
   ConstantPool& pool_;
   ProgramCode& program_;
-  source::Diagnostics& diagnostics_;
-  FunctionCode code_;
-  std::vector<ValueType> stack_;
-  uint16_t set_locals_ = 0;
-  bool reachable_ = true;
-  bool too_complex_ = false;
 };
 
 // Cells that a function and all it may call need, as the verifier counts them.
@@ -537,8 +429,8 @@ ProgramCode Generate(const source::SourceSet& sources, const ProgramModel& model
   ProgramCode code;
   ConstantPool pool;
   for (const Routine& routine : model.routines) {
-    FunctionGenerator generator(sources, model, routine, &pool, &code, diagnostics);
-    code.functions.push_back(generator.Generate());
+    FunctionGenerator generator(sources, routine, &pool, &code);
+    code.functions.push_back(generator.Generate(diagnostics));
   }
   CellCounter counter(model, code);
   for (size_t i = 0; i < model.routines.size(); ++i) {

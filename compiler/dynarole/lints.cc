@@ -153,7 +153,7 @@ class Linter {
     // self.connected means self.connected($ANY).
     if (expr.opcode == vm::Opcode::kConnected &&
         (expr.kind == ExprKind::kMember || expr.operands.size() == 1)) {
-      *text += "#0";
+      *text += "#0,";
     }
     for (size_t i = 1; expr.kind == ExprKind::kCall && i < expr.operands.size(); ++i) {
       if (!TextOf(*expr.operands[i], fields, text)) return false;

@@ -61,7 +61,7 @@ bool Parser::StartsLine(const Token& token) const {
 }
 
 Diagnostic* Parser::ErrorAt(const Span& span, std::string message) {
-  if (panic_) return nullptr;
+  if (panic_ || gave_up_) return nullptr;
   panic_ = true;
   return &diagnostics_.Error(span, std::move(message));
 }
@@ -102,6 +102,8 @@ bool Parser::ExpectClosing(TokenKind kind, const Span& opening) {
   const char* open = kind == TokenKind::kRightParen ? "'('" : "'{'";
   Diagnostic* error = Unexpected(Describe(kind));
   if (error != nullptr) error->notes.push_back({opening, std::string("to close this ") + open});
+  // At the end everything else that is open is so for the same reason.
+  gave_up_ = gave_up_ || Is(TokenKind::kEnd);
   return false;
 }
 
@@ -115,7 +117,7 @@ void Parser::GiveUp(const Span& span) {
   if (Diagnostic* error = ErrorAt(span, "nested too deeply")) {
     error->hint = "at most " + std::to_string(kMaxDepth) + " levels; split it into functions";
   }
-  panic_ = true;
+  panic_ = gave_up_ = true;
   at_ = tokens_.size() - 1;
 }
 
@@ -351,182 +353,6 @@ bool Parser::ParseParameters(Member* member) {
     member->parameters.push_back(std::move(parameter));
   } while (TakeIf(TokenKind::kComma));
   return ExpectClosing(TokenKind::kRightParen, opening);
-}
-
-// ---- Statements ----
-
-StmtPtr Parser::ParseBlock() {
-  auto block = std::make_unique<Stmt>();
-  block->kind = StmtKind::kBlock;
-  block->span = Take().span;
-  const Span opening = block->span;
-  if (!EnterLevel()) return block;
-  while (!Is(TokenKind::kRightBrace)) {
-    // A word that can only begin a member means that this block was not closed.
-    if (AtMember()) {
-      ExpectClosing(TokenKind::kRightBrace, opening);
-      break;
-    }
-    if (diagnostics_.all().size() >= 100) break;
-    panic_ = false;
-    block->body.push_back(ParseStatement());
-    if (panic_) SkipStatement();
-  }
-  TakeIf(TokenKind::kRightBrace);
-  --level_;
-  block->span = SpanFrom(block->span);
-  return block;
-}
-
-void Parser::SkipStatement() {
-  int depth = 0;
-  while (!Is(TokenKind::kEnd)) {
-    if (depth == 0 && (Is(TokenKind::kRightBrace) || Is(TokenKind::kVar) || Is(TokenKind::kIf) ||
-                       Is(TokenKind::kWhile) || Is(TokenKind::kReturn))) {
-      return;
-    }
-    if (AtMember()) return;
-    const TokenKind kind = Take().kind;
-    if (kind == TokenKind::kSemicolon && depth == 0) return;
-    if (kind == TokenKind::kLeftBrace) ++depth;
-    if (kind == TokenKind::kRightBrace && --depth == 0) return;
-  }
-}
-
-StmtPtr Parser::ParseStatement() {
-  auto failed = std::make_unique<Stmt>();
-  failed->span = Peek().span;
-  if (!EnterLevel()) return failed;
-  StmtPtr statement;
-  const Span begin = Peek().span;
-  switch (Peek().kind) {
-    case TokenKind::kVar:
-      statement = ParseVar();
-      break;
-    case TokenKind::kIf:
-      statement = ParseIf();
-      break;
-    case TokenKind::kWhile:
-      statement = ParseWhile();
-      break;
-    case TokenKind::kReturn:
-      statement = ParseReturn();
-      break;
-    case TokenKind::kLeftBrace:
-      statement = ParseBlock();
-      break;
-    case TokenKind::kSemicolon:
-      statement = std::make_unique<Stmt>();
-      statement->kind = StmtKind::kBlock;
-      Take();
-      break;
-    case TokenKind::kElse:
-      ErrorAt(Peek().span, "'else' without an 'if' before it");
-      Take();
-      statement = std::move(failed);
-      break;
-    default: {
-      const TokenKind next = Peek(1).kind;
-      const bool assigns = next == TokenKind::kAssign || next == TokenKind::kPlusAssign ||
-                           next == TokenKind::kMinusAssign;
-      statement = Is(TokenKind::kName) && assigns ? ParseAssignment() : ParseExpressionStatement();
-    }
-  }
-  --level_;
-  statement->span = SpanFrom(begin);
-  return statement;
-}
-
-StmtPtr Parser::ParseVar() {
-  auto statement = std::make_unique<Stmt>();
-  statement->kind = StmtKind::kVar;
-  Take();
-  if (!Is(TokenKind::kName)) {
-    Unexpected("the name of the variable");
-    return statement;
-  }
-  statement->name_span = Peek().span;
-  statement->name = TextOf(Take());
-  if (!Is(TokenKind::kAssign)) {
-    if (Diagnostic* error = Unexpected("'=' and the variable's first value")) {
-      error->hint = "variables have no value before it: var " + statement->name + " = 0;";
-    }
-    return statement;
-  }
-  Take();
-  statement->expr = ParseExpr();
-  ExpectSemicolon("the variable '" + statement->name + "'");
-  return statement;
-}
-
-ExprPtr Parser::ParseCondition(const char* word) {
-  const Span opening = Peek().span;
-  if (!Expect(TokenKind::kLeftParen, std::string("after '") + word + "'")) return nullptr;
-  ExprPtr condition = ParseExpr();
-  ExpectClosing(TokenKind::kRightParen, opening);
-  return condition;
-}
-
-StmtPtr Parser::ParseIf() {
-  auto statement = std::make_unique<Stmt>();
-  statement->kind = StmtKind::kIf;
-  Take();
-  statement->expr = ParseCondition("if");
-  if (panic_) return statement;
-  statement->body.push_back(ParseStatement());
-  if (!panic_ && TakeIf(TokenKind::kElse)) statement->body.push_back(ParseStatement());
-  return statement;
-}
-
-StmtPtr Parser::ParseWhile() {
-  auto statement = std::make_unique<Stmt>();
-  statement->kind = StmtKind::kWhile;
-  Take();
-  statement->expr = ParseCondition("while");
-  if (!panic_) statement->body.push_back(ParseStatement());
-  return statement;
-}
-
-StmtPtr Parser::ParseReturn() {
-  auto statement = std::make_unique<Stmt>();
-  statement->kind = StmtKind::kReturn;
-  Take();
-  if (!Is(TokenKind::kSemicolon) && !Is(TokenKind::kRightBrace)) statement->expr = ParseExpr();
-  ExpectSemicolon("'return'");
-  return statement;
-}
-
-StmtPtr Parser::ParseAssignment() {
-  auto statement = std::make_unique<Stmt>();
-  statement->kind = StmtKind::kAssign;
-  statement->name_span = Peek().span;
-  statement->name = TextOf(Take());
-  const TokenKind sign = Take().kind;
-  statement->op = sign == TokenKind::kPlusAssign    ? Operator::kAdd
-                  : sign == TokenKind::kMinusAssign ? Operator::kSub
-                                                    : Operator::kNone;
-  statement->expr = ParseExpr();
-  ExpectSemicolon("the assignment");
-  return statement;
-}
-
-StmtPtr Parser::ParseExpressionStatement() {
-  auto statement = std::make_unique<Stmt>();
-  statement->kind = StmtKind::kExpr;
-  const Token first = Peek();
-  statement->expr = ParseExpr();
-  // `retrun 1;`, `whlie (x) {`: say so if the first name is nearly a word.
-  if (!panic_ && !Is(TokenKind::kSemicolon) && first.kind == TokenKind::kName &&
-      !StartsLine(Peek())) {
-    const std::string near =
-        source::NearestName(TextOf(first), {"if", "else", "while", "return", "var"});
-    if (!near.empty()) {
-      ErrorAt(first.span, "unknown statement '" + TextOf(first) + "'")->hint =
-          "did you mean '" + near + "'?";
-    }
-  }
-  ExpectSemicolon("the statement");
-  return statement;
 }
 
 }  // namespace morphbus::dynarole

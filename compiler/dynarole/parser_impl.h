@@ -1,6 +1,6 @@
 #pragma once
-// The parser's state and helpers, shared by parser.cc (roles, members, statements) and
-// parser_expr.cc (expressions).
+// The parser's state and helpers, shared by parser.cc (roles, members), parser_stmt.cc and
+// parser_expr.cc.
 
 #include <algorithm>
 #include <string>
@@ -56,7 +56,7 @@ class Parser {
   void SkipMember();
   bool MendMisspelledWord(TokenKind* kind);
 
-  // Statements (parser.cc).
+  // Statements (parser_stmt.cc).
   StmtPtr ParseBlock();
   StmtPtr ParseStatement();
   StmtPtr ParseVar();
@@ -84,7 +84,8 @@ class Parser {
   source::Diagnostics& diagnostics_;
   size_t at_ = 0;
   int level_ = 0;
-  bool panic_ = false;  ///< An error stands and recovery has not happened yet.
+  bool panic_ = false;    ///< An error stands and recovery has not happened yet.
+  bool gave_up_ = false;  ///< Nothing more can be said about this text.
 };
 
 }  // namespace morphbus::dynarole

@@ -1,0 +1,228 @@
+#include "test/compiler/dynarole/fake_host.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+
+namespace morphbus::dynarole {
+
+using vm::Axis;
+using vm::Cell;
+using vm::Direction;
+using vm::KeywordKind;
+using vm::OpResult;
+
+KeywordTable TestKeywords() {
+  KeywordTable keywords;
+  keywords.type_names = {"MTRAN", "SLIDER"};
+  for (const char* link : {"ACTIVE_BLOCK", "PASSIVE_BLOCK", "CONNECTING_BAR"}) {
+    keywords.Add(0, KeywordKind::kLink, std::string("LINK_") + link, link, true);
+  }
+  for (const char* joint : {"JOINT_1", "JOINT_2"}) {
+    keywords.Add(0, KeywordKind::kJoint, joint, joint, true);
+  }
+  for (const char* connector : {"C1", "C2", "C3", "C4", "C5", "C6"}) {
+    keywords.Add(0, KeywordKind::kConnector, connector, connector, true);
+  }
+  keywords.Add(0, KeywordKind::kConnectorState, "EXTENDED", "EXTENDED", true);
+  keywords.Add(1, KeywordKind::kLink, "LINK_RAIL", "RAIL", true);
+  keywords.Add(1, KeywordKind::kJoint, "JOINT_1", "JOINT_1", true);
+  keywords.Add(1, KeywordKind::kConnector, "C1", "C1", true);
+  keywords.Add(1, KeywordKind::kConnectorState, "GEAR", "GEAR", false);
+  return keywords;
+}
+
+OpResult FakeHost::Note(const std::string& line, bool wait) {
+  log.push_back(line);
+  OpResult result = next_result;
+  next_result = {};
+  result.wait = wait && result.fault == vm::FaultCode::kNone;
+  return result;
+}
+
+uint32_t FakeHost::Connected(Direction d) {
+  switch (d) {
+    case Direction::kAny:
+      return 0b111;
+    case Direction::kNorth:
+      return 0b001;
+    case Direction::kSouth:
+      return 0b110;
+    case Direction::kEast:
+      return 0b100;
+    default:
+      return 0;
+  }
+}
+
+uint32_t FakeHost::ConnectedRole(Direction d, int role) {
+  const vm::Text name = program_.role(role).name;
+  return std::string(name.data, name.size) == "Other" ? Connected(d) & 1u : 0;
+}
+
+int FakeHost::CountModules(uint32_t connector_mask) { return std::popcount(connector_mask); }
+
+uint32_t FakeHost::Joints(Axis axis, int adjacent) {
+  uint32_t mask = adjacent == 1 ? 1u : adjacent == 2 ? 2u : 0u;
+  if (axis == Axis::kEastWest) mask &= 1u;
+  if (axis == Axis::kUpDown) mask &= 2u;
+  if (axis == Axis::kNorthSouth) mask = 0;
+  return mask;
+}
+
+uint32_t FakeHost::Links(int degree) { return degree == 1 ? 1u : degree == 2 ? 6u : 0u; }
+
+Axis FakeHost::JointAxis(int joint) { return joint == 0 ? Axis::kEastWest : Axis::kUpDown; }
+
+Axis FakeHost::CenterAxis() { return Axis::kEastWest; }
+
+int FakeHost::Keyword(int keyword) {
+  const vm::Text name = program_.keyword(keyword).name;
+  const std::string text(name.data, name.size);
+  if (text == "ACTIVE_BLOCK" || text == "JOINT_1" || text == "C1") return 0;
+  if (text == "PASSIVE_BLOCK" || text == "JOINT_2" || text == "C2") return 1;
+  if (text == "CONNECTING_BAR" || text == "C3") return 2;
+  return -1;
+}
+
+OpResult FakeHost::SetJointAxis(int joint, int link, Axis axis) {
+  return Note(fmt::format("axis joint {} link {} axis {}", joint, link, static_cast<int>(axis)),
+              false);
+}
+OpResult FakeHost::RotateDegrees(int joint, float degrees, bool blocking) {
+  return Note(fmt::format("rotate joint {} by {}{}", joint, degrees, blocking ? " and wait" : ""),
+              blocking);
+}
+OpResult FakeHost::SetDegrees(int joint, float degrees, bool blocking) {
+  return Note(fmt::format("set joint {} to {}{}", joint, degrees, blocking ? " and wait" : ""),
+              blocking);
+}
+OpResult FakeHost::JointDegrees(int joint, float* degrees) {
+  *degrees = 10.5F + static_cast<float>(joint);
+  return {};
+}
+OpResult FakeHost::TurnContinuous(int joint, float degrees_per_s) {
+  return Note(fmt::format("turn joint {} at {}", joint, degrees_per_s), false);
+}
+OpResult FakeHost::MoveMillimetres(int joint, float mm) {
+  return Note(fmt::format("move joint {} by {} mm and wait", joint, mm), true);
+}
+OpResult FakeHost::SetPosition(int joint, float degrees) {
+  return Note(fmt::format("position {} {}", joint, degrees), false);
+}
+OpResult FakeHost::GetPosition(int joint, float* degrees) {
+  *degrees = 20.25F + static_cast<float>(joint);
+  return {};
+}
+OpResult FakeHost::SetConnectorState(int connector, int state_keyword, Cell value) {
+  const vm::Text name = program_.keyword(state_keyword).name;
+  return Note(fmt::format("connector {} {} {}", connector, std::string(name.data, name.size),
+                          value.AsInt()),
+              false);
+}
+OpResult FakeHost::Sleep(int64_t duration_us) {
+  return Note(fmt::format("sleep {} us", duration_us), true);
+}
+OpResult FakeHost::Invoke(int role, int command_slot, const Cell* arguments, int count) {
+  const vm::RoleInfo& info = program_.role(role);
+  const vm::RoutineInfo& command = info.commands[command_slot];
+  std::string line = "invoke " + std::string(info.name.data, info.name.size) + "." +
+                     std::string(command.name.data, command.name.size) + "(";
+  const vm::FunctionInfo& function = program_.function(command.function);
+  for (int i = 0; i < count; ++i) {
+    if (i > 0) line += ", ";
+    line += function.local_types[i] == vm::ValueType::kFloat
+                ? fmt::format("{}", arguments[i].AsFloat())
+                : fmt::format("{}", arguments[i].AsInt());
+  }
+  return Note(line + ")", false);
+}
+
+namespace {
+
+// The role under test, with storage for its fields and labels.
+class RoleRunner {
+ public:
+  RoleRunner(const vm::VerifiedProgram& program, int role)
+      : program_(program), role_(program.role(role)), host_(program) {
+    std::copy(role_.fields, role_.fields + role_.num_fields, fields_);
+    std::fill(std::begin(labels_), std::end(labels_), int8_t{-1});
+    context_.role = role;
+    context_.fields = fields_;
+    context_.labels = labels_;
+  }
+
+  std::vector<std::string> Run() {
+    for (int i = 0; i < role_.num_requirements; ++i) {
+      const vm::RunResult result = Evaluate(role_.requirements[i]);
+      if (result.status == vm::RunStatus::kFinished) {
+        host_.log.push_back(result.value.AsBool() ? "require true" : "require false");
+      }
+    }
+    for (int i = 0; i < role_.num_labels; ++i) {
+      const vm::RunResult result = Evaluate(role_.labels[i].function);
+      if (result.status != vm::RunStatus::kFinished) continue;
+      labels_[i] = static_cast<int8_t>(result.value.AsInt());
+      host_.log.push_back("label " + Str(role_.labels[i].name) +
+                          (role_.labels[i].type == vm::ValueType::kJoint ? " joint " : " link ") +
+                          std::to_string(labels_[i]));
+    }
+    for (int i = 0; i < role_.num_startups; ++i) RunFunction(role_.startups[i].function);
+    for (int i = 0; i < role_.num_behaviors; ++i) RunFunction(role_.behaviors[i].function);
+    for (int i = 0; i < role_.num_commands; ++i) {
+      if (program_.function(role_.commands[i].function).num_arguments == 0) {
+        RunFunction(role_.commands[i].function);
+      }
+    }
+    for (int i = 0; i < role_.num_handlers; ++i) RunFunction(role_.handlers[i].function);
+    return host_.log;
+  }
+
+ private:
+  static std::string Str(vm::Text text) { return std::string(text.data, text.size); }
+
+  vm::RunResult Evaluate(int function) {
+    int32_t budget = 1000;
+    const vm::RunResult result = vm::Evaluate(program_, function, context_, host_, &budget);
+    Report(result);
+    return result;
+  }
+
+  void Report(const vm::RunResult& result) {
+    if (result.status == vm::RunStatus::kFinished) return;
+    host_.log.push_back(fmt::format(
+        "{} in line {}",
+        result.status == vm::RunStatus::kFaulted ? vm::FaultText(result.fault) : "out of budget",
+        program_.LineOf(result.function, result.pc)));
+  }
+
+  void RunFunction(int function) {
+    vm::TaskState task;
+    vm::StartTask(program_, function, nullptr, 0, &task);
+    int32_t budget = 5000;
+    vm::RunResult result;
+    do {
+      result = vm::RunTask(program_, context_, host_, &task, &budget);
+    } while (result.status == vm::RunStatus::kWaiting);
+    Report(result);
+  }
+
+  const vm::VerifiedProgram& program_;
+  const vm::RoleInfo& role_;
+  FakeHost host_;
+  vm::RoleContext context_;
+  Cell fields_[vm::kMaxFields];
+  int8_t labels_[vm::kMaxLabels];
+};
+
+}  // namespace
+
+std::vector<std::string> RunRole(const vm::VerifiedProgram& program, const std::string& role_name) {
+  for (int i = 0; i < program.num_roles(); ++i) {
+    const vm::Text name = program.role(i).name;
+    if (std::string(name.data, name.size) == role_name) return RoleRunner(program, i).Run();
+  }
+  return {"no role " + role_name};
+}
+
+}  // namespace morphbus::dynarole

@@ -1,0 +1,55 @@
+#pragma once
+// A module that exists only on paper, for running programs without a robot: it answers questions
+// about its structure from a fixed table and writes down everything it is told to do.
+
+#include <string>
+#include <vector>
+
+#include "compiler/dynarole/keyword_table.h"
+#include "vm/interpreter.h"
+
+namespace morphbus::dynarole {
+
+/// Keywords of M-TRAN (type 0) and of a prismatic type "SLIDER" (type 1) with JOINT_1 and C1 too.
+KeywordTable TestKeywords();
+
+/// Neighbours on connectors 0 (north), 1 (south), 2 (south and east); the one on 0 plays the role
+/// named "Other". Joint 0 lies east-west with 1 adjacent joint, joint 1 up-down with 2. The bodies
+/// of links 0, 1, 2 have degrees 1, 2, 2. Keywords are those of M-TRAN.
+class FakeHost final : public vm::ProgramHost {
+ public:
+  explicit FakeHost(const vm::VerifiedProgram& program) : program_(program) {}
+
+  std::vector<std::string> log;
+  vm::OpResult next_result;  ///< What operations with an effect answer, besides waiting.
+
+  uint32_t Connected(vm::Direction d) override;
+  uint32_t ConnectedRole(vm::Direction d, int role) override;
+  int CountModules(uint32_t connector_mask) override;
+  uint32_t Joints(vm::Axis axis, int adjacent) override;
+  uint32_t Links(int degree) override;
+  vm::Axis JointAxis(int joint) override;
+  vm::Axis CenterAxis() override;
+  int Keyword(int keyword) override;
+  vm::OpResult SetJointAxis(int joint, int link, vm::Axis axis) override;
+  vm::OpResult RotateDegrees(int joint, float degrees, bool blocking) override;
+  vm::OpResult SetDegrees(int joint, float degrees, bool blocking) override;
+  vm::OpResult JointDegrees(int joint, float* degrees) override;
+  vm::OpResult TurnContinuous(int joint, float degrees_per_s) override;
+  vm::OpResult MoveMillimetres(int joint, float mm) override;
+  vm::OpResult SetPosition(int joint, float degrees) override;
+  vm::OpResult GetPosition(int joint, float* degrees) override;
+  vm::OpResult SetConnectorState(int connector, int state_keyword, vm::Cell value) override;
+  vm::OpResult Sleep(int64_t duration_us) override;
+  vm::OpResult Invoke(int role, int command_slot, const vm::Cell* arguments, int count) override;
+
+ private:
+  vm::OpResult Note(const std::string& line, bool wait);
+  const vm::VerifiedProgram& program_;
+};
+
+/// Everything that one role does: its requirements and labels, then its startups, behaviors (once),
+/// commands without parameters and handlers, each to its end. One line an event.
+std::vector<std::string> RunRole(const vm::VerifiedProgram& program, const std::string& role_name);
+
+}  // namespace morphbus::dynarole

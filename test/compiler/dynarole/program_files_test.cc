@@ -1,0 +1,59 @@
+// Programs with their expectations: each file in test/programs is compiled without a diagnostic
+// (but those it announces by `// warns`), its role Test is run on a fake module, and the events
+// must be exactly its `// expect:` lines, in order.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "compiler/dynarole/compile.h"
+#include "test/compiler/dynarole/fake_host.h"
+#include "vm/verifier.h"
+
+namespace morphbus::dynarole {
+namespace {
+
+std::vector<std::string> ProgramFiles() {
+  std::vector<std::string> names;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(MORPHBUS_SOURCE_DIR "/test/programs")) {
+    if (entry.path().extension() == ".dyn") names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+class ProgramFile : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(ProgramFile, DoesWhatItSays) {
+  const std::string path = std::string(MORPHBUS_SOURCE_DIR "/test/programs/") + GetParam() + ".dyn";
+  std::ifstream file(path);
+  std::stringstream text;
+  text << file.rdbuf();
+
+  const CompileResult result = CompileProgram(path, text.str(), TestKeywords());
+  const bool may_warn = text.str().find("// warns") != std::string::npos;
+  ASSERT_TRUE(result.image && (may_warn || result.diagnostics.all().empty()))
+      << Render(result.diagnostics, result.sources, false);
+  const auto program = std::make_unique<vm::VerifiedProgram>();
+  const vm::VerifyError error = vm::Verifier::Verify(
+      result.image->data(), static_cast<uint32_t>(result.image->size()), program.get());
+  ASSERT_EQ(error.message, nullptr) << error.message;
+
+  std::vector<std::string> expected;
+  std::string line;
+  const std::string mark = "// expect: ";
+  while (std::getline(text, line)) {
+    const size_t at = line.find(mark);
+    if (at != std::string::npos) expected.push_back(line.substr(at + mark.size()));
+  }
+  EXPECT_EQ(RunRole(*program, "Test"), expected);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, ProgramFile, ::testing::ValuesIn(ProgramFiles()),
+                         [](const auto& test) { return test.param; });
+
+}  // namespace
+}  // namespace morphbus::dynarole
