@@ -110,10 +110,11 @@ BusMux::~BusMux() = default;
 
 std::unique_ptr<Bus> BusMux::Connect() { return std::make_unique<Endpoint>(impl_.get()); }
 
-LossyBus::LossyBus(Bus* inner, double loss, uint64_t seed)
+LossyBus::LossyBus(Bus* inner, double loss, uint64_t seed, int64_t* discarded)
     : inner_(inner),
       threshold_(static_cast<uint64_t>(std::ldexp(std::clamp(loss, 0.0, 1.0), 53))),
-      state_(seed) {}
+      state_(seed),
+      discarded_(discarded) {}
 
 bool LossyBus::Drop() {
   // splitmix64 (Steele, Lea, Flood 2014): one step a message, so that runs can be repeated.
@@ -129,7 +130,7 @@ Bus::Handler LossyBus::Wrap(Handler handler) {
   return [this, inner = std::move(handler)](std::string_view channel, const uint8_t* data,
                                             size_t size) {
     if (Drop()) {
-      ++discarded_;
+      ++*discarded_;
       return;
     }
     inner(channel, data, size);

@@ -33,8 +33,9 @@ class BusMux {
 /// (splitmix64, one draw a message). Publishing is left alone: loss is at the receiver.
 class LossyBus : public Bus {
  public:
-  /// @param loss  probability 0..1.
-  LossyBus(Bus* inner, double loss, uint64_t seed);
+  /// @param loss       probability 0..1.
+  /// @param discarded  counts what was thrown away; outlives the bus.
+  LossyBus(Bus* inner, double loss, uint64_t seed, int64_t* discarded);
 
   void Publish(const std::string& channel, const uint8_t* data, size_t size) override;
   void Subscribe(const std::string& channel, Handler handler) override;
@@ -42,7 +43,7 @@ class LossyBus : public Bus {
   void Unsubscribe(const std::string& channel) override;
   int Handle(int timeout_ms) override;
   [[nodiscard]] int64_t queue_overflows() const override;
-  [[nodiscard]] int64_t discarded() const override { return discarded_; }
+  [[nodiscard]] int64_t discarded() const override { return *discarded_; }
 
  private:
   bool Drop();
@@ -51,7 +52,7 @@ class LossyBus : public Bus {
   Bus* inner_;
   uint64_t threshold_;  ///< Of 2^53.
   uint64_t state_;
-  int64_t discarded_ = 0;
+  int64_t* discarded_;
 };
 
 }  // namespace morphbus::bridge

@@ -103,12 +103,16 @@ InprocHub::~InprocHub() { MORPHBUS_CHECK(endpoints_.empty()); }
 
 std::unique_ptr<Bus> InprocHub::Connect() { return std::make_unique<InprocEndpoint>(this); }
 
+int InprocHub::HandleRound() {
+  int count = 0;
+  // Handlers may connect further endpoints.
+  for (size_t i = 0; i < endpoints_.size(); ++i) count += endpoints_[i]->Handle(0);
+  return count;
+}
+
 int InprocHub::HandleAll() {
   int total = 0;
-  for (int round = -1; round != 0; total += round) {
-    round = 0;
-    for (size_t i = 0; i < endpoints_.size(); ++i) round += endpoints_[i]->Handle(0);
-  }
+  for (int round = HandleRound(); round != 0; round = HandleRound()) total += round;
   return total;
 }
 

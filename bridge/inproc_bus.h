@@ -25,8 +25,10 @@ class InprocHub {
   /// A bus of its own for one party; receives also what it publishes itself, as on LCM.
   std::unique_ptr<Bus> Connect();
 
-  /// Dispatches all that waits, endpoint by endpoint in order of connection, until nothing waits.
+  /// Dispatches what waits now, endpoint by endpoint in order of connection.
   /// Returns the number of messages dispatched.
+  int HandleRound();
+  /// The same until nothing waits.
   int HandleAll();
 
  private:

@@ -77,15 +77,8 @@ void LogParty::OnInfoRequest(std::function<void()> publish_info) {
   publish_info_ = std::move(publish_info);
 }
 
-Ledger LogParty::ledger() const {
-  Ledger ledger = ledger_;
-  ledger.queue_overflows = bus_->queue_overflows();
-  ledger.discarded = bus_->discarded();
-  return ledger;
-}
-
 void LogParty::PublishHealth() {
-  morphbus::health_t health = MakeHealth(std::string(kLogProcess), ledger());
+  morphbus::health_t health = MakeHealth(std::string(kLogProcess), ledger_);
   outbox_.Send(Channel(options_.run, kLogProcess, Topic::kHealth),
                std::max<int64_t>(0, machine_.complete_tick()), 0, &health);
 }
@@ -100,6 +93,8 @@ void LogParty::Start() {
 }
 
 void LogParty::OnTime() {
+  ledger_.queue_overflows = bus_->queue_overflows();
+  ledger_.discarded = bus_->discarded();
   machine_.OnTime(time_->NowUs(), &actions_);
   Settle();
 }

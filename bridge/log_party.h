@@ -52,8 +52,9 @@ class LogParty : public Party {
   void OnTime() override;
   [[nodiscard]] int64_t next_deadline_us() const override;
   [[nodiscard]] bool done() const override;
-  [[nodiscard]] Ledger ledger() const override;
-  void PublishHealth() override;
+  [[nodiscard]] const Ledger& ledger() const override { return ledger_; }
+  /// Sends HEALTH with the ledger.
+  void PublishHealth();
   /// For INFO parts and HEALTH.
   [[nodiscard]] Outbox& outbox() { return outbox_; }
 

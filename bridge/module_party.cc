@@ -55,15 +55,8 @@ ModuleParty::ModuleParty(Bus* bus, ModuleBrain* brain, const TimeSource* time,
       channel_actuator_(Channel(options_.run, options_.module, Topic::kActuator)),
       channel_status_(Channel(options_.run, options_.module, Topic::kStatus)) {}
 
-Ledger ModuleParty::ledger() const {
-  Ledger ledger = ledger_;
-  ledger.queue_overflows = bus_->queue_overflows();
-  ledger.discarded = bus_->discarded();
-  return ledger;
-}
-
 void ModuleParty::PublishHealth() {
-  morphbus::health_t health = MakeHealth(options_.module, ledger());
+  morphbus::health_t health = MakeHealth(options_.module, ledger_);
   outbox_.Send(Channel(options_.run, options_.module, Topic::kHealth), machine_.tick(),
                sim_time_us_, &health);
 }
@@ -79,12 +72,12 @@ void ModuleParty::WriteSnapshot(int64_t next_tick) {
   head.claim = options_.claim;
   head.program_hash = options_.program_hash;
   head.kinematics_hash = options_.kinematics_hash;
-  head.state_size = brain_->state_size();
   head.incarnation = options_.incarnation;
   head.module_id = options_.module_id;
-  snapshot_.resize(sizeof head + brain_->state_size());
+  snapshot_.resize(sizeof head);
+  brain_->Save(&snapshot_);
+  head.state_size = snapshot_.size() - sizeof head;
   std::memcpy(snapshot_.data(), &head, sizeof head);
-  std::memcpy(snapshot_.data() + sizeof head, brain_->state(), brain_->state_size());
   outbox_.Save(&snapshot_);
   before_publish_(snapshot_);
 }
@@ -96,16 +89,17 @@ Result<void> ModuleParty::ResumeFrom(const std::vector<uint8_t>& snapshot) {
   std::memcpy(&head, snapshot.data(), sizeof head);
   if (head.magic != magic) return Fail("the snapshot is not one of this build");
   if (head.program_hash != options_.program_hash ||
-      head.kinematics_hash != options_.kinematics_hash || head.module_id != options_.module_id ||
-      head.state_size != brain_->state_size()) {
+      head.kinematics_hash != options_.kinematics_hash || head.module_id != options_.module_id) {
     return Fail("the snapshot is of another module, program or build");
   }
-  const size_t state_end = sizeof head + brain_->state_size();
-  if (snapshot.size() < state_end) return Fail("the snapshot is cut short");
+  if (head.state_size > snapshot.size() - sizeof head) return Fail("the snapshot is cut short");
+  const size_t state_end = sizeof head + head.state_size;
   const Result<size_t> used =
       outbox_.Load(snapshot.data() + state_end, snapshot.size() - state_end);
   if (!used) return tl::unexpected<Error>(used.error());
-  std::memcpy(brain_->state(), snapshot.data() + sizeof head, brain_->state_size());
+  if (!brain_->Load(snapshot.data() + sizeof head, head.state_size)) {
+    return Fail("the snapshot is of another build");
+  }
   options_.claim = head.claim;
   options_.incarnation = head.incarnation;
   resume_tick_ = head.next_tick;
@@ -128,6 +122,8 @@ void ModuleParty::Start() {
 }
 
 void ModuleParty::OnTime() {
+  ledger_.queue_overflows = bus_->queue_overflows();
+  ledger_.discarded = bus_->discarded();
   machine_.OnTime(time_->NowUs(), &actions_);
   Settle();
 }
@@ -172,13 +168,28 @@ void ModuleParty::OnSensors(const uint8_t* data, size_t size) {
       return;
     }
     TakeMates(input, &mates);
-    if (tick == machine_.tick() || options_.realtime) input_ = input;
+    if (tick == machine_.tick() || options_.realtime) {
+      input_ = input;
+      TakeOrders();
+    }
   }
   if (options_.realtime || tick == machine_.tick()) sim_time_us_ = sensors_.header.sim_time_us;
   machine_.OnSensors(tick, sensors_.part, sensors_.num_parts, mine != nullptr, mates,
                      time_->NowUs(), &actions_);
   for (const uint16_t mate : mates) Watch(mate);
   Settle();
+}
+
+/// What SENSORS asks of this module besides telling it what it senses.
+void ModuleParty::TakeOrders() {
+  pieces_.clear();
+  for (const morphbus::invoke_request_t& request : sensors_.requests) {
+    if (static_cast<uint16_t>(request.module_id) != options_.module_id) continue;
+    FromRequest(request, &input_.requests[input_.num_requests++]);
+  }
+  for (const morphbus::deploy_piece_t& piece : sensors_.pieces) {
+    if (static_cast<uint16_t>(piece.module_id) == options_.module_id) pieces_.push_back(piece);
+  }
 }
 
 void ModuleParty::TakeMates(const vm::TickInput& input, std::vector<uint16_t>* mates) {
@@ -285,6 +296,7 @@ void ModuleParty::Compute(int64_t tick) {
     const bool mate = connector.docked && connector.mate_module != options_.module_id && tick > 0;
     input_.messages[c] = mate ? MessageOf(connector.mate_module, tick - 1) : nullptr;
   }
+  for (const morphbus::deploy_piece_t& piece : pieces_) brain_->TakePiece(piece);
   output_ = vm::TickOutput();
   brain_->Tick(input_, &output_);
   Publish(tick);
@@ -292,6 +304,7 @@ void ModuleParty::Compute(int64_t tick) {
 
 void ModuleParty::Publish(int64_t tick) {
   if (before_publish_) outbox_.Hold();
+  outbox_.SetProgramHash(output_.message.program_hash);
   if (output_.status.changed || tick % kStatusEveryTicks == 0) {
     for (morphbus::status_t& status : brain_->Describe(output_.status)) {
       outbox_.Send(channel_status_, tick, sim_time_us_, &status);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <morphbus/deploy_piece_t.hpp>
 #include <morphbus/sensors_t.hpp>
 #include <morphbus/status_t.hpp>
 #include <morphbus/transform_t.hpp>
@@ -25,11 +26,13 @@ class ModuleBrain {
   virtual ~ModuleBrain() = default;
   /// Computes one tick. Equal history of inputs gives equal output.
   virtual void Tick(const vm::TickInput& input, vm::TickOutput* output) = 0;
+  /// A piece of a new program from outside, of the tick that is computed next; pieces come in order.
+  virtual void TakePiece(const morphbus::deploy_piece_t& piece) = 0;
   /// The report as messages of at most kMaxPayloadBytes (several if the faults do not fit into one).
   virtual std::vector<morphbus::status_t> Describe(const vm::StatusReport& report) = 0;
-  /// The whole changing state, for resuming; `size` bytes at a fixed place.
-  virtual uint8_t* state() = 0;
-  [[nodiscard]] virtual size_t state_size() const = 0;
+  /// Appends the whole changing state, for resuming, and goes on from it (false: not its state).
+  virtual void Save(std::vector<uint8_t>* out) = 0;
+  virtual bool Load(const uint8_t* data, size_t size) = 0;
 };
 
 struct ModulePartyOptions {
@@ -67,8 +70,9 @@ class ModuleParty : public Party {
   void OnTime() override;
   [[nodiscard]] int64_t next_deadline_us() const override;
   [[nodiscard]] bool done() const override;
-  [[nodiscard]] Ledger ledger() const override;
-  void PublishHealth() override;
+  [[nodiscard]] const Ledger& ledger() const override { return ledger_; }
+  /// Sends HEALTH with the ledger.
+  void PublishHealth();
 
   /// Empty if the run ended well.
   [[nodiscard]] const std::string& error() const { return error_; }
@@ -88,6 +92,7 @@ class ModuleParty : public Party {
   void OnTransform(uint16_t mate, const uint8_t* data, size_t size);
   void OnAsk(const uint8_t* data, size_t size);
   void TakeMates(const vm::TickInput& input, std::vector<uint16_t>* mates);
+  void TakeOrders();
   void Watch(uint16_t mate);
   /// Carries out the machine's wishes until it has none.
   void Settle();
@@ -113,6 +118,7 @@ class ModuleParty : public Party {
   std::map<uint16_t, std::string> directory_;  ///< Names by id, from SENSORS.
   std::map<uint16_t, Mailbox> mailboxes_;
   vm::TickInput input_;
+  std::vector<morphbus::deploy_piece_t> pieces_;  ///< For the tick to compute.
   vm::TickOutput output_;
   morphbus::sensors_t sensors_;     ///< Reused.
   morphbus::transform_t transform_; ///< Reused.

@@ -37,6 +37,9 @@ class Outbox {
   template <class M>
   void Send(const std::string& channel, int64_t tick, int64_t sim_time_us, M* message);
 
+  /// A module's program was replaced: from now on headers speak of this one.
+  void SetProgramHash(uint64_t hash) { speaker_.program_hash = hash; }
+
   /// Publishes kept messages first..last of `channel` again, byte for byte. Returns how many there were.
   int Resend(const std::string& channel, int64_t first, int64_t last);
 

@@ -55,15 +55,14 @@ class Party {
   [[nodiscard]] virtual int64_t next_deadline_us() const = 0;
   /// True once the run is over for this party, well or not.
   [[nodiscard]] virtual bool done() const = 0;
-  /// What went missing so far, the bus's own losses included.
-  [[nodiscard]] virtual Ledger ledger() const = 0;
-  /// Sends HEALTH.
-  virtual void PublishHealth() = 0;
+  /// What went missing so far, the bus's own losses included (as of the last OnTime).
+  [[nodiscard]] virtual const Ledger& ledger() const = 0;
 };
 
 /// Runs parties that share one bus until all are done or `*stop` (may be null; set by a signal
-/// handler) is true. Sleeps on the bus between events. Every party sends HEALTH once a second and at the
-/// end; `each_second` (may be empty) is called then, for progress.
+/// handler) is true. Sleeps on the bus between events. `each_second` (may be empty) is called about
+/// once a second of wall time and after the end: HEALTH, progress. Parties that are done are still told
+/// the time, but waited for no longer.
 void RunParties(Bus* bus, const TimeSource& time, const std::vector<Party*>& parties,
                 const volatile bool* stop, const std::function<void()>& each_second);
 

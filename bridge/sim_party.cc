@@ -68,16 +68,8 @@ SimParty::SimParty(Bus* bus, SimulatedRobot* robot, const TimeSource* time, SimP
 
 SimParty::~SimParty() = default;
 
-Ledger SimParty::ledger() const {
-  Ledger ledger = ledger_;
-  ledger.queue_overflows = bus_->queue_overflows();
-  ledger.discarded = bus_->discarded();
-  ledger.missed_deadlines = machine_.missed_deadlines();
-  return ledger;
-}
-
 void SimParty::PublishHealth() {
-  morphbus::health_t health = MakeHealth(std::string(kSimProcess), ledger());
+  morphbus::health_t health = MakeHealth(std::string(kSimProcess), ledger_);
   outbox_.Send(Channel(options_.run, kSimProcess, Topic::kHealth), machine_.tick(),
                machine_.tick() * options_.tick_us, &health);
 }
@@ -101,6 +93,9 @@ void SimParty::Start() {
 }
 
 void SimParty::OnTime() {
+  ledger_.queue_overflows = bus_->queue_overflows();
+  ledger_.discarded = bus_->discarded();
+  ledger_.missed_deadlines = machine_.missed_deadlines();
   machine_.OnTime(time_->NowUs(), &actions_);
   Settle();
 }
@@ -133,6 +128,17 @@ void SimParty::SetSpeed(double speed) {
 
 void SimParty::AnnounceControl(const std::string& text) {
   controls_.push_back(text.substr(0, kMostText));
+}
+
+void SimParty::Invoke(size_t module, const vm::InvokeRequest& request) {
+  MORPHBUS_CHECK(module < options_.modules.size());
+  requests_.emplace_back(module, request);
+}
+
+void SimParty::Deploy(size_t module, uint64_t hash, const std::vector<uint8_t>& image) {
+  MORPHBUS_CHECK(module < options_.modules.size());
+  MORPHBUS_CHECK(!image.empty() && image.size() <= vm::kMaxImageBytes);
+  deployments_.push_back({module, hash, image, 0});
 }
 
 void SimParty::OnBeforeTick(std::function<void(int64_t)> hook) { before_tick_ = std::move(hook); }
@@ -336,7 +342,11 @@ void SimParty::PublishTick(int64_t tick) {
     return Refuse(why + " (tick " + std::to_string(tick) + ")");
   }
   if (sensors_parts_.empty()) {
-    sensors_parts_ = SplitSensors(sensed_);
+    std::vector<int> most_docked;
+    for (const ExpectedModule& module : options_.modules) {
+      most_docked.push_back(module.num_connectors);
+    }
+    sensors_parts_ = SplitSensors(sensed_, most_docked);
     size_t most_bodies = truth_.size();
     if (!truth_.empty()) {
       // Each joint can come to part two bodies, should connections open.
@@ -348,6 +358,11 @@ void SimParty::PublishTick(int64_t tick) {
     world_parts_ = static_cast<int>((most_bodies + per_part - 1) / per_part);
   }
   PublishClock(tick, machine_.started() ? sim_clock_t::PHASE_RUN : sim_clock_t::PHASE_START);
+  PublishSensors(tick);
+  PublishWorld(tick);
+}
+
+void SimParty::PublishSensors(int64_t tick) {
   morphbus::sensors_t sensors;
   sensors.num_parts = static_cast<int16_t>(sensors_parts_.size());
   for (size_t part = 0; part < sensors_parts_.size(); ++part) {
@@ -355,9 +370,41 @@ void SimParty::PublishTick(int64_t tick) {
     sensors.num_modules = static_cast<int16_t>(sensors_parts_[part].size());
     sensors.modules.clear();
     for (const size_t i : sensors_parts_[part]) sensors.modules.push_back(sensed_[i]);
+    AddOrders(part, &sensors);
     outbox_.Send(channel_sensors_, tick, tick * options_.tick_us, &sensors);
   }
-  PublishWorld(tick);
+}
+
+/// Requests and pieces for the modules of this part, as many as there is room for.
+void SimParty::AddOrders(size_t part, morphbus::sensors_t* sensors) {
+  const std::vector<size_t>& members = sensors_parts_[part];
+  const auto here = [&members](size_t module) {
+    return std::find(members.begin(), members.end(), module) != members.end();
+  };
+  sensors->requests.clear();
+  while (!requests_.empty() && here(requests_.front().first) &&
+         sensors->requests.size() < static_cast<size_t>(vm::kMaxRequests)) {
+    ToRequest(requests_.front().second, options_.modules[requests_.front().first].id,
+              &sensors->requests.emplace_back());
+    requests_.pop_front();
+  }
+  sensors->num_requests = static_cast<int8_t>(sensors->requests.size());
+  sensors->pieces.clear();
+  if (!deployments_.empty() && here(deployments_.front().module)) {
+    Deployment& deployment = deployments_.front();
+    const size_t size = std::min(kMaxDeployPiece, deployment.image.size() - deployment.sent);
+    morphbus::deploy_piece_t& piece = sensors->pieces.emplace_back();
+    piece.module_id = static_cast<int16_t>(options_.modules[deployment.module].id);
+    piece.hash = static_cast<int64_t>(deployment.hash);
+    piece.image_size = static_cast<int32_t>(deployment.image.size());
+    piece.offset = static_cast<int32_t>(deployment.sent);
+    piece.size = static_cast<int16_t>(size);
+    const uint8_t* from = deployment.image.data() + deployment.sent;
+    piece.bytes.assign(from, from + size);
+    deployment.sent += size;
+    if (deployment.sent == deployment.image.size()) deployments_.pop_front();
+  }
+  sensors->num_pieces = static_cast<int8_t>(sensors->pieces.size());
 }
 
 void SimParty::PublishClock(int64_t tick, int8_t phase) {

@@ -2,10 +2,12 @@
 // The simulator's side of the lockstep: beats the clock, publishes sensors and truth, takes commands.
 
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <map>
 #include <morphbus/ask_t.hpp>
 #include <morphbus/hello_t.hpp>
+#include <morphbus/sensors_t.hpp>
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,6 +17,7 @@
 #include "bridge/sequence_tracker.h"
 #include "bridge/sim_lockstep.h"
 #include "bridge/simulated_robot.h"
+#include "vm/module_api.h"
 
 namespace morphbus::bridge {
 
@@ -24,6 +27,7 @@ struct ExpectedModule {
   uint16_t id = 0;
   std::string type_name;
   uint64_t kinematics_hash = 0;
+  int num_connectors = vm::kMaxNeighbours;  ///< Of its type; fewer make smaller SENSORS.
 };
 
 struct SimPartyOptions {
@@ -62,8 +66,9 @@ class SimParty : public Party {
   void OnTime() override;
   [[nodiscard]] int64_t next_deadline_us() const override;
   [[nodiscard]] bool done() const override;
-  [[nodiscard]] Ledger ledger() const override;
-  void PublishHealth() override;
+  [[nodiscard]] const Ledger& ledger() const override { return ledger_; }
+  /// Sends HEALTH with the ledger.
+  void PublishHealth();
 
   /// Ends the run after the current tick; `reason` goes into CLOCK.
   void RequestStop(const std::string& reason);
@@ -75,6 +80,11 @@ class SimParty : public Party {
   void SetSpeed(double speed);
   /// Text that the next CLOCK carries among its `controls`: an effect that begins at that tick.
   void AnnounceControl(const std::string& text);
+  /// Gives a module (by place in `modules`) an invocation to issue, with the next tick that has room.
+  void Invoke(size_t module, const vm::InvokeRequest& request);
+  /// Gives a module a new program, from where it spreads: one piece a tick. `image` is verified by
+  /// the caller and at most vm::kMaxImageBytes; a deployment under way is finished first.
+  void Deploy(size_t module, uint64_t hash, const std::vector<uint8_t>& image);
   /// Called before sensors of a tick are published (tick number): apply controls to the robot here.
   void OnBeforeTick(std::function<void(int64_t tick)> hook);
 
@@ -98,6 +108,8 @@ class SimParty : public Party {
   void Do(const SimAction& action);
   void PublishTick(int64_t tick);
   void PublishClock(int64_t tick, int8_t phase);
+  void PublishSensors(int64_t tick);
+  void AddOrders(size_t part, morphbus::sensors_t* sensors);
   void PublishWorld(int64_t tick);
   void Repeat(const std::string& channel, int64_t tick, int parts);
   void Advance();
@@ -126,6 +138,14 @@ class SimParty : public Party {
   std::map<std::string, ChannelTotal> module_totals_;
   std::vector<std::string> turned_away_;
   std::vector<std::string> controls_;
+  struct Deployment {
+    size_t module = 0;
+    uint64_t hash = 0;
+    std::vector<uint8_t> image;
+    size_t sent = 0;
+  };
+  std::deque<std::pair<size_t, vm::InvokeRequest>> requests_;
+  std::deque<Deployment> deployments_;
   std::function<void(int64_t)> before_tick_;
   std::vector<SimAction> actions_;
   bool working_ = false;  ///< Within Settle().

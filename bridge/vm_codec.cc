@@ -11,11 +11,17 @@ namespace {
 // Sizes on the wire, bytes: a struct's fields add up, nothing is padded.
 constexpr size_t kHeaderBytes = 8 + 48;
 constexpr size_t kTransformCore = kHeaderBytes + 2 + 4 + 2 + 1 + 1 + 2 + 4 + 8 + 2;
-constexpr size_t kLargestTransform =
-    kTransformCore + (1 + vm::kMaxLinks * 28) + (1 + vm::kMaxNeighbours * 4) + 1 +
-    (1 + vm::kMaxMessageBodyEntries * 8) +
-    (1 + vm::kMaxMessageInvocations * (22 + 4 * vm::kMaxArguments)) + (1 + vm::kMaxMessageAcks * 10);
+constexpr size_t kTransformCounts = 6;  // Lengths of the arrays, one byte each.
+constexpr size_t kNewsBytes = 4 + 8 + 4 + 8 + 4;
+constexpr size_t kLargestTransform = kTransformCore + kTransformCounts + vm::kMaxLinks * 28 +
+                                     vm::kMaxNeighbours * 5 + 1 + kNewsBytes +
+                                     vm::kMessageTailBytes;
 static_assert(kLargestTransform <= kMaxPayloadBytes, "the VM's limits overfill a datagram");
+// The VM shares out the tail by these sizes; the wire's must not be larger.
+static_assert(vm::kBodyEntryWireBytes >= 1 + 1 + 2 + 4);
+static_assert(vm::kInvocationWireBytes >= 2 + 2 + 1 + 1 + 4 + 4 + 8 + 4 * vm::kMaxArguments);
+static_assert(vm::kAckWireBytes >= 2 + 4 + 4 + 4);
+static_assert(vm::kFragmentWireBytes >= 4 + 8 + 4 + 4 + 2 + vm::kFragmentBytes);
 constexpr size_t kBodyBytes = 2 + 1 + 3 * 8 + 4 * 8;
 constexpr size_t kPartCore = kHeaderBytes + 2 + 2 + 2;
 
@@ -59,6 +65,7 @@ void InvocationsToWire(const vm::NeighbourMessage& message, morphbus::transform_
     out->acks[i].origin_module = static_cast<int16_t>(from.origin);
     out->acks[i].origin_incarnation = static_cast<int32_t>(from.origin_incarnation);
     out->acks[i].id = static_cast<int32_t>(from.id);
+    out->acks[i].floor = static_cast<int32_t>(from.floor);
   }
 }
 
@@ -82,7 +89,44 @@ void InvocationsFromWire(const morphbus::transform_t& message, vm::NeighbourMess
     out->acks[i].origin = static_cast<uint16_t>(from.origin_module);
     out->acks[i].origin_incarnation = static_cast<uint32_t>(from.origin_incarnation);
     out->acks[i].id = static_cast<uint32_t>(from.id);
+    out->acks[i].floor = static_cast<uint32_t>(from.floor);
   }
+}
+
+void ProgramToWire(const vm::NeighbourMessage& message, morphbus::transform_t* out) {
+  out->news.version = static_cast<int32_t>(message.news.version);
+  out->news.hash = static_cast<int64_t>(message.news.hash);
+  out->news.want_version = static_cast<int32_t>(message.news.want_version);
+  out->news.want_hash = static_cast<int64_t>(message.news.want_hash);
+  out->news.want_offset = static_cast<int32_t>(message.news.want_offset);
+  const vm::ProgramFragment& from = message.fragment;
+  out->num_fragments = from.size > 0 ? 1 : 0;
+  out->fragments.resize(static_cast<size_t>(out->num_fragments));
+  if (from.size == 0) return;
+  morphbus::program_fragment_t& to = out->fragments[0];
+  to.version = static_cast<int32_t>(from.version);
+  to.hash = static_cast<int64_t>(from.hash);
+  to.image_size = static_cast<int32_t>(from.image_size);
+  to.offset = static_cast<int32_t>(from.offset);
+  to.size = static_cast<int16_t>(from.size);
+  to.bytes.assign(from.bytes, from.bytes + from.size);
+}
+
+void ProgramFromWire(const morphbus::transform_t& message, vm::NeighbourMessage* out) {
+  out->news.version = static_cast<uint32_t>(message.news.version);
+  out->news.hash = static_cast<uint64_t>(message.news.hash);
+  out->news.want_version = static_cast<uint32_t>(message.news.want_version);
+  out->news.want_hash = static_cast<uint64_t>(message.news.want_hash);
+  out->news.want_offset = static_cast<uint32_t>(message.news.want_offset);
+  if (message.num_fragments == 0) return;
+  const morphbus::program_fragment_t& from = message.fragments[0];
+  vm::ProgramFragment& to = out->fragment;
+  to.version = static_cast<uint32_t>(from.version);
+  to.hash = static_cast<uint64_t>(from.hash);
+  to.image_size = static_cast<uint32_t>(from.image_size);
+  to.offset = static_cast<uint32_t>(from.offset);
+  to.size = static_cast<uint16_t>(from.size);
+  std::copy(from.bytes.begin(), from.bytes.end(), to.bytes);
 }
 
 /// At most kMaxStatusName bytes, cut before a UTF-8 character that would not fit whole.
@@ -106,8 +150,10 @@ morphbus::fault_t ToFault(const vm::Fault& fault, const StatusNames& names, size
   out.line = static_cast<int16_t>(std::min<int>(fault.line, INT16_MAX));
   out.joint = static_cast<int8_t>(fault.joint);
   // What a program asked for may be anything; the wire carries finite numbers only.
-  constexpr float kLargest = 3.4e38F;
-  const auto finite = [](float v) { return v == v ? std::clamp(v, -kLargest, kLargest) : 0.0F; };
+  const auto finite = [](float v) {
+    constexpr float kLargest = 3.4e38F;
+     return v == v ? std::clamp(v, -kLargest, kLargest) : 0.0F;
+  };
   out.value_deg = finite(fault.value);
   out.limit_deg = finite(fault.limit);
   return out;
@@ -180,6 +226,7 @@ void ToTransform(const vm::NeighbourMessage& message, morphbus::transform_t* out
   for (size_t i = 0; i < message.num_docked; ++i) {
     out->docked[i].connector = static_cast<int8_t>(message.docked[i].connector);
     out->docked[i].link = static_cast<int8_t>(message.docked[i].link);
+    out->docked[i].body_link = static_cast<int8_t>(message.docked[i].body_link);
     out->docked[i].mate_module = static_cast<int16_t>(message.docked[i].mate_module);
   }
   out->body_turns = static_cast<int8_t>(message.body_turns);
@@ -193,6 +240,7 @@ void ToTransform(const vm::NeighbourMessage& message, morphbus::transform_t* out
     out->body_entries[i].stamp_tick = ToWireStamp(entry.stamp);
   }
   InvocationsToWire(message, out);
+  ProgramToWire(message, out);
 }
 
 void FromTransform(const morphbus::transform_t& message, vm::NeighbourMessage* out) {
@@ -214,6 +262,7 @@ void FromTransform(const morphbus::transform_t& message, vm::NeighbourMessage* o
   for (size_t i = 0; i < out->num_docked; ++i) {
     out->docked[i] = {static_cast<uint8_t>(message.docked[i].connector),
                       static_cast<uint8_t>(message.docked[i].link),
+                      static_cast<uint8_t>(message.docked[i].body_link),
                       static_cast<uint16_t>(message.docked[i].mate_module)};
   }
   out->body_turns = static_cast<uint8_t>(message.body_turns);
@@ -224,6 +273,7 @@ void FromTransform(const morphbus::transform_t& message, vm::NeighbourMessage* o
                             static_cast<uint16_t>(entry.module_id), entry.stamp_tick};
   }
   InvocationsFromWire(message, out);
+  ProgramFromWire(message, out);
 }
 
 void ToActuator(const vm::TickOutput& output, uint16_t module_id, int num_joints,
@@ -299,17 +349,43 @@ std::vector<morphbus::status_t> ToStatus(const vm::StatusReport& report, const S
   return messages;
 }
 
+void ToRequest(const vm::InvokeRequest& request, uint16_t module_id,
+               morphbus::invoke_request_t* out) {
+  out->module_id = static_cast<int16_t>(module_id);
+  out->role = static_cast<int16_t>(request.role);
+  out->command = static_cast<int8_t>(request.command);
+  out->num_arguments = static_cast<int8_t>(request.num_arguments);
+  out->program_hash = static_cast<int64_t>(request.program_hash);
+  out->arguments.clear();
+  for (int i = 0; i < request.num_arguments; ++i) {
+    out->arguments.push_back(request.arguments[i].AsInt());
+  }
+}
+
+void FromRequest(const morphbus::invoke_request_t& request, vm::InvokeRequest* out) {
+  out->program_hash = static_cast<uint64_t>(request.program_hash);
+  out->role = static_cast<uint16_t>(request.role);
+  out->command = static_cast<uint8_t>(request.command);
+  out->num_arguments = static_cast<uint8_t>(request.num_arguments);
+  for (size_t i = 0; i < out->num_arguments; ++i) {
+    out->arguments[i] = vm::Cell::Int(request.arguments[i]);
+  }
+}
+
 std::vector<std::vector<size_t>> SplitSensors(
-    const std::vector<morphbus::module_sensors_t>& modules) {
+    const std::vector<morphbus::module_sensors_t>& modules, const std::vector<int>& most_docked) {
+  constexpr size_t kRequests = 1 + vm::kMaxRequests * (14 + 4 * vm::kMaxArguments);
+  constexpr size_t kPiece = 1 + 20 + kMaxDeployPiece;
+  constexpr size_t kEmpty = kPartCore + kRequests + kPiece;
   std::vector<std::vector<size_t>> parts(1);
-  size_t size = kPartCore;
+  size_t size = kEmpty;
   for (size_t i = 0; i < modules.size(); ++i) {
     const auto joints = static_cast<size_t>(modules[i].num_joints);
     const size_t most = 2 + 4 + modules[i].name.size() + 1 + 1 + joints * 12 + 1 +
-                        vm::kMaxNeighbours * 7;
+                        static_cast<size_t>(std::min(most_docked[i], vm::kMaxNeighbours)) * 7;
     if (!parts.back().empty() && size + most > kMaxPayloadBytes) {
       parts.emplace_back();
-      size = kPartCore;
+      size = kEmpty;
     }
     parts.back().push_back(i);
     size += most;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <morphbus/actuator_t.hpp>
+#include <morphbus/invoke_request_t.hpp>
 #include <morphbus/module_sensors_t.hpp>
 #include <morphbus/status_t.hpp>
 #include <morphbus/transform_t.hpp>
@@ -48,9 +49,19 @@ inline constexpr size_t kMaxStatusName = 48;
 std::vector<morphbus::status_t> ToStatus(const vm::StatusReport& report, const StatusNames& names,
                                          uint16_t module_id, uint32_t incarnation, int num_joints);
 
-/// Splits modules into SENSORS parts: indices of the modules of each part, in order, such that no part
-/// can exceed kMaxPayloadBytes whatever gets docked. The split depends on names and joint counts only.
-std::vector<std::vector<size_t>> SplitSensors(const std::vector<morphbus::module_sensors_t>& modules);
+/// An invocation from outside, on its way to the module that shall issue it.
+void ToRequest(const vm::InvokeRequest& request, uint16_t module_id,
+               morphbus::invoke_request_t* out);
+void FromRequest(const morphbus::invoke_request_t& request, vm::InvokeRequest* out);
+
+/// Largest piece of a new program in SENSORS, bytes.
+inline constexpr size_t kMaxDeployPiece = 128;
+
+/// Splits modules into SENSORS parts: indices of the modules of each part, in order, such that no
+/// part can exceed kMaxPayloadBytes whatever gets docked, asked for or deployed. `most_docked`: of
+/// each module, the number of its connectors.
+std::vector<std::vector<size_t>> SplitSensors(
+    const std::vector<morphbus::module_sensors_t>& modules, const std::vector<int>& most_docked);
 
 /// Bodies that fit into one WORLD part.
 size_t WorldBodiesPerPart();

@@ -14,9 +14,12 @@
 #include <morphbus/transform_t.hpp>
 #include <morphbus/world_t.hpp>
 #include <string>
+#include <type_traits>
 
 #include "bridge/channels.h"
+#include "bridge/codec.h"
 #include "bridge/info_parts.h"
+#include "bridge/vm_codec.h"
 #include "bridge/wire_reader.h"
 #include "vm/limits.h"
 
@@ -71,11 +74,36 @@ void WalkPart(WireReader& r) {
   if (r.Int16(1, kMost16) <= part) r.Refuse("a part's number is not below the number of parts");
 }
 
+/// Offset and size of a piece within an image of a size that was read before.
+void WalkPiece(WireReader& r, int64_t image_size, int64_t most) {
+  const int64_t offset = r.Int32(0, image_size);
+  const int64_t size = r.Int16(1, most);
+  if (offset + size > image_size) r.Refuse("a piece lies beyond the image's end");
+  r.Skip(static_cast<size_t>(size));
+}
+
+void WalkRequest(WireReader& r) {
+  r.Int16(0, kMost16);
+  r.Int16(0, vm::kMaxRoles - 1);
+  r.Int8(0, vm::kMaxRoutines - 1);
+  const int64_t arguments = r.Int8(0, vm::kMaxArguments);
+  r.Skip(8);
+  r.Skip(static_cast<size_t>(4 * arguments));
+}
+
 void Walk(WireReader& r, As<morphbus::sensors_t>) {
   Walk(r, As<morphbus::header_t>());
   WalkPart(r);
   const int64_t modules = r.Int16(0, kMost16);
   for (int64_t i = 0; i < modules && r.ok(); ++i) Walk(r, As<morphbus::module_sensors_t>());
+  const int64_t requests = r.Int8(0, vm::kMaxRequests);
+  for (int64_t i = 0; i < requests && r.ok(); ++i) WalkRequest(r);
+  const int64_t pieces = r.Int8(0, 1);
+  for (int64_t i = 0; i < pieces && r.ok(); ++i) {
+    r.Int16(0, kMost16);
+    r.Skip(8);
+    WalkPiece(r, r.Int32(1, vm::kMaxImageBytes), kMaxDeployPiece);
+  }
 }
 
 void Walk(WireReader& r, As<morphbus::world_t>) {
@@ -113,6 +141,18 @@ void Walk(WireReader& r, As<morphbus::invocation_t>) {
   r.Skip(static_cast<size_t>(4 * arguments));
 }
 
+void WalkProgram(WireReader& r) {
+  r.Int32(0, kMost32);
+  r.Skip(8);
+  r.Int32(0, kMost32);
+  r.Skip(8);
+  r.Int32(0, vm::kMaxImageBytes);
+  if (r.Int8(0, 1) == 0) return;
+  r.Int32(0, kMost32);
+  r.Skip(8);
+  WalkPiece(r, r.Int32(1, vm::kMaxImageBytes), vm::kFragmentBytes);
+}
+
 void WalkTail(WireReader& r) {
   r.Int8(1, 127);
   const int64_t entries = r.Int8(0, vm::kMaxMessageBodyEntries);
@@ -129,7 +169,9 @@ void WalkTail(WireReader& r) {
     r.Int16(0, kMost16);
     r.Int32(0, kMost32);
     r.Int32(0, kMost32);
+    r.Int32(0, kMost32);
   }
+  WalkProgram(r);
 }
 
 void Walk(WireReader& r, As<morphbus::transform_t>) {
@@ -151,6 +193,7 @@ void Walk(WireReader& r, As<morphbus::transform_t>) {
   const int64_t docked = r.Int8(0, vm::kMaxNeighbours);
   for (int64_t i = 0; i < docked && r.ok(); ++i) {
     r.Int8(0, kLastConnector);
+    r.Int8(0, kLastLink);
     r.Int8(0, kLastLink);
     r.Int16(0, kMost16);
   }
@@ -279,6 +322,11 @@ void Walk(WireReader& r, As<morphbus::log_end_t>) {
 
 template <class M>
 Result<void> CheckWire(const uint8_t* data, size_t size) {
+  // The end of a log stands in a file and lists every channel; all else travels as one datagram.
+  if (!std::is_same_v<M, morphbus::log_end_t> && size > kMaxPayloadBytes) {
+    return Fail("the message has " + std::to_string(size) + " bytes, more than " +
+                std::to_string(kMaxPayloadBytes));
+  }
   WireReader reader(data, size);
   reader.Skip(8);
   Walk(reader, As<M>());
