@@ -1,0 +1,283 @@
+#include "logger/recorder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <morphbus/ask_t.hpp>
+#include <morphbus/log_end_t.hpp>
+#include <tuple>
+
+#include "bridge/channels.h"
+#include "bridge/codec.h"
+#include "bridge/health.h"
+#include "bridge/info_parts.h"
+#include "bridge/stream_hash.h"
+#include "logger/description.h"
+
+namespace morphbus::logger {
+
+using bridge::Topic;
+
+namespace {
+
+int64_t MachineWallClock() {
+  return std::chrono::duration_cast<std::chrono::microseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+/// Order of topics within a tick: what was sensed, what was told, what was commanded.
+int Rank(Topic topic) { return static_cast<int>(topic); }
+
+}  // namespace
+
+/// A message that waits for its tick to be whole, so that order of arrival leaves no trace.
+struct Recorder::Held {
+  int64_t tick = 0;
+  int rank = 0;
+  std::string channel;
+  int64_t sequence = 0;
+  int64_t timestamp_us = 0;
+  std::vector<uint8_t> payload;
+};
+
+/// What the log holds of one channel.
+struct Recorder::Written {
+  int64_t count = 0;
+  bool hashed = false;
+  bridge::StreamHash hash;
+};
+
+Result<std::unique_ptr<Recorder>> Recorder::Create(bridge::Bus* bus,
+                                                   const bridge::TimeSource* time,
+                                                   RecorderOptions options) {
+  if (options.description.size() > bridge::kMaxInfoBytes) {
+    return Fail("the run's description is larger than 16 MiB");
+  }
+  const Result<DescriptionKey> key = ReadDescriptionKey(options.description);
+  if (!key) return tl::unexpected(key.error());
+  if (Result<void> name = bridge::CheckRunName(key->run); !name) {
+    return tl::unexpected(name.error());
+  }
+  auto writer = EventLogWriter::Create(options.path);
+  if (!writer) return tl::unexpected(writer.error());
+  if (!options.wall_clock) options.wall_clock = MachineWallClock;
+  std::unique_ptr<Recorder> recorder(new Recorder(bus, time, std::move(options), key->run,
+                                                  key->model_hash, std::move(*writer)));
+  recorder->WriteInfo();
+  if (!recorder->error_.empty()) return Fail(recorder->error_);
+  return recorder;
+}
+
+Recorder::Recorder(bridge::Bus* bus, const bridge::TimeSource* time, RecorderOptions options,
+                   std::string run, uint64_t model_hash, std::unique_ptr<EventLogWriter> writer)
+    : options_(std::move(options)),
+      bus_(bus),
+      run_(std::move(run)),
+      model_hash_(model_hash),
+      writer_(std::move(writer)) {
+  bridge::LogPartyOptions party;
+  party.run = run_;
+  party.model_hash = model_hash_;
+  party.realtime = options_.realtime;
+  party.claim = options_.claim;
+  party.timing = options_.timing;
+  party.build = ReadDescriptionKey(options_.description)->build;
+  party_ = std::make_unique<bridge::LogParty>(
+      bus, time, std::move(party), [this](const bridge::LoggedMessage& m) { Take(m); });
+  party_->OnInfoRequest([this] { PublishInfo(); });
+}
+
+Recorder::~Recorder() = default;
+
+void Recorder::Start() {
+  party_->Start();
+  PublishInfo();
+}
+
+void Recorder::OnTime() {
+  party_->OnTime();
+  Release(party_->complete_ticks());
+}
+
+int64_t Recorder::next_deadline_us() const { return party_->next_deadline_us(); }
+
+bool Recorder::done() const { return party_->done() || !error_.empty(); }
+
+const bridge::Ledger& Recorder::ledger() const { return party_->ledger(); }
+
+/// The description is the head of the log, whatever the bus does.
+void Recorder::WriteInfo() {
+  const std::string channel = bridge::Channel(run_, "", Topic::kInfo);
+  int64_t sequence = 0;
+  for (morphbus::info_part_t& part : bridge::SplitInfo(options_.description)) {
+    part.header.protocol = morphbus::header_t::PROTOCOL;
+    part.header.tick = 0;
+    part.header.sim_time_us = 0;
+    part.header.sequence = sequence++;
+    part.header.model_hash = static_cast<int64_t>(model_hash_);
+    part.header.program_hash = 0;
+    std::vector<uint8_t> payload;
+    bridge::Encode(part, &payload);
+    Write(channel, std::move(payload), options_.wall_clock(), false);
+  }
+}
+
+void Recorder::PublishInfo() {
+  const std::string channel = bridge::Channel(run_, "", Topic::kInfo);
+  for (morphbus::info_part_t& part : bridge::SplitInfo(options_.description)) {
+    party_->outbox().Send(channel, std::max<int64_t>(last_tick_, 0), last_time_us_, &part);
+  }
+}
+
+void Recorder::EachSecond() {
+  bridge::Ledger ledger = party_->ledger();
+  ledger.queue_overflows = bus_->queue_overflows();
+  if (options_.discarded != nullptr) ledger.discarded = *options_.discarded;
+  morphbus::health_t health = bridge::MakeHealth(std::string(bridge::kLogProcess), ledger);
+  party_->outbox().Send(bridge::Channel(run_, bridge::kLogProcess, Topic::kHealth),
+                        std::max<int64_t>(last_tick_, 0), last_time_us_, &health);
+  if (auto flushed = writer_->Flush(); !flushed && error_.empty()) {
+    error_ = flushed.error().message;
+  }
+}
+
+void Recorder::TakeEndAck(const uint8_t* data, size_t size) {
+  morphbus::ask_t ask;
+  if (!bridge::Decode(data, size, {}, &ask) || ask.kind != morphbus::ask_t::KIND_END_ACK) return;
+  for (const morphbus::channel_total_t& total : ask.totals) {
+    published_[total.channel] = std::max(published_[total.channel], total.count);
+  }
+}
+
+void Recorder::Take(const bridge::LoggedMessage& message) {
+  if (message.bad || message.duplicate) return;
+  const std::optional<bridge::ChannelName> name = bridge::ParseChannel(message.channel);
+  // The description stands at the head of the log once; END is ours to write.
+  if (!name || name->topic == Topic::kInfo || name->topic == Topic::kEnd) return;
+  if (name->topic == Topic::kAsk) TakeEndAck(message.data, message.size);
+  std::vector<uint8_t> payload(message.data, message.data + message.size);
+  const std::string channel(message.channel);
+  const int64_t now = options_.wall_clock();
+  const bool hashed = bridge::IsHashed(name->topic);
+  if (!hashed) {
+    Write(channel, std::move(payload), now, false);
+    return;
+  }
+  morphbus::header_t header;
+  if (!bridge::DecodeHeader(message.data, message.size, &header)) return;
+  if (header.tick > last_tick_) {
+    last_tick_ = header.tick;
+    last_time_us_ = header.sim_time_us;
+  }
+  if (options_.realtime) {
+    Write(channel, std::move(payload), now, true);
+    return;
+  }
+  held_.push_back({header.tick, Rank(name->topic), channel, header.sequence, now,
+                   std::move(payload)});
+}
+
+/// Writes the held messages of the first `complete_ticks` ticks in an order that only they decide.
+void Recorder::Release(int64_t complete_ticks) {
+  const auto ready = std::stable_partition(
+      held_.begin(), held_.end(), [&](const Held& h) { return h.tick < complete_ticks; });
+  if (ready == held_.begin()) return;
+  std::sort(held_.begin(), ready, [](const Held& a, const Held& b) {
+    return std::tie(a.tick, a.rank, a.channel, a.sequence) <
+           std::tie(b.tick, b.rank, b.channel, b.sequence);
+  });
+  for (auto h = held_.begin(); h != ready; ++h) {
+    Write(h->channel, std::move(h->payload), h->timestamp_us, true);
+  }
+  held_.erase(held_.begin(), ready);
+}
+
+void Recorder::Write(const std::string& channel, std::vector<uint8_t> payload, int64_t timestamp_us,
+                     bool hashed) {
+  Written& written = written_[channel];
+  written.hashed = hashed;
+  ++written.count;
+  written.hash.Update(payload.data(), payload.size());
+  if (auto result = writer_->Write(timestamp_us, channel, payload); !result && error_.empty()) {
+    error_ = result.error().message;
+  }
+}
+
+/// Messages that the modules say they published, and the log does not have.
+int64_t Recorder::CountLost(std::string* what) const {
+  int64_t lost = 0;
+  for (const auto& [channel, count] : published_) {
+    const auto found = written_.find(channel);
+    const int64_t missing = count - (found == written_.end() ? 0 : found->second.count);
+    if (missing <= 0) continue;
+    lost += missing;
+    *what += fmt::format("{}{} of {}", what->empty() ? "" : ", ", missing, channel);
+  }
+  return lost;
+}
+
+std::vector<uint8_t> Recorder::MakeEnd(const std::string& reason, bool clean,
+                                       const std::string& run_hash,
+                                       const std::vector<bridge::ChannelTotal>& totals) const {
+  morphbus::log_end_t end;
+  end.header.protocol = morphbus::header_t::PROTOCOL;
+  end.header.tick = std::max<int64_t>(last_tick_, 0);
+  end.header.sim_time_us = last_time_us_;
+  end.header.sequence = 0;
+  end.header.model_hash = static_cast<int64_t>(model_hash_);
+  end.header.program_hash = 0;
+  end.run = run_;
+  end.clean = clean;
+  end.reason = reason;
+  end.run_hash = run_hash;
+  end.num_ticks = party_->complete_ticks();
+  for (const bridge::ChannelTotal& total : totals) {
+    morphbus::channel_total_t entry;
+    entry.channel = total.channel;
+    entry.count = total.count;
+    entry.hash = static_cast<int64_t>(total.hash);
+    entry.hashed = total.hashed;
+    end.channels.push_back(std::move(entry));
+  }
+  end.num_channels = static_cast<int16_t>(end.channels.size());
+  std::vector<uint8_t> payload;
+  bridge::Encode(end, &payload);
+  return payload;
+}
+
+Result<RecordSummary> Recorder::Finish(const std::string& interrupted) {
+  Release(std::numeric_limits<int64_t>::max());
+  std::vector<bridge::ChannelTotal> totals;
+  std::vector<bridge::ChannelTotal> hashed;
+  for (const auto& [channel, written] : written_) {
+    totals.push_back({channel, written.count, written.hash.Digest(), written.hashed});
+    if (written.hashed) hashed.push_back(totals.back());
+  }
+  RecordSummary summary;
+  summary.run_hash = bridge::RunHash(std::move(hashed));
+  summary.reason = !interrupted.empty()        ? interrupted
+                   : !party_->error().empty() ? party_->error()
+                                              : party_->end_reason();
+  std::string missing;
+  summary.lost = CountLost(&missing);
+  if (summary.lost > 0) summary.reason += "; not in the log: " + missing;
+  summary.complete = interrupted.empty() && party_->complete() && party_->error().empty() &&
+                     summary.lost == 0 && error_.empty();
+  const std::vector<uint8_t> end =
+      MakeEnd(summary.reason, summary.complete, summary.run_hash, totals);
+  summary.path = writer_->partial_path();
+  if (!error_.empty()) return Fail(error_ + "; the log up to there is " + summary.path);
+  if (auto r = writer_->Write(options_.wall_clock(), bridge::Channel(run_, "", Topic::kEnd), end);
+      !r) {
+    return tl::unexpected(r.error());
+  }
+  if (auto r = writer_->Close(); !r) return tl::unexpected(r.error());
+  summary.path = writer_->path();
+  summary.events = writer_->num_events();
+  summary.bytes = writer_->num_bytes();
+  return summary;
+}
+
+}  // namespace morphbus::logger

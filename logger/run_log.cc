@@ -1,0 +1,410 @@
+#include "logger/run_log.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <morphbus/info_part_t.hpp>
+#include <morphbus/sensors_t.hpp>
+#include <morphbus/sim_clock_t.hpp>
+#include <morphbus/transform_t.hpp>
+#include <morphbus/world_t.hpp>
+#include <set>
+
+#include "bridge/channels.h"
+#include "bridge/codec.h"
+#include "bridge/info_parts.h"
+#include "logger/channel_line.h"
+#include "logger/description.h"
+
+namespace morphbus::logger {
+namespace {
+
+using bridge::Topic;
+
+constexpr size_t kMaxFaults = 1000;
+constexpr int64_t kMaxSequence = int64_t{1} << 56;
+
+/// A damaged log can name any bytes as its channel; what is shown is printable ASCII.
+std::string Printable(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    if (c >= 0x20 && c < 0x7F) {
+      out += c;
+    } else {
+      out += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+    }
+  }
+  return out;
+}
+
+/// Reads one file into one RunLog.
+class Loader {
+ public:
+  Loader(std::string run, bool series, RunLog* log)
+      : run_(std::move(run)), series_(series), log_(*log), facts_(log->facts) {}
+
+  void Take(const LogEvent& event);
+  void TakeFindings(const EventLogReader& reader);
+  void Finish();
+
+ private:
+  void TakeOurs(const LogEvent& event, const bridge::ChannelName& name, ChannelFacts* channel);
+  Result<void> Dispatch(const LogEvent& event, const bridge::ChannelName& name);
+  Result<void> TakeClock(const LogEvent& event);
+  Result<void> TakeSensors(const LogEvent& event);
+  Result<void> TakeWorld(const LogEvent& event);
+  Result<void> TakeTransform(const LogEvent& event, std::string_view module);
+  Result<void> TakeActuator(const LogEvent& event, std::string_view module);
+  Result<void> TakeStatus(const LogEvent& event, std::string_view module);
+  Result<void> TakeHealth(const LogEvent& event, std::string_view process);
+  Result<void> TakeInfo(const LogEvent& event);
+  Result<void> TakeEnd(const LogEvent& event);
+  ModuleSeries& Module(std::string_view name);
+  void VerifyEnd();
+  void SortSeries();
+  void UseDescription();
+
+  template <class M>
+  Result<void> Decode(const LogEvent& event, M* message) {
+    Result<void> result = bridge::Decode(event.data.data(), event.data.size(), {}, message);
+    if (result) now_us_ = std::max<int64_t>(now_us_, message->header.sim_time_us);
+    return result;
+  }
+
+  std::string run_;
+  bool series_;
+  RunLog& log_;
+  LogFacts& facts_;
+  std::map<std::string, ChannelLine, std::less<>> lines_;
+  std::map<std::string, ModuleSeries, std::less<>> modules_;
+  std::map<int64_t, WorldSample> world_;
+  std::set<int64_t> ticks_;
+  std::set<std::string, std::less<>> other_runs_;
+  bridge::InfoAssembler info_;
+  bool end_seen_ = false;
+  int64_t now_us_ = 0;
+  size_t findings_taken_ = 0;
+};
+
+ModuleSeries& Loader::Module(std::string_view name) {
+  const auto found = modules_.find(name);
+  if (found != modules_.end()) return found->second;
+  ModuleSeries& series = modules_[std::string(name)];
+  series.name = name;
+  return series;
+}
+
+Result<void> Loader::TakeClock(const LogEvent& event) {
+  morphbus::sim_clock_t clock;
+  if (auto r = Decode(event, &clock); !r) return r;
+  facts_.tick_us = clock.tick_us;
+  if (clock.phase != morphbus::sim_clock_t::PHASE_END) ticks_.insert(clock.header.sim_time_us);
+  return {};
+}
+
+Result<void> Loader::TakeSensors(const LogEvent& event) {
+  morphbus::sensors_t sensors;
+  if (auto r = Decode(event, &sensors); !r) return r;
+  for (morphbus::module_sensors_t& reading : sensors.modules) {
+    ModuleSeries& module = Module(reading.name);
+    module.id = reading.module_id;
+    if (!series_) continue;
+    module.sensors.push_back({sensors.header.sim_time_us, std::move(reading.joint_position_si),
+                              std::move(reading.docked)});
+  }
+  return {};
+}
+
+Result<void> Loader::TakeWorld(const LogEvent& event) {
+  morphbus::world_t world;
+  if (auto r = Decode(event, &world); !r || !series_) return r;
+  WorldSample& sample = world_[world.header.sim_time_us];
+  sample.time_us = world.header.sim_time_us;
+  sample.bodies.insert(sample.bodies.end(), world.bodies.begin(), world.bodies.end());
+  return {};
+}
+
+Result<void> Loader::TakeTransform(const LogEvent& event, std::string_view module) {
+  morphbus::transform_t transform;
+  if (auto r = Decode(event, &transform); !r || !series_) return r;
+  Module(module).transforms.push_back({transform.header.sim_time_us, transform.role,
+                                       transform.has_pose != 0, transform.pose_stale != 0,
+                                       std::move(transform.link_poses)});
+  return {};
+}
+
+Result<void> Loader::TakeActuator(const LogEvent& event, std::string_view module) {
+  morphbus::actuator_t actuator;
+  if (auto r = Decode(event, &actuator); !r || !series_) return r;
+  Module(module).actuators.push_back({actuator.header.sim_time_us, std::move(actuator.joints),
+                                      std::move(actuator.connectors)});
+  return {};
+}
+
+Result<void> Loader::TakeStatus(const LogEvent& event, std::string_view module) {
+  morphbus::status_t status;
+  if (auto r = Decode(event, &status); !r) return r;
+  for (const morphbus::fault_t& fault : status.faults) {
+    ++facts_.num_faults;
+    if (facts_.faults.size() >= kMaxFaults) continue;
+    facts_.faults.push_back({status.header.sim_time_us, std::string(module), status.role_name,
+                             fault.code, fault.text, fault.function, fault.line});
+  }
+  facts_.num_faults += status.faults_dropped;
+  ModuleSeries& series = Module(module);
+  const int64_t tick = status.header.tick;
+  const int64_t time_us = status.header.sim_time_us;
+  if (series_) series.status.push_back({time_us, tick, std::move(status)});
+  return {};
+}
+
+Result<void> Loader::TakeHealth(const LogEvent& event, std::string_view process) {
+  morphbus::health_t health;
+  if (auto r = bridge::Decode(event.data.data(), event.data.size(), {}, &health); !r) return r;
+  facts_.health[std::string(process)] = health;
+  return {};
+}
+
+Result<void> Loader::TakeInfo(const LogEvent& event) {
+  morphbus::info_part_t part;
+  if (auto r = bridge::Decode(event.data.data(), event.data.size(), {}, &part); !r) return r;
+  if (!log_.description.empty()) return {};
+  if (std::optional<std::string> whole = info_.Take(part)) log_.description = std::move(*whole);
+  return {};
+}
+
+Result<void> Loader::TakeEnd(const LogEvent& event) {
+  morphbus::log_end_t end;
+  end_seen_ = true;
+  auto r = bridge::Decode(event.data.data(), event.data.size(), {}, &end);
+  if (r) facts_.end = std::move(end);
+  return r;
+}
+
+Result<void> Loader::Dispatch(const LogEvent& event, const bridge::ChannelName& name) {
+  switch (name.topic) {
+    case Topic::kClock: return TakeClock(event);
+    case Topic::kSensors: return TakeSensors(event);
+    case Topic::kWorld: return TakeWorld(event);
+    case Topic::kTransform: return TakeTransform(event, name.process);
+    case Topic::kActuator: return TakeActuator(event, name.process);
+    case Topic::kStatus: return TakeStatus(event, name.process);
+    case Topic::kHealth: return TakeHealth(event, name.process);
+    case Topic::kInfo: return TakeInfo(event);
+    case Topic::kEnd: return TakeEnd(event);
+    case Topic::kAsk:
+    case Topic::kHello:
+    case Topic::kControl: break;
+  }
+  morphbus::header_t header;
+  return bridge::DecodeHeader(event.data.data(), event.data.size(), &header);
+}
+
+void Loader::TakeOurs(const LogEvent& event, const bridge::ChannelName& name,
+                      ChannelFacts* channel) {
+  ChannelLine& line = lines_[channel->channel];
+  morphbus::header_t header;
+  Result<void> sound = bridge::DecodeHeader(event.data.data(), event.data.size(), &header);
+  if (sound && (header.sequence < 0 || header.sequence > kMaxSequence)) {
+    sound = Fail("its sequence number is impossible");
+  }
+  if (sound && channel->hashed) {
+    switch (line.Take(header.sequence, event.data)) {
+      case ChannelLine::Kind::kDuplicate: return;
+      case ChannelLine::Kind::kConflict:
+        facts_.AddDamage(fmt::format("{} has two different messages with number {} (byte {})",
+                                     channel->channel, header.sequence, event.offset),
+                         event.offset, now_us_);
+        return;
+      case ChannelLine::Kind::kNew: break;
+    }
+    line.TakeTime(header.sim_time_us);
+  } else if (sound) {
+    line.TakeUnnumbered(event.data);
+  }
+  if (sound) sound = Dispatch(event, name);
+  if (sound) return;
+  ++channel->bad;
+  facts_.AddDamage(fmt::format("the message on {} at byte {} is damaged: {}", channel->channel,
+                               event.offset, sound.error().message),
+                   event.offset, now_us_);
+}
+
+void Loader::Take(const LogEvent& event) {
+  ++facts_.events;
+  if (facts_.events == 1) facts_.first_us = event.timestamp_us;
+  facts_.last_us = event.timestamp_us;
+  const std::optional<bridge::ChannelName> name = bridge::ParseChannel(event.channel);
+  const bool ours = name && name->run == run_;
+  if (name && !ours) other_runs_.emplace(name->run);
+  // A damaged log can name a new channel with every event; beyond this they are counted as one.
+  std::string key = Printable(event.channel);
+  if (facts_.channels.size() >= 10'000 && !facts_.channels.contains(key)) key = "(further channels)";
+  ChannelFacts& channel = facts_.channels[key];
+  if (channel.events == 0) {
+    channel.channel = key;
+    channel.first_us = event.timestamp_us;
+    channel.ours = ours;
+    channel.hashed = ours && bridge::IsHashed(name->topic);
+  }
+  channel.last_us = event.timestamp_us;
+  ++channel.events;
+  channel.bytes += static_cast<int64_t>(event.data.size());
+  if (ours && channel.ours) TakeOurs(event, *name, &channel);
+}
+
+void Loader::TakeFindings(const EventLogReader& reader) {
+  for (; findings_taken_ < reader.findings().size(); ++findings_taken_) {
+    const LogFinding& finding = reader.findings()[findings_taken_];
+    facts_.findings.push_back(finding);
+    if (finding.is_damage()) facts_.AddDamage(finding.what, finding.begin, now_us_);
+  }
+}
+
+void Loader::VerifyEnd() {
+  if (!facts_.end) {
+    facts_.end_state = end_seen_ ? EndState::kUnreadable : EndState::kMissing;
+    return;
+  }
+  bool right = facts_.end->run_hash == facts_.run_hash;
+  std::set<std::string> listed;
+  for (const morphbus::channel_total_t& total : facts_.end->channels) {
+    listed.insert(total.channel);
+    const auto found = facts_.channels.find(total.channel);
+    const bool matches = found != facts_.channels.end() && found->second.messages == total.count &&
+                         found->second.hash == static_cast<uint64_t>(total.hash);
+    if (found != facts_.channels.end()) found->second.matches_end = matches;
+    right = right && (matches || (total.count == 0 && found == facts_.channels.end()));
+  }
+  for (auto& [key, channel] : facts_.channels) {
+    if (!channel.hashed || listed.contains(key)) continue;
+    channel.matches_end = false;
+    right = false;
+  }
+  facts_.end_state = right ? EndState::kVerified : EndState::kMismatch;
+}
+
+/// One sample a time, in order of time; a recording by other tools may have them in any order.
+template <class Sample>
+void SortByTime(std::vector<Sample>* samples, bool unique) {
+  const auto earlier = [](const Sample& a, const Sample& b) { return a.time_us < b.time_us; };
+  if (!std::is_sorted(samples->begin(), samples->end(), earlier)) {
+    std::stable_sort(samples->begin(), samples->end(), earlier);
+  }
+  if (!unique) return;
+  const auto same = [](const Sample& a, const Sample& b) { return a.time_us == b.time_us; };
+  samples->erase(std::unique(samples->begin(), samples->end(), same), samples->end());
+}
+
+void Loader::SortSeries() {
+  std::vector<ModuleSeries> all;
+  for (auto& [name, module] : modules_) {
+    SortByTime(&module.sensors, true);
+    SortByTime(&module.transforms, true);
+    SortByTime(&module.actuators, true);
+    SortByTime(&module.status, false);
+    if (log_.robot != nullptr) {
+      module.model_index = log_.robot->FindModule(name).value_or(-1);
+    }
+    all.push_back(std::move(module));
+  }
+  std::stable_sort(all.begin(), all.end(), [](const ModuleSeries& a, const ModuleSeries& b) {
+    const auto rank = [](const ModuleSeries& m) {
+      return m.model_index >= 0 ? m.model_index : 1'000'000 + std::max(m.id, 0);
+    };
+    return rank(a) < rank(b);
+  });
+  log_.modules = std::move(all);
+  log_.world.reserve(world_.size());
+  for (auto& [time, sample] : world_) log_.world.push_back(std::move(sample));
+  log_.ticks_us.assign(ticks_.begin(), ticks_.end());
+}
+
+void Loader::UseDescription() {
+  if (log_.description.empty()) {
+    facts_.problems.push_back("the log does not hold the run's whole description (INFO)");
+    return;
+  }
+  ApplyDescription(log_.description, &log_);
+}
+
+void Loader::Finish() {
+  std::vector<bridge::ChannelTotal> totals;
+  for (auto& [name, line] : lines_) {
+    ChannelFacts& channel = facts_.channels[name];
+    line.Finish();
+    channel.messages = line.count();
+    channel.duplicates = line.duplicates();
+    channel.lost = line.lost();
+    channel.first_lost = line.first_lost();
+    channel.hash = line.hash();
+    channel.sim_seconds = line.sim_seconds();
+    if (channel.hashed) totals.push_back({name, channel.messages, channel.hash, true});
+  }
+  for (auto& [name, channel] : facts_.channels) {
+    if (!channel.ours) channel.messages = channel.events;
+  }
+  facts_.run_hash = bridge::RunHash(std::move(totals));
+  facts_.other_runs.assign(other_runs_.begin(), other_runs_.end());
+  facts_.ticks = static_cast<int64_t>(ticks_.size());
+  facts_.seconds = static_cast<double>(facts_.ticks) * facts_.tick_us * 1e-6;
+  log_.tick_us = facts_.tick_us;
+  VerifyEnd();
+  UseDescription();
+  SortSeries();
+}
+
+/// The first run that the file names in a CLOCK or INFO.
+std::optional<std::string> FindRun(EventLogReader* reader) {
+  LogEvent event;
+  while (reader->Next(&event)) {
+    const std::optional<bridge::ChannelName> name = bridge::ParseChannel(event.channel);
+    if (name && (name->topic == Topic::kInfo || name->topic == Topic::kClock)) {
+      return std::string(name->run);
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+const ModuleSeries* RunLog::FindModule(const std::string& name) const {
+  for (const ModuleSeries& module : modules) {
+    if (module.name == name) return &module;
+  }
+  return nullptr;
+}
+
+Result<RunLog> LoadRunLog(const std::string& path, const RunLogOptions& options) {
+  auto reader = EventLogReader::Open(path);
+  if (!reader) return tl::unexpected(reader.error());
+  std::string run = options.run;
+  if (run.empty()) {
+    const std::optional<std::string> found = FindRun(reader->get());
+    if (!found) {
+      return Fail(path + (reader->get()->file_size() == 0 ? " is empty"
+                                                          : " holds no run of modules"));
+    }
+    run = *found;
+    reader = EventLogReader::Open(path);
+    if (!reader) return tl::unexpected(reader.error());
+  }
+  RunLog log;
+  log.facts.path = path;
+  log.facts.run = run;
+  log.facts.file_bytes = (*reader)->file_size();
+  Loader loader(run, options.series, &log);
+  LogEvent event;
+  while ((*reader)->Next(&event)) {
+    loader.TakeFindings(**reader);
+    loader.Take(event);
+  }
+  loader.TakeFindings(**reader);
+  if (!(*reader)->io_error().empty()) {
+    log.facts.AddDamage("reading failed: " + (*reader)->io_error(), (*reader)->position(), 0);
+  }
+  loader.Finish();
+  return log;
+}
+
+}  // namespace morphbus::logger
