@@ -12,14 +12,11 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 
 namespace morphbus::tools {
 namespace {
-
-constexpr const char* kDefaultUrl = "udpm://239.255.76.67:7667?ttl=0";
 
 /// A file descriptor that closes itself.
 class Descriptor {
@@ -92,37 +89,7 @@ Result<void> BringLoopbackUp() {
   return {};
 }
 
-/// Group and port of "udpm://group:port?options".
-struct Group {
-  std::string address = "239.255.76.67";
-  int port = 7667;
-};
-
-Result<Group> ParseGroup(const std::string& url) {
-  Group group;
-  std::string rest = url.substr(std::strlen("udpm://"));
-  rest = rest.substr(0, rest.find('?'));
-  if (rest.empty()) return group;
-  const size_t colon = rest.find(':');
-  if (colon != 0) group.address = rest.substr(0, colon);
-  if (colon != std::string::npos) group.port = std::atoi(rest.c_str() + colon + 1);
-  in_addr parsed = {};
-  if (inet_pton(AF_INET, group.address.c_str(), &parsed) != 1 ||
-      !IN_MULTICAST(ntohl(parsed.s_addr)) || group.port < 1 || group.port > 65535) {
-    return Fail(fmt::format(
-        "LCM URL {}: expected udpm://GROUP:PORT with a group in 224.0.0.0/4 and a port in 1..65535", url));
-  }
-  return group;
-}
-
 }  // namespace
-
-std::string LcmUrl(const std::string& given) {
-  if (!given.empty()) return given;
-  const char* from_environment = std::getenv("LCM_DEFAULT_URL");
-  if (from_environment != nullptr && *from_environment != '\0') return from_environment;
-  return kDefaultUrl;
-}
 
 Result<void> EnterPrivateNetwork() {
   // Root keeps its rights over files by going without a user namespace.
@@ -146,24 +113,6 @@ Result<void> JoinNetworkOf(pid_t pid) {
     }
   }
   return {};
-}
-
-Result<void> CheckMulticast(const std::string& url) {
-  if (url.rfind("udpm://", 0) != 0) return {};
-  const Result<Group> group = ParseGroup(url);
-  if (!group) return Fail(group.error().message);
-  const Descriptor socket_fd(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
-  sockaddr_in address = {};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(static_cast<uint16_t>(group->port));
-  inet_pton(AF_INET, group->address.c_str(), &address.sin_addr);
-  sockaddr generic = {};
-  std::memcpy(&generic, &address, sizeof generic);
-  if (connect(socket_fd.get(), &generic, sizeof generic) == 0) return {};
-  return Fail(fmt::format(
-      "there is no route for multicast to {} here ({}): run with --isolate, or make one with "
-      "'sudo ip link set lo up multicast on && sudo ip route add 224.0.0.0/4 dev lo'",
-      group->address, std::strerror(errno)));
 }
 
 }  // namespace morphbus::tools

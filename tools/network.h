@@ -9,9 +9,6 @@
 
 namespace morphbus::tools {
 
-/// The LCM URL in force: `given`, else $LCM_DEFAULT_URL, else LCM's own default.
-std::string LcmUrl(const std::string& given);
-
 /// Moves this process, and what it starts from now on, into a network namespace of its own that holds
 /// just a loopback with a multicast route. Needs no rights: an unprivileged user gets a user namespace
 /// as well (with unchanged ids). Call before any thread is started.
@@ -20,9 +17,5 @@ Result<void> EnterPrivateNetwork();
 /// Moves this process into the network namespace of process `pid` (a run of one's own).
 /// Call before any thread is started.
 Result<void> JoinNetworkOf(pid_t pid);
-
-/// Whether UDP multicast as `url` asks for can work here: a well-formed multicast group and a route
-/// to it. The error says in one sentence what to do. URLs of other providers pass.
-Result<void> CheckMulticast(const std::string& url);
 
 }  // namespace morphbus::tools

@@ -16,14 +16,13 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "bridge/channels.h"
 #include "tools/files.h"
 
 namespace morphbus::tools {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr size_t kMaxRunName = 24;  // leaves room for module names in the 63 of a channel's name
 
 /// The folder of all runs of this user; created if need be. Refuses one that others can get into.
 Result<std::string> RegistryFolder() {
@@ -93,20 +92,11 @@ Result<RunEntry> ReadEntry(const std::string& path, const std::string& name) {
   return entry;
 }
 
-Result<void> CheckName(const std::string& name) {
-  const bool good = !name.empty() && name.size() <= kMaxRunName &&
-                    std::all_of(name.begin(), name.end(), [](char c) {
-                      return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-';
-                    });
-  if (good) return {};
-  return Fail(fmt::format("--run '{}': expected 1 to {} letters, digits, '_' or '-'", name, kMaxRunName));
-}
-
 }  // namespace
 
 Result<RunDirectory> RunDirectory::Claim(const std::string& name) {
   if (!name.empty()) {
-    if (Result<void> good = CheckName(name); !good) return Fail(good.error().message);
+    if (Result<void> good = bridge::CheckRunName(name); !good) return Fail("--run: " + good.error().message);
   }
   const Result<std::string> folder = RegistryFolder();
   if (!folder) return Fail(folder.error().message);

@@ -1,0 +1,65 @@
+#include "tools/control_link.h"
+
+#include <gtest/gtest.h>
+#include <poll.h>
+
+#include <optional>
+#include <string>
+
+namespace morphbus::tools {
+namespace {
+
+/// Waits for something to read, then reads it.
+std::vector<nlohmann::ordered_json> Await(ControlLink* link) {
+  pollfd fd = {link->fd(), POLLIN, 0};
+  poll(&fd, 1, -1);
+  return link->Receive();
+}
+
+TEST(ControlLinkTest, MessagesArriveWholeAndInOrder) {
+  Result<std::pair<ControlLink, int>> ends = ControlLink::Create();
+  ASSERT_TRUE(ends.has_value());
+  ControlLink other(ends->second);
+  other.Deliver({{"tick", 1}});
+  other.Deliver({{"text", "two\nlines"}});
+  const auto messages = Await(&ends->first);
+  ASSERT_EQ(messages.size(), 2u);
+  EXPECT_EQ(messages[0]["tick"], 1);
+  EXPECT_EQ(messages[1]["text"], "two\nlines");
+}
+
+TEST(ControlLinkTest, TheEndOfTheOtherSideIsSeen) {
+  Result<std::pair<ControlLink, int>> ends = ControlLink::Create();
+  std::optional<ControlLink> other(std::in_place, ends->second);
+  EXPECT_EQ(StopReason(&ends->first), "");
+  other.reset();
+  EXPECT_EQ(StopReason(&ends->first), "the launcher is gone");
+}
+
+TEST(ControlLinkTest, AStopGivesItsReason) {
+  Result<std::pair<ControlLink, int>> ends = ControlLink::Create();
+  ControlLink other(ends->second);
+  ends->first.Deliver({{"stop", "module m3 exited with status 1"}});
+  EXPECT_EQ(StopReason(&other), "module m3 exited with status 1");
+}
+
+TEST(ControlLinkTest, AFullSocketNeverBlocksProgress) {
+  Result<std::pair<ControlLink, int>> ends = ControlLink::Create();
+  ControlLink other(ends->second);
+  for (int i = 0; i < 100000; ++i) other.Send({{"tick", i}});
+  int64_t last = -1;
+  for (const auto& message : Await(&ends->first)) {
+    EXPECT_EQ(message["tick"].get<int64_t>(), last + 1);  // a prefix, no half lines
+    last = message["tick"];
+  }
+  EXPECT_GT(last, 100);
+}
+
+TEST(ControlLinkTest, ALinkToNobodySaysNothing) {
+  ControlLink none(-1);
+  none.Deliver({{"tick", 1}});
+  EXPECT_EQ(StopReason(&none), "");
+}
+
+}  // namespace
+}  // namespace morphbus::tools

@@ -1,0 +1,98 @@
+#include "tools/cli.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+namespace morphbus::tools {
+
+bool IsFancyTerminal(int fd) {
+  const char* term = std::getenv("TERM");
+  const char* no_color = std::getenv("NO_COLOR");
+  return isatty(fd) == 1 && (no_color == nullptr || *no_color == '\0') && term != nullptr &&
+         std::strcmp(term, "dumb") != 0;
+}
+
+namespace {
+
+void Say(const char* severity, const char* color, const std::string& message) {
+  if (IsFancyTerminal(STDERR_FILENO)) {
+    fmt::print(stderr, "morphbus: {}{}:\033[0m {}\n", color, severity, message);
+  } else {
+    fmt::print(stderr, "morphbus: {}: {}\n", severity, message);
+  }
+}
+
+/// Rounds nothing, but prints -0 as 0.
+double Plain(double v) { return v == 0.0 ? 0.0 : v; }
+
+}  // namespace
+
+int Unusable(const std::string& message) {
+  Say("error", "\033[1;31m", message);
+  return kUnusable;
+}
+
+int Failed(const std::string& message) {
+  Say("error", "\033[1;31m", message);
+  return kFailed;
+}
+
+void Warn(const std::string& message) { Say("warning", "\033[1;33m", message); }
+
+void PrintDiagnostics(const source::Diagnostics& diagnostics, const source::SourceSet& sources) {
+  const std::string text = source::Render(diagnostics, sources, IsFancyTerminal(STDERR_FILENO));
+  std::fputs(text.c_str(), stderr);
+}
+
+void PrintJson(const Json& json) { fmt::print("{}\n", json.dump(2)); }
+
+std::optional<model::Model> LoadModel(const std::vector<std::string>& paths) {
+  m3l::CompileOutput output = m3l::CompileFiles(paths);
+  PrintDiagnostics(output.diagnostics, output.sources);
+  return std::move(output.model);
+}
+
+const model::Robot* PickRobot(const model::Model& model, const std::string& name) {
+  std::vector<std::string> names;
+  for (const model::Robot& robot : model.robots) names.push_back(robot.name);
+  if (name.empty() && model.robots.size() == 1) return &model.robots.front();
+  if (const model::Robot* robot = model.FindRobot(name)) return robot;
+  if (names.empty()) {
+    Unusable("the model defines no robot");
+  } else if (name.empty()) {
+    Unusable(fmt::format("the model has several robots; choose one with --robot: {}",
+                         fmt::join(names, ", ")));
+  } else {
+    const std::string nearest = source::NearestName(name, names);
+    Unusable(fmt::format("the model has no robot '{}'{}; it has {}", name,
+                         nearest.empty() ? "" : fmt::format(" (did you mean '{}'?)", nearest),
+                         fmt::join(names, ", ")));
+  }
+  return nullptr;
+}
+
+Json PoseJson(const model::Pose& X) {
+  Eigen::Quaterniond q(X.linear());
+  if (q.w() < 0) q.coeffs() = -q.coeffs();
+  return Json{{"p", VectorJson(X.translation())},
+              {"q", Json::array({Plain(q.w()), Plain(q.x()), Plain(q.y()), Plain(q.z())})}};
+}
+
+Json VectorJson(const Eigen::Vector3d& v) {
+  return Json::array({Plain(v.x()), Plain(v.y()), Plain(v.z())});
+}
+
+Json AttributeJson(const model::AttributeValue& value) {
+  return std::visit([](const auto& v) { return Json(v); }, value);
+}
+
+std::string Plural(size_t count, const std::string& noun) {
+  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
+}  // namespace morphbus::tools

@@ -1,0 +1,113 @@
+#include "tools/control_link.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+
+namespace morphbus::tools {
+namespace {
+
+constexpr size_t kMaxLine = 1 << 20;
+
+volatile std::sig_atomic_t g_signal = 0;
+
+void RememberSignal(int signal) { g_signal = signal; }
+
+}  // namespace
+
+ControlLink::ControlLink(int fd) : fd_(fd) {
+  if (fd_ < 0) return;
+  fcntl(fd_, F_SETFL, fcntl(fd_, F_GETFL) | O_NONBLOCK);
+  fcntl(fd_, F_SETFD, FD_CLOEXEC);
+}
+
+ControlLink::ControlLink(ControlLink&& other) noexcept
+    : fd_(std::exchange(other.fd_, -1)), closed_(other.closed_), pending_(std::move(other.pending_)) {}
+
+ControlLink::~ControlLink() {
+  if (fd_ >= 0) close(fd_);
+}
+
+Result<std::pair<ControlLink, int>> ControlLink::Create() {
+  int ends[2];
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
+    return Fail(fmt::format("cannot make a socket: {}", std::strerror(errno)));
+  }
+  return std::pair<ControlLink, int>(ControlLink(ends[0]), ends[1]);
+}
+
+void ControlLink::Send(const nlohmann::ordered_json& message) const {
+  if (fd_ < 0) return;
+  // Half a line would spoil the next one, so only a socket with room gets any.
+  pollfd waiting = {fd_, POLLOUT, 0};
+  if (poll(&waiting, 1, 0) == 1 && (waiting.revents & POLLOUT) != 0) Deliver(message);
+}
+
+void ControlLink::Deliver(const nlohmann::ordered_json& message) const {
+  if (fd_ < 0) return;
+  const std::string line = message.dump() + "\n";
+  for (size_t done = 0; done < line.size();) {
+    const ssize_t n = send(fd_, line.data() + done, line.size() - done, MSG_NOSIGNAL);
+    if (n > 0) done += static_cast<size_t>(n);
+    if (n < 0 && errno != EAGAIN && errno != EINTR) return;
+    pollfd waiting = {fd_, POLLOUT, 0};
+    if (n < 0) poll(&waiting, 1, 1000);
+  }
+}
+
+std::vector<nlohmann::ordered_json> ControlLink::Receive() {
+  std::vector<nlohmann::ordered_json> messages;
+  char buffer[4096];
+  while (fd_ >= 0 && !closed_) {
+    const ssize_t n = read(fd_, buffer, sizeof buffer);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0 && errno == EAGAIN) break;
+    if (n <= 0) {
+      closed_ = true;
+      break;
+    }
+    pending_.append(buffer, static_cast<size_t>(n));
+    for (size_t end = 0; (end = pending_.find('\n')) != std::string::npos; pending_.erase(0, end + 1)) {
+      nlohmann::ordered_json message =
+          nlohmann::ordered_json::parse(pending_.substr(0, end), nullptr, false);
+      if (message.is_object()) messages.push_back(std::move(message));
+    }
+    if (pending_.size() > kMaxLine) pending_.clear();
+  }
+  return messages;
+}
+
+void CatchSignals() {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction action = {};
+    action.sa_handler = RememberSignal;
+    sigaction(signal, &action, nullptr);  // no SA_RESTART: waiting calls return
+  }
+}
+
+int CaughtSignal() { return g_signal; }
+
+std::string StopReason(ControlLink* link) {
+  std::string reason;
+  for (const nlohmann::ordered_json& message : link->Receive()) {
+    if (message.contains("stop")) reason = message.value("stop", std::string("stopped"));
+  }
+  if (reason.empty() && link->closed()) reason = "the launcher is gone";
+  if (reason.empty() && g_signal != 0) reason = g_signal == SIGINT ? "interrupted" : "stopped";
+  return reason;
+}
+
+void Ticker::OnTime() {
+  const int64_t now_us = time_.NowUs();
+  if (now_us < next_us_) return;
+  next_us_ = now_us + period_us_;
+  call_();
+}
+
+}  // namespace morphbus::tools

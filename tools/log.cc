@@ -1,0 +1,89 @@
+// morphbus log: the logger of a run, as a process of its own.
+
+#include <fmt/format.h>
+
+#include <random>
+
+#include "bridge/bus_adapters.h"
+#include "bridge/lcm_bus.h"
+#include "logger/recorder.h"
+#include "tools/commands.h"
+#include "tools/control_link.h"
+#include "tools/run_plan.h"
+
+namespace morphbus::tools {
+namespace {
+
+constexpr int64_t kWatchUs = 50000;
+
+struct Options {
+  PlanSource plan;
+  std::string output;
+  int control_fd = -1;
+};
+
+logger::RecorderOptions RecorderFor(const RunPlan& plan, const std::string& path) {
+  logger::RecorderOptions options;
+  options.path = path;
+  options.description = plan.description.SerializeAsString();
+  options.realtime = plan.description.mode() == "realtime";
+  // Tells this process from a second one that claims to be the logger; never in a hashed payload.
+  std::random_device random;
+  options.claim = static_cast<int64_t>(random()) + 1;
+  return options;
+}
+
+/// Records until the run ends or `link` or a signal says stop. `*interrupted` says why it did.
+void Record(logger::Recorder* recorder, bridge::Bus* bus, const bridge::TimeSource& time,
+            ControlLink* link, std::string* interrupted) {
+  volatile bool stop = false;
+  Ticker watch(kWatchUs, [&] {
+    if (interrupted->empty()) *interrupted = StopReason(link);
+    if (!interrupted->empty()) stop = true;
+  });
+  bridge::RunParties(bus, time, {recorder, &watch}, &stop, [&] { recorder->EachSecond(); });
+}
+
+int Log(const Options& options) {
+  const std::optional<RunPlan> plan = LoadPlan(options.plan);
+  if (!plan) return kUnusable;
+  const Result<std::unique_ptr<bridge::Bus>> lcm = bridge::OpenLcmBus(options.plan.options.lcm_url);
+  if (!lcm) return Unusable(lcm.error().message);
+  int64_t discarded = 0;
+  bridge::LossyBus bus(lcm->get(), plan->description.loss(),
+                       ReceiverSeed(plan->description.seed(), kLogReceiver), &discarded);
+  bridge::MonotonicTime time;
+  ControlLink link(options.control_fd);
+  CatchSignals();
+  const Result<std::unique_ptr<logger::Recorder>> recorder =
+      logger::Recorder::Create(&bus, &time, RecorderFor(*plan, options.output));
+  if (!recorder) return Unusable(recorder.error().message);
+  std::string interrupted;
+  Record(recorder->get(), &bus, time, &link, &interrupted);
+  const Result<logger::RecordSummary> summary = (*recorder)->Finish(interrupted);
+  if (!summary) return Failed(summary.error().message);
+  link.Deliver({{"log", summary->path}, {"complete", summary->complete}, {"reason", summary->reason}});
+  if (options.control_fd < 0) {
+    fmt::print("{}: {} events, {} bytes, hash {}, {}\n", summary->path, summary->events,
+               summary->bytes, summary->run_hash, summary->reason);
+  }
+  // Told to stop by the launcher, which says itself what went wrong: closing the log was the task.
+  if (!interrupted.empty() && options.control_fd >= 0) return kDone;
+  return summary->complete ? kDone : Failed(summary->path + ": " + summary->reason);
+}
+
+}  // namespace
+
+void AddLog(CLI::App& app, Action* action) {
+  CLI::App* sub = app.add_subcommand("log", "The logger of a run, for starting by hand");
+  auto options = std::make_shared<Options>();
+  AddPlanSource(sub, &options->plan);
+  sub->add_option("-o,--log", options->output, "Log to write")->required();
+  sub->add_option("--control-fd", options->control_fd, "The launcher's line")->group("");
+  sub->footer(
+      "Example:\n  morphbus log models/mtran.m3l models/programs/quadruped.dyn --robot quadruped "
+      "--run walk --seconds 30 -o walk.log");
+  sub->callback([options, action] { *action = [options] { return Log(*options); }; });
+}
+
+}  // namespace morphbus::tools

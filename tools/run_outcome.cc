@@ -1,0 +1,190 @@
+#include "tools/run_outcome.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "compiler/model/kinematic_graph.h"
+#include "logger/run_log.h"
+#include "tools/walk_figures.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// Link (module, link) that stands for the body of the root: its first one, as in WORLD.
+model::LinkRef RootBody(const RunPlan& plan) {
+  const model::Robot& robot = plan.robot();
+  const int module =
+      robot.FindModule(plan.description.root_module()).value_or(robot.root_module);
+  const int link = module == robot.root_module ? robot.root_link : 0;
+  const std::vector<std::vector<int>> body_of = model::BodiesOf(plan.model, robot);
+  const int body = body_of[static_cast<size_t>(module)][static_cast<size_t>(link)];
+  for (size_t m = 0; m < body_of.size(); ++m) {
+    for (size_t l = 0; l < body_of[m].size(); ++l) {
+      if (body_of[m][l] == body) return {static_cast<int>(m), static_cast<int>(l)};
+    }
+  }
+  return {module, link};
+}
+
+const morphbus::body_pose_t* Find(const logger::WorldSample& sample, const model::LinkRef& ref) {
+  for (const morphbus::body_pose_t& body : sample.bodies) {
+    if (body.module_id == ref.module && body.link == ref.link) return &body;
+  }
+  return nullptr;
+}
+
+Json Displacement(const RunPlan& plan, const logger::RunLog& log) {
+  const model::LinkRef ref = RootBody(plan);
+  if (log.world.empty()) return nullptr;
+  const morphbus::body_pose_t* first = Find(log.world.front(), ref);
+  const morphbus::body_pose_t* last = Find(log.world.back(), ref);
+  if (first == nullptr || last == nullptr) return nullptr;
+  Json displacement = Json::array();
+  for (int i = 0; i < 3; ++i) {
+    const double d = last->position_m[i] - first->position_m[i];
+    displacement.push_back(d == 0.0 ? 0.0 : d);
+  }
+  return displacement;
+}
+
+Json Roles(const logger::RunLog& log) {
+  Json roles = Json::object();
+  for (const logger::ModuleSeries& module : log.modules) {
+    const bool known = !module.status.empty() && !module.status.back().status.role_name.empty();
+    roles[module.name] = known ? Json(module.status.back().status.role_name) : Json(nullptr);
+  }
+  return roles;
+}
+
+Json Faults(const logger::RunLog& log, const std::string& program) {
+  Json faults = Json::array();
+  for (const logger::FaultFact& fault : log.facts.faults) {
+    faults.push_back({{"module", fault.module},
+                      {"time", static_cast<double>(fault.time_us) * 1e-6},
+                      {"role", fault.role},
+                      {"fault", fault.text},
+                      {"function", fault.function},
+                      {"file", program},
+                      {"line", fault.line}});
+  }
+  return faults;
+}
+
+Json Walk(const RunPlan& plan, const logger::RunLog& log) {
+  const std::optional<WalkFigures> figures = MeasureWalk(log, RootBody(plan));
+  if (!figures) return nullptr;
+  return {{"cycle_s", figures->cycle_s},
+          {"cycle_north_m", figures->cycle_north_m},
+          {"turn_rad", figures->turn_rad},
+          {"max_tilt_rad", figures->max_tilt_rad},
+          {"min_height_m", figures->min_height_m}};
+}
+
+}  // namespace
+
+Json SummaryJson(const RunPlan& plan, const RunOutcome& outcome) {
+  int64_t lost = 0;
+  int64_t resent = 0;
+  Json processes = Json::object();
+  for (const auto& [process, health] : outcome.health) {
+    lost += health.lost + health.discarded;
+    resent += health.resent;
+    processes[process] = {{"received", health.received},     {"lost", health.lost},
+                          {"discarded", health.discarded},   {"resent", health.resent},
+                          {"asked", health.asked},           {"bad", health.bad},
+                          {"queue_overflows", health.queue_overflows}};
+  }
+  Json summary = {{"run", outcome.run},
+                  {"hash", outcome.hash},
+                  {"seconds", static_cast<double>(outcome.ticks) * plan.description.tick_us() * 1e-6},
+                  {"wall_seconds", outcome.wall_seconds},
+                  {"ticks", outcome.ticks},
+                  {"messages", outcome.messages},
+                  {"lost", lost},
+                  {"resent", resent},
+                  {"roles", Json::object()},
+                  {"displacement", nullptr},
+                  {"faults", Json::array()},
+                  {"walk", nullptr},
+                  {"program_hash", fmt::format("{:016x}", plan.description.program_hash())},
+                  {"world_hash", plan.description.world_hash()},
+                  {"missed_deadlines", outcome.missed_deadlines},
+                  {"processes", processes},
+                  {"log", outcome.log},
+                  {"ended", outcome.reason},
+                  {"error", outcome.error.empty() ? Json(nullptr) : Json(outcome.error)}};
+  const auto log = outcome.log.empty() ? Result<logger::RunLog>(Fail("no log"))
+                                       : logger::LoadRunLog(outcome.log, {outcome.run, true});
+  if (log) {
+    summary["roles"] = Roles(*log);
+    summary["displacement"] = Displacement(plan, *log);
+    summary["walk"] = Walk(plan, *log);
+    summary["faults"] = Faults(*log, plan.description.program_file());
+  }
+  return summary;
+}
+
+namespace {
+
+std::string WalkText(const Json& walk) {
+  constexpr double kDegrees = 180.0 / EIGEN_PI;
+  if (walk.is_null() || walk["cycle_north_m"].empty()) return "";
+  std::string cycles;
+  for (const Json& north : walk["cycle_north_m"]) {
+    cycles += fmt::format("{}{:.0f}", cycles.empty() ? "" : " ", north.get<double>() * 1000.0);
+  }
+  return fmt::format("  cycle of {:.2f} s, mm north in each: {}; turned {:+.1f} degrees, tilted {:.1f} at most\n",
+                     walk["cycle_s"].get<double>(), cycles, walk["turn_rad"].get<double>() * kDegrees,
+                     walk["max_tilt_rad"].get<double>() * kDegrees);
+}
+
+}  // namespace
+
+std::string SummaryText(const Json& s, const RunOutcome& outcome) {
+  const double seconds = s["seconds"].get<double>();
+  std::string text = fmt::format(
+      "run {}: {:.2f} s in {:.2f} s of wall time ({:.1f} x real time), {} ticks, {} messages\n",
+      outcome.run, seconds, outcome.wall_seconds,
+      outcome.wall_seconds > 0 ? seconds / outcome.wall_seconds : 0.0, outcome.ticks, outcome.messages);
+  text += fmt::format("  hash {}   program {}   world {}\n", outcome.hash.empty() ? "-" : outcome.hash,
+                      s["program_hash"].get<std::string>(), s["world_hash"].get<std::string>());
+  for (const auto& [module, role] : s["roles"].items()) {
+    text += fmt::format("  {:<8} {}\n", module, role.is_null() ? "(no role)" : role.get<std::string>());
+  }
+  if (s["displacement"].is_array()) {
+    const Json& d = s["displacement"];
+    text += fmt::format("  moved {:+.3f} m north, {:+.3f} m up, {:+.3f} m east\n", d[0].get<double>(),
+                        d[1].get<double>(), d[2].get<double>());
+  }
+  text += WalkText(s["walk"]);
+  if (s["lost"].get<int64_t>() > 0 || s["resent"].get<int64_t>() > 0) {
+    text += fmt::format("  {} messages lost, {} sent again\n", s["lost"].get<int64_t>(),
+                        s["resent"].get<int64_t>());
+    for (const auto& [process, ledger] : s["processes"].items()) {
+      text += fmt::format("    {:<8} {:>7} received {:>7} lost {:>7} thrown away {:>6} asked {:>6} sent again\n",
+                          process, ledger["received"].get<int64_t>(), ledger["lost"].get<int64_t>(),
+                          ledger["discarded"].get<int64_t>(), ledger["asked"].get<int64_t>(),
+                          ledger["resent"].get<int64_t>());
+    }
+  }
+  if (outcome.missed_deadlines > 0) {
+    text += fmt::format("  {} deadlines missed\n", outcome.missed_deadlines);
+  }
+  const Json& faults = s["faults"];
+  text += faults.empty() ? "  no faults\n" : fmt::format("  {}\n", Plural(faults.size(), "fault"));
+  for (size_t i = 0; i < std::min<size_t>(faults.size(), 10); ++i) {
+    const Json& f = faults[i];
+    text += fmt::format("    {:8.2f} s  {:<6} {}:{}: {} ({})\n", f["time"].get<double>(),
+                        f["module"].get<std::string>(), f["file"].get<std::string>(),
+                        f["line"].get<int>(), f["fault"].get<std::string>(),
+                        f["function"].get<std::string>());
+  }
+  if (faults.size() > 10) text += fmt::format("    and {} more (morphbus info)\n", faults.size() - 10);
+  if (!outcome.reason.empty()) text += fmt::format("  ended: {}\n", outcome.reason);
+  if (!outcome.log.empty()) text += fmt::format("  log {}\n", outcome.log);
+  return text;
+}
+
+}  // namespace morphbus::tools

@@ -1,0 +1,105 @@
+#include "tools/walk_figures.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+namespace morphbus::tools {
+namespace {
+
+constexpr double kSameTarget = 1e-6;
+
+/// The joint that is told most; its events.
+std::vector<CommandEvent> BusiestJoint(const logger::RunLog& log) {
+  std::vector<CommandEvent> busiest;
+  for (const logger::ModuleSeries& module : log.modules) {
+    const size_t joints = module.actuators.empty() ? 0 : module.actuators.front().joints.size();
+    for (size_t j = 0; j < joints; ++j) {
+      std::vector<CommandEvent> events;
+      for (const logger::ActuatorSample& sample : module.actuators) {
+        if (j >= sample.joints.size() ||
+            sample.joints[j].mode != morphbus::joint_command_t::MODE_POSITION) {
+          continue;
+        }
+        const double target = sample.joints[j].target_si;
+        if (!events.empty() && std::abs(events.back().target - target) < kSameTarget) continue;
+        events.push_back({sample.time_us, target});
+      }
+      if (events.size() > busiest.size()) busiest = std::move(events);
+    }
+  }
+  return busiest;
+}
+
+struct Sample {
+  int64_t time_us = 0;
+  Eigen::Vector3d p;
+  Eigen::Quaterniond q;
+};
+
+std::vector<Sample> Track(const logger::RunLog& log, const model::LinkRef& body) {
+  std::vector<Sample> track;
+  for (const logger::WorldSample& world : log.world) {
+    for (const morphbus::body_pose_t& pose : world.bodies) {
+      if (pose.module_id != body.module || pose.link != body.link) continue;
+      track.push_back({world.time_us,
+                       {pose.position_m[0], pose.position_m[1], pose.position_m[2]},
+                       {pose.orientation_wxyz[0], pose.orientation_wxyz[1], pose.orientation_wxyz[2],
+                        pose.orientation_wxyz[3]}});
+    }
+  }
+  return track;
+}
+
+/// The sample at `time_us`, or the first after it; the last one if there is none.
+const Sample& At(const std::vector<Sample>& track, int64_t time_us) {
+  const auto found = std::lower_bound(track.begin(), track.end(), time_us,
+                                      [](const Sample& s, int64_t t) { return s.time_us < t; });
+  return found == track.end() ? track.back() : *found;
+}
+
+bool Repeats(const std::vector<CommandEvent>& events, size_t i, size_t n, int64_t slack_us, int64_t period_us) {
+  return std::abs(events[i].target - events[i + n].target) < kSameTarget &&
+         std::abs(events[i + n].time_us - events[i].time_us - period_us) <= slack_us;
+}
+
+}  // namespace
+
+std::optional<Period> FindPeriod(const std::vector<CommandEvent>& events, int64_t slack_us) {
+  for (size_t n = 1; 2 * n <= events.size(); ++n) {
+    const size_t last = events.size() - 1;
+    const int64_t period_us = events[last].time_us - events[last - n].time_us;
+    size_t first = events.size() - n;  // of the part that repeats, counted down
+    while (first > 0 && Repeats(events, first - 1, n, slack_us, period_us)) --first;
+    // Two whole periods: the part holds at least 2 n events.
+    if (events.size() - first >= 2 * n) return Period{period_us, events[first].time_us};
+  }
+  return std::nullopt;
+}
+
+std::optional<WalkFigures> MeasureWalk(const logger::RunLog& log, const model::LinkRef& body) {
+  const std::vector<Sample> track = Track(log, body);
+  if (track.empty()) return std::nullopt;
+  WalkFigures figures;
+  const std::optional<Period> period = FindPeriod(BusiestJoint(log), 2 * int64_t{log.tick_us});
+  const int64_t start_us = period ? period->first_us : 0;
+  if (period && period->period_us > 0) {
+    figures.cycle_s = static_cast<double>(period->period_us) * 1e-6;
+    for (int64_t t = start_us; t + period->period_us <= track.back().time_us; t += period->period_us) {
+      figures.cycle_north_m.push_back(At(track, t + period->period_us).p.x() - At(track, t).p.x());
+    }
+  }
+  const Eigen::Quaterniond q_0 = track.front().q;
+  const Eigen::Vector3d north = (track.back().q * q_0.conjugate()) * Eigen::Vector3d::UnitX();
+  figures.turn_rad = std::atan2(-north.z(), north.x());  // north is x, east is z, up is y
+  figures.min_height_m = At(track, start_us).p.y();
+  for (const Sample& sample : track) {
+    const Eigen::Vector3d up = (sample.q * q_0.conjugate()) * Eigen::Vector3d::UnitY();
+    figures.max_tilt_rad = std::max(figures.max_tilt_rad, std::acos(std::clamp(up.y(), -1.0, 1.0)));
+    if (sample.time_us >= start_us) figures.min_height_m = std::min(figures.min_height_m, sample.p.y());
+  }
+  return figures;
+}
+
+}  // namespace morphbus::tools

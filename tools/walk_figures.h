@@ -1,0 +1,42 @@
+#pragma once
+// How a robot walked, from its log: found from what was commanded and what the world did, without
+// knowing the program.
+
+#include <optional>
+#include <vector>
+
+#include "compiler/model/kinematic_graph.h"
+#include "logger/run_log.h"
+
+namespace morphbus::tools {
+
+struct WalkFigures {
+  double cycle_s = 0.0;  ///< Period of the commands; 0 if they do not repeat.
+  /// What the body moved north in each whole cycle, metres; the first cycle begins with the first
+  /// command of the repeating part.
+  std::vector<double> cycle_north_m;
+  double turn_rad = 0.0;       ///< Heading gained, first to last tick; positive is to the west (left).
+  double max_tilt_rad = 0.0;   ///< Largest angle between the body's up axis and where it was at first.
+  double min_height_m = 0.0;   ///< Lowest point of the body's reference link's origin, once standing.
+};
+
+/// Figures of the body whose first link is `body` (as WORLD names it). Empty if the log has no poses.
+std::optional<WalkFigures> MeasureWalk(const logger::RunLog& log, const model::LinkRef& body);
+
+/// A row of commands to one joint: when its target changed, and to what.
+struct CommandEvent {
+  int64_t time_us = 0;
+  double target = 0.0;
+};
+
+/// A part of the row that repeats to its end.
+struct Period {
+  int64_t period_us = 0;
+  int64_t first_us = 0;  ///< Its first event.
+};
+
+/// The shortest repetition at the end of `events` that at least two whole periods bear out: the same
+/// targets (1e-6) after the same times (within `slack_us`).
+std::optional<Period> FindPeriod(const std::vector<CommandEvent>& events, int64_t slack_us);
+
+}  // namespace morphbus::tools
