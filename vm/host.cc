@@ -65,6 +65,7 @@ uint32_t Host::Connected(Direction d) {
 }
 
 uint32_t Host::ConnectedRole(Direction d, int role) {
+  read_roles_ = true;
   uint32_t mask = Connected(d);
   for (int c = 0; c < context_.kinematics.num_connectors(); ++c) {
     const int mates = context_.state.mates[c].role;

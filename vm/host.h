@@ -19,6 +19,13 @@ class Host final : public ProgramHost {
     return reported;
   }
 
+  /// True if neighbours' roles have been asked for since the last call.
+  bool TakeReadRoles() {
+    const bool read = read_roles_;
+    read_roles_ = false;
+    return read;
+  }
+
   uint32_t Connected(Direction d) override;
   uint32_t ConnectedRole(Direction d, int role) override;
   int CountModules(uint32_t connector_mask) override;
@@ -48,6 +55,7 @@ class Host final : public ProgramHost {
   Context& context_;
   Task* running_ = nullptr;
   bool reported_ = false;
+  bool read_roles_ = false;
 };
 
 }  // namespace morphbus::vm

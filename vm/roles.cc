@@ -12,9 +12,8 @@ namespace {
 // Cost units that one requirement or label may use: ample for any sensible one.
 constexpr int32_t kEvaluationBudget = 4000;
 
-/// All that requirements and labels rest on, but for joint values: moving joints change nothing
-/// here.
-uint64_t Surroundings(const Context& context) {
+/// What hangs where, but for joint values: moving joints change nothing here.
+uint64_t Structure(const Context& context) {
   Digest digest;
   for (int c = 0; c < context.kinematics.num_connectors(); ++c) {
     const MateRecord& mate = context.state.mates[c];
@@ -24,12 +23,42 @@ uint64_t Surroundings(const Context& context) {
     digest.Add(int{mate.mate_connector});
     digest.Add(int{mate.connection_type});
     digest.Add(int{mate.number});
-    digest.Add(int{mate.role});
     digest.Add(mate.has_place);
   }
   AddBodies(context, &digest);
   digest.Add(HasFreshPose(context));
   return digest.value();
+}
+
+uint64_t NeighbourRoles(const Context& context) {
+  Digest digest;
+  for (int c = 0; c < context.kinematics.num_connectors(); ++c) {
+    digest.Add(int{context.state.mates[c].role});
+  }
+  return digest.value();
+}
+
+/// Follows both digests; true once they have been the same for long enough.
+struct Settled {
+  bool structure = false;
+  bool roles = false;
+};
+
+Settled Observe(Context& context) {
+  RoleState& role = context.state.role;
+  const int64_t tick = context.state.tick;
+  const uint64_t structure = Structure(context);
+  const uint64_t roles = NeighbourRoles(context);
+  if (structure != role.structure) {
+    role.structure = structure;
+    role.structure_since_tick = tick;
+  }
+  if (roles != role.neighbour_roles) {
+    role.neighbour_roles = roles;
+    role.roles_since_tick = tick;
+  }
+  const int64_t enough = context.program.settle_ticks();
+  return {tick - role.structure_since_tick >= enough, tick - role.roles_since_tick >= enough};
 }
 
 void ReportEvaluation(Context& context, int role, const RunResult& result) {
@@ -41,43 +70,89 @@ void ReportEvaluation(Context& context, int role, const RunResult& result) {
   Report(context, fault);
 }
 
+enum class Verdict : uint8_t { kFails, kFits, kUnknown };
+
 struct Choice {
   int role = -1;
-  int rival = -1;  ///< An unrelated role that fits as well.
+  int rival = -1;     ///< An unrelated role that fits as well.
+  bool wait = false;  ///< A subrole of `role` may fit, once the neighbours' roles have settled.
   RoleCheck check;
 };
 
-/// The most derived role that fits. Of unrelated ones the one held, else the first declared.
-Choice Choose(Context& context, ProgramHost& host, bool report_faults) {
-  const VerifiedProgram& program = context.program;
-  RoleCheck checks[kMaxRoles];
-  const auto has_fitting_subrole = [&](int role) {
-    for (int other = 0; other < program.num_roles(); ++other) {
-      if (other != role && checks[other].fits() && program.IsA(other, role)) return true;
+/// Verdicts on all roles, and among those that fit the most derived. Of unrelated ones the one
+/// held, else the first declared.
+class Jury {
+ public:
+  Jury(Context* context, Host* host, const Settled& settled, bool new_structure)
+      : context_(*context), host_(*host), settled_(settled), new_structure_(new_structure) {}
+
+  Choice Choose() {
+    const int held = context_.state.role.role;
+    const VerifiedProgram& program = context_.program;
+    if (held >= 0) Judge(held);
+    // Only what rests on roles can speak against a role held, if nothing else has changed.
+    const bool only_roles = held >= 0 && !new_structure_ && verdicts_[held] == Verdict::kFits;
+    for (int role = 0; role < program.num_roles(); ++role) {
+      if (role == held || program.role(role).abstract_role) continue;
+      Judge(role);
+      if (only_roles && !checks_[role].rests_on_roles) verdicts_[role] = Verdict::kFails;
+    }
+    return MostDerived();
+  }
+
+ private:
+  void Judge(int role) {
+    const bool held = role == context_.state.role.role;
+    RoleCheck& check = checks_[role];
+    check = CheckRole(context_, host_, role, new_structure_);
+    verdicts_[role] = check.fits() ? Verdict::kFits : Verdict::kFails;
+    const bool unknown = check.rests_on_roles && !settled_.roles;
+    if (unknown) verdicts_[role] = Verdict::kUnknown;
+    // Held, it stays until there is settled evidence against it.
+    if (held && (unknown || (!new_structure_ && !check.rests_on_roles))) {
+      verdicts_[role] = Verdict::kFits;
+      for (int i = 0; i < kMaxLabels; ++i) check.labels[i] = context_.state.role.labels[i];
+    }
+  }
+
+  bool HasSubrole(int role, Verdict verdict) const {
+    for (int other = 0; other < context_.program.num_roles(); ++other) {
+      if (other != role && verdicts_[other] == verdict && context_.program.IsA(other, role)) {
+        return true;
+      }
     }
     return false;
-  };
-  for (int role = 0; role < program.num_roles(); ++role) {
-    if (program.role(role).abstract_role) continue;
-    checks[role] = CheckRole(context, host, role, report_faults);
   }
-  Choice choice;
-  for (int role = 0; role < program.num_roles(); ++role) {
-    if (!checks[role].fits() || has_fitting_subrole(role)) continue;
-    if (choice.role < 0) {
-      choice.role = role;
-    } else if (choice.rival < 0) {
-      choice.rival = role;
+
+  Choice MostDerived() const {
+    Choice choice;
+    for (int role = 0; role < context_.program.num_roles(); ++role) {
+      if (verdicts_[role] != Verdict::kFits || HasSubrole(role, Verdict::kFits)) continue;
+      if (choice.role < 0) {
+        choice.role = role;
+      } else if (choice.rival < 0) {
+        choice.rival = role;
+      }
+      // A rival is no evidence against the role held.
+      if (role == context_.state.role.role && choice.role != role) {
+        choice.rival = choice.role;
+        choice.role = role;
+      }
     }
-    // A role once held stays until there is evidence against it; a rival is none.
-    if (role == context.state.role.role && choice.role != role) {
-      choice.rival = choice.role;
-      choice.role = role;
-    }
+    if (choice.role < 0) return choice;
+    choice.check = checks_[choice.role];
+    choice.wait =
+        choice.role != context_.state.role.role && HasSubrole(choice.role, Verdict::kUnknown);
+    return choice;
   }
-  if (choice.role >= 0) choice.check = checks[choice.role];
-  return choice;
-}
+
+  Context& context_;
+  Host& host_;
+  const Settled settled_;
+  const bool new_structure_;
+  RoleCheck checks_[kMaxRoles];
+  Verdict verdicts_[kMaxRoles] = {};
+};
 
 /// Notes one more change; false if there were too many, and the role is frozen now.
 bool MayChange(Context& context) {
@@ -125,7 +200,7 @@ void ReportAmbiguity(Context& context, const Choice& choice) {
 
 }  // namespace
 
-RoleCheck CheckRole(Context& context, ProgramHost& host, int role, bool report_faults) {
+RoleCheck CheckRole(Context& context, Host& host, int role, bool report_faults) {
   const VerifiedProgram& program = context.program;
   const RoleInfo& info = program.role(role);
   RoleCheck check;
@@ -148,6 +223,7 @@ RoleCheck CheckRole(Context& context, ProgramHost& host, int role, bool report_f
     if (fault && report_faults) ReportEvaluation(context, role, result);
     return result;
   };
+  host.TakeReadRoles();
   check.labels_resolve = true;
   for (int i = 0; i < info.num_labels; ++i) {
     const RunResult result = evaluate(info.labels[i].function);
@@ -165,33 +241,38 @@ RoleCheck CheckRole(Context& context, ProgramHost& host, int role, bool report_f
     check.requirements_hold = false;
     check.failed_requirement = i;
   }
+  check.rests_on_roles = host.TakeReadRoles();
   return check;
 }
 
-void UpdateRole(Context& context, ProgramHost& host) {
+void UpdateRole(Context& context, Host& host) {
   RoleState& role = context.state.role;
-  const uint64_t key = Surroundings(context);
-  if (key != role.key) {
-    role.key = key;
-    role.key_since_tick = context.state.tick;
-  }
-  const bool settled = context.state.tick - role.key_since_tick >= context.program.settle_ticks();
-  if (!settled || role.frozen) return;
-  const bool new_key = !role.evaluated || role.evaluated_key != key;
+  const Settled settled = Observe(context);
+  if (!settled.structure || role.frozen) return;
+  const bool new_structure = !role.evaluated || role.evaluated_structure != role.structure;
+  const bool new_roles =
+      settled.roles && (!role.evaluated_roles_too || role.evaluated_roles != role.neighbour_roles);
   // A role held is judged once by each state of its surroundings; joints moving within it are no
   // evidence. A module without one goes on looking, for which it must know where it is.
-  if (role.role >= 0 && !new_key) return;
+  if (role.role >= 0 && !new_structure && !new_roles) return;
   const bool fresh_pose = HasFreshPose(context);
   if (role.role < 0 && !fresh_pose) return;
   role.evaluated = true;
-  role.evaluated_key = key;
+  role.evaluated_structure = role.structure;
+  role.evaluated_roles_too = settled.roles;
+  role.evaluated_roles = role.neighbour_roles;
 
   Choice choice;
   if (fresh_pose) {
-    choice = Choose(context, host, new_key);
-    if (choice.rival >= 0 && new_key) ReportAmbiguity(context, choice);
+    choice = Jury(&context, &host, settled, new_structure).Choose();
+    if (choice.wait) {
+      role.evaluated = false;
+      return;
+    }
+    if (choice.rival >= 0 && (new_structure || new_roles)) ReportAmbiguity(context, choice);
   } else {
-    choice.check = CheckRole(context, host, role.role, new_key);
+    // Without a fresh pose no role is taken; the one held is judged by the last pose known.
+    choice.check = CheckRole(context, host, role.role, new_structure);
     choice.role = choice.check.fits() ? role.role : -1;
   }
   if (choice.role == role.role && (role.role < 0 || SameLabels(context, choice.check))) return;

@@ -68,11 +68,14 @@ struct BodyTable {
 struct RoleState {
   int16_t role = -1;
   bool frozen = false;
-  bool evaluated = false;    ///< evaluated_key holds.
-  bool faults_told = false;  ///< Faults of the evaluation under this key have been sent.
-  uint64_t key = 0;          ///< Digest of neighbours, roles, bodies, presence of a pose.
-  uint64_t evaluated_key = 0;
-  int64_t key_since_tick = 0;
+  bool evaluated = false;            ///< evaluated_structure holds.
+  bool evaluated_roles_too = false;  ///< evaluated_roles holds as well.
+  uint64_t structure = 0;            ///< Digest of neighbours, bodies, presence of poses.
+  uint64_t neighbour_roles = 0;      ///< Digest of the neighbours' roles.
+  uint64_t evaluated_structure = 0;
+  uint64_t evaluated_roles = 0;
+  int64_t structure_since_tick = 0;
+  int64_t roles_since_tick = 0;
   uint8_t num_changes = 0;
   int64_t change_us[kMaxRoleChanges] = {};  ///< Times of the last changes, oldest first.
   int8_t labels[kMaxLabels] = {};

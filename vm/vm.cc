@@ -90,7 +90,7 @@ void Vm::ReplaceProgram(const VerifiedProgram& program) {
   program_ = &program;
   state_.role = RoleState();
   for (int8_t& label : state_.role.labels) label = -1;
-  state_.role.key_since_tick = state_.tick;
+  state_.role.structure_since_tick = state_.role.roles_since_tick = state_.tick;
   // Roles are indices into the table of the program that is gone.
   for (MateRecord& mate : state_.mates) mate.role = -1;
 }
