@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 #include <poll.h>
+#include <unistd.h>
 
 #include <csignal>
 
 #include "bridge/channels.h"
 #include "bridge/lcm_bus.h"
+#include "tools/program.h"
 #include "tools/progress.h"
 #include "tools/wall_clock.h"
 
@@ -75,13 +77,12 @@ Result<void> Launcher::StartModule(size_t module) {
                                    "--tick-us", std::to_string(d.tick_us())};
   if (instance.name == d.root_module()) {
     const RootPose root = RootPoseOf(plan_, static_cast<int>(module));
-    const Json pose = PoseJson(root.X_RL);
-    argv.insert(argv.end(), {"--root-link", std::to_string(root.link), "--root-pose",
-                             fmt::format("{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}",
-                                         pose["p"][0].get<double>(), pose["p"][1].get<double>(),
-                                         pose["p"][2].get<double>(), pose["q"][0].get<double>(),
-                                         pose["q"][1].get<double>(), pose["q"][2].get<double>(),
-                                         pose["q"][3].get<double>())});
+    const vm::PoseF X = ToVmPose(root.X_RL);
+    // Nine digits bring the same float back, so that the in-process run broadcasts the same pose.
+    argv.insert(argv.end(),
+                {"--root-link", std::to_string(root.link),
+                 fmt::format("--root-pose={:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}", X.p.x, X.p.y,
+                             X.p.z, X.q.w, X.q.x, X.q.y, X.q.z)});
   }
   if (d.mode() == "realtime") argv.push_back("--realtime");
   if (d.loss() > 0) {

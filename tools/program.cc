@@ -78,7 +78,8 @@ Result<uint64_t> KinematicsHash(const std::string& image) {
 std::string ToString(const vm::Text& text) { return {text.data, text.size}; }
 
 vm::PoseF ToVmPose(const model::Pose& X) {
-  const Eigen::Quaterniond q(X.linear());
+  Eigen::Quaterniond q(X.linear());
+  if (q.w() < 0) q.coeffs() = -q.coeffs();
   const Eigen::Vector3d& p = X.translation();
   vm::PoseF out;
   out.p = {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())};

@@ -10,6 +10,7 @@
 #include "tools/control_link.h"
 #include "tools/health_sender.h"
 #include "tools/run_plan.h"
+#include "tools/wall_clock.h"
 
 namespace morphbus::tools {
 namespace {
@@ -45,6 +46,10 @@ int Simulate(const Options& options) {
   bridge::SimParty party(&bus, robot->get(), &time, *party_options);
   ControlLink link(options.control_fd);
   CatchSignals();
+  WallTimer since_first_tick;
+  party.OnBeforeTick([&](int64_t tick) {
+    if (tick == 1) since_first_tick = WallTimer();  // tick 0 waits for everyone to join
+  });
   bool stopping = false;
   Ticker watch(kWatchUs, [&] {
     const std::string reason = stopping ? "" : StopReason(&link);
@@ -66,6 +71,7 @@ int Simulate(const Options& options) {
                   {"hash", outcome.run_hash},
                   {"recorded_hash", outcome.recorded_hash},
                   {"messages", outcome.messages},
+                  {"wall_seconds", since_first_tick.seconds()},
                   {"missed_deadlines", outcome.missed_deadlines}}}});
   if (options.control_fd < 0) {
     fmt::print("run {}: {} ticks, hash {}, {}\n", plan->description.run(), outcome.ticks,

@@ -1,0 +1,136 @@
+#!/usr/bin/env python3
+"""The command line as docs/cli.md writes it: forms of the JSON, known answers, exit statuses."""
+import json
+import math
+import subprocess
+import unittest
+
+from support import MODEL, PROGRAM, UNIT, Case, as_json, command, morphbus
+
+
+class Cli(Case):
+    def test_connections_are_the_papers(self):
+        answer = as_json('connections', MODEL)
+        self.assertEqual(list(answer), ['connection', 'candidates', 'count', 'connections'])
+        self.assertEqual((answer['candidates'], answer['count'], len(answer['connections'])), (144, 72, 72))
+        self.assertEqual([c['number'] for c in answer['connections']], list(range(1, 73)))
+        first = answer['connections'][0]
+        self.assertEqual(list(first), ['number', 'a', 'b', 'pose', 'state'])
+        self.assertEqual((first['a'], first['b']), ('c6', 'c3'))
+        self.assertEqual(first['state'], {'b.c3.extended': True})
+
+    def test_a_pair_of_connectors_has_four_connections(self):
+        for pair, numbers in (('c6,c3', [1, 2, 3, 4]), ('c5,c2', [17, 18, 19, 20]), ('c2,c5', [53, 54, 55, 56])):
+            listed = as_json('connections', MODEL, '--pair', pair)['connections']
+            self.assertEqual([c['number'] for c in listed], numbers)
+        morphbus('connections', MODEL, '--pair', 'c1,c77', status=2)
+
+    def test_fk_places_modules_where_the_paper_does(self):
+        answer = as_json('fk', MODEL, '--robot', 'quadruped')
+        self.assertEqual(list(answer), ['robot', 'links', 'closure_m', 'closure_rad'])
+        self.assertEqual(len(answer['links']), 27)
+        for link in ('active_block', 'passive_block', 'connecting_bar'):
+            p = answer['links'][f'm1.{link}']['p']
+            for got, want in zip(p, (5 * UNIT, 0, -2 * UNIT)):
+                self.assertAlmostEqual(got, want, delta=1e-9)
+        self.assertLess(answer['closure_m'], 1e-9)
+
+    def test_fk_takes_raw_joint_values(self):
+        links = as_json('fk', MODEL, '--robot', 'quadruped', '--set', 'm1.joint_2=0.3')['links']
+        degrees = as_json('fk', MODEL, '--robot', 'quadruped', '--set', f'm1.joint_2={math.degrees(0.3)!r}deg')['links']
+        self.assertAlmostEqual(abs(links['m1.active_block']['q'][0]), math.cos(0.15), delta=1e-9)
+        for name, pose in links.items():
+            for a, b in zip(pose['p'] + pose['q'], degrees[name]['p'] + degrees[name]['q']):
+                self.assertAlmostEqual(a, b, delta=1e-12)
+        for bad in ('m1.joint_2', 'm99.joint_1=0', 'm1.joint_9=0', 'm1.joint_1=x', 'm1.joint_1=nan'):
+            morphbus('fk', MODEL, '--robot', 'quadruped', '--set', bad, status=2)
+
+    def test_the_graph_is_that_of_the_paper(self):
+        answer = as_json('graph', MODEL, '--robot', 'quadruped')
+        self.assertEqual(list(answer), ['bodies', 'joints', 'mobility'])
+        self.assertEqual(answer['mobility'], 16)
+        joints = {j['name']: j for j in answer['joints']}
+        self.assertEqual(sorted(n for n, j in joints.items() if j['locked']), ['m5.joint_1', 'm5.joint_2'])
+        self.assertEqual(max(b['degree'] for b in answer['bodies']), 6)
+        dot = morphbus('graph', MODEL, '--robot', 'quadruped', '--dot', '-').stdout
+        self.assertTrue(dot.startswith(('graph', 'digraph')))
+
+    def test_roles_settle_without_moving(self):
+        answer = as_json('roles', MODEL, PROGRAM, '--robot', 'quadruped')
+        self.assertEqual(list(answer), ['modules', 'problems'])
+        self.assertEqual(answer['modules']['m5']['role'], 'Junction')
+        m1 = answer['modules']['m1']
+        self.assertEqual(m1['role'], 'FrontLeftLowerHalf')
+        self.assertEqual(sorted(m1['labels']), ['ankle', 'bar', 'foot', 'knee'])
+        self.assertEqual(answer['problems'], [])
+
+    def test_signs_differ_only_where_the_modules_are_turned(self):
+        by_role = []
+        for robot in ('quadruped', 'equivalent_quadruped'):
+            modules = as_json('roles', MODEL, PROGRAM, '--robot', robot)['modules']
+            by_role.append({m['role']: m['signs'] for m in modules.values()})
+        different = {(role, label) for role, signs in by_role[0].items() for label in signs
+                     if signs[label] != by_role[1][role][label]}
+        self.assertEqual(different, {(role, label) for role in ('FrontLeftLowerHalf', 'BackRightLowerHalf')
+                                     for label in ('knee', 'ankle')})
+
+    def test_a_program_compiles_alike_from_model_and_from_xml(self):
+        xml = self.folder / 'mtran.xml'
+        morphbus('export', MODEL, '--module', 'MTRAN', '--to', 'xml', '-o', xml)
+        morphbus('compile', PROGRAM, '--keywords', xml, '-o', self.folder / 'a')
+        morphbus('compile', PROGRAM, '--model', MODEL, '-o', self.folder / 'b')
+        self.assertEqual((self.folder / 'a').read_bytes(), (self.folder / 'b').read_bytes())
+        self.assertIn('Junction', morphbus('disasm', self.folder / 'a').stdout)
+
+    def test_back_ends_write_their_files(self):
+        for target, of in (('model', ()), ('kinematics', ('--module', 'MTRAN')), ('xml', ('--module', 'MTRAN')),
+                           ('dot', ('--robot', 'quadruped'))):
+            path = self.folder / target
+            morphbus('export', MODEL, *of, '--to', target, '-o', path)
+            self.assertGreater(path.stat().st_size, 100)
+        morphbus('export', MODEL, '--module', 'MTRAN', '--to', 'nonsense', '-o', self.folder / 'x', status=2)
+
+    def test_a_model_is_drawn_in_both_formats(self):
+        for name, start in (('x.svg', b'<'), ('x.png', b'\x89PNG')):
+            morphbus('draw', MODEL, '--robot', 'quadruped', '-o', self.folder / name)
+            self.assertTrue((self.folder / name).read_bytes().startswith(start))
+
+    def test_check_prints_a_summary(self):
+        text = morphbus('check', MODEL).stdout
+        for part in ('module MTRAN', '72 of 144', 'robot quadruped: 9 modules', 'mobility 16'):
+            self.assertIn(part, text)
+
+    def test_json_is_all_that_stands_on_stdout(self):
+        done = morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', 1, '--inproc', '--json', '--log',
+                        self.folder / 'x.log')
+        summary = json.loads(done.stdout)
+        for key in ('run', 'hash', 'seconds', 'wall_seconds', 'ticks', 'messages', 'lost', 'resent', 'roles',
+                    'displacement', 'faults'):
+            self.assertIn(key, summary)
+        self.assertEqual(summary['ticks'], 50)
+
+    def test_every_command_has_help_with_an_example(self):
+        names = ['check', 'connections', 'fk', 'graph', 'roles', 'compile', 'disasm', 'export', 'draw', 'run', 'sim',
+                 'log', 'replay', 'spy', 'runs', 'compare', 'info', 'verify']
+        for name in names:
+            self.assertIn('xample', morphbus(name, '--help').stdout, name)
+        for name in names + ['module']:
+            self.assertIn(name, morphbus('--help').stdout)
+        morphbus('module', '--help')
+
+    def test_version_and_misuse(self):
+        self.assertRegex(morphbus('--version').stdout, r'^morphbus \d+\.\d+\.\d+$')
+        morphbus(status=2)
+        morphbus('nonsense', status=2)
+        morphbus('fk', status=2)
+
+    def test_a_reader_that_goes_away_is_no_crash(self):
+        process = subprocess.Popen(command('connections', MODEL, '--json'), stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE)
+        process.stdout.close()
+        self.assertGreaterEqual(process.wait(timeout=60), 0)
+        process.stderr.close()
+
+
+if __name__ == '__main__':
+    unittest.main()

@@ -1,0 +1,60 @@
+#!/usr/bin/env python3
+"""The same inputs give the same run, however it is run."""
+import unittest
+
+from support import MODEL, PROGRAM, Case, as_json, morphbus
+
+SECONDS = 8
+
+
+class Determinism(Case):
+    def run_once(self, *options, robot='quadruped', seconds=SECONDS):
+        summary = as_json('run', MODEL, PROGRAM, '--robot', robot, '--seconds', seconds, '--log',
+                          self.folder / 'x.log', *options)
+        self.assertRegex(summary['hash'], '^[0-9a-f]{32}$')
+        return summary
+
+    def test_two_runs_of_processes_have_one_hash(self):
+        result = as_json('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', SECONDS, '--isolate',
+                         '--repeat', 2, '--log', self.folder / 'x.log')
+        self.assertTrue(result['hashes_agree'])
+        self.assertNotEqual(result['runs'][0]['run'], result['runs'][1]['run'])
+        self.assertTrue((self.folder / 'x-1.log').exists() and (self.folder / 'x-2.log').exists())
+
+    def test_a_fifth_of_all_datagrams_lost_changes_no_payload(self):
+        plain = self.run_once('--isolate')
+        lossy = self.run_once('--isolate', '--loss', 0.2, '--seed', 5)
+        self.assertEqual(lossy['hash'], plain['hash'])
+        self.assertGreater(lossy['processes']['LOG']['discarded'], 0)
+        self.assertGreater(lossy['processes']['SIM']['discarded'], 0)
+        self.assertGreater(lossy['processes']['m5']['discarded'], 0)
+        self.assertGreater(lossy['resent'], 0)
+        self.assertEqual(morphbus('verify', self.folder / 'x.log').returncode, 0)
+
+    def test_one_process_gives_the_hash_of_many(self):
+        self.assertEqual(self.run_once('--inproc')['hash'], self.run_once('--isolate')['hash'])
+
+    def test_loss_in_one_process_changes_no_payload(self):
+        self.assertEqual(self.run_once('--inproc', '--loss', 0.2)['hash'], self.run_once('--inproc')['hash'])
+
+    def test_another_robot_has_another_hash(self):
+        self.assertNotEqual(self.run_once('--inproc')['hash'],
+                            self.run_once('--inproc', robot='equivalent_quadruped')['hash'])
+
+    def test_with_any_module_as_root_roles_and_walk_are_the_same(self):
+        walks = {}
+        for root in ['m5'] + [f'm{i}' for i in (1, 2, 3, 4, 6, 7, 8, 9)]:
+            summary = self.run_once('--inproc', '--root', root, seconds=20)
+            facts = as_json('info', self.folder / 'x.log')
+            world = next(c for c in self.channels(facts) if c['channel'].endswith('/SIM/WORLD'))
+            walks[root] = (summary['roles'], world['hash'], len(summary['faults']))
+        for root, walk in walks.items():
+            self.assertEqual(walk, walks['m5'], root)
+
+    def channels(self, facts):
+        channels = facts['channels']
+        return channels if isinstance(channels, list) else [{'channel': k, **v} for k, v in channels.items()]
+
+
+if __name__ == '__main__':
+    unittest.main()

@@ -1,0 +1,163 @@
+#!/usr/bin/env python3
+"""What bad input and bad luck get: a clear end that names the cause, no orphans, the log kept."""
+import os
+import re
+import signal
+import subprocess
+import unittest
+
+from support import (BIN, MODEL, PROGRAM, Case, as_json, await_condition, command, morphbus, processes_of)
+
+
+class Running(Case):
+    """A run without an end, that a test then disturbs."""
+
+    def start(self, name):
+        self.run_name = name
+        self.log_path = self.folder / f'{name}.log'
+        self.process = subprocess.Popen(
+            command('run', MODEL, PROGRAM, '--robot', 'quadruped', '--isolate', '--run', name, '--log', self.log_path),
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(self.process.communicate)
+        self.addCleanup(self.process.kill)
+        partial = self.folder / f'{name}.log.partial'
+        await_condition(lambda: partial.exists() and partial.stat().st_size > 300000, 'the run is under way')
+
+    def pid_of(self, pattern):
+        pids = [pid for pid, text in processes_of(self.run_name).items() if re.search(pattern, text)]
+        self.assertEqual(len(pids), 1, (pattern, processes_of(self.run_name)))
+        return pids[0]
+
+    def finish(self, status):
+        out, err = self.process.communicate(timeout=20)
+        self.assertEqual(self.process.returncode, status, out + err)
+        await_condition(lambda: not processes_of(self.run_name), 'no orphans', 10)
+        return out, err
+
+    def test_a_killed_module_ends_the_run_and_is_named(self):
+        self.start('killmodule')
+        os.kill(self.pid_of('--module m3 '), signal.SIGKILL)
+        _, err = self.finish(3)
+        self.assertIn('module m3 was killed by signal 9', err)
+        self.assertIn(str(self.log_path), err)
+        facts = as_json('info', self.log_path)
+        self.assertGreater(facts.get('ticks', 0), 10)
+        morphbus('verify', self.log_path, status=1)
+
+    def test_a_killed_simulator_ends_the_run_and_is_named(self):
+        self.start('killsim')
+        os.kill(self.pid_of('/morphbus sim '), signal.SIGKILL)
+        _, err = self.finish(3)
+        self.assertIn('sim was killed by signal 9', err)
+        self.assertTrue(self.log_path.exists())
+
+    def test_a_killed_logger_ends_the_run_and_what_it_wrote_is_named(self):
+        self.start('killlog')
+        os.kill(self.pid_of('/morphbus log '), signal.SIGKILL)
+        _, err = self.finish(3)
+        self.assertIn('log was killed by signal 9', err)
+        self.assertIn(f'{self.log_path}.partial', err)
+        morphbus('info', f'{self.log_path}.partial')
+
+    def test_a_killed_launcher_leaves_nobody(self):
+        self.start('killlauncher')
+        self.process.kill()
+        self.process.communicate()
+        await_condition(lambda: not processes_of(self.run_name), 'no orphans', 10)
+        self.assertEqual(as_json('runs')['runs'], [])
+        self.assertEqual(list((self.folder / 'runtime' / 'morphbus').iterdir()), [])
+        kept = self.log_path if self.log_path.exists() else f'{self.log_path}.partial'
+        morphbus('info', kept)
+
+    def test_interrupting_ends_cleanly(self):
+        self.start('interrupt')
+        self.process.send_signal(signal.SIGINT)
+        out, err = self.finish(0)
+        self.assertIn('interrupted', out)
+        morphbus('verify', self.log_path)
+
+    def test_a_name_in_use_is_refused(self):
+        self.start('inuse')
+        done = morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', 1, '--isolate', '--run', 'inuse',
+                        status=2)
+        self.assertIn(f"run 'inuse' is already in use by process {self.process.pid}", done.stderr)
+
+    def test_runs_and_spy_see_it(self):
+        self.start('seen')
+        runs = as_json('runs')['runs']
+        self.assertEqual([(r['run'], r['pid'], r['robot']) for r in runs], [('seen', self.process.pid, 'quadruped')])
+        spy = as_json('spy', '--once', '--seconds', 2, '--channel', 'seen/SIM/CLOCK')
+        channels = {c['channel']: c for c in spy['channels']}
+        self.assertGreater(channels['seen/SIM/CLOCK']['hz'], 10)
+        self.assertEqual(channels['seen/SIM/CLOCK']['type'], 'morphbus.sim_clock_t')
+        self.assertEqual(channels['seen/SIM/CLOCK']['last']['tick_us'], 20000)
+        self.assertEqual(spy['modules']['m5']['role'], 'Junction')
+
+
+class BadInput(Case):
+    def test_without_a_multicast_route_one_sentence_says_what_to_do(self):
+        done = subprocess.run(
+            [str(BIN / 'isolated'), '--no-route', *command('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', '1')],
+            capture_output=True, text=True, timeout=60)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn('--isolate', done.stderr)
+        self.assertEqual(done.stderr.count('\n'), 1, done.stderr)
+
+    def test_isolation_works_without_a_route(self):
+        done = subprocess.run(
+            [str(BIN / 'isolated'), '--no-route',
+             *command('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', '1', '--isolate', '--log',
+                      str(self.folder / 'x.log'))],
+            capture_output=True, text=True, timeout=60)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_a_damaged_image_is_refused(self):
+        image = self.folder / 'x.image'
+        morphbus('compile', PROGRAM, '--model', MODEL, '-o', image)
+        whole = image.read_bytes()
+        for at in (4, 30, len(whole) // 2, len(whole) - 1):
+            image.write_bytes(whole[:at] + bytes([whole[at] ^ 0x40]) + whole[at + 1:])
+            done = morphbus('run', MODEL, image, '--robot', 'quadruped', '--seconds', 1, '--inproc', status=2)
+            self.assertIn('damaged', done.stderr)
+            morphbus('disasm', image, status=2)
+
+    def test_a_module_that_cannot_start_is_named(self):
+        # A copy of the program without its companion.
+        lonely = self.folder / 'bin'
+        lonely.mkdir()
+        target = lonely / 'morphbus'
+        target.write_bytes((BIN / 'morphbus').read_bytes())
+        target.chmod(0o755)
+        done = subprocess.run([str(target), 'run', str(MODEL), str(PROGRAM), '--robot', 'quadruped', '--seconds', '1',
+                               '--isolate', '--run', 'lonely', '--log', str(self.folder / 'x.log')],
+                              capture_output=True, text=True, timeout=60)
+        self.assertEqual(done.returncode, 3, done.stderr)
+        self.assertIn('cannot start module m1', done.stderr)
+        self.assertEqual(processes_of('lonely'), {})
+
+    def test_sources_with_errors_exit_with_2_and_carets(self):
+        broken = self.folder / 'broken.m3l'
+        broken.write_text(MODEL.read_text().replace('m1.c2,m2.c5', 'm1.c2,m2.c55', 1))
+        done = morphbus('check', broken, status=2)
+        self.assertRegex(done.stderr, r'broken\.m3l:\d+:\d+: error: ')
+        self.assertIn('^', done.stderr)
+        program = self.folder / 'broken.dyn'
+        program.write_text(PROGRAM.read_text().replace('self.sleepds(10)', 'self.sleepsd(10)'))
+        done = morphbus('compile', program, '--model', MODEL, '-o', self.folder / 'x', status=2)
+        self.assertRegex(done.stderr, r'broken\.dyn:\d+:\d+: error: ')
+        self.assertFalse((self.folder / 'x').exists())
+
+    def test_missing_files_are_named(self):
+        for arguments in (('check', 'none.m3l'), ('info', 'none.log'), ('compare', 'none.log', 'none.log'),
+                          ('disasm', 'none.image'), ('replay', 'none.log', '--isolate')):
+            self.assertIn('none.', morphbus(*arguments, status=2).stderr)
+
+    def test_bad_options_exit_with_2(self):
+        for options in (('--loss', 2), ('--seconds', -1), ('--root', 'm77'), ('--run', 'a/b'), ('--robot', 'quadrupel'),
+                        ('--lcm-url', 'udpm://10.0.0.1:1'), ('--unknown',), ('--repeat', 0)):
+            morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', 1, '--log', self.folder / 'x',
+                     *options, status=2)
+
+
+if __name__ == '__main__':
+    unittest.main()

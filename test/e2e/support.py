@@ -1,0 +1,145 @@
+"""What the end-to-end tests share: running the program, reading and altering logs without its help.
+
+Everything here is the Python standard library and lcm-gen's own Python types, so that it is independent
+of the code under test. ctest sets MORPHBUS_BIN (the folder of the programs), MORPHBUS_SOURCE and
+MORPHBUS_SCRATCH (a folder of this build for logs that several tests share).
+"""
+import importlib
+import json
+import os
+import pathlib
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+import zlib
+
+BIN = pathlib.Path(os.environ['MORPHBUS_BIN'])
+SOURCE = pathlib.Path(os.environ['MORPHBUS_SOURCE'])
+SCRATCH = pathlib.Path(os.environ['MORPHBUS_SCRATCH'])
+MODEL = SOURCE / 'models' / 'mtran.m3l'
+PROGRAM = SOURCE / 'models' / 'programs' / 'quadruped.dyn'
+ROBOTS = ('quadruped', 'equivalent_quadruped')
+UNIT = 0.0325
+WALK_SECONDS = 40  # standing up and five gait cycles of 7 s
+
+EVENT = struct.Struct('>IqqII')
+EVENT_MAGIC = 0xEDA1DA01
+
+
+def command(*arguments):
+    return [str(BIN / 'morphbus'), *map(str, arguments)]
+
+
+def morphbus(*arguments, status=0, **options):
+    """Runs one command, and fails unless it ends with `status`."""
+    options.setdefault('timeout', 300)
+    done = subprocess.run(command(*arguments), capture_output=True, text=True, **options)
+    if done.returncode != status:
+        raise AssertionError(f'{" ".join(command(*arguments))}\nstatus {done.returncode}, expected {status}\n'
+                             f'{done.stdout}\n{done.stderr}')
+    return done
+
+
+def as_json(*arguments, **options):
+    return json.loads(morphbus(*arguments, '--json', **options).stdout)
+
+
+def await_condition(condition, what, seconds=60):
+    """Waits until `condition()` holds; the time is a limit, never an expectation."""
+    limit = time.monotonic() + seconds
+    while time.monotonic() < limit:
+        value = condition()
+        if value:
+            return value
+        time.sleep(0.02)
+    raise AssertionError(f'{what}: not within {seconds} s')
+
+
+def processes_of(run):
+    """Processes that name this run on their command line or in their files: {pid: command line}."""
+    found = {}
+    for folder in pathlib.Path('/proc').glob('[0-9]*'):
+        try:
+            text = (folder / 'cmdline').read_bytes().decode(errors='replace').replace('\0', ' ')
+            alive = (folder / 'stat').read_text().rsplit(')', 1)[1].split()[0] != 'Z'
+        except OSError:
+            continue
+        if alive and 'morphbus' in text and run in text and 'python' not in text:
+            found[int(folder.name)] = text
+    return found
+
+
+def read_events(path):
+    """All events of a log as (number, timestamp, channel, data)."""
+    data = pathlib.Path(path).read_bytes()
+    events, at = [], 0
+    while at < len(data):
+        magic, number, timestamp, channel_size, size = EVENT.unpack_from(data, at)
+        assert magic == EVENT_MAGIC, f'{path}: no event at byte {at}'
+        at += EVENT.size
+        channel = data[at:at + channel_size].decode()
+        at += channel_size
+        events.append((number, timestamp, channel, data[at:at + size]))
+        at += size
+    return events
+
+
+def write_events(path, events):
+    with open(path, 'wb') as file:
+        for number, timestamp, channel, data in events:
+            name = channel.encode()
+            file.write(EVENT.pack(EVENT_MAGIC, number, timestamp, len(name), len(data)) + name + data)
+
+
+_types = None
+
+
+def lcm_types():
+    """lcm-gen's Python modules of our types, by name, and by fingerprint."""
+    global _types
+    if _types is None:
+        folder = tempfile.mkdtemp()
+        files = sorted((SOURCE / 'lcmtypes').glob('*.lcm'))
+        subprocess.run(['lcm-gen', '-p', '--ppath', folder, *map(str, files)], check=True, capture_output=True)
+        sys.path.insert(0, folder)
+        _types = {f.stem: getattr(importlib.import_module(f'morphbus.{f.stem}'), f.stem) for f in files}
+        shutil.rmtree(folder)
+        for kind in list(_types.values()):
+            _types[kind._get_packed_fingerprint()] = kind
+    return _types
+
+
+def decode(data):
+    return lcm_types()[data[:8]].decode(data)
+
+
+def encode(message):
+    """With the CRC that belongs to it."""
+    message.header.crc32 = 0
+    data = message.encode()
+    crc = zlib.crc32(data)
+    return data[:8] + struct.pack('>I', crc) + data[12:]
+
+
+class Case(unittest.TestCase):
+    """With a folder of its own for files and for the registry of runs."""
+    maxDiff = None
+
+    def setUp(self):
+        self._folder = tempfile.TemporaryDirectory(prefix='morphbus-e2e-')
+        self.addCleanup(self._folder.cleanup)
+        self.folder = pathlib.Path(self._folder.name)
+        runtime = self.folder / 'runtime'
+        runtime.mkdir(mode=0o700)
+        os.environ['XDG_RUNTIME_DIR'] = str(runtime)
+        os.environ.pop('LCM_DEFAULT_URL', None)
+
+    def log(self, name):
+        """A log that the fixture recorded."""
+        path = SCRATCH / name
+        self.assertTrue(path.exists(), f'{path} is missing: run the test e2e.record first')
+        return path
