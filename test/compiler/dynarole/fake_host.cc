@@ -217,10 +217,14 @@ class RoleRunner {
 
 }  // namespace
 
+std::vector<std::string> RunRoleNumber(const vm::VerifiedProgram& program, int role) {
+  return RoleRunner(program, role).Run();
+}
+
 std::vector<std::string> RunRole(const vm::VerifiedProgram& program, const std::string& role_name) {
   for (int i = 0; i < program.num_roles(); ++i) {
     const vm::Text name = program.role(i).name;
-    if (std::string(name.data, name.size) == role_name) return RoleRunner(program, i).Run();
+    if (std::string(name.data, name.size) == role_name) return RunRoleNumber(program, i);
   }
   return {"no role " + role_name};
 }

@@ -50,6 +50,8 @@ class FakeHost final : public vm::ProgramHost {
 
 /// Everything that one role does: its requirements and labels, then its startups, behaviors (once),
 /// commands without parameters and handlers, each to its end. One line an event.
+std::vector<std::string> RunRoleNumber(const vm::VerifiedProgram& program, int role);
+/// The same for the role of that name.
 std::vector<std::string> RunRole(const vm::VerifiedProgram& program, const std::string& role_name);
 
 }  // namespace morphbus::dynarole

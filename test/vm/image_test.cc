@@ -1,0 +1,95 @@
+#include "vm/image.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "compiler/dynarole/compile.h"
+#include "test/compiler/dynarole/fake_host.h"
+#include "test/vm/image_builder.h"
+#include "vm/disassembler.h"
+#include "vm/opcodes.h"
+
+namespace morphbus::vm {
+namespace {
+
+std::string ReadFile(const std::string& path) {
+  std::ifstream file(std::string(MORPHBUS_SOURCE_DIR "/") + path);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+TEST(ImageTest, HashIsFnv1a64WithoutTheHashItself) {
+  // Published test vector: FNV-1a-64 of "foobar" is 85944171f73967e8. Spread around the gap.
+  std::vector<uint8_t> bytes(image::kHeaderBytes);
+  const uint64_t before = image::HashOf(bytes.data(), image::kHeaderBytes);
+  for (uint32_t i = 0; i < 8; ++i) bytes[image::kHashAt + i] = 0xff;
+  EXPECT_EQ(image::HashOf(bytes.data(), image::kHeaderBytes), before);
+  const uint8_t foobar[] = {'f', 'o', 'o', 'b', 'a', 'r'};
+  EXPECT_EQ(image::HashOf(foobar, 6), 0x85944171f73967e8u);
+}
+
+TEST(ImageTest, BothWritersAgreeOnTheLayout) {
+  // The compiler's image of a program, and the same put together by hand.
+  const dynarole::CompileResult result = dynarole::CompileProgram(
+      "dir/test.dyn", "role R extends Module { startup go() { self.sleepds(1); } }",
+      dynarole::TestKeywords());
+  ASSERT_TRUE(result.image);
+  TestImage image(Op16(Opcode::kPushConst, 0) + Op(Opcode::kSleepDs) + Op(Opcode::kReturn));
+  image.constants = {{ValueType::kFloat, Bits(1)}};
+  image.lines = {{0, 1}};
+  bool ok = false;
+  const std::vector<uint8_t> by_hand = image.Build();
+  std::string expected =
+      DisassembleImage(by_hand.data(), static_cast<uint32_t>(by_hand.size()), &ok);
+  EXPECT_TRUE(ok);
+  std::string found =
+      DisassembleImage(result.image->data(), static_cast<uint32_t>(result.image->size()));
+  // Names differ, and with them size and hash.
+  const auto without_header = [](const std::string& text) { return text.substr(text.find('\n')); };
+  EXPECT_EQ(without_header(found).replace(found.find("startup 0 go") - found.find('\n'), 12,
+                                          "startup 0 routine"),
+            without_header(expected));
+}
+
+TEST(ImageTest, EqualProgramsGiveEqualImagesWhereverTheyLie) {
+  const std::string text = ReadFile("models/programs/quadruped.dyn");
+  const auto compile = [&](const std::string& name) {
+    return dynarole::CompileProgram(name, text, dynarole::TestKeywords()).image;
+  };
+  EXPECT_EQ(compile("quadruped.dyn"), compile("/somewhere/else/quadruped.dyn"));
+  EXPECT_NE(compile("quadruped.dyn"), compile("other.dyn"));
+}
+
+TEST(ImageTest, RefusedImagesAreExplained) {
+  const std::vector<uint8_t> image = TestImage(Code{200}).Build();
+  bool ok = true;
+  const std::string text = DisassembleImage(image.data(), static_cast<uint32_t>(image.size()), &ok);
+  EXPECT_FALSE(ok);
+  EXPECT_NE(text.find("unknown instruction"), std::string::npos) << text;
+}
+
+TEST(OpcodeTableTest, SignaturesUseKnownLettersOnly) {
+  for (const OpcodeInfo& info : kOpcodes) {
+    for (const char* letters : {info.pops, info.pushes}) {
+      for (; *letters != '\0'; ++letters) {
+        EXPECT_TRUE(*letters == '*' || TypeOfLetter(*letters) != ValueType::kVoid) << info.mnemonic;
+      }
+    }
+    EXPECT_GT(info.cost, 0) << info.mnemonic;
+  }
+  EXPECT_LE(kNumOpcodes, 256);
+}
+
+// Requirements of the paper that its predecessor could not run: == 2, == 4, generic equality.
+TEST(OpcodeTableTest, DocumentationHasTheTable) {
+  const std::string docs = ReadFile("docs/vm.md");
+  EXPECT_NE(docs.find(InstructionTable()), std::string::npos)
+      << "docs/vm.md must hold this table:\n"
+      << InstructionTable();
+}
+
+}  // namespace
+}  // namespace morphbus::vm

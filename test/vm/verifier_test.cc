@@ -1,0 +1,579 @@
+#include "vm/verifier.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <memory>
+#include <random>
+#include <sstream>
+
+#include "compiler/dynarole/compile.h"
+#include "test/compiler/dynarole/fake_host.h"
+#include "test/vm/image_builder.h"
+#include "vm/image.h"
+
+namespace morphbus::vm {
+namespace {
+
+const Code kReturn = Op(Opcode::kReturn);
+Code PushInt(int value) { return Op(Opcode::kPushInt8, {value}); }
+
+std::string Verdict(const TestImage& image) { return VerifyMessage(image.Build()); }
+std::string VerdictOnCode(const Code& code) { return Verdict(TestImage(code)); }
+
+TEST(VerifierTest, SmallestProgramIsAccepted) {
+  const std::vector<uint8_t> image = TestImage(kReturn).Build();
+  const auto program = std::make_unique<VerifiedProgram>();
+  const VerifyError error =
+      Verifier::Verify(image.data(), static_cast<uint32_t>(image.size()), program.get());
+  ASSERT_EQ(error.message, nullptr) << error.message;
+  EXPECT_EQ(program->num_roles(), 1);
+  EXPECT_EQ(program->num_functions(), 1);
+  EXPECT_EQ(program->settle_ticks(), 10);
+  EXPECT_EQ(program->size(), image.size());
+  EXPECT_EQ(std::string(program->source_name().data, program->source_name().size), "test.dyn");
+}
+
+// ---- Frame ----
+
+TEST(VerifierTest, EveryTruncationIsRefused) {
+  const std::vector<uint8_t> image = TestImage(PushInt(1) + Op(Opcode::kPop) + kReturn).Build();
+  for (size_t size = 0; size < image.size(); ++size) {
+    std::vector<uint8_t> cut(image.begin(), image.begin() + static_cast<long>(size));
+    EXPECT_NE(VerifyMessage(cut), "") << size;
+    if (size < image::kHeaderBytes) continue;
+    // The same with a header that admits the smaller size.
+    for (size_t i = 0; i < 4; ++i) cut[8 + i] = static_cast<uint8_t>(size >> (8 * i));
+    Rehash(&cut);
+    EXPECT_NE(VerifyMessage(cut), "") << size;
+  }
+}
+
+TEST(VerifierTest, RefusedProgramIsLeftEmpty) {
+  const std::vector<uint8_t> good = TestImage(kReturn).Build();
+  const std::vector<uint8_t> bad = TestImage(PushInt(1)).Build();
+  const auto program = std::make_unique<VerifiedProgram>();
+  Verifier::Verify(good.data(), static_cast<uint32_t>(good.size()), program.get());
+  Verifier::Verify(bad.data(), static_cast<uint32_t>(bad.size()), program.get());
+  EXPECT_EQ(program->size(), 0u);
+  EXPECT_EQ(program->num_roles(), 0);
+  EXPECT_EQ(program->num_functions(), 0);
+}
+
+TEST(VerifierTest, AnyFlippedBitBreaksTheHash) {
+  std::vector<uint8_t> image = TestImage(kReturn).Build();
+  for (size_t i = 0; i < image.size(); ++i) {
+    image[i] ^= 1;
+    EXPECT_NE(VerifyMessage(image), "") << i;
+    image[i] ^= 1;
+  }
+}
+
+TEST(VerifierTest, ForeignBytesAreNoImage) {
+  std::vector<uint8_t> image = TestImage(kReturn).Build();
+  image[0] = 'X';
+  Rehash(&image);
+  EXPECT_EQ(VerifyMessage(image), "not a program image");
+  image = TestImage(kReturn).Build();
+  image[image::kVersionAt] = 2;
+  Rehash(&image);
+  EXPECT_EQ(VerifyMessage(image), "image version is not known");
+  EXPECT_EQ(VerifyMessage(std::vector<uint8_t>(kMaxImageBytes + 1)),
+            "larger than any image may be");
+}
+
+TEST(VerifierTest, BudgetMustLetProgramsRun) {
+  TestImage image(kReturn);
+  image.budget = 1;
+  EXPECT_EQ(Verdict(image), "instruction budget is out of range");
+  image.budget = 0x80000000u;
+  EXPECT_EQ(Verdict(image), "instruction budget is out of range");
+}
+
+TEST(VerifierTest, TextsHoldNoControlCharacters) {
+  TestImage image(kReturn);
+  image.source_name = "a\033[2J";
+  EXPECT_EQ(Verdict(image), "control character in a text");
+}
+
+TEST(VerifierTest, ConstantsAreValuesOfTheirTypes) {
+  const std::pair<ValueType, uint32_t> bad[] = {
+      {ValueType::kFloat, Bits(std::numeric_limits<float>::infinity())},
+      {ValueType::kFloat, Bits(std::nanf(""))},
+      {ValueType::kBool, 2},
+      {ValueType::kDirection, 7},
+      {ValueType::kAxis, 4},
+      {ValueType::kRole, 1},
+      {ValueType::kJoint, 0},
+      {ValueType::kSet, 0},
+      {static_cast<ValueType>(99), 0}};
+  for (const auto& constant : bad) {
+    TestImage image(kReturn);
+    image.constants = {constant};
+    EXPECT_EQ(Verdict(image), "constant is not a value of its type")
+        << static_cast<int>(constant.first);
+  }
+}
+
+// ---- Code ----
+
+TEST(VerifierTest, CodeMustEnd) {
+  EXPECT_EQ(VerdictOnCode(PushInt(1) + Op(Opcode::kPop)), "function runs past its end");
+  EXPECT_EQ(VerdictOnCode({}), "function runs past its end");
+}
+
+TEST(VerifierTest, UnknownAndCutOffInstructionsAreRejected) {
+  EXPECT_EQ(VerdictOnCode({kNumOpcodes}), "unknown instruction");
+  EXPECT_EQ(VerdictOnCode({255}), "unknown instruction");
+  EXPECT_EQ(VerdictOnCode(Op(Opcode::kPushInt8)), "instruction is cut off");
+  EXPECT_EQ(VerdictOnCode(Op(Opcode::kJump, {0})), "instruction is cut off");
+}
+
+TEST(VerifierTest, StackNeverRunsBelowOrAbove) {
+  EXPECT_EQ(VerdictOnCode(Op(Opcode::kPop) + kReturn), "stack underflow");
+  EXPECT_EQ(VerdictOnCode(PushInt(1) + Op(Opcode::kAddInt) + kReturn), "stack underflow");
+  Code code;
+  for (int i = 0; i <= kStackCells; ++i) code = code + PushInt(1);
+  EXPECT_EQ(VerdictOnCode(code + kReturn), "stack overflow");
+}
+
+TEST(VerifierTest, OperandsHaveTheRightTypes) {
+  EXPECT_EQ(VerdictOnCode(PushInt(1) + Op(Opcode::kNot) + Op(Opcode::kPop) + kReturn),
+            "operand of the wrong type");
+  EXPECT_EQ(VerdictOnCode(PushInt(1) + Op(Opcode::kSleepDs) + kReturn),
+            "operand of the wrong type");
+  EXPECT_EQ(VerdictOnCode(PushInt(1) + Op(Opcode::kIntToFloat) + PushInt(1) + Op(Opcode::kEqual) +
+                          Op(Opcode::kPop) + kReturn),
+            "values cannot be compared");
+}
+
+TEST(VerifierTest, NothingIsLeftOnTheStackAtReturn) {
+  EXPECT_EQ(VerdictOnCode(PushInt(1) + kReturn), "values left on the stack at return");
+}
+
+TEST(VerifierTest, ReturnFitsTheFunction) {
+  EXPECT_EQ(VerdictOnCode(PushInt(1) + Op(Opcode::kReturnValue)), "return does not fit");
+  TestImage image(kReturn);
+  image.functions.push_back({"R.f", 0, ValueType::kInt, 0, {}, kReturn, {}});
+  EXPECT_EQ(Verdict(image), "return does not fit");
+}
+
+TEST(VerifierTest, UnreachableInstructionsAreRejected) {
+  EXPECT_EQ(VerdictOnCode(kReturn + kReturn), "unreachable instruction");
+}
+
+TEST(VerifierTest, JumpIntoOperandIsRejected) {
+  // 0: push 5; 2: pop; 3: jump 1, which is the operand of the push.
+  TestImage image(PushInt(5) + Op(Opcode::kPop) + Op16(Opcode::kJump, 1));
+  image.functions[0].joins = {{1, 0, {}}};
+  EXPECT_EQ(Verdict(image), "jump into an instruction");
+}
+
+TEST(VerifierTest, JumpOutsideTheFunctionIsRejected) {
+  TestImage image(Op16(Opcode::kJump, 3));
+  image.functions[0].joins = {{3, 0, {}}};
+  EXPECT_EQ(Verdict(image), "jump outside the function");
+}
+
+TEST(VerifierTest, JumpWithoutJoinIsRejected) {
+  EXPECT_EQ(VerdictOnCode(Op16(Opcode::kJump, 0)), "target of a jump is not among the joins");
+}
+
+TEST(VerifierTest, EndlessLoopIsAccepted) {
+  TestImage image(Op16(Opcode::kJump, 0));
+  image.functions[0].joins = {{0, 0, {}}};
+  EXPECT_EQ(Verdict(image), "");
+}
+
+TEST(VerifierTest, LoopThatGrowsTheStackIsRejected) {
+  TestImage image(PushInt(1) + Op16(Opcode::kJump, 0));
+  image.functions[0].joins = {{0, 0, {}}};
+  EXPECT_EQ(Verdict(image), "stack differs at a join");
+}
+
+// if (true) push 1 else push 1.0; pop; return
+TEST(VerifierTest, TypesDifferingAtAJoinAreRejected) {
+  TestImage image(Op16(Opcode::kPushConst, 0) + Op16(Opcode::kJumpIfFalse, 11) + PushInt(1) +
+                  Op16(Opcode::kJump, 14) + Op16(Opcode::kPushConst, 1) + Op(Opcode::kPop) +
+                  kReturn);
+  image.constants = {{ValueType::kBool, 1}, {ValueType::kFloat, Bits(1)}};
+  image.functions[0].joins = {{11, 0, {}}, {14, 0, {ValueType::kInt}}};
+  EXPECT_EQ(Verdict(image), "stack differs at a join");
+  image.constants[1] = {ValueType::kInt, 7};
+  EXPECT_EQ(Verdict(image), "");
+}
+
+TEST(VerifierTest, LocalsAreSetBeforeTheyAreRead) {
+  TestImage image(Op(Opcode::kLoadLocal, {0}) + Op(Opcode::kPop) + kReturn);
+  image.functions[0].locals = {ValueType::kInt};
+  EXPECT_EQ(Verdict(image), "local is read before it is set");
+  image.functions[0].code = PushInt(1) + Op(Opcode::kStoreLocal, {0}) + image.functions[0].code;
+  EXPECT_EQ(Verdict(image), "");
+  image.functions[0].code = Op(Opcode::kLoadLocal, {1}) + Op(Opcode::kPop) + kReturn;
+  EXPECT_EQ(Verdict(image), "no such local");
+}
+
+// if (true) x = 1; read x
+TEST(VerifierTest, LocalSetOnOneWayOnlyIsRejected) {
+  TestImage image(Op16(Opcode::kPushConst, 0) + Op16(Opcode::kJumpIfFalse, 10) + PushInt(1) +
+                  Op(Opcode::kStoreLocal, {0}) + Op(Opcode::kLoadLocal, {0}) + Op(Opcode::kPop) +
+                  kReturn);
+  image.constants = {{ValueType::kBool, 1}};
+  image.functions[0].locals = {ValueType::kInt};
+  image.functions[0].joins = {{10, 1, {}}};
+  EXPECT_EQ(Verdict(image), "local is not set on every way to a join");
+  image.functions[0].joins = {{10, 0, {}}};
+  EXPECT_EQ(Verdict(image), "local is read before it is set");
+}
+
+TEST(VerifierTest, JoinsAreSorted) {
+  TestImage image(Op16(Opcode::kJump, 3) + Op16(Opcode::kJump, 0));
+  image.functions[0].joins = {{3, 0, {}}, {0, 0, {}}};
+  EXPECT_EQ(Verdict(image), "joins are not sorted");
+}
+
+TEST(VerifierTest, LinesAreSortedAndPointIntoTheCode) {
+  TestImage image(PushInt(1) + Op(Opcode::kPop) + kReturn);
+  image.lines = {{2, 5}, {0, 4}};
+  EXPECT_EQ(Verdict(image), "lines are not sorted");
+  image.lines = {{4, 5}};
+  EXPECT_EQ(Verdict(image), "line of no instruction");
+}
+
+TEST(VerifierTest, SlotsMustExist) {
+  EXPECT_EQ(VerdictOnCode(Op(Opcode::kLoadField, {0}) + Op(Opcode::kPop) + kReturn),
+            "no such field");
+  EXPECT_EQ(VerdictOnCode(Op(Opcode::kLoadLabel, {0}) + Op(Opcode::kPop) + kReturn),
+            "no such label");
+  EXPECT_EQ(VerdictOnCode(Op(Opcode::kKeyword, {0}) + Op(Opcode::kPop) + kReturn),
+            "no such keyword");
+  EXPECT_EQ(VerdictOnCode(Op16(Opcode::kPushConst, 0) + Op(Opcode::kPop) + kReturn),
+            "no such constant");
+  EXPECT_EQ(VerdictOnCode(Op(Opcode::kCall, {0}) + kReturn), "no such function");
+  EXPECT_EQ(VerdictOnCode(Op(Opcode::kInvoke, {1, 0}) + kReturn), "no such role");
+  EXPECT_EQ(VerdictOnCode(Op(Opcode::kInvoke, {0, 0}) + kReturn), "no such command");
+}
+
+TEST(VerifierTest, KeywordsAreUsedAsWhatTheyName) {
+  TestImage image(Op(Opcode::kKeyword, {0}) + Op(Opcode::kPop) + kReturn);
+  image.keywords = {{KeywordKind::kConnectorState, "EXTENDED"}};
+  EXPECT_EQ(Verdict(image), "keyword names no part");
+  image.functions[0].code = Op(Opcode::kKeyword, {0}) + Op16(Opcode::kPushConst, 0) +
+                            Op(Opcode::kSetStateBool, {0}) + kReturn;
+  image.constants = {{ValueType::kBool, 1}};
+  image.keywords = {{KeywordKind::kConnector, "C1"}};
+  EXPECT_EQ(Verdict(image), "keyword names no state variable");
+}
+
+// ---- Calls ----
+
+TestImage WithMethod(const Code& startup, TestFunction method) {
+  TestImage image(startup);
+  method.name = "R.f";
+  image.functions.push_back(std::move(method));
+  image.roles[0].methods = {1};
+  return image;
+}
+
+TEST(VerifierTest, ArityAndTypesOfCallsAreChecked) {
+  TestFunction takes_int;
+  takes_int.num_arguments = 1;
+  takes_int.locals = {ValueType::kInt};
+  takes_int.code = kReturn;
+  EXPECT_EQ(Verdict(WithMethod(Op(Opcode::kCall, {0}) + kReturn, takes_int)), "stack underflow");
+  EXPECT_EQ(Verdict(WithMethod(PushInt(3) + Op(Opcode::kCall, {0}) + kReturn, takes_int)), "");
+  EXPECT_EQ(
+      Verdict(WithMethod(PushInt(3) + Op(Opcode::kIntToFloat) + Op(Opcode::kCall, {0}) + kReturn,
+                         takes_int)),
+      "operand of the wrong type");
+}
+
+TEST(VerifierTest, ArityOfInvocationsIsChecked) {
+  TestImage image(Op(Opcode::kInvoke, {0, 0}) + kReturn);
+  TestFunction command;
+  command.num_arguments = 1;
+  command.locals = {ValueType::kFloat};
+  command.code = kReturn;
+  image.functions.push_back(command);
+  image.roles[0].commands = {1};
+  EXPECT_EQ(Verdict(image), "stack underflow");
+}
+
+TEST(VerifierTest, ArgumentsThatCannotTravelAreRejected) {
+  TestImage image(kReturn);
+  TestFunction command;
+  command.num_arguments = 1;
+  command.locals = {ValueType::kJoint};
+  command.code = kReturn;
+  image.functions.push_back(command);
+  image.roles[0].commands = {1};
+  EXPECT_EQ(Verdict(image), "argument of a command cannot travel");
+}
+
+TEST(VerifierTest, RecursionIsRejected) {
+  TestFunction itself;
+  itself.code = Op(Opcode::kCall, {0}) + kReturn;
+  EXPECT_EQ(Verdict(WithMethod(Op(Opcode::kCall, {0}) + kReturn, itself)),
+            "functions call each other in a circle");
+}
+
+// R.f is harmless, but its override in S calls slot 1, whose function calls slot 0 again.
+TEST(VerifierTest, RecursionThroughASubroleIsRejected) {
+  TestImage image(Op(Opcode::kCall, {0}) + kReturn);
+  TestFunction harmless, calls_first, calls_second;
+  harmless.code = kReturn;
+  calls_first.code = Op(Opcode::kCall, {0}) + kReturn;
+  calls_second.code = Op(Opcode::kCall, {1}) + kReturn;
+  image.functions.push_back(harmless);
+  image.functions.push_back(calls_first);
+  image.roles[0].methods = {1, 2};
+  EXPECT_EQ(Verdict(image), "");
+  TestRole sub;
+  sub.name = "S";
+  sub.parent = 0;
+  sub.depth = 1;
+  sub.startups = {0};
+  calls_second.role = 1;
+  image.functions.push_back(calls_second);
+  sub.methods = {3, 2};
+  image.roles.push_back(sub);
+  EXPECT_EQ(Verdict(image), "functions call each other in a circle");
+}
+
+TEST(VerifierTest, CallDepthIsBounded) {
+  for (const int length : {kMaxCallDepth - 1, kMaxCallDepth}) {
+    TestImage image(Op(Opcode::kCall, {0}) + kReturn);
+    image.roles[0].methods.clear();
+    for (int i = 0; i < length; ++i) {
+      TestFunction function;
+      function.code = i + 1 < length ? Op(Opcode::kCall, {i + 1}) + kReturn : kReturn;
+      image.functions.push_back(function);
+      image.roles[0].methods.push_back(i + 1);
+    }
+    EXPECT_EQ(Verdict(image), length < kMaxCallDepth ? "" : "calls nest too deep") << length;
+  }
+}
+
+TEST(VerifierTest, CellsOfNestedCallsAreBounded) {
+  Code deep;
+  for (int i = 0; i < 25; ++i) deep = deep + PushInt(1);
+  for (int i = 0; i < 25; ++i) deep = deep + Op(Opcode::kPop);
+  TestFunction method;
+  method.code = deep + kReturn;
+  EXPECT_EQ(Verdict(WithMethod(kReturn, method)), "");
+  EXPECT_EQ(Verdict(WithMethod(deep + Op(Opcode::kCall, {0}) + kReturn, method)),
+            "task needs too many cells");
+}
+
+// ---- Roles ----
+
+TEST(VerifierTest, RequirementsYieldABoolAndDoNotAct) {
+  TestImage image(kReturn);
+  image.roles[0].requirements = {0};
+  EXPECT_EQ(Verdict(image), "requirement does not yield a bool");
+  image.constants = {{ValueType::kBool, 1}};
+  image.functions.push_back({"R.require_1",
+                             0,
+                             ValueType::kBool,
+                             0,
+                             {},
+                             PushInt(1) + Op(Opcode::kIntToFloat) + Op(Opcode::kSleepDs) +
+                                 Op16(Opcode::kPushConst, 0) + Op(Opcode::kReturnValue),
+                             {}});
+  image.roles[0].requirements = {1};
+  EXPECT_EQ(Verdict(image), "requirement or label acts on the module");
+}
+
+TEST(VerifierTest, RequirementsDoNotActThroughCalls) {
+  TestFunction acts;
+  acts.code = PushInt(1) + Op(Opcode::kIntToFloat) + Op(Opcode::kSleepDs) + kReturn;
+  TestImage image = WithMethod(kReturn, acts);
+  image.constants = {{ValueType::kBool, 1}};
+  image.functions.push_back(
+      {"R.require_1",
+       0,
+       ValueType::kBool,
+       0,
+       {},
+       Op(Opcode::kCall, {0}) + Op16(Opcode::kPushConst, 0) + Op(Opcode::kReturnValue),
+       {}});
+  image.roles[0].requirements = {2};
+  EXPECT_EQ(Verdict(image), "requirement or label acts on the module");
+}
+
+TEST(VerifierTest, LabelsFitTheirFunctions) {
+  TestImage image(kReturn);
+  image.roles[0].labels = {{ValueType::kJoint, 0}};
+  EXPECT_EQ(Verdict(image), "label does not fit its function");
+  image.roles[0].labels = {{ValueType::kJoint, 7}};
+  EXPECT_EQ(Verdict(image), "label of no function");
+}
+
+TestImage WithSubrole() {
+  TestImage image(kReturn);
+  image.roles[0].fields = {{ValueType::kInt, 1}};
+  TestRole sub;
+  sub.name = "S";
+  sub.parent = 0;
+  sub.depth = 1;
+  sub.fields = image.roles[0].fields;
+  sub.startups = {0};
+  image.roles.push_back(sub);
+  return image;
+}
+
+TEST(VerifierTest, SubrolesAgreeWithTheirBase) {
+  EXPECT_EQ(Verdict(WithSubrole()), "");
+  TestImage image = WithSubrole();
+  image.roles[1].fields[0] = {ValueType::kFloat, 0};
+  EXPECT_EQ(Verdict(image), "inherited field differs");
+  image.roles[1].fields.clear();
+  EXPECT_EQ(Verdict(image), "role lacks members of the role it extends");
+  image = WithSubrole();
+  image.roles[1].fields[0] = {ValueType::kBool, 2};
+  EXPECT_EQ(Verdict(image), "field is not a value of its type");
+}
+
+TEST(VerifierTest, RolesInACircleAreRejected) {
+  TestImage image = WithSubrole();
+  image.roles[0].parent = 1;
+  EXPECT_EQ(Verdict(image), "roles extend each other in a circle");
+  image.roles[0].parent = 0;
+  EXPECT_EQ(Verdict(image), "roles extend each other in a circle");
+  image.roles[0].parent = 2;
+  EXPECT_EQ(Verdict(image), "bad head of a role");
+}
+
+TEST(VerifierTest, ABaseMayBeDeclaredAfterItsSubrole) {
+  TestImage image = WithSubrole();
+  std::swap(image.roles[0], image.roles[1]);
+  image.roles[0].parent = 1;
+  image.functions[0].role = 1;
+  EXPECT_EQ(Verdict(image), "");
+}
+
+TEST(VerifierTest, FunctionsOfOtherRolesAreRejected) {
+  TestImage image = WithSubrole();
+  image.functions[0].role = 1;
+  EXPECT_EQ(Verdict(image), "role uses a function of an unrelated role");
+}
+
+TEST(VerifierTest, RoutinesTakeNoArguments) {
+  TestImage image(kReturn);
+  image.functions[0].num_arguments = 1;
+  image.functions[0].locals = {ValueType::kInt};
+  EXPECT_EQ(Verdict(image), "routine has a result or too many arguments");
+  image.roles[0].startups.clear();
+  image.roles[0].handlers = {{0, 0}};
+  EXPECT_EQ(Verdict(image), "handler has a result or arguments");
+  image.roles[0].handlers = {{9, 0}};
+  EXPECT_EQ(Verdict(image), "unknown event");
+}
+
+TEST(VerifierTest, KeywordsOfARoleAreFoundInItsCode) {
+  TestImage image = WithSubrole();
+  image.keywords = {{KeywordKind::kLink, "BAR"}, {KeywordKind::kJoint, "JOINT_1"}};
+  TestFunction uses;
+  uses.role = 1;
+  uses.code = Op(Opcode::kKeyword, {1}) + Op(Opcode::kPop) + kReturn;
+  image.functions.push_back(uses);
+  image.roles[1].behaviors = {1};
+  const std::vector<uint8_t> bytes = image.Build();
+  const auto program = std::make_unique<VerifiedProgram>();
+  ASSERT_EQ(
+      Verifier::Verify(bytes.data(), static_cast<uint32_t>(bytes.size()), program.get()).message,
+      nullptr);
+  EXPECT_EQ(program->role(0).num_keywords, 0);
+  ASSERT_EQ(program->role(1).num_keywords, 1);
+  EXPECT_EQ(program->role(1).keywords[0], 1);
+}
+
+// ---- Mutation ----
+
+std::vector<uint8_t> CompileFile(const std::string& path) {
+  std::ifstream file(std::string(MORPHBUS_SOURCE_DIR "/") + path);
+  std::stringstream text;
+  text << file.rdbuf();
+  dynarole::CompileResult result =
+      dynarole::CompileProgram(path, text.str(), dynarole::TestKeywords());
+  EXPECT_TRUE(result.image.has_value()) << path;
+  return result.image.value_or(std::vector<uint8_t>());
+}
+
+// Either refused, or every role's code runs without harm under its budget (the sanitizers watch).
+bool RefusedOrSafe(const std::vector<uint8_t>& image) {
+  const auto program = std::make_unique<VerifiedProgram>();
+  const VerifyError error =
+      Verifier::Verify(image.data(), static_cast<uint32_t>(image.size()), program.get());
+  if (error.message != nullptr) return true;
+  for (int i = 0; i < program->num_roles(); ++i) dynarole::RunRoleNumber(*program, i);
+  return false;
+}
+
+TEST(VerifierMutationTest, EveryByteOfAProgramMayBeWrong) {
+  std::vector<uint8_t> image = CompileFile("test/programs/control.dyn");
+  int accepted = 0;
+  for (size_t i = 0; i < image.size(); ++i) {
+    const uint8_t original = image[i];
+    for (const int value : {0, 1, 2, 127, 128, 255, original ^ 1, original ^ 128, original + 1}) {
+      image[i] = static_cast<uint8_t>(value);
+      EXPECT_TRUE(image[i] == original || !VerifyMessage(image).empty()) << "without a new hash";
+      Rehash(&image);
+      if (!RefusedOrSafe(image)) ++accepted;
+      image[i] = original;
+    }
+    Rehash(&image);
+  }
+  // Numbers and names may be others and the program still a program.
+  EXPECT_GT(accepted, 0);
+}
+
+TEST(VerifierMutationTest, ManyBytesMayBeWrongAtOnce) {
+  std::mt19937 random(7);
+  for (const char* path : {"models/programs/quadruped.dyn", "test/programs/functions.dyn",
+                           "test/programs/logic.dyn", "test/programs/structure.dyn"}) {
+    const std::vector<uint8_t> original = CompileFile(path);
+    for (int round = 0; round < 3000; ++round) {
+      std::vector<uint8_t> image = original;
+      const int changes = 1 + static_cast<int>(random() % 4);
+      for (int k = 0; k < changes; ++k) {
+        // Mostly behind the header, where more survives.
+        const size_t at =
+            random() % 8 == 0 ? random() % image.size() : 92 + random() % (image.size() - 92);
+        image[at] = random() % 2 == 0 ? static_cast<uint8_t>(random())
+                                      : static_cast<uint8_t>(random() % kNumOpcodes);
+      }
+      Rehash(&image);
+      RefusedOrSafe(image);
+    }
+  }
+}
+
+TEST(VerifierMutationTest, NoiseIsRefused) {
+  std::mt19937 random(11);
+  for (int round = 0; round < 2000; ++round) {
+    std::vector<uint8_t> image(random() % 400);
+    for (uint8_t& byte : image) byte = static_cast<uint8_t>(random());
+    EXPECT_NE(VerifyMessage(image), "");
+  }
+}
+
+TEST(VerifierCorpusTest, KeptBadImagesAreRefused) {
+  int files = 0;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(MORPHBUS_SOURCE_DIR "/test/malformed/image")) {
+    if (entry.path().extension() != ".image") continue;
+    std::ifstream file(entry.path(), std::ios::binary);
+    const std::vector<char> bytes{std::istreambuf_iterator<char>(file), {}};
+    EXPECT_NE(VerifyMessage(std::vector<uint8_t>(bytes.begin(), bytes.end())), "") << entry.path();
+    ++files;
+  }
+  EXPECT_GE(files, 10);
+}
+
+}  // namespace
+}  // namespace morphbus::vm
