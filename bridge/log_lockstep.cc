@@ -42,6 +42,7 @@ void LogLockstep::Begin(int64_t now_us, Actions* out) {
   phase_ = Phase::kRun;
   silence_.Heard(now_us);
   out->push_back({Kind::kHello});
+  hello_due_us_ = now_us + SilenceMeter::kLongestStep;
 }
 
 int LogLockstep::ModuleNumber(const std::string& name) const {
@@ -63,6 +64,7 @@ bool LogLockstep::OnClock(int64_t tick, int phase, int num_modules, int sensors_
                           int world_parts, int64_t now_us, Actions* out) {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return false;
   silence_.Heard(now_us);
+  sim_heard_ = true;
   if (num_modules_ < 0) {
     num_modules_ = num_modules;
     sensors_parts_ = sensors_parts;
@@ -208,9 +210,10 @@ void LogLockstep::ListMissing(Actions* out) const {
   }
 }
 
-void LogLockstep::OnPoll(int64_t now_us, Actions* out) {
+void LogLockstep::OnPoll(int64_t tick, int64_t now_us, Actions* out) {
   if (phase_ != Phase::kRun || config_.passive) return;
   silence_.Heard(now_us);
+  highest_tick_ = std::max(highest_tick_, tick);
   acked_tick_ = std::max(acked_tick_, complete_tick_);
   out->push_back({Kind::kAck, complete_tick_});
   if (!ask_.armed()) Settle(now_us, true, out);
@@ -233,6 +236,10 @@ void LogLockstep::OnTime(int64_t now_us, Actions* out) {
     phase_ = Phase::kDone;
     out->push_back({Kind::kLostSim});
     return;
+  }
+  if (!sim_heard_ && now_us >= hello_due_us_) {
+    hello_due_us_ = now_us + SilenceMeter::kLongestStep;
+    out->push_back({Kind::kHello});
   }
   if (ask_.Fire(now_us, config_.timing)) {
     const size_t before = out->size();
@@ -269,6 +276,7 @@ std::string LogLockstep::Fingerprint() const {
     }
   }
   print += ask_.armed() ? 'a' : '-';
+  print += sim_heard_ ? 'h' : '-';
   return print;
 }
 

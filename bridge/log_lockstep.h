@@ -51,8 +51,8 @@ class LogLockstep {
   /// TRANSFORM, ACTUATOR or STATUS; `status_count` is ACTUATOR's.
   bool OnModule(Line line, int module, int64_t sequence, int64_t tick, int64_t status_count,
                 int64_t now_us, Actions* out);
-  /// The sim asks for an acknowledgement now.
-  void OnPoll(int64_t now_us, Actions* out);
+  /// The sim, at `tick`, asks for an acknowledgement now.
+  void OnPoll(int64_t tick, int64_t now_us, Actions* out);
   void OnBye(Actions* out);
   void OnTime(int64_t now_us, Actions* out);
   /// Number of a module that SENSORS mentioned; given at first mention. -1 if CLOCK has not told the
@@ -108,6 +108,8 @@ class LogLockstep {
   int64_t acked_tick_ = -1;
   RetryTimer ask_;
   SilenceMeter silence_;
+  bool sim_heard_ = false;      ///< A CLOCK has come.
+  int64_t hello_due_us_ = 0;    ///< Until then: when to say HELLO again.
 };
 
 }  // namespace morphbus::bridge

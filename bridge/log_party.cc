@@ -222,7 +222,7 @@ LogParty::Verdict LogParty::TakeModule(const ChannelName& name, const morphbus::
 void LogParty::TakeAsk(const uint8_t* data, size_t size) {
   ask_t ask;
   if (!Decode(data, size, {options_.model_hash, 0}, &ask)) return;
-  if (ask.kind == ask_t::KIND_POLL) machine_.OnPoll(time_->NowUs(), &actions_);
+  if (ask.kind == ask_t::KIND_POLL) machine_.OnPoll(ask.header.tick, time_->NowUs(), &actions_);
   if (ask.kind == ask_t::KIND_BYE) machine_.OnBye(&actions_);
   if (ask.kind == ask_t::KIND_INFO && publish_info_) publish_info_();
 }

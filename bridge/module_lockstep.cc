@@ -15,12 +15,15 @@ void ModuleLockstep::Begin(int64_t tick, int64_t now_us, Actions* out) {
   phase_ = Phase::kRun;
   tick_ = tick;
   silence_.Heard(now_us);
-  if (tick == 0) out->push_back({Kind::kHello, 0, 0});
+  if (tick > 0) return;
+  out->push_back({Kind::kHello, 0, 0});
+  hello_due_us_ = now_us + SilenceMeter::kLongestStep;
 }
 
 void ModuleLockstep::OnClock(int64_t tick, int phase, int64_t now_us, Actions* out) {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return;
   silence_.Heard(now_us);
+  sim_heard_ = true;
   if (phase == morphbus::sim_clock_t::PHASE_END) {
     phase_ = Phase::kEnded;
     ask_.Disarm();
@@ -132,6 +135,12 @@ void ModuleLockstep::OnTime(int64_t now_us, Actions* out) {
     out->push_back({Kind::kLostSim, tick_, 0});
     return;
   }
+  // Perhaps the sim began to listen later than we spoke, or speaks of another model: then we are to be
+  // refused by name.
+  if (!sim_heard_ && tick_ == 0 && now_us >= hello_due_us_) {
+    hello_due_us_ = now_us + SilenceMeter::kLongestStep;
+    out->push_back({Kind::kHello, 0, 0});
+  }
   if (!ask_.Fire(now_us, config_.timing)) return;
   for (const uint16_t mate : mates_) {
     if (!Has(mate, tick_ - 1)) out->push_back({Kind::kAskMate, tick_ - 1, mate});
@@ -149,6 +158,7 @@ std::string ModuleLockstep::Fingerprint() const {
   print += std::to_string(tick_);
   print += have_reading_ ? 'r' : '-';
   print += ask_.armed() ? 'a' : '-';
+  print += sim_heard_ ? 'h' : '-';
   for (const bool there : parts_) print += there ? '1' : '0';
   for (const uint16_t id : mates_) print += ':' + std::to_string(id);
   for (const Mate& mate : heard_) {

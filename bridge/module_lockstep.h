@@ -81,6 +81,8 @@ class ModuleLockstep {
   std::vector<Mate> heard_;      ///< All that ever were mated, by id.
   RetryTimer ask_;
   SilenceMeter silence_;
+  bool sim_heard_ = false;      ///< A CLOCK has come.
+  int64_t hello_due_us_ = 0;    ///< Until then: when to say HELLO again.
 };
 
 }  // namespace morphbus::bridge

@@ -49,6 +49,7 @@ void SimLockstep::Begin(int64_t now_us, Actions* out) {
   silence_.Heard(now_us);
   Rebase(now_us);
   out->push_back({Kind::kPublishTick, 0, -1});
+  beat_due_us_ = now_us + config_.timing.beat_us;
   ask_.Arm(now_us, config_.timing);
 }
 
@@ -89,13 +90,13 @@ void SimLockstep::TryAdvance(int64_t now_us, Actions* out) {
   if (phase_ == Phase::kStart && !AllGreeted()) return;
   if (config_.realtime) return TryRealtime(now_us, out);
   if (!AllAnswered()) return;
-  if (paused_ && steps_ == 0 && !stop_) return Hold(now_us);
+  if (paused_ && steps_ == 0 && !stop_) return Hold();
   if (!WindowOpen()) {
     holding_ = false;
     if (!ask_.armed()) ask_.Arm(now_us, config_.timing);
     return;
   }
-  if (now_us < PacedStartUs(tick_ + 1) && steps_ == 0 && !stop_) return Hold(now_us);
+  if (now_us < PacedStartUs(tick_ + 1) && steps_ == 0 && !stop_) return Hold();
   AdvanceOneTick(now_us, out);
 }
 
@@ -106,7 +107,7 @@ void SimLockstep::TryRealtime(int64_t now_us, Actions* out) {
     phase_ = Phase::kRun;
     Rebase(now_us);
   }
-  if (paused_ && steps_ == 0 && !stop_) return Hold(now_us);
+  if (paused_ && steps_ == 0 && !stop_) return Hold();
   ask_.Disarm();
   holding_ = false;
   if (now_us < PacedStartUs(tick_ + 1) && steps_ == 0 && !stop_) return;
@@ -129,15 +130,21 @@ void SimLockstep::AdvanceOneTick(int64_t now_us, Actions* out) {
   phase_ = Phase::kRun;
   if (stop_ || tick_ == config_.num_ticks) return EnterEnding(now_us, out);
   out->push_back({Kind::kPublishTick, tick_, -1});
+  beat_due_us_ = now_us + config_.timing.beat_us;
   ask_.Arm(now_us, config_.timing);
 }
 
-/// Nothing is missing and nobody is asked; CLOCK repeats now and then, so that nobody gives us up.
-void SimLockstep::Hold(int64_t now_us) {
+/// Nothing is missing and nobody is asked.
+void SimLockstep::Hold() {
   ask_.Disarm();
-  if (holding_) return;
   holding_ = true;
+}
+
+/// CLOCK comes now and then though the tick stays the same, so that nobody gives us up.
+void SimLockstep::Beat(int64_t now_us, Actions* out) {
+  if (now_us < beat_due_us_ || phase_ >= Phase::kEnding) return;
   beat_due_us_ = now_us + config_.timing.beat_us;
+  out->push_back({Kind::kRepeatTick, tick_, -1});
 }
 
 void SimLockstep::EnterEnding(int64_t now_us, Actions* out) {
@@ -160,7 +167,7 @@ void SimLockstep::FinishIfAcknowledged(Actions* out) {
   ask_.Disarm();
 }
 
-void SimLockstep::OnAskTimer(Actions* out) {
+void SimLockstep::OnAskTimer(int64_t now_us, Actions* out) {
   if (phase_ == Phase::kEnding) {
     out->push_back({Kind::kRepeatEnd, tick_, -1});
     return;
@@ -170,11 +177,16 @@ void SimLockstep::OnAskTimer(Actions* out) {
     return;
   }
   out->push_back({Kind::kRepeatTick, tick_, -1});
+  beat_due_us_ = now_us + config_.timing.beat_us;
   for (size_t i = 0; i < answered_.size(); ++i) {
     if (hello_[i] && !answered_[i]) {
       out->push_back({Kind::kAskModule, tick_, static_cast<int>(i)});
     }
   }
+}
+
+void SimLockstep::NoteSilent(int process) {
+  if (std::find(silent_.begin(), silent_.end(), process) == silent_.end()) silent_.push_back(process);
 }
 
 void SimLockstep::CheckSilence(int64_t now_us, Actions* out) {
@@ -184,7 +196,7 @@ void SimLockstep::CheckSilence(int64_t now_us, Actions* out) {
   if (phase_ == Phase::kEnding) {
     if (silence < timing.end_silence_us) return;
     for (size_t i = 0; i < hello_.size(); ++i) {
-      if (hello_[i] && !end_acked_[i]) silent_.push_back(static_cast<int>(i));
+      if (hello_[i] && !end_acked_[i]) NoteSilent(static_cast<int>(i));
     }
     end_acked_.assign(end_acked_.size(), true);
     return FinishIfAcknowledged(out);
@@ -193,7 +205,7 @@ void SimLockstep::CheckSilence(int64_t now_us, Actions* out) {
   for (size_t i = 0; i < hello_.size(); ++i) {
     const bool module = i < answered_.size();
     const bool slow = module ? !answered_[i] : AllAnswered() && !WindowOpen();
-    if (!hello_[i] || slow) silent_.push_back(static_cast<int>(i));
+    if (!hello_[i] || slow) NoteSilent(static_cast<int>(i));
   }
   EnterEnding(now_us, out);
 }
@@ -202,12 +214,9 @@ void SimLockstep::OnTime(int64_t now_us, Actions* out) {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return;
   CheckSilence(now_us, out);
   if (phase_ == Phase::kDone) return;
-  if (ask_.Fire(now_us, config_.timing)) OnAskTimer(out);
+  if (ask_.Fire(now_us, config_.timing)) OnAskTimer(now_us, out);
   TryAdvance(now_us, out);
-  if (holding_ && now_us >= beat_due_us_) {
-    beat_due_us_ = now_us + config_.timing.beat_us;
-    out->push_back({Kind::kRepeatTick, tick_, -1});
-  }
+  Beat(now_us, out);
 }
 
 void SimLockstep::OnPublished(int64_t now_us) {
@@ -247,7 +256,7 @@ void SimLockstep::SetSpeed(double speed, int64_t now_us, Actions* out) {
 int64_t SimLockstep::next_deadline_us() const {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return kNever;
   int64_t next = std::min(ask_.due_us(), silence_.next_poll_us());
-  if (holding_) next = std::min(next, beat_due_us_);
+  if (phase_ < Phase::kEnding) next = std::min(next, beat_due_us_);
   const bool waits_for_pace = holding_ || (config_.realtime && phase_ == Phase::kRun);
   if (waits_for_pace && !paused_ && config_.speed > 0) {
     next = std::min(next, PacedStartUs(tick_ + 1));

@@ -89,8 +89,10 @@ class SimLockstep {
   void AdvanceOneTick(int64_t now_us, Actions* out);
   void EnterEnding(int64_t now_us, Actions* out);
   void FinishIfAcknowledged(Actions* out);
-  void Hold(int64_t now_us);
-  void OnAskTimer(Actions* out);
+  void Hold();
+  void Beat(int64_t now_us, Actions* out);
+  void OnAskTimer(int64_t now_us, Actions* out);
+  void NoteSilent(int process);
   void CheckSilence(int64_t now_us, Actions* out);
   void Rebase(int64_t now_us);
 

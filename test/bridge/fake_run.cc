@@ -1,0 +1,236 @@
+#include "test/bridge/fake_run.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "bridge/vm_codec.h"
+
+namespace morphbus::bridge {
+namespace {
+
+uint64_t Mix(uint64_t a, uint64_t b) {
+  uint64_t z = (a ^ b) + 0x9e3779b97f4a7c15ULL;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  return z ^ (z >> 31);
+}
+
+uint64_t Bits(double value) {
+  uint64_t bits = 0;
+  std::memcpy(&bits, &value, sizeof bits);
+  return bits;
+}
+
+/// A number in -1..1.
+double Unit(uint64_t bits) { return static_cast<double>(bits >> 12) / static_cast<double>(1ULL << 51) - 1; }
+
+}  // namespace
+
+FakeRobot::FakeRobot(int num_modules)
+    : joints_(static_cast<size_t>(num_modules), std::vector<double>(2, 0.0)) {}
+
+void FakeRobot::Sense(std::vector<morphbus::module_sensors_t>* out) {
+  out->clear();
+  const auto last = joints_.size() - 1;
+  for (size_t i = 0; i <= last; ++i) {
+    morphbus::module_sensors_t& reading = out->emplace_back();
+    reading.module_id = static_cast<int16_t>(i);
+    reading.name = "m" + std::to_string(i + 1);
+    reading.num_joints = 2;
+    reading.joint_position_si = joints_[i];
+    reading.joint_velocity_si = {0.5F, -0.5F};
+    const auto dock = [&](size_t connector, size_t mate, size_t pair) {
+      const bool open = disconnect_tick_ >= 0 && ticks >= disconnect_tick_ &&
+                        static_cast<int>(pair) == disconnected_;
+      if (open) return;
+      morphbus::docked_connector_t& docked = reading.docked.emplace_back();
+      docked.connector = static_cast<int8_t>(connector);
+      docked.mate_connector = static_cast<int8_t>(1 - connector);
+      docked.mate_module = static_cast<int16_t>(mate);
+      docked.connection_type = 0;
+      docked.number = 5;
+    };
+    if (i > 0) dock(0, i - 1, i - 1);
+    if (i < last) dock(1, i + 1, i);
+    reading.num_docked = static_cast<int8_t>(reading.docked.size());
+  }
+}
+
+void FakeRobot::Truth(std::vector<morphbus::body_pose_t>* out) {
+  out->clear();
+  for (size_t i = 0; i < joints_.size(); ++i) {
+    morphbus::body_pose_t& body = out->emplace_back();
+    body.module_id = static_cast<int16_t>(i);
+    body.link = 0;
+    body.position_m[0] = joints_[i][0];
+    body.position_m[1] = joints_[i][1];
+    body.position_m[2] = Unit(mixed_);
+    body.orientation_wxyz[0] = 1;
+    body.orientation_wxyz[1] = body.orientation_wxyz[2] = body.orientation_wxyz[3] = 0;
+  }
+}
+
+void FakeRobot::Actuate(const morphbus::actuator_t& command) {
+  ++actuations;
+  for (size_t j = 0; j < 2; ++j) {
+    mixed_ = Mix(mixed_, Bits(command.joints[j].target_si));
+    joints_[static_cast<size_t>(command.module_id)][j] = command.joints[j].target_si + 1e-3 * Unit(mixed_);
+  }
+}
+
+void FakeBrain::Tick(const vm::TickInput& input, vm::TickOutput* output) {
+  computed.push_back(input.tick);
+  requests += input.num_requests;
+  mixed_ = Mix(mixed_, static_cast<uint64_t>(input.tick + input.sim_time_us));
+  for (const double position : input.joint_position) mixed_ = Mix(mixed_, Bits(position));
+  for (size_t c = 0; c < 2; ++c) {
+    if (!input.connectors[c].docked) continue;
+    const vm::NeighbourMessage* message = input.messages[c];
+    if (message == nullptr) {
+      if (input.tick > 0) ++missing_messages;
+      continue;
+    }
+    mixed_ = Mix(mixed_, static_cast<uint64_t>(message->root_sequence) + message->sender);
+    mixed_ = Mix(mixed_, static_cast<uint64_t>(message->tick));
+  }
+  vm::NeighbourMessage& message = output->message;
+  message.sender = id_;
+  message.incarnation = 1;
+  message.tick = input.tick;
+  message.program_hash = kFakeProgram;
+  message.root_sequence = static_cast<int64_t>(mixed_ >> 1);
+  message.num_links = 2;
+  message.num_body_entries = static_cast<uint8_t>(mixed_ % 40);
+  for (int i = 0; i < message.num_body_entries; ++i) message.body_entries[i].stamp = input.tick;
+  for (size_t j = 0; j < 2; ++j) {
+    output->joints[j].mode = vm::ActuatorMode::kPosition;
+    output->joints[j].target = Unit(Mix(mixed_, j));
+    output->joints[j].speed = 1;
+  }
+  output->status.changed = mixed_ % 5 == 0;
+  output->status.num_faults = static_cast<uint8_t>(mixed_ % 8);
+  for (int i = 0; i < output->status.num_faults; ++i) {
+    output->status.faults[i].code = vm::FaultCode::kTargetClamped;
+    output->status.faults[i].line = static_cast<uint16_t>(input.tick);
+  }
+}
+
+void FakeBrain::TakePiece(const morphbus::deploy_piece_t& piece) {
+  deployed.insert(deployed.end(), piece.bytes.begin(), piece.bytes.end());
+}
+
+std::vector<morphbus::status_t> FakeBrain::Describe(const vm::StatusReport& report) {
+  StatusNames names;
+  names.type_name = "FAKE";
+  names.fault_texts.assign(8, std::string(48, 't'));
+  names.fault_functions.assign(8, std::string(48, 'f'));
+  return ToStatus(report, names, id_, 1, 2);
+}
+
+void FakeBrain::Save(std::vector<uint8_t>* out) {
+  const auto* bytes = reinterpret_cast<const uint8_t*>(&mixed_);
+  out->insert(out->end(), bytes, bytes + sizeof mixed_);
+}
+
+bool FakeBrain::Load(const uint8_t* data, size_t size) {
+  if (size != sizeof mixed_) return false;
+  std::memcpy(&mixed_, data, sizeof mixed_);
+  return true;
+}
+
+SimPartyOptions FakeRun::SimOptions() const {
+  SimPartyOptions sim_options;
+  sim_options.run = options.run;
+  sim_options.model_hash = kFakeModel;
+  sim_options.program_hash = kFakeProgram;
+  for (int i = 0; i < options.modules; ++i) {
+    sim_options.modules.push_back(
+        {"m" + std::to_string(i + 1), static_cast<uint16_t>(i), "FAKE", kFakeKinematics, 2});
+  }
+  sim_options.logger = options.logger;
+  sim_options.num_ticks = options.ticks;
+  sim_options.realtime = options.realtime;
+  sim_options.speed = options.speed;
+  sim_options.timing = options.timing;
+  return sim_options;
+}
+
+ModulePartyOptions FakeRun::ModuleOptions(int i) const {
+  ModulePartyOptions module_options;
+  module_options.run = options.run;
+  module_options.module = "m" + std::to_string(i + 1);
+  module_options.module_id = static_cast<uint16_t>(i);
+  module_options.type_name = "FAKE";
+  module_options.num_joints = 2;
+  module_options.num_connectors = 2;
+  module_options.model_hash = kFakeModel;
+  module_options.kinematics_hash = kFakeKinematics;
+  module_options.program_hash = kFakeProgram;
+  module_options.claim = 100 + i;
+  module_options.realtime = options.realtime;
+  module_options.timing = options.timing;
+  return module_options;
+}
+
+FakeRun::FakeRun(const FakeRunOptions& o) : options(o), robot(o.modules) {
+  uint64_t seed = options.seed;
+  sim_seat = std::make_unique<Seat>(&hub, options.loss, seed++);
+  sim = std::make_unique<SimParty>(&sim_seat->bus, &robot, &time, SimOptions());
+  for (int i = 0; i < options.modules; ++i) {
+    Module& module = modules.emplace_back();
+    module.seat = std::make_unique<Seat>(&hub, options.loss, seed++);
+    module.brain = std::make_unique<FakeBrain>(static_cast<uint16_t>(i));
+    module.party = std::make_unique<ModuleParty>(&module.seat->bus, module.brain.get(), &time,
+                                                 ModuleOptions(i));
+  }
+  if (!options.logger) return;
+  log_seat = std::make_unique<Seat>(&hub, options.loss, seed++);
+  LogPartyOptions log_options;
+  log_options.run = options.run;
+  log_options.model_hash = kFakeModel;
+  log_options.realtime = options.realtime;
+  log_options.timing = options.timing;
+  log = std::make_unique<LogParty>(&log_seat->bus, &time, log_options, [this](const LoggedMessage& m) {
+    ++logged;
+    logged_duplicates += m.duplicate ? 1 : 0;
+    logged_bad += m.bad ? 1 : 0;
+  });
+}
+
+FakeRun::~FakeRun() = default;
+
+std::vector<Party*> FakeRun::parties() {
+  std::vector<Party*> all;
+  for (Module& module : modules) all.push_back(module.party.get());
+  if (log != nullptr) all.push_back(log.get());
+  // Last, so that all have subscribed when it begins.
+  all.push_back(sim.get());
+  return all;
+}
+
+bool FakeRun::Run() {
+  return RunUntil([this] {
+    for (const Party* party : parties()) {
+      if (!party->done()) return false;
+    }
+    return true;
+  });
+}
+
+bool FakeRun::RunUntil(const std::function<bool()>& finished) {
+  if (!started) {
+    for (Party* party : parties()) party->Start();
+  }
+  started = true;
+  while (!finished()) {
+    if (hub.HandleRound() > 0) continue;
+    int64_t next = kNever;
+    for (const Party* party : parties()) next = std::min(next, party->next_deadline_us());
+    if (next == kNever) return false;
+    time.AdvanceTo(next);
+    for (Party* party : parties()) party->OnTime();
+  }
+  return true;
+}
+
+}  // namespace morphbus::bridge

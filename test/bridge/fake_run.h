@@ -1,0 +1,122 @@
+#pragma once
+// A whole run on the in-process bus with a fake robot and fake programs, whose every output depends on
+// every input: whatever goes wrong between the parties changes a hash.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bridge/bus_adapters.h"
+#include "bridge/inproc_bus.h"
+#include "bridge/log_party.h"
+#include "bridge/module_party.h"
+#include "bridge/sim_party.h"
+
+namespace morphbus::bridge {
+
+/// A chain of modules with two joints each; module i's connector 1 is mated to module i+1's connector
+/// 0. The joints follow their commands at once, plus a drift that depends on all that was commanded.
+class FakeRobot : public SimulatedRobot {
+ public:
+  explicit FakeRobot(int num_modules);
+
+  void Sense(std::vector<morphbus::module_sensors_t>* out) override;
+  void Truth(std::vector<morphbus::body_pose_t>* out) override;
+  void Actuate(const morphbus::actuator_t& command) override;
+  void Advance() override { ++ticks; }
+
+  /// Opens the connection between modules i and i+1 from the tick on.
+  void DisconnectAt(int64_t tick, int i) { disconnect_tick_ = tick, disconnected_ = i; }
+
+  int64_t ticks = 0;
+  int64_t actuations = 0;
+
+ private:
+  std::vector<std::vector<double>> joints_;
+  uint64_t mixed_ = 1;
+  int64_t disconnect_tick_ = -1;
+  int disconnected_ = -1;
+};
+
+/// Mixes sensors and the mates' messages into poses and commands; says something on STATUS now and then,
+/// sometimes more than fits into one message.
+class FakeBrain : public ModuleBrain {
+ public:
+  explicit FakeBrain(uint16_t id) : id_(id) {}
+
+  void Tick(const vm::TickInput& input, vm::TickOutput* output) override;
+  void TakePiece(const morphbus::deploy_piece_t& piece) override;
+  std::vector<morphbus::status_t> Describe(const vm::StatusReport& report) override;
+  void Save(std::vector<uint8_t>* out) override;
+  bool Load(const uint8_t* data, size_t size) override;
+
+  std::vector<int64_t> computed;  ///< Ticks, in order.
+  int missing_messages = 0;       ///< Mates whose message was not there.
+  int64_t requests = 0;
+  std::vector<uint8_t> deployed;
+
+ private:
+  uint16_t id_;
+  uint64_t mixed_ = 7;
+};
+
+struct FakeRunOptions {
+  std::string run = "test";
+  int modules = 3;
+  int64_t ticks = 40;
+  double loss = 0;
+  uint64_t seed = 1;
+  bool logger = true;
+  bool realtime = false;
+  double speed = 0;
+  LockstepTiming timing;
+};
+
+/// All parties of one run. Public members: tests look at and meddle with everything.
+class FakeRun {
+ public:
+  explicit FakeRun(const FakeRunOptions& options);
+  ~FakeRun();
+
+  /// Until all are done; false if the run got stuck.
+  bool Run();
+
+  /// Starts all and runs until `done` says so or nothing can happen any more; then goes on with Run.
+  bool RunUntil(const std::function<bool()>& done);
+
+  [[nodiscard]] std::vector<Party*> parties();
+
+  struct Seat {
+    Seat(InprocHub* hub, double loss, uint64_t seed)
+        : endpoint(hub->Connect()), bus(endpoint.get(), loss, seed, &discarded) {}
+    int64_t discarded = 0;
+    std::unique_ptr<Bus> endpoint;
+    LossyBus bus;
+  };
+  struct Module {
+    std::unique_ptr<Seat> seat;
+    std::unique_ptr<FakeBrain> brain;
+    std::unique_ptr<ModuleParty> party;
+  };
+
+  ModulePartyOptions ModuleOptions(int i) const;
+  SimPartyOptions SimOptions() const;
+
+  FakeRunOptions options;
+  InprocHub hub;
+  VirtualTime time;
+  FakeRobot robot;
+  std::unique_ptr<Seat> sim_seat, log_seat;
+  std::unique_ptr<SimParty> sim;
+  std::vector<Module> modules;
+  std::unique_ptr<LogParty> log;
+  bool started = false;
+  int64_t logged = 0, logged_duplicates = 0, logged_bad = 0;
+};
+
+inline constexpr uint64_t kFakeModel = 0x1122334455667788;
+inline constexpr uint64_t kFakeProgram = 0x99aabbccddeeff00;
+inline constexpr uint64_t kFakeKinematics = 0x0123456789abcdef;
+
+}  // namespace morphbus::bridge

@@ -1,0 +1,473 @@
+// Whole runs on the in-process bus: sim, modules and logger with a fake robot and fake programs.
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "bridge/codec.h"
+#include "test/bridge/fake_run.h"
+
+namespace morphbus::bridge {
+namespace {
+
+std::vector<int64_t> Upto(int64_t end) {
+  std::vector<int64_t> ticks(static_cast<size_t>(end));
+  std::iota(ticks.begin(), ticks.end(), 0);
+  return ticks;
+}
+
+void ExpectWhole(FakeRun* run) {
+  EXPECT_TRUE(run->sim->outcome().ok) << run->sim->outcome().error;
+  EXPECT_EQ(run->sim->outcome().ticks, run->options.ticks);
+  EXPECT_EQ(run->robot.ticks, run->options.ticks);
+  EXPECT_EQ(run->robot.actuations, run->options.ticks * run->options.modules);
+  for (const FakeRun::Module& module : run->modules) {
+    EXPECT_EQ(module.brain->computed, Upto(run->options.ticks)) << "each tick once, in order";
+    EXPECT_EQ(module.brain->missing_messages, 0);
+    EXPECT_EQ(module.party->error(), "");
+    EXPECT_EQ(module.party->ledger().bad, 0);
+  }
+  if (run->log == nullptr) return;
+  EXPECT_TRUE(run->log->complete()) << run->log->error();
+  EXPECT_EQ(run->log->run_hash(), run->sim->outcome().run_hash);
+  EXPECT_EQ(run->sim->outcome().recorded_hash, run->sim->outcome().run_hash);
+  EXPECT_EQ(run->logged_bad, 0);
+}
+
+std::string HashOf(const FakeRunOptions& options) {
+  FakeRun run(options);
+  EXPECT_TRUE(run.Run());
+  ExpectWhole(&run);
+  return run.sim->outcome().run_hash;
+}
+
+TEST(Lockstep, EveryTickIsComputedOnceByEveryModule) {
+  FakeRunOptions options;
+  options.modules = 9;
+  FakeRun run(options);
+  // In tick 0 the modules come to know their mates; what those said before is asked for once.
+  ASSERT_TRUE(run.RunUntil([&run] { return run.sim->tick() == 2; }));
+  const int64_t asked = run.sim->ledger().asked, resent = run.sim->ledger().resent;
+  const int64_t duplicates = run.logged_duplicates;
+  EXPECT_LE(asked, 9);
+  ASSERT_TRUE(run.Run());
+  ExpectWhole(&run);
+  EXPECT_EQ(run.sim->ledger().asked, asked) << "where nothing is lost, nothing is asked";
+  EXPECT_EQ(run.sim->ledger().resent, resent);
+  EXPECT_EQ(run.logged_duplicates, duplicates);
+}
+
+TEST(Lockstep, TheNameOfTheRunIsNotInItsHash) {
+  FakeRunOptions a, b;
+  b.run = "another-name";
+  EXPECT_EQ(HashOf(a), HashOf(b));
+}
+
+TEST(Lockstep, ADifferentRunHasADifferentHash) {
+  FakeRunOptions a, b;
+  b.ticks = a.ticks + 1;
+  EXPECT_NE(HashOf(a), HashOf(b));
+}
+
+TEST(Lockstep, LossOfAFifthAtEveryReceiverChangesNoPayload) {
+  FakeRunOptions options;
+  options.modules = 9;
+  options.ticks = 100;
+  const std::string reference = HashOf(options);
+  options.loss = 0.2;
+  for (options.seed = 1; options.seed <= 20; ++options.seed) {
+    EXPECT_EQ(HashOf(options), reference) << "seed " << options.seed;
+  }
+}
+
+TEST(Lockstep, LossOfHalfAtEveryReceiverChangesNoPayload) {
+  FakeRunOptions options;
+  const std::string reference = HashOf(options);
+  options.loss = 0.5;
+  for (options.seed = 1; options.seed <= 20; ++options.seed) {
+    EXPECT_EQ(HashOf(options), reference) << "seed " << options.seed;
+  }
+}
+
+TEST(Lockstep, RunsWithoutALogger) {
+  FakeRunOptions options;
+  const std::string with = HashOf(options);
+  options.logger = false;
+  options.loss = 0.3;
+  EXPECT_EQ(HashOf(options), with);
+}
+
+TEST(Lockstep, AConnectionThatOpensEndsTheWaitForItsMessages) {
+  for (const double loss : {0.0, 0.2}) {
+    FakeRunOptions options;
+    options.loss = loss;
+    FakeRun run(options);
+    run.robot.DisconnectAt(10, 1);
+    ASSERT_TRUE(run.Run());
+    ExpectWhole(&run);
+  }
+}
+
+TEST(Lockstep, StopEndsTheRunAfterTheTickAndTellsWhy) {
+  FakeRunOptions options;
+  options.ticks = -1;
+  FakeRun run(options);
+  run.sim->OnBeforeTick([&run](int64_t tick) {
+    if (tick == 25) run.sim->RequestStop("enough");
+  });
+  ASSERT_TRUE(run.Run());
+  EXPECT_TRUE(run.sim->outcome().ok);
+  EXPECT_EQ(run.sim->outcome().ticks, 26);
+  EXPECT_EQ(run.modules[0].party->end_reason(), "enough");
+  EXPECT_EQ(run.log->end_reason(), "enough");
+  EXPECT_TRUE(run.log->complete());
+}
+
+TEST(Lockstep, PauseHoldsTheRunAndNobodyAsksMeanwhile) {
+  FakeRunOptions options;
+  FakeRun run(options);
+  run.sim->OnBeforeTick([&run](int64_t tick) {
+    if (tick == 5) run.sim->Pause();
+  });
+  ASSERT_TRUE(run.RunUntil([&run] { return run.sim->paused(); }));
+  run.hub.HandleAll();
+  EXPECT_EQ(run.sim->tick(), 5);
+  const int64_t asked = run.sim->ledger().asked;
+  const int64_t sent = run.modules[0].party->ledger().sent;
+  for (int i = 0; i < 60; ++i) {  // A minute.
+    run.time.AdvanceTo(run.time.NowUs() + 1'000'000);
+    for (Party* party : run.parties()) party->OnTime();
+    run.hub.HandleAll();
+  }
+  EXPECT_EQ(run.sim->tick(), 5);
+  EXPECT_EQ(run.modules[0].party->ledger().sent, sent);
+  EXPECT_EQ(run.sim->ledger().asked, asked);
+  EXPECT_FALSE(run.modules[0].party->done()) << "the beat of CLOCK keeps the modules waiting";
+  run.sim->Step();
+  run.hub.HandleAll();
+  EXPECT_EQ(run.sim->tick(), 6);
+  run.sim->Resume();
+  run.hub.HandleAll();
+  EXPECT_TRUE(run.sim->done());
+  ExpectWhole(&run);
+}
+
+TEST(Lockstep, TheSimIsNeverMoreThanTheWindowAheadOfTheLogger) {
+  FakeRunOptions options;
+  FakeRun run(options);
+  // A logger that says HELLO and then is stopped.
+  morphbus::hello_t hello;
+  Speaker speaker{options.run, "LOG", kFakeModel, 0};
+  Ledger ledger;
+  Outbox outbox(run.log_seat->endpoint.get(), speaker, &ledger);
+  hello.process = "LOG";
+  hello.pid = 1;
+  hello.claim = 1;
+  hello.incarnation = 1;
+  hello.wire_hash = static_cast<int64_t>(WireHash());
+  std::vector<Party*> others = run.parties();
+  others.erase(others.begin() + 3);
+  for (Party* party : others) party->Start();
+  outbox.Send("test/HELLO", 0, 0, &hello);
+  for (int i = 0; i < 1000; ++i) {
+    run.hub.HandleAll();
+    run.time.AdvanceTo(run.time.NowUs() + 1000);
+    for (Party* party : others) party->OnTime();
+  }
+  EXPECT_EQ(run.sim->tick(), kKeptTicks - 1) << "ticks 0..15 are out, none is acknowledged";
+  // It goes on: what it missed is still kept by everybody.
+  run.log->Start();
+  run.started = true;
+  EXPECT_TRUE(run.Run());
+  ExpectWhole(&run);
+}
+
+TEST(Lockstep, WhoNeverJoinsIsNamed) {
+  FakeRunOptions options;
+  FakeRun run(options);
+  std::vector<Party*> parties = run.parties();
+  parties.erase(parties.begin() + 1);  // m2
+  ASSERT_TRUE(RunInproc(&run.hub, &run.time, parties));
+  EXPECT_FALSE(run.sim->outcome().ok);
+  EXPECT_EQ(run.sim->outcome().error, "m2 does not answer (the run had not begun)");
+  EXPECT_EQ(run.sim->missing_processes(), std::vector<std::string>{"m2"});
+}
+
+TEST(Lockstep, WhoDoesNotAcknowledgeTheEndIsNamedAfterFiveSeconds) {
+  FakeRunOptions options;
+  options.logger = false;
+  FakeRun run(options);
+  run.sim->OnBeforeTick([&run](int64_t tick) {
+    // From its last answer on m3 hears nothing.
+    if (tick == run.options.ticks - 1) run.modules[2].seat->endpoint->Unsubscribe("test/SIM/CLOCK");
+  });
+  ASSERT_TRUE(RunInproc(&run.hub, &run.time, {run.sim.get(), run.modules[0].party.get(),
+                                              run.modules[1].party.get(),
+                                              run.modules[2].party.get()}));
+  EXPECT_FALSE(run.sim->outcome().ok);
+  EXPECT_EQ(run.sim->outcome().error, "m3 does not answer");
+  EXPECT_NE(run.modules[2].party->error(), "");
+}
+
+TEST(Lockstep, ASilentModuleIsNamedWhileRunning) {
+  FakeRunOptions options;
+  FakeRun run(options);
+  run.sim->OnBeforeTick([&run](int64_t tick) {
+    if (tick == 7) run.modules[1].seat->endpoint->Unsubscribe("test/SIM/SENSORS");
+  });
+  ASSERT_TRUE(run.Run());
+  EXPECT_FALSE(run.sim->outcome().ok);
+  EXPECT_EQ(run.sim->outcome().error, "m2 does not answer");
+}
+
+TEST(Lockstep, AModuleStoppedForAnHourGoesOn) {
+  // SIGSTOP: m1 neither hears nor polls; time passes for all; then everything arrives at once.
+  FakeRunOptions options;
+  options.timing.run_silence_us = options.timing.join_silence_us = kNever / 2;
+  FakeRun run(options);
+  std::vector<Party*> others = run.parties();
+  others.erase(others.begin());
+  for (Party* party : run.parties()) party->Start();
+  for (int i = 0; i < 7200; ++i) {
+    // Only the others' queues are handled: FakeRun's hub has no switch, so m1's bus is asked nothing.
+    run.time.AdvanceTo(run.time.NowUs() + 500'000);
+    run.sim_seat->endpoint->Handle(0);
+    run.modules[1].seat->endpoint->Handle(0);
+    run.modules[2].seat->endpoint->Handle(0);
+    run.log_seat->endpoint->Handle(0);
+    for (Party* party : others) party->OnTime();
+  }
+  EXPECT_EQ(run.sim->tick(), 0);
+  run.modules[0].party->OnTime();
+  EXPECT_FALSE(run.modules[0].party->done()) << "an hour asleep is not an hour of silence";
+  while (!run.sim->done()) {
+    if (run.hub.HandleAll() > 0) continue;
+    run.time.AdvanceTo(run.time.NowUs() + 2000);
+    for (Party* party : run.parties()) party->OnTime();
+  }
+  run.hub.HandleAll();
+  ExpectWhole(&run);
+}
+
+// Refusals.
+
+void ExpectRefused(FakeRun* run, const std::string& part_of_error) {
+  ASSERT_TRUE(run->Run());
+  EXPECT_FALSE(run->sim->outcome().ok);
+  EXPECT_NE(run->sim->outcome().error.find(part_of_error), std::string::npos)
+      << run->sim->outcome().error;
+  EXPECT_EQ(run->robot.ticks, 0);
+}
+
+TEST(Lockstep, AnotherProgramIsRefusedByName) {
+  FakeRun run({});
+  ModulePartyOptions options = run.ModuleOptions(1);
+  options.program_hash = 5;
+  run.modules[1].party = std::make_unique<ModuleParty>(
+      &run.modules[1].seat->bus, run.modules[1].brain.get(), &run.time, options);
+  ExpectRefused(&run, "m2 has another program (0000000000000005)");
+}
+
+TEST(Lockstep, AnotherModelIsRefusedByName) {
+  FakeRun run({});
+  run.options.logger = false;
+  ModulePartyOptions options = run.ModuleOptions(2);
+  options.model_hash = 5;
+  options.timing.lost_us = 1'000'000;
+  run.modules[2].party = std::make_unique<ModuleParty>(
+      &run.modules[2].seat->bus, run.modules[2].brain.get(), &run.time, options);
+  ExpectRefused(&run, "m3 has another model");
+}
+
+TEST(Lockstep, AnotherTypeAndKinematicsAreRefusedByName) {
+  {
+    FakeRun run({});
+    ModulePartyOptions options = run.ModuleOptions(0);
+    options.type_name = "ATRON";
+    run.modules[0].party = std::make_unique<ModuleParty>(
+        &run.modules[0].seat->bus, run.modules[0].brain.get(), &run.time, options);
+    ExpectRefused(&run, "m1 is a module of type ATRON, but the robot has a FAKE there");
+  }
+  FakeRun run({});
+  ModulePartyOptions options = run.ModuleOptions(0);
+  options.kinematics_hash = 3;
+  run.modules[0].party = std::make_unique<ModuleParty>(
+      &run.modules[0].seat->bus, run.modules[0].brain.get(), &run.time, options);
+  ExpectRefused(&run, "m1 has another kinematics image");
+}
+
+TEST(Lockstep, TwoClaimantsOfOneModuleAreRefusedByName) {
+  FakeRun run({});
+  ModulePartyOptions options = run.ModuleOptions(1);
+  options.claim = 999;
+  FakeBrain brain(1);
+  FakeRun::Seat seat(&run.hub, 0, 1);
+  ModuleParty twin(&seat.bus, &brain, &run.time, options);
+  std::vector<Party*> parties = run.parties();
+  // Last: the sim, which starts first, has heard m2 before.
+  parties.push_back(&twin);
+  ASSERT_TRUE(RunInproc(&run.hub, &run.time, parties));
+  EXPECT_NE(run.sim->outcome().error.find("claims to be m2"), std::string::npos)
+      << run.sim->outcome().error;
+}
+
+TEST(Lockstep, AClaimantOfARunningModuleLeavesAndTheRunGoesOn) {
+  FakeRun run({});
+  ModulePartyOptions options = run.ModuleOptions(1);
+  options.claim = 999;
+  FakeBrain brain(1);
+  FakeRun::Seat seat(&run.hub, 0, 1);
+  ModuleParty twin(&seat.bus, &brain, &run.time, options);
+  run.sim->OnBeforeTick([&](int64_t tick) {
+    if (tick == 10) twin.Start();
+  });
+  ASSERT_TRUE(run.Run());
+  ExpectWhole(&run);
+  EXPECT_TRUE(twin.done());
+  EXPECT_NE(twin.error().find("has another m2"), std::string::npos) << twin.error();
+  ASSERT_EQ(run.sim->turned_away().size(), 1u);
+}
+
+TEST(Lockstep, AStrangerIsTurnedAwayWithoutHarm) {
+  FakeRun run({});
+  ModulePartyOptions options = run.ModuleOptions(1);
+  options.module = "m77";
+  options.module_id = 77;
+  FakeBrain brain(77);
+  FakeRun::Seat seat(&run.hub, 0, 1);
+  ModuleParty stranger(&seat.bus, &brain, &run.time, options);
+  stranger.Start();
+  ASSERT_TRUE(run.Run());
+  ExpectWhole(&run);
+  EXPECT_EQ(run.sim->turned_away(), std::vector<std::string>{"'m77' is not part of this run"});
+}
+
+// Orders from outside.
+
+TEST(Lockstep, RequestsAndProgramsReachTheirModuleOnce) {
+  for (const double loss : {0.0, 0.3}) {
+    FakeRunOptions options;
+    options.loss = loss;
+    options.ticks = 60;
+    FakeRun run(options);
+    std::vector<uint8_t> image(3000);
+    std::iota(image.begin(), image.end(), 0);
+    run.sim->OnBeforeTick([&](int64_t tick) {
+      if (tick == 3) run.sim->Deploy(1, 42, image);
+      if (tick != 5) return;
+      for (int i = 0; i < 6; ++i) run.sim->Invoke(2, vm::InvokeRequest());
+    });
+    ASSERT_TRUE(run.Run());
+    ExpectWhole(&run);
+    EXPECT_EQ(run.modules[1].brain->deployed, image);
+    EXPECT_EQ(run.modules[0].brain->requests, 0);
+    EXPECT_EQ(run.modules[2].brain->requests, 6) << "four fit into a tick, the rest follows";
+  }
+}
+
+// Kill and resume.
+
+TEST(Lockstep, AModuleKilledAndResumedAtAnyTickChangesNoPayload) {
+  FakeRunOptions options;
+  const std::string reference = HashOf(options);
+  for (int64_t kill_tick = 0; kill_tick < options.ticks; kill_tick += 3) {
+    options.loss = kill_tick % 2 == 0 ? 0 : 0.2;
+    FakeRun run(options);
+    FakeRun::Module& victim = run.modules[1];
+    std::vector<uint8_t> snapshot;
+    bool kill = false;
+    const auto keep = [&](const std::vector<uint8_t>& bytes) {
+      snapshot = bytes;
+      kill = kill || static_cast<int64_t>(victim.brain->computed.size()) == kill_tick + 1;
+    };
+    victim.party->OnBeforePublish(keep);
+    for (Party* party : run.parties()) party->Start();
+    std::vector<int64_t> computed;
+    while (!run.sim->done()) {
+      if (kill) {
+        kill = false;
+        computed = victim.brain->computed;
+        // A new process: new brain, new party, nothing but the snapshot; its queue is gone, too.
+        victim.party.reset();
+        victim.seat = std::make_unique<FakeRun::Seat>(&run.hub, options.loss, 77);
+        victim.brain = std::make_unique<FakeBrain>(1);
+        victim.party = std::make_unique<ModuleParty>(&victim.seat->bus, victim.brain.get(), &run.time,
+                                                     run.ModuleOptions(1));
+        victim.party->OnBeforePublish([&](const std::vector<uint8_t>& bytes) { snapshot = bytes; });
+        ASSERT_TRUE(victim.party->ResumeFrom(snapshot));
+        victim.party->Start();
+      }
+      if (run.hub.HandleRound() > 0) continue;
+      run.time.AdvanceTo(run.time.NowUs() + 1000);
+      for (Party* party : run.parties()) party->OnTime();
+    }
+    ASSERT_TRUE(run.sim->outcome().ok) << run.sim->outcome().error;
+    EXPECT_EQ(run.sim->outcome().run_hash, reference) << "killed at tick " << kill_tick;
+    computed.insert(computed.end(), victim.brain->computed.begin(), victim.brain->computed.end());
+    EXPECT_EQ(computed, Upto(options.ticks)) << "nothing is computed twice";
+  }
+}
+
+TEST(Lockstep, ADamagedSnapshotIsRefused) {
+  FakeRun run({});
+  std::vector<uint8_t> snapshot;
+  run.modules[1].party->OnBeforePublish([&](const std::vector<uint8_t>& bytes) { snapshot = bytes; });
+  ASSERT_TRUE(run.Run());
+  ASSERT_GT(snapshot.size(), 1000u);
+  const auto resume = [&](const std::vector<uint8_t>& bytes, int module) {
+    FakeBrain brain(static_cast<uint16_t>(module));
+    FakeRun::Seat seat(&run.hub, 0, 1);
+    ModuleParty party(&seat.bus, &brain, &run.time, run.ModuleOptions(module));
+    return party.ResumeFrom(bytes).has_value();
+  };
+  EXPECT_TRUE(resume(snapshot, 1));
+  EXPECT_FALSE(resume(snapshot, 2)) << "another module's";
+  for (size_t size = 0; size < snapshot.size(); size += 97) {
+    EXPECT_FALSE(resume({snapshot.begin(), snapshot.begin() + static_cast<long>(size)}, 1)) << size;
+  }
+}
+
+// Real time.
+
+TEST(Realtime, TheClockRunsWithTheWallAndLossCostsNoTicks) {
+  FakeRunOptions options;
+  options.realtime = true;
+  options.ticks = 200;
+  options.loss = 0.2;
+  FakeRun run(options);
+  ASSERT_TRUE(run.Run());
+  EXPECT_TRUE(run.sim->outcome().ok) << run.sim->outcome().error;
+  EXPECT_EQ(run.robot.ticks, 200);
+  EXPECT_GE(run.time.NowUs(), 200 * 20000);
+  EXPECT_LT(run.time.NowUs(), 202 * 20000 + 2'000'000) << "200 ticks of 20 ms, and the leave-taking";
+  EXPECT_GT(run.sim->ledger().missed_deadlines, 50);
+  EXPECT_GT(run.log->ledger().lost, 100);
+  for (const FakeRun::Module& module : run.modules) {
+    EXPECT_GT(module.brain->computed.size(), 120u);
+    EXPECT_TRUE(std::is_sorted(module.brain->computed.begin(), module.brain->computed.end()));
+  }
+}
+
+TEST(Realtime, WithoutLossNoDeadlineIsMissed) {
+  FakeRunOptions options;
+  options.realtime = true;
+  FakeRun run(options);
+  ASSERT_TRUE(run.Run());
+  EXPECT_EQ(run.sim->outcome().missed_deadlines, 0);
+  EXPECT_EQ(run.log->run_hash(), run.sim->outcome().run_hash);
+}
+
+TEST(Lockstep, PacingAddsNoTicksAndChangesNoPayload) {
+  FakeRunOptions options;
+  const std::string reference = HashOf(options);
+  options.speed = 2;
+  FakeRun run(options);
+  ASSERT_TRUE(run.Run());
+  ExpectWhole(&run);
+  EXPECT_EQ(run.sim->outcome().run_hash, reference);
+  EXPECT_GE(run.time.NowUs(), options.ticks * 10000);
+  EXPECT_LT(run.time.NowUs(), (options.ticks + 1) * 10000);
+}
+
+}  // namespace
+}  // namespace morphbus::bridge
