@@ -1,0 +1,370 @@
+// Reading a model back. Nothing here trusts the message: see FromProto.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <utility>
+
+#include "compiler/model/model_proto.h"
+
+namespace morphbus::model {
+namespace {
+
+constexpr size_t kMaxModelBytes = size_t{64} << 20;
+constexpr double kUnitTolerance = 1e-6;
+/// Far above any robot, low enough that what is derived from a model stays in memory.
+constexpr int kMaxItems = 1 << 20;
+constexpr size_t kMaxNameBytes = 255;
+
+/// Reads part after part and keeps the first error; after one, what it returns means nothing.
+class Reader {
+ public:
+  Result<Model> Read(const proto::Model& message) {
+    for (const proto::ModuleType& type : message.module_types()) {
+      model_.module_types.push_back(ReadType(type));
+    }
+    CheckNames(model_.module_types, "module types");
+    if (error_.empty()) {
+      for (const proto::ConnectionType& connection : message.connection_types()) {
+        model_.connection_types.push_back(ReadConnection(connection));
+      }
+      CheckNames(model_.connection_types, "connections");
+    }
+    // Robots refer to both of the above, which must be sound by then.
+    if (error_.empty()) {
+      for (const proto::Robot& robot : message.robots()) {
+        model_.robots.push_back(ReadRobot(robot));
+        if (!error_.empty()) break;
+      }
+      place_.clear();
+      CheckNames(model_.robots, "robots");
+    }
+    if (!error_.empty()) return Fail("damaged model: " + error_);
+    return std::move(model_);
+  }
+
+ private:
+  void Bad(const std::string& what) {
+    if (error_.empty()) error_ = place_.empty() ? what : place_ + ": " + what;
+  }
+
+  int Index(uint32_t index, size_t count, const char* what) {
+    if (index < count) return static_cast<int>(index);
+    Bad(fmt::format("{} {} of {}", what, index, count));
+    return 0;
+  }
+
+  template <typename T>
+  void CheckNames(const std::vector<T>& items, const char* what) {
+    if (items.size() > kMaxItems) Bad(fmt::format("more than {} {}", kMaxItems, what));
+    std::set<std::string> seen;
+    for (const T& item : items) {
+      if (item.name.empty() || item.name.size() > kMaxNameBytes) {
+        Bad(fmt::format("a name among the {} is empty or too long", what));
+      }
+      if (!seen.insert(item.name).second) {
+        Bad(fmt::format("two {} are called '{}'", what, item.name));
+      }
+    }
+  }
+
+  double Finite(double value, const char* what) {
+    if (!std::isfinite(value)) Bad(fmt::format("{} is not finite", what));
+    return value;
+  }
+
+  Eigen::Vector3d Vector(const proto::Vector3& v, const char* what) {
+    return {Finite(v.x(), what), Finite(v.y(), what), Finite(v.z(), what)};
+  }
+
+  Eigen::Vector3d Unit(const proto::Vector3& v, const char* what) {
+    const Eigen::Vector3d direction = Vector(v, what);
+    if (!(std::abs(direction.norm() - 1.0) <= kUnitTolerance)) {
+      Bad(fmt::format("{} is not a unit vector", what));
+    }
+    return direction;
+  }
+
+  Pose ReadPose(const proto::Pose& message, const char* what) {
+    Pose X = Pose::Identity();
+    X.translation() = Vector(message.position(), what);
+    if (message.rotation_row_major_size() != 9) {
+      Bad(fmt::format("{} has {} entries in its rotation, not 9", what,
+                      message.rotation_row_major_size()));
+      return X;
+    }
+    Eigen::Matrix3d R;
+    for (int i = 0; i < 9; ++i) R(i / 3, i % 3) = message.rotation_row_major(i);
+    const double error = (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+    if (!(error <= kUnitTolerance) || !(R.determinant() > 0.0)) {
+      Bad(fmt::format("{} is not a rotation", what));
+    }
+    X.linear() = R;
+    return X;
+  }
+
+  AttributeValue Value(const proto::AttributeValue& message, const char* what) {
+    switch (message.value_case()) {
+      case proto::AttributeValue::kFlag: return message.flag();
+      case proto::AttributeValue::kNumber: return Finite(message.number(), what);
+      case proto::AttributeValue::kText: return message.text();
+      default: Bad(fmt::format("{} has no value", what)); return false;
+    }
+  }
+
+  Connector ReadConnector(const proto::Connector& message, size_t num_links) {
+    Connector connector;
+    connector.name = message.name();
+    connector.link = Index(message.link(), num_links, "link");
+    connector.p_MoCo_M = Vector(message.position_in_module(), "position");
+    for (const proto::SubPoint& point : message.subpoints()) {
+      connector.subpoint_names.push_back(point.name());
+      connector.subpoints.push_back(Vector(point.position_in_module(), "sub-point"));
+    }
+    for (const proto::Attribute& attribute : message.attributes()) {
+      if (!connector.attributes.emplace(attribute.name(), Value(attribute.value(), "attribute"))
+               .second) {
+        Bad(fmt::format("attribute '{}' twice", attribute.name()));
+      }
+    }
+    for (const proto::StateVariable& state : message.states()) {
+      StateVariable variable{state.name(), {}};
+      for (const proto::AttributeValue& value : state.values()) {
+        variable.values.push_back(Value(value, "state"));
+        if (variable.values.front().index() != variable.values.back().index()) {
+          Bad(fmt::format("state '{}' mixes kinds of values", state.name()));
+        }
+      }
+      if (variable.values.empty()) Bad(fmt::format("state '{}' has no values", state.name()));
+      connector.states.push_back(std::move(variable));
+    }
+    CheckNames(connector.states, "states");
+    for (const proto::Normal& normal : message.normals()) {
+      connector.normals[normal.point()] = Unit(normal.direction_in_module(), "normal");
+    }
+    return connector;
+  }
+
+  Joint ReadJoint(const proto::Joint& message, size_t num_links) {
+    Joint joint;
+    joint.name = message.name();
+    switch (message.type()) {
+      case proto::JOINT_TYPE_REVOLUTE: joint.type = JointType::kRevolute; break;
+      case proto::JOINT_TYPE_CONTINUOUS: joint.type = JointType::kContinuous; break;
+      case proto::JOINT_TYPE_PRISMATIC: joint.type = JointType::kPrismatic; break;
+      case proto::JOINT_TYPE_FIXED: joint.type = JointType::kFixed; break;
+      default: Bad(fmt::format("joint type {}", static_cast<int>(message.type())));
+    }
+    joint.link_a = Index(message.link_a(), num_links, "link");
+    joint.link_b = Index(message.link_b(), num_links, "link");
+    if (joint.link_a == joint.link_b) Bad("a joint from a link to itself");
+    joint.p_MoJo_M = Vector(message.origin_in_module(), "origin");
+    joint.axis = Unit(message.direction_in_module(), "axis");
+    joint.lower = message.lower();
+    joint.upper = message.upper();
+    if (!(joint.lower <= joint.upper)) Bad("limits the wrong way round");
+    joint.effort = Finite(message.effort(), "torque");
+    joint.speed = Finite(message.speed(), "speed");
+    if (joint.effort < 0.0 || joint.speed < 0.0) Bad("negative torque or speed");
+    return joint;
+  }
+
+  ModuleType ReadType(const proto::ModuleType& message) {
+    ModuleType type;
+    type.name = message.name();
+    place_ = fmt::format("module type '{}'", type.name);
+    type.unit_m = Finite(message.unit_m(), "unit");
+    if (!(type.unit_m > 0.0)) Bad("unit is not positive");
+    for (const proto::Link& link : message.links()) {
+      Link read;
+      read.name = link.name();
+      for (const proto::Vector3& p : link.hull()) read.hull.push_back(Vector(p, "hull"));
+      read.mass_kg = Finite(link.mass_kg(), "mass");
+      if (read.mass_kg < 0.0) Bad("negative mass");
+      type.links.push_back(std::move(read));
+    }
+    CheckNames(type.links, "links");
+    const std::string at_type = place_;
+    for (const proto::Joint& joint : message.joints()) {
+      place_ = fmt::format("{}, joint '{}'", at_type, joint.name());
+      type.joints.push_back(ReadJoint(joint, type.links.size()));
+    }
+    for (const proto::Connector& connector : message.connectors()) {
+      place_ = fmt::format("{}, connector '{}'", at_type, connector.name());
+      type.connectors.push_back(ReadConnector(connector, type.links.size()));
+    }
+    place_ = at_type;
+    CheckNames(type.joints, "joints");
+    CheckNames(type.connectors, "connectors");
+    place_.clear();
+    return type;
+  }
+
+  ConnectionOption ReadOption(const proto::ConnectionOption& message, const ModuleType& a,
+                              const ModuleType& b) {
+    ConnectionOption option;
+    option.number = static_cast<int>(message.number());
+    option.connector_a = Index(message.connector_a(), a.connectors.size(), "connector");
+    option.connector_b = Index(message.connector_b(), b.connectors.size(), "connector");
+    option.X_AB = ReadPose(message.x_ab(), "X_AB");
+    for (const proto::StateRequirement& state : message.states()) {
+      option.states.push_back({state.of_a(), state.variable(), Value(state.value(), "state")});
+      const std::vector<Connector>& connectors = state.of_a() ? a.connectors : b.connectors;
+      const int index = state.of_a() ? option.connector_a : option.connector_b;
+      if (!error_.empty()) return option;
+      const std::vector<StateVariable>& states = connectors[index].states;
+      const auto variable =
+          std::find_if(states.begin(), states.end(),
+                       [&](const StateVariable& s) { return s.name == state.variable(); });
+      if (variable == states.end() ||
+          std::find(variable->values.begin(), variable->values.end(),
+                    option.states.back().value) == variable->values.end()) {
+        Bad(fmt::format("no such state '{}' or value of it", state.variable()));
+      }
+    }
+    return option;
+  }
+
+  ConnectionType ReadConnection(const proto::ConnectionType& message) {
+    ConnectionType connection;
+    connection.name = message.name();
+    place_ = fmt::format("connection '{}'", connection.name);
+    const size_t num_types = model_.module_types.size();
+    connection.type_a = Index(message.type_a(), num_types, "module type");
+    connection.type_b = Index(message.type_b(), num_types, "module type");
+    if (!error_.empty()) return connection;
+    const ModuleType& a = model_.module_types[connection.type_a];
+    const ModuleType& b = model_.module_types[connection.type_b];
+    if (message.candidates() > kMaxItems) Bad("too many candidates");
+    connection.candidates = static_cast<int>(message.candidates());
+    const std::string at_connection = place_;
+    for (const proto::ConnectionOption& option : message.options()) {
+      place_ = fmt::format("{}, option {}", at_connection, option.number());
+      if (option.number() != connection.options.size() + 1) Bad("out of order");
+      connection.options.push_back(ReadOption(option, a, b));
+      if (!error_.empty()) return connection;
+    }
+    place_ = at_connection;
+    for (const proto::PairRejection& rejection : message.rejections()) {
+      connection.rejections.push_back(
+          {Index(rejection.connector_a(), a.connectors.size(), "connector"),
+           Index(rejection.connector_b(), b.connectors.size(), "connector"), rejection.reason()});
+    }
+    place_.clear();
+    return connection;
+  }
+
+  void ReadModules(const proto::Robot& message, Robot& robot) {
+    for (const proto::ModuleInstance& module : message.modules()) {
+      ModuleInstance instance;
+      instance.name = module.name();
+      instance.type = Index(module.type(), model_.module_types.size(), "module type");
+      for (const double start : module.start()) {
+        instance.start.push_back(Finite(start, "start value"));
+      }
+      if (!error_.empty()) return;
+      const ModuleType& type = model_.module_types[instance.type];
+      if (instance.start.size() != type.joints.size()) {
+        Bad(fmt::format("module '{}' has {} start values for {} joints", instance.name,
+                        instance.start.size(), type.joints.size()));
+      }
+      if (type.links.empty()) Bad(fmt::format("module '{}' has no links", instance.name));
+      robot.modules.push_back(std::move(instance));
+    }
+    CheckNames(robot.modules, "modules");
+    if (robot.modules.empty()) Bad("no modules");
+  }
+
+  Docking ReadDocking(const proto::Docking& message, const Robot& robot) {
+    Docking docking;
+    docking.module_a = Index(message.module_a(), robot.modules.size(), "module");
+    docking.module_b = Index(message.module_b(), robot.modules.size(), "module");
+    docking.connection_type =
+        Index(message.connection_type(), model_.connection_types.size(), "connection type");
+    if (!error_.empty()) return docking;
+    const ConnectionType& connection = model_.connection_types[docking.connection_type];
+    docking.option = Index(message.option(), connection.options.size(), "option");
+    if (!error_.empty()) return docking;
+    const ConnectionOption& option = connection.options[docking.option];
+    docking.connector_a = option.connector_a;
+    docking.connector_b = option.connector_b;
+    const bool fits = message.connector_a() == static_cast<uint32_t>(option.connector_a) &&
+                      message.connector_b() == static_cast<uint32_t>(option.connector_b) &&
+                      robot.modules[docking.module_a].type == connection.type_a &&
+                      robot.modules[docking.module_b].type == connection.type_b;
+    if (!fits) Bad("the option is of other connectors");
+    if (docking.module_a == docking.module_b) Bad("a module connected to itself");
+    return docking;
+  }
+
+  Robot ReadRobot(const proto::Robot& message) {
+    Robot robot;
+    robot.name = message.name();
+    const std::string at_robot = fmt::format("robot '{}'", robot.name);
+    place_ = at_robot;
+    ReadModules(message, robot);
+    if (!error_.empty()) return robot;
+    std::set<std::pair<int, int>> used;
+    for (const proto::Docking& docking : message.dockings()) {
+      place_ = fmt::format("{}, connection {}", at_robot, robot.dockings.size() + 1);
+      const Docking read = ReadDocking(docking, robot);
+      if (!error_.empty()) return robot;
+      if (!used.insert({read.module_a, read.connector_a}).second ||
+          !used.insert({read.module_b, read.connector_b}).second) {
+        Bad("a connector used twice");
+      }
+      robot.dockings.push_back(read);
+    }
+    place_ = at_robot;
+    robot.root_module = Index(message.root_module(), robot.modules.size(), "root module");
+    const ModuleType& root = model_.module_types[robot.modules[robot.root_module].type];
+    robot.root_link = Index(message.root_link(), root.links.size(), "root link");
+    robot.X_LR = ReadPose(message.x_lr(), "X_LR");
+    CheckGraph(message.graph(), robot);
+    return robot;
+  }
+
+  void CheckGraph(const proto::KinematicGraph& graph, const Robot& robot) {
+    place_ += ", kinematic graph";
+    const size_t num_bodies = static_cast<size_t>(graph.bodies_size());
+    const size_t num_joints = static_cast<size_t>(graph.joints_size());
+    const auto type_of = [&](uint32_t module) -> const ModuleType& {
+      return model_.module_types[robot.modules[Index(module, robot.modules.size(), "module")].type];
+    };
+    for (const proto::Body& body : graph.bodies()) {
+      for (const proto::LinkRef& ref : body.links()) {
+        Index(ref.link(), type_of(ref.module()).links.size(), "link");
+      }
+    }
+    for (const proto::GraphJoint& joint : graph.joints()) {
+      Index(joint.joint(), type_of(joint.module()).joints.size(), "joint");
+      Index(joint.body_a(), num_bodies, "body");
+      Index(joint.body_b(), num_bodies, "body");
+      for (const proto::AdjacentJoint& adjacent : joint.adjacent()) {
+        Index(adjacent.joint(), num_joints, "joint");
+      }
+    }
+  }
+
+  Model model_;
+  std::string place_;
+  std::string error_;
+};
+
+}  // namespace
+
+Result<Model> FromProto(const proto::Model& message) { return Reader().Read(message); }
+
+Result<Model> ParseModel(std::string_view bytes) {
+  if (bytes.size() > kMaxModelBytes) return Fail("model is larger than 64 MiB");
+  proto::Model message;
+  if (!message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
+    return Fail("not a serialized model, or cut short");
+  }
+  return FromProto(message);
+}
+
+}  // namespace morphbus::model

@@ -1,0 +1,212 @@
+#include "compiler/model/model_proto.h"
+
+#include <google/protobuf/io/coded_stream.h>
+#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include "compiler/model/kinematic_graph.h"
+
+namespace morphbus::model {
+namespace {
+
+template <typename T>
+uint32_t Index(T value) {
+  return static_cast<uint32_t>(value);
+}
+
+void Write(const Eigen::Vector3d& v, proto::Vector3* out) {
+  out->set_x(v.x());
+  out->set_y(v.y());
+  out->set_z(v.z());
+}
+
+void Write(const Pose& X, proto::Pose* out) {
+  Write(Eigen::Vector3d(X.translation()), out->mutable_position());
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) out->add_rotation_row_major(X(row, column));
+  }
+}
+
+void Write(const AttributeValue& value, proto::AttributeValue* out) {
+  if (const auto* flag = std::get_if<bool>(&value)) out->set_flag(*flag);
+  if (const auto* number = std::get_if<double>(&value)) out->set_number(*number);
+  if (const auto* text = std::get_if<std::string>(&value)) out->set_text(*text);
+}
+
+void Write(const Connector& connector, proto::Connector* out) {
+  out->set_name(connector.name);
+  out->set_link(Index(connector.link));
+  Write(connector.p_MoCo_M, out->mutable_position_in_module());
+  for (size_t i = 0; i < connector.subpoints.size(); ++i) {
+    proto::SubPoint* point = out->add_subpoints();
+    point->set_name(connector.subpoint_names[i]);
+    Write(connector.subpoints[i], point->mutable_position_in_module());
+  }
+  for (const auto& [name, value] : connector.attributes) {
+    proto::Attribute* attribute = out->add_attributes();
+    attribute->set_name(name);
+    Write(value, attribute->mutable_value());
+  }
+  for (const StateVariable& state : connector.states) {
+    proto::StateVariable* variable = out->add_states();
+    variable->set_name(state.name);
+    for (const AttributeValue& value : state.values) Write(value, variable->add_values());
+  }
+  for (const auto& [point, direction] : connector.normals) {
+    proto::Normal* normal = out->add_normals();
+    normal->set_point(point);
+    Write(direction, normal->mutable_direction_in_module());
+  }
+}
+
+proto::JointType TypeOf(JointType type) {
+  switch (type) {
+    case JointType::kRevolute: return proto::JOINT_TYPE_REVOLUTE;
+    case JointType::kContinuous: return proto::JOINT_TYPE_CONTINUOUS;
+    case JointType::kPrismatic: return proto::JOINT_TYPE_PRISMATIC;
+    case JointType::kFixed: return proto::JOINT_TYPE_FIXED;
+  }
+  return proto::JOINT_TYPE_UNSPECIFIED;
+}
+
+void Write(const Joint& joint, proto::Joint* out) {
+  out->set_name(joint.name);
+  out->set_type(TypeOf(joint.type));
+  out->set_link_a(Index(joint.link_a));
+  out->set_link_b(Index(joint.link_b));
+  Write(joint.p_MoJo_M, out->mutable_origin_in_module());
+  Write(joint.axis, out->mutable_direction_in_module());
+  out->set_lower(joint.lower);
+  out->set_upper(joint.upper);
+  out->set_effort(joint.effort);
+  out->set_speed(joint.speed);
+}
+
+void Write(const ModuleType& type, proto::ModuleType* out) {
+  out->set_name(type.name);
+  out->set_unit_m(type.unit_m);
+  for (const Link& link : type.links) {
+    proto::Link* message = out->add_links();
+    message->set_name(link.name);
+    for (const Eigen::Vector3d& p : link.hull) Write(p, message->add_hull());
+    message->set_mass_kg(link.mass_kg);
+  }
+  for (const Joint& joint : type.joints) Write(joint, out->add_joints());
+  for (const Connector& connector : type.connectors) Write(connector, out->add_connectors());
+}
+
+void Write(const ConnectionType& connection, proto::ConnectionType* out) {
+  out->set_name(connection.name);
+  out->set_type_a(Index(connection.type_a));
+  out->set_type_b(Index(connection.type_b));
+  out->set_candidates(Index(connection.candidates));
+  for (const ConnectionOption& option : connection.options) {
+    proto::ConnectionOption* message = out->add_options();
+    message->set_number(Index(option.number));
+    message->set_connector_a(Index(option.connector_a));
+    message->set_connector_b(Index(option.connector_b));
+    Write(option.X_AB, message->mutable_x_ab());
+    for (const StateRequirement& state : option.states) {
+      proto::StateRequirement* requirement = message->add_states();
+      requirement->set_of_a(state.of_a);
+      requirement->set_variable(state.variable);
+      Write(state.value, requirement->mutable_value());
+    }
+  }
+  for (const PairRejection& rejection : connection.rejections) {
+    proto::PairRejection* message = out->add_rejections();
+    message->set_connector_a(Index(rejection.connector_a));
+    message->set_connector_b(Index(rejection.connector_b));
+    message->set_reason(rejection.reason);
+  }
+}
+
+proto::AxisRelation RelationOf(AxisRelation relation) {
+  switch (relation) {
+    case AxisRelation::kParallel: return proto::AXIS_RELATION_PARALLEL;
+    case AxisRelation::kOrthogonal: return proto::AXIS_RELATION_ORTHOGONAL;
+    case AxisRelation::kSkew: return proto::AXIS_RELATION_SKEW;
+    case AxisRelation::kCoplanar: return proto::AXIS_RELATION_COPLANAR;
+  }
+  return proto::AXIS_RELATION_UNSPECIFIED;
+}
+
+void Write(const KinematicGraph& graph, proto::KinematicGraph* out) {
+  for (const Body& body : graph.bodies) {
+    proto::Body* message = out->add_bodies();
+    message->set_degree(Index(body.degree));
+    for (const LinkRef& ref : body.links) {
+      proto::LinkRef* link = message->add_links();
+      link->set_module(Index(ref.module));
+      link->set_link(Index(ref.link));
+    }
+  }
+  for (const GraphJoint& joint : graph.joints) {
+    proto::GraphJoint* message = out->add_joints();
+    message->set_module(Index(joint.module));
+    message->set_joint(Index(joint.joint));
+    message->set_body_a(Index(joint.body_a));
+    message->set_body_b(Index(joint.body_b));
+    Write(joint.p_RoJo_R, message->mutable_axis_point_in_robot());
+    Write(joint.axis_R, message->mutable_axis_in_robot());
+    for (size_t i = 0; i < joint.adjacent.size(); ++i) {
+      proto::AdjacentJoint* adjacent = message->add_adjacent();
+      adjacent->set_joint(Index(joint.adjacent[i]));
+      adjacent->set_relation(RelationOf(joint.adjacent_axes[i]));
+    }
+    message->set_locked(joint.locked);
+  }
+  out->set_mobility(Index(graph.mobility));
+  out->set_locked_computed(graph.locked_computed);
+}
+
+void Write(const Model& model, const Robot& robot, proto::Robot* out) {
+  out->set_name(robot.name);
+  for (const ModuleInstance& module : robot.modules) {
+    proto::ModuleInstance* message = out->add_modules();
+    message->set_name(module.name);
+    message->set_type(Index(module.type));
+    for (const double start : module.start) message->add_start(start);
+  }
+  for (const Docking& docking : robot.dockings) {
+    proto::Docking* message = out->add_dockings();
+    message->set_module_a(Index(docking.module_a));
+    message->set_connector_a(Index(docking.connector_a));
+    message->set_module_b(Index(docking.module_b));
+    message->set_connector_b(Index(docking.connector_b));
+    message->set_connection_type(Index(docking.connection_type));
+    message->set_option(Index(docking.option));
+  }
+  out->set_root_module(Index(robot.root_module));
+  out->set_root_link(Index(robot.root_link));
+  Write(robot.X_LR, out->mutable_x_lr());
+  Write(BuildKinematicGraph(model, robot), out->mutable_graph());
+}
+
+}  // namespace
+
+proto::Model ToProto(const Model& model) {
+  proto::Model message;
+  for (const ModuleType& type : model.module_types) Write(type, message.add_module_types());
+  for (const ConnectionType& connection : model.connection_types) {
+    Write(connection, message.add_connection_types());
+  }
+  for (const Robot& robot : model.robots) Write(model, robot, message.add_robots());
+  return message;
+}
+
+std::string SerializeModel(const Model& model) {
+  std::string bytes;
+  google::protobuf::io::StringOutputStream stream(&bytes);
+  google::protobuf::io::CodedOutputStream coded(&stream);
+  coded.SetSerializationDeterministic(true);
+  ToProto(model).SerializeWithCachedSizes(&coded);
+  coded.Trim();
+  return bytes;
+}
+
+uint64_t ModelHash(std::string_view bytes) { return XXH64(bytes.data(), bytes.size(), 0); }
+
+}  // namespace morphbus::model
