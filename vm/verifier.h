@@ -73,7 +73,7 @@ class Verifier {
   bool CheckJump(const JoinTable& joins, uint8_t op, uint32_t target, StackState* state);
   bool CheckCallOut(int index, uint8_t op, const uint8_t* operand, StackState* state);
   bool CheckReturn(int index, uint8_t op, StackState* state);
-  bool CheckBySignature(uint8_t op, uint32_t operand, StackState* state);
+  bool CheckBySignature(int index, uint8_t op, uint32_t operand, StackState* state);
   bool CheckSame(StackState* state);
   bool LeadsTo(uint32_t join, const StackState& state);
   void LoadJoin(uint32_t join, StackState* state) const;

@@ -99,7 +99,7 @@ bool Verifier::CheckInstruction(int index, const JoinTable& joins, const uint8_t
     case Opcode::kNotEqual:
       return CheckSame(state);
     default:
-      return CheckBySignature(op, operand, state);
+      return CheckBySignature(index, op, operand, state);
   }
 }
 
@@ -224,12 +224,14 @@ bool Verifier::CheckReturn(int index, uint8_t op, StackState* state) {
   return state->depth == 0 || Fail("values left on the stack at return", at_);
 }
 
-bool Verifier::CheckBySignature(uint8_t op, uint32_t operand, StackState* state) {
+bool Verifier::CheckBySignature(int index, uint8_t op, uint32_t operand, StackState* state) {
   const OpcodeInfo& info = kOpcodes[op];
-  if (info.operand == OperandKind::kKeyword &&
-      (operand >= static_cast<uint32_t>(out_.num_keywords_) ||
-       out_.keywords_[operand].kind != KeywordKind::kConnectorState)) {
-    return Fail("keyword names no state variable", at_);
+  if (info.operand == OperandKind::kKeyword) {
+    if (operand >= static_cast<uint32_t>(out_.num_keywords_) ||
+        out_.keywords_[operand].kind != KeywordKind::kConnectorState) {
+      return Fail("keyword names no state variable", at_);
+    }
+    keywords_used_[index] |= uint64_t{1} << operand;
   }
   int pops = 0;
   while (info.pops[pops] != '\0') ++pops;

@@ -11,3 +11,9 @@ morphbus_test(vm_verifier_test
   SOURCES verifier_test.cc DEPS vm_program_test_support dynarole_test_support)
 morphbus_test(vm_interpreter_test
   SOURCES interpreter_test.cc DEPS vm_program_test_support dynarole_test_support)
+
+# The interpreter for compilers without computed goto; its object stands before the library's.
+morphbus_test(vm_interpreter_switch_test
+  SOURCES interpreter_test.cc ${CMAKE_SOURCE_DIR}/vm/interpreter.cc
+  DEPS vm_program_test_support dynarole_test_support)
+target_compile_definitions(vm_interpreter_switch_test PRIVATE MORPHBUS_VM_SWITCH)
