@@ -164,7 +164,6 @@ struct VmState {
   BodyTable bodies[kMaxLinks];  ///< By body link (VerifiedKinematics::BodyLink).
   RoleState role;
   JointState joints[kMaxJoints];
-  uint32_t joint_events = 0;  ///< Joints that stalled this tick, bit mask.
   SchedulerState scheduler;
   DiffusionState diffusion;
 };

@@ -23,7 +23,11 @@ morphbus_test(vm_core_test
 
 morphbus_test(vm_robot_test
   SOURCES
+    diffusion_test.cc
     quadruped_test.cc
+    roles_test.cc
+    state_test.cc
+    tasks_test.cc
   DEPS morphbus_test_compiled morphbus_test_vm_robot
   LABELS fast)
 

@@ -133,12 +133,6 @@ TEST_F(KinematicsImageTest, DamageUnderACorrectHashIsRefusedOrHarmless) {
   EXPECT_GT(accepted, 0);
 }
 
-struct Damage {
-  const char* what;
-  uint32_t offset_from_connections;
-  std::vector<uint8_t> bytes;
-};
-
 TEST_F(KinematicsImageTest, NumbersThatAreNotFiniteAreRefused) {
   ASSERT_EQ(Verify(rail_, &kinematics_).message, nullptr);
   const auto first = static_cast<uint32_t>(rail_.size()) - 24 * kinematics::kConnectionBytes;
