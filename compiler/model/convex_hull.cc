@@ -47,9 +47,9 @@ struct Span {
 Span FindSpan(const Points& points, double tolerance) {
   Span span;
   const Vector3d middle =
-      0.5 * (points[0] + points[ArgMax(points.size(), [&](int i) {
-               return (points[i] - points[0]).squaredNorm();
-             })]);
+      0.5 *
+      (points[0] +
+       points[ArgMax(points.size(), [&](int i) { return (points[i] - points[0]).squaredNorm(); })]);
   span.index[0] = ArgMax(points.size(), [&](int i) { return (points[i] - middle).squaredNorm(); });
   const Vector3d o = points[span.index[0]];
   span.index[1] = ArgMax(points.size(), [&](int i) { return (points[i] - o).squaredNorm(); });
@@ -118,8 +118,7 @@ class QuickHull {
   }
 
   void StartFromTetrahedron(std::array<int, 4> t) {
-    const Vector3d normal =
-        (points_[t[1]] - points_[t[0]]).cross(points_[t[2]] - points_[t[0]]);
+    const Vector3d normal = (points_[t[1]] - points_[t[0]]).cross(points_[t[2]] - points_[t[0]]);
     if (normal.dot(points_[t[3]] - points_[t[0]]) > 0.0) std::swap(t[1], t[2]);
     const std::vector<int> fresh = {AddFacet(t[0], t[1], t[2]), AddFacet(t[0], t[3], t[1]),
                                     AddFacet(t[1], t[3], t[2]), AddFacet(t[2], t[3], t[0])};
@@ -143,7 +142,8 @@ class QuickHull {
     const std::vector<int>& outside = facets_[from].outside;
     const int apex =
         outside[ArgMax(outside.size(), [&](int i) { return Above(facets_[from], outside[i]); })];
-    // The visible facets are taken by flood fill, so that they stay one patch whatever rounding does.
+    // The visible facets are taken by flood fill, so that they stay one patch whatever rounding
+    // does.
     std::vector<int> visible = {from};
     facets_[from].alive = false;
     std::vector<std::pair<int, int>> horizon;
@@ -240,9 +240,7 @@ std::vector<int> PlanarHull(const Points& points, std::vector<int> candidates,
   const Vector3d v = normal.cross(u);
   std::sort(candidates.begin(), candidates.end());
   candidates.erase(std::unique(candidates.begin(), candidates.end()), candidates.end());
-  const auto flat = [&](int i) {
-    return Eigen::Vector2d(u.dot(points[i]), v.dot(points[i]));
-  };
+  const auto flat = [&](int i) { return Eigen::Vector2d(u.dot(points[i]), v.dot(points[i])); };
   std::stable_sort(candidates.begin(), candidates.end(), [&](int i, int j) {
     const Eigen::Vector2d a = flat(i);
     const Eigen::Vector2d b = flat(j);
@@ -329,8 +327,7 @@ void FinishSolid(ConvexHull& hull, const Points& points, const Span& span, doubl
 
 void FinishFlat(ConvexHull& hull, const Points& points, const Span& span, double extent) {
   const Vector3d o = points[span.index[0]];
-  const Vector3d normal =
-      (points[span.index[1]] - o).cross(points[span.index[2]] - o).normalized();
+  const Vector3d normal = (points[span.index[1]] - o).cross(points[span.index[2]] - o).normalized();
   std::vector<int> all(points.size());
   for (size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
   std::vector<int> polygon = PlanarHull(points, std::move(all), normal, kFlatness * extent);
@@ -354,9 +351,9 @@ void FinishSegment(ConvexHull& hull, const Points& points, const Span& span) {
   const Vector3d along = (hull.vertices[1] - hull.vertices[0]).normalized();
   const Vector3d u = along.unitOrthogonal();
   const Vector3d v = along.cross(u);
-  for (const auto& [n1, n2] : {std::pair(u, v), std::pair<Vector3d, Vector3d>(v, -u),
-                               std::pair<Vector3d, Vector3d>(-u, -v),
-                               std::pair<Vector3d, Vector3d>(-v, u)}) {
+  for (const auto& [n1, n2] :
+       {std::pair(u, v), std::pair<Vector3d, Vector3d>(v, -u),
+        std::pair<Vector3d, Vector3d>(-u, -v), std::pair<Vector3d, Vector3d>(-v, u)}) {
     hull.edges.push_back({0, 1, n1, n2});
   }
 }
@@ -413,8 +410,7 @@ MassProperties ComputeMassProperties(const ConvexHull& hull) {
   // Integrated about the mean of the corners, so that a hull far from the origin loses no digits.
   Moments moments;
   for (const std::array<int, 3>& t : hull.triangles) {
-    moments.Add(hull.vertices[t[0]] - mean, hull.vertices[t[1]] - mean,
-                hull.vertices[t[2]] - mean);
+    moments.Add(hull.vertices[t[0]] - mean, hull.vertices[t[1]] - mean, hull.vertices[t[2]] - mean);
   }
   if (moments.volume <= 0.0) return result;
   result.volume = moments.volume;

@@ -26,10 +26,10 @@ struct HullEdge {
 
 /// The convex hull of a point set. Empty for no points.
 struct ConvexHull {
-  int dimension = -1;  ///< -1 empty, 0 a point, 1 a segment, 2 flat, 3 a solid.
-  std::vector<Eigen::Vector3d> vertices;      ///< Corners only, in order of the source points.
-  std::vector<HullFace> faces;                ///< Coplanar triangles merged. dimension 2 and 3.
-  std::vector<HullEdge> edges;                ///< dimension 1 to 3.
+  int dimension = -1;                     ///< -1 empty, 0 a point, 1 a segment, 2 flat, 3 a solid.
+  std::vector<Eigen::Vector3d> vertices;  ///< Corners only, in order of the source points.
+  std::vector<HullFace> faces;            ///< Coplanar triangles merged. dimension 2 and 3.
+  std::vector<HullEdge> edges;            ///< dimension 1 to 3.
   std::vector<std::array<int, 3>> triangles;  ///< The faces as fans; outward, into `vertices`.
 };
 
@@ -50,8 +50,8 @@ MassProperties ComputeMassProperties(const ConvexHull& hull);
 /// Volume of the convex hull of `points` (m³); 0 for flat sets.
 double HullVolume(const std::vector<Eigen::Vector3d>& points);
 
-/// The corners of the hull of `points`, thickened to `thickness` (m), centred, along every direction
-/// it has no extent in. A hull with volume comes back as its corners; no points as none.
+/// The corners of the hull of `points`, thickened to `thickness` (m), centred, along every
+/// direction it has no extent in. A hull with volume comes back as its corners; no points as none.
 /// For mass and physics only, never for pruning connections.
 std::vector<Eigen::Vector3d> ThickenFlat(const std::vector<Eigen::Vector3d>& points,
                                          double thickness);

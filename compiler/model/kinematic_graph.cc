@@ -133,8 +133,8 @@ KinematicGraph BuildKinematicGraph(const Model& model, const Robot& robot) {
   std::vector<ScrewJoint> screws;
   for (const GraphJoint& joint : graph.joints) {
     const JointType type = model.TypeOf(robot, joint.module).joints[joint.joint].type;
-    screws.push_back({joint.body_a, joint.body_b, type == JointType::kPrismatic, joint.axis_R,
-                      joint.p_RoJo_R});
+    screws.push_back(
+        {joint.body_a, joint.body_b, type == JointType::kPrismatic, joint.axis_R, joint.p_RoJo_R});
   }
   const LoopMobility loops = ComputeLoopMobility(static_cast<int>(graph.bodies.size()), screws);
   graph.mobility = loops.mobility;

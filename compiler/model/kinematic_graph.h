@@ -34,10 +34,10 @@ struct GraphJoint {
   int joint = 0;
   int body_a = 0;  ///< Body of the joint's link_a.
   int body_b = 0;
-  Eigen::Vector3d p_RoJo_R;  ///< A point on the axis, robot frame (m), at the start values.
-  Eigen::Vector3d axis_R;    ///< Unit direction of A's axis in the robot frame, start values.
-  std::vector<int> adjacent;                 ///< Indices of adjacent joints in KinematicGraph::joints.
-  std::vector<AxisRelation> adjacent_axes;   ///< How their axes lie to this one, same order.
+  Eigen::Vector3d p_RoJo_R;   ///< A point on the axis, robot frame (m), at the start values.
+  Eigen::Vector3d axis_R;     ///< Unit direction of A's axis in the robot frame, start values.
+  std::vector<int> adjacent;  ///< Indices of adjacent joints in KinematicGraph::joints.
+  std::vector<AxisRelation> adjacent_axes;  ///< How their axes lie to this one, same order.
   bool locked = false;  ///< Cannot move, by the loop-closure constraints at the start values.
 };
 

@@ -181,10 +181,17 @@ void KinematicTree::Evaluate(const double* q, Pose* X_RL) const {
     const double s = std::sin(angle);
     const double c = std::cos(angle);
     switch (step.kind) {
-      case Kind::kTurnX: TurnColumns<0>(R, s, c, turned); break;
-      case Kind::kTurnY: TurnColumns<1>(R, s, c, turned); break;
-      case Kind::kTurnZ: TurnColumns<2>(R, s, c, turned); break;
-      default: turned = R * Eigen::AngleAxisd(angle, step.axis).toRotationMatrix();
+      case Kind::kTurnX:
+        TurnColumns<0>(R, s, c, turned);
+        break;
+      case Kind::kTurnY:
+        TurnColumns<1>(R, s, c, turned);
+        break;
+      case Kind::kTurnZ:
+        TurnColumns<2>(R, s, c, turned);
+        break;
+      default:
+        turned = R * Eigen::AngleAxisd(angle, step.axis).toRotationMatrix();
     }
     X.linear() = turned;
     X.translation() = p + R * step.origin - turned * step.origin;

@@ -31,10 +31,10 @@ class KinematicTree {
     int docking = -1;  ///< Index into Robot::dockings, or -1 for a joint inside a module.
     int link_from = 0;
     int link_to = 0;
-    int joint = -1;                      ///< Flat index, for a joint.
-    Pose X_FT = Pose::Identity();        ///< Docking: link_to's frame in link_from's.
-    Joint motion;                        ///< Joint: as declared; link_from is its link_b.
-    Eigen::Vector3d p_F;                 ///< Where the gap is measured, in link_from's frame (m).
+    int joint = -1;                ///< Flat index, for a joint.
+    Pose X_FT = Pose::Identity();  ///< Docking: link_to's frame in link_from's.
+    Joint motion;                  ///< Joint: as declared; link_from is its link_b.
+    Eigen::Vector3d p_F;           ///< Where the gap is measured, in link_from's frame (m).
   };
   [[nodiscard]] const std::vector<Loop>& loops() const { return loops_; }
 
@@ -49,9 +49,9 @@ class KinematicTree {
     int link = 0;
     int parent = -1;  ///< Flat index of a link placed earlier; -1: the robot frame itself.
     int joint = -1;
-    double sign = 1.0;        ///< -1 where the tree runs from A to B, or about a negative axis.
-    Eigen::Vector3d axis;     ///< Unit, in the parent's frame.
-    Eigen::Vector3d origin;   ///< A point on the axis (m).
+    double sign = 1.0;       ///< -1 where the tree runs from A to B, or about a negative axis.
+    Eigen::Vector3d axis;    ///< Unit, in the parent's frame.
+    Eigen::Vector3d origin;  ///< A point on the axis (m).
     Pose X_PL = Pose::Identity();  ///< kFixed.
   };
 

@@ -150,8 +150,7 @@ MatrixXd ClosureJacobian(const std::vector<int>& block, const std::vector<ScrewJ
       queue.push_back(other);
     }
   }
-  const auto num_loops =
-      std::count(in_tree.begin(), in_tree.end(), false);
+  const auto num_loops = std::count(in_tree.begin(), in_tree.end(), false);
   MatrixXd J = MatrixXd::Zero(6 * num_loops, static_cast<Eigen::Index>(block.size()));
   Eigen::Index row = 0;
   for (size_t k = 0; k < block.size(); ++k) {
@@ -210,8 +209,7 @@ LoopMobility ComputeLoopMobility(int num_bodies, const std::vector<ScrewJoint>& 
     cod.compute(ClosureJacobian(block, joints));
     const Eigen::Index free = size - cod.rank();
     result.mobility += static_cast<int>(free);
-    const MatrixXd null_space =
-        cod.colsPermutation() * cod.matrixZ().transpose().rightCols(free);
+    const MatrixXd null_space = cod.colsPermutation() * cod.matrixZ().transpose().rightCols(free);
     for (int k = 0; k < size; ++k) {
       if (free == 0 || null_space.row(k).norm() <= kStill) result.locked[block[k]] = true;
     }

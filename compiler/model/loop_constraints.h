@@ -12,8 +12,8 @@ struct ScrewJoint {
   int body_a = 0;
   int body_b = 0;
   bool prismatic = false;
-  Eigen::Vector3d axis;  ///< Unit, common frame.
-  Eigen::Vector3d point; ///< On the axis, common frame (m).
+  Eigen::Vector3d axis;   ///< Unit, common frame.
+  Eigen::Vector3d point;  ///< On the axis, common frame (m).
 };
 
 struct LoopMobility {

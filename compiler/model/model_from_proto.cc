@@ -1,6 +1,7 @@
 // Reading a model back. Nothing here trusts the message: see FromProto.
 
 #include <fmt/format.h>
+#include <google/protobuf/stubs/logging.h>
 
 #include <algorithm>
 #include <cmath>
@@ -108,10 +109,15 @@ class Reader {
 
   AttributeValue Value(const proto::AttributeValue& message, const char* what) {
     switch (message.value_case()) {
-      case proto::AttributeValue::kFlag: return message.flag();
-      case proto::AttributeValue::kNumber: return Finite(message.number(), what);
-      case proto::AttributeValue::kText: return message.text();
-      default: Bad(fmt::format("{} has no value", what)); return false;
+      case proto::AttributeValue::kFlag:
+        return message.flag();
+      case proto::AttributeValue::kNumber:
+        return Finite(message.number(), what);
+      case proto::AttributeValue::kText:
+        return message.text();
+      default:
+        Bad(fmt::format("{} has no value", what));
+        return false;
     }
   }
 
@@ -152,11 +158,20 @@ class Reader {
     Joint joint;
     joint.name = message.name();
     switch (message.type()) {
-      case proto::JOINT_TYPE_REVOLUTE: joint.type = JointType::kRevolute; break;
-      case proto::JOINT_TYPE_CONTINUOUS: joint.type = JointType::kContinuous; break;
-      case proto::JOINT_TYPE_PRISMATIC: joint.type = JointType::kPrismatic; break;
-      case proto::JOINT_TYPE_FIXED: joint.type = JointType::kFixed; break;
-      default: Bad(fmt::format("joint type {}", static_cast<int>(message.type())));
+      case proto::JOINT_TYPE_REVOLUTE:
+        joint.type = JointType::kRevolute;
+        break;
+      case proto::JOINT_TYPE_CONTINUOUS:
+        joint.type = JointType::kContinuous;
+        break;
+      case proto::JOINT_TYPE_PRISMATIC:
+        joint.type = JointType::kPrismatic;
+        break;
+      case proto::JOINT_TYPE_FIXED:
+        joint.type = JointType::kFixed;
+        break;
+      default:
+        Bad(fmt::format("joint type {}", static_cast<int>(message.type())));
     }
     joint.link_a = Index(message.link_a(), num_links, "link");
     joint.link_b = Index(message.link_b(), num_links, "link");
@@ -216,12 +231,12 @@ class Reader {
       const int index = state.of_a() ? option.connector_a : option.connector_b;
       if (!error_.empty()) return option;
       const std::vector<StateVariable>& states = connectors[index].states;
-      const auto variable =
-          std::find_if(states.begin(), states.end(),
-                       [&](const StateVariable& s) { return s.name == state.variable(); });
+      const auto variable = std::find_if(states.begin(), states.end(), [&](const StateVariable& s) {
+        return s.name == state.variable();
+      });
       if (variable == states.end() ||
-          std::find(variable->values.begin(), variable->values.end(),
-                    option.states.back().value) == variable->values.end()) {
+          std::find(variable->values.begin(), variable->values.end(), option.states.back().value) ==
+              variable->values.end()) {
         Bad(fmt::format("no such state '{}' or value of it", state.variable()));
       }
     }
@@ -360,6 +375,8 @@ Result<Model> FromProto(const proto::Model& message) { return Reader().Read(mess
 
 Result<Model> ParseModel(std::string_view bytes) {
   if (bytes.size() > kMaxModelBytes) return Fail("model is larger than 64 MiB");
+  // What is wrong is in the Result; protobuf would print it too.
+  const google::protobuf::LogSilencer silence;
   proto::Model message;
   if (!message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
     return Fail("not a serialized model, or cut short");

@@ -1,8 +1,5 @@
 #include "compiler/model/model_proto.h"
 
-#include <google/protobuf/io/coded_stream.h>
-#include <google/protobuf/io/zero_copy_stream_impl_lite.h>
-
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
@@ -63,10 +60,14 @@ void Write(const Connector& connector, proto::Connector* out) {
 
 proto::JointType TypeOf(JointType type) {
   switch (type) {
-    case JointType::kRevolute: return proto::JOINT_TYPE_REVOLUTE;
-    case JointType::kContinuous: return proto::JOINT_TYPE_CONTINUOUS;
-    case JointType::kPrismatic: return proto::JOINT_TYPE_PRISMATIC;
-    case JointType::kFixed: return proto::JOINT_TYPE_FIXED;
+    case JointType::kRevolute:
+      return proto::JOINT_TYPE_REVOLUTE;
+    case JointType::kContinuous:
+      return proto::JOINT_TYPE_CONTINUOUS;
+    case JointType::kPrismatic:
+      return proto::JOINT_TYPE_PRISMATIC;
+    case JointType::kFixed:
+      return proto::JOINT_TYPE_FIXED;
   }
   return proto::JOINT_TYPE_UNSPECIFIED;
 }
@@ -125,10 +126,14 @@ void Write(const ConnectionType& connection, proto::ConnectionType* out) {
 
 proto::AxisRelation RelationOf(AxisRelation relation) {
   switch (relation) {
-    case AxisRelation::kParallel: return proto::AXIS_RELATION_PARALLEL;
-    case AxisRelation::kOrthogonal: return proto::AXIS_RELATION_ORTHOGONAL;
-    case AxisRelation::kSkew: return proto::AXIS_RELATION_SKEW;
-    case AxisRelation::kCoplanar: return proto::AXIS_RELATION_COPLANAR;
+    case AxisRelation::kParallel:
+      return proto::AXIS_RELATION_PARALLEL;
+    case AxisRelation::kOrthogonal:
+      return proto::AXIS_RELATION_ORTHOGONAL;
+    case AxisRelation::kSkew:
+      return proto::AXIS_RELATION_SKEW;
+    case AxisRelation::kCoplanar:
+      return proto::AXIS_RELATION_COPLANAR;
   }
   return proto::AXIS_RELATION_UNSPECIFIED;
 }
@@ -198,13 +203,8 @@ proto::Model ToProto(const Model& model) {
 }
 
 std::string SerializeModel(const Model& model) {
-  std::string bytes;
-  google::protobuf::io::StringOutputStream stream(&bytes);
-  google::protobuf::io::CodedOutputStream coded(&stream);
-  coded.SetSerializationDeterministic(true);
-  ToProto(model).SerializeWithCachedSizes(&coded);
-  coded.Trim();
-  return bytes;
+  // The schema has no maps, whose order is the one thing that protobuf leaves open.
+  return ToProto(model).SerializeAsString();
 }
 
 uint64_t ModelHash(std::string_view bytes) { return XXH64(bytes.data(), bytes.size(), 0); }

@@ -15,8 +15,8 @@ namespace morphbus::model {
 proto::Model ToProto(const Model& model);
 
 /// The model of a message that may be damaged or hostile: every index, size, number, pose and name
-/// is checked, so that a model that comes back is as sound as one from the compiler. The error names
-/// the place: "robot 'quadruped', connection 3: option 99 of 72".
+/// is checked, so that a model that comes back is as sound as one from the compiler. The error
+/// names the place: "robot 'quadruped', connection 3: option 99 of 72".
 Result<Model> FromProto(const proto::Model& message);
 
 /// ToProto as bytes; the same model always gives the same bytes.

@@ -33,8 +33,8 @@ struct StateVariable {
 /// A place where two modules can be mated.
 struct Connector {
   std::string name;
-  int link = 0;                          ///< Index of the link that carries it.
-  Eigen::Vector3d p_MoCo_M;              ///< Its centre, in the module frame (m).
+  int link = 0;              ///< Index of the link that carries it.
+  Eigen::Vector3d p_MoCo_M;  ///< Its centre, in the module frame (m).
   std::vector<std::string> subpoint_names;
   std::vector<Eigen::Vector3d> subpoints;  ///< Positions in M (m), same order as the names.
   std::map<std::string, AttributeValue> attributes;
@@ -58,11 +58,11 @@ struct Joint {
   JointType type = JointType::kRevolute;
   int link_a = 0;
   int link_b = 0;
-  Eigen::Vector3d p_MoJo_M;  ///< Origin of A's axis in M (m).
-  Eigen::Vector3d axis;      ///< Unit direction of A's axis in M.
-  double lower = 0.0;        ///< rad or m; -infinity for continuous joints.
-  double upper = 0.0;        ///< rad or m; +infinity for continuous joints.
-  double effort = 1.9;       ///< N·m (N for prismatic).
+  Eigen::Vector3d p_MoJo_M;               ///< Origin of A's axis in M (m).
+  Eigen::Vector3d axis;                   ///< Unit direction of A's axis in M.
+  double lower = 0.0;                     ///< rad or m; -infinity for continuous joints.
+  double upper = 0.0;                     ///< rad or m; +infinity for continuous joints.
+  double effort = 1.9;                    ///< N·m (N for prismatic).
   double speed = 3.14159265358979323846;  ///< rad/s (m/s for prismatic).
 };
 

@@ -35,12 +35,18 @@ Formula Constant(bool value) {
 template <typename T>
 bool Holds(CompareOp op, const T& lhs, const T& rhs) {
   switch (op) {
-    case CompareOp::kEq: return lhs == rhs;
-    case CompareOp::kNe: return !(lhs == rhs);
-    case CompareOp::kLt: return lhs < rhs;
-    case CompareOp::kLe: return !(rhs < lhs);
-    case CompareOp::kGt: return rhs < lhs;
-    case CompareOp::kGe: return !(lhs < rhs);
+    case CompareOp::kEq:
+      return lhs == rhs;
+    case CompareOp::kNe:
+      return !(lhs == rhs);
+    case CompareOp::kLt:
+      return lhs < rhs;
+    case CompareOp::kLe:
+      return !(rhs < lhs);
+    case CompareOp::kGt:
+      return rhs < lhs;
+    case CompareOp::kGe:
+      return !(lhs < rhs);
   }
   return false;
 }
@@ -202,8 +208,10 @@ class Expander {
   /// The sets of states any one of which satisfies `f`, which holds no geometry.
   std::vector<StateSet> StatesOf(const Formula& f) {
     switch (f.kind) {
-      case Formula::Kind::kFalse: return {};
-      case Formula::Kind::kState: return Limited(f.alternatives);
+      case Formula::Kind::kFalse:
+        return {};
+      case Formula::Kind::kState:
+        return Limited(f.alternatives);
       case Formula::Kind::kOr: {
         std::vector<StateSet> all;
         for (const Formula& child : f.children) {
@@ -216,7 +224,8 @@ class Expander {
         for (const Formula& child : f.children) all = Product(all, StatesOf(child));
         return all;
       }
-      default: return {{}};
+      default:
+        return {{}};
     }
   }
 
@@ -350,9 +359,9 @@ Terms SpecialiseCondition(const Condition& condition, const model::Connector& a,
     for (const Formula* free : open.free) sets = expander.Product(sets, expander.StatesOf(*free));
     if (sets.empty()) continue;
     // Of several states that would do, the least demanding, the first in the source on ties.
-    const auto least = std::min_element(
-        sets.begin(), sets.end(),
-        [](const StateSet& l, const StateSet& r) { return l.size() < r.size(); });
+    const auto least =
+        std::min_element(sets.begin(), sets.end(),
+                         [](const StateSet& l, const StateSet& r) { return l.size() < r.size(); });
     result.terms.push_back({open.geometry, *least});
   }
   result.too_many = expander.too_many();

@@ -15,12 +15,14 @@ enum class Side { kA, kB };
 
 /// A point of the connector that is bound on one side.
 struct PointRef {
-  /// kAxis (kParallel, kAntiparallel only): a named axis of the module, the same for all connectors.
+  /// kAxis (kParallel, kAntiparallel only): a named axis of the module, the same for all
+  /// connectors.
   enum class Kind { kCentre, kSubpoint, kAnySubpoint, kAxis };
   Side side = Side::kA;
   Kind kind = Kind::kCentre;
   std::string subpoint;  ///< For kSubpoint: its name, e.g. "_1". For kAxis: the axis' name.
-  Eigen::Vector3d axis = Eigen::Vector3d::Zero();  ///< For kAxis: unit direction in the module frame.
+  Eigen::Vector3d axis =
+      Eigen::Vector3d::Zero();  ///< For kAxis: unit direction in the module frame.
 };
 
 struct AttributeRef {

@@ -4,7 +4,8 @@
 // The method is the separating-axis test over face normals and edge-edge cross products, made exact
 // and quick by the Gauss map: only edge pairs that build a face of the Minkowski difference are
 // measured. It was preferred to an iterative GJK/EPA because a lattice robot's mated faces touch
-// exactly: the answer there must be 0 and not an iteration's tolerance, and flat hulls need no margin.
+// exactly: the answer there must be 0 and not an iteration's tolerance, and flat hulls need no
+// margin.
 
 #include <Eigen/Core>
 #include <vector>
@@ -15,8 +16,8 @@
 namespace morphbus::solver {
 
 /// The length of the least translation that separates A and B (m): 0 when they are apart or touch.
-/// Flat hulls, segments and points have no inside of their own but can lie in a solid; two sets whose
-/// Minkowski difference is flat (say, coplanar plates) are never in each other.
+/// Flat hulls, segments and points have no inside of their own but can lie in a solid; two sets
+/// whose Minkowski difference is flat (say, coplanar plates) are never in each other.
 double PenetrationDepth(const model::ConvexHull& A, const model::Pose& X_WA,
                         const model::ConvexHull& B, const model::Pose& X_WB);
 

@@ -161,7 +161,8 @@ class Inference {
     return result;
   }
 
-  /// Necessary for any rigid motion: equal lengths, and equal projections on what is matched already.
+  /// Necessary for any rigid motion: equal lengths, and equal projections on what is matched
+  /// already.
   [[nodiscard]] bool Consistent(const Match& match) const {
     const Match* origin = FirstPoint();
     if (!match.is_direction && origin == nullptr) return true;
@@ -188,9 +189,7 @@ class Inference {
   }
 
   /// A point and two directions that are not parallel (each gain is one more of them).
-  [[nodiscard]] bool Fixed() const {
-    return matches_.size() >= 3 && FirstPoint() != nullptr;
-  }
+  [[nodiscard]] bool Fixed() const { return matches_.size() >= 3 && FirstPoint() != nullptr; }
 
   static Matrix3d Frame(const Vector3d& first, const Vector3d& second) {
     Matrix3d R;

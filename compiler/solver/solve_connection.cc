@@ -201,8 +201,7 @@ class ConnectionSolver {
           if (depth < least) {
             least = depth;
             last = fmt::format("{} of a would lie {:.3g} m inside {} of b",
-                               type_a_.links[of_a.link].name, depth,
-                               type_b_.links[of_b.link].name);
+                               type_a_.links[of_a.link].name, depth, type_b_.links[of_b.link].name);
           }
           return true;
         }
@@ -213,8 +212,7 @@ class ConnectionSolver {
     if (!candidates.empty() || last.empty()) return;
     const std::string pair = fmt::format("{} and {}", type_a_.connectors[index_a].name,
                                          type_b_.connectors[index_b].name);
-    result_.rejections.push_back(
-        {index_a, index_b, fmt::format("joining {}, {}", pair, last)});
+    result_.rejections.push_back({index_a, index_b, fmt::format("joining {}, {}", pair, last)});
     obstacle_.Raise(2, 0, problem_.span,
                     fmt::format("the link hulls removed the last of {} candidates (joining {}, {})",
                                 result_.candidates, pair, last));
@@ -229,9 +227,10 @@ class ConnectionSolver {
     failed_ = true;
     if (type_a_.connectors.empty() || type_b_.connectors.empty()) {
       const ModuleType& bare = type_a_.connectors.empty() ? type_a_ : type_b_;
-      diagnostics_.Error(problem_.span,
-                         fmt::format("connection '{}' can join nothing: module '{}' has no connector",
-                                     problem_.name, bare.name));
+      diagnostics_.Error(
+          problem_.span,
+          fmt::format("connection '{}' can join nothing: module '{}' has no connector",
+                      problem_.name, bare.name));
       return;
     }
     source::Diagnostic& error = diagnostics_.Error(
@@ -244,9 +243,10 @@ class ConnectionSolver {
     const ModuleType& bare = hulls_a_.empty() ? type_a_ : type_b_;
     diagnostics_.Warning(
         problem_.span,
-        fmt::format("module '{}' has no link with a hull, so no way of connection '{}' is ruled out "
-                    "by overlap",
-                    bare.name, problem_.name));
+        fmt::format(
+            "module '{}' has no link with a hull, so no way of connection '{}' is ruled out "
+            "by overlap",
+            bare.name, problem_.name));
   }
 
   const ConnectionProblem& problem_;

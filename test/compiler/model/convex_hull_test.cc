@@ -64,7 +64,8 @@ TEST(ConvexHull, SurvivesPointsOnASphereAndOnAGrid) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   Points sphere(400);
-  for (Vector3d& p : sphere) p = Vector3d(normal(random), normal(random), normal(random)).normalized();
+  for (Vector3d& p : sphere)
+    p = Vector3d(normal(random), normal(random), normal(random)).normalized();
   const ConvexHull round = ComputeHull(sphere);
   EXPECT_EQ(round.vertices.size(), 400u);
   ExpectSoundSolid(round, sphere, 1e-9);

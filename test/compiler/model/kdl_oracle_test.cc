@@ -1,5 +1,6 @@
-// Forward kinematics against Orocos KDL: the same random assemblies, built for KDL from the modules'
-// raw numbers, link by link in order of attachment, with B's axis of each joint (the opposite one).
+// Forward kinematics against Orocos KDL: the same random assemblies, built for KDL from the
+// modules' raw numbers, link by link in order of attachment, with B's axis of each joint (the
+// opposite one).
 
 #include <gtest/gtest.h>
 
@@ -78,9 +79,9 @@ void AddModule(KDL::Tree& tree, const ModuleType& type, int module, int entry,
       const KDL::Vector axis = ToKdl(Eigen::Vector3d(moves_a ? joint.axis : -joint.axis));
       const KDL::Joint hinge(JointName(module, static_cast<int>(j)), ToKdl(joint.p_MoJo_M), axis,
                              KDL::Joint::RotAxis);
-      ASSERT_TRUE(tree.addSegment(
-          KDL::Segment(LinkName(module, other), hinge, KDL::Frame::Identity()),
-          LinkName(module, reached[i])));
+      ASSERT_TRUE(
+          tree.addSegment(KDL::Segment(LinkName(module, other), hinge, KDL::Frame::Identity()),
+                          LinkName(module, reached[i])));
     }
   }
 }
@@ -116,7 +117,8 @@ TEST(ForwardKinematics, AgreesWithKdlOnTwoHundredRandomAssemblies) {
   for (unsigned seed = 0; seed < 200; ++seed) {
     std::mt19937 random(seed);
     const Robot robot = RandomTree(model, random);
-    // Copying a tree renumbers its joints depth first, and the solver works on a copy: number first.
+    // Copying a tree renumbers its joints depth first, and the solver works on a copy: number
+    // first.
     const KDL::Tree built = BuildKdlTree(model, robot);
     const KDL::Tree tree(built);  // NOLINT(performance-unnecessary-copy-initialization)
     ASSERT_EQ(tree.getNrOfJoints(), 2 * robot.modules.size());

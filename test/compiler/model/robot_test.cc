@@ -42,16 +42,30 @@ TEST(Quadrupeds, StandWhereThePaperPutsThem) {
     const Robot quadruped = test::Quadruped(model, unit);
     KinematicState state = ForwardKinematics(model, quadruped, StartValues(quadruped));
     ExpectOrigins(state,
-                  {{5, -2, true}, {1, -2, false}, {-3, -2, true}, {-7, -2, false}, {-1, 0, true},
-                   {5, 2, true}, {1, 2, false}, {-3, 2, true}, {-7, 2, false}},
+                  {{5, -2, true},
+                   {1, -2, false},
+                   {-3, -2, true},
+                   {-7, -2, false},
+                   {-1, 0, true},
+                   {5, 2, true},
+                   {1, 2, false},
+                   {-3, 2, true},
+                   {-7, 2, false}},
                   unit);
     EXPECT_LT(state.closure_m, 1e-12);
     EXPECT_LT(state.closure_rad, 1e-12);
     const Robot other = test::EquivalentQuadruped(model, unit);
     state = ForwardKinematics(model, other, StartValues(other));
     ExpectOrigins(state,
-                  {{5, 2, true}, {1, 2, false}, {-3, 2, true}, {-7, 2, true}, {-1, 0, true},
-                   {5, -2, false}, {1, -2, false}, {-3, -2, true}, {-7, -2, false}},
+                  {{5, 2, true},
+                   {1, 2, false},
+                   {-3, 2, true},
+                   {-7, 2, true},
+                   {-1, 0, true},
+                   {5, -2, false},
+                   {1, -2, false},
+                   {-3, -2, true},
+                   {-7, -2, false}},
                   unit);
     EXPECT_LT(state.closure_m, 1e-12);
     EXPECT_LT(state.closure_rad, 1e-12);

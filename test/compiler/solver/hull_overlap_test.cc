@@ -93,8 +93,8 @@ TEST(PenetrationDepth, AgreesWithTheMinkowskiDifferenceOnRandomHulls) {
     const Points A = cloud();
     const Points B = cloud();
     Pose X = At(1.2 * unit(random), unit(random), unit(random));
-    X.rotate(Eigen::Quaterniond(unit(random), unit(random), unit(random), unit(random))
-                 .normalized());
+    X.rotate(
+        Eigen::Quaterniond(unit(random), unit(random), unit(random), unit(random)).normalized());
     Points B_moved;
     for (const Vector3d& p : B) B_moved.push_back(X * p);
     const double expected = DepthByMinkowskiDifference(A, B_moved);

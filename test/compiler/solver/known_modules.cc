@@ -118,7 +118,7 @@ ModuleType Molecube() {
     type.connectors.push_back(MakeConnector("c" + std::to_string(k + 1), k < 3 ? 0 : 1, n,
                                             {n + 0.5 * u, n + 0.5 * v, n - 0.5 * u, n - 0.5 * v}));
   }
-  const std::vector<Vector3d> cut = {{1, -1, 0}, {1, 0, -1},  {0, 1, -1},
+  const std::vector<Vector3d> cut = {{1, -1, 0}, {1, 0, -1}, {0, 1, -1},
                                      {-1, 1, 0}, {-1, 0, 1}, {0, -1, 1}};
   std::vector<Vector3d> upper = {{1, 1, 1}, {1, 1, -1}, {1, -1, 1}, {-1, 1, 1}};
   std::vector<Vector3d> lower = {{-1, -1, -1}, {-1, -1, 1}, {-1, 1, -1}, {1, -1, -1}};
@@ -179,8 +179,8 @@ Condition Coincident(const std::string& subpoint_of_a) {
   Condition c;
   c.kind = Condition::Kind::kCoincident;
   const bool centre = subpoint_of_a.empty();
-  c.p = Point(Side::kA, centre ? PointRef::Kind::kCentre : PointRef::Kind::kSubpoint,
-              subpoint_of_a);
+  c.p =
+      Point(Side::kA, centre ? PointRef::Kind::kCentre : PointRef::Kind::kSubpoint, subpoint_of_a);
   c.q = Point(Side::kB, centre ? PointRef::Kind::kCentre : PointRef::Kind::kAnySubpoint);
   return c;
 }

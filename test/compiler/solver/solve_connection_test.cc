@@ -24,7 +24,8 @@ using test::SelfConnection;
 /// Solves a type with itself and fails the test on any diagnostic.
 ConnectionType Solve(const ModuleType& type, Condition condition) {
   source::Diagnostics diagnostics;
-  ConnectionType result = SolveConnection(SelfConnection(std::move(condition)), {type}, diagnostics);
+  ConnectionType result =
+      SolveConnection(SelfConnection(std::move(condition)), {type}, diagnostics);
   for (const source::Diagnostic& d : diagnostics.all()) ADD_FAILURE() << d.message;
   return result;
 }
@@ -115,8 +116,8 @@ TEST(MtranConnections, TurnFromTheDefaultByNoughtMinusNinetyHalfAndNinetyDegrees
   const double expected[] = {0.0, -M_PI / 2, M_PI, M_PI / 2};
   for (size_t i = 0; i < connection.options.size(); ++i) {
     const ConnectionOption& option = connection.options[i];
-    const Eigen::Matrix3d R = option.X_AB.linear() *
-                              connection.options[i - i % 4].X_AB.linear().transpose();
+    const Eigen::Matrix3d R =
+        option.X_AB.linear() * connection.options[i - i % 4].X_AB.linear().transpose();
     // Every block's outward normal points from the middle of its hull's axis to the connector.
     const auto& c = type.connectors[option.connector_a];
     const Eigen::Vector3d middle(c.link == 0 ? -1.0 : 1.0, 0.0, 0.0);
@@ -187,8 +188,8 @@ TEST(AtronConnections, Are32WithPerpendicularAxes) {
 }
 
 TEST(AtronConnections, AreFourTimesAsManyWithASquareOfSubpoints) {
-  const ConnectionType connection = Solve(
-      test::Atron(true), And({test::AllPointsCoincide(4), test::OppositeGenders(false)}));
+  const ConnectionType connection =
+      Solve(test::Atron(true), And({test::AllPointsCoincide(4), test::OppositeGenders(false)}));
   EXPECT_EQ(connection.candidates, 256);
   EXPECT_EQ(connection.options.size(), 128u);
 }
@@ -266,8 +267,8 @@ TEST(SolveConnection, NegatedConditionsAreChecked) {
 }
 
 TEST(SolveConnection, AlternativesGiveEachMotionOnce) {
-  const ConnectionType connection =
-      Solve(Pillar(4), And({Coincident(""), Coincident("_1"), Or({Coincident("_2"), Coincident("_4")})}));
+  const ConnectionType connection = Solve(
+      Pillar(4), And({Coincident(""), Coincident("_1"), Or({Coincident("_2"), Coincident("_4")})}));
   EXPECT_EQ(connection.candidates, 8);
 }
 
@@ -330,8 +331,10 @@ TEST(SolveConnection, MoreThan64AlternativesAreRefused) {
 
 TEST(SolveConnection, MissingAttributesBreakTheConditionTheyStandIn) {
   OnlyError(Pillar(4), And({test::AllPointsCoincide(4), Compare(Side::kA, "colour", true)}));
-  EXPECT_EQ(Solve(Pillar(4), And({test::AllPointsCoincide(4),
-                                  Not(Compare(Side::kA, "colour", true))})).options.size(), 4u);
+  EXPECT_EQ(
+      Solve(Pillar(4), And({test::AllPointsCoincide(4), Not(Compare(Side::kA, "colour", true))}))
+          .options.size(),
+      4u);
 }
 
 TEST(SolveConnection, StatesOfSeveralValuesAreChosenOrRefused) {
@@ -339,8 +342,8 @@ TEST(SolveConnection, StatesOfSeveralValuesAreChosenOrRefused) {
     return Compare(Side::kB, "mode", value, op);
   };
   const ConnectionType connection = Solve(
-      Pillar(4), And({test::AllPointsCoincide(4), mode(CompareOp::kNe, "off"),
-                      mode(CompareOp::kNe, "slow")}));
+      Pillar(4),
+      And({test::AllPointsCoincide(4), mode(CompareOp::kNe, "off"), mode(CompareOp::kNe, "slow")}));
   ASSERT_EQ(connection.options.size(), 4u);
   ASSERT_EQ(connection.options[0].states.size(), 1u);
   EXPECT_FALSE(connection.options[0].states[0].of_a);

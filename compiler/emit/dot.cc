@@ -1,0 +1,89 @@
+#include "compiler/emit/dot.h"
+
+#include <fmt/format.h>
+
+namespace morphbus::emit {
+namespace {
+
+/// A name inside a quoted DOT string.
+std::string Escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out;
+}
+
+std::string Header(const std::string& name) {
+  return fmt::format(
+      "graph \"{}\" {{\n"
+      "  graph [overlap=false, splines=true];\n"
+      "  node [fontname=\"Helvetica\", fontsize=11];\n"
+      "  edge [fontname=\"Helvetica\", fontsize=9];\n",
+      Escaped(name));
+}
+
+/// A vertex of the assembly graph: the link that carries a connector.
+std::string LinkNode(int module, int link) { return fmt::format("m{}_l{}", module, link); }
+
+}  // namespace
+
+std::string AssemblyGraphDot(const model::Model& model, const model::Robot& robot) {
+  std::string out = Header(robot.name);
+  for (size_t m = 0; m < robot.modules.size(); ++m) {
+    const model::ModuleType& type = model.TypeOf(robot, static_cast<int>(m));
+    const int module = static_cast<int>(m);
+    out += fmt::format("  subgraph \"cluster_{}\" {{\n    label=\"{} ({})\";\n", m,
+                       Escaped(robot.modules[m].name), Escaped(type.name));
+    for (size_t l = 0; l < type.links.size(); ++l) {
+      const bool root = module == robot.root_module && static_cast<int>(l) == robot.root_link;
+      out += fmt::format("    {} [shape=box, label=\"{}\"{}];\n",
+                         LinkNode(module, static_cast<int>(l)), Escaped(type.links[l].name),
+                         root ? ", penwidth=2" : "");
+    }
+    for (const model::Joint& joint : type.joints) {
+      out += fmt::format("    {} -- {} [label=\"{}\", style={}];\n", LinkNode(module, joint.link_a),
+                         LinkNode(module, joint.link_b), Escaped(joint.name),
+                         joint.type == model::JointType::kFixed ? "bold" : "solid");
+    }
+    out += "  }\n";
+  }
+  for (const model::Docking& d : robot.dockings) {
+    const model::Connector& a = model.TypeOf(robot, d.module_a).connectors[d.connector_a];
+    const model::Connector& b = model.TypeOf(robot, d.module_b).connectors[d.connector_b];
+    const model::ConnectionOption& option =
+        model.connection_types[d.connection_type].options[d.option];
+    out +=
+        fmt::format("  {} -- {} [label=\"{}\", taillabel=\"{}\", headlabel=\"{}\", penwidth=2];\n",
+                    LinkNode(d.module_a, a.link), LinkNode(d.module_b, b.link), option.number,
+                    Escaped(a.name), Escaped(b.name));
+  }
+  return out + "}\n";
+}
+
+std::string KinematicGraphDot(const model::Model& model, const model::Robot& robot,
+                              const model::KinematicGraph& graph) {
+  std::string out = Header(robot.name);
+  if (!graph.locked_computed)
+    out += "  label=\"locked joints: not computed, too many in a loop\";\n";
+  for (size_t b = 0; b < graph.bodies.size(); ++b) {
+    std::string label;
+    for (const model::LinkRef& ref : graph.bodies[b].links) {
+      label += Escaped(robot.modules[ref.module].name) + "." +
+               Escaped(model.TypeOf(robot, ref.module).links[ref.link].name) + "\\n";
+    }
+    out += fmt::format("  b{} [shape=ellipse, label=\"{}degree {}\"];\n", b, label,
+                       graph.bodies[b].degree);
+  }
+  for (const model::GraphJoint& joint : graph.joints) {
+    out += fmt::format("  b{} -- b{} [label=\"{}.{}\\n{} adjacent{}\"{}];\n", joint.body_a,
+                       joint.body_b, Escaped(robot.modules[joint.module].name),
+                       Escaped(model.TypeOf(robot, joint.module).joints[joint.joint].name),
+                       joint.adjacent.size(), joint.locked ? ", locked" : "",
+                       joint.locked ? ", style=dashed" : "");
+  }
+  return out + "}\n";
+}
+
+}  // namespace morphbus::emit

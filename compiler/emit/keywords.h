@@ -1,0 +1,53 @@
+#pragma once
+// The keywords that a module type adds to the role language (paper, Sec. III B): its links, joints,
+// connectors and their state variables, in capitals. The DynaRole compiler learns them from XML.
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "compiler/model/robot_model.h"
+#include "compiler/source/result.h"
+
+namespace morphbus::emit {
+
+struct LinkKeyword {
+  std::string name;     ///< As in M3L: connecting_bar.
+  std::string keyword;  ///< As programs write it, after $: LINK_CONNECTING_BAR.
+};
+
+struct JointKeyword {
+  std::string name;     ///< joint_1
+  std::string keyword;  ///< JOINT_1, after self.
+  model::JointType type = model::JointType::kRevolute;
+};
+
+struct StateKeyword {
+  std::string name;                           ///< extended
+  std::string keyword;                        ///< EXTENDED, as in self.C1.SET_EXTENDED(true).
+  std::vector<model::AttributeValue> values;  ///< {false, true} for [bool].
+};
+
+struct ConnectorKeyword {
+  std::string name;     ///< c1
+  std::string keyword;  ///< C1, after self.
+  std::vector<StateKeyword> states;
+};
+
+struct ModuleKeywords {
+  std::string type_name;
+  std::vector<LinkKeyword> links;
+  std::vector<JointKeyword> joints;
+  std::vector<ConnectorKeyword> connectors;
+};
+
+/// The keywords of a module type. Fails where two names differ in case only, so that one keyword
+/// would mean both ("links 'Bar' and 'bar' of module 'M' are both LINK_BAR").
+Result<ModuleKeywords> KeywordsOf(const model::ModuleType& type);
+
+/// Reads what KeywordsXml wrote (compiler/emit/xml.h), at most 1 MiB of it. Strict: unknown
+/// elements, missing attributes, keywords that are no identifiers in capitals or that clash are
+/// errors, with the line they stand in.
+Result<ModuleKeywords> ParseKeywordsXml(std::string_view text);
+
+}  // namespace morphbus::emit

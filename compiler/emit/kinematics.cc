@@ -1,0 +1,111 @@
+#include "compiler/emit/kinematics.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
+
+#include "compiler/source/check.h"
+
+namespace morphbus::emit {
+namespace {
+
+vm::Vec3 ToVm(const Eigen::Vector3d& v) {
+  return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
+}
+
+vm::PoseF ToVm(const model::Pose& X) {
+  Eigen::Quaterniond q(X.linear());
+  q.normalize();
+  // Of the two quaternions of a rotation the one with positive w, so that images are canonical.
+  if (q.w() < 0.0) q.coeffs() = -q.coeffs();
+  vm::PoseF pose;
+  pose.p = ToVm(Eigen::Vector3d(X.translation()));
+  pose.q = {static_cast<float>(q.w()), static_cast<float>(q.x()), static_cast<float>(q.y()),
+            static_cast<float>(q.z())};
+  return pose;
+}
+
+vm::JointKind ToVm(model::JointType type) {
+  switch (type) {
+    case model::JointType::kRevolute:
+      return vm::JointKind::kRevolute;
+    case model::JointType::kContinuous:
+      return vm::JointKind::kContinuous;
+    case model::JointType::kPrismatic:
+      return vm::JointKind::kPrismatic;
+    case model::JointType::kFixed:
+      return vm::JointKind::kFixed;
+  }
+  return vm::JointKind::kFixed;
+}
+
+}  // namespace
+
+Result<vm::KinematicsTables> KinematicsTablesOf(const model::Model& model, int type,
+                                                uint64_t model_hash) {
+  MORPHBUS_CHECK(type >= 0 && type < static_cast<int>(model.module_types.size()));
+  const model::ModuleType& module = model.module_types[type];
+  vm::KinematicsTables tables;
+  tables.type_name = module.name;
+  tables.model_hash = model_hash;
+  for (const model::Link& link : module.links) tables.links.push_back(link.name);
+  for (const model::Joint& joint : module.joints) {
+    tables.joints.push_back({joint.name, ToVm(joint.type), joint.link_a, joint.link_b,
+                             ToVm(joint.p_MoJo_M), ToVm(joint.axis), joint.lower, joint.upper,
+                             joint.speed});
+  }
+  for (const model::Connector& connector : module.connectors) {
+    vm::KinematicsTables::Connector entry{connector.name, connector.link, {}};
+    for (const model::StateVariable& state : connector.states) {
+      entry.states.push_back({state.name, static_cast<int>(state.values.size())});
+    }
+    tables.connectors.push_back(std::move(entry));
+  }
+  constexpr size_t kMaxConnectionTypes = 256;
+  if (model.connection_types.size() > kMaxConnectionTypes) {
+    return Fail(fmt::format("the model has {} connections; a kinematics image can tell {} apart",
+                            model.connection_types.size(), kMaxConnectionTypes));
+  }
+  for (size_t c = 0; c < model.connection_types.size(); ++c) {
+    const model::ConnectionType& connection = model.connection_types[c];
+    for (const model::ConnectionOption& option : connection.options) {
+      if (option.number > UINT16_MAX || option.connector_a >= vm::kMaxConnectors ||
+          option.connector_b >= vm::kMaxConnectors) {
+        return Fail(
+            fmt::format("connection '{}' is too large for a kinematics image", connection.name));
+      }
+      vm::KinConnection entry;
+      entry.connection_type = static_cast<uint8_t>(c);
+      entry.number = static_cast<uint16_t>(option.number);
+      const auto a = static_cast<uint8_t>(option.connector_a);
+      const auto b = static_cast<uint8_t>(option.connector_b);
+      if (connection.type_a == type) {
+        entry.connector = a;
+        entry.mate_connector = b;
+        entry.is_member_b = false;
+        entry.X_MN = ToVm(option.X_AB);
+        tables.connections.push_back(entry);
+      }
+      if (connection.type_b == type) {
+        entry.connector = b;
+        entry.mate_connector = a;
+        entry.is_member_b = true;
+        entry.X_MN = ToVm(option.X_AB.inverse());
+        tables.connections.push_back(entry);
+      }
+    }
+  }
+  return tables;
+}
+
+Result<std::string> KinematicsImage(const model::Model& model, int type, uint64_t model_hash) {
+  const Result<vm::KinematicsTables> tables = KinematicsTablesOf(model, type, model_hash);
+  if (!tables) return Fail(tables.error().message);
+  std::string error;
+  const std::vector<uint8_t> bytes = vm::EncodeKinematics(*tables, &error);
+  if (bytes.empty()) return Fail(error);
+  return std::string(bytes.begin(), bytes.end());
+}
+
+}  // namespace morphbus::emit

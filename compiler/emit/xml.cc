@@ -1,0 +1,268 @@
+#include "compiler/emit/xml.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <pugixml.hpp>
+#include <set>
+#include <sstream>
+#include <utility>
+
+namespace morphbus::emit {
+namespace {
+
+constexpr size_t kMaxXmlBytes = size_t{1} << 20;
+constexpr size_t kMaxNameBytes = 255;
+constexpr int kVersion = 1;
+
+struct JointTypeName {
+  model::JointType type;
+  const char* name;
+};
+constexpr JointTypeName kJointTypes[] = {{model::JointType::kRevolute, "revolute"},
+                                         {model::JointType::kContinuous, "continuous"},
+                                         {model::JointType::kPrismatic, "prismatic"},
+                                         {model::JointType::kFixed, "fixed"}};
+
+template <typename T>
+pugi::xml_node Append(pugi::xml_node parent, const char* element, const T& item) {
+  pugi::xml_node node = parent.append_child(element);
+  node.append_attribute("name") = item.name.c_str();
+  node.append_attribute("keyword") = item.keyword.c_str();
+  return node;
+}
+
+void AppendState(pugi::xml_node parent, const StateKeyword& state) {
+  pugi::xml_node node = Append(parent, "state", state);
+  if (std::holds_alternative<bool>(state.values.front())) {
+    node.append_attribute("type") = "bool";
+    return;
+  }
+  const bool is_number = std::holds_alternative<double>(state.values.front());
+  node.append_attribute("type") = is_number ? "number" : "string";
+  for (const model::AttributeValue& value : state.values) {
+    const std::string text =
+        is_number ? fmt::format("{}", std::get<double>(value)) : std::get<std::string>(value);
+    node.append_child("value").append_child(pugi::node_pcdata).set_value(text.c_str());
+  }
+}
+
+/// Walks the document and keeps the first thing that is wrong.
+class Reader {
+ public:
+  Reader(const pugi::xml_document& document, std::string_view text)
+      : document_(document), text_(text) {}
+
+  Result<ModuleKeywords> Read() {
+    const pugi::xml_node root = document_.document_element();
+    if (std::string_view(root.name()) != "module") {
+      return Fail("not a file of keywords: its element is not <module>");
+    }
+    CheckAttributes(root, {"version", "name"});
+    if (error_.empty() && std::string_view(Required(root, "version")) != std::to_string(kVersion)) {
+      Bad(root,
+          fmt::format("version {} of the format is not supported", Required(root, "version")));
+    }
+    ModuleKeywords keywords;
+    keywords.type_name = Name(root);
+    for (const pugi::xml_node& node : root.children()) {
+      const std::string_view element = node.name();
+      if (element == "link") {
+        keywords.links.push_back(ReadItem<LinkKeyword>(node, {"name", "keyword"}));
+        if (keywords.links.back().keyword.rfind("LINK_", 0) != 0) {
+          Bad(node, "a link's keyword begins with LINK_");
+        }
+        NoChildren(node);
+      } else if (element == "joint") {
+        keywords.joints.push_back(ReadItem<JointKeyword>(node, {"name", "keyword", "type"}));
+        keywords.joints.back().type = ReadJointType(node);
+        NoChildren(node);
+      } else if (element == "connector") {
+        keywords.connectors.push_back(ReadConnector(node));
+      } else {
+        Unexpected(node);
+      }
+    }
+    CheckClashes(root, keywords.links);
+    CheckClashes(root, keywords.joints);
+    CheckClashes(root, keywords.connectors);
+    if (!error_.empty()) return Fail(error_);
+    return keywords;
+  }
+
+ private:
+  void Bad(const pugi::xml_node& node, const std::string& what) {
+    if (!error_.empty()) return;
+    const auto offset = static_cast<size_t>(std::max<std::ptrdiff_t>(node.offset_debug(), 0));
+    const auto begin = text_.begin();
+    const auto line =
+        1 + std::count(begin, begin + static_cast<std::ptrdiff_t>(std::min(offset, text_.size())),
+                       '\n');
+    error_ = fmt::format("line {}: {}", line, what);
+  }
+
+  void Unexpected(const pugi::xml_node& node) {
+    const std::string_view name = node.name();
+    const std::string_view value = node.value();
+    if (name.empty() && value.find_first_not_of(" \t\r\n") == std::string_view::npos) return;
+    Bad(node, name.empty() ? "unexpected text" : fmt::format("unexpected element <{}>", name));
+  }
+
+  void NoChildren(const pugi::xml_node& node) {
+    if (node.first_child()) Unexpected(node.first_child());
+  }
+
+  void CheckAttributes(const pugi::xml_node& node, const std::set<std::string_view>& allowed) {
+    std::set<std::string_view> seen;
+    for (const pugi::xml_attribute& attribute : node.attributes()) {
+      const std::string_view name = attribute.name();
+      if (allowed.count(name) == 0) Bad(node, fmt::format("unexpected attribute '{}'", name));
+      if (!seen.insert(name).second) Bad(node, fmt::format("attribute '{}' twice", name));
+    }
+  }
+
+  const char* Required(const pugi::xml_node& node, const char* attribute) {
+    const pugi::xml_attribute found = node.attribute(attribute);
+    if (!found) Bad(node, fmt::format("<{}> lacks its attribute '{}'", node.name(), attribute));
+    return found.value();
+  }
+
+  std::string Name(const pugi::xml_node& node) {
+    std::string name = Required(node, "name");
+    if (name.empty() || name.size() > kMaxNameBytes) Bad(node, "name is empty or too long");
+    return name;
+  }
+
+  std::string Keyword(const pugi::xml_node& node) {
+    std::string keyword = Required(node, "keyword");
+    const auto is_letter = [](char c) { return (c >= 'A' && c <= 'Z') || c == '_'; };
+    const bool good = !keyword.empty() && keyword.size() <= kMaxNameBytes + 5 &&
+                      is_letter(keyword[0]) &&
+                      std::all_of(keyword.begin(), keyword.end(),
+                                  [&](char c) { return is_letter(c) || (c >= '0' && c <= '9'); });
+    if (!good) Bad(node, fmt::format("'{}' is no keyword: capitals, digits and _", keyword));
+    return keyword;
+  }
+
+  template <typename T>
+  T ReadItem(const pugi::xml_node& node, const std::set<std::string_view>& attributes) {
+    CheckAttributes(node, attributes);
+    T item;
+    item.name = Name(node);
+    item.keyword = Keyword(node);
+    return item;
+  }
+
+  model::JointType ReadJointType(const pugi::xml_node& node) {
+    const std::string_view name = Required(node, "type");
+    for (const JointTypeName& known : kJointTypes) {
+      if (name == known.name) return known.type;
+    }
+    Bad(node, fmt::format("'{}' is no type of joint", name));
+    return model::JointType::kFixed;
+  }
+
+  ConnectorKeyword ReadConnector(const pugi::xml_node& node) {
+    auto connector = ReadItem<ConnectorKeyword>(node, {"name", "keyword"});
+    for (const pugi::xml_node& child : node.children()) {
+      if (std::string_view(child.name()) != "state") {
+        Unexpected(child);
+        continue;
+      }
+      connector.states.push_back(ReadState(child));
+    }
+    CheckClashes(node, connector.states);
+    return connector;
+  }
+
+  StateKeyword ReadState(const pugi::xml_node& node) {
+    auto state = ReadItem<StateKeyword>(node, {"name", "keyword", "type"});
+    const std::string_view type = Required(node, "type");
+    if (type == "bool") {
+      state.values = {false, true};
+      NoChildren(node);
+      return state;
+    }
+    if (type != "string" && type != "number") {
+      Bad(node, fmt::format("'{}' is no type of state", type));
+    }
+    for (const pugi::xml_node& child : node.children()) {
+      if (std::string_view(child.name()) != "value" || child.first_attribute()) {
+        Unexpected(child);
+        continue;
+      }
+      const std::string_view text = child.child_value();
+      if (type == "string") {
+        state.values.emplace_back(std::string(text));
+        continue;
+      }
+      double number = 0.0;
+      const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), number);
+      if (code != std::errc() || end != text.data() + text.size()) {
+        Bad(child, fmt::format("'{}' is no number", text));
+      }
+      state.values.emplace_back(number);
+    }
+    if (state.values.empty()) Bad(node, fmt::format("state '{}' has no values", state.name));
+    return state;
+  }
+
+  template <typename T>
+  void CheckClashes(const pugi::xml_node& node, const std::vector<T>& items) {
+    std::set<std::string_view> seen;
+    for (const T& item : items) {
+      if (!seen.insert(item.keyword).second) {
+        Bad(node, fmt::format("keyword {} twice", item.keyword));
+      }
+    }
+  }
+
+  const pugi::xml_document& document_;
+  std::string_view text_;
+  std::string error_;
+};
+
+}  // namespace
+
+std::string KeywordsXml(const ModuleKeywords& keywords) {
+  pugi::xml_document document;
+  pugi::xml_node declaration = document.append_child(pugi::node_declaration);
+  declaration.append_attribute("version") = "1.0";
+  declaration.append_attribute("encoding") = "UTF-8";
+  pugi::xml_node root = document.append_child("module");
+  root.append_attribute("version") = kVersion;
+  root.append_attribute("name") = keywords.type_name.c_str();
+  for (const LinkKeyword& link : keywords.links) Append(root, "link", link);
+  for (const JointKeyword& joint : keywords.joints) {
+    pugi::xml_node node = Append(root, "joint", joint);
+    for (const JointTypeName& known : kJointTypes) {
+      if (known.type == joint.type) node.append_attribute("type") = known.name;
+    }
+  }
+  for (const ConnectorKeyword& connector : keywords.connectors) {
+    const pugi::xml_node node = Append(root, "connector", connector);
+    for (const StateKeyword& state : connector.states) AppendState(node, state);
+  }
+  std::ostringstream out;
+  document.save(out, "  ", pugi::format_indent, pugi::encoding_utf8);
+  return out.str();
+}
+
+Result<ModuleKeywords> ParseKeywordsXml(std::string_view text) {
+  if (text.size() > kMaxXmlBytes) return Fail("file of keywords is larger than 1 MiB");
+  pugi::xml_document document;
+  // Values may be blank ("mode" of " "), so text is kept as it stands.
+  const pugi::xml_parse_result parsed =
+      document.load_buffer(text.data(), text.size(),
+                           pugi::parse_default | pugi::parse_ws_pcdata_single, pugi::encoding_utf8);
+  if (!parsed) {
+    const auto offset = std::min(static_cast<size_t>(parsed.offset), text.size());
+    const auto line =
+        1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(offset), '\n');
+    return Fail(fmt::format("line {}: {}", line, parsed.description()));
+  }
+  return Reader(document, text).Read();
+}
+
+}  // namespace morphbus::emit
