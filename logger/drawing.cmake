@@ -1,0 +1,4 @@
+morphbus_library(morphbus_drawing
+  SOURCES drawing.cc projection.cc
+  DEPS morphbus_model
+  PRIVATE_DEPS morphbus_cairo fmt::fmt)
