@@ -43,13 +43,12 @@ ChannelLine::Kind ChannelLine::Take(int64_t sequence, std::span<const uint8_t> p
     ++duplicates_;
     return Kind::kDuplicate;
   }
-  if (next_ >= 0 && sequence < next_) {
+  if (sequence < next_) {
     ++duplicates_;
     return Kind::kDuplicate;
   }
   recent_.emplace(sequence, hash);
   if (recent_.size() > kRemembered) recent_.erase(recent_.begin());
-  if (next_ < 0) next_ = sequence;
   if (sequence == next_) {
     Append(sequence, payload);
   } else {

@@ -15,8 +15,8 @@ class ChannelLine {
  public:
   enum class Kind { kNew, kDuplicate, kConflict };
 
-  /// Takes a numbered message. A gap is given up, and counted as lost, once 4096 later messages
-  /// have come, so memory stays bounded.
+  /// Takes a numbered message; numbers begin at 0. A gap is given up, and counted as lost, once 4096
+  /// later messages have come, so memory stays bounded.
   Kind Take(int64_t sequence, std::span<const uint8_t> payload);
   /// Takes a message of a channel without common numbering; hashed in the order of the file.
   void TakeUnnumbered(std::span<const uint8_t> payload);
@@ -39,7 +39,7 @@ class ChannelLine {
 
   bridge::StreamHash hash_;
   int64_t count_ = 0, duplicates_ = 0, lost_ = 0, first_lost_ = -1;
-  int64_t next_ = -1;  ///< All below were taken or given up; -1 before the first.
+  int64_t next_ = 0;  ///< All below were taken or given up.
   std::map<int64_t, std::vector<uint8_t>> pending_;
   std::map<int64_t, uint64_t> recent_;  ///< Payload hashes of the last taken numbers.
   int64_t first_time_us_ = -1, last_time_us_ = -1;

@@ -1,5 +1,7 @@
 #include "logger/description.h"
 
+#include <google/protobuf/stubs/logging.h>
+
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -14,6 +16,7 @@ namespace morphbus::logger {
 namespace {
 
 Result<proto::RunDescription> Parse(const std::string& bytes) {
+  const google::protobuf::LogSilencer silencer;  // We say ourselves what is wrong.
   proto::RunDescription description;
   if (!description.ParseFromString(bytes) || description.run().empty()) {
     return Fail("this is no description of a run");

@@ -52,7 +52,6 @@ int RunLogNode(const LogOptions& options) {
   recording.path = options.log_path;
   recording.description = *description;
   recording.realtime = options.realtime || key->realtime;
-  recording.discarded = &discarded;
   recording.claim = static_cast<int64_t>(std::random_device{}()) + 1;
   auto recorder = Recorder::Create(heard, &time, std::move(recording));
   if (!recorder) return Complain(2, recorder.error().message);

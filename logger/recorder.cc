@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <morphbus/ask_t.hpp>
 #include <morphbus/log_end_t.hpp>
 #include <tuple>
@@ -73,7 +74,6 @@ Result<std::unique_ptr<Recorder>> Recorder::Create(bridge::Bus* bus,
 Recorder::Recorder(bridge::Bus* bus, const bridge::TimeSource* time, RecorderOptions options,
                    std::string run, uint64_t model_hash, std::unique_ptr<EventLogWriter> writer)
     : options_(std::move(options)),
-      bus_(bus),
       run_(std::move(run)),
       model_hash_(model_hash),
       writer_(std::move(writer)) {
@@ -132,10 +132,8 @@ void Recorder::PublishInfo() {
 }
 
 void Recorder::EachSecond() {
-  bridge::Ledger ledger = party_->ledger();
-  ledger.queue_overflows = bus_->queue_overflows();
-  if (options_.discarded != nullptr) ledger.discarded = *options_.discarded;
-  morphbus::health_t health = bridge::MakeHealth(std::string(bridge::kLogProcess), ledger);
+  morphbus::health_t health =
+      bridge::MakeHealth(std::string(bridge::kLogProcess), party_->ledger());
   party_->outbox().Send(bridge::Channel(run_, bridge::kLogProcess, Topic::kHealth),
                         std::max<int64_t>(last_tick_, 0), last_time_us_, &health);
   if (auto flushed = writer_->Flush(); !flushed && error_.empty()) {

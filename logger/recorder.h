@@ -21,7 +21,6 @@ struct RecorderOptions {
   bool realtime = false;
   int64_t claim = 1;        ///< Random number of this process (HELLO).
   bridge::LockstepTiming timing;
-  const int64_t* discarded = nullptr;  ///< Counted by a LossyBus, for HEALTH; may be null.
   /// Wall clock, microseconds since 1970; empty: the machine's.
   std::function<int64_t()> wall_clock;
 };
@@ -81,7 +80,6 @@ class Recorder : public bridge::Party {
   [[nodiscard]] int64_t CountLost(std::string* what) const;
 
   RecorderOptions options_;
-  bridge::Bus* bus_;
   std::string run_;
   uint64_t model_hash_ = 0;
   std::unique_ptr<EventLogWriter> writer_;

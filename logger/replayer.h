@@ -25,7 +25,7 @@ struct ReplayOptions {
   double speed = 1.0;       ///< Times real time; 0: as fast as listeners can follow.
   double from_s = 0.0;      ///< Sim time, inclusive. INFO always goes out.
   double to_s = -1.0;       ///< Sim time, exclusive; below 0: to the end.
-  std::string channel;      ///< ECMAScript regular expression over whole names; empty: all.
+  std::string channel = {}; ///< ECMAScript regular expression over whole names; empty: all.
   bool loop = false;        ///< Begins again at the end.
   bool paused = false;      ///< Waits for Resume().
   int wait_for = 0;         ///< Waits until so many processes asked for the run's description.

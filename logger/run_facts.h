@@ -23,7 +23,7 @@ struct ChannelFacts {
   int64_t first_us = 0;       ///< Wall clock of the first and last event, µs since 1970.
   int64_t last_us = 0;
   int64_t duplicates = 0;     ///< Sent again, byte for byte.
-  int64_t lost = 0;           ///< Missing sequence numbers between the first and the last.
+  int64_t lost = 0;           ///< Sequence numbers missing below the last one.
   int64_t first_lost = -1;    ///< Sequence number of the first gap; -1: none.
   int64_t bad = 0;            ///< Did not decode: CRC, version, size, values.
   bool ours = false;          ///< A channel of the run.

@@ -51,6 +51,7 @@ std::vector<uint8_t> Encode(const std::vector<Event>& events) {
 }
 
 void WriteFile(const std::string& path, std::span<const uint8_t> bytes) {
+  std::remove(path.c_str());  // Rewriting in place makes some file systems wait for the disk.
   std::ofstream file(path, std::ios::binary | std::ios::trunc);
   file.write(reinterpret_cast<const char*>(bytes.data()),
              static_cast<std::streamsize>(bytes.size()));

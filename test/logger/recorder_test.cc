@@ -1,0 +1,179 @@
+#include "logger/recorder.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "bridge/channels.h"
+#include "compiler/model/run_description.pb.h"
+#include "logger/run_log.h"
+#include "test/bridge/fake_run.h"
+#include "test/logger/temp_log.h"
+
+namespace morphbus::logger {
+namespace {
+
+using bridge::FakeRun;
+using bridge::FakeRunOptions;
+
+std::string Description(const std::string& run) {
+  proto::RunDescription d;
+  d.set_run(run);
+  d.set_model_hash(bridge::kFakeModel);
+  d.set_model(std::string(5000, 'x'));  // Several INFO parts.
+  d.set_mode("lockstep");
+  return d.SerializeAsString();
+}
+
+struct Recorded {
+  RecordSummary summary;
+  std::string sim_hash;
+  std::string recorded_hash;
+  RunLog log;
+  std::vector<std::string> channels;  ///< Of the hashed events, in order of the file.
+};
+
+struct Options {
+  FakeRunOptions run;
+  int64_t wall_us = 1'000'000;
+  std::string interrupted;
+};
+
+/// A whole fake run on the in-process bus, recorded.
+Recorded Record(const std::string& path, const Options& options) {
+  FakeRun run(options.run);
+  run.log.reset();
+  RecorderOptions recording;
+  recording.path = path;
+  recording.description = Description(options.run.run);
+  recording.realtime = options.run.realtime;
+  recording.timing = options.run.timing;
+  int64_t wall = options.wall_us;
+  recording.wall_clock = [&wall] { return ++wall; };
+  auto recorder = Recorder::Create(&run.log_seat->bus, &run.time, recording);
+  EXPECT_TRUE(recorder.has_value()) << (recorder ? "" : recorder.error().message);
+  Recorded out;
+  if (!recorder) return out;
+  std::vector<bridge::Party*> parties = {run.sim.get(), recorder->get()};
+  for (FakeRun::Module& module : run.modules) parties.push_back(module.party.get());
+  EXPECT_TRUE(bridge::RunInproc(&run.hub, &run.time, parties));
+  (*recorder)->EachSecond();
+  const Result<RecordSummary> summary = (*recorder)->Finish(options.interrupted);
+  EXPECT_TRUE(summary.has_value()) << (summary ? "" : summary.error().message);
+  if (!summary) return out;
+  out.summary = *summary;
+  out.sim_hash = run.sim->outcome().run_hash;
+  out.recorded_hash = run.sim->outcome().recorded_hash;
+  Result<RunLog> log = LoadRunLog(path);
+  EXPECT_TRUE(log.has_value());
+  if (log) out.log = std::move(*log);
+  auto reader = EventLogReader::Open(path);
+  LogEvent event;
+  while ((*reader)->Next(&event)) {
+    const auto name = bridge::ParseChannel(event.channel);
+    if (name && bridge::IsHashed(name->topic)) out.channels.emplace_back(event.channel);
+  }
+  return out;
+}
+
+TEST(RecorderTest, LockstepRunIsRecordedWholeAndVouchedFor) {
+  const TempFile file;
+  const Recorded r = Record(file.path(), {});
+  EXPECT_TRUE(r.summary.complete) << r.summary.reason;
+  EXPECT_EQ(r.summary.path, file.path());
+  EXPECT_FALSE(std::filesystem::exists(file.path() + ".partial"));
+  EXPECT_EQ(r.summary.run_hash, r.sim_hash);
+  EXPECT_EQ(r.recorded_hash, r.sim_hash);
+  EXPECT_EQ(r.log.facts.run_hash, r.sim_hash);
+  EXPECT_EQ(r.log.facts.end_state, EndState::kVerified) << VerifyText(r.log.facts);
+  EXPECT_TRUE(r.log.facts.whole());
+  EXPECT_EQ(r.log.facts.ticks, 40);
+  EXPECT_EQ(r.log.facts.end->clean, 1);
+  EXPECT_EQ(r.log.description, Description("test"));
+}
+
+TEST(RecorderTest, DescriptionStandsAtTheHeadAndEndAtTheTail) {
+  const TempFile file;
+  Record(file.path(), {});
+  auto reader = EventLogReader::Open(file.path());
+  ASSERT_TRUE(reader.has_value());
+  LogEvent event;
+  std::vector<std::string> channels;
+  while ((*reader)->Next(&event)) channels.emplace_back(event.channel);
+  ASSERT_GT(channels.size(), 10u);
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(channels[static_cast<size_t>(i)], "test/INFO");
+  EXPECT_EQ(channels.back(), "test/END");
+  EXPECT_EQ(std::count(channels.begin(), channels.end(), "test/END"), 1);
+}
+
+TEST(RecorderTest, LossOfAFifthOfAllMessagesLeavesTheSameLog) {
+  const TempFile file_a("a.log");
+  const TempFile file_b("b.log");
+  const Recorded calm = Record(file_a.path(), {});
+  Options lossy;
+  lossy.run.loss = 0.2;
+  lossy.run.seed = 99;
+  const Recorded rough = Record(file_b.path(), lossy);
+  EXPECT_TRUE(rough.summary.complete) << rough.summary.reason;
+  EXPECT_EQ(calm.summary.run_hash, rough.summary.run_hash);
+  // Not only the same messages, but in the same order.
+  EXPECT_EQ(calm.channels, rough.channels);
+  EXPECT_TRUE(rough.log.facts.whole()) << VerifyText(rough.log.facts);
+}
+
+TEST(RecorderTest, InterruptedRecordingSaysSoInItsEnd) {
+  const TempFile file;
+  Options options;
+  options.interrupted = "the logger was stopped";
+  const Recorded r = Record(file.path(), options);
+  EXPECT_FALSE(r.summary.complete);
+  EXPECT_EQ(r.log.facts.end->clean, 0);
+  EXPECT_EQ(r.log.facts.end->reason, "the logger was stopped");
+  EXPECT_EQ(r.log.facts.end_state, EndState::kVerified);
+}
+
+TEST(RecorderTest, RealTimeRecordingReportsWhatItLost) {
+  const TempFile file;
+  Options options;
+  options.run.realtime = true;
+  options.run.speed = 1.0;
+  options.run.loss = 0.2;
+  const Recorded r = Record(file.path(), options);
+  EXPECT_FALSE(r.summary.complete);
+  EXPECT_GT(r.summary.lost, 0);
+  EXPECT_NE(r.summary.reason.find("not in the log"), std::string::npos);
+  EXPECT_GT(r.log.facts.lost(), 0);
+  EXPECT_FALSE(r.log.facts.whole());
+}
+
+TEST(RecorderTest, FullDiskEndsTheRecordingWithTheReason) {
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP();
+  const TempFile file;
+  std::filesystem::create_symlink("/dev/full", file.path() + ".partial");
+  FakeRun run({});
+  run.log.reset();
+  RecorderOptions recording;
+  recording.path = file.path();
+  recording.description = Description("test");
+  auto recorder = Recorder::Create(&run.log_seat->bus, &run.time, recording);
+  if (!recorder) return;  // Refused at once: as good.
+  (*recorder)->EachSecond();
+  EXPECT_TRUE((*recorder)->done());
+  EXPECT_FALSE((*recorder)->error().empty());
+  const Result<RecordSummary> summary = (*recorder)->Finish("");
+  ASSERT_FALSE(summary.has_value());
+  EXPECT_NE(summary.error().message.find(file.path()), std::string::npos);
+}
+
+TEST(RecorderTest, DescriptionOfNothingIsRefused) {
+  FakeRun run({});
+  const TempFile file;
+  RecorderOptions recording;
+  recording.path = file.path();
+  recording.description = "no protobuf \xFF";
+  EXPECT_FALSE(Recorder::Create(&run.log_seat->bus, &run.time, recording).has_value());
+}
+
+}  // namespace
+}  // namespace morphbus::logger

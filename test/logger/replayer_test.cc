@@ -1,0 +1,238 @@
+#include "logger/replayer.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <morphbus/ask_t.hpp>
+
+#include "bridge/channels.h"
+#include "bridge/codec.h"
+#include "bridge/inproc_bus.h"
+#include "test/logger/temp_log.h"
+
+namespace morphbus::logger {
+namespace {
+
+using test::SyntheticEvent;
+using test::SyntheticOptions;
+
+struct Heard {
+  int64_t now_us = 0;
+  std::string channel;
+  std::vector<uint8_t> payload;
+};
+
+/// A replay in virtual time, with one listener.
+class Rig {
+ public:
+  explicit Rig(const std::string& path, ReplayOptions options = {}) {
+    listener_ = hub_.Connect();
+    player_ = hub_.Connect();
+    listener_->SubscribePrefix("", [this](std::string_view channel, const uint8_t* data, size_t size) {
+      heard.push_back({now_us, std::string(channel), {data, data + size}});
+    });
+    auto opened = Replayer::Open(path, options);
+    EXPECT_TRUE(opened.has_value()) << (opened ? "" : opened.error().message);
+    if (opened) replayer = std::move(*opened);
+  }
+  void Start() { replayer->Start(player_.get(), now_us); }
+  /// Plays until the end or `until_us`; false if it is still going.
+  bool Play(int64_t until_us = 1'000'000'000) {
+    while (now_us < until_us) {
+      const std::optional<int64_t> again = replayer->Advance(now_us);
+      hub_.HandleAll();
+      if (!again) return true;
+      now_us = std::max(now_us, *again);
+    }
+    return false;
+  }
+  void Say(const std::string& channel, const std::vector<uint8_t>& payload) {
+    listener_->Publish(channel, payload.data(), payload.size());
+    hub_.HandleAll();
+  }
+  void AskForInfo(const std::string& from) {
+    ask_t ask{};
+    ask.header.protocol = header_t::PROTOCOL;
+    ask.from = from;
+    ask.kind = ask_t::KIND_INFO;
+    std::vector<uint8_t> payload;
+    bridge::Encode(ask, &payload);
+    Say("synth/LOG/ASK", payload);
+  }
+  std::map<std::string, int> Count() const {
+    std::map<std::string, int> count;
+    for (const Heard& h : heard) ++count[h.channel];
+    return count;
+  }
+
+  bridge::InprocHub hub_;
+  std::unique_ptr<bridge::Bus> listener_, player_;
+  std::unique_ptr<Replayer> replayer;
+  std::vector<Heard> heard;
+  int64_t now_us = 5'000'000;
+};
+
+TEST(ReplayerTest, EveryMessageArrivesOnceInOrderAndByteForByte) {
+  for (const double speed : {0.0, 1.0, 50.0}) {
+    const TempLog file;
+    Rig rig(file.path(), {.speed = speed});
+    rig.Start();
+    ASSERT_TRUE(rig.Play());
+    std::vector<SyntheticEvent> expected = test::SyntheticEvents({});
+    std::erase_if(expected, [](const SyntheticEvent& e) { return e.channel == "synth/END"; });
+    ASSERT_EQ(rig.heard.size(), expected.size()) << speed;
+    for (size_t i = 0; i < expected.size(); ++i) {
+      ASSERT_EQ(rig.heard[i].channel, expected[i].channel);
+      ASSERT_EQ(rig.heard[i].payload, expected[i].payload);
+    }
+  }
+}
+
+TEST(ReplayerTest, PaceIsSimTimeWhateverTheLogsTimestampsSay) {
+  const TempLog file;  // Recorded twenty times faster than sim time.
+  for (const double speed : {0.5, 1.0, 4.0}) {
+    Rig rig(file.path(), {.speed = speed});
+    rig.Start();
+    ASSERT_TRUE(rig.Play());
+    EXPECT_NEAR(static_cast<double>(rig.heard.back().now_us - rig.heard.front().now_us),
+                2e6 / speed, 100.0);
+  }
+}
+
+TEST(ReplayerTest, ControlAndWhatMakesARunNeverGoOut) {
+  std::vector<SyntheticEvent> events = test::SyntheticEvents({});
+  for (const char* channel : {"synth/CONTROL", "synth/HELLO", "synth/m1/ASK", "synth/SIM/ASK"}) {
+    events.insert(events.begin() + 20, {1, channel, {1, 2, 3}});
+  }
+  const TempLog file(test::EncodeLog(events));
+  Rig rig(file.path(), {.speed = 0});
+  rig.Start();
+  ASSERT_TRUE(rig.Play());
+  const auto count = rig.Count();
+  for (const char* channel :
+       {"synth/CONTROL", "synth/HELLO", "synth/m1/ASK", "synth/SIM/ASK", "synth/END"}) {
+    EXPECT_FALSE(count.contains(channel)) << channel;
+  }
+  EXPECT_EQ(rig.replayer->progress().withheld, 5);
+}
+
+TEST(ReplayerTest, NothingIsPublishedIntoALiveRunOfThatName) {
+  const TempLog file;
+  Rig rig(file.path());
+  rig.Start();
+  rig.Play(rig.now_us + 500'000);
+  const std::vector<SyntheticEvent> live = test::SyntheticEvents({});
+  const auto clock = std::find_if(live.begin(), live.end(), [](const SyntheticEvent& e) {
+    return e.channel == "synth/SIM/CLOCK";
+  });
+  rig.Say(clock->channel, clock->payload);
+  rig.heard.clear();
+  EXPECT_TRUE(rig.Play());
+  EXPECT_TRUE(rig.heard.empty());
+  EXPECT_NE(rig.replayer->error().find("live run"), std::string::npos);
+}
+
+TEST(ReplayerTest, RangeIsInSimTimeAndKeepsTheDescription) {
+  const TempLog file;
+  Rig rig(file.path(), {.speed = 0, .from_s = 0.5, .to_s = 1.0});
+  rig.Start();
+  ASSERT_TRUE(rig.Play());
+  const auto count = rig.Count();
+  EXPECT_EQ(count.at("synth/SIM/CLOCK"), 25);
+  EXPECT_EQ(count.at("synth/m2/TRANSFORM"), 25);
+  EXPECT_GE(count.at("synth/INFO"), 1);
+}
+
+TEST(ReplayerTest, ChannelExpressionMatchesWholeNames) {
+  const TempLog file;
+  Rig rig(file.path(), {.speed = 0, .channel = "synth/m[12]/(TRANSFORM|STATUS)"});
+  rig.Start();
+  ASSERT_TRUE(rig.Play());
+  EXPECT_EQ(rig.Count().size(), 4u);
+}
+
+TEST(ReplayerTest, BadExpressionIsAnErrorThatShowsIt) {
+  const TempLog file;
+  const auto replayer = Replayer::Open(file.path(), {.channel = "m[1"});
+  ASSERT_FALSE(replayer.has_value());
+  EXPECT_NE(replayer.error().message.find("m[1"), std::string::npos);
+}
+
+TEST(ReplayerTest, LoopBeginsAgain) {
+  const TempLog file;
+  Rig rig(file.path(), {.speed = 10, .loop = true});
+  rig.Start();
+  EXPECT_FALSE(rig.Play(rig.now_us + 2'500'000));
+  EXPECT_GE(rig.replayer->progress().loops, 4);
+  EXPECT_GE(rig.Count().at("synth/SIM/CLOCK"), 4 * 101);
+}
+
+TEST(ReplayerTest, PausedReplayStepsByTicksAndGoesOnWherePaused) {
+  const TempLog file;
+  Rig rig(file.path(), {.paused = true});
+  rig.Start();
+  rig.Play(rig.now_us + 3'000'000);
+  EXPECT_TRUE(rig.heard.empty());
+  rig.replayer->Step();
+  rig.Play(rig.now_us + 100'000);
+  EXPECT_EQ(rig.Count().at("synth/SIM/CLOCK"), 1);
+  EXPECT_EQ(rig.Count().at("synth/m3/ACTUATOR"), 1);
+  rig.replayer->Step();
+  rig.Play(rig.now_us + 100'000);
+  EXPECT_EQ(rig.Count().at("synth/SIM/CLOCK"), 2);
+  rig.replayer->Resume(rig.now_us);
+  const int64_t begin = rig.now_us;
+  ASSERT_TRUE(rig.Play());
+  EXPECT_NEAR(static_cast<double>(rig.heard.back().now_us - begin), 1.96e6, 1e3);
+  EXPECT_EQ(rig.Count().at("synth/SIM/CLOCK"), 101);
+}
+
+TEST(ReplayerTest, SpeedChangesFromWhereItIs) {
+  const TempLog file;
+  Rig rig(file.path(), {.speed = 1, .listen_us = 0});
+  rig.Start();
+  const int64_t begin = rig.now_us;
+  rig.Play(begin + 1'000'000);
+  rig.replayer->SetSpeed(4, rig.now_us);
+  ASSERT_TRUE(rig.Play());
+  EXPECT_NEAR(static_cast<double>(rig.now_us - begin), 1e6 + 0.25e6, 3e4);
+}
+
+TEST(ReplayerTest, WaitsUntilSoManyAskedForTheDescription) {
+  const TempLog file;
+  Rig rig(file.path(), {.speed = 0, .wait_for = 2});
+  rig.Start();
+  rig.AskForInfo("monitor");
+  rig.AskForInfo("monitor");
+  rig.heard.clear();
+  EXPECT_FALSE(rig.Play(rig.now_us + 5'000'000));
+  EXPECT_TRUE(rig.heard.empty());
+  rig.AskForInfo("spy");
+  EXPECT_TRUE(rig.Play());
+  EXPECT_EQ(rig.Count().at("synth/SIM/CLOCK"), 101);
+}
+
+TEST(ReplayerTest, LogOfForeignChannelsReplaysByItsTimestamps) {
+  std::vector<SyntheticEvent> events;
+  for (int i = 0; i < 11; ++i) events.push_back({1'000'000 + 100'000 * i, "EXAMPLE", {1}});
+  const TempLog file(test::EncodeLog(events));
+  Rig rig(file.path());
+  rig.Start();
+  ASSERT_TRUE(rig.Play());
+  EXPECT_EQ(rig.heard.size(), 11u);
+  EXPECT_EQ(rig.heard.back().now_us - rig.heard.front().now_us, 1'000'000);
+}
+
+TEST(ReplayerTest, DamagedLogReplaysAllThatIsSound) {
+  std::vector<uint8_t> bytes = test::EncodeLog(test::SyntheticEvents({}));
+  for (size_t i = 5'000; i < 9'000; ++i) bytes[i] = 0;
+  const TempLog file(bytes);
+  Rig rig(file.path(), {.speed = 0});
+  EXPECT_GE(rig.replayer->progress().damaged, 1);
+  rig.Start();
+  EXPECT_TRUE(rig.Play());
+  EXPECT_GT(rig.heard.size(), 850u);  // Of 919.
+}
+
+}  // namespace
+}  // namespace morphbus::logger
