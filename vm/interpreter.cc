@@ -86,19 +86,16 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
     at = pc;              \
     goto* kHandlers[*pc]; \
   } while (false)
-#define HANDLE(name)                                       \
-  handle_##name : if (fuel < COST(name)) goto out_of_fuel; \
-  fuel -= COST(name);
+#define HANDLE(name) handle_##name : if ((fuel -= COST(name)) < 0) goto out_of_fuel;
 #define DISPATCH_BEGIN \
   dispatch:            \
   NEXT();
 #define DISPATCH_END
 #else
 #define NEXT() goto dispatch
-#define HANDLE(name)                         \
-  case Opcode::name:                         \
-    if (fuel < COST(name)) goto out_of_fuel; \
-    fuel -= COST(name);
+#define HANDLE(name) \
+  case Opcode::name: \
+    if ((fuel -= COST(name)) < 0) goto out_of_fuel;
 #define DISPATCH_BEGIN \
   dispatch:            \
   at = pc;             \
@@ -435,6 +432,7 @@ returned:
   goto dispatch;
 
 out_of_fuel:
+  fuel += kOpcodes[*at].cost;  // It has not run.
   result.status = RunStatus::kOutOfBudget;
   goto leave;
 waiting:

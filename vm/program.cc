@@ -4,10 +4,7 @@
 
 namespace morphbus::vm {
 
-Cell VerifiedProgram::constant(int i) const {
-  const uint32_t at = constants_begin_ + static_cast<uint32_t>(i) * image::kConstantBytes;
-  return Cell{image::ReadU32(bytes_ + at + 1)};
-}
+static_assert(image::kConstantBytes == 5, "VerifiedProgram::constant reads by it");
 
 bool VerifiedProgram::AcceptsArguments(int function, const Cell* arguments, int count) const {
   if (function < 0 || function >= num_functions_) return false;

@@ -92,7 +92,12 @@ class VerifiedProgram {
   [[nodiscard]] const FunctionInfo& function(int i) const { return functions_[i]; }
   [[nodiscard]] int num_keywords() const { return num_keywords_; }
   [[nodiscard]] const KeywordInfo& keyword(int i) const { return keywords_[i]; }
-  [[nodiscard]] Cell constant(int i) const;
+  /// Value i of the constant table (vm/image.h); inline because programs push constants often.
+  [[nodiscard]] Cell constant(int i) const {
+    const uint8_t* p = bytes_ + constants_begin_ + static_cast<uint32_t>(i) * 5 + 1;
+    return Cell{p[0] | static_cast<uint32_t>(p[1]) << 8 | static_cast<uint32_t>(p[2]) << 16 |
+                static_cast<uint32_t>(p[3]) << 24};
+  }
   /// Name of the source file it was compiled from.
   [[nodiscard]] Text source_name() const { return source_name_; }
   /// True if these are acceptable arguments of a function: right count, each a value of its type.
