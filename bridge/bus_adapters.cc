@@ -46,7 +46,8 @@ struct BusMux::Impl {
     std::erase_if(found->second, [endpoint](const auto& entry) { return entry.first == endpoint; });
     if (!found->second.empty()) return;
     routes->erase(found);
-    bus->Unsubscribe(name);
+    // The bus would drop a channel and a prefix of the same name together.
+    if (!exact.contains(name) && !prefixes.contains(name)) bus->Unsubscribe(name);
   }
 
   Bus* bus;

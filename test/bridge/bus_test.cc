@@ -1,0 +1,425 @@
+// Channels, URLs, the in-process bus and its adapters, outbox, ledger, hashes.
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <morphbus/status_t.hpp>
+
+#include "bridge/bus_adapters.h"
+#include "bridge/channel_filter.h"
+#include "bridge/channels.h"
+#include "bridge/inproc_bus.h"
+#include "bridge/lcm_bus.h"
+#include "bridge/lcm_url.h"
+#include "bridge/outbox.h"
+#include "bridge/sequence_tracker.h"
+#include "bridge/snapshot_file.h"
+#include "bridge/stream_hash.h"
+
+namespace morphbus::bridge {
+namespace {
+
+const std::vector<uint8_t> kBytes = {1, 2, 3};
+
+TEST(Channels, NamesAndBack) {
+  for (const Topic topic : {Topic::kClock, Topic::kSensors, Topic::kWorld}) {
+    const std::string channel = Channel("walk", "SIM", topic);
+    const auto name = ParseChannel(channel);
+    ASSERT_TRUE(name);
+    EXPECT_EQ(name->process, "SIM");
+    EXPECT_EQ(name->topic, topic);
+    EXPECT_TRUE(IsHashed(topic));
+  }
+  EXPECT_EQ(Channel("walk", "m1", Topic::kTransform), "walk/m1/TRANSFORM");
+  EXPECT_EQ(Channel("walk", "LOG", Topic::kAsk), "walk/LOG/ASK");
+  EXPECT_EQ(Channel("walk", "m1", Topic::kHello), "walk/HELLO");
+  const auto name = ParseChannel("walk/m1/STATUS");
+  ASSERT_TRUE(name);
+  EXPECT_EQ(name->run, "walk");
+  EXPECT_EQ(name->process, "m1");
+  EXPECT_FALSE(IsHashed(Topic::kAsk) || IsHashed(Topic::kHello) || IsHashed(Topic::kHealth) ||
+               IsHashed(Topic::kInfo));
+}
+
+TEST(Channels, StrangersAreNone) {
+  for (const char* name :
+       {"", "walk", "/m1/STATUS", "walk//STATUS", "walk/m1/NEWS", "walk/m1/CLOCK", "walk/SIM/STATUS",
+        "walk/m1/HELLO", "walk/STATUS", "walk/a/b/STATUS", "wa lk/m1/STATUS", "LCM_SELF_TEST"}) {
+    EXPECT_FALSE(ParseChannel(name)) << name;
+  }
+}
+
+TEST(Channels, TheLongestNamesFitLcm) {
+  const std::string run(kMaxRunName, 'r'), module(kMaxProcessName, 'm');
+  EXPECT_TRUE(CheckRunName(run));
+  EXPECT_TRUE(CheckModuleName(module));
+  EXPECT_EQ(Channel(run, module, Topic::kTransform).size(), kMaxChannelName);
+  EXPECT_FALSE(CheckRunName(run + "r"));
+  EXPECT_FALSE(CheckModuleName(module + "m"));
+}
+
+TEST(Channels, ReservedAndOddNamesAreRefused) {
+  for (const char* name : {"SIM", "LOG", "HELLO", "INFO", "CONTROL", "END", "", "a b", "a/b", "m.1"}) {
+    EXPECT_FALSE(CheckModuleName(name)) << name;
+  }
+  for (const char* name : {"", "a b", "a/b", "a.b", "ä"}) EXPECT_FALSE(CheckRunName(name)) << name;
+}
+
+TEST(LcmUrl, BufferIsAskedForWhereItIsNot) {
+  const auto plain = ResolveLcmUrl("udpm://239.255.76.67:7667?ttl=0");
+  ASSERT_TRUE(plain);
+  EXPECT_EQ(plain->url, "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304");
+  EXPECT_EQ(plain->port, 7667);
+  EXPECT_EQ(plain->group, 0xefff4c43u);
+  EXPECT_EQ(ResolveLcmUrl("udpm://239.1.2.3:99")->url, "udpm://239.1.2.3:99?recv_buf_size=4194304");
+  EXPECT_EQ(ResolveLcmUrl("udpm://")->url, "udpm://?recv_buf_size=4194304");
+  EXPECT_EQ(ResolveLcmUrl("udpm://?")->url, "udpm://?recv_buf_size=4194304");
+  EXPECT_EQ(ResolveLcmUrl("udpm://?recv_buf_size=5")->url, "udpm://?recv_buf_size=5");
+  EXPECT_EQ(ResolveLcmUrl("memq://")->url, "memq://");
+  EXPECT_EQ(ResolveLcmUrl("file:///tmp/x.log?mode=r")->provider, "file");
+}
+
+TEST(LcmUrl, EnvironmentThenDefault) {
+  setenv("LCM_DEFAULT_URL", "udpm://239.9.9.9:1234?ttl=1", 1);
+  EXPECT_EQ(ResolveLcmUrl("")->port, 1234);
+  EXPECT_EQ(ResolveLcmUrl("udpm://239.1.1.1:55")->port, 55);
+  unsetenv("LCM_DEFAULT_URL");
+  EXPECT_EQ(ResolveLcmUrl("")->url, kDefaultLcmUrl);
+}
+
+TEST(LcmUrl, BadOnesAreRefusedInOneSentence) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"239.255.76.67:7667", "has no provider"},
+      {"carrier://pigeon", "names the provider 'carrier', which LCM does not have"},
+      {"udpm://10.0.0.1:7667", "has the group 10.0.0.1, which is no multicast address"},
+      {"udpm://239.255.76:7667", "is not an IPv4 address"},
+      {"udpm://239.255.76.67:0", "is not a number from 1 to 65535"},
+      {"udpm://239.255.76.67:70000", "is not a number from 1 to 65535"},
+      {"udpm://239.255.76.67:7667?ttl=300", "is not a number from 0 to 255"},
+      {"udpm://239.255.76.67:7667?ttl", "is not written name=value"},
+      {"udpm://239.255.76.67:7667?tll=1", "has the option 'tll', which LCM does not know"},
+  };
+  for (const auto& [url, why] : cases) {
+    const auto result = ResolveLcmUrl(url);
+    ASSERT_FALSE(result) << url;
+    EXPECT_NE(result.error().message.find(why), std::string::npos) << result.error().message;
+  }
+}
+
+TEST(InprocBus, DeliversInOrderOfPublicationToEverybodyWhoListens) {
+  InprocHub hub;
+  const auto a = hub.Connect(), b = hub.Connect(), c = hub.Connect();
+  std::vector<std::string> heard;
+  const auto note = [&heard](const std::string& who) {
+    return [&heard, who](std::string_view channel, const uint8_t*, size_t) {
+      heard.push_back(who + ":" + std::string(channel));
+    };
+  };
+  a->Subscribe("x", note("a"));
+  b->SubscribePrefix("", note("b"));
+  c->Publish("y", kBytes.data(), kBytes.size());
+  a->Publish("x", kBytes.data(), kBytes.size());
+  EXPECT_EQ(hub.HandleAll(), 3);
+  EXPECT_EQ(heard, (std::vector<std::string>{"a:x", "b:y", "b:x"}));
+  a->Unsubscribe("x");
+  a->Publish("x", kBytes.data(), kBytes.size());
+  EXPECT_EQ(hub.HandleAll(), 1);
+}
+
+TEST(InprocBus, QueueIsBoundedAndCounts) {
+  InprocHub hub;
+  const auto a = hub.Connect();
+  int heard = 0;
+  a->Subscribe("x", [&heard](std::string_view, const uint8_t*, size_t) { ++heard; });
+  for (size_t i = 0; i < kBusQueueDepth + 10; ++i) a->Publish("x", kBytes.data(), kBytes.size());
+  hub.HandleAll();
+  EXPECT_EQ(heard, static_cast<int>(kBusQueueDepth));
+  EXPECT_EQ(a->queue_overflows(), 10);
+}
+
+TEST(InprocBus, HandlersMayUnsubscribeThemselves) {
+  InprocHub hub;
+  const auto a = hub.Connect();
+  int heard = 0;
+  a->Subscribe("x", [&](std::string_view, const uint8_t*, size_t) {
+    a->Unsubscribe("x");
+    ++heard;
+  });
+  for (int i = 0; i < 3; ++i) a->Publish("x", kBytes.data(), kBytes.size());
+  hub.HandleAll();
+  EXPECT_EQ(heard, 1);
+}
+
+TEST(BusMux, PartiesShareABusInOrder) {
+  InprocHub hub;
+  const auto bus = hub.Connect(), other = hub.Connect();
+  BusMux mux(bus.get());
+  auto first = mux.Connect(), second = mux.Connect();
+  std::string heard;
+  second->Subscribe("x", [&heard](std::string_view, const uint8_t*, size_t) { heard += '2'; });
+  first->Subscribe("x", [&heard](std::string_view, const uint8_t*, size_t) { heard += '1'; });
+  first->SubscribePrefix("x", [&heard](std::string_view, const uint8_t*, size_t) { heard += 'p'; });
+  other->Publish("x", kBytes.data(), kBytes.size());
+  hub.HandleAll();
+  EXPECT_EQ(heard, "12p");
+  first.reset();
+  other->Publish("x", kBytes.data(), kBytes.size());
+  hub.HandleAll();
+  EXPECT_EQ(heard, "12p2");
+}
+
+TEST(Ledger, CountsInjectedLossExactly) {
+  for (const double loss : {0.0, 0.01, 0.2, 0.7}) {
+    InprocHub hub;
+    const auto sender = hub.Connect(), receiver = hub.Connect();
+    int64_t discarded = 0;
+    LossyBus lossy(receiver.get(), loss, 42, &discarded);
+    Ledger ledger;
+    SequenceTracker tracker;
+    int64_t last = -1, heard = 0;
+    lossy.Subscribe("x", [&](std::string_view, const uint8_t* data, size_t) {
+      last = data[0] | data[1] << 8;
+      tracker.Take(last, &ledger);
+      ++heard;
+    });
+    constexpr int64_t kSent = 5000;
+    for (int64_t i = 0; i < kSent; ++i) {
+      const uint8_t number[] = {static_cast<uint8_t>(i), static_cast<uint8_t>(i >> 8)};
+      sender->Publish("x", number, 2);
+      hub.HandleAll();
+    }
+    const int64_t head_and_tail = kSent - 1 - last;  // The tail shows with the next message only.
+    EXPECT_EQ(heard + discarded, kSent);
+    const int64_t first = kSent - heard - ledger.lost - head_and_tail;  // Lost before the first heard.
+    EXPECT_GE(first, 0);
+    EXPECT_EQ(ledger.lost + head_and_tail + first, discarded);
+    if (loss == 0.2) {
+      EXPECT_NEAR(static_cast<double>(discarded) / kSent, loss, 0.02);
+    }
+    EXPECT_EQ(ledger.duplicates, 0);
+  }
+}
+
+TEST(Ledger, TellsLateFromRepeated) {
+  Ledger ledger;
+  SequenceTracker tracker;
+  using Kind = SequenceTracker::Kind;
+  EXPECT_EQ(tracker.Take(10, &ledger), Kind::kNext);
+  EXPECT_EQ(tracker.Take(13, &ledger), Kind::kAfterGap);
+  EXPECT_EQ(ledger.lost, 2);
+  EXPECT_EQ(tracker.Take(12, &ledger), Kind::kLate);
+  EXPECT_EQ(tracker.Take(12, &ledger), Kind::kDuplicate);
+  EXPECT_EQ(tracker.Take(14, &ledger), Kind::kNext);
+  EXPECT_EQ(tracker.Take(13, &ledger), Kind::kDuplicate);
+  EXPECT_EQ(ledger.lost, 2);
+  EXPECT_EQ(ledger.duplicates, 2);
+  EXPECT_EQ(tracker.Take(1000, &ledger), Kind::kAfterGap);
+  EXPECT_EQ(tracker.Take(20, &ledger), Kind::kDuplicate) << "too long ago to know";
+}
+
+TEST(LossyBus, IsTheSameWithTheSameSeed) {
+  const auto pattern = [](uint64_t seed) {
+    InprocHub hub;
+    const auto endpoint = hub.Connect();
+    int64_t discarded = 0;
+    LossyBus lossy(endpoint.get(), 0.5, seed, &discarded);
+    std::string heard;
+    lossy.Subscribe("x", [&heard](std::string_view, const uint8_t* data, size_t) {
+      heard += static_cast<char>('a' + data[0] % 26);
+    });
+    for (uint8_t i = 0; i < 100; ++i) lossy.Publish("x", &i, 1);
+    hub.HandleAll();
+    return heard;
+  };
+  EXPECT_EQ(pattern(1), pattern(1));
+  EXPECT_NE(pattern(1), pattern(2));
+}
+
+class OutboxTest : public testing::Test {
+ protected:
+  OutboxTest() {
+    heard_bus_->SubscribePrefix("", [this](std::string_view channel, const uint8_t* data, size_t size) {
+      heard_.emplace_back(std::string(channel), std::vector<uint8_t>(data, data + size));
+    });
+  }
+  void SendStatus(Outbox* outbox, int64_t tick) {
+    morphbus::status_t status;
+    status.module_id = 1;
+    status.incarnation = 1;
+    status.role = -1;
+    status.frozen = status.has_pose = status.pose_stale = 0;
+    status.num_labels = status.num_joints = status.num_tasks = status.num_faults = 0;
+    status.tasks_omitted = 0;
+    status.faults_dropped = 0;
+    outbox->Send("run/m1/STATUS", tick, tick * 20000, &status);
+    hub_.HandleAll();
+  }
+
+  InprocHub hub_;
+  std::unique_ptr<Bus> bus_ = hub_.Connect(), heard_bus_ = hub_.Connect();
+  Ledger ledger_;
+  Speaker speaker_{"run", "m1", 7, 8};
+  std::vector<std::pair<std::string, std::vector<uint8_t>>> heard_;
+};
+
+TEST_F(OutboxTest, NumbersMessagesAndRepeatsThemByteForByte) {
+  Outbox outbox(bus_.get(), speaker_, &ledger_);
+  for (int64_t tick = 0; tick < 40; ++tick) SendStatus(&outbox, tick);
+  ASSERT_EQ(heard_.size(), 40u);
+  for (size_t i = 0; i < heard_.size(); ++i) {
+    morphbus::status_t status;
+    ASSERT_TRUE(Decode(heard_[i].second.data(), heard_[i].second.size(), {7, 8}, &status));
+    EXPECT_EQ(status.header.sequence, static_cast<int64_t>(i));
+  }
+  EXPECT_EQ(outbox.count("run/m1/STATUS"), 40);
+  EXPECT_EQ(outbox.Resend("run/m1/STATUS", 0, 1000), kKeptTicks) << "the last 16 ticks are kept";
+  hub_.HandleAll();
+  for (size_t i = 0; i < 16; ++i) EXPECT_EQ(heard_[40 + i], heard_[24 + i]);
+  EXPECT_EQ(outbox.Resend("run/m1/STATUS", 0, 23), 0);
+  EXPECT_EQ(outbox.Resend("run/m2/STATUS", 0, 99), 0);
+  EXPECT_EQ(outbox.Resend("run/m1/STATUS", 30, 29), 0);
+  EXPECT_EQ(ledger_.sent, 40);
+  EXPECT_EQ(ledger_.resent, 16);
+}
+
+TEST_F(OutboxTest, TotalsAreTheHashOfAllPayloadsAndResendsDoNotCount) {
+  Outbox outbox(bus_.get(), speaker_, &ledger_);
+  StreamHash expected;
+  for (int64_t tick = 0; tick < 40; ++tick) {
+    SendStatus(&outbox, tick);
+    expected.Update(heard_.back().second.data(), heard_.back().second.size());
+    outbox.Resend("run/m1/STATUS", tick, tick);
+    hub_.HandleAll();
+  }
+  ASSERT_EQ(outbox.totals().size(), 1u);
+  EXPECT_EQ(outbox.totals()[0].count, 40);
+  EXPECT_EQ(outbox.totals()[0].hash, expected.Digest());
+}
+
+TEST_F(OutboxTest, ASavedOutboxGoesOnAsIfNothingHadHappened) {
+  Outbox whole(bus_.get(), speaker_, &ledger_), before(bus_.get(), speaker_, &ledger_);
+  for (int64_t tick = 0; tick < 60; ++tick) SendStatus(&whole, tick);
+  for (int64_t tick = 0; tick < 30; ++tick) SendStatus(&before, tick);
+  std::vector<uint8_t> saved;
+  before.Save(&saved);
+  Outbox after(bus_.get(), speaker_, &ledger_);
+  const auto used = after.Load(saved.data(), saved.size());
+  ASSERT_TRUE(used) << used.error().message;
+  EXPECT_EQ(*used, saved.size());
+  EXPECT_EQ(after.Resend("run/m1/STATUS", 29, 29), 1);
+  for (int64_t tick = 30; tick < 60; ++tick) SendStatus(&after, tick);
+  EXPECT_EQ(after.totals()[0].hash, whole.totals()[0].hash);
+}
+
+TEST_F(OutboxTest, HeldMessagesComeOutInOrder) {
+  Outbox outbox(bus_.get(), speaker_, &ledger_);
+  outbox.Hold();
+  SendStatus(&outbox, 0);
+  SendStatus(&outbox, 1);
+  EXPECT_TRUE(heard_.empty());
+  outbox.Release();
+  hub_.HandleAll();
+  ASSERT_EQ(heard_.size(), 2u);
+  morphbus::header_t header;
+  ASSERT_TRUE(DecodeHeader(heard_[0].second.data(), heard_[0].second.size(), &header));
+  EXPECT_EQ(header.tick, 0);
+}
+
+TEST(RunHashTest, CountsHashedChannelsUnderTheirNamesWithinTheRun) {
+  const ChannelTotal a{"one/m1/STATUS", 3, 77, true}, b{"one/m2/STATUS", 3, 77, true};
+  const ChannelTotal health{"one/m1/HEALTH", 9, 1, false};
+  const std::string hash = RunHash({a, b});
+  EXPECT_EQ(hash.size(), 32u);
+  EXPECT_EQ(RunHash({b, a, health}), hash);
+  EXPECT_EQ(RunHash({{"two/m1/STATUS", 3, 77, true}, {"two/m2/STATUS", 3, 77, true}}), hash);
+  EXPECT_NE(RunHash({a}), hash);
+  EXPECT_NE(RunHash({a, {"one/m2/STATUS", 4, 77, true}}), hash);
+  EXPECT_NE(RunHash({a, {"one/m2/STATUS", 3, 78, true}}), hash);
+  EXPECT_NE(RunHash({a, {"one/m3/STATUS", 3, 77, true}}), hash);
+}
+
+TEST(StreamHashTest, IsXxh3OfTheWhole) {
+  // XXH3_64bits of the empty input, from xxHash's own specification.
+  EXPECT_EQ(StreamHash().Digest(), 0x2d06800538d394c2u);
+  std::vector<uint8_t> bytes(5000);
+  for (size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<uint8_t>(i * 31);
+  StreamHash whole, pieces;
+  whole.Update(bytes.data(), bytes.size());
+  for (size_t i = 0; i < bytes.size(); i += 100) pieces.Update(bytes.data() + i, 100);
+  EXPECT_EQ(whole.Digest(), pieces.Digest());
+}
+
+TEST(SnapshotFileTest, KeepsTheNewestWholeSnapshot) {
+  const std::string path = testing::TempDir() + "snapshot_" + std::to_string(getpid());
+  {
+    auto file = SnapshotFile::Open(path);
+    ASSERT_TRUE(file) << file.error().message;
+    EXPECT_TRUE(file->Read().empty());
+    file->Write({1, 2, 3});
+    file->Write({4, 5});
+    EXPECT_EQ(file->Read(), (std::vector<uint8_t>{4, 5}));
+  }
+  auto again = SnapshotFile::Open(path);
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->Read(), (std::vector<uint8_t>{4, 5}));
+  unlink(path.c_str());
+  EXPECT_FALSE(SnapshotFile::Open("/nonexistent/snapshot"));
+}
+
+// A reference interpreter of the few BPF instructions the filter uses.
+bool Passes(const std::vector<sock_filter>& program, const std::vector<uint8_t>& packet) {
+  uint32_t a = 0;
+  for (size_t pc = 0; pc < program.size(); ++pc) {
+    const sock_filter& f = program[pc];
+    if (BPF_CLASS(f.code) == BPF_RET) return f.k != 0;
+    if (BPF_CLASS(f.code) == BPF_LD) {
+      const size_t bytes = BPF_SIZE(f.code) == BPF_W ? 4 : (BPF_SIZE(f.code) == BPF_H ? 2 : 1);
+      if (f.k + bytes > packet.size()) return false;
+      a = 0;
+      for (size_t i = 0; i < bytes; ++i) a = a << 8 | packet[f.k + i];
+    } else {
+      pc += a == f.k ? f.jt : f.jf;
+    }
+  }
+  ADD_FAILURE() << "the program runs off its end";
+  return false;
+}
+
+std::vector<uint8_t> Packet(const std::string& magic, const std::string& channel, size_t payload) {
+  std::vector<uint8_t> packet(8, 0);
+  packet.insert(packet.end(), magic.begin(), magic.end());
+  packet.insert(packet.end(), 4, 0);
+  packet.insert(packet.end(), channel.begin(), channel.end());
+  packet.push_back(0);
+  packet.insert(packet.end(), payload, 0x55);
+  return packet;
+}
+
+TEST(ChannelFilter, PassesExactlyTheChannels) {
+  const std::vector<std::string> wanted = {"run/SIM/CLOCK", "run/SIM/SENSORS", "run/m1/ASK",
+                                           "run/m12/TRANSFORM", "x"};
+  const auto program = BuildChannelFilter(wanted);
+  for (const size_t payload : {size_t{0}, size_t{1}, size_t{60}}) {
+    for (const std::string& channel : wanted) {
+      EXPECT_TRUE(Passes(program, Packet("LC02", channel, payload))) << channel << " " << payload;
+    }
+    for (const char* other : {"run/SIM/CLOC", "run/SIM/CLOCKS", "run/m1/TRANSFORM", "run/m2/ASK", "",
+                              "y", "run/m12/TRANSFORMX", "walk/SIM/CLOCK"}) {
+      EXPECT_FALSE(Passes(program, Packet("LC02", other, payload))) << other;
+    }
+  }
+  EXPECT_TRUE(Passes(program, Packet("LC03", "anything", 0))) << "fragments";
+  EXPECT_FALSE(Passes(program, Packet("HTTP", "x", 0)));
+  EXPECT_FALSE(Passes(program, {1, 2, 3}));
+}
+
+TEST(ChannelFilter, TooManyChannelsMeanNoFilter) {
+  std::vector<std::string> channels;
+  for (int i = 0; i < 1000; ++i) channels.push_back(std::string(50, 'a') + std::to_string(i));
+  EXPECT_TRUE(BuildChannelFilter(channels).empty());
+  channels.resize(60);
+  EXPECT_FALSE(BuildChannelFilter(channels).empty());
+}
+
+}  // namespace
+}  // namespace morphbus::bridge

@@ -1,0 +1,408 @@
+#include "bridge/codec.h"
+
+#include <gtest/gtest.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <morphbus/actuator_t.hpp>
+#include <morphbus/info_part_t.hpp>
+#include <morphbus/sensors_t.hpp>
+#include <morphbus/transform_t.hpp>
+#include <random>
+
+#include "bridge/info_parts.h"
+#include "bridge/outbox.h"
+#include "bridge/vm_codec.h"
+#include "test/bridge/sample_messages.h"
+
+namespace morphbus::bridge {
+namespace {
+
+/// Makes the CRC fit again after bytes were changed, as a forger would.
+void Forge(std::vector<uint8_t>* bytes) {
+  if (bytes->size() >= 12) internal::PatchCrc(bytes);
+}
+
+TEST(Crc, IsTheCrc32OfTheMessageWithItsFieldZero) {
+  // An independent bit-by-bit CRC-32 (reflected, polynomial 0xedb88320).
+  const auto reference = [](const std::vector<uint8_t>& bytes) {
+    uint32_t crc = 0xffffffff;
+    for (const uint8_t byte : bytes) {
+      crc ^= byte;
+      for (int i = 0; i < 8; ++i) crc = crc & 1 ? crc >> 1 ^ 0xedb88320 : crc >> 1;
+    }
+    return ~crc;
+  };
+  const std::string check = "123456789";
+  EXPECT_EQ(reference({check.begin(), check.end()}), 0xcbf43926u) << "the CRC's own check value";
+  for (const SampleMessage& sample : SampleMessages()) {
+    std::vector<uint8_t> bytes = sample.bytes;
+    const uint32_t stored = static_cast<uint32_t>(bytes[8]) << 24 | static_cast<uint32_t>(bytes[9]) << 16 |
+                            static_cast<uint32_t>(bytes[10]) << 8 | bytes[11];
+    std::fill(bytes.begin() + 8, bytes.begin() + 12, 0);
+    EXPECT_EQ(stored, reference(bytes)) << sample.type;
+  }
+}
+
+TEST(Codec, EveryTypeSurvivesEncodingAndDecoding) {
+  for (const SampleMessage& sample : SampleMessages()) {
+    const auto again = sample.recode(sample.bytes.data(), sample.bytes.size());
+    ASSERT_TRUE(again) << sample.type << ": " << again.error().message;
+    EXPECT_EQ(*again, sample.bytes) << sample.type;
+    EXPECT_LE(sample.bytes.size(), kMaxPayloadBytes) << sample.type;
+  }
+}
+
+TEST(Codec, NoTypeIsTakenForAnother) {
+  const std::vector<SampleMessage> samples = SampleMessages();
+  for (const SampleMessage& message : samples) {
+    for (const SampleMessage& reader : samples) {
+      const bool taken = reader.recode(message.bytes.data(), message.bytes.size()).has_value();
+      EXPECT_EQ(taken, message.type == reader.type) << message.type << " as " << reader.type;
+    }
+  }
+}
+
+TEST(Codec, EveryFlippedBitIsNoticed) {
+  for (const SampleMessage& sample : SampleMessages()) {
+    for (size_t i = 0; i < sample.bytes.size(); ++i) {
+      for (int bit = 0; bit < 8; ++bit) {
+        std::vector<uint8_t> bytes = sample.bytes;
+        bytes[i] = static_cast<uint8_t>(bytes[i] ^ 1 << bit);
+        EXPECT_FALSE(sample.recode(bytes.data(), bytes.size())) << sample.type << " byte " << i;
+      }
+    }
+  }
+}
+
+TEST(Codec, EveryCutAndEveryExtraByteIsRefusedEvenWithAFittingCrc) {
+  for (const SampleMessage& sample : SampleMessages()) {
+    for (size_t size = 0; size <= sample.bytes.size() + 1; ++size) {
+      if (size == sample.bytes.size()) continue;
+      std::vector<uint8_t> bytes = sample.bytes;
+      bytes.resize(size);
+      Forge(&bytes);
+      EXPECT_FALSE(sample.recode(bytes.data(), bytes.size())) << sample.type << " size " << size;
+    }
+  }
+}
+
+TEST(Codec, AForgedByteIsRefusedOrStillDecodesToTheSameBytes) {
+  // Whatever is accepted must mean exactly its bytes: no length, text or flag is read leniently.
+  for (const SampleMessage& sample : SampleMessages()) {
+    for (size_t i = 0; i < sample.bytes.size(); ++i) {
+      for (int value = 0; value < 256; ++value) {
+        std::vector<uint8_t> bytes = sample.bytes;
+        bytes[i] = static_cast<uint8_t>(value);
+        Forge(&bytes);
+        const auto again = sample.recode(bytes.data(), bytes.size());
+        if (again) {
+          ASSERT_EQ(*again, bytes) << sample.type << " byte " << i << " = " << value;
+        }
+      }
+    }
+  }
+}
+
+TEST(Codec, ForgedNoiseNeverCrashesOrGrowsMemory) {
+  std::mt19937 random(1);
+  for (const SampleMessage& sample : SampleMessages()) {
+    for (int round = 0; round < 3000; ++round) {
+      std::vector<uint8_t> bytes = sample.bytes;
+      for (int k = 0; k < 6; ++k) {
+        const size_t at = 16 + random() % (bytes.size() - 16);
+        for (size_t i = at; i < std::min(bytes.size(), at + 4); ++i) {
+          bytes[i] = static_cast<uint8_t>(random() % 3 == 0 ? 0xff : random());
+        }
+      }
+      Forge(&bytes);
+      const auto again = sample.recode(bytes.data(), bytes.size());
+      if (again) {
+        EXPECT_EQ(*again, bytes);
+      }
+    }
+  }
+}
+
+TEST(Codec, ExpectationsAreChecked) {
+  const SampleMessage sample = SampleMessages()[5];
+  ASSERT_EQ(sample.type, "actuator_t");
+  morphbus::actuator_t out;
+  const auto decode = [&](uint64_t model, uint64_t program) {
+    return Decode(sample.bytes.data(), sample.bytes.size(), {model, program}, &out).has_value();
+  };
+  const uint64_t model = 0x1122334455667788, program = ~model + 1;
+  EXPECT_TRUE(decode(0, 0));
+  EXPECT_TRUE(decode(model, program));
+  EXPECT_FALSE(decode(model + 1, program));
+  EXPECT_FALSE(decode(model, program + 1));
+}
+
+TEST(Codec, AnotherProtocolIsRefusedWithBothNumbers) {
+  std::vector<uint8_t> bytes = SampleMessages()[0].bytes;
+  bytes[15] = 2;
+  Forge(&bytes);
+  morphbus::transform_t out;
+  const auto result = Decode(bytes.data(), bytes.size(), {}, &out);
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().message, "the message speaks protocol 2, this build 1");
+}
+
+template <class M, class Change>
+std::string WhyRefused(size_t sample, const Change& change) {
+  const SampleMessage message = SampleMessages()[sample];
+  M m;
+  EXPECT_TRUE(Decode(message.bytes.data(), message.bytes.size(), {}, &m));
+  change(&m);
+  std::vector<uint8_t> bytes;
+  Encode(m, &bytes);
+  M out;
+  const auto result = Decode(bytes.data(), bytes.size(), {}, &out);
+  return result ? "" : result.error().message.substr(result.error().message.find(": ") + 2);
+}
+
+TEST(Codec, ImpossibleValuesAreRefused) {
+  using morphbus::actuator_t, morphbus::sensors_t, morphbus::transform_t;
+  const double nan = std::nan("");
+  const auto infinity = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(WhyRefused<sensors_t>(1, [](sensors_t*) {}), "");
+  EXPECT_EQ(WhyRefused<sensors_t>(1, [&](sensors_t* m) { m->modules[0].joint_position_si[1] = nan; }),
+            "a number is not finite");
+  EXPECT_EQ(WhyRefused<sensors_t>(1, [&](sensors_t* m) { m->modules[1].joint_velocity_si[0] = infinity; }),
+            "a number is not finite");
+  EXPECT_EQ(WhyRefused<actuator_t>(5, [&](actuator_t* m) { m->joints[0].target_si = nan; }),
+            "a number is not finite");
+  EXPECT_EQ(WhyRefused<actuator_t>(5, [&](actuator_t* m) { m->joints[0].mode = 3; }),
+            "a number is out of range");
+  EXPECT_EQ(WhyRefused<transform_t>(0, [](transform_t* m) { m->docked[0].connector = vm::kMaxConnectors; }),
+            "a number is out of range");
+  EXPECT_EQ(WhyRefused<transform_t>(0, [](transform_t* m) { m->module_id = -1; }),
+            "a number is out of range");
+  EXPECT_EQ(WhyRefused<transform_t>(0, [](transform_t* m) {
+              for (float& q : m->link_poses[1].orientation_wxyz) q = 0;
+            }),
+            "a quaternion is not of unit length");
+  EXPECT_EQ(WhyRefused<sensors_t>(1, [](sensors_t* m) { m->part = 2; }),
+            "a part's number is not below the number of parts");
+  EXPECT_EQ(WhyRefused<transform_t>(0, [](transform_t* m) { m->fragments[0].offset = 257; }),
+            "a piece lies beyond the image's end");
+  EXPECT_EQ(WhyRefused<transform_t>(0, [](transform_t* m) { m->body_entries.resize(49);
+                                                            m->num_body_entries = 49; }),
+            "a number is out of range");
+}
+
+TEST(Codec, ATextWithANulInsideIsRefused) {
+  SampleMessage sample = SampleMessages()[1];
+  ASSERT_EQ(sample.type, "sensors_t");
+  const std::string name("m1", 3);
+  const auto at = std::search(sample.bytes.begin(), sample.bytes.end(), name.begin(), name.end());
+  ASSERT_NE(at, sample.bytes.end());
+  *at = 0;
+  Forge(&sample.bytes);
+  const auto result = sample.recode(sample.bytes.data(), sample.bytes.size());
+  ASSERT_FALSE(result);
+  EXPECT_NE(result.error().message.find("a text does not end with its only NUL"), std::string::npos);
+}
+
+TEST(Codec, MessagesOverADatagramAreRefused) {
+  morphbus::sensors_t sensors;
+  sensors.header.protocol = morphbus::header_t::PROTOCOL;
+  sensors.header.tick = sensors.header.sim_time_us = sensors.header.sequence = 0;
+  sensors.part = 0;
+  sensors.num_parts = 1;
+  sensors.num_requests = sensors.num_pieces = 0;
+  morphbus::module_sensors_t reading;
+  reading.module_id = 0;
+  reading.name = "m";
+  reading.num_joints = reading.num_docked = 0;
+  sensors.modules.assign(200, reading);
+  sensors.num_modules = 200;
+  std::vector<uint8_t> bytes;
+  Encode(sensors, &bytes);
+  ASSERT_GT(bytes.size(), kMaxPayloadBytes);
+  EXPECT_FALSE(Decode(bytes.data(), bytes.size(), {}, &sensors));
+}
+
+TEST(Codec, TheFullestNeighbourMessageFitsADatagramAndSurvives) {
+  std::mt19937 random(2);
+  vm::NeighbourMessage message;
+  message.num_links = vm::kMaxLinks;
+  message.num_docked = vm::kMaxNeighbours;
+  // As the VM shares out the tail.
+  int left = vm::kMessageTailBytes;
+  while (message.num_invocations < vm::kMaxMessageInvocations) {
+    vm::Invocation& invocation = message.invocations[message.num_invocations++];
+    invocation.num_arguments = vm::kMaxArguments;
+    invocation.id = 1;
+    left -= vm::kInvocationWireBytes;
+  }
+  while (message.num_acks < vm::kMaxMessageAcks) {
+    ++message.num_acks;
+    left -= vm::kAckWireBytes;
+  }
+  for (; left >= vm::kBodyEntryWireBytes && message.num_body_entries < vm::kMaxMessageBodyEntries;
+       left -= vm::kBodyEntryWireBytes) {
+    message.body_entries[message.num_body_entries++].stamp = static_cast<int64_t>(random() % 100000);
+  }
+  morphbus::transform_t wire;
+  ToTransform(message, &wire);
+  wire.header = morphbus::header_t();
+  wire.header.protocol = morphbus::header_t::PROTOCOL;
+  wire.header.tick = wire.header.sim_time_us = wire.header.sequence = 0;
+  wire.header.model_hash = wire.header.program_hash = 0;
+  std::vector<uint8_t> bytes;
+  Encode(wire, &bytes);
+  EXPECT_LE(bytes.size(), kMaxPayloadBytes);
+  morphbus::transform_t decoded;
+  const auto result = Decode(bytes.data(), bytes.size(), {}, &decoded);
+  ASSERT_TRUE(result) << result.error().message;
+  vm::NeighbourMessage back;
+  FromTransform(decoded, &back);
+  EXPECT_EQ(back.num_body_entries, message.num_body_entries);
+  for (int i = 0; i < back.num_body_entries; ++i) {
+    EXPECT_EQ(back.body_entries[i].stamp, message.body_entries[i].stamp);
+  }
+}
+
+TEST(Codec, AStatusWithMoreFaultsThanFitBecomesSeveral) {
+  vm::StatusReport report{};
+  report.role = 0;
+  report.num_labels = vm::kMaxLabels;
+  report.num_tasks = vm::kMaxTasks;
+  report.num_faults = vm::kMaxFaultsPerTick;
+  report.faults_dropped = 3;
+  for (int i = 0; i < vm::kMaxFaultsPerTick; ++i) {
+    report.faults[i].code = vm::FaultCode::kStalled;
+    report.faults[i].line = static_cast<uint16_t>(i + 1);
+    report.faults[i].value = std::numeric_limits<float>::quiet_NaN();
+  }
+  StatusNames names;
+  const std::string longest(200, 'x');
+  names.type_name = names.role_name = longest;
+  names.label_names.assign(vm::kMaxLabels, longest);
+  names.task_functions.assign(vm::kMaxTasks, longest);
+  names.fault_functions.assign(vm::kMaxFaultsPerTick, longest);
+  names.fault_texts.assign(vm::kMaxFaultsPerTick, longest);
+  std::vector<morphbus::status_t> messages = ToStatus(report, names, 1, 1, vm::kMaxJoints);
+  EXPECT_GT(messages.size(), 1u);
+  int line = 0, dropped = 0;
+  for (morphbus::status_t& message : messages) {
+    message.header.protocol = morphbus::header_t::PROTOCOL;
+    message.header.tick = message.header.sim_time_us = message.header.sequence = 0;
+    std::vector<uint8_t> bytes;
+    Encode(message, &bytes);
+    EXPECT_LE(bytes.size(), kMaxPayloadBytes);
+    morphbus::status_t decoded;
+    const auto result = Decode(bytes.data(), bytes.size(), {}, &decoded);
+    ASSERT_TRUE(result) << result.error().message;
+    EXPECT_EQ(decoded.num_labels, vm::kMaxLabels) << "labels are never left out";
+    EXPECT_EQ(decoded.num_tasks + decoded.tasks_omitted, vm::kMaxTasks);
+    for (const morphbus::fault_t& fault : decoded.faults) EXPECT_EQ(fault.line, ++line);
+    dropped += decoded.faults_dropped;
+  }
+  EXPECT_EQ(line, vm::kMaxFaultsPerTick) << "every fault, once, in order";
+  EXPECT_EQ(dropped, 3);
+}
+
+TEST(Codec, NamesAreCutBetweenCharacters) {
+  vm::StatusReport report{};
+  StatusNames names;
+  names.type_name = std::string(47, 'a') + "ä";  // 49 bytes; the 48th is half a character.
+  EXPECT_EQ(ToStatus(report, names, 0, 1, 0).front().type_name, std::string(47, 'a'));
+}
+
+TEST(Codec, SensorsPartsFitWhateverIsDocked) {
+  for (const int connectors : {6, vm::kMaxConnectors}) {
+    std::vector<morphbus::module_sensors_t> modules(100);
+    for (size_t i = 0; i < modules.size(); ++i) {
+      modules[i].module_id = static_cast<int16_t>(i);
+      modules[i].name = "module_" + std::to_string(i);
+      modules[i].num_joints = 2;
+      modules[i].joint_position_si.assign(2, 0);
+      modules[i].joint_velocity_si.assign(2, 0);
+    }
+    const auto parts = SplitSensors(modules, std::vector<int>(100, connectors));
+    size_t next = 0;
+    for (const std::vector<size_t>& part : parts) {
+      morphbus::sensors_t sensors;
+      for (const size_t i : part) {
+        EXPECT_EQ(i, next++) << "in order, each once";
+        morphbus::module_sensors_t full = modules[i];
+        full.docked.resize(static_cast<size_t>(std::min(connectors, vm::kMaxNeighbours)));
+        full.num_docked = static_cast<int8_t>(full.docked.size());
+        sensors.modules.push_back(full);
+      }
+      sensors.num_modules = static_cast<int16_t>(sensors.modules.size());
+      vm::InvokeRequest request;
+      request.num_arguments = vm::kMaxArguments;
+      sensors.num_requests = vm::kMaxRequests;
+      for (int r = 0; r < vm::kMaxRequests; ++r) ToRequest(request, 1, &sensors.requests.emplace_back());
+      sensors.num_pieces = 1;
+      sensors.pieces.resize(1);
+      sensors.pieces[0].size = kMaxDeployPiece;
+      sensors.pieces[0].bytes.resize(kMaxDeployPiece);
+      EXPECT_LE(static_cast<size_t>(sensors.getEncodedSize()), kMaxPayloadBytes);
+    }
+    EXPECT_EQ(next, 100u);
+  }
+}
+
+TEST(Codec, NineTypicalModulesNeedOneSensorsPart) {
+  std::vector<morphbus::module_sensors_t> modules(9);
+  for (morphbus::module_sensors_t& module : modules) {
+    module.name = "m1";
+    module.num_joints = 2;
+  }
+  EXPECT_EQ(SplitSensors(modules, std::vector<int>(9, 6)).size(), 1u);
+}
+
+TEST(Codec, OwnReadingsMustFitTheType) {
+  morphbus::module_sensors_t reading;
+  reading.name = "m1";
+  reading.num_joints = 1;
+  reading.joint_position_si = {0.5};
+  reading.joint_velocity_si = {0};
+  morphbus::docked_connector_t docked;
+  docked.connector = 3;
+  docked.mate_module = 7;
+  reading.docked = {docked};
+  vm::TickInput input;
+  ASSERT_TRUE(FromSensors(reading, 1, 4, &input));
+  EXPECT_EQ(input.joint_position[0], 0.5);
+  EXPECT_TRUE(input.connectors[3].docked);
+  EXPECT_EQ(input.connectors[3].mate_module, 7);
+  EXPECT_FALSE(FromSensors(reading, 2, 4, &input)) << "joints";
+  EXPECT_FALSE(FromSensors(reading, 1, 3, &input)) << "connector beyond the type's";
+  reading.docked = {docked, docked};
+  EXPECT_FALSE(FromSensors(reading, 1, 4, &input)) << "one connector twice";
+}
+
+TEST(Info, PartsComeTogetherInAnyOrder) {
+  std::string description;
+  for (int i = 0; i < 10000; ++i) description += static_cast<char>(i * 7);
+  for (const std::string& text : {description, std::string(), std::string("x")}) {
+    std::vector<morphbus::info_part_t> parts = SplitInfo(text);
+    InfoAssembler assembler;
+    std::optional<std::string> whole;
+    for (auto part = parts.rbegin(); part != parts.rend(); ++part) {
+      EXPECT_LE(static_cast<size_t>(part->getEncodedSize()), kMaxPayloadBytes);
+      EXPECT_FALSE(whole.has_value());
+      if (part != parts.rbegin()) {
+        EXPECT_FALSE(assembler.Take(parts.back())) << "repeats do no harm";
+      }
+      whole = assembler.Take(*part);
+    }
+    ASSERT_TRUE(whole.has_value());
+    EXPECT_EQ(*whole, text);
+  }
+}
+
+TEST(WireHash, IsThatOfTheTypes) {
+  EXPECT_NE(WireHash(), 0u);
+  EXPECT_EQ(WireHash(), WireHash());
+}
+
+}  // namespace
+}  // namespace morphbus::bridge
