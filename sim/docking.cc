@@ -1,0 +1,151 @@
+#include "sim/docking.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace morphbus::sim {
+namespace {
+
+using model::Docking;
+
+const model::ConnectionOption& OptionOf(const model::Model& model, const Docking& docking) {
+  return model.connection_types[static_cast<size_t>(docking.connection_type)]
+      .options[static_cast<size_t>(docking.option)];
+}
+
+// The state variable that a requirement speaks of, and the index of the value it wants.
+struct Wanted {
+  int module = 0;
+  int connector = 0;
+  size_t variable = 0;
+  int value = 0;
+};
+
+std::vector<Wanted> WantedStates(const model::Model& model, const model::Robot& robot,
+                                 const Docking& docking) {
+  std::vector<Wanted> wanted;
+  for (const model::StateRequirement& requirement : OptionOf(model, docking).states) {
+    const int module = requirement.of_a ? docking.module_a : docking.module_b;
+    const int connector = requirement.of_a ? docking.connector_a : docking.connector_b;
+    const std::vector<model::StateVariable>& variables =
+        model.TypeOf(robot, module).connectors[static_cast<size_t>(connector)].states;
+    for (size_t v = 0; v < variables.size(); ++v) {
+      if (variables[v].name != requirement.variable) continue;
+      const auto& values = variables[v].values;
+      const auto found = std::find(values.begin(), values.end(), requirement.value);
+      if (found == values.end()) continue;
+      wanted.push_back({module, connector, v, static_cast<int>(found - values.begin())});
+    }
+  }
+  return wanted;
+}
+
+// How far links La (of module a) and Lb are from where `option` wants them; infinite if too far.
+double Misfit(const model::ConnectionOption& option, const Pose& X_WLa, const Pose& X_WLb,
+              const Eigen::Vector3d& p_LbCo) {
+  const Pose X_LaLb = X_WLa.inverse() * X_WLb;
+  const double distance = (X_LaLb * p_LbCo - option.X_AB * p_LbCo).norm();
+  const Eigen::AngleAxisd turn(X_LaLb.linear().transpose() * option.X_AB.linear());
+  if (distance > kDockingDistance || std::abs(turn.angle()) > kDockingAngle) return INFINITY;
+  return distance + 0.05 * std::abs(turn.angle());
+}
+
+struct End {
+  int module = 0;
+  int connector = 0;
+};
+
+// The best option with end a as member a.
+void TryPair(const model::Model& model, const model::Robot& robot, const LinkPoseTable& X_WL,
+             End a, End b, const ConnectorStates* states, double* best,
+             std::optional<Docking>* mate) {
+  const auto module_a = static_cast<size_t>(a.module);
+  const auto module_b = static_cast<size_t>(b.module);
+  const int type_a = robot.modules[module_a].type;
+  const int type_b = robot.modules[module_b].type;
+  const model::Connector& connector_a =
+      model.TypeOf(robot, a.module).connectors[static_cast<size_t>(a.connector)];
+  const model::Connector& connector_b =
+      model.TypeOf(robot, b.module).connectors[static_cast<size_t>(b.connector)];
+  for (size_t c = 0; c < model.connection_types.size(); ++c) {
+    const model::ConnectionType& connection = model.connection_types[c];
+    if (connection.type_a != type_a || connection.type_b != type_b) continue;
+    for (size_t o = 0; o < connection.options.size(); ++o) {
+      const model::ConnectionOption& option = connection.options[o];
+      if (option.connector_a != a.connector || option.connector_b != b.connector) continue;
+      const double misfit = Misfit(option, X_WL[module_a][static_cast<size_t>(connector_a.link)],
+                                   X_WL[module_b][static_cast<size_t>(connector_b.link)],
+                                   connector_b.p_MoCo_M);
+      if (!(misfit < *best)) continue;
+      const Docking docking{a.module,    a.connector,         b.module,
+                            b.connector, static_cast<int>(c), static_cast<int>(o)};
+      if (states != nullptr && !StatesAllow(model, robot, *states, docking)) continue;
+      *best = misfit;
+      *mate = docking;
+    }
+  }
+}
+
+}  // namespace
+
+ConnectorStates InitialStates(const model::Model& model, const model::Robot& robot) {
+  ConnectorStates states;
+  for (size_t m = 0; m < robot.modules.size(); ++m) {
+    std::vector<std::vector<int>>& module = states.emplace_back();
+    for (const model::Connector& c : model.TypeOf(robot, static_cast<int>(m)).connectors) {
+      module.emplace_back(c.states.size(), 0);
+    }
+  }
+  for (const Docking& docking : robot.dockings) SetRequiredStates(model, robot, docking, &states);
+  return states;
+}
+
+std::optional<size_t> FindDocking(const model::Robot& robot, int module, int connector) {
+  for (size_t i = 0; i < robot.dockings.size(); ++i) {
+    const Docking& d = robot.dockings[i];
+    if ((d.module_a == module && d.connector_a == connector) ||
+        (d.module_b == module && d.connector_b == connector)) {
+      return i;
+    }
+  }
+  return std::nullopt;
+}
+
+bool StatesAllow(const model::Model& model, const model::Robot& robot,
+                 const ConnectorStates& states, const Docking& docking) {
+  for (const Wanted& w : WantedStates(model, robot, docking)) {
+    if (states[static_cast<size_t>(w.module)][static_cast<size_t>(w.connector)][w.variable] !=
+        w.value) {
+      return false;
+    }
+  }
+  return true;
+}
+
+void SetRequiredStates(const model::Model& model, const model::Robot& robot,
+                       const Docking& docking, ConnectorStates* states) {
+  for (const Wanted& w : WantedStates(model, robot, docking)) {
+    (*states)[static_cast<size_t>(w.module)][static_cast<size_t>(w.connector)][w.variable] =
+        w.value;
+  }
+}
+
+std::optional<Docking> FindMate(const model::Model& model, const model::Robot& robot,
+                                const LinkPoseTable& X_WL, int module, int connector,
+                                const ConnectorStates* states) {
+  std::optional<Docking> mate;
+  double best = INFINITY;
+  const End own{module, connector};
+  for (int m = 0; m < static_cast<int>(robot.modules.size()); ++m) {
+    if (m == module) continue;
+    const auto count = static_cast<int>(model.TypeOf(robot, m).connectors.size());
+    for (int c = 0; c < count; ++c) {
+      if (FindDocking(robot, m, c)) continue;
+      TryPair(model, robot, X_WL, own, {m, c}, states, &best, &mate);
+      TryPair(model, robot, X_WL, {m, c}, own, states, &best, &mate);
+    }
+  }
+  return mate;
+}
+
+}  // namespace morphbus::sim

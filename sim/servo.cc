@@ -1,0 +1,46 @@
+#include "sim/servo.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace morphbus::sim {
+namespace {
+
+// A turning joint that is held fast lets its set-point run ahead by this much at most (rad or m),
+// so that it does not turn on for minutes once it is free.
+constexpr double kLongestLead = 0.25;
+
+// A joint slower than its limit is asked for up to this many times what it lacks: the engine's
+// motors give way under load in proportion to the velocity they are asked for.
+constexpr double kPush = 10.0;
+
+}  // namespace
+
+void Servo::Command(const ServoCommand& command) {
+  command_ = ServoCommand{};
+  if (command.mode == ServoMode::kHold) return;
+  if (!std::isfinite(command.target) || !std::isfinite(command.speed)) return;
+  command_.mode = command.mode;
+  if (command.mode == ServoMode::kPosition) {
+    command_.target = std::clamp(command.target, limits_.lower, limits_.upper);
+    command_.speed = std::min(std::abs(command.speed), limits_.speed);
+  } else {
+    command_.speed = std::clamp(command.speed, -limits_.speed, limits_.speed);
+  }
+}
+
+double Servo::Step(double position, double rate, double dt) {
+  if (command_.mode == ServoMode::kPosition) {
+    const double most = command_.speed * dt;
+    set_point_ += std::clamp(command_.target - set_point_, -most, most);
+  } else if (command_.mode == ServoMode::kVelocity) {
+    set_point_ += command_.speed * dt;
+    set_point_ = std::clamp(set_point_, position - kLongestLead, position + kLongestLead);
+    set_point_ = std::clamp(set_point_, limits_.lower, limits_.upper);
+  }
+  const double slack = std::max(0.0, limits_.speed - std::abs(rate));
+  const double most = limits_.speed + kPush * slack;
+  return std::clamp(gain_per_s_ * (set_point_ - position), -most, most);
+}
+
+}  // namespace morphbus::sim

@@ -1,0 +1,47 @@
+#pragma once
+// The position servo of one joint: a set-point that moves at limited speed, and the velocity that
+// takes the joint to it.
+
+namespace morphbus::sim {
+
+enum class ServoMode { kHold, kPosition, kVelocity };
+
+struct ServoCommand {
+  ServoMode mode = ServoMode::kHold;
+  double target = 0.0;  ///< rad or m; kPosition only.
+  double speed = 0.0;   ///< Limit of the set-point's speed (kPosition), or its velocity (kVelocity).
+};
+
+/// What the servo may do; lower <= 0 <= upper since it starts at 0 (rad or m, /s).
+struct ServoLimits {
+  double lower = 0.0;
+  double upper = 0.0;
+  double speed = 0.0;
+};
+
+/// Works in the joint's canonical angle (sim/bodies.h), so that mirrored commands give mirrored
+/// results to the last bit. Torque is limited by the engine's motor, not here.
+class Servo {
+ public:
+  Servo(const ServoLimits& limits, double gain_per_s) : limits_(limits), gain_per_s_(gain_per_s) {}
+
+  /// Takes effect from the next Step on. What is not finite holds the present set-point; targets
+  /// are clamped to the limits, speeds to the joint's.
+  void Command(const ServoCommand& command);
+
+  /// Moves the set-point on by `dt` seconds and returns the velocity to ask the motor for (rad/s or
+  /// m/s) at a joint that is at `position` and moves at `rate`: towards the set-point in proportion
+  /// to the error. A joint that moves as fast as it may is asked for no more than its speed.
+  double Step(double position, double rate, double dt);
+
+  [[nodiscard]] double set_point() const { return set_point_; }
+  void set_set_point(double set_point) { set_point_ = set_point; }
+
+ private:
+  ServoLimits limits_;
+  double gain_per_s_;
+  double set_point_ = 0.0;
+  ServoCommand command_;
+};
+
+}  // namespace morphbus::sim

@@ -1,0 +1,323 @@
+#include "sim/simulated_assembly.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+#include <utility>
+
+#include "compiler/model/forward_kinematics.h"
+
+namespace morphbus::sim {
+namespace {
+
+double ModuleValue(const JointSpec& spec, double theta) { return spec.start + spec.sign * theta; }
+double Theta(const JointSpec& spec, double q) { return spec.sign * (q - spec.start); }
+
+ServoCommand ToServo(const JointSpec& spec, const morphbus::joint_command_t& command) {
+  ServoCommand servo;
+  if (command.mode == morphbus::joint_command_t::MODE_POSITION) {
+    servo.mode = ServoMode::kPosition;
+    servo.target = Theta(spec, command.target_si);
+    servo.speed = command.speed_si;
+  } else if (command.mode == morphbus::joint_command_t::MODE_VELOCITY) {
+    servo.mode = ServoMode::kVelocity;
+    servo.speed = spec.sign * command.speed_si;
+  }
+  return servo;
+}
+
+morphbus::docked_connector_t Reading(const model::Model& model, const model::Docking& docking,
+                                     bool seen_from_a) {
+  const std::vector<model::ConnectionOption>& options =
+      model.connection_types[static_cast<size_t>(docking.connection_type)].options;
+  morphbus::docked_connector_t reading;
+  reading.connection_type = static_cast<int8_t>(docking.connection_type);
+  int option = docking.option;
+  bool member_a = seen_from_a;
+  if (seen_from_a) {
+    reading.connector = static_cast<int8_t>(docking.connector_a);
+    reading.mate_connector = static_cast<int8_t>(docking.connector_b);
+    reading.mate_module = static_cast<int16_t>(docking.module_b);
+  } else {
+    reading.connector = static_cast<int8_t>(docking.connector_b);
+    reading.mate_connector = static_cast<int8_t>(docking.connector_a);
+    reading.mate_module = static_cast<int16_t>(docking.module_a);
+    if (const std::optional<int> mirror = model::MirrorOption(model, docking)) {
+      option = *mirror;
+      member_a = true;
+    }
+  }
+  // Seen from member b of a connection that has no mirror image: the mate's number, negative.
+  const int number = options[static_cast<size_t>(option)].number;
+  reading.number = static_cast<int16_t>(member_a ? number : -number);
+  return reading;
+}
+
+// Velocities of a new body from those of the links it is made of: the mean, weighted with mass.
+BodyState InheritedState(const World& old_world, const BodySpec& body) {
+  BodyState state;
+  state.X_WB = body.X_WB;
+  for (const LinkSpec& link : body.links) {
+    const auto module = static_cast<size_t>(link.ref.module);
+    const int old_body = old_world.assembly().body_of[module][static_cast<size_t>(link.ref.link)];
+    const BodyState old = old_world.body(old_body);
+    const Eigen::Vector3d r_W =
+        body.X_WB * link.p_BoLcm_B - Eigen::Vector3d(old.X_WB.translation());
+    const double share = link.mass_kg / body.mass_kg;
+    state.v_WBo_W += share * (old.v_WBo_W + old.w_WB_W.cross(r_W));
+    state.w_WB_W += share * old.w_WB_W;
+  }
+  return state;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<SimulatedAssembly>> SimulatedAssembly::Create(
+    std::shared_ptr<const model::Model> model, const std::string& robot,
+    const AssemblyOptions& options) {
+  const model::Robot* found = model->FindRobot(robot);
+  if (found == nullptr) return Fail("the model has no robot named " + robot);
+  if (options.physics_step_us < 100 || options.physics_step_us > 10000) {
+    return Fail("the physics step must lie between 100 and 10000 microseconds");
+  }
+  if (options.tick_us < options.physics_step_us || options.tick_us > 1000000 ||
+      options.tick_us % options.physics_step_us != 0) {
+    return Fail("the control tick must be a multiple of the physics step, at most one second");
+  }
+  if (options.world.solver_iterations < 20 || options.world.solver_iterations > 10000) {
+    return Fail("solver iterations must lie between 20 and 10000");
+  }
+  if (!(options.world.friction >= 0.0 && options.world.friction <= 10.0)) {
+    return Fail("friction must lie between 0 and 10");
+  }
+  if (found->modules.empty() || found->modules.size() > 32767) {
+    return Fail("a simulated robot has 1 to 32767 modules");
+  }
+  return std::unique_ptr<SimulatedAssembly>(
+      new SimulatedAssembly(std::move(model), *found, options));
+}
+
+SimulatedAssembly::SimulatedAssembly(std::shared_ptr<const model::Model> model,
+                                     const model::Robot& robot, const AssemblyOptions& options)
+    : model_(std::move(model)), robot_(robot), options_(options) {
+  options_.world.physics_step_s = options_.physics_step_us * 1e-6;
+  const Assembly assembly = BuildAssembly(*model_, robot_, PlaceOnGround(*model_, robot_),
+                                          model::StartValues(robot_));
+  world_ = std::make_unique<World>(assembly, options_.world);
+  world_hash_ = world_->hash();
+  states_ = InitialStates(*model_, robot_);
+}
+
+void SimulatedAssembly::Sense(std::vector<morphbus::module_sensors_t>* out) {
+  out->clear();
+  const Assembly& assembly = world_->assembly();
+  for (size_t m = 0; m < robot_.modules.size(); ++m) {
+    morphbus::module_sensors_t& sensors = out->emplace_back();
+    sensors.module_id = static_cast<int16_t>(m);
+    sensors.name = robot_.modules[m].name;
+    const std::vector<int>& joints = assembly.joint_of[m];
+    sensors.num_joints = static_cast<int8_t>(joints.size());
+    for (const int joint : joints) {
+      // Fixed joints have no canonical joint and read 0.
+      const JointState state = joint < 0 ? JointState{} : world_->joint(joint);
+      const JointSpec spec = joint < 0 ? JointSpec{} : assembly.joints[static_cast<size_t>(joint)];
+      sensors.joint_position_si.push_back(ModuleValue(spec, state.theta));
+      sensors.joint_velocity_si.push_back(static_cast<float>(spec.sign * state.rate));
+    }
+  }
+  for (const model::Docking& docking : robot_.dockings) {
+    (*out)[static_cast<size_t>(docking.module_a)].docked.push_back(
+        Reading(*model_, docking, true));
+    (*out)[static_cast<size_t>(docking.module_b)].docked.push_back(
+        Reading(*model_, docking, false));
+  }
+  for (morphbus::module_sensors_t& sensors : *out) {
+    std::sort(sensors.docked.begin(), sensors.docked.end(),
+              [](const auto& a, const auto& b) { return a.connector < b.connector; });
+    sensors.num_docked = static_cast<int8_t>(sensors.docked.size());
+  }
+}
+
+void SimulatedAssembly::Truth(std::vector<morphbus::body_pose_t>* out) {
+  out->clear();
+  const Assembly& assembly = world_->assembly();
+  for (size_t b = 0; b < assembly.bodies.size(); ++b) {
+    const BodySpec& body = assembly.bodies[b];
+    const LinkSpec& link = body.links[static_cast<size_t>(body.first_link)];
+    const Pose X_WL = world_->body(static_cast<int>(b)).X_WB * link.X_BL;
+    morphbus::body_pose_t& pose = out->emplace_back();
+    pose.module_id = static_cast<int16_t>(link.ref.module);
+    pose.link = static_cast<int8_t>(link.ref.link);
+    const Eigen::Quaterniond q_WL(X_WL.linear());
+    const double side = q_WL.w() < 0.0 ? -1.0 : 1.0;
+    const double wxyz[4] = {q_WL.w(), q_WL.x(), q_WL.y(), q_WL.z()};
+    for (int k = 0; k < 3; ++k) pose.position_m[k] = X_WL.translation()(k);
+    for (int k = 0; k < 4; ++k) pose.orientation_wxyz[k] = side * wxyz[k];
+  }
+  std::sort(out->begin(), out->end(), [](const auto& a, const auto& b) {
+    return std::tie(a.module_id, a.link) < std::tie(b.module_id, b.link);
+  });
+}
+
+void SimulatedAssembly::Actuate(const morphbus::actuator_t& command) {
+  if (command.module_id < 0 || static_cast<size_t>(command.module_id) >= robot_.modules.size()) {
+    return;
+  }
+  pending_.push_back(command);
+}
+
+void SimulatedAssembly::Advance() {
+  ApplyConnectorCommands();
+  ApplyJointCommands();
+  pending_.clear();
+  const int steps = options_.tick_us / options_.physics_step_us;
+  for (int i = 0; i < steps; ++i) world_->Step();
+}
+
+void SimulatedAssembly::ApplyConnectorCommands() {
+  for (const morphbus::actuator_t& actuator : pending_) {
+    for (const morphbus::connector_command_t& command : actuator.connectors) {
+      const int module = actuator.module_id;
+      const std::vector<model::Connector>& connectors =
+          model_->TypeOf(robot_, module).connectors;
+      if (command.connector < 0 || static_cast<size_t>(command.connector) >= connectors.size()) {
+        continue;
+      }
+      const auto connector = static_cast<size_t>(command.connector);
+      const std::vector<model::StateVariable>& variables = connectors[connector].states;
+      if (command.state < 0 || static_cast<size_t>(command.state) >= variables.size()) continue;
+      const auto variable = static_cast<size_t>(command.state);
+      const size_t num_values = variables[variable].values.size();
+      if (command.value < 0 || static_cast<size_t>(command.value) >= num_values) continue;
+      int& value = states_[static_cast<size_t>(module)][connector][variable];
+      if (value == command.value) continue;
+      value = command.value;
+      const std::optional<size_t> docking = FindDocking(robot_, module, command.connector);
+      if (docking && !StatesAllow(*model_, robot_, states_, robot_.dockings[*docking])) {
+        Undock(*docking);
+      } else if (!docking) {
+        const std::optional<model::Docking> mate =
+            FindMate(*model_, robot_, LinkPoses(), module, command.connector, &states_);
+        if (mate) Dock(*mate);
+      }
+    }
+  }
+}
+
+void SimulatedAssembly::ApplyJointCommands() {
+  const Assembly& assembly = world_->assembly();
+  for (const morphbus::actuator_t& actuator : pending_) {
+    const std::vector<int>& joints = assembly.joint_of[static_cast<size_t>(actuator.module_id)];
+    const size_t count = std::min(joints.size(), actuator.joints.size());
+    for (size_t j = 0; j < count; ++j) {
+      if (joints[j] < 0) continue;
+      const JointSpec& spec = assembly.joints[static_cast<size_t>(joints[j])];
+      world_->Command(joints[j], ToServo(spec, actuator.joints[j]));
+    }
+  }
+}
+
+Result<SimulatedAssembly::End> SimulatedAssembly::FindEnd(const std::string& module,
+                                                          const std::string& connector) const {
+  const std::optional<int> m = robot_.FindModule(module);
+  if (!m) return Fail("the robot has no module " + module);
+  const std::optional<int> c = model_->TypeOf(robot_, *m).FindConnector(connector);
+  if (!c) return Fail("module " + module + " has no connector " + connector);
+  return End{*m, *c};
+}
+
+Result<void> SimulatedAssembly::Disconnect(const std::string& module,
+                                           const std::string& connector) {
+  const Result<End> end = FindEnd(module, connector);
+  if (!end) return Fail(end.error().message);
+  const std::optional<size_t> docking = FindDocking(robot_, end->module, end->connector);
+  if (!docking) return Fail(module + "." + connector + " is not connected");
+  Undock(*docking);
+  return {};
+}
+
+Result<void> SimulatedAssembly::Connect(const std::string& module, const std::string& connector) {
+  const Result<End> end = FindEnd(module, connector);
+  if (!end) return Fail(end.error().message);
+  if (FindDocking(robot_, end->module, end->connector)) {
+    return Fail(module + "." + connector + " is connected already");
+  }
+  const std::optional<model::Docking> mate =
+      FindMate(*model_, robot_, LinkPoses(), end->module, end->connector, nullptr);
+  if (!mate) return Fail("no free connector is near enough to " + module + "." + connector);
+  Dock(*mate);
+  return {};
+}
+
+Result<void> SimulatedAssembly::Push(const std::string& module, const Eigen::Vector3d& f_W) {
+  const std::optional<int> m = robot_.FindModule(module);
+  if (!m) return Fail("the robot has no module " + module);
+  if (!f_W.allFinite() || f_W.norm() > 1e4) return Fail("a push is at most 10000 N");
+  world_->Push(world_->assembly().body_of[static_cast<size_t>(*m)][0], f_W,
+               options_.tick_us / options_.physics_step_us);
+  return {};
+}
+
+void SimulatedAssembly::Undock(size_t docking) {
+  robot_.dockings.erase(robot_.dockings.begin() + static_cast<std::ptrdiff_t>(docking));
+  Rebuild();
+}
+
+void SimulatedAssembly::Dock(const model::Docking& docking) {
+  robot_.dockings.push_back(docking);
+  SetRequiredStates(*model_, robot_, docking, &states_);
+  Rebuild();
+}
+
+// A fresh world with the new bodies where the links are, as fast as they are. The servos go on from
+// their set-points; what they were doing comes again with the next command.
+void SimulatedAssembly::Rebuild() {
+  const Assembly& old = world_->assembly();
+  const Assembly assembly = BuildAssembly(*model_, robot_, LinkPoses(), Positions());
+  auto next = std::make_unique<World>(assembly, options_.world);
+  for (size_t b = 0; b < assembly.bodies.size(); ++b) {
+    next->set_body(static_cast<int>(b), InheritedState(*world_, assembly.bodies[b]));
+  }
+  for (size_t j = 0; j < assembly.joints.size(); ++j) {
+    const JointSpec& spec = assembly.joints[j];
+    const int old_joint =
+        old.joint_of[static_cast<size_t>(spec.module)][static_cast<size_t>(spec.joint)];
+    const double q = ModuleValue(old.joints[static_cast<size_t>(old_joint)],
+                                 world_->set_point(old_joint));
+    next->set_set_point(static_cast<int>(j), Theta(spec, q));
+  }
+  world_ = std::move(next);
+}
+
+LinkPoseTable SimulatedAssembly::LinkPoses() const {
+  const Assembly& assembly = world_->assembly();
+  LinkPoseTable X_WL;
+  for (const std::vector<int>& links : assembly.body_of) {
+    X_WL.emplace_back(links.size(), Pose::Identity());
+  }
+  for (size_t b = 0; b < assembly.bodies.size(); ++b) {
+    const Pose X_WB = world_->body(static_cast<int>(b)).X_WB;
+    for (const LinkSpec& link : assembly.bodies[b].links) {
+      X_WL[static_cast<size_t>(link.ref.module)][static_cast<size_t>(link.ref.link)] =
+          X_WB * link.X_BL;
+    }
+  }
+  return X_WL;
+}
+
+model::JointValues SimulatedAssembly::Positions() const {
+  const Assembly& assembly = world_->assembly();
+  model::JointValues q;
+  for (const std::vector<int>& joints : assembly.joint_of) {
+    std::vector<double>& module = q.emplace_back();
+    for (const int joint : joints) {
+      module.push_back(joint < 0 ? 0.0
+                                 : ModuleValue(assembly.joints[static_cast<size_t>(joint)],
+                                               world_->joint(joint).theta));
+    }
+  }
+  return q;
+}
+
+}  // namespace morphbus::sim

@@ -1,0 +1,399 @@
+#include "sim/world.h"
+
+#include <BulletCollision/CollisionDispatch/btCompoundCollisionAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btCompoundCompoundCollisionAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btSimulationIslandManager.h>
+#include <btBulletDynamicsCommon.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include "compiler/source/check.h"
+#include "sim/link_physics.h"
+
+namespace morphbus::sim {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kGravity = 9.81;  // m/s^2
+
+// The mechanical stops lie this much beyond the limits that the servo keeps (rad and m).
+constexpr double kStopSlack = 0.035;
+constexpr double kStopSlackLinear = 1e-3;
+
+// Part of a joint's drift that the engine takes back in one step.
+constexpr double kJointErrorReduction = 0.4;
+
+btVector3 ToBullet(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+Vector3d FromBullet(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
+
+btMatrix3x3 ToBullet(const Matrix3d& R) {
+  return {R(0, 0), R(0, 1), R(0, 2), R(1, 0), R(1, 1), R(1, 2), R(2, 0), R(2, 1), R(2, 2)};
+}
+Matrix3d FromBullet(const btMatrix3x3& R) {
+  Matrix3d out;
+  for (int row = 0; row < 3; ++row) out.row(row) = FromBullet(R.getRow(row)).transpose();
+  return out;
+}
+
+btTransform ToBullet(const Pose& X) {
+  return btTransform(ToBullet(Matrix3d(X.linear())), ToBullet(Vector3d(X.translation())));
+}
+
+// Bullet asks this before it looks at two parts of bodies: links of one module never collide.
+bool PartsMayCollide(const btCollisionShape* a, const btCollisionShape* b) {
+  return a->getUserIndex() < 0 || a->getUserIndex() != b->getUserIndex();
+}
+
+// Bodies carry their index as user index, the ground -1.
+class PairFilter : public btOverlapFilterCallback {
+ public:
+  explicit PairFilter(const std::vector<std::vector<bool>>* may_collide)
+      : may_collide_(may_collide) {}
+
+  bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override {
+    const int i = static_cast<const btCollisionObject*>(a->m_clientObject)->getUserIndex();
+    const int j = static_cast<const btCollisionObject*>(b->m_clientObject)->getUserIndex();
+    if (i < 0 || j < 0) return i != j;
+    return (*may_collide_)[static_cast<size_t>(i)][static_cast<size_t>(j)];
+  }
+
+ private:
+  const std::vector<std::vector<bool>>* may_collide_;
+};
+
+// Two unit vectors that make `axis` a right-handed frame; first column `axis` itself for sliders.
+Matrix3d FrameAround(const Vector3d& axis, bool axis_is_x) {
+  int least = 0;
+  for (int k = 1; k < 3; ++k) {
+    if (std::abs(axis(k)) < std::abs(axis(least))) least = k;
+  }
+  const Vector3d u = axis.cross(Vector3d::Unit(least)).normalized();
+  Matrix3d frame;
+  if (axis_is_x) {
+    frame << axis, u, axis.cross(u);
+  } else {
+    frame << u, axis.cross(u), axis;
+  }
+  return frame;
+}
+
+bool Slides(const JointSpec& joint) { return joint.type == model::JointType::kPrismatic; }
+
+// One joint in the engine. Bullet's A is body 2, so that its angles and velocities are theta's.
+struct EngineJoint {
+  btRigidBody* body_1 = nullptr;
+  btRigidBody* body_2 = nullptr;
+  btTransform X_B1J;
+  btTransform X_B2J;
+  std::unique_ptr<btHingeConstraint> hinge;
+  std::unique_ptr<btSliderConstraint> slider;
+  std::unique_ptr<btJointFeedback> feedback;
+  Servo servo{{}, 0.0};
+  JointState state;
+};
+
+double MotorEffort(const EngineJoint& joint, const btVector3& axis_W) {
+  const btVector3& f = joint.feedback->m_appliedForceBodyA;
+  if (joint.slider) return f.dot(axis_W);
+  const btVector3 r = joint.body_2->getWorldTransform().getBasis() * joint.X_B2J.getOrigin();
+  return axis_W.dot(joint.feedback->m_appliedTorqueBodyA - r.cross(f));
+}
+
+void MeasureHinge(EngineJoint* joint) {
+  const btMatrix3x3 R_WJ1 = joint->body_1->getWorldTransform().getBasis() * joint->X_B1J.getBasis();
+  const btVector3 x2_W =
+      joint->body_2->getWorldTransform().getBasis() * joint->X_B2J.getBasis().getColumn(0);
+  const double angle =
+      std::atan2(x2_W.dot(R_WJ1.getColumn(1)), x2_W.dot(R_WJ1.getColumn(0)));
+  // The angle counts on over full turns: the step is the short way round.
+  const double step = std::remainder(angle - joint->state.theta, 2.0 * std::numbers::pi);
+  joint->state.theta += step;
+  const btVector3 axis_W = R_WJ1.getColumn(2);
+  joint->state.rate =
+      axis_W.dot(joint->body_2->getAngularVelocity() - joint->body_1->getAngularVelocity());
+  joint->state.motor_effort = MotorEffort(*joint, axis_W);
+}
+
+void MeasureSlider(EngineJoint* joint) {
+  const btTransform X_WJ1 = joint->body_1->getWorldTransform() * joint->X_B1J;
+  const btVector3 p_WJ2 = joint->body_2->getWorldTransform() * joint->X_B2J.getOrigin();
+  const btVector3 axis_W = X_WJ1.getBasis().getColumn(0);
+  joint->state.theta = axis_W.dot(p_WJ2 - X_WJ1.getOrigin());
+  const btVector3 r1 = p_WJ2 - joint->body_1->getCenterOfMassPosition();
+  const btVector3 r2 = p_WJ2 - joint->body_2->getCenterOfMassPosition();
+  joint->state.rate = axis_W.dot(joint->body_2->getVelocityInLocalPoint(r2) -
+                                 joint->body_1->getVelocityInLocalPoint(r1));
+  joint->state.motor_effort = MotorEffort(*joint, axis_W);
+}
+
+void Measure(EngineJoint* joint) {
+  if (joint->hinge) MeasureHinge(joint);
+  if (joint->slider) MeasureSlider(joint);
+}
+
+std::unique_ptr<btHingeConstraint> MakeHinge(const JointSpec& spec, const EngineJoint& joint) {
+  auto hinge = std::make_unique<btHingeConstraint>(*joint.body_2, *joint.body_1, joint.X_B2J,
+                                                   joint.X_B1J, false);
+  const double low = spec.lower - kStopSlack;
+  const double high = spec.upper + kStopSlack;
+  // The engine knows angles within half a turn only; wider joints have no mechanical stop.
+  const bool has_stop = low > -std::numbers::pi && high < std::numbers::pi;
+  hinge->setLimit(has_stop ? low : 1.0, has_stop ? high : -1.0);
+  return hinge;
+}
+
+std::unique_ptr<btSliderConstraint> MakeSlider(const JointSpec& spec, const EngineJoint& joint) {
+  auto slider = std::make_unique<btSliderConstraint>(*joint.body_1, *joint.body_2, joint.X_B1J,
+                                                     joint.X_B2J, true);
+  slider->setLowerAngLimit(0.0);
+  slider->setUpperAngLimit(0.0);
+  const bool has_stop = std::isfinite(spec.lower) && std::isfinite(spec.upper);
+  slider->setLowerLinLimit(has_stop ? spec.lower - kStopSlackLinear : 1.0);
+  slider->setUpperLinLimit(has_stop ? spec.upper + kStopSlackLinear : -1.0);
+  return slider;
+}
+
+}  // namespace
+
+// Members in order of construction; Bullet wants the reverse for destruction.
+struct World::Engine {
+  explicit Engine(const std::vector<std::vector<bool>>* may_collide) : filter(may_collide) {}
+  ~Engine();
+
+  void Configure(const WorldOptions& options);
+  void AddGround(double friction);
+  void AddBody(const BodySpec& spec, double friction);
+  void AddJoint(const JointSpec& spec, double gain_per_s);
+  btCollisionShape* MakeShape(const BodySpec& spec);
+  btCollisionShape* Keep(std::unique_ptr<btCollisionShape> shape) {
+    shapes.push_back(std::move(shape));
+    return shapes.back().get();
+  }
+
+  btDefaultCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher{&configuration};
+  btDbvtBroadphase broadphase;
+  btSequentialImpulseConstraintSolver solver;
+  PairFilter filter;
+  btDiscreteDynamicsWorld dynamics{&dispatcher, &broadphase, &solver, &configuration};
+  std::vector<std::unique_ptr<btCollisionShape>> shapes;
+  std::unique_ptr<btRigidBody> ground;
+  std::vector<std::unique_ptr<btRigidBody>> bodies;
+  std::vector<EngineJoint> joints;
+  struct PushForce {
+    int body = 0;
+    Vector3d f_W;
+    int steps = 0;
+  };
+  std::vector<PushForce> pushes;
+};
+
+World::Engine::~Engine() {
+  for (EngineJoint& joint : joints) {
+    if (joint.hinge) dynamics.removeConstraint(joint.hinge.get());
+    if (joint.slider) dynamics.removeConstraint(joint.slider.get());
+  }
+  for (const std::unique_ptr<btRigidBody>& body : bodies) dynamics.removeRigidBody(body.get());
+  if (ground) dynamics.removeRigidBody(ground.get());
+}
+
+void World::Engine::Configure(const WorldOptions& options) {
+  gCompoundChildShapePairCallback = PartsMayCollide;
+  gCompoundCompoundChildShapePairCallback = PartsMayCollide;
+  broadphase.getOverlappingPairCache()->setOverlapFilterCallback(&filter);
+  dynamics.setGravity(btVector3(0.0, options.gravity ? -kGravity : 0.0, 0.0));
+  dynamics.getDispatchInfo().m_deterministicOverlappingPairs = true;
+  dynamics.getSimulationIslandManager()->setSplitIslands(false);
+  btContactSolverInfo& info = dynamics.getSolverInfo();
+  info.m_numIterations = options.solver_iterations;
+  // One friction row a contact, along the sliding velocity: with two rows the directions are those
+  // of the world's axes at rest, and the robot turns while it stands up.
+  info.m_solverMode = SOLVER_USE_WARMSTARTING;
+  info.m_erp = kJointErrorReduction;
+}
+
+void World::Engine::AddGround(double friction) {
+  // Shapes are smaller than links on every side; the ground comes up to meet them, so that the
+  // links themselves stand on y = 0.
+  auto plane = std::make_unique<btStaticPlaneShape>(btVector3(0.0, 1.0, 0.0), kHullShrink);
+  plane->setMargin(0.0);
+  ground = std::make_unique<btRigidBody>(0.0, nullptr, Keep(std::move(plane)));
+  ground->setFriction(friction);
+  ground->setUserIndex(-1);
+  dynamics.addRigidBody(ground.get());
+}
+
+btCollisionShape* World::Engine::MakeShape(const BodySpec& spec) {
+  std::vector<btCollisionShape*> parts;
+  for (const LinkSpec& link : spec.links) {
+    if (link.hull_B.empty()) continue;
+    auto hull = std::make_unique<btConvexHullShape>();
+    hull->setMargin(kCollisionMargin);
+    for (const Vector3d& corner : link.hull_B) hull->addPoint(ToBullet(corner), false);
+    hull->recalcLocalAabb();
+    hull->setUserIndex(link.group);
+    parts.push_back(Keep(std::move(hull)));
+  }
+  if (parts.empty()) return Keep(std::make_unique<btEmptyShape>());
+  auto compound = std::make_unique<btCompoundShape>(true, static_cast<int>(parts.size()));
+  compound->setMargin(kCollisionMargin);
+  for (btCollisionShape* part : parts) {
+    compound->addChildShape(btTransform::getIdentity(), part);
+  }
+  return Keep(std::move(compound));
+}
+
+void World::Engine::AddBody(const BodySpec& spec, double friction) {
+  btRigidBody::btRigidBodyConstructionInfo info(spec.mass_kg, nullptr, MakeShape(spec),
+                                                ToBullet(spec.inertia_B));
+  info.m_startWorldTransform = ToBullet(spec.X_WB);
+  info.m_friction = friction;
+  auto body = std::make_unique<btRigidBody>(info);
+  body->setActivationState(DISABLE_DEACTIVATION);
+  body->setUserIndex(static_cast<int>(bodies.size()));
+  dynamics.addRigidBody(body.get());
+  bodies.push_back(std::move(body));
+}
+
+void World::Engine::AddJoint(const JointSpec& spec, double gain_per_s) {
+  EngineJoint joint;
+  const ServoLimits limits{spec.lower, spec.upper, spec.speed};
+  joint.servo = Servo(limits, gain_per_s);
+  if (spec.body_1 != spec.body_2) {
+    joint.body_1 = bodies[static_cast<size_t>(spec.body_1)].get();
+    joint.body_2 = bodies[static_cast<size_t>(spec.body_2)].get();
+    Pose X_WJ = Pose::Identity();
+    X_WJ.linear() = FrameAround(spec.axis_W, Slides(spec));
+    X_WJ.translation() = spec.p_WJ;
+    joint.X_B1J = joint.body_1->getWorldTransform().inverse() * ToBullet(X_WJ);
+    joint.X_B2J = joint.body_2->getWorldTransform().inverse() * ToBullet(X_WJ);
+    btTypedConstraint* constraint = nullptr;
+    if (Slides(spec)) {
+      joint.slider = MakeSlider(spec, joint);
+      constraint = joint.slider.get();
+    } else {
+      joint.hinge = MakeHinge(spec, joint);
+      constraint = joint.hinge.get();
+    }
+    joint.feedback = std::make_unique<btJointFeedback>();
+    constraint->setJointFeedback(joint.feedback.get());
+    dynamics.addConstraint(constraint, true);
+  }
+  joints.push_back(std::move(joint));
+}
+
+World::World(const Assembly& assembly, const WorldOptions& options)
+    : assembly_(assembly),
+      options_(options),
+      engine_(std::make_unique<Engine>(&assembly_.may_collide)) {
+  // The engine multiplies the coefficients of the two that touch.
+  const double friction = std::sqrt(std::max(0.0, options_.friction));
+  engine_->Configure(options_);
+  if (options_.ground) engine_->AddGround(friction);
+  for (const BodySpec& body : assembly_.bodies) engine_->AddBody(body, friction);
+  for (const JointSpec& joint : assembly_.joints) {
+    engine_->AddJoint(joint, options_.servo_gain_per_s);
+  }
+}
+
+World::~World() = default;
+
+void World::Step() {
+  const double dt = options_.physics_step_s;
+  for (size_t i = 0; i < engine_->joints.size(); ++i) {
+    EngineJoint& joint = engine_->joints[i];
+    const double effort = assembly_.joints[i].effort;
+    const double velocity = joint.servo.Step(joint.state.theta, joint.state.rate, dt);
+    if (joint.hinge) joint.hinge->enableAngularMotor(true, velocity, effort * dt);
+    if (joint.slider) {
+      joint.slider->setPoweredLinMotor(true);
+      joint.slider->setTargetLinMotorVelocity(velocity);
+      joint.slider->setMaxLinMotorForce(effort);
+    }
+  }
+  for (Engine::PushForce& push : engine_->pushes) {
+    engine_->bodies[static_cast<size_t>(push.body)]->applyCentralForce(ToBullet(push.f_W));
+    --push.steps;
+  }
+  std::erase_if(engine_->pushes, [](const Engine::PushForce& push) { return push.steps <= 0; });
+  engine_->dynamics.stepSimulation(dt, 0);
+  for (EngineJoint& joint : engine_->joints) Measure(&joint);
+}
+
+void World::Command(int joint, const ServoCommand& command) {
+  engine_->joints[static_cast<size_t>(joint)].servo.Command(command);
+}
+
+void World::Push(int body, const Vector3d& f_W, int steps) {
+  if (steps > 0) engine_->pushes.push_back({body, f_W, steps});
+}
+
+BodyState World::body(int index) const {
+  const btRigidBody& body = *engine_->bodies[static_cast<size_t>(index)];
+  BodyState state;
+  state.X_WB.linear() = FromBullet(body.getWorldTransform().getBasis());
+  state.X_WB.translation() = FromBullet(body.getWorldTransform().getOrigin());
+  state.v_WBo_W = FromBullet(body.getLinearVelocity());
+  state.w_WB_W = FromBullet(body.getAngularVelocity());
+  return state;
+}
+
+void World::set_body(int index, const BodyState& state) {
+  btRigidBody& body = *engine_->bodies[static_cast<size_t>(index)];
+  body.setCenterOfMassTransform(ToBullet(state.X_WB));
+  body.setLinearVelocity(ToBullet(state.v_WBo_W));
+  body.setAngularVelocity(ToBullet(state.w_WB_W));
+}
+
+JointState World::joint(int index) const {
+  return engine_->joints[static_cast<size_t>(index)].state;
+}
+
+double World::set_point(int joint) const {
+  return engine_->joints[static_cast<size_t>(joint)].servo.set_point();
+}
+
+void World::set_set_point(int joint, double theta) {
+  engine_->joints[static_cast<size_t>(joint)].servo.set_set_point(theta);
+}
+
+std::vector<World::Contact> World::contacts() const {
+  std::vector<Contact> contacts;
+  for (int i = 0; i < engine_->dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold = *engine_->dispatcher.getManifoldByIndexInternal(i);
+    double depth = -1.0;
+    for (int k = 0; k < manifold.getNumContacts(); ++k) {
+      depth = std::max(depth, -static_cast<double>(manifold.getContactPoint(k).getDistance()));
+    }
+    if (depth < 0.0) continue;
+    const int a = manifold.getBody0()->getUserIndex();
+    const int b = manifold.getBody1()->getUserIndex();
+    contacts.push_back({std::min(a, b), std::max(a, b), depth});
+  }
+  return contacts;
+}
+
+std::string World::hash() const {
+  uint64_t hash = 0;
+  const double numbers[] = {options_.friction,
+                            options_.ground ? 1.0 : 0.0,
+                            options_.gravity ? kGravity : 0.0,
+                            options_.physics_step_s,
+                            static_cast<double>(options_.solver_iterations),
+                            options_.servo_gain_per_s};
+  for (const double number : numbers) {
+    hash = hash * 0x9E3779B97F4A7C15ULL + std::bit_cast<uint64_t>(number + 0.0);
+  }
+  hash = HashAssembly(assembly_, hash);
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
+  return text;
+}
+
+}  // namespace morphbus::sim
