@@ -172,25 +172,30 @@ ModulePartyOptions FakeRun::ModuleOptions(int i) const {
   return module_options;
 }
 
+std::unique_ptr<FakeRun::Seat> FakeRun::MakeSeat(uint64_t seed) {
+  return std::make_unique<Seat>(options.connect ? options.connect() : hub.Connect(), options.loss, seed);
+}
+
 FakeRun::FakeRun(const FakeRunOptions& o) : options(o), robot(o.modules) {
+  clock = options.connect ? static_cast<const TimeSource*>(&wall) : &time;
   uint64_t seed = options.seed;
-  sim_seat = std::make_unique<Seat>(&hub, options.loss, seed++);
-  sim = std::make_unique<SimParty>(&sim_seat->bus, &robot, &time, SimOptions());
+  sim_seat = MakeSeat(seed++);
+  sim = std::make_unique<SimParty>(&sim_seat->bus, &robot, clock, SimOptions());
   for (int i = 0; i < options.modules; ++i) {
     Module& module = modules.emplace_back();
-    module.seat = std::make_unique<Seat>(&hub, options.loss, seed++);
+    module.seat = MakeSeat(seed++);
     module.brain = std::make_unique<FakeBrain>(static_cast<uint16_t>(i));
-    module.party = std::make_unique<ModuleParty>(&module.seat->bus, module.brain.get(), &time,
+    module.party = std::make_unique<ModuleParty>(&module.seat->bus, module.brain.get(), clock,
                                                  ModuleOptions(i));
   }
   if (!options.logger) return;
-  log_seat = std::make_unique<Seat>(&hub, options.loss, seed++);
+  log_seat = MakeSeat(seed++);
   LogPartyOptions log_options;
   log_options.run = options.run;
   log_options.model_hash = kFakeModel;
   log_options.realtime = options.realtime;
   log_options.timing = options.timing;
-  log = std::make_unique<LogParty>(&log_seat->bus, &time, log_options, [this](const LoggedMessage& m) {
+  log = std::make_unique<LogParty>(&log_seat->bus, clock, log_options, [this](const LoggedMessage& m) {
     ++logged;
     logged_duplicates += m.duplicate ? 1 : 0;
     logged_bad += m.bad ? 1 : 0;
@@ -223,6 +228,14 @@ bool FakeRun::RunUntil(const std::function<bool()>& finished) {
   }
   started = true;
   while (!finished()) {
+    if (options.connect) {
+      // One thread has its turn on every bus; the first one waits a little if nothing moves.
+      int count = sim_seat->bus.Handle(0) + (log_seat != nullptr ? log_seat->bus.Handle(0) : 0);
+      for (Module& module : modules) count += module.seat->bus.Handle(0);
+      if (count == 0) sim_seat->bus.Handle(1);
+      for (Party* party : parties()) party->OnTime();
+      continue;
+    }
     if (hub.HandleRound() > 0) continue;
     int64_t next = kNever;
     for (const Party* party : parties()) next = std::min(next, party->next_deadline_us());

@@ -3,6 +3,7 @@
 // every input: whatever goes wrong between the parties changes a hash.
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -71,6 +72,9 @@ struct FakeRunOptions {
   bool realtime = false;
   double speed = 0;
   LockstepTiming timing;
+  /// Where each party's bus comes from; empty: endpoints of the run's own hub, in virtual time. Else
+  /// the clock is the machine's.
+  std::function<std::unique_ptr<Bus>()> connect;
 };
 
 /// All parties of one run. Public members: tests look at and meddle with everything.
@@ -88,8 +92,9 @@ class FakeRun {
   [[nodiscard]] std::vector<Party*> parties();
 
   struct Seat {
-    Seat(InprocHub* hub, double loss, uint64_t seed)
-        : endpoint(hub->Connect()), bus(endpoint.get(), loss, seed, &discarded) {}
+    Seat(InprocHub* hub, double loss, uint64_t seed) : Seat(hub->Connect(), loss, seed) {}
+    Seat(std::unique_ptr<Bus> connection, double loss, uint64_t seed)
+        : endpoint(std::move(connection)), bus(endpoint.get(), loss, seed, &discarded) {}
     int64_t discarded = 0;
     std::unique_ptr<Bus> endpoint;
     LossyBus bus;
@@ -100,12 +105,15 @@ class FakeRun {
     std::unique_ptr<ModuleParty> party;
   };
 
+  std::unique_ptr<Seat> MakeSeat(uint64_t seed);
   ModulePartyOptions ModuleOptions(int i) const;
   SimPartyOptions SimOptions() const;
 
   FakeRunOptions options;
   InprocHub hub;
   VirtualTime time;
+  MonotonicTime wall;
+  const TimeSource* clock = nullptr;
   FakeRobot robot;
   std::unique_ptr<Seat> sim_seat, log_seat;
   std::unique_ptr<SimParty> sim;

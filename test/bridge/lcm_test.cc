@@ -1,0 +1,184 @@
+// The bus over real LCM. Runs in a network of its own (test/support/netns.sh).
+
+#include <arpa/inet.h>
+#include <dirent.h>
+#include <gtest/gtest.h>
+#include <lcm/lcm.h>
+#include <linux/filter.h>
+#include <netinet/in.h>
+#include <sched.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <cstring>
+
+#include "bridge/lcm_bus.h"
+#include "bridge/lcm_url.h"
+#include "test/bridge/fake_run.h"
+
+namespace morphbus::bridge {
+namespace {
+
+std::unique_ptr<Bus> Open(const std::string& url = "") {
+  auto bus = OpenLcmBus(url);
+  if (!bus) {
+    ADD_FAILURE() << bus.error().message;
+    std::abort();
+  }
+  return std::move(*bus);
+}
+
+void Publish(Bus* bus, const std::string& channel, size_t size = 100) {
+  const std::vector<uint8_t> bytes(size, 0x55);
+  bus->Publish(channel, bytes.data(), bytes.size());
+}
+
+/// Handles until `done`; the test's time limit is the only other way out.
+template <class Done>
+void HandleUntil(Bus* bus, const Done& done) {
+  while (!done()) bus->Handle(10);
+}
+
+/// Instructions of the filters on this process's sockets that receive from the group's port.
+std::vector<int> FilterSizes() {
+  std::vector<int> sizes;
+  for (int fd = 0; fd < 256; ++fd) {
+    sockaddr_in address = {};
+    socklen_t length = sizeof address;
+    if (getsockname(fd, reinterpret_cast<sockaddr*>(&address), &length) != 0) continue;
+    if (address.sin_family != AF_INET || ntohs(address.sin_port) != 7667) continue;
+    std::array<sock_filter, BPF_MAXINSNS> program;
+    socklen_t count = program.size();
+    sizes.push_back(getsockopt(fd, SOL_SOCKET, SO_GET_FILTER, program.data(), &count) == 0
+                        ? static_cast<int>(count)
+                        : 0);
+  }
+  return sizes;
+}
+
+TEST(Lcm, DeliversWhatIsSubscribedAndNothingElse) {
+  const auto sender = Open(), receiver = Open();
+  std::string heard;
+  for (const char* channel : {"run/a", "run/b"}) {
+    receiver->Subscribe(channel, [&heard](std::string_view name, const uint8_t*, size_t size) {
+      heard += std::string(name) + ":" + std::to_string(size) + " ";
+    });
+  }
+  Publish(sender.get(), "run/c");
+  Publish(sender.get(), "run/a", 1);
+  Publish(sender.get(), "run/ab");
+  Publish(sender.get(), "run/b", 1300);
+  HandleUntil(receiver.get(), [&] { return heard.size() >= 16; });
+  EXPECT_EQ(heard, "run/a:1 run/b:1300 ");
+}
+
+TEST(Lcm, TheKernelDropsForeignChannels) {
+  const auto sender = Open(), receiver = Open();
+  EXPECT_TRUE(FilterSizes().empty()) << "who only publishes has no receiving socket";
+  int heard = 0;
+  const auto count = [&heard](std::string_view, const uint8_t*, size_t) { ++heard; };
+  receiver->Subscribe("run/a", count);
+  ASSERT_EQ(FilterSizes().size(), 1u);
+  const int one = FilterSizes()[0];
+  EXPECT_GT(one, 0);
+  receiver->Subscribe("run/b", count);
+  EXPECT_GT(FilterSizes()[0], one);
+  receiver->Unsubscribe("run/b");
+  EXPECT_EQ(FilterSizes()[0], one);
+  // Far more foreign messages than LCM could queue do not push ours out.
+  for (int i = 0; i < 20000; ++i) Publish(sender.get(), "run/foreign");
+  Publish(sender.get(), "run/a");
+  HandleUntil(receiver.get(), [&] { return heard > 0; });
+  EXPECT_EQ(receiver->queue_overflows(), 0);
+  receiver->SubscribePrefix("run/", count);
+  EXPECT_EQ(FilterSizes()[0], 0) << "a prefix needs everything";
+  heard = 0;
+  Publish(sender.get(), "run/whatever");
+  HandleUntil(receiver.get(), [&] { return heard > 0; });
+}
+
+TEST(Lcm, StockSubscribersSeeEverything) {
+  const auto sender = Open(), filtered = Open();
+  filtered->Subscribe("run/a", [](std::string_view, const uint8_t*, size_t) {});
+  lcm_t* stock = lcm_create(kDefaultLcmUrl);
+  ASSERT_NE(stock, nullptr);
+  int heard = 0;
+  const lcm_msg_handler_t count = [](const lcm_recv_buf_t*, const char*, void* user) {
+    ++*static_cast<int*>(user);
+  };
+  lcm_subscribe(stock, "run/.*", count, &heard);
+  for (const char* channel : {"run/a", "run/b", "run/c"}) Publish(sender.get(), channel);
+  while (heard < 3) lcm_handle_timeout(stock, 10);
+  lcm_destroy(stock);
+}
+
+TEST(Lcm, ABurstOfAThousandIsNotLost) {
+  const auto sender = Open(), receiver = Open();
+  int heard = 0;
+  receiver->Subscribe("run/a", [&heard](std::string_view, const uint8_t*, size_t) { ++heard; });
+  for (int i = 0; i < 1000; ++i) Publish(sender.get(), "run/a", 200);
+  HandleUntil(receiver.get(), [&] { return heard == 1000; });
+}
+
+TEST(Lcm, TheOwnQueueIsBounded) {
+  const auto sender = Open(), receiver = Open();
+  int heard = 0;
+  // A receiver that is busy: it handles nothing while far more arrives than it may keep.
+  receiver->Subscribe("run/a", [&heard](std::string_view, const uint8_t*, size_t) { ++heard; });
+  const int sent = static_cast<int>(3 * kBusQueueDepth);
+  for (int i = 0; i < sent; ++i) Publish(sender.get(), "run/a", 20);
+  int before = -1;
+  while (heard != before) {
+    before = heard;
+    receiver->Handle(200);
+  }
+  EXPECT_GE(heard, static_cast<int>(kBusQueueDepth));
+  EXPECT_LE(heard, sent);
+}
+
+TEST(Lcm, WithoutARouteItSaysWhatToDo) {
+  const pid_t child = fork();
+  if (child == 0) {
+    if (unshare(CLONE_NEWNET) != 0) _exit(77);
+    const auto bus = OpenLcmBus("");
+    if (bus) _exit(1);
+    const std::string& why = bus.error().message;
+    const bool good = why.find("has no route") != std::string::npos &&
+                      why.find("ip route add 224.0.0.0/4 dev lo") != std::string::npos &&
+                      why.find("--isolate") != std::string::npos && why.find('\n') == std::string::npos;
+    _exit(good ? 0 : 2);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
+TEST(Lcm, BadUrlsAreRefused) { EXPECT_FALSE(OpenLcmBus("udpm://10.0.0.1:7667")); }
+
+TEST(Lcm, OtherProvidersWork) {
+  const auto bus = Open("memq://");
+  int heard = 0;
+  bus->Subscribe("run/a", [&heard](std::string_view, const uint8_t*, size_t) { ++heard; });
+  Publish(bus.get(), "run/a");
+  HandleUntil(bus.get(), [&] { return heard == 1; });
+}
+
+TEST(Lcm, ARunOverLcmHasTheHashOfOneInProcessWithAndWithoutLoss) {
+  FakeRunOptions options;
+  options.ticks = 100;
+  FakeRun reference(options);
+  ASSERT_TRUE(reference.Run());
+  for (const double loss : {0.0, 0.2}) {
+    options.loss = loss;
+    options.connect = [] { return Open(); };
+    FakeRun run(options);
+    ASSERT_TRUE(run.Run());
+    EXPECT_TRUE(run.sim->outcome().ok) << run.sim->outcome().error;
+    EXPECT_EQ(run.sim->outcome().run_hash, reference.sim->outcome().run_hash) << "loss " << loss;
+    EXPECT_EQ(run.sim->outcome().recorded_hash, reference.sim->outcome().run_hash);
+  }
+}
+
+}  // namespace
+}  // namespace morphbus::bridge
