@@ -191,7 +191,9 @@ Type Checker::InferConnectorState(Expr* member, Expr* call) {
         "for example self.C1." + member->name + "(true)";
     return Type::kError;
   }
-  const bool takes_bool = keywords_.all()[static_cast<size_t>(keyword)].takes_bool;
+  const Keyword& entry = keywords_.all()[static_cast<size_t>(keyword)];
+  const bool is_int = call->operands[1]->type == Type::kInt;
+  const bool takes_bool = entry.takes_bool && !(entry.takes_int && is_int);
   Want(call->operands[1].get(), takes_bool ? Type::kBool : Type::kInt,
        "the argument of '" + member->name + "'");
   UseKeyword(member, keyword);

@@ -29,7 +29,7 @@ struct CompileResult {
 };
 
 /// Compiles one program. `name` is the file's name for messages; `keywords` are those of all module
-/// types that the robot may have (KeywordsOfTypes in compiler/dynarole/module_keywords.h): each
+/// types that the robot may have (KeywordTableOf in compiler/dynarole/module_keywords.h): each
 /// keyword the program uses must be one of at least one type. Texts over 1 MiB are refused. A
 /// program that compiles is one that vm::Verifier accepts.
 CompileResult CompileProgram(const std::string& name, const std::string& text,

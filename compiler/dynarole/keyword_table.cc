@@ -7,10 +7,13 @@ void KeywordTable::Add(int type, vm::KeywordKind kind, const std::string& spelli
   const uint64_t bit = uint64_t{1} << (type & 63);
   const int found = Find(kind, spelling);
   if (found >= 0) {
-    all_[static_cast<size_t>(found)].types |= bit;
+    Keyword& keyword = all_[static_cast<size_t>(found)];
+    keyword.types |= bit;
+    keyword.takes_bool = keyword.takes_bool || takes_bool;
+    keyword.takes_int = keyword.takes_int || !takes_bool;
     return;
   }
-  all_.push_back({kind, spelling, name, bit, takes_bool});
+  all_.push_back({kind, spelling, name, bit, takes_bool, !takes_bool});
 }
 
 int KeywordTable::Find(vm::KeywordKind kind, const std::string& spelling) const {

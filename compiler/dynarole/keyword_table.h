@@ -11,16 +11,19 @@ namespace morphbus::dynarole {
 
 struct Keyword {
   vm::KeywordKind kind = vm::KeywordKind::kLink;
-  std::string spelling;    ///< As programs write it: LINK_CONNECTING_BAR, JOINT_1, C1, EXTENDED.
-  std::string name;        ///< As images store it: without the LINK_ of a link.
-  uint64_t types = 0;      ///< Bits of the module types that have it.
-  bool takes_bool = true;  ///< State variables: set with a bool, else with an int.
+  std::string spelling;  ///< As programs write it: LINK_CONNECTING_BAR, JOINT_1, C1, EXTENDED.
+  std::string name;      ///< As images store it: without the LINK_ of a link.
+  uint64_t types = 0;    ///< Bits of the module types that have it.
+  /// State variables: set with a bool, or with the number of one of their values, as the module
+  /// types that have them say.
+  bool takes_bool = true;
+  bool takes_int = false;
 };
 
 /// All keywords of all module types given, merged by kind and name.
 class KeywordTable {
  public:
-  /// Adds a keyword of module type number `type` (0...63).
+  /// Adds a keyword of module type number `type` (0...63). `takes_bool`: see Keyword.
   void Add(int type, vm::KeywordKind kind, const std::string& spelling, const std::string& name,
            bool takes_bool);
 
