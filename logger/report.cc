@@ -24,7 +24,8 @@ std::string RoleName(const std::string& role) { return role.empty() ? "(no role)
 /// In the unit of the tables: mm, degrees, s.
 std::string Number(double value, const std::string& unit) {
   const double scaled = unit == "m" ? value * 1e3 : unit == "rad" ? value * kDegrees : value;
-  if (scaled != 0 && std::abs(scaled) < 5e-4) return fmt::format("{:.1e}", scaled);
+  // Rounding of the arithmetic itself is not worth a reader's attention.
+  if (std::abs(scaled) >= 1e-7 && std::abs(scaled) < 5e-4) return fmt::format("{:.1e}", scaled);
   return fmt::format("{:.3f}", scaled);
 }
 
@@ -257,19 +258,22 @@ void Page::Feet() {
   const auto links = FootLinks();
   if (links.empty()) return;
   const bool simulated = simulated_a_->available() && simulated_b_->available();
-  html_ += fmt::format("<section><h2>Paths from the side</h2><p class='dim'>Labelled links, {}; "
+  html_ += fmt::format("<section><h2>Paths from the side</h2><p class='dim'>The middle of labelled links, {}; "
                        "B dashed over A.</p><div class='plots'>",
                        simulated ? "in the simulated world" : "in the robot frame, as propagated");
   for (const auto& [pair, link] : links) {
     const ModuleSeries& ma = a_.modules[pair->a];
     const ModuleSeries& mb = b_.modules[pair->b];
-    const PoseTrack a = simulated ? simulated_a_->LinkTrack(ma.model_index, link->link_a)
-                                  : PropagatedTrack(ma, link->link_a);
+    PoseTrack a = simulated ? simulated_a_->LinkTrack(ma.model_index, link->link_a)
+                            : PropagatedTrack(ma, link->link_a);
     PoseTrack b = simulated ? simulated_b_->LinkTrack(mb.model_index, link->link_b)
                             : PropagatedTrack(mb, link->link_b);
-    // The point of B's link that at rest is A's origin, as everywhere in the comparison.
+    // The middle of A's link, and the point of B's link that at rest is at the same place.
+    const Eigen::Vector3d p_AoP_A = LinkCentre(
+        a_.model->TypeOf(*a_.robot, ma.model_index).links[link->link_a]);
     const Eigen::Vector3d p_BoP_B = rest_b_[mb.model_index][link->link_b].inverse() *
-                                    rest_a_[ma.model_index][link->link_a].translation();
+                                    (rest_a_[ma.model_index][link->link_a] * p_AoP_A);
+    for (size_t i = 0; i < a.p.size(); ++i) a.p[i] += a.q[i] * p_AoP_A;
     for (size_t i = 0; i < b.p.size(); ++i) b.p[i] += b.q[i] * p_BoP_B;
     PlotOptions options{
         fmt::format("{} {}", RoleName(pair->role), link->label.empty() ? "root link" : link->label),

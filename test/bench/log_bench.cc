@@ -1,0 +1,132 @@
+// How fast logs are written, read, loaded and compared; LCM's own reader beside ours, on the same file.
+
+#include <benchmark/benchmark.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <lcm/lcm-cpp.hpp>
+#include <string>
+
+#include "logger/comparer.h"
+#include "logger/event_log.h"
+#include "logger/run_log.h"
+#include "test/support/synthetic_log.h"
+
+namespace morphbus::logger {
+namespace {
+
+constexpr int kEvents = 500'000;
+constexpr int kPayload = 200;  ///< Bytes: a usual message.
+
+/// A file that lives as long as the program.
+class BenchFile {
+ public:
+  explicit BenchFile(const char* name)
+      : path_("/tmp/morphbus_bench_" + std::to_string(getpid()) + name) {}
+  ~BenchFile() { std::remove(path_.c_str()); }
+  BenchFile(const BenchFile&) = delete;
+  BenchFile& operator=(const BenchFile&) = delete;
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+const std::string& ManyEvents() {
+  static const BenchFile file("events.log");
+  static const bool written = [] {
+    auto writer = EventLogWriter::Create(file.path());
+    const std::vector<uint8_t> payload(kPayload, 0x5A);
+    for (int i = 0; i < kEvents; ++i) {
+      static_cast<void>((*writer)->Write(1000 * i, "walk/m" + std::to_string(i % 10) + "/TRANSFORM",
+                                         payload));
+    }
+    return (*writer)->Close().has_value();
+  }();
+  if (!written) std::abort();
+  return file.path();
+}
+
+void CountEvents(benchmark::State& state, int64_t events) {
+  if (events != kEvents) state.SkipWithError("events are missing");
+  state.SetItemsProcessed(state.iterations() * kEvents);
+}
+
+void StockReader(benchmark::State& state) {
+  const std::string& path = ManyEvents();
+  int64_t events = 0;
+  for (auto _ : state) {
+    lcm::LogFile log(path, "r");
+    events = 0;
+    while (log.readNextEvent() != nullptr) ++events;
+  }
+  CountEvents(state, events);
+}
+BENCHMARK(StockReader)->Unit(benchmark::kMillisecond);
+
+void OurReader(benchmark::State& state) {
+  const std::string& path = ManyEvents();
+  int64_t events = 0;
+  for (auto _ : state) {
+    auto reader = EventLogReader::Open(path);
+    LogEvent event;
+    events = 0;
+    while ((*reader)->Next(&event)) ++events;
+  }
+  CountEvents(state, events);
+}
+BENCHMARK(OurReader)->Unit(benchmark::kMillisecond);
+
+void Writer(benchmark::State& state) {
+  const BenchFile file("written.log");
+  const std::vector<uint8_t> payload(kPayload, 0x5A);
+  for (auto _ : state) {
+    // Without Close(): how fast the disk syncs is not the question.
+    auto writer = EventLogWriter::Create(file.path());
+    for (int i = 0; i < kEvents; ++i) {
+      static_cast<void>((*writer)->Write(i, "walk/m1/TRANSFORM", payload));
+    }
+  }
+  std::remove((file.path() + ".partial").c_str());
+  state.SetItemsProcessed(state.iterations() * kEvents);
+}
+BENCHMARK(Writer)->Unit(benchmark::kMillisecond);
+
+const std::string& LongRun() {
+  static const BenchFile file("run.log");
+  static const bool written = [] {
+    test::SyntheticOptions options;
+    options.ticks = 3000;
+    test::WriteSyntheticLog(file.path(), options);
+    return true;
+  }();
+  static_cast<void>(written);
+  return file.path();
+}
+
+void Load(benchmark::State& state) {
+  const std::string& path = LongRun();
+  int64_t events = 0;
+  for (auto _ : state) {
+    const Result<RunLog> log = LoadRunLog(path);
+    events += log->facts.events;
+  }
+  state.SetItemsProcessed(events);
+}
+BENCHMARK(Load)->Unit(benchmark::kMillisecond);
+
+void CompareLoaded(benchmark::State& state) {
+  const Result<RunLog> log = LoadRunLog(LongRun());
+  int64_t events = 0;
+  for (auto _ : state) {
+    if (Compare(*log, *log).verdict != Verdict::kEquivalent) state.SkipWithError("not equivalent");
+    events += 2 * log->facts.events;
+  }
+  state.SetItemsProcessed(events);
+}
+BENCHMARK(CompareLoaded)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace morphbus::logger
+
+BENCHMARK_MAIN();
