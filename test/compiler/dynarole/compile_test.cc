@@ -155,6 +155,15 @@ TEST(PaperTest, QuadrupedStepsAsFigure10Says) {
   EXPECT_EQ(invocations[15], "BackRightLowerHalf.from_proj_backward_to_straight()");
 }
 
+// ---- The manual ----
+
+TEST(ManualTest, ItsFirstProgramCompiles) {
+  const std::string manual = ReadFile("docs/dynarole.md");
+  const size_t begin = manual.find("```\n") + 4;
+  const Compiled vehicle(manual.substr(begin, manual.find("```", begin) - begin));
+  EXPECT_EQ(vehicle.program().num_roles(), 4);
+}
+
 // ---- Stages ----
 
 TEST(DumpTest, StagesMatchTheirGoldenFiles) {
