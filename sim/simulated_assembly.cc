@@ -34,7 +34,6 @@ morphbus::docked_connector_t Reading(const model::Model& model, const model::Doc
   morphbus::docked_connector_t reading;
   reading.connection_type = static_cast<int8_t>(docking.connection_type);
   int option = docking.option;
-  bool member_a = seen_from_a;
   if (seen_from_a) {
     reading.connector = static_cast<int8_t>(docking.connector_a);
     reading.mate_connector = static_cast<int8_t>(docking.connector_b);
@@ -43,14 +42,10 @@ morphbus::docked_connector_t Reading(const model::Model& model, const model::Doc
     reading.connector = static_cast<int8_t>(docking.connector_b);
     reading.mate_connector = static_cast<int8_t>(docking.connector_a);
     reading.mate_module = static_cast<int16_t>(docking.module_a);
-    if (const std::optional<int> mirror = model::MirrorOption(model, docking)) {
-      option = *mirror;
-      member_a = true;
-    }
+    // A connection of unlike types has no mirror image; its number is then the mate's.
+    option = model::MirrorOption(model, docking).value_or(option);
   }
-  // Seen from member b of a connection that has no mirror image: the mate's number, negative.
-  const int number = options[static_cast<size_t>(option)].number;
-  reading.number = static_cast<int16_t>(member_a ? number : -number);
+  reading.number = static_cast<int16_t>(options[static_cast<size_t>(option)].number);
   return reading;
 }
 
@@ -107,6 +102,21 @@ SimulatedAssembly::SimulatedAssembly(std::shared_ptr<const model::Model> model,
   world_ = std::make_unique<World>(assembly, options_.world);
   world_hash_ = world_->hash();
   states_ = InitialStates(*model_, robot_);
+  FindFirstLinks();
+}
+
+// Bodies are numbered by first appearance in (module, link) order.
+void SimulatedAssembly::FindFirstLinks() {
+  first_links_.clear();
+  const std::vector<std::vector<int>> body_of = model::BodiesOf(*model_, robot_);
+  for (int m = 0; m < static_cast<int>(body_of.size()); ++m) {
+    const std::vector<int>& bodies = body_of[static_cast<size_t>(m)];
+    for (int l = 0; l < static_cast<int>(bodies.size()); ++l) {
+      if (bodies[static_cast<size_t>(l)] == static_cast<int>(first_links_.size())) {
+        first_links_.push_back({m, l});
+      }
+    }
+  }
 }
 
 void SimulatedAssembly::Sense(std::vector<morphbus::module_sensors_t>* out) {
@@ -141,23 +151,18 @@ void SimulatedAssembly::Sense(std::vector<morphbus::module_sensors_t>* out) {
 
 void SimulatedAssembly::Truth(std::vector<morphbus::body_pose_t>* out) {
   out->clear();
-  const Assembly& assembly = world_->assembly();
-  for (size_t b = 0; b < assembly.bodies.size(); ++b) {
-    const BodySpec& body = assembly.bodies[b];
-    const LinkSpec& link = body.links[static_cast<size_t>(body.first_link)];
-    const Pose X_WL = world_->body(static_cast<int>(b)).X_WB * link.X_BL;
+  const LinkPoseTable poses = LinkPoses();
+  for (const LinkRef& link : first_links_) {
+    const Pose& X_WL = poses[static_cast<size_t>(link.module)][static_cast<size_t>(link.link)];
     morphbus::body_pose_t& pose = out->emplace_back();
-    pose.module_id = static_cast<int16_t>(link.ref.module);
-    pose.link = static_cast<int8_t>(link.ref.link);
+    pose.module_id = static_cast<int16_t>(link.module);
+    pose.link = static_cast<int8_t>(link.link);
     const Eigen::Quaterniond q_WL(X_WL.linear());
     const double side = q_WL.w() < 0.0 ? -1.0 : 1.0;
     const double wxyz[4] = {q_WL.w(), q_WL.x(), q_WL.y(), q_WL.z()};
     for (int k = 0; k < 3; ++k) pose.position_m[k] = X_WL.translation()(k);
     for (int k = 0; k < 4; ++k) pose.orientation_wxyz[k] = side * wxyz[k];
   }
-  std::sort(out->begin(), out->end(), [](const auto& a, const auto& b) {
-    return std::tie(a.module_id, a.link) < std::tie(b.module_id, b.link);
-  });
 }
 
 void SimulatedAssembly::Actuate(const morphbus::actuator_t& command) {
@@ -288,6 +293,7 @@ void SimulatedAssembly::Rebuild() {
     next->set_set_point(static_cast<int>(j), Theta(spec, q));
   }
   world_ = std::move(next);
+  FindFirstLinks();
 }
 
 LinkPoseTable SimulatedAssembly::LinkPoses() const {

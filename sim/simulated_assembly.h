@@ -33,7 +33,8 @@ class SimulatedAssembly : public bridge::SimulatedRobot {
 
   void Sense(std::vector<morphbus::module_sensors_t>* out) override;
 
-  /// One entry a body, in order of its first link (module, then link): X_WL of that link.
+  /// One entry a body of the kinematic graph, by its first link (module, then link): X_WL of that
+  /// link. Bodies that locked joints hold together have an entry each.
   void Truth(std::vector<morphbus::body_pose_t>* out) override;
 
   /// Commands are applied by the next Advance. Unknown modules and joints are ignored; a connector
@@ -80,6 +81,7 @@ class SimulatedAssembly : public bridge::SimulatedRobot {
   void Undock(size_t docking);
   void Dock(const model::Docking& docking);
   void Rebuild();
+  void FindFirstLinks();
 
   std::shared_ptr<const model::Model> model_;
   model::Robot robot_;
@@ -87,6 +89,7 @@ class SimulatedAssembly : public bridge::SimulatedRobot {
   std::unique_ptr<World> world_;
   std::string world_hash_;
   ConnectorStates states_;
+  std::vector<LinkRef> first_links_;  ///< Of every body of the kinematic graph.
   std::vector<morphbus::actuator_t> pending_;
 };
 

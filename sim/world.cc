@@ -94,15 +94,33 @@ struct EngineJoint {
   std::unique_ptr<btHingeConstraint> hinge;
   std::unique_ptr<btSliderConstraint> slider;
   std::unique_ptr<btJointFeedback> feedback;
+  btVector3 motor_axis_W{0, 0, 0};
+  btVector3 motor_arm_W{0, 0, 0};  ///< From body 2's centre of mass to the axis.
   Servo servo{{}, 0.0};
   JointState state;
 };
 
-double MotorEffort(const EngineJoint& joint, const btVector3& axis_W) {
-  const btVector3& f = joint.feedback->m_appliedForceBodyA;
-  if (joint.slider) return f.dot(axis_W);
-  const btVector3 r = joint.body_2->getWorldTransform().getBasis() * joint.X_B2J.getOrigin();
-  return axis_W.dot(joint.feedback->m_appliedTorqueBodyA - r.cross(f));
+// Notes the line about which the coming step's motor will act: the mean of the two bodies' ideas of
+// the axis, weighted as the engine does. About any other line shocks would show as motor torque.
+void NoteMotorLine(EngineJoint* joint) {
+  const btMatrix3x3& R_WB1 = joint->body_1->getWorldTransform().getBasis();
+  const btMatrix3x3& R_WB2 = joint->body_2->getWorldTransform().getBasis();
+  if (joint->slider) {
+    joint->motor_axis_W = R_WB1 * joint->X_B1J.getBasis().getColumn(0);
+    return;
+  }
+  joint->motor_axis_W =
+      (R_WB2 * joint->X_B2J.getBasis().getColumn(2) * joint->body_1->getInvMass() +
+       R_WB1 * joint->X_B1J.getBasis().getColumn(2) * joint->body_2->getInvMass())
+          .normalized();
+  joint->motor_arm_W = R_WB2 * joint->X_B2J.getOrigin();
+}
+
+double MotorEffort(const EngineJoint& joint) {
+  const btJointFeedback& applied = *joint.feedback;
+  if (joint.slider) return applied.m_appliedForceBodyB.dot(joint.motor_axis_W);
+  return joint.motor_axis_W.dot(applied.m_appliedTorqueBodyA -
+                                joint.motor_arm_W.cross(applied.m_appliedForceBodyA));
 }
 
 void MeasureHinge(EngineJoint* joint) {
@@ -117,7 +135,6 @@ void MeasureHinge(EngineJoint* joint) {
   const btVector3 axis_W = R_WJ1.getColumn(2);
   joint->state.rate =
       axis_W.dot(joint->body_2->getAngularVelocity() - joint->body_1->getAngularVelocity());
-  joint->state.motor_effort = MotorEffort(*joint, axis_W);
 }
 
 void MeasureSlider(EngineJoint* joint) {
@@ -129,12 +146,12 @@ void MeasureSlider(EngineJoint* joint) {
   const btVector3 r2 = p_WJ2 - joint->body_2->getCenterOfMassPosition();
   joint->state.rate = axis_W.dot(joint->body_2->getVelocityInLocalPoint(r2) -
                                  joint->body_1->getVelocityInLocalPoint(r1));
-  joint->state.motor_effort = MotorEffort(*joint, axis_W);
 }
 
 void Measure(EngineJoint* joint) {
   if (joint->hinge) MeasureHinge(joint);
   if (joint->slider) MeasureSlider(joint);
+  if (joint->feedback) joint->state.motor_effort = MotorEffort(*joint);
 }
 
 std::unique_ptr<btHingeConstraint> MakeHinge(const JointSpec& spec, const EngineJoint& joint) {
@@ -310,6 +327,7 @@ void World::Step() {
     EngineJoint& joint = engine_->joints[i];
     const double effort = assembly_.joints[i].effort;
     const double velocity = joint.servo.Step(joint.state.theta, joint.state.rate, dt);
+    if (joint.feedback) NoteMotorLine(&joint);
     if (joint.hinge) joint.hinge->enableAngularMotor(true, velocity, effort * dt);
     if (joint.slider) {
       joint.slider->setPoweredLinMotor(true);
