@@ -7,7 +7,14 @@
 
 namespace morphbus::bridge {
 
+namespace {
+
 using Kind = ModuleAction::Kind;
+
+/// Ticks after which a module that is silent is no longer kept in mind.
+constexpr int64_t kRemembered = 16;
+
+}  // namespace
 
 ModuleLockstep::ModuleLockstep(const Config& config) : config_(config) {}
 
@@ -69,24 +76,18 @@ bool ModuleLockstep::OnSensors(int64_t tick, int part, int num_parts, bool mine,
 bool ModuleLockstep::OnTransform(uint16_t mate, int64_t tick, int64_t now_us, Actions* out) {
   if (phase_ != Phase::kRun || tick < 0) return false;
   if (!config_.realtime && tick != tick_ && tick != tick_ - 1) return false;
-  Mate* known = Find(mate);
-  if (known == nullptr) {
-    heard_.push_back({mate, {-1, -1}});
-    std::sort(heard_.begin(), heard_.end(), [](const Mate& a, const Mate& b) { return a.id < b.id; });
-    known = Find(mate);
-  }
-  int64_t& slot = known->ticks[tick & 1];
+  int64_t& slot = FindOrAdd(mate)->ticks[tick & 1];
   if (slot >= tick) return false;
   slot = tick;
   TryCompute(now_us, out);
   return true;
 }
 
-ModuleLockstep::Mate* ModuleLockstep::Find(uint16_t id) {
-  for (Mate& mate : heard_) {
-    if (mate.id == id) return &mate;
-  }
-  return nullptr;
+ModuleLockstep::Mate* ModuleLockstep::FindOrAdd(uint16_t id) {
+  const auto at = std::lower_bound(heard_.begin(), heard_.end(), id,
+                                   [](const Mate& mate, uint16_t other) { return mate.id < other; });
+  if (at != heard_.end() && at->id == id) return &*at;
+  return &*heard_.insert(at, {id, {-1, -1}});
 }
 
 bool ModuleLockstep::Has(uint16_t mate, int64_t tick) const {
@@ -114,6 +115,10 @@ void ModuleLockstep::TryCompute(int64_t now_us, Actions* out) {
   parts_.clear();
   have_reading_ = false;
   mates_.clear();
+  // Who was mated long ago, or never, is forgotten.
+  std::erase_if(heard_, [this](const Mate& mate) {
+    return std::max(mate.ticks[0], mate.ticks[1]) < tick_ - kRemembered;
+  });
   ask_.Disarm();
 }
 

@@ -66,7 +66,7 @@ class ModuleLockstep {
     int64_t ticks[2] = {-1, -1};  ///< By parity: what is there.
   };
 
-  Mate* Find(uint16_t id);
+  Mate* FindOrAdd(uint16_t id);
   [[nodiscard]] bool Has(uint16_t mate, int64_t tick) const;
   [[nodiscard]] bool Complete() const;
   void TryCompute(int64_t now_us, Actions* out);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
 #include <morphbus/actuator_t.hpp>
 #include <morphbus/ask_t.hpp>
 #include <morphbus/hello_t.hpp>
@@ -21,6 +22,11 @@ using morphbus::ask_t;
 
 /// In real time a mate's message this many ticks old is still better than none.
 constexpr int64_t kOldestUseful = 3;
+
+/// Names of modules that are remembered, and modules that are listened to: far more than a robot has,
+/// so that only messages made up in bad faith ever meet these limits.
+constexpr size_t kMostNames = 4096;
+constexpr size_t kMostMailboxes = 4 * vm::kMaxNeighbours;
 
 /// First bytes of a snapshot.
 struct SnapshotHead {
@@ -157,7 +163,9 @@ void ModuleParty::OnSensors(const uint8_t* data, size_t size) {
     const auto id = static_cast<uint16_t>(reading.module_id);
     if (id == options_.module_id) mine = &reading;
     // Names are told once and stay: a message that tells another one later is not believed.
-    if (CheckModuleName(reading.name)) directory_.try_emplace(id, reading.name);
+    if (directory_.size() < kMostNames && CheckModuleName(reading.name)) {
+      directory_.try_emplace(id, reading.name);
+    }
   }
   std::vector<uint16_t> mates;
   if (mine != nullptr && tick >= machine_.tick()) {
@@ -176,8 +184,17 @@ void ModuleParty::OnSensors(const uint8_t* data, size_t size) {
   if (options_.realtime || tick == machine_.tick()) sim_time_us_ = sensors_.header.sim_time_us;
   machine_.OnSensors(tick, sensors_.part, sensors_.num_parts, mine != nullptr, mates,
                      time_->NowUs(), &actions_);
+  if (mailboxes_.size() >= kMostMailboxes) ForgetAllBut(mates);
   for (const uint16_t mate : mates) Watch(mate);
   Settle();
+}
+
+void ModuleParty::ForgetAllBut(const std::vector<uint16_t>& mates) {
+  for (auto it = mailboxes_.begin(); it != mailboxes_.end();) {
+    const bool mated = std::find(mates.begin(), mates.end(), it->first) != mates.end();
+    if (!mated) bus_->Unsubscribe(Channel(options_.run, it->second.name, Topic::kTransform));
+    it = mated ? std::next(it) : mailboxes_.erase(it);
+  }
 }
 
 /// What SENSORS asks of this module besides telling it what it senses.
@@ -218,7 +235,9 @@ void ModuleParty::OnTransform(uint16_t mate, const uint8_t* data, size_t size) {
     return;
   }
   ++ledger_.received;
-  Mailbox& mailbox = mailboxes_[mate];
+  const auto found = mailboxes_.find(mate);
+  if (found == mailboxes_.end()) return;
+  Mailbox& mailbox = found->second;
   trackers_[mailbox.name].Take(transform_.header.sequence, &ledger_);
   const int64_t tick = transform_.header.tick;
   // The machine may compute at once: the content must be in place before it hears of it.

@@ -94,6 +94,7 @@ class ModuleParty : public Party {
   void TakeMates(const vm::TickInput& input, std::vector<uint16_t>* mates);
   void TakeOrders();
   void Watch(uint16_t mate);
+  void ForgetAllBut(const std::vector<uint16_t>& mates);
   /// Carries out the machine's wishes until it has none.
   void Settle();
   void Do(const ModuleAction& action);
