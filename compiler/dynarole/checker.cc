@@ -15,19 +15,25 @@ void Check(const source::SourceSet& sources, const KeywordTable& keywords, Progr
   Checker(sources, keywords, model, diagnostics).Run();
 }
 
+// Beyond so many nobody reads on; a hostile text could cause one a word.
+constexpr int kEnoughMessages = 100;
+
 Diagnostic& Checker::Error(const Span& span, std::string message) {
   muted_ = {};
-  return phase_ == Phase::kFinal ? diagnostics_.Error(span, std::move(message)) : muted_;
+  if (phase_ != Phase::kFinal || ++errors_ > kEnoughMessages) return muted_;
+  return diagnostics_.Error(span, std::move(message));
 }
 
 Diagnostic& Checker::Warning(const Span& span, std::string message) {
   muted_ = {};
-  return phase_ == Phase::kFinal ? diagnostics_.Warning(span, std::move(message)) : muted_;
+  if (phase_ != Phase::kFinal || ++warnings_ > kEnoughMessages) return muted_;
+  return diagnostics_.Warning(span, std::move(message));
 }
 
 void Checker::Suggest(Diagnostic* error, const std::string& name,
                       const std::vector<std::string>& candidates, const std::string& prefix,
                       const std::string& otherwise) {
+  if (error == &muted_) return;
   const std::string near = source::NearestName(name, candidates);
   error->hint = near.empty() ? otherwise : "did you mean '" + prefix + near + "'?";
 }
@@ -205,17 +211,20 @@ void Checker::CheckSignatures() {
 
 void Checker::CheckCalls() {
   std::vector<int> path;
+  heights_.assign(model_.routines.size(), 0);
   for (size_t i = 0; i < model_.routines.size(); ++i) {
     if (!VisitCalls(static_cast<int>(i), &path)) return;
   }
   for (const Routine& routine : model_.routines) CheckPurity(routine);
 }
 
-// Depth-first; the path is as long as calls may nest, so the recursion is short.
+// Depth-first, every routine once: heights_ holds how many frames each needs.
 bool Checker::VisitCalls(int index, std::vector<int>* path) {
   Routine& routine = model_.routines[static_cast<size_t>(index)];
+  int& height = heights_[static_cast<size_t>(index)];
   const bool circle = std::find(path->begin(), path->end(), index) != path->end();
-  if (circle || path->size() >= vm::kMaxCallDepth) {
+  const size_t frames = path->size() + static_cast<size_t>(std::max(height, 1));
+  if (circle || frames > vm::kMaxCallDepth) {
     std::string chain;
     for (const int step : *path) {
       chain += model_.routines[static_cast<size_t>(step)].name + " -> ";
@@ -227,18 +236,30 @@ bool Checker::VisitCalls(int index, std::vector<int>* path) {
                         : "; at most " + std::to_string(vm::kMaxCallDepth) + " deep");
     return false;
   }
+  if (height > 0) return true;
   path->push_back(index);
-  for (const CallSite& call : routine.calls) {
-    for (size_t role = 0; role < model_.roles.size(); ++role) {
-      if (!model_.IsA(static_cast<int>(role), routine.role)) continue;
-      const int callee = model_.roles[role].methods[static_cast<size_t>(call.slot)].routine;
-      if (!VisitCalls(callee, path)) return false;
-      const Routine& called = model_.routines[static_cast<size_t>(callee)];
-      routine.effect = std::max(routine.effect, called.effect);
-    }
+  int highest = 0;
+  for (const int callee : CalleesOf(routine)) {
+    if (!VisitCalls(callee, path)) return false;
+    highest = std::max(highest, heights_[static_cast<size_t>(callee)]);
+    routine.effect = std::max(routine.effect, model_.routines[static_cast<size_t>(callee)].effect);
   }
   path->pop_back();
+  height = highest + 1;
   return true;
+}
+
+// All functions that its calls may reach, whichever subrole is played.
+std::set<int> Checker::CalleesOf(const Routine& routine) const {
+  std::set<int> slots, callees;
+  for (const CallSite& call : routine.calls) slots.insert(call.slot);
+  for (size_t role = 0; role < model_.roles.size(); ++role) {
+    if (!model_.IsA(static_cast<int>(role), routine.role)) continue;
+    for (const int slot : slots) {
+      callees.insert(model_.roles[role].methods[static_cast<size_t>(slot)].routine);
+    }
+  }
+  return callees;
 }
 
 void Checker::CheckPurity(const Routine& routine) {

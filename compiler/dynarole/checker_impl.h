@@ -2,6 +2,7 @@
 // The checker's state, shared by checker.cc (passes, fields, whole program), checker_stmt.cc,
 // checker_expr.cc and checker_call.cc.
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,7 @@ class Checker {
   void CheckSignatures();
   void CheckCalls();
   bool VisitCalls(int routine, std::vector<int>* path);
+  [[nodiscard]] std::set<int> CalleesOf(const Routine& routine) const;
   void CheckPurity(const Routine& routine);
 
   // Statements (checker_stmt.cc).
@@ -106,6 +108,8 @@ class Checker {
   source::Diagnostic muted_;
   Phase phase_ = Phase::kBodies;
   bool changed_ = false;
+  int errors_ = 0, warnings_ = 0;
+  std::vector<int> heights_;  ///< Of each routine: frames it needs with all it calls, 0 unknown.
 
   // Of the routine or field value being checked.
   Routine* routine_ = nullptr;  ///< Null in a field's value.

@@ -25,6 +25,10 @@ int Checker::AddLocal(const std::string& name, const Span& span, Type type, bool
     Error(span, "too many variables and parameters").hint =
         "at most " + std::to_string(vm::image::kMaxLocals) + "; split it into functions";
   }
+  // One more than fits is enough to say so; the rest would only cost time.
+  if (routine_->locals.size() > vm::image::kMaxLocals) {
+    return static_cast<int>(routine_->locals.size()) - 1;
+  }
   Local local;
   local.name = name;
   local.span = span;

@@ -19,9 +19,9 @@ using ConstantPool = std::map<std::pair<ValueType, uint32_t>, int>;
 
 class FunctionGenerator : private FunctionBuilder {
  public:
-  FunctionGenerator(const source::SourceSet& sources, const Routine& routine, ConstantPool* pool,
+  FunctionGenerator(const LineTable& lines, const Routine& routine, ConstantPool* pool,
                     ProgramCode* program)
-      : FunctionBuilder(sources), routine_(routine), pool_(*pool), program_(*program) {}
+      : FunctionBuilder(lines), routine_(routine), pool_(*pool), program_(*program) {}
 
   FunctionCode Generate(source::Diagnostics* diagnostics) {
     const Member& member = *routine_.member;
@@ -428,8 +428,9 @@ ProgramCode Generate(const source::SourceSet& sources, const ProgramModel& model
                      source::Diagnostics* diagnostics) {
   ProgramCode code;
   ConstantPool pool;
+  const LineTable lines(sources.text(model.program->file));
   for (const Routine& routine : model.routines) {
-    FunctionGenerator generator(sources, routine, &pool, &code);
+    FunctionGenerator generator(lines, routine, &pool, &code);
     code.functions.push_back(generator.Generate(diagnostics));
   }
   CellCounter counter(model, code);

@@ -91,9 +91,16 @@ void DumpMember(const Member& member, std::string* out) {
 
 std::string DumpTokens(const source::SourceSet& sources, const std::vector<Token>& tokens) {
   std::string out;
+  // Tokens come in order, so one walk over the text numbers them all.
+  int line = 1, column = 1;
+  size_t at = 0;
   for (const Token& token : tokens) {
-    const source::LineColumn at = sources.Locate(token.span.file, token.span.begin);
-    out += fmt::format("{}:{} {}", at.line, at.column, Describe(token.kind));
+    for (const std::string_view text = sources.text(token.span.file); at < token.span.begin; ++at) {
+      const bool continues = (static_cast<unsigned char>(text[at]) & 0xc0u) == 0x80u;
+      column = text[at] == '\n' ? 1 : continues ? column : column + 1;
+      if (text[at] == '\n') ++line;
+    }
+    out += fmt::format("{}:{} {}", line, column, Describe(token.kind));
     const bool has_text = token.kind == TokenKind::kName || token.kind == TokenKind::kDollar ||
                           token.kind == TokenKind::kInt || token.kind == TokenKind::kFloat;
     if (has_text) out += " " + std::string(sources.text(token.span));

@@ -2,6 +2,8 @@
 // Assembles one function: bytes, joins, lines, and the types on the stack while they are emitted.
 
 #include <cstdint>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "compiler/dynarole/codegen.h"
@@ -18,9 +20,21 @@ struct Target {
   std::vector<vm::ValueType> stack;  ///< State on the first way there.
 };
 
+/// Line numbers of one text, without columns and so in logarithmic time for lines of any length.
+class LineTable {
+ public:
+  explicit LineTable(std::string_view text);
+  /// 1-based.
+  [[nodiscard]] int LineOf(size_t offset) const;
+
+ private:
+  std::vector<size_t> newlines_;
+};
+
 class FunctionBuilder {
  public:
-  explicit FunctionBuilder(const source::SourceSet& sources) : sources_(sources) {}
+  /// `lines` must outlive the builder.
+  explicit FunctionBuilder(const LineTable& lines) : lines_(lines) {}
 
   void Emit(vm::Opcode op) { EmitByte(static_cast<int>(op)); }
   void Emit(vm::Opcode op, int operand);
@@ -54,7 +68,7 @@ class FunctionBuilder {
   [[nodiscard]] size_t size() const { return code_.bytes.size(); }
 
  private:
-  const source::SourceSet& sources_;
+  const LineTable& lines_;
   FunctionCode code_;
   std::vector<vm::ValueType> stack_;
   bool too_complex_ = false;

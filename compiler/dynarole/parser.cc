@@ -109,16 +109,19 @@ bool Parser::ExpectClosing(TokenKind kind, const Span& opening) {
 
 bool Parser::EnterLevel() {
   if (++level_ <= kMaxDepth) return true;
-  GiveUp(Peek().span);
+  TooDeep(Peek().span);
   return false;
 }
 
-void Parser::GiveUp(const Span& span) {
-  if (Diagnostic* error = ErrorAt(span, "nested too deeply")) {
-    error->hint = "at most " + std::to_string(kMaxDepth) + " levels; split it into functions";
-  }
+void Parser::GiveUp(const Span& span, const std::string& message, const std::string& hint) {
+  if (Diagnostic* error = ErrorAt(span, message)) error->hint = hint;
   panic_ = gave_up_ = true;
   at_ = tokens_.size() - 1;
+}
+
+void Parser::TooDeep(const Span& span) {
+  GiveUp(span, "nested too deeply",
+         "at most " + std::to_string(kMaxDepth) + " levels; split it into functions");
 }
 
 // ---- Roles and members ----
@@ -196,6 +199,11 @@ void Parser::ParseMembers(Role* role) {
       return;
     }
     if (diagnostics_.all().size() >= 100) return;
+    if (role->members.size() == kMaxMembers) {
+      GiveUp(Peek().span, "role '" + role->name + "' has too many members",
+             "at most " + std::to_string(kMaxMembers));
+      return;
+    }
     ParseMember(role);
     if (panic_) SkipMember();
   }

@@ -51,7 +51,7 @@ ExprPtr Parser::Node(ExprKind kind, const Span& span) {
 void Parser::Adopt(Expr* parent, ExprPtr child) {
   parent->depth = std::max(parent->depth, child->depth + 1);
   parent->operands.push_back(std::move(child));
-  if (parent->depth > kMaxDepth) GiveUp(parent->span);
+  if (parent->depth > kMaxDepth) TooDeep(parent->span);
 }
 
 ExprPtr Parser::ParseExpr(int level) {

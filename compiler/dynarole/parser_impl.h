@@ -12,6 +12,9 @@
 
 namespace morphbus::dynarole {
 
+/// More than a role can hold of all kinds together, so that a hostile text costs no time later.
+inline constexpr size_t kMaxMembers = 200;
+
 class Parser {
  public:
   Parser(const source::SourceSet& sources, int file, const std::vector<Token>& tokens,
@@ -42,7 +45,8 @@ class Parser {
   bool ExpectSemicolon(const std::string& after);
   bool ExpectClosing(TokenKind kind, const source::Span& opening);
   bool EnterLevel();
-  void GiveUp(const source::Span& span);
+  void GiveUp(const source::Span& span, const std::string& message, const std::string& hint);
+  void TooDeep(const source::Span& span);
 
   // Roles and members (parser.cc).
   void ParseRole(Program* program);

@@ -226,6 +226,33 @@ TEST(LimitsTest, NoiseYieldsFewDiagnostics) {
   EXPECT_LT(result.diagnostics.all().size(), 300u);
 }
 
+// A function's calls may fan out as widely as roles allow; checking them must not.
+TEST(LimitsTest, ManyWaysThroughCallsAreWalkedOnce) {
+  std::string text = "abstract role Base extends Module { startup go() {";
+  for (int i = 0; i < 3; ++i) text += " f" + std::to_string(i) + "(true);";
+  text += " }\n";
+  for (int role = 0; role < 60; ++role) {
+    if (role > 0) text += "role R" + std::to_string(role) + " extends Base {\n";
+    for (int i = 0; i < 15; ++i) {
+      text += "function f" + std::to_string(i) + "(bool b) { if (b) self.sleepds(1);";
+      for (int k = i / 3 * 3 + 3; k < 15; ++k) text += " f" + std::to_string(k) + "(b);";
+      text += " }\n";
+      if (role > 28 && i > 10) break;
+    }
+    text += "}\n";
+  }
+  const CompileResult result = Compile(text);
+  EXPECT_FALSE(result.diagnostics.all().empty());
+}
+
+TEST(LimitsTest, OneEndlessLineIsReadInTime) {
+  std::string text = "role A extends Module { startup go() { var x = 1; ";
+  while (text.size() < 1000000) text += "y = x; x = y + z(w); ";
+  const CompileResult result = Compile(text + "} }");
+  EXPECT_TRUE(result.diagnostics.had_errors());
+  EXPECT_LT(result.diagnostics.all().size(), 250u);
+}
+
 // Programs with tokens dropped, doubled, swapped: diagnosed or compiled to something verifiable.
 TEST(MutationTest, DamagedProgramsNeverCrashTheCompiler) {
   std::mt19937 random(5);
