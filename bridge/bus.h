@@ -13,8 +13,8 @@ namespace morphbus::bridge {
 struct Ledger {
   int64_t received = 0;
   int64_t sent = 0;
-  int64_t lost = 0;             ///< Gaps in sequence numbers, later filled or not.
-  int64_t discarded = 0;        ///< Thrown away on purpose (--loss).
+  int64_t lost = 0;       ///< Gaps in sequence numbers, later filled or not.
+  int64_t discarded = 0;  ///< Thrown away on purpose (--loss).
   int64_t duplicates = 0;
   int64_t resent = 0;
   int64_t asked = 0;
@@ -36,7 +36,8 @@ class Bus {
   /// Receives the channel with exactly this name. Subscribing again replaces the handler.
   virtual void Subscribe(const std::string& channel, Handler handler) = 0;
 
-  /// Receives every channel whose name begins with `prefix` (loggers, spies; wakes for all of them).
+  /// Receives every channel whose name begins with `prefix` (loggers, spies; wakes for all of
+  /// them).
   virtual void SubscribePrefix(const std::string& prefix, Handler handler) = 0;
 
   virtual void Unsubscribe(const std::string& channel) = 0;

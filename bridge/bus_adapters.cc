@@ -77,20 +77,20 @@ class BusMux::Endpoint : public Bus {
     const bool known = impl_->exact.contains(channel);
     impl_->Add(&impl_->exact, channel, this, std::move(handler));
     if (known) return;
-    impl_->bus->Subscribe(channel, [impl = impl_, channel](std::string_view name,
-                                                           const uint8_t* data, size_t size) {
-      Impl::Dispatch(impl->exact, channel, name, data, size);
-    });
+    impl_->bus->Subscribe(
+        channel, [impl = impl_, channel](std::string_view name, const uint8_t* data, size_t size) {
+          Impl::Dispatch(impl->exact, channel, name, data, size);
+        });
   }
 
   void SubscribePrefix(const std::string& prefix, Handler handler) override {
     const bool known = impl_->prefixes.contains(prefix);
     impl_->Add(&impl_->prefixes, prefix, this, std::move(handler));
     if (known) return;
-    impl_->bus->SubscribePrefix(prefix, [impl = impl_, prefix](std::string_view name,
-                                                               const uint8_t* data, size_t size) {
-      Impl::Dispatch(impl->prefixes, prefix, name, data, size);
-    });
+    impl_->bus->SubscribePrefix(
+        prefix, [impl = impl_, prefix](std::string_view name, const uint8_t* data, size_t size) {
+          Impl::Dispatch(impl->prefixes, prefix, name, data, size);
+        });
   }
 
   void Unsubscribe(const std::string& channel) override {

@@ -11,8 +11,8 @@
 
 namespace morphbus::bridge {
 
-/// Lets several parties of one process share one bus, each with its own subscriptions. Messages go to
-/// the parties in order of Connect(). Handle() of an endpoint handles the shared bus for all.
+/// Lets several parties of one process share one bus, each with its own subscriptions. Messages go
+/// to the parties in order of Connect(). Handle() of an endpoint handles the shared bus for all.
 /// Endpoints must not outlive the mux, nor the mux the bus.
 class BusMux {
  public:

@@ -8,8 +8,8 @@
 namespace morphbus::bridge {
 namespace {
 
-constexpr uint32_t kMagicOffset = 8;     // After the UDP header.
-constexpr uint32_t kChannelOffset = 16;  // After LCM's magic and sequence number.
+constexpr uint32_t kMagicOffset = 8;        // After the UDP header.
+constexpr uint32_t kChannelOffset = 16;     // After LCM's magic and sequence number.
 constexpr uint32_t kShort = 0x4c433032;     // "LC02"
 constexpr uint32_t kFragment = 0x4c433033;  // "LC03"
 
@@ -54,8 +54,8 @@ void AppendChannel(const std::string& channel, std::vector<sock_filter>* program
 }  // namespace
 
 std::vector<sock_filter> BuildChannelFilter(std::vector<std::string> channels) {
-  // Short names first: comparing with a name never reads beyond packets of names at least as long, so
-  // no packet is rejected for its size before its own name had its turn.
+  // Short names first: comparing with a name never reads beyond packets of names at least as long,
+  // so no packet is rejected for its size before its own name had its turn.
   std::sort(channels.begin(), channels.end(), [](const std::string& a, const std::string& b) {
     return a.size() != b.size() ? a.size() < b.size() : a < b;
   });

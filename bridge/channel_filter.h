@@ -8,9 +8,10 @@
 
 namespace morphbus::bridge {
 
-/// Program for a UDP socket (offset 0 is the UDP header): passes fragments ("LC03", whose channel stands
-/// only in the first one) and short messages ("LC02") on exactly these channels; drops everything else.
-/// Empty if the channels need more instructions than the kernel takes (4096): then do without a filter.
+/// Program for a UDP socket (offset 0 is the UDP header): passes fragments ("LC03", whose channel
+/// stands only in the first one) and short messages ("LC02") on exactly these channels; drops
+/// everything else. Empty if the channels need more instructions than the kernel takes (4096): then
+/// do without a filter.
 std::vector<sock_filter> BuildChannelFilter(std::vector<std::string> channels);
 
 /// Attaches the program to the socket, replacing an earlier one; an empty program detaches.

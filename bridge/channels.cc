@@ -44,7 +44,8 @@ bool IsWord(std::string_view text, bool dash) {
 }
 
 bool IsModuleName(std::string_view name) {
-  return !name.empty() && name.size() <= kMaxProcessName && IsWord(name, false) && !IsReserved(name);
+  return !name.empty() && name.size() <= kMaxProcessName && IsWord(name, false) &&
+         !IsReserved(name);
 }
 
 bool IsRunName(std::string_view run) {
@@ -53,11 +54,14 @@ bool IsRunName(std::string_view run) {
 
 bool OwnerFits(TopicRow::Owner owner, std::string_view process) {
   switch (owner) {
-    case TopicRow::Owner::kSim: return process == kSimProcess;
-    case TopicRow::Owner::kModule: return IsModuleName(process);
+    case TopicRow::Owner::kSim:
+      return process == kSimProcess;
+    case TopicRow::Owner::kModule:
+      return IsModuleName(process);
     case TopicRow::Owner::kProcess:
       return process == kSimProcess || process == kLogProcess || IsModuleName(process);
-    case TopicRow::Owner::kRun: return process.empty();
+    case TopicRow::Owner::kRun:
+      return process.empty();
   }
   return false;
 }
@@ -107,7 +111,8 @@ Result<void> CheckRunName(std::string_view run) {
 Result<void> CheckModuleName(std::string_view module) {
   if (IsModuleName(module)) return {};
   if (IsReserved(module)) {
-    return Fail("'" + std::string(module) + "' cannot name a module: the bus uses that name itself");
+    return Fail("'" + std::string(module) +
+                "' cannot name a module: the bus uses that name itself");
   }
   return Fail("'" + std::string(module) +
               "' cannot name a module on the bus: use 1 to 28 letters, digits or '_'");

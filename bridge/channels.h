@@ -12,10 +12,18 @@ namespace morphbus::bridge {
 
 /// What a channel carries.
 enum class Topic : uint8_t {
-  kClock, kSensors, kWorld,           // RUN/SIM/...
-  kTransform, kActuator, kStatus,     // RUN/<module>/...
-  kHealth, kAsk,                      // RUN/<process>/...; ASK is named by the addressee.
-  kHello, kInfo, kControl, kEnd,      // RUN/...
+  kClock,
+  kSensors,
+  kWorld,  // RUN/SIM/...
+  kTransform,
+  kActuator,
+  kStatus,  // RUN/<module>/...
+  kHealth,
+  kAsk,  // RUN/<process>/...; ASK is named by the addressee.
+  kHello,
+  kInfo,
+  kControl,
+  kEnd,  // RUN/...
 };
 
 /// Process names that are not modules. Modules are called by their names in the model.
@@ -49,7 +57,8 @@ bool IsHashed(Topic topic);
 /// A run's name: 1..24 of A-Z a-z 0-9 _ -.
 Result<void> CheckRunName(std::string_view run);
 
-/// A module's name on the bus: 1..28 of A-Z a-z 0-9 _, and none of SIM, LOG, HELLO, INFO, CONTROL, END.
+/// A module's name on the bus: 1..28 of A-Z a-z 0-9 _, and none of SIM, LOG, HELLO, INFO, CONTROL,
+/// END.
 Result<void> CheckModuleName(std::string_view module);
 
 }  // namespace morphbus::bridge

@@ -67,12 +67,12 @@ Result<void> DecodeHeader(const uint8_t* data, size_t size, morphbus::header_t* 
 
 uint64_t WireHash() {
   const std::array<int64_t, 13> parts = {
-      morphbus::header_t::PROTOCOL,      morphbus::sim_clock_t::getHash(),
-      morphbus::sensors_t::getHash(),    morphbus::world_t::getHash(),
-      morphbus::transform_t::getHash(),  morphbus::actuator_t::getHash(),
-      morphbus::status_t::getHash(),     morphbus::hello_t::getHash(),
-      morphbus::ask_t::getHash(),        morphbus::health_t::getHash(),
-      morphbus::info_part_t::getHash(),  morphbus::control_t::getHash(),
+      morphbus::header_t::PROTOCOL,     morphbus::sim_clock_t::getHash(),
+      morphbus::sensors_t::getHash(),   morphbus::world_t::getHash(),
+      morphbus::transform_t::getHash(), morphbus::actuator_t::getHash(),
+      morphbus::status_t::getHash(),    morphbus::hello_t::getHash(),
+      morphbus::ask_t::getHash(),       morphbus::health_t::getHash(),
+      morphbus::info_part_t::getHash(), morphbus::control_t::getHash(),
       morphbus::log_end_t::getHash()};
   uint64_t hash = 0;
   for (const int64_t part : parts) {

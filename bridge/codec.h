@@ -1,8 +1,9 @@
 #pragma once
-// LCM structs to bytes and back, with every check that untrusted bytes need: size exact, fingerprint,
-// protocol version, CRC-32, lengths within the capacities of vm/limits.h, ids in range, numbers finite,
-// text clean. All checks run on the bytes, before anything is allocated. Layout: lcm-gen's (big-endian,
-// fingerprint first); header_t comes first in every message, so its crc32 stands at byte 8.
+// LCM structs to bytes and back, with every check that untrusted bytes need: size exact,
+// fingerprint, protocol version, CRC-32, lengths within the capacities of vm/limits.h, ids in
+// range, numbers finite, text clean. All checks run on the bytes, before anything is allocated.
+// Layout: lcm-gen's (big-endian, fingerprint first); header_t comes first in every message, so its
+// crc32 stands at byte 8.
 
 #include <cstdint>
 #include <morphbus/header_t.hpp>
@@ -48,7 +49,8 @@ Result<void> DecodeHeader(const uint8_t* data, size_t size, morphbus::header_t* 
 /// Fingerprint of the message's type; 0 if there are not 8 bytes.
 int64_t FingerprintOf(const uint8_t* data, size_t size);
 
-/// Hash of the fingerprints of all wire types and the protocol's number: unlike builds differ in it.
+/// Hash of the fingerprints of all wire types and the protocol's number: unlike builds differ in
+/// it.
 uint64_t WireHash();
 
 // Implementation of the templates.

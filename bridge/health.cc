@@ -6,7 +6,9 @@
 namespace morphbus::bridge {
 namespace {
 
-int64_t Microseconds(const timeval& time) { return int64_t{time.tv_sec} * 1'000'000 + time.tv_usec; }
+int64_t Microseconds(const timeval& time) {
+  return int64_t{time.tv_sec} * 1'000'000 + time.tv_usec;
+}
 
 }  // namespace
 

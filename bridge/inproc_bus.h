@@ -1,6 +1,6 @@
 #pragma once
-// A bus within one process and one thread: --inproc runs and tests. Deterministic: every endpoint gets
-// messages in order of publication.
+// A bus within one process and one thread: --inproc runs and tests. Deterministic: every endpoint
+// gets messages in order of publication.
 
 #include <cstdint>
 #include <deque>

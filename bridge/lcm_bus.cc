@@ -46,8 +46,8 @@ std::set<int> SocketsOnPort(uint16_t port) {
 std::string EscapeForRegex(const std::string& text) {
   std::string escaped;
   for (const char c : text) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                       (c >= '0' && c <= '9') || c == '_' || c == '/' || c == '-';
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       c == '_' || c == '/' || c == '-';
     if (!plain) escaped += '\\';
     escaped += c;
   }
@@ -129,7 +129,8 @@ class LcmBus : public Bus {
     const std::set<int> before = first && udp ? SocketsOnPort(url_.port) : std::set<int>();
     auto subscription = std::make_shared<Subscription>(this, std::move(handler));
     subscription->self = subscription;
-    subscription->lcm_subscription = lcm_subscribe(lcm_, regex.c_str(), &OnMessage, subscription.get());
+    subscription->lcm_subscription =
+        lcm_subscribe(lcm_, regex.c_str(), &OnMessage, subscription.get());
     if (subscription->lcm_subscription != nullptr) {
       // LCM's own queue holds 30 by default; ours counts what it drops.
       lcm_subscription_set_queue_capacity(subscription->lcm_subscription,
@@ -169,7 +170,8 @@ class LcmBus : public Bus {
     }
     pollfd ready = {lcm_get_fileno(lcm_), POLLIN, 0};
     if (poll(&ready, 1, timeout_ms) <= 0) return;
-    // lcm_handle never blocks while the descriptor is readable: one byte stands for the whole queue.
+    // lcm_handle never blocks while the descriptor is readable: one byte stands for the whole
+    // queue.
     for (size_t i = 0; i < 2 * kBusQueueDepth && (ready.revents & POLLIN) != 0; ++i) {
       if (lcm_handle(lcm_) != 0) return;
       ready.revents = 0;

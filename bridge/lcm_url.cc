@@ -108,8 +108,10 @@ Result<void> CheckUdpOptions(const std::string& url, const Parts& parts, bool* h
                           "', which LCM does not know; ttl and recv_buf_size exist");
     }
     int64_t value = 0;
-    if (option.value == "true" || option.value == "false") value = option.value == "true" ? 1 : 0;
-    else if (!ToNumber(option.value, &value)) value = -1;
+    if (option.value == "true" || option.value == "false")
+      value = option.value == "true" ? 1 : 0;
+    else if (!ToNumber(option.value, &value))
+      value = -1;
     if (value < known->lowest || value > known->highest) {
       return Bad(url, "has " + std::string(option.key) + "=" + std::string(option.value) +
                           ", which is not a number from " + std::to_string(known->lowest) + " to " +
@@ -143,7 +145,8 @@ Result<LcmUrl> ResolveLcmUrl(const std::string& given) {
     if (Result<void> r = CheckUdpOptions(url, *parts, &has_buffer); !r) {
       return tl::unexpected<Error>(r.error());
     }
-    if (!has_buffer) out.url += (parts->options.empty() ? "?" : "&") + std::string("recv_buf_size=4194304");
+    if (!has_buffer)
+      out.url += (parts->options.empty() ? "?" : "&") + std::string("recv_buf_size=4194304");
     if (!has_buffer && url.ends_with('?')) out.url = url + "recv_buf_size=4194304";
     return out;
   }
@@ -168,10 +171,11 @@ Result<void> CheckMulticastRoute(const LcmUrl& url) {
   std::array<char, INET_ADDRSTRLEN> text = {};
   inet_ntop(AF_INET, &address.sin_addr, text.data(), text.size());
   if (error == ENETUNREACH || error == EHOSTUNREACH) {
-    return Fail(std::string("multicast to ") + text.data() +
-                " has no route on this machine: run `sudo ip link set lo up multicast on && sudo ip "
-                "route add 224.0.0.0/4 dev lo`, or give the run a network of its own with "
-                "`morphbus run --isolate`");
+    return Fail(
+        std::string("multicast to ") + text.data() +
+        " has no route on this machine: run `sudo ip link set lo up multicast on && sudo ip "
+        "route add 224.0.0.0/4 dev lo`, or give the run a network of its own with "
+        "`morphbus run --isolate`");
   }
   return Fail(std::string("cannot reach the multicast group ") + text.data() + ": " +
               std::strerror(error));

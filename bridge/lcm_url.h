@@ -1,5 +1,6 @@
 #pragma once
-// LCM URLs as LCM users know them, checked before LCM sees them: LCM itself prints to stderr and goes on.
+// LCM URLs as LCM users know them, checked before LCM sees them: LCM itself prints to stderr and
+// goes on.
 
 #include <cstdint>
 #include <string>
@@ -19,11 +20,12 @@ struct LcmUrl {
   uint16_t port = 0;     ///< udpm, mpudpm: UDP port.
 };
 
-/// `given`, else $LCM_DEFAULT_URL, else the default; checked: provider known, group within 224.0.0.0/4,
-/// port 1..65535, options known, numbers in range.
+/// `given`, else $LCM_DEFAULT_URL, else the default; checked: provider known, group within
+/// 224.0.0.0/4, port 1..65535, options known, numbers in range.
 Result<LcmUrl> ResolveLcmUrl(const std::string& given);
 
-/// Fails with one sentence that names the mending command if multicast to the group has no route here.
+/// Fails with one sentence that names the mending command if multicast to the group has no route
+/// here.
 Result<void> CheckMulticastRoute(const LcmUrl& url);
 
 }  // namespace morphbus::bridge

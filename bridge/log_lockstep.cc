@@ -96,15 +96,15 @@ bool LogLockstep::OnModule(Line line, int module, int64_t sequence, int64_t tick
     return Unknown(tick, now_us, out);
   }
   Module& m = modules_[static_cast<size_t>(module)];
-  Row& row = line == Line::kTransform ? m.transform
-                                      : (line == Line::kActuator ? m.actuator : m.status);
+  Row& row =
+      line == Line::kTransform ? m.transform : (line == Line::kActuator ? m.actuator : m.status);
   const bool fresh = row.Take(sequence, config_.passive);
   if (fresh && line == Line::kActuator && !config_.passive) m.status_counts[tick] = status_count;
   return Taken(fresh, tick, now_us, out);
 }
 
-/// A message that cannot be placed before CLOCK and SENSORS have told about the modules: it is asked for
-/// again later.
+/// A message that cannot be placed before CLOCK and SENSORS have told about the modules: it is
+/// asked for again later.
 bool LogLockstep::Unknown(int64_t tick, int64_t now_us, Actions* out) {
   silence_.Heard(now_us);
   if (tick > highest_tick_) {

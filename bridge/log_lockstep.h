@@ -15,8 +15,8 @@ namespace morphbus::bridge {
 struct LogAction {
   enum class Kind : uint8_t {
     kHello,
-    kAck,      ///< All up to `tick` is there.
-    kAskGap,   ///< Messages first..last of the line are missing.
+    kAck,     ///< All up to `tick` is there.
+    kAskGap,  ///< Messages first..last of the line are missing.
     kEndAck,
     kFinish,
     kLostSim,  ///< Nothing heard from the run for too long. Finished.
@@ -25,7 +25,7 @@ struct LogAction {
   Kind kind = Kind::kFinish;
   int64_t tick = 0;
   Line line = Line::kClock;
-  int module = -1;   ///< Number in order of first mention in SENSORS; -1 for the sim's lines.
+  int module = -1;  ///< Number in order of first mention in SENSORS; -1 for the sim's lines.
   int64_t first = 0, last = 0;
 };
 
@@ -34,7 +34,7 @@ class LogLockstep {
   using Line = LogAction::Line;
   using Actions = std::vector<LogAction>;
   struct Config {
-    bool passive = false;   ///< Real time: only listens.
+    bool passive = false;  ///< Real time: only listens.
     int64_t ack_every = 8;
     int64_t window = kKeptTicks;
     LockstepTiming timing;
@@ -55,8 +55,8 @@ class LogLockstep {
   void OnPoll(int64_t tick, int64_t now_us, Actions* out);
   void OnBye(Actions* out);
   void OnTime(int64_t now_us, Actions* out);
-  /// Number of a module that SENSORS mentioned; given at first mention. -1 if CLOCK has not told the
-  /// number of modules yet, or it is exhausted.
+  /// Number of a module that SENSORS mentioned; given at first mention. -1 if CLOCK has not told
+  /// the number of modules yet, or it is exhausted.
   int AddModule(const std::string& name);
   /// Number of a known module; -1 if SENSORS has not mentioned it.
   [[nodiscard]] int ModuleNumber(const std::string& name) const;
@@ -79,8 +79,8 @@ class LogLockstep {
   enum class Phase : uint8_t { kIdle, kRun, kEnded, kDone };
   /// Which numbers of a line are there.
   struct Row {
-    int64_t next = 0;              ///< All below are there.
-    std::vector<int64_t> beyond;   ///< Above, sorted.
+    int64_t next = 0;             ///< All below are there.
+    std::vector<int64_t> beyond;  ///< Above, sorted.
     bool Take(int64_t sequence, bool passive);
   };
   struct Module {
@@ -102,14 +102,14 @@ class LogLockstep {
   Row clock_, sensors_, world_;
   std::vector<Module> modules_;
   std::vector<std::string> names_;
-  int64_t highest_tick_ = -1;   ///< SENSORS of it exist.
+  int64_t highest_tick_ = -1;  ///< SENSORS of it exist.
   int64_t end_tick_ = -1;
   int64_t complete_tick_ = -1;
   int64_t acked_tick_ = -1;
   RetryTimer ask_;
   SilenceMeter silence_;
-  bool sim_heard_ = false;      ///< A CLOCK has come.
-  int64_t hello_due_us_ = 0;    ///< Until then: when to say HELLO again.
+  bool sim_heard_ = false;    ///< A CLOCK has come.
+  int64_t hello_due_us_ = 0;  ///< Until then: when to say HELLO again.
 };
 
 }  // namespace morphbus::bridge

@@ -29,12 +29,18 @@ LogLockstep::Config MachineConfig(const LogPartyOptions& options) {
 
 Topic TopicOf(LogAction::Line line) {
   switch (line) {
-    case LogAction::Line::kClock: return Topic::kClock;
-    case LogAction::Line::kSensors: return Topic::kSensors;
-    case LogAction::Line::kWorld: return Topic::kWorld;
-    case LogAction::Line::kTransform: return Topic::kTransform;
-    case LogAction::Line::kActuator: return Topic::kActuator;
-    case LogAction::Line::kStatus: break;
+    case LogAction::Line::kClock:
+      return Topic::kClock;
+    case LogAction::Line::kSensors:
+      return Topic::kSensors;
+    case LogAction::Line::kWorld:
+      return Topic::kWorld;
+    case LogAction::Line::kTransform:
+      return Topic::kTransform;
+    case LogAction::Line::kActuator:
+      return Topic::kActuator;
+    case LogAction::Line::kStatus:
+      break;
   }
   return Topic::kStatus;
 }
@@ -68,7 +74,8 @@ LogParty::LogParty(Bus* bus, const TimeSource* time, LogPartyOptions options, Re
       options_(std::move(options)),
       record_(std::move(record)),
       bus_(bus),
-      outbox_(bus, Speaker{options_.run, std::string(kLogProcess), options_.model_hash, 0}, &ledger_),
+      outbox_(bus, Speaker{options_.run, std::string(kLogProcess), options_.model_hash, 0},
+              &ledger_),
       machine_(MachineConfig(options_)) {}
 
 LogParty::~LogParty() = default;
@@ -141,8 +148,12 @@ LogParty::Verdict LogParty::TakeHashed(const ChannelName& name, std::string_view
   const Expectation expect{options_.model_hash, 0};
   Verdict verdict = Verdict::kBad;
   switch (name.topic) {
-    case Topic::kClock: verdict = TakeClock(data, size); break;
-    case Topic::kSensors: verdict = TakeSensors(header, data, size); break;
+    case Topic::kClock:
+      verdict = TakeClock(data, size);
+      break;
+    case Topic::kSensors:
+      verdict = TakeSensors(header, data, size);
+      break;
     case Topic::kWorld:
       if (!Check<morphbus::world_t>(data, size, expect)) return Verdict::kBad;
       verdict = machine_.OnPart(LogLockstep::Line::kWorld, header.sequence, header.tick,
@@ -150,7 +161,9 @@ LogParty::Verdict LogParty::TakeHashed(const ChannelName& name, std::string_view
                     ? Verdict::kNew
                     : Verdict::kDuplicate;
       break;
-    default: verdict = TakeModule(name, header, data, size); break;
+    default:
+      verdict = TakeModule(name, header, data, size);
+      break;
   }
   if (verdict == Verdict::kBad) return verdict;
   auto tracker = trackers_.find(channel);
@@ -241,7 +254,8 @@ void LogParty::Settle() {
 void LogParty::Do(const LogAction& action) {
   ask_t ask;
   switch (action.kind) {
-    case Kind::kHello: return SayHello();
+    case Kind::kHello:
+      return SayHello();
     case Kind::kAck:
       ask.kind = ask_t::KIND_ACK;
       ask.acknowledged_tick = action.tick;

@@ -41,7 +41,8 @@ class LogParty : public Party {
  public:
   using Recorder = std::function<void(const LoggedMessage& message)>;
 
-  /// `bus` and `time` outlive the party. `record` gets every message on RUN/..., in order of arrival.
+  /// `bus` and `time` outlive the party. `record` gets every message on RUN/..., in order of
+  /// arrival.
   LogParty(Bus* bus, const TimeSource* time, LogPartyOptions options, Recorder record);
   ~LogParty() override;
 
@@ -64,8 +65,8 @@ class LogParty : public Party {
   [[nodiscard]] const std::string& end_reason() const { return end_reason_; }
   /// Ticks of which nothing is missing.
   [[nodiscard]] int64_t complete_ticks() const { return machine_.complete_tick() + 1; }
-  /// Count and hash of every hashed channel, as received, in order of name; equal to the publishers'
-  /// once complete().
+  /// Count and hash of every hashed channel, as received, in order of name; equal to the
+  /// publishers' once complete().
   [[nodiscard]] std::vector<ChannelTotal> totals() const;
   [[nodiscard]] std::string run_hash() const;
 
@@ -80,8 +81,8 @@ class LogParty : public Party {
                      size_t size);
   Verdict TakeClock(const uint8_t* data, size_t size);
   Verdict TakeSensors(const morphbus::header_t& header, const uint8_t* data, size_t size);
-  Verdict TakeModule(const ChannelName& name, const morphbus::header_t& header,
-                     const uint8_t* data, size_t size);
+  Verdict TakeModule(const ChannelName& name, const morphbus::header_t& header, const uint8_t* data,
+                     size_t size);
   void AddToLine(std::string_view channel, int64_t sequence, const uint8_t* data, size_t size);
   void TakeAsk(const uint8_t* data, size_t size);
   /// Carries out the machine's wishes until it has none.

@@ -84,16 +84,16 @@ bool ModuleLockstep::OnTransform(uint16_t mate, int64_t tick, int64_t now_us, Ac
 }
 
 ModuleLockstep::Mate* ModuleLockstep::FindOrAdd(uint16_t id) {
-  const auto at = std::lower_bound(heard_.begin(), heard_.end(), id,
-                                   [](const Mate& mate, uint16_t other) { return mate.id < other; });
+  const auto at =
+      std::lower_bound(heard_.begin(), heard_.end(), id,
+                       [](const Mate& mate, uint16_t other) { return mate.id < other; });
   if (at != heard_.end() && at->id == id) return &*at;
   return &*heard_.insert(at, {id, {-1, -1}});
 }
 
 bool ModuleLockstep::Has(uint16_t mate, int64_t tick) const {
-  return std::any_of(heard_.begin(), heard_.end(), [&](const Mate& m) {
-    return m.id == mate && m.ticks[tick & 1] == tick;
-  });
+  return std::any_of(heard_.begin(), heard_.end(),
+                     [&](const Mate& m) { return m.id == mate && m.ticks[tick & 1] == tick; });
 }
 
 bool ModuleLockstep::Complete() const {
@@ -140,8 +140,8 @@ void ModuleLockstep::OnTime(int64_t now_us, Actions* out) {
     out->push_back({Kind::kLostSim, tick_, 0});
     return;
   }
-  // Perhaps the sim began to listen later than we spoke, or speaks of another model: then we are to be
-  // refused by name.
+  // Perhaps the sim began to listen later than we spoke, or speaks of another model: then we are to
+  // be refused by name.
   if (!sim_heard_ && tick_ == 0 && now_us >= hello_due_us_) {
     hello_due_us_ = now_us + SilenceMeter::kLongestStep;
     out->push_back({Kind::kHello, 0, 0});

@@ -41,10 +41,10 @@ class ModuleLockstep {
   void OnClock(int64_t tick, int phase, int64_t now_us, Actions* out);
   /// Part of SENSORS. `mine`: it holds this module's reading, and these distinct modules are mated.
   /// Returns true if the part is of the tick to compute and was not there yet: the reading counts.
-  bool OnSensors(int64_t tick, int part, int num_parts, bool mine, const std::vector<uint16_t>& mates,
-                 int64_t now_us, Actions* out);
-  /// TRANSFORM of a module that is or was mated. Returns true if its content is of use (this tick's or
-  /// the last one's, not had yet).
+  bool OnSensors(int64_t tick, int part, int num_parts, bool mine,
+                 const std::vector<uint16_t>& mates, int64_t now_us, Actions* out);
+  /// TRANSFORM of a module that is or was mated. Returns true if its content is of use (this tick's
+  /// or the last one's, not had yet).
   bool OnTransform(uint16_t mate, int64_t tick, int64_t now_us, Actions* out);
   /// Somebody asked for a message: the run is not over yet for all.
   void OnAsked(int64_t now_us) { silence_.Heard(now_us); }
@@ -75,14 +75,14 @@ class ModuleLockstep {
   Phase phase_ = Phase::kIdle;
   int64_t tick_ = 0;
   int num_parts_ = 0;
-  std::vector<bool> parts_;      ///< Of SENSORS(tick_), which are there.
+  std::vector<bool> parts_;  ///< Of SENSORS(tick_), which are there.
   bool have_reading_ = false;
   std::vector<uint16_t> mates_;  ///< Mated in SENSORS(tick_).
   std::vector<Mate> heard_;      ///< All that ever were mated, by id.
   RetryTimer ask_;
   SilenceMeter silence_;
-  bool sim_heard_ = false;      ///< A CLOCK has come.
-  int64_t hello_due_us_ = 0;    ///< Until then: when to say HELLO again.
+  bool sim_heard_ = false;    ///< A CLOCK has come.
+  int64_t hello_due_us_ = 0;  ///< Until then: when to say HELLO again.
 };
 
 }  // namespace morphbus::bridge

@@ -1,4 +1,5 @@
-// morphbus-module: the process that is a module. Small on purpose: a hundred of them run on one machine.
+// morphbus-module: the process that is a module. Small on purpose: a hundred of them run on one
+// machine.
 
 #include <sys/prctl.h>
 #include <unistd.h>
@@ -48,7 +49,8 @@ void AddOptions(CLI::App* app, Arguments* a) {
                   "That pose in the robot frame: x,y,z,w,x,y,z (metres, quaternion)")
       ->delimiter(',')
       ->expected(7);
-  app->add_option("--root-module", a->node.root_module, "With several modules: which one is the root");
+  app->add_option("--root-module", a->node.root_module,
+                  "With several modules: which one is the root");
   app->add_option("--lcm-url", a->node.lcm_url, "LCM URL (default: $LCM_DEFAULT_URL)");
   app->add_option("--incarnation", a->node.incarnation, "Counts the module's cold starts")
       ->check(CLI::Range(1, 1'000'000'000));
@@ -56,7 +58,8 @@ void AddOptions(CLI::App* app, Arguments* a) {
       ->check(CLI::Range(0.0, 1.0));
   app->add_option("--seed", a->node.seed, "Seed of --loss");
   app->add_flag("--realtime", a->node.realtime, "Act on what is there instead of waiting for it");
-  app->add_option("--tick-us", a->tick_us, "Control tick, microseconds; told by the sim, for information");
+  app->add_option("--tick-us", a->tick_us,
+                  "Control tick, microseconds; told by the sim, for information");
   app->add_option("--snapshot", a->node.snapshot_file,
                   "File to save the state in before every answer, so that --resume can go on");
   app->add_flag("--resume", a->node.resume, "Go on from --snapshot after the process was killed");
@@ -105,9 +108,10 @@ int Run(Arguments* a) {
 int main(int argc, char** argv) {
   const pid_t parent = getppid();
   morphbus::bridge::Arguments arguments;
-  CLI::App app("One module of a running robot: its virtual machine, on the bus.\n"
-               "Example: morphbus-module --run walk --module m1 --id 0 --kinematics MTRAN.kinematics "
-               "--program walk.image");
+  CLI::App app(
+      "One module of a running robot: its virtual machine, on the bus.\n"
+      "Example: morphbus-module --run walk --module m1 --id 0 --kinematics MTRAN.kinematics "
+      "--program walk.image");
   app.name("morphbus-module");
   app.set_version_flag("--version", "morphbus-module " MORPHBUS_VERSION);
   morphbus::bridge::AddOptions(&app, &arguments);

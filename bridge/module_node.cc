@@ -145,9 +145,8 @@ Result<void> ModuleNode::AttachSnapshot(const std::string& name, Seat* seat) {
       }
     }
   }
-  seat->party->OnBeforePublish([snapshot = seat->snapshot.get()](const std::vector<uint8_t>& bytes) {
-    snapshot->Write(bytes);
-  });
+  seat->party->OnBeforePublish([snapshot = seat->snapshot.get()](
+                                   const std::vector<uint8_t>& bytes) { snapshot->Write(bytes); });
   return {};
 }
 
@@ -192,7 +191,8 @@ Result<void> ModuleNode::AddModule(const ModuleChoice& choice) {
 }
 
 int ModuleNode::Run() {
-  if (Result<void> r = CheckRunName(options_.run); !r) return Complain(kUnusable, r.error().message);
+  if (Result<void> r = CheckRunName(options_.run); !r)
+    return Complain(kUnusable, r.error().message);
   if (Result<void> r = LoadProgram(); !r) return Complain(kUnusable, r.error().message);
   Result<std::unique_ptr<Bus>> lcm = OpenLcmBus(options_.lcm_url);
   if (!lcm) return Complain(kUnusable, lcm.error().message);

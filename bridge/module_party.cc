@@ -23,8 +23,8 @@ using morphbus::ask_t;
 /// In real time a mate's message this many ticks old is still better than none.
 constexpr int64_t kOldestUseful = 3;
 
-/// Names of modules that are remembered, and modules that are listened to: far more than a robot has,
-/// so that only messages made up in bad faith ever meet these limits.
+/// Names of modules that are remembered, and modules that are listened to: far more than a robot
+/// has, so that only messages made up in bad faith ever meet these limits.
 constexpr size_t kMostNames = 4096;
 constexpr size_t kMostMailboxes = 4 * vm::kMaxNeighbours;
 
@@ -213,7 +213,8 @@ void ModuleParty::TakeMates(const vm::TickInput& input, std::vector<uint16_t>* m
   for (int c = 0; c < options_.num_connectors; ++c) {
     const vm::ConnectorReading& connector = input.connectors[c];
     if (!connector.docked || connector.mate_module == options_.module_id) continue;
-    const bool known = std::find(mates->begin(), mates->end(), connector.mate_module) != mates->end();
+    const bool known =
+        std::find(mates->begin(), mates->end(), connector.mate_module) != mates->end();
     if (!known) mates->push_back(connector.mate_module);
   }
 }
@@ -280,11 +281,16 @@ void ModuleParty::Settle() {
 
 void ModuleParty::Do(const ModuleAction& action) {
   switch (action.kind) {
-    case Kind::kHello: return SayHello();
-    case Kind::kCompute: return Compute(action.tick);
-    case Kind::kAskMate: return AskMate(action.mate, action.tick);
-    case Kind::kEndAck: return AcknowledgeEnd();
-    case Kind::kFinish: return;
+    case Kind::kHello:
+      return SayHello();
+    case Kind::kCompute:
+      return Compute(action.tick);
+    case Kind::kAskMate:
+      return AskMate(action.mate, action.tick);
+    case Kind::kEndAck:
+      return AcknowledgeEnd();
+    case Kind::kFinish:
+      return;
     case Kind::kIntruder:
       error_ = "the run '" + options_.run + "' is already at tick " + std::to_string(action.tick) +
                " and has another " + options_.module;
@@ -369,7 +375,8 @@ void ModuleParty::AcknowledgeEnd() {
     ask.totals.push_back(std::move(wire));
   }
   ask.num_totals = static_cast<int16_t>(ask.totals.size());
-  outbox_.Send(Channel(options_.run, kSimProcess, Topic::kAsk), machine_.tick(), sim_time_us_, &ask);
+  outbox_.Send(Channel(options_.run, kSimProcess, Topic::kAsk), machine_.tick(), sim_time_us_,
+               &ask);
 }
 
 void ModuleParty::AskMate(uint16_t mate, int64_t tick) {
@@ -384,7 +391,8 @@ void ModuleParty::AskMate(uint16_t mate, int64_t tick) {
   ask.acknowledged_tick = -1;
   ask.num_totals = 0;
   ++ledger_.asked;
-  outbox_.Send(Channel(options_.run, name->second, Topic::kAsk), machine_.tick(), sim_time_us_, &ask);
+  outbox_.Send(Channel(options_.run, name->second, Topic::kAsk), machine_.tick(), sim_time_us_,
+               &ask);
 }
 
 }  // namespace morphbus::bridge

@@ -26,9 +26,11 @@ class ModuleBrain {
   virtual ~ModuleBrain() = default;
   /// Computes one tick. Equal history of inputs gives equal output.
   virtual void Tick(const vm::TickInput& input, vm::TickOutput* output) = 0;
-  /// A piece of a new program from outside, of the tick that is computed next; pieces come in order.
+  /// A piece of a new program from outside, of the tick that is computed next; pieces come in
+  /// order.
   virtual void TakePiece(const morphbus::deploy_piece_t& piece) = 0;
-  /// The report as messages of at most kMaxPayloadBytes (several if the faults do not fit into one).
+  /// The report as messages of at most kMaxPayloadBytes (several if the faults do not fit into
+  /// one).
   virtual std::vector<morphbus::status_t> Describe(const vm::StatusReport& report) = 0;
   /// Appends the whole changing state, for resuming, and goes on from it (false: not its state).
   virtual void Save(std::vector<uint8_t>* out) = 0;
@@ -46,9 +48,9 @@ struct ModulePartyOptions {
   uint64_t model_hash = 0;
   uint64_t kinematics_hash = 0;
   uint64_t program_hash = 0;
-  int64_t claim = 1;        ///< Random number of the process, kept over a resume.
+  int64_t claim = 1;  ///< Random number of the process, kept over a resume.
   bool realtime = false;
-  std::string build;        ///< Version of the software, for people.
+  std::string build;  ///< Version of the software, for people.
   LockstepTiming timing;
 };
 
@@ -121,8 +123,8 @@ class ModuleParty : public Party {
   vm::TickInput input_;
   std::vector<morphbus::deploy_piece_t> pieces_;  ///< For the tick to compute.
   vm::TickOutput output_;
-  morphbus::sensors_t sensors_;     ///< Reused.
-  morphbus::transform_t transform_; ///< Reused.
+  morphbus::sensors_t sensors_;      ///< Reused.
+  morphbus::transform_t transform_;  ///< Reused.
   int64_t sim_time_us_ = 0;
   std::function<void(const std::vector<uint8_t>&)> before_publish_;
   std::vector<uint8_t> snapshot_;

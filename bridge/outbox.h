@@ -16,13 +16,14 @@
 
 namespace morphbus::bridge {
 
-/// Ticks whose messages are kept for sending again, and by which the sim may be ahead of the logger.
+/// Ticks whose messages are kept for sending again, and by which the sim may be ahead of the
+/// logger.
 inline constexpr int64_t kKeptTicks = 16;
 
 /// Who speaks: fills every header.
 struct Speaker {
   std::string run;
-  std::string process;        ///< "SIM", "LOG" or a module's name.
+  std::string process;  ///< "SIM", "LOG" or a module's name.
   uint64_t model_hash = 0;
   uint64_t program_hash = 0;  ///< 0 for processes that run none.
 };
@@ -32,15 +33,16 @@ class Outbox {
   /// @param bus, ledger  outlive the outbox; the ledger's `sent` and `resent` are counted here.
   Outbox(Bus* bus, Speaker speaker, Ledger* ledger);
 
-  /// Fills the header (number on the channel, tick, time, hashes), encodes, hashes, keeps, publishes.
-  /// A message over kMaxPayloadBytes is our bug: senders split before.
+  /// Fills the header (number on the channel, tick, time, hashes), encodes, hashes, keeps,
+  /// publishes. A message over kMaxPayloadBytes is our bug: senders split before.
   template <class M>
   void Send(const std::string& channel, int64_t tick, int64_t sim_time_us, M* message);
 
   /// A module's program was replaced: from now on headers speak of this one.
   void SetProgramHash(uint64_t hash) { speaker_.program_hash = hash; }
 
-  /// Publishes kept messages first..last of `channel` again, byte for byte. Returns how many there were.
+  /// Publishes kept messages first..last of `channel` again, byte for byte. Returns how many there
+  /// were.
   int Resend(const std::string& channel, int64_t first, int64_t last);
 
   /// From now on messages on hashed channels are numbered, hashed and kept but not published, until
@@ -54,7 +56,8 @@ class Outbox {
   /// Count and hash of the hashed channels, in order of name.
   [[nodiscard]] std::vector<ChannelTotal> totals() const;
 
-  /// All lines (numbers, hashes, kept messages) as bytes, and back: a resumed process goes on with them.
+  /// All lines (numbers, hashes, kept messages) as bytes, and back: a resumed process goes on with
+  /// them.
   void Save(std::vector<uint8_t>* out) const;
   /// Returns the number of bytes used.
   Result<size_t> Load(const uint8_t* data, size_t size);
@@ -86,7 +89,7 @@ class Outbox {
   std::vector<uint8_t> scratch_;
   bool held_ = false;
   std::vector<std::pair<std::string, int64_t>> outgoing_;  ///< Channel, number: held back.
-  std::vector<std::vector<uint8_t>> spare_;  ///< Buffers of messages no longer kept.
+  std::vector<std::vector<uint8_t>> spare_;                ///< Buffers of messages no longer kept.
 };
 
 template <class M>

@@ -14,7 +14,8 @@ class InprocHub;
 
 inline constexpr int64_t kNever = std::numeric_limits<int64_t>::max();
 
-/// Microseconds from an arbitrary start; never sim time, and never in a payload of a hashed channel.
+/// Microseconds from an arbitrary start; never sim time, and never in a payload of a hashed
+/// channel.
 class TimeSource {
  public:
   virtual ~TimeSource() = default;
@@ -38,7 +39,8 @@ class VirtualTime : public TimeSource {
   int64_t now_us_ = 0;
 };
 
-/// For in-process runs at the wall's pace (--speed, --realtime): advancing sleeps, half a second at most.
+/// For in-process runs at the wall's pace (--speed, --realtime): advancing sleeps, half a second at
+/// most.
 class SleepingTime : public VirtualTime {
  public:
   [[nodiscard]] int64_t NowUs() const override;
@@ -61,13 +63,14 @@ class Party {
 
 /// Runs parties that share one bus until all are done or `*stop` (may be null; set by a signal
 /// handler) is true. Sleeps on the bus between events. `each_second` (may be empty) is called about
-/// once a second of wall time and after the end: HEALTH, progress. Parties that are done are still told
-/// the time, but waited for no longer.
+/// once a second of wall time and after the end: HEALTH, progress. Parties that are done are still
+/// told the time, but waited for no longer.
 void RunParties(Bus* bus, const TimeSource& time, const std::vector<Party*>& parties,
                 const volatile bool* stop, const std::function<void()>& each_second);
 
-/// Runs parties on one hub in virtual time until all are done: no sleeping, loss costs no wall time.
-/// Returns false if nothing could happen any more though some party was not done (our bug), or if
+/// Runs parties on one hub in virtual time until all are done: no sleeping, loss costs no wall
+/// time. Returns false if nothing could happen any more though some party was not done (our bug),
+/// or if
 /// `*stop` (may be null) became true.
 bool RunInproc(InprocHub* hub, VirtualTime* time, const std::vector<Party*>& parties,
                const volatile bool* stop = nullptr);

@@ -8,10 +8,11 @@
 namespace morphbus::bridge {
 
 struct LockstepTiming {
-  int64_t ask_after_us = 2000;          ///< First request, then doubling
-  int64_t ask_at_most_us = 64000;       ///< to this.
-  int64_t end_silence_us = 5'000'000;   ///< After END: who does not acknowledge is named.
-  int64_t join_silence_us = 30'000'000; ///< Before tick 0 is over: who does not say HELLO is named.
+  int64_t ask_after_us = 2000;         ///< First request, then doubling
+  int64_t ask_at_most_us = 64000;      ///< to this.
+  int64_t end_silence_us = 5'000'000;  ///< After END: who does not acknowledge is named.
+  int64_t join_silence_us =
+      30'000'000;                       ///< Before tick 0 is over: who does not say HELLO is named.
   int64_t run_silence_us = 60'000'000;  ///< While running: who does not answer is named.
   int64_t lost_us = 10'000'000;         ///< Module, logger: give up after so long without the sim.
   int64_t beat_us = 1'000'000;          ///< CLOCK repeats so often while the sim holds still.
@@ -41,12 +42,16 @@ class RetryTimer {
   int64_t interval_us_ = 0;
 };
 
-/// How long nothing was heard, as far as we were awake to hear: a process that is stopped (SIGSTOP) and
-/// goes on hours later has not been waiting for hours, so a step of time counts as kLongestStep at most.
+/// How long nothing was heard, as far as we were awake to hear: a process that is stopped (SIGSTOP)
+/// and goes on hours later has not been waiting for hours, so a step of time counts as kLongestStep
+/// at most.
 class SilenceMeter {
  public:
   static constexpr int64_t kLongestStep = 500'000;  ///< µs; poll at least so often.
-  void Heard(int64_t now_us) { silence_us_ = 0; last_us_ = now_us; }
+  void Heard(int64_t now_us) {
+    silence_us_ = 0;
+    last_us_ = now_us;
+  }
   int64_t Poll(int64_t now_us) {
     silence_us_ += std::clamp<int64_t>(now_us - last_us_, 0, kLongestStep);
     last_us_ = std::max(last_us_, now_us);

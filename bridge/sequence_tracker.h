@@ -9,13 +9,13 @@
 
 namespace morphbus::bridge {
 
-/// One sender's numbers on one channel. Remembers the last 64: what comes later than that and is older
-/// counts as a duplicate.
+/// One sender's numbers on one channel. Remembers the last 64: what comes later than that and is
+/// older counts as a duplicate.
 class SequenceTracker {
  public:
   enum class Kind : uint8_t { kNext, kAfterGap, kLate, kDuplicate };
-  /// Takes a number; counts gaps into `ledger->lost` and repeats into `ledger->duplicates`. The first
-  /// number ever taken opens the row, whatever it is.
+  /// Takes a number; counts gaps into `ledger->lost` and repeats into `ledger->duplicates`. The
+  /// first number ever taken opens the row, whatever it is.
   Kind Take(int64_t sequence, Ledger* ledger);
 
  private:

@@ -54,7 +54,8 @@ void SimLockstep::Begin(int64_t now_us, Actions* out) {
 }
 
 void SimLockstep::OnHello(int process, int64_t now_us, Actions* out) {
-  if (process < 0 || static_cast<size_t>(process) >= hello_.size() || phase_ != Phase::kStart) return;
+  if (process < 0 || static_cast<size_t>(process) >= hello_.size() || phase_ != Phase::kStart)
+    return;
   if (hello_[static_cast<size_t>(process)]) return;
   hello_[static_cast<size_t>(process)] = true;
   silence_.Heard(now_us);
@@ -186,7 +187,8 @@ void SimLockstep::OnAskTimer(int64_t now_us, Actions* out) {
 }
 
 void SimLockstep::NoteSilent(int process) {
-  if (std::find(silent_.begin(), silent_.end(), process) == silent_.end()) silent_.push_back(process);
+  if (std::find(silent_.begin(), silent_.end(), process) == silent_.end())
+    silent_.push_back(process);
 }
 
 void SimLockstep::CheckSilence(int64_t now_us, Actions* out) {

@@ -20,8 +20,8 @@ struct SimAction {
     kPollLogger,   ///< Ask the logger up to where it has all.
     kPublishEnd,   ///< CLOCK with PHASE_END at `tick`.
     kRepeatEnd,
-    kBye,          ///< Tell everyone that the run is over.
-    kFinish,       ///< Nothing more will come; see outcome.
+    kBye,     ///< Tell everyone that the run is over.
+    kFinish,  ///< Nothing more will come; see outcome.
   };
   Kind kind = Kind::kFinish;
   int64_t tick = 0;
@@ -33,10 +33,10 @@ class SimLockstep {
   struct Config {
     int num_modules = 0;
     bool logger = false;
-    int64_t num_ticks = -1;   ///< -1: until stopped.
+    int64_t num_ticks = -1;  ///< -1: until stopped.
     int32_t tick_us = 20000;
     bool realtime = false;
-    double speed = 0;         ///< Times real time; 0: as fast as possible.
+    double speed = 0;  ///< Times real time; 0: as fast as possible.
     int64_t window = kKeptTicks;
     LockstepTiming timing;
   };
@@ -44,7 +44,8 @@ class SimLockstep {
 
   explicit SimLockstep(const Config& config);
 
-  // Events. `process`: 0..num_modules-1, the logger is num_modules. Unknown or old news is harmless.
+  // Events. `process`: 0..num_modules-1, the logger is num_modules. Unknown or old news is
+  // harmless.
   void Begin(int64_t now_us, Actions* out);
   void OnHello(int process, int64_t now_us, Actions* out);
   void OnActuator(int module, int64_t tick, int64_t now_us, Actions* out);
@@ -102,8 +103,8 @@ class SimLockstep {
   std::vector<bool> hello_, answered_, end_acked_;
   int64_t acknowledged_ = -1;
   bool stop_ = false, paused_ = false;
-  bool holding_ = false;         ///< All is there, but it is not time for the next tick.
-  int64_t steps_ = 0;            ///< Ticks to run though paused.
+  bool holding_ = false;  ///< All is there, but it is not time for the next tick.
+  int64_t steps_ = 0;     ///< Ticks to run though paused.
   RetryTimer ask_;
   SilenceMeter silence_;
   int64_t beat_due_us_ = 0;

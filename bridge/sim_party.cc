@@ -1,7 +1,6 @@
 #include "bridge/sim_party.h"
 
 #include <algorithm>
-#include <cmath>
 #include <morphbus/actuator_t.hpp>
 #include <morphbus/sensors_t.hpp>
 #include <morphbus/sim_clock_t.hpp>
@@ -31,18 +30,6 @@ SimLockstep::Config MachineConfig(const SimPartyOptions& options) {
   return config;
 }
 
-bool AllFinite(const std::vector<double>& numbers) {
-  return std::all_of(numbers.begin(), numbers.end(), [](double n) { return std::isfinite(n); });
-}
-
-std::string Hex(int64_t hash) {
-  std::string text;
-  for (int shift = 60; shift >= 0; shift -= 4) {
-    text += "0123456789abcdef"[static_cast<uint64_t>(hash) >> shift & 15];
-  }
-  return text;
-}
-
 /// Announcements a CLOCK carries at most; further ones wait for the next tick.
 constexpr size_t kMostControls = 5;
 constexpr size_t kMostText = 200;
@@ -54,7 +41,8 @@ SimParty::SimParty(Bus* bus, SimulatedRobot* robot, const TimeSource* time, SimP
       robot_(robot),
       options_(std::move(options)),
       bus_(bus),
-      outbox_(bus, Speaker{options_.run, std::string(kSimProcess), options_.model_hash, 0}, &ledger_),
+      outbox_(bus, Speaker{options_.run, std::string(kSimProcess), options_.model_hash, 0},
+              &ledger_),
       machine_(MachineConfig(options_)),
       channel_clock_(Channel(options_.run, kSimProcess, Topic::kClock)),
       channel_sensors_(Channel(options_.run, kSimProcess, Topic::kSensors)),
@@ -156,33 +144,6 @@ int SimParty::ProcessNumber(const std::string& name) const {
   return found == names_.end() ? -1 : static_cast<int>(found - names_.begin());
 }
 
-std::string SimParty::WhyUnfit(int process, const morphbus::hello_t& hello) const {
-  const auto differs = [&hello](const std::string& what, int64_t has, uint64_t needs) {
-    return hello.process + " has another " + what + " (" + Hex(has) + ") than this run (" +
-           Hex(static_cast<int64_t>(needs)) + ")";
-  };
-  if (static_cast<uint64_t>(hello.wire_hash) != WireHash()) {
-    return differs("build of the wire types", hello.wire_hash, WireHash());
-  }
-  if (static_cast<uint64_t>(hello.header.model_hash) != options_.model_hash) {
-    return differs("model", hello.header.model_hash, options_.model_hash);
-  }
-  if (static_cast<size_t>(process) >= options_.modules.size()) return {};
-  const ExpectedModule& module = options_.modules[static_cast<size_t>(process)];
-  if (hello.type_name != module.type_name) {
-    return hello.process + " is a module of type " + hello.type_name + ", but the robot has a " +
-           module.type_name + " there";
-  }
-  if (static_cast<uint64_t>(hello.kinematics_hash) != module.kinematics_hash) {
-    return differs("kinematics image", hello.kinematics_hash, module.kinematics_hash);
-  }
-  if (options_.program_hash != 0 &&
-      static_cast<uint64_t>(hello.header.program_hash) != options_.program_hash) {
-    return differs("program", hello.header.program_hash, options_.program_hash);
-  }
-  return {};
-}
-
 void SimParty::OnHello(const uint8_t* data, size_t size) {
   constexpr size_t kMostTurnedAway = 16;
   morphbus::hello_t hello;
@@ -282,15 +243,18 @@ void SimParty::Do(const SimAction& action) {
     case Kind::kRepeatTick:
       Repeat(channel_clock_, action.tick, 1);
       return Repeat(channel_sensors_, action.tick, static_cast<int>(sensors_parts_.size()));
-    case Kind::kAdvance: return Advance();
+    case Kind::kAdvance:
+      return Advance();
     case Kind::kAskModule: {
       const std::string& name = names_[static_cast<size_t>(action.process)];
       const std::string channel = Channel(options_.run, name, Topic::kActuator);
       // In lockstep the number is the tick; in real time nobody asks.
       return Ask(name, ask_t::KIND_RESEND, channel, action.tick);
     }
-    case Kind::kPollLogger: return Ask(std::string(kLogProcess), ask_t::KIND_POLL, "", 0);
-    case Kind::kPublishEnd: return PublishClock(action.tick, sim_clock_t::PHASE_END);
+    case Kind::kPollLogger:
+      return Ask(std::string(kLogProcess), ask_t::KIND_POLL, "", 0);
+    case Kind::kPublishEnd:
+      return PublishClock(action.tick, sim_clock_t::PHASE_END);
     case Kind::kRepeatEnd: {
       const int64_t last = outbox_.count(channel_clock_) - 1;
       outbox_.Resend(channel_clock_, last, last);
@@ -302,36 +266,13 @@ void SimParty::Do(const SimAction& action) {
         for (const std::string& name : names_) Ask(name, ask_t::KIND_BYE, "", 0);
       }
       return;
-    case Kind::kFinish: return Finish();
+    case Kind::kFinish:
+      return Finish();
   }
 }
 
 void SimParty::Repeat(const std::string& channel, int64_t tick, int parts) {
   outbox_.Resend(channel, tick * parts, tick * parts + parts - 1);
-}
-
-std::string SimParty::WhyUnusable() const {
-  if (sensed_.size() != options_.modules.size()) {
-    return "the simulator senses " + std::to_string(sensed_.size()) + " modules instead of " +
-           std::to_string(options_.modules.size());
-  }
-  for (const morphbus::module_sensors_t& reading : sensed_) {
-    if (!AllFinite(reading.joint_position_si)) {
-      return "the simulation became unstable: " + reading.name + " has joints that are nowhere";
-    }
-    if (reading.num_docked > vm::kMaxNeighbours) {
-      return reading.name + " has more than " + std::to_string(vm::kMaxNeighbours) +
-             " mated connectors, the most a module can handle";
-    }
-  }
-  for (const morphbus::body_pose_t& body : truth_) {
-    if (!std::isfinite(body.position_m[0] + body.position_m[1] + body.position_m[2] +
-                       body.orientation_wxyz[0] + body.orientation_wxyz[1] +
-                       body.orientation_wxyz[2] + body.orientation_wxyz[3])) {
-      return "the simulation became unstable: a body is nowhere";
-    }
-  }
-  return {};
 }
 
 void SimParty::PublishTick(int64_t tick) {
@@ -422,7 +363,8 @@ void SimParty::PublishClock(int64_t tick, int8_t phase) {
   }
   const size_t controls = std::min(controls_.size(), kMostControls);
   clock.num_controls = static_cast<int16_t>(controls);
-  clock.controls.assign(controls_.begin(), controls_.begin() + static_cast<std::ptrdiff_t>(controls));
+  clock.controls.assign(controls_.begin(),
+                        controls_.begin() + static_cast<std::ptrdiff_t>(controls));
   controls_.erase(controls_.begin(), controls_.begin() + static_cast<std::ptrdiff_t>(controls));
   outbox_.Send(channel_clock_, tick, tick * options_.tick_us, &clock);
 }

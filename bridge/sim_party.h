@@ -1,14 +1,15 @@
 #pragma once
-// The simulator's side of the lockstep: beats the clock, publishes sensors and truth, takes commands.
+// The simulator's side of the lockstep: beats the clock, publishes sensors and truth, takes
+// commands.
 
 #include <cstdint>
 #include <deque>
 #include <functional>
 #include <map>
+#include <memory>
 #include <morphbus/ask_t.hpp>
 #include <morphbus/hello_t.hpp>
 #include <morphbus/sensors_t.hpp>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -39,20 +40,20 @@ struct SimPartyOptions {
   int64_t num_ticks = -1;               ///< Ends after so many; -1: when stopped.
   int32_t tick_us = 20000;
   bool realtime = false;
-  double speed = 0;                     ///< Times real time; 0: as fast as possible. Real time: 1.
+  double speed = 0;  ///< Times real time; 0: as fast as possible. Real time: 1.
   LockstepTiming timing;
 };
 
 /// How a run ended, for the summary.
 struct SimOutcome {
   bool ok = false;
-  std::string error;     ///< Empty if ok; names the process concerned.
-  std::string reason;    ///< As in CLOCK's end_reason.
+  std::string error;   ///< Empty if ok; names the process concerned.
+  std::string reason;  ///< As in CLOCK's end_reason.
   int64_t ticks = 0;
-  std::string run_hash;  ///< 32 hexadecimal digits, once every module acknowledged END.
+  std::string run_hash;       ///< 32 hexadecimal digits, once every module acknowledged END.
   std::string recorded_hash;  ///< The logger's; empty without one.
   std::vector<ChannelTotal> totals;
-  int64_t messages = 0;       ///< Distinct messages on hashed channels.
+  int64_t messages = 0;  ///< Distinct messages on hashed channels.
   int64_t missed_deadlines = 0;
 };
 
@@ -80,7 +81,8 @@ class SimParty : public Party {
   void SetSpeed(double speed);
   /// Text that the next CLOCK carries among its `controls`: an effect that begins at that tick.
   void AnnounceControl(const std::string& text);
-  /// Gives a module (by place in `modules`) an invocation to issue, with the next tick that has room.
+  /// Gives a module (by place in `modules`) an invocation to issue, with the next tick that has
+  /// room.
   void Invoke(size_t module, const vm::InvokeRequest& request);
   /// Gives a module a new program, from where it spreads: one piece a tick. `image` is verified by
   /// the caller and at most vm::kMaxImageBytes; a deployment under way is finished first.
@@ -93,7 +95,8 @@ class SimParty : public Party {
   [[nodiscard]] const SimOutcome& outcome() const { return outcome_; }
   /// Processes that have not said HELLO yet, for progress messages.
   [[nodiscard]] std::vector<std::string> missing_processes() const;
-  /// Processes that were turned away without harm to the run, one sentence each (at most 16 are kept).
+  /// Processes that were turned away without harm to the run, one sentence each (at most 16 are
+  /// kept).
   [[nodiscard]] const std::vector<std::string>& turned_away() const { return turned_away_; }
 
  private:
@@ -130,9 +133,9 @@ class SimParty : public Party {
   SequenceTrackers trackers_;
   SimOutcome outcome_;
   std::string channel_clock_, channel_sensors_, channel_world_;
-  std::vector<std::string> names_;        ///< Machine's process index -> name; the logger last.
-  std::vector<int64_t> claims_;           ///< By process; 0: none yet.
-  std::vector<morphbus::actuator_t> commands_;  ///< By module, of the current tick.
+  std::vector<std::string> names_;  ///< Machine's process index -> name; the logger last.
+  std::vector<int64_t> claims_;     ///< By process; 0: none yet.
+  std::vector<morphbus::actuator_t> commands_;      ///< By module, of the current tick.
   std::vector<std::vector<size_t>> sensors_parts_;  ///< Indices of modules, constant over the run.
   int world_parts_ = 0;
   std::map<std::string, ChannelTotal> module_totals_;

@@ -1,6 +1,6 @@
 #pragma once
-// What the simulator's side of the lockstep drives: implemented by sim/ (Bullet), by tests' fakes, and
-// one day by hardware.
+// What the simulator's side of the lockstep drives: implemented by sim/ (Bullet), by tests' fakes,
+// and one day by hardware.
 
 #include <morphbus/actuator_t.hpp>
 #include <morphbus/body_pose_t.hpp>

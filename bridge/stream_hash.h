@@ -38,9 +38,9 @@ struct ChannelTotal {
   bool hashed = false;  ///< Counts for the run's hash.
 };
 
-/// Hash of a run, 32 hexadecimal digits: XXH3 (128 bits) over the hashed channels in order of name, each
-/// as name without the run's ("m1/TRANSFORM"), NUL, count and hash (64 bits, big-endian). The run's own
-/// name does not enter: two runs of the same robot and program are equal under any name.
+/// Hash of a run, 32 hexadecimal digits: XXH3 (128 bits) over the hashed channels in order of name,
+/// each as name without the run's ("m1/TRANSFORM"), NUL, count and hash (64 bits, big-endian). The
+/// run's own name does not enter: two runs of the same robot and program are equal under any name.
 std::string RunHash(std::vector<ChannelTotal> totals);
 
 }  // namespace morphbus::bridge

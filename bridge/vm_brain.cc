@@ -49,7 +49,7 @@ void Append(std::vector<uint8_t>* out, const void* data, size_t size) {
 /// What a saved brain begins with.
 struct SavedHead {
   uint64_t state_size = sizeof(vm::VmState);
-  uint64_t relay_size = 0;   ///< 0: as begun.
+  uint64_t relay_size = 0;  ///< 0: as begun.
   uint64_t deploy_size = 0;
   uint64_t deploy_hash = 0;
 };
@@ -144,8 +144,8 @@ bool VmBrain::Load(const uint8_t* data, size_t size) {
     std::memcpy(static_cast<void*>(relay_state_.get()), data, sizeof(vm::RelayState));
     data += sizeof(vm::RelayState);
     auto program = std::make_unique<vm::VerifiedProgram>();
-    if (vm::Verifier::Verify(relay_.running_image(), relay_.running_size(), program.get()).message !=
-        nullptr) {
+    if (vm::Verifier::Verify(relay_.running_image(), relay_.running_size(), program.get())
+            .message != nullptr) {
       return false;
     }
     replacement_ = std::move(program);

@@ -38,10 +38,10 @@ class VmBrain : public ModuleBrain {
   std::unique_ptr<vm::Vm> vm_;
   std::unique_ptr<vm::RelayState> relay_state_;
   vm::ProgramRelay relay_;
-  std::vector<uint8_t> pristine_;                      ///< relay_state_ without its images, as begun.
-  std::unique_ptr<vm::VerifiedProgram> replacement_;   ///< Once a program was deployed.
+  std::vector<uint8_t> pristine_;  ///< relay_state_ without its images, as begun.
+  std::unique_ptr<vm::VerifiedProgram> replacement_;  ///< Once a program was deployed.
   uint64_t deploy_hash_ = 0;
-  std::vector<uint8_t> deploy_;                        ///< What came of a program from outside.
+  std::vector<uint8_t> deploy_;  ///< What came of a program from outside.
 };
 
 }  // namespace morphbus::bridge

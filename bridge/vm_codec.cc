@@ -81,7 +81,8 @@ void InvocationsFromWire(const morphbus::transform_t& message, vm::NeighbourMess
     to.role = static_cast<uint16_t>(from.role);
     to.command = static_cast<uint8_t>(from.command);
     to.num_arguments = static_cast<uint8_t>(from.num_arguments);
-    for (size_t a = 0; a < to.num_arguments; ++a) to.arguments[a] = vm::Cell::Int(from.arguments[a]);
+    for (size_t a = 0; a < to.num_arguments; ++a)
+      to.arguments[a] = vm::Cell::Int(from.arguments[a]);
   }
   out->num_acks = static_cast<uint8_t>(message.num_acks);
   for (size_t i = 0; i < out->num_acks; ++i) {
@@ -152,7 +153,7 @@ morphbus::fault_t ToFault(const vm::Fault& fault, const StatusNames& names, size
   // What a program asked for may be anything; the wire carries finite numbers only.
   const auto finite = [](float v) {
     constexpr float kLargest = 3.4e38F;
-     return v == v ? std::clamp(v, -kLargest, kLargest) : 0.0F;
+    return v == v ? std::clamp(v, -kLargest, kLargest) : 0.0F;
   };
   out.value_deg = finite(fault.value);
   out.limit_deg = finite(fault.limit);
@@ -278,9 +279,9 @@ void FromTransform(const morphbus::transform_t& message, vm::NeighbourMessage* o
 
 void ToActuator(const vm::TickOutput& output, uint16_t module_id, int num_joints,
                 int64_t status_count, morphbus::actuator_t* out) {
-  static_assert(static_cast<int8_t>(vm::ActuatorMode::kHold) == morphbus::joint_command_t::MODE_HOLD &&
-                static_cast<int8_t>(vm::ActuatorMode::kVelocity) ==
-                    morphbus::joint_command_t::MODE_VELOCITY);
+  static_assert(
+      static_cast<int8_t>(vm::ActuatorMode::kHold) == morphbus::joint_command_t::MODE_HOLD &&
+      static_cast<int8_t>(vm::ActuatorMode::kVelocity) == morphbus::joint_command_t::MODE_VELOCITY);
   out->module_id = static_cast<int16_t>(module_id);
   out->status_count = status_count;
   out->num_joints = static_cast<int8_t>(num_joints);
@@ -332,8 +333,8 @@ std::vector<morphbus::status_t> ToStatus(const vm::StatusReport& report, const S
   std::vector<morphbus::status_t> messages;
   size_t fault = 0;
   do {
-    morphbus::status_t& message = messages.emplace_back(
-        StatusCore(report, names, module_id, incarnation, num_joints));
+    morphbus::status_t& message =
+        messages.emplace_back(StatusCore(report, names, module_id, incarnation, num_joints));
     // Counted once.
     if (messages.size() > 1) message.faults_dropped = 0;
     while (fault < report.num_faults) {

@@ -18,24 +18,25 @@ namespace morphbus::bridge {
 /// The neighbour message as transform_t, header left to the outbox. Always under kMaxPayloadBytes.
 void ToTransform(const vm::NeighbourMessage& message, morphbus::transform_t* out);
 
-/// The reverse, of a message that Decode accepted; sender, tick and program hash come from its header.
+/// The reverse, of a message that Decode accepted; sender, tick and program hash come from its
+/// header.
 void FromTransform(const morphbus::transform_t& message, vm::NeighbourMessage* out);
 
 /// Commands of one tick. `status_count`: STATUS messages published so far, this tick's included.
 void ToActuator(const vm::TickOutput& output, uint16_t module_id, int num_joints,
                 int64_t status_count, morphbus::actuator_t* out);
 
-/// The module's own reading as the VM's input (tick, time and messages are left alone). Fails if joint
-/// or connector numbers do not fit the module's type.
+/// The module's own reading as the VM's input (tick, time and messages are left alone). Fails if
+/// joint or connector numbers do not fit the module's type.
 Result<void> FromSensors(const morphbus::module_sensors_t& reading, int num_joints,
                          int num_connectors, vm::TickInput* out);
 
 /// Names behind a StatusReport's numbers, as text.
 struct StatusNames {
   std::string type_name;
-  std::string role_name;                 ///< Of the report's role; empty without one.
-  std::vector<std::string> label_names;  ///< Of its label slots.
-  std::vector<bool> label_is_joint;      ///< Else a link.
+  std::string role_name;                     ///< Of the report's role; empty without one.
+  std::vector<std::string> label_names;      ///< Of its label slots.
+  std::vector<bool> label_is_joint;          ///< Else a link.
   std::vector<std::string> task_functions;   ///< By entry of tasks.
   std::vector<std::string> fault_functions;  ///< By entry of faults.
   std::vector<std::string> fault_texts;

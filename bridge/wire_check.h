@@ -1,7 +1,8 @@
 #pragma once
 // Walks the bytes of a message as lcm-gen lays them out, and refuses whatever the generated decoder
 // would choke on or a receiver must not believe: lengths beyond capacities, text without its NUL or
-// with one inside, numbers that are not finite, ids out of range, trailing bytes. Allocates nothing.
+// with one inside, numbers that are not finite, ids out of range, trailing bytes. Allocates
+// nothing.
 
 #include <cstddef>
 #include <cstdint>

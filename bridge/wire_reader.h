@@ -1,6 +1,6 @@
 #pragma once
-// A cursor over the bytes of a message that checks as it goes. The first failure sticks; after it every
-// read yields zero, so that callers need not test each step.
+// A cursor over the bytes of a message that checks as it goes. The first failure sticks; after it
+// every read yields zero, so that callers need not test each step.
 
 #include <cmath>
 #include <cstddef>

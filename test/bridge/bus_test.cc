@@ -42,9 +42,9 @@ TEST(Channels, NamesAndBack) {
 }
 
 TEST(Channels, StrangersAreNone) {
-  for (const char* name :
-       {"", "walk", "/m1/STATUS", "walk//STATUS", "walk/m1/NEWS", "walk/m1/CLOCK", "walk/SIM/STATUS",
-        "walk/m1/HELLO", "walk/STATUS", "walk/a/b/STATUS", "wa lk/m1/STATUS", "LCM_SELF_TEST"}) {
+  for (const char* name : {"", "walk", "/m1/STATUS", "walk//STATUS", "walk/m1/NEWS",
+                           "walk/m1/CLOCK", "walk/SIM/STATUS", "walk/m1/HELLO", "walk/STATUS",
+                           "walk/a/b/STATUS", "wa lk/m1/STATUS", "LCM_SELF_TEST"}) {
     EXPECT_FALSE(ParseChannel(name)) << name;
   }
 }
@@ -59,7 +59,8 @@ TEST(Channels, TheLongestNamesFitLcm) {
 }
 
 TEST(Channels, ReservedAndOddNamesAreRefused) {
-  for (const char* name : {"SIM", "LOG", "HELLO", "INFO", "CONTROL", "END", "", "a b", "a/b", "m.1"}) {
+  for (const char* name :
+       {"SIM", "LOG", "HELLO", "INFO", "CONTROL", "END", "", "a b", "a/b", "m.1"}) {
     EXPECT_FALSE(CheckModuleName(name)) << name;
   }
   for (const char* name : {"", "a b", "a/b", "a.b", "ä"}) EXPECT_FALSE(CheckRunName(name)) << name;
@@ -190,7 +191,8 @@ TEST(Ledger, CountsInjectedLossExactly) {
     }
     const int64_t head_and_tail = kSent - 1 - last;  // The tail shows with the next message only.
     EXPECT_EQ(heard + discarded, kSent);
-    const int64_t first = kSent - heard - ledger.lost - head_and_tail;  // Lost before the first heard.
+    const int64_t first =
+        kSent - heard - ledger.lost - head_and_tail;  // Lost before the first heard.
     EXPECT_GE(first, 0);
     EXPECT_EQ(ledger.lost + head_and_tail + first, discarded);
     if (loss == 0.2) {
@@ -238,9 +240,10 @@ TEST(LossyBus, IsTheSameWithTheSameSeed) {
 class OutboxTest : public testing::Test {
  protected:
   OutboxTest() {
-    heard_bus_->SubscribePrefix("", [this](std::string_view channel, const uint8_t* data, size_t size) {
-      heard_.emplace_back(std::string(channel), std::vector<uint8_t>(data, data + size));
-    });
+    heard_bus_->SubscribePrefix(
+        "", [this](std::string_view channel, const uint8_t* data, size_t size) {
+          heard_.emplace_back(std::string(channel), std::vector<uint8_t>(data, data + size));
+        });
   }
   void SendStatus(Outbox* outbox, int64_t tick) {
     morphbus::status_t status;
@@ -403,8 +406,8 @@ TEST(ChannelFilter, PassesExactlyTheChannels) {
     for (const std::string& channel : wanted) {
       EXPECT_TRUE(Passes(program, Packet("LC02", channel, payload))) << channel << " " << payload;
     }
-    for (const char* other : {"run/SIM/CLOC", "run/SIM/CLOCKS", "run/m1/TRANSFORM", "run/m2/ASK", "",
-                              "y", "run/m12/TRANSFORMX", "walk/SIM/CLOCK"}) {
+    for (const char* other : {"run/SIM/CLOC", "run/SIM/CLOCKS", "run/m1/TRANSFORM", "run/m2/ASK",
+                              "", "y", "run/m12/TRANSFORMX", "walk/SIM/CLOCK"}) {
       EXPECT_FALSE(Passes(program, Packet("LC02", other, payload))) << other;
     }
   }

@@ -39,7 +39,8 @@ TEST(Crc, IsTheCrc32OfTheMessageWithItsFieldZero) {
   EXPECT_EQ(reference({check.begin(), check.end()}), 0xcbf43926u) << "the CRC's own check value";
   for (const SampleMessage& sample : SampleMessages()) {
     std::vector<uint8_t> bytes = sample.bytes;
-    const uint32_t stored = static_cast<uint32_t>(bytes[8]) << 24 | static_cast<uint32_t>(bytes[9]) << 16 |
+    const uint32_t stored = static_cast<uint32_t>(bytes[8]) << 24 |
+                            static_cast<uint32_t>(bytes[9]) << 16 |
                             static_cast<uint32_t>(bytes[10]) << 8 | bytes[11];
     std::fill(bytes.begin() + 8, bytes.begin() + 12, 0);
     EXPECT_EQ(stored, reference(bytes)) << sample.type;
@@ -168,28 +169,35 @@ TEST(Codec, ImpossibleValuesAreRefused) {
   const double nan = std::nan("");
   const auto infinity = std::numeric_limits<float>::infinity();
   EXPECT_EQ(WhyRefused<sensors_t>(1, [](sensors_t*) {}), "");
-  EXPECT_EQ(WhyRefused<sensors_t>(1, [&](sensors_t* m) { m->modules[0].joint_position_si[1] = nan; }),
-            "a number is not finite");
-  EXPECT_EQ(WhyRefused<sensors_t>(1, [&](sensors_t* m) { m->modules[1].joint_velocity_si[0] = infinity; }),
+  EXPECT_EQ(
+      WhyRefused<sensors_t>(1, [&](sensors_t* m) { m->modules[0].joint_position_si[1] = nan; }),
+      "a number is not finite");
+  EXPECT_EQ(WhyRefused<sensors_t>(
+                1, [&](sensors_t* m) { m->modules[1].joint_velocity_si[0] = infinity; }),
             "a number is not finite");
   EXPECT_EQ(WhyRefused<actuator_t>(5, [&](actuator_t* m) { m->joints[0].target_si = nan; }),
             "a number is not finite");
   EXPECT_EQ(WhyRefused<actuator_t>(5, [&](actuator_t* m) { m->joints[0].mode = 3; }),
             "a number is out of range");
-  EXPECT_EQ(WhyRefused<transform_t>(0, [](transform_t* m) { m->docked[0].connector = vm::kMaxConnectors; }),
+  EXPECT_EQ(WhyRefused<transform_t>(
+                0, [](transform_t* m) { m->docked[0].connector = vm::kMaxConnectors; }),
             "a number is out of range");
   EXPECT_EQ(WhyRefused<transform_t>(0, [](transform_t* m) { m->module_id = -1; }),
             "a number is out of range");
-  EXPECT_EQ(WhyRefused<transform_t>(0, [](transform_t* m) {
-              for (float& q : m->link_poses[1].orientation_wxyz) q = 0;
-            }),
+  EXPECT_EQ(WhyRefused<transform_t>(0,
+                                    [](transform_t* m) {
+                                      for (float& q : m->link_poses[1].orientation_wxyz) q = 0;
+                                    }),
             "a quaternion is not of unit length");
   EXPECT_EQ(WhyRefused<sensors_t>(1, [](sensors_t* m) { m->part = 2; }),
             "a part's number is not below the number of parts");
   EXPECT_EQ(WhyRefused<transform_t>(0, [](transform_t* m) { m->fragments[0].offset = 257; }),
             "a piece lies beyond the image's end");
-  EXPECT_EQ(WhyRefused<transform_t>(0, [](transform_t* m) { m->body_entries.resize(49);
-                                                            m->num_body_entries = 49; }),
+  EXPECT_EQ(WhyRefused<transform_t>(0,
+                                    [](transform_t* m) {
+                                      m->body_entries.resize(49);
+                                      m->num_body_entries = 49;
+                                    }),
             "a number is out of range");
 }
 
@@ -203,7 +211,8 @@ TEST(Codec, ATextWithANulInsideIsRefused) {
   Forge(&sample.bytes);
   const auto result = sample.recode(sample.bytes.data(), sample.bytes.size());
   ASSERT_FALSE(result);
-  EXPECT_NE(result.error().message.find("a text does not end with its only NUL"), std::string::npos);
+  EXPECT_NE(result.error().message.find("a text does not end with its only NUL"),
+            std::string::npos);
 }
 
 TEST(Codec, MessagesOverADatagramAreRefused) {
@@ -244,7 +253,8 @@ TEST(Codec, TheFullestNeighbourMessageFitsADatagramAndSurvives) {
   }
   for (; left >= vm::kBodyEntryWireBytes && message.num_body_entries < vm::kMaxMessageBodyEntries;
        left -= vm::kBodyEntryWireBytes) {
-    message.body_entries[message.num_body_entries++].stamp = static_cast<int64_t>(random() % 100000);
+    message.body_entries[message.num_body_entries++].stamp =
+        static_cast<int64_t>(random() % 100000);
   }
   morphbus::transform_t wire;
   ToTransform(message, &wire);
@@ -338,7 +348,8 @@ TEST(Codec, SensorsPartsFitWhateverIsDocked) {
       vm::InvokeRequest request;
       request.num_arguments = vm::kMaxArguments;
       sensors.num_requests = vm::kMaxRequests;
-      for (int r = 0; r < vm::kMaxRequests; ++r) ToRequest(request, 1, &sensors.requests.emplace_back());
+      for (int r = 0; r < vm::kMaxRequests; ++r)
+        ToRequest(request, 1, &sensors.requests.emplace_back());
       sensors.num_pieces = 1;
       sensors.pieces.resize(1);
       sensors.pieces[0].size = kMaxDeployPiece;

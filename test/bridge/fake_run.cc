@@ -22,7 +22,9 @@ uint64_t Bits(double value) {
 }
 
 /// A number in -1..1.
-double Unit(uint64_t bits) { return static_cast<double>(bits >> 12) / static_cast<double>(1ULL << 51) - 1; }
+double Unit(uint64_t bits) {
+  return static_cast<double>(bits >> 12) / static_cast<double>(1ULL << 51) - 1;
+}
 
 }  // namespace
 
@@ -74,7 +76,8 @@ void FakeRobot::Actuate(const morphbus::actuator_t& command) {
   ++actuations;
   for (size_t j = 0; j < 2; ++j) {
     mixed_ = Mix(mixed_, Bits(command.joints[j].target_si));
-    joints_[static_cast<size_t>(command.module_id)][j] = command.joints[j].target_si + 1e-3 * Unit(mixed_);
+    joints_[static_cast<size_t>(command.module_id)][j] =
+        command.joints[j].target_si + 1e-3 * Unit(mixed_);
   }
 }
 
@@ -173,7 +176,8 @@ ModulePartyOptions FakeRun::ModuleOptions(int i) const {
 }
 
 std::unique_ptr<FakeRun::Seat> FakeRun::MakeSeat(uint64_t seed) {
-  return std::make_unique<Seat>(options.connect ? options.connect() : hub.Connect(), options.loss, seed);
+  return std::make_unique<Seat>(options.connect ? options.connect() : hub.Connect(), options.loss,
+                                seed);
 }
 
 FakeRun::FakeRun(const FakeRunOptions& o) : options(o), robot(o.modules) {
@@ -195,11 +199,12 @@ FakeRun::FakeRun(const FakeRunOptions& o) : options(o), robot(o.modules) {
   log_options.model_hash = kFakeModel;
   log_options.realtime = options.realtime;
   log_options.timing = options.timing;
-  log = std::make_unique<LogParty>(&log_seat->bus, clock, log_options, [this](const LoggedMessage& m) {
-    ++logged;
-    logged_duplicates += m.duplicate ? 1 : 0;
-    logged_bad += m.bad ? 1 : 0;
-  });
+  log = std::make_unique<LogParty>(&log_seat->bus, clock, log_options,
+                                   [this](const LoggedMessage& m) {
+                                     ++logged;
+                                     logged_duplicates += m.duplicate ? 1 : 0;
+                                     logged_bad += m.bad ? 1 : 0;
+                                   });
 }
 
 FakeRun::~FakeRun() = default;

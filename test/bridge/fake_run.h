@@ -1,6 +1,6 @@
 #pragma once
-// A whole run on the in-process bus with a fake robot and fake programs, whose every output depends on
-// every input: whatever goes wrong between the parties changes a hash.
+// A whole run on the in-process bus with a fake robot and fake programs, whose every output depends
+// on every input: whatever goes wrong between the parties changes a hash.
 
 #include <cstdint>
 #include <functional>
@@ -16,8 +16,9 @@
 
 namespace morphbus::bridge {
 
-/// A chain of modules with two joints each; module i's connector 1 is mated to module i+1's connector
-/// 0. The joints follow their commands at once, plus a drift that depends on all that was commanded.
+/// A chain of modules with two joints each; module i's connector 1 is mated to module i+1's
+/// connector 0. The joints follow their commands at once, plus a drift that depends on all that was
+/// commanded.
 class FakeRobot : public SimulatedRobot {
  public:
   explicit FakeRobot(int num_modules);
@@ -40,8 +41,8 @@ class FakeRobot : public SimulatedRobot {
   int disconnected_ = -1;
 };
 
-/// Mixes sensors and the mates' messages into poses and commands; says something on STATUS now and then,
-/// sometimes more than fits into one message.
+/// Mixes sensors and the mates' messages into poses and commands; says something on STATUS now and
+/// then, sometimes more than fits into one message.
 class FakeBrain : public ModuleBrain {
  public:
   explicit FakeBrain(uint16_t id) : id_(id) {}
@@ -72,8 +73,8 @@ struct FakeRunOptions {
   bool realtime = false;
   double speed = 0;
   LockstepTiming timing;
-  /// Where each party's bus comes from; empty: endpoints of the run's own hub, in virtual time. Else
-  /// the clock is the machine's.
+  /// Where each party's bus comes from; empty: endpoints of the run's own hub, in virtual time.
+  /// Else the clock is the machine's.
   std::function<std::unique_ptr<Bus>()> connect;
 };
 
@@ -86,7 +87,8 @@ class FakeRun {
   /// Until all are done; false if the run got stuck.
   bool Run();
 
-  /// Starts all and runs until `done` says so or nothing can happen any more; then goes on with Run.
+  /// Starts all and runs until `done` says so or nothing can happen any more; then goes on with
+  /// Run.
   bool RunUntil(const std::function<bool()>& done);
 
   [[nodiscard]] std::vector<Party*> parties();

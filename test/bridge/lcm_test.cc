@@ -146,7 +146,8 @@ TEST(Lcm, WithoutARouteItSaysWhatToDo) {
     const std::string& why = bus.error().message;
     const bool good = why.find("has no route") != std::string::npos &&
                       why.find("ip route add 224.0.0.0/4 dev lo") != std::string::npos &&
-                      why.find("--isolate") != std::string::npos && why.find('\n') == std::string::npos;
+                      why.find("--isolate") != std::string::npos &&
+                      why.find('\n') == std::string::npos;
     _exit(good ? 0 : 2);
   }
   int status = 0;

@@ -201,9 +201,9 @@ TEST(Lockstep, WhoDoesNotAcknowledgeTheEndIsNamedAfterFiveSeconds) {
     // From its last answer on m3 hears nothing.
     if (tick == run.options.ticks - 1) run.modules[2].seat->endpoint->Unsubscribe("test/SIM/CLOCK");
   });
-  ASSERT_TRUE(RunInproc(&run.hub, &run.time, {run.sim.get(), run.modules[0].party.get(),
-                                              run.modules[1].party.get(),
-                                              run.modules[2].party.get()}));
+  ASSERT_TRUE(RunInproc(&run.hub, &run.time,
+                        {run.sim.get(), run.modules[0].party.get(), run.modules[1].party.get(),
+                         run.modules[2].party.get()}));
   EXPECT_FALSE(run.sim->outcome().ok);
   EXPECT_EQ(run.sim->outcome().error, "m3 does not answer");
   EXPECT_NE(run.modules[2].party->error(), "");
@@ -229,7 +229,8 @@ TEST(Lockstep, AModuleStoppedForAnHourGoesOn) {
   others.erase(others.begin());
   for (Party* party : run.parties()) party->Start();
   for (int i = 0; i < 7200; ++i) {
-    // Only the others' queues are handled: FakeRun's hub has no switch, so m1's bus is asked nothing.
+    // Only the others' queues are handled: FakeRun's hub has no switch, so m1's bus is asked
+    // nothing.
     run.time.AdvanceTo(run.time.NowUs() + 500'000);
     run.sim_seat->endpoint->Handle(0);
     run.modules[1].seat->endpoint->Handle(0);
@@ -391,8 +392,8 @@ TEST(Lockstep, AModuleKilledAndResumedAtAnyTickChangesNoPayload) {
         victim.party.reset();
         victim.seat = std::make_unique<FakeRun::Seat>(&run.hub, options.loss, 77);
         victim.brain = std::make_unique<FakeBrain>(1);
-        victim.party = std::make_unique<ModuleParty>(&victim.seat->bus, victim.brain.get(), &run.time,
-                                                     run.ModuleOptions(1));
+        victim.party = std::make_unique<ModuleParty>(&victim.seat->bus, victim.brain.get(),
+                                                     &run.time, run.ModuleOptions(1));
         victim.party->OnBeforePublish([&](const std::vector<uint8_t>& bytes) { snapshot = bytes; });
         ASSERT_TRUE(victim.party->ResumeFrom(snapshot));
         victim.party->Start();
@@ -411,7 +412,8 @@ TEST(Lockstep, AModuleKilledAndResumedAtAnyTickChangesNoPayload) {
 TEST(Lockstep, ADamagedSnapshotIsRefused) {
   FakeRun run({});
   std::vector<uint8_t> snapshot;
-  run.modules[1].party->OnBeforePublish([&](const std::vector<uint8_t>& bytes) { snapshot = bytes; });
+  run.modules[1].party->OnBeforePublish(
+      [&](const std::vector<uint8_t>& bytes) { snapshot = bytes; });
   ASSERT_TRUE(run.Run());
   ASSERT_GT(snapshot.size(), 1000u);
   const auto resume = [&](const std::vector<uint8_t>& bytes, int module) {
@@ -439,7 +441,8 @@ TEST(Realtime, TheClockRunsWithTheWallAndLossCostsNoTicks) {
   EXPECT_TRUE(run.sim->outcome().ok) << run.sim->outcome().error;
   EXPECT_EQ(run.robot.ticks, 200);
   EXPECT_GE(run.time.NowUs(), 200 * 20000);
-  EXPECT_LT(run.time.NowUs(), 202 * 20000 + 2'000'000) << "200 ticks of 20 ms, and the leave-taking";
+  EXPECT_LT(run.time.NowUs(), 202 * 20000 + 2'000'000)
+      << "200 ticks of 20 ms, and the leave-taking";
   EXPECT_GT(run.sim->ledger().missed_deadlines, 50);
   EXPECT_GT(run.log->ledger().lost, 100);
   for (const FakeRun::Module& module : run.modules) {

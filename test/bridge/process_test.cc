@@ -28,7 +28,8 @@ namespace {
 
 void WriteFile(const std::string& path, const std::vector<uint8_t>& bytes) {
   std::ofstream file(path, std::ios::binary);
-  file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  file.write(reinterpret_cast<const char*>(bytes.data()),
+             static_cast<std::streamsize>(bytes.size()));
 }
 
 pid_t Spawn(std::vector<std::string> arguments, const std::string& stderr_path) {
@@ -38,7 +39,8 @@ pid_t Spawn(std::vector<std::string> arguments, const std::string& stderr_path) 
   argv.push_back(nullptr);
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
-  posix_spawn_file_actions_addopen(&files, 2, stderr_path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  posix_spawn_file_actions_addopen(&files, 2, stderr_path.c_str(), O_WRONLY | O_CREAT | O_TRUNC,
+                                   0600);
   pid_t pid = -1;
   EXPECT_EQ(posix_spawn(&pid, program.c_str(), &files, nullptr, argv.data(), environ), 0);
   posix_spawn_file_actions_destroy(&files);
@@ -61,16 +63,22 @@ class ModuleProcess : public testing::Test {
     WriteFile(folder_ + "/FAKE.kinematics", kinematics_);
     WriteFile(folder_ + "/program.image", program_);
     ASSERT_EQ(vm::VerifyKinematics(kinematics_.data(), static_cast<uint32_t>(kinematics_.size()),
-                                   &verified_kinematics_).message, nullptr);
+                                   &verified_kinematics_)
+                  .message,
+              nullptr);
     ASSERT_EQ(vm::Verifier::Verify(program_.data(), static_cast<uint32_t>(program_.size()),
-                                   &verified_program_).message, nullptr);
+                                   &verified_program_)
+                  .message,
+              nullptr);
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
 
   std::vector<std::string> Arguments(const std::string& modules, const std::string& ids) const {
-    std::vector<std::string> arguments = {"--run", "test", "--modules", modules, "--id", ids,
+    std::vector<std::string> arguments = {"--run",        "test",
+                                          "--modules",    modules,
+                                          "--id",         ids,
                                           "--kinematics", folder_ + "/FAKE.kinematics",
-                                          "--program", folder_ + "/program.image"};
+                                          "--program",    folder_ + "/program.image"};
     if (modules.substr(0, 2) == "m1") {
       arguments.insert(arguments.end(), {"--root-link", "0", "--root-pose", "-0.1,0,0,1,0,0,0",
                                          "--root-module", "m1"});
@@ -78,7 +86,9 @@ class ModuleProcess : public testing::Test {
     return arguments;
   }
 
-  std::string ErrorFile(const std::string& module) const { return folder_ + "/" + module + ".stderr"; }
+  std::string ErrorFile(const std::string& module) const {
+    return folder_ + "/" + module + ".stderr";
+  }
   std::string Errors(const std::string& module) const {
     std::ifstream file(ErrorFile(module));
     return {std::istreambuf_iterator<char>(file), {}};
@@ -88,7 +98,8 @@ class ModuleProcess : public testing::Test {
   std::vector<pid_t> StartThree(const std::vector<std::string>& more = {}) {
     std::vector<pid_t> children;
     for (int i = 0; i < 3; ++i) {
-      std::vector<std::string> arguments = Arguments("m" + std::to_string(i + 1), std::to_string(i));
+      std::vector<std::string> arguments =
+          Arguments("m" + std::to_string(i + 1), std::to_string(i));
       arguments.insert(arguments.end(), more.begin(), more.end());
       if (!more.empty() && more[0] == "--loss") {
         arguments.insert(arguments.end(), {"--seed", std::to_string(i + 1)});
@@ -99,19 +110,22 @@ class ModuleProcess : public testing::Test {
   }
 
   /// Sim and logger in this process. `at_tick` is called before every tick. Returns the run's hash.
-  std::string RunSim(int64_t ticks, double loss = 0, const std::function<void(int64_t)>& at_tick = {}) {
+  std::string RunSim(int64_t ticks, double loss = 0,
+                     const std::function<void(int64_t)>& at_tick = {}) {
     FakeRunOptions fake_options;
     fake_options.ticks = ticks;
     FakeRun fake(fake_options);  // For its options only.
     SimPartyOptions options = fake.SimOptions();
     options.program_hash = verified_program_.hash();
-    for (ExpectedModule& module : options.modules) module.kinematics_hash = verified_kinematics_.hash();
+    for (ExpectedModule& module : options.modules)
+      module.kinematics_hash = verified_kinematics_.hash();
     auto lcm = OpenLcmBus("");
     EXPECT_TRUE(lcm) << lcm.error().message;
     BusMux mux(lcm->get());
     const auto sim_bus = mux.Connect(), log_bus = mux.Connect();
     int64_t discarded = 0;
-    LossyBus sim_lossy(sim_bus.get(), loss, 11, &discarded), log_lossy(log_bus.get(), loss, 12, &discarded);
+    LossyBus sim_lossy(sim_bus.get(), loss, 11, &discarded),
+        log_lossy(log_bus.get(), loss, 12, &discarded);
     FakeRobot robot(3);
     MonotonicTime time;
     SimParty sim(&sim_lossy, &robot, &time, options);
@@ -170,7 +184,8 @@ TEST_F(ModuleProcess, KilledAndResumedItChangesNoPayload) {
                      const auto victim = static_cast<size_t>(tick / 9 % 3);
                      kill(children[victim], SIGKILL);
                      EXPECT_EQ(ExitOf(children[victim]), 128 + SIGKILL);
-                     children[victim] = Spawn(arguments(static_cast<int>(victim), true), ErrorFile("m"));
+                     children[victim] =
+                         Spawn(arguments(static_cast<int>(victim), true), ErrorFile("m"));
                    }),
             reference);
   for (const pid_t child : children) EXPECT_EQ(ExitOf(child), 0) << Errors("m");
@@ -221,8 +236,12 @@ TEST_F(ModuleProcess, DamagedImagesAreRefusedWithStatusTwo) {
 
 TEST_F(ModuleProcess, BadOptionsAreRefusedWithStatusTwo) {
   const std::vector<std::vector<std::string>> cases = {
-      {"--loss", "2"}, {"--root-link", "0"}, {"--resume"}, {"--lcm-url", "carrier://pigeon"},
-      {"--nonsense"}, {"--root-link", "0", "--root-pose", "0,0,0,1,1,0,0"},
+      {"--loss", "2"},
+      {"--root-link", "0"},
+      {"--resume"},
+      {"--lcm-url", "carrier://pigeon"},
+      {"--nonsense"},
+      {"--root-link", "0", "--root-pose", "0,0,0,1,1,0,0"},
       {"--root-link", "9", "--root-pose", "0,0,0,1,0,0,0"}};
   for (const std::vector<std::string>& more : cases) {
     std::vector<std::string> arguments = Arguments("m2", "1");
@@ -260,7 +279,8 @@ TEST_F(ModuleProcess, LinksNeitherProtobufNorBulletNorEigen) {
   ASSERT_NE(output, nullptr);
   std::string text;
   std::array<char, 4096> chunk;
-  while (const size_t n = fread(chunk.data(), 1, chunk.size(), output)) text.append(chunk.data(), n);
+  while (const size_t n = fread(chunk.data(), 1, chunk.size(), output))
+    text.append(chunk.data(), n);
   EXPECT_EQ(pclose(output), 0);
   EXPECT_NE(text.find("liblcm"), std::string::npos) << text;
   for (const char* heavy : {"protobuf", "Bullet", "LinearMath", "cairo", "fmt", "pugixml"}) {

@@ -33,7 +33,8 @@ void FillHeader(morphbus::header_t* header) {
 template <class M>
 Result<std::vector<uint8_t>> Recode(const uint8_t* data, size_t size) {
   M message;
-  if (morphbus::Result<void> r = Decode(data, size, {}, &message); !r) return Fail(r.error().message);
+  if (morphbus::Result<void> r = Decode(data, size, {}, &message); !r)
+    return Fail(r.error().message);
   std::vector<uint8_t> again;
   Encode(message, &again);
   return again;

@@ -17,10 +17,14 @@ struct Images {
   vm::VerifiedProgram program;
 
   Images() {
-    EXPECT_EQ(vm::VerifyKinematics(kinematics_bytes.data(), static_cast<uint32_t>(kinematics_bytes.size()),
-                                   &kinematics).message, nullptr);
-    EXPECT_EQ(vm::Verifier::Verify(program_bytes.data(), static_cast<uint32_t>(program_bytes.size()),
-                                   &program).message, nullptr);
+    EXPECT_EQ(vm::VerifyKinematics(kinematics_bytes.data(),
+                                   static_cast<uint32_t>(kinematics_bytes.size()), &kinematics)
+                  .message,
+              nullptr);
+    EXPECT_EQ(vm::Verifier::Verify(program_bytes.data(),
+                                   static_cast<uint32_t>(program_bytes.size()), &program)
+                  .message,
+              nullptr);
   }
 };
 
@@ -59,7 +63,8 @@ void Deploy(VmBrain* brain, const std::vector<uint8_t>& image, uint64_t hash) {
     piece.image_size = static_cast<int32_t>(image.size());
     piece.offset = static_cast<int32_t>(at);
     const size_t end = std::min(image.size(), at + 128);
-    piece.bytes.assign(image.begin() + static_cast<long>(at), image.begin() + static_cast<long>(end));
+    piece.bytes.assign(image.begin() + static_cast<long>(at),
+                       image.begin() + static_cast<long>(end));
     piece.size = static_cast<int16_t>(end - at);
     brain->TakePiece(piece);
   }
@@ -67,8 +72,9 @@ void Deploy(VmBrain* brain, const std::vector<uint8_t>& image, uint64_t hash) {
 
 uint64_t HashOf(const std::vector<uint8_t>& image) {
   vm::VerifiedProgram program;
-  EXPECT_EQ(vm::Verifier::Verify(image.data(), static_cast<uint32_t>(image.size()), &program).message,
-            nullptr);
+  EXPECT_EQ(
+      vm::Verifier::Verify(image.data(), static_cast<uint32_t>(image.size()), &program).message,
+      nullptr);
   return program.hash();
 }
 
@@ -113,7 +119,8 @@ TEST(VmBrainTest, ADeployedProgramRunsFromTheNextTickAndSurvivesARestore) {
 TEST(VmBrainTest, ADeploymentSavedHalfwayIsFinishedAfterwards) {
   const Images images;
   const std::vector<uint8_t> next = EmptyProgram(5);
-  VmBrain brain(Root(), images.kinematics, images.program), restored(Root(), images.kinematics, images.program);
+  VmBrain brain(Root(), images.kinematics, images.program),
+      restored(Root(), images.kinematics, images.program);
   morphbus::deploy_piece_t piece;
   piece.module_id = 3;
   piece.hash = static_cast<int64_t>(HashOf(next));

@@ -1,0 +1,480 @@
+#pragma once
+// The lockstep's machines and what they have sent, for test/bridge/exploration_test.cc: no bytes,
+// no bus, no brain; a message is what the machines look at.
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <morphbus/sim_clock_t.hpp>
+#include <string>
+#include <vector>
+
+#include "bridge/log_lockstep.h"
+#include "bridge/module_lockstep.h"
+#include "bridge/party.h"
+#include "bridge/sim_lockstep.h"
+
+namespace morphbus::bridge {
+
+inline constexpr int kMostModules = 2;
+
+struct Settings {
+  int modules = 2;  ///< 1 or 2; two are mated.
+  int64_t ticks = 3;
+  bool logger = false;
+  bool kills = true;
+  int64_t window = 2;
+};
+
+/// A message as far as the machines look at it.
+struct Message {
+  enum class Kind : uint8_t {
+    kHello,
+    kClock,
+    kSensors,
+    kActuator,
+    kTransform,
+    kStatus,
+    kAskActuator,
+    kAskTransform,
+    kAskGap,
+    kAck,
+    kPoll,
+    kEndAck,
+    kBye,
+  };
+  Kind kind = Kind::kHello;
+  int process = 0;     ///< Sender of what a process sends; addressee of kAsk*, kBye.
+  int64_t number = 0;  ///< Tick, for kStatus its number; first number of a gap.
+  int64_t last = 0;    ///< kClock: phase. kAskGap: last number.
+  LogAction::Line line = LogAction::Line::kClock;  ///< kAskGap.
+  auto operator<=>(const Message&) const = default;
+};
+using Kind = Message::Kind;
+
+/// STATUS messages module 0 has published after tick k: one with tick 0, two with tick 1.
+inline int64_t StatusCount(int module, int64_t tick) {
+  if (module != 0) return 0;
+  return tick == 0 ? 1 : 3;
+}
+inline int64_t StatusTick(int64_t number) { return number == 0 ? 0 : 1; }
+
+inline LockstepTiming Patient() {
+  LockstepTiming timing;
+  timing.end_silence_us = timing.join_silence_us = timing.run_silence_us = kNever / 4;
+  timing.lost_us = timing.linger_us = kNever / 4;
+  return timing;
+}
+
+inline SimLockstep::Config SimConfig(const Settings& settings) {
+  SimLockstep::Config config;
+  config.num_modules = settings.modules;
+  config.logger = settings.logger;
+  config.num_ticks = settings.ticks;
+  config.window = settings.window;
+  config.timing = Patient();
+  return config;
+}
+
+inline LogLockstep::Config LogConfig(const Settings& settings) {
+  LogLockstep::Config config;
+  config.ack_every = 1;
+  config.window = settings.window;
+  config.timing = Patient();
+  return config;
+}
+
+/// All nodes, and what they have sent.
+class World {
+ public:
+  explicit World(const Settings& settings)
+      : sim(SimConfig(settings)),
+        modules{ModuleLockstep({false, Patient()}), ModuleLockstep({false, Patient()})},
+        log(LogConfig(settings)),
+        settings_(settings) {}
+
+  /// The logger's number among the processes.
+  [[nodiscard]] int LogNumber() const { return settings_.modules; }
+
+  void Begin() {
+    for (int i = 0; i < settings_.modules; ++i) {
+      std::vector<ModuleAction> out;
+      modules[Index(i)].Begin(0, 0, &out);
+      Take(i, out);
+    }
+    if (settings_.logger) {
+      std::vector<LogAction> out;
+      log.Begin(0, &out);
+      Take(out);
+    }
+    std::vector<SimAction> out;
+    sim.Begin(0, &out);
+    Take(out);
+  }
+
+  [[nodiscard]] std::string NodesPrint() const {
+    std::string print = sim.Fingerprint() + '#';
+    for (int i = 0; i < settings_.modules; ++i) {
+      print += modules[Index(i)].Fingerprint() + '#' + std::to_string(computed[Index(i)]) + '#';
+    }
+    if (settings_.logger) print += log.Fingerprint();
+    return print;
+  }
+
+  [[nodiscard]] std::string Print() const {
+    std::string print = NodesPrint();
+    for (const Message& m : sent) {
+      print += static_cast<char>(m.kind);
+      print += static_cast<char>(m.process);
+      print += static_cast<char>(m.number);
+      print += static_cast<char>(m.last);
+    }
+    return print;
+  }
+
+  [[nodiscard]] bool EndedWell() const {
+    return sim.ok() && computed[0] == settings_.ticks &&
+           (settings_.modules < 2 || computed[1] == settings_.ticks) &&
+           (!settings_.logger || log.complete());
+  }
+
+  /// One copy of the message reaches everybody who listens.
+  void DeliverToAll(const Message& m) {
+    for (int node = -1; node <= LogNumber(); ++node) Deliver(m, node);
+  }
+
+  /// Nodes: -1 the sim, then the modules, then the logger.
+  void Deliver(const Message& m, int node) {
+    if (node == -1) return DeliverToSim(m);
+    if (node == LogNumber()) return settings_.logger ? DeliverToLog(m) : void();
+    DeliverToModule(m, node);
+  }
+
+  void FireTimer(int node) {
+    if (node == -1) {
+      std::vector<SimAction> out;
+      sim.OnTime(DueOf(sim.next_deadline_us()), &out);
+      Take(out);
+    } else if (node == LogNumber()) {
+      std::vector<LogAction> out;
+      log.OnTime(DueOf(log.next_deadline_us()), &out);
+      Take(out);
+    } else {
+      std::vector<ModuleAction> out;
+      ModuleLockstep& module = modules[Index(node)];
+      module.OnTime(DueOf(module.next_deadline_us()), &out);
+      Take(node, out);
+    }
+  }
+
+  [[nodiscard]] int64_t NextDeadline() const {
+    int64_t next = sim.next_deadline_us();
+    for (int i = 0; i < settings_.modules; ++i) {
+      next = std::min(next, modules[Index(i)].next_deadline_us());
+    }
+    return settings_.logger ? std::min(next, log.next_deadline_us()) : next;
+  }
+
+  void AdvanceTo(int64_t us) {
+    now_us_ = us;
+    for (int node = -1; node <= LogNumber(); ++node) {
+      if (node == LogNumber() && !settings_.logger) continue;
+      FireTimer(node);
+    }
+  }
+
+  /// The process dies and is resumed from what it saved when it computed its last tick.
+  void KillAndResume(int i) {
+    modules[Index(i)] = ModuleLockstep({false, Patient()});
+    std::vector<ModuleAction> out;
+    modules[Index(i)].Begin(computed[Index(i)], now_us_, &out);
+    Take(i, out);
+  }
+
+  /// What must hold always; empty, or what does not.
+  [[nodiscard]] std::string Violation() const {
+    if (!violation_.empty()) return violation_;
+    if (!sim.silent().empty()) return "the sim takes somebody for silent";
+    for (int i = 0; i < settings_.modules; ++i) {
+      if (modules[Index(i)].tick() != computed[Index(i)])
+        return "a module's tick is not what it computed";
+      if (computed[Index(i)] < sim.tick()) return "the sim went on without an answer";
+      if (computed[Index(i)] > sim.tick() + 1) return "a module is ahead of the sim";
+    }
+    if (!settings_.logger) return {};
+    if (!sim.ending() && sim.tick() - sim.acknowledged_tick() > settings_.window) {
+      return "the sim is more than the window ahead of the logger";
+    }
+    for (int i = 0; i < settings_.modules; ++i) {
+      const int64_t done = computed[Index(i)];
+      // The module keeps the last `window` ticks.
+      if (log.complete_tick() + 1 < done - settings_.window)
+        return "what the logger lacks is not kept";
+    }
+    return {};
+  }
+
+  std::vector<Message> sent;  ///< A set: sorted, each once.
+  std::deque<Message> fresh;  ///< Sent since it was last emptied: resends too.
+  SimLockstep sim;
+  std::array<ModuleLockstep, kMostModules> modules;
+  LogLockstep log;
+  std::array<int64_t, kMostModules> computed = {0, 0};
+
+ private:
+  static size_t Index(int i) { return static_cast<size_t>(i); }
+
+  int64_t DueOf(int64_t deadline) {
+    if (deadline != kNever) now_us_ = std::max(now_us_, deadline);
+    return now_us_;
+  }
+
+  [[nodiscard]] bool Sent(const Message& m) const {
+    return std::binary_search(sent.begin(), sent.end(), m);
+  }
+
+  void Send(const Message& m) {
+    const auto at = std::lower_bound(sent.begin(), sent.end(), m);
+    if (at == sent.end() || *at != m) sent.insert(at, m);
+    fresh.push_back(m);
+  }
+
+  void DeliverToSim(const Message& m) {
+    std::vector<SimAction> out;
+    switch (m.kind) {
+      case Kind::kHello:
+        sim.OnHello(m.process, now_us_, &out);
+        break;
+      case Kind::kActuator:
+        sim.OnActuator(m.process, m.number, now_us_, &out);
+        break;
+      case Kind::kAck:
+        sim.OnLogAck(m.number, now_us_, &out);
+        break;
+      case Kind::kEndAck:
+        sim.OnEndAck(m.process, now_us_, &out);
+        break;
+      case Kind::kAskGap:
+        if (m.process == -1) Resend(m);
+        break;
+      default:
+        break;
+    }
+    Take(out);
+  }
+
+  void DeliverToModule(const Message& m, int i) {
+    std::vector<ModuleAction> out;
+    ModuleLockstep& module = modules[Index(i)];
+    const uint16_t mate = static_cast<uint16_t>(1 - i);
+    switch (m.kind) {
+      case Kind::kClock:
+        module.OnClock(m.number, static_cast<int>(m.last), now_us_, &out);
+        break;
+      case Kind::kSensors: {
+        std::vector<uint16_t> mates;
+        if (settings_.modules == 2) mates.push_back(mate);
+        module.OnSensors(m.number, 0, 1, true, mates, now_us_, &out);
+        break;
+      }
+      case Kind::kTransform:
+        if (m.process != i) module.OnTransform(mate, m.number, now_us_, &out);
+        break;
+      case Kind::kAskActuator:
+        if (m.process == i && m.number < computed[Index(i)]) Send({Kind::kActuator, i, m.number});
+        break;
+      case Kind::kAskTransform:
+        if (m.process == i && m.number < computed[Index(i)]) Send({Kind::kTransform, i, m.number});
+        break;
+      case Kind::kAskGap:
+        if (m.process == i) Resend(m);
+        break;
+      case Kind::kBye:
+        module.OnBye(&out);
+        break;
+      default:
+        break;
+    }
+    Take(i, out);
+  }
+
+  void DeliverToLog(const Message& m) {
+    std::vector<LogAction> out;
+    using Line = LogAction::Line;
+    switch (m.kind) {
+      case Kind::kClock:
+        log.OnClock(m.number, static_cast<int>(m.last), settings_.modules, 1, 0, now_us_, &out);
+        break;
+      case Kind::kSensors:
+        for (int i = 0; i < settings_.modules; ++i) log.AddModule(i == 0 ? "m1" : "m2");
+        log.OnPart(Line::kSensors, m.number, m.number, now_us_, &out);
+        break;
+      case Kind::kTransform:
+        log.OnModule(Line::kTransform, Number(m.process), m.number, m.number, 0, now_us_, &out);
+        break;
+      case Kind::kActuator:
+        log.OnModule(Line::kActuator, Number(m.process), m.number, m.number,
+                     StatusCount(m.process, m.number), now_us_, &out);
+        break;
+      case Kind::kStatus:
+        log.OnModule(Line::kStatus, Number(m.process), m.number, StatusTick(m.number), 0, now_us_,
+                     &out);
+        break;
+      case Kind::kPoll:
+        log.OnPoll(m.number, now_us_, &out);
+        break;
+      case Kind::kBye:
+        log.OnBye(&out);
+        break;
+      default:
+        break;
+    }
+    Take(out);
+  }
+
+  [[nodiscard]] int Number(int module) const { return log.ModuleNumber(module == 0 ? "m1" : "m2"); }
+
+  /// Answers a logger's request with what is kept.
+  void Resend(const Message& ask) {
+    using Line = LogAction::Line;
+    for (int64_t n = ask.number; n <= ask.last; ++n) {
+      const int64_t tick = ask.line == Line::kStatus ? StatusTick(n) : n;
+      const int64_t newest = ask.process == -1 ? sim.tick() : computed[Index(ask.process)] - 1;
+      if (tick > newest || tick <= newest - settings_.window) {
+        // Only a request that was under way for long can ask for what is gone.
+        continue;
+      }
+      switch (ask.line) {
+        case Line::kClock:
+          Send(Clock(n));
+          break;
+        case Line::kSensors:
+          if (n < settings_.ticks) Send({Kind::kSensors, -1, n});
+          break;
+        case Line::kTransform:
+          Send({Kind::kTransform, ask.process, n});
+          break;
+        case Line::kActuator:
+          Send({Kind::kActuator, ask.process, n});
+          break;
+        case Line::kStatus:
+          if (n < StatusCount(ask.process, newest)) Send({Kind::kStatus, ask.process, n});
+          break;
+        case Line::kWorld:
+          break;
+      }
+    }
+  }
+
+  [[nodiscard]] Message Clock(int64_t tick) const {
+    int64_t phase = morphbus::sim_clock_t::PHASE_RUN;
+    if (tick == 0) phase = morphbus::sim_clock_t::PHASE_START;
+    if (tick == settings_.ticks) phase = morphbus::sim_clock_t::PHASE_END;
+    return {Kind::kClock, -1, tick, phase};
+  }
+
+  void Take(const std::vector<SimAction>& actions) {
+    for (const SimAction& action : actions) {
+      switch (action.kind) {
+        case SimAction::Kind::kPublishTick:
+        case SimAction::Kind::kRepeatTick:
+          Send(Clock(action.tick));
+          Send({Kind::kSensors, -1, action.tick});
+          break;
+        case SimAction::Kind::kAskModule:
+          Send({Kind::kAskActuator, action.process, action.tick});
+          break;
+        case SimAction::Kind::kPollLogger:
+          Send({Kind::kPoll, LogNumber(), action.tick});
+          break;
+        case SimAction::Kind::kPublishEnd:
+        case SimAction::Kind::kRepeatEnd:
+          Send(Clock(action.tick));
+          break;
+        case SimAction::Kind::kBye:
+          Send({Kind::kBye, 0, 0});
+          break;
+        case SimAction::Kind::kAdvance:
+          if (action.tick != advanced_++) violation_ = "the robot was not advanced once a tick";
+          break;
+        case SimAction::Kind::kFinish:
+          break;
+      }
+    }
+  }
+
+  void Take(int i, const std::vector<ModuleAction>& actions) {
+    for (const ModuleAction& action : actions) {
+      switch (action.kind) {
+        case ModuleAction::Kind::kHello:
+          Send({Kind::kHello, i, 0});
+          break;
+        case ModuleAction::Kind::kCompute:
+          Compute(i, action.tick);
+          break;
+        case ModuleAction::Kind::kAskMate:
+          Send({Kind::kAskTransform, action.mate, action.tick});
+          break;
+        case ModuleAction::Kind::kEndAck:
+          Send({Kind::kEndAck, i, 0});
+          break;
+        case ModuleAction::Kind::kIntruder:
+          violation_ = "a module takes itself for an intruder";
+          break;
+        case ModuleAction::Kind::kLostSim:
+          violation_ = "a module gave up";
+          break;
+        case ModuleAction::Kind::kFinish:
+          break;
+      }
+    }
+  }
+
+  void Compute(int i, int64_t tick) {
+    // The saved tick counts kills in: computing again would show here.
+    if (tick != computed[Index(i)]) violation_ = "a tick was computed twice or left out";
+    if (tick > 0 && settings_.modules == 2 && !Sent({Kind::kTransform, 1 - i, tick - 1})) {
+      violation_ = "a tick was computed without the mate's message";
+    }
+    ++computed[Index(i)];
+    const int64_t before = tick == 0 ? 0 : StatusCount(i, tick - 1);
+    for (int64_t n = before; n < StatusCount(i, tick); ++n) Send({Kind::kStatus, i, n});
+    Send({Kind::kTransform, i, tick});
+    Send({Kind::kActuator, i, tick});
+  }
+
+  void Take(const std::vector<LogAction>& actions) {
+    for (const LogAction& action : actions) {
+      switch (action.kind) {
+        case LogAction::Kind::kHello:
+          Send({Kind::kHello, LogNumber(), 0});
+          break;
+        case LogAction::Kind::kAck:
+          Send({Kind::kAck, LogNumber(), action.tick});
+          break;
+        case LogAction::Kind::kEndAck:
+          Send({Kind::kEndAck, LogNumber(), 0});
+          break;
+        case LogAction::Kind::kAskGap: {
+          int to = -1;
+          if (action.module >= 0) to = log.module_names()[Index(action.module)] == "m1" ? 0 : 1;
+          Send({Kind::kAskGap, to, action.first, action.last, action.line});
+          break;
+        }
+        case LogAction::Kind::kLostSim:
+          violation_ = "the logger gave up";
+          break;
+        case LogAction::Kind::kFinish:
+          break;
+      }
+    }
+  }
+
+  Settings settings_;
+  int64_t now_us_ = 0;
+  int64_t advanced_ = 0;
+  std::string violation_;
+};
+
+}  // namespace morphbus::bridge
