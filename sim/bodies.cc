@@ -316,7 +316,8 @@ void MakeJoints(const model::Model& model, const model::Robot& robot, const Link
   }
 }
 
-// Bodies at most two joints apart never collide.
+// Bodies at most two joints apart never collide, nor do two links of one module that are bodies of
+// their own; within larger bodies the engine asks for each pair of links.
 void FindCollidingPairs(Assembly* assembly) {
   const size_t n = assembly->bodies.size();
   std::vector<std::vector<size_t>> neighbours(n);
@@ -330,6 +331,13 @@ void FindCollidingPairs(Assembly* assembly) {
     for (const size_t j : neighbours[i]) {
       assembly->may_collide[i][j] = false;
       for (const size_t k : neighbours[j]) assembly->may_collide[i][k] = false;
+    }
+    for (size_t j = 0; j < n; ++j) {
+      const std::vector<LinkSpec>& a = assembly->bodies[i].links;
+      const std::vector<LinkSpec>& b = assembly->bodies[j].links;
+      if (a.size() == 1 && b.size() == 1 && a[0].group == b[0].group) {
+        assembly->may_collide[i][j] = false;
+      }
     }
   }
 }

@@ -258,6 +258,7 @@ btCollisionShape* World::Engine::MakeShape(const BodySpec& spec) {
     parts.push_back(Keep(std::move(hull)));
   }
   if (parts.empty()) return Keep(std::make_unique<btEmptyShape>());
+  if (parts.size() == 1) return parts.front();
   auto compound = std::make_unique<btCompoundShape>(true, static_cast<int>(parts.size()));
   compound->setMargin(kCollisionMargin);
   for (btCollisionShape* part : parts) {

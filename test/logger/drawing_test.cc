@@ -1,0 +1,222 @@
+#include "logger/drawing.h"
+
+#include <cairo.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <sstream>
+
+#include "logger/projection.h"
+#include "sim/bodies.h"
+#include "test/sim/mtran.h"
+#include "test/sim/toy_robots.h"
+
+namespace morphbus::logger {
+namespace {
+
+using Eigen::Vector3d;
+
+SceneHull Cube(const Vector3d& centre, const Color& color = {0.2, 0.4, 0.8}) {
+  const Vector3d half = Vector3d::Constant(0.05);
+  return {sim::test::BoxCorners(centre - half, centre + half), model::Pose::Identity(), color};
+}
+
+std::string Contents(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+class DrawingTest : public ::testing::Test {
+ protected:
+  DrawingTest() {
+    const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = std::filesystem::path(::testing::TempDir()) /
+              (std::string("morphbus_drawing_") + test->name());
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+  }
+  ~DrawingTest() override { std::filesystem::remove_all(folder_); }
+
+  std::string Path(const std::string& name) const { return (folder_ / name).string(); }
+
+  static Drawing OneCube() {
+    Drawing drawing;
+    drawing.title = "a cube";
+    drawing.panels.push_back({{{Cube({0, 0.05, 0})}, {{"m1", {0, 0.05, 0}}}, true}, View::kSide, ""});
+    return drawing;
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST(ProjectionTest, ViewsShowNorthUpAndEastWhereTheySay) {
+  const Vector3d north = Vector3d::UnitX();
+  const Vector3d up = Vector3d::UnitY();
+  const Vector3d east = Vector3d::UnitZ();
+  const Projection side(View::kSide);
+  EXPECT_EQ(side.Direction(north), Vector3d(1, 0, 0));
+  EXPECT_EQ(side.Direction(up), Vector3d(0, 1, 0));
+  EXPECT_EQ(side.Direction(east), Vector3d(0, 0, 1));
+  EXPECT_TRUE(side.sees_ground_edge_on());
+  const Projection top(View::kTop);
+  EXPECT_EQ(top.Direction(north), Vector3d(1, 0, 0));
+  EXPECT_EQ(top.Direction(up), Vector3d(0, 0, 1));
+  EXPECT_EQ(top.Direction(east), Vector3d(0, -1, 0));
+  EXPECT_FALSE(top.sees_ground_edge_on());
+  const Projection front(View::kFront);
+  EXPECT_EQ(front.Direction(north), Vector3d(0, 0, 1));
+  EXPECT_EQ(front.Direction(up), Vector3d(0, 1, 0));
+  EXPECT_EQ(front.Direction(east), Vector3d(-1, 0, 0));
+  const Projection three_quarter(View::kThreeQuarter);
+  for (const Vector3d& direction : {north, up, east}) {
+    EXPECT_GT(three_quarter.Direction(direction).z(), 0.0);  // all three look at the viewer
+  }
+  EXPECT_NEAR(three_quarter.Direction(up).x(), 0.0, 1e-12);  // up is up
+}
+
+TEST(ProjectionTest, GroundPointsProjectBackToWhereTheyWereSeen) {
+  const Projection projection(View::kThreeQuarter);
+  const Vector3d p = projection.GroundPointAt(0.3, -0.2);
+  EXPECT_NEAR(p.y(), 0.0, 1e-12);
+  EXPECT_NEAR((projection.Project(p).head<2>() - Eigen::Vector2d(0.3, -0.2)).norm(), 0.0, 1e-12);
+}
+
+TEST(VisibleFacesTest, ACubeShowsOneFaceSidewaysAndThreeFromACorner) {
+  const Scene scene{{Cube({0, 0, 0})}, {}, false};
+  EXPECT_EQ(VisibleFaces(scene, Projection(View::kSide)).size(), 1u);
+  EXPECT_EQ(VisibleFaces(scene, Projection(View::kThreeQuarter)).size(), 3u);
+}
+
+TEST(VisibleFacesTest, TheNearerHullIsPaintedLast) {
+  const Color red = {0.9, 0, 0};
+  const Color blue = {0, 0, 0.9};
+  for (const double east : {0.2, -0.2}) {
+    const Scene scene{{Cube({0, 0, 0}, red), Cube({0, 0, east}, blue)}, {}, false};
+    const std::vector<VisibleFace> faces = VisibleFaces(scene, Projection(View::kSide));
+    ASSERT_EQ(faces.size(), 2u);
+    EXPECT_EQ(faces.back().color[0] == 0.0, east > 0.0);
+  }
+}
+
+TEST(VisibleFacesTest, ALargeHullBehindASmallOneIsPaintedFirstThoughItsCentreIsNearer) {
+  // A long slab whose near end sticks out, and a small cube resting on its far end.
+  SceneHull slab{sim::test::BoxCorners({-0.05, -0.05, -0.5}, {0.05, 0.05, 0.5}),
+                 model::Pose::Identity(), {0, 0.9, 0}};
+  const Scene scene{{Cube({0, 0.1, -0.4}, {0.9, 0, 0}), slab}, {}, false};
+  const std::vector<VisibleFace> faces = VisibleFaces(scene, Projection(View::kThreeQuarter));
+  EXPECT_EQ(faces.front().color[0], 0.0);
+  EXPECT_EQ(faces.back().color[1], 0.0);
+}
+
+TEST(VisibleFacesTest, HullsThatCoverEachOtherInARingAreAllPainted) {
+  std::vector<SceneHull> hulls;
+  for (int k = 0; k < 3; ++k) {
+    model::Pose X = model::Pose::Identity();
+    X.linear() = (Eigen::AngleAxisd(2.0943951 * k, Vector3d::UnitZ()) *
+                  Eigen::AngleAxisd(0.3, Vector3d::UnitX()))
+                     .toRotationMatrix();
+    X.translation() = X.linear() * Vector3d(0.0, 0.1, 0.0);
+    hulls.push_back({sim::test::BoxCorners({-0.3, -0.02, -0.02}, {0.3, 0.02, 0.02}), X, {1, 1, 1}});
+  }
+  EXPECT_GE(VisibleFaces({hulls, {}, false}, Projection(View::kSide)).size(), 3u);
+}
+
+TEST(VisibleFacesTest, FlatHullsAreSeenEdgeOn) {
+  const SceneHull plate{{{0.1, 0, 0}, {0, 0, 0.1}, {-0.1, 0, 0}}, model::Pose::Identity(), {1, 1, 1}};
+  EXPECT_GE(VisibleFaces({{plate}, {}, false}, Projection(View::kSide)).size(), 1u);
+}
+
+TEST(VisibleFacesTest, FacesTowardsTheLightAreBrighter) {
+  const Scene scene{{Cube({0, 0, 0}, {0.5, 0.5, 0.5})}, {}, false};
+  double brightest = 0.0;
+  double highest = -1.0;
+  double brightness_of_highest = 0.0;
+  for (const VisibleFace& face : VisibleFaces(scene, Projection(View::kThreeQuarter))) {
+    double v = 0.0;
+    for (const Eigen::Vector2d& p : face.outline) v += p.y() / 4.0;
+    brightest = std::max(brightest, face.color[0]);
+    if (v > highest) {
+      highest = v;
+      brightness_of_highest = face.color[0];
+    }
+  }
+  EXPECT_EQ(brightness_of_highest, brightest);
+}
+
+TEST_F(DrawingTest, SuffixDecidesTheFormat) {
+  ASSERT_TRUE(WriteDrawing(OneCube(), Path("x.svg")));
+  ASSERT_TRUE(WriteDrawing(OneCube(), Path("x.png")));
+  EXPECT_NE(Contents(Path("x.svg")).find("<svg"), std::string::npos);
+  EXPECT_EQ(Contents(Path("x.png")).substr(0, 8), "\x89PNG\r\n\x1a\n");
+  const Result<void> other = WriteDrawing(OneCube(), Path("x.gif"));
+  ASSERT_FALSE(other);
+  EXPECT_NE(other.error().message.find(".svg or .png"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(Path("x.gif")));
+}
+
+TEST_F(DrawingTest, FailureLeavesNothingBehind) {
+  EXPECT_FALSE(WriteDrawing(OneCube(), Path("no/such/folder/x.png")));
+  EXPECT_FALSE(WriteDrawing(OneCube(), Path("no/such/folder/x.svg")));
+  EXPECT_FALSE(WriteDrawing(Drawing(), Path("x.svg")));
+  EXPECT_TRUE(std::filesystem::is_empty(folder_));
+}
+
+TEST_F(DrawingTest, SameSceneGivesSameBytes) {
+  // PNG: cairo numbers the groups of an SVG over the life of the process.
+  ASSERT_TRUE(WriteDrawing(OneCube(), Path("a.png")));
+  ASSERT_TRUE(WriteDrawing(OneCube(), Path("b.png")));
+  EXPECT_TRUE(Contents(Path("a.png")) == Contents(Path("b.png")));
+}
+
+TEST_F(DrawingTest, AnEmptySceneIsAnEmptyPicture) {
+  Drawing drawing;
+  drawing.panels.push_back({});
+  drawing.panels.push_back({{}, View::kTop, "from above"});
+  drawing.columns = 2;
+  EXPECT_TRUE(WriteDrawing(drawing, Path("empty.png")));
+}
+
+TEST_F(DrawingTest, TheHullIsWhereItShouldBeInItsColor) {
+  Drawing drawing = OneCube();
+  drawing.panels[0].scene.hulls[0].color = {0.9, 0.1, 0.1};
+  drawing.panels[0].scene.names.clear();
+  ASSERT_TRUE(WriteDrawing(drawing, Path("x.png")));
+  const std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)> surface(
+      cairo_image_surface_create_from_png(Path("x.png").c_str()), cairo_surface_destroy);
+  const int width = cairo_image_surface_get_width(surface.get());
+  const int height = cairo_image_surface_get_height(surface.get());
+  const unsigned char* data = cairo_image_surface_get_data(surface.get());
+  const int stride = cairo_image_surface_get_stride(surface.get());
+  const auto is_red = [&](int x, int y) {
+    const unsigned char* bgr = data + y * stride + 4 * x;
+    return bgr[2] > 2 * bgr[1] && bgr[2] > 100;
+  };
+  EXPECT_TRUE(is_red(width / 2, height / 2));
+  EXPECT_FALSE(is_red(4, height / 2));
+  EXPECT_FALSE(is_red(width / 2, height - 4));
+}
+
+TEST_F(DrawingTest, AllModulesOfARobotAreDrawnWithTheirNames) {
+  const auto model = sim::test::MakeMtranModel();
+  const model::Robot& robot = model->robots[0];
+  const Scene scene =
+      SceneOf(*model, robot, sim::PlaceOnGround(*model, robot), {0, 1, 2, 3, 4, 5, 6, 7, 8});
+  EXPECT_EQ(scene.hulls.size(), 27u);
+  ASSERT_EQ(scene.names.size(), 9u);
+  EXPECT_EQ(scene.names[4].text, "m5");
+  EXPECT_LT((scene.names[4].p_W - Vector3d(-0.0325, 0.033, 0)).norm(), 0.01);
+  Drawing drawing;
+  drawing.title = "quadruped";
+  for (const View view : {View::kSide, View::kTop, View::kFront, View::kThreeQuarter}) {
+    drawing.panels.push_back({scene, view, ""});
+  }
+  drawing.columns = 2;
+  EXPECT_TRUE(WriteDrawing(drawing, Path("quadruped.png")));
+}
+
+}  // namespace
+}  // namespace morphbus::logger
