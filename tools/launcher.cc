@@ -18,7 +18,8 @@ namespace {
 constexpr const char* kSimName = "sim";
 constexpr const char* kLogName = "log";
 constexpr int kPollMs = 50;
-constexpr double kEndSeconds = 5.0;  ///< In which every process must be gone once the run is over.
+constexpr double kEndSeconds = 5.0;   ///< In which every process must be gone once the run is over.
+constexpr double kStopSeconds = 10.0;  ///< In which a run must be over once it was told to stop.
 
 std::string ModuleName(const model::ModuleInstance& module) { return "module " + module.name; }
 
@@ -131,10 +132,7 @@ RunOutcome Launcher::Run() {
     Watch();
     if (bus) (*bus)->Handle(0);
     progress.Show(outcome_.ticks);
-    if (CaughtSignal() != 0 && !interrupted_) {
-      interrupted_ = true;
-      sim_->Deliver({{"stop", CaughtSignal() == SIGINT ? "interrupted" : "stopped"}});
-    }
+    CheckPatience();
     if (sim_reported_ && Find(kSimName)->ended()) {
       AwaitEnd(kEndSeconds);
       break;
@@ -190,11 +188,30 @@ void Launcher::CheckChildren() {
   for (ChildProcess& child : children_) {
     if (child.ended() || !child.Poll()) continue;
     TakeMessages();  // its last words may still wait in the socket
-    if (!sim_reported_) {
+    if (!sim_reported_ && child.status() == 0) {
+      // The simulator's own report may be a moment behind its farewell to the modules.
+      if (first_leaver_.empty()) {
+        first_leaver_ = child.name();
+        since_left_ = WallTimer();
+      }
+    } else if (!sim_reported_) {
       Fail(fmt::format("{} {}", child.name(), child.exit_text()));
     } else if (child.status() != 0 && outcome_.error.empty()) {
       Fail(fmt::format("{} {} at the end of the run", child.name(), child.exit_text()));
     }
+  }
+}
+
+/// Passes a signal on, and sees to it that what must end does.
+void Launcher::CheckPatience() {
+  if (CaughtSignal() != 0 && !interrupted_) {
+    interrupted_ = true;
+    since_interrupted_ = WallTimer();
+    sim_->Deliver({{"stop", CaughtSignal() == SIGINT ? "interrupted" : "stopped"}});
+  }
+  if (interrupted_ && since_interrupted_.seconds() > kStopSeconds) Fail("the run did not stop when told to");
+  if (!first_leaver_.empty() && !sim_reported_ && since_left_.seconds() > kEndSeconds) {
+    Fail(first_leaver_ + " left the run before its end");
   }
 }
 
@@ -225,8 +242,9 @@ void Launcher::StopAll() {
     for (const Json& message : log_->Receive()) outcome_.log = message.value("log", outcome_.log);
     log_reported_ = log_reported_ || log->status() == 0;
   }
-  if (!log_reported_) outcome_.log += ".partial";
   children_.clear();  // kills and waits
+  if (!log_reported_) outcome_.log += ".partial";
+  if (access(outcome_.log.c_str(), F_OK) != 0) outcome_.log.clear();
 }
 
 bool Launcher::AllEnded() const {

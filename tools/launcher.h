@@ -11,6 +11,7 @@
 #include "tools/run_outcome.h"
 #include "tools/run_plan.h"
 #include "tools/run_registry.h"
+#include "tools/wall_clock.h"
 
 namespace morphbus::tools {
 
@@ -34,6 +35,7 @@ class Launcher {
   void Watch();
   void TakeMessages();
   void CheckChildren();
+  void CheckPatience();
   void Fail(const std::string& error);
   void StopAll();
   void AwaitEnd(double seconds);
@@ -50,6 +52,9 @@ class Launcher {
   bool sim_reported_ = false;
   bool log_reported_ = false;
   bool interrupted_ = false;
+  WallTimer since_interrupted_;
+  std::string first_leaver_;  ///< Who ended, without an error, before the simulator's report.
+  WallTimer since_left_;
 };
 
 }  // namespace morphbus::tools

@@ -24,6 +24,21 @@ Error Damaged(const char* what, const vm::VerifyError& error) {
 
 }  // namespace
 
+Result<dynarole::KeywordTable> KeywordTableOf(const std::vector<emit::ModuleKeywords>& types) {
+  if (types.size() > 64) return Fail("a program can know at most 64 module types");
+  return dynarole::KeywordTableOf(types);
+}
+
+Result<dynarole::KeywordTable> KeywordTableOf(const model::Model& model) {
+  std::vector<emit::ModuleKeywords> types;
+  for (const model::ModuleType& type : model.module_types) {
+    Result<emit::ModuleKeywords> keywords = emit::KeywordsOf(type);
+    if (!keywords) return Fail(keywords.error().message);
+    types.push_back(std::move(*keywords));
+  }
+  return KeywordTableOf(types);
+}
+
 std::optional<CompiledProgram> CompileProgram(const std::string& path,
                                               const dynarole::KeywordTable& keywords) {
   Result<std::string> text = ReadFile(path, size_t{64} << 20);
@@ -50,7 +65,10 @@ std::optional<CompiledProgram> CompileProgram(const std::string& path,
 }
 
 std::optional<CompiledProgram> CompileProgram(const std::string& path, const model::Model& model) {
-  return CompileProgram(path, dynarole::KeywordsOfTypes(model.module_types));
+  const Result<dynarole::KeywordTable> keywords = KeywordTableOf(model);
+  if (keywords) return CompileProgram(path, *keywords);
+  Unusable(keywords.error().message);
+  return std::nullopt;
 }
 
 Result<std::unique_ptr<vm::VerifiedProgram>> VerifyProgram(const std::string& image) {

@@ -5,8 +5,10 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "compiler/dynarole/keyword_table.h"
+#include "compiler/emit/keywords.h"
 #include "compiler/model/robot_model.h"
 #include "tools/cli.h"
 #include "vm/kinematics_image.h"
@@ -14,6 +16,11 @@
 #include "vm/program.h"
 
 namespace morphbus::tools {
+
+/// What the DynaRole compiler must know of module types; the numbers in the table are indices into
+/// `types`. Fails for over 64 types.
+Result<dynarole::KeywordTable> KeywordTableOf(const std::vector<emit::ModuleKeywords>& types);
+Result<dynarole::KeywordTable> KeywordTableOf(const model::Model& model);
 
 struct CompiledProgram {
   std::string image;

@@ -4,6 +4,8 @@
 
 #include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 
 #include "bridge/lcm_url.h"
@@ -28,6 +30,14 @@ std::string LogPath(const RunOptions& options, const std::string& run, int numbe
   return fs::absolute(path).lexically_normal();
 }
 
+/// Whether the log can be written at all: said before anything starts.
+bool CheckLogFolder(const std::string& log) {
+  const std::string folder = std::filesystem::path(log).parent_path();
+  if (access(folder.c_str(), W_OK | X_OK) == 0) return true;
+  Unusable(fmt::format("cannot write {}: {}", log, std::strerror(errno)));
+  return false;
+}
+
 /// One run. Returns its summary; nothing if it could not even begin (said on stderr).
 std::optional<Json> RunOnce(RunPlan* plan, const RunOptions& options, int number) {
   Result<RunDirectory> directory = RunDirectory::Claim(options.run);
@@ -38,6 +48,7 @@ std::optional<Json> RunOnce(RunPlan* plan, const RunOptions& options, int number
   plan->description.set_run(directory->name());
   plan->description.set_started(WallTime());
   const std::string log = LogPath(options, directory->name(), number);
+  if (!CheckLogFolder(log)) return std::nullopt;
   RunEntry entry{directory->name(), getpid(), plan->description.started(), plan->robot().name,
                  log, "", options.isolate};
   if (!options.inproc) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compiler/model/forward_kinematics.h"
 #include "compiler/model/kinematic_graph.h"
 #include "logger/run_log.h"
 #include "tools/walk_figures.h"
@@ -12,41 +13,30 @@
 namespace morphbus::tools {
 namespace {
 
-/// Link (module, link) that stands for the body of the root: its first one, as in WORLD.
-model::LinkRef RootBody(const RunPlan& plan) {
+/// The root's body, and in it the robot frame as it lies at the start.
+TrackedBody RootBody(const RunPlan& plan) {
   const model::Robot& robot = plan.robot();
   const int module =
       robot.FindModule(plan.description.root_module()).value_or(robot.root_module);
-  const int link = module == robot.root_module ? robot.root_link : 0;
+  const int link = RootPoseOf(plan, module).link;
   const std::vector<std::vector<int>> body_of = model::BodiesOf(plan.model, robot);
   const int body = body_of[static_cast<size_t>(module)][static_cast<size_t>(link)];
+  const model::KinematicState start =
+      model::ForwardKinematics(plan.model, robot, model::StartValues(robot));
   for (size_t m = 0; m < body_of.size(); ++m) {
     for (size_t l = 0; l < body_of[m].size(); ++l) {
-      if (body_of[m][l] == body) return {static_cast<int>(m), static_cast<int>(l)};
+      // WORLD names a body by its first link.
+      if (body_of[m][l] == body) {
+        return {{static_cast<int>(m), static_cast<int>(l)}, start.X_RL[m][l].inverse()};
+      }
     }
   }
-  return {module, link};
-}
-
-const morphbus::body_pose_t* Find(const logger::WorldSample& sample, const model::LinkRef& ref) {
-  for (const morphbus::body_pose_t& body : sample.bodies) {
-    if (body.module_id == ref.module && body.link == ref.link) return &body;
-  }
-  return nullptr;
+  return {};
 }
 
 Json Displacement(const RunPlan& plan, const logger::RunLog& log) {
-  const model::LinkRef ref = RootBody(plan);
-  if (log.world.empty()) return nullptr;
-  const morphbus::body_pose_t* first = Find(log.world.front(), ref);
-  const morphbus::body_pose_t* last = Find(log.world.back(), ref);
-  if (first == nullptr || last == nullptr) return nullptr;
-  Json displacement = Json::array();
-  for (int i = 0; i < 3; ++i) {
-    const double d = last->position_m[i] - first->position_m[i];
-    displacement.push_back(d == 0.0 ? 0.0 : d);
-  }
-  return displacement;
+  const std::optional<Eigen::Vector3d> displacement = MeasureDisplacement(log, RootBody(plan));
+  return displacement ? VectorJson(*displacement) : Json(nullptr);
 }
 
 Json Roles(const logger::RunLog& log) {
@@ -77,6 +67,7 @@ Json Walk(const RunPlan& plan, const logger::RunLog& log) {
   if (!figures) return nullptr;
   return {{"cycle_s", figures->cycle_s},
           {"cycle_north_m", figures->cycle_north_m},
+          {"cycle_turn_rad", figures->cycle_turn_rad},
           {"turn_rad", figures->turn_rad},
           {"max_tilt_rad", figures->max_tilt_rad},
           {"min_height_m", figures->min_height_m}};
@@ -159,7 +150,7 @@ std::string SummaryText(const Json& s, const RunOutcome& outcome) {
                         d[1].get<double>(), d[2].get<double>());
   }
   text += WalkText(s["walk"]);
-  if (s["lost"].get<int64_t>() > 0 || s["resent"].get<int64_t>() > 0) {
+  if (s["lost"].get<int64_t>() > 0) {
     text += fmt::format("  {} messages lost, {} sent again\n", s["lost"].get<int64_t>(),
                         s["resent"].get<int64_t>());
     for (const auto& [process, ledger] : s["processes"].items()) {

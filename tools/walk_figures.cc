@@ -38,15 +38,16 @@ struct Sample {
   Eigen::Quaterniond q;
 };
 
-std::vector<Sample> Track(const logger::RunLog& log, const model::LinkRef& body) {
+std::vector<Sample> Track(const logger::RunLog& log, const TrackedBody& body) {
+  const Eigen::Quaterniond q_LP(body.X_LP.linear());
   std::vector<Sample> track;
   for (const logger::WorldSample& world : log.world) {
     for (const morphbus::body_pose_t& pose : world.bodies) {
-      if (pose.module_id != body.module || pose.link != body.link) continue;
-      track.push_back({world.time_us,
-                       {pose.position_m[0], pose.position_m[1], pose.position_m[2]},
-                       {pose.orientation_wxyz[0], pose.orientation_wxyz[1], pose.orientation_wxyz[2],
-                        pose.orientation_wxyz[3]}});
+      if (pose.module_id != body.link.module || pose.link != body.link.link) continue;
+      const double* q = pose.orientation_wxyz;
+      const Eigen::Quaterniond q_WL(q[0], q[1], q[2], q[3]);
+      const Eigen::Vector3d p_WL(pose.position_m[0], pose.position_m[1], pose.position_m[2]);
+      track.push_back({world.time_us, p_WL + q_WL * body.X_LP.translation(), q_WL * q_LP});
     }
   }
   return track;
@@ -57,6 +58,12 @@ const Sample& At(const std::vector<Sample>& track, int64_t time_us) {
   const auto found = std::lower_bound(track.begin(), track.end(), time_us,
                                       [](const Sample& s, int64_t t) { return s.time_us < t; });
   return found == track.end() ? track.back() : *found;
+}
+
+/// Heading of `b` after `a`, about up; positive from north to west.
+double TurnBetween(const Sample& a, const Sample& b) {
+  const Eigen::Vector3d north = (b.q * a.q.conjugate()) * Eigen::Vector3d::UnitX();
+  return std::atan2(-north.z(), north.x());  // north is x, east is z, up is y
 }
 
 bool Repeats(const std::vector<CommandEvent>& events, size_t i, size_t n, int64_t slack_us, int64_t period_us) {
@@ -78,7 +85,13 @@ std::optional<Period> FindPeriod(const std::vector<CommandEvent>& events, int64_
   return std::nullopt;
 }
 
-std::optional<WalkFigures> MeasureWalk(const logger::RunLog& log, const model::LinkRef& body) {
+std::optional<Eigen::Vector3d> MeasureDisplacement(const logger::RunLog& log, const TrackedBody& body) {
+  const std::vector<Sample> track = Track(log, body);
+  if (track.empty()) return std::nullopt;
+  return track.back().p - track.front().p;
+}
+
+std::optional<WalkFigures> MeasureWalk(const logger::RunLog& log, const TrackedBody& body) {
   const std::vector<Sample> track = Track(log, body);
   if (track.empty()) return std::nullopt;
   WalkFigures figures;
@@ -87,12 +100,14 @@ std::optional<WalkFigures> MeasureWalk(const logger::RunLog& log, const model::L
   if (period && period->period_us > 0) {
     figures.cycle_s = static_cast<double>(period->period_us) * 1e-6;
     for (int64_t t = start_us; t + period->period_us <= track.back().time_us; t += period->period_us) {
-      figures.cycle_north_m.push_back(At(track, t + period->period_us).p.x() - At(track, t).p.x());
+      const Sample& begin = At(track, t);
+      const Sample& end = At(track, t + period->period_us);
+      figures.cycle_north_m.push_back(end.p.x() - begin.p.x());
+      figures.cycle_turn_rad.push_back(TurnBetween(begin, end));
     }
   }
   const Eigen::Quaterniond q_0 = track.front().q;
-  const Eigen::Vector3d north = (track.back().q * q_0.conjugate()) * Eigen::Vector3d::UnitX();
-  figures.turn_rad = std::atan2(-north.z(), north.x());  // north is x, east is z, up is y
+  figures.turn_rad = TurnBetween(track.front(), track.back());
   figures.min_height_m = At(track, start_us).p.y();
   for (const Sample& sample : track) {
     const Eigen::Vector3d up = (sample.q * q_0.conjugate()) * Eigen::Vector3d::UnitY();

@@ -16,12 +16,23 @@ struct WalkFigures {
   /// command of the repeating part.
   std::vector<double> cycle_north_m;
   double turn_rad = 0.0;       ///< Heading gained, first to last tick; positive is to the west (left).
+  std::vector<double> cycle_turn_rad;  ///< The same in each whole cycle.
   double max_tilt_rad = 0.0;   ///< Largest angle between the body's up axis and where it was at first.
-  double min_height_m = 0.0;   ///< Lowest point of the body's reference link's origin, once standing.
+  double min_height_m = 0.0;   ///< Lowest height of the point, once the commands repeat.
 };
 
-/// Figures of the body whose first link is `body` (as WORLD names it). Empty if the log has no poses.
-std::optional<WalkFigures> MeasureWalk(const logger::RunLog& log, const model::LinkRef& body);
+/// The body that is followed, and the point of it: `X_LP` is the pose of the point's frame P in that of
+/// the link L by which WORLD names the body (m).
+struct TrackedBody {
+  model::LinkRef link;
+  model::Pose X_LP = model::Pose::Identity();
+};
+
+/// Figures of a body. Empty if the log has no poses of it.
+std::optional<WalkFigures> MeasureWalk(const logger::RunLog& log, const TrackedBody& body);
+
+/// Where the point went, from the first tick to the last (m, W). Empty if the log has no poses of it.
+std::optional<Eigen::Vector3d> MeasureDisplacement(const logger::RunLog& log, const TrackedBody& body);
 
 /// A row of commands to one joint: when its target changed, and to what.
 struct CommandEvent {

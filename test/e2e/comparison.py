@@ -4,8 +4,7 @@ import math
 import re
 import unittest
 
-from support import (MODEL, PROGRAM, SCRATCH, WALK_SECONDS, Case, as_json, decode, encode, morphbus, read_events,
-                     write_events)
+from support import MODEL, PROGRAM, Case, as_json, decode, encode, morphbus, read_events, write_events
 
 QUADRUPED, EQUIVALENT = 'quadruped.log', 'equivalent_quadruped.log'
 
@@ -33,7 +32,7 @@ class Comparison(Case):
         result = as_json('compare', self.log(QUADRUPED), self.log(EQUIVALENT))
         self.assertEqual(result['verdict'], 'equivalent')
         self.assertIsNone(result['first_divergence'])
-        self.assertEqual(len(result['roles']), 9)
+        self.assertEqual(len([role for role in result['roles'] if not role.startswith('(')]), 9)
         self.assertLessEqual(result['max_position_m'], 1e-3)
 
     def test_a_run_compared_with_itself_is_equivalent(self):
@@ -81,8 +80,7 @@ class Comparison(Case):
         first = self.assert_different(self.log(QUADRUPED), altered)
         self.assertEqual(first['role'], 'FrontLeftLowerHalf')
         self.assertIn('joint angle', first['quantity'])
-        time = first.get('time_s', first.get('time'))
-        self.assertAlmostEqual(time, at_tick * 0.02, delta=0.001)
+        self.assertAlmostEqual(first['time'], at_tick * 0.02, delta=0.001)
 
     def test_a_log_cut_anywhere_is_read_to_the_cut_and_never_equivalent(self):
         whole = self.log(QUADRUPED).read_bytes()

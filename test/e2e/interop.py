@@ -86,7 +86,7 @@ class Interop(Case):
         distinct = {m for m in messages if m[0].split('/')[-1] not in ('HEALTH', 'ASK', 'HELLO', 'INFO')}
         self.assertGreater(len(distinct), 0.9 * summary['messages'])
         facts = as_json('info', theirs, '--run', run)
-        self.assertEqual(facts.get('robot', facts.get('description', {}).get('robot')), 'quadruped')
+        self.assertEqual(facts['description']['robot'], 'quadruped')
 
     def test_our_replay_is_heard_by_stock_tools(self):
         log, _ = self.record()

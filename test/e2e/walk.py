@@ -46,8 +46,8 @@ class Walk(Case):
     def test_nothing_is_lost(self):
         for robot in ROBOTS:
             facts = as_json('verify', self.log(f'{robot}.log'))
-            self.assertEqual(facts['end']['state'] if isinstance(facts.get('end'), dict) else facts.get('end_state'),
-                             'verified', facts)
+            self.assertEqual(facts['end'], 'verified', facts)
+            self.assertEqual(facts['lost'], 0)
 
     def test_to_the_engine_the_robots_are_the_same_problem(self):
         self.assertEqual(*(self.summary(robot)['world_hash'] for robot in ROBOTS))

@@ -65,7 +65,7 @@ logger::RunLog StraightWalk(double speed_m_s, double turn_rad_s) {
 }
 
 TEST(MeasureWalkTest, AStraightWalkHasEqualCycles) {
-  const auto figures = MeasureWalk(StraightWalk(0.02, 0.0), {0, 0});
+  const auto figures = MeasureWalk(StraightWalk(0.02, 0.0), TrackedBody{});
   ASSERT_TRUE(figures.has_value());
   EXPECT_DOUBLE_EQ(figures->cycle_s, 4.0);
   ASSERT_EQ(figures->cycle_north_m.size(), 7u);
@@ -77,11 +77,21 @@ TEST(MeasureWalkTest, AStraightWalkHasEqualCycles) {
 
 TEST(MeasureWalkTest, TurningLeftIsPositive) {
   // About +y (up), from +x (north) towards -z (west).
-  EXPECT_NEAR(MeasureWalk(StraightWalk(0.0, 0.01), {0, 0})->turn_rad, 0.3, 1e-9);
+  EXPECT_NEAR(MeasureWalk(StraightWalk(0.0, 0.01), TrackedBody{})->turn_rad, 0.3, 1e-9);
+}
+
+TEST(MeasureWalkTest, ThePointIsCarriedByTheBody) {
+  TrackedBody body;
+  body.X_LP.setIdentity();
+  body.X_LP.translation() = Eigen::Vector3d(1, 0, 0);  // a metre north of the link's origin
+  const auto displacement = MeasureDisplacement(StraightWalk(0.0, 0.01), body);
+  ASSERT_TRUE(displacement.has_value());
+  EXPECT_NEAR(displacement->x(), std::cos(0.3) - 1, 1e-9);
+  EXPECT_NEAR(displacement->z(), -std::sin(0.3), 1e-9);
 }
 
 TEST(MeasureWalkTest, WithoutThatBodyThereIsNothingToMeasure) {
-  EXPECT_FALSE(MeasureWalk(StraightWalk(0.0, 0.0), {3, 0}).has_value());
+  EXPECT_FALSE(MeasureWalk(StraightWalk(0.0, 0.0), TrackedBody{{3, 0}, model::Pose::Identity()}).has_value());
 }
 
 }  // namespace
