@@ -60,6 +60,7 @@ OriginRecord* Learn(Context& context, uint16_t module, uint32_t incarnation, uin
   d.origins[at].module = module;
   d.origins[at].incarnation = incarnation;
   d.origins[at].have = have;
+  d.origins[at].learned_tick = context.state.tick;
   return &d.origins[at];
 }
 
@@ -94,39 +95,23 @@ void TakeAcks(Context& context, int c, const NeighbourMessage& message) {
 }
 
 /// Of an origin that nobody has told us of before, we begin with the oldest that any mate keeps.
-/// Where mates keep only later ones than we lack, the row is broken (we were cut off while those
-/// passed); after kSilentTicks nobody will bring them any more.
-void LearnOrigins(Context& context, const Mail& mail) {
-  DiffusionState& d = context.state.diffusion;
-  uint32_t is_new[(kMaxOrigins + 31) / 32] = {};
-  for (int c = 0; c < context.kinematics.num_connectors(); ++c) {
-    const NeighbourMessage* message = mail.from[c];
-    if (message == nullptr) continue;
-    for (int a = 0; a < message->num_acks; ++a) {
-      const InvocationAck& ack = message->acks[a];
-      const bool own = ack.origin == context.config.module_id &&
-                       ack.origin_incarnation == context.config.incarnation;
-      if (own || ack.floor == 0 || ack.floor > ack.id + 1) continue;
-      OriginRecord* origin = Find(&d, ack.origin, ack.origin_incarnation);
-      if (origin == nullptr) {
-        origin = Learn(context, ack.origin, ack.origin_incarnation, ack.floor - 1);
-        if (origin == nullptr) continue;
-        const auto at = static_cast<uint32_t>(origin - d.origins);
-        // Later records moved up by one.
-        for (uint32_t i = kMaxOrigins - 1; i > at; --i) {
-          const bool moved = (is_new[(i - 1) / 32] >> ((i - 1) % 32) & 1u) != 0;
-          is_new[i / 32] = (is_new[i / 32] & ~(1u << i % 32)) | (moved ? 1u << i % 32 : 0u);
-        }
-        is_new[at / 32] |= 1u << at % 32;
-        continue;
-      }
-      const auto at = static_cast<uint32_t>(origin - d.origins);
-      const bool fresh = (is_new[at / 32] >> at % 32 & 1u) != 0;
-      if (fresh && ack.floor - 1 < origin->have) origin->have = ack.floor - 1;
+void LearnOrigins(Context& context, const NeighbourMessage& message) {
+  for (int a = 0; a < message.num_acks; ++a) {
+    const InvocationAck& ack = message.acks[a];
+    const bool own = ack.origin == context.config.module_id &&
+                     ack.origin_incarnation == context.config.incarnation;
+    if (own || ack.floor == 0 || ack.floor > ack.id + 1) continue;
+    OriginRecord* origin = Find(&context.state.diffusion, ack.origin, ack.origin_incarnation);
+    if (origin == nullptr) {
+      Learn(context, ack.origin, ack.origin_incarnation, ack.floor - 1);
+    } else if (origin->learned_tick == context.state.tick && ack.floor - 1 < origin->have) {
+      origin->have = ack.floor - 1;
     }
   }
 }
 
+/// Where mates keep only later ones than we lack, the row is broken (we were cut off while those
+/// passed); after kSilentTicks nobody will bring them any more, and we go on behind the gap.
 void MendGaps(Context& context, const Mail& mail) {
   DiffusionState& d = context.state.diffusion;
   for (int i = 0; i < d.num_origins; ++i) {
@@ -191,7 +176,9 @@ void ReceiveInvocations(Context& context, const Mail& mail) {
   }
   // First make room, then take more.
   DropAcknowledged(context);
-  LearnOrigins(context, mail);
+  for (int c = 0; c < context.kinematics.num_connectors(); ++c) {
+    if (mail.from[c] != nullptr) LearnOrigins(context, *mail.from[c]);
+  }
   MendGaps(context, mail);
   for (int c = 0; c < context.kinematics.num_connectors(); ++c) {
     if (mail.from[c] != nullptr) TakeInvocations(context, c, *mail.from[c]);

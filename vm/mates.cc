@@ -1,6 +1,7 @@
 #include "vm/mates.h"
 
 #include <cmath>
+#include <initializer_list>
 
 #include "vm/diffusion.h"
 #include "vm/scheduler.h"
@@ -26,10 +27,14 @@ MateRecord NewMate(const Context& context, int connector, const ConnectorReading
   mate.number = reading.number;
   mate.is_member_b = reading.is_member_b;
   mate.heard_tick = context.state.tick;
+  // A sensor that cannot say that the number is the mate's is believed if it fits no other way.
   KinConnection connection;
-  mate.known = context.kinematics.Find(reading.connection_type, reading.number, reading.is_member_b,
-                                       connector, &connection) &&
-               connection.mate_connector == reading.mate_connector;
+  for (const bool is_member_b : {reading.is_member_b, true}) {
+    mate.known = context.kinematics.Find(reading.connection_type, reading.number, is_member_b,
+                                         connector, &connection) &&
+                 connection.mate_connector == reading.mate_connector;
+    if (mate.known) break;
+  }
   // At joint values 0 the links' frames are the module frames, so X_MN is also X_LK.
   if (mate.known) mate.X_LK = connection.X_MN;
   return mate;

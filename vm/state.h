@@ -141,6 +141,7 @@ struct OriginRecord {
   uint32_t incarnation = 0;
   uint32_t have = 0;            ///< All ids up to this one have arrived (or are gone for good).
   int64_t gap_since_tick = -1;  ///< Since when mates offer only later ids; -1 if they do not.
+  int64_t learned_tick = 0;     ///< When it was first heard of.
 };
 
 struct DiffusionState {

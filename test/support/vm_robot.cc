@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compiler/emit/kinematics.h"
 #include "compiler/source/check.h"
 #include "vm/image.h"
 #include "vm/verifier.h"
@@ -15,20 +16,6 @@ constexpr size_t kHistory = 6;  // Ticks that a late message may be late.
 
 vm::Vec3 ToVec3(const Eigen::Vector3d& v) {
   return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
-}
-
-vm::JointKind KindOf(model::JointType type) {
-  switch (type) {
-    case model::JointType::kRevolute:
-      return vm::JointKind::kRevolute;
-    case model::JointType::kContinuous:
-      return vm::JointKind::kContinuous;
-    case model::JointType::kPrismatic:
-      return vm::JointKind::kPrismatic;
-    case model::JointType::kFixed:
-      break;
-  }
-  return vm::JointKind::kFixed;
 }
 
 bool SamePose(const model::Pose& a, const model::Pose& b) { return a.isApprox(b, 1e-9); }
@@ -46,17 +33,6 @@ const model::ConnectionOption* Mirror(const model::ConnectionType& type,
   return nullptr;
 }
 
-vm::KinConnection Entry(int type, const model::ConnectionOption& option, bool is_member_b) {
-  vm::KinConnection c;
-  c.connection_type = static_cast<uint8_t>(type);
-  c.number = static_cast<uint16_t>(option.number);
-  c.is_member_b = is_member_b;
-  c.connector = static_cast<uint8_t>(is_member_b ? option.connector_b : option.connector_a);
-  c.mate_connector = static_cast<uint8_t>(is_member_b ? option.connector_a : option.connector_b);
-  c.X_MN = ToFloat(is_member_b ? option.X_AB.inverse() : option.X_AB);
-  return c;
-}
-
 }  // namespace
 
 vm::PoseF ToFloat(const model::Pose& X) {
@@ -67,33 +43,9 @@ vm::PoseF ToFloat(const model::Pose& X) {
 }
 
 vm::KinematicsTables TablesOf(const model::Model& model, int module_type) {
-  const model::ModuleType& type = model.module_types[static_cast<size_t>(module_type)];
-  vm::KinematicsTables t;
-  t.type_name = type.name;
-  for (const model::Link& link : type.links) t.links.push_back(link.name);
-  for (const model::Joint& joint : type.joints) {
-    t.joints.push_back({joint.name, KindOf(joint.type), joint.link_a, joint.link_b,
-                        ToVec3(joint.p_MoJo_M), ToVec3(joint.axis), joint.lower, joint.upper,
-                        joint.speed});
-  }
-  for (const model::Connector& connector : type.connectors) {
-    vm::KinematicsTables::Connector c{connector.name, connector.link, {}};
-    for (const model::StateVariable& state : connector.states) {
-      c.states.push_back({state.name, static_cast<int>(state.values.size())});
-    }
-    t.connectors.push_back(c);
-  }
-  for (size_t i = 0; i < model.connection_types.size(); ++i) {
-    const model::ConnectionType& connection = model.connection_types[i];
-    for (const model::ConnectionOption& option : connection.options) {
-      const int number = static_cast<int>(i);
-      if (connection.type_a == module_type) t.connections.push_back(Entry(number, option, false));
-      if (connection.type_b == module_type && Mirror(connection, option) == nullptr) {
-        t.connections.push_back(Entry(number, option, true));
-      }
-    }
-  }
-  return t;
+  const auto tables = emit::KinematicsTablesOf(model, module_type, 0);
+  MORPHBUS_CHECK(tables.has_value());
+  return *tables;
 }
 
 std::vector<uint8_t> EmptyProgram() {
@@ -189,7 +141,7 @@ void VmRobot::Connect(int module, vm::TickInput* input) {
           static_cast<uint8_t>(as_b ? docking.connector_a : docking.connector_b);
       reading.connection_type = static_cast<uint8_t>(docking.connection_type);
       const model::ConnectionOption* mirror = as_b ? Mirror(type, option) : nullptr;
-      reading.is_member_b = as_b && mirror == nullptr;
+      reading.is_member_b = options_.tells_member && as_b && mirror == nullptr;
       reading.number = static_cast<uint16_t>(mirror != nullptr ? mirror->number : option.number);
       input->connectors[own] = reading;
       input->messages[own] = Deliver(mate);

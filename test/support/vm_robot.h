@@ -17,7 +17,7 @@
 
 namespace morphbus::test {
 
-/// Tables of a module type as its kinematics image holds them.
+/// Tables of a module type as the compiler makes them.
 vm::KinematicsTables TablesOf(const model::Model& model, int module_type);
 
 /// Single-precision copy of a pose.
@@ -34,6 +34,7 @@ struct VmRobotOptions {
   bool instant_servo = false;  ///< Joints jump to their targets; else they move at their speed.
   uint16_t grace_ticks = 0;
   int64_t tick_us = 20000;
+  bool tells_member = true;  ///< Sensors say ConnectorReading::is_member_b.
 };
 
 class VmRobot {

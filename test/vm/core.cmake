@@ -3,7 +3,7 @@ morphbus_library(morphbus_test_vm_robot
   SOURCES
     ${CMAKE_SOURCE_DIR}/test/support/toy_model.cc
     ${CMAKE_SOURCE_DIR}/test/support/vm_robot.cc
-  DEPS morphbus_model morphbus_vm_core morphbus_vm_encode)
+  DEPS morphbus_emit morphbus_model morphbus_vm_core morphbus_vm_encode)
 
 # Models and programs from their sources.
 morphbus_library(morphbus_test_compiled

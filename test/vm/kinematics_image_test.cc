@@ -72,7 +72,7 @@ TEST_F(KinematicsImageTest, EveryConnectionIsFoundFromBothSides) {
   VerifiedKinematics hinge, rail;
   ASSERT_EQ(Verify(hinge_, &hinge).message, nullptr);
   ASSERT_EQ(Verify(rail_, &rail).message, nullptr);
-  EXPECT_EQ(hinge.num_connections(), 84 + 24);
+  EXPECT_EQ(hinge.num_connections(), 84 + 84 + 24);  // As a, as b, and with a Rail.
   EXPECT_EQ(rail.num_connections(), 24);
   for (const model::ConnectionOption& option : model_.connection_types[1].options) {
     KinConnection from_hinge, from_rail;

@@ -92,6 +92,15 @@ TEST_P(SpatialTest, AnyModuleCanBeTheRoot) {
   }
 }
 
+TEST_P(SpatialTest, UnlikeMatesAreUnderstoodWithoutBeingToldWhoIsMemberB) {
+  const model::Robot robot = test::RandomRobot(model_, 10, 0, GetParam());
+  VmRobotOptions options;
+  options.tells_member = false;
+  VmRobot vms(model_, robot, test::EmptyProgram(), options);
+  vms.Tick(test::DiameterOf(robot) + 1);
+  EXPECT_LT(LargestError(vms, model::ForwardKinematics(model_, robot, vms.joints())), kTolerance);
+}
+
 TEST_P(SpatialTest, LossAndLateMessagesOnlyDelayPoses) {
   const model::Robot robot = test::RandomRobot(model_, 10, 0, GetParam());
   VmRobotOptions options;
