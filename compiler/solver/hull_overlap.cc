@@ -87,6 +87,21 @@ double DepthAlongEdges(const ConvexHull& A, const ConvexHull& B, double best) {
   return best;
 }
 
+/// True if a corner of B, or their mean, lies deeper in the solid A than `tolerance`: leaving A
+/// takes it at least that far, so B cannot be separated by less.
+bool HasCornerDeepIn(const ConvexHull& A, const ConvexHull& B, double tolerance) {
+  if (A.dimension < 3 || B.vertices.empty()) return false;
+  const auto is_deep = [&](const Vector3d& p) {
+    return std::all_of(A.faces.begin(), A.faces.end(), [&](const HullFace& face) {
+      return face.offset - face.normal.dot(p) > tolerance;
+    });
+  };
+  Vector3d mean = Vector3d::Zero();
+  for (const Vector3d& p : B.vertices) mean += p;
+  return is_deep(mean / static_cast<double>(B.vertices.size())) ||
+         std::any_of(B.vertices.begin(), B.vertices.end(), is_deep);
+}
+
 }  // namespace
 
 double PenetrationDepth(const ConvexHull& A, const model::Pose& X_WA, const ConvexHull& B,
@@ -99,6 +114,22 @@ double PenetrationDepth(const ConvexHull& A, const model::Pose& X_WA, const Conv
   if (depth <= 0.0 || DifferenceIsFlat(A, B_in_A)) return 0.0;
   depth = DepthAlongEdges(A, B_in_A, depth);
   return std::isfinite(depth) ? std::max(depth, 0.0) : 0.0;
+}
+
+bool PenetratesBy(double tolerance, const ConvexHull& A, const model::Pose& X_WA,
+                  const ConvexHull& B, const model::Pose& X_WB, double* work) {
+  const ConvexHull B_in_A = Moved(B, X_WA.inverse(Eigen::Isometry) * X_WB);
+  const auto size = [](size_t n) { return static_cast<double>(n); };
+  *work += 2.0 * (size(A.faces.size()) * size(B.vertices.size()) +
+                  size(B.faces.size()) * size(A.vertices.size()));
+  double depth = DepthAlongFaces(A, B_in_A, std::numeric_limits<double>::infinity());
+  if (depth <= tolerance) return false;
+  depth = DepthAlongFaces(B_in_A, A, depth);
+  if (depth <= tolerance) return false;
+  if (HasCornerDeepIn(A, B_in_A, tolerance) || HasCornerDeepIn(B_in_A, A, tolerance)) return true;
+  if (DifferenceIsFlat(A, B_in_A)) return false;
+  *work += size(A.edges.size()) * size(B.edges.size());
+  return DepthAlongEdges(A, B_in_A, depth) > tolerance;
 }
 
 double PenetrationDepth(const std::vector<Eigen::Vector3d>& A, const model::Pose& X_WA,

@@ -21,7 +21,12 @@ namespace morphbus::solver {
 double PenetrationDepth(const model::ConvexHull& A, const model::Pose& X_WA,
                         const model::ConvexHull& B, const model::Pose& X_WB);
 
-/// The same for the hulls of two point sets, each in its own frame (m).
+/// True if PenetrationDepth exceeds `tolerance` (m); quicker, for it stops at a corner that lies
+/// deeper than that. `work` grows by the number of corners, faces and pairs of edges looked at.
+bool PenetratesBy(double tolerance, const model::ConvexHull& A, const model::Pose& X_WA,
+                  const model::ConvexHull& B, const model::Pose& X_WB, double* work);
+
+/// The same as the first for the hulls of two point sets, each in its own frame (m).
 double PenetrationDepth(const std::vector<Eigen::Vector3d>& A, const model::Pose& X_WA,
                         const std::vector<Eigen::Vector3d>& B, const model::Pose& X_WB);
 

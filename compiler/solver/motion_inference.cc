@@ -17,8 +17,6 @@ using model::Pose;
 constexpr double kAngleTolerance = 1e-6;  // rad
 /// Sine below which two directions count as parallel, so that they leave a turn free.
 constexpr double kCollinear = 1e-4;
-/// Hypotheses tried for one pair of connectors; twelve sub-points a side need under 2000.
-constexpr int kMaxHypotheses = 200000;
 
 /// A literal with its points (or directions) looked up: it holds if some choice of `a` meets some
 /// choice of `b`.
@@ -64,7 +62,8 @@ struct Match {
 
 class Inference {
  public:
-  Inference(double tolerance, InferredMotions& result) : tolerance_(tolerance), result_(result) {}
+  Inference(double tolerance, double& budget, InferredMotions& result)
+      : tolerance_(tolerance), budget_(budget), result_(result) {}
 
   /// Sorts the literals of a term; false if one about a single module is broken already.
   bool Prepare(const Term& term, const Connector& a, const Connector& b) {
@@ -91,6 +90,7 @@ class Inference {
         continue;
       }
       if (p.side == Side::kB) std::swap(c.a, c.b);
+      choices_ += static_cast<double>(c.choices());
       (c.negated ? forbidden_ : required_).push_back(std::move(c));
     }
     std::stable_sort(
@@ -111,6 +111,7 @@ class Inference {
       return;
     }
     const Constraint& c = required_[next];
+    if (!Spend(static_cast<double>(c.choices()))) return;
     bool fits_without_gain = false;
     bool fits = false;
     for (const Vector3d& pa : c.a) {
@@ -132,6 +133,12 @@ class Inference {
   }
 
  private:
+  bool Spend(double comparisons) {
+    budget_ -= comparisons;
+    result_.gave_up = result_.gave_up || budget_ < 0.0;
+    return !result_.gave_up;
+  }
+
   void Blame(const Constraint& c) {
     if (c.index >= result_.broken_index) {
       result_.broken_index = c.index;
@@ -200,10 +207,7 @@ class Inference {
   }
 
   void TryMotion() {
-    if (++hypotheses_ > kMaxHypotheses) {
-      result_.gave_up = true;
-      return;
-    }
+    if (!Spend(choices_)) return;
     const std::vector<Match> known = Directions();
     const Match* origin = FirstPoint();
     Matrix3d R = Frame(known[0].a, known[1].a) * Frame(known[0].b, known[1].b).transpose();
@@ -263,11 +267,12 @@ class Inference {
   }
 
   double tolerance_;
+  double& budget_;
   InferredMotions& result_;
   std::vector<Constraint> required_;
   std::vector<Constraint> forbidden_;
   std::vector<Match> matches_;
-  int hypotheses_ = 0;
+  double choices_ = 0.0;  ///< Of all constraints together: what checking one motion costs.
 };
 
 }  // namespace
@@ -278,9 +283,9 @@ bool SameMotion(const model::Pose& X, const model::Pose& Y, double tolerance) {
 }
 
 InferredMotions InferMotions(const Term& term, const model::Connector& a, const model::Connector& b,
-                             double tolerance) {
+                             double tolerance, double* budget) {
   InferredMotions result;
-  Inference inference(tolerance, result);
+  Inference inference(tolerance, *budget, result);
   if (inference.Prepare(term, a, b)) inference.Search(0);
   return result;
 }

@@ -21,14 +21,16 @@ struct InferredMotions {
   /// With no motion: the condition that the last hypothesis broke, and its place in the term.
   const Condition* broken = nullptr;
   int broken_index = -1;
-  /// True if the search gave up: too many hypotheses fit too many correspondences.
+  /// True if the search gave up because the budget was spent.
   bool gave_up = false;
 };
 
 /// Infers the motions of connector `b` to connector `a` (module frames) that satisfy `term`.
 /// `tolerance` (m) is how far coincident points may lie apart; directions may differ by 1e-6 rad.
+/// `budget` is the number of point pairs that may still be compared, and is used up; connectors
+/// with twelve sub-points take some 20000.
 InferredMotions InferMotions(const Term& term, const model::Connector& a, const model::Connector& b,
-                             double tolerance);
+                             double tolerance, double* budget);
 
 /// True if two motions agree to twice `tolerance` (m) and 1e-6 rad: then they count as one.
 bool SameMotion(const model::Pose& X, const model::Pose& Y, double tolerance);

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <optional>
 #include <tuple>
 #include <utility>
 
@@ -71,6 +69,12 @@ void SortByRule(std::vector<Candidate>& candidates, const Connector& a, const Co
   for (size_t i = 0; i < keyed.size(); ++i) candidates[i] = std::move(keyed[i].second);
 }
 
+double NodesOf(const Condition& condition) {
+  double nodes = 1.0;
+  for (const Condition& child : condition.children) nodes += NodesOf(child);
+  return nodes;
+}
+
 class ConnectionSolver {
  public:
   ConnectionSolver(const ConnectionProblem& problem, const std::vector<ModuleType>& types,
@@ -91,6 +95,11 @@ class ConnectionSolver {
     result_.type_b = problem_.type_b;
     const int num_a = static_cast<int>(type_a_.connectors.size());
     const int num_b = static_cast<int>(type_b_.connectors.size());
+    if (1.0 * num_a * num_b * NodesOf(problem_.condition) > kMaxConditionWork) {
+      Fail(fmt::format("the condition of connection '{}' is too long for {} pairs of connectors",
+                       problem_.name, 1LL * num_a * num_b),
+           "");
+    }
     for (int a = num_a - 1; a >= 0; --a) {
       for (int b = num_b - 1; b >= 0 && !failed_; --b) SolvePair(a, b);
     }
@@ -102,6 +111,12 @@ class ConnectionSolver {
   }
 
  private:
+  // Bounds on hostile input, each a second or two of work and far above any real module.
+  static constexpr double kMaxComparisons = 5e7;
+  static constexpr double kMaxHullWork = 1e8;
+  static constexpr double kMaxConditionWork = 1e7;
+  static constexpr int kMaxCandidates = 20000;
+
   /// What removed the last candidates: the part that went furthest through the stages.
   struct Obstacle {
     int stage = -1;  ///< 0 attributes, 1 geometry, 2 hulls.
@@ -144,7 +159,14 @@ class ConnectionSolver {
       return;
     }
     result_.candidates += static_cast<int>(candidates.size());
+    if (result_.candidates > kMaxCandidates) {
+      Fail(
+          fmt::format("connection '{}' has more than {} candidates", problem_.name, kMaxCandidates),
+          "tell the connectors apart by attributes");
+      return;
+    }
     KeepThoseApart(candidates, index_a, index_b);
+    if (failed_) return;
     SortByRule(candidates, a, b, tolerance_);
     for (Candidate& candidate : candidates) {
       const int number = static_cast<int>(result_.options.size()) + 1;
@@ -156,7 +178,7 @@ class ConnectionSolver {
   std::vector<Candidate> CandidatesOf(const Terms& terms, const Connector& a, const Connector& b) {
     std::vector<Candidate> candidates;
     for (const Term& term : terms.terms) {
-      const InferredMotions inferred = InferMotions(term, a, b, tolerance_);
+      const InferredMotions inferred = InferMotions(term, a, b, tolerance_, &comparisons_left_);
       if (inferred.gave_up) {
         Fail(fmt::format("connection '{}' leaves too many ways to match the points of {} and {}",
                          problem_.name, a.name, b.name),
@@ -190,26 +212,37 @@ class ConnectionSolver {
   }
 
   void KeepThoseApart(std::vector<Candidate>& candidates, int index_a, int index_b) {
-    double least = std::numeric_limits<double>::infinity();
-    std::string last;
+    const LinkHull* last_a = nullptr;
+    const LinkHull* last_b = nullptr;
+    Pose last_X_AB;
     const auto lies_inside = [&](const Candidate& candidate) {
       for (const LinkHull& of_a : hulls_a_) {
         for (const LinkHull& of_b : hulls_b_) {
-          const double depth =
-              PenetrationDepth(of_a.hull, Pose::Identity(), of_b.hull, candidate.X_AB);
-          if (depth <= tolerance_) continue;
-          if (depth < least) {
-            least = depth;
-            last = fmt::format("{} of a would lie {:.3g} m inside {} of b",
-                               type_a_.links[of_a.link].name, depth, type_b_.links[of_b.link].name);
+          if (hull_work_ > kMaxHullWork) return false;
+          if (!PenetratesBy(tolerance_, of_a.hull, Pose::Identity(), of_b.hull, candidate.X_AB,
+                            &hull_work_)) {
+            continue;
           }
+          last_a = &of_a;
+          last_b = &of_b;
+          last_X_AB = candidate.X_AB;
           return true;
         }
       }
       return false;
     };
     std::erase_if(candidates, lies_inside);
-    if (!candidates.empty() || last.empty()) return;
+    if (hull_work_ > kMaxHullWork) {
+      Fail(fmt::format("the link hulls of connection '{}' are too many or too detailed to compare",
+                       problem_.name),
+           "give the hulls fewer points");
+      return;
+    }
+    if (!candidates.empty()) return;
+    const double depth = PenetrationDepth(last_a->hull, Pose::Identity(), last_b->hull, last_X_AB);
+    const std::string last =
+        fmt::format("{} of a would lie {:.3g} m inside {} of b", type_a_.links[last_a->link].name,
+                    depth, type_b_.links[last_b->link].name);
     const std::string pair = fmt::format("{} and {}", type_a_.connectors[index_a].name,
                                          type_b_.connectors[index_b].name);
     result_.rejections.push_back({index_a, index_b, fmt::format("joining {}, {}", pair, last)});
@@ -256,6 +289,8 @@ class ConnectionSolver {
   std::vector<LinkHull> hulls_a_;
   std::vector<LinkHull> hulls_b_;
   double tolerance_ = 0.0;
+  double comparisons_left_ = kMaxComparisons;
+  double hull_work_ = 0.0;
   model::ConnectionType result_;
   Obstacle obstacle_;
   bool failed_ = false;

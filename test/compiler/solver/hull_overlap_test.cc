@@ -100,6 +100,10 @@ TEST(PenetrationDepth, AgreesWithTheMinkowskiDifferenceOnRandomHulls) {
     const double expected = DepthByMinkowskiDifference(A, B_moved);
     EXPECT_NEAR(PenetrationDepth(A, Pose::Identity(), B, X), expected, 1e-9) << round;
     EXPECT_NEAR(PenetrationDepth(B, X, A, Pose::Identity()), expected, 1e-9) << round;
+    double work = 0.0;
+    EXPECT_EQ(PenetratesBy(0.05, model::ComputeHull(A), Pose::Identity(), model::ComputeHull(B), X,
+                           &work),
+              expected > 0.05);
     if (expected > 0.0) ++overlapping;
   }
   EXPECT_GT(overlapping, 100);

@@ -329,6 +329,18 @@ TEST(SolveConnection, MoreThan64AlternativesAreRefused) {
   EXPECT_EQ(Solve(Pillar(4), And(harmless)).options.size(), 4u);
 }
 
+TEST(SolveConnection, RefusesWorkWithoutBound) {
+  ModuleType type = Pillar(8);
+  while (type.connectors.size() < 200) type.connectors.push_back(type.connectors[0]);
+  EXPECT_NE(OnlyError(type, test::AllPointsCoincide(8)).message.find("candidates"),
+            std::string::npos);
+  std::vector<Condition> open_ends = {Coincident("")};
+  for (int i = 0; i < 60; ++i) open_ends.push_back(AnyMeetsAny());
+  EXPECT_NE(OnlyError(type, And(open_ends)).message.find("too many ways"), std::string::npos);
+  std::vector<Condition> endless(1000, Coincident(""));
+  EXPECT_NE(OnlyError(type, And(endless)).message.find("too long"), std::string::npos);
+}
+
 TEST(SolveConnection, MissingAttributesBreakTheConditionTheyStandIn) {
   OnlyError(Pillar(4), And({test::AllPointsCoincide(4), Compare(Side::kA, "colour", true)}));
   EXPECT_EQ(
