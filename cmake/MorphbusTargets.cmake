@@ -62,10 +62,10 @@ function(morphbus_test name)
 endfunction()
 include(GoogleTest)
 
-# morphbus_fuzz_target(NAME SOURCES a.cc ... DEPS lib ... CORPUS dir): the same entry point twice:
+# morphbus_fuzz_target(NAME SOURCES a.cc ... DEPS lib ... CORPUS dir ...): the same entry point twice:
 # NAME_replay runs the corpus in the plain suite; NAME (libFuzzer) exists with MORPHBUS_FUZZ.
 function(morphbus_fuzz_target name)
-  cmake_parse_arguments(ARG "" "CORPUS" "SOURCES;DEPS" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPS;CORPUS" ${ARGN})
   add_executable(${name}_replay ${ARG_SOURCES} ${CMAKE_SOURCE_DIR}/test/fuzz/replay_main.cc)
   target_include_directories(${name}_replay PRIVATE ${CMAKE_SOURCE_DIR})
   target_include_directories(${name}_replay SYSTEM PRIVATE ${EXPECTED_INCLUDE_DIR})

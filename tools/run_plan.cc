@@ -20,7 +20,7 @@ namespace {
 
 constexpr uint32_t kTickUs = 20000;
 constexpr uint32_t kPhysicsStepUs = 1000;
-constexpr uint32_t kSolverIterations = 20;
+constexpr uint32_t kSolverIterations = 30;
 
 /// Where a module's channel names would not fit, or would be those of something else.
 bool CheckModuleNames(const model::Robot& robot) {

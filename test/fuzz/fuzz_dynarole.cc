@@ -1,0 +1,42 @@
+// Any bytes as a DynaRole program: diagnostics or an image that the verifier accepts, never a crash,
+// a hang or unbounded memory.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "compiler/dynarole/compile.h"
+#include "vm/verifier.h"
+
+namespace {
+
+/// Keywords of a module type like M-TRAN, with one of every kind.
+morphbus::dynarole::KeywordTable Keywords() {
+  using morphbus::vm::KeywordKind;
+  morphbus::dynarole::KeywordTable table;
+  table.type_names = {"MTRAN"};
+  table.Add(0, KeywordKind::kLink, "LINK_CONNECTING_BAR", "CONNECTING_BAR", false);
+  table.Add(0, KeywordKind::kJoint, "JOINT_1", "JOINT_1", false);
+  table.Add(0, KeywordKind::kJoint, "JOINT_2", "JOINT_2", false);
+  table.Add(0, KeywordKind::kConnector, "C1", "C1", false);
+  table.Add(0, KeywordKind::kConnectorState, "EXTENDED", "EXTENDED", true);
+  return table;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  static const morphbus::dynarole::KeywordTable kKeywords = Keywords();
+  const std::string text(reinterpret_cast<const char*>(data), size);
+  const auto result = morphbus::dynarole::CompileProgram("fuzz.dyn", text, kKeywords);
+  const std::string rendered =
+      morphbus::source::Render(result.diagnostics, result.sources, /*color=*/false);
+  if (result.image.has_value() == result.diagnostics.had_errors()) __builtin_trap();
+  if (result.image) {
+    const auto program = std::make_unique<morphbus::vm::VerifiedProgram>();
+    const auto error = morphbus::vm::Verifier::Verify(
+        result.image->data(), static_cast<uint32_t>(result.image->size()), program.get());
+    if (error.message != nullptr) __builtin_trap();
+  }
+  return 0;
+}
