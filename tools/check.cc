@@ -13,7 +13,8 @@ void PrintModuleType(const model::ModuleType& type) {
   double mass = 0.0;
   for (const model::Link& link : type.links) mass += link.mass_kg;
   fmt::print("module {}: {}, {}, {}, {:.3g} kg\n", type.name, Plural(type.links.size(), "link"),
-             Plural(type.joints.size(), "joint"), Plural(type.connectors.size(), "connector"), mass);
+             Plural(type.joints.size(), "joint"), Plural(type.connectors.size(), "connector"),
+             mass);
 }
 
 void PrintRobot(const model::Model& model, const model::Robot& robot) {
@@ -24,13 +25,15 @@ void PrintRobot(const model::Model& model, const model::Robot& robot) {
   for (const model::GraphJoint& joint : graph.joints) {
     if (!joint.locked) continue;
     const model::ModuleInstance& module = robot.modules[static_cast<size_t>(joint.module)];
-    locked += fmt::format("{}{}.{}", locked.empty() ? "" : ", ", module.name,
-                          model.TypeOf(robot, joint.module).joints[static_cast<size_t>(joint.joint)].name);
+    locked += fmt::format(
+        "{}{}.{}", locked.empty() ? "" : ", ", module.name,
+        model.TypeOf(robot, joint.module).joints[static_cast<size_t>(joint.joint)].name);
   }
-  fmt::print("robot {}: {}, {}, {}, {}, mobility {}\n", robot.name,
-             Plural(robot.modules.size(), "module"), Plural(robot.dockings.size(), "connection"),
-             fmt::format("{} {}", graph.bodies.size(), graph.bodies.size() == 1 ? "body" : "bodies"),
-             Plural(graph.joints.size(), "joint"), graph.mobility);
+  fmt::print(
+      "robot {}: {}, {}, {}, {}, mobility {}\n", robot.name, Plural(robot.modules.size(), "module"),
+      Plural(robot.dockings.size(), "connection"),
+      fmt::format("{} {}", graph.bodies.size(), graph.bodies.size() == 1 ? "body" : "bodies"),
+      Plural(graph.joints.size(), "joint"), graph.mobility);
   if (state.worst_docking >= 0) {
     fmt::print("  loops close within {:.1e} m and {:.1e} degrees\n", state.closure_m,
                state.closure_rad * 180.0 / EIGEN_PI);

@@ -17,8 +17,8 @@ namespace morphbus::tools {
 namespace {
 
 /// Runs in the child between fork and exec: only async-signal-safe calls.
-[[noreturn]] void BecomeProgram(const ChildProcess::Options& options, char* const* argv, pid_t parent,
-                                int report) {
+[[noreturn]] void BecomeProgram(const ChildProcess::Options& options, char* const* argv,
+                                pid_t parent, int report) {
   prctl(PR_SET_PDEATHSIG, options.death_signal);
   if (getppid() != parent) _exit(127);  // it died before we could ask to die with it
   setpgid(0, 0);
@@ -41,10 +41,12 @@ namespace {
 
 Result<ChildProcess> ChildProcess::Start(const Options& options) {
   std::vector<char*> argv;
-  for (const std::string& argument : options.argv) argv.push_back(const_cast<char*>(argument.c_str()));
+  for (const std::string& argument : options.argv)
+    argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
   int report[2];  // carries the reason if exec fails; closes when it succeeds
-  if (pipe2(report, O_CLOEXEC) != 0) return Fail(fmt::format("cannot start {}: {}", options.name, std::strerror(errno)));
+  if (pipe2(report, O_CLOEXEC) != 0)
+    return Fail(fmt::format("cannot start {}: {}", options.name, std::strerror(errno)));
   const pid_t parent = getpid();
   const pid_t pid = fork();
   if (pid == 0) BecomeProgram(options, argv.data(), parent, report[1]);
@@ -91,7 +93,8 @@ bool ChildProcess::Poll() {
     exit_text_ = fmt::format("exited with status {}", status_);
   } else {
     status_ = 128 + WTERMSIG(status);
-    exit_text_ = fmt::format("was killed by signal {} ({})", WTERMSIG(status), strsignal(WTERMSIG(status)));
+    exit_text_ =
+        fmt::format("was killed by signal {} ({})", WTERMSIG(status), strsignal(WTERMSIG(status)));
   }
   return true;
 }

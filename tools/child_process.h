@@ -13,11 +13,11 @@ namespace morphbus::tools {
 class ChildProcess {
  public:
   struct Options {
-    std::string name;                ///< For messages: "sim", "module m3".
-    std::vector<std::string> argv;   ///< argv[0] is the path of the program.
-    int death_signal = 9;            ///< Sent by the kernel when we die, however we die.
-    int inherited_fd = -1;           ///< Stays open in the child under the same number; -1: none.
-    bool quiet = false;              ///< Its stdout and stderr go to nowhere.
+    std::string name;               ///< For messages: "sim", "module m3".
+    std::vector<std::string> argv;  ///< argv[0] is the path of the program.
+    int death_signal = 9;           ///< Sent by the kernel when we die, however we die.
+    int inherited_fd = -1;          ///< Stays open in the child under the same number; -1: none.
+    bool quiet = false;             ///< Its stdout and stderr go to nowhere.
   };
 
   /// Starts the program in a process group of its own, so that Ctrl-C reaches only us.

@@ -24,10 +24,14 @@ struct Options {
 /// Sets one tolerance from "name=value"; on failure says why and returns false.
 bool SetTolerance(const std::string& text, logger::Tolerances* tolerances) {
   const std::vector<std::pair<std::string, double*>> known = {
-      {"propagated_m", &tolerances->propagated_m}, {"propagated_rad", &tolerances->propagated_rad},
-      {"simulated_m", &tolerances->simulated_m},   {"simulated_rad", &tolerances->simulated_rad},
-      {"angle_rad", &tolerances->angle_rad},       {"travel_m", &tolerances->travel_m},
-      {"command_rad", &tolerances->command_rad},   {"command_m", &tolerances->command_m},
+      {"propagated_m", &tolerances->propagated_m},
+      {"propagated_rad", &tolerances->propagated_rad},
+      {"simulated_m", &tolerances->simulated_m},
+      {"simulated_rad", &tolerances->simulated_rad},
+      {"angle_rad", &tolerances->angle_rad},
+      {"travel_m", &tolerances->travel_m},
+      {"command_rad", &tolerances->command_rad},
+      {"command_m", &tolerances->command_m},
       {"role_s", &tolerances->role_s}};
   const size_t equals = text.find('=');
   std::string names;
@@ -36,7 +40,8 @@ bool SetTolerance(const std::string& text, logger::Tolerances* tolerances) {
     if (equals == std::string::npos || text.substr(0, equals) != name) continue;
     char* end = nullptr;
     const double value = std::strtod(text.c_str() + equals + 1, &end);
-    if (*end != '\0' || end == text.c_str() + equals + 1 || !(value >= 0) || !std::isfinite(value)) {
+    if (*end != '\0' || end == text.c_str() + equals + 1 || !(value >= 0) ||
+        !std::isfinite(value)) {
       Unusable(fmt::format("--tolerance {}: expected a number, 0 or more", text));
       return false;
     }
@@ -58,8 +63,7 @@ int CompareLogs(const Options& options) {
   if (!b) return Unusable(b.error().message);
   const logger::Comparison comparison = logger::Compare(*a, *b, compare);
   if (!options.report.empty()) {
-    const Result<void> written =
-        WriteFile(options.report, logger::ReportHtml(*a, *b, comparison));
+    const Result<void> written = WriteFile(options.report, logger::ReportHtml(*a, *b, comparison));
     if (!written) return Unusable(written.error().message);
   }
   if (options.json) {
@@ -68,9 +72,12 @@ int CompareLogs(const Options& options) {
     fmt::print("{}", logger::ComparisonText(comparison));
   }
   switch (comparison.verdict) {
-    case logger::Verdict::kEquivalent: return kDone;
-    case logger::Verdict::kDifferent: return kNo;
-    case logger::Verdict::kUnusable: break;
+    case logger::Verdict::kEquivalent:
+      return kDone;
+    case logger::Verdict::kDifferent:
+      return kNo;
+    case logger::Verdict::kUnusable:
+      break;
   }
   return kUnusable;
 }
@@ -79,13 +86,15 @@ int CompareLogs(const Options& options) {
 
 void AddCompare(CLI::App& app, Action* action) {
   CLI::App* sub = app.add_subcommand(
-      "compare", "Are two runs the same walk, by role and label? Exit status 0 yes, 1 no, 2 cannot say");
+      "compare",
+      "Are two runs the same walk, by role and label? Exit status 0 yes, 1 no, 2 cannot say");
   auto options = std::make_shared<Options>();
   sub->add_option("A", options->a, "Log file")->required();
   sub->add_option("B", options->b, "Log file")->required();
   sub->add_option("--report", options->report, "Write a page with plots (one self-contained file)")
       ->type_name("OUT.html");
-  sub->add_option("--tolerance", options->tolerances, "Largest difference that counts as none; may be repeated")
+  sub->add_option("--tolerance", options->tolerances,
+                  "Largest difference that counts as none; may be repeated")
       ->type_name("NAME=VALUE")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);

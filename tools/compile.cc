@@ -28,7 +28,8 @@ std::optional<dynarole::KeywordTable> LoadKeywords(const Options& options) {
     std::vector<emit::ModuleKeywords> types;
     for (const std::string& path : options.keywords) {
       const Result<std::string> text = ReadFile(path, 1 << 20);
-      Result<emit::ModuleKeywords> type = text ? emit::ParseKeywordsXml(*text) : Fail(text.error().message);
+      Result<emit::ModuleKeywords> type =
+          text ? emit::ParseKeywordsXml(*text) : Fail(text.error().message);
       if (!type) {
         Unusable(text ? path + ": " + type.error().message : type.error().message);
         return std::nullopt;
@@ -67,7 +68,8 @@ int Compile(const Options& options) {
   const Result<void> written = WriteFile(options.output, program->image);
   if (!written) return Unusable(written.error().message);
   if (options.output != "-") {
-    fmt::print("{}: {} bytes, hash {:016x}\n", options.output, program->image.size(), program->hash);
+    fmt::print("{}: {} bytes, hash {:016x}\n", options.output, program->image.size(),
+               program->hash);
   }
   return kDone;
 }
@@ -78,14 +80,16 @@ void AddCompile(CLI::App& app, Action* action) {
   CLI::App* sub = app.add_subcommand("compile", "Compile a DynaRole program");
   auto options = std::make_shared<Options>();
   sub->add_option("PROGRAM", options->program, "DynaRole program")->required();
-  sub->add_option("--keywords", options->keywords, "XML of the module types (morphbus export --to xml)")
+  sub->add_option("--keywords", options->keywords,
+                  "XML of the module types (morphbus export --to xml)")
       ->type_name("TYPE.xml...");
   sub->add_option("--model", options->model, "M3L file whose module types the program may use");
   sub->add_option("-o,--output", options->output, "Image to write ('-': stdout)");
   sub->add_option("--dump", options->dump, "Print a stage instead: tokens, ast or code");
   sub->footer(
       "Examples:\n"
-      "  morphbus compile models/programs/quadruped.dyn --model models/mtran.m3l -o quadruped.image\n"
+      "  morphbus compile models/programs/quadruped.dyn --model models/mtran.m3l -o "
+      "quadruped.image\n"
       "  morphbus compile models/programs/quadruped.dyn --keywords mtran.xml -o quadruped.image");
   sub->callback([options, action] { *action = [options] { return Compile(*options); }; });
 }

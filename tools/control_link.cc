@@ -28,7 +28,9 @@ ControlLink::ControlLink(int fd) : fd_(fd) {
 }
 
 ControlLink::ControlLink(ControlLink&& other) noexcept
-    : fd_(std::exchange(other.fd_, -1)), closed_(other.closed_), pending_(std::move(other.pending_)) {}
+    : fd_(std::exchange(other.fd_, -1)),
+      closed_(other.closed_),
+      pending_(std::move(other.pending_)) {}
 
 ControlLink::~ControlLink() {
   if (fd_ >= 0) close(fd_);
@@ -73,7 +75,8 @@ std::vector<nlohmann::ordered_json> ControlLink::Receive() {
       break;
     }
     pending_.append(buffer, static_cast<size_t>(n));
-    for (size_t end = 0; (end = pending_.find('\n')) != std::string::npos; pending_.erase(0, end + 1)) {
+    for (size_t end = 0; (end = pending_.find('\n')) != std::string::npos;
+         pending_.erase(0, end + 1)) {
       nlohmann::ordered_json message =
           nlohmann::ordered_json::parse(pending_.substr(0, end), nullptr, false);
       if (message.is_object()) messages.push_back(std::move(message));

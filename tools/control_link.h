@@ -15,7 +15,8 @@ namespace morphbus::tools {
 
 class ControlLink {
  public:
-  /// Takes over a descriptor, e.g. from --control-fd; -1: a link to nobody, that never says anything.
+  /// Takes over a descriptor, e.g. from --control-fd; -1: a link to nobody, that never says
+  /// anything.
   explicit ControlLink(int fd);
   ControlLink(ControlLink&& other) noexcept;
   ControlLink& operator=(ControlLink&&) = delete;
@@ -50,10 +51,12 @@ int CaughtSignal();
 /// caught. Empty: no reason.
 std::string StopReason(ControlLink* link);
 
-/// Calls a function every so often beside the parties of a run, and never keeps the run going itself.
+/// Calls a function every so often beside the parties of a run, and never keeps the run going
+/// itself.
 class Ticker : public bridge::Party {
  public:
-  Ticker(int64_t period_us, std::function<void()> call) : period_us_(period_us), call_(std::move(call)) {}
+  Ticker(int64_t period_us, std::function<void()> call)
+      : period_us_(period_us), call_(std::move(call)) {}
 
   void Start() override {}
   void OnTime() override;

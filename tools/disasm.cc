@@ -14,7 +14,8 @@ int Disasm(const std::string& path) {
   bool ok = false;
   const std::string text = vm::DisassembleImage(reinterpret_cast<const uint8_t*>(bytes->data()),
                                                 static_cast<uint32_t>(bytes->size()), &ok);
-  if (!ok) return Unusable(fmt::format("{}: {}", path, text.substr(0, text.find_last_not_of('\n') + 1)));
+  if (!ok)
+    return Unusable(fmt::format("{}: {}", path, text.substr(0, text.find_last_not_of('\n') + 1)));
   fmt::print("{}", text);
   return kDone;
 }

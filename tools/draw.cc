@@ -44,8 +44,9 @@ std::optional<std::vector<logger::View>> ParseViews(const std::vector<std::strin
   return views;
 }
 
-int Write(const logger::Scene& scene, const std::string& title, const std::vector<logger::View>& views,
-          std::vector<logger::LegendEntry> legend, const std::string& path) {
+int Write(const logger::Scene& scene, const std::string& title,
+          const std::vector<logger::View>& views, std::vector<logger::LegendEntry> legend,
+          const std::string& path) {
   logger::Drawing drawing;
   drawing.title = title;
   drawing.legend = std::move(legend);
@@ -61,8 +62,8 @@ int DrawModel(const Options& options, const std::vector<logger::View>& views) {
   if (robot == nullptr) return kUnusable;
   std::vector<int> group(robot->modules.size());
   for (size_t m = 0; m < group.size(); ++m) group[m] = static_cast<int>(m);
-  return Write(logger::SceneOf(*model, *robot, sim::PlaceOnGround(*model, *robot), group), robot->name,
-               views, {}, options.output);
+  return Write(logger::SceneOf(*model, *robot, sim::PlaceOnGround(*model, *robot), group),
+               robot->name, views, {}, options.output);
 }
 
 model::Pose ToPose(const morphbus::body_pose_t& pose) {
@@ -73,10 +74,11 @@ model::Pose ToPose(const morphbus::body_pose_t& pose) {
   return X;
 }
 
-/// Poses of all links from those of the bodies: links of one body lie to each other as at the start.
-LinkPoses PosesOf(const model::Model& model, const model::Robot& robot, const logger::WorldSample& world) {
-  const LinkPoses X_RL =
-      model::ForwardKinematics(model, robot, model::StartValues(robot)).X_RL;
+/// Poses of all links from those of the bodies: links of one body lie to each other as at the
+/// start.
+LinkPoses PosesOf(const model::Model& model, const model::Robot& robot,
+                  const logger::WorldSample& world) {
+  const LinkPoses X_RL = model::ForwardKinematics(model, robot, model::StartValues(robot)).X_RL;
   const std::vector<std::vector<int>> body_of = model::BodiesOf(model, robot);
   LinkPoses X_WL = X_RL;
   for (const morphbus::body_pose_t& body : world.bodies) {
@@ -118,11 +120,13 @@ std::vector<int> GroupByRole(const logger::RunLog& log, int64_t time_us,
 int DrawLog(const Options& options, const std::vector<logger::View>& views) {
   const Result<logger::RunLog> log = logger::LoadRunLog(options.file, {options.run, true});
   if (!log) return Unusable(log.error().message);
-  if (log->robot == nullptr) return Unusable(options.file + ": the log does not hold the robot's model");
+  if (log->robot == nullptr)
+    return Unusable(options.file + ": the log does not hold the robot's model");
   if (log->world.empty()) return Unusable(options.file + ": the log holds no simulated poses");
   const auto time_us = static_cast<int64_t>(std::llround(options.at * 1e6));
-  const auto after = std::upper_bound(log->world.begin(), log->world.end(), time_us,
-                                      [](int64_t t, const logger::WorldSample& w) { return t < w.time_us; });
+  const auto after =
+      std::upper_bound(log->world.begin(), log->world.end(), time_us,
+                       [](int64_t t, const logger::WorldSample& w) { return t < w.time_us; });
   const logger::WorldSample& world = after == log->world.begin() ? *after : *(after - 1);
   const double shown_s = static_cast<double>(world.time_us) * 1e-6;
   if (options.at > shown_s + 1.0) {
@@ -132,7 +136,8 @@ int DrawLog(const Options& options, const std::vector<logger::View>& views) {
   const std::vector<int> group = GroupByRole(*log, world.time_us, &legend);
   const LinkPoses X_WL = PosesOf(*log->model, *log->robot, world);
   return Write(logger::SceneOf(*log->model, *log->robot, X_WL, group),
-               fmt::format("{} at {:.2f} s", log->robot->name, shown_s), views, legend, options.output);
+               fmt::format("{} at {:.2f} s", log->robot->name, shown_s), views, legend,
+               options.output);
 }
 
 int Draw(const Options& options) {
@@ -144,14 +149,18 @@ int Draw(const Options& options) {
 }  // namespace
 
 void AddDraw(CLI::App& app, Action* action) {
-  CLI::App* sub = app.add_subcommand("draw", "A picture of a robot: at its start values, or from a log");
+  CLI::App* sub =
+      app.add_subcommand("draw", "A picture of a robot: at its start values, or from a log");
   auto options = std::make_shared<Options>();
   options->views = {"side"};
   sub->add_option("FILE", options->file, "M3L file, or with --at a log")->required();
   sub->add_option("--robot", options->robot, "The robot's name (default: the only one)");
-  sub->add_option("--at", options->at, "Sim time of the log, seconds")->check(CLI::NonNegativeNumber);
-  sub->add_option("--run", options->run, "Which run, if the log holds several (default: the first)");
-  sub->add_option("--view", options->views, "side, top, front, iso; several: side,top")->delimiter(',');
+  sub->add_option("--at", options->at, "Sim time of the log, seconds")
+      ->check(CLI::NonNegativeNumber);
+  sub->add_option("--run", options->run,
+                  "Which run, if the log holds several (default: the first)");
+  sub->add_option("--view", options->views, "side, top, front, iso; several: side,top")
+      ->delimiter(',');
   sub->add_option("-o,--output", options->output, "Picture to write: .svg or .png")->required();
   sub->footer(
       "Examples:\n  morphbus draw models/mtran.m3l --robot quadruped --view iso -o quadruped.svg\n"

@@ -67,16 +67,19 @@ int Export(const Options& options) {
 }  // namespace
 
 void AddExport(CLI::App& app, Action* action) {
-  CLI::App* sub = app.add_subcommand("export", "Write a model, a module type or a robot for other programs");
+  CLI::App* sub =
+      app.add_subcommand("export", "Write a model, a module type or a robot for other programs");
   auto options = std::make_shared<Options>();
   sub->add_option("FILE", options->file, "M3L file")->required();
   sub->add_option("--robot", options->robot, "Robot (for dot)");
-  sub->add_option("--module", options->module, "Module type (for kinematics and xml; default: the only one)");
+  sub->add_option("--module", options->module,
+                  "Module type (for kinematics and xml; default: the only one)");
   sub->add_option("--to", options->to, "model, kinematics, xml or dot")->required();
   sub->add_option("-o,--output", options->output, "File to write ('-': stdout)")->required();
   sub->footer(
       "Examples:\n  morphbus export models/mtran.m3l --module MTRAN --to xml -o mtran.xml\n"
-      "  morphbus export models/mtran.m3l --robot quadruped --to dot -o - | dot -Tsvg -o assembly.svg");
+      "  morphbus export models/mtran.m3l --robot quadruped --to dot -o - | dot -Tsvg -o "
+      "assembly.svg");
   sub->callback([options, action] { *action = [options] { return Export(*options); }; });
 }
 

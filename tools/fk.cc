@@ -84,7 +84,8 @@ int Fk(const Options& options) {
                {"closure_rad", state.closure_rad}});
     return kDone;
   }
-  fmt::print("robot {}: poses of the link frames in the robot frame (north, up, east)\n", robot->name);
+  fmt::print("robot {}: poses of the link frames in the robot frame (north, up, east)\n",
+             robot->name);
   fmt::print("{:<24} {:>27}   {}\n", "link", "position (m)", "rotation (w x y z)");
   for (const auto& [name, pose] : links.items()) {
     const Json& p = pose["p"];
@@ -105,7 +106,8 @@ void AddFk(CLI::App& app, Action* action) {
   auto options = std::make_shared<Options>();
   sub->add_option("FILE", options->file, "M3L file")->required();
   sub->add_option("--robot", options->robot, "The robot's name (default: the only one)");
-  sub->add_option("--set", options->set, "Raw joint value, rad or m, or e.g. 45deg; may be repeated")
+  sub->add_option("--set", options->set,
+                  "Raw joint value, rad or m, or e.g. 45deg; may be repeated")
       ->type_name("MODULE.JOINT=VALUE")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);

@@ -31,8 +31,9 @@ Json GraphJson(const model::Model& model, const model::Robot& robot,
   Json joints = Json::array();
   for (const model::GraphJoint& joint : graph.joints) {
     joints.push_back(
-        {{"name", robot.modules[static_cast<size_t>(joint.module)].name + "." +
-                      model.TypeOf(robot, joint.module).joints[static_cast<size_t>(joint.joint)].name},
+        {{"name",
+          robot.modules[static_cast<size_t>(joint.module)].name + "." +
+              model.TypeOf(robot, joint.module).joints[static_cast<size_t>(joint.joint)].name},
          {"adjacent", joint.adjacent.size()},
          {"locked", joint.locked},
          {"axis", VectorJson(joint.axis_R)}});
@@ -68,7 +69,8 @@ int Graph(const Options& options) {
   if (robot == nullptr) return kUnusable;
   const model::KinematicGraph graph = model::BuildKinematicGraph(*model, *robot);
   if (!options.dot.empty()) {
-    const Result<void> written = WriteFile(options.dot, emit::KinematicGraphDot(*model, *robot, graph));
+    const Result<void> written =
+        WriteFile(options.dot, emit::KinematicGraphDot(*model, *robot, graph));
     if (!written) return Unusable(written.error().message);
     if (options.dot == "-") return kDone;
   }
@@ -89,7 +91,8 @@ void AddGraph(CLI::App& app, Action* action) {
   auto options = std::make_shared<Options>();
   sub->add_option("FILE", options->file, "M3L file")->required();
   sub->add_option("--robot", options->robot, "The robot's name (default: the only one)");
-  sub->add_option("--dot", options->dot, "Also write the graph for Graphviz ('-': only that, on stdout)");
+  sub->add_option("--dot", options->dot,
+                  "Also write the graph for Graphviz ('-': only that, on stdout)");
   sub->add_flag("--json", options->json, "One JSON object on stdout");
   sub->footer(
       "Examples:\n  morphbus graph models/mtran.m3l --robot quadruped\n"

@@ -32,7 +32,8 @@ using HealthTable = std::map<std::string, morphbus::health_t>;
 /// Listens to exactly these processes' HEALTH on `bus` and keeps the newest.
 class HealthListener {
  public:
-  HealthListener(bridge::Bus* bus, const std::string& run, const std::vector<std::string>& processes);
+  HealthListener(bridge::Bus* bus, const std::string& run,
+                 const std::vector<std::string>& processes);
   [[nodiscard]] const HealthTable& table() const { return table_; }
 
  private:

@@ -17,7 +17,8 @@ struct Options {
 std::shared_ptr<Options> AddOptions(CLI::App* sub) {
   auto options = std::make_shared<Options>();
   sub->add_option("LOG", options->log, "Log file")->required();
-  sub->add_option("--run", options->run, "Which run, if the file holds several (default: the first)");
+  sub->add_option("--run", options->run,
+                  "Which run, if the file holds several (default: the first)");
   sub->add_flag("--json", options->json, "One JSON object on stdout");
   return options;
 }
@@ -45,7 +46,8 @@ void AddInfo(CLI::App& app, Action* action) {
 }
 
 void AddVerify(CLI::App& app, Action* action) {
-  CLI::App* sub = app.add_subcommand("verify", "Is a log whole? Exit status 1 if anything is missing or wrong");
+  CLI::App* sub =
+      app.add_subcommand("verify", "Is a log whole? Exit status 1 if anything is missing or wrong");
   const auto options = AddOptions(sub);
   sub->footer("Example:\n  morphbus verify walk.log");
   sub->callback([options, action] { *action = [options] { return Report(*options, true); }; });

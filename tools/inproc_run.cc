@@ -80,10 +80,12 @@ Result<void> InprocRun::AddModule(size_t index) {
   Module& module = modules_.emplace_back(instance.name, &hub_, description_.loss(),
                                          ReceiverSeed(description_.seed(), receiver));
   const std::string& type = plan_.model.TypeOf(robot, static_cast<int>(index)).name;
-  Result<std::unique_ptr<vm::VerifiedProgram>> program = VerifyProgram(description_.program_image());
+  Result<std::unique_ptr<vm::VerifiedProgram>> program =
+      VerifyProgram(description_.program_image());
   if (!program) return Fail(program.error().message);
   module.program = std::move(*program);
-  Result<std::unique_ptr<vm::VerifiedKinematics>> kinematics = VerifyKinematicsImage(plan_.kinematics(type));
+  Result<std::unique_ptr<vm::VerifiedKinematics>> kinematics =
+      VerifyKinematicsImage(plan_.kinematics(type));
   if (!kinematics) return Fail(kinematics.error().message);
   module.kinematics = std::move(*kinematics);
 
@@ -108,8 +110,8 @@ Result<void> InprocRun::AddModule(size_t index) {
   options.kinematics_hash = module.kinematics->hash();
   options.program_hash = module.program->hash();
   options.build = description_.build();
-  module.party = std::make_unique<bridge::ModuleParty>(&module.seat.lossy, module.brain.get(), &time_,
-                                                       options);
+  module.party = std::make_unique<bridge::ModuleParty>(&module.seat.lossy, module.brain.get(),
+                                                       &time_, options);
   return {};
 }
 
@@ -144,7 +146,8 @@ void InprocRun::Gather(RunOutcome* outcome) const {
   outcome->reason = sim.reason;
   outcome->messages = sim.messages;
   if (!sim.ok && outcome->error.empty()) outcome->error = sim.error;
-  const auto add = [&](const std::string& process, const bridge::Ledger& ledger, int64_t discarded) {
+  const auto add = [&](const std::string& process, const bridge::Ledger& ledger,
+                       int64_t discarded) {
     morphbus::health_t health = bridge::MakeHealth(process, ledger);
     health.discarded = discarded;
     outcome->health[process] = health;

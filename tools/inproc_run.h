@@ -1,6 +1,6 @@
 #pragma once
-// A whole run in one process, on the in-process bus and in virtual time: the same messages, and so the
-// same hash, as with one process a module.
+// A whole run in one process, on the in-process bus and in virtual time: the same messages, and so
+// the same hash, as with one process a module.
 
 #include <string>
 

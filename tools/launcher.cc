@@ -18,7 +18,7 @@ namespace {
 constexpr const char* kSimName = "sim";
 constexpr const char* kLogName = "log";
 constexpr int kPollMs = 50;
-constexpr double kEndSeconds = 5.0;   ///< In which every process must be gone once the run is over.
+constexpr double kEndSeconds = 5.0;  ///< In which every process must be gone once the run is over.
 constexpr double kStopSeconds = 10.0;  ///< In which a run must be over once it was told to stop.
 
 std::string ModuleName(const model::ModuleInstance& module) { return "module " + module.name; }
@@ -34,10 +34,12 @@ Launcher::Launcher(const RunPlan& plan, const RunOptions& options, const RunDire
 
 Result<void> Launcher::WriteInputs() {
   const std::string& folder = directory_.path();
-  if (Result<void> r = WriteFile(folder + "/description.pb", plan_.description.SerializeAsString()); !r) {
+  if (Result<void> r = WriteFile(folder + "/description.pb", plan_.description.SerializeAsString());
+      !r) {
     return r;
   }
-  if (Result<void> r = WriteFile(folder + "/program.image", plan_.description.program_image()); !r) {
+  if (Result<void> r = WriteFile(folder + "/program.image", plan_.description.program_image());
+      !r) {
     return r;
   }
   for (const proto::KinematicsImage& entry : plan_.description.kinematics()) {
@@ -71,24 +73,32 @@ Result<void> Launcher::StartModule(size_t module) {
   const std::string& type = plan_.model.TypeOf(plan_.robot(), static_cast<int>(module)).name;
   const proto::RunDescription& d = plan_.description;
   std::vector<std::string> argv = {ExecutableFolder() + "/morphbus-module",
-                                   "--run", d.run(), "--module", instance.name,
-                                   "--id", std::to_string(module),
-                                   "--kinematics", fmt::format("{}/{}.kinematics", directory_.path(), type),
-                                   "--program", directory_.path() + "/program.image",
-                                   "--tick-us", std::to_string(d.tick_us())};
+                                   "--run",
+                                   d.run(),
+                                   "--module",
+                                   instance.name,
+                                   "--id",
+                                   std::to_string(module),
+                                   "--kinematics",
+                                   fmt::format("{}/{}.kinematics", directory_.path(), type),
+                                   "--program",
+                                   directory_.path() + "/program.image",
+                                   "--tick-us",
+                                   std::to_string(d.tick_us())};
   if (instance.name == d.root_module()) {
     const RootPose root = RootPoseOf(plan_, static_cast<int>(module));
     const vm::PoseF X = ToVmPose(root.X_RL);
     // Nine digits bring the same float back, so that the in-process run broadcasts the same pose.
     argv.insert(argv.end(),
                 {"--root-link", std::to_string(root.link),
-                 fmt::format("--root-pose={:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}", X.p.x, X.p.y,
-                             X.p.z, X.q.w, X.q.x, X.q.y, X.q.z)});
+                 fmt::format("--root-pose={:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}", X.p.x,
+                             X.p.y, X.p.z, X.q.w, X.q.x, X.q.y, X.q.z)});
   }
   if (d.mode() == "realtime") argv.push_back("--realtime");
   if (d.loss() > 0) {
     const uint64_t seed = ReceiverSeed(d.seed(), kFirstModuleReceiver + static_cast<int>(module));
-    argv.insert(argv.end(), {"--loss", fmt::format("{}", d.loss()), "--seed", std::to_string(seed)});
+    argv.insert(argv.end(),
+                {"--loss", fmt::format("{}", d.loss()), "--seed", std::to_string(seed)});
   }
   if (!options_.lcm_url.empty()) argv.insert(argv.end(), {"--lcm-url", options_.lcm_url});
   Result<ChildProcess> started = ChildProcess::Start({ModuleName(instance), argv});
@@ -122,8 +132,10 @@ RunOutcome Launcher::Run() {
   }
   // Only now, so that no thread of LCM exists while we fork.
   const Result<std::unique_ptr<bridge::Bus>> bus = bridge::OpenLcmBus(options_.lcm_url);
-  std::vector<std::string> processes = {std::string(bridge::kSimProcess), std::string(bridge::kLogProcess)};
-  for (const model::ModuleInstance& module : plan_.robot().modules) processes.push_back(module.name);
+  std::vector<std::string> processes = {std::string(bridge::kSimProcess),
+                                        std::string(bridge::kLogProcess)};
+  for (const model::ModuleInstance& module : plan_.robot().modules)
+    processes.push_back(module.name);
   std::optional<HealthListener> health;
   if (bus) health.emplace(bus->get(), outcome_.run, processes);
   Progress progress(plan_.robot().name, plan_.num_ticks(), plan_.description.tick_us());
@@ -209,7 +221,8 @@ void Launcher::CheckPatience() {
     since_interrupted_ = WallTimer();
     sim_->Deliver({{"stop", CaughtSignal() == SIGINT ? "interrupted" : "stopped"}});
   }
-  if (interrupted_ && since_interrupted_.seconds() > kStopSeconds) Fail("the run did not stop when told to");
+  if (interrupted_ && since_interrupted_.seconds() > kStopSeconds)
+    Fail("the run did not stop when told to");
   if (!first_leaver_.empty() && !sim_reported_ && since_left_.seconds() > kEndSeconds) {
     Fail(first_leaver_ + " left the run before its end");
   }

@@ -91,7 +91,8 @@ class Parser {
     if (!Accept(text)) Error(fmt::format("expected '{}'", text));
   }
   void Error(const std::string& what) {
-    if (error_.empty()) error_ = fmt::format("line {}: {}, found '{}'", tokens_[at_].line, what, Peek());
+    if (error_.empty())
+      error_ = fmt::format("line {}: {}, found '{}'", tokens_[at_].line, what, Peek());
   }
   [[nodiscard]] std::string Qualified(const std::string& name) const {
     const bool whole = Primitives().contains(name) || name.find('.') != std::string::npos;
@@ -181,7 +182,8 @@ int64_t BaseHash(const LcmType& type) {
 int64_t RecursiveHash(const std::map<std::string, LcmType>& types, const std::string& name,
                       std::vector<std::string>* parents) {
   const auto type = types.find(name);
-  if (type == types.end() || std::find(parents->begin(), parents->end(), name) != parents->end()) return 0;
+  if (type == types.end() || std::find(parents->begin(), parents->end(), name) != parents->end())
+    return 0;
   parents->push_back(name);
   uint64_t v = static_cast<uint64_t>(type->second.base_hash);
   for (const LcmMember& member : type->second.members) {
@@ -215,15 +217,16 @@ class Decoder {
   [[nodiscard]] bool at_end() const { return at_ == size_; }
 
  private:
-  bool Array(const LcmMember& member, size_t dimension, const std::map<std::string, int64_t>& lengths,
-             int depth, Json* out) {
+  bool Array(const LcmMember& member, size_t dimension,
+             const std::map<std::string, int64_t>& lengths, int depth, Json* out) {
     if (dimension == member.dimensions.size()) return Value(member.type, depth, out);
     const LcmDimension& d = member.dimensions[dimension];
     const auto known = lengths.find(d.size);
     if (d.variable && known == lengths.end()) return false;
     const int64_t count = d.variable ? known->second : std::strtoll(d.size.c_str(), nullptr, 10);
     if (count < 0 || static_cast<uint64_t>(count) > size_ - at_) return false;
-    if (member.type == "byte" && dimension + 1 == member.dimensions.size()) return Bytes(count, out);
+    if (member.type == "byte" && dimension + 1 == member.dimensions.size())
+      return Bytes(count, out);
     *out = Json::array();
     for (int64_t i = 0; i < count; ++i) {
       Json element;
@@ -245,8 +248,9 @@ class Decoder {
     if (type == "float" || type == "double") {
       uint64_t bits = 0;
       if (!Unsigned(type == "float" ? 4 : 8, &bits)) return false;
-      *out = type == "float" ? static_cast<double>(std::bit_cast<float>(static_cast<uint32_t>(bits)))
-                             : std::bit_cast<double>(bits);
+      *out = type == "float"
+                 ? static_cast<double>(std::bit_cast<float>(static_cast<uint32_t>(bits)))
+                 : std::bit_cast<double>(bits);
       return true;
     }
     static const std::map<std::string, int> widths = {
@@ -301,7 +305,8 @@ Result<LcmSchema> LcmSchema::Parse(std::string_view text) {
   for (const auto& [name, type] : schema.types_) {
     for (const LcmMember& member : type.members) {
       if (Primitives().contains(member.type) || schema.types_.contains(member.type)) continue;
-      return Fail(fmt::format("{}: member {} is of unknown type {}", name, member.name, member.type));
+      return Fail(
+          fmt::format("{}: member {} is of unknown type {}", name, member.name, member.type));
     }
   }
   schema.ComputeFingerprints();

@@ -1,6 +1,6 @@
 #pragma once
-// The text of every lcmtypes/*.lcm, built in: goes into each run's description, so that a log can be
-// decoded as long as it exists, and lets the spy decode messages.
+// The text of every lcmtypes/*.lcm, built in: goes into each run's description, so that a log can
+// be decoded as long as it exists, and lets the spy decode messages.
 
 #include <string>
 

@@ -62,7 +62,8 @@ int Log(const Options& options) {
   Record(recorder->get(), &bus, time, &link, &interrupted);
   const Result<logger::RecordSummary> summary = (*recorder)->Finish(interrupted);
   if (!summary) return Failed(summary.error().message);
-  link.Deliver({{"log", summary->path}, {"complete", summary->complete}, {"reason", summary->reason}});
+  link.Deliver(
+      {{"log", summary->path}, {"complete", summary->complete}, {"reason", summary->reason}});
   if (options.control_fd < 0) {
     fmt::print("{}: {} events, {} bytes, hash {}, {}\n", summary->path, summary->events,
                summary->bytes, summary->run_hash, summary->reason);

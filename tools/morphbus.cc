@@ -2,6 +2,4 @@
 
 #include "tools/command_line.h"
 
-int main(int argc, char** argv) {
-  return morphbus::tools::RunCommandLine(argc, argv);
-}
+int main(int argc, char** argv) { return morphbus::tools::RunCommandLine(argc, argv); }

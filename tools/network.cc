@@ -44,10 +44,10 @@ Result<void> EnterUserNamespace() {
   const uid_t uid = geteuid();
   const gid_t gid = getegid();
   if (unshare(CLONE_NEWUSER | CLONE_NEWNET) != 0) {
-    return Fail(fmt::format(
-        "--isolate needs user namespaces, which this system refuses ({}); as root: "
-        "sysctl kernel.unprivileged_userns_clone=1",
-        std::strerror(errno)));
+    return Fail(
+        fmt::format("--isolate needs user namespaces, which this system refuses ({}); as root: "
+                    "sysctl kernel.unprivileged_userns_clone=1",
+                    std::strerror(errno)));
   }
   WriteProc("/proc/self/setgroups", "deny");  // absent on old kernels
   if (!WriteProc("/proc/self/uid_map", fmt::format("{} {} 1", uid, uid)) ||
@@ -102,7 +102,8 @@ Result<void> EnterPrivateNetwork() {
 Result<void> JoinNetworkOf(pid_t pid) {
   namespace fs = std::filesystem;
   const std::string theirs = fmt::format("/proc/{}/ns/", pid);
-  for (const auto& [name, flag] : {std::pair("user", CLONE_NEWUSER), std::pair("net", CLONE_NEWNET)}) {
+  for (const auto& [name, flag] :
+       {std::pair("user", CLONE_NEWUSER), std::pair("net", CLONE_NEWNET)}) {
     std::error_code ignored;
     const fs::path their_link = fs::read_symlink(theirs + name, ignored);
     if (their_link == fs::read_symlink(std::string("/proc/self/ns/") + name, ignored)) continue;

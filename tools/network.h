@@ -9,9 +9,9 @@
 
 namespace morphbus::tools {
 
-/// Moves this process, and what it starts from now on, into a network namespace of its own that holds
-/// just a loopback with a multicast route. Needs no rights: an unprivileged user gets a user namespace
-/// as well (with unchanged ids). Call before any thread is started.
+/// Moves this process, and what it starts from now on, into a network namespace of its own that
+/// holds just a loopback with a multicast route. Needs no rights: an unprivileged user gets a user
+/// namespace as well (with unchanged ids). Call before any thread is started.
 Result<void> EnterPrivateNetwork();
 
 /// Moves this process into the network namespace of process `pid` (a run of one's own).

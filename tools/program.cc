@@ -12,7 +12,9 @@
 namespace morphbus::tools {
 namespace {
 
-const uint8_t* Bytes(const std::string& text) { return reinterpret_cast<const uint8_t*>(text.data()); }
+const uint8_t* Bytes(const std::string& text) {
+  return reinterpret_cast<const uint8_t*>(text.data());
+}
 
 bool IsImage(const std::string& bytes) {
   return bytes.size() >= 4 && vm::image::ReadU32(Bytes(bytes)) == vm::image::kMagic;
@@ -99,10 +101,13 @@ vm::PoseF ToVmPose(const model::Pose& X) {
   Eigen::Quaterniond q(X.linear());
   if (q.w() < 0) q.coeffs() = -q.coeffs();
   const Eigen::Vector3d& p = X.translation();
+  // No negative zeros: the same pose must be the same bytes, however it was come by.
+  const auto plain = [](double v) {
+    return static_cast<float>(v) == 0.0F ? 0.0F : static_cast<float>(v);
+  };
   vm::PoseF out;
-  out.p = {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())};
-  out.q = {static_cast<float>(q.w()), static_cast<float>(q.x()), static_cast<float>(q.y()),
-           static_cast<float>(q.z())};
+  out.p = {plain(p.x()), plain(p.y()), plain(p.z())};
+  out.q = {plain(q.w()), plain(q.x()), plain(q.y()), plain(q.z())};
   return out;
 }
 

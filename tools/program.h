@@ -27,8 +27,8 @@ struct CompiledProgram {
   uint64_t hash = 0;
 };
 
-/// Compiles a program against the module types' keywords, or takes an image as it is (the two are told
-/// apart by their first bytes). Prints what is wrong with it.
+/// Compiles a program against the module types' keywords, or takes an image as it is (the two are
+/// told apart by their first bytes). Prints what is wrong with it.
 std::optional<CompiledProgram> CompileProgram(const std::string& path,
                                               const dynarole::KeywordTable& keywords);
 std::optional<CompiledProgram> CompileProgram(const std::string& path, const model::Model& model);

@@ -28,10 +28,12 @@ void Progress::Show(int64_t tick) {
     fmt::print(stderr, "\r\033[K{}: {:.1f} s, {:.1f} x real time", what_, done_s, rate);
   } else {
     constexpr int kWidth = 30;
-    const double part = std::clamp(static_cast<double>(tick) / static_cast<double>(num_ticks_), 0.0, 1.0);
+    const double part =
+        std::clamp(static_cast<double>(tick) / static_cast<double>(num_ticks_), 0.0, 1.0);
     const int full = static_cast<int>(part * kWidth);
-    fmt::print(stderr, "\r\033[K{} [{:#<{}}{:.<{}}] {:.1f} of {:.1f} s, {:.1f} x real time", what_, "",
-               full, "", kWidth - full, done_s, static_cast<double>(num_ticks_) * tick_s_, rate);
+    fmt::print(stderr, "\r\033[K{} [{:#<{}}{:.<{}}] {:.1f} of {:.1f} s, {:.1f} x real time", what_,
+               "", full, "", kWidth - full, done_s, static_cast<double>(num_ticks_) * tick_s_,
+               rate);
   }
   std::fflush(stderr);
 }

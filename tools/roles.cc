@@ -22,7 +22,8 @@ Json RolesJson(const StaticRoles& roles) {
                               {"signs", signs}};
     for (const std::string& problem : module.problems) problems.push_back(problem);
   }
-  if (!roles.settled) problems.push_back(fmt::format("roles still change after {} ticks", roles.ticks));
+  if (!roles.settled)
+    problems.push_back(fmt::format("roles still change after {} ticks", roles.ticks));
   return {{"modules", modules}, {"problems", problems}};
 }
 
@@ -32,13 +33,15 @@ void PrintRoles(const Json& json) {
     std::string labels;
     for (const auto& [label, target] : module["labels"].items()) {
       const auto sign = module["signs"].find(label);
-      labels += fmt::format("{}{} = {}", labels.empty() ? "" : ", ", label, target.get<std::string>());
+      labels +=
+          fmt::format("{}{} = {}", labels.empty() ? "" : ", ", label, target.get<std::string>());
       if (sign != module["signs"].end()) labels += sign->get<int>() > 0 ? " (+)" : " (-)";
     }
     fmt::print("{:<8} {:<24} {}\n", name,
                module["role"].is_null() ? "(none)" : module["role"].get<std::string>(), labels);
   }
-  for (const Json& problem : json["problems"]) fmt::print("problem: {}\n", problem.get<std::string>());
+  for (const Json& problem : json["problems"])
+    fmt::print("problem: {}\n", problem.get<std::string>());
 }
 
 int Roles(const RunOptions& options) {
@@ -58,16 +61,18 @@ int Roles(const RunOptions& options) {
 }  // namespace
 
 void AddRoles(CLI::App& app, Action* action) {
-  CLI::App* sub =
-      app.add_subcommand("roles", "Which module takes which role, its labels and conventions; nothing moves");
+  CLI::App* sub = app.add_subcommand(
+      "roles", "Which module takes which role, its labels and conventions; nothing moves");
   auto options = std::make_shared<RunOptions>();
   sub->add_option("FILE", options->model_file, "M3L file")->required();
   sub->add_option("PROGRAM", options->program_file, "DynaRole program or image")->required();
   sub->add_option("--robot", options->robot, "The robot's name (default: the only one)");
-  sub->add_option("--root", options->root, "Module that broadcasts the root pose (default: the robot frame's)");
+  sub->add_option("--root", options->root,
+                  "Module that broadcasts the root pose (default: the robot frame's)");
   sub->add_flag("--json", options->json, "One JSON object on stdout");
   sub->footer(
-      "Example:\n  morphbus roles models/mtran.m3l models/programs/quadruped.dyn --robot quadruped");
+      "Example:\n  morphbus roles models/mtran.m3l models/programs/quadruped.dyn --robot "
+      "quadruped");
   sub->callback([options, action] { *action = [options] { return Roles(*options); }; });
 }
 

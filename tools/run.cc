@@ -25,7 +25,8 @@ std::string LogPath(const RunOptions& options, const std::string& run, int numbe
   namespace fs = std::filesystem;
   fs::path path = options.log.empty() ? "morphbus-" + run + ".log" : options.log;
   if (options.repeat > 1 && !options.log.empty()) {
-    path.replace_filename(fmt::format("{}-{}{}", path.stem().string(), number, path.extension().string()));
+    path.replace_filename(
+        fmt::format("{}-{}{}", path.stem().string(), number, path.extension().string()));
   }
   return fs::absolute(path).lexically_normal();
 }
@@ -49,8 +50,9 @@ std::optional<Json> RunOnce(RunPlan* plan, const RunOptions& options, int number
   plan->description.set_started(WallTime());
   const std::string log = LogPath(options, directory->name(), number);
   if (!CheckLogFolder(log)) return std::nullopt;
-  RunEntry entry{directory->name(), getpid(), plan->description.started(), plan->robot().name,
-                 log, "", options.isolate};
+  RunEntry entry{directory->name(),  getpid(), plan->description.started(),
+                 plan->robot().name, log,      "",
+                 options.isolate};
   if (!options.inproc) {
     const Result<bridge::LcmUrl> url = bridge::ResolveLcmUrl(options.lcm_url);
     entry.url = url ? url->url : "";
@@ -59,8 +61,8 @@ std::optional<Json> RunOnce(RunPlan* plan, const RunOptions& options, int number
     Unusable(published.error().message);
     return std::nullopt;
   }
-  const RunOutcome outcome = options.inproc ? RunInProcess(*plan, log)
-                                            : Launcher(*plan, options, *directory, log).Run();
+  const RunOutcome outcome =
+      options.inproc ? RunInProcess(*plan, log) : Launcher(*plan, options, *directory, log).Run();
   const Json summary = SummaryJson(*plan, outcome);
   if (!options.json) fmt::print("{}", SummaryText(summary, outcome));
   std::fflush(stdout);
@@ -96,7 +98,8 @@ int RunSeveral(RunPlan* plan, const RunOptions& options) {
 }
 
 int RunRobot(const RunOptions& options) {
-  if (options.repeat < 1 || options.repeat > 100000) return Unusable("--repeat: expected 1 to 100000");
+  if (options.repeat < 1 || options.repeat > 100000)
+    return Unusable("--repeat: expected 1 to 100000");
   if (options.repeat > 1 && options.seconds <= 0) return Unusable("--repeat needs --seconds");
   if (options.inproc && options.isolate) {
     return Unusable("--inproc uses no network: leave out --isolate");
@@ -104,7 +107,8 @@ int RunRobot(const RunOptions& options) {
   std::optional<RunPlan> plan = PlanRun(options);
   if (!plan) return kUnusable;
   if (options.isolate) {
-    if (Result<void> entered = EnterPrivateNetwork(); !entered) return Unusable(entered.error().message);
+    if (Result<void> entered = EnterPrivateNetwork(); !entered)
+      return Unusable(entered.error().message);
   }
   if (!options.inproc) {
     const Result<bridge::LcmUrl> url = bridge::ResolveLcmUrl(options.lcm_url);
@@ -130,12 +134,14 @@ void AddRun(CLI::App& app, Action* action) {
   AddPlanOptions(sub, options.get());
   sub->add_option("--log", options->log, "Log to write (default: morphbus-<run>.log)");
   sub->add_flag("--inproc", options->inproc, "All in one process, without a network; same hash");
-  sub->add_flag("--isolate", options->isolate, "A private network with just a loopback; needs no rights");
+  sub->add_flag("--isolate", options->isolate,
+                "A private network with just a loopback; needs no rights");
   sub->add_option("--repeat", options->repeat, "Run so often, and see whether the hashes agree");
   sub->add_flag("--json", options->json, "One JSON object on stdout");
   sub->footer(
       "Examples:\n"
-      "  morphbus run models/mtran.m3l models/programs/quadruped.dyn --robot quadruped --seconds 30 "
+      "  morphbus run models/mtran.m3l models/programs/quadruped.dyn --robot quadruped --seconds "
+      "30 "
       "--isolate\n"
       "  morphbus run ... --seconds 10 --isolate --loss 0.2 --seed 7 --repeat 3\n"
       "  morphbus run ... --inproc --seconds 30 --log walk.log --json");

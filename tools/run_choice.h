@@ -16,7 +16,8 @@ struct RunChoice {
 void AddRunChoice(CLI::App* sub, RunChoice* choice);
 
 /// Finds the run (without --run: the only one, if there is just one; else the plain bus), joins its
-/// private network if it has one, and returns the LCM URL to use. Call before any thread is started.
+/// private network if it has one, and returns the LCM URL to use. Call before any thread is
+/// started.
 Result<std::string> JoinRun(const RunChoice& choice);
 
 }  // namespace morphbus::tools

@@ -16,8 +16,7 @@ namespace {
 /// The root's body, and in it the robot frame as it lies at the start.
 TrackedBody RootBody(const RunPlan& plan) {
   const model::Robot& robot = plan.robot();
-  const int module =
-      robot.FindModule(plan.description.root_module()).value_or(robot.root_module);
+  const int module = robot.FindModule(plan.description.root_module()).value_or(robot.root_module);
   const int link = RootPoseOf(plan, module).link;
   const std::vector<std::vector<int>> body_of = model::BodiesOf(plan.model, robot);
   const int body = body_of[static_cast<size_t>(module)][static_cast<size_t>(link)];
@@ -82,30 +81,34 @@ Json SummaryJson(const RunPlan& plan, const RunOutcome& outcome) {
   for (const auto& [process, health] : outcome.health) {
     lost += health.lost + health.discarded;
     resent += health.resent;
-    processes[process] = {{"received", health.received},     {"lost", health.lost},
-                          {"discarded", health.discarded},   {"resent", health.resent},
-                          {"asked", health.asked},           {"bad", health.bad},
+    processes[process] = {{"received", health.received},
+                          {"lost", health.lost},
+                          {"discarded", health.discarded},
+                          {"resent", health.resent},
+                          {"asked", health.asked},
+                          {"bad", health.bad},
                           {"queue_overflows", health.queue_overflows}};
   }
-  Json summary = {{"run", outcome.run},
-                  {"hash", outcome.hash},
-                  {"seconds", static_cast<double>(outcome.ticks) * plan.description.tick_us() * 1e-6},
-                  {"wall_seconds", outcome.wall_seconds},
-                  {"ticks", outcome.ticks},
-                  {"messages", outcome.messages},
-                  {"lost", lost},
-                  {"resent", resent},
-                  {"roles", Json::object()},
-                  {"displacement", nullptr},
-                  {"faults", Json::array()},
-                  {"walk", nullptr},
-                  {"program_hash", fmt::format("{:016x}", plan.description.program_hash())},
-                  {"world_hash", plan.description.world_hash()},
-                  {"missed_deadlines", outcome.missed_deadlines},
-                  {"processes", processes},
-                  {"log", outcome.log},
-                  {"ended", outcome.reason},
-                  {"error", outcome.error.empty() ? Json(nullptr) : Json(outcome.error)}};
+  Json summary = {
+      {"run", outcome.run},
+      {"hash", outcome.hash},
+      {"seconds", static_cast<double>(outcome.ticks) * plan.description.tick_us() * 1e-6},
+      {"wall_seconds", outcome.wall_seconds},
+      {"ticks", outcome.ticks},
+      {"messages", outcome.messages},
+      {"lost", lost},
+      {"resent", resent},
+      {"roles", Json::object()},
+      {"displacement", nullptr},
+      {"faults", Json::array()},
+      {"walk", nullptr},
+      {"program_hash", fmt::format("{:016x}", plan.description.program_hash())},
+      {"world_hash", plan.description.world_hash()},
+      {"missed_deadlines", outcome.missed_deadlines},
+      {"processes", processes},
+      {"log", outcome.log},
+      {"ended", outcome.reason},
+      {"error", outcome.error.empty() ? Json(nullptr) : Json(outcome.error)}};
   const auto log = outcome.log.empty() ? Result<logger::RunLog>(Fail("no log"))
                                        : logger::LoadRunLog(outcome.log, {outcome.run, true});
   if (log) {
@@ -126,9 +129,10 @@ std::string WalkText(const Json& walk) {
   for (const Json& north : walk["cycle_north_m"]) {
     cycles += fmt::format("{}{:.0f}", cycles.empty() ? "" : " ", north.get<double>() * 1000.0);
   }
-  return fmt::format("  cycle of {:.2f} s, mm north in each: {}; turned {:+.1f} degrees, tilted {:.1f} at most\n",
-                     walk["cycle_s"].get<double>(), cycles, walk["turn_rad"].get<double>() * kDegrees,
-                     walk["max_tilt_rad"].get<double>() * kDegrees);
+  return fmt::format(
+      "  cycle of {:.2f} s, mm north in each: {}; turned {:+.1f} degrees, tilted {:.1f} at most\n",
+      walk["cycle_s"].get<double>(), cycles, walk["turn_rad"].get<double>() * kDegrees,
+      walk["max_tilt_rad"].get<double>() * kDegrees);
 }
 
 }  // namespace
@@ -138,26 +142,30 @@ std::string SummaryText(const Json& s, const RunOutcome& outcome) {
   std::string text = fmt::format(
       "run {}: {:.2f} s in {:.2f} s of wall time ({:.1f} x real time), {} ticks, {} messages\n",
       outcome.run, seconds, outcome.wall_seconds,
-      outcome.wall_seconds > 0 ? seconds / outcome.wall_seconds : 0.0, outcome.ticks, outcome.messages);
-  text += fmt::format("  hash {}   program {}   world {}\n", outcome.hash.empty() ? "-" : outcome.hash,
-                      s["program_hash"].get<std::string>(), s["world_hash"].get<std::string>());
+      outcome.wall_seconds > 0 ? seconds / outcome.wall_seconds : 0.0, outcome.ticks,
+      outcome.messages);
+  text +=
+      fmt::format("  hash {}   program {}   world {}\n", outcome.hash.empty() ? "-" : outcome.hash,
+                  s["program_hash"].get<std::string>(), s["world_hash"].get<std::string>());
   for (const auto& [module, role] : s["roles"].items()) {
-    text += fmt::format("  {:<8} {}\n", module, role.is_null() ? "(no role)" : role.get<std::string>());
+    text +=
+        fmt::format("  {:<8} {}\n", module, role.is_null() ? "(no role)" : role.get<std::string>());
   }
   if (s["displacement"].is_array()) {
     const Json& d = s["displacement"];
-    text += fmt::format("  moved {:+.3f} m north, {:+.3f} m up, {:+.3f} m east\n", d[0].get<double>(),
-                        d[1].get<double>(), d[2].get<double>());
+    text += fmt::format("  moved {:+.3f} m north, {:+.3f} m up, {:+.3f} m east\n",
+                        d[0].get<double>(), d[1].get<double>(), d[2].get<double>());
   }
   text += WalkText(s["walk"]);
   if (s["lost"].get<int64_t>() > 0) {
     text += fmt::format("  {} messages lost, {} sent again\n", s["lost"].get<int64_t>(),
                         s["resent"].get<int64_t>());
     for (const auto& [process, ledger] : s["processes"].items()) {
-      text += fmt::format("    {:<8} {:>7} received {:>7} lost {:>7} thrown away {:>6} asked {:>6} sent again\n",
-                          process, ledger["received"].get<int64_t>(), ledger["lost"].get<int64_t>(),
-                          ledger["discarded"].get<int64_t>(), ledger["asked"].get<int64_t>(),
-                          ledger["resent"].get<int64_t>());
+      text += fmt::format(
+          "    {:<8} {:>7} received {:>7} lost {:>7} thrown away {:>6} asked {:>6} sent again\n",
+          process, ledger["received"].get<int64_t>(), ledger["lost"].get<int64_t>(),
+          ledger["discarded"].get<int64_t>(), ledger["asked"].get<int64_t>(),
+          ledger["resent"].get<int64_t>());
     }
   }
   if (outcome.missed_deadlines > 0) {
@@ -172,7 +180,8 @@ std::string SummaryText(const Json& s, const RunOutcome& outcome) {
                         f["line"].get<int>(), f["fault"].get<std::string>(),
                         f["function"].get<std::string>());
   }
-  if (faults.size() > 10) text += fmt::format("    and {} more (morphbus info)\n", faults.size() - 10);
+  if (faults.size() > 10)
+    text += fmt::format("    and {} more (morphbus info)\n", faults.size() - 10);
   if (!outcome.reason.empty()) text += fmt::format("  ended: {}\n", outcome.reason);
   if (!outcome.log.empty()) text += fmt::format("  log {}\n", outcome.log);
   return text;

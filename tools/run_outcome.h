@@ -11,12 +11,12 @@ namespace morphbus::tools {
 
 struct RunOutcome {
   std::string run;
-  std::string log;            ///< Path, or where a cut log lies; empty if there is none.
-  std::string error;          ///< Empty if the run ended well; names the process concerned.
-  std::string reason;         ///< Why it ended, if not after --seconds.
-  std::string hash;           ///< 32 hexadecimal digits; empty if it did not get that far.
+  std::string log;     ///< Path, or where a cut log lies; empty if there is none.
+  std::string error;   ///< Empty if the run ended well; names the process concerned.
+  std::string reason;  ///< Why it ended, if not after --seconds.
+  std::string hash;    ///< 32 hexadecimal digits; empty if it did not get that far.
   int64_t ticks = 0;
-  int64_t messages = 0;       ///< Distinct, on hashed channels.
+  int64_t messages = 0;  ///< Distinct, on hashed channels.
   int64_t missed_deadlines = 0;
   double wall_seconds = 0.0;  ///< From the first tick to the end.
   HealthTable health;         ///< Last of each process.

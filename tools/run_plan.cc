@@ -7,8 +7,8 @@
 
 #include "bridge/channels.h"
 #include "compiler/dynarole/compile.h"
-#include "compiler/emit/kinematics.h"
 #include "compiler/emit/keywords.h"
+#include "compiler/emit/kinematics.h"
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/model/model_proto.h"
 #include "sim/simulated_assembly.h"
@@ -40,10 +40,12 @@ bool CheckNumbers(const RunOptions& options) {
   };
   return demand(std::isfinite(options.seconds) && options.seconds >= 0 && options.seconds <= 1e6,
                 "--seconds: expected 0 (until stopped) to 1000000") &&
-         demand(options.loss >= 0 && options.loss <= 0.9, "--loss: expected a fraction, 0 to 0.9") &&
+         demand(options.loss >= 0 && options.loss <= 0.9,
+                "--loss: expected a fraction, 0 to 0.9") &&
          demand(std::isfinite(options.speed) && options.speed >= 0,
                 "--speed: expected times real time, or 0 for as fast as possible") &&
-         demand(options.friction >= 0 && options.friction <= 100, "--friction: expected 0 to 100") &&
+         demand(options.friction >= 0 && options.friction <= 100,
+                "--friction: expected 0 to 100") &&
          demand(!(options.realtime && options.inproc),
                 "--realtime and --inproc exclude each other: an in-process run keeps no clock");
 }
@@ -102,12 +104,16 @@ void AddPlanOptions(CLI::App* sub, RunOptions* options) {
   sub->add_option("--loss", options->loss, "Fraction of datagrams thrown away at every receiver");
   sub->add_option("--seed", options->seed, "Seed of --loss");
   sub->add_option("--speed", options->speed, "Times real time (default: as fast as possible)");
-  sub->add_option("--root", options->root, "Module that broadcasts the root pose (default: the robot frame's)");
+  sub->add_option("--root", options->root,
+                  "Module that broadcasts the root pose (default: the robot frame's)");
   sub->add_option("--friction", options->friction, "Coulomb friction of everything (default: 0.8)");
-  sub->add_option("--ground", options->ground, "Level ground at y = 0: true or false (default: true)");
-  sub->add_flag("--realtime", options->realtime, "The clock runs with the wall; lateness is counted");
+  sub->add_option("--ground", options->ground,
+                  "Level ground at y = 0: true or false (default: true)");
+  sub->add_flag("--realtime", options->realtime,
+                "The clock runs with the wall; lateness is counted");
   sub->add_option("--run", options->run, "The run's name (default: a fresh one)");
-  sub->add_option("-l,--lcm-url", options->lcm_url, "LCM URL (default: $LCM_DEFAULT_URL, else LCM's own)");
+  sub->add_option("-l,--lcm-url", options->lcm_url,
+                  "LCM URL (default: $LCM_DEFAULT_URL, else LCM's own)");
 }
 
 const std::string& RunPlan::kinematics(const std::string& type_name) const {
@@ -164,7 +170,8 @@ Result<RunPlan> PlanFromDescription(const std::string& bytes) {
   if (!model) return Fail("the description's model cannot be used: " + model.error().message);
   plan.model = std::move(*model);
   const model::Robot* robot = plan.model.FindRobot(plan.description.robot());
-  if (robot == nullptr) return Fail("the description's model has no robot " + plan.description.robot());
+  if (robot == nullptr)
+    return Fail("the description's model has no robot " + plan.description.robot());
   plan.robot_index = static_cast<int>(robot - plan.model.robots.data());
   return plan;
 }
@@ -172,7 +179,8 @@ Result<RunPlan> PlanFromDescription(const std::string& bytes) {
 void AddPlanSource(CLI::App* sub, PlanSource* source) {
   sub->add_option("FILE", source->options.model_file, "M3L file");
   sub->add_option("PROGRAM", source->options.program_file, "DynaRole program or image");
-  sub->add_option("--description", source->description, "The run's description, instead of the files");
+  sub->add_option("--description", source->description,
+                  "The run's description, instead of the files");
   AddPlanOptions(sub, &source->options);
 }
 

@@ -18,14 +18,14 @@ struct RunOptions {
   std::string model_file;
   std::string program_file;
   std::string robot;
-  double seconds = 0.0;       ///< Sim time; 0: until stopped.
-  std::string log;            ///< Path; empty: morphbus-<run>.log here.
-  std::string run;            ///< Name; empty: a fresh one.
-  std::string root;           ///< Module that broadcasts the root pose; empty: the robot frame's.
+  double seconds = 0.0;  ///< Sim time; 0: until stopped.
+  std::string log;       ///< Path; empty: morphbus-<run>.log here.
+  std::string run;       ///< Name; empty: a fresh one.
+  std::string root;      ///< Module that broadcasts the root pose; empty: the robot frame's.
   std::string lcm_url;
-  double loss = 0.0;          ///< Fraction of datagrams thrown away at every receiver.
+  double loss = 0.0;  ///< Fraction of datagrams thrown away at every receiver.
   uint64_t seed = 1;
-  double speed = 0.0;         ///< Times real time; 0: as fast as possible.
+  double speed = 0.0;  ///< Times real time; 0: as fast as possible.
   double friction = 0.8;
   bool ground = true;
   bool realtime = false;
@@ -52,7 +52,8 @@ struct RunPlan {
   [[nodiscard]] int64_t num_ticks() const;
 };
 
-/// Compiles and describes a run; what is wrong with the input is printed. The run's name is left open.
+/// Compiles and describes a run; what is wrong with the input is printed. The run's name is left
+/// open.
 std::optional<RunPlan> PlanRun(const RunOptions& options);
 
 /// The plan that a description stands for: what a sim or a logger needs in a process of its own.

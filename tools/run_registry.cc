@@ -38,8 +38,10 @@ Result<std::string> RegistryFolder() {
   }
   if (lstat(folder.c_str(), &info) != 0 || !S_ISDIR(info.st_mode) || info.st_uid != geteuid() ||
       (info.st_mode & 077) != 0) {
-    return Fail(fmt::format("{} is not a private directory of yours; remove it or set "
-                            "XDG_RUNTIME_DIR", folder));
+    return Fail(
+        fmt::format("{} is not a private directory of yours; remove it or set "
+                    "XDG_RUNTIME_DIR",
+                    folder));
   }
   return folder;
 }
@@ -49,7 +51,8 @@ int Lock(const std::string& path, bool create) {
   const std::string lock_path = path + "/lock";
   for (int attempt = 0; attempt < 8; ++attempt) {
     if (create && mkdir(path.c_str(), 0700) != 0 && errno != EEXIST) return -1;
-    const int fd = open(lock_path.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | (create ? O_CREAT : 0), 0600);
+    const int fd =
+        open(lock_path.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | (create ? O_CREAT : 0), 0600);
     if (fd < 0 && !(create && errno == ENOENT)) return -1;
     if (fd < 0) continue;
     struct stat held = {};
@@ -59,7 +62,8 @@ int Lock(const std::string& path, bool create) {
       return -1;
     }
     // Another process may have removed the directory between our open and our lock.
-    if (fstat(fd, &held) == 0 && stat(lock_path.c_str(), &there) == 0 && held.st_ino == there.st_ino) {
+    if (fstat(fd, &held) == 0 && stat(lock_path.c_str(), &there) == 0 &&
+        held.st_ino == there.st_ino) {
       return fd;
     }
     close(fd);
@@ -96,7 +100,8 @@ Result<RunEntry> ReadEntry(const std::string& path, const std::string& name) {
 
 Result<RunDirectory> RunDirectory::Claim(const std::string& name) {
   if (!name.empty()) {
-    if (Result<void> good = bridge::CheckRunName(name); !good) return Fail("--run: " + good.error().message);
+    if (Result<void> good = bridge::CheckRunName(name); !good)
+      return Fail("--run: " + good.error().message);
   }
   const Result<std::string> folder = RegistryFolder();
   if (!folder) return Fail(folder.error().message);
@@ -112,9 +117,11 @@ Result<RunDirectory> RunDirectory::Claim(const std::string& name) {
     }
     if (name.empty()) continue;
     const Result<RunEntry> holder = ReadEntry(path, chosen);
-    return Fail(holder ? fmt::format("run '{}' is already in use by process {} since {}; choose another "
-                                     "name with --run", name, holder->pid, holder->since)
-                       : fmt::format("run '{}' is already in use; choose another name with --run", name));
+    return Fail(
+        holder ? fmt::format("run '{}' is already in use by process {} since {}; choose another "
+                             "name with --run",
+                             name, holder->pid, holder->since)
+               : fmt::format("run '{}' is already in use; choose another name with --run", name));
   }
   return Fail("cannot find a free name for the run in " + *folder);
 }
@@ -131,8 +138,9 @@ RunDirectory::~RunDirectory() {
 }
 
 Result<void> RunDirectory::Publish(const RunEntry& entry) const {
-  const nlohmann::json json = {{"pid", entry.pid},     {"since", entry.since}, {"robot", entry.robot},
-                     {"log", entry.log},     {"url", entry.url},     {"isolated", entry.isolated}};
+  const nlohmann::json json = {{"pid", entry.pid},     {"since", entry.since},
+                               {"robot", entry.robot}, {"log", entry.log},
+                               {"url", entry.url},     {"isolated", entry.isolated}};
   return WriteFile(path_ + "/run.json", json.dump(2) + "\n");
 }
 
@@ -165,7 +173,8 @@ Result<RunEntry> FindRun(const std::string& name) {
     if (run.name == name) return run;
     names += (names.empty() ? "" : ", ") + run.name;
   }
-  if (runs->empty()) return Fail(name.empty() ? "nothing runs here" : "no run '" + name + "'; nothing runs here");
+  if (runs->empty())
+    return Fail(name.empty() ? "nothing runs here" : "no run '" + name + "'; nothing runs here");
   if (!name.empty()) return Fail(fmt::format("no run '{}'; running: {}", name, names));
   if (runs->size() == 1) return runs->front();
   return Fail(fmt::format("several runs; choose one with --run: {}", names));

@@ -1,5 +1,6 @@
 #pragma once
-// What runs on this machine: a private directory a run, locked by its launcher for as long as it lives.
+// What runs on this machine: a private directory a run, locked by its launcher for as long as it
+// lives.
 
 #include <sys/types.h>
 
@@ -13,11 +14,11 @@ namespace morphbus::tools {
 /// What others need to know about a run.
 struct RunEntry {
   std::string name;
-  pid_t pid = 0;       ///< Of the launcher.
-  std::string since;   ///< Wall time, ISO 8601.
+  pid_t pid = 0;      ///< Of the launcher.
+  std::string since;  ///< Wall time, ISO 8601.
   std::string robot;
-  std::string log;     ///< Absolute path.
-  std::string url;     ///< LCM URL of its bus; empty for a run in one process.
+  std::string log;  ///< Absolute path.
+  std::string url;  ///< LCM URL of its bus; empty for a run in one process.
   bool isolated = false;
 };
 

@@ -29,7 +29,8 @@ int Runs(bool json) {
     fmt::print("nothing runs here\n");
     return kDone;
   }
-  fmt::print("{:<24} {:>8}  {:<25} {:<24} {:<9} {}\n", "run", "pid", "since", "robot", "network", "log");
+  fmt::print("{:<24} {:>8}  {:<25} {:<24} {:<9} {}\n", "run", "pid", "since", "robot", "network",
+             "log");
   for (const RunEntry& run : *runs) {
     fmt::print("{:<24} {:>8}  {:<25} {:<24} {:<9} {}\n", run.name, run.pid, run.since, run.robot,
                run.url.empty() ? "in-process" : (run.isolated ? "private" : "shared"), run.log);

@@ -33,7 +33,8 @@ void Show(const Json& spy, const Options& options, bool live) {
   } else if (live) {
     winsize size = {};
     ioctl(STDOUT_FILENO, TIOCGWINSZ, &size);
-    fmt::print("\033[H\033[J{}", SpyText(spy, options.channel, size.ws_col, std::max(0, size.ws_row - 1)));
+    fmt::print("\033[H\033[J{}",
+               SpyText(spy, options.channel, size.ws_col, std::max(0, size.ws_row - 1)));
   } else {
     fmt::print("{}", SpyText(spy, options.channel, 0, 0));
   }
@@ -80,11 +81,14 @@ void AddSpy(CLI::App& app, Action* action) {
       "spy", "What is on the bus: channels, rates, bandwidth, losses, fields, roles");
   auto options = std::make_shared<Options>();
   AddRunChoice(sub, &options->run);
-  sub->add_option("--channel", options->channel, "Show the decoded fields of this channel's last message");
-  sub->add_option("--seconds", options->seconds, "Stop after this many seconds (default: until Ctrl-C)");
+  sub->add_option("--channel", options->channel,
+                  "Show the decoded fields of this channel's last message");
+  sub->add_option("--seconds", options->seconds,
+                  "Stop after this many seconds (default: until Ctrl-C)");
   sub->add_option("--interval", options->interval, "Seconds between two tables (default: 1)");
   sub->add_flag("--once", options->once, "One table, of --seconds (default: 1), then end");
-  sub->add_flag("--json", options->json, "JSON on stdout: an object a line, or one object with --once");
+  sub->add_flag("--json", options->json,
+                "JSON on stdout: an object a line, or one object with --once");
   sub->footer(
       "Examples:\n  morphbus spy\n  morphbus spy --run walk --channel walk/m1/STATUS\n"
       "  morphbus spy --once --seconds 2 --json");

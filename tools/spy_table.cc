@@ -40,7 +40,8 @@ void SpyTable::Take(std::string_view channel, const uint8_t* data, size_t size, 
   if (type != nullptr) row.type = type->name;
   // Requests on one ASK channel come from many senders, each with numbers of its own.
   if (name->topic == bridge::Topic::kAsk || name->topic == bridge::Topic::kHello) return;
-  if (row.tracker.Take(header.sequence, &row.ledger) == bridge::SequenceTracker::Kind::kLate) ++row.late;
+  if (row.tracker.Take(header.sequence, &row.ledger) == bridge::SequenceTracker::Kind::kLate)
+    ++row.late;
   if (name->topic != bridge::Topic::kStatus) return;
   const Result<Json> status = schema_.Decode(data, size);
   if (status) roles_[std::string(name->process)] = status->value("role_name", "");
@@ -77,13 +78,15 @@ Json SpyTable::ToJson(const std::string& selected) const {
   for (const auto& [module, role] : roles_) {
     modules[module] = {{"role", role.empty() ? Json(nullptr) : Json(role)}};
   }
-  return {{"seconds", begin_s_ < 0 ? 0.0 : now_s_ - begin_s_}, {"channels", channels}, {"modules", modules}};
+  return {{"seconds", begin_s_ < 0 ? 0.0 : now_s_ - begin_s_},
+          {"channels", channels},
+          {"modules", modules}};
 }
 
 std::string SpyText(const Json& spy, const std::string& selected, int width, int height) {
   std::vector<std::string> lines;
-  lines.push_back(fmt::format("{:<40} {:<18} {:>9} {:>9} {:>9} {:>7} {:>6}", "channel", "type", "messages",
-                              "Hz", "kB/s", "lost", "bad"));
+  lines.push_back(fmt::format("{:<40} {:<18} {:>9} {:>9} {:>9} {:>7} {:>6}", "channel", "type",
+                              "messages", "Hz", "kB/s", "lost", "bad"));
   const Json* chosen = nullptr;
   for (const Json& c : spy["channels"]) {
     std::string type = c["type"].is_null() ? "?" : c["type"].get<std::string>();
@@ -97,8 +100,9 @@ std::string SpyText(const Json& spy, const std::string& selected, int width, int
   if (spy["channels"].empty()) lines.emplace_back("(nothing heard yet)");
   if (!spy["modules"].empty()) lines.emplace_back("");
   for (const auto& [module, entry] : spy["modules"].items()) {
-    lines.push_back(fmt::format("{:<8} {}", module,
-                                entry["role"].is_null() ? "(no role)" : entry["role"].get<std::string>()));
+    lines.push_back(
+        fmt::format("{:<8} {}", module,
+                    entry["role"].is_null() ? "(no role)" : entry["role"].get<std::string>()));
   }
   if (!selected.empty()) {
     lines.emplace_back("");
@@ -110,7 +114,8 @@ std::string SpyText(const Json& spy, const std::string& selected, int width, int
     }
   }
   std::string out;
-  const size_t shown = height > 0 ? std::min(lines.size(), static_cast<size_t>(height)) : lines.size();
+  const size_t shown =
+      height > 0 ? std::min(lines.size(), static_cast<size_t>(height)) : lines.size();
   for (size_t i = 0; i < shown; ++i) {
     out += width > 0 ? lines[i].substr(0, static_cast<size_t>(width)) : lines[i];
     out += '\n';

@@ -1,5 +1,6 @@
 #pragma once
-// What the spy has seen on the bus: per channel counts, rates, bandwidth, losses; who plays which role.
+// What the spy has seen on the bus: per channel counts, rates, bandwidth, losses; who plays which
+// role.
 
 #include <cstdint>
 #include <map>

@@ -43,7 +43,8 @@ class StillRobot {
   Result<void> LoadImages();
   Result<void> AddModules();
   void NoteFaults(Module* module) const;
-  [[nodiscard]] std::string LabelTarget(const Module& module, const vm::LabelInfo& label, int index) const;
+  [[nodiscard]] std::string LabelTarget(const Module& module, const vm::LabelInfo& label,
+                                        int index) const;
   void ExplainMissingRole(const Module& module, std::vector<std::string>* problems) const;
 
   const RunPlan& plan_;
@@ -135,22 +136,24 @@ void StillRobot::NoteFaults(Module* module) const {
     const std::string function =
         fault.function >= 0 ? ToString(program_->function(fault.function).name) : "";
     const std::string text =
-        fault.line > 0 ? fmt::format("{}: {}:{}: {} (in {})", module->name,
-                                     plan_.description.program_file(), fault.line,
-                                     vm::FaultText(fault.code), function)
-                       : fmt::format("{}: {}", module->name, vm::FaultText(fault.code));
+        fault.line > 0
+            ? fmt::format("{}: {}:{}: {} (in {})", module->name, plan_.description.program_file(),
+                          fault.line, vm::FaultText(fault.code), function)
+            : fmt::format("{}: {}", module->name, vm::FaultText(fault.code));
     if (std::find(module->faults.begin(), module->faults.end(), text) == module->faults.end()) {
       module->faults.push_back(text);
     }
   }
 }
 
-std::string StillRobot::LabelTarget(const Module& module, const vm::LabelInfo& label, int index) const {
+std::string StillRobot::LabelTarget(const Module& module, const vm::LabelInfo& label,
+                                    int index) const {
   if (label.type == vm::ValueType::kLink) return ToString(module.kinematics->link(index).name);
   return ToString(module.kinematics->joint(index).name);
 }
 
-void StillRobot::ExplainMissingRole(const Module& module, std::vector<std::string>* problems) const {
+void StillRobot::ExplainMissingRole(const Module& module,
+                                    std::vector<std::string>* problems) const {
   if (!module.report.has_pose) {
     problems->push_back(module.name + ": no pose reaches it, so it can take no role");
     return;
@@ -161,12 +164,14 @@ void StillRobot::ExplainMissingRole(const Module& module, std::vector<std::strin
     const vm::RoleCheck check = module.vm->CheckRole(r);
     std::string why;
     if (check.missing_keyword >= 0) {
-      why = fmt::format("its type has no {}", ToString(program_->keyword(check.missing_keyword).name));
+      why = fmt::format("its type has no {}",
+                        ToString(program_->keyword(check.missing_keyword).name));
     } else if (check.failed_requirement >= 0) {
       why = fmt::format("a requirement fails ({}:{})", plan_.description.program_file(),
                         program_->LineOf(role.requirements[check.failed_requirement], 0));
     } else if (check.failed_label >= 0) {
-      why = fmt::format("label {} does not resolve", ToString(role.labels[check.failed_label].name));
+      why =
+          fmt::format("label {} does not resolve", ToString(role.labels[check.failed_label].name));
     }
     if (!why.empty()) {
       problems->push_back(fmt::format("{}: not {}: {}", module.name, ToString(role.name), why));

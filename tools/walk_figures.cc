@@ -66,7 +66,8 @@ double TurnBetween(const Sample& a, const Sample& b) {
   return std::atan2(-north.z(), north.x());  // north is x, east is z, up is y
 }
 
-bool Repeats(const std::vector<CommandEvent>& events, size_t i, size_t n, int64_t slack_us, int64_t period_us) {
+bool Repeats(const std::vector<CommandEvent>& events, size_t i, size_t n, int64_t slack_us,
+             int64_t period_us) {
   return std::abs(events[i].target - events[i + n].target) < kSameTarget &&
          std::abs(events[i + n].time_us - events[i].time_us - period_us) <= slack_us;
 }
@@ -85,7 +86,8 @@ std::optional<Period> FindPeriod(const std::vector<CommandEvent>& events, int64_
   return std::nullopt;
 }
 
-std::optional<Eigen::Vector3d> MeasureDisplacement(const logger::RunLog& log, const TrackedBody& body) {
+std::optional<Eigen::Vector3d> MeasureDisplacement(const logger::RunLog& log,
+                                                   const TrackedBody& body) {
   const std::vector<Sample> track = Track(log, body);
   if (track.empty()) return std::nullopt;
   return track.back().p - track.front().p;
@@ -99,7 +101,8 @@ std::optional<WalkFigures> MeasureWalk(const logger::RunLog& log, const TrackedB
   const int64_t start_us = period ? period->first_us : 0;
   if (period && period->period_us > 0) {
     figures.cycle_s = static_cast<double>(period->period_us) * 1e-6;
-    for (int64_t t = start_us; t + period->period_us <= track.back().time_us; t += period->period_us) {
+    for (int64_t t = start_us; t + period->period_us <= track.back().time_us;
+         t += period->period_us) {
       const Sample& begin = At(track, t);
       const Sample& end = At(track, t + period->period_us);
       figures.cycle_north_m.push_back(end.p.x() - begin.p.x());
@@ -112,7 +115,8 @@ std::optional<WalkFigures> MeasureWalk(const logger::RunLog& log, const TrackedB
   for (const Sample& sample : track) {
     const Eigen::Vector3d up = (sample.q * q_0.conjugate()) * Eigen::Vector3d::UnitY();
     figures.max_tilt_rad = std::max(figures.max_tilt_rad, std::acos(std::clamp(up.y(), -1.0, 1.0)));
-    if (sample.time_us >= start_us) figures.min_height_m = std::min(figures.min_height_m, sample.p.y());
+    if (sample.time_us >= start_us)
+      figures.min_height_m = std::min(figures.min_height_m, sample.p.y());
   }
   return figures;
 }

@@ -15,14 +15,15 @@ struct WalkFigures {
   /// What the body moved north in each whole cycle, metres; the first cycle begins with the first
   /// command of the repeating part.
   std::vector<double> cycle_north_m;
-  double turn_rad = 0.0;       ///< Heading gained, first to last tick; positive is to the west (left).
+  double turn_rad = 0.0;  ///< Heading gained, first to last tick; positive is to the west (left).
   std::vector<double> cycle_turn_rad;  ///< The same in each whole cycle.
-  double max_tilt_rad = 0.0;   ///< Largest angle between the body's up axis and where it was at first.
-  double min_height_m = 0.0;   ///< Lowest height of the point, once the commands repeat.
+  double max_tilt_rad =
+      0.0;  ///< Largest angle between the body's up axis and where it was at first.
+  double min_height_m = 0.0;  ///< Lowest height of the point, once the commands repeat.
 };
 
-/// The body that is followed, and the point of it: `X_LP` is the pose of the point's frame P in that of
-/// the link L by which WORLD names the body (m).
+/// The body that is followed, and the point of it: `X_LP` is the pose of the point's frame P in
+/// that of the link L by which WORLD names the body (m).
 struct TrackedBody {
   model::LinkRef link;
   model::Pose X_LP = model::Pose::Identity();
@@ -31,8 +32,10 @@ struct TrackedBody {
 /// Figures of a body. Empty if the log has no poses of it.
 std::optional<WalkFigures> MeasureWalk(const logger::RunLog& log, const TrackedBody& body);
 
-/// Where the point went, from the first tick to the last (m, W). Empty if the log has no poses of it.
-std::optional<Eigen::Vector3d> MeasureDisplacement(const logger::RunLog& log, const TrackedBody& body);
+/// Where the point went, from the first tick to the last (m, W). Empty if the log has no poses of
+/// it.
+std::optional<Eigen::Vector3d> MeasureDisplacement(const logger::RunLog& log,
+                                                   const TrackedBody& body);
 
 /// A row of commands to one joint: when its target changed, and to what.
 struct CommandEvent {
@@ -46,8 +49,8 @@ struct Period {
   int64_t first_us = 0;  ///< Its first event.
 };
 
-/// The shortest repetition at the end of `events` that at least two whole periods bear out: the same
-/// targets (1e-6) after the same times (within `slack_us`).
+/// The shortest repetition at the end of `events` that at least two whole periods bear out: the
+/// same targets (1e-6) after the same times (within `slack_us`).
 std::optional<Period> FindPeriod(const std::vector<CommandEvent>& events, int64_t slack_us);
 
 }  // namespace morphbus::tools

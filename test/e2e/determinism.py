@@ -42,14 +42,17 @@ class Determinism(Case):
                             self.run_once('--inproc', robot='equivalent_quadruped')['hash'])
 
     def test_with_any_module_as_root_roles_and_walk_are_the_same(self):
-        walks = {}
-        for root in ['m5'] + [f'm{i}' for i in (1, 2, 3, 4, 6, 7, 8, 9)]:
-            summary = self.run_once('--inproc', '--root', root, seconds=20)
-            facts = as_json('info', self.folder / 'x.log')
-            world = facts['channels'][f'{facts["run"]}/SIM/WORLD']
-            walks[root] = (summary['roles'], world['hash'], len(summary['faults']))
-        for root, walk in walks.items():
-            self.assertEqual(walk, walks['m5'], root)
+        # How far a module is from the root decides when it first knows where it is, and so the tick at
+        # which it takes its role; by that alone the walks differ in a bit.
+        walks = {f'm{i}': self.run_once('--inproc', '--root', f'm{i}', seconds=20) for i in range(1, 10)}
+        usual = walks['m5']
+        self.assertEqual(len(usual['walk']['cycle_north_m']), 2)
+        for root, summary in walks.items():
+            self.assertEqual(summary['roles'], usual['roles'], root)
+            self.assertEqual(summary['faults'], [], root)
+            self.assertEqual(summary['walk']['cycle_s'], usual['walk']['cycle_s'], root)
+            for a, b in zip(summary['walk']['cycle_north_m'], usual['walk']['cycle_north_m'], strict=True):
+                self.assertAlmostEqual(a, b, delta=0.010, msg=root)
 
 
 if __name__ == '__main__':

@@ -8,6 +8,7 @@ import importlib
 import json
 import os
 import pathlib
+import re
 import shutil
 import struct
 import subprocess
@@ -24,7 +25,7 @@ MODEL = SOURCE / 'models' / 'mtran.m3l'
 PROGRAM = SOURCE / 'models' / 'programs' / 'quadruped.dyn'
 ROBOTS = ('quadruped', 'equivalent_quadruped')
 UNIT = 0.0325
-WALK_SECONDS = 40  # standing up and five gait cycles of 7 s
+WALK_SECONDS = 38.5  # standing up and five gait cycles of 7.04 s
 
 EVENT = struct.Struct('>IqqII')
 EVENT_MAGIC = 0xEDA1DA01
@@ -105,6 +106,9 @@ def lcm_types():
         folder = tempfile.mkdtemp()
         files = sorted((SOURCE / 'lcmtypes').glob('*.lcm'))
         subprocess.run(['lcm-gen', '-p', '--ppath', folder, *map(str, files)], check=True, capture_output=True)
+        for file in pathlib.Path(folder).glob('morphbus/*.py'):  # a member's name may be a word of Python
+            text = re.sub(r'\b(self|message|msg)\.from\b', r'\1.from_', file.read_text())
+            file.write_text(text.replace('"from"', '"from_"'))
         sys.path.insert(0, folder)
         _types = {f.stem: getattr(importlib.import_module(f'morphbus.{f.stem}'), f.stem) for f in files}
         shutil.rmtree(folder)

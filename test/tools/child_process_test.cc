@@ -1,7 +1,7 @@
 #include "tools/child_process.h"
 
-#include <gtest/gtest.h>
 #include <fcntl.h>
+#include <gtest/gtest.h>
 #include <poll.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -39,7 +39,8 @@ TEST(ChildProcessTest, ASignalIsReported) {
 TEST(ChildProcessTest, AMissingProgramIsNamed) {
   const Result<ChildProcess> child = ChildProcess::Start({"sim", {"/no/such/program"}});
   ASSERT_FALSE(child.has_value());
-  EXPECT_EQ(child.error().message, "cannot start sim (/no/such/program): No such file or directory");
+  EXPECT_EQ(child.error().message,
+            "cannot start sim (/no/such/program): No such file or directory");
 }
 
 TEST(ChildProcessTest, ItStandsInAProcessGroupOfItsOwn) {

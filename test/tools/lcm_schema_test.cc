@@ -44,10 +44,12 @@ TEST(LcmSchemaTest, TheExampleOfLcmHasItsKnownFingerprint) {
 TEST(LcmSchemaTest, FingerprintsAreThoseOfTheGeneratedCode) {
   const LcmSchema schema = Ours();
   EXPECT_EQ(schema.FindByName("morphbus.sensors_t")->fingerprint, morphbus::sensors_t::getHash());
-  EXPECT_EQ(schema.FindByName("morphbus.transform_t")->fingerprint, morphbus::transform_t::getHash());
+  EXPECT_EQ(schema.FindByName("morphbus.transform_t")->fingerprint,
+            morphbus::transform_t::getHash());
   EXPECT_EQ(schema.FindByName("morphbus.status_t")->fingerprint, morphbus::status_t::getHash());
   EXPECT_EQ(schema.FindByName("morphbus.log_end_t")->fingerprint, morphbus::log_end_t::getHash());
-  EXPECT_EQ(schema.FindByName("morphbus.info_part_t")->fingerprint, morphbus::info_part_t::getHash());
+  EXPECT_EQ(schema.FindByName("morphbus.info_part_t")->fingerprint,
+            morphbus::info_part_t::getHash());
   EXPECT_EQ(schema.FindByName("morphbus.actuator_t")->fingerprint, morphbus::actuator_t::getHash());
 }
 
@@ -94,8 +96,7 @@ TEST(LcmSchemaTest, BytesThatAreCutAnywhereAreRefused) {
 }
 
 TEST(LcmSchemaTest, HugeLengthsAreRefusedWithoutMemory) {
-  const Result<LcmSchema> schema =
-      LcmSchema::Parse("struct a_t { int32_t n; string s[n]; }");
+  const Result<LcmSchema> schema = LcmSchema::Parse("struct a_t { int32_t n; string s[n]; }");
   ASSERT_TRUE(schema.has_value());
   std::vector<uint8_t> bytes(8);
   const auto hash = static_cast<uint64_t>(schema->FindByName("a_t")->fingerprint);

@@ -76,7 +76,8 @@ TEST_F(SpyTableTest, DamagedMessagesAreCountedAndForeignOnesAreNot) {
 }
 
 TEST_F(SpyTableTest, TheTextFitsTheTerminal) {
-  for (int i = 0; i < 100; ++i) Take<morphbus::actuator_t>("r/m" + std::to_string(i) + "/ACTUATOR", 0, 0.0);
+  for (int i = 0; i < 100; ++i)
+    Take<morphbus::actuator_t>("r/m" + std::to_string(i) + "/ACTUATOR", 0, 0.0);
   const std::string text = SpyText(table_.ToJson(""), "", 40, 10);
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 10);
   EXPECT_LE(text.find('\n'), 40u);

@@ -15,7 +15,8 @@ std::vector<CommandEvent> Events(const std::vector<std::pair<double, double>>& l
 
 TEST(FindPeriodTest, TheShortestRepetitionIsFoundAfterAnotherStart) {
   const auto period = FindPeriod(
-      Events({{0.1, 9}, {2, 1}, {3, 2}, {9, 1}, {10, 2}, {16, 1}, {17, 2}, {23, 1}, {24, 2}}), 40000);
+      Events({{0.1, 9}, {2, 1}, {3, 2}, {9, 1}, {10, 2}, {16, 1}, {17, 2}, {23, 1}, {24, 2}}),
+      40000);
   ASSERT_TRUE(period.has_value());
   EXPECT_EQ(period->period_us, 7000000);
   EXPECT_EQ(period->first_us, 2000000);
@@ -91,7 +92,8 @@ TEST(MeasureWalkTest, ThePointIsCarriedByTheBody) {
 }
 
 TEST(MeasureWalkTest, WithoutThatBodyThereIsNothingToMeasure) {
-  EXPECT_FALSE(MeasureWalk(StraightWalk(0.0, 0.0), TrackedBody{{3, 0}, model::Pose::Identity()}).has_value());
+  EXPECT_FALSE(MeasureWalk(StraightWalk(0.0, 0.0), TrackedBody{{3, 0}, model::Pose::Identity()})
+                   .has_value());
 }
 
 }  // namespace
