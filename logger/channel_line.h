@@ -1,6 +1,6 @@
 #pragma once
-// One channel's messages put into order of their sequence numbers: what is lost, what came twice, and
-// the hash that the run's END event must agree with.
+// One channel's messages put into order of their sequence numbers: what is lost, what came twice,
+// and the hash that the run's END event must agree with.
 
 #include <cstdint>
 #include <map>
@@ -15,8 +15,8 @@ class ChannelLine {
  public:
   enum class Kind { kNew, kDuplicate, kConflict };
 
-  /// Takes a numbered message; numbers begin at 0. A gap is given up, and counted as lost, once 4096
-  /// later messages have come, so memory stays bounded.
+  /// Takes a numbered message; numbers begin at 0. A gap is given up, and counted as lost, once
+  /// 4096 later messages have come, so memory stays bounded.
   Kind Take(int64_t sequence, std::span<const uint8_t> payload);
   /// Takes a message of a channel without common numbering; hashed in the order of the file.
   void TakeUnnumbered(std::span<const uint8_t> payload);

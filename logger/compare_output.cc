@@ -33,7 +33,8 @@ std::map<std::string, RoleFigures> FiguresByRole(const Comparison& comparison) {
       const double n = static_cast<double>(sum.samples + item.samples);
       if (n > 0) {
         sum.rms = std::sqrt((sum.rms * sum.rms * static_cast<double>(sum.samples) +
-                             item.rms * item.rms * static_cast<double>(item.samples)) / n);
+                             item.rms * item.rms * static_cast<double>(item.samples)) /
+                            n);
       }
       sum.samples += item.samples;
       sum.missing += item.missing;
@@ -99,9 +100,12 @@ nlohmann::json ItemJson(const Item& item) {
 }
 
 nlohmann::json LogJson(const ComparedLog& log) {
-  return {{"path", log.path},         {"run", log.run},
-          {"robot", log.robot},       {"program", log.program_file},
-          {"hash", log.run_hash},     {"seconds", log.seconds},
+  return {{"path", log.path},
+          {"run", log.run},
+          {"robot", log.robot},
+          {"program", log.program_file},
+          {"hash", log.run_hash},
+          {"seconds", log.seconds},
           {"end", EndStateName(log.end_state)}};
 }
 
@@ -109,25 +113,38 @@ nlohmann::json LogJson(const ComparedLog& log) {
 
 const char* VerdictName(Verdict verdict) {
   switch (verdict) {
-    case Verdict::kEquivalent: return "equivalent";
-    case Verdict::kDifferent: return "different";
-    case Verdict::kUnusable: return "unusable";
+    case Verdict::kEquivalent:
+      return "equivalent";
+    case Verdict::kDifferent:
+      return "different";
+    case Verdict::kUnusable:
+      return "unusable";
   }
   return "unusable";
 }
 
 const char* QuantityName(Quantity quantity) {
   switch (quantity) {
-    case Quantity::kRole: return "role";
-    case Quantity::kPropagatedPosition: return "propagated position";
-    case Quantity::kPropagatedRotation: return "propagated rotation";
-    case Quantity::kSimulatedPosition: return "simulated position";
-    case Quantity::kSimulatedRotation: return "simulated rotation";
-    case Quantity::kJointAngle: return "joint angle";
-    case Quantity::kJointTravel: return "joint travel";
-    case Quantity::kCommand: return "command";
-    case Quantity::kRestPosition: return "rest position";
-    case Quantity::kDuration: return "duration";
+    case Quantity::kRole:
+      return "role";
+    case Quantity::kPropagatedPosition:
+      return "propagated position";
+    case Quantity::kPropagatedRotation:
+      return "propagated rotation";
+    case Quantity::kSimulatedPosition:
+      return "simulated position";
+    case Quantity::kSimulatedRotation:
+      return "simulated rotation";
+    case Quantity::kJointAngle:
+      return "joint angle";
+    case Quantity::kJointTravel:
+      return "joint travel";
+    case Quantity::kCommand:
+      return "command";
+    case Quantity::kRestPosition:
+      return "rest position";
+    case Quantity::kDuration:
+      return "duration";
   }
   return "";
 }
@@ -142,17 +159,16 @@ std::string ComparisonText(const Comparison& comparison) {
   for (const std::string& note : comparison.notes) text += "  note: " + note + "\n";
   if (comparison.first) {
     const Item& item = comparison.items[*comparison.first];
-    text += fmt::format(
-        "first divergence: {:.3f} s, {} of {}{}{}{}{}: {} (tolerance {}){}{}\n",
-        Seconds(item.first_over_us), QuantityName(item.quantity),
-        item.role.empty() ? "(no role)" : item.role, item.label.empty() ? "" : " ", item.label,
-        item.module_a.empty() && item.module_b.empty() ? "" : " ",
-        item.module_a.empty() && item.module_b.empty()
-            ? ""
-            : fmt::format("({} / {})", item.module_a.empty() ? "-" : item.module_a,
-                          item.module_b.empty() ? "-" : item.module_b),
-        Readable(item.first_over, item.unit), Readable(item.tolerance, item.unit),
-        item.detail.empty() ? "" : "; ", item.detail);
+    text += fmt::format("first divergence: {:.3f} s, {} of {}{}{}{}{}: {} (tolerance {}){}{}\n",
+                        Seconds(item.first_over_us), QuantityName(item.quantity),
+                        item.role.empty() ? "(no role)" : item.role, item.label.empty() ? "" : " ",
+                        item.label, item.module_a.empty() && item.module_b.empty() ? "" : " ",
+                        item.module_a.empty() && item.module_b.empty()
+                            ? ""
+                            : fmt::format("({} / {})", item.module_a.empty() ? "-" : item.module_a,
+                                          item.module_b.empty() ? "-" : item.module_b),
+                        Readable(item.first_over, item.unit), Readable(item.tolerance, item.unit),
+                        item.detail.empty() ? "" : "; ", item.detail);
   }
   if (comparison.items.empty()) return text;
   text += fmt::format("\n  {:<28} {:<20} {:>14} {:>14} {:>14}  {}\n", "role", "quantity", "largest",
@@ -160,12 +176,11 @@ std::string ComparisonText(const Comparison& comparison) {
   for (const auto& [role, figures] : FiguresByRole(comparison)) {
     std::string name = role.empty() ? "(no role)" : role;
     for (const auto& [quantity, item] : figures.worst) {
-      text += fmt::format("  {:<28} {:<20} {:>14} {:>14} {:>14}  {}\n", name,
-                          QuantityName(quantity), Readable(item.max, item.unit),
-                          Readable(item.rms, item.unit), Readable(item.tolerance, item.unit),
-                          item.first_over_us < 0
-                              ? ""
-                              : fmt::format("{:.3f} s", Seconds(item.first_over_us)));
+      text += fmt::format(
+          "  {:<28} {:<20} {:>14} {:>14} {:>14}  {}\n", name, QuantityName(quantity),
+          Readable(item.max, item.unit), Readable(item.rms, item.unit),
+          Readable(item.tolerance, item.unit),
+          item.first_over_us < 0 ? "" : fmt::format("{:.3f} s", Seconds(item.first_over_us)));
       name.clear();
     }
   }
@@ -182,9 +197,12 @@ nlohmann::json ComparisonJson(const Comparison& comparison) {
                             {"quantities", nlohmann::json::object()}};
     for (const auto& [quantity, item] : figures.worst) {
       entry["quantities"][QuantityName(quantity)] = {
-          {"max", item.max},     {"rms", item.rms},
-          {"unit", item.unit},   {"max_time", Seconds(item.max_time_us)},
-          {"tolerance", item.tolerance}, {"first_over", NullOrTime(item.first_over_us)}};
+          {"max", item.max},
+          {"rms", item.rms},
+          {"unit", item.unit},
+          {"max_time", Seconds(item.max_time_us)},
+          {"tolerance", item.tolerance},
+          {"first_over", NullOrTime(item.first_over_us)}};
     }
     roles[role] = std::move(entry);
   }

@@ -77,9 +77,9 @@ class Comparer {
 bool Comparer::Usable() {
   for (const auto& [log, which] : {std::pair(&a_, "A"), std::pair(&b_, "B")}) {
     if (log->model == nullptr || log->robot == nullptr) {
-      out_.reason = fmt::format(
-          "{} ({}) does not say which robot it shows: {}", which, log->facts.path,
-          log->facts.problems.empty() ? "no description" : log->facts.problems.front());
+      out_.reason =
+          fmt::format("{} ({}) does not say which robot it shows: {}", which, log->facts.path,
+                      log->facts.problems.empty() ? "no description" : log->facts.problems.front());
       return false;
     }
     if (log->ticks_us.empty()) {
@@ -90,8 +90,7 @@ bool Comparer::Usable() {
   return true;
 }
 
-Item& Comparer::AddItem(const Names& names, Quantity quantity, const char* unit,
-                        double tolerance) {
+Item& Comparer::AddItem(const Names& names, Quantity quantity, const char* unit, double tolerance) {
   Item item;
   item.quantity = quantity;
   item.role = names.role;
@@ -119,8 +118,8 @@ void Comparer::NoteDamage(const RunLog& log, const char* which) {
   int64_t shown = 0;
   for (const LogDamage& damage : facts.damage) {
     if (++shown > kShown) break;
-    out_.notes.push_back(fmt::format("{}: after {:.3f} s: {}", which, Seconds(damage.time_us),
-                                     damage.what));
+    out_.notes.push_back(
+        fmt::format("{}: after {:.3f} s: {}", which, Seconds(damage.time_us), damage.what));
   }
   if (facts.num_damage > kShown) {
     out_.notes.push_back(fmt::format("{}: {} more", which, facts.num_damage - kShown));
@@ -152,8 +151,8 @@ void Comparer::NoteDamage(const RunLog& log, const char* which) {
 void Comparer::CompareRole(const ModulePair& pair) {
   const double tick_s = Seconds(std::max(a_.tick_us, b_.tick_us));
   const Names names{pair.role, "", a_.modules[pair.a].name, b_.modules[pair.b].name};
-  Item& item = AddItem(names, Quantity::kRole, "s",
-                       tolerances_.role_s < 0 ? tick_s : tolerances_.role_s);
+  Item& item =
+      AddItem(names, Quantity::kRole, "s", tolerances_.role_s < 0 ? tick_s : tolerances_.role_s);
   {
     Meter meter(&item);
     const size_t common = std::min(pair.spans_a.size(), pair.spans_b.size());
@@ -171,8 +170,8 @@ void Comparer::CompareRole(const ModulePair& pair) {
     if (item.first_over_us < 0 && pair.spans_a.size() != pair.spans_b.size()) {
       const auto& longer = pair.spans_a.size() > common ? pair.spans_a : pair.spans_b;
       const RoleSpan& extra = longer[common];
-      item.detail = fmt::format("only {} goes on to '{}'",
-                                pair.spans_a.size() > common ? "A" : "B", extra.role);
+      item.detail = fmt::format("only {} goes on to '{}'", pair.spans_a.size() > common ? "A" : "B",
+                                extra.role);
       meter.Add(extra.begin_us, Seconds(out_.compared_until_us - extra.begin_us));
     }
   }
@@ -215,7 +214,8 @@ void Comparer::CompareLink(const ModulePair& pair, const LinkPair& link) {
   const model::Pose& rest_a = rest_a_[ma.model_index][link.link_a];
   const model::Pose& rest_b = rest_b_[mb.model_index][link.link_b];
   const auto centre = [](const RunLog& log, const ModuleSeries& m, int l, const model::Pose& rest) {
-    return Eigen::Vector3d(rest * LinkCentre(log.model->TypeOf(*log.robot, m.model_index).links[l]));
+    return Eigen::Vector3d(rest *
+                           LinkCentre(log.model->TypeOf(*log.robot, m.model_index).links[l]));
   };
   // Either the frames or the shapes must lie at one place: frames differ between mountings of a
   // module, shapes between versions of it.
@@ -234,14 +234,12 @@ void Comparer::CompareLink(const ModulePair& pair, const LinkPair& link) {
   }
 }
 
-void Comparer::CompareCommands(const ModulePair& pair, const JointPair& joint,
-                               const Names& names) {
+void Comparer::CompareCommands(const ModulePair& pair, const JointPair& joint, const Names& names) {
   const ModuleSeries& ma = a_.modules[pair.a];
   const ModuleSeries& mb = b_.modules[pair.b];
   const SignTimeline signs_a(ma, joint.joint_a);
   const SignTimeline signs_b(mb, joint.joint_b);
-  const CommandTrack a =
-      CommandsOf(ma, joint.joint_a, joint.convention ? &signs_a : nullptr, 1);
+  const CommandTrack a = CommandsOf(ma, joint.joint_a, joint.convention ? &signs_a : nullptr, 1);
   const CommandTrack b =
       CommandsOf(mb, joint.joint_b, joint.convention ? &signs_b : nullptr, joint.sign_b);
   Item& item = AddItem(names, Quantity::kCommand, joint.prismatic ? "m" : "rad",
@@ -268,8 +266,7 @@ void Comparer::CompareJoint(const ModulePair& pair, const JointPair& joint) {
   const Names names{pair.role, joint.label, ma.name, mb.name};
   const SignTimeline signs_a(ma, joint.joint_a);
   const SignTimeline signs_b(mb, joint.joint_b);
-  const ScalarTrack a =
-      AngleTrack(ma, joint.joint_a, joint.convention ? &signs_a : nullptr, 1);
+  const ScalarTrack a = AngleTrack(ma, joint.joint_a, joint.convention ? &signs_a : nullptr, 1);
   const ScalarTrack b =
       AngleTrack(mb, joint.joint_b, joint.convention ? &signs_b : nullptr, joint.sign_b);
   {
@@ -277,10 +274,9 @@ void Comparer::CompareJoint(const ModulePair& pair, const JointPair& joint) {
                          joint.prismatic ? "m" : "rad",
                          joint.prismatic ? tolerances_.travel_m : tolerances_.angle_rad);
     Meter meter(&item);
-    item.missing =
-        ForCommonTimes(a.time_us, b.time_us, out_.compared_until_us, [&](size_t i, size_t j) {
-          meter.Add(a.time_us[i], std::abs(a.value[i] - b.value[j]));
-        });
+    item.missing = ForCommonTimes(
+        a.time_us, b.time_us, out_.compared_until_us,
+        [&](size_t i, size_t j) { meter.Add(a.time_us[i], std::abs(a.value[i] - b.value[j])); });
   }
   CompareCommands(pair, joint, names);
 }
@@ -351,10 +347,10 @@ void Comparer::Decide() {
   if (out_.first) {
     const Item& item = out_.items[*out_.first];
     out_.verdict = Verdict::kDifferent;
-    out_.reason = fmt::format("they differ from {:.3f} s on: {} of {}{}{}",
-                              Seconds(item.first_over_us), QuantityName(item.quantity),
-                              item.role.empty() ? "(no role)" : item.role,
-                              item.label.empty() ? "" : ", ", item.label);
+    out_.reason =
+        fmt::format("they differ from {:.3f} s on: {} of {}{}{}", Seconds(item.first_over_us),
+                    QuantityName(item.quantity), item.role.empty() ? "(no role)" : item.role,
+                    item.label.empty() ? "" : ", ", item.label);
     return;
   }
   out_.verdict = Verdict::kUnusable;
@@ -367,8 +363,8 @@ void Comparer::Decide() {
                               : b_.facts.whole() ? "A is"
                                                  : "both are");
   } else if (gaps > 0) {
-    out_.reason = fmt::format("no difference, but at {} instants only one of the logs has a value",
-                              gaps);
+    out_.reason =
+        fmt::format("no difference, but at {} instants only one of the logs has a value", gaps);
   } else {
     out_.verdict = Verdict::kEquivalent;
     out_.reason = fmt::format("no difference beyond the tolerances in {:.3f} s",
@@ -378,8 +374,8 @@ void Comparer::Decide() {
 
 ComparedLog Summary(const RunLog& log) {
   const LogFacts& facts = log.facts;
-  return {facts.path, facts.run, facts.robot, facts.program_file, facts.run_hash, facts.seconds,
-          facts.end_state};
+  return {facts.path,     facts.run,     facts.robot,    facts.program_file,
+          facts.run_hash, facts.seconds, facts.end_state};
 }
 
 Comparison Comparer::Run() {

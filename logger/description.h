@@ -1,6 +1,6 @@
 #pragma once
-// The run's description (morphbus.proto.RunDescription) as the logger needs it. The only place in this
-// folder that knows protobuf.
+// The run's description (morphbus.proto.RunDescription) as the logger needs it. The only place in
+// this folder that knows protobuf.
 
 #include <cstdint>
 #include <string>
@@ -23,8 +23,8 @@ Result<DescriptionKey> ReadDescriptionKey(const std::string& description);
 /// A description from a file, at most 16 MiB.
 Result<std::string> ReadDescriptionFile(const std::string& path);
 
-/// Fills the log's facts, model and robot from a serialized description; what is unusable is listed in
-/// facts.problems.
+/// Fills the log's facts, model and robot from a serialized description; what is unusable is listed
+/// in facts.problems.
 void ApplyDescription(const std::string& description, RunLog* log);
 
 }  // namespace morphbus::logger

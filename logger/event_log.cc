@@ -54,7 +54,8 @@ void AppendEvent(int64_t number, int64_t timestamp_us, std::string_view channel,
 
 Result<std::unique_ptr<EventLogWriter>> EventLogWriter::Create(const std::string& path) {
   const std::string partial = path + ".partial";
-  // Truncated only once the lock is ours: the file may be another run's that is still being written.
+  // Truncated only once the lock is ours: the file may be another run's that is still being
+  // written.
   const int fd = ::open(partial.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0644);
   if (fd < 0) return Fail("cannot create " + partial + ": " + SystemError());
   if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {

@@ -59,8 +59,7 @@ class EventLogWriter {
   EventLogWriter& operator=(const EventLogWriter&) = delete;
 
   /// Appends an event; event numbers are given here. Buffered (1 MiB).
-  Result<void> Write(int64_t timestamp_us, std::string_view channel,
-                     std::span<const uint8_t> data);
+  Result<void> Write(int64_t timestamp_us, std::string_view channel, std::span<const uint8_t> data);
   /// Hands everything to the operating system.
   Result<void> Flush();
   /// Flushes, waits for the disk, and renames PATH.partial to PATH. Nothing can be written after.
@@ -171,8 +170,8 @@ class EventLogReader {
   std::string io_error_;
 };
 
-/// Copies every sound event of `in_path` to `out_path`, numbered anew, timestamps kept. Returns what
-/// was wrong with the input. An END event is copied as it is, so a log that lost events stays
+/// Copies every sound event of `in_path` to `out_path`, numbered anew, timestamps kept. Returns
+/// what was wrong with the input. An END event is copied as it is, so a log that lost events stays
 /// visibly incomplete.
 struct RepairReport {
   int64_t events_kept = 0;

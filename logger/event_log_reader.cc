@@ -66,8 +66,8 @@ void EventLogReader::Seek(uint64_t offset) {
   known_good_.reset();
 }
 
-/// The bytes [offset, offset + size) in the buffer; null if the file does not have them. Bytes before
-/// `offset` may leave the buffer.
+/// The bytes [offset, offset + size) in the buffer; null if the file does not have them. Bytes
+/// before `offset` may leave the buffer.
 const uint8_t* EventLogReader::Need(uint64_t offset, size_t size) {
   if (offset >= buffer_begin_ && offset + size <= buffer_begin_ + buffer_size_) {
     return buffer_.data() + (offset - buffer_begin_);
@@ -173,8 +173,7 @@ std::optional<uint64_t> EventLogReader::Scan(uint64_t begin, uint64_t limit, int
   return std::nullopt;
 }
 
-void EventLogReader::Report(LogFinding::Kind kind, uint64_t begin, uint64_t end,
-                            std::string what) {
+void EventLogReader::Report(LogFinding::Kind kind, uint64_t begin, uint64_t end, std::string what) {
   ++num_findings_;
   LogFinding finding{kind, begin, end, std::move(what)};
   damaged_ = damaged_ || finding.is_damage();
@@ -192,9 +191,9 @@ void EventLogReader::SkipDamage() {
     const std::optional<Header> header = HeaderAt(*next);
     if (header && expected_number_) lost = Shift(header->number, -*expected_number_);
     Report(LogFinding::Kind::kDamaged, begin, *next,
-           fmt::format("bytes {} to {} are no event{}", begin, *next,
-                       lost > 0 ? fmt::format(" ({} lost, number {} on)", lost, *expected_number_)
-                                : ""));
+           fmt::format(
+               "bytes {} to {} are no event{}", begin, *next,
+               lost > 0 ? fmt::format(" ({} lost, number {} on)", lost, *expected_number_) : ""));
     expected_number_.reset();
     position_ = *next;
     return;
@@ -205,7 +204,8 @@ void EventLogReader::SkipDamage() {
   bool cut = std::memcmp(bytes, kMagicBytes, std::min<size_t>(n, 4)) == 0;
   if (cut && n == kEventHeaderBytes) {
     const uint32_t channel_size = Get32(bytes + 20);
-    cut = channel_size > 0 && channel_size <= kMaxChannelBytes && Get32(bytes + 24) <= kMaxDataBytes;
+    cut =
+        channel_size > 0 && channel_size <= kMaxChannelBytes && Get32(bytes + 24) <= kMaxDataBytes;
   }
   if (cut) {
     Report(LogFinding::Kind::kTruncated, begin, file_size_,
@@ -240,8 +240,8 @@ EventLogReader::Verdict EventLogReader::Judge(const Header& header) {
     }
   }
   Report(LogFinding::Kind::kDamaged, begin, *next,
-         fmt::format("the event at byte {} (number {}) is damaged, reading goes on at byte {}", begin,
-                     header.number, *next));
+         fmt::format("the event at byte {} (number {}) is damaged, reading goes on at byte {}",
+                     begin, header.number, *next));
   expected_number_.reset();
   position_ = *next;
   return Verdict::kReject;

@@ -66,9 +66,10 @@ void JoinDeclared(const RunLog& log, RigidEdges* edges) {
   }
 }
 
-/// Links held together by fixed joints and by the dockings sensed at `time_us`; as the robot declares
-/// them if nothing was sensed. All link frames of a module coincide with M at joint values 0, and a
-/// docking's X_AB is given for those, so X_AB is also the pose of the one link in the other.
+/// Links held together by fixed joints and by the dockings sensed at `time_us`; as the robot
+/// declares them if nothing was sensed. All link frames of a module coincide with M at joint values
+/// 0, and a docking's X_AB is given for those, so X_AB is also the pose of the one link in the
+/// other.
 RigidEdges EdgesAt(const RunLog& log, const std::vector<int>& model_index_of_id, int64_t time_us) {
   const int num_modules = static_cast<int>(log.robot->modules.size());
   RigidEdges edges(num_modules);
@@ -125,7 +126,8 @@ std::vector<RoleSpan> RoleSpans(const ModuleSeries& module, int64_t end_us) {
     }
     if (!spans.empty()) {
       RoleSpan& last = spans.back();
-      if (last.role == span.role && last.joints == span.joints && last.links == span.links) continue;
+      if (last.role == span.role && last.joints == span.joints && last.links == span.links)
+        continue;
       last.end_us = span.begin_us;
       if (last.begin_us == last.end_us) spans.pop_back();
     }

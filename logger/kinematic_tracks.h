@@ -2,8 +2,9 @@
 // Poses, angles and commands of a logged run in terms that two runs can be compared in.
 //
 // Frames: L link, R robot frame (moves with its root link), R0 the robot frame where it was in the
-// world at the first logged tick, W world. Rest = the model's start values. Poses "as simulated" are
-// given in R0, so that where a robot was put, and how high its lowest point stands, is no difference.
+// world at the first logged tick, W world. Rest = the model's start values. Poses "as simulated"
+// are given in R0, so that where a robot was put, and how high its lowest point stands, is no
+// difference.
 
 #include <Eigen/Geometry>
 #include <cstdint>
@@ -88,8 +89,8 @@ struct PoseDifferences {
 PoseDifferences Differences(const PoseTrack& a, const PoseTrack& b, const model::Pose& rest_a,
                             const model::Pose& rest_b, int64_t end_us);
 
-/// Calls visit(i, j) for times that both rows (sorted) have until `end_us`; returns how many only one
-/// of them has.
+/// Calls visit(i, j) for times that both rows (sorted) have until `end_us`; returns how many only
+/// one of them has.
 template <class Visit>
 int64_t ForCommonTimes(const std::vector<int64_t>& a, const std::vector<int64_t>& b, int64_t end_us,
                        const Visit& visit) {
@@ -113,8 +114,8 @@ int64_t ForCommonTimes(const std::vector<int64_t>& a, const std::vector<int64_t>
   }
 }
 
-/// A material point by which a link is found again when a module is mounted the other way round: the
-/// mean of its hull's points, in M (m); M's origin for a link without points.
+/// A material point by which a link is found again when a module is mounted the other way round:
+/// the mean of its hull's points, in M (m); M's origin for a link without points.
 Eigen::Vector3d LinkCentre(const model::Link& link);
 
 /// Poses of links in the simulated world. WORLD tells where bodies are; a body's other links follow
@@ -144,7 +145,7 @@ class SimulatedPoses {
   const RunLog& log_;
   std::vector<int> model_index_of_id_;  ///< -1 where unknown.
   std::vector<Structure> structures_;
-  std::vector<int> structure_of_;       ///< By world sample.
+  std::vector<int> structure_of_;  ///< By world sample.
   model::Pose X_R0W_ = model::Pose::Identity();
   bool available_ = false;
 };

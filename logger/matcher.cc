@@ -41,7 +41,8 @@ struct Holder {
 /// Where a module is in the robot frame at `time_us`, by its own account; at rest if it has none.
 Eigen::Vector3d PlaceAt(const Side& side, const ModuleSeries& module, int64_t time_us) {
   const auto earlier = [](const TransformSample& s, int64_t time) { return s.time_us < time; };
-  auto sample = std::lower_bound(module.transforms.begin(), module.transforms.end(), time_us, earlier);
+  auto sample =
+      std::lower_bound(module.transforms.begin(), module.transforms.end(), time_us, earlier);
   while (sample != module.transforms.end() && !sample->has_pose) ++sample;
   const model::ModuleType& type = side.TypeOf(module);
   const int num_links = static_cast<int>(type.links.size());
@@ -203,8 +204,8 @@ void PairLabels(const Side& sa, const ModuleSeries& ma, const Side& sb, const Mo
   }
 }
 
-void PairOtherJoints(const Side& sa, const ModuleSeries& ma, const Side& sb,
-                     const ModuleSeries& mb, ModulePair* pair) {
+void PairOtherJoints(const Side& sa, const ModuleSeries& ma, const Side& sb, const ModuleSeries& mb,
+                     ModulePair* pair) {
   std::set<int> used_a, used_b;
   for (const JointPair& joint : pair->joints) {
     used_a.insert(joint.joint_a);

@@ -20,7 +20,7 @@ struct LinkPair {
 
 /// Two joints that answer to each other.
 struct JointPair {
-  std::string label;     ///< The role's label, or the joint's name in A where no label names it.
+  std::string label;  ///< The role's label, or the joint's name in A where no label names it.
   bool labelled = false;
   int joint_a = 0;
   int joint_b = 0;
@@ -38,8 +38,8 @@ struct ModulePair {
   std::vector<RoleSpan> spans_b;
   int64_t taken_a_us = -1;  ///< When the role was first taken; -1 without one.
   int64_t taken_b_us = -1;
-  double distance_m = 0.0;  ///< Between the modules' places, in the robot frame, at that time.
-  std::vector<LinkPair> links;    ///< The root link first, then labels in order of name.
+  double distance_m = 0.0;      ///< Between the modules' places, in the robot frame, at that time.
+  std::vector<LinkPair> links;  ///< The root link first, then labels in order of name.
   std::vector<JointPair> joints;  ///< Labels in order of name, then the module's other joints.
   std::vector<std::string> labels_missing_a;  ///< Labels that only the other log resolved.
   std::vector<std::string> labels_missing_b;
@@ -58,11 +58,12 @@ struct Matching {
   std::vector<Unmatched> unmatched;
 };
 
-/// Matches the modules of two logs, both of which must have a model. A module counts under the role it
-/// held longest until `end_us`. Several holders of one role are paired nearest first, by their places
-/// (mean of the links' centres) in the robot frame when the role was taken; for congruent robots that
-/// keep the robot frame that is the congruence. A module's root link is its first in A, and in B the
-/// link whose centre lies nearest at rest. Joints without a label are paired if their axes coincide.
+/// Matches the modules of two logs, both of which must have a model. A module counts under the role
+/// it held longest until `end_us`. Several holders of one role are paired nearest first, by their
+/// places (mean of the links' centres) in the robot frame when the role was taken; for congruent
+/// robots that keep the robot frame that is the congruence. A module's root link is its first in A,
+/// and in B the link whose centre lies nearest at rest. Joints without a label are paired if their
+/// axes coincide.
 Matching Match(const RunLog& a, const RunLog& b, int64_t end_us);
 
 }  // namespace morphbus::logger

@@ -50,8 +50,7 @@ struct Recorder::Written {
   bridge::StreamHash hash;
 };
 
-Result<std::unique_ptr<Recorder>> Recorder::Create(bridge::Bus* bus,
-                                                   const bridge::TimeSource* time,
+Result<std::unique_ptr<Recorder>> Recorder::Create(bridge::Bus* bus, const bridge::TimeSource* time,
                                                    RecorderOptions options) {
   if (options.description.size() > bridge::kMaxInfoBytes) {
     return Fail("the run's description is larger than 16 MiB");
@@ -64,8 +63,8 @@ Result<std::unique_ptr<Recorder>> Recorder::Create(bridge::Bus* bus,
   auto writer = EventLogWriter::Create(options.path);
   if (!writer) return tl::unexpected(writer.error());
   if (!options.wall_clock) options.wall_clock = MachineWallClock;
-  std::unique_ptr<Recorder> recorder(new Recorder(bus, time, std::move(options), key->run,
-                                                  key->model_hash, std::move(*writer)));
+  std::unique_ptr<Recorder> recorder(
+      new Recorder(bus, time, std::move(options), key->run, key->model_hash, std::move(*writer)));
   recorder->WriteInfo();
   if (!recorder->error_.empty()) return Fail(recorder->error_);
   return recorder;
@@ -84,8 +83,8 @@ Recorder::Recorder(bridge::Bus* bus, const bridge::TimeSource* time, RecorderOpt
   party.claim = options_.claim;
   party.timing = options_.timing;
   party.build = ReadDescriptionKey(options_.description)->build;
-  party_ = std::make_unique<bridge::LogParty>(
-      bus, time, std::move(party), [this](const bridge::LoggedMessage& m) { Take(m); });
+  party_ = std::make_unique<bridge::LogParty>(bus, time, std::move(party),
+                                              [this](const bridge::LoggedMessage& m) { Take(m); });
   party_->OnInfoRequest([this] { PublishInfo(); });
 }
 
@@ -173,14 +172,14 @@ void Recorder::Take(const bridge::LoggedMessage& message) {
     Write(channel, std::move(payload), now, true);
     return;
   }
-  held_.push_back({header.tick, Rank(name->topic), channel, header.sequence, now,
-                   std::move(payload)});
+  held_.push_back(
+      {header.tick, Rank(name->topic), channel, header.sequence, now, std::move(payload)});
 }
 
 /// Writes the held messages of the first `complete_ticks` ticks in an order that only they decide.
 void Recorder::Release(int64_t complete_ticks) {
-  const auto ready = std::stable_partition(
-      held_.begin(), held_.end(), [&](const Held& h) { return h.tick < complete_ticks; });
+  const auto ready = std::stable_partition(held_.begin(), held_.end(),
+                                           [&](const Held& h) { return h.tick < complete_ticks; });
   if (ready == held_.begin()) return;
   std::sort(held_.begin(), ready, [](const Held& a, const Held& b) {
     return std::tie(a.tick, a.rank, a.channel, a.sequence) <
@@ -255,7 +254,7 @@ Result<RecordSummary> Recorder::Finish(const std::string& interrupted) {
   }
   RecordSummary summary;
   summary.run_hash = bridge::RunHash(std::move(hashed));
-  summary.reason = !interrupted.empty()        ? interrupted
+  summary.reason = !interrupted.empty()       ? interrupted
                    : !party_->error().empty() ? party_->error()
                                               : party_->end_reason();
   std::string missing;

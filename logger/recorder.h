@@ -1,7 +1,8 @@
 #pragma once
-// Writes a run into an event log: the description first, then every message, END last. As a party of
-// the lockstep it lacks nothing, and two runs with equal payloads give equal logs but for timestamps
-// and what lies outside the run's hash. In real time it only listens and counts what it lost.
+// Writes a run into an event log: the description first, then every message, END last. As a party
+// of the lockstep it lacks nothing, and two runs with equal payloads give equal logs but for
+// timestamps and what lies outside the run's hash. In real time it only listens and counts what it
+// lost.
 
 #include <cstdint>
 #include <functional>
@@ -19,7 +20,7 @@ struct RecorderOptions {
   std::string path;         ///< The log; PATH.partial while it is written.
   std::string description;  ///< Serialized morphbus.proto.RunDescription, at most 16 MiB.
   bool realtime = false;
-  int64_t claim = 1;        ///< Random number of this process (HELLO).
+  int64_t claim = 1;  ///< Random number of this process (HELLO).
   bridge::LockstepTiming timing;
   /// Wall clock, microseconds since 1970; empty: the machine's.
   std::function<int64_t()> wall_clock;
@@ -27,13 +28,13 @@ struct RecorderOptions {
 
 /// What became of a recording.
 struct RecordSummary {
-  bool complete = false;     ///< The run ended as planned and nothing is missing.
-  std::string path;          ///< Where the log is.
-  std::string reason;        ///< Why the run ended, and what is missing.
-  std::string run_hash;      ///< Of what was recorded.
+  bool complete = false;  ///< The run ended as planned and nothing is missing.
+  std::string path;       ///< Where the log is.
+  std::string reason;     ///< Why the run ended, and what is missing.
+  std::string run_hash;   ///< Of what was recorded.
   int64_t events = 0;
   uint64_t bytes = 0;
-  int64_t lost = 0;          ///< Messages that publishers counted and the log does not have.
+  int64_t lost = 0;  ///< Messages that publishers counted and the log does not have.
 };
 
 class Recorder : public bridge::Party {
@@ -53,8 +54,8 @@ class Recorder : public bridge::Party {
 
   /// HEALTH and a flush to the operating system; about once a second of wall time.
   void EachSecond();
-  /// Writes what is left and END, and gives the log its name. Call once, when done() or interrupted;
-  /// `interrupted` (may be empty) says why it is not the run's own end.
+  /// Writes what is left and END, and gives the log its name. Call once, when done() or
+  /// interrupted; `interrupted` (may be empty) says why it is not the run's own end.
   Result<RecordSummary> Finish(const std::string& interrupted);
 
   /// Empty while nothing went wrong.
@@ -84,8 +85,8 @@ class Recorder : public bridge::Party {
   uint64_t model_hash_ = 0;
   std::unique_ptr<EventLogWriter> writer_;
   std::unique_ptr<bridge::LogParty> party_;
-  std::vector<Held> held_;  ///< Hashed messages of ticks that are not whole yet.
-  std::map<std::string, Written> written_;   ///< By channel.
+  std::vector<Held> held_;                    ///< Hashed messages of ticks that are not whole yet.
+  std::map<std::string, Written> written_;    ///< By channel.
   std::map<std::string, int64_t> published_;  ///< Counts that modules vouched for (END_ACK).
   int64_t last_tick_ = -1;
   int64_t last_time_us_ = 0;

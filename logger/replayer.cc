@@ -19,8 +19,8 @@ using bridge::Topic;
 
 namespace {
 
-constexpr int64_t kIdleUs = 50'000;   ///< How long to sleep where nothing is due.
-constexpr int kBatch = 64;            ///< Messages published at most before the bus is handled again.
+constexpr int64_t kIdleUs = 50'000;  ///< How long to sleep where nothing is due.
+constexpr int kBatch = 64;  ///< Messages published at most before the bus is handled again.
 constexpr size_t kMaxRuns = 64;
 constexpr int64_t kLongestGapUs = 86'400'000'000;
 constexpr int64_t kRestartUs = 1'000'000;  ///< Sim time steps back by more only between runs.
@@ -77,12 +77,12 @@ void Replayer::Start(bridge::Bus* bus, int64_t now_us) {
   bus_ = bus;
   listen_until_us_ = now_us + options_.listen_us;
   for (const std::string& run : runs_) {
-    bus->Subscribe(bridge::Channel(run, bridge::kLogProcess, Topic::kAsk),
-                   [this](std::string_view, const uint8_t* data, size_t size) { OnAsk(data, size); });
-    bus->Subscribe(bridge::Channel(run, "", Topic::kHello),
-                   [this](std::string_view, const uint8_t* data, size_t size) {
-                     OnHello(data, size);
-                   });
+    bus->Subscribe(
+        bridge::Channel(run, bridge::kLogProcess, Topic::kAsk),
+        [this](std::string_view, const uint8_t* data, size_t size) { OnAsk(data, size); });
+    bus->Subscribe(
+        bridge::Channel(run, "", Topic::kHello),
+        [this](std::string_view, const uint8_t* data, size_t size) { OnHello(data, size); });
     bus->Subscribe(bridge::Channel(run, "", Topic::kClock),
                    [this](std::string_view, const uint8_t*, size_t) { OnClock(); });
   }
@@ -137,8 +137,8 @@ bool Replayer::Wanted(const LogEvent& event) {
     return false;
   }
   const bool is_info = name && name->topic == Topic::kInfo;
-  const bool in_range = log_time_us_ >= Micros(options_.from_s) || is_info ||
-                        (has_sim_time_ && options_.from_s <= 0);
+  const bool in_range =
+      log_time_us_ >= Micros(options_.from_s) || is_info || (has_sim_time_ && options_.from_s <= 0);
   // LCM cannot carry longer names.
   if (!in_range || event.channel.size() > bridge::kMaxChannelName ||
       !std::regex_match(event.channel.begin(), event.channel.end(), filter_)) {
@@ -227,8 +227,9 @@ std::optional<int64_t> Replayer::Play(int64_t now_us) {
     }
     if (due > static_cast<double>(now_us)) {
       // Never asleep for long: people pause, and listeners ask.
-      return now_us + std::min<int64_t>(kIdleUs, std::max<int64_t>(1, static_cast<int64_t>(
-                                                     due - static_cast<double>(now_us))));
+      return now_us + std::min<int64_t>(
+                          kIdleUs, std::max<int64_t>(
+                                       1, static_cast<int64_t>(due - static_cast<double>(now_us))));
     }
     Publish();
   }
@@ -244,10 +245,14 @@ std::optional<int64_t> Replayer::Advance(int64_t now_us) {
     Anchor(now_us);
   }
   switch (state_) {
-    case State::kListening: return std::min(listen_until_us_, now_us + kIdleUs);
-    case State::kWaiting: return now_us + kIdleUs;
-    case State::kPlaying: return Play(now_us);
-    case State::kDone: break;
+    case State::kListening:
+      return std::min(listen_until_us_, now_us + kIdleUs);
+    case State::kWaiting:
+      return now_us + kIdleUs;
+    case State::kPlaying:
+      return Play(now_us);
+    case State::kDone:
+      break;
   }
   return std::nullopt;
 }

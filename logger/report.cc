@@ -80,8 +80,8 @@ void Page::Banner() {
         item.label.empty() ? "" : " <b>" + EscapeHtml(item.label) + "</b>",
         item.module_a.empty() ? "nobody" : EscapeHtml(item.module_a),
         item.module_b.empty() ? "nobody" : EscapeHtml(item.module_b),
-        Number(item.first_over, item.unit), UnitName(item.unit),
-        Number(item.tolerance, item.unit), UnitName(item.unit), EscapeHtml(item.detail));
+        Number(item.first_over, item.unit), UnitName(item.unit), Number(item.tolerance, item.unit),
+        UnitName(item.unit), EscapeHtml(item.detail));
   }
   html_ += fmt::format(
       "<p class='figures'>largest difference in position <b>{:.4f} mm</b>, in rotation "
@@ -101,12 +101,12 @@ void Page::Card(const RunLog& log, const char* which) {
   row("robot", f.robot + (f.model_file.empty() ? "" : "  (" + f.model_file + ")"));
   row("program", f.program_file);
   row("run", f.run + (f.mode.empty() ? "" : ", " + f.mode));
-  row("length", fmt::format("{:.3f} s, {} ticks of {:.0f} ms", f.seconds, f.ticks,
-                            f.tick_us * 1e-3));
-  row("modules", fmt::format("{}, root {}", log.modules.size(),
-                             f.root_module.empty() ? "?" : f.root_module));
-  row("messages", fmt::format("{} events, {} lost, {} damaged places", f.events, f.lost(),
-                              f.num_damage));
+  row("length",
+      fmt::format("{:.3f} s, {} ticks of {:.0f} ms", f.seconds, f.ticks, f.tick_us * 1e-3));
+  row("modules",
+      fmt::format("{}, root {}", log.modules.size(), f.root_module.empty() ? "?" : f.root_module));
+  row("messages",
+      fmt::format("{} events, {} lost, {} damaged places", f.events, f.lost(), f.num_damage));
   row("end", EndStateName(f.end_state));
   row("hash", f.run_hash);
   row("world", f.world_hash);
@@ -146,8 +146,9 @@ void Page::RoleTable() {
     }
   }
   if (rows.empty()) return;
-  html_ += "<section><h2>Largest differences by role</h2><div class='scroll'><table><thead><tr>"
-           "<th>role</th><th>A / B</th>";
+  html_ +=
+      "<section><h2>Largest differences by role</h2><div class='scroll'><table><thead><tr>"
+      "<th>role</th><th>A / B</th>";
   for (const auto& [quantity, unit] : columns) {
     html_ += fmt::format("<th class='n'>{}<br><small>{}</small></th>", QuantityName(quantity),
                          UnitName(unit));
@@ -228,12 +229,20 @@ void Page::Travel() {
   const PoseTrack b = simulated_b_->RootTrack();
   html_ += "<section><h2>Where the robot went</h2><div class='plots'>";
   PlotOptions from_above{"root body from above", "north (m)", "east (m)", 640, 300, true, 0.02, {}};
-  html_ += "<figure>" + PlotSvg({{"A", "line-a", Path(a, 0, 2)}, {"B", "line-b", Path(b, 0, 2)}},
-                                from_above) + "</figure>";
-  PlotOptions height{"root body, height above its start", "sim time (s)", "up (m)", 640, 300, false,
-                     0.01, Marks()};
-  html_ += "<figure>" + PlotSvg({{"A", "line-a", Path(a, -1, 1)}, {"B", "line-b", Path(b, -1, 1)}},
-                                height) + "</figure>";
+  html_ += "<figure>" +
+           PlotSvg({{"A", "line-a", Path(a, 0, 2)}, {"B", "line-b", Path(b, 0, 2)}}, from_above) +
+           "</figure>";
+  PlotOptions height{"root body, height above its start",
+                     "sim time (s)",
+                     "up (m)",
+                     640,
+                     300,
+                     false,
+                     0.01,
+                     Marks()};
+  html_ += "<figure>" +
+           PlotSvg({{"A", "line-a", Path(a, -1, 1)}, {"B", "line-b", Path(b, -1, 1)}}, height) +
+           "</figure>";
   html_ += "</div></section>";
 }
 
@@ -258,9 +267,10 @@ void Page::Feet() {
   const auto links = FootLinks();
   if (links.empty()) return;
   const bool simulated = simulated_a_->available() && simulated_b_->available();
-  html_ += fmt::format("<section><h2>Paths from the side</h2><p class='dim'>The middle of labelled links, {}; "
-                       "B dashed over A.</p><div class='plots'>",
-                       simulated ? "in the simulated world" : "in the robot frame, as propagated");
+  html_ += fmt::format(
+      "<section><h2>Paths from the side</h2><p class='dim'>The middle of labelled links, {}; "
+      "B dashed over A.</p><div class='plots'>",
+      simulated ? "in the simulated world" : "in the robot frame, as propagated");
   for (const auto& [pair, link] : links) {
     const ModuleSeries& ma = a_.modules[pair->a];
     const ModuleSeries& mb = b_.modules[pair->b];
@@ -269,17 +279,24 @@ void Page::Feet() {
     PoseTrack b = simulated ? simulated_b_->LinkTrack(mb.model_index, link->link_b)
                             : PropagatedTrack(mb, link->link_b);
     // The middle of A's link, and the point of B's link that at rest is at the same place.
-    const Eigen::Vector3d p_AoP_A = LinkCentre(
-        a_.model->TypeOf(*a_.robot, ma.model_index).links[link->link_a]);
+    const Eigen::Vector3d p_AoP_A =
+        LinkCentre(a_.model->TypeOf(*a_.robot, ma.model_index).links[link->link_a]);
     const Eigen::Vector3d p_BoP_B = rest_b_[mb.model_index][link->link_b].inverse() *
                                     (rest_a_[ma.model_index][link->link_a] * p_AoP_A);
     for (size_t i = 0; i < a.p.size(); ++i) a.p[i] += a.q[i] * p_AoP_A;
     for (size_t i = 0; i < b.p.size(); ++i) b.p[i] += b.q[i] * p_BoP_B;
     PlotOptions options{
         fmt::format("{} {}", RoleName(pair->role), link->label.empty() ? "root link" : link->label),
-        "forward, north (m)", "up (m)", 640, 220, false, 0.01, {}};
-    html_ += "<figure>" + PlotSvg({{"A", "line-a", Path(a, 0, 1)}, {"B", "line-b", Path(b, 0, 1)}},
-                                  options) + "</figure>";
+        "forward, north (m)",
+        "up (m)",
+        640,
+        220,
+        false,
+        0.01,
+        {}};
+    html_ += "<figure>" +
+             PlotSvg({{"A", "line-a", Path(a, 0, 1)}, {"B", "line-b", Path(b, 0, 1)}}, options) +
+             "</figure>";
   }
   html_ += "</div></section>";
 }
@@ -292,13 +309,13 @@ void Page::DifferencePlots() {
     const ModuleSeries& mb = b_.modules[pair.b];
     for (const LinkPair& link : pair.links) {
       for (int simulated = 0; simulated < 2; ++simulated) {
-        const PoseDifferences d = Differences(
-            simulated ? simulated_a_->LinkTrack(ma.model_index, link.link_a)
-                      : PropagatedTrack(ma, link.link_a),
-            simulated ? simulated_b_->LinkTrack(mb.model_index, link.link_b)
-                      : PropagatedTrack(mb, link.link_b),
-            rest_a_[ma.model_index][link.link_a], rest_b_[mb.model_index][link.link_b],
-            comparison_.compared_until_us);
+        const PoseDifferences d =
+            Differences(simulated ? simulated_a_->LinkTrack(ma.model_index, link.link_a)
+                                  : PropagatedTrack(ma, link.link_a),
+                        simulated ? simulated_b_->LinkTrack(mb.model_index, link.link_b)
+                                  : PropagatedTrack(mb, link.link_b),
+                        rest_a_[ma.model_index][link.link_a], rest_b_[mb.model_index][link.link_b],
+                        comparison_.compared_until_us);
         for (size_t i = 0; i < d.time_us.size(); ++i) {
           double& m = metres[simulated][d.time_us[i]];
           double& r = radians[simulated][d.time_us[i]];
@@ -309,8 +326,8 @@ void Page::DifferencePlots() {
     }
   }
   html_ += "<section><h2>Largest difference of any link</h2><div class='plots'>";
-  const auto plot = [&](const char* title, const char* unit, const std::map<int64_t, double>& values,
-                        double scale) {
+  const auto plot = [&](const char* title, const char* unit,
+                        const std::map<int64_t, double>& values, double scale) {
     Points points;
     for (const auto& [time, value] : values) points.emplace_back(Seconds(time), value * scale);
     PlotOptions options{title, "sim time (s)", unit, 640, 200, false, 1e-3, Marks()};
@@ -337,9 +354,15 @@ void Page::Joint(const ModulePair& pair, const JointPair& joint) {
   ForCommonTimes(a.time_us, b.time_us, comparison_.compared_until_us, [&](size_t i, size_t j) {
     difference.emplace_back(Seconds(a.time_us[i]), (a.value[i] - b.value[j]) * scale);
   });
-  PlotOptions options{fmt::format("{} {}  ({} / {})", RoleName(pair.role), joint.label, ma.name,
-                                  mb.name),
-                      "", unit, 640, 190, false, joint.prismatic ? 1.0 : 5.0, Marks()};
+  PlotOptions options{
+      fmt::format("{} {}  ({} / {})", RoleName(pair.role), joint.label, ma.name, mb.name),
+      "",
+      unit,
+      640,
+      190,
+      false,
+      joint.prismatic ? 1.0 : 5.0,
+      Marks()};
   html_ += "<figure>" + PlotSvg({{"A", "line-a", Over(a.time_us, a.value, scale)},
                                  {"B", "line-b", Over(b.time_us, b.value, scale)}},
                                 options);

@@ -34,12 +34,18 @@ std::string Bytes(int64_t bytes) {
 
 const char* FindingName(LogFinding::Kind kind) {
   switch (kind) {
-    case LogFinding::Kind::kDamaged: return "damaged";
-    case LogFinding::Kind::kTruncated: return "truncated";
-    case LogFinding::Kind::kNumber: return "number";
-    case LogFinding::Kind::kMissing: return "missing";
-    case LogFinding::Kind::kRestart: return "restart";
-    case LogFinding::Kind::kClockStep: return "clock_step";
+    case LogFinding::Kind::kDamaged:
+      return "damaged";
+    case LogFinding::Kind::kTruncated:
+      return "truncated";
+    case LogFinding::Kind::kNumber:
+      return "number";
+    case LogFinding::Kind::kMissing:
+      return "missing";
+    case LogFinding::Kind::kRestart:
+      return "restart";
+    case LogFinding::Kind::kClockStep:
+      return "clock_step";
   }
   return "damaged";
 }
@@ -68,27 +74,31 @@ std::string Heading(const LogFacts& f) {
 
 std::string ChannelTable(const LogFacts& f) {
   const double wall = Seconds(f.last_us - f.first_us);
-  std::string text = fmt::format("\n  {:<40} {:>9} {:>9} {:>11} {:>9} {:>6} {:>6} {:>5}\n",
-                                 "channel", "messages", "Hz (sim)", "bandwidth", "size", "lost",
-                                 "again", "bad");
+  std::string text =
+      fmt::format("\n  {:<40} {:>9} {:>9} {:>11} {:>9} {:>6} {:>6} {:>5}\n", "channel", "messages",
+                  "Hz (sim)", "bandwidth", "size", "lost", "again", "bad");
   for (const auto& [name, c] : f.channels) {
     const double sim_hz = Rate(c.messages, c.sim_seconds);
-    text += fmt::format(
-        "  {:<40} {:>9} {:>9} {:>9}/s {:>9} {:>6} {:>6} {:>5}{}\n", name, c.messages,
-        sim_hz > 0 ? fmt::format("{:.2f}", sim_hz) : "-",
-        Bytes(wall > 0 ? static_cast<int64_t>(static_cast<double>(c.bytes) / wall) : 0),
-        Bytes(c.bytes), c.lost, c.duplicates, c.bad,
-        c.matches_end.value_or(true) ? "" : "  not as END says");
+    text +=
+        fmt::format("  {:<40} {:>9} {:>9} {:>9}/s {:>9} {:>6} {:>6} {:>5}{}\n", name, c.messages,
+                    sim_hz > 0 ? fmt::format("{:.2f}", sim_hz) : "-",
+                    Bytes(wall > 0 ? static_cast<int64_t>(static_cast<double>(c.bytes) / wall) : 0),
+                    Bytes(c.bytes), c.lost, c.duplicates, c.bad,
+                    c.matches_end.value_or(true) ? "" : "  not as END says");
   }
   return text;
 }
 
 std::string EndText(const LogFacts& f) {
   switch (f.end_state) {
-    case EndState::kMissing: return "no END: the log was cut";
-    case EndState::kUnreadable: return "the END event is unreadable";
-    case EndState::kMismatch: return "END contradicts the content";
-    case EndState::kVerified: break;
+    case EndState::kMissing:
+      return "no END: the log was cut";
+    case EndState::kUnreadable:
+      return "the END event is unreadable";
+    case EndState::kMismatch:
+      return "END contradicts the content";
+    case EndState::kVerified:
+      break;
   }
   return fmt::format("END verified, {}{}{}", f.end->clean ? "clean" : "not clean",
                      f.end->reason.empty() ? "" : ": ", f.end->reason);
@@ -132,10 +142,14 @@ void LogFacts::AddDamage(std::string what, uint64_t offset, int64_t time_us) {
 
 const char* EndStateName(EndState state) {
   switch (state) {
-    case EndState::kMissing: return "missing";
-    case EndState::kUnreadable: return "unreadable";
-    case EndState::kMismatch: return "mismatch";
-    case EndState::kVerified: return "verified";
+    case EndState::kMissing:
+      return "missing";
+    case EndState::kUnreadable:
+      return "unreadable";
+    case EndState::kMismatch:
+      return "mismatch";
+    case EndState::kVerified:
+      return "verified";
   }
   return "missing";
 }
@@ -147,19 +161,19 @@ std::string FactsText(const LogFacts& f) {
   if (!f.health.empty()) {
     text += "\n";
     for (const auto& [process, h] : f.health) {
-      text += fmt::format("  {}: received {}, lost {}, duplicates {}, asked {}, resent {}, "
-                          "discarded {}, bad {}, overflows {}, missed deadlines {}\n",
-                          process, h.received, h.lost, h.duplicates, h.asked, h.resent,
-                          h.discarded, h.bad, h.queue_overflows, h.missed_deadlines);
+      text += fmt::format(
+          "  {}: received {}, lost {}, duplicates {}, asked {}, resent {}, "
+          "discarded {}, bad {}, overflows {}, missed deadlines {}\n",
+          process, h.received, h.lost, h.duplicates, h.asked, h.resent, h.discarded, h.bad,
+          h.queue_overflows, h.missed_deadlines);
     }
   }
   if (f.num_faults > 0) text += fmt::format("\n{} faults of the program:\n", f.num_faults);
   for (const FaultFact& fault : f.faults) {
-    text += fmt::format("  {:.3f} s {} ({}): {}{}\n", Seconds(fault.time_us), fault.module,
-                        fault.role.empty() ? "no role" : fault.role, fault.text,
-                        fault.function.empty()
-                            ? ""
-                            : fmt::format(" in {}, line {}", fault.function, fault.line));
+    text += fmt::format(
+        "  {:.3f} s {} ({}): {}{}\n", Seconds(fault.time_us), fault.module,
+        fault.role.empty() ? "no role" : fault.role, fault.text,
+        fault.function.empty() ? "" : fmt::format(" in {}, line {}", fault.function, fault.line));
   }
   if (f.num_damage + f.lost() > 0 || !f.problems.empty()) text += "\n" + VerifyText(f);
   return text;
@@ -191,9 +205,13 @@ nlohmann::json FactsJson(const LogFacts& f) {
   for (const auto& [name, channel] : f.channels) channels[name] = ChannelJson(f, channel);
   nlohmann::json faults = nlohmann::json::array();
   for (const FaultFact& fault : f.faults) {
-    faults.push_back({{"time", Seconds(fault.time_us)}, {"module", fault.module},
-                      {"role", fault.role}, {"code", fault.code}, {"text", fault.text},
-                      {"function", fault.function}, {"line", fault.line}});
+    faults.push_back({{"time", Seconds(fault.time_us)},
+                      {"module", fault.module},
+                      {"role", fault.role},
+                      {"code", fault.code},
+                      {"text", fault.text},
+                      {"function", fault.function},
+                      {"line", fault.line}});
   }
   nlohmann::json damage = nlohmann::json::array();
   for (const LogDamage& d : f.damage) {
@@ -201,35 +219,60 @@ nlohmann::json FactsJson(const LogFacts& f) {
   }
   nlohmann::json findings = nlohmann::json::array();
   for (const LogFinding& finding : f.findings) {
-    findings.push_back({{"kind", FindingName(finding.kind)}, {"begin", finding.begin},
-                        {"end", finding.end}, {"what", finding.what}});
+    findings.push_back({{"kind", FindingName(finding.kind)},
+                        {"begin", finding.begin},
+                        {"end", finding.end},
+                        {"what", finding.what}});
   }
   nlohmann::json health = nlohmann::json::object();
   for (const auto& [process, h] : f.health) {
-    health[process] = {{"received", h.received}, {"sent", h.sent}, {"lost", h.lost},
-                       {"discarded", h.discarded}, {"duplicates", h.duplicates},
-                       {"resent", h.resent}, {"asked", h.asked}, {"bad", h.bad},
+    health[process] = {{"received", h.received},
+                       {"sent", h.sent},
+                       {"lost", h.lost},
+                       {"discarded", h.discarded},
+                       {"duplicates", h.duplicates},
+                       {"resent", h.resent},
+                       {"asked", h.asked},
+                       {"bad", h.bad},
                        {"queue_overflows", h.queue_overflows},
                        {"missed_deadlines", h.missed_deadlines}};
   }
-  nlohmann::json json = {
-      {"path", f.path}, {"bytes", f.file_bytes}, {"events", f.events}, {"run", f.run},
-      {"other_runs", f.other_runs}, {"ticks", f.ticks}, {"tick_us", f.tick_us},
-      {"seconds", f.seconds}, {"wall_seconds", Seconds(f.last_us - f.first_us)},
-      {"hash", f.run_hash}, {"end", EndStateName(f.end_state)}, {"whole", f.whole()},
-      {"lost", f.lost()}, {"channels", std::move(channels)}, {"faults", std::move(faults)},
-      {"num_faults", f.num_faults}, {"damage", std::move(damage)}, {"num_damage", f.num_damage},
-      {"findings", std::move(findings)}, {"health", std::move(health)}, {"problems", f.problems}};
+  nlohmann::json json = {{"path", f.path},
+                         {"bytes", f.file_bytes},
+                         {"events", f.events},
+                         {"run", f.run},
+                         {"other_runs", f.other_runs},
+                         {"ticks", f.ticks},
+                         {"tick_us", f.tick_us},
+                         {"seconds", f.seconds},
+                         {"wall_seconds", Seconds(f.last_us - f.first_us)},
+                         {"hash", f.run_hash},
+                         {"end", EndStateName(f.end_state)},
+                         {"whole", f.whole()},
+                         {"lost", f.lost()},
+                         {"channels", std::move(channels)},
+                         {"faults", std::move(faults)},
+                         {"num_faults", f.num_faults},
+                         {"damage", std::move(damage)},
+                         {"num_damage", f.num_damage},
+                         {"findings", std::move(findings)},
+                         {"health", std::move(health)},
+                         {"problems", f.problems}};
   json["clean"] = f.end ? nlohmann::json(f.end->clean != 0) : nlohmann::json(nullptr);
   json["reason"] = f.end ? nlohmann::json(f.end->reason) : nlohmann::json(nullptr);
   if (f.has_description) {
-    json["description"] = {{"robot", f.robot}, {"model_file", f.model_file},
-                           {"program_file", f.program_file}, {"mode", f.mode},
-                           {"root_module", f.root_module}, {"build", f.build},
-                           {"started", f.started}, {"world_hash", f.world_hash},
+    json["description"] = {{"robot", f.robot},
+                           {"model_file", f.model_file},
+                           {"program_file", f.program_file},
+                           {"mode", f.mode},
+                           {"root_module", f.root_module},
+                           {"build", f.build},
+                           {"started", f.started},
+                           {"world_hash", f.world_hash},
                            {"model_hash", fmt::format("{:016x}", f.model_hash)},
                            {"program_hash", fmt::format("{:016x}", f.program_hash)},
-                           {"loss", f.loss}, {"seed", f.seed}};
+                           {"loss", f.loss},
+                           {"seed", f.seed}};
   }
   return json;
 }

@@ -1,5 +1,6 @@
 #pragma once
-// What `info` and `verify` say of a log: run, channels with counts, rates and losses, faults, damage.
+// What `info` and `verify` say of a log: run, channels with counts, rates and losses, faults,
+// damage.
 
 #include <cstdint>
 #include <map>
@@ -17,27 +18,27 @@ namespace morphbus::logger {
 /// One channel of the log.
 struct ChannelFacts {
   std::string channel;
-  int64_t events = 0;         ///< Events in the file.
-  int64_t messages = 0;       ///< Distinct messages among them; foreign channels: all events.
-  int64_t bytes = 0;          ///< Payload bytes of all events.
-  int64_t first_us = 0;       ///< Wall clock of the first and last event, µs since 1970.
+  int64_t events = 0;    ///< Events in the file.
+  int64_t messages = 0;  ///< Distinct messages among them; foreign channels: all events.
+  int64_t bytes = 0;     ///< Payload bytes of all events.
+  int64_t first_us = 0;  ///< Wall clock of the first and last event, µs since 1970.
   int64_t last_us = 0;
-  int64_t duplicates = 0;     ///< Sent again, byte for byte.
-  int64_t lost = 0;           ///< Sequence numbers missing below the last one.
-  int64_t first_lost = -1;    ///< Sequence number of the first gap; -1: none.
-  int64_t bad = 0;            ///< Did not decode: CRC, version, size, values.
-  bool ours = false;          ///< A channel of the run.
-  bool hashed = false;        ///< Counts for the run's hash.
-  uint64_t hash = 0;          ///< Hashed channels: XXH3 of the payloads in sequence order.
-  double sim_seconds = 0.0;   ///< Sim time between the first and the last message.
+  int64_t duplicates = 0;           ///< Sent again, byte for byte.
+  int64_t lost = 0;                 ///< Sequence numbers missing below the last one.
+  int64_t first_lost = -1;          ///< Sequence number of the first gap; -1: none.
+  int64_t bad = 0;                  ///< Did not decode: CRC, version, size, values.
+  bool ours = false;                ///< A channel of the run.
+  bool hashed = false;              ///< Counts for the run's hash.
+  uint64_t hash = 0;                ///< Hashed channels: XXH3 of the payloads in sequence order.
+  double sim_seconds = 0.0;         ///< Sim time between the first and the last message.
   std::optional<bool> matches_end;  ///< Count and hash agree with the END event's, if it lists it.
 };
 
 /// Something wrong with the log itself.
 struct LogDamage {
-  std::string what;        ///< One sentence.
-  uint64_t offset = 0;     ///< Byte in the file.
-  int64_t time_us = 0;     ///< Sim time up to which the log was whole.
+  std::string what;     ///< One sentence.
+  uint64_t offset = 0;  ///< Byte in the file.
+  int64_t time_us = 0;  ///< Sim time up to which the log was whole.
 };
 
 /// A fault that a module reported.
@@ -63,22 +64,22 @@ struct LogFacts {
   std::string path;
   uint64_t file_bytes = 0;
   int64_t events = 0;
-  int64_t first_us = 0;       ///< Wall clock of the first and last event.
+  int64_t first_us = 0;  ///< Wall clock of the first and last event.
   int64_t last_us = 0;
   std::string run;
   std::vector<std::string> other_runs;  ///< Further runs in the same file; not read.
-  int64_t ticks = 0;          ///< CLOCKs of control ticks.
+  int64_t ticks = 0;                    ///< CLOCKs of control ticks.
   int32_t tick_us = 0;
-  double seconds = 0.0;       ///< Sim time covered, ticks times tick length.
+  double seconds = 0.0;  ///< Sim time covered, ticks times tick length.
   std::map<std::string, ChannelFacts> channels;
-  std::string run_hash;       ///< Computed from the log, 32 hexadecimal digits.
+  std::string run_hash;  ///< Computed from the log, 32 hexadecimal digits.
   EndState end_state = EndState::kMissing;
   std::optional<morphbus::log_end_t> end;
   std::map<std::string, morphbus::health_t> health;  ///< Last of each process.
-  std::vector<FaultFact> faults;   ///< At most 1000.
+  std::vector<FaultFact> faults;                     ///< At most 1000.
   int64_t num_faults = 0;
   std::vector<LogFinding> findings;  ///< Of the file's framing, harmless ones included.
-  std::vector<LogDamage> damage;   ///< At most 1000; framing, payloads, numbers.
+  std::vector<LogDamage> damage;     ///< At most 1000; framing, payloads, numbers.
   int64_t num_damage = 0;
   std::vector<std::string> problems;  ///< Why the description or model could not be used.
 

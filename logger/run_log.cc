@@ -136,8 +136,8 @@ Result<void> Loader::TakeTransform(const LogEvent& event, std::string_view modul
 Result<void> Loader::TakeActuator(const LogEvent& event, std::string_view module) {
   morphbus::actuator_t actuator;
   if (auto r = Decode(event, &actuator); !r || !series_) return r;
-  Module(module).actuators.push_back({actuator.header.sim_time_us, std::move(actuator.joints),
-                                      std::move(actuator.connectors)});
+  Module(module).actuators.push_back(
+      {actuator.header.sim_time_us, std::move(actuator.joints), std::move(actuator.connectors)});
   return {};
 }
 
@@ -183,18 +183,28 @@ Result<void> Loader::TakeEnd(const LogEvent& event) {
 
 Result<void> Loader::Dispatch(const LogEvent& event, const bridge::ChannelName& name) {
   switch (name.topic) {
-    case Topic::kClock: return TakeClock(event);
-    case Topic::kSensors: return TakeSensors(event);
-    case Topic::kWorld: return TakeWorld(event);
-    case Topic::kTransform: return TakeTransform(event, name.process);
-    case Topic::kActuator: return TakeActuator(event, name.process);
-    case Topic::kStatus: return TakeStatus(event, name.process);
-    case Topic::kHealth: return TakeHealth(event, name.process);
-    case Topic::kInfo: return TakeInfo(event);
-    case Topic::kEnd: return TakeEnd(event);
+    case Topic::kClock:
+      return TakeClock(event);
+    case Topic::kSensors:
+      return TakeSensors(event);
+    case Topic::kWorld:
+      return TakeWorld(event);
+    case Topic::kTransform:
+      return TakeTransform(event, name.process);
+    case Topic::kActuator:
+      return TakeActuator(event, name.process);
+    case Topic::kStatus:
+      return TakeStatus(event, name.process);
+    case Topic::kHealth:
+      return TakeHealth(event, name.process);
+    case Topic::kInfo:
+      return TakeInfo(event);
+    case Topic::kEnd:
+      return TakeEnd(event);
     case Topic::kAsk:
     case Topic::kHello:
-    case Topic::kControl: break;
+    case Topic::kControl:
+      break;
   }
   morphbus::header_t header;
   return bridge::DecodeHeader(event.data.data(), event.data.size(), &header);
@@ -210,13 +220,15 @@ void Loader::TakeOurs(const LogEvent& event, const bridge::ChannelName& name,
   }
   if (sound && channel->hashed) {
     switch (line.Take(header.sequence, event.data)) {
-      case ChannelLine::Kind::kDuplicate: return;
+      case ChannelLine::Kind::kDuplicate:
+        return;
       case ChannelLine::Kind::kConflict:
         facts_.AddDamage(fmt::format("{} has two different messages with number {} (byte {})",
                                      channel->channel, header.sequence, event.offset),
                          event.offset, now_us_);
         return;
-      case ChannelLine::Kind::kNew: break;
+      case ChannelLine::Kind::kNew:
+        break;
     }
     line.TakeTime(header.sim_time_us);
   } else if (sound) {
@@ -239,7 +251,8 @@ void Loader::Take(const LogEvent& event) {
   if (name && !ours) other_runs_.emplace(name->run);
   // A damaged log can name a new channel with every event; beyond this they are counted as one.
   std::string key = Printable(event.channel);
-  if (facts_.channels.size() >= 10'000 && !facts_.channels.contains(key)) key = "(further channels)";
+  if (facts_.channels.size() >= 10'000 && !facts_.channels.contains(key))
+    key = "(further channels)";
   ChannelFacts& channel = facts_.channels[key];
   if (channel.events == 0) {
     channel.channel = key;
@@ -382,8 +395,8 @@ Result<RunLog> LoadRunLog(const std::string& path, const RunLogOptions& options)
   if (run.empty()) {
     const std::optional<std::string> found = FindRun(reader->get());
     if (!found) {
-      return Fail(path + (reader->get()->file_size() == 0 ? " is empty"
-                                                          : " holds no run of modules"));
+      return Fail(path +
+                  (reader->get()->file_size() == 0 ? " is empty" : " holds no run of modules"));
     }
     run = *found;
     reader = EventLogReader::Open(path);

@@ -80,14 +80,14 @@ struct RunLog {
   const model::Robot* robot = nullptr;  ///< In *model; null without one.
   std::vector<ModuleSeries> modules;    ///< In order of name as the robot has them, else by id.
   std::vector<WorldSample> world;
-  std::vector<int64_t> ticks_us;        ///< Sim time of every CLOCK.
-  int32_t tick_us = 0;                  ///< Control tick; 0 if no CLOCK was seen.
+  std::vector<int64_t> ticks_us;  ///< Sim time of every CLOCK.
+  int32_t tick_us = 0;            ///< Control tick; 0 if no CLOCK was seen.
 
   [[nodiscard]] const ModuleSeries* FindModule(const std::string& name) const;
 };
 
 struct RunLogOptions {
-  std::string run;     ///< Which run, if the file holds several; empty: the first with INFO or CLOCK.
+  std::string run;  ///< Which run, if the file holds several; empty: the first with INFO or CLOCK.
   bool series = true;  ///< False: facts only (for `info` and `verify`); memory stays small.
 };
 

@@ -95,10 +95,9 @@ void DrawAxes(const Frame& f, const PlotOptions& options, std::string* svg) {
       f.top + f.height / 2, EscapeHtml(options.y_label));
 }
 
-void DrawLegend(const std::vector<PlotLine>& lines, const PlotOptions& options,
-                std::string* svg) {
-  *svg += fmt::format("<text class='title' x='{}' y='18'>{}</text>", kLeft,
-                      EscapeHtml(options.title));
+void DrawLegend(const std::vector<PlotLine>& lines, const PlotOptions& options, std::string* svg) {
+  *svg +=
+      fmt::format("<text class='title' x='{}' y='18'>{}</text>", kLeft, EscapeHtml(options.title));
   double x = options.width - kRight;
   for (auto line = lines.rbegin(); line != lines.rend(); ++line) {
     if (line->name.empty()) continue;
@@ -124,12 +123,23 @@ std::string EscapeHtml(const std::string& text) {
   std::string out;
   for (const char c : text) {
     switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      case '\'': out += "&#39;"; break;
-      default: out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '>':
+        out += "&gt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      case '\'':
+        out += "&#39;";
+        break;
+      default:
+        out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
     }
   }
   return out;
@@ -153,7 +163,11 @@ std::vector<double> Ticks(double low, double high, int count) {
 }
 
 std::string PlotSvg(const std::vector<PlotLine>& lines, const PlotOptions& options) {
-  Frame f{{}, {}, kLeft, kTop, static_cast<double>(options.width - kLeft - kRight),
+  Frame f{{},
+          {},
+          kLeft,
+          kTop,
+          static_cast<double>(options.width - kLeft - kRight),
           static_cast<double>(options.height - kTop - kBottom)};
   for (const PlotLine& line : lines) {
     for (const auto& [x, y] : line.points) {

@@ -1,6 +1,6 @@
 #pragma once
-// Line plots as inline SVG for self-contained pages. Colours are CSS classes, so that a page decides
-// them, light or dark.
+// Line plots as inline SVG for self-contained pages. Colours are CSS classes, so that a page
+// decides them, light or dark.
 
 #include <cstddef>
 #include <string>
@@ -33,8 +33,8 @@ struct PlotOptions {
   std::vector<PlotMark> marks;
 };
 
-/// The plot as an <svg> element. Lines are thinned to what the picture can show (minimum and maximum of
-/// each column are kept). An empty plot says so.
+/// The plot as an <svg> element. Lines are thinned to what the picture can show (minimum and
+/// maximum of each column are kept). An empty plot says so.
 std::string PlotSvg(const std::vector<PlotLine>& lines, const PlotOptions& options);
 
 /// Text with the five characters that HTML reserves replaced; control characters become spaces.

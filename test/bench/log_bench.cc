@@ -1,4 +1,5 @@
-// How fast logs are written, read, loaded and compared; LCM's own reader beside ours, on the same file.
+// How fast logs are written, read, loaded and compared; LCM's own reader beside ours, on the same
+// file.
 
 #include <benchmark/benchmark.h>
 #include <unistd.h>
@@ -38,8 +39,8 @@ const std::string& ManyEvents() {
     auto writer = EventLogWriter::Create(file.path());
     const std::vector<uint8_t> payload(kPayload, 0x5A);
     for (int i = 0; i < kEvents; ++i) {
-      static_cast<void>((*writer)->Write(1000 * i, "walk/m" + std::to_string(i % 10) + "/TRANSFORM",
-                                         payload));
+      static_cast<void>(
+          (*writer)->Write(1000 * i, "walk/m" + std::to_string(i % 10) + "/TRANSFORM", payload));
     }
     return (*writer)->Close().has_value();
   }();

@@ -75,8 +75,8 @@ ReadBack Read(const std::string& path) {
   if (!reader) return back;
   LogEvent event;
   while ((*reader)->Next(&event)) {
-    back.events.push_back({event.timestamp_us, std::string(event.channel),
-                           {event.data.begin(), event.data.end()}});
+    back.events.push_back(
+        {event.timestamp_us, std::string(event.channel), {event.data.begin(), event.data.end()}});
   }
   back.findings = (*reader)->findings();
   back.damaged = (*reader)->damaged();
@@ -113,8 +113,8 @@ TEST_F(EventLogTest, HeaderIsTwentyEightBigEndianBytes) {
   const std::vector<uint8_t> data = {0xAA, 0xBB};
   AppendEvent(0x0102030405060708, 0x1112131415161718, "CHAN", data, &bytes);
   const std::vector<uint8_t> expected = {
-      0xED, 0xA1, 0xDA, 0x01, 1, 2, 3, 4, 5, 6, 7, 8, 0x11, 0x12, 0x13, 0x14, 0x15, 0x16, 0x17,
-      0x18, 0,    0,    0,    4, 0, 0, 0, 2, 'C', 'H', 'A', 'N', 0xAA, 0xBB};
+      0xED, 0xA1, 0xDA, 0x01, 1, 2, 3, 4, 5, 6, 7, 8,   0x11, 0x12, 0x13, 0x14, 0x15,
+      0x16, 0x17, 0x18, 0,    0, 0, 4, 0, 0, 0, 2, 'C', 'H',  'A',  'N',  0xAA, 0xBB};
   EXPECT_EQ(bytes, expected);
 }
 
@@ -206,10 +206,11 @@ TEST_F(EventLogTest, TruncationAnywhereKeepsEveryWholeEventAndSaysWhereItWasCut)
   }
   for (size_t size = 0; size <= bytes.size(); ++size) {
     WriteFile(path_, std::span(bytes).first(size));
-    const size_t whole = static_cast<size_t>(
-        std::upper_bound(ends.begin(), ends.end(), size) - ends.begin() - 1);
+    const size_t whole =
+        static_cast<size_t>(std::upper_bound(ends.begin(), ends.end(), size) - ends.begin() - 1);
     const ReadBack back = Read(path_);
-    ASSERT_EQ(back.events, std::vector<Event>(events.begin(), events.begin() + static_cast<long>(whole)))
+    ASSERT_EQ(back.events,
+              std::vector<Event>(events.begin(), events.begin() + static_cast<long>(whole)))
         << size;
     if (size == ends[whole]) {
       EXPECT_FALSE(back.damaged) << size;

@@ -28,9 +28,10 @@ class Rig {
   explicit Rig(const std::string& path, ReplayOptions options = {}) {
     listener_ = hub_.Connect();
     player_ = hub_.Connect();
-    listener_->SubscribePrefix("", [this](std::string_view channel, const uint8_t* data, size_t size) {
-      heard.push_back({now_us, std::string(channel), {data, data + size}});
-    });
+    listener_->SubscribePrefix(
+        "", [this](std::string_view channel, const uint8_t* data, size_t size) {
+          heard.push_back({now_us, std::string(channel), {data, data + size}});
+        });
     auto opened = Replayer::Open(path, options);
     EXPECT_TRUE(opened.has_value()) << (opened ? "" : opened.error().message);
     if (opened) replayer = std::move(*opened);

@@ -66,9 +66,10 @@ TEST(StockToolsTest, LcmLogplayerReplaysOurLogMessageForMessage) {
   auto bus = bridge::OpenLcmBus(kUrl);
   ASSERT_TRUE(bus.has_value()) << bus.error().message;
   Events heard;
-  (*bus)->SubscribePrefix("synth/", [&](std::string_view channel, const uint8_t* data, size_t size) {
-    heard.emplace(std::string(channel), std::vector<uint8_t>(data, data + size));
-  });
+  (*bus)->SubscribePrefix(
+      "synth/", [&](std::string_view channel, const uint8_t* data, size_t size) {
+        heard.emplace(std::string(channel), std::vector<uint8_t>(data, data + size));
+      });
   const Events expected = OfRun(test::SyntheticEvents({}), true);
   Child player({"lcm-logplayer", "--lcm-url=" + std::string(kUrl), "--speed=0.2", file.path()});
   ASSERT_TRUE(player.started());

@@ -72,13 +72,13 @@ model::ModuleType SegType() {
 /// The same chain, told by each robot in its own way.
 struct Member {
   const char* name;
-  int sign;        ///< Of the joint against the script.
-  int near_link;   ///< The link towards the root.
+  int sign;       ///< Of the joint against the script.
+  int near_link;  ///< The link towards the root.
 };
 
 std::vector<Member> MembersOf(const std::string& robot) {
-  // Back to front, the arm stays behind and the base turns on: about -z_M, which is +z of the chain.
-  // Turned over, the arm turns about -z of the chain.
+  // Back to front, the arm stays behind and the base turns on: about -z_M, which is +z of the
+  // chain. Turned over, the arm turns about -z of the chain.
   if (robot == "two") return {{"k3", 1, 0}, {"k1", 1, 1}, {"k2", -1, 0}};
   return {{"m1", 1, 0}, {"m2", 1, 0}, {"m3", 1, 0}};
 }
@@ -255,8 +255,7 @@ void Writer::Status(int64_t tick, size_t member) {
     status.num_labels = 3;
     status.joint_sign = {static_cast<int8_t>(me.sign)};
   }
-  Emit(ChannelOf(me.name, Topic::kStatus), tick, status,
-       Bound(options_.on_status, me.name));
+  Emit(ChannelOf(me.name, Topic::kStatus), tick, status, Bound(options_.on_status, me.name));
 }
 
 void Writer::Module(int64_t tick, size_t member, const model::KinematicState& state) {
@@ -290,8 +289,7 @@ void Writer::Module(int64_t tick, size_t member, const model::KinematicState& st
   command.speed_si = 3.0;
   actuator.joints = {command};
   actuator.status_count = sequences_[ChannelOf(me.name, Topic::kStatus)];
-  Emit(ChannelOf(me.name, Topic::kActuator), tick, actuator,
-       Bound(options_.on_actuator, me.name));
+  Emit(ChannelOf(me.name, Topic::kActuator), tick, actuator, Bound(options_.on_actuator, me.name));
 }
 
 void Writer::Tick(int64_t tick) {

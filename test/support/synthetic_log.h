@@ -2,11 +2,11 @@
 // Logs of runs that never were: two small congruent robots and a scripted walk, for tests that must
 // know exactly what two logs have in common.
 //
-// The module type "Seg" has two links (base at -x, arm at +x), a joint "bend" that turns the arm about
-// z through the middle, and connectors c0 (base end) and c1 (arm end). Robot "one" is m1-m2-m3, all
-// mounted alike. Robot "two" is the same chain under other names, k3-k1-k2: the middle module
-// mounted back to front, the last one turned over. Roles: Root, Middle, Tip; labels: joint "bend",
-// link "near" and "far" (towards and away from the root).
+// The module type "Seg" has two links (base at -x, arm at +x), a joint "bend" that turns the arm
+// about z through the middle, and connectors c0 (base end) and c1 (arm end). Robot "one" is
+// m1-m2-m3, all mounted alike. Robot "two" is the same chain under other names, k3-k1-k2: the
+// middle module mounted back to front, the last one turned over. Roles: Root, Middle, Tip; labels:
+// joint "bend", link "near" and "far" (towards and away from the root).
 
 #include <cstdint>
 #include <functional>
@@ -26,14 +26,14 @@ namespace morphbus::test {
 model::Model SyntheticModel();
 
 struct SyntheticOptions {
-  std::string robot = "one";   ///< "one" or "two".
+  std::string robot = "one";  ///< "one" or "two".
   std::string run = "synth";
-  int ticks = 100;             ///< Of 20 ms.
+  int ticks = 100;                           ///< Of 20 ms.
   int64_t start_us = 1'700'000'000'000'000;  ///< Wall clock of the first event.
-  bool end = true;             ///< False: as if the logger had been killed.
-  bool stale_end = false;      ///< END vouches for the messages as they were before the hooks.
+  bool end = true;                           ///< False: as if the logger had been killed.
+  bool stale_end = false;  ///< END vouches for the messages as they were before the hooks.
   bool description = true;
-  int role_tick = 5;           ///< When the modules take their roles.
+  int role_tick = 5;  ///< When the modules take their roles.
   std::string tip_role = "Tip";
   /// Called on every message before it is encoded, so that a test can alter it.
   std::function<void(sensors_t*)> on_sensors;
