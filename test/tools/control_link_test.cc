@@ -52,7 +52,7 @@ TEST(ControlLinkTest, AFullSocketNeverBlocksProgress) {
     EXPECT_EQ(message["tick"].get<int64_t>(), last + 1);  // a prefix, no half lines
     last = message["tick"];
   }
-  EXPECT_GT(last, 100);
+  EXPECT_GT(last, 10);
 }
 
 TEST(ControlLinkTest, ALinkToNobodySaysNothing) {
