@@ -239,7 +239,9 @@ Result<bridge::SimPartyOptions> SimOptions(const RunPlan& plan, bool logger) {
     bridge::ExpectedModule expected;
     expected.name = robot.modules[m].name;
     expected.id = static_cast<uint16_t>(m);
-    expected.type_name = plan.model.TypeOf(robot, static_cast<int>(m)).name;
+    const model::ModuleType& type = plan.model.TypeOf(robot, static_cast<int>(m));
+    expected.type_name = type.name;
+    expected.num_connectors = static_cast<int>(type.connectors.size());
     const Result<uint64_t> hash = KinematicsHash(plan.kinematics(expected.type_name));
     if (!hash) return Fail(hash.error().message);
     expected.kinematics_hash = *hash;
