@@ -8,7 +8,7 @@ morphbus_test(vm_image_test
   SOURCES image_test.cc
   DEPS vm_program_test_support morphbus_vm_disasm dynarole_test_support)
 morphbus_test(vm_verifier_test
-  SOURCES verifier_test.cc DEPS vm_program_test_support dynarole_test_support)
+  SOURCES verifier_test.cc verifier_mutation_test.cc DEPS vm_program_test_support dynarole_test_support)
 morphbus_test(vm_interpreter_test
   SOURCES interpreter_test.cc DEPS vm_program_test_support dynarole_test_support)
 
