@@ -110,8 +110,8 @@ void DrawGround(cairo_t* cr, const Projection& projection, const PanelMap& map) 
   }
   constexpr double kGrid = 0.1;
   constexpr int kLines = 40;  // Enough for any panel; clipped to it.
-  const Eigen::Vector3d centre = projection.GroundPointAt(
-      (map.extent.left + map.extent.right) / 2, (map.extent.bottom + map.extent.top) / 2);
+  const Eigen::Vector3d centre = projection.GroundPointAt((map.extent.left + map.extent.right) / 2,
+                                                          (map.extent.bottom + map.extent.top) / 2);
   const double x0 = std::round(centre.x() / kGrid) * kGrid;
   const double z0 = std::round(centre.z() / kGrid) * kGrid;
   SetColor(cr, kFaint);
@@ -181,7 +181,11 @@ void DrawScaleBar(cairo_t* cr, const PanelMap& map) {
 
 /// Small arrows north, up and east at the panel's upper left.
 void DrawCompass(cairo_t* cr, const Projection& projection, const PanelMap& map) {
-  struct Arm { Eigen::Vector3d direction; const char* name; Color color; };
+  struct Arm {
+    Eigen::Vector3d direction;
+    const char* name;
+    Color color;
+  };
   const std::array<Arm, 3> arms = {{{Eigen::Vector3d::UnitX(), "N", {0.80, 0.22, 0.20}},
                                     {Eigen::Vector3d::UnitY(), "up", {0.20, 0.55, 0.25}},
                                     {Eigen::Vector3d::UnitZ(), "E", {0.20, 0.35, 0.75}}}};
@@ -225,8 +229,8 @@ struct Layout {
   double legend_y = 0;
 };
 
-/// One scale for all panels: the largest at which every panel is wide enough. Rows are as high as their
-/// tallest panel.
+/// One scale for all panels: the largest at which every panel is wide enough. Rows are as high as
+/// their tallest panel.
 Layout Arrange(const Drawing& drawing) {
   const auto columns = static_cast<size_t>(std::max(1, drawing.columns));
   Layout layout;
@@ -370,7 +374,8 @@ Result<void> WriteDrawing(const Drawing& drawing, const std::string& path) {
   const cairo_status_t status = Render(drawing, layout, svg, temporary);
   if (status != CAIRO_STATUS_SUCCESS) {
     std::remove(temporary.c_str());
-    return Fail(fmt::format("{}: cannot write the picture: {}", path, cairo_status_to_string(status)));
+    return Fail(
+        fmt::format("{}: cannot write the picture: {}", path, cairo_status_to_string(status)));
   }
   std::error_code error;
   std::filesystem::rename(temporary, path, error);

@@ -14,9 +14,9 @@ namespace morphbus::logger {
 
 /// Where the viewer stands.
 enum class View {
-  kSide,   ///< In the east, looking west: north to the right, up above.
-  kTop,    ///< Above, looking down: north to the right, west above.
-  kFront,  ///< In the north, looking south: east to the left, up above.
+  kSide,          ///< In the east, looking west: north to the right, up above.
+  kTop,           ///< Above, looking down: north to the right, west above.
+  kFront,         ///< In the north, looking south: east to the left, up above.
   kThreeQuarter,  ///< North-east, above.
 };
 
@@ -66,8 +66,8 @@ struct Drawing {
 /// The color that stands for entry `index` of a legend; eight well separable ones, then again.
 Color PaletteColor(int index);
 
-/// Hulls and names of a robot. X_WL[module][link] as from ForwardKinematics; `group[module]` picks the
-/// module's color and is the caller's choice (its index, or that of its role).
+/// Hulls and names of a robot. X_WL[module][link] as from ForwardKinematics; `group[module]` picks
+/// the module's color and is the caller's choice (its index, or that of its role).
 Scene SceneOf(const model::Model& model, const model::Robot& robot,
               const std::vector<std::vector<model::Pose>>& X_WL, const std::vector<int>& group);
 

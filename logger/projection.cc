@@ -15,11 +15,12 @@ struct PaintedHull {
   std::vector<Eigen::Vector3d> normals;  ///< Of all faces, in view coordinates.
   std::vector<double> offsets;
   std::vector<VisibleFace> faces;
-  Eigen::Vector3d low, high;             ///< Box around the corners.
-  double depth = 0;                      ///< Of the centre.
+  Eigen::Vector3d low, high;  ///< Box around the corners.
+  double depth = 0;           ///< Of the centre.
 };
 
-/// Light from above, a little from the viewer's left: faces keep their hue and differ in brightness.
+/// Light from above, a little from the viewer's left: faces keep their hue and differ in
+/// brightness.
 Color Shade(const Color& color, const Eigen::Vector3d& normal_V, const Eigen::Vector3d& up_V) {
   const Eigen::Vector3d light = (up_V * 0.75 + Eigen::Vector3d(-0.35, 0.15, 0.6)).normalized();
   const double brightness = 0.62 + 0.40 * std::max(0.0, normal_V.dot(light));
@@ -66,8 +67,8 @@ bool OverlapOnPicture(const PaintedHull& a, const PaintedHull& b) {
          b.low.y() < a.high.y();
 }
 
-/// +1 if a face plane of `a` has all of `b` on its outer side and looks at the viewer (b is in front),
-/// -1 if such a plane looks away (b is behind), 0 if no face plane of `a` decides.
+/// +1 if a face plane of `a` has all of `b` on its outer side and looks at the viewer (b is in
+/// front), -1 if such a plane looks away (b is behind), 0 if no face plane of `a` decides.
 int SideOf(const PaintedHull& a, const PaintedHull& b) {
   constexpr double kTouch = 1e-3;  // Hulls of mated modules touch; blunt tips overlap a little.
   for (size_t f = 0; f < a.normals.size(); ++f) {
@@ -120,8 +121,12 @@ Projection::Projection(View view) {
   Eigen::Vector3d towards = Eigen::Vector3d::UnitZ();
   Eigen::Vector3d right = Eigen::Vector3d::UnitX();
   switch (view) {
-    case View::kSide: edge_on_ = true; break;
-    case View::kTop: towards = Eigen::Vector3d::UnitY(); break;
+    case View::kSide:
+      edge_on_ = true;
+      break;
+    case View::kTop:
+      towards = Eigen::Vector3d::UnitY();
+      break;
     case View::kFront:
       towards = Eigen::Vector3d::UnitX();
       right = -Eigen::Vector3d::UnitZ();

@@ -8,7 +8,8 @@
 
 namespace morphbus::logger {
 
-/// An orthographic view. The picture plane has u to the right, v up; depth grows towards the viewer.
+/// An orthographic view. The picture plane has u to the right, v up; depth grows towards the
+/// viewer.
 class Projection {
  public:
   explicit Projection(View view);
@@ -35,7 +36,8 @@ struct VisibleFace {
 };
 
 /// The faces of a scene that look at the viewer, shaded, farthest first (painter's algorithm: hulls
-/// are ordered by planes that separate them where there are such, faces within a hull never overlap).
+/// are ordered by planes that separate them where there are such, faces within a hull never
+/// overlap).
 std::vector<VisibleFace> VisibleFaces(const Scene& scene, const Projection& projection);
 
 }  // namespace morphbus::logger

@@ -1,4 +1,5 @@
-// The hash of a built world: what two robots have in common when they are one problem to the engine.
+// The hash of a built world: what two robots have in common when they are one problem to the
+// engine.
 
 #include <xxhash.h>
 

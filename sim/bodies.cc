@@ -29,7 +29,9 @@ constexpr double kDiagonalTolerance = 1e-6;
 
 constexpr double kStartClearance = 0.5e-3;
 
-double RoundTo(double x, double grid) { return std::isfinite(x) ? std::round(x * grid) / grid + 0.0 : x; }
+double RoundTo(double x, double grid) {
+  return std::isfinite(x) ? std::round(x * grid) / grid + 0.0 : x;
+}
 
 Vector3d RoundPoint(const Vector3d& p) {
   return {RoundToNanometre(p.x()), RoundToNanometre(p.y()), RoundToNanometre(p.z())};
@@ -118,8 +120,8 @@ BodySpec MakeBody(std::vector<PlacedLink> links) {
   Matrix3d I_W = Matrix3d::Zero();
   for (const PlacedLink& link : links) {
     const Vector3d r = link.p_WoLcm_W - p_WoBo_W;
-    I_W += link.I_Lcm_W +
-           link.mass_kg * (r.squaredNorm() * Matrix3d::Identity() - r * r.transpose());
+    I_W +=
+        link.I_Lcm_W + link.mass_kg * (r.squaredNorm() * Matrix3d::Identity() - r * r.transpose());
   }
   const Matrix3d R_WB = PrincipalFrame(I_W);
   body.X_WB.linear() = R_WB;
@@ -195,7 +197,8 @@ bool MergeLockedPair(const std::vector<Freedom>& freedoms, std::vector<std::vect
       const Freedom& f = freedoms[i];
       const Freedom& g = freedoms[j];
       if (f.low != g.low || f.high != g.high || f.low == f.high) continue;
-      if ((f.twist - g.twist).norm() < kSameAxis || (f.twist + g.twist).norm() < kSameAxis) continue;
+      if ((f.twist - g.twist).norm() < kSameAxis || (f.twist + g.twist).norm() < kSameAxis)
+        continue;
       for (std::vector<int>& module : *body_of) {
         for (int& body : module) {
           if (body == static_cast<int>(f.high)) body = static_cast<int>(f.low);

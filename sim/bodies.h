@@ -27,8 +27,8 @@ using LinkPoseTable = std::vector<std::vector<Pose>>;
 
 /// One link of a body.
 struct LinkSpec {
-  LinkRef ref;       ///< Who it is. Never enters the engine.
-  int group = 0;     ///< Canonical number of its module; links of one group never collide.
+  LinkRef ref;    ///< Who it is. Never enters the engine.
+  int group = 0;  ///< Canonical number of its module; links of one group never collide.
   double mass_kg = 0.0;
   std::vector<Eigen::Vector3d> hull_B;  ///< Corners for the engine (m), sorted; may be empty.
   // For reading poses out; these never enter the engine.
@@ -37,11 +37,11 @@ struct LinkSpec {
 };
 
 struct BodySpec {
-  std::vector<LinkSpec> links;        ///< Sorted by place.
+  std::vector<LinkSpec> links;  ///< Sorted by place.
   double mass_kg = 0.0;
-  Eigen::Vector3d inertia_B;          ///< Principal moments about Bo (kg m^2).
-  Pose X_WB = Pose::Identity();       ///< At the start.
-  int first_link = 0;                 ///< Index in `links` of the first in (module, link) order.
+  Eigen::Vector3d inertia_B;     ///< Principal moments about Bo (kg m^2).
+  Pose X_WB = Pose::Identity();  ///< At the start.
+  int first_link = 0;            ///< Index in `links` of the first in (module, link) order.
 };
 
 /// A joint between two different bodies, or (body_1 == body_2) inside one, where it cannot move.
@@ -53,22 +53,22 @@ struct JointSpec {
   model::JointType type = model::JointType::kRevolute;
   int body_1 = 0;  ///< The lower index.
   int body_2 = 0;
-  Eigen::Vector3d p_WJ;     ///< A point on the axis, W, at the start (m).
-  Eigen::Vector3d axis_W;   ///< Unit; first component that is not zero is positive.
-  double start = 0.0;       ///< rad or m.
-  double sign = 1.0;        ///< +1 or -1.
-  double lower = 0.0;       ///< Limits of theta (rad or m), infinite if there are none.
+  Eigen::Vector3d p_WJ;    ///< A point on the axis, W, at the start (m).
+  Eigen::Vector3d axis_W;  ///< Unit; first component that is not zero is positive.
+  double start = 0.0;      ///< rad or m.
+  double sign = 1.0;       ///< +1 or -1.
+  double lower = 0.0;      ///< Limits of theta (rad or m), infinite if there are none.
   double upper = 0.0;
-  double speed = 0.0;       ///< rad/s or m/s.
-  double effort = 0.0;      ///< N m or N.
+  double speed = 0.0;   ///< rad/s or m/s.
+  double effort = 0.0;  ///< N m or N.
 };
 
 /// A robot as rigid bodies and joints, in canonical order.
 struct Assembly {
   std::vector<BodySpec> bodies;
   std::vector<JointSpec> joints;
-  std::vector<std::vector<int>> body_of;   ///< body_of[module][link].
-  std::vector<std::vector<int>> joint_of;  ///< joint_of[module][joint]; -1 for fixed joints.
+  std::vector<std::vector<int>> body_of;       ///< body_of[module][link].
+  std::vector<std::vector<int>> joint_of;      ///< joint_of[module][joint]; -1 for fixed joints.
   std::vector<std::vector<bool>> may_collide;  ///< May bodies i and j touch? Symmetric.
 };
 
@@ -76,9 +76,10 @@ struct Assembly {
 /// hull corner 0.5 mm above y = 0.
 LinkPoseTable PlaceOnGround(const model::Model& model, const model::Robot& robot);
 
-/// Bodies and joints of `robot` with its links at `X_WL`, whose joint values are `q[module][joint]`.
-/// For mass, inertia and collision shape of a link see sim/link_physics.h. Bodies that two joints
-/// with different axes hold against each other cannot move, and are one here too.
+/// Bodies and joints of `robot` with its links at `X_WL`, whose joint values are
+/// `q[module][joint]`. For mass, inertia and collision shape of a link see sim/link_physics.h.
+/// Bodies that two joints with different axes hold against each other cannot move, and are one here
+/// too.
 Assembly BuildAssembly(const model::Model& model, const model::Robot& robot,
                        const LinkPoseTable& X_WL, const model::JointValues& q);
 

@@ -56,9 +56,8 @@ struct End {
 };
 
 // The best option with end a as member a.
-void TryPair(const model::Model& model, const model::Robot& robot, const LinkPoseTable& X_WL,
-             End a, End b, const ConnectorStates* states, double* best,
-             std::optional<Docking>* mate) {
+void TryPair(const model::Model& model, const model::Robot& robot, const LinkPoseTable& X_WL, End a,
+             End b, const ConnectorStates* states, double* best, std::optional<Docking>* mate) {
   const auto module_a = static_cast<size_t>(a.module);
   const auto module_b = static_cast<size_t>(b.module);
   const int type_a = robot.modules[module_a].type;
@@ -73,9 +72,9 @@ void TryPair(const model::Model& model, const model::Robot& robot, const LinkPos
     for (size_t o = 0; o < connection.options.size(); ++o) {
       const model::ConnectionOption& option = connection.options[o];
       if (option.connector_a != a.connector || option.connector_b != b.connector) continue;
-      const double misfit = Misfit(option, X_WL[module_a][static_cast<size_t>(connector_a.link)],
-                                   X_WL[module_b][static_cast<size_t>(connector_b.link)],
-                                   connector_b.p_MoCo_M);
+      const double misfit =
+          Misfit(option, X_WL[module_a][static_cast<size_t>(connector_a.link)],
+                 X_WL[module_b][static_cast<size_t>(connector_b.link)], connector_b.p_MoCo_M);
       if (!(misfit < *best)) continue;
       const Docking docking{a.module,    a.connector,         b.module,
                             b.connector, static_cast<int>(c), static_cast<int>(o)};
@@ -122,8 +121,8 @@ bool StatesAllow(const model::Model& model, const model::Robot& robot,
   return true;
 }
 
-void SetRequiredStates(const model::Model& model, const model::Robot& robot,
-                       const Docking& docking, ConnectorStates* states) {
+void SetRequiredStates(const model::Model& model, const model::Robot& robot, const Docking& docking,
+                       ConnectorStates* states) {
   for (const Wanted& w : WantedStates(model, robot, docking)) {
     (*states)[static_cast<size_t>(w.module)][static_cast<size_t>(w.connector)][w.variable] =
         w.value;

@@ -92,9 +92,8 @@ LinkPhysics ComputeLinkPhysics(const model::ModuleType& type, int link) {
   LinkPhysics physics;
   if (!type.links[static_cast<size_t>(link)].hull.empty()) {
     const double thickness = std::max(kFlatThickness * model::ExtentOf(type), kLeastThickness);
-    physics.core_L =
-        ShrinkHull(hull.dimension < 3 ? model::ThickenFlat(points, thickness) : points,
-                   kHullShrink + kCollisionMargin);
+    physics.core_L = ShrinkHull(hull.dimension < 3 ? model::ThickenFlat(points, thickness) : points,
+                                kHullShrink + kCollisionMargin);
   }
   if (hull.dimension < 3 || Thickness(hull) < kLeastThickness) {
     hull = model::ComputeHull(BoundingBox(points));

@@ -16,9 +16,9 @@ inline constexpr double kHullShrink = 1e-3;
 inline constexpr double kCollisionMargin = 0.5e-3;
 
 struct LinkPhysics {
-  double mass_kg = 0.0;         ///< At least 1 g.
-  Eigen::Vector3d p_LoLcm_L;    ///< Centre of mass (m).
-  Eigen::Matrix3d I_Lcm_L;      ///< Inertia about the centre of mass (kg m^2).
+  double mass_kg = 0.0;                 ///< At least 1 g.
+  Eigen::Vector3d p_LoLcm_L;            ///< Centre of mass (m).
+  Eigen::Matrix3d I_Lcm_L;              ///< Inertia about the centre of mass (kg m^2).
   std::vector<Eigen::Vector3d> core_L;  ///< The hull, shrunk for collisions; empty without hull.
 };
 

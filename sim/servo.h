@@ -9,7 +9,7 @@ enum class ServoMode { kHold, kPosition, kVelocity };
 struct ServoCommand {
   ServoMode mode = ServoMode::kHold;
   double target = 0.0;  ///< rad or m; kPosition only.
-  double speed = 0.0;   ///< Limit of the set-point's speed (kPosition), or its velocity (kVelocity).
+  double speed = 0.0;  ///< Limit of the set-point's speed (kPosition), or its velocity (kVelocity).
 };
 
 /// What the servo may do; lower <= 0 <= upper since it starts at 0 (rad or m, /s).

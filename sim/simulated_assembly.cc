@@ -97,8 +97,8 @@ SimulatedAssembly::SimulatedAssembly(std::shared_ptr<const model::Model> model,
                                      const model::Robot& robot, const AssemblyOptions& options)
     : model_(std::move(model)), robot_(robot), options_(options) {
   options_.world.physics_step_s = options_.physics_step_us * 1e-6;
-  const Assembly assembly = BuildAssembly(*model_, robot_, PlaceOnGround(*model_, robot_),
-                                          model::StartValues(robot_));
+  const Assembly assembly =
+      BuildAssembly(*model_, robot_, PlaceOnGround(*model_, robot_), model::StartValues(robot_));
   world_ = std::make_unique<World>(assembly, options_.world);
   world_hash_ = world_->hash();
   states_ = InitialStates(*model_, robot_);
@@ -137,8 +137,7 @@ void SimulatedAssembly::Sense(std::vector<morphbus::module_sensors_t>* out) {
     }
   }
   for (const model::Docking& docking : robot_.dockings) {
-    (*out)[static_cast<size_t>(docking.module_a)].docked.push_back(
-        Reading(*model_, docking, true));
+    (*out)[static_cast<size_t>(docking.module_a)].docked.push_back(Reading(*model_, docking, true));
     (*out)[static_cast<size_t>(docking.module_b)].docked.push_back(
         Reading(*model_, docking, false));
   }
@@ -184,8 +183,7 @@ void SimulatedAssembly::ApplyConnectorCommands() {
   for (const morphbus::actuator_t& actuator : pending_) {
     for (const morphbus::connector_command_t& command : actuator.connectors) {
       const int module = actuator.module_id;
-      const std::vector<model::Connector>& connectors =
-          model_->TypeOf(robot_, module).connectors;
+      const std::vector<model::Connector>& connectors = model_->TypeOf(robot_, module).connectors;
       if (command.connector < 0 || static_cast<size_t>(command.connector) >= connectors.size()) {
         continue;
       }
@@ -288,8 +286,8 @@ void SimulatedAssembly::Rebuild() {
     const JointSpec& spec = assembly.joints[j];
     const int old_joint =
         old.joint_of[static_cast<size_t>(spec.module)][static_cast<size_t>(spec.joint)];
-    const double q = ModuleValue(old.joints[static_cast<size_t>(old_joint)],
-                                 world_->set_point(old_joint));
+    const double q =
+        ModuleValue(old.joints[static_cast<size_t>(old_joint)], world_->set_point(old_joint));
     next->set_set_point(static_cast<int>(j), Theta(spec, q));
   }
   world_ = std::move(next);

@@ -1,5 +1,6 @@
 #pragma once
-// A robot of the compiled model in a Bullet world, as the lockstep drives it: sensors out, commands in.
+// A robot of the compiled model in a Bullet world, as the lockstep drives it: sensors out, commands
+// in.
 
 #include <map>
 #include <memory>
@@ -18,8 +19,8 @@
 namespace morphbus::sim {
 
 struct AssemblyOptions {
-  WorldOptions world;           ///< Its physics_step_s is set from physics_step_us.
-  int tick_us = 20000;          ///< Control tick; a multiple of physics_step_us.
+  WorldOptions world;   ///< Its physics_step_s is set from physics_step_us.
+  int tick_us = 20000;  ///< Control tick; a multiple of physics_step_us.
   int physics_step_us = 1000;
 };
 

@@ -26,9 +26,9 @@ constexpr double kGravity = 9.81;  // m/s^2
 constexpr double kStopSlack = 0.035;
 constexpr double kStopSlackLinear = 1e-3;
 
-// Part of a joint's drift that the engine takes back in one step. With 0.4 the quadruped tilts by up to
-// 6.5 degrees and its heading after five gait cycles depends on chance (2 to 14 degrees); with 0.8 and
-// 30 iterations it tilts 2.3 and turns 1 to 6 for friction 0.7 to 1.0 (measured).
+// Part of a joint's drift that the engine takes back in one step. With 0.4 the quadruped tilts by
+// up to 6.5 degrees and its heading after five gait cycles depends on chance (2 to 14 degrees);
+// with 0.8 and 30 iterations it tilts 2.3 and turns 1 to 6 for friction 0.7 to 1.0 (measured).
 constexpr double kJointErrorReduction = 0.8;
 
 btVector3 ToBullet(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -129,8 +129,7 @@ void MeasureHinge(EngineJoint* joint) {
   const btMatrix3x3 R_WJ1 = joint->body_1->getWorldTransform().getBasis() * joint->X_B1J.getBasis();
   const btVector3 x2_W =
       joint->body_2->getWorldTransform().getBasis() * joint->X_B2J.getBasis().getColumn(0);
-  const double angle =
-      std::atan2(x2_W.dot(R_WJ1.getColumn(1)), x2_W.dot(R_WJ1.getColumn(0)));
+  const double angle = std::atan2(x2_W.dot(R_WJ1.getColumn(1)), x2_W.dot(R_WJ1.getColumn(0)));
   // The angle counts on over full turns: the step is the short way round.
   const double step = std::remainder(angle - joint->state.theta, 2.0 * std::numbers::pi);
   joint->state.theta += step;

@@ -13,11 +13,11 @@
 namespace morphbus::sim {
 
 struct WorldOptions {
-  double friction = 0.8;          ///< Coulomb coefficient of every contact.
-  bool ground = true;             ///< A level ground at y = 0.
-  bool gravity = true;            ///< 9.81 m/s^2 downwards.
+  double friction = 0.8;  ///< Coulomb coefficient of every contact.
+  bool ground = true;     ///< A level ground at y = 0.
+  bool gravity = true;    ///< 9.81 m/s^2 downwards.
   double physics_step_s = 1e-3;
-  int solver_iterations = 30;     ///< At least 20 (fewer make joints soft).
+  int solver_iterations = 30;    ///< At least 20 (fewer make joints soft).
   double servo_gain_per_s = 60;  ///< Servo velocity per error; 60 or more.
 };
 

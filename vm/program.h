@@ -20,13 +20,13 @@ enum class KeywordKind : uint8_t { kLink, kJoint, kConnector, kConnectorState };
 /// A keyword, bound by name to a module type when an image is loaded.
 struct KeywordInfo {
   KeywordKind kind = KeywordKind::kLink;
-  Text name;   ///< In capitals, as in the program: CONNECTING_BAR, JOINT_1, C1, EXTENDED.
+  Text name;  ///< In capitals, as in the program: CONNECTING_BAR, JOINT_1, C1, EXTENDED.
 };
 
 /// A function of the program: requirement, label, startup, behavior, command, handler, function.
 struct FunctionInfo {
-  Text name;                 ///< e.g. "LegUpperHalf.move_thigh".
-  uint32_t code_begin = 0;   ///< Byte offsets into the image.
+  Text name;                ///< e.g. "LegUpperHalf.move_thigh".
+  uint32_t code_begin = 0;  ///< Byte offsets into the image.
   uint32_t code_size = 0;
   uint8_t num_arguments = 0;
   uint8_t num_locals = 0;    ///< Arguments included.
@@ -65,20 +65,20 @@ struct RoleInfo {
   bool abstract_role = false;
   uint8_t num_fields = 0, num_labels = 0, num_requirements = 0, num_startups = 0;
   uint8_t num_behaviors = 0, num_commands = 0, num_handlers = 0, num_keywords = 0, num_methods = 0;
-  Cell fields[kMaxFields];          ///< Initial values.
+  Cell fields[kMaxFields];  ///< Initial values.
   ValueType field_types[kMaxFields] = {};
   LabelInfo labels[kMaxLabels];
   uint16_t requirements[kMaxRequirements] = {};  ///< Functions that return bool.
-  RoutineInfo startups[kMaxRoutines];   ///< Base role's first, in declared order.
+  RoutineInfo startups[kMaxRoutines];            ///< Base role's first, in declared order.
   RoutineInfo behaviors[kMaxRoutines];
-  RoutineInfo commands[kMaxRoutines];   ///< Slot order.
+  RoutineInfo commands[kMaxRoutines];  ///< Slot order.
   HandlerInfo handlers[kMaxRoutines];
   uint16_t methods[kMaxRoutines] = {};  ///< `function` members, slot order (dynamic dispatch).
   uint8_t keywords[kMaxKeywords] = {};  ///< Keywords that some code of the role needs.
 };
 
-/// Made only by the verifier (vm/verifier.h). Points into image bytes that the owner keeps alive and
-/// unchanged; holds no heap memory.
+/// Made only by the verifier (vm/verifier.h). Points into image bytes that the owner keeps alive
+/// and unchanged; holds no heap memory.
 class VerifiedProgram {
  public:
   [[nodiscard]] const uint8_t* bytes() const { return bytes_; }

@@ -114,7 +114,8 @@ void UpdateSpatial(Context& context, const TickInput& input, const Mail& mail) {
     PickFromMail(context, mail);
   }
   if (!pose.has) return;
-  const bool stale = context.state.tick - pose.accepted_tick > kPoseStaleTicks;
+  const bool stale =
+      context.state.tick - pose.accepted_tick > kPoseStaleTicks + context.config.grace_ticks;
   if (stale && !pose.stale) Report(context, FaultCode::kStalePose);
   pose.stale = stale;
   FollowJoints(context, input);

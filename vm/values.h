@@ -10,8 +10,19 @@ namespace morphbus::vm {
 /// kSet: module set as a bit mask over own connectors. kJointSet, kLinkSet: masks over own joints
 /// and links, what `self.joints` and `self.links` yield before exactly one is demanded.
 enum class ValueType : uint8_t {
-  kVoid, kBool, kInt, kFloat, kDirection, kAxis, kRole, kJoint, kLink, kSet, kConnector,
-  kJointSet, kLinkSet,
+  kVoid,
+  kBool,
+  kInt,
+  kFloat,
+  kDirection,
+  kAxis,
+  kRole,
+  kJoint,
+  kLink,
+  kSet,
+  kConnector,
+  kJointSet,
+  kLinkSet,
 };
 
 /// Directions of the robot frame (NUE: +X north, +Y up, +Z east).
@@ -25,18 +36,43 @@ struct Cell {
 
   static Cell Int(int32_t v) { return Cell{static_cast<uint32_t>(v)}; }
   static Cell Bool(bool v) { return Cell{v ? 1u : 0u}; }
-  static Cell Float(float v) { Cell c; std::memcpy(&c.bits, &v, 4); return c; }
+  static Cell Float(float v) {
+    Cell c;
+    std::memcpy(&c.bits, &v, 4);
+    return c;
+  }
   [[nodiscard]] int32_t AsInt() const { return static_cast<int32_t>(bits); }
   [[nodiscard]] bool AsBool() const { return bits != 0; }
-  [[nodiscard]] float AsFloat() const { float v; std::memcpy(&v, &bits, 4); return v; }
+  [[nodiscard]] float AsFloat() const {
+    float v;
+    std::memcpy(&v, &bits, 4);
+    return v;
+  }
 };
 
 /// Why a task ended, or what a VM reports on its status channel.
 enum class FaultCode : uint8_t {
-  kNone, kIntegerOverflow, kDivisionByZero, kNotFinite, kUnresolved, kLinkNotOnJoint,
-  kAxisNotAligned, kTargetClamped, kStalled, kStalePose, kBudget, kAmbiguousRole, kRoleFlicker,
-  kQueueOverflow, kTaskOverflow, kCapacity, kMissingKeyword, kStackOverflow, kNotContinuous,
-  kNotPrismatic, kBadState,
+  kNone,
+  kIntegerOverflow,
+  kDivisionByZero,
+  kNotFinite,
+  kUnresolved,
+  kLinkNotOnJoint,
+  kAxisNotAligned,
+  kTargetClamped,
+  kStalled,
+  kStalePose,
+  kBudget,
+  kAmbiguousRole,
+  kRoleFlicker,
+  kQueueOverflow,
+  kTaskOverflow,
+  kCapacity,
+  kMissingKeyword,
+  kStackOverflow,
+  kNotContinuous,
+  kNotPrismatic,
+  kBadState,
 };
 
 /// True if the cell is a value of that type: finite, in range, 0 or 1. Only types that can stand in

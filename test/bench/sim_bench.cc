@@ -87,10 +87,10 @@ class BareWorld {
     if (spec.body_1 == spec.body_2) return;
     btRigidBody& a = *bodies_[static_cast<size_t>(spec.body_2)];
     btRigidBody& b = *bodies_[static_cast<size_t>(spec.body_1)];
-    hinges_.push_back(std::make_unique<btHingeConstraint>(
-        a, b, ToBullet(spec.p_WJ) - a.getCenterOfMassPosition(),
-        ToBullet(spec.p_WJ) - b.getCenterOfMassPosition(), ToBullet(spec.axis_W),
-        ToBullet(spec.axis_W)));
+    hinges_.push_back(
+        std::make_unique<btHingeConstraint>(a, b, ToBullet(spec.p_WJ) - a.getCenterOfMassPosition(),
+                                            ToBullet(spec.p_WJ) - b.getCenterOfMassPosition(),
+                                            ToBullet(spec.axis_W), ToBullet(spec.axis_W)));
     hinges_.back()->enableAngularMotor(true, 0.0, spec.effort * 1e-3);
     dynamics_.addConstraint(hinges_.back().get(), true);
   }

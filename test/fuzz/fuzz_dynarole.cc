@@ -1,5 +1,5 @@
-// Any bytes as a DynaRole program: diagnostics or an image that the verifier accepts, never a crash,
-// a hang or unbounded memory.
+// Any bytes as a DynaRole program: diagnostics or an image that the verifier accepts, never a
+// crash, a hang or unbounded memory.
 
 #include <cstdint>
 #include <memory>

@@ -1,6 +1,6 @@
-// Any bytes as a program image or a module type's kinematics: refused, or safe to run. An image whose
-// hash is wrong is tried again with the right one, so that everything behind the hash is reached;
-// an accepted program runs every function on a host that answers arbitrarily.
+// Any bytes as a program image or a module type's kinematics: refused, or safe to run. An image
+// whose hash is wrong is tried again with the right one, so that everything behind the hash is
+// reached; an accepted program runs every function on a host that answers arbitrarily.
 
 #include <cstdint>
 #include <memory>

@@ -58,17 +58,39 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   if (size < 1) return 0;
   const std::vector<uint8_t> bytes(data + 1, data + size);
   switch (data[0] % 11) {
-    case 0: Try<sim_clock_t>(bytes); break;
-    case 1: Try<sensors_t>(bytes); break;
-    case 2: Try<world_t>(bytes); break;
-    case 3: Try<transform_t>(bytes); break;
-    case 4: Try<actuator_t>(bytes); break;
-    case 5: Try<status_t>(bytes); break;
-    case 6: Try<hello_t>(bytes); break;
-    case 7: Try<ask_t>(bytes); break;
-    case 8: Try<health_t>(bytes); break;
-    case 9: Try<info_part_t>(bytes); break;
-    default: Try<log_end_t>(bytes); break;
+    case 0:
+      Try<sim_clock_t>(bytes);
+      break;
+    case 1:
+      Try<sensors_t>(bytes);
+      break;
+    case 2:
+      Try<world_t>(bytes);
+      break;
+    case 3:
+      Try<transform_t>(bytes);
+      break;
+    case 4:
+      Try<actuator_t>(bytes);
+      break;
+    case 5:
+      Try<status_t>(bytes);
+      break;
+    case 6:
+      Try<hello_t>(bytes);
+      break;
+    case 7:
+      Try<ask_t>(bytes);
+      break;
+    case 8:
+      Try<health_t>(bytes);
+      break;
+    case 9:
+      Try<info_part_t>(bytes);
+      break;
+    default:
+      Try<log_end_t>(bytes);
+      break;
   }
   return 0;
 }

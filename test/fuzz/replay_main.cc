@@ -28,9 +28,8 @@ void Replay(const std::vector<uint8_t>& bytes) {
   constexpr size_t kCuts = 8;
   for (size_t cut = 0; cut <= kCuts; ++cut) {
     // A copy of exactly this size, so that reading past the end is seen.
-    const std::vector<uint8_t> part(bytes.begin(),
-                                    bytes.begin() + static_cast<std::ptrdiff_t>(
-                                                        bytes.size() * cut / kCuts));
+    const std::vector<uint8_t> part(
+        bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(bytes.size() * cut / kCuts));
     LLVMFuzzerTestOneInput(part.data(), part.size());
   }
 }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -220,6 +221,34 @@ TEST(ComparerTest, SimulatedDifferencesBelowToleranceAreEquivalentAndAboveAreNot
       EXPECT_EQ(First(comparison).first_over_us, 1'000'000);
     }
   }
+}
+
+TEST(ComparerTest, LinksAreFoundInTheWorldAfterAConnectionOpened) {
+  // From tick 50 on m3's base is a body of its own, though it stays where it was.
+  SyntheticOptions options;
+  options.on_sensors = [](sensors_t* sensors) {
+    if (sensors->header.tick < 50) return;
+    sensors->modules[1].docked.clear();
+    sensors->modules[1].num_docked = 0;
+  };
+  options.on_world = [](world_t* world) {
+    if (world->header.tick < 50) return;
+    const auto arm =
+        std::find_if(world->bodies.begin(), world->bodies.end(),
+                     [](const body_pose_t& b) { return b.module_id == 1 && b.link == 1; });
+    ASSERT_NE(arm, world->bodies.end());
+    body_pose_t base = *arm;
+    base.module_id = 2;
+    base.link = 0;
+    const double* w = arm->orientation_wxyz;
+    Eigen::Map<Eigen::Vector3d>(base.position_m) +=
+        Eigen::Quaterniond(w[0], w[1], w[2], w[3]) * Eigen::Vector3d(0.1, 0, 0);
+    world->bodies.insert(arm + 1, base);
+    ++world->num_bodies;
+  };
+  const Comparison comparison = CompareTo(options);
+  EXPECT_EQ(comparison.verdict, Verdict::kEquivalent) << ComparisonText(comparison);
+  EXPECT_LT(comparison.max_position_m, 1e-9);
 }
 
 TEST(ComparerTest, WhereARobotStandsInTheWorldIsNoDifference) {

@@ -46,7 +46,8 @@ class DrawingTest : public ::testing::Test {
   static Drawing OneCube() {
     Drawing drawing;
     drawing.title = "a cube";
-    drawing.panels.push_back({{{Cube({0, 0.05, 0})}, {{"m1", {0, 0.05, 0}}}, true}, View::kSide, ""});
+    drawing.panels.push_back(
+        {{{Cube({0, 0.05, 0})}, {{"m1", {0, 0.05, 0}}}, true}, View::kSide, ""});
     return drawing;
   }
 
@@ -105,7 +106,8 @@ TEST(VisibleFacesTest, TheNearerHullIsPaintedLast) {
 TEST(VisibleFacesTest, ALargeHullBehindASmallOneIsPaintedFirstThoughItsCentreIsNearer) {
   // A long slab whose near end sticks out, and a small cube resting on its far end.
   SceneHull slab{sim::test::BoxCorners({-0.05, -0.05, -0.5}, {0.05, 0.05, 0.5}),
-                 model::Pose::Identity(), {0, 0.9, 0}};
+                 model::Pose::Identity(),
+                 {0, 0.9, 0}};
   const Scene scene{{Cube({0, 0.1, -0.4}, {0.9, 0, 0}), slab}, {}, false};
   const std::vector<VisibleFace> faces = VisibleFaces(scene, Projection(View::kThreeQuarter));
   EXPECT_EQ(faces.front().color[0], 0.0);
@@ -126,7 +128,8 @@ TEST(VisibleFacesTest, HullsThatCoverEachOtherInARingAreAllPainted) {
 }
 
 TEST(VisibleFacesTest, FlatHullsAreSeenEdgeOn) {
-  const SceneHull plate{{{0.1, 0, 0}, {0, 0, 0.1}, {-0.1, 0, 0}}, model::Pose::Identity(), {1, 1, 1}};
+  const SceneHull plate{
+      {{0.1, 0, 0}, {0, 0, 0.1}, {-0.1, 0, 0}}, model::Pose::Identity(), {1, 1, 1}};
   EXPECT_GE(VisibleFaces({{plate}, {}, false}, Projection(View::kSide)).size(), 1u);
 }
 

@@ -113,8 +113,9 @@ TEST_F(BodiesTest, TurnedBodiesGetTheirPrincipalFrames) {
   posed.modules[0].start = {0.4, 0.0};
   bool turned = false;
   for (const BodySpec& body : Build(*model_, posed).bodies) {
-    EXPECT_NEAR((body.X_WB.linear().transpose() * body.X_WB.linear() - Eigen::Matrix3d::Identity())
-                    .norm(), 0.0, 1e-12);
+    EXPECT_NEAR(
+        (body.X_WB.linear().transpose() * body.X_WB.linear() - Eigen::Matrix3d::Identity()).norm(),
+        0.0, 1e-12);
     EXPECT_GT(body.X_WB.linear().trace(), 2.0);  // near the world's directions
     turned = turned || !body.X_WB.linear().isIdentity(1e-6);
   }

@@ -46,8 +46,9 @@ TEST(LinkPhysicsTest, AThinLinkHasTheInertiaOfItsBoundingBoxOneMillimetreThick) 
 }
 
 TEST(LinkPhysicsTest, NoLinkWeighsUnderOneGram) {
-  EXPECT_EQ(ComputeLinkPhysics(OneLink(test::BoxCorners({0, 0, 0}, {0.1, 0.1, 0.1}), 0.0), 0).mass_kg,
-            0.001);
+  EXPECT_EQ(
+      ComputeLinkPhysics(OneLink(test::BoxCorners({0, 0, 0}, {0.1, 0.1, 0.1}), 0.0), 0).mass_kg,
+      0.001);
 }
 
 TEST(LinkPhysicsTest, ALinkWithoutHullHasMassButNothingToCollideWith) {
@@ -69,9 +70,8 @@ TEST(LinkPhysicsTest, AShrunkCubeIsSmallerOnEverySide) {
   const std::vector<Vector3d> core = ShrinkHull(test::BoxCorners({0, 0, 0}, {0.1, 0.2, 0.3}), 0.01);
   ASSERT_EQ(core.size(), 8u);
   for (const Vector3d& want : test::BoxCorners({0.01, 0.01, 0.01}, {0.09, 0.19, 0.29})) {
-    const bool found = std::any_of(core.begin(), core.end(), [&want](const Vector3d& p) {
-      return (p - want).norm() < 1e-12;
-    });
+    const bool found = std::any_of(
+        core.begin(), core.end(), [&want](const Vector3d& p) { return (p - want).norm() < 1e-12; });
     EXPECT_TRUE(found) << want.transpose();
   }
 }

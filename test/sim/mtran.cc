@@ -66,8 +66,8 @@ model::ModuleType MakeMtran() {
   model::Link bar;
   bar.name = "connecting_bar";
   bar.mass_kg = 0.06;
-  for (const Vector3d& p : {Vector3d(-1, 0, 0), Vector3d(1, 0, 0), Vector3d(0, 0.2, 0),
-                            Vector3d(0, -0.2, 0)}) {
+  for (const Vector3d& p :
+       {Vector3d(-1, 0, 0), Vector3d(1, 0, 0), Vector3d(0, 0.2, 0), Vector3d(0, -0.2, 0)}) {
     bar.hull.emplace_back(kUnit * p);
   }
   type.links.push_back(bar);
@@ -112,9 +112,8 @@ model::ConnectionType MakeConnection(const model::ModuleType& type) {
         option.connector_b = b;
         // a's _4 meets b's `partner`, a's _3 the one after it.
         const Eigen::Matrix3d R_AC = Frame(ca.p_MoCo_M, ca.subpoints[3], ca.subpoints[2]);
-        const Eigen::Matrix3d R_BC =
-            Frame(cb.p_MoCo_M, cb.subpoints[static_cast<size_t>(partner)],
-                  cb.subpoints[static_cast<size_t>((partner + 1) % 4)]);
+        const Eigen::Matrix3d R_BC = Frame(cb.p_MoCo_M, cb.subpoints[static_cast<size_t>(partner)],
+                                           cb.subpoints[static_cast<size_t>((partner + 1) % 4)]);
         option.X_AB.linear() = R_AC * R_BC.transpose();
         option.X_AB.translation() = ca.p_MoCo_M - option.X_AB.linear() * cb.p_MoCo_M;
         option.states.push_back({a < 3, "extended", true});
@@ -168,20 +167,35 @@ std::shared_ptr<const model::Model> MakeMtranModel() {
   model->module_types.push_back(MakeMtran());
   model->connection_types.push_back(MakeConnection(model->module_types[0]));
   const model::ConnectionType& connection = model->connection_types[0];
-  model->robots.push_back(MakeRobot(
-      "quadruped", connection,
-      {{1, 2, 2, 5, 0}, {2, 2, 3, 5, 0}, {3, 2, 4, 5, 0}, {2, 3, 5, 4, 0}, {3, 6, 5, 3, 3},
-       {6, 2, 7, 5, 0}, {7, 2, 8, 5, 0}, {8, 2, 9, 5, 0}, {7, 1, 5, 6, 0}, {8, 4, 5, 1, 35}}));
-  model->robots.push_back(MakeRobot(
-      "equivalent_quadruped", connection,
-      {{1, 2, 2, 5, 0}, {2, 2, 3, 5, 0}, {3, 2, 4, 5, 19}, {2, 1, 5, 6, 0}, {3, 4, 5, 1, 35},
-       {6, 2, 7, 5, 19}, {7, 2, 8, 5, 0}, {8, 2, 9, 5, 0}, {7, 3, 5, 4, 0}, {8, 6, 5, 3, 3}}));
+  model->robots.push_back(MakeRobot("quadruped", connection,
+                                    {{1, 2, 2, 5, 0},
+                                     {2, 2, 3, 5, 0},
+                                     {3, 2, 4, 5, 0},
+                                     {2, 3, 5, 4, 0},
+                                     {3, 6, 5, 3, 3},
+                                     {6, 2, 7, 5, 0},
+                                     {7, 2, 8, 5, 0},
+                                     {8, 2, 9, 5, 0},
+                                     {7, 1, 5, 6, 0},
+                                     {8, 4, 5, 1, 35}}));
+  model->robots.push_back(MakeRobot("equivalent_quadruped", connection,
+                                    {{1, 2, 2, 5, 0},
+                                     {2, 2, 3, 5, 0},
+                                     {3, 2, 4, 5, 19},
+                                     {2, 1, 5, 6, 0},
+                                     {3, 4, 5, 1, 35},
+                                     {6, 2, 7, 5, 19},
+                                     {7, 2, 8, 5, 0},
+                                     {8, 2, 9, 5, 0},
+                                     {7, 3, 5, 4, 0},
+                                     {8, 6, 5, 3, 3}}));
   return model;
 }
 
 Quadruped AssignParts(const model::Model& model, const model::Robot& robot) {
   // Upper and lower half of each leg; the legs on the other side of the hub in the second robot.
-  const int m[2][kNumLegs][2] = {{{2, 1}, {7, 6}, {3, 4}, {8, 9}}, {{7, 6}, {2, 1}, {8, 9}, {3, 4}}};
+  const int m[2][kNumLegs][2] = {{{2, 1}, {7, 6}, {3, 4}, {8, 9}},
+                                 {{7, 6}, {2, 1}, {8, 9}, {3, 4}}};
   const int which = robot.name == "quadruped" ? 0 : 1;
   const std::vector<std::vector<Pose>> X_RL =
       model::ForwardKinematics(model, robot, model::StartValues(robot)).X_RL;

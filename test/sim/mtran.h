@@ -33,8 +33,8 @@ Quadruped AssignParts(const model::Model& model, const model::Robot& robot);
 /// Values of all functional joints (rad, paper's conventions), [leg][part].
 using Posture = std::array<std::array<double, kNumParts>, kNumLegs>;
 
-/// Targets at time t (s): flat until 0.5, standing until 2.5, then the gait of Fig. 10 over and over
-/// (kGaitCycle each, the first starting at kGaitStart).
+/// Targets at time t (s): flat until 0.5, standing until 2.5, then the gait of Fig. 10 over and
+/// over (kGaitCycle each, the first starting at kGaitStart).
 Posture GaitTargets(double t);
 inline constexpr double kGaitStart = 2.5;
 inline constexpr double kGaitCycle = 7.0;

@@ -177,8 +177,7 @@ TEST(SimulatedAssemblyTest, SensedVelocityIsTheRateOfTheSensedPosition) {
   Sensors after;
   assembly->Sense(&after);
   for (size_t j = 0; j < 2; ++j) {
-    const double rate =
-        (after[0].joint_position_si[j] - before[0].joint_position_si[j]) / 0.02;
+    const double rate = (after[0].joint_position_si[j] - before[0].joint_position_si[j]) / 0.02;
     EXPECT_NEAR(static_cast<double>(after[0].joint_velocity_si[j]), rate, 0.1);
     EXPECT_NEAR(std::abs(rate), std::numbers::pi, 0.1);
   }

@@ -17,7 +17,8 @@ constexpr double kTick = 0.02;
 
 class Walker {
  public:
-  Walker(const std::string& robot, const AssemblyOptions& options) : model_(test::MakeMtranModel()) {
+  Walker(const std::string& robot, const AssemblyOptions& options)
+      : model_(test::MakeMtranModel()) {
     assembly_ = std::move(*SimulatedAssembly::Create(model_, robot, options));
     parts_ = test::AssignParts(*model_, assembly_->robot());
   }
@@ -33,8 +34,8 @@ class Walker {
     for (size_t leg = 0; leg < test::kNumLegs; ++leg) {
       for (size_t part = 0; part < test::kNumParts; ++part) {
         const test::FunctionalJoint& joint = parts_[leg][part];
-        morphbus::joint_command_t& command = commands[static_cast<size_t>(joint.module)]
-                                                 .joints[static_cast<size_t>(joint.joint)];
+        morphbus::joint_command_t& command =
+            commands[static_cast<size_t>(joint.module)].joints[static_cast<size_t>(joint.joint)];
         command.mode = morphbus::joint_command_t::MODE_POSITION;
         command.target_si = joint.sign * posture[leg][part];
         command.speed_si = std::numbers::pi;
@@ -90,7 +91,8 @@ TEST(WalkTest, QuadrupedWalksNorth) {
     }
     const double step = walker.Hub().x() - before;
     EXPECT_GT(step, 0.070) << "cycle " << cycle;
-    EXPECT_LT(step, 0.095) << "cycle " << cycle;  // 2 * 2 * sin 45 degrees units at most, and a slip
+    EXPECT_LT(step, 0.095) << "cycle "
+                           << cycle;  // 2 * 2 * sin 45 degrees units at most, and a slip
   }
   EXPECT_GT(lowest, 0.95);
   EXPECT_LT(std::abs(walker.Heading()), 10.0);

@@ -166,7 +166,10 @@ TEST_F(RolesTest, ARoleLostEndsItsTasksWhileJointsHoldTheirTargets) {
   VmRobot& vms = Row(2, R"(
 role Pair extends Module {
   startup s() { self.setJointAxis(self.JOINT_1, $LINK_ACTIVE_BLOCK, $EAST_WEST); }
-  behavior b() { self.jointRotateDegrees(self.JOINT_1, 40); self.jointRotateDegrees(self.JOINT_1, -40); }
+  behavior b() {
+    self.jointRotateDegrees(self.JOINT_1, 40);
+    self.jointRotateDegrees(self.JOINT_1, -40);
+  }
   require sizeof(self.connected) == 1;
 }
 )");
@@ -239,7 +242,9 @@ TEST_F(RolesTest, WithoutAFreshPoseNoRoleIsTakenAndTheOneHeldStays) {
 
 TEST_F(RolesTest, AnotherProgramReplacesRoleAndTasks) {
   VmRobot& vms = Row(2, R"(
-role Old extends Module { behavior b() { self.jointSetDegrees(self.JOINT_1, 30); self.sleepds(1); } }
+role Old extends Module {
+  behavior b() { self.jointSetDegrees(self.JOINT_1, 30); self.sleepds(1); }
+}
 )");
   vms.Tick(60);
   ASSERT_EQ(vms.RoleOf(0), "Old");
