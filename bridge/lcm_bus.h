@@ -9,15 +9,15 @@
 
 namespace morphbus::bridge {
 
-/// Messages that wait in this process at most; the newest are dropped and counted beyond it.
+/// Messages that one call of Handle takes at most, about; the in-process bus's queue holds as many.
 inline constexpr size_t kBusQueueDepth = 4096;
 
 /// Opens a bus on `url` (empty: $LCM_DEFAULT_URL, else LCM's default with ttl=0); see
 /// bridge/lcm_url.h. Fails in one sentence if the URL is bad, multicast has no route here, or LCM
-/// refuses. LCM opens its receiving socket at the first subscription, so a process that only
-/// publishes costs no wake-ups. While only exact subscriptions exist on udpm, a kernel filter on
-/// that socket passes just their channels (and fragments, whose channel the kernel cannot see):
-/// foreign traffic does not wake us.
+/// refuses. Sends through LCM. On udpm it receives by a socket of its own, without LCM's thread;
+/// opened at the first subscription, so a process that only publishes costs no wake-ups. While
+/// only exact subscriptions exist, a kernel filter on it passes just their channels (and fragments,
+/// whose channel the kernel cannot see): foreign traffic does not wake us.
 Result<std::unique_ptr<Bus>> OpenLcmBus(const std::string& url);
 
 }  // namespace morphbus::bridge

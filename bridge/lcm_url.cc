@@ -10,6 +10,7 @@
 #include <charconv>
 #include <cstdlib>
 #include <cstring>
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -92,7 +93,8 @@ struct OptionRow {
   int64_t lowest, highest;
 };
 
-Result<void> CheckUdpOptions(const std::string& url, const Parts& parts, bool* has_buffer) {
+Result<void> CheckUdpOptions(const std::string& url, const Parts& parts,
+                             std::optional<int>* buffer) {
   // "transmit_only" and "nports" are mpudpm's and newer LCM's; harmless to the others.
   constexpr std::array<OptionRow, 4> kKnown = {{{"ttl", 0, 255},
                                                 {"recv_buf_size", 0, 1 << 30},
@@ -117,7 +119,7 @@ Result<void> CheckUdpOptions(const std::string& url, const Parts& parts, bool* h
                           ", which is not a number from " + std::to_string(known->lowest) + " to " +
                           std::to_string(known->highest));
     }
-    if (option.key == "recv_buf_size") *has_buffer = true;
+    if (option.key == "recv_buf_size") *buffer = static_cast<int>(value);
   }
   return {};
 }
@@ -141,13 +143,14 @@ Result<LcmUrl> ResolveLcmUrl(const std::string& given) {
     if (Result<void> r = ReadGroup(url, parts->network, &out); !r) {
       return tl::unexpected<Error>(r.error());
     }
-    bool has_buffer = false;
-    if (Result<void> r = CheckUdpOptions(url, *parts, &has_buffer); !r) {
+    std::optional<int> buffer;
+    if (Result<void> r = CheckUdpOptions(url, *parts, &buffer); !r) {
       return tl::unexpected<Error>(r.error());
     }
-    if (!has_buffer)
+    out.receive_buffer = buffer.value_or(out.receive_buffer);
+    if (!buffer)
       out.url += (parts->options.empty() ? "?" : "&") + std::string("recv_buf_size=4194304");
-    if (!has_buffer && url.ends_with('?')) out.url = url + "recv_buf_size=4194304";
+    if (!buffer && url.ends_with('?')) out.url = url + "recv_buf_size=4194304";
     return out;
   }
   if (out.provider == "file" || out.provider == "tcpq" || out.provider == "memq") return out;

@@ -14,10 +14,11 @@ inline constexpr const char* kDefaultLcmUrl =
     "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304";
 
 struct LcmUrl {
-  std::string url;       ///< To hand to LCM, recv_buf_size added to udpm if it was absent.
-  std::string provider;  ///< "udpm", "file", "tcpq", "mpudpm" or "memq".
-  uint32_t group = 0;    ///< udpm, mpudpm: IPv4 address of the group, host byte order.
-  uint16_t port = 0;     ///< udpm, mpudpm: UDP port.
+  std::string url;               ///< To hand to LCM, recv_buf_size added to udpm if it was absent.
+  std::string provider;          ///< "udpm", "file", "tcpq", "mpudpm" or "memq".
+  uint32_t group = 0;            ///< udpm, mpudpm: IPv4 address of the group, host byte order.
+  uint16_t port = 0;             ///< udpm, mpudpm: UDP port.
+  int receive_buffer = 4194304;  ///< udpm: bytes asked of the kernel.
 };
 
 /// `given`, else $LCM_DEFAULT_URL, else the default; checked: provider known, group within

@@ -48,6 +48,7 @@ function(morphbus_test name)
     MORPHBUS_SOURCE_DIR="${CMAKE_SOURCE_DIR}" MORPHBUS_BINARY_DIR="${CMAKE_BINARY_DIR}")
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} GTest::gtest GTest::gtest_main
                                         morphbus_warnings morphbus_sanitize)
+  morphbus_use_precompiled(${name} morphbus_pch_test)
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
   endif()

@@ -1,6 +1,7 @@
 // morphbus check: everything that can be said about a model without running it.
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/model/kinematic_graph.h"

@@ -1,7 +1,6 @@
 #pragma once
 // What all subcommands share: exit statuses, printing, JSON, files.
 
-#include <CLI/CLI.hpp>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>

@@ -3,6 +3,10 @@
 
 #include "tools/cli.h"
 
+namespace CLI {
+class App;
+}
+
 namespace morphbus::tools {
 
 // Models and programs.

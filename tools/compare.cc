@@ -1,6 +1,7 @@
 // morphbus compare: are two runs the same walk?
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <cmath>
 #include <cstdlib>

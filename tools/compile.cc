@@ -1,6 +1,7 @@
 // morphbus compile: a DynaRole program to the image that runs on every robot.
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "compiler/dynarole/compile.h"
 #include "tools/commands.h"

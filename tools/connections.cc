@@ -1,6 +1,7 @@
 // morphbus connections: the numbered ways in which two modules can be mated.
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "tools/commands.h"
 

@@ -1,6 +1,7 @@
 // morphbus disasm: a program image as text.
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "tools/commands.h"
 #include "vm/disassembler.h"

@@ -1,6 +1,7 @@
 // morphbus draw: a robot as a picture, from its model or from a log.
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,7 @@
 // morphbus export: the compiler's back ends.
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "compiler/emit/dot.h"
 #include "compiler/emit/keywords.h"

@@ -1,6 +1,7 @@
 // morphbus fk: forward kinematics of a robot.
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <cmath>
 #include <cstdlib>

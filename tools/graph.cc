@@ -1,6 +1,7 @@
 // morphbus graph: the kinematic graph of a robot (paper, Sec. IV and Fig. 6).
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "compiler/emit/dot.h"
 #include "compiler/model/kinematic_graph.h"

@@ -1,6 +1,7 @@
 // morphbus info and verify: what is in a log, and whether it is whole.
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "logger/run_log.h"
 #include "tools/commands.h"

@@ -1,6 +1,7 @@
 // morphbus log: the logger of a run, as a process of its own.
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <random>
 

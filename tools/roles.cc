@@ -1,6 +1,7 @@
 // morphbus roles: which module takes which role, without moving anything.
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "tools/commands.h"
 #include "tools/run_plan.h"

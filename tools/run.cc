@@ -1,6 +1,7 @@
 // morphbus run: a whole robot, from source to summary.
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <unistd.h>
 

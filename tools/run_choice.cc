@@ -1,5 +1,7 @@
 #include "tools/run_choice.h"
 
+#include <CLI/CLI.hpp>
+
 #include "tools/network.h"
 #include "tools/run_registry.h"
 

@@ -5,6 +5,10 @@
 
 #include "tools/cli.h"
 
+namespace CLI {
+class App;
+}
+
 namespace morphbus::tools {
 
 struct RunChoice {

@@ -1,6 +1,7 @@
 #include "tools/run_plan.h"
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cmath>

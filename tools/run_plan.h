@@ -12,6 +12,10 @@
 #include "sim/simulated_assembly.h"
 #include "tools/cli.h"
 
+namespace CLI {
+class App;
+}
+
 namespace morphbus::tools {
 
 struct RunOptions {

@@ -1,6 +1,7 @@
 // morphbus runs: what runs on this machine.
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
 #include "tools/commands.h"
 #include "tools/run_registry.h"

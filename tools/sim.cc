@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <unistd.h>
+#include <CLI/CLI.hpp>
 
 #include "bridge/bus_adapters.h"
 #include "bridge/health.h"
@@ -16,6 +17,7 @@ namespace morphbus::tools {
 namespace {
 
 constexpr int64_t kWatchUs = 50000;
+constexpr int64_t kJoinUs = 15000000;
 
 struct Options {
   PlanSource plan;
@@ -33,8 +35,10 @@ Json Progress(const bridge::SimParty& party) {
 int Simulate(const Options& options) {
   const std::optional<RunPlan> plan = LoadPlan(options.plan);
   if (!plan) return kUnusable;
-  const Result<bridge::SimPartyOptions> party_options = SimOptions(*plan, !options.no_logger);
+  Result<bridge::SimPartyOptions> party_options = SimOptions(*plan, !options.no_logger);
   if (!party_options) return Unusable(party_options.error().message);
+  // The launcher has started everyone: who is not there soon will not come.
+  if (options.control_fd >= 0) party_options->timing.join_silence_us = kJoinUs;
   const auto robot = BuildAssembly(*plan);
   if (!robot) return Unusable(robot.error().message);
   const Result<std::unique_ptr<bridge::Bus>> lcm = bridge::OpenLcmBus(options.plan.options.lcm_url);

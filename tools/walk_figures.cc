@@ -10,9 +10,9 @@ namespace {
 
 constexpr double kSameTarget = 1e-6;
 
-/// The joint that is told most; its events.
-std::vector<CommandEvent> BusiestJoint(const logger::RunLog& log) {
-  std::vector<CommandEvent> busiest;
+/// The events of every joint that is told anything.
+std::vector<std::vector<CommandEvent>> EventsOfJoints(const logger::RunLog& log) {
+  std::vector<std::vector<CommandEvent>> all;
   for (const logger::ModuleSeries& module : log.modules) {
     const size_t joints = module.actuators.empty() ? 0 : module.actuators.front().joints.size();
     for (size_t j = 0; j < joints; ++j) {
@@ -26,10 +26,36 @@ std::vector<CommandEvent> BusiestJoint(const logger::RunLog& log) {
         if (!events.empty() && std::abs(events.back().target - target) < kSameTarget) continue;
         events.push_back({sample.time_us, target});
       }
-      if (events.size() > busiest.size()) busiest = std::move(events);
+      if (!events.empty()) all.push_back(std::move(events));
     }
   }
-  return busiest;
+  return all;
+}
+
+/// Does what this joint is told after the first period repeat what it was told a period before?
+bool Keeps(const std::vector<CommandEvent>& events, const Period& period, int64_t slack_us) {
+  return std::all_of(events.begin(), events.end(), [&](const CommandEvent& event) {
+    const int64_t before_us = event.time_us - period.period_us;
+    if (before_us < period.first_us + slack_us) return true;
+    return std::any_of(events.begin(), events.end(), [&](const CommandEvent& other) {
+      return std::abs(other.target - event.target) < kSameTarget &&
+             std::abs(other.time_us - before_us) <= slack_us;
+    });
+  });
+}
+
+/// The period of the joint that is told most, if all others keep it.
+std::optional<Period> PeriodOf(const logger::RunLog& log) {
+  const std::vector<std::vector<CommandEvent>> all = EventsOfJoints(log);
+  const int64_t slack_us = 2 * int64_t{log.tick_us};
+  const auto busiest = std::max_element(
+      all.begin(), all.end(), [](const auto& a, const auto& b) { return a.size() < b.size(); });
+  if (busiest == all.end()) return std::nullopt;
+  const std::optional<Period> period = FindPeriod(*busiest, slack_us);
+  const bool kept = period && std::all_of(all.begin(), all.end(), [&](const auto& events) {
+                      return Keeps(events, *period, slack_us);
+                    });
+  return kept ? period : std::nullopt;
 }
 
 struct Sample {
@@ -97,7 +123,7 @@ std::optional<WalkFigures> MeasureWalk(const logger::RunLog& log, const TrackedB
   const std::vector<Sample> track = Track(log, body);
   if (track.empty()) return std::nullopt;
   WalkFigures figures;
-  const std::optional<Period> period = FindPeriod(BusiestJoint(log), 2 * int64_t{log.tick_us});
+  const std::optional<Period> period = PeriodOf(log);
   const int64_t start_us = period ? period->first_us : 0;
   if (period && period->period_us > 0) {
     figures.cycle_s = static_cast<double>(period->period_us) * 1e-6;

@@ -242,7 +242,7 @@ bool Verifier::CheckBySignature(int index, uint8_t op, uint32_t operand, StackSt
 }
 
 bool Verifier::CheckSame(StackState* state) {
-  ValueType second, first;
+  ValueType second{}, first{};
   if (!PopAny(&second, state) || !PopAny(&first, state)) return false;
   const bool comparable = first == ValueType::kBool || first == ValueType::kInt ||
                           (first >= ValueType::kDirection && first <= ValueType::kLink);
@@ -257,7 +257,7 @@ bool Verifier::PopAny(ValueType* type, StackState* state) {
 }
 
 bool Verifier::PopType(ValueType type, StackState* state) {
-  ValueType found;
+  ValueType found{};
   if (!PopAny(&found, state)) return false;
   return found == type || Fail("operand of the wrong type", at_);
 }

@@ -49,10 +49,10 @@ class KinematicTree {
     int link = 0;
     int parent = -1;  ///< Flat index of a link placed earlier; -1: the robot frame itself.
     int joint = -1;
-    double sign = 1.0;       ///< -1 where the tree runs from A to B, or about a negative axis.
-    Eigen::Vector3d axis;    ///< Unit, in the parent's frame.
-    Eigen::Vector3d origin;  ///< A point on the axis (m).
-    Pose X_PL = Pose::Identity();  ///< kFixed.
+    double sign = 1.0;  ///< -1 where the tree runs from A to B, or about a negative axis.
+    Eigen::Vector3d axis = Eigen::Vector3d::Zero();    ///< Unit, in the parent's frame.
+    Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< A point on the axis (m).
+    Pose X_PL = Pose::Identity();                      ///< kFixed.
   };
 
   static Step JointStep(const Joint& joint, bool places_a);

@@ -121,7 +121,7 @@ TEST(Lcm, ABurstOfAThousandIsNotLost) {
   HandleUntil(receiver.get(), [&] { return heard == 1000; });
 }
 
-TEST(Lcm, TheOwnQueueIsBounded) {
+TEST(Lcm, ABusyReceiverKeepsWhatTheSocketHolds) {
   const auto sender = Open(), receiver = Open();
   int heard = 0;
   // A receiver that is busy: it handles nothing while far more arrives than it may keep.

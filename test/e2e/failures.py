@@ -2,6 +2,7 @@
 """What bad input and bad luck get: a clear end that names the cause, no orphans, the log kept."""
 import os
 import re
+import shutil
 import signal
 import subprocess
 import unittest
@@ -121,19 +122,29 @@ class BadInput(Case):
             self.assertIn('damaged', done.stderr)
             morphbus('disasm', image, status=2)
 
-    def test_a_module_that_cannot_start_is_named(self):
-        # A copy of the program without its companion.
-        lonely = self.folder / 'bin'
-        lonely.mkdir()
-        target = lonely / 'morphbus'
-        target.write_bytes((BIN / 'morphbus').read_bytes())
-        target.chmod(0o755)
-        done = subprocess.run([str(target), 'run', str(MODEL), str(PROGRAM), '--robot', 'quadruped', '--seconds', '1',
-                               '--isolate', '--run', 'lonely', '--log', str(self.folder / 'x.log')],
+    def run_with_other_modules(self, program):
+        """A run by a copy of the program whose companion is `program`, a shell script; None: missing."""
+        folder = self.folder / 'bin'
+        folder.mkdir()
+        shutil.copy(BIN / 'morphbus', folder / 'morphbus')
+        if program is not None:
+            (folder / 'morphbus-module').write_text(program)
+            (folder / 'morphbus-module').chmod(0o755)
+        done = subprocess.run([str(folder / 'morphbus'), 'run', str(MODEL), str(PROGRAM), '--robot', 'quadruped',
+                               '--seconds', '1', '--isolate', '--run', 'lonely', '--log', str(self.folder / 'x.log')],
                               capture_output=True, text=True, timeout=60)
         self.assertEqual(done.returncode, 3, done.stderr)
-        self.assertIn('cannot start module m1', done.stderr)
-        self.assertEqual(processes_of('lonely'), {})
+        await_condition(lambda: not processes_of('lonely'), 'no orphans', 10)
+        return done.stderr
+
+    def test_a_module_that_cannot_start_is_named(self):
+        self.assertIn('cannot start module m1', self.run_with_other_modules(None))
+
+    def test_a_module_that_ends_at_once_is_named(self):
+        self.assertRegex(self.run_with_other_modules('#!/bin/sh\nexit 5\n'), r'module m\d exited with status 5')
+
+    def test_modules_that_never_join_are_named(self):
+        self.assertRegex(self.run_with_other_modules('#!/bin/sh\nexec sleep 1000\n'), r'\bm1\b')
 
     def test_sources_with_errors_exit_with_2_and_carets(self):
         broken = self.folder / 'broken.m3l'

@@ -76,6 +76,17 @@ TEST(MeasureWalkTest, AStraightWalkHasEqualCycles) {
   EXPECT_DOUBLE_EQ(figures->min_height_m, 0.2);
 }
 
+TEST(MeasureWalkTest, WhatOnlyOneJointRepeatsIsNoCycle) {
+  logger::RunLog log = StraightWalk(0.02, 0.0);
+  for (logger::ActuatorSample& sample : log.modules[0].actuators) {
+    morphbus::joint_command_t other = {};
+    other.mode = morphbus::joint_command_t::MODE_POSITION;
+    other.target_si = sample.time_us < 17000000 ? 0.0 : 1.0;  // once, in the middle of a cycle
+    sample.joints.push_back(other);
+  }
+  EXPECT_TRUE(MeasureWalk(log, TrackedBody{})->cycle_north_m.empty());
+}
+
 TEST(MeasureWalkTest, TurningLeftIsPositive) {
   // About +y (up), from +x (north) towards -z (west).
   EXPECT_NEAR(MeasureWalk(StraightWalk(0.0, 0.01), TrackedBody{})->turn_rad, 0.3, 1e-9);
