@@ -14,8 +14,14 @@ if(MORPHBUS_SANITIZE)
   target_link_options(morphbus_sanitize INTERFACE -fsanitize=${MORPHBUS_SANITIZE})
   if(MORPHBUS_SANITIZE MATCHES "address")
     # GCC's flow analysis reports false null dereferences and uninitialised reads under ASan.
-    target_compile_options(morphbus_warnings INTERFACE -Wno-null-dereference -Wno-maybe-uninitialized)
+    target_compile_options(morphbus_warnings INTERFACE
+      $<$<CXX_COMPILER_ID:GNU>:-Wno-null-dereference> $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
   endif()
+endif()
+
+if(MORPHBUS_FUZZ)
+  # Without coverage of the code under test libFuzzer would search blindly.
+  target_compile_options(morphbus_sanitize INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
 # morphbus_library(NAME SOURCES a.cc ... DEPS lib ...): a static library of this project.

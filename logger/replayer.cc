@@ -66,6 +66,15 @@ Result<std::unique_ptr<Replayer>> Replayer::Open(const std::string& path, Replay
 Replayer::Replayer(std::unique_ptr<EventLogReader> reader, ReplayOptions options)
     : reader_(std::move(reader)), options_(std::move(options)), paused_(options_.paused) {}
 
+Replayer::~Replayer() {
+  if (bus_ == nullptr) return;
+  for (const std::string& run : runs_) {
+    bus_->Unsubscribe(bridge::Channel(run, bridge::kLogProcess, Topic::kAsk));
+    bus_->Unsubscribe(bridge::Channel(run, "", Topic::kHello));
+    bus_->Unsubscribe(bridge::Channel(run, "", Topic::kClock));
+  }
+}
+
 void Replayer::Rewind() {
   reader_->Seek(0);
   log_time_us_ = has_sim_time_ ? kEarliestSimTime : 0;

@@ -50,6 +50,10 @@ class Replayer {
   /// Opens the log; fails if it cannot be read, holds no event, or `channel` is no expression.
   static Result<std::unique_ptr<Replayer>> Open(const std::string& path, ReplayOptions options);
 
+  ~Replayer();
+  Replayer(const Replayer&) = delete;
+  Replayer& operator=(const Replayer&) = delete;
+
   /// Subscribes on `bus` to who asks; call once before Advance(). `bus` outlives the replayer.
   void Start(bridge::Bus* bus, int64_t now_us);
   /// Publishes what is due. Returns when to call again (µs, same clock), or nothing at the end.

@@ -84,8 +84,8 @@ void Page::Banner() {
         UnitName(item.unit), EscapeHtml(item.detail));
   }
   html_ += fmt::format(
-      "<p class='figures'>largest difference in position <b>{:.4f} mm</b>, in rotation "
-      "<b>{:.4f}°</b>, over {:.3f} s of sim time</p></div></header>",
+      "<p class='figures'>largest difference in position <b>{:.2g} mm</b>, in rotation "
+      "<b>{:.2g}°</b>, over {:.3f} s of sim time</p></div></header>",
       comparison_.max_position_m * 1e3, comparison_.max_rotation_rad * kDegrees,
       Seconds(comparison_.compared_until_us));
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <list>
 
 #include "bridge/bus_adapters.h"
@@ -12,6 +13,7 @@
 #include "bridge/vm_brain.h"
 #include "logger/recorder.h"
 #include "tools/control_link.h"
+#include "tools/health_sender.h"
 #include "tools/program.h"
 #include "tools/progress.h"
 #include "tools/wall_clock.h"
@@ -54,6 +56,7 @@ class InprocRun {
  private:
   Seat* AddSeat(int receiver);
   Result<void> AddModule(size_t module);
+  void SendHealth();
   void Gather(RunOutcome* outcome) const;
 
   const RunPlan& plan_;
@@ -64,6 +67,7 @@ class InprocRun {
   std::list<Module> modules_;
   std::unique_ptr<sim::SimulatedAssembly> robot_;
   std::unique_ptr<bridge::SimParty> sim_;
+  std::list<HealthSender> health_;  ///< Of the simulator, the logger, each module.
   std::unique_ptr<logger::Recorder> recorder_;
   WallTimer since_first_tick_;
 };
@@ -123,8 +127,11 @@ Result<void> InprocRun::Build(const std::string& log) {
   if (!sim_options) return Fail(sim_options.error().message);
   sim_ = std::make_unique<bridge::SimParty>(&AddSeat(kSimReceiver)->lossy, robot_.get(), &time_,
                                             *sim_options);
-  sim_->OnBeforeTick([this](int64_t tick) {
+  // Without wall time here, a second of sim time stands for HEALTH's second.
+  const int64_t second = std::max<int64_t>(1, 1000000 / description_.tick_us());
+  sim_->OnBeforeTick([this, second](int64_t tick) {
     if (tick == 0) since_first_tick_ = WallTimer();
+    if (tick % second == 0) SendHealth();
   });
   for (size_t m = 0; m < plan_.robot().modules.size(); ++m) {
     if (Result<void> added = AddModule(m); !added) return added;
@@ -136,7 +143,19 @@ Result<void> InprocRun::Build(const std::string& log) {
       logger::Recorder::Create(&AddSeat(kLogReceiver)->lossy, &time_, record);
   if (!recorder) return Fail(recorder.error().message);
   recorder_ = std::move(*recorder);
+  health_.emplace_back(&seats_.front().lossy, plan_, std::string(bridge::kSimProcess));
+  health_.emplace_back(&seats_.back().lossy, plan_, std::string(bridge::kLogProcess));
+  for (Module& module : modules_) health_.emplace_back(&module.seat.lossy, plan_, module.name);
   return {};
+}
+
+void InprocRun::SendHealth() {
+  auto sender = health_.begin();
+  (sender++)->Send(sim_->ledger(), seats_.front().discarded);
+  (sender++)->Send(recorder_->ledger(), seats_.back().discarded);
+  for (const Module& module : modules_) {
+    (sender++)->Send(module.party->ledger(), module.seat.discarded);
+  }
 }
 
 void InprocRun::Gather(RunOutcome* outcome) const {

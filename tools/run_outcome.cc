@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/model/kinematic_graph.h"
@@ -13,24 +14,59 @@
 namespace morphbus::tools {
 namespace {
 
-/// The root's body, and in it the robot frame as it lies at the start.
-TrackedBody RootBody(const RunPlan& plan) {
+using BodyTable = std::vector<std::vector<int>>;  ///< body[module][link].
+
+/// A body, and in it a frame of which `X_RP` says how it lies at the start.
+TrackedBody Follow(const RunPlan& plan, const BodyTable& body_of, int body,
+                   const model::Pose& X_RP) {
   const model::Robot& robot = plan.robot();
-  const int module = robot.FindModule(plan.description.root_module()).value_or(robot.root_module);
-  const int link = RootPoseOf(plan, module).link;
-  const std::vector<std::vector<int>> body_of = model::BodiesOf(plan.model, robot);
-  const int body = body_of[static_cast<size_t>(module)][static_cast<size_t>(link)];
   const model::KinematicState start =
       model::ForwardKinematics(plan.model, robot, model::StartValues(robot));
   for (size_t m = 0; m < body_of.size(); ++m) {
     for (size_t l = 0; l < body_of[m].size(); ++l) {
       // WORLD names a body by its first link.
       if (body_of[m][l] == body) {
-        return {{static_cast<int>(m), static_cast<int>(l)}, start.X_RL[m][l].inverse()};
+        return {{static_cast<int>(m), static_cast<int>(l)}, start.X_RL[m][l].inverse() * X_RP};
       }
     }
   }
   return {};
+}
+
+/// The root's body, and in it the robot frame.
+TrackedBody RootBody(const RunPlan& plan) {
+  const model::Robot& robot = plan.robot();
+  const int module = robot.FindModule(plan.description.root_module()).value_or(robot.root_module);
+  const int link = RootPoseOf(plan, module).link;
+  const BodyTable body_of = model::BodiesOf(plan.model, robot);
+  return Follow(plan, body_of, body_of[static_cast<size_t>(module)][static_cast<size_t>(link)],
+                model::Pose::Identity());
+}
+
+/// The heaviest body, the trunk of whatever walks, at its centre of mass: how a robot walks does
+/// not depend on which module is root.
+TrackedBody Trunk(const RunPlan& plan) {
+  const model::Robot& robot = plan.robot();
+  const BodyTable body_of = model::BodiesOf(plan.model, robot);
+  const model::KinematicState start =
+      model::ForwardKinematics(plan.model, robot, model::StartValues(robot));
+  std::map<int, double> mass;
+  std::map<int, Eigen::Vector3d> moment_R;  // kg m
+  for (size_t m = 0; m < body_of.size(); ++m) {
+    const model::ModuleType& type = plan.model.TypeOf(robot, static_cast<int>(m));
+    for (size_t l = 0; l < body_of[m].size(); ++l) {
+      const double kg = type.links[l].mass_kg;
+      mass[body_of[m][l]] += kg;
+      moment_R.try_emplace(body_of[m][l], Eigen::Vector3d::Zero()).first->second +=
+          kg * start.X_RL[m][l].translation();
+    }
+  }
+  const auto trunk = std::max_element(
+      mass.begin(), mass.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (trunk == mass.end()) return {};
+  model::Pose X_RP = model::Pose::Identity();
+  if (trunk->second > 0.0) X_RP.translation() = moment_R.at(trunk->first) / trunk->second;
+  return Follow(plan, body_of, trunk->first, X_RP);
 }
 
 Json Displacement(const RunPlan& plan, const logger::RunLog& log) {
@@ -62,7 +98,7 @@ Json Faults(const logger::RunLog& log, const std::string& program) {
 }
 
 Json Walk(const RunPlan& plan, const logger::RunLog& log) {
-  const std::optional<WalkFigures> figures = MeasureWalk(log, RootBody(plan));
+  const std::optional<WalkFigures> figures = MeasureWalk(log, Trunk(plan));
   if (!figures) return nullptr;
   return {{"cycle_s", figures->cycle_s},
           {"cycle_north_m", figures->cycle_north_m},

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The same inputs give the same run, however it is run."""
+import math
 import unittest
 
 from support import MODEL, PROGRAM, Case, as_json, morphbus
@@ -53,6 +54,8 @@ class Determinism(Case):
             self.assertEqual(summary['walk']['cycle_s'], usual['walk']['cycle_s'], root)
             for a, b in zip(summary['walk']['cycle_north_m'], usual['walk']['cycle_north_m'], strict=True):
                 self.assertAlmostEqual(a, b, delta=0.010, msg=root)
+            self.assertLess(abs(math.degrees(sum(summary['walk']['cycle_turn_rad']))), 10, root)
+            self.assertLess(math.degrees(summary['walk']['max_tilt_rad']), 10, root)
 
 
 if __name__ == '__main__':

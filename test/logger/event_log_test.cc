@@ -134,8 +134,8 @@ TEST_F(EventLogTest, StockReaderReadsWhatWeWrite) {
     EXPECT_EQ(event->eventnum, static_cast<int64_t>(i));
     EXPECT_EQ(event->timestamp, events[i].timestamp_us);
     EXPECT_EQ(event->channel, events[i].channel);
-    ASSERT_EQ(static_cast<size_t>(event->datalen), events[i].data.size());
-    EXPECT_EQ(std::memcmp(event->data, events[i].data.data(), events[i].data.size()), 0);
+    const auto* data = static_cast<const uint8_t*>(event->data);
+    EXPECT_EQ(std::vector<uint8_t>(data, data + event->datalen), events[i].data);
   }
   EXPECT_EQ(stock.readNextEvent(), nullptr);
 }
@@ -408,7 +408,7 @@ TEST_F(EventLogTest, RepairedLogIsSoundForTheStockReader) {
   const std::vector<Event> events = SomeEvents(20, true);
   std::vector<uint8_t> bytes = Encode(events);
   bytes[5 * 64 + 20] = 0xFF;
-  bytes.resize(bytes.size() - 3);
+  bytes.erase(bytes.end() - 3, bytes.end());
   WriteFile(path_, bytes);
   const std::string repaired = path_ + ".repaired";
   const auto report = RepairLog(path_, repaired);

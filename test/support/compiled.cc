@@ -1,27 +1,15 @@
 #include "test/support/compiled.h"
 
-#include <algorithm>
-#include <cctype>
 #include <cstdio>
 #include <fstream>
 #include <sstream>
-#include <variant>
 
 #include "compiler/dynarole/compile.h"
+#include "compiler/dynarole/module_keywords.h"
 #include "compiler/m3l/compile.h"
 #include "compiler/source/check.h"
 
 namespace morphbus::test {
-
-namespace {
-
-std::string Capitals(std::string name) {
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  return name;
-}
-
-}  // namespace
 
 model::Model ModelFrom(const std::string& path) {
   m3l::CompileOutput output = m3l::CompileFiles({std::string(MORPHBUS_SOURCE_DIR) + "/" + path});
@@ -41,30 +29,13 @@ std::string TextOf(const std::string& path) {
 }
 
 dynarole::KeywordTable KeywordsOf(const model::Model& model) {
-  dynarole::KeywordTable table;
-  for (size_t t = 0; t < model.module_types.size(); ++t) {
-    const model::ModuleType& type = model.module_types[t];
-    const int number = static_cast<int>(t);
-    table.type_names.push_back(type.name);
-    for (const model::Link& link : type.links) {
-      const std::string name = Capitals(link.name);
-      table.Add(number, vm::KeywordKind::kLink, "LINK_" + name, name, true);
-    }
-    for (const model::Joint& joint : type.joints) {
-      const std::string name = Capitals(joint.name);
-      table.Add(number, vm::KeywordKind::kJoint, name, name, true);
-    }
-    for (const model::Connector& connector : type.connectors) {
-      const std::string name = Capitals(connector.name);
-      table.Add(number, vm::KeywordKind::kConnector, name, name, true);
-      for (const model::StateVariable& state : connector.states) {
-        const bool is_bool = std::holds_alternative<bool>(state.values[0]);
-        const std::string variable = Capitals(state.name);
-        table.Add(number, vm::KeywordKind::kConnectorState, variable, variable, is_bool);
-      }
-    }
+  std::vector<emit::ModuleKeywords> types;
+  for (const model::ModuleType& type : model.module_types) {
+    Result<emit::ModuleKeywords> keywords = emit::KeywordsOf(type);
+    MORPHBUS_CHECK(keywords.has_value());
+    types.push_back(*std::move(keywords));
   }
-  return table;
+  return dynarole::KeywordTableOf(types);
 }
 
 std::vector<uint8_t> ProgramFrom(const std::string& text, const model::Model& model) {
