@@ -117,6 +117,7 @@ void KinematicTree::Grow(const Model& model, const Robot& robot, int start_modul
           model.connection_types[docking.connection_type].options[docking.option].X_AB;
       Step step;
       step.X_PL = from_a ? X_AB : X_AB.inverse();
+      step.docking = static_cast<int>(d);
       used_docking_[d] = true;
       place(step, module, link, parent);
     }

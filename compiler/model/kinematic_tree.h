@@ -26,6 +26,23 @@ class KinematicTree {
   /// `X_RL`: room for num_links() poses.
   void Evaluate(const double* q, Pose* X_RL) const;
 
+  /// How a link is placed: rigidly, by a turn (about an axis of the frame or any other), a slide.
+  enum class Kind { kFixed, kTurnX, kTurnY, kTurnZ, kTurn, kSlide };
+
+  struct Step {
+    Kind kind = Kind::kFixed;
+    int link = 0;
+    int parent = -1;    ///< Flat index of a link placed earlier; -1: the robot frame itself.
+    int joint = -1;     ///< Flat index; also of a fixed joint.
+    int docking = -1;   ///< Index into Robot::dockings.
+    double sign = 1.0;  ///< -1 where the tree runs from A to B, or about a negative axis.
+    Eigen::Vector3d axis = Eigen::Vector3d::Zero();    ///< Unit, in the parent's frame.
+    Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< A point on the axis (m).
+    Pose X_PL = Pose::Identity();                      ///< kFixed.
+  };
+  /// The links, each after the one it hangs from.
+  [[nodiscard]] const std::vector<Step>& steps() const { return steps_; }
+
   /// A joint or docking that the tree did not need: where a loop closes.
   struct Loop {
     int docking = -1;  ///< Index into Robot::dockings, or -1 for a joint inside a module.
@@ -42,19 +59,6 @@ class KinematicTree {
   static std::pair<double, double> Gap(const Loop& loop, const double* q, const Pose* X_RL);
 
  private:
-  enum class Kind { kFixed, kTurnX, kTurnY, kTurnZ, kTurn, kSlide };
-
-  struct Step {
-    Kind kind = Kind::kFixed;
-    int link = 0;
-    int parent = -1;  ///< Flat index of a link placed earlier; -1: the robot frame itself.
-    int joint = -1;
-    double sign = 1.0;  ///< -1 where the tree runs from A to B, or about a negative axis.
-    Eigen::Vector3d axis = Eigen::Vector3d::Zero();    ///< Unit, in the parent's frame.
-    Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< A point on the axis (m).
-    Pose X_PL = Pose::Identity();                      ///< kFixed.
-  };
-
   static Step JointStep(const Joint& joint, bool places_a);
   void Grow(const Model& model, const Robot& robot, int start_module, int start_link,
             const Pose& X_RL);

@@ -1,0 +1,278 @@
+#include "compiler/emit/c99.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <set>
+#include <vector>
+
+namespace morphbus::emit {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+using model::JointType;
+
+/// Links a function: compilers' time grows faster than a function's length.
+constexpr size_t kLinksAFunction = 64;
+/// Below this, and as near to +-1, a constant is taken for 0 or +-1 (m, or of a unit vector).
+constexpr double kNoise = 1e-9;
+
+std::string Literal(double value) {
+  std::string text = fmt::format("{}", static_cast<float>(value));
+  if (text.find_first_of(".e") == std::string::npos) text += ".0";
+  return text + "f";
+}
+
+/// M3L names are identifiers; what joins them is not.
+std::string Identifier(std::string name) {
+  for (char& c : name) {
+    const bool good = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+    if (!good) c = '_';
+  }
+  return name;
+}
+
+/// A sum of products of constants and C expressions, without what is 0 or times 1.
+class Sum {
+ public:
+  void Add(double factor, const std::string& term) {
+    if (std::abs(factor) < kNoise) return;
+    const bool minus = factor < 0.0;
+    const double size = std::abs(factor);
+    text_ += text_.empty() ? (minus ? "-" : "") : (minus ? " - " : " + ");
+    if (std::abs(size - 1.0) < kNoise) {
+      text_ += term.empty() ? "1.0f" : term;
+    } else {
+      text_ += Literal(size) + (term.empty() ? "" : " * " + term);
+    }
+  }
+  [[nodiscard]] std::string text() const { return text_.empty() ? "0.0f" : text_; }
+
+ private:
+  std::string text_;
+};
+
+/// Element of a pose in the array: row, then column (3: the position).
+std::string At(int link, int row, int column) {
+  return fmt::format("X[{}][{}]", link, 4 * row + column);
+}
+
+class Writer {
+ public:
+  Writer(const RobotTree& tree, const std::string& stem)
+      : tree_(tree), stem_(stem), prefix_(Identifier(tree.name)) {
+    // The array lists links as M3L does, not in the tree's order.
+    std::vector<size_t> order(tree.links.size());
+    std::iota(order.begin(), order.end(), size_t{0});
+    std::sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+      const TreeLink& x = tree.links[a];
+      const TreeLink& y = tree.links[b];
+      return x.module != y.module ? x.module < y.module : x.link < y.link;
+    });
+    index_.resize(order.size());
+    for (size_t i = 0; i < order.size(); ++i) index_[order[i]] = static_cast<int>(i);
+    links_ = order;
+  }
+
+  Exported Write() {
+    Exported exported;
+    exported.companions.push_back({stem_ + ".h", Header()});
+    exported.text = Source();
+    return exported;
+  }
+
+ private:
+  /// `names` as enumerators `prefix`_`kind`_name, with the number of them at the end.
+  std::string Enumeration(const std::string& kind, const std::vector<std::string>& names) const {
+    std::string text = "enum {\n";
+    std::set<std::string> used;
+    for (size_t i = 0; i < names.size(); ++i) {
+      // m_1.a and m.1_a would be the same identifier.
+      std::string name = Identifier(names[i]);
+      while (!used.insert(name).second) name += '_';
+      text += fmt::format("  {}_{}_{} = {},  /* {} */\n", prefix_, kind, name, i, names[i]);
+    }
+    return text + fmt::format("  {}_num_{}s = {}\n}};\n", prefix_, kind, names.size());
+  }
+
+  [[nodiscard]] std::string Header() const {
+    std::vector<std::string> links;
+    for (const size_t i : links_) links.push_back(tree_.links[i].name);
+    std::vector<std::string> joints;
+    for (const TreeJoint& joint : tree_.joints) joints.push_back(joint.name);
+    const std::string guard = "MORPHBUS_" + prefix_ + "_KINEMATICS_H";
+    std::string text = fmt::format(
+        "/* Forward kinematics of {0}; written by morphbus export, not by hand. SI, radians. */\n"
+        "#ifndef {1}\n#define {1}\n\n"
+        "#ifdef __cplusplus\nextern \"C\" {{\n#endif\n\n"
+        "/* Indices into X. */\n{2}\n/* Indices into q. */\n{3}\n",
+        tree_.name, guard, Enumeration("link", links), Enumeration("joint", joints));
+    text += fmt::format(
+        "/* Writes the pose of each link in the frame of {0} at the joint values q (rad, m).\n"
+        "   q: {1}_num_joints values; X: room for {1}_num_links poses, not overlapping q.\n"
+        "   A pose is a 3 x 4 matrix [R p], row by row: p_0 = R p_L + p, in metres. */\n"
+        "void {1}_forward_kinematics(const float *q, float (*X)[12]);\n\n"
+        "#ifdef __cplusplus\n}}\n#endif\n\n#endif\n",
+        tree_.name, prefix_);
+    return text;
+  }
+
+  [[nodiscard]] std::string Source() const {
+    const std::string name = prefix_ + "_forward_kinematics";
+    std::string text = fmt::format(
+        "/* Forward kinematics of {}; written by morphbus export, not by hand. SI, radians. */\n"
+        "#include \"{}.h\"\n\n#include <math.h>\n",
+        tree_.name, stem_);
+    const size_t parts = (tree_.links.size() + kLinksAFunction - 1) / kLinksAFunction;
+    for (size_t part = 0; part < parts; ++part) {
+      text += fmt::format("\n{}void {}{}(const float *restrict q, float (*restrict X)[12]) {{\n",
+                          parts > 1 ? "static " : "", name,
+                          parts > 1 ? "_" + std::to_string(part) : "");
+      const size_t end = std::min((part + 1) * kLinksAFunction, tree_.links.size());
+      std::string body;
+      for (size_t i = part * kLinksAFunction; i < end; ++i) body += Place(i);
+      if (body.find("q[") == std::string::npos) text += "  (void)q;\n";
+      text += body + "}\n";
+    }
+    if (parts > 1) {
+      text += fmt::format("\nvoid {}(const float *restrict q, float (*restrict X)[12]) {{\n", name);
+      for (size_t part = 0; part < parts; ++part)
+        text += fmt::format("  {}_{}(q, X);\n", name, part);
+      text += "}\n";
+    }
+    return text;
+  }
+
+  [[nodiscard]] std::string Place(size_t i) const {
+    const TreeLink& link = tree_.links[i];
+    std::string text = fmt::format("  /* {} */\n", link.name);
+    const int at = index_[i];
+    if (link.parent < 0) return text + PlaceRoot(at, link.X_PL);
+    const int parent = index_[static_cast<size_t>(link.parent)];
+    if (link.joint < 0) return text + PlaceRigid(at, parent, link.X_PL);
+    const TreeJoint& joint = tree_.joints[static_cast<size_t>(link.joint)];
+    const std::string q = fmt::format("q[{}]", link.joint);
+    if (joint.type == JointType::kFixed) return text + PlaceRigid(at, parent, link.X_PL);
+    if (joint.type == JointType::kPrismatic) return text + PlaceSlide(at, parent, joint, q);
+    text +=
+        fmt::format("  {{\n    const float s = sinf({0});\n    const float c = cosf({0});\n", q);
+    for (int k = 0; k < 3; ++k) {
+      if (std::abs(std::abs(joint.axis[k]) - 1.0) > kNoise) continue;
+      return text + PlaceTurn(at, parent, joint, k) + "  }\n";
+    }
+    return text + PlaceAnyTurn(at, parent, joint) + "  }\n";
+  }
+
+  static std::string PlaceRoot(int at, const model::Pose& X) {
+    std::string text;
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 4; ++column) {
+        Sum sum;
+        sum.Add(X.matrix()(row, column), "");
+        text += fmt::format("  {} = {};\n", At(at, row, column), sum.text());
+      }
+    }
+    return text;
+  }
+
+  static std::string PlaceRigid(int at, int parent, const model::Pose& X_PL) {
+    std::string text;
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 4; ++column) {
+        Sum sum;
+        if (column == 3) sum.Add(1.0, At(parent, row, 3));
+        for (int k = 0; k < 3; ++k) sum.Add(X_PL.matrix()(k, column), At(parent, row, k));
+        text += fmt::format("  {} = {};\n", At(at, row, column), sum.text());
+      }
+    }
+    return text;
+  }
+
+  static std::string PlaceSlide(int at, int parent, const TreeJoint& joint, const std::string& q) {
+    std::string text;
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) {
+        text += fmt::format("  {} = {};\n", At(at, row, column), At(parent, row, column));
+      }
+      Sum sum;
+      for (int k = 0; k < 3; ++k) sum.Add(joint.axis[k], At(parent, row, k));
+      text += fmt::format("  {} = {} + {} * ({});\n", At(at, row, 3), At(parent, row, 3), q,
+                          sum.text());
+    }
+    return text;
+  }
+
+  /// About the frame's own axis k: two columns turn, and the origin about the axis.
+  static std::string PlaceTurn(int at, int parent, const TreeJoint& joint, int k) {
+    const int u = (k + 1) % 3;
+    const int v = (k + 2) % 3;
+    const char* with = joint.axis[k] > 0.0 ? "+" : "-";
+    const char* against = joint.axis[k] > 0.0 ? "-" : "+";
+    std::string text;
+    for (int row = 0; row < 3; ++row) {
+      text += fmt::format("    {} = {};\n", At(at, row, k), At(parent, row, k));
+      text += fmt::format("    {} = c * {} {} s * {};\n", At(at, row, u), At(parent, row, u), with,
+                          At(parent, row, v));
+      text += fmt::format("    {} = c * {} {} s * {};\n", At(at, row, v), At(parent, row, v),
+                          against, At(parent, row, u));
+      Sum sum;
+      sum.Add(1.0, At(parent, row, 3));
+      for (const int column : {u, v}) {
+        if (std::abs(joint.origin[column]) < kNoise) continue;
+        sum.Add(joint.origin[column],
+                fmt::format("({} - {})", At(parent, row, column), At(at, row, column)));
+      }
+      text += fmt::format("    {} = {};\n", At(at, row, 3), sum.text());
+    }
+    return text;
+  }
+
+  /// About any axis: Rodrigues' formula, a matrix whose elements are linear in sine and cosine.
+  static std::string PlaceAnyTurn(int at, int parent, const TreeJoint& joint) {
+    const Vector3d& a = joint.axis;
+    const Matrix3d along = a * a.transpose();
+    const Matrix3d across = Matrix3d::Identity() - along;
+    Matrix3d cross;
+    cross << 0.0, -a.z(), a.y(), a.z(), 0.0, -a.x(), -a.y(), a.x(), 0.0;
+    std::string text;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        Sum sum;
+        sum.Add(along(i, j), "");
+        sum.Add(across(i, j), "c");
+        sum.Add(cross(i, j), "s");
+        text += fmt::format("    const float m{}{} = {};\n", i, j, sum.text());
+      }
+    }
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) {
+        text += fmt::format("    {} = {} * m0{} + {} * m1{} + {} * m2{};\n", At(at, row, column),
+                            At(parent, row, 0), column, At(parent, row, 1), column,
+                            At(parent, row, 2), column);
+      }
+      Sum sum;
+      sum.Add(1.0, At(parent, row, 3));
+      for (int k = 0; k < 3; ++k) {
+        if (std::abs(joint.origin[k]) < kNoise) continue;
+        sum.Add(joint.origin[k], fmt::format("({} - {})", At(parent, row, k), At(at, row, k)));
+      }
+      text += fmt::format("    {} = {};\n", At(at, row, 3), sum.text());
+    }
+    return text;
+  }
+
+  const RobotTree& tree_;
+  const std::string& stem_;
+  std::string prefix_;
+  std::vector<int> index_;     ///< Of each link of the tree in the array.
+  std::vector<size_t> links_;  ///< The links of the tree in the array's order.
+};
+
+}  // namespace
+
+Exported ToC(const RobotTree& tree, const std::string& stem) { return Writer(tree, stem).Write(); }
+
+}  // namespace morphbus::emit

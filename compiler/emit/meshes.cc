@@ -1,0 +1,60 @@
+#include "compiler/emit/meshes.h"
+
+#include <bit>
+#include <cstdint>
+#include <map>
+
+#include "compiler/model/convex_hull.h"
+
+namespace morphbus::emit {
+namespace {
+
+void Append(std::string* bytes, uint32_t value) {
+  for (int shift = 0; shift < 32; shift += 8) bytes->push_back(static_cast<char>(value >> shift));
+}
+
+void Append(std::string* bytes, const Eigen::Vector3d& v) {
+  for (int k = 0; k < 3; ++k) Append(bytes, std::bit_cast<uint32_t>(static_cast<float>(v[k])));
+}
+
+/// Binary STL: a header of 80 bytes, a count, then 50 bytes a triangle, little-endian.
+std::string Stl(const std::vector<Eigen::Vector3d>& points) {
+  const model::ConvexHull hull = model::ComputeHull(points);
+  std::string bytes = "Morphbus hull, metres";
+  bytes.resize(80, ' ');
+  Append(&bytes, static_cast<uint32_t>(hull.triangles.size()));
+  for (const std::array<int, 3>& triangle : hull.triangles) {
+    const Eigen::Vector3d& a = hull.vertices[static_cast<size_t>(triangle[0])];
+    const Eigen::Vector3d& b = hull.vertices[static_cast<size_t>(triangle[1])];
+    const Eigen::Vector3d& c = hull.vertices[static_cast<size_t>(triangle[2])];
+    Append(&bytes, Eigen::Vector3d((b - a).cross(c - a).normalized()));
+    for (const Eigen::Vector3d& corner : {a, b, c}) Append(&bytes, corner);
+    bytes.append(2, '\0');
+  }
+  return bytes;
+}
+
+}  // namespace
+
+std::string MeshPath(const model::Model& model, const TreeLink& link, const std::string& stem) {
+  const model::ModuleType& type = model.module_types[static_cast<size_t>(link.type)];
+  const model::Link& source = type.links[static_cast<size_t>(link.link)];
+  if (source.hull.empty()) return "";
+  return stem + "_meshes/" + type.name + "." + source.name + ".stl";
+}
+
+std::vector<CompanionFile> MeshFiles(const model::Model& model, const RobotTree& tree,
+                                     const std::string& stem) {
+  std::map<std::string, std::string> files;
+  for (const TreeLink& link : tree.links) {
+    const std::string path = MeshPath(model, link, stem);
+    if (path.empty() || files.count(path) != 0) continue;
+    const model::ModuleType& type = model.module_types[static_cast<size_t>(link.type)];
+    files[path] = Stl(model::SolidHull(type, link.link));
+  }
+  std::vector<CompanionFile> meshes;
+  for (auto& [path, bytes] : files) meshes.push_back({path, std::move(bytes)});
+  return meshes;
+}
+
+}  // namespace morphbus::emit

@@ -1,0 +1,47 @@
+#include "compiler/emit/numbers.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace morphbus::emit {
+
+std::string Number(double value) {
+  if (std::abs(value) < 1e-15) return "0";
+  return fmt::format("{}", value);
+}
+
+std::string Triple(const Eigen::Vector3d& v) {
+  return Number(v.x()) + " " + Number(v.y()) + " " + Number(v.z());
+}
+
+Eigen::Vector3d RollPitchYaw(const Eigen::Matrix3d& R) {
+  constexpr double kNoise = 1e-12;
+  const bool upright = std::abs(R(0, 0)) > kNoise || std::abs(R(1, 0)) > kNoise;
+  const double yaw = upright ? std::atan2(R(1, 0), R(0, 0)) : 0.0;
+  const double s = std::sin(yaw);
+  const double c = std::cos(yaw);
+  // The others are those of Rz(-yaw) * R, which makes up for whatever yaw lacks.
+  const double pitch = std::atan2(-R(2, 0), c * R(0, 0) + s * R(1, 0));
+  const double roll = std::atan2(s * R(0, 2) - c * R(1, 2), c * R(1, 1) - s * R(0, 1));
+  return {roll, pitch, yaw};
+}
+
+Eigen::Quaterniond Canonical(const Eigen::Matrix3d& R) {
+  Eigen::Quaterniond q(R);
+  q.normalize();
+  if (q.w() < 0.0) q.coeffs() = -q.coeffs();
+  return q;
+}
+
+std::string QuaternionWxyz(const Eigen::Matrix3d& R) {
+  const Eigen::Quaterniond q = Canonical(R);
+  return Number(q.w()) + " " + Triple(q.vec());
+}
+
+std::string QuaternionXyzw(const Eigen::Matrix3d& R) {
+  const Eigen::Quaterniond q = Canonical(R);
+  return Triple(q.vec()) + " " + Number(q.w());
+}
+
+}  // namespace morphbus::emit

@@ -1,0 +1,25 @@
+#pragma once
+// Numbers as texts of other programs want them: shortest form that reads back the same double,
+// without negative zeros, and with rounding noise below 1e-15 shown as 0.
+
+#include <Eigen/Geometry>
+#include <string>
+
+namespace morphbus::emit {
+
+std::string Number(double value);
+/// "x y z"
+std::string Triple(const Eigen::Vector3d& v);
+
+/// Roll, pitch, yaw (rad) about fixed axes: R = Rz(yaw) * Ry(pitch) * Rx(roll). Exact to rounding
+/// also where pitch is 90 degrees and roll and yaw are not determined one by one.
+Eigen::Vector3d RollPitchYaw(const Eigen::Matrix3d& R);
+
+/// Unit, with w >= 0.
+Eigen::Quaterniond Canonical(const Eigen::Matrix3d& R);
+/// "w x y z"
+std::string QuaternionWxyz(const Eigen::Matrix3d& R);
+/// "x y z w"
+std::string QuaternionXyzw(const Eigen::Matrix3d& R);
+
+}  // namespace morphbus::emit

@@ -1,0 +1,83 @@
+#pragma once
+// A robot as the back ends for other programs see it: named links in a tree, and where loops close.
+//
+// Frames: R robot frame, L link, P the link it hangs from. Link frames are M3L's own, so that at
+// joint values 0 all links of a module have the same pose.
+
+#include <string>
+#include <vector>
+
+#include "compiler/model/link_mass.h"
+#include "compiler/model/robot_model.h"
+
+namespace morphbus::emit {
+
+struct TreeLink {
+  std::string name;  ///< "m1.active_block"; only the link's name if the tree is a module type.
+  int module = 0;    ///< Index into Robot::modules.
+  int type = 0;      ///< Index into Model::module_types.
+  int link = 0;      ///< Index of the link in its module type.
+  int parent = -1;   ///< Index of a link before this one; -1: the robot frame.
+  int joint = -1;    ///< Index into RobotTree::joints; -1 where a connection holds the link.
+  /// Name of what holds it: the joint's, or "m1.c2-m2.c5" for a connection; empty for roots.
+  std::string held_by;
+  model::Pose X_PL = model::Pose::Identity();  ///< At joint value 0 (m).
+};
+
+struct TreeJoint {
+  std::string name;  ///< "m1.joint_1"
+  model::JointType type = model::JointType::kRevolute;
+  int child = -1;          ///< The link it places; -1: the joint closes a loop instead.
+  Eigen::Vector3d origin;  ///< A point on the axis, in P's and L's frames alike (m).
+  Eigen::Vector3d axis;    ///< Unit; a positive value turns or slides the child along it.
+  double lower = 0.0;      ///< rad or m; infinite for continuous joints.
+  double upper = 0.0;
+  double effort = 0.0;  ///< N·m or N.
+  double speed = 0.0;   ///< rad/s or m/s.
+  double start = 0.0;   ///< rad or m.
+};
+
+/// Where the tree does not hold but the robot does: `to` is held by `from`.
+struct TreeLoop {
+  std::string name;  ///< "m3.c6-m5.c3", or the joint's.
+  int from = 0;      ///< Indices of links.
+  int to = 0;
+  int joint = -1;                              ///< Index into joints; -1 for a connection.
+  model::Pose X_FT = model::Pose::Identity();  ///< `to` in `from` at joint value 0 (m).
+};
+
+struct RobotTree {
+  std::string name;
+  std::vector<TreeLink> links;    ///< Each after its parent.
+  std::vector<TreeJoint> joints;  ///< Modules in order, each with its joints as declared.
+  std::vector<TreeLoop> loops;
+};
+
+/// The tree of a robot, breadth first from the link that carries the robot frame.
+RobotTree TreeOf(const model::Model& model, const model::Robot& robot);
+
+/// A module type alone as a robot: its first link is the root, the module frame the robot frame.
+model::Robot ModuleAsRobot(const model::Model& model, int type);
+/// Its tree; links and joints have the names of the module type.
+RobotTree TreeOf(const model::Model& model, int type);
+
+/// A name that none of the tree's links has: `name`, with as many '_' after it as it takes.
+std::string FreeLinkName(const RobotTree& tree, std::string name);
+
+/// "revolute", "continuous", "prismatic", "fixed": M3L's words, which URDF and SDF share.
+const char* JointTypeName(model::JointType type);
+
+/// The least y of the robot's hulls in the robot frame at the start values (m); 0 without hulls.
+double LowestPoint(const model::Model& model, const RobotTree& tree);
+
+/// Poses of the links in the robot frame at the joints' start values (m), by index of link.
+std::vector<model::Pose> StartPoses(const RobotTree& tree);
+
+/// Motion of the child relative to its place at joint value 0, in P's frame.
+model::Pose MotionOf(const TreeJoint& joint, double q);
+
+/// Whether the joint's axis misses the link frame's origin, so that formats whose joints turn about
+/// the child frame's origin need a frame on the axis.
+bool AxisIsOffOrigin(const TreeJoint& joint);
+
+}  // namespace morphbus::emit

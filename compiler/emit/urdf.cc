@@ -1,0 +1,149 @@
+#include "compiler/emit/urdf.h"
+
+#include <fmt/format.h>
+
+#include <pugixml.hpp>
+
+#include "compiler/emit/meshes.h"
+#include "compiler/emit/numbers.h"
+#include "compiler/emit/xml_text.h"
+
+namespace morphbus::emit {
+namespace {
+
+using model::JointType;
+
+void AppendOrigin(pugi::xml_node node, const model::Pose& X) {
+  pugi::xml_node origin = node.append_child("origin");
+  Set(origin, "xyz", Triple(X.translation()));
+  Set(origin, "rpy", Triple(RollPitchYaw(X.linear())));
+}
+
+class Writer {
+ public:
+  Writer(const model::Model& model, const RobotTree& tree, const std::string& stem)
+      : model_(model), tree_(tree), stem_(stem), base_(FreeLinkName(tree, "robot_frame")) {}
+
+  Exported Write() {
+    StartXml(&document_);
+    root_ = document_.append_child("robot");
+    Set(root_, "name", tree_.name);
+    Comment(
+        root_,
+        fmt::format("SI units, radians. {} is the robot frame: x north, y up, z east; turn it by a "
+                    "roll of 90 degrees to stand in a world whose z is up.",
+                    base_));
+    for (const TreeLoop& loop : tree_.loops) CutLoop(loop);
+    NameLink(root_, base_);
+    for (const TreeLink& link : tree_.links) {
+      AppendJoints(link);
+      AppendLink(link);
+    }
+    exported_.text = XmlText(document_);
+    exported_.companions = MeshFiles(model_, tree_, stem_);
+    return std::move(exported_);
+  }
+
+ private:
+  static pugi::xml_node NameLink(pugi::xml_node robot, const std::string& name) {
+    pugi::xml_node node = robot.append_child("link");
+    Set(node, "name", name);
+    return node;
+  }
+
+  void CutLoop(const TreeLoop& loop) {
+    const std::string& from = tree_.links[static_cast<size_t>(loop.from)].name;
+    const std::string& to = tree_.links[static_cast<size_t>(loop.to)].name;
+    exported_.warnings.push_back(fmt::format(
+        "URDF holds trees only: {} is cut, {} no longer holds {}", loop.name, from, to));
+    Comment(root_, fmt::format("Cut to open a loop: {}. In the robot {} holds {} at xyz \"{}\" "
+                               "rpy \"{}\"{}.",
+                               loop.name, from, to, Triple(loop.X_FT.translation()),
+                               Triple(RollPitchYaw(loop.X_FT.linear())),
+                               loop.joint < 0 ? "" : " at joint value 0"));
+  }
+
+  void AppendLink(const TreeLink& link) {
+    pugi::xml_node node = NameLink(root_, link.name);
+    const model::ModuleType& type = model_.module_types[static_cast<size_t>(link.type)];
+    const model::LinkMass mass = model::ComputeLinkMass(type, link.link);
+    pugi::xml_node inertial = node.append_child("inertial");
+    Set(inertial.append_child("origin"), "xyz", Triple(mass.p_LoLcm_L));
+    Set(inertial.append_child("mass"), "value", Number(mass.mass_kg));
+    AppendInertia(inertial, mass.I_Lcm_L);
+    const std::string mesh = MeshPath(model_, link, stem_);
+    if (mesh.empty()) return;
+    for (const char* use : {"visual", "collision"}) {
+      pugi::xml_node geometry = node.append_child(use).append_child("geometry");
+      Set(geometry.append_child("mesh"), "filename", mesh);
+    }
+  }
+
+  static void AppendInertia(pugi::xml_node inertial, const Eigen::Matrix3d& I) {
+    pugi::xml_node node = inertial.append_child("inertia");
+    const char* names = "xyz";
+    for (int row = 0; row < 3; ++row) {
+      for (int column = row; column < 3; ++column) {
+        Set(node, fmt::format("i{}{}", names[row], names[column]), Number(I(row, column)));
+      }
+    }
+  }
+
+  pugi::xml_node AppendJoint(const std::string& name, const char* type, const std::string& parent,
+                             const std::string& child, const model::Pose& X) {
+    pugi::xml_node node = root_.append_child("joint");
+    Set(node, "name", name);
+    Set(node, "type", type);
+    Set(node.append_child("parent"), "link", parent);
+    Set(node.append_child("child"), "link", child);
+    AppendOrigin(node, X);
+    return node;
+  }
+
+  void AppendJoints(const TreeLink& link) {
+    const std::string& parent =
+        link.parent < 0 ? base_ : tree_.links[static_cast<size_t>(link.parent)].name;
+    if (link.joint < 0) {
+      AppendJoint(link.held_by.empty() ? base_ + "-" + link.name : link.held_by, "fixed", parent,
+                  link.name, link.X_PL);
+      return;
+    }
+    const TreeJoint& joint = tree_.joints[static_cast<size_t>(link.joint)];
+    const bool needs_axis = AxisIsOffOrigin(joint);
+    const std::string turned = needs_axis ? link.name + ".axis" : link.name;
+    model::Pose X_PJ = model::Pose::Identity();
+    if (needs_axis) X_PJ.translation() = joint.origin;
+    pugi::xml_node node = AppendJoint(joint.name, JointTypeName(joint.type), parent, turned, X_PJ);
+    if (joint.type != JointType::kFixed) AppendLimits(node, joint);
+    if (!needs_axis) return;
+    NameLink(root_, turned);
+    AppendJoint(turned + "-" + link.name, "fixed", turned, link.name, X_PJ.inverse());
+  }
+
+  static void AppendLimits(pugi::xml_node node, const TreeJoint& joint) {
+    Set(node.append_child("axis"), "xyz", Triple(joint.axis));
+    pugi::xml_node limit = node.append_child("limit");
+    if (joint.type != JointType::kContinuous) {
+      Set(limit, "lower", Number(joint.lower));
+      Set(limit, "upper", Number(joint.upper));
+    }
+    Set(limit, "effort", Number(joint.effort));
+    Set(limit, "velocity", Number(joint.speed));
+  }
+
+  const model::Model& model_;
+  const RobotTree& tree_;
+  const std::string& stem_;
+  std::string base_;
+  pugi::xml_document document_;
+  pugi::xml_node root_;
+  Exported exported_;
+};
+
+}  // namespace
+
+Exported ToUrdf(const model::Model& model, const RobotTree& tree, const std::string& stem) {
+  return Writer(model, tree, stem).Write();
+}
+
+}  // namespace morphbus::emit

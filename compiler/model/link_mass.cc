@@ -1,0 +1,85 @@
+#include "compiler/model/link_mass.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "compiler/model/convex_hull.h"
+
+namespace morphbus::model {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kLeastMass = 1e-3;       // kg
+constexpr double kLeastThickness = 1e-3;  // m
+
+/// The points that say where the mass of a link is: its hull, else what is fixed to it.
+std::vector<Vector3d> MassPoints(const ModuleType& type, int link) {
+  const std::vector<Vector3d>& hull = type.links[static_cast<size_t>(link)].hull;
+  if (!hull.empty()) return hull;
+  std::vector<Vector3d> points;
+  for (const Connector& connector : type.connectors) {
+    if (connector.link == link) points.push_back(connector.p_MoCo_M);
+  }
+  for (const Joint& joint : type.joints) {
+    if (joint.link_a == link || joint.link_b == link) points.push_back(joint.p_MoJo_M);
+  }
+  if (points.empty()) points.push_back(Vector3d::Zero());
+  return points;
+}
+
+/// Smallest distance between two parallel planes that hold the hull between them, over the normals
+/// of its faces: exact for prisms, at most a little too wide otherwise.
+double Thickness(const ConvexHull& hull) {
+  double thickness = std::numeric_limits<double>::infinity();
+  for (const HullFace& face : hull.faces) {
+    double depth = 0.0;
+    for (const Vector3d& vertex : hull.vertices) {
+      depth = std::max(depth, face.offset - face.normal.dot(vertex));
+    }
+    thickness = std::min(thickness, depth);
+  }
+  return thickness;
+}
+
+std::vector<Vector3d> BoundingBox(const std::vector<Vector3d>& points) {
+  Vector3d low = points.front();
+  Vector3d high = points.front();
+  for (const Vector3d& p : points) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  const Vector3d middle = 0.5 * (low + high);
+  const Vector3d half = (0.5 * (high - low)).cwiseMax(0.5 * kLeastThickness);
+  std::vector<Vector3d> corners;
+  for (int i = 0; i < 8; ++i) {
+    const Vector3d side((i & 1) != 0 ? 1.0 : -1.0, (i & 2) != 0 ? 1.0 : -1.0,
+                        (i & 4) != 0 ? 1.0 : -1.0);
+    corners.push_back(middle + side.cwiseProduct(half));
+  }
+  return corners;
+}
+
+}  // namespace
+
+LinkMass ComputeLinkMass(const ModuleType& type, int link) {
+  const std::vector<Vector3d> points = MassPoints(type, link);
+  ConvexHull hull = ComputeHull(points);
+  if (hull.dimension < 3 || Thickness(hull) < kLeastThickness) {
+    hull = ComputeHull(BoundingBox(points));
+  }
+  const MassProperties unit = ComputeMassProperties(hull);
+  LinkMass mass;
+  mass.mass_kg = std::max(type.links[static_cast<size_t>(link)].mass_kg, kLeastMass);
+  mass.p_LoLcm_L = unit.centroid;
+  mass.I_Lcm_L = unit.inertia * (mass.mass_kg / unit.volume);
+  return mass;
+}
+
+std::vector<Vector3d> SolidHull(const ModuleType& type, int link) {
+  const std::vector<Vector3d>& points = type.links[static_cast<size_t>(link)].hull;
+  if (points.empty() || ComputeHull(points).dimension == 3) return points;
+  return ThickenFlat(points, std::max(kFlatThickness * ExtentOf(type), kLeastThickness));
+}
+
+}  // namespace morphbus::model

@@ -1,0 +1,29 @@
+#pragma once
+// Mass, centre of mass and inertia of a link, for physics engines and exported models alike.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "compiler/model/robot_model.h"
+
+namespace morphbus::model {
+
+/// Thickness that a flat hull gets for collisions, as a part of its module's extent.
+inline constexpr double kFlatThickness = 0.05;
+
+struct LinkMass {
+  double mass_kg = 0.0;       ///< At least 1 g.
+  Eigen::Vector3d p_LoLcm_L;  ///< Centre of mass (m).
+  Eigen::Matrix3d I_Lcm_L;    ///< Inertia about the centre of mass (kg m^2).
+};
+
+/// Mass spread evenly over the hull. The inertia of a hull thinner than 1 mm is that of its
+/// bounding box, at least 1 mm thick; of a link without hull that of the box round its connectors
+/// and joint axes.
+LinkMass ComputeLinkMass(const ModuleType& type, int link);
+
+/// Corners of what a link can collide with, in the link's frame (m): its hull, thickened by
+/// kFlatThickness (at least 1 mm) where that is flat. Empty for a link without hull.
+std::vector<Eigen::Vector3d> SolidHull(const ModuleType& type, int link);
+
+}  // namespace morphbus::model

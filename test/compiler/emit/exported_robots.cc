@@ -1,0 +1,160 @@
+#include "test/compiler/emit/exported_robots.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "test/compiler/solver/known_modules.h"
+
+namespace morphbus::test {
+namespace {
+
+using model::JointType;
+
+model::Joint MakeJoint(const std::string& name, JointType type, int a, int b, const Vector3d& at,
+                       const Vector3d& along) {
+  model::Joint joint;
+  joint.name = name;
+  joint.type = type;
+  joint.link_a = a;
+  joint.link_b = b;
+  joint.p_MoJo_M = at;
+  joint.axis = along.normalized();
+  joint.lower = -0.7;
+  joint.upper = 1.1;
+  if (type == JointType::kContinuous) {
+    joint.lower = -std::numeric_limits<double>::infinity();
+    joint.upper = std::numeric_limits<double>::infinity();
+  }
+  return joint;
+}
+
+std::vector<Vector3d> BoxAt(const Vector3d& at, double half) {
+  std::vector<Vector3d> corners;
+  for (int i = 0; i < 8; ++i) {
+    corners.push_back(
+        at + half * Vector3d((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 4) != 0 ? 1 : -1));
+  }
+  return corners;
+}
+
+/// A random tree of modules of type 0: each hangs by a random option at a free connector.
+model::Robot RandomTree(const model::Model& model, std::mt19937& random) {
+  const auto below = [&](size_t n) { return static_cast<int>(random() % n); };
+  model::Robot robot;
+  robot.name = "random";
+  const int count = 2 + below(7);
+  std::vector<std::array<bool, 6>> used(static_cast<size_t>(count), std::array<bool, 6>{});
+  for (int m = 0; m < count; ++m) {
+    robot.modules.push_back({"m" + std::to_string(m), 0, {0.1 * below(9) - 0.4, 0.2}});
+  }
+  for (int m = 1; m < count;) {
+    const int host = below(static_cast<size_t>(m));
+    const int option = below(model.connection_types[0].options.size());
+    const model::ConnectionOption& o =
+        model.connection_types[0].options[static_cast<size_t>(option)];
+    const bool hosts_a = below(2) == 0;
+    const auto at_host = static_cast<size_t>(hosts_a ? o.connector_a : o.connector_b);
+    if (used[static_cast<size_t>(host)][at_host]) continue;
+    used[static_cast<size_t>(host)][at_host] = true;
+    used[static_cast<size_t>(m)][static_cast<size_t>(hosts_a ? o.connector_b : o.connector_a)] =
+        true;
+    model::Docking docking{host, o.connector_a, m, o.connector_b, 0, option};
+    if (!hosts_a) std::swap(docking.module_a, docking.module_b);
+    robot.dockings.push_back(docking);
+    ++m;
+  }
+  robot.root_module = below(static_cast<size_t>(count));
+  robot.root_link = below(3);
+  robot.X_LR = Eigen::Translation3d(0.3, -0.2, 0.1) *
+               Eigen::AngleAxisd(0.1 * below(60), Vector3d(1, 2, 3).normalized());
+  return robot;
+}
+
+}  // namespace
+
+model::Model GadgetModel() {
+  model::ModuleType type;
+  type.name = "GADGET";
+  type.links.push_back({"base", BoxAt(Vector3d::Zero(), 0.05), 0.3});
+  type.links.push_back({"slider", BoxAt({0.2, 0, 0}, 0.02), 0.1});
+  type.links.push_back({"arm", BoxAt({0, 0.2, 0}, 0.03), 0.2});
+  type.links.push_back({"lid", {}, 0.05});
+  type.links.push_back(
+      {"plate", {{0, 0, 0.2}, {0.05, 0, 0.2}, {0.05, 0.04, 0.2}, {0, 0.04, 0.2}}, 0.05});
+  type.joints = {
+      MakeJoint("slide", JointType::kPrismatic, 1, 0, {0.1, 0.02, 0}, {1, 2, -0.5}),
+      MakeJoint("spin", JointType::kContinuous, 0, 2, {0.01, 0.1, -0.03}, {-0.3, 1, 0.7}),
+      MakeJoint("glue", JointType::kFixed, 3, 2, {0, 0.2, 0.03}, {0, 0, 1}),
+      MakeJoint("hinge", JointType::kRevolute, 4, 1, {0.1, 0, 0.1}, {0, -1, 0}),
+      MakeJoint("through_origin", JointType::kRevolute, 4, 3, {0, 0, 0.15}, {0, 0, 1}),
+  };
+  model::Connector plug;
+  plug.name = "plug";
+  plug.link = 0;
+  plug.p_MoCo_M = {-0.05, 0, 0};
+  plug.subpoint_names = {"_1", "_2"};
+  plug.subpoints = {{-0.05, 0.05, 0}, {-0.05, 0, 0.05}};
+  model::Connector socket = plug;
+  socket.name = "socket";
+  socket.link = 4;
+  socket.p_MoCo_M = {0.05, 0.02, 0.2};
+  socket.subpoints = {{0.05, 0.04, 0.2}, {0.05, 0.02, 0.25}};
+  type.connectors = {plug, socket};
+  model::Model model;
+  model.module_types.push_back(type);
+  model::ConnectionType connection;
+  connection.name = "SNAP";
+  model::ConnectionOption option;
+  option.number = 1;
+  option.connector_a = 0;
+  option.connector_b = 1;
+  option.X_AB = Eigen::Translation3d(-0.3, 0.1, 0.2) *
+                Eigen::AngleAxisd(2.1, Vector3d(0.3, -0.5, 0.8).normalized());
+  connection.options.push_back(option);
+  model.connection_types.push_back(connection);
+  return model;
+}
+
+std::vector<ExportCase> ExportCases(int num_trees) {
+  constexpr double kUnit = 0.0325;
+  const model::Model mtran = MtranModel(kUnit);
+  std::vector<ExportCase> cases;
+  cases.push_back({"quadruped", mtran, Quadruped(mtran, kUnit)});
+  cases.push_back({"equivalent", mtran, EquivalentQuadruped(mtran, kUnit)});
+  for (int seed = 0; seed < num_trees; ++seed) {
+    std::mt19937 random(static_cast<unsigned>(seed));
+    cases.push_back({"tree " + std::to_string(seed), mtran, RandomTree(mtran, random)});
+  }
+  const model::Model gadget = GadgetModel();
+  model::Robot two;
+  two.name = "two_gadgets";
+  two.modules = {{"g1", 0, {0.1, 2.0, 0.0, 0.3, -0.2}}, {"g2", 0, {0.0, 0.0, 0.0, 0.0, 0.0}}};
+  two.dockings = {{0, 0, 1, 1, 0, 0}};
+  two.root_link = 2;
+  two.X_LR = Eigen::Translation3d(0.1, 0.2, 0.3) * Eigen::AngleAxisd(0.4, Vector3d::UnitY());
+  cases.push_back({"gadgets", gadget, two});
+  return cases;
+}
+
+model::JointValues RandomValues(const ExportCase& robot, std::mt19937& random) {
+  model::JointValues q = model::StartValues(robot.robot);
+  for (size_t m = 0; m < q.size(); ++m) {
+    const model::ModuleType& type = robot.model.TypeOf(robot.robot, static_cast<int>(m));
+    for (size_t j = 0; j < q[m].size(); ++j) {
+      const model::Joint& joint = type.joints[j];
+      std::uniform_real_distribution<double> value(std::max(joint.lower, -3.0),
+                                                   std::min(joint.upper, 3.0));
+      q[m][j] = joint.type == JointType::kFixed ? 0.0 : value(random);
+    }
+  }
+  return q;
+}
+
+std::string LinkName(const ExportCase& robot, size_t module, size_t link) {
+  return robot.robot.modules[module].name + "." +
+         robot.model.TypeOf(robot.robot, static_cast<int>(module)).links[link].name;
+}
+
+}  // namespace morphbus::test

@@ -1,0 +1,34 @@
+#pragma once
+// Robots on which the back ends are tried: the paper's two (with loops), random trees, and a module
+// by hand that has what M-TRAN lacks.
+
+#include <random>
+#include <string>
+#include <vector>
+
+#include "compiler/emit/robot_tree.h"
+#include "compiler/model/forward_kinematics.h"
+#include "compiler/model/robot_model.h"
+
+namespace morphbus::test {
+
+struct ExportCase {
+  std::string name;
+  model::Model model;
+  model::Robot robot;
+};
+
+/// A module with joints of all types about oblique axes, a link without hull, a flat hull, and a
+/// loop of links inside it.
+model::Model GadgetModel();
+
+/// The quadrupeds of the paper, `num_trees` random trees of M-TRAN modules, a robot of two gadgets.
+std::vector<ExportCase> ExportCases(int num_trees);
+
+/// Values within the joints' limits; fixed joints get 0.
+model::JointValues RandomValues(const ExportCase& robot, std::mt19937& random);
+
+/// "m1.active_block"
+std::string LinkName(const ExportCase& robot, size_t module, size_t link);
+
+}  // namespace morphbus::test

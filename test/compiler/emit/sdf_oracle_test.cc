@@ -1,0 +1,102 @@
+// Exported SDF as libsdformat, Gazebo's own parser, reads it, with every warning an error.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <sdf/sdf.hh>
+
+#include "compiler/emit/sdf.h"
+#include "test/compiler/emit/exported_robots.h"
+
+namespace morphbus::emit {
+namespace {
+
+using test::ExportCase;
+
+void ParseStrictly(const std::string& text, sdf::Root* root) {
+  sdf::ParserConfig config = sdf::ParserConfig::GlobalConfig();
+  config.SetWarningsPolicy(sdf::EnforcementPolicy::ERR);
+  config.SetUnrecognizedElementsPolicy(sdf::EnforcementPolicy::ERR);
+  config.SetDeprecatedElementsPolicy(sdf::EnforcementPolicy::ERR);
+  for (const sdf::Error& error : root->LoadSdfString(text, config)) {
+    ADD_FAILURE() << error.Message();
+  }
+}
+
+model::Pose ToPose(const ignition::math::Pose3d& X) {
+  return Eigen::Translation3d(X.Pos().X(), X.Pos().Y(), X.Pos().Z()) *
+         Eigen::Quaterniond(X.Rot().W(), X.Rot().X(), X.Rot().Y(), X.Rot().Z());
+}
+
+// SDF's poses are those at the start values, so random values are start values here.
+TEST(Sdf, LibsdformatPlacesEveryLinkWhereTheModelDoes) {
+  std::mt19937 random(3);
+  for (ExportCase& robot : test::ExportCases(20)) {
+    SCOPED_TRACE(robot.name);
+    const model::JointValues q = test::RandomValues(robot, random);
+    for (size_t m = 0; m < q.size(); ++m) robot.robot.modules[m].start = q[m];
+    sdf::Root root;
+    ParseStrictly(ToSdf(robot.model, TreeOf(robot.model, robot.robot), "robot").text, &root);
+    ASSERT_NE(root.Model(), nullptr);
+    const model::KinematicState state = model::ForwardKinematics(robot.model, robot.robot, q);
+    for (size_t m = 0; m < state.X_RL.size(); ++m) {
+      for (size_t l = 0; l < state.X_RL[m].size(); ++l) {
+        const sdf::Link* link = root.Model()->LinkByName(LinkName(robot, m, l));
+        ASSERT_NE(link, nullptr);
+        ignition::math::Pose3d X;
+        ASSERT_TRUE(link->SemanticPose().Resolve(X, "__model__").empty());
+        EXPECT_LT((ToPose(X).matrix() - state.X_RL[m][l].matrix()).norm(), 1e-9);
+      }
+    }
+  }
+}
+
+TEST(Sdf, AxesLimitsAndLoopsAreThoseOfTheModel) {
+  std::mt19937 random(4);
+  for (ExportCase& robot : test::ExportCases(5)) {
+    SCOPED_TRACE(robot.name);
+    const model::JointValues q = test::RandomValues(robot, random);
+    for (size_t m = 0; m < q.size(); ++m) robot.robot.modules[m].start = q[m];
+    const RobotTree tree = TreeOf(robot.model, robot.robot);
+    sdf::Root root;
+    ParseStrictly(ToSdf(robot.model, tree, "robot").text, &root);
+    ASSERT_NE(root.Model(), nullptr);
+    const model::KinematicState state = model::ForwardKinematics(robot.model, robot.robot, q);
+    size_t joints = robot.robot.dockings.size();
+    for (size_t m = 0; m < q.size(); ++m) {
+      const model::ModuleType& type = robot.model.TypeOf(robot.robot, static_cast<int>(m));
+      joints += type.joints.size();
+      for (size_t j = 0; j < type.joints.size(); ++j) {
+        const model::Joint& joint = type.joints[j];
+        if (joint.type == model::JointType::kFixed) continue;
+        const sdf::Joint* actual =
+            root.Model()->JointByName(robot.robot.modules[m].name + "." + joint.name);
+        ASSERT_NE(actual, nullptr);
+        // The axis in the model frame is A's, reversed where the SDF joint runs from A to B.
+        const bool turned =
+            actual->ChildLinkName() == LinkName(robot, m, static_cast<size_t>(joint.link_b));
+        ignition::math::Vector3d axis;
+        ASSERT_TRUE(actual->Axis()->ResolveXyz(axis, "__model__").empty());
+        const Eigen::Vector3d expected = state.X_RL[m][static_cast<size_t>(joint.link_a)].linear() *
+                                         joint.axis * (turned ? -1.0 : 1.0);
+        // The closing joint of an open loop has no one direction.
+        const bool closes =
+            std::any_of(tree.loops.begin(), tree.loops.end(),
+                        [&](const TreeLoop& loop) { return loop.name == actual->Name(); });
+        if (!closes) {
+          EXPECT_LT((Eigen::Vector3d(axis.X(), axis.Y(), axis.Z()) - expected).norm(), 1e-9);
+        }
+        EXPECT_NEAR(actual->Axis()->Effort(), joint.effort, 1e-12);
+        EXPECT_NEAR(actual->Axis()->MaxVelocity(), joint.speed, 1e-12);
+        if (joint.type == model::JointType::kContinuous) continue;
+        EXPECT_NEAR(actual->Axis()->Lower(), joint.lower - q[m][j], 1e-12);
+        EXPECT_NEAR(actual->Axis()->Upper(), joint.upper - q[m][j], 1e-12);
+      }
+    }
+    EXPECT_EQ(root.Model()->JointCount(), joints);
+  }
+}
+
+}  // namespace
+}  // namespace morphbus::emit

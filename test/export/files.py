@@ -1,0 +1,144 @@
+#!/usr/bin/env python3
+"""Exported files as they lie on disk: names, companions, schemas, and requests that make no sense."""
+import pathlib
+import re
+import struct
+import xml.etree.ElementTree as ElementTree
+
+from support import MODEL, MORPHBUS, ROBOTS, SOURCE, Case, export, main, run
+
+SCHEMA = SOURCE / 'compiler/emit/keywords.rng'
+
+
+def module_types(model):
+    return re.findall(r'(?m)^\s*module\s+(\w+)', pathlib.Path(model).read_text())
+
+
+def read_stl(path):
+    """Triangles of a binary STL file: lists of three corners."""
+    data = path.read_bytes()
+    count, = struct.unpack_from('<I', data, 80)
+    assert len(data) == 84 + 50 * count, path
+    floats = [struct.unpack_from('<12f', data, 84 + 50 * i) for i in range(count)]
+    return [(f[3:6], f[6:9], f[9:12]) for f in floats]
+
+
+class Files(Case):
+    def test_check_urdf_accepts_every_robot(self):
+        snake = self.snake()
+        for model, of in [(MODEL, ('--robot', robot)) for robot in ROBOTS] + \
+                [(snake, ('--robot', 'snake')), (MODEL, ('--module', 'MTRAN'))]:
+            path = self.folder / 'robot.urdf'
+            export('urdf', path, *of, model=model)
+            checked = run(['check_urdf', path])
+            self.assertNotIn('Error:', checked.stderr + checked.stdout)
+            self.assertIn('root Link: robot_frame', checked.stdout)
+
+    def test_cut_loops_are_reported_and_no_others(self):
+        path = self.folder / 'robot.urdf'
+        said = export('urdf', path, '--robot', 'quadruped').stderr
+        comments = [line for line in path.read_text().splitlines() if '<!-- Cut' in line]
+        self.assertEqual(said.count('warning: URDF holds trees only'), 2)
+        self.assertEqual(len(comments), 2)
+        for name in re.findall(r'only: (\S+) is cut', said):
+            self.assertTrue(any(f'{name}.' in comment for comment in comments), name)
+        self.assertEqual(export('urdf', path, '--robot', 'snake', model=self.snake()).stderr, '')
+        self.assertEqual(export('mjcf', path, '--robot', 'quadruped').stderr, '')
+        self.assertEqual(export('sdf', path, '--robot', 'quadruped').stderr, '')
+
+    def test_meshes_lie_beside_the_file_and_are_closed(self):
+        for to in ('urdf', 'sdf'):
+            path = self.folder / to / f'walker.{to}'
+            path.parent.mkdir()
+            export(to, path, '--robot', 'quadruped')
+            meshes = sorted(p.name for p in (path.parent / 'walker_meshes').iterdir())
+            self.assertEqual(meshes, [f'MTRAN.{link}.stl' for link in ('active_block', 'connecting_bar', 'passive_block')])
+            text = path.read_text()
+            for mesh in meshes:
+                self.assertIn(f'walker_meshes/{mesh}', text)
+                edges = set()
+                volume = 0.0
+                for a, b, c in read_stl(path.parent / 'walker_meshes' / mesh):
+                    edges |= {(a, b), (b, c), (c, a)}
+                    volume += (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2])
+                               + a[2] * (b[0] * c[1] - b[1] * c[0])) / 6
+                self.assertTrue(all((b, a) in edges for a, b in edges), 'a hole')
+                self.assertGreater(volume, 1e-7, 'inside out')
+
+    def test_nothing_else_is_left_behind(self):
+        export('c', self.folder / 'robot.c', '--robot', 'quadruped')
+        self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ['robot.c', 'robot.h'])
+        said = export('c', '-', '--robot', 'quadruped')
+        self.assertIn('quadruped.h', said.stderr)
+        self.assertIn('sinf', said.stdout)
+
+    def test_two_exports_are_alike(self):
+        for to in ('urdf', 'sdf', 'mjcf', 'c'):
+            for name in ('a', 'b'):
+                (self.folder / name).mkdir(exist_ok=True)
+                export(to, self.folder / name / 'robot', '--robot', 'quadruped')
+            self.assertEqual((self.folder / 'a/robot').read_text(), (self.folder / 'b/robot').read_text())
+
+    def test_requests_that_make_no_sense(self):
+        path = self.folder / 'x'
+        for to, of, words in (
+                ('urdf', ('--robot', 'quadruped', '--module', 'MTRAN'), 'not both'),
+                ('xml', ('--robot', 'quadruped'), 'leave out --robot'),
+                ('model', ('--robot', 'quadruped'), 'leave out --robot'),
+                ('dot', ('--module', 'MTRAN'), 'leave out --module'),
+                ('urdff', ('--robot', 'quadruped'), 'did you mean urdf'),
+                ('step', ('--robot', 'quadruped'), 'expected one of'),
+                ('urdf', (), 'choose one with --robot'),
+                ('urdf', ('--robot', 'quadrupd'), "did you mean 'quadruped'"),
+                ('c', ('--module', 'ATRON'), 'expected one of MTRAN')):
+            self.assertIn(words, export(to, path, *of, status=2).stderr)
+            self.assertFalse(path.exists())
+        self.assertIn('cannot', export('urdf', '/nowhere/at/all/x.urdf', '--robot', 'quadruped', status=2).stderr)
+
+
+class Keywords(Case):
+    def check(self, path, status=0):
+        return run(['xmllint', '--noout', '--relaxng', SCHEMA, path], status)
+
+    def test_every_module_type_of_every_model_fits_the_schema(self):
+        models = [str(path) for path in sorted((SOURCE / 'models').glob('*.m3l'))]
+        seen = 0
+        for model in models:
+            for name in module_types(model):
+                path = self.folder / f'{name}.xml'
+                export('xml', path, '--module', name, model=model)
+                self.check(path)
+                seen += 1
+        self.assertGreater(seen, 0)
+
+    def test_states_of_all_types_fit(self):
+        model = self.folder / 'states.m3l'
+        model.write_text('module STATES: unit=0.1\n'
+                         'point p: coords=(0,0,0), connector, mode=["slow","fast"], turns=[bool]\n'
+                         'link body: (point a: coords=(1,0,0)) (point b: coords=(0,1,0)) (point c: coords=(0,0,1))\n'
+                         '  grouping=(p), hull=convex(body.point, p.point), mass=0.1\n')
+        path = self.folder / 'states.xml'
+        export('xml', path, '--module', 'STATES', model=str(model))
+        self.assertIn('<value>slow</value>', path.read_text())
+        self.check(path)
+
+    def test_what_the_compiler_refuses_the_schema_refuses(self):
+        good = self.folder / 'mtran.xml'
+        export('xml', good, '--module', 'MTRAN')
+        program = str(SOURCE / 'models/programs/quadruped.dyn')
+        text = good.read_text()
+        for old, new in (('version="1" name', 'version="2" name'), ('LINK_ACTIVE_BLOCK', 'ACTIVE_BLOCK'),
+                         ('keyword="C1"', 'keyword="c1"'), ('type="revolute"', 'type="ball"'),
+                         (' keyword="JOINT_1"', ''), ('<connector', '<plug'), ('type="bool"', 'type="number"'),
+                         ('name="c1"', 'name=""'), ('name="c1"', 'name="c1" gender="male"')):
+            self.assertIn(old, text)
+            bad = self.folder / 'bad.xml'
+            bad.write_text(text.replace(old, new).replace('</connector', '</plug')
+                           if new == '<plug' else text.replace(old, new, 1))
+            ElementTree.parse(bad)
+            self.check(bad, status=3)
+            run([MORPHBUS, 'compile', program, '--keywords', bad, '-o', self.folder / 'image'], status=2)
+
+
+if __name__ == '__main__':
+    main()
