@@ -102,7 +102,7 @@ class LinkChecker {
         AddHullPoints(child, points);
       }
     }
-    if (points.empty() && errors == scope_.diagnostics.error_count()) {
+    if (points.empty() && !points_missing_ && errors == scope_.diagnostics.error_count()) {
       scope_.diagnostics.Error(hull.span, "the hull has no points");
     }
     if (points.size() > kMaxHullPoints) {
@@ -133,8 +133,13 @@ class LinkChecker {
         return;
       }
       for (const PointDecl& own : OwnerOf(path[0].text)->points) {
-        if (own.name.text.empty()) continue;
-        AddAll(table->at(own.name.text), points);
+        // Points with errors of their own, and those of a second link of this name, are not there.
+        const auto found = table->find(own.name.text);
+        if (found != table->end()) {
+          AddAll(found->second, points);
+        } else {
+          points_missing_ = true;
+        }
       }
       return;
     }
@@ -194,6 +199,7 @@ class LinkChecker {
   const LinkDecl& decl_;
   const std::map<std::string, PointSymbol>& own_;
   AttributeReader attributes_;
+  bool points_missing_ = false;  ///< The hull names points that fell to another error.
 };
 
 }  // namespace
