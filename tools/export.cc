@@ -13,6 +13,7 @@
 #include "compiler/emit/robot_tree.h"
 #include "compiler/emit/sdf.h"
 #include "compiler/emit/urdf.h"
+#include "compiler/emit/webots.h"
 #include "compiler/emit/xml.h"
 #include "compiler/model/model_proto.h"
 #include "tools/commands.h"
@@ -36,8 +37,9 @@ struct Format {
   Of of;
 };
 constexpr Format kFormats[] = {
-    {"model", Of::kFile}, {"kinematics", Of::kModule}, {"xml", Of::kModule}, {"dot", Of::kRobot},
-    {"c", Of::kEither},   {"urdf", Of::kEither},       {"sdf", Of::kEither}, {"mjcf", Of::kEither}};
+    {"model", Of::kFile}, {"kinematics", Of::kModule}, {"xml", Of::kModule},
+    {"dot", Of::kRobot},  {"c", Of::kEither},          {"urdf", Of::kEither},
+    {"sdf", Of::kEither}, {"mjcf", Of::kEither},       {"webots", Of::kEither}};
 
 /// The format by name; if there is none, or not of what was asked for, says so.
 const Format* PickFormat(const Options& options) {
@@ -92,6 +94,12 @@ std::string Stem(const Options& options, const std::string& name) {
   return options.output == "-" ? name : std::filesystem::path(options.output).stem().string();
 }
 
+/// Webots looks for the controllers of worlds/x.wbt in controllers/ beside worlds/.
+std::string ControllersFolder(const Options& options) {
+  const std::filesystem::path folder = std::filesystem::absolute(options.output).parent_path();
+  return options.output != "-" && folder.filename() == "worlds" ? "../controllers" : "controllers";
+}
+
 emit::Exported OfTree(const model::Model& model, const emit::RobotTree& tree, const std::string& to,
                       const std::string& stem) {
   if (to == "c") return emit::ToC(tree, stem);
@@ -120,6 +128,11 @@ std::optional<emit::Exported> Make(const model::Model& model, const Format& form
       exported.text = *text;
       return exported;
     }
+    if (options.to == "webots") {
+      model::Robot robot = emit::ModuleAsRobot(model, *type);
+      robot.modules[0].name = robot.name;
+      return emit::ToWebots(model, robot, ControllersFolder(options));
+    }
     const emit::RobotTree tree = emit::TreeOf(model, *type);
     return OfTree(model, tree, options.to, Stem(options, tree.name));
   }
@@ -129,6 +142,7 @@ std::optional<emit::Exported> Make(const model::Model& model, const Format& form
     exported.text = emit::AssemblyGraphDot(model, *robot);
     return exported;
   }
+  if (options.to == "webots") return emit::ToWebots(model, *robot, ControllersFolder(options));
   const emit::RobotTree tree = emit::TreeOf(model, *robot);
   return OfTree(model, tree, options.to, Stem(options, tree.name));
 }
@@ -180,7 +194,7 @@ void AddExport(CLI::App& app, Action* action) {
   sub->add_option("--robot", options->robot, "Robot (default: the only one)");
   sub->add_option("--module", options->module,
                   "Module type (for kinematics and xml: default the only one)");
-  sub->add_option("--to", options->to, "urdf, sdf, mjcf, c, xml, kinematics, model or dot")
+  sub->add_option("--to", options->to, "webots, urdf, sdf, mjcf, c, xml, kinematics, model or dot")
       ->required();
   sub->add_option("-o,--output", options->output,
                   "File to write ('-': stdout); what belongs to it is written beside it")

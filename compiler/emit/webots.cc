@@ -1,0 +1,336 @@
+#include "compiler/emit/webots.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "compiler/emit/numbers.h"
+#include "compiler/emit/robot_tree.h"
+#include "compiler/emit/webots_docks.h"
+#include "compiler/model/convex_hull.h"
+#include "compiler/model/forward_kinematics.h"
+
+namespace morphbus::emit {
+namespace {
+
+using model::JointType;
+
+constexpr double kFloorThickness = 0.1;     // m
+constexpr double kFloorClearance = 0.5e-3;  // m
+constexpr double kTokenRadius = 1e-3;       // m, of links that have no hull.
+constexpr double kRadioRange = 0.01;        // m: docked faces coincide, others are farther apart.
+
+/// VRML text: nodes with fields and blocks, indented.
+class Vrml {
+ public:
+  void Line(const std::string& text) {
+    text_.append(2 * depth_, ' ');
+    text_ += text + "\n";
+  }
+  /// "HingeJoint {" or "children [".
+  void Open(const std::string& text) {
+    Line(text);
+    ++depth_;
+  }
+  void Close(const char* bracket) {
+    --depth_;
+    Line(bracket);
+  }
+  [[nodiscard]] const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+  size_t depth_ = 0;
+};
+
+/// Axis and angle, as VRML writes rotations.
+std::string Rotation(const Eigen::Matrix3d& R) {
+  const Eigen::AngleAxisd turn(Canonical(R));
+  return Triple(turn.axis()) + " " + Number(turn.angle());
+}
+
+class Writer {
+ public:
+  Writer(const model::Model& model, const model::Robot& robot)
+      : model_(model),
+        robot_(robot),
+        faces_(DockFaces(model)),
+        X_WL_(model::ForwardKinematics(model, robot, model::StartValues(robot)).X_RL) {
+    for (size_t type = 0; type < model.module_types.size(); ++type) {
+      trees_.push_back(TreeOf(model, static_cast<int>(type)));
+    }
+    for (const model::Docking& d : robot.dockings) {
+      docked_.insert({d.module_a, d.connector_a});
+      docked_.insert({d.module_b, d.connector_b});
+    }
+    // The world is the robot frame, but for its height: the floor is at 0.
+    double lift = kFloorClearance - LowestPoint(model, TreeOf(model, robot));
+    for (auto& module : X_WL_) {
+      for (model::Pose& X : module) X.translation().y() += lift;
+    }
+  }
+
+  Exported Write(const std::string& controllers) {
+    vrml_.Line("#VRML_SIM R2023b utf8");
+    vrml_.Line("# Written by morphbus export. SI, radians; x north, y up, z east.");
+    AppendScene();
+    for (size_t m = 0; m < robot_.modules.size(); ++m) AppendModule(m);
+    Exported exported;
+    exported.text = vrml_.text();
+    exported.warnings = Unaligned();
+    for (size_t type = 0; type < model_.module_types.size(); ++type) {
+      if (used_types_.count(static_cast<int>(type)) == 0) continue;
+      const model::ModuleType& module = model_.module_types[type];
+      for (CompanionFile& file : WebotsController(module)) {
+        file.path = controllers + "/" + WebotsControllerName(module) + "/" + file.path;
+        exported.companions.push_back(std::move(file));
+      }
+    }
+    return exported;
+  }
+
+ private:
+  void AppendScene() {
+    vrml_.Open("WorldInfo {");
+    vrml_.Line(fmt::format("title \"{}\"", robot_.name));
+    vrml_.Line("gravity 9.81");
+    vrml_.Line("basicTimeStep 4");
+    vrml_.Line("coordinateSystem \"NUE\"");
+    vrml_.Close("}");
+    vrml_.Open("Viewpoint {");
+    vrml_.Line("orientation 0 1 0 1.5708");
+    vrml_.Line("position 1.5 0.3 0");
+    vrml_.Close("}");
+    vrml_.Open("Background {");
+    vrml_.Line("skyColor [ 0.7 0.8 0.9 ]");
+    vrml_.Close("}");
+    vrml_.Open("DirectionalLight {");
+    vrml_.Line("direction -0.4 -1 -0.5");
+    vrml_.Close("}");
+    vrml_.Open("Solid {");
+    vrml_.Line(fmt::format("translation 0 {} 0", Number(-0.5 * kFloorThickness)));
+    vrml_.Line("name \"floor\"");
+    vrml_.Open("children [");
+    vrml_.Open("Shape {");
+    vrml_.Line("appearance PBRAppearance { baseColor 0.6 0.6 0.55 roughness 1 metalness 0 }");
+    vrml_.Line(fmt::format("geometry DEF FLOOR Box {{ size 10 {} 10 }}", Number(kFloorThickness)));
+    vrml_.Close("}");
+    vrml_.Close("]");
+    vrml_.Line("boundingObject USE FLOOR");
+    vrml_.Close("}");
+  }
+
+  void AppendModule(size_t m) {
+    const model::ModuleInstance& module = robot_.modules[m];
+    const RobotTree& tree = trees_[static_cast<size_t>(module.type)];
+    used_types_.insert(module.type);
+    children_.assign(tree.links.size(), {});
+    for (size_t i = 1; i < tree.links.size(); ++i) {
+      const int parent = tree.links[i].parent;
+      children_[static_cast<size_t>(std::max(parent, 0))].push_back(i);
+    }
+    const model::Pose& X_WL = X_WL_[m][static_cast<size_t>(tree.links[0].link)];
+    vrml_.Open(fmt::format("DEF {} Robot {{", module.name));
+    vrml_.Line("translation " + Triple(X_WL.translation()));
+    vrml_.Line("rotation " + Rotation(X_WL.linear()));
+    vrml_.Line(fmt::format("name \"{}\"", module.name));
+    vrml_.Line(
+        fmt::format("controller \"{}\"",
+                    WebotsControllerName(model_.module_types[static_cast<size_t>(module.type)])));
+    AppendLinkBody(m, tree, 0);
+    vrml_.Close("}");
+  }
+
+  /// Children, bounding object and physics, up to the node's end.
+  void AppendLinkBody(size_t m, const RobotTree& tree, size_t at) {
+    const TreeLink& link = tree.links[at];
+    const model::ModuleType& type = model_.module_types[static_cast<size_t>(link.type)];
+    const std::string hull = fmt::format("HULL_{}_{}", robot_.modules[m].name,
+                                         type.links[static_cast<size_t>(link.link)].name);
+    vrml_.Open("children [");
+    const bool has_hull = AppendShape(type, link.link, hull, m);
+    for (size_t c = 0; c < type.connectors.size(); ++c) {
+      if (type.connectors[c].link == link.link) AppendConnector(m, type, c);
+    }
+    for (const size_t child : children_[at]) AppendChild(m, tree, child);
+    for (const TreeLoop& loop : tree.loops) {
+      if (loop.from == static_cast<int>(at)) AppendClosingJoint(m, tree, loop);
+    }
+    vrml_.Close("]");
+    vrml_.Line(
+        "boundingObject " +
+        (has_hull ? "USE " + hull : fmt::format("Sphere {{ radius {} }}", Number(kTokenRadius))));
+    AppendPhysics(type, link.link);
+  }
+
+  bool AppendShape(const model::ModuleType& type, int link, const std::string& name, size_t m) {
+    const model::ConvexHull hull = model::ComputeHull(model::SolidHull(type, link));
+    if (hull.dimension < 3) return false;
+    std::string points;
+    for (const Eigen::Vector3d& p : hull.vertices) {
+      points += (points.empty() ? "" : ", ") + Triple(p);
+    }
+    std::string faces;
+    for (const model::HullFace& face : hull.faces) {
+      for (const int corner : face.polygon) faces += fmt::format("{} ", corner);
+      faces += "-1 ";
+    }
+    // Neighbours in different greens, yellows and blues.
+    const double hue = std::fmod(0.381966 * static_cast<double>(m), 1.0);
+    vrml_.Open("Shape {");
+    vrml_.Line(fmt::format(
+        "appearance PBRAppearance {{ baseColor {} {} {} roughness 0.6 metalness 0 }}",
+        Number(std::round(100 * hue) / 100), 0.7, Number(1.0 - std::round(100 * hue) / 100)));
+    vrml_.Open(fmt::format("geometry DEF {} IndexedFaceSet {{", name));
+    vrml_.Line("coord Coordinate { point [ " + points + " ] }");
+    vrml_.Line("coordIndex [ " + faces + "]");
+    vrml_.Close("}");
+    vrml_.Close("}");
+    return true;
+  }
+
+  void AppendPhysics(const model::ModuleType& type, int link) {
+    const model::LinkMass mass = model::ComputeLinkMass(type, link);
+    const Eigen::Matrix3d& I = mass.I_Lcm_L;
+    vrml_.Open("physics Physics {");
+    vrml_.Line("density -1");
+    vrml_.Line("mass " + Number(mass.mass_kg));
+    vrml_.Line("centerOfMass [ " + Triple(mass.p_LoLcm_L) + " ]");
+    vrml_.Line("inertiaMatrix [ " + Triple(I.diagonal()) + ", " +
+               Triple({I(0, 1), I(0, 2), I(1, 2)}) + " ]");
+    vrml_.Close("}");
+  }
+
+  void AppendConnector(size_t m, const model::ModuleType& type, size_t c) {
+    const DockFace& face = faces_[static_cast<size_t>(robot_.modules[m].type)][c];
+    const std::string& name = type.connectors[c].name;
+    const bool docked = docked_.count({static_cast<int>(m), static_cast<int>(c)}) != 0;
+    vrml_.Open("Connector {");
+    vrml_.Line("translation " + Triple(face.X_LC.translation()));
+    vrml_.Line("rotation " + Rotation(face.X_LC.linear()));
+    vrml_.Open("children [");
+    vrml_.Line(
+        fmt::format("Emitter {{ name \"{}.emitter\" range {} }}", name, Number(kRadioRange)));
+    vrml_.Line(fmt::format("Receiver {{ name \"{}.receiver\" }}", name));
+    vrml_.Close("]");
+    vrml_.Line(fmt::format("name \"{}\"", name));
+    vrml_.Line(fmt::format("model \"{}\"", face.model));
+    vrml_.Line(fmt::format("type \"{}\"", face.type));
+    // Who is passive cannot lock, and is held by the active one.
+    if (docked && face.type != std::string("passive")) vrml_.Line("isLocked TRUE");
+    vrml_.Line(fmt::format("numberOfRotations {}", face.rotations));
+    vrml_.Close("}");
+  }
+
+  /// A link below another: by a joint, or, where the joint is fixed, as part of it.
+  void AppendChild(size_t m, const RobotTree& tree, size_t child) {
+    const TreeLink& link = tree.links[child];
+    model::Pose X_PL = link.X_PL;
+    const bool moves =
+        link.joint >= 0 && tree.joints[static_cast<size_t>(link.joint)].type != JointType::kFixed;
+    if (moves) {
+      const auto joint = static_cast<size_t>(link.joint);
+      X_PL = X_PL * MotionOf(tree.joints[joint], robot_.modules[m].start[joint]);
+      OpenJoint(m, tree, link.joint);
+    }
+    vrml_.Open(moves ? "endPoint Solid {" : "Solid {");
+    vrml_.Line("translation " + Triple(X_PL.translation()));
+    vrml_.Line("rotation " + Rotation(X_PL.linear()));
+    vrml_.Line(fmt::format("name \"{}\"", link.name));
+    AppendLinkBody(m, tree, child);
+    vrml_.Close("}");
+    if (moves) vrml_.Close("}");
+  }
+
+  void AppendClosingJoint(size_t m, const RobotTree& tree, const TreeLoop& loop) {
+    if (loop.joint < 0) return;
+    OpenJoint(m, tree, loop.joint);
+    vrml_.Line(fmt::format("endPoint SolidReference {{ solidName \"{}\" }}",
+                           tree.links[static_cast<size_t>(loop.to)].name));
+    vrml_.Close("}");
+  }
+
+  /// Up to its end point. Webots takes limits only on either side of 0.
+  void OpenJoint(size_t m, const RobotTree& tree, int index) {
+    const TreeJoint& joint = tree.joints[static_cast<size_t>(index)];
+    const double start = robot_.modules[m].start[static_cast<size_t>(index)];
+    const bool slides = joint.type == JointType::kPrismatic;
+    const bool limited = joint.type != JointType::kContinuous && joint.lower <= 0.0 &&
+                         joint.upper >= 0.0 && joint.lower < joint.upper;
+    vrml_.Open(slides ? "SliderJoint {" : "HingeJoint {");
+    vrml_.Open(slides ? "jointParameters JointParameters {"
+                      : "jointParameters HingeJointParameters {");
+    vrml_.Line("axis " + Triple(joint.axis));
+    if (!slides) vrml_.Line("anchor " + Triple(joint.origin));
+    vrml_.Line("position " + Number(start));
+    const bool stops = limited && (slides || (joint.lower >= -EIGEN_PI && joint.upper <= EIGEN_PI));
+    if (stops) {
+      vrml_.Line("minStop " + Number(joint.lower));
+      vrml_.Line("maxStop " + Number(joint.upper));
+    }
+    vrml_.Close("}");
+    vrml_.Open("device [");
+    vrml_.Open(slides ? "LinearMotor {" : "RotationalMotor {");
+    vrml_.Line(fmt::format("name \"{}\"", joint.name));
+    vrml_.Line("maxVelocity " + Number(joint.speed));
+    vrml_.Line((slides ? "maxForce " : "maxTorque ") + Number(joint.effort));
+    if (limited) {
+      vrml_.Line("minPosition " + Number(joint.lower));
+      vrml_.Line("maxPosition " + Number(joint.upper));
+    }
+    vrml_.Close("}");
+    vrml_.Line(fmt::format("PositionSensor {{ name \"{}.sensor\" }}", joint.name));
+    vrml_.Close("]");
+  }
+
+  [[nodiscard]] std::vector<std::string> Unaligned() const {
+    std::vector<std::string> warnings;
+    const auto pose = [&](int module, int connector) -> model::Pose {
+      const model::ModuleType& type = model_.TypeOf(robot_, module);
+      const int link = type.connectors[static_cast<size_t>(connector)].link;
+      return X_WL_[static_cast<size_t>(module)][static_cast<size_t>(link)] *
+             Face(module, connector).X_LC;
+    };
+    for (const model::Docking& d : robot_.dockings) {
+      const int rotations = std::max(Face(d.module_a, d.connector_a).rotations,
+                                     Face(d.module_b, d.connector_b).rotations);
+      if (Aligned(pose(d.module_a, d.connector_a), pose(d.module_b, d.connector_b), rotations)) {
+        continue;
+      }
+      warnings.push_back(fmt::format(
+          "Webots will not lock {}.{} to {}.{}: their faces do not look at each other",
+          robot_.modules[static_cast<size_t>(d.module_a)].name,
+          model_.TypeOf(robot_, d.module_a).connectors[static_cast<size_t>(d.connector_a)].name,
+          robot_.modules[static_cast<size_t>(d.module_b)].name,
+          model_.TypeOf(robot_, d.module_b).connectors[static_cast<size_t>(d.connector_b)].name));
+    }
+    return warnings;
+  }
+
+  [[nodiscard]] const DockFace& Face(int module, int connector) const {
+    return faces_[static_cast<size_t>(robot_.modules[static_cast<size_t>(module)].type)]
+                 [static_cast<size_t>(connector)];
+  }
+
+  const model::Model& model_;
+  const model::Robot& robot_;
+  std::vector<std::vector<DockFace>> faces_;
+  std::vector<std::vector<model::Pose>> X_WL_;
+  std::vector<RobotTree> trees_;          ///< Of each module type.
+  std::set<std::pair<int, int>> docked_;  ///< (module, connector)
+  std::set<int> used_types_;
+  std::vector<std::vector<size_t>> children_;  ///< Of each link of the module at hand.
+  Vrml vrml_;
+};
+
+}  // namespace
+
+Exported ToWebots(const model::Model& model, const model::Robot& robot,
+                  const std::string& controllers) {
+  return Writer(model, robot).Write(controllers);
+}
+
+}  // namespace morphbus::emit

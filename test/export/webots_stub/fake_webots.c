@@ -1,0 +1,72 @@
+/* A Webots of one module for the wrapper's tests: motors reach their target at once, what is sent comes
+   back as if a neighbour had sent it and then as the module's own echo. Prints what it is asked to do. */
+#include <stdio.h>
+#include <string.h>
+#include <webots/connector.h>
+#include <webots/emitter.h>
+#include <webots/motor.h>
+#include <webots/position_sensor.h>
+#include <webots/receiver.h>
+#include <webots/robot.h>
+
+static char names[64][64];
+static int num_names, steps, queued;
+static double positions[64];
+static char packets[2][2048];
+static int sizes[2];
+static char locked[64];
+
+static WbDeviceTag find(const char *name) {
+  int i;
+  for (i = 0; i < num_names; ++i)
+    if (strcmp(names[i], name) == 0) return (WbDeviceTag)(i + 1);
+  return 0;
+}
+
+int wb_robot_init() { return 1; }
+int wb_robot_step(int duration) {
+  steps += 1;
+  return steps > 5 ? -1 : duration * 0;
+}
+void wb_robot_cleanup() { printf("cleanup\n"); }
+double wb_robot_get_time() { return 0.004 * steps; }
+double wb_robot_get_basic_time_step() { return 4; }
+const char *wb_robot_get_name() { return "m1"; }
+WbDeviceTag wb_robot_get_device(const char *name) {
+  printf("device %s\n", name);
+  if (!find(name)) strcpy(names[num_names++], name);
+  return find(name);
+}
+void wb_motor_set_position(WbDeviceTag tag, double position) {
+  char sensor[80];
+  printf("position %s %g\n", names[tag - 1], position);
+  sprintf(sensor, "%s.sensor", names[tag - 1]);
+  positions[find(sensor)] = position;
+}
+void wb_motor_set_velocity(WbDeviceTag tag, double velocity) {
+  printf("velocity %s %.4f\n", names[tag - 1], velocity);
+}
+void wb_position_sensor_enable(WbDeviceTag tag, int period) {
+  positions[tag] = 0.25;
+  (void)period;
+}
+double wb_position_sensor_get_value(WbDeviceTag tag) { return positions[tag]; }
+void wb_connector_enable_presence(WbDeviceTag tag, int period) { (void)tag, (void)period; }
+int wb_connector_get_presence(WbDeviceTag tag) { return tag % 2; }
+void wb_connector_lock(WbDeviceTag tag) { locked[tag] = 1; }
+void wb_connector_unlock(WbDeviceTag tag) { locked[tag] = 0; }
+bool wb_connector_is_locked(WbDeviceTag tag) { return locked[tag]; }
+int wb_emitter_send(WbDeviceTag tag, const void *data, int size) {
+  printf("send %s %d\n", names[tag - 1], size);
+  memcpy(packets[0], data, (size_t)size);
+  memcpy(packets[1], data, (size_t)size);
+  packets[1][1] = '2'; /* From m2. */
+  sizes[0] = sizes[1] = size;
+  queued = 2;
+  return 1;
+}
+void wb_receiver_enable(WbDeviceTag tag, int period) { (void)tag, (void)period; }
+int wb_receiver_get_queue_length(WbDeviceTag tag) { return (void)tag, queued; }
+int wb_receiver_get_data_size(WbDeviceTag tag) { return (void)tag, sizes[2 - queued]; }
+const void *wb_receiver_get_data(WbDeviceTag tag) { return (void)tag, packets[2 - queued]; }
+void wb_receiver_next_packet(WbDeviceTag tag) { (void)tag, --queued; }
