@@ -202,6 +202,9 @@ void CheckTree(ModuleScope& scope) {
   }
   for (size_t i = 1; i < type.links.size(); ++i) {
     if (find(i) == find(0)) continue;
+    // No joint can name the second link of a name; that it is taken has been said.
+    const auto same = [&](const model::Link& link) { return link.name == type.links[i].name; };
+    if (std::count_if(type.links.begin(), type.links.end(), same) > 1) continue;
     scope.diagnostics
         .Error(scope.module.decl->links[i].name.span,
                fmt::format("link '{}' is joined to '{}' by no joint", type.links[i].name,
