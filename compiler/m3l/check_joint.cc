@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <set>
 
 #include "compiler/m3l/check_module.h"
 #include "compiler/m3l/evaluate.h"
@@ -200,11 +201,13 @@ void CheckTree(ModuleScope& scope) {
     }
     group[a] = b;
   }
+  // A joint cannot say which of two links of one name it means; that the name is taken has been
+  // said.
+  std::set<std::string> names;
+  for (const model::Link& link : type.links) names.insert(link.name);
+  if (names.size() < type.links.size()) return;
   for (size_t i = 1; i < type.links.size(); ++i) {
     if (find(i) == find(0)) continue;
-    // No joint can name the second link of a name; that it is taken has been said.
-    const auto same = [&](const model::Link& link) { return link.name == type.links[i].name; };
-    if (std::count_if(type.links.begin(), type.links.end(), same) > 1) continue;
     scope.diagnostics
         .Error(scope.module.decl->links[i].name.span,
                fmt::format("link '{}' is joined to '{}' by no joint", type.links[i].name,
