@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <vector>
 
+#include "compiler/source/diagnostics.h"
 #include "tools/commands.h"
 
 namespace morphbus::tools {
@@ -27,6 +31,25 @@ int ReportParseError(const CLI::App& app, const CLI::ParseError& error) {
   return Unusable(fmt::format("{} (see {} --help)", error.what(), command));
 }
 
+/// The first argument, if it is meant as a subcommand and is none.
+std::optional<std::string> UnknownCommand(const CLI::App& app, int argc, const char* const* argv) {
+  if (argc < 2 || argv[1][0] == '-') return std::nullopt;
+  for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; })) {
+    if (sub->check_name(argv[1])) return std::nullopt;
+  }
+  return argv[1];
+}
+
+int ReportUnknownCommand(const CLI::App& app, const std::string& command) {
+  std::vector<std::string> names;
+  for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; })) {
+    names.push_back(sub->get_name());
+  }
+  const std::string near = source::NearestName(command, names);
+  return Unusable(fmt::format("there is no command '{}'{}; morphbus --help lists them", command,
+                              near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
+}
+
 }  // namespace
 
 int RunCommandLine(int argc, const char* const* argv) {
@@ -39,6 +62,9 @@ int RunCommandLine(int argc, const char* const* argv) {
                          AddExport, AddDraw, AddRun, AddSim, AddModule, AddLog, AddReplay, AddSpy,
                          AddRuns, AddCompare, AddInfo, AddVerify}) {
     add(app, &action);
+  }
+  if (const auto unknown = UnknownCommand(app, argc, argv)) {
+    return ReportUnknownCommand(app, *unknown);
   }
   try {
     app.parse(argc, argv);

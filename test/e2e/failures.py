@@ -96,6 +96,10 @@ class Running(Case):
 
 
 class BadInput(Case):
+    def test_a_command_that_does_not_exist_is_named_with_the_nearest(self):
+        done = morphbus('comparr', 'a.log', 'b.log', status=2)
+        self.assertIn("no command 'comparr' (did you mean 'compare'?)", done.stderr)
+
     def test_without_a_multicast_route_one_sentence_says_what_to_do(self):
         done = subprocess.run(
             [str(BIN / 'isolated'), '--no-route', *command('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', '1')],
