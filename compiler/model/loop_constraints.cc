@@ -209,9 +209,13 @@ LoopMobility ComputeLoopMobility(int num_bodies, const std::vector<ScrewJoint>& 
     cod.compute(ClosureJacobian(block, joints));
     const Eigen::Index free = size - cod.rank();
     result.mobility += static_cast<int>(free);
+    if (free == 0) {
+      for (const int joint : block) result.locked[joint] = true;
+      continue;
+    }
     const MatrixXd null_space = cod.colsPermutation() * cod.matrixZ().transpose().rightCols(free);
     for (int k = 0; k < size; ++k) {
-      if (free == 0 || null_space.row(k).norm() <= kStill) result.locked[block[k]] = true;
+      if (null_space.row(k).norm() <= kStill) result.locked[block[k]] = true;
     }
   }
   return result;
