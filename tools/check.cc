@@ -35,7 +35,7 @@ void PrintRobot(const model::Model& model, const model::Robot& robot) {
       Plural(robot.dockings.size(), "connection"),
       fmt::format("{} {}", graph.bodies.size(), graph.bodies.size() == 1 ? "body" : "bodies"),
       Plural(graph.joints.size(), "joint"), graph.mobility);
-  if (state.worst_docking >= 0) {
+  if (state.num_loops > 0) {
     fmt::print("  loops close within {:.1e} m and {:.1e} degrees\n", state.closure_m,
                state.closure_rad * 180.0 / EIGEN_PI);
   }

@@ -17,6 +17,20 @@ struct Options {
   bool json = false;
 };
 
+const char* RelationText(model::AxisRelation relation) {
+  switch (relation) {
+    case model::AxisRelation::kParallel:
+      return "parallel";
+    case model::AxisRelation::kOrthogonal:
+      return "orthogonal";
+    case model::AxisRelation::kSkew:
+      return "skew";
+    case model::AxisRelation::kCoplanar:
+      return "coplanar";
+  }
+  return "";
+}
+
 Json GraphJson(const model::Model& model, const model::Robot& robot,
                const model::KinematicGraph& graph) {
   const auto link_name = [&](const model::LinkRef& ref) {
@@ -29,15 +43,22 @@ Json GraphJson(const model::Model& model, const model::Robot& robot,
     for (const model::LinkRef& ref : body.links) links.push_back(link_name(ref));
     bodies.push_back({{"links", links}, {"degree", body.degree}});
   }
+  const auto joint_name = [&](const model::GraphJoint& joint) {
+    return robot.modules[static_cast<size_t>(joint.module)].name + "." +
+           model.TypeOf(robot, joint.module).joints[static_cast<size_t>(joint.joint)].name;
+  };
   Json joints = Json::array();
   for (const model::GraphJoint& joint : graph.joints) {
-    joints.push_back(
-        {{"name",
-          robot.modules[static_cast<size_t>(joint.module)].name + "." +
-              model.TypeOf(robot, joint.module).joints[static_cast<size_t>(joint.joint)].name},
-         {"adjacent", joint.adjacent.size()},
-         {"locked", joint.locked},
-         {"axis", VectorJson(joint.axis_R)}});
+    Json axes = Json::object();
+    for (size_t i = 0; i < joint.adjacent.size(); ++i) {
+      const model::GraphJoint& other = graph.joints[static_cast<size_t>(joint.adjacent[i])];
+      axes[joint_name(other)] = RelationText(joint.adjacent_axes[i]);
+    }
+    joints.push_back({{"name", joint_name(joint)},
+                      {"adjacent", joint.adjacent.size()},
+                      {"locked", joint.locked},
+                      {"axis", VectorJson(joint.axis_R)},
+                      {"adjacent_axes", axes}});
   }
   return {{"bodies", bodies}, {"joints", joints}, {"mobility", graph.mobility}};
 }
@@ -60,6 +81,22 @@ void PrintGraph(const model::Robot& robot, const Json& graph, bool locked_comput
                !locked_computed ? "?" : (joint["locked"].get<bool>() ? "yes" : "no"),
                axis[0].get<double>(), axis[1].get<double>(), axis[2].get<double>(),
                joint["name"].get<std::string>());
+  }
+  fmt::print("\njoint                 its axis is\n");
+  for (const Json& joint : graph["joints"]) {
+    // "parallel to m2.joint_1, m2.joint_2; orthogonal to m5.joint_1".
+    std::string text;
+    for (const char* relation : {"parallel", "orthogonal", "coplanar", "skew"}) {
+      std::string names;
+      for (const auto& [name, value] : joint["adjacent_axes"].items()) {
+        if (value == relation) names += (names.empty() ? "" : ", ") + name;
+      }
+      if (names.empty()) continue;
+      const bool with = relation == std::string("coplanar");
+      text += fmt::format("{}{} {} {}", text.empty() ? "" : "; ", relation, with ? "with" : "to",
+                          names);
+    }
+    if (!text.empty()) fmt::print("{:<20}  {}\n", joint["name"].get<std::string>(), text);
   }
 }
 

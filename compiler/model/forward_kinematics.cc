@@ -75,6 +75,7 @@ KinematicState ForwardKinematics(const Model& model, const Robot& robot, const J
     const size_t links = model.TypeOf(robot, static_cast<int>(m)).links.size();
     state.X_RL.emplace_back(first, first + static_cast<std::ptrdiff_t>(links));
   }
+  state.num_loops = static_cast<int>(tree.loops().size());
   double worst = -1.0;
   for (const KinematicTree::Loop& loop : tree.loops()) {
     const auto [gap_m, gap_rad] = KinematicTree::Gap(loop, flat_q.data(), flat.data());

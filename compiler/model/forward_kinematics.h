@@ -26,7 +26,9 @@ struct KinematicState {
   /// Largest gap over all loops (m, rad): docked frames against what the tree says.
   double closure_m = 0.0;
   double closure_rad = 0.0;
-  /// Index into Robot::dockings of the worst loop-closing docking, -1 if there is no loop.
+  /// Independent loops of the assembly, closed by a docking or by a joint.
+  int num_loops = 0;
+  /// Index into Robot::dockings of the worst loop-closing docking, -1 if there is none.
   int worst_docking = -1;
 };
 

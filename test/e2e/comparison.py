@@ -52,8 +52,8 @@ class Comparison(Case):
         self.assert_different(*logs)
 
     def test_one_changed_angle_is_different(self):
-        changed = PROGRAM.read_text().replace('jointRotateDegreesNonBlocking(knee,90)',
-                                              'jointRotateDegreesNonBlocking(knee,89)')
+        changed = PROGRAM.read_text().replace('jointRotateDegreesNonBlocking(knee, 90)',
+                                              'jointRotateDegreesNonBlocking(knee, 89)')
         self.assertNotEqual(changed, PROGRAM.read_text())
         first = self.assert_different(self.log(QUADRUPED), self.run_changed(changed))
         self.assertIn('LowerHalf', first['role'])

@@ -152,7 +152,7 @@ class BadInput(Case):
 
     def test_sources_with_errors_exit_with_2_and_carets(self):
         broken = self.folder / 'broken.m3l'
-        broken.write_text(MODEL.read_text().replace('m1.c2,m2.c5', 'm1.c2,m2.c55', 1))
+        broken.write_text(MODEL.read_text().replace('m1.c2, m2.c5', 'm1.c2, m2.c55', 1))
         done = morphbus('check', broken, status=2)
         self.assertRegex(done.stderr, r'broken\.m3l:\d+:\d+: error: ')
         self.assertIn('^', done.stderr)

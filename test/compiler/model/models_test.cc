@@ -1,0 +1,259 @@
+// Every model of models/: what the literature says of its connections and of its robots.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <set>
+
+#include "compiler/m3l/compile.h"
+#include "compiler/model/kinematic_graph.h"
+
+namespace morphbus::model {
+namespace {
+
+using Eigen::Vector3d;
+
+std::filesystem::path Folder() { return std::filesystem::path(MORPHBUS_SOURCE_DIR) / "models"; }
+
+/// The model of models/NAME.m3l; the test fails on any error or warning.
+Model Load(const std::string& name) {
+  m3l::CompileOutput output = m3l::CompileFiles({(Folder() / (name + ".m3l")).string()});
+  EXPECT_TRUE(output.diagnostics.all().empty())
+      << source::Render(output.diagnostics, output.sources, false);
+  return output.model.value_or(Model{});
+}
+
+struct Counts {
+  int candidates = 0;
+  size_t connections = 0;
+};
+
+Counts CountsOf(const Model& model, const std::string& name) {
+  for (const ConnectionType& type : model.connection_types) {
+    if (type.name == name) return {type.candidates, type.options.size()};
+  }
+  ADD_FAILURE() << "no connection " << name;
+  return {};
+}
+
+/// How the two joint axes nearest to the mated connectors lie, over all ways to mate.
+std::map<AxisRelation, int> MatedAxes(const Model& model, const ConnectionType& connection) {
+  const ModuleType& type = model.module_types[static_cast<size_t>(connection.type_a)];
+  const auto joint_of = [&](int connector) {
+    const int link = type.connectors[static_cast<size_t>(connector)].link;
+    for (const Joint& joint : type.joints) {
+      if (joint.link_a == link || joint.link_b == link) return joint;
+    }
+    return type.joints[0];
+  };
+  std::map<AxisRelation, int> count;
+  for (const ConnectionOption& option : connection.options) {
+    const Joint a = joint_of(option.connector_a);
+    const Joint b = joint_of(option.connector_b);
+    ++count[ClassifyAxes(a.p_MoJo_M, a.axis, option.X_AB * b.p_MoJo_M,
+                         option.X_AB.linear() * b.axis, ExtentOf(type))];
+  }
+  return count;
+}
+
+TEST(Models, MateInAsManyWaysAsTheLiteratureCounts) {
+  const Counts mtran = CountsOf(Load("mtran"), "MTRAN_to_MTRAN");
+  EXPECT_EQ(mtran.candidates, 144);
+  EXPECT_EQ(mtran.connections, 72U);
+  const Counts atron = CountsOf(Load("atron"), "ATRON_to_ATRON");
+  EXPECT_EQ(atron.candidates, 64) << "each of 32 ways, and again with the modules in each other";
+  EXPECT_EQ(atron.connections, 32U);
+  const Counts molecube = CountsOf(Load("molecube"), "MOLECUBE_to_MOLECUBE");
+  EXPECT_EQ(molecube.candidates, 288);
+  EXPECT_EQ(molecube.connections, 144U);
+  const Counts ckbot = CountsOf(Load("ckbot"), "CKBOT_to_CKBOT");
+  EXPECT_EQ(ckbot.candidates, 4 * 4 * 4 * 2);
+  EXPECT_EQ(ckbot.connections, 4U * 4U * 4U);
+  const Counts mixed = CountsOf(Load("mixed"), "MTRAN_to_TELESCOPE");
+  EXPECT_EQ(mixed.candidates, 3 * 2 * 4 * 2);
+  EXPECT_EQ(mixed.connections, 3U * 2U * 4U);
+}
+
+TEST(Models, HaveMatedAxesAsThePaperSaysInSectionII) {
+  const Model atron = Load("atron");
+  EXPECT_EQ(MatedAxes(atron, atron.connection_types[0]),
+            (std::map<AxisRelation, int>{{AxisRelation::kOrthogonal, 32}}));
+  const Model mtran = Load("mtran");
+  EXPECT_EQ(MatedAxes(mtran, mtran.connection_types[0]),
+            (std::map<AxisRelation, int>{{AxisRelation::kParallel, 36},
+                                         {AxisRelation::kOrthogonal, 36}}));
+  const Model molecube = Load("molecube");
+  EXPECT_EQ(MatedAxes(molecube, molecube.connection_types[0]),
+            (std::map<AxisRelation, int>{{AxisRelation::kParallel, 36},
+                                         {AxisRelation::kSkew, 72},
+                                         {AxisRelation::kCoplanar, 36}}));
+}
+
+TEST(Models, WeighAndMeasureWhatIsPublished) {
+  const auto mass = [](const ModuleType& type) {
+    double sum = 0.0;
+    for (const Link& link : type.links) sum += link.mass_kg;
+    return sum;
+  };
+  const Model atron = Load("atron");
+  EXPECT_NEAR(mass(atron.module_types[0]), 0.850, 1e-9);
+  for (const Connector& connector : atron.module_types[0].connectors) {
+    EXPECT_NEAR(connector.p_MoCo_M.norm(), 0.055, 1e-12);
+    EXPECT_NEAR(std::abs(connector.p_MoCo_M.z()), 0.055 * std::sqrt(0.5), 1e-12);
+  }
+  const Model molecube = Load("molecube");
+  EXPECT_NEAR(mass(molecube.module_types[0]), 0.650, 1e-9);
+  EXPECT_NEAR(ExtentOf(molecube.module_types[0]), 0.100, 1e-12);
+  const Model ckbot = Load("ckbot");
+  EXPECT_NEAR(mass(ckbot.module_types[0]), 0.138, 1e-9);
+  EXPECT_NEAR(ExtentOf(ckbot.module_types[0]), 0.060, 1e-12);
+}
+
+/// A robot, and the figures by which it is known.
+struct Known {
+  std::string file;
+  std::string robot;
+  size_t modules = 0;
+  size_t bodies = 0;
+  size_t joints = 0;
+  int mobility = 0;
+  bool has_loop = false;
+};
+
+/// Bodies: links less dockings for a tree, and one less for each loop. Mobility of a tree is the
+/// number of its joints, of a loop of N parallel axes N - 3.
+const Known kRobots[] = {
+    {"atron", "car", 3, 4, 3, 3, false},
+    {"atron", "car7", 7, 8, 7, 7, false},
+    {"molecube", "snake", 4, 5, 4, 4, false},
+    {"ckbot", "snake", 5, 6, 5, 5, false},
+    {"ckbot", "loop", 10, 10, 10, 7, true},
+    {"mtran", "quadruped", 9, 18, 18, 16, true},
+    {"mtran", "equivalent_quadruped", 9, 18, 18, 16, true},
+    {"mtran_robots", "snake", 5, 11, 10, 10, false},
+    {"mtran_robots", "caterpillar", 8, 16, 16, 13, true},
+    {"mtran_robots", "crawler", 7, 15, 14, 14, false},
+    {"mixed", "inchworm", 5, 10, 9, 9, false},
+};
+
+TEST(Models, HaveRobotsThatAssembleAndClose) {
+  for (const Known& known : kRobots) {
+    SCOPED_TRACE(known.file + " " + known.robot);
+    const Model model = Load(known.file);
+    const Robot* robot = model.FindRobot(known.robot);
+    ASSERT_NE(robot, nullptr);
+    EXPECT_EQ(robot->modules.size(), known.modules);
+    const KinematicState state = ForwardKinematics(model, *robot, StartValues(*robot));
+    EXPECT_LT(state.closure_m, 1e-9);
+    EXPECT_LT(state.closure_rad, 1e-9);
+    EXPECT_EQ(state.num_loops > 0, known.has_loop);
+    const KinematicGraph graph = BuildKinematicGraph(model, *robot);
+    EXPECT_EQ(graph.bodies.size(), known.bodies);
+    EXPECT_EQ(graph.joints.size(), known.joints);
+    EXPECT_EQ(graph.mobility, known.mobility);
+  }
+}
+
+TEST(Models, AreAllInTheTable) {
+  std::set<std::string> known;
+  for (const Known& robot : kRobots) known.insert(robot.file + "/" + robot.robot);
+  for (const auto& entry : std::filesystem::directory_iterator(Folder())) {
+    if (entry.path().extension() != ".m3l") continue;
+    const std::string file = entry.path().stem().string();
+    bool any = false;
+    for (const Robot& robot : Load(file).robots) {
+      any = any || known.count(file + "/" + robot.name) > 0;
+      const bool imported = known.count("mtran/" + robot.name) > 0;
+      EXPECT_TRUE(imported || known.count(file + "/" + robot.name) > 0) << file << robot.name;
+    }
+    EXPECT_TRUE(any) << file;
+  }
+}
+
+/// Origins of the modules (their first links) in the robot frame, in units of `unit_m`.
+std::map<std::string, Vector3d> Origins(const Model& model, const Robot& robot, double unit_m) {
+  const KinematicState state = ForwardKinematics(model, robot, StartValues(robot));
+  std::map<std::string, Vector3d> origins;
+  for (size_t m = 0; m < robot.modules.size(); ++m) {
+    origins[robot.modules[m].name] = state.X_RL[m][0].translation() / unit_m;
+  }
+  return origins;
+}
+
+Vector3d AxisOf(const KinematicGraph& graph, const Robot& robot, const std::string& module) {
+  for (const GraphJoint& joint : graph.joints) {
+    if (robot.modules[static_cast<size_t>(joint.module)].name == module) return joint.axis_R;
+  }
+  return Vector3d::Zero();
+}
+
+TEST(Models, PutAtronOnAFaceCentredCubicLatticeWithOrthogonalNeighbours) {
+  const Model model = Load("atron");
+  for (const Robot& robot : model.robots) {
+    for (const auto& [name, p] : Origins(model, robot, 0.055 * std::sqrt(2.0))) {
+      // In units of half the cube's side, the lattice is all points whose coordinates are integers
+      // with an even sum.
+      const Vector3d rounded(std::round(p.x()), std::round(p.y()), std::round(p.z()));
+      EXPECT_LT((p - rounded).norm(), 1e-9) << robot.name << " " << name;
+      EXPECT_EQ(std::fmod(std::abs(rounded.sum()), 2.0), 0.0) << robot.name << " " << name;
+    }
+    const KinematicGraph graph = BuildKinematicGraph(model, robot);
+    for (const Docking& docking : robot.dockings) {
+      const GraphJoint& a = graph.joints[static_cast<size_t>(docking.module_a)];
+      const GraphJoint& b = graph.joints[static_cast<size_t>(docking.module_b)];
+      EXPECT_NEAR(a.axis_R.dot(b.axis_R), 0.0, 1e-12) << robot.name;
+    }
+  }
+}
+
+TEST(Models, BuildTheCarsOfTheLiterature) {
+  const Model model = Load("atron");
+  // Fig. 3: "Head" has its axis north-south; the wheels are one to the west, one to the east.
+  const Robot& car = *model.FindRobot("car");
+  const KinematicGraph graph = BuildKinematicGraph(model, car);
+  EXPECT_NEAR(std::abs(AxisOf(graph, car, "head").x()), 1.0, 1e-12);
+  const std::map<std::string, Vector3d> at = Origins(model, car, 1.0);
+  for (const char* wheel : {"left", "right"}) {
+    EXPECT_NEAR(std::abs(AxisOf(graph, car, wheel).z()), 1.0, 1e-12);
+    EXPECT_NEAR(at.at(wheel).y(), at.at("head").y(), 1e-12) << "all stand on the ground";
+  }
+  EXPECT_LT(at.at("left").z(), at.at("head").z());
+  EXPECT_GT(at.at("right").z(), at.at("head").z());
+
+  const Robot& car7 = *model.FindRobot("car7");
+  const KinematicGraph graph7 = BuildKinematicGraph(model, car7);
+  const std::map<std::string, Vector3d> at7 = Origins(model, car7, 1.0);
+  for (const char* axle : {"front", "rear"}) {
+    EXPECT_NEAR(std::abs(AxisOf(graph7, car7, axle).y()), 1.0, 1e-12) << "steers";
+  }
+  for (const char* wheel : {"wheel_1", "wheel_2", "wheel_3", "wheel_4"}) {
+    EXPECT_NEAR(std::abs(AxisOf(graph7, car7, wheel).z()), 1.0, 1e-12);
+    EXPECT_NEAR(at7.at(wheel).y(), at7.at("wheel_1").y(), 1e-12);
+    for (const char* other : {"body", "front", "rear"}) {
+      EXPECT_LT(at7.at(wheel).y(), at7.at(other).y() - 0.05) << "only wheels touch the ground";
+    }
+  }
+}
+
+TEST(Models, HaveNeighboursWhoseAxesLieAsThePaperSays) {
+  const std::map<std::string, std::set<AxisRelation>> allowed = {
+      {"atron", {AxisRelation::kOrthogonal, AxisRelation::kParallel}},
+      {"mtran", {AxisRelation::kParallel, AxisRelation::kOrthogonal}},
+      {"mtran_robots", {AxisRelation::kParallel, AxisRelation::kOrthogonal}},
+      {"molecube", {AxisRelation::kParallel, AxisRelation::kSkew, AxisRelation::kCoplanar}}};
+  for (const auto& [file, relations] : allowed) {
+    const Model model = Load(file);
+    for (const Robot& robot : model.robots) {
+      for (const GraphJoint& joint : BuildKinematicGraph(model, robot).joints) {
+        for (const AxisRelation relation : joint.adjacent_axes) {
+          EXPECT_EQ(relations.count(relation), 1U) << file << " " << robot.name;
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace morphbus::model
