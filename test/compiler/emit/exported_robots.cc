@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 
+#include <gtest/gtest.h>
+
+#include "compiler/m3l/compile.h"
 #include "test/compiler/solver/known_modules.h"
 
 namespace morphbus::test {
@@ -72,6 +76,25 @@ model::Robot RandomTree(const model::Model& model, std::mt19937& random) {
   return robot;
 }
 
+/// Every robot of every model that is shipped.
+void AddModelFiles(std::vector<ExportCase>* cases) {
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(MORPHBUS_SOURCE_DIR "/models")) {
+    if (entry.path().extension() == ".m3l") files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  for (const std::filesystem::path& file : files) {
+    const m3l::CompileOutput output = m3l::CompileFiles({file.string()});
+    if (!output.model) {
+      ADD_FAILURE() << file << " does not compile";
+      continue;
+    }
+    for (const model::Robot& robot : output.model->robots) {
+      cases->push_back({file.filename().string() + " " + robot.name, *output.model, robot});
+    }
+  }
+}
+
 }  // namespace
 
 model::Model GadgetModel() {
@@ -135,6 +158,7 @@ std::vector<ExportCase> ExportCases(int num_trees) {
   two.root_link = 2;
   two.X_LR = Eigen::Translation3d(0.1, 0.2, 0.3) * Eigen::AngleAxisd(0.4, Vector3d::UnitY());
   cases.push_back({"gadgets", gadget, two});
+  AddModelFiles(&cases);
   return cases;
 }
 

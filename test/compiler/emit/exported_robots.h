@@ -22,7 +22,8 @@ struct ExportCase {
 /// loop of links inside it.
 model::Model GadgetModel();
 
-/// The quadrupeds of the paper, `num_trees` random trees of M-TRAN modules, a robot of two gadgets.
+/// The quadrupeds of the paper, `num_trees` random trees of M-TRAN modules, a robot of two gadgets,
+/// and every robot in models/.
 std::vector<ExportCase> ExportCases(int num_trees);
 
 /// Values within the joints' limits; fixed joints get 0.

@@ -1,0 +1,128 @@
+// The generated C, compiled and loaded, against the library: joints of all types, any axis.
+
+#include <dlfcn.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <random>
+#include <string>
+
+#include "compiler/emit/c99.h"
+#include "test/compiler/emit/exported_robots.h"
+
+namespace morphbus::emit {
+namespace {
+
+using test::ExportCase;
+using Function = void (*)(const float* q, float (*X)[12]);
+
+class C99 : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = testing::TempDir() + "morphbus-c99-XXXXXX";
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    folder_ = name;
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  /// Compiles the robot's C and finds its function.
+  Function Load(const RobotTree& tree, const std::string& stem) {
+    const Exported exported = ToC(tree, stem);
+    std::ofstream(folder_ / (stem + ".c")) << exported.text;
+    std::ofstream(folder_ / exported.companions.at(0).path) << exported.companions.at(0).bytes;
+    const std::string library = (folder_ / (stem + ".so")).string();
+    const std::string command = std::string(MORPHBUS_C_COMPILER) +
+                                " -std=c99 -Wall -Wextra -Wpedantic -Wconversion -Werror -O0 "
+                                "-shared -fPIC -o " +
+                                library + " " + (folder_ / (stem + ".c")).string() + " -lm";
+    // NOLINTNEXTLINE(cert-env33-c): a test's own folder.
+    EXPECT_EQ(std::system(command.c_str()), 0) << exported.text;
+    void* const handle = dlopen(library.c_str(), RTLD_NOW);
+    if (handle == nullptr) {
+      ADD_FAILURE() << dlerror();
+      return nullptr;
+    }
+    void* const symbol = dlsym(handle, (tree.name + "_forward_kinematics").c_str());
+    EXPECT_NE(symbol, nullptr);
+    return reinterpret_cast<Function>(symbol);
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(C99, PlacesEveryLinkWhereTheModelDoes) {
+  std::mt19937 random(7);
+  int number = 0;
+  for (const ExportCase& robot : test::ExportCases(4)) {
+    SCOPED_TRACE(robot.name);
+    const RobotTree tree = TreeOf(robot.model, robot.robot);
+    const Function function = Load(tree, "robot" + std::to_string(number++));
+    ASSERT_NE(function, nullptr);
+    for (int round = 0; round < 5; ++round) {
+      const model::JointValues values = test::RandomValues(robot, random);
+      std::vector<float> q;
+      for (const auto& module : values) q.insert(q.end(), module.begin(), module.end());
+      const std::unique_ptr<float[][12]> X(new float[tree.links.size()][12]);
+      function(q.data(), X.get());
+      const model::KinematicState state =
+          model::ForwardKinematics(robot.model, robot.robot, values);
+      size_t i = 0;
+      for (const auto& module : state.X_RL) {
+        for (const model::Pose& expected : module) {
+          const Eigen::Map<const Eigen::Matrix<float, 3, 4, Eigen::RowMajor>> actual(X[i++]);
+          EXPECT_LT((actual.cast<double>() - expected.matrix().topRows<3>()).norm(), 1e-5);
+        }
+      }
+    }
+  }
+}
+
+// Longer robots are written as several functions.
+TEST_F(C99, AChainOfTwoHundredLinksIsRight) {
+  const ExportCase base = test::ExportCases(0).front();
+  ExportCase chain = {"chain", base.model, {}};
+  chain.robot.name = "chain";
+  int option = 0;
+  const auto& options = base.model.connection_types[0].options;
+  while (options[static_cast<size_t>(option)].connector_a != 1 ||
+         options[static_cast<size_t>(option)].connector_b != 4) {
+    ++option;
+  }
+  for (int m = 0; m < 70; ++m) {
+    chain.robot.modules.push_back({"m" + std::to_string(m), 0, {0.0, 0.0}});
+    if (m > 0) chain.robot.dockings.push_back({m - 1, 1, m, 4, 0, option});
+  }
+  const RobotTree tree = TreeOf(chain.model, chain.robot);
+  EXPECT_EQ(tree.links.size(), 210u);
+  const Function function = Load(tree, "chain");
+  ASSERT_NE(function, nullptr);
+  std::vector<float> q;
+  model::JointValues values = model::StartValues(chain.robot);
+  for (auto& module : values) {
+    for (double& value : module) q.push_back(static_cast<float>(value = 0.02));
+  }
+  const std::unique_ptr<float[][12]> X(new float[tree.links.size()][12]);
+  function(q.data(), X.get());
+  const model::KinematicState state = model::ForwardKinematics(chain.model, chain.robot, values);
+  const Eigen::Map<const Eigen::Matrix<float, 3, 4, Eigen::RowMajor>> last(X[209]);
+  EXPECT_LT((last.cast<double>() - state.X_RL[69][2].matrix().topRows<3>()).norm(), 1e-4);
+}
+
+TEST(C99Header, NamesThatWouldBeOneIdentifierStayApart) {
+  model::Model model = test::GadgetModel();
+  model::Robot robot;
+  robot.name = "r";
+  model.module_types[0].links[0].name = "b_c";
+  model.module_types[0].links[1].name = "c";
+  robot.modules = {{"a", 0, {0, 0, 0, 0, 0}}, {"a_b", 0, {0, 0, 0, 0, 0}}};
+  robot.dockings = {{0, 0, 1, 1, 0, 0}};
+  const std::string header = ToC(TreeOf(model, robot), "r").companions.at(0).bytes;
+  EXPECT_NE(header.find("r_link_a_b_c = 0,  /* a.b_c */"), std::string::npos) << header;
+  EXPECT_NE(header.find("r_link_a_b_c_ = 6,  /* a_b.c */"), std::string::npos) << header;
+}
+
+}  // namespace
+}  // namespace morphbus::emit
