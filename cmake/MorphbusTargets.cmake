@@ -69,10 +69,11 @@ function(morphbus_test name)
 endfunction()
 include(GoogleTest)
 
-# morphbus_fuzz_target(NAME SOURCES a.cc ... DEPS lib ... CORPUS dir ...): the same entry point twice:
-# NAME_replay runs the corpus in the plain suite; NAME (libFuzzer) exists with MORPHBUS_FUZZ.
+# morphbus_fuzz_target(NAME SOURCES a.cc ... DEPS lib ... CORPUS dir ... [MUTATOR b.cc ...]): the same
+# entry point twice: NAME_replay runs the corpus in the plain suite; NAME (libFuzzer) exists with
+# MORPHBUS_FUZZ, with the custom mutator if there is one.
 function(morphbus_fuzz_target name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;DEPS;CORPUS" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPS;CORPUS;MUTATOR" ${ARGN})
   add_executable(${name}_replay ${ARG_SOURCES} ${CMAKE_SOURCE_DIR}/test/fuzz/replay_main.cc)
   target_include_directories(${name}_replay PRIVATE ${CMAKE_SOURCE_DIR})
   target_include_directories(${name}_replay SYSTEM PRIVATE ${EXPECTED_INCLUDE_DIR})
@@ -80,7 +81,7 @@ function(morphbus_fuzz_target name)
   add_test(NAME ${name}_replay COMMAND ${name}_replay ${ARG_CORPUS})
   set_tests_properties(${name}_replay PROPERTIES TIMEOUT 120 LABELS fuzz)
   if(MORPHBUS_FUZZ)
-    add_executable(${name} ${ARG_SOURCES})
+    add_executable(${name} ${ARG_SOURCES} ${ARG_MUTATOR})
     target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
     target_include_directories(${name} SYSTEM PRIVATE ${EXPECTED_INCLUDE_DIR})
     target_link_libraries(${name} PRIVATE ${ARG_DEPS} morphbus_warnings)

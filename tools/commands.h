@@ -18,6 +18,7 @@ void AddRoles(CLI::App& app, Action* action);
 void AddCompile(CLI::App& app, Action* action);
 void AddDisasm(CLI::App& app, Action* action);
 void AddExport(CLI::App& app, Action* action);
+void AddFormat(CLI::App& app, Action* action);
 void AddDraw(CLI::App& app, Action* action);
 
 // Running robots.

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 
 #include "tools/commands.h"
+#include "tools/why.h"
 
 namespace morphbus::tools {
 namespace {
@@ -12,6 +13,8 @@ struct Options {
   std::string file;
   std::string connection;
   std::vector<std::string> pair;
+  std::string why_pair;
+  bool why = false;
   bool json = false;
 };
 
@@ -54,8 +57,64 @@ std::string StateName(const model::Model& model, const model::ConnectionType& ty
                      module.connectors[static_cast<size_t>(connector)].name, state.variable);
 }
 
-int Connections(const Options& options) {
-  const std::optional<model::Model> model = LoadModel({options.file});
+/// Sorts out what `--why` took, and reports what is missing; a status if it cannot be used.
+std::optional<int> Settle(Options& options) {
+  if (options.file.empty() && options.why_pair.find(',') == std::string::npos) {
+    options.file.swap(options.why_pair);  // `--why FILE`: the option took the file for a pair.
+  }
+  if (options.file.empty()) return Unusable("FILE is required; see connections --help");
+  if (!options.why_pair.empty()) {
+    const size_t comma = options.why_pair.find(',');
+    if (comma == std::string::npos) {
+      return Unusable("--why: expected a pair of connectors, such as c1,c4");
+    }
+    options.pair = {options.why_pair.substr(0, comma), options.why_pair.substr(comma + 1)};
+  }
+  if (options.why && options.pair.empty()) {
+    return Unusable("--why explains a pair of connectors, such as --why c1,c4");
+  }
+  return std::nullopt;
+}
+
+Json ListJson(const model::Model& model, const model::ConnectionType& type, int only_a,
+              int only_b) {
+  const model::ModuleType& type_a = model.module_types[static_cast<size_t>(type.type_a)];
+  const model::ModuleType& type_b = model.module_types[static_cast<size_t>(type.type_b)];
+  Json list = Json::array();
+  for (const model::ConnectionOption& option : type.options) {
+    if (only_a >= 0 && (option.connector_a != only_a || option.connector_b != only_b)) continue;
+    Json state = Json::object();
+    for (const model::StateRequirement& s : option.states) {
+      state[StateName(model, type, option, s)] = AttributeJson(s.value);
+    }
+    list.push_back({{"number", option.number},
+                    {"a", type_a.connectors[static_cast<size_t>(option.connector_a)].name},
+                    {"b", type_b.connectors[static_cast<size_t>(option.connector_b)].name},
+                    {"pose", PoseJson(option.X_AB)},
+                    {"state", state}});
+  }
+  return list;
+}
+
+void PrintList(const Json& list) {
+  fmt::print("{:>6}  {:<8} {:<8} {:>27}   {:<33} {}\n", "number", "a", "b", "b's origin in a (m)",
+             "rotation (w x y z)", "state");
+  for (const Json& c : list) {
+    const Json& p = c["pose"]["p"];
+    const Json& q = c["pose"]["q"];
+    fmt::print("{:>6}  {:<8} {:<8} {:9.5f}{:9.5f}{:9.5f}   {:7.4f} {:7.4f} {:7.4f} {:7.4f}   {}\n",
+               c["number"].get<int>(), c["a"].get<std::string>(), c["b"].get<std::string>(),
+               p[0].get<double>(), p[1].get<double>(), p[2].get<double>(), q[0].get<double>(),
+               q[1].get<double>(), q[2].get<double>(), q[3].get<double>(),
+               c["state"].empty() ? "" : c["state"].dump());
+  }
+}
+
+int Connections(Options options) {
+  if (const std::optional<int> unusable = Settle(options)) return *unusable;
+  const m3l::CompileOutput compiled = m3l::CompileFiles({options.file});
+  PrintDiagnostics(compiled.diagnostics, compiled.sources);
+  const std::optional<model::Model>& model = compiled.model;
   if (!model) return kUnusable;
   const model::ConnectionType* type = PickConnection(*model, options.connection);
   if (type == nullptr) return kUnusable;
@@ -69,38 +128,25 @@ int Connections(const Options& options) {
     only_b = PickConnector(type_b, options.pair[1]);
     if (only_b < 0) return kUnusable;
   }
-  Json list = Json::array();
-  for (const model::ConnectionOption& option : type->options) {
-    if (only_a >= 0 && (option.connector_a != only_a || option.connector_b != only_b)) continue;
-    Json state = Json::object();
-    for (const model::StateRequirement& s : option.states) {
-      state[StateName(*model, *type, option, s)] = AttributeJson(s.value);
+  if (options.why) {
+    const auto index = static_cast<size_t>(type - model->connection_types.data());
+    if (options.json) {
+      PrintJson(WhyJson(compiled, index, only_a, only_b));
+    } else {
+      PrintWhy(compiled, index, only_a, only_b);
     }
-    list.push_back({{"number", option.number},
-                    {"a", type_a.connectors[static_cast<size_t>(option.connector_a)].name},
-                    {"b", type_b.connectors[static_cast<size_t>(option.connector_b)].name},
-                    {"pose", PoseJson(option.X_AB)},
-                    {"state", state}});
+    return kDone;
   }
+  const Json list = ListJson(*model, *type, only_a, only_b);
   if (options.json) {
     PrintJson({{"connection", type->name},
                {"candidates", type->candidates},
                {"count", list.size()},
                {"connections", list}});
-    return kDone;
-  }
-  fmt::print("connection {} ({} a, {} b): {} of {} candidates\n", type->name, type_a.name,
-             type_b.name, type->options.size(), type->candidates);
-  fmt::print("{:>6}  {:<8} {:<8} {:>27}   {:<33} {}\n", "number", "a", "b", "b's origin in a (m)",
-             "rotation (w x y z)", "state");
-  for (const Json& c : list) {
-    const Json& p = c["pose"]["p"];
-    const Json& q = c["pose"]["q"];
-    fmt::print("{:>6}  {:<8} {:<8} {:9.5f}{:9.5f}{:9.5f}   {:7.4f} {:7.4f} {:7.4f} {:7.4f}   {}\n",
-               c["number"].get<int>(), c["a"].get<std::string>(), c["b"].get<std::string>(),
-               p[0].get<double>(), p[1].get<double>(), p[2].get<double>(), q[0].get<double>(),
-               q[1].get<double>(), q[2].get<double>(), q[3].get<double>(),
-               c["state"].empty() ? "" : c["state"].dump());
+  } else {
+    fmt::print("connection {} ({} a, {} b): {} of {} candidates\n", type->name, type_a.name,
+               type_b.name, type->options.size(), type->candidates);
+    PrintList(list);
   }
   return kDone;
 }
@@ -110,17 +156,25 @@ int Connections(const Options& options) {
 void AddConnections(CLI::App& app, Action* action) {
   CLI::App* sub = app.add_subcommand("connections", "List the numbered ways of mating two modules");
   auto options = std::make_shared<Options>();
-  sub->add_option("FILE", options->file, "M3L file")->required();
+  sub->add_option("FILE", options->file, "M3L file");
   sub->add_option("--connection", options->connection, "Which connection definition");
   sub->add_option("--pair", options->pair, "Only this pair of connectors, e.g. c1,c4")
       ->delimiter(',')
       ->expected(2)
       ->type_name("A,B");
+  auto* why = sub->add_option("--why", options->why_pair,
+                              "Explain a pair of connectors: every candidate, and what removed it")
+                  ->expected(0, 1)
+                  ->type_name("A,B");
   sub->add_flag("--json", options->json, "One JSON object on stdout");
   sub->footer(
       "Examples:\n  morphbus connections models/mtran.m3l\n"
-      "  morphbus connections models/mtran.m3l --pair c6,c3 --json");
-  sub->callback([options, action] { *action = [options] { return Connections(*options); }; });
+      "  morphbus connections models/mtran.m3l --pair c6,c3 --json\n"
+      "  morphbus connections models/mtran.m3l --why c6,c3");
+  sub->callback([options, why, action] {
+    options->why = why->count() > 0;
+    *action = [options] { return Connections(*options); };
+  });
 }
 
 }  // namespace morphbus::tools

@@ -179,6 +179,12 @@ class Lexer {
 
 }  // namespace
 
+std::vector<std::string_view> ReservedWords() {
+  std::vector<std::string_view> words;
+  for (const Spelling& word : kWords) words.push_back(word.text);
+  return words;
+}
+
 std::string Describe(TokenKind kind) {
   for (const Spelling& word : kWords) {
     if (word.kind == kind) return "'" + std::string(word.text) + "'";

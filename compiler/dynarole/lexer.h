@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "compiler/source/diagnostics.h"
@@ -66,6 +67,9 @@ struct Token {
   TokenKind kind = TokenKind::kEnd;
   source::Span span;
 };
+
+/// The words that are no names: `role`, `if`, `true`, ...
+std::vector<std::string_view> ReservedWords();
 
 /// The token as messages name it: `';'`, `'role'`, `a name`, `the end of the file`.
 std::string Describe(TokenKind kind);

@@ -273,10 +273,13 @@ class OverlapChecker {
     }
     if (links.empty()) return;
     ++warnings_;
-    scope_.diagnostics
-        .Warning(scope_.module_spans[b], fmt::format("{} lie {} m inside each other", links,
-                                                     NumberText(std::round(deepest * 1e9) / 1e9)))
-        .notes.push_back({scope_.module_spans[a], "the other module"});
+    source::Diagnostic& d = scope_.diagnostics.Warning(
+        scope_.module_spans[b], fmt::format("{} lie {} m inside each other", links,
+                                            NumberText(std::round(deepest * 1e9) / 1e9)));
+    d.hint =
+        "real modules cannot be built so: choose other connections or start values, or smaller "
+        "hulls";
+    d.notes.push_back({scope_.module_spans[a], "the other module"});
   }
 
   struct Ball {

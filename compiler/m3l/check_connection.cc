@@ -88,11 +88,23 @@ std::optional<int> FindModuleType(const std::string& name, const source::Span& s
   return std::nullopt;
 }
 
+namespace {
+
+/// c7 and c1, m3 and m10: who numbers names does not mistype the number, but takes one too many.
+bool DifferInNumbersOnly(std::string a, std::string b) {
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  std::erase_if(a, is_digit);
+  std::erase_if(b, is_digit);
+  return a == b;
+}
+
+}  // namespace
+
 std::string NameHint(const std::string& name, const std::vector<std::string>& candidates,
                      const std::string& what) {
   constexpr size_t kShown = 12;
   const std::string near = source::NearestName(name, candidates);
-  if (!near.empty()) return "did you mean '" + near + "'?";
+  if (!near.empty() && !DifferInNumbersOnly(name, near)) return "did you mean '" + near + "'?";
   if (candidates.empty()) return "";
   std::string list;
   for (size_t i = 0; i < std::min(kShown, candidates.size()); ++i) {

@@ -57,7 +57,8 @@ std::optional<Eigen::Vector3d> EvaluatePoint(const Expr& expr, const std::string
   if (!p) return std::nullopt;
   const Eigen::Vector3d metres = *p * scope.unit_m;
   if (!(metres.cwiseAbs().maxCoeff() <= kMaxCoordinate_m)) {
-    scope.diagnostics.Error(expr.span, "'" + what + "' lies more than 1e6 metres away");
+    scope.diagnostics.Error(expr.span, "'" + what + "' lies more than 1e6 metres away").hint =
+        "a model unit is " + NumberText(scope.unit_m) + " m here, which 'unit=' of the module sets";
     return std::nullopt;
   }
   return metres;

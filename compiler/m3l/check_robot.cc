@@ -114,10 +114,13 @@ void CheckStartLimits(RobotScope& scope, const std::map<std::pair<int, int>, sou
       const auto it = set.find({static_cast<int>(m), static_cast<int>(j)});
       const bool given = it != set.end();
       if (!given && !said.emplace(module.type, static_cast<int>(j)).second) continue;
+      // As it was written: lengths in model units.
+      const double unit = joint.type == model::JointType::kPrismatic ? type.unit_m : 1.0;
       source::Diagnostic& d = scope.diagnostics.Error(
           given ? it->second : scope.module_spans[m],
           fmt::format("'{}.{}' starts at {}, outside its limits [{}, {}]", module.name, joint.name,
-                      NumberText(value), NumberText(joint.lower), NumberText(joint.upper)));
+                      NumberText(value / unit), NumberText(joint.lower / unit),
+                      NumberText(joint.upper / unit)));
       if (!given) {
         d.hint =
             fmt::format("0 is the default; set it: joints=({}.{}=...)", module.name, joint.name);

@@ -84,14 +84,25 @@ void SolveConnections(std::vector<CheckedConnection>& connections, model::Model&
   }
 }
 
-std::optional<model::Model> Check(const std::vector<FileAst>& files,
-                                  source::Diagnostics& diagnostics) {
+/// Where each link's hull is written.
+std::vector<source::Span> HullSpans(const ModuleDecl& module) {
+  std::vector<source::Span> spans;
+  for (const LinkDecl& link : module.links) {
+    const Attribute* hull = link.Find("hull");
+    spans.push_back(hull != nullptr && hull->value ? hull->value->span : source::Span{});
+  }
+  return spans;
+}
+
+std::optional<model::Model> Check(const std::vector<FileAst>& files, CompileOutput& output) {
+  source::Diagnostics& diagnostics = output.diagnostics;
   model::Model model;
   std::vector<CheckedModule> modules;
   for (const ModuleDecl* decl : Collect(files, &FileAst::modules, "module", diagnostics)) {
     if (diagnostics.full()) return std::nullopt;
     modules.push_back(CheckModule(*decl, diagnostics));
     model.module_types.push_back(modules.back().type);
+    output.hulls.push_back(HullSpans(*decl));
   }
   std::vector<CheckedConnection> connections;
   for (const auto* decl : Collect(files, &FileAst::connections, "connection", diagnostics)) {
@@ -108,6 +119,9 @@ std::optional<model::Model> Check(const std::vector<FileAst>& files,
     if (robot) robots.push_back(std::move(*robot));
   }
   if (diagnostics.had_errors()) return std::nullopt;
+  for (CheckedConnection& connection : connections) {
+    output.problems.push_back(std::move(connection.problem));
+  }
   model.robots = std::move(robots);
   return model;
 }
@@ -118,7 +132,7 @@ CompileOutput CompileFiles(const std::vector<std::string>& paths) {
   CompileOutput output;
   Loader loader(output.sources, output.diagnostics);
   for (const std::string& path : paths) loader.LoadPath(path);
-  output.model = Check(loader.files(), output.diagnostics);
+  output.model = Check(loader.files(), output);
   return output;
 }
 
@@ -126,7 +140,7 @@ CompileOutput CompileText(const std::string& name, const std::string& text) {
   CompileOutput output;
   Loader loader(output.sources, output.diagnostics);
   loader.LoadText(name, text);
-  output.model = Check(loader.files(), output.diagnostics);
+  output.model = Check(loader.files(), output);
   return output;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "compiler/model/robot_model.h"
+#include "compiler/solver/connection_problem.h"
 #include "compiler/source/diagnostics.h"
 
 namespace morphbus::m3l {
@@ -17,6 +18,13 @@ struct CompileOutput {
   /// Files that were read (arguments and imports), for rendering the diagnostics.
   source::SourceSet sources;
   source::Diagnostics diagnostics;
+
+  // For explanations of connections (`connections --why`); sound where there is a model.
+
+  /// The checked conditions of model->connection_types, in the same order.
+  std::vector<solver::ConnectionProblem> problems;
+  /// hulls[type][link]: where the hull of a link is written; empty where it has none.
+  std::vector<std::vector<source::Span>> hulls;
 };
 
 /// Compiles `paths` and what they import as one model: lex, parse, check, solve, assemble.

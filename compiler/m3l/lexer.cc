@@ -187,9 +187,9 @@ class Lexer {
       }
     }
     const char c = text_[begin];
-    source::Diagnostic& d = Error(
-        begin, at_ - begin,
-        "unexpected character" + std::string(at_ > begin + 1 ? "s" : "") + " " + Shown(begin));
+    source::Diagnostic& d = Error(begin, at_ - begin,
+                                  "unexpected character" + std::string(at_ > begin + 1 ? "s" : "") +
+                                      " '" + Shown(begin) + "'");
     if (c == ';') d.hint = "statements need no separator";
     if (c == '\'') d.hint = "strings are written with double quotes";
     if (c == '{' || c == '}') d.hint = "members need no braces, they follow the module's line";

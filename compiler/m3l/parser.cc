@@ -1,6 +1,6 @@
 #include "compiler/m3l/parser.h"
 
-#include <array>
+#include <algorithm>
 
 #include "compiler/m3l/parser_internal.h"
 
@@ -8,20 +8,20 @@ namespace morphbus::m3l {
 namespace internal {
 namespace {
 
-constexpr std::array<std::string_view, 8> kKeywords = {"module", "connection", "robot", "point",
-                                                       "link",   "axis",       "joint", "import"};
-
 bool IsMemberKeyword(std::string_view word) {
   return word == "point" || word == "link" || word == "axis" || word == "joint";
 }
 
 }  // namespace
 
+const std::vector<std::string_view>& Keywords() {
+  static const std::vector<std::string_view> kWords = {"module", "connection", "robot", "point",
+                                                       "link",   "axis",       "joint", "import"};
+  return kWords;
+}
+
 bool IsKeyword(std::string_view word) {
-  for (const std::string_view keyword : kKeywords) {
-    if (word == keyword) return true;
-  }
-  return false;
+  return std::find(Keywords().begin(), Keywords().end(), word) != Keywords().end();
 }
 
 bool Parser::Accept(std::string_view symbol) {
@@ -97,7 +97,8 @@ FileAst Parser::ParseFile() {
       const Name word = NameAt(at_);
       source::Diagnostic& d = Error(
           word.span, "expected a module, connection, robot or import, found " + Described(at_));
-      const std::string near = source::NearestName(word.text, {kKeywords.begin(), kKeywords.end()});
+      const std::string near =
+          source::NearestName(word.text, {Keywords().begin(), Keywords().end()});
       if (!near.empty()) d.hint = "did you mean '" + near + "'?";
       ++at_;
       SkipToStatement();
@@ -113,7 +114,7 @@ std::string Parser::TakeKeyword() {
   const Name word = NameAt(at_++);
   if (IsKeyword(word.text)) return word.text;
   source::Diagnostic& d = Error(word.span, "unknown statement '" + word.text + "'");
-  std::string near = source::NearestName(word.text, {kKeywords.begin(), kKeywords.end()});
+  std::string near = source::NearestName(word.text, {Keywords().begin(), Keywords().end()});
   d.hint = near.empty()
                ? "statements are module, point, link, axis, joint, connection, robot, import"
                : "did you mean '" + near + "'?";
@@ -139,7 +140,7 @@ void Parser::ParseStatement(FileAst& file) {
     ParseBody(module, {}, false);
     while (!AtEnd() && StartsStatement(at_)) {
       const std::string word(Text(at_));
-      const std::string near = source::NearestName(word, {kKeywords.begin(), kKeywords.end()});
+      const std::string near = source::NearestName(word, {Keywords().begin(), Keywords().end()});
       if (!IsMemberKeyword(IsKeyword(word) ? word : near)) break;
       ParseMember(TakeKeyword(), module);
       StopIfTooMany();

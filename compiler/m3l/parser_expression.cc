@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -23,9 +24,14 @@ double NumberValue(std::string_view text) {
 
 }  // namespace
 
+const std::vector<std::string_view>& OperatorWords() {
+  static const std::vector<std::string_view> kWords = {"and",        "or",       "not",
+                                                       "coincident", "parallel", "antiparallel"};
+  return kWords;
+}
+
 bool IsOperatorWord(std::string_view word) {
-  return word == "and" || word == "or" || word == "not" || word == "coincident" ||
-         word == "parallel" || word == "antiparallel";
+  return std::find(OperatorWords().begin(), OperatorWords().end(), word) != OperatorWords().end();
 }
 
 bool Parser::TooDeep() {

@@ -113,6 +113,8 @@ class Parser {
 };
 
 /// Words that begin statements, and those that stand between or before operands.
+const std::vector<std::string_view>& Keywords();
+const std::vector<std::string_view>& OperatorWords();
 bool IsKeyword(std::string_view word);
 bool IsOperatorWord(std::string_view word);
 

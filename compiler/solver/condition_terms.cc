@@ -334,18 +334,24 @@ std::string ValueText(const AttributeValue& value) {
   return fmt::format("\"{}\"", std::get<std::string>(value));
 }
 
-std::string AttributeText(const Connector& connector, const std::string& name) {
-  const auto fixed = connector.attributes.find(name);
-  if (fixed != connector.attributes.end()) {
-    return fmt::format("{}.{} is {}", connector.name, name, ValueText(fixed->second));
-  }
-  for (const model::StateVariable& state : connector.states) {
-    if (state.name == name) return fmt::format("{}.{} is free", connector.name, name);
-  }
-  return fmt::format("{} has no {}", connector.name, name);
-}
-
 }  // namespace
+
+std::vector<Eigen::Vector3d> FindPoints(const PointRef& ref, bool direction,
+                                        const Connector& connector) {
+  if (ref.kind == PointRef::Kind::kAxis) return {ref.axis.normalized()};
+  if (direction) {
+    const std::string key = ref.kind == PointRef::Kind::kSubpoint ? ref.subpoint : "";
+    const auto normal = connector.normals.find(key);
+    if (normal == connector.normals.end()) return {};
+    return {normal->second};
+  }
+  if (ref.kind == PointRef::Kind::kCentre) return {connector.p_MoCo_M};
+  if (ref.kind == PointRef::Kind::kAnySubpoint) return connector.subpoints;
+  const auto& names = connector.subpoint_names;
+  const auto name = std::find(names.begin(), names.end(), ref.subpoint);
+  if (name == names.end()) return {};
+  return {connector.subpoints[static_cast<size_t>(name - names.begin())]};
+}
 
 Terms SpecialiseCondition(const Condition& condition, const model::Connector& a,
                           const model::Connector& b) {
@@ -370,6 +376,17 @@ Terms SpecialiseCondition(const Condition& condition, const model::Connector& a,
   return result;
 }
 
+std::string DescribeAttribute(const Connector& connector, const std::string& name) {
+  const auto fixed = connector.attributes.find(name);
+  if (fixed != connector.attributes.end()) {
+    return fmt::format("{}.{} is {}", connector.name, name, ValueText(fixed->second));
+  }
+  for (const model::StateVariable& state : connector.states) {
+    if (state.name == name) return fmt::format("{}.{} is free", connector.name, name);
+  }
+  return fmt::format("{} has no {}", connector.name, name);
+}
+
 std::string ExplainBrokenAttributes(const Condition& broken, const model::Connector& a,
                                     const model::Connector& b) {
   std::vector<std::string> names;
@@ -386,7 +403,7 @@ std::string ExplainBrokenAttributes(const Condition& broken, const model::Connec
   std::string text;
   for (const std::string& name : names) {
     if (!text.empty()) text += ", ";
-    text += AttributeText(a, name) + ", " + AttributeText(b, name);
+    text += DescribeAttribute(a, name) + ", " + DescribeAttribute(b, name);
   }
   if (!text.empty()) return text;
   return fmt::format("{} and {} lack points that the condition asks for", a.name, b.name);

@@ -38,6 +38,14 @@ struct Terms {
 Terms SpecialiseCondition(const Condition& condition, const model::Connector& a,
                           const model::Connector& b);
 
+/// The points (m, module frame) or, if `direction`, unit directions that `ref` may stand for on
+/// `connector`; none if it lacks them.
+std::vector<Eigen::Vector3d> FindPoints(const PointRef& ref, bool direction,
+                                        const model::Connector& connector);
+
+/// What a connector has as attribute or state `name`, for people: `c1.gender is "male"`.
+std::string DescribeAttribute(const model::Connector& connector, const std::string& name);
+
 /// What the two connectors have that breaks `broken`, for people: "c1 and c2 are both male".
 std::string ExplainBrokenAttributes(const Condition& broken, const model::Connector& a,
                                     const model::Connector& b);

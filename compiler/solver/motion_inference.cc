@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 using model::Connector;
 using model::Pose;
 
-constexpr double kAngleTolerance = 1e-6;  // rad
+constexpr double kAngleTolerance = kDirectionTolerance;
 /// Sine below which two directions count as parallel, so that they leave a turn free.
 constexpr double kCollinear = 1e-4;
 
@@ -30,19 +30,6 @@ struct Constraint {
 
   [[nodiscard]] size_t choices() const { return a.size() * b.size(); }
 };
-
-std::vector<Vector3d> Lookup(const PointRef& ref, bool direction, const Connector& connector) {
-  if (ref.kind == PointRef::Kind::kAxis) return {ref.axis.normalized()};
-  if (direction) {
-    const std::string key = ref.kind == PointRef::Kind::kSubpoint ? ref.subpoint : "";
-    return {connector.normals.at(key)};
-  }
-  if (ref.kind == PointRef::Kind::kCentre) return {connector.p_MoCo_M};
-  if (ref.kind == PointRef::Kind::kAnySubpoint) return connector.subpoints;
-  const auto name =
-      std::find(connector.subpoint_names.begin(), connector.subpoint_names.end(), ref.subpoint);
-  return {connector.subpoints[name - connector.subpoint_names.begin()]};
-}
 
 bool AnyMeet(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b, double tolerance) {
   for (const Vector3d& pa : a) {
@@ -62,8 +49,8 @@ struct Match {
 
 class Inference {
  public:
-  Inference(double tolerance, double& budget, InferredMotions& result)
-      : tolerance_(tolerance), budget_(budget), result_(result) {}
+  Inference(double tolerance, double& budget, InferredMotions& result, InferenceTrace* trace)
+      : tolerance_(tolerance), budget_(budget), result_(result), trace_(trace) {}
 
   /// Sorts the literals of a term; false if one about a single module is broken already.
   bool Prepare(const Term& term, const Connector& a, const Connector& b) {
@@ -77,8 +64,8 @@ class Inference {
       c.index = static_cast<int>(i);
       c.negated = literal.negated;
       c.is_direction = condition.kind != Condition::Kind::kCoincident;
-      c.a = Lookup(p, c.is_direction, p.side == Side::kA ? a : b);
-      c.b = Lookup(q, c.is_direction, q.side == Side::kA ? a : b);
+      c.a = FindPoints(p, c.is_direction, p.side == Side::kA ? a : b);
+      c.b = FindPoints(q, c.is_direction, q.side == Side::kA ? a : b);
       if (condition.kind == Condition::Kind::kAntiparallel) {
         for (Vector3d& direction : c.b) direction = -direction;
       }
@@ -128,7 +115,10 @@ class Inference {
         matches_.pop_back();
       }
     }
-    if (!fits) Blame(c);
+    if (!fits) {
+      Blame(c);
+      TraceDeadEnd(c);
+    }
     if (fits_without_gain) Search(next + 1);
   }
 
@@ -219,6 +209,7 @@ class Inference {
     Pose X_AB = Pose::Identity();
     X_AB.linear() = R;
     X_AB.translation() = origin->a - R * origin->b;
+    TraceMotion(X_AB);
     if (!Satisfies(X_AB)) return;
     for (const Pose& other : result_.motions) {
       if (SameMotion(other, X_AB, tolerance_)) return;
@@ -248,6 +239,47 @@ class Inference {
     return first_broken == nullptr;
   }
 
+  void TraceMotion(const Pose& X_AB) {
+    if (trace_ == nullptr) return;
+    for (const Pose& other : trace_->tried) {
+      if (SameMotion(other, X_AB, tolerance_)) return;
+    }
+    if (trace_->tried.size() == InferenceTrace::kMaxTried) {
+      trace_->overflowed = true;
+    } else {
+      trace_->tried.push_back(X_AB);
+    }
+  }
+
+  /// Remembers the dead end that is furthest along: what the point of a measures, and what those of
+  /// b do.
+  void TraceDeadEnd(const Constraint& c) {
+    if (trace_ == nullptr || static_cast<int>(matches_.size()) <= trace_->dead_end_depth) return;
+    trace_->dead_end = c.condition;
+    trace_->dead_end_depth = static_cast<int>(matches_.size());
+    const Match* origin = FirstPoint();
+    if (c.is_direction || origin == nullptr) {
+      trace_->dead_end_text = "the angle to what is matched already differs between a and b";
+      return;
+    }
+    const auto lengths = [&](const std::vector<Vector3d>& points, const Vector3d& from) {
+      std::vector<std::string> texts;
+      for (const Vector3d& p : points) {
+        std::string text = fmt::format("{:.6g} m", (p - from).norm());
+        if (std::find(texts.begin(), texts.end(), text) == texts.end()) texts.push_back(text);
+      }
+      return texts;
+    };
+    const std::vector<std::string> of_a = lengths(c.a, origin->a);
+    const std::vector<std::string> of_b = lengths(c.b, origin->b);
+    trace_->dead_end_text =
+        fmt::format("no partner fits: from the points that met first, a's is {} away, b's {}",
+                    fmt::join(of_a, " or "), fmt::join(of_b, " or "));
+    if (of_a == of_b) {
+      trace_->dead_end_text += "; the lengths agree, the angles to the other points do not";
+    }
+  }
+
   void ReportFree() {
     if (result_.free_motion) return;
     const Match* origin = FirstPoint();
@@ -269,6 +301,7 @@ class Inference {
   double tolerance_;
   double& budget_;
   InferredMotions& result_;
+  InferenceTrace* trace_;  ///< May be null.
   std::vector<Constraint> required_;
   std::vector<Constraint> forbidden_;
   std::vector<Match> matches_;
@@ -282,10 +315,15 @@ bool SameMotion(const model::Pose& X, const model::Pose& Y, double tolerance) {
          (X.translation() - Y.translation()).norm() <= 2.0 * tolerance;
 }
 
+double MatingTolerance(const model::ModuleType& a, const model::ModuleType& b) {
+  constexpr double kRelativeTolerance = 1e-6;  // docs/m3l.md, connections, rules 1 and 2
+  return kRelativeTolerance * std::max(model::ExtentOf(a), model::ExtentOf(b));
+}
+
 InferredMotions InferMotions(const Term& term, const model::Connector& a, const model::Connector& b,
-                             double tolerance, double* budget) {
+                             double tolerance, double* budget, InferenceTrace* trace) {
   InferredMotions result;
-  Inference inference(tolerance, *budget, result);
+  Inference inference(tolerance, *budget, result, trace);
   if (inference.Prepare(term, a, b)) inference.Search(0);
   return result;
 }

@@ -25,12 +25,32 @@ struct InferredMotions {
   bool gave_up = false;
 };
 
+/// How far directions that agree may differ (rad).
+inline constexpr double kDirectionTolerance = 1e-6;
+/// Point pairs that may be compared for one connection: a second or two, far above real modules.
+inline constexpr double kMaxInferenceWork = 5e7;
+
+/// What an inference looked at, for explanations.
+struct InferenceTrace {
+  static constexpr size_t kMaxTried = 500;
+  std::vector<model::Pose> tried;  ///< X_AB (m): fixed by some correspondences, then checked.
+  bool overflowed = false;         ///< There were more.
+  /// The condition furthest along for which no partner fits what is matched already.
+  const Condition* dead_end = nullptr;
+  std::string dead_end_text;
+  int dead_end_depth = -1;
+};
+
+/// How far apart coincident points of two modules may lie, and how deep hulls in each other (m):
+/// 1e-6 of the larger extent.
+double MatingTolerance(const model::ModuleType& a, const model::ModuleType& b);
+
 /// Infers the motions of connector `b` to connector `a` (module frames) that satisfy `term`.
 /// `tolerance` (m) is how far coincident points may lie apart; directions may differ by 1e-6 rad.
 /// `budget` is the number of point pairs that may still be compared, and is used up; connectors
 /// with twelve sub-points take some 20000.
 InferredMotions InferMotions(const Term& term, const model::Connector& a, const model::Connector& b,
-                             double tolerance, double* budget);
+                             double tolerance, double* budget, InferenceTrace* trace = nullptr);
 
 /// True if two motions agree to twice `tolerance` (m) and 1e-6 rad: then they count as one.
 bool SameMotion(const model::Pose& X, const model::Pose& Y, double tolerance);

@@ -85,8 +85,7 @@ class ConnectionSolver {
         diagnostics_(diagnostics),
         hulls_a_(HullsOf(type_a_)),
         hulls_b_(HullsOf(type_b_)) {
-    constexpr double kRelativeTolerance = 1e-6;  // docs/m3l.md, connections, rules 1 and 2
-    tolerance_ = kRelativeTolerance * std::max(model::ExtentOf(type_a_), model::ExtentOf(type_b_));
+    tolerance_ = MatingTolerance(type_a_, type_b_);
   }
 
   model::ConnectionType Solve() {
@@ -112,10 +111,10 @@ class ConnectionSolver {
 
  private:
   // Bounds on hostile input, each a second or two of work and far above any real module.
-  static constexpr double kMaxComparisons = 5e7;
   static constexpr double kMaxHullWork = 1e8;
   static constexpr double kMaxConditionWork = 1e7;
   static constexpr int kMaxCandidates = 20000;
+  static constexpr double kMaxExplanation = 1e6;
 
   /// What removed the last candidates: the part that went furthest through the stages.
   struct Obstacle {
@@ -192,12 +191,21 @@ class ConnectionSolver {
         return {};
       }
       if (inferred.motions.empty() && inferred.broken != nullptr) {
-        obstacle_.Raise(1, inferred.broken_index, inferred.broken->span,
-                        "this condition removed the last candidates");
+        obstacle_.Raise(
+            1, inferred.broken_index, inferred.broken->span,
+            "this condition removed the last candidates" + Measured(term, a, b, *inferred.broken));
       }
       for (const Pose& X_AB : inferred.motions) Merge({X_AB, term.states}, candidates);
     }
     return candidates;
+  }
+
+  /// Why `broken` found no partner, as lengths, if that is known.
+  std::string Measured(const Term& term, const Connector& a, const Connector& b,
+                       const Condition& broken) {
+    InferenceTrace trace;
+    if (explanation_left_ > 0.0) InferMotions(term, a, b, tolerance_, &explanation_left_, &trace);
+    return trace.dead_end == &broken ? ": " + trace.dead_end_text : "";
   }
 
   /// Adds a motion; where another term gave it already, the one that asks for fewer states stays.
@@ -274,12 +282,14 @@ class ConnectionSolver {
 
   void WarnAboutHulls() {
     const ModuleType& bare = hulls_a_.empty() ? type_a_ : type_b_;
-    diagnostics_.Warning(
-        problem_.span,
-        fmt::format(
-            "module '{}' has no link with a hull, so no way of connection '{}' is ruled out "
-            "by overlap",
-            bare.name, problem_.name));
+    diagnostics_
+        .Warning(problem_.span,
+                 fmt::format("module '{}' has no link with a hull, so no way of connection '{}' is "
+                             "ruled out by overlap",
+                             bare.name, problem_.name))
+        .hint =
+        "give its links a shape, as in: hull=convex(c1.point, NAME.point); without one, modules "
+        "may be mated inside each other";
   }
 
   const ConnectionProblem& problem_;
@@ -289,7 +299,8 @@ class ConnectionSolver {
   std::vector<LinkHull> hulls_a_;
   std::vector<LinkHull> hulls_b_;
   double tolerance_ = 0.0;
-  double comparisons_left_ = kMaxComparisons;
+  double comparisons_left_ = kMaxInferenceWork;
+  double explanation_left_ = kMaxExplanation;
   double hull_work_ = 0.0;
   model::ConnectionType result_;
   Obstacle obstacle_;

@@ -59,6 +59,11 @@ std::string Excerpt(const Span& span, const SourceSet& sources, const Colors& co
   return "  " + text + "\n  " + caret + colors.green + marks + colors.reset + "\n";
 }
 
+std::string NoteText(const Note& note, const SourceSet& sources, const Colors& colors) {
+  return colors.bold + Place(note.span, sources) + colors.cyan + "note: " + colors.reset +
+         note.message + "\n" + Excerpt(note.span, sources, colors);
+}
+
 void RenderOne(const Diagnostic& d, const SourceSet& sources, const Colors& colors,
                std::string& out) {
   const bool error = d.severity == Severity::kError;
@@ -68,8 +73,7 @@ void RenderOne(const Diagnostic& d, const SourceSet& sources, const Colors& colo
   out += Excerpt(d.span, sources, colors);
   if (!d.hint.empty()) out += "  " + colors.green + "hint: " + colors.reset + d.hint + "\n";
   for (const Note& note : d.notes) {
-    out += colors.bold + Place(note.span, sources) + colors.cyan + "note: " + colors.reset +
-           note.message + "\n" + Excerpt(note.span, sources, colors);
+    out += NoteText(note, sources, colors);
   }
 }
 
@@ -122,6 +126,10 @@ std::string Render(const Diagnostics& diagnostics, const SourceSet& sources, boo
   std::string out;
   for (const Diagnostic* d : order) RenderOne(*d, sources, colors, out);
   return out;
+}
+
+std::string RenderNote(const Note& note, const SourceSet& sources, bool color) {
+  return NoteText(note, sources, MakeColors(color));
 }
 
 std::string NearestName(const std::string& name, const std::vector<std::string>& candidates) {

@@ -51,6 +51,10 @@ class Diagnostics {
 /// line under the span, `hint:` and `note:` lines. `color` adds ANSI colours.
 std::string Render(const Diagnostics& diagnostics, const SourceSet& sources, bool color);
 
+/// One further place for stderr or an explanation: `file:line:column: note: message` and the source
+/// line with a caret line.
+std::string RenderNote(const Note& note, const SourceSet& sources, bool color);
+
 /// The candidate nearest to `name` by edit distance, if near enough to be a likely slip; else "".
 std::string NearestName(const std::string& name, const std::vector<std::string>& candidates);
 

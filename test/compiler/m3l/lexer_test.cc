@@ -44,7 +44,7 @@ TEST_F(LexerTest, BackslashMayEndALine) { EXPECT_EQ(Words("a\\\nb\\  \r\nc\\"), 
 
 TEST_F(LexerTest, BackslashElsewhereIsReported) {
   EXPECT_EQ(Words("a \\ b"), "a b");
-  EXPECT_EQ(TakeError("unexpected character \\").hint, "a backslash may only end a line");
+  EXPECT_EQ(TakeError("unexpected character '\\'").hint, "a backslash may only end a line");
 }
 
 TEST_F(LexerTest, SubPointNamesAreNoNumbers) { EXPECT_EQ(Words("p_a._1"), "p_a . _1"); }
@@ -94,14 +94,14 @@ TEST_F(LexerTest, TypographicQuotesAreReportedAndRead) {
 
 TEST_F(LexerTest, ForeignCharactersAreOneErrorARun) {
   EXPECT_EQ(Words("a \xC2\xB0\xC2\xB0 b"), "a b");  // Two degree signs.
-  TakeError("unexpected characters \\xc2\\xb0\\xc2\\xb0");
+  TakeError("unexpected characters '\\xc2\\xb0\\xc2\\xb0'");
   Words(std::string("a\0\0b", 4));
-  TakeError("unexpected characters \\x00\\x00");
+  TakeError("unexpected characters '\\x00\\x00'");
 }
 
 TEST_F(LexerTest, HabitsFromOtherLanguagesGetAHint) {
   Words("a;");
-  EXPECT_EQ(TakeError("unexpected character ;").hint, "statements need no separator");
+  EXPECT_EQ(TakeError("unexpected character ';'").hint, "statements need no separator");
   Words("'");
   EXPECT_EQ(TakeError("unexpected").hint, "strings are written with double quotes");
 }
@@ -115,7 +115,7 @@ TEST_F(LexerTest, ByteOrderMarkIsSkipped) {
 TEST_F(LexerTest, ErrorsAreBounded) {
   const std::vector<Token> tokens = Tokens(std::string(100'000, ';'));
   EXPECT_EQ(tokens.size(), 1U);
-  for (int i = 0; i < kMaxSyntaxErrors; ++i) TakeError("unexpected character ;");
+  for (int i = 0; i < kMaxSyntaxErrors; ++i) TakeError("unexpected character ';'");
   TakeError("too many errors");
 }
 

@@ -1,0 +1,209 @@
+#include "compiler/m3l/format.h"
+
+#include <algorithm>
+
+#include "compiler/m3l/lexer.h"
+#include "compiler/m3l/parser.h"
+#include "compiler/m3l/parser_internal.h"
+#include "compiler/source/layout.h"
+
+namespace morphbus::m3l {
+namespace {
+
+using source::GapComments;
+using source::LayoutToken;
+
+/// A header wider than this does not set the column of what follows it.
+constexpr size_t kWidestHeader = 32;
+
+/// Tokens of a text that parses, with what the layout needs to know of them.
+class Formatter {
+ public:
+  Formatter(const source::SourceSet& sources, int file, const std::vector<Token>& tokens)
+      : text_(sources.text(file)), tokens_(tokens), count_(tokens.size() - 1) {}
+
+  std::string Run() {
+    Describe();
+    const GapComments end = Gap(count_);
+    std::vector<GapComments> before;
+    for (const LayoutToken& token : layout_) before.push_back(token.before);
+    source::LayoutWriter writer(std::move(layout_));
+    for (size_t begin = 0; begin < count_;) {
+      const size_t stop = StatementEnd(begin);
+      writer.LinesBefore(before[begin], 0, true, true);
+      WriteStatement(writer, begin, stop);
+      writer.EndLine();
+      begin = stop;
+    }
+    writer.LinesBefore(end, 0, true, false);
+    return writer.Take();
+  }
+
+ private:
+  [[nodiscard]] std::string_view Text(size_t i) const { return tokens_[i].text; }
+  [[nodiscard]] bool IsWord(size_t i) const {
+    return i < count_ && tokens_[i].kind == TokenKind::kWord;
+  }
+  [[nodiscard]] bool IsSymbol(size_t i, std::string_view symbol) const {
+    return i < count_ && tokens_[i].kind == TokenKind::kSymbol && Text(i) == symbol;
+  }
+  [[nodiscard]] bool IsOperatorAt(size_t i) const {
+    return IsWord(i) && internal::IsOperatorWord(Text(i));
+  }
+
+  /// The comments before token `i`.
+  [[nodiscard]] GapComments Gap(size_t i) const {
+    const size_t begin = i == 0 ? 0 : tokens_[i - 1].span.end;
+    const size_t end = i == count_ ? text_.size() : tokens_[i].span.begin;
+    return source::ReadGap(text_, begin, end, true);
+  }
+
+  /// The colon of `point c1:`, `(axis:`, not that of `NAME:3`.
+  [[nodiscard]] bool IsHeaderColon(size_t i) const {
+    if (!IsSymbol(i, ":") || i == 0 || !IsWord(i - 1)) return false;
+    return Text(i - 1) == "axis" || (i > 1 && IsWord(i - 2));
+  }
+
+  /// True if `+` or `-` at `i` has an operand before it.
+  [[nodiscard]] bool IsBinary(size_t i) const {
+    if (i == 0 || IsOperatorAt(i - 1)) return false;
+    return tokens_[i - 1].kind != TokenKind::kSymbol || Text(i - 1) == ")" || Text(i - 1) == "]";
+  }
+
+  [[nodiscard]] bool IsComparison(size_t i) const {
+    if (i >= count_ || tokens_[i].kind != TokenKind::kSymbol) return false;
+    const std::string_view t = Text(i);
+    return t == "==" || t == "!=" || t == "<" || t == "<=" || t == ">" || t == ">=";
+  }
+
+  [[nodiscard]] bool IsSign(size_t i) const { return IsSymbol(i, "+") || IsSymbol(i, "-"); }
+
+  /// Whether a space stands between tokens i - 1 and i on one line.
+  [[nodiscard]] bool SpaceBefore(size_t i) const {
+    if (i == 0) return false;
+    const auto is = [&](size_t at, std::string_view any) {
+      return tokens_[at].kind == TokenKind::kSymbol && any.find(Text(at)) != std::string_view::npos;
+    };
+    if (is(i - 1, "([") || is(i, ")],:.") || is(i - 1, ".")) return false;
+    if (is(i - 1, ",")) return true;
+    if (IsSymbol(i - 1, ":")) return IsHeaderColon(i - 1);
+    if (IsComparison(i) || IsComparison(i - 1)) return true;
+    if (IsSymbol(i, "=") || IsSymbol(i - 1, "=")) return false;
+    if (is(i, "*/") || is(i - 1, "*/")) return false;
+    if (IsSign(i - 1)) return IsBinary(i - 1);
+    if (IsSign(i)) return IsBinary(i) || IsOperatorAt(i - 1);
+    if (is(i, "([")) return !IsWord(i - 1) || IsOperatorAt(i - 1);
+    return true;
+  }
+
+  /// Spacing, possible breaks and comments of all tokens; where statements begin.
+  void Describe() {
+    int depth = 0;
+    layout_.resize(count_);
+    starts_.assign(count_ + 1, false);
+    for (size_t i = 0; i < count_; ++i) {
+      LayoutToken& token = layout_[i];
+      token.text = Text(i);
+      token.space = SpaceBefore(i);
+      token.opens = IsSymbol(i, "(") || IsSymbol(i, "[");
+      token.closes = IsSymbol(i, ")") || IsSymbol(i, "]");
+      token.before = Gap(i);
+      if (i > 0) layout_[i - 1].trailing = token.before.trailing;
+      const bool junction = IsWord(i) && (Text(i) == "and" || Text(i) == "or");
+      const bool subpoint = token.opens && IsWord(i + 1) && Text(i + 1) == "point" && IsWord(i + 2);
+      const bool after_subpoint =
+          depth == 0 && i > 0 && IsSymbol(i - 1, ")") && IsWord(i) && !IsOperatorAt(i);
+      starts_[i] = depth == 0 && StartsStatement(i);
+      token.may_break = junction || subpoint || after_subpoint || (i > 0 && IsSymbol(i - 1, ","));
+      token.separate = after_subpoint && !starts_[i];
+      depth += token.opens ? 1 : token.closes ? -1 : 0;
+    }
+    if (count_ > 0) layout_[count_ - 1].trailing = Gap(count_).trailing;
+    starts_[count_] = true;
+  }
+
+  [[nodiscard]] bool StartsStatement(size_t i) const {
+    if (!IsWord(i) || !internal::IsKeyword(Text(i))) return false;
+    if (Text(i) == "import") return !IsSymbol(i + 1, "=");
+    return IsWord(i + 1) && IsSymbol(i + 2, ":");
+  }
+
+  [[nodiscard]] size_t StatementEnd(size_t begin) const {
+    size_t end = begin + 1;
+    while (!starts_[end]) ++end;
+    return end;
+  }
+
+  /// Sub-points that do not fit on one line are spread evenly: four become two and two.
+  void BalanceSubpoints(source::LayoutWriter& writer, size_t begin, size_t end, size_t hang) const {
+    std::vector<size_t> groups;
+    size_t widest = 0;
+    for (size_t i = begin; i < end && IsSymbol(i, "("); i = writer.AfterGroup(i)) {
+      groups.push_back(i);
+      widest = std::max(widest, writer.FlatWidth(i, writer.AfterGroup(i)));
+    }
+    if (groups.empty() || widest + hang > source::kLayoutWidth) return;
+    const size_t fit = std::max<size_t>(1, (source::kLayoutWidth - hang + 1) / (widest + 1));
+    const size_t lines = (groups.size() + fit - 1) / fit;
+    const size_t each = (groups.size() + lines - 1) / lines;
+    for (size_t i = each; i < groups.size(); i += each) writer.Separate(groups[i]);
+  }
+
+  void WriteStatement(source::LayoutWriter& writer, size_t begin, size_t end) const {
+    const std::string_view keyword = Text(begin);
+    if (keyword == "import") {
+      writer.Statement(begin, begin, end, 0, 2, false);
+      return;
+    }
+    const size_t head = std::min(begin + 3, end);
+    const bool member =
+        keyword == "point" || keyword == "link" || keyword == "axis" || keyword == "joint";
+    const size_t width = keyword.size() + 1 + Text(begin + 1).size() + 2;
+    const size_t hang = !member ? 2 : width > kWidestHeader ? 4 : width;
+    if (member) BalanceSubpoints(writer, head, end, hang);
+    writer.Statement(begin, head, end, 0, hang, !member);
+  }
+
+  std::string_view text_;
+  const std::vector<Token>& tokens_;
+  size_t count_;  ///< Tokens without kEnd.
+  std::vector<LayoutToken> layout_;
+  std::vector<bool> starts_;
+};
+
+/// What formatting must leave as it is.
+std::string Content(const source::SourceSet& sources, int file, const std::vector<Token>& tokens) {
+  std::string content;
+  size_t end = 0;
+  for (const Token& token : tokens) {
+    const bool last = token.kind == TokenKind::kEnd;
+    const size_t begin = last ? sources.text(file).size() : token.span.begin;
+    content += source::CommentContent(source::ReadGap(sources.text(file), end, begin, true));
+    content += '\n' + std::string(token.text);
+    end = token.span.end;
+  }
+  return content;
+}
+
+}  // namespace
+
+std::optional<std::string> Format(const source::SourceSet& sources, int file,
+                                  source::Diagnostics& diagnostics) {
+  const int errors = diagnostics.error_count();
+  const std::vector<Token> tokens = Lex(sources, file, kMaxTokens, diagnostics);
+  Parse(tokens, diagnostics);
+  if (diagnostics.error_count() > errors) return std::nullopt;
+  std::string formatted = Formatter(sources, file, tokens).Run();
+  // A formatter that changes what it formats is worse than none: compare before letting it go.
+  source::SourceSet again;
+  source::Diagnostics none;
+  const int copy = again.AddText(sources.name(file), formatted);
+  const std::vector<Token> retold = Lex(again, copy, kMaxTokens, none);
+  if (none.had_errors() || Content(again, copy, retold) != Content(sources, file, tokens)) {
+    diagnostics.Error({file, 0, 0}, "cannot be laid out without changing it; please report this");
+    return std::nullopt;
+  }
+  return formatted;
+}
+
+}  // namespace morphbus::m3l
