@@ -111,7 +111,7 @@ class Cli(Case):
         self.assertEqual(summary['ticks'], 50)
 
     def test_every_command_has_help_with_an_example(self):
-        names = ['check', 'connections', 'fk', 'graph', 'roles', 'compile', 'disasm', 'export', 'draw', 'run', 'sim',
+        names = ['check', 'connections', 'fk', 'graph', 'roles', 'compile', 'disasm', 'format', 'export', 'draw', 'run', 'sim',
                  'log', 'replay', 'spy', 'runs', 'compare', 'info', 'verify']
         for name in names:
             self.assertIn('xample', morphbus(name, '--help').stdout, name)

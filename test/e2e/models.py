@@ -1,0 +1,105 @@
+#!/usr/bin/env python3
+"""Every model of models/ through the command line; explanations of connections; the layout of files."""
+import os
+import re
+import shutil
+import unittest
+
+from support import SOURCE, Case, as_json, morphbus
+
+MODELS = SOURCE / 'models'
+
+
+def robots_of(path):
+    return re.findall(r'^robot (\w+):', path.read_text(), re.M)
+
+
+class Models(Case):
+    def test_every_robot_closes_and_is_drawn(self):
+        drawn = 0
+        for path in sorted(MODELS.glob('*.m3l')):
+            self.assertIn('module', morphbus('check', path).stdout)
+            for robot in robots_of(path):
+                poses = as_json('fk', path, '--robot', robot)
+                self.assertLess(poses['closure_m'], 1e-9, f'{path} {robot}')
+                self.assertLess(poses['closure_rad'], 1e-9, f'{path} {robot}')
+                picture = self.folder / f'{path.stem}_{robot}.svg'
+                morphbus('draw', path, '--robot', robot, '-o', picture)
+                # Each link shows some faces, and each face is a path.
+                self.assertGreater(picture.read_text().count('<path'), 2 * len(poses['links']), f'{path} {robot}')
+                drawn += 1
+        self.assertGreaterEqual(drawn, 11)
+
+    def test_the_graph_says_how_axes_lie(self):
+        def relations(model, robot):
+            joints = as_json('graph', MODELS / model, '--robot', robot)['joints']
+            return {r for joint in joints for r in joint['adjacent_axes'].values()}
+        self.assertEqual(relations('mtran_robots.m3l', 'snake'), {'parallel', 'orthogonal'})
+        self.assertEqual(relations('molecube.m3l', 'snake'), {'coplanar'})
+        car = {j['name']: j for j in as_json('graph', MODELS / 'atron.m3l', '--robot', 'car')['joints']}
+        self.assertEqual(car['head.centre']['adjacent_axes'], {'left.centre': 'orthogonal', 'right.centre': 'orthogonal'})
+        self.assertIn('orthogonal to', morphbus('graph', MODELS / 'atron.m3l', '--robot', 'car').stdout)
+
+
+class Why(Case):
+    def test_an_impossible_pair_shows_both_conditions_underlined(self):
+        text = morphbus('connections', MODELS / 'mtran.m3l', '--why', 'c1,c2').stdout
+        self.assertIn('never', text)
+        for part in ('c1.gender is "male"', 'c2.gender is "male"', 'gender == "female"', '^~~~'):
+            self.assertIn(part, text)
+
+    def test_candidates_that_hulls_remove_say_how_deep(self):
+        answer = as_json('connections', MODELS / 'mtran.m3l', '--why', 'c6,c3')
+        self.assertEqual({c['number'] for c in answer['candidates'] if c['kept']}, {1, 2, 3, 4})
+        removed = [c for c in answer['candidates'] if not c['kept']]
+        self.assertEqual(len(removed), 4)
+        for candidate in removed:
+            self.assertGreater(candidate['overlaps'][0]['depth_m'], 0.03)
+        text = morphbus('connections', MODELS / 'mtran.m3l', '--pair', 'c6,c3', '--why').stdout
+        self.assertEqual(text.count('removed'), 4)
+        self.assertIn('deep in link', text)
+
+    def test_the_forms_of_the_option(self):
+        morphbus('connections', MODELS / 'mtran.m3l', '--why', status=2)
+        morphbus('connections', '--why', 'c1,c2', status=2)
+        morphbus('connections', MODELS / 'mtran.m3l', '--why', 'c1', status=2)
+        self.assertEqual(morphbus('connections', '--why', 'c1,c4', MODELS / 'mtran.m3l').stdout,
+                         morphbus('connections', MODELS / 'mtran.m3l', '--why', 'c1,c4').stdout)
+
+
+class Format(Case):
+    def test_models_and_programs_are_canonical(self):
+        morphbus('format', '--check', *sorted(MODELS.glob('*.m3l')), *sorted((MODELS / 'programs').glob('*.dyn')))
+
+    def test_a_changed_file_is_reported_and_mended(self):
+        path = self.folder / 'x.m3l'
+        canonical = (MODELS / 'mtran.m3l').read_text()
+        path.write_text(''.join(line if line.startswith('//') else line.replace(', ', ' ,\n\n  ')
+                                for line in canonical.splitlines(keepends=True)))
+        os.chmod(path, 0o640)
+        link = self.folder / 'link.m3l'
+        link.symlink_to(path)
+        broken = path.read_text()
+        self.assertIn('x.m3l', morphbus('format', '--check', path, status=1).stdout)
+        self.assertEqual(path.read_text(), broken)
+        morphbus('format', link)
+        self.assertEqual(path.read_text(), canonical)
+        self.assertTrue(link.is_symlink())
+        self.assertEqual(path.stat().st_mode & 0o777, 0o640)
+        morphbus('format', '--check', path)
+        self.assertEqual(sorted(p.name for p in self.folder.glob('*m3l*')), ['link.m3l', 'x.m3l'])
+
+    def test_a_file_with_syntax_errors_is_left_alone(self):
+        path = self.folder / 'x.dyn'
+        good = self.folder / 'good.dyn'
+        path.write_text('role  R extends Module {  x = ; }')
+        shutil.copy(MODELS / 'programs' / 'quadruped.dyn', good)
+        done = morphbus('format', path, good, status=2)
+        self.assertIn('error:', done.stderr)
+        self.assertEqual(path.read_text(), 'role  R extends Module {  x = ; }')
+        morphbus('format', self.folder / 'nothing.m3l', status=2)
+        morphbus('format', self.folder / 'text.txt', status=2)
+
+
+if __name__ == '__main__':
+    unittest.main()
