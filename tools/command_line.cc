@@ -58,10 +58,10 @@ int RunCommandLine(int argc, const char* const* argv) {
   app.set_version_flag("--version", "morphbus " MORPHBUS_VERSION);
   app.require_subcommand(1);
   app.footer(kExamples);
-  for (const auto add :
-       {AddCheck,  AddConnections, AddFk,   AddGraph,   AddRoles, AddCompile, AddDisasm,
-        AddExport, AddFormat,      AddDraw, AddRun,     AddSim,   AddModule,  AddLog,
-        AddReplay, AddSpy,         AddRuns, AddCompare, AddInfo,  AddVerify}) {
+  for (const auto add : {AddCheck, AddConnections, AddFk,     AddGraph,  AddEquivalent, AddVariants,
+                         AddRoles, AddCompile,     AddDisasm, AddExport, AddFormat,     AddDraw,
+                         AddRun,   AddSim,         AddModule, AddLog,    AddReplay,     AddSpy,
+                         AddRuns,  AddCompare,     AddInfo,   AddVerify}) {
     add(app, &action);
   }
   if (const auto unknown = UnknownCommand(app, argc, argv)) {

@@ -14,6 +14,8 @@ void AddCheck(CLI::App& app, Action* action);
 void AddConnections(CLI::App& app, Action* action);
 void AddFk(CLI::App& app, Action* action);
 void AddGraph(CLI::App& app, Action* action);
+void AddEquivalent(CLI::App& app, Action* action);
+void AddVariants(CLI::App& app, Action* action);
 void AddRoles(CLI::App& app, Action* action);
 void AddCompile(CLI::App& app, Action* action);
 void AddDisasm(CLI::App& app, Action* action);

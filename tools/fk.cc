@@ -75,7 +75,9 @@ int Fk(const Options& options) {
   for (size_t m = 0; m < robot->modules.size(); ++m) {
     const model::ModuleType& type = model->TypeOf(*robot, static_cast<int>(m));
     for (size_t l = 0; l < type.links.size(); ++l) {
-      links[robot->modules[m].name + "." + type.links[l].name] = PoseJson(state.X_RL[m][l]);
+      // Names are unique; looking each up among all before it would be quadratic.
+      links.get_ref<Json::object_t&>().emplace_back(
+          robot->modules[m].name + "." + type.links[l].name, PoseJson(state.X_RL[m][l]));
     }
   }
   if (options.json) {

@@ -55,7 +55,7 @@ Json GraphJson(const model::Model& model, const model::Robot& robot,
       axes[joint_name(other)] = RelationText(joint.adjacent_axes[i]);
     }
     joints.push_back({{"name", joint_name(joint)},
-                      {"adjacent", joint.adjacent.size()},
+                      {"adjacent", joint.num_adjacent},
                       {"locked", joint.locked},
                       {"axis", VectorJson(joint.axis_R)},
                       {"adjacent_axes", axes}});

@@ -80,7 +80,7 @@ std::string KinematicGraphDot(const model::Model& model, const model::Robot& rob
     out += fmt::format("  b{} -- b{} [label=\"{}.{}\\n{} adjacent{}\"{}];\n", joint.body_a,
                        joint.body_b, Escaped(robot.modules[joint.module].name),
                        Escaped(model.TypeOf(robot, joint.module).joints[joint.joint].name),
-                       joint.adjacent.size(), joint.locked ? ", locked" : "",
+                       joint.num_adjacent, joint.locked ? ", locked" : "",
                        joint.locked ? ", style=dashed" : "");
   }
   return out + "}\n";

@@ -1,7 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <map>
 #include <queue>
 
 #include "compiler/m3l/check_robot.h"
@@ -249,14 +252,40 @@ class OverlapChecker {
     return near;
   }
 
-  void Compare(size_t a, size_t b) {
-    const double apart = (balls_[a].centre - balls_[b].centre).norm();
-    if (apart > balls_[a].radius + balls_[b].radius) return;
+  struct Overlap {
+    double depth_m = 0.0;  ///< 0: none beyond the tolerance.
+    size_t link_a = 0;
+    size_t link_b = 0;
+  };
+
+  /// The deepest overlap of two modules' links. Robots are lattices, so that a few relative poses
+  /// of a few shapes come again and again: each is looked at once.
+  const Overlap& OverlapOf(size_t a, size_t b) {
+    const model::Pose X_AB = state_.X_RL[a][0].inverse() * state_.X_RL[b][0];
+    PairKey key{ShapeOf(a), ShapeOf(b)};
+    for (int i = 0; i < 12; ++i) {
+      const double entry = X_AB.matrix()(i % 3, i / 3);
+      key[static_cast<size_t>(i) + 2] =
+          static_cast<int64_t>(std::round(std::clamp(entry, -1e8, 1e8) / kSamePose));
+    }
+    const auto [it, fresh] = overlaps_.try_emplace(key);
+    if (fresh) it->second = FindOverlap(a, b);
+    return it->second;
+  }
+
+  /// Number of a module's type and start values: two with the same number are of one shape.
+  int64_t ShapeOf(size_t m) {
+    const model::ModuleInstance& module = scope_.robot.modules[m];
+    return shapes_.try_emplace({module.type, module.start}, static_cast<int64_t>(shapes_.size()))
+        .first->second;
+  }
+
+  Overlap FindOverlap(size_t a, size_t b) {
     const auto type_a = static_cast<size_t>(scope_.robot.modules[a].type);
     const auto type_b = static_cast<size_t>(scope_.robot.modules[b].type);
     double deepest = kOverlapTolerance * std::max(scope_.context.modules[type_a].extent_m,
                                                   scope_.context.modules[type_b].extent_m);
-    std::string links;
+    Overlap overlap;
     for (size_t i = 0; i < hulls_[type_a].size(); ++i) {
       for (size_t j = 0; j < hulls_[type_b].size(); ++j) {
         work_ += 10.0 + static_cast<double>(hulls_[type_a][i].edges.size()) *
@@ -265,22 +294,35 @@ class OverlapChecker {
                                                       hulls_[type_b][j], state_.X_RL[b][j]);
         if (depth <= deepest) continue;
         deepest = depth;
-        links = fmt::format("{}.{} and {}.{}", scope_.robot.modules[a].name,
-                            scope_.TypeOf(static_cast<int>(a)).links[i].name,
-                            scope_.robot.modules[b].name,
-                            scope_.TypeOf(static_cast<int>(b)).links[j].name);
+        overlap = {depth, i, j};
       }
     }
-    if (links.empty()) return;
+    return overlap;
+  }
+
+  void Compare(size_t a, size_t b) {
+    const double apart = (balls_[a].centre - balls_[b].centre).norm();
+    if (apart > balls_[a].radius + balls_[b].radius) return;
+    const Overlap& overlap = OverlapOf(a, b);
+    if (overlap.depth_m <= 0.0) return;
+    const std::string links = fmt::format(
+        "{}.{} and {}.{}", scope_.robot.modules[a].name,
+        scope_.TypeOf(static_cast<int>(a)).links[overlap.link_a].name, scope_.robot.modules[b].name,
+        scope_.TypeOf(static_cast<int>(b)).links[overlap.link_b].name);
     ++warnings_;
     source::Diagnostic& d = scope_.diagnostics.Warning(
         scope_.module_spans[b], fmt::format("{} lie {} m inside each other", links,
-                                            NumberText(std::round(deepest * 1e9) / 1e9)));
+                                            NumberText(std::round(overlap.depth_m * 1e9) / 1e9)));
     d.hint =
         "real modules cannot be built so: choose other connections or start values, or smaller "
         "hulls";
     d.notes.push_back({scope_.module_spans[a], "the other module"});
   }
+
+  /// Relative poses within this much (m, and entries of the rotation) are one.
+  static constexpr double kSamePose = 1e-9;
+  /// Shapes of a and b, then the relative pose.
+  using PairKey = std::array<int64_t, 14>;
 
   struct Ball {
     Eigen::Vector3d centre = Eigen::Vector3d::Zero();
@@ -293,6 +335,8 @@ class OverlapChecker {
   std::vector<Ball> balls_;                            ///< [module], in R (m).
   double cell_size_ = 0.0;
   std::map<Cell, std::vector<size_t>> grid_;
+  std::map<std::pair<int, std::vector<double>>, int64_t> shapes_;
+  std::map<PairKey, Overlap> overlaps_;
   int warnings_ = 0;
   double work_ = 0.0;
 };

@@ -14,8 +14,8 @@ namespace {
 /// Limits of joints hold to this much (rad or m).
 constexpr double kLimitTolerance = 1e-4;
 /// Bounds on hostile input, far above any robot that was built.
-constexpr size_t kMaxModules = 5000;
-constexpr size_t kMaxLinks = 20'000;
+constexpr size_t kMaxModules = 20'000;
+constexpr size_t kMaxLinks = 100'000;
 
 void CheckModules(const Expr& list, RobotScope& scope) {
   const bool tuple = list.kind == ExprKind::kTuple && !list.children.empty();

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 
 #include "compiler/model/loop_constraints.h"
 
@@ -48,6 +50,22 @@ void FindAdjacency(KinematicGraph& graph, double extent) {
       at_body[graph.joints[i].body_b].push_back(static_cast<int>(i));
     }
   }
+  // Joints of the same two bodies touch both; the others one of them.
+  std::map<std::pair<int, int>, int> between;
+  const auto ends = [](const GraphJoint& joint) {
+    return std::pair<int, int>(std::minmax(joint.body_a, joint.body_b));
+  };
+  for (const GraphJoint& joint : graph.joints) ++between[ends(joint)];
+  int64_t entries = 0;
+  for (GraphJoint& joint : graph.joints) {
+    joint.num_adjacent = static_cast<int>(at_body[joint.body_a].size()) - 1;
+    if (joint.body_b != joint.body_a) {
+      joint.num_adjacent += static_cast<int>(at_body[joint.body_b].size()) - between[ends(joint)];
+    }
+    entries += joint.num_adjacent;
+  }
+  graph.adjacency_listed = entries <= kMaxAdjacencies;
+  if (!graph.adjacency_listed) return;
   for (size_t i = 0; i < graph.joints.size(); ++i) {
     GraphJoint& joint = graph.joints[i];
     for (const int body : {joint.body_a, joint.body_b}) {

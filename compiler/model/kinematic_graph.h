@@ -2,6 +2,7 @@
 // The kinematic graph (paper, Sec. IV and Fig. 6): vertices are bodies (largest sets of links held
 // together by connections and fixed joints), edges are joints.
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -36,7 +37,8 @@ struct GraphJoint {
   int body_b = 0;
   Eigen::Vector3d p_RoJo_R;   ///< A point on the axis, robot frame (m), at the start values.
   Eigen::Vector3d axis_R;     ///< Unit direction of A's axis in the robot frame, start values.
-  std::vector<int> adjacent;  ///< Indices of adjacent joints in KinematicGraph::joints.
+  int num_adjacent = 0;       ///< Other joints that touch either of its bodies.
+  std::vector<int> adjacent;  ///< Their indices in KinematicGraph::joints; see adjacency_listed.
   std::vector<AxisRelation> adjacent_axes;  ///< How their axes lie to this one, same order.
   bool locked = false;  ///< Cannot move, by the loop-closure constraints at the start values.
 };
@@ -45,10 +47,16 @@ struct KinematicGraph {
   std::vector<Body> bodies;
   std::vector<std::vector<int>> body_of;  ///< body_of[module][link].
   std::vector<GraphJoint> joints;         ///< Every joint but fixed ones, module then joint order.
+  /// False where the lists would be too long (a body with thousands of joints): over
+  /// kMaxAdjacencies in all. Counts are there all the same.
+  bool adjacency_listed = true;
   /// Null-space dimension; floating base not counted, nor the parts that were not computed.
   int mobility = 0;
   bool locked_computed = true;  ///< False where a biconnected part has over 500 joints.
 };
+
+/// Entries of all lists of adjacent joints together.
+inline constexpr int64_t kMaxAdjacencies = 2'000'000;
 
 KinematicGraph BuildKinematicGraph(const Model& model, const Robot& robot);
 

@@ -31,6 +31,14 @@ KinematicTree::KinematicTree(const Model& model, const Robot& robot) {
     num_links += static_cast<int>(type.links.size());
     num_joints_ += static_cast<int>(type.joints.size());
   }
+  dockings_at_.resize(num_links);
+  for (size_t d = 0; d < robot.dockings.size(); ++d) {
+    const Docking& docking = robot.dockings[d];
+    const int link_a = model.TypeOf(robot, docking.module_a).connectors[docking.connector_a].link;
+    const int link_b = model.TypeOf(robot, docking.module_b).connectors[docking.connector_b].link;
+    dockings_at_[LinkIndex(docking.module_a, link_a)].push_back(static_cast<int>(d));
+    dockings_at_[LinkIndex(docking.module_b, link_b)].push_back(static_cast<int>(d));
+  }
   placed_.assign(num_links, false);
   used_docking_.assign(robot.dockings.size(), false);
   used_joint_.assign(num_joints_, false);
@@ -44,6 +52,7 @@ KinematicTree::KinematicTree(const Model& model, const Robot& robot) {
     }
   }
   CollectLoops(model, robot);
+  dockings_at_ = {};
 }
 
 KinematicTree::Step KinematicTree::JointStep(const Joint& joint, bool places_a) {
@@ -103,13 +112,11 @@ void KinematicTree::Grow(const Model& model, const Robot& robot, int start_modul
       used_joint_[step.joint] = true;
       place(step, at.module, other, parent);
     }
-    for (size_t d = 0; d < robot.dockings.size(); ++d) {
+    for (const int d : dockings_at_[parent]) {
       const Docking& docking = robot.dockings[d];
       const int link_a = model.TypeOf(robot, docking.module_a).connectors[docking.connector_a].link;
       const int link_b = model.TypeOf(robot, docking.module_b).connectors[docking.connector_b].link;
       const bool from_a = docking.module_a == at.module && link_a == at.link;
-      const bool from_b = docking.module_b == at.module && link_b == at.link;
-      if (!from_a && !from_b) continue;
       const int module = from_a ? docking.module_b : docking.module_a;
       const int link = from_a ? link_b : link_a;
       if (placed_[LinkIndex(module, link)]) continue;

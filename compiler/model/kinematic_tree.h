@@ -69,6 +69,8 @@ class KinematicTree {
   int num_joints_ = 0;
   std::vector<Step> steps_;
   std::vector<Loop> loops_;
+  /// By flat link index, in declared order; while building.
+  std::vector<std::vector<int>> dockings_at_;
   std::vector<bool> placed_;        ///< By flat link index; while building.
   std::vector<bool> used_docking_;  ///< While building.
   std::vector<bool> used_joint_;    ///< While building.

@@ -56,6 +56,50 @@ class Cli(Case):
         dot = morphbus('graph', MODEL, '--robot', 'quadruped', '--dot', '-').stdout
         self.assertTrue(dot.startswith(('graph', 'digraph')))
 
+    def test_the_quadrupeds_are_congruent_in_four_ways(self):
+        answer = as_json('equivalent', MODEL, 'quadruped', 'equivalent_quadruped')
+        self.assertEqual(list(answer)[:4], ['congruent', 'mappings', 'modules', 'joints'])
+        self.assertEqual((answer['congruent'], answer['mappings']), (True, 4))
+        self.assertEqual(answer['modules'], dict(zip((f'm{i}' for i in range(1, 10)),
+                                                     ('m6', 'm7', 'm8', 'm9', 'm5', 'm1', 'm2', 'm3', 'm4'))))
+        self.assertEqual(answer['joints']['m1.joint_1'], {'to': 'm6.joint_1', 'sign': -1, 'offset': 0})
+        self.assertEqual({name for name, joint in answer['joints'].items() if joint['sign'] < 0},
+                         {'m1.joint_1', 'm1.joint_2', 'm9.joint_1', 'm9.joint_2'})
+        self.assertIn('4 ways', morphbus('equivalent', MODEL, 'quadruped', 'quadruped').stdout)
+
+    def test_a_changed_quadruped_is_not_congruent_and_the_reason_is_said(self):
+        text = MODEL.read_text()
+        robot = text[text.index('robot quadruped:'):text.index('// The sides are swapped')]
+        changed = robot.replace('robot quadruped:', 'robot changed:').replace('(m1.c2,m2.c5)', '(m1.c2,m2.c5,rot=90)')
+        longer = robot.replace('robot quadruped:', 'robot longer:').replace('MTRAN m1,', 'MTRAN m1, MTRAN m10,') \
+            .replace('(m1.c2,m2.c5)', '(m1.c2,m2.c5), (m10.c2,m1.c5)')
+        module = text[text.index('module MTRAN:'):text.index('// Centres meet')]
+        short = module.replace('module MTRAN:', 'module SHORT:').replace('value=[-pi/2,pi/2]', 'value=[-pi/4,pi/4]')
+        other = text[text.index('connection MTRAN_to_MTRAN'):text.index('// m5 is the junction')] \
+            .replace('MTRAN_to_MTRAN', 'SHORT_to_MTRAN').replace('(MTRAN a', '(SHORT a')
+        short += other + robot.replace('robot quadruped:', 'robot stiff:').replace('MTRAN m1,', 'SHORT m1,')
+        model = self.folder / 'changed.m3l'
+        model.write_text('\n'.join([text, changed, longer, short]))
+        for robot, reason in (('changed', r'm1\.joint_\d.* off by 90 degrees'), ('longer', '10 modules'),
+                              ('stiff', r'joint m1\.joint_1 of stiff turns from -45 to 45 degrees')):
+            answer = as_json('equivalent', model, 'quadruped', robot, status=1)
+            self.assertEqual((answer['congruent'], answer['mappings']), (False, 0))
+            self.assertRegex(answer['reason'], reason)
+        morphbus('equivalent', model, 'quadruped', 'nobody', status=2)
+
+    def test_variants_are_m3l_that_other_commands_take(self):
+        variants = self.folder / 'variants.m3l'
+        morphbus('variants', MODEL, '--robot', 'quadruped', '--max', 3, '--seed', 1, '-o', variants)
+        again = self.folder / 'again.m3l'
+        morphbus('variants', MODEL, '--robot', 'quadruped', '--max', 3, '--seed', 1, '-o', again)
+        self.assertEqual(variants.read_text(), again.read_text())
+        for i in (1, 2, 3):
+            answer = as_json('equivalent', variants, 'quadruped', f'quadruped_variant_{i}')
+            self.assertEqual((answer['mappings'], answer['keeps_frame']), (4, True))
+            self.assertEqual(answer['modules']['m1'], 'm1')
+        self.assertEqual(morphbus('variants', MODEL, '--robot', 'quadruped', '--max', 1).stdout.count('robot '), 1)
+        morphbus('variants', MODEL, status=2)
+
     def test_roles_settle_without_moving(self):
         answer = as_json('roles', MODEL, PROGRAM, '--robot', 'quadruped')
         self.assertEqual(list(answer), ['modules', 'problems'])
@@ -111,7 +155,8 @@ class Cli(Case):
         self.assertEqual(summary['ticks'], 50)
 
     def test_every_command_has_help_with_an_example(self):
-        names = ['check', 'connections', 'fk', 'graph', 'roles', 'compile', 'disasm', 'format', 'export', 'draw', 'run', 'sim',
+        names = ['check', 'connections', 'fk', 'graph', 'equivalent', 'variants', 'roles',
+                 'compile', 'disasm', 'format', 'export', 'draw', 'run', 'sim',
                  'log', 'replay', 'spy', 'runs', 'compare', 'info', 'verify']
         for name in names:
             self.assertIn('xample', morphbus(name, '--help').stdout, name)

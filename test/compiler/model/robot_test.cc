@@ -99,6 +99,7 @@ TEST(Quadrupeds, HaveThePapersAdjacencyAndDegrees) {
     std::map<size_t, int> adjacent;
     for (const GraphJoint& joint : graph.joints) {
       ++adjacent[joint.adjacent.size()];
+      EXPECT_EQ(static_cast<size_t>(joint.num_adjacent), joint.adjacent.size());
       EXPECT_EQ(joint.adjacent.size() == 5, joint.module == 4);
       for (const AxisRelation relation : joint.adjacent_axes) {
         EXPECT_EQ(relation, AxisRelation::kParallel);

@@ -1,0 +1,165 @@
+#include "compiler/congruence/classes.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace morphbus::congruence {
+namespace {
+
+/// Mixes a value into a hash (the finalizer of MurmurHash3).
+uint64_t Mix(uint64_t hash, uint64_t value) {
+  uint64_t x = hash * 0x9e3779b97f4a7c15u + value;
+  x ^= x >> 33;
+  x *= 0xff51afd7ed558ccdu;
+  x ^= x >> 33;
+  x *= 0xc4ceb9fe1a85ec53u;
+  return x ^ (x >> 33);
+}
+
+/// Numbers that lie within a tolerance of each other get one label; rounding would part some of
+/// them. A row of numbers each near the next gets one label as a whole: coarser, never wrong.
+class Labels {
+ public:
+  explicit Labels(double tolerance) : tolerance_(tolerance) {}
+  void Add(double value) { values_.push_back(value); }
+  void Close() {
+    std::sort(values_.begin(), values_.end());
+    for (size_t i = 0; i < values_.size(); ++i) {
+      if (i == 0 || values_[i] - values_[i - 1] > tolerance_) starts_.push_back(values_[i]);
+    }
+  }
+  [[nodiscard]] uint64_t Of(double value) const {
+    return static_cast<uint64_t>(std::upper_bound(starts_.begin(), starts_.end(), value) -
+                                 starts_.begin());
+  }
+
+ private:
+  double tolerance_;
+  std::vector<double> values_;
+  std::vector<double> starts_;
+};
+
+/// What a joint's class is made of besides its neighbours.
+struct JointFigures {
+  double width = 0.0;       ///< Of its range; -1 for no limits.
+  double foot[2] = {0, 0};  ///< Distance of the axis to the reference point of body a, body b.
+  double along = 0.0;       ///< Between the feet, along the axis.
+};
+
+JointFigures FiguresOf(const Assembly& assembly, int joint) {
+  const AssemblyJoint& j = assembly.joints[joint];
+  JointFigures figures;
+  figures.width = j.bounded() ? j.upper - j.lower : -1.0;
+  const Eigen::Vector3d apart = assembly.bodies[j.body_b].p_RoTo - assembly.bodies[j.body_a].p_RoTo;
+  if (j.slide) {  // has no place, and the distance along it depends on the start value
+    figures.foot[0] = figures.foot[1] = (apart - apart.dot(j.axis) * j.axis).norm();
+    return figures;
+  }
+  figures.foot[0] = assembly.FootFrom(j.body_a, joint).norm();
+  figures.foot[1] = assembly.FootFrom(j.body_b, joint).norm();
+  figures.along = std::abs(apart.dot(j.axis));
+  return figures;
+}
+
+uint64_t KindOf(const AssemblyJoint& joint) {
+  return (joint.slide ? 4 : 0) + (joint.bounded() ? 2 : 0) + (joint.body_a == joint.body_b ? 1 : 0);
+}
+
+size_t CountClasses(const Classes& classes) {
+  std::vector<uint64_t> all;
+  for (const std::vector<uint64_t>& bodies : classes.bodies) {
+    all.insert(all.end(), bodies.begin(), bodies.end());
+  }
+  std::sort(all.begin(), all.end());
+  return static_cast<size_t>(std::unique(all.begin(), all.end()) - all.begin());
+}
+
+/// A joint as seen from one of its ends.
+struct EndLabels {
+  uint64_t own[2];  ///< Seen from body a, body b.
+};
+
+void Refine(const Assembly& assembly, const std::vector<EndLabels>& ends,
+            std::vector<uint64_t>& bodies, std::vector<uint64_t>& joints) {
+  std::vector<uint64_t> next(bodies.size());
+  std::vector<uint64_t> seen;
+  for (size_t b = 0; b < bodies.size(); ++b) {
+    seen.clear();
+    for (const int j : assembly.bodies[b].joints) {
+      const AssemblyJoint& joint = assembly.joints[j];
+      const bool at_a = joint.body_a == static_cast<int>(b);
+      seen.push_back(Mix(ends[j].own[at_a ? 0 : 1], bodies[joint.Other(static_cast<int>(b))]));
+    }
+    std::sort(seen.begin(), seen.end());
+    uint64_t hash = bodies[b];
+    for (const uint64_t one : seen) hash = Mix(hash, one);
+    next[b] = hash;
+  }
+  bodies = std::move(next);
+  for (size_t j = 0; j < joints.size(); ++j) {
+    const AssemblyJoint& joint = assembly.joints[j];
+    const uint64_t a = Mix(ends[j].own[0], bodies[joint.body_a]);
+    const uint64_t b = Mix(ends[j].own[1], bodies[joint.body_b]);
+    joints[j] = Mix(std::min(a, b), std::max(a, b));
+  }
+}
+
+}  // namespace
+
+Classes PlainClasses(const Assembly& a, const Assembly& b) {
+  Labels widths(kLimitTolerance);
+  for (const Assembly* assembly : {&a, &b}) {
+    for (size_t j = 0; j < assembly->joints.size(); ++j) {
+      widths.Add(FiguresOf(*assembly, static_cast<int>(j)).width);
+    }
+  }
+  widths.Close();
+  Classes classes;
+  for (const int side : {0, 1}) {
+    const Assembly& assembly = side == 0 ? a : b;
+    for (size_t j = 0; j < assembly.joints.size(); ++j) {
+      classes.joints[side].push_back(Mix(
+          KindOf(assembly.joints[j]), widths.Of(FiguresOf(assembly, static_cast<int>(j)).width)));
+    }
+    for (const AssemblyBody& body : assembly.bodies) {
+      classes.bodies[side].push_back(body.joints.size());
+    }
+  }
+  return classes;
+}
+
+Classes RefinedClasses(const Assembly& a, const Assembly& b, int rounds) {
+  Classes classes = PlainClasses(a, b);
+  Labels lengths(kGeometryTolerance * std::max(a.extent_m, b.extent_m));
+  for (const Assembly* assembly : {&a, &b}) {
+    for (size_t j = 0; j < assembly->joints.size(); ++j) {
+      const JointFigures figures = FiguresOf(*assembly, static_cast<int>(j));
+      for (const double length : {figures.foot[0], figures.foot[1], figures.along}) {
+        lengths.Add(length);
+      }
+    }
+  }
+  lengths.Close();
+  std::vector<EndLabels> ends[2];
+  for (const int side : {0, 1}) {
+    const Assembly& assembly = side == 0 ? a : b;
+    for (size_t j = 0; j < assembly.joints.size(); ++j) {
+      const JointFigures figures = FiguresOf(assembly, static_cast<int>(j));
+      const uint64_t both = Mix(classes.joints[side][j], lengths.Of(figures.along));
+      const uint64_t foot_a = lengths.Of(figures.foot[0]);
+      const uint64_t foot_b = lengths.Of(figures.foot[1]);
+      ends[side].push_back({{Mix(Mix(both, foot_a), foot_b), Mix(Mix(both, foot_b), foot_a)}});
+    }
+  }
+  size_t count = 0;
+  for (int round = 0; round < rounds; ++round) {
+    Refine(a, ends[0], classes.bodies[0], classes.joints[0]);
+    Refine(b, ends[1], classes.bodies[1], classes.joints[1]);
+    const size_t finer = CountClasses(classes);
+    if (finer == count) break;
+    count = finer;
+  }
+  return classes;
+}
+
+}  // namespace morphbus::congruence

@@ -1,0 +1,159 @@
+#include "compiler/congruence/mass_comparison.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "compiler/congruence/classes.h"
+#include "compiler/model/convex_hull.h"
+
+namespace morphbus::congruence {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+/// A link's mass distribution and the corners of its hull, in its module's frame.
+struct LinkShape {
+  double mass_kg = 0.0;
+  Vector3d centre = Vector3d::Zero();
+  Matrix3d inertia = Matrix3d::Zero();  ///< About the centre (kg m²).
+  std::vector<Vector3d> corners;
+};
+
+LinkShape ShapeOf(const model::ModuleType& type, const model::Link& link) {
+  constexpr double kThickness = 0.05;  // of the module's extent, as in the language reference
+  LinkShape shape;
+  shape.mass_kg = link.mass_kg;
+  shape.corners = model::ComputeHull(link.hull).vertices;
+  const model::MassProperties solid = model::ComputeMassProperties(
+      model::ComputeHull(model::ThickenFlat(link.hull, kThickness * model::ExtentOf(type))));
+  shape.centre = solid.centroid;
+  if (solid.volume > 0.0) shape.inertia = link.mass_kg / solid.volume * solid.inertia;
+  return shape;
+}
+
+/// What belongs to a body, seen from its reference point, along the robot frame's axes.
+struct BodyShape {
+  double mass_kg = 0.0;
+  Vector3d moment = Vector3d::Zero();   ///< Mass times centre of mass (kg m).
+  Matrix3d inertia = Matrix3d::Zero();  ///< About the reference point (kg m²).
+  std::vector<std::vector<Vector3d>> hulls;
+};
+
+class Shapes {
+ public:
+  explicit Shapes(const Assembly& assembly) : assembly_(assembly) {}
+
+  BodyShape Of(int body) {
+    BodyShape shape;
+    for (const model::LinkRef& ref : assembly_.bodies[body].links) {
+      const LinkShape& link = Link(assembly_.robot->modules[ref.module].type, ref.link);
+      model::Pose X_TL = assembly_.X_RL[ref.module][ref.link];
+      X_TL.translation() -= assembly_.bodies[body].p_RoTo;
+      const Vector3d centre = X_TL * link.centre;
+      shape.mass_kg += link.mass_kg;
+      shape.moment += link.mass_kg * centre;
+      shape.inertia += X_TL.linear() * link.inertia * X_TL.linear().transpose() +
+                       link.mass_kg * (centre.squaredNorm() * Matrix3d::Identity() -
+                                       centre * centre.transpose());
+      if (link.corners.empty()) continue;
+      std::vector<Vector3d>& hull = shape.hulls.emplace_back();
+      for (const Vector3d& p : link.corners) hull.push_back(X_TL * p);
+    }
+    return shape;
+  }
+
+ private:
+  const LinkShape& Link(int type, int link) {
+    std::vector<LinkShape>& shapes = shapes_[type];
+    if (shapes.empty()) {
+      const model::ModuleType& module = assembly_.model->module_types[type];
+      for (const model::Link& one : module.links) shapes.push_back(ShapeOf(module, one));
+    }
+    return shapes[link];
+  }
+
+  const Assembly& assembly_;
+  std::map<int, std::vector<LinkShape>> shapes_;
+};
+
+Vector3d MiddleOf(const std::vector<Vector3d>& points) {
+  Vector3d sum = Vector3d::Zero();
+  for (const Vector3d& p : points) sum += p;
+  return sum / static_cast<double>(points.size());
+}
+
+bool SamePoints(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b, double tolerance) {
+  if (a.size() != b.size()) return false;
+  return std::all_of(a.begin(), a.end(), [&](const Vector3d& p) {
+    return std::any_of(b.begin(), b.end(),
+                       [&](const Vector3d& q) { return (p - q).norm() <= tolerance; });
+  });
+}
+
+/// Pairs each hull of a, turned by R, with one of b; sorted by place, so that large bodies are
+/// quick.
+bool SameHulls(const BodyShape& a, const BodyShape& b, const Matrix3d& R, double tolerance) {
+  if (a.hulls.size() != b.hulls.size()) return false;
+  std::vector<std::pair<double, size_t>> by_x;
+  for (size_t i = 0; i < b.hulls.size(); ++i) by_x.emplace_back(MiddleOf(b.hulls[i]).x(), i);
+  std::sort(by_x.begin(), by_x.end());
+  std::vector<bool> taken(b.hulls.size(), false);
+  for (std::vector<Vector3d> hull : a.hulls) {
+    for (Vector3d& p : hull) p = R * p;
+    const Vector3d middle = MiddleOf(hull);
+    bool found = false;
+    auto it =
+        std::lower_bound(by_x.begin(), by_x.end(), std::pair(middle.x() - tolerance, size_t{0}));
+    for (; it != by_x.end() && it->first <= middle.x() + tolerance && !found; ++it) {
+      if (taken[it->second] || !SamePoints(hull, b.hulls[it->second], tolerance)) continue;
+      taken[it->second] = found = true;
+    }
+    if (!found) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+MassComparison CompareMasses(const Assembly& a, const Assembly& b, const Mapping& mapping) {
+  MassComparison result;
+  Shapes shapes_a(a);
+  Shapes shapes_b(b);
+  const double extent = std::max(a.extent_m, b.extent_m);
+  for (size_t i = 0; i < a.bodies.size(); ++i) {
+    const int body = static_cast<int>(i);
+    const int image = mapping.body_to[i];
+    const BodyShape from = shapes_a.Of(body);
+    const BodyShape to = shapes_b.Of(image);
+    const Matrix3d& R = mapping.R[i];
+    const double mass = std::max(from.mass_kg, to.mass_kg);
+    const double length = extent + std::sqrt(std::max(from.inertia.trace(), to.inertia.trace()) /
+                                             std::max(mass, 1e-12));
+    const double tolerance = kGeometryTolerance * mass;
+    const auto pair = [&] { return fmt::format("{} and {}", a.BodyName(body), b.BodyName(image)); };
+    if (result.masses_equal && std::abs(from.mass_kg - to.mass_kg) > tolerance) {
+      result.masses_equal = false;
+      result.mass_difference =
+          fmt::format("{} weigh {:.6g} and {:.6g} kg", pair(), from.mass_kg, to.mass_kg);
+    } else if (result.masses_equal && (R * from.moment - to.moment).norm() > tolerance * length) {
+      result.masses_equal = false;
+      result.mass_difference = fmt::format("the centres of mass of {} are {:.3g} m apart", pair(),
+                                           (R * from.moment - to.moment).norm() / mass);
+    } else if (result.masses_equal && (R * from.inertia * R.transpose() - to.inertia).norm() >
+                                          tolerance * length * length) {
+      result.masses_equal = false;
+      result.mass_difference = fmt::format("{} have different moments of inertia", pair());
+    }
+    if (result.hulls_equal && !SameHulls(from, to, R, kGeometryTolerance * extent)) {
+      result.hulls_equal = false;
+      result.hull_difference = fmt::format("{} have different hulls", pair());
+    }
+  }
+  return result;
+}
+
+}  // namespace morphbus::congruence

@@ -1,0 +1,138 @@
+#include "compiler/congruence/partial_rotations.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+namespace morphbus::congruence {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+double AngleAbout(const Matrix3d& R, const Vector3d& axis) {
+  const Vector3d twice_sine(R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1));
+  return std::atan2(twice_sine.dot(axis), R.trace() - 1.0);
+}
+
+Matrix3d Turn(const Vector3d& axis, double angle) {
+  return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+}
+
+Matrix3d RotationFrom(const Vector3d& d, const Vector3d& u, const Vector3d& d_image,
+                      const Vector3d& u_image) {
+  const auto frame = [](const Vector3d& x, const Vector3d& near_y) {
+    Matrix3d F;
+    F.col(0) = x;
+    F.col(2) = x.cross(near_y).normalized();
+    F.col(1) = F.col(2).cross(x);
+    return F;
+  };
+  return frame(d_image, u_image) * frame(d, u).transpose();
+}
+
+PartialRotations::Found PartialRotations::Find(int group) const {
+  Found found{group, 1.0, 0.0};
+  while (groups_[found.root].parent >= 0) {
+    const Group& at = groups_[found.root];
+    found.constant += found.sign * at.constant;
+    found.sign *= at.sign;
+    found.root = at.parent;
+  }
+  return found;
+}
+
+bool PartialRotations::settled(int body) const {
+  const int group = bodies_[body].group;
+  return group < 0 || groups_[Find(group).root].settled;
+}
+
+Matrix3d PartialRotations::Value(int body) const {
+  const BodyEntry& entry = bodies_[body];
+  if (entry.group < 0) return entry.R;
+  const Found found = Find(entry.group);
+  const Group& root = groups_[found.root];
+  const double angle = found.constant + (root.settled ? found.sign * root.constant : 0.0);
+  if (angle == 0.0) return entry.R;
+  return Turn(groups_[entry.group].axis_image, angle) * entry.R;
+}
+
+Vector3d PartialRotations::GroupAxis(int body) const {
+  const int group = bodies_[body].group;
+  return Find(group).sign * groups_[group].axis_image;
+}
+
+void PartialRotations::SetWhole(int body, const Matrix3d& R) { bodies_[body] = {true, -1, R}; }
+
+void PartialRotations::SetUpToTurn(int body, const Matrix3d& R, const Vector3d& axis_image) {
+  bodies_[body] = {true, static_cast<int>(groups_.size()), R};
+  groups_.emplace_back().axis_image = axis_image;
+}
+
+PartialRotations::Group& PartialRotations::Change(int group) {
+  trail_.emplace_back(group, groups_[group]);
+  return groups_[group];
+}
+
+/// Turns the unsettled `body` by a further `angle` about its group's axis.
+void PartialRotations::Settle(int body, double angle) {
+  const Found found = Find(bodies_[body].group);
+  Group& root = Change(found.root);
+  root.settled = true;
+  root.constant = found.sign * angle;
+}
+
+bool PartialRotations::AlignVector(int body, const Vector3d& u, const Vector3d& image,
+                                   double tolerance) {
+  const Vector3d now = Value(body) * u;
+  if (settled(body)) return (now - image).norm() <= tolerance;
+  const Vector3d& axis = groups_[bodies_[body].group].axis_image;
+  if (std::abs((now - image).dot(axis)) > tolerance) return false;
+  const Vector3d from = now - now.dot(axis) * axis;
+  const Vector3d to = image - image.dot(axis) * axis;
+  if (std::abs(from.norm() - to.norm()) > tolerance) return false;
+  if (from.norm() <= tolerance) return true;
+  Settle(body, std::atan2(from.cross(to).dot(axis), from.dot(to)));
+  return true;
+}
+
+bool PartialRotations::AlignWhole(int body, const Matrix3d& wanted) {
+  const Matrix3d rest = wanted * Value(body).transpose();
+  if (settled(body)) return (rest - Matrix3d::Identity()).norm() <= 2.0 * tolerance_.angle;
+  const Vector3d& axis = groups_[bodies_[body].group].axis_image;
+  if ((rest * axis - axis).norm() > tolerance_.angle) return false;
+  Settle(body, AngleAbout(rest, axis));
+  return true;
+}
+
+bool PartialRotations::Relate(int body_t, int body_q, const Vector3d& axis, double angle) {
+  const Matrix3d turn = Turn(axis, angle);
+  if (settled(body_t)) return AlignWhole(body_q, turn * Value(body_t));
+  if (settled(body_q)) return AlignWhole(body_t, turn.transpose() * Value(body_q));
+  // Both open, so both about this axis: their angles differ by what is missing.
+  const int group_q = bodies_[body_q].group;
+  const Vector3d& axis_q = groups_[group_q].axis_image;
+  const double sense = axis_q.dot(groups_[bodies_[body_t].group].axis_image) > 0.0 ? 1.0 : -1.0;
+  const Matrix3d rest = turn * Value(body_t) * Value(body_q).transpose();
+  if ((rest * axis_q - axis_q).norm() > tolerance_.angle) return false;
+  const double missing = AngleAbout(rest, axis_q);
+  const Found t = Find(bodies_[body_t].group);
+  const Found q = Find(group_q);
+  // A turn of t's body by x turns q's by sense * x: x = t.sign * (root of t), likewise for q.
+  if (t.root == q.root) {
+    return std::abs(missing) <= 2.0 * tolerance_.angle && t.sign * sense == q.sign;
+  }
+  Group& root = Change(q.root);
+  root.parent = t.root;
+  root.sign = q.sign * sense * t.sign;
+  root.constant = q.sign * missing;
+  return true;
+}
+
+void PartialRotations::Undo(const Mark& mark) {
+  while (trail_.size() > mark.trail) {
+    groups_[trail_.back().first] = trail_.back().second;
+    trail_.pop_back();
+  }
+  groups_.resize(mark.groups);
+}
+
+}  // namespace morphbus::congruence

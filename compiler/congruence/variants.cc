@@ -1,0 +1,296 @@
+#include "compiler/congruence/variants.h"
+
+#include <algorithm>
+#include <array>
+#include <deque>
+#include <map>
+#include <numeric>
+#include <random>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "compiler/congruence/classes.h"
+#include "compiler/congruence/congruence.h"
+#include "compiler/congruence/placements.h"
+
+namespace morphbus::congruence {
+namespace {
+
+using model::Docking;
+using model::Pose;
+
+/// Bounds: tries of one placement for one module, and draws in a row that bring nothing new.
+constexpr int64_t kMaxSteps = 2'000'000;
+constexpr int kMaxIdleDraws = 200;
+constexpr int kMaxRejected = 10'000;
+
+/// A way to join two modules, seen from the first.
+struct Way {
+  int connection = 0;
+  int option = 0;
+  bool swapped = false;  ///< The second module plays the connection's member a.
+  int connector_x = 0;
+  int connector_y = 0;
+  Pose X_XY;
+};
+
+class VariantFinder {
+ public:
+  VariantFinder(const model::Model& model, const model::Robot& robot, const VariantOptions& options)
+      : model_(model), robot_(robot), options_(options), random_(options.seed.value_or(0)) {
+    for (const model::ModuleInstance& module : robot.modules) {
+      auto& placements = placements_[module.type];
+      if (placements.empty()) placements = PlacementsOf(model, module.type);
+    }
+    SortModules();
+    seen_.insert(KeyOf(robot.dockings));
+  }
+
+  std::vector<model::Robot> Find() {
+    if (!options_.seed) {
+      Visit();
+      return std::move(found_);
+    }
+    for (int idle = 0; idle < kMaxIdleDraws && found_.size() < options_.max; ++idle) {
+      const size_t before = found_.size();
+      stop_after_one_ = true;
+      Visit();
+      if (found_.size() > before) idle = -1;
+    }
+    return std::move(found_);
+  }
+
+ private:
+  using Key = std::vector<std::array<int, 3>>;
+
+  static Key KeyOf(const std::vector<Docking>& dockings) {
+    Key key;
+    for (const Docking& d : dockings) key.push_back({d.connection_type, d.option, d.module_a});
+    return key;
+  }
+
+  [[nodiscard]] const std::vector<Placement>& PlacementsOfModule(int module) const {
+    return placements_.at(robot_.modules[module].type);
+  }
+
+  /// Breadth first from the root module; each with its dockings to modules before it.
+  void SortModules() {
+    std::vector<std::vector<int>> at(robot_.modules.size());
+    for (size_t d = 0; d < robot_.dockings.size(); ++d) {
+      at[robot_.dockings[d].module_a].push_back(static_cast<int>(d));
+      at[robot_.dockings[d].module_b].push_back(static_cast<int>(d));
+    }
+    std::vector<int> rank(robot_.modules.size(), -1);
+    std::deque<int> todo = {robot_.root_module};
+    rank[robot_.root_module] = 0;
+    while (!todo.empty()) {
+      const int module = todo.front();
+      todo.pop_front();
+      order_.push_back(module);
+      for (const int d : at[module]) {
+        const Docking& docking = robot_.dockings[d];
+        const int other = docking.module_a == module ? docking.module_b : docking.module_a;
+        if (rank[other] >= 0) continue;
+        rank[other] = static_cast<int>(order_.size() + todo.size());
+        todo.push_back(other);
+      }
+    }
+    back_.resize(order_.size());
+    for (size_t i = 0; i < order_.size(); ++i) {
+      for (const int d : at[order_[i]]) {
+        const Docking& docking = robot_.dockings[d];
+        const int other = docking.module_a == order_[i] ? docking.module_b : docking.module_a;
+        if (rank[other] < static_cast<int>(i)) back_[i].push_back(d);
+      }
+    }
+  }
+
+  /// All ways to join a module of one type with one of another.
+  const std::vector<Way>& WaysBetween(int type_x, int type_y) {
+    const auto [it, fresh] = ways_.try_emplace({type_x, type_y});
+    if (!fresh) return it->second;
+    for (size_t c = 0; c < model_.connection_types.size(); ++c) {
+      const model::ConnectionType& connection = model_.connection_types[c];
+      for (const bool swapped : {false, true}) {
+        if ((swapped ? connection.type_b : connection.type_a) != type_x) continue;
+        if ((swapped ? connection.type_a : connection.type_b) != type_y) continue;
+        for (size_t o = 0; o < connection.options.size(); ++o) {
+          const model::ConnectionOption& option = connection.options[o];
+          it->second.push_back({static_cast<int>(c), static_cast<int>(o), swapped,
+                                swapped ? option.connector_b : option.connector_a,
+                                swapped ? option.connector_a : option.connector_b,
+                                swapped ? option.X_AB.inverse() : option.X_AB});
+        }
+      }
+    }
+    return it->second;
+  }
+
+  /// The ways that join the placed modules of docking `d` as the docking joined them.
+  const std::vector<Way>& Alternatives(int d, int placement_a, int placement_b) {
+    const Docking& docking = robot_.dockings[d];
+    const auto [it, fresh] = alternatives_.try_emplace(
+        {docking.connection_type, docking.option, placement_a, placement_b});
+    if (!fresh) return it->second;
+    const int type_a = robot_.modules[docking.module_a].type;
+    const int type_b = robot_.modules[docking.module_b].type;
+    const model::ModuleType& a = model_.module_types[type_a];
+    const model::ModuleType& b = model_.module_types[type_b];
+    const Placement& pa = PlacementsOfModule(docking.module_a)[placement_a];
+    const Placement& pb = PlacementsOfModule(docking.module_b)[placement_b];
+    const int body_a = pa.body_of[a.connectors[docking.connector_a].link];
+    const int body_b = pb.body_of[b.connectors[docking.connector_b].link];
+    const model::ConnectionOption& option =
+        model_.connection_types[docking.connection_type].options[docking.option];
+    Pose wanted = option.X_AB;
+    wanted.linear() = pa.C[body_a] * option.X_AB.linear() * pb.C[body_b].transpose();
+    wanted.translation() = pa.C[body_a] * option.X_AB.translation();
+    const double tolerance = kGeometryTolerance * std::max(model::ExtentOf(a), model::ExtentOf(b));
+    for (const Way& way : WaysBetween(type_a, type_b)) {
+      if (pa.body_of[a.connectors[way.connector_x].link] != pa.body_to[body_a]) continue;
+      if (pb.body_of[b.connectors[way.connector_y].link] != pb.body_to[body_b]) continue;
+      if ((way.X_XY.translation() - wanted.translation()).norm() > tolerance) continue;
+      if ((way.X_XY.linear() - wanted.linear()).norm() > 2.0 * kGeometryTolerance) continue;
+      it->second.push_back(way);
+    }
+    // Where nothing changes the robot's own connection goes first.
+    std::stable_sort(it->second.begin(), it->second.end(), [&](const Way& x, const Way& y) {
+      const auto own = [&](const Way& way) {
+        return way.connection == docking.connection_type && way.option == docking.option &&
+               !way.swapped;
+      };
+      return own(x) && !own(y);
+    });
+    return it->second;
+  }
+
+  /// Depth first over the modules; calls Finish for each complete choice.
+  void Visit() {
+    const size_t count = order_.size();
+    chosen_.assign(robot_.modules.size(), -1);
+    std::vector<std::vector<int>> domains(count);
+    std::vector<size_t> next(count, 0);
+    size_t depth = 0;
+    domains[0] = DomainOf(0);
+    int64_t steps = 0;
+    while (steps++ < kMaxSteps) {
+      const int module = order_[depth];
+      if (next[depth] == domains[depth].size()) {
+        chosen_[module] = -1;
+        if (depth == 0) return;
+        --depth;
+        continue;
+      }
+      chosen_[module] = domains[depth][next[depth]++];
+      if (!Fits(depth)) continue;
+      if (depth + 1 < count) {
+        ++depth;
+        domains[depth] = DomainOf(depth);
+        next[depth] = 0;
+        continue;
+      }
+      Finish();
+      if (found_.size() >= options_.max || stop_after_one_ || rejected_ > kMaxRejected) return;
+    }
+  }
+
+  std::vector<int> DomainOf(size_t depth) {
+    std::vector<int> domain(PlacementsOfModule(order_[depth]).size());
+    std::iota(domain.begin(), domain.end(), 0);
+    if (!options_.seed) return domain;
+    for (size_t i = domain.size(); i > 1; --i) std::swap(domain[i - 1], domain[random_() % i]);
+    return domain;
+  }
+
+  bool Fits(size_t depth) {
+    return std::all_of(back_[depth].begin(), back_[depth].end(), [this](int d) {
+      const Docking& docking = robot_.dockings[d];
+      return !Alternatives(d, chosen_[docking.module_a], chosen_[docking.module_b]).empty();
+    });
+  }
+
+  /// Builds the robot that is chosen; keeps it if it is new, possible and congruent.
+  void Finish() {
+    model::Robot variant = robot_;
+    std::set<std::pair<int, int>> used;
+    for (size_t d = 0; d < robot_.dockings.size(); ++d) {
+      const Docking& docking = robot_.dockings[d];
+      const std::vector<Way>& ways =
+          Alternatives(static_cast<int>(d), chosen_[docking.module_a], chosen_[docking.module_b]);
+      const auto way = std::find_if(ways.begin(), ways.end(), [&](const Way& w) {
+        return used.count({docking.module_a, w.connector_x}) == 0 &&
+               used.count({docking.module_b, w.connector_y}) == 0;
+      });
+      if (way == ways.end()) return;
+      used.insert({docking.module_a, way->connector_x});
+      used.insert({docking.module_b, way->connector_y});
+      Docking joined{docking.module_a, way->connector_x, docking.module_b,
+                     way->connector_y, way->connection,  way->option};
+      if (way->swapped) {
+        std::swap(joined.module_a, joined.module_b);
+        std::swap(joined.connector_a, joined.connector_b);
+      }
+      variant.dockings[d] = joined;
+    }
+    const Key key = KeyOf(variant.dockings);
+    if (seen_.count(key) > 0) return;
+    for (size_t m = 0; m < robot_.modules.size(); ++m) {
+      const Placement& placement = PlacementsOfModule(static_cast<int>(m))[chosen_[m]];
+      for (size_t j = 0; j < placement.joints.size(); ++j) {
+        const Placement::JointImage& image = placement.joints[j];
+        variant.modules[m].start[image.to] = image.sign * robot_.modules[m].start[j] + image.offset;
+      }
+    }
+    MoveFrame(variant);
+    variant.name = robot_.name + "_variant_" + std::to_string(found_.size() + 1);
+    const Congruence congruence = Compare(model_, robot_, model_, variant);
+    // Where a turn of the root's body is free, only one choice of it keeps the frame.
+    if (congruence.congruent() && congruence.mappings.front().keeps_frame) {
+      seen_.insert(key);
+      found_.push_back(std::move(variant));
+    } else {
+      ++rejected_;
+    }
+  }
+
+  /// The robot frame stays where it is, on the link that now stands for the root link.
+  void MoveFrame(model::Robot& variant) const {
+    const Placement& placement =
+        PlacementsOfModule(robot_.root_module)[chosen_[robot_.root_module]];
+    const int body = placement.body_of[robot_.root_link];
+    const int image = placement.body_to[body];
+    if (placement.body_of[variant.root_link] != image) {
+      const auto link = std::find(placement.body_of.begin(), placement.body_of.end(), image);
+      variant.root_link = static_cast<int>(link - placement.body_of.begin());
+    }
+    variant.X_LR.linear() = placement.C[body] * robot_.X_LR.linear();
+    variant.X_LR.translation() = placement.C[body] * robot_.X_LR.translation();
+  }
+
+  const model::Model& model_;
+  const model::Robot& robot_;
+  const VariantOptions& options_;
+  std::mt19937_64 random_;
+  std::map<int, std::vector<Placement>> placements_;      ///< By module type.
+  std::map<std::pair<int, int>, std::vector<Way>> ways_;  ///< By module types.
+  /// By connection type, option, placements of a and b.
+  std::map<std::array<int, 4>, std::vector<Way>> alternatives_;
+  std::vector<int> order_;              ///< Modules.
+  std::vector<std::vector<int>> back_;  ///< For each in order_: dockings to earlier ones.
+  std::vector<int> chosen_;             ///< [module]: index of its placement.
+  std::set<Key> seen_;
+  std::vector<model::Robot> found_;
+  int rejected_ = 0;
+  bool stop_after_one_ = false;
+};
+
+}  // namespace
+
+std::vector<model::Robot> Variants(const model::Model& model, const model::Robot& robot,
+                                   const VariantOptions& options) {
+  if (robot.modules.empty() || options.max == 0) return {};
+  return VariantFinder(model, robot, options).Find();
+}
+
+}  // namespace morphbus::congruence

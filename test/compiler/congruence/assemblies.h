@@ -1,0 +1,29 @@
+#pragma once
+// Assemblies to compare, and an independent check of a congruence by forward kinematics.
+
+#include <cstdint>
+
+#include "compiler/congruence/congruence.h"
+#include "compiler/model/robot_model.h"
+
+namespace morphbus::test {
+
+/// models/mtran.m3l.
+const model::Model& MtranFile();
+
+/// The same assembly: modules in another order and renamed, connections in another order and some
+/// written from the other side, the frame on another link, turned and moved.
+model::Robot Relabelled(const model::Model& model, const model::Robot& robot, uint64_t seed);
+
+/// A random tree of `modules` modules of type 0, each connection a random option.
+model::Robot RandomTree(const model::Model& model, int modules, uint64_t seed);
+
+/// Puts random values on the joints of `a` (within limits; those of `still` stay at their start)
+/// and the mapped ones on `b`, and expects each body's reference point and rotation, seen from body
+/// 0, where the mapping says. Uses forward kinematics and the definition alone.
+void ExpectSameMotion(const model::Model& model_a, const model::Robot& a,
+                      const model::Model& model_b, const model::Robot& b,
+                      const congruence::Congruence& congruence, const congruence::Mapping& mapping,
+                      uint64_t seed, const std::vector<congruence::JointRef>& still = {});
+
+}  // namespace morphbus::test

@@ -1,0 +1,187 @@
+#include "compiler/congruence/variants.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
+
+#include "compiler/congruence/congruence.h"
+#include "compiler/emit/m3l.h"
+#include "compiler/m3l/compile.h"
+#include "test/compiler/congruence/assemblies.h"
+#include "test/compiler/solver/known_modules.h"
+
+namespace morphbus::congruence {
+namespace {
+
+const std::vector<JointRef> kLocked = {{4, 0}, {4, 1}};
+
+std::string KeyOf(const model::Robot& robot) {
+  std::string key;
+  for (const model::Docking& d : robot.dockings) key += std::to_string(d.option) + " ";
+  return key;
+}
+
+/// Another route to the variants of two modules: of all options of the connection, those that give
+/// a robot congruent to `robot` with each module as itself.
+size_t CongruentOptions(const model::Model& model, model::Robot robot) {
+  model::Robot other = robot;
+  size_t count = 0;
+  for (const bool swapped : {false, true}) {
+    const auto& options = model.connection_types[0].options;
+    for (size_t o = 0; o < options.size(); ++o) {
+      if (swapped && model::MirrorOption(model, {0, options[o].connector_a, 1,
+                                                 options[o].connector_b, 0, static_cast<int>(o)})) {
+        continue;  // the same joining, seen from the other side
+      }
+      other.dockings[0] = {
+          swapped ? 1 : 0,    options[o].connector_a, swapped ? 0 : 1, options[o].connector_b, 0,
+          static_cast<int>(o)};
+      const Congruence c = Compare(model, robot, model, other);
+      count += std::any_of(c.mappings.begin(), c.mappings.end(),
+                           [](const Mapping& mapping) { return mapping.module_to[0] == 0; })
+                   ? 1
+                   : 0;
+    }
+  }
+  return count;
+}
+
+TEST(Variants, OfTheQuadrupedAreDifferentAssembliesThatMoveAlike) {
+  const model::Model& model = test::MtranFile();
+  const model::Robot& robot = *model.FindRobot("quadruped");
+  VariantOptions options;
+  options.max = 20;
+  options.seed = 7;
+  const std::vector<model::Robot> variants = Variants(model, robot, options);
+  ASSERT_EQ(variants.size(), 20u);
+  std::set<std::string> keys = {KeyOf(robot)};
+  bool blocks_exchanged = false;
+  for (const model::Robot& variant : variants) {
+    EXPECT_TRUE(keys.insert(KeyOf(variant)).second) << "twice the same";
+    blocks_exchanged = blocks_exchanged || variant.root_link != robot.root_link;
+    const Congruence c = Compare(model, robot, model, variant);
+    EXPECT_EQ(c.count, 4) << c.reason;
+    ASSERT_TRUE(c.congruent());
+    EXPECT_TRUE(c.mappings[0].keeps_frame);
+    EXPECT_TRUE(c.masses.masses_equal);
+    test::ExpectSameMotion(model, robot, model, variant, c, c.mappings[0], 1, kLocked);
+  }
+  EXPECT_TRUE(blocks_exchanged);
+  EXPECT_EQ(variants.front().name, "quadruped_variant_1");
+  const std::vector<model::Robot> again = Variants(model, robot, options);
+  ASSERT_EQ(again.size(), variants.size());
+  for (size_t i = 0; i < again.size(); ++i) EXPECT_EQ(KeyOf(again[i]), KeyOf(variants[i]));
+}
+
+TEST(Variants, AsTextCompileToWhatTheyAre) {
+  const model::Model& model = test::MtranFile();
+  model::Robot robot = *model.FindRobot("quadruped");
+  robot.modules[0].start = {0.25, -0.5};
+  VariantOptions options;
+  options.seed = 3;
+  const std::vector<model::Robot> variants = Variants(model, robot, options);
+  std::string text = "import \"" MORPHBUS_SOURCE_DIR "/models/mtran.m3l\"\n";
+  for (const model::Robot& variant : variants) text += emit::RobotM3l(model, variant);
+  const m3l::CompileOutput output = m3l::CompileText("variants.m3l", text);
+  ASSERT_TRUE(output.model.has_value())
+      << source::Render(output.diagnostics, output.sources, false);
+  EXPECT_EQ(output.diagnostics.error_count(), 0);
+  for (const model::Robot& variant : variants) {
+    const model::Robot* compiled = output.model->FindRobot(variant.name);
+    ASSERT_NE(compiled, nullptr);
+    EXPECT_EQ(KeyOf(*compiled), KeyOf(variant));
+    EXPECT_EQ(compiled->root_link, variant.root_link);
+    EXPECT_LT((compiled->X_LR.matrix() - variant.X_LR.matrix()).norm(), 1e-12);
+    for (size_t m = 0; m < variant.modules.size(); ++m) {
+      EXPECT_EQ(compiled->modules[m].start, variant.modules[m].start);
+    }
+    EXPECT_TRUE(Compare(model, robot, *output.model, *compiled).congruent());
+  }
+}
+
+TEST(Variants, EnumeratedWithoutASeedAreAllThereAre) {
+  // Two M-TRANs in a row: each may be turned about the row, both may have their blocks exchanged.
+  const model::Model& model = test::MtranFile();
+  const model::Robot robot = test::Assemble(model, "pair", 2, {{"m1", "c2", "m2", "c5", {}}}, 0, 0,
+                                            model::Pose::Identity());
+  VariantOptions options;
+  options.max = 1000;
+  const std::vector<model::Robot> variants = Variants(model, robot, options);
+  // (c2,c5) or (c5,c2), with the modules' faces the same way up or not: four, one is the pair.
+  EXPECT_EQ(variants.size(), 3u);
+  EXPECT_EQ(variants.size() + 1, CongruentOptions(model, robot));
+  options.seed = 1;
+  EXPECT_EQ(Variants(model, robot, options).size(), 3u);
+}
+
+/// ATRONs, their hinges without limits.
+model::Model AtronModel() {
+  model::Model model;
+  model.module_types = {test::Atron(false)};
+  model::Joint& joint = model.module_types[0].joints[0];
+  joint.type = model::JointType::kContinuous;
+  joint.lower = -INFINITY;
+  joint.upper = INFINITY;
+  source::Diagnostics diagnostics;
+  model.connection_types = {solver::SolveConnection(
+      test::SelfConnection(test::And({test::AllPointsCoincide(3), test::OppositeGenders(false)})),
+      model.module_types, diagnostics)};
+  EXPECT_FALSE(diagnostics.had_errors());
+  return model;
+}
+
+TEST(Variants, OfTwoAtronsAreAllWaysToJoinThem) {
+  const model::Model model = AtronModel();
+  const model::ConnectionOption& first = model.connection_types[0].options[0];
+  model::Robot robot;
+  robot.name = "two";
+  robot.modules = {{"m1", 0, {0.1}}, {"m2", 0, {-0.4}}};
+  robot.dockings = {{0, first.connector_a, 1, first.connector_b, 0, 0}};
+  VariantOptions options;
+  options.max = 1000;
+  const std::vector<model::Robot> variants = Variants(model, robot, options);
+  EXPECT_EQ(variants.size(), 31u);
+  EXPECT_EQ(CongruentOptions(model, robot), 32u);
+  for (const model::Robot& variant : variants) {
+    const Congruence c = Compare(model, robot, model, variant);
+    ASSERT_TRUE(c.congruent()) << c.reason;
+    test::ExpectSameMotion(model, robot, model, variant, c, c.mappings[0], 2);
+  }
+}
+
+TEST(Variants, OfAtronsMakeUpForATurnedHalfByTheJointsOffset) {
+  // m2 is docked at both halves. Docked a quarter turn further on one of them, with a connector of
+  // the other gender, its joint must stand a quarter turn further too.
+  const model::Model model = AtronModel();
+  model::Robot robot = test::RandomTree(model, 3, 4);
+  const auto half = [&](int module, int d) {
+    const model::Docking& docking = robot.dockings[static_cast<size_t>(d)];
+    const int connector = docking.module_a == module ? docking.connector_a : docking.connector_b;
+    return model.module_types[0].connectors[static_cast<size_t>(connector)].link;
+  };
+  for (uint64_t seed = 5; robot.dockings[1].module_a != 1 || half(1, 0) == half(1, 1); ++seed) {
+    robot = test::RandomTree(model, 3, seed);
+  }
+  for (model::ModuleInstance& module : robot.modules) module.start = {0.1};
+  VariantOptions options;
+  options.max = 60;
+  options.seed = 1;
+  const std::vector<model::Robot> variants = Variants(model, robot, options);
+  EXPECT_GT(variants.size(), 20u);
+  bool quarter = false;
+  for (const model::Robot& variant : variants) {
+    const Congruence c = Compare(model, robot, model, variant);
+    ASSERT_TRUE(c.congruent()) << c.reason;
+    test::ExpectSameMotion(model, robot, model, variant, c, c.mappings[0], 2);
+    for (const JointImage& image : c.mappings[0].joints) {
+      quarter = quarter || std::abs(std::abs(image.offset) - M_PI / 2) < 1e-9;
+    }
+  }
+  EXPECT_TRUE(quarter);
+}
+
+}  // namespace
+}  // namespace morphbus::congruence

@@ -1,0 +1,85 @@
+#include "test/support/large_robots.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+#include <vector>
+
+namespace morphbus::test {
+namespace {
+
+struct Edge {
+  int a;
+  int b;
+  const char* connectors[2];
+};
+
+/// Rows of `width` bricks, every other one moved by half a brick. Along x a brick's c2 meets the
+/// next one's c5; upwards its c1 the c4 of the brick at the far half, its c6 the c3 of the other.
+std::vector<Edge> WallEdges(int modules, int width) {
+  std::vector<Edge> edges;
+  const auto add = [&](int a, int b, const char* c_a, const char* c_b) {
+    if (a >= 0 && b < modules) edges.push_back({a, b, {c_a, c_b}});
+  };
+  for (int m = 0; m < modules; ++m) {
+    const int column = m % width;
+    const bool odd = m / width % 2 == 1;
+    if (column + 1 < width) add(m, m + 1, "c2", "c5");
+    const int below = m - width;
+    if (odd) {
+      add(below, m, "c1", "c4");
+      if (column + 1 < width) add(below + 1, m, "c6", "c3");
+    } else {
+      add(below, m, "c6", "c3");
+      if (column > 0) add(below - 1, m, "c1", "c4");
+    }
+  }
+  return edges;
+}
+
+std::vector<Edge> SpanningTree(std::vector<Edge> edges, int modules, uint64_t seed) {
+  std::mt19937_64 random(seed);
+  for (size_t i = edges.size(); i > 1; --i) std::swap(edges[i - 1], edges[random() % i]);
+  std::vector<int> parent(static_cast<size_t>(modules));
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](int m) {
+    while (parent[static_cast<size_t>(m)] != m) {
+      m = parent[static_cast<size_t>(m)] =
+          parent[static_cast<size_t>(parent[static_cast<size_t>(m)])];
+    }
+    return m;
+  };
+  std::erase_if(edges, [&](const Edge& edge) {
+    const int a = root(edge.a);
+    const int b = root(edge.b);
+    parent[static_cast<size_t>(a)] = b;
+    return a == b;
+  });
+  return edges;
+}
+
+}  // namespace
+
+std::string LargeRobotText(LargeShape shape, int modules, uint64_t seed) {
+  const int width = shape == LargeShape::kChain
+                        ? modules
+                        : static_cast<int>(std::ceil(std::sqrt(static_cast<double>(modules))));
+  std::vector<Edge> edges = WallEdges(modules, width);
+  if (shape == LargeShape::kTree) edges = SpanningTree(std::move(edges), modules, seed);
+  std::string text =
+      "import \"" MORPHBUS_SOURCE_DIR "/models/mtran.m3l\"\nrobot large:\n  modules=(";
+  for (int m = 0; m < modules; ++m) {
+    text += (m == 0 ? "MTRAN m" : ",\n    MTRAN m") + std::to_string(m);
+  }
+  text += "),\n  connections=(";
+  for (size_t i = 0; i < edges.size(); ++i) {
+    // A half turn from the default: all bricks lie the same way up.
+    text += (i == 0 ? "(m" : ",\n    (m") + std::to_string(edges[i].a) + "." +
+            edges[i].connectors[0] + ",m" + std::to_string(edges[i].b) + "." +
+            edges[i].connectors[1] + ",rot=180)";
+  }
+  return text + ")\n";
+}
+
+}  // namespace morphbus::test

@@ -1,0 +1,134 @@
+// morphbus equivalent: are two robots kinematically congruent?
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <algorithm>
+#include <utility>
+
+#include "compiler/congruence/congruence.h"
+#include "tools/commands.h"
+
+namespace morphbus::tools {
+namespace {
+
+struct Options {
+  std::string file;
+  std::string robot_a;
+  std::string robot_b;
+  bool json = false;
+};
+
+/// The module that stands for `module`, or null where its joints go to several.
+Json CounterpartJson(const model::Robot& b, int module) {
+  return module < 0 ? Json() : Json(b.modules[static_cast<size_t>(module)].name);
+}
+
+std::string JointName(const model::Model& model, const model::Robot& robot,
+                      const congruence::JointRef& ref) {
+  return robot.modules[static_cast<size_t>(ref.module)].name + "." +
+         model.TypeOf(robot, ref.module).joints[static_cast<size_t>(ref.joint)].name;
+}
+
+Json AnswerJson(const model::Model& model, const model::Robot& a, const model::Robot& b,
+                const congruence::Congruence& answer) {
+  Json json = {{"congruent", answer.congruent()}, {"mappings", answer.count}};
+  if (!answer.congruent()) {
+    json["reason"] = answer.reason;
+    return json;
+  }
+  const congruence::Mapping& mapping = answer.mappings.front();
+  // Names are unique; looking each up among all before it would be quadratic.
+  Json::object_t modules;
+  for (size_t m = 0; m < a.modules.size(); ++m) {
+    modules.emplace_back(a.modules[m].name, CounterpartJson(b, mapping.module_to[m]));
+  }
+  Json::object_t joints;
+  for (size_t j = 0; j < mapping.joints.size(); ++j) {
+    const congruence::JointImage& image = mapping.joints[j];
+    const Json entry = {{"to", JointName(model, b, answer.joints_b[static_cast<size_t>(image.to)])},
+                        {"sign", image.sign > 0.0 ? 1 : -1},
+                        {"offset", image.offset}};
+    joints.emplace_back(JointName(model, a, answer.joints_a[j]), entry);
+  }
+  json["modules"] = std::move(modules);
+  json["joints"] = std::move(joints);
+  json["keeps_frame"] = mapping.keeps_frame;
+  json["masses_equal"] = answer.masses.masses_equal;
+  json["hulls_equal"] = answer.masses.hulls_equal;
+  return json;
+}
+
+void PrintMapping(const model::Model& model, const model::Robot& a, const model::Robot& b,
+                  const congruence::Congruence& answer) {
+  const congruence::Mapping& mapping = answer.mappings.front();
+  fmt::print("{} and {} are congruent, in {}{}.\n", a.name, b.name,
+             answer.count == congruence::kMaxCounted ? "at least " : "",
+             Plural(static_cast<size_t>(answer.count), "way"));
+  fmt::print("This one {}:\n\n",
+             mapping.keeps_frame ? "keeps the robot frame" : "does not keep the robot frame");
+  size_t width_a = std::max<size_t>(a.name.size(), 6);
+  size_t width_b = std::max<size_t>(b.name.size(), 6);
+  for (const congruence::JointRef& ref : answer.joints_a) {
+    width_a = std::max(width_a, JointName(model, a, ref).size());
+  }
+  for (const congruence::JointRef& ref : answer.joints_b) {
+    width_b = std::max(width_b, JointName(model, b, ref).size());
+  }
+  fmt::print("{:<{}}  {:<{}}  sign  offset\n", a.name, width_a, b.name, width_b);
+  for (size_t m = 0; m < a.modules.size(); ++m) {
+    const int to = mapping.module_to[m];
+    fmt::print("{:<{}}  {}\n", a.modules[m].name, width_a,
+               to < 0 ? "(its joints belong to several modules)"
+                      : b.modules[static_cast<size_t>(to)].name);
+  }
+  for (size_t j = 0; j < mapping.joints.size(); ++j) {
+    const congruence::JointImage& image = mapping.joints[j];
+    fmt::print("{:<{}}  {:<{}}  {:>4}  {:.6g}\n", JointName(model, a, answer.joints_a[j]), width_a,
+               JointName(model, b, answer.joints_b[static_cast<size_t>(image.to)]), width_b,
+               image.sign > 0.0 ? "+" : "-", image.offset);
+  }
+  const congruence::MassComparison& masses = answer.masses;
+  fmt::print("\nmasses: {}\nhulls:  {}\n",
+             masses.masses_equal ? "alike" : "different: " + masses.mass_difference,
+             masses.hulls_equal ? "alike" : "different: " + masses.hull_difference);
+}
+
+int Equivalent(const Options& options) {
+  const std::optional<model::Model> model = LoadModel({options.file});
+  if (!model) return kUnusable;
+  const model::Robot* a = PickRobot(*model, options.robot_a);
+  const model::Robot* b = PickRobot(*model, options.robot_b);
+  if (a == nullptr || b == nullptr) return kUnusable;
+  const congruence::Congruence answer = congruence::Compare(*model, *a, *model, *b);
+  if (!answer.decided) {
+    return Unusable(
+        fmt::format("{} and {}: given up after many attempts; too many of their bodies look alike",
+                    a->name, b->name));
+  }
+  if (options.json) {
+    PrintJson(AnswerJson(*model, *a, *b, answer));
+  } else if (answer.congruent()) {
+    PrintMapping(*model, *a, *b, answer);
+  } else {
+    fmt::print("{} and {} are not congruent:\n{}\n", a->name, b->name, answer.reason);
+  }
+  return answer.congruent() ? kDone : kNo;
+}
+
+}  // namespace
+
+void AddEquivalent(CLI::App& app, Action* action) {
+  CLI::App* sub = app.add_subcommand("equivalent", "Are two robots kinematically congruent?");
+  auto options = std::make_shared<Options>();
+  sub->add_option("FILE", options->file, "M3L file")->required();
+  sub->add_option("R1", options->robot_a, "A robot")->required();
+  sub->add_option("R2", options->robot_b, "The other; may be the same one")->required();
+  sub->add_flag("--json", options->json, "One JSON object on stdout");
+  sub->footer(
+      "Exit status 0: congruent, with a mapping; 1: not, with the reason.\n"
+      "Example:\n  morphbus equivalent models/mtran.m3l quadruped equivalent_quadruped");
+  sub->callback([options, action] { *action = [options] { return Equivalent(*options); }; });
+}
+
+}  // namespace morphbus::tools
