@@ -70,11 +70,11 @@ class Cli(Case):
     def test_a_changed_quadruped_is_not_congruent_and_the_reason_is_said(self):
         text = MODEL.read_text()
         robot = text[text.index('robot quadruped:'):text.index('// The sides are swapped')]
-        changed = robot.replace('robot quadruped:', 'robot changed:').replace('(m1.c2,m2.c5)', '(m1.c2,m2.c5,rot=90)')
+        changed = robot.replace('robot quadruped:', 'robot changed:').replace('(m1.c2, m2.c5)', '(m1.c2, m2.c5, rot=90)')
         longer = robot.replace('robot quadruped:', 'robot longer:').replace('MTRAN m1,', 'MTRAN m1, MTRAN m10,') \
-            .replace('(m1.c2,m2.c5)', '(m1.c2,m2.c5), (m10.c2,m1.c5)')
+            .replace('(m1.c2, m2.c5)', '(m1.c2, m2.c5), (m10.c2, m1.c5)')
         module = text[text.index('module MTRAN:'):text.index('// Centres meet')]
-        short = module.replace('module MTRAN:', 'module SHORT:').replace('value=[-pi/2,pi/2]', 'value=[-pi/4,pi/4]')
+        short = module.replace('module MTRAN:', 'module SHORT:').replace('value=[-pi/2, pi/2]', 'value=[-pi/4, pi/4]')
         other = text[text.index('connection MTRAN_to_MTRAN'):text.index('// m5 is the junction')] \
             .replace('MTRAN_to_MTRAN', 'SHORT_to_MTRAN').replace('(MTRAN a', '(SHORT a')
         short += other + robot.replace('robot quadruped:', 'robot stiff:').replace('MTRAN m1,', 'SHORT m1,')
