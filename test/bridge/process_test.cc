@@ -194,16 +194,18 @@ TEST_F(ModuleProcess, KilledAndResumedItChangesNoPayload) {
 TEST_F(ModuleProcess, StoppedForSecondsItGoesOn) {
   const std::string reference = Reference();
   const std::vector<pid_t> children = StartThree({"--give-up", "1"});
-  // Longer than it waits for the sim: what it was not awake for does not count.
-  const pid_t waker = fork();
-  if (waker == 0) {
-    usleep(2'500'000);
-    kill(children[1], SIGCONT);
-    _exit(0);
-  }
+  pid_t waker = -1;
   EXPECT_EQ(RunSim(100, 0,
                    [&](int64_t tick) {
-                     if (tick == 50) kill(children[1], SIGSTOP);
+                     if (tick != 50) return;
+                     kill(children[1], SIGSTOP);
+                     // The time asleep is what is tested: longer than it waits for the sim. Counted
+                     // from the stop, so that a slow machine cannot wake it before.
+                     waker = fork();
+                     if (waker != 0) return;
+                     usleep(2'500'000);
+                     kill(children[1], SIGCONT);
+                     _exit(0);
                    }),
             reference);
   EXPECT_EQ(ExitOf(waker), 0);
