@@ -29,10 +29,13 @@ class Listener:
         self.thread.start()
 
     def listen(self):
-        while not self.stop:
+        """Until told to stop, and then until nothing is left in the socket."""
+        while True:
             try:
                 data = self.socket.recv(65536)
             except TimeoutError:
+                if self.stop:
+                    return
                 continue
             if data[:4] == b'LC02':
                 channel, payload = data[8:].split(b'\0', 1)

@@ -1,11 +1,13 @@
-// Any bytes as a DynaRole program: diagnostics or an image that the verifier accepts, never a
-// crash, a hang or unbounded memory.
+// Any bytes as a DynaRole program: diagnostics or an image that the verifier accepts, and a canonical
+// layout that changes neither; never a crash, a hang or unbounded memory.
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "compiler/dynarole/compile.h"
+#include "compiler/dynarole/format.h"
 #include "vm/verifier.h"
 
 namespace {
@@ -23,6 +25,13 @@ morphbus::dynarole::KeywordTable Keywords() {
   return table;
 }
 
+std::optional<std::string> Layout(const std::string& text) {
+  morphbus::source::SourceSet sources;
+  morphbus::source::Diagnostics diagnostics;
+  const int file = sources.AddText("fuzz.dyn", text);
+  return morphbus::dynarole::Format(sources, file, diagnostics);
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
@@ -38,5 +47,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
         result.image->data(), static_cast<uint32_t>(result.image->size()), program.get());
     if (error.message != nullptr) __builtin_trap();
   }
+  const std::optional<std::string> formatted = Layout(text);
+  if (result.image && !formatted) __builtin_trap();
+  if (formatted && Layout(*formatted) != formatted) __builtin_trap();
   return 0;
 }

@@ -1,0 +1,79 @@
+// Any M3L text whose robots compile: every back end takes them, every connection explains itself,
+// and each robot is congruent to itself.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "compiler/congruence/congruence.h"
+#include "compiler/emit/c99.h"
+#include "compiler/emit/dot.h"
+#include "compiler/emit/keywords.h"
+#include "compiler/emit/m3l.h"
+#include "compiler/emit/mjcf.h"
+#include "compiler/emit/sdf.h"
+#include "compiler/emit/urdf.h"
+#include "compiler/emit/webots.h"
+#include "compiler/emit/xml.h"
+#include "compiler/m3l/compile.h"
+#include "compiler/model/kinematic_graph.h"
+#include "compiler/solver/explain_pair.h"
+
+namespace {
+
+using namespace morphbus;  // NOLINT: a program of one file
+
+/// Larger robots are for the benchmarks; here they would only take time.
+constexpr size_t kMaxModules = 32;
+constexpr size_t kMaxPairs = 16;
+
+void Require(bool holds) {
+  if (!holds) __builtin_trap();
+}
+
+void ExportTree(const model::Model& model, const emit::RobotTree& tree) {
+  Require(!emit::ToC(tree, "fuzz").text.empty());
+  Require(!emit::ToUrdf(model, tree, "fuzz").text.empty());
+  Require(!emit::ToSdf(model, tree, "fuzz").text.empty());
+  Require(!emit::ToMjcf(model, tree).text.empty());
+}
+
+void ExplainAll(const m3l::CompileOutput& output) {
+  const model::Model& model = *output.model;
+  size_t pairs = 0;
+  for (size_t c = 0; c < output.problems.size(); ++c) {
+    const model::ConnectionType& connection = model.connection_types[c];
+    const size_t of_a = model.module_types[connection.type_a].connectors.size();
+    const size_t of_b = model.module_types[connection.type_b].connectors.size();
+    for (size_t a = 0; a < of_a; ++a) {
+      for (size_t b = 0; b < of_b && pairs < kMaxPairs; ++b, ++pairs) {
+        solver::ExplainPair(output.problems[c], model.module_types, static_cast<int>(a),
+                            static_cast<int>(b));
+      }
+    }
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  const std::string text(reinterpret_cast<const char*>(data), size);
+  const m3l::CompileOutput output = m3l::CompileText("fuzz.m3l", text);
+  if (!output.model) return 0;
+  const model::Model& model = *output.model;
+  ExplainAll(output);
+  for (size_t type = 0; type < model.module_types.size(); ++type) {
+    ExportTree(model, emit::TreeOf(model, static_cast<int>(type)));
+    const Result<emit::ModuleKeywords> keywords = emit::KeywordsOf(model.module_types[type]);
+    if (keywords) Require(emit::ParseKeywordsXml(emit::KeywordsXml(*keywords)).has_value());
+  }
+  for (const model::Robot& robot : model.robots) {
+    if (robot.modules.size() > kMaxModules) continue;
+    ExportTree(model, emit::TreeOf(model, robot));
+    Require(!emit::ToWebots(model, robot, "controllers").text.empty());
+    Require(!emit::AssemblyGraphDot(model, robot).empty());
+    const congruence::Congruence self = congruence::Compare(model, robot, model, robot);
+    Require(!self.decided || self.congruent());
+  }
+  return 0;
+}
