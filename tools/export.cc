@@ -100,11 +100,13 @@ std::string ControllersFolder(const Options& options) {
   return options.output != "-" && folder.filename() == "worlds" ? "../controllers" : "controllers";
 }
 
-emit::Exported OfTree(const model::Model& model, const emit::RobotTree& tree, const std::string& to,
-                      const std::string& stem) {
-  if (to == "c") return emit::ToC(tree, stem);
-  if (to == "urdf") return emit::ToUrdf(model, tree, stem);
-  if (to == "sdf") return emit::ToSdf(model, tree, stem);
+emit::Exported OfRobot(const model::Model& model, const model::Robot& robot,
+                       const Options& options) {
+  const std::string stem = Stem(options, robot.name);
+  if (options.to == "urdf") return emit::ToUrdf(model, emit::OpenTreeOf(model, robot), stem);
+  const emit::RobotTree tree = emit::TreeOf(model, robot);
+  if (options.to == "c") return emit::ToC(tree, stem);
+  if (options.to == "sdf") return emit::ToSdf(model, tree, stem);
   return emit::ToMjcf(model, tree);
 }
 
@@ -133,8 +135,7 @@ std::optional<emit::Exported> Make(const model::Model& model, const Format& form
       robot.modules[0].name = robot.name;
       return emit::ToWebots(model, robot, ControllersFolder(options));
     }
-    const emit::RobotTree tree = emit::TreeOf(model, *type);
-    return OfTree(model, tree, options.to, Stem(options, tree.name));
+    return OfRobot(model, emit::ModuleAsRobot(model, *type), options);
   }
   const model::Robot* robot = PickRobot(model, options.robot);
   if (robot == nullptr) return std::nullopt;
@@ -143,8 +144,7 @@ std::optional<emit::Exported> Make(const model::Model& model, const Format& form
     return exported;
   }
   if (options.to == "webots") return emit::ToWebots(model, *robot, ControllersFolder(options));
-  const emit::RobotTree tree = emit::TreeOf(model, *robot);
-  return OfTree(model, tree, options.to, Stem(options, tree.name));
+  return OfRobot(model, *robot, options);
 }
 
 /// Companions first: whoever sees the main file finds them.

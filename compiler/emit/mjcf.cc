@@ -30,18 +30,19 @@ void SetPose(pugi::xml_node node, const model::Pose& X) {
 
 class Writer {
  public:
-  Writer(const model::Model& model, const RobotTree& tree) : model_(model), tree_(tree) {}
+  Writer(const model::Model& model, const RobotTree& tree)
+      : model_(model), tree_(tree), base_(FreeLinkName(tree, "robot_frame")) {}
 
   Exported Write() {
     StartXml(&document_);
     root_ = document_.append_child("mujoco");
     Set(root_, "model", tree_.name);
-    Comment(root_,
-            "SI units, radians. The world is the robot frame at the start: x north, y up, z east.");
+    Comment(root_, "SI units, radians. The world has z up (x north, y west); " + base_ +
+                       " is the robot frame: x north, y up, z east.");
     pugi::xml_node compiler = root_.append_child("compiler");
     Set(compiler, "angle", "radian");
     Set(compiler, "autolimits", "true");
-    Set(root_.append_child("option"), "gravity", "0 -9.81 0");
+    Set(root_.append_child("option"), "gravity", "0 0 -9.81");
     AppendMeshes();
     AppendBodies();
     AppendExcludes();
@@ -88,13 +89,16 @@ class Writer {
   void AppendBodies() {
     pugi::xml_node world = root_.append_child("worldbody");
     AppendFloor(world);
+    pugi::xml_node base = world.append_child("body");
+    Set(base, "name", base_);
+    SetPose(base, RobotFrameInZUp());
+    Set(base.append_child("freejoint"), "name", base_ + ".free");
     bodies_.reserve(tree_.links.size());
     for (const TreeLink& link : tree_.links) {
-      pugi::xml_node body = (link.parent < 0 ? world : bodies_[static_cast<size_t>(link.parent)])
-                                .append_child("body");
+      pugi::xml_node body =
+          (link.parent < 0 ? base : bodies_[static_cast<size_t>(link.parent)]).append_child("body");
       Set(body, "name", link.name);
       SetPose(body, link.X_PL);
-      if (link.parent < 0) Set(body.append_child("freejoint"), "name", link.name + ".free");
       if (link.joint >= 0) AppendJoint(body, JointAt(link.joint));
       AppendMass(body, link);
       bodies_.push_back(body);
@@ -108,14 +112,13 @@ class Writer {
   /// Below the robot as it stands at the start.
   void AppendFloor(pugi::xml_node world) {
     pugi::xml_node light = world.append_child("light");
-    Set(light, "pos", "0 3 0");
-    Set(light, "dir", "0 -1 0");
+    Set(light, "pos", "0 0 3");
+    Set(light, "dir", "0 0 -1");
     pugi::xml_node floor = world.append_child("geom");
     Set(floor, "name", "floor");
     Set(floor, "type", "plane");
     Set(floor, "size", "0 0 0.1");
-    Set(floor, "zaxis", "0 1 0");
-    Set(floor, "pos", Triple({0.0, LowestPoint(model_, tree_) - kFloorClearance, 0.0}));
+    Set(floor, "pos", Triple({0.0, 0.0, LowestPoint(model_, tree_) - kFloorClearance}));
   }
 
   static void AppendJoint(pugi::xml_node body, const TreeJoint& joint) {
@@ -249,6 +252,7 @@ class Writer {
 
   const model::Model& model_;
   const RobotTree& tree_;
+  std::string base_;
   pugi::xml_document document_;
   pugi::xml_node root_;
   std::vector<pugi::xml_node> bodies_;

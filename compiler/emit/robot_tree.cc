@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "compiler/emit/tree_cuts.h"
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/model/kinematic_tree.h"
 
@@ -50,10 +51,9 @@ std::vector<TreeJoint> JointsOf(const model::Model& model, const model::Robot& r
   return joints;
 }
 
-}  // namespace
-
-RobotTree TreeOf(const model::Model& model, const model::Robot& robot) {
-  const KinematicTree kinematics(model, robot);
+/// The links in the order of `kinematics`, and what it leaves open.
+RobotTree TreeAlong(const model::Model& model, const model::Robot& robot,
+                    const KinematicTree& kinematics) {
   RobotTree tree;
   tree.name = robot.name;
   tree.joints = JointsOf(model, robot);
@@ -108,6 +108,28 @@ RobotTree TreeOf(const model::Model& model, const model::Robot& robot) {
   return tree;
 }
 
+}  // namespace
+
+RobotTree TreeOf(const model::Model& model, const model::Robot& robot) {
+  return TreeAlong(model, robot, KinematicTree(model, robot));
+}
+
+RobotTree OpenTreeOf(const model::Model& model, const model::Robot& robot) {
+  const TreeCuts cuts = CutLoops(model, robot);
+  const KinematicTree kinematics(model, robot, cuts.omitted);
+  RobotTree tree = TreeAlong(model, robot, kinematics);
+  for (size_t j = 0; j < tree.joints.size(); ++j) tree.joints[j].locked = cuts.locked[j];
+  for (size_t i = 0; i < tree.loops.size(); ++i) {
+    const KinematicTree::Loop& loop = kinematics.loops()[i];
+    if (loop.docking >= 0 && cuts.redundant[static_cast<size_t>(loop.docking)]) {
+      tree.loops[i].loss = TreeLoop::Loss::kNothing;
+    } else if (loop.joint >= 0 && cuts.locked[static_cast<size_t>(loop.joint)]) {
+      tree.loops[i].loss = TreeLoop::Loss::kLockedJoint;
+    }
+  }
+  return tree;
+}
+
 model::Robot ModuleAsRobot(const model::Model& model, int type) {
   const model::ModuleType& module = model.module_types[static_cast<size_t>(type)];
   model::Robot robot;
@@ -119,10 +141,6 @@ model::Robot ModuleAsRobot(const model::Model& model, int type) {
   }
   robot.modules.push_back(std::move(instance));
   return robot;
-}
-
-RobotTree TreeOf(const model::Model& model, int type) {
-  return TreeOf(model, ModuleAsRobot(model, type));
 }
 
 std::string FreeLinkName(const RobotTree& tree, std::string name) {
@@ -158,6 +176,14 @@ double LowestPoint(const model::Model& model, const RobotTree& tree) {
     }
   }
   return std::isfinite(lowest) ? lowest : 0.0;
+}
+
+model::Pose RobotFrameInZUp() {
+  model::Pose X_WR = model::Pose::Identity();
+  X_WR.linear() << 1, 0, 0,  //
+      0, 0, -1,              //
+      0, 1, 0;
+  return X_WR;
 }
 
 model::Pose MotionOf(const TreeJoint& joint, double q) {

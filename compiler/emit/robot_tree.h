@@ -35,15 +35,20 @@ struct TreeJoint {
   double effort = 0.0;  ///< N·m or N.
   double speed = 0.0;   ///< rad/s or m/s.
   double start = 0.0;   ///< rad or m.
+  bool locked = false;  ///< By loops of the robot; known in open trees only.
 };
 
 /// Where the tree does not hold but the robot does: `to` is held by `from`.
 struct TreeLoop {
+  /// What the tree loses: a freedom that closing the loop would take; nothing, since other
+  /// connections of the body hold both links; little, since the joint is locked by loops.
+  enum class Loss { kLoop, kNothing, kLockedJoint };
   std::string name;  ///< "m3.c6-m5.c3", or the joint's.
   int from = 0;      ///< Indices of links.
   int to = 0;
   int joint = -1;                              ///< Index into joints; -1 for a connection.
   model::Pose X_FT = model::Pose::Identity();  ///< `to` in `from` at joint value 0 (m).
+  Loss loss = Loss::kLoop;
 };
 
 struct RobotTree {
@@ -53,13 +58,15 @@ struct RobotTree {
   std::vector<TreeLoop> loops;
 };
 
-/// The tree of a robot, breadth first from the link that carries the robot frame.
+/// The tree of a robot, breadth first from the link that carries the robot frame: the tree by which
+/// `morphbus fk` computes poses.
 RobotTree TreeOf(const model::Model& model, const model::Robot& robot);
+/// The tree for formats that hold nothing else: loops are open where least is lost (tree_cuts.h).
+RobotTree OpenTreeOf(const model::Model& model, const model::Robot& robot);
 
-/// A module type alone as a robot: its first link is the root, the module frame the robot frame.
+/// A module type alone as a robot: its first link is the root, the module frame the robot frame. In
+/// its tree links and joints have the names of the module type.
 model::Robot ModuleAsRobot(const model::Model& model, int type);
-/// Its tree; links and joints have the names of the module type.
-RobotTree TreeOf(const model::Model& model, int type);
 
 /// A name that none of the tree's links has: `name`, with as many '_' after it as it takes.
 std::string FreeLinkName(const RobotTree& tree, std::string name);
@@ -72,6 +79,9 @@ double LowestPoint(const model::Model& model, const RobotTree& tree);
 
 /// Poses of the links in the robot frame at the joints' start values (m), by index of link.
 std::vector<model::Pose> StartPoses(const RobotTree& tree);
+
+/// X_WR of the robot frame (y up) in a world whose z is up: a quarter turn about their common x.
+model::Pose RobotFrameInZUp();
 
 /// Motion of the child relative to its place at joint value 0, in P's frame.
 model::Pose MotionOf(const TreeJoint& joint, double q);

@@ -37,8 +37,7 @@ class Writer {
             "SI units, radians. The model frame is the robot frame (x north, y up, z east), which "
             "the pose below turns for worlds whose z is up. Joint values count from the start "
             "values of the robot.");
-    model::Pose X_WR = model::Pose::Identity();
-    X_WR.linear() = Eigen::AngleAxisd(EIGEN_PI / 2, Eigen::Vector3d::UnitX()).toRotationMatrix();
+    model::Pose X_WR = RobotFrameInZUp();
     X_WR.translation().z() = -LowestPoint(model_, tree_);  // It stands on the ground.
     AppendPose(root_, X_WR, "");
     for (const TreeLink& link : tree_.links) AppendLink(link);

@@ -22,19 +22,24 @@ void AppendOrigin(pugi::xml_node node, const model::Pose& X) {
 class Writer {
  public:
   Writer(const model::Model& model, const RobotTree& tree, const std::string& stem)
-      : model_(model), tree_(tree), stem_(stem), base_(FreeLinkName(tree, "robot_frame")) {}
+      : model_(model),
+        tree_(tree),
+        stem_(stem),
+        world_(FreeLinkName(tree, "world")),
+        base_(FreeLinkName(tree, "robot_frame")) {}
 
   Exported Write() {
     StartXml(&document_);
     root_ = document_.append_child("robot");
     Set(root_, "name", tree_.name);
-    Comment(
-        root_,
-        fmt::format("SI units, radians. {} is the robot frame: x north, y up, z east; turn it by a "
-                    "roll of 90 degrees to stand in a world whose z is up.",
-                    base_));
+    Comment(root_, fmt::format("SI units, radians. {} has z up (x north, y west); {} is the robot "
+                               "frame: x north, y up, z east.",
+                               world_, base_));
     for (const TreeLoop& loop : tree_.loops) CutLoop(loop);
+    for (const TreeLink& link : tree_.links) WarnIfLocked(link);
+    NameLink(root_, world_);
     NameLink(root_, base_);
+    AppendJoint(world_ + "-" + base_, "fixed", world_, base_, RobotFrameInZUp());
     for (const TreeLink& link : tree_.links) {
       AppendJoints(link);
       AppendLink(link);
@@ -54,13 +59,35 @@ class Writer {
   void CutLoop(const TreeLoop& loop) {
     const std::string& from = tree_.links[static_cast<size_t>(loop.from)].name;
     const std::string& to = tree_.links[static_cast<size_t>(loop.to)].name;
-    exported_.warnings.push_back(fmt::format(
-        "URDF holds trees only: {} is cut, {} no longer holds {}", loop.name, from, to));
-    Comment(root_, fmt::format("Cut to open a loop: {}. In the robot {} holds {} at xyz \"{}\" "
-                               "rpy \"{}\"{}.",
-                               loop.name, from, to, Triple(loop.X_FT.translation()),
-                               Triple(RollPitchYaw(loop.X_FT.linear())),
-                               loop.joint < 0 ? "" : " at joint value 0"));
+    std::string what;
+    switch (loop.loss) {
+      case TreeLoop::Loss::kNothing:
+        what = fmt::format("{} is left out; nothing is lost: other connections hold {} and {}",
+                           loop.name, from, to);
+        break;
+      case TreeLoop::Loss::kLockedJoint:
+        what = fmt::format("{}, which the robot's loops lock, is cut; {} no longer holds {}",
+                           loop.name, from, to);
+        break;
+      case TreeLoop::Loss::kLoop:
+        what = fmt::format("{} is cut; {} no longer holds {}", loop.name, from, to);
+    }
+    exported_.warnings.push_back("URDF holds trees only: " + what);
+    Comment(root_,
+            fmt::format("Opens a loop: {}. In the robot {} holds {} at xyz \"{}\" rpy \"{}\"{}.",
+                        what, from, to, Triple(loop.X_FT.translation()),
+                        Triple(RollPitchYaw(loop.X_FT.linear())),
+                        loop.joint < 0 ? "" : " at joint value 0"));
+  }
+
+  /// The loop that locked the joint is open here.
+  void WarnIfLocked(const TreeLink& link) {
+    if (link.joint < 0 || !tree_.joints[static_cast<size_t>(link.joint)].locked) return;
+    const std::string what =
+        fmt::format("{} can move here, but not in the robot, whose loops lock it",
+                    tree_.joints[static_cast<size_t>(link.joint)].name);
+    exported_.warnings.push_back("URDF holds trees only: " + what);
+    Comment(root_, what + ".");
   }
 
   void AppendLink(const TreeLink& link) {
@@ -134,6 +161,7 @@ class Writer {
   const model::Model& model_;
   const RobotTree& tree_;
   const std::string& stem_;
+  std::string world_;
   std::string base_;
   pugi::xml_document document_;
   pugi::xml_node root_;

@@ -60,7 +60,7 @@ class Writer {
         faces_(DockFaces(model)),
         X_WL_(model::ForwardKinematics(model, robot, model::StartValues(robot)).X_RL) {
     for (size_t type = 0; type < model.module_types.size(); ++type) {
-      trees_.push_back(TreeOf(model, static_cast<int>(type)));
+      trees_.push_back(TreeOf(model, ModuleAsRobot(model, static_cast<int>(type))));
     }
     for (const model::Docking& d : robot.dockings) {
       docked_.insert({d.module_a, d.connector_a});

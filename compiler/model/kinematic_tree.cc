@@ -22,7 +22,7 @@ double AngleOf(const Eigen::Matrix3d& R) { return std::abs(Eigen::AngleAxisd(R).
 
 }  // namespace
 
-KinematicTree::KinematicTree(const Model& model, const Robot& robot) {
+KinematicTree::KinematicTree(const Model& model, const Robot& robot, const Omitted& omitted) {
   int num_links = 0;
   for (const ModuleInstance& module : robot.modules) {
     const ModuleType& type = model.module_types[module.type];
@@ -44,11 +44,11 @@ KinematicTree::KinematicTree(const Model& model, const Robot& robot) {
   used_joint_.assign(num_joints_, false);
   steps_.reserve(num_links);
   if (num_links == 0) return;
-  Grow(model, robot, robot.root_module, robot.root_link, robot.X_LR.inverse());
+  Grow(model, robot, omitted, robot.root_module, robot.root_link, robot.X_LR.inverse());
   for (size_t m = 0; m < robot.modules.size(); ++m) {
     const size_t links = model.module_types[robot.modules[m].type].links.size();
     for (size_t l = 0; l < links; ++l) {
-      Grow(model, robot, static_cast<int>(m), static_cast<int>(l), Pose::Identity());
+      Grow(model, robot, omitted, static_cast<int>(m), static_cast<int>(l), Pose::Identity());
     }
   }
   CollectLoops(model, robot);
@@ -78,8 +78,8 @@ KinematicTree::Step KinematicTree::JointStep(const Joint& joint, bool places_a) 
   return step;
 }
 
-void KinematicTree::Grow(const Model& model, const Robot& robot, int start_module, int start_link,
-                         const Pose& X_RL) {
+void KinematicTree::Grow(const Model& model, const Robot& robot, const Omitted& omitted,
+                         int start_module, int start_link, const Pose& X_RL) {
   if (placed_[LinkIndex(start_module, start_link)]) return;
   struct Place {
     int module;
@@ -107,12 +107,15 @@ void KinematicTree::Grow(const Model& model, const Robot& robot, int start_modul
       const bool places_a = joint.link_b == at.link;
       const int other = places_a ? joint.link_a : joint.link_b;
       if (placed_[LinkIndex(at.module, other)]) continue;
+      const int flat = JointIndex(at.module, static_cast<int>(j));
+      if (!omitted.joints.empty() && omitted.joints[flat]) continue;
       Step step = JointStep(joint, places_a);
-      step.joint = JointIndex(at.module, static_cast<int>(j));
+      step.joint = flat;
       used_joint_[step.joint] = true;
       place(step, at.module, other, parent);
     }
     for (const int d : dockings_at_[parent]) {
+      if (!omitted.dockings.empty() && omitted.dockings[d]) continue;
       const Docking& docking = robot.dockings[d];
       const int link_a = model.TypeOf(robot, docking.module_a).connectors[docking.connector_a].link;
       const int link_b = model.TypeOf(robot, docking.module_b).connectors[docking.connector_b].link;

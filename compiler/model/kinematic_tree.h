@@ -11,10 +11,18 @@ namespace morphbus::model {
 /// Built once for a robot; evaluating it allocates nothing and does not need the model any more.
 class KinematicTree {
  public:
+  /// Dockings by index into Robot::dockings, joints by flat index. Empty: none.
+  struct Omitted {
+    std::vector<bool> dockings;
+    std::vector<bool> joints;
+  };
+
   /// Breadth first from the robot's root link; from each link over its module's joints, then over
   /// its dockings, both in declared order. Links that hang off nothing start trees of their own,
-  /// the first of each with its frame in R's origin.
-  KinematicTree(const Model& model, const Robot& robot);
+  /// the first of each with its frame in R's origin. Goes round what is in `omitted`, which then is
+  /// in loops().
+  KinematicTree(const Model& model, const Robot& robot, const Omitted& omitted);
+  KinematicTree(const Model& model, const Robot& robot) : KinematicTree(model, robot, Omitted()) {}
 
   [[nodiscard]] int num_links() const { return static_cast<int>(steps_.size()); }
   [[nodiscard]] int num_joints() const { return num_joints_; }
@@ -60,8 +68,8 @@ class KinematicTree {
 
  private:
   static Step JointStep(const Joint& joint, bool places_a);
-  void Grow(const Model& model, const Robot& robot, int start_module, int start_link,
-            const Pose& X_RL);
+  void Grow(const Model& model, const Robot& robot, const Omitted& omitted, int start_module,
+            int start_link, const Pose& X_RL);
   void CollectLoops(const Model& model, const Robot& robot);
 
   std::vector<int> first_link_;

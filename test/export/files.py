@@ -32,16 +32,23 @@ class Files(Case):
             export('urdf', path, *of, model=model)
             checked = run(['check_urdf', path])
             self.assertNotIn('Error:', checked.stderr + checked.stdout)
-            self.assertIn('root Link: robot_frame', checked.stdout)
+            self.assertIn('root Link: world', checked.stdout)
 
     def test_cut_loops_are_reported_and_no_others(self):
         path = self.folder / 'robot.urdf'
         said = export('urdf', path, '--robot', 'quadruped').stderr
-        comments = [line for line in path.read_text().splitlines() if '<!-- Cut' in line]
-        self.assertEqual(said.count('warning: URDF holds trees only'), 2)
-        self.assertEqual(len(comments), 2)
-        for name in re.findall(r'only: (\S+) is cut', said):
-            self.assertTrue(any(f'{name}.' in comment for comment in comments), name)
+        text = path.read_text()
+        self.assertEqual(said.count('warning: URDF holds trees only'), 3)
+        # Of the six connections that hold the hub together one is left out, then one of m5's joints.
+        left_out, = re.findall(r'only: (\S+) is left out; nothing is lost', said)
+        cut, = re.findall(r"only: (\S+), which the robot's loops lock, is cut", said)
+        self.assertRegex(cut, r'^m5\.joint_[12]$')
+        self.assertIn(f'<!-- Opens a loop: {left_out} ', text)
+        self.assertIn(f'<!-- Opens a loop: {cut},', text)
+        self.assertNotIn(f'<joint name="{cut}"', text)
+        for i in range(1, 10):
+            for joint in ('joint_1', 'joint_2'):
+                self.assertEqual(text.count(f'<joint name="m{i}.{joint}"'), f'm{i}.{joint}' != cut)
         self.assertEqual(export('urdf', path, '--robot', 'snake', model=self.snake()).stderr, '')
         self.assertEqual(export('mjcf', path, '--robot', 'quadruped').stderr, '')
         self.assertEqual(export('sdf', path, '--robot', 'quadruped').stderr, '')

@@ -1,5 +1,5 @@
-// Any bytes as a DynaRole program: diagnostics or an image that the verifier accepts, and a canonical
-// layout that changes neither; never a crash, a hang or unbounded memory.
+// Any bytes as a DynaRole program: diagnostics or an image that the verifier accepts, and a
+// canonical layout that changes neither; never a crash, a hang or unbounded memory.
 
 #include <cstdint>
 #include <memory>

@@ -31,9 +31,10 @@ void Require(bool holds) {
   if (!holds) __builtin_trap();
 }
 
-void ExportTree(const model::Model& model, const emit::RobotTree& tree) {
+void ExportTree(const model::Model& model, const model::Robot& robot) {
+  const emit::RobotTree tree = emit::TreeOf(model, robot);
   Require(!emit::ToC(tree, "fuzz").text.empty());
-  Require(!emit::ToUrdf(model, tree, "fuzz").text.empty());
+  Require(!emit::ToUrdf(model, emit::OpenTreeOf(model, robot), "fuzz").text.empty());
   Require(!emit::ToSdf(model, tree, "fuzz").text.empty());
   Require(!emit::ToMjcf(model, tree).text.empty());
 }
@@ -63,13 +64,13 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const model::Model& model = *output.model;
   ExplainAll(output);
   for (size_t type = 0; type < model.module_types.size(); ++type) {
-    ExportTree(model, emit::TreeOf(model, static_cast<int>(type)));
+    ExportTree(model, emit::ModuleAsRobot(model, static_cast<int>(type)));
     const Result<emit::ModuleKeywords> keywords = emit::KeywordsOf(model.module_types[type]);
     if (keywords) Require(emit::ParseKeywordsXml(emit::KeywordsXml(*keywords)).has_value());
   }
   for (const model::Robot& robot : model.robots) {
     if (robot.modules.size() > kMaxModules) continue;
-    ExportTree(model, emit::TreeOf(model, robot));
+    ExportTree(model, robot);
     Require(!emit::ToWebots(model, robot, "controllers").text.empty());
     Require(!emit::AssemblyGraphDot(model, robot).empty());
     const congruence::Congruence self = congruence::Compare(model, robot, model, robot);

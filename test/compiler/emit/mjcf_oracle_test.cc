@@ -76,8 +76,9 @@ void ExpectSamePoses(const ExportCase& robot, const model::JointValues& q,
       using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
       const Eigen::Map<const Eigen::Vector3d> p(simulation.data->xpos + 3 * body);
       const Eigen::Map<const RowMajor> R(simulation.data->xmat + 9 * body);
-      EXPECT_LT((p - state.X_RL[m][l].translation()).norm(), 1e-9) << name;
-      EXPECT_LT((R - state.X_RL[m][l].linear()).norm(), 1e-9) << name;
+      const model::Pose X_WL = RobotFrameInZUp() * state.X_RL[m][l];
+      EXPECT_LT((p - X_WL.translation()).norm(), 1e-9) << name;
+      EXPECT_LT((R - X_WL.linear()).norm(), 1e-9) << name;
     }
   }
 }
@@ -145,7 +146,7 @@ TEST(Mjcf, AJointThatClosesALoopStillMoves) {
   const int body = mj_name2id(simulation.model.get(), mjOBJ_BODY, (closing + ".loop").c_str());
   ASSERT_GE(body, 0);
   const Eigen::Map<const Eigen::Vector3d> p(simulation.data->xpos + 3 * body);
-  const model::Pose X = StartPoses(tree)[static_cast<size_t>(loop.from)] *
+  const model::Pose X = RobotFrameInZUp() * StartPoses(tree)[static_cast<size_t>(loop.from)] *
                         MotionOf(tree.joints[static_cast<size_t>(loop.joint)], 0.4);
   EXPECT_LT((p - X.translation()).norm(), 1e-9);
 }
@@ -165,7 +166,7 @@ TEST(Mjcf, TheRobotHasItsMassAndStandsOnTheFloor) {
     for (int step = 0; step < 500; ++step) mj_step(simulation.model.get(), simulation.data.get());
     const int trunk = mj_name2id(simulation.model.get(), mjOBJ_BODY, "m5.passive_block");
     const double fallen =
-        simulation.data->xpos[3 * trunk + 1] - StartPoses(tree)[0].translation().y();
+        simulation.data->xpos[3 * trunk + 2] - StartPoses(tree)[0].translation().y();
     EXPECT_LT(std::abs(fallen), 0.02) << robot.name;
     EXPECT_LT(Residual(simulation), 2e-3);
   }
