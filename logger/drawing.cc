@@ -6,8 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <filesystem>
 #include <limits>
 #include <memory>
 
@@ -300,13 +298,18 @@ bool EndsWith(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
-/// Draws into a file of the given kind; returns cairo's verdict.
-cairo_status_t Render(const Drawing& drawing, const Layout& layout, bool svg,
-                      const std::string& path) {
+/// Takes what cairo writes; `bytes` is a std::string.
+cairo_status_t Append(void* bytes, const unsigned char* data, unsigned int length) {
+  static_cast<std::string*>(bytes)->append(reinterpret_cast<const char*>(data), length);
+  return CAIRO_STATUS_SUCCESS;
+}
+
+/// Draws into `bytes`; returns cairo's verdict.
+cairo_status_t Render(const Drawing& drawing, const Layout& layout, bool svg, std::string* bytes) {
   constexpr double kPixelRatio = 2;  // PNG: sharp on dense screens.
   const double ratio = svg ? 1 : kPixelRatio;
   cairo_surface_t* surface =
-      svg ? cairo_svg_surface_create(path.c_str(), layout.width, layout.height)
+      svg ? cairo_svg_surface_create_for_stream(Append, bytes, layout.width, layout.height)
           : cairo_image_surface_create(CAIRO_FORMAT_RGB24,
                                        static_cast<int>(std::ceil(layout.width * ratio)),
                                        static_cast<int>(std::ceil(layout.height * ratio)));
@@ -316,7 +319,7 @@ cairo_status_t Render(const Drawing& drawing, const Layout& layout, bool svg,
   cairo_status_t status = cairo_status(cr);
   cairo_destroy(cr);
   if (status == CAIRO_STATUS_SUCCESS && !svg) {
-    status = cairo_surface_write_to_png(surface, path.c_str());
+    status = cairo_surface_write_to_png_stream(surface, Append, bytes);
   }
   cairo_surface_finish(surface);
   if (status == CAIRO_STATUS_SUCCESS) status = cairo_surface_status(surface);
@@ -363,24 +366,18 @@ Scene SceneOf(const model::Model& model, const model::Robot& robot,
   return scene;
 }
 
-Result<void> WriteDrawing(const Drawing& drawing, const std::string& path) {
-  const bool svg = EndsWith(path, ".svg");
-  if (!svg && !EndsWith(path, ".png")) {
-    return Fail(path + ": a picture's name ends in .svg or .png");
+Result<std::string> RenderPicture(const Drawing& drawing, const std::string& name) {
+  const bool svg = EndsWith(name, ".svg");
+  if (!svg && !EndsWith(name, ".png")) {
+    return Fail(name + ": a picture's name ends in .svg or .png");
   }
-  if (drawing.panels.empty()) return Fail(path + ": there is nothing to draw");
-  const Layout layout = Arrange(drawing);
-  const std::string temporary = path + ".tmp";
-  const cairo_status_t status = Render(drawing, layout, svg, temporary);
+  if (drawing.panels.empty()) return Fail(name + ": there is nothing to draw");
+  std::string bytes;
+  const cairo_status_t status = Render(drawing, Arrange(drawing), svg, &bytes);
   if (status != CAIRO_STATUS_SUCCESS) {
-    std::remove(temporary.c_str());
-    return Fail(
-        fmt::format("{}: cannot write the picture: {}", path, cairo_status_to_string(status)));
+    return Fail(fmt::format("{}: cannot draw: {}", name, cairo_status_to_string(status)));
   }
-  std::error_code error;
-  std::filesystem::rename(temporary, path, error);
-  if (error) return Fail(fmt::format("{}: {}", path, error.message()));
-  return {};
+  return bytes;
 }
 
 }  // namespace morphbus::logger

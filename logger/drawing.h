@@ -71,8 +71,8 @@ Color PaletteColor(int index);
 Scene SceneOf(const model::Model& model, const model::Robot& robot,
               const std::vector<std::vector<model::Pose>>& X_WL, const std::vector<int>& group);
 
-/// Writes the picture as the suffix of `path` says (.svg or .png), to a temporary name first. Fails
-/// on another suffix, an unwritable place, or a drawing without panels.
-Result<void> WriteDrawing(const Drawing& drawing, const std::string& path);
+/// The bytes of a picture file, of the kind that the suffix of `name` says (.svg or .png). Fails on
+/// another suffix or a drawing without panels.
+Result<std::string> RenderPicture(const Drawing& drawing, const std::string& name);
 
 }  // namespace morphbus::logger

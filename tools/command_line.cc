@@ -2,8 +2,12 @@
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "compiler/source/diagnostics.h"
@@ -50,6 +54,23 @@ int ReportUnknownCommand(const CLI::App& app, const std::string& command) {
                               near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
 }
 
+/// A full disk or a closed pipe behind stdout must not pass for success. {fmt} throws where printf
+/// would return.
+int Perform(const Action& action) {
+  int status = kUnusable;
+  try {
+    status = action();
+  } catch (const std::system_error& error) {
+    return Unusable(fmt::format("cannot write: {}", error.code().message()));
+  }
+  const bool flushed = std::fflush(stdout) == 0;
+  const int reason = errno;
+  if (status >= kUnusable || (flushed && std::ferror(stdout) == 0)) return status;
+  return Unusable(flushed
+                      ? "cannot write all of the standard output"
+                      : fmt::format("cannot write to standard output: {}", std::strerror(reason)));
+}
+
 }  // namespace
 
 int RunCommandLine(int argc, const char* const* argv) {
@@ -72,7 +93,7 @@ int RunCommandLine(int argc, const char* const* argv) {
   } catch (const CLI::ParseError& error) {
     return ReportParseError(app, error);
   }
-  return action ? action() : kUnusable;
+  return action ? Perform(action) : kUnusable;
 }
 
 }  // namespace morphbus::tools

@@ -52,7 +52,9 @@ int Write(const logger::Scene& scene, const std::string& title,
   drawing.title = title;
   drawing.legend = std::move(legend);
   for (const logger::View view : views) drawing.panels.push_back({scene, view, ""});
-  const Result<void> written = logger::WriteDrawing(drawing, path);
+  const Result<std::string> picture = logger::RenderPicture(drawing, path);
+  if (!picture) return Unusable(picture.error().message);
+  const Result<void> written = WriteFile(path, *picture);
   return written ? kDone : Unusable(written.error().message);
 }
 

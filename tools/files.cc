@@ -29,29 +29,71 @@ Result<std::string> ReadFile(const std::string& path, size_t limit) {
   return bytes;
 }
 
-Result<void> WriteFile(const std::string& path, const std::string& bytes) {
-  if (path == "-") {
-    std::fwrite(bytes.data(), 1, bytes.size(), stdout);
-    if (std::fflush(stdout) != 0) return Fail("cannot write to standard output");
-    return {};
-  }
-  std::string temporary = path + ".XXXXXX";
-  const int fd = mkostemp(temporary.data(), O_CLOEXEC);
-  if (fd < 0) return Fail(fmt::format("cannot write {}: {}", path, std::strerror(errno)));
-  const mode_t mask = umask(0);
-  umask(mask);
-  bool good = fchmod(fd, 0666 & ~mask) == 0;
-  for (size_t done = 0; good && done < bytes.size();) {
+namespace {
+
+/// All of `bytes`; false with errno set if not.
+bool WriteAll(int fd, const std::string& bytes) {
+  for (size_t done = 0; done < bytes.size();) {
     const ssize_t n = write(fd, bytes.data() + done, bytes.size() - done);
-    good = n > 0 || (n < 0 && errno == EINTR);
+    if (n < 0 && errno != EINTR) return false;
     if (n > 0) done += static_cast<size_t>(n);
   }
-  good = good && fsync(fd) == 0;
+  return true;
+}
+
+Result<void> CannotWrite(const std::string& path, int reason) {
+  return Fail(fmt::format("cannot write {}: {}", path, std::strerror(reason)));
+}
+
+/// Pipes and devices are written to as they are: a file in their place would be no use to anyone.
+Result<void> WriteToDevice(const std::string& path, const std::string& bytes) {
+  const int fd = open(path.c_str(), O_WRONLY | O_CLOEXEC);
+  if (fd < 0) return CannotWrite(path, errno);
+  const bool good = WriteAll(fd, bytes);
   const int reason = errno;
-  if (close(fd) == 0 && good && std::rename(temporary.c_str(), path.c_str()) == 0) return {};
+  if (close(fd) == 0 && good) return {};
+  return CannotWrite(path, good ? errno : reason);
+}
+
+Result<void> WriteToStandardOutput(const std::string& bytes) {
+  const bool good = std::fwrite(bytes.data(), 1, bytes.size(), stdout) == bytes.size();
+  if (std::fflush(stdout) == 0 && good) return {};
+  return CannotWrite("to standard output", errno);
+}
+
+/// Permissions of a new file.
+mode_t NewFileMode() {
+  const mode_t mask = umask(0);
+  umask(mask);
+  return 0666 & ~mask;
+}
+
+}  // namespace
+
+Result<void> WriteFile(const std::string& path, const std::string& bytes) {
+  if (path == "-") return WriteToStandardOutput(bytes);
+  // A link stays a link: what it points to is replaced.
+  std::string target = path;
+  if (char* real = realpath(path.c_str(), nullptr); real != nullptr) {
+    target = real;
+    std::free(real);
+  }
+  mode_t mode = NewFileMode();
+  struct stat old {};
+  if (stat(target.c_str(), &old) == 0) {
+    if (S_ISDIR(old.st_mode)) return CannotWrite(path, EISDIR);
+    if (!S_ISREG(old.st_mode)) return WriteToDevice(target, bytes);
+    mode = old.st_mode & 07777;
+  }
+  std::string temporary = target + ".XXXXXX";
+  const int fd = mkostemp(temporary.data(), O_CLOEXEC);
+  if (fd < 0) return CannotWrite(path, errno);
+  const bool good = fchmod(fd, mode) == 0 && WriteAll(fd, bytes) && fsync(fd) == 0;
+  const int reason = errno;
+  if (close(fd) == 0 && good && std::rename(temporary.c_str(), target.c_str()) == 0) return {};
   const int cause = good ? errno : reason;
   unlink(temporary.c_str());
-  return Fail(fmt::format("cannot write {}: {}", path, std::strerror(cause)));
+  return CannotWrite(path, cause);
 }
 
 }  // namespace morphbus::tools

@@ -17,17 +17,6 @@ struct Options {
   bool check = false;
 };
 
-/// Puts `formatted` in the place of the file, with its permissions; a link stays a link.
-Result<void> Replace(const std::string& path, const std::string& formatted) {
-  std::error_code error;
-  const std::filesystem::path target = std::filesystem::canonical(path, error);
-  if (error) return Fail(fmt::format("{}: {}", path, error.message()));
-  const auto permissions = std::filesystem::status(target, error).permissions();
-  const Result<void> written = WriteFile(target.string(), formatted);
-  if (written) std::filesystem::permissions(target, permissions, error);
-  return written;
-}
-
 /// One file; returns its exit status.
 int FormatFile(const std::string& path, bool check) {
   const std::string extension = std::filesystem::path(path).extension();
@@ -48,7 +37,7 @@ int FormatFile(const std::string& path, bool check) {
     fmt::print("{}: not in canonical layout\n", path);
     return kNo;
   }
-  const Result<void> written = Replace(path, *formatted);
+  const Result<void> written = WriteFile(path, *formatted);
   if (!written) return Unusable(written.error().message);
   fmt::print("{}: formatted\n", path);
   return kDone;

@@ -8,6 +8,7 @@
 
 #include "compiler/congruence/classes.h"
 #include "compiler/model/convex_hull.h"
+#include "compiler/model/link_mass.h"
 
 namespace morphbus::congruence {
 namespace {
@@ -18,21 +19,15 @@ using Eigen::Vector3d;
 /// A link's mass distribution and the corners of its hull, in its module's frame.
 struct LinkShape {
   double mass_kg = 0.0;
-  Vector3d centre = Vector3d::Zero();
-  Matrix3d inertia = Matrix3d::Zero();  ///< About the centre (kg m²).
+  Vector3d centre;
+  Matrix3d inertia;  ///< About the centre (kg m²).
   std::vector<Vector3d> corners;
 };
 
-LinkShape ShapeOf(const model::ModuleType& type, const model::Link& link) {
-  constexpr double kThickness = 0.05;  // of the module's extent, as in the language reference
-  LinkShape shape;
-  shape.mass_kg = link.mass_kg;
-  shape.corners = model::ComputeHull(link.hull).vertices;
-  const model::MassProperties solid = model::ComputeMassProperties(
-      model::ComputeHull(model::ThickenFlat(link.hull, kThickness * model::ExtentOf(type))));
-  shape.centre = solid.centroid;
-  if (solid.volume > 0.0) shape.inertia = link.mass_kg / solid.volume * solid.inertia;
-  return shape;
+LinkShape ShapeOf(const model::ModuleType& type, int link) {
+  const model::LinkMass mass = model::ComputeLinkMass(type, link);
+  return {mass.mass_kg, mass.p_LoLcm_L, mass.I_Lcm_L,
+          model::ComputeHull(type.links[static_cast<size_t>(link)].hull).vertices};
 }
 
 /// What belongs to a body, seen from its reference point, along the robot frame's axes.
@@ -71,7 +66,9 @@ class Shapes {
     std::vector<LinkShape>& shapes = shapes_[type];
     if (shapes.empty()) {
       const model::ModuleType& module = assembly_.model->module_types[type];
-      for (const model::Link& one : module.links) shapes.push_back(ShapeOf(module, one));
+      for (size_t l = 0; l < module.links.size(); ++l) {
+        shapes.push_back(ShapeOf(module, static_cast<int>(l)));
+      }
     }
     return shapes[link];
   }

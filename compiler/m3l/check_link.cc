@@ -5,6 +5,7 @@
 #include "compiler/m3l/check_module.h"
 #include "compiler/m3l/evaluate.h"
 #include "compiler/model/convex_hull.h"
+#include "compiler/model/link_mass.h"
 
 namespace morphbus::m3l::internal {
 namespace {
@@ -12,7 +13,6 @@ namespace {
 // Defaults of docs/m3l.md: the density of a link without `mass`, and the thickness that a flat hull
 // has for it, relative to the module's extent.
 constexpr double kDensity_kg_m3 = 500.0;
-constexpr double kFlatThickness = 0.05;
 // A module that is a single point still needs links of some mass.
 constexpr double kLeastMass_kg = 1e-6;
 constexpr size_t kMaxHullPoints = 500;
@@ -187,7 +187,7 @@ class LinkChecker {
   }
 
   double DefaultMass(const std::vector<Eigen::Vector3d>& hull) const {
-    const double thickness = kFlatThickness * scope_.module.extent_m;
+    const double thickness = model::kFlatThickness * scope_.module.extent_m;
     // Without a hull the link is a cube as large as a hull would at least be.
     const double volume = hull.empty() ? thickness * thickness * thickness
                                        : model::HullVolume(model::ThickenFlat(hull, thickness));

@@ -15,9 +15,8 @@ constexpr double kLeastThickness = 1e-3;  // m
 
 /// The points that say where the mass of a link is: its hull, else what is fixed to it.
 std::vector<Vector3d> MassPoints(const ModuleType& type, int link) {
-  const std::vector<Vector3d>& hull = type.links[static_cast<size_t>(link)].hull;
-  if (!hull.empty()) return hull;
-  std::vector<Vector3d> points;
+  std::vector<Vector3d> points = SolidHull(type, link);
+  if (!points.empty()) return points;
   for (const Connector& connector : type.connectors) {
     if (connector.link == link) points.push_back(connector.p_MoCo_M);
   }

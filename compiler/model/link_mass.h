@@ -8,7 +8,8 @@
 
 namespace morphbus::model {
 
-/// Thickness that a flat hull gets for collisions, as a part of its module's extent.
+/// Thickness that a flat hull gets for mass and physics, as a part of its module's extent (M3L
+/// reference, hulls).
 inline constexpr double kFlatThickness = 0.05;
 
 struct LinkMass {
@@ -17,9 +18,9 @@ struct LinkMass {
   Eigen::Matrix3d I_Lcm_L;    ///< Inertia about the centre of mass (kg m^2).
 };
 
-/// Mass spread evenly over the hull. The inertia of a hull thinner than 1 mm is that of its
-/// bounding box, at least 1 mm thick; of a link without hull that of the box round its connectors
-/// and joint axes.
+/// Mass spread evenly over the hull as SolidHull has it. The inertia of a hull that is solid but
+/// thinner than 1 mm is that of its bounding box, at least 1 mm thick; of a link without hull that
+/// of the box round its connectors and joint axes.
 LinkMass ComputeLinkMass(const ModuleType& type, int link);
 
 /// Corners of what a link can collide with, in the link's frame (m): its hull, thickened by

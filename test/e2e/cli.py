@@ -2,6 +2,7 @@
 """The command line as docs/cli.md writes it: forms of the JSON, known answers, exit statuses."""
 import json
 import math
+import pathlib
 import signal
 import subprocess
 import unittest
@@ -169,6 +170,15 @@ class Cli(Case):
         morphbus(status=2)
         morphbus('nonsense', status=2)
         morphbus('fk', status=2)
+
+    @unittest.skipUnless(pathlib.Path('/dev/full').exists(), 'no /dev/full')
+    def test_a_full_disk_behind_stdout_is_no_success(self):
+        for args in (('fk', MODEL, '--robot', 'quadruped', '--json'), ('check', MODEL),
+                     ('export', MODEL, '--robot', 'quadruped', '--to', 'mjcf', '-o', '-')):
+            with open('/dev/full', 'w') as full:
+                done = subprocess.run(command(*args), stdout=full, stderr=subprocess.PIPE, text=True)
+            self.assertEqual(done.returncode, 2, args)
+            self.assertRegex(done.stderr, 'cannot write.*: No space left', args)
 
     def test_a_reader_that_goes_away_is_no_crash(self):
         process = subprocess.Popen(command('connections', MODEL, '--json'), stdout=subprocess.PIPE,

@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 
 #include <filesystem>
+#include <thread>
 
 namespace morphbus::tools {
 namespace {
@@ -59,6 +60,34 @@ TEST_F(FilesTest, AFailedRenameLeavesTheOldAndNoTemporary) {
   fs::create_directory(folder_ + "/d");
   EXPECT_FALSE(WriteFile(folder_ + "/d", "x").has_value());
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
+}
+
+TEST_F(FilesTest, AFileKeepsItsPermissions) {
+  ASSERT_TRUE(WriteFile(folder_ + "/a", "1").has_value());
+  ASSERT_EQ(chmod((folder_ + "/a").c_str(), 0600), 0);
+  ASSERT_TRUE(WriteFile(folder_ + "/a", "2").has_value());
+  struct stat info = {};
+  ASSERT_EQ(stat((folder_ + "/a").c_str(), &info), 0);
+  EXPECT_EQ(info.st_mode & 0777, 0600u);
+}
+
+TEST_F(FilesTest, ALinkStaysALink) {
+  ASSERT_TRUE(WriteFile(folder_ + "/a", "1").has_value());
+  fs::create_symlink("a", folder_ + "/link");
+  ASSERT_TRUE(WriteFile(folder_ + "/link", "2").has_value());
+  EXPECT_TRUE(fs::is_symlink(folder_ + "/link"));
+  EXPECT_EQ(*ReadFile(folder_ + "/a"), "2");
+}
+
+TEST_F(FilesTest, APipeIsWrittenToAndStaysAPipe) {
+  const std::string pipe = folder_ + "/pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  std::string heard;
+  std::thread reader([&] { heard = ReadFile(pipe).value_or(""); });
+  EXPECT_TRUE(WriteFile(pipe, "words").has_value());
+  reader.join();
+  EXPECT_EQ(heard, "words");
+  EXPECT_TRUE(fs::is_fifo(pipe));
 }
 
 TEST_F(FilesTest, FilesOverTheLimitAreRefused) {
