@@ -31,16 +31,16 @@ void PrintRobot(const model::Model& model, const model::Robot& robot) {
         model.TypeOf(robot, joint.module).joints[static_cast<size_t>(joint.joint)].name);
   }
   fmt::print(
-      "robot {}: {}, {}, {}, {}, mobility {}\n", robot.name, Plural(robot.modules.size(), "module"),
+      "robot {}: {}, {}, {}, {}, {}\n", robot.name, Plural(robot.modules.size(), "module"),
       Plural(robot.dockings.size(), "connection"),
       fmt::format("{} {}", graph.bodies.size(), graph.bodies.size() == 1 ? "body" : "bodies"),
-      Plural(graph.joints.size(), "joint"), graph.mobility);
+      Plural(graph.joints.size(), "joint"), MobilityText(graph));
   if (state.num_loops > 0) {
     fmt::print("  loops close within {:.1e} m and {:.1e} degrees\n", state.closure_m,
                state.closure_rad * 180.0 / EIGEN_PI);
   }
   if (!graph.locked_computed) {
-    fmt::print("  too many joints in one loop system to find out which are locked\n");
+    fmt::print("  which joints are locked is not computed either\n");
   } else if (!locked.empty()) {
     fmt::print("  locked by loops: {}\n", locked);
   }

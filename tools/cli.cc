@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "compiler/model/loop_constraints.h"
+
 namespace morphbus::tools {
 
 bool IsFancyTerminal(int fd) {
@@ -89,6 +91,12 @@ Json VectorJson(const Eigen::Vector3d& v) {
 
 Json AttributeJson(const model::AttributeValue& value) {
   return std::visit([](const auto& v) { return Json(v); }, value);
+}
+
+std::string MobilityText(const model::KinematicGraph& graph) {
+  if (graph.mobility) return fmt::format("mobility {}", *graph.mobility);
+  return fmt::format("mobility not computed (over {} joints in one system of loops)",
+                     model::kMaxLoopJoints);
 }
 
 std::string Plural(size_t count, const std::string& noun) {

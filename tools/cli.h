@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "compiler/m3l/compile.h"
-#include "compiler/model/robot_model.h"
+#include "compiler/model/kinematic_graph.h"
 #include "compiler/source/diagnostics.h"
 #include "compiler/source/result.h"
 #include "tools/files.h"
@@ -56,6 +56,9 @@ Json PoseJson(const model::Pose& X);
 Json VectorJson(const Eigen::Vector3d& v);
 /// A JSON bool, number or string.
 Json AttributeJson(const model::AttributeValue& value);
+
+/// "mobility 16", or that it was not computed, and why.
+std::string MobilityText(const model::KinematicGraph& graph);
 
 /// "file", "files": the noun with an s unless `count` is 1.
 std::string Plural(size_t count, const std::string& noun);

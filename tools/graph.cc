@@ -49,41 +49,26 @@ Json GraphJson(const model::Model& model, const model::Robot& robot,
   };
   Json joints = Json::array();
   for (const model::GraphJoint& joint : graph.joints) {
-    Json axes = Json::object();
+    // What was not computed is null: a reader must not take it for an answer.
+    Json axes = graph.adjacency_listed ? Json::object() : Json();
     for (size_t i = 0; i < joint.adjacent.size(); ++i) {
       const model::GraphJoint& other = graph.joints[static_cast<size_t>(joint.adjacent[i])];
       axes[joint_name(other)] = RelationText(joint.adjacent_axes[i]);
     }
     joints.push_back({{"name", joint_name(joint)},
                       {"adjacent", joint.num_adjacent},
-                      {"locked", joint.locked},
+                      {"locked", graph.locked_computed ? Json(joint.locked) : Json()},
                       {"axis", VectorJson(joint.axis_R)},
                       {"adjacent_axes", axes}});
   }
-  return {{"bodies", bodies}, {"joints", joints}, {"mobility", graph.mobility}};
+  return {{"bodies", bodies},
+          {"joints", joints},
+          {"mobility", graph.mobility ? Json(*graph.mobility) : Json()}};
 }
 
-void PrintGraph(const model::Robot& robot, const Json& graph, bool locked_computed) {
-  fmt::print("robot {}: {} bodies, {} joints, mobility {}\n", robot.name, graph["bodies"].size(),
-             graph["joints"].size(), graph["mobility"].get<int>());
-  fmt::print("\ndegree  body\n");
-  for (const Json& body : graph["bodies"]) {
-    std::string links;
-    for (const Json& link : body["links"]) {
-      links += (links.empty() ? "" : " + ") + link.get<std::string>();
-    }
-    fmt::print("{:>6}  {}\n", body["degree"].get<int>(), links);
-  }
-  fmt::print("\nadjacent  locked  axis (north, up, east)        joint\n");
-  for (const Json& joint : graph["joints"]) {
-    const Json& axis = joint["axis"];
-    fmt::print("{:>8}  {:<6}  {:8.4f} {:8.4f} {:8.4f}    {}\n", joint["adjacent"].get<int>(),
-               !locked_computed ? "?" : (joint["locked"].get<bool>() ? "yes" : "no"),
-               axis[0].get<double>(), axis[1].get<double>(), axis[2].get<double>(),
-               joint["name"].get<std::string>());
-  }
+void PrintAxes(const Json& joints) {
   fmt::print("\njoint                 its axis is\n");
-  for (const Json& joint : graph["joints"]) {
+  for (const Json& joint : joints) {
     // "parallel to m2.joint_1, m2.joint_2; orthogonal to m5.joint_1".
     std::string text;
     for (const char* relation : {"parallel", "orthogonal", "coplanar", "skew"}) {
@@ -97,6 +82,34 @@ void PrintGraph(const model::Robot& robot, const Json& graph, bool locked_comput
                           names);
     }
     if (!text.empty()) fmt::print("{:<20}  {}\n", joint["name"].get<std::string>(), text);
+  }
+}
+
+void PrintGraph(const model::Robot& robot, const model::KinematicGraph& computed,
+                const Json& graph) {
+  fmt::print("robot {}: {} bodies, {} joints, {}\n", robot.name, graph["bodies"].size(),
+             graph["joints"].size(), MobilityText(computed));
+  fmt::print("\ndegree  body\n");
+  for (const Json& body : graph["bodies"]) {
+    std::string links;
+    for (const Json& link : body["links"]) {
+      links += (links.empty() ? "" : " + ") + link.get<std::string>();
+    }
+    fmt::print("{:>6}  {}\n", body["degree"].get<int>(), links);
+  }
+  fmt::print("\nadjacent  locked  axis (north, up, east)        joint\n");
+  for (const Json& joint : graph["joints"]) {
+    const Json& axis = joint["axis"];
+    fmt::print("{:>8}  {:<6}  {:8.4f} {:8.4f} {:8.4f}    {}\n", joint["adjacent"].get<int>(),
+               joint["locked"].is_null() ? "?" : (joint["locked"].get<bool>() ? "yes" : "no"),
+               axis[0].get<double>(), axis[1].get<double>(), axis[2].get<double>(),
+               joint["name"].get<std::string>());
+  }
+  if (computed.adjacency_listed) {
+    PrintAxes(graph["joints"]);
+  } else {
+    fmt::print("\nhow axes lie to those of adjacent joints: not listed (over {} pairs)\n",
+               model::kMaxAdjacencies);
   }
 }
 
@@ -116,7 +129,7 @@ int Graph(const Options& options) {
   if (options.json) {
     PrintJson(json);
   } else {
-    PrintGraph(*robot, json, graph.locked_computed);
+    PrintGraph(*robot, graph, json);
   }
   return kDone;
 }

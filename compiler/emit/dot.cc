@@ -66,7 +66,7 @@ std::string KinematicGraphDot(const model::Model& model, const model::Robot& rob
                               const model::KinematicGraph& graph) {
   std::string out = Header(robot.name);
   if (!graph.locked_computed)
-    out += "  label=\"locked joints: not computed, too many in a loop\";\n";
+    out += "  label=\"locked joints: not computed, too many in one system of loops\";\n";
   for (size_t b = 0; b < graph.bodies.size(); ++b) {
     std::string label;
     for (const model::LinkRef& ref : graph.bodies[b].links) {

@@ -1,16 +1,15 @@
 #include <fmt/format.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 
 #include "compiler/m3l/check_robot.h"
+#include "compiler/m3l/docking_turn.h"
 #include "compiler/m3l/evaluate.h"
 
 namespace morphbus::m3l {
 namespace internal {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 /// `rot=` names a turn to this much (degrees).
 constexpr double kTurnTolerance = 1e-3;
 constexpr size_t kMaxListed = 16;
@@ -199,38 +198,75 @@ class DockingChecker {
     }
     const std::optional<double> turn = EvaluateNumber(selector.children[0], scope_.diagnostics);
     if (!turn) return;
-    for (const int option : *choices[0].options) {
-      const std::optional<double> other = Turn(choices[0], option);
-      if (other && std::abs(std::remainder(*other - *turn, 360.0)) < kTurnTolerance) {
-        return Add(choices[0], option);
+    const Choice& choice = choices[0];
+    const auto is = [](double x, double y) {
+      return std::abs(std::remainder(x - y, 360.0)) < kTurnTolerance;
+    };
+    if (is(*turn, 0.0)) return Add(choice, choice.options->front());
+    const std::optional<FaceNormal> normal = NormalOfA(choice);
+    if (!normal) return ReportNoNormal(choice, selector);
+    for (const int option : *choice.options) {
+      const std::optional<DockingTurn> other = Turn(choice, *normal, option);
+      if (!other) continue;
+      if (other->signed_ && is(other->degrees, *turn)) return Add(choice, option);
+      if (!other->signed_ && (is(other->degrees, *turn) || is(-other->degrees, *turn))) {
+        return ReportNoNormal(choice, selector);
       }
     }
     scope_.diagnostics
         .Error(selector.span, fmt::format("{} and {} cannot be joined with a turn of {} degrees",
                                           EndText(x_), EndText(y_), NumberText(*turn)))
-        .hint = "valid are " + Listed(choices[0]);
+        .hint = "valid are " + Listed(choice);
   }
 
-  std::optional<double> Turn(const Choice& choice, int option) const {
-    const model::ConnectionType& connection = Connection(choice.connection);
-    return TurnBetween(scope_.context.model.module_types[static_cast<size_t>(connection.type_a)],
-                       connection.options[static_cast<size_t>(choice.options->front())],
-                       connection.options[static_cast<size_t>(option)]);
+  /// `rot=` where nothing says which way the connector of member a faces.
+  void ReportNoNormal(const Choice& choice, const Expr& selector) {
+    const End& a = choice.swapped ? y_ : x_;
+    const CheckedModule& module = Checked(a.module);
+    const std::string& name = ConnectorOf(a).name;
+    source::Diagnostic& d = scope_.diagnostics.Error(
+        selector.span,
+        fmt::format("which way 'rot' turns is not known: '{}' has no outward normal", EndText(a)));
+    d.hint = fmt::format(
+        "give '{}' of '{}' a normal=(x, y, z) that points out of the module, or choose by number: "
+        "{}",
+        name, module.type.name, Listed(choice));
+    const auto at = module.connector_spans.find(name);
+    if (at != module.connector_spans.end()) {
+      d.notes.push_back({at->second, "the connector is declared here"});
+    }
   }
 
-  /// "53 (the default), 54 (turn -90), ..."
+  const CheckedModule& MemberA(const Choice& choice) const {
+    return scope_.context.modules[static_cast<size_t>(Connection(choice.connection).type_a)];
+  }
+
+  std::optional<FaceNormal> NormalOfA(const Choice& choice) const {
+    return NormalOf(MemberA(choice), choice.swapped ? y_.connector : x_.connector);
+  }
+
+  std::optional<DockingTurn> Turn(const Choice& choice, const FaceNormal& normal,
+                                  int option) const {
+    const auto& options = Connection(choice.connection).options;
+    return TurnBetween(MemberA(choice), normal,
+                       options[static_cast<size_t>(choice.options->front())],
+                       options[static_cast<size_t>(option)]);
+  }
+
+  /// "53 (the default), 54 (rot=-90), ..."
   std::string Listed(const Choice& choice) const {
+    const std::optional<FaceNormal> normal = NormalOfA(choice);
     std::string list;
     for (size_t i = 0; i < choice.options->size(); ++i) {
       if (i == kMaxListed) return list + ", ...";
       const int option = (*choice.options)[i];
       const auto& options = Connection(choice.connection).options;
-      const std::optional<double> turn = Turn(choice, option);
+      const std::optional<DockingTurn> turn = normal ? Turn(choice, *normal, option) : std::nullopt;
       list += fmt::format("{}{}", i ? ", " : "", options[static_cast<size_t>(option)].number);
       if (i == 0) {
         list += " (the default)";
-      } else if (turn) {
-        list += fmt::format(" (rot={})", NumberText(*turn));
+      } else if (turn && turn->signed_) {
+        list += fmt::format(" (rot={})", NumberText(turn->degrees));
       }
     }
     return list;
@@ -249,40 +285,7 @@ class DockingChecker {
   End x_, y_;
 };
 
-/// A point in the middle of the link, in M (m): of its hull's points, else of its connectors.
-Eigen::Vector3d MiddleOf(const model::ModuleType& type, int link) {
-  std::vector<Eigen::Vector3d> points = type.links[static_cast<size_t>(link)].hull;
-  if (points.empty()) {
-    for (const model::Connector& c : type.connectors) {
-      if (c.link == link) points.push_back(c.p_MoCo_M);
-    }
-  }
-  Eigen::Vector3d low = points[0], high = points[0];
-  for (const Eigen::Vector3d& p : points) low = low.cwiseMin(p), high = high.cwiseMax(p);
-  return 0.5 * (low + high);
-}
-
 }  // namespace
-
-std::optional<double> TurnBetween(const model::ModuleType& type_a,
-                                  const model::ConnectionOption& from,
-                                  const model::ConnectionOption& to) {
-  const model::Connector& connector = type_a.connectors[static_cast<size_t>(from.connector_a)];
-  const model::Pose X_AA = to.X_AB * from.X_AB.inverse();
-  const double extent = model::ExtentOf(type_a);
-  const Eigen::Vector3d moved = X_AA * connector.p_MoCo_M - connector.p_MoCo_M;
-  if (moved.norm() > 1e-6 * extent) return std::nullopt;
-  const Eigen::AngleAxisd turn(X_AA.rotation());
-  if (turn.angle() < 1e-9) return 0.0;
-  // The turn's axis is the normal of the mated faces; what is left to find out is its direction.
-  Eigen::Vector3d outward = connector.p_MoCo_M - MiddleOf(type_a, connector.link);
-  const auto normal = connector.normals.find("");
-  if (normal != connector.normals.end()) outward = normal->second;
-  double degrees = turn.angle() * 180.0 / kPi;
-  if (turn.axis().dot(outward) < -1e-9 * extent) degrees = -degrees;
-  degrees = std::remainder(std::round(degrees * 1e6) / 1e6, 360.0);
-  return degrees == -180.0 ? 180.0 : degrees;
-}
 
 void CheckDocking(const Expr& entry, RobotScope& scope) { DockingChecker(entry, scope).Check(); }
 

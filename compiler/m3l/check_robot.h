@@ -44,11 +44,4 @@ void CheckConnected(RobotScope& scope);
 /// Loops that do not close, hulls in each other (check_assembly.cc); for a robot without errors.
 void CheckGeometry(RobotScope& scope);
 
-/// The turn from option `from` to option `to` of one pair of connectors, about the outward normal
-/// of a's connector (right-handed, degrees, in (-180, 180]); nothing if the two differ by more than
-/// a turn. Outward is away from the middle of the link that carries the connector.
-std::optional<double> TurnBetween(const model::ModuleType& type_a,
-                                  const model::ConnectionOption& from,
-                                  const model::ConnectionOption& to);
-
 }  // namespace morphbus::m3l::internal

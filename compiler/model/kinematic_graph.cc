@@ -155,7 +155,7 @@ KinematicGraph BuildKinematicGraph(const Model& model, const Robot& robot) {
         {joint.body_a, joint.body_b, type == JointType::kPrismatic, joint.axis_R, joint.p_RoJo_R});
   }
   const LoopMobility loops = ComputeLoopMobility(static_cast<int>(graph.bodies.size()), screws);
-  graph.mobility = loops.mobility;
+  if (loops.computed) graph.mobility = loops.mobility;
   graph.locked_computed = loops.computed;
   for (size_t i = 0; i < graph.joints.size(); ++i) graph.joints[i].locked = loops.locked[i];
   return graph;

@@ -50,8 +50,8 @@ struct KinematicGraph {
   /// False where the lists would be too long (a body with thousands of joints): over
   /// kMaxAdjacencies in all. Counts are there all the same.
   bool adjacency_listed = true;
-  /// Null-space dimension; floating base not counted, nor the parts that were not computed.
-  int mobility = 0;
+  /// Null-space dimension, floating base not counted; absent unless locked_computed.
+  std::optional<int> mobility;
   bool locked_computed = true;  ///< False where a biconnected part has over 500 joints.
 };
 

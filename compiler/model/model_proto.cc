@@ -163,7 +163,7 @@ void Write(const KinematicGraph& graph, proto::KinematicGraph* out) {
     }
     message->set_locked(joint.locked);
   }
-  out->set_mobility(Index(graph.mobility));
+  if (graph.mobility) out->set_mobility(Index(*graph.mobility));
   out->set_locked_computed(graph.locked_computed);
 }
 

@@ -7,7 +7,6 @@
 #include <fstream>
 #include <sstream>
 
-#include "compiler/m3l/check_robot.h"
 #include "compiler/model/forward_kinematics.h"
 #include "test/support/diagnostics_test.h"
 
@@ -94,23 +93,6 @@ TEST_F(CompileTest, DefaultsPutFirstOnThirdAndTheThirdOptionFirstOnFirst) {
     const size_t partner = nth == 0 ? 2 : 0;
     if (nth != 0 && nth != 2) continue;
     EXPECT_LT((a.subpoints[0] - option.X_AB * b.subpoints[partner]).norm(), 1e-9) << option.number;
-  }
-}
-
-TEST_F(CompileTest, TurnsOfThePairsAreQuartersAboutTheOutwardNormal) {
-  const model::Model& model = Compile(Listing8());
-  const model::ModuleType& type = model.module_types[0];
-  for (const char* a : {"c1", "c2", "c3", "c4", "c5", "c6"}) {
-    for (const char* b : {"c1", "c2", "c3", "c4", "c5", "c6"}) {
-      const auto options = Options(model, a, b);
-      if (options.empty()) continue;
-      const double turns[] = {0.0, -90.0, 180.0, 90.0};
-      for (size_t i = 0; i < 4; ++i) {
-        const auto turn = internal::TurnBetween(type, options[0], options[i]);
-        ASSERT_TRUE(turn.has_value());
-        EXPECT_NEAR(*turn, turns[i], 1e-6) << a << " " << b << " " << i;
-      }
-    }
   }
 }
 

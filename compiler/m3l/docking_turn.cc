@@ -1,0 +1,113 @@
+#include "compiler/m3l/docking_turn.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <cmath>
+#include <numbers>
+
+namespace morphbus::m3l::internal {
+namespace {
+
+using Eigen::Vector3d;
+
+/// Lengths below this part of the module's extent, and angles (rad) below it, count as 0.
+constexpr double kTolerance = 1e-6;
+
+Vector3d MeanOf(const std::vector<Vector3d>& points) {
+  Vector3d sum = Vector3d::Zero();
+  for (const Vector3d& p : points) sum += p;
+  return sum / static_cast<double>(points.size());
+}
+
+/// The middle of the box round a hull's points.
+Vector3d MiddleOf(const std::vector<Vector3d>& points) {
+  Vector3d low = points[0], high = points[0];
+  for (const Vector3d& p : points) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  return 0.5 * (low + high);
+}
+
+void Append(const std::map<std::string, PointSymbol>& symbols, std::vector<Vector3d>& points) {
+  for (const auto& [name, symbol] : symbols) {
+    if (symbol.p_M) points.push_back(*symbol.p_M);
+    points.insert(points.end(), symbol.subpoints.begin(), symbol.subpoints.end());
+  }
+}
+
+/// The link's own points and its connectors.
+std::vector<Vector3d> PointsOfLink(const CheckedModule& module, int link) {
+  std::vector<Vector3d> points;
+  Append(module.link_points[static_cast<size_t>(link)], points);
+  for (const model::Connector& c : module.type.connectors) {
+    if (c.link != link) continue;
+    points.push_back(c.p_MoCo_M);
+    points.insert(points.end(), c.subpoints.begin(), c.subpoints.end());
+  }
+  return points;
+}
+
+std::vector<Vector3d> PointsOfModule(const CheckedModule& module) {
+  std::vector<Vector3d> points;
+  Append(module.points, points);
+  for (const auto& own : module.link_points) Append(own, points);
+  return points;
+}
+
+/// A unit normal of the plane through `points`, if they span a plane and no more.
+std::optional<Vector3d> PlaneNormal(const std::vector<Vector3d>& points, double extent) {
+  if (points.size() < 3) return std::nullopt;
+  const Vector3d mean = MeanOf(points);
+  Eigen::Matrix3Xd spread(3, static_cast<Eigen::Index>(points.size()));
+  for (size_t i = 0; i < points.size(); ++i) {
+    spread.col(static_cast<Eigen::Index>(i)) = points[i] - mean;
+  }
+  const Eigen::JacobiSVD<Eigen::Matrix3Xd> svd(spread, Eigen::ComputeFullU);
+  const Vector3d sizes = svd.singularValues();
+  if (sizes[1] <= kTolerance * extent || sizes[2] > kTolerance * extent) return std::nullopt;
+  return svd.matrixU().col(2);
+}
+
+}  // namespace
+
+std::optional<FaceNormal> NormalOf(const CheckedModule& module, int index) {
+  const model::Connector& connector = module.type.connectors[static_cast<size_t>(index)];
+  const auto declared = connector.normals.find("");
+  if (declared != connector.normals.end()) return FaceNormal{declared->second, true};
+  std::vector<Vector3d> face = connector.subpoints;
+  std::optional<Vector3d> line = PlaneNormal(face, module.extent_m);
+  if (!line) {
+    face.push_back(connector.p_MoCo_M);
+    line = PlaneNormal(face, module.extent_m);
+  }
+  if (!line) return std::nullopt;
+  std::vector<Vector3d> inner;
+  const std::vector<Vector3d>& hull = module.type.links[static_cast<size_t>(connector.link)].hull;
+  if (!hull.empty()) inner.push_back(MiddleOf(hull));
+  inner.push_back(MeanOf(PointsOfLink(module, connector.link)));
+  inner.push_back(MeanOf(PointsOfModule(module)));
+  for (const Vector3d& p : inner) {
+    const double height = line->dot(connector.p_MoCo_M - p);
+    if (std::abs(height) <= kTolerance * module.extent_m) continue;
+    return FaceNormal{height > 0.0 ? *line : Vector3d(-*line), true};
+  }
+  return FaceNormal{*line, false};
+}
+
+std::optional<DockingTurn> TurnBetween(const CheckedModule& module_a, const FaceNormal& normal,
+                                       const model::ConnectionOption& from,
+                                       const model::ConnectionOption& to) {
+  const model::Connector& connector =
+      module_a.type.connectors[static_cast<size_t>(from.connector_a)];
+  const model::Pose X_AA = to.X_AB * from.X_AB.inverse();
+  const Vector3d moved = X_AA * connector.p_MoCo_M - connector.p_MoCo_M;
+  if (moved.norm() > kTolerance * module_a.extent_m) return std::nullopt;
+  const Eigen::AngleAxisd turn(X_AA.rotation());
+  if (turn.angle() < 1e-9) return DockingTurn{};
+  if (turn.axis().cross(normal.direction).norm() > kTolerance) return std::nullopt;
+  double degrees = turn.angle() * 180.0 / std::numbers::pi;
+  if (turn.axis().dot(normal.direction) < 0.0) degrees = -degrees;
+  degrees = std::remainder(std::round(degrees * 1e6) / 1e6, 360.0);
+  if (std::abs(degrees) == 180.0) return DockingTurn{180.0, true};
+  return DockingTurn{degrees, normal.outward};
+}
+
+}  // namespace morphbus::m3l::internal
