@@ -28,7 +28,7 @@ class Models(Case):
                 # Each link shows some faces, and each face is a path.
                 self.assertGreater(picture.read_text().count('<path'), 2 * len(poses['links']), f'{path} {robot}')
                 drawn += 1
-        self.assertGreaterEqual(drawn, 11)
+        self.assertGreaterEqual(drawn, 12)
 
     def test_the_graph_says_how_axes_lie(self):
         def relations(model, robot):
@@ -36,9 +36,28 @@ class Models(Case):
             return {r for joint in joints for r in joint['adjacent_axes'].values()}
         self.assertEqual(relations('mtran_robots.m3l', 'snake'), {'parallel', 'orthogonal'})
         self.assertEqual(relations('molecube.m3l', 'snake'), {'coplanar'})
+        self.assertEqual(relations('molecube.m3l', 'arm'), {'parallel', 'skew', 'coplanar'})
         car = {j['name']: j for j in as_json('graph', MODELS / 'atron.m3l', '--robot', 'car')['joints']}
         self.assertEqual(car['head.centre']['adjacent_axes'], {'left.centre': 'orthogonal', 'right.centre': 'orthogonal'})
         self.assertIn('orthogonal to', morphbus('graph', MODELS / 'atron.m3l', '--robot', 'car').stdout)
+
+
+class Car(Case):
+    def test_the_wheels_of_the_manual_find_themselves_and_drive_north(self):
+        program = MODELS / 'programs' / 'car.dyn'
+        manual = (SOURCE / 'docs' / 'dynarole.md').read_text()
+        code = ''.join(line for line in program.read_text().splitlines(keepends=True) if not line.startswith('//'))
+        self.assertIn(code.strip(), manual)
+        roles = {'head': 'Head', 'left': 'LeftWheel', 'right': 'RightWheel'}
+        settled = as_json('roles', MODELS / 'atron.m3l', program, '--robot', 'car')
+        self.assertEqual({m: r['role'] for m, r in settled['modules'].items()}, roles)
+        run = as_json('run', MODELS / 'atron.m3l', program, '--robot', 'car', '--seconds', 6, '--inproc',
+                      '--log', self.folder / 'car.log')
+        self.assertEqual(run['roles'], roles)
+        self.assertEqual(run['faults'], [])
+        north, _, east = run['displacement']
+        self.assertGreater(north, 0.2)
+        self.assertLess(abs(east), 0.05)
 
 
 class Why(Case):
