@@ -135,7 +135,10 @@ std::optional<emit::Exported> Make(const model::Model& model, const Format& form
       robot.modules[0].name = robot.name;
       return emit::ToWebots(model, robot, ControllersFolder(options));
     }
-    return OfRobot(model, emit::ModuleAsRobot(model, *type), options);
+    const model::Robot robot = emit::ModuleAsRobot(model, *type);
+    if (options.to != "c") return OfRobot(model, robot, options);
+    return emit::ModuleToC(model, *type, model::ModelHash(model::SerializeModel(model)),
+                           Stem(options, robot.name));
   }
   const model::Robot* robot = PickRobot(model, options.robot);
   if (robot == nullptr) return std::nullopt;

@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "vm/image.h"
+#include "vm/kinematics_checks.h"
 #include "vm/kinematics_layout.h"
 
 namespace morphbus::vm {
@@ -24,12 +25,6 @@ float ReadFloat(const uint8_t* p) {
 
 Vec3 ReadVec3(const uint8_t* p) { return {ReadFloat(p), ReadFloat(p + 4), ReadFloat(p + 8)}; }
 
-bool IsFinite(const Vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
-bool IsUnit(float squared_norm) { return std::fabs(squared_norm - 1.0f) < 1e-4f; }
-
 KinConnection ReadConnection(const uint8_t* p) {
   KinConnection c;
   c.connection_type = p[0];
@@ -40,12 +35,6 @@ KinConnection ReadConnection(const uint8_t* p) {
   c.X_MN.p = ReadVec3(p + 8);
   c.X_MN.q = {ReadFloat(p + 20), ReadFloat(p + 24), ReadFloat(p + 28), ReadFloat(p + 32)};
   return c;
-}
-
-/// Sorts connections by connector, type, member, number.
-uint64_t ConnectionKey(int connector, int type, bool is_member_b, int number) {
-  return static_cast<uint64_t>(connector) << 40 | static_cast<uint64_t>(type) << 32 |
-         static_cast<uint64_t>(is_member_b) << 16 | static_cast<uint64_t>(number);
 }
 
 /// Reads forward and remembers the first thing that was wrong.
@@ -102,17 +91,13 @@ KinJoint ReadJoint(Reader* in, int num_links) {
   joint.kind = static_cast<JointKind>(kind);
   joint.link_a = in->U8();
   joint.link_b = in->U8();
-  if (joint.link_a >= num_links || joint.link_b >= num_links || joint.link_a == joint.link_b) {
-    in->Fail("joint does not connect two links");
-  }
   joint.origin_m = in->Vector();
   joint.axis = in->Vector();
-  if (!IsUnit(Dot(joint.axis, joint.axis))) in->Fail("joint axis is not a unit vector");
   joint.lower_rad = in->Float();
   joint.upper_rad = in->Float();
-  if (joint.lower_rad > joint.upper_rad) in->Fail("joint limits are the wrong way round");
   joint.speed_rad_s = in->Float();
-  if (joint.speed_rad_s <= 0) in->Fail("joint speed is not positive");
+  const char* problem = ProblemOf(joint, num_links);
+  if (problem != nullptr) in->Fail(problem);
   return joint;
 }
 
@@ -144,10 +129,7 @@ VerifyError CheckHeader(const uint8_t* bytes, uint32_t size) {
     return {"hash does not fit the content", layout::kHashAt};
   }
   const uint8_t* counts = bytes + layout::kCountsAt;
-  if (counts[0] == 0 || counts[0] > kMaxLinks) return {"number of links", layout::kCountsAt};
-  if (counts[1] > kMaxJoints) return {"too many joints", layout::kCountsAt + 1};
-  if (counts[2] > kMaxConnectors) return {"too many connectors", layout::kCountsAt + 2};
-  return {};
+  return {ProblemOfCounts(counts[0], counts[1], counts[2]), layout::kCountsAt};
 }
 
 VerifyError CheckConnection(const KinConnection& c, const uint8_t* p, int num_connectors,
@@ -155,16 +137,7 @@ VerifyError CheckConnection(const KinConnection& c, const uint8_t* p, int num_co
   if ((p[1] & ~layout::kMemberBFlag) != 0 || ReadU16(p + 6) != 0) {
     return {"reserved bits are set", offset};
   }
-  if (c.connector >= num_connectors || c.mate_connector >= kMaxConnectors) {
-    return {"connection names no connector", offset};
-  }
-  if (c.number == 0) return {"connection numbers begin at 1", offset};
-  const Quat& q = c.X_MN.q;
-  const float norm = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
-  if (!IsFinite(c.X_MN.p) || !std::isfinite(norm) || !IsUnit(norm)) {
-    return {"transform of a connection is not a pose", offset};
-  }
-  return {};
+  return {ProblemOf(c, num_connectors), offset};
 }
 
 }  // namespace
@@ -203,7 +176,7 @@ VerifyError VerifyKinematics(const uint8_t* bytes, uint32_t size, VerifiedKinema
     const KinConnection c = ReadConnection(bytes + offset);
     const VerifyError error = CheckConnection(c, bytes + offset, k.num_connectors_, offset);
     if (error.message != nullptr) return error;
-    const uint64_t key = ConnectionKey(c.connector, c.connection_type, c.is_member_b, c.number);
+    const uint64_t key = KeyOf(c);
     if (i > 0 && key <= previous) return {"connections are not in order", offset};
     previous = key;
   }
@@ -226,23 +199,29 @@ void VerifiedKinematics::GroupLinks() {
 }
 
 KinConnection VerifiedKinematics::connection(int i) const {
+  if (table_ != nullptr) return FromC(table_[i]);
   return ReadConnection(bytes_ + connections_begin_ +
                         static_cast<uint32_t>(i) * layout::kConnectionBytes);
 }
 
 bool VerifiedKinematics::Find(int connection_type, int number, bool is_member_b, int connector,
                               KinConnection* out) const {
-  const uint64_t wanted = ConnectionKey(connector, connection_type, is_member_b, number);
+  KinConnection key;
+  key.connector = static_cast<uint8_t>(connector);
+  key.connection_type = static_cast<uint8_t>(connection_type);
+  key.is_member_b = is_member_b;
+  key.number = static_cast<uint16_t>(number);
+  const uint64_t wanted = KeyOf(key);
   int low = 0, high = num_connections_;
   while (low < high) {
     const int middle = low + (high - low) / 2;
     const KinConnection c = connection(middle);
-    const uint64_t key = ConnectionKey(c.connector, c.connection_type, c.is_member_b, c.number);
-    if (key == wanted) {
+    const uint64_t found = KeyOf(c);
+    if (found == wanted) {
       *out = c;
       return true;
     }
-    if (key < wanted)
+    if (found < wanted)
       low = middle + 1;
     else
       high = middle;

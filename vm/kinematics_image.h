@@ -1,9 +1,11 @@
 #pragma once
-// The kinematics of one module type, as verified bytes: what a module knows of its own body.
-// The same tables as the C back end prints as source. Little-endian; docs/vm.md has the layout.
+// The kinematics of one module type, verified: what a module knows of its own body. It comes as
+// bytes (little-endian; docs/vm.md has the layout) or as the same tables in C (vm/kinematics_c.h),
+// which "morphbus export --to c" prints.
 
 #include <cstdint>
 
+#include "vm/kinematics_c.h"
 #include "vm/limits.h"
 #include "vm/pose.h"
 #include "vm/program.h"
@@ -51,7 +53,8 @@ struct KinConnection {
   PoseF X_MN;                ///< N: the mate's module frame (m).
 };
 
-/// Made only by VerifyKinematics. Points into the bytes; connections are decoded on demand.
+/// Made only by the two functions below. Points into the bytes or tables; connections are decoded
+/// on demand.
 class VerifiedKinematics {
  public:
   [[nodiscard]] uint64_t hash() const { return hash_; }  ///< Of this image.
@@ -75,8 +78,11 @@ class VerifiedKinematics {
 
  private:
   friend VerifyError VerifyKinematics(const uint8_t* bytes, uint32_t size, VerifiedKinematics* out);
+  friend VerifyError VerifyTables(const morphbus_kinematics& tables, VerifiedKinematics* out);
   void GroupLinks();
+  /// One of the two has the connections.
   const uint8_t* bytes_ = nullptr;
+  const morphbus_connection* table_ = nullptr;
   uint32_t connections_begin_ = 0;
   uint64_t hash_ = 0, model_hash_ = 0;
   Text type_name_;
@@ -89,5 +95,10 @@ class VerifiedKinematics {
 
 /// Checks everything (sizes, indices, names, finite numbers, unit axes and quaternions, hash).
 VerifyError VerifyKinematics(const uint8_t* bytes, uint32_t size, VerifiedKinematics* out);
+
+/// The same of tables in C, but for the hash, which stands for the image's content and is believed:
+/// the tables are part of the program. `offset` of an error is the index of the table's row.
+/// `tables` must outlive `out`.
+VerifyError VerifyTables(const morphbus_kinematics& tables, VerifiedKinematics* out);
 
 }  // namespace morphbus::vm

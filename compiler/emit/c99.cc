@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <set>
+#include <utility>
 #include <vector>
+
+#include "compiler/emit/c_tables.h"
+#include "compiler/emit/c_text.h"
 
 namespace morphbus::emit {
 namespace {
@@ -20,21 +23,6 @@ constexpr size_t kLinksAFunction = 64;
 /// Below this, and as near to +-1, a constant is taken for 0 or +-1 (m, or of a unit vector).
 constexpr double kNoise = 1e-9;
 
-std::string Literal(double value) {
-  std::string text = fmt::format("{}", static_cast<float>(value));
-  if (text.find_first_of(".e") == std::string::npos) text += ".0";
-  return text + "f";
-}
-
-/// M3L names are identifiers; what joins them is not.
-std::string Identifier(std::string name) {
-  for (char& c : name) {
-    const bool good = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
-    if (!good) c = '_';
-  }
-  return name;
-}
-
 /// A sum of products of constants and C expressions, without what is 0 or times 1.
 class Sum {
  public:
@@ -46,7 +34,7 @@ class Sum {
     if (std::abs(size - 1.0) < kNoise) {
       text_ += term.empty() ? "1.0f" : term;
     } else {
-      text_ += Literal(size) + (term.empty() ? "" : " * " + term);
+      text_ += CFloat(size) + (term.empty() ? "" : " * " + term);
     }
   }
   [[nodiscard]] std::string text() const { return text_.empty() ? "0.0f" : text_; }
@@ -62,8 +50,8 @@ std::string At(int link, int row, int column) {
 
 class Writer {
  public:
-  Writer(const RobotTree& tree, const std::string& stem)
-      : tree_(tree), stem_(stem), prefix_(Identifier(tree.name)) {
+  Writer(const RobotTree& tree, const std::string& stem, CTables tables)
+      : tree_(tree), stem_(stem), prefix_(CIdentifier(tree.name)), tables_(std::move(tables)) {
     // The array lists links as M3L does, not in the tree's order.
     std::vector<size_t> order(tree.links.size());
     std::iota(order.begin(), order.end(), size_t{0});
@@ -80,22 +68,15 @@ class Writer {
   Exported Write() {
     Exported exported;
     exported.companions.push_back({stem_ + ".h", Header()});
+    exported.companions.insert(exported.companions.end(), tables_.companions.begin(),
+                               tables_.companions.end());
     exported.text = Source();
     return exported;
   }
 
  private:
-  /// `names` as enumerators `prefix`_`kind`_name, with the number of them at the end.
-  std::string Enumeration(const std::string& kind, const std::vector<std::string>& names) const {
-    std::string text = "enum {\n";
-    std::set<std::string> used;
-    for (size_t i = 0; i < names.size(); ++i) {
-      // m_1.a and m.1_a would be the same identifier.
-      std::string name = Identifier(names[i]);
-      while (!used.insert(name).second) name += '_';
-      text += fmt::format("  {}_{}_{} = {},  /* {} */\n", prefix_, kind, name, i, names[i]);
-    }
-    return text + fmt::format("  {}_num_{}s = {}\n}};\n", prefix_, kind, names.size());
+  [[nodiscard]] const char* What() const {
+    return tables_.definitions.empty() ? "Forward kinematics" : "Kinematics";
   }
 
   [[nodiscard]] std::string Header() const {
@@ -105,27 +86,28 @@ class Writer {
     for (const TreeJoint& joint : tree_.joints) joints.push_back(joint.name);
     const std::string guard = "MORPHBUS_" + prefix_ + "_KINEMATICS_H";
     std::string text = fmt::format(
-        "/* Forward kinematics of {0}; written by morphbus export, not by hand. SI, radians. */\n"
-        "#ifndef {1}\n#define {1}\n\n"
-        "#ifdef __cplusplus\nextern \"C\" {{\n#endif\n\n"
-        "/* Indices into X. */\n{2}\n/* Indices into q. */\n{3}\n",
-        tree_.name, guard, Enumeration("link", links), Enumeration("joint", joints));
+        "/* {3} of {0}; written by morphbus export, not by hand. SI, radians. */\n"
+        "#ifndef {1}\n#define {1}\n\n{2}"
+        "#ifdef __cplusplus\nextern \"C\" {{\n#endif\n\n",
+        tree_.name, guard, tables_.include, What());
+    text += "/* Indices into X. */\n" + CEnumeration(prefix_, "link", links) +
+            "\n/* Indices into q. */\n" + CEnumeration(prefix_, "joint", joints) + "\n";
     text += fmt::format(
         "/* Writes the pose of each link in the frame of {0} at the joint values q (rad, m).\n"
         "   q: {1}_num_joints values; X: room for {1}_num_links poses, not overlapping q.\n"
         "   A pose is a 3 x 4 matrix [R p], row by row: p_0 = R p_L + p, in metres. */\n"
-        "void {1}_forward_kinematics(const float *q, float (*X)[12]);\n\n"
+        "void {1}_forward_kinematics(const float *q, float (*X)[12]);\n\n{2}"
         "#ifdef __cplusplus\n}}\n#endif\n\n#endif\n",
-        tree_.name, prefix_);
+        tree_.name, prefix_, tables_.declarations);
     return text;
   }
 
   [[nodiscard]] std::string Source() const {
     const std::string name = prefix_ + "_forward_kinematics";
     std::string text = fmt::format(
-        "/* Forward kinematics of {}; written by morphbus export, not by hand. SI, radians. */\n"
-        "#include \"{}.h\"\n\n#include <math.h>\n",
-        tree_.name, stem_);
+        "/* {} of {}; written by morphbus export, not by hand. SI, radians. */\n"
+        "#include \"{}.h\"\n\n#include <math.h>\n{}",
+        What(), tree_.name, stem_, tables_.definitions);
     const size_t parts = (tree_.links.size() + kLinksAFunction - 1) / kLinksAFunction;
     for (size_t part = 0; part < parts; ++part) {
       text += fmt::format("\n{}void {}{}(const float *restrict q, float (*restrict X)[12]) {{\n",
@@ -267,12 +249,28 @@ class Writer {
   const RobotTree& tree_;
   const std::string& stem_;
   std::string prefix_;
+  CTables tables_;             ///< Empty for a robot.
   std::vector<int> index_;     ///< Of each link of the tree in the array.
   std::vector<size_t> links_;  ///< The links of the tree in the array's order.
 };
 
 }  // namespace
 
-Exported ToC(const RobotTree& tree, const std::string& stem) { return Writer(tree, stem).Write(); }
+Exported ToC(const RobotTree& tree, const std::string& stem) {
+  return Writer(tree, stem, {}).Write();
+}
+
+Exported ModuleToC(const model::Model& model, int type, uint64_t model_hash,
+                   const std::string& stem) {
+  const RobotTree tree = TreeOf(model, ModuleAsRobot(model, type));
+  const Result<CTables> tables = TablesInC(model, type, model_hash, CIdentifier(tree.name), stem);
+  if (tables) return Writer(tree, stem, *tables).Write();
+  Exported exported = ToC(tree, stem);
+  exported.warnings.push_back(
+      "only the forward kinematics are written, no tables for the virtual "
+      "machine: " +
+      tables.error().message);
+  return exported;
+}
 
 }  // namespace morphbus::emit

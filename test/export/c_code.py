@@ -6,6 +6,9 @@ import subprocess
 from support import MODEL, Case, export, main, matrix, need, poses, random_values, run
 
 FLAGS = ['-std=c99', '-Wall', '-Wextra', '-Wpedantic', '-Wconversion', '-Wdouble-promotion', '-Werror']
+ARM = ['arm-none-eabi-gcc', '-mcpu=cortex-m3', '-mthumb', '-Os', *FLAGS]
+AVR_GCC = ['avr-gcc', '-mmcu=atmega128', '-DF_CPU=16000000UL', '-Os', '-std=gnu99', '-Wall', '-Werror']
+IN_FLASH = ['-DMORPHBUS_FLASH=__flash']
 TOLERANCE = 1e-5  # Metres, or parts of a unit vector.
 
 # Prints every element of every pose as a whole number of 1e-7: no printf of floats, which small
@@ -31,6 +34,55 @@ int main(void) {
 }
 '''
 
+# Prints the tables of a module type: names, and each number as a whole number of 1e-7 (limits of 1e-3).
+TABLES = '''#include "module.h"
+#include <stdio.h>
+@INCLUDES@
+typedef const MORPHBUS_FLASH float *numbers;
+static void name(const MORPHBUS_FLASH char *text) {
+  while (*text) putchar(*text++);
+  putchar('\\n');
+}
+static void print(numbers values, int count, float unit) {
+  int k;
+  for (k = 0; k < count; ++k) printf("%ld\\n", (long)(values[k] * unit));
+}
+@BEFORE@
+int main(void) {
+  const MORPHBUS_FLASH morphbus_kinematics *all = &MTRAN_kinematics;
+  unsigned i, k;
+  @START@
+  name(all->type_name);
+  for (i = 0; i < all->num_links; ++i) name(all->links[i].name);
+  for (i = 0; i < all->num_joints; ++i) {
+    const MORPHBUS_FLASH morphbus_joint *joint = &all->joints[i];
+    name(joint->name);
+    printf("%d\\n%d\\n%d\\n", joint->kind, joint->link_a, joint->link_b);
+    print(joint->origin, 3, 1e7f);
+    print(joint->axis, 3, 1e7f);
+    print(&joint->lower, 1, 1e3f);
+    print(&joint->upper, 1, 1e3f);
+    print(&joint->speed, 1, 1e3f);
+  }
+  for (i = 0; i < all->num_connectors; ++i) {
+    const MORPHBUS_FLASH morphbus_connector *connector = &all->connectors[i];
+    name(connector->name);
+    printf("%d\\n", connector->link);
+    for (k = 0; k < connector->num_states; ++k) name(connector->states[k].name);
+    for (k = 0; k < connector->num_points; ++k) print(connector->points[k], 3, 1e7f);
+  }
+  for (i = 0; i < all->num_connections; ++i) {
+    const MORPHBUS_FLASH morphbus_connection *c = &all->connections[i];
+    printf("%d\\n%d\\n%d\\n%d\\n", c->is_member_b, c->number, c->connector, c->mate_connector);
+    print(c->p, 3, 1e7f);
+    print(c->q, 4, 1e7f);
+  }
+  printf("done\\n");
+  @END@
+  return 0;
+}
+'''
+
 AVR = {
     'INCLUDES': '#include <avr/interrupt.h>\n#include <avr/io.h>\n#include <avr/sleep.h>\n',
     # What simavr shows of the serial port, a line at a time.
@@ -47,14 +99,16 @@ static FILE serial = FDEV_SETUP_STREAM(put, NULL, _FDEV_SETUP_WRITE);
 }
 
 
-def driver(name, num_links, rounds, **parts):
-    rows = ''.join('  {' + ', '.join(f'{q}f' for q in values) + '},\n' for values in rounds)
-    text = DRIVER
-    parts = {'NAME': name, 'NUM_LINKS': num_links, 'NUM_JOINTS': len(rounds[0]), 'ROUNDS': len(rounds),
-             'VALUES': rows, 'INCLUDES': '', 'BEFORE': '', 'START': '', 'END': '', **parts}
-    for key, value in parts.items():
+def filled(text, parts):
+    for key, value in {'INCLUDES': '', 'BEFORE': '', 'START': '', 'END': '', **parts}.items():
         text = text.replace(f'@{key}@', str(value))
     return text
+
+
+def driver(name, num_links, rounds, **parts):
+    rows = ''.join('  {' + ', '.join(f'{q}f' for q in values) + '},\n' for values in rounds)
+    return filled(DRIVER, {'NAME': name, 'NUM_LINKS': num_links, 'NUM_JOINTS': len(rounds[0]),
+                           'ROUNDS': len(rounds), 'VALUES': rows, **parts})
 
 
 def numbers(output):
@@ -85,6 +139,14 @@ class Generated(Case):
         path = self.folder / 'main.c'
         path.write_text(driver(name, self.num_links, values, **parts))
         return path
+
+    def make_tables(self, **parts):
+        """Exports the module type with a program that prints its tables; returns what that prints on the host."""
+        export('c', self.folder / 'module.c', '--module', 'MTRAN')
+        (self.folder / 'tables.c').write_text(filled(TABLES, {}))
+        run(['gcc', *FLAGS, self.folder / 'tables.c', self.folder / 'module.c', '-lm', '-o', self.folder / 'host'])
+        (self.folder / 'tables.c').write_text(filled(TABLES, parts))
+        return run([self.folder / 'host']).stdout.split()
 
     def assert_close(self, actual, expected):
         self.assertEqual(len(actual), len(expected))
@@ -124,6 +186,24 @@ class Host(Generated):
         run(['gcc', *FLAGS, self.folder / 'main.c', self.folder / 'module.c', '-lm', '-o', self.folder / 'host'])
         run([self.folder / 'host'])
 
+    def test_a_module_type_has_its_tables_and_no_more_code(self):
+        lines = self.make_tables()
+        self.assertEqual(lines[:4], ['MTRAN', 'active_block', 'passive_block', 'connecting_bar'])
+        self.assertEqual(lines.count('extended'), 3)
+        # 72 connections from either side, 11 numbers each, end the list.
+        rows = [list(map(int, lines[i:i + 11])) for i in range(len(lines) - 1 - 144 * 11, len(lines) - 1, 11)]
+        for is_member_b in (0, 1):
+            self.assertEqual(sorted(row[1] for row in rows if row[0] == is_member_b), list(range(1, 73)))
+        # The paper's (c6, c3): 1 to 4.
+        self.assertEqual([row[1] for row in rows if row[2:4] == [5, 2] and not row[0]], [1, 2, 3, 4])
+        self.assertEqual(lines[-1], 'done')
+        run(['gcc', *FLAGS, '-c', self.folder / 'module.c', '-o', self.folder / 'm.o'])
+        self.assertLessEqual(undefined('nm', self.folder / 'm.o'),
+                             {'sinf', 'cosf', 'sincosf', '_GLOBAL_OFFSET_TABLE_'})
+        self.assertRegex(run(['size', '-A', self.folder / 'm.o']).stdout, r'(?m)^\.bss +0 ')
+        (self.folder / 'use.cc').write_text('#include "module.h"\nint n = MTRAN_kinematics.num_links;\n')
+        run(['g++', '-c', self.folder / 'use.cc', '-o', self.folder / 'use.o'])
+
     def test_the_header_serves_cpp_and_the_code_calls_only_sine_and_cosine(self):
         self.make('quadruped', 9, 1)
         (self.folder / 'use.cc').write_text('#include "quadruped.h"\nint n = quadruped_num_links;\n')
@@ -142,18 +222,26 @@ class CortexM(Generated):
         need('arm-none-eabi-gcc', 'qemu-system-arm')
         expected = self.make('quadruped', 9, 5)
         self.write_driver('quadruped', 5)
-        cpu = ['arm-none-eabi-gcc', '-mcpu=cortex-m3', '-mthumb', '-Os', *FLAGS]
-        run([*cpu, '-ffreestanding', '-c', self.folder / 'quadruped.c', '-o', self.folder / 'q.o',
+        run([*ARM, '-ffreestanding', '-c', self.folder / 'quadruped.c', '-o', self.folder / 'q.o',
              '--specs=picolibc.specs'])
         allowed = {'sinf', 'cosf'} | {f'__aeabi_f{op}' for op in ('add', 'sub', 'mul')}
         self.assertLessEqual(undefined('arm-none-eabi-nm', self.folder / 'q.o'), allowed)
-        run([*cpu, self.folder / 'main.c', self.folder / 'quadruped.c', '--specs=picolibc.specs', '--oslib=semihost',
+        self.assert_close(numbers(self.emulated('main.c', 'quadruped.c')), expected)
+
+    def test_the_tables_on_a_cortex_m3(self):
+        need('arm-none-eabi-gcc', 'qemu-system-arm')
+        expected = self.make_tables()
+        self.assertEqual(self.emulated('tables.c', 'module.c').split(), expected)
+
+    def emulated(self, *sources):
+        """What the program prints."""
+        run([*ARM, *(self.folder / source for source in sources), '--specs=picolibc.specs', '--oslib=semihost',
              '--crt0=semihost', '-Wl,--defsym=__flash=0', '-Wl,--defsym=__flash_size=256K',
              '-Wl,--defsym=__ram=0x20000000', '-Wl,--defsym=__ram_size=64K', '-lm', '-o', self.folder / 'm3.elf'])
         done = run(['qemu-system-arm', '-M', 'mps2-an385', '-nographic', '-monitor', 'none', '-serial', 'null',
                     '-semihosting-config', 'enable=on,target=native', '-kernel', self.folder / 'm3.elf'],
                    stdin=subprocess.DEVNULL)
-        self.assert_close(numbers(done.stdout + done.stderr), expected)
+        return done.stdout + done.stderr
 
 
 class Avr(Generated):
@@ -161,17 +249,32 @@ class Avr(Generated):
         need('avr-gcc', 'simavr')
         expected = self.make('quadruped', 9, 2)
         self.write_driver('quadruped', 2, **AVR)
-        cpu = ['avr-gcc', '-mmcu=atmega128', '-DF_CPU=16000000UL', '-Os', '-std=gnu99', '-Wall', '-Werror']
-        run([*cpu, '-c', self.folder / 'quadruped.c', '-o', self.folder / 'q.o'])
+        run([*AVR_GCC, '-c', self.folder / 'quadruped.c', '-o', self.folder / 'q.o'])
         allowed = {'sin', 'cos'} | {f'__{op}sf3' for op in ('add', 'sub', 'mul')}
         # Register saving, which avr-gcc -Os shares between functions.
         allowed |= {'__prologue_saves__', '__epilogue_restores__'}
         self.assertLessEqual(undefined('avr-nm', self.folder / 'q.o'), allowed)
-        run([*cpu, self.folder / 'main.c', self.folder / 'quadruped.c', '-lm', '-o', self.folder / 'a.elf'])
+        lines = self.emulated('main.c', 'quadruped.c')
+        self.assert_close(numbers('\n'.join(line for line in lines if re.fullmatch(r'-?\d+|done', line))), expected)
+
+    def test_the_tables_in_the_flash_of_an_avr(self):
+        need('avr-gcc', 'simavr')
+        expected = self.make_tables(**AVR)
+        # 5 KiB of connections would not leave room in 4 KiB of RAM.
+        run([*AVR_GCC, *IN_FLASH, '-c', self.folder / 'module.c', '-o', self.folder / 'm.o'])
+        sections = run(['avr-size', '-A', self.folder / 'm.o']).stdout
+        for section in ('.data', '.bss', '.rodata'):
+            self.assertNotRegex(sections, rf'(?m)^\{section}\S* +[1-9]')
+        lines = self.emulated(*IN_FLASH, 'tables.c', 'module.c')
+        self.assertEqual(lines[lines.index('MTRAN'):lines.index('done') + 1], expected)
+
+    def emulated(self, *words):
+        """The lines that the program prints; words are options and sources."""
+        run([*AVR_GCC, *(word if word.startswith('-') else self.folder / word for word in words), '-lm',
+             '-o', self.folder / 'a.elf'])
         done = run(['simavr', '-m', 'atmega128', '-f', '16000000', self.folder / 'a.elf'])
         text = re.sub(r'\x1b\[[0-9;]*m', '', done.stdout + done.stderr)
-        lines = [line.rstrip('.') for line in text.splitlines()]
-        self.assert_close(numbers('\n'.join(line for line in lines if re.fullmatch(r'-?\d+|done', line))), expected)
+        return [line.rstrip('.') for line in text.splitlines()]
 
 
 if __name__ == '__main__':

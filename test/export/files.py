@@ -75,6 +75,9 @@ class Files(Case):
     def test_nothing_else_is_left_behind(self):
         export('c', self.folder / 'robot.c', '--robot', 'quadruped')
         self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ['robot.c', 'robot.h'])
+        export('c', self.folder / 'module.c', '--module', 'MTRAN')
+        self.assertEqual(sorted(p.name for p in self.folder.iterdir()),
+                         ['module.c', 'module.h', 'morphbus_kinematics.h', 'robot.c', 'robot.h'])
         said = export('c', '-', '--robot', 'quadruped')
         self.assertIn('quadruped.h', said.stderr)
         self.assertIn('sinf', said.stdout)

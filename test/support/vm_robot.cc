@@ -99,6 +99,11 @@ VmRobot::VmRobot(const model::Model& model, const model::Robot& robot,
 }
 
 void VmRobot::LoadKinematics() {
+  for (const morphbus_kinematics* tables : options_.tables) {
+    kinematics_.push_back(std::make_unique<vm::VerifiedKinematics>());
+    MORPHBUS_CHECK(vm::VerifyTables(*tables, kinematics_.back().get()).message == nullptr);
+  }
+  if (!options_.tables.empty()) return;
   for (size_t t = 0; t < model_.module_types.size(); ++t) {
     std::string error;
     kinematics_bytes_.push_back(

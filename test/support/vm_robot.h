@@ -35,6 +35,8 @@ struct VmRobotOptions {
   uint16_t grace_ticks = 0;
   int64_t tick_us = 20000;
   bool tells_member = true;  ///< Sensors say ConnectorReading::is_member_b.
+  /// Kinematics of each module type in C; empty: images.
+  std::vector<const morphbus_kinematics*> tables;
 };
 
 class VmRobot {

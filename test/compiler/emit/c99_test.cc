@@ -1,65 +1,33 @@
 // The generated C, compiled and loaded, against the library: joints of all types, any axis.
 
-#include <dlfcn.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <random>
 #include <string>
 
 #include "compiler/emit/c99.h"
+#include "test/compiler/emit/compiled_c.h"
 #include "test/compiler/emit/exported_robots.h"
 
 namespace morphbus::emit {
 namespace {
 
+using test::CompiledC;
 using test::ExportCase;
 using Function = void (*)(const float* q, float (*X)[12]);
 
-class C99 : public testing::Test {
- protected:
-  void SetUp() override {
-    std::string name = testing::TempDir() + "morphbus-c99-XXXXXX";
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
+Function ForwardKinematicsIn(const CompiledC& compiled, const RobotTree& tree) {
+  return reinterpret_cast<Function>(compiled.Find(tree.name + "_forward_kinematics"));
+}
 
-  /// Compiles the robot's C and finds its function.
-  Function Load(const RobotTree& tree, const std::string& stem) {
-    const Exported exported = ToC(tree, stem);
-    std::ofstream(folder_ / (stem + ".c")) << exported.text;
-    std::ofstream(folder_ / exported.companions.at(0).path) << exported.companions.at(0).bytes;
-    const std::string library = (folder_ / (stem + ".so")).string();
-    const std::string command = std::string(MORPHBUS_C_COMPILER) +
-                                " -std=c99 -Wall -Wextra -Wpedantic -Wconversion -Werror -O0 "
-                                "-shared -fPIC -o " +
-                                library + " " + (folder_ / (stem + ".c")).string() + " -lm";
-    // NOLINTNEXTLINE(cert-env33-c): a test's own folder.
-    EXPECT_EQ(std::system(command.c_str()), 0) << exported.text;
-    void* const handle = dlopen(library.c_str(), RTLD_NOW);
-    if (handle == nullptr) {
-      ADD_FAILURE() << dlerror();
-      return nullptr;
-    }
-    void* const symbol = dlsym(handle, (tree.name + "_forward_kinematics").c_str());
-    EXPECT_NE(symbol, nullptr);
-    return reinterpret_cast<Function>(symbol);
-  }
-
-  std::filesystem::path folder_;
-};
-
-TEST_F(C99, PlacesEveryLinkWhereTheModelDoes) {
+TEST(C99, PlacesEveryLinkWhereTheModelDoes) {
   std::mt19937 random(7);
-  int number = 0;
   for (const ExportCase& robot : test::ExportCases(4)) {
     SCOPED_TRACE(robot.name);
     const RobotTree tree = TreeOf(robot.model, robot.robot);
-    const Function function = Load(tree, "robot" + std::to_string(number++));
+    const CompiledC compiled(ToC(tree, "robot"), "robot");
+    const Function function = ForwardKinematicsIn(compiled, tree);
     ASSERT_NE(function, nullptr);
     for (int round = 0; round < 5; ++round) {
       const model::JointValues values = test::RandomValues(robot, random);
@@ -81,7 +49,7 @@ TEST_F(C99, PlacesEveryLinkWhereTheModelDoes) {
 }
 
 // Longer robots are written as several functions.
-TEST_F(C99, AChainOfTwoHundredLinksIsRight) {
+TEST(C99, AChainOfTwoHundredLinksIsRight) {
   const ExportCase base = test::ExportCases(0).front();
   ExportCase chain = {"chain", base.model, {}};
   chain.robot.name = "chain";
@@ -97,7 +65,8 @@ TEST_F(C99, AChainOfTwoHundredLinksIsRight) {
   }
   const RobotTree tree = TreeOf(chain.model, chain.robot);
   EXPECT_EQ(tree.links.size(), 210u);
-  const Function function = Load(tree, "chain");
+  const CompiledC compiled(ToC(tree, "chain"), "chain");
+  const Function function = ForwardKinematicsIn(compiled, tree);
   ASSERT_NE(function, nullptr);
   std::vector<float> q;
   model::JointValues values = model::StartValues(chain.robot);

@@ -1,0 +1,180 @@
+#include "compiler/emit/c_tables.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "compiler/emit/c_text.h"
+#include "compiler/emit/kinematics.h"
+#include "compiler/source/check.h"
+
+namespace morphbus::emit {
+namespace {
+
+/// "{0.0f, 1.0f}"
+std::string Braced(const std::vector<double>& values) {
+  std::string text;
+  for (const double value : values) text += (text.empty() ? "" : ", ") + CFloat(value);
+  return "{" + text + "}";
+}
+
+std::string Braced(const vm::Vec3& v) { return Braced(std::vector<double>{v.x, v.y, v.z}); }
+std::string Braced(const Eigen::Vector3d& v) {
+  return Braced(std::vector<double>{v.x(), v.y(), v.z()});
+}
+
+std::string ToString(const vm::Text& text) { return {text.data, text.size}; }
+
+class Writer {
+ public:
+  Writer(const vm::VerifiedKinematics& kinematics, const model::ModuleType& type,
+         std::string prefix)
+      : kinematics_(kinematics), type_(type), prefix_(std::move(prefix)) {}
+
+  std::string Definitions() {
+    const std::string links = Links();
+    const std::string joints = Joints();
+    const std::string connectors = Connectors();
+    const std::string connections = Connections();
+    const std::string all = All();
+    return "\n" + names_ + links + joints + connectors + connections + all;
+  }
+
+  [[nodiscard]] std::string Declarations() const {
+    std::vector<std::string> names;
+    for (int c = 0; c < kinematics_.num_connectors(); ++c) {
+      names.push_back(ToString(kinematics_.connector(c).name));
+    }
+    return "/* Indices of connectors. */\n" + CEnumeration(prefix_, "connector", names) +
+           fmt::format(
+               "enum {{ {0}_num_connections = {1} }};\n\n"
+               "/* What a virtual machine knows of its module. */\n"
+               "extern const MORPHBUS_FLASH morphbus_kinematics {0}_kinematics;\n\n",
+               prefix_, kinematics_.num_connections());
+  }
+
+ private:
+  /// Defines a name as an array of its own, which may lie in flash; returns what it is called.
+  std::string Name(const vm::Text& text) {
+    const std::string name = fmt::format("name_{}", num_names_++);
+    names_ +=
+        fmt::format("static const MORPHBUS_FLASH char {}[] = \"{}\";\n", name, ToString(text));
+    return name;
+  }
+
+  /// An array, and what to point to it with: C has no empty arrays.
+  static std::string Array(const char* type, const std::string& name, const std::string& rows) {
+    if (rows.empty()) return "";
+    return fmt::format("\nstatic const MORPHBUS_FLASH {} {} = {{\n{}}};\n", type, name, rows);
+  }
+
+  std::string Links() {
+    std::string rows;
+    for (int i = 0; i < kinematics_.num_links(); ++i) {
+      rows += fmt::format("  {{{}}},\n", Name(kinematics_.link(i).name));
+    }
+    return Array("morphbus_link", "links[]", rows);
+  }
+
+  std::string Joints() {
+    constexpr const char* kKinds[] = {"MORPHBUS_REVOLUTE", "MORPHBUS_CONTINUOUS",
+                                      "MORPHBUS_PRISMATIC", "MORPHBUS_FIXED"};
+    std::string rows;
+    for (int i = 0; i < kinematics_.num_joints(); ++i) {
+      const vm::KinJoint& joint = kinematics_.joint(i);
+      rows += fmt::format("  {{{}, {}, {}, {}, {}, {},\n   {}, {}, {}}},\n", Name(joint.name),
+                          kKinds[static_cast<int>(joint.kind)], joint.link_a, joint.link_b,
+                          Braced(joint.origin_m), Braced(joint.axis), CFloat(joint.lower_rad),
+                          CFloat(joint.upper_rad), CFloat(joint.speed_rad_s));
+    }
+    return Array("morphbus_joint", "joints[]", rows);
+  }
+
+  std::string Connectors() {
+    std::string parts;
+    std::string rows;
+    for (int i = 0; i < kinematics_.num_connectors(); ++i) {
+      const vm::KinConnector& connector = kinematics_.connector(i);
+      const model::Connector& features = type_.connectors[static_cast<size_t>(i)];
+      std::string states;
+      for (int s = 0; s < connector.num_states; ++s) {
+        states += fmt::format("  {{{}, {}}},\n", Name(connector.states[s].name),
+                              connector.states[s].num_values);
+      }
+      std::string points;
+      for (const Eigen::Vector3d& p : features.subpoints) points += "  " + Braced(p) + ",\n";
+      parts += Array("morphbus_state", fmt::format("states_{}[]", i), states);
+      parts += Array("float", fmt::format("points_{}[][3]", i), points);
+      rows +=
+          fmt::format("  {{{}, {}, {}, {}, {}, {}, {}}},\n", Name(connector.name), connector.link,
+                      connector.num_states, features.subpoints.size(), Braced(features.p_MoCo_M),
+                      states.empty() ? "0" : fmt::format("states_{}", i),
+                      points.empty() ? "0" : fmt::format("points_{}", i));
+    }
+    return parts + Array("morphbus_connector", "connectors[]", rows);
+  }
+
+  std::string Connections() {
+    std::string rows;
+    for (int i = 0; i < kinematics_.num_connections(); ++i) {
+      const vm::KinConnection c = kinematics_.connection(i);
+      const vm::Quat& q = c.X_MN.q;
+      rows += fmt::format("  {{{}, {}, {}, {}, {}, {}, {}}},\n", c.connection_type,
+                          c.is_member_b ? 1 : 0, c.number, c.connector, c.mate_connector,
+                          Braced(c.X_MN.p), Braced(std::vector<double>{q.w, q.x, q.y, q.z}));
+    }
+    return Array("morphbus_connection", "connections[]", rows);
+  }
+
+  std::string All() {
+    const std::string name = Name(kinematics_.type_name());
+    const auto pointer = [](int count, const char* array) { return count > 0 ? array : "0"; };
+    return fmt::format(
+        "\nconst MORPHBUS_FLASH morphbus_kinematics {}_kinematics = {{\n"
+        "  {}, UINT64_C({:#018x}), UINT64_C({:#018x}), {}, {}, {}, {},\n  links, {}, {}, {}\n}};\n",
+        prefix_, name, kinematics_.hash(), kinematics_.model_hash(), kinematics_.num_links(),
+        kinematics_.num_joints(), kinematics_.num_connectors(), kinematics_.num_connections(),
+        pointer(kinematics_.num_joints(), "joints"),
+        pointer(kinematics_.num_connectors(), "connectors"),
+        pointer(kinematics_.num_connections(), "connections"));
+  }
+
+  const vm::VerifiedKinematics& kinematics_;
+  const model::ModuleType& type_;
+  std::string prefix_;
+  std::string names_;
+  int num_names_ = 0;
+};
+
+}  // namespace
+
+Result<CTables> TablesInC(const model::Model& model, int type, uint64_t model_hash,
+                          const std::string& prefix, const std::string& stem) {
+  constexpr size_t kMaxPoints = 255;
+  const model::ModuleType& module = model.module_types[static_cast<size_t>(type)];
+  for (const model::Connector& connector : module.connectors) {
+    if (connector.subpoints.size() <= kMaxPoints) continue;
+    return Fail(
+        fmt::format("connector {} of module type {} has {} sub-points; a table holds at most {}",
+                    connector.name, module.name, connector.subpoints.size(), kMaxPoints));
+  }
+  const Result<std::string> image = KinematicsImage(model, type, model_hash);
+  if (!image) return Fail(image.error().message);
+  vm::VerifiedKinematics kinematics;
+  const vm::VerifyError error =
+      vm::VerifyKinematics(reinterpret_cast<const uint8_t*>(image->data()),
+                           static_cast<uint32_t>(image->size()), &kinematics);
+  MORPHBUS_CHECK(error.message == nullptr);
+  Writer writer(kinematics, module, prefix);
+  CTables tables;
+  CompanionFile types = KinematicsTypesInC();
+  // The module's own header keeps the name it was asked for.
+  if (types.path == stem + ".h") types.path = "morphbus_kinematics_types.h";
+  tables.companions.push_back(std::move(types));
+  tables.include = fmt::format("#include \"{}\"\n\n", tables.companions[0].path);
+  tables.declarations = writer.Declarations();
+  tables.definitions = writer.Definitions();
+  return tables;
+}
+
+}  // namespace morphbus::emit
