@@ -53,6 +53,11 @@ void AppendEvent(int64_t number, int64_t timestamp_us, std::string_view channel,
 }
 
 Result<std::unique_ptr<EventLogWriter>> EventLogWriter::Create(const std::string& path) {
+  // Renaming would put a file in the place of a device or folder.
+  struct stat old = {};
+  if (::stat(path.c_str(), &old) == 0 && !S_ISREG(old.st_mode)) {
+    return Fail("cannot write a log to " + path + ": it is no regular file");
+  }
   const std::string partial = path + ".partial";
   // Truncated only once the lock is ours: the file may be another run's that is still being
   // written.

@@ -52,7 +52,7 @@ void AppendEvent(int64_t number, int64_t timestamp_us, std::string_view channel,
 class EventLogWriter {
  public:
   /// Opens PATH.partial, replacing an earlier one; an earlier PATH stays until Close(). Fails if
-  /// the file cannot be written or another process is writing it.
+  /// the file cannot be written, another process is writing it, or PATH is a folder or device.
   static Result<std::unique_ptr<EventLogWriter>> Create(const std::string& path);
   ~EventLogWriter();
   EventLogWriter(const EventLogWriter&) = delete;

@@ -1,6 +1,7 @@
 #include "logger/event_log.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -179,6 +180,18 @@ TEST_F(EventLogTest, SecondWriterOfTheSameLogIsRefused) {
   auto second = EventLogWriter::Create(path_);
   ASSERT_FALSE(second.has_value());
   EXPECT_NE(second.error().message.find("another process"), std::string::npos);
+}
+
+TEST_F(EventLogTest, APipeOrFolderIsNotReplaced) {
+  const std::string pipe = path_ + ".pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  for (const std::string& path : {pipe, std::filesystem::temp_directory_path().string()}) {
+    const auto writer = EventLogWriter::Create(path);
+    ASSERT_FALSE(writer.has_value());
+    EXPECT_NE(writer.error().message.find("no regular file"), std::string::npos);
+    EXPECT_FALSE(std::filesystem::exists(path + ".partial"));
+  }
+  std::filesystem::remove(pipe);
 }
 
 TEST_F(EventLogTest, UnwritableDiskIsAnErrorNotACrash) {
