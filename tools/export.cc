@@ -107,7 +107,7 @@ emit::Exported OfRobot(const model::Model& model, const model::Robot& robot,
   const emit::RobotTree tree = emit::TreeOf(model, robot);
   if (options.to == "c") return emit::ToC(tree, stem);
   if (options.to == "sdf") return emit::ToSdf(model, tree, stem);
-  return emit::ToMjcf(model, tree);
+  return emit::ToMjcf(model, tree, stem);
 }
 
 /// Makes the text; empty if the options do not fit the model, which has then been said.

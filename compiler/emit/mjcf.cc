@@ -2,12 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <pugixml.hpp>
 #include <set>
 #include <utility>
 #include <vector>
 
+#include "compiler/emit/mjcf_bodies.h"
+#include "compiler/emit/names.h"
 #include "compiler/emit/numbers.h"
 #include "compiler/emit/xml_text.h"
 #include "compiler/model/convex_hull.h"
@@ -17,21 +20,33 @@ namespace {
 
 using model::JointType;
 
-constexpr double kFullTorqueError = 0.2;    // rad or m at which a servo gives all it has.
-constexpr double kDampingPart = 0.1;        // Of the torque, at full speed.
-constexpr double kTinyMass = 1e-6;          // kg
-constexpr double kTinyInertia = 1e-9;       // kg m^2
+constexpr double kFullForcePart = 0.01;   // Of a joint's range: the error at full force.
+constexpr double kLeastSettling = 12e-3;  // s; MuJoCo steps by 2 ms.
+constexpr double kWeldSettling = 5e-3;    // s
+constexpr size_t kFreeValues = 7;         // In qpos, of the free joint.
+constexpr size_t kMostKeyframeValues = 1000;
 constexpr double kFloorClearance = 0.5e-3;  // m
 
-void SetPose(pugi::xml_node node, const model::Pose& X) {
-  Set(node, "pos", Triple(X.translation()));
-  Set(node, "quat", QuaternionWxyz(X.linear()));
+/// The error (rad or m) at which a position servo gives its full force. Against the joint's damping
+/// it settles with the time constant error/speed; four times the drive's, so that it does not
+/// swing.
+double FullForceError(const TreeJoint& joint) {
+  static_assert(kLeastSettling >= 4.0 * kMjcfRunUp);
+  const double part =
+      joint.type == JointType::kContinuous ? 0.0 : kFullForcePart * (joint.upper - joint.lower);
+  return std::max(part, kLeastSettling * joint.speed);
 }
 
 class Writer {
  public:
-  Writer(const model::Model& model, const RobotTree& tree)
-      : model_(model), tree_(tree), base_(FreeLinkName(tree, "robot_frame")) {}
+  Writer(const model::Model& model, const RobotTree& tree, const std::string& stem)
+      : model_(model), tree_(tree), stem_(stem) {
+    // The name of MuJoCo's own body.
+    RenameReservedLinks(
+        "MJCF", [](const std::string& name) { return name == "world"; }, &tree_,
+        &exported_.warnings);
+    base_ = FreeName(tree_, "robot_frame");
+  }
 
   Exported Write() {
     StartXml(&document_);
@@ -44,35 +59,28 @@ class Writer {
     Set(compiler, "autolimits", "true");
     Set(root_.append_child("option"), "gravity", "0 0 -9.81");
     AppendMeshes();
-    AppendBodies();
+    pugi::xml_node world = root_.append_child("worldbody");
+    AppendFloor(world);
+    const MjcfBodies bodies(model_, tree_, stem_, AppendBase(world));
     AppendExcludes();
     AppendWelds();
     AppendActuators();
-    AppendStart();
-    Exported exported;
-    exported.text = XmlText(document_);
-    return exported;
+    AppendStart(bodies.JointOrder());
+    exported_.text = XmlText(document_);
+    exported_.companions = bodies.Parts();
+    return std::move(exported_);
   }
 
  private:
-  const TreeJoint& JointAt(int joint) const { return tree_.joints[static_cast<size_t>(joint)]; }
-  const model::ModuleType& TypeOf(const TreeLink& link) const {
-    return model_.module_types[static_cast<size_t>(link.type)];
-  }
-  /// Name of a link's mesh; empty without hull.
-  std::string MeshName(const TreeLink& link) const {
-    const model::Link& source = TypeOf(link).links[static_cast<size_t>(link.link)];
-    return source.hull.empty() ? "" : TypeOf(link).name + "." + source.name;
-  }
-
   /// MuJoCo takes the convex hull of a mesh given by its corners.
   void AppendMeshes() {
     std::map<std::string, std::string> corners;
     for (const TreeLink& link : tree_.links) {
-      const std::string name = MeshName(link);
+      const std::string name = MjcfMeshName(model_, link);
       if (name.empty() || corners.count(name) != 0) continue;
+      const model::ModuleType& type = model_.module_types[static_cast<size_t>(link.type)];
       std::string& text = corners[name];
-      const model::ConvexHull hull = model::ComputeHull(model::SolidHull(TypeOf(link), link.link));
+      const model::ConvexHull hull = model::ComputeHull(model::SolidHull(type, link.link));
       for (const Eigen::Vector3d& p : hull.vertices) {
         text += (text.empty() ? "" : "  ") + Triple(p);
       }
@@ -86,27 +94,14 @@ class Writer {
     }
   }
 
-  void AppendBodies() {
-    pugi::xml_node world = root_.append_child("worldbody");
-    AppendFloor(world);
+  pugi::xml_node AppendBase(pugi::xml_node world) {
+    const model::Pose X_WR = RobotFrameInZUp();
     pugi::xml_node base = world.append_child("body");
     Set(base, "name", base_);
-    SetPose(base, RobotFrameInZUp());
-    Set(base.append_child("freejoint"), "name", base_ + ".free");
-    bodies_.reserve(tree_.links.size());
-    for (const TreeLink& link : tree_.links) {
-      pugi::xml_node body =
-          (link.parent < 0 ? base : bodies_[static_cast<size_t>(link.parent)]).append_child("body");
-      Set(body, "name", link.name);
-      SetPose(body, link.X_PL);
-      if (link.joint >= 0) AppendJoint(body, JointAt(link.joint));
-      AppendMass(body, link);
-      bodies_.push_back(body);
-    }
-    // After the links, so that MuJoCo numbers those first.
-    for (const TreeLoop& loop : tree_.loops) {
-      if (loop.joint >= 0) AppendLoopBody(bodies_[static_cast<size_t>(loop.from)], loop);
-    }
+    Set(base, "pos", Triple(X_WR.translation()));
+    Set(base, "quat", QuaternionWxyz(X_WR.linear()));
+    Set(base.append_child("freejoint"), "name", FreeName(tree_, base_ + ".free"));
+    return base;
   }
 
   /// Below the robot as it stands at the start.
@@ -115,49 +110,10 @@ class Writer {
     Set(light, "pos", "0 0 3");
     Set(light, "dir", "0 0 -1");
     pugi::xml_node floor = world.append_child("geom");
-    Set(floor, "name", "floor");
+    Set(floor, "name", FreeName(tree_, "floor"));
     Set(floor, "type", "plane");
     Set(floor, "size", "0 0 0.1");
     Set(floor, "pos", Triple({0.0, 0.0, LowestPoint(model_, tree_) - kFloorClearance}));
-  }
-
-  static void AppendJoint(pugi::xml_node body, const TreeJoint& joint) {
-    if (joint.type == JointType::kFixed) return;
-    const bool slides = joint.type == JointType::kPrismatic;
-    pugi::xml_node node = body.append_child("joint");
-    Set(node, "name", joint.name);
-    Set(node, "type", slides ? "slide" : "hinge");
-    Set(node, "pos", Triple(joint.origin));
-    Set(node, "axis", Triple(joint.axis));
-    if (joint.type != JointType::kContinuous) {
-      Set(node, "range", Number(joint.lower) + " " + Number(joint.upper));
-    }
-    Set(node, "damping", Number(kDampingPart * joint.effort / joint.speed));
-  }
-
-  void AppendMass(pugi::xml_node body, const TreeLink& link) {
-    const model::LinkMass mass = model::ComputeLinkMass(TypeOf(link), link.link);
-    const Eigen::Matrix3d& I = mass.I_Lcm_L;
-    pugi::xml_node inertial = body.append_child("inertial");
-    Set(inertial, "pos", Triple(mass.p_LoLcm_L));
-    Set(inertial, "mass", Number(mass.mass_kg));
-    Set(inertial, "fullinertia", Triple(I.diagonal()) + " " + Triple({I(0, 1), I(0, 2), I(1, 2)}));
-    const std::string mesh = MeshName(link);
-    if (mesh.empty()) return;
-    pugi::xml_node geom = body.append_child("geom");
-    Set(geom, "name", link.name);
-    Set(geom, "type", "mesh");
-    Set(geom, "mesh", mesh);
-  }
-
-  void AppendLoopBody(pugi::xml_node parent, const TreeLoop& loop) {
-    pugi::xml_node body = parent.append_child("body");
-    Set(body, "name", loop.name + ".loop");
-    AppendJoint(body, JointAt(loop.joint));
-    pugi::xml_node inertial = body.append_child("inertial");
-    Set(inertial, "pos", "0 0 0");
-    Set(inertial, "mass", Number(kTinyMass));
-    Set(inertial, "diaginertia", Triple(Eigen::Vector3d::Constant(kTinyInertia)));
   }
 
   /// Links that touch by construction: those one or two joints or connections apart. (MuJoCo leaves
@@ -196,8 +152,9 @@ class Writer {
       pugi::xml_node weld = equality.append_child("weld");
       Set(weld, "name", loop.name);
       Set(weld, "body1",
-          loop.joint >= 0 ? loop.name + ".loop" : tree_.links[static_cast<size_t>(loop.from)].name);
+          loop.joint >= 0 ? MjcfLoopBody(loop) : tree_.links[static_cast<size_t>(loop.from)].name);
       Set(weld, "body2", tree_.links[static_cast<size_t>(loop.to)].name);
+      Set(weld, "solref", Number(kWeldSettling) + " 1");
       Set(weld, "relpose",
           Triple(loop.X_FT.translation()) + " " + QuaternionWxyz(loop.X_FT.linear()));
     }
@@ -211,7 +168,7 @@ class Writer {
       pugi::xml_node position = actuator.append_child("position");
       Set(position, "name", joint.name);
       Set(position, "joint", joint.name);
-      Set(position, "kp", Number(joint.effort / kFullTorqueError));
+      Set(position, "kp", Number(joint.effort / FullForceError(joint)));
       if (joint.type != JointType::kContinuous) {
         Set(position, "ctrlrange", Number(joint.lower) + " " + Number(joint.upper));
       }
@@ -219,49 +176,43 @@ class Writer {
     }
   }
 
-  /// qpos lists bodies depth first, as they stand in the file.
-  void AppendStart() {
-    struct Collector : pugi::xml_tree_walker {
-      std::map<std::string, double> start;
-      std::string qpos;
-      bool for_each(pugi::xml_node& node) override {
-        const std::string element = node.name();
-        if (element == "freejoint") {
-          const pugi::xml_node body = node.parent();
-          qpos += std::string(qpos.empty() ? "" : " ") + body.attribute("pos").value() + " " +
-                  body.attribute("quat").value();
-        } else if (element == "joint") {
-          qpos += " " + Number(start[node.attribute("name").value()]);
-        }
-        return true;
-      }
-    };
-    Collector collector;
+  void AppendStart(const std::vector<int>& order) {
+    if (order.size() + kFreeValues > kMostKeyframeValues) {
+      exported_.warnings.push_back(fmt::format(
+          "MuJoCo reads keyframes of at most {} values, this robot has {}: the keyframe start is "
+          "left out; the file opens at the start values, but controls are 0 until they are set",
+          kMostKeyframeValues, order.size() + kFreeValues));
+      return;
+    }
+    const model::Pose X_WR = RobotFrameInZUp();
+    std::string positions = Triple(X_WR.translation()) + " " + QuaternionWxyz(X_WR.linear());
+    for (const int joint : order) {
+      positions += " " + Number(tree_.joints[static_cast<size_t>(joint)].start);
+    }
     std::string controls;
     for (const TreeJoint& joint : tree_.joints) {
-      collector.start[joint.name] = joint.start;
       if (joint.type == JointType::kFixed) continue;
       controls += (controls.empty() ? "" : " ") + Number(joint.start);
     }
-    root_.child("worldbody").traverse(collector);
     pugi::xml_node key = root_.append_child("keyframe").append_child("key");
     Set(key, "name", "start");
-    Set(key, "qpos", collector.qpos);
+    Set(key, "qpos", positions);
     if (!controls.empty()) Set(key, "ctrl", controls);
   }
 
   const model::Model& model_;
-  const RobotTree& tree_;
+  RobotTree tree_;
+  const std::string& stem_;
   std::string base_;
+  Exported exported_;
   pugi::xml_document document_;
   pugi::xml_node root_;
-  std::vector<pugi::xml_node> bodies_;
 };
 
 }  // namespace
 
-Exported ToMjcf(const model::Model& model, const RobotTree& tree) {
-  return Writer(model, tree).Write();
+Exported ToMjcf(const model::Model& model, const RobotTree& tree, const std::string& stem) {
+  return Writer(model, tree, stem).Write();
 }
 
 }  // namespace morphbus::emit

@@ -1,18 +1,20 @@
 #pragma once
 // MJCF, the model format of MuJoCo.
 
+#include <string>
+
 #include "compiler/emit/exported.h"
 #include "compiler/emit/robot_tree.h"
 
 namespace morphbus::emit {
 
-/// The robot as one MJCF file, meshes included, free to move above a floor. Bodies have the names
-/// and frames of the robot's links and hang in "robot_frame", which is free; the world has z up;
-/// qpos holds the joint values as they are in M3L, and the keyframe "start" the start values. Loops
-/// are kept: each is a weld with its explicit relpose; a joint that closes a loop gets a near
-/// massless body
-/// "<joint>.loop" that is welded on. Position actuators have the joints' names; MJCF has no limit
-/// of speed, so each is damped to reach its speed at about a tenth of its torque.
-Exported ToMjcf(const model::Model& model, const RobotTree& tree);
+/// The robot in MJCF, meshes included, free to move above a floor. Bodies have the names and frames
+/// of the robot's links and hang in "robot_frame", which is free; the world has z up; qpos holds
+/// the joint values as they are in M3L. The file opens at the start values, which are the keyframe
+/// "start" too. Loops are kept: each is a weld with its explicit relpose; a joint that closes a
+/// loop moves a body "<joint>.loop", which is welded to the link there and has half of its mass.
+/// Position actuators have the joints' names and forces; damping makes the declared speed the
+/// terminal one. A tree deeper than MuJoCo reads in one file goes on in files under `stem`_parts/.
+Exported ToMjcf(const model::Model& model, const RobotTree& tree, const std::string& stem);
 
 }  // namespace morphbus::emit

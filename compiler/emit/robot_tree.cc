@@ -143,15 +143,6 @@ model::Robot ModuleAsRobot(const model::Model& model, int type) {
   return robot;
 }
 
-std::string FreeLinkName(const RobotTree& tree, std::string name) {
-  const auto taken = [&] {
-    return std::any_of(tree.links.begin(), tree.links.end(),
-                       [&](const TreeLink& link) { return link.name == name; });
-  };
-  while (taken()) name += '_';
-  return name;
-}
-
 const char* JointTypeName(model::JointType type) {
   switch (type) {
     case model::JointType::kRevolute:

@@ -68,9 +68,6 @@ RobotTree OpenTreeOf(const model::Model& model, const model::Robot& robot);
 /// its tree links and joints have the names of the module type.
 model::Robot ModuleAsRobot(const model::Model& model, int type);
 
-/// A name that none of the tree's links has: `name`, with as many '_' after it as it takes.
-std::string FreeLinkName(const RobotTree& tree, std::string name);
-
 /// "revolute", "continuous", "prismatic", "fixed": M3L's words, which URDF and SDF share.
 const char* JointTypeName(model::JointType type);
 

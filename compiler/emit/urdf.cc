@@ -5,6 +5,7 @@
 #include <pugixml.hpp>
 
 #include "compiler/emit/meshes.h"
+#include "compiler/emit/names.h"
 #include "compiler/emit/numbers.h"
 #include "compiler/emit/xml_text.h"
 
@@ -25,8 +26,8 @@ class Writer {
       : model_(model),
         tree_(tree),
         stem_(stem),
-        world_(FreeLinkName(tree, "world")),
-        base_(FreeLinkName(tree, "robot_frame")) {}
+        world_(FreeName(tree, "world")),
+        base_(FreeName(tree, "robot_frame")) {}
 
   Exported Write() {
     StartXml(&document_);

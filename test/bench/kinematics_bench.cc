@@ -105,7 +105,8 @@ void Kdl(benchmark::State& state) {
 BENCHMARK(Kdl);
 
 void MuJoCo(benchmark::State& state) {
-  const std::string xml = emit::ToMjcf(Mtran(), emit::TreeOf(Mtran(), Quadruped())).text;
+  const std::string xml =
+      emit::ToMjcf(Mtran(), emit::TreeOf(Mtran(), Quadruped()), "quadruped").text;
   mjVFS files;
   mj_defaultVFS(&files);
   mj_makeEmptyFileVFS(&files, "robot.xml", static_cast<int>(xml.size()));

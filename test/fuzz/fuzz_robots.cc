@@ -36,7 +36,7 @@ void ExportTree(const model::Model& model, const model::Robot& robot) {
   Require(!emit::ToC(tree, "fuzz").text.empty());
   Require(!emit::ToUrdf(model, emit::OpenTreeOf(model, robot), "fuzz").text.empty());
   Require(!emit::ToSdf(model, tree, "fuzz").text.empty());
-  Require(!emit::ToMjcf(model, tree).text.empty());
+  Require(!emit::ToMjcf(model, tree, "fuzz").text.empty());
 }
 
 void ExplainAll(const m3l::CompileOutput& output) {

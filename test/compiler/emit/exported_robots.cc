@@ -4,9 +4,11 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <limits>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "compiler/m3l/compile.h"
 #include "test/compiler/solver/known_modules.h"
@@ -95,7 +97,35 @@ void AddModelFiles(std::vector<ExportCase>* cases) {
   }
 }
 
+/// The model of a text; a test that fails, and an empty model, if there is none.
+model::Model CompiledModel(const std::string& m3l) {
+  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) /
+                                     ("morphbus-" + std::to_string(::getpid()) + ".m3l");
+  std::ofstream(file) << m3l;
+  m3l::CompileOutput output = m3l::CompileFiles({file.string()});
+  std::filesystem::remove(file);
+  EXPECT_TRUE(output.model) << m3l;
+  return output.model ? *output.model : model::Model();
+}
+
 }  // namespace
+
+const char* const kAwkwardNames =
+    "module world: unit=0.1\n"
+    "link world: (point a: coords=(0,0,0)) (point b: coords=(0,1,0)) (point c: coords=(0,0,1))\n"
+    "  (point d: coords=(0.5,0,0)) hull=convex(world.point), mass=0.1\n"
+    "link floor: (point a: coords=(1,0,0)) (point b: coords=(1,1,0)) (point c: coords=(1,0,1))\n"
+    "  (point d: coords=(1.5,0,0)) hull=convex(floor.point), mass=0.1\n"
+    "link __b__: (point a: coords=(2,0,0)) (point b: coords=(2,1,0)) (point c: coords=(2,0,1))\n"
+    "  (point d: coords=(2.5,0,0)) hull=convex(__b__.point), mass=0.1\n"
+    "link robot_frame: (point a: coords=(3,0,0)) (point b: coords=(3,1,0)) (point c: "
+    "coords=(3,0,1))\n"
+    "  (point d: coords=(3.5,0,0)) hull=convex(robot_frame.point), mass=0.1\n"
+    "axis up: origin=(0,0,0), direction=(0,0,1)\n"
+    "axis down: origin=(0,0,0), direction=(0,0,-1)\n"
+    "joint j: type=revolute, value=[-1,1], pair=((floor,up),(world,down))\n"
+    "joint __j__: type=revolute, value=[-1,1], pair=((__b__,up),(world,down))\n"
+    "joint k: type=revolute, value=[-1,1], pair=((robot_frame,up),(__b__,down))\n";
 
 model::Model GadgetModel() {
   model::ModuleType type;
@@ -160,6 +190,26 @@ std::vector<ExportCase> ExportCases(int num_trees) {
   cases.push_back({"gadgets", gadget, two});
   AddModelFiles(&cases);
   return cases;
+}
+
+ExportCase CompiledCase(const std::string& m3l, const std::string& robot) {
+  ExportCase made{robot, CompiledModel(m3l), {}};
+  for (const model::Robot& candidate : made.model.robots) {
+    if (candidate.name == robot) made.robot = candidate;
+  }
+  EXPECT_EQ(made.robot.name, robot);
+  return made;
+}
+
+ExportCase CompiledModule(const std::string& m3l, const std::string& type) {
+  ExportCase made{type, CompiledModel(m3l), {}};
+  for (size_t i = 0; i < made.model.module_types.size(); ++i) {
+    if (made.model.module_types[i].name == type) {
+      made.robot = emit::ModuleAsRobot(made.model, static_cast<int>(i));
+    }
+  }
+  EXPECT_EQ(made.robot.name, type);
+  return made;
 }
 
 model::JointValues RandomValues(const ExportCase& robot, std::mt19937& random) {

@@ -26,6 +26,14 @@ model::Model GadgetModel();
 /// and every robot in models/.
 std::vector<ExportCase> ExportCases(int num_trees);
 
+/// A module type `world` whose links have names that other formats use or reserve: world, floor,
+/// __b__ (with a joint __j__) and robot_frame.
+extern const char* const kAwkwardNames;
+
+/// A robot, or a module type alone, of a model given as text.
+ExportCase CompiledCase(const std::string& m3l, const std::string& robot);
+ExportCase CompiledModule(const std::string& m3l, const std::string& type);
+
 /// Values within the joints' limits; fixed joints get 0.
 model::JointValues RandomValues(const ExportCase& robot, std::mt19937& random);
 

@@ -3,53 +3,24 @@
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
-#include <cstring>
-#include <map>
-#include <memory>
 #include <random>
 
 #include "compiler/emit/mjcf.h"
 #include "test/compiler/emit/exported_robots.h"
+#include "test/compiler/emit/mujoco_robot.h"
+#include "test/compiler/solver/known_modules.h"
 
 namespace morphbus::emit {
 namespace {
 
 using test::ExportCase;
 
-struct Simulation {
-  std::unique_ptr<mjModel, void (*)(mjModel*)> model{nullptr, mj_deleteModel};
-  std::unique_ptr<mjData, void (*)(mjData*)> data{nullptr, mj_deleteData};
-};
+using test::Position;
+using test::Residual;
+using test::Simulation;
 
-Simulation Load(const std::string& xml) {
-  mjVFS files;
-  mj_defaultVFS(&files);
-  mj_makeEmptyFileVFS(&files, "robot.xml", static_cast<int>(xml.size()));
-  std::memcpy(files.filedata[0], xml.data(), xml.size());
-  char error[500] = "";
-  Simulation simulation;
-  simulation.model.reset(mj_loadXML("robot.xml", &files, error, sizeof error));
-  mj_deleteVFS(&files);
-  EXPECT_NE(simulation.model, nullptr) << error << "\n" << xml;
-  EXPECT_STREQ(error, "");
-  if (simulation.model) simulation.data.reset(mj_makeData(simulation.model.get()));
-  return simulation;
-}
-
-double& Position(const Simulation& simulation, const std::string& joint) {
-  const int id = mj_name2id(simulation.model.get(), mjOBJ_JOINT, joint.c_str());
-  EXPECT_GE(id, 0) << joint;
-  return simulation.data->qpos[simulation.model->jnt_qposadr[id]];
-}
-
-/// Largest violation of an equality constraint at the present state.
-double Residual(const Simulation& simulation) {
-  double residual = 0.0;
-  for (int i = 0; i < simulation.data->nefc; ++i) {
-    if (simulation.data->efc_type[i] != mjCNSTR_EQUALITY) continue;
-    residual = std::max(residual, std::abs(simulation.data->efc_pos[i]));
-  }
-  return residual;
+Simulation Load(const ExportCase& robot) {
+  return test::LoadInMuJoCo(ToMjcf(robot.model, TreeOf(robot.model, robot.robot), "robot"));
 }
 
 /// Joints that no tree joint moves are set too: they are the ones that close loops.
@@ -87,7 +58,7 @@ TEST(Mjcf, MuJoCoPlacesEveryLinkWhereTheModelDoes) {
   std::mt19937 random(2);
   for (const ExportCase& robot : test::ExportCases(20)) {
     SCOPED_TRACE(robot.name);
-    const Simulation simulation = Load(ToMjcf(robot.model, TreeOf(robot.model, robot.robot)).text);
+    const Simulation simulation = Load(robot);
     ASSERT_NE(simulation.model, nullptr);
     for (int round = 0; round < 3; ++round) {
       ExpectSamePoses(robot, test::RandomValues(robot, random), simulation);
@@ -100,7 +71,7 @@ TEST(Mjcf, LoopsOfTheModelsCloseAtTheStart) {
     if (robot.name == "gadgets") continue;  // Its loop does not close at its start values.
     SCOPED_TRACE(robot.name);
     const RobotTree tree = TreeOf(robot.model, robot.robot);
-    const Simulation simulation = Load(ToMjcf(robot.model, tree).text);
+    const Simulation simulation = Load(robot);
     ASSERT_NE(simulation.model, nullptr);
     EXPECT_EQ(simulation.model->neq, static_cast<int>(tree.loops.size()));
     mj_resetDataKeyframe(simulation.model.get(), simulation.data.get(), 0);
@@ -112,7 +83,7 @@ TEST(Mjcf, LoopsOfTheModelsCloseAtTheStart) {
 TEST(Mjcf, LoopsOpenWhereAJointMovesAlone) {
   for (const ExportCase& robot : test::ExportCases(0)) {
     if (robot.name != "quadruped" && robot.name != "equivalent") continue;
-    const Simulation simulation = Load(ToMjcf(robot.model, TreeOf(robot.model, robot.robot)).text);
+    const Simulation simulation = Load(robot);
     ASSERT_NE(simulation.model, nullptr);
     EXPECT_EQ(simulation.model->neq, 2);
     ASSERT_EQ(simulation.model->nkey, 1);
@@ -134,7 +105,7 @@ TEST(Mjcf, AJointThatClosesALoopStillMoves) {
   const RobotTree tree = TreeOf(model, one);
   ASSERT_EQ(tree.loops.size(), 1u);
   const std::string& closing = tree.loops[0].name;
-  const Simulation simulation = Load(ToMjcf(model, tree).text);
+  const Simulation simulation = test::LoadInMuJoCo(ToMjcf(model, tree, "gadget"));
   ASSERT_NE(simulation.model, nullptr);
   mj_forward(simulation.model.get(), simulation.data.get());
   EXPECT_LT(Residual(simulation), 1e-9);
@@ -151,11 +122,78 @@ TEST(Mjcf, AJointThatClosesALoopStillMoves) {
   EXPECT_LT((p - X.translation()).norm(), 1e-9);
 }
 
+// MuJoCo's XML reader takes 100 nested elements.
+TEST(Mjcf, AChainOfAHundredModulesIsRead) {
+  ExportCase robot{"chain", test::MtranModel(), {}};
+  robot.robot.name = "chain";
+  const int option = 16;  // The default of c5 and c2, number 17.
+  const model::ConnectionOption& along = robot.model.connection_types[0].options[option];
+  for (int m = 0; m < 100; ++m) {
+    robot.robot.modules.push_back({"m" + std::to_string(m), 0, {0.01, 0.0}});
+    if (m > 0) {
+      robot.robot.dockings.push_back({m - 1, along.connector_a, m, along.connector_b, 0, option});
+    }
+  }
+  const Exported exported = ToMjcf(robot.model, TreeOf(robot.model, robot.robot), "robot");
+  EXPECT_GT(exported.companions.size(), 2u);
+  size_t bytes = exported.text.size();
+  for (const CompanionFile& part : exported.companions) bytes += part.bytes.size();
+  EXPECT_LT(bytes, 500000u);
+  const Simulation simulation = test::LoadInMuJoCo(exported);
+  ASSERT_NE(simulation.model, nullptr);
+  std::mt19937 random(6);
+  ExpectSamePoses(robot, test::RandomValues(robot, random), simulation);
+  test::GoToStart(simulation);
+  EXPECT_EQ(Position(simulation, "m99.joint_1"), 0.01);
+}
+
+// Not tried on MuJoCo, which takes a minute to compile so large a model.
+TEST(Mjcf, AKeyframeLongerThanMuJoCoReadsIsLeftOutAndReported) {
+  const model::Model model = test::MtranModel();
+  RobotTree tree = TreeOf(model, ModuleAsRobot(model, 0));
+  // More bars on the root, until qpos has 1000 values: 7 are the free joint's.
+  while (tree.joints.size() + 7 < 1000) {
+    tree.links.push_back(tree.links[1]);
+    tree.links.back().name = "link_" + std::to_string(tree.links.size());
+    tree.links.back().joint = static_cast<int>(tree.joints.size());
+    tree.joints.push_back(tree.joints[0]);
+    tree.joints.back().name = "joint_" + std::to_string(tree.joints.size());
+  }
+  const Exported longest = ToMjcf(model, tree, "heap");
+  EXPECT_TRUE(longest.warnings.empty());
+  EXPECT_NE(longest.text.find("<keyframe>"), std::string::npos);
+  tree.links.push_back(tree.links.back());
+  tree.links.back().name = "one_more";
+  tree.links.back().joint = static_cast<int>(tree.joints.size());
+  tree.joints.push_back(tree.joints[0]);
+  tree.joints.back().name = "one_more";
+  const Exported longer = ToMjcf(model, tree, "heap");
+  ASSERT_EQ(longer.warnings.size(), 1u);
+  EXPECT_NE(longer.warnings[0].find("at most 1000 values, this robot has 1001"), std::string::npos);
+  EXPECT_EQ(longer.text.find("<keyframe>"), std::string::npos);
+}
+
+TEST(Mjcf, OurNamesGiveWayAndReservedOnesAreReported) {
+  const ExportCase robot = test::CompiledModule(test::kAwkwardNames, "world");
+  const Exported exported = ToMjcf(robot.model, TreeOf(robot.model, robot.robot), "robot");
+  ASSERT_EQ(exported.warnings.size(), 1u);
+  EXPECT_EQ(exported.warnings[0],
+            "MJCF keeps the name world for itself: the link is called world_ there");
+  const Simulation simulation = test::LoadInMuJoCo(exported);
+  ASSERT_NE(simulation.model, nullptr);
+  for (const char* body : {"world_", "floor", "__b__", "robot_frame", "robot_frame_"}) {
+    EXPECT_GT(mj_name2id(simulation.model.get(), mjOBJ_BODY, body), 0) << body;
+  }
+  for (const char* geom : {"world_", "floor", "__b__", "robot_frame", "floor_"}) {
+    EXPECT_GE(mj_name2id(simulation.model.get(), mjOBJ_GEOM, geom), 0) << geom;
+  }
+}
+
 TEST(Mjcf, TheRobotHasItsMassAndStandsOnTheFloor) {
   for (const ExportCase& robot : test::ExportCases(0)) {
     if (robot.name != "quadruped" && robot.name != "equivalent") continue;
     const RobotTree tree = TreeOf(robot.model, robot.robot);
-    const Simulation simulation = Load(ToMjcf(robot.model, tree).text);
+    const Simulation simulation = Load(robot);
     ASSERT_NE(simulation.model, nullptr);
     double mass = 0.0;
     for (const TreeLink& link : tree.links) {

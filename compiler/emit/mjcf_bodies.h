@@ -1,0 +1,68 @@
+#pragma once
+// The nested bodies of an MJCF file, its keyframe's order of joint values, and the files over which
+// a deep tree is spread.
+
+#include <memory>
+#include <pugixml.hpp>
+#include <string>
+#include <vector>
+
+#include "compiler/emit/exported.h"
+#include "compiler/emit/robot_tree.h"
+
+namespace morphbus::emit {
+
+/// Time constant (s) with which a drive at full force comes to its full speed.
+inline constexpr double kMjcfRunUp = 3e-3;
+
+/// Name of a link's mesh, "MTRAN.active_block"; empty without hull.
+std::string MjcfMeshName(const model::Model& model, const TreeLink& link);
+
+/// Name of the body that a joint which closes a loop moves: "m1.joint_1.loop".
+std::string MjcfLoopBody(const TreeLoop& loop);
+
+/// One <body> a link, in its place at the joints' start values, and one for each joint that closes
+/// a loop. Such a body has part of the mass of the link that it is welded to: MuJoCo softens a
+/// constraint by the inverse masses of its two bodies, so that a weld to next to nothing holds
+/// nothing.
+class MjcfBodies {
+ public:
+  /// Appends all bodies of the tree to `base`, the robot frame's. `stem` names the files of parts.
+  MjcfBodies(const model::Model& model, const RobotTree& tree, const std::string& stem,
+             pugi::xml_node base);
+
+  /// Joints, by index into the tree's, in MuJoCo's order: depth first, as the bodies stand.
+  std::vector<int> JointOrder() const;
+  /// The parts that the bodies' <include>s refer to; none unless the tree is deep. MuJoCo's reader
+  /// takes 100 nested elements a file, but does not count across files.
+  std::vector<CompanionFile> Parts() const;
+
+ private:
+  struct Body {
+    pugi::xml_node node;
+    int level = 0;              ///< Bodies round it in its own file.
+    int joint = -1;             ///< Index into the tree's joints.
+    std::vector<int> children;  ///< Indices of bodies, as they stand in the file.
+  };
+  struct Part {
+    std::string path;
+    pugi::xml_document document;
+  };
+
+  /// The body number bodies_.size(), in `parent` (-1: the base).
+  Body& AppendBody(int parent, const std::string& name, int joint, const model::Pose& X_PL);
+  pugi::xml_node StartPart(pugi::xml_node from);
+  void AppendJoint(pugi::xml_node body, const TreeJoint& joint);
+  /// `part` of the link's mass and inertia, 0 to 1.
+  void AppendMass(pugi::xml_node body, const TreeLink& link, double part);
+
+  const model::Model& model_;
+  const RobotTree& tree_;
+  std::string stem_;
+  pugi::xml_node base_;
+  std::vector<int> roots_;
+  std::vector<Body> bodies_;  ///< The tree's links, then the bodies of loops.
+  std::vector<std::unique_ptr<Part>> parts_;
+};
+
+}  // namespace morphbus::emit

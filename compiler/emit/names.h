@@ -1,0 +1,26 @@
+#pragma once
+// Names that other programs need beside those of M3L, or keep for themselves.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "compiler/emit/robot_tree.h"
+
+namespace morphbus::emit {
+
+/// A name that none of the tree's links, joints and connections has: `name`, with as many '_' after
+/// it as it takes.
+std::string FreeName(const RobotTree& tree, std::string name);
+
+/// Gives every link whose name is `reserved` in `format` ("SDF") a free one that is not, and says
+/// so in `warnings`.
+void RenameReservedLinks(const std::string& format,
+                         const std::function<bool(const std::string&)>& reserved, RobotTree* tree,
+                         std::vector<std::string>* warnings);
+/// The same for joints.
+void RenameReservedJoints(const std::string& format,
+                          const std::function<bool(const std::string&)>& reserved, RobotTree* tree,
+                          std::vector<std::string>* warnings);
+
+}  // namespace morphbus::emit
