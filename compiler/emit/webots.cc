@@ -10,6 +10,7 @@
 #include "compiler/emit/numbers.h"
 #include "compiler/emit/robot_tree.h"
 #include "compiler/emit/webots_docks.h"
+#include "compiler/emit/webots_view.h"
 #include "compiler/model/convex_hull.h"
 #include "compiler/model/forward_kinematics.h"
 
@@ -57,11 +58,12 @@ class Writer {
   Writer(const model::Model& model, const model::Robot& robot)
       : model_(model),
         robot_(robot),
-        faces_(DockFaces(model)),
+        faces_(DockFacesOf(model)),
         X_WL_(model::ForwardKinematics(model, robot, model::StartValues(robot)).X_RL) {
     for (size_t type = 0; type < model.module_types.size(); ++type) {
       trees_.push_back(TreeOf(model, ModuleAsRobot(model, static_cast<int>(type))));
     }
+    for (const model::ModuleInstance& module : robot.modules) used_types_.insert(module.type);
     for (const model::Docking& d : robot.dockings) {
       docked_.insert({d.module_a, d.connector_a});
       docked_.insert({d.module_b, d.connector_b});
@@ -81,13 +83,16 @@ class Writer {
     Exported exported;
     exported.text = vrml_.text();
     exported.warnings = Unaligned();
-    for (size_t type = 0; type < model_.module_types.size(); ++type) {
-      if (used_types_.count(static_cast<int>(type)) == 0) continue;
-      const model::ModuleType& module = model_.module_types[type];
-      for (CompanionFile& file : WebotsController(module)) {
+    for (const int type : used_types_) {
+      const model::ModuleType& module = model_.module_types[static_cast<size_t>(type)];
+      WarnOfLimits(module, &exported.warnings);
+      for (CompanionFile& file : WebotsController(model_, faces_, type)) {
         file.path = controllers + "/" + WebotsControllerName(module) + "/" + file.path;
         exported.companions.push_back(std::move(file));
       }
+    }
+    for (std::string& warning : LooseDocking(model_, faces_, used_types_)) {
+      exported.warnings.push_back(std::move(warning));
     }
     return exported;
   }
@@ -101,8 +106,9 @@ class Writer {
     vrml_.Line("coordinateSystem \"NUE\"");
     vrml_.Close("}");
     vrml_.Open("Viewpoint {");
-    vrml_.Line("orientation 0 1 0 1.5708");
-    vrml_.Line("position 1.5 0.3 0");
+    const model::Pose view = ViewOf(Corners());
+    vrml_.Line("orientation " + Rotation(view.linear()));
+    vrml_.Line("position " + Triple(view.translation()));
     vrml_.Close("}");
     vrml_.Open("Background {");
     vrml_.Line("skyColor [ 0.7 0.8 0.9 ]");
@@ -112,21 +118,40 @@ class Writer {
     vrml_.Close("}");
     vrml_.Open("Solid {");
     vrml_.Line(fmt::format("translation 0 {} 0", Number(-0.5 * kFloorThickness)));
-    vrml_.Line("name \"floor\"");
+    vrml_.Line(fmt::format("name \"{}\"", FreeModuleName("floor")));
     vrml_.Open("children [");
     vrml_.Open("Shape {");
     vrml_.Line("appearance PBRAppearance { baseColor 0.6 0.6 0.55 roughness 1 metalness 0 }");
-    vrml_.Line(fmt::format("geometry DEF FLOOR Box {{ size 10 {} 10 }}", Number(kFloorThickness)));
+    vrml_.Line(fmt::format("geometry DEF {} Box {{ size 10 {} 10 }}", FreeModuleName("FLOOR"),
+                           Number(kFloorThickness)));
     vrml_.Close("}");
     vrml_.Close("]");
-    vrml_.Line("boundingObject USE FLOOR");
+    vrml_.Line("boundingObject USE " + FreeModuleName("FLOOR"));
     vrml_.Close("}");
+  }
+
+  /// `name`, with as many '_' after it as it takes for no module to have it.
+  [[nodiscard]] std::string FreeModuleName(std::string name) const {
+    while (robot_.FindModule(name)) name += '_';
+    return name;
+  }
+
+  /// Of all hulls, where the robot stands (world, m).
+  [[nodiscard]] std::vector<Eigen::Vector3d> Corners() const {
+    std::vector<Eigen::Vector3d> corners;
+    for (size_t m = 0; m < X_WL_.size(); ++m) {
+      const model::ModuleType& type = model_.TypeOf(robot_, static_cast<int>(m));
+      for (size_t l = 0; l < X_WL_[m].size(); ++l) {
+        corners.emplace_back(X_WL_[m][l].translation());
+        for (const Eigen::Vector3d& p : type.links[l].hull) corners.push_back(X_WL_[m][l] * p);
+      }
+    }
+    return corners;
   }
 
   void AppendModule(size_t m) {
     const model::ModuleInstance& module = robot_.modules[m];
     const RobotTree& tree = trees_[static_cast<size_t>(module.type)];
-    used_types_.insert(module.type);
     children_.assign(tree.links.size(), {});
     for (size_t i = 1; i < tree.links.size(); ++i) {
       const int parent = tree.links[i].parent;
@@ -140,8 +165,18 @@ class Writer {
     vrml_.Line(
         fmt::format("controller \"{}\"",
                     WebotsControllerName(model_.module_types[static_cast<size_t>(module.type)])));
+    vrml_.Line(fmt::format("customData \"{}\"", CustomData(m)));
     AppendLinkBody(m, tree, 0);
     vrml_.Close("}");
+  }
+
+  /// What the module's controller cannot find out by itself (morphbus_module.h).
+  [[nodiscard]] std::string CustomData(size_t m) const {
+    const std::string id = fmt::format("id {}", m);
+    if (static_cast<int>(m) != robot_.root_module) return id;
+    const model::Pose X_RL = robot_.X_LR.inverse();
+    return fmt::format("{} root {} {} {}", id, robot_.root_link, Triple(X_RL.translation()),
+                       QuaternionWxyz(X_RL.linear()));
   }
 
   /// Children, bounding object and physics, up to the node's end.
@@ -212,8 +247,8 @@ class Writer {
     vrml_.Line("translation " + Triple(face.X_LC.translation()));
     vrml_.Line("rotation " + Rotation(face.X_LC.linear()));
     vrml_.Open("children [");
-    vrml_.Line(
-        fmt::format("Emitter {{ name \"{}.emitter\" range {} }}", name, Number(kRadioRange)));
+    vrml_.Line(fmt::format("Emitter {{ translation 0 0 {} name \"{}.emitter\" range {} }}",
+                           Number(kEmitterOffset), name, Number(kRadioRange)));
     vrml_.Line(fmt::format("Receiver {{ name \"{}.receiver\" }}", name));
     vrml_.Close("]");
     vrml_.Line(fmt::format("name \"{}\"", name));
@@ -253,13 +288,30 @@ class Writer {
     vrml_.Close("}");
   }
 
-  /// Up to its end point. Webots takes limits only on either side of 0.
+  /// Webots takes limits only on either side of 0.
+  static bool LimitsFit(double lower, double upper) {
+    return lower <= 0.0 && upper >= 0.0 && lower < upper;
+  }
+
+  static void WarnOfLimits(const model::ModuleType& type, std::vector<std::string>* warnings) {
+    for (const model::Joint& joint : type.joints) {
+      const bool slides = joint.type == JointType::kPrismatic;
+      if ((joint.type != JointType::kRevolute && !slides) || LimitsFit(joint.lower, joint.upper))
+        continue;
+      warnings->push_back(fmt::format(
+          "Webots takes limits only on either side of 0: {} of {} is left without its own, {} to "
+          "{} {}",
+          joint.name, type.name, Number(joint.lower), Number(joint.upper), slides ? "m" : "rad"));
+    }
+  }
+
+  /// Up to its end point.
   void OpenJoint(size_t m, const RobotTree& tree, int index) {
     const TreeJoint& joint = tree.joints[static_cast<size_t>(index)];
     const double start = robot_.modules[m].start[static_cast<size_t>(index)];
     const bool slides = joint.type == JointType::kPrismatic;
-    const bool limited = joint.type != JointType::kContinuous && joint.lower <= 0.0 &&
-                         joint.upper >= 0.0 && joint.lower < joint.upper;
+    const bool limited =
+        joint.type != JointType::kContinuous && LimitsFit(joint.lower, joint.upper);
     vrml_.Open(slides ? "SliderJoint {" : "HingeJoint {");
     vrml_.Open(slides ? "jointParameters JointParameters {"
                       : "jointParameters HingeJointParameters {");
@@ -317,7 +369,7 @@ class Writer {
 
   const model::Model& model_;
   const model::Robot& robot_;
-  std::vector<std::vector<DockFace>> faces_;
+  DockFaces faces_;
   std::vector<std::vector<model::Pose>> X_WL_;
   std::vector<RobotTree> trees_;          ///< Of each module type.
   std::set<std::pair<int, int>> docked_;  ///< (module, connector)

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "compiler/emit/exported.h"
+#include "compiler/emit/webots_docks.h"
 #include "compiler/model/robot_model.h"
 
 namespace morphbus::emit {
@@ -14,13 +15,20 @@ namespace morphbus::emit {
 /// (coordinate system NUE). Base nodes only, so nothing has to be downloaded.
 ///
 /// Companions, under `controllers`/morphbus_TYPE/ for each module type: a wrapper of Webots' C
-/// interface by names of the model's joints and connectors, a main program that holds the start
-/// values, a Makefile. Warns of docked connectors that Webots will not see as aligned.
+/// interface that gives and takes what a module's virtual machine takes and gives
+/// (vm/module_api.h), a main program that holds the start values, a Makefile. Warns of docked
+/// connectors that Webots will not see as aligned, of limits that it cannot hold, and of docking
+/// that it allows in more ways than the model.
 Exported ToWebots(const model::Model& model, const model::Robot& robot,
                   const std::string& controllers);
 
-/// The files of a module type's controller; paths relative to its folder.
-std::vector<CompanionFile> WebotsController(const model::ModuleType& type);
+/// How far each connector's emitter is from its centre, along its face's z (m): by the direction in
+/// which a mate hears it, it tells how the two are turned.
+constexpr double kEmitterOffset = 0.002;
+
+/// The files of the controller of module type `type` (an index); paths relative to its folder.
+std::vector<CompanionFile> WebotsController(const model::Model& model, const DockFaces& faces,
+                                            int type);
 /// "morphbus_TYPE"
 std::string WebotsControllerName(const model::ModuleType& type);
 

@@ -1,9 +1,14 @@
 #include "compiler/emit/webots_docks.h"
 
+#include <fmt/format.h>
 #include <Eigen/Eigenvalues>
+
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <map>
+#include <set>
+#include <utility>
 
 #include "compiler/model/link_mass.h"
 
@@ -33,24 +38,28 @@ Vector3d NormalOf(const model::ModuleType& type, const model::Connector& connect
   return normal.dot(outward) < 0.0 ? Vector3d(-normal) : normal;
 }
 
-/// Number of equal parts into which the sub-points divide a turn, else 0. Odd numbers are doubled:
-/// a turn by half a part is what an odd face sees of its mirror image.
-int RotationsOf(const model::Connector& connector, const Vector3d& x, const Vector3d& z) {
-  const Vector3d y = z.cross(x);
-  std::vector<double> angles;
-  for (const Vector3d& p : connector.subpoints) {
-    const Vector3d r = p - connector.p_MoCo_M;
-    if (r.norm() < 1e-9) return 0;
-    angles.push_back(std::atan2(r.dot(y), r.dot(z)));
+/// How far a face's z is turned from that of the face it looks at (rad); X_CD is that of the
+/// latter.
+double RollOf(const model::Pose& X_CD) { return std::atan2(X_CD(1, 2), X_CD(2, 2)); }
+
+bool LooksBack(const model::Pose& X_CD) {
+  constexpr double kTolerance = 1e-3;
+  return X_CD.translation().norm() < kTolerance &&
+         (X_CD.linear().col(0) + Vector3d::UnitX()).norm() < kTolerance;
+}
+
+bool IsWhole(double value, double tolerance) {
+  return std::abs(value - std::round(value)) < tolerance;
+}
+
+/// The least number of parts of a turn of which all rolls are multiples; 0 (any) if there is none.
+int RotationsOf(const std::vector<double>& rolls) {
+  constexpr int kMost = 360;
+  for (int n = 1; n <= kMost; ++n) {
+    const auto fits = [n](double roll) { return IsWhole(n * roll / (2.0 * EIGEN_PI), 1e-4); };
+    if (std::all_of(rolls.begin(), rolls.end(), fits)) return n;
   }
-  if (angles.empty()) return 0;
-  std::sort(angles.begin(), angles.end());
-  const double part = 2.0 * EIGEN_PI / static_cast<double>(angles.size());
-  for (size_t i = 1; i < angles.size(); ++i) {
-    if (std::abs(angles[i] - angles[i - 1] - part) > 1e-6) return 0;
-  }
-  const int count = static_cast<int>(angles.size());
-  return count % 2 == 0 ? count : 2 * count;
+  return 0;
 }
 
 DockFace FaceOf(const model::ModuleType& type, const model::Connector& connector) {
@@ -62,15 +71,13 @@ DockFace FaceOf(const model::ModuleType& type, const model::Connector& connector
   z = z.norm() > 1e-9 ? Vector3d(z.normalized()) : x.unitOrthogonal();
   face.X_LC.linear() << x, z.cross(x), z;
   face.X_LC.translation() = connector.p_MoCo_M;
-  face.rotations = RotationsOf(connector, x, z);
   return face;
 }
 
 /// The graph of which connectors can mate, over all types.
 class Sides {
  public:
-  Sides(const model::Model& model, std::vector<std::vector<DockFace>>* faces)
-      : model_(model), faces_(*faces) {
+  Sides(const model::Model& model, DockFaces* faces) : model_(model), faces_(*faces) {
     for (const model::ModuleType& type : model.module_types) {
       first_.push_back(count_);
       count_ += type.connectors.size();
@@ -80,13 +87,13 @@ class Sides {
       for (const model::ConnectionOption& option : connection.options) {
         const size_t a = At(connection.type_a, option.connector_a);
         const size_t b = At(connection.type_b, option.connector_b);
-        edges_[a].push_back(b);
-        edges_[b].push_back(a);
+        edges_[a].push_back({b, &connection, &option});
+        if (a != b) edges_[b].push_back({a, &connection, &option});
       }
     }
   }
 
-  /// Names models and types.
+  /// Gives models, types, docking directions and numbers of rotations.
   void Assign() {
     std::vector<int> side(count_, -1);
     for (size_t start = 0; start < count_; ++start) {
@@ -98,19 +105,27 @@ class Sides {
       while (!queue.empty()) {
         const size_t at = queue.front();
         queue.pop_front();
-        for (const size_t next : edges_[at]) {
-          if (side[next] == side[at]) two_sided = false;
-          if (side[next] >= 0) continue;
-          side[next] = 1 - side[at];
-          queue.push_back(next);
-          part.push_back(next);
+        for (const Edge& edge : edges_[at]) {
+          if (side[edge.to] == side[at]) two_sided = false;
+          if (side[edge.to] >= 0) continue;
+          side[edge.to] = 1 - side[at];
+          TurnTo(edge);
+          queue.push_back(edge.to);
+          part.push_back(edge.to);
         }
       }
       Name(part, side, two_sided && part.size() > 1);
+      CountRotations(part);
     }
   }
 
  private:
+  struct Edge {
+    size_t to;
+    const model::ConnectionType* connection;
+    const model::ConnectionOption* option;
+  };
+
   [[nodiscard]] size_t At(int type, int connector) const {
     return first_[static_cast<size_t>(type)] + static_cast<size_t>(connector);
   }
@@ -120,6 +135,35 @@ class Sides {
     size_t type = 0;
     while (vertex - first_[type] >= model_.module_types[type].connectors.size()) ++type;
     return {type, vertex - first_[type]};
+  }
+
+  DockFace& Face(size_t vertex) {
+    const auto [type, connector] = Place(vertex);
+    return faces_[type][connector];
+  }
+
+  /// Turns the far face so that the docking directions meet in this way of docking, if it is one of
+  /// faces that look at each other.
+  void TurnTo(const Edge& edge) {
+    const model::Pose X_CD = FaceInFace(faces_, *edge.connection, *edge.option);
+    if (!LooksBack(X_CD)) return;
+    const bool is_b = At(edge.connection->type_b, edge.option->connector_b) == edge.to;
+    const model::Pose X_far = is_b ? X_CD : X_CD.inverse();
+    // Turning D's z about its own x, which is against C's, takes the roll away.
+    Face(edge.to).X_LC.linear() *=
+        Eigen::AngleAxisd(-RollOf(X_far), Vector3d::UnitX()).toRotationMatrix();
+  }
+
+  void CountRotations(const std::vector<size_t>& part) {
+    std::vector<double> rolls;
+    for (const size_t vertex : part) {
+      for (const Edge& edge : edges_[vertex]) {
+        const model::Pose X_CD = FaceInFace(faces_, *edge.connection, *edge.option);
+        if (LooksBack(X_CD)) rolls.push_back(RollOf(X_CD));
+      }
+    }
+    const int rotations = RotationsOf(rolls);
+    for (const size_t vertex : part) Face(vertex).rotations = rotations;
   }
 
   void Name(const std::vector<size_t>& part, const std::vector<int>& side, bool two_sided) {
@@ -134,24 +178,55 @@ class Sides {
       break;
     }
     for (const size_t vertex : part) {
-      const auto [type, connector] = Place(vertex);
-      DockFace& face = faces_[type][connector];
+      DockFace& face = Face(vertex);
       face.model = name;
       if (two_sided) face.type = side[vertex] == active ? "active" : "passive";
     }
   }
 
   const model::Model& model_;
-  std::vector<std::vector<DockFace>>& faces_;
+  DockFaces& faces_;
   std::vector<size_t> first_;
   size_t count_ = 0;
-  std::vector<std::vector<size_t>> edges_;
+  std::vector<std::vector<Edge>> edges_;
 };
+
+/// The turns in which two connectors can dock face to face.
+class Turns {
+ public:
+  Turns(const model::Model& model, const DockFaces& faces) {
+    for (const model::ConnectionType& connection : model.connection_types) {
+      for (const model::ConnectionOption& option : connection.options) {
+        const model::Pose X_CD = FaceInFace(faces, connection, option);
+        if (!LooksBack(X_CD)) continue;
+        const End a = {connection.type_a, option.connector_a};
+        const End b = {connection.type_b, option.connector_b};
+        // A roll is the same from either side: the faces look at each other.
+        const auto parts = std::lround(RollOf(X_CD) * kParts / (2.0 * EIGEN_PI));
+        turns_[std::minmax(a, b)].insert((parts + kParts) % kParts);
+      }
+    }
+  }
+  using End = std::pair<int, int>;  ///< Module type, connector.
+  [[nodiscard]] int Count(End a, End b) const {
+    const auto found = turns_.find(std::minmax(a, b));
+    return found == turns_.end() ? 0 : static_cast<int>(found->second.size());
+  }
+
+ private:
+  static constexpr long kParts = 36000;
+  std::map<std::pair<End, End>, std::set<long>> turns_;
+};
+
+bool MayDock(const DockFace& a, const DockFace& b) {
+  const bool symmetric = std::string(a.type) == "symmetric";
+  return a.model == b.model && (symmetric || std::string(a.type) != b.type);
+}
 
 }  // namespace
 
-std::vector<std::vector<DockFace>> DockFaces(const model::Model& model) {
-  std::vector<std::vector<DockFace>> faces;
+DockFaces DockFacesOf(const model::Model& model) {
+  DockFaces faces;
   for (const model::ModuleType& type : model.module_types) {
     faces.emplace_back();
     for (const model::Connector& connector : type.connectors) {
@@ -160,6 +235,44 @@ std::vector<std::vector<DockFace>> DockFaces(const model::Model& model) {
   }
   Sides(model, &faces).Assign();
   return faces;
+}
+
+model::Pose FaceInFace(const DockFaces& faces, const model::ConnectionType& connection,
+                       const model::ConnectionOption& option) {
+  const auto face = [&](int type, int connector) -> const model::Pose& {
+    return faces[static_cast<size_t>(type)][static_cast<size_t>(connector)].X_LC;
+  };
+  return face(connection.type_a, option.connector_a).inverse() * option.X_AB *
+         face(connection.type_b, option.connector_b);
+}
+
+std::vector<std::string> LooseDocking(const model::Model& model, const DockFaces& faces,
+                                      const std::set<int>& types) {
+  const Turns turns(model, faces);
+  std::vector<std::string> warnings;
+  const auto first_loose = [&](int s, int t) -> std::string {
+    for (size_t c = 0; c < faces[static_cast<size_t>(s)].size(); ++c) {
+      for (size_t d = 0; d < faces[static_cast<size_t>(t)].size(); ++d) {
+        const DockFace& a = faces[static_cast<size_t>(s)][c];
+        const int count = turns.Count({s, static_cast<int>(c)}, {t, static_cast<int>(d)});
+        if (!MayDock(a, faces[static_cast<size_t>(t)][d]) || count == a.rotations) continue;
+        const model::ModuleType& S = model.module_types[static_cast<size_t>(s)];
+        const model::ModuleType& T = model.module_types[static_cast<size_t>(t)];
+        return fmt::format("Webots will let {}.{} dock to {}.{} in {} turns, the model has {}",
+                           S.name, S.connectors[c].name, T.name, T.connectors[d].name,
+                           a.rotations == 0 ? "all" : std::to_string(a.rotations), count);
+      }
+    }
+    return "";
+  };
+  for (const int s : types) {
+    for (const int t : types) {
+      if (t < s) continue;
+      const std::string warning = first_loose(s, t);
+      if (!warning.empty()) warnings.push_back(warning);
+    }
+  }
+  return warnings;
 }
 
 bool Aligned(const model::Pose& X_WC, const model::Pose& X_WD, int rotations) {

@@ -1,6 +1,7 @@
 #pragma once
 // What Webots' Connector nodes need to know and M3L says in other words.
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -12,15 +13,30 @@ namespace morphbus::emit {
 struct DockFace {
   /// Frame C in the link's frame: x out of the module, z a docking direction (m).
   model::Pose X_LC = model::Pose::Identity();
-  int rotations = 0;               ///< Ways to dock in a full turn; 0: any.
+  int rotations = 1;               ///< Ways to dock in a full turn, equally far apart; 0: any.
   const char* type = "symmetric";  ///< Or "active", "passive": who locks.
   std::string model;               ///< Connectors of one model may dock.
 };
 
-/// faces[module type][connector]. Connectors that some connection joins, directly or over others,
-/// share a model; they are active and passive where they fall into two sides (the one with state
-/// variables, such as hooks, is active), else symmetric.
-std::vector<std::vector<DockFace>> DockFaces(const model::Model& model);
+/// faces[module type][connector]
+using DockFaces = std::vector<std::vector<DockFace>>;
+
+/// Connectors that some connection joins, directly or over others, share a model, a number of
+/// rotations and docking directions that meet; they are active and passive where they fall into two
+/// sides (the one with state variables, such as hooks, is active), else symmetric. The number of
+/// rotations is the least that allows every way in which the model's connections join faces that
+/// look at each other.
+DockFaces DockFacesOf(const model::Model& model);
+
+/// Pose of b's face in a's when they are joined by `option`, joints at 0.
+model::Pose FaceInFace(const DockFaces& faces, const model::ConnectionType& connection,
+                       const model::ConnectionOption& option);
+
+/// Where Webots will allow what the model does not, a sentence each: pairs of connectors of one
+/// model that have fewer turns to dock in than rotations, or none. One pair of connectors for each
+/// two of the module types `types` (indices).
+std::vector<std::string> LooseDocking(const model::Model& model, const DockFaces& faces,
+                                      const std::set<int>& types);
 
 /// Whether faces at these poses look at each other as Webots wants it to lock them.
 bool Aligned(const model::Pose& X_WC, const model::Pose& X_WD, int rotations);

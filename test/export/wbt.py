@@ -28,6 +28,7 @@ NODES = {
     'DirectionalLight': {'direction': ('SFVec3f', '0 0 -1'), 'intensity': ('SFFloat', '1')},
     'Solid': SOLID,
     'Robot': {**SOLID, 'controller': ('SFString', '"<generic>"'), 'controllerArgs': ('MFString', '[]'),
+              'customData': ('SFString', '""'),
               'supervisor': ('SFBool', 'FALSE'), 'selfCollision': ('SFBool', 'FALSE')},
     'Connector': {**SOLID, 'type': ('SFString', '"symmetric"'), 'isLocked': ('SFBool', 'FALSE'),
                   'autoLock': ('SFBool', 'FALSE'), 'distanceTolerance': ('SFFloat', '0.01'),
@@ -57,6 +58,7 @@ VRML = {
     'Coordinate': {'point': ('MFVec3f', '[]')},
 }
 SOLIDS = ('Solid', 'Robot')
+JOINTS = ('HingeJoint', 'SliderJoint')
 GEOMETRIES = ('Box', 'Sphere', 'IndexedFaceSet')
 # What a slot for nodes takes, in Webots.
 SLOTS = {

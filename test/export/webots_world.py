@@ -2,14 +2,15 @@
 """The Webots world: read by two parsers of VRML that are not ours, checked against a table of Webots' nodes and
 against the model's kinematics; the controller against Webots' prototypes."""
 import math
+import pathlib
 import random
 import re
 import shutil
 import subprocess
 import unittest
 
-from support import MODEL, MORPHBUS, ROBOTS, SOURCE, Case, export, main, matrix, poses, run
-from wbt import SOLIDS, Reader, as_vrml
+from support import MODEL, MORPHBUS, SOURCE, Case, export, main, matrix, poses, run
+from wbt import JOINTS, SOLIDS, Reader, as_vrml
 
 COIN = MORPHBUS.parent / 'coin_check'
 STUB = SOURCE / 'test/export/webots_stub'
@@ -44,20 +45,34 @@ def distance(A, B):
     return max(abs(a - b) for a, b in zip(A, B))
 
 
+def motion(joint, q):
+    parameters = joint['jointParameters']
+    if joint.type == 'SliderJoint':
+        return shift([q * a / math.hypot(*parameters['axis']) for a in parameters['axis']])
+    return product(product(shift(parameters['anchor']), turn(parameters['axis'], q)),
+                   shift([-a for a in parameters['anchor']]))
+
+
+def limits_below(node):
+    """{joint: (lower, upper)} of a module; as wide as it gets where there are none."""
+    found = {}
+    for joint in (n for n in every_node([node]) if n.type in JOINTS):
+        motor = joint['device'][0]
+        found[motor['name']] = (motor.get('minPosition', -math.pi), motor.get('maxPosition', math.pi))
+    return found
+
+
 def links_below(node, X, values, found):
     """Poses of a node's Solids at joint values; what has no value keeps the position in the file."""
     found[node['name']] = X
     for child in node.get('children', []):
         if child.type in SOLIDS:
             links_below(child, product(X, place(child)), values, found)
-        if child.type != 'HingeJoint' or child['endPoint'].type == 'SolidReference':
+        if child.type not in JOINTS or child['endPoint'].type == 'SolidReference':
             continue
         parameters = child['jointParameters']
-        motor = child['device'][0]['name']
-        q = values.get(motor, parameters['position']) - parameters['position']
-        hinge = product(product(shift(parameters['anchor']), turn(parameters['axis'], q)),
-                        shift([-a for a in parameters['anchor']]))
-        links_below(child['endPoint'], product(X, product(hinge, place(child['endPoint']))), values, found)
+        q = values.get(child['device'][0]['name'], parameters['position']) - parameters['position']
+        links_below(child['endPoint'], product(X, product(motion(child, q), place(child['endPoint']))), values, found)
     return found
 
 
@@ -67,8 +82,22 @@ def connectors_below(node, X):
             yield child, product(X, place(child))
         elif child.type in SOLIDS:
             yield from connectors_below(child, product(X, place(child)))
-        elif child.type == 'HingeJoint' and child['endPoint'].type == 'Solid':
+        elif child.type in JOINTS and child['endPoint'].type == 'Solid':
             yield from connectors_below(child['endPoint'], product(X, place(child['endPoint'])))
+
+
+def hull_points(node, X):
+    """Corners of all faces below a node, in the world."""
+    found = []
+    for child in node.get('children', []):
+        if child.type == 'Shape' and child['geometry'].type == 'IndexedFaceSet':
+            for x, y, z in child['geometry']['coord']['point']:
+                found.append([X[4 * i] * x + X[4 * i + 1] * y + X[4 * i + 2] * z + X[4 * i + 3] for i in range(3)])
+        elif child.type in SOLIDS:
+            found += hull_points(child, product(X, place(child)))
+        elif child.type in JOINTS and child['endPoint'].type == 'Solid':
+            found += hull_points(child['endPoint'], product(X, place(child['endPoint'])))
+    return found
 
 
 def every_node(nodes):
@@ -90,9 +119,17 @@ class World(Case):
         return path.read_text()
 
     def all_worlds(self):
+        """Of all robots that are shipped, and one more."""
         yield 'snake', self.snake(), self.world('snake', self.snake())
-        for robot in ROBOTS:
-            yield robot, MODEL, self.world(robot)
+        for model in sorted((SOURCE / 'models').glob('*.m3l')):
+            for robot in re.findall(r'(?m)^ *robot (\w+)', model.read_text()):
+                yield robot, str(model), self.world(robot, str(model))
+
+    def root_link(self, robot, module, model, links):
+        """The link that is the module's Robot node: the one that is no Solid below it."""
+        names = {name.partition('.')[2] for name in poses(robot, {}, model) if name.startswith(module + '.')}
+        name, = names - links
+        return name
 
     def complaints(self, text):
         """Of the other parsers; empty if both take the world."""
@@ -169,7 +206,8 @@ class World(Case):
             lifts = set()
             for module in (node for node in world if node.type == 'Robot'):
                 found = links_below(module, place(module), {}, {})
-                found['active_block'] = found.pop(module['name'])
+                root = found.pop(module['name'])
+                found[self.root_link(robot, module['name'], model, set(found))] = root
                 for link, X in found.items():
                     want = matrix(expected[f'{module["name"]}.{link}'])
                     lift = X[7] - want[7]
@@ -179,37 +217,113 @@ class World(Case):
 
     def test_the_joints_move_as_the_models_do(self):
         source = random.Random(5)
+        alone = self.folder / 'alone.m3l'
+        kinds = set()
         for robot, model, text in self.all_worlds():
             for module in (node for node in Reader(text).world() if node.type == 'Robot'):
-                values = {f'joint_{j}': round(source.uniform(-1.5, 1.5), 6) for j in (1, 2)}
+                values = {joint: round(source.uniform(*limits), 6)
+                          for joint, limits in limits_below(module).items()}
+                kinds |= {node.type for node in every_node([module]) if node.type in JOINTS}
                 found = links_below(module, place(module), values, {})
-                name = module['name']
-                expected = poses(robot, {f'{name}.{joint}': q for joint, q in values.items()}, model)
-                root = inverse(found.pop(name))
-                want_root = inverse(matrix(expected[f'{name}.active_block']))
+                # Alone, since loops of the robot would leave the module gaping.
+                kind = module['controller'].partition('_')[2]
+                alone.write_text(f'import "{model}"\nrobot alone: modules=({kind} m)\n')
+                expected = poses('alone', {f'm.{joint}': q for joint, q in values.items()}, str(alone))
+                root = inverse(found.pop(module['name']))
+                link = self.root_link(robot, module['name'], model, set(found))
+                want_root = inverse(matrix(expected[f'm.{link}']))
                 for link, X in found.items():
-                    want = product(want_root, matrix(expected[f'{name}.{link}']))
-                    self.assertLess(distance(product(root, X), want), 1e-9)
+                    want = product(want_root, matrix(expected[f'm.{link}']))
+                    self.assertLess(distance(product(root, X), want), 1e-9, f'{model} {robot} {link}')
+        self.assertEqual(kinds, set(JOINTS))
 
     def test_locked_connectors_meet_mates(self):
-        for _, _, text in self.all_worlds():
+        counts = {}
+        for robot, _, text in self.all_worlds():
             faces = []
-            for robot in (node for node in Reader(text).world() if node.type == 'Robot'):
-                faces += connectors_below(robot, place(robot))
+            for module in (node for node in Reader(text).world() if node.type == 'Robot'):
+                faces += connectors_below(module, place(module))
             locked = [(c, X) for c, X in faces if c.get('isLocked')]
             self.assertEqual(len(locked), text.count('isLocked TRUE'))
-            self.assertEqual({c['type'] for c, _ in locked}, {'active'})  # The hooks are on one side.
+            self.assertLessEqual({c['type'] for c, _ in locked}, {'active', 'symmetric'})
             for connector, X in locked:
                 mates = [(c, Y) for c, Y in faces
                          if c is not connector and max(abs(X[i] - Y[i]) for i in (3, 7, 11)) < 1e-6]
                 self.assertEqual(len(mates), 1)
                 mate, Y = mates[0]
-                self.assertEqual((mate['type'], mate['model']), ('passive', connector['model']))
+                self.assertEqual(mate['model'], connector['model'])
+                self.assertEqual(mate['type'], {'active': 'passive'}.get(connector['type'], 'symmetric'))
+                self.assertEqual(mate['numberOfRotations'], connector['numberOfRotations'])
                 D = product(inverse(X), Y)
                 self.assertAlmostEqual(D[0], -1, delta=1e-9)  # x against x.
                 quarters = math.atan2(D[6], D[10]) / (2 * math.pi / connector['numberOfRotations'])
                 self.assertAlmostEqual(quarters, round(quarters), delta=1e-6)
-        self.assertEqual(len(locked), 10)
+            counts[robot] = len(locked)
+        self.assertEqual(counts['quadruped'], 10)
+
+    def test_numbers_of_turns_are_the_models(self):
+        for robot, _, text in self.all_worlds():
+            turns = {node['numberOfRotations'] for node in every_node(Reader(text).world()) if node.type == 'Connector'}
+            self.assertEqual(turns, {1} if robot.startswith('car') and 'ATRON' in text else {4}, robot)
+
+    def test_the_camera_sees_the_whole_robot(self):
+        for robot, _, text in self.all_worlds():
+            world = Reader(text).world()
+            view, = (node for node in world if node.type == 'Viewpoint')
+            *axis, angle = view['orientation']
+            R = turn(axis, angle)
+            points = []
+            for node in (n for n in world if n.type == 'Robot'):
+                points += hull_points(node, place(node))
+            middle = [(min(p[i] for p in points) + max(p[i] for p in points)) / 2 for i in range(3)]
+            self.assertGreater(view['position'][1], 0)
+            self.assertGreater(R[6], 0.5, 'the camera stands upright: its z is up, which is y here')
+            seen = 0
+            for p in [middle, *points]:
+                to = [a - b for a, b in zip(p, view['position'])]
+                x, y, z = (sum(R[4 * i + j] * to[i] for i in range(3)) for j in range(3))
+                self.assertGreater(x, 0)
+                # Webots' angle of view, 45 degrees, is across the width; a picture of 16:9.
+                self.assertLess(abs(y) / x, math.tan(math.pi / 8))
+                self.assertLess(abs(z) / x, math.tan(math.pi / 8) * 9 / 16)
+                seen = max(seen, math.hypot(y, z) / x)
+            self.assertGreater(seen, 0.05, 'not from the moon')
+
+    def test_modules_may_be_called_floor(self):
+        path = self.folder / 'floor.m3l'
+        path.write_text(f'import "{MODEL}"\nrobot f: modules=(MTRAN floor, MTRAN FLOOR), '
+                        'connections=((floor.c2,FLOOR.c5))\n')
+        world = Reader(self.world('f', str(path))).world()
+        names = [node['name'] for node in world if node.type in SOLIDS]
+        self.assertEqual(sorted(names), ['FLOOR', 'floor', 'floor_'])
+
+    def test_limits_that_webots_cannot_hold_are_reported(self):
+        path = self.folder / 'slide.m3l'
+        path.write_text((SOURCE / 'models/mixed.m3l').read_text().replace('value=[0, 2]', 'value=[0.5, 2]')
+                        .replace('import "mtran.m3l"', f'import "{MODEL}"'))
+        said = export('webots', self.folder / 'slide.wbt', '--robot', 'inchworm', model=str(path)).stderr
+        self.assertIn('warning: Webots takes limits only on either side of 0: slide of TELESCOPE is left without '
+                      'its own, 0.01625 to 0.065 m', said)
+        self.assertEqual(said.count('warning'), 1)
+
+    def test_turns_that_webots_allows_beyond_the_models_are_reported(self):
+        # As M-TRAN, but that c4 docks with _1 on _1 or on _3 only, in two turns.
+        text = pathlib.Path(MODEL).read_text().partition('// m5 is the junction')[0]
+        for old, new in (('gender="male"', 'gender="male", few=false'),
+                         ('gender="female"', 'gender="female", few=false'),
+                         ('(p_a._1 coincident p_b.point)', '(p_a._1 coincident p_b.point) and ((p_a.few == false and '
+                          'p_b.few == false) or p_a._1 coincident p_b._1 or p_a._1 coincident p_b._3)')):
+            self.assertIn(old, text)
+            text = text.replace(old, new)
+        text += 'robot r: modules=(MTRAN a, MTRAN b), connections=((a.c2,b.c5))\n'
+        path = self.folder / 'few.m3l'
+        path.write_text(text.replace('few=false, extended=false', 'few=true, extended=false', 1))
+        said = export('webots', self.folder / 'r.wbt', '--robot', 'r', model=str(path)).stderr
+        self.assertEqual(said, 'morphbus: warning: Webots will let MTRAN.c1 dock to MTRAN.c4 in 4 turns, '
+                               'the model has 2\n')
+        # Two turns for all are two turns in Webots too.
+        path.write_text(text.replace('few=false', 'few=true'))
+        self.assertIn('numberOfRotations 2', self.world('r', str(path)))
 
     def test_files_lie_where_webots_looks(self):
         self.world('quadruped')
@@ -255,29 +369,46 @@ class Controller(Case):
             #include <string.h>
             int main(void) {
               char got[8];
-              module_start();
-              if (strcmp(module_name(), "m1") != 0) return 1;
-              module_set_joint(JOINT_joint_2, -0.5, 0.1);
-              if (module_joint(JOINT_joint_2) != -0.5) return 2;
-              module_set_joint(JOINT_joint_1, 0.5, 99);
-              if (module_is_locked(CONNECTOR_c3)) return 3;
-              module_set_lock(CONNECTOR_c3, 1);
-              if (!module_is_locked(CONNECTOR_c3)) return 4;
-              module_set_lock(CONNECTOR_c3, 0);
-              if (module_is_locked(CONNECTOR_c3)) return 5;
-              if (module_receive(CONNECTOR_c6, got, 8) != -1) return 6;
-              if (!module_send(CONNECTOR_c6, "hello", 5)) return 7;
-              if (module_send(CONNECTOR_c6, got, MODULE_MAX_MESSAGE + 1)) return 8;
-              /* The echo of our own is passed over, the neighbour's is taken. */
-              if (module_receive(CONNECTOR_c6, got, 4) != 4 || memcmp(got, "hell", 4) != 0) return 9;
-              return module_receive(CONNECTOR_c6, got, 8) == -1 ? 0 : 10;
+              int link;
+              double pose[7];
+              struct module_reading reading;
+              module_start(0);
+              if (strcmp(module_name(), "m1") != 0 || module_id() != 3) return 1;
+              if (!module_is_root(&link, pose) || link != 1 || pose[0] != 0.5 || pose[5] != -0.5) return 2;
+              module_read_connector(CONNECTOR_c6, &reading);
+              if (reading.docked || module_sees_mate(CONNECTOR_c6)) return 3;
+              if (!module_send(CONNECTOR_c6, "hello", 5)) return 4;
+              if (module_send(CONNECTOR_c6, got, MODULE_MAX_MESSAGE + 1)) return 5;
+              module_step();
+              if (module_time_us() != 4000) return 6;
+              /* The echo of our own is passed over, the neighbour's is taken; it holds us, though c6 senses nothing. */
+              if (module_receive(CONNECTOR_c6, got, 4) != 4 || memcmp(got, "hell", 4) != 0) return 7;
+              if (module_receive(CONNECTOR_c6, got, 8) != -1 || !module_sees_mate(CONNECTOR_c6)) return 8;
+              module_read_connector(CONNECTOR_c6, &reading);
+              if (!reading.docked || reading.mate_module != 7 || reading.mate_connector != 2) return 9;
+              if (reading.number < 1 || reading.number > 4 || reading.is_member_b) return 10; /* (c6, c3): 1 to 4. */
+              module_command_joint(JOINT_joint_2, MODULE_POSITION, -0.5, 0.1);
+              module_command_joint(JOINT_joint_1, MODULE_POSITION, 0.5, 99);
+              module_step();
+              if (module_joint(JOINT_joint_2) != -0.5) return 11;
+              if (module_joint_velocity(JOINT_joint_2) > -187 || module_joint_velocity(JOINT_joint_2) < -188) return 12;
+              module_command_joint(JOINT_joint_1, MODULE_HOLD, 0, 0);
+              module_command_joint(JOINT_joint_2, MODULE_VELOCITY, 0, -99);
+              module_command_connector(CONNECTOR_c3, 0, 1);
+              module_command_connector(CONNECTOR_c3, 0, 0);
+              return 0;
             }''')
         program = self.folder / 'test'
         self.compile('morphbus_module.c', test, output=program)
         said = run([program]).stdout
         self.assertIn('velocity joint_2 0.1000\nposition joint_2 -0.5\n', said)
         self.assertIn('velocity joint_1 3.1416\nposition joint_1 0.5\n', said)
-        self.assertIn('send c6.emitter 8\n', said)
+        self.assertIn('velocity joint_1 3.1416\nposition joint_1 0.5\nposition joint_2 inf\n'
+                      'velocity joint_2 -3.1416\nlock c3\nunlock c3\n', said)
+        # Each connector says every step who it is, in 6 bytes, with the message if there is one.
+        self.assertEqual(said.count('send c6.emitter 11\n'), 1)
+        self.assertEqual(said.count('send c6.emitter 6\n'), 1)
+        self.assertEqual(said.count('send c1.emitter 6\n'), 2)
 
     def test_the_wrapper_is_cpp_too(self):
         folder = self.compile('morphbus_module.c', 'morphbus_MTRAN.c', output=self.folder / 'controller')

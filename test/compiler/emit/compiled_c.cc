@@ -8,7 +8,8 @@
 
 namespace morphbus::test {
 
-CompiledC::CompiledC(const emit::Exported& exported, const std::string& stem) {
+CompiledC::CompiledC(const emit::Exported& exported, const std::string& stem,
+                     const std::string& options) {
   std::string name = testing::TempDir() + "morphbus-c99-XXXXXX";
   if (mkdtemp(name.data()) == nullptr) {
     ADD_FAILURE() << "no scratch folder";
@@ -22,8 +23,9 @@ CompiledC::CompiledC(const emit::Exported& exported, const std::string& stem) {
   const std::string library = (folder_ / (stem + ".so")).string();
   const std::string command = std::string(MORPHBUS_C_COMPILER) +
                               " -std=c99 -Wall -Wextra -Wpedantic -Wconversion -Werror -O0 "
-                              "-shared -fPIC -o " +
-                              library + " " + (folder_ / (stem + ".c")).string() + " -lm";
+                              "-shared -fPIC " +
+                              options + " -o " + library + " " +
+                              (folder_ / (stem + ".c")).string() + " -lm";
   // NOLINTNEXTLINE(cert-env33-c): a test's own folder.
   EXPECT_EQ(std::system(command.c_str()), 0) << exported.text;
   library_ = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);

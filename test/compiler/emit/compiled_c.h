@@ -10,9 +10,10 @@ namespace morphbus::test {
 
 class CompiledC {
  public:
-  /// Compiles `exported` as `stem`.c, with its companions beside it. Failures are failures of the
-  /// test, with the compiler's words.
-  CompiledC(const emit::Exported& exported, const std::string& stem);
+  /// Compiles `exported` as `stem`.c, with its companions beside it and more options if need be.
+  /// Failures are failures of the test, with the compiler's words.
+  CompiledC(const emit::Exported& exported, const std::string& stem,
+            const std::string& options = "");
   ~CompiledC();
   CompiledC(const CompiledC&) = delete;
   CompiledC& operator=(const CompiledC&) = delete;

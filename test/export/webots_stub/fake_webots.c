@@ -1,5 +1,6 @@
-/* A Webots of one module for the wrapper's tests: motors reach their target at once, what is sent comes
-   back as if a neighbour had sent it and then as the module's own echo. Prints what it is asked to do. */
+/* A Webots of one M-TRAN module for the wrapper's tests: motors reach their target at once, what is sent
+   comes back as the module's own echo and then as if module 7 had sent it from its c3, which holds. Prints
+   what it is asked to do. */
 #include <stdio.h>
 #include <string.h>
 #include <webots/connector.h>
@@ -10,10 +11,11 @@
 #include <webots/robot.h>
 
 static char names[64][64];
-static int num_names, steps, queued;
+static int num_names, steps;
+static int queued[64];
 static double positions[64];
-static char packets[2][2048];
-static int sizes[2];
+static char packets[64][2][8192];
+static int sizes[64];
 static char locked[64];
 
 static WbDeviceTag find(const char *name) {
@@ -32,6 +34,7 @@ void wb_robot_cleanup() { printf("cleanup\n"); }
 double wb_robot_get_time() { return 0.004 * steps; }
 double wb_robot_get_basic_time_step() { return 4; }
 const char *wb_robot_get_name() { return "m1"; }
+const char *wb_robot_get_custom_data() { return "id 3 root 1 0.5 -0.25 0 0.5 0.5 -0.5 0.5"; }
 WbDeviceTag wb_robot_get_device(const char *name) {
   printf("device %s\n", name);
   if (!find(name)) strcpy(names[num_names++], name);
@@ -52,21 +55,40 @@ void wb_position_sensor_enable(WbDeviceTag tag, int period) {
 }
 double wb_position_sensor_get_value(WbDeviceTag tag) { return positions[tag]; }
 void wb_connector_enable_presence(WbDeviceTag tag, int period) { (void)tag, (void)period; }
-int wb_connector_get_presence(WbDeviceTag tag) { return tag % 2; }
-void wb_connector_lock(WbDeviceTag tag) { locked[tag] = 1; }
-void wb_connector_unlock(WbDeviceTag tag) { locked[tag] = 0; }
+/* c4 to c6 are passive: they sense nothing and hold nothing. */
+static int is_passive(WbDeviceTag tag) { return names[tag - 1][1] >= '4'; }
+int wb_connector_get_presence(WbDeviceTag tag) { return is_passive(tag) ? -1 : 1; }
+void wb_connector_lock(WbDeviceTag tag) {
+  printf("lock %s\n", names[tag - 1]);
+  locked[tag] = !is_passive(tag);
+}
+void wb_connector_unlock(WbDeviceTag tag) {
+  printf("unlock %s\n", names[tag - 1]);
+  locked[tag] = 0;
+}
 bool wb_connector_is_locked(WbDeviceTag tag) { return locked[tag]; }
 int wb_emitter_send(WbDeviceTag tag, const void *data, int size) {
+  /* Emitter c1.emitter sends to c1.receiver. */
+  char receiver[80];
+  WbDeviceTag to;
   printf("send %s %d\n", names[tag - 1], size);
-  memcpy(packets[0], data, (size_t)size);
-  memcpy(packets[1], data, (size_t)size);
-  packets[1][1] = '2'; /* From m2. */
-  sizes[0] = sizes[1] = size;
-  queued = 2;
+  sprintf(receiver, "%.2s.receiver", names[tag - 1]);
+  to = find(receiver);
+  memcpy(packets[to][0], data, (size_t)size);
+  memcpy(packets[to][1], data, (size_t)size);
+  packets[to][1][0] = 7;
+  packets[to][1][4] = 2;
+  packets[to][1][5] = 1;
+  sizes[to] = size;
+  queued[to] = 2;
   return 1;
 }
 void wb_receiver_enable(WbDeviceTag tag, int period) { (void)tag, (void)period; }
-int wb_receiver_get_queue_length(WbDeviceTag tag) { return (void)tag, queued; }
-int wb_receiver_get_data_size(WbDeviceTag tag) { return (void)tag, sizes[2 - queued]; }
-const void *wb_receiver_get_data(WbDeviceTag tag) { return (void)tag, packets[2 - queued]; }
-void wb_receiver_next_packet(WbDeviceTag tag) { (void)tag, --queued; }
+int wb_receiver_get_queue_length(WbDeviceTag tag) { return queued[tag]; }
+int wb_receiver_get_data_size(WbDeviceTag tag) { return sizes[tag]; }
+const void *wb_receiver_get_data(WbDeviceTag tag) { return packets[tag][2 - queued[tag]]; }
+const double *wb_receiver_get_emitter_direction(WbDeviceTag tag) {
+  static const double up[3] = {0, 0, 1};
+  return (void)tag, up;
+}
+void wb_receiver_next_packet(WbDeviceTag tag) { --queued[tag]; }

@@ -12,6 +12,7 @@ void wb_receiver_enable(WbDeviceTag tag, int sampling_period);
 int wb_receiver_get_queue_length(WbDeviceTag tag);
 int wb_receiver_get_data_size(WbDeviceTag tag);
 const void* wb_receiver_get_data(WbDeviceTag tag);
+const double* wb_receiver_get_emitter_direction(WbDeviceTag tag);
 void wb_receiver_next_packet(WbDeviceTag tag);
 
 #ifdef __cplusplus

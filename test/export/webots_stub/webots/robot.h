@@ -14,6 +14,7 @@ void wb_robot_cleanup();
 double wb_robot_get_time();
 double wb_robot_get_basic_time_step();
 const char* wb_robot_get_name();
+const char* wb_robot_get_custom_data();
 WbDeviceTag wb_robot_get_device(const char* name);
 
 #ifdef __cplusplus
