@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "compiler/model/loop_constraints.h"
+#include "tools/json_text.h"
 
 namespace morphbus::tools {
 
@@ -51,7 +52,7 @@ void PrintDiagnostics(const source::Diagnostics& diagnostics, const source::Sour
   std::fputs(text.c_str(), stderr);
 }
 
-void PrintJson(const Json& json) { fmt::print("{}\n", json.dump(2)); }
+void PrintJson(const Json& json) { fmt::print("{}\n", JsonText(json, 2)); }
 
 std::optional<model::Model> LoadModel(const std::vector<std::string>& paths) {
   m3l::CompileOutput output = m3l::CompileFiles(paths);
@@ -70,9 +71,7 @@ const model::Robot* PickRobot(const model::Model& model, const std::string& name
     Unusable(fmt::format("the model has several robots; choose one with --robot: {}",
                          fmt::join(names, ", ")));
   } else {
-    const std::string nearest = source::NearestName(name, names);
-    Unusable(fmt::format("the model has no robot '{}'{}; it has {}", name,
-                         nearest.empty() ? "" : fmt::format(" (did you mean '{}'?)", nearest),
+    Unusable(fmt::format("the model has no robot '{}'{}; it has {}", name, DidYouMean(name, names),
                          fmt::join(names, ", ")));
   }
   return nullptr;
@@ -91,6 +90,11 @@ Json VectorJson(const Eigen::Vector3d& v) {
 
 Json AttributeJson(const model::AttributeValue& value) {
   return std::visit([](const auto& v) { return Json(v); }, value);
+}
+
+std::string DidYouMean(const std::string& name, const std::vector<std::string>& names) {
+  const std::string nearest = source::NearestName(name, names);
+  return nearest.empty() ? "" : fmt::format(" (did you mean '{}'?)", nearest);
 }
 
 std::string MobilityText(const model::KinematicGraph& graph) {

@@ -57,6 +57,9 @@ Json VectorJson(const Eigen::Vector3d& v);
 /// A JSON bool, number or string.
 Json AttributeJson(const model::AttributeValue& value);
 
+/// " (did you mean 'x'?)" with the one of `names` that is nearest to `name`; "" if none is near.
+std::string DidYouMean(const std::string& name, const std::vector<std::string>& names);
+
 /// "mobility 16", or that it was not computed, and why.
 std::string MobilityText(const model::KinematicGraph& graph);
 

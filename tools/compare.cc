@@ -10,6 +10,7 @@
 #include "logger/report.h"
 #include "logger/run_log.h"
 #include "tools/commands.h"
+#include "tools/json_text.h"
 
 namespace morphbus::tools {
 namespace {
@@ -68,7 +69,7 @@ int CompareLogs(const Options& options) {
     if (!written) return Unusable(written.error().message);
   }
   if (options.json) {
-    fmt::print("{}\n", logger::ComparisonJson(comparison).dump(2));
+    fmt::print("{}\n", JsonText(logger::ComparisonJson(comparison), 2));
   } else {
     fmt::print("{}", logger::ComparisonText(comparison));
   }

@@ -4,6 +4,8 @@
 #include <CLI/CLI.hpp>
 
 #include "tools/commands.h"
+#include "tools/connector_pair.h"
+#include "tools/json_text.h"
 #include "tools/why.h"
 
 namespace morphbus::tools {
@@ -12,7 +14,7 @@ namespace {
 struct Options {
   std::string file;
   std::string connection;
-  std::vector<std::string> pair;
+  std::string pair;
   std::string why_pair;
   bool why = false;
   bool json = false;
@@ -30,22 +32,10 @@ const model::ConnectionType* PickConnection(const model::Model& model, const std
     Unusable(fmt::format("the model has several connections; choose one with --connection: {}",
                          fmt::join(names, ", ")));
   } else {
-    const std::string nearest = source::NearestName(name, names);
     Unusable(fmt::format("the model has no connection '{}'{}; it has {}", name,
-                         nearest.empty() ? "" : fmt::format(" (did you mean '{}'?)", nearest),
-                         fmt::join(names, ", ")));
+                         DidYouMean(name, names), fmt::join(names, ", ")));
   }
   return nullptr;
-}
-
-/// Index of a connector by name, or -1 after saying which names there are.
-int PickConnector(const model::ModuleType& type, const std::string& name) {
-  if (const std::optional<int> index = type.FindConnector(name)) return *index;
-  std::vector<std::string> names;
-  for (const model::Connector& connector : type.connectors) names.push_back(connector.name);
-  Unusable(fmt::format("--pair: module {} has no connector '{}'; it has {}", type.name, name,
-                       fmt::join(names, ", ")));
-  return -1;
 }
 
 std::string StateName(const model::Model& model, const model::ConnectionType& type,
@@ -57,23 +47,21 @@ std::string StateName(const model::Model& model, const model::ConnectionType& ty
                      module.connectors[static_cast<size_t>(connector)].name, state.variable);
 }
 
-/// Sorts out what `--why` took, and reports what is missing; a status if it cannot be used.
-std::optional<int> Settle(Options& options) {
+/// The pair that `--why` or `--pair` names, if one does; an error if they cannot be used.
+Result<std::optional<PairText>> Settle(Options& options) {
   if (options.file.empty() && options.why_pair.find(',') == std::string::npos) {
     options.file.swap(options.why_pair);  // `--why FILE`: the option took the file for a pair.
   }
-  if (options.file.empty()) return Unusable("FILE is required; see connections --help");
-  if (!options.why_pair.empty()) {
-    const size_t comma = options.why_pair.find(',');
-    if (comma == std::string::npos) {
-      return Unusable("--why: expected a pair of connectors, such as c1,c4");
-    }
-    options.pair = {options.why_pair.substr(0, comma), options.why_pair.substr(comma + 1)};
+  if (options.file.empty()) return Fail("FILE is required; see connections --help");
+  if (!options.why_pair.empty() && !options.pair.empty()) {
+    return Fail("--pair and --why both name a pair of connectors: write it once");
   }
-  if (options.why && options.pair.empty()) {
-    return Unusable("--why explains a pair of connectors, such as --why c1,c4");
+  if (options.why && options.why_pair.empty() && options.pair.empty()) {
+    return Fail("--why explains a pair of connectors, such as --why c1,c4");
   }
-  return std::nullopt;
+  if (!options.why_pair.empty()) return ParsePair("--why", options.why_pair);
+  if (!options.pair.empty()) return ParsePair("--pair", options.pair);
+  return std::optional<PairText>();
 }
 
 Json ListJson(const model::Model& model, const model::ConnectionType& type, int only_a,
@@ -98,7 +86,7 @@ Json ListJson(const model::Model& model, const model::ConnectionType& type, int 
 
 void PrintList(const Json& list) {
   fmt::print("{:>6}  {:<8} {:<8} {:>27}   {:<33} {}\n", "number", "a", "b", "b's origin in a (m)",
-             "rotation (w x y z)", "state");
+             "rotation (w x y z)", "a state that will do");
   for (const Json& c : list) {
     const Json& p = c["pose"]["p"];
     const Json& q = c["pose"]["q"];
@@ -106,48 +94,90 @@ void PrintList(const Json& list) {
                c["number"].get<int>(), c["a"].get<std::string>(), c["b"].get<std::string>(),
                p[0].get<double>(), p[1].get<double>(), p[2].get<double>(), q[0].get<double>(),
                q[1].get<double>(), q[2].get<double>(), q[3].get<double>(),
-               c["state"].empty() ? "" : c["state"].dump());
+               c["state"].empty() ? "" : JsonText(c["state"]));
+  }
+}
+
+std::string NamesOf(const model::Model& model, const std::vector<ConnectorPair>& pairs) {
+  std::vector<std::string> names;
+  for (const ConnectorPair& pair : pairs) {
+    names.push_back(model.connection_types[pair.connection].name);
+  }
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+/// Explains the pair in each connection that has it; as JSON there must be one.
+int Explain(const m3l::CompileOutput& compiled, std::vector<ConnectorPair> pairs, bool json) {
+  if (json && pairs.size() > 1) {
+    return Unusable(
+        fmt::format("several connections have this pair; choose one with --connection: {}",
+                    NamesOf(compiled.solved, pairs)));
+  }
+  const std::string all = NamesOf(compiled.solved, pairs);
+  std::erase_if(pairs, [&](const ConnectorPair& p) { return !compiled.explainable[p.connection]; });
+  if (pairs.empty()) {
+    return Unusable(fmt::format(
+        "{} has errors in its conditions or its modules, which must be mended first", all));
+  }
+  for (size_t i = 0; i < pairs.size(); ++i) {
+    if (json) {
+      PrintJson(WhyJson(compiled, pairs[i].connection, pairs[i].a, pairs[i].b));
+    } else {
+      if (i > 0) fmt::print("\n");
+      PrintWhy(compiled, pairs[i].connection, pairs[i].a, pairs[i].b);
+    }
+  }
+  return compiled.model ? kDone : kUnusable;
+}
+
+/// Lists the options of a connection, or those of one pair of connectors.
+void List(const model::Model& model, const model::ConnectionType& type, const ConnectorPair* pair,
+          bool json) {
+  const Json list = ListJson(model, type, pair ? pair->a : -1, pair ? pair->b : -1);
+  if (json) {
+    PrintJson({{"connection", type.name},
+               {"candidates", type.candidates},
+               {"count", list.size()},
+               {"connections", list}});
+    return;
+  }
+  const model::ModuleType& type_a = model.module_types[static_cast<size_t>(type.type_a)];
+  const model::ModuleType& type_b = model.module_types[static_cast<size_t>(type.type_b)];
+  fmt::print("connection {} ({} a, {} b): {} of {} candidates\n", type.name, type_a.name,
+             type_b.name, type.options.size(), type.candidates);
+  if (!list.empty()) {
+    PrintList(list);
+  } else if (pair != nullptr) {
+    const std::string& a = type_a.connectors[static_cast<size_t>(pair->a)].name;
+    const std::string& b = type_b.connectors[static_cast<size_t>(pair->b)].name;
+    fmt::print("{} of a and {} of b cannot be mated; {}\n", a, b, solver::WhyHint(a, b));
   }
 }
 
 int Connections(Options options) {
-  if (const std::optional<int> unusable = Settle(options)) return *unusable;
+  const Result<std::optional<PairText>> named = Settle(options);
+  if (!named) return Unusable(named.error().message);
   const m3l::CompileOutput compiled = m3l::CompileFiles({options.file});
   PrintDiagnostics(compiled.diagnostics, compiled.sources);
-  const std::optional<model::Model>& model = compiled.model;
-  if (!model) return kUnusable;
-  const model::ConnectionType* type = PickConnection(*model, options.connection);
-  if (type == nullptr) return kUnusable;
-  const model::ModuleType& type_a = model->module_types[static_cast<size_t>(type->type_a)];
-  const model::ModuleType& type_b = model->module_types[static_cast<size_t>(type->type_b)];
-  int only_a = -1;
-  int only_b = -1;
-  if (!options.pair.empty()) {
-    only_a = PickConnector(type_a, options.pair[0]);
-    if (only_a < 0) return kUnusable;
-    only_b = PickConnector(type_b, options.pair[1]);
-    if (only_b < 0) return kUnusable;
-  }
-  if (options.why) {
-    const auto index = static_cast<size_t>(type - model->connection_types.data());
-    if (options.json) {
-      PrintJson(WhyJson(compiled, index, only_a, only_b));
-    } else {
-      PrintWhy(compiled, index, only_a, only_b);
-    }
+  // Errors elsewhere, in robots say, are no reason not to explain a connection.
+  if (!compiled.model && (!options.why || compiled.problems.empty())) return kUnusable;
+  const model::Model& model = compiled.solved;
+  if (!*named) {
+    const model::ConnectionType* type = PickConnection(model, options.connection);
+    if (type == nullptr) return kUnusable;
+    List(model, *type, nullptr, options.json);
     return kDone;
   }
-  const Json list = ListJson(*model, *type, only_a, only_b);
-  if (options.json) {
-    PrintJson({{"connection", type->name},
-               {"candidates", type->candidates},
-               {"count", list.size()},
-               {"connections", list}});
-  } else {
-    fmt::print("connection {} ({} a, {} b): {} of {} candidates\n", type->name, type_a.name,
-               type_b.name, type->options.size(), type->candidates);
-    PrintList(list);
+  const Result<std::vector<ConnectorPair>> pairs = FindPairs(model, options.connection, **named);
+  if (!pairs) return Unusable(pairs.error().message);
+  if (options.why) return Explain(compiled, *pairs, options.json);
+  if (pairs->size() > 1) {
+    return Unusable(
+        fmt::format("several connections have this pair; choose one with --connection: {}",
+                    NamesOf(model, *pairs)));
   }
+  const ConnectorPair& pair = pairs->front();
+  List(model, model.connection_types[pair.connection], &pair, options.json);
   return kDone;
 }
 
@@ -159,8 +189,6 @@ void AddConnections(CLI::App& app, Action* action) {
   sub->add_option("FILE", options->file, "M3L file");
   sub->add_option("--connection", options->connection, "Which connection definition");
   sub->add_option("--pair", options->pair, "Only this pair of connectors, e.g. c1,c4")
-      ->delimiter(',')
-      ->expected(2)
       ->type_name("A,B");
   auto* why = sub->add_option("--why", options->why_pair,
                               "Explain a pair of connectors: every candidate, and what removed it")

@@ -1,4 +1,5 @@
 #include "tools/control_link.h"
+#include "tools/json_text.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -53,7 +54,7 @@ void ControlLink::Send(const nlohmann::ordered_json& message) const {
 
 void ControlLink::Deliver(const nlohmann::ordered_json& message) const {
   if (fd_ < 0) return;
-  const std::string line = message.dump() + "\n";
+  const std::string line = JsonText(message) + "\n";
   for (size_t done = 0; done < line.size();) {
     const ssize_t n = send(fd_, line.data() + done, line.size() - done, MSG_NOSIGNAL);
     if (n > 0) done += static_cast<size_t>(n);

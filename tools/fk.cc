@@ -43,13 +43,19 @@ bool ApplySetting(const model::Model& model, const model::Robot& robot, const st
   const std::string joint_name = text.substr(dot + 1, equals - dot - 1);
   const std::optional<int> module = robot.FindModule(module_name);
   if (!module) {
-    Unusable(fmt::format("--set {}: robot {} has no module '{}'", text, robot.name, module_name));
+    std::vector<std::string> names;
+    for (const model::ModuleInstance& m : robot.modules) names.push_back(m.name);
+    Unusable(fmt::format("--set {}: robot {} has no module '{}'{}", text, robot.name, module_name,
+                         DidYouMean(module_name, names)));
     return false;
   }
   const model::ModuleType& type = model.TypeOf(robot, *module);
   const std::optional<int> joint = type.FindJoint(joint_name);
   if (!joint) {
-    Unusable(fmt::format("--set {}: module {} has no joint '{}'", text, type.name, joint_name));
+    std::vector<std::string> names;
+    for (const model::Joint& j : type.joints) names.push_back(j.name);
+    Unusable(fmt::format("--set {}: module {} has no joint '{}'{}; it has {}", text, type.name,
+                         joint_name, DidYouMean(joint_name, names), fmt::join(names, ", ")));
     return false;
   }
   const std::optional<double> value = ParseValue(text.substr(equals + 1));

@@ -5,6 +5,7 @@
 
 #include "logger/run_log.h"
 #include "tools/commands.h"
+#include "tools/json_text.h"
 
 namespace morphbus::tools {
 namespace {
@@ -29,7 +30,7 @@ int Report(const Options& options, bool verify) {
   const Result<logger::RunLog> log = logger::LoadRunLog(options.log, {options.run, false});
   if (!log) return Unusable(log.error().message);
   if (options.json) {
-    fmt::print("{}\n", logger::FactsJson(log->facts).dump(2));
+    fmt::print("{}\n", JsonText(logger::FactsJson(log->facts), 2));
   } else {
     fmt::print("{}", verify ? logger::VerifyText(log->facts) : logger::FactsText(log->facts));
   }

@@ -18,6 +18,7 @@
 
 #include "bridge/channels.h"
 #include "tools/files.h"
+#include "tools/json_text.h"
 
 namespace morphbus::tools {
 namespace {
@@ -141,7 +142,7 @@ Result<void> RunDirectory::Publish(const RunEntry& entry) const {
   const nlohmann::json json = {{"pid", entry.pid},     {"since", entry.since},
                                {"robot", entry.robot}, {"log", entry.log},
                                {"url", entry.url},     {"isolated", entry.isolated}};
-  return WriteFile(path_ + "/run.json", json.dump(2) + "\n");
+  return WriteFile(path_ + "/run.json", JsonText(json, 2) + "\n");
 }
 
 Result<std::vector<RunEntry>> ListRuns() {

@@ -10,6 +10,7 @@
 #include "bridge/lcm_bus.h"
 #include "tools/commands.h"
 #include "tools/control_link.h"
+#include "tools/json_text.h"
 #include "tools/lcm_sources.h"
 #include "tools/run_choice.h"
 #include "tools/spy_table.h"
@@ -30,7 +31,7 @@ struct Options {
 void Show(const Json& spy, const Options& options, bool live) {
   if (options.json) {
     // One object; or, as a stream, one a line.
-    fmt::print("{}\n", spy.dump(options.once ? 2 : -1));
+    fmt::print("{}\n", JsonText(spy, options.once ? 2 : -1));
   } else if (live) {
     winsize size = {};
     ioctl(STDOUT_FILENO, TIOCGWINSZ, &size);

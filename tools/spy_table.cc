@@ -6,6 +6,7 @@
 
 #include "bridge/channels.h"
 #include "bridge/codec.h"
+#include "tools/json_text.h"
 
 namespace morphbus::tools {
 namespace {
@@ -107,7 +108,7 @@ std::string SpyText(const Json& spy, const std::string& selected, int width, int
   if (!selected.empty()) {
     lines.emplace_back("");
     lines.push_back(selected + (chosen == nullptr ? ": nothing heard" : ":"));
-    std::string text = chosen == nullptr ? "" : chosen->dump(1);
+    std::string text = chosen == nullptr ? "" : JsonText(*chosen, 1);
     for (size_t begin = 0, end = 0; begin < text.size(); begin = end + 1) {
       end = std::min(text.find('\n', begin), text.size());
       lines.push_back(text.substr(begin, end - begin));

@@ -23,7 +23,7 @@ struct Context {
 
 Context Explain(const m3l::CompileOutput& compiled, size_t index, int connector_a,
                 int connector_b) {
-  const model::Model& model = *compiled.model;
+  const model::Model& model = compiled.solved;
   const model::ConnectionType& connection = model.connection_types[index];
   const auto& type_a = model.module_types[static_cast<size_t>(connection.type_a)];
   const auto& type_b = model.module_types[static_cast<size_t>(connection.type_b)];
@@ -132,6 +132,11 @@ void PrintWhy(const m3l::CompileOutput& compiled, size_t connection, int connect
   fmt::print("{} tried, {} the conditions, {} of them kept\n",
              Plural(explanation.candidates.size(), "motion"),
              fmt::format("{} {}", fit, fit == 1 ? "satisfies" : "satisfy"), kept);
+  if (explanation.free_motion) {
+    PrintNote(
+        context, compiled.problems[connection].span,
+        fmt::format("the conditions fix no motion: {} is left free", *explanation.free_motion));
+  }
   if (explanation.dead_end) {
     PrintNote(context, explanation.dead_end->span, explanation.dead_end->measured);
   }
@@ -169,11 +174,13 @@ Json WhyJson(const m3l::CompileOutput& compiled, size_t connection, int connecto
                           {"failures", broken},
                           {"overlaps", overlaps}});
   }
-  return {{"connection", context.connection.name},
-          {"a", context.a.name},
-          {"b", context.b.name},
-          {"failures", failures},
-          {"candidates", candidates}};
+  return {
+      {"connection", context.connection.name},
+      {"a", context.a.name},
+      {"b", context.b.name},
+      {"failures", failures},
+      {"free", context.explanation.free_motion ? Json(*context.explanation.free_motion) : Json()},
+      {"candidates", candidates}};
 }
 
 }  // namespace morphbus::tools

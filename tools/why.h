@@ -12,7 +12,7 @@ namespace morphbus::tools {
 void PrintWhy(const m3l::CompileOutput& compiled, size_t connection, int connector_a,
               int connector_b);
 
-/// The same as JSON: `{"connection":…,"a":…,"b":…,"failures":[…],"candidates":[…]}`.
+/// The same as JSON: `{"connection":…,"a":…,"b":…,"failures":[…],"free":…,"candidates":[…]}`.
 Json WhyJson(const m3l::CompileOutput& compiled, size_t connection, int connector_a,
              int connector_b);
 

@@ -6,13 +6,14 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 
 namespace morphbus::congruence {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kDegrees = 180.0 / 3.14159265358979323846;
+constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 std::string Counted(size_t count, const std::string& one, const std::string& many) {
   return fmt::format("{} {}", count == 0 ? "no" : std::to_string(count), count == 1 ? one : many);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "compiler/congruence/classes.h"
 #include "compiler/congruence/congruence.h"
@@ -14,7 +15,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kPi = 3.14159265358979323846;
 /// Bounds for types with many free turns and connectors.
 constexpr size_t kMaxPlacements = 512;
 constexpr size_t kMaxAngles = 64;
@@ -38,7 +38,7 @@ std::vector<double> AnglesOf(const model::ModuleType& type, const std::vector<in
       if (std::abs(out.norm() - out_to.norm()) > tolerance) continue;
       const double angle = std::atan2(out.cross(out_to).dot(axis), out.dot(out_to));
       const bool known = std::any_of(angles.begin(), angles.end(), [&](double other) {
-        return std::abs(std::remainder(angle - other, 2.0 * kPi)) <= 1e-6;
+        return std::abs(std::remainder(angle - other, 2.0 * std::numbers::pi)) <= 1e-6;
       });
       if (!known && angles.size() < kMaxAngles) angles.push_back(angle);
     }

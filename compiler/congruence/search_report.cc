@@ -1,13 +1,12 @@
 // From a finished correspondence to a Mapping: what nothing settled is set, offsets are read off.
 
 #include <cmath>
+#include <numbers>
 
 #include "compiler/congruence/search.h"
 
 namespace morphbus::congruence {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 uint64_t HashOf(uint64_t hash, uint64_t value) {
   hash ^= value + 0x9e3779b97f4a7c15u + (hash << 6) + (hash >> 2);
@@ -68,7 +67,7 @@ double Search::FinalOffset(int joint, const Option& option) const {
     delta = AngleAbout(R_.Value(body) * R_.Value(other).transpose(), d_to);
   }
   double offset = delta + to.start - option.sign * j.start;
-  if (!j.slide) offset = std::remainder(offset, 2.0 * kPi);
+  if (!j.slide) offset = std::remainder(offset, 2.0 * std::numbers::pi);
   return std::abs(offset) < 1e-9 ? 0.0 : offset;
 }
 

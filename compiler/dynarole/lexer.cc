@@ -4,6 +4,8 @@
 #include <string_view>
 #include <utility>
 
+#include "compiler/source/utf8.h"
+
 namespace morphbus::dynarole {
 
 namespace {
@@ -78,7 +80,7 @@ class Lexer {
       if (c == ' ' || c == '\t' || c == '\n' || c == '\r') {
         ++at_;
       } else if (text_.substr(at_, 2) == "//") {
-        at_ = std::min(text_.find('\n', at_), text_.size());
+        at_ = std::min(text_.find_first_of("\r\n", at_), text_.size());
       } else if (text_.substr(at_, 2) == "/*") {
         const size_t end = text_.find("*/", at_ + 2);
         if (end == std::string_view::npos) {
@@ -160,6 +162,7 @@ class Lexer {
     // A whole UTF-8 sequence is one character to the reader.
     while ((static_cast<unsigned char>(Peek()) & 0xc0u) == 0x80u) ++at_;
     const std::string_view sequence = text_.substr(begin, at_ - begin);
+    if (!source::IsUtf8(sequence)) return;  // Reported for the whole file.
     const auto first = static_cast<unsigned char>(sequence[0]);
     const bool printable = first >= 0x20 && first != 0x7f;
     source::Diagnostic& error = diagnostics_.Error(
@@ -207,6 +210,7 @@ std::string Describe(TokenKind kind) {
 
 std::vector<Token> Tokenize(const source::SourceSet& sources, int file,
                             source::Diagnostics* diagnostics) {
+  source::CheckUtf8(sources, file, *diagnostics);
   return Lexer(sources.text(file), file, diagnostics).Run();
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
+#include <numbers>
 #include <queue>
 
 #include "compiler/m3l/check_robot.h"
@@ -16,7 +17,6 @@
 namespace morphbus::m3l::internal {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 /// Loops close to this much (m, rad); links of modules may lie in each other to this much of the
 /// extent.
 constexpr double kClosureTolerance = 1e-6;
@@ -159,7 +159,7 @@ void ReportLoop(RobotScope& scope, size_t index, const Gap& gap, const Graph& cl
       .Error(scope.docking_spans[index],
              fmt::format("the loop {} does not close: the gap here is {} m and {} degrees",
                          fmt::join(loop, " - "), NumberText(std::round(gap.metres * 1e9) / 1e9),
-                         NumberText(std::round(gap.radians / kPi * 180e6) / 1e6)))
+                         NumberText(std::round(gap.radians / std::numbers::pi * 180e6) / 1e6)))
       .hint = "choose other connections in it, by number or rot=, or other start values";
 }
 

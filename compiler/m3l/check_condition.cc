@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 
 #include "compiler/m3l/evaluate.h"
 
@@ -206,6 +207,8 @@ class ConditionChecker {
         std::any_of(connectors.begin(), connectors.end(),
                     [&](const model::Connector& c) { return c.normals.count(ref->subpoint) > 0; });
     if (found || !module.valid) return found ? ref : std::nullopt;
+    // Both sides of a condition between modules of one type lack the same normals: said once.
+    if (!without_normal_.emplace(&module, ref->subpoint).second) return std::nullopt;
     scope_.diagnostics
         .Error(expr.span, "no connector of '" + module.type.name + "' has a normal at this point")
         .hint = "give it one: normal=(0, 0, 1)";
@@ -263,7 +266,10 @@ class ConditionChecker {
       }
     }
     if (fixed) found.states.clear();
-    if (any) return found;
+    if (any) {
+      WarnOfSlips(side, expr);
+      return found;
+    }
     std::sort(names.begin(), names.end());
     names.erase(std::unique(names.begin(), names.end()), names.end());
     ReportMissing(key, "attribute", side, names);
@@ -335,7 +341,56 @@ class ConditionChecker {
     return condition;
   }
 
+  // --- Slips in keys of connectors
+  // ------------------------------------------------------------------
+
+  static const PointDecl* DeclOf(const CheckedModule& module, const std::string& connector) {
+    const auto point = module.points.find(connector);
+    if (point != module.points.end() && point->second.connector) return point->second.decl;
+    for (const auto& own : module.link_points) {
+      const auto it = own.find(connector);
+      if (it != own.end() && it->second.connector) return it->second.decl;
+    }
+    return nullptr;
+  }
+
+  /// A connector without the key, but with one that is nearly the same, would silently never mate.
+  void WarnOfSlips(solver::Side side, const Expr& expr) {
+    const std::string& key = expr.path[1].text;
+    const CheckedModule& module = *MemberOf(side).module;
+    for (const model::Connector& connector : module.type.connectors) {
+      const PointDecl* decl = DeclOf(module, connector.name);
+      if (decl == nullptr || decl->Find(key) != nullptr) continue;
+      for (const Attribute& attribute : decl->attributes) {
+        const std::string& other = attribute.key.text;
+        if (other == "coords" || other == "normal" || other == "connector" ||
+            source::NearestName(other, {key}).empty() || UsedElsewhere(module, *decl, other) ||
+            !slips_.emplace(attribute.key.span.file, attribute.key.span.begin).second) {
+          continue;
+        }
+        source::Diagnostic& d = scope_.diagnostics.Warning(
+            attribute.key.span,
+            fmt::format("connector '{}' has no '{}' for a condition to hold, only '{}'",
+                        connector.name, key, other));
+        d.hint = fmt::format("did you mean '{}'?", key);
+        d.notes.push_back({expr.span, "the condition is false for the connector without it"});
+      }
+    }
+  }
+
+  /// True if connectors other than `decl` have `key` too: then it is meant.
+  static bool UsedElsewhere(const CheckedModule& module, const PointDecl& decl,
+                            const std::string& key) {
+    return std::any_of(module.type.connectors.begin(), module.type.connectors.end(),
+                       [&](const model::Connector& c) {
+                         const PointDecl* other = DeclOf(module, c.name);
+                         return other != nullptr && other != &decl && other->Find(key) != nullptr;
+                       });
+  }
+
   const ConditionScope& scope_;
+  std::set<std::pair<const CheckedModule*, std::string>> without_normal_;
+  std::set<std::pair<int, size_t>> slips_;  ///< Places of keys that were warned of.
 };
 
 void CollectFrom(const Expr& expr, ConditionScope& scope) {

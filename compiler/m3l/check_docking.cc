@@ -141,36 +141,87 @@ class DockingChecker {
       const std::vector<Choice> choices = ChoicesOf(static_cast<int>(i));
       if (!choices.empty()) return Select(choices, &selector.children[0]);
       if (!scope_.context.connections[i].valid) return;
-      scope_.diagnostics.Error(selector.span, fmt::format("connection '{}' does not join {} and {}",
-                                                          name, EndText(x_), EndText(y_)));
-      return;
+      return ReportNotJoined(static_cast<int>(i), selector);
     }
     scope_.diagnostics.Error(selector.span, "there is no connection '" + name + "'").hint =
         NameHint(name, names, "connections are");
   }
 
-  void ReportImpossible() {
+  /// Why a connection does not join the ends.
+  struct Refusal {
+    int connection = -1;
+    size_t rejection = 0;
+    bool swapped = false;
+  };
+
+  std::optional<Refusal> FindRefusal(int index) const {
+    const model::ConnectionType& connection = Connection(index);
     const int type_x = scope_.robot.modules[static_cast<size_t>(x_.module)].type;
     const int type_y = scope_.robot.modules[static_cast<size_t>(y_.module)].type;
-    std::string reason;
+    for (size_t i = 0; i < connection.rejections.size(); ++i) {
+      const model::PairRejection& r = connection.rejections[i];
+      for (const bool swapped : {false, true}) {
+        const End& a = swapped ? y_ : x_;
+        const End& b = swapped ? x_ : y_;
+        if (connection.type_a == (swapped ? type_y : type_x) &&
+            connection.type_b == (swapped ? type_x : type_y) && r.connector_a == a.connector &&
+            r.connector_b == b.connector) {
+          return Refusal{index, i, swapped};
+        }
+      }
+    }
+    return std::nullopt;
+  }
+
+  /// Adds to an error where the condition stands that refuses the ends, and how to see all of it.
+  void Explain(const Refusal& refusal, source::Diagnostic& d) const {
+    const CheckedConnection& connection =
+        scope_.context.connections[static_cast<size_t>(refusal.connection)];
+    d.notes.push_back({connection.broken[refusal.rejection],
+                       fmt::format("by connection '{}'", connection.problem.name)});
+    d.hint = solver::WhyHint(ConnectorOf(refusal.swapped ? y_ : x_).name,
+                             ConnectorOf(refusal.swapped ? x_ : y_).name);
+  }
+
+  const std::string& ReasonOf(const Refusal& refusal) const {
+    return Connection(refusal.connection).rejections[refusal.rejection].reason;
+  }
+
+  void ReportNotJoined(int index, const Expr& selector) {
+    const std::optional<Refusal> refusal = FindRefusal(index);
+    std::string message = fmt::format("connection '{}' does not join {} and {}",
+                                      Connection(index).name, EndText(x_), EndText(y_));
+    if (!refusal) {
+      source::Diagnostic& d = scope_.diagnostics.Error(selector.span, std::move(message));
+      d.notes.push_back({scope_.context.connections[static_cast<size_t>(index)].problem.span,
+                         fmt::format("it joins '{}' and '{}'", TypeName(Connection(index).type_a),
+                                     TypeName(Connection(index).type_b))});
+      return;
+    }
+    Explain(*refusal, scope_.diagnostics.Error(selector.span, message + ": " + ReasonOf(*refusal)));
+  }
+
+  void ReportImpossible() {
+    std::optional<Refusal> refusal;
     for (size_t i = 0; i < scope_.context.connections.size(); ++i) {
       // An unsound connection may be the one that would do.
       if (!scope_.context.connections[i].valid) return;
-      const model::ConnectionType& connection = Connection(static_cast<int>(i));
-      for (const model::PairRejection& r : connection.rejections) {
-        const bool straight = connection.type_a == type_x && connection.type_b == type_y &&
-                              r.connector_a == x_.connector && r.connector_b == y_.connector;
-        const bool swapped = connection.type_a == type_y && connection.type_b == type_x &&
-                             r.connector_a == y_.connector && r.connector_b == x_.connector;
-        if ((straight || swapped) && reason.empty()) reason = r.reason;
-      }
+      if (!refusal) refusal = FindRefusal(static_cast<int>(i));
     }
-    if (reason.empty()) {
-      reason = fmt::format("no connection is defined between '{}' and '{}'",
-                           scope_.TypeOf(x_.module).name, scope_.TypeOf(y_.module).name);
+    const std::string message =
+        fmt::format("{} and {} cannot be connected: ", EndText(x_), EndText(y_));
+    if (refusal) {
+      Explain(*refusal, scope_.diagnostics.Error(entry_.span, message + ReasonOf(*refusal)));
+      return;
     }
-    scope_.diagnostics.Error(entry_.span, fmt::format("{} and {} cannot be connected: {}",
-                                                      EndText(x_), EndText(y_), reason));
+    scope_.diagnostics.Error(
+        entry_.span,
+        message + fmt::format("no connection is defined between '{}' and '{}'",
+                              scope_.TypeOf(x_.module).name, scope_.TypeOf(y_.module).name));
+  }
+
+  const std::string& TypeName(int type) const {
+    return scope_.context.model.module_types[static_cast<size_t>(type)].name;
   }
 
   void Select(const std::vector<Choice>& choices, const Expr* selector) {

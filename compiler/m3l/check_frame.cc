@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "compiler/m3l/check_module.h"
 #include "compiler/m3l/check_robot.h"
@@ -9,7 +10,6 @@
 namespace morphbus::m3l::internal {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 /// Axes of a frame meet in one point and at right angles to this much (of the extent; of a unit).
 constexpr double kFrameTolerance = 1e-6;
 
@@ -114,7 +114,8 @@ class FrameChecker {
       const int j = (i + 1) % 3;
       const double cosine = directions[i]->dot(*directions[j]);
       if (std::abs(cosine) <= kFrameTolerance) continue;
-      const double angle = std::acos(std::min(1.0, std::max(-1.0, cosine))) * 180.0 / kPi;
+      const double angle =
+          std::acos(std::min(1.0, std::max(-1.0, cosine))) * 180.0 / std::numbers::pi;
       scope_.diagnostics
           .Error(frame.children[std::max(i, j)].span,
                  fmt::format("the axes of a frame are at right angles; these two are "

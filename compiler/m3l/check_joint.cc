@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <set>
 
@@ -12,7 +13,6 @@
 namespace morphbus::m3l::internal {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 /// Tolerance of the check that paired axes lie on one line: rad, and relative to the extent.
 constexpr double kAxisTolerance = 1e-6;
 
@@ -88,7 +88,22 @@ class JointChecker {
     joint.upper = limits->upper * scale;
     if (joint.upper - joint.lower > kMaxCoordinate_m || std::abs(joint.lower) > kMaxCoordinate_m) {
       scope_.diagnostics.Error(expr->span, "limits are at most 1e6 rad or metres");
+    } else if (joint.type == model::JointType::kRevolute) {
+      WarnOfDegrees(*expr, *limits);
     }
+  }
+
+  /// Nothing that is limited turns round so often; degrees would.
+  void WarnOfDegrees(const Expr& expr, const Interval& limits) {
+    constexpr double kMostTurns = 4.0;
+    const double turns =
+        std::max(std::abs(limits.lower), std::abs(limits.upper)) / (2.0 * std::numbers::pi);
+    if (turns <= kMostTurns) return;
+    scope_.diagnostics
+        .Warning(expr.span, fmt::format("joint '{}' may turn round {} times: limits are in radians",
+                                        decl_.name.text, NumberText(std::floor(turns))))
+        .hint = fmt::format("if these are degrees, write [{}*pi/180, {}*pi/180]",
+                            NumberText(limits.lower), NumberText(limits.upper));
   }
 
   void CheckPositive(const std::string& key, double& into) {
@@ -165,11 +180,13 @@ class JointChecker {
     const double extent = scope_.module.extent_m > 0.0 ? scope_.module.extent_m : 1.0;
     if (angle <= kAxisTolerance && distance <= kAxisTolerance * extent) return;
     source::Diagnostic& d = scope_.diagnostics.Error(
-        pair.span, fmt::format("the axes of joint '{}' are not collinear and opposite: {} degrees "
-                               "off, {} m apart",
-                               decl_.name.text, NumberText(std::round(angle / kPi * 180e6) / 1e6),
-                               NumberText(distance)));
-    if (kPi - angle <= kAxisTolerance) d.hint = "they point the same way: turn one of them round";
+        pair.span,
+        fmt::format("the axes of joint '{}' are not collinear and opposite: {} degrees "
+                    "off, {} m apart",
+                    decl_.name.text, NumberText(std::round(angle / std::numbers::pi * 180e6) / 1e6),
+                    NumberText(distance)));
+    if (std::numbers::pi - angle <= kAxisTolerance)
+      d.hint = "they point the same way: turn one of them round";
     d.notes.push_back({a.span, "the first axis"});
     d.notes.push_back({b.span, "the second axis"});
   }

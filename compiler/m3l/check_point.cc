@@ -49,6 +49,33 @@ void CheckDistinct(const PointSymbol& symbol, const ModuleScope& scope) {
   }
 }
 
+/// Keys of a point that is no connector: only connectors have attributes and states.
+void CheckKeysOfPoint(const PointDecl& decl, const ModuleScope& scope) {
+  // With the flag misspelt, the other keys are in their place.
+  const bool flag_misspelt =
+      std::any_of(decl.attributes.begin(), decl.attributes.end(), [](const Attribute& attribute) {
+        return !source::NearestName(attribute.key.text, {"connector"}).empty();
+      });
+  for (const Attribute& attribute : decl.attributes) {
+    const std::string& key = attribute.key.text;
+    if (key == "coords" || key == "normal" || key == "connector" || attribute.broken) continue;
+    if (attribute.value && attribute.value->kind == ExprKind::kList) {
+      scope.diagnostics
+          .Error(attribute.key.span, fmt::format("point '{}' is no connector and has no state '{}'",
+                                                 decl.name.text, key))
+          .hint = "flag it: connector";
+      continue;
+    }
+    const std::string near = source::NearestName(key, {"coords", "normal", "connector"});
+    if (flag_misspelt && near.empty()) continue;
+    scope.diagnostics
+        .Warning(attribute.key.span,
+                 fmt::format("point '{}' is no connector, so its '{}' means nothing",
+                             decl.name.text, key))
+        .hint = near.empty() ? "flag it: connector" : "did you mean '" + near + "'?";
+  }
+}
+
 }  // namespace
 
 std::optional<Eigen::Vector3d> EvaluatePoint(const Expr& expr, const std::string& what,
@@ -81,17 +108,7 @@ PointSymbol CheckPoint(const PointDecl& decl, const ModuleScope& scope) {
   if (coords) symbol.p_M = EvaluatePoint(*coords, "coords", scope);
   const std::optional<Eigen::Vector3d> normal = CheckNormal(attributes, scope);
   if (normal) symbol.normals[""] = *normal;
-  if (!symbol.connector) {
-    for (const Attribute& attribute : decl.attributes) {
-      if (attribute.value && attribute.value->kind == ExprKind::kList) {
-        scope.diagnostics
-            .Error(attribute.key.span, fmt::format("point '{}' is no connector and has "
-                                                   "no state '{}'",
-                                                   decl.name.text, attribute.key.text))
-            .hint = "flag it: connector";
-      }
-    }
-  }
+  if (!symbol.connector) CheckKeysOfPoint(decl, scope);
   return symbol;
 }
 
@@ -111,6 +128,13 @@ model::Connector MakeConnector(const PointSymbol& symbol, int link, const Module
     } else if (attribute.value->kind == ExprKind::kList) {
       auto values = EvaluateStates(*attribute.value, scope.diagnostics);
       if (values) connector.states.push_back({key, std::move(*values)});
+    } else if (attribute.value->kind == ExprKind::kTuple && attribute.value->children.size() == 3) {
+      const std::string near = source::NearestName(key, {"coords", "normal"});
+      scope.diagnostics
+          .Error(attribute.value->span,
+                 fmt::format("attribute '{}' of a connector is one value, not three", key))
+          .hint = near.empty() ? "vectors are coords=(x, y, z) and normal=(x, y, z)"
+                               : "did you mean '" + near + "'?";
     } else {
       const auto value = EvaluateAttribute(*attribute.value, scope.diagnostics);
       if (value) connector.attributes.emplace(key, *value);

@@ -204,7 +204,9 @@ std::optional<model::Robot> CheckRobot(const RobotDecl& decl, const RobotContext
   if (connections) internal::CheckDockings(*connections, scope);
   internal::CheckFrame(attributes.Optional("frame"), scope);
   internal::CheckJoints(attributes.Optional("joints"), scope);
-  if (!scope.names_lost && !decl.broken) internal::CheckConnected(scope);
+  // Connections under a misspelt key would be missed everywhere.
+  const bool lost = !connections && attributes.had_unknown();
+  if (!scope.names_lost && !decl.broken && !lost) internal::CheckConnected(scope);
   if (diagnostics.error_count() != errors || decl.broken || !sound) return std::nullopt;
   // An entry without an error may be missing because its connection is unsound.
   if (connections && scope.robot.dockings.size() != connections->children.size()) {

@@ -52,6 +52,8 @@ struct CheckedConnection {
   const ConnectionDecl* decl = nullptr;
   solver::ConnectionProblem problem;
   bool valid = false;
+  /// Of the solved connection: the condition behind each of its rejections.
+  std::vector<source::Span> broken;
 };
 
 /// Checks one connection against the modules; unsound modules silence what depends on them.

@@ -73,7 +73,7 @@ void SolveConnections(std::vector<CheckedConnection>& connections, model::Model&
     if (connection.valid) {
       const int errors = diagnostics.error_count();
       model.connection_types.push_back(
-          solver::SolveConnection(problem, model.module_types, diagnostics));
+          solver::SolveConnection(problem, model.module_types, diagnostics, &connection.broken));
       connection.valid = errors == diagnostics.error_count();
     } else {
       model::ConnectionType& unsolved = model.connection_types.emplace_back();
@@ -94,8 +94,18 @@ std::vector<source::Span> HullSpans(const ModuleDecl& module) {
   return spans;
 }
 
+void WarnIfEmpty(const std::vector<FileAst>& files, source::Diagnostics& diagnostics) {
+  for (const FileAst& file : files) {
+    if (!file.modules.empty() || !file.connections.empty() || !file.robots.empty()) return;
+  }
+  if (files.empty() || diagnostics.had_errors()) return;
+  diagnostics.Warning({0, 0, 0}, "nothing is defined").hint =
+      "definitions begin with module, connection or robot";
+}
+
 std::optional<model::Model> Check(const std::vector<FileAst>& files, CompileOutput& output) {
   source::Diagnostics& diagnostics = output.diagnostics;
+  WarnIfEmpty(files, diagnostics);
   model::Model model;
   std::vector<CheckedModule> modules;
   for (const ModuleDecl* decl : Collect(files, &FileAst::modules, "module", diagnostics)) {
@@ -109,7 +119,12 @@ std::optional<model::Model> Check(const std::vector<FileAst>& files, CompileOutp
     if (diagnostics.full()) return std::nullopt;
     connections.push_back(CheckConnection(*decl, modules, diagnostics));
   }
+  for (const CheckedConnection& connection : connections) {
+    output.problems.push_back(connection.problem);
+    output.explainable.push_back(connection.valid);
+  }
   SolveConnections(connections, model, diagnostics);
+  output.solved = model;
   const PairIndex pairs(model.connection_types);
   const RobotContext context{modules, connections, model, pairs};
   std::vector<model::Robot> robots;
@@ -119,9 +134,6 @@ std::optional<model::Model> Check(const std::vector<FileAst>& files, CompileOutp
     if (robot) robots.push_back(std::move(*robot));
   }
   if (diagnostics.had_errors()) return std::nullopt;
-  for (CheckedConnection& connection : connections) {
-    output.problems.push_back(std::move(connection.problem));
-  }
   model.robots = std::move(robots);
   return model;
 }

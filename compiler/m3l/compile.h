@@ -19,10 +19,15 @@ struct CompileOutput {
   source::SourceSet sources;
   source::Diagnostics diagnostics;
 
-  // For explanations of connections (`connections --why`); sound where there is a model.
+  // For explanations of connections (`connections --why`), also where there are errors.
 
-  /// The checked conditions of model->connection_types, in the same order.
+  /// Module types and connections without robots, as far as they could be worked out. A connection
+  /// with an error has no options.
+  model::Model solved;
+  /// The conditions of solved.connection_types, in the same order.
   std::vector<solver::ConnectionProblem> problems;
+  /// Which of the problems can be explained: those without an error in their conditions or modules.
+  std::vector<bool> explainable;
   /// hulls[type][link]: where the hull of a link is written; empty where it has none.
   std::vector<std::vector<source::Span>> hulls;
 };

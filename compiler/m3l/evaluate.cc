@@ -4,12 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <set>
 
 namespace morphbus::m3l {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 std::optional<double> Call(const Expr& expr, source::Diagnostics& diagnostics) {
   const std::string& function = expr.path[0].text;
@@ -64,7 +63,7 @@ std::optional<double> Evaluate(const Expr& expr, source::Diagnostics& diagnostic
     case ExprKind::kNumber:
       return expr.number;
     case ExprKind::kPath:
-      if (SingleName(expr) == "pi") return kPi;
+      if (SingleName(expr) == "pi") return std::numbers::pi;
       break;
     case ExprKind::kCall:
       return Call(expr, diagnostics);
@@ -193,14 +192,6 @@ std::optional<Interval> EvaluateInterval(const Expr& expr, source::Diagnostics& 
   return Interval{*lower, *upper};
 }
 
-std::string NumberText(double value) { return fmt::format("{:.9g}", value + 0.0); }
-
-std::string ValueText(const model::AttributeValue& value) {
-  if (const bool* b = std::get_if<bool>(&value)) return *b ? "true" : "false";
-  if (const double* d = std::get_if<double>(&value)) return NumberText(*d);
-  return "\"" + std::get<std::string>(value) + "\"";
-}
-
 AttributeReader::AttributeReader(const Declaration& declaration, std::string what,
                                  const std::vector<std::string>& known,
                                  source::Diagnostics& diagnostics)
@@ -214,6 +205,7 @@ AttributeReader::AttributeReader(const Declaration& declaration, std::string wha
       d.notes.push_back({it->second->key.span, "first given here"});
     } else if (!known.empty() &&
                std::find(known.begin(), known.end(), attribute.key.text) == known.end()) {
+      had_unknown_ = true;
       source::Diagnostic& d = diagnostics.Error(
           attribute.key.span, what_ + " has no attribute '" + attribute.key.text + "'");
       const std::string near = source::NearestName(attribute.key.text, known);

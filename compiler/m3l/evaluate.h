@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "compiler/m3l/ast.h"
-#include "compiler/model/robot_model.h"
+#include "compiler/model/value_text.h"
 
 namespace morphbus::m3l {
 
@@ -42,11 +42,8 @@ struct Interval {
 };
 std::optional<Interval> EvaluateInterval(const Expr& expr, source::Diagnostics& diagnostics);
 
-/// A number as a person writes it: up to 9 digits, no trailing zeros.
-std::string NumberText(double value);
-
-/// "male", true, 0.5: as written in M3L.
-std::string ValueText(const model::AttributeValue& value);
+using model::NumberText;
+using model::ValueText;
 
 /// The attributes of one declaration, read by key. The constructor reports repeated keys and, with
 /// `known` not empty, keys that are not known.
@@ -63,11 +60,14 @@ class AttributeReader {
   /// True if `key` stands there as a flag or as true.
   bool Flag(const std::string& key);
   [[nodiscard]] const std::string& what() const { return what_; }
+  /// True if some key was unknown, which may be a slip for one that is missing.
+  [[nodiscard]] bool had_unknown() const { return had_unknown_; }
 
  private:
   const Declaration& declaration_;
   std::string what_;
   std::vector<std::string> known_;
+  bool had_unknown_ = false;
   source::Diagnostics& diagnostics_;
 };
 

@@ -1,6 +1,10 @@
 #include "compiler/m3l/lexer.h"
 
+#include <charconv>
 #include <cstdio>
+
+#include "compiler/model/value_text.h"
+#include "compiler/source/utf8.h"
 
 namespace morphbus::m3l {
 namespace {
@@ -13,14 +17,41 @@ bool IsSpace(char c) {
   return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '\f' || c == '\v';
 }
 
+bool IsLineEnd(char c) { return c == '\n' || c == '\r'; }
+
 constexpr std::string_view kOpeningQuote = "\xE2\x80\x9C";
 constexpr std::string_view kClosingQuote = "\xE2\x80\x9D";
+
+/// What to write instead of a number with letters behind it: "45deg", "10cm".
+std::string UnitHint(std::string_view text) {
+  size_t end = text.size();
+  while (end > 0 && IsWordStart(text[end - 1])) --end;
+  const std::string number(text.substr(0, end));
+  const std::string_view unit = text.substr(end);
+  if (unit == "deg" || unit == "degrees") {
+    return "angles are in radians, but after rot=: write " + number + "*pi/180";
+  }
+  if (unit == "rad") return "angles are in radians: write " + number;
+  if (unit == "kg") return "masses are in kg: write " + number;
+  if (unit == "g") return "masses are in kg: write " + number + "/1000";
+  const double per_metre = unit == "m" ? 1.0 : unit == "cm" ? 100.0 : unit == "mm" ? 1000.0 : 0.0;
+  double value = 0.0;
+  const auto [stop, error] = std::from_chars(number.data(), number.data() + number.size(), value);
+  if (per_metre == 0.0 || error != std::errc() || stop != number.data() + number.size()) {
+    return "a name starts with a letter or '_'; a product is written with '*'";
+  }
+  const std::string metres = model::NumberText(value / per_metre);
+  return "lengths are in model units, metres unless 'unit=' says otherwise: " + std::string(text) +
+         " are " + metres + " m";
+}
 
 class Lexer {
  public:
   Lexer(const source::SourceSet& sources, int file, size_t max_tokens,
         source::Diagnostics& diagnostics)
-      : text_(sources.text(file)), file_(file), max_(max_tokens), diagnostics_(diagnostics) {}
+      : text_(sources.text(file)), file_(file), max_(max_tokens), diagnostics_(diagnostics) {
+    source::CheckUtf8(sources, file, diagnostics);
+  }
 
   std::vector<Token> Run() {
     if (text_.substr(0, 3) == "\xEF\xBB\xBF") at_ = 3;  // A byte order mark is no text.
@@ -62,11 +93,11 @@ class Lexer {
       if (IsSpace(c)) {
         ++at_;
       } else if (c == '#' || (c == '/' && Peek(1) == '/')) {
-        at_ = std::min(text_.find('\n', at_), text_.size());
+        at_ = LineEnd();
       } else if (c == '/' && Peek(1) == '*') {
         SkipBlockComment();
       } else if (c == '\\' && EndsLineAfterBackslash()) {
-        at_ = std::min(text_.find('\n', at_), text_.size());
+        at_ = LineEnd();
       } else {
         return;
       }
@@ -85,9 +116,11 @@ class Lexer {
 
   bool EndsLineAfterBackslash() const {
     size_t i = at_ + 1;
-    while (i < text_.size() && (text_[i] == ' ' || text_[i] == '\t' || text_[i] == '\r')) ++i;
-    return i == text_.size() || text_[i] == '\n';
+    while (i < text_.size() && (text_[i] == ' ' || text_[i] == '\t')) ++i;
+    return i == text_.size() || IsLineEnd(text_[i]);
   }
+
+  size_t LineEnd() const { return std::min(text_.find_first_of("\r\n", at_), text_.size()); }
 
   void Next() {
     const char c = Peek();
@@ -123,15 +156,17 @@ class Lexer {
     if (IsWord(Peek())) {
       while (IsWord(Peek())) ++at_;
       Error(begin, at_ - begin, "'" + Shown(begin) + "' is neither a number nor a name").hint =
-          "a name starts with a letter or '_'; a product is written with '*'";
+          UnitHint(text_.substr(begin, at_ - begin));
     }
     Push(TokenKind::kNumber, begin);
   }
 
   void String() {
     const size_t begin = at_++;
-    while (at_ < text_.size() && text_[at_] != '"' && text_[at_] != '\n') {
-      const bool escape = text_[at_] == '\\' && at_ + 1 < text_.size() && text_[at_ + 1] != '\n';
+    while (at_ < text_.size() && text_[at_] != '"' && !IsLineEnd(text_[at_])) {
+      const bool escape =
+          text_[at_] == '\\' && at_ + 1 < text_.size() && !IsLineEnd(text_[at_ + 1]);
+      CheckPrintable();
       if (escape && std::string_view("\"\\nt").find(text_[at_ + 1]) == std::string_view::npos) {
         Error(at_, 2, "unknown escape in a string").hint = R"(use \" \\ \n or \t)";
       }
@@ -145,12 +180,24 @@ class Lexer {
     Push(TokenKind::kString, begin);
   }
 
+  /// Control characters in a string would end up in names, files and on terminals.
+  void CheckPrintable() {
+    if (static_cast<unsigned char>(Peek()) >= 0x20 && Peek() != 0x7F) return;
+    const size_t begin = at_++;
+    const std::string shown = Shown(begin);
+    at_ = begin;
+    Error(begin, 1, "control character '" + shown + "' in a string").hint =
+        Peek() == '\t' ? R"(write \t for a tab)" : "leave it out";
+  }
+
   /// Quotes as word processors make them: reported, and read as the string that was meant.
   void TypographicString() {
     const size_t begin = at_;
     at_ += kOpeningQuote.size();
-    while (at_ < text_.size() && text_[at_] != '\n' && text_.substr(at_, 3) != kClosingQuote) ++at_;
-    if (at_ < text_.size() && text_[at_] != '\n') at_ += kClosingQuote.size();
+    while (at_ < text_.size() && !IsLineEnd(text_[at_]) && text_.substr(at_, 3) != kClosingQuote) {
+      ++at_;
+    }
+    if (at_ < text_.size() && !IsLineEnd(text_[at_])) at_ += kClosingQuote.size();
     Error(begin, at_ - begin, "typographic quotes").hint = "strings are written with '\"'";
     Push(TokenKind::kString, begin);
   }
@@ -175,17 +222,27 @@ class Lexer {
     }
   }
 
+  /// Stands in for a sign of other languages that was reported, so that the rest makes sense.
+  void PushInstead(size_t begin) {
+    const char c = text_[begin];
+    const std::string_view word = c == '&' ? "and" : c == '|' ? "or" : c == '!' ? "not" : "";
+    if (!word.empty()) tokens_.push_back({TokenKind::kWord, {file_, begin, at_}, word});
+  }
+
   /// One error for a whole run of bytes that start no token.
   void Unexpected() {
     const size_t begin = at_;
     const std::string_view others = "\"()[],:.=<>+-*/#\\!;{}&|'";
     ++at_;
+    if ((text_[begin] == '&' || text_[begin] == '|') && Peek() == text_[begin]) ++at_;
     if (others.find(text_[begin]) == std::string_view::npos) {
       while (at_ < text_.size() && !IsWord(text_[at_]) && !IsSpace(text_[at_]) &&
              others.find(text_[at_]) == std::string_view::npos) {
         ++at_;
       }
     }
+    // What is not UTF-8 was reported for the whole file.
+    if (!source::IsUtf8(text_.substr(begin, at_ - begin))) return;
     const char c = text_[begin];
     source::Diagnostic& d = Error(begin, at_ - begin,
                                   "unexpected character" + std::string(at_ > begin + 1 ? "s" : "") +
@@ -197,6 +254,7 @@ class Lexer {
     if (c == '|') d.hint = "write 'or'";
     if (c == '!') d.hint = "write 'not'";
     if (c == '\\') d.hint = "a backslash may only end a line";
+    PushInstead(begin);
   }
 
   /// Text since `begin` for a message: short, and no bytes that are not printable.

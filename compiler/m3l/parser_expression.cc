@@ -9,15 +9,35 @@
 namespace morphbus::m3l::internal {
 namespace {
 
-/// Value of a number token; infinity when it does not fit, which the evaluator rejects.
-double NumberValue(std::string_view text) {
+/// True if the number that `text` writes is below 1.
+bool IsBelowOne(std::string_view text) {
+  const size_t e = std::min(text.find_first_of("eE"), text.size());
+  const std::string_view digits = text.substr(0, e);
+  const size_t point = std::min(digits.find('.'), digits.size());
+  const size_t first = digits.find_first_of("123456789");
+  if (first == std::string_view::npos) return true;
+  // The decimal exponent as the digits have it, then the one that is written; no file is long
+  // enough for more than nine digits of it to matter.
+  const double shift = first < point ? static_cast<double>(point - first) - 1.0
+                                     : static_cast<double>(point) - static_cast<double>(first);
+  if (e + 1 >= text.size()) return shift < 0.0;
+  const bool negative = text[e + 1] == '-';
+  std::string_view power = text.substr(e + 1);
+  while (!power.empty() && (power[0] < '1' || power[0] > '9')) power.remove_prefix(1);
+  double exponent = 0.0;
+  for (const char c : power.substr(0, 10)) exponent = 10.0 * exponent + (c - '0');
+  return shift + (negative ? -exponent : exponent) < 0.0;
+}
+
+/// Value of a number token: infinity where it does not fit, which the evaluator rejects; nothing
+/// where the lexer found that it is none.
+std::optional<double> NumberValue(std::string_view text) {
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (end != text.data() + text.size()) return std::nullopt;
   if (error == std::errc::result_out_of_range) {
     // Both too large and too small end here; from_chars leaves `value` alone.
-    const size_t exponent = text.find_first_of("eE");
-    const bool tiny = exponent != std::string_view::npos && text[exponent + 1] == '-';
-    return tiny ? 0.0 : std::numeric_limits<double>::infinity();
+    return IsBelowOne(text) ? 0.0 : std::numeric_limits<double>::infinity();
   }
   return value;
 }
@@ -170,7 +190,9 @@ std::optional<Expr> Parser::ParsePrimary() {
   const size_t begin = at_;
   Expr expr;
   if (IsKind(at_, TokenKind::kNumber)) {
-    expr.number = NumberValue(Text(at_++));
+    const std::optional<double> number = NumberValue(Text(at_++));
+    if (!number) return std::nullopt;
+    expr.number = *number;
   } else if (IsKind(at_, TokenKind::kString)) {
     expr.kind = ExprKind::kString;
     expr.text = StringValue(Text(at_++));
@@ -280,6 +302,15 @@ bool Parser::ParseElements(size_t open, std::string_view close, Expr& into) {
       source::Diagnostic& d = Error(
           Now().span, "expected ',' or '" + std::string(close) + "', found " + Described(at_));
       if (Is("=")) d.hint = "'==' compares";
+      const ExprKind last = into.children.back().kind;
+      if (Is("=") && last == ExprKind::kOption) {
+        d.hint = "write a number after the connection's name, or the turn without a name: rot=180";
+      }
+      const bool goes_on = IsKind(at_, TokenKind::kWord) || Is(".") || Is("(");
+      if (goes_on && (last == ExprKind::kRelation || last == ExprKind::kAnd ||
+                      last == ExprKind::kOr || last == ExprKind::kNot)) {
+        d.hint = "conditions are joined with 'and' or 'or'";
+      }
       d.notes.push_back({TokenAt(open).span, "opened here"});
     }
   }

@@ -203,7 +203,8 @@ std::optional<StateSet> Merge(const StateSet& left, const StateSet& right) {
 /// Disjunctive normal forms under construction; both kinds give up together.
 class Expander {
  public:
-  [[nodiscard]] bool too_many() const { return too_many_; }
+  [[nodiscard]] bool too_many_terms() const { return too_many_terms_; }
+  [[nodiscard]] bool too_many_states() const { return too_many_states_; }
 
   /// The sets of states any one of which satisfies `f`, which holds no geometry.
   std::vector<StateSet> StatesOf(const Formula& f) {
@@ -277,21 +278,19 @@ class Expander {
   }
 
  private:
-  /// Far above any hardware's states, low enough that nothing grows without bound.
-  static constexpr size_t kMaxStateSets = 4096;
-
   bool Exceeds(size_t terms) {
-    if (terms > kMaxTerms) too_many_ = true;
-    return too_many_;
+    if (terms > kMaxTerms) too_many_terms_ = true;
+    return too_many_terms_;
   }
 
   std::vector<StateSet> Limited(std::vector<StateSet> sets) {
     if (sets.size() <= kMaxStateSets) return sets;
-    too_many_ = true;
+    too_many_states_ = true;
     return {};
   }
 
-  bool too_many_ = false;
+  bool too_many_terms_ = false;
+  bool too_many_states_ = false;
 };
 
 /// The parts of a condition that must all hold, in source order.
@@ -315,23 +314,6 @@ void FindBroken(const Condition& condition, const Specialiser& specialiser, Term
       return;
     }
   }
-}
-
-void AttributeNames(const Condition& condition, std::vector<std::string>& names) {
-  for (const Condition& child : condition.children) AttributeNames(child, names);
-  if (condition.kind != Condition::Kind::kCompare) return;
-  for (const Operand* operand : {&condition.lhs, &condition.rhs}) {
-    const auto* ref = std::get_if<AttributeRef>(operand);
-    if (ref != nullptr && std::find(names.begin(), names.end(), ref->name) == names.end()) {
-      names.push_back(ref->name);
-    }
-  }
-}
-
-std::string ValueText(const AttributeValue& value) {
-  if (const auto* flag = std::get_if<bool>(&value)) return *flag ? "true" : "false";
-  if (const auto* number = std::get_if<double>(&value)) return fmt::format("{}", *number);
-  return fmt::format("\"{}\"", std::get<std::string>(value));
 }
 
 }  // namespace
@@ -370,43 +352,17 @@ Terms SpecialiseCondition(const Condition& condition, const model::Connector& a,
                          [](const StateSet& l, const StateSet& r) { return l.size() < r.size(); });
     result.terms.push_back({open.geometry, *least});
   }
-  result.too_many = expander.too_many();
-  if (result.too_many) result.terms.clear();
-  if (result.terms.empty() && !result.too_many) FindBroken(condition, specialiser, result);
+  result.too_many_terms = expander.too_many_terms();
+  result.too_many_states = expander.too_many_states();
+  if (result.too_many()) result.terms.clear();
+  if (result.terms.empty() && !result.too_many()) FindBroken(condition, specialiser, result);
   return result;
 }
 
-std::string DescribeAttribute(const Connector& connector, const std::string& name) {
-  const auto fixed = connector.attributes.find(name);
-  if (fixed != connector.attributes.end()) {
-    return fmt::format("{}.{} is {}", connector.name, name, ValueText(fixed->second));
-  }
-  for (const model::StateVariable& state : connector.states) {
-    if (state.name == name) return fmt::format("{}.{} is free", connector.name, name);
-  }
-  return fmt::format("{} has no {}", connector.name, name);
-}
-
-std::string ExplainBrokenAttributes(const Condition& broken, const model::Connector& a,
-                                    const model::Connector& b) {
-  std::vector<std::string> names;
-  AttributeNames(broken, names);
-  for (const std::string& name : names) {
-    const auto of_a = a.attributes.find(name);
-    const auto of_b = b.attributes.find(name);
-    if (of_a == a.attributes.end() || of_b == b.attributes.end()) continue;
-    if (of_a->second != of_b->second) continue;
-    if (const auto* word = std::get_if<std::string>(&of_a->second)) {
-      return fmt::format("{} and {} are both {}", a.name, b.name, *word);
-    }
-  }
-  std::string text;
-  for (const std::string& name : names) {
-    if (!text.empty()) text += ", ";
-    text += DescribeAttribute(a, name) + ", " + DescribeAttribute(b, name);
-  }
-  if (!text.empty()) return text;
-  return fmt::format("{} and {} lack points that the condition asks for", a.name, b.name);
+std::string TooManyText(const Terms& terms) {
+  return terms.too_many_states
+             ? fmt::format("more than {} settings of state variables", kMaxStateSets)
+             : fmt::format("more than {} alternatives of coincident points", kMaxTerms);
 }
 
 }  // namespace morphbus::solver

@@ -11,6 +11,9 @@ namespace morphbus::solver {
 
 /// Most alternatives that `or` and `not` over geometry may lead to (docs/m3l.md, connections).
 inline constexpr int kMaxTerms = 64;
+/// Most settings of state variables that are looked at: far above any hardware's states, low enough
+/// that nothing grows without bound.
+inline constexpr size_t kMaxStateSets = 4096;
 
 /// A geometric condition or its negation.
 struct Literal {
@@ -25,8 +28,10 @@ struct Term {
 };
 
 struct Terms {
-  std::vector<Term> terms;  ///< None: the pair's fixed attributes break the condition.
-  bool too_many = false;    ///< Over kMaxTerms; `terms` is empty then.
+  std::vector<Term> terms;       ///< None: the pair's fixed attributes break the condition.
+  bool too_many_terms = false;   ///< Over kMaxTerms; `terms` is empty then.
+  bool too_many_states = false;  ///< Over kMaxStateSets; `terms` is empty then.
+  [[nodiscard]] bool too_many() const { return too_many_terms || too_many_states; }
   /// Where there are none: the first part of the condition that cannot hold, and its place in the
   /// order of the source.
   const Condition* broken = nullptr;
@@ -43,11 +48,7 @@ Terms SpecialiseCondition(const Condition& condition, const model::Connector& a,
 std::vector<Eigen::Vector3d> FindPoints(const PointRef& ref, bool direction,
                                         const model::Connector& connector);
 
-/// What a connector has as attribute or state `name`, for people: `c1.gender is "male"`.
-std::string DescribeAttribute(const model::Connector& connector, const std::string& name);
-
-/// What the two connectors have that breaks `broken`, for people: "c1 and c2 are both male".
-std::string ExplainBrokenAttributes(const Condition& broken, const model::Connector& a,
-                                    const model::Connector& b);
+/// What there are too many of: "more than 64 alternatives of coincident points".
+std::string TooManyText(const Terms& terms);
 
 }  // namespace morphbus::solver

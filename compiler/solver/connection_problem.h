@@ -56,9 +56,14 @@ struct ConnectionProblem {
 
 /// Solves one `connection`: candidates by inference, pruning by hulls, the paper's numbering.
 /// Errors (under-determined, none left, too many DNF terms) and warnings (no hulls) go to
-/// `diagnostics`. The result has no options when there were errors.
+/// `diagnostics`. The result has no options when there were errors. `broken`, if not null, gets for
+/// each of the result's rejections the place of the condition behind it.
 model::ConnectionType SolveConnection(const ConnectionProblem& problem,
                                       const std::vector<model::ModuleType>& types,
-                                      source::Diagnostics& diagnostics);
+                                      source::Diagnostics& diagnostics,
+                                      std::vector<source::Span>* broken = nullptr);
+
+/// The command that explains connector `a` of member a on connector `b` of member b.
+std::string WhyHint(const std::string& a, const std::string& b);
 
 }  // namespace morphbus::solver

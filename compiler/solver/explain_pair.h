@@ -6,15 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "compiler/solver/connection_problem.h"
+#include "compiler/solver/failures.h"
 
 namespace morphbus::solver {
-
-/// A condition that does not hold, and what was measured: "c1._2 is 0.01 m from every sub-point".
-struct Failure {
-  source::Span span;
-  std::string measured;
-};
 
 /// Two link hulls that lie in each other.
 struct Overlap {
@@ -39,11 +33,13 @@ struct PairExplanation {
   std::vector<ExplainedCandidate> candidates;
   /// Where no motion could be fixed: the condition that found no partner, with distances.
   std::optional<Failure> dead_end;
+  /// The motion that is left free in spite of all conditions: "turning about (0, 0, 1)".
+  std::optional<std::string> free_motion;
   bool complete = true;  ///< False if there were more motions than are shown.
 };
 
-/// Explains connector `connector_a` of member a with `connector_b` of member b. The problem has
-/// been solved without error before, so that nothing is left free.
+/// Explains connector `connector_a` of member a with `connector_b` of member b, also for a problem
+/// whose solving ended with an error.
 PairExplanation ExplainPair(const ConnectionProblem& problem,
                             const std::vector<model::ModuleType>& types, int connector_a,
                             int connector_b);

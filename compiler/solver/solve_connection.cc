@@ -8,6 +8,7 @@
 #include "compiler/model/convex_hull.h"
 #include "compiler/solver/condition_terms.h"
 #include "compiler/solver/connection_problem.h"
+#include "compiler/solver/failures.h"
 #include "compiler/solver/hull_overlap.h"
 #include "compiler/solver/motion_inference.h"
 
@@ -88,7 +89,8 @@ class ConnectionSolver {
     tolerance_ = MatingTolerance(type_a_, type_b_);
   }
 
-  model::ConnectionType Solve() {
+  /// `broken`: where not null, gets the condition behind each rejection.
+  model::ConnectionType Solve(std::vector<source::Span>* broken) {
     result_.name = problem_.name;
     result_.type_a = problem_.type_a;
     result_.type_b = problem_.type_b;
@@ -103,6 +105,8 @@ class ConnectionSolver {
       for (int b = num_b - 1; b >= 0 && !failed_; --b) SolvePair(a, b);
     }
     std::reverse(result_.rejections.begin(), result_.rejections.end());
+    std::reverse(broken_.begin(), broken_.end());
+    if (broken != nullptr) *broken = std::move(broken_);
     if (!failed_ && result_.options.empty()) ReportNoneLeft();
     if (!failed_ && (hulls_a_.empty() || hulls_b_.empty())) WarnAboutHulls();
     if (failed_) result_.options.clear();
@@ -122,13 +126,16 @@ class ConnectionSolver {
     int index = 0;   ///< Place of the condition within the stage.
     source::Span span;
     std::string what;
+    std::pair<int, int> connectors;  ///< The pair that it stopped.
 
-    void Raise(int to_stage, int to_index, const source::Span& at, std::string text) {
+    void Raise(int to_stage, int to_index, const source::Span& at, std::string text,
+               std::pair<int, int> pair) {
       if (std::tie(to_stage, to_index) <= std::tie(stage, index)) return;
       stage = to_stage;
       index = to_index;
       span = at;
       what = std::move(text);
+      connectors = pair;
     }
   };
 
@@ -136,25 +143,27 @@ class ConnectionSolver {
     const Connector& a = type_a_.connectors[index_a];
     const Connector& b = type_b_.connectors[index_b];
     const Terms terms = SpecialiseCondition(problem_.condition, a, b);
-    if (terms.too_many) {
-      Fail(fmt::format("connection '{}' leads to more than {} alternatives of coincident points",
-                       problem_.name, kMaxTerms),
-           "use fewer 'or' and 'not' over 'coincident' and 'parallel'");
+    if (terms.too_many()) {
+      Fail(fmt::format("connection '{}' leads to {}", problem_.name, TooManyText(terms)),
+           terms.too_many_states ? "compare fewer state variables with each other"
+                                 : "use fewer 'or' and 'not' over 'coincident' and 'parallel'");
       return;
     }
     if (terms.terms.empty()) {
       std::string why = ExplainBrokenAttributes(*terms.broken, a, b);
       obstacle_.Raise(0, terms.broken_index, terms.broken->span,
-                      fmt::format("this condition removed the last pairs of connectors ({})", why));
-      result_.rejections.push_back({index_a, index_b, std::move(why)});
+                      fmt::format("this condition removed the last pairs of connectors ({})", why),
+                      {index_a, index_b});
+      Reject(index_a, index_b, std::move(why), terms.broken->span);
       return;
     }
-    std::vector<Candidate> candidates = CandidatesOf(terms, a, b);
+    source::Span broken = problem_.condition.span;
+    std::vector<Candidate> candidates = CandidatesOf(terms, index_a, index_b, broken);
     if (failed_) return;
     if (candidates.empty()) {
-      result_.rejections.push_back(
-          {index_a, index_b,
-           fmt::format("no rigid motion brings the points of {} and {} together", a.name, b.name)});
+      Reject(index_a, index_b,
+             fmt::format("no rigid motion brings the points of {} and {} together", a.name, b.name),
+             broken);
       return;
     }
     result_.candidates += static_cast<int>(candidates.size());
@@ -174,7 +183,16 @@ class ConnectionSolver {
     }
   }
 
-  std::vector<Candidate> CandidatesOf(const Terms& terms, const Connector& a, const Connector& b) {
+  void Reject(int index_a, int index_b, std::string reason, const source::Span& broken) {
+    result_.rejections.push_back({index_a, index_b, std::move(reason)});
+    broken_.push_back(broken);
+  }
+
+  /// `broken` becomes the condition that stopped the last term without a motion.
+  std::vector<Candidate> CandidatesOf(const Terms& terms, int index_a, int index_b,
+                                      source::Span& broken) {
+    const Connector& a = type_a_.connectors[static_cast<size_t>(index_a)];
+    const Connector& b = type_b_.connectors[static_cast<size_t>(index_b)];
     std::vector<Candidate> candidates;
     for (const Term& term : terms.terms) {
       const InferredMotions inferred = InferMotions(term, a, b, tolerance_, &comparisons_left_);
@@ -191,9 +209,11 @@ class ConnectionSolver {
         return {};
       }
       if (inferred.motions.empty() && inferred.broken != nullptr) {
+        broken = inferred.broken->span;
         obstacle_.Raise(
             1, inferred.broken_index, inferred.broken->span,
-            "this condition removed the last candidates" + Measured(term, a, b, *inferred.broken));
+            "this condition removed the last candidates" + Measured(term, a, b, *inferred.broken),
+            {index_a, index_b});
       }
       for (const Pose& X_AB : inferred.motions) Merge({X_AB, term.states}, candidates);
     }
@@ -253,10 +273,11 @@ class ConnectionSolver {
                     depth, type_b_.links[last_b->link].name);
     const std::string pair = fmt::format("{} and {}", type_a_.connectors[index_a].name,
                                          type_b_.connectors[index_b].name);
-    result_.rejections.push_back({index_a, index_b, fmt::format("joining {}, {}", pair, last)});
+    Reject(index_a, index_b, fmt::format("joining {}, {}", pair, last), problem_.span);
     obstacle_.Raise(2, 0, problem_.span,
                     fmt::format("the link hulls removed the last of {} candidates (joining {}, {})",
-                                result_.candidates, pair, last));
+                                result_.candidates, pair, last),
+                    {index_a, index_b});
   }
 
   void Fail(std::string message, std::string hint) {
@@ -277,7 +298,10 @@ class ConnectionSolver {
     source::Diagnostic& error = diagnostics_.Error(
         problem_.span, fmt::format("connection '{}' leaves no way to join '{}' and '{}'",
                                    problem_.name, type_a_.name, type_b_.name));
-    if (obstacle_.stage >= 0) error.notes.push_back({obstacle_.span, obstacle_.what});
+    if (obstacle_.stage < 0) return;
+    error.notes.push_back({obstacle_.span, obstacle_.what});
+    error.hint = WhyHint(type_a_.connectors[static_cast<size_t>(obstacle_.connectors.first)].name,
+                         type_b_.connectors[static_cast<size_t>(obstacle_.connectors.second)].name);
   }
 
   void WarnAboutHulls() {
@@ -303,16 +327,22 @@ class ConnectionSolver {
   double explanation_left_ = kMaxExplanation;
   double hull_work_ = 0.0;
   model::ConnectionType result_;
+  std::vector<source::Span> broken_;  ///< Of each rejection.
   Obstacle obstacle_;
   bool failed_ = false;
 };
 
 }  // namespace
 
+std::string WhyHint(const std::string& a, const std::string& b) {
+  return fmt::format("see: morphbus connections FILE --why {},{}", a, b);
+}
+
 model::ConnectionType SolveConnection(const ConnectionProblem& problem,
                                       const std::vector<ModuleType>& types,
-                                      source::Diagnostics& diagnostics) {
-  return ConnectionSolver(problem, types, diagnostics).Solve();
+                                      source::Diagnostics& diagnostics,
+                                      std::vector<source::Span>* broken) {
+  return ConnectionSolver(problem, types, diagnostics).Solve(broken);
 }
 
 }  // namespace morphbus::solver

@@ -4,6 +4,8 @@
 #include <numeric>
 #include <tuple>
 
+#include "compiler/source/utf8.h"
+
 namespace morphbus::source {
 namespace {
 
@@ -21,6 +23,20 @@ Colors MakeColors(bool color) {
 }
 
 bool IsContinuation(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
+
+/// The byte at `i` of a line as it can go to a terminal: control characters and what is not UTF-8
+/// would upset it; a tab is kept so that the caret stays aligned. Columns count no stray
+/// continuation bytes, so none is shown.
+std::string_view Shown(std::string_view line, size_t i) {
+  const auto byte = static_cast<unsigned char>(line[i]);
+  if (byte < 0x80) return (byte < 0x20 && byte != '\t') || byte == 0x7F ? "?" : line.substr(i, 1);
+  if (!IsContinuation(line[i])) return Utf8Length(line, i) > 0 ? line.substr(i, 1) : "?";
+  for (size_t back = 1; back <= 3 && back <= i; ++back) {
+    if (IsContinuation(line[i - back])) continue;
+    return Utf8Length(line, i - back) > back ? line.substr(i, 1) : "";
+  }
+  return "";
+}
 
 std::string Place(const Span& span, const SourceSet& sources) {
   if (span.file < 0 || span.file >= sources.size()) return "";
@@ -47,8 +63,7 @@ std::string Excerpt(const Span& span, const SourceSet& sources, const Colors& co
   std::string caret = from > 0 ? "   " : "";
   for (size_t i = from; i < to; ++i) {
     const char c = line[i];
-    // Control characters would upset a terminal; a tab is kept so that the caret stays aligned.
-    text += (static_cast<unsigned char>(c) < 0x20 && c != '\t') || c == 0x7F ? '?' : c;
+    text += Shown(line, i);
     if (i < at && !IsContinuation(c)) caret += c == '\t' ? '\t' : ' ';
   }
   if (to < line.size()) text += "...";

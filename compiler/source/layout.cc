@@ -7,14 +7,13 @@ namespace {
 
 bool IsBlank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\f' || c == '\v'; }
 
-/// `text` without white space at the ends of its lines.
+/// `text` without white space at the ends of its lines, which end with newlines.
 std::string TrimLineEnds(std::string_view text) {
   std::string out;
-  for (const char c : text) {
-    if (c == '\n') {
-      while (!out.empty() && IsBlank(out.back())) out.pop_back();
-    }
-    out += c;
+  for (size_t i = 0; i < text.size(); ++i) {
+    const bool ends = EndsLine(text, i);
+    while (ends && !out.empty() && IsBlank(out.back())) out.pop_back();
+    out += ends ? '\n' : text[i];
   }
   while (!out.empty() && IsBlank(out.back())) out.pop_back();
   return out;
@@ -37,7 +36,7 @@ GapComments ReadGap(std::string_view text, size_t begin, size_t end, bool hash_c
   size_t i = begin;
   while (i < end) {
     const char c = text[i];
-    if (c == '\n') {
+    if (EndsLine(text, i)) {
       ++line;
       ++newlines;
       ++i;
@@ -48,7 +47,7 @@ GapComments ReadGap(std::string_view text, size_t begin, size_t end, bool hash_c
       ++i;
       continue;
     }
-    size_t stop = block ? text.find("*/", i + 2) : text.find('\n', i);
+    size_t stop = block ? text.find("*/", i + 2) : text.find_first_of("\r\n", i);
     stop = stop == std::string_view::npos ? end : std::min(end, stop + (block ? 2 : 0));
     Found comment{TrimLineEnds(text.substr(i, stop - i)), line, line, newlines > 1};
     line += static_cast<int>(std::count(comment.text.begin(), comment.text.end(), '\n'));

@@ -18,13 +18,17 @@ bool StartsCharacter(char c) { return (static_cast<unsigned char>(c) & 0xC0U) !=
 
 }  // namespace
 
+bool EndsLine(std::string_view text, size_t at) {
+  return text[at] == '\n' || (text[at] == '\r' && (at + 1 == text.size() || text[at + 1] != '\n'));
+}
+
 int SourceSet::AddText(std::string name, std::string text) {
   auto file = std::make_shared<File>();
   file->name = std::move(name);
   file->text = std::move(text);
   file->line_starts.push_back(0);
   for (size_t i = 0; i < file->text.size(); ++i) {
-    if (file->text[i] == '\n') file->line_starts.push_back(i + 1);
+    if (EndsLine(file->text, i)) file->line_starts.push_back(i + 1);
   }
   files_.push_back(std::move(file));
   return size() - 1;
@@ -82,7 +86,7 @@ std::string_view SourceSet::LineAt(int file, size_t offset) const {
   const auto next = std::upper_bound(f.line_starts.begin(), f.line_starts.end(), offset);
   const size_t begin = *(next - 1);
   size_t end = next == f.line_starts.end() ? f.text.size() : *next - 1;
-  if (end > begin && f.text[end - 1] == '\r') --end;
+  if (end > begin && f.text[end - 1] == '\r') --end;  // The first half of "\r\n".
   return std::string_view(f.text).substr(begin, end - begin);
 }
 

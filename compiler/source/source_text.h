@@ -18,6 +18,9 @@ struct Span {
   size_t end = 0;
 };
 
+/// True if a line ends with the byte at `at`: a newline, or a carriage return without one.
+bool EndsLine(std::string_view text, size_t at);
+
 /// 1-based line and column (in UTF-8 code points) of a byte offset.
 struct LineColumn {
   int line = 1;

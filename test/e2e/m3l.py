@@ -2,6 +2,9 @@
 """What the commands on models say where the answer is unusual: nothing computed, errors, odd bytes, odd options."""
 import json
 import math
+import os
+import re
+import subprocess
 import unittest
 
 from support import SOURCE, Case, as_json, command, morphbus
@@ -17,6 +20,169 @@ def ring(modules):
     joints = ', '.join(f'{m}.joint_1={bend!r}, {m}.joint_2={-bend!r}' for m in names)
     return (f'import "{MTRAN}"\nrobot ring: modules=({", ".join("MTRAN " + m for m in names)}),\n'
             f'connections=({docked}), joints=({joints})\n')
+
+
+def blocks(document, language):
+    """The blocks of a page that are fenced as `language`."""
+    text = (SOURCE / 'docs' / document).read_text()
+    fenced = re.findall(r'^```(\w*)\n(.*?)^```$', text, re.S | re.M)
+    return [block for name, block in fenced if name == language]
+
+
+class Docs(Case):
+    """Output that the documentation shows is the program's; a line `...` stands for any number of lines."""
+
+    def compare(self, shown, printed):
+        at = 0
+        lines = printed.splitlines()
+        free = False
+        for line in shown.splitlines():
+            if line == '...':
+                free = True
+                continue
+            if free:
+                self.assertIn(line, lines[at:])
+                at = lines.index(line, at)
+            self.assertEqual(line, lines[at])
+            at, free = at + 1, False
+        self.assertTrue(free or at == len(lines), f'not shown: {lines[at:]}')
+
+    def test_the_explanation_of_the_hinge_is_printed_so(self):
+        (self.folder / 'hinge.m3l').write_text(blocks('m3l.md', 'm3l')[0])
+        shown, = [b for b in blocks('m3l.md', '') if b.startswith('connection SNAP')]
+        self.compare(shown, morphbus('connections', 'hinge.m3l', '--why', 'plug,socket', cwd=self.folder).stdout)
+
+    def test_the_explanation_of_two_males_is_printed_so(self):
+        shown, = [b for b in blocks('cli.md', '') if b.startswith('connection MTRAN')]
+        self.compare(shown, morphbus('connections', 'models/mtran.m3l', '--why', 'c1,c2', cwd=SOURCE).stdout)
+
+    def test_the_json_of_connections_has_the_name_that_the_page_shows(self):
+        shown, = [b for b in blocks('cli.md', 'json') if '"candidates":144' in b]
+        name = re.search(r'"connection":"(\w+)"', shown).group(1)
+        self.assertEqual(as_json('connections', MTRAN)['connection'], name)
+
+
+class OddBytes(Case):
+    def latin(self, name, text):
+        path = self.folder / name
+        path.write_bytes(text.encode('latin-1'))
+        return path
+
+    def test_bytes_that_are_not_utf8_are_errors_of_the_file(self):
+        string = self.latin('string.m3l', 'module A:\npoint p: coords=(0,0,0), connector, kind="T\xfcr"\nlink l: grouping=(p)\n')
+        comment = self.latin('comment.m3l', 'module A: // T\xfcr\nlink l: mass=1\n')
+        program = self.latin('comment.dyn', '// T\xfcr\nrole A extends Module { }\n')
+        for arguments in (('check', string), ('check', comment), ('format', comment), ('format', program),
+                          ('connections', string, '--json'), ('graph', comment, '--json'),
+                          ('compile', program, '--model', MTRAN, '-o', self.folder / 'x.image')):
+            done = morphbus(*arguments, status=2)
+            self.assertIn('byte \\xfc is not UTF-8', done.stderr)
+            self.assertEqual(done.stdout, '')
+
+    def test_file_names_with_such_bytes_are_no_crash(self):
+        folder = os.fsencode(self.folder)
+        path = os.path.join(folder, b'T\xfcr.m3l')
+        with open(path, 'wb') as file:
+            file.write(MTRAN.read_bytes())
+        for arguments in (['connections', '--why', 'c1,c2', '--json'], ['graph', '--robot', 'quadruped', '--json'],
+                          ['fk', '--robot', 'quadruped', '--json'], ['check']):
+            done = subprocess.run([*command(*arguments), path], capture_output=True, timeout=300)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            if '--json' in arguments:
+                json.loads(done.stdout.decode())
+        done = subprocess.run(command('connections', '--why', 'c1,c2', '--json') + [path], capture_output=True, timeout=300)
+        self.assertTrue(json.loads(done.stdout.decode())['failures'][0]['file'].endswith('T\ufffdr.m3l'))
+
+
+PLUGS = '''
+module PLUG: // Two plugs, one socket.
+point left: (point _1: coords=(0,1,0)) (point _2: coords=(0,0,1)) coords=(0,0,0), connector, kind="plug"
+point right: (point _1: coords=(2,1,0)) (point _2: coords=(2,0,1)) coords=(2,0,0), connector, kind="socket"
+link l: grouping=(left, right), mass=1
+connection SNAP: members=(PLUG a, PLUG b), conditions=(a.point p coincident b.point q and p._1 coincident q._1
+  and p._2 coincident q._2 and p.kind=="plug" and q.kind=="socket")
+'''
+
+
+class Explained(Case):
+    def model(self, text):
+        path = self.folder / 'model.m3l'
+        path.write_text(text)
+        return path
+
+    def test_a_robot_that_cannot_be_connected_is_explained(self):
+        robot = f'import "{MTRAN}"\nrobot r: modules=(MTRAN m1, MTRAN m2), connections=((m1.c1,m2.c2))\n'
+        done = morphbus('connections', self.model(robot), '--why', 'c1,c2', status=2)
+        self.assertIn('cannot be connected: c1 and c2 are both male', done.stderr)
+        self.assertIn('hint: see: morphbus connections FILE --why c1,c2', done.stderr)
+        self.assertRegex(done.stderr, r"mtran.m3l:\d+:\d+: note: by connection 'MTRAN_to_MTRAN'")
+        self.assertIn('does not hold: c1.gender is "male"', done.stdout)
+        answer = json.loads(morphbus('connections', self.model(robot), '--why', 'c1,c2', '--json', status=2).stdout)
+        self.assertEqual(len(answer['failures']), 2)
+        # Without --why an error is an error.
+        self.assertEqual(morphbus('connections', self.model(robot), status=2).stdout, '')
+
+    def test_a_connection_with_no_way_left_is_explained(self):
+        path = self.model(PLUGS.replace('p._2 coincident q._2', 'p._2 coincident q._1'))
+        done = morphbus('connections', path, '--why', 'left,right', status=2)
+        self.assertIn("connection 'SNAP' leaves no way to join", done.stderr)
+        self.assertIn('hint: see: morphbus connections FILE --why left,right', done.stderr)
+        self.assertIn('0 of them kept', done.stdout)
+
+    def test_a_motion_that_is_left_free_is_named(self):
+        path = self.model(PLUGS.replace('and p._1 coincident q._1\n  and p._2 coincident q._2', ''))
+        done = morphbus('connections', path, '--why', 'left,right', status=2)
+        self.assertIn('is left free', done.stderr)
+        self.assertIn('the conditions fix no motion: turning', done.stdout)
+        answer = json.loads(morphbus('connections', path, '--why', 'left,right', '--json', status=2).stdout)
+        self.assertIn('turning', answer['free'])
+
+    def test_a_connection_of_broken_modules_is_not(self):
+        path = self.model(PLUGS.replace('mass=1', 'mass=-1'))
+        done = morphbus('connections', path, '--why', 'left,right', status=2)
+        self.assertIn('SNAP has errors in its conditions or its modules', done.stderr)
+        self.assertEqual(done.stdout, '')
+
+
+class PairOptions(Case):
+    def said(self, *arguments):
+        return morphbus('connections', *arguments, status=2).stderr
+
+    def test_messages_name_the_option_and_the_slip(self):
+        self.assertIn("--why: module MTRAN has no connector 'c77'", self.said(MTRAN, '--why', 'c77,c1'))
+        self.assertIn("--pair: module MTRAN has no connector 'c77'", self.said(MTRAN, '--pair', 'c1,c77'))
+        for text in ('c1,c2,c3', 'c1,', ',c1'):
+            self.assertIn(f'--why {text}: expected two connectors', self.said(MTRAN, '--why', text))
+            self.assertIn(f'--pair {text}: expected two connectors', self.said(MTRAN, '--pair', text))
+        self.assertIn('write it once', self.said(MTRAN, '--pair', 'c1,c4', '--why', 'c1,c4'))
+        self.assertIn("(did you mean 'quadruped'?)", morphbus('graph', MTRAN, '--robot', 'quadrupde', status=2).stderr)
+
+    def test_white_space_round_names_does_not_matter(self):
+        self.assertEqual(as_json('connections', MTRAN, '--pair', 'c6, c3')['count'], 4)
+
+    def test_a_pair_that_cannot_be_mated_is_said_to_be_explained_elsewhere(self):
+        text = morphbus('connections', MTRAN, '--pair', 'c4,c4').stdout
+        self.assertIn('c4 of a and c4 of b cannot be mated; see: morphbus connections FILE --why c4,c4', text)
+        self.assertEqual(as_json('connections', MTRAN, '--pair', 'c4,c4')['count'], 0)
+
+    def test_settings_of_joints_have_suggestions(self):
+        for wrong, right in (('m1.joint1=0', 'joint_1'), ('head_1.joint_1=0', None)):
+            error = morphbus('fk', MTRAN, '--robot', 'quadruped', '--set', wrong, status=2).stderr
+            self.assertIn(f"did you mean '{right}'?" if right else 'has no module', error)
+
+    def test_the_pair_decides_among_connections(self):
+        path = self.folder / 'two.m3l'
+        path.write_text(f'import "{MTRAN}"\n' + PLUGS.replace('0,1,0', '0,2,0').replace('2,1,0', '2,2,0') +
+                        'module ARM:\npoint tip: (point _1: coords=(0,2,0)) (point _2: coords=(0,0,1)) coords=(0,0,0), '
+                        'connector\nlink l: grouping=(tip), mass=1\n'
+                        'connection HOLD: members=(ARM a, PLUG b), conditions=(a.point p coincident b.point q\n'
+                        '  and p._1 coincident q._1 and p._2 coincident q._2)\n')
+        self.assertEqual(as_json('connections', path, '--pair', 'c6,c3')['connection'], 'MTRAN_to_MTRAN')
+        self.assertEqual(as_json('connections', path, '--pair', 'tip,left')['connection'], 'HOLD')
+        self.assertIn('member a of connection HOLD is ARM, member b is PLUG: write tip,left',
+                      self.said(path, '--why', 'left,tip'))
+        self.assertIn('choose one with --connection', self.said(path))
+        self.assertIn("no module has a connector 'tpi' (did you mean 'tip'?)", self.said(path, '--why', 'tpi,c1'))
 
 
 class NotComputed(Case):

@@ -171,6 +171,11 @@ TEST(Format, DependsOnTokensAndCommentsOnly) {
   }
 }
 
+TEST(Format, ReadsLinesThatEndWithCarriageReturns) {
+  EXPECT_EQ(FormatText("// a\rmodule A: // b\r\rlink l: mass=1\r\n/* c\rd */\r"),
+            "// a\nmodule A:  // b\n\nlink l: mass=1\n/* c\nd */\n");
+}
+
 TEST(Format, HasBeenAppliedToTheModels) {
   for (const std::filesystem::path& path : FilesIn("models")) {
     const std::string text = Read(path);

@@ -106,6 +106,51 @@ TEST_F(LexerTest, HabitsFromOtherLanguagesGetAHint) {
   EXPECT_EQ(TakeError("unexpected").hint, "strings are written with double quotes");
 }
 
+TEST_F(LexerTest, CarriageReturnsEndLinesAndTheirComments) {
+  EXPECT_EQ(Words("a // b\rc # d\re \\\rf // g\r\nh"), "a c e f h");
+  Words("\"a\rb");
+  TakeError("string is never closed");
+}
+
+TEST_F(LexerTest, ControlCharactersInStringsAreReported) {
+  EXPECT_EQ(Tokens("\"a\x01\x7f\"").size(), 2U);
+  TakeError("control character '\\x01' in a string");
+  TakeError("control character '\\x7f' in a string");
+  Words("\"a\tb\"");
+  EXPECT_EQ(TakeError("control character").hint, "write \\t for a tab");
+}
+
+TEST_F(LexerTest, WhatIsNotUtf8IsReportedOnceAFile) {
+  EXPECT_EQ(Words("a \xE9 b // \xE9"), "a b");
+  TakeError("byte \\xe9 is not UTF-8");
+}
+
+TEST_F(LexerTest, UnitsGetAHintAtTheNumberWithoutThem) {
+  for (const auto& [text, hint] :
+       {std::pair("45deg", "angles are in radians, but after rot=: write 45*pi/180"),
+        std::pair("2rad", "angles are in radians: write 2"),
+        std::pair("10cm",
+                  "lengths are in model units, metres unless 'unit=' says otherwise: 10cm "
+                  "are 0.1 m"),
+        std::pair("5mm",
+                  "lengths are in model units, metres unless 'unit=' says otherwise: 5mm "
+                  "are 0.005 m"),
+        std::pair("3kg", "masses are in kg: write 3"),
+        std::pair("3x", "a name starts with a letter or '_'; a product is written with '*'")}) {
+    Words(text);
+    EXPECT_EQ(TakeError("is neither a number nor a name").hint, hint);
+  }
+}
+
+TEST_F(LexerTest, SignsOfOtherLanguagesAreReadAsTheWordsForThem) {
+  std::string read;
+  for (const Token& token : Tokens("a && b || !c")) read += std::string(token.text) + " ";
+  EXPECT_EQ(read, "a and b or not c  ");
+  EXPECT_EQ(TakeError("unexpected characters '&&'").hint, "write 'and'");
+  EXPECT_EQ(TakeError("unexpected characters '||'").hint, "write 'or'");
+  EXPECT_EQ(TakeError("unexpected character '!'").hint, "write 'not'");
+}
+
 TEST_F(LexerTest, ByteOrderMarkIsSkipped) {
   EXPECT_EQ(Words("\xEF\xBB\xBF"
                   "a"),

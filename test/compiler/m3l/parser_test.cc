@@ -240,6 +240,8 @@ TEST_F(ParserTest, SyntaxErrorsAreBounded) {
 
 TEST_F(ParserTest, HugeNumbersBecomeInfinity) {
   EXPECT_EQ(Value("1e999"), "inf");
+  EXPECT_EQ(Value("1" + std::string(400, '0')), "inf");
+  EXPECT_EQ(Value("0." + std::string(400, '0') + "1"), "0");
   EXPECT_EQ(Value("1e-999"), "0");
 }
 

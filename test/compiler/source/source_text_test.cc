@@ -76,6 +76,22 @@ TEST(SourceTextTest, FilesAreReadByteForByte) {
   std::filesystem::remove(path);
 }
 
+TEST(SourceTextTest, LinesEndAtNewlinesAndAtCarriageReturns) {
+  SourceSet set;
+  const int file = set.AddText("mixed", "a\nbc\r\nd\re\r\r\nf");
+  const auto place = [&](size_t at) {
+    const LineColumn found = set.Locate(file, at);
+    return std::pair(found.line, found.column);
+  };
+  EXPECT_EQ(place(2), std::pair(2, 1));
+  EXPECT_EQ(place(6), std::pair(3, 1));
+  EXPECT_EQ(place(8), std::pair(4, 1));
+  EXPECT_EQ(place(12), std::pair(6, 1));
+  EXPECT_EQ(set.LineAt(file, 3), "bc");
+  EXPECT_EQ(set.LineAt(file, 6), "d");
+  EXPECT_EQ(set.LineAt(file, 8), "e");
+}
+
 TEST(SourceTextTest, ViewsStayValidWhenFilesAreAdded) {
   SourceSet set;
   const int file = set.AddText("a", "short");

@@ -1,0 +1,16 @@
+#pragma once
+// Numbers and attribute values as people write them in M3L.
+
+#include <string>
+
+#include "compiler/model/robot_model.h"
+
+namespace morphbus::model {
+
+/// A number as a person writes it: up to 9 digits, no trailing zeros, no negative zero.
+std::string NumberText(double value);
+
+/// "male", true, 0.5: as written in M3L.
+std::string ValueText(const AttributeValue& value);
+
+}  // namespace morphbus::model
