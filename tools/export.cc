@@ -5,18 +5,9 @@
 
 #include <filesystem>
 
-#include "compiler/emit/c99.h"
-#include "compiler/emit/dot.h"
-#include "compiler/emit/keywords.h"
-#include "compiler/emit/kinematics.h"
-#include "compiler/emit/mjcf.h"
 #include "compiler/emit/robot_tree.h"
-#include "compiler/emit/sdf.h"
-#include "compiler/emit/urdf.h"
-#include "compiler/emit/webots.h"
-#include "compiler/emit/xml.h"
-#include "compiler/model/model_proto.h"
 #include "tools/commands.h"
+#include "tools/export_formats.h"
 
 namespace morphbus::tools {
 namespace {
@@ -27,24 +18,13 @@ struct Options {
   std::string module;
   std::string to;
   std::string output;
+  std::string mesh_prefix;
 };
-
-/// What a format can be made of.
-enum class Of { kFile, kModule, kRobot, kEither };
-
-struct Format {
-  const char* name;
-  Of of;
-};
-constexpr Format kFormats[] = {
-    {"model", Of::kFile}, {"kinematics", Of::kModule}, {"xml", Of::kModule},
-    {"dot", Of::kRobot},  {"c", Of::kEither},          {"urdf", Of::kEither},
-    {"sdf", Of::kEither}, {"mjcf", Of::kEither},       {"webots", Of::kEither}};
 
 /// The format by name; if there is none, or not of what was asked for, says so.
-const Format* PickFormat(const Options& options) {
+const ExportFormat* PickFormat(const Options& options) {
   std::vector<std::string> names;
-  for (const Format& format : kFormats) {
+  for (const ExportFormat& format : ExportFormats()) {
     names.emplace_back(format.name);
     if (options.to != format.name) continue;
     if (!options.robot.empty() && !options.module.empty()) {
@@ -55,6 +35,9 @@ const Format* PickFormat(const Options& options) {
     } else if (!options.module.empty() && (format.of == Of::kRobot || format.of == Of::kFile)) {
       Unusable(fmt::format("--to {} is of {}; leave out --module", format.name,
                            format.of == Of::kRobot ? "a robot" : "the whole file"));
+    } else if (!options.mesh_prefix.empty() && !format.refers_to_meshes) {
+      Unusable(
+          fmt::format("--to {} refers to no mesh files; leave out --mesh-prefix", format.name));
     } else {
       return &format;
     }
@@ -79,89 +62,86 @@ std::optional<int> PickModuleType(const model::Model& model, const std::string& 
   return std::nullopt;
 }
 
-Result<std::string> OfModuleType(const model::Model& model, int type, const std::string& to) {
-  if (to == "kinematics") {
-    return emit::KinematicsImage(model, type, model::ModelHash(model::SerializeModel(model)));
-  }
-  const Result<emit::ModuleKeywords> keywords =
-      emit::KeywordsOf(model.module_types[static_cast<size_t>(type)]);
-  if (!keywords) return Fail(keywords.error().message);
-  return emit::KeywordsXml(*keywords);
-}
-
-/// What files beside the main one are called after.
-std::string Stem(const Options& options, const std::string& name) {
-  return options.output == "-" ? name : std::filesystem::path(options.output).stem().string();
+/// Whether only the main file can be written: to stdout, a pipe or a device.
+bool IsStream(const std::string& output) {
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(output, error);
+  return output == "-" ||
+         (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status) &&
+          !std::filesystem::is_directory(status));
 }
 
 /// Webots looks for the controllers of worlds/x.wbt in controllers/ beside worlds/.
-std::string ControllersFolder(const Options& options) {
-  const std::filesystem::path folder = std::filesystem::absolute(options.output).parent_path();
-  return options.output != "-" && folder.filename() == "worlds" ? "../controllers" : "controllers";
+std::string ControllersFolder(const std::string& output) {
+  const std::filesystem::path folder = std::filesystem::absolute(output).parent_path();
+  return !IsStream(output) && folder.filename() == "worlds" ? "../controllers" : "controllers";
 }
 
-emit::Exported OfRobot(const model::Model& model, const model::Robot& robot,
-                       const Options& options) {
-  const std::string stem = Stem(options, robot.name);
-  if (options.to == "urdf") return emit::ToUrdf(model, emit::OpenTreeOf(model, robot), stem);
-  const emit::RobotTree tree = emit::TreeOf(model, robot);
-  if (options.to == "c") return emit::ToC(tree, stem);
-  if (options.to == "sdf") return emit::ToSdf(model, tree, stem);
-  return emit::ToMjcf(model, tree, stem);
+/// Says what is wrong with the place to write to, before anything is written.
+bool CanHold(const std::string& output) {
+  if (output == "-") return true;
+  const std::filesystem::path path(output);
+  const std::filesystem::path folder = path.parent_path();
+  std::error_code error;
+  if (!folder.empty() && !std::filesystem::is_directory(folder, error)) {
+    Unusable(fmt::format("cannot write {}: there is no folder {}", output, folder.string()));
+    return false;
+  }
+  if (!path.has_filename() || std::filesystem::is_directory(path, error)) {
+    Unusable(fmt::format("cannot write {}: that is a folder; name a file in it", output));
+    return false;
+  }
+  return true;
 }
 
 /// Makes the text; empty if the options do not fit the model, which has then been said.
-std::optional<emit::Exported> Make(const model::Model& model, const Format& format,
+std::optional<emit::Exported> Make(const model::Model& model, const ExportFormat& format,
                                    const Options& options) {
-  emit::Exported exported;
-  if (format.of == Of::kFile) {
-    exported.text = model::SerializeModel(model);
-    return exported;
-  }
+  ExportRequest request{
+      model, nullptr, -1, "", options.mesh_prefix, ControllersFolder(options.output)};
+  model::Robot module;
   if (format.of == Of::kModule || !options.module.empty()) {
     const std::optional<int> type = PickModuleType(model, options.module);
     if (!type) return std::nullopt;
-    if (format.of == Of::kModule) {
-      const Result<std::string> text = OfModuleType(model, *type, options.to);
-      if (!text) {
-        Unusable(text.error().message);
-        return std::nullopt;
-      }
-      exported.text = *text;
-      return exported;
-    }
-    if (options.to == "webots") {
-      model::Robot robot = emit::ModuleAsRobot(model, *type);
-      robot.modules[0].name = robot.name;
-      return emit::ToWebots(model, robot, ControllersFolder(options));
-    }
-    const model::Robot robot = emit::ModuleAsRobot(model, *type);
-    if (options.to != "c") return OfRobot(model, robot, options);
-    return emit::ModuleToC(model, *type, model::ModelHash(model::SerializeModel(model)),
-                           Stem(options, robot.name));
+    module = emit::ModuleAsRobot(model, *type);
+    request.type = *type;
+    request.robot = &module;
+  } else if (format.of != Of::kFile) {
+    request.robot = PickRobot(model, options.robot);
+    if (request.robot == nullptr) return std::nullopt;
   }
-  const model::Robot* robot = PickRobot(model, options.robot);
-  if (robot == nullptr) return std::nullopt;
-  if (format.of == Of::kRobot) {
-    exported.text = emit::AssemblyGraphDot(model, *robot);
-    return exported;
+  if (!IsStream(options.output)) {
+    request.stem = std::filesystem::path(options.output).stem().string();
+  } else if (request.robot != nullptr) {
+    request.stem = request.robot->name;
   }
-  if (options.to == "webots") return emit::ToWebots(model, *robot, ControllersFolder(options));
-  return OfRobot(model, *robot, options);
+  Result<emit::Exported> exported = format.make(request);
+  if (exported) return *std::move(exported);
+  Unusable(exported.error().message);
+  return std::nullopt;
+}
+
+/// True unless a companion would lie where the main file does (a header, if that is called x.h).
+bool AreApart(const std::string& output, const emit::Exported& exported) {
+  const std::filesystem::path path(output);
+  for (const emit::CompanionFile& file : exported.companions) {
+    if ((path.parent_path() / file.path).lexically_normal() != path.lexically_normal()) continue;
+    Unusable(fmt::format(
+        "cannot write {}: a file of this name belongs beside it; name it otherwise", output));
+    return false;
+  }
+  return true;
 }
 
 /// Companions first: whoever sees the main file finds them.
-int Write(const Options& options, const emit::Exported& exported) {
+int Write(const std::string& output, const emit::Exported& exported) {
+  const bool alone = IsStream(output);
+  if (!alone && !AreApart(output, exported)) return kUnusable;
   for (const std::string& warning : exported.warnings) Warn(warning);
-  const std::filesystem::path output(options.output);
-  const std::filesystem::path folder = output.parent_path();
+  const std::filesystem::path folder = std::filesystem::path(output).parent_path();
   std::error_code error;
-  if (!folder.empty() && !std::filesystem::is_directory(folder, error)) {
-    return Unusable(
-        fmt::format("cannot write {}: there is no folder {}", options.output, folder.string()));
-  }
   for (const emit::CompanionFile& file : exported.companions) {
-    if (options.output == "-") {
+    if (alone) {
       Warn(fmt::format("{} belongs to this output, but is written only beside a file", file.path));
       continue;
     }
@@ -174,17 +154,17 @@ int Write(const Options& options, const emit::Exported& exported) {
     const Result<void> written = WriteFile(path.string(), file.bytes);
     if (!written) return Unusable(written.error().message);
   }
-  const Result<void> written = WriteFile(options.output, exported.text);
+  const Result<void> written = WriteFile(output, exported.text);
   return written ? kDone : Unusable(written.error().message);
 }
 
 int Export(const Options& options) {
-  const Format* format = PickFormat(options);
-  if (format == nullptr) return kUnusable;
+  const ExportFormat* format = PickFormat(options);
+  if (format == nullptr || !CanHold(options.output)) return kUnusable;
   const std::optional<model::Model> model = LoadModel({options.file});
   if (!model) return kUnusable;
   const std::optional<emit::Exported> exported = Make(*model, *format, options);
-  return exported ? Write(options, *exported) : kUnusable;
+  return exported ? Write(options.output, *exported) : kUnusable;
 }
 
 }  // namespace
@@ -202,6 +182,9 @@ void AddExport(CLI::App& app, Action* action) {
   sub->add_option("-o,--output", options->output,
                   "File to write ('-': stdout); what belongs to it is written beside it")
       ->required();
+  sub->add_option("--mesh-prefix", options->mesh_prefix,
+                  "For urdf and sdf: what to put before the paths of meshes, such as "
+                  "package://robot/ (default: nothing, they are relative to the file)");
   sub->footer(
       "Examples:\n  morphbus export models/mtran.m3l --module MTRAN --to xml -o mtran.xml\n"
       "  morphbus export models/mtran.m3l --robot quadruped --to mjcf -o quadruped.xml\n"

@@ -34,8 +34,7 @@ std::string Stl(const std::vector<Eigen::Vector3d>& points) {
   return bytes;
 }
 
-}  // namespace
-
+/// Relative to the main file; empty for a link without hull.
 std::string MeshPath(const model::Model& model, const TreeLink& link, const std::string& stem) {
   const model::ModuleType& type = model.module_types[static_cast<size_t>(link.type)];
   const model::Link& source = type.links[static_cast<size_t>(link.link)];
@@ -43,11 +42,18 @@ std::string MeshPath(const model::Model& model, const TreeLink& link, const std:
   return stem + "_meshes/" + type.name + "." + source.name + ".stl";
 }
 
+}  // namespace
+
+std::string MeshAddress(const model::Model& model, const TreeLink& link, const MeshPlace& place) {
+  const std::string path = MeshPath(model, link, place.stem);
+  return path.empty() ? "" : place.prefix + path;
+}
+
 std::vector<CompanionFile> MeshFiles(const model::Model& model, const RobotTree& tree,
-                                     const std::string& stem) {
+                                     const MeshPlace& place) {
   std::map<std::string, std::string> files;
   for (const TreeLink& link : tree.links) {
-    const std::string path = MeshPath(model, link, stem);
+    const std::string path = MeshPath(model, link, place.stem);
     if (path.empty() || files.count(path) != 0) continue;
     const model::ModuleType& type = model.module_types[static_cast<size_t>(link.type)];
     files[path] = Stl(model::SolidHull(type, link.link));

@@ -9,12 +9,17 @@
 
 namespace morphbus::emit {
 
-/// Path of the mesh of a link, beside a main file called `stem`.something; empty for a link without
-/// hull. Modules of one type share their meshes.
-std::string MeshPath(const model::Model& model, const TreeLink& link, const std::string& stem);
+struct MeshPlace {
+  std::string stem;    ///< Of the main file: the meshes lie in `stem`_meshes/ beside it.
+  std::string prefix;  ///< Before that folder where the main file refers to it: "package://robot/".
+};
+
+/// Where the main file finds the mesh of a link; empty for a link without hull. Modules of one type
+/// share their meshes.
+std::string MeshAddress(const model::Model& model, const TreeLink& link, const MeshPlace& place);
 
 /// The meshes of all links of the tree, as binary STL in metres, link frames; flat hulls thickened.
 std::vector<CompanionFile> MeshFiles(const model::Model& model, const RobotTree& tree,
-                                     const std::string& stem);
+                                     const MeshPlace& place);
 
 }  // namespace morphbus::emit

@@ -5,13 +5,13 @@
 #include <pugixml.hpp>
 
 #include "compiler/emit/meshes.h"
+#include "compiler/emit/names.h"
 #include "compiler/emit/numbers.h"
+#include "compiler/emit/sdf_joint.h"
 #include "compiler/emit/xml_text.h"
 
 namespace morphbus::emit {
 namespace {
-
-using model::JointType;
 
 /// <pose>, by quaternion: roll, pitch and yaw would lose digits.
 pugi::xml_node AppendPose(pugi::xml_node node, const model::Pose& X, const std::string& base) {
@@ -22,10 +22,24 @@ pugi::xml_node AppendPose(pugi::xml_node node, const model::Pose& X, const std::
   return pose;
 }
 
+/// Names that SDFormat keeps for itself.
+bool IsReserved(const std::string& name) {
+  const bool marked = name.size() >= 4 && name.compare(0, 2, "__") == 0 &&
+                      name.compare(name.size() - 2, 2, "__") == 0;
+  return marked || name == "world";
+}
+
 class Writer {
  public:
-  Writer(const model::Model& model, const RobotTree& tree, const std::string& stem)
-      : model_(model), tree_(tree), stem_(stem) {}
+  Writer(const model::Model& model, const RobotTree& tree, const MeshPlace& place)
+      : model_(model), tree_(tree), place_(place) {
+    RenameReservedLinks("SDF", IsReserved, &tree_, &exported_.warnings);
+    RenameReservedJoints("SDF", IsReserved, &tree_, &exported_.warnings);
+    if (!IsReserved(tree_.name)) return;
+    tree_.name = "m3l" + tree_.name;
+    exported_.warnings.push_back(fmt::format(
+        "SDF keeps the name {} for itself: the model is called {} there", tree.name, tree_.name));
+  }
 
   Exported Write() {
     StartXml(&document_);
@@ -43,10 +57,9 @@ class Writer {
     for (const TreeLink& link : tree_.links) AppendLink(link);
     for (const TreeLink& link : tree_.links) AppendHold(link);
     for (const TreeLoop& loop : tree_.loops) AppendLoop(loop);
-    Exported exported;
-    exported.text = XmlText(document_);
-    exported.companions = MeshFiles(model_, tree_, stem_);
-    return exported;
+    exported_.text = XmlText(document_);
+    exported_.companions = MeshFiles(model_, tree_, place_);
+    return std::move(exported_);
   }
 
  private:
@@ -72,7 +85,7 @@ class Writer {
                    Number(mass.I_Lcm_L(row, column)));
       }
     }
-    const std::string mesh = MeshPath(model_, link, stem_);
+    const std::string mesh = MeshAddress(model_, link, place_);
     if (mesh.empty()) return;
     for (const char* use : {"visual", "collision"}) {
       pugi::xml_node part = node.append_child(use);
@@ -81,62 +94,36 @@ class Writer {
     }
   }
 
-  pugi::xml_node AppendJoint(const std::string& name, JointType type, int parent, int child) {
-    pugi::xml_node node = root_.append_child("joint");
-    Set(node, "name", name);
-    Set(node, "type", JointTypeName(type));
-    AppendText(node, "parent", NameOf(parent));
-    AppendText(node, "child", NameOf(child));
-    return node;
-  }
-
   /// What holds a link in the tree.
   void AppendHold(const TreeLink& link) {
-    if (link.parent < 0) return;
-    const int child = static_cast<int>(&link - tree_.links.data());
-    if (link.joint < 0) {
-      AppendJoint(link.held_by, JointType::kFixed, link.parent, child);
-    } else {
-      AppendMoving(JointAt(link.joint), link.parent, child);
-    }
+    if (link.parent >= 0) AppendJoint(link.held_by, link.joint, NameOf(link.parent), link.name);
   }
 
   void AppendLoop(const TreeLoop& loop) {
-    if (loop.joint < 0) {
-      AppendJoint(loop.name, JointType::kFixed, loop.from, loop.to);
-    } else {
-      AppendMoving(JointAt(loop.joint), loop.from, loop.to);
-    }
+    AppendJoint(loop.name, loop.joint, NameOf(loop.from), NameOf(loop.to));
   }
 
-  /// The joint's frame is the child's, moved to the axis, which keeps its place in the child
-  /// whatever the joint's value.
-  void AppendMoving(const TreeJoint& joint, int parent, int child) {
-    pugi::xml_node node = AppendJoint(joint.name, joint.type, parent, child);
-    if (joint.type == JointType::kFixed) return;
-    AppendText(node, "pose", Triple(joint.origin) + " 0 0 0");
-    pugi::xml_node axis = node.append_child("axis");
-    AppendText(axis, "xyz", Triple(joint.axis));
-    pugi::xml_node limit = axis.append_child("limit");
-    if (joint.type != JointType::kContinuous) {
-      AppendText(limit, "lower", Number(joint.lower - joint.start));
-      AppendText(limit, "upper", Number(joint.upper - joint.start));
+  void AppendJoint(const std::string& name, int joint, const std::string& from,
+                   const std::string& to) {
+    if (joint < 0) {
+      AppendSdfJoint(root_, name, nullptr, from, to, 0.0);
+    } else {
+      AppendSdfJoint(root_, name, &JointAt(joint), from, to, JointAt(joint).start);
     }
-    AppendText(limit, "effort", Number(joint.effort));
-    AppendText(limit, "velocity", Number(joint.speed));
   }
 
   const model::Model& model_;
-  const RobotTree& tree_;
-  const std::string& stem_;
+  RobotTree tree_;
+  const MeshPlace& place_;
   pugi::xml_document document_;
   pugi::xml_node root_;
+  Exported exported_;
 };
 
 }  // namespace
 
-Exported ToSdf(const model::Model& model, const RobotTree& tree, const std::string& stem) {
-  return Writer(model, tree, stem).Write();
+Exported ToSdf(const model::Model& model, const RobotTree& tree, const MeshPlace& place) {
+  return Writer(model, tree, place).Write();
 }
 
 }  // namespace morphbus::emit

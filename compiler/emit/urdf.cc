@@ -3,16 +3,21 @@
 #include <fmt/format.h>
 
 #include <pugixml.hpp>
+#include <utility>
+#include <vector>
 
 #include "compiler/emit/meshes.h"
 #include "compiler/emit/names.h"
 #include "compiler/emit/numbers.h"
+#include "compiler/emit/urdf_cuts.h"
 #include "compiler/emit/xml_text.h"
 
 namespace morphbus::emit {
 namespace {
 
 using model::JointType;
+
+constexpr const char* kWorld = "world";
 
 void AppendOrigin(pugi::xml_node node, const model::Pose& X) {
   pugi::xml_node origin = node.append_child("origin");
@@ -22,12 +27,14 @@ void AppendOrigin(pugi::xml_node node, const model::Pose& X) {
 
 class Writer {
  public:
-  Writer(const model::Model& model, const RobotTree& tree, const std::string& stem)
-      : model_(model),
-        tree_(tree),
-        stem_(stem),
-        world_(FreeName(tree, "world")),
-        base_(FreeName(tree, "robot_frame")) {}
+  Writer(const model::Model& model, const RobotTree& tree, const MeshPlace& place)
+      : model_(model), tree_(tree), place_(place) {
+    // Gazebo and MuJoCo take a link of this name for the world.
+    RenameReservedLinks(
+        "URDF", [](const std::string& name) { return name == "world"; }, &tree_,
+        &exported_.warnings);
+    base_ = FreeName(tree_, "robot_frame");
+  }
 
   Exported Write() {
     StartXml(&document_);
@@ -35,18 +42,24 @@ class Writer {
     Set(root_, "name", tree_.name);
     Comment(root_, fmt::format("SI units, radians. {} has z up (x north, y west); {} is the robot "
                                "frame: x north, y up, z east.",
-                               world_, base_));
+                               kWorld, base_));
+    AppendMuJoCo();
+    WarnOfStart();
     for (const TreeLoop& loop : tree_.loops) CutLoop(loop);
     for (const TreeLink& link : tree_.links) WarnIfLocked(link);
-    NameLink(root_, world_);
+    NameLink(root_, kWorld);
     NameLink(root_, base_);
-    AppendJoint(world_ + "-" + base_, "fixed", world_, base_, RobotFrameInZUp());
+    AppendJoint(std::string(kWorld) + "-" + base_, "fixed", kWorld, base_, RobotFrameInZUp());
     for (const TreeLink& link : tree_.links) {
       AppendJoints(link);
       AppendLink(link);
     }
+    AppendGazeboJoints(tree_, CarryingLinks(), root_);
     exported_.text = XmlText(document_);
-    exported_.companions = MeshFiles(model_, tree_, stem_);
+    exported_.companions = MeshFiles(model_, tree_, place_);
+    if (!tree_.loops.empty()) {
+      exported_.companions.push_back({place_.stem + "_cuts.json", CutsJson(tree_)});
+    }
     return std::move(exported_);
   }
 
@@ -55,6 +68,28 @@ class Writer {
     pugi::xml_node node = robot.append_child("link");
     Set(node, "name", name);
     return node;
+  }
+
+  /// Without it MuJoCo would look for meshes in the file's own folder, merge links that a fixed
+  /// joint holds, and lose their names.
+  void AppendMuJoCo() {
+    pugi::xml_node compiler = root_.append_child("mujoco").append_child("compiler");
+    Set(compiler, "strippath", "false");
+    Set(compiler, "fusestatic", "false");
+    Set(compiler, "discardvisual", "true");
+  }
+
+  void WarnOfStart() {
+    std::vector<std::string> starts;
+    for (const TreeJoint& joint : tree_.joints) {
+      if (joint.start != 0.0) starts.push_back(joint.name + "=" + Number(joint.start));
+    }
+    if (starts.empty()) return;
+    exported_.warnings.push_back(fmt::format(
+        "URDF holds no start values: joint values are 0 unless the user of the file sets "
+        "them; {} of {} joints start elsewhere, as a comment in the file says",
+        starts.size(), tree_.joints.size()));
+    Comment(root_, fmt::format("Start values (rad or m), others 0: {}.", fmt::join(starts, " ")));
   }
 
   void CutLoop(const TreeLoop& loop) {
@@ -99,7 +134,7 @@ class Writer {
     Set(inertial.append_child("origin"), "xyz", Triple(mass.p_LoLcm_L));
     Set(inertial.append_child("mass"), "value", Number(mass.mass_kg));
     AppendInertia(inertial, mass.I_Lcm_L);
-    const std::string mesh = MeshPath(model_, link, stem_);
+    const std::string mesh = MeshAddress(model_, link, place_);
     if (mesh.empty()) return;
     for (const char* use : {"visual", "collision"}) {
       pugi::xml_node geometry = node.append_child(use).append_child("geometry");
@@ -138,7 +173,7 @@ class Writer {
     }
     const TreeJoint& joint = tree_.joints[static_cast<size_t>(link.joint)];
     const bool needs_axis = AxisIsOffOrigin(joint);
-    const std::string turned = needs_axis ? link.name + ".axis" : link.name;
+    const std::string turned = needs_axis ? AxisLink(link) : link.name;
     model::Pose X_PJ = model::Pose::Identity();
     if (needs_axis) X_PJ.translation() = joint.origin;
     pugi::xml_node node = AppendJoint(joint.name, JointTypeName(joint.type), parent, turned, X_PJ);
@@ -146,6 +181,28 @@ class Writer {
     if (!needs_axis) return;
     NameLink(root_, turned);
     AppendJoint(turned + "-" + link.name, "fixed", turned, link.name, X_PJ.inverse());
+  }
+
+  static std::string AxisLink(const TreeLink& link) { return link.name + ".axis"; }
+
+  /// For each link the nearest one above it, itself included, that no fixed joint holds.
+  std::vector<CarryingLink> CarryingLinks() const {
+    std::vector<CarryingLink> carrying;
+    for (const TreeLink& link : tree_.links) {
+      const TreeJoint* joint =
+          link.joint < 0 ? nullptr : &tree_.joints[static_cast<size_t>(link.joint)];
+      if (joint == nullptr || joint->type == JointType::kFixed) {
+        CarryingLink carrier{base_, model::Pose::Identity()};
+        if (link.parent >= 0) carrier = carrying[static_cast<size_t>(link.parent)];
+        carrier.X_CL = carrier.X_CL * link.X_PL;
+        carrying.push_back(std::move(carrier));
+      } else if (AxisIsOffOrigin(*joint)) {
+        carrying.push_back({AxisLink(link), model::Pose(Eigen::Translation3d(-joint->origin))});
+      } else {
+        carrying.push_back({link.name, model::Pose::Identity()});
+      }
+    }
+    return carrying;
   }
 
   static void AppendLimits(pugi::xml_node node, const TreeJoint& joint) {
@@ -160,9 +217,8 @@ class Writer {
   }
 
   const model::Model& model_;
-  const RobotTree& tree_;
-  const std::string& stem_;
-  std::string world_;
+  RobotTree tree_;
+  const MeshPlace& place_;
   std::string base_;
   pugi::xml_document document_;
   pugi::xml_node root_;
@@ -171,8 +227,8 @@ class Writer {
 
 }  // namespace
 
-Exported ToUrdf(const model::Model& model, const RobotTree& tree, const std::string& stem) {
-  return Writer(model, tree, stem).Write();
+Exported ToUrdf(const model::Model& model, const RobotTree& tree, const MeshPlace& place) {
+  return Writer(model, tree, place).Write();
 }
 
 }  // namespace morphbus::emit

@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
 """Exported files as they lie on disk: names, companions, schemas, and requests that make no sense."""
+import json
+import os
 import pathlib
 import re
 import struct
+import subprocess
 import xml.etree.ElementTree as ElementTree
 
-from support import MODEL, MORPHBUS, ROBOTS, SOURCE, Case, export, main, run
+from support import MODEL, MORPHBUS, ROBOTS, SOURCE, Case, export, main, matrix, poses, product, run
 
 SCHEMA = SOURCE / 'compiler/emit/keywords.rng'
 
@@ -45,13 +48,38 @@ class Files(Case):
         self.assertRegex(cut, r'^m5\.joint_[12]$')
         self.assertIn(f'<!-- Opens a loop: {left_out} ', text)
         self.assertIn(f'<!-- Opens a loop: {cut},', text)
+        text = text.split('<gazebo>')[0]  # Beyond it stands the joint as Gazebo closes it again.
         self.assertNotIn(f'<joint name="{cut}"', text)
         for i in range(1, 10):
             for joint in ('joint_1', 'joint_2'):
                 self.assertEqual(text.count(f'<joint name="m{i}.{joint}"'), f'm{i}.{joint}' != cut)
-        self.assertEqual(export('urdf', path, '--robot', 'snake', model=self.snake()).stderr, '')
+        said = export('urdf', path, '--robot', 'snake', model=self.snake()).stderr
+        self.assertEqual(said.count('warning:'), 1)
+        self.assertIn('no start values', said)
+        self.assertIn('(rad or m), others 0: m1.joint_1=', path.read_text())
         self.assertEqual(export('mjcf', path, '--robot', 'quadruped').stderr, '')
         self.assertEqual(export('sdf', path, '--robot', 'quadruped').stderr, '')
+
+    def test_cuts_are_listed_beside_the_file(self):
+        path = self.folder / 'walker.urdf'
+        export('urdf', path, '--robot', 'quadruped')
+        listed = json.loads((self.folder / 'walker_cuts.json').read_text())
+        self.assertEqual(listed['robot'], 'quadruped')
+        connection, joint = listed['cuts']
+        self.assertEqual((connection['kind'], connection['loses']), ('connection', 'nothing'))
+        self.assertEqual((joint['kind'], joint['loses'], joint['type']), ('joint', 'a locked joint', 'revolute'))
+        self.assertRegex(joint['name'], r'^m5\.joint_[12]$')
+        # Both hold at the start of this robot, by the library's own poses.
+        links = poses('quadruped', {})
+        for cut in (connection, joint):
+            parent, child, between = (matrix(pose) for pose in (
+                links[cut['parent']], links[cut['child']], (cut['pose']['p'], cut['pose']['q'])))
+            for ours, theirs in zip(product(parent, between), child):
+                self.assertAlmostEqual(ours, theirs, places=9)
+        self.assertIn(f'<joint name="{joint["name"]}" type="revolute">', path.read_text().split('<gazebo>')[1])
+        (self.folder / 'walker_cuts.json').unlink()
+        export('urdf', path, '--module', 'MTRAN')
+        self.assertFalse((self.folder / 'walker_cuts.json').exists())
 
     def test_meshes_lie_beside_the_file_and_are_closed(self):
         for to in ('urdf', 'sdf'):
@@ -71,6 +99,50 @@ class Files(Case):
                                + a[2] * (b[0] * c[1] - b[1] * c[0])) / 6
                 self.assertTrue(all((b, a) in edges for a, b in edges), 'a hole')
                 self.assertGreater(volume, 1e-7, 'inside out')
+
+    def test_a_prefix_stands_before_the_paths_of_meshes(self):
+        for to, element in (('urdf', 'filename="'), ('sdf', '<uri>')):
+            path = self.folder / f'walker.{to}'
+            export(to, path, '--robot', 'quadruped', '--mesh-prefix', 'package://zoo/')
+            text = path.read_text()
+            self.assertEqual(text.count(element), 54)
+            self.assertEqual(text.count(f'{element}package://zoo/walker_meshes/MTRAN.'), 54)
+        said = export('mjcf', path, '--robot', 'quadruped', '--mesh-prefix', 'x/', status=2).stderr
+        self.assertIn('leave out --mesh-prefix', said)
+
+    def test_places_that_cannot_be_written_to_leave_nothing_behind(self):
+        there = self.folder / 'there'
+        there.mkdir()
+        for to, output, words in (
+                ('urdf', there, 'that is a folder'), ('urdf', f'{self.folder}/new/', 'there is no folder'),
+                ('sdf', f'{there}/', 'that is a folder'), ('c', there / 'q.h', 'belongs beside it'),
+                ('c', there / 'a"b.c', 'no quotes'), ('urdf', self.folder / 'none/x.urdf', 'there is no folder')):
+            said = export(to, output, '--robot', 'quadruped', status=2).stderr
+            self.assertIn(words, said)
+            self.assertNotIn('warning', said)
+            self.assertEqual([str(p) for p in self.folder.rglob('*')], [str(there)])
+
+    def test_a_pipe_gets_the_main_file_alone(self):
+        pipe = self.folder / 'pipe'
+        os.mkfifo(pipe)
+        reader = subprocess.Popen(['cat', pipe], stdout=subprocess.PIPE, text=True)
+        said = export('urdf', pipe, '--robot', 'quadruped').stderr
+        self.assertIn('</robot>', reader.communicate(timeout=60)[0])
+        self.assertIn('quadruped_meshes/MTRAN.active_block.stl belongs to this output', said)
+        self.assertEqual([p.name for p in self.folder.iterdir()], ['pipe'])
+
+    def test_graphviz_draws_the_graphs(self):
+        assembly = self.folder / 'assembly.dot'
+        export('dot', assembly, '--robot', 'quadruped')
+        graph = self.folder / 'graph.dot'
+        run([MORPHBUS, 'graph', MODEL, '--robot', 'quadruped', '--dot', graph])
+        # Nodes, edges and clusters of the assembly; bodies and joints of the kinematic graph.
+        for path, nodes, edges, clusters in ((assembly, 27, 28, 9), (graph, 18, 18, 0)):
+            done = run(['dot', '-Tsvg', path])
+            self.assertEqual(done.stderr, '')
+            drawn = ElementTree.fromstring(done.stdout)
+            kinds = [element.get('class') for element in drawn.iter() if element.get('class')]
+            self.assertEqual([kinds.count(kind) for kind in ('node', 'edge', 'cluster')], [nodes, edges, clusters])
 
     def test_nothing_else_is_left_behind(self):
         export('c', self.folder / 'robot.c', '--robot', 'quadruped')

@@ -49,6 +49,12 @@ def matrix(pose):
             2 * (a * c - b * w), 2 * (b * c + a * w), 1 - 2 * (a * a + b * b), z]
 
 
+def product(a, b):
+    """a * b of poses as `matrix` makes them."""
+    return [sum(a[4 * row + k] * b[4 * k + column] for k in range(3)) + (a[4 * row + 3] if column == 3 else 0)
+            for row in range(3) for column in range(4)]
+
+
 def joints_of(modules):
     return [f'm{m}.joint_{j}' for m in range(1, modules + 1) for j in (1, 2)]
 

@@ -34,8 +34,8 @@ void Require(bool holds) {
 void ExportTree(const model::Model& model, const model::Robot& robot) {
   const emit::RobotTree tree = emit::TreeOf(model, robot);
   Require(!emit::ToC(tree, "fuzz").text.empty());
-  Require(!emit::ToUrdf(model, emit::OpenTreeOf(model, robot), "fuzz").text.empty());
-  Require(!emit::ToSdf(model, tree, "fuzz").text.empty());
+  Require(!emit::ToUrdf(model, emit::OpenTreeOf(model, robot), {"fuzz", ""}).text.empty());
+  Require(!emit::ToSdf(model, tree, {"fuzz", ""}).text.empty());
   Require(!emit::ToMjcf(model, tree, "fuzz").text.empty());
 }
 

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "compiler/emit/mjcf.h"
+#include "compiler/emit/urdf.h"
 #include "test/compiler/emit/exported_robots.h"
 #include "test/compiler/emit/mujoco_robot.h"
 #include "test/compiler/solver/known_modules.h"
@@ -186,6 +187,43 @@ TEST(Mjcf, OurNamesGiveWayAndReservedOnesAreReported) {
   }
   for (const char* geom : {"world_", "floor", "__b__", "robot_frame", "floor_"}) {
     EXPECT_GE(mj_name2id(simulation.model.get(), mjOBJ_GEOM, geom), 0) << geom;
+  }
+}
+
+// The URDF, which MuJoCo reads too, with its meshes where they were exported to.
+TEST(UrdfInMuJoCo, EveryLinkIsThereWhereTheModelPlacesIt) {
+  for (const ExportCase& robot : test::ExportCases(1)) {
+    if (robot.name == "gadgets") continue;  // Its loop does not close at its start values.
+    SCOPED_TRACE(robot.name);
+    const RobotTree tree = OpenTreeOf(robot.model, robot.robot);
+    const Exported urdf = ToUrdf(robot.model, tree, {"robot", ""});
+    const Simulation simulation = test::LoadInMuJoCo(urdf, "robot.urdf");
+    ASSERT_NE(simulation.model, nullptr);
+    for (const TreeJoint& joint : tree.joints) {
+      if (joint.child < 0 || joint.type == model::JointType::kFixed) continue;
+      Position(simulation, joint.name) = joint.start;
+    }
+    mj_forward(simulation.model.get(), simulation.data.get());
+    const std::vector<model::Pose> X_RL = StartPoses(tree);
+    for (size_t i = 0; i < tree.links.size(); ++i) {
+      const int body = mj_name2id(simulation.model.get(), mjOBJ_BODY, tree.links[i].name.c_str());
+      ASSERT_GE(body, 0) << tree.links[i].name;
+      const Eigen::Map<const Eigen::Vector3d> p(simulation.data->xpos + 3 * body);
+      EXPECT_LT((p - (RobotFrameInZUp() * X_RL[i]).translation()).norm(), 1e-9);
+    }
+  }
+}
+
+TEST(UrdfInMuJoCo, ALinkCalledWorldIsNotTheWorld) {
+  const ExportCase robot = test::CompiledModule(test::kAwkwardNames, "world");
+  const Exported urdf = ToUrdf(robot.model, OpenTreeOf(robot.model, robot.robot), {"robot", ""});
+  ASSERT_EQ(urdf.warnings.size(), 1u);
+  EXPECT_EQ(urdf.warnings[0],
+            "URDF keeps the name world for itself: the link is called world_ there");
+  const Simulation simulation = test::LoadInMuJoCo(urdf, "robot.urdf");
+  ASSERT_NE(simulation.model, nullptr);
+  for (const char* body : {"world_", "floor", "__b__", "robot_frame", "robot_frame_"}) {
+    EXPECT_GT(mj_name2id(simulation.model.get(), mjOBJ_BODY, body), 0) << body;
   }
 }
 

@@ -7,6 +7,7 @@
 #include <sdf/sdf.hh>
 
 #include "compiler/emit/sdf.h"
+#include "compiler/emit/urdf.h"
 #include "test/compiler/emit/exported_robots.h"
 
 namespace morphbus::emit {
@@ -37,7 +38,7 @@ TEST(Sdf, LibsdformatPlacesEveryLinkWhereTheModelDoes) {
     const model::JointValues q = test::RandomValues(robot, random);
     for (size_t m = 0; m < q.size(); ++m) robot.robot.modules[m].start = q[m];
     sdf::Root root;
-    ParseStrictly(ToSdf(robot.model, TreeOf(robot.model, robot.robot), "robot").text, &root);
+    ParseStrictly(ToSdf(robot.model, TreeOf(robot.model, robot.robot), {"robot", ""}).text, &root);
     ASSERT_NE(root.Model(), nullptr);
     const model::KinematicState state = model::ForwardKinematics(robot.model, robot.robot, q);
     for (size_t m = 0; m < state.X_RL.size(); ++m) {
@@ -60,7 +61,7 @@ TEST(Sdf, AxesLimitsAndLoopsAreThoseOfTheModel) {
     for (size_t m = 0; m < q.size(); ++m) robot.robot.modules[m].start = q[m];
     const RobotTree tree = TreeOf(robot.model, robot.robot);
     sdf::Root root;
-    ParseStrictly(ToSdf(robot.model, tree, "robot").text, &root);
+    ParseStrictly(ToSdf(robot.model, tree, {"robot", ""}).text, &root);
     ASSERT_NE(root.Model(), nullptr);
     const model::KinematicState state = model::ForwardKinematics(robot.model, robot.robot, q);
     size_t joints = robot.robot.dockings.size();
@@ -96,6 +97,70 @@ TEST(Sdf, AxesLimitsAndLoopsAreThoseOfTheModel) {
     }
     EXPECT_EQ(root.Model()->JointCount(), joints);
   }
+}
+
+TEST(Sdf, ReservedNamesAreChangedAndReported) {
+  const ExportCase robot = test::CompiledModule(test::kAwkwardNames, "world");
+  const Exported exported = ToSdf(robot.model, TreeOf(robot.model, robot.robot), {"robot", ""});
+  const std::vector<std::string> expected = {
+      "SDF keeps the name world for itself: the link is called world_ there",
+      "SDF keeps the name __b__ for itself: the link is called m3l__b__ there",
+      "SDF keeps the name __j__ for itself: the joint is called m3l__j__ there",
+      "SDF keeps the name world for itself: the model is called m3lworld there"};
+  EXPECT_EQ(exported.warnings, expected);
+  sdf::Root root;
+  ParseStrictly(exported.text, &root);
+  ASSERT_NE(root.Model(), nullptr);
+  for (const char* link : {"world_", "floor", "m3l__b__", "robot_frame"}) {
+    EXPECT_TRUE(root.Model()->LinkNameExists(link)) << link;
+  }
+  EXPECT_TRUE(root.Model()->JointNameExists("m3l__j__"));
+}
+
+// Gazebo reads URDF by libsdformat, which melts fixed links together: what was cut comes back.
+TEST(UrdfInGazebo, ACutJointComesBackInItsPlace) {
+  int joints = 0;
+  for (const ExportCase& robot : test::ExportCases(0)) {
+    if (robot.name != "quadruped" && robot.name != "equivalent") continue;
+    const RobotTree tree = OpenTreeOf(robot.model, robot.robot);
+    sdf::Root root;
+    const std::string urdf = ToUrdf(robot.model, tree, {"robot", ""}).text;
+    for (const sdf::Error& error : root.LoadSdfString(urdf)) ADD_FAILURE() << error.Message();
+    ASSERT_NE(root.Model(), nullptr);
+    const std::vector<model::Pose> X_RL = StartPoses(tree);
+    for (const TreeLoop& loop : tree.loops) {
+      const sdf::Joint* joint = root.Model()->JointByName(loop.name);
+      if (loop.loss == TreeLoop::Loss::kNothing) {
+        EXPECT_EQ(joint, nullptr);
+        continue;
+      }
+      ASSERT_NE(joint, nullptr) << loop.name;
+      ++joints;
+      const TreeJoint& cut = tree.joints[static_cast<size_t>(loop.joint)];
+      const model::Pose X_WT = RobotFrameInZUp() * X_RL[static_cast<size_t>(loop.to)];
+      ignition::math::Pose3d X;
+      ASSERT_TRUE(joint->SemanticPose().Resolve(X, "__model__").empty());
+      EXPECT_LT((ToPose(X).translation() - X_WT * cut.origin).norm(), 1e-9);
+      ignition::math::Vector3d axis;
+      ASSERT_TRUE(joint->Axis()->ResolveXyz(axis, "__model__").empty());
+      EXPECT_LT((Eigen::Vector3d(axis.X(), axis.Y(), axis.Z()) - X_WT.linear() * cut.axis).norm(),
+                1e-9);
+    }
+  }
+  EXPECT_EQ(joints, 2);
+}
+
+TEST(UrdfInGazebo, ALoopThatIsOpenAtZeroIsNotWeldedOpen) {
+  for (const ExportCase& robot : test::ExportCases(0)) {
+    if (robot.name != "ckbot.m3l loop") continue;
+    const RobotTree tree = OpenTreeOf(robot.model, robot.robot);
+    ASSERT_EQ(tree.loops.size(), 1u);
+    const std::string urdf = ToUrdf(robot.model, tree, {"robot", ""}).text;
+    EXPECT_EQ(urdf.find("<gazebo>"), std::string::npos);
+    EXPECT_NE(urdf.find("No joint for Gazebo closes " + tree.loops[0].name), std::string::npos);
+    return;
+  }
+  FAIL() << "no loop of CKBot modules";
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstring>
 #include <kdl/tree.hpp>
 #include <kdl/treefksolverpos_recursive.hpp>
 #include <kdl_parser/kdl_parser.hpp>
@@ -68,7 +70,7 @@ double Gap(const KDL::Frame& X, const KDL::Frame& Y) {
 }
 
 KDL::Tree Parse(const ExportCase& robot) {
-  const Exported urdf = ToUrdf(robot.model, OpenTreeOf(robot.model, robot.robot), "robot");
+  const Exported urdf = ToUrdf(robot.model, OpenTreeOf(robot.model, robot.robot), {"robot", ""});
   KDL::Tree kdl;
   EXPECT_TRUE(kdl_parser::treeFromString(urdf.text, kdl)) << urdf.text;
   return kdl;
@@ -158,7 +160,7 @@ TEST(Urdf, LoopsAreOpenedWhereLeastIsLost) {
       EXPECT_EQ(lost[Loss::kNothing].size(), 1u);
       EXPECT_EQ(lost[Loss::kLockedJoint].size(), 1u);
       EXPECT_EQ(lost[Loss::kLockedJoint].at(0).substr(0, 3), "m5.");
-      const Exported urdf = ToUrdf(robot.model, tree, "robot");
+      const Exported urdf = ToUrdf(robot.model, tree, {"robot", ""});
       EXPECT_EQ(urdf.warnings.size(), 3u);  // The third: m5's other joint can move here.
     } else if (robot.name == "mtran_robots.m3l caterpillar") {
       // All of its joints move, so a connection goes: one of those opposite the root, m1.
@@ -173,28 +175,88 @@ TEST(Urdf, LoopsAreOpenedWhereLeastIsLost) {
   }
 }
 
-TEST(Urdf, MassesAndInertiasArriveInKdl) {
+/// Mass properties at density 1 of a closed mesh, as a sum over the tetrahedra between its
+/// triangles and the origin (F. Tonon, "Explicit exact formulas for the 3-D tetrahedron inertia
+/// tensor", 2004).
+struct Solid {
+  double volume = 0.0;
+  Eigen::Vector3d first = Eigen::Vector3d::Zero();   ///< Integral of x.
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();  ///< Integral of x x'.
+};
+
+Solid SolidOf(const std::string& stl) {
+  Solid solid;
+  const auto number = [&](size_t at) {
+    float value;
+    std::memcpy(&value, stl.data() + at, sizeof value);
+    return static_cast<double>(value);
+  };
+  for (size_t at = 84; at + 50 <= stl.size(); at += 50) {
+    Eigen::Matrix3d corners;  // One a column.
+    for (int k = 0; k < 9; ++k)
+      corners(k % 3, k / 3) = number(at + 12 + 4 * static_cast<size_t>(k));
+    const double volume = corners.determinant() / 6.0;
+    const Eigen::Vector3d sum = corners.rowwise().sum();
+    solid.volume += volume;
+    solid.first += volume / 4.0 * sum;
+    solid.second += volume / 20.0 * (corners * corners.transpose() + sum * sum.transpose());
+  }
+  return solid;
+}
+
+// The masses are those declared; where they lie is computed here from the exported meshes. Those
+// hold single precision.
+TEST(Urdf, MassesAndInertiasAreThoseOfTheMeshes) {
+  int links = 0;
   for (const ExportCase& robot : test::ExportCases(0)) {
-    const KDL::Tree kdl = Parse(robot);
+    SCOPED_TRACE(robot.name);
+    const Exported urdf = ToUrdf(robot.model, OpenTreeOf(robot.model, robot.robot), {"robot", ""});
+    std::map<std::string, Solid> solids;
+    for (const CompanionFile& file : urdf.companions) {
+      if (file.path.ends_with(".stl")) solids[file.path] = SolidOf(file.bytes);
+    }
+    KDL::Tree kdl;
+    ASSERT_TRUE(kdl_parser::treeFromString(urdf.text, kdl));
     for (size_t m = 0; m < robot.robot.modules.size(); ++m) {
       const model::ModuleType& type = robot.model.TypeOf(robot.robot, static_cast<int>(m));
       for (size_t l = 0; l < type.links.size(); ++l) {
-        const model::LinkMass mass = model::ComputeLinkMass(type, static_cast<int>(l));
+        SCOPED_TRACE(LinkName(robot, m, l));
         const KDL::RigidBodyInertia actual =
             GetTreeElementSegment(kdl.getSegment(LinkName(robot, m, l))->second).getInertia();
-        EXPECT_NEAR(actual.getMass(), mass.mass_kg, 1e-12);
-        for (int k = 0; k < 3; ++k) EXPECT_NEAR(actual.getCOG()(k), mass.p_LoLcm_L(k), 1e-12);
-        const Eigen::Vector3d& c = mass.p_LoLcm_L;
-        const Eigen::Matrix3d about_origin =
-            mass.I_Lcm_L +
-            mass.mass_kg * (c.squaredNorm() * Eigen::Matrix3d::Identity() - c * c.transpose());
+        EXPECT_NEAR(actual.getMass(), type.links[l].mass_kg, 1e-12);
+        if (type.links[l].hull.empty()) continue;
+        const Solid& solid =
+            solids.at("robot_meshes/" + type.name + "." + type.links[l].name + ".stl");
+        const double density = type.links[l].mass_kg / solid.volume;
+        const Eigen::Matrix3d expected =
+            density * (solid.second.trace() * Eigen::Matrix3d::Identity() - solid.second);
+        const Eigen::Vector3d centre = solid.first / solid.volume;
+        for (int k = 0; k < 3; ++k) EXPECT_NEAR(actual.getCOG()(k), centre(k), 1e-6);
         for (int i = 0; i < 3; ++i) {
           for (int j = 0; j < 3; ++j) {
-            EXPECT_NEAR(actual.getRotationalInertia().data[3 * i + j], about_origin(i, j), 1e-12);
+            EXPECT_NEAR(actual.getRotationalInertia().data[3 * i + j], expected(i, j),
+                        1e-5 * expected.trace());
           }
         }
+        ++links;
       }
     }
+  }
+  EXPECT_GT(links, 100);
+}
+
+TEST(Urdf, StartValuesAreReportedAsLost) {
+  for (const ExportCase& robot : test::ExportCases(0)) {
+    SCOPED_TRACE(robot.name);
+    const RobotTree tree = OpenTreeOf(robot.model, robot.robot);
+    const bool starts = std::any_of(tree.joints.begin(), tree.joints.end(),
+                                    [](const TreeJoint& joint) { return joint.start != 0.0; });
+    const Exported urdf = ToUrdf(robot.model, tree, {"robot", ""});
+    const bool said =
+        std::any_of(urdf.warnings.begin(), urdf.warnings.end(), [](const std::string& warning) {
+          return warning.find("no start values") != std::string::npos;
+        });
+    EXPECT_EQ(said, starts);
   }
 }
 
