@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 
 #include "compiler/dynarole/compile.h"
+#include "compiler/emit/xml.h"
 #include "tools/commands.h"
 #include "tools/program.h"
 

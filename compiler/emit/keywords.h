@@ -3,7 +3,6 @@
 // connectors and their state variables, in capitals. The DynaRole compiler learns them from XML.
 
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "compiler/model/robot_model.h"
@@ -44,10 +43,5 @@ struct ModuleKeywords {
 /// The keywords of a module type. Fails where two names differ in case only, so that one keyword
 /// would mean both ("links 'Bar' and 'bar' of module 'M' are both LINK_BAR").
 Result<ModuleKeywords> KeywordsOf(const model::ModuleType& type);
-
-/// Reads what KeywordsXml wrote (compiler/emit/xml.h), at most 1 MiB of it. Strict: unknown
-/// elements, missing attributes, keywords that are no identifiers in capitals or that clash are
-/// errors, with the line they stand in.
-Result<ModuleKeywords> ParseKeywordsXml(std::string_view text);
 
 }  // namespace morphbus::emit

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "compiler/emit/numbers.h"
 #include "compiler/source/check.h"
 
 namespace morphbus::emit {
@@ -15,10 +16,8 @@ vm::Vec3 ToVm(const Eigen::Vector3d& v) {
 }
 
 vm::PoseF ToVm(const model::Pose& X) {
-  Eigen::Quaterniond q(X.linear());
-  q.normalize();
-  // Of the two quaternions of a rotation the one with positive w, so that images are canonical.
-  if (q.w() < 0.0) q.coeffs() = -q.coeffs();
+  // Of the two quaternions of a rotation always the same, so that images are canonical.
+  const Eigen::Quaterniond q = Canonical(X.linear());
   vm::PoseF pose;
   pose.p = ToVm(Eigen::Vector3d(X.translation()));
   pose.q = {static_cast<float>(q.w()), static_cast<float>(q.x()), static_cast<float>(q.y()),

@@ -2,8 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <vector>
+
+#include "compiler/emit/numbers.h"
 
 namespace morphbus::emit {
 namespace {
@@ -28,9 +29,6 @@ std::string Listed(const std::string& name, const std::vector<std::string>& item
   }
   return text;
 }
-
-/// The shortest decimal that reads back as the same number; no -0, no tails of rounding about 0.
-std::string Number(double v) { return fmt::format("{}", std::abs(v) < 1e-15 ? 0.0 : v); }
 
 std::string Vector(const Eigen::Vector3d& v) {
   return fmt::format("({}, {}, {})", Number(v.x()), Number(v.y()), Number(v.z()));

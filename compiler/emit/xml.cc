@@ -4,26 +4,24 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <pugixml.hpp>
 #include <set>
-#include <sstream>
 #include <utility>
+
+#include "compiler/emit/robot_tree.h"
+#include "compiler/emit/xml_text.h"
 
 namespace morphbus::emit {
 namespace {
 
 constexpr size_t kMaxXmlBytes = size_t{1} << 20;
-constexpr size_t kMaxNameBytes = 255;
+constexpr std::ptrdiff_t kMaxName = 255;  // Characters, as the schema counts.
 constexpr int kVersion = 1;
 
-struct JointTypeName {
-  model::JointType type;
-  const char* name;
-};
-constexpr JointTypeName kJointTypes[] = {{model::JointType::kRevolute, "revolute"},
-                                         {model::JointType::kContinuous, "continuous"},
-                                         {model::JointType::kPrismatic, "prismatic"},
-                                         {model::JointType::kFixed, "fixed"}};
+constexpr model::JointType kJointTypes[] = {model::JointType::kRevolute,
+                                            model::JointType::kContinuous,
+                                            model::JointType::kPrismatic, model::JointType::kFixed};
 
 template <typename T>
 pugi::xml_node Append(pugi::xml_node parent, const char* element, const T& item) {
@@ -44,7 +42,7 @@ void AppendState(pugi::xml_node parent, const StateKeyword& state) {
   for (const model::AttributeValue& value : state.values) {
     const std::string text =
         is_number ? fmt::format("{}", std::get<double>(value)) : std::get<std::string>(value);
-    node.append_child("value").append_child(pugi::node_pcdata).set_value(text.c_str());
+    AppendText(node, "value", text);
   }
 }
 
@@ -56,8 +54,12 @@ class Reader {
 
   Result<ModuleKeywords> Read() {
     const pugi::xml_node root = document_.document_element();
+    if (!root) return Fail("line 1: not a file of keywords: there is no element");
     if (std::string_view(root.name()) != "module") {
       return Fail("not a file of keywords: its element is not <module>");
+    }
+    for (const pugi::xml_node& node : document_.children()) {
+      if (node != root && node.type() != pugi::node_declaration) Unexpected(node);
     }
     CheckAttributes(root, {"version", "name"});
     if (error_.empty() && std::string_view(Required(root, "version")) != std::to_string(kVersion)) {
@@ -70,8 +72,9 @@ class Reader {
       const std::string_view element = node.name();
       if (element == "link") {
         keywords.links.push_back(ReadItem<LinkKeyword>(node, {"name", "keyword"}));
-        if (keywords.links.back().keyword.rfind("LINK_", 0) != 0) {
-          Bad(node, "a link's keyword begins with LINK_");
+        const std::string_view keyword = keywords.links.back().keyword;
+        if (keyword.rfind("LINK_", 0) != 0 || keyword == "LINK_") {
+          Bad(node, "a link's keyword begins with LINK_ and goes on");
         }
         NoChildren(node);
       } else if (element == "joint") {
@@ -110,13 +113,35 @@ class Reader {
   }
 
   void NoChildren(const pugi::xml_node& node) {
-    if (node.first_child()) Unexpected(node.first_child());
+    for (const pugi::xml_node& child : node.children()) Unexpected(child);
+  }
+
+  /// All text of an element that may hold nothing else; a comment may part it.
+  std::string TextOf(const pugi::xml_node& node) {
+    std::string text;
+    for (const pugi::xml_node& child : node.children()) {
+      if (child.type() == pugi::node_element) Unexpected(child);
+      text += child.value();
+    }
+    return text;
+  }
+
+  double NumberOf(const pugi::xml_node& node) {
+    const std::string text = TextOf(node);
+    double number = 0.0;
+    const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (code != std::errc() || end != text.data() + text.size() || !std::isfinite(number)) {
+      Bad(node, fmt::format("'{}' is no number", text));
+    }
+    return number;
   }
 
   void CheckAttributes(const pugi::xml_node& node, const std::set<std::string_view>& allowed) {
     std::set<std::string_view> seen;
     for (const pugi::xml_attribute& attribute : node.attributes()) {
       const std::string_view name = attribute.name();
+      // Names that are declared and not used say nothing.
+      if (name.rfind("xmlns:", 0) == 0 && seen.insert(name).second) continue;
       if (allowed.count(name) == 0) Bad(node, fmt::format("unexpected attribute '{}'", name));
       if (!seen.insert(name).second) Bad(node, fmt::format("attribute '{}' twice", name));
     }
@@ -130,15 +155,17 @@ class Reader {
 
   std::string Name(const pugi::xml_node& node) {
     std::string name = Required(node, "name");
-    if (name.empty() || name.size() > kMaxNameBytes) Bad(node, "name is empty or too long");
+    const auto begins = [](char c) { return (static_cast<unsigned char>(c) & 0xc0u) != 0x80u; };
+    if (name.empty() || std::count_if(name.begin(), name.end(), begins) > kMaxName) {
+      Bad(node, "name is empty or too long");
+    }
     return name;
   }
 
   std::string Keyword(const pugi::xml_node& node) {
     std::string keyword = Required(node, "keyword");
     const auto is_letter = [](char c) { return (c >= 'A' && c <= 'Z') || c == '_'; };
-    const bool good = !keyword.empty() && keyword.size() <= kMaxNameBytes + 5 &&
-                      is_letter(keyword[0]) &&
+    const bool good = !keyword.empty() && keyword.size() <= kMaxName + 5 && is_letter(keyword[0]) &&
                       std::all_of(keyword.begin(), keyword.end(),
                                   [&](char c) { return is_letter(c) || (c >= '0' && c <= '9'); });
     if (!good) Bad(node, fmt::format("'{}' is no keyword: capitals, digits and _", keyword));
@@ -156,8 +183,8 @@ class Reader {
 
   model::JointType ReadJointType(const pugi::xml_node& node) {
     const std::string_view name = Required(node, "type");
-    for (const JointTypeName& known : kJointTypes) {
-      if (name == known.name) return known.type;
+    for (const model::JointType type : kJointTypes) {
+      if (name == JointTypeName(type)) return type;
     }
     Bad(node, fmt::format("'{}' is no type of joint", name));
     return model::JointType::kFixed;
@@ -192,17 +219,11 @@ class Reader {
         Unexpected(child);
         continue;
       }
-      const std::string_view text = child.child_value();
       if (type == "string") {
-        state.values.emplace_back(std::string(text));
-        continue;
+        state.values.emplace_back(TextOf(child));
+      } else {
+        state.values.emplace_back(NumberOf(child));
       }
-      double number = 0.0;
-      const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), number);
-      if (code != std::errc() || end != text.data() + text.size()) {
-        Bad(child, fmt::format("'{}' is no number", text));
-      }
-      state.values.emplace_back(number);
     }
     if (state.values.empty()) Bad(node, fmt::format("state '{}' has no values", state.name));
     return state;
@@ -227,35 +248,30 @@ class Reader {
 
 std::string KeywordsXml(const ModuleKeywords& keywords) {
   pugi::xml_document document;
-  pugi::xml_node declaration = document.append_child(pugi::node_declaration);
-  declaration.append_attribute("version") = "1.0";
-  declaration.append_attribute("encoding") = "UTF-8";
+  StartXml(&document);
   pugi::xml_node root = document.append_child("module");
   root.append_attribute("version") = kVersion;
   root.append_attribute("name") = keywords.type_name.c_str();
   for (const LinkKeyword& link : keywords.links) Append(root, "link", link);
   for (const JointKeyword& joint : keywords.joints) {
     pugi::xml_node node = Append(root, "joint", joint);
-    for (const JointTypeName& known : kJointTypes) {
-      if (known.type == joint.type) node.append_attribute("type") = known.name;
-    }
+    node.append_attribute("type") = JointTypeName(joint.type);
   }
   for (const ConnectorKeyword& connector : keywords.connectors) {
     const pugi::xml_node node = Append(root, "connector", connector);
     for (const StateKeyword& state : connector.states) AppendState(node, state);
   }
-  std::ostringstream out;
-  document.save(out, "  ", pugi::format_indent, pugi::encoding_utf8);
-  return out.str();
+  return XmlText(document);
 }
 
 Result<ModuleKeywords> ParseKeywordsXml(std::string_view text) {
   if (text.size() > kMaxXmlBytes) return Fail("file of keywords is larger than 1 MiB");
   pugi::xml_document document;
-  // Values may be blank ("mode" of " "), so text is kept as it stands.
-  const pugi::xml_parse_result parsed =
-      document.load_buffer(text.data(), text.size(),
-                           pugi::parse_default | pugi::parse_ws_pcdata_single, pugi::encoding_utf8);
+  // Values may be blank ("mode" of " "), so text is kept as it stands, and what follows the
+  // document's element is seen.
+  const pugi::xml_parse_result parsed = document.load_buffer(
+      text.data(), text.size(), pugi::parse_default | pugi::parse_ws_pcdata | pugi::parse_fragment,
+      pugi::encoding_utf8);
   if (!parsed) {
     const auto offset = std::min(static_cast<size_t>(parsed.offset), text.size());
     const auto line =

@@ -12,6 +12,7 @@
 //   </module>
 
 #include <string>
+#include <string_view>
 
 #include "compiler/emit/keywords.h"
 
@@ -19,5 +20,11 @@ namespace morphbus::emit {
 
 /// The keywords as XML, UTF-8, two blanks an indent. ParseKeywordsXml reads it back unchanged.
 std::string KeywordsXml(const ModuleKeywords& keywords);
+
+/// Reads what KeywordsXml wrote, at most 1 MiB of it. As strict as the schema,
+/// keywords.rng: unknown elements, missing attributes, stray text, keywords that are no identifiers
+/// in capitals are errors, with the line they stand in; so are keywords that clash and numbers that
+/// no double holds, which the schema cannot tell.
+Result<ModuleKeywords> ParseKeywordsXml(std::string_view text);
 
 }  // namespace morphbus::emit

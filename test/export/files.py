@@ -221,6 +221,49 @@ class Keywords(Case):
             self.check(bad, status=3)
             run([MORPHBUS, 'compile', program, '--keywords', bad, '-o', self.folder / 'image'], status=2)
 
+    def test_schema_and_compiler_agree(self):
+        good = self.folder / 'mtran.xml'
+        export('xml', good, '--module', 'MTRAN')
+        text = good.read_text()
+        program = str(SOURCE / 'models/programs/quadruped.dyn')
+        state = '<state name="s" keyword="S" type="{}">{}</state>'
+
+        def with_state(kind, values):
+            changed = re.sub(r'(<connector name="c4" keyword="C4") ?/>',
+                             r'\1>' + state.format(kind, values) + '</connector>', text)
+            self.assertNotEqual(changed, text)
+            return changed
+
+        def with_root(attributes):
+            return text.replace('<module ', f'<module {attributes} ', 1)
+
+        cases = [
+            (True, text), (True, text + '<!-- the end -->\n'), (False, text + '<module version="1" name="M"/>\n'),
+            (False, text + 'x'), (True, with_state('string', '<value>a<!-- x -->b</value>')),
+            (False, with_state('string', '<value>a<b/></value>')), (False, with_state('string', '<value a="b"/>')),
+            (True, with_state('string', '<value> </value> <value/>')), (False, with_state('string', 'x<value/>')),
+            (False, with_state('string', '')), (False, with_state('bool', '<value/>')), (True, with_state('bool', ' ')),
+            (False, with_state(' bool', '')), (False, with_root('xmlns="urn:x"')), (True, with_root('xmlns:x="urn:x"')),
+            (False, text.replace('version="1" name', 'version=" 1" name')),
+            (False, text.replace('type="revolute"', 'type="revolute "', 1)),
+            (False, text.replace('LINK_ACTIVE_BLOCK', 'LINK_')), (True, text.replace('LINK_ACTIVE_BLOCK', 'LINK_X')),
+            (True, text.replace('name="c4"', f'name="{"é" * 200}"')),
+            (True, text.replace('name="c4"', f'name="{"é" * 255}"')),
+            (False, text.replace('name="c4"', f'name="{"é" * 256}"')),
+        ]
+        for number in ('1', '-1', '1.', '.5', '1.5e3', '1e+3', '2E-3', '-0', '00'):
+            cases.append((True, with_state('number', f'<value>{number}</value>')))
+        for number in (' 1 ', '+1', 'infinity', '-inf', 'INF', 'nan', 'NaN', '0x1', '1e', '.', '', '1,5', '1 2'):
+            cases.append((False, with_state('number', f'<value>{number}</value>')))
+        path = self.folder / 'case.xml'
+        for is_good, case in cases:
+            path.write_text(case, encoding='utf-8')
+            words = ['xmllint', '--noout', '--relaxng', SCHEMA, path]
+            compiles = [MORPHBUS, 'compile', program, '--keywords', path, '-o', self.folder / 'image']
+            with self.subTest(case[-600:]):
+                self.assertEqual(subprocess.run(words, capture_output=True).returncode == 0, is_good)
+                self.assertEqual(subprocess.run(compiles, capture_output=True).returncode, 0 if is_good else 2)
+
 
 if __name__ == '__main__':
     main()

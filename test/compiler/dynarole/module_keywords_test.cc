@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "compiler/emit/xml.h"
 #include "vm/disassembler.h"
 
 namespace morphbus::dynarole {

@@ -61,6 +61,28 @@ TEST(KeywordsXml, IsAsDocumented) {
             "</module>\n");
 }
 
+TEST(KeywordsXml, ReadsAllTextOfAValue) {
+  const Result<ModuleKeywords> keywords = ParseKeywordsXml(
+      "<module version=\"1\" name=\"M\" xmlns:x=\"urn:x\">\n"
+      "<connector name=\"c\" keyword=\"C\"> <!-- one -->\n"
+      "<state name=\"s\" keyword=\"S\" type=\"string\"><value>a<!-- x -->b</value>"
+      "<value> <!-- x --> </value><value>c<![CDATA[<d>]]></value></state>\n"
+      "<state name=\"t\" keyword=\"T\" type=\"number\"><value>1<!-- x -->2</value></state>\n"
+      "</connector></module>\n<!-- the end -->\n");
+  ASSERT_TRUE(keywords.has_value()) << keywords.error().message;
+  using Values = std::vector<model::AttributeValue>;
+  const auto& states = keywords->connectors.at(0).states;
+  EXPECT_EQ(states.at(0).values,
+            (Values{std::string("ab"), std::string("  "), std::string("c<d>")}));
+  EXPECT_EQ(states.at(1).values, Values{12.0});
+}
+
+TEST(KeywordsXml, CountsCharactersOfANameNotBytes) {
+  std::string name;
+  for (int i = 0; i < 200; ++i) name += "\u00e9";
+  EXPECT_TRUE(ParseKeywordsXml("<module version=\"1\" name=\"" + name + "\"/>").has_value());
+}
+
 TEST(KeywordsXml, RefusesWhatItDoesNotUnderstand) {
   const auto wrap = [](const std::string& body) {
     return "<module version=\"1\" name=\"M\">\n" + body + "\n</module>";
@@ -87,6 +109,18 @@ TEST(KeywordsXml, RefusesWhatItDoesNotUnderstand) {
       {wrap("<connector name=\"c\" keyword=\"C\"><state name=\"s\" keyword=\"S\" "
             "type=\"number\"><value>x</value></state></connector>"),
        "'x' is no number"},
+      {wrap("<connector name=\"c\" keyword=\"C\"><state name=\"s\" keyword=\"S\" "
+            "type=\"number\"><value>infinity</value></state></connector>"),
+       "'infinity' is no number"},
+      {wrap("<connector name=\"c\" keyword=\"C\"><state name=\"s\" keyword=\"S\" "
+            "type=\"string\"><value>a<b/></value></state></connector>"),
+       "line 2: unexpected element <b>"},
+      {wrap("<link name=\"a\" keyword=\"LINK_\"/>"), "begins with LINK_ and goes on"},
+      {wrap("<link name=\"a\" keyword=\"LINK_A\"> x</link>"), "unexpected text"},
+      {wrap("") + "\n<module/>", "line 4: unexpected element <module>"},
+      {wrap("") + " x", "unexpected text"},
+      {"x " + wrap(""), "unexpected text"},
+      {"<module version=\"1\" name=\"" + std::string(256, 'x') + "\"/>", "too long"},
       {wrap("<link"), "line"},
       {std::string(2 << 20, ' '), "larger than 1 MiB"},
   };
