@@ -35,6 +35,7 @@ Json AnswerJson(const model::Model& model, const model::Robot& a, const model::R
   Json json = {{"congruent", answer.congruent()}, {"mappings", answer.count}};
   if (!answer.congruent()) {
     json["reason"] = answer.reason;
+    json["locked_computed"] = answer.locked_computed;
     return json;
   }
   const congruence::Mapping& mapping = answer.mappings.front();
@@ -56,6 +57,7 @@ Json AnswerJson(const model::Model& model, const model::Robot& a, const model::R
   json["keeps_frame"] = mapping.keeps_frame;
   json["masses_equal"] = answer.masses.masses_equal;
   json["hulls_equal"] = answer.masses.hulls_equal;
+  json["locked_computed"] = answer.locked_computed;
   return json;
 }
 
@@ -84,9 +86,11 @@ void PrintMapping(const model::Model& model, const model::Robot& a, const model:
   }
   for (size_t j = 0; j < mapping.joints.size(); ++j) {
     const congruence::JointImage& image = mapping.joints[j];
-    fmt::print("{:<{}}  {:<{}}  {:>4}  {:.6g}\n", JointName(model, a, answer.joints_a[j]), width_a,
+    const congruence::JointRef& joint = answer.joints_a[j];
+    fmt::print("{:<{}}  {:<{}}  {:>4}  {:.6g} {}{}\n", JointName(model, a, joint), width_a,
                JointName(model, b, answer.joints_b[static_cast<size_t>(image.to)]), width_b,
-               image.sign > 0.0 ? "+" : "-", image.offset);
+               image.sign > 0.0 ? "+" : "-", image.offset, joint.slide ? "m" : "rad",
+               joint.locked ? "  locked" : "");
   }
   const congruence::MassComparison& masses = answer.masses;
   fmt::print("\nmasses: {}\nhulls:  {}\n",
@@ -102,9 +106,16 @@ int Equivalent(const Options& options) {
   if (a == nullptr || b == nullptr) return kUnusable;
   const congruence::Congruence answer = congruence::Compare(*model, *a, *model, *b);
   if (!answer.decided) {
-    return Unusable(
+    const std::string reason =
         fmt::format("{} and {}: given up after many attempts; too many of their bodies look alike",
-                    a->name, b->name));
+                    a->name, b->name);
+    if (options.json) PrintJson({{"congruent", nullptr}, {"reason", reason}});
+    return Unusable(reason);
+  }
+  if (!answer.locked_computed) {
+    Warn(
+        "over 500 joints in one part with loops: which of them are locked was not computed, so "
+        "their values were not compared");
   }
   if (options.json) {
     PrintJson(AnswerJson(*model, *a, *b, answer));

@@ -8,6 +8,9 @@
 
 #include "compiler/congruence/variants.h"
 #include "compiler/emit/m3l.h"
+#include "compiler/m3l/compile.h"
+#include "compiler/m3l/format.h"
+#include "compiler/source/check.h"
 #include "tools/commands.h"
 
 namespace morphbus::tools {
@@ -32,27 +35,75 @@ std::string ImportPath(const std::string& file, const std::string& output) {
                                    : relative.generic_string();
 }
 
+/// Is `output` one of the files that the model was compiled from?
+bool IsSource(const std::string& output, const source::SourceSet& sources) {
+  if (output == "-") return false;
+  for (int file = 0; file < sources.size(); ++file) {
+    std::error_code error;
+    if (std::filesystem::equivalent(output, sources.name(file), error) && !error) return true;
+  }
+  return false;
+}
+
+/// What `run` would show: such a variant moves alike, but does not fall alike.
+std::string MassComment(const model::Robot& robot, const congruence::MassComparison& masses) {
+  std::string text;
+  const auto add = [&](const std::string& difference) {
+    text += fmt::format("// Does not run quite as {}: {}.\n", robot.name, difference);
+  };
+  if (!masses.masses_equal) add(masses.mass_difference);
+  if (!masses.hulls_equal) add(masses.hull_difference);
+  return text;
+}
+
+/// In the layout that `morphbus format` gives.
+std::string Formatted(const std::string& text) {
+  source::SourceSet sources;
+  source::Diagnostics diagnostics;
+  const int file = sources.AddText("variants", text);
+  const std::optional<std::string> formatted = m3l::Format(sources, file, diagnostics);
+  MORPHBUS_CHECK(formatted.has_value());
+  return *formatted;
+}
+
 int Variants(const Options& options) {
-  const std::optional<model::Model> model = LoadModel({options.file});
-  if (!model) return kUnusable;
-  const model::Robot* robot = PickRobot(*model, options.robot);
+  const m3l::CompileOutput compiled = m3l::CompileFiles({options.file});
+  PrintDiagnostics(compiled.diagnostics, compiled.sources);
+  if (!compiled.model) return kUnusable;
+  const model::Model& model = *compiled.model;
+  const model::Robot* robot = PickRobot(model, options.robot);
   if (robot == nullptr) return kUnusable;
-  congruence::VariantOptions wanted;
-  wanted.max = options.max;
-  if (options.sample) wanted.seed = options.seed;
-  std::vector<model::Robot> variants = congruence::Variants(*model, *robot, wanted);
+  if (IsSource(options.output, compiled.sources)) {
+    return Unusable(
+        fmt::format("{} is a file of the model, which the variants need; name another with -o",
+                    options.output));
+  }
   const std::string import = ImportPath(options.file, options.output);
   if (import.find('"') != std::string::npos || import.find('\n') != std::string::npos) {
     return Unusable("M3L cannot import a file of that name");
   }
+  congruence::VariantOptions wanted;
+  wanted.max = options.max;
+  if (options.sample) wanted.seed = options.seed;
+  const std::vector<congruence::Variant> variants = congruence::Variants(model, *robot, wanted);
   std::string text =
       fmt::format("// {} of {}: other connections, the same kinematics.\nimport \"{}\"\n",
                   Plural(variants.size(), "variant"), robot->name, import);
-  for (const model::Robot& variant : variants) text += "\n" + emit::RobotM3l(*model, variant);
-  const Result<void> written = WriteFile(options.output, text);
+  size_t unlike = 0;
+  for (const congruence::Variant& variant : variants) {
+    const std::string comment = MassComment(*robot, variant.masses);
+    unlike += comment.empty() ? 0 : 1;
+    text += "\n" + comment + emit::RobotM3l(model, variant.robot);
+  }
+  const Result<void> written = WriteFile(options.output, Formatted(text));
   if (!written) return Unusable(written.error().message);
   fmt::print(stderr, "{} of {}, each congruent to it{}\n", Plural(variants.size(), "variant"),
              robot->name, variants.size() < options.max ? "; no more were found" : "");
+  if (unlike > 0) {
+    fmt::print(stderr, "the masses or hulls of {} are not those of {}, so it will not run alike\n",
+               unlike == variants.size() ? "all of them" : fmt::format("{} of them", unlike),
+               robot->name);
+  }
   return kDone;
 }
 
@@ -68,6 +119,12 @@ void AddVariants(CLI::App& app, Action* action) {
       ->check(CLI::Range(1, 10000));
   CLI::Option* seed = sub->add_option(
       "--seed", options->seed, "Draw them at random with this seed (default: the first ones)");
+  // An unsigned number would take -1 as its largest.
+  seed->check(CLI::Validator(
+      [](const std::string& text) {
+        return text.rfind('-', 0) == 0 ? "a seed is a whole number from 0 on" : std::string();
+      },
+      ""));
   sub->add_option("-o,--output", options->output, "M3L file to write (default '-', stdout)");
   sub->footer(
       "The file imports FILE, so `morphbus run` takes it as it is.\n"

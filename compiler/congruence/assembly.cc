@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "compiler/model/forward_kinematics.h"
+#include "compiler/model/loop_constraints.h"
 
 namespace morphbus::congruence {
 
@@ -33,6 +34,23 @@ std::string Assembly::BodyName(int body) const {
   }
   return name;
 }
+
+namespace {
+
+void MarkLocked(Assembly& assembly) {
+  // Only loops lock joints; a tree has one joint fewer than bodies.
+  if (assembly.joints.size() < assembly.bodies.size()) return;
+  std::vector<model::ScrewJoint> screws;
+  for (const AssemblyJoint& j : assembly.joints) {
+    screws.push_back({j.body_a, j.body_b, j.slide, j.axis, j.p_RoJo});
+  }
+  const model::LoopMobility loops =
+      model::ComputeLoopMobility(static_cast<int>(assembly.bodies.size()), screws);
+  assembly.locked_computed = loops.computed;
+  for (size_t j = 0; j < assembly.joints.size(); ++j) assembly.joints[j].locked = loops.locked[j];
+}
+
+}  // namespace
 
 Assembly Flatten(const model::Model& model, const model::Robot& robot) {
   Assembly assembly;
@@ -81,6 +99,7 @@ Assembly Flatten(const model::Model& model, const model::Robot& robot) {
     }
     body.p_RoTo /= static_cast<double>(body.links.size());
   }
+  MarkLocked(assembly);
   return assembly;
 }
 

@@ -25,6 +25,7 @@ struct AssemblyJoint {
   double lower = 0.0;  ///< rad or m; infinite for continuous joints.
   double upper = 0.0;
   double start = 0.0;
+  bool locked = false;  ///< Cannot move, by the loops at the start values.
   int body_a = 0;
   int body_b = 0;
   Eigen::Vector3d p_RoJo;  ///< A point on the axis (m).
@@ -45,6 +46,7 @@ struct Assembly {
   std::vector<AssemblyJoint> joints;           ///< Module then joint order.
   std::vector<std::vector<int>> body_of;       ///< [module][link].
   std::vector<std::vector<model::Pose>> X_RL;  ///< [module][link], start values.
+  bool locked_computed = true;                 ///< False: which joints are locked is not known.
   double extent_m = 0.0;                       ///< Size of the largest module in use; never 0.
 
   /// From `body`'s reference point square to the axis of `joint` (m), for one that turns.

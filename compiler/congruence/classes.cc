@@ -41,7 +41,6 @@ class Labels {
 
 /// What a joint's class is made of besides its neighbours.
 struct JointFigures {
-  double width = 0.0;       ///< Of its range; -1 for no limits.
   double foot[2] = {0, 0};  ///< Distance of the axis to the reference point of body a, body b.
   double along = 0.0;       ///< Between the feet, along the axis.
 };
@@ -49,7 +48,6 @@ struct JointFigures {
 JointFigures FiguresOf(const Assembly& assembly, int joint) {
   const AssemblyJoint& j = assembly.joints[joint];
   JointFigures figures;
-  figures.width = j.bounded() ? j.upper - j.lower : -1.0;
   const Eigen::Vector3d apart = assembly.bodies[j.body_b].p_RoTo - assembly.bodies[j.body_a].p_RoTo;
   if (j.slide) {  // has no place, and the distance along it depends on the start value
     figures.foot[0] = figures.foot[1] = (apart - apart.dot(j.axis) * j.axis).norm();
@@ -60,6 +58,9 @@ JointFigures FiguresOf(const Assembly& assembly, int joint) {
   figures.along = std::abs(apart.dot(j.axis));
   return figures;
 }
+
+/// Of its range; -1 for no limits.
+double WidthOf(const AssemblyJoint& j) { return j.bounded() ? j.upper - j.lower : -1.0; }
 
 uint64_t KindOf(const AssemblyJoint& joint) {
   return (joint.slide ? 4 : 0) + (joint.bounded() ? 2 : 0) + (joint.body_a == joint.body_b ? 1 : 0);
@@ -106,20 +107,26 @@ void Refine(const Assembly& assembly, const std::vector<EndLabels>& ends,
 
 }  // namespace
 
+double SlideTolerance(const Assembly& a, const Assembly& b) {
+  return kLimitTolerance * std::max(a.extent_m, b.extent_m);
+}
+
 Classes PlainClasses(const Assembly& a, const Assembly& b) {
-  Labels widths(kLimitTolerance);
+  Labels angles(kLimitTolerance);
+  Labels lengths(SlideTolerance(a, b));
+  const auto labels = [&](const AssemblyJoint& joint) -> Labels& {
+    return joint.slide ? lengths : angles;
+  };
   for (const Assembly* assembly : {&a, &b}) {
-    for (size_t j = 0; j < assembly->joints.size(); ++j) {
-      widths.Add(FiguresOf(*assembly, static_cast<int>(j)).width);
-    }
+    for (const AssemblyJoint& joint : assembly->joints) labels(joint).Add(WidthOf(joint));
   }
-  widths.Close();
+  angles.Close();
+  lengths.Close();
   Classes classes;
   for (const int side : {0, 1}) {
     const Assembly& assembly = side == 0 ? a : b;
-    for (size_t j = 0; j < assembly.joints.size(); ++j) {
-      classes.joints[side].push_back(Mix(
-          KindOf(assembly.joints[j]), widths.Of(FiguresOf(assembly, static_cast<int>(j)).width)));
+    for (const AssemblyJoint& joint : assembly.joints) {
+      classes.joints[side].push_back(Mix(KindOf(joint), labels(joint).Of(WidthOf(joint))));
     }
     for (const AssemblyBody& body : assembly.bodies) {
       classes.bodies[side].push_back(body.joints.size());

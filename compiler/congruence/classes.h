@@ -14,6 +14,9 @@ inline constexpr double kLimitTolerance = 1e-4;
 /// Lengths coincide within this much of the extent of the largest module; directions in rad.
 inline constexpr double kGeometryTolerance = 1e-6;
 
+/// Ranges of joints that slide are the same within this much (m).
+double SlideTolerance(const Assembly& a, const Assembly& b);
+
 /// By index into Assembly::bodies and joints; [0] and [1] for the two assemblies.
 struct Classes {
   std::vector<uint64_t> bodies[2];

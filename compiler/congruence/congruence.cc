@@ -47,6 +47,8 @@ bool SameClasses(const Classes& classes) {
   return same(classes.bodies[0], classes.bodies[1]) && same(classes.joints[0], classes.joints[1]);
 }
 
+JointRef RefOf(const AssemblyJoint& j) { return {j.module, j.joint, j.slide, j.locked}; }
+
 /// Gathers mappings; the best one comes first.
 class Collector {
  public:
@@ -110,8 +112,9 @@ Congruence Compare(const model::Model& model_a, const model::Robot& robot_a,
   const Assembly b = Flatten(model_b, robot_b);
   MORPHBUS_CHECK(HangsTogether(a) && HangsTogether(b));
   Congruence result;
-  for (const AssemblyJoint& j : a.joints) result.joints_a.push_back({j.module, j.joint});
-  for (const AssemblyJoint& j : b.joints) result.joints_b.push_back({j.module, j.joint});
+  for (const AssemblyJoint& j : a.joints) result.joints_a.push_back(RefOf(j));
+  for (const AssemblyJoint& j : b.joints) result.joints_b.push_back(RefOf(j));
+  result.locked_computed = a.locked_computed && b.locked_computed;
   result.reason = DifferentCounts(a, b);
   if (!result.reason.empty()) return result;
 
@@ -123,7 +126,10 @@ Congruence Compare(const model::Model& model_a, const model::Robot& robot_a,
     const std::optional<Stuck> stuck =
         SearchWithin(a, b, PlainClasses(a, b), kMaxStepsToExplain, result);
     result.decided = true;
-    result.reason = ExplainStuck(a, b, stuck);
+    if (!result.congruent()) {
+      MORPHBUS_CHECK(stuck.has_value());
+      result.reason = ExplainStuck(a, b, *stuck);
+    }
   }
   if (result.congruent()) {
     result.reason.clear();

@@ -4,7 +4,8 @@
 // They are if there are one proper rigid motion G, a bijection of bodies and one of joints, and for
 // each joint a sign and an offset that map its limits onto the other's, such that for all joint
 // values each body's reference point (mean of its links' origins) and its rotation, up to a
-// constant, coincide under G. Start values play no part in it.
+// constant, coincide under G. Start values play no part in it, but for joints that loops lock in
+// both: theirs, the only values there are, must be mapped onto each other.
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -42,6 +43,8 @@ struct Mapping {
 struct JointRef {
   int module = 0;
   int joint = 0;
+  bool slide = false;   ///< Prismatic.
+  bool locked = false;  ///< By loops; false where that was not computed.
 };
 
 /// How the masses and hulls of two congruent assemblies compare.
@@ -65,6 +68,9 @@ struct Congruence {
   std::vector<Mapping> mappings;
   std::vector<JointRef> joints_a;  ///< All joints but fixed ones, module then joint order.
   std::vector<JointRef> joints_b;
+  /// False where a part of a or b has so many joints in loops that it is not known which are
+  /// locked; their values at the start were not compared.
+  bool locked_computed = true;
   MassComparison masses;  ///< Under the first mapping.
   /// If not congruent: the first body or joint that cannot match, for people, with where in the
   /// robot frame of b one would have to be.

@@ -1,7 +1,6 @@
 #pragma once
 // Why two assemblies are not congruent, so that a person can check it.
 
-#include <optional>
 #include <string>
 
 #include "compiler/congruence/assembly.h"
@@ -13,7 +12,7 @@ namespace morphbus::congruence {
 /// bodies with so many joints. Empty if the counts agree.
 std::string DifferentCounts(const Assembly& a, const Assembly& b);
 
-/// Where the search got stuck.
-std::string ExplainStuck(const Assembly& a, const Assembly& b, const std::optional<Stuck>& stuck);
+/// The joint at which the search got stuck, and what its counterpart there lacks.
+std::string ExplainStuck(const Assembly& a, const Assembly& b, const Stuck& stuck);
 
 }  // namespace morphbus::congruence

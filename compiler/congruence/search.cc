@@ -5,29 +5,53 @@
 #include <utility>
 
 namespace morphbus::congruence {
+namespace {
+
+uint64_t HashOf(uint64_t hash, uint64_t value) {
+  hash ^= value + 0x9e3779b97f4a7c15u + (hash << 6) + (hash >> 2);
+  return hash * 0xff51afd7ed558ccdu;
+}
+
+/// By module and link name: the body of b that holds the namesake of the first link of each of a's.
+std::vector<int> NamesakesOf(const Assembly& a, const Assembly& b) {
+  std::map<std::string, int> modules;
+  for (size_t m = 0; m < b.robot->modules.size(); ++m) {
+    modules.emplace(b.robot->modules[m].name, static_cast<int>(m));
+  }
+  std::vector<int> namesakes;
+  for (const AssemblyBody& body : a.bodies) {
+    const model::LinkRef& first = body.links.front();
+    const auto module = modules.find(a.robot->modules[first.module].name);
+    namesakes.push_back(-1);
+    if (module == modules.end()) continue;
+    const std::string& name = a.model->TypeOf(*a.robot, first.module).links[first.link].name;
+    const std::vector<model::Link>& links = b.model->TypeOf(*b.robot, module->second).links;
+    for (size_t l = 0; l < links.size(); ++l) {
+      if (links[l].name == name) namesakes.back() = b.body_of[module->second][l];
+    }
+  }
+  return namesakes;
+}
+
+}  // namespace
 
 Search::Search(const Assembly& a, const Assembly& b, Classes classes, int64_t max_steps)
     : a_(a),
       b_(b),
-      classes_(std::move(classes)),
+      matched_(a, b, std::move(classes)),
       max_steps_(max_steps),
-      length_tolerance_(kGeometryTolerance * std::max(a.extent_m, b.extent_m)),
-      slide_tolerance_(kLimitTolerance * std::max(a.extent_m, b.extent_m)),
-      R_(a.bodies.size(), {length_tolerance_, kGeometryTolerance}),
-      body_to_(a.bodies.size(), -1),
-      body_from_(b.bodies.size(), -1),
-      joint_to_(a.joints.size(), Option{-1, 1.0}),
-      joint_from_(b.joints.size(), -1) {}
+      namesakes_(NamesakesOf(a, b)) {}
 
 /// A body of a that the fewest bodies are like, b having some too; -1 if there is none.
 int Search::SeedBody() const {
+  const Classes& classes = matched_.classes();
   std::map<uint64_t, std::pair<int, int>> members;
-  for (const uint64_t c : classes_.bodies[0]) ++members[c].first;
-  for (const uint64_t c : classes_.bodies[1]) ++members[c].second;
+  for (const uint64_t c : classes.bodies[0]) ++members[c].first;
+  for (const uint64_t c : classes.bodies[1]) ++members[c].second;
   int best = -1;
   int fewest = 0;
   for (size_t b = 0; b < a_.bodies.size(); ++b) {
-    const auto& [in_a, in_b] = members[classes_.bodies[0][b]];
+    const auto& [in_a, in_b] = members[classes.bodies[0][b]];
     if (in_b == 0 || (best >= 0 && std::max(in_a, in_b) >= fewest)) continue;
     best = static_cast<int>(b);
     fewest = std::max(in_a, in_b);
@@ -40,7 +64,8 @@ int Search::SeedJoint(int seed) const {
   int best = -1;
   for (const int j : a_.bodies[seed].joints) {
     if (best < 0) best = j;
-    if (!a_.joints[j].slide && a_.FootFrom(seed, j).norm() > length_tolerance_) return j;
+    const double out = a_.FootFrom(seed, j).norm();
+    if (!a_.joints[j].slide && out > matched_.length_tolerance()) return j;
   }
   return best;
 }
@@ -50,11 +75,12 @@ void Search::Run(const std::function<bool(const Mapping&)>& found) {
   const int seed = SeedBody();
   if (seed < 0) return;
   const int joint = SeedJoint(seed);
+  const Classes& classes = matched_.classes();
   for (size_t image = 0; image < b_.bodies.size() && !stopped_; ++image) {
-    if (classes_.bodies[1][image] != classes_.bodies[0][seed]) continue;
+    if (classes.bodies[1][image] != classes.bodies[0][seed]) continue;
     const int to = static_cast<int>(image);
     if (joint < 0) {
-      PlaceSeed(seed, to, joint, {-1, 1.0});
+      matched_.PlaceSeed(seed, to, joint, {-1, 1.0});
       Grow();
       Undo({});
       continue;
@@ -65,14 +91,24 @@ void Search::Run(const std::function<bool(const Mapping&)>& found) {
       }
     }
   }
+  if (stuck_ || joint < 0) return;
+  // No joint of any body that it may go to is of this kind and range.
+  Stuck& stuck = stuck_.emplace();
+  stuck.body = seed;
+  stuck.joint = joint;
 }
 
 void Search::TrySeed(int seed, int image, int joint, const Option& option) {
-  if (classes_.joints[0][joint] != classes_.joints[1][option.to]) return;
-  if (!SameRange(a_.joints[joint], b_.joints[option.to], slide_tolerance_)) return;
-  PlaceSeed(seed, image, joint, option);
+  if (!matched_.MayCorrespond(joint, option.to)) return;
+  matched_.PlaceSeed(seed, image, joint, option);
+  const Mark placed = mark();
   ++steps_;
-  if (Commit(seed, joint, option)) Grow();
+  if (matched_.Commit(seed, joint, option)) {
+    Grow();
+  } else {
+    Undo(placed);
+    NoteStuck(seed, joint, true);
+  }
   choices_.clear();
   Undo({});
 }
@@ -82,14 +118,14 @@ void Search::Grow() {
   while (!stopped_) {
     const int joint = NextJoint();
     if (joint < 0) {
-      if (order_.size() == a_.bodies.size()) Report();
+      if (matched_.order().size() == a_.bodies.size()) Report();
       if (!TakeNext()) return;
       continue;
     }
-    const int body = order_[head_];
-    std::vector<Option> options = OptionsFor(body, joint);
+    const int body = matched_.order()[head_];
+    std::vector<Option> options = matched_.OptionsFor(body, joint);
     if (options.empty()) {
-      NoteStuck(body, joint);
+      NoteStuck(body, joint, false);
     } else {
       choices_.push_back({mark(), body, joint, std::move(options)});
     }
@@ -108,94 +144,71 @@ bool Search::TakeNext() {
     const Option option = choice.options[choice.next++];
     if (choice.next == choice.options.size()) choices_.pop_back();
     Undo(before);
-    if (Commit(body, joint, option)) return true;
+    if (matched_.Commit(body, joint, option)) return true;
     Undo(before);
-    NoteStuck(body, joint);
+    NoteStuck(body, joint, true);
   }
   return false;
 }
 
 int Search::NextJoint() {
-  for (; head_ < order_.size(); ++head_, slot_ = 0) {
-    const std::vector<int>& joints = a_.bodies[order_[head_]].joints;
+  const std::vector<int>& order = matched_.order();
+  for (; head_ < order.size(); ++head_, slot_ = 0) {
+    const std::vector<int>& joints = a_.bodies[order[head_]].joints;
     for (; slot_ < joints.size(); ++slot_) {
-      if (joint_to_[joints[slot_]].to < 0) return joints[slot_];
+      if (matched_.JointImageOf(joints[slot_]) < 0) return joints[slot_];
     }
   }
   return -1;
 }
 
-std::vector<Search::Option> Search::OptionsFor(int body, int joint) const {
-  std::vector<Option> options;
-  const int image = body_to_[body];
-  const int other = a_.joints[joint].Other(body);
-  for (const int to : b_.bodies[image].joints) {
-    if (joint_from_[to] >= 0) continue;
-    if (classes_.joints[0][joint] != classes_.joints[1][to]) continue;
-    if (!SameRange(a_.joints[joint], b_.joints[to], slide_tolerance_)) continue;
-    const int other_image = b_.joints[to].Other(image);
-    if ((other == body) != (other_image == image)) continue;
-    if (body_to_[other] >= 0 ? body_to_[other] != other_image : body_from_[other_image] >= 0) {
-      continue;
-    }
-    if (classes_.bodies[0][other] != classes_.bodies[1][other_image]) continue;
-    for (const double sign : {1.0, -1.0}) {
-      if (Plausible(body, joint, {to, sign})) options.push_back({to, sign});
-    }
-  }
-  return options;
-}
-
-/// Quick, so that most joints have one option: is the axis where it should be, if that is known?
-bool Search::Plausible(int body, int joint, const Option& option) const {
-  if (!R_.settled(body)) return true;
-  const int image = body_to_[body];
-  const Eigen::Matrix3d R = R_.Value(body);
-  const Eigen::Vector3d axis = option.sign * b_.joints[option.to].AxisFrom(image);
-  if ((R * a_.joints[joint].AxisFrom(body) - axis).norm() > kGeometryTolerance) return false;
-  if (a_.joints[joint].slide) return true;
-  const Eigen::Vector3d gap = R * a_.FootFrom(body, joint) - b_.FootFrom(image, option.to);
-  return gap.norm() <= length_tolerance_;
-}
-
-void Search::NoteStuck(int body, int joint) {
+/// `failed`: a counterpart was tried, and Commit told what it lacks.
+void Search::NoteStuck(int body, int joint, bool failed) {
   // An attempt in which every body goes to its namesake says most to whoever changed a copy.
-  const int matched = static_cast<int>(order_.size());
+  const std::vector<int>& order = matched_.order();
+  const int matched = static_cast<int>(order.size());
   if (stuck_ && stuck_->promise >= 2 * matched) return;
-  const bool namesakes = std::all_of(order_.begin(), order_.end(),
-                                     [this](int from) { return body_to_[from] == from; });
+  const bool namesakes = std::all_of(order.begin(), order.end(), [this](int from) {
+    return matched_.ImageOf(from) == namesakes_[from];
+  });
   const int promise = namesakes ? 2 * matched : matched;
   if (stuck_ && stuck_->promise >= promise) return;
   Stuck& stuck = stuck_.emplace();
   stuck.promise = promise;
   stuck.bodies = matched;
   stuck.body = body;
-  stuck.image = body_to_[body];
+  stuck.image = matched_.ImageOf(body);
   stuck.joint = joint;
-  stuck.settled = R_.settled(body);
-  stuck.R = R_.Value(body);
-  for (const int from : joint_from_) stuck.taken.push_back(from >= 0);
-}
-
-Search::Mark Search::mark() const {
-  return {order_.size(), joints_order_.size(), R_.mark(), head_, slot_};
+  stuck.first = matched_.mark().joints == 0;
+  stuck.settled = matched_.R().settled(body);
+  stuck.R = matched_.R().Value(body);
+  for (size_t j = 0; j < b_.joints.size(); ++j) {
+    stuck.taken.push_back(matched_.JointTaken(static_cast<int>(j)));
+  }
+  for (size_t i = 0; i < a_.bodies.size(); ++i) {
+    stuck.body_to.push_back(matched_.ImageOf(static_cast<int>(i)));
+  }
+  for (size_t i = 0; i < b_.bodies.size(); ++i) {
+    stuck.occupied.push_back(matched_.BodyTaken(static_cast<int>(i)));
+  }
+  if (failed) stuck.failure = matched_.failure();
 }
 
 void Search::Undo(const Mark& mark) {
-  for (; joints_order_.size() > mark.joints; joints_order_.pop_back()) {
-    Option& option = joint_to_[joints_order_.back()];
-    joint_from_[option.to] = -1;
-    option.to = -1;
-  }
-  for (; order_.size() > mark.bodies; order_.pop_back()) {
-    const int body = order_.back();
-    body_from_[body_to_[body]] = -1;
-    body_to_[body] = -1;
-    R_.Forget(body);
-  }
-  R_.Undo(mark.rotations);
+  matched_.Undo(mark.matched);
   head_ = mark.head;
   slot_ = mark.slot;
+}
+
+void Search::Report() {
+  const Mapping mapping = matched_.ToMapping();
+  uint64_t hash = 0;
+  for (const int to : mapping.body_to) hash = HashOf(hash, static_cast<uint64_t>(to));
+  for (const JointImage& image : mapping.joints) {
+    hash = HashOf(hash, static_cast<uint64_t>(image.to) * 2 + (image.sign > 0.0 ? 1 : 0));
+  }
+  if (!seen_.insert(hash).second) return;
+  if (!(*found_)(mapping)) stopped_ = true;
 }
 
 }  // namespace morphbus::congruence

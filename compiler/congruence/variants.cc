@@ -47,7 +47,7 @@ class VariantFinder {
     seen_.insert(KeyOf(robot.dockings));
   }
 
-  std::vector<model::Robot> Find() {
+  std::vector<Variant> Find() {
     if (!options_.seed) {
       Visit();
       return std::move(found_);
@@ -210,6 +210,13 @@ class VariantFinder {
     });
   }
 
+  /// With the first number from number_ on that gives a name no robot has.
+  std::string NextName() {
+    const auto name = [this] { return robot_.name + "_variant_" + std::to_string(number_); };
+    while (model_.FindRobot(name()) != nullptr) ++number_;
+    return name();
+  }
+
   /// Builds the robot that is chosen; keeps it if it is new, possible and congruent.
   void Finish() {
     model::Robot variant = robot_;
@@ -243,12 +250,13 @@ class VariantFinder {
       }
     }
     MoveFrame(variant);
-    variant.name = robot_.name + "_variant_" + std::to_string(found_.size() + 1);
+    variant.name = NextName();
     const Congruence congruence = Compare(model_, robot_, model_, variant);
     // Where a turn of the root's body is free, only one choice of it keeps the frame.
     if (congruence.congruent() && congruence.mappings.front().keeps_frame) {
       seen_.insert(key);
-      found_.push_back(std::move(variant));
+      found_.push_back({std::move(variant), congruence.masses});
+      ++number_;
     } else {
       ++rejected_;
     }
@@ -280,15 +288,16 @@ class VariantFinder {
   std::vector<std::vector<int>> back_;  ///< For each in order_: dockings to earlier ones.
   std::vector<int> chosen_;             ///< [module]: index of its placement.
   std::set<Key> seen_;
-  std::vector<model::Robot> found_;
+  std::vector<Variant> found_;
+  int number_ = 1;
   int rejected_ = 0;
   bool stop_after_one_ = false;
 };
 
 }  // namespace
 
-std::vector<model::Robot> Variants(const model::Model& model, const model::Robot& robot,
-                                   const VariantOptions& options) {
+std::vector<Variant> Variants(const model::Model& model, const model::Robot& robot,
+                              const VariantOptions& options) {
   if (robot.modules.empty() || options.max == 0) return {};
   return VariantFinder(model, robot, options).Find();
 }

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "compiler/congruence/congruence.h"
 #include "compiler/model/robot_model.h"
 
 namespace morphbus::congruence {
@@ -18,15 +19,21 @@ struct VariantOptions {
   std::optional<uint64_t> seed;
 };
 
-/// Robots of the same modules, named NAME_variant_1 and so on, no two with the same connections and
-/// none with those of `robot`; each congruent to it in a way that keeps the robot frame and takes
-/// each module to itself (every one is put to Compare). Start values are carried over.
+struct Variant {
+  model::Robot robot;
+  MassComparison masses;  ///< With the robot it is a variant of.
+};
+
+/// Robots of the same modules, named NAME_variant_1 and so on (numbers whose names the model's
+/// robots have are passed over), no two with the same connections and none with those of `robot`;
+/// each congruent to it in a way that keeps the robot frame and takes each module to itself (every
+/// one is put to Compare). Start values are carried over.
 ///
 /// A module can stand in for itself as its type is congruent to itself: an M-TRAN turned by half a
 /// turn about each of its axes. Those ways are combined so that every connection of the robot can
 /// be made by some option of the model's connections. May find fewer than there are in very large
 /// or very constrained robots: the search is bounded.
-std::vector<model::Robot> Variants(const model::Model& model, const model::Robot& robot,
-                                   const VariantOptions& options);
+std::vector<Variant> Variants(const model::Model& model, const model::Robot& robot,
+                              const VariantOptions& options);
 
 }  // namespace morphbus::congruence

@@ -1,6 +1,7 @@
 #include "compiler/emit/m3l.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <vector>
 
@@ -8,27 +9,6 @@
 
 namespace morphbus::emit {
 namespace {
-
-/// Items in parentheses, wrapped at 100 columns, indented below the attribute's name.
-std::string Listed(const std::string& name, const std::vector<std::string>& items) {
-  constexpr size_t kColumns = 100;
-  std::string text = "  " + name + "=(";
-  const std::string indent(text.size(), ' ');
-  size_t column = text.size();
-  for (size_t i = 0; i < items.size(); ++i) {
-    const std::string item = items[i] + (i + 1 < items.size() ? "," : ")");
-    if (i > 0 && column + 1 + item.size() > kColumns) {
-      text += "\n" + indent;
-      column = indent.size();
-    } else if (i > 0) {
-      text += ' ';
-      ++column;
-    }
-    text += item;
-    column += item.size();
-  }
-  return text;
-}
 
 std::string Vector(const Eigen::Vector3d& v) {
   return fmt::format("({}, {}, {})", Number(v.x()), Number(v.y()), Number(v.z()));
@@ -72,10 +52,13 @@ std::string RobotM3l(const model::Model& model, const model::Robot& robot) {
         root.links[static_cast<size_t>(robot.root_link)].name,
         Vector(robot.X_LR.translation() / root.unit_m), Vector(robot.X_LR.linear().col(i))));
   }
-  std::string text = "robot " + robot.name + ":\n" + Listed("modules", modules) + ",\n";
-  if (!connections.empty()) text += Listed("connections", connections) + ",\n";
-  text += Listed("frame", frame);
-  if (!joints.empty()) text += ",\n" + Listed("joints", joints);
+  const auto list = [](const std::vector<std::string>& items) {
+    return fmt::format("({})", fmt::join(items, ", "));
+  };
+  std::string text = fmt::format("robot {}: modules={}", robot.name, list(modules));
+  if (!connections.empty()) text += ", connections=" + list(connections);
+  text += ", frame=" + list(frame);
+  if (!joints.empty()) text += ", joints=" + list(joints);
   return text + "\n";
 }
 

@@ -101,6 +101,23 @@ class Cli(Case):
         self.assertEqual(morphbus('variants', MODEL, '--robot', 'quadruped', '--max', 1).stdout.count('robot '), 1)
         morphbus('variants', MODEL, status=2)
 
+    def test_variants_spare_the_files_and_names_there_are(self):
+        model = self.folder / 'model.m3l'
+        model.write_bytes(MODEL.read_bytes())
+        user = self.folder / 'user.m3l'
+        user.write_text('import "model.m3l"\n')
+        for output in (model, user, self.folder / '.' / 'model.m3l'):
+            said = morphbus('variants', user, '--robot', 'quadruped', '--max', 1, '-o', output, status=2).stderr
+            self.assertIn('is a file of the model', said)
+        self.assertEqual(model.read_bytes(), MODEL.read_bytes())
+        first = self.folder / 'first.m3l'
+        morphbus('variants', user, '--robot', 'quadruped', '--max', 2, '-o', first)
+        text = morphbus('variants', first, '--robot', 'quadruped', '--max', 1).stdout
+        self.assertIn('robot quadruped_variant_3:', text)
+        self.assertNotIn('robot quadruped_variant_1:', text)
+        morphbus('format', '--check', first)
+        self.assertIn('from 0 on', morphbus('variants', MODEL, '--robot', 'quadruped', '--seed', -1, status=2).stderr)
+
     def test_roles_settle_without_moving(self):
         answer = as_json('roles', MODEL, PROGRAM, '--robot', 'quadruped')
         self.assertEqual(list(answer), ['modules', 'problems'])

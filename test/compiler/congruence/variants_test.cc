@@ -55,11 +55,11 @@ TEST(Variants, OfTheQuadrupedAreDifferentAssembliesThatMoveAlike) {
   VariantOptions options;
   options.max = 20;
   options.seed = 7;
-  const std::vector<model::Robot> variants = Variants(model, robot, options);
+  const std::vector<Variant> variants = Variants(model, robot, options);
   ASSERT_EQ(variants.size(), 20u);
   std::set<std::string> keys = {KeyOf(robot)};
   bool blocks_exchanged = false;
-  for (const model::Robot& variant : variants) {
+  for (const auto& [variant, masses] : variants) {
     EXPECT_TRUE(keys.insert(KeyOf(variant)).second) << "twice the same";
     blocks_exchanged = blocks_exchanged || variant.root_link != robot.root_link;
     const Congruence c = Compare(model, robot, model, variant);
@@ -70,10 +70,11 @@ TEST(Variants, OfTheQuadrupedAreDifferentAssembliesThatMoveAlike) {
     test::ExpectSameMotion(model, robot, model, variant, c, c.mappings[0], 1, kLocked);
   }
   EXPECT_TRUE(blocks_exchanged);
-  EXPECT_EQ(variants.front().name, "quadruped_variant_1");
-  const std::vector<model::Robot> again = Variants(model, robot, options);
+  EXPECT_EQ(variants.front().robot.name, "quadruped_variant_1");
+  const std::vector<Variant> again = Variants(model, robot, options);
   ASSERT_EQ(again.size(), variants.size());
-  for (size_t i = 0; i < again.size(); ++i) EXPECT_EQ(KeyOf(again[i]), KeyOf(variants[i]));
+  for (size_t i = 0; i < again.size(); ++i)
+    EXPECT_EQ(KeyOf(again[i].robot), KeyOf(variants[i].robot));
 }
 
 TEST(Variants, AsTextCompileToWhatTheyAre) {
@@ -82,14 +83,14 @@ TEST(Variants, AsTextCompileToWhatTheyAre) {
   robot.modules[0].start = {0.25, -0.5};
   VariantOptions options;
   options.seed = 3;
-  const std::vector<model::Robot> variants = Variants(model, robot, options);
+  const std::vector<Variant> variants = Variants(model, robot, options);
   std::string text = "import \"" MORPHBUS_SOURCE_DIR "/models/mtran.m3l\"\n";
-  for (const model::Robot& variant : variants) text += emit::RobotM3l(model, variant);
+  for (const auto& [variant, masses] : variants) text += emit::RobotM3l(model, variant);
   const m3l::CompileOutput output = m3l::CompileText("variants.m3l", text);
   ASSERT_TRUE(output.model.has_value())
       << source::Render(output.diagnostics, output.sources, false);
   EXPECT_EQ(output.diagnostics.error_count(), 0);
-  for (const model::Robot& variant : variants) {
+  for (const auto& [variant, masses] : variants) {
     const model::Robot* compiled = output.model->FindRobot(variant.name);
     ASSERT_NE(compiled, nullptr);
     EXPECT_EQ(KeyOf(*compiled), KeyOf(variant));
@@ -109,7 +110,7 @@ TEST(Variants, EnumeratedWithoutASeedAreAllThereAre) {
                                             model::Pose::Identity());
   VariantOptions options;
   options.max = 1000;
-  const std::vector<model::Robot> variants = Variants(model, robot, options);
+  const std::vector<Variant> variants = Variants(model, robot, options);
   // (c2,c5) or (c5,c2), with the modules' faces the same way up or not: four, one is the pair.
   EXPECT_EQ(variants.size(), 3u);
   EXPECT_EQ(variants.size() + 1, CongruentOptions(model, robot));
@@ -142,10 +143,10 @@ TEST(Variants, OfTwoAtronsAreAllWaysToJoinThem) {
   robot.dockings = {{0, first.connector_a, 1, first.connector_b, 0, 0}};
   VariantOptions options;
   options.max = 1000;
-  const std::vector<model::Robot> variants = Variants(model, robot, options);
+  const std::vector<Variant> variants = Variants(model, robot, options);
   EXPECT_EQ(variants.size(), 31u);
   EXPECT_EQ(CongruentOptions(model, robot), 32u);
-  for (const model::Robot& variant : variants) {
+  for (const auto& [variant, masses] : variants) {
     const Congruence c = Compare(model, robot, model, variant);
     ASSERT_TRUE(c.congruent()) << c.reason;
     test::ExpectSameMotion(model, robot, model, variant, c, c.mappings[0], 2);
@@ -169,10 +170,10 @@ TEST(Variants, OfAtronsMakeUpForATurnedHalfByTheJointsOffset) {
   VariantOptions options;
   options.max = 60;
   options.seed = 1;
-  const std::vector<model::Robot> variants = Variants(model, robot, options);
+  const std::vector<Variant> variants = Variants(model, robot, options);
   EXPECT_GT(variants.size(), 20u);
   bool quarter = false;
-  for (const model::Robot& variant : variants) {
+  for (const auto& [variant, masses] : variants) {
     const Congruence c = Compare(model, robot, model, variant);
     ASSERT_TRUE(c.congruent()) << c.reason;
     test::ExpectSameMotion(model, robot, model, variant, c, c.mappings[0], 2);

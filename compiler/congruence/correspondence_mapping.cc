@@ -1,22 +1,19 @@
 // From a finished correspondence to a Mapping: what nothing settled is set, offsets are read off.
 
 #include <cmath>
-#include <numbers>
 
-#include "compiler/congruence/search.h"
+#include "compiler/congruence/correspondence.h"
 
 namespace morphbus::congruence {
 namespace {
 
-uint64_t HashOf(uint64_t hash, uint64_t value) {
-  hash ^= value + 0x9e3779b97f4a7c15u + (hash << 6) + (hash >> 2);
-  return hash * 0xff51afd7ed558ccdu;
-}
+/// Offsets (rad, m) are known no better than this.
+constexpr double kRounding = 1e-9;
 
 }  // namespace
 
 /// Turns that nothing settles: such that offsets become 0, and if all is open, the frame is kept.
-void Search::SettleTheRest() {
+void Correspondence::SettleTheRest() {
   const auto settle_neighbours = [this] {
     bool any_open = true;
     bool changed = true;
@@ -49,29 +46,28 @@ void Search::SettleTheRest() {
   }
 }
 
-double Search::FinalOffset(int joint, const Option& option) const {
+double Correspondence::FinalOffset(int joint, const Option& option) const {
   const AssemblyJoint& j = a_.joints[joint];
   const AssemblyJoint& to = b_.joints[option.to];
-  if (j.bounded()) return OffsetOfLimits(j, to, option.sign);
-  if (j.body_a == j.body_b) return 0.0;
-  const int body = j.body_b;
-  const int other = j.body_a;
-  const int image = body_to_[body];
-  const Eigen::Vector3d d_to = to.AxisFrom(image);
-  double delta = 0.0;
+  const double of_limits = j.bounded() ? OffsetOfLimits(j, to, option.sign, slide_tolerance_) : 0.0;
+  if (j.body_a == j.body_b) return of_limits;
+  double offset = 0.0;
   if (j.slide) {
-    const Eigen::Vector3d apart = a_.bodies[other].p_RoTo - a_.bodies[body].p_RoTo;
-    const Eigen::Vector3d apart_image = b_.bodies[body_to_[other]].p_RoTo - b_.bodies[image].p_RoTo;
-    delta = option.sign * apart.dot(j.AxisFrom(body)) - apart_image.dot(d_to);
+    const int image = body_to_[j.body_b];
+    const Eigen::Vector3d apart = a_.bodies[j.body_a].p_RoTo - a_.bodies[j.body_b].p_RoTo;
+    const Eigen::Vector3d apart_image =
+        b_.bodies[body_to_[j.body_a]].p_RoTo - b_.bodies[image].p_RoTo;
+    const double delta =
+        option.sign * apart.dot(j.AxisFrom(j.body_b)) - apart_image.dot(to.AxisFrom(image));
+    offset = delta + to.start - option.sign * j.start;
   } else {
-    delta = AngleAbout(R_.Value(body) * R_.Value(other).transpose(), d_to);
+    offset = OffsetOf(joint, option);
   }
-  double offset = delta + to.start - option.sign * j.start;
-  if (!j.slide) offset = std::remainder(offset, 2.0 * std::numbers::pi);
-  return std::abs(offset) < 1e-9 ? 0.0 : offset;
+  // Free of rounding where the limits say it to the last digit.
+  return std::abs(offset - of_limits) < kRounding ? of_limits : offset;
 }
 
-bool Search::KeepsFrame() const {
+bool Correspondence::KeepsFrame() const {
   const int root = a_.body_of[a_.robot->root_module][a_.robot->root_link];
   const int root_b = b_.body_of[b_.robot->root_module][b_.robot->root_link];
   if (body_to_[root] != root_b) return false;
@@ -81,7 +77,7 @@ bool Search::KeepsFrame() const {
 }
 
 /// A module goes where all its joints go; one without joints where its origin goes.
-std::vector<int> Search::ModuleMap() const {
+std::vector<int> Correspondence::ModuleMap() const {
   const size_t count = a_.robot->modules.size();
   std::vector<int> to(count, -2);
   for (size_t j = 0; j < a_.joints.size(); ++j) {
@@ -111,26 +107,31 @@ std::vector<int> Search::ModuleMap() const {
   return to;
 }
 
-void Search::Report() {
-  uint64_t hash = 0;
-  for (const int to : body_to_) hash = HashOf(hash, static_cast<uint64_t>(to));
+/// A joint with both ends in one body may go either way round: such that its limits agree as they
+/// are, if that can be had.
+double Correspondence::StillSign(int joint, int to) const {
+  const AssemblyJoint& from = a_.joints[joint];
+  double best = 0.0;
+  for (const double sign : {1.0, -1.0}) {
+    if (!StillFits(joint, {to, sign})) continue;
+    const bool as_it_is =
+        !from.bounded() || OffsetOfLimits(from, b_.joints[to], sign, slide_tolerance_) == 0.0;
+    if (as_it_is) return sign;
+    if (best == 0.0) best = sign;
+  }
+  return best == 0.0 ? 1.0 : best;
+}
+
+Mapping Correspondence::ToMapping() {
   Mapping mapping;
   mapping.body_to = body_to_;
   for (size_t j = 0; j < joint_to_.size(); ++j) {
     Option option = joint_to_[j];
-    const AssemblyJoint& from = a_.joints[j];
-    const AssemblyJoint& to = b_.joints[option.to];
-    if (from.body_a == from.body_b) {
-      // Which way round is open, as it cannot move: such that the limits agree as they are.
-      option.sign = !from.bounded() || OffsetOfLimits(from, to, 1.0) == 0.0 ||
-                            OffsetOfLimits(from, to, -1.0) != 0.0
-                        ? 1.0
-                        : -1.0;
+    if (a_.joints[j].body_a == a_.joints[j].body_b) {
+      option.sign = StillSign(static_cast<int>(j), option.to);
     }
-    hash = HashOf(hash, static_cast<uint64_t>(option.to) * 2 + (option.sign > 0.0 ? 1 : 0));
     mapping.joints.push_back({option.to, option.sign, 0.0});
   }
-  if (!seen_.insert(hash).second) return;
   const PartialRotations::Mark before = R_.mark();
   for (size_t b = 0; b < body_to_.size(); ++b) {
     const int body = static_cast<int>(b);
@@ -147,7 +148,7 @@ void Search::Report() {
   mapping.module_to = ModuleMap();
   mapping.keeps_frame = KeepsFrame();
   R_.Undo(before);
-  if (!(*found_)(mapping)) stopped_ = true;
+  return mapping;
 }
 
 }  // namespace morphbus::congruence
