@@ -1,6 +1,6 @@
 #pragma once
 // The kinematics of one module type, verified: what a module knows of its own body. It comes as
-// bytes (little-endian; docs/vm.md has the layout) or as the same tables in C (vm/kinematics_c.h),
+// bytes (little-endian; vm/kinematics_layout.h) or as the same tables in C (vm/kinematics_c.h),
 // which "morphbus export --to c" prints.
 
 #include <cstdint>

@@ -261,6 +261,28 @@ class World(Case):
             counts[robot] = len(locked)
         self.assertEqual(counts['quadruped'], 10)
 
+    def test_modules_are_told_what_their_controllers_cannot_sense(self):
+        for robot, model, text in self.all_worlds():
+            modules = [node for node in Reader(text).world() if node.type == 'Robot']
+            roots = 0
+            for index, module in enumerate(modules):
+                words = module['customData'].split()
+                self.assertEqual(words[:2], ['id', str(index)])
+                emitters = [node for node in every_node([module]) if node.type == 'Emitter']
+                self.assertGreater(len(emitters), 0)
+                for emitter in emitters:
+                    self.assertEqual((emitter['translation'], emitter['range']), ([0, 0, 0.002], 0.01))
+                if len(words) == 2:
+                    continue
+                roots += 1
+                self.assertEqual(words[2], 'root')
+                # By the order of fk, which is that of the model.
+                links = [name for name in poses(robot, {}, model) if name.startswith(module['name'] + '.')]
+                x, y, z, w, a, b, c = map(float, words[4:])
+                want = matrix(poses(robot, {}, model)[links[int(words[3])]])
+                self.assertLess(distance(matrix(((x, y, z), (w, a, b, c))), want), 1e-9)
+            self.assertEqual(roots, 1, robot)
+
     def test_numbers_of_turns_are_the_models(self):
         for robot, _, text in self.all_worlds():
             turns = {node['numberOfRotations'] for node in every_node(Reader(text).world()) if node.type == 'Connector'}
@@ -409,6 +431,21 @@ class Controller(Case):
         self.assertEqual(said.count('send c6.emitter 11\n'), 1)
         self.assertEqual(said.count('send c6.emitter 6\n'), 1)
         self.assertEqual(said.count('send c1.emitter 6\n'), 2)
+
+    def test_the_wrapper_of_every_module_type_compiles(self):
+        bare = self.folder / 'bare.m3l'
+        bare.write_text('module BARE: unit=1\nlink l: (point a: coords=(0,0,0)) (point b: coords=(1,0,0)) '
+                        '(point c: coords=(0,1,0)) (point d: coords=(0,0,1)) grouping=(a), hull=convex(l.point)\n')
+        types = [(str(bare), 'BARE')]
+        for model in sorted((SOURCE / 'models').glob('*.m3l')):
+            types += [(str(model), name) for name in re.findall(r'(?m)^ *module (\w+)', model.read_text())]
+        self.assertGreater(len(types), 5)
+        for model, name in types:
+            export('webots', self.folder / 'one.wbt', '--module', name, model=model)
+            folder = self.folder / f'controllers/morphbus_{name}'
+            for source in ('morphbus_module.c', f'morphbus_{name}.c'):
+                run(['gcc', '-std=c99', '-O2', '-Wall', '-Wextra', '-Wpedantic', '-Wconversion', '-Werror', '-isystem', STUB,
+                     '-I', folder, '-c', folder / source, '-o', self.folder / 'c.o'])
 
     def test_the_wrapper_is_cpp_too(self):
         folder = self.compile('morphbus_module.c', 'morphbus_MTRAN.c', output=self.folder / 'controller')

@@ -65,6 +65,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   ExplainAll(output);
   for (size_t type = 0; type < model.module_types.size(); ++type) {
     ExportTree(model, emit::ModuleAsRobot(model, static_cast<int>(type)));
+    Require(!emit::ModuleToC(model, static_cast<int>(type), 0, "module").text.empty());
     const Result<emit::ModuleKeywords> keywords = emit::KeywordsOf(model.module_types[type]);
     if (keywords) Require(emit::ParseKeywordsXml(emit::KeywordsXml(*keywords)).has_value());
   }
