@@ -2,7 +2,7 @@
 
 #include "compiler/dynarole/lexer.h"
 #include "compiler/dynarole/parser.h"
-#include "compiler/source/layout.h"
+#include "compiler/source/format_frame.h"
 
 namespace morphbus::dynarole {
 namespace {
@@ -15,28 +15,29 @@ constexpr size_t kContinuation = 4;  ///< Of the lines that continue a statement
 
 class Formatter {
  public:
-  Formatter(const source::SourceSet& sources, int file, const std::vector<Token>& tokens)
-      : text_(sources.text(file)), tokens_(tokens), count_(tokens.size() - 1) {}
+  Formatter(const source::SourceSet& sources, int file, const std::vector<Token>& tokens,
+            const std::vector<source::Span>& spans)
+      : text_(sources.text(file)),
+        tokens_(tokens),
+        count_(tokens.size() - 1),
+        gaps_(source::ReadGaps(text_, spans, false)) {}
 
   std::string Run() {
     Describe();
-    std::vector<GapComments> before;
-    for (const LayoutToken& token : layout_) before.push_back(token.before);
-    before.push_back(Gap(count_));
     source::LayoutWriter writer(std::move(layout_));
     size_t indent = 0;
     for (size_t begin = 0; begin < count_;) {
       const bool closes = Is(begin, TokenKind::kRightBrace);
       const bool first = begin > 0 && Is(begin - 1, TokenKind::kLeftBrace);
-      writer.LinesBefore(before[begin], indent, !first, !closes);
+      writer.LinesBefore(gaps_[begin], indent, !first, !closes);
       if (closes && indent >= kIndent) indent -= kIndent;
-      const size_t end = LineEnd(begin, before);
+      const size_t end = LineEnd(begin);
       writer.Statement(begin, begin, end, indent, indent + kContinuation, false);
       writer.EndLine();
       if (Is(end - 1, TokenKind::kLeftBrace)) indent += kIndent;
       begin = end;
     }
-    writer.LinesBefore(before[count_], 0, true, false);
+    writer.LinesBefore(gaps_[count_], 0, true, false);
     return writer.Take();
   }
 
@@ -45,17 +46,11 @@ class Formatter {
     return i < count_ && tokens_[i].kind == kind;
   }
 
-  [[nodiscard]] GapComments Gap(size_t i) const {
-    const size_t begin = i == 0 ? 0 : tokens_[i - 1].span.end;
-    const size_t end = i == count_ ? text_.size() : tokens_[i].span.begin;
-    return source::ReadGap(text_, begin, end, false);
-  }
-
   /// One past the last token of the line's statement: `... ;`, `... {`, `}`, `} else {`, `{}`.
-  [[nodiscard]] size_t LineEnd(size_t begin, const std::vector<GapComments>& before) const {
+  [[nodiscard]] size_t LineEnd(size_t begin) const {
     size_t i = begin;
     const auto joins = [&](size_t next) {  // No comment stands between i and next.
-      return before[next].lines.empty() && before[next].trailing.empty();
+      return gaps_[next].lines.empty() && gaps_[next].trailing.empty();
     };
     if (Is(i, TokenKind::kRightBrace)) {
       ++i;
@@ -143,33 +138,36 @@ class Formatter {
       token.space = SpaceBefore(i);
       token.opens = Is(i, TokenKind::kLeftParen);
       token.closes = Is(i, TokenKind::kRightParen);
-      token.before = Gap(i);
+      token.before = gaps_[i];
       if (i > 0) layout_[i - 1].trailing = token.before.trailing;
       token.may_break = i > 0 && (Is(i, TokenKind::kAndAnd) || Is(i, TokenKind::kOrOr) ||
                                   Is(i - 1, TokenKind::kComma) || EndsCondition(i - 1));
     }
-    if (count_ > 0) layout_[count_ - 1].trailing = Gap(count_).trailing;
+    if (count_ > 0) layout_[count_ - 1].trailing = gaps_[count_].trailing;
   }
 
   std::string_view text_;
   const std::vector<Token>& tokens_;
-  size_t count_;  ///< Tokens without kEnd.
+  size_t count_;                   ///< Tokens without kEnd.
+  std::vector<GapComments> gaps_;  ///< Comments before each token and before the end.
   std::vector<LayoutToken> layout_;
   std::vector<bool> condition_end_;
 };
 
-/// What formatting must leave as it is.
-std::string Content(const source::SourceSet& sources, int file, const std::vector<Token>& tokens) {
-  const std::string_view text = sources.text(file);
-  std::string content;
-  size_t end = 0;
+std::vector<source::Span> SpansOf(const std::vector<Token>& tokens) {
+  std::vector<source::Span> spans;
   for (const Token& token : tokens) {
-    const size_t begin = token.kind == TokenKind::kEnd ? text.size() : token.span.begin;
-    content += source::CommentContent(source::ReadGap(text, end, begin, false)) + '\n';
-    content += text.substr(begin, token.kind == TokenKind::kEnd ? 0 : token.span.end - begin);
-    end = token.span.end;
+    if (token.kind != TokenKind::kEnd) spans.push_back(token.span);
   }
-  return content;
+  return spans;
+}
+
+/// The tokens as the frame of the formatters wants them.
+source::Lexis LexisOf() {
+  return {[](const source::SourceSet& from, int at, source::Diagnostics& found) {
+            return SpansOf(Tokenize(from, at, &found));
+          },
+          false};
 }
 
 }  // namespace
@@ -180,17 +178,8 @@ std::optional<std::string> Format(const source::SourceSet& sources, int file,
   const std::vector<Token> tokens = Tokenize(sources, file, &diagnostics);
   Parse(sources, file, tokens, &diagnostics);
   if (diagnostics.error_count() > errors) return std::nullopt;
-  std::string formatted = Formatter(sources, file, tokens).Run();
-  // A formatter that changes what it formats is worse than none: compare before letting it go.
-  source::SourceSet again;
-  source::Diagnostics none;
-  const int copy = again.AddText(sources.name(file), formatted);
-  const std::vector<Token> retold = Tokenize(again, copy, &none);
-  if (none.had_errors() || Content(again, copy, retold) != Content(sources, file, tokens)) {
-    diagnostics.Error({file, 0, 0}, "cannot be laid out without changing it; please report this");
-    return std::nullopt;
-  }
-  return formatted;
+  std::string formatted = Formatter(sources, file, tokens, SpansOf(tokens)).Run();
+  return source::IfUnchanged(sources, file, LexisOf(), std::move(formatted), diagnostics);
 }
 
 }  // namespace morphbus::dynarole

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
+#include "compiler/m3l/keywords.h"
 #include "compiler/m3l/lexer.h"
 #include "compiler/m3l/parser.h"
-#include "compiler/m3l/parser_internal.h"
-#include "compiler/source/layout.h"
+#include "compiler/source/format_frame.h"
 
 namespace morphbus::m3l {
 namespace {
@@ -19,23 +19,24 @@ constexpr size_t kWidestHeader = 32;
 /// Tokens of a text that parses, with what the layout needs to know of them.
 class Formatter {
  public:
-  Formatter(const source::SourceSet& sources, int file, const std::vector<Token>& tokens)
-      : text_(sources.text(file)), tokens_(tokens), count_(tokens.size() - 1) {}
+  Formatter(const source::SourceSet& sources, int file, const std::vector<Token>& tokens,
+            const std::vector<source::Span>& spans)
+      : text_(sources.text(file)),
+        tokens_(tokens),
+        count_(tokens.size() - 1),
+        gaps_(source::ReadGaps(text_, spans, true)) {}
 
   std::string Run() {
     Describe();
-    const GapComments end = Gap(count_);
-    std::vector<GapComments> before;
-    for (const LayoutToken& token : layout_) before.push_back(token.before);
     source::LayoutWriter writer(std::move(layout_));
     for (size_t begin = 0; begin < count_;) {
       const size_t stop = StatementEnd(begin);
-      writer.LinesBefore(before[begin], 0, true, true);
+      writer.LinesBefore(gaps_[begin], 0, true, true);
       WriteStatement(writer, begin, stop);
       writer.EndLine();
       begin = stop;
     }
-    writer.LinesBefore(end, 0, true, false);
+    writer.LinesBefore(gaps_[count_], 0, true, false);
     return writer.Take();
   }
 
@@ -47,16 +48,7 @@ class Formatter {
   [[nodiscard]] bool IsSymbol(size_t i, std::string_view symbol) const {
     return i < count_ && tokens_[i].kind == TokenKind::kSymbol && Text(i) == symbol;
   }
-  [[nodiscard]] bool IsOperatorAt(size_t i) const {
-    return IsWord(i) && internal::IsOperatorWord(Text(i));
-  }
-
-  /// The comments before token `i`.
-  [[nodiscard]] GapComments Gap(size_t i) const {
-    const size_t begin = i == 0 ? 0 : tokens_[i - 1].span.end;
-    const size_t end = i == count_ ? text_.size() : tokens_[i].span.begin;
-    return source::ReadGap(text_, begin, end, true);
-  }
+  [[nodiscard]] bool IsOperatorAt(size_t i) const { return IsWord(i) && IsOperatorWord(Text(i)); }
 
   /// The colon of `point c1:`, `(axis:`, not that of `NAME:3`.
   [[nodiscard]] bool IsHeaderColon(size_t i) const {
@@ -107,25 +99,19 @@ class Formatter {
       token.space = SpaceBefore(i);
       token.opens = IsSymbol(i, "(") || IsSymbol(i, "[");
       token.closes = IsSymbol(i, ")") || IsSymbol(i, "]");
-      token.before = Gap(i);
+      token.before = gaps_[i];
       if (i > 0) layout_[i - 1].trailing = token.before.trailing;
       const bool junction = IsWord(i) && (Text(i) == "and" || Text(i) == "or");
       const bool subpoint = token.opens && IsWord(i + 1) && Text(i + 1) == "point" && IsWord(i + 2);
       const bool after_subpoint =
           depth == 0 && i > 0 && IsSymbol(i - 1, ")") && IsWord(i) && !IsOperatorAt(i);
-      starts_[i] = depth == 0 && StartsStatement(i);
+      starts_[i] = depth == 0 && StartsStatement(tokens_, i);
       token.may_break = junction || subpoint || after_subpoint || (i > 0 && IsSymbol(i - 1, ","));
       token.separate = after_subpoint && !starts_[i];
       depth += token.opens ? 1 : token.closes ? -1 : 0;
     }
-    if (count_ > 0) layout_[count_ - 1].trailing = Gap(count_).trailing;
+    if (count_ > 0) layout_[count_ - 1].trailing = gaps_[count_].trailing;
     starts_[count_] = true;
-  }
-
-  [[nodiscard]] bool StartsStatement(size_t i) const {
-    if (!IsWord(i) || !internal::IsKeyword(Text(i))) return false;
-    if (Text(i) == "import") return !IsSymbol(i + 1, "=");
-    return IsWord(i + 1) && IsSymbol(i + 2, ":");
   }
 
   [[nodiscard]] size_t StatementEnd(size_t begin) const {
@@ -166,23 +152,26 @@ class Formatter {
 
   std::string_view text_;
   const std::vector<Token>& tokens_;
-  size_t count_;  ///< Tokens without kEnd.
+  size_t count_;                   ///< Tokens without kEnd.
+  std::vector<GapComments> gaps_;  ///< Comments before each token and before the end.
   std::vector<LayoutToken> layout_;
   std::vector<bool> starts_;
 };
 
-/// What formatting must leave as it is.
-std::string Content(const source::SourceSet& sources, int file, const std::vector<Token>& tokens) {
-  std::string content;
-  size_t end = 0;
+std::vector<source::Span> SpansOf(const std::vector<Token>& tokens) {
+  std::vector<source::Span> spans;
   for (const Token& token : tokens) {
-    const bool last = token.kind == TokenKind::kEnd;
-    const size_t begin = last ? sources.text(file).size() : token.span.begin;
-    content += source::CommentContent(source::ReadGap(sources.text(file), end, begin, true));
-    content += '\n' + std::string(token.text);
-    end = token.span.end;
+    if (token.kind != TokenKind::kEnd) spans.push_back(token.span);
   }
-  return content;
+  return spans;
+}
+
+/// The tokens as the frame of the formatters wants them.
+source::Lexis LexisOf() {
+  return {[](const source::SourceSet& from, int at, source::Diagnostics& found) {
+            return SpansOf(Lex(from, at, kMaxTokens, found));
+          },
+          true};
 }
 
 }  // namespace
@@ -193,17 +182,8 @@ std::optional<std::string> Format(const source::SourceSet& sources, int file,
   const std::vector<Token> tokens = Lex(sources, file, kMaxTokens, diagnostics);
   Parse(tokens, diagnostics);
   if (diagnostics.error_count() > errors) return std::nullopt;
-  std::string formatted = Formatter(sources, file, tokens).Run();
-  // A formatter that changes what it formats is worse than none: compare before letting it go.
-  source::SourceSet again;
-  source::Diagnostics none;
-  const int copy = again.AddText(sources.name(file), formatted);
-  const std::vector<Token> retold = Lex(again, copy, kMaxTokens, none);
-  if (none.had_errors() || Content(again, copy, retold) != Content(sources, file, tokens)) {
-    diagnostics.Error({file, 0, 0}, "cannot be laid out without changing it; please report this");
-    return std::nullopt;
-  }
-  return formatted;
+  std::string formatted = Formatter(sources, file, tokens, SpansOf(tokens)).Run();
+  return source::IfUnchanged(sources, file, LexisOf(), std::move(formatted), diagnostics);
 }
 
 }  // namespace morphbus::m3l

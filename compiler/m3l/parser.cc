@@ -14,16 +14,6 @@ bool IsMemberKeyword(std::string_view word) {
 
 }  // namespace
 
-const std::vector<std::string_view>& Keywords() {
-  static const std::vector<std::string_view> kWords = {"module", "connection", "robot", "point",
-                                                       "link",   "axis",       "joint", "import"};
-  return kWords;
-}
-
-bool IsKeyword(std::string_view word) {
-  return std::find(Keywords().begin(), Keywords().end(), word) != Keywords().end();
-}
-
 bool Parser::Accept(std::string_view symbol) {
   if (!Is(symbol)) return false;
   ++at_;
@@ -54,15 +44,6 @@ void Parser::StopIfTooMany() {
   if (errors_ < kMaxSyntaxErrors || AtEnd()) return;
   Error(Now().span, "too many errors, the rest of the file is not read");
   at_ = tokens_.size() - 1;
-}
-
-bool Parser::StartsStatement(size_t i) const {
-  if (!IsKind(i, TokenKind::kWord)) return false;
-  if (i > 0 && (IsSymbol(i - 1, "(") || IsSymbol(i - 1, "."))) return false;
-  const bool word_next = IsKind(i + 1, TokenKind::kWord);
-  if (!IsKeyword(Text(i))) return word_next && IsSymbol(i + 2, ":") && !IsOperatorWord(Text(i));
-  if (Text(i) == "import") return !IsSymbol(i + 1, "=");
-  return word_next || IsSymbol(i + 1, ":");
 }
 
 void Parser::SkipAttribute(size_t begin) {

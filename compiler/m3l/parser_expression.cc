@@ -44,16 +44,6 @@ std::optional<double> NumberValue(std::string_view text) {
 
 }  // namespace
 
-const std::vector<std::string_view>& OperatorWords() {
-  static const std::vector<std::string_view> kWords = {"and",        "or",       "not",
-                                                       "coincident", "parallel", "antiparallel"};
-  return kWords;
-}
-
-bool IsOperatorWord(std::string_view word) {
-  return std::find(OperatorWords().begin(), OperatorWords().end(), word) != OperatorWords().end();
-}
-
 bool Parser::TooDeep() {
   if (depth_ < kMaxNesting) return false;
   Error(Now().span, "nested deeper than " + std::to_string(kMaxNesting) + " levels");

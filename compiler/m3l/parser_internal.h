@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "compiler/m3l/ast.h"
+#include "compiler/m3l/keywords.h"
 #include "compiler/m3l/lexer.h"
 
 namespace morphbus::m3l::internal {
@@ -53,9 +54,7 @@ class Parser {
   void SkipGroup();
 
   // --- Statements (parser.cc) --------------------------------------------------------------------
-  /// True where a statement begins: `keyword name`, `keyword :`, `import`, or `word word :`, the
-  /// last being a misspelt keyword. `(point x: ...)` is a part of a statement, not one.
-  [[nodiscard]] bool StartsStatement(size_t i) const;
+  [[nodiscard]] bool StartsStatement(size_t i) const { return m3l::StartsStatement(tokens_, i); }
   /// The keyword at the current statement's start; a misspelt one is reported and mended, "" if it
   /// resembles none.
   std::string TakeKeyword();
@@ -111,11 +110,5 @@ class Parser {
   int errors_ = 0;
   bool stray_ = false;  ///< Inside a run of members that have no module; reported once.
 };
-
-/// Words that begin statements, and those that stand between or before operands.
-const std::vector<std::string_view>& Keywords();
-const std::vector<std::string_view>& OperatorWords();
-bool IsKeyword(std::string_view word);
-bool IsOperatorWord(std::string_view word);
 
 }  // namespace morphbus::m3l::internal

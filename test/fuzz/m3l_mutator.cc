@@ -4,8 +4,8 @@
 #include <random>
 #include <vector>
 
+#include "compiler/m3l/keywords.h"
 #include "compiler/m3l/lexer.h"
-#include "compiler/m3l/parser_internal.h"
 
 namespace morphbus::test {
 namespace {
@@ -51,7 +51,7 @@ Tokens Split(std::string_view text) {
 std::string Join(const Tokens& tokens, size_t max_size) {
   std::string text;
   for (size_t i = 0; i < tokens.size(); ++i) {
-    const bool statement = i + 2 < tokens.size() && m3l::internal::IsKeyword(tokens[i]) &&
+    const bool statement = i + 2 < tokens.size() && m3l::IsKeyword(tokens[i]) &&
                            tokens[i + 2] == ":" && tokens[i == 0 ? 0 : i - 1] != "(";
     if (text.size() + tokens[i].size() + 1 > max_size) break;
     if (!text.empty()) text += statement ? '\n' : ' ';
@@ -99,7 +99,7 @@ class Mutator {
   /// The statement that token `i` belongs to.
   [[nodiscard]] Range StatementAt(size_t i) const {
     const auto starts = [&](size_t k) {
-      return k + 1 < tokens_.size() && m3l::internal::IsKeyword(tokens_[k]) &&
+      return k + 1 < tokens_.size() && m3l::IsKeyword(tokens_[k]) &&
              (k == 0 || tokens_[k - 1] != "(");
     };
     size_t begin = i;
@@ -157,7 +157,7 @@ class Mutator {
   void InsertPiece() {
     Tokens piece = Split(Pick(kPieces));
     size_t at = Below(tokens_.size());
-    const bool operand = m3l::internal::IsOperatorWord(piece[0]);
+    const bool operand = m3l::IsOperatorWord(piece[0]);
     while (at < tokens_.size() && tokens_[at] != (operand ? ")" : ",")) ++at;
     if (operand || at == tokens_.size()) return Insert(at, piece);
     piece.push_back(",");
@@ -182,8 +182,7 @@ class Mutator {
       const char c = tokens_[i][0];
       const bool number = (c >= '0' && c <= '9') || c == '.';
       const bool word = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == '"';
-      const bool fixed =
-          m3l::internal::IsKeyword(tokens_[i]) || m3l::internal::IsOperatorWord(tokens_[i]);
+      const bool fixed = m3l::IsKeyword(tokens_[i]) || m3l::IsOperatorWord(tokens_[i]);
       if (numbers ? number && tokens_[i] != "." : word && !fixed) found.push_back(i);
     }
     return found;

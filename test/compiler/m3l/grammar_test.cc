@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "compiler/dynarole/lexer.h"
-#include "compiler/m3l/parser_internal.h"
+#include "compiler/m3l/keywords.h"
 
 namespace morphbus {
 namespace {
@@ -50,8 +50,8 @@ TEST(EditorGrammar, OfM3lHasTheLexersKeywords) {
   const nlohmann::json grammar = ReadGrammar("m3l.tmLanguage.json");
   ASSERT_FALSE(grammar.is_discarded());
   EXPECT_EQ(grammar["scopeName"], "source.m3l");
-  EXPECT_EQ(WordsIn(grammar, {"keyword.declaration"}), AsSet(m3l::internal::Keywords()));
-  EXPECT_EQ(WordsIn(grammar, {"keyword.operator.word"}), AsSet(m3l::internal::OperatorWords()));
+  EXPECT_EQ(WordsIn(grammar, {"keyword.declaration"}), AsSet(m3l::Keywords()));
+  EXPECT_EQ(WordsIn(grammar, {"keyword.operator.word"}), AsSet(m3l::OperatorWords()));
 }
 
 TEST(EditorGrammar, OfDynaRoleHasTheLexersWords) {

@@ -269,7 +269,7 @@ TEST(Models, ACkbotBendsAsFarAsItsLimits) {
   const auto& options = model.connection_types[0].options;
   for (size_t option = 0; option < options.size(); ++option) {
     if (options[option].connector_a != back || options[option].connector_b != front) continue;
-    pair.dockings = {{0, static_cast<int>(option), 0, back, 1, front}};
+    pair.dockings = {{0, back, 1, front, 0, static_cast<int>(option)}};
     for (int degrees = -90; degrees <= 90; degrees += 5) {
       const KinematicState state =
           ForwardKinematics(model, pair, {{0.0}, {degrees * std::numbers::pi / 180.0}});
