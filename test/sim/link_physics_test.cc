@@ -31,18 +31,26 @@ TEST(LinkPhysicsTest, ASolidLinkHasTheInertiaOfItsHull) {
   EXPECT_EQ(link.mass_kg, 2.0);
 }
 
+/// A rhombus in the box 0.2 x 0.1.
+const std::vector<Vector3d> kRhombus = {{0.1, 0, 0}, {-0.1, 0, 0}, {0, 0.05, 0}, {0, -0.05, 0}};
+
+TEST(LinkPhysicsTest, AFlatLinkHasTheInertiaOfItsHullThickenedByATwentiethOfTheExtent) {
+  const LinkPhysics link = ComputeLinkPhysics(OneLink(kRhombus, 0.5), 0);
+  // A prism 0.01 thick; the second moments of a rhombus are a sixth of its half diagonals' squares.
+  const double x = 0.1 * 0.1 / 6;
+  const double y = 0.05 * 0.05 / 6;
+  const double z = 0.01 * 0.01 / 12;
+  EXPECT_NEAR((link.I_Lcm_L.diagonal() - 0.5 * Vector3d(y + z, x + z, x + y)).norm(), 0.0, 1e-10);
+}
+
 TEST(LinkPhysicsTest, AThinLinkHasTheInertiaOfItsBoundingBoxOneMillimetreThick) {
-  // A rhombus of the box 0.2 x 0.1: flat, and 0.4 mm thick.
-  const std::vector<Vector3d> flat = {{0.1, 0, 0}, {-0.1, 0, 0}, {0, 0.05, 0}, {0, -0.05, 0}};
   std::vector<Vector3d> thin;
-  for (const Vector3d& p : flat) {
+  for (const Vector3d& p : kRhombus) {
     thin.push_back(p + Vector3d(0, 0, 0.0002));
     thin.push_back(p - Vector3d(0, 0, 0.0002));
   }
-  for (const std::vector<Vector3d>& hull : {flat, thin}) {
-    const LinkPhysics link = ComputeLinkPhysics(OneLink(hull, 0.5), 0);
-    EXPECT_NEAR((link.I_Lcm_L.diagonal() - BoxMoments(0.5, 0.2, 0.1, 0.001)).norm(), 0.0, 1e-10);
-  }
+  const LinkPhysics link = ComputeLinkPhysics(OneLink(thin, 0.5), 0);
+  EXPECT_NEAR((link.I_Lcm_L.diagonal() - BoxMoments(0.5, 0.2, 0.1, 0.001)).norm(), 0.0, 1e-10);
 }
 
 TEST(LinkPhysicsTest, NoLinkWeighsUnderOneGram) {
