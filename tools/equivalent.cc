@@ -33,6 +33,7 @@ std::string JointName(const model::Model& model, const model::Robot& robot,
 Json AnswerJson(const model::Model& model, const model::Robot& a, const model::Robot& b,
                 const congruence::Congruence& answer) {
   Json json = {{"congruent", answer.congruent()}, {"mappings", answer.count}};
+  if (!answer.count_complete) json["mappings_complete"] = false;
   if (!answer.congruent()) {
     json["reason"] = answer.reason;
     json["locked_computed"] = answer.locked_computed;
@@ -57,6 +58,9 @@ Json AnswerJson(const model::Model& model, const model::Robot& a, const model::R
   json["keeps_frame"] = mapping.keeps_frame;
   json["masses_equal"] = answer.masses.masses_equal;
   json["hulls_equal"] = answer.masses.hulls_equal;
+  json["looked_at"] = answer.mappings.size();
+  json["masses_equal_in"] = answer.masses_alike;
+  json["hulls_equal_in"] = answer.hulls_alike;
   json["locked_computed"] = answer.locked_computed;
   return json;
 }
@@ -65,7 +69,7 @@ void PrintMapping(const model::Model& model, const model::Robot& a, const model:
                   const congruence::Congruence& answer) {
   const congruence::Mapping& mapping = answer.mappings.front();
   fmt::print("{} and {} are congruent, in {}{}.\n", a.name, b.name,
-             answer.count == congruence::kMaxCounted ? "at least " : "",
+             answer.count_complete ? "" : "at least ",
              Plural(static_cast<size_t>(answer.count), "way"));
   fmt::print("This one {}:\n\n",
              mapping.keeps_frame ? "keeps the robot frame" : "does not keep the robot frame");
@@ -96,6 +100,11 @@ void PrintMapping(const model::Model& model, const model::Robot& a, const model:
   fmt::print("\nmasses: {}\nhulls:  {}\n",
              masses.masses_equal ? "alike" : "different: " + masses.mass_difference,
              masses.hulls_equal ? "alike" : "different: " + masses.hull_difference);
+  const size_t ways = answer.mappings.size();
+  if (ways < 2) return;
+  fmt::print("Of {} ways{}, masses are alike in {}, hulls in {}.\n", ways,
+             static_cast<int64_t>(ways) < answer.count ? " that were looked at" : "",
+             answer.masses_alike, answer.hulls_alike);
 }
 
 int Equivalent(const Options& options) {

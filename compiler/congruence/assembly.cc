@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "compiler/model/forward_kinematics.h"
-#include "compiler/model/loop_constraints.h"
 
 namespace morphbus::congruence {
 
@@ -35,17 +34,21 @@ std::string Assembly::BodyName(int body) const {
   return name;
 }
 
+std::vector<model::ScrewJoint> ScrewJointsOf(const Assembly& assembly) {
+  std::vector<model::ScrewJoint> screws;
+  for (const AssemblyJoint& j : assembly.joints) {
+    screws.push_back({j.body_a, j.body_b, j.slide, j.axis, j.p_RoJo});
+  }
+  return screws;
+}
+
 namespace {
 
 void MarkLocked(Assembly& assembly) {
   // Only loops lock joints; a tree has one joint fewer than bodies.
   if (assembly.joints.size() < assembly.bodies.size()) return;
-  std::vector<model::ScrewJoint> screws;
-  for (const AssemblyJoint& j : assembly.joints) {
-    screws.push_back({j.body_a, j.body_b, j.slide, j.axis, j.p_RoJo});
-  }
   const model::LoopMobility loops =
-      model::ComputeLoopMobility(static_cast<int>(assembly.bodies.size()), screws);
+      model::ComputeLoopMobility(static_cast<int>(assembly.bodies.size()), ScrewJointsOf(assembly));
   assembly.locked_computed = loops.computed;
   for (size_t j = 0; j < assembly.joints.size(); ++j) assembly.joints[j].locked = loops.locked[j];
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "compiler/model/kinematic_graph.h"
+#include "compiler/model/loop_constraints.h"
 #include "compiler/model/robot_model.h"
 
 namespace morphbus::congruence {
@@ -56,6 +57,9 @@ struct Assembly {
   /// "m3.active_block + m4.passive_block"; shortened if there are many.
   [[nodiscard]] std::string BodyName(int body) const;
 };
+
+/// All joints, as the analysis of loops takes them.
+std::vector<model::ScrewJoint> ScrewJointsOf(const Assembly& assembly);
 
 /// `model` and `robot` must outlive what comes back.
 Assembly Flatten(const model::Model& model, const model::Robot& robot);

@@ -135,7 +135,8 @@ Classes PlainClasses(const Assembly& a, const Assembly& b) {
   return classes;
 }
 
-Classes RefinedClasses(const Assembly& a, const Assembly& b, int rounds) {
+Classes RefinedClasses(const Assembly& a, const Assembly& b) {
+  constexpr int kRounds = 64;
   Classes classes = PlainClasses(a, b);
   Labels lengths(kGeometryTolerance * std::max(a.extent_m, b.extent_m));
   for (const Assembly* assembly : {&a, &b}) {
@@ -159,7 +160,7 @@ Classes RefinedClasses(const Assembly& a, const Assembly& b, int rounds) {
     }
   }
   size_t count = 0;
-  for (int round = 0; round < rounds; ++round) {
+  for (int round = 0; round < kRounds; ++round) {
     Refine(a, ends[0], classes.bodies[0], classes.joints[0]);
     Refine(b, ends[1], classes.bodies[1], classes.joints[1]);
     const size_t finer = CountClasses(classes);

@@ -27,7 +27,7 @@ struct Classes {
 Classes PlainClasses(const Assembly& a, const Assembly& b);
 
 /// Refined by the neighbours' classes until they do not get finer (colour refinement: Weisfeiler,
-/// Leman 1968), at most `rounds` times.
-Classes RefinedClasses(const Assembly& a, const Assembly& b, int rounds);
+/// Leman 1968), at most 64 times.
+Classes RefinedClasses(const Assembly& a, const Assembly& b);
 
 }  // namespace morphbus::congruence

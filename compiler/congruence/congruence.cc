@@ -6,17 +6,23 @@
 #include "compiler/congruence/assembly.h"
 #include "compiler/congruence/classes.h"
 #include "compiler/congruence/explain.h"
+#include "compiler/congruence/first_mapping.h"
 #include "compiler/congruence/mass_comparison.h"
 #include "compiler/congruence/search.h"
+#include "compiler/congruence/symmetries.h"
 #include "compiler/source/check.h"
 
 namespace morphbus::congruence {
 namespace {
 
-constexpr int kRefinementRounds = 64;
-/// Bounds on the search; each step matches one joint, well under a microsecond to a few.
+/// Bounds on the search; each step tries one pair of joints, well under a microsecond to a few.
 constexpr int64_t kMaxSteps = 5'000'000;
+constexpr int64_t kMaxStepsToList = 500'000;
 constexpr int64_t kMaxStepsToExplain = 200'000;
+/// All mappings are listed if they have no more joints than this together; of more, some for robots
+/// as small as this.
+constexpr int64_t kMaxJointsListed = 100'000;
+constexpr size_t kSmall = 64;
 
 bool HangsTogether(const Assembly& assembly) {
   if (assembly.bodies.empty()) return false;
@@ -49,59 +55,78 @@ bool SameClasses(const Classes& classes) {
 
 JointRef RefOf(const AssemblyJoint& j) { return {j.module, j.joint, j.slide, j.locked}; }
 
-/// Gathers mappings; the best one comes first.
-class Collector {
- public:
-  Collector(const model::Robot& b, Congruence& result) : b_(b), result_(result) {}
-
-  bool Add(const Mapping& mapping) {
-    if (result_.mappings.size() < kMaxKept) {
-      result_.mappings.push_back(mapping);
-    } else if (Before(mapping, result_.mappings[best_])) {
-      result_.mappings[best_] = mapping;
-    }
-    if (Before(result_.mappings.back(), result_.mappings[best_])) {
-      best_ = result_.mappings.size() - 1;
-    }
-    return ++result_.count < kMaxCounted;
+/// The order in which mappings are given.
+bool Before(const model::Robot& b, const Mapping& x, const Mapping& y) {
+  if (x.keeps_frame != y.keeps_frame) return x.keeps_frame;
+  for (size_t m = 0; m < x.module_to.size(); ++m) {
+    const int to_x = x.module_to[m];
+    const int to_y = y.module_to[m];
+    if (to_x == to_y) continue;
+    if (to_x < 0 || to_y < 0) return to_x >= 0;
+    return b.modules[to_x].name < b.modules[to_y].name;
   }
-
-  void Sort() {
-    std::stable_sort(result_.mappings.begin(), result_.mappings.end(),
-                     [this](const Mapping& x, const Mapping& y) { return Before(x, y); });
+  for (size_t j = 0; j < x.joints.size(); ++j) {
+    if (x.joints[j].to != y.joints[j].to) return x.joints[j].to < y.joints[j].to;
+    if (x.joints[j].sign != y.joints[j].sign) return x.joints[j].sign > y.joints[j].sign;
   }
+  return false;
+}
 
- private:
-  [[nodiscard]] bool Before(const Mapping& x, const Mapping& y) const {
-    if (x.keeps_frame != y.keeps_frame) return x.keeps_frame;
-    for (size_t m = 0; m < x.module_to.size(); ++m) {
-      const int to_x = x.module_to[m];
-      const int to_y = y.module_to[m];
-      if (to_x == to_y) continue;
-      if (to_x < 0 || to_y < 0) return to_x >= 0;
-      return b_.modules[to_x].name < b_.modules[to_y].name;
-    }
-    for (size_t j = 0; j < x.joints.size(); ++j) {
-      if (x.joints[j].to != y.joints[j].to) return x.joints[j].to < y.joints[j].to;
-      if (x.joints[j].sign != y.joints[j].sign) return x.joints[j].sign > y.joints[j].sign;
-    }
+/// At most `most` mappings, in order.
+std::vector<Mapping> List(const Assembly& a, const Assembly& b, const Classes& classes,
+                          size_t most) {
+  std::vector<Mapping> mappings;
+  Search search(a, b, classes, kMaxStepsToList);
+  search.Run([&](const Mapping& mapping) {
+    mappings.push_back(mapping);
+    return mappings.size() < most;
+  });
+  std::stable_sort(mappings.begin(), mappings.end(),
+                   [&](const Mapping& x, const Mapping& y) { return Before(*b.robot, x, y); });
+  return mappings;
+}
+
+/// Fills in the mappings: all, if they are not too many to list, else `first` and perhaps others.
+void ListMappings(const Assembly& a, const Assembly& b, const Classes& classes, Mapping first,
+                  Congruence& result) {
+  const auto joints = static_cast<int64_t>(a.joints.size());
+  const bool few =
+      result.count <= static_cast<int64_t>(kMaxKept) && result.count * joints <= kMaxJointsListed;
+  if (few || a.joints.size() <= kSmall) result.mappings = List(a, b, classes, kMaxKept);
+  if (few && static_cast<int64_t>(result.mappings.size()) == result.count) return;
+  std::vector<Mapping>& mappings = result.mappings;
+  mappings.erase(std::remove_if(mappings.begin(), mappings.end(),
+                                [&](const Mapping& m) { return !Before(*b.robot, first, m); }),
+                 mappings.end());
+  mappings.insert(mappings.begin(), std::move(first));
+}
+
+/// Decides within classes that are alike on both sides; fills in the result.
+void Decide(const Assembly& a, const Assembly& b, const Classes& classes, Congruence& result) {
+  Steps steps{kMaxSteps};
+  std::optional<Mapping> first = FirstMapping(a, b, classes, steps);
+  result.decided = first.has_value() || !steps.gave_up();
+  if (!first) return;
+  Steps steps_to_count{kMaxSteps};
+  const SymmetryCount symmetries = CountSymmetries(a, steps_to_count);
+  result.count = symmetries.count;
+  result.count_complete = symmetries.complete;
+  ListMappings(a, b, classes, std::move(*first), result);
+}
+
+/// Again among all that look alike at first sight, for a reason that speaks of one joint.
+void Explain(const Assembly& a, const Assembly& b, Congruence& result) {
+  Search search(a, b, PlainClasses(a, b), kMaxStepsToExplain);
+  search.Run([&](const Mapping& mapping) {
+    // Only where lengths at the tolerance tell bodies apart that fit.
+    result.mappings.push_back(mapping);
+    result.count_complete = false;
+    ++result.count;
     return false;
-  }
-
-  const model::Robot& b_;
-  Congruence& result_;
-  size_t best_ = 0;
-};
-
-/// Searches within `classes`; fills in the result.
-std::optional<Stuck> SearchWithin(const Assembly& a, const Assembly& b, Classes classes,
-                                  int64_t max_steps, Congruence& result) {
-  Collector collector(*b.robot, result);
-  Search search(a, b, std::move(classes), max_steps);
-  search.Run([&](const Mapping& mapping) { return collector.Add(mapping); });
-  collector.Sort();
-  result.decided = result.congruent() || !search.gave_up();
-  return search.stuck();
+  });
+  if (result.congruent()) return;
+  MORPHBUS_CHECK(search.stuck().has_value());
+  result.reason = ExplainStuck(a, b, *search.stuck());
 }
 
 }  // namespace
@@ -118,24 +143,32 @@ Congruence Compare(const model::Model& model_a, const model::Robot& robot_a,
   result.reason = DifferentCounts(a, b);
   if (!result.reason.empty()) return result;
 
-  Classes refined = RefinedClasses(a, b, kRefinementRounds);
-  const bool alike = SameClasses(refined);
-  if (alike) SearchWithin(a, b, std::move(refined), kMaxSteps, result);
-  if (!result.congruent() && result.decided) {
-    // Again among all that look alike at first sight, for a reason that speaks of one joint.
-    const std::optional<Stuck> stuck =
-        SearchWithin(a, b, PlainClasses(a, b), kMaxStepsToExplain, result);
-    result.decided = true;
-    if (!result.congruent()) {
-      MORPHBUS_CHECK(stuck.has_value());
-      result.reason = ExplainStuck(a, b, *stuck);
-    }
-  }
-  if (result.congruent()) {
-    result.reason.clear();
-    result.masses = CompareMasses(a, b, result.mappings.front());
+  const Classes refined = RefinedClasses(a, b);
+  if (SameClasses(refined)) Decide(a, b, refined, result);
+  if (!result.congruent() && result.decided) Explain(a, b, result);
+  if (!result.congruent()) return result;
+  MassComparer comparer(a, b);
+  result.masses = comparer.Compare(result.mappings.front());
+  for (const Mapping& mapping : result.mappings) {
+    const MassComparison masses = comparer.Compare(mapping);
+    result.masses_alike += masses.masses_equal ? 1 : 0;
+    result.hulls_alike += masses.hulls_equal ? 1 : 0;
   }
   return result;
+}
+
+std::optional<MassComparison> CompareInFrame(const model::Model& model_a,
+                                             const model::Robot& robot_a,
+                                             const model::Model& model_b,
+                                             const model::Robot& robot_b) {
+  const Assembly a = Flatten(model_a, robot_a);
+  const Assembly b = Flatten(model_b, robot_b);
+  MORPHBUS_CHECK(HangsTogether(a) && HangsTogether(b));
+  if (a.bodies.size() != b.bodies.size() || a.joints.size() != b.joints.size()) return std::nullopt;
+  Steps steps{kMaxSteps};
+  const std::optional<Mapping> mapping = MappingInFrame(a, b, PlainClasses(a, b), steps);
+  if (!mapping) return std::nullopt;
+  return MassComparer(a, b).Compare(*mapping);
 }
 
 }  // namespace morphbus::congruence

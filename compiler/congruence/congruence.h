@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -55,23 +56,26 @@ struct MassComparison {
   std::string hull_difference;
 };
 
-/// At most this many mappings are kept, and this many counted.
+/// At most this many mappings are kept.
 inline constexpr size_t kMaxKept = 1000;
-inline constexpr int64_t kMaxCounted = 100'000;
 
 struct Congruence {
   /// False where the search was given up as too much (many bodies that nothing tells apart).
   bool decided = true;
-  int64_t count = 0;  ///< Mappings; at least this many if it is kMaxCounted.
+  int64_t count = 0;           ///< Mappings.
+  bool count_complete = true;  ///< False: there are at least `count`, which may be all.
   /// The one that keeps the robot frame first, if there is one, then by the names of the modules
-  /// that a's modules, in declared order, go to.
+  /// that a's modules, in declared order, go to. All of them, if they are few in a small robot;
+  /// else the first of them, and perhaps some others.
   std::vector<Mapping> mappings;
   std::vector<JointRef> joints_a;  ///< All joints but fixed ones, module then joint order.
   std::vector<JointRef> joints_b;
   /// False where a part of a or b has so many joints in loops that it is not known which are
   /// locked; their values at the start were not compared.
   bool locked_computed = true;
-  MassComparison masses;  ///< Under the first mapping.
+  MassComparison masses;    ///< Under the first mapping.
+  size_t masses_alike = 0;  ///< Of `mappings`, those under which masses are equal ...
+  size_t hulls_alike = 0;   ///< ... and hulls.
   /// If not congruent: the first body or joint that cannot match, for people, with where in the
   /// robot frame of b one would have to be.
   std::string reason;
@@ -80,9 +84,15 @@ struct Congruence {
 };
 
 /// Compares robot `a` with `b`, each of a model of its own or both of one. Both hang together, as
-/// robots from the compiler do (checked). Takes time in proportion to size times the pairs of
-/// seed bodies that look alike; gives up (see `decided`) after a bounded number of steps.
+/// robots from the compiler do (checked). Takes time in proportion to size, and to the pairs of
+/// seed bodies that look alike and are not; gives up (see `decided`) after a bounded number of
+/// steps.
 Congruence Compare(const model::Model& model_a, const model::Robot& a, const model::Model& model_b,
                    const model::Robot& b);
+
+/// Only asks for a mapping that keeps the robot frame: how masses compare under it, or nothing
+/// if there is none (or it was given up, as above).
+std::optional<MassComparison> CompareInFrame(const model::Model& model_a, const model::Robot& a,
+                                             const model::Model& model_b, const model::Robot& b);
 
 }  // namespace morphbus::congruence

@@ -64,21 +64,21 @@ bool Correspondence::MayCorrespond(int joint, int to) const {
 
 std::vector<Option> Correspondence::OptionsFor(int body, int joint) const {
   std::vector<Option> options;
+  for (const int to : b_.bodies[body_to_[body]].joints) AddOptions(body, joint, to, options);
+  return options;
+}
+
+void Correspondence::AddOptions(int body, int joint, int to, std::vector<Option>& options) const {
+  if (joint_from_[to] >= 0 || !MayCorrespond(joint, to)) return;
   const int image = body_to_[body];
   const int other = a_.joints[joint].Other(body);
-  for (const int to : b_.bodies[image].joints) {
-    if (joint_from_[to] >= 0 || !MayCorrespond(joint, to)) continue;
-    const int other_image = b_.joints[to].Other(image);
-    if ((other == body) != (other_image == image)) continue;
-    if (body_to_[other] >= 0 ? body_to_[other] != other_image : body_from_[other_image] >= 0) {
-      continue;
-    }
-    if (classes_.bodies[0][other] != classes_.bodies[1][other_image]) continue;
-    for (const double sign : {1.0, -1.0}) {
-      if (Plausible(body, joint, {to, sign})) options.push_back({to, sign});
-    }
+  const int other_image = b_.joints[to].Other(image);
+  if ((other == body) != (other_image == image)) return;
+  if (body_to_[other] >= 0 ? body_to_[other] != other_image : body_from_[other_image] >= 0) return;
+  if (classes_.bodies[0][other] != classes_.bodies[1][other_image]) return;
+  for (const double sign : {1.0, -1.0}) {
+    if (Plausible(body, joint, {to, sign})) options.push_back({to, sign});
   }
-  return options;
 }
 
 /// Quick, so that most joints have one option.

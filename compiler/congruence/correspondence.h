@@ -84,10 +84,14 @@ class Correspondence {
   void PlaceSeed(int seed, int image, int joint, const Option& option);
   /// The counterparts that `joint` of the matched `body` may have.
   [[nodiscard]] std::vector<Option> OptionsFor(int body, int joint) const;
+  /// Those of them that are `to`, one or both ways round.
+  void AddOptions(int body, int joint, int to, std::vector<Option>& options) const;
   /// May the two joints correspond by class and range?
   [[nodiscard]] bool MayCorrespond(int joint, int to) const;
   /// Is the axis where it should be, relative to `body`? True where its rotation is not settled.
   [[nodiscard]] bool Plausible(int body, int joint, const Option& option) const;
+  /// Could the joint, which has both ends in one body, as `option.to` has, have this sign?
+  [[nodiscard]] bool StillFits(int joint, const Option& option) const;
   /// Matches `joint` of the matched `body`, and the body at its other end. False: impossible; the
   /// caller must Undo.
   bool Commit(int body, int joint, const Option& option);
@@ -105,7 +109,6 @@ class Correspondence {
   bool PlaceOther(int body, int joint, const Option& option);
   [[nodiscard]] double SnapAngle(int body, int joint, const Eigen::Matrix3d& R,
                                  const Eigen::Vector3d& axis_image) const;
-  [[nodiscard]] bool StillFits(int joint, const Option& option) const;
   [[nodiscard]] double OffsetOf(int joint, const Option& option) const;
   [[nodiscard]] double StillSign(int joint, int to) const;
   void SettleTheRest();

@@ -93,7 +93,6 @@ bool Correspondence::AlignAxis(int body, int joint, const Option& option, bool b
   return Fail(Demand::kPlace, beyond, 0.0, (R_.Value(at) * foot - foot_image).norm());
 }
 
-/// Could the joint, which has both ends in one body, have this sign?
 bool Correspondence::StillFits(int joint, const Option& option) const {
   const AssemblyJoint& j = a_.joints[joint];
   const AssemblyJoint& to = b_.joints[option.to];

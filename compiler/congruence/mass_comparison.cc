@@ -30,14 +30,6 @@ LinkShape ShapeOf(const model::ModuleType& type, int link) {
           model::ComputeHull(type.links[static_cast<size_t>(link)].hull).vertices};
 }
 
-/// What belongs to a body, seen from its reference point, along the robot frame's axes.
-struct BodyShape {
-  double mass_kg = 0.0;
-  Vector3d moment = Vector3d::Zero();   ///< Mass times centre of mass (kg m).
-  Matrix3d inertia = Matrix3d::Zero();  ///< About the reference point (kg m²).
-  std::vector<std::vector<Vector3d>> hulls;
-};
-
 class Shapes {
  public:
   explicit Shapes(const Assembly& assembly) : assembly_(assembly) {}
@@ -116,22 +108,29 @@ bool SameHulls(const BodyShape& a, const BodyShape& b, const Matrix3d& R, double
 
 }  // namespace
 
-MassComparison CompareMasses(const Assembly& a, const Assembly& b, const Mapping& mapping) {
-  MassComparison result;
+MassComparer::MassComparer(const Assembly& a, const Assembly& b) : a_(a), b_(b) {
   Shapes shapes_a(a);
   Shapes shapes_b(b);
-  const double extent = std::max(a.extent_m, b.extent_m);
-  for (size_t i = 0; i < a.bodies.size(); ++i) {
+  for (size_t i = 0; i < a.bodies.size(); ++i) of_a_.push_back(shapes_a.Of(static_cast<int>(i)));
+  for (size_t i = 0; i < b.bodies.size(); ++i) of_b_.push_back(shapes_b.Of(static_cast<int>(i)));
+}
+
+MassComparison MassComparer::Compare(const Mapping& mapping) const {
+  MassComparison result;
+  const double extent = std::max(a_.extent_m, b_.extent_m);
+  for (size_t i = 0; i < a_.bodies.size(); ++i) {
     const int body = static_cast<int>(i);
     const int image = mapping.body_to[i];
-    const BodyShape from = shapes_a.Of(body);
-    const BodyShape to = shapes_b.Of(image);
+    const BodyShape& from = of_a_[i];
+    const BodyShape& to = of_b_[image];
     const Matrix3d& R = mapping.R[i];
     const double mass = std::max(from.mass_kg, to.mass_kg);
     const double length = extent + std::sqrt(std::max(from.inertia.trace(), to.inertia.trace()) /
                                              std::max(mass, 1e-12));
     const double tolerance = kGeometryTolerance * mass;
-    const auto pair = [&] { return fmt::format("{} and {}", a.BodyName(body), b.BodyName(image)); };
+    const auto pair = [&] {
+      return fmt::format("{} and {}", a_.BodyName(body), b_.BodyName(image));
+    };
     if (result.masses_equal && std::abs(from.mass_kg - to.mass_kg) > tolerance) {
       result.masses_equal = false;
       result.mass_difference =

@@ -251,11 +251,11 @@ class VariantFinder {
     }
     MoveFrame(variant);
     variant.name = NextName();
-    const Congruence congruence = Compare(model_, robot_, model_, variant);
     // Where a turn of the root's body is free, only one choice of it keeps the frame.
-    if (congruence.congruent() && congruence.mappings.front().keeps_frame) {
+    const std::optional<MassComparison> masses = CompareInFrame(model_, robot_, model_, variant);
+    if (masses) {
       seen_.insert(key);
-      found_.push_back({std::move(variant), congruence.masses});
+      found_.push_back({std::move(variant), *masses});
       ++number_;
     } else {
       ++rejected_;

@@ -1,0 +1,20 @@
+#pragma once
+// The mapping that an answer gives. Internal to compiler/congruence.
+
+#include <optional>
+
+#include "compiler/congruence/congruence.h"
+#include "compiler/congruence/piece_search.h"
+
+namespace morphbus::congruence {
+
+/// One that keeps the robot frame; nothing if there is none, or `steps` ran out.
+std::optional<Mapping> MappingInFrame(const Assembly& a, const Assembly& b, const Classes& classes,
+                                      Steps& steps);
+
+/// That one or, if there is none, one that takes a's first module to the module whose name comes
+/// first of those that it can go to. Nothing if there is no mapping, or `steps` ran out.
+std::optional<Mapping> FirstMapping(const Assembly& a, const Assembly& b, const Classes& classes,
+                                    Steps& steps);
+
+}  // namespace morphbus::congruence
