@@ -55,23 +55,6 @@ bool SameClasses(const Classes& classes) {
 
 JointRef RefOf(const AssemblyJoint& j) { return {j.module, j.joint, j.slide, j.locked}; }
 
-/// The order in which mappings are given.
-bool Before(const model::Robot& b, const Mapping& x, const Mapping& y) {
-  if (x.keeps_frame != y.keeps_frame) return x.keeps_frame;
-  for (size_t m = 0; m < x.module_to.size(); ++m) {
-    const int to_x = x.module_to[m];
-    const int to_y = y.module_to[m];
-    if (to_x == to_y) continue;
-    if (to_x < 0 || to_y < 0) return to_x >= 0;
-    return b.modules[to_x].name < b.modules[to_y].name;
-  }
-  for (size_t j = 0; j < x.joints.size(); ++j) {
-    if (x.joints[j].to != y.joints[j].to) return x.joints[j].to < y.joints[j].to;
-    if (x.joints[j].sign != y.joints[j].sign) return x.joints[j].sign > y.joints[j].sign;
-  }
-  return false;
-}
-
 /// At most `most` mappings, in order.
 std::vector<Mapping> List(const Assembly& a, const Assembly& b, const Classes& classes,
                           size_t most) {

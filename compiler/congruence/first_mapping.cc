@@ -8,6 +8,9 @@
 namespace morphbus::congruence {
 namespace {
 
+/// So many mappings are made at most to find the first by name.
+constexpr int kMaxMade = 64;
+
 /// Makes mappings, each from where one body goes.
 class Maker {
  public:
@@ -52,10 +55,20 @@ class Maker {
     std::stable_sort(places.begin(), places.end(), [&](const Place& x, const Place& y) {
       return NameAt(body, x) < NameAt(body, y);
     });
+    std::optional<Mapping> best;
+    std::string name;
+    int made = 0;
     for (const Place& place : places) {
-      if (std::optional<Mapping> mapping = From(body, place)) return mapping;
+      // Places of one name are tried against each other; the next name only if all take the module
+      // apart.
+      if (best && best->module_to[0] >= 0 && NameAt(body, place) != name) break;
+      std::optional<Mapping> mapping = From(body, place);
+      if (!mapping) continue;
+      name = NameAt(body, place);
+      if (!best || Before(*matched_.b().robot, *mapping, *best)) best = std::move(mapping);
+      if (++made == kMaxMade) break;
     }
-    return std::nullopt;
+    return best;
   }
 
  private:
@@ -99,6 +112,22 @@ class Maker {
 };
 
 }  // namespace
+
+bool Before(const model::Robot& b, const Mapping& x, const Mapping& y) {
+  if (x.keeps_frame != y.keeps_frame) return x.keeps_frame;
+  for (size_t m = 0; m < x.module_to.size(); ++m) {
+    const int to_x = x.module_to[m];
+    const int to_y = y.module_to[m];
+    if (to_x == to_y) continue;
+    if (to_x < 0 || to_y < 0) return to_x >= 0;
+    return b.modules[to_x].name < b.modules[to_y].name;
+  }
+  for (size_t j = 0; j < x.joints.size(); ++j) {
+    if (x.joints[j].to != y.joints[j].to) return x.joints[j].to < y.joints[j].to;
+    if (x.joints[j].sign != y.joints[j].sign) return x.joints[j].sign > y.joints[j].sign;
+  }
+  return false;
+}
 
 std::optional<Mapping> MappingInFrame(const Assembly& a, const Assembly& b, const Classes& classes,
                                       Steps& steps) {

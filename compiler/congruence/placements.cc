@@ -98,6 +98,14 @@ bool IsIdentity(const Placement& placement) {
   return true;
 }
 
+/// Do they differ only in bodies that carry no connectors?
+bool ConnectAlike(const model::ModuleType& type, const Placement& x, const Placement& y) {
+  return std::all_of(type.connectors.begin(), type.connectors.end(), [&](const auto& connector) {
+    const int body = x.body_of[connector.link];
+    return x.body_to[body] == y.body_to[body] && (x.C[body] - y.C[body]).norm() <= 1e-6;
+  });
+}
+
 }  // namespace
 
 std::vector<Placement> PlacementsOf(const model::Model& model, int type_index) {
@@ -145,7 +153,15 @@ std::vector<Placement> PlacementsOf(const model::Model& model, int type_index) {
   };
   std::stable_sort(placements.begin(), placements.end(),
                    [&](const Placement& x, const Placement& y) { return changed(x) < changed(y); });
-  return placements;
+  // Wheels exchanged, or turned about their own axes, make no other connections.
+  std::vector<Placement> different;
+  for (Placement& placement : placements) {
+    const bool known = std::any_of(different.begin(), different.end(), [&](const Placement& other) {
+      return ConnectAlike(type, placement, other);
+    });
+    if (!known) different.push_back(std::move(placement));
+  }
+  return different;
 }
 
 }  // namespace morphbus::congruence

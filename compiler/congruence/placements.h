@@ -24,7 +24,8 @@ struct Placement {
   bool identity = false;
 };
 
-/// All of them; the identity first. Where a turn is free (a wheel about its own axis), those turns
+/// All of them but those that differ from one before only in bodies that carry no connectors; the
+/// identity first. Where a turn is free (a wheel about its own axis), those turns
 /// that take some connector to the place of another.
 std::vector<Placement> PlacementsOf(const model::Model& model, int type);
 

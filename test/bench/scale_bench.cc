@@ -68,6 +68,15 @@ void Congruence(benchmark::State& state, LargeShape shape) {
   state.counters["mappings"] = static_cast<double>(mappings);
 }
 
+/// Of a robot with itself where much looks alike.
+void CongruenceOf(benchmark::State& state, const std::string& text) {
+  const model::Model model = *m3l::CompileText("large.m3l", text).model;
+  const model::Robot& robot = *model.FindRobot("large");
+  int64_t mappings = 0;
+  for (auto _ : state) mappings = congruence::Compare(model, robot, model, robot).count;
+  state.counters["mappings"] = static_cast<double>(mappings);
+}
+
 void CongruenceOfQuadrupeds(benchmark::State& state) {
   const model::Model model = *m3l::CompileFiles({MORPHBUS_SOURCE_DIR "/models/mtran.m3l"}).model;
   const model::Robot& a = *model.FindRobot("quadruped");
@@ -96,6 +105,12 @@ int main(int argc, char** argv) {
   morphbus::Register("ForwardKinematics", morphbus::ForwardKinematics, true);
   morphbus::Register("Graph", morphbus::Graph, true);
   morphbus::Register("Congruence", morphbus::Congruence, false);
+  const std::pair<const char*, std::string> texts[] = {
+      {"Congruence/ring/1000", morphbus::test::LargeRingText(1000)},
+      {"Congruence/train/1001", morphbus::test::LargeTrainText(143)}};
+  for (const auto& [name, text] : texts) {
+    benchmark::RegisterBenchmark(name, morphbus::CongruenceOf, text)->Unit(benchmark::kMillisecond);
+  }
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();
 }

@@ -82,4 +82,56 @@ std::string LargeRobotText(LargeShape shape, int modules, uint64_t seed) {
   return text + ")\n";
 }
 
+namespace {
+
+/// Robot `large`; the lists in parentheses.
+std::string RobotText(const std::string& file, const std::string& modules,
+                      const std::string& connections, const std::string& joints = {}) {
+  std::string text = "import \"" MORPHBUS_SOURCE_DIR "/models/" + file +
+                     "\"\nrobot large: modules=(" + modules + "), connections=(" + connections +
+                     ")";
+  if (!joints.empty()) text += ", joints=(" + joints + ")";
+  return text + "\n";
+}
+
+}  // namespace
+
+std::string LargeRingText(int modules) {
+  std::string names;
+  std::string connections;
+  std::string joints;
+  const std::string count = std::to_string(modules);
+  for (int m = 0; m < modules; ++m) {
+    const std::string comma = m == 0 ? "" : ", ";
+    const std::string name = "m" + std::to_string(m);
+    const std::string next = "m" + std::to_string((m + 1) % modules);
+    names += comma + "MTRAN " + name;
+    connections += comma + "(" + name + ".c2, " + next + ".c5, rot=180)";
+    joints += comma + name + ".joint_1=-pi/" + count + ", " + name + ".joint_2=pi/" + count;
+  }
+  return RobotText("mtran.m3l", names, connections, joints);
+}
+
+std::string LargeTrainText(int cars) {
+  std::string names;
+  std::string connections;
+  const auto join = [&](const std::string& a, const std::string& b) {
+    connections += (connections.empty() ? "(" : ", (") + a + ", " + b + ")";
+  };
+  for (int car = 0; car < cars; ++car) {
+    const std::string n = std::to_string(car);
+    for (const char* part : {"body", "front", "rear", "fl", "fr", "rl", "rr"}) {
+      names += (names.empty() ? "ATRON " : ", ATRON ") + std::string(part) + n;
+    }
+    join("body" + n + ".c3", "front" + n + ".c0");
+    join("body" + n + ".c7", "rear" + n + ".c0");
+    join("front" + n + ".c5", "fl" + n + ".c0");
+    join("front" + n + ".c7", "fr" + n + ".c0");
+    join("rear" + n + ".c5", "rl" + n + ".c0");
+    join("rear" + n + ".c7", "rr" + n + ".c0");
+    if (car > 0) join("body" + std::to_string(car - 1) + ".c1", "body" + n + ".c4");
+  }
+  return RobotText("atron.m3l", names, connections);
+}
+
 }  // namespace morphbus::test

@@ -15,4 +15,11 @@ enum class LargeShape {
 /// A text that imports models/mtran.m3l and defines one robot `large` of `modules` modules.
 std::string LargeRobotText(LargeShape shape, int modules, uint64_t seed = 1);
 
+/// A ring of M-TRANs, robot `large`: as many mappings as it has modules, eight times over.
+std::string LargeRingText(int modules);
+
+/// A row of ATRON cars of seven modules each (a body, two axles, four wheels), robot `large`.
+/// Nothing tells the wheels' ways of turning apart.
+std::string LargeTrainText(int cars);
+
 }  // namespace morphbus::test

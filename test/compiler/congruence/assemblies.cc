@@ -93,10 +93,6 @@ model::Robot RandomTree(const model::Model& model, int modules, uint64_t seed) {
   return robot;
 }
 
-namespace {
-
-/// Pose in R of each body's frame at joint values q: carried by its first link, at the start values
-/// parallel to R with its origin in the reference point.
 std::vector<Pose> BodyPoses(const model::Model& model, const model::Robot& robot,
                             const model::JointValues& q) {
   const auto body_of = model::BodiesOf(model, robot);
@@ -127,8 +123,6 @@ std::vector<Pose> BodyPoses(const model::Model& model, const model::Robot& robot
   }
   return X_RT;
 }
-
-}  // namespace
 
 void ExpectSameMotion(const model::Model& model_a, const model::Robot& a,
                       const model::Model& model_b, const model::Robot& b,

@@ -2,8 +2,10 @@
 // Assemblies to compare, and an independent check of a congruence by forward kinematics.
 
 #include <cstdint>
+#include <vector>
 
 #include "compiler/congruence/congruence.h"
+#include "compiler/model/forward_kinematics.h"
 #include "compiler/model/robot_model.h"
 
 namespace morphbus::test {
@@ -17,6 +19,11 @@ model::Robot Relabelled(const model::Model& model, const model::Robot& robot, ui
 
 /// A random tree of `modules` modules of type 0, each connection a random option.
 model::Robot RandomTree(const model::Model& model, int modules, uint64_t seed);
+
+/// Pose in R of each body's frame at joint values q: carried by its first link, at the start values
+/// parallel to R with its origin in the reference point.
+std::vector<model::Pose> BodyPoses(const model::Model& model, const model::Robot& robot,
+                                   const model::JointValues& q);
 
 /// Puts random values on the joints of `a` (within limits; those of `still` stay at their start)
 /// and the mapped ones on `b`, and expects each body's reference point and rotation, seen from body

@@ -1,0 +1,212 @@
+// How many mappings there are: of the robots in models/, of robots with many parts alike, and what
+// is said where counting ends.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "compiler/congruence/congruence.h"
+#include "compiler/congruence/count.h"
+#include "compiler/congruence/search.h"
+#include "compiler/congruence/symmetries.h"
+#include "compiler/m3l/compile.h"
+#include "compiler/source/check.h"
+#include "test/compiler/congruence/assemblies.h"
+#include "test/compiler/congruence/texts.h"
+#include "test/support/large_robots.h"
+
+namespace morphbus::congruence {
+namespace {
+
+using test::Named;
+
+model::Model Shipped(const std::string& file) {
+  const m3l::CompileOutput output =
+      m3l::CompileFiles({std::string(MORPHBUS_SOURCE_DIR "/models/") + file});
+  MORPHBUS_CHECK(output.model.has_value());
+  return *output.model;
+}
+
+TEST(Counts, OfTheRobotsInModels) {
+  const struct {
+    const char* file;
+    const char* robot;
+    int64_t count;
+  } kKnown[] = {{"mtran.m3l", "quadruped", 4},      {"mtran.m3l", "equivalent_quadruped", 4},
+                {"mtran_robots.m3l", "snake", 4},   {"mtran_robots.m3l", "caterpillar", 64},
+                {"mtran_robots.m3l", "crawler", 4}, {"atron.m3l", "car", 2},
+                {"atron.m3l", "car7", 8},           {"molecube.m3l", "snake", 2},
+                {"molecube.m3l", "arm", 1},         {"ckbot.m3l", "snake", 4},
+                {"ckbot.m3l", "loop", 40},          {"mixed.m3l", "inchworm", 4}};
+  for (const auto& known : kKnown) {
+    SCOPED_TRACE(fmt::format("{} {}", known.file, known.robot));
+    const model::Model model = Shipped(known.file);
+    const model::Robot& robot = Named(model, known.robot);
+    const Congruence c = Compare(model, robot, model, robot);
+    EXPECT_EQ(c.count, known.count);
+    EXPECT_TRUE(c.count_complete);
+    EXPECT_EQ(c.mappings.size(), static_cast<size_t>(known.count));
+    EXPECT_TRUE(c.mappings[0].keeps_frame);
+  }
+}
+
+/// By going through them one by one.
+int64_t Listed(const model::Model& model, const model::Robot& a, const model::Robot& b) {
+  const Assembly assembly_a = Flatten(model, a);
+  const Assembly assembly_b = Flatten(model, b);
+  Search search(assembly_a, assembly_b, RefinedClasses(assembly_a, assembly_b), 2'000'000);
+  int64_t count = 0;
+  search.Run([&](const Mapping&) { return ++count < 100'000; });
+  MORPHBUS_CHECK(!search.gave_up());
+  return count;
+}
+
+TEST(Counts, AreAsManyAsCanBeListed) {
+  for (const char* file : {"mtran.m3l", "atron.m3l", "molecube.m3l", "ckbot.m3l"}) {
+    const model::Model model = Shipped(file);
+    for (uint64_t seed = 1; seed <= 25; ++seed) {
+      SCOPED_TRACE(fmt::format("{} {}", file, seed));
+      const model::Robot robot = test::RandomTree(model, 2 + static_cast<int>(seed % 7), seed);
+      const model::Robot other = test::Relabelled(model, robot, seed);
+      EXPECT_EQ(Compare(model, robot, model, robot).count, Listed(model, robot, robot));
+      EXPECT_EQ(Compare(model, robot, model, other).count, Listed(model, robot, other));
+    }
+  }
+}
+
+/// A row of segments, each with two wheels alike on one axle; `last` is the connector of the last
+/// but one that the last segment sits on.
+model::Model Wheeled(int segments) {
+  std::string text = "module SEG: unit=0.1\n" + test::Socket("back", {-1, 0, 0}) +
+                     test::Socket("front", {1, 0, 0}) + test::Socket("side", {0, 1, 0}) +
+                     "link body: grouping=(front, side), mass=1\n"
+                     "link tail: grouping=(back), mass=1\n"
+                     "axis ya: origin=(-.5, 0, 0), direction=(0, 0, 1)\n"
+                     "axis yb: origin=(-.5, 0, 0), direction=(0, 0, -1)\n"
+                     "joint yaw: type=revolute, value=[-1, 1.5], pair=((tail, ya), (body, yb))\n"
+                     "axis pa: origin=(0, 0, -.3), direction=(0, 1, 0)\n"
+                     "axis pb: origin=(0, 0, -.3), direction=(0, -1, 0)\n";
+  for (const int i : {0, 1}) {
+    text += fmt::format(
+        "link w{0}: mass=0.1\njoint spin{0}: type=continuous, pair=((w{0}, pa), (body, pb))\n", i);
+  }
+  text += test::Joining("SEG", "SEG");
+  for (const char* last : {"front", "side"}) {
+    std::string modules;
+    std::string connections;
+    for (int i = 0; i < segments; ++i) {
+      modules += fmt::format("{}SEG m{}", i == 0 ? "" : ", ", i);
+      if (i == 0) continue;
+      connections += fmt::format("{}(m{}.{}, m{}.back)", i == 1 ? "" : ", ", i - 1,
+                                 i + 1 < segments ? "front" : last, i);
+    }
+    text += fmt::format("robot {}: modules=({}), connections=({})\n", last, modules, connections);
+  }
+  return test::Compiled(text);
+}
+
+TEST(Counts, OfIndependentPartsMultiply) {
+  const model::Model small = Wheeled(4);
+  const Congruence few = Compare(small, Named(small, "front"), small, Named(small, "front"));
+  EXPECT_EQ(few.count, 16);
+  EXPECT_EQ(few.mappings.size(), 16u);
+  const model::Model model = Wheeled(24);
+  const model::Robot& a = Named(model, "front");
+  const Congruence c = Compare(model, a, model, a);
+  EXPECT_EQ(c.count, int64_t{1} << 24);
+  EXPECT_TRUE(c.count_complete);
+  ASSERT_FALSE(c.mappings.empty());
+  EXPECT_TRUE(c.mappings[0].keeps_frame);
+  test::ExpectSameMotion(model, a, model, a, c, c.mappings[0], 1);
+  const Congruence other = Compare(model, a, model, Named(model, "side"));
+  EXPECT_TRUE(other.decided) << "wheels that are alike keep nothing from being decided";
+  EXPECT_FALSE(other.congruent());
+}
+
+TEST(Counts, AboveWhatJsonHoldsAreSaidToBeAtLeast) {
+  const model::Model model = Wheeled(60);
+  const model::Robot& robot = Named(model, "front");
+  const Congruence c = Compare(model, robot, model, robot);
+  EXPECT_TRUE(c.decided);
+  EXPECT_EQ(c.count, kMostCounted);
+  EXPECT_FALSE(c.count_complete);
+}
+
+TEST(Counts, OfRingsAreThoseOfTheirSymmetries) {
+  for (const int modules : {8, 100, 600}) {
+    SCOPED_TRACE(modules);
+    const model::Model model = *m3l::CompileText("large.m3l", test::LargeRingText(modules)).model;
+    const model::Robot& ring = *model.FindRobot("large");
+    const Congruence c = Compare(model, ring, model, ring);
+    EXPECT_EQ(c.count, 8 * modules);
+    EXPECT_TRUE(c.count_complete);
+    // Another frame, other names: as many, and none that keeps the frame.
+    const model::Robot other = test::Relabelled(model, ring, 3);
+    const Congruence turned = Compare(model, ring, model, other);
+    EXPECT_EQ(turned.count, c.count);
+    ASSERT_FALSE(turned.mappings.empty());
+    EXPECT_FALSE(turned.mappings[0].keeps_frame);
+    // Every module can go to every other, so the first goes to the first name.
+    EXPECT_EQ(other.modules[static_cast<size_t>(turned.mappings[0].module_to[0])].name, "n0");
+  }
+}
+
+TEST(Counts, ThatWereGivenUpAreMarked) {
+  const model::Model model = *m3l::CompileText("large.m3l", test::LargeRingText(40)).model;
+  const Assembly ring = Flatten(model, *model.FindRobot("large"));
+  Steps enough{1'000'000};
+  const SymmetryCount all = CountSymmetries(ring, enough);
+  EXPECT_EQ(all.count, 320);
+  EXPECT_TRUE(all.complete);
+  for (const int64_t few : {10, 100, 300}) {
+    Steps steps{few};
+    const SymmetryCount some = CountSymmetries(ring, steps);
+    EXPECT_FALSE(some.complete);
+    EXPECT_LT(some.count, all.count);
+  }
+}
+
+TEST(Counts, SaturateAndDoNotOverflow) {
+  EXPECT_EQ(Times(kMostCounted, 0), 0);
+  EXPECT_EQ(Times(3, 5), 15);
+  EXPECT_EQ(Times(kMostCounted, kMostCounted), kMostCounted);
+  EXPECT_EQ(Times(int64_t{1} << 27, int64_t{1} << 27), kMostCounted);
+  EXPECT_EQ(Plus(kMostCounted, kMostCounted), kMostCounted);
+}
+
+TEST(Masses, AreComparedUnderEveryMappingThatIsListed) {
+  // One heavy block: of the four ways to itself only that which leaves it where it is keeps masses.
+  model::Model model = test::MtranFile();
+  const model::Robot robot = *model.FindRobot("quadruped");
+  model.module_types.push_back(model.module_types[0]);
+  model.module_types[1].links[0].mass_kg *= 2.0;
+  model::Robot heavy = robot;
+  heavy.modules[0].type = 1;
+  const Congruence self = Compare(model, heavy, model, heavy);
+  EXPECT_EQ(self.count, 4);
+  EXPECT_TRUE(self.masses.masses_equal);
+  EXPECT_EQ(self.masses_alike, 1u);
+  EXPECT_EQ(self.hulls_alike, 4u);
+  // On another leg: not under the mapping that keeps the frame, but under another.
+  model::Robot other = robot;
+  other.modules[5].type = 1;
+  const Congruence c = Compare(model, heavy, model, other);
+  EXPECT_FALSE(c.masses.masses_equal);
+  EXPECT_EQ(c.masses_alike, 1u);
+}
+
+TEST(InFrame, IsAskedByItself) {
+  const model::Model& model = test::MtranFile();
+  const model::Robot& a = *model.FindRobot("quadruped");
+  const model::Robot& b = *model.FindRobot("equivalent_quadruped");
+  const std::optional<MassComparison> masses = CompareInFrame(model, a, model, b);
+  ASSERT_TRUE(masses.has_value());
+  EXPECT_TRUE(masses->masses_equal);
+  const model::Robot moved = test::Relabelled(model, a, 1);
+  EXPECT_TRUE(Compare(model, a, model, moved).congruent());
+  EXPECT_FALSE(CompareInFrame(model, a, model, moved).has_value());
+}
+
+}  // namespace
+}  // namespace morphbus::congruence
