@@ -15,8 +15,7 @@
 namespace morphbus::congruence {
 namespace {
 
-/// Bounds on the search; each step tries one pair of joints, well under a microsecond to a few.
-constexpr int64_t kMaxSteps = 5'000'000;
+/// Bounds like kMaxSteps.
 constexpr int64_t kMaxStepsToList = 500'000;
 constexpr int64_t kMaxStepsToExplain = 200'000;
 /// All mappings are listed if they have no more joints than this together; of more, some for robots
@@ -85,12 +84,13 @@ void ListMappings(const Assembly& a, const Assembly& b, const Classes& classes, 
 }
 
 /// Decides within classes that are alike on both sides; fills in the result.
-void Decide(const Assembly& a, const Assembly& b, const Classes& classes, Congruence& result) {
-  Steps steps{kMaxSteps};
+void Decide(const Assembly& a, const Assembly& b, const Classes& classes, int64_t max_steps,
+            Congruence& result) {
+  Steps steps{max_steps};
   std::optional<Mapping> first = FirstMapping(a, b, classes, steps);
   result.decided = first.has_value() || !steps.gave_up();
   if (!first) return;
-  Steps steps_to_count{kMaxSteps};
+  Steps steps_to_count{max_steps};
   const SymmetryCount symmetries = CountSymmetries(a, steps_to_count);
   result.count = symmetries.count;
   result.count_complete = symmetries.complete;
@@ -115,7 +115,7 @@ void Explain(const Assembly& a, const Assembly& b, Congruence& result) {
 }  // namespace
 
 Congruence Compare(const model::Model& model_a, const model::Robot& robot_a,
-                   const model::Model& model_b, const model::Robot& robot_b) {
+                   const model::Model& model_b, const model::Robot& robot_b, int64_t max_steps) {
   const Assembly a = Flatten(model_a, robot_a);
   const Assembly b = Flatten(model_b, robot_b);
   MORPHBUS_CHECK(HangsTogether(a) && HangsTogether(b));
@@ -127,7 +127,7 @@ Congruence Compare(const model::Model& model_a, const model::Robot& robot_a,
   if (!result.reason.empty()) return result;
 
   const Classes refined = RefinedClasses(a, b);
-  if (SameClasses(refined)) Decide(a, b, refined, result);
+  if (SameClasses(refined)) Decide(a, b, refined, max_steps, result);
   if (!result.congruent() && result.decided) Explain(a, b, result);
   if (!result.congruent()) return result;
   MassComparer comparer(a, b);

@@ -59,6 +59,9 @@ struct MassComparison {
 /// At most this many mappings are kept.
 inline constexpr size_t kMaxKept = 1000;
 
+/// Pairs of joints that are tried, each well under a microsecond to a few.
+inline constexpr int64_t kMaxSteps = 5'000'000;
+
 struct Congruence {
   /// False where the search was given up as too much (many bodies that nothing tells apart).
   bool decided = true;
@@ -85,10 +88,10 @@ struct Congruence {
 
 /// Compares robot `a` with `b`, each of a model of its own or both of one. Both hang together, as
 /// robots from the compiler do (checked). Takes time in proportion to size, and to the pairs of
-/// seed bodies that look alike and are not; gives up (see `decided`) after a bounded number of
-/// steps.
+/// seed bodies that look alike and are not; gives up deciding (see `decided`), and counting, after
+/// trying `max_steps` pairs of joints, which takes some seconds.
 Congruence Compare(const model::Model& model_a, const model::Robot& a, const model::Model& model_b,
-                   const model::Robot& b);
+                   const model::Robot& b, int64_t max_steps = kMaxSteps);
 
 /// Only asks for a mapping that keeps the robot frame: how masses compare under it, or nothing
 /// if there is none (or it was given up, as above).

@@ -24,7 +24,8 @@ struct Failure {
     kDistance,   ///< They are as far from the reference point; `wanted` is that of a.
     kPlace,      ///< They pass it on the same side; `found` is how far they miss each other.
     kAlong,      ///< The reference points lie as far apart along the axis.
-    kAcross,     ///< The reference points lie alike across the slide; `found` is the miss.
+    kApart,      ///< The reference points are as far apart across the slide.
+    kAcross,     ///< They lie alike across the slide; `found` is the miss.
     kBodies,     ///< The bodies beyond the joints correspond to each other.
     kTurned,     ///< The bodies beyond are turned alike; `found` is the angle left, about the axis.
     kOffset,     ///< The limits map onto each other with the offset that the bodies' places have.
@@ -101,6 +102,8 @@ class Correspondence {
 
  private:
   bool Fail(Failure::Demand demand, bool beyond = false, double wanted = 0.0, double found = 0.0);
+  [[nodiscard]] double AngleOff(int body, const Eigen::Vector3d& d,
+                                const Eigen::Vector3d& d_image) const;
   bool AlignAxis(int body, int joint, const Option& option, bool beyond);
   bool CommitTurn(int body, int joint, const Option& option);
   bool CommitAngle(int body, int joint, const Option& option);

@@ -73,6 +73,14 @@ bool Correspondence::Commit(int body, int joint, const Option& option) {
   return j.slide ? CommitSlide(body, joint, option) : CommitTurn(body, joint, option);
 }
 
+/// How far direction d of `body` is off, at the best turn where that is open.
+double Correspondence::AngleOff(int body, const Vector3d& d, const Vector3d& d_image) const {
+  const Vector3d now = R_.Value(body) * d;
+  if (R_.settled(body)) return AngleBetween(now, d_image);
+  const Vector3d axis = R_.GroupAxis(body);
+  return std::abs(AngleBetween(now, axis) - AngleBetween(d_image, axis));
+}
+
 /// Demands that `body` or, if `beyond`, the other one has the axis where its image has it.
 bool Correspondence::AlignAxis(int body, int joint, const Option& option, bool beyond) {
   const AssemblyJoint& j = a_.joints[joint];
@@ -81,7 +89,7 @@ bool Correspondence::AlignAxis(int body, int joint, const Option& option, bool b
   const Vector3d d_image = option.sign * to.AxisFrom(body_to_[body]);
   const int at = beyond ? j.Other(body) : body;
   if (!R_.AlignDirection(at, d, d_image)) {
-    return Fail(Demand::kDirection, beyond, 0.0, AngleBetween(R_.Value(at) * d, d_image));
+    return Fail(Demand::kDirection, beyond, 0.0, AngleOff(at, d, d_image));
   }
   if (j.slide) return true;
   const Vector3d foot = a_.FootFrom(at, joint);
@@ -266,6 +274,9 @@ bool Correspondence::CommitSlide(int body, int joint, const Option& option) {
   const double along_image = apart_image.dot(d_image);
   const Vector3d across = apart - along * d;
   const Vector3d across_image = apart_image - along_image * d_image;
+  if (std::abs(across.norm() - across_image.norm()) > length_tolerance_) {
+    return Fail(Demand::kApart, false, across.norm(), across_image.norm());
+  }
   if (!R_.AlignPosition(body, across, across_image)) {
     return Fail(Demand::kAcross, false, 0.0, (R_.Value(body) * across - across_image).norm());
   }

@@ -98,6 +98,12 @@ std::string FailureText(const Assembly& a, const Assembly& b, const Stuck& stuck
           "along its axis the reference point of {} lies {:.6g} m from that of {}, and not {:.6g} "
           "m as with {} and {}",
           n.other_image, found, n.image, wanted, n.other, n.body);
+    case Demand::kApart:
+      return fmt::format(
+          "across its axis the reference points of {} and {} lie {:.6g} m apart, and not {:.6g} m "
+          "as "
+          "those of {} and {}",
+          n.image, n.other_image, found, wanted, n.body, n.other);
     case Demand::kAcross:
       return fmt::format(
           "across its axis the reference point of {} lies {:.6g} m from where that of {} does",
@@ -138,7 +144,8 @@ std::string PassedOver(const Assembly& a, const Assembly& b, const Stuck& stuck,
   if (matched ? stuck.body_to[other] != other_image : stuck.occupied[other_image]) {
     return "that one " + OtherBodies(a, b, stuck, to);
   }
-  return fmt::format("that one leads to {}, which {} touch, and not {} as {}", names.other_image,
+  return fmt::format("that one leads to {}, which is touched by {}, and not by {} as {}",
+                     names.other_image,
                      Counted(b.bodies[other_image].joints.size(), "joint", "joints"),
                      a.bodies[other].joints.size(), names.other);
 }
@@ -175,7 +182,7 @@ std::string ExplainStuck(const Assembly& a, const Assembly& b, const Stuck& stuc
   std::string text =
       fmt::format("joint {} of {} has no counterpart: ", a.JointName(stuck.joint), a.robot->name);
   if (stuck.image < 0) {
-    return text + fmt::format("no body of {} that {} touch, as {}, has a joint that {}",
+    return text + fmt::format("no body of {} that is touched by {}, as {}, has a joint that {}",
                               b.robot->name, Counted(degree, "joint", "joints"),
                               a.BodyName(stuck.body), RangeText(j));
   }
@@ -193,9 +200,9 @@ std::string ExplainStuck(const Assembly& a, const Assembly& b, const Stuck& stuc
            FailureText(a, b, stuck, *stuck.failure);
   }
   const int other = j.Other(stuck.body);
-  return text + fmt::format("no joint is left there that {} and leads to a body that {} touch",
-                            RangeText(j),
-                            Counted(a.bodies[other].joints.size(), "joint", "joints"));
+  return text +
+         fmt::format("no joint is left there that {} and leads to a body that is touched by {}",
+                     RangeText(j), Counted(a.bodies[other].joints.size(), "joint", "joints"));
 }
 
 }  // namespace morphbus::congruence

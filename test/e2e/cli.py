@@ -88,6 +88,32 @@ class Cli(Case):
             self.assertRegex(answer['reason'], reason)
         morphbus('equivalent', model, 'quadruped', 'nobody', status=2)
 
+    def test_equivalent_says_what_the_figures_are(self):
+        said = morphbus('equivalent', MODEL, 'quadruped', 'equivalent_quadruped').stdout
+        self.assertRegex(said, r'm1\.joint_1 +m6\.joint_1 +- +0 rad\n')
+        self.assertRegex(said, r'm5\.joint_1 +m5\.joint_1 +\+ +0 rad  locked\n')
+        self.assertIn('Of 4 ways, masses are alike in 4, hulls in 4.', said)
+        answer = as_json('equivalent', MODEL, 'quadruped', 'quadruped')
+        self.assertEqual((answer['looked_at'], answer['masses_equal_in'], answer['locked_computed']), (4, 4, True))
+        self.assertNotIn('mappings_complete', answer)
+        mixed = MODEL.parent / 'mixed.m3l'
+        self.assertRegex(morphbus('equivalent', mixed, 'inchworm', 'inchworm').stdout, r'slide .* [+-] +\S+ m\n')
+
+    def test_equivalent_marks_a_count_that_is_not_complete(self):
+        # Each car can be joined in several ways, its wheels turned in more: together over 2^53.
+        names = [f'{part}{car}' for car in range(30) for part in ('b', 'f', 'r', 'w', 'x', 'y', 'z')]
+        joints = []
+        for car in range(30):
+            joints += [f'(b{car}.c3, f{car}.c0)', f'(b{car}.c7, r{car}.c0)', f'(f{car}.c5, w{car}.c0)',
+                       f'(f{car}.c7, x{car}.c0)', f'(r{car}.c5, y{car}.c0)', f'(r{car}.c7, z{car}.c0)']
+            joints += [f'(b{car - 1}.c1, b{car}.c4)'] if car else []
+        model = self.folder / 'train.m3l'
+        model.write_text(f'import "{MODEL.parent / "atron.m3l"}"\nrobot train: '
+                         f'modules=({", ".join("ATRON " + n for n in names)}), connections=({", ".join(joints)})\n')
+        answer = as_json('equivalent', model, 'train', 'train')
+        self.assertEqual((answer['mappings'], answer['mappings_complete']), (2 ** 53, False))
+        self.assertIn('in at least 9007199254740992 ways', morphbus('equivalent', model, 'train', 'train').stdout)
+
     def test_variants_are_m3l_that_other_commands_take(self):
         variants = self.folder / 'variants.m3l'
         morphbus('variants', MODEL, '--robot', 'quadruped', '--max', 3, '--seed', 1, '-o', variants)

@@ -167,6 +167,24 @@ TEST(Counts, ThatWereGivenUpAreMarked) {
   }
 }
 
+TEST(Counts, AreOfNothingWhereTheSearchWasGivenUp) {
+  const model::Model model = *m3l::CompileText("large.m3l", test::LargeRingText(40)).model;
+  const model::Robot& ring = *model.FindRobot("large");
+  const model::Robot other = test::Relabelled(model, ring, 1);
+  const Congruence undecided = Compare(model, ring, model, other, 20);
+  EXPECT_FALSE(undecided.decided);
+  EXPECT_FALSE(undecided.congruent());
+  EXPECT_TRUE(undecided.reason.empty()) << undecided.reason;
+  // Enough to find one, not to count all.
+  const Congruence some = Compare(model, ring, model, ring, 300);
+  EXPECT_TRUE(some.decided);
+  EXPECT_TRUE(some.congruent());
+  EXPECT_FALSE(some.count_complete);
+  EXPECT_LT(some.count, 320);
+  ASSERT_FALSE(some.mappings.empty());
+  EXPECT_TRUE(some.mappings[0].keeps_frame);
+}
+
 TEST(Counts, SaturateAndDoNotOverflow) {
   EXPECT_EQ(Times(kMostCounted, 0), 0);
   EXPECT_EQ(Times(3, 5), 15);

@@ -123,5 +123,101 @@ TEST(Reasons, TakeNamesakesByNameAndNotByTheirPlaceInTheList) {
   }
 }
 
+/// A link `l0` and one more for each joint, which hangs on it or on the link of an earlier joint.
+/// All links have their origins at the module's.
+struct Hung {
+  int on;
+  Eigen::Vector3d through;
+  Eigen::Vector3d axis;
+  double upper;
+};
+
+model::Model Tree(const std::vector<Hung>& joints) {
+  model::Model model;
+  model::ModuleType& type = model.module_types.emplace_back();
+  type.name = "TREE";
+  type.links.emplace_back().name = "l0";
+  for (size_t i = 0; i < joints.size(); ++i) {
+    type.links.emplace_back().name = fmt::format("l{}", i + 1);
+    model::Joint& joint = type.joints.emplace_back();
+    joint.name = fmt::format("j{}", i + 1);
+    joint.link_a = static_cast<int>(i) + 1;
+    joint.link_b = joints[i].on;
+    joint.p_MoJo_M = joints[i].through;
+    joint.axis = joints[i].axis.normalized();
+    joint.lower = -1.0;
+    joint.upper = joints[i].upper;
+  }
+  return model;
+}
+
+std::string ReasonBetween(const model::Model& a, const model::Model& b) {
+  const auto alone = [](const model::Model& model, const std::string& name) {
+    model::Robot robot;
+    robot.name = name;
+    robot.modules.push_back(
+        {"m", 0, std::vector<double>(model.module_types[0].joints.size(), 0.0)});
+    return robot;
+  };
+  const Congruence c = Compare(a, alone(a, "a"), b, alone(b, "b"));
+  EXPECT_TRUE(c.decided);
+  EXPECT_FALSE(c.congruent());
+  return c.reason;
+}
+
+TEST(Reasons, GiveBothDistancesOfAnAxis) {
+  EXPECT_EQ(
+      ReasonBetween(Tree({{0, {1, 0, 0}, {0, 0, 1}, 1.0}}),
+                    Tree({{0, {1.5, 0, 0}, {0, 0, 1}, 1.0}})),
+      "joint m.j1 of a has no counterpart: in the most promising attempt, which begins with "
+      "m.l0 with m.l0 of b, m.j1 is tried, but its axis passes 1.5 m from the reference point "
+      "of m.l0, and not 1 m as that of m.j1 from m.l0");
+}
+
+TEST(Reasons, GiveTheAngleBetweenAxesAtTheBestTurn) {
+  // Both axes pass the reference points, so l0 may be turned about the first; the second is still
+  // 10 degrees off. Limits keep the other ways round out.
+  const auto tilted = [](double degrees) {
+    const double t = degrees / 180.0 * 3.14159265358979;
+    return Tree(
+        {{0, {0, 0, 0}, {0, 0, 1}, 1.5}, {0, {0, 0, 0}, {std::sin(t), 0, std::cos(t)}, 1.2}});
+  };
+  const std::string reason = ReasonBetween(tilted(30), tilted(40));
+  EXPECT_NE(
+      reason.find("m.j2 is tried, but its axis lies in m.l0 10 degrees off where that of m.j2 "
+                  "lies in m.l0"),
+      std::string::npos)
+      << reason;
+}
+
+TEST(Reasons, SayWhatAJointLeadsTo) {
+  // The further link hangs on the other of two links, whose joints are alike but lie elsewhere.
+  const auto hung = [](int on) {
+    return Tree({{0, {1, 0, 0}, {0, 0, 1}, 1.0},
+                 {0, {0, 3, 0}, {0, 0, 1}, 1.0},
+                 {0, {0, 0, 5}, {0, 1, 0}, 1.5},
+                 {on, {7, 0, 0}, {0, 1, 0}, 1.2}});
+  };
+  const std::string reason = ReasonBetween(hung(1), hung(2));
+  EXPECT_NE(reason.find("m.j2 does, but that one leads to m.l2, which is touched by 2 joints, and "
+                        "not by 1 as m.l2"),
+            std::string::npos)
+      << reason;
+}
+
+TEST(Reasons, SayWhereNoBodyHasAJointOfThatKind) {
+  // In a row: the joint with the wide range is at the end, or next to it.
+  const auto row = [](double first, double second) {
+    return Tree({{0, {1, 0, 0}, {0, 0, 1}, first},
+                 {1, {2, 0, 0}, {0, 1, 0}, second},
+                 {2, {3, 0, 0}, {0, 0, 1}, 1.0},
+                 {3, {4, 0, 0}, {0, 1, 0}, 1.0}});
+  };
+  EXPECT_EQ(
+      ReasonBetween(row(1.5, 1.0), row(1.0, 1.5)),
+      "joint m.j1 of a has no counterpart: no body of b that is touched by 1 joint, as m.l0, has "
+      "a joint that turns from -57.2958 to 85.9437 degrees");
+}
+
 }  // namespace
 }  // namespace morphbus::congruence
