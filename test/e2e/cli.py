@@ -142,6 +142,11 @@ class Cli(Case):
         self.assertIn('robot quadruped_variant_3:', text)
         self.assertNotIn('robot quadruped_variant_1:', text)
         morphbus('format', '--check', first)
+        heavy = self.folder / 'heavy.m3l'
+        heavy.write_text(MODEL.read_text().replace('mass=0.18', 'mass=0.36', 1))
+        done = morphbus('variants', heavy, '--robot', 'quadruped', '--max', 10, '--seed', 1)
+        self.assertRegex(done.stdout, r'// Does not run quite as quadruped: the centres of mass of .* m apart\.\nrobot quadruped_variant_')
+        self.assertIn('will not run alike', done.stderr)
         self.assertIn('from 0 on', morphbus('variants', MODEL, '--robot', 'quadruped', '--seed', -1, status=2).stderr)
 
     def test_roles_settle_without_moving(self):

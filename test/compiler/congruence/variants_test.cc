@@ -8,9 +8,11 @@
 #include <string>
 
 #include "compiler/congruence/congruence.h"
+#include "compiler/congruence/placements.h"
 #include "compiler/emit/m3l.h"
 #include "compiler/m3l/compile.h"
 #include "test/compiler/congruence/assemblies.h"
+#include "test/compiler/congruence/texts.h"
 #include "test/compiler/solver/known_modules.h"
 
 namespace morphbus::congruence {
@@ -75,6 +77,64 @@ TEST(Variants, OfTheQuadrupedAreDifferentAssembliesThatMoveAlike) {
   ASSERT_EQ(again.size(), variants.size());
   for (size_t i = 0; i < again.size(); ++i)
     EXPECT_EQ(KeyOf(again[i].robot), KeyOf(variants[i].robot));
+}
+
+TEST(Variants, SayWhereTheirMassesAreNotThoseOfTheRobot) {
+  // With one block heavier than the other, a module that stands the other way round weighs
+  // otherwise.
+  model::Model model = test::MtranFile();
+  model.module_types[0].links[0].mass_kg *= 2.0;
+  const model::Robot& robot = *model.FindRobot("quadruped");
+  VariantOptions options;
+  options.max = 40;
+  options.seed = 1;
+  const std::vector<Variant> variants = Variants(model, robot, options);
+  int alike = 0;
+  for (const auto& [variant, masses] : variants) {
+    const Congruence c = Compare(model, robot, model, variant);
+    ASSERT_TRUE(c.congruent());
+    EXPECT_EQ(masses.masses_equal, c.masses.masses_equal);
+    EXPECT_EQ(masses.mass_difference.empty(), masses.masses_equal);
+    alike += masses.masses_equal ? 1 : 0;
+  }
+  EXPECT_LT(alike, 40);
+}
+
+TEST(Variants, PassOverNamesThatRobotsHave) {
+  model::Model model = test::MtranFile();
+  model::Robot taken = *model.FindRobot("quadruped");
+  const model::Robot robot = taken;
+  taken.name = "quadruped_variant_2";
+  model.robots.push_back(taken);
+  VariantOptions options;
+  options.max = 3;
+  std::vector<std::string> names;
+  for (const auto& [variant, masses] : Variants(model, robot, options)) {
+    names.push_back(variant.name);
+  }
+  const std::vector<std::string> expected = {"quadruped_variant_1", "quadruped_variant_3",
+                                             "quadruped_variant_4"};
+  EXPECT_EQ(names, expected);
+}
+
+TEST(Placements, CountOnceWhatDocksAlike) {
+  // A hub with a connector and two wheels on its axle: exchanged and turned wheels dock alike.
+  const model::Model model = test::Compiled(
+      "module SEG: unit=0.1\n" + test::Socket("front", {1, 0, 0}) +
+      "link body: grouping=(front), mass=1\nlink w0: mass=0.1\nlink w1: mass=0.1\n"
+      "axis pa: origin=(0, 0, 0), direction=(0, 1, 0)\n"
+      "axis pb: origin=(0, 0, 0), direction=(0, -1, 0)\n"
+      "joint s0: type=continuous, pair=((w0, pa), (body, pb))\n"
+      "joint s1: type=continuous, pair=((w1, pa), (body, pb))\nrobot r: modules=(SEG m)\n");
+  const model::Robot& robot = test::Named(model, "r");
+  EXPECT_EQ(Compare(model, robot, model, robot).count, 4);
+  const std::vector<Placement> placements = PlacementsOf(model, 0);
+  ASSERT_FALSE(placements.empty());
+  EXPECT_TRUE(placements[0].identity);
+  for (size_t i = 1; i < placements.size(); ++i) {
+    EXPECT_GT((placements[i].C[0] - placements[0].C[0]).norm(), 1e-3);
+  }
+  EXPECT_EQ(placements.size(), 3u) << "as it is, and over in two ways: as it comes and onto itself";
 }
 
 TEST(Variants, AsTextCompileToWhatTheyAre) {
