@@ -93,6 +93,32 @@ model::Robot RandomTree(const model::Model& model, int modules, uint64_t seed) {
   return robot;
 }
 
+model::Model HungModel(const std::vector<Hung>& joints) {
+  model::Model model;
+  model::ModuleType& type = model.module_types.emplace_back();
+  type.name = "HUNG";
+  type.links.emplace_back().name = "l0";
+  for (size_t i = 0; i < joints.size(); ++i) {
+    type.links.emplace_back().name = "l" + std::to_string(i + 1);
+    model::Joint& joint = type.joints.emplace_back();
+    joint.name = "j" + std::to_string(i + 1);
+    joint.link_a = static_cast<int>(i) + 1;
+    joint.link_b = joints[i].on;
+    joint.p_MoJo_M = joints[i].through;
+    joint.axis = joints[i].axis.normalized();
+    joint.lower = joints[i].lower;
+    joint.upper = joints[i].upper;
+  }
+  return model;
+}
+
+model::Robot Alone(const model::Model& model, const std::string& name) {
+  model::Robot robot;
+  robot.name = name;
+  robot.modules.push_back({"m", 0, std::vector<double>(model.module_types[0].joints.size(), 0.0)});
+  return robot;
+}
+
 std::vector<Pose> BodyPoses(const model::Model& model, const model::Robot& robot,
                             const model::JointValues& q) {
   const auto body_of = model::BodiesOf(model, robot);

@@ -2,6 +2,7 @@
 // Assemblies to compare, and an independent check of a congruence by forward kinematics.
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "compiler/congruence/congruence.h"
@@ -19,6 +20,22 @@ model::Robot Relabelled(const model::Model& model, const model::Robot& robot, ui
 
 /// A random tree of `modules` modules of type 0, each connection a random option.
 model::Robot RandomTree(const model::Model& model, int modules, uint64_t seed);
+
+/// A joint that turns and a link that hangs on it.
+struct Hung {
+  int on = 0;               ///< Link 0, or that of an earlier joint (from 1 on).
+  Eigen::Vector3d through;  ///< A point on the axis (m).
+  Eigen::Vector3d axis;
+  double upper = 1.0;  ///< Limits (rad).
+  double lower = -1.0;
+};
+
+/// One module type of a link l0 and a link for each joint j1, j2, ...; all links have their origins
+/// at the module's.
+model::Model HungModel(const std::vector<Hung>& joints);
+
+/// A robot of one module `m` of type 0, at 0.
+model::Robot Alone(const model::Model& model, const std::string& name);
 
 /// Pose in R of each body's frame at joint values q: carried by its first link, at the start values
 /// parallel to R with its origin in the reference point.

@@ -15,6 +15,7 @@
 #include "test/compiler/congruence/assemblies.h"
 #include "test/compiler/congruence/texts.h"
 #include "test/support/large_robots.h"
+#include "test/support/toy_model.h"
 
 namespace morphbus::congruence {
 namespace {
@@ -60,6 +61,17 @@ int64_t Listed(const model::Model& model, const model::Robot& a, const model::Ro
   search.Run([&](const Mapping&) { return ++count < 100'000; });
   MORPHBUS_CHECK(!search.gave_up());
   return count;
+}
+
+TEST(Counts, AreAsManyAsCanBeListedForEveryKindOfJoint) {
+  const model::Model model = test::ToyModel();
+  for (uint64_t seed = 1; seed <= 60; ++seed) {
+    SCOPED_TRACE(seed);
+    const model::Robot robot = test::RandomRobot(model, 1 + static_cast<int>(seed % 6), 0, seed);
+    const model::Robot other = test::Relabelled(model, robot, seed);
+    EXPECT_EQ(Compare(model, robot, model, robot).count, Listed(model, robot, robot));
+    EXPECT_EQ(Compare(model, robot, model, other).count, Listed(model, robot, other));
+  }
 }
 
 TEST(Counts, AreAsManyAsCanBeListed) {
@@ -141,6 +153,7 @@ TEST(Counts, OfRingsAreThoseOfTheirSymmetries) {
     const Congruence c = Compare(model, ring, model, ring);
     EXPECT_EQ(c.count, 8 * modules);
     EXPECT_TRUE(c.count_complete);
+    EXPECT_EQ(c.locked_computed, 2 * modules <= model::kMaxLoopJoints);
     // Another frame, other names: as many, and none that keeps the frame.
     const model::Robot other = test::Relabelled(model, ring, 3);
     const Congruence turned = Compare(model, ring, model, other);

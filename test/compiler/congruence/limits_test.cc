@@ -141,5 +141,35 @@ TEST(Limits, OfSlidesAgreeWithinAPartOfTheModulesSizeWhateverTheUnit) {
   }
 }
 
+/// Links l0 and l2 have joints that fix how they are turned; l1 between them has none, and hangs
+/// between two joints on one axis, whose limits lie `first` and `second` from -1 to 1 (and 1.2).
+model::Model TiedThroughALooseLink(double first, double second) {
+  return test::HungModel({{0, {0, 0, 0}, {0, 0, 1}, 1.0 + first, -1.0 + first},
+                          {1, {0, 0, 0}, {0, 0, 1}, 1.2 + second, -1.0 + second},
+                          {2, {1, 0, 0}, {1, 0, 3}, 1.5},
+                          {0, {0, 2, 0}, {1, 1, 3}, 1.7}});
+}
+
+TEST(Limits, TieLinksToEachOtherThroughOneThatNothingElseTurns) {
+  const model::Model a = TiedThroughALooseLink(0.0, 0.0);
+  const model::Robot robot = test::Alone(a, "a");
+  EXPECT_EQ(Compare(a, robot, a, robot).count, 1);
+  // The link between turned by 0.3: what one joint begins with, the other makes up for.
+  const model::Model turned = TiedThroughALooseLink(0.3, -0.3);
+  const Congruence c = Compare(a, robot, turned, test::Alone(turned, "b"));
+  ASSERT_EQ(c.count, 1) << c.reason;
+  EXPECT_NEAR(c.mappings[0].joints[0].offset, 0.3, 1e-9);
+  EXPECT_NEAR(c.mappings[0].joints[1].offset, -0.3, 1e-9);
+  test::ExpectSameMotion(a, robot, turned, test::Alone(turned, "b"), c, c.mappings[0], 1);
+  // With one of the two alone the ends are turned to each other.
+  for (const model::Model& other :
+       {TiedThroughALooseLink(0.3, 0.0), TiedThroughALooseLink(0.0, 0.3)}) {
+    const Congruence no = Compare(a, robot, other, test::Alone(other, "b"));
+    EXPECT_TRUE(no.decided);
+    EXPECT_FALSE(no.congruent());
+    EXPECT_FALSE(no.reason.empty());
+  }
+}
+
 }  // namespace
 }  // namespace morphbus::congruence

@@ -11,6 +11,7 @@
 namespace morphbus::congruence {
 namespace {
 
+using test::HungModel;
 using test::Named;
 
 /// Of robots `a` and `b` of a text that uses M-TRANs.
@@ -123,43 +124,8 @@ TEST(Reasons, TakeNamesakesByNameAndNotByTheirPlaceInTheList) {
   }
 }
 
-/// A link `l0` and one more for each joint, which hangs on it or on the link of an earlier joint.
-/// All links have their origins at the module's.
-struct Hung {
-  int on;
-  Eigen::Vector3d through;
-  Eigen::Vector3d axis;
-  double upper;
-};
-
-model::Model Tree(const std::vector<Hung>& joints) {
-  model::Model model;
-  model::ModuleType& type = model.module_types.emplace_back();
-  type.name = "TREE";
-  type.links.emplace_back().name = "l0";
-  for (size_t i = 0; i < joints.size(); ++i) {
-    type.links.emplace_back().name = fmt::format("l{}", i + 1);
-    model::Joint& joint = type.joints.emplace_back();
-    joint.name = fmt::format("j{}", i + 1);
-    joint.link_a = static_cast<int>(i) + 1;
-    joint.link_b = joints[i].on;
-    joint.p_MoJo_M = joints[i].through;
-    joint.axis = joints[i].axis.normalized();
-    joint.lower = -1.0;
-    joint.upper = joints[i].upper;
-  }
-  return model;
-}
-
 std::string ReasonBetween(const model::Model& a, const model::Model& b) {
-  const auto alone = [](const model::Model& model, const std::string& name) {
-    model::Robot robot;
-    robot.name = name;
-    robot.modules.push_back(
-        {"m", 0, std::vector<double>(model.module_types[0].joints.size(), 0.0)});
-    return robot;
-  };
-  const Congruence c = Compare(a, alone(a, "a"), b, alone(b, "b"));
+  const Congruence c = Compare(a, test::Alone(a, "a"), b, test::Alone(b, "b"));
   EXPECT_TRUE(c.decided);
   EXPECT_FALSE(c.congruent());
   return c.reason;
@@ -167,8 +133,8 @@ std::string ReasonBetween(const model::Model& a, const model::Model& b) {
 
 TEST(Reasons, GiveBothDistancesOfAnAxis) {
   EXPECT_EQ(
-      ReasonBetween(Tree({{0, {1, 0, 0}, {0, 0, 1}, 1.0}}),
-                    Tree({{0, {1.5, 0, 0}, {0, 0, 1}, 1.0}})),
+      ReasonBetween(HungModel({{0, {1, 0, 0}, {0, 0, 1}, 1.0}}),
+                    HungModel({{0, {1.5, 0, 0}, {0, 0, 1}, 1.0}})),
       "joint m.j1 of a has no counterpart: in the most promising attempt, which begins with "
       "m.l0 with m.l0 of b, m.j1 is tried, but its axis passes 1.5 m from the reference point "
       "of m.l0, and not 1 m as that of m.j1 from m.l0");
@@ -179,7 +145,7 @@ TEST(Reasons, GiveTheAngleBetweenAxesAtTheBestTurn) {
   // 10 degrees off. Limits keep the other ways round out.
   const auto tilted = [](double degrees) {
     const double t = degrees / 180.0 * 3.14159265358979;
-    return Tree(
+    return HungModel(
         {{0, {0, 0, 0}, {0, 0, 1}, 1.5}, {0, {0, 0, 0}, {std::sin(t), 0, std::cos(t)}, 1.2}});
   };
   const std::string reason = ReasonBetween(tilted(30), tilted(40));
@@ -193,10 +159,10 @@ TEST(Reasons, GiveTheAngleBetweenAxesAtTheBestTurn) {
 TEST(Reasons, SayWhatAJointLeadsTo) {
   // The further link hangs on the other of two links, whose joints are alike but lie elsewhere.
   const auto hung = [](int on) {
-    return Tree({{0, {1, 0, 0}, {0, 0, 1}, 1.0},
-                 {0, {0, 3, 0}, {0, 0, 1}, 1.0},
-                 {0, {0, 0, 5}, {0, 1, 0}, 1.5},
-                 {on, {7, 0, 0}, {0, 1, 0}, 1.2}});
+    return HungModel({{0, {1, 0, 0}, {0, 0, 1}, 1.0},
+                      {0, {0, 3, 0}, {0, 0, 1}, 1.0},
+                      {0, {0, 0, 5}, {0, 1, 0}, 1.5},
+                      {on, {7, 0, 0}, {0, 1, 0}, 1.2}});
   };
   const std::string reason = ReasonBetween(hung(1), hung(2));
   EXPECT_NE(reason.find("m.j2 does, but that one leads to m.l2, which is touched by 2 joints, and "
@@ -208,10 +174,10 @@ TEST(Reasons, SayWhatAJointLeadsTo) {
 TEST(Reasons, SayWhereNoBodyHasAJointOfThatKind) {
   // In a row: the joint with the wide range is at the end, or next to it.
   const auto row = [](double first, double second) {
-    return Tree({{0, {1, 0, 0}, {0, 0, 1}, first},
-                 {1, {2, 0, 0}, {0, 1, 0}, second},
-                 {2, {3, 0, 0}, {0, 0, 1}, 1.0},
-                 {3, {4, 0, 0}, {0, 1, 0}, 1.0}});
+    return HungModel({{0, {1, 0, 0}, {0, 0, 1}, first},
+                      {1, {2, 0, 0}, {0, 1, 0}, second},
+                      {2, {3, 0, 0}, {0, 0, 1}, 1.0},
+                      {3, {4, 0, 0}, {0, 1, 0}, 1.0}});
   };
   EXPECT_EQ(
       ReasonBetween(row(1.5, 1.0), row(1.0, 1.5)),
