@@ -58,6 +58,7 @@ class Writer {
     Set(compiler, "angle", "radian");
     Set(compiler, "autolimits", "true");
     Set(root_.append_child("option"), "gravity", "0 0 -9.81");
+    AppendSizes();
     AppendMeshes();
     pugi::xml_node world = root_.append_child("worldbody");
     AppendFloor(world);
@@ -72,6 +73,20 @@ class Writer {
   }
 
  private:
+  /// Room for the contacts of a robot that lies on the floor; without it MuJoCo 2 has room for 100.
+  void AppendSizes() {
+    constexpr size_t kDefault = 100;
+    constexpr size_t kPerLink = 4;
+    constexpr size_t kMost = 2000;  // MuJoCo's memory grows by this times the joints.
+    constexpr size_t kRowsOfAContact = 4;
+    const size_t contacts = std::min(kPerLink * tree_.links.size(), kMost);
+    if (contacts <= kDefault) return;
+    pugi::xml_node size = root_.append_child("size");
+    Set(size, "nconmax", fmt::format("{}", contacts));
+    Set(size, "njmax",
+        fmt::format("{}", kRowsOfAContact * contacts + kPerLink * tree_.links.size()));
+  }
+
   /// MuJoCo takes the convex hull of a mesh given by its corners.
   void AppendMeshes() {
     std::map<std::string, std::string> corners;

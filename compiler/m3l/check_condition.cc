@@ -3,12 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include "compiler/m3l/evaluate.h"
 
 namespace morphbus::m3l::internal {
 namespace {
+
+/// Warnings of slips that one connection gives; more would say nothing new.
+constexpr size_t kMaxSlips = 20;
 
 using solver::CompareOp;
 using solver::Condition;
@@ -342,7 +346,6 @@ class ConditionChecker {
   }
 
   // --- Slips in keys of connectors
-  // ------------------------------------------------------------------
 
   static const PointDecl* DeclOf(const CheckedModule& module, const std::string& connector) {
     const auto point = module.points.find(connector);
@@ -358,13 +361,16 @@ class ConditionChecker {
   void WarnOfSlips(solver::Side side, const Expr& expr) {
     const std::string& key = expr.path[1].text;
     const CheckedModule& module = *MemberOf(side).module;
+    if (!looked_for_slips_.emplace(&module, key).second) return;
+    const std::map<std::string, int>& uses = UsesOfKeys(module);
     for (const model::Connector& connector : module.type.connectors) {
       const PointDecl* decl = DeclOf(module, connector.name);
       if (decl == nullptr || decl->Find(key) != nullptr) continue;
       for (const Attribute& attribute : decl->attributes) {
         const std::string& other = attribute.key.text;
-        if (other == "coords" || other == "normal" || other == "connector" ||
-            source::NearestName(other, {key}).empty() || UsedElsewhere(module, *decl, other) ||
+        // A key that other connectors have too is meant.
+        if (other == "coords" || other == "normal" || other == "connector" || uses.at(other) > 1 ||
+            source::NearestName(other, {key}).empty() || slips_.size() >= kMaxSlips ||
             !slips_.emplace(attribute.key.span.file, attribute.key.span.begin).second) {
           continue;
         }
@@ -378,19 +384,25 @@ class ConditionChecker {
     }
   }
 
-  /// True if connectors other than `decl` have `key` too: then it is meant.
-  static bool UsedElsewhere(const CheckedModule& module, const PointDecl& decl,
-                            const std::string& key) {
-    return std::any_of(module.type.connectors.begin(), module.type.connectors.end(),
-                       [&](const model::Connector& c) {
-                         const PointDecl* other = DeclOf(module, c.name);
-                         return other != nullptr && other != &decl && other->Find(key) != nullptr;
-                       });
+  /// How many of a module's connectors have each key.
+  const std::map<std::string, int>& UsesOfKeys(const CheckedModule& module) {
+    const auto [it, fresh] = uses_of_keys_.try_emplace(&module);
+    if (!fresh) return it->second;
+    for (const model::Connector& connector : module.type.connectors) {
+      const PointDecl* decl = DeclOf(module, connector.name);
+      if (decl == nullptr) continue;
+      std::set<std::string> keys;  // A key that is given twice counts once.
+      for (const Attribute& attribute : decl->attributes) keys.insert(attribute.key.text);
+      for (const std::string& key : keys) ++it->second[key];
+    }
+    return it->second;
   }
 
   const ConditionScope& scope_;
   std::set<std::pair<const CheckedModule*, std::string>> without_normal_;
   std::set<std::pair<int, size_t>> slips_;  ///< Places of keys that were warned of.
+  std::set<std::pair<const CheckedModule*, std::string>> looked_for_slips_;
+  std::map<const CheckedModule*, std::map<std::string, int>> uses_of_keys_;
 };
 
 void CollectFrom(const Expr& expr, ConditionScope& scope) {

@@ -293,7 +293,11 @@ class DockingChecker {
   }
 
   std::optional<FaceNormal> NormalOfA(const Choice& choice) const {
-    return NormalOf(MemberA(choice), choice.swapped ? y_.connector : x_.connector);
+    std::vector<const model::ConnectionOption*> options;
+    for (const int option : *choice.options) {
+      options.push_back(&Connection(choice.connection).options[static_cast<size_t>(option)]);
+    }
+    return NormalOf(MemberA(choice), choice.swapped ? y_.connector : x_.connector, options);
   }
 
   std::optional<DockingTurn> Turn(const Choice& choice, const FaceNormal& normal,

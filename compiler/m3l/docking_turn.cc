@@ -66,9 +66,29 @@ std::optional<Vector3d> PlaneNormal(const std::vector<Vector3d>& points, double 
   return svd.matrixU().col(2);
 }
 
+/// The turn of member b from one option to another, if it leaves member a's connector where it is.
+std::optional<Eigen::AngleAxisd> TurnOf(const CheckedModule& module,
+                                        const model::ConnectionOption& from,
+                                        const model::ConnectionOption& to) {
+  const Vector3d& p = module.type.connectors[static_cast<size_t>(from.connector_a)].p_MoCo_M;
+  const model::Pose X_AA = to.X_AB * from.X_AB.inverse();
+  if ((X_AA * p - p).norm() > kTolerance * module.extent_m) return std::nullopt;
+  return Eigen::AngleAxisd(X_AA.rotation());
+}
+
+std::optional<Vector3d> AxisOfTurns(const CheckedModule& module,
+                                    const std::vector<const model::ConnectionOption*>& options) {
+  for (const model::ConnectionOption* option : options) {
+    const std::optional<Eigen::AngleAxisd> turn = TurnOf(module, *options.front(), *option);
+    if (turn && turn->angle() > kTolerance) return turn->axis();
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
-std::optional<FaceNormal> NormalOf(const CheckedModule& module, int index) {
+std::optional<FaceNormal> NormalOf(const CheckedModule& module, int index,
+                                   const std::vector<const model::ConnectionOption*>& options) {
   const model::Connector& connector = module.type.connectors[static_cast<size_t>(index)];
   const auto declared = connector.normals.find("");
   if (declared != connector.normals.end()) return FaceNormal{declared->second, true};
@@ -78,6 +98,7 @@ std::optional<FaceNormal> NormalOf(const CheckedModule& module, int index) {
     face.push_back(connector.p_MoCo_M);
     line = PlaneNormal(face, module.extent_m);
   }
+  if (!line) line = AxisOfTurns(module, options);
   if (!line) return std::nullopt;
   std::vector<Vector3d> inner;
   const std::vector<Vector3d>& hull = module.type.links[static_cast<size_t>(connector.link)].hull;
@@ -95,16 +116,12 @@ std::optional<FaceNormal> NormalOf(const CheckedModule& module, int index) {
 std::optional<DockingTurn> TurnBetween(const CheckedModule& module_a, const FaceNormal& normal,
                                        const model::ConnectionOption& from,
                                        const model::ConnectionOption& to) {
-  const model::Connector& connector =
-      module_a.type.connectors[static_cast<size_t>(from.connector_a)];
-  const model::Pose X_AA = to.X_AB * from.X_AB.inverse();
-  const Vector3d moved = X_AA * connector.p_MoCo_M - connector.p_MoCo_M;
-  if (moved.norm() > kTolerance * module_a.extent_m) return std::nullopt;
-  const Eigen::AngleAxisd turn(X_AA.rotation());
-  if (turn.angle() < 1e-9) return DockingTurn{};
-  if (turn.axis().cross(normal.direction).norm() > kTolerance) return std::nullopt;
-  double degrees = turn.angle() * 180.0 / std::numbers::pi;
-  if (turn.axis().dot(normal.direction) < 0.0) degrees = -degrees;
+  const std::optional<Eigen::AngleAxisd> turn = TurnOf(module_a, from, to);
+  if (!turn) return std::nullopt;
+  if (turn->angle() < 1e-9) return DockingTurn{};
+  if (turn->axis().cross(normal.direction).norm() > kTolerance) return std::nullopt;
+  double degrees = turn->angle() * 180.0 / std::numbers::pi;
+  if (turn->axis().dot(normal.direction) < 0.0) degrees = -degrees;
   degrees = std::remainder(std::round(degrees * 1e6) / 1e6, 360.0);
   if (std::abs(degrees) == 180.0) return DockingTurn{180.0, true};
   return DockingTurn{degrees, normal.outward};

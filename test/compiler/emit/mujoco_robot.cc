@@ -19,6 +19,8 @@ void WriteBytes(const std::filesystem::path& path, const std::string& bytes) {
 }  // namespace
 
 Simulation LoadInMuJoCo(const emit::Exported& exported, const std::string& name) {
+  // By default MuJoCo appends its warnings to a file in the current folder.
+  mju_user_warning = [](const char* message) { ADD_FAILURE() << "MuJoCo: " << message; };
   static int count = 0;
   const std::filesystem::path folder =
       std::filesystem::path(::testing::TempDir()) /

@@ -158,6 +158,33 @@ TEST_F(DockingTurnTest, WhereNothingSaysWhichWayIsOutANormalIsAskedFor) {
   ASSERT_EQ(errors_[0].notes.size(), 1U);
 }
 
+/// Four pins in a plane and a key on the axis before it: the points span no plane.
+TEST_F(DockingTurnTest, AKeyOnTheAxisIsNoHindrance) {
+  const auto face = [](const char* name, double x, double key, const char* kind) {
+    return fmt::format(
+        "point {0}: (point _1: coords=({1},.5,0)) (point _2: coords=({1},0,.5))\n"
+        "  (point _3: coords=({1},-.5,0)) (point _4: coords=({1},0,-.5)) (point key: "
+        "coords=({2},0,0))\n"
+        "  coords=({1},0,0), connector, kind=\"{3}\"\n",
+        name, x, key, kind);
+  };
+  std::string module = "module KEYED:\n" + face("plug", 1, 1.1, "plug") +
+                       face("socket", -1, -0.9, "socket") + "link body:";
+  for (int i = 0; i < 8; ++i) {
+    module += fmt::format(" (point k{}: coords=({},{},{}))", i, i & 1 ? 1 : -1, i & 2 ? 1 : -1,
+                          i & 4 ? 1 : -1);
+  }
+  module +=
+      " grouping=(plug, socket), hull=convex(body.point), mass=1\n"
+      "connection C: members=(KEYED a, KEYED b), conditions=(a.point p coincident b.point q\n"
+      "  and p._1 coincident q.point and p._2 coincident q.point and p._3 coincident q.point\n"
+      "  and p._4 coincident q.point and p.key coincident q.key and p.kind==\"plug\"\n"
+      "  and q.kind==\"socket\")\n";
+  for (const double degrees : {90.0, -90.0, 180.0}) {
+    ExpectTurn(module, "KEYED", "m1.plug,m2.socket", degrees, Vector3d::UnitX(), Vector3d::UnitX());
+  }
+}
+
 TEST_F(DockingTurnTest, AHalfTurnNeedsNoWayOut) {
   ExpectTurn(Plate("", "(0,2,0)"), "PLATE", "m1.face,m2.face", 180.0, Vector3d::Zero(),
              Vector3d::UnitX());

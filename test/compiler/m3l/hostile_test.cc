@@ -131,5 +131,27 @@ TEST(HostileTest, ManySubPointsAndConnectors) {
   Survive(text + ")\n");
 }
 
+/// Each of many connectors misspells a key that many comparisons name.
+TEST(HostileTest, ManySlipsOfKeys) {
+  std::string text = "module A:\n";
+  std::string names;
+  for (int i = 0; i < 60; ++i) {
+    const std::string n = std::to_string(i);
+    text += "point c" + n + ": (point _1: coords=(" + n + ",1,0)) (point _2: coords=(" + n +
+            ",0,1)) coords=(" + n + ",0,0), connector, gende" + n + "r=\"x\"\n";
+    names += (i > 0 ? ",c" : "c") + n;
+  }
+  text += "point last: (point _1: coords=(0,1,1)) coords=(0,0,1), connector, gender=\"x\"\n";
+  text += "link l: mass=1, grouping=(" + names + ",last)\n";
+  text += "connection C: members=(A a, A b), conditions=(a.point p coincident b.point q";
+  for (int k = 0; k < 60; ++k) text += " and p.gender==\"x\"";
+  const CompileOutput output = CompileText("hostile.m3l", text + ")\n");
+  int warnings = 0;
+  for (const source::Diagnostic& d : output.diagnostics.all()) {
+    if (d.severity == source::Severity::kWarning && d.hint == "did you mean 'gender'?") ++warnings;
+  }
+  EXPECT_EQ(warnings, 20);
+}
+
 }  // namespace
 }  // namespace morphbus::m3l
