@@ -146,6 +146,21 @@ class PlaceList {
   std::vector<Place> places_;
 };
 
+/// The places that take `axis` to `axis_to` and the axis of joint `second` to that of any it may
+/// correspond to, which lies alike.
+void AddByTwoAxes(const Correspondence& matched, int body, int image, const Vector3d& axis,
+                  const Vector3d& axis_to, int second, PlaceList& places) {
+  const Vector3d axis_2 = matched.a().joints[second].AxisFrom(body);
+  for (const int to_2 : matched.b().bodies[image].joints) {
+    if (!matched.MayCorrespond(second, to_2)) continue;
+    for (const double sign : {1.0, -1.0}) {
+      const Vector3d axis_2_to = sign * matched.b().joints[to_2].AxisFrom(image);
+      if (std::abs(axis.dot(axis_2) - axis_to.dot(axis_2_to)) > kGeometryTolerance) continue;
+      places.Add(RotationFrom(axis, axis_2, axis_to, axis_2_to), Vector3d::Zero());
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<Place> PlacesOn(const Correspondence& matched, const Pieces& pieces, int body,
@@ -168,12 +183,11 @@ std::vector<Place> PlacesOn(const Correspondence& matched, const Pieces& pieces,
   const auto second = std::find_if(joints.begin(), joints.end(), [&](int joint) {
     return a.joints[joint].axis.cross(held.axis).norm() > kGeometryTolerance;
   });
-  const auto signs = {1.0, -1.0};
   for (const int to : b.bodies[image].joints) {
     if (!matched.MayCorrespond(*first, to)) continue;
     const Held held_to = HeldBy(b, image, to);
     if (std::abs(held.out.norm() - held_to.out.norm()) > tolerance) continue;
-    for (const double sign : signs) {
+    for (const double sign : {1.0, -1.0}) {
       const Vector3d axis_to = sign * held_to.axis;
       if (one_says_all) {
         places.Add(RotationFrom(held.axis, held.out, axis_to, held_to.out), Vector3d::Zero());
@@ -181,17 +195,7 @@ std::vector<Place> PlacesOn(const Correspondence& matched, const Pieces& pieces,
         places.Add(Eigen::Quaterniond::FromTwoVectors(held.axis, axis_to).toRotationMatrix(),
                    axis_to);
       } else {
-        const Vector3d axis_2 = HeldBy(a, body, *second).axis;
-        for (const int to_2 : b.bodies[image].joints) {
-          if (to_2 == to || !matched.MayCorrespond(*second, to_2)) continue;
-          for (const double sign_2 : signs) {
-            const Vector3d axis_2_to = sign_2 * HeldBy(b, image, to_2).axis;
-            if (std::abs(held.axis.dot(axis_2) - axis_to.dot(axis_2_to)) > kGeometryTolerance) {
-              continue;
-            }
-            places.Add(RotationFrom(held.axis, axis_2, axis_to, axis_2_to), Vector3d::Zero());
-          }
-        }
+        AddByTwoAxes(matched, body, image, held.axis, axis_to, *second, places);
       }
     }
   }

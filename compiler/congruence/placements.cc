@@ -106,6 +106,20 @@ bool ConnectAlike(const model::ModuleType& type, const Placement& x, const Place
   });
 }
 
+/// Wheels exchanged, or turned about their own axes, make no other connections: of placements that
+/// dock alike the first.
+std::vector<Placement> DockingUnlike(const model::ModuleType& type,
+                                     std::vector<Placement> placements) {
+  std::vector<Placement> different;
+  for (Placement& placement : placements) {
+    const bool known = std::any_of(different.begin(), different.end(), [&](const Placement& other) {
+      return ConnectAlike(type, placement, other);
+    });
+    if (!known) different.push_back(std::move(placement));
+  }
+  return different;
+}
+
 }  // namespace
 
 std::vector<Placement> PlacementsOf(const model::Model& model, int type_index) {
@@ -153,15 +167,7 @@ std::vector<Placement> PlacementsOf(const model::Model& model, int type_index) {
   };
   std::stable_sort(placements.begin(), placements.end(),
                    [&](const Placement& x, const Placement& y) { return changed(x) < changed(y); });
-  // Wheels exchanged, or turned about their own axes, make no other connections.
-  std::vector<Placement> different;
-  for (Placement& placement : placements) {
-    const bool known = std::any_of(different.begin(), different.end(), [&](const Placement& other) {
-      return ConnectAlike(type, placement, other);
-    });
-    if (!known) different.push_back(std::move(placement));
-  }
-  return different;
+  return DockingUnlike(type, std::move(placements));
 }
 
 }  // namespace morphbus::congruence
