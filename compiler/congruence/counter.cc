@@ -163,14 +163,32 @@ int64_t Counter::MatchAlike(int body, const std::vector<int>& pieces, std::vecto
     kinds.push_back(std::move(fresh));
   }
   int64_t ways = 1;
-  for (const Kind& kind : kinds) {
+  for (Kind& kind : kinds) {
     if (kind.pieces.size() != kind.images.size()) return 0;
+    if (goal == Goal::kMake) SortByModules(kind);
     for (size_t i = 0; i < kind.pieces.size(); ++i) {
       ways = Times(ways, Times(static_cast<int64_t>(i + 1), kind.ways));
       if (goal == Goal::kMake) todo.push_back({kind.pieces[i], kind.images[i], body});
     }
   }
   return ways;
+}
+
+/// Of the ways to pair them that which comes first by names: modules of a in declared order, those
+/// of b by name.
+void Counter::SortByModules(Kind& kind) const {
+  const auto module_of = [](const Assembly& assembly, const std::vector<int>& joints) {
+    return assembly.joints[*std::min_element(joints.begin(), joints.end())].module;
+  };
+  const auto declared = [&](int piece) { return module_of(matched_.a(), cut_.a.joints[piece]); };
+  const auto name = [&](int image) -> const std::string& {
+    const int module = module_of(matched_.b(), cut_.b.joints[image]);
+    return matched_.b().robot->modules[module].name;
+  };
+  std::stable_sort(kind.pieces.begin(), kind.pieces.end(),
+                   [&](int x, int y) { return declared(x) < declared(y); });
+  std::stable_sort(kind.images.begin(), kind.images.end(),
+                   [&](int x, int y) { return name(x) < name(y); });
 }
 
 /// Joints with both ends in `body`: any whose axis lies in place will do.

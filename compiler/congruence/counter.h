@@ -50,6 +50,7 @@ class Counter {
                   std::vector<Entry>& todo);
   int64_t MatchAlike(int body, const std::vector<int>& pieces, std::vector<int> images, Goal goal,
                      std::vector<Entry>& todo);
+  void SortByModules(Kind& kind) const;
   int64_t MatchStill(int body, Goal goal);
   int64_t WaysOf(const Entry& entry);
   [[nodiscard]] bool FirstJointFits(const Entry& entry) const;

@@ -136,6 +136,44 @@ TEST(Counts, OfIndependentPartsMultiply) {
   EXPECT_FALSE(other.congruent());
 }
 
+TEST(Counts, OfTooManyToListComeWithTheMappingThatIsFirstByNames) {
+  // Eight wheels, modules of their own, on one axle: declared in one order or in the other.
+  std::string text = "module HUB: unit=1\n";
+  std::string grouping;
+  for (int i = 1; i <= 8; ++i) {
+    text += test::Socket(fmt::format("c{}", i), {1, 0, 0});
+    grouping += fmt::format("{}c{}", i == 1 ? "" : ", ", i);
+  }
+  text += "link hub: grouping=(" + grouping + "), mass=1\nmodule WHEEL: unit=1\n" +
+          test::Socket("c", {0, 0, 0}) +
+          "link mount: grouping=(c), mass=1\nlink tyre: mass=1\n"
+          "axis a: origin=(0, 2, 0), direction=(0, 0, 1)\n"
+          "axis b: origin=(0, 2, 0), direction=(0, 0, -1)\n"
+          "joint j: type=revolute, value=[-1, 1.5], pair=((tyre, a), (mount, b))\n" +
+          test::Joining("HUB", "WHEEL");
+  for (const bool upwards : {true, false}) {
+    std::string modules;
+    std::string connections;
+    for (int i = 1; i <= 8; ++i) {
+      modules += fmt::format(", WHEEL w{}", upwards ? i : 9 - i);
+      connections += fmt::format("{}(h.c{}, w{}.c)", i == 1 ? "" : ", ", i, i);
+    }
+    text += fmt::format("robot {}: modules=(HUB h{}), connections=({})\n", upwards ? "up" : "down",
+                        modules, connections);
+  }
+  const model::Model model = test::Compiled(text);
+  const model::Robot& up = Named(model, "up");
+  const model::Robot& down = Named(model, "down");
+  const Congruence c = Compare(model, up, model, down);
+  EXPECT_EQ(c.count, 8 * 7 * 6 * 5 * 4 * 3 * 2);
+  ASSERT_FALSE(c.mappings.empty());
+  EXPECT_TRUE(c.mappings[0].keeps_frame);
+  for (size_t m = 0; m < up.modules.size(); ++m) {
+    const auto to = static_cast<size_t>(c.mappings[0].module_to[m]);
+    EXPECT_EQ(down.modules[to].name, up.modules[m].name);
+  }
+}
+
 TEST(Counts, AboveWhatJsonHoldsAreSaidToBeAtLeast) {
   const model::Model model = Wheeled(60);
   const model::Robot& robot = Named(model, "front");
