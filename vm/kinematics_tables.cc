@@ -40,6 +40,14 @@ Text Name(const char* name, int row, VerifyError* error) {
   return text;
 }
 
+constexpr const char* kMissing = "array is missing";
+
+/// Null may stand only for an array of none.
+template <typename T>
+bool IsMissing(const T* array, int count) {
+  return array == nullptr && count > 0;
+}
+
 KinJoint ReadJoint(const morphbus_joint& from, int row, int num_links, VerifyError* error) {
   KinJoint joint;
   joint.name = Name(from.name, row, error);
@@ -64,6 +72,10 @@ KinConnector ReadConnector(const morphbus_connector& from, int row, int num_link
   if (from.link >= num_links) Note("connector sits on no link", row, error);
   if (from.num_states > kMaxConnectorStates) {
     Note("connector has too many states", row, error);
+    return connector;
+  }
+  if (IsMissing(from.states, from.num_states) || IsMissing(from.points, from.num_points)) {
+    Note(kMissing, row, error);
     return connector;
   }
   connector.num_states = from.num_states;
@@ -131,6 +143,11 @@ VerifyError VerifyTables(const morphbus_kinematics& tables, VerifiedKinematics* 
   *out = VerifiedKinematics();
   VerifyError error;
   Note(ProblemOfCounts(tables.num_links, tables.num_joints, tables.num_connectors), 0, &error);
+  if (IsMissing(tables.links, tables.num_links) || IsMissing(tables.joints, tables.num_joints) ||
+      IsMissing(tables.connectors, tables.num_connectors) ||
+      IsMissing(tables.connections, tables.num_connections)) {
+    Note(kMissing, 0, &error);
+  }
   if (error.message != nullptr) return error;
   VerifiedKinematics k;
   k.table_ = tables.connections;

@@ -50,8 +50,8 @@ std::string At(int link, int row, int column) {
 
 class Writer {
  public:
-  Writer(const RobotTree& tree, const std::string& stem, CTables tables)
-      : tree_(tree), stem_(stem), prefix_(CIdentifier(tree.name)), tables_(std::move(tables)) {
+  Writer(const RobotTree& tree, const std::string& stem, std::string prefix, CTables tables)
+      : tree_(tree), stem_(stem), prefix_(std::move(prefix)), tables_(std::move(tables)) {
     // The array lists links as M3L does, not in the tree's order.
     std::vector<size_t> order(tree.links.size());
     std::iota(order.begin(), order.end(), size_t{0});
@@ -257,14 +257,15 @@ class Writer {
 }  // namespace
 
 Exported ToC(const RobotTree& tree, const std::string& stem) {
-  return Writer(tree, stem, {}).Write();
+  return Writer(tree, stem, CIdentifier(tree.name), {}).Write();
 }
 
 Exported ModuleToC(const model::Model& model, int type, uint64_t model_hash,
                    const std::string& stem) {
   const RobotTree tree = TreeOf(model, ModuleAsRobot(model, type));
-  const Result<CTables> tables = TablesInC(model, type, model_hash, CIdentifier(tree.name), stem);
-  if (tables) return Writer(tree, stem, *tables).Write();
+  const std::string prefix = CModulePrefix(tree.name);
+  const Result<CTables> tables = TablesInC(model, type, model_hash, prefix, stem);
+  if (tables) return Writer(tree, stem, prefix, *tables).Write();
   Exported exported = ToC(tree, stem);
   exported.warnings.push_back(
       "only the forward kinematics are written, no tables for the virtual "

@@ -20,6 +20,10 @@ std::string CIdentifier(std::string name) {
   return name;
 }
 
+std::string CModulePrefix(const std::string& name) {
+  return name == "morphbus" ? name + "_" : CIdentifier(name);
+}
+
 std::string CEnumeration(const std::string& prefix, const std::string& kind,
                          const std::vector<std::string>& names) {
   std::string text = "enum {\n";

@@ -12,6 +12,10 @@ std::string CFloat(double value);
 /// A name of M3L, or several joined by what no identifier holds ("m1.joint_1"), as an identifier.
 std::string CIdentifier(std::string name);
 
+/// What the names of a module type called `name` begin with; "morphbus_" for one called "morphbus",
+/// whose tables would be called like their type (vm/kinematics_c.h).
+std::string CModulePrefix(const std::string& name);
+
 /// `names` as enumerators PREFIX_KIND_name, with the number of them at the end. Names that would be
 /// one identifier stay apart.
 std::string CEnumeration(const std::string& prefix, const std::string& kind,

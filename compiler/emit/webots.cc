@@ -22,7 +22,6 @@ using model::JointType;
 constexpr double kFloorThickness = 0.1;     // m
 constexpr double kFloorClearance = 0.5e-3;  // m
 constexpr double kTokenRadius = 1e-3;       // m, of links that have no hull.
-constexpr double kRadioRange = 0.01;        // m: docked faces coincide, others are farther apart.
 
 /// VRML text: nodes with fields and blocks, indented.
 class Vrml {
@@ -59,6 +58,7 @@ class Writer {
       : model_(model),
         robot_(robot),
         faces_(DockFacesOf(model)),
+        scale_(DockScaleOf(model)),
         X_WL_(model::ForwardKinematics(model, robot, model::StartValues(robot)).X_RL) {
     for (size_t type = 0; type < model.module_types.size(); ++type) {
       trees_.push_back(TreeOf(model, ModuleAsRobot(model, static_cast<int>(type))));
@@ -248,7 +248,7 @@ class Writer {
     vrml_.Line("rotation " + Rotation(face.X_LC.linear()));
     vrml_.Open("children [");
     vrml_.Line(fmt::format("Emitter {{ translation 0 0 {} name \"{}.emitter\" range {} }}",
-                           Number(kEmitterOffset), name, Number(kRadioRange)));
+                           Number(scale_.emitter_offset), name, Number(scale_.reach)));
     vrml_.Line(fmt::format("Receiver {{ name \"{}.receiver\" }}", name));
     vrml_.Close("]");
     vrml_.Line(fmt::format("name \"{}\"", name));
@@ -256,6 +256,7 @@ class Writer {
     vrml_.Line(fmt::format("type \"{}\"", face.type));
     // Who is passive cannot lock, and is held by the active one.
     if (docked && face.type != std::string("passive")) vrml_.Line("isLocked TRUE");
+    vrml_.Line("distanceTolerance " + Number(scale_.reach));
     vrml_.Line(fmt::format("numberOfRotations {}", face.rotations));
     vrml_.Close("}");
   }
@@ -293,15 +294,28 @@ class Writer {
     return lower <= 0.0 && upper >= 0.0 && lower < upper;
   }
 
+  /// Its hinges take mechanical stops only within half a turn of 0.
+  static bool StopsFit(JointType type, double lower, double upper) {
+    return type == JointType::kPrismatic || (lower >= -EIGEN_PI && upper <= EIGEN_PI);
+  }
+
   static void WarnOfLimits(const model::ModuleType& type, std::vector<std::string>* warnings) {
     for (const model::Joint& joint : type.joints) {
       const bool slides = joint.type == JointType::kPrismatic;
-      if ((joint.type != JointType::kRevolute && !slides) || LimitsFit(joint.lower, joint.upper))
-        continue;
-      warnings->push_back(fmt::format(
-          "Webots takes limits only on either side of 0: {} of {} is left without its own, {} to "
-          "{} {}",
-          joint.name, type.name, Number(joint.lower), Number(joint.upper), slides ? "m" : "rad"));
+      if (joint.type != JointType::kRevolute && !slides) continue;
+      const std::string limits = fmt::format("{} to {} {}", Number(joint.lower),
+                                             Number(joint.upper), slides ? "m" : "rad");
+      if (!LimitsFit(joint.lower, joint.upper)) {
+        warnings->push_back(
+            fmt::format("Webots takes limits only on either side of 0: {} of {} is left without "
+                        "its own, {}",
+                        joint.name, type.name, limits));
+      } else if (!StopsFit(joint.type, joint.lower, joint.upper)) {
+        warnings->push_back(
+            fmt::format("Webots has stops only within half a turn of 0: {} of {} is kept to its "
+                        "limits, {}, by its motor alone",
+                        joint.name, type.name, limits));
+      }
     }
   }
 
@@ -318,8 +332,7 @@ class Writer {
     vrml_.Line("axis " + Triple(joint.axis));
     if (!slides) vrml_.Line("anchor " + Triple(joint.origin));
     vrml_.Line("position " + Number(start));
-    const bool stops = limited && (slides || (joint.lower >= -EIGEN_PI && joint.upper <= EIGEN_PI));
-    if (stops) {
+    if (limited && StopsFit(joint.type, joint.lower, joint.upper)) {
       vrml_.Line("minStop " + Number(joint.lower));
       vrml_.Line("maxStop " + Number(joint.upper));
     }
@@ -349,7 +362,8 @@ class Writer {
     for (const model::Docking& d : robot_.dockings) {
       const int rotations = std::max(Face(d.module_a, d.connector_a).rotations,
                                      Face(d.module_b, d.connector_b).rotations);
-      if (Aligned(pose(d.module_a, d.connector_a), pose(d.module_b, d.connector_b), rotations)) {
+      if (Aligned(pose(d.module_a, d.connector_a), pose(d.module_b, d.connector_b), rotations,
+                  scale_.tolerance)) {
         continue;
       }
       warnings.push_back(fmt::format(
@@ -370,6 +384,7 @@ class Writer {
   const model::Model& model_;
   const model::Robot& robot_;
   DockFaces faces_;
+  DockScale scale_;
   std::vector<std::vector<model::Pose>> X_WL_;
   std::vector<RobotTree> trees_;          ///< Of each module type.
   std::set<std::pair<int, int>> docked_;  ///< (module, connector)

@@ -22,10 +22,6 @@ namespace morphbus::emit {
 Exported ToWebots(const model::Model& model, const model::Robot& robot,
                   const std::string& controllers);
 
-/// How far each connector's emitter is from its centre, along its face's z (m): by the direction in
-/// which a mate hears it, it tells how the two are turned.
-constexpr double kEmitterOffset = 0.002;
-
 /// The files of the controller of module type `type` (an index); paths relative to its folder.
 std::vector<CompanionFile> WebotsController(const model::Model& model, const DockFaces& faces,
                                             int type);

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <tuple>
 #include <utility>
 
 #include "compiler/emit/webots.h"
@@ -52,6 +54,7 @@ std::string QuotedMotors(const std::vector<model::Joint>& joints, const std::str
   return text;
 }
 
+/// At least 1: C has no empty arrays.
 size_t MostStates(const model::ModuleType& type) {
   size_t most = 1;
   for (const model::Connector& c : type.connectors) most = std::max(most, c.states.size());
@@ -79,11 +82,12 @@ int LockValue(const model::Model& model, int type, int connector,
 
 std::string LockValues(const model::Model& model, int type) {
   const model::ModuleType& module = model.module_types[static_cast<size_t>(type)];
+  const size_t most = MostStates(module);
   std::string rows;
   for (size_t c = 0; c < module.connectors.size(); ++c) {
     std::string row;
     const std::vector<model::StateVariable>& states = module.connectors[c].states;
-    for (size_t s = 0; s < MostStates(module); ++s) {
+    for (size_t s = 0; s < most; ++s) {
       const int value =
           s < states.size() ? LockValue(model, type, static_cast<int>(c), states[s]) : -1;
       row += fmt::format("{}{}", s > 0 ? ", " : "", value);
@@ -100,19 +104,22 @@ struct Way {
   model::Pose X_CD;  ///< The mate's face in ours.
 };
 
-/// What tells two ways apart from where the mate's emitter is; it is all that a module can sense.
-bool LookAlike(const Way& a, const Way& b) {
-  return a.connector == b.connector && a.mate_type == b.mate_type &&
-         a.mate_connector == b.mate_connector && a.X_CD.isApprox(b.X_CD, 1e-6);
-}
+/// Whether a module cannot tell two ways to dock the same connectors apart: the mate's face is at
+/// the same place, and so its emitter.
+bool LookAlike(const Way& a, const Way& b) { return a.X_CD.isApprox(b.X_CD, 1e-6); }
 
 /// As the simulator's sensors tell them: with this module as member a where the model has it so.
 /// Where two connections join the same faces in the same way, the one declared first counts.
 std::vector<Way> WaysOf(const model::Model& model, const DockFaces& faces, int type) {
   std::vector<Way> ways;
+  using Mates = std::tuple<int, int, int>;  // Connector, mate's type and connector.
+  std::map<Mates, std::vector<size_t>> known;
   const auto add = [&](const Way& way) {
-    const auto alike = [&](const Way& other) { return LookAlike(way, other); };
-    if (std::none_of(ways.begin(), ways.end(), alike)) ways.push_back(way);
+    std::vector<size_t>& others = known[{way.connector, way.mate_type, way.mate_connector}];
+    const auto alike = [&](size_t other) { return LookAlike(way, ways[other]); };
+    if (std::any_of(others.begin(), others.end(), alike)) return;
+    others.push_back(ways.size());
+    ways.push_back(way);
   };
   for (const bool as_b : {false, true}) {
     for (size_t c = 0; c < model.connection_types.size(); ++c) {
@@ -133,11 +140,12 @@ std::vector<Way> WaysOf(const model::Model& model, const DockFaces& faces, int t
   return ways;
 }
 
-std::string Rows(const std::vector<Way>& ways) {
+std::string Rows(const std::vector<Way>& ways, double emitter_offset) {
   std::string rows;
   for (const Way& way : ways) {
-    const Eigen::Vector3d at = way.X_CD * (kEmitterOffset * Eigen::Vector3d::UnitZ());
-    const Eigen::Vector3d direction = at.norm() > 1e-9 ? Eigen::Vector3d(at.normalized()) : at;
+    const Eigen::Vector3d at = way.X_CD * (emitter_offset * Eigen::Vector3d::UnitZ());
+    const Eigen::Vector3d direction =
+        at.norm() > 1e-6 * emitter_offset ? Eigen::Vector3d(at.normalized()) : at;
     rows +=
         fmt::format("  {{{}, {}, {}, {}, {}, {}, {{{:.6f}, {:.6f}, {:.6f}}}}},\n", way.connector,
                     way.mate_type, way.mate_connector, way.connection_type, way.number,
@@ -171,7 +179,7 @@ std::vector<CompanionFile> WebotsController(const model::Model& model, const Doc
       {"EMITTER_NAMES", Quoted(module.connectors, ".emitter")},
       {"RECEIVER_NAMES", Quoted(module.connectors, ".receiver")},
       {"LOCK_VALUES", LockValues(model, type)},
-      {"WAYS", Rows(WaysOf(model, faces, type))},
+      {"WAYS", Rows(WaysOf(model, faces, type), DockScaleOf(model).emitter_offset)},
   };
   return {{"morphbus_module.h", Filled(kWebotsModuleHeader, values)},
           {"morphbus_module.c", Filled(kWebotsModuleSource, values)},

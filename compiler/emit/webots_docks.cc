@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <limits>
 #include <map>
 #include <set>
 #include <utility>
@@ -16,6 +17,8 @@ namespace morphbus::emit {
 namespace {
 
 using Eigen::Vector3d;
+
+constexpr double kDirectionTolerance = 1e-3;  // rad
 
 /// Out of the module: as declared, else normal to the plane of the sub-points, away from the link's
 /// centre of mass.
@@ -42,10 +45,9 @@ Vector3d NormalOf(const model::ModuleType& type, const model::Connector& connect
 /// latter.
 double RollOf(const model::Pose& X_CD) { return std::atan2(X_CD(1, 2), X_CD(2, 2)); }
 
-bool LooksBack(const model::Pose& X_CD) {
-  constexpr double kTolerance = 1e-3;
-  return X_CD.translation().norm() < kTolerance &&
-         (X_CD.linear().col(0) + Vector3d::UnitX()).norm() < kTolerance;
+bool LooksBack(const model::Pose& X_CD, double tolerance) {
+  return X_CD.translation().norm() < tolerance &&
+         (X_CD.linear().col(0) + Vector3d::UnitX()).norm() < kDirectionTolerance;
 }
 
 bool IsWhole(double value, double tolerance) {
@@ -77,7 +79,8 @@ DockFace FaceOf(const model::ModuleType& type, const model::Connector& connector
 /// The graph of which connectors can mate, over all types.
 class Sides {
  public:
-  Sides(const model::Model& model, DockFaces* faces) : model_(model), faces_(*faces) {
+  Sides(const model::Model& model, DockFaces* faces)
+      : model_(model), faces_(*faces), tolerance_(DockScaleOf(model).tolerance) {
     for (const model::ModuleType& type : model.module_types) {
       first_.push_back(count_);
       count_ += type.connectors.size();
@@ -146,7 +149,7 @@ class Sides {
   /// faces that look at each other.
   void TurnTo(const Edge& edge) {
     const model::Pose X_CD = FaceInFace(faces_, *edge.connection, *edge.option);
-    if (!LooksBack(X_CD)) return;
+    if (!LooksBack(X_CD, tolerance_)) return;
     const bool is_b = At(edge.connection->type_b, edge.option->connector_b) == edge.to;
     const model::Pose X_far = is_b ? X_CD : X_CD.inverse();
     // Turning D's z about its own x, which is against C's, takes the roll away.
@@ -159,7 +162,7 @@ class Sides {
     for (const size_t vertex : part) {
       for (const Edge& edge : edges_[vertex]) {
         const model::Pose X_CD = FaceInFace(faces_, *edge.connection, *edge.option);
-        if (LooksBack(X_CD)) rolls.push_back(RollOf(X_CD));
+        if (LooksBack(X_CD, tolerance_)) rolls.push_back(RollOf(X_CD));
       }
     }
     const int rotations = RotationsOf(rolls);
@@ -186,6 +189,7 @@ class Sides {
 
   const model::Model& model_;
   DockFaces& faces_;
+  double tolerance_;  ///< DockScale's.
   std::vector<size_t> first_;
   size_t count_ = 0;
   std::vector<std::vector<Edge>> edges_;
@@ -195,10 +199,11 @@ class Sides {
 class Turns {
  public:
   Turns(const model::Model& model, const DockFaces& faces) {
+    const double tolerance = DockScaleOf(model).tolerance;
     for (const model::ConnectionType& connection : model.connection_types) {
       for (const model::ConnectionOption& option : connection.options) {
         const model::Pose X_CD = FaceInFace(faces, connection, option);
-        if (!LooksBack(X_CD)) continue;
+        if (!LooksBack(X_CD, tolerance)) continue;
         const End a = {connection.type_a, option.connector_a};
         const End b = {connection.type_b, option.connector_b};
         // A roll is the same from either side: the faces look at each other.
@@ -218,12 +223,38 @@ class Turns {
   std::map<std::pair<End, End>, std::set<long>> turns_;
 };
 
+/// Between two connectors of a module type (m); infinite if all lie at one place.
+double LeastDistance(const model::ModuleType& type) {
+  std::vector<double> distances;
+  for (size_t c = 0; c < type.connectors.size(); ++c) {
+    for (size_t d = 0; d < c; ++d) {
+      distances.push_back((type.connectors[c].p_MoCo_M - type.connectors[d].p_MoCo_M).norm());
+    }
+  }
+  double greatest = 0.0;
+  for (const double distance : distances) greatest = std::max(greatest, distance);
+  double least = std::numeric_limits<double>::infinity();
+  for (const double distance : distances) {
+    // No reach tells connectors at one place apart.
+    if (distance > 1e-6 * greatest) least = std::min(least, distance);
+  }
+  return least;
+}
+
 bool MayDock(const DockFace& a, const DockFace& b) {
   const bool symmetric = std::string(a.type) == "symmetric";
   return a.model == b.model && (symmetric || std::string(a.type) != b.type);
 }
 
 }  // namespace
+
+DockScale DockScaleOf(const model::Model& model) {
+  double reach = 0.01;
+  for (const model::ModuleType& type : model.module_types) {
+    reach = std::min(reach, LeastDistance(type) / 3.0);
+  }
+  return {reach, reach / 5.0, reach / 10.0};
+}
 
 DockFaces DockFacesOf(const model::Model& model) {
   DockFaces faces;
@@ -275,15 +306,14 @@ std::vector<std::string> LooseDocking(const model::Model& model, const DockFaces
   return warnings;
 }
 
-bool Aligned(const model::Pose& X_WC, const model::Pose& X_WD, int rotations) {
-  constexpr double kTolerance = 1e-3;
+bool Aligned(const model::Pose& X_WC, const model::Pose& X_WD, int rotations, double tolerance) {
   const Eigen::Matrix3d R = X_WC.linear().transpose() * X_WD.linear();
-  if ((X_WC.translation() - X_WD.translation()).norm() > kTolerance) return false;
-  if ((R.col(0) + Vector3d::UnitX()).norm() > kTolerance) return false;
+  if ((X_WC.translation() - X_WD.translation()).norm() > tolerance) return false;
+  if ((R.col(0) + Vector3d::UnitX()).norm() > kDirectionTolerance) return false;
   if (rotations == 0) return true;
   const double part = 2.0 * EIGEN_PI / rotations;
   const double parts = std::atan2(R(1, 2), R(2, 2)) / part;
-  return std::abs(parts - std::round(parts)) * part < kTolerance;
+  return std::abs(parts - std::round(parts)) * part < kDirectionTolerance;
 }
 
 }  // namespace morphbus::emit

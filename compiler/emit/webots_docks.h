@@ -21,6 +21,19 @@ struct DockFace {
 /// faces[module type][connector]
 using DockFaces = std::vector<std::vector<DockFace>>;
 
+/// Lengths that go with the size of the modules (m).
+struct DockScale {
+  double reach;           ///< Of connectors' radio and sense of presence: to a mate, not beyond it.
+  double emitter_offset;  ///< Of a connector's emitter from its centre, along its face's z: by the
+                          ///< direction in which a mate hears it, it tells how the two are turned.
+  double tolerance;       ///< Within which the centres of docked faces coincide.
+};
+
+/// `reach` is 1 cm, or a third of the least distance between two connectors of one module type
+/// (centres, joints at 0) if that is less; the others are fixed parts of it. One for all types, as
+/// mates may be unlike.
+DockScale DockScaleOf(const model::Model& model);
+
 /// Connectors that some connection joins, directly or over others, share a model, a number of
 /// rotations and docking directions that meet; they are active and passive where they fall into two
 /// sides (the one with state variables, such as hooks, is active), else symmetric. The number of
@@ -38,7 +51,8 @@ model::Pose FaceInFace(const DockFaces& faces, const model::ConnectionType& conn
 std::vector<std::string> LooseDocking(const model::Model& model, const DockFaces& faces,
                                       const std::set<int>& types);
 
-/// Whether faces at these poses look at each other as Webots wants it to lock them.
-bool Aligned(const model::Pose& X_WC, const model::Pose& X_WD, int rotations);
+/// Whether faces at these poses look at each other as Webots wants it to lock them; `tolerance`
+/// (m) is DockScale's.
+bool Aligned(const model::Pose& X_WC, const model::Pose& X_WD, int rotations, double tolerance);
 
 }  // namespace morphbus::emit

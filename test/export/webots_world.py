@@ -328,6 +328,16 @@ class World(Case):
                       'its own, 0.01625 to 0.065 m', said)
         self.assertEqual(said.count('warning'), 1)
 
+    def test_limits_without_stops_are_reported(self):
+        path = self.folder / 'far.m3l'
+        path.write_text((SOURCE / 'models/molecube.m3l').read_text().replace('value=[-2*pi/3, 2*pi/3]', 'value=[-4, 1]'))
+        said = export('webots', self.folder / 'far.wbt', '--robot', 'snake', model=str(path)).stderr
+        self.assertEqual(said, 'morphbus: warning: Webots has stops only within half a turn of 0: swivel of MOLECUBE is '
+                               'kept to its limits, -4 to 1 rad, by its motor alone\n')
+        text = (self.folder / 'far.wbt').read_text()
+        self.assertIn('minPosition -4', text)
+        self.assertNotIn('Stop', text)
+
     def test_turns_that_webots_allows_beyond_the_models_are_reported(self):
         # As M-TRAN, but that c4 docks with _1 on _1 or on _3 only, in two turns.
         text = pathlib.Path(MODEL).read_text().partition('// m5 is the junction')[0]
@@ -384,6 +394,15 @@ class Controller(Case):
         self.assertIn('position joint_1 0.25', said)
         self.assertIn('position joint_2 0.25', said)
         self.assertEqual(said[-1], 'cleanup')
+
+    def test_a_module_without_an_id_says_so_once(self):
+        program = self.folder / 'controller'
+        self.compile('morphbus_module.c', 'morphbus_MTRAN.c', output=program)
+        self.assertEqual(run([program]).stderr, '')
+        self.assertEqual(run([program], env={'CUSTOM_DATA': 'id 0'}).stderr, '')
+        said = run([program], env={'CUSTOM_DATA': ''}).stderr
+        self.assertEqual(said.count('\n'), 1)
+        self.assertIn('m1: warning: this module has no id', said)
 
     def test_the_wrapper_drives_joints_locks_and_talks(self):
         test = self.folder / 'test.c'

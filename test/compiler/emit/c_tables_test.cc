@@ -214,6 +214,14 @@ TEST(CTables, KeepTheModulesHeaderWhereItIsCalledLikeTheTypes) {
   EXPECT_NE(compiled.Find("MTRAN_kinematics"), nullptr);
 }
 
+TEST(CTables, KeepApartFromTheirTypeWhereTheModuleIsCalledMorphbus) {
+  model::Model model = test::ModelFrom("models/mtran.m3l");
+  model.module_types[0].name = "morphbus";
+  const CompiledC compiled(ModuleToC(model, 0, 0, "module"), "module");
+  EXPECT_NE(compiled.Find("morphbus__kinematics"), nullptr);
+  EXPECT_NE(compiled.Find("morphbus__forward_kinematics"), nullptr);
+}
+
 /// Tables that can be damaged.
 struct Copy {
   explicit Copy(const morphbus_kinematics& from)
@@ -242,6 +250,7 @@ TEST(CTables, ThatAreDamagedAreRefused) {
   const Tables tables(model, 0);
   ASSERT_NE(tables.all(), nullptr);
   const std::string long_name(256, 'x');
+  const morphbus_state no_values = {"hooks", 0};
   struct Damage {
     const char* message;
     std::function<void(Copy*)> apply;
@@ -261,6 +270,17 @@ TEST(CTables, ThatAreDamagedAreRefused) {
       {"joint speed is not positive", [](Copy* c) { c->joints[1].speed = 0.0f; }},
       {"connector sits on no link", [](Copy* c) { c->connectors[2].link = 3; }},
       {"connector has too many states", [](Copy* c) { c->connectors[2].num_states = 5; }},
+      {"state has no values",
+       [&](Copy* c) {
+         c->connectors[0].states = &no_values;
+         c->connectors[0].num_states = 1;
+       }},
+      {"array is missing", [](Copy* c) { c->all.links = nullptr; }},
+      {"array is missing", [](Copy* c) { c->all.joints = nullptr; }},
+      {"array is missing", [](Copy* c) { c->all.connectors = nullptr; }},
+      {"array is missing", [](Copy* c) { c->all.connections = nullptr; }},
+      {"array is missing", [](Copy* c) { c->connectors[0].states = nullptr; }},
+      {"array is missing", [](Copy* c) { c->connectors[0].points = nullptr; }},
       {"connection names no connector", [](Copy* c) { c->connections[7].connector = 6; }},
       {"connection numbers begin at 1", [](Copy* c) { c->connections[7].number = 0; }},
       {"transform of a connection is not a pose", [](Copy* c) { c->connections[7].q[0] = 2.0f; }},

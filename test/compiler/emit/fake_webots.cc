@@ -18,15 +18,14 @@
 namespace morphbus::test {
 namespace {
 
-constexpr double kRange = 0.01;  // m, as in the world.
-
 FakeWebots* the_world = nullptr;
 
 }  // namespace
 
 FakeWebots* FakeWebots::instance() { return the_world; }
 
-FakeWebots::FakeWebots(const model::Model& model, const model::Robot& robot) {
+FakeWebots::FakeWebots(const model::Model& model, const model::Robot& robot)
+    : scale_(emit::DockScaleOf(model)) {
   const emit::DockFaces faces = emit::DockFacesOf(model);
   const auto X_RL = model::ForwardKinematics(model, robot, model::StartValues(robot)).X_RL;
   for (size_t m = 0; m < robot.modules.size(); ++m) {
@@ -73,9 +72,9 @@ void FakeWebots::Step(int milliseconds) {
       module.inboxes[f].clear();
       const model::Pose X_CW = module.faces[f].X_WC.inverse();
       for (const Sent& sent : sent_) {
-        const Eigen::Vector3d emitter(0.0, 0.0, emit::kEmitterOffset);
+        const Eigen::Vector3d emitter(0.0, 0.0, scale_.emitter_offset);
         const Eigen::Vector3d way = X_CW * (modules_[sent.module].faces[sent.face].X_WC * emitter);
-        if (way.norm() > kRange) continue;
+        if (way.norm() > scale_.reach) continue;
         module.inboxes[f].push_back({sent.bytes, way.normalized()});
       }
     }
@@ -99,7 +98,7 @@ int FakeWebots::Presence(size_t face) {
     if (&module == &current()) continue;
     for (const Face& other : module.faces) {
       if (other.node.model == own.node.model &&
-          emit::Aligned(own.X_WC, other.X_WC, own.node.rotations)) {
+          emit::Aligned(own.X_WC, other.X_WC, own.node.rotations, scale_.tolerance)) {
         return 1;
       }
     }

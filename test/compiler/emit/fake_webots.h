@@ -62,6 +62,7 @@ class FakeWebots {
     size_t module, face;
     std::vector<unsigned char> bytes;
   };
+  emit::DockScale scale_;
   std::vector<Module> modules_;
   std::vector<Sent> sent_;
   int current_ = 0;

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <memory>
 #include <string>
@@ -12,6 +13,7 @@
 #include "compiler/emit/kinematics.h"
 #include "compiler/emit/webots.h"
 #include "test/compiler/emit/compiled_c.h"
+#include "test/compiler/emit/exported_robots.h"
 #include "test/compiler/emit/fake_webots.h"
 #include "test/support/compiled.h"
 #include "test/support/vm_robot.h"
@@ -190,14 +192,23 @@ class Controllers {
 struct Case {
   const char* file;
   const char* robot;
+  const char* unit = "";  ///< Another size, in place of molecube.m3l's.
 };
-void PrintTo(const Case& c, std::ostream* out) { *out << c.file << ' ' << c.robot; }
+void PrintTo(const Case& c, std::ostream* out) { *out << c.file << ' ' << c.robot << c.unit; }
+
+model::Model ModelOf(const Case& c) {
+  if (*c.unit == 0) return test::ModelFrom(c.file);
+  std::string text = test::TextOf(c.file);
+  const std::string unit = "unit=0.05";
+  text.replace(text.find(unit), unit.size(), c.unit);
+  return test::CompiledCase(text, c.robot).model;
+}
 
 class WebotsSensors : public testing::TestWithParam<Case> {};
 
 // Both sides of each docking, also the passive, also of unlike types, at once and by number.
 TEST_P(WebotsSensors, KnowEveryMateByItsNumber) {
-  const model::Model model = test::ModelFrom(GetParam().file);
+  const model::Model model = ModelOf(GetParam());
   const model::Robot& robot = *model.FindRobot(GetParam().robot);
   const std::vector<uint8_t> nothing = test::EmptyProgram();
   VmRobot ideal(model, robot, nothing);
@@ -229,6 +240,9 @@ INSTANTIATE_TEST_SUITE_P(Robots, WebotsSensors,
                                          Case{"models/mtran.m3l", "equivalent_quadruped"},
                                          Case{"models/atron.m3l", "car7"},
                                          Case{"models/molecube.m3l", "snake"},
+                                         // Cubes of 10 mm, and of 1 mm.
+                                         Case{"models/molecube.m3l", "snake", "unit=0.005"},
+                                         Case{"models/molecube.m3l", "snake", "unit=0.0005"},
                                          Case{"models/ckbot.m3l", "snake"},
                                          Case{"models/mixed.m3l", "inchworm"}));
 
@@ -272,6 +286,20 @@ TEST(WebotsController, LetsVirtualMachinesWalkTheQuadruped) {
     steps += both - 1;
   }
   EXPECT_GT(steps, 50u);
+}
+
+TEST(WebotsController, ReachesNoFartherThanMates) {
+  const model::Model model = test::ModelFrom("models/molecube.m3l");
+  EXPECT_DOUBLE_EQ(DockScaleOf(model).reach, 0.01);
+  EXPECT_DOUBLE_EQ(DockScaleOf(model).emitter_offset, 0.002);
+  const model::Model small = ModelOf({"models/molecube.m3l", "snake", "unit=0.005"});
+  // Centres of neighbouring faces are 5 mm times the root of 2 apart.
+  EXPECT_NEAR(DockScaleOf(small).reach, 0.005 * std::sqrt(2.0) / 3.0, 1e-12);
+  const Exported world = ToWebots(small, *small.FindRobot("snake"), "controllers");
+  EXPECT_EQ(world.warnings, std::vector<std::string>());
+  EXPECT_NE(world.text.find("c1.emitter\" range 0.0023570"), std::string::npos);
+  EXPECT_NE(world.text.find("distanceTolerance 0.0023570"), std::string::npos);
+  EXPECT_EQ(world.text.find("range 0.01"), std::string::npos);
 }
 
 // c1 to c3 of an M-TRAN module have hooks; m2.c2 holds m1.c5.

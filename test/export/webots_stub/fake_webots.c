@@ -1,7 +1,8 @@
 /* A Webots of one M-TRAN module for the wrapper's tests: motors reach their target at once, what is sent
    comes back as the module's own echo and then as if module 7 had sent it from its c3, which holds. Prints
-   what it is asked to do. */
+   what it is asked to do. The environment's CUSTOM_DATA takes the place of the module's own. */
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <webots/connector.h>
 #include <webots/emitter.h>
@@ -34,7 +35,10 @@ void wb_robot_cleanup() { printf("cleanup\n"); }
 double wb_robot_get_time() { return 0.004 * steps; }
 double wb_robot_get_basic_time_step() { return 4; }
 const char *wb_robot_get_name() { return "m1"; }
-const char *wb_robot_get_custom_data() { return "id 3 root 1 0.5 -0.25 0 0.5 0.5 -0.5 0.5"; }
+const char *wb_robot_get_custom_data() {
+  const char *given = getenv("CUSTOM_DATA");
+  return given ? given : "id 3 root 1 0.5 -0.25 0 0.5 0.5 -0.5 0.5";
+}
 WbDeviceTag wb_robot_get_device(const char *name) {
   printf("device %s\n", name);
   if (!find(name)) strcpy(names[num_names++], name);
