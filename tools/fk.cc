@@ -19,13 +19,14 @@ struct Options {
   bool json = false;
 };
 
-/// Reads "0.3" (rad or m) or "45deg".
-std::optional<double> ParseValue(const std::string& text) {
+/// Reads "0.3" (rad or m), or "45deg" for joints that turn.
+std::optional<double> ParseValue(const std::string& text, bool turns) {
+  constexpr double kMost = 1e6;
   char* end = nullptr;
   const double value = std::strtod(text.c_str(), &end);
   const std::string unit = end;
-  if (end == text.c_str() || !std::isfinite(value)) return std::nullopt;
-  if (unit == "deg") return value * EIGEN_PI / 180.0;
+  if (end == text.c_str() || !(std::abs(value) <= kMost)) return std::nullopt;
+  if (unit == "deg" && turns) return value * EIGEN_PI / 180.0;
   if (unit.empty()) return value;
   return std::nullopt;
 }
@@ -58,9 +59,12 @@ bool ApplySetting(const model::Model& model, const model::Robot& robot, const st
                          joint_name, DidYouMean(joint_name, names), fmt::join(names, ", ")));
     return false;
   }
-  const std::optional<double> value = ParseValue(text.substr(equals + 1));
+  const bool turns = type.joints[static_cast<size_t>(*joint)].type != model::JointType::kPrismatic;
+  const std::optional<double> value = ParseValue(text.substr(equals + 1), turns);
   if (!value) {
-    Unusable(fmt::format("--set {}: expected a number (rad or m) or degrees such as 45deg", text));
+    Unusable(fmt::format("--set {}: expected {}, at most 1e6", text,
+                         turns ? "a number of radians, or of degrees such as 45deg"
+                               : "a number of metres: the joint slides"));
     return false;
   }
   (*q)[static_cast<size_t>(*module)][static_cast<size_t>(*joint)] = *value;

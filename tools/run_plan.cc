@@ -15,6 +15,7 @@
 #include "sim/simulated_assembly.h"
 #include "tools/program.h"
 #include "tools/run_registry.h"
+#include "tools/seed_option.h"
 
 namespace morphbus::tools {
 namespace {
@@ -101,9 +102,10 @@ bool AddKinematics(const model::Model& model, const model::Robot& robot, proto::
 
 void AddPlanOptions(CLI::App* sub, RunOptions* options) {
   sub->add_option("--robot", options->robot, "The robot's name (default: the only one)");
-  sub->add_option("--seconds", options->seconds, "Sim time to run (default: until stopped)");
-  sub->add_option("--loss", options->loss, "Fraction of datagrams thrown away at every receiver");
-  sub->add_option("--seed", options->seed, "Seed of --loss");
+  sub->add_option("--seconds", options->seconds, "Sim time to run (default, and 0: until stopped)");
+  sub->add_option("--loss", options->loss,
+                  "Fraction of datagrams thrown away at every receiver, up to 0.9");
+  AddSeed(sub, &options->seed, "Seed of --loss (default 1)");
   sub->add_option("--speed", options->speed, "Times real time (default: as fast as possible)");
   sub->add_option("--root", options->root,
                   "Module that broadcasts the root pose (default: the robot frame's)");

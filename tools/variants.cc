@@ -12,6 +12,7 @@
 #include "compiler/m3l/format.h"
 #include "compiler/source/check.h"
 #include "tools/commands.h"
+#include "tools/seed_option.h"
 
 namespace morphbus::tools {
 namespace {
@@ -117,14 +118,8 @@ void AddVariants(CLI::App& app, Action* action) {
   sub->add_option("--robot", options->robot, "The robot's name (default: the only one)");
   sub->add_option("--max", options->max, "At most so many (default 10)")
       ->check(CLI::Range(1, 10000));
-  CLI::Option* seed = sub->add_option(
-      "--seed", options->seed, "Draw them at random with this seed (default: the first ones)");
-  // An unsigned number would take -1 as its largest.
-  seed->check(CLI::Validator(
-      [](const std::string& text) {
-        return text.rfind('-', 0) == 0 ? "a seed is a whole number from 0 on" : std::string();
-      },
-      ""));
+  CLI::Option* seed =
+      AddSeed(sub, &options->seed, "Draw them at random with this seed (default: the first ones)");
   sub->add_option("-o,--output", options->output, "M3L file to write (default '-', stdout)");
   sub->footer(
       "The file imports FILE, so `morphbus run` takes it as it is.\n"

@@ -136,7 +136,10 @@ void Checker::CheckRoutine(int index) {
   }
   if (routine.kind == MemberKind::kLabel) {
     const Type type = Infer(member.expr.get());
-    routine.result = type == Type::kLink || type == Type::kLinkSet ? Type::kLink : Type::kJoint;
+    // Of a label that has been found wrong nothing follows where it is used.
+    routine.result = type == Type::kLink || type == Type::kLinkSet ? Type::kLink
+                     : type == Type::kError                        ? Type::kError
+                                                                   : Type::kJoint;
     if (type != Type::kError && type != Type::kUnknown && !Fits(type, routine.result)) {
       Error(member.expr->span,
             "a label names a joint or a link, but this is " + std::string(NameOf(type)))

@@ -44,7 +44,11 @@ class Cli(Case):
         for name, pose in links.items():
             for a, b in zip(pose['p'] + pose['q'], degrees[name]['p'] + degrees[name]['q']):
                 self.assertAlmostEqual(a, b, delta=1e-12)
-        for bad in ('m1.joint_2', 'm99.joint_1=0', 'm1.joint_9=0', 'm1.joint_1=x', 'm1.joint_1=nan'):
+        slide = MODEL.parent / 'mixed.m3l'
+        morphbus('fk', slide, '--robot', 'inchworm', '--set', 'body.slide=0.01')
+        said = morphbus('fk', slide, '--robot', 'inchworm', '--set', 'body.slide=45deg', status=2).stderr
+        self.assertIn('metres', said)
+        for bad in ('m1.joint_1=1e300', 'm1.joint_2', 'm99.joint_1=0', 'm1.joint_9=0', 'm1.joint_1=x', 'm1.joint_1=nan'):
             morphbus('fk', MODEL, '--robot', 'quadruped', '--set', bad, status=2)
 
     def test_the_graph_is_that_of_the_paper(self):
@@ -147,7 +151,11 @@ class Cli(Case):
         done = morphbus('variants', heavy, '--robot', 'quadruped', '--max', 10, '--seed', 1)
         self.assertRegex(done.stdout, r'// Does not run quite as quadruped: the centres of mass of .* m apart\.\nrobot quadruped_variant_')
         self.assertIn('will not run alike', done.stderr)
-        self.assertIn('from 0 on', morphbus('variants', MODEL, '--robot', 'quadruped', '--seed', -1, status=2).stderr)
+        for seed in ('-1', '18446744073709551616', '1.5'):
+            said = morphbus('variants', MODEL, '--robot', 'quadruped', f'--seed={seed}', status=2).stderr
+            self.assertIn('a seed is a whole number', said)
+            said = morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--inproc', f'--seed={seed}', status=2).stderr
+            self.assertIn('a seed is a whole number', said)
 
     def test_roles_settle_without_moving(self):
         answer = as_json('roles', MODEL, PROGRAM, '--robot', 'quadruped')
