@@ -43,9 +43,7 @@ const ExportFormat* PickFormat(const Options& options) {
     }
     return nullptr;
   }
-  const std::string nearest = source::NearestName(options.to, names);
-  Unusable(fmt::format("--to {}{}: expected one of {}", options.to,
-                       nearest.empty() ? "" : fmt::format(" (did you mean {}?)", nearest),
+  Unusable(fmt::format("--to {}{}: expected one of {}", options.to, DidYouMean(options.to, names),
                        fmt::join(names, ", ")));
   return nullptr;
 }
@@ -58,7 +56,8 @@ std::optional<int> PickModuleType(const model::Model& model, const std::string& 
     if (names.back() == name) return static_cast<int>(i);
   }
   if (name.empty() && names.size() == 1) return 0;
-  Unusable(fmt::format("--module '{}': expected one of {}", name, fmt::join(names, ", ")));
+  Unusable(fmt::format("--module '{}'{}: expected one of {}", name, DidYouMean(name, names),
+                       fmt::join(names, ", ")));
   return std::nullopt;
 }
 
@@ -167,6 +166,15 @@ int Export(const Options& options) {
   return exported ? Write(options.output, *exported) : kUnusable;
 }
 
+/// Of the formats that `fits`, for the help: "urdf, sdf".
+std::string FormatNames(bool (*fits)(const ExportFormat&)) {
+  std::vector<std::string> names;
+  for (const ExportFormat& format : ExportFormats()) {
+    if (fits(format)) names.emplace_back(format.name);
+  }
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
 }  // namespace
 
 void AddExport(CLI::App& app, Action* action) {
@@ -175,16 +183,21 @@ void AddExport(CLI::App& app, Action* action) {
   auto options = std::make_shared<Options>();
   sub->add_option("FILE", options->file, "M3L file")->required();
   sub->add_option("--robot", options->robot, "Robot (default: the only one)");
-  sub->add_option("--module", options->module,
-                  "Module type (for kinematics and xml: default the only one)");
-  sub->add_option("--to", options->to, "webots, urdf, sdf, mjcf, c, xml, kinematics, model or dot")
+  sub->add_option(
+      "--module", options->module,
+      fmt::format("Module type (for {}: default the only one)",
+                  FormatNames([](const ExportFormat& f) { return f.of == Of::kModule; })));
+  sub->add_option("--to", options->to,
+                  "One of " + FormatNames([](const ExportFormat&) { return true; }))
       ->required();
   sub->add_option("-o,--output", options->output,
                   "File to write ('-': stdout); what belongs to it is written beside it")
       ->required();
-  sub->add_option("--mesh-prefix", options->mesh_prefix,
-                  "For urdf and sdf: what to put before the paths of meshes, such as "
-                  "package://robot/ (default: nothing, they are relative to the file)");
+  sub->add_option(
+      "--mesh-prefix", options->mesh_prefix,
+      fmt::format("For {}: what to put before the paths of meshes, such as package://robot/ "
+                  "(default: nothing, they are relative to the file)",
+                  FormatNames([](const ExportFormat& f) { return f.refers_to_meshes; })));
   sub->footer(
       "Examples:\n  morphbus export models/mtran.m3l --module MTRAN --to xml -o mtran.xml\n"
       "  morphbus export models/mtran.m3l --robot quadruped --to mjcf -o quadruped.xml\n"

@@ -25,7 +25,6 @@ constexpr double kLeastSettling = 12e-3;  // s; MuJoCo steps by 2 ms.
 constexpr double kWeldSettling = 5e-3;    // s
 constexpr size_t kFreeValues = 7;         // In qpos, of the free joint.
 constexpr size_t kMostKeyframeValues = 1000;
-constexpr double kFloorClearance = 0.5e-3;  // m
 
 /// The error (rad or m) at which a position servo gives its full force. Against the joint's damping
 /// it settles with the time constant error/speed; four times the drive's, so that it does not

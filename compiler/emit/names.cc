@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace morphbus::emit {
 namespace {
@@ -23,14 +24,18 @@ std::string Unreserved(const std::string& format, const std::string& kind, const
 
 }  // namespace
 
-std::string FreeName(const RobotTree& tree, std::string name) {
-  const auto called = [&](const auto& part) { return part.name == name; };
-  while (std::any_of(tree.links.begin(), tree.links.end(), called) ||
-         std::any_of(tree.joints.begin(), tree.joints.end(), called) ||
-         std::any_of(tree.loops.begin(), tree.loops.end(), called)) {
-    name += '_';
-  }
+std::string FreeName(std::string name, const std::function<bool(const std::string&)>& taken) {
+  while (taken(name)) name += '_';
   return name;
+}
+
+std::string FreeName(const RobotTree& tree, std::string name) {
+  return FreeName(std::move(name), [&](const std::string& tried) {
+    const auto called = [&](const auto& part) { return part.name == tried; };
+    return std::any_of(tree.links.begin(), tree.links.end(), called) ||
+           std::any_of(tree.joints.begin(), tree.joints.end(), called) ||
+           std::any_of(tree.loops.begin(), tree.loops.end(), called);
+  });
 }
 
 void RenameReservedLinks(const std::string& format, const Reserved& reserved, RobotTree* tree,

@@ -9,8 +9,9 @@
 
 namespace morphbus::emit {
 
-/// A name that none of the tree's links, joints and connections has: `name`, with as many '_' after
-/// it as it takes.
+/// `name`, with as many '_' after it as it takes for it not to be `taken`.
+std::string FreeName(std::string name, const std::function<bool(const std::string&)>& taken);
+/// A name that none of the tree's links, joints and connections has, likewise.
 std::string FreeName(const RobotTree& tree, std::string name);
 
 /// Gives every link whose name is `reserved` in `format` ("SDF") a free one that is not, and says

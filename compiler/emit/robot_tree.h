@@ -74,6 +74,9 @@ const char* JointTypeName(model::JointType type);
 /// The least y of the robot's hulls in the robot frame at the start values (m); 0 without hulls.
 double LowestPoint(const model::Model& model, const RobotTree& tree);
 
+/// How high above the floor that point is where a world has a floor (m): no contact at the start.
+constexpr double kFloorClearance = 0.5e-3;
+
 /// Poses of the links in the robot frame at the joints' start values (m), by index of link.
 std::vector<model::Pose> StartPoses(const RobotTree& tree);
 

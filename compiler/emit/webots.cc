@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "compiler/emit/names.h"
 #include "compiler/emit/numbers.h"
 #include "compiler/emit/robot_tree.h"
 #include "compiler/emit/webots_docks.h"
@@ -19,9 +20,8 @@ namespace {
 
 using model::JointType;
 
-constexpr double kFloorThickness = 0.1;     // m
-constexpr double kFloorClearance = 0.5e-3;  // m
-constexpr double kTokenRadius = 1e-3;       // m, of links that have no hull.
+constexpr double kFloorThickness = 0.1;  // m
+constexpr double kTokenRadius = 1e-3;    // m, of links that have no hull.
 
 /// VRML text: nodes with fields and blocks, indented.
 class Vrml {
@@ -130,10 +130,10 @@ class Writer {
     vrml_.Close("}");
   }
 
-  /// `name`, with as many '_' after it as it takes for no module to have it.
+  /// A name that no module has.
   [[nodiscard]] std::string FreeModuleName(std::string name) const {
-    while (robot_.FindModule(name)) name += '_';
-    return name;
+    return FreeName(std::move(name),
+                    [&](const std::string& tried) { return robot_.FindModule(tried).has_value(); });
   }
 
   /// Of all hulls, where the robot stands (world, m).

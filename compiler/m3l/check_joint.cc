@@ -38,8 +38,8 @@ class JointChecker {
     joint.name = decl_.name.text;
     const bool typed = CheckType(joint);
     if (typed) CheckLimits(joint);
-    CheckPositive("torque", joint.effort);
-    CheckPositive("speed", joint.speed);
+    CheckLimit("torque", joint.effort);
+    CheckLimit("speed", joint.speed);
     const bool paired = CheckPair(joint);
     if (paired && errors == scope_.diagnostics.error_count()) {
       scope_.module.type.joints.push_back(joint);
@@ -106,15 +106,17 @@ class JointChecker {
                             NumberText(limits.lower), NumberText(limits.upper));
   }
 
-  void CheckPositive(const std::string& key, double& into) {
+  /// Bounded either way, so that what is computed from it (a motor's damping) is finite in single
+  /// precision too.
+  void CheckLimit(const std::string& key, double& into) {
     const Expr* expr = attributes_.Optional(key);
     const std::optional<double> value =
         expr ? EvaluateNumber(*expr, scope_.diagnostics) : std::nullopt;
     if (!value) return;
-    if (*value > 0.0 && *value <= 1e9) {
+    if (*value >= 1e-9 && *value <= 1e9) {
       into = *value;
     } else {
-      scope_.diagnostics.Error(expr->span, "'" + key + "' is above 0 and at most 1e9");
+      scope_.diagnostics.Error(expr->span, "'" + key + "' is from 1e-9 to 1e9");
     }
   }
 

@@ -161,6 +161,14 @@ class Files(Case):
                 export(to, self.folder / name / 'robot', '--robot', 'quadruped')
             self.assertEqual((self.folder / 'a/robot').read_text(), (self.folder / 'b/robot').read_text())
 
+    def test_the_help_names_every_format_that_there_is(self):
+        said = ' '.join(run([MORPHBUS, 'export', '--help']).stdout.split())
+        listed = export('none', self.folder / 'x', status=2).stderr.partition('expected one of ')[2].strip()
+        self.assertGreater(listed.count(','), 7)
+        self.assertIn(f'One of {listed}', said)
+        self.assertIn('For urdf, sdf:', said)
+        self.assertIn('(for kinematics, xml: default', said)
+
     def test_requests_that_make_no_sense(self):
         path = self.folder / 'x'
         for to, of, words in (
@@ -168,10 +176,11 @@ class Files(Case):
                 ('xml', ('--robot', 'quadruped'), 'leave out --robot'),
                 ('model', ('--robot', 'quadruped'), 'leave out --robot'),
                 ('dot', ('--module', 'MTRAN'), 'leave out --module'),
-                ('urdff', ('--robot', 'quadruped'), 'did you mean urdf'),
+                ('urdff', ('--robot', 'quadruped'), "did you mean 'urdf'?"),
                 ('step', ('--robot', 'quadruped'), 'expected one of'),
                 ('urdf', (), 'choose one with --robot'),
                 ('urdf', ('--robot', 'quadrupd'), "did you mean 'quadruped'"),
+                ('c', ('--module', 'MTRN'), "--module 'MTRN' (did you mean 'MTRAN'?)"),
                 ('c', ('--module', 'ATRON'), 'expected one of MTRAN')):
             self.assertIn(words, export(to, path, *of, status=2).stderr)
             self.assertFalse(path.exists())
