@@ -22,12 +22,12 @@ void PrintRobot(const model::Model& model, const model::Robot& robot) {
   const model::KinematicGraph graph = model::BuildKinematicGraph(model, robot);
   const model::KinematicState state =
       model::ForwardKinematics(model, robot, model::StartValues(robot));
-  std::string locked;
+  std::vector<std::string> locked;
   for (const model::GraphJoint& joint : graph.joints) {
     if (!joint.locked) continue;
     const model::ModuleInstance& module = robot.modules[static_cast<size_t>(joint.module)];
-    locked += fmt::format(
-        "{}{}.{}", locked.empty() ? "" : ", ", module.name,
+    locked.push_back(
+        module.name + "." +
         model.TypeOf(robot, joint.module).joints[static_cast<size_t>(joint.joint)].name);
   }
   fmt::print(
@@ -42,7 +42,7 @@ void PrintRobot(const model::Model& model, const model::Robot& robot) {
   if (!graph.locked_computed) {
     fmt::print("  which joints are locked is not computed either\n");
   } else if (!locked.empty()) {
-    fmt::print("  locked by loops: {}\n", locked);
+    fmt::print("  locked by loops: {}\n", NameSome(locked));
   }
 }
 

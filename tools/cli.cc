@@ -3,13 +3,18 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <map>
+#include <sstream>
+#include <string_view>
 
 #include "compiler/model/loop_constraints.h"
 #include "tools/json_text.h"
+#include "tools/output_path.h"
 
 namespace morphbus::tools {
 
@@ -30,6 +35,19 @@ void Say(const char* severity, const char* color, const std::string& message) {
   }
 }
 
+/// A warning without the names and figures that tell it from others of its kind.
+std::string KindOf(const std::string& message) {
+  std::istringstream words(message);
+  std::string kind;
+  for (std::string word; words >> word;) {
+    const std::string_view inner = std::string_view(word).substr(0, word.size() - 1);
+    const bool is_name = inner.find('.') != std::string_view::npos ||
+                         word.find_first_of("0123456789") != std::string::npos;
+    kind += is_name ? "* " : word + " ";
+  }
+  return kind;
+}
+
 /// Rounds nothing, but prints -0 as 0.
 double Plain(double v) { return v == 0.0 ? 0.0 : v; }
 
@@ -47,6 +65,22 @@ int Failed(const std::string& message) {
 
 void Warn(const std::string& message) { Say("warning", "\033[1;33m", message); }
 
+void WarnOfMany(const std::vector<std::string>& messages) {
+  std::vector<std::vector<const std::string*>> kinds;
+  std::map<std::string, size_t> index_of;
+  for (const std::string& message : messages) {
+    const size_t index = index_of.try_emplace(KindOf(message), kinds.size()).first->second;
+    if (index == kinds.size()) kinds.emplace_back();
+    kinds[index].push_back(&message);
+  }
+  for (const auto& kind : kinds) {
+    for (size_t i = 0; i < std::min(kind.size(), kMostNamed); ++i) Warn(*kind[i]);
+    if (kind.size() > kMostNamed) {
+      Warn(fmt::format("and {} more like the last", kind.size() - kMostNamed));
+    }
+  }
+}
+
 void PrintDiagnostics(const source::Diagnostics& diagnostics, const source::SourceSet& sources) {
   const std::string text = source::Render(diagnostics, sources, IsFancyTerminal(STDERR_FILENO));
   std::fputs(text.c_str(), stderr);
@@ -54,10 +88,20 @@ void PrintDiagnostics(const source::Diagnostics& diagnostics, const source::Sour
 
 void PrintJson(const Json& json) { fmt::print("{}\n", JsonText(json, 2)); }
 
-std::optional<model::Model> LoadModel(const std::vector<std::string>& paths) {
+std::optional<model::Model> LoadModel(const std::vector<std::string>& paths,
+                                      std::vector<std::string>* read) {
   m3l::CompileOutput output = m3l::CompileFiles(paths);
   PrintDiagnostics(output.diagnostics, output.sources);
+  for (int file = 0; read != nullptr && file < output.sources.size(); ++file) {
+    read->push_back(output.sources.name(file));
+  }
   return std::move(output.model);
+}
+
+bool SparesInputs(const std::string& output, const std::vector<std::string>& inputs) {
+  if (!IsOneOf(output, inputs)) return true;
+  Unusable(fmt::format("cannot write {}: this command reads that file; name another", output));
+  return false;
 }
 
 const model::Robot* PickRobot(const model::Model& model, const std::string& name) {
@@ -101,6 +145,12 @@ std::string MobilityText(const model::KinematicGraph& graph) {
   if (graph.mobility) return fmt::format("mobility {}", *graph.mobility);
   return fmt::format("mobility not computed (over {} joints in one system of loops)",
                      model::kMaxLoopJoints);
+}
+
+std::string NameSome(const std::vector<std::string>& names) {
+  if (names.size() <= kMostNamed) return fmt::format("{}", fmt::join(names, ", "));
+  return fmt::format("{} and {} more", fmt::join(names.begin(), names.begin() + kMostNamed, ", "),
+                     names.size() - kMostNamed);
 }
 
 std::string Plural(size_t count, const std::string& noun) {

@@ -37,6 +37,14 @@ int Failed(const std::string& message);
 /// `morphbus: warning: message` on stderr.
 void Warn(const std::string& message);
 
+/// How many of a kind are named where there may be thousands.
+inline constexpr size_t kMostNamed = 10;
+
+/// Warnings that may be thousands: of each kind the first kMostNamed, then how many more there are.
+/// Of one kind are those that differ only in words with a point or a digit in them, as the names of
+/// a robot's parts and figures have.
+void WarnOfMany(const std::vector<std::string>& messages);
+
 /// Diagnostics on stderr, in colour on a terminal.
 void PrintDiagnostics(const source::Diagnostics& diagnostics, const source::SourceSet& sources);
 
@@ -44,7 +52,13 @@ void PrintDiagnostics(const source::Diagnostics& diagnostics, const source::Sour
 void PrintJson(const Json& json);
 
 /// Compiles M3L files and prints what there is to say about them. Empty if there were errors.
-std::optional<model::Model> LoadModel(const std::vector<std::string>& paths);
+/// `read`, if given, gets the files that this read, imports included.
+std::optional<model::Model> LoadModel(const std::vector<std::string>& paths,
+                                      std::vector<std::string>* read = nullptr);
+
+/// True if `output` is none of the files `inputs` that a command reads (IsOneOf); else says, before
+/// anything is written, that it would be overwritten.
+bool SparesInputs(const std::string& output, const std::vector<std::string>& inputs);
 
 /// The robot called `name` (the only one if `name` is empty); if there is none, says so on stderr
 /// with the nearest name and returns nullptr.
@@ -62,6 +76,9 @@ std::string DidYouMean(const std::string& name, const std::vector<std::string>& 
 
 /// "mobility 16", or that it was not computed, and why.
 std::string MobilityText(const model::KinematicGraph& graph);
+
+/// "a, b, c"; of more than kMostNamed names the first ones "and 1234 more".
+std::string NameSome(const std::vector<std::string>& names);
 
 /// "file", "files": the noun with an s unless `count` is 1.
 std::string Plural(size_t count, const std::string& noun);

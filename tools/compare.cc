@@ -59,6 +59,7 @@ int CompareLogs(const Options& options) {
   for (const std::string& text : options.tolerances) {
     if (!SetTolerance(text, &compare.tolerances)) return kUnusable;
   }
+  if (!SparesInputs(options.report, {options.a, options.b})) return kUnusable;
   const Result<logger::RunLog> a = logger::LoadRunLog(options.a);
   if (!a) return Unusable(a.error().message);
   const Result<logger::RunLog> b = logger::LoadRunLog(options.b);

@@ -20,14 +20,17 @@ struct Options {
 };
 
 /// The module types' keywords, from XML files or from a model; prints what is wrong.
-std::optional<dynarole::KeywordTable> LoadKeywords(const Options& options) {
+/// `read` gets the files that they come from.
+std::optional<dynarole::KeywordTable> LoadKeywords(const Options& options,
+                                                   std::vector<std::string>* read) {
   Result<dynarole::KeywordTable> table = Fail("");
   if (!options.model.empty()) {
-    const std::optional<model::Model> model = LoadModel({options.model});
+    const std::optional<model::Model> model = LoadModel({options.model}, read);
     if (!model) return std::nullopt;
     table = KeywordTableOf(*model);
   } else {
     std::vector<emit::ModuleKeywords> types;
+    *read = options.keywords;
     for (const std::string& path : options.keywords) {
       const Result<std::string> text = ReadFile(path, 1 << 20);
       Result<emit::ModuleKeywords> type =
@@ -61,10 +64,13 @@ int Compile(const Options& options) {
   if (options.keywords.empty() == options.model.empty()) {
     return Unusable("expected either --keywords TYPE.xml... or --model FILE.m3l");
   }
-  const std::optional<dynarole::KeywordTable> keywords = LoadKeywords(options);
+  std::vector<std::string> inputs;
+  const std::optional<dynarole::KeywordTable> keywords = LoadKeywords(options, &inputs);
   if (!keywords) return kUnusable;
   if (!options.dump.empty()) return DumpStage(options, *keywords);
   if (options.output.empty()) return Unusable("expected -o IMAGE");
+  inputs.push_back(options.program);
+  if (!SparesInputs(options.output, inputs)) return kUnusable;
   const std::optional<CompiledProgram> program = CompileProgram(options.program, *keywords);
   if (!program) return kUnusable;
   const Result<void> written = WriteFile(options.output, program->image);

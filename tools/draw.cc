@@ -59,8 +59,9 @@ int Write(const logger::Scene& scene, const std::string& title,
 }
 
 int DrawModel(const Options& options, const std::vector<logger::View>& views) {
-  const std::optional<model::Model> model = LoadModel({options.file});
-  if (!model) return kUnusable;
+  std::vector<std::string> files;
+  const std::optional<model::Model> model = LoadModel({options.file}, &files);
+  if (!model || !SparesInputs(options.output, files)) return kUnusable;
   const model::Robot* robot = PickRobot(*model, options.robot);
   if (robot == nullptr) return kUnusable;
   std::vector<int> group(robot->modules.size());
@@ -121,6 +122,7 @@ std::vector<int> GroupByRole(const logger::RunLog& log, int64_t time_us,
 }
 
 int DrawLog(const Options& options, const std::vector<logger::View>& views) {
+  if (!SparesInputs(options.output, {options.file})) return kUnusable;
   const Result<logger::RunLog> log = logger::LoadRunLog(options.file, {options.run, true});
   if (!log) return Unusable(log.error().message);
   if (log->robot == nullptr)

@@ -4,10 +4,12 @@
 #include <CLI/CLI.hpp>
 
 #include <filesystem>
+#include <set>
 
 #include "compiler/emit/robot_tree.h"
 #include "tools/commands.h"
 #include "tools/export_formats.h"
+#include "tools/output_path.h"
 
 namespace morphbus::tools {
 namespace {
@@ -61,36 +63,33 @@ std::optional<int> PickModuleType(const model::Model& model, const std::string& 
   return std::nullopt;
 }
 
-/// Whether only the main file can be written: to stdout, a pipe or a device.
-bool IsStream(const std::string& output) {
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(output, error);
-  return output == "-" ||
-         (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status) &&
-          !std::filesystem::is_directory(status));
-}
-
 /// Webots looks for the controllers of worlds/x.wbt in controllers/ beside worlds/.
 std::string ControllersFolder(const std::string& output) {
   const std::filesystem::path folder = std::filesystem::absolute(output).parent_path();
   return !IsStream(output) && folder.filename() == "worlds" ? "../controllers" : "controllers";
 }
 
-/// Says what is wrong with the place to write to, before anything is written.
-bool CanHold(const std::string& output) {
-  if (output == "-") return true;
-  const std::filesystem::path path(output);
+/// Where the main file lies once links are followed, so that its companions lie beside it; if
+/// nothing can be written there, says why, before anything is written.
+std::optional<std::string> PlaceOf(const std::string& output) {
+  if (output == "-") return output;
+  const Result<std::string> followed = FollowLinks(output);
+  if (!followed) {
+    Unusable(followed.error().message);
+    return std::nullopt;
+  }
+  const std::filesystem::path path(*followed);
   const std::filesystem::path folder = path.parent_path();
   std::error_code error;
   if (!folder.empty() && !std::filesystem::is_directory(folder, error)) {
     Unusable(fmt::format("cannot write {}: there is no folder {}", output, folder.string()));
-    return false;
+    return std::nullopt;
   }
   if (!path.has_filename() || std::filesystem::is_directory(path, error)) {
     Unusable(fmt::format("cannot write {}: that is a folder; name a file in it", output));
-    return false;
+    return std::nullopt;
   }
-  return true;
+  return *followed;
 }
 
 /// Makes the text; empty if the options do not fit the model, which has then been said.
@@ -120,11 +119,24 @@ std::optional<emit::Exported> Make(const model::Model& model, const ExportFormat
   return std::nullopt;
 }
 
-/// True unless a companion would lie where the main file does (a header, if that is called x.h).
-bool AreApart(const std::string& output, const emit::Exported& exported) {
-  const std::filesystem::path path(output);
+/// Where the companions lie, in their order.
+std::vector<std::string> CompanionPaths(const std::string& output, const emit::Exported& exported) {
+  const std::filesystem::path folder = std::filesystem::path(output).parent_path();
+  std::vector<std::string> paths;
   for (const emit::CompanionFile& file : exported.companions) {
-    if ((path.parent_path() / file.path).lexically_normal() != path.lexically_normal()) continue;
+    paths.push_back((folder / file.path).string());
+  }
+  return paths;
+}
+
+/// True unless a companion would lie where the main file does (a header, if that is called x.h) or
+/// where a file of the model does.
+bool AreApart(const std::string& output, const std::vector<std::string>& companions,
+              const std::vector<std::string>& inputs) {
+  const std::filesystem::path main(output);
+  for (const std::string& path : companions) {
+    if (!SparesInputs(path, inputs)) return false;
+    if (std::filesystem::path(path).lexically_normal() != main.lexically_normal()) continue;
     Unusable(fmt::format(
         "cannot write {}: a file of this name belongs beside it; name it otherwise", output));
     return false;
@@ -132,38 +144,80 @@ bool AreApart(const std::string& output, const emit::Exported& exported) {
   return true;
 }
 
-/// Companions first: whoever sees the main file finds them.
-int Write(const std::string& output, const emit::Exported& exported) {
-  const bool alone = IsStream(output);
-  if (!alone && !AreApart(output, exported)) return kUnusable;
-  for (const std::string& warning : exported.warnings) Warn(warning);
-  const std::filesystem::path folder = std::filesystem::path(output).parent_path();
+Result<void> WriteCompanion(const std::string& path, const std::string& bytes) {
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
   std::error_code error;
+  if (!folder.empty()) std::filesystem::create_directories(folder, error);
+  if (error) {
+    return Fail(fmt::format("cannot make the folder {}: {}", folder.string(), error.message()));
+  }
+  return WriteFile(path, bytes);
+}
+
+/// Removes what an earlier export left in the folder of numbered parts and this one does not have.
+/// Only files called as parts are go, and the folder only if nothing else is in it.
+void RemoveOldParts(const std::string& output, const emit::Exported& exported) {
+  if (exported.parts_folder.empty()) return;
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::path(output).parent_path() / exported.parts_folder;
+  std::set<std::string> current;
   for (const emit::CompanionFile& file : exported.companions) {
-    if (alone) {
-      Warn(fmt::format("{} belongs to this output, but is written only beside a file", file.path));
-      continue;
+    current.insert(fs::path(file.path).filename().string());
+  }
+  std::error_code error;
+  std::vector<fs::path> old;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+    const std::string number = entry.path().stem().string();
+    const bool is_part = entry.is_regular_file(error) && entry.path().extension() == ".xml" &&
+                         number.find_first_not_of("0123456789") == std::string::npos;
+    if (is_part && current.count(entry.path().filename().string()) == 0) {
+      old.push_back(entry.path());
     }
-    const std::filesystem::path path = folder / file.path;
-    if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), error);
-    if (error) {
-      return Unusable(fmt::format("cannot make the folder {}: {}", path.parent_path().string(),
-                                  error.message()));
-    }
-    const Result<void> written = WriteFile(path.string(), file.bytes);
-    if (!written) return Unusable(written.error().message);
+  }
+  for (const fs::path& path : old) fs::remove(path, error);
+  if (fs::is_empty(folder, error)) fs::remove(folder, error);
+}
+
+/// The main file alone: nothing can lie beside a stream.
+int WriteToStream(const std::string& output, const emit::Exported& exported) {
+  WarnOfMany(exported.warnings);
+  for (const emit::CompanionFile& file : exported.companions) {
+    Warn(fmt::format("{} belongs to this output, but is written only beside a file", file.path));
   }
   const Result<void> written = WriteFile(output, exported.text);
   return written ? kDone : Unusable(written.error().message);
 }
 
-int Export(const Options& options) {
+/// Companions first: whoever sees the main file finds them. What an earlier main file may still
+/// refer to is removed last.
+int WriteFiles(const std::string& output, const emit::Exported& exported,
+               const std::vector<std::string>& inputs) {
+  const std::vector<std::string> companions = CompanionPaths(output, exported);
+  if (!AreApart(output, companions, inputs)) return kUnusable;
+  WarnOfMany(exported.warnings);
+  for (size_t i = 0; i < companions.size(); ++i) {
+    const Result<void> written = WriteCompanion(companions[i], exported.companions[i].bytes);
+    if (!written) return Unusable(written.error().message);
+  }
+  const Result<void> written = WriteFile(output, exported.text);
+  if (!written) return Unusable(written.error().message);
+  RemoveOldParts(output, exported);
+  return kDone;
+}
+
+int Export(Options options) {
   const ExportFormat* format = PickFormat(options);
-  if (format == nullptr || !CanHold(options.output)) return kUnusable;
-  const std::optional<model::Model> model = LoadModel({options.file});
-  if (!model) return kUnusable;
+  if (format == nullptr) return kUnusable;
+  const std::optional<std::string> place = PlaceOf(options.output);
+  if (!place) return kUnusable;
+  options.output = *place;
+  std::vector<std::string> inputs;
+  const std::optional<model::Model> model = LoadModel({options.file}, &inputs);
+  if (!model || !SparesInputs(options.output, inputs)) return kUnusable;
   const std::optional<emit::Exported> exported = Make(*model, *format, options);
-  return exported ? Write(options.output, *exported) : kUnusable;
+  if (!exported) return kUnusable;
+  return IsStream(options.output) ? WriteToStream(options.output, *exported)
+                                  : WriteFiles(options.output, *exported, inputs);
 }
 
 /// Of the formats that `fits`, for the help: "urdf, sdf".

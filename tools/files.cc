@@ -7,8 +7,10 @@
 
 #include <cerrno>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
+#include <optional>
+
+#include "tools/output_path.h"
 
 namespace morphbus::tools {
 
@@ -55,6 +57,13 @@ Result<void> WriteToDevice(const std::string& path, const std::string& bytes) {
   return CannotWrite(path, good ? errno : reason);
 }
 
+/// What stdio still holds for it goes first. The descriptor itself is written to, not the file that
+/// it may be redirected to: that would start over at the file's first byte.
+Result<void> WriteToDescriptor(int fd, const std::string& path, const std::string& bytes) {
+  std::fflush(nullptr);
+  return WriteAll(fd, bytes) ? Result<void>() : CannotWrite(path, errno);
+}
+
 Result<void> WriteToStandardOutput(const std::string& bytes) {
   const bool good = std::fwrite(bytes.data(), 1, bytes.size(), stdout) == bytes.size();
   if (std::fflush(stdout) == 0 && good) return {};
@@ -72,11 +81,12 @@ mode_t NewFileMode() {
 
 Result<void> WriteFile(const std::string& path, const std::string& bytes) {
   if (path == "-") return WriteToStandardOutput(bytes);
-  // A link stays a link: what it points to is replaced.
-  std::string target = path;
-  if (char* real = realpath(path.c_str(), nullptr); real != nullptr) {
-    target = real;
-    std::free(real);
+  // A link stays a link: what it points to is replaced, or made.
+  const Result<std::string> followed = FollowLinks(path);
+  if (!followed) return Fail(followed.error().message);
+  const std::string& target = *followed;
+  if (const std::optional<int> fd = OwnDescriptor(target)) {
+    return WriteToDescriptor(*fd, path, bytes);
   }
   mode_t mode = NewFileMode();
   struct stat old {};

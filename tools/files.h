@@ -11,8 +11,9 @@ namespace morphbus::tools {
 /// The whole content of a file of at most `limit` bytes.
 Result<std::string> ReadFile(const std::string& path, size_t limit = size_t{1} << 30);
 /// Writes under a temporary name beside `path`, syncs and renames, so that `path` is never half a
-/// file. A file that was there keeps its permissions, a symbolic link stays one, a pipe or device
-/// is written to as it is. `path` "-" is stdout. The error names the path and the reason.
+/// file. A file that was there keeps its permissions, a symbolic link stays one (its target is
+/// written, also where that was not there), a pipe, a device or a stream such as /dev/stdout is
+/// written to as it is. `path` "-" is stdout. The error names the path and the reason.
 Result<void> WriteFile(const std::string& path, const std::string& bytes);
 
 }  // namespace morphbus::tools

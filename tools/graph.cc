@@ -114,8 +114,9 @@ void PrintGraph(const model::Robot& robot, const model::KinematicGraph& computed
 }
 
 int Graph(const Options& options) {
-  const std::optional<model::Model> model = LoadModel({options.file});
-  if (!model) return kUnusable;
+  std::vector<std::string> files;
+  const std::optional<model::Model> model = LoadModel({options.file}, &files);
+  if (!model || !SparesInputs(options.dot, files)) return kUnusable;
   const model::Robot* robot = PickRobot(*model, options.robot);
   if (robot == nullptr) return kUnusable;
   const model::KinematicGraph graph = model::BuildKinematicGraph(*model, *robot);

@@ -48,6 +48,8 @@ void Record(logger::Recorder* recorder, bridge::Bus* bus, const bridge::TimeSour
 int Log(const Options& options) {
   const std::optional<RunPlan> plan = LoadPlan(options.plan);
   if (!plan) return kUnusable;
+  const RunOptions& from = options.plan.options;
+  if (!SparesInputs(options.output, {from.model_file, from.program_file})) return kUnusable;
   const Result<std::unique_ptr<bridge::Bus>> lcm = bridge::OpenLcmBus(options.plan.options.lcm_url);
   if (!lcm) return Unusable(lcm.error().message);
   int64_t discarded = 0;

@@ -50,7 +50,9 @@ std::optional<Json> RunOnce(RunPlan* plan, const RunOptions& options, int number
   plan->description.set_run(directory->name());
   plan->description.set_started(WallTime());
   const std::string log = LogPath(options, directory->name(), number);
-  if (!CheckLogFolder(log)) return std::nullopt;
+  if (!CheckLogFolder(log) || !SparesInputs(log, {options.model_file, options.program_file})) {
+    return std::nullopt;
+  }
   RunEntry entry{directory->name(),  getpid(), plan->description.started(),
                  plan->robot().name, log,      "",
                  options.isolate};

@@ -8,7 +8,6 @@
 
 #include "compiler/congruence/variants.h"
 #include "compiler/emit/m3l.h"
-#include "compiler/m3l/compile.h"
 #include "compiler/m3l/format.h"
 #include "compiler/source/check.h"
 #include "tools/commands.h"
@@ -36,16 +35,6 @@ std::string ImportPath(const std::string& file, const std::string& output) {
                                    : relative.generic_string();
 }
 
-/// Is `output` one of the files that the model was compiled from?
-bool IsSource(const std::string& output, const source::SourceSet& sources) {
-  if (output == "-") return false;
-  for (int file = 0; file < sources.size(); ++file) {
-    std::error_code error;
-    if (std::filesystem::equivalent(output, sources.name(file), error) && !error) return true;
-  }
-  return false;
-}
-
 /// What `run` would show: such a variant moves alike, but does not fall alike.
 std::string MassComment(const model::Robot& robot, const congruence::MassComparison& masses) {
   std::string text;
@@ -68,17 +57,12 @@ std::string Formatted(const std::string& text) {
 }
 
 int Variants(const Options& options) {
-  const m3l::CompileOutput compiled = m3l::CompileFiles({options.file});
-  PrintDiagnostics(compiled.diagnostics, compiled.sources);
-  if (!compiled.model) return kUnusable;
-  const model::Model& model = *compiled.model;
+  std::vector<std::string> files;
+  const std::optional<model::Model> loaded = LoadModel({options.file}, &files);
+  if (!loaded) return kUnusable;
+  const model::Model& model = *loaded;
   const model::Robot* robot = PickRobot(model, options.robot);
-  if (robot == nullptr) return kUnusable;
-  if (IsSource(options.output, compiled.sources)) {
-    return Unusable(
-        fmt::format("{} is a file of the model, which the variants need; name another with -o",
-                    options.output));
-  }
+  if (robot == nullptr || !SparesInputs(options.output, files)) return kUnusable;
   const std::string import = ImportPath(options.file, options.output);
   if (import.find('"') != std::string::npos || import.find('\n') != std::string::npos) {
     return Unusable("M3L cannot import a file of that name");

@@ -68,6 +68,7 @@ class Writer {
     AppendStart(bodies.JointOrder());
     exported_.text = XmlText(document_);
     exported_.companions = bodies.Parts();
+    exported_.parts_folder = MjcfPartsFolder(stem_);
     return std::move(exported_);
   }
 

@@ -21,6 +21,8 @@ std::string MjcfMeshName(const model::Model& model, const TreeLink& link) {
   return source.hull.empty() ? "" : type.name + "." + source.name;
 }
 
+std::string MjcfPartsFolder(const std::string& stem) { return stem + "_parts"; }
+
 std::string MjcfLoopBody(const TreeLoop& loop) { return loop.name + ".loop"; }
 
 MjcfBodies::MjcfBodies(const model::Model& model, const RobotTree& tree, const std::string& stem,
@@ -85,7 +87,7 @@ MjcfBodies::Body& MjcfBodies::AppendBody(int parent, const std::string& name, in
 
 pugi::xml_node MjcfBodies::StartPart(pugi::xml_node from) {
   auto part = std::make_unique<Part>();
-  part->path = fmt::format("{}_parts/{}.xml", stem_, parts_.size() + 1);
+  part->path = fmt::format("{}/{}.xml", MjcfPartsFolder(stem_), parts_.size() + 1);
   Set(from.append_child("include"), "file", part->path);
   StartXml(&part->document);
   pugi::xml_node root = part->document.append_child("mujocoinclude");

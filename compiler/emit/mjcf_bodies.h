@@ -18,6 +18,9 @@ inline constexpr double kMjcfRunUp = 3e-3;
 /// Name of a link's mesh, "MTRAN.active_block"; empty without hull.
 std::string MjcfMeshName(const model::Model& model, const TreeLink& link);
 
+/// The folder of a deep tree's parts, beside the main file: "robot_parts".
+std::string MjcfPartsFolder(const std::string& stem);
+
 /// Name of the body that a joint which closes a loop moves: "m1.joint_1.loop".
 std::string MjcfLoopBody(const TreeLoop& loop);
 

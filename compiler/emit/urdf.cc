@@ -57,9 +57,8 @@ class Writer {
     AppendGazeboJoints(tree_, CarryingLinks(), root_);
     exported_.text = XmlText(document_);
     exported_.companions = MeshFiles(model_, tree_, place_);
-    if (!tree_.loops.empty()) {
-      exported_.companions.push_back({place_.stem + "_cuts.json", CutsJson(tree_)});
-    }
+    // Also where nothing is cut, so that no list of an earlier export is taken for this one's.
+    exported_.companions.push_back({place_.stem + "_cuts.json", CutsJson(tree_)});
     return std::move(exported_);
   }
 

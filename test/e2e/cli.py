@@ -138,7 +138,7 @@ class Cli(Case):
         user.write_text('import "model.m3l"\n')
         for output in (model, user, self.folder / '.' / 'model.m3l'):
             said = morphbus('variants', user, '--robot', 'quadruped', '--max', 1, '-o', output, status=2).stderr
-            self.assertIn('is a file of the model', said)
+            self.assertIn('this command reads that file; name another', said)
         self.assertEqual(model.read_bytes(), MODEL.read_bytes())
         first = self.folder / 'first.m3l'
         morphbus('variants', user, '--robot', 'quadruped', '--max', 2, '-o', first)

@@ -13,6 +13,24 @@ from support import MODEL, MORPHBUS, ROBOTS, SOURCE, Case, export, main, matrix,
 SCHEMA = SOURCE / 'compiler/emit/keywords.rng'
 
 
+def row(length):
+    """Modules in a row, as M3L."""
+    modules = ', '.join(f'MTRAN m{i}' for i in range(length))
+    connections = ', '.join(f'(m{i}.c2, m{i + 1}.c5)' for i in range(length - 1))
+    return f'import "{MODEL}"\nrobot row: modules=({modules}), connections=({connections})\n'
+
+
+def hubs(count):
+    """Quadrupeds one behind the other, as M3L: each has a loop that locks two joints."""
+    modules = ', '.join(f'MTRAN h{k}m{i}' for k in range(count) for i in range(1, 10))
+    pattern = ('(h{0}m1.c2, h{0}m2.c5), (h{0}m2.c2, h{0}m3.c5), (h{0}m3.c2, h{0}m4.c5), (h{0}m2.c3, h{0}m5.c4), '
+               '(h{0}m3.c6, h{0}m5.c3, 3), (h{0}m6.c2, h{0}m7.c5), (h{0}m7.c2, h{0}m8.c5), (h{0}m8.c2, h{0}m9.c5), '
+               '(h{0}m7.c1, h{0}m5.c6), (h{0}m8.c4, h{0}m5.c1, 35)')
+    connections = ', '.join([pattern.format(k) for k in range(count)]
+                            + [f'(h{k}m4.c2, h{k + 1}m1.c5)' for k in range(count - 1)])
+    return f'import "{MODEL}"\nrobot hubs: modules=({modules}), connections=({connections})\n'
+
+
 def module_types(model):
     return re.findall(r'(?m)^\s*module\s+(\w+)', pathlib.Path(model).read_text())
 
@@ -77,9 +95,63 @@ class Files(Case):
             for ours, theirs in zip(product(parent, between), child):
                 self.assertAlmostEqual(ours, theirs, places=9)
         self.assertIn(f'<joint name="{joint["name"]}" type="revolute">', path.read_text().split('<gazebo>')[1])
-        (self.folder / 'walker_cuts.json').unlink()
+        # A list is there also of what has no loops: else the one above would be taken for this one's.
         export('urdf', path, '--module', 'MTRAN')
-        self.assertFalse((self.folder / 'walker_cuts.json').exists())
+        self.assertEqual(json.loads((self.folder / 'walker_cuts.json').read_text()), {'robot': 'MTRAN', 'cuts': []})
+
+    def test_parts_of_an_earlier_export_go(self):
+        model = self.folder / 'row.m3l'
+        model.write_text(row(100))
+        path = self.folder / 'robot.xml'
+        parts = self.folder / 'robot_parts'
+        export('mjcf', path, '--robot', 'row', model=model)
+        deep = sorted(parts.iterdir())
+        self.assertGreater(len(deep), 1)
+        notes = parts / 'notes.xml'
+        notes.write_text('mine')
+        model.write_text(row(40))
+        export('mjcf', path, '--robot', 'row', model=model)
+        self.assertEqual(sorted(parts.iterdir()), [deep[0], notes])
+        self.assertIn('robot_parts/1.xml', path.read_text())
+        notes.unlink()
+        export('mjcf', path, '--robot', 'quadruped')
+        self.assertFalse(parts.exists())
+
+    def test_no_output_takes_the_place_of_an_input(self):
+        model = self.folder / 'in.m3l'
+        model.write_text(pathlib.Path(MODEL).read_text())
+        user = self.folder / 'in.h'
+        user.write_text('import "in.m3l"\n')
+        link = self.folder / 'link'
+        link.symlink_to('in.m3l')
+        program = self.folder / 'walk.dyn'
+        program.write_text((SOURCE / 'models/programs/quadruped.dyn').read_text())
+        keywords = self.folder / 'mtran.xml'
+        export('xml', keywords, '--module', 'MTRAN')
+        files = {path: path.read_bytes() for path in self.folder.iterdir()}
+        robot = ('--robot', 'quadruped')
+        compiled = (MORPHBUS, 'compile', program)
+        for command in (
+                (MORPHBUS, 'export', user, *robot, '--to', 'urdf', '-o', user),
+                (MORPHBUS, 'export', user, *robot, '--to', 'urdf', '-o', model),
+                (MORPHBUS, 'export', model, '--to', 'model', '-o', link),
+                (MORPHBUS, 'export', user, *robot, '--to', 'c', '-o', self.folder / 'in.c'),  # Its header.
+                (*compiled, '--model', user, '-o', program), (*compiled, '--model', user, '-o', model),
+                (*compiled, '--keywords', keywords, '-o', keywords),
+                (MORPHBUS, 'graph', user, *robot, '--dot', model), (MORPHBUS, 'draw', user, *robot, '-o', model),
+                (MORPHBUS, 'variants', user, *robot, '-o', link),
+                (MORPHBUS, 'run', model, program, *robot, '--seconds', 1, '--inproc', '--log', program)):
+            with self.subTest(' '.join(map(str, command[1:]))):
+                done = run(command, status=2)
+                self.assertIn('this command reads that file; name another', done.stderr)
+                self.assertNotIn('warning', done.stderr)
+                self.assertEqual({path: path.read_bytes() for path in self.folder.iterdir()}, files)
+        log = self.folder / 'run.log'
+        log.write_text('anything')
+        for command in ((MORPHBUS, 'compare', log, log, '--report', log),
+                        (MORPHBUS, 'draw', log, '--at', 0, '-o', log)):
+            self.assertIn('this command reads that file', run(command, status=2).stderr)
+        self.assertEqual(log.read_text(), 'anything')
 
     def test_meshes_lie_beside_the_file_and_are_closed(self):
         for to in ('urdf', 'sdf'):
@@ -130,6 +202,47 @@ class Files(Case):
         self.assertIn('</robot>', reader.communicate(timeout=60)[0])
         self.assertIn('quadruped_meshes/MTRAN.active_block.stl belongs to this output', said)
         self.assertEqual([p.name for p in self.folder.iterdir()], ['pipe'])
+
+    def test_a_redirected_stream_gets_the_main_file_where_it_stands(self):
+        for name in ('/dev/stdout', '/dev/fd/1', '/proc/self/fd/1'):
+            target = self.folder / 'target'
+            target.write_text('before\n')
+            with open(target, 'a') as stream:
+                done = subprocess.run([str(MORPHBUS), 'export', MODEL, '--robot', 'quadruped', '--to', 'urdf', '-o', name],
+                                      stdout=stream, stderr=subprocess.PIPE, text=True, timeout=120)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn('quadruped_meshes/MTRAN.active_block.stl belongs to this output', done.stderr)
+            self.assertRegex(target.read_text(), r'(?s)^before\n<\?xml.*</robot>\n$')
+            self.assertEqual([p.name for p in self.folder.iterdir()], ['target'])
+
+    def test_companions_lie_beside_the_target_of_a_link(self):
+        there = self.folder / 'there'
+        there.mkdir()
+        link = self.folder / 'link.urdf'
+        link.symlink_to('there/walker.urdf')
+        for _ in range(2):  # First the link points to nothing yet.
+            export('urdf', link, '--robot', 'quadruped')
+            self.assertTrue(link.is_symlink())
+            self.assertEqual(sorted(p.name for p in there.iterdir()),
+                             ['walker.urdf', 'walker_cuts.json', 'walker_meshes'])
+            self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ['link.urdf', 'there'])
+            self.assertIn('walker_meshes/MTRAN.', link.read_text())
+
+    def test_thousands_of_warnings_are_counted_not_listed(self):
+        model = self.folder / 'rings.m3l'
+        model.write_text(hubs(12))
+        path = self.folder / 'robot.urdf'
+        said = export('urdf', path, '--robot', 'hubs', model=model).stderr.splitlines()
+        # Each hub has a connection left out, a joint cut, and a joint that can move here.
+        cuts = json.loads((self.folder / 'robot_cuts.json').read_text())['cuts']
+        self.assertEqual(len(cuts), 24)
+        for words in ('is left out; nothing is lost', 'is cut; ', 'can move here'):
+            self.assertEqual(sum(words in line for line in said), 10)
+            self.assertEqual(path.read_text().count(words), 12)
+        self.assertEqual([line for line in said if 'more' in line], ['morphbus: warning: and 2 more like the last'] * 3)
+        checked = run([MORPHBUS, 'check', model]).stdout
+        locked = next(line for line in checked.splitlines() if 'locked by loops' in line and 'and' in line)
+        self.assertRegex(locked, r'^  locked by loops: (\S+, ){9}\S+ and 14 more$')
 
     def test_graphviz_draws_the_graphs(self):
         assembly = self.folder / 'assembly.dot'

@@ -1,10 +1,15 @@
 #include "tools/files.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <thread>
+#include <vector>
+
+#include "tools/output_path.h"
 
 namespace morphbus::tools {
 namespace {
@@ -77,6 +82,66 @@ TEST_F(FilesTest, ALinkStaysALink) {
   ASSERT_TRUE(WriteFile(folder_ + "/link", "2").has_value());
   EXPECT_TRUE(fs::is_symlink(folder_ + "/link"));
   EXPECT_EQ(*ReadFile(folder_ + "/a"), "2");
+}
+
+TEST_F(FilesTest, ALinkToNothingYetMakesItsTarget) {
+  fs::create_directory(folder_ + "/d");
+  fs::create_symlink("d/a", folder_ + "/second");
+  fs::create_symlink("second", folder_ + "/link");
+  ASSERT_TRUE(WriteFile(folder_ + "/link", "1").has_value());
+  EXPECT_TRUE(fs::is_symlink(folder_ + "/link"));
+  EXPECT_TRUE(fs::is_symlink(folder_ + "/second"));
+  EXPECT_TRUE(fs::is_regular_file(fs::symlink_status(folder_ + "/d/a")));
+  EXPECT_EQ(*ReadFile(folder_ + "/link"), "1");
+}
+
+TEST_F(FilesTest, LinksInACircleAreRefusedAndStay) {
+  fs::create_symlink("b", folder_ + "/a");
+  fs::create_symlink("a", folder_ + "/b");
+  const Result<void> result = WriteFile(folder_ + "/a", "x");
+  ASSERT_FALSE(result.has_value());
+  EXPECT_NE(result.error().message.find("symbolic links"), std::string::npos)
+      << result.error().message;
+  EXPECT_TRUE(fs::is_symlink(folder_ + "/a"));
+}
+
+TEST_F(FilesTest, AStreamOfOurOwnIsWrittenOnFromWhereItIs) {
+  ASSERT_TRUE(WriteFile(folder_ + "/a", "old ").has_value());
+  const int fd = open((folder_ + "/a").c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+  ASSERT_GE(fd, 0);
+  fs::create_symlink("/dev/fd/" + std::to_string(fd), folder_ + "/link");
+  EXPECT_TRUE(WriteFile("/dev/fd/" + std::to_string(fd), "one ").has_value());
+  EXPECT_TRUE(WriteFile("/proc/self/fd/" + std::to_string(fd), "two ").has_value());
+  EXPECT_TRUE(WriteFile(folder_ + "/link", "three").has_value());
+  close(fd);
+  EXPECT_EQ(*ReadFile(folder_ + "/a"), "old one two three");
+}
+
+TEST_F(FilesTest, StreamsAreToldFromFiles) {
+  ASSERT_TRUE(WriteFile(folder_ + "/a", "").has_value());
+  fs::create_symlink("/dev/stdout", folder_ + "/out");
+  fs::create_symlink("a", folder_ + "/link");
+  ASSERT_EQ(mkfifo((folder_ + "/pipe").c_str(), 0600), 0);
+  for (const std::string& stream :
+       {std::string("-"), std::string("/dev/stdout"), std::string("/dev/../dev/stderr"),
+        std::string("/dev/fd/1"), folder_ + "/out", folder_ + "/pipe"}) {
+    EXPECT_TRUE(IsStream(stream)) << stream;
+  }
+  for (const std::string& file : {folder_ + "/a", folder_ + "/link", folder_ + "/none", folder_}) {
+    EXPECT_FALSE(IsStream(file)) << file;
+  }
+}
+
+TEST_F(FilesTest, AnInputIsKnownByAnyName) {
+  ASSERT_TRUE(WriteFile(folder_ + "/a", "").has_value());
+  ASSERT_TRUE(WriteFile(folder_ + "/b", "").has_value());
+  fs::create_symlink("a", folder_ + "/link");
+  const std::vector<std::string> inputs = {folder_ + "/none", folder_ + "/a"};
+  EXPECT_TRUE(IsOneOf(folder_ + "/a", inputs));
+  EXPECT_TRUE(IsOneOf(folder_ + "/./link", inputs));
+  EXPECT_FALSE(IsOneOf(folder_ + "/b", inputs));
+  EXPECT_FALSE(IsOneOf(folder_ + "/none", inputs));
+  EXPECT_FALSE(IsOneOf("-", inputs));
 }
 
 TEST_F(FilesTest, APipeIsWrittenToAndStaysAPipe) {
