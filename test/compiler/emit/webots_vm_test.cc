@@ -128,7 +128,10 @@ class Controller {
  private:
   static Exported Source(const model::Model& model, int type) {
     std::vector<CompanionFile> files = WebotsController(model, DockFacesOf(model), type);
-    return {files.at(1).bytes, {files.at(0)}, {}};
+    Exported exported;
+    exported.text = files.at(1).bytes;
+    exported.companions = {files.at(0)};
+    return exported;
   }
 
   FakeWebots* world_;
