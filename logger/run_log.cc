@@ -46,6 +46,8 @@ class Loader {
   void Take(const LogEvent& event);
   void TakeFindings(const EventLogReader& reader);
   void Finish();
+  /// Was there any message of the run?
+  [[nodiscard]] bool found() const { return found_; }
 
  private:
   void TakeOurs(const LogEvent& event, const bridge::ChannelName& name, ChannelFacts* channel);
@@ -81,6 +83,7 @@ class Loader {
   std::set<int64_t> ticks_;
   std::set<std::string, std::less<>> other_runs_;
   bridge::InfoAssembler info_;
+  bool found_ = false;
   bool end_seen_ = false;
   int64_t now_us_ = 0;
   size_t findings_taken_ = 0;
@@ -249,6 +252,7 @@ void Loader::Take(const LogEvent& event) {
   const std::optional<bridge::ChannelName> name = bridge::ParseChannel(event.channel);
   const bool ours = name && name->run == run_;
   if (name && !ours) other_runs_.emplace(name->run);
+  found_ = found_ || ours;
   // A damaged log can name a new channel with every event; beyond this they are counted as one.
   std::string key = Printable(event.channel);
   if (facts_.channels.size() >= 10'000 && !facts_.channels.contains(key))
@@ -367,6 +371,19 @@ void Loader::Finish() {
   SortSeries();
 }
 
+/// Why a log is not read that has no message of `run`, but of `others`.
+std::string NoSuchRun(const std::string& path, const std::string& run,
+                      const std::vector<std::string>& others) {
+  constexpr size_t kMaxNamed = 8;  // a damaged log can name any number of runs
+  if (others.empty()) return fmt::format("{} holds no run of modules", path);
+  std::string names;
+  for (size_t i = 0; i < std::min(others.size(), kMaxNamed); ++i) {
+    names += (i == 0 ? "" : ", ") + Printable(others[i]);
+  }
+  if (others.size() > kMaxNamed) names += fmt::format(" and {} more", others.size() - kMaxNamed);
+  return fmt::format("no run '{}' in {}; it holds {}", run, path, names);
+}
+
 /// The first run that the file names in a CLOCK or INFO.
 std::optional<std::string> FindRun(EventLogReader* reader) {
   LogEvent event;
@@ -417,6 +434,10 @@ Result<RunLog> LoadRunLog(const std::string& path, const RunLogOptions& options)
     log.facts.AddDamage("reading failed: " + (*reader)->io_error(), (*reader)->position(), 0);
   }
   loader.Finish();
+  // A file that was cut before its first event may have been of this run.
+  if (!loader.found() && log.facts.events > 0) {
+    return Fail(NoSuchRun(path, run, log.facts.other_runs));
+  }
   return log;
 }
 

@@ -91,8 +91,9 @@ struct RunLogOptions {
   bool series = true;  ///< False: facts only (for `info` and `verify`); memory stays small.
 };
 
-/// Reads a whole log. Fails only if the file cannot be read at all or holds no run; damage is read
-/// past, and listed in `facts`.
+/// Reads a whole log. Fails only if the file cannot be read at all, or holds no run or not the one
+/// that `options` names (the error lists those it holds); damage is read past, and listed in
+/// `facts`.
 Result<RunLog> LoadRunLog(const std::string& path, const RunLogOptions& options = {});
 
 }  // namespace morphbus::logger

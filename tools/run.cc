@@ -32,12 +32,28 @@ std::string LogPath(const RunOptions& options, const std::string& run, int numbe
   return fs::absolute(path).lexically_normal();
 }
 
-/// Whether the log can be written at all: said before anything starts.
-bool CheckLogFolder(const std::string& log) {
+/// Why the log cannot be written; empty if it can. Found out before anything starts: the logger
+/// itself would find out when the others wait for it.
+std::string WhyNoLog(const std::string& log) {
   const std::string folder = std::filesystem::path(log).parent_path();
-  if (access(folder.c_str(), W_OK | X_OK) == 0) return true;
-  Unusable(fmt::format("cannot write {}: {}", log, std::strerror(errno)));
-  return false;
+  if (access(folder.c_str(), W_OK | X_OK) != 0) return std::strerror(errno);
+  // What the log is called in the end, and while it is written.
+  for (const std::string& path : {log, log + ".partial"}) {
+    std::error_code unknown;
+    const std::filesystem::file_status status = std::filesystem::status(path, unknown);
+    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+      return path + (std::filesystem::is_directory(status) ? " is a folder" : " is no file") +
+             "; --log takes the name of a file";
+    }
+  }
+  return "";
+}
+
+/// True if the log can be written; else says why not.
+bool CheckLog(const std::string& log) {
+  const std::string why = WhyNoLog(log);
+  if (!why.empty()) Unusable(fmt::format("cannot write {}: {}", log, why));
+  return why.empty();
 }
 
 /// One run. Returns its summary; nothing if it could not even begin (said on stderr).
@@ -50,7 +66,7 @@ std::optional<Json> RunOnce(RunPlan* plan, const RunOptions& options, int number
   plan->description.set_run(directory->name());
   plan->description.set_started(WallTime());
   const std::string log = LogPath(options, directory->name(), number);
-  if (!CheckLogFolder(log) || !SparesInputs(log, {options.model_file, options.program_file})) {
+  if (!CheckLog(log) || !SparesInputs(log, {options.model_file, options.program_file})) {
     return std::nullopt;
   }
   RunEntry entry{directory->name(),  getpid(), plan->description.started(),

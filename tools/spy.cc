@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <cmath>
 
 #include "bridge/lcm_bus.h"
 #include "tools/commands.h"
@@ -44,6 +45,9 @@ void Show(const Json& spy, const Options& options, bool live) {
 }
 
 int Spy(Options options) {
+  if (!std::isfinite(options.seconds) || options.seconds < 0) {
+    return Unusable("--seconds: expected a number, 0 or more");
+  }
   if (!(options.interval >= 0.05 && options.interval <= 3600)) {
     return Unusable("--interval: expected 0.05 to 3600 seconds");
   }
@@ -65,7 +69,7 @@ int Spy(Options options) {
   if (options.once && options.seconds <= 0) options.seconds = options.interval;
   if (options.once) options.interval = options.seconds;
   for (double next = options.interval; CaughtSignal() == 0;) {
-    (*bus)->Handle(std::clamp(static_cast<int>((next - timer.seconds()) * 1000.0), 0, 50));
+    (*bus)->Handle(static_cast<int>(std::clamp((next - timer.seconds()) * 1000.0, 0.0, 50.0)));
     if (timer.seconds() < next) continue;
     table.Roll(timer.seconds());
     Show(table.ToJson(options.channel), options, live);

@@ -207,6 +207,15 @@ TEST(RunLogTest, ForeignChannelsAndRunsAreToldApart) {
   EXPECT_EQ(Load(file.path(), {"other", true}).facts.ticks, 3);
 }
 
+TEST(RunLogTest, ARunThatTheFileDoesNotHoldIsAnErrorThatNamesThoseItHolds) {
+  const TempLog file(test::EncodeLog(test::SyntheticEvents({})));
+  for (const bool series : {false, true}) {
+    const Result<RunLog> log = LoadRunLog(file.path(), {"nope", series});
+    ASSERT_FALSE(log.has_value());
+    EXPECT_EQ(log.error().message, "no run 'nope' in " + file.path() + "; it holds synth");
+  }
+}
+
 TEST(RunLogTest, FaultsAreListedWithModuleRoleAndLine) {
   SyntheticOptions options;
   options.on_status = [](const std::string& module, status_t* status) {
