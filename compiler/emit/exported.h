@@ -15,11 +15,11 @@ struct CompanionFile {
 struct Exported {
   std::string text;  ///< The main file.
   std::vector<CompanionFile> companions;
-  /// Folder of companions called 1.xml, 2.xml, …, beside the main file, whether or not there are
-  /// any now: what an earlier export left there beyond them is to be removed. Empty: there is none.
-  std::string parts_folder;
   /// What was lost on the way, a sentence each, for the user.
   std::vector<std::string> warnings;
+  /// Folder of companions called 1.xml, 2.xml, …, beside the main file, whether or not there are
+  /// any now: what an earlier export left there beyond them is to be removed. Empty: there is none.
+  std::string parts_folder = {};
 };
 
 }  // namespace morphbus::emit

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <map>
 #include <set>
 #include <utility>
 #include <vector>
@@ -64,6 +65,7 @@ class Writer {
       trees_.push_back(TreeOf(model, ModuleAsRobot(model, static_cast<int>(type))));
     }
     for (const model::ModuleInstance& module : robot.modules) used_types_.insert(module.type);
+    for (const int type : used_types_) programs_[type] = WebotsController(model, faces_, type);
     for (const model::Docking& d : robot.dockings) {
       docked_.insert({d.module_a, d.connector_a});
       docked_.insert({d.module_b, d.connector_b});
@@ -86,8 +88,9 @@ class Writer {
     for (const int type : used_types_) {
       const model::ModuleType& module = model_.module_types[static_cast<size_t>(type)];
       WarnOfLimits(module, &exported.warnings);
-      for (CompanionFile& file : WebotsController(model_, faces_, type)) {
-        file.path = controllers + "/" + WebotsControllerName(module) + "/" + file.path;
+      WebotsProgram& program = programs_.at(type);
+      for (CompanionFile& file : program.files) {
+        file.path = controllers + "/" + program.name + "/" + file.path;
         exported.companions.push_back(std::move(file));
       }
     }
@@ -162,9 +165,7 @@ class Writer {
     vrml_.Line("translation " + Triple(X_WL.translation()));
     vrml_.Line("rotation " + Rotation(X_WL.linear()));
     vrml_.Line(fmt::format("name \"{}\"", module.name));
-    vrml_.Line(
-        fmt::format("controller \"{}\"",
-                    WebotsControllerName(model_.module_types[static_cast<size_t>(module.type)])));
+    vrml_.Line(fmt::format("controller \"{}\"", programs_.at(module.type).name));
     vrml_.Line(fmt::format("customData \"{}\"", CustomData(m)));
     AppendLinkBody(m, tree, 0);
     vrml_.Close("}");
@@ -389,6 +390,7 @@ class Writer {
   std::vector<RobotTree> trees_;          ///< Of each module type.
   std::set<std::pair<int, int>> docked_;  ///< (module, connector)
   std::set<int> used_types_;
+  std::map<int, WebotsProgram> programs_;      ///< Of each used type; without files once written.
   std::vector<std::vector<size_t>> children_;  ///< Of each link of the module at hand.
   Vrml vrml_;
 };

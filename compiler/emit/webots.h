@@ -2,6 +2,7 @@
 // A world for Webots R2023b, and the controller that its modules run.
 
 #include <string>
+#include <vector>
 
 #include "compiler/emit/exported.h"
 #include "compiler/emit/webots_docks.h"
@@ -14,7 +15,7 @@ namespace morphbus::emit {
 /// loops are kept and modules can be parted at run time. World axes are the robot frame's
 /// (coordinate system NUE). Base nodes only, so nothing has to be downloaded.
 ///
-/// Companions, under `controllers`/morphbus_TYPE/ for each module type: a wrapper of Webots' C
+/// Companions, under `controllers`/morphbus_TYPE_HASH/ for each module type: a wrapper of Webots' C
 /// interface that gives and takes what a module's virtual machine takes and gives
 /// (vm/module_api.h), a main program that holds the start values, a Makefile. Warns of docked
 /// connectors that Webots will not see as aligned, of limits that it cannot hold, and of docking
@@ -22,10 +23,13 @@ namespace morphbus::emit {
 Exported ToWebots(const model::Model& model, const model::Robot& robot,
                   const std::string& controllers);
 
-/// The files of the controller of module type `type` (an index); paths relative to its folder.
-std::vector<CompanionFile> WebotsController(const model::Model& model, const DockFaces& faces,
-                                            int type);
-/// "morphbus_TYPE"
-std::string WebotsControllerName(const model::ModuleType& type);
+/// The controller of one module type.
+struct WebotsProgram {
+  /// "morphbus_TYPE_1a2b3c4d", of its folder and main file: with a hash of what the files say, so
+  /// that worlds of other connections or joints find their own beside it.
+  std::string name;
+  std::vector<CompanionFile> files;  ///< Paths relative to its folder.
+};
+WebotsProgram WebotsController(const model::Model& model, const DockFaces& faces, int type);
 
 }  // namespace morphbus::emit

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <map>
 #include <tuple>
 #include <utility>
@@ -154,18 +155,21 @@ std::string Rows(const std::vector<Way>& ways, double emitter_offset) {
   return rows;
 }
 
+/// Eight hexadecimal digits (FNV-1a).
+std::string ShortHash(const std::string& text) {
+  uint32_t hash = 2166136261U;
+  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 16777619U;
+  return fmt::format("{:08x}", hash);
+}
+
 }  // namespace
 
-std::string WebotsControllerName(const model::ModuleType& type) { return "morphbus_" + type.name; }
-
-std::vector<CompanionFile> WebotsController(const model::Model& model, const DockFaces& faces,
-                                            int type) {
+WebotsProgram WebotsController(const model::Model& model, const DockFaces& faces, int type) {
   const model::ModuleType& module = model.module_types[static_cast<size_t>(type)];
   std::string speeds;
   for (const model::Joint& joint : module.joints) speeds += fmt::format("{}, ", joint.speed);
   const std::vector<std::pair<std::string, std::string>> values = {
       {"TYPE", module.name},
-      {"NAME", WebotsControllerName(module)},
       {"JOINTS", Enumerators(module.joints, "JOINT")},
       {"NUM_JOINTS", std::to_string(module.joints.size())},
       {"CONNECTORS", Enumerators(module.connectors, "CONNECTOR")},
@@ -181,10 +185,16 @@ std::vector<CompanionFile> WebotsController(const model::Model& model, const Doc
       {"LOCK_VALUES", LockValues(model, type)},
       {"WAYS", Rows(WaysOf(model, faces, type), DockScaleOf(model).emitter_offset)},
   };
-  return {{"morphbus_module.h", Filled(kWebotsModuleHeader, values)},
-          {"morphbus_module.c", Filled(kWebotsModuleSource, values)},
-          {WebotsControllerName(module) + ".c", Filled(kWebotsMain, values)},
-          {"Makefile", Filled(kWebotsMakefile, values)}};
+  const std::string header = Filled(kWebotsModuleHeader, values);
+  const std::string source = Filled(kWebotsModuleSource, values);
+  const std::string main = Filled(kWebotsMain, values);
+  const std::string name =
+      fmt::format("morphbus_{}_{}", module.name, ShortHash(header + source + main));
+  return {name,
+          {{"morphbus_module.h", header},
+           {"morphbus_module.c", source},
+           {name + ".c", main},
+           {"Makefile", Filled(kWebotsMakefile, {{"NAME", name}})}}};
 }
 
 }  // namespace morphbus::emit

@@ -213,7 +213,7 @@ class World(Case):
                 kinds |= {node.type for node in every_node([module]) if node.type in JOINTS}
                 found = links_below(module, place(module), values, {})
                 # Alone, since loops of the robot would leave the module gaping.
-                kind = module['controller'].partition('_')[2]
+                kind = module['controller'].partition('_')[2].rpartition('_')[0]
                 alone.write_text(f'import "{model}"\nrobot alone: modules=({kind} m)\n')
                 expected = poses('alone', {f'm.{joint}': q for joint, q in values.items()}, str(alone))
                 root = inverse(found.pop(module['name']))
@@ -346,11 +346,41 @@ class World(Case):
 
     def test_files_lie_where_webots_looks(self):
         self.world('quadruped')
-        controllers = self.folder / 'controllers/morphbus_MTRAN'
-        self.assertEqual(sorted(p.name for p in controllers.iterdir()),
-                         ['Makefile', 'morphbus_MTRAN.c', 'morphbus_module.c', 'morphbus_module.h'])
+        controller, = (self.folder / 'controllers').iterdir()
+        self.assertRegex(controller.name, '^morphbus_MTRAN_[0-9a-f]{8}$')
+        self.assertEqual(sorted(p.name for p in controller.iterdir()),
+                         ['Makefile', f'{controller.name}.c', 'morphbus_module.c', 'morphbus_module.h'])
+        self.assertIn(f'C_SOURCES = {controller.name}.c morphbus_module.c', (controller / 'Makefile').read_text())
         export('webots', self.folder / 'flat.wbt', '--robot', 'quadruped')
         self.assertTrue((self.folder / 'flat.wbt').exists())
+
+    def test_worlds_of_unlike_models_keep_their_controllers(self):
+        text = pathlib.Path(MODEL).read_text()
+        fewer = self.folder / 'fewer.m3l'
+        fewer.write_text(text.replace('extended == true', 'extended == false'))
+        self.assertNotEqual(fewer.read_text(), text)
+
+        def controllers_of(path):
+            return set(re.findall(r'(?m)^  controller "(.*)"$', path.read_text()))
+
+        first = self.folder / 'first.wbt'
+        export('webots', first, '--robot', 'quadruped')
+        before = {p: p.read_bytes() for p in (self.folder / 'controllers').glob('*/*')}
+        second = self.folder / 'second.wbt'
+        export('webots', second, '--module', 'MTRAN', model=str(fewer))
+        third = self.folder / 'third.wbt'
+        export('webots', third, '--robot', 'equivalent_quadruped')
+        self.assertEqual(controllers_of(first), controllers_of(third))
+        self.assertFalse(controllers_of(first) & controllers_of(second))
+        self.assertEqual({p: p.read_bytes() for p in before}, before)
+        self.assertEqual({p.name for p in (self.folder / 'controllers').iterdir()},
+                         controllers_of(first) | controllers_of(second))
+
+
+def controller_of(world):
+    """The folder of the only controller of a world, which its modules name."""
+    name, = set(re.findall(r'(?m)^  controller "(.*)"$', world.read_text()))
+    return world.parent / 'controllers' / name
 
 
 def run_any(command):
@@ -359,8 +389,10 @@ def run_any(command):
 
 class Controller(Case):
     def compile(self, *sources, output):
+        """Compiles files of the controller, 'MAIN' its main file, and files of the test's."""
         export('webots', self.folder / 'robot.wbt', '--robot', 'quadruped')
-        folder = self.folder / 'controllers/morphbus_MTRAN'
+        folder = controller_of(self.folder / 'robot.wbt')
+        sources = [f'{folder.name}.c' if source == 'MAIN' else source for source in sources]
         strict = ['-std=c99', '-Wall', '-Wextra', '-Wpedantic', '-Wconversion', '-Werror']
         system = ['-isystem', STUB, '-I', folder]
         # The stub stands for Webots' own headers and library: our warnings are not for it.
@@ -371,7 +403,7 @@ class Controller(Case):
 
     def test_the_controller_holds_the_start_values(self):
         program = self.folder / 'controller'
-        self.compile('morphbus_module.c', 'morphbus_MTRAN.c', output=program)
+        self.compile('morphbus_module.c', 'MAIN', output=program)
         said = run([program]).stdout.splitlines()
         devices = {line.split()[1] for line in said if line.startswith('device')}
         text = (self.folder / 'robot.wbt').read_text()
@@ -384,7 +416,7 @@ class Controller(Case):
 
     def test_a_module_without_an_id_says_so_once(self):
         program = self.folder / 'controller'
-        self.compile('morphbus_module.c', 'morphbus_MTRAN.c', output=program)
+        self.compile('morphbus_module.c', 'MAIN', output=program)
         self.assertEqual(run([program]).stderr, '')
         self.assertEqual(run([program], env={'CUSTOM_DATA': 'id 0'}).stderr, '')
         said = run([program], env={'CUSTOM_DATA': ''}).stderr
@@ -448,13 +480,13 @@ class Controller(Case):
         self.assertGreater(len(types), 5)
         for model, name in types:
             export('webots', self.folder / 'one.wbt', '--module', name, model=model)
-            folder = self.folder / f'controllers/morphbus_{name}'
-            for source in ('morphbus_module.c', f'morphbus_{name}.c'):
+            folder = controller_of(self.folder / 'one.wbt')
+            for source in ('morphbus_module.c', f'{folder.name}.c'):
                 run(['gcc', '-std=c99', '-O2', '-Wall', '-Wextra', '-Wpedantic', '-Wconversion', '-Werror', '-isystem', STUB,
                      '-I', folder, '-c', folder / source, '-o', self.folder / 'c.o'])
 
     def test_the_wrapper_is_cpp_too(self):
-        folder = self.compile('morphbus_module.c', 'morphbus_MTRAN.c', output=self.folder / 'controller')
+        folder = self.compile('morphbus_module.c', 'MAIN', output=self.folder / 'controller')
         run(['g++', '-x', 'c++', '-Wall', '-Wextra', '-isystem', STUB, '-I', folder, '-c', folder / 'morphbus_module.c',
              '-o', self.folder / 'cpp.o'])
 

@@ -74,6 +74,27 @@ TEST(MjcfDynamics, AFileOpensAtTheStartValues) {
   }
 }
 
+// A joint that closes a loop has a body of its own, whose mass comes off the link's.
+TEST(MjcfDynamics, MassesAddUpToThoseDeclared) {
+  int loops = 0;
+  for (const ExportCase& robot : test::ExportCases(0)) {
+    SCOPED_TRACE(robot.name);
+    const RobotTree tree = TreeOf(robot.model, robot.robot);
+    double declared = 0.0;  // kg
+    for (const model::ModuleInstance& module : robot.robot.modules) {
+      const auto type = static_cast<size_t>(module.type);
+      for (const model::Link& link : robot.model.module_types[type].links) {
+        declared += link.mass_kg;
+      }
+    }
+    const Simulation simulation = test::LoadInMuJoCo(ToMjcf(robot.model, tree, "robot"));
+    ASSERT_NE(simulation.model, nullptr);
+    EXPECT_NEAR(mj_getTotalmass(simulation.model.get()), declared, 1e-9 * declared);
+    for (const TreeLoop& loop : tree.loops) loops += loop.joint >= 0 ? 1 : 0;
+  }
+  EXPECT_GT(loops, 0);
+}
+
 // Steps of the command as large as the joints' ranges, with nothing in the way.
 TEST(MjcfDynamics, JointsKeepTheirSpeed) {
   for (const ExportCase& robot : test::ExportCases(0)) {

@@ -127,7 +127,8 @@ class Controller {
 
  private:
   static Exported Source(const model::Model& model, int type) {
-    std::vector<CompanionFile> files = WebotsController(model, DockFacesOf(model), type);
+    const std::vector<CompanionFile> files =
+        WebotsController(model, DockFacesOf(model), type).files;
     Exported exported;
     exported.text = files.at(1).bytes;
     exported.companions = {files.at(0)};
