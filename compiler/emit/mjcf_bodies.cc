@@ -27,7 +27,7 @@ std::string MjcfLoopBody(const TreeLoop& loop) { return loop.name + ".loop"; }
 
 MjcfBodies::MjcfBodies(const model::Model& model, const RobotTree& tree, const std::string& stem,
                        pugi::xml_node base)
-    : model_(model), tree_(tree), stem_(stem), base_(base) {
+    : model_(model), solids_(model), tree_(tree), stem_(stem), base_(base) {
   std::vector<int> bodies_of(tree.links.size(), 1);  // Over which a link's mass is spread.
   for (const TreeLoop& loop : tree.loops) {
     if (loop.joint >= 0) ++bodies_of[static_cast<size_t>(loop.to)];
@@ -116,8 +116,7 @@ void MjcfBodies::AppendJoint(pugi::xml_node body, const TreeJoint& joint) {
 }
 
 void MjcfBodies::AppendMass(pugi::xml_node body, const TreeLink& link, double part) {
-  const model::ModuleType& type = model_.module_types[static_cast<size_t>(link.type)];
-  const model::LinkMass mass = model::ComputeLinkMass(type, link.link);
+  const model::LinkMass& mass = solids_.Mass(link.type, link.link);
   const Eigen::Matrix3d I = part * mass.I_Lcm_L;
   pugi::xml_node inertial = body.append_child("inertial");
   Set(inertial, "pos", Triple(mass.p_LoLcm_L));

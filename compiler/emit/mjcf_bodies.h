@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "compiler/emit/exported.h"
+#include "compiler/emit/link_solids.h"
 #include "compiler/emit/robot_tree.h"
 
 namespace morphbus::emit {
@@ -60,6 +61,7 @@ class MjcfBodies {
   void AppendMass(pugi::xml_node body, const TreeLink& link, double part);
 
   const model::Model& model_;
+  LinkSolids solids_;
   const RobotTree& tree_;
   std::string stem_;
   pugi::xml_node base_;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "compiler/emit/link_solids.h"
 #include "compiler/emit/tree_cuts.h"
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/model/kinematic_tree.h"
@@ -160,9 +161,9 @@ const char* JointTypeName(model::JointType type) {
 double LowestPoint(const model::Model& model, const RobotTree& tree) {
   double lowest = std::numeric_limits<double>::infinity();
   const std::vector<model::Pose> X_RL = StartPoses(tree);
+  LinkSolids solids(model);
   for (size_t i = 0; i < tree.links.size(); ++i) {
-    const model::ModuleType& type = model.module_types[static_cast<size_t>(tree.links[i].type)];
-    for (const Eigen::Vector3d& p : model::SolidHull(type, tree.links[i].link)) {
+    for (const Eigen::Vector3d& p : solids.Hull(tree.links[i].type, tree.links[i].link)) {
       lowest = std::min(lowest, (X_RL[i] * p).y());
     }
   }

@@ -4,6 +4,7 @@
 
 #include <pugixml.hpp>
 
+#include "compiler/emit/link_solids.h"
 #include "compiler/emit/meshes.h"
 #include "compiler/emit/names.h"
 #include "compiler/emit/numbers.h"
@@ -32,7 +33,7 @@ bool IsReserved(const std::string& name) {
 class Writer {
  public:
   Writer(const model::Model& model, const RobotTree& tree, const MeshPlace& place)
-      : model_(model), tree_(tree), place_(place) {
+      : model_(model), solids_(model), tree_(tree), place_(place) {
     RenameReservedLinks("SDF", IsReserved, &tree_, &exported_.warnings);
     RenameReservedJoints("SDF", IsReserved, &tree_, &exported_.warnings);
     if (!IsReserved(tree_.name)) return;
@@ -72,8 +73,7 @@ class Writer {
     model::Pose X = link.X_PL;
     if (link.joint >= 0) X = X * MotionOf(JointAt(link.joint), JointAt(link.joint).start);
     AppendPose(node, X, link.parent < 0 ? "__model__" : NameOf(link.parent));
-    const model::ModuleType& type = model_.module_types[static_cast<size_t>(link.type)];
-    const model::LinkMass mass = model::ComputeLinkMass(type, link.link);
+    const model::LinkMass& mass = solids_.Mass(link.type, link.link);
     pugi::xml_node inertial = node.append_child("inertial");
     AppendText(inertial, "mass", Number(mass.mass_kg));
     AppendText(inertial, "pose", Triple(mass.p_LoLcm_L) + " 0 0 0");
@@ -113,6 +113,7 @@ class Writer {
   }
 
   const model::Model& model_;
+  LinkSolids solids_;
   RobotTree tree_;
   const MeshPlace& place_;
   pugi::xml_document document_;

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "compiler/emit/link_solids.h"
 #include "compiler/emit/meshes.h"
 #include "compiler/emit/names.h"
 #include "compiler/emit/numbers.h"
@@ -28,7 +29,7 @@ void AppendOrigin(pugi::xml_node node, const model::Pose& X) {
 class Writer {
  public:
   Writer(const model::Model& model, const RobotTree& tree, const MeshPlace& place)
-      : model_(model), tree_(tree), place_(place) {
+      : model_(model), solids_(model), tree_(tree), place_(place) {
     // Gazebo and MuJoCo take a link of this name for the world.
     RenameReservedLinks(
         "URDF", [](const std::string& name) { return name == "world"; }, &tree_,
@@ -127,8 +128,7 @@ class Writer {
 
   void AppendLink(const TreeLink& link) {
     pugi::xml_node node = NameLink(root_, link.name);
-    const model::ModuleType& type = model_.module_types[static_cast<size_t>(link.type)];
-    const model::LinkMass mass = model::ComputeLinkMass(type, link.link);
+    const model::LinkMass& mass = solids_.Mass(link.type, link.link);
     pugi::xml_node inertial = node.append_child("inertial");
     Set(inertial.append_child("origin"), "xyz", Triple(mass.p_LoLcm_L));
     Set(inertial.append_child("mass"), "value", Number(mass.mass_kg));
@@ -216,6 +216,7 @@ class Writer {
   }
 
   const model::Model& model_;
+  LinkSolids solids_;
   RobotTree tree_;
   const MeshPlace& place_;
   std::string base_;

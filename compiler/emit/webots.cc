@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "compiler/emit/link_solids.h"
 #include "compiler/emit/names.h"
 #include "compiler/emit/numbers.h"
 #include "compiler/emit/robot_tree.h"
@@ -58,6 +59,7 @@ class Writer {
   Writer(const model::Model& model, const model::Robot& robot)
       : model_(model),
         robot_(robot),
+        solids_(model),
         faces_(DockFacesOf(model)),
         scale_(DockScaleOf(model)),
         X_WL_(model::ForwardKinematics(model, robot, model::StartValues(robot)).X_RL) {
@@ -187,7 +189,7 @@ class Writer {
     const std::string hull = fmt::format("HULL_{}_{}", robot_.modules[m].name,
                                          type.links[static_cast<size_t>(link.link)].name);
     vrml_.Open("children [");
-    const bool has_hull = AppendShape(type, link.link, hull, m);
+    const bool has_hull = AppendShape(link, hull, m);
     for (size_t c = 0; c < type.connectors.size(); ++c) {
       if (type.connectors[c].link == link.link) AppendConnector(m, type, c);
     }
@@ -199,11 +201,11 @@ class Writer {
     vrml_.Line(
         "boundingObject " +
         (has_hull ? "USE " + hull : fmt::format("Sphere {{ radius {} }}", Number(kTokenRadius))));
-    AppendPhysics(type, link.link);
+    AppendPhysics(link);
   }
 
-  bool AppendShape(const model::ModuleType& type, int link, const std::string& name, size_t m) {
-    const model::ConvexHull hull = model::ComputeHull(model::SolidHull(type, link));
+  bool AppendShape(const TreeLink& link, const std::string& name, size_t m) {
+    const model::ConvexHull& hull = solids_.Faces(link.type, link.link);
     if (hull.dimension < 3) return false;
     std::string points;
     for (const Eigen::Vector3d& p : hull.vertices) {
@@ -228,8 +230,8 @@ class Writer {
     return true;
   }
 
-  void AppendPhysics(const model::ModuleType& type, int link) {
-    const model::LinkMass mass = model::ComputeLinkMass(type, link);
+  void AppendPhysics(const TreeLink& link) {
+    const model::LinkMass& mass = solids_.Mass(link.type, link.link);
     const Eigen::Matrix3d& I = mass.I_Lcm_L;
     vrml_.Open("physics Physics {");
     vrml_.Line("density -1");
@@ -384,6 +386,7 @@ class Writer {
 
   const model::Model& model_;
   const model::Robot& robot_;
+  LinkSolids solids_;
   DockFaces faces_;
   DockScale scale_;
   std::vector<std::vector<model::Pose>> X_WL_;

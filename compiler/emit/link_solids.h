@@ -1,0 +1,35 @@
+#pragma once
+// Masses and solid hulls of links, each worked out once: a robot has few kinds of links and may
+// have ten thousands of links.
+
+#include <Eigen/Core>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "compiler/model/convex_hull.h"
+#include "compiler/model/link_mass.h"
+#include "compiler/model/robot_model.h"
+
+namespace morphbus::emit {
+
+/// model::ComputeLinkMass and model::SolidHull of a model's links, remembered. The model must
+/// outlive it and stay as it is. Answers stay valid as long as it lives. Not for several threads.
+class LinkSolids {
+ public:
+  explicit LinkSolids(const model::Model& model) : model_(model) {}
+
+  /// `type` and `link` are indices of a module type and of a link in it.
+  const model::LinkMass& Mass(int type, int link);
+  const std::vector<Eigen::Vector3d>& Hull(int type, int link);
+  /// With faces, for formats that hold them: model::ComputeHull of Hull.
+  const model::ConvexHull& Faces(int type, int link);
+
+ private:
+  const model::Model& model_;
+  std::map<std::pair<int, int>, model::LinkMass> masses_;
+  std::map<std::pair<int, int>, std::vector<Eigen::Vector3d>> hulls_;
+  std::map<std::pair<int, int>, model::ConvexHull> faces_;
+};
+
+}  // namespace morphbus::emit

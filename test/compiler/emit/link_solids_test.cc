@@ -1,0 +1,30 @@
+#include "compiler/emit/link_solids.h"
+
+#include <gtest/gtest.h>
+
+#include "test/compiler/solver/known_modules.h"
+
+namespace morphbus::emit {
+namespace {
+
+TEST(LinkSolids, AreTheModelsAndWorkedOutOnce) {
+  const model::Model model = test::MtranModel();
+  LinkSolids solids(model);
+  const model::ModuleType& type = model.module_types[0];
+  for (int link = 0; link < static_cast<int>(type.links.size()); ++link) {
+    const model::LinkMass mass = model::ComputeLinkMass(type, link);
+    EXPECT_EQ(solids.Mass(0, link).mass_kg, mass.mass_kg);
+    EXPECT_EQ(solids.Mass(0, link).p_LoLcm_L, mass.p_LoLcm_L);
+    EXPECT_EQ(solids.Mass(0, link).I_Lcm_L, mass.I_Lcm_L);
+    const std::vector<Eigen::Vector3d> hull = model::SolidHull(type, link);
+    EXPECT_EQ(solids.Hull(0, link), hull);
+    EXPECT_EQ(solids.Faces(0, link).vertices, model::ComputeHull(hull).vertices);
+  }
+  // The first answers still stand where they stood.
+  EXPECT_EQ(&solids.Mass(0, 0), &solids.Mass(0, 0));
+  EXPECT_EQ(&solids.Hull(0, 0), &solids.Hull(0, 0));
+  EXPECT_EQ(&solids.Faces(0, 0), &solids.Faces(0, 0));
+}
+
+}  // namespace
+}  // namespace morphbus::emit
