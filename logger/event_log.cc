@@ -120,22 +120,43 @@ Result<void> EventLogWriter::Close() {
   return result;
 }
 
+namespace {
+
+/// Whether both paths name one file that is there.
+bool IsSameFile(const std::string& a, const std::string& b) {
+  struct stat sa = {};
+  struct stat sb = {};
+  return ::stat(a.c_str(), &sa) == 0 && ::stat(b.c_str(), &sb) == 0 && sa.st_dev == sb.st_dev &&
+         sa.st_ino == sb.st_ino;
+}
+
+}  // namespace
+
 Result<RepairReport> RepairLog(const std::string& in_path, const std::string& out_path) {
+  // The writer empties PATH.partial, which is what an interrupted run leaves for repair.
+  for (const std::string& written : {out_path, out_path + ".partial"}) {
+    if (IsSameFile(in_path, written)) {
+      return Fail("writing " + out_path + " would overwrite " + in_path +
+                  ", the log to be repaired: choose another name");
+    }
+  }
   auto reader = EventLogReader::Open(in_path);
   if (!reader) return tl::unexpected(reader.error());
+  LogEvent event;
+  if (!(*reader)->Next(&event)) return Fail(in_path + " holds no sound event: nothing can be kept");
   auto writer = EventLogWriter::Create(out_path);
   if (!writer) return tl::unexpected(writer.error());
   RepairReport report;
-  LogEvent event;
-  while ((*reader)->Next(&event)) {
+  do {
     if (auto written = (*writer)->Write(event.timestamp_us, event.channel, event.data); !written) {
       return tl::unexpected(written.error());
     }
     ++report.events_kept;
-  }
+  } while ((*reader)->Next(&event));
   if (!(*reader)->io_error().empty()) return Fail((*reader)->io_error());
   if (auto closed = (*writer)->Close(); !closed) return tl::unexpected(closed.error());
   report.findings = (*reader)->findings();
+  report.num_findings = (*reader)->num_findings();
   report.bytes_dropped = (*reader)->file_size() - (*writer)->num_bytes();
   return report;
 }

@@ -170,14 +170,19 @@ class EventLogReader {
   std::string io_error_;
 };
 
-/// Copies every sound event of `in_path` to `out_path`, numbered anew, timestamps kept. Returns
-/// what was wrong with the input. An END event is copied as it is, so a log that lost events stays
-/// visibly incomplete.
+/// What RepairLog() did and found.
 struct RepairReport {
   int64_t events_kept = 0;
   uint64_t bytes_dropped = 0;
-  std::vector<LogFinding> findings;
+  std::vector<LogFinding> findings;  ///< At most 1000.
+  int64_t num_findings = 0;
 };
+
+/// Copies every sound event of `in_path` to `out_path`, numbered anew, timestamps kept. Returns
+/// what was wrong with the input. An END event is copied as it is, so a log that lost events stays
+/// visibly incomplete. Fails, and then leaves `in_path` as it is, if that cannot be read or holds
+/// no sound event, if `out_path` cannot be written (EventLogWriter), or if writing it, or
+/// `out_path`.partial, would overwrite `in_path`.
 Result<RepairReport> RepairLog(const std::string& in_path, const std::string& out_path);
 
 }  // namespace morphbus::logger

@@ -24,6 +24,7 @@ constexpr int kBatch = 64;  ///< Messages published at most before the bus is ha
 constexpr size_t kMaxRuns = 64;
 constexpr int64_t kLongestGapUs = 86'400'000'000;
 constexpr int64_t kRestartUs = 1'000'000;  ///< Sim time steps back by more only between runs.
+constexpr double kLatestSeconds = 1e9;     ///< Of a range: its microseconds fit an integer.
 constexpr int64_t kEarliestSimTime = std::numeric_limits<int64_t>::min();
 
 int64_t Micros(double seconds) { return static_cast<int64_t>(std::llround(seconds * 1e6)); }
@@ -41,26 +42,47 @@ Result<std::unique_ptr<Replayer>> Replayer::Open(const std::string& path, Replay
   if (!std::isfinite(options.speed) || options.speed < 0) {
     return Fail("the speed must be 0 (as fast as possible) or more");
   }
+  if (!(std::abs(options.from_s) <= kLatestSeconds) ||
+      !(std::abs(options.to_s) <= kLatestSeconds)) {
+    return Fail("the range must be times in seconds");
+  }
   std::unique_ptr<Replayer> replayer(new Replayer(std::move(*reader), options));
   try {
     replayer->filter_ = std::regex(options.channel.empty() ? ".*" : options.channel);
   } catch (const std::regex_error& e) {
     return Fail(fmt::format("'{}' is no regular expression: {}", options.channel, e.what()));
   }
-  // One look at the whole file: which runs are in it, and does it have sim time?
+  // One look at the whole file: which runs are in it, does it have sim time, what is damaged?
   LogEvent event;
   int64_t events = 0;
   while (replayer->reader_->Next(&event)) {
     ++events;
-    const auto name = bridge::ParseChannel(event.channel);
-    if (!name) continue;
-    if (replayer->runs_.size() < kMaxRuns) replayer->runs_.emplace(name->run);
-    replayer->has_sim_time_ = replayer->has_sim_time_ || bridge::IsHashed(name->topic);
+    replayer->Survey(event);
   }
   if (events == 0) return Fail(path + " holds no event");
   replayer->progress_.damaged = replayer->reader_->num_findings();
   replayer->Rewind();
   return replayer;
+}
+
+/// Takes what there is to know of the file before any of its events goes out.
+void Replayer::Survey(const LogEvent& event) {
+  const auto name = bridge::ParseChannel(event.channel);
+  morphbus::header_t header;
+  const bool sound =
+      name && bridge::DecodeHeader(event.data.data(), event.data.size(), &header).has_value();
+  if (name && !sound) ++progress_.damaged_messages;
+  if (name && runs_.size() < kMaxRuns) runs_.emplace(name->run);
+  if (name && bridge::IsHashed(name->topic)) {
+    if (!has_sim_time_) progress_.end_s = 0.0;  // so far by timestamps
+    has_sim_time_ = true;
+    if (sound) {
+      progress_.end_s = std::max(progress_.end_s, static_cast<double>(header.sim_time_us) * 1e-6);
+    }
+  }
+  if (has_sim_time_) return;
+  TakeSimTime(event);
+  progress_.end_s = static_cast<double>(log_time_us_) * 1e-6;
 }
 
 Replayer::Replayer(std::unique_ptr<EventLogReader> reader, ReplayOptions options)

@@ -40,9 +40,12 @@ struct ReplayProgress {
   int64_t withheld = 0;  ///< CONTROL, HELLO, ASK, END.
   int64_t filtered = 0;  ///< Did not match `channel`, or out of range.
   int64_t damaged = 0;   ///< Places in the file that were read past.
-  int64_t loops = 0;     ///< Times the end was reached.
-  double time_s = 0.0;   ///< Sim time of the last message.
-  int listeners = 0;     ///< Processes that asked for the description.
+  /// Messages of ours in the file whose protocol or CRC is wrong; they go out as they are.
+  int64_t damaged_messages = 0;
+  double end_s = 0.0;   ///< The latest replay time in the file.
+  int64_t loops = 0;    ///< Times the end was reached.
+  double time_s = 0.0;  ///< Sim time of the last message.
+  int listeners = 0;    ///< Processes that asked for the description.
 };
 
 class Replayer {
@@ -74,6 +77,7 @@ class Replayer {
   enum class State { kListening, kWaiting, kPlaying, kDone };
 
   Replayer(std::unique_ptr<EventLogReader> reader, ReplayOptions options);
+  void Survey(const LogEvent& event);
   bool ReadNext();
   void Rewind();
   bool Wanted(const LogEvent& event);

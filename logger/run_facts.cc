@@ -32,7 +32,7 @@ std::string Bytes(int64_t bytes) {
   return fmt::format("{:.1f} MB", static_cast<double>(bytes) * 1e-6);
 }
 
-const char* FindingName(LogFinding::Kind kind) {
+const char* FindingKind(LogFinding::Kind kind) {
   switch (kind) {
     case LogFinding::Kind::kDamaged:
       return "damaged";
@@ -200,6 +200,13 @@ std::string VerifyText(const LogFacts& f) {
   return text;
 }
 
+nlohmann::json FindingJson(const LogFinding& finding) {
+  return {{"kind", FindingKind(finding.kind)},
+          {"begin", finding.begin},
+          {"end", finding.end},
+          {"what", finding.what}};
+}
+
 nlohmann::json FactsJson(const LogFacts& f) {
   nlohmann::json channels = nlohmann::json::object();
   for (const auto& [name, channel] : f.channels) channels[name] = ChannelJson(f, channel);
@@ -219,10 +226,7 @@ nlohmann::json FactsJson(const LogFacts& f) {
   }
   nlohmann::json findings = nlohmann::json::array();
   for (const LogFinding& finding : f.findings) {
-    findings.push_back({{"kind", FindingName(finding.kind)},
-                        {"begin", finding.begin},
-                        {"end", finding.end},
-                        {"what", finding.what}});
+    findings.push_back(FindingJson(finding));
   }
   nlohmann::json health = nlohmann::json::object();
   for (const auto& [process, h] : f.health) {

@@ -104,6 +104,8 @@ const char* EndStateName(EndState state);
 std::string FactsText(const LogFacts& facts);
 /// One line a problem, ending with a verdict line, for `morphbus verify`.
 std::string VerifyText(const LogFacts& facts);
+/// One of the `findings` of `info --json`.
+nlohmann::json FindingJson(const LogFinding& finding);
 /// The object of `info --json` and `verify --json`; keys in docs/log.md.
 nlohmann::json FactsJson(const LogFacts& facts);
 

@@ -82,7 +82,7 @@ int RunCommandLine(int argc, const char* const* argv) {
   for (const auto add : {AddCheck, AddConnections, AddFk,     AddGraph,  AddEquivalent, AddVariants,
                          AddRoles, AddCompile,     AddDisasm, AddExport, AddFormat,     AddDraw,
                          AddRun,   AddSim,         AddModule, AddLog,    AddReplay,     AddSpy,
-                         AddRuns,  AddCompare,     AddInfo,   AddVerify}) {
+                         AddRuns,  AddCompare,     AddInfo,   AddVerify, AddRepair}) {
     add(app, &action);
   }
   if (const auto unknown = UnknownCommand(app, argc, argv)) {

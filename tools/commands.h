@@ -36,5 +36,6 @@ void AddRuns(CLI::App& app, Action* action);
 void AddCompare(CLI::App& app, Action* action);
 void AddInfo(CLI::App& app, Action* action);
 void AddVerify(CLI::App& app, Action* action);
+void AddRepair(CLI::App& app, Action* action);
 
 }  // namespace morphbus::tools

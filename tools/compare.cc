@@ -11,6 +11,7 @@
 #include "logger/run_log.h"
 #include "tools/commands.h"
 #include "tools/json_text.h"
+#include "tools/output_path.h"
 
 namespace morphbus::tools {
 namespace {
@@ -55,6 +56,9 @@ bool SetTolerance(const std::string& text, logger::Tolerances* tolerances) {
 }
 
 int CompareLogs(const Options& options) {
+  if (options.json && IsStdout(options.report)) {
+    return Unusable("--report - and --json both write to standard output: give --report a file");
+  }
   logger::CompareOptions compare;
   for (const std::string& text : options.tolerances) {
     if (!SetTolerance(text, &compare.tolerances)) return kUnusable;
@@ -71,7 +75,7 @@ int CompareLogs(const Options& options) {
   }
   if (options.json) {
     fmt::print("{}\n", JsonText(logger::ComparisonJson(comparison), 2));
-  } else {
+  } else if (!IsStdout(options.report)) {
     fmt::print("{}", logger::ComparisonText(comparison));
   }
   switch (comparison.verdict) {
@@ -94,7 +98,8 @@ void AddCompare(CLI::App& app, Action* action) {
   auto options = std::make_shared<Options>();
   sub->add_option("A", options->a, "Log file")->required();
   sub->add_option("B", options->b, "Log file")->required();
-  sub->add_option("--report", options->report, "Write a page with plots (one self-contained file)")
+  sub->add_option("--report", options->report,
+                  "Write a page with plots (one self-contained file; '-': only that, on stdout)")
       ->type_name("OUT.html");
   sub->add_option("--tolerance", options->tolerances,
                   "Largest difference that counts as none; may be repeated")

@@ -5,11 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <map>
 
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/model/kinematic_graph.h"
 #include "logger/drawing.h"
+#include "logger/event_log.h"
 #include "logger/run_log.h"
 #include "sim/bodies.h"
 #include "tools/commands.h"
@@ -19,13 +22,16 @@ namespace {
 
 using LinkPoses = std::vector<std::vector<model::Pose>>;
 
+/// Far beyond any log, and its microseconds still fit an integer.
+constexpr double kLongestLogSeconds = 1e9;
+
 struct Options {
   std::string file;
   std::string robot;
   std::string run;
   std::string output;
   std::vector<std::string> views;
-  double at = -1.0;
+  std::optional<double> at;  ///< Sim time of a log, seconds.
 };
 
 std::optional<std::vector<logger::View>> ParseViews(const std::vector<std::string>& names) {
@@ -128,14 +134,15 @@ int DrawLog(const Options& options, const std::vector<logger::View>& views) {
   if (log->robot == nullptr)
     return Unusable(options.file + ": the log does not hold the robot's model");
   if (log->world.empty()) return Unusable(options.file + ": the log holds no simulated poses");
-  const auto time_us = static_cast<int64_t>(std::llround(options.at * 1e6));
+  const double at_s = std::min(*options.at, kLongestLogSeconds);
+  const auto time_us = static_cast<int64_t>(std::llround(at_s * 1e6));
   const auto after =
       std::upper_bound(log->world.begin(), log->world.end(), time_us,
                        [](int64_t t, const logger::WorldSample& w) { return t < w.time_us; });
   const logger::WorldSample& world = after == log->world.begin() ? *after : *(after - 1);
   const double shown_s = static_cast<double>(world.time_us) * 1e-6;
-  if (options.at > shown_s + 1.0) {
-    return Unusable(fmt::format("--at {}: the log ends at {:.2f} s", options.at, shown_s));
+  if (*options.at > shown_s + 1.0) {
+    return Unusable(fmt::format("--at {}: the log ends at {:.2f} s", *options.at, shown_s));
   }
   std::vector<logger::LegendEntry> legend;
   const std::vector<int> group = GroupByRole(*log, world.time_us, &legend);
@@ -145,10 +152,38 @@ int DrawLog(const Options& options, const std::vector<logger::View>& views) {
                options.output);
 }
 
+/// Whether the file begins as a log does. A pipe is not looked into: the bytes would be missed.
+bool IsLog(const std::string& path) {
+  std::error_code unknown;
+  if (!std::filesystem::is_regular_file(path, unknown)) return false;
+  std::ifstream file(path, std::ios::binary);
+  uint32_t magic = 0;
+  for (int i = 0; i < 4; ++i) magic = magic << 8 | (static_cast<uint32_t>(file.get()) & 0xFF);
+  return file.good() && magic == logger::kEventMagic;
+}
+
+/// Why the options do not go together; empty if they do.
+std::string WhyNotTogether(const Options& options) {
+  if (options.at && !(std::isfinite(*options.at) && *options.at >= 0)) {
+    return fmt::format("--at {}: expected a sim time, 0 s or later", *options.at);
+  }
+  if (!options.at && IsLog(options.file)) {
+    return options.file + " is a log: say with --at SECONDS which time of it to draw";
+  }
+  if (options.at && !options.robot.empty()) {
+    return "--robot chooses from a model; a log (--at) holds one robot: leave --robot out";
+  }
+  if (!options.at && !options.run.empty()) {
+    return "--run chooses from a log, and needs --at SECONDS";
+  }
+  return "";
+}
+
 int Draw(const Options& options) {
   const std::optional<std::vector<logger::View>> views = ParseViews(options.views);
   if (!views) return kUnusable;
-  return options.at >= 0 ? DrawLog(options, *views) : DrawModel(options, *views);
+  if (const std::string why = WhyNotTogether(options); !why.empty()) return Unusable(why);
+  return options.at ? DrawLog(options, *views) : DrawModel(options, *views);
 }
 
 }  // namespace
@@ -159,9 +194,8 @@ void AddDraw(CLI::App& app, Action* action) {
   auto options = std::make_shared<Options>();
   options->views = {"side"};
   sub->add_option("FILE", options->file, "M3L file, or with --at a log")->required();
-  sub->add_option("--robot", options->robot, "The robot's name (default: the only one)");
-  sub->add_option("--at", options->at, "Sim time of the log, seconds")
-      ->check(CLI::NonNegativeNumber);
+  sub->add_option("--robot", options->robot, "A model's robot (default: the only one)");
+  sub->add_option("--at", options->at, "Sim time of the log, seconds");
   sub->add_option("--run", options->run,
                   "Which run, if the log holds several (default: the first)");
   sub->add_option("--view", options->views, "side, top, front, iso; several: side,top")

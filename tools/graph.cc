@@ -6,6 +6,7 @@
 #include "compiler/emit/dot.h"
 #include "compiler/model/kinematic_graph.h"
 #include "tools/commands.h"
+#include "tools/output_path.h"
 
 namespace morphbus::tools {
 namespace {
@@ -114,6 +115,9 @@ void PrintGraph(const model::Robot& robot, const model::KinematicGraph& computed
 }
 
 int Graph(const Options& options) {
+  if (options.json && IsStdout(options.dot)) {
+    return Unusable("--dot - and --json both write to standard output: give --dot a file");
+  }
   std::vector<std::string> files;
   const std::optional<model::Model> model = LoadModel({options.file}, &files);
   if (!model || !SparesInputs(options.dot, files)) return kUnusable;
@@ -124,7 +128,7 @@ int Graph(const Options& options) {
     const Result<void> written =
         WriteFile(options.dot, emit::KinematicGraphDot(*model, *robot, graph));
     if (!written) return Unusable(written.error().message);
-    if (options.dot == "-") return kDone;
+    if (IsStdout(options.dot)) return kDone;
   }
   const Json json = GraphJson(*model, *robot, graph);
   if (options.json) {

@@ -46,6 +46,10 @@ std::optional<int> OwnDescriptor(const std::string& path) {
   return std::nullopt;
 }
 
+bool IsStdout(const std::string& path) {
+  return path == "-" || OwnDescriptor(path) == STDOUT_FILENO;
+}
+
 bool IsStream(const std::string& path) {
   if (path == "-") return true;
   const Result<std::string> target = FollowLinks(path);

@@ -19,6 +19,9 @@ Result<std::string> FollowLinks(const std::string& path);
 /// file belongs to whoever redirected it, and is neither to be replaced nor written from its start.
 std::optional<int> OwnDescriptor(const std::string& path);
 
+/// Whether `path` is standard output: "-", or a name of it as above.
+bool IsStdout(const std::string& path);
+
 /// Whether only one file can be written there: "-" (stdout), a stream as above, a pipe, a device.
 bool IsStream(const std::string& path);
 

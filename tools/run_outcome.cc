@@ -86,13 +86,7 @@ Json Roles(const logger::RunLog& log) {
 Json Faults(const logger::RunLog& log, const std::string& program) {
   Json faults = Json::array();
   for (const logger::FaultFact& fault : log.facts.faults) {
-    faults.push_back({{"module", fault.module},
-                      {"time", static_cast<double>(fault.time_us) * 1e-6},
-                      {"role", fault.role},
-                      {"fault", fault.text},
-                      {"function", fault.function},
-                      {"file", program},
-                      {"line", fault.line}});
+    faults.push_back(FaultJson(fault, program));
   }
   return faults;
 }
@@ -109,6 +103,31 @@ Json Walk(const RunPlan& plan, const logger::RunLog& log) {
 }
 
 }  // namespace
+
+Json FaultJson(const logger::FaultFact& fault, const std::string& program) {
+  const bool placed = fault.line > 0;
+  return {{"module", fault.module},
+          {"time", static_cast<double>(fault.time_us) * 1e-6},
+          {"role", fault.role},
+          {"fault", fault.text},
+          {"function", fault.function.empty() ? Json(nullptr) : Json(fault.function)},
+          {"file", placed ? Json(program) : Json(nullptr)},
+          {"line", placed ? Json(fault.line) : Json(nullptr)}};
+}
+
+std::string FaultText(const Json& fault) {
+  std::string place;
+  if (!fault["line"].is_null()) {
+    place = fmt::format("{}:{}: ", fault["file"].get<std::string>(), fault["line"].get<int>());
+  }
+  std::string function;
+  if (!fault["function"].is_null()) {
+    function = fmt::format(" ({})", fault["function"].get<std::string>());
+  }
+  return fmt::format("{:8.2f} s  {:<6} {}{}{}", fault["time"].get<double>(),
+                     fault["module"].get<std::string>(), place, fault["fault"].get<std::string>(),
+                     function);
+}
 
 Json SummaryJson(const RunPlan& plan, const RunOutcome& outcome) {
   int64_t lost = 0;
@@ -210,11 +229,7 @@ std::string SummaryText(const Json& s, const RunOutcome& outcome) {
   const Json& faults = s["faults"];
   text += faults.empty() ? "  no faults\n" : fmt::format("  {}\n", Plural(faults.size(), "fault"));
   for (size_t i = 0; i < std::min<size_t>(faults.size(), 10); ++i) {
-    const Json& f = faults[i];
-    text += fmt::format("    {:8.2f} s  {:<6} {}:{}: {} ({})\n", f["time"].get<double>(),
-                        f["module"].get<std::string>(), f["file"].get<std::string>(),
-                        f["line"].get<int>(), f["fault"].get<std::string>(),
-                        f["function"].get<std::string>());
+    text += fmt::format("    {}\n", FaultText(faults[i]));
   }
   if (faults.size() > 10)
     text += fmt::format("    and {} more (morphbus info)\n", faults.size() - 10);

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "logger/run_facts.h"
 #include "tools/health_sender.h"
 #include "tools/run_plan.h"
 
@@ -25,7 +26,13 @@ struct RunOutcome {
 /// The object of `run --json` (docs/cli.md), from the outcome and the run's log.
 Json SummaryJson(const RunPlan& plan, const RunOutcome& outcome);
 
-/// The same for people, many lines.
+/// One of its "faults". `file`, the program's, and `line` are null for a fault without a place in
+/// the source, as of a module that ran nothing; so is `function` where there is none.
+Json FaultJson(const logger::FaultFact& fault, const std::string& program);
+/// The same on one line for people; without what is null.
+std::string FaultText(const Json& fault);
+
+/// The summary for people, many lines.
 std::string SummaryText(const Json& summary, const RunOutcome& outcome);
 
 }  // namespace morphbus::tools

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <tuple>
 
 namespace morphbus::tools {
 namespace {
@@ -44,18 +45,53 @@ bool Keeps(const std::vector<CommandEvent>& events, const Period& period, int64_
   });
 }
 
-/// The period of the joint that is told most, if all others keep it.
+/// A period that one joint's commands have, and how far that joint is told to go in all (rad or m).
+struct Candidate {
+  Period period;
+  double travel = 0.0;
+};
+
+/// The periods of the joints, those that travel most first; equal ones once. What decides between
+/// joints of equal travel is their commands and not their place among the modules: congruent robots
+/// number their modules differently.
+std::vector<Candidate> Candidates(const std::vector<std::vector<CommandEvent>>& all,
+                                  int64_t slack_us) {
+  std::vector<Candidate> candidates;
+  for (const std::vector<CommandEvent>& events : all) {
+    const std::optional<Period> period = FindPeriod(events, slack_us);
+    if (!period) continue;
+    double travel = 0.0;
+    for (size_t i = 1; i < events.size(); ++i) {
+      travel += std::abs(events[i].target - events[i - 1].target);
+    }
+    candidates.push_back({*period, travel});
+  }
+  const auto key = [](const Candidate& c) {
+    return std::tuple(-std::llround(c.travel / kSameTarget), c.period.first_us, c.period.period_us);
+  };
+  std::sort(candidates.begin(), candidates.end(),
+            [&](const Candidate& a, const Candidate& b) { return key(a) < key(b); });
+  const auto same = [](const Candidate& a, const Candidate& b) {
+    return a.period.first_us == b.period.first_us && a.period.period_us == b.period.period_us;
+  };
+  candidates.erase(std::unique(candidates.begin(), candidates.end(), same), candidates.end());
+  return candidates;
+}
+
+/// The period of the joint that travels most among those whose period all joints keep.
 std::optional<Period> PeriodOf(const logger::RunLog& log) {
+  constexpr size_t kMostTried = 64;  // robots of thousands of joints have few different ones
   const std::vector<std::vector<CommandEvent>> all = EventsOfJoints(log);
   const int64_t slack_us = 2 * int64_t{log.tick_us};
-  const auto busiest = std::max_element(
-      all.begin(), all.end(), [](const auto& a, const auto& b) { return a.size() < b.size(); });
-  if (busiest == all.end()) return std::nullopt;
-  const std::optional<Period> period = FindPeriod(*busiest, slack_us);
-  const bool kept = period && std::all_of(all.begin(), all.end(), [&](const auto& events) {
-                      return Keeps(events, *period, slack_us);
-                    });
-  return kept ? period : std::nullopt;
+  std::vector<Candidate> candidates = Candidates(all, slack_us);
+  if (candidates.size() > kMostTried) candidates.resize(kMostTried);
+  for (const Candidate& candidate : candidates) {
+    const bool kept = std::all_of(all.begin(), all.end(), [&](const auto& events) {
+      return Keeps(events, candidate.period, slack_us);
+    });
+    if (kept) return candidate.period;
+  }
+  return std::nullopt;
 }
 
 struct Sample {

@@ -19,7 +19,9 @@ struct WalkFigures {
   std::vector<double> cycle_turn_rad;  ///< The same in each whole cycle.
   double max_tilt_rad =
       0.0;  ///< Largest angle between the body's up axis and where it was at first.
-  double min_height_m = 0.0;  ///< Lowest height of the point, once the commands repeat.
+  /// Lowest height of the point (y in W, m) from the first command of the repeating part on; if
+  /// nothing repeats, from the first tick, standing up included.
+  double min_height_m = 0.0;
 };
 
 /// The body that is followed, and the point of it: `X_LP` is the pose of the point's frame P in

@@ -214,7 +214,7 @@ class Cli(Case):
     def test_every_command_has_help_with_an_example(self):
         names = ['check', 'connections', 'fk', 'graph', 'equivalent', 'variants', 'roles',
                  'compile', 'disasm', 'format', 'export', 'draw', 'run', 'sim',
-                 'log', 'replay', 'spy', 'runs', 'compare', 'info', 'verify']
+                 'log', 'replay', 'spy', 'runs', 'compare', 'info', 'verify', 'repair']
         for name in names:
             self.assertIn('xample', morphbus(name, '--help').stdout, name)
         for name in names + ['module']:

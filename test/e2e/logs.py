@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 """The commands for runs and logs, when they are asked for what cannot be: status 2, at once, and why."""
 import os
-import re
+import pathlib
 import shutil
 import subprocess
 import tempfile
 import unittest
 
-from support import MODEL, PROGRAM, Case, as_json, command, morphbus
+from support import MODEL, PROGRAM, ROBOTS, Case, as_json, morphbus, read_events, write_events
 
 
 class Logs(Case):
@@ -49,6 +49,79 @@ class Logs(Case):
             for how in ('--inproc', '--isolate'):
                 self.assertRegex(self.refused('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', 1, how,
                                               '--log', log), f'cannot write .*{why}')
+
+    def test_replay_refuses_what_would_never_begin(self):
+        for options, why in ((('--from', 5, '--to', 3), 'the range is empty'), (('--from', 1, '--to', 1), 'empty'),
+                             (('--from', 'nan'), '--from nan'), (('--from=-1',), '--from -1'),
+                             (('--to', 'inf'), '--to inf'), (('--to=-1',), '--to -1'), (('--wait-for=-1',), '--wait-for')):
+            self.assertIn(why, self.refused('replay', self.short, '--isolate', *options))
+
+    def test_a_replay_that_waits_for_enter_needs_somebody_to_type_it(self):
+        for stdin in (subprocess.DEVNULL, None):
+            ended = {'stdin': stdin} if stdin else {'input': ''}
+            self.assertIn('in a terminal', self.refused('replay', self.short, '--isolate', '--paused', **ended))
+        done = morphbus('replay', self.short, '--isolate', '--speed', 0, '--paused', input='\n')
+        self.assertIn('messages published', done.stdout)
+
+    def test_replay_warns_of_a_range_beyond_the_end_and_of_damaged_messages(self):
+        done = morphbus('replay', self.short, '--isolate', '--speed', 0, '--from', 50)
+        self.assertRegex(done.stderr, r'warning: --from 50: .* ends at 2\.0')
+        damaged = self.folder / 'damaged.log'
+        events = read_events(self.short)
+        number, timestamp, channel, data = events[len(events) // 2]
+        events[len(events) // 2] = (number, timestamp, channel, data[:-1] + bytes([data[-1] ^ 1]))
+        write_events(damaged, events)
+        done = morphbus('replay', damaged, '--isolate', '--speed', 0, '--json')
+        self.assertIn('"damaged_messages": 1', done.stdout)
+        self.assertIn('1 damaged message in the file', done.stderr)
+        self.assertEqual(morphbus('replay', self.short, '--isolate', '--speed', 0).stderr, '')
+
+    def test_draw_says_what_belongs_to_a_log_and_what_to_a_model(self):
+        picture = self.folder / 'x.svg'
+        for arguments, why in (((self.short,), 'is a log: say with --at'), ((self.short, '--at', 'nan'), '--at nan'),
+                               ((self.short, '--at=-1'), '--at -1: expected a sim time'),
+                               ((self.short, '--at', '1e300'), 'the log ends at 1.98'),
+                               ((self.short, '--at', 1, '--robot', 'quadruped'), 'leave --robot out'),
+                               ((MODEL, '--robot', 'quadruped', '--run', 'x'), 'needs --at')):
+            said = self.refused('draw', *arguments, '-o', picture)
+            self.assertIn(why, said)
+            self.assertEqual(said.count('\n'), 1, said)
+            self.assertFalse(picture.exists())
+        morphbus('draw', self.short, '--at', 1, '-o', picture)
+        self.assertTrue(picture.read_text().startswith('<'))
+
+    def test_repair_keeps_what_is_sound_and_spares_the_log(self):
+        whole = pathlib.Path(self.short).read_bytes()
+        cut, sound = self.folder / 'walk.log.partial', self.folder / 'sound.log'
+        cut.write_bytes(whole[:len(whole) // 2])
+        answer = as_json('repair', cut, '-o', sound)
+        self.assertEqual(answer['events_kept'], len(read_events(sound)))
+        self.assertEqual(answer['bytes_dropped'], len(whole) // 2 - sound.stat().st_size)
+        self.assertEqual([f['kind'] for f in answer['findings']], ['truncated'])
+        self.assertRegex(morphbus('repair', cut, '-o', sound).stdout, r'inside the event.*\n.*events kept, \d+ bytes? dropped')
+        for output in (cut, self.folder / 'walk.log'):
+            self.assertIn('would overwrite', self.refused('repair', cut, '-o', output))
+        self.refused('repair', cut, '-o', '-')
+        self.refused('repair', MODEL, '-o', self.folder / 'x.log')
+        self.assertEqual(cut.read_bytes(), whole[:len(whole) // 2])
+        self.assertIn('no END', morphbus('verify', sound, status=1).stdout)
+
+    def test_one_walk_has_one_cycle_whichever_congruent_robot_walks_it(self):
+        walks = [as_json('run', MODEL, PROGRAM, '--robot', robot, '--seconds', 12, '--inproc',
+                         '--log', self.folder / 'x.log')['walk'] for robot in ROBOTS]
+        for walk in walks:
+            self.assertAlmostEqual(walk['cycle_s'], 7.04, delta=1e-9)
+            self.assertAlmostEqual(walk['min_height_m'], walks[0]['min_height_m'], delta=1e-4)
+            self.assertEqual(len(walk['cycle_north_m']), 1)
+
+    def test_one_standard_output_takes_one_output(self):
+        for stdout in ('-', '/dev/stdout'):
+            said = self.refused('compare', self.short, self.short, '--report', stdout, '--json')
+            self.assertIn('both write to standard output', said)
+            said = self.refused('graph', MODEL, '--robot', 'quadruped', '--dot', stdout, '--json')
+            self.assertIn('both write to standard output', said)
+        page = morphbus('compare', self.short, self.short, '--report', '-').stdout
+        self.assertTrue(page.lstrip().startswith('<') and page.rstrip().endswith('</html>'), page[-200:])
 
 
 if __name__ == '__main__':

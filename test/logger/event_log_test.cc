@@ -439,6 +439,28 @@ TEST_F(EventLogTest, RepairedLogIsSoundForTheStockReader) {
   std::remove(repaired.c_str());
 }
 
+TEST_F(EventLogTest, RepairNeverWritesOverTheLogItReads) {
+  const std::vector<uint8_t> bytes = Encode(SomeEvents(20, true));
+  const std::string partial = path_ + ".partial";
+  for (const std::string& in : {path_, partial}) {
+    WriteFile(in, bytes);
+    const auto report = RepairLog(in, path_);
+    ASSERT_FALSE(report.has_value());
+    EXPECT_NE(report.error().message.find("would overwrite " + in), std::string::npos);
+    EXPECT_EQ(RepairLog(in, path_ + ".copy")->events_kept, 20);  // it is still whole
+    std::remove(in.c_str());
+  }
+  std::remove((path_ + ".copy").c_str());
+}
+
+TEST_F(EventLogTest, NothingToKeepIsAnErrorAndWritesNothing) {
+  const std::string repaired = path_ + ".repaired";
+  WriteFile(path_, std::vector<uint8_t>{'n', 'o', ' ', 'l', 'o', 'g'});
+  EXPECT_FALSE(RepairLog(path_, repaired).has_value());
+  EXPECT_FALSE(EventLogReader::Open(repaired).has_value());
+  EXPECT_FALSE(EventLogReader::Open(repaired + ".partial").has_value());
+}
+
 TEST_F(EventLogTest, MissingFileAndDirectoryAreErrorsThatNameThePath) {
   auto missing = EventLogReader::Open(path_);
   ASSERT_FALSE(missing.has_value());

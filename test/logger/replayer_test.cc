@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 #include <morphbus/ask_t.hpp>
 
@@ -222,6 +223,35 @@ TEST(ReplayerTest, LogOfForeignChannelsReplaysByItsTimestamps) {
   ASSERT_TRUE(rig.Play());
   EXPECT_EQ(rig.heard.size(), 11u);
   EXPECT_EQ(rig.heard.back().now_us - rig.heard.front().now_us, 1'000'000);
+}
+
+TEST(ReplayerTest, DamagedMessagesAreCountedAndGoOutAsTheyAre) {
+  std::vector<SyntheticEvent> events = test::SyntheticEvents({});
+  for (SyntheticEvent& event : events) {
+    if (event.channel == "synth/SIM/SENSORS") event.payload.back() ^= 1;
+  }
+  const TempLog file(test::EncodeLog(events));
+  Rig rig(file.path(), {.speed = 0});
+  EXPECT_EQ(rig.replayer->progress().damaged, 0);
+  rig.Start();
+  EXPECT_TRUE(rig.Play());
+  EXPECT_GT(rig.Count()["synth/SIM/SENSORS"], 0);
+  EXPECT_EQ(rig.replayer->progress().damaged_messages, rig.Count()["synth/SIM/SENSORS"]);
+}
+
+TEST(ReplayerTest, TheEndOfTheLogIsKnownBeforeItIsReached) {
+  const TempLog file(test::EncodeLog(test::SyntheticEvents({})));
+  EXPECT_NEAR(Rig(file.path()).replayer->progress().end_s, 2.0, 0.03);  // 100 ticks of 20 ms
+  std::vector<SyntheticEvent> events;
+  for (int i = 0; i < 11; ++i) events.push_back({1'000'000 + 100'000 * i, "EXAMPLE", {1}});
+  const TempLog foreign(test::EncodeLog(events));
+  EXPECT_NEAR(Rig(foreign.path()).replayer->progress().end_s, 1.0, 1e-9);
+}
+
+TEST(ReplayerTest, ARangeThatIsNoTimeIsRefused) {
+  const TempLog file(test::EncodeLog(test::SyntheticEvents({})));
+  EXPECT_FALSE(Replayer::Open(file.path(), {.from_s = std::nan("")}).has_value());
+  EXPECT_FALSE(Replayer::Open(file.path(), {.to_s = 1e300}).has_value());
 }
 
 TEST(ReplayerTest, DamagedLogReplaysAllThatIsSound) {

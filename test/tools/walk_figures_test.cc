@@ -87,6 +87,30 @@ TEST(MeasureWalkTest, WhatOnlyOneJointRepeatsIsNoCycle) {
   EXPECT_TRUE(MeasureWalk(log, TrackedBody{})->cycle_north_m.empty());
 }
 
+/// A joint that goes to and fro every 2 s.
+void AddQuickJoint(logger::ModuleSeries* module, double amplitude) {
+  for (logger::ActuatorSample& sample : module->actuators) {
+    const int64_t t = sample.time_us;
+    morphbus::joint_command_t command = {};
+    command.mode = morphbus::joint_command_t::MODE_POSITION;
+    command.target_si = (t / 1000000) % 2 == 0 ? amplitude : -amplitude;
+    sample.joints.push_back(command);
+  }
+}
+
+TEST(MeasureWalkTest, ThePeriodIsTheOneThatAllJointsKeepWhicheverIsTheBusiest) {
+  // The second joint is told more and travels more, and repeats every 2 s, which the first does
+  // not.
+  for (const bool first : {false, true}) {
+    logger::RunLog log = StraightWalk(0.02, 0.0);
+    logger::ModuleSeries busy = log.modules[0];
+    for (logger::ActuatorSample& sample : busy.actuators) sample.joints.clear();
+    AddQuickJoint(&busy, 1.0);
+    log.modules.insert(first ? log.modules.begin() : log.modules.end(), busy);
+    EXPECT_DOUBLE_EQ(MeasureWalk(log, TrackedBody{})->cycle_s, 4.0) << first;
+  }
+}
+
 TEST(MeasureWalkTest, TurningLeftIsPositive) {
   // About +y (up), from +x (north) towards -z (west).
   EXPECT_NEAR(MeasureWalk(StraightWalk(0.0, 0.01), TrackedBody{})->turn_rad, 0.3, 1e-9);
