@@ -1,6 +1,7 @@
 # Everything comes from Debian, by find_package where Debian ships a config, else by name.
 find_package(Threads REQUIRED)
 find_package(CLI11 REQUIRED)
+find_package(Eigen3 REQUIRED NO_MODULE)
 find_package(fmt REQUIRED)
 find_package(spdlog REQUIRED)
 find_package(nlohmann_json REQUIRED)
@@ -9,21 +10,14 @@ find_package(Protobuf REQUIRED)
 find_package(GTest REQUIRED)
 find_package(benchmark REQUIRED)
 
-# Debian ships Eigen's own config only with its -dev package's pkgconfig; headers suffice.
-find_path(EIGEN3_INCLUDE_DIR Eigen/Core PATH_SUFFIXES eigen3 REQUIRED)
-add_library(morphbus_eigen INTERFACE)
-target_include_directories(morphbus_eigen SYSTEM INTERFACE ${EIGEN3_INCLUDE_DIR})
-
-# Bullet in double precision: the -float64 libraries with BT_USE_DOUBLE_PRECISION.
-find_path(BULLET_INCLUDE_DIR btBulletDynamicsCommon.h PATH_SUFFIXES bullet REQUIRED)
-find_library(BULLET_DYNAMICS64 BulletDynamics-float64 REQUIRED)
-find_library(BULLET_COLLISION64 BulletCollision-float64 REQUIRED)
-find_library(BULLET_MATH64 LinearMath-float64 REQUIRED)
+# Bullet in double precision. Its config says how to compile; it lists a library that Debian does not
+# ship (BulletInverseDynamics-float64), so those that are needed are named here.
+find_package(Bullet REQUIRED CONFIG CONFIGS BulletConfig-float64.cmake)
 add_library(morphbus_bullet INTERFACE)
-target_include_directories(morphbus_bullet SYSTEM INTERFACE ${BULLET_INCLUDE_DIR})
-target_compile_definitions(morphbus_bullet INTERFACE BT_USE_DOUBLE_PRECISION)
+target_include_directories(morphbus_bullet SYSTEM INTERFACE ${BULLET_ROOT_DIR}/${BULLET_INCLUDE_DIRS})
+target_compile_options(morphbus_bullet INTERFACE ${BULLET_DEFINITIONS})
 target_link_libraries(morphbus_bullet INTERFACE
-                      ${BULLET_DYNAMICS64} ${BULLET_COLLISION64} ${BULLET_MATH64})
+                      BulletDynamics-float64 BulletCollision-float64 LinearMath-float64)
 
 # LCM ships no CMake config in Debian 12.
 find_path(LCM_INCLUDE_DIR lcm/lcm.h REQUIRED)

@@ -34,8 +34,11 @@ set(standard_headers <algorithm> <array> <cmath> <cstdint> <cstring> <filesystem
     <limits> <map> <memory> <numbers> <optional> <random> <set> <sstream> <string> <string_view> <utility>
     <variant> <vector> <fmt/format.h>)
 set(math_headers ${standard_headers} <Eigen/Core> <Eigen/Geometry>)
-morphbus_precompiled(morphbus_pch_math DEPS morphbus_eigen HEADERS ${math_headers})
+morphbus_precompiled(morphbus_pch_math DEPS Eigen3::Eigen HEADERS ${math_headers})
 morphbus_precompiled(morphbus_pch_json
-  DEPS morphbus_eigen nlohmann_json::nlohmann_json HEADERS ${math_headers} <nlohmann/json.hpp>)
+  DEPS Eigen3::Eigen nlohmann_json::nlohmann_json HEADERS ${math_headers} <nlohmann/json.hpp>)
 morphbus_precompiled(morphbus_pch_test
-  DEPS morphbus_eigen GTest::gtest HEADERS ${math_headers} <gtest/gtest.h>)
+  DEPS Eigen3::Eigen GTest::gtest HEADERS ${math_headers} <gtest/gtest.h>)
+if(TARGET morphbus_pch_test)
+  target_compile_options(morphbus_pch_test PRIVATE ${MORPHBUS_TEST_OPTIONS})
+endif()

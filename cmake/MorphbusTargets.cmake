@@ -12,11 +12,9 @@ if(MORPHBUS_SANITIZE)
   target_compile_options(morphbus_sanitize INTERFACE
     -fsanitize=${MORPHBUS_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
   target_link_options(morphbus_sanitize INTERFACE -fsanitize=${MORPHBUS_SANITIZE})
-  if(MORPHBUS_SANITIZE MATCHES "address")
-    # GCC's flow analysis reports false null dereferences and uninitialised reads under ASan.
-    target_compile_options(morphbus_warnings INTERFACE
-      $<$<CXX_COMPILER_ID:GNU>:-Wno-null-dereference> $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
-  endif()
+  # GCC's flow analysis reports false null dereferences and uninitialised reads in instrumented code.
+  target_compile_options(morphbus_warnings INTERFACE
+    $<$<CXX_COMPILER_ID:GNU>:-Wno-null-dereference> $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
 endif()
 
 if(MORPHBUS_FUZZ)
@@ -24,10 +22,30 @@ if(MORPHBUS_FUZZ)
   target_compile_options(morphbus_sanitize INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
+# Several sources compiled as one: headers are read and templates instantiated once for all of them.
+# A file must still include what it uses, and its helpers need names that no neighbour's have
+# (tools/lint/helper_names): the dev and tsan presets compile every source alone.
+set(MORPHBUS_UNITY 0 CACHE STRING "How many sources to compile as one; 0: each alone")
+function(morphbus_unity target)
+  if(MORPHBUS_UNITY GREATER 1)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${MORPHBUS_UNITY})
+  endif()
+endfunction()
+
+# Under the sanitizers the tests' own code is compiled without optimization, which is faster; the code that
+# they test keeps its own.
+set(MORPHBUS_TEST_OPTIONS "" CACHE STRING "Further options of the tests' own sources, e.g. -O0")
+
+# morphbus_compile_alone(FILE...): sources whose helpers have the names of a neighbour's.
+function(morphbus_compile_alone)
+  set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+endfunction()
+
 # morphbus_library(NAME SOURCES a.cc ... DEPS lib ...): a static library of this project.
 function(morphbus_library name)
   cmake_parse_arguments(ARG "" "" "SOURCES;DEPS;PRIVATE_DEPS" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
+  morphbus_unity(${name})
   target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR})
   target_include_directories(${name} SYSTEM PUBLIC ${EXPECTED_INCLUDE_DIR})
   target_link_libraries(${name} PUBLIC ${ARG_DEPS} morphbus_sanitize
@@ -44,16 +62,16 @@ function(morphbus_executable name)
 endfunction()
 
 # morphbus_test(NAME SOURCES a.cc ... DEPS lib ... [LABELS fast|net|slow]): one GoogleTest program,
-# one ctest entry a test case. MORPHBUS_SOURCE_DIR and MORPHBUS_BINARY_DIR are visible to the code.
+# one ctest entry a test case.
 function(morphbus_test name)
   cmake_parse_arguments(ARG "SERIAL" "TIMEOUT" "SOURCES;DEPS;LABELS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
+  morphbus_unity(${name})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
   target_include_directories(${name} SYSTEM PRIVATE ${EXPECTED_INCLUDE_DIR})
-  target_compile_definitions(${name} PRIVATE
-    MORPHBUS_SOURCE_DIR="${CMAKE_SOURCE_DIR}" MORPHBUS_BINARY_DIR="${CMAKE_BINARY_DIR}")
-  target_link_libraries(${name} PRIVATE ${ARG_DEPS} GTest::gtest GTest::gtest_main
+  target_link_libraries(${name} PRIVATE ${ARG_DEPS} morphbus_test_source_dir GTest::gtest GTest::gtest_main
                                         morphbus_warnings morphbus_sanitize)
+  target_compile_options(${name} PRIVATE ${MORPHBUS_TEST_OPTIONS})
   morphbus_use_precompiled(${name} morphbus_pch_test)
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)

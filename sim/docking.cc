@@ -9,8 +9,7 @@ namespace {
 using model::Docking;
 
 const model::ConnectionOption& OptionOf(const model::Model& model, const Docking& docking) {
-  return model.connection_types[static_cast<size_t>(docking.connection_type)]
-      .options[static_cast<size_t>(docking.option)];
+  return model.connection_types[docking.connection_type].options[docking.option];
 }
 
 // The state variable that a requirement speaks of, and the index of the value it wants.
@@ -21,6 +20,8 @@ struct Wanted {
   int value = 0;
 };
 
+// What the connection needs of the two connectors. A requirement for a variable or value that a
+// connector does not have is no requirement.
 std::vector<Wanted> WantedStates(const model::Model& model, const model::Robot& robot,
                                  const Docking& docking) {
   std::vector<Wanted> wanted;
@@ -28,9 +29,10 @@ std::vector<Wanted> WantedStates(const model::Model& model, const model::Robot& 
     const int module = requirement.of_a ? docking.module_a : docking.module_b;
     const int connector = requirement.of_a ? docking.connector_a : docking.connector_b;
     const std::vector<model::StateVariable>& variables =
-        model.TypeOf(robot, module).connectors[static_cast<size_t>(connector)].states;
+        model.TypeOf(robot, module).connectors[connector].states;
     for (size_t v = 0; v < variables.size(); ++v) {
       if (variables[v].name != requirement.variable) continue;
+      // The model tells the value itself, states are told by index.
       const auto& values = variables[v].values;
       const auto found = std::find(values.begin(), values.end(), requirement.value);
       if (found == values.end()) continue;
@@ -43,38 +45,39 @@ std::vector<Wanted> WantedStates(const model::Model& model, const model::Robot& 
 // How far links La (of module a) and Lb are from where `option` wants them; infinite if too far.
 double Misfit(const model::ConnectionOption& option, const Pose& X_WLa, const Pose& X_WLb,
               const Eigen::Vector3d& p_LbCo) {
+  // The connector of b, where it is and where the option wants it, both seen from a.
   const Pose X_LaLb = X_WLa.inverse() * X_WLb;
   const double distance = (X_LaLb * p_LbCo - option.X_AB * p_LbCo).norm();
   const Eigen::AngleAxisd turn(X_LaLb.linear().transpose() * option.X_AB.linear());
   if (distance > kDockingDistance || std::abs(turn.angle()) > kDockingAngle) return INFINITY;
+  // Metres and radians in one figure: a turn counts as a way at 5 cm from the axis.
   return distance + 0.05 * std::abs(turn.angle());
 }
 
+// One connector of one module.
 struct End {
   int module = 0;
   int connector = 0;
 };
 
-// The best option with end a as member a.
+// Looks through all options of all connection types with end `a` as their member a and end `b` as
+// b; one that fits better than *best replaces *best and *mate.
 void TryPair(const model::Model& model, const model::Robot& robot, const LinkPoseTable& X_WL, End a,
              End b, const ConnectorStates* states, double* best, std::optional<Docking>* mate) {
-  const auto module_a = static_cast<size_t>(a.module);
-  const auto module_b = static_cast<size_t>(b.module);
-  const int type_a = robot.modules[module_a].type;
-  const int type_b = robot.modules[module_b].type;
-  const model::Connector& connector_a =
-      model.TypeOf(robot, a.module).connectors[static_cast<size_t>(a.connector)];
-  const model::Connector& connector_b =
-      model.TypeOf(robot, b.module).connectors[static_cast<size_t>(b.connector)];
+  const int type_a = robot.modules[a.module].type;
+  const int type_b = robot.modules[b.module].type;
+  const model::Connector& connector_a = model.TypeOf(robot, a.module).connectors[a.connector];
+  const model::Connector& connector_b = model.TypeOf(robot, b.module).connectors[b.connector];
   for (size_t c = 0; c < model.connection_types.size(); ++c) {
     const model::ConnectionType& connection = model.connection_types[c];
+    // Types and connectors must be those that the option is for,
     if (connection.type_a != type_a || connection.type_b != type_b) continue;
     for (size_t o = 0; o < connection.options.size(); ++o) {
       const model::ConnectionOption& option = connection.options[o];
       if (option.connector_a != a.connector || option.connector_b != b.connector) continue;
-      const double misfit =
-          Misfit(option, X_WL[module_a][static_cast<size_t>(connector_a.link)],
-                 X_WL[module_b][static_cast<size_t>(connector_b.link)], connector_b.p_MoCo_M);
+      // the links near enough to where it wants them, and nearer than for the best so far.
+      const double misfit = Misfit(option, X_WL[a.module][connector_a.link],
+                                   X_WL[b.module][connector_b.link], connector_b.p_MoCo_M);
       if (!(misfit < *best)) continue;
       const Docking docking{a.module,    a.connector,         b.module,
                             b.connector, static_cast<int>(c), static_cast<int>(o)};
@@ -95,6 +98,7 @@ ConnectorStates InitialStates(const model::Model& model, const model::Robot& rob
       module.emplace_back(c.states.size(), 0);
     }
   }
+  // Connections that the model declares are closed: their hooks are out.
   for (const Docking& docking : robot.dockings) SetRequiredStates(model, robot, docking, &states);
   return states;
 }
@@ -113,8 +117,7 @@ std::optional<size_t> FindDocking(const model::Robot& robot, int module, int con
 bool StatesAllow(const model::Model& model, const model::Robot& robot,
                  const ConnectorStates& states, const Docking& docking) {
   for (const Wanted& w : WantedStates(model, robot, docking)) {
-    if (states[static_cast<size_t>(w.module)][static_cast<size_t>(w.connector)][w.variable] !=
-        w.value) {
+    if (states[w.module][w.connector][w.variable] != w.value) {
       return false;
     }
   }
@@ -124,8 +127,7 @@ bool StatesAllow(const model::Model& model, const model::Robot& robot,
 void SetRequiredStates(const model::Model& model, const model::Robot& robot, const Docking& docking,
                        ConnectorStates* states) {
   for (const Wanted& w : WantedStates(model, robot, docking)) {
-    (*states)[static_cast<size_t>(w.module)][static_cast<size_t>(w.connector)][w.variable] =
-        w.value;
+    (*states)[w.module][w.connector][w.variable] = w.value;
   }
 }
 
@@ -135,6 +137,7 @@ std::optional<Docking> FindMate(const model::Model& model, const model::Robot& r
   std::optional<Docking> mate;
   double best = INFINITY;
   const End own{module, connector};
+  // Every free connector of every other module is tried, as b and, for unlike members, as a.
   for (int m = 0; m < static_cast<int>(robot.modules.size()); ++m) {
     if (m == module) continue;
     const auto count = static_cast<int>(model.TypeOf(robot, m).connectors.size());

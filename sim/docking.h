@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "compiler/model/robot_model.h"
-#include "sim/bodies.h"
+#include "sim/rigid_body_model.h"
 
 namespace morphbus::sim {
 

@@ -11,12 +11,15 @@ namespace morphbus::sim {
 
 using Eigen::Vector3d;
 
+// Moving the faces inwards can swallow corners and edges, so the corners are found anew.
 std::vector<Vector3d> ShrinkHull(const std::vector<Vector3d>& points, double depth) {
   const model::ConvexHull hull = model::ComputeHull(points);
   if (hull.dimension < 3) return {};
   // Polar duality: with the centroid as origin, the face planes n·x = d are the points n/d, and
   // the corners of the intersection of the half-spaces are the planes of those points' hull.
   const Vector3d centre = model::ComputeMassProperties(hull).centroid;
+  // A hull thinner than twice the depth would turn inside out: it shrinks by half of its least
+  // radius.
   double nearest = std::numeric_limits<double>::infinity();
   for (const model::HullFace& face : hull.faces) {
     nearest = std::min(nearest, face.offset - face.normal.dot(centre));
@@ -39,6 +42,7 @@ LinkPhysics ComputeLinkPhysics(const model::ModuleType& type, int link) {
   physics.mass_kg = mass.mass_kg;
   physics.p_LoLcm_L = mass.p_LoLcm_L;
   physics.I_Lcm_L = mass.I_Lcm_L;
+  // The engine adds its own margin round the hull, so the hull is smaller by that too.
   const std::vector<Vector3d> solid = model::SolidHull(type, link);
   if (!solid.empty()) physics.core_L = ShrinkHull(solid, kHullShrink + kCollisionMargin);
   return physics;

@@ -17,6 +17,7 @@ constexpr double kPush = 10.0;
 }  // namespace
 
 void Servo::Command(const ServoCommand& command) {
+  // A command that makes no sense leaves the joint holding its place.
   command_ = ServoCommand{};
   if (command.mode == ServoMode::kHold) return;
   if (!std::isfinite(command.target) || !std::isfinite(command.speed)) return;
@@ -30,6 +31,8 @@ void Servo::Command(const ServoCommand& command) {
 }
 
 double Servo::Step(double position, double rate, double dt) {
+  // The set-point: towards the target at limited speed, or on and on at the commanded one, but
+  // never far ahead of a joint that cannot follow.
   if (command_.mode == ServoMode::kPosition) {
     const double most = command_.speed * dt;
     set_point_ += std::clamp(command_.target - set_point_, -most, most);
@@ -38,6 +41,8 @@ double Servo::Step(double position, double rate, double dt) {
     set_point_ = std::clamp(set_point_, position - kLongestLead, position + kLongestLead);
     set_point_ = std::clamp(set_point_, limits_.lower, limits_.upper);
   }
+  // The velocity asked for is in proportion to the error and bounded: by the joint's speed when it
+  // moves that fast, and by more the slower it is.
   const double slack = std::max(0.0, limits_.speed - std::abs(rate));
   const double most = limits_.speed + kPush * slack;
   return std::clamp(gain_per_s_ * (set_point_ - position), -most, most);

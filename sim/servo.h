@@ -4,25 +4,32 @@
 
 namespace morphbus::sim {
 
+/// What a servo does: hold its set-point, take it to a target, or move it on for ever.
 enum class ServoMode { kHold, kPosition, kVelocity };
 
+/// One command, which holds until the next.
 struct ServoCommand {
   ServoMode mode = ServoMode::kHold;
-  double target = 0.0;  ///< rad or m; kPosition only.
-  double speed = 0.0;  ///< Limit of the set-point's speed (kPosition), or its velocity (kVelocity).
-};
-
-/// What the servo may do; lower <= 0 <= upper since it starts at 0 (rad or m, /s).
-struct ServoLimits {
-  double lower = 0.0;
-  double upper = 0.0;
+  /// Where to go, rad or m; kPosition only.
+  double target = 0.0;
+  /// rad/s or m/s: the limit of the set-point's speed (kPosition), or its velocity (kVelocity).
   double speed = 0.0;
 };
 
-/// Works in the joint's canonical angle (sim/bodies.h), so that mirrored commands give mirrored
-/// results to the last bit. Torque is limited by the engine's motor, not here.
+/// What the servo may do; lower <= 0 <= upper since it starts at 0.
+struct ServoLimits {
+  /// Limits of the set-point, rad or m; infinite for a joint that has none.
+  double lower = 0.0;
+  double upper = 0.0;
+  /// The joint's own greatest speed, rad/s or m/s.
+  double speed = 0.0;
+};
+
+/// Works in the joint's canonical angle (sim/rigid_body_model.h), so that mirrored commands give
+/// mirrored results to the last bit. Torque is limited by the engine's motor, not here.
 class Servo {
  public:
+  /// A servo that holds 0. `gain_per_s` is the velocity it asks for per error (1/s).
   Servo(const ServoLimits& limits, double gain_per_s) : limits_(limits), gain_per_s_(gain_per_s) {}
 
   /// Takes effect from the next Step on. What is not finite holds the present set-point; targets
@@ -34,6 +41,8 @@ class Servo {
   /// to the error. A joint that moves as fast as it may is asked for no more than its speed.
   double Step(double position, double rate, double dt);
 
+  /// Where the servo wants the joint now (rad or m); setting it is for a robot that goes on in a
+  /// new world.
   [[nodiscard]] double set_point() const { return set_point_; }
   void set_set_point(double set_point) { set_point_ = set_point; }
 

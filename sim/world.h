@@ -7,43 +7,61 @@
 #include <string>
 #include <vector>
 
-#include "sim/bodies.h"
+#include "sim/rigid_body_model.h"
 #include "sim/servo.h"
 
 namespace morphbus::sim {
 
+/// What a world is made with; all of it enters the world's hash.
 struct WorldOptions {
-  double friction = 0.8;  ///< Coulomb coefficient of every contact.
-  bool ground = true;     ///< A level ground at y = 0.
-  bool gravity = true;    ///< 9.81 m/s^2 downwards.
+  /// Coulomb coefficient of every contact.
+  double friction = 0.8;
+  /// Whether there is a level ground at y = 0.
+  bool ground = true;
+  /// Whether 9.81 m/s^2 pull downwards, along -y.
+  bool gravity = true;
+  /// Sim time of one Step, seconds.
   double physics_step_s = 1e-3;
-  int solver_iterations = 30;    ///< At least 20 (fewer make joints soft).
-  double servo_gain_per_s = 60;  ///< Servo velocity per error; 60 or more.
+  /// Iterations of Bullet's solver a step, at least 20: fewer make joints soft.
+  int solver_iterations = 30;
+  /// The velocity that servos ask for per error (1/s), 60 or more.
+  double servo_gain_per_s = 60;
 };
 
-/// Position, and rates, of one body; body frame B, see sim/bodies.h.
+/// Pose and velocities of one body; body frame B, see sim/rigid_body_model.h.
 struct BodyState {
   Pose X_WB = Pose::Identity();
-  Eigen::Vector3d v_WBo_W = Eigen::Vector3d::Zero();  ///< m/s, of the centre of mass.
-  Eigen::Vector3d w_WB_W = Eigen::Vector3d::Zero();   ///< rad/s.
+  /// Velocity of the centre of mass, in W (m/s).
+  Eigen::Vector3d v_WBo_W = Eigen::Vector3d::Zero();
+  /// Angular velocity, in W (rad/s).
+  Eigen::Vector3d w_WB_W = Eigen::Vector3d::Zero();
 };
 
-/// In canonical angles (sim/bodies.h), rad or m.
+/// One joint now, in canonical angles (sim/rigid_body_model.h).
 struct JointState {
-  double theta = 0.0;  ///< From the true relative pose; counted on over full turns.
+  /// From the true relative pose of the bodies, rad or m; counted on over full turns.
+  double theta = 0.0;
+  /// Its rate, from the true velocities, rad/s or m/s.
   double rate = 0.0;
-  double motor_effort = 0.0;  ///< What the motor exerted in the last step on body_2, N m or N.
+  /// What the motor exerted in the last step on body_2, N m or N.
+  double motor_effort = 0.0;
 };
 
+/// A robot in a Bullet engine of its own.
+///
+/// The engine is fed in canonical order, so that congruent robots pose it the same problem, and is
+/// set to be deterministic: two worlds built alike and given the same commands run alike to the
+/// last bit.
 class World {
  public:
-  /// Builds the engine for `assembly`, all at rest.
-  World(const Assembly& assembly, const WorldOptions& options);
+  /// Builds the engine for `rigid_bodies`, all at rest. Indices of bodies and joints below are
+  /// those of `rigid_bodies`; one that is out of range is a bug of the caller.
+  World(const RigidBodyModel& rigid_bodies, const WorldOptions& options);
   ~World();
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 
-  /// One physics step.
+  /// One physics step: servos, pushes, the engine, then the joints are measured.
   void Step();
 
   /// Commands to a joint's servo, by canonical joint index and in canonical angles.
@@ -52,10 +70,18 @@ class World {
   /// A force on a body at its centre of mass, for the next `steps` steps (N, W).
   void Push(int body, const Eigen::Vector3d& f_W, int steps);
 
+  /// The body now.
   [[nodiscard]] BodyState body(int index) const;
-  void set_body(int index, const BodyState& state);  ///< Before the first step only.
+  /// Puts a body where and as fast as `state` says, before the first step; a rebuilt world goes on
+  /// from the old one's states in this way.
+  void set_body(int index, const BodyState& state);
+
+  /// The joint now, as it was measured after the last step.
   [[nodiscard]] JointState joint(int index) const;
+
+  /// Where the joint's servo wants it, in canonical angles (rad or m).
   [[nodiscard]] double set_point(int joint) const;
+  /// Sets that, for a world that goes on where another one was.
   void set_set_point(int joint, double theta);
 
   /// Contacts between bodies (-1 stands for the ground) that touch now; for tests and reports.
@@ -66,7 +92,8 @@ class World {
   };
   [[nodiscard]] std::vector<Contact> contacts() const;
 
-  [[nodiscard]] const Assembly& assembly() const { return assembly_; }
+  /// What the world was made of.
+  [[nodiscard]] const RigidBodyModel& rigid_bodies() const { return rigid_bodies_; }
   [[nodiscard]] const WorldOptions& options() const { return options_; }
 
   /// Hash of all that entered the engine: equal worlds give equal runs. 64 bits, as 16 hex digits.
@@ -74,7 +101,7 @@ class World {
 
  private:
   struct Engine;
-  Assembly assembly_;
+  RigidBodyModel rigid_bodies_;
   WorldOptions options_;
   std::unique_ptr<Engine> engine_;
 };

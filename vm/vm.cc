@@ -2,15 +2,15 @@
 
 #include <new>
 
-#include "vm/bodies.h"
-#include "vm/context.h"
-#include "vm/diffusion.h"
-#include "vm/host.h"
-#include "vm/mates.h"
-#include "vm/motion.h"
-#include "vm/roles.h"
-#include "vm/scheduler.h"
-#include "vm/spatial.h"
+#include "vm/role/module_services.h"
+#include "vm/role/motion.h"
+#include "vm/role/roles.h"
+#include "vm/role/scheduler.h"
+#include "vm/run/context.h"
+#include "vm/space/bodies.h"
+#include "vm/space/neighbours.h"
+#include "vm/space/spatial.h"
+#include "vm/spread/diffusion.h"
 
 namespace morphbus::vm {
 
@@ -22,27 +22,28 @@ Vm::Vm(const VmConfig& config, const VerifiedKinematics& kinematics, const Verif
 }
 
 void Vm::Tick(const TickInput& input, TickOutput* output) {
+  // Outputs are written from scratch, so that they depend on state and input alone.
   new (output) TickOutput();
   Context context{config_, kinematics_, *program_, state_, output};
-  Host host(&context);
+  ModuleServices services(&context);
   const int64_t dt_us = state_.started ? input.sim_time_us - state_.sim_time_us : 0;
   state_.tick = input.tick;
   state_.sim_time_us = input.sim_time_us;
 
   // What the module senses and hears.
-  Mail mail;
-  UpdateMates(context, input, &mail);
-  ReadMates(context, mail);
-  UpdateSpatial(context, input, mail);
-  UpdateBodies(context, mail);
+  Inbox inbox;
+  UpdateNeighbours(context, input, &inbox);
+  ReadNeighbourMessages(context, inbox);
+  UpdateSpatial(context, input, inbox);
+  UpdateBodies(context, inbox);
   UpdateJoints(context, input, dt_us > 0 ? dt_us : 0);
   state_.started = true;
 
   // What it makes of that, and does.
-  UpdateRole(context, host);
-  ReceiveInvocations(context, mail);
+  UpdateRole(context, services);
+  ReceiveInvocations(context, inbox);
   IssueRequests(context, input);
-  RunTasks(context, host);
+  RunTasks(context, services);
 
   FillCommands(context, output);
   FillMessage(context, &output->message);
@@ -50,11 +51,13 @@ void Vm::Tick(const TickInput& input, TickOutput* output) {
 }
 
 void Vm::FillMessage(Context& context, NeighbourMessage* message) {
+  // Who speaks, and what it runs and plays.
   message->sender = config_.module_id;
   message->incarnation = config_.incarnation;
   message->tick = state_.tick;
   message->program_hash = program_->hash();
   message->role = state_.role.role;
+  // Poses and dockings always fit; invocations come before bodies, which can be told in turns.
   FillPose(context, message);
   FillDocked(context, message);
   DropAcknowledged(context);
@@ -72,6 +75,8 @@ void Vm::FillStatus(Context& context, StatusReport* status) {
   for (int i = 0; i < kMaxLabels; ++i) status->labels[i] = state_.role.labels[i];
   for (int j = 0; j < kMaxJoints; ++j) status->signs[j] = state_.joints[j].sign;
   FillTasks(context, status);
+  // The digest of what people watch tells whether this tick is worth a STATUS. Tasks are no part of
+  // it: they move on in nearly every tick.
   Digest digest;
   digest.Add(int{status->role});
   digest.Add(status->frozen);
@@ -85,6 +90,7 @@ void Vm::FillStatus(Context& context, StatusReport* status) {
 }
 
 void Vm::ReplaceProgram(const VerifiedProgram& program) {
+  // The role ends under the program that it belongs to.
   Context context{config_, kinematics_, *program_, state_, nullptr};
   LeaveRole(context);
   program_ = &program;
@@ -92,13 +98,13 @@ void Vm::ReplaceProgram(const VerifiedProgram& program) {
   for (int8_t& label : state_.role.labels) label = -1;
   state_.role.structure_since_tick = state_.role.roles_since_tick = state_.tick;
   // Roles are indices into the table of the program that is gone.
-  for (MateRecord& mate : state_.mates) mate.role = -1;
+  for (NeighbourRecord& neighbour : state_.neighbours) neighbour.role = -1;
 }
 
 RoleCheck Vm::CheckRole(int role) {
   Context context{config_, kinematics_, *program_, state_, nullptr};
-  Host host(&context);
-  return morphbus::vm::CheckRole(context, host, role, false);
+  ModuleServices services(&context);
+  return morphbus::vm::CheckRole(context, services, role, false);
 }
 
 }  // namespace morphbus::vm

@@ -1,14 +1,16 @@
 #pragma once
 // The DCD-VM of one module: one Tick() a control period. No bus, clock, thread or heap.
 
-#include "vm/kinematics_image.h"
+#include "vm/image/kinematics_image.h"
+#include "vm/image/program.h"
 #include "vm/module_api.h"
-#include "vm/program.h"
-#include "vm/roles.h"
-#include "vm/state.h"
+#include "vm/role/roles.h"
+#include "vm/run/state.h"
 
 namespace morphbus::vm {
 
+/// What a module's program, its neighbours and its own body come together in. All of its changing
+/// state is in the VmState that it is given, so that a module that died goes on where it was.
 class Vm {
  public:
   /// A cold start resets the state; a warm one goes on from the saved bytes of another VM's state.
@@ -30,9 +32,12 @@ class Vm {
   [[nodiscard]] RoleCheck CheckRole(int role);
 
  private:
+  /// Write the outputs of the tick, from the state that it has left.
   void FillMessage(Context& context, NeighbourMessage* message);
   void FillStatus(Context& context, StatusReport* status);
 
+  // What stays the same, the program that runs (it may be replaced), and all that changes. None of
+  // them is owned but the configuration.
   const VmConfig config_;
   const VerifiedKinematics& kinematics_;
   const VerifiedProgram* program_;

@@ -16,11 +16,15 @@ uint64_t Mix(uint64_t hash, uint64_t value) {
   return x ^ (x >> 33);
 }
 
-/// Numbers that lie within a tolerance of each other get one label; rounding would part some of
-/// them. A row of numbers each near the next gets one label as a whole: coarser, never wrong.
+/// Gives numbers that lie within a tolerance of each other one label, which rounding them would
+/// not: two that are near may lie on either side of a rounding limit. A row of numbers each near
+/// the next gets one label as a whole, which makes coarser classes and never wrong ones.
+///
+/// First Add all numbers, then Close, then ask.
 class Labels {
  public:
   explicit Labels(double tolerance) : tolerance_(tolerance) {}
+
   void Add(double value) { values_.push_back(value); }
   void Close() {
     std::sort(values_.begin(), values_.end());
@@ -29,43 +33,44 @@ class Labels {
     }
   }
   [[nodiscard]] uint64_t Of(double value) const {
-    return static_cast<uint64_t>(std::upper_bound(starts_.begin(), starts_.end(), value) -
-                                 starts_.begin());
+    return std::upper_bound(starts_.begin(), starts_.end(), value) - starts_.begin();
   }
 
  private:
   double tolerance_;
-  std::vector<double> values_;
-  std::vector<double> starts_;
+  std::vector<double> values_;  ///< All numbers; sorted once closed.
+  std::vector<double> starts_;  ///< The least number of each label.
 };
 
-/// What a joint's class is made of besides its neighbours.
+/// The lengths of a joint that no motion changes and the joint of a congruent assembly shares (m).
 struct JointFigures {
   double foot[2] = {0, 0};  ///< Distance of the axis to the reference point of body a, body b.
-  double along = 0.0;       ///< Between the feet, along the axis.
+  double along = 0.0;       ///< Distance of these two points along the axis.
 };
 
-JointFigures FiguresOf(const Assembly& assembly, int joint) {
-  const AssemblyJoint& j = assembly.joints[joint];
+JointFigures FiguresOf(const ScrewGraph& graph, int joint) {
+  const ScrewJoint& j = graph.joints[joint];
   JointFigures figures;
-  const Eigen::Vector3d apart = assembly.bodies[j.body_b].p_RoTo - assembly.bodies[j.body_a].p_RoTo;
+  const Eigen::Vector3d apart = graph.bodies[j.body_b].p_RoTo - graph.bodies[j.body_a].p_RoTo;
   if (j.slide) {  // has no place, and the distance along it depends on the start value
     figures.foot[0] = figures.foot[1] = (apart - apart.dot(j.axis) * j.axis).norm();
     return figures;
   }
-  figures.foot[0] = assembly.FootFrom(j.body_a, joint).norm();
-  figures.foot[1] = assembly.FootFrom(j.body_b, joint).norm();
+  figures.foot[0] = graph.FootFrom(j.body_a, joint).norm();
+  figures.foot[1] = graph.FootFrom(j.body_b, joint).norm();
   figures.along = std::abs(apart.dot(j.axis));
   return figures;
 }
 
-/// Of its range; -1 for no limits.
-double WidthOf(const AssemblyJoint& j) { return j.bounded() ? j.upper - j.lower : -1.0; }
+/// The width of a joint's range (rad, m); -1 if it has no limits.
+double WidthOf(const ScrewJoint& j) { return j.bounded() ? j.upper - j.lower : -1.0; }
 
-uint64_t KindOf(const AssemblyJoint& joint) {
+/// Sliding or turning, with limits or without, with both ends in one body or not.
+uint64_t KindOf(const ScrewJoint& joint) {
   return (joint.slide ? 4 : 0) + (joint.bounded() ? 2 : 0) + (joint.body_a == joint.body_b ? 1 : 0);
 }
 
+/// The number of classes that both assemblies' bodies are in.
 size_t CountClasses(const Classes& classes) {
   std::vector<uint64_t> all;
   for (const std::vector<uint64_t>& bodies : classes.bodies) {
@@ -75,19 +80,21 @@ size_t CountClasses(const Classes& classes) {
   return static_cast<size_t>(std::unique(all.begin(), all.end()) - all.begin());
 }
 
-/// A joint as seen from one of its ends.
+/// What a joint is as seen from each of its ends: a hash of its kind, range and figures.
 struct EndLabels {
   uint64_t own[2];  ///< Seen from body a, body b.
 };
 
-void Refine(const Assembly& assembly, const std::vector<EndLabels>& ends,
+/// One round of colour refinement: a body's next class is its own with the set of its joints, each
+/// with the class of the body it leads to. A joint's class follows from those of its two ends.
+void Refine(const ScrewGraph& graph, const std::vector<EndLabels>& ends,
             std::vector<uint64_t>& bodies, std::vector<uint64_t>& joints) {
   std::vector<uint64_t> next(bodies.size());
   std::vector<uint64_t> seen;
   for (size_t b = 0; b < bodies.size(); ++b) {
     seen.clear();
-    for (const int j : assembly.bodies[b].joints) {
-      const AssemblyJoint& joint = assembly.joints[j];
+    for (const int j : graph.bodies[b].joints) {
+      const ScrewJoint& joint = graph.joints[j];
       const bool at_a = joint.body_a == static_cast<int>(b);
       seen.push_back(Mix(ends[j].own[at_a ? 0 : 1], bodies[joint.Other(static_cast<int>(b))]));
     }
@@ -98,7 +105,7 @@ void Refine(const Assembly& assembly, const std::vector<EndLabels>& ends,
   }
   bodies = std::move(next);
   for (size_t j = 0; j < joints.size(); ++j) {
-    const AssemblyJoint& joint = assembly.joints[j];
+    const ScrewJoint& joint = graph.joints[j];
     const uint64_t a = Mix(ends[j].own[0], bodies[joint.body_a]);
     const uint64_t b = Mix(ends[j].own[1], bodies[joint.body_b]);
     joints[j] = Mix(std::min(a, b), std::max(a, b));
@@ -107,58 +114,66 @@ void Refine(const Assembly& assembly, const std::vector<EndLabels>& ends,
 
 }  // namespace
 
-double SlideTolerance(const Assembly& a, const Assembly& b) {
+double SlideTolerance(const ScrewGraph& a, const ScrewGraph& b) {
   return kLimitTolerance * std::max(a.extent_m, b.extent_m);
 }
 
-Classes PlainClasses(const Assembly& a, const Assembly& b) {
+Classes PlainClasses(const ScrewGraph& a, const ScrewGraph& b) {
   Labels angles(kLimitTolerance);
   Labels lengths(SlideTolerance(a, b));
-  const auto labels = [&](const AssemblyJoint& joint) -> Labels& {
+  const auto labels = [&](const ScrewJoint& joint) -> Labels& {
     return joint.slide ? lengths : angles;
   };
-  for (const Assembly* assembly : {&a, &b}) {
-    for (const AssemblyJoint& joint : assembly->joints) labels(joint).Add(WidthOf(joint));
+  // Widths of ranges are labelled over both assemblies, angles and lengths apart.
+  for (const ScrewGraph* graph : {&a, &b}) {
+    for (const ScrewJoint& joint : graph->joints) labels(joint).Add(WidthOf(joint));
   }
   angles.Close();
   lengths.Close();
+
+  // By themselves joints differ in kind and width of range, bodies in the number of their joints.
   Classes classes;
   for (const int side : {0, 1}) {
-    const Assembly& assembly = side == 0 ? a : b;
-    for (const AssemblyJoint& joint : assembly.joints) {
+    const ScrewGraph& graph = side == 0 ? a : b;
+    for (const ScrewJoint& joint : graph.joints) {
       classes.joints[side].push_back(Mix(KindOf(joint), labels(joint).Of(WidthOf(joint))));
     }
-    for (const AssemblyBody& body : assembly.bodies) {
+    for (const ScrewBody& body : graph.bodies) {
       classes.bodies[side].push_back(body.joints.size());
     }
   }
   return classes;
 }
 
-Classes RefinedClasses(const Assembly& a, const Assembly& b) {
+Classes RefinedClasses(const ScrewGraph& a, const ScrewGraph& b) {
   constexpr int kRounds = 64;
   Classes classes = PlainClasses(a, b);
+
+  // Lengths that are equal within the tolerance get one label, over both assemblies.
   Labels lengths(kGeometryTolerance * std::max(a.extent_m, b.extent_m));
-  for (const Assembly* assembly : {&a, &b}) {
-    for (size_t j = 0; j < assembly->joints.size(); ++j) {
-      const JointFigures figures = FiguresOf(*assembly, static_cast<int>(j));
-      for (const double length : {figures.foot[0], figures.foot[1], figures.along}) {
-        lengths.Add(length);
-      }
+  std::vector<JointFigures> figures[2];
+  for (const int side : {0, 1}) {
+    const ScrewGraph& graph = side == 0 ? a : b;
+    for (size_t j = 0; j < graph.joints.size(); ++j) {
+      const JointFigures& f = figures[side].emplace_back(FiguresOf(graph, static_cast<int>(j)));
+      for (const double length : {f.foot[0], f.foot[1], f.along}) lengths.Add(length);
     }
   }
   lengths.Close();
+
+  // What each joint is by itself does not change in what follows.
   std::vector<EndLabels> ends[2];
   for (const int side : {0, 1}) {
-    const Assembly& assembly = side == 0 ? a : b;
-    for (size_t j = 0; j < assembly.joints.size(); ++j) {
-      const JointFigures figures = FiguresOf(assembly, static_cast<int>(j));
-      const uint64_t both = Mix(classes.joints[side][j], lengths.Of(figures.along));
-      const uint64_t foot_a = lengths.Of(figures.foot[0]);
-      const uint64_t foot_b = lengths.Of(figures.foot[1]);
+    for (size_t j = 0; j < figures[side].size(); ++j) {
+      const JointFigures& f = figures[side][j];
+      const uint64_t both = Mix(classes.joints[side][j], lengths.Of(f.along));
+      const uint64_t foot_a = lengths.Of(f.foot[0]);
+      const uint64_t foot_b = lengths.Of(f.foot[1]);
       ends[side].push_back({{Mix(Mix(both, foot_a), foot_b), Mix(Mix(both, foot_b), foot_a)}});
     }
   }
+
+  // Rounds only ever split classes, so as many classes as before are the same classes.
   size_t count = 0;
   for (int round = 0; round < kRounds; ++round) {
     Refine(a, ends[0], classes.bodies[0], classes.joints[0]);

@@ -1,11 +1,12 @@
 #pragma once
 // Classes of bodies and joints of two assemblies that may correspond, by what no motion changes:
-// kinds, ranges, distances. Members of different classes never correspond.
+// kinds, ranges, distances. Members of different classes never correspond; those of one class need
+// not, so a search has to look at them.
 
 #include <cstdint>
 #include <vector>
 
-#include "compiler/congruence/assembly.h"
+#include "compiler/congruence/screw_graph.h"
 
 namespace morphbus::congruence {
 
@@ -15,19 +16,23 @@ inline constexpr double kLimitTolerance = 1e-4;
 inline constexpr double kGeometryTolerance = 1e-6;
 
 /// Ranges of joints that slide are the same within this much (m).
-double SlideTolerance(const Assembly& a, const Assembly& b);
+double SlideTolerance(const ScrewGraph& a, const ScrewGraph& b);
 
-/// By index into Assembly::bodies and joints; [0] and [1] for the two assemblies.
+/// The class of each body and joint, as a number that means nothing but "the same class". By index
+/// into ScrewGraph::bodies and joints; [0] and [1] for the two assemblies.
 struct Classes {
   std::vector<uint64_t> bodies[2];
   std::vector<uint64_t> joints[2];
 };
 
-/// Only what a person sees at once: joints by kind and range, bodies by number of joints.
-Classes PlainClasses(const Assembly& a, const Assembly& b);
+/// The classes that a person sees at once: joints by kind and width of range, bodies by the number
+/// of joints that touch them.
+Classes PlainClasses(const ScrewGraph& a, const ScrewGraph& b);
 
-/// Refined by the neighbours' classes until they do not get finer (colour refinement: Weisfeiler,
-/// Leman 1968), at most 64 times.
-Classes RefinedClasses(const Assembly& a, const Assembly& b);
+/// Those classes refined by the lengths of each joint, then again and again by the neighbours'
+/// classes until they do not get finer (colour refinement: Weisfeiler, Leman 1968), at most 64
+/// times. Bodies that differ in anything up to 64 joints away are told apart, but for directions:
+/// an assembly and its mirror image have the same classes.
+Classes RefinedClasses(const ScrewGraph& a, const ScrewGraph& b);
 
 }  // namespace morphbus::congruence

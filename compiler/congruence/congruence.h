@@ -6,6 +6,11 @@
 // values each body's reference point (mean of its links' origins) and its rotation, up to a
 // constant, coincide under G. Start values play no part in it, but for joints that loops lock in
 // both: theirs, the only values there are, must be mapped onto each other.
+//
+// How it is decided: ScrewGraph (bodies and screw axes) -> Classes (which can correspond at all)
+// -> Decomposition (what can be matched independently) -> MappingBuilder, over the one Backtracker,
+// which grows a Correspondence -> FirstMapping, CountSymmetries; MappingSearch, over the same
+// Backtracker, lists mappings or finds the joint that a negative answer speaks of.
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -24,61 +29,66 @@ struct JointImage {
   double offset = 0.0;  ///< rad or m; 0 where it is free.
 };
 
-/// One congruence. Bodies by number as in BodiesOf (model/kinematic_graph.h).
+/// One way in which assembly a is congruent to b. Bodies have the numbers that model::BodiesOf
+/// (model/kinematic_graph.h) gives them, and frames parallel to the robot frame at the start values
+/// with origins in their reference points.
 struct Mapping {
-  std::vector<int> body_to;        ///< [body of a] -> body of b.
+  std::vector<int> body_to;        ///< By body of a: the body of b.
   std::vector<JointImage> joints;  ///< By index into Congruence::joints_a.
-  /// For each body: with body frames parallel to the robot frames at the start values, origins in
-  /// the reference points, this takes coordinates in a's body to coordinates in its image.
+  /// By body of a: takes coordinates in it to coordinates in its image.
   std::vector<Eigen::Matrix3d> R;
-  /// Where nothing but coaxial joints touches a body and its reference point lies on their axis, R
-  /// is one of many: a turn about `free_axis` may follow it. Bodies with one `free_group` turn
-  /// together. Zero and -1 where R is unique.
+  /// By body of a. Where nothing but coaxial joints touches a body and its reference point lies on
+  /// their axis, R is one of many: any turn about `free_axis` (unit, in the image) may follow it.
+  /// Bodies with the same `free_group` turn by the same angle. Zero and -1 where R is unique.
   std::vector<Eigen::Vector3d> free_axis;
   std::vector<int> free_group;
-  std::vector<int> module_to;  ///< [module of a]; -1: its joints go to several modules.
-  /// G takes a's robot frame to b's, and the link that carries it to the body of b's.
+  std::vector<int> module_to;  ///< By module of a; -1 where its joints go to several modules.
+  /// Does G take a's robot frame to b's, and the link that carries it to the body of b's?
   bool keeps_frame = false;
 };
 
+/// A joint that is compared.
 struct JointRef {
-  int module = 0;
-  int joint = 0;
-  bool slide = false;   ///< Prismatic.
-  bool locked = false;  ///< By loops; false where that was not computed.
+  int module = 0;       ///< Index into Robot::modules.
+  int joint = 0;        ///< Index into ModuleType::joints.
+  bool slide = false;   ///< Is it prismatic? Else it turns.
+  bool locked = false;  ///< Do loops lock it? False where that was not computed.
 };
 
 /// How the masses and hulls of two congruent assemblies compare.
 struct MassComparison {
   bool masses_equal = true;     ///< Mass, centre of mass and inertia of each body.
   bool hulls_equal = true;      ///< Hulls of the links of each body, as a set.
-  std::string mass_difference;  ///< The first one, for people; empty if there is none.
-  std::string hull_difference;
+  std::string mass_difference;  ///< The first difference, for people; empty if there is none.
+  std::string hull_difference;  ///< Likewise.
 };
 
-/// At most this many mappings are kept.
-inline constexpr size_t kMaxKept = 1000;
+/// Mappings are counted exactly, and kept, up to this many.
+inline constexpr int64_t kMaxCounted = 1000;
 
-/// Pairs of joints that are tried, each well under a microsecond to a few.
+/// So many pairs of joints are tried at most, each in a microsecond or a few.
 inline constexpr int64_t kMaxSteps = 5'000'000;
 
+/// The answer.
 struct Congruence {
   /// False where the search was given up as too much (many bodies that nothing tells apart).
   bool decided = true;
-  int64_t count = 0;           ///< Mappings.
-  bool count_complete = true;  ///< False: there are at least `count`, which may be all.
-  /// The one that keeps the robot frame first, if there is one, then by the names of the modules
-  /// that a's modules, in declared order, go to. All of them, if they are few in a small robot;
-  /// else the first of them, and perhaps some others.
+  int64_t count = 0;  ///< The number of mappings, at most kMaxCounted.
+  /// False if there are more than kMaxCounted or, where `count` is below that, perhaps more than
+  /// it, since counting was given up as too much.
+  bool count_complete = true;
+  /// The mapping that keeps the robot frame first, if there is one, then by the names of the
+  /// modules that a's modules, in declared order, go to. These are all mappings, if they are few in
+  /// a small robot; else the first one, and perhaps some others.
   std::vector<Mapping> mappings;
-  std::vector<JointRef> joints_a;  ///< All joints but fixed ones, module then joint order.
-  std::vector<JointRef> joints_b;
+  std::vector<JointRef> joints_a;  ///< All joints but fixed ones, in order of module, then joint.
+  std::vector<JointRef> joints_b;  ///< Likewise.
   /// False where a part of a or b has so many joints in loops that it is not known which are
   /// locked; their values at the start were not compared.
   bool locked_computed = true;
   MassComparison masses;    ///< Under the first mapping.
-  size_t masses_alike = 0;  ///< Of `mappings`, those under which masses are equal ...
-  size_t hulls_alike = 0;   ///< ... and hulls.
+  size_t masses_alike = 0;  ///< The number of `mappings` under which masses are equal.
+  size_t hulls_alike = 0;   ///< The number of `mappings` under which hulls are equal.
   /// If not congruent: the first body or joint that cannot match, for people, with where in the
   /// robot frame of b one would have to be.
   std::string reason;
@@ -86,8 +96,8 @@ struct Congruence {
   [[nodiscard]] bool congruent() const { return count > 0; }
 };
 
-/// Compares robot `a` with `b`, each of a model of its own or both of one. Both hang together, as
-/// robots from the compiler do (checked). Takes time in proportion to size, and to the pairs of
+/// Compares robot `a` with `b`, each of a model of its own or both of one. Each must be connected,
+/// as robots from the compiler are (checked). Takes time in proportion to size, and to the pairs of
 /// seed bodies that look alike and are not; gives up deciding (see `decided`), and counting, after
 /// trying `max_steps` pairs of joints, which takes some seconds.
 Congruence Compare(const model::Model& model_a, const model::Robot& a, const model::Model& model_b,

@@ -1,135 +1,193 @@
 #pragma once
-// A correspondence of bodies and joints while it grows, with undo. Internal to compiler/congruence.
+// A correspondence of bodies and joints of two assemblies while it grows, with undo. Internal to
+// compiler/congruence.
 
 #include <optional>
 #include <vector>
 
-#include "compiler/congruence/assembly.h"
 #include "compiler/congruence/classes.h"
 #include "compiler/congruence/congruence.h"
 #include "compiler/congruence/partial_rotations.h"
+#include "compiler/congruence/screw_graph.h"
 
 namespace morphbus::congruence {
 
-/// A counterpart of a joint.
-struct Option {
-  int to;
-  double sign;
+/// A joint of b that may stand for one of a: q_to = sign * q + offset.
+struct Counterpart {
+  int to;       ///< Index into the joints of b.
+  double sign;  ///< 1 or -1.
 };
 
 /// What matching a joint with another demanded in vain. Lengths in m, angles in rad.
 struct Failure {
   enum class Demand {
-    kDirection,  ///< The axes lie in one direction; `found` is the angle between them.
-    kDistance,   ///< They are as far from the reference point; `wanted` is that of a.
-    kPlace,      ///< They pass it on the same side; `found` is how far they miss each other.
-    kAlong,      ///< The reference points lie as far apart along the axis.
-    kApart,      ///< The reference points are as far apart across the slide.
-    kAcross,     ///< They lie alike across the slide; `found` is the miss.
-    kBodies,     ///< The bodies beyond the joints correspond to each other.
-    kTurned,     ///< The bodies beyond are turned alike; `found` is the angle left, about the axis.
-    kOffset,     ///< The limits map onto each other with the offset that the bodies' places have.
-    kLocked,     ///< The only value (`wanted`: of the image) is the image of the only value.
+    /// The axes lie in one direction; `found` is the angle between them.
+    kDirection,
+    /// They are as far from the reference point; `wanted` is that of a.
+    kDistance,
+    /// They pass it on the same side; `found` is how far they miss each other.
+    kPlace,
+    /// The reference points lie as far apart along the axis.
+    kAlong,
+    /// The reference points are as far apart across the slide.
+    kApart,
+    /// They lie alike across the slide; `found` is the miss.
+    kAcross,
+    /// The bodies beyond the joints correspond to each other.
+    kBodies,
+    /// The bodies beyond are turned alike; `found` is the angle left, about the axis.
+    kTurned,
+    /// The limits map onto each other with the offset that the bodies' places have.
+    kOffset,
+    /// The only value (`wanted`: of the image) is the image of the only value.
+    kLocked,
   };
+  /// The first demand that could not be met.
   Demand demand;
+  /// The joint of a that was to be matched.
   int joint;
-  Option option;
-  bool beyond = false;  ///< Of the body at the joint's other end.
+  /// The joint of b that was tried as its counterpart, and which way round.
+  Counterpart counterpart;
+  /// Is the demand on the body at the joint's other end?
+  bool beyond = false;
+  /// What the demand asks for and what there is, as far as Demand says.
   double wanted = 0.0;
   double found = 0.0;
 };
 
 /// The offset that maps `joint`'s limits onto those of `to`, for a joint that has limits; 0 if the
 /// limits are the same within kLimitTolerance, or `slide_tolerance` (m) for one that slides.
-double OffsetOfLimits(const AssemblyJoint& joint, const AssemblyJoint& to, double sign,
+double OffsetOfLimits(const ScrewJoint& joint, const ScrewJoint& to, double sign,
                       double slide_tolerance);
 
 /// Are they of one kind, and their ranges equally wide? `slide_tolerance` in m.
-bool SameRange(const AssemblyJoint& joint, const AssemblyJoint& to, double slide_tolerance);
+bool SameRange(const ScrewJoint& joint, const ScrewJoint& to, double slide_tolerance);
 
 /// Bodies and joints of a that have their counterparts in b, and the rotations that take the bodies
-/// there. Each joint that is matched must have its screw axis where its counterpart has it,
-/// relative to the bodies at both ends.
+/// there.
+///
+/// Each joint that is matched has its screw axis where its counterpart has it, relative to the
+/// bodies at both ends, so that these move alike for all values of the joint. What that demands is
+/// worked out in correspondence_commit.cc, joint by joint: one body that is in place and one joint
+/// determine where the body at the joint's other end goes, and how it is turned but for a turn
+/// about the axis at most.
 class Correspondence {
  public:
-  Correspondence(const Assembly& a, const Assembly& b, Classes classes);
+  /// Nothing is matched yet. `a` and `b` must outlive it.
+  Correspondence(const ScrewGraph& a, const ScrewGraph& b, Classes classes);
 
+  /// A state to which Undo goes back. The default is that in which nothing is matched.
   struct Mark {
-    size_t bodies;
-    size_t joints;
+    size_t bodies = 0;
+    size_t joints = 0;
     PartialRotations::Mark rotations;
   };
+  /// The present state.
   [[nodiscard]] Mark mark() const { return {order_.size(), joints_order_.size(), R_.mark()}; }
+  /// Takes back all that was matched and set since `mark` was taken.
   void Undo(const Mark& mark);
 
-  [[nodiscard]] const Assembly& a() const { return a_; }
-  [[nodiscard]] const Assembly& b() const { return b_; }
+  /// The assemblies, and the classes that bodies and joints must share to correspond.
+  [[nodiscard]] const ScrewGraph& a() const { return a_; }
+  [[nodiscard]] const ScrewGraph& b() const { return b_; }
   [[nodiscard]] const Classes& classes() const { return classes_; }
+  /// By body of a: takes coordinates in it to coordinates in its image.
   [[nodiscard]] PartialRotations& R() { return R_; }
   [[nodiscard]] const PartialRotations& R() const { return R_; }
+  /// Lengths are equal within this (m).
   [[nodiscard]] double length_tolerance() const { return length_tolerance_; }
-  /// Counterparts; -1 where there is none yet.
+
+  /// Counterparts in b of a body or a joint of a; -1 where there is none yet.
   [[nodiscard]] int ImageOf(int body) const { return body_to_[body]; }
   [[nodiscard]] int JointImageOf(int joint) const { return joint_to_[joint].to; }
+  /// Is the body, the joint of b a counterpart already?
   [[nodiscard]] bool BodyTaken(int image) const { return body_from_[image] >= 0; }
   [[nodiscard]] bool JointTaken(int image) const { return joint_from_[image] >= 0; }
-  /// Bodies of a, as they were matched.
+  /// Bodies of a in the order in which they were matched.
   [[nodiscard]] const std::vector<int>& order() const { return order_; }
+
+  /// Matches bodies. How the body is turned is for the caller to set, or for its joints to say.
+  void MatchBodies(int body, int image);
+
+  /// May the two joints correspond by class and range?
+  [[nodiscard]] bool MayCorrespond(int joint, int to) const;
+  /// Adds `to` to `counterparts`, one or both ways round, if it may stand for `joint` of the
+  /// matched `body` as far as can be seen at once: by class, place, and the bodies beyond.
+  void AddCounterparts(int body, int joint, int to, std::vector<Counterpart>& counterparts) const;
+  /// May joints with both ends in one body correspond by their values, one way round or the other?
+  /// They cannot move, so if both are known to be locked, the one value must map onto the other.
+  [[nodiscard]] bool LockedValuesAgree(int joint, int to) const;
+
+  /// Matches `joint` of the matched `body` with a counterpart, and so the body at its other end.
+  /// False where that is impossible, for failure(); the caller must Undo then.
+  bool Commit(int body, int joint, const Counterpart& counterpart);
   /// What the latest Commit that returned false demanded.
   [[nodiscard]] const Failure& failure() const { return *failure_; }
 
-  /// Matches bodies; the rotation is for the caller to set.
-  void MatchBodies(int body, int image);
-  /// Matches a seed with an image and places it as `joint`'s axis tells, which is all that is known
-  /// (-1: a body alone).
-  void PlaceSeed(int seed, int image, int joint, const Option& option);
-  /// The counterparts that `joint` of the matched `body` may have.
-  [[nodiscard]] std::vector<Option> OptionsFor(int body, int joint) const;
-  /// Those of them that are `to`, one or both ways round.
-  void AddOptions(int body, int joint, int to, std::vector<Option>& options) const;
-  /// May the two joints correspond by class and range?
-  [[nodiscard]] bool MayCorrespond(int joint, int to) const;
-  /// Is the axis where it should be, relative to `body`? True where its rotation is not settled.
-  [[nodiscard]] bool Plausible(int body, int joint, const Option& option) const;
-  /// Could the joint, which has both ends in one body, as `option.to` has, have this sign?
-  [[nodiscard]] bool StillFits(int joint, const Option& option) const;
-  /// Matches `joint` of the matched `body`, and the body at its other end. False: impossible; the
-  /// caller must Undo.
-  bool Commit(int body, int joint, const Option& option);
-
-  /// The mapping, once all is matched.
+  /// The mapping, once all bodies and joints are matched.
   [[nodiscard]] Mapping ToMapping();
 
  private:
+  /// A joint and its counterpart as seen from one body and its image, to those at the other ends.
+  struct JointPair {
+    const ScrewJoint& joint;
+    const ScrewJoint& to;
+    /// The joint's index among those of a.
+    int index;
+    Counterpart counterpart;
+    int body, image, other, other_image;
+    /// The axis about which +q moves `other` relative to `body`.
+    Eigen::Vector3d d;
+    /// What R of both bodies must take d to.
+    Eigen::Vector3d d_image;
+    /// The axis about which +q' moves `other_image` relative to `image`: sign * d_image.
+    Eigen::Vector3d to_axis;
+    /// From the reference point of `body` to that of `other` (m).
+    Eigen::Vector3d apart;
+    /// From the reference point of `image` to that of `other_image` (m).
+    Eigen::Vector3d apart_image;
+    [[nodiscard]] bool BothLocked() const { return joint.locked && to.locked; }
+  };
+  [[nodiscard]] JointPair PairOf(int body, int joint, const Counterpart& counterpart) const;
+
   bool Fail(Failure::Demand demand, bool beyond = false, double wanted = 0.0, double found = 0.0);
+  /// Quick tests that need no rotation to be set.
+  [[nodiscard]] bool AxisInPlace(int body, int joint, const Counterpart& counterpart) const;
+  [[nodiscard]] bool LockedValueFits(int joint, const Counterpart& counterpart) const;
   [[nodiscard]] double AngleOff(int body, const Eigen::Vector3d& d,
                                 const Eigen::Vector3d& d_image) const;
-  bool AlignAxis(int body, int joint, const Option& option, bool beyond);
-  bool CommitTurn(int body, int joint, const Option& option);
-  bool CommitAngle(int body, int joint, const Option& option);
-  bool CommitSlide(int body, int joint, const Option& option);
-  bool CommitStill(int body, int joint, const Option& option);
-  bool PlaceOther(int body, int joint, const Option& option);
-  [[nodiscard]] double SnapAngle(int body, int joint, const Eigen::Matrix3d& R,
-                                 const Eigen::Vector3d& axis_image) const;
-  [[nodiscard]] double OffsetOf(int joint, const Option& option) const;
-  [[nodiscard]] double StillSign(int joint, int to) const;
+  /// The parts of Commit: each demands something of the rotations, or fails.
+  bool AlignAxis(const JointPair& pair, bool beyond);
+  bool CommitWithin(const JointPair& pair);
+  bool CommitTurn(const JointPair& pair);
+  bool CommitAngle(const JointPair& pair);
+  bool CommitSlide(const JointPair& pair);
+  bool PlaceOther(const JointPair& pair);
+  /// Angles and offsets (rad, m) of a pair.
+  [[nodiscard]] double SnapAngle(const JointPair& pair, const Eigen::Matrix3d& R) const;
+  [[nodiscard]] double OffsetOf(const JointPair& pair) const;
+  [[nodiscard]] double OffsetOfLimits(const JointPair& pair) const;
+  [[nodiscard]] double SignWithin(int joint, int to) const;
+  /// The parts of ToMapping.
   void SettleTheRest();
-  [[nodiscard]] double FinalOffset(int joint, const Option& option) const;
+  void SettleNeighbours();
+  [[nodiscard]] double FinalOffset(int joint, const Counterpart& counterpart) const;
   [[nodiscard]] bool KeepsFrame() const;
   [[nodiscard]] std::vector<int> ModuleMap() const;
+  [[nodiscard]] int ImageOfRigidModule(int module, std::vector<bool>& free_b) const;
 
-  const Assembly& a_;
-  const Assembly& b_;
+  const ScrewGraph& a_;
+  const ScrewGraph& b_;
   Classes classes_;
-  double length_tolerance_;
-  double slide_tolerance_;
+  double length_tolerance_;  ///< For lengths that places have (m).
+  double slide_tolerance_;   ///< For limits of slides, which hold to less (m).
   PartialRotations R_;
+  /// Counterparts both ways; -1 where there is none yet.
   std::vector<int> body_to_, body_from_;
-  std::vector<Option> joint_to_;  ///< .to -1: none yet.
+  std::vector<Counterpart> joint_to_;  ///< `to` is -1 where there is none yet.
   std::vector<int> joint_from_;
-  std::vector<int> order_;         ///< Bodies of a, as they were matched.
-  std::vector<int> joints_order_;  ///< Joints of a, as they were matched.
+  std::vector<int> order_;         ///< Bodies of a in the order in which they were matched.
+  std::vector<int> joints_order_;  ///< Joints of a likewise.
   std::optional<Failure> failure_;
 };
 

@@ -1,13 +1,15 @@
 // What matching one joint with another demands of the rotations of the bodies at its ends.
 //
-// Body T has its frame in its reference point, parallel to the robot frame at the start values. Let
-// d be the axis about which +q moves body Q relative to T, d' likewise in the image, and R_T, R_Q
-// the rotations that take coordinates in T, Q to those in their images. All bodies move alike for
-// all q, with q' = s q + o, exactly if
-//   R_T d = s d',   R_T and R_Q take the axis' place in T, Q to that in their images,
-//   R_Q = Rot(d', -delta) R_T   with   delta = s q_start + o - q'_start,
+// Each body has its frame in its reference point, parallel to the robot frame at the start values.
+// Let d be the axis about which +q moves body Q relative to body P, d' likewise in the image, and
+// R_P, R_Q the rotations that take coordinates in P, Q to those in their images. All bodies move
+// alike for all q, with q' = s q + o, exactly if
+//   R_P d = s d',   R_P and R_Q take the axis' place in P, Q to that in their images,
+//   R_Q = Rot(d', -delta) R_P   with   delta = s q_start + o - q'_start,
 // where for a slide Rot is the identity and delta the distance that is left along d'. A joint that
-// loops lock has one value only, that at the start, so there delta is 0.
+// loops lock has one value only, that at the start, so there delta is 0. (docs/congruence.md)
+//
+// P is `body` below and Q `other`.
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -30,13 +32,9 @@ double AngleBetween(const Vector3d& x, const Vector3d& y) {
   return std::atan2(x.cross(y).norm(), x.dot(y));
 }
 
-bool BothLocked(const AssemblyJoint& joint, const AssemblyJoint& to) {
-  return joint.locked && to.locked;
-}
-
 }  // namespace
 
-double OffsetOfLimits(const AssemblyJoint& joint, const AssemblyJoint& to, double sign,
+double OffsetOfLimits(const ScrewJoint& joint, const ScrewJoint& to, double sign,
                       double slide_tolerance) {
   const double low = sign > 0.0 ? to.lower - joint.lower : to.lower + joint.upper;
   const double high = sign > 0.0 ? to.upper - joint.upper : to.upper + joint.lower;
@@ -45,11 +43,39 @@ double OffsetOfLimits(const AssemblyJoint& joint, const AssemblyJoint& to, doubl
   return std::abs(offset) <= (joint.slide ? slide_tolerance : kLimitTolerance) ? 0.0 : offset;
 }
 
-bool SameRange(const AssemblyJoint& joint, const AssemblyJoint& to, double slide_tolerance) {
+bool SameRange(const ScrewJoint& joint, const ScrewJoint& to, double slide_tolerance) {
   if (joint.slide != to.slide || joint.bounded() != to.bounded()) return false;
   if (!joint.bounded()) return true;
   const double difference = (joint.upper - joint.lower) - (to.upper - to.lower);
   return std::abs(difference) <= (joint.slide ? slide_tolerance : kLimitTolerance);
+}
+
+Correspondence::JointPair Correspondence::PairOf(int body, int joint,
+                                                 const Counterpart& counterpart) const {
+  const ScrewJoint& j = a_.joints[joint];
+  const ScrewJoint& to = b_.joints[counterpart.to];
+  const int image = body_to_[body];
+  const int other = j.Other(body);
+  const int other_image = to.Other(image);
+  const Vector3d to_axis = to.AxisFrom(image);
+  return {j,
+          to,
+          joint,
+          counterpart,
+          body,
+          image,
+          other,
+          other_image,
+          j.AxisFrom(body),
+          counterpart.sign * to_axis,
+          to_axis,
+          a_.bodies[other].p_RoTo - a_.bodies[body].p_RoTo,
+          b_.bodies[other_image].p_RoTo - b_.bodies[image].p_RoTo};
+}
+
+double Correspondence::OffsetOfLimits(const JointPair& pair) const {
+  if (!pair.joint.bounded()) return 0.0;
+  return congruence::OffsetOfLimits(pair.joint, pair.to, pair.counterpart.sign, slide_tolerance_);
 }
 
 bool Correspondence::Fail(Demand demand, bool beyond, double wanted, double found) {
@@ -60,20 +86,19 @@ bool Correspondence::Fail(Demand demand, bool beyond, double wanted, double foun
   return false;
 }
 
-bool Correspondence::Commit(int body, int joint, const Option& option) {
-  failure_ = Failure{Demand::kBodies, joint, option};
-  joint_to_[joint] = option;
-  joint_from_[option.to] = joint;
+bool Correspondence::Commit(int body, int joint, const Counterpart& counterpart) {
+  failure_ = Failure{Demand::kBodies, joint, counterpart};
+  joint_to_[joint] = counterpart;
+  joint_from_[counterpart.to] = joint;
   joints_order_.push_back(joint);
-  const AssemblyJoint& j = a_.joints[joint];
-  const AssemblyJoint& to = b_.joints[option.to];
-  const bool still = j.Other(body) == body;
-  if (still != (to.Other(body_to_[body]) == body_to_[body])) return Fail(Demand::kBodies);
-  if (still) return CommitStill(body, joint, option);
-  return j.slide ? CommitSlide(body, joint, option) : CommitTurn(body, joint, option);
+  const JointPair pair = PairOf(body, joint, counterpart);
+  const bool within = pair.other == pair.body;
+  if (within != (pair.other_image == pair.image)) return Fail(Demand::kBodies);
+  if (within) return CommitWithin(pair);
+  return pair.joint.slide ? CommitSlide(pair) : CommitTurn(pair);
 }
 
-/// How far direction d of `body` is off, at the best turn where that is open.
+/// How far direction d of `body` is off, at the best turn where that is open (rad).
 double Correspondence::AngleOff(int body, const Vector3d& d, const Vector3d& d_image) const {
   const Vector3d now = R_.Value(body) * d;
   if (R_.settled(body)) return AngleBetween(now, d_image);
@@ -81,19 +106,15 @@ double Correspondence::AngleOff(int body, const Vector3d& d, const Vector3d& d_i
   return std::abs(AngleBetween(now, axis) - AngleBetween(d_image, axis));
 }
 
-/// Demands that `body` or, if `beyond`, the other one has the axis where its image has it.
-bool Correspondence::AlignAxis(int body, int joint, const Option& option, bool beyond) {
-  const AssemblyJoint& j = a_.joints[joint];
-  const AssemblyJoint& to = b_.joints[option.to];
-  const Vector3d d = j.AxisFrom(body);
-  const Vector3d d_image = option.sign * to.AxisFrom(body_to_[body]);
-  const int at = beyond ? j.Other(body) : body;
-  if (!R_.AlignDirection(at, d, d_image)) {
-    return Fail(Demand::kDirection, beyond, 0.0, AngleOff(at, d, d_image));
+/// Demands that the pair's body or, if `beyond`, the other one has the axis where its image has it.
+bool Correspondence::AlignAxis(const JointPair& pair, bool beyond) {
+  const int at = beyond ? pair.other : pair.body;
+  if (!R_.AlignDirection(at, pair.d, pair.d_image)) {
+    return Fail(Demand::kDirection, beyond, 0.0, AngleOff(at, pair.d, pair.d_image));
   }
-  if (j.slide) return true;
-  const Vector3d foot = a_.FootFrom(at, joint);
-  const Vector3d foot_image = b_.FootFrom(body_to_[at], option.to);
+  if (pair.joint.slide) return true;
+  const Vector3d foot = a_.FootFrom(at, pair.index);
+  const Vector3d foot_image = b_.FootFrom(body_to_[at], pair.counterpart.to);
   if (std::abs(foot.norm() - foot_image.norm()) > length_tolerance_) {
     return Fail(Demand::kDistance, beyond, foot.norm(), foot_image.norm());
   }
@@ -101,120 +122,136 @@ bool Correspondence::AlignAxis(int body, int joint, const Option& option, bool b
   return Fail(Demand::kPlace, beyond, 0.0, (R_.Value(at) * foot - foot_image).norm());
 }
 
-bool Correspondence::StillFits(int joint, const Option& option) const {
-  const AssemblyJoint& j = a_.joints[joint];
-  const AssemblyJoint& to = b_.joints[option.to];
-  if (!j.bounded() || !BothLocked(j, to)) return true;
-  const double offset = OffsetOfLimits(j, to, option.sign, slide_tolerance_);
-  const double miss = option.sign * j.start + offset - to.start;
+bool Correspondence::LockedValueFits(int joint, const Counterpart& counterpart) const {
+  const ScrewJoint& j = a_.joints[joint];
+  const ScrewJoint& to = b_.joints[counterpart.to];
+  if (!j.bounded() || !j.locked || !to.locked) return true;
+  const double offset = congruence::OffsetOfLimits(j, to, counterpart.sign, slide_tolerance_);
+  const double miss = counterpart.sign * j.start + offset - to.start;
   return j.slide ? std::abs(miss) <= slide_tolerance_
                  : std::abs(std::remainder(miss, kTwoPi)) <= kLimitTolerance;
 }
 
-/// Both ends in one body: it cannot move, so which way round it goes is for its value to say.
-bool Correspondence::CommitStill(int body, int joint, const Option& option) {
-  if (!AlignAxis(body, joint, option, false)) return false;
-  if (StillFits(joint, {option.to, 1.0}) || StillFits(joint, {option.to, -1.0})) return true;
-  return Fail(Demand::kLocked, false, b_.joints[option.to].start, a_.joints[joint].start);
+bool Correspondence::LockedValuesAgree(int joint, int to) const {
+  return LockedValueFits(joint, {to, 1.0}) || LockedValueFits(joint, {to, -1.0});
 }
 
-bool Correspondence::CommitTurn(int body, int joint, const Option& option) {
-  const AssemblyJoint& j = a_.joints[joint];
-  const AssemblyJoint& to = b_.joints[option.to];
-  const int image = body_to_[body];
-  const int other = j.Other(body);
-  const int other_image = to.Other(image);
-  if (!AlignAxis(body, joint, option, false)) return false;
-  const Vector3d d = j.AxisFrom(body);
-  const Vector3d d_image = option.sign * to.AxisFrom(image);
-  const double along = (a_.bodies[other].p_RoTo - a_.bodies[body].p_RoTo).dot(d);
-  const double along_image = (b_.bodies[other_image].p_RoTo - b_.bodies[image].p_RoTo).dot(d_image);
+/// Matches a joint with both ends in one body. It cannot move, so which way round it goes is for
+/// its value to say.
+bool Correspondence::CommitWithin(const JointPair& pair) {
+  if (!AlignAxis(pair, false)) return false;
+  if (LockedValuesAgree(pair.index, pair.counterpart.to)) return true;
+  return Fail(Demand::kLocked, false, pair.to.start, pair.joint.start);
+}
+
+bool Correspondence::CommitTurn(const JointPair& pair) {
+  if (!AlignAxis(pair, false)) return false;
+  // Turning moves no reference point along the axis.
+  const double along = pair.apart.dot(pair.d);
+  const double along_image = pair.apart_image.dot(pair.d_image);
   if (std::abs(along - along_image) > length_tolerance_) {
     return Fail(Demand::kAlong, false, along, along_image);
   }
-  if (body_to_[other] < 0) {
-    if (body_from_[other_image] >= 0) return Fail(Demand::kBodies);
-    if (!PlaceOther(body, joint, option)) return false;
+  // The body beyond is placed now or, where a loop has come back to it, has to be in place.
+  if (body_to_[pair.other] < 0) {
+    if (body_from_[pair.other_image] >= 0) return Fail(Demand::kBodies);
+    if (!PlaceOther(pair)) return false;
   } else {
-    if (body_to_[other] != other_image) return Fail(Demand::kBodies);
-    if (!AlignAxis(body, joint, option, true)) return false;
+    if (body_to_[pair.other] != pair.other_image) return Fail(Demand::kBodies);
+    if (!AlignAxis(pair, true)) return false;
   }
-  return CommitAngle(body, joint, option);
+  return CommitAngle(pair);
 }
 
-/// The offset that the rotations at both ends, which are settled, leave to a joint that turns; of
-/// those a full turn apart the one next to what its limits ask for.
-double Correspondence::OffsetOf(int joint, const Option& option) const {
-  const AssemblyJoint& j = a_.joints[joint];
-  const AssemblyJoint& to = b_.joints[option.to];
-  const Vector3d d_to = to.AxisFrom(body_to_[j.body_b]);
-  const double delta = AngleAbout(R_.Value(j.body_b) * R_.Value(j.body_a).transpose(), d_to);
-  const double offset = delta + to.start - option.sign * j.start;
-  const double near = j.bounded() ? OffsetOfLimits(j, to, option.sign, slide_tolerance_) : 0.0;
+/// The offset of the joint that the bodies' places say. For one that turns, the rotations at both
+/// ends are settled; of offsets a full turn apart it is that next to what the limits ask for.
+double Correspondence::OffsetOf(const JointPair& pair) const {
+  const double sign = pair.counterpart.sign;
+  const double to_start = pair.to.start - sign * pair.joint.start;
+  if (pair.joint.slide) {
+    return sign * (pair.apart.dot(pair.d) - pair.apart_image.dot(pair.d_image)) + to_start;
+  }
+  const Matrix3d rest = R_.Value(pair.body) * R_.Value(pair.other).transpose();
+  const double offset = AngleAbout(rest, pair.to_axis) + to_start;
+  const double near = OffsetOfLimits(pair);
   return near + std::remainder(offset - near, kTwoPi);
 }
 
 /// Demands that the bodies at the ends of a joint that turns are turned to each other as the limits
 /// ask, or as the one value of a locked joint does.
-bool Correspondence::CommitAngle(int body, int joint, const Option& option) {
-  const AssemblyJoint& j = a_.joints[joint];
-  const AssemblyJoint& to = b_.joints[option.to];
-  const int other = j.Other(body);
-  const Vector3d axis = to.AxisFrom(body_to_[body]);
-  const bool locked = BothLocked(j, to);
-  if (!j.bounded() && !locked) return true;
-  const double offset = j.bounded() ? OffsetOfLimits(j, to, option.sign, slide_tolerance_) : 0.0;
-  const double delta = option.sign * j.start + offset - to.start;
+bool Correspondence::CommitAngle(const JointPair& pair) {
+  // A wheel may be turned about its axis in any way: its offset is free.
+  const bool locked = pair.BothLocked();
+  if (!pair.joint.bounded() && !locked) return true;
+  const double offset = OffsetOfLimits(pair);
+  const double value = pair.counterpart.sign * pair.joint.start + offset;
+  const double delta = value - pair.to.start;
+
+  // Two locked joints have one value each, which are mapped onto each other, full turns aside.
   if (locked) {
-    if (j.bounded() && std::abs(std::remainder(delta, kTwoPi)) > kLimitTolerance) {
-      return Fail(Demand::kLocked, false, to.start, option.sign * j.start + offset);
+    if (pair.joint.bounded() && std::abs(std::remainder(delta, kTwoPi)) > kLimitTolerance) {
+      return Fail(Demand::kLocked, false, pair.to.start, value);
     }
-    if (R_.Relate(body, other, axis, 0.0)) return true;
-    const Matrix3d rest = R_.Value(other) * R_.Value(body).transpose();
-    return Fail(Demand::kLocked, false, to.start, to.start + AngleAbout(rest, axis));
+    if (R_.Relate(pair.body, pair.other, pair.to_axis, 0.0)) return true;
+    const Matrix3d rest = R_.Value(pair.other) * R_.Value(pair.body).transpose();
+    return Fail(Demand::kLocked, false, pair.to.start,
+                pair.to.start + AngleAbout(rest, pair.to_axis));
   }
-  if (R_.settled(body) && R_.settled(other)) {
-    const double found = OffsetOf(joint, option);
+
+  // With both ends settled the offset is known, and the limits have to agree.
+  if (R_.settled(pair.body) && R_.settled(pair.other)) {
+    const double found = OffsetOf(pair);
     return std::abs(found - offset) <= kLimitTolerance ||
            Fail(Demand::kOffset, false, offset, found);
   }
+
+  // Else the limits say how the one end is turned to the other.
   double angle = -delta;
-  if (R_.settled(body)) angle += SnapAngle(other, joint, Turn(axis, angle) * R_.Value(body), axis);
-  if (R_.Relate(body, other, axis, angle)) return true;
-  const Matrix3d rest = Turn(axis, angle) * R_.Value(body) * R_.Value(other).transpose();
-  return Fail(Demand::kTurned, false, 0.0, std::abs(AngleAbout(rest, axis)));
+  if (R_.settled(pair.body)) {
+    angle += SnapAngle(pair, Turn(pair.to_axis, angle) * R_.Value(pair.body));
+  }
+  if (R_.Relate(pair.body, pair.other, pair.to_axis, angle)) return true;
+  const Matrix3d turned = Turn(pair.to_axis, angle) * R_.Value(pair.body);
+  const Matrix3d rest = turned * R_.Value(pair.other).transpose();
+  return Fail(Demand::kTurned, false, 0.0, std::abs(AngleAbout(rest, pair.to_axis)));
 }
 
-/// Limits hold to kLimitTolerance, places to less: where limits alone say how far `body` turns
-/// about `axis_image`, the small turn after `R` that brings its next joint to that of its image.
-double Correspondence::SnapAngle(int body, int joint, const Matrix3d& R,
-                                 const Vector3d& axis_image) const {
+/// Limits hold to kLimitTolerance, places to much less. Where limits alone say that the other body
+/// is turned by R, this is the small turn (rad) about the joint's axis to add, so that its next
+/// joint lies exactly where one of the image's does.
+double Correspondence::SnapAngle(const JointPair& pair, const Matrix3d& R) const {
+  const int body = pair.other;
+  const int image = pair.other_image;
+  const Vector3d& axis = pair.to_axis;
   double best = 0.0;
   double least = kLimitTolerance;
+  // The turn about the axis that takes u nearest to u_image, if it is smaller than those before.
   const auto try_vectors = [&](const Vector3d& u, const Vector3d& u_image) {
-    const Vector3d from = R * u - (R * u).dot(axis_image) * axis_image;
-    const Vector3d to = u_image - u_image.dot(axis_image) * axis_image;
-    const double angle = std::atan2(from.cross(to).dot(axis_image), from.dot(to));
+    const Vector3d from = R * u - (R * u).dot(axis) * axis;
+    const Vector3d to = u_image - u_image.dot(axis) * axis;
+    const double angle = std::atan2(from.cross(to).dot(axis), from.dot(to));
     if (std::abs(angle) > least) return;
     least = std::abs(angle);
     best = angle;
   };
-  const Vector3d d = R.transpose() * axis_image;
+
+  // The first other joint will do that is tilted to the axis, or parallel and beside it.
+  const Vector3d d = R.transpose() * axis;
   for (const int next : a_.bodies[body].joints) {
-    if (next == joint) continue;
-    const Vector3d axis = a_.joints[next].AxisFrom(body);
+    if (next == pair.index) continue;
+    const Vector3d next_axis = a_.joints[next].AxisFrom(body);
     const Vector3d foot = a_.FootFrom(body, next);
-    const bool tilted = axis.cross(d).norm() > kGeometryTolerance;
-    const bool apart = !a_.joints[next].slide && foot.cross(d).norm() > length_tolerance_;
-    if (!tilted && !apart) continue;
-    for (const int to : b_.bodies[body_to_[body]].joints) {
+    const bool tilted = next_axis.cross(d).norm() > kGeometryTolerance;
+    const bool beside = !a_.joints[next].slide && foot.cross(d).norm() > length_tolerance_;
+    if (!tilted && !beside) continue;
+    for (const int to : b_.bodies[image].joints) {
       if (!MayCorrespond(next, to)) continue;
-      const Vector3d axis_to = b_.joints[to].AxisFrom(body_to_[body]);
+      const Vector3d axis_to = b_.joints[to].AxisFrom(image);
       if (tilted) {
-        try_vectors(axis, axis_to);
-        try_vectors(axis, -axis_to);
+        try_vectors(next_axis, axis_to);
+        try_vectors(next_axis, -axis_to);
       } else {
-        try_vectors(foot, b_.FootFrom(body_to_[body], to));
+        try_vectors(foot, b_.FootFrom(image, to));
       }
     }
     break;
@@ -223,70 +260,58 @@ double Correspondence::SnapAngle(int body, int joint, const Matrix3d& R,
 }
 
 /// Places the body at the other end of a joint that turns: wholly, if it reaches out from the axis.
-bool Correspondence::PlaceOther(int body, int joint, const Option& option) {
-  const AssemblyJoint& j = a_.joints[joint];
-  const AssemblyJoint& to = b_.joints[option.to];
-  const int image = body_to_[body];
-  const int other = j.Other(body);
-  const int other_image = to.Other(image);
-  const Vector3d d = j.AxisFrom(body);
-  const Vector3d d_image = option.sign * to.AxisFrom(image);
-  const Vector3d foot = a_.FootFrom(other, joint);
-  const Vector3d foot_image = b_.FootFrom(other_image, option.to);
+bool Correspondence::PlaceOther(const JointPair& pair) {
+  const Vector3d foot = a_.FootFrom(pair.other, pair.index);
+  const Vector3d foot_image = b_.FootFrom(pair.other_image, pair.counterpart.to);
   if (std::abs(foot.norm() - foot_image.norm()) > length_tolerance_) {
     return Fail(Demand::kDistance, true, foot.norm(), foot_image.norm());
   }
-  MatchBodies(other, other_image);
+  MatchBodies(pair.other, pair.other_image);
   if (foot.norm() > length_tolerance_ && foot_image.norm() > length_tolerance_) {
-    R_.SetWhole(other, RotationFrom(d, foot, d_image, foot_image));
+    R_.SetWhole(pair.other, RotationFrom(pair.d, foot, pair.d_image, foot_image));
   } else {
-    // As it is with offset 0.
-    const double delta = option.sign * j.start - to.start;
-    R_.SetUpToTurn(other, Turn(to.AxisFrom(image), -delta) * R_.Value(body), d_image);
+    // Any turn about the axis may follow; to begin with it is as it is with offset 0.
+    const double delta = pair.counterpart.sign * pair.joint.start - pair.to.start;
+    R_.SetUpToTurn(pair.other, Turn(pair.to_axis, -delta) * R_.Value(pair.body), pair.d_image);
   }
   return true;
 }
 
-bool Correspondence::CommitSlide(int body, int joint, const Option& option) {
-  const AssemblyJoint& j = a_.joints[joint];
-  const AssemblyJoint& to = b_.joints[option.to];
-  const int image = body_to_[body];
-  const int other = j.Other(body);
-  const int other_image = to.Other(image);
-  const Vector3d d = j.AxisFrom(body);
-  const Vector3d d_image = option.sign * to.AxisFrom(image);
-  if (!AlignAxis(body, joint, option, false)) return false;
-  if (body_to_[other] < 0) {
-    if (body_from_[other_image] >= 0) return Fail(Demand::kBodies);
-    MatchBodies(other, other_image);
-    R_.SetLike(other, body);
+bool Correspondence::CommitSlide(const JointPair& pair) {
+  if (!AlignAxis(pair, false)) return false;
+  // A slide does not turn, so the rotation is the same at both ends.
+  if (body_to_[pair.other] < 0) {
+    if (body_from_[pair.other_image] >= 0) return Fail(Demand::kBodies);
+    MatchBodies(pair.other, pair.other_image);
+    R_.SetLike(pair.other, pair.body);
   } else {
-    if (body_to_[other] != other_image) return Fail(Demand::kBodies);
-    if (!AlignAxis(body, joint, option, true)) return false;
-    if (!R_.Relate(body, other, d_image, 0.0)) {
-      const Matrix3d rest = R_.Value(body) * R_.Value(other).transpose();
-      return Fail(Demand::kTurned, false, 0.0, std::abs(AngleAbout(rest, d_image)));
+    if (body_to_[pair.other] != pair.other_image) return Fail(Demand::kBodies);
+    if (!AlignAxis(pair, true)) return false;
+    if (!R_.Relate(pair.body, pair.other, pair.d_image, 0.0)) {
+      const Matrix3d rest = R_.Value(pair.body) * R_.Value(pair.other).transpose();
+      return Fail(Demand::kTurned, false, 0.0, std::abs(AngleAbout(rest, pair.d_image)));
     }
   }
-  const Vector3d apart = a_.bodies[other].p_RoTo - a_.bodies[body].p_RoTo;
-  const Vector3d apart_image = b_.bodies[other_image].p_RoTo - b_.bodies[image].p_RoTo;
-  const double along = apart.dot(d);
-  const double along_image = apart_image.dot(d_image);
-  const Vector3d across = apart - along * d;
-  const Vector3d across_image = apart_image - along_image * d_image;
+
+  // Across the slide the reference points keep their distance and direction.
+  const Vector3d across = pair.apart - pair.apart.dot(pair.d) * pair.d;
+  const Vector3d across_image =
+      pair.apart_image - pair.apart_image.dot(pair.d_image) * pair.d_image;
   if (std::abs(across.norm() - across_image.norm()) > length_tolerance_) {
     return Fail(Demand::kApart, false, across.norm(), across_image.norm());
   }
-  if (!R_.AlignPosition(body, across, across_image)) {
-    return Fail(Demand::kAcross, false, 0.0, (R_.Value(body) * across - across_image).norm());
+  if (!R_.AlignPosition(pair.body, across, across_image)) {
+    return Fail(Demand::kAcross, false, 0.0, (R_.Value(pair.body) * across - across_image).norm());
   }
-  const double delta = option.sign * (along - along_image);
-  if (BothLocked(j, to) && std::abs(delta) > length_tolerance_) {
-    return Fail(Demand::kLocked, false, to.start, to.start + delta);
+
+  // Along it their distance says the offset, with which the limits or the one value have to agree.
+  const double found = OffsetOf(pair);
+  const double value = pair.counterpart.sign * pair.joint.start + found;
+  if (pair.BothLocked() && std::abs(value - pair.to.start) > length_tolerance_) {
+    return Fail(Demand::kLocked, false, pair.to.start, value);
   }
-  if (!j.bounded()) return true;
-  const double offset = OffsetOfLimits(j, to, option.sign, slide_tolerance_);
-  const double found = delta + to.start - option.sign * j.start;
+  if (!pair.joint.bounded()) return true;
+  const double offset = OffsetOfLimits(pair);
   return std::abs(found - offset) <= slide_tolerance_ ||
          Fail(Demand::kOffset, false, offset, found);
 }

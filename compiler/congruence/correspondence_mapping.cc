@@ -1,6 +1,9 @@
-// From a finished correspondence to a Mapping: what nothing settled is set, offsets are read off.
+// From a finished correspondence to a Mapping: turns that nothing settled are chosen, offsets are
+// read off, modules are mapped.
 
 #include <cmath>
+
+#include "compiler/base/check.h"
 
 #include "compiler/congruence/correspondence.h"
 
@@ -12,110 +15,104 @@ constexpr double kRounding = 1e-9;
 
 }  // namespace
 
-/// Turns that nothing settles: such that offsets become 0, and if all is open, the frame is kept.
-void Correspondence::SettleTheRest() {
-  const auto settle_neighbours = [this] {
-    bool any_open = true;
-    bool changed = true;
-    while (any_open && changed) {
-      any_open = changed = false;
-      for (const int body : order_) {
-        for (const int joint : a_.bodies[body].joints) {
-          const AssemblyJoint& j = a_.joints[joint];
-          const int other = j.Other(body);
-          if (R_.settled(other)) continue;
-          any_open = true;
-          if (!R_.settled(body) || j.slide || j.bounded()) continue;
-          const AssemblyJoint& to = b_.joints[joint_to_[joint].to];
-          const double delta = joint_to_[joint].sign * j.start - to.start;
-          changed =
-              R_.AlignWhole(other, Turn(to.AxisFrom(body_to_[body]), -delta) * R_.Value(body)) ||
-              changed;
-        }
+/// Settles bodies at joints that turn without limits as their settled neighbours are, such that
+/// those joints' offsets become 0; on and on, until that reaches no further.
+void Correspondence::SettleNeighbours() {
+  bool any_open = true;
+  bool changed = true;
+  while (any_open && changed) {
+    any_open = changed = false;
+    for (const int body : order_) {
+      for (const int joint : a_.bodies[body].joints) {
+        const ScrewJoint& j = a_.joints[joint];
+        if (R_.settled(j.Other(body))) continue;
+        any_open = true;
+        if (!R_.settled(body) || j.slide || j.bounded()) continue;
+        const JointPair pair = PairOf(body, joint, joint_to_[joint]);
+        const double delta = pair.counterpart.sign * pair.joint.start - pair.to.start;
+        const Eigen::Matrix3d wanted = Turn(pair.to_axis, -delta) * R_.Value(body);
+        changed = R_.AlignWhole(pair.other, wanted) || changed;
       }
     }
-  };
-  settle_neighbours();
-  const int root = a_.body_of[a_.robot->root_module][a_.robot->root_link];
+  }
+}
+
+/// Chooses the turns that nothing determines: such that offsets become 0 where they can, and the
+/// robot frame is kept if that is open too.
+void Correspondence::SettleTheRest() {
+  SettleNeighbours();
+  const int root = a_.RootBody();
   if (!R_.settled(root) && !R_.AlignWhole(root, Eigen::Matrix3d::Identity())) {
     R_.AlignWhole(root, R_.Value(root));
   }
-  settle_neighbours();
+  SettleNeighbours();
   for (const int body : order_) {
     if (!R_.settled(body)) R_.AlignWhole(body, R_.Value(body));
   }
 }
 
-double Correspondence::FinalOffset(int joint, const Option& option) const {
-  const AssemblyJoint& j = a_.joints[joint];
-  const AssemblyJoint& to = b_.joints[option.to];
-  const double of_limits = j.bounded() ? OffsetOfLimits(j, to, option.sign, slide_tolerance_) : 0.0;
-  if (j.body_a == j.body_b) return of_limits;
-  double offset = 0.0;
-  if (j.slide) {
-    const int image = body_to_[j.body_b];
-    const Eigen::Vector3d apart = a_.bodies[j.body_a].p_RoTo - a_.bodies[j.body_b].p_RoTo;
-    const Eigen::Vector3d apart_image =
-        b_.bodies[body_to_[j.body_a]].p_RoTo - b_.bodies[image].p_RoTo;
-    const double delta =
-        option.sign * apart.dot(j.AxisFrom(j.body_b)) - apart_image.dot(to.AxisFrom(image));
-    offset = delta + to.start - option.sign * j.start;
-  } else {
-    offset = OffsetOf(joint, option);
-  }
+double Correspondence::FinalOffset(int joint, const Counterpart& counterpart) const {
+  const JointPair pair = PairOf(a_.joints[joint].body_b, joint, counterpart);
+  const double of_limits = OffsetOfLimits(pair);
+  if (pair.other == pair.body) return of_limits;
+  const double offset = OffsetOf(pair);
   // Free of rounding where the limits say it to the last digit.
   return std::abs(offset - of_limits) < kRounding ? of_limits : offset;
 }
 
 bool Correspondence::KeepsFrame() const {
-  const int root = a_.body_of[a_.robot->root_module][a_.robot->root_link];
-  const int root_b = b_.body_of[b_.robot->root_module][b_.robot->root_link];
+  const int root = a_.RootBody();
+  const int root_b = b_.RootBody();
   if (body_to_[root] != root_b) return false;
   const double turned = (R_.Value(root) - Eigen::Matrix3d::Identity()).norm();
   const double moved = (a_.bodies[root].p_RoTo - b_.bodies[root_b].p_RoTo).norm();
   return turned <= 2.0 * kGeometryTolerance && moved <= length_tolerance_;
 }
 
-/// A module goes where all its joints go; one without joints where its origin goes.
+/// By module of a the module of b it goes to: where all its joints go or, for one without joints,
+/// where its origin goes. -1 where its joints go to several.
 std::vector<int> Correspondence::ModuleMap() const {
-  const size_t count = a_.robot->modules.size();
-  std::vector<int> to(count, -2);
+  constexpr int kNoJoint = -2;
+  std::vector<int> to(a_.robot->modules.size(), kNoJoint);
   for (size_t j = 0; j < a_.joints.size(); ++j) {
     int& module = to[a_.joints[j].module];
     const int image = b_.joints[joint_to_[j].to].module;
-    module = module == -2 || module == image ? image : -1;
+    module = module == kNoJoint || module == image ? image : -1;
   }
-  std::vector<bool> rigid_b(b_.robot->modules.size(), true);
-  for (const AssemblyJoint& joint : b_.joints) rigid_b[joint.module] = false;
-  for (size_t m = 0; m < count; ++m) {
-    if (to[m] != -2) continue;
-    to[m] = -1;
-    if (a_.body_of[m].empty()) continue;
-    const int body = a_.body_of[m][0];
-    const int image = body_to_[body];
-    const Eigen::Vector3d p = a_.X_RL[m][0].translation() - a_.bodies[body].p_RoTo;
-    const Eigen::Vector3d p_image = b_.bodies[image].p_RoTo + R_.Value(body) * p;
-    for (const model::LinkRef& link : b_.bodies[image].links) {
-      if (!rigid_b[link.module]) continue;
-      const Eigen::Vector3d gap = b_.X_RL[link.module][link.link].translation() - p_image;
-      if (gap.norm() > length_tolerance_) continue;
-      to[m] = link.module;
-      rigid_b[link.module] = false;
-      break;
-    }
+  std::vector<bool> free_b(b_.robot->modules.size(), true);
+  for (const ScrewJoint& joint : b_.joints) free_b[joint.module] = false;
+  for (size_t m = 0; m < to.size(); ++m) {
+    if (to[m] == kNoJoint) to[m] = ImageOfRigidModule(static_cast<int>(m), free_b);
   }
   return to;
 }
 
-/// A joint with both ends in one body may go either way round: such that its limits agree as they
-/// are, if that can be had.
-double Correspondence::StillSign(int joint, int to) const {
-  const AssemblyJoint& from = a_.joints[joint];
+/// Of the modules of b marked in `free_b` (those without joints that are no image yet) the one
+/// whose origin is where that of `module` goes, which is then not free any more; -1 if none.
+int Correspondence::ImageOfRigidModule(int module, std::vector<bool>& free_b) const {
+  if (a_.body_of[module].empty()) return -1;
+  const int body = a_.body_of[module][0];
+  const int image = body_to_[body];
+  const Eigen::Vector3d p = a_.X_RL[module][0].translation() - a_.bodies[body].p_RoTo;
+  const Eigen::Vector3d p_image = b_.bodies[image].p_RoTo + R_.Value(body) * p;
+  for (const model::LinkRef& link : b_.bodies[image].links) {
+    if (!free_b[link.module]) continue;
+    const Eigen::Vector3d gap = b_.X_RL[link.module][link.link].translation() - p_image;
+    if (gap.norm() > length_tolerance_) continue;
+    free_b[link.module] = false;
+    return link.module;
+  }
+  return -1;
+}
+
+/// The sign of a joint with both ends in one body, which may go either way round: that under which
+/// its limits agree as they are, if there is one.
+double Correspondence::SignWithin(int joint, int to) const {
+  const ScrewJoint& from = a_.joints[joint];
   double best = 0.0;
   for (const double sign : {1.0, -1.0}) {
-    if (!StillFits(joint, {to, sign})) continue;
-    const bool as_it_is =
-        !from.bounded() || OffsetOfLimits(from, b_.joints[to], sign, slide_tolerance_) == 0.0;
+    if (!LockedValueFits(joint, {to, sign})) continue;
+    const bool as_it_is = OffsetOfLimits(PairOf(from.body_a, joint, {to, sign})) == 0.0;
     if (as_it_is) return sign;
     if (best == 0.0) best = sign;
   }
@@ -123,15 +120,17 @@ double Correspondence::StillSign(int joint, int to) const {
 }
 
 Mapping Correspondence::ToMapping() {
+  // A search along joints reaches every body, as robots hang together.
+  MORPHBUS_CHECK(order_.size() == a_.bodies.size() && joints_order_.size() == a_.joints.size());
   Mapping mapping;
   mapping.body_to = body_to_;
   for (size_t j = 0; j < joint_to_.size(); ++j) {
-    Option option = joint_to_[j];
-    if (a_.joints[j].body_a == a_.joints[j].body_b) {
-      option.sign = StillSign(static_cast<int>(j), option.to);
-    }
-    mapping.joints.push_back({option.to, option.sign, 0.0});
+    const auto [to, sign] = joint_to_[j];
+    const bool within = a_.joints[j].body_a == a_.joints[j].body_b;
+    mapping.joints.push_back({to, within ? SignWithin(static_cast<int>(j), to) : sign, 0.0});
   }
+
+  // What is free is said before one choice of it is made.
   const PartialRotations::Mark before = R_.mark();
   for (size_t b = 0; b < body_to_.size(); ++b) {
     const int body = static_cast<int>(b);
@@ -141,8 +140,8 @@ Mapping Correspondence::ToMapping() {
   }
   SettleTheRest();
   for (size_t j = 0; j < joint_to_.size(); ++j) {
-    mapping.joints[j].offset =
-        FinalOffset(static_cast<int>(j), {mapping.joints[j].to, mapping.joints[j].sign});
+    JointImage& image = mapping.joints[j];
+    image.offset = FinalOffset(static_cast<int>(j), {image.to, image.sign});
   }
   for (size_t b = 0; b < body_to_.size(); ++b) mapping.R.push_back(R_.Value(static_cast<int>(b)));
   mapping.module_to = ModuleMap();

@@ -9,13 +9,15 @@
 namespace morphbus::congruence {
 namespace {
 
-/// The class whose members differ in number, the rarest first; -1 as member where one has none.
+/// A class that has not as many members in one assembly as in the other.
 struct CountDifference {
   size_t count[2] = {0, 0};
-  int member[2] = {-1, -1};
+  int member[2] = {-1, -1};  ///< The first one in each; -1 where there is none.
 };
 
+/// Of the classes that differ in number the one with the fewest members.
 std::optional<CountDifference> RarestDifference(const std::vector<uint64_t> (&classes)[2]) {
+  // All classes, with how many members each has on either side.
   std::map<uint64_t, CountDifference> members;
   for (const int side : {0, 1}) {
     for (size_t i = 0; i < classes[side].size(); ++i) {
@@ -25,6 +27,7 @@ std::optional<CountDifference> RarestDifference(const std::vector<uint64_t> (&cl
   }
   std::optional<CountDifference> rarest;
   const auto size = [](const CountDifference& d) { return d.count[0] + d.count[1]; };
+  // Few members are quickly looked through by a person.
   for (const auto& [name, entry] : members) {
     if (entry.count[0] == entry.count[1]) continue;
     if (!rarest || size(entry) < size(*rarest)) rarest = entry;
@@ -34,37 +37,41 @@ std::optional<CountDifference> RarestDifference(const std::vector<uint64_t> (&cl
 
 }  // namespace
 
-std::string DifferentCounts(const Assembly& a, const Assembly& b) {
+std::string DifferentCounts(const ScrewGraph& a, const ScrewGraph& b) {
+  // First the numbers as such.
   const std::string& name_a = a.robot->name;
   const std::string& name_b = b.robot->name;
   if (a.bodies.size() != b.bodies.size() || a.joints.size() != b.joints.size()) {
-    const auto count = [](const Assembly& x) {
-      return fmt::format("{} has {} with {} and {}", x.robot->name,
-                         Counted(x.robot->modules.size(), "module", "modules"),
-                         Counted(x.bodies.size(), "body", "bodies"),
-                         Counted(x.joints.size(), "joint", "joints"));
+    const auto count = [](const ScrewGraph& x) {
+      return fmt::format(
+          "{} has {} with {} and {}", x.robot->name, CountedOrNo(x.robot->modules.size(), "module"),
+          CountedOrNo(x.bodies.size(), "body", "bodies"), CountedOrNo(x.joints.size(), "joint"));
     };
     return count(a) + ", " + count(b);
   }
+
+  // Then a joint of a kind and range that one of the two has more of.
   const Classes plain = PlainClasses(a, b);
   if (const auto joints = RarestDifference(plain.joints)) {
     const int side = joints->member[0] >= 0 && joints->count[0] > joints->count[1] ? 0 : 1;
-    const Assembly& owner = side == 0 ? a : b;
+    const ScrewGraph& owner = side == 0 ? a : b;
     const int joint = joints->member[side];
     return fmt::format("joint {} of {} {}: {} has {} of this kind and range, {} has {}",
                        owner.JointName(joint), owner.robot->name, RangeText(owner.joints[joint]),
-                       name_a, Counted(joints->count[0], "joint", "joints"), name_b,
-                       Counted(joints->count[1], "joint", "joints"));
+                       name_a, CountedOrNo(joints->count[0], "joint"), name_b,
+                       CountedOrNo(joints->count[1], "joint"));
   }
+
+  // Then a body touched by as many joints as one of the two has more of.
   if (const auto bodies = RarestDifference(plain.bodies)) {
     const int side = bodies->member[0] >= 0 && bodies->count[0] > bodies->count[1] ? 0 : 1;
-    const Assembly& owner = side == 0 ? a : b;
+    const ScrewGraph& owner = side == 0 ? a : b;
     const int body = bodies->member[side];
     const size_t degree = owner.bodies[body].joints.size();
     return fmt::format("body {} of {} is touched by {}: {} has {} with so many, {} has {}",
-                       owner.BodyName(body), owner.robot->name, Counted(degree, "joint", "joints"),
-                       name_a, Counted(bodies->count[0], "body", "bodies"), name_b,
-                       Counted(bodies->count[1], "body", "bodies"));
+                       owner.BodyName(body), owner.robot->name, CountedOrNo(degree, "joint"),
+                       name_a, CountedOrNo(bodies->count[0], "body", "bodies"), name_b,
+                       CountedOrNo(bodies->count[1], "body", "bodies"));
   }
   return {};
 }

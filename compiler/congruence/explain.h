@@ -3,16 +3,18 @@
 
 #include <string>
 
-#include "compiler/congruence/assembly.h"
-#include "compiler/congruence/search.h"
+#include "compiler/congruence/mapping_search.h"
+#include "compiler/congruence/screw_graph.h"
 
 namespace morphbus::congruence {
 
 /// A difference that counting shows: numbers of bodies and joints, joints of some kind and range,
 /// bodies with so many joints. Empty if the counts agree.
-std::string DifferentCounts(const Assembly& a, const Assembly& b);
+std::string DifferentCounts(const ScrewGraph& a, const ScrewGraph& b);
 
-/// The joint at which the search got stuck, and what its counterpart there lacks.
-std::string ExplainStuck(const Assembly& a, const Assembly& b, const Stuck& stuck);
+/// The joint at which an attempt ended, the pair of bodies from which its counterpart was looked
+/// for, and what is there instead: where the joint would have to be and how far the nearest one is
+/// off or, where one is in place, what that one lacks.
+std::string ExplainDeadEnd(const ScrewGraph& a, const ScrewGraph& b, const DeadEnd& end);
 
 }  // namespace morphbus::congruence

@@ -4,24 +4,30 @@
 
 #include <cmath>
 
+#include "compiler/base/text.h"
+
 namespace morphbus::congruence {
 
-std::string Counted(size_t count, const std::string& one, const std::string& many) {
-  return fmt::format("{} {}", count == 0 ? "no" : std::to_string(count), count == 1 ? one : many);
+std::string CountedOrNo(size_t count, const std::string& one, const std::string& many) {
+  if (count == 0) return "no " + (many.empty() ? one + "s" : many);
+  return Counted(static_cast<int64_t>(count), one, many);
 }
 
+// Six significant digits are printed, so less than half a millionth is rounding.
 double Plain(double v) { return std::abs(v) < 5e-7 ? 0.0 : v; }
 
 std::string Text(const Eigen::Vector3d& v) {
   return fmt::format("({:.6g}, {:.6g}, {:.6g})", Plain(v.x()), Plain(v.y()), Plain(v.z()));
 }
 
-std::string ValueText(const AssemblyJoint& j, double value) {
+std::string ValueText(const ScrewJoint& j, double value) {
+  // A slide has metres, a joint that turns degrees.
   return j.slide ? fmt::format("{:.6g} m", Plain(value))
                  : fmt::format("{:.6g} degrees", Plain(value * kDegrees));
 }
 
-std::string RangeText(const AssemblyJoint& j) {
+std::string RangeText(const ScrewJoint& j) {
+  // Limits are printed in degrees or metres, then whether the joint is within one body.
   std::string text = j.slide ? "slides" : "turns";
   if (!j.bounded()) {
     text += " without limits";

@@ -20,26 +20,29 @@ using Eigen::Vector3d;
 struct LinkShape {
   double mass_kg = 0.0;
   Vector3d centre;
-  Matrix3d inertia;  ///< About the centre (kg m²).
-  std::vector<Vector3d> corners;
+  Matrix3d inertia;               ///< About the centre (kg m²).
+  std::vector<Vector3d> corners;  ///< None if the link has no hull.
 };
 
+/// Works out the shape of one link of a module type.
 LinkShape ShapeOf(const model::ModuleType& type, int link) {
   const model::LinkMass mass = model::ComputeLinkMass(type, link);
   return {mass.mass_kg, mass.p_LoLcm_L, mass.I_Lcm_L,
-          model::ComputeHull(type.links[static_cast<size_t>(link)].hull).vertices};
+          model::ComputeHull(type.links[link].hull).vertices};
 }
 
+/// Makes the shapes of bodies; works out the links of each module type once.
 class Shapes {
  public:
-  explicit Shapes(const Assembly& assembly) : assembly_(assembly) {}
+  explicit Shapes(const ScrewGraph& graph) : graph_(graph) {}
 
   BodyShape Of(int body) {
+    // Moments about the reference point add up over the links (parallel axis theorem).
     BodyShape shape;
-    for (const model::LinkRef& ref : assembly_.bodies[body].links) {
-      const LinkShape& link = Link(assembly_.robot->modules[ref.module].type, ref.link);
-      model::Pose X_TL = assembly_.X_RL[ref.module][ref.link];
-      X_TL.translation() -= assembly_.bodies[body].p_RoTo;
+    for (const model::LinkRef& ref : graph_.bodies[body].links) {
+      const LinkShape& link = Link(graph_.robot->modules[ref.module].type, ref.link);
+      model::Pose X_TL = graph_.X_RL[ref.module][ref.link];
+      X_TL.translation() -= graph_.bodies[body].p_RoTo;
       const Vector3d centre = X_TL * link.centre;
       shape.mass_kg += link.mass_kg;
       shape.moment += link.mass_kg * centre;
@@ -55,9 +58,10 @@ class Shapes {
 
  private:
   const LinkShape& Link(int type, int link) {
+    // All links of a type at once, when the first is asked for.
     std::vector<LinkShape>& shapes = shapes_[type];
     if (shapes.empty()) {
-      const model::ModuleType& module = assembly_.model->module_types[type];
+      const model::ModuleType& module = graph_.model->module_types[type];
       for (size_t l = 0; l < module.links.size(); ++l) {
         shapes.push_back(ShapeOf(module, static_cast<int>(l)));
       }
@@ -65,16 +69,18 @@ class Shapes {
     return shapes[link];
   }
 
-  const Assembly& assembly_;
-  std::map<int, std::vector<LinkShape>> shapes_;
+  const ScrewGraph& graph_;
+  std::map<int, std::vector<LinkShape>> shapes_;  ///< By module type.
 };
 
+/// The mean of the points.
 Vector3d MiddleOf(const std::vector<Vector3d>& points) {
   Vector3d sum = Vector3d::Zero();
   for (const Vector3d& p : points) sum += p;
   return sum / static_cast<double>(points.size());
 }
 
+/// Has each point of a one of b within `tolerance` (m), and are they as many?
 bool SamePoints(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b, double tolerance) {
   if (a.size() != b.size()) return false;
   return std::all_of(a.begin(), a.end(), [&](const Vector3d& p) {
@@ -83,14 +89,16 @@ bool SamePoints(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b, 
   });
 }
 
-/// Pairs each hull of a, turned by R, with one of b; sorted by place, so that large bodies are
-/// quick.
+/// Can each hull of a, turned by R, be paired with one of b? Candidates are looked up by the x of
+/// their middles, so that bodies of many links are quick.
 bool SameHulls(const BodyShape& a, const BodyShape& b, const Matrix3d& R, double tolerance) {
   if (a.hulls.size() != b.hulls.size()) return false;
+  // The hulls of b in order of x.
   std::vector<std::pair<double, size_t>> by_x;
   for (size_t i = 0; i < b.hulls.size(); ++i) by_x.emplace_back(MiddleOf(b.hulls[i]).x(), i);
   std::sort(by_x.begin(), by_x.end());
   std::vector<bool> taken(b.hulls.size(), false);
+  // For each of a, turned, the first of those near its x that is the same and not taken yet.
   for (std::vector<Vector3d> hull : a.hulls) {
     for (Vector3d& p : hull) p = R * p;
     const Vector3d middle = MiddleOf(hull);
@@ -108,7 +116,7 @@ bool SameHulls(const BodyShape& a, const BodyShape& b, const Matrix3d& R, double
 
 }  // namespace
 
-MassComparer::MassComparer(const Assembly& a, const Assembly& b) : a_(a), b_(b) {
+MassComparer::MassComparer(const ScrewGraph& a, const ScrewGraph& b) : a_(a), b_(b) {
   Shapes shapes_a(a);
   Shapes shapes_b(b);
   for (size_t i = 0; i < a.bodies.size(); ++i) of_a_.push_back(shapes_a.Of(static_cast<int>(i)));
@@ -121,13 +129,17 @@ MassComparison MassComparer::Compare(const Mapping& mapping) const {
   for (size_t i = 0; i < a_.bodies.size(); ++i) {
     const int body = static_cast<int>(i);
     const int image = mapping.body_to[i];
+    // Lengths are compared to a part of the assemblies' extent and the body's own.
     const BodyShape& from = of_a_[i];
     const BodyShape& to = of_b_[image];
     const Matrix3d& R = mapping.R[i];
     const double mass = std::max(from.mass_kg, to.mass_kg);
     const double length = extent + std::sqrt(std::max(from.inertia.trace(), to.inertia.trace()) /
                                              std::max(mass, 1e-12));
+    // Of masses, moments (times a length) and inertias (times its square) the same part.
     const double tolerance = kGeometryTolerance * mass;
+
+    // Only the first difference is told.
     const auto pair = [&] {
       return fmt::format("{} and {}", a_.BodyName(body), b_.BodyName(image));
     };

@@ -9,6 +9,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 double AngleAbout(const Matrix3d& R, const Vector3d& axis) {
+  // The skew part of a rotation by t about n is sin(t) [n], its trace 1 + 2 cos(t).
   const Vector3d twice_sine(R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1));
   return std::atan2(twice_sine.dot(axis), R.trace() - 1.0);
 }
@@ -19,6 +20,7 @@ Matrix3d Turn(const Vector3d& axis, double angle) {
 
 Matrix3d RotationFrom(const Vector3d& d, const Vector3d& u, const Vector3d& d_image,
                       const Vector3d& u_image) {
+  // The orthonormal frame with x along the first vector and y towards the second.
   const auto frame = [](const Vector3d& x, const Vector3d& near_y) {
     Matrix3d F;
     F.col(0) = x;
@@ -42,12 +44,13 @@ PartialRotations::Found PartialRotations::Find(int group) const {
 
 bool PartialRotations::settled(int body) const {
   const int group = bodies_[body].group;
-  return group < 0 || groups_[Find(group).root].settled;
+  return group == kWhole || (group >= 0 && groups_[Find(group).root].settled);
 }
 
 Matrix3d PartialRotations::Value(int body) const {
   const BodyEntry& entry = bodies_[body];
   if (entry.group < 0) return entry.R;
+  // The group's own angle follows from its root's, which is taken as 0 where it is open.
   const Found found = Find(entry.group);
   const Group& root = groups_[found.root];
   const double angle = found.constant + (root.settled ? found.sign * root.constant : 0.0);
@@ -60,19 +63,26 @@ Vector3d PartialRotations::GroupAxis(int body) const {
   return Find(group).sign * groups_[group].axis_image;
 }
 
-void PartialRotations::SetWhole(int body, const Matrix3d& R) { bodies_[body] = {true, -1, R}; }
+void PartialRotations::Set(int body, const BodyEntry& entry) {
+  body_trail_.emplace_back(body, bodies_[body]);
+  bodies_[body] = entry;
+}
+
+void PartialRotations::SetWhole(int body, const Matrix3d& R) { Set(body, {kWhole, R}); }
 
 void PartialRotations::SetUpToTurn(int body, const Matrix3d& R, const Vector3d& axis_image) {
-  bodies_[body] = {true, static_cast<int>(groups_.size()), R};
+  Set(body, {static_cast<int>(groups_.size()), R});
   groups_.emplace_back().axis_image = axis_image;
 }
 
+/// The group, to be changed, after what it was is kept for Undo.
 PartialRotations::Group& PartialRotations::Change(int group) {
-  trail_.emplace_back(group, groups_[group]);
+  group_trail_.emplace_back(group, groups_[group]);
   return groups_[group];
 }
 
-/// Turns the unsettled `body` by a further `angle` about its group's axis.
+/// Turns the open `body` by `angle` from where Value has it, and settles its group so. Value has an
+/// open root at angle 0, so the angle of the root is what is added, as the body sees it.
 void PartialRotations::Settle(int body, double angle) {
   const Found found = Find(bodies_[body].group);
   Group& root = Change(found.root);
@@ -84,17 +94,31 @@ bool PartialRotations::AlignVector(int body, const Vector3d& u, const Vector3d& 
                                    double tolerance) {
   const Vector3d now = Value(body) * u;
   if (settled(body)) return (now - image).norm() <= tolerance;
+
+  // The first vector that says anything leaves a turn about itself open.
+  if (bodies_[body].group == kUnknown) {
+    if (std::abs(u.norm() - image.norm()) > tolerance) return false;
+    if (u.norm() <= tolerance) return true;
+    const Matrix3d R = Eigen::Quaterniond::FromTwoVectors(u, image).toRotationMatrix();
+    SetUpToTurn(body, R, image.normalized());
+    return true;
+  }
+
+  // A turn about the axis keeps the part along it, and the length of the part across.
   const Vector3d& axis = groups_[bodies_[body].group].axis_image;
   if (std::abs((now - image).dot(axis)) > tolerance) return false;
   const Vector3d from = now - now.dot(axis) * axis;
   const Vector3d to = image - image.dot(axis) * axis;
   if (std::abs(from.norm() - to.norm()) > tolerance) return false;
+
+  // A vector along the axis says nothing of the turn; any other determines it.
   if (from.norm() <= tolerance) return true;
   Settle(body, std::atan2(from.cross(to).dot(axis), from.dot(to)));
   return true;
 }
 
 bool PartialRotations::AlignWhole(int body, const Matrix3d& wanted) {
+  // What is missing must be a turn about the axis that is open.
   const Matrix3d rest = wanted * Value(body).transpose();
   if (settled(body)) return (rest - Matrix3d::Identity()).norm() <= 2.0 * tolerance_.angle;
   const Vector3d& axis = groups_[bodies_[body].group].axis_image;
@@ -107,7 +131,8 @@ bool PartialRotations::Relate(int body_t, int body_q, const Vector3d& axis, doub
   const Matrix3d turn = Turn(axis, angle);
   if (settled(body_t)) return AlignWhole(body_q, turn * Value(body_t));
   if (settled(body_q)) return AlignWhole(body_t, turn.transpose() * Value(body_q));
-  // Both open, so both about this axis: their angles differ by what is missing.
+
+  // Both are open, so both turn about this axis: their angles differ by what is missing.
   const int group_q = bodies_[body_q].group;
   const Vector3d& axis_q = groups_[group_q].axis_image;
   const double sense = axis_q.dot(groups_[bodies_[body_t].group].axis_image) > 0.0 ? 1.0 : -1.0;
@@ -116,10 +141,14 @@ bool PartialRotations::Relate(int body_t, int body_q, const Vector3d& axis, doub
   const double missing = AngleAbout(rest, axis_q);
   const Found t = Find(bodies_[body_t].group);
   const Found q = Find(group_q);
-  // A turn of t's body by x turns q's by sense * x: x = t.sign * (root of t), likewise for q.
+
+  // Where t's body turns by x, q's has to turn by sense * x. In terms of the roots' angles x is
+  // t.sign * (root of t) and sense * x is q.sign * (root of q); in one group these must agree.
   if (t.root == q.root) {
     return std::abs(missing) <= 2.0 * tolerance_.angle && t.sign * sense == q.sign;
   }
+
+  // Of two groups q's root becomes a child of t's.
   Group& root = Change(q.root);
   root.parent = t.root;
   root.sign = q.sign * sense * t.sign;
@@ -128,9 +157,11 @@ bool PartialRotations::Relate(int body_t, int body_q, const Vector3d& axis, doub
 }
 
 void PartialRotations::Undo(const Mark& mark) {
-  while (trail_.size() > mark.trail) {
-    groups_[trail_.back().first] = trail_.back().second;
-    trail_.pop_back();
+  for (; group_trail_.size() > mark.changes; group_trail_.pop_back()) {
+    groups_[group_trail_.back().first] = group_trail_.back().second;
+  }
+  for (; body_trail_.size() > mark.bodies; body_trail_.pop_back()) {
+    bodies_[body_trail_.back().first] = body_trail_.back().second;
   }
   groups_.resize(mark.groups);
 }

@@ -19,7 +19,8 @@ using Eigen::Vector3d;
 constexpr size_t kMaxPlacements = 512;
 constexpr size_t kMaxAngles = 64;
 
-/// The turns of group `group` after which a connector lies where one of the image body does.
+/// The angles (rad) by which the bodies of one free group can turn such that a connector comes to
+/// lie where one of the image body lies; 0 among them.
 std::vector<double> AnglesOf(const model::ModuleType& type, const std::vector<int>& body_of,
                              const Mapping& mapping, int group) {
   const double tolerance = kGeometryTolerance * model::ExtentOf(type);
@@ -27,6 +28,7 @@ std::vector<double> AnglesOf(const model::ModuleType& type, const std::vector<in
   for (const model::Connector& from : type.connectors) {
     const int body = body_of[from.link];
     if (mapping.free_group[body] != group) continue;
+    // A turn about the axis takes one point to another if both lie as far along it and from it.
     const Vector3d& axis = mapping.free_axis[body];
     const Vector3d p = mapping.R[body] * from.p_MoCo_M;
     const Vector3d out = p - p.dot(axis) * axis;
@@ -46,8 +48,10 @@ std::vector<double> AnglesOf(const model::ModuleType& type, const std::vector<in
   return angles;
 }
 
-Placement Base(const model::ModuleType& type, const std::vector<int>& body_of,
-               const Congruence& self, const Mapping& mapping) {
+/// The placement that a congruence of the module type with itself is, with free turns as it has
+/// them.
+Placement PlacementOf(const model::ModuleType& type, const std::vector<int>& body_of,
+                      const Congruence& self, const Mapping& mapping) {
   Placement placement;
   placement.body_of = body_of;
   placement.body_to = mapping.body_to;
@@ -63,12 +67,13 @@ Placement Base(const model::ModuleType& type, const std::vector<int>& body_of,
   return placement;
 }
 
-/// Offsets of joints without limits, after bodies were turned; the others stay.
+/// Sets the offsets of joints without limits to what they are after bodies were turned; those of
+/// the others stay.
 void UpdateOffsets(const model::ModuleType& type, Placement& placement) {
   for (size_t j = 0; j < type.joints.size(); ++j) {
     const model::Joint& joint = type.joints[j];
     if (joint.type != model::JointType::kContinuous) continue;
-    Placement::JointImage& image = placement.joints[j];
+    JointImage& image = placement.joints[j];
     const model::Joint& to = type.joints[image.to];
     const int body_a = placement.body_of[joint.link_a];
     const int body_b = placement.body_of[joint.link_b];
@@ -87,6 +92,7 @@ void RemoveRounding(Placement& placement) {
   }
 }
 
+/// Does every body and joint stay where it is?
 bool IsIdentity(const Placement& placement) {
   for (size_t b = 0; b < placement.body_to.size(); ++b) {
     if (placement.body_to[b] != static_cast<int>(b)) return false;
@@ -123,6 +129,7 @@ std::vector<Placement> DockingUnlike(const model::ModuleType& type,
 }  // namespace
 
 std::vector<Placement> PlacementsOf(const model::Model& model, int type_index) {
+  // A robot of one module, compared with itself.
   const model::ModuleType& type = model.module_types[type_index];
   model::Robot alone;
   alone.name = type.name;
@@ -132,7 +139,8 @@ std::vector<Placement> PlacementsOf(const model::Model& model, int type_index) {
 
   std::vector<Placement> placements;
   for (const Mapping& mapping : self.mappings) {
-    std::vector<Placement> turned = {Base(type, body_of, self, mapping)};
+    std::vector<Placement> turned = {PlacementOf(type, body_of, self, mapping)};
+    // For each group of bodies that may turn freely, each of its angles with all that came before.
     std::vector<int> groups = mapping.free_group;
     std::sort(groups.begin(), groups.end());
     groups.erase(std::unique(groups.begin(), groups.end()), groups.end());
@@ -150,6 +158,7 @@ std::vector<Placement> PlacementsOf(const model::Model& model, int type_index) {
       }
       turned = std::move(more);
     }
+    // What the turns changed follows.
     for (Placement& placement : turned) {
       if (placements.size() == kMaxPlacements) break;
       UpdateOffsets(type, placement);

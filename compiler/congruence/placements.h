@@ -1,9 +1,11 @@
 #pragma once
-// The ways in which a module can stand in for another of its type. Internal to variants.cc.
+// The ways in which a module can stand in for another of its type: as it is, turned round, its
+// joints exchanged. Internal to variants.cc.
 
 #include <Eigen/Core>
 #include <vector>
 
+#include "compiler/congruence/congruence.h"
 #include "compiler/model/robot_model.h"
 
 namespace morphbus::congruence {
@@ -11,22 +13,18 @@ namespace morphbus::congruence {
 /// A congruence of a module type with itself.
 struct Placement {
   std::vector<int> body_of;  ///< [link]; links that fixed joints hold together are one body.
-  std::vector<int> body_to;  ///< [body] -> body.
-  /// [body]: takes coordinates in the frame of the body's links, about the module's origin, to
-  /// coordinates in that of the image's.
+  std::vector<int> body_to;  ///< By body: the body that it stands in for.
+  /// By body: the rotation that takes coordinates in the frame of the body's links to coordinates
+  /// in that of the image's links. Both frames have the module's origin.
   std::vector<Eigen::Matrix3d> C;
-  struct JointImage {
-    int to = 0;
-    double sign = 1.0;
-    double offset = 0.0;
-  };
-  std::vector<JointImage> joints;  ///< [joint]; fixed ones stay.
-  bool identity = false;
+  std::vector<JointImage> joints;  ///< By joint, `to` among all joints; fixed ones stay.
+  bool identity = false;           ///< Does everything stay where it is?
 };
 
-/// All of them but those that differ from one before only in bodies that carry no connectors; the
-/// identity first. Where a turn is free (a wheel about its own axis), those turns
-/// that take some connector to the place of another.
+/// The placements of a module type of `model`, the identity first, then those first that need the
+/// fewest offsets. Where a turn is free (a wheel about its own axis), there is one placement for
+/// each turn that takes some connector to the place of another. Of placements that differ only in
+/// bodies without connectors (wheels exchanged) the first is given.
 std::vector<Placement> PlacementsOf(const model::Model& model, int type);
 
 }  // namespace morphbus::congruence

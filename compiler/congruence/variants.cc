@@ -25,16 +25,19 @@ constexpr int64_t kMaxSteps = 2'000'000;
 constexpr int kMaxIdleDraws = 200;
 constexpr int kMaxRejected = 10'000;
 
-/// A way to join two modules, seen from the first.
+/// A way to join two modules, X and Y, seen from X.
 struct Way {
-  int connection = 0;
-  int option = 0;
+  int connection = 0;    ///< Index into Model::connection_types.
+  int option = 0;        ///< Index into its options.
   bool swapped = false;  ///< The second module plays the connection's member a.
   int connector_x = 0;
   int connector_y = 0;
   Pose X_XY;
 };
 
+/// Chooses a placement for each module, depth first over the modules, such that each docking of the
+/// robot can be made by some option of the model's connections; a choice that is complete becomes
+/// a robot, which is compared with the one it is a variant of.
 class VariantFinder {
  public:
   VariantFinder(const model::Model& model, const model::Robot& robot, const VariantOptions& options)
@@ -48,6 +51,8 @@ class VariantFinder {
   }
 
   std::vector<Variant> Find() {
+    // In order: one search through all choices. At random: searches anew, each in a random order up
+    // to its first variant, until too many in a row find nothing new.
     if (!options_.seed) {
       Visit();
       return std::move(found_);
@@ -62,6 +67,7 @@ class VariantFinder {
   }
 
  private:
+  /// What tells robots of the same modules apart: how each docking is made.
   using Key = std::vector<std::array<int, 3>>;
 
   static Key KeyOf(const std::vector<Docking>& dockings) {
@@ -74,8 +80,9 @@ class VariantFinder {
     return placements_.at(robot_.modules[module].type);
   }
 
-  /// Breadth first from the root module; each with its dockings to modules before it.
+  /// Fills in order_, breadth first from the root module, and back_.
   void SortModules() {
+    // The dockings at each module.
     std::vector<std::vector<int>> at(robot_.modules.size());
     for (size_t d = 0; d < robot_.dockings.size(); ++d) {
       at[robot_.dockings[d].module_a].push_back(static_cast<int>(d));
@@ -96,6 +103,7 @@ class VariantFinder {
         todo.push_back(other);
       }
     }
+    // The dockings by which each module hangs on those before it.
     back_.resize(order_.size());
     for (size_t i = 0; i < order_.size(); ++i) {
       for (const int d : at[order_[i]]) {
@@ -129,6 +137,7 @@ class VariantFinder {
 
   /// The ways that join the placed modules of docking `d` as the docking joined them.
   const std::vector<Way>& Alternatives(int d, int placement_a, int placement_b) {
+    // They are the same for all dockings of one option whose modules are placed alike.
     const Docking& docking = robot_.dockings[d];
     const auto [it, fresh] = alternatives_.try_emplace(
         {docking.connection_type, docking.option, placement_a, placement_b});
@@ -143,6 +152,7 @@ class VariantFinder {
     const int body_b = pb.body_of[b.connectors[docking.connector_b].link];
     const model::ConnectionOption& option =
         model_.connection_types[docking.connection_type].options[docking.option];
+    // The images of the two joined bodies have to come to stand as the bodies did: C_A X_AB C_B^-1.
     Pose wanted = option.X_AB;
     wanted.linear() = pa.C[body_a] * option.X_AB.linear() * pb.C[body_b].transpose();
     wanted.translation() = pa.C[body_a] * option.X_AB.translation();
@@ -176,12 +186,14 @@ class VariantFinder {
     int64_t steps = 0;
     while (steps++ < kMaxSteps) {
       const int module = order_[depth];
+      // Where all placements of a module are used up, the one before it gets its next.
       if (next[depth] == domains[depth].size()) {
         chosen_[module] = -1;
         if (depth == 0) return;
         --depth;
         continue;
       }
+      // A placement with which its dockings can be made leads on to the next module.
       chosen_[module] = domains[depth][next[depth]++];
       if (!Fits(depth)) continue;
       if (depth + 1 < count) {
@@ -195,6 +207,7 @@ class VariantFinder {
     }
   }
 
+  /// The placements to try for a module, in order or (with a seed) shuffled.
   std::vector<int> DomainOf(size_t depth) {
     std::vector<int> domain(PlacementsOfModule(order_[depth]).size());
     std::iota(domain.begin(), domain.end(), 0);
@@ -203,6 +216,7 @@ class VariantFinder {
     return domain;
   }
 
+  /// Can the dockings of this module to those before it be made as all of them are placed?
   bool Fits(size_t depth) {
     return std::all_of(back_[depth].begin(), back_[depth].end(), [this](int d) {
       const Docking& docking = robot_.dockings[d];
@@ -210,17 +224,17 @@ class VariantFinder {
     });
   }
 
-  /// With the first number from number_ on that gives a name no robot has.
+  /// The robot's name with the first number from number_ on that gives a name no robot has.
   std::string NextName() {
     const auto name = [this] { return robot_.name + "_variant_" + std::to_string(number_); };
     while (model_.FindRobot(name()) != nullptr) ++number_;
     return name();
   }
 
-  /// Builds the robot that is chosen; keeps it if it is new, possible and congruent.
-  void Finish() {
-    model::Robot variant = robot_;
-    std::set<std::pair<int, int>> used;
+  /// Makes the dockings of `variant` as the placements chosen ask, no connector used twice. False
+  /// if that cannot be.
+  bool JoinModules(model::Robot& variant) {
+    std::set<std::pair<int, int>> used;  // module, connector
     for (size_t d = 0; d < robot_.dockings.size(); ++d) {
       const Docking& docking = robot_.dockings[d];
       const std::vector<Way>& ways =
@@ -229,7 +243,7 @@ class VariantFinder {
         return used.count({docking.module_a, w.connector_x}) == 0 &&
                used.count({docking.module_b, w.connector_y}) == 0;
       });
-      if (way == ways.end()) return;
+      if (way == ways.end()) return false;
       used.insert({docking.module_a, way->connector_x});
       used.insert({docking.module_b, way->connector_y});
       Docking joined{docking.module_a, way->connector_x, docking.module_b,
@@ -240,18 +254,29 @@ class VariantFinder {
       }
       variant.dockings[d] = joined;
     }
+    return true;
+  }
+
+  /// Builds the robot that is chosen; keeps it if it is new, possible and congruent.
+  void Finish() {
+    model::Robot variant = robot_;
+    if (!JoinModules(variant)) return;
     const Key key = KeyOf(variant.dockings);
     if (seen_.count(key) > 0) return;
+
+    // Joints get the start values that put the bodies where they were.
     for (size_t m = 0; m < robot_.modules.size(); ++m) {
       const Placement& placement = PlacementsOfModule(static_cast<int>(m))[chosen_[m]];
       for (size_t j = 0; j < placement.joints.size(); ++j) {
-        const Placement::JointImage& image = placement.joints[j];
+        const JointImage& image = placement.joints[j];
         variant.modules[m].start[image.to] = image.sign * robot_.modules[m].start[j] + image.offset;
       }
     }
     MoveFrame(variant);
     variant.name = NextName();
-    // Where a turn of the root's body is free, only one choice of it keeps the frame.
+
+    // It is compared as any other. Where a turn of the root's body is free, only one choice of it
+    // keeps the frame.
     const std::optional<MassComparison> masses = CompareInFrame(model_, robot_, model_, variant);
     if (masses) {
       seen_.insert(key);
@@ -284,13 +309,13 @@ class VariantFinder {
   std::map<std::pair<int, int>, std::vector<Way>> ways_;  ///< By module types.
   /// By connection type, option, placements of a and b.
   std::map<std::array<int, 4>, std::vector<Way>> alternatives_;
-  std::vector<int> order_;              ///< Modules.
-  std::vector<std::vector<int>> back_;  ///< For each in order_: dockings to earlier ones.
+  std::vector<int> order_;              ///< Modules, in the order in which they are placed.
+  std::vector<std::vector<int>> back_;  ///< By index into order_: dockings to earlier modules.
   std::vector<int> chosen_;             ///< [module]: index of its placement.
-  std::set<Key> seen_;
+  std::set<Key> seen_;                  ///< The robot itself and the variants found.
   std::vector<Variant> found_;
-  int number_ = 1;
-  int rejected_ = 0;
+  int number_ = 1;    ///< Of the next variant.
+  int rejected_ = 0;  ///< Robots that could be built, but were not congruent in frame.
   bool stop_after_one_ = false;
 };
 

@@ -1,5 +1,8 @@
 #pragma once
-// The syntax tree of a DynaRole program, as parsed; the checker adds types and meanings to it.
+// The syntax tree of a DynaRole program, as parsed; the checker adds types and meanings to it. Each
+// node owns those below it, and the Program owns them all: it lives as long as the compilation, and
+// the ProgramModel refers to its roles and members. Spans are places in the program's text, for
+// messages and line numbers.
 
 #include <cstdint>
 #include <memory>
@@ -8,109 +11,156 @@
 
 #include "compiler/dynarole/types.h"
 #include "compiler/source/source_text.h"
-#include "vm/opcodes.h"
-#include "vm/values.h"
+#include "vm/image/opcodes.h"
+#include "vm/image/values.h"
 
 namespace morphbus::dynarole {
 
 /// No tree is deeper than this, so that recursion over it is bounded; the parser reports more.
 inline constexpr int kMaxDepth = 200;
 
+/// The form of an expression.
 enum class ExprKind : uint8_t {
-  kInt,
-  kFloat,
-  kBool,
+  kInt,    ///< 45
+  kFloat,  ///< 22.5
+  kBool,   ///< true
+  /// A word behind '$': a direction or axis ($NORTH), a role ($Role), or a part of the module
+  /// ($LINK_BAR). Only the checker tells which.
   kDollar,
+  /// A name without anything before it: a variable, a field or a label.
   kName,
-  kSelf,
-  kUnary,
+  kSelf,   ///< self
+  kUnary,  ///< -x, !x
+  /// An operator between two operands: x + y, a && b.
   kBinary,
+  /// x.NAME, without parentheses; where these follow, it is the base of a kCall.
   kMember,
+  /// A call with parentheses: f(x), x.NAME(y). Its first operand is what is called.
   kCall,
+  /// A piece of text that could not be read. It has been reported, and the checker is silent about
+  /// it.
   kError,
 };
 
+/// Operators, the arithmetic ones first and in the order of the instructions that compute them.
 enum class Operator : uint8_t {
+  /// There is no operator: the expression is neither unary nor binary, or the assignment is a plain
+  /// `=`.
   kNone,
+  // Arithmetic, on numbers.
   kAdd,
   kSub,
   kMul,
   kDiv,
   kMod,
+  // Comparisons, which give a bool.
   kEqual,
   kNotEqual,
   kLess,
   kLessEqual,
   kGreater,
   kGreaterEqual,
+  // Logic, on bools; && and || evaluate their right side only if the left one does not decide.
   kAnd,
   kOr,
   kNot,
+  // The sign before a number.
   kNegate,
 };
 
-/// What the checker found an expression to mean.
+/// What the checker found an expression to mean; Expr holds the numbers that go with it.
 enum class Meaning : uint8_t {
-  kNone,      ///< Follows from the kind alone.
-  kConstant,  ///< `cell`.
+  kNone,      ///< Nothing beyond what its kind and operands say.
+  kConstant,  ///< A value that stands in the text: Expr::cell.
+  /// A variable or parameter: Expr::index is its slot among the locals of the routine.
   kLocal,
+  /// A field: Expr::index is its slot in the role, which is the same in all its subroles.
   kField,
+  /// A label: Expr::index is its slot in the role.
   kLabel,
-  kKeyword,  ///< `index`.
-  kMethod,   ///< `index`: slot.
-  kInvoke,   ///< `role`, `index`: slot.
-  kBuiltin,  ///< `opcode` after the operands.
-  kCount,    ///< Number of members of the operand, a set.
+  /// A part of the module, by its keyword: Expr::index counts ProgramModel::keywords.
+  kKeyword,
+  /// A call of a function of the own role: Expr::index is its slot, so that a subrole's function
+  /// runs in its place where it overrides it.
+  kMethod,
+  /// A command, which every module with the role Expr::role is asked to run: Expr::index is its
+  /// slot there.
+  kInvoke,
+  /// What `self`, a joint or a connector offers: the instruction Expr::opcode follows the operands.
+  kBuiltin,
+  kCount,  ///< sizeof: the number of members of its operand, a set.
 };
 
+/// An expression: what the parser read, and below it what the checker found out about it.
 struct Expr {
   ExprKind kind = ExprKind::kError;
+  /// The operator of a unary or binary expression.
   Operator op = Operator::kNone;
+  /// Levels of the tree below it, itself included; the parser keeps it at kMaxDepth at most.
   int depth = 1;
-  source::Span span;
-  source::Span name_span;   ///< Of the name, the member's name, or the operator.
-  std::string name;         ///< kName, kDollar (without '$'), kMember.
-  int64_t integer = 0;      ///< kInt, kBool.
-  double number = 0;        ///< kFloat.
-  bool has_parens = false;  ///< kCall: `f()` in contrast to `f`.
-  std::vector<std::unique_ptr<Expr>> operands;  ///< Unary, binary; base of a member; base and
-                                                ///< arguments of a call.
+  source::Span span;  ///< All of its text.
+  /// What a message about this node alone points at: the name, the member's name, or the operator.
+  source::Span name_span;
+  /// The name of a kName, a kDollar (without its '$') or a kMember.
+  std::string name;
+  /// The value of a kInt, or 0 and 1 for a kBool.
+  int64_t integer = 0;
+  /// The value of a kFloat, not yet rounded to single precision.
+  double number = 0;
+  /// Whether a kCall was written with parentheses: `f()` in contrast to `f`.
+  bool has_parens = false;
+  /// In the order of the text: the operands of an operator; the base of a member; the base of a
+  /// call and then its arguments.
+  std::vector<std::unique_ptr<Expr>> operands;
 
-  // By the checker.
-  Type type = Type::kUnknown;
-  Type wanted = Type::kUnknown;  ///< What it is converted to; kUnknown: nothing.
+  // The checker sets the rest, anew in each of its passes.
+  Type type = Type::kUnknown;  ///< Of its value before any conversion.
+  /// What the surroundings convert the value to; kUnknown: it stays as it is.
+  Type wanted = Type::kUnknown;
+  /// Says which of the following fields count, and what for.
   Meaning meaning = Meaning::kNone;
-  int index = -1;
-  int role = -1;
+  int index = -1;  ///< A slot or a keyword.
+  int role = -1;   ///< The role whose command is invoked.
+  /// The instruction of a kBuiltin.
   vm::Opcode opcode = vm::Opcode::kPop;
+  /// The value of a kConstant, as the VM stores it.
   vm::Cell cell;
 };
 using ExprPtr = std::unique_ptr<Expr>;
 
+/// The form of a statement.
 enum class StmtKind : uint8_t { kExpr, kAssign, kVar, kIf, kWhile, kReturn, kBlock, kError };
 
+/// A statement: as for expressions, the parser fills in what it read, and the checker the rest.
 struct Stmt {
   StmtKind kind = StmtKind::kError;
-  Operator op = Operator::kNone;  ///< kAssign: kAdd for `+=`, kSub for `-=`.
-  source::Span span;
-  source::Span name_span;
-  std::string name;                         ///< kAssign, kVar.
-  ExprPtr expr;                             ///< Value or condition; null for `return;`.
-  std::vector<std::unique_ptr<Stmt>> body;  ///< Block; then and else of an if; body of a while.
+  /// How an assignment combines: kAdd for `+=`, kSub for `-=`, kNone for `=`.
+  Operator op = Operator::kNone;
+  source::Span span;       ///< All of its text.
+  source::Span name_span;  ///< Of `name`.
+  /// The variable or field that a kAssign sets or a kVar makes.
+  std::string name;
+  /// The value, the condition, or the expression that stands alone; null for `return;`.
+  ExprPtr expr;
+  /// The statements of a block; the then and perhaps the else branch of an if; the body of a while.
+  std::vector<std::unique_ptr<Stmt>> body;
 
-  // By the checker.
-  Meaning meaning = Meaning::kNone;
-  int index = -1;              ///< Local or field that is set.
-  Type type = Type::kUnknown;  ///< Of that local or field.
+  // The checker sets the rest.
+  Meaning meaning = Meaning::kNone;  ///< kLocal or kField, of what is set.
+  int index = -1;                    ///< Slot of that local or field.
+  Type type = Type::kUnknown;        ///< Of that local or field.
 };
 using StmtPtr = std::unique_ptr<Stmt>;
 
+/// A parameter of a command or function. Its type is mostly left out; the checker then finds it
+/// from the code.
 struct Parameter {
   std::string name;
-  source::Span span;
+  source::Span span;           ///< Of its name.
   Type type = Type::kUnknown;  ///< As written before the name, if it was.
 };
 
+/// The kinds of members of a role, each with a word of its own but fields.
 enum class MemberKind : uint8_t {
   kField,
   kLabel,
@@ -122,34 +172,45 @@ enum class MemberKind : uint8_t {
   kFunction,
 };
 
+/// A member of a role.
 struct Member {
   MemberKind kind = MemberKind::kField;
-  source::Span span;
-  source::Span name_span;
-  std::string name;  ///< Empty for a requirement.
-  ExprPtr expr;      ///< Field's value (may be null), label, requirement.
+  source::Span span;       ///< All of its text.
+  source::Span name_span;  ///< Of its name; of the word `require` where it has none.
+  std::string name;        ///< Empty for a requirement.
+  /// The value of a field, null where subroles must give one; else what a label or a requirement
+  /// evaluates.
+  ExprPtr expr;
+  /// Parameters of commands and functions; other members have none.
   std::vector<Parameter> parameters;
+  /// The block of a startup, behavior, command, handler or function; null for other members.
   StmtPtr body;
 };
 
+/// A role as it is declared, without what it inherits.
 struct Role {
+  /// No module takes an abstract role; only those that extend it can be taken.
   bool abstract_role = false;
-  source::Span span;
-  source::Span name_span;
+  source::Span span;       ///< From its first word to the name of its base.
+  source::Span name_span;  ///< Of its name.
   std::string name;
-  source::Span base_span;
+  source::Span base_span;  ///< Of the name behind `extends`.
+  /// The role that it extends: "Module" or another of the program. Whether there is one is for
+  /// BuildModel to find out.
   std::string base;
   std::vector<Member> members;
 };
 
+/// A program: the roles of one file, in their order.
 struct Program {
+  /// Index of the program's text in the SourceSet.
   int file = 0;
   std::vector<Role> roles;
 };
 
-/// "field", "label", ... as messages say it.
+/// "field", "label", "requirement": the kind of member as messages say it.
 const char* NameOf(MemberKind kind);
-/// "+", "==", ...
+/// "+", "==": the operator as programs write it; empty for kNone.
 const char* NameOf(Operator op);
 
 }  // namespace morphbus::dynarole

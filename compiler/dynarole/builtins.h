@@ -1,27 +1,73 @@
 #pragma once
-// What `self` offers, and what joints and connectors offer behind a dot: one table.
+// The words that every program may use: the directions and axes behind '$', what `self` offers, and
+// what joints offer behind a dot. One table each.
 
+#include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "vm/opcodes.h"
+#include "compiler/dynarole/types.h"
+#include "vm/image/opcodes.h"
 
 namespace morphbus::dynarole {
 
-struct Builtin {
+/// A direction or axis, which programs write behind '$'. Directions are those of the world: north,
+/// up, east. An axis is a direction without its sense.
+struct NamedDirection {
   const char* name;
-  const char* arguments;  ///< Letters of vm/opcodes.def, without the base.
-  vm::Opcode opcode;
-  bool property;      ///< May stand without parentheses.
-  const char* usage;  ///< For messages.
+  Type type;  ///< kDirection, kAxis, or kAny for `$ANY`, which is either.
+  int value;  ///< The vm::Direction or vm::Axis.
 };
 
-/// Forms of `self.NAME`; several may share a name (self.connected).
+/// All of them; names of parts of the module, which are behind '$' too, come from the keyword
+/// table.
+inline constexpr NamedDirection kDirections[] = {
+    {"ANY", Type::kAny, 0},
+    {"NORTH", Type::kDirection, static_cast<int>(vm::Direction::kNorth)},
+    {"SOUTH", Type::kDirection, static_cast<int>(vm::Direction::kSouth)},
+    {"EAST", Type::kDirection, static_cast<int>(vm::Direction::kEast)},
+    {"WEST", Type::kDirection, static_cast<int>(vm::Direction::kWest)},
+    {"UP", Type::kDirection, static_cast<int>(vm::Direction::kUp)},
+    {"DOWN", Type::kDirection, static_cast<int>(vm::Direction::kDown)},
+    {"NORTH_SOUTH", Type::kAxis, static_cast<int>(vm::Axis::kNorthSouth)},
+    {"UP_DOWN", Type::kAxis, static_cast<int>(vm::Axis::kUpDown)},
+    {"EAST_WEST", Type::kAxis, static_cast<int>(vm::Axis::kEastWest)},
+};
+
+/// The direction or axis of that name, null if there is none.
+const NamedDirection* FindDirection(std::string_view name);
+
+/// Which joints a call can move: any, revolute and continuous ones, or prismatic ones.
+enum class Motion : uint8_t { kAny, kTurns, kSlides };
+
+/// One form of a call or property: a row of a table that is built once. Forms of one name differ in
+/// their numbers of arguments, by which the checker picks one.
+struct Builtin {
+  const char* name;
+  /// A letter for the type of each argument, as in vm/image/opcodes.def, without the base.
+  const char* arguments;
+  /// The instruction that it is translated to, after the code of its arguments.
+  vm::Opcode opcode;
+  /// Whether it may stand without parentheses, as JOINT.AXIS does.
+  bool property;
+  /// The whole form as messages show it, such as "self.connected(direction)".
+  const char* usage;
+  /// What its first argument, a joint, must be able to do.
+  Motion motion = Motion::kAny;
+};
+
+/// Forms of `self.NAME`: the paper's calls (Secs. III and V) and those that docs/dynarole.md adds.
+/// Several may share a name (self.connected).
 const std::vector<Builtin>& SelfBuiltins();
-/// Forms of `JOINT.NAME`.
+/// Forms of `JOINT.NAME`, the raw actuator.
 const std::vector<Builtin>& JointBuiltins();
 
-/// Names of a table, each once, for suggestions.
+/// Names of a table, each once and in its order, for suggestions where a program writes none of
+/// them.
 std::vector<std::string> NamesOf(const std::vector<Builtin>& builtins);
+/// The forms of that name as messages show them, "self.connected or self.connected(direction)";
+/// empty if the table has none.
+std::string UsagesOf(const std::vector<Builtin>& builtins, std::string_view name);
 
 }  // namespace morphbus::dynarole

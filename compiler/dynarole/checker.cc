@@ -4,14 +4,16 @@
 
 #include "compiler/dynarole/checker_impl.h"
 #include "compiler/dynarole/constants.h"
+#include "vm/image/fault_text.h"
 
 namespace morphbus::dynarole {
 
 using source::Diagnostic;
 using source::Span;
 
-void Check(const source::SourceSet& sources, const KeywordTable& keywords, ProgramModel* model,
-           source::Diagnostics* diagnostics) {
+void Check(const source::SourceSet& sources, const keywords::KeywordTable& keywords,
+           ProgramModel* model, source::Diagnostics* diagnostics) {
+  // Everything happens in Run; the object holds what its passes share.
   Checker(sources, keywords, model, diagnostics).Run();
 }
 
@@ -19,6 +21,7 @@ void Check(const source::SourceSet& sources, const KeywordTable& keywords, Progr
 constexpr int kEnoughMessages = 100;
 
 Diagnostic& Checker::Error(const Span& span, std::string message) {
+  // The caller may add hints and notes to what is dropped as to what is kept.
   muted_ = {};
   if (phase_ != Phase::kFinal || ++errors_ > kEnoughMessages) return muted_;
   return diagnostics_.Error(span, std::move(message));
@@ -52,6 +55,8 @@ bool Checker::Settle(Type* slot, Type type) {
 // Bodies say what they need (a parameter handed to jointRotateDegrees is a float); where they do
 // not, calls say what is given; where neither does, a comparison or sum with a number must do.
 void Checker::Run() {
+  // Each phase repeats until it finds nothing new: what one body needs may tell a parameter of
+  // another.
   for (const Phase phase : {Phase::kBodies, Phase::kCalls, Phase::kDefaults}) {
     // Every round settles at least one type or is the last; programs need two or three.
     for (int round = 0; round < 100; ++round) {
@@ -61,9 +66,12 @@ void Checker::Run() {
       if (!changed_) break;
     }
   }
+  // Only now are types complete, so only now can what does not fit be told from what is not known
+  // yet.
   phase_ = Phase::kFinal;
   for (Routine& routine : model_.routines) routine.calls.clear();
   Pass();
+  // What follows needs the whole program.
   for (size_t i = 0; i < model_.roles.size(); ++i) CheckFieldsSet(static_cast<int>(i));
   CheckSignatures();
   CheckCalls();
@@ -75,17 +83,20 @@ void Checker::Pass() {
 }
 
 void Checker::CheckFieldValues(int role) {
-  RoleModel& model = model_.roles[static_cast<size_t>(role)];
+  RoleModel& model = model_.roles[role];
   routine_ = nullptr;
   role_ = role;
   for (FieldSlot& slot : model.fields) {
     // A value that was inherited is checked where it stands.
     if (slot.value == nullptr) continue;
+    // A role holds the values that it inherits as well as its own.
     const bool own = std::any_of(model.role->members.begin(), model.role->members.end(),
                                  [&](const Member& member) { return &member == slot.value; });
-    FieldDecl& decl = model_.fields[static_cast<size_t>(slot.decl)];
+    FieldDecl& decl = model_.fields[slot.decl];
     Expr* value = slot.value->expr.get();
     if (own) {
+      // The first value decides the type of the field; later ones must fit it, or widen it from int
+      // to float.
       const Type type = Infer(value);
       const std::optional<Type> joined = Join(decl.type, type);
       if (!joined) {
@@ -106,12 +117,13 @@ void Checker::CheckFieldValues(int role) {
       }
       Want(value, decl.type, "the field '" + decl.name + "'");
     }
+    // The image holds the value, so it must be known now.
     const FoldResult folded = Fold(*value);
     if (folded.value) slot.cell = folded.value->cell;
     if (!own || folded.value || value->type == Type::kError) continue;
     if (folded.fault != vm::FaultCode::kNone) {
       Error(value->span,
-            std::string("value of the field cannot be computed: ") + vm::FaultText(folded.fault));
+            std::string("value of the field cannot be computed: ") + vm::FaultName(folded.fault));
     } else {
       Error(value->span, "value of a field must be known at compile time").hint =
           "numbers, true, false, directions, axes and roles are; to name a joint or link, use a "
@@ -121,7 +133,8 @@ void Checker::CheckFieldValues(int role) {
 }
 
 void Checker::CheckRoutine(int index) {
-  Routine& routine = model_.routines[static_cast<size_t>(index)];
+  // Every pass finds locals and effect of the routine anew.
+  Routine& routine = model_.routines[index];
   routine_ = &routine;
   role_ = routine.role;
   locals_.clear();
@@ -129,12 +142,15 @@ void Checker::CheckRoutine(int index) {
   routine.effect = vm::Effect::kPure;
   Member& member = *routine.member;
   if (routine.kind == MemberKind::kRequire) {
+    // A requirement is one expression, which must be a bool.
     Infer(member.expr.get());
     Want(member.expr.get(), Type::kBool, "a requirement");
     routine.result = Type::kBool;
     return;
   }
   if (routine.kind == MemberKind::kLabel) {
+    // A label is one expression too; a set of joints or links stands for the one member that it
+    // must have.
     const Type type = Infer(member.expr.get());
     // Of a label that has been found wrong nothing follows where it is used.
     routine.result = type == Type::kLink || type == Type::kLinkSet ? Type::kLink
@@ -149,13 +165,15 @@ void Checker::CheckRoutine(int index) {
     }
     return;
   }
-  Signature& signature = model_.signatures[static_cast<size_t>(routine.signature)];
+  // All others have a body, whose first locals are the parameters.
+  Signature& signature = model_.signatures[routine.signature];
   for (size_t i = 0; i < member.parameters.size(); ++i) {
     AddLocal(member.parameters[i].name, member.parameters[i].span, signature.parameters[i], true);
   }
   routine.result = signature.result;
   CheckBlock(member.body.get());
   if (signature.result != Type::kVoid && !AlwaysReturns(*member.body)) {
+    // The message points at the closing brace, behind which the result is missing.
     const size_t end = member.body->span.end;
     Error({member.body->span.file, end > 0 ? end - 1 : 0, end},
           "function '" + member.name + "' can end here without a result")
@@ -165,9 +183,10 @@ void Checker::CheckRoutine(int index) {
 }
 
 void Checker::CheckFieldsSet(int role) {
-  const RoleModel& model = model_.roles[static_cast<size_t>(role)];
+  const RoleModel& model = model_.roles[role];
   for (const FieldSlot& slot : model.fields) {
-    const FieldDecl& decl = model_.fields[static_cast<size_t>(slot.decl)];
+    const FieldDecl& decl = model_.fields[slot.decl];
+    // Only concrete roles are played, so abstract ones may leave fields open.
     if (slot.value == nullptr && !model.role->abstract_role && !model.broken) {
       Diagnostic& error =
           Error(model.role->name_span,
@@ -182,7 +201,8 @@ void Checker::CheckSignatures() {
   // One complaint a parameter, where it was first declared.
   for (const Routine& routine : model_.routines) {
     if (routine.signature < 0) continue;
-    const Signature& signature = model_.signatures[static_cast<size_t>(routine.signature)];
+    const Signature& signature = model_.signatures[routine.signature];
+    // Routines that override each other share a signature; the first of them speaks for all.
     if (routine.member->name_span.begin != signature.span.begin) continue;
     for (size_t i = 0; i < signature.parameters.size(); ++i) {
       const Type type = signature.parameters[i];
@@ -197,10 +217,11 @@ void Checker::CheckSignatures() {
       }
     }
   }
+  // A field that no role sets has no type to find.
   std::vector<bool> is_set(model_.fields.size());
   for (const RoleModel& role : model_.roles) {
     for (const FieldSlot& slot : role.fields) {
-      if (slot.value != nullptr) is_set[static_cast<size_t>(slot.decl)] = true;
+      if (slot.value != nullptr) is_set[slot.decl] = true;
     }
   }
   for (size_t i = 0; i < model_.fields.size(); ++i) {
@@ -213,6 +234,7 @@ void Checker::CheckSignatures() {
 }
 
 void Checker::CheckCalls() {
+  // Calls must end and fit the fixed stack of frames, whichever role is played.
   std::vector<int> path;
   heights_.assign(model_.routines.size(), 0);
   for (size_t i = 0; i < model_.routines.size(); ++i) {
@@ -223,14 +245,16 @@ void Checker::CheckCalls() {
 
 // Depth-first, every routine once: heights_ holds how many frames each needs.
 bool Checker::VisitCalls(int index, std::vector<int>* path) {
-  Routine& routine = model_.routines[static_cast<size_t>(index)];
-  int& height = heights_[static_cast<size_t>(index)];
+  Routine& routine = model_.routines[index];
+  int& height = heights_[index];
+  // The routine stands on the path if it calls itself over others.
   const bool circle = std::find(path->begin(), path->end(), index) != path->end();
-  const size_t frames = path->size() + static_cast<size_t>(std::max(height, 1));
+  const int frames = static_cast<int>(path->size()) + std::max(height, 1);
   if (circle || frames > vm::kMaxCallDepth) {
+    // The hint shows the whole chain, as the call that closes it may stand far away.
     std::string chain;
     for (const int step : *path) {
-      chain += model_.routines[static_cast<size_t>(step)].name + " -> ";
+      chain += model_.routines[step].name + " -> ";
     }
     Error(routine.member->name_span,
           circle ? "function '" + routine.member->name + "' calls itself" : "calls nest too deep")
@@ -240,12 +264,13 @@ bool Checker::VisitCalls(int index, std::vector<int>* path) {
     return false;
   }
   if (height > 0) return true;
+  // What a routine may do and how many frames it needs follows from all that it may call.
   path->push_back(index);
   int highest = 0;
   for (const int callee : CalleesOf(routine)) {
     if (!VisitCalls(callee, path)) return false;
-    highest = std::max(highest, heights_[static_cast<size_t>(callee)]);
-    routine.effect = std::max(routine.effect, model_.routines[static_cast<size_t>(callee)].effect);
+    highest = std::max(highest, heights_[callee]);
+    routine.effect = std::max(routine.effect, model_.routines[callee].effect);
   }
   path->pop_back();
   height = highest + 1;
@@ -255,23 +280,23 @@ bool Checker::VisitCalls(int index, std::vector<int>* path) {
 // All functions that its calls may reach, whichever subrole is played.
 std::set<int> Checker::CalleesOf(const Routine& routine) const {
   std::set<int> slots, callees;
+  // A call names a slot, and each subrole may have a function of its own there.
   for (const CallSite& call : routine.calls) slots.insert(call.slot);
   for (size_t role = 0; role < model_.roles.size(); ++role) {
     if (!model_.IsA(static_cast<int>(role), routine.role)) continue;
     for (const int slot : slots) {
-      callees.insert(model_.roles[role].methods[static_cast<size_t>(slot)].routine);
+      callees.insert(model_.roles[role].methods[slot].routine);
     }
   }
   return callees;
 }
 
 void Checker::CheckPurity(const Routine& routine) {
+  // What the routine itself does was checked where it stands; this is about what it calls.
   if (routine.kind != MemberKind::kRequire && routine.kind != MemberKind::kLabel) return;
   for (const CallSite& call : routine.calls) {
-    const int callee = model_.roles[static_cast<size_t>(routine.role)]
-                           .methods[static_cast<size_t>(call.slot)]
-                           .routine;
-    const Routine& called = model_.routines[static_cast<size_t>(callee)];
+    const int callee = model_.roles[routine.role].methods[call.slot].routine;
+    const Routine& called = model_.routines[callee];
     if (called.effect == vm::Effect::kPure) continue;
     Diagnostic& error =
         Error(call.span, "function '" + called.member->name + "' acts on the module, which a " +

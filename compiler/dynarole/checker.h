@@ -5,19 +5,23 @@
 #include <string>
 #include <vector>
 
-#include "compiler/dynarole/keyword_table.h"
 #include "compiler/dynarole/program_model.h"
+#include "compiler/keywords/keyword_table.h"
 #include "compiler/source/diagnostics.h"
 
 namespace morphbus::dynarole {
 
-/// Checks the program and annotates its tree; after it, a program without errors can be translated.
-void Check(const source::SourceSet& sources, const KeywordTable& keywords, ProgramModel* model,
-           source::Diagnostics* diagnostics);
+/// Finds the types and meanings of all expressions and statements and writes them into the tree and
+/// the model, until a pass over the program finds nothing new. What does not fit is an error in
+/// `diagnostics`; a program without errors can be translated by Generate.
+/// @param keywords  the words for parts of the module types that the program is compiled for.
+/// @param model     what BuildModel made; gets types, effects, locals, calls and keywords used.
+void Check(const source::SourceSet& sources, const keywords::KeywordTable& keywords,
+           ProgramModel* model, source::Diagnostics* diagnostics);
 
 /// Warnings about a program without errors: what is never used, can never be reached, or never
 /// holds (lints.cc).
-void Lint(const KeywordTable& keywords, const ProgramModel& model,
+void Lint(const keywords::KeywordTable& keywords, const ProgramModel& model,
           source::Diagnostics* diagnostics);
 
 }  // namespace morphbus::dynarole

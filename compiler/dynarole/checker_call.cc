@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "compiler/base/text.h"
 #include "compiler/dynarole/checker_impl.h"
 #include "compiler/dynarole/constants.h"
 
@@ -10,43 +11,15 @@ using source::Span;
 
 namespace {
 
-Type TypeOfLetter(char letter) {
-  switch (vm::TypeOfLetter(letter)) {
-    case vm::ValueType::kBool:
-      return Type::kBool;
-    case vm::ValueType::kInt:
-      return Type::kInt;
-    case vm::ValueType::kFloat:
-      return Type::kFloat;
-    case vm::ValueType::kDirection:
-      return Type::kDirection;
-    case vm::ValueType::kAxis:
-      return Type::kAxis;
-    case vm::ValueType::kRole:
-      return Type::kRole;
-    case vm::ValueType::kJoint:
-      return Type::kJoint;
-    case vm::ValueType::kLink:
-      return Type::kLink;
-    case vm::ValueType::kSet:
-      return Type::kSet;
-    case vm::ValueType::kConnector:
-      return Type::kConnector;
-    case vm::ValueType::kJointSet:
-      return Type::kJointSet;
-    case vm::ValueType::kLinkSet:
-      return Type::kLinkSet;
-    case vm::ValueType::kVoid:
-      break;
-  }
-  return Type::kVoid;
+/// "a, b, c"
+std::string Listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
 }
 
+// A member without parentheses has no arguments.
 size_t CountArguments(const Expr* call) { return call != nullptr ? call->operands.size() - 1 : 0; }
-
-std::string Plural(size_t count, const std::string& what) {
-  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
-}
 
 }  // namespace
 
@@ -56,45 +29,57 @@ Type Checker::InferMember(Expr* expr) {
 }
 
 Type Checker::InferCall(Expr* expr) {
+  // Arguments have types of their own, whatever is called; operand 0 is what stands before the
+  // parenthesis.
   for (size_t i = 1; i < expr->operands.size(); ++i) Infer(expr->operands[i].get());
   Expr* callee = expr->operands[0].get();
   if (callee->kind == ExprKind::kMember) {
     Expr* base = callee->operands[0].get();
+    // A dot before the name: something of self, a command of a role, or something of a joint or
+    // connector. Variables and labels hide roles of their name.
     if (base->kind == ExprKind::kSelf) return InferSelf(callee, expr);
     if (base->kind == ExprKind::kName &&
         (routine_ == nullptr || FindLocal(base->name) == nullptr)) {
       const int role = model_.FindRole(base->name);
-      const RoleModel& owner = model_.roles[static_cast<size_t>(role_)];
+      const RoleModel& owner = model_.roles[role_];
       if (role >= 0 && FindSlot(owner.labels, base->name) < 0) {
         return InferInvoke(callee, expr, role);
       }
     }
     return InferPart(callee, expr);
   }
+  // No dot: sizeof or a function of the role.
   if (callee->name == "sizeof") return InferSizeof(expr);
-  const RoleModel& owner = model_.roles[static_cast<size_t>(role_)];
+  const RoleModel& owner = model_.roles[role_];
   const int slot = FindSlot(owner.methods, callee->name);
   if (slot >= 0) return InferMethod(expr, callee->name, callee->span, slot);
   if (owner.broken) return Type::kError;
-  Diagnostic& error = Error(callee->span, "unknown function '" + callee->name + "'");
-  for (const Builtin& builtin : SelfBuiltins()) {
-    if (callee->name == builtin.name) {
-      error.hint = std::string("did you mean '") + builtin.usage + "'?";
-      return Type::kError;
-    }
-  }
+  // It is neither. The hint names what may have been meant: something of self, a command, the
+  // nearest name, or else all there is.
   if (FindSlot(owner.commands, callee->name) >= 0) {
-    error.message = "'" + callee->name + "' is a command, not a function";
-    error.hint =
-        "a command runs on all that play a role: " + owner.name + "." + callee->name + "(...)";
+    return CommandAsFunction(callee->name, callee->span);
+  }
+  Diagnostic& error = Error(callee->span, "unknown function '" + callee->name + "'");
+  if (const std::string usages = UsagesOf(SelfBuiltins(), callee->name); !usages.empty()) {
+    error.hint = "did you mean '" + usages + "'?";
     return Type::kError;
   }
   std::vector<std::string> names = {"sizeof"};
   for (const NamedSlot& method : owner.methods) names.push_back(method.name);
   Suggest(&error, callee->name, names);
   if (error.hint.empty()) {
-    Suggest(&error, callee->name, NamesOf(SelfBuiltins()), "self.");
+    std::string known;
+    for (const std::string& name : names) known += name + ", ";
+    Suggest(&error, callee->name, NamesOf(SelfBuiltins()), "self.",
+            "functions are " + known + "and behind 'self.': " + Listed(NamesOf(SelfBuiltins())));
   }
+  return Type::kError;
+}
+
+// Commands run on all modules that play a role, so calling one would not say on which.
+Type Checker::CommandAsFunction(const std::string& name, const Span& span) {
+  Error(span, "'" + name + "' is a command, not a function").hint =
+      "a command runs on all that play a role: " + model_.roles[role_].name + "." + name + "(...)";
   return Type::kError;
 }
 
@@ -104,6 +89,7 @@ Type Checker::InferSizeof(Expr* call) {
           "'sizeof' takes 1 argument, not " + std::to_string(call->operands.size() - 1));
     return Type::kInt;
   }
+  // What is counted: neighbours, joints or links.
   const Expr& set = *call->operands[1];
   if (!IsSet(set.type) && set.type != Type::kError && set.type != Type::kUnknown) {
     Error(set.span, std::string("'sizeof' needs a set, but this is ") + NameOf(set.type)).hint =
@@ -114,23 +100,24 @@ Type Checker::InferSizeof(Expr* call) {
 }
 
 Type Checker::InferSelf(Expr* member, Expr* call) {
+  // What is built in comes first; no program can replace it.
   for (const Builtin& builtin : SelfBuiltins()) {
     if (member->name == builtin.name) return ApplyBuiltin(SelfBuiltins(), "self.", member, call);
   }
-  const RoleModel& owner = model_.roles[static_cast<size_t>(role_)];
+  // A call of a function of the role may have self before it.
+  const RoleModel& owner = model_.roles[role_];
   if (call != nullptr) {
     const int slot = FindSlot(owner.methods, member->name);
     if (slot >= 0) return InferMethod(call, member->name, member->name_span, slot);
     if (FindSlot(owner.commands, member->name) >= 0) {
-      Error(member->name_span, "'" + member->name + "' is a command, not a function").hint =
-          "a command runs on all that play a role: " + owner.name + "." + member->name + "(...)";
-      return Type::kError;
+      return CommandAsFunction(member->name, member->name_span);
     }
   }
   return InferSelfKeyword(member, call);
 }
 
 Type Checker::InferSelfKeyword(Expr* member, Expr* call) {
+  // A name that two kinds of parts share means the joint before the connector before the link.
   for (const vm::KeywordKind kind :
        {vm::KeywordKind::kJoint, vm::KeywordKind::kConnector, vm::KeywordKind::kLink}) {
     const int keyword = keywords_.Find(kind, member->name);
@@ -141,20 +128,19 @@ Type Checker::InferSelfKeyword(Expr* member, Expr* call) {
     }
     return UseKeyword(member, keyword);
   }
+  // Perhaps it is a field, which stands alone, or nearly a name that self has.
   Diagnostic& error = Error(member->name_span, "'self' has no '" + member->name + "'");
   std::vector<std::string> names = NamesOf(SelfBuiltins());
-  for (const Keyword& keyword : keywords_.all()) {
+  for (const keywords::Keyword& keyword : keywords_.all()) {
     if (keyword.kind != vm::KeywordKind::kConnectorState) names.push_back(keyword.spelling);
   }
-  const RoleModel& owner = model_.roles[static_cast<size_t>(role_)];
-  for (const FieldSlot& slot : owner.fields) {
-    if (model_.fields[static_cast<size_t>(slot.decl)].name == member->name) {
-      error.hint = "fields are written without 'self.'";
-      return Type::kError;
-    }
+  const RoleModel& owner = model_.roles[role_];
+  if (model_.FindField(owner, member->name) >= 0) {
+    error.hint = "fields are written without 'self.'";
+    return Type::kError;
   }
   Suggest(&error, member->name, names, "self.",
-          keywords_.type_names.empty() ? "no module types were given" : "");
+          "it has " + Listed(names) + (keywords_.empty() ? "; no module types were given" : ""));
   return Type::kError;
 }
 
@@ -175,6 +161,7 @@ Type Checker::InferPart(Expr* member, Expr* call) {
 }
 
 Type Checker::InferConnectorState(Expr* member, Expr* call) {
+  // State variables are only set as yet, with their names behind SET_.
   std::vector<std::string> names;
   for (const std::string& state : keywords_.Spellings(vm::KeywordKind::kConnectorState)) {
     names.push_back("SET_" + state);
@@ -191,7 +178,9 @@ Type Checker::InferConnectorState(Expr* member, Expr* call) {
         "for example self.C1." + member->name + "(true)";
     return Type::kError;
   }
-  const Keyword& entry = keywords_.all()[static_cast<size_t>(keyword)];
+  // A state may be a bool in one module type and have numbered values in another; the argument says
+  // which is meant.
+  const keywords::Keyword& entry = keywords_.all()[keyword];
   const bool is_int = call->operands[1]->type == Type::kInt;
   const bool takes_bool = entry.takes_bool && !(entry.takes_int && is_int);
   Want(call->operands[1].get(), takes_bool ? Type::kBool : Type::kInt,
@@ -206,37 +195,38 @@ Type Checker::InferConnectorState(Expr* member, Expr* call) {
 
 Type Checker::ApplyBuiltin(const std::vector<Builtin>& table, const std::string& prefix,
                            Expr* member, Expr* call) {
+  // A property stands without parentheses, so that the member itself is the expression.
   Expr* expr = call != nullptr ? call : member;
   const Builtin* form = nullptr;
-  std::string usages;
-  bool known = false;
   for (const Builtin& builtin : table) {
     if (member->name != builtin.name) continue;
-    known = true;
-    usages += std::string(usages.empty() ? "" : " or ") + builtin.usage;
     if (std::string(builtin.arguments).size() == CountArguments(call) &&
         (call != nullptr || builtin.property)) {
       form = &builtin;
     }
   }
-  if (!known) {
+  const std::string usages = UsagesOf(table, member->name);
+  if (usages.empty()) {
     Suggest(&Error(member->name_span, "a joint has no '" + member->name + "'"), member->name,
             NamesOf(table), "", "joints have AXIS, SET_POSITION(degrees) and GET_POSITION()");
     return Type::kError;
   }
+  // The name is right but no form of it takes so many arguments.
   if (form == nullptr) {
     Error(expr->span, call == nullptr ? "'" + prefix + member->name + "' must be called"
                                       : "'" + prefix + member->name + "' does not take " +
-                                            Plural(CountArguments(call), "argument"))
+                                            Counted(std::ssize(call->operands) - 1, "argument"))
         .hint = "write " + usages;
     return Type::kError;
   }
+  // The letters of the form are the types of its arguments.
   for (size_t i = 0; i < CountArguments(call); ++i) {
     Want(call->operands[i + 1].get(), TypeOfLetter(form->arguments[i]),
          "argument " + std::to_string(i + 1) + " of '" + prefix + member->name + "'");
   }
   expr->meaning = Meaning::kBuiltin;
   expr->opcode = form->opcode;
+  if (form->motion != Motion::kAny) CheckMotion(*form, *call->operands[1]);
   if (form->opcode == vm::Opcode::kJoints || form->opcode == vm::Opcode::kLinks) {
     CheckCount(*form, *call->operands.back());
   }
@@ -244,12 +234,49 @@ Type Checker::ApplyBuiltin(const std::vector<Builtin>& table, const std::string&
   return TypeOfLetter(vm::InfoOf(form->opcode).pushes[0]);
 }
 
+// A joint that turns in no module type cannot turn, and one that slides in none cannot slide; at
+// run time that would be a fault in every module.
+void Checker::CheckMotion(const Builtin& builtin, const Expr& joint) {
+  const Motions motions = MotionsOf(joint);
+  if (motions.turns == motions.slides) return;  // Either may be, or nothing is known.
+  if (motions.turns == (builtin.motion == Motion::kTurns)) return;
+  Error(joint.span,
+        std::string("'self.") + builtin.name + "' needs a joint that " +
+            (motions.turns ? "slides, but this joint turns" : "turns, but this joint slides"))
+      .hint = motions.turns ? "write " + UsagesOf(SelfBuiltins(), "jointRotateDegrees")
+                            : "write " + UsagesOf(SelfBuiltins(), "jointMoveMillimetres");
+}
+
+// What the joint can do in some module type: one named by a keyword, or any that a label may stand
+// for in a role that inherits this code; of other expressions any joint there is.
+Checker::Motions Checker::MotionsOf(const Expr& joint) const {
+  Motions motions;
+  const auto add = [&motions](const auto& other) {
+    motions.turns |= other.turns;
+    motions.slides |= other.slides;
+  };
+  if (joint.meaning == Meaning::kKeyword) {
+    add(keywords_.all()[model_.keywords[joint.index]]);
+  } else if (joint.meaning == Meaning::kLabel) {
+    for (int role = 0; role < std::ssize(model_.roles); ++role) {
+      if (!model_.IsA(role, role_)) continue;
+      const Routine& label = model_.routines[model_.roles[role].labels[joint.index].routine];
+      add(MotionsOf(*label.member->expr));
+    }
+  } else {
+    for (const keywords::Keyword& keyword : keywords_.all()) add(keyword);
+  }
+  return motions;
+}
+
 // Numbers of adjacent joints and degrees that no robot can have.
 void Checker::CheckCount(const Builtin& builtin, const Expr& count) {
+  // Only a number that stands in the text can be judged now.
   const FoldResult folded = Fold(count);
   if (!folded.value || folded.value->type != Type::kInt) return;
   const int value = folded.value->cell.AsInt();
   const bool joints = builtin.opcode == vm::Opcode::kJoints;
+  // Two bodies meet at a joint, and each holds so many joints at most.
   const int most = joints ? 2 * (vm::kMaxBodyJoints - 1) : vm::kMaxBodyJoints;
   if (value >= 0 && value <= most) return;
   Error(count.span, (joints ? "no joint has " : "no link has ") + std::to_string(value) +
@@ -260,6 +287,7 @@ void Checker::CheckCount(const Builtin& builtin, const Expr& count) {
 
 // Instructions that act cannot stand in requirements and labels, which are evaluated at any time.
 void Checker::Uses(vm::Opcode opcode, const Span& span, const std::string& name) {
+  // A field's value has no routine, and is refused elsewhere.
   const vm::Effect effect = vm::InfoOf(opcode).effect;
   if (routine_ == nullptr) return;
   routine_->effect = std::max(routine_->effect, effect);
@@ -275,25 +303,28 @@ Type Checker::InferMethod(Expr* call, const std::string& name, const Span& span,
     Error(span, "value of a field must be known at compile time");
     return Type::kError;
   }
-  const RoleModel& owner = model_.roles[static_cast<size_t>(role_)];
-  const Routine& callee =
-      model_.routines[static_cast<size_t>(owner.methods[static_cast<size_t>(slot)].routine)];
-  model_.signatures[static_cast<size_t>(callee.signature)].called = true;
+  // The result type is that of the signature, which all functions in the slot share; it is unknown
+  // until a return with a value has been found.
+  const RoleModel& owner = model_.roles[role_];
+  const Routine& callee = model_.routines[owner.methods[slot].routine];
+  model_.signatures[callee.signature].called = true;
   call->meaning = Meaning::kMethod;
   call->index = slot;
   routine_->calls.push_back({slot, span});
   CheckArguments(call, callee.signature, "function '" + name + "'");
-  const Type result = model_.signatures[static_cast<size_t>(callee.signature)].result;
+  const Type result = model_.signatures[callee.signature].result;
   return result == Type::kVoid && phase_ != Phase::kFinal ? Type::kUnknown : result;
 }
 
 Type Checker::InferInvoke(Expr* member, Expr* call, int role) {
-  const RoleModel& target = model_.roles[static_cast<size_t>(role)];
+  // The command is looked up in the role that is named, not in the one that invokes it.
+  const RoleModel& target = model_.roles[role];
   const int slot = FindSlot(target.commands, member->name);
   if (slot < 0) {
     if (target.broken) return Type::kError;
     Diagnostic& error = Error(member->name_span,
                               "role '" + target.name + "' has no command '" + member->name + "'");
+    // A slip, a command of another role, or a member that is no command.
     std::vector<std::string> names;
     for (const NamedSlot& command : target.commands) names.push_back(command.name);
     Suggest(&error, member->name, names);
@@ -310,9 +341,7 @@ Type Checker::InferInvoke(Expr* member, Expr* call, int role) {
     }
     return Type::kError;
   }
-  const int signature =
-      model_.routines[static_cast<size_t>(target.commands[static_cast<size_t>(slot)].routine)]
-          .signature;
+  const int signature = model_.routines[target.commands[slot].routine].signature;
   call->meaning = Meaning::kInvoke;
   call->role = role;
   call->index = slot;
@@ -322,16 +351,18 @@ Type Checker::InferInvoke(Expr* member, Expr* call, int role) {
 }
 
 void Checker::CheckArguments(Expr* call, int index, const std::string& what) {
-  Signature& signature = model_.signatures[static_cast<size_t>(index)];
+  Signature& signature = model_.signatures[index];
+  // Wrong numbers of arguments say nothing about types.
   signature.called = true;
   const size_t count = call->operands.size() - 1;
   if (count != signature.parameters.size()) {
-    Error(call->span, what + " takes " + Plural(signature.parameters.size(), "argument") +
+    Error(call->span, what + " takes " + Counted(std::ssize(signature.parameters), "argument") +
                           ", not " + std::to_string(count))
         .notes.push_back({signature.span, "declared here"});
     return;
   }
   for (size_t i = 0; i < count; ++i) {
+    // $ANY and sets that stand alone are what a parameter could hold of them.
     Expr* argument = call->operands[i + 1].get();
     Type type = argument->type == Type::kAny ? Type::kDirection : argument->type;
     if (type == Type::kJointSet) type = Type::kJoint;

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <string>
 
+#include "compiler/base/check.h"
 #include "compiler/dynarole/function_builder.h"
-#include "compiler/source/check.h"
-#include "vm/image.h"
+#include "vm/image/image.h"
 
 namespace morphbus::dynarole {
 
@@ -15,8 +15,11 @@ using source::Span;
 using vm::Opcode;
 using vm::ValueType;
 
+// Equal constants of one type share an entry of the image.
 using ConstantPool = std::map<std::pair<ValueType, uint32_t>, int>;
 
+// Translates one routine by a walk over its tree. Every function Emit... leaves on the stack of
+// types what its code will leave on the stack of the virtual machine.
 class FunctionGenerator : private FunctionBuilder {
  public:
   FunctionGenerator(const LineTable& lines, const Routine& routine, ConstantPool* pool,
@@ -24,6 +27,7 @@ class FunctionGenerator : private FunctionBuilder {
       : FunctionBuilder(lines), routine_(routine), pool_(*pool), program_(*program) {}
 
   FunctionCode Generate(source::Diagnostics* diagnostics) {
+    // Requirements and labels are one expression, whose value they return.
     const Member& member = *routine_.member;
     if (member.expr != nullptr) {
       MarkLine(member.expr->span);
@@ -31,6 +35,7 @@ class FunctionGenerator : private FunctionBuilder {
       Emit(Opcode::kReturnValue);
       Drop(1);
     } else {
+      // Everything else is a block, at whose start only the parameters have values.
       for (size_t i = 0; i < member.parameters.size(); ++i) Set(static_cast<int>(i));
       EmitStatement(*member.body);
       if (reachable) {
@@ -38,6 +43,7 @@ class FunctionGenerator : private FunctionBuilder {
         Emit(Opcode::kReturn);
       }
     }
+    // Offsets in a function have 16 bits, and the image states only so many operands at a join.
     if (size() > vm::image::kMaxFunctionBytes) {
       diagnostics->Error(member.name_span, "code is too long").hint = "split it into functions";
     }
@@ -49,21 +55,25 @@ class FunctionGenerator : private FunctionBuilder {
   }
 
  private:
+  // The image tells the verifier which locals have values at a join; this keeps count.
   void Set(int local) { set_locals = static_cast<uint16_t>(set_locals | 1u << local); }
 
   // ---- Statements ----
 
   void EmitStatement(const Stmt& statement) {
+    // The verifier accepts no code that nothing leads to.
     if (!reachable) return;
     if (statement.kind != StmtKind::kBlock) MarkLine(statement.span);
     switch (statement.kind) {
       case StmtKind::kBlock: {
+        // A variable of the block has no value behind it.
         const uint16_t outer = set_locals;
         for (const StmtPtr& inner : statement.body) EmitStatement(*inner);
         set_locals = outer;
         break;
       }
       case StmtKind::kExpr: {
+        // Results that nobody uses are dropped.
         const size_t before = stack().size();
         EmitExpr(*statement.expr);
         if (stack().size() > before) {
@@ -108,6 +118,7 @@ class FunctionGenerator : private FunctionBuilder {
   }
 
   void EmitAssign(const Stmt& statement) {
+    // `x += y` reads x first.
     const bool is_local = statement.meaning == Meaning::kLocal;
     if (statement.op != Operator::kNone) {
       Emit(is_local ? Opcode::kLoadLocal : Opcode::kLoadField, statement.index);
@@ -122,6 +133,7 @@ class FunctionGenerator : private FunctionBuilder {
   }
 
   [[nodiscard]] static std::optional<bool> KnownCondition(const Expr& condition) {
+    // A condition that is known decides at compile time which branch there is.
     const FoldResult folded = Fold(condition);
     if (!folded.value) return std::nullopt;
     return folded.value->cell.AsBool();
@@ -134,6 +146,7 @@ class FunctionGenerator : private FunctionBuilder {
       if (!*known && statement.body.size() == 2) EmitBranch(*statement.body[1]);
       return;
     }
+    // The branches meet at `end`, unless the first one never gets there.
     Target otherwise, end;
     EmitJumpUnless(*statement.expr, &otherwise);
     EmitBranch(*statement.body[0]);
@@ -153,6 +166,7 @@ class FunctionGenerator : private FunctionBuilder {
   void EmitWhile(const Stmt& statement) {
     const std::optional<bool> known = KnownCondition(*statement.expr);
     if (known && !*known) return;
+    // The jump back leads to the condition, which is evaluated before every round.
     Target begin, end;
     Place(&begin, true);
     if (!known) EmitJumpUnless(*statement.expr, &end);
@@ -167,17 +181,20 @@ class FunctionGenerator : private FunctionBuilder {
 
   // Jumps if the condition does not hold, without making a bool of it where that is possible.
   void EmitJumpUnless(const Expr& condition, Target* target) {
+    // Either side of `&&` may send it to the target.
     if (condition.kind == ExprKind::kBinary && condition.op == Operator::kAnd) {
       EmitJumpUnless(*condition.operands[0], target);
       EmitJumpUnless(*condition.operands[1], target);
       return;
     }
+    // `!x` jumps on the opposite.
     if (condition.kind == ExprKind::kUnary && condition.op == Operator::kNot) {
       EmitExpr(*condition.operands[0]);
       Drop(1);
       Jump(Opcode::kJumpIfTrue, target);
       return;
     }
+    // `a > b` is the negation of `a <= b`, for which there is an instruction.
     if (condition.kind == ExprKind::kBinary &&
         (condition.op == Operator::kGreater || condition.op == Operator::kGreaterEqual)) {
       EmitExpr(*condition.operands[0]);
@@ -187,6 +204,7 @@ class FunctionGenerator : private FunctionBuilder {
       Jump(Opcode::kJumpIfTrue, target);
       return;
     }
+    // Any other condition is computed as a bool.
     EmitExpr(condition);
     Drop(1);
     Jump(Opcode::kJumpIfFalse, target);
@@ -195,6 +213,7 @@ class FunctionGenerator : private FunctionBuilder {
   // ---- Expressions ----
 
   void EmitConstant(Type type, vm::Cell cell) {
+    // Small ints stand in the instruction; all else in the table of constants.
     const ValueType value_type = ValueTypeOf(type);
     if (value_type == ValueType::kInt && cell.AsInt() >= -128 && cell.AsInt() <= 127) {
       Emit(Opcode::kPushInt8, cell.AsInt());
@@ -209,6 +228,7 @@ class FunctionGenerator : private FunctionBuilder {
   }
 
   void EmitExpr(const Expr& expr) {
+    // What is known needs no code but its value.
     const FoldResult folded = Fold(expr);
     if (folded.value) {
       EmitConstant(folded.value->type, folded.value->cell);
@@ -220,6 +240,7 @@ class FunctionGenerator : private FunctionBuilder {
 
   void Convert(const Expr& expr) {
     if (expr.wanted == Type::kUnknown || expr.wanted == expr.type) return;
+    // A set becomes its only member, or the number of its members; an int becomes a float.
     if (expr.type == Type::kJointSet && expr.wanted == Type::kJoint) {
       EmitSimple(Opcode::kOneJoint);
     } else if (expr.type == Type::kLinkSet && expr.wanted == Type::kLink) {
@@ -232,6 +253,8 @@ class FunctionGenerator : private FunctionBuilder {
     }
   }
 
+  // Each kind of set has its own instruction, as modules are counted once whatever connectors they
+  // are on.
   static Opcode CountOf(Type set) {
     return set == Type::kSet        ? Opcode::kCountModules
            : set == Type::kJointSet ? Opcode::kCountJoints
@@ -254,6 +277,7 @@ class FunctionGenerator : private FunctionBuilder {
         EmitBinary(expr);
         break;
       case ExprKind::kMember:
+        // A part of the module is a value; every other member is a property without arguments.
         if (expr.meaning == Meaning::kKeyword) {
           EmitLoad(expr);
         } else {
@@ -268,6 +292,7 @@ class FunctionGenerator : private FunctionBuilder {
     }
   }
 
+  // Instructions that only push a value, and have one operand that says which.
   void EmitLoad(const Expr& expr) {
     switch (expr.meaning) {
       case Meaning::kLocal:
@@ -289,6 +314,7 @@ class FunctionGenerator : private FunctionBuilder {
   }
 
   void EmitArithmetic(Operator op, bool is_float) {
+    // The rows follow the order of Operator.
     const int row = static_cast<int>(op) - static_cast<int>(Operator::kAdd);
     constexpr Opcode kInt[] = {Opcode::kAddInt, Opcode::kSubInt, Opcode::kMulInt, Opcode::kDivInt,
                                Opcode::kModInt};
@@ -310,6 +336,7 @@ class FunctionGenerator : private FunctionBuilder {
       EmitLogic(expr);
       return;
     }
+    // The operands have been converted to one type, which that of the last one shows.
     EmitExpr(*expr.operands[0]);
     EmitExpr(*expr.operands[1]);
     const bool is_float = stack().back() == ValueType::kFloat;
@@ -340,6 +367,7 @@ class FunctionGenerator : private FunctionBuilder {
   }
 
   void EmitLogic(const Expr& expr) {
+    // The instruction keeps the first value if it decides, and drops it for the second if not.
     Target end;
     EmitExpr(*expr.operands[0]);
     Jump(expr.op == Operator::kAnd ? Opcode::kAnd : Opcode::kOr, &end);
@@ -358,12 +386,14 @@ class FunctionGenerator : private FunctionBuilder {
         EmitArguments(call);
         Emit(Opcode::kCall, call.index);
         Drop(call.operands.size() - 1);
+        // The arguments are gone, and the result, if there is one, is there.
         if (call.type != Type::kVoid) Push(ValueTypeOf(call.type));
         return;
       }
       case Meaning::kInvoke:
         EmitArguments(call);
         Emit(Opcode::kInvoke, call.role);
+        // The role says which modules run the command, and the slot which command it is.
         EmitByte(call.index);
         Drop(call.operands.size() - 1);
         return;
@@ -372,17 +402,22 @@ class FunctionGenerator : private FunctionBuilder {
     }
   }
 
+  // In the order of the parameters, which is that of the first locals of the callee.
   void EmitArguments(const Expr& call) {
     for (size_t i = 1; i < call.operands.size(); ++i) EmitExpr(*call.operands[i]);
   }
 
   // `base` is what stands before the dot: self, which is nothing, or a joint or connector.
   void EmitBuiltin(const Expr& expr, const Expr& base, const Expr* call) {
+    // Operands go onto the stack in the order of the signature in vm/image/opcodes.def: first the
+    // joint or connector before the dot.
     if (base.kind != ExprKind::kSelf) EmitExpr(base);
     if (call != nullptr) EmitArguments(*call);
+    // `self.connected` without arguments means every direction, $ANY.
     if (expr.opcode == Opcode::kConnected && (call == nullptr || call->operands.size() == 1)) {
       EmitConstant(Type::kDirection, vm::Cell{});
     }
+    // A fault of the call is one of its own line, also where the call began lines before.
     MarkLine(expr.span);
     Emit(expr.opcode);
     if (vm::InfoOf(expr.opcode).operand == vm::OperandKind::kKeyword) EmitByte(expr.index);
@@ -400,15 +435,17 @@ class CellCounter {
   CellCounter(const ProgramModel& model, const ProgramCode& code)
       : model_(model), code_(code), cells_(model.routines.size(), -1) {}
 
-  int Count(size_t index) {
+  int Count(int index) {
+    // Each routine is counted once; the checker has seen to it that calls end.
     if (cells_[index] >= 0) return cells_[index];
     const Routine& routine = model_.routines[index];
+    // Whichever subrole is played, its function in that slot must fit.
     int callee_cells = 0;
     for (const CallSite& call : routine.calls) {
       for (size_t role = 0; role < model_.roles.size(); ++role) {
         if (!model_.IsA(static_cast<int>(role), routine.role)) continue;
-        const int callee = model_.roles[role].methods[static_cast<size_t>(call.slot)].routine;
-        callee_cells = std::max(callee_cells, Count(static_cast<size_t>(callee)));
+        const int callee = model_.roles[role].methods[call.slot].routine;
+        callee_cells = std::max(callee_cells, Count(callee));
       }
     }
     cells_[index] =
@@ -427,15 +464,17 @@ class CellCounter {
 ProgramCode Generate(const source::SourceSet& sources, const ProgramModel& model,
                      source::Diagnostics* diagnostics) {
   ProgramCode code;
+  // One table of constants serves the whole program.
   ConstantPool pool;
   const LineTable lines(sources.text(model.program->file));
   for (const Routine& routine : model.routines) {
     FunctionGenerator generator(lines, routine, &pool, &code);
     code.functions.push_back(generator.Generate(diagnostics));
   }
+  // A task has a fixed number of cells for all the calls that nest in it.
   CellCounter counter(model, code);
   for (size_t i = 0; i < model.routines.size(); ++i) {
-    const int cells = counter.Count(i);
+    const int cells = counter.Count(static_cast<int>(i));
     if (cells <= vm::kStackCells) continue;
     diagnostics
         ->Error(model.routines[i].member->name_span,

@@ -11,32 +11,47 @@
 
 namespace morphbus::dynarole {
 
-/// State at a target of jumps, as the image tells the verifier.
+/// State at a target of jumps, as the image tells the verifier: what holds on every way there.
 struct JoinCode {
-  uint16_t offset = 0;
+  uint16_t offset = 0;  ///< Of the target in its function, bytes.
+  /// Bit i is set if local i has a value on every way to the target; others may not be read behind
+  /// it.
   uint16_t set_locals = 0;
+  /// Types of the operands on the stack, 4 bits each, the deepest in the lowest bits.
   uint32_t stack_types = 0;
 };
 
+/// Where the code of a source line begins, so that a fault can name the line. The entry holds up to
+/// the next one.
 struct LineCode {
-  uint32_t offset = 0;  ///< In the function.
+  uint32_t offset = 0;  ///< In the function, bytes.
+  /// 1-based; 65535 for all lines beyond, which 16 bits cannot count.
   uint16_t line = 0;
 };
 
+/// The code of one routine, as the image writer puts it into the image. Offsets are in bytes from
+/// the function's first instruction.
 struct FunctionCode {
-  std::vector<uint8_t> bytes;
+  std::vector<uint8_t> bytes;   ///< Instructions as vm/image/opcodes.def lays them out.
   std::vector<JoinCode> joins;  ///< Sorted by offset.
-  std::vector<LineCode> lines;
+  std::vector<LineCode> lines;  ///< Sorted by offset.
+  /// The most operands that are on the stack at one time; a frame has room for so many.
   int max_stack = 0;
 };
 
 /// Everything an image holds beyond the ProgramModel.
 struct ProgramCode {
-  std::vector<FunctionCode> functions;  ///< One a routine.
+  /// The function at i is that of the routine i.
+  std::vector<FunctionCode> functions;
+  /// Type and bits of each constant, in the order in which they were first needed.
   std::vector<std::pair<vm::ValueType, uint32_t>> constants;
 };
 
-/// Translates a program that was checked without errors. Reports what is too large for the VM.
+/// Translates a program that Check found no errors in. What is too large for the virtual machine is
+/// an error in `diagnostics`: a function's code, an expression's operands, the cells that a task
+/// needs for nested calls (as the verifier counts them), the number of constants.
+/// @param sources  the program's text, for line numbers.
+/// @returns        one function a routine, in the order of ProgramModel::routines.
 ProgramCode Generate(const source::SourceSet& sources, const ProgramModel& model,
                      source::Diagnostics* diagnostics);
 

@@ -7,8 +7,8 @@
 #include "compiler/dynarole/dump.h"
 #include "compiler/dynarole/image_writer.h"
 #include "compiler/dynarole/parser.h"
-#include "vm/disassembler.h"
-#include "vm/verifier.h"
+#include "vm/image/disassembler.h"
+#include "vm/image/verifier.h"
 
 namespace morphbus::dynarole {
 
@@ -18,6 +18,7 @@ constexpr size_t kMaxTextBytes = size_t{1} << 20;
 
 // The last line of defence against our own slips: nothing leaves that the VM would refuse.
 void VerifyOwnImage(const std::vector<uint8_t>& image, CompileResult* result) {
+  // The verified program is too large for the stack.
   const auto program = std::make_unique<vm::VerifiedProgram>();
   const vm::VerifyError error =
       vm::Verifier::Verify(image.data(), static_cast<uint32_t>(image.size()), program.get());
@@ -38,7 +39,8 @@ std::optional<Dump> DumpFromName(const std::string& name) {
 }
 
 CompileResult CompileProgram(const std::string& name, const std::string& text,
-                             const KeywordTable& keywords, Dump dump) {
+                             const keywords::KeywordTable& keywords, Dump dump) {
+  // A text that is too large is not even kept, as diagnostics show lines of it.
   CompileResult result;
   const bool too_large = text.size() > kMaxTextBytes;
   const int file = result.sources.AddText(name, too_large ? std::string() : text);
@@ -46,6 +48,7 @@ CompileResult CompileProgram(const std::string& name, const std::string& text,
     result.diagnostics.Error({file, 0, 0}, "program is larger than 1 MiB");
     return result;
   }
+  // Each stage goes on after errors and reports all it can.
   const std::vector<Token> tokens = Tokenize(result.sources, file, &result.diagnostics);
   if (dump == Dump::kTokens) result.dump = DumpTokens(result.sources, tokens);
   Program program = Parse(result.sources, file, tokens, &result.diagnostics);
@@ -57,13 +60,16 @@ CompileResult CompileProgram(const std::string& name, const std::string& text,
         "a program is a list of roles: role NAME extends Module { ... }";
     return result;
   }
+  // From here on the tree is sound. The model gives names their meanings, the checker types.
   ProgramModel model = BuildModel(&program, &result.diagnostics);
   Check(result.sources, keywords, &model, &result.diagnostics);
   if (result.diagnostics.had_errors()) return result;
+  // Warnings are for programs that can run; a broken one has worse to be told.
   Lint(keywords, model, &result.diagnostics);
   const ProgramCode code = Generate(result.sources, model, &result.diagnostics);
   if (result.diagnostics.had_errors()) return result;
 
+  // Last, the bytes, checked as every virtual machine will check them.
   std::vector<uint8_t> image = WriteImage(name, keywords, model, code);
   if (image.empty()) {
     result.diagnostics.Error({file, 0, 0}, "program is too large for an image").hint =

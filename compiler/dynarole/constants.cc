@@ -9,9 +9,11 @@ namespace {
 using vm::Cell;
 using vm::FaultCode;
 
+// A result with a value, and one that always faults.
 FoldResult Value(Type type, Cell cell) { return {Constant{type, cell}, FaultCode::kNone}; }
 FoldResult Faulty(FaultCode fault) { return {std::nullopt, fault}; }
 
+// Integers of 32 bits, with the faults of the virtual machine (vm/run/interpreter.cc).
 FoldResult FoldInt(Operator op, int32_t a, int32_t b) {
   int32_t result = 0;
   bool overflow = false;
@@ -27,6 +29,8 @@ FoldResult FoldInt(Operator op, int32_t a, int32_t b) {
       break;
     case Operator::kDiv:
       if (b == 0) return Faulty(FaultCode::kDivisionByZero);
+      // Only the smallest int divided by -1 overflows; in C++ that is undefined, so it is never
+      // computed.
       overflow = b == -1 && __builtin_sub_overflow(0, a, &result);
       if (b != -1) result = a / b;
       break;
@@ -40,6 +44,7 @@ FoldResult FoldInt(Operator op, int32_t a, int32_t b) {
   return overflow ? Faulty(FaultCode::kIntegerOverflow) : Value(Type::kInt, Cell::Int(result));
 }
 
+// Floats of single precision, rounded as the virtual machine rounds them.
 FoldResult FoldFloat(Operator op, float a, float b) {
   float result = 0;
   switch (op) {
@@ -64,6 +69,7 @@ FoldResult FoldFloat(Operator op, float a, float b) {
                                : Faulty(FaultCode::kNotFinite);
 }
 
+// Comparisons never fault; an operator of another kind has no value here.
 template <typename T>
 FoldResult FoldComparison(Operator op, T a, T b) {
   bool holds = false;
@@ -92,6 +98,7 @@ FoldResult FoldComparison(Operator op, T a, T b) {
   return Value(Type::kBool, Cell::Bool(holds));
 }
 
+// `-x` and `!x` of a value that is known.
 FoldResult FoldUnary(const Expr& expr, const FieldValues* fields) {
   const Expr& operand = *expr.operands[0];
   // The smallest int has no positive counterpart, so its sign belongs to it.
@@ -99,6 +106,7 @@ FoldResult FoldUnary(const Expr& expr, const FieldValues* fields) {
       operand.wanted != Type::kFloat) {
     return Value(Type::kInt, Cell::Int(static_cast<int32_t>(-operand.integer)));
   }
+  // Otherwise the value of the operand is negated, which may overflow as any difference may.
   const FoldResult inner = Fold(operand, fields);
   if (!inner.value) return inner;
   const Constant& value = *inner.value;
@@ -111,7 +119,9 @@ FoldResult FoldUnary(const Expr& expr, const FieldValues* fields) {
   return {};
 }
 
+/// `x + y`, `x == y` and `x && y` of values that are known.
 FoldResult FoldBinary(const Expr& expr, const FieldValues* fields) {
+  // Operands are evaluated from the left, so that the first fault is the one of the program.
   const FoldResult left = Fold(*expr.operands[0], fields);
   if (!left.value) return left;
   const Constant& a = *left.value;
@@ -123,19 +133,24 @@ FoldResult FoldBinary(const Expr& expr, const FieldValues* fields) {
   const FoldResult right = Fold(*expr.operands[1], fields);
   if (!right.value) return right;
   const Constant& b = *right.value;
+  // A pair of types that the checker has refused.
   if (a.type != b.type) return {};
+  // Arithmetic stands before the comparisons in the enumeration.
   if (expr.op < Operator::kEqual) {
     if (a.type == Type::kInt) return FoldInt(expr.op, a.cell.AsInt(), b.cell.AsInt());
     if (a.type == Type::kFloat) return FoldFloat(expr.op, a.cell.AsFloat(), b.cell.AsFloat());
     return {};
   }
+  // Bools, directions, axes and roles are compared by their numbers.
   if (a.type == Type::kFloat) return FoldComparison(expr.op, a.cell.AsFloat(), b.cell.AsFloat());
   return FoldComparison(expr.op, a.cell.AsInt(), b.cell.AsInt());
 }
 
+// Everything that depends on the robot, on variables or on calls has no value yet.
 FoldResult FoldUnconverted(const Expr& expr, const FieldValues* fields) {
   switch (expr.kind) {
     case ExprKind::kInt:
+      // 2147483648 is an int only behind a sign, which FoldUnary sees to.
       if (expr.integer > 2147483647) return {};
       return Value(Type::kInt, Cell::Int(static_cast<int32_t>(expr.integer)));
     case ExprKind::kFloat:
@@ -147,6 +162,7 @@ FoldResult FoldUnconverted(const Expr& expr, const FieldValues* fields) {
       return Value(expr.type, expr.cell);
     case ExprKind::kName:
       if (expr.meaning == Meaning::kField && fields != nullptr) {
+        // A field is known where the caller says so.
         const std::optional<Constant> value = (*fields)(expr.index);
         if (value) return {value, FaultCode::kNone};
       }
@@ -165,6 +181,7 @@ FoldResult FoldUnconverted(const Expr& expr, const FieldValues* fields) {
 FoldResult Fold(const Expr& expr, const FieldValues* fields) {
   FoldResult result = FoldUnconverted(expr, fields);
   if (!result.value) return result;
+  // What the checker wants of the expression happens to its value too.
   Constant& value = *result.value;
   if (expr.wanted == Type::kFloat && value.type == Type::kInt) {
     value = {Type::kFloat, Cell::Float(static_cast<float>(value.cell.AsInt()))};

@@ -6,6 +6,7 @@ namespace morphbus::dynarole {
 
 namespace {
 
+// The expression in one line, every unary and binary one in parentheses.
 std::string ExprText(const Expr& expr) {
   switch (expr.kind) {
     case ExprKind::kInt:
@@ -29,6 +30,7 @@ std::string ExprText(const Expr& expr) {
       return ExprText(*expr.operands[0]) + "." + expr.name;
     case ExprKind::kCall: {
       std::string text = ExprText(*expr.operands[0]) + "(";
+      // Operand 0 is what is called; the arguments follow.
       for (size_t i = 1; i < expr.operands.size(); ++i) {
         text += (i > 1 ? ", " : "") + ExprText(*expr.operands[i]);
       }
@@ -40,6 +42,7 @@ std::string ExprText(const Expr& expr) {
   return "<error>";
 }
 
+// A statement a line; what stands in it is indented by two more.
 void DumpStatement(const Stmt& statement, const std::string& indent, std::string* out) {
   const std::string value = statement.expr != nullptr ? ExprText(*statement.expr) : "";
   switch (statement.kind) {
@@ -58,6 +61,7 @@ void DumpStatement(const Stmt& statement, const std::string& indent, std::string
     case StmtKind::kIf:
     case StmtKind::kWhile:
       *out += indent + (statement.kind == StmtKind::kIf ? "if " : "while ") + value + "\n";
+      // The second statement of an if is its else.
       for (size_t i = 0; i < statement.body.size(); ++i) {
         if (i == 1) *out += indent + "else\n";
         DumpStatement(*statement.body[i], indent + "  ", out);
@@ -72,6 +76,7 @@ void DumpStatement(const Stmt& statement, const std::string& indent, std::string
   }
 }
 
+// The word of the member, its name, its parameters or value, then its body.
 void DumpMember(const Member& member, std::string* out) {
   *out += std::string("  ") + NameOf(member.kind);
   if (!member.name.empty()) *out += " " + member.name;
@@ -82,6 +87,7 @@ void DumpMember(const Member& member, std::string* out) {
     }
     *out += ")";
   }
+  // A field, a label or a requirement has an expression.
   if (member.expr != nullptr) *out += " = " + ExprText(*member.expr);
   *out += "\n";
   if (member.body != nullptr) DumpStatement(*member.body, "    ", out);
@@ -89,18 +95,23 @@ void DumpMember(const Member& member, std::string* out) {
 
 }  // namespace
 
+// The text of names, numbers and `$` names follows the kind; words and signs are their own kinds.
 std::string DumpTokens(const source::SourceSet& sources, const std::vector<Token>& tokens) {
   std::string out;
   // Tokens come in order, so one walk over the text numbers them all.
+  // Places are 1-based, as in diagnostics.
+  // They are of the character at `at`, up to which the text has been walked through.
   int line = 1, column = 1;
   size_t at = 0;
   for (const Token& token : tokens) {
     for (const std::string_view text = sources.text(token.span.file); at < token.span.begin; ++at) {
+      // Columns count characters, as diagnostics do, not bytes.
       const bool continues = (static_cast<unsigned char>(text[at]) & 0xc0u) == 0x80u;
       column = text[at] == '\n' ? 1 : continues ? column : column + 1;
       if (text[at] == '\n') ++line;
     }
     out += fmt::format("{}:{} {}", line, column, Describe(token.kind));
+    // Words and signs are called by their spelling, so their text would say it twice.
     const bool has_text = token.kind == TokenKind::kName || token.kind == TokenKind::kDollar ||
                           token.kind == TokenKind::kInt || token.kind == TokenKind::kFloat;
     if (has_text) out += " " + std::string(sources.text(token.span));
@@ -109,6 +120,7 @@ std::string DumpTokens(const source::SourceSet& sources, const std::vector<Token
   return out;
 }
 
+// A role with its base, then its members.
 std::string DumpAst(const Program& program) {
   std::string out;
   for (const Role& role : program.roles) {

@@ -9,10 +9,12 @@
 
 namespace morphbus::dynarole {
 
-/// One token a line: `line:column kind text`.
+/// One token a line, `line:column kind text`, in the order of the text. `tokens` are those of one
+/// file of `sources`.
 std::string DumpTokens(const source::SourceSet& sources, const std::vector<Token>& tokens);
 
-/// The tree as parsed, indented; expressions with all their parentheses.
+/// The tree as parsed, before the checker has seen it: a member or statement a line and indented by
+/// their depth; expressions have all their parentheses, so that what binds tighter can be seen.
 std::string DumpAst(const Program& program);
 
 }  // namespace morphbus::dynarole

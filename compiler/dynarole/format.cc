@@ -15,18 +15,21 @@ constexpr size_t kContinuation = 4;  ///< Of the lines that continue a statement
 
 class Formatter {
  public:
-  Formatter(const source::SourceSet& sources, int file, const std::vector<Token>& tokens,
-            const std::vector<source::Span>& spans)
-      : text_(sources.text(file)),
-        tokens_(tokens),
-        count_(tokens.size() - 1),
-        gaps_(source::ReadGaps(text_, spans, false)) {}
+  Formatter(const source::SourceSet& sources, int file, const std::vector<Token>& tokens)
+      : tokens_(tokens), count_(tokens.size() - 1) {
+    source::CutText cut = source::CutUp(sources.text(file), source::SpansOf(tokens), false);
+    gaps_ = std::move(cut.gaps);
+    layout_ = std::move(cut.tokens);
+  }
 
   std::string Run() {
+    // Every token knows now what stands before it; what is left is to part them into lines.
     Describe();
     source::LayoutWriter writer(std::move(layout_));
     size_t indent = 0;
     for (size_t begin = 0; begin < count_;) {
+      // A brace that closes stands as deep as what it closes, without empty lines inside the
+      // braces.
       const bool closes = Is(begin, TokenKind::kRightBrace);
       const bool first = begin > 0 && Is(begin - 1, TokenKind::kLeftBrace);
       writer.LinesBefore(gaps_[begin], indent, !first, !closes);
@@ -56,6 +59,8 @@ class Formatter {
       ++i;
       if (!Is(i, TokenKind::kElse) || !joins(i)) return i;
     }
+    // A statement ends outside all parentheses: at its semicolon or the brace it opens, or before
+    // one that closes the block around it.
     int depth = 0;
     for (; i < count_; ++i) {
       if (Is(i, TokenKind::kLeftParen)) ++depth;
@@ -71,6 +76,7 @@ class Formatter {
     return count_;
   }
 
+  /// Whether the token may end an operand, so that a `-` behind it subtracts.
   [[nodiscard]] bool IsOperand(size_t i) const {
     switch (tokens_[i].kind) {
       case TokenKind::kName:
@@ -98,6 +104,7 @@ class Formatter {
     return i < condition_end_.size() && condition_end_[i];
   }
 
+  /// Whether a space stands before the token in its line.
   [[nodiscard]] bool SpaceBefore(size_t i) const {
     if (i == 0) return false;
     switch (tokens_[i].kind) {
@@ -120,10 +127,12 @@ class Formatter {
     return !IsUnary(i - 1);
   }
 
+  /// Tells the layout of each token where spaces and breaks of lines may stand.
   void Describe() {
-    layout_.resize(count_);
+    // Which parentheses end a condition must be known first, as spacing depends on it.
     condition_end_.assign(count_, false);
     std::vector<size_t> open;
+    // The parentheses are matched with a stack; those behind `if` and `while` hold conditions.
     for (size_t i = 0; i < count_; ++i) {
       if (Is(i, TokenKind::kLeftParen)) open.push_back(i);
       if (!Is(i, TokenKind::kRightParen) || open.empty()) continue;
@@ -133,20 +142,17 @@ class Formatter {
           begin > 0 && (Is(begin - 1, TokenKind::kIf) || Is(begin - 1, TokenKind::kWhile));
     }
     for (size_t i = 0; i < count_; ++i) {
+      // Lines that are too long break behind commas, before logical operators, and behind a
+      // condition.
       LayoutToken& token = layout_[i];
-      token.text = text_.substr(tokens_[i].span.begin, tokens_[i].span.end - tokens_[i].span.begin);
       token.space = SpaceBefore(i);
       token.opens = Is(i, TokenKind::kLeftParen);
       token.closes = Is(i, TokenKind::kRightParen);
-      token.before = gaps_[i];
-      if (i > 0) layout_[i - 1].trailing = token.before.trailing;
       token.may_break = i > 0 && (Is(i, TokenKind::kAndAnd) || Is(i, TokenKind::kOrOr) ||
                                   Is(i - 1, TokenKind::kComma) || EndsCondition(i - 1));
     }
-    if (count_ > 0) layout_[count_ - 1].trailing = gaps_[count_].trailing;
   }
 
-  std::string_view text_;
   const std::vector<Token>& tokens_;
   size_t count_;                   ///< Tokens without kEnd.
   std::vector<GapComments> gaps_;  ///< Comments before each token and before the end.
@@ -154,32 +160,21 @@ class Formatter {
   std::vector<bool> condition_end_;
 };
 
-std::vector<source::Span> SpansOf(const std::vector<Token>& tokens) {
-  std::vector<source::Span> spans;
-  for (const Token& token : tokens) {
-    if (token.kind != TokenKind::kEnd) spans.push_back(token.span);
-  }
-  return spans;
-}
-
-/// The tokens as the frame of the formatters wants them.
-source::Lexis LexisOf() {
-  return {[](const source::SourceSet& from, int at, source::Diagnostics& found) {
-            return SpansOf(Tokenize(from, at, &found));
-          },
-          false};
-}
-
 }  // namespace
 
 std::optional<std::string> Format(const source::SourceSet& sources, int file,
-                                  source::Diagnostics& diagnostics) {
-  const int errors = diagnostics.error_count();
-  const std::vector<Token> tokens = Tokenize(sources, file, &diagnostics);
-  Parse(sources, file, tokens, &diagnostics);
-  if (diagnostics.error_count() > errors) return std::nullopt;
-  std::string formatted = Formatter(sources, file, tokens, SpansOf(tokens)).Run();
-  return source::IfUnchanged(sources, file, LexisOf(), std::move(formatted), diagnostics);
+                                  source::Diagnostics* diagnostics) {
+  const int errors = diagnostics->error_count();
+  const std::vector<Token> tokens = Tokenize(sources, file, diagnostics);
+  Parse(sources, file, tokens, diagnostics);
+  // A text with errors cannot be laid out without guessing.
+  if (diagnostics->error_count() > errors) return std::nullopt;
+  std::string formatted = Formatter(sources, file, tokens).Run();
+  const auto spans = [](const source::SourceSet& from, int at, source::Diagnostics* found) {
+    return source::SpansOf(Tokenize(from, at, found));
+  };
+  // The result must have the same tokens: a slip of the formatter loses no code.
+  return source::IfUnchanged(sources, file, {spans, false}, std::move(formatted), diagnostics);
 }
 
 }  // namespace morphbus::dynarole

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <string_view>
 
-#include "compiler/source/check.h"
-#include "vm/image.h"
+#include "compiler/base/check.h"
+#include "vm/image/image.h"
 
 namespace morphbus::dynarole {
 
@@ -15,6 +15,7 @@ LineTable::LineTable(std::string_view text) {
 }
 
 int LineTable::LineOf(size_t offset) const {
+  // The line is one more than the line ends before the offset.
   const auto next = std::lower_bound(newlines_.begin(), newlines_.end(), offset);
   return static_cast<int>(next - newlines_.begin()) + 1;
 }
@@ -35,12 +36,14 @@ void FunctionBuilder::EmitSimple(vm::Opcode op) {
 }
 
 void FunctionBuilder::ApplySignature(vm::Opcode op) {
+  // One letter a type; an instruction pushes one value at most.
   const vm::OpcodeInfo& info = vm::InfoOf(op);
   Drop(std::string_view(info.pops).size());
   if (info.pushes[0] != '\0') Push(vm::TypeOfLetter(info.pushes[0]));
 }
 
 void FunctionBuilder::MarkLine(const source::Span& span) {
+  // A line is noted once, where its code begins; a line without code leaves no entry.
   const int line = std::min(lines_.LineOf(span.begin), 65535);
   const auto offset = static_cast<uint32_t>(code_.bytes.size());
   if (!code_.lines.empty() && code_.lines.back().line == line) return;
@@ -54,12 +57,14 @@ void FunctionBuilder::Push(vm::ValueType type) {
 }
 
 void FunctionBuilder::Drop(size_t count) {
+  // Fewer operands would be a slip of the generator.
   MORPHBUS_CHECK(count <= stack_.size());
   stack_.resize(stack_.size() - count);
 }
 
 void FunctionBuilder::Jump(vm::Opcode op, Target* target) {
   Emit(op);
+  // Backward jumps know their offset; forward ones are filled in by Place.
   if (target->placed) {
     EmitU16(target->offset);
     return;
@@ -72,7 +77,9 @@ void FunctionBuilder::Jump(vm::Opcode op, Target* target) {
 void FunctionBuilder::Place(Target* target, bool is_loop) {
   target->placed = true;
   target->offset = static_cast<uint16_t>(code_.bytes.size());
+  // Without a jump to it the place is no join, and code behind it may be out of reach.
   if (target->fixups.empty() && !is_loop) return;
+  // Behind a jump or return, the state is that of the ways that lead here.
   if (!reachable) stack_ = target->stack;
   reachable = true;
   for (const size_t fixup : target->fixups) {
@@ -84,6 +91,7 @@ void FunctionBuilder::Place(Target* target, bool is_loop) {
     code_.joins.back().set_locals &= set_locals;
     return;
   }
+  // The image states the types of the operands here, 4 bits each, as far as there is room for them.
   JoinCode join;
   join.offset = target->offset;
   join.set_locals = set_locals;

@@ -8,34 +8,42 @@
 
 #include "compiler/dynarole/codegen.h"
 #include "compiler/source/source_text.h"
-#include "vm/opcodes.h"
+#include "vm/image/opcodes.h"
 
 namespace morphbus::dynarole {
 
 /// A place to jump to, before or after it is known.
 struct Target {
+  /// Its place is known: `offset`.
   bool placed = false;
-  uint16_t offset = 0;
-  std::vector<size_t> fixups;        ///< Operands that wait for it.
-  std::vector<vm::ValueType> stack;  ///< State on the first way there.
+  uint16_t offset = 0;  ///< In the function, bytes.
+  /// Where in the code the operands of jumps stand that wait for the place.
+  std::vector<size_t> fixups;
+  /// The stack on the first way to the target; every other way must bring the same.
+  std::vector<vm::ValueType> stack;
 };
 
 /// Line numbers of one text, without columns and so in logarithmic time for lines of any length.
 class LineTable {
  public:
+  /// Looks through the text once; the table does not refer to it afterwards.
   explicit LineTable(std::string_view text);
-  /// 1-based.
+  /// The line, counted from 1, in which the byte at `offset` lies.
   [[nodiscard]] int LineOf(size_t offset) const;
 
  private:
+  /// Offsets of the line feeds, ascending.
   std::vector<size_t> newlines_;
 };
 
+/// The code of one function while it grows. It knows the types of the operands on the stack at
+/// every instruction, as the verifier will find them again.
 class FunctionBuilder {
  public:
   /// `lines` must outlive the builder.
   explicit FunctionBuilder(const LineTable& lines) : lines_(lines) {}
 
+  /// Emits an opcode and the bytes of its operand; the caller sees to their effect on the stack.
   void Emit(vm::Opcode op) { EmitByte(static_cast<int>(op)); }
   void Emit(vm::Opcode op, int operand);
   void EmitByte(int value) { code_.bytes.push_back(static_cast<uint8_t>(value)); }
@@ -47,8 +55,12 @@ class FunctionBuilder {
   /// What follows comes from the line in which the span begins.
   void MarkLine(const source::Span& span);
 
+  /// What an instruction does to the types on the stack.
+  /// Puts a value of this type on the stack, and keeps count of its greatest height.
   void Push(vm::ValueType type);
+  /// Takes so many values off the stack.
   void Drop(size_t count);
+  /// Types of the operands, the deepest first.
   [[nodiscard]] const std::vector<vm::ValueType>& stack() const { return stack_; }
 
   /// Emits a jump. A conditional one must have dropped its bool before, except one that it keeps.
@@ -61,16 +73,19 @@ class FunctionBuilder {
   uint16_t set_locals = 0;
   /// False behind a return or an unconditional jump: nothing may be emitted there.
   bool reachable = true;
-  /// More operands at a join than an image can state.
+  /// Whether some join has more operands than an image can state: what was built is then of no use.
   [[nodiscard]] bool too_complex() const { return too_complex_; }
 
+  /// Hands out what was built; the builder is of no more use.
   FunctionCode Finish() { return std::move(code_); }
+  /// Bytes so far.
   [[nodiscard]] size_t size() const { return code_.bytes.size(); }
 
  private:
   const LineTable& lines_;
   FunctionCode code_;
   std::vector<vm::ValueType> stack_;
+  /// Set once and never taken back; the code generator then reports the routine.
   bool too_complex_ = false;
 };
 

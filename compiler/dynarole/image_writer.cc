@@ -2,7 +2,7 @@
 
 #include <map>
 
-#include "vm/image.h"
+#include "vm/image/image.h"
 
 namespace morphbus::dynarole {
 
@@ -10,9 +10,15 @@ namespace {
 
 using vm::image::Section;
 
+// Little-endian bytes, as the virtual machine reads them.
 class Bytes {
  public:
-  void U8(size_t value) { bytes_.push_back(static_cast<uint8_t>(value)); }
+  /// One byte, from a number or an enumerator.
+  template <typename T>
+  void U8(T value) {
+    bytes_.push_back(static_cast<uint8_t>(value));
+  }
+  /// Numbers are little-endian in an image, as the virtual machine reads them.
   void U16(size_t value) {
     U8(value & 255);
     U8(value >> 8 & 255);
@@ -31,12 +37,15 @@ class Bytes {
   std::vector<uint8_t> bytes_;
 };
 
+// Fills the sections one by one, then puts them together behind the header.
 class Writer {
  public:
-  Writer(const KeywordTable& keywords, const ProgramModel& model, const ProgramCode& code)
+  Writer(const keywords::KeywordTable& keywords, const ProgramModel& model, const ProgramCode& code)
       : keywords_(keywords), model_(model), code_(code) {}
 
+  /// The whole image, with the name of its source for messages of faults.
   std::vector<uint8_t> Write(const std::string& source_name) {
+    // The sizes and the hash are known at the end only, and are patched in then.
     Bytes header;
     header.U32(vm::image::kMagic);
     header.U16(vm::image::kVersion);
@@ -50,12 +59,14 @@ class Writer {
     WriteConstants();
     WriteFunctions();
     for (const RoleModel& role : model_.roles) WriteRole(role);
+    // The texts are collected while the other sections are written.
     section(Section::kStrings) = strings_;
     return Assemble(&header);
   }
 
  private:
-  Bytes& section(Section which) { return sections_[static_cast<size_t>(which)]; }
+  // Sections in the order of vm::image::Section, which is also their order in the image.
+  Bytes& section(Section which) { return sections_[static_cast<int>(which)]; }
 
   // Equal texts are stored once.
   void Text(Bytes* out, const std::string& text) {
@@ -68,36 +79,41 @@ class Writer {
   }
 
   void WriteKeywords() {
+    // Keywords are stored by name, and each module binds them to its own parts.
     for (const int index : model_.keywords) {
-      const Keyword& keyword = keywords_.all()[static_cast<size_t>(index)];
-      section(Section::kKeywords).U8(static_cast<size_t>(keyword.kind));
+      const keywords::Keyword& keyword = keywords_.all()[index];
+      section(Section::kKeywords).U8(keyword.kind);
       Text(&section(Section::kKeywords), keyword.name);
     }
   }
 
+  // A constant is its type and its 32 bits.
   void WriteConstants() {
     for (const auto& [type, bits] : code_.constants) {
-      section(Section::kConstants).U8(static_cast<size_t>(type));
+      section(Section::kConstants).U8(type);
       section(Section::kConstants).U32(bits);
     }
   }
 
   void WriteFunctions() {
     for (size_t i = 0; i < model_.routines.size(); ++i) {
+      // The record of a function; its code, joins and lines stand in sections of their own.
       const Routine& routine = model_.routines[i];
       const FunctionCode& function = code_.functions[i];
       Bytes& out = section(Section::kFunctions);
       Text(&out, routine.name);
-      out.U8(static_cast<size_t>(routine.role));
-      out.U8(static_cast<size_t>(ValueTypeOf(routine.result)));
+      out.U8(routine.role);
+      out.U8(ValueTypeOf(routine.result));
       out.U8(routine.member->parameters.size());
       out.U8(routine.locals.size());
+      // Places in the sections of code and joins are where the next entry goes.
       out.U32(section(Section::kCode).size());
       out.U32(function.bytes.size());
       out.U16(num_joins_);
       out.U16(function.joins.size());
+      // The types of all locals, in a record of fixed size.
       for (size_t k = 0; k < vm::image::kMaxLocals; ++k) {
-        out.U8(k < routine.locals.size() ? static_cast<size_t>(ValueTypeOf(routine.locals[k])) : 0);
+        out.U8(k < routine.locals.size() ? ValueTypeOf(routine.locals[k]) : vm::ValueType::kVoid);
       }
       for (const JoinCode& join : function.joins) {
         section(Section::kJoins).U16(join.offset);
@@ -106,6 +122,7 @@ class Writer {
       }
       num_joins_ += function.joins.size();
       for (const LineCode& line : function.lines) {
+        // A function counts its lines from its own beginning, the image from that of all code.
         section(Section::kLines).U32(section(Section::kCode).size() + line.offset);
         section(Section::kLines).U16(line.line);
       }
@@ -114,11 +131,12 @@ class Writer {
   }
 
   void WriteRole(const RoleModel& role) {
+    // First how many of each kind of member, then the members, so that a reader knows the size.
     Bytes& out = section(Section::kRoles);
     Text(&out, role.name);
-    out.U16(static_cast<size_t>(role.parent < 0 ? 0xffff : role.parent));
+    out.U16(role.parent < 0 ? 0xffff : role.parent);
     out.U8(role.role->abstract_role ? 1 : 0);
-    out.U8(static_cast<size_t>(role.depth));
+    out.U8(role.depth);
     out.U8(role.fields.size());
     out.U8(role.labels.size());
     out.U8(role.requirements.size());
@@ -127,39 +145,41 @@ class Writer {
     out.U8(role.commands.size());
     out.U8(role.handlers.size());
     out.U8(role.methods.size());
+    // Each table in the order of its slots, which the code refers to.
     for (const FieldSlot& slot : role.fields) {
-      const FieldDecl& decl = model_.fields[static_cast<size_t>(slot.decl)];
+      const FieldDecl& decl = model_.fields[slot.decl];
       Text(&out, decl.name);
-      out.U8(static_cast<size_t>(ValueTypeOf(decl.type)));
+      out.U8(ValueTypeOf(decl.type));
       out.U32(slot.cell.bits);
     }
     for (const NamedSlot& label : role.labels) {
       Text(&out, label.name);
-      out.U8(static_cast<size_t>(
-          ValueTypeOf(model_.routines[static_cast<size_t>(label.routine)].result)));
-      out.U16(static_cast<size_t>(label.routine));
+      out.U8(ValueTypeOf(model_.routines[label.routine].result));
+      out.U16(label.routine);
     }
-    for (const int requirement : role.requirements) out.U16(static_cast<size_t>(requirement));
+    for (const int requirement : role.requirements) out.U16(requirement);
     for (const auto* slots : {&role.startups, &role.behaviors, &role.commands}) {
       for (const NamedSlot& slot : *slots) {
         Text(&out, slot.name);
-        out.U16(static_cast<size_t>(slot.routine));
+        out.U16(slot.routine);
       }
     }
     for (const NamedSlot& handler : role.handlers) {
-      out.U8(static_cast<size_t>(EventOf(handler.name)));
-      out.U16(static_cast<size_t>(handler.routine));
+      out.U8(EventOf(handler.name));
+      out.U16(handler.routine);
     }
-    for (const NamedSlot& method : role.methods) out.U16(static_cast<size_t>(method.routine));
+    for (const NamedSlot& method : role.methods) out.U16(method.routine);
   }
 
   static vm::Event EventOf(const std::string& name) {
+    // BuildModel has accepted no other names.
     if (name == "on_connect") return vm::Event::kConnect;
     if (name == "on_disconnect") return vm::Event::kDisconnect;
     return name == "on_stall" ? vm::Event::kStall : vm::Event::kTimer;
   }
 
   std::vector<uint8_t> Assemble(Bytes* header) {
+    // The header ends with the place and count of each section.
     size_t begin = vm::image::kHeaderBytes;
     for (int i = 0; i < vm::image::kNumSections; ++i) {
       header->U32(begin);
@@ -170,6 +190,7 @@ class Writer {
     Bytes image = *header;
     for (const Bytes& part : sections_) image.Append(part.bytes());
     std::vector<uint8_t> bytes = image.bytes();
+    // The hash covers all bytes but its own, so it comes last.
     const auto patch = [&bytes](size_t at, uint64_t value, size_t count) {
       for (size_t i = 0; i < count; ++i) bytes[at + i] = static_cast<uint8_t>(value >> (8 * i));
     };
@@ -179,6 +200,7 @@ class Writer {
     return bytes;
   }
 
+  // Records of a section, or its bytes where it has no records of one size.
   size_t CountOf(Section which) {
     switch (which) {
       case Section::kKeywords:
@@ -198,19 +220,22 @@ class Writer {
     }
   }
 
-  const KeywordTable& keywords_;
+  const keywords::KeywordTable& keywords_;
   const ProgramModel& model_;
   const ProgramCode& code_;
   Bytes sections_[vm::image::kNumSections];
   Bytes strings_;
+  // Where each text begins in the section of strings.
   std::map<std::string, size_t> offsets_;
   size_t num_joins_ = 0;
 };
 
 }  // namespace
 
-std::vector<uint8_t> WriteImage(const std::string& source_name, const KeywordTable& keywords,
-                                const ProgramModel& model, const ProgramCode& code) {
+std::vector<uint8_t> WriteImage(const std::string& source_name,
+                                const keywords::KeywordTable& keywords, const ProgramModel& model,
+                                const ProgramCode& code) {
+  // Control characters in a file's name would reach terminals through faults and listings.
   std::string name = source_name.substr(source_name.find_last_of('/') + 1);
   if (name.size() > 255) name.resize(255);
   for (char& c : name) {

@@ -1,18 +1,24 @@
 #pragma once
-// Puts a program's model and code into the bytes of an image (vm/image.h).
+// Puts a program's model and code into the bytes of an image (vm/image/image.h).
 
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "compiler/dynarole/codegen.h"
-#include "compiler/dynarole/keyword_table.h"
+#include "compiler/keywords/keyword_table.h"
 
 namespace morphbus::dynarole {
 
-/// The image; empty if it would be larger than vm::kMaxImageBytes. `source_name` is shortened to
-/// its last path component, so that equal programs give equal images wherever they lie.
-std::vector<uint8_t> WriteImage(const std::string& source_name, const KeywordTable& keywords,
-                                const ProgramModel& model, const ProgramCode& code);
+/// The image: header, strings, keywords, constants, functions, roles and code, one section after
+/// the other, with its size and hash filled in. It is empty if it would be larger than
+/// vm::kMaxImageBytes.
+/// @param source_name  the program's file, shortened to the last component of its path, so that
+/// equal
+///                     programs give equal images wherever they lie.
+/// @param keywords     the table that ProgramModel::keywords counts in.
+std::vector<uint8_t> WriteImage(const std::string& source_name,
+                                const keywords::KeywordTable& keywords, const ProgramModel& model,
+                                const ProgramCode& code);
 
 }  // namespace morphbus::dynarole

@@ -4,6 +4,7 @@
 #include <string_view>
 #include <utility>
 
+#include "compiler/base/utf8.h"
 #include "compiler/source/utf8.h"
 
 namespace morphbus::dynarole {
@@ -12,11 +13,13 @@ namespace {
 
 using source::Span;
 
+// A token that is always written in the same way.
 struct Spelling {
   TokenKind kind;
   std::string_view text;
 };
 
+// The words of the language; a name cannot be one of them.
 constexpr Spelling kWords[] = {
     {TokenKind::kAbstract, "abstract"}, {TokenKind::kRole, "role"},
     {TokenKind::kExtends, "extends"},   {TokenKind::kLabel, "label"},
@@ -45,15 +48,20 @@ constexpr Spelling kSigns[] = {
     {TokenKind::kPercent, "%"},     {TokenKind::kNot, "!"},
 };
 
+// The one character that word processors make of three dots, in UTF-8.
+constexpr std::string_view kEllipsis = "\xe2\x80\xa6";
+
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 bool IsNameStart(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 bool IsNamePart(char c) { return IsNameStart(c) || IsDigit(c); }
 
+// Goes over the text once, from token to token.
 class Lexer {
  public:
   Lexer(std::string_view text, int file, source::Diagnostics* diagnostics)
       : text_(text), file_(file), diagnostics_(*diagnostics) {}
 
+  /// Reads the whole text; called once.
   std::vector<Token> Run() {
     // A byte order mark is no text.
     if (text_.substr(0, 3) == "\xef\xbb\xbf") at_ = 3;
@@ -65,9 +73,11 @@ class Lexer {
   }
 
  private:
+  /// The character so many places ahead; 0 behind the end.
   [[nodiscard]] char Peek(size_t ahead = 0) const {
     return at_ + ahead < text_.size() ? text_[at_ + ahead] : '\0';
   }
+  // No name or number that a person writes is longer; messages would be.
   void Add(TokenKind kind, size_t begin) {
     if (at_ - begin > 100) diagnostics_.Error({file_, begin, at_}, "name or number is too long");
     tokens_.push_back({kind, {file_, begin, at_}});
@@ -76,6 +86,7 @@ class Lexer {
   // Skips spaces and comments; false at the end of the text.
   bool SkipSpace() {
     while (at_ < text_.size()) {
+      // Spaces, `//` to the end of the line, and `/* */`, which does not nest.
       const char c = text_[at_];
       if (c == ' ' || c == '\t' || c == '\n' || c == '\r') {
         ++at_;
@@ -97,7 +108,9 @@ class Lexer {
     return false;
   }
 
+  /// Reads one token, which begins here.
   void Next() {
+    // The first character decides what the token is.
     const size_t begin = at_;
     const char c = Peek();
     if (IsNameStart(c)) {
@@ -119,6 +132,7 @@ class Lexer {
     }
   }
 
+  // Words are names to the eye; the table tells them apart.
   static TokenKind WordOrName(std::string_view text) {
     for (const Spelling& word : kWords) {
       if (word.text == text) return word.kind;
@@ -126,7 +140,10 @@ class Lexer {
     return TokenKind::kName;
   }
 
+  /// Reads a number from its first digit on.
   void Number(size_t begin) {
+    // Digits, then perhaps a fraction, then perhaps an exponent. A dot without a digit behind it is
+    // a dot: `4.x` is no number.
     bool is_float = false;
     while (IsDigit(Peek())) ++at_;
     if (Peek() == '.' && IsDigit(Peek(1))) {
@@ -142,6 +159,7 @@ class Lexer {
         while (IsDigit(Peek())) ++at_;
       }
     }
+    // Letters right behind a number are a slip, such as a unit or a hexadecimal number.
     if (IsNamePart(Peek())) {
       while (IsNamePart(Peek())) ++at_;
       diagnostics_.Error({file_, begin, at_}, "number is followed by letters").hint =
@@ -150,7 +168,19 @@ class Lexer {
     Add(is_float ? TokenKind::kFloat : TokenKind::kInt, begin);
   }
 
+  /// Reads a sign, or reports a character that begins no token.
   void Sign(size_t begin) {
+    // Programs in print leave parts out; M3L has the same words for it.
+    if (text_.substr(at_, 2) == ".." || text_.substr(at_, kEllipsis.size()) == kEllipsis) {
+      while (Peek() == '.') ++at_;
+      if (at_ == begin) at_ += kEllipsis.size();
+      diagnostics_
+          .Error({file_, begin, at_}, "'" + std::string(text_.substr(begin, at_ - begin)) +
+                                          "' stands for something left out")
+          .hint = "write the missing part";
+      return;
+    }
+    // Signs have one or two characters.
     for (const Spelling& sign : kSigns) {
       if (text_.substr(at_, sign.text.size()) == sign.text) {
         at_ += sign.text.size();
@@ -162,7 +192,8 @@ class Lexer {
     // A whole UTF-8 sequence is one character to the reader.
     while ((static_cast<unsigned char>(Peek()) & 0xc0u) == 0x80u) ++at_;
     const std::string_view sequence = text_.substr(begin, at_ - begin);
-    if (!source::IsUtf8(sequence)) return;  // Reported for the whole file.
+    if (!IsUtf8(sequence)) return;  // Reported for the whole file.
+    // Control characters are not shown, as they could do harm to a terminal.
     const auto first = static_cast<unsigned char>(sequence[0]);
     const bool printable = first >= 0x20 && first != 0x7f;
     source::Diagnostic& error = diagnostics_.Error(
@@ -210,7 +241,8 @@ std::string Describe(TokenKind kind) {
 
 std::vector<Token> Tokenize(const source::SourceSet& sources, int file,
                             source::Diagnostics* diagnostics) {
-  source::CheckUtf8(sources, file, *diagnostics);
+  // Bytes that are not UTF-8 are reported once for the whole file, not at each token.
+  source::CheckUtf8(sources, file, diagnostics);
   return Lexer(sources.text(file), file, diagnostics).Run();
 }
 

@@ -19,14 +19,18 @@ struct Demand {
   Span span;
 };
 
+// Warns of what is allowed but hardly meant. It reads a program that has been checked and changes
+// nothing.
 class Linter {
  public:
-  Linter(const KeywordTable& keywords, const ProgramModel& model, source::Diagnostics* diagnostics)
+  Linter(const keywords::KeywordTable& keywords, const ProgramModel& model,
+         source::Diagnostics* diagnostics)
       : keywords_(keywords), model_(model), diagnostics_(*diagnostics) {}
 
   void Run() {
     LintUnused();
     for (size_t i = 0; i < model_.roles.size(); ++i) {
+      // What could keep a role from being taken matters for concrete roles only.
       const RoleModel& role = model_.roles[i];
       if (role.role->abstract_role) continue;
       LintRequirements(static_cast<int>(i));
@@ -47,6 +51,7 @@ class Linter {
 
  private:
   void LintUnused() {
+    // The checker has noted what is read and called.
     for (const FieldDecl& decl : model_.fields) {
       if (!decl.read) diagnostics_.Warning(decl.span, "field '" + decl.name + "' is never read");
     }
@@ -60,15 +65,18 @@ class Linter {
   // ---- Requirements that cannot hold together ----
 
   void LintRequirements(int index) {
-    const RoleModel& role = model_.roles[static_cast<size_t>(index)];
+    // Before any task has run, fields have the values that the role gives them.
+    const RoleModel& role = model_.roles[index];
     const FieldValues fields = [this, &role](int slot) -> std::optional<Constant> {
-      const FieldSlot& field = role.fields[static_cast<size_t>(slot)];
+      const FieldSlot& field = role.fields[slot];
       if (field.value == nullptr) return std::nullopt;
-      return Constant{model_.fields[static_cast<size_t>(field.decl)].type, field.cell};
+      return Constant{model_.fields[field.decl].type, field.cell};
     };
+    // One requirement may be false by itself, or two may demand different values of the same
+    // expression.
     std::vector<Demand> demands;
     for (const int requirement : role.requirements) {
-      const Expr& expr = *model_.routines[static_cast<size_t>(requirement)].member->expr;
+      const Expr& expr = *model_.routines[requirement].member->expr;
       if (const Expr* never = FindNeverTrue(expr, &fields)) {
         diagnostics_
             .Warning(role.role->name_span,
@@ -78,6 +86,7 @@ class Linter {
       }
       CollectDemands(expr, role, &fields, &demands);
     }
+    // Expressions are the same if their texts are.
     for (size_t i = 0; i < demands.size(); ++i) {
       for (size_t k = 0; k < i; ++k) {
         if (demands[i].text != demands[k].text || demands[i].value == demands[k].value) continue;
@@ -92,16 +101,18 @@ class Linter {
 
   // A conjunct that is false whatever the robot looks like.
   const Expr* FindNeverTrue(const Expr& expr, const FieldValues* fields) {
+    // Both sides of `&&` must hold.
     if (expr.kind == ExprKind::kBinary && expr.op == Operator::kAnd) {
       const Expr* left = FindNeverTrue(*expr.operands[0], fields);
       return left != nullptr ? left : FindNeverTrue(*expr.operands[1], fields);
     }
     const FoldResult folded = Fold(expr, fields);
     if (folded.value && !folded.value->cell.AsBool()) return &expr;
+    // A set cannot have fewer members than none, or more than a module has connectors.
     if (expr.kind != ExprKind::kBinary || expr.op != Operator::kEqual) return nullptr;
     for (int side = 0; side < 2; ++side) {
-      const FoldResult size = Fold(*expr.operands[static_cast<size_t>(side)], fields);
-      const Expr& other = *expr.operands[static_cast<size_t>(1 - side)];
+      const FoldResult size = Fold(*expr.operands[side], fields);
+      const Expr& other = *expr.operands[1 - side];
       const bool counts = other.meaning == Meaning::kCount || IsSet(other.type);
       if (!counts || !size.value || size.value->type != Type::kInt) continue;
       const int value = size.value->cell.AsInt();
@@ -113,6 +124,7 @@ class Linter {
   void CollectDemands(const Expr& expr, const RoleModel& role, const FieldValues* fields,
                       std::vector<Demand>* demands) {
     if (expr.kind != ExprKind::kBinary) return;
+    // Both sides of `&&` demand what they demand; `||` demands nothing for certain.
     if (expr.op == Operator::kAnd) {
       for (const ExprPtr& operand : expr.operands) {
         CollectDemands(*operand, role, fields, demands);
@@ -123,6 +135,7 @@ class Linter {
     for (size_t side = 0; side < 2; ++side) {
       const FoldResult value = Fold(*expr.operands[side], fields);
       if (!value.value) continue;
+      // `expression == constant`, in either order.
       std::string text;
       if (TextOf(*expr.operands[1 - side], fields, &text)) {
         demands->push_back({text, value.value->cell.bits, expr.span});
@@ -133,6 +146,8 @@ class Linter {
 
   // A text that is equal for equal questions about the robot; false for what may vary otherwise.
   bool TextOf(const Expr& expr, const FieldValues* fields, std::string* text) {
+    // Constants with their bits, sizes as their sets, parts by number, questions by name and
+    // arguments.
     const FoldResult folded = Fold(expr, fields);
     if (folded.value) {
       *text += "#" + std::to_string(folded.value->cell.bits);
@@ -165,9 +180,10 @@ class Linter {
 
   // A concrete role is hidden by a concrete subrole that asks no more of a module.
   void LintHidden(int index) {
-    const RoleModel& role = model_.roles[static_cast<size_t>(index)];
+    const RoleModel& role = model_.roles[index];
     for (const RoleModel& other : model_.roles) {
       if (other.parent != index || other.role->abstract_role) continue;
+      // A subrole that adds or replaces none of these holds wherever its base does.
       const bool asks_more = std::any_of(
           other.role->members.begin(), other.role->members.end(), [](const Member& member) {
             return member.kind == MemberKind::kRequire || member.kind == MemberKind::kLabel ||
@@ -187,11 +203,13 @@ class Linter {
   // ---- Keywords ----
 
   void LintKeywords(int index) {
-    if (keywords_.type_names.empty()) return;
-    const RoleModel& role = model_.roles[static_cast<size_t>(index)];
+    if (keywords_.empty()) return;
+    const RoleModel& role = model_.roles[index];
+    // A module takes the role only if its type has every keyword in all the role's code: the bits
+    // left over are the types that do.
     uint64_t types = ~uint64_t{0};
     const auto visit = [&](int routine) {
-      const Member& member = *model_.routines[static_cast<size_t>(routine)].member;
+      const Member& member = *model_.routines[routine].member;
       if (member.expr != nullptr) VisitKeywords(*member.expr, &types);
       if (member.body != nullptr) VisitKeywords(*member.body, &types);
     };
@@ -208,8 +226,7 @@ class Linter {
 
   void VisitKeywords(const Expr& expr, uint64_t* types) {
     if (expr.meaning == Meaning::kKeyword) {
-      const auto used = static_cast<size_t>(model_.keywords[static_cast<size_t>(expr.index)]);
-      *types &= keywords_.all()[used].types;
+      *types &= keywords_.all()[model_.keywords[expr.index]].types;
     }
     for (const ExprPtr& operand : expr.operands) VisitKeywords(*operand, types);
   }
@@ -222,6 +239,7 @@ class Linter {
   // ---- Loops that starve everything else ----
 
   void LintLoops(const Stmt& statement) {
+    // A task that never waits uses up the budget of every tick, so that others starve.
     if (statement.kind == StmtKind::kWhile && statement.expr != nullptr) {
       const FoldResult folded = Fold(*statement.expr);
       const bool endless = folded.value && folded.value->cell.AsBool();
@@ -242,6 +260,8 @@ class Linter {
   }
 
   static bool MayWait(const Expr& expr) {
+    // What a called function does may depend on the role that is played, so it gets the benefit of
+    // the doubt.
     if (expr.meaning == Meaning::kMethod) return true;
     if (expr.meaning == Meaning::kBuiltin && vm::InfoOf(expr.opcode).effect == vm::Effect::kWait) {
       return true;
@@ -250,14 +270,14 @@ class Linter {
                        [](const ExprPtr& operand) { return MayWait(*operand); });
   }
 
-  const KeywordTable& keywords_;
+  const keywords::KeywordTable& keywords_;
   const ProgramModel& model_;
   source::Diagnostics& diagnostics_;
 };
 
 }  // namespace
 
-void Lint(const KeywordTable& keywords, const ProgramModel& model,
+void Lint(const keywords::KeywordTable& keywords, const ProgramModel& model,
           source::Diagnostics* diagnostics) {
   Linter(keywords, model, diagnostics).Run();
 }

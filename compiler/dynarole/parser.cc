@@ -9,6 +9,7 @@ namespace {
 using source::Diagnostic;
 using source::Span;
 
+// The word that each kind of member begins with; a field has none.
 struct MemberWord {
   TokenKind token;
   MemberKind kind;
@@ -37,6 +38,7 @@ Program Parse(const source::SourceSet& sources, int file, const std::vector<Toke
 
 const Token& Parser::Take() {
   const Token& token = Peek();
+  // The end of the file is never taken, so that Peek always has something.
   if (at_ + 1 < tokens_.size()) ++at_;
   return token;
 }
@@ -52,6 +54,7 @@ Span Parser::SpanFrom(const Span& begin) const {
 }
 
 bool Parser::StartsLine(const Token& token) const {
+  // Goes back from the token to the line's beginning.
   const std::string_view text = sources_.text(file_);
   for (size_t i = token.span.begin; i > 0; --i) {
     if (text[i - 1] == '\n') return true;
@@ -61,6 +64,7 @@ bool Parser::StartsLine(const Token& token) const {
 }
 
 Diagnostic* Parser::ErrorAt(const Span& span, std::string message) {
+  // What follows an error in the same statement or member mostly follows from it.
   if (panic_ || gave_up_) return nullptr;
   panic_ = true;
   return &diagnostics_.Error(span, std::move(message));
@@ -68,6 +72,7 @@ Diagnostic* Parser::ErrorAt(const Span& span, std::string message) {
 
 Diagnostic* Parser::Unexpected(const std::string& wanted) {
   const Token& token = Peek();
+  // Names and numbers are shown as they stand in the text.
   std::string found = Describe(token.kind);
   if (token.kind == TokenKind::kName || token.kind == TokenKind::kDollar ||
       token.kind == TokenKind::kInt || token.kind == TokenKind::kFloat) {
@@ -87,6 +92,7 @@ bool Parser::Expect(TokenKind kind, const std::string& where) {
 bool Parser::ExpectSemicolon(const std::string& after) {
   if (panic_) return false;
   if (TakeIf(TokenKind::kSemicolon)) return true;
+  // The statement is complete but for the semicolon, so that reading goes on without recovery.
   if (StartsLine(Peek()) || Is(TokenKind::kRightBrace) || Is(TokenKind::kEnd)) {
     const size_t end = Previous().span.end;
     diagnostics_.Error({file_, end, end}, "expected ';' after " + after);
@@ -99,6 +105,7 @@ bool Parser::ExpectSemicolon(const std::string& after) {
 bool Parser::ExpectClosing(TokenKind kind, const Span& opening) {
   if (panic_) return false;
   if (TakeIf(kind)) return true;
+  // The note shows the one that was not closed, which may stand far above.
   const char* open = kind == TokenKind::kRightParen ? "'('" : "'{'";
   Diagnostic* error = Unexpected(Describe(kind));
   if (error != nullptr) error->notes.push_back({opening, std::string("to close this ") + open});
@@ -113,6 +120,7 @@ bool Parser::EnterLevel() {
   return false;
 }
 
+// The rest of the text is passed over, so that every loop over it ends.
 void Parser::GiveUp(const Span& span, const std::string& message, const std::string& hint) {
   if (Diagnostic* error = ErrorAt(span, message)) error->hint = hint;
   panic_ = gave_up_ = true;
@@ -129,6 +137,7 @@ void Parser::TooDeep(const Span& span) {
 Program Parser::ParseProgram() {
   Program program;
   program.file = file_;
+  // Nobody reads on after a hundred messages.
   while (!Is(TokenKind::kEnd) && diagnostics_.all().size() < 100) {
     panic_ = false;
     level_ = 0;
@@ -140,6 +149,7 @@ Program Parser::ParseProgram() {
       ErrorAt(Take().span, "unmatched '}'");
       continue;
     }
+    // Something else stands between roles, perhaps a misspelt word.
     if (Diagnostic* error = Unexpected("'role' or 'abstract role'")) {
       const std::string near = source::NearestName(TextOf(Peek()), {"role", "abstract"});
       error->hint = near.empty() ? "a program is a list of roles: role NAME extends Module { ... }"
@@ -150,10 +160,12 @@ Program Parser::ParseProgram() {
   return program;
 }
 
+// A role's words begin nothing else, so that reading can go on there whatever came before.
 void Parser::SkipToRole() {
   while (!Is(TokenKind::kEnd) && !Is(TokenKind::kRole) && !Is(TokenKind::kAbstract)) Take();
 }
 
+// `[abstract] role NAME extends NAME { members }`
 void Parser::ParseRole(Program* program) {
   Role role;
   role.span = Peek().span;
@@ -163,6 +175,7 @@ void Parser::ParseRole(Program* program) {
     Unexpected("the role's name");
     return SkipToRole();
   }
+  // Without `extends`, or with a wrong name behind it, the role is read as if it extended Module.
   role.name_span = Peek().span;
   role.name = TextOf(Take());
   role.base_span = role.name_span;
@@ -171,6 +184,7 @@ void Parser::ParseRole(Program* program) {
     if (Diagnostic* error = Unexpected("'extends' and the role that '" + role.name + "' extends")) {
       error->hint = "the root of all roles is Module: role " + role.name + " extends Module";
     }
+    // A name without the word was surely meant to be the base.
     if (Is(TokenKind::kName)) Take();
   } else if (Is(TokenKind::kName)) {
     role.base_span = Peek().span;
@@ -179,6 +193,7 @@ void Parser::ParseRole(Program* program) {
     Unexpected("the name of the role that '" + role.name + "' extends");
   }
   role.span = SpanFrom(role.span);
+  // The members are worth reading also where the first line of the role is wrong.
   if (panic_) {
     while (!Is(TokenKind::kLeftBrace) && !Is(TokenKind::kRole) && !Is(TokenKind::kEnd)) Take();
     panic_ = false;
@@ -187,6 +202,7 @@ void Parser::ParseRole(Program* program) {
   program->roles.push_back(std::move(role));
 }
 
+// Members up to the brace; one that was not understood is skipped, and the next one read.
 void Parser::ParseMembers(Role* role) {
   const Span opening = Peek().span;
   if (!Expect(TokenKind::kLeftBrace, "before the members of '" + role->name + "'")) {
@@ -194,10 +210,12 @@ void Parser::ParseMembers(Role* role) {
   }
   while (!Is(TokenKind::kRightBrace)) {
     panic_ = false;
+    // Another role can only begin behind this one's brace.
     if (Is(TokenKind::kEnd) || Is(TokenKind::kRole) || Is(TokenKind::kAbstract)) {
       ExpectClosing(TokenKind::kRightBrace, opening);
       return;
     }
+    // The limit of messages holds within a role too.
     if (diagnostics_.all().size() >= 100) return;
     if (role->members.size() == kMaxMembers) {
       GiveUp(Peek().span, "role '" + role->name + "' has too many members",
@@ -218,6 +236,7 @@ bool Parser::AtMember() const {
 
 // Goes on behind the member: after its ';' or its block, or before something that begins another.
 void Parser::SkipMember() {
+  // Braces are counted, so that a body that was not understood is skipped as a whole.
   int depth = 0;
   while (!Is(TokenKind::kEnd)) {
     if (depth == 0 && (Is(TokenKind::kRightBrace) || AtMember())) return;
@@ -234,6 +253,7 @@ bool Parser::MendMisspelledWord(TokenKind* kind) {
   if (!Is(TokenKind::kName) || Peek(1).kind != TokenKind::kName || StartsLine(Peek(1))) {
     return false;
   }
+  // Two names in one line begin no field, so the first was meant as a word.
   const std::string text = TextOf(Peek());
   const std::string near = source::NearestName(
       text, {"label", "require", "startup", "behavior", "command", "handler", "function"});
@@ -253,11 +273,13 @@ bool Parser::MendMisspelledWord(TokenKind* kind) {
 }
 
 void Parser::ParseMember(Role* role) {
+  // A member begins with its word, a field with its name.
   Member member;
   member.span = Peek().span;
   TokenKind kind = Peek().kind;
   if (MendMisspelledWord(&kind)) Take();
   if (panic_) return;
+  // A word, or the one that was meant, decides the kind; without one it is a field.
   const MemberWord* word = FindMemberWord(kind);
   if (word != nullptr) {
     if (kind == Peek().kind) Take();
@@ -268,6 +290,7 @@ void Parser::ParseMember(Role* role) {
     if (!AtMember()) Take();
     return;
   }
+  // A requirement has no name.
   if (member.kind == MemberKind::kRequire) {
     member.name_span = member.span;
     member.expr = ParseExpr();
@@ -277,6 +300,7 @@ void Parser::ParseMember(Role* role) {
       Unexpected("the name of the " + std::string(NameOf(member.kind)));
       return;
     }
+    // Behind the name: the value of a field or label, or parameters and a block.
     member.name_span = Peek().span;
     member.name = TextOf(Take());
     if (member.kind == MemberKind::kField || member.kind == MemberKind::kLabel) {
@@ -289,6 +313,7 @@ void Parser::ParseMember(Role* role) {
   role->members.push_back(std::move(member));
 }
 
+// `NAME;`, `NAME = value;` and `label NAME = value;`
 void Parser::ParseField(Member* member) {
   if (member->kind == MemberKind::kLabel && !Is(TokenKind::kAssign)) {
     if (Diagnostic* error = Unexpected("'=' and what the label '" + member->name + "' names")) {
@@ -296,6 +321,7 @@ void Parser::ParseField(Member* member) {
     }
     return;
   }
+  // A field cannot have parameters; a word was left out before a routine.
   if (Is(TokenKind::kLeftParen)) {
     if (Diagnostic* error = Unexpected("';' or '=' after the field '" + member->name + "'")) {
       error->hint = "for code, write startup, behavior, command, handler or function before '" +
@@ -309,6 +335,7 @@ void Parser::ParseField(Member* member) {
   ExpectSemicolon("the " + std::string(NameOf(member->kind)) + " '" + member->name + "'");
 }
 
+// `NAME(parameters) { statements }` behind the word of its kind.
 bool Parser::ParseRoutine(Member* member) {
   const std::string what = std::string(NameOf(member->kind)) + " '" + member->name + "'";
   if (!Is(TokenKind::kLeftParen)) {
@@ -330,6 +357,7 @@ bool Parser::ParseParameters(Member* member) {
   const Span opening = Take().span;
   if (TakeIf(TokenKind::kRightParen)) return true;
   do {
+    // `name` or `type name`.
     Parameter parameter;
     if (!Is(TokenKind::kName) && !Is(TokenKind::kRole)) {
       Unexpected("the name of a parameter");

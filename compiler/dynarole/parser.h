@@ -8,8 +8,11 @@
 
 namespace morphbus::dynarole {
 
-/// Parses the tokens of one file. The tree holds whatever could be understood; parts that could not
-/// are kError. Depth is bounded by kMaxDepth.
+/// Parses the tokens of a file. What is wrong is an error in `diagnostics`, and reading goes on at
+/// the next statement or member, so that one slip hides no other. The tree holds whatever could be
+/// understood; parts that could not are kError. No tree is deeper than kMaxDepth.
+/// @param file    index of the file in `sources`, whose text the tokens refer to.
+/// @param tokens  what Tokenize made of it.
 Program Parse(const source::SourceSet& sources, int file, const std::vector<Token>& tokens,
               source::Diagnostics* diagnostics);
 

@@ -5,6 +5,8 @@
 #include <map>
 #include <utility>
 
+#include "compiler/dynarole/builtins.h"
+
 namespace morphbus::dynarole {
 
 namespace {
@@ -13,6 +15,7 @@ using source::Diagnostic;
 using source::Diagnostics;
 using source::NearestName;
 
+// How many members of a kind a role of the virtual machine holds, with those it inherits.
 struct Capacity {
   MemberKind kind;
   size_t most;
@@ -24,6 +27,7 @@ constexpr Capacity kCapacities[] = {
     {MemberKind::kHandler, vm::kMaxRoutines},  {MemberKind::kFunction, vm::kMaxRoutines},
 };
 
+// Puts the model together role by role, a role after the one it extends.
 class Builder {
  public:
   Builder(Program* program, Diagnostics* diagnostics) : diagnostics_(*diagnostics) {
@@ -31,14 +35,17 @@ class Builder {
   }
 
   ProgramModel Build() {
+    // Roles may be used before they are declared, so all are known first.
     CollectRoles();
     ResolveParents();
+    // A role is filled after the one that it extends, whose tables it begins with.
     std::vector<size_t> order(model_.roles.size());
     for (size_t i = 0; i < order.size(); ++i) order[i] = i;
     std::stable_sort(order.begin(), order.end(), [this](size_t a, size_t b) {
       return model_.roles[a].depth < model_.roles[b].depth;
     });
     for (const size_t i : order) FillRole(static_cast<int>(i));
+    // The image counts functions over all roles.
     if (model_.routines.size() > vm::kMaxFunctions) {
       diagnostics_
           .Error(model_.routines[vm::kMaxFunctions].member->name_span,
@@ -51,16 +58,22 @@ class Builder {
  private:
   void CollectRoles() {
     for (Role& role : model_.program->roles) {
+      // A role that is left out here causes no further messages where it is used under its name.
       const int before = model_.FindRole(role.name);
       if (before >= 0) {
         diagnostics_.Error(role.name_span, "role '" + role.name + "' is declared twice")
-            .notes.push_back(
-                {model_.roles[static_cast<size_t>(before)].role->name_span, "first declared here"});
+            .notes.push_back({model_.roles[before].role->name_span, "first declared here"});
         continue;
       }
       if (role.name == "Module") {
         diagnostics_.Error(role.name_span, "'Module' is the built-in root of all roles").hint =
             "give the role another name";
+        continue;
+      }
+      // Behind `$`, directions and axes come before roles.
+      if (FindDirection(role.name) != nullptr) {
+        diagnostics_.Error(role.name_span, "'" + role.name + "' names a direction or an axis")
+            .hint = "give the role another name: $" + role.name + " could not mean it";
         continue;
       }
       if (model_.roles.size() == vm::kMaxRoles) {
@@ -75,6 +88,7 @@ class Builder {
     }
   }
 
+  // Finds what each role extends, cuts circles, and counts how deep each role stands.
   void ResolveParents() {
     std::vector<std::string> names = {"Module"};
     for (const RoleModel& role : model_.roles) names.push_back(role.name);
@@ -82,6 +96,7 @@ class Builder {
       if (role.role->base == "Module") continue;
       role.parent = model_.FindRole(role.role->base);
       if (role.parent >= 0) continue;
+      // What such a role inherits is not known, so nothing in it is called unknown.
       role.broken = true;
       Diagnostic& error =
           diagnostics_.Error(role.role->base_span, "unknown role '" + role.role->base + "'");
@@ -90,20 +105,22 @@ class Builder {
                                 : "did you mean '" + near + "'?";
     }
     for (size_t i = 0; i < model_.roles.size(); ++i) BreakCircle(static_cast<int>(i));
+    // Without circles every chain of roles ends, and depths can be counted.
     for (RoleModel& role : model_.roles) {
-      for (int r = role.parent; r >= 0; r = model_.roles[static_cast<size_t>(r)].parent) {
+      for (int r = role.parent; r >= 0; r = model_.roles[r].parent) {
         ++role.depth;
-        role.broken = role.broken || model_.roles[static_cast<size_t>(r)].broken;
+        role.broken = role.broken || model_.roles[r].broken;
       }
     }
   }
 
   void BreakCircle(int start) {
-    RoleModel& first = model_.roles[static_cast<size_t>(start)];
+    // Follows the chain of bases; if it comes back to where it began, the circle is cut there.
+    RoleModel& first = model_.roles[start];
     std::string path = first.name;
     int role = first.parent;
     for (size_t steps = 0; role >= 0 && steps <= model_.roles.size(); ++steps) {
-      const RoleModel& entry = model_.roles[static_cast<size_t>(role)];
+      const RoleModel& entry = model_.roles[role];
       path += " -> " + entry.name;
       if (role == start) {
         diagnostics_.Error(first.role->base_span, "role '" + first.name + "' extends itself").hint =
@@ -116,19 +133,12 @@ class Builder {
     }
   }
 
+  // Adds a role's own members to those it inherits.
   void FillRole(int index) {
-    RoleModel& role = model_.roles[static_cast<size_t>(index)];
-    if (role.parent >= 0) {
-      const RoleModel& parent = model_.roles[static_cast<size_t>(role.parent)];
-      role.fields = parent.fields;
-      role.labels = parent.labels;
-      role.requirements = parent.requirements;
-      role.startups = parent.startups;
-      role.behaviors = parent.behaviors;
-      role.commands = parent.commands;
-      role.handlers = parent.handlers;
-      role.methods = parent.methods;
-    }
+    // The tables of the base role come first, so that its slots stay what they are.
+    RoleModel& role = model_.roles[index];
+    if (role.parent >= 0) static_cast<RoleMembers&>(role) = model_.roles[role.parent];
+    // Two members of one role cannot share a name, whatever their kinds.
     std::map<std::string, const Member*> own;
     for (Member& member : role.role->members) {
       if (member.kind != MemberKind::kRequire) {
@@ -143,19 +153,24 @@ class Builder {
       }
       AddMember(index, &member);
     }
-    CheckCapacities(role);
+    // What is inherited counts too, so the capacities are checked last.
+    CheckCapacities(&role);
   }
 
+  // Puts one member into the table of its kind.
   void AddMember(int index, Member* member) {
-    RoleModel& role = model_.roles[static_cast<size_t>(index)];
+    RoleModel& role = model_.roles[index];
+    // Requirements add up; nothing replaces one.
     if (member->kind == MemberKind::kRequire) {
       role.requirements.push_back(AddRoutine(index, member, -1));
       return;
     }
+    // A call of such a function could not be told from the built-in one.
     if (member->name == "sizeof") {
       diagnostics_.Error(member->name_span, "'sizeof' is built in and cannot be declared");
       return;
     }
+    // Everything else has a name, and may replace what is inherited under it.
     if (!FitsInherited(role, *member)) return;
     if (member->kind == MemberKind::kField) {
       AddField(&role, *member);
@@ -164,26 +179,19 @@ class Builder {
     if (member->kind == MemberKind::kHandler && !IsEvent(*member)) return;
     std::vector<NamedSlot>& slots = *SlotsOf(&role, member->kind);
     const int slot = FindSlot(slots, member->name);
-    if (member->kind == MemberKind::kLabel) {
-      const int routine = AddRoutine(index, member, -1);
-      if (slot >= 0) {
-        slots[static_cast<size_t>(slot)].routine = routine;
-      } else {
-        slots.push_back({member->name, routine});
-      }
-      return;
-    }
+    // Labels have no parameters, so that a new one always fits the one that it replaces.
+    const bool has_parameters = member->kind != MemberKind::kLabel;
     int signature = -1;
-    if (slot >= 0) {
-      const int overridden = slots[static_cast<size_t>(slot)].routine;
-      signature = model_.routines[static_cast<size_t>(overridden)].signature;
+    if (has_parameters && slot < 0) signature = AddSignature(*member);
+    if (has_parameters && slot >= 0) {
+      signature = model_.routines[slots[slot].routine].signature;
+      // Callers know only the signature of the slot, which the new routine must keep.
       if (!Overrides(*member, signature)) return;
-    } else {
-      signature = AddSignature(*member);
     }
+    // The routine takes the slot of the one that it replaces, or a new one.
     const int routine = AddRoutine(index, member, signature);
     if (slot >= 0) {
-      slots[static_cast<size_t>(slot)].routine = routine;
+      slots[slot].routine = routine;
     } else {
       slots.push_back({member->name, routine});
     }
@@ -191,8 +199,9 @@ class Builder {
 
   // A name means one kind of member in a role and all roles that extend it.
   bool FitsInherited(const RoleModel& role, const Member& member) {
-    for (int r = role.parent; r >= 0; r = model_.roles[static_cast<size_t>(r)].parent) {
-      const RoleModel& base = model_.roles[static_cast<size_t>(r)];
+    // The name may have been declared by any role above.
+    for (int r = role.parent; r >= 0; r = model_.roles[r].parent) {
+      const RoleModel& base = model_.roles[r];
       for (const Member& inherited : base.role->members) {
         if (inherited.name != member.name || inherited.kind == MemberKind::kRequire ||
             inherited.kind == member.kind) {
@@ -201,6 +210,7 @@ class Builder {
         Diagnostic& error = diagnostics_.Error(
             member.name_span, std::string(NameOf(member.kind)) + " '" + member.name +
                                   "' has the name of an inherited " + NameOf(inherited.kind));
+        // The user needs the place of the other one, which may be far above.
         error.notes.push_back({inherited.name_span, "declared in '" + base.name + "'"});
         return false;
       }
@@ -209,6 +219,7 @@ class Builder {
   }
 
   bool IsEvent(const Member& member) {
+    // The name of a handler is the event that it runs on.
     const std::vector<std::string> events = {"on_connect", "on_disconnect", "on_stall", "on_timer"};
     if (std::find(events.begin(), events.end(), member.name) == events.end()) {
       const std::string near = NearestName(member.name, events);
@@ -221,16 +232,18 @@ class Builder {
   }
 
   void AddField(RoleModel* role, const Member& member) {
-    for (FieldSlot& slot : role->fields) {
-      if (model_.fields[static_cast<size_t>(slot.decl)].name != member.name) continue;
-      if (member.expr == nullptr) {
-        diagnostics_.Warning(member.name_span, "field '" + member.name + "' is inherited already")
-            .notes.push_back({model_.fields[static_cast<size_t>(slot.decl)].span, "from here"});
-        return;
-      }
-      slot.value = &member;
+    // A field keeps its slot and its type in all subroles; only the value is replaced.
+    const int inherited = model_.FindField(*role, member.name);
+    if (inherited >= 0 && member.expr != nullptr) {
+      role->fields[inherited].value = &member;
       return;
     }
+    if (inherited >= 0) {
+      diagnostics_.Warning(member.name_span, "field '" + member.name + "' is inherited already")
+          .notes.push_back({model_.fields[role->fields[inherited].decl].span, "from here"});
+      return;
+    }
+    // It is new: declared here for this role and all that extend it.
     FieldDecl decl;
     decl.name = member.name;
     decl.span = member.name_span;
@@ -241,11 +254,14 @@ class Builder {
     role->fields.push_back(slot);
   }
 
+  // Whether a member may replace the inherited one with this signature; reports why not.
   bool Overrides(const Member& member, int signature) {
-    const Signature& inherited = model_.signatures[static_cast<size_t>(signature)];
+    // Whatever replaces a routine is called in its place, so it takes the same arguments. A type
+    // that is written in one of them counts for all.
+    const Signature& inherited = model_.signatures[signature];
     if (inherited.parameters.size() == member.parameters.size()) {
       for (size_t i = 0; i < member.parameters.size(); ++i) {
-        Type& type = model_.signatures[static_cast<size_t>(signature)].parameters[i];
+        Type& type = model_.signatures[signature].parameters[i];
         const Type written = member.parameters[i].type;
         if (written == Type::kUnknown || written == type) continue;
         if (type == Type::kUnknown) {
@@ -271,6 +287,7 @@ class Builder {
   }
 
   int AddSignature(const Member& member) {
+    // Types that are not written are found by the checker.
     Signature signature;
     signature.kind = member.kind;
     signature.name = member.name;
@@ -279,6 +296,7 @@ class Builder {
       signature.parameters.push_back(parameter.type);
     }
     signature.from_call.assign(member.parameters.size(), false);
+    // A command travels in a message of fixed size; a function's parameters take cells of its task.
     const size_t most = member.kind == MemberKind::kCommand    ? vm::kMaxArguments
                         : member.kind == MemberKind::kFunction ? 8
                                                                : 0;
@@ -291,13 +309,15 @@ class Builder {
     return static_cast<int>(model_.signatures.size()) - 1;
   }
 
+  // Makes the function of the image for a member, and returns its index.
   int AddRoutine(int role, Member* member, int signature) {
     Routine routine;
     routine.kind = member->kind;
     routine.role = role;
     routine.member = member;
     routine.signature = signature;
-    const RoleModel& owner = model_.roles[static_cast<size_t>(role)];
+    const RoleModel& owner = model_.roles[role];
+    // Faults show this name. Requirements have none of their own and are counted.
     routine.name = owner.name + "." +
                    (member->kind == MemberKind::kRequire
                         ? "require_" + std::to_string(owner.requirements.size() + 1)
@@ -307,19 +327,20 @@ class Builder {
     return static_cast<int>(model_.routines.size()) - 1;
   }
 
-  void CheckCapacities(const RoleModel& role) {
+  // The virtual machine has room for so many members of a role and no more.
+  void CheckCapacities(RoleModel* role) {
+    // The message is at the role, as no one member is to blame.
     const auto check = [&](size_t count, size_t most, const char* what) {
       if (count <= most) return;
       diagnostics_
-          .Error(role.role->name_span, "role '" + role.name + "' has " + std::to_string(count) +
-                                           " " + what + "s with those it inherits")
+          .Error(role->role->name_span, "role '" + role->name + "' has " + std::to_string(count) +
+                                            " " + what + "s with those it inherits")
           .hint = "at most " + std::to_string(most);
     };
-    check(role.fields.size(), vm::kMaxFields, "field");
-    check(role.requirements.size(), vm::kMaxRequirements, "requirement");
-    RoleModel copy = role;
+    check(role->fields.size(), vm::kMaxFields, "field");
+    check(role->requirements.size(), vm::kMaxRequirements, "requirement");
     for (const Capacity& capacity : kCapacities) {
-      check(SlotsOf(&copy, capacity.kind)->size(), capacity.most, NameOf(capacity.kind));
+      check(SlotsOf(role, capacity.kind)->size(), capacity.most, NameOf(capacity.kind));
     }
   }
 
@@ -336,8 +357,16 @@ int ProgramModel::FindRole(const std::string& name) const {
   return -1;
 }
 
+int ProgramModel::FindField(const RoleModel& role, const std::string& name) const {
+  for (size_t i = 0; i < role.fields.size(); ++i) {
+    if (fields[role.fields[i].decl].name == name) return static_cast<int>(i);
+  }
+  return -1;
+}
+
 bool ProgramModel::IsA(int role, int ancestor) const {
-  while (role >= 0 && role != ancestor) role = roles[static_cast<size_t>(role)].parent;
+  // BuildModel has cut all circles, so the chain ends.
+  while (role >= 0 && role != ancestor) role = roles[role].parent;
   return role >= 0;
 }
 
@@ -349,6 +378,7 @@ int FindSlot(const std::vector<NamedSlot>& slots, const std::string& name) {
 }
 
 std::vector<NamedSlot>* SlotsOf(RoleModel* role, MemberKind kind) {
+  // Fields and requirements have tables of other types.
   switch (kind) {
     case MemberKind::kLabel:
       return &role->labels;
@@ -369,6 +399,7 @@ ProgramModel BuildModel(Program* program, Diagnostics* diagnostics) {
   return Builder(program, diagnostics).Build();
 }
 
+// The words of the language, but for requirements, which the word `require` does not name.
 const char* NameOf(MemberKind kind) {
   switch (kind) {
     case MemberKind::kField:

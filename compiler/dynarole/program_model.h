@@ -1,6 +1,8 @@
 #pragma once
 // A DynaRole program with everything inherited resolved into slots: what the checker works on and
 // the code generator reads. Slots of a role are those of the role it extends, then its own.
+// BuildModel makes it from the syntax tree, which must outlive it: roles and members are referred
+// to and not copied. All lists are referred to by index, so they may grow.
 
 #include <optional>
 #include <string>
@@ -8,91 +10,137 @@
 
 #include "compiler/dynarole/ast.h"
 #include "compiler/source/diagnostics.h"
-#include "vm/program.h"
+#include "vm/image/program.h"
 
 namespace morphbus::dynarole {
 
-/// A field of a role and all its subroles; one type for all of them.
+/// A field of a role and all its subroles. There is one type for all of them, since code of the
+/// base role works on the values of every subrole.
 struct FieldDecl {
   std::string name;
   source::Span span;  ///< Where it was first declared.
   Type type = Type::kUnknown;
-  source::Span type_span;  ///< The value that settled the type.
+  /// The value that settled the type; a note points there where another value does not fit.
+  source::Span type_span;
+  /// Some code reads it; a field that nobody reads gets a warning.
   bool read = false;
 };
 
+/// A field as one role has it.
 struct FieldSlot {
+  /// Index into ProgramModel::fields.
   int decl = -1;
-  const Member* value = nullptr;  ///< The member that sets it; null while it is abstract.
-  vm::Cell cell;                  ///< Its value, once checked.
+  /// The member that sets it, of this role or of one above it; null while the field is abstract.
+  const Member* value = nullptr;
+  /// The value, once the checker has evaluated it; it stands in the image.
+  vm::Cell cell;
 };
 
 /// What overriding routines share: types of parameters and result.
 struct Signature {
   MemberKind kind = MemberKind::kFunction;
   std::string name;
-  source::Span span;
-  std::vector<Type> parameters;
-  std::vector<bool> from_call;  ///< The type was found in a call, not in a body.
-  Type result = Type::kVoid;
+  source::Span span;             ///< Of its name where it was first declared.
+  std::vector<Type> parameters;  ///< kUnknown until the checker has found them.
+  /// Whether the type of each parameter was found in a call, and not in a body.
+  std::vector<bool> from_call;
+  Type result = Type::kVoid;  ///< kVoid until a return with a value is found.
+  /// Some code calls or invokes it.
   bool called = false;
 };
 
+/// A call of a function of the role that is played.
 struct CallSite {
-  int slot = -1;  ///< Method slot of the caller's role.
-  source::Span span;
+  /// Slot among the methods of the caller's role: which routine runs depends on the role that is
+  /// played.
+  int slot = -1;
+  source::Span span;  ///< Of the function's name.
 };
 
 /// One function of the image: a requirement, a label, or a member with a body.
 struct Routine {
   MemberKind kind = MemberKind::kFunction;
   int role = -1;  ///< The role that declares it.
+  /// The member as parsed; the checker writes types and meanings into its tree.
   Member* member = nullptr;
-  int signature = -1;         ///< Of members with a body.
-  Type result = Type::kVoid;  ///< kBool, kJoint, kLink of requirements and labels.
-  std::string name;           ///< "LegUpperHalf.move_thigh".
-  std::vector<Type> locals;   ///< Parameters first; slots are never reused.
-  std::vector<CallSite> calls;
+  /// Index into ProgramModel::signatures for a member with a body; -1 for requirements and labels.
+  int signature = -1;
+  /// What a requirement (kBool) or a label (kJoint, kLink) evaluates to.
+  Type result = Type::kVoid;
+  std::string name;  ///< "LegUpperHalf.move_thigh".
+  /// Types of the parameters, then of the variables. A slot is never used again for another
+  /// variable.
+  std::vector<Type> locals;
+  std::vector<CallSite> calls;  ///< Those in its body, in order.
+  /// The strongest effect of its own instructions and of all that it may call.
   vm::Effect effect = vm::Effect::kPure;
 };
 
+/// A member in one of a role's tables; its place there is its slot.
 struct NamedSlot {
   std::string name;
-  int routine = -1;
+  int routine = -1;  ///< Index into ProgramModel::routines.
 };
 
-struct RoleModel {
-  Role* role = nullptr;
-  std::string name;
-  int parent = -1;
-  int depth = 0;
-  bool broken = false;  ///< What it extends is not known; names in it are not complained of.
+/// The members of a role with all that it inherits. A subrole's tables begin with those of the role
+/// it extends, with its own routines in place of those it overrides, so that code of the base role
+/// finds them.
+struct RoleMembers {
   std::vector<FieldSlot> fields;
+  /// The joints and links that the role has names for.
   std::vector<NamedSlot> labels;
-  std::vector<int> requirements;  ///< Routines.
+  /// Indices of routines, the base role's first: all of them must hold.
+  std::vector<int> requirements;
+  /// What runs: each kind has a table of its own, and so slots of its own.
   std::vector<NamedSlot> startups, behaviors, commands, handlers, methods;
 };
 
-struct ProgramModel {
-  Program* program = nullptr;
-  std::vector<RoleModel> roles;
-  std::vector<FieldDecl> fields;
-  std::vector<Signature> signatures;
-  std::vector<Routine> routines;
-  std::vector<int> keywords;  ///< Keywords used: indices into the KeywordTable.
+/// A role and its members.
+struct RoleModel : RoleMembers {
+  Role* role = nullptr;  ///< The role as parsed.
+  std::string name;
+  int parent = -1;  ///< The role that it extends; -1: Module.
+  /// The number of roles above it, Module not counted.
+  int depth = 0;
+  /// What it extends is not known, so that a name in it may be inherited: unknown names are not
+  /// reported.
+  bool broken = false;
+};
 
+/// A whole program; indices in it are places in its lists.
+struct ProgramModel {
+  /// The tree that this was made from.
+  Program* program = nullptr;
+  /// One for each role of the program, in its order.
+  std::vector<RoleModel> roles;
+  /// Every field once, whatever number of roles have it.
+  std::vector<FieldDecl> fields;
+  /// One for each set of routines that override each other.
+  std::vector<Signature> signatures;
+  /// The functions of the image, in its order.
+  std::vector<Routine> routines;
+  /// Indices into the keywords::KeywordTable of the keywords that the program uses, each once.
+  std::vector<int> keywords;
+
+  /// Index of the role, -1 if there is none of that name.
   [[nodiscard]] int FindRole(const std::string& name) const;
+  /// Slot of the role's field of that name, -1 if it has none.
+  [[nodiscard]] int FindField(const RoleModel& role, const std::string& name) const;
+  /// Whether a role is `ancestor` or extends it, directly or over others.
   [[nodiscard]] bool IsA(int role, int ancestor) const;
 };
 
-/// Slot of the name, -1 if there is none.
+/// Slot of the name in one of a role's tables, -1 if there is none. Tables are short, so it looks
+/// through them.
 int FindSlot(const std::vector<NamedSlot>& slots, const std::string& name);
 
 /// The table of a role that members of this kind stand in.
 std::vector<NamedSlot>* SlotsOf(RoleModel* role, MemberKind kind);
 
 /// Resolves `extends`, overriding and slots, and reports unknown roles, circles, duplicate members,
-/// overriding that does not fit, and more members than a VM can hold.
+/// overriding that does not fit, and more members than a VM can hold. After such errors the model
+/// is still whole enough to be checked, so that the user gets further errors in the same run.
+/// @param program  must outlive the model, which points into it.
 ProgramModel BuildModel(Program* program, source::Diagnostics* diagnostics);
 
 }  // namespace morphbus::dynarole

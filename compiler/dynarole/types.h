@@ -1,41 +1,37 @@
 #pragma once
-// Static types of DynaRole.
+// Static types of DynaRole: what the compiler knows of a value before the program runs. Types are
+// found, not written (docs/dynarole.md, Types).
 
 #include <cstdint>
 #include <optional>
 #include <string_view>
 
-#include "vm/values.h"
+#include "vm/image/opcodes.h"
 
 namespace morphbus::dynarole {
 
+/// What the checker knows of an expression. The types that have values are numbered as the virtual
+/// machine numbers them, so that one is turned into the other by a cast.
 enum class Type : uint8_t {
+#define VALUE_TYPE(name, letter, word, phrase) name,
+#include "vm/image/value_types.def"
+#undef VALUE_TYPE
+  kAny,      ///< `$ANY` by itself: a direction or an axis, as wanted.
   kUnknown,  ///< Not found out yet.
   kError,    ///< Reported already; fits everything.
-  kVoid,
-  kBool,
-  kInt,
-  kFloat,
-  kDirection,
-  kAxis,
-  kAny,  ///< `$ANY` by itself: a direction or an axis, as wanted.
-  kRole,
-  kJoint,
-  kLink,
-  kSet,
-  kConnector,
-  kJointSet,
-  kLinkSet,
 };
 
-/// As messages name it: "an int", "a direction", "a set of modules".
+/// The type as messages name it, with its article: "an int", "a direction", "a set of modules".
 const char* NameOf(Type type);
 
 /// The type that stands before a parameter's name, such as `float`.
 std::optional<Type> TypeFromName(std::string_view name);
 
-/// How values of the type are stored; kVoid for types without values.
+/// How values of the type are stored: `$ANY` as a direction; kVoid for types without values.
 vm::ValueType ValueTypeOf(Type type);
+
+/// The type that a letter of vm/image/opcodes.def stands for.
+constexpr Type TypeOfLetter(char letter) { return static_cast<Type>(vm::TypeOfLetter(letter)); }
 
 /// The type that both fit into, if there is one: an int and a float are a float, `$ANY` takes the
 /// other's type, kUnknown and kError give way.
@@ -45,7 +41,9 @@ std::optional<Type> Join(Type a, Type b);
 /// joints for the one joint in it).
 bool Fits(Type from, Type to);
 
+/// Whether values of the type can be computed with.
 constexpr bool IsNumber(Type type) { return type == Type::kInt || type == Type::kFloat; }
+/// Whether values of the type have members that sizeof counts.
 constexpr bool IsSet(Type type) {
   return type == Type::kSet || type == Type::kJointSet || type == Type::kLinkSet;
 }

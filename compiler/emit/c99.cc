@@ -26,6 +26,7 @@ constexpr double kNoise = 1e-9;
 /// A sum of products of constants and C expressions, without what is 0 or times 1.
 class Sum {
  public:
+  /// Adds `factor` times the C expression `term`; an empty term stands for 1.
   void Add(double factor, const std::string& term) {
     if (std::abs(factor) < kNoise) return;
     const bool minus = factor < 0.0;
@@ -37,6 +38,7 @@ class Sum {
       text_ += CFloat(size) + (term.empty() ? "" : " * " + term);
     }
   }
+  /// The sum as C; "0.0f" if nothing was added.
   [[nodiscard]] std::string text() const { return text_.empty() ? "0.0f" : text_; }
 
  private:
@@ -48,6 +50,8 @@ std::string At(int link, int row, int column) {
   return fmt::format("X[{}][{}]", link, 4 * row + column);
 }
 
+// Writes a header and a source. The code has neither loops nor branches over the robot, so that
+// what a link takes is known.
 class Writer {
  public:
   Writer(const RobotTree& tree, const std::string& stem, std::string prefix, CTables tables)
@@ -62,6 +66,7 @@ class Writer {
     });
     index_.resize(order.size());
     for (size_t i = 0; i < order.size(); ++i) index_[order[i]] = static_cast<int>(i);
+    // `index_` and `links_` are each other's inverse: tree to array, array to tree.
     links_ = order;
   }
 
@@ -75,11 +80,14 @@ class Writer {
   }
 
  private:
+  // A module type comes with tables for the virtual machine, a robot without.
   [[nodiscard]] const char* What() const {
     return tables_.definitions.empty() ? "Forward kinematics" : "Kinematics";
   }
 
+  /// Text of the header.
   [[nodiscard]] std::string Header() const {
+    // The header lists links and joints by name, then declares the function and the tables.
     std::vector<std::string> links;
     for (const size_t i : links_) links.push_back(tree_.links[i].name);
     std::vector<std::string> joints;
@@ -102,7 +110,9 @@ class Writer {
     return text;
   }
 
+  /// Text of the source.
   [[nodiscard]] std::string Source() const {
+    // Large robots get one function for every few links, and one that calls them in order.
     const std::string name = prefix_ + "_forward_kinematics";
     std::string text = fmt::format(
         "/* {} of {}; written by morphbus export, not by hand. SI, radians. */\n"
@@ -113,9 +123,11 @@ class Writer {
       text += fmt::format("\n{}void {}{}(const float *restrict q, float (*restrict X)[12]) {{\n",
                           parts > 1 ? "static " : "", name,
                           parts > 1 ? "_" + std::to_string(part) : "");
+      // Each link needs its parent only, which an earlier function has placed.
       const size_t end = std::min((part + 1) * kLinksAFunction, tree_.links.size());
       std::string body;
       for (size_t i = part * kLinksAFunction; i < end; ++i) body += Place(i);
+      // Compilers warn of a parameter that is not used.
       if (body.find("q[") == std::string::npos) text += "  (void)q;\n";
       text += body + "}\n";
     }
@@ -128,19 +140,22 @@ class Writer {
     return text;
   }
 
+  /// The statements that compute the pose of link i of the tree from its parent's.
   [[nodiscard]] std::string Place(size_t i) const {
+    // How the link moves against its parent decides what has to be computed.
     const TreeLink& link = tree_.links[i];
     std::string text = fmt::format("  /* {} */\n", link.name);
     const int at = index_[i];
     if (link.parent < 0) return text + PlaceRoot(at, link.X_PL);
-    const int parent = index_[static_cast<size_t>(link.parent)];
+    const int parent = index_[link.parent];
     if (link.joint < 0) return text + PlaceRigid(at, parent, link.X_PL);
-    const TreeJoint& joint = tree_.joints[static_cast<size_t>(link.joint)];
+    const TreeJoint& joint = tree_.joints[link.joint];
     const std::string q = fmt::format("q[{}]", link.joint);
     if (joint.type == JointType::kFixed) return text + PlaceRigid(at, parent, link.X_PL);
     if (joint.type == JointType::kPrismatic) return text + PlaceSlide(at, parent, joint, q);
     text +=
         fmt::format("  {{\n    const float s = sinf({0});\n    const float c = cosf({0});\n", q);
+    // An axis along one of the frame's own makes a third of the products vanish.
     for (int k = 0; k < 3; ++k) {
       if (std::abs(std::abs(joint.axis[k]) - 1.0) > kNoise) continue;
       return text + PlaceTurn(at, parent, joint, k) + "  }\n";
@@ -148,6 +163,7 @@ class Writer {
     return text + PlaceAnyTurn(at, parent, joint) + "  }\n";
   }
 
+  // A root stands where it stands, whatever the joints do.
   static std::string PlaceRoot(int at, const model::Pose& X) {
     std::string text;
     for (int row = 0; row < 3; ++row) {
@@ -160,8 +176,10 @@ class Writer {
     return text;
   }
 
+  // A link that a connection or a fixed joint holds.
   static std::string PlaceRigid(int at, int parent, const model::Pose& X_PL) {
     std::string text;
+    // X_RL = X_RP * X_PL, element by element, without the products that are 0.
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 4; ++column) {
         Sum sum;
@@ -173,6 +191,7 @@ class Writer {
     return text;
   }
 
+  // A prismatic joint moves the origin along its axis and turns nothing.
   static std::string PlaceSlide(int at, int parent, const TreeJoint& joint, const std::string& q) {
     std::string text;
     for (int row = 0; row < 3; ++row) {
@@ -189,6 +208,7 @@ class Writer {
 
   /// About the frame's own axis k: two columns turn, and the origin about the axis.
   static std::string PlaceTurn(int at, int parent, const TreeJoint& joint, int k) {
+    // The other two axes, right-handed, and the signs of the sine for either sense of the axis.
     const int u = (k + 1) % 3;
     const int v = (k + 2) % 3;
     const char* with = joint.axis[k] > 0.0 ? "+" : "-";
@@ -200,6 +220,7 @@ class Writer {
                           At(parent, row, v));
       text += fmt::format("    {} = c * {} {} s * {};\n", At(at, row, v), At(parent, row, v),
                           against, At(parent, row, u));
+      // The origin turns about the point of the axis: p + R_RP o - R_RL o.
       Sum sum;
       sum.Add(1.0, At(parent, row, 3));
       for (const int column : {u, v}) {
@@ -214,6 +235,7 @@ class Writer {
 
   /// About any axis: Rodrigues' formula, a matrix whose elements are linear in sine and cosine.
   static std::string PlaceAnyTurn(int at, int parent, const TreeJoint& joint) {
+    // R = a a^T + (1 - a a^T) cos q + [a]x sin q, each element a sum of three terms.
     const Vector3d& a = joint.axis;
     const Matrix3d along = a * a.transpose();
     const Matrix3d across = Matrix3d::Identity() - along;
@@ -229,6 +251,7 @@ class Writer {
         text += fmt::format("    const float m{}{} = {};\n", i, j, sum.text());
       }
     }
+    // R_RL = R_RP m, and the origin turns about the point of the axis as above.
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 3; ++column) {
         text += fmt::format("    {} = {} * m0{} + {} * m1{} + {} * m2{};\n", At(at, row, column),
@@ -265,6 +288,7 @@ Exported ModuleToC(const model::Model& model, int type, uint64_t model_hash,
   const RobotTree tree = TreeOf(model, ModuleAsRobot(model, type));
   const std::string prefix = CModulePrefix(tree.name);
   const Result<CTables> tables = TablesInC(model, type, model_hash, prefix, stem);
+  // What no image can hold still has kinematics.
   if (tables) return Writer(tree, stem, prefix, *tables).Write();
   Exported exported = ToC(tree, stem);
   exported.warnings.push_back(

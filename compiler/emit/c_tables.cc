@@ -4,9 +4,9 @@
 
 #include <utility>
 
+#include "compiler/base/check.h"
 #include "compiler/emit/c_text.h"
 #include "compiler/emit/kinematics.h"
-#include "compiler/source/check.h"
 
 namespace morphbus::emit {
 namespace {
@@ -23,8 +23,10 @@ std::string Braced(const Eigen::Vector3d& v) {
   return Braced(std::vector<double>{v.x(), v.y(), v.z()});
 }
 
+// Texts of an image have no terminating zero.
 std::string ToString(const vm::Text& text) { return {text.data, text.size}; }
 
+// Writes the tables of vm/image/kinematics_c.h as initialised constants.
 class Writer {
  public:
   Writer(const vm::VerifiedKinematics& kinematics, const model::ModuleType& type,
@@ -32,6 +34,7 @@ class Writer {
       : kinematics_(kinematics), type_(type), prefix_(std::move(prefix)) {}
 
   std::string Definitions() {
+    // Names are collected while the tables are written, but must be defined before them.
     const std::string links = Links();
     const std::string joints = Joints();
     const std::string connectors = Connectors();
@@ -40,6 +43,7 @@ class Writer {
     return "\n" + names_ + links + joints + connectors + connections + all;
   }
 
+  // What the header of the module shows of the tables.
   [[nodiscard]] std::string Declarations() const {
     std::vector<std::string> names;
     for (int c = 0; c < kinematics_.num_connectors(); ++c) {
@@ -68,6 +72,7 @@ class Writer {
     return fmt::format("\nstatic const MORPHBUS_FLASH {} {} = {{\n{}}};\n", type, name, rows);
   }
 
+  // A link is its name.
   std::string Links() {
     std::string rows;
     for (int i = 0; i < kinematics_.num_links(); ++i) {
@@ -77,6 +82,8 @@ class Writer {
   }
 
   std::string Joints() {
+    // The order is that of vm::JointKind.
+    // The header with the types defines these names.
     constexpr const char* kKinds[] = {"MORPHBUS_REVOLUTE", "MORPHBUS_CONTINUOUS",
                                       "MORPHBUS_PRISMATIC", "MORPHBUS_FIXED"};
     std::string rows;
@@ -94,8 +101,9 @@ class Writer {
     std::string parts;
     std::string rows;
     for (int i = 0; i < kinematics_.num_connectors(); ++i) {
+      // A connector points to its states and sub-points, which are arrays of their own.
       const vm::KinConnector& connector = kinematics_.connector(i);
-      const model::Connector& features = type_.connectors[static_cast<size_t>(i)];
+      const model::Connector& features = type_.connectors[i];
       std::string states;
       for (int s = 0; s < connector.num_states; ++s) {
         states += fmt::format("  {{{}, {}}},\n", Name(connector.states[s].name),
@@ -117,6 +125,8 @@ class Writer {
   std::string Connections() {
     std::string rows;
     for (int i = 0; i < kinematics_.num_connections(); ++i) {
+      // Each connection from this type's side, with the pose of the neighbour as position and
+      // quaternion.
       const vm::KinConnection c = kinematics_.connection(i);
       const vm::Quat& q = c.X_MN.q;
       rows += fmt::format("  {{{}, {}, {}, {}, {}, {}, {}}},\n", c.connection_type,
@@ -127,6 +137,8 @@ class Writer {
   }
 
   std::string All() {
+    // The hashes are those of the image, so that machines with tables and with images know each
+    // other.
     const std::string name = Name(kinematics_.type_name());
     const auto pointer = [](int count, const char* array) { return count > 0 ? array : "0"; };
     return fmt::format(
@@ -151,7 +163,8 @@ class Writer {
 Result<CTables> TablesInC(const model::Model& model, int type, uint64_t model_hash,
                           const std::string& prefix, const std::string& stem) {
   constexpr size_t kMaxPoints = 255;
-  const model::ModuleType& module = model.module_types[static_cast<size_t>(type)];
+  const model::ModuleType& module = model.module_types[type];
+  // The tables count sub-points in a byte.
   for (const model::Connector& connector : module.connectors) {
     if (connector.subpoints.size() <= kMaxPoints) continue;
     return Fail(
@@ -160,6 +173,7 @@ Result<CTables> TablesInC(const model::Model& model, int type, uint64_t model_ha
   }
   const Result<std::string> image = KinematicsImage(model, type, model_hash);
   if (!image) return Fail(image.error().message);
+  // Tables are written from the verified image, so that both say the same.
   vm::VerifiedKinematics kinematics;
   const vm::VerifyError error =
       vm::VerifyKinematics(reinterpret_cast<const uint8_t*>(image->data()),

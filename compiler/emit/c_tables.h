@@ -1,22 +1,27 @@
 #pragma once
-// The kinematics image of a module type as C constants (vm/kinematics_c.h): features of links,
-// joints and connectors, and each connection with its transform, from either side.
+// The kinematics image of a module type as C constants (vm/image/kinematics_c.h): features of
+// links, joints and connectors, and each connection with its transform, from either side.
 
 #include <cstdint>
 #include <string>
 #include <vector>
 
+#include "compiler/base/result.h"
 #include "compiler/emit/exported.h"
 #include "compiler/model/robot_model.h"
-#include "compiler/source/result.h"
 
 namespace morphbus::emit {
 
+/// The tables of one module type as text, for the C back end to put together.
 struct CTables {
-  std::string include;                    ///< For the top of the header.
-  std::string declarations;               ///< For the header.
-  std::string definitions;                ///< For the source.
-  std::vector<CompanionFile> companions;  ///< The header with the types.
+  /// The #include of the types, for the top of the header.
+  std::string include;
+  /// Declarations of the constants, for the header.
+  std::string declarations;
+  /// The constants themselves, for the source.
+  std::string definitions;
+  /// The header with the types (KinematicsTypesInC), which lies beside the others.
+  std::vector<CompanionFile> companions;
 };
 
 /// The tables of module type `type` (an index), named `prefix`_kinematics, for `stem`.h. Their

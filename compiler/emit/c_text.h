@@ -13,7 +13,7 @@ std::string CFloat(double value);
 std::string CIdentifier(std::string name);
 
 /// What the names of a module type called `name` begin with; "morphbus_" for one called "morphbus",
-/// whose tables would be called like their type (vm/kinematics_c.h).
+/// whose tables would be called like their type (vm/image/kinematics_c.h).
 std::string CModulePrefix(const std::string& name);
 
 /// `names` as enumerators PREFIX_KIND_name, with the number of them at the end. Names that would be

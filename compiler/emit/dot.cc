@@ -5,7 +5,8 @@
 namespace morphbus::emit {
 namespace {
 
-/// A name inside a quoted DOT string.
+/// A name inside a quoted DOT string. Names of M3L are identifiers, but a model may also come from
+/// a log, and then be anything.
 std::string Escaped(const std::string& text) {
   std::string out;
   for (const char c : text) {
@@ -15,6 +16,7 @@ std::string Escaped(const std::string& text) {
   return out;
 }
 
+// How every graph of ours begins.
 std::string Header(const std::string& name) {
   return fmt::format(
       "graph \"{}\" {{\n"
@@ -34,6 +36,7 @@ std::string AssemblyGraphDot(const model::Model& model, const model::Robot& robo
   for (size_t m = 0; m < robot.modules.size(); ++m) {
     const model::ModuleType& type = model.TypeOf(robot, static_cast<int>(m));
     const int module = static_cast<int>(m);
+    // A module is a cluster: its links, thick the one that carries the robot frame, and its joints.
     out += fmt::format("  subgraph \"cluster_{}\" {{\n    label=\"{} ({})\";\n", m,
                        Escaped(robot.modules[m].name), Escaped(type.name));
     for (size_t l = 0; l < type.links.size(); ++l) {
@@ -50,6 +53,8 @@ std::string AssemblyGraphDot(const model::Model& model, const model::Robot& robo
     out += "  }\n";
   }
   for (const model::Docking& d : robot.dockings) {
+    // A docking joins two links of different clusters; it has its number, and its connectors at its
+    // ends.
     const model::Connector& a = model.TypeOf(robot, d.module_a).connectors[d.connector_a];
     const model::Connector& b = model.TypeOf(robot, d.module_b).connectors[d.connector_b];
     const model::ConnectionOption& option =
@@ -65,9 +70,11 @@ std::string AssemblyGraphDot(const model::Model& model, const model::Robot& robo
 std::string KinematicGraphDot(const model::Model& model, const model::Robot& robot,
                               const model::KinematicGraph& graph) {
   std::string out = Header(robot.name);
+  // Without this the picture would seem to say that no joint is locked.
   if (!graph.locked_computed)
     out += "  label=\"locked joints: not computed, too many in one system of loops\";\n";
   for (size_t b = 0; b < graph.bodies.size(); ++b) {
+    // A body lists its links; what is locked by loops is dashed.
     std::string label;
     for (const model::LinkRef& ref : graph.bodies[b].links) {
       label += Escaped(robot.modules[ref.module].name) + "." +
@@ -76,6 +83,7 @@ std::string KinematicGraphDot(const model::Model& model, const model::Robot& rob
     out += fmt::format("  b{} [shape=ellipse, label=\"{}degree {}\"];\n", b, label,
                        graph.bodies[b].degree);
   }
+  // A joint is an edge between the two bodies that it moves.
   for (const model::GraphJoint& joint : graph.joints) {
     out += fmt::format("  b{} -- b{} [label=\"{}.{}\\n{} adjacent{}\"{}];\n", joint.body_a,
                        joint.body_b, Escaped(robot.modules[joint.module].name),

@@ -12,8 +12,8 @@ namespace morphbus::emit {
 /// labelled with connectors and number.
 std::string AssemblyGraphDot(const model::Model& model, const model::Robot& robot);
 
-/// The kinematic graph (paper, Fig. 6): a vertex a body with its links and degree, an edge a joint
-/// with its number of adjacent joints; locked joints dashed.
+/// The kinematic graph of the robot, `graph` (paper, Fig. 6): a vertex a body with its links and
+/// degree, an edge a joint with its number of adjacent joints; locked joints dashed.
 std::string KinematicGraphDot(const model::Model& model, const model::Robot& robot,
                               const model::KinematicGraph& graph);
 

@@ -6,14 +6,18 @@
 
 namespace morphbus::emit {
 
-/// A file beside the main one.
+/// A file that belongs to the main one and lies beside it or in a folder beside it.
 struct CompanionFile {
   std::string path;  ///< Relative to the main file's folder, with '/'.
+  /// Its whole content, text or binary.
   std::string bytes;
 };
 
+/// What one export consists of, in memory: the caller writes it. Nothing in it depends on where the
+/// files will lie, but for names that the caller gave.
 struct Exported {
   std::string text;  ///< The main file.
+  /// Files that the main one refers to, or that somebody needs who builds it.
   std::vector<CompanionFile> companions;
   /// What was lost on the way, a sentence each, for the user.
   std::vector<std::string> warnings;

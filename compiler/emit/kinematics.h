@@ -1,13 +1,13 @@
 #pragma once
 // The kinematics image of a module type: what the virtual machine on the host knows of the module
-// it runs in (vm/kinematics_image.h).
+// it runs in (vm/image/kinematics_image.h).
 
 #include <cstdint>
 #include <string>
 
+#include "compiler/base/result.h"
 #include "compiler/model/robot_model.h"
-#include "compiler/source/result.h"
-#include "vm/kinematics_encoder.h"
+#include "vm/image/kinematics_encoder.h"
 
 namespace morphbus::emit {
 

@@ -17,16 +17,22 @@ namespace morphbus::emit {
 /// outlive it and stay as it is. Answers stay valid as long as it lives. Not for several threads.
 class LinkSolids {
  public:
+  /// Works out nothing yet: each answer is found when it is first asked for.
   explicit LinkSolids(const model::Model& model) : model_(model) {}
 
-  /// `type` and `link` are indices of a module type and of a link in it.
+  /// Mass, centre of mass and inertia in the link's frame. `type` and `link` are indices of a
+  /// module type and of a link in it, here and below.
   const model::LinkMass& Mass(int type, int link);
+  /// Corners of what the link can collide with, in its frame (m); empty without hull.
   const std::vector<Eigen::Vector3d>& Hull(int type, int link);
-  /// With faces, for formats that hold them: model::ComputeHull of Hull.
+  /// The same corners with the faces between them, for formats that hold them: model::ComputeHull
+  /// of Hull.
   const model::ConvexHull& Faces(int type, int link);
 
  private:
   const model::Model& model_;
+  /// Answers so far, by module type and link. A map leaves its elements where they are as it grows,
+  /// so that references to them stay good.
   std::map<std::pair<int, int>, model::LinkMass> masses_;
   std::map<std::pair<int, int>, std::vector<Eigen::Vector3d>> hulls_;
   std::map<std::pair<int, int>, model::ConvexHull> faces_;

@@ -17,11 +17,12 @@ std::string Vector(const Eigen::Vector3d& v) {
 }  // namespace
 
 std::string RobotM3l(const model::Model& model, const model::Robot& robot) {
-  const auto module_name = [&](int m) { return robot.modules[static_cast<size_t>(m)].name; };
+  // Modules, and the joints that do not start at 0, in the units of their types.
+  const auto module_name = [&](int m) { return robot.modules[m].name; };
   std::vector<std::string> modules;
   std::vector<std::string> joints;
   for (const model::ModuleInstance& module : robot.modules) {
-    const model::ModuleType& type = model.module_types[static_cast<size_t>(module.type)];
+    const model::ModuleType& type = model.module_types[module.type];
     modules.push_back(type.name + " " + module.name);
     for (size_t j = 0; j < type.joints.size(); ++j) {
       if (module.start[j] == 0.0) continue;
@@ -30,28 +31,31 @@ std::string RobotM3l(const model::Model& model, const model::Robot& robot) {
                                    Number(module.start[j] / (slide ? type.unit_m : 1.0))));
     }
   }
+  // Connections by the numbers that the solver gave them.
   std::vector<std::string> connections;
   for (const model::Docking& d : robot.dockings) {
-    const model::ConnectionType& connection =
-        model.connection_types[static_cast<size_t>(d.connection_type)];
+    const model::ConnectionType& connection = model.connection_types[d.connection_type];
     const auto end = [&](int module, int connector) {
       const model::ModuleType& type = model.TypeOf(robot, module);
-      return module_name(module) + "." + type.connectors[static_cast<size_t>(connector)].name;
+      return module_name(module) + "." + type.connectors[connector].name;
     };
     // The name is needed where several connections could be meant.
     const std::string name = model.connection_types.size() > 1 ? connection.name + ":" : "";
     connections.push_back(fmt::format("({},{},{}{})", end(d.module_a, d.connector_a),
                                       end(d.module_b, d.connector_b), name,
-                                      connection.options[static_cast<size_t>(d.option)].number));
+                                      connection.options[d.option].number));
   }
+  // The frame by three axes of the link that carries it: its origin and the directions north, up
+  // and east.
   const model::ModuleType& root = model.TypeOf(robot, robot.root_module);
   std::vector<std::string> frame;
   for (int i = 0; i < 3; ++i) {
-    frame.push_back(fmt::format(
-        "{}.{}.(axis: origin={}, direction={})", module_name(robot.root_module),
-        root.links[static_cast<size_t>(robot.root_link)].name,
-        Vector(robot.X_LR.translation() / root.unit_m), Vector(robot.X_LR.linear().col(i))));
+    frame.push_back(fmt::format("{}.{}.(axis: origin={}, direction={})",
+                                module_name(robot.root_module), root.links[robot.root_link].name,
+                                Vector(robot.X_LR.translation() / root.unit_m),
+                                Vector(robot.X_LR.linear().col(i))));
   }
+  // The parts of the statement in the order in which M3L declares them.
   const auto list = [](const std::vector<std::string>& items) {
     return fmt::format("({})", fmt::join(items, ", "));
   };

@@ -9,10 +9,11 @@
 #include <utility>
 #include <vector>
 
+#include "compiler/emit/meshes.h"
 #include "compiler/emit/mjcf_bodies.h"
 #include "compiler/emit/names.h"
 #include "compiler/emit/numbers.h"
-#include "compiler/emit/xml_text.h"
+#include "compiler/keywords/xml_text.h"
 #include "compiler/model/convex_hull.h"
 
 namespace morphbus::emit {
@@ -31,16 +32,19 @@ constexpr size_t kMostKeyframeValues = 1000;
 /// swing.
 double FullForceError(const TreeJoint& joint) {
   static_assert(kLeastSettling >= 4.0 * kMjcfRunUp);
+  // A hundredth of the range, but never so stiff that it would swing; continuous joints have no
+  // range.
   const double part =
       joint.type == JointType::kContinuous ? 0.0 : kFullForcePart * (joint.upper - joint.lower);
   return std::max(part, kLeastSettling * joint.speed);
 }
 
+/// Writes one MJCF file with the parts that belong to it. Write is called once.
 class Writer {
  public:
   Writer(const model::Model& model, const RobotTree& tree, const std::string& stem)
       : model_(model), tree_(tree), stem_(stem) {
-    // The name of MuJoCo's own body.
+    // A link must not have the name of MuJoCo's own body.
     RenameReservedLinks(
         "MJCF", [](const std::string& name) { return name == "world"; }, &tree_,
         &exported_.warnings);
@@ -48,25 +52,23 @@ class Writer {
   }
 
   Exported Write() {
-    StartXml(&document_);
-    root_ = document_.append_child("mujoco");
-    Set(root_, "model", tree_.name);
-    Comment(root_, "SI units, radians. The world has z up (x north, y west); " + base_ +
-                       " is the robot frame: x north, y up, z east.");
-    pugi::xml_node compiler = root_.append_child("compiler");
-    Set(compiler, "angle", "radian");
-    Set(compiler, "autolimits", "true");
-    Set(root_.append_child("option"), "gravity", "0 0 -9.81");
+    xml::Start(&document_);
+    root_ = xml::Append(document_, "mujoco", {{"model", tree_.name}});
+    xml::Comment(root_, "SI units, radians. The world has z up (x north, y west); " + base_ +
+                            " is the robot frame: x north, y up, z east.");
+    xml::Append(root_, "compiler", {{"angle", "radian"}, {"autolimits", "true"}});
+    xml::Append(root_, "option", {{"gravity", "0 0 -9.81"}});
     AppendSizes();
     AppendMeshes();
     pugi::xml_node world = root_.append_child("worldbody");
     AppendFloor(world);
+    // What follows refers to bodies and joints by name, so the bodies come first.
     const MjcfBodies bodies(model_, tree_, stem_, AppendBase(world));
     AppendExcludes();
     AppendWelds();
     AppendActuators();
     AppendStart(bodies.JointOrder());
-    exported_.text = XmlText(document_);
+    exported_.text = xml::Text(document_);
     exported_.companions = bodies.Parts();
     exported_.parts_folder = MjcfPartsFolder(stem_);
     return std::move(exported_);
@@ -80,20 +82,21 @@ class Writer {
     constexpr size_t kMost = 2000;  // MuJoCo's memory grows by this times the joints.
     constexpr size_t kRowsOfAContact = 4;
     const size_t contacts = std::min(kPerLink * tree_.links.size(), kMost);
+    // What MuJoCo provides by itself is enough.
     if (contacts <= kDefault) return;
-    pugi::xml_node size = root_.append_child("size");
-    Set(size, "nconmax", fmt::format("{}", contacts));
-    Set(size, "njmax",
-        fmt::format("{}", kRowsOfAContact * contacts + kPerLink * tree_.links.size()));
+    const size_t rows = kRowsOfAContact * contacts + kPerLink * tree_.links.size();
+    xml::Append(root_, "size",
+                {{"nconmax", std::to_string(contacts)}, {"njmax", std::to_string(rows)}});
   }
 
   /// MuJoCo takes the convex hull of a mesh given by its corners.
   void AppendMeshes() {
+    // Modules of one type share their meshes; the map gives them an order of their own.
     std::map<std::string, std::string> corners;
     for (const TreeLink& link : tree_.links) {
-      const std::string name = MjcfMeshName(model_, link);
+      const std::string name = MeshName(model_, link);
       if (name.empty() || corners.count(name) != 0) continue;
-      const model::ModuleType& type = model_.module_types[static_cast<size_t>(link.type)];
+      const model::ModuleType& type = model_.module_types[link.type];
       std::string& text = corners[name];
       const model::ConvexHull hull = model::ComputeHull(model::SolidHull(type, link.link));
       for (const Eigen::Vector3d& p : hull.vertices) {
@@ -101,96 +104,98 @@ class Writer {
       }
     }
     if (corners.empty()) return;
-    pugi::xml_node asset = root_.append_child("asset");
+    const pugi::xml_node asset = xml::Append(root_, "asset");
     for (const auto& [name, text] : corners) {
-      pugi::xml_node mesh = asset.append_child("mesh");
-      Set(mesh, "name", name);
-      Set(mesh, "vertex", text);
+      xml::Append(asset, "mesh", {{"name", name}, {"vertex", text}});
     }
   }
 
+  /// The body of the robot frame, turned for a world whose z is up and free to move.
   pugi::xml_node AppendBase(pugi::xml_node world) {
     const model::Pose X_WR = RobotFrameInZUp();
-    pugi::xml_node base = world.append_child("body");
-    Set(base, "name", base_);
-    Set(base, "pos", Triple(X_WR.translation()));
-    Set(base, "quat", QuaternionWxyz(X_WR.linear()));
-    Set(base.append_child("freejoint"), "name", FreeName(tree_, base_ + ".free"));
+    const pugi::xml_node base = xml::Append(world, "body",
+                                            {{"name", base_},
+                                             {"pos", Triple(X_WR.translation())},
+                                             {"quat", QuaternionWxyz(X_WR.linear())}});
+    xml::Append(base, "freejoint", {{"name", FreeName(tree_, base_ + ".free")}});
     return base;
   }
 
-  /// Below the robot as it stands at the start.
+  /// A light, and a floor below the robot as it stands at the start.
   void AppendFloor(pugi::xml_node world) {
-    pugi::xml_node light = world.append_child("light");
-    Set(light, "pos", "0 0 3");
-    Set(light, "dir", "0 0 -1");
-    pugi::xml_node floor = world.append_child("geom");
-    Set(floor, "name", FreeName(tree_, "floor"));
-    Set(floor, "type", "plane");
-    Set(floor, "size", "0 0 0.1");
-    Set(floor, "pos", Triple({0.0, 0.0, LowestPoint(model_, tree_) - kFloorClearance}));
+    const double height = LowestPoint(model_, tree_) - kFloorClearance;
+    xml::Append(world, "light", {{"pos", "0 0 3"}, {"dir", "0 0 -1"}});
+    xml::Append(world, "geom",
+                {{"name", FreeName(tree_, "floor")},
+                 {"type", "plane"},
+                 {"size", "0 0 0.1"},
+                 {"pos", Triple({0.0, 0.0, height})}});
   }
 
   /// Links that touch by construction: those one or two joints or connections apart. (MuJoCo leaves
   /// out only parent and child.)
   void AppendExcludes() {
+    // Of each link, those one step away.
     std::vector<std::set<int>> near(tree_.links.size());
     const auto join = [&](int a, int b) {
-      near[static_cast<size_t>(a)].insert(b);
-      near[static_cast<size_t>(b)].insert(a);
+      near[a].insert(b);
+      near[b].insert(a);
     };
     for (size_t i = 0; i < tree_.links.size(); ++i) {
       if (tree_.links[i].parent >= 0) join(static_cast<int>(i), tree_.links[i].parent);
     }
     for (const TreeLoop& loop : tree_.loops) join(loop.from, loop.to);
+    // Each link and those up to two steps away, every pair once.
     pugi::xml_node contact = root_.append_child("contact");
     for (size_t i = 0; i < near.size(); ++i) {
       std::set<int> excluded = near[i];
       for (const int j : near[i]) {
-        const std::set<int>& beyond = near[static_cast<size_t>(j)];
+        const std::set<int>& beyond = near[j];
         excluded.insert(beyond.begin(), beyond.end());
       }
       for (const int j : excluded) {
         if (j <= static_cast<int>(i)) continue;
-        pugi::xml_node exclude = contact.append_child("exclude");
-        Set(exclude, "body1", tree_.links[i].name);
-        Set(exclude, "body2", tree_.links[static_cast<size_t>(j)].name);
+        xml::Append(contact, "exclude",
+                    {{"body1", tree_.links[i].name}, {"body2", tree_.links[j].name}});
       }
     }
   }
 
-  /// Always with relpose: without it MuJoCo would keep whatever gap there is at qpos 0.
+  /// A weld for each loop, always with relpose: without it MuJoCo would keep whatever gap there is
+  /// at qpos 0.
   void AppendWelds() {
     if (tree_.loops.empty()) return;
     pugi::xml_node equality = root_.append_child("equality");
     for (const TreeLoop& loop : tree_.loops) {
-      pugi::xml_node weld = equality.append_child("weld");
-      Set(weld, "name", loop.name);
-      Set(weld, "body1",
-          loop.joint >= 0 ? MjcfLoopBody(loop) : tree_.links[static_cast<size_t>(loop.from)].name);
-      Set(weld, "body2", tree_.links[static_cast<size_t>(loop.to)].name);
-      Set(weld, "solref", Number(kWeldSettling) + " 1");
-      Set(weld, "relpose",
-          Triple(loop.X_FT.translation()) + " " + QuaternionWxyz(loop.X_FT.linear()));
+      const pugi::xml_node weld = xml::Append(equality, "weld", {{"name", loop.name}});
+      xml::Set(weld, "body1", loop.joint >= 0 ? MjcfLoopBody(loop) : tree_.links[loop.from].name);
+      xml::Set(weld, "body2", tree_.links[loop.to].name);
+      xml::Set(weld, "solref", Number(kWeldSettling) + " 1");
+      xml::Set(weld, "relpose",
+               Triple(loop.X_FT.translation()) + " " + QuaternionWxyz(loop.X_FT.linear()));
     }
   }
 
+  /// A position servo for each joint that moves, as strong as its motor.
   void AppendActuators() {
     pugi::xml_node actuator;
     for (const TreeJoint& joint : tree_.joints) {
       if (joint.type == JointType::kFixed) continue;
+      // A robot without joints that move has no such element.
       if (!actuator) actuator = root_.append_child("actuator");
-      pugi::xml_node position = actuator.append_child("position");
-      Set(position, "name", joint.name);
-      Set(position, "joint", joint.name);
-      Set(position, "kp", Number(joint.effort / FullForceError(joint)));
+      const pugi::xml_node position =
+          xml::Append(actuator, "position",
+                      {{"name", joint.name},
+                       {"joint", joint.name},
+                       {"kp", Number(joint.effort / FullForceError(joint))}});
       if (joint.type != JointType::kContinuous) {
-        Set(position, "ctrlrange", Number(joint.lower) + " " + Number(joint.upper));
+        xml::Set(position, "ctrlrange", Number(joint.lower) + " " + Number(joint.upper));
       }
-      Set(position, "forcerange", Number(-joint.effort) + " " + Number(joint.effort));
+      xml::Set(position, "forcerange", Number(-joint.effort) + " " + Number(joint.effort));
     }
   }
 
+  /// The keyframe "start". `order` lists the joints as MuJoCo numbers them.
   void AppendStart(const std::vector<int>& order) {
     if (order.size() + kFreeValues > kMostKeyframeValues) {
       exported_.warnings.push_back(fmt::format(
@@ -199,20 +204,21 @@ class Writer {
           kMostKeyframeValues, order.size() + kFreeValues));
       return;
     }
+    // The values of the free joint, which places the robot frame, then those of the joints.
     const model::Pose X_WR = RobotFrameInZUp();
     std::string positions = Triple(X_WR.translation()) + " " + QuaternionWxyz(X_WR.linear());
     for (const int joint : order) {
-      positions += " " + Number(tree_.joints[static_cast<size_t>(joint)].start);
+      positions += " " + Number(tree_.joints[joint].start);
     }
+    // The servos' targets are where the joints stand, so that nothing moves at first.
     std::string controls;
     for (const TreeJoint& joint : tree_.joints) {
       if (joint.type == JointType::kFixed) continue;
       controls += (controls.empty() ? "" : " ") + Number(joint.start);
     }
-    pugi::xml_node key = root_.append_child("keyframe").append_child("key");
-    Set(key, "name", "start");
-    Set(key, "qpos", positions);
-    if (!controls.empty()) Set(key, "ctrl", controls);
+    const pugi::xml_node key = xml::Append(xml::Append(root_, "keyframe"), "key",
+                                           {{"name", "start"}, {"qpos", positions}});
+    if (!controls.empty()) xml::Set(key, "ctrl", controls);
   }
 
   const model::Model& model_;

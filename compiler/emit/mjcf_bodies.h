@@ -16,9 +16,6 @@ namespace morphbus::emit {
 /// Time constant (s) with which a drive at full force comes to its full speed.
 inline constexpr double kMjcfRunUp = 3e-3;
 
-/// Name of a link's mesh, "MTRAN.active_block"; empty without hull.
-std::string MjcfMeshName(const model::Model& model, const TreeLink& link);
-
 /// The folder of a deep tree's parts, beside the main file: "robot_parts".
 std::string MjcfPartsFolder(const std::string& stem);
 
@@ -42,20 +39,28 @@ class MjcfBodies {
   std::vector<CompanionFile> Parts() const;
 
  private:
+  /// A <body> of the file, and where it stands among the others.
   struct Body {
+    /// Where its joint, mass, geometry and children are appended.
     pugi::xml_node node;
-    int level = 0;              ///< Bodies round it in its own file.
-    int joint = -1;             ///< Index into the tree's joints.
+    /// The number of bodies round it in its own file, which the reader of MuJoCo bounds.
+    int level = 0;
+    /// Index into the tree's joints of the one that moves it; -1: it is fixed to its parent.
+    int joint = -1;
     std::vector<int> children;  ///< Indices of bodies, as they stand in the file.
   };
+  /// A file of its own for the deeper bodies of a deep tree.
   struct Part {
+    /// Relative to the main file's folder.
     std::string path;
     pugi::xml_document document;
   };
 
   /// The body number bodies_.size(), in `parent` (-1: the base).
   Body& AppendBody(int parent, const std::string& name, int joint, const model::Pose& X_PL);
+  /// Goes on in a new part, which is included in `from`; returns the node for the bodies there.
   pugi::xml_node StartPart(pugi::xml_node from);
+  /// Writes the joint by which the body moves against its parent.
   void AppendJoint(pugi::xml_node body, const TreeJoint& joint);
   /// `part` of the link's mass and inertia, 0 to 1.
   void AppendMass(pugi::xml_node body, const TreeLink& link, double part);
@@ -65,8 +70,10 @@ class MjcfBodies {
   const RobotTree& tree_;
   std::string stem_;
   pugi::xml_node base_;
+  /// Indices of the bodies that stand in `base_` itself.
   std::vector<int> roots_;
   std::vector<Body> bodies_;  ///< The tree's links, then the bodies of loops.
+  /// Parts in the order of their numbers; nodes of bodies refer into their documents.
   std::vector<std::unique_ptr<Part>> parts_;
 };
 

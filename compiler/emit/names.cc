@@ -15,6 +15,7 @@ using Reserved = std::function<bool(const std::string&)>;
 std::string Unreserved(const std::string& format, const std::string& kind, const std::string& name,
                        const Reserved& reserved, const RobotTree& tree,
                        std::vector<std::string>* warnings) {
+  // The new name must be free in the robot and not reserved itself.
   std::string other = FreeName(tree, name + "_");
   if (reserved(other)) other = FreeName(tree, "m3l" + name);
   warnings->push_back(fmt::format("{} keeps the name {} for itself: the {} is called {} there",
@@ -30,6 +31,7 @@ std::string FreeName(std::string name, const std::function<bool(const std::strin
 }
 
 std::string FreeName(const RobotTree& tree, std::string name) {
+  // Links, joints and connections share one space of names in the formats.
   return FreeName(std::move(name), [&](const std::string& tried) {
     const auto called = [&](const auto& part) { return part.name == tried; };
     return std::any_of(tree.links.begin(), tree.links.end(), called) ||
@@ -52,7 +54,8 @@ void RenameReservedJoints(const std::string& format, const Reserved& reserved, R
     TreeJoint& joint = tree->joints[j];
     if (!reserved(joint.name)) continue;
     joint.name = Unreserved(format, "joint", joint.name, reserved, *tree, warnings);
-    if (joint.child >= 0) tree->links[static_cast<size_t>(joint.child)].held_by = joint.name;
+    // The joint's name also says what holds its link, or which loop it closes.
+    if (joint.child >= 0) tree->links[joint.child].held_by = joint.name;
     for (TreeLoop& loop : tree->loops) {
       if (loop.joint == static_cast<int>(j)) loop.name = joint.name;
     }

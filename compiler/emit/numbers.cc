@@ -7,6 +7,7 @@
 namespace morphbus::emit {
 
 std::string Number(double value) {
+  // Rounding noise, and negative zeros, would make equal robots unequal files.
   if (std::abs(value) < 1e-15) return "0";
   return fmt::format("{}", value);
 }
@@ -15,7 +16,9 @@ std::string Triple(const Eigen::Vector3d& v) {
   return Number(v.x()) + " " + Number(v.y()) + " " + Number(v.z());
 }
 
+// Where x points along z, only roll and yaw together are determined, and yaw is 0.
 Eigen::Vector3d RollPitchYaw(const Eigen::Matrix3d& R) {
+  // Upright: x does not point along z, so that its direction in the plane tells the yaw.
   constexpr double kNoise = 1e-12;
   const bool upright = std::abs(R(0, 0)) > kNoise || std::abs(R(1, 0)) > kNoise;
   const double yaw = upright ? std::atan2(R(1, 0), R(0, 0)) : 0.0;
@@ -28,6 +31,7 @@ Eigen::Vector3d RollPitchYaw(const Eigen::Matrix3d& R) {
 }
 
 Eigen::Quaterniond Canonical(const Eigen::Matrix3d& R) {
+  // A rotation has two quaternions; the one with w >= 0 is written.
   Eigen::Quaterniond q(R);
   q.normalize();
   if (q.w() < 0.0) q.coeffs() = -q.coeffs();
@@ -42,6 +46,15 @@ std::string QuaternionWxyz(const Eigen::Matrix3d& R) {
 std::string QuaternionXyzw(const Eigen::Matrix3d& R) {
   const Eigen::Quaterniond q = Canonical(R);
   return Triple(q.vec()) + " " + Number(q.w());
+}
+
+std::array<std::pair<const char*, std::string>, 6> InertiaEntries(const Eigen::Matrix3d& I) {
+  return {{{"ixx", Number(I(0, 0))},
+           {"ixy", Number(I(0, 1))},
+           {"ixz", Number(I(0, 2))},
+           {"iyy", Number(I(1, 1))},
+           {"iyz", Number(I(1, 2))},
+           {"izz", Number(I(2, 2))}}};
 }
 
 }  // namespace morphbus::emit

@@ -3,7 +3,9 @@
 // without negative zeros, and with rounding noise below 1e-15 shown as 0.
 
 #include <Eigen/Geometry>
+#include <array>
 #include <string>
+#include <utility>
 
 namespace morphbus::emit {
 
@@ -21,5 +23,9 @@ Eigen::Quaterniond Canonical(const Eigen::Matrix3d& R);
 std::string QuaternionWxyz(const Eigen::Matrix3d& R);
 /// "x y z w"
 std::string QuaternionXyzw(const Eigen::Matrix3d& R);
+
+/// The six entries of a symmetric inertia matrix (kg m^2) as URDF and SDF name and order them:
+/// "ixx", "ixy", "ixz", "iyy", "iyz", "izz", each with its number.
+std::array<std::pair<const char*, std::string>, 6> InertiaEntries(const Eigen::Matrix3d& I);
 
 }  // namespace morphbus::emit

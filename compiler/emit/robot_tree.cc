@@ -20,20 +20,20 @@ std::string FullName(const std::string& module, const std::string& name) {
   return module.empty() ? name : module + "." + name;
 }
 
+// "m1.c2-m2.c5": both ends of the docking.
 std::string DockingName(const model::Model& model, const model::Robot& robot, int index) {
-  const model::Docking& d = robot.dockings[static_cast<size_t>(index)];
+  const model::Docking& d = robot.dockings[index];
   const model::ModuleType& type_a = model.TypeOf(robot, d.module_a);
   const model::ModuleType& type_b = model.TypeOf(robot, d.module_b);
-  return robot.modules[static_cast<size_t>(d.module_a)].name + "." +
-         type_a.connectors[static_cast<size_t>(d.connector_a)].name + "-" +
-         robot.modules[static_cast<size_t>(d.module_b)].name + "." +
-         type_b.connectors[static_cast<size_t>(d.connector_b)].name;
+  return robot.modules[d.module_a].name + "." + type_a.connectors[d.connector_a].name + "-" +
+         robot.modules[d.module_b].name + "." + type_b.connectors[d.connector_b].name;
 }
 
+// All joints of the robot, modules in order, each module's as its type declares them.
 std::vector<TreeJoint> JointsOf(const model::Model& model, const model::Robot& robot) {
   std::vector<TreeJoint> joints;
   for (const model::ModuleInstance& module : robot.modules) {
-    const model::ModuleType& type = model.module_types[static_cast<size_t>(module.type)];
+    const model::ModuleType& type = model.module_types[module.type];
     for (size_t j = 0; j < type.joints.size(); ++j) {
       const model::Joint& from = type.joints[j];
       TreeJoint joint;
@@ -55,6 +55,7 @@ std::vector<TreeJoint> JointsOf(const model::Model& model, const model::Robot& r
 /// The links in the order of `kinematics`, and what it leaves open.
 RobotTree TreeAlong(const model::Model& model, const model::Robot& robot,
                     const KinematicTree& kinematics) {
+  // Joints as declared; those that the tree runs against get their axes turned below.
   RobotTree tree;
   tree.name = robot.name;
   tree.joints = JointsOf(model, robot);
@@ -71,39 +72,44 @@ RobotTree TreeAlong(const model::Model& model, const model::Robot& robot,
     }
   }
   std::vector<int> index_of(place_of.size(), -1);  // Flat index to index in the tree.
+  // Links in the order in which the kinematic tree places them, each after its parent.
   for (const KinematicTree::Step& step : kinematics.steps()) {
-    const Place place = place_of[static_cast<size_t>(step.link)];
-    const model::ModuleInstance& module = robot.modules[static_cast<size_t>(place.module)];
-    const model::ModuleType& type = model.module_types[static_cast<size_t>(module.type)];
+    const Place place = place_of[step.link];
+    const model::ModuleInstance& module = robot.modules[place.module];
+    const model::ModuleType& type = model.module_types[module.type];
     TreeLink link;
-    link.name = FullName(module.name, type.links[static_cast<size_t>(place.link)].name);
+    // Indices are those of the model; the name is what other programs show.
+    link.name = FullName(module.name, type.links[place.link].name);
     link.module = place.module;
     link.type = module.type;
     link.link = place.link;
-    link.parent = step.parent < 0 ? -1 : index_of[static_cast<size_t>(step.parent)];
+    // What holds the link: a docking, a joint, or, for a root, nothing.
+    link.parent = step.parent < 0 ? -1 : index_of[step.parent];
     link.joint = step.joint;
     link.X_PL = step.X_PL;
     if (step.docking >= 0) link.held_by = DockingName(model, robot, step.docking);
     if (step.joint >= 0) {
-      TreeJoint& joint = tree.joints[static_cast<size_t>(step.joint)];
+      TreeJoint& joint = tree.joints[step.joint];
       link.held_by = joint.name;
       joint.child = static_cast<int>(tree.links.size());
       // The tree may run from A to B: then the same value turns the child the other way.
       const model::Joint& declared =
-          type.joints[static_cast<size_t>(step.joint - kinematics.JointIndex(place.module, 0))];
+          type.joints[step.joint - kinematics.JointIndex(place.module, 0)];
       if (declared.link_b == place.link) joint.axis = -joint.axis;
     }
-    index_of[static_cast<size_t>(step.link)] = static_cast<int>(tree.links.size());
+    index_of[step.link] = static_cast<int>(tree.links.size());
     tree.links.push_back(std::move(link));
   }
+  // What the tree leaves open, with the pose that closes it at joint values 0.
   for (const KinematicTree::Loop& from : kinematics.loops()) {
     TreeLoop loop;
-    loop.from = index_of[static_cast<size_t>(from.link_from)];
-    loop.to = index_of[static_cast<size_t>(from.link_to)];
+    loop.from = index_of[from.link_from];
+    loop.to = index_of[from.link_to];
     loop.joint = from.joint;
+    // A joint moves frames that coincide at joint value 0, so its pose stays the identity.
     if (from.docking >= 0) loop.X_FT = from.X_FT;
-    loop.name = from.docking >= 0 ? DockingName(model, robot, from.docking)
-                                  : tree.joints[static_cast<size_t>(from.joint)].name;
+    loop.name =
+        from.docking >= 0 ? DockingName(model, robot, from.docking) : tree.joints[from.joint].name;
     tree.loops.push_back(std::move(loop));
   }
   return tree;
@@ -116,15 +122,17 @@ RobotTree TreeOf(const model::Model& model, const model::Robot& robot) {
 }
 
 RobotTree OpenTreeOf(const model::Model& model, const model::Robot& robot) {
+  // The cuts are chosen first, then the tree goes along what is left.
   const TreeCuts cuts = CutLoops(model, robot);
   const KinematicTree kinematics(model, robot, cuts.omitted);
   RobotTree tree = TreeAlong(model, robot, kinematics);
   for (size_t j = 0; j < tree.joints.size(); ++j) tree.joints[j].locked = cuts.locked[j];
   for (size_t i = 0; i < tree.loops.size(); ++i) {
     const KinematicTree::Loop& loop = kinematics.loops()[i];
-    if (loop.docking >= 0 && cuts.redundant[static_cast<size_t>(loop.docking)]) {
+    // What each cut costs, for the warnings of the formats that hold trees only.
+    if (loop.docking >= 0 && cuts.redundant[loop.docking]) {
       tree.loops[i].loss = TreeLoop::Loss::kNothing;
-    } else if (loop.joint >= 0 && cuts.locked[static_cast<size_t>(loop.joint)]) {
+    } else if (loop.joint >= 0 && cuts.locked[loop.joint]) {
       tree.loops[i].loss = TreeLoop::Loss::kLockedJoint;
     }
   }
@@ -132,33 +140,22 @@ RobotTree OpenTreeOf(const model::Model& model, const model::Robot& robot) {
 }
 
 model::Robot ModuleAsRobot(const model::Model& model, int type) {
-  const model::ModuleType& module = model.module_types[static_cast<size_t>(type)];
+  const model::ModuleType& module = model.module_types[type];
   model::Robot robot;
   robot.name = module.name;
+  // One module without a name, so that links and joints have only their own.
   model::ModuleInstance instance;
   instance.type = type;
   for (const model::Joint& joint : module.joints) {
+    // 0 is the natural start, but it need not lie within the limits.
     instance.start.push_back(std::clamp(0.0, joint.lower, joint.upper));
   }
   robot.modules.push_back(std::move(instance));
   return robot;
 }
 
-const char* JointTypeName(model::JointType type) {
-  switch (type) {
-    case model::JointType::kRevolute:
-      return "revolute";
-    case model::JointType::kContinuous:
-      return "continuous";
-    case model::JointType::kPrismatic:
-      return "prismatic";
-    case model::JointType::kFixed:
-      break;
-  }
-  return "fixed";
-}
-
 double LowestPoint(const model::Model& model, const RobotTree& tree) {
+  // Corners of hulls only: a robot without hulls touches nothing.
   double lowest = std::numeric_limits<double>::infinity();
   const std::vector<model::Pose> X_RL = StartPoses(tree);
   LinkSolids solids(model);
@@ -172,12 +169,14 @@ double LowestPoint(const model::Model& model, const RobotTree& tree) {
 
 model::Pose RobotFrameInZUp() {
   model::Pose X_WR = model::Pose::Identity();
+  // x stays, y goes up to z, and z goes to -y.
   X_WR.linear() << 1, 0, 0,  //
       0, 0, -1,              //
       0, 1, 0;
   return X_WR;
 }
 
+// Trans(o) * Rot(axis, q) * Trans(-o), or Trans(q * axis) for a joint that slides (model::Joint).
 model::Pose MotionOf(const TreeJoint& joint, double q) {
   model::Joint motion;
   motion.type = joint.type;
@@ -186,24 +185,28 @@ model::Pose MotionOf(const TreeJoint& joint, double q) {
   return model::JointMotion(motion, q);
 }
 
+// A link stands on its parent's pose, moved by its joint's start value.
 std::vector<model::Pose> StartPoses(const RobotTree& tree) {
   std::vector<model::Pose> X_RL;
   X_RL.reserve(tree.links.size());
   for (const TreeLink& link : tree.links) {
     model::Pose X = link.X_PL;
     if (link.joint >= 0) {
-      const TreeJoint& joint = tree.joints[static_cast<size_t>(link.joint)];
+      const TreeJoint& joint = tree.joints[link.joint];
       X = X * MotionOf(joint, joint.start);
     }
-    X_RL.push_back(link.parent < 0 ? X : X_RL[static_cast<size_t>(link.parent)] * X);
+    // Parents stand before their children, so their poses are known.
+    X_RL.push_back(link.parent < 0 ? X : X_RL[link.parent] * X);
   }
   return X_RL;
 }
 
+// The distance of the origin from the axis; a joint that slides has no place.
 bool AxisIsOffOrigin(const TreeJoint& joint) {
   if (joint.type == model::JointType::kPrismatic || joint.type == model::JointType::kFixed) {
     return false;
   }
+  // The cross product with the unit axis has the length of that distance (m).
   return joint.origin.cross(joint.axis).norm() > 1e-12;
 }
 

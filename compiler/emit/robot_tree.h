@@ -12,30 +12,40 @@
 
 namespace morphbus::emit {
 
+/// A link of the tree, and what it hangs from.
 struct TreeLink {
   std::string name;  ///< "m1.active_block"; only the link's name if the tree is a module type.
   int module = 0;    ///< Index into Robot::modules.
   int type = 0;      ///< Index into Model::module_types.
   int link = 0;      ///< Index of the link in its module type.
-  int parent = -1;   ///< Index of a link before this one; -1: the robot frame.
-  int joint = -1;    ///< Index into RobotTree::joints; -1 where a connection holds the link.
+  /// Index of the link P that it hangs from, which stands before this one; -1: the robot frame.
+  int parent = -1;
+  /// Index into RobotTree::joints of the joint that holds it; -1 where a connection does.
+  int joint = -1;
   /// Name of what holds it: the joint's, or "m1.c2-m2.c5" for a connection; empty for roots.
   std::string held_by;
-  model::Pose X_PL = model::Pose::Identity();  ///< At joint value 0 (m).
+  /// Pose of the link in P at joint value 0 (m).
+  model::Pose X_PL = model::Pose::Identity();
 };
 
+/// A joint of the robot, whether it places a link of the tree or closes a loop.
 struct TreeJoint {
   std::string name;  ///< "m1.joint_1"
   model::JointType type = model::JointType::kRevolute;
-  int child = -1;          ///< The link it places; -1: the joint closes a loop instead.
-  Eigen::Vector3d origin;  ///< A point on the axis, in P's and L's frames alike (m).
-  Eigen::Vector3d axis;    ///< Unit; a positive value turns or slides the child along it.
-  double lower = 0.0;      ///< rad or m; infinite for continuous joints.
+  /// Index of the link that it places; -1: the joint closes a loop instead.
+  int child = -1;
+  /// A point on the axis (m). It has the same coordinates in P and in L, since the frames coincide
+  /// at joint value 0.
+  Eigen::Vector3d origin;
+  Eigen::Vector3d axis;  ///< Unit; a positive value turns or slides the child along it.
+  double lower = 0.0;    ///< rad or m; infinite for continuous joints.
   double upper = 0.0;
   double effort = 0.0;  ///< N·m or N.
   double speed = 0.0;   ///< rad/s or m/s.
-  double start = 0.0;   ///< rad or m.
-  bool locked = false;  ///< By loops of the robot; known in open trees only.
+  /// The value at which the robot begins (rad or m).
+  double start = 0.0;
+  /// Whether loops of the robot keep it from moving; known in open trees only.
+  bool locked = false;
 };
 
 /// Where the tree does not hold but the robot does: `to` is held by `from`.
@@ -46,12 +56,16 @@ struct TreeLoop {
   std::string name;  ///< "m3.c6-m5.c3", or the joint's.
   int from = 0;      ///< Indices of links.
   int to = 0;
-  int joint = -1;                              ///< Index into joints; -1 for a connection.
-  model::Pose X_FT = model::Pose::Identity();  ///< `to` in `from` at joint value 0 (m).
+  int joint = -1;  ///< Index into joints; -1 for a connection.
+  /// Pose of the link `to` (T) in the link `from` (F) at joint value 0 (m).
+  model::Pose X_FT = model::Pose::Identity();
   Loss loss = Loss::kLoop;
 };
 
+/// A robot as a tree: plain data, which TreeOf or OpenTreeOf makes for one export. Links, joints
+/// and loops refer to each other by index.
 struct RobotTree {
+  /// The robot's name, or the module type's.
   std::string name;
   std::vector<TreeLink> links;    ///< Each after its parent.
   std::vector<TreeJoint> joints;  ///< Modules in order, each with its joints as declared.
@@ -67,9 +81,6 @@ RobotTree OpenTreeOf(const model::Model& model, const model::Robot& robot);
 /// A module type alone as a robot: its first link is the root, the module frame the robot frame. In
 /// its tree links and joints have the names of the module type.
 model::Robot ModuleAsRobot(const model::Model& model, int type);
-
-/// "revolute", "continuous", "prismatic", "fixed": M3L's words, which URDF and SDF share.
-const char* JointTypeName(model::JointType type);
 
 /// The least y of the robot's hulls in the robot frame at the start values (m); 0 without hulls.
 double LowestPoint(const model::Model& model, const RobotTree& tree);

@@ -9,17 +9,18 @@
 #include "compiler/emit/names.h"
 #include "compiler/emit/numbers.h"
 #include "compiler/emit/sdf_joint.h"
-#include "compiler/emit/xml_text.h"
+#include "compiler/keywords/xml_text.h"
 
 namespace morphbus::emit {
 namespace {
 
-/// <pose>, by quaternion: roll, pitch and yaw would lose digits.
+/// Appends a <pose>, relative to the frame `base` if that is not empty, by quaternion: roll, pitch
+/// and yaw would lose digits.
 pugi::xml_node AppendPose(pugi::xml_node node, const model::Pose& X, const std::string& base) {
   pugi::xml_node pose =
-      AppendText(node, "pose", Triple(X.translation()) + " " + QuaternionXyzw(X.linear()));
-  Set(pose, "rotation_format", "quat_xyzw");
-  if (!base.empty()) Set(pose, "relative_to", base);
+      xml::AppendText(node, "pose", Triple(X.translation()) + " " + QuaternionXyzw(X.linear()));
+  xml::Set(pose, "rotation_format", "quat_xyzw");
+  if (!base.empty()) xml::Set(pose, "relative_to", base);
   return pose;
 }
 
@@ -30,10 +31,12 @@ bool IsReserved(const std::string& name) {
   return marked || name == "world";
 }
 
+// Writes one <model>: all links, then the joints and connections that hold them.
 class Writer {
  public:
   Writer(const model::Model& model, const RobotTree& tree, const MeshPlace& place)
       : model_(model), solids_(model), tree_(tree), place_(place) {
+    // SDFormat refuses a file whose links, joints or model have names that it keeps for itself.
     RenameReservedLinks("SDF", IsReserved, &tree_, &exported_.warnings);
     RenameReservedJoints("SDF", IsReserved, &tree_, &exported_.warnings);
     if (!IsReserved(tree_.name)) return;
@@ -43,54 +46,52 @@ class Writer {
   }
 
   Exported Write() {
-    StartXml(&document_);
-    pugi::xml_node sdf = document_.append_child("sdf");
-    Set(sdf, "version", "1.9");
-    root_ = sdf.append_child("model");
-    Set(root_, "name", tree_.name);
-    Comment(root_,
-            "SI units, radians. The model frame is the robot frame (x north, y up, z east), which "
-            "the pose below turns for worlds whose z is up. Joint values count from the start "
-            "values of the robot.");
+    xml::Start(&document_);
+    const pugi::xml_node sdf = xml::Append(document_, "sdf", {{"version", "1.9"}});
+    root_ = xml::Append(sdf, "model", {{"name", tree_.name}});
+    xml::Comment(
+        root_,
+        "SI units, radians. The model frame is the robot frame (x north, y up, z east), which "
+        "the pose below turns for worlds whose z is up. Joint values count from the start "
+        "values of the robot.");
     model::Pose X_WR = RobotFrameInZUp();
     X_WR.translation().z() = -LowestPoint(model_, tree_);  // It stands on the ground.
     AppendPose(root_, X_WR, "");
+    // SDF holds graphs: every connection is a joint, also those that close loops.
     for (const TreeLink& link : tree_.links) AppendLink(link);
     for (const TreeLink& link : tree_.links) AppendHold(link);
     for (const TreeLoop& loop : tree_.loops) AppendLoop(loop);
-    exported_.text = XmlText(document_);
+    exported_.text = xml::Text(document_);
     exported_.companions = MeshFiles(model_, tree_, place_);
     return std::move(exported_);
   }
 
  private:
-  const std::string& NameOf(int link) const { return tree_.links[static_cast<size_t>(link)].name; }
-  const TreeJoint& JointAt(int joint) const { return tree_.joints[static_cast<size_t>(joint)]; }
+  /// Name of the link of this index in the tree.
+  const std::string& NameOf(int link) const { return tree_.links[link].name; }
+  const TreeJoint& JointAt(int joint) const { return tree_.joints[joint]; }
 
+  /// A <link> with its mass and, if it has a hull, its mesh.
   void AppendLink(const TreeLink& link) {
-    pugi::xml_node node = root_.append_child("link");
-    Set(node, "name", link.name);
+    // A link stands where the joints' start values place it, given from the link that holds it.
+    const pugi::xml_node node = xml::Append(root_, "link", {{"name", link.name}});
     model::Pose X = link.X_PL;
     if (link.joint >= 0) X = X * MotionOf(JointAt(link.joint), JointAt(link.joint).start);
     AppendPose(node, X, link.parent < 0 ? "__model__" : NameOf(link.parent));
     const model::LinkMass& mass = solids_.Mass(link.type, link.link);
-    pugi::xml_node inertial = node.append_child("inertial");
-    AppendText(inertial, "mass", Number(mass.mass_kg));
-    AppendText(inertial, "pose", Triple(mass.p_LoLcm_L) + " 0 0 0");
-    pugi::xml_node inertia = inertial.append_child("inertia");
-    const char* names = "xyz";
-    for (int row = 0; row < 3; ++row) {
-      for (int column = row; column < 3; ++column) {
-        AppendText(inertia, fmt::format("i{}{}", names[row], names[column]).c_str(),
-                   Number(mass.I_Lcm_L(row, column)));
-      }
+    const pugi::xml_node inertial = xml::Append(node, "inertial");
+    xml::AppendText(inertial, "mass", Number(mass.mass_kg));
+    xml::AppendText(inertial, "pose", Triple(mass.p_LoLcm_L) + " 0 0 0");
+    const pugi::xml_node inertia = xml::Append(inertial, "inertia");
+    for (const auto& [name, value] : InertiaEntries(mass.I_Lcm_L)) {
+      xml::AppendText(inertia, name, value);
     }
+    // What is seen and what collides are the same convex hull.
     const std::string mesh = MeshAddress(model_, link, place_);
     if (mesh.empty()) return;
     for (const char* use : {"visual", "collision"}) {
-      pugi::xml_node part = node.append_child(use);
-      Set(part, "name", use);
-      AppendText(part.append_child("geometry").append_child("mesh"), "uri", mesh);
+      const pugi::xml_node part = xml::Append(node, use, {{"name", use}});
+      xml::AppendText(xml::Append(xml::Append(part, "geometry"), "mesh"), "uri", mesh);
     }
   }
 
@@ -99,12 +100,15 @@ class Writer {
     if (link.parent >= 0) AppendJoint(link.held_by, link.joint, NameOf(link.parent), link.name);
   }
 
+  // What closes a loop is a joint like any other.
   void AppendLoop(const TreeLoop& loop) {
     AppendJoint(loop.name, loop.joint, NameOf(loop.from), NameOf(loop.to));
   }
 
+  /// The joint or connection by which the link `from` holds the link `to`.
   void AppendJoint(const std::string& name, int joint, const std::string& from,
                    const std::string& to) {
+    // A connection is a fixed joint. Joint values of SDF count from the robot's start values.
     if (joint < 0) {
       AppendSdfJoint(root_, name, nullptr, from, to, 0.0);
     } else {

@@ -1,5 +1,6 @@
 #pragma once
-// <joint> of SDF, which URDF files hold too, for Gazebo, where URDF itself cannot say something.
+// The element <joint> of SDF, which URDF files hold too, for Gazebo, where URDF itself cannot say
+// something.
 
 #include <pugixml.hpp>
 #include <string>

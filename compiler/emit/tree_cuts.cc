@@ -10,26 +10,25 @@ namespace {
 
 using model::KinematicTree;
 
-/// Sets of links that are held together.
+/// Sets of links that are held together: a union-find structure.
 class Sets {
  public:
-  explicit Sets(int count) : parent_(static_cast<size_t>(count)) {
-    std::iota(parent_.begin(), parent_.end(), 0);
-  }
+  explicit Sets(int count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
   /// False if they were together already.
   bool Join(int a, int b) {
     a = Find(a);
     b = Find(b);
-    parent_[static_cast<size_t>(a)] = b;
+    parent_[a] = b;
     return a != b;
   }
   bool Together(int a, int b) { return Find(a) == Find(b); }
 
  private:
+  // Halves the way to the root of the set as it walks it, so that ways stay short.
   int Find(int a) {
-    while (parent_[static_cast<size_t>(a)] != a) {
-      int& parent = parent_[static_cast<size_t>(a)];
-      parent = parent_[static_cast<size_t>(parent)];
+    while (parent_[a] != a) {
+      int& parent = parent_[a];
+      parent = parent_[parent];
       a = parent;
     }
     return a;
@@ -51,34 +50,38 @@ struct Edge {
 
 /// Joints and dockings between the root link and each link, by flat index.
 std::vector<int> StepsFromRoot(const KinematicTree& tree) {
-  std::vector<int> steps(static_cast<size_t>(tree.num_links()), 0);
+  // A link stands one step beyond its parent, which comes before it.
+  std::vector<int> steps(tree.num_links(), 0);
   for (const KinematicTree::Step& step : tree.steps()) {
     if (step.parent < 0) continue;
-    steps[static_cast<size_t>(step.link)] = steps[static_cast<size_t>(step.parent)] + 1;
+    steps[step.link] = steps[step.parent] + 1;
   }
   return steps;
 }
 
 std::vector<bool> LockedJoints(const model::Model& model, const model::Robot& robot,
                                const KinematicTree& tree) {
-  std::vector<bool> locked(static_cast<size_t>(tree.num_joints()), false);
+  // Without loops nothing can be locked, and the graph need not be built.
+  std::vector<bool> locked(tree.num_joints(), false);
   if (tree.loops().empty()) return locked;
   for (const model::GraphJoint& joint : model::BuildKinematicGraph(model, robot).joints) {
-    locked[static_cast<size_t>(tree.JointIndex(joint.module, joint.joint))] = joint.locked;
+    locked[tree.JointIndex(joint.module, joint.joint)] = joint.locked;
   }
   return locked;
 }
 
 std::vector<Edge> EdgesOf(const model::Model& model, const model::Robot& robot,
                           const KinematicTree& tree, const std::vector<bool>& locked) {
+  // Every joint and every docking is an edge between two links.
   const std::vector<int> steps = StepsFromRoot(tree);
   std::vector<Edge> edges;
   const auto add = [&](Edge edge, int module_a, int link_a, int module_b, int link_b) {
     edge.a = tree.LinkIndex(module_a, link_a);
     edge.b = tree.LinkIndex(module_b, link_b);
-    edge.distance = steps[static_cast<size_t>(edge.a)] + steps[static_cast<size_t>(edge.b)];
+    edge.distance = steps[edge.a] + steps[edge.b];
     edges.push_back(edge);
   };
+  // Joints: fixed ones hold like dockings, locked ones move in no posture of the robot.
   for (size_t m = 0; m < robot.modules.size(); ++m) {
     const int module = static_cast<int>(m);
     const model::ModuleType& type = model.TypeOf(robot, module);
@@ -86,16 +89,15 @@ std::vector<Edge> EdgesOf(const model::Model& model, const model::Robot& robot,
       Edge edge;
       edge.joint = tree.JointIndex(module, static_cast<int>(j));
       const bool fixed = type.joints[j].type == model::JointType::kFixed;
-      edge.rank = fixed                                     ? Rank::kRigid
-                  : locked[static_cast<size_t>(edge.joint)] ? Rank::kLocked
-                                                            : Rank::kMoves;
+      edge.rank = fixed ? Rank::kRigid : locked[edge.joint] ? Rank::kLocked : Rank::kMoves;
       add(edge, module, type.joints[j].link_a, module, type.joints[j].link_b);
     }
   }
+  // Dockings: they join the links that carry their connectors.
   for (size_t d = 0; d < robot.dockings.size(); ++d) {
     const model::Docking& docking = robot.dockings[d];
     const auto link = [&](int module, int connector) {
-      return model.TypeOf(robot, module).connectors[static_cast<size_t>(connector)].link;
+      return model.TypeOf(robot, module).connectors[connector].link;
     };
     Edge edge;
     edge.docking = static_cast<int>(d);
@@ -108,17 +110,20 @@ std::vector<Edge> EdgesOf(const model::Model& model, const model::Robot& robot,
 }  // namespace
 
 TreeCuts CutLoops(const model::Model& model, const model::Robot& robot) {
+  // Nothing is cut to begin with.
   const KinematicTree tree(model, robot);
   TreeCuts cuts;
   cuts.locked = LockedJoints(model, robot, tree);
   cuts.redundant.assign(robot.dockings.size(), false);
   cuts.omitted.dockings.assign(robot.dockings.size(), false);
-  cuts.omitted.joints.assign(static_cast<size_t>(tree.num_joints()), false);
+  cuts.omitted.joints.assign(tree.num_joints(), false);
   std::vector<Edge> edges = EdgesOf(model, robot, tree, cuts.locked);
   // Kruskal's spanning tree: what is kept first is cut last.
   std::stable_sort(edges.begin(), edges.end(), [](const Edge& x, const Edge& y) {
     return x.rank != y.rank ? x.rank < y.rank : x.distance < y.distance;
   });
+  // Edges that join what is held together already close a loop and are cut. One within a rigid body
+  // is redundant: the body holds without it.
   Sets held(tree.num_links());
   Sets bodies(tree.num_links());
   for (const Edge& edge : edges) {
@@ -126,10 +131,10 @@ TreeCuts CutLoops(const model::Model& model, const model::Robot& robot) {
     if (held.Join(edge.a, edge.b)) {
       if (edge.rank == Rank::kRigid) bodies.Join(edge.a, edge.b);
     } else if (edge.joint >= 0) {
-      cuts.omitted.joints[static_cast<size_t>(edge.joint)] = true;
+      cuts.omitted.joints[edge.joint] = true;
     } else {
-      cuts.omitted.dockings[static_cast<size_t>(edge.docking)] = true;
-      cuts.redundant[static_cast<size_t>(edge.docking)] = in_one_body;
+      cuts.omitted.dockings[edge.docking] = true;
+      cuts.redundant[edge.docking] = in_one_body;
     }
   }
   return cuts;

@@ -11,7 +11,7 @@
 #include "compiler/emit/names.h"
 #include "compiler/emit/numbers.h"
 #include "compiler/emit/urdf_cuts.h"
-#include "compiler/emit/xml_text.h"
+#include "compiler/keywords/xml_text.h"
 
 namespace morphbus::emit {
 namespace {
@@ -20,12 +20,13 @@ using model::JointType;
 
 constexpr const char* kWorld = "world";
 
+/// Appends an <origin>: position in metres, and roll, pitch and yaw in radians.
 void AppendOrigin(pugi::xml_node node, const model::Pose& X) {
-  pugi::xml_node origin = node.append_child("origin");
-  Set(origin, "xyz", Triple(X.translation()));
-  Set(origin, "rpy", Triple(RollPitchYaw(X.linear())));
+  xml::Append(node, "origin",
+              {{"xyz", Triple(X.translation())}, {"rpy", Triple(RollPitchYaw(X.linear()))}});
 }
 
+// Writes one <robot>: a tree of links, and comments and warnings on what the tree lacks.
 class Writer {
  public:
   Writer(const model::Model& model, const RobotTree& tree, const MeshPlace& place)
@@ -38,25 +39,27 @@ class Writer {
   }
 
   Exported Write() {
-    StartXml(&document_);
-    root_ = document_.append_child("robot");
-    Set(root_, "name", tree_.name);
-    Comment(root_, fmt::format("SI units, radians. {} has z up (x north, y west); {} is the robot "
-                               "frame: x north, y up, z east.",
-                               kWorld, base_));
+    xml::Start(&document_);
+    root_ = xml::Append(document_, "robot", {{"name", tree_.name}});
+    xml::Comment(root_,
+                 fmt::format("SI units, radians. {} has z up (x north, y west); {} is the robot "
+                             "frame: x north, y up, z east.",
+                             kWorld, base_));
     AppendMuJoCo();
     WarnOfStart();
     for (const TreeLoop& loop : tree_.loops) CutLoop(loop);
     for (const TreeLink& link : tree_.links) WarnIfLocked(link);
-    NameLink(root_, kWorld);
-    NameLink(root_, base_);
+    // URDF knows one root link, whose z is up; below it stands the robot frame, whose y is up.
+    AppendNamedLink(kWorld);
+    AppendNamedLink(base_);
     AppendJoint(std::string(kWorld) + "-" + base_, "fixed", kWorld, base_, RobotFrameInZUp());
     for (const TreeLink& link : tree_.links) {
       AppendJoints(link);
       AppendLink(link);
     }
+    // Gazebo closes the loops again by joints of its own, which other readers pass over.
     AppendGazeboJoints(tree_, CarryingLinks(), root_);
-    exported_.text = XmlText(document_);
+    exported_.text = xml::Text(document_);
     exported_.companions = MeshFiles(model_, tree_, place_);
     // Also where nothing is cut, so that no list of an earlier export is taken for this one's.
     exported_.companions.push_back({place_.stem + "_cuts.json", CutsJson(tree_)});
@@ -64,22 +67,20 @@ class Writer {
   }
 
  private:
-  static pugi::xml_node NameLink(pugi::xml_node robot, const std::string& name) {
-    pugi::xml_node node = robot.append_child("link");
-    Set(node, "name", name);
-    return node;
+  /// A <link> without anything in it.
+  pugi::xml_node AppendNamedLink(const std::string& name) {
+    return xml::Append(root_, "link", {{"name", name}});
   }
 
   /// Without it MuJoCo would look for meshes in the file's own folder, merge links that a fixed
   /// joint holds, and lose their names.
   void AppendMuJoCo() {
-    pugi::xml_node compiler = root_.append_child("mujoco").append_child("compiler");
-    Set(compiler, "strippath", "false");
-    Set(compiler, "fusestatic", "false");
-    Set(compiler, "discardvisual", "true");
+    xml::Append(xml::Append(root_, "mujoco"), "compiler",
+                {{"strippath", "false"}, {"fusestatic", "false"}, {"discardvisual", "true"}});
   }
 
   void WarnOfStart() {
+    // Readers of URDF start at joint values 0, which may be another posture than the robot's.
     std::vector<std::string> starts;
     for (const TreeJoint& joint : tree_.joints) {
       if (joint.start != 0.0) starts.push_back(joint.name + "=" + Number(joint.start));
@@ -89,13 +90,17 @@ class Writer {
         "URDF holds no start values: joint values are 0 unless the user of the file sets "
         "them; {} of {} joints start elsewhere, as a comment in the file says",
         starts.size(), tree_.joints.size()));
-    Comment(root_, fmt::format("Start values (rad or m), others 0: {}.", fmt::join(starts, " ")));
+    xml::Comment(root_,
+                 fmt::format("Start values (rad or m), others 0: {}.", fmt::join(starts, " ")));
   }
 
+  /// Says in a warning and in a comment of the file which loop is open.
   void CutLoop(const TreeLoop& loop) {
-    const std::string& from = tree_.links[static_cast<size_t>(loop.from)].name;
-    const std::string& to = tree_.links[static_cast<size_t>(loop.to)].name;
+    // The message names what is cut and what that costs; the comment in the file also has the pose.
+    const std::string& from = tree_.links[loop.from].name;
+    const std::string& to = tree_.links[loop.to].name;
     std::string what;
+    // Cuts without loss are told too, as the file lacks what the model has.
     switch (loop.loss) {
       case TreeLoop::Loss::kNothing:
         what = fmt::format("{} is left out; nothing is lost: other connections hold {} and {}",
@@ -109,90 +114,87 @@ class Writer {
         what = fmt::format("{} is cut; {} no longer holds {}", loop.name, from, to);
     }
     exported_.warnings.push_back("URDF holds trees only: " + what);
-    Comment(root_,
-            fmt::format("Opens a loop: {}. In the robot {} holds {} at xyz \"{}\" rpy \"{}\"{}.",
-                        what, from, to, Triple(loop.X_FT.translation()),
-                        Triple(RollPitchYaw(loop.X_FT.linear())),
-                        loop.joint < 0 ? "" : " at joint value 0"));
+    xml::Comment(
+        root_, fmt::format("Opens a loop: {}. In the robot {} holds {} at xyz \"{}\" rpy \"{}\"{}.",
+                           what, from, to, Triple(loop.X_FT.translation()),
+                           Triple(RollPitchYaw(loop.X_FT.linear())),
+                           loop.joint < 0 ? "" : " at joint value 0"));
   }
 
   /// The loop that locked the joint is open here.
   void WarnIfLocked(const TreeLink& link) {
-    if (link.joint < 0 || !tree_.joints[static_cast<size_t>(link.joint)].locked) return;
+    if (link.joint < 0 || !tree_.joints[link.joint].locked) return;
     const std::string what =
         fmt::format("{} can move here, but not in the robot, whose loops lock it",
-                    tree_.joints[static_cast<size_t>(link.joint)].name);
+                    tree_.joints[link.joint].name);
     exported_.warnings.push_back("URDF holds trees only: " + what);
-    Comment(root_, what + ".");
+    xml::Comment(root_, what + ".");
   }
 
+  /// A <link> with its mass and, if it has a hull, its mesh.
   void AppendLink(const TreeLink& link) {
-    pugi::xml_node node = NameLink(root_, link.name);
+    pugi::xml_node node = AppendNamedLink(link.name);
     const model::LinkMass& mass = solids_.Mass(link.type, link.link);
-    pugi::xml_node inertial = node.append_child("inertial");
-    Set(inertial.append_child("origin"), "xyz", Triple(mass.p_LoLcm_L));
-    Set(inertial.append_child("mass"), "value", Number(mass.mass_kg));
-    AppendInertia(inertial, mass.I_Lcm_L);
+    const pugi::xml_node inertial = xml::Append(node, "inertial");
+    xml::Append(inertial, "origin", {{"xyz", Triple(mass.p_LoLcm_L)}});
+    xml::Append(inertial, "mass", {{"value", Number(mass.mass_kg)}});
+    const pugi::xml_node inertia = xml::Append(inertial, "inertia");
+    for (const auto& [name, value] : InertiaEntries(mass.I_Lcm_L)) xml::Set(inertia, name, value);
+    // What is seen and what collides are the same convex hull.
     const std::string mesh = MeshAddress(model_, link, place_);
     if (mesh.empty()) return;
     for (const char* use : {"visual", "collision"}) {
-      pugi::xml_node geometry = node.append_child(use).append_child("geometry");
-      Set(geometry.append_child("mesh"), "filename", mesh);
+      xml::Append(xml::Append(xml::Append(node, use), "geometry"), "mesh", {{"filename", mesh}});
     }
   }
 
-  static void AppendInertia(pugi::xml_node inertial, const Eigen::Matrix3d& I) {
-    pugi::xml_node node = inertial.append_child("inertia");
-    const char* names = "xyz";
-    for (int row = 0; row < 3; ++row) {
-      for (int column = row; column < 3; ++column) {
-        Set(node, fmt::format("i{}{}", names[row], names[column]), Number(I(row, column)));
-      }
-    }
-  }
-
+  // X is the pose of the joint, and so of the child link at joint value 0, in the parent.
   pugi::xml_node AppendJoint(const std::string& name, const char* type, const std::string& parent,
                              const std::string& child, const model::Pose& X) {
-    pugi::xml_node node = root_.append_child("joint");
-    Set(node, "name", name);
-    Set(node, "type", type);
-    Set(node.append_child("parent"), "link", parent);
-    Set(node.append_child("child"), "link", child);
+    const pugi::xml_node node = xml::Append(root_, "joint", {{"name", name}, {"type", type}});
+    xml::Append(node, "parent", {{"link", parent}});
+    xml::Append(node, "child", {{"link", child}});
     AppendOrigin(node, X);
     return node;
   }
 
+  /// The joint or connection that holds the link, by one <joint> or, over a link on the axis, by
+  /// two.
   void AppendJoints(const TreeLink& link) {
-    const std::string& parent =
-        link.parent < 0 ? base_ : tree_.links[static_cast<size_t>(link.parent)].name;
+    // The link hangs from another link, or, if it is a root, from the robot frame.
+    const std::string& parent = link.parent < 0 ? base_ : tree_.links[link.parent].name;
     if (link.joint < 0) {
       AppendJoint(link.held_by.empty() ? base_ + "-" + link.name : link.held_by, "fixed", parent,
                   link.name, link.X_PL);
       return;
     }
-    const TreeJoint& joint = tree_.joints[static_cast<size_t>(link.joint)];
+    const TreeJoint& joint = tree_.joints[link.joint];
+    // A joint of URDF turns about its child's origin. Where the axis misses that, a link without
+    // mass stands on the axis, and the real link hangs from it.
     const bool needs_axis = AxisIsOffOrigin(joint);
     const std::string turned = needs_axis ? AxisLink(link) : link.name;
     model::Pose X_PJ = model::Pose::Identity();
     if (needs_axis) X_PJ.translation() = joint.origin;
-    pugi::xml_node node = AppendJoint(joint.name, JointTypeName(joint.type), parent, turned, X_PJ);
+    pugi::xml_node node =
+        AppendJoint(joint.name, model::JointTypeName(joint.type), parent, turned, X_PJ);
     if (joint.type != JointType::kFixed) AppendLimits(node, joint);
     if (!needs_axis) return;
-    NameLink(root_, turned);
+    AppendNamedLink(turned);
     AppendJoint(turned + "-" + link.name, "fixed", turned, link.name, X_PJ.inverse());
   }
 
+  // The link without mass that stands on the axis of a joint.
   static std::string AxisLink(const TreeLink& link) { return link.name + ".axis"; }
 
   /// For each link the nearest one above it, itself included, that no fixed joint holds.
   std::vector<CarryingLink> CarryingLinks() const {
+    // Gazebo merges links that fixed joints hold, so its joints must name the links that remain.
     std::vector<CarryingLink> carrying;
     for (const TreeLink& link : tree_.links) {
-      const TreeJoint* joint =
-          link.joint < 0 ? nullptr : &tree_.joints[static_cast<size_t>(link.joint)];
+      const TreeJoint* joint = link.joint < 0 ? nullptr : &tree_.joints[link.joint];
       if (joint == nullptr || joint->type == JointType::kFixed) {
         CarryingLink carrier{base_, model::Pose::Identity()};
-        if (link.parent >= 0) carrier = carrying[static_cast<size_t>(link.parent)];
+        if (link.parent >= 0) carrier = carrying[link.parent];
         carrier.X_CL = carrier.X_CL * link.X_PL;
         carrying.push_back(std::move(carrier));
       } else if (AxisIsOffOrigin(*joint)) {
@@ -204,15 +206,16 @@ class Writer {
     return carrying;
   }
 
+  // Continuous joints have no limits but those of effort and speed.
   static void AppendLimits(pugi::xml_node node, const TreeJoint& joint) {
-    Set(node.append_child("axis"), "xyz", Triple(joint.axis));
-    pugi::xml_node limit = node.append_child("limit");
+    xml::Append(node, "axis", {{"xyz", Triple(joint.axis)}});
+    const pugi::xml_node limit = xml::Append(node, "limit");
     if (joint.type != JointType::kContinuous) {
-      Set(limit, "lower", Number(joint.lower));
-      Set(limit, "upper", Number(joint.upper));
+      xml::Set(limit, "lower", Number(joint.lower));
+      xml::Set(limit, "upper", Number(joint.upper));
     }
-    Set(limit, "effort", Number(joint.effort));
-    Set(limit, "velocity", Number(joint.speed));
+    xml::Set(limit, "effort", Number(joint.effort));
+    xml::Set(limit, "velocity", Number(joint.speed));
   }
 
   const model::Model& model_;

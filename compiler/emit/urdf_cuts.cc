@@ -6,7 +6,7 @@
 
 #include "compiler/emit/numbers.h"
 #include "compiler/emit/sdf_joint.h"
-#include "compiler/emit/xml_text.h"
+#include "compiler/keywords/xml_text.h"
 
 namespace morphbus::emit {
 namespace {
@@ -15,19 +15,22 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kClosed = 1e-6;  // m, and as good as rad.
 
-/// Without rounding noise, as everywhere in exported files.
+/// A number without rounding noise, as everywhere in exported files.
 Json Plain(double value) { return Json::parse(Number(value)); }
 
+/// A vector as [x, y, z].
 Json VectorOf(const Eigen::Vector3d& v) {
   return Json::array({Plain(v.x()), Plain(v.y()), Plain(v.z())});
 }
 
+/// A pose as position and quaternion w x y z, of the two always the same one.
 Json PoseOf(const model::Pose& X) {
   const Eigen::Quaterniond q = Canonical(X.linear());
   return Json{{"p", VectorOf(X.translation())},
               {"q", Json::array({Plain(q.w()), Plain(q.x()), Plain(q.y()), Plain(q.z())})}};
 }
 
+// The words are part of the format of the list of cuts (docs/export.md).
 const char* LossName(TreeLoop::Loss loss) {
   switch (loss) {
     case TreeLoop::Loss::kNothing:
@@ -40,8 +43,9 @@ const char* LossName(TreeLoop::Loss loss) {
   return "a loop";
 }
 
+// A joint that was cut comes with all that the tree would have said of it.
 void AddJoint(const TreeJoint& joint, Json* cut) {
-  (*cut)["type"] = JointTypeName(joint.type);
+  (*cut)["type"] = model::JointTypeName(joint.type);
   if (joint.type == model::JointType::kFixed) return;
   (*cut)["origin"] = VectorOf(joint.origin);
   (*cut)["axis"] = VectorOf(joint.axis);
@@ -56,16 +60,16 @@ void AddJoint(const TreeJoint& joint, Json* cut) {
 /// Whether the ends of each loop meet at joint values 0, where links of a URDF file stand in Gazebo
 /// when it makes the joint.
 std::vector<bool> LoopsClosedAtZero(const RobotTree& tree) {
+  // Poses of all links with every joint at 0.
   std::vector<model::Pose> X_RL;
   for (const TreeLink& link : tree.links) {
-    X_RL.push_back(link.parent < 0 ? link.X_PL
-                                   : X_RL[static_cast<size_t>(link.parent)] * link.X_PL);
+    X_RL.push_back(link.parent < 0 ? link.X_PL : X_RL[link.parent] * link.X_PL);
   }
   std::vector<bool> closed;
   for (const TreeLoop& loop : tree.loops) {
-    const model::Pose X_RT = X_RL[static_cast<size_t>(loop.from)] * loop.X_FT;
-    closed.push_back((X_RT.matrix() - X_RL[static_cast<size_t>(loop.to)].matrix()).norm() <
-                     kClosed);
+    // T is where the loop holds the link; it closes where the tree has put the link there.
+    const model::Pose X_RT = X_RL[loop.from] * loop.X_FT;
+    closed.push_back((X_RT.matrix() - X_RL[loop.to].matrix()).norm() < kClosed);
   }
   return closed;
 }
@@ -76,31 +80,34 @@ void AppendGazeboJoints(const RobotTree& tree, const std::vector<CarryingLink>& 
                         pugi::xml_node robot) {
   const std::vector<bool> closed = LoopsClosedAtZero(tree);
   for (size_t i = 0; i < tree.loops.size(); ++i) {
+    // A loop whose ends other connections hold together needs no joint.
     const TreeLoop& loop = tree.loops[i];
     if (loop.loss == TreeLoop::Loss::kNothing) continue;
+    // Gazebo would pull such ends together.
     if (!closed[i]) {
-      Comment(robot, "No joint for Gazebo closes " + loop.name +
-                         ": its ends stand apart at joint values 0, where Gazebo would join them.");
+      xml::Comment(robot,
+                   "No joint for Gazebo closes " + loop.name +
+                       ": its ends stand apart at joint values 0, where Gazebo would join them.");
       continue;
     }
-    const TreeJoint* joint =
-        loop.joint < 0 ? nullptr : &tree.joints[static_cast<size_t>(loop.joint)];
-    const CarryingLink& to = carrying[static_cast<size_t>(loop.to)];
-    AppendSdfJoint(robot.append_child("gazebo"), loop.name, joint,
-                   carrying[static_cast<size_t>(loop.from)].name, to.name, 0.0, to.X_CL);
+    const TreeJoint* joint = loop.joint < 0 ? nullptr : &tree.joints[loop.joint];
+    const CarryingLink& to = carrying[loop.to];
+    AppendSdfJoint(robot.append_child("gazebo"), loop.name, joint, carrying[loop.from].name,
+                   to.name, 0.0, to.X_CL);
   }
 }
 
 std::string CutsJson(const RobotTree& tree) {
+  // What another program needs to close the loops again: who, where, and what kind of joint.
   Json cuts = Json::array();
   for (const TreeLoop& loop : tree.loops) {
     Json cut{{"name", loop.name},
              {"kind", loop.joint < 0 ? "connection" : "joint"},
              {"loses", LossName(loop.loss)},
-             {"parent", tree.links[static_cast<size_t>(loop.from)].name},
-             {"child", tree.links[static_cast<size_t>(loop.to)].name},
+             {"parent", tree.links[loop.from].name},
+             {"child", tree.links[loop.to].name},
              {"pose", PoseOf(loop.X_FT)}};
-    if (loop.joint >= 0) AddJoint(tree.joints[static_cast<size_t>(loop.joint)], &cut);
+    if (loop.joint >= 0) AddJoint(tree.joints[loop.joint], &cut);
     cuts.push_back(std::move(cut));
   }
   return Json{{"robot", tree.name}, {"cuts", std::move(cuts)}}.dump(2) + "\n";

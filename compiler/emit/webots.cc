@@ -54,6 +54,7 @@ std::string Rotation(const Eigen::Matrix3d& R) {
   return Triple(turn.axis()) + " " + Number(turn.angle());
 }
 
+/// Writes the world file of one robot. One object is one export; Write is called once.
 class Writer {
  public:
   Writer(const model::Model& model, const model::Robot& robot)
@@ -63,11 +64,13 @@ class Writer {
         faces_(DockFacesOf(model)),
         scale_(DockScaleOf(model)),
         X_WL_(model::ForwardKinematics(model, robot, model::StartValues(robot)).X_RL) {
+    // Each module is a Robot node of its own, so the trees are those of the types.
     for (size_t type = 0; type < model.module_types.size(); ++type) {
       trees_.push_back(TreeOf(model, ModuleAsRobot(model, static_cast<int>(type))));
     }
     for (const model::ModuleInstance& module : robot.modules) used_types_.insert(module.type);
     for (const int type : used_types_) programs_[type] = WebotsController(model, faces_, type);
+    // Connectors that are docked at the start are written as locked.
     for (const model::Docking& d : robot.dockings) {
       docked_.insert({d.module_a, d.connector_a});
       docked_.insert({d.module_b, d.connector_b});
@@ -80,6 +83,7 @@ class Writer {
   }
 
   Exported Write(const std::string& controllers) {
+    // The scene, then a Robot a module, in the order of the model.
     vrml_.Line("#VRML_SIM R2023b utf8");
     vrml_.Line("# Written by morphbus export. SI, radians; x north, y up, z east.");
     AppendScene();
@@ -87,8 +91,9 @@ class Writer {
     Exported exported;
     exported.text = vrml_.text();
     exported.warnings = Unaligned();
+    // Controllers and warnings of the module types that the robot has.
     for (const int type : used_types_) {
-      const model::ModuleType& module = model_.module_types[static_cast<size_t>(type)];
+      const model::ModuleType& module = model_.module_types[type];
       WarnOfLimits(module, &exported.warnings);
       WebotsProgram& program = programs_.at(type);
       for (CompanionFile& file : program.files) {
@@ -103,7 +108,9 @@ class Writer {
   }
 
  private:
+  /// What a world needs beside the robot: gravity, a view, light, and a floor at height 0.
   void AppendScene() {
+    // The coordinate system is M3L's, so that no pose needs to be turned.
     vrml_.Open("WorldInfo {");
     vrml_.Line(fmt::format("title \"{}\"", robot_.name));
     vrml_.Line("gravity 9.81");
@@ -121,6 +128,7 @@ class Writer {
     vrml_.Open("DirectionalLight {");
     vrml_.Line("direction -0.4 -1 -0.5");
     vrml_.Close("}");
+    // The floor's upper side is at height 0.
     vrml_.Open("Solid {");
     vrml_.Line(fmt::format("translation 0 {} 0", Number(-0.5 * kFloorThickness)));
     vrml_.Line(fmt::format("name \"{}\"", FreeModuleName("floor")));
@@ -141,7 +149,7 @@ class Writer {
                     [&](const std::string& tried) { return robot_.FindModule(tried).has_value(); });
   }
 
-  /// Of all hulls, where the robot stands (world, m).
+  /// Corners of all hulls and origins of all links, where the robot stands (world, m).
   [[nodiscard]] std::vector<Eigen::Vector3d> Corners() const {
     std::vector<Eigen::Vector3d> corners;
     for (size_t m = 0; m < X_WL_.size(); ++m) {
@@ -154,15 +162,17 @@ class Writer {
     return corners;
   }
 
+  /// The Robot node of a module, with all its links.
   void AppendModule(size_t m) {
     const model::ModuleInstance& module = robot_.modules[m];
-    const RobotTree& tree = trees_[static_cast<size_t>(module.type)];
+    // The children of each link; a link that hangs from nothing is part of the first one.
+    const RobotTree& tree = trees_[module.type];
     children_.assign(tree.links.size(), {});
     for (size_t i = 1; i < tree.links.size(); ++i) {
       const int parent = tree.links[i].parent;
-      children_[static_cast<size_t>(std::max(parent, 0))].push_back(i);
+      children_[std::max(parent, 0)].push_back(i);
     }
-    const model::Pose& X_WL = X_WL_[m][static_cast<size_t>(tree.links[0].link)];
+    const model::Pose& X_WL = X_WL_[m][tree.links[0].link];
     vrml_.Open(fmt::format("DEF {} Robot {{", module.name));
     vrml_.Line("translation " + Triple(X_WL.translation()));
     vrml_.Line("rotation " + Rotation(X_WL.linear()));
@@ -184,10 +194,11 @@ class Writer {
 
   /// Children, bounding object and physics, up to the node's end.
   void AppendLinkBody(size_t m, const RobotTree& tree, size_t at) {
+    // The link's shape, its connectors, the links below it, and the joints that close loops.
     const TreeLink& link = tree.links[at];
-    const model::ModuleType& type = model_.module_types[static_cast<size_t>(link.type)];
-    const std::string hull = fmt::format("HULL_{}_{}", robot_.modules[m].name,
-                                         type.links[static_cast<size_t>(link.link)].name);
+    const model::ModuleType& type = model_.module_types[link.type];
+    const std::string hull =
+        fmt::format("HULL_{}_{}", robot_.modules[m].name, type.links[link.link].name);
     vrml_.Open("children [");
     const bool has_hull = AppendShape(link, hull, m);
     for (size_t c = 0; c < type.connectors.size(); ++c) {
@@ -204,19 +215,24 @@ class Writer {
     AppendPhysics(link);
   }
 
+  /// The shape of a link, in a colour of its module. False, and nothing is written, for a hull
+  /// without an inside; `name` is what the bounding object refers to.
   bool AppendShape(const TreeLink& link, const std::string& name, size_t m) {
+    // Flat hulls have no inside, and Webots wants solids.
     const model::ConvexHull& hull = solids_.Faces(link.type, link.link);
     if (hull.dimension < 3) return false;
     std::string points;
     for (const Eigen::Vector3d& p : hull.vertices) {
       points += (points.empty() ? "" : ", ") + Triple(p);
     }
+    // Each face is a list of corners that ends with -1.
     std::string faces;
     for (const model::HullFace& face : hull.faces) {
       for (const int corner : face.polygon) faces += fmt::format("{} ", corner);
       faces += "-1 ";
     }
-    // Neighbours in different greens, yellows and blues.
+    // Modules get colours between blue and yellow.
+    // The golden ratio spreads the hues, so that neighbours differ.
     const double hue = std::fmod(0.381966 * static_cast<double>(m), 1.0);
     vrml_.Open("Shape {");
     vrml_.Line(fmt::format(
@@ -230,6 +246,7 @@ class Writer {
     return true;
   }
 
+  /// The link's mass, centre of mass and inertia; a density of -1 says that these count.
   void AppendPhysics(const TreeLink& link) {
     const model::LinkMass& mass = solids_.Mass(link.type, link.link);
     const Eigen::Matrix3d& I = mass.I_Lcm_L;
@@ -242,8 +259,11 @@ class Writer {
     vrml_.Close("}");
   }
 
+  /// A Connector node with the emitter and receiver over which two docked modules talk.
   void AppendConnector(size_t m, const model::ModuleType& type, size_t c) {
-    const DockFace& face = faces_[static_cast<size_t>(robot_.modules[m].type)][c];
+    // The emitter stands off the centre, so that a mate hears from its direction how the two are
+    // turned.
+    const DockFace& face = faces_[robot_.modules[m].type][c];
     const std::string& name = type.connectors[c].name;
     const bool docked = docked_.count({static_cast<int>(m), static_cast<int>(c)}) != 0;
     vrml_.Open("Connector {");
@@ -266,13 +286,12 @@ class Writer {
 
   /// A link below another: by a joint, or, where the joint is fixed, as part of it.
   void AppendChild(size_t m, const RobotTree& tree, size_t child) {
+    // A link below a joint stands where the module's start value places it.
     const TreeLink& link = tree.links[child];
     model::Pose X_PL = link.X_PL;
-    const bool moves =
-        link.joint >= 0 && tree.joints[static_cast<size_t>(link.joint)].type != JointType::kFixed;
+    const bool moves = link.joint >= 0 && tree.joints[link.joint].type != JointType::kFixed;
     if (moves) {
-      const auto joint = static_cast<size_t>(link.joint);
-      X_PL = X_PL * MotionOf(tree.joints[joint], robot_.modules[m].start[joint]);
+      X_PL = X_PL * MotionOf(tree.joints[link.joint], robot_.modules[m].start[link.joint]);
       OpenJoint(m, tree, link.joint);
     }
     vrml_.Open(moves ? "endPoint Solid {" : "Solid {");
@@ -284,11 +303,13 @@ class Writer {
     if (moves) vrml_.Close("}");
   }
 
+  /// The joint of a loop within a module: its end point is a link that stands elsewhere in the
+  /// file.
   void AppendClosingJoint(size_t m, const RobotTree& tree, const TreeLoop& loop) {
     if (loop.joint < 0) return;
     OpenJoint(m, tree, loop.joint);
-    vrml_.Line(fmt::format("endPoint SolidReference {{ solidName \"{}\" }}",
-                           tree.links[static_cast<size_t>(loop.to)].name));
+    vrml_.Line(
+        fmt::format("endPoint SolidReference {{ solidName \"{}\" }}", tree.links[loop.to].name));
     vrml_.Close("}");
   }
 
@@ -302,8 +323,10 @@ class Writer {
     return type == JointType::kPrismatic || (lower >= -EIGEN_PI && upper <= EIGEN_PI);
   }
 
+  /// Says which joints of the type are without their limits or without stops in Webots.
   static void WarnOfLimits(const model::ModuleType& type, std::vector<std::string>* warnings) {
     for (const model::Joint& joint : type.joints) {
+      // Limits are left out, with a warning, where Webots could not take them.
       const bool slides = joint.type == JointType::kPrismatic;
       if (joint.type != JointType::kRevolute && !slides) continue;
       const std::string limits = fmt::format("{} to {} {}", Number(joint.lower),
@@ -322,10 +345,11 @@ class Writer {
     }
   }
 
-  /// Up to its end point.
+  /// Writes a joint up to its end point, which the caller writes before it closes the node.
   void OpenJoint(size_t m, const RobotTree& tree, int index) {
-    const TreeJoint& joint = tree.joints[static_cast<size_t>(index)];
-    const double start = robot_.modules[m].start[static_cast<size_t>(index)];
+    // The joint's place and limits, then its motor and its sensor.
+    const TreeJoint& joint = tree.joints[index];
+    const double start = robot_.modules[m].start[index];
     const bool slides = joint.type == JointType::kPrismatic;
     const bool limited =
         joint.type != JointType::kContinuous && LimitsFit(joint.lower, joint.upper);
@@ -354,34 +378,36 @@ class Writer {
     vrml_.Close("]");
   }
 
+  /// A warning for each docking that Webots will not hold.
   [[nodiscard]] std::vector<std::string> Unaligned() const {
+    // Webots locks two connectors only if their faces look at each other at the start.
     std::vector<std::string> warnings;
     const auto pose = [&](int module, int connector) -> model::Pose {
       const model::ModuleType& type = model_.TypeOf(robot_, module);
-      const int link = type.connectors[static_cast<size_t>(connector)].link;
-      return X_WL_[static_cast<size_t>(module)][static_cast<size_t>(link)] *
-             Face(module, connector).X_LC;
+      const int link = type.connectors[connector].link;
+      return X_WL_[module][link] * Face(module, connector).X_LC;
     };
     for (const model::Docking& d : robot_.dockings) {
+      // Webots asks both connectors, and the one with more ways to dock decides.
       const int rotations = std::max(Face(d.module_a, d.connector_a).rotations,
                                      Face(d.module_b, d.connector_b).rotations);
       if (Aligned(pose(d.module_a, d.connector_a), pose(d.module_b, d.connector_b), rotations,
                   scale_.tolerance)) {
         continue;
       }
-      warnings.push_back(fmt::format(
-          "Webots will not lock {}.{} to {}.{}: their faces do not look at each other",
-          robot_.modules[static_cast<size_t>(d.module_a)].name,
-          model_.TypeOf(robot_, d.module_a).connectors[static_cast<size_t>(d.connector_a)].name,
-          robot_.modules[static_cast<size_t>(d.module_b)].name,
-          model_.TypeOf(robot_, d.module_b).connectors[static_cast<size_t>(d.connector_b)].name));
+      warnings.push_back(
+          fmt::format("Webots will not lock {}.{} to {}.{}: their faces do not look at each other",
+                      robot_.modules[d.module_a].name,
+                      model_.TypeOf(robot_, d.module_a).connectors[d.connector_a].name,
+                      robot_.modules[d.module_b].name,
+                      model_.TypeOf(robot_, d.module_b).connectors[d.connector_b].name));
     }
     return warnings;
   }
 
+  // The face of a connector; faces are those of the module's type.
   [[nodiscard]] const DockFace& Face(int module, int connector) const {
-    return faces_[static_cast<size_t>(robot_.modules[static_cast<size_t>(module)].type)]
-                 [static_cast<size_t>(connector)];
+    return faces_[robot_.modules[module].type][connector];
   }
 
   const model::Model& model_;

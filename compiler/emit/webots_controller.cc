@@ -19,6 +19,7 @@ using model::AttributeValue;
 std::string Filled(std::string text,
                    const std::vector<std::pair<std::string, std::string>>& values) {
   for (const auto& [key, value] : values) {
+    // What was put in is not searched again.
     const std::string mark = "@" + key + "@";
     for (size_t at = text.find(mark); at != std::string::npos; at = text.find(mark, at)) {
       text.replace(at, mark.size(), value);
@@ -69,6 +70,7 @@ int LockValue(const model::Model& model, int type, int connector,
   for (const model::ConnectionType& connection : model.connection_types) {
     for (const model::ConnectionOption& option : connection.options) {
       for (const model::StateRequirement& asked : option.states) {
+        // The requirement is of one of the two members of the way of docking.
         const bool is_it = asked.of_a
                                ? connection.type_a == type && option.connector_a == connector
                                : connection.type_b == type && option.connector_b == connector;
@@ -82,7 +84,8 @@ int LockValue(const model::Model& model, int type, int connector,
 }
 
 std::string LockValues(const model::Model& model, int type) {
-  const model::ModuleType& module = model.module_types[static_cast<size_t>(type)];
+  // A row a connector, all equally long, as C wants its arrays.
+  const model::ModuleType& module = model.module_types[type];
   const size_t most = MostStates(module);
   std::string rows;
   for (size_t c = 0; c < module.connectors.size(); ++c) {
@@ -112,6 +115,8 @@ bool LookAlike(const Way& a, const Way& b) { return a.X_CD.isApprox(b.X_CD, 1e-6
 /// As the simulator's sensors tell them: with this module as member a where the model has it so.
 /// Where two connections join the same faces in the same way, the one declared first counts.
 std::vector<Way> WaysOf(const model::Model& model, const DockFaces& faces, int type) {
+  // A module hears from a mate its type and connector and where its emitter is; ways that look
+  // alike by that are one.
   std::vector<Way> ways;
   using Mates = std::tuple<int, int, int>;  // Connector, mate's type and connector.
   std::map<Mates, std::vector<size_t>> known;
@@ -122,6 +127,7 @@ std::vector<Way> WaysOf(const model::Model& model, const DockFaces& faces, int t
     others.push_back(ways.size());
     ways.push_back(way);
   };
+  // First those where this type is member a, then those where it is member b.
   for (const bool as_b : {false, true}) {
     for (size_t c = 0; c < model.connection_types.size(); ++c) {
       const model::ConnectionType& connection = model.connection_types[c];
@@ -144,6 +150,7 @@ std::vector<Way> WaysOf(const model::Model& model, const DockFaces& faces, int t
 std::string Rows(const std::vector<Way>& ways, double emitter_offset) {
   std::string rows;
   for (const Way& way : ways) {
+    // The controller compares the direction in which it hears the mate's emitter.
     const Eigen::Vector3d at = way.X_CD * (emitter_offset * Eigen::Vector3d::UnitZ());
     const Eigen::Vector3d direction =
         at.norm() > 1e-6 * emitter_offset ? Eigen::Vector3d(at.normalized()) : at;
@@ -165,7 +172,8 @@ std::string ShortHash(const std::string& text) {
 }  // namespace
 
 WebotsProgram WebotsController(const model::Model& model, const DockFaces& faces, int type) {
-  const model::ModuleType& module = model.module_types[static_cast<size_t>(type)];
+  // The marks of the templates in webots_controller/, and what takes their places.
+  const model::ModuleType& module = model.module_types[type];
   std::string speeds;
   for (const model::Joint& joint : module.joints) speeds += fmt::format("{}, ", joint.speed);
   const std::vector<std::pair<std::string, std::string>> values = {
@@ -188,6 +196,8 @@ WebotsProgram WebotsController(const model::Model& model, const DockFaces& faces
   const std::string header = Filled(kWebotsModuleHeader, values);
   const std::string source = Filled(kWebotsModuleSource, values);
   const std::string main = Filled(kWebotsMain, values);
+  // Its text is part of the controller's name, so that worlds with unlike models can share a
+  // folder.
   const std::string name =
       fmt::format("morphbus_{}_{}", module.name, ShortHash(header + source + main));
   return {name,

@@ -23,6 +23,8 @@ constexpr double kDirectionTolerance = 1e-3;  // rad
 /// Out of the module: as declared, else normal to the plane of the sub-points, away from the link's
 /// centre of mass.
 Vector3d NormalOf(const model::ModuleType& type, const model::Connector& connector) {
+  // The sub-points of a connector lie in its face, so the direction in which they spread least is
+  // its normal; the sign is that which leads out of the link.
   const auto declared = connector.normals.find("");
   if (declared != connector.normals.end()) return declared->second;
   const Vector3d outward =
@@ -33,6 +35,7 @@ Vector3d NormalOf(const model::ModuleType& type, const model::Connector& connect
     spread += r * r.transpose();
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(spread);
+  // Sub-points on one line, or none, leave the normal open.
   if (solver.eigenvalues()(1) <= 1e-9 * solver.eigenvalues()(2)) {
     // No plane: fewer than two directions.
     return outward.norm() > 1e-9 ? outward.normalized() : Vector3d::UnitX();
@@ -56,6 +59,7 @@ bool IsWhole(double value, double tolerance) {
 
 /// The least number of parts of a turn of which all rolls are multiples; 0 (any) if there is none.
 int RotationsOf(const std::vector<double>& rolls) {
+  // Rolls of finer steps than a degree come from no drawing.
   constexpr int kMost = 360;
   for (int n = 1; n <= kMost; ++n) {
     const auto fits = [n](double roll) { return IsWhole(n * roll / (2.0 * EIGEN_PI), 1e-4); };
@@ -66,6 +70,8 @@ int RotationsOf(const std::vector<double>& rolls) {
 
 DockFace FaceOf(const model::ModuleType& type, const model::Connector& connector) {
   DockFace face;
+  // The docking direction z points from the centre to the first sub-point, as far as that lies in
+  // the face.
   const Vector3d x = NormalOf(type, connector);
   Vector3d z = Vector3d::Zero();
   if (!connector.subpoints.empty()) z = connector.subpoints[0] - connector.p_MoCo_M;
@@ -76,15 +82,18 @@ DockFace FaceOf(const model::ModuleType& type, const model::Connector& connector
   return face;
 }
 
-/// The graph of which connectors can mate, over all types.
-class Sides {
+/// The graph of which connectors can dock, over all module types: a vertex a connector of a type,
+/// an edge a numbered way of docking. It finds which connectors pair up, and who of a pair is
+/// active.
+class ConnectorPairing {
  public:
-  Sides(const model::Model& model, DockFaces* faces)
+  ConnectorPairing(const model::Model& model, DockFaces* faces)
       : model_(model), faces_(*faces), tolerance_(DockScaleOf(model).tolerance) {
     for (const model::ModuleType& type : model.module_types) {
       first_.push_back(count_);
       count_ += type.connectors.size();
     }
+    // A way of docking joins two vertices, whichever of the two is member a.
     edges_.resize(count_);
     for (const model::ConnectionType& connection : model.connection_types) {
       for (const model::ConnectionOption& option : connection.options) {
@@ -98,6 +107,8 @@ class Sides {
 
   /// Gives models, types, docking directions and numbers of rotations.
   void Assign() {
+    // Each connected part of the graph is coloured with two sides, breadth first. That works out
+    // unless a connector can dock to one of its own side.
     std::vector<int> side(count_, -1);
     for (size_t start = 0; start < count_; ++start) {
       if (side[start] >= 0) continue;
@@ -111,6 +122,7 @@ class Sides {
         for (const Edge& edge : edges_[at]) {
           if (side[edge.to] == side[at]) two_sided = false;
           if (side[edge.to] >= 0) continue;
+          // Faces met for the first time are turned to meet the one they were reached from.
           side[edge.to] = 1 - side[at];
           TurnTo(edge);
           queue.push_back(edge.to);
@@ -129,12 +141,11 @@ class Sides {
     const model::ConnectionOption* option;
   };
 
-  [[nodiscard]] size_t At(int type, int connector) const {
-    return first_[static_cast<size_t>(type)] + static_cast<size_t>(connector);
-  }
+  [[nodiscard]] size_t At(int type, int connector) const { return first_[type] + connector; }
 
   /// (type, connector) of a vertex.
   [[nodiscard]] std::pair<size_t, size_t> Place(size_t vertex) const {
+    // Types have few connectors, and there are few types.
     size_t type = 0;
     while (vertex - first_[type] >= model_.module_types[type].connectors.size()) ++type;
     return {type, vertex - first_[type]};
@@ -158,6 +169,7 @@ class Sides {
   }
 
   void CountRotations(const std::vector<size_t>& part) {
+    // After the turning, the rolls that are left tell in how many ways the part docks.
     std::vector<double> rolls;
     for (const size_t vertex : part) {
       for (const Edge& edge : edges_[vertex]) {
@@ -170,9 +182,11 @@ class Sides {
   }
 
   void Name(const std::vector<size_t>& part, const std::vector<int>& side, bool two_sided) {
+    // Connectors of one Webots model dock; it is named after the first connector of the part.
     const auto [first_type, first_connector] = Place(part.front());
     const std::string name = model_.module_types[first_type].name + "." +
                              model_.module_types[first_type].connectors[first_connector].name;
+    // Who has something to set, such as hooks, is the one that locks.
     int active = side[part.front()];
     for (const size_t vertex : part) {
       const auto [type, connector] = Place(vertex);
@@ -195,10 +209,10 @@ class Sides {
   std::vector<std::vector<Edge>> edges_;
 };
 
-/// The turns in which two connectors can dock face to face.
-class Turns {
+/// The rolls, about the normals of their faces, in which two connectors can dock face to face.
+class DockingRolls {
  public:
-  Turns(const model::Model& model, const DockFaces& faces) {
+  DockingRolls(const model::Model& model, const DockFaces& faces) {
     const double tolerance = DockScaleOf(model).tolerance;
     for (const model::ConnectionType& connection : model.connection_types) {
       for (const model::ConnectionOption& option : connection.options) {
@@ -208,19 +222,19 @@ class Turns {
         const End b = {connection.type_b, option.connector_b};
         // A roll is the same from either side: the faces look at each other.
         const auto parts = std::lround(RollOf(X_CD) * kParts / (2.0 * EIGEN_PI));
-        turns_[std::minmax(a, b)].insert((parts + kParts) % kParts);
+        rolls_[std::minmax(a, b)].insert((parts + kParts) % kParts);
       }
     }
   }
   using End = std::pair<int, int>;  ///< Module type, connector.
   [[nodiscard]] int Count(End a, End b) const {
-    const auto found = turns_.find(std::minmax(a, b));
-    return found == turns_.end() ? 0 : static_cast<int>(found->second.size());
+    const auto found = rolls_.find(std::minmax(a, b));
+    return found == rolls_.end() ? 0 : static_cast<int>(found->second.size());
   }
 
  private:
   static constexpr long kParts = 36000;
-  std::map<std::pair<End, End>, std::set<long>> turns_;
+  std::map<std::pair<End, End>, std::set<long>> rolls_;
 };
 
 /// Between two connectors of a module type (m); infinite if all lie at one place.
@@ -249,6 +263,7 @@ bool MayDock(const DockFace& a, const DockFace& b) {
 }  // namespace
 
 DockScale DockScaleOf(const model::Model& model) {
+  // Webots' Connector senses another within 1 cm unless it is told otherwise (distanceTolerance).
   double reach = 0.01;
   for (const model::ModuleType& type : model.module_types) {
     reach = std::min(reach, LeastDistance(type) / 3.0);
@@ -264,14 +279,14 @@ DockFaces DockFacesOf(const model::Model& model) {
       faces.back().push_back(FaceOf(type, connector));
     }
   }
-  Sides(model, &faces).Assign();
+  ConnectorPairing(model, &faces).Assign();
   return faces;
 }
 
 model::Pose FaceInFace(const DockFaces& faces, const model::ConnectionType& connection,
                        const model::ConnectionOption& option) {
   const auto face = [&](int type, int connector) -> const model::Pose& {
-    return faces[static_cast<size_t>(type)][static_cast<size_t>(connector)].X_LC;
+    return faces[type][connector].X_LC;
   };
   return face(connection.type_a, option.connector_a).inverse() * option.X_AB *
          face(connection.type_b, option.connector_b);
@@ -279,16 +294,18 @@ model::Pose FaceInFace(const DockFaces& faces, const model::ConnectionType& conn
 
 std::vector<std::string> LooseDocking(const model::Model& model, const DockFaces& faces,
                                       const std::set<int>& types) {
-  const Turns turns(model, faces);
+  const DockingRolls rolls(model, faces);
   std::vector<std::string> warnings;
+  // The first pair of connectors of two types that Webots would let dock in other rolls than the
+  // model has.
   const auto first_loose = [&](int s, int t) -> std::string {
-    for (size_t c = 0; c < faces[static_cast<size_t>(s)].size(); ++c) {
-      for (size_t d = 0; d < faces[static_cast<size_t>(t)].size(); ++d) {
-        const DockFace& a = faces[static_cast<size_t>(s)][c];
-        const int count = turns.Count({s, static_cast<int>(c)}, {t, static_cast<int>(d)});
-        if (!MayDock(a, faces[static_cast<size_t>(t)][d]) || count == a.rotations) continue;
-        const model::ModuleType& S = model.module_types[static_cast<size_t>(s)];
-        const model::ModuleType& T = model.module_types[static_cast<size_t>(t)];
+    for (size_t c = 0; c < faces[s].size(); ++c) {
+      for (size_t d = 0; d < faces[t].size(); ++d) {
+        const DockFace& a = faces[s][c];
+        const int count = rolls.Count({s, static_cast<int>(c)}, {t, static_cast<int>(d)});
+        if (!MayDock(a, faces[t][d]) || count == a.rotations) continue;
+        const model::ModuleType& S = model.module_types[s];
+        const model::ModuleType& T = model.module_types[t];
         return fmt::format("Webots will let {}.{} dock to {}.{} in {} turns, the model has {}",
                            S.name, S.connectors[c].name, T.name, T.connectors[d].name,
                            a.rotations == 0 ? "all" : std::to_string(a.rotations), count);
@@ -307,6 +324,8 @@ std::vector<std::string> LooseDocking(const model::Model& model, const DockFaces
 }
 
 bool Aligned(const model::Pose& X_WC, const model::Pose& X_WD, int rotations, double tolerance) {
+  // The centres meet, the normals oppose each other, and the docking directions are whole parts of
+  // a turn apart.
   const Eigen::Matrix3d R = X_WC.linear().transpose() * X_WD.linear();
   if ((X_WC.translation() - X_WD.translation()).norm() > tolerance) return false;
   if ((R.col(0) + Vector3d::UnitX()).norm() > kDirectionTolerance) return false;

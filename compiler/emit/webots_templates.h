@@ -4,6 +4,8 @@
 
 namespace morphbus::emit {
 
+/// A controller is made of these four files. CMake puts their text into the program, and
+/// emit/webots.cc replaces the marks.
 extern const char* const kWebotsModuleHeader;
 extern const char* const kWebotsModuleSource;
 extern const char* const kWebotsMain;

@@ -28,11 +28,12 @@ constexpr double kMaxOverlapWork = 3e8;  // Pairs of edges that are looked at.
 
 using Graph = std::vector<std::vector<int>>;
 
+/// The modules that each module is joined to.
 Graph Neighbours(size_t modules, const std::vector<std::pair<int, int>>& edges) {
   Graph graph(modules);
   for (const auto& [a, b] : edges) {
-    graph[static_cast<size_t>(a)].push_back(b);
-    graph[static_cast<size_t>(b)].push_back(a);
+    graph[a].push_back(b);
+    graph[b].push_back(a);
   }
   return graph;
 }
@@ -40,14 +41,14 @@ Graph Neighbours(size_t modules, const std::vector<std::pair<int, int>>& edges) 
 /// For each module the one before it on a shortest way from `start`; -1 if there is none.
 std::vector<int> BreadthFirst(const Graph& graph, int start) {
   std::vector<int> before(graph.size(), -1);
-  before[static_cast<size_t>(start)] = start;
+  before[start] = start;
   std::queue<int> todo({start});
   while (!todo.empty()) {
     const int at = todo.front();
     todo.pop();
-    for (const int next : graph[static_cast<size_t>(at)]) {
-      if (before[static_cast<size_t>(next)] >= 0) continue;
-      before[static_cast<size_t>(next)] = at;
+    for (const int next : graph[at]) {
+      if (before[next] >= 0) continue;
+      before[next] = at;
       todo.push(next);
     }
   }
@@ -65,9 +66,9 @@ std::string Listed(const std::vector<std::string>& names) {
   return fmt::format("{} and {}", fmt::join(most, ", "), names.back());
 }
 
-// --- Loops
-// -----------------------------------------------------------------------------------------
+// --- Loops ---
 
+/// How far a docking is from closing.
 struct Gap {
   double metres = 0.0;
   double radians = 0.0;
@@ -82,25 +83,28 @@ class ModuleTree {
  public:
   explicit ModuleTree(const RobotScope& scope) : scope_(scope) {
     const std::vector<model::ModuleInstance>& modules = scope.robot.modules;
+    // The dockings of each module, so that each is followed once from either end.
     std::vector<std::vector<size_t>> dockings_of(modules.size());
     for (size_t d = 0; d < scope.robot.dockings.size(); ++d) {
-      dockings_of[static_cast<size_t>(scope.robot.dockings[d].module_a)].push_back(d);
-      dockings_of[static_cast<size_t>(scope.robot.dockings[d].module_b)].push_back(d);
+      dockings_of[scope.robot.dockings[d].module_a].push_back(d);
+      dockings_of[scope.robot.dockings[d].module_b].push_back(d);
     }
     for (size_t m = 0; m < modules.size(); ++m) {
       X_ML_.push_back(model::LinkPoses(scope.TypeOf(static_cast<int>(m)), modules[m].start, 0));
     }
+    // The root module stays where it is; every other one is placed by the first docking that
+    // reaches it.
     X_WM_.assign(modules.size(), model::Pose::Identity());
     std::vector<bool> placed(modules.size());
-    placed[static_cast<size_t>(scope.robot.root_module)] = true;
-    std::queue<size_t> todo({static_cast<size_t>(scope.robot.root_module)});
+    placed[scope.robot.root_module] = true;
+    std::queue<int> todo({scope.robot.root_module});
     while (!todo.empty()) {
-      const size_t at = todo.front();
+      const int at = todo.front();
       todo.pop();
       for (const size_t d : dockings_of[at]) {
         const model::Docking& docking = scope.robot.dockings[d];
-        const bool from_a = static_cast<size_t>(docking.module_a) == at;
-        const auto other = static_cast<size_t>(from_a ? docking.module_b : docking.module_a);
+        const bool from_a = docking.module_a == at;
+        const int other = from_a ? docking.module_b : docking.module_a;
         if (placed[other]) continue;
         const model::Pose X_MaMb = Across(docking);
         X_WM_[other] = X_WM_[at] * (from_a ? X_MaMb : X_MaMb.inverse());
@@ -112,8 +116,8 @@ class ModuleTree {
 
   /// How far b's module is from where the docking wants it, measured at b's connector.
   [[nodiscard]] Gap GapOf(const model::Docking& docking) const {
-    const model::Pose wanted = X_WM_[static_cast<size_t>(docking.module_a)] * Across(docking);
-    const model::Pose& found = X_WM_[static_cast<size_t>(docking.module_b)];
+    const model::Pose wanted = X_WM_[docking.module_a] * Across(docking);
+    const model::Pose& found = X_WM_[docking.module_b];
     const model::Connector& b = ConnectorOf(docking.module_b, docking.connector_b);
     const Eigen::Vector3d p_MoCo_M = LinkOf(docking.module_b, b) * b.p_MoCo_M;
     const Eigen::AngleAxisd turn(wanted.rotation().transpose() * found.rotation());
@@ -122,16 +126,15 @@ class ModuleTree {
 
  private:
   [[nodiscard]] const model::Connector& ConnectorOf(int module, int connector) const {
-    return scope_.TypeOf(module).connectors[static_cast<size_t>(connector)];
+    return scope_.TypeOf(module).connectors[connector];
   }
   [[nodiscard]] const model::Pose& LinkOf(int module, const model::Connector& connector) const {
-    return X_ML_[static_cast<size_t>(module)][static_cast<size_t>(connector.link)];
+    return X_ML_[module][connector.link];
   }
   /// b's module in a's, at the start values of both.
   [[nodiscard]] model::Pose Across(const model::Docking& docking) const {
-    const auto& connection =
-        scope_.context.model.connection_types[static_cast<size_t>(docking.connection_type)];
-    const model::Pose& X_AB = connection.options[static_cast<size_t>(docking.option)].X_AB;
+    const auto& connection = scope_.context.model.connection_types[docking.connection_type];
+    const model::Pose& X_AB = connection.options[docking.option].X_AB;
     return LinkOf(docking.module_a, ConnectorOf(docking.module_a, docking.connector_a)) * X_AB *
            LinkOf(docking.module_b, ConnectorOf(docking.module_b, docking.connector_b)).inverse();
   }
@@ -141,15 +144,17 @@ class ModuleTree {
   std::vector<model::Pose> X_WM_;               ///< [module], in the root module's frame.
 };
 
+/// Reports a docking that does not close, with the shortest closed way round it.
 void ReportLoop(RobotScope& scope, size_t index, const Gap& gap, const Graph& closed) {
   const model::Docking& docking = scope.robot.dockings[index];
   const std::vector<int> before = BreadthFirst(closed, docking.module_a);
   std::vector<std::string> loop;
-  for (int at = docking.module_b;; at = before[static_cast<size_t>(at)]) {
+  for (int at = docking.module_b;; at = before[at]) {
     loop.push_back(scope.NameOf(at));
-    if (at == docking.module_a || before[static_cast<size_t>(at)] < 0) break;
+    if (at == docking.module_a || before[at] < 0) break;
   }
   std::reverse(loop.begin(), loop.end());
+  // A long loop is told by its two ends.
   if (loop.size() > kMaxNamed) {
     loop.erase(loop.begin() + kMaxNamed / 2, loop.end() - kMaxNamed / 2);
     loop.insert(loop.begin() + kMaxNamed / 2, "...");
@@ -163,6 +168,8 @@ void ReportLoop(RobotScope& scope, size_t index, const Gap& gap, const Graph& cl
       .hint = "choose other connections in it, by number or rot=, or other start values";
 }
 
+/// Every docking must hold with the modules where the tree puts them. Those that close make the
+/// graph in which the open ones are told.
 void CheckLoops(RobotScope& scope) {
   const ModuleTree tree(scope);
   std::vector<size_t> open;
@@ -184,8 +191,7 @@ void CheckLoops(RobotScope& scope) {
   }
 }
 
-// --- Overlap
-// ---------------------------------------------------------------------------------------
+// --- Overlap ---
 
 /// Finds modules whose links lie in each other, with a grid so that only near ones are compared.
 class OverlapChecker {
@@ -195,6 +201,7 @@ class OverlapChecker {
 
   void Check() {
     BuildHulls();
+    // Modules enter the grid one by one, each compared with those that are in it.
     for (size_t m = 0; m < scope_.robot.modules.size(); ++m) {
       for (const size_t other : Near(m)) {
         if (other < m) Compare(other, m);
@@ -213,11 +220,11 @@ class OverlapChecker {
     balls_.resize(scope_.robot.modules.size());
     for (size_t m = 0; m < scope_.robot.modules.size(); ++m) {
       const model::ModuleType& type = scope_.TypeOf(static_cast<int>(m));
-      std::vector<model::ConvexHull>& hulls =
-          hulls_[static_cast<size_t>(scope_.robot.modules[m].type)];
+      std::vector<model::ConvexHull>& hulls = hulls_[scope_.robot.modules[m].type];
       if (hulls.empty()) {
         for (const model::Link& link : type.links) hulls.push_back(model::ComputeHull(link.hull));
       }
+      // The ball round the box of all corners is a cheap bound for the first test.
       Eigen::Vector3d low = Eigen::Vector3d::Constant(1e30), high = -low;
       for (size_t l = 0; l < type.links.size(); ++l) {
         for (const Eigen::Vector3d& p_L : hulls[l].vertices) {
@@ -231,15 +238,18 @@ class OverlapChecker {
     }
   }
 
+  /// The grid cell that holds the centre of module `m`'s ball. Cells are as large as the largest
+  /// ball, so that what touches lies in adjacent ones.
   Cell CellOf(size_t m) const {
     Cell cell{};
     for (int i = 0; i < 3; ++i) {
       const double at = cell_size_ > 0.0 ? balls_[m].centre[i] / cell_size_ : 0.0;
-      cell[static_cast<size_t>(i)] = static_cast<int>(std::clamp(std::floor(at), -1e9, 1e9));
+      cell[i] = static_cast<int>(std::clamp(std::floor(at), -1e9, 1e9));
     }
     return cell;
   }
 
+  /// The modules in the cell of `m` and in the 26 around it, in order of their numbers.
   std::vector<size_t> Near(size_t m) const {
     std::vector<size_t> near;
     const Cell cell = CellOf(m);
@@ -261,12 +271,12 @@ class OverlapChecker {
   /// The deepest overlap of two modules' links. Robots are lattices, so that a few relative poses
   /// of a few shapes come again and again: each is looked at once.
   const Overlap& OverlapOf(size_t a, size_t b) {
+    // The key: both shapes, and the relative pose rounded.
     const model::Pose X_AB = state_.X_RL[a][0].inverse() * state_.X_RL[b][0];
     PairKey key{ShapeOf(a), ShapeOf(b)};
     for (int i = 0; i < 12; ++i) {
       const double entry = X_AB.matrix()(i % 3, i / 3);
-      key[static_cast<size_t>(i) + 2] =
-          static_cast<int64_t>(std::round(std::clamp(entry, -1e8, 1e8) / kSamePose));
+      key[i + 2] = static_cast<int64_t>(std::round(std::clamp(entry, -1e8, 1e8) / kSamePose));
     }
     const auto [it, fresh] = overlaps_.try_emplace(key);
     if (fresh) it->second = FindOverlap(a, b);
@@ -280,9 +290,10 @@ class OverlapChecker {
         .first->second;
   }
 
+  /// Compares all hulls of the two modules; only what is deeper than the tolerance counts.
   Overlap FindOverlap(size_t a, size_t b) {
-    const auto type_a = static_cast<size_t>(scope_.robot.modules[a].type);
-    const auto type_b = static_cast<size_t>(scope_.robot.modules[b].type);
+    const int type_a = scope_.robot.modules[a].type;
+    const int type_b = scope_.robot.modules[b].type;
     double deepest = kOverlapTolerance * std::max(scope_.context.modules[type_a].extent_m,
                                                   scope_.context.modules[type_b].extent_m);
     Overlap overlap;
@@ -300,6 +311,7 @@ class OverlapChecker {
     return overlap;
   }
 
+  /// Warns if modules `a` and `b` lie in each other; the balls are compared first.
   void Compare(size_t a, size_t b) {
     const double apart = (balls_[a].centre - balls_[b].centre).norm();
     if (apart > balls_[a].radius + balls_[b].radius) return;
@@ -311,8 +323,9 @@ class OverlapChecker {
         scope_.TypeOf(static_cast<int>(b)).links[overlap.link_b].name);
     ++warnings_;
     source::Diagnostic& d = scope_.diagnostics.Warning(
-        scope_.module_spans[b], fmt::format("{} lie {} m inside each other", links,
-                                            NumberText(std::round(overlap.depth_m * 1e9) / 1e9)));
+        scope_.module_spans[b],
+        fmt::format("in robot '{}', {} lie {} m inside each other", scope_.robot.name, links,
+                    NumberText(std::round(overlap.depth_m * 1e9) / 1e9)));
     d.hint =
         "real modules cannot be built so: choose other connections or start values, or smaller "
         "hulls";
@@ -364,8 +377,8 @@ void CheckConnected(RobotScope& scope) {
                fmt::format("{} {} off nothing: no connection leads to '{}'", Listed(group),
                            group.size() == 1 ? "hangs" : "hang",
                            scope.NameOf(scope.robot.root_module)))
-        .notes.push_back({scope.module_spans[static_cast<size_t>(scope.robot.root_module)],
-                          "the robot is built from this module"});
+        .notes.push_back(
+            {scope.module_spans[scope.robot.root_module], "the robot is built from this module"});
   }
 }
 

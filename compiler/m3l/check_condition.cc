@@ -18,15 +18,19 @@ using solver::CompareOp;
 using solver::Condition;
 using solver::PointRef;
 
+/// What kind of value it is, for messages.
 const char* TypeText(const model::AttributeValue& value) {
   if (std::holds_alternative<bool>(value)) return "true or false";
   return std::holds_alternative<double>(value) ? "a number" : "a string";
 }
 
+/// Checks the condition of one connection, node by node; a node with an error has no value, and
+/// says nothing more.
 class ConditionChecker {
  public:
   explicit ConditionChecker(const ConditionScope& scope) : scope_(scope) {}
 
+  /// The condition that `outer` writes; parentheses around it do not matter.
   std::optional<Condition> Check(const Expr& outer) {
     const Expr& expr = Unwrapped(outer);
     switch (expr.kind) {
@@ -51,6 +55,7 @@ class ConditionChecker {
   }
 
  private:
+  /// A condition that always holds, or never: `not` of what always holds.
   static Condition Constant(bool value, const Expr& expr) {
     Condition condition;
     condition.span = expr.span;
@@ -61,6 +66,7 @@ class ConditionChecker {
     return condition;
   }
 
+  /// `and`, `or`, `not`: all children are checked, so that each of their errors is found.
   std::optional<Condition> CheckJunction(const Expr& expr, Condition::Kind kind) {
     Condition condition;
     condition.kind = kind;
@@ -73,7 +79,10 @@ class ConditionChecker {
     return condition;
   }
 
+  /// `coincident`, `parallel`, `antiparallel` between points or directions; other relations compare
+  /// attributes.
   std::optional<Condition> CheckRelation(const Expr& expr) {
+    // The relations between points and directions are words, those between attributes are signs.
     const bool coincident = expr.text == "coincident";
     if (!coincident && expr.text != "parallel" && expr.text != "antiparallel") {
       return CheckComparison(expr);
@@ -86,6 +95,7 @@ class ConditionChecker {
     const auto p = coincident ? CheckPointRef(expr.children[0]) : CheckDirection(expr.children[0]);
     const auto q = coincident ? CheckPointRef(expr.children[1]) : CheckDirection(expr.children[1]);
     if (!p || !q) return std::nullopt;
+    // A relation within one module would not place the other.
     if (p->side == q->side) {
       scope_.diagnostics
           .Error(expr.span, "both sides belong to member '" + MemberOf(p->side).name.text + "'")
@@ -103,6 +113,7 @@ class ConditionChecker {
     return condition;
   }
 
+  /// The member that plays `side`.
   const ConditionScope::Member& MemberOf(solver::Side side) const {
     return scope_.members[side == solver::Side::kA ? 0 : 1];
   }
@@ -121,6 +132,7 @@ class ConditionChecker {
           "its connector is called '" + member.binder.text + "' here";
       return std::nullopt;
     }
+    // The name is neither a binder nor a member.
     std::vector<std::string> names;
     for (const ConditionScope::Member& member : scope_.members) {
       if (!member.binder.text.empty()) names.push_back(member.binder.text);
@@ -131,6 +143,8 @@ class ConditionChecker {
     return std::nullopt;
   }
 
+  /// A point of a member's connector: `p`, `p.point` for any of its sub-points, `p._1`, or the
+  /// typed name that binds it.
   std::optional<PointRef> CheckPointRef(const Expr& outer) {
     const Expr& expr = Unwrapped(outer);
     PointRef ref;
@@ -149,6 +163,7 @@ class ConditionChecker {
     if (expr.path.size() == 1) return ref;
     ref.kind = PointRef::Kind::kAnySubpoint;
     if (expr.path[1].text == "point") return ref;
+    // A sub-point need not be on every connector, but must be on some.
     ref.kind = PointRef::Kind::kSubpoint;
     ref.subpoint = expr.path[1].text;
     std::vector<std::string> names;
@@ -162,6 +177,7 @@ class ConditionChecker {
     return std::nullopt;
   }
 
+  /// Reports a sub-point or attribute that no connector of the module has.
   void ReportMissing(const Name& name, const std::string& what, solver::Side side,
                      const std::vector<std::string>& names) {
     const CheckedModule& module = *MemberOf(side).module;
@@ -175,6 +191,8 @@ class ConditionChecker {
   /// A point with a normal, or an axis `a.axis_name` of a member.
   std::optional<PointRef> CheckDirection(const Expr& outer) {
     const Expr& expr = Unwrapped(outer);
+    // `a.up`, with a member's name, is an axis of the module; a binder of the same name goes
+    // before.
     for (const solver::Side side : {solver::Side::kA, solver::Side::kB}) {
       const ConditionScope::Member& member = MemberOf(side);
       if (expr.kind != ExprKind::kPath || expr.path.size() != 2 ||
@@ -199,6 +217,7 @@ class ConditionChecker {
           .hint = NameHint(expr.path[1].text, names, "axes are");
       return std::nullopt;
     }
+    // Everything else is a point, which has to have a normal on some connector.
     std::optional<PointRef> ref = CheckPointRef(expr);
     if (!ref) return ref;
     if (ref->kind == PointRef::Kind::kAnySubpoint) {
@@ -210,6 +229,7 @@ class ConditionChecker {
     const bool found =
         std::any_of(connectors.begin(), connectors.end(),
                     [&](const model::Connector& c) { return c.normals.count(ref->subpoint) > 0; });
+    // A normal may be missing on some connectors, but not on all.
     if (found || !module.valid) return found ? ref : std::nullopt;
     // Both sides of a condition between modules of one type lack the same normals: said once.
     if (!without_normal_.emplace(&module, ref->subpoint).second) return std::nullopt;
@@ -219,8 +239,7 @@ class ConditionChecker {
     return std::nullopt;
   }
 
-  // --- Comparisons of attributes
-  // ------------------------------------------------------------------
+  // --- Comparisons of attributes ---
 
   /// An operand with a value that stands for its type, and the values it can take if few are known.
   struct CheckedOperand {
@@ -230,12 +249,14 @@ class ConditionChecker {
     source::Span span;
   };
 
+  /// One side of a comparison: a constant, or an attribute `p.name`.
   std::optional<CheckedOperand> CheckOperand(const Expr& outer) {
     const Expr& expr = Unwrapped(outer);
     const std::string name = SingleName(expr);
+    // `true`, `false` and `pi` look like paths, but are values.
     const bool constant = name == "true" || name == "false" || name == "pi";
     if (expr.kind != ExprKind::kPath || constant) {
-      const auto value = EvaluateAttribute(expr, scope_.diagnostics);
+      const auto value = EvaluateAttribute(expr, &scope_.diagnostics);
       if (!value) return std::nullopt;
       return CheckedOperand{*value, *value, {}, expr.span};
     }
@@ -249,6 +270,8 @@ class ConditionChecker {
     return FindAttribute(*side, expr);
   }
 
+  /// The attribute or state variable on any connector of the member; its type is that of the last
+  /// fixed one, or else of the first state.
   std::optional<CheckedOperand> FindAttribute(solver::Side side, const Expr& expr) {
     const Name& key = expr.path[1];
     CheckedOperand found{solver::AttributeRef{side, key.text}, {}, {}, expr.span};
@@ -274,17 +297,20 @@ class ConditionChecker {
       WarnOfSlips(side, expr);
       return found;
     }
+    // The hint lists each name once.
     std::sort(names.begin(), names.end());
     names.erase(std::unique(names.begin(), names.end()), names.end());
     ReportMissing(key, "attribute", side, names);
     return std::nullopt;
   }
 
+  /// `==`, `<` and the like: both sides of one type, order among numbers only.
   std::optional<Condition> CheckComparison(const Expr& expr) {
     static const std::map<std::string, CompareOp> kOps = {
         {"==", CompareOp::kEq}, {"!=", CompareOp::kNe}, {"<", CompareOp::kLt},
         {"<=", CompareOp::kLe}, {">", CompareOp::kGt},  {">=", CompareOp::kGe}};
     const std::optional<CheckedOperand> lhs = CheckOperand(expr.children[0]);
+    // Both sides are checked, so that the errors of each are found.
     const std::optional<CheckedOperand> rhs = CheckOperand(expr.children[1]);
     if (!lhs || !rhs) return std::nullopt;
     if (lhs->sample.index() != rhs->sample.index()) {
@@ -299,6 +325,7 @@ class ConditionChecker {
     condition.op = kOps.at(expr.text);
     condition.lhs = lhs->operand;
     condition.rhs = rhs->operand;
+    // Strings and flags are equal or not, but neither is less.
     const bool order = condition.op != CompareOp::kEq && condition.op != CompareOp::kNe;
     if (order && !std::holds_alternative<double>(lhs->sample)) {
       scope_.diagnostics.Error(expr.span, "only numbers have an order").hint = "use == or !=";
@@ -315,6 +342,7 @@ class ConditionChecker {
     if (std::find(state.states.begin(), state.states.end(), *value) != state.states.end()) {
       return true;
     }
+    // Connectors may list the same values; each is named once in the hint.
     std::vector<std::string> texts;
     for (const model::AttributeValue& v : state.states) {
       const std::string text = ValueText(v);
@@ -331,6 +359,7 @@ class ConditionChecker {
     if (name == "true" || name == "false") return Constant(name == "true", expr);
     const std::optional<CheckedOperand> operand = CheckOperand(expr);
     if (!operand) return std::nullopt;
+    // Only a flag says something by itself.
     if (!std::holds_alternative<bool>(operand->sample) ||
         std::holds_alternative<model::AttributeValue>(operand->operand)) {
       scope_.diagnostics.Error(expr.span, "expected a condition").hint =
@@ -347,6 +376,7 @@ class ConditionChecker {
 
   // --- Slips in keys of connectors
 
+  /// Where the connector is declared: at the module or at a link.
   static const PointDecl* DeclOf(const CheckedModule& module, const std::string& connector) {
     const auto point = module.points.find(connector);
     if (point != module.points.end() && point->second.connector) return point->second.decl;
@@ -405,6 +435,7 @@ class ConditionChecker {
   std::map<const CheckedModule*, std::map<std::string, int>> uses_of_keys_;
 };
 
+/// Finds the binders `a.point p` below `expr`, in source order, and reports what cannot be one.
 void CollectFrom(const Expr& expr, ConditionScope& scope) {
   for (const Expr& child : expr.children) CollectFrom(child, scope);
   if (expr.kind != ExprKind::kTyped) return;
@@ -418,6 +449,7 @@ void CollectFrom(const Expr& expr, ConditionScope& scope) {
     d.hint = fmt::format("write {}.point {}", scope.members[0].name.text, expr.bound.text);
     return;
   }
+  // Each member's connector is named once, by a name that is not taken.
   const ConditionScope::Member& other = scope.members[member == &scope.members[0] ? 1 : 0];
   const bool taken = other.binder.text == expr.bound.text || other.name.text == expr.bound.text;
   if (!member->binder.text.empty() || taken) {

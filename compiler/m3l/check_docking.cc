@@ -28,11 +28,13 @@ struct Choice {
   const std::vector<int>* options = nullptr;
 };
 
+/// Checks one entry of `connections`: its two ends, and the option of a connection that it chooses.
 class DockingChecker {
  public:
   DockingChecker(const Expr& entry, RobotScope& scope) : entry_(entry), scope_(scope) {}
 
   void Check() {
+    // An entry is a pair of connectors and, as a third element, the choice of an option.
     const std::vector<Expr>& parts = entry_.children;
     if (entry_.kind != ExprKind::kTuple || parts.size() < 2 || parts.size() > 3) {
       scope_.diagnostics.Error(entry_.span, "expected a pair of connectors").hint =
@@ -40,6 +42,8 @@ class DockingChecker {
       scope_.names_lost = true;
       return;
     }
+    // Both ends are looked up. What they join is recorded even if the option is wrong, so that no
+    // module is said to hang off nothing.
     const bool x = CheckEnd(parts[0], x_);
     const bool y = CheckEnd(parts[1], y_);
     if (x_.module >= 0 && y_.module >= 0) scope_.edges.emplace_back(x_.module, y_.module);
@@ -50,18 +54,21 @@ class DockingChecker {
                                "module '" + scope_.NameOf(x_.module) + "' is connected to itself");
       return;
     }
+    // A connector holds one neighbour only.
     const bool x_free = Use(x_);
     const bool y_free = Use(y_);
     if (x_free && y_free) Choose();
   }
 
  private:
+  /// Reads `m1.c2` into `end`; false if the connector is not known, reported or not.
   bool CheckEnd(const Expr& expr, End& end) {
     end.span = expr.span;
     if (expr.kind != ExprKind::kPath || expr.path.size() != 2) {
       scope_.diagnostics.Error(expr.span, "expected a connector of a module, such as m1.c2");
       return false;
     }
+    // The module, then the connector among those of its type.
     const std::optional<int> module = FindModule(expr.path[0], scope_);
     if (!module) return false;
     end.module = *module;
@@ -71,6 +78,7 @@ class DockingChecker {
       end.connector = *connector;
       return true;
     }
+    // An unsound type may lack the connector only because of its own errors.
     if (!Checked(*module).valid) return false;
     std::vector<std::string> names;
     for (const model::Connector& c : type.connectors) names.push_back(c.name);
@@ -81,19 +89,21 @@ class DockingChecker {
     return false;
   }
 
+  /// The checked type of module number `module`.
   const CheckedModule& Checked(int module) const {
-    const int type = scope_.robot.modules[static_cast<size_t>(module)].type;
-    return scope_.context.modules[static_cast<size_t>(type)];
+    const int type = scope_.robot.modules[module].type;
+    return scope_.context.modules[type];
   }
 
   const model::Connector& ConnectorOf(const End& end) const {
-    return scope_.TypeOf(end.module).connectors[static_cast<size_t>(end.connector)];
+    return scope_.TypeOf(end.module).connectors[end.connector];
   }
 
   std::string EndText(const End& end) const {
     return scope_.NameOf(end.module) + "." + ConnectorOf(end).name;
   }
 
+  /// Notes that the connector is taken; false, after an error, if it is already.
   bool Use(const End& end) {
     const auto [it, fresh] = scope_.used.emplace(std::pair(end.module, end.connector), end.span);
     if (fresh) return true;
@@ -103,15 +113,16 @@ class DockingChecker {
   }
 
   const model::ConnectionType& Connection(int index) const {
-    return scope_.context.model.connection_types[static_cast<size_t>(index)];
+    return scope_.context.model.connection_types[index];
   }
 
   /// Both orders in which connection `index` can join the ends.
   std::vector<Choice> ChoicesOf(int index) const {
     std::vector<Choice> choices;
     const model::ConnectionType& connection = Connection(index);
-    const int type_x = scope_.robot.modules[static_cast<size_t>(x_.module)].type;
-    const int type_y = scope_.robot.modules[static_cast<size_t>(y_.module)].type;
+    const int type_x = scope_.robot.modules[x_.module].type;
+    const int type_y = scope_.robot.modules[y_.module].type;
+    // Where both ends are of one type, the order as written goes first.
     for (const bool swapped : {false, true}) {
       if ((swapped ? type_y : type_x) != connection.type_a) continue;
       if ((swapped ? type_x : type_y) != connection.type_b) continue;
@@ -122,6 +133,7 @@ class DockingChecker {
     return choices;
   }
 
+  /// Finds the connection: the one that is named, or the first declared that can join the ends.
   void Choose() {
     const Expr* selector = entry_.children.size() == 3 ? &entry_.children[2] : nullptr;
     if (selector && selector->kind == ExprKind::kOption) return ChooseNamed(*selector);
@@ -132,7 +144,9 @@ class DockingChecker {
     ReportImpossible();
   }
 
+  /// `NAME:number`.
   void ChooseNamed(const Expr& selector) {
+    // Connections are looked up by name in the order of their declaration.
     const std::string name = PathText(selector.path);
     std::vector<std::string> names;
     for (size_t i = 0; i < scope_.context.connections.size(); ++i) {
@@ -154,10 +168,11 @@ class DockingChecker {
     bool swapped = false;
   };
 
+  /// The rejection of the two ends by connection `index`, in either order.
   std::optional<Refusal> FindRefusal(int index) const {
     const model::ConnectionType& connection = Connection(index);
-    const int type_x = scope_.robot.modules[static_cast<size_t>(x_.module)].type;
-    const int type_y = scope_.robot.modules[static_cast<size_t>(y_.module)].type;
+    const int type_x = scope_.robot.modules[x_.module].type;
+    const int type_y = scope_.robot.modules[y_.module].type;
     for (size_t i = 0; i < connection.rejections.size(); ++i) {
       const model::PairRejection& r = connection.rejections[i];
       for (const bool swapped : {false, true}) {
@@ -175,8 +190,7 @@ class DockingChecker {
 
   /// Adds to an error where the condition stands that refuses the ends, and how to see all of it.
   void Explain(const Refusal& refusal, source::Diagnostic& d) const {
-    const CheckedConnection& connection =
-        scope_.context.connections[static_cast<size_t>(refusal.connection)];
+    const CheckedConnection& connection = scope_.context.connections[refusal.connection];
     d.notes.push_back({connection.broken[refusal.rejection],
                        fmt::format("by connection '{}'", connection.problem.name)});
     d.hint = solver::WhyHint(ConnectorOf(refusal.swapped ? y_ : x_).name,
@@ -187,13 +201,16 @@ class DockingChecker {
     return Connection(refusal.connection).rejections[refusal.rejection].reason;
   }
 
+  /// The named connection does not join the ends: because it is for other types, or for the reason
+  /// that the solver found.
   void ReportNotJoined(int index, const Expr& selector) {
     const std::optional<Refusal> refusal = FindRefusal(index);
     std::string message = fmt::format("connection '{}' does not join {} and {}",
                                       Connection(index).name, EndText(x_), EndText(y_));
+    // Without a rejection the connection is for other types of modules.
     if (!refusal) {
       source::Diagnostic& d = scope_.diagnostics.Error(selector.span, std::move(message));
-      d.notes.push_back({scope_.context.connections[static_cast<size_t>(index)].problem.span,
+      d.notes.push_back({scope_.context.connections[index].problem.span,
                          fmt::format("it joins '{}' and '{}'", TypeName(Connection(index).type_a),
                                      TypeName(Connection(index).type_b))});
       return;
@@ -201,6 +218,7 @@ class DockingChecker {
     Explain(*refusal, scope_.diagnostics.Error(selector.span, message + ": " + ReasonOf(*refusal)));
   }
 
+  /// No connection joins the ends; the first refusal that there is says why.
   void ReportImpossible() {
     std::optional<Refusal> refusal;
     for (size_t i = 0; i < scope_.context.connections.size(); ++i) {
@@ -210,6 +228,7 @@ class DockingChecker {
     }
     const std::string message =
         fmt::format("{} and {} cannot be connected: ", EndText(x_), EndText(y_));
+    // The solver's reason is the best answer; without one, no connection is for these types.
     if (refusal) {
       Explain(*refusal, scope_.diagnostics.Error(entry_.span, message + ReasonOf(*refusal)));
       return;
@@ -221,45 +240,54 @@ class DockingChecker {
   }
 
   const std::string& TypeName(int type) const {
-    return scope_.context.model.module_types[static_cast<size_t>(type)].name;
+    return scope_.context.model.module_types[type].name;
   }
 
+  /// Takes the option that the selector asks for: the default, a number, or a turn.
   void Select(const std::vector<Choice>& choices, const Expr* selector) {
+    // The default is the option with the lowest number, in the order as written.
     if (!selector) return Add(choices[0], choices[0].options->front());
     if (selector->kind == ExprKind::kAssign) return SelectTurn(choices, *selector);
-    const std::optional<double> number = EvaluateNumber(*selector, scope_.diagnostics);
+    const std::optional<double> number = EvaluateNumber(*selector, &scope_.diagnostics);
     if (!number) return;
     for (const Choice& choice : choices) {
       for (const int option : *choice.options) {
         const auto& options = Connection(choice.connection).options;
-        if (options[static_cast<size_t>(option)].number == *number) return Add(choice, option);
+        if (options[option].number == *number) return Add(choice, option);
       }
     }
     source::Diagnostic& d = scope_.diagnostics.Error(
         selector->span, fmt::format("connection number {} does not join {} and {}",
                                     NumberText(*number), EndText(x_), EndText(y_)));
+    // The numbers that would do are told for both orders.
     d.hint = "valid are " + Listed(choices[0]);
     if (choices.size() > 1) d.hint += "; from the other module's side " + Listed(choices[1]);
   }
 
+  /// `rot=degrees`: the option that is turned so much from the default.
   void SelectTurn(const std::vector<Choice>& choices, const Expr& selector) {
     if (PathText(selector.path) != "rot") {
       scope_.diagnostics.Error(selector.span, "expected a number, rot=..., or NAME:number");
       return;
     }
-    const std::optional<double> turn = EvaluateNumber(selector.children[0], scope_.diagnostics);
+    const std::optional<double> turn = EvaluateNumber(selector.children[0], &scope_.diagnostics);
     if (!turn) return;
     const Choice& choice = choices[0];
+    // Turns are compared round the circle: 270 is -90.
     const auto is = [](double x, double y) {
       return std::abs(std::remainder(x - y, 360.0)) < kTurnTolerance;
     };
+    // No turn is the default, whichever way the connector faces.
     if (is(*turn, 0.0)) return Add(choice, choice.options->front());
+    // A turn other than 0 has a sign, so the outward normal must be known. Where only the line is
+    // known, half turns still are unambiguous.
     const std::optional<FaceNormal> normal = NormalOfA(choice);
     if (!normal) return ReportNoNormal(choice, selector);
     for (const int option : *choice.options) {
       const std::optional<DockingTurn> other = Turn(choice, *normal, option);
       if (!other) continue;
       if (other->signed_ && is(other->degrees, *turn)) return Add(choice, option);
+      // This option may be meant, but which of the two turns it is cannot be said.
       if (!other->signed_ && (is(other->degrees, *turn) || is(-other->degrees, *turn))) {
         return ReportNoNormal(choice, selector);
       }
@@ -288,24 +316,25 @@ class DockingChecker {
     }
   }
 
+  /// The module type that plays member a.
   const CheckedModule& MemberA(const Choice& choice) const {
-    return scope_.context.modules[static_cast<size_t>(Connection(choice.connection).type_a)];
+    return scope_.context.modules[Connection(choice.connection).type_a];
   }
 
+  /// The outward normal of member a's connector, about which turns are counted.
   std::optional<FaceNormal> NormalOfA(const Choice& choice) const {
     std::vector<const model::ConnectionOption*> options;
     for (const int option : *choice.options) {
-      options.push_back(&Connection(choice.connection).options[static_cast<size_t>(option)]);
+      options.push_back(&Connection(choice.connection).options[option]);
     }
     return NormalOf(MemberA(choice), choice.swapped ? y_.connector : x_.connector, options);
   }
 
+  /// The turn from the default to option number `option`.
   std::optional<DockingTurn> Turn(const Choice& choice, const FaceNormal& normal,
                                   int option) const {
     const auto& options = Connection(choice.connection).options;
-    return TurnBetween(MemberA(choice), normal,
-                       options[static_cast<size_t>(choice.options->front())],
-                       options[static_cast<size_t>(option)]);
+    return TurnBetween(MemberA(choice), normal, options[choice.options->front()], options[option]);
   }
 
   /// "53 (the default), 54 (rot=-90), ..."
@@ -313,11 +342,12 @@ class DockingChecker {
     const std::optional<FaceNormal> normal = NormalOfA(choice);
     std::string list;
     for (size_t i = 0; i < choice.options->size(); ++i) {
+      // Enough to choose from.
       if (i == kMaxListed) return list + ", ...";
       const int option = (*choice.options)[i];
       const auto& options = Connection(choice.connection).options;
       const std::optional<DockingTurn> turn = normal ? Turn(choice, *normal, option) : std::nullopt;
-      list += fmt::format("{}{}", i ? ", " : "", options[static_cast<size_t>(option)].number);
+      list += fmt::format("{}{}", i ? ", " : "", options[option].number);
       if (i == 0) {
         list += " (the default)";
       } else if (turn && turn->signed_) {
@@ -327,6 +357,7 @@ class DockingChecker {
     return list;
   }
 
+  /// Takes the docking over, member a first.
   void Add(const Choice& choice, int option) {
     const End& a = choice.swapped ? y_ : x_;
     const End& b = choice.swapped ? x_ : y_;
@@ -358,7 +389,7 @@ PairIndex::PairIndex(const std::vector<model::ConnectionType>& connections) {
 
 const std::vector<int>& PairIndex::Options(int connection, int connector_a, int connector_b) const {
   static const std::vector<int> kNone;
-  const auto& table = options_[static_cast<size_t>(connection)];
+  const auto& table = options_[connection];
   const auto it = table.find({connector_a, connector_b});
   return it == table.end() ? kNone : it->second;
 }

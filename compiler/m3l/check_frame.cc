@@ -20,6 +20,7 @@ struct FrameAxis {
   AxisSymbol axis;
 };
 
+/// Checks a robot's `frame`: three axes on one link, from one origin, right-handed.
 class FrameChecker {
  public:
   explicit FrameChecker(RobotScope& scope) : scope_(scope) {}
@@ -30,10 +31,12 @@ class FrameChecker {
           "write frame=(m1.link.(axis: origin=(0,0,0), direction=(1,0,0)), ...)";
       return;
     }
+    // All three axes are looked up, so that each wrong one is reported.
     FrameAxis axes[3];
     bool ok = true;
     for (int i = 0; i < 3; ++i) ok = CheckAxisRef(frame.children[i], axes[i]) && ok;
     if (!ok) return;
+    // A frame whose axes were on two links would change its shape with the joints between them.
     for (int i = 1; i < 3; ++i) {
       if (axes[i].module == axes[0].module && axes[i].link == axes[0].link) continue;
       scope_.diagnostics.Error(frame.children[i].span, "the axes of a frame are on one link")
@@ -44,7 +47,9 @@ class FrameChecker {
   }
 
  private:
+  /// One axis: `m1.link.name`, or `m1.link.(axis: ...)`. False if it is of no use, reported or not.
   bool CheckAxisRef(const Expr& expr, FrameAxis& into) {
+    // A named axis is the third name of the path; an anonymous one stands behind it.
     const bool anonymous = expr.kind == ExprKind::kAxis;
     const size_t length = anonymous ? 2 : 3;
     if ((!anonymous && expr.kind != ExprKind::kPath) || expr.path.size() != length) {
@@ -54,8 +59,8 @@ class FrameChecker {
     }
     const std::optional<int> module = FindModule(expr.path[0], scope_);
     if (!module) return false;
-    const int type_index = scope_.robot.modules[static_cast<size_t>(*module)].type;
-    const CheckedModule& checked = scope_.context.modules[static_cast<size_t>(type_index)];
+    const int type_index = scope_.robot.modules[*module].type;
+    const CheckedModule& checked = scope_.context.modules[type_index];
     into.module = *module;
     into.link = checked.type.FindLink(expr.path[1].text).value_or(-1);
     if (into.link < 0) {
@@ -63,11 +68,12 @@ class FrameChecker {
       for (const model::Link& link : checked.type.links) names.push_back(link.name);
       Unknown(expr.path[1], "link", checked, names);
     }
+    // An anonymous axis is checked as an axis of the module would be, in the module's unit.
     if (anonymous) {
       Declaration decl;
       decl.name.span = expr.span;
       decl.attributes = *expr.axis;
-      into.axis = CheckAxis(decl, "the axis", checked.type.unit_m, scope_.diagnostics);
+      into.axis = CheckAxis(decl, "the axis", checked.type.unit_m, &scope_.diagnostics);
     } else {
       const auto it = checked.axes.find(expr.path[2].text);
       if (it != checked.axes.end()) {
@@ -81,8 +87,10 @@ class FrameChecker {
     return into.link >= 0 && into.axis.valid;
   }
 
+  /// Reports a link or axis that the module type lacks, unless the type has errors itself.
   void Unknown(const Name& name, const char* what, const CheckedModule& module,
                const std::vector<std::string>& names) {
+    // What an unsound type lacks may be what did not parse.
     if (!module.valid) return;
     scope_.diagnostics
         .Error(name.span,
@@ -90,9 +98,10 @@ class FrameChecker {
         .hint = NameHint(name.text, names, "known are");
   }
 
+  /// Origins, angles and handedness of the three axes; a sound frame is taken over.
   void CheckGeometry(const Expr& frame, const FrameAxis (&axes)[3]) {
-    const CheckedModule& module = scope_.context.modules[static_cast<size_t>(
-        scope_.robot.modules[static_cast<size_t>(axes[0].module)].type)];
+    const CheckedModule& module = scope_.context.modules[scope_.robot.modules[axes[0].module].type];
+    // The frame's axes may be the only geometry there is; then distances are compared with a metre.
     const double extent = module.extent_m > 0.0 ? module.extent_m : 1.0;
     const Eigen::Vector3d& origin = axes[0].axis.p_MoAo_M;
     for (int i = 1; i < 3; ++i) {
@@ -106,6 +115,7 @@ class FrameChecker {
           .notes.push_back({frame.children[0].span, "the first axis"});
       return;
     }
+    // Each pair must be at right angles; the later of the two is pointed at.
     const Eigen::Vector3d& x = axes[0].axis.direction;
     const Eigen::Vector3d& y = axes[1].axis.direction;
     const Eigen::Vector3d& z = axes[2].axis.direction;
@@ -124,6 +134,7 @@ class FrameChecker {
           .notes.push_back({frame.children[std::min(i, j)].span, "the other axis"});
       return;
     }
+    // With right angles the triple product is 1 or -1.
     if (x.cross(y).dot(z) < 0.0) {
       scope_.diagnostics.Error(frame.span, "the frame is left-handed").hint =
           "exchange two of its axes, or turn one round; they are +X north, +Y up, +Z east";
@@ -132,6 +143,7 @@ class FrameChecker {
     SetFrame(axes);
   }
 
+  /// The robot frame from three sound axes: +X north, +Y up, +Z east.
   void SetFrame(const FrameAxis (&axes)[3]) {
     // Within the tolerance the axes may be a little off; the pose is exactly a rotation.
     const Eigen::Vector3d x = axes[0].axis.direction;

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <set>
 
+#include "compiler/base/disjoint_sets.h"
 #include "compiler/m3l/check_module.h"
 #include "compiler/m3l/evaluate.h"
 
@@ -16,6 +16,7 @@ namespace {
 /// Tolerance of the check that paired axes lie on one line: rad, and relative to the extent.
 constexpr double kAxisTolerance = 1e-6;
 
+/// The joint type that a word names.
 std::optional<model::JointType> TypeNamed(const std::string& name) {
   if (name == "revolute") return model::JointType::kRevolute;
   if (name == "continuous") return model::JointType::kContinuous;
@@ -24,15 +25,18 @@ std::optional<model::JointType> TypeNamed(const std::string& name) {
   return std::nullopt;
 }
 
+/// Checks one joint: its type, limits, motor and the two axes that it pairs.
 class JointChecker {
  public:
   JointChecker(ModuleScope& scope, const JointDecl& decl)
       : scope_(scope),
         decl_(decl),
         attributes_(decl, "joint '" + decl.name.text + "'",
-                    {"type", "value", "pair", "torque", "speed"}, scope.diagnostics) {}
+                    {"type", "value", "pair", "torque", "speed"}, &scope.diagnostics) {}
 
   void Check() {
+    // Each attribute is checked whatever the others are like, so that all errors are found; only a
+    // joint without any is taken over.
     const int errors = scope_.diagnostics.error_count();
     model::Joint joint;
     joint.name = decl_.name.text;
@@ -47,6 +51,7 @@ class JointChecker {
   }
 
  private:
+  /// The `type`; false if it is missing or unknown.
   bool CheckType(model::Joint& joint) {
     const std::string hint = "types are revolute, continuous, prismatic and fixed";
     const Expr* expr = attributes_.Required("type", hint);
@@ -62,6 +67,7 @@ class JointChecker {
     return true;
   }
 
+  /// The `value`: required where a joint has limits, refused where it has none.
   void CheckLimits(model::Joint& joint) {
     const bool limited =
         joint.type == model::JointType::kRevolute || joint.type == model::JointType::kPrismatic;
@@ -81,8 +87,9 @@ class JointChecker {
     }
     const Expr* expr = attributes_.Required("value", "give its limits, as in: value=[-pi/2,pi/2]");
     const std::optional<Interval> limits =
-        expr ? EvaluateInterval(*expr, scope_.diagnostics) : std::nullopt;
+        expr ? EvaluateInterval(*expr, &scope_.diagnostics) : std::nullopt;
     if (!limits) return;
+    // Slides are lengths in model units, turns are in radians as they stand.
     const double scale = joint.type == model::JointType::kPrismatic ? scope_.unit_m : 1.0;
     joint.lower = limits->lower * scale;
     joint.upper = limits->upper * scale;
@@ -106,12 +113,13 @@ class JointChecker {
                             NumberText(limits.lower), NumberText(limits.upper));
   }
 
+  /// A motor's `torque` or `speed` into `into`.
   /// Bounded either way, so that what is computed from it (a motor's damping) is finite in single
   /// precision too.
   void CheckLimit(const std::string& key, double& into) {
     const Expr* expr = attributes_.Optional(key);
     const std::optional<double> value =
-        expr ? EvaluateNumber(*expr, scope_.diagnostics) : std::nullopt;
+        expr ? EvaluateNumber(*expr, &scope_.diagnostics) : std::nullopt;
     if (!value) return;
     if (*value >= 1e-9 && *value <= 1e9) {
       into = *value;
@@ -128,6 +136,8 @@ class JointChecker {
           "write pair=((linkA, axisA), (linkB, axisB))";
       return false;
     }
+    // Both names are looked up before anything is reported, so that one wrong half gives all its
+    // errors.
     const CheckedModule& module = scope_.module;
     const std::string link_name = SingleName(half.children[0]);
     const std::string axis_name = SingleName(half.children[1]);
@@ -150,6 +160,7 @@ class JointChecker {
     return link >= 0 && axis != nullptr && axis->valid;
   }
 
+  /// The `pair`: two links of the module, each with the axis that the joint has in it.
   bool CheckPair(model::Joint& joint) {
     const std::string hint = "write pair=((linkA, axisA), (linkB, axisB))";
     const Expr* pair = attributes_.Required("pair", hint);
@@ -168,14 +179,18 @@ class JointChecker {
       return false;
     }
     if (!first || !second) return false;
+    // The first axis is the joint's; the second only has to be the same line seen from the other
+    // link.
     joint.p_MoJo_M = a->p_MoAo_M;
     joint.axis = a->direction;
     CheckOpposite(*pair, *a, *b);
     return true;
   }
 
+  /// The two axes must lie on one line and point opposite ways: each points out of its link.
   void CheckOpposite(const Expr& pair, const AxisSymbol& a, const AxisSymbol& b) {
     const Eigen::Vector3d opposite = -b.direction;
+    // The angle by atan2 is exact for small angles, where acos is not.
     const double angle = std::atan2(a.direction.cross(opposite).norm(), a.direction.dot(opposite));
     const double distance = a.direction.cross(b.p_MoAo_M - a.p_MoAo_M).norm();
     // Joint axes may be the only geometry there is; then the distance is compared with a metre.
@@ -201,16 +216,10 @@ class JointChecker {
 /// The joints of a module must make one tree of its links: poses follow from joint values alone.
 void CheckTree(ModuleScope& scope) {
   const model::ModuleType& type = scope.module.type;
-  std::vector<size_t> group(type.links.size());
-  std::iota(group.begin(), group.end(), size_t{0});
-  const auto find = [&](size_t i) {
-    while (group[i] != i) i = group[i] = group[group[i]];
-    return i;
-  };
+  // Groups of links that joints hold together; a joint within one group closes a loop.
+  DisjointSets groups(static_cast<int>(type.links.size()));
   for (const model::Joint& joint : type.joints) {
-    const size_t a = find(static_cast<size_t>(joint.link_a));
-    const size_t b = find(static_cast<size_t>(joint.link_b));
-    if (a == b) {
+    if (!groups.Unite(joint.link_a, joint.link_b)) {
       const auto& decls = scope.module.decl->joints;
       const auto decl = std::find_if(decls.begin(), decls.end(),
                                      [&](const JointDecl& d) { return d.name.text == joint.name; });
@@ -218,15 +227,14 @@ void CheckTree(ModuleScope& scope) {
           .Error(decl->name.span, "joint '" + joint.name + "' closes a loop inside the module")
           .hint = "the links of a module hang together as a tree";
     }
-    group[a] = b;
   }
   // A joint cannot say which of two links of one name it means; that the name is taken has been
   // said.
   std::set<std::string> names;
   for (const model::Link& link : type.links) names.insert(link.name);
   if (names.size() < type.links.size()) return;
-  for (size_t i = 1; i < type.links.size(); ++i) {
-    if (find(i) == find(0)) continue;
+  for (int i = 1; i < static_cast<int>(type.links.size()); ++i) {
+    if (groups.Find(i) == groups.Find(0)) continue;
     scope.diagnostics
         .Error(scope.module.decl->links[i].name.span,
                fmt::format("link '{}' is joined to '{}' by no joint", type.links[i].name,
@@ -239,7 +247,7 @@ void CheckTree(ModuleScope& scope) {
 }  // namespace
 
 AxisSymbol CheckAxis(const Declaration& decl, const std::string& what, double unit_m,
-                     source::Diagnostics& diagnostics) {
+                     source::Diagnostics* diagnostics) {
   AxisSymbol axis;
   axis.span = decl.name.span;
   AttributeReader attributes(decl, what, {"origin", "direction"}, diagnostics);
@@ -247,15 +255,16 @@ AxisSymbol CheckAxis(const Declaration& decl, const std::string& what, double un
   const Expr* direction = attributes.Required("direction", "write direction=(x, y, z)");
   const auto o = origin ? EvaluateVector(*origin, "origin", diagnostics) : std::nullopt;
   const auto d = direction ? EvaluateVector(*direction, "direction", diagnostics) : std::nullopt;
+  // A direction so short is taken for zero: it says nothing after rounding.
   if (d && !(d->stableNorm() > 1e-12)) {
-    diagnostics.Error(direction->span, what + " has a direction of length zero");
+    diagnostics->Error(direction->span, what + " has a direction of length zero");
     return axis;
   }
   if (!o || !d) return axis;
   axis.p_MoAo_M = *o * unit_m;
   axis.direction = d->stableNormalized();
   axis.valid = axis.p_MoAo_M.cwiseAbs().maxCoeff() <= kMaxCoordinate_m;
-  if (!axis.valid) diagnostics.Error(origin->span, "'origin' lies more than 1e6 metres away");
+  if (!axis.valid) diagnostics->Error(origin->span, "'origin' lies more than 1e6 metres away");
   return axis;
 }
 
@@ -263,7 +272,7 @@ void CheckAxesAndJoints(ModuleScope& scope) {
   const ModuleDecl& decl = *scope.module.decl;
   for (const AxisDecl& axis : decl.axes) {
     scope.module.axes.emplace(axis.name.text, CheckAxis(axis, "axis '" + axis.name.text + "'",
-                                                        scope.unit_m, scope.diagnostics));
+                                                        scope.unit_m, &scope.diagnostics));
   }
   const int errors = scope.diagnostics.error_count();
   bool broken = scope.names_lost;

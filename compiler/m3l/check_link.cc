@@ -17,15 +17,16 @@ constexpr double kDensity_kg_m3 = 500.0;
 constexpr double kLeastMass_kg = 1e-6;
 constexpr size_t kMaxHullPoints = 500;
 
+/// Checks one link: the points grouped in it, its hull and its mass.
 class LinkChecker {
  public:
   LinkChecker(ModuleScope& scope, int index)
       : scope_(scope),
         index_(index),
-        decl_(scope.module.decl->links[static_cast<size_t>(index)]),
-        own_(scope.module.link_points[static_cast<size_t>(index)]),
+        decl_(scope.module.decl->links[index]),
+        own_(scope.module.link_points[index]),
         attributes_(decl_, "link '" + decl_.name.text + "'", {"grouping", "hull", "mass"},
-                    scope.diagnostics) {}
+                    &scope.diagnostics) {}
 
   model::Link Check() {
     model::Link link;
@@ -34,9 +35,10 @@ class LinkChecker {
     const int errors = scope_.diagnostics.error_count();
     if (const Expr* hull = attributes_.Optional("hull")) link.hull = CheckHull(*hull);
     const bool hull_ok = errors == scope_.diagnostics.error_count();
+    // The default mass follows from the hull, so that it is not worked out from a hull with errors.
     const Expr* mass = attributes_.Optional("mass");
     if (mass) {
-      const std::optional<double> value = EvaluateNumber(*mass, scope_.diagnostics);
+      const std::optional<double> value = EvaluateNumber(*mass, &scope_.diagnostics);
       link.mass_kg = value.value_or(kLeastMass_kg);
       if (!(link.mass_kg > 0.0 && link.mass_kg <= 1e9)) {
         scope_.diagnostics.Error(mass->span, "'mass' is above 0 and at most 1e9 kg");
@@ -48,7 +50,9 @@ class LinkChecker {
   }
 
  private:
+  /// Every point of the module that the link names becomes its own.
   void CheckGrouping(const Expr& grouping) {
+    // A single name needs no parentheses.
     const std::vector<Expr>& names =
         grouping.kind == ExprKind::kTuple ? grouping.children : std::vector<Expr>{grouping};
     for (const Expr& expr : names) {
@@ -64,19 +68,20 @@ class LinkChecker {
     }
   }
 
+  /// Gives point `name` to this link; a point has one link at most.
   void Group(const std::string& name, const source::Span& span) {
     const auto [it, fresh] = scope_.link_of.emplace(name, std::pair(index_, span));
     if (fresh) return;
     const bool same = it->second.first == index_;
     source::Diagnostic& d = scope_.diagnostics.Error(
-        span, same ? "point '" + name + "' is named twice"
-                   : fmt::format(
-                         "point '{}' is in two links, '{}' and '{}'", name,
-                         scope_.module.decl->links[static_cast<size_t>(it->second.first)].name.text,
-                         decl_.name.text));
+        span,
+        same ? "point '" + name + "' is named twice"
+             : fmt::format("point '{}' is in two links, '{}' and '{}'", name,
+                           scope_.module.decl->links[it->second.first].name.text, decl_.name.text));
     d.notes.push_back({it->second.second, "first named here"});
   }
 
+  /// Reports a name that is no point, unless it may be one that did not parse.
   void UnknownPoint(const std::string& name, const source::Span& span) {
     if (scope_.names_lost || decl_.broken) return;
     std::vector<std::string> names;
@@ -86,6 +91,7 @@ class LinkChecker {
         NameHint(name, names, "points are");
   }
 
+  /// The points of `convex(...)`, in M (m); none if there is an error.
   std::vector<Eigen::Vector3d> CheckHull(const Expr& hull) {
     std::vector<Eigen::Vector3d> points;
     if (hull.kind != ExprKind::kCall || hull.path[0].text != "convex") {
@@ -102,6 +108,7 @@ class LinkChecker {
         AddHullPoints(child, points);
       }
     }
+    // An empty hull is an error of its own only if nothing else explains it.
     if (points.empty() && !points_missing_ && errors == scope_.diagnostics.error_count()) {
       scope_.diagnostics.Error(hull.span, "the hull has no points");
     }
@@ -115,6 +122,8 @@ class LinkChecker {
 
   /// Resolves `c1`, `c1.point`, `c1._1`, `link.point`, `link.p`, `link.p.point`, `link.p._1`.
   void AddHullPoints(const Expr& expr, std::vector<Eigen::Vector3d>& points) {
+    // The first name is a point of this link, or a link of the module, or a point of the module, in
+    // this order.
     const std::vector<Name>& path = expr.path;
     const std::map<std::string, PointSymbol>* table = &own_;
     size_t at = 0;
@@ -126,6 +135,7 @@ class LinkChecker {
         at = 1;
       }
     }
+    // `link.point` stands for all points of a link.
     if (at == 1 && (path.size() == 1 || (path.size() == 2 && path[1].text == "point"))) {
       if (path.size() == 1) {
         scope_.diagnostics.Error(expr.span, "'" + path[0].text + "' is a link").hint =
@@ -148,12 +158,14 @@ class LinkChecker {
     AddFrom(it->second, expr, at, points);
   }
 
+  /// The first declaration of the link called so; there is one.
   const LinkDecl* OwnerOf(const std::string& link) const {
     const std::vector<LinkDecl>& links = scope_.module.decl->links;
     return &*std::find_if(links.begin(), links.end(),
                           [&](const LinkDecl& l) { return l.name.text == link; });
   }
 
+  /// The point itself, if it has coordinates, and all its sub-points.
   static void AddAll(const PointSymbol& symbol, std::vector<Eigen::Vector3d>& points) {
     if (symbol.p_M) points.push_back(*symbol.p_M);
     points.insert(points.end(), symbol.subpoints.begin(), symbol.subpoints.end());
@@ -163,6 +175,7 @@ class LinkChecker {
   void AddFrom(const PointSymbol& symbol, const Expr& expr, size_t at,
                std::vector<Eigen::Vector3d>& points) {
     const std::vector<Name>& path = expr.path;
+    // The name alone is the point without its sub-points.
     if (path.size() == at + 1) {
       if (symbol.p_M) {
         points.push_back(*symbol.p_M);
@@ -172,12 +185,13 @@ class LinkChecker {
       }
       return;
     }
+    // Behind it stands `point`, for all of it, or one sub-point.
     const Name& last = path[at + 1];
     if (path.size() == at + 2 && last.text == "point") return AddAll(symbol, points);
     const std::vector<std::string>& names = symbol.subpoint_names;
     const auto it = std::find(names.begin(), names.end(), last.text);
     if (path.size() == at + 2 && it != names.end()) {
-      points.push_back(symbol.subpoints[static_cast<size_t>(it - names.begin())]);
+      points.push_back(symbol.subpoints[it - names.begin()]);
     } else if (!symbol.decl->broken) {
       scope_.diagnostics
           .Error(last.span,
@@ -186,6 +200,7 @@ class LinkChecker {
     }
   }
 
+  /// Hull volume times density, a flat hull being given some thickness (docs/m3l.md, links).
   double DefaultMass(const std::vector<Eigen::Vector3d>& hull) const {
     const double thickness = model::kFlatThickness * scope_.module.extent_m;
     // Without a hull the link is a cube as large as a hull would at least be.

@@ -19,6 +19,7 @@ constexpr size_t kMaxLinks = 100;
 /// Reports names that members of a module share; they have one name space.
 void CheckNames(ModuleScope& scope) {
   std::map<std::string, source::Span> seen;
+  // A member whose name did not parse may be the one that others refer to.
   const auto add = [&](const Declaration& decl, const char* kind) {
     scope.names_lost = scope.names_lost || decl.name.text.empty();
     if (decl.name.text.empty()) return;
@@ -34,12 +35,14 @@ void CheckNames(ModuleScope& scope) {
   for (const JointDecl& joint : scope.module.decl->joints) add(joint, "joint");
 }
 
+/// The length of a model unit; everything else is scaled by it.
 void CheckUnit(ModuleScope& scope) {
   const ModuleDecl& decl = *scope.module.decl;
-  AttributeReader attributes(decl, "module '" + decl.name.text + "'", {"unit"}, scope.diagnostics);
+  AttributeReader attributes(decl, "module '" + decl.name.text + "'", {"unit"}, &scope.diagnostics);
   const Expr* unit = attributes.Optional("unit");
   const std::optional<double> value =
-      unit ? EvaluateNumber(*unit, scope.diagnostics) : std::nullopt;
+      unit ? EvaluateNumber(*unit, &scope.diagnostics) : std::nullopt;
+  // Without a unit, lengths are in metres.
   if (!value) return;
   if (*value < 1e-9 || *value > kMaxCoordinate_m) {
     scope.diagnostics.Error(unit->span, "'unit' is metres per model unit, from 1e-9 to 1e6");
@@ -48,6 +51,7 @@ void CheckUnit(ModuleScope& scope) {
   scope.unit_m = scope.module.type.unit_m = *value;
 }
 
+/// All points of the module and of its links; names are unique within each.
 void CheckPoints(ModuleScope& scope) {
   for (const PointDecl& decl : scope.module.decl->points) {
     scope.module.points.emplace(decl.name.text, CheckPoint(decl, scope));
@@ -56,6 +60,7 @@ void CheckPoints(ModuleScope& scope) {
     std::map<std::string, PointSymbol>& own = scope.module.link_points.emplace_back();
     for (const PointDecl& decl : link.points) {
       const auto [it, fresh] = own.emplace(decl.name.text, CheckPoint(decl, scope));
+      // Points without a name were reported by the parser.
       if (fresh || decl.name.text.empty()) continue;
       source::Diagnostic& d = scope.diagnostics.Error(
           decl.name.span,
@@ -65,9 +70,11 @@ void CheckPoints(ModuleScope& scope) {
   }
 }
 
+/// The largest side of the box round all points (m), which tolerances are relative to.
 double Extent(const CheckedModule& module) {
   Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Vector3d high = -low;
+  // Points that have errors in their coordinates have none, and do not count.
   const auto add = [&](const std::map<std::string, PointSymbol>& points) {
     for (const auto& [name, point] : points) {
       if (point.p_M) low = low.cwiseMin(*point.p_M), high = high.cwiseMax(*point.p_M);
@@ -83,6 +90,8 @@ double Extent(const CheckedModule& module) {
 /// Connectors in the order of their declarations, which the numbering of connections depends on.
 void CollectConnectors(ModuleScope& scope) {
   CheckedModule& module = scope.module;
+  // Points of the module are connectors of the link that groups them, points of a link are its own.
+  // A connector in no link is an error, unless a link's grouping did not parse.
   std::vector<std::pair<const PointSymbol*, int>> found;
   for (const auto& [name, point] : module.points) {
     if (!point.connector) continue;
@@ -101,9 +110,11 @@ void CollectConnectors(ModuleScope& scope) {
       if (point.connector) found.emplace_back(&point, static_cast<int>(link));
     }
   }
+  // The tables are sorted by name; the order of the source is restored.
   std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) {
     return a.first->decl->name.span.begin < b.first->decl->name.span.begin;
   });
+  // Links may have points of one name, but connectors are named across the module.
   for (const auto& [point, link] : found) {
     const Name& name = point->decl->name;
     const auto [it, fresh] = module.connector_spans.emplace(name.text, name.span);
@@ -119,6 +130,7 @@ void CollectConnectors(ModuleScope& scope) {
 /// False, after an error, if the module is too large to look at more closely.
 bool CheckSizes(const ModuleScope& scope) {
   const ModuleDecl& decl = *scope.module.decl;
+  // Everything is counted from the syntax tree, before any table is built.
   size_t members = decl.points.size() + decl.links.size() + decl.axes.size() + decl.joints.size();
   size_t connectors = 0, subpoints = 0;
   const auto count = [&](const std::vector<PointDecl>& points) {
@@ -138,6 +150,7 @@ bool CheckSizes(const ModuleScope& scope) {
                                                         decl.name.text, number, what, most));
     return false;
   };
+  // All four are checked, so that each excess is told.
   return check(members, kMaxMembers, "members") & check(decl.links.size(), kMaxLinks, "links") &
          check(connectors, kMaxConnectors, "connectors") &
          check(subpoints, kMaxSubpoints, "sub-points on one point");
@@ -146,13 +159,14 @@ bool CheckSizes(const ModuleScope& scope) {
 }  // namespace
 }  // namespace internal
 
-CheckedModule CheckModule(const ModuleDecl& decl, source::Diagnostics& diagnostics) {
-  const int errors = diagnostics.error_count();
+CheckedModule CheckModule(const ModuleDecl& decl, source::Diagnostics* diagnostics) {
+  const int errors = diagnostics->error_count();
   CheckedModule module;
   module.decl = &decl;
   module.type.name = decl.name.text;
-  internal::ModuleScope scope{module, diagnostics, 1.0, false, {}};
+  internal::ModuleScope scope{module, *diagnostics, 1.0, false, {}};
   if (!internal::CheckSizes(scope)) return module;
+  // The order matters: each step needs the names that the steps before it have found.
   internal::CheckNames(scope);
   internal::CheckUnit(scope);
   internal::CheckPoints(scope);
@@ -160,10 +174,11 @@ CheckedModule CheckModule(const ModuleDecl& decl, source::Diagnostics& diagnosti
   internal::CheckLinks(scope);
   internal::CollectConnectors(scope);
   internal::CheckAxesAndJoints(scope);
+  // Errors of the parser count too: what did not parse is missing from the module.
   const auto broken = [](const auto& list) {
     return std::any_of(list.begin(), list.end(), [](const Declaration& d) { return d.broken; });
   };
-  module.valid = diagnostics.error_count() == errors && !decl.broken && !broken(decl.points) &&
+  module.valid = diagnostics->error_count() == errors && !decl.broken && !broken(decl.points) &&
                  !broken(decl.links) && !broken(decl.axes) && !broken(decl.joints);
   return module;
 }

@@ -9,9 +9,11 @@ namespace morphbus::m3l::internal {
 constexpr double kMaxCoordinate_m = 1e6;
 
 /// Everything that the checking of one module shares.
+/// CheckModule makes it (check_module.cc) and hands it to the parts below, one after another.
 struct ModuleScope {
   CheckedModule& module;
   source::Diagnostics& diagnostics;
+  /// Metres per model unit: the module's `unit`.
   double unit_m = 1.0;
   /// Some name may be missing only because its declaration did not parse.
   bool names_lost = false;
@@ -38,6 +40,6 @@ void CheckAxesAndJoints(ModuleScope& scope);
 /// An axis from its `origin` and `direction` (m, unit); not valid if there is an error
 /// (check_joint.cc). Also used for the anonymous axes of a robot's frame.
 AxisSymbol CheckAxis(const Declaration& decl, const std::string& what, double unit_m,
-                     source::Diagnostics& diagnostics);
+                     source::Diagnostics* diagnostics);
 
 }  // namespace morphbus::m3l::internal

@@ -12,8 +12,9 @@ namespace {
 std::optional<Eigen::Vector3d> CheckNormal(AttributeReader& attributes, const ModuleScope& scope) {
   const Expr* expr = attributes.Optional("normal");
   const std::optional<Eigen::Vector3d> normal =
-      expr ? EvaluateVector(*expr, "normal", scope.diagnostics) : std::nullopt;
+      expr ? EvaluateVector(*expr, "normal", &scope.diagnostics) : std::nullopt;
   if (!normal) return std::nullopt;
+  // A direction so short is taken for zero: it says nothing after rounding.
   if (normal->norm() < 1e-12) {
     scope.diagnostics.Error(expr->span, attributes.what() + " has a normal of length zero");
     return std::nullopt;
@@ -21,14 +22,16 @@ std::optional<Eigen::Vector3d> CheckNormal(AttributeReader& attributes, const Mo
   return normal->stableNormalized();
 }
 
+/// Adds a sub-point of `owner` to `symbol`, unless its coordinates have errors.
 void CheckSubpoint(const PointDecl& decl, const std::string& owner, const ModuleScope& scope,
                    PointSymbol& symbol) {
   const std::string what = fmt::format("sub-point '{}.{}'", owner, decl.name.text);
-  AttributeReader attributes(decl, what, {"coords", "normal"}, scope.diagnostics);
+  AttributeReader attributes(decl, what, {"coords", "normal"}, &scope.diagnostics);
   const Expr* coords = attributes.Required("coords", "write coords=(x, y, z)");
   const std::optional<Eigen::Vector3d> p_M =
       coords ? EvaluatePoint(*coords, "coords", scope) : std::nullopt;
   const std::optional<Eigen::Vector3d> normal = CheckNormal(attributes, scope);
+  // A sub-point without a position is left out, with its normal.
   if (!p_M) return;
   symbol.subpoint_names.push_back(decl.name.text);
   symbol.subpoints.push_back(*p_M);
@@ -39,6 +42,7 @@ void CheckSubpoint(const PointDecl& decl, const std::string& owner, const Module
 void CheckDistinct(const PointSymbol& symbol, const ModuleScope& scope) {
   std::map<std::string, const PointDecl*> seen;
   for (const PointDecl& decl : symbol.decl->subpoints) {
+    // The parser has reported a name that is missing.
     if (decl.name.text.empty()) continue;
     const auto [it, fresh] = seen.emplace(decl.name.text, &decl);
     if (fresh) continue;
@@ -59,6 +63,8 @@ void CheckKeysOfPoint(const PointDecl& decl, const ModuleScope& scope) {
   for (const Attribute& attribute : decl.attributes) {
     const std::string& key = attribute.key.text;
     if (key == "coords" || key == "normal" || key == "connector" || attribute.broken) continue;
+    // A state on a point that is no connector is an error, as a program may rely on it; other
+    // attributes are merely useless.
     if (attribute.value && attribute.value->kind == ExprKind::kList) {
       scope.diagnostics
           .Error(attribute.key.span, fmt::format("point '{}' is no connector and has no state '{}'",
@@ -80,8 +86,10 @@ void CheckKeysOfPoint(const PointDecl& decl, const ModuleScope& scope) {
 
 std::optional<Eigen::Vector3d> EvaluatePoint(const Expr& expr, const std::string& what,
                                              const ModuleScope& scope) {
-  const std::optional<Eigen::Vector3d> p = EvaluateVector(expr, what, scope.diagnostics);
+  // The vector is in model units, as all lengths of the source are.
+  const std::optional<Eigen::Vector3d> p = EvaluateVector(expr, what, &scope.diagnostics);
   if (!p) return std::nullopt;
+  // Squares of greater lengths would lose the micrometres.
   const Eigen::Vector3d metres = *p * scope.unit_m;
   if (!(metres.cwiseAbs().maxCoeff() <= kMaxCoordinate_m)) {
     scope.diagnostics.Error(expr.span, "'" + what + "' lies more than 1e6 metres away").hint =
@@ -95,7 +103,7 @@ PointSymbol CheckPoint(const PointDecl& decl, const ModuleScope& scope) {
   PointSymbol symbol;
   symbol.decl = &decl;
   // Further keys are the attributes of a connector, freely named.
-  AttributeReader attributes(decl, "point '" + decl.name.text + "'", {}, scope.diagnostics);
+  AttributeReader attributes(decl, "point '" + decl.name.text + "'", {}, &scope.diagnostics);
   symbol.connector = attributes.Flag("connector");
   for (const PointDecl& sub : decl.subpoints) {
     CheckSubpoint(sub, decl.name.text, scope, symbol);
@@ -114,6 +122,7 @@ PointSymbol CheckPoint(const PointDecl& decl, const ModuleScope& scope) {
 
 model::Connector MakeConnector(const PointSymbol& symbol, int link, const ModuleScope& scope) {
   model::Connector connector;
+  // The geometry is worked out already; what is left are the freely named attributes.
   connector.name = symbol.decl->name.text;
   connector.link = link;
   connector.p_MoCo_M = symbol.p_M.value_or(Eigen::Vector3d::Zero());
@@ -126,9 +135,11 @@ model::Connector MakeConnector(const PointSymbol& symbol, int link, const Module
     if (!attribute.value) {
       connector.attributes.emplace(key, true);  // A bare flag.
     } else if (attribute.value->kind == ExprKind::kList) {
-      auto values = EvaluateStates(*attribute.value, scope.diagnostics);
+      // A list is a state variable with these values.
+      auto values = EvaluateStates(*attribute.value, &scope.diagnostics);
       if (values) connector.states.push_back({key, std::move(*values)});
     } else if (attribute.value->kind == ExprKind::kTuple && attribute.value->children.size() == 3) {
+      // A vector under another key is a slip for one of the two keys that take vectors.
       const std::string near = source::NearestName(key, {"coords", "normal"});
       scope.diagnostics
           .Error(attribute.value->span,
@@ -136,7 +147,7 @@ model::Connector MakeConnector(const PointSymbol& symbol, int link, const Module
           .hint = near.empty() ? "vectors are coords=(x, y, z) and normal=(x, y, z)"
                                : "did you mean '" + near + "'?";
     } else {
-      const auto value = EvaluateAttribute(*attribute.value, scope.diagnostics);
+      const auto value = EvaluateAttribute(*attribute.value, &scope.diagnostics);
       if (value) connector.attributes.emplace(key, *value);
     }
   }

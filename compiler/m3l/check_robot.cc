@@ -17,6 +17,7 @@ constexpr double kLimitTolerance = 1e-4;
 constexpr size_t kMaxModules = 20'000;
 constexpr size_t kMaxLinks = 100'000;
 
+/// The list of modules: each of a known type, with a name of its own.
 void CheckModules(const Expr& list, RobotScope& scope) {
   const bool tuple = list.kind == ExprKind::kTuple && !list.children.empty();
   if (!tuple) {
@@ -25,6 +26,7 @@ void CheckModules(const Expr& list, RobotScope& scope) {
     scope.names_lost = true;
     return;
   }
+  // Entries with errors leave a gap: names in the rest of the robot may then be unknown for that.
   size_t links = 0;
   for (const Expr& expr : list.children) {
     if (scope.diagnostics.full()) return;
@@ -34,6 +36,7 @@ void CheckModules(const Expr& list, RobotScope& scope) {
       scope.names_lost = true;
       return;
     }
+    // An entry is a module type and the name of the module.
     if (expr.kind != ExprKind::kTyped || expr.path.size() != 1) {
       scope.diagnostics.Error(expr.span, "expected a module type and a name").hint =
           "write modules=(TYPE m1, TYPE m2)";
@@ -41,23 +44,24 @@ void CheckModules(const Expr& list, RobotScope& scope) {
       continue;
     }
     const std::optional<int> type = FindModuleType(expr.path[0].text, expr.path[0].span,
-                                                   scope.context.modules, scope.diagnostics);
+                                                   scope.context.modules, &scope.diagnostics);
     scope.names_lost = scope.names_lost || !type;
     if (!type) continue;
     const int index = static_cast<int>(scope.robot.modules.size());
+    // Names are unique within the robot; the first of a name counts.
     const auto [it, fresh] = scope.module_index.emplace(expr.bound.text, index);
     if (!fresh) {
       source::Diagnostic& d = scope.diagnostics.Error(
           expr.bound.span, "there is another module '" + expr.bound.text + "'");
-      d.notes.push_back({scope.module_spans[static_cast<size_t>(it->second)], "first used here"});
+      d.notes.push_back({scope.module_spans[it->second], "first used here"});
       continue;
     }
     model::ModuleInstance module;
+    // A module starts with all its joints at 0 until `joints` says otherwise.
     module.name = expr.bound.text;
     module.type = *type;
-    links += scope.context.model.module_types[static_cast<size_t>(*type)].links.size();
-    module.start.assign(scope.context.model.module_types[static_cast<size_t>(*type)].joints.size(),
-                        0.0);
+    links += scope.context.model.module_types[*type].links.size();
+    module.start.assign(scope.context.model.module_types[*type].joints.size(), 0.0);
     scope.robot.modules.push_back(std::move(module));
     scope.module_spans.push_back(expr.bound.span);
   }
@@ -71,22 +75,25 @@ void CheckStart(const Expr& entry, RobotScope& scope,
         "write joints=(m1.joint_1=pi/4, m2.joint_1=0)";
     return;
   }
-  const std::optional<double> value = EvaluateNumber(entry.children[0], scope.diagnostics);
+  // The value is evaluated first, so that its errors are found whatever the name is like.
+  const std::optional<double> value = EvaluateNumber(entry.children[0], &scope.diagnostics);
   const std::optional<int> module = FindModule(entry.path[0], scope);
   if (!module) return;
   const model::ModuleType& type = scope.TypeOf(*module);
   const std::optional<int> joint = type.FindJoint(entry.path[1].text);
+  // A joint that an unsound type lacks may be one that has errors.
   if (!joint) {
     std::vector<std::string> names;
     for (const model::Joint& j : type.joints) names.push_back(j.name);
-    const int index = scope.robot.modules[static_cast<size_t>(*module)].type;
-    if (!scope.context.modules[static_cast<size_t>(index)].valid) return;
+    const int index = scope.robot.modules[*module].type;
+    if (!scope.context.modules[index].valid) return;
     scope.diagnostics
         .Error(entry.path[1].span,
                fmt::format("module type '{}' has no joint '{}'", type.name, entry.path[1].text))
         .hint = NameHint(entry.path[1].text, names, "joints are");
     return;
   }
+  // Each joint starts once.
   const auto [it, fresh] = set.emplace(std::pair(*module, *joint), entry.span);
   if (!fresh) {
     scope.diagnostics.Error(entry.span, "'" + PathText(entry.path) + "' starts twice")
@@ -95,11 +102,11 @@ void CheckStart(const Expr& entry, RobotScope& scope,
   }
   if (!value) return;
   // A slide is a length, so it is in model units, as its limits are.
-  const bool slide = type.joints[static_cast<size_t>(*joint)].type == model::JointType::kPrismatic;
-  scope.robot.modules[static_cast<size_t>(*module)].start[static_cast<size_t>(*joint)] =
-      slide ? *value * type.unit_m : *value;
+  const bool slide = type.joints[*joint].type == model::JointType::kPrismatic;
+  scope.robot.modules[*module].start[*joint] = slide ? *value * type.unit_m : *value;
 }
 
+/// Start values must keep the limits of their joints, those that were given and the default 0.
 void CheckStartLimits(RobotScope& scope, const std::map<std::pair<int, int>, source::Span>& set) {
   // A default outside the limits concerns every module of the type: said once.
   std::set<std::pair<int, int>> said;
@@ -125,15 +132,17 @@ void CheckStartLimits(RobotScope& scope, const std::map<std::pair<int, int>, sou
         d.hint =
             fmt::format("0 is the default; set it: joints=({}.{}=...)", module.name, joint.name);
       }
-      const auto& decls = scope.context.modules[static_cast<size_t>(module.type)].decl->joints;
+      const auto& decls = scope.context.modules[module.type].decl->joints;
       d.notes.push_back({decls[j].name.span, "the joint is declared here"});
     }
   }
 }
 
+/// The start values of `joints`, then their limits, if all could be read.
 void CheckJoints(const Expr* joints, RobotScope& scope) {
   const int errors = scope.diagnostics.error_count();
   std::map<std::pair<int, int>, source::Span> set;
+  // Every entry is read, so that all errors are found.
   if (joints && joints->kind == ExprKind::kTuple) {
     for (const Expr& entry : joints->children) {
       if (scope.diagnostics.full()) return;
@@ -146,12 +155,14 @@ void CheckJoints(const Expr* joints, RobotScope& scope) {
   if (errors == scope.diagnostics.error_count()) CheckStartLimits(scope, set);
 }
 
+/// The list of connections, entry by entry.
 void CheckDockings(const Expr& list, RobotScope& scope) {
   if (list.kind != ExprKind::kTuple) {
     scope.diagnostics.Error(list.span, "'connections' lists pairs of connectors").hint =
         "write connections=((m1.c1,m2.c4), (m2.c2,m3.c5))";
     return;
   }
+  // Ends without parentheses around each pair: which belong together is not known.
   const bool bare = std::any_of(list.children.begin(), list.children.end(),
                                 [](const Expr& e) { return e.kind == ExprKind::kPath; });
   if (bare) {
@@ -166,11 +177,11 @@ void CheckDockings(const Expr& list, RobotScope& scope) {
   }
 }
 
+/// True if no module's type has errors.
 bool TypesAreSound(const RobotScope& scope) {
-  return std::all_of(scope.robot.modules.begin(), scope.robot.modules.end(),
-                     [&](const model::ModuleInstance& m) {
-                       return scope.context.modules[static_cast<size_t>(m.type)].valid;
-                     });
+  return std::all_of(
+      scope.robot.modules.begin(), scope.robot.modules.end(),
+      [&](const model::ModuleInstance& m) { return scope.context.modules[m.type].valid; });
 }
 
 }  // namespace
@@ -190,15 +201,17 @@ std::optional<int> FindModule(const Name& name, const RobotScope& scope) {
 }  // namespace internal
 
 std::optional<model::Robot> CheckRobot(const RobotDecl& decl, const RobotContext& context,
-                                       source::Diagnostics& diagnostics) {
-  const int errors = diagnostics.error_count();
-  internal::RobotScope scope{decl, context, diagnostics, {}, {}, {}, false, {}, {}, {}};
+                                       source::Diagnostics* diagnostics) {
+  const int errors = diagnostics->error_count();
+  internal::RobotScope scope{decl, context, *diagnostics, {}, {}, {}, false, {}, {}, {}};
   scope.robot.name = decl.name.text;
   AttributeReader attributes(decl, "robot '" + decl.name.text + "'",
                              {"modules", "connections", "frame", "joints"}, diagnostics);
   const Expr* modules = attributes.Required("modules", "write modules=(TYPE m1, TYPE m2)");
   if (modules) internal::CheckModules(*modules, scope);
+  // Everything else names modules.
   if (!modules || scope.robot.modules.empty()) return std::nullopt;
+  // Names are checked even where a type has errors; geometry is not, as it would only repeat them.
   const bool sound = internal::TypesAreSound(scope);
   const Expr* connections = attributes.Optional("connections");
   if (connections) internal::CheckDockings(*connections, scope);
@@ -207,13 +220,14 @@ std::optional<model::Robot> CheckRobot(const RobotDecl& decl, const RobotContext
   // Connections under a misspelt key would be missed everywhere.
   const bool lost = !connections && attributes.had_unknown();
   if (!scope.names_lost && !decl.broken && !lost) internal::CheckConnected(scope);
-  if (diagnostics.error_count() != errors || decl.broken || !sound) return std::nullopt;
+  if (diagnostics->error_count() != errors || decl.broken || !sound) return std::nullopt;
   // An entry without an error may be missing because its connection is unsound.
   if (connections && scope.robot.dockings.size() != connections->children.size()) {
     return std::nullopt;
   }
+  // Loops and overlaps need a robot without errors, placed by its dockings.
   internal::CheckGeometry(scope);
-  if (diagnostics.error_count() != errors) return std::nullopt;
+  if (diagnostics->error_count() != errors) return std::nullopt;
   return std::move(scope.robot);
 }
 

@@ -6,28 +6,35 @@
 namespace morphbus::m3l::internal {
 
 /// Everything that the checking of one robot shares.
+/// CheckRobot makes it (check_robot.cc) and hands it to the parts below, one after another; `robot`
+/// and the tables grow as they go.
 struct RobotScope {
+  /// The definition that is checked.
   const RobotDecl& decl;
+  /// The modules and connections that it may use.
   const RobotContext& context;
   source::Diagnostics& diagnostics;
+  /// What has been made of the definition so far.
   model::Robot robot;
+  /// The index of each module of the robot, by its name.
   std::map<std::string, int> module_index;
-  std::vector<source::Span> module_spans;  ///< Of the name of each module.
+  /// The place of the name of each module, in the order of robot.modules.
+  std::vector<source::Span> module_spans;
   /// Some module is missing only because its entry is wrong; names may then be unknown for that.
   bool names_lost = false;
-  std::vector<source::Span> docking_spans;  ///< Of each entry of robot.dockings.
+  /// The place of each entry of robot.dockings, in the same order.
+  std::vector<source::Span> docking_spans;
   /// Modules that entries of `connections` join, also those entries that have errors.
   std::vector<std::pair<int, int>> edges;
   /// Where each connector is used: (module, connector).
   std::map<std::pair<int, int>, source::Span> used;
 
+  /// Type and name of module number `module` of the robot.
   [[nodiscard]] const model::ModuleType& TypeOf(int module) const {
-    const int type = robot.modules[static_cast<size_t>(module)].type;
-    return context.model.module_types[static_cast<size_t>(type)];
+    const int type = robot.modules[module].type;
+    return context.model.module_types[type];
   }
-  [[nodiscard]] const std::string& NameOf(int module) const {
-    return robot.modules[static_cast<size_t>(module)].name;
-  }
+  [[nodiscard]] const std::string& NameOf(int module) const { return robot.modules[module].name; }
 };
 
 /// Index of the module called `name`; reported if there is none.

@@ -14,62 +14,84 @@
 
 namespace morphbus::m3l {
 
-/// A point of a module with its sub-points; coordinates in M (m).
+/// A point of a module with its sub-points, as CheckPoint makes it. Coordinates are in the module
+/// frame M (m).
 struct PointSymbol {
   const PointDecl* decl = nullptr;
+  /// The position of the point; absent if it has no sound `coords`.
   std::optional<Eigen::Vector3d> p_M;
   std::vector<std::string> subpoint_names;
+  /// The positions of the sub-points, in the order of their names.
   std::vector<Eigen::Vector3d> subpoints;
-  std::map<std::string, Eigen::Vector3d> normals;  ///< As Connector::normals.
+  /// Unit directions in M by sub-point name, the key "" for the point itself (Connector::normals).
+  std::map<std::string, Eigen::Vector3d> normals;
+  /// True if the point is flagged as a place where modules are mated.
   bool connector = false;
 };
 
-/// A named axis of a module, in M: origin (m), unit direction.
+/// A named axis of a module, in the module frame M.
 struct AxisSymbol {
+  /// The place of its name.
   source::Span span;
+  /// A point on the axis, as `origin` gives it (m).
   Eigen::Vector3d p_MoAo_M = Eigen::Vector3d::Zero();
+  /// The direction about which positive joint values turn, right-handed; a unit vector.
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
+  /// False after an error; the axis is then of no use.
   bool valid = false;
 };
 
 /// A module type with the names that connections and robots may use.
+/// The compiler keeps it until all robots are checked.
 struct CheckedModule {
   const ModuleDecl* decl = nullptr;
   model::ModuleType type;
-  bool valid = false;  ///< No error in it; otherwise nothing is computed from it.
+  /// True if the module has no error; otherwise nothing is computed from it.
+  bool valid = false;
+  /// The points of the module itself, by name.
   std::map<std::string, PointSymbol> points;
-  std::vector<std::map<std::string, PointSymbol>> link_points;  ///< Own points of each link.
+  /// For each link of `type`: the points that belong to it alone, by name.
+  std::vector<std::map<std::string, PointSymbol>> link_points;
+  /// The axes that joints and frames may name.
   std::map<std::string, AxisSymbol> axes;
+  /// Where each connector is declared, by its name.
   std::map<std::string, source::Span> connector_spans;
-  double extent_m = 0.0;  ///< Largest side of the box around all points.
+  /// The largest side of the box around all points (m), to which tolerances are relative.
+  double extent_m = 0.0;
 };
 
-/// Checks one module: names, coordinates, links, joints; masses and other defaults are filled in.
-CheckedModule CheckModule(const ModuleDecl& decl, source::Diagnostics& diagnostics);
+/// Checks one module: names, coordinates, links, joints. Masses and other defaults are filled in.
+/// Errors go to `diagnostics`; the result then has valid = false and holds what could be made out.
+CheckedModule CheckModule(const ModuleDecl& decl, source::Diagnostics* diagnostics);
 
 /// A connection whose names and types are checked, ready to be solved.
+/// `decl` is part of the syntax tree and must outlive the result.
 struct CheckedConnection {
   const ConnectionDecl* decl = nullptr;
   solver::ConnectionProblem problem;
+  /// True if there is no error in it, in its members, or in its solving.
   bool valid = false;
   /// Of the solved connection: the condition behind each of its rejections.
   std::vector<source::Span> broken;
 };
 
-/// Checks one connection against the modules; unsound modules silence what depends on them.
+/// Checks one connection against the modules. Where a module is unsound, what depends on it is not
+/// reported once more; the result is then not valid.
 CheckedConnection CheckConnection(const ConnectionDecl& decl,
                                   const std::vector<CheckedModule>& modules,
-                                  source::Diagnostics& diagnostics);
+                                  source::Diagnostics* diagnostics);
 
 /// Options of solved connections by their pair of connectors.
 class PairIndex {
  public:
+  /// Builds the table from `connections`, which it does not keep.
   explicit PairIndex(const std::vector<model::ConnectionType>& connections);
   /// Indices into ConnectionType::options, by number; empty if the pair has none.
   [[nodiscard]] const std::vector<int>& Options(int connection, int connector_a,
                                                 int connector_b) const;
 
  private:
+  /// For each connection: indices of the options of a pair (connector of a, connector of b).
   std::vector<std::map<std::pair<int, int>, std::vector<int>>> options_;
 };
 
@@ -82,14 +104,16 @@ struct RobotContext {
   const PairIndex& pairs;
 };
 
-/// Checks one robot; nothing if it has errors, or depends on a definition that has.
+/// Checks one robot: modules, connections, frame, start values, then whether loops close and
+/// modules lie in each other. Returns nothing if it has errors, or depends on a definition that
+/// has.
 std::optional<model::Robot> CheckRobot(const RobotDecl& decl, const RobotContext& context,
-                                       source::Diagnostics& diagnostics);
+                                       source::Diagnostics* diagnostics);
 
 /// Index of the module type `name` in `modules`; absent: reported at `span` with the nearest name.
 std::optional<int> FindModuleType(const std::string& name, const source::Span& span,
                                   const std::vector<CheckedModule>& modules,
-                                  source::Diagnostics& diagnostics);
+                                  source::Diagnostics* diagnostics);
 
 /// "did you mean 'x'?" or, if nothing is near, "known are a, b, c"; `what` names them: "links are".
 std::string NameHint(const std::string& name, const std::vector<std::string>& candidates,

@@ -16,19 +16,19 @@ constexpr double kMaxSolverWork = 2e6;
 template <typename Decl>
 std::vector<const Decl*> Collect(const std::vector<FileAst>& files,
                                  std::vector<Decl> FileAst::*list, const std::string& kind,
-                                 source::Diagnostics& diagnostics) {
+                                 source::Diagnostics* diagnostics) {
   std::vector<const Decl*> all;
   std::map<std::string, const Decl*> seen;
   for (const FileAst& file : files) {
     for (const Decl& decl : file.*list) {
       const auto [it, fresh] = seen.emplace(decl.name.text, &decl);
       if (!fresh && !decl.name.text.empty()) {
-        source::Diagnostic& d = diagnostics.Error(
+        source::Diagnostic& d = diagnostics->Error(
             decl.name.span, "there is another " + kind + " '" + decl.name.text + "'");
         d.notes.push_back({it->second->name.span, "first defined here"});
       } else if (all.size() == kMaxDefinitions) {
-        diagnostics.Error(decl.name.span, "more than " + std::to_string(kMaxDefinitions) + " " +
-                                              kind + " definitions");
+        diagnostics->Error(decl.name.span, "more than " + std::to_string(kMaxDefinitions) + " " +
+                                               kind + " definitions");
         return all;
       } else {
         all.push_back(&decl);
@@ -49,6 +49,8 @@ double WorkOf(const model::ModuleType& a, const model::ModuleType& b) {
     for (const model::Link& link : type.links) hull_points += static_cast<double>(link.hull.size());
     return std::pair(connectors, hull_points);
   };
+  // Every pair of connectors may be looked at, and every pair of hull points for each of its
+  // motions.
   const auto [connectors_a, hull_a] = size(a);
   const auto [connectors_b, hull_b] = size(b);
   return connectors_a * connectors_b * (1.0 + hull_a * hull_b / 1000.0);
@@ -56,25 +58,26 @@ double WorkOf(const model::ModuleType& a, const model::ModuleType& b) {
 
 /// Solves what is sound; the others stay without options, so that indices agree.
 void SolveConnections(std::vector<CheckedConnection>& connections, model::Model& model,
-                      source::Diagnostics& diagnostics) {
+                      source::Diagnostics* diagnostics) {
   double work = 0.0;
   for (CheckedConnection& connection : connections) {
     const solver::ConnectionProblem& problem = connection.problem;
     if (connection.valid) {
-      work += WorkOf(model.module_types[static_cast<size_t>(problem.type_a)],
-                     model.module_types[static_cast<size_t>(problem.type_b)]);
+      work += WorkOf(model.module_types[problem.type_a], model.module_types[problem.type_b]);
     }
+    // The bound is on all connections together; those before it are solved all the same.
     if (connection.valid && work > kMaxSolverWork) {
-      diagnostics.Error(problem.span,
-                        "the connections are too much to solve: too many connectors, "
-                        "sub-points and hull points together");
+      diagnostics->Error(problem.span,
+                         "the connections are too much to solve: too many connectors, "
+                         "sub-points and hull points together");
       connection.valid = false;
     }
     if (connection.valid) {
-      const int errors = diagnostics.error_count();
+      // A connection that the solver reports is unsound too.
+      const int errors = diagnostics->error_count();
       model.connection_types.push_back(
           solver::SolveConnection(problem, model.module_types, diagnostics, &connection.broken));
-      connection.valid = errors == diagnostics.error_count();
+      connection.valid = errors == diagnostics->error_count();
     } else {
       model::ConnectionType& unsolved = model.connection_types.emplace_back();
       unsolved.name = problem.name;
@@ -94,63 +97,81 @@ std::vector<source::Span> HullSpans(const ModuleDecl& module) {
   return spans;
 }
 
-void WarnIfEmpty(const std::vector<FileAst>& files, source::Diagnostics& diagnostics) {
+/// Warns of files without any definition, which are seldom meant.
+void WarnIfEmpty(const std::vector<FileAst>& files, source::Diagnostics* diagnostics) {
   for (const FileAst& file : files) {
     if (!file.modules.empty() || !file.connections.empty() || !file.robots.empty()) return;
   }
-  if (files.empty() || diagnostics.had_errors()) return;
-  diagnostics.Warning({0, 0, 0}, "nothing is defined").hint =
+  if (files.empty() || diagnostics->had_errors()) return;
+  diagnostics->Warning({0, 0, 0}, "nothing is defined").hint =
       "definitions begin with module, connection or robot";
 }
 
+/// Checks and solves all definitions of `files`; the model, or nothing if there are errors.
 std::optional<model::Model> Check(const std::vector<FileAst>& files, CompileOutput& output) {
-  source::Diagnostics& diagnostics = output.diagnostics;
+  source::Diagnostics* diagnostics = &output.diagnostics;
   WarnIfEmpty(files, diagnostics);
   model::Model model;
+  // Modules first, as connections and robots name them.
   std::vector<CheckedModule> modules;
   for (const ModuleDecl* decl : Collect(files, &FileAst::modules, "module", diagnostics)) {
-    if (diagnostics.full()) return std::nullopt;
+    if (diagnostics->full()) return std::nullopt;
     modules.push_back(CheckModule(*decl, diagnostics));
     model.module_types.push_back(modules.back().type);
     output.hulls.push_back(HullSpans(*decl));
   }
+  // Connections next; a pointer to each module stays good, as no more are added.
   std::vector<CheckedConnection> connections;
   for (const auto* decl : Collect(files, &FileAst::connections, "connection", diagnostics)) {
-    if (diagnostics.full()) return std::nullopt;
+    if (diagnostics->full()) return std::nullopt;
     connections.push_back(CheckConnection(*decl, modules, diagnostics));
   }
-  for (const CheckedConnection& connection : connections) {
-    output.problems.push_back(connection.problem);
-    output.explainable.push_back(connection.valid);
-  }
+  // A connection is explainable if it was sound before it was solved.
+  std::vector<bool> sound;
+  for (const CheckedConnection& connection : connections) sound.push_back(connection.valid);
   SolveConnections(connections, model, diagnostics);
-  output.solved = model;
+  output.solved.module_types = model.module_types;
+  for (size_t i = 0; i < connections.size(); ++i) {
+    const solver::ConnectionProblem& problem = connections[i].problem;
+    // Where a member's type is not known there are no connectors to explain.
+    if (problem.type_a < 0 || problem.type_b < 0) continue;
+    output.solved.connection_types.push_back(model.connection_types[i]);
+    output.problems.push_back(problem);
+    output.explainable.push_back(sound[i]);
+  }
+  // Robots last: they choose among the options that the solver found.
   const PairIndex pairs(model.connection_types);
   const RobotContext context{modules, connections, model, pairs};
   std::vector<model::Robot> robots;
   for (const RobotDecl* decl : Collect(files, &FileAst::robots, "robot", diagnostics)) {
-    if (diagnostics.full()) return std::nullopt;
+    if (diagnostics->full()) return std::nullopt;
     std::optional<model::Robot> robot = CheckRobot(*decl, context, diagnostics);
     if (robot) robots.push_back(std::move(*robot));
   }
-  if (diagnostics.had_errors()) return std::nullopt;
+  if (diagnostics->had_errors()) return std::nullopt;
   model.robots = std::move(robots);
   return model;
 }
 
 }  // namespace
 
-CompileOutput CompileFiles(const std::vector<std::string>& paths) {
+std::optional<Dump> DumpFromName(const std::string& name) {
+  if (name == "tokens") return Dump::kTokens;
+  if (name == "ast") return Dump::kAst;
+  return std::nullopt;
+}
+
+CompileOutput CompileFiles(const std::vector<std::string>& paths, Dump dump) {
   CompileOutput output;
-  Loader loader(output.sources, output.diagnostics);
+  Loader loader(dump, &output);
   for (const std::string& path : paths) loader.LoadPath(path);
   output.model = Check(loader.files(), output);
   return output;
 }
 
-CompileOutput CompileText(const std::string& name, const std::string& text) {
+CompileOutput CompileText(const std::string& name, const std::string& text, Dump dump) {
   CompileOutput output;
-  Loader loader(output.sources, output.diagnostics);
+  Loader loader(dump, &output);
   loader.LoadText(name, text);
   output.model = Check(loader.files(), output);
   return output;

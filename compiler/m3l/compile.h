@@ -12,17 +12,27 @@
 
 namespace morphbus::m3l {
 
+/// A stage of the compiler whose result is wanted as text. The model, the last stage, has its text
+/// from Protocol Buffers (compiler/model/model_proto.h).
+enum class Dump { kNone, kTokens, kAst };
+
+/// "tokens" or "ast"; nothing for other names.
+std::optional<Dump> DumpFromName(const std::string& name);
+
 struct CompileOutput {
   /// Present exactly when `diagnostics` holds no error.
   std::optional<model::Model> model;
   /// Files that were read (arguments and imports), for rendering the diagnostics.
   source::SourceSet sources;
   source::Diagnostics diagnostics;
+  /// The stage asked for, of every file in the order in which their definitions count.
+  std::string dump;
 
   // For explanations of connections (`connections --why`), also where there are errors.
 
   /// Module types and connections without robots, as far as they could be worked out. A connection
-  /// with an error has no options.
+  /// with an error has no options; one whose members' types are not both known is left out, so the
+  /// indices in it are always good.
   model::Model solved;
   /// The conditions of solved.connection_types, in the same order.
   std::vector<solver::ConnectionProblem> problems;
@@ -34,9 +44,10 @@ struct CompileOutput {
 
 /// Compiles `paths` and what they import as one model: lex, parse, check, solve, assemble.
 /// Unreadable files are diagnostics too. Never throws.
-CompileOutput CompileFiles(const std::vector<std::string>& paths);
+CompileOutput CompileFiles(const std::vector<std::string>& paths, Dump dump = Dump::kNone);
 
 /// The same for one text held in memory; `name` stands for the file name in diagnostics.
-CompileOutput CompileText(const std::string& name, const std::string& text);
+CompileOutput CompileText(const std::string& name, const std::string& text,
+                          Dump dump = Dump::kNone);
 
 }  // namespace morphbus::m3l

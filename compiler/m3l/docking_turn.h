@@ -11,8 +11,10 @@ namespace morphbus::m3l::internal {
 
 /// The line along which a connector faces its partner.
 struct FaceNormal {
-  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< Unit, in M.
-  bool outward = false;  ///< False: nothing says which of the two ways leads out of the module.
+  /// A unit vector in the module frame M.
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
+  /// True if `direction` leads out of the module; false if nothing says which of the two ways does.
+  bool outward = false;
 };
 
 /// The outward normal of connector `index`: its `normal=`; else the normal of the plane of its

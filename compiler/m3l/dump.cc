@@ -1,12 +1,11 @@
-// DumpAst: the tree as indented text. One line a declaration or attribute, expressions in brackets.
+#include "compiler/m3l/dump.h"
 
 #include <fmt/format.h>
-
-#include "compiler/m3l/ast.h"
 
 namespace morphbus::m3l {
 namespace {
 
+/// The names of a path with points between them.
 std::string Joined(const std::vector<Name>& path) {
   std::string text;
   for (const Name& name : path) text += (text.empty() ? "" : ".") + name.text;
@@ -15,18 +14,22 @@ std::string Joined(const std::vector<Name>& path) {
 
 std::string Text(const Expr& expr);
 
+/// The texts of several expressions, each with a space before it.
 std::string TextOf(const std::vector<Expr>& children) {
   std::string text;
   for (const Expr& child : children) text += " " + Text(child);
   return text;
 }
 
+/// `key=value`, `key`, or `key=?` where the value did not parse.
 std::string Text(const Attribute& attribute) {
   if (attribute.broken) return attribute.key.text + "=?";
   return attribute.key.text + (attribute.value ? "=" + Text(*attribute.value) : "");
 }
 
+/// An expression with its operator first, in braces.
 std::string Text(const Expr& expr) {
+  // Every kind is written, so that a golden test sees any change of the tree.
   const std::string path = Joined(expr.path);
   switch (expr.kind) {
     case ExprKind::kNumber:
@@ -69,16 +72,19 @@ std::string Text(const Expr& expr) {
   return "";
 }
 
+/// The head of a declaration and its attributes, `level` steps indented.
 void DumpDeclaration(const char* kind, const Declaration& declaration, int level,
                      std::string& out) {
-  out += std::string(static_cast<size_t>(level) * 2, ' ') + kind + " " + declaration.name.text;
+  // Two columns are one step of indentation.
+  out += std::string(2 * level, ' ') + kind + " " + declaration.name.text;
   if (declaration.broken) out += " (broken)";
   out += "\n";
   for (const Attribute& attribute : declaration.attributes) {
-    out += std::string(static_cast<size_t>(level) * 2 + 2, ' ') + Text(attribute) + "\n";
+    out += std::string(2 * level + 2, ' ') + Text(attribute) + "\n";
   }
 }
 
+/// Points with their sub-points below them.
 void DumpPoints(const std::vector<PointDecl>& points, int level, std::string& out) {
   for (const PointDecl& point : points) {
     DumpDeclaration("point", point, level, out);
@@ -88,12 +94,29 @@ void DumpPoints(const std::vector<PointDecl>& points, int level, std::string& ou
 
 }  // namespace
 
+std::string DumpTokens(const source::SourceSet& sources, const std::vector<Token>& tokens) {
+  // In the order of TokenKind.
+  static constexpr const char* kNames[] = {"word", "number", "string", "symbol", "end"};
+  std::string out;
+  for (const Token& token : tokens) {
+    const source::LineColumn at = sources.Locate(token.span.file, token.span.begin);
+    out += std::to_string(at.line) + ":" + std::to_string(at.column) + " " +
+           kNames[static_cast<int>(token.kind)];
+    // The mark at the end has no text.
+    if (token.kind != TokenKind::kEnd) out += " " + std::string(token.text);
+    out += "\n";
+  }
+  return out;
+}
+
 std::string DumpAst(const FileAst& file) {
   std::string out;
   for (const ImportDecl& import : file.imports) out += "import \"" + import.path + "\"\n";
   for (const ModuleDecl& module : file.modules) {
+    // The points of the module itself come before its links.
     DumpDeclaration("module", module, 0, out);
     DumpPoints(module.points, 1, out);
+    // Members come by kind, not in the order of the source, as the tree has them.
     for (const LinkDecl& link : module.links) {
       DumpDeclaration("link", link, 1, out);
       DumpPoints(link.points, 2, out);
@@ -101,6 +124,7 @@ std::string DumpAst(const FileAst& file) {
     for (const AxisDecl& axis : module.axes) DumpDeclaration("axis", axis, 1, out);
     for (const JointDecl& joint : module.joints) DumpDeclaration("joint", joint, 1, out);
   }
+  // Connections and robots follow the modules, whatever their order in the file was.
   for (const ConnectionDecl& c : file.connections) DumpDeclaration("connection", c, 0, out);
   for (const RobotDecl& robot : file.robots) DumpDeclaration("robot", robot, 0, out);
   return out;

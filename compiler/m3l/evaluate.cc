@@ -10,31 +10,37 @@
 namespace morphbus::m3l {
 namespace {
 
-std::optional<double> Call(const Expr& expr, source::Diagnostics& diagnostics) {
+/// The value of sqrt, sin or cos.
+std::optional<double> Call(const Expr& expr, source::Diagnostics* diagnostics) {
+  // The functions that docs/m3l.md names, and no others.
   const std::string& function = expr.path[0].text;
   if (function != "sqrt" && function != "sin" && function != "cos") {
     source::Diagnostic& d =
-        diagnostics.Error(expr.path[0].span, "unknown function '" + function + "'");
+        diagnostics->Error(expr.path[0].span, "unknown function '" + function + "'");
     d.hint = "numbers are computed with + - * / sqrt sin cos and pi";
     return std::nullopt;
   }
   if (expr.children.size() != 1) {
-    diagnostics.Error(expr.span, "'" + function + "' takes one number");
+    // All three functions take one number.
+    diagnostics->Error(expr.span, "'" + function + "' takes one number");
     return std::nullopt;
   }
   const std::optional<double> x = EvaluateNumber(expr.children[0], diagnostics);
   if (!x) return std::nullopt;
   if (function == "sqrt" && *x < 0.0) {
-    diagnostics.Error(expr.span, "square root of the negative number " + NumberText(*x));
+    // The square root is the only one that is not defined for every number.
+    diagnostics->Error(expr.span, "square root of the negative number " + NumberText(*x));
     return std::nullopt;
   }
   return function == "sqrt" ? std::sqrt(*x) : function == "sin" ? std::sin(*x) : std::cos(*x);
 }
 
-std::optional<double> Chain(const Expr& expr, source::Diagnostics& diagnostics) {
+/// A sum or product, worked out from left to right; an operand with an error ends it.
+std::optional<double> Chain(const Expr& expr, source::Diagnostics* diagnostics) {
   std::optional<double> value = EvaluateNumber(expr.children[0], diagnostics);
   for (size_t i = 1; i < expr.children.size(); ++i) {
     const std::optional<double> operand = EvaluateNumber(expr.children[i], diagnostics);
+    // Each operator stands before its operand.
     if (!operand || !value) return std::nullopt;
     switch (expr.ops[i - 1]) {
       case '+':
@@ -48,7 +54,8 @@ std::optional<double> Chain(const Expr& expr, source::Diagnostics& diagnostics) 
         break;
       default:
         if (*operand == 0.0) {
-          diagnostics.Error(expr.children[i].span, "division by zero");
+          // A division by zero is told apart from a result that is too large.
+          diagnostics->Error(expr.children[i].span, "division by zero");
           return std::nullopt;
         }
         *value /= *operand;
@@ -58,7 +65,7 @@ std::optional<double> Chain(const Expr& expr, source::Diagnostics& diagnostics) 
 }
 
 /// As EvaluateNumber, but the result may be infinite.
-std::optional<double> Evaluate(const Expr& expr, source::Diagnostics& diagnostics) {
+std::optional<double> Evaluate(const Expr& expr, source::Diagnostics* diagnostics) {
   switch (expr.kind) {
     case ExprKind::kNumber:
       return expr.number;
@@ -77,13 +84,15 @@ std::optional<double> Evaluate(const Expr& expr, source::Diagnostics& diagnostic
     default:
       break;
   }
-  diagnostics.Error(expr.span, "expected a number");
+  // Nothing else is a number: a name, a string, a list or a condition.
+  diagnostics->Error(expr.span, "expected a number");
   return std::nullopt;
 }
 
 }  // namespace
 
 const Expr& Unwrapped(const Expr& expr) {
+  // A loop, as parentheses may nest as deep as the parser allows.
   const Expr* inner = &expr;
   while (inner->kind == ExprKind::kTuple && inner->children.size() == 1) {
     inner = &inner->children[0];
@@ -101,24 +110,27 @@ std::string PathText(const std::vector<Name>& path) {
   return text;
 }
 
-std::optional<double> EvaluateNumber(const Expr& expr, source::Diagnostics& diagnostics) {
+std::optional<double> EvaluateNumber(const Expr& expr, source::Diagnostics* diagnostics) {
   const Expr& inner = Unwrapped(expr);
   const std::optional<double> value = Evaluate(inner, diagnostics);
+  // Both infinities and NaN end here, as sums and products of finite numbers may overflow.
   if (value && !std::isfinite(*value)) {
-    diagnostics.Error(inner.span, "number is too large");
+    diagnostics->Error(inner.span, "number is too large");
     return std::nullopt;
   }
   return value;
 }
 
 std::optional<Eigen::Vector3d> EvaluateVector(const Expr& expr, const std::string& what,
-                                              source::Diagnostics& diagnostics) {
+                                              source::Diagnostics* diagnostics) {
+  // The parentheses are a part of the vector, so they are not unwrapped.
   if (expr.kind != ExprKind::kTuple || expr.children.size() != 3) {
-    diagnostics.Error(expr.span, "'" + what + "' needs three numbers").hint =
+    diagnostics->Error(expr.span, "'" + what + "' needs three numbers").hint =
         "write it as in: " + what + "=(0, 0, 1)";
     return std::nullopt;
   }
   Eigen::Vector3d vector;
+  // All three numbers are read even if the first is wrong, so that all errors are found.
   bool ok = true;
   for (int i = 0; i < 3; ++i) {
     const std::optional<double> x = EvaluateNumber(expr.children[i], diagnostics);
@@ -129,64 +141,72 @@ std::optional<Eigen::Vector3d> EvaluateVector(const Expr& expr, const std::strin
 }
 
 std::optional<model::AttributeValue> EvaluateAttribute(const Expr& expr,
-                                                       source::Diagnostics& diagnostics) {
+                                                       source::Diagnostics* diagnostics) {
   const Expr& inner = Unwrapped(expr);
+  // The kinds are told apart by their form: a string, the names true and false, a number.
   if (inner.kind == ExprKind::kString) return inner.text;
   const std::string name = SingleName(inner);
   if (name == "true" || name == "false") return name == "true";
   if (inner.kind == ExprKind::kPath && name != "pi") {
-    diagnostics.Error(inner.span, "'" + PathText(inner.path) + "' is no value").hint =
+    // Any other name is most likely a string without its quotes.
+    diagnostics->Error(inner.span, "'" + PathText(inner.path) + "' is no value").hint =
         "values are numbers, true, false, and strings such as \"" + PathText(inner.path) + "\"";
     return std::nullopt;
   }
   if (inner.kind == ExprKind::kTuple || inner.kind == ExprKind::kList) {
-    diagnostics.Error(inner.span, "expected a number, a string, true or false");
+    // What has several values cannot be one attribute's.
+    diagnostics->Error(inner.span, "expected a number, a string, true or false");
     return std::nullopt;
   }
   const std::optional<double> number = EvaluateNumber(inner, diagnostics);
+  // Anything else is arithmetic.
   if (!number) return std::nullopt;
   return *number;
 }
 
 std::optional<std::vector<model::AttributeValue>> EvaluateStates(const Expr& expr,
-                                                                 source::Diagnostics& diagnostics) {
+                                                                 source::Diagnostics* diagnostics) {
   std::vector<model::AttributeValue> values;
   if (expr.children.size() == 1 && SingleName(expr.children[0]) == "bool") {
+    // `[bool]` stands for the two truth values.
     values.emplace_back(false);
     values.emplace_back(true);
     return values;
   }
   std::set<std::string> seen;
+  // A list of strings; anything else among them makes it no list of states.
   for (const Expr& child : expr.children) {
     if (child.kind != ExprKind::kString) {
       values.clear();
       break;
     }
     if (!seen.insert(child.text).second) {
-      diagnostics.Error(child.span, "state \"" + child.text + "\" is listed twice");
+      diagnostics->Error(child.span, "state \"" + child.text + "\" is listed twice");
       return std::nullopt;
     }
     values.emplace_back(child.text);
   }
   if (values.empty()) {
-    diagnostics.Error(expr.span, "a state variable lists its values").hint =
+    diagnostics->Error(expr.span, "a state variable lists its values").hint =
         "write [bool], or strings as in [\"open\",\"closed\"]";
     return std::nullopt;
   }
   return values;
 }
 
-std::optional<Interval> EvaluateInterval(const Expr& expr, source::Diagnostics& diagnostics) {
+std::optional<Interval> EvaluateInterval(const Expr& expr, source::Diagnostics* diagnostics) {
   if (expr.kind != ExprKind::kList || expr.children.size() != 2) {
-    diagnostics.Error(expr.span, "expected an interval").hint = "write it as in: [-pi/2, pi/2]";
+    diagnostics->Error(expr.span, "expected an interval").hint = "write it as in: [-pi/2, pi/2]";
+    // Both ends are read before either is judged.
     return std::nullopt;
   }
   const std::optional<double> lower = EvaluateNumber(expr.children[0], diagnostics);
   const std::optional<double> upper = EvaluateNumber(expr.children[1], diagnostics);
   if (!lower || !upper) return std::nullopt;
   if (*lower > *upper) {
-    diagnostics.Error(expr.span, "the interval's lower end " + NumberText(*lower) +
-                                     " is above its upper end " + NumberText(*upper));
+    diagnostics->Error(expr.span, "the interval's lower end " + NumberText(*lower) +
+                                      // An empty interval would leave the joint no position at all.
+                                      " is above its upper end " + NumberText(*upper));
     return std::nullopt;
   }
   return Interval{*lower, *upper};
@@ -194,19 +214,21 @@ std::optional<Interval> EvaluateInterval(const Expr& expr, source::Diagnostics& 
 
 AttributeReader::AttributeReader(const Declaration& declaration, std::string what,
                                  const std::vector<std::string>& known,
-                                 source::Diagnostics& diagnostics)
-    : declaration_(declaration), what_(std::move(what)), known_(known), diagnostics_(diagnostics) {
+                                 source::Diagnostics* diagnostics)
+    : declaration_(declaration), what_(std::move(what)), known_(known), diagnostics_(*diagnostics) {
+  // Keys are told apart first: given twice, or not known here.
   std::map<std::string, const Attribute*> seen;
   for (const Attribute& attribute : declaration.attributes) {
     const auto [it, fresh] = seen.emplace(attribute.key.text, &attribute);
     if (!fresh) {
-      source::Diagnostic& d = diagnostics.Error(
+      source::Diagnostic& d = diagnostics->Error(
           attribute.key.span, "'" + attribute.key.text + "' is given twice for " + what_);
+      // A key is either new, known or not; for one that is repeated the first value counts.
       d.notes.push_back({it->second->key.span, "first given here"});
     } else if (!known.empty() &&
                std::find(known.begin(), known.end(), attribute.key.text) == known.end()) {
       had_unknown_ = true;
-      source::Diagnostic& d = diagnostics.Error(
+      source::Diagnostic& d = diagnostics->Error(
           attribute.key.span, what_ + " has no attribute '" + attribute.key.text + "'");
       const std::string near = source::NearestName(attribute.key.text, known);
       d.hint = near.empty() ? fmt::format("its attributes are {}", fmt::join(known, ", "))
@@ -216,18 +238,23 @@ AttributeReader::AttributeReader(const Declaration& declaration, std::string wha
 }
 
 const Expr* AttributeReader::Optional(const std::string& key) {
+  // A value that did not parse was reported then.
   const Attribute* attribute = declaration_.Find(key);
   if (attribute == nullptr || attribute->broken) return nullptr;
   if (attribute->value) return &*attribute->value;
   diagnostics_.Error(attribute->key.span, "'" + key + "' needs a value").hint =
+      // A key that stands alone is a flag; here a value is wanted.
       "write it as in: " + key + "=...";
   return nullptr;
 }
 
 const Expr* AttributeReader::Required(const std::string& key, const std::string& hint) {
+  // Absence is not reported where the key may be what did not parse, or what a slip was reported
+  // for.
   if (declaration_.Find(key) != nullptr) return Optional(key);
   if (declaration_.broken) return nullptr;
   std::string near;
+  // A key that is nearly the one that is missing was probably meant for it.
   for (const Attribute& attribute : declaration_.attributes) {
     if (source::NearestName(attribute.key.text, {key}).empty()) continue;
     const bool known = std::find(known_.begin(), known_.end(), attribute.key.text) != known_.end();
@@ -243,7 +270,9 @@ const Expr* AttributeReader::Required(const std::string& key, const std::string&
 bool AttributeReader::Flag(const std::string& key) {
   const Attribute* attribute = declaration_.Find(key);
   if (attribute == nullptr || attribute->broken) return false;
+  // `connector` and `connector=true` are the same.
   if (!attribute->value || SingleName(*attribute->value) == "true") return true;
+  // Anything but a truth value is no flag.
   if (SingleName(*attribute->value) != "false") {
     diagnostics_.Error(attribute->value->span, "'" + key + "' is a flag, it takes no value");
   }

@@ -11,37 +11,43 @@
 
 namespace morphbus::m3l {
 
-/// `expr` without the parentheses around it.
+/// `expr` without the parentheses around it, however many there are. The result is a part of
+/// `expr`.
 const Expr& Unwrapped(const Expr& expr);
 
 /// The name that a path of one name is, else "" (not reported).
 std::string SingleName(const Expr& expr);
 
-/// "a.b.c"
+/// The path as it is written, for messages: "a.b.c".
 std::string PathText(const std::vector<Name>& path);
 
-/// A finite number: arithmetic over numbers with pi, sqrt, sin, cos.
-std::optional<double> EvaluateNumber(const Expr& expr, source::Diagnostics& diagnostics);
+/// The value of an arithmetic expression over numbers with pi, sqrt, sin and cos. A result that is
+/// not finite is an error.
+std::optional<double> EvaluateNumber(const Expr& expr, source::Diagnostics* diagnostics);
 
-/// (x, y, z), three finite numbers. `what` names the value in messages: "coords".
+/// The value of `(x, y, z)`, which must be three finite numbers. `what` names the value in
+/// messages: "coords".
 std::optional<Eigen::Vector3d> EvaluateVector(const Expr& expr, const std::string& what,
-                                              source::Diagnostics& diagnostics);
+                                              source::Diagnostics* diagnostics);
 
-/// A fixed attribute's value: number, string, true or false.
+/// The value of a fixed attribute: a number, a string, true or false.
 std::optional<model::AttributeValue> EvaluateAttribute(const Expr& expr,
-                                                       source::Diagnostics& diagnostics);
+                                                       source::Diagnostics* diagnostics);
 
-/// The values of a free state variable: `[bool]` or `["a","b"]`.
+/// The values that a free state variable may take: `[bool]` or `["a","b"]`.
 std::optional<std::vector<model::AttributeValue>> EvaluateStates(const Expr& expr,
-                                                                 source::Diagnostics& diagnostics);
+                                                                 source::Diagnostics* diagnostics);
 
-/// [lo, hi] with lo <= hi.
+/// An interval with lower <= upper.
+/// Joint limits are one; the unit is that of the joint (rad, or model units).
 struct Interval {
   double lower = 0.0;
   double upper = 0.0;
 };
-std::optional<Interval> EvaluateInterval(const Expr& expr, source::Diagnostics& diagnostics);
+/// The interval of `[lo, hi]`, two finite numbers; an error if they are the wrong way round.
+std::optional<Interval> EvaluateInterval(const Expr& expr, source::Diagnostics* diagnostics);
 
+// The texts of numbers and values come from the model, so that messages and files write them alike.
 using model::NumberText;
 using model::ValueText;
 
@@ -51,7 +57,7 @@ class AttributeReader {
  public:
   /// `what` names the declaration in messages: "link 'bar'".
   AttributeReader(const Declaration& declaration, std::string what,
-                  const std::vector<std::string>& known, source::Diagnostics& diagnostics);
+                  const std::vector<std::string>& known, source::Diagnostics* diagnostics);
 
   /// The value of `key`; null if it is absent, did not parse, or has no value (reported).
   const Expr* Optional(const std::string& key);
@@ -59,6 +65,7 @@ class AttributeReader {
   const Expr* Required(const std::string& key, const std::string& hint);
   /// True if `key` stands there as a flag or as true.
   bool Flag(const std::string& key);
+  /// The declaration's name for messages.
   [[nodiscard]] const std::string& what() const { return what_; }
   /// True if some key was unknown, which may be a slip for one that is missing.
   [[nodiscard]] bool had_unknown() const { return had_unknown_; }

@@ -19,14 +19,15 @@ constexpr size_t kWidestHeader = 32;
 /// Tokens of a text that parses, with what the layout needs to know of them.
 class Formatter {
  public:
-  Formatter(const source::SourceSet& sources, int file, const std::vector<Token>& tokens,
-            const std::vector<source::Span>& spans)
-      : text_(sources.text(file)),
-        tokens_(tokens),
-        count_(tokens.size() - 1),
-        gaps_(source::ReadGaps(text_, spans, true)) {}
+  Formatter(const source::SourceSet& sources, int file, const std::vector<Token>& tokens)
+      : tokens_(tokens), count_(tokens.size() - 1) {
+    source::CutText cut = source::CutUp(sources.text(file), source::SpansOf(tokens), true);
+    gaps_ = std::move(cut.gaps);
+    layout_ = std::move(cut.tokens);
+  }
 
   std::string Run() {
+    // Statement after statement, with the comment lines before each.
     Describe();
     source::LayoutWriter writer(std::move(layout_));
     for (size_t begin = 0; begin < count_;) {
@@ -73,6 +74,7 @@ class Formatter {
   /// Whether a space stands between tokens i - 1 and i on one line.
   [[nodiscard]] bool SpaceBefore(size_t i) const {
     if (i == 0) return false;
+    // Punctuation decides first, then operators, then names.
     const auto is = [&](size_t at, std::string_view any) {
       return tokens_[at].kind == TokenKind::kSymbol && any.find(Text(at)) != std::string_view::npos;
     };
@@ -91,16 +93,13 @@ class Formatter {
   /// Spacing, possible breaks and comments of all tokens; where statements begin.
   void Describe() {
     int depth = 0;
-    layout_.resize(count_);
     starts_.assign(count_ + 1, false);
     for (size_t i = 0; i < count_; ++i) {
       LayoutToken& token = layout_[i];
-      token.text = Text(i);
       token.space = SpaceBefore(i);
       token.opens = IsSymbol(i, "(") || IsSymbol(i, "[");
       token.closes = IsSymbol(i, ")") || IsSymbol(i, "]");
-      token.before = gaps_[i];
-      if (i > 0) layout_[i - 1].trailing = token.before.trailing;
+      // Lines may be broken before `and`, `or` and sub-points, and behind commas.
       const bool junction = IsWord(i) && (Text(i) == "and" || Text(i) == "or");
       const bool subpoint = token.opens && IsWord(i + 1) && Text(i + 1) == "point" && IsWord(i + 2);
       const bool after_subpoint =
@@ -110,7 +109,6 @@ class Formatter {
       token.separate = after_subpoint && !starts_[i];
       depth += token.opens ? 1 : token.closes ? -1 : 0;
     }
-    if (count_ > 0) layout_[count_ - 1].trailing = gaps_[count_].trailing;
     starts_[count_] = true;
   }
 
@@ -129,14 +127,18 @@ class Formatter {
       widest = std::max(widest, writer.FlatWidth(i, writer.AfterGroup(i)));
     }
     if (groups.empty() || widest + hang > source::kLayoutWidth) return;
+    // As many as fit on a line give the number of lines, over which they are spread.
     const size_t fit = std::max<size_t>(1, (source::kLayoutWidth - hang + 1) / (widest + 1));
     const size_t lines = (groups.size() + fit - 1) / fit;
     const size_t each = (groups.size() + lines - 1) / lines;
     for (size_t i = each; i < groups.size(); i += each) writer.Separate(groups[i]);
   }
 
+  /// Writes one statement: members of a module hang under their first attribute, definitions are
+  /// indented by two columns and broken at every part.
   void WriteStatement(source::LayoutWriter& writer, size_t begin, size_t end) const {
     const std::string_view keyword = Text(begin);
+    // An import has no parts that could hang anywhere.
     if (keyword == "import") {
       writer.Statement(begin, begin, end, 0, 2, false);
       return;
@@ -144,13 +146,13 @@ class Formatter {
     const size_t head = std::min(begin + 3, end);
     const bool member =
         keyword == "point" || keyword == "link" || keyword == "axis" || keyword == "joint";
+    // Members are aligned behind `keyword name: `, unless that is too wide.
     const size_t width = keyword.size() + 1 + Text(begin + 1).size() + 2;
     const size_t hang = !member ? 2 : width > kWidestHeader ? 4 : width;
     if (member) BalanceSubpoints(writer, head, end, hang);
     writer.Statement(begin, head, end, 0, hang, !member);
   }
 
-  std::string_view text_;
   const std::vector<Token>& tokens_;
   size_t count_;                   ///< Tokens without kEnd.
   std::vector<GapComments> gaps_;  ///< Comments before each token and before the end.
@@ -158,32 +160,20 @@ class Formatter {
   std::vector<bool> starts_;
 };
 
-std::vector<source::Span> SpansOf(const std::vector<Token>& tokens) {
-  std::vector<source::Span> spans;
-  for (const Token& token : tokens) {
-    if (token.kind != TokenKind::kEnd) spans.push_back(token.span);
-  }
-  return spans;
-}
-
-/// The tokens as the frame of the formatters wants them.
-source::Lexis LexisOf() {
-  return {[](const source::SourceSet& from, int at, source::Diagnostics& found) {
-            return SpansOf(Lex(from, at, kMaxTokens, found));
-          },
-          true};
-}
-
 }  // namespace
 
 std::optional<std::string> Format(const source::SourceSet& sources, int file,
-                                  source::Diagnostics& diagnostics) {
-  const int errors = diagnostics.error_count();
-  const std::vector<Token> tokens = Lex(sources, file, kMaxTokens, diagnostics);
+                                  source::Diagnostics* diagnostics) {
+  const int errors = diagnostics->error_count();
+  const std::vector<Token> tokens = Tokenize(sources, file, kMaxTokens, diagnostics);
+  // Only text that parses is laid out: in any other the spacing might change its meaning.
   Parse(tokens, diagnostics);
-  if (diagnostics.error_count() > errors) return std::nullopt;
-  std::string formatted = Formatter(sources, file, tokens, SpansOf(tokens)).Run();
-  return source::IfUnchanged(sources, file, LexisOf(), std::move(formatted), diagnostics);
+  if (diagnostics->error_count() > errors) return std::nullopt;
+  std::string formatted = Formatter(sources, file, tokens).Run();
+  const auto spans = [](const source::SourceSet& from, int at, source::Diagnostics* found) {
+    return source::SpansOf(Tokenize(from, at, kMaxTokens, found));
+  };
+  return source::IfUnchanged(sources, file, {spans, true}, std::move(formatted), diagnostics);
 }
 
 }  // namespace morphbus::m3l

@@ -9,9 +9,9 @@
 namespace morphbus::m3l {
 
 /// File `file` in canonical layout: the same tokens and comments, in order; formatting the result
-/// again changes nothing. Nothing, with errors in `diagnostics`, if the text does not parse. Names
-/// and imports are not looked at.
+/// again changes nothing. Returns nothing, with errors in `diagnostics`, if the text does not
+/// parse. Names and imports are not looked at.
 std::optional<std::string> Format(const source::SourceSet& sources, int file,
-                                  source::Diagnostics& diagnostics);
+                                  source::Diagnostics* diagnostics);
 
 }  // namespace morphbus::m3l

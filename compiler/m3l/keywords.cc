@@ -10,6 +10,7 @@ const std::vector<std::string_view>& Keywords() {
   return kWords;
 }
 
+// These words cannot be names either, as they stand between operands.
 const std::vector<std::string_view>& OperatorWords() {
   static const std::vector<std::string_view> kWords = {"and",        "or",       "not",
                                                        "coincident", "parallel", "antiparallel"};
@@ -25,15 +26,19 @@ bool IsOperatorWord(std::string_view word) {
 }
 
 bool StartsStatement(const std::vector<Token>& tokens, size_t i) {
+  // Looking ahead never goes beyond the mark at the end.
   const auto at = [&](size_t k) -> const Token& { return tokens[std::min(k, tokens.size() - 1)]; };
   const auto is = [&](size_t k, std::string_view symbol) {
     return at(k).kind == TokenKind::kSymbol && at(k).text == symbol;
   };
   if (at(i).kind != TokenKind::kWord) return false;
+  // `(point x: ...)` is a part of a statement, and `a.point` a path.
   if (i > 0 && (is(i - 1, "(") || is(i - 1, "."))) return false;
   const std::string_view word = at(i).text;
   const bool word_next = at(i + 1).kind == TokenKind::kWord;
+  // `word name:` can only be a statement whose keyword is misspelt.
   if (!IsKeyword(word)) return word_next && is(i + 2, ":") && !IsOperatorWord(word);
+  // An attribute may be called `import`.
   if (word == "import") return !is(i + 1, "=");
   return word_next || is(i + 1, ":");
 }

@@ -3,6 +3,7 @@
 #include <charconv>
 #include <cstdio>
 
+#include "compiler/base/utf8.h"
 #include "compiler/model/value_text.h"
 #include "compiler/source/utf8.h"
 
@@ -19,21 +20,25 @@ bool IsSpace(char c) {
 
 bool IsLineEnd(char c) { return c == '\n' || c == '\r'; }
 
+// The UTF-8 forms of the quotation marks that word processors make of a plain one.
 constexpr std::string_view kOpeningQuote = "\xE2\x80\x9C";
 constexpr std::string_view kClosingQuote = "\xE2\x80\x9D";
 
 /// What to write instead of a number with letters behind it: "45deg", "10cm".
 std::string UnitHint(std::string_view text) {
   size_t end = text.size();
+  // The letters at the end are what may be a unit.
   while (end > 0 && IsWordStart(text[end - 1])) --end;
   const std::string number(text.substr(0, end));
   const std::string_view unit = text.substr(end);
+  // Angles and masses have one unit each, so the advice is fixed.
   if (unit == "deg" || unit == "degrees") {
     return "angles are in radians, but after rot=: write " + number + "*pi/180";
   }
   if (unit == "rad") return "angles are in radians: write " + number;
   if (unit == "kg") return "masses are in kg: write " + number;
   if (unit == "g") return "masses are in kg: write " + number + "/1000";
+  // Lengths can be converted at once, as a unit of metres is the default.
   const double per_metre = unit == "m" ? 1.0 : unit == "cm" ? 100.0 : unit == "mm" ? 1000.0 : 0.0;
   double value = 0.0;
   const auto [stop, error] = std::from_chars(number.data(), number.data() + number.size(), value);
@@ -45,17 +50,20 @@ std::string UnitHint(std::string_view text) {
          " are " + metres + " m";
 }
 
+/// Cuts one text into tokens; what is no token is reported and left out.
 class Lexer {
  public:
   Lexer(const source::SourceSet& sources, int file, size_t max_tokens,
-        source::Diagnostics& diagnostics)
-      : text_(sources.text(file)), file_(file), max_(max_tokens), diagnostics_(diagnostics) {
+        source::Diagnostics* diagnostics)
+      : text_(sources.text(file)), file_(file), max_(max_tokens), diagnostics_(*diagnostics) {
     source::CheckUtf8(sources, file, diagnostics);
   }
 
   std::vector<Token> Run() {
     if (text_.substr(0, 3) == "\xEF\xBB\xBF") at_ = 3;  // A byte order mark is no text.
+    // Each turn passes over white space and reads one token behind it.
     while (SkipBlanks(), at_ < text_.size()) {
+      // Both bounds end the file: text that is not M3L at all would go on for ever.
       if (errors_ >= kMaxSyntaxErrors) {
         diagnostics_.Error(SpanFrom(at_, 1), "too many errors, the rest of the file is not read");
         break;
@@ -67,14 +75,17 @@ class Lexer {
       }
       Next();
     }
+    // The mark at the end has an empty span behind the last character.
     tokens_.push_back({TokenKind::kEnd, {file_, text_.size(), text_.size()}, {}});
     return std::move(tokens_);
   }
 
  private:
+  /// The character `ahead` of the current one, or a zero beyond the end of the text.
   char Peek(size_t ahead = 0) const {
     return at_ + ahead < text_.size() ? text_[at_ + ahead] : '\0';
   }
+  /// The place of `length` bytes from `begin`, as far as they lie in the text.
   source::Span SpanFrom(size_t begin, size_t length) const {
     return {file_, begin, std::min(begin + length, text_.size())};
   }
@@ -82,6 +93,7 @@ class Lexer {
     ++errors_;
     return diagnostics_.Error(SpanFrom(begin, length), std::move(message));
   }
+  /// Adds the token from `begin` to the current character.
   void Push(TokenKind kind, size_t begin) {
     tokens_.push_back({kind, {file_, begin, at_}, text_.substr(begin, at_ - begin)});
   }
@@ -104,6 +116,7 @@ class Lexer {
     }
   }
 
+  /// A comment that is never closed swallows the rest of the file, which is reported once.
   void SkipBlockComment() {
     const size_t end = text_.find("*/", at_ + 2);
     if (end == std::string_view::npos) {
@@ -115,6 +128,7 @@ class Lexer {
   }
 
   bool EndsLineAfterBackslash() const {
+    // Blanks behind the backslash cannot be seen, so they do not matter.
     size_t i = at_ + 1;
     while (i < text_.size() && (text_[i] == ' ' || text_[i] == '\t')) ++i;
     return i == text_.size() || IsLineEnd(text_[i]);
@@ -122,7 +136,9 @@ class Lexer {
 
   size_t LineEnd() const { return std::min(text_.find_first_of("\r\n", at_), text_.size()); }
 
+  /// Reads one token, which begins at the current character.
   void Next() {
+    // The first character says what kind of token it is.
     const char c = Peek();
     if (IsWordStart(c)) {
       const size_t begin = at_;
@@ -139,20 +155,24 @@ class Lexer {
     }
   }
 
+  /// An unsigned decimal number; letters behind it are reported with it.
   void Number() {
     const size_t begin = at_;
     while (IsDigit(Peek())) ++at_;
+    // A point belongs to the number unless a name or another point follows it.
     if (Peek() == '.' && !IsWordStart(Peek(1)) && Peek(1) != '.') {
       ++at_;
       while (IsDigit(Peek())) ++at_;
     }
     if (Peek() == 'e' || Peek() == 'E') {
+      // The exponent belongs to the number only if a digit follows it.
       const size_t sign = Peek(1) == '+' || Peek(1) == '-' ? 1 : 0;
       if (IsDigit(Peek(1 + sign))) {
         at_ += 1 + sign;
         while (IsDigit(Peek())) ++at_;
       }
     }
+    // Letters behind a number are most often a unit.
     if (IsWord(Peek())) {
       while (IsWord(Peek())) ++at_;
       Error(begin, at_ - begin, "'" + Shown(begin) + "' is neither a number nor a name").hint =
@@ -161,9 +181,12 @@ class Lexer {
     Push(TokenKind::kNumber, begin);
   }
 
+  /// A string on one line; escapes are checked here and resolved by StringValue.
   void String() {
     const size_t begin = at_++;
     while (at_ < text_.size() && text_[at_] != '"' && !IsLineEnd(text_[at_])) {
+      // A backslash takes the next character with it, so that an escaped quote does not end the
+      // string.
       const bool escape =
           text_[at_] == '\\' && at_ + 1 < text_.size() && !IsLineEnd(text_[at_ + 1]);
       CheckPrintable();
@@ -172,6 +195,7 @@ class Lexer {
       }
       at_ += escape ? 2 : 1;
     }
+    // A string ends with its line: a missing quote must not swallow the rest of the file.
     if (Peek() == '"') {
       ++at_;
     } else {
@@ -183,6 +207,7 @@ class Lexer {
   /// Control characters in a string would end up in names, files and on terminals.
   void CheckPrintable() {
     if (static_cast<unsigned char>(Peek()) >= 0x20 && Peek() != 0x7F) return;
+    // Shown() tells the text up to at_, which is moved there for a moment.
     const size_t begin = at_++;
     const std::string shown = Shown(begin);
     at_ = begin;
@@ -194,6 +219,7 @@ class Lexer {
   void TypographicString() {
     const size_t begin = at_;
     at_ += kOpeningQuote.size();
+    // Up to the closing quote of its kind, or the end of the line.
     while (at_ < text_.size() && !IsLineEnd(text_[at_]) && text_.substr(at_, 3) != kClosingQuote) {
       ++at_;
     }
@@ -202,6 +228,7 @@ class Lexer {
     Push(TokenKind::kString, begin);
   }
 
+  /// An operator or bracket; dots in a row are what a listing leaves out.
   void Symbol() {
     const size_t begin = at_;
     const char c = Peek();
@@ -211,6 +238,7 @@ class Lexer {
           "write the missing part";
       return;
     }
+    // Two-character operators go before their first halves.
     if (std::string_view("=!<>").find(c) != std::string_view::npos && Peek(1) == '=') {
       at_ += 2;
       Push(TokenKind::kSymbol, begin);
@@ -234,7 +262,9 @@ class Lexer {
     const size_t begin = at_;
     const std::string_view others = "\"()[],:.=<>+-*/#\\!;{}&|'";
     ++at_;
+    // Doubled signs of other languages, && and ||, are one sign.
     if ((text_[begin] == '&' || text_[begin] == '|') && Peek() == text_[begin]) ++at_;
+    // Signs that have an explanation are reported one by one, others as one run.
     if (others.find(text_[begin]) == std::string_view::npos) {
       while (at_ < text_.size() && !IsWord(text_[at_]) && !IsSpace(text_[at_]) &&
              others.find(text_[at_]) == std::string_view::npos) {
@@ -242,7 +272,8 @@ class Lexer {
       }
     }
     // What is not UTF-8 was reported for the whole file.
-    if (!source::IsUtf8(text_.substr(begin, at_ - begin))) return;
+    if (!IsUtf8(text_.substr(begin, at_ - begin))) return;
+    // What other languages write there, and what M3L writes instead.
     const char c = text_[begin];
     source::Diagnostic& d = Error(begin, at_ - begin,
                                   "unexpected character" + std::string(at_ > begin + 1 ? "s" : "") +
@@ -254,6 +285,7 @@ class Lexer {
     if (c == '|') d.hint = "write 'or'";
     if (c == '!') d.hint = "write 'not'";
     if (c == '\\') d.hint = "a backslash may only end a line";
+    // The sign's meaning is kept, so that the parser reports nothing that follows from it.
     PushInstead(begin);
   }
 
@@ -284,40 +316,31 @@ class Lexer {
 
 }  // namespace
 
-std::vector<Token> Lex(const source::SourceSet& sources, int file, size_t max_tokens,
-                       source::Diagnostics& diagnostics) {
+std::vector<Token> Tokenize(const source::SourceSet& sources, int file, size_t max_tokens,
+                            source::Diagnostics* diagnostics) {
   return Lexer(sources, file, max_tokens, diagnostics).Run();
 }
 
 std::string StringValue(std::string_view quoted) {
+  // Typographic quotes were reported; what stands between them is taken as it is.
   if (quoted.substr(0, 3) == kOpeningQuote) {
     quoted.remove_prefix(kOpeningQuote.size());
     return std::string(quoted.substr(0, quoted.find(kClosingQuote)));
   }
   std::string value;
   for (size_t i = 1; i < quoted.size(); ++i) {
+    // The first quote without a backslash ends the value; a string that is never closed has none.
     if (quoted[i] == '"') break;
     if (quoted[i] != '\\' || i + 1 == quoted.size()) {
       value += quoted[i];
       continue;
     }
+    // The escapes \n and \t stand for white space, any other for the character behind the
+    // backslash.
     ++i;
     value += quoted[i] == 'n' ? '\n' : quoted[i] == 't' ? '\t' : quoted[i];
   }
   return value;
-}
-
-std::string DumpTokens(const std::vector<Token>& tokens, const source::SourceSet& sources) {
-  static constexpr const char* kNames[] = {"word", "number", "string", "symbol", "end"};
-  std::string out;
-  for (const Token& token : tokens) {
-    const source::LineColumn at = sources.Locate(token.span.file, token.span.begin);
-    out += std::to_string(at.line) + ":" + std::to_string(at.column) + " " +
-           kNames[static_cast<int>(token.kind)];
-    if (token.kind != TokenKind::kEnd) out += " " + std::string(token.text);
-    out += "\n";
-  }
-  return out;
 }
 
 }  // namespace morphbus::m3l

@@ -1,5 +1,6 @@
 #pragma once
-// M3L characters to tokens.
+// The lexer of M3L: it cuts the characters of a file into tokens for the parser and the formatter.
+// White space and comments are left out.
 
 #include <string>
 #include <string_view>
@@ -9,18 +10,26 @@
 
 namespace morphbus::m3l {
 
+/// Kinds of tokens; which keyword or symbol it is, the text says.
 enum class TokenKind {
-  kWord,    ///< A name or a keyword.
-  kNumber,  ///< Unsigned decimal number.
-  kString,  ///< Text between double quotes.
-  kSymbol,  ///< One of ( ) [ ] , : . = == != < <= > >= + - * /
-  kEnd,     ///< After the last token; always there.
+  /// A name or a keyword; IsKeyword tells them apart (keywords.h).
+  kWord,
+  /// A decimal number without sign.
+  kNumber,
+  /// A text between double quotes, which belong to the token.
+  kString,
+  /// One of ( ) [ ] , : . = == != < <= > >= + - * /
+  kSymbol,
+  /// The mark behind the last token; it is always there, so that looking ahead needs no bound.
+  kEnd,
 };
 
+/// A token and where it stands.
 struct Token {
   TokenKind kind = TokenKind::kEnd;
   source::Span span;
-  std::string_view text;  ///< Of the source set, which outlives the tokens.
+  /// The characters of the token. They belong to the source set, which outlives the tokens.
+  std::string_view text;
 };
 
 /// Most tokens that one compilation may have; a bound on memory, far above any real model.
@@ -30,13 +39,11 @@ constexpr int kMaxSyntaxErrors = 100;
 
 /// Tokens of file `file`, ending with kEnd. What is no token is reported and left out; with more
 /// than `max_tokens` an error is reported and the rest is dropped. Linear in the text.
-std::vector<Token> Lex(const source::SourceSet& sources, int file, size_t max_tokens,
-                       source::Diagnostics& diagnostics);
+std::vector<Token> Tokenize(const source::SourceSet& sources, int file, size_t max_tokens,
+                            source::Diagnostics* diagnostics);
 
-/// The text that a kString token stands for (escapes \" \\ \n \t resolved).
+/// The text that a kString token stands for. `quoted` is the token with its quotes; the escapes \"
+/// \\ \n \t are resolved.
 std::string StringValue(std::string_view quoted);
-
-/// One token a line: `line:column kind text`. For debugging and golden tests.
-std::string DumpTokens(const std::vector<Token>& tokens, const source::SourceSet& sources);
 
 }  // namespace morphbus::m3l

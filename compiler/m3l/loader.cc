@@ -2,12 +2,14 @@
 
 #include <system_error>
 
+#include "compiler/m3l/dump.h"
 #include "compiler/m3l/lexer.h"
 #include "compiler/m3l/parser.h"
 
 namespace morphbus::m3l {
 namespace {
 
+// Far above any real model, low enough that neither the stack nor the list grows without bound.
 constexpr size_t kMaxImportDepth = 64;
 constexpr size_t kMaxFiles = 1000;
 // A place that is in no file: the command line.
@@ -18,6 +20,7 @@ constexpr source::Span kNoPlace{-1, 0, 0};
 void Loader::LoadPath(const std::string& path) { Load(path, kNoPlace); }
 
 void Loader::LoadText(const std::string& name, const std::string& text) {
+  // The text counts as a file that is being read, so that an import of its own name is a cycle.
   const std::filesystem::path path(name);
   std::error_code error;
   stack_.push_back({std::filesystem::weakly_canonical(path, error), kNoPlace});
@@ -27,11 +30,13 @@ void Loader::LoadText(const std::string& name, const std::string& text) {
 
 void Loader::Load(const std::filesystem::path& path, const source::Span& import) {
   std::error_code error;
+  // Files are told apart by their canonical path: two spellings of one file are one file.
   std::filesystem::path identity = std::filesystem::weakly_canonical(path, error);
   if (error) identity = path.lexically_normal();
   for (const Frame& frame : stack_) {
     if (frame.identity == identity) return ReportCycle(identity, import);
   }
+  // A file that was read already counts once, wherever it was imported first.
   if (!seen_.emplace(identity, true).second) return;
   if (stack_.size() >= kMaxImportDepth || seen_.size() > kMaxFiles) {
     diagnostics_.Error(import, stack_.size() >= kMaxImportDepth
@@ -50,9 +55,11 @@ void Loader::Load(const std::filesystem::path& path, const source::Span& import)
 }
 
 void Loader::ParseFile(int file, const std::filesystem::path& directory) {
-  const std::vector<Token> tokens = Lex(sources_, file, kMaxTokens - tokens_, diagnostics_);
+  // The bound on tokens is for all files together.
+  const std::vector<Token> tokens = Tokenize(sources_, file, kMaxTokens - tokens_, &diagnostics_);
   tokens_ += tokens.size() - 1;
-  FileAst ast = Parse(tokens, diagnostics_);
+  FileAst ast = Parse(tokens, &diagnostics_);
+  // Imported files are loaded before this one is added, so that their definitions come first.
   for (const ImportDecl& import : ast.imports) {
     // A path with a zero byte would silently name another file.
     if (import.path.empty() || import.path.find('\0') != std::string::npos) {
@@ -61,10 +68,14 @@ void Loader::ParseFile(int file, const std::filesystem::path& directory) {
       Load(directory / import.path, import.span);
     }
   }
+  if (dump_ == Dump::kTokens) output_.dump += DumpTokens(sources_, tokens);
+  if (dump_ == Dump::kAst) output_.dump += DumpAst(ast);
   files_.push_back(std::move(ast));
 }
 
 void Loader::ReportCycle(const std::filesystem::path& identity, const source::Span& import) {
+  // The files on the stack from the repeated one on are the cycle; each is told with the import
+  // that led to it.
   size_t begin = 0;
   while (stack_[begin].identity != identity) ++begin;
   source::Diagnostic& d = diagnostics_.Error(

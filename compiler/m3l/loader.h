@@ -1,5 +1,6 @@
 #pragma once
-// Files and what they import, lexed and parsed.
+// Files and what they import, lexed and parsed: the first stages of the compiler (compile.cc makes
+// one loader for each compilation).
 
 #include <filesystem>
 #include <map>
@@ -7,6 +8,7 @@
 #include <vector>
 
 #include "compiler/m3l/ast.h"
+#include "compiler/m3l/compile.h"
 
 namespace morphbus::m3l {
 
@@ -14,11 +16,17 @@ namespace morphbus::m3l {
 /// cycles and imports nested too deep are reported.
 class Loader {
  public:
-  Loader(source::SourceSet& sources, source::Diagnostics& diagnostics)
-      : sources_(sources), diagnostics_(diagnostics) {}
+  /// Sources, diagnostics and the text of stage `dump` go into `output`, which outlives the loader.
+  Loader(Dump dump, CompileOutput* output)
+      : dump_(dump),
+        output_(*output),
+        sources_(output->sources),
+        diagnostics_(output->diagnostics) {}
 
+  /// Reads `path` and, before its own definitions count, what it imports. Errors go to the
+  /// diagnostics.
   void LoadPath(const std::string& path);
-  /// A text in memory; its imports are relative to the directory of `name`.
+  /// Parses a text in memory under `name`; its imports are relative to the directory of `name`.
   void LoadText(const std::string& name, const std::string& text);
 
   /// The trees, in the order in which their definitions count.
@@ -27,20 +35,30 @@ class Loader {
  private:
   /// A file that is being read, and the import that asked for it.
   struct Frame {
+    /// The canonical path, by which the same file is known under any name.
     std::filesystem::path identity;
+    /// The place of the import's string; its file is -1 for a file that the caller named.
     source::Span import;
   };
 
   /// Reads `path`, asked for at `import` (file -1: by the caller).
   void Load(const std::filesystem::path& path, const source::Span& import);
+  /// Parses source number `file`; its imports are relative to `directory`.
   void ParseFile(int file, const std::filesystem::path& directory);
+  /// Reports that `identity` is imported while it is being read, with the imports that led there.
   void ReportCycle(const std::filesystem::path& identity, const source::Span& import);
 
+  Dump dump_;
+  CompileOutput& output_;
   source::SourceSet& sources_;
   source::Diagnostics& diagnostics_;
+  /// The trees of all files read, imported ones first.
   std::vector<FileAst> files_;
+  /// The files that are being read, the outermost first.
   std::vector<Frame> stack_;
+  /// The files that were begun, by their canonical path.
   std::map<std::filesystem::path, bool> seen_;
+  /// The number of tokens of all files together, for the bound on them.
   size_t tokens_ = 0;
 };
 

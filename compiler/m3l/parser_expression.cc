@@ -4,13 +4,14 @@
 #include <limits>
 
 #include "compiler/m3l/parser.h"
-#include "compiler/m3l/parser_internal.h"
+#include "compiler/m3l/parser_impl.h"
 
 namespace morphbus::m3l::internal {
 namespace {
 
 /// True if the number that `text` writes is below 1.
 bool IsBelowOne(std::string_view text) {
+  // The digits before the exponent, and the place of the point among them.
   const size_t e = std::min(text.find_first_of("eE"), text.size());
   const std::string_view digits = text.substr(0, e);
   const size_t point = std::min(digits.find('.'), digits.size());
@@ -23,6 +24,7 @@ bool IsBelowOne(std::string_view text) {
   if (e + 1 >= text.size()) return shift < 0.0;
   const bool negative = text[e + 1] == '-';
   std::string_view power = text.substr(e + 1);
+  // The sign and leading zeros of the exponent say nothing here.
   while (!power.empty() && (power[0] < '1' || power[0] > '9')) power.remove_prefix(1);
   double exponent = 0.0;
   for (const char c : power.substr(0, 10)) exponent = 10.0 * exponent + (c - '0');
@@ -46,6 +48,7 @@ std::optional<double> NumberValue(std::string_view text) {
 
 bool Parser::TooDeep() {
   if (depth_ < kMaxNesting) return false;
+  // The error stands at the token that is too deep, not at the beginning of the expression.
   Error(Now().span, "nested deeper than " + std::to_string(kMaxNesting) + " levels");
   return true;
 }
@@ -53,6 +56,7 @@ bool Parser::TooDeep() {
 std::string Parser::RelationAt(size_t i) const {
   const std::string_view text = Text(i);
   if (IsKind(i, TokenKind::kWord)) {
+    // Words and symbols are different kinds of tokens, so that "==" in a string is no relation.
     const bool relation = text == "coincident" || text == "parallel" || text == "antiparallel";
     return relation ? std::string(text) : "";
   }
@@ -67,7 +71,9 @@ std::optional<Expr> Parser::ParseChain(ExprKind kind, std::string_view word,
                                        std::optional<Expr> (Parser::*operand)()) {
   const size_t begin = at_;
   std::optional<Expr> first = (this->*operand)();
+  // A single operand stays as it is and gets no node around it.
   if (!first || !IsWord(at_, word)) return first;
+  // `a and b and c` is one node with three children.
   Expr chain;
   chain.kind = kind;
   chain.children.push_back(std::move(*first));
@@ -81,6 +87,7 @@ std::optional<Expr> Parser::ParseChain(ExprKind kind, std::string_view word,
   return chain;
 }
 
+// Every nested expression passes through here, so that the depth is counted once for each level.
 std::optional<Expr> Parser::ParseOr() {
   if (TooDeep()) return std::nullopt;
   ++depth_;
@@ -95,6 +102,7 @@ std::optional<Expr> Parser::ParseAnd() {
 
 std::optional<Expr> Parser::ParseNot() {
   if (!IsWord(at_, "not")) return ParseRelation();
+  // `not not x` recurses, and so counts as nesting.
   if (TooDeep()) return std::nullopt;
   const size_t begin = at_++;
   ++depth_;
@@ -110,12 +118,15 @@ std::optional<Expr> Parser::ParseNot() {
 
 std::optional<Expr> Parser::ParseRelation() {
   const size_t begin = at_;
+  // Without a relation behind it a sum is a condition of its own: a flag, say.
   std::optional<Expr> left = ParseSum();
   const std::string op = left ? RelationAt(at_) : "";
   if (op.empty()) return left;
   ++at_;
+  // The right side is a sum too: relations bind weaker than arithmetic.
   std::optional<Expr> right = ParseSum();
   if (!right) return std::nullopt;
+  // `a < b < c` would compare a truth value with a number.
   if (!RelationAt(at_).empty()) {
     Error(Now().span, "comparisons do not chain").hint = "join two comparisons with 'and'";
     return std::nullopt;
@@ -132,6 +143,7 @@ std::optional<Expr> Parser::ParseRelation() {
 std::optional<Expr> Parser::ParseArithmetic(ExprKind kind, std::string_view ops,
                                             std::optional<Expr> (Parser::*operand)()) {
   const auto is_operator = [&] {
+    // Operators have one character; the comparisons have two and are not among them.
     return IsKind(at_, TokenKind::kSymbol) && Text(at_).size() == 1 &&
            ops.find(Text(at_)[0]) != std::string_view::npos;
   };
@@ -163,11 +175,13 @@ std::optional<Expr> Parser::ParseProduct() {
 std::optional<Expr> Parser::ParseUnary() {
   if (!Is("-") && !Is("+")) return ParsePrimary();
   if (TooDeep()) return std::nullopt;
+  // Signs may be repeated: `--x` is x.
   const bool negative = Is("-");
   const size_t begin = at_++;
   ++depth_;
   std::optional<Expr> operand = ParseUnary();
   --depth_;
+  // A plus sign changes nothing and leaves no node.
   if (!operand || !negative) return operand;
   Expr negation;
   negation.kind = ExprKind::kNegate;
@@ -179,7 +193,9 @@ std::optional<Expr> Parser::ParseUnary() {
 std::optional<Expr> Parser::ParsePrimary() {
   const size_t begin = at_;
   Expr expr;
+  // The first token says what kind of primary expression it is.
   if (IsKind(at_, TokenKind::kNumber)) {
+    // The lexer has reported what is no number.
     const std::optional<double> number = NumberValue(Text(at_++));
     if (!number) return std::nullopt;
     expr.number = *number;
@@ -187,14 +203,17 @@ std::optional<Expr> Parser::ParsePrimary() {
     expr.kind = ExprKind::kString;
     expr.text = StringValue(Text(at_++));
   } else if (Is("(") || Is("[")) {
+    // An anonymous axis looks like a tuple until its third token.
     if (IsSymbol(at_, "(") && IsWord(at_ + 1, "axis") && IsSymbol(at_ + 2, ":")) {
       return ParseAnonymousAxis({}, begin);
     }
+    // Parentheses make a tuple, also of one; brackets make a list.
     const bool tuple = Is("(");
     expr.kind = tuple ? ExprKind::kTuple : ExprKind::kList;
     ++at_;
     if (!ParseElements(begin, tuple ? ")" : "]", expr)) return std::nullopt;
   } else if (IsKind(at_, TokenKind::kWord) && !IsOperatorWord(Text(at_)) && !StartsStatement(at_)) {
+    // No value can be called like a keyword.
     if (IsKeyword(Text(at_))) {
       Error(Now().span, "'" + std::string(Text(at_)) + "' is a keyword, it cannot stand here");
       return std::nullopt;
@@ -216,6 +235,7 @@ std::optional<Expr> Parser::ParsePath() {
   const size_t begin = at_;
   Expr expr;
   expr.kind = ExprKind::kPath;
+  // Names joined by points; an anonymous axis may end the path.
   expr.path.push_back(NameAt(at_++));
   while (Is(".")) {
     ++at_;
@@ -229,7 +249,9 @@ std::optional<Expr> Parser::ParsePath() {
     }
   }
   expr.span = SpanSince(begin);
+  // Only a single name can be called; in `a.b (` the bracket begins something else.
   if (Is("(") && expr.path.size() == 1) return ParseCall(std::move(expr));
+  // A second name behind a path, within brackets, binds it: `MTRAN m1`.
   const bool bound = brackets_ > 0 && IsKind(at_, TokenKind::kWord) && !IsOperatorWord(Text(at_)) &&
                      !StartsStatement(at_);
   if (bound) {
@@ -241,7 +263,9 @@ std::optional<Expr> Parser::ParsePath() {
 }
 
 std::optional<Expr> Parser::ParseCall(Expr function) {
+  // `f(a, b)`: the name has been read, the elements follow.
   const size_t open = at_++;
+  // The elements become the arguments.
   function.kind = ExprKind::kCall;
   if (!ParseElements(open, ")", function)) return std::nullopt;
   function.span.end = TokenAt(at_ - 1).span.end;
@@ -250,12 +274,14 @@ std::optional<Expr> Parser::ParseCall(Expr function) {
 
 std::optional<Expr> Parser::ParseAnonymousAxis(Expr path, size_t begin) {
   const size_t open = at_++;
+  // The keyword `axis` was seen by whoever called.
   ++at_;  // axis
   if (!Accept(":")) {
     Error(Now().span, "expected ':' after 'axis', found " + Described(at_));
     return std::nullopt;
   }
   if (TooDeep()) return std::nullopt;
+  // The axis has attributes of its own, whose brackets are counted apart.
   const int brackets = brackets_;
   Declaration axis;
   ++depth_;
@@ -264,12 +290,14 @@ std::optional<Expr> Parser::ParseAnonymousAxis(Expr path, size_t begin) {
   --axes_;
   --depth_;
   brackets_ = brackets;
+  // The attribute around the axis is broken where the axis is.
   if (axis.broken) return std::nullopt;
   if (!Accept(")")) {
     if (AtEnd() || StartsStatement(at_)) Error(TokenAt(open).span, "'(' is never closed");
     return std::nullopt;
   }
   path.kind = ExprKind::kAxis;
+  // The attributes are kept apart from the children, as they have keys.
   path.axis = std::make_shared<const std::vector<Attribute>>(std::move(axis.attributes));
   path.span = SpanSince(begin);
   return path;
@@ -278,6 +306,7 @@ std::optional<Expr> Parser::ParseAnonymousAxis(Expr path, size_t begin) {
 bool Parser::ParseElements(size_t open, std::string_view close, Expr& into) {
   ++brackets_;
   bool ok = true;
+  // An empty list is allowed; behind a comma an element must follow.
   while (ok && !(Is(close) && into.children.empty())) {
     std::optional<Expr> element = ParseElement();
     ok = element.has_value();
@@ -285,17 +314,20 @@ bool Parser::ParseElements(size_t open, std::string_view close, Expr& into) {
     into.children.push_back(std::move(*element));
     if (Is(close)) break;
     if (Accept(",")) continue;
+    // Neither the closing bracket nor a comma: the hints are for the slips that people make.
     ok = false;
     if (AtEnd() || StartsStatement(at_)) {
       Error(TokenAt(open).span, "'" + std::string(Text(open)) + "' is never closed");
     } else {
       source::Diagnostic& d = Error(
           Now().span, "expected ',' or '" + std::string(close) + "', found " + Described(at_));
+      // A single '=' in a condition was meant as a comparison.
       if (Is("=")) d.hint = "'==' compares";
       const ExprKind last = into.children.back().kind;
       if (Is("=") && last == ExprKind::kOption) {
         d.hint = "write a number after the connection's name, or the turn without a name: rot=180";
       }
+      // Two conditions side by side lack the word between them.
       const bool goes_on = IsKind(at_, TokenKind::kWord) || Is(".") || Is("(");
       if (goes_on && (last == ExprKind::kRelation || last == ExprKind::kAnd ||
                       last == ExprKind::kOr || last == ExprKind::kNot)) {
@@ -312,8 +344,10 @@ bool Parser::ParseElements(size_t open, std::string_view close, Expr& into) {
 std::optional<Expr> Parser::ParseElement() {
   const size_t begin = at_;
   std::optional<Expr> expr = ParseOr();
+  // Only a path can be set or numbered; anything else is an element as it stands.
   if (!expr || expr->kind != ExprKind::kPath) return expr;
   if (!Is("=") && !Is(":")) return expr;
+  // Within brackets a path may be set to a value, or numbered as an option.
   expr->kind = Is("=") ? ExprKind::kAssign : ExprKind::kOption;
   ++at_;
   std::optional<Expr> value = ParseOr();

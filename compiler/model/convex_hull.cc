@@ -8,6 +8,8 @@
 #include <map>
 #include <utility>
 
+#include "compiler/base/disjoint_sets.h"
+
 namespace morphbus::model {
 namespace {
 
@@ -17,6 +19,7 @@ using Points = std::vector<Vector3d>;
 /// Relative to the set's extent; see ComputeHull.
 constexpr double kFlatness = 1e-9;
 
+/// The largest side of the box round the points (m); 0 for none.
 double ExtentOfPoints(const Points& points) {
   Eigen::AlignedBox3d box;
   for (const Vector3d& p : points) box.extend(p);
@@ -44,8 +47,12 @@ struct Span {
   std::array<int, 4> index{};  ///< The first dimension + 1 are used.
 };
 
+/// Chooses the points greedily: two far apart, then the farthest off their line, then the farthest
+/// off the plane. What is no farther than `tolerance` adds no dimension.
 Span FindSpan(const Points& points, double tolerance) {
   Span span;
+  // The first point is far from the middle of a far pair, so that it is a corner whatever the
+  // order of the points.
   const Vector3d middle =
       0.5 *
       (points[0] +
@@ -98,10 +105,12 @@ class QuickHull {
     bool alive = true;
   };
 
+  /// The height of a point over the facet's plane (m).
   [[nodiscard]] double Above(const Facet& facet, int point) const {
     return facet.normal.dot(points_[point]) - facet.offset;
   }
 
+  /// Adds the triangle a, b, c, counter-clockwise from outside; returns its index.
   int AddFacet(int a, int b, int c) {
     Facet facet;
     facet.corner = {a, b, c};
@@ -117,7 +126,9 @@ class QuickHull {
     return index;
   }
 
+  /// The first four facets, all facing outwards, and the points outside them.
   void StartFromTetrahedron(std::array<int, 4> t) {
+    // The fourth point must lie below the first triangle.
     const Vector3d normal = (points_[t[1]] - points_[t[0]]).cross(points_[t[2]] - points_[t[0]]);
     if (normal.dot(points_[t[3]] - points_[t[0]]) > 0.0) std::swap(t[1], t[2]);
     const std::vector<int> fresh = {AddFacet(t[0], t[1], t[2]), AddFacet(t[0], t[3], t[1]),
@@ -127,6 +138,7 @@ class QuickHull {
     Distribute(all, fresh);
   }
 
+  /// Gives each point to the first facet that it lies above; the others are inside for good.
   void Distribute(const std::vector<int>& orphans, const std::vector<int>& facets) {
     for (const int point : orphans) {
       for (const int f : facets) {
@@ -138,6 +150,8 @@ class QuickHull {
     }
   }
 
+  /// Takes up the point that lies farthest above facet `from` as a corner: the facets that it sees
+  /// are replaced by a cone to their rim.
   void AddFarthest(int from) {
     const std::vector<int>& outside = facets_[from].outside;
     const int apex =
@@ -163,8 +177,11 @@ class QuickHull {
     Replace(visible, horizon, apex);
   }
 
+  /// Cuts the visible facets out and closes the hole from its rim to `apex`; points above the old
+  /// facets go to the new ones.
   void Replace(const std::vector<int>& visible, const std::vector<std::pair<int, int>>& horizon,
                int apex) {
+    // Points above the old facets have to be given to new ones.
     std::vector<int> orphans;
     for (const int f : visible) {
       for (const int point : facets_[f].outside) {
@@ -188,12 +205,7 @@ class QuickHull {
   std::map<std::pair<int, int>, int> edges_;  ///< Directed edge to the facet left of it.
 };
 
-/// Union-find over facets, for merging coplanar neighbours.
-int Root(std::vector<int>& parent, int i) {
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
-}
-
+/// The normal of a triangle, as long as twice its area.
 Vector3d TriangleNormal(const Points& points, const std::array<int, 3>& t) {
   return (points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]);
 }
@@ -204,14 +216,14 @@ std::vector<std::vector<int>> CoplanarGroups(const Points& points,
                                              const std::vector<std::array<int, 3>>& triangles,
                                              double extent) {
   constexpr double kSameNormal = 1e-8;
+  // Each edge has a triangle on either side; those of like direction are joined.
   std::map<std::pair<int, int>, int> left_of;
   for (size_t i = 0; i < triangles.size(); ++i) {
     for (int k = 0; k < 3; ++k) {
       left_of[{triangles[i][k], triangles[i][(k + 1) % 3]}] = static_cast<int>(i);
     }
   }
-  std::vector<int> parent(triangles.size());
-  for (size_t i = 0; i < parent.size(); ++i) parent[i] = static_cast<int>(i);
+  DisjointSets planes(static_cast<int>(triangles.size()));
   for (const auto& [edge, i] : left_of) {
     const auto twin = left_of.find({edge.second, edge.first});
     if (twin == left_of.end()) continue;
@@ -220,12 +232,12 @@ std::vector<std::vector<int>> CoplanarGroups(const Points& points,
     // A sliver has no direction of its own and joins its neighbour.
     const bool sliver = std::min(n1.norm(), n2.norm()) <= kFlatness * extent * extent;
     if (sliver || (n1.normalized() - n2.normalized()).norm() <= kSameNormal) {
-      parent[Root(parent, i)] = Root(parent, twin->second);
+      planes.Unite(i, twin->second);
     }
   }
   std::map<int, std::vector<int>> groups;
   for (size_t i = 0; i < triangles.size(); ++i) {
-    groups[Root(parent, static_cast<int>(i))].push_back(static_cast<int>(i));
+    groups[planes.Find(static_cast<int>(i))].push_back(static_cast<int>(i));
   }
   std::vector<std::vector<int>> result;
   for (auto& [root, members] : groups) result.push_back(std::move(members));
@@ -236,6 +248,7 @@ std::vector<std::vector<int>> CoplanarGroups(const Points& points,
 /// about `normal`, by monotone chain in the plane (robust where walking triangle edges is not).
 std::vector<int> PlanarHull(const Points& points, std::vector<int> candidates,
                             const Vector3d& normal, double tolerance) {
+  // The points are sorted along one direction of the plane.
   const Vector3d u = normal.unitOrthogonal();
   const Vector3d v = normal.cross(u);
   std::sort(candidates.begin(), candidates.end());
@@ -251,6 +264,7 @@ std::vector<int> PlanarHull(const Points& points, std::vector<int> candidates,
     const Eigen::Vector2d ac = flat(c) - flat(a);
     return ab.x() * ac.y() - ab.y() * ac.x() > tolerance * ac.norm();
   };
+  // Two passes, there and back: the lower chain, then the upper one.
   std::vector<int> loop;
   for (int pass = 0; pass < 2; ++pass) {
     const size_t base = loop.size();
@@ -266,6 +280,7 @@ std::vector<int> PlanarHull(const Points& points, std::vector<int> candidates,
   return loop;
 }
 
+/// Adds a face with the mean offset of its corners, which evens out their rounding.
 void AddFace(ConvexHull& hull, const Points& points, const Vector3d& normal,
              std::vector<int> polygon) {
   HullFace face;
@@ -294,8 +309,10 @@ void KeepCorners(ConvexHull& hull, const Points& points) {
   }
 }
 
+/// Faces, corners and edges of a set that spans three dimensions.
 void FinishSolid(ConvexHull& hull, const Points& points, const Span& span, double extent) {
   const double tolerance = kFlatness * extent;
+  // Triangles in one plane become one polygon, whose normal is the mean weighted by area.
   const std::vector<std::array<int, 3>> triangles = QuickHull(points, span, tolerance).Triangles();
   for (const std::vector<int>& group : CoplanarGroups(points, triangles, extent)) {
     Vector3d normal = Vector3d::Zero();
@@ -309,6 +326,7 @@ void FinishSolid(ConvexHull& hull, const Points& points, const Span& span, doubl
     std::vector<int> polygon = PlanarHull(points, corners, normal, tolerance);
     if (polygon.size() >= 3) AddFace(hull, points, normal, std::move(polygon));
   }
+  // Each edge lies between two faces, and is kept once with both normals.
   KeepCorners(hull, points);
   std::map<std::pair<int, int>, int> left_of;
   for (size_t f = 0; f < hull.faces.size(); ++f) {
@@ -325,6 +343,7 @@ void FinishSolid(ConvexHull& hull, const Points& points, const Span& span, doubl
   }
 }
 
+/// The same for a flat set: one polygon seen from both sides.
 void FinishFlat(ConvexHull& hull, const Points& points, const Span& span, double extent) {
   const Vector3d o = points[span.index[0]];
   const Vector3d normal = (points[span.index[1]] - o).cross(points[span.index[2]] - o).normalized();
@@ -335,6 +354,8 @@ void FinishFlat(ConvexHull& hull, const Points& points, const Span& span, double
   std::reverse(polygon.begin(), polygon.end());
   AddFace(hull, points, -normal, std::move(polygon));
   KeepCorners(hull, points);
+  // In the Gauss map a flat hull's rim turns from one side to the other, so each edge has two arcs,
+  // split at the direction of the rim.
   const std::vector<int>& loop = hull.faces[0].polygon;
   for (size_t k = 0; k < loop.size(); ++k) {
     const int begin = loop[k];
@@ -345,6 +366,7 @@ void FinishFlat(ConvexHull& hull, const Points& points, const Span& span, double
   }
 }
 
+/// The same for a segment, whose edge has a full circle of normals: four arcs.
 void FinishSegment(ConvexHull& hull, const Points& points, const Span& span) {
   hull.vertices = {points[std::min(span.index[0], span.index[1])],
                    points[std::max(span.index[0], span.index[1])]};
@@ -428,6 +450,7 @@ double HullVolume(const std::vector<Eigen::Vector3d>& points) {
 std::vector<Eigen::Vector3d> ThickenFlat(const std::vector<Eigen::Vector3d>& points,
                                          double thickness) {
   const ConvexHull hull = ComputeHull(points);
+  // The directions in which the hull has no extent.
   std::vector<Vector3d> directions;
   if (hull.dimension == 0) {
     directions = {Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()};
@@ -437,6 +460,7 @@ std::vector<Eigen::Vector3d> ThickenFlat(const std::vector<Eigen::Vector3d>& poi
   } else if (hull.dimension == 2) {
     directions = {hull.faces[0].normal};
   }
+  // Each of them doubles the points, half the thickness to either side.
   std::vector<Vector3d> result = hull.vertices;
   for (const Vector3d& direction : directions) {
     std::vector<Vector3d> wider;

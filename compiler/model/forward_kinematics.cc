@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <deque>
 
+#include "compiler/base/check.h"
 #include "compiler/model/kinematic_tree.h"
-#include "compiler/source/check.h"
 
 namespace morphbus::model {
 
 JointValues StartValues(const Robot& robot) {
+  // A module's start values have a value for every joint of its type.
   JointValues q;
   q.reserve(robot.modules.size());
   for (const ModuleInstance& module : robot.modules) q.push_back(module.start);
@@ -25,6 +26,7 @@ Pose JointMotion(const Joint& joint, double q) {
       break;
     case JointType::kRevolute:
     case JointType::kContinuous: {
+      // A turn about an axis that does not go through the origin moves the origin too.
       const Eigen::Matrix3d R = Eigen::AngleAxisd(q, joint.axis).toRotationMatrix();
       X_BA.linear() = R;
       X_BA.translation() = joint.p_MoJo_M - R * joint.p_MoJo_M;
@@ -38,6 +40,7 @@ std::vector<Pose> LinkPoses(const ModuleType& type, const std::vector<double>& q
   MORPHBUS_CHECK(q.size() == type.joints.size());
   std::vector<Pose> X_ML(type.links.size(), Pose::Identity());
   std::vector<bool> placed(type.links.size(), false);
+  // Breadth first from the root link; each joint carries one of its links from the other.
   std::deque<int> queue = {root_link};
   placed[root_link] = true;
   while (!queue.empty()) {
@@ -49,6 +52,7 @@ std::vector<Pose> LinkPoses(const ModuleType& type, const std::vector<double>& q
       const int other = joint.link_b == at ? joint.link_a : joint.link_b;
       if (placed[other]) continue;
       const Pose X_BA = JointMotion(joint, q[j]);
+      // The motion is that of A seen from B; where A is known, B follows by its inverse.
       X_ML[other] = X_ML[at] * (joint.link_b == at ? X_BA : X_BA.inverse());
       placed[other] = true;
       queue.push_back(other);
@@ -59,7 +63,10 @@ std::vector<Pose> LinkPoses(const ModuleType& type, const std::vector<double>& q
 
 KinematicState ForwardKinematics(const Model& model, const Robot& robot, const JointValues& q) {
   MORPHBUS_CHECK(q.size() == robot.modules.size());
+  // The tree is built anew for each call; whoever needs many poses keeps one (kinematic_tree.h).
   const KinematicTree tree(model, robot);
+  // The tree numbers links and joints of all modules in one row; values go in and poses come out in
+  // that order.
   std::vector<double> flat_q;
   flat_q.reserve(tree.num_joints());
   for (size_t m = 0; m < q.size(); ++m) {
@@ -69,6 +76,7 @@ KinematicState ForwardKinematics(const Model& model, const Robot& robot, const J
   std::vector<Pose> flat(tree.num_links());
   tree.Evaluate(flat_q.data(), flat.data());
 
+  // The poses are handed out by module again.
   KinematicState state;
   for (size_t m = 0; m < q.size(); ++m) {
     const auto first = flat.begin() + tree.LinkIndex(static_cast<int>(m), 0);
@@ -76,6 +84,8 @@ KinematicState ForwardKinematics(const Model& model, const Robot& robot, const J
     state.X_RL.emplace_back(first, first + static_cast<std::ptrdiff_t>(links));
   }
   state.num_loops = static_cast<int>(tree.loops().size());
+  // How far the loops fail to close, and which docking does worst; metres and radians are compared
+  // as they stand.
   double worst = -1.0;
   for (const KinematicTree::Loop& loop : tree.loops()) {
     const auto [gap_m, gap_rad] = KinematicTree::Gap(loop, flat_q.data(), flat.data());

@@ -20,6 +20,7 @@ Pose JointMotion(const Joint& joint, double q);
 /// X_ML for each link of a module type, with link `root_link`'s frame as M; shape (links).
 std::vector<Pose> LinkPoses(const ModuleType& type, const std::vector<double>& q, int root_link);
 
+/// Where all links of a robot are at one set of joint values, and how well its loops close.
 struct KinematicState {
   /// X_RL[module][link]: pose of each link in the robot frame (m).
   std::vector<std::vector<Pose>> X_RL;

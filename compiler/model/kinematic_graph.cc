@@ -5,6 +5,7 @@
 #include <map>
 #include <utility>
 
+#include "compiler/base/disjoint_sets.h"
 #include "compiler/model/loop_constraints.h"
 
 namespace morphbus::model {
@@ -12,13 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-int Root(std::vector<int>& parent, int i) {
-  while (parent[i] != i) i = parent[i] = parent[parent[i]];
-  return i;
-}
-
-void Join(std::vector<int>& parent, int i, int j) { parent[Root(parent, i)] = Root(parent, j); }
-
+/// Adds all joints that move, with their axes at the start values.
 void AddJoints(const Model& model, const Robot& robot, KinematicGraph& graph) {
   const KinematicState state = ForwardKinematics(model, robot, StartValues(robot));
   for (size_t m = 0; m < robot.modules.size(); ++m) {
@@ -35,6 +30,7 @@ void AddJoints(const Model& model, const Robot& robot, KinematicGraph& graph) {
       entry.body_b = graph.body_of[m][joint.link_b];
       entry.p_RoJo_R = X_RB * joint.p_MoJo_M;
       entry.axis_R = X_RB.linear() * joint.axis;
+      // A joint whose ends are on one body touches it once.
       ++graph.bodies[entry.body_a].degree;
       if (entry.body_b != entry.body_a) ++graph.bodies[entry.body_b].degree;
       graph.joints.push_back(std::move(entry));
@@ -42,7 +38,10 @@ void AddJoints(const Model& model, const Robot& robot, KinematicGraph& graph) {
   }
 }
 
+/// Fills in which joints touch the same bodies and how their axes lie; `extent` (m) sets the
+/// tolerance.
 void FindAdjacency(KinematicGraph& graph, double extent) {
+  // The joints at each body, each once.
   std::vector<std::vector<int>> at_body(graph.bodies.size());
   for (size_t i = 0; i < graph.joints.size(); ++i) {
     at_body[graph.joints[i].body_a].push_back(static_cast<int>(i));
@@ -58,14 +57,17 @@ void FindAdjacency(KinematicGraph& graph, double extent) {
   for (const GraphJoint& joint : graph.joints) ++between[ends(joint)];
   int64_t entries = 0;
   for (GraphJoint& joint : graph.joints) {
+    // Joints at both bodies would be counted twice, and the joint itself does not count.
     joint.num_adjacent = static_cast<int>(at_body[joint.body_a].size()) - 1;
     if (joint.body_b != joint.body_a) {
       joint.num_adjacent += static_cast<int>(at_body[joint.body_b].size()) - between[ends(joint)];
     }
     entries += joint.num_adjacent;
   }
+  // The counts are cheap, the lists may be quadratic: a body with thousands of joints gets none.
   graph.adjacency_listed = entries <= kMaxAdjacencies;
   if (!graph.adjacency_listed) return;
+  // The joints at both of its bodies are its neighbours, each listed once.
   for (size_t i = 0; i < graph.joints.size(); ++i) {
     GraphJoint& joint = graph.joints[i];
     for (const int body : {joint.body_a, joint.body_b}) {
@@ -89,6 +91,8 @@ void FindAdjacency(KinematicGraph& graph, double extent) {
 AxisRelation ClassifyAxes(const Vector3d& p1, const Vector3d& axis1, const Vector3d& p2,
                           const Vector3d& axis2, double extent) {
   constexpr double kTolerance = 1e-6;  // rad, and of the extent
+  // The common normal is as long as the sine of the angle, and the distance of the axes is measured
+  // along it.
   const Vector3d normal = axis1.cross(axis2);
   if (normal.norm() <= kTolerance) return AxisRelation::kParallel;
   if (std::abs(axis1.dot(axis2)) <= kTolerance) return AxisRelation::kOrthogonal;
@@ -97,25 +101,27 @@ AxisRelation ClassifyAxes(const Vector3d& p1, const Vector3d& axis1, const Vecto
 }
 
 std::vector<std::vector<int>> BodiesOf(const Model& model, const Robot& robot) {
+  // Links of all modules are numbered in one row; first[m] is the number of module m's first link.
   std::vector<int> first;
   int count = 0;
   for (const ModuleInstance& module : robot.modules) {
     first.push_back(count);
     count += static_cast<int>(model.module_types[module.type].links.size());
   }
-  std::vector<int> parent(count);
-  for (int i = 0; i < count; ++i) parent[i] = i;
+  DisjointSets bodies(count);
+  // Dockings and fixed joints hold links together.
   for (const Docking& d : robot.dockings) {
     const int link_a = model.TypeOf(robot, d.module_a).connectors[d.connector_a].link;
     const int link_b = model.TypeOf(robot, d.module_b).connectors[d.connector_b].link;
-    Join(parent, first[d.module_a] + link_a, first[d.module_b] + link_b);
+    bodies.Unite(first[d.module_a] + link_a, first[d.module_b] + link_b);
   }
   for (size_t m = 0; m < robot.modules.size(); ++m) {
     for (const Joint& joint : model.module_types[robot.modules[m].type].joints) {
       if (joint.type != JointType::kFixed) continue;
-      Join(parent, first[m] + joint.link_a, first[m] + joint.link_b);
+      bodies.Unite(first[m] + joint.link_a, first[m] + joint.link_b);
     }
   }
+  // Bodies are numbered as they appear.
   std::vector<int> number(count, -1);
   int next = 0;
   std::vector<std::vector<int>> body_of;
@@ -123,7 +129,7 @@ std::vector<std::vector<int>> BodiesOf(const Model& model, const Robot& robot) {
     body_of.emplace_back();
     const size_t links = model.module_types[robot.modules[m].type].links.size();
     for (size_t l = 0; l < links; ++l) {
-      int& body = number[Root(parent, first[m] + static_cast<int>(l))];
+      int& body = number[bodies.Find(first[m] + static_cast<int>(l))];
       if (body < 0) body = next++;
       body_of.back().push_back(body);
     }
@@ -132,6 +138,7 @@ std::vector<std::vector<int>> BodiesOf(const Model& model, const Robot& robot) {
 }
 
 KinematicGraph BuildKinematicGraph(const Model& model, const Robot& robot) {
+  // The vertices are the bodies, with their links in declared order.
   KinematicGraph graph;
   graph.body_of = BodiesOf(model, robot);
   for (size_t m = 0; m < graph.body_of.size(); ++m) {
@@ -142,12 +149,14 @@ KinematicGraph BuildKinematicGraph(const Model& model, const Robot& robot) {
     }
   }
   AddJoints(model, robot, graph);
+  // Tolerances are relative to the largest module.
   double extent = 0.0;
   for (const ModuleInstance& module : robot.modules) {
     extent = std::max(extent, ExtentOf(model.module_types[module.type]));
   }
   FindAdjacency(graph, extent);
 
+  // Mobility and locking follow from the loops that the axes make at the start values.
   std::vector<ScrewJoint> screws;
   for (const GraphJoint& joint : graph.joints) {
     const JointType type = model.TypeOf(robot, joint.module).joints[joint.joint].type;

@@ -10,6 +10,8 @@ namespace {
 
 using Eigen::Vector3d;
 
+/// Lighter or thinner links are taken for this much (link_mass.h): physics engines want inertias
+/// well above zero.
 constexpr double kLeastMass = 1e-3;       // kg
 constexpr double kLeastThickness = 1e-3;  // m
 
@@ -41,6 +43,7 @@ double Thickness(const ConvexHull& hull) {
   return thickness;
 }
 
+/// The corners of the box round the points, no side thinner than kLeastThickness.
 std::vector<Vector3d> BoundingBox(const std::vector<Vector3d>& points) {
   Vector3d low = points.front();
   Vector3d high = points.front();
@@ -62,21 +65,24 @@ std::vector<Vector3d> BoundingBox(const std::vector<Vector3d>& points) {
 }  // namespace
 
 LinkMass ComputeLinkMass(const ModuleType& type, int link) {
+  // A simulation needs an inertia that is positive in all directions: hulls that are too thin are
+  // taken as boxes.
   const std::vector<Vector3d> points = MassPoints(type, link);
   ConvexHull hull = ComputeHull(points);
   if (hull.dimension < 3 || Thickness(hull) < kLeastThickness) {
     hull = ComputeHull(BoundingBox(points));
   }
+  // The density is uniform, so the inertia of unit density is scaled to the mass.
   const MassProperties unit = ComputeMassProperties(hull);
   LinkMass mass;
-  mass.mass_kg = std::max(type.links[static_cast<size_t>(link)].mass_kg, kLeastMass);
+  mass.mass_kg = std::max(type.links[link].mass_kg, kLeastMass);
   mass.p_LoLcm_L = unit.centroid;
   mass.I_Lcm_L = unit.inertia * (mass.mass_kg / unit.volume);
   return mass;
 }
 
 std::vector<Vector3d> SolidHull(const ModuleType& type, int link) {
-  const std::vector<Vector3d>& points = type.links[static_cast<size_t>(link)].hull;
+  const std::vector<Vector3d>& points = type.links[link].hull;
   if (points.empty() || ComputeHull(points).dimension == 3) return points;
   return ThickenFlat(points, std::max(kFlatThickness * ExtentOf(type), kLeastThickness));
 }

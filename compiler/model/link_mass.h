@@ -12,6 +12,7 @@ namespace morphbus::model {
 /// reference, hulls).
 inline constexpr double kFlatThickness = 0.05;
 
+/// The mass properties of one link, in its own frame L. At joint values 0 that is the module frame.
 struct LinkMass {
   double mass_kg = 0.0;       ///< At least 1 g.
   Eigen::Vector3d p_LoLcm_L;  ///< Centre of mass (m).

@@ -13,11 +13,13 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::Vector3d;
 
+/// A joint as one of its bodies sees it.
 struct Incident {
   int joint;
   int body;  ///< At the other end.
 };
 
+/// The joints at each body.
 std::vector<std::vector<Incident>> IncidenceOf(int num_bodies,
                                                const std::vector<ScrewJoint>& joints) {
   std::vector<std::vector<Incident>> at(num_bodies);
@@ -38,6 +40,7 @@ class BlockFinder {
         depth_(num_bodies, -1),
         low_(num_bodies, 0),
         used_(joints.size(), false) {
+    // Every connected part is searched from its first body.
     for (int body = 0; body < num_bodies; ++body) {
       if (depth_[body] < 0) Visit(body);
     }
@@ -54,9 +57,12 @@ class BlockFinder {
     size_t next = 0;
   };
 
+  /// Depth-first search over one connected part, which cuts off a block at each return over an
+  /// articulation.
   void Visit(int start) {
     std::vector<Frame> stack;
     Enter(start, -1, stack);
+    // The search goes one joint further, or back where a body has no more joints.
     while (!stack.empty()) {
       Frame& frame = stack.back();
       if (frame.next == at_[frame.body].size()) {
@@ -81,12 +87,16 @@ class BlockFinder {
     }
   }
 
+  /// Opens a body: it is at the top of the stack now.
   void Enter(int body, int via, std::vector<Frame>& stack) {
     depth_[body] = low_[body] = static_cast<int>(stack.size());
     stack.push_back({body, via});
   }
 
+  /// Closes a body. If nothing below it reaches above its parent, the joints since it was opened
+  /// are one block.
   void Leave(const Frame& child, int parent) {
+    // What the child reaches, its parent reaches too.
     low_[parent] = std::min(low_[parent], low_[child.body]);
     if (low_[child.body] < depth_[parent]) return;
     std::vector<int> block;
@@ -120,12 +130,15 @@ Eigen::Matrix<double, 6, 1> Screw(const ScrewJoint& joint, const Vector3d& centr
 
 /// One block's closure Jacobian: six rows for each joint outside a spanning tree, a column a joint.
 MatrixXd ClosureJacobian(const std::vector<int>& block, const std::vector<ScrewJoint>& joints) {
+  // Moments are taken about the middle of the block and in units of its size, so that ranks do not
+  // depend on where it lies or in which unit it is drawn.
   Vector3d centre = Vector3d::Zero();
   for (const int j : block) centre += joints[j].point / static_cast<double>(block.size());
   double length = 0.0;
   for (const int j : block) length = std::max(length, (joints[j].point - centre).norm());
   if (length <= 0.0) length = 1.0;
 
+  // The graph of this block alone is needed, whose bodies may have any numbers.
   std::map<int, std::vector<std::pair<int, int>>> at;  // body -> (column, other body)
   for (size_t k = 0; k < block.size(); ++k) {
     const ScrewJoint& joint = joints[block[k]];
@@ -150,6 +163,7 @@ MatrixXd ClosureJacobian(const std::vector<int>& block, const std::vector<ScrewJ
       queue.push_back(other);
     }
   }
+  // Each joint outside of the tree closes one loop, which gives six equations.
   const auto num_loops = std::count(in_tree.begin(), in_tree.end(), false);
   MatrixXd J = MatrixXd::Zero(6 * num_loops, static_cast<Eigen::Index>(block.size()));
   Eigen::Index row = 0;
@@ -163,6 +177,7 @@ MatrixXd ClosureJacobian(const std::vector<int>& block, const std::vector<ScrewJ
     };
     const ScrewJoint& closing = joints[block[k]];
     add(static_cast<int>(k), closing.body_b);
+    // From both ends of the closing joint up to where their ways to the root meet.
     int up = closing.body_a;
     int down = closing.body_b;
     while (up != down) {
@@ -196,10 +211,12 @@ LoopMobility ComputeLoopMobility(int num_bodies, const std::vector<ScrewJoint>& 
   for (const std::vector<int>& block : BiconnectedParts(num_bodies, joints)) {
     const int size = static_cast<int>(block.size());
     const ScrewJoint& first = joints[block[0]];
+    // The blocks do not share any loop, so each is computed for itself.
     if (size == 1 && first.body_a != first.body_b) {
       ++result.mobility;  // a bridge: no loop runs through it
       continue;
     }
+    // A large block would take cubic time; what is known of the others still counts.
     if (size > kMaxLoopJoints) {
       result.computed = false;
       continue;
@@ -207,12 +224,14 @@ LoopMobility ComputeLoopMobility(int num_bodies, const std::vector<ScrewJoint>& 
     Eigen::CompleteOrthogonalDecomposition<MatrixXd> cod;
     cod.setThreshold(kRankTolerance);
     cod.compute(ClosureJacobian(block, joints));
+    // The null space of the closure equations is what can move.
     const Eigen::Index free = size - cod.rank();
     result.mobility += static_cast<int>(free);
     if (free == 0) {
       for (const int joint : block) result.locked[joint] = true;
       continue;
     }
+    // A joint is locked if it has no part in any motion of the null space.
     const MatrixXd null_space = cod.colsPermutation() * cod.matrixZ().transpose().rightCols(free);
     for (int k = 0; k < size; ++k) {
       if (null_space.row(k).norm() <= kStill) result.locked[block[k]] = true;

@@ -15,6 +15,8 @@ namespace morphbus::model {
 namespace {
 
 constexpr size_t kMaxModelBytes = size_t{64} << 20;
+/// Directions and rotations may be off by this much, far more than a double loses on its way
+/// through a file.
 constexpr double kUnitTolerance = 1e-6;
 /// Far above any robot, low enough that what is derived from a model stays in memory.
 constexpr int kMaxItems = 1 << 20;
@@ -24,6 +26,8 @@ constexpr size_t kMaxNameBytes = 255;
 class Reader {
  public:
   Result<Model> Read(const proto::Model& message) {
+    // Connections follow the indices of module types, robots those of both, so each stage is read
+    // only if the one before it is sound.
     for (const proto::ModuleType& type : message.module_types()) {
       model_.module_types.push_back(ReadType(type));
     }
@@ -34,7 +38,6 @@ class Reader {
       }
       CheckNames(model_.connection_types, "connections");
     }
-    // Robots refer to both of the above, which must be sound by then.
     if (error_.empty()) {
       for (const proto::Robot& robot : message.robots()) {
         model_.robots.push_back(ReadRobot(robot));
@@ -48,16 +51,19 @@ class Reader {
   }
 
  private:
+  /// Records the first error, with the part of the model that is being read.
   void Bad(const std::string& what) {
     if (error_.empty()) error_ = place_.empty() ? what : place_ + ": " + what;
   }
 
+  /// An index below `count`; 0 and an error if it is not.
   int Index(uint32_t index, size_t count, const char* what) {
     if (index < count) return static_cast<int>(index);
     Bad(fmt::format("{} {} of {}", what, index, count));
     return 0;
   }
 
+  /// Names are neither empty, nor too long, nor used twice.
   template <typename T>
   void CheckNames(const std::vector<T>& items, const char* what) {
     if (items.size() > kMaxItems) Bad(fmt::format("more than {} {}", kMaxItems, what));
@@ -72,15 +78,18 @@ class Reader {
     }
   }
 
+  /// A number that is neither infinite nor NaN.
   double Finite(double value, const char* what) {
     if (!std::isfinite(value)) Bad(fmt::format("{} is not finite", what));
     return value;
   }
 
+  /// A vector of three finite numbers.
   Eigen::Vector3d Vector(const proto::Vector3& v, const char* what) {
     return {Finite(v.x(), what), Finite(v.y(), what), Finite(v.z(), what)};
   }
 
+  /// A vector of length 1, to the tolerance.
   Eigen::Vector3d Unit(const proto::Vector3& v, const char* what) {
     const Eigen::Vector3d direction = Vector(v, what);
     if (!(std::abs(direction.norm() - 1.0) <= kUnitTolerance)) {
@@ -89,6 +98,8 @@ class Reader {
     return direction;
   }
 
+  /// A pose whose nine entries make a rotation without a mirror image.
+  // The position has no bounds but must be finite.
   Pose ReadPose(const proto::Pose& message, const char* what) {
     Pose X = Pose::Identity();
     X.translation() = Vector(message.position(), what);
@@ -99,6 +110,7 @@ class Reader {
     }
     Eigen::Matrix3d R;
     for (int i = 0; i < 9; ++i) R(i / 3, i % 3) = message.rotation_row_major(i);
+    // Orthonormal and right-handed, to what a double keeps through a file.
     const double error = (R.transpose() * R - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
     if (!(error <= kUnitTolerance) || !(R.determinant() > 0.0)) {
       Bad(fmt::format("{} is not a rotation", what));
@@ -107,6 +119,7 @@ class Reader {
     return X;
   }
 
+  /// The value of an attribute or state, whichever kind it has.
   AttributeValue Value(const proto::AttributeValue& message, const char* what) {
     switch (message.value_case()) {
       case proto::AttributeValue::kFlag:
@@ -121,21 +134,26 @@ class Reader {
     }
   }
 
+  /// A connector of a module with `num_links` links.
   Connector ReadConnector(const proto::Connector& message, size_t num_links) {
+    // The link is looked up at once, as the module's links are read first.
     Connector connector;
     connector.name = message.name();
     connector.link = Index(message.link(), num_links, "link");
     connector.p_MoCo_M = Vector(message.position_in_module(), "position");
+    // The sub-points keep their order, which the numbering of connections depends on.
     for (const proto::SubPoint& point : message.subpoints()) {
       connector.subpoint_names.push_back(point.name());
       connector.subpoints.push_back(Vector(point.position_in_module(), "sub-point"));
     }
+    // An attribute has one value.
     for (const proto::Attribute& attribute : message.attributes()) {
       if (!connector.attributes.emplace(attribute.name(), Value(attribute.value(), "attribute"))
                .second) {
         Bad(fmt::format("attribute '{}' twice", attribute.name()));
       }
     }
+    // All values of a state are of one kind, as a comparison takes them to be.
     for (const proto::StateVariable& state : message.states()) {
       StateVariable variable{state.name(), {}};
       for (const proto::AttributeValue& value : state.values()) {
@@ -148,15 +166,18 @@ class Reader {
       connector.states.push_back(std::move(variable));
     }
     CheckNames(connector.states, "states");
+    // A key of "" stands for the connector's centre.
     for (const proto::Normal& normal : message.normals()) {
       connector.normals[normal.point()] = Unit(normal.direction_in_module(), "normal");
     }
     return connector;
   }
 
+  /// A joint of a module with `num_links` links.
   Joint ReadJoint(const proto::Joint& message, size_t num_links) {
     Joint joint;
     joint.name = message.name();
+    // A type that a later version may add is refused, as it could not be moved.
     switch (message.type()) {
       case proto::JOINT_TYPE_REVOLUTE:
         joint.type = JointType::kRevolute;
@@ -173,26 +194,31 @@ class Reader {
       default:
         Bad(fmt::format("joint type {}", static_cast<int>(message.type())));
     }
+    // A joint holds two different links of the module together.
     joint.link_a = Index(message.link_a(), num_links, "link");
     joint.link_b = Index(message.link_b(), num_links, "link");
     if (joint.link_a == joint.link_b) Bad("a joint from a link to itself");
     joint.p_MoJo_M = Vector(message.origin_in_module(), "origin");
     joint.axis = Unit(message.direction_in_module(), "axis");
+    // Limits may be infinite, as those of continuous joints are, but not NaN.
     joint.lower = message.lower();
     joint.upper = message.upper();
     if (!(joint.lower <= joint.upper)) Bad("limits the wrong way round");
+    // Motors have limits that are not negative.
     joint.effort = Finite(message.effort(), "torque");
     joint.speed = Finite(message.speed(), "speed");
     if (joint.effort < 0.0 || joint.speed < 0.0) Bad("negative torque or speed");
     return joint;
   }
 
+  /// A module type; place_ follows the part that is being read.
   ModuleType ReadType(const proto::ModuleType& message) {
     ModuleType type;
     type.name = message.name();
     place_ = fmt::format("module type '{}'", type.name);
     type.unit_m = Finite(message.unit_m(), "unit");
     if (!(type.unit_m > 0.0)) Bad("unit is not positive");
+    // Links first, as joints and connectors refer to them.
     for (const proto::Link& link : message.links()) {
       Link read;
       read.name = link.name();
@@ -202,6 +228,7 @@ class Reader {
       type.links.push_back(std::move(read));
     }
     CheckNames(type.links, "links");
+    // The part that is read is told together with its module type.
     const std::string at_type = place_;
     for (const proto::Joint& joint : message.joints()) {
       place_ = fmt::format("{}, joint '{}'", at_type, joint.name());
@@ -218,6 +245,7 @@ class Reader {
     return type;
   }
 
+  /// One option of a connection between module types `a` and `b`.
   ConnectionOption ReadOption(const proto::ConnectionOption& message, const ModuleType& a,
                               const ModuleType& b) {
     ConnectionOption option;
@@ -225,12 +253,14 @@ class Reader {
     option.connector_a = Index(message.connector_a(), a.connectors.size(), "connector");
     option.connector_b = Index(message.connector_b(), b.connectors.size(), "connector");
     option.X_AB = ReadPose(message.x_ab(), "X_AB");
+    // Every state asked for is compared with the states of its connector.
     for (const proto::StateRequirement& state : message.states()) {
       option.states.push_back({state.of_a(), state.variable(), Value(state.value(), "state")});
       const std::vector<Connector>& connectors = state.of_a() ? a.connectors : b.connectors;
       const int index = state.of_a() ? option.connector_a : option.connector_b;
       if (!error_.empty()) return option;
       const std::vector<StateVariable>& states = connectors[index].states;
+      // The state must be one that the connector has, with a value that it can take.
       const auto variable = std::find_if(states.begin(), states.end(), [&](const StateVariable& s) {
         return s.name == state.variable();
       });
@@ -243,26 +273,31 @@ class Reader {
     return option;
   }
 
+  /// A connection; the module types have been read.
   ConnectionType ReadConnection(const proto::ConnectionType& message) {
     ConnectionType connection;
     connection.name = message.name();
     place_ = fmt::format("connection '{}'", connection.name);
     const size_t num_types = model_.module_types.size();
+    // Without both module types there is nothing to compare the options with.
     connection.type_a = Index(message.type_a(), num_types, "module type");
     connection.type_b = Index(message.type_b(), num_types, "module type");
     if (!error_.empty()) return connection;
     const ModuleType& a = model_.module_types[connection.type_a];
     const ModuleType& b = model_.module_types[connection.type_b];
+    // The count is only told, but must fit an int.
     if (message.candidates() > kMaxItems) Bad("too many candidates");
     connection.candidates = static_cast<int>(message.candidates());
     const std::string at_connection = place_;
     for (const proto::ConnectionOption& option : message.options()) {
       place_ = fmt::format("{}, option {}", at_connection, option.number());
+      // Numbers run from 1 without gaps, as dockings refer to them by index.
       if (option.number() != connection.options.size() + 1) Bad("out of order");
       connection.options.push_back(ReadOption(option, a, b));
       if (!error_.empty()) return connection;
     }
     place_ = at_connection;
+    // Rejections are kept for explanations; only their connectors are checked.
     for (const proto::PairRejection& rejection : message.rejections()) {
       connection.rejections.push_back(
           {Index(rejection.connector_a(), a.connectors.size(), "connector"),
@@ -272,11 +307,13 @@ class Reader {
     return connection;
   }
 
+  /// The modules of a robot, each with a start value for every joint of its type.
   void ReadModules(const proto::Robot& message, Robot& robot) {
     for (const proto::ModuleInstance& module : message.modules()) {
       ModuleInstance instance;
       instance.name = module.name();
       instance.type = Index(module.type(), model_.module_types.size(), "module type");
+      // Whether a start value lies within its limits is for the checker to say, not for a file.
       for (const double start : module.start()) {
         instance.start.push_back(Finite(start, "start value"));
       }
@@ -289,12 +326,15 @@ class Reader {
       if (type.links.empty()) Bad(fmt::format("module '{}' has no links", instance.name));
       robot.modules.push_back(std::move(instance));
     }
+    // Modules are found by name, so names are unique.
     CheckNames(robot.modules, "modules");
     if (robot.modules.empty()) Bad("no modules");
   }
 
+  /// A docking, whose connectors must be those of the option that it names.
   Docking ReadDocking(const proto::Docking& message, const Robot& robot) {
     Docking docking;
+    // Modules and connection are looked up first, then the option among those of the connection.
     docking.module_a = Index(message.module_a(), robot.modules.size(), "module");
     docking.module_b = Index(message.module_b(), robot.modules.size(), "module");
     docking.connection_type =
@@ -306,6 +346,7 @@ class Reader {
     const ConnectionOption& option = connection.options[docking.option];
     docking.connector_a = option.connector_a;
     docking.connector_b = option.connector_b;
+    // The message repeats the connectors; they must agree with the option.
     const bool fits = message.connector_a() == static_cast<uint32_t>(option.connector_a) &&
                       message.connector_b() == static_cast<uint32_t>(option.connector_b) &&
                       robot.modules[docking.module_a].type == connection.type_a &&
@@ -315,6 +356,7 @@ class Reader {
     return docking;
   }
 
+  /// A robot; module types and connections have been read.
   Robot ReadRobot(const proto::Robot& message) {
     Robot robot;
     robot.name = message.name();
@@ -322,6 +364,7 @@ class Reader {
     place_ = at_robot;
     ReadModules(message, robot);
     if (!error_.empty()) return robot;
+    // A connector is used once.
     std::set<std::pair<int, int>> used;
     for (const proto::Docking& docking : message.dockings()) {
       place_ = fmt::format("{}, connection {}", at_robot, robot.dockings.size() + 1);
@@ -334,6 +377,7 @@ class Reader {
       robot.dockings.push_back(read);
     }
     place_ = at_robot;
+    // The robot frame hangs from a link of one of the modules.
     robot.root_module = Index(message.root_module(), robot.modules.size(), "root module");
     const ModuleType& root = model_.module_types[robot.modules[robot.root_module].type];
     robot.root_link = Index(message.root_link(), root.links.size(), "root link");
@@ -342,10 +386,13 @@ class Reader {
     return robot;
   }
 
+  /// The graph is worked out anew where it is needed; here its indices only have to be good.
   void CheckGraph(const proto::KinematicGraph& graph, const Robot& robot) {
     place_ += ", kinematic graph";
     const size_t num_bodies = static_cast<size_t>(graph.bodies_size());
     const size_t num_joints = static_cast<size_t>(graph.joints_size());
+    // Index reports what is too large and gives 0 for it; there is a module 0, as the modules were
+    // read without errors.
     const auto type_of = [&](uint32_t module) -> const ModuleType& {
       return model_.module_types[robot.modules[Index(module, robot.modules.size(), "module")].type];
     };

@@ -1,5 +1,6 @@
 #include "compiler/model/model_proto.h"
 
+#include <google/protobuf/text_format.h>
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
@@ -8,17 +9,22 @@
 namespace morphbus::model {
 namespace {
 
+/// Indices are never negative in a sound model.
 template <typename T>
 uint32_t Index(T value) {
   return static_cast<uint32_t>(value);
 }
 
+// Each Write fills in one message. The messages have the fields of the model's structs under nearly
+// the same names, so the functions follow the order of the structs (model.proto says what each
+// field means).
 void Write(const Eigen::Vector3d& v, proto::Vector3* out) {
   out->set_x(v.x());
   out->set_y(v.y());
   out->set_z(v.z());
 }
 
+/// The rotation is written row by row.
 void Write(const Pose& X, proto::Pose* out) {
   Write(Eigen::Vector3d(X.translation()), out->mutable_position());
   for (int row = 0; row < 3; ++row) {
@@ -26,12 +32,14 @@ void Write(const Pose& X, proto::Pose* out) {
   }
 }
 
+/// A value has one of three kinds, and the message keeps which.
 void Write(const AttributeValue& value, proto::AttributeValue* out) {
   if (const auto* flag = std::get_if<bool>(&value)) out->set_flag(*flag);
   if (const auto* number = std::get_if<double>(&value)) out->set_number(*number);
   if (const auto* text = std::get_if<std::string>(&value)) out->set_text(*text);
 }
 
+/// Names and positions of the sub-points stand apart in the model and together in the message.
 void Write(const Connector& connector, proto::Connector* out) {
   out->set_name(connector.name);
   out->set_link(Index(connector.link));
@@ -41,6 +49,7 @@ void Write(const Connector& connector, proto::Connector* out) {
     point->set_name(connector.subpoint_names[i]);
     Write(connector.subpoints[i], point->mutable_position_in_module());
   }
+  // Attributes come sorted by name, as the map has them, so that equal models give equal bytes.
   for (const auto& [name, value] : connector.attributes) {
     proto::Attribute* attribute = out->add_attributes();
     attribute->set_name(name);
@@ -58,6 +67,7 @@ void Write(const Connector& connector, proto::Connector* out) {
   }
 }
 
+/// The message's word for how a joint moves.
 proto::JointType TypeOf(JointType type) {
   switch (type) {
     case JointType::kRevolute:
@@ -72,6 +82,7 @@ proto::JointType TypeOf(JointType type) {
   return proto::JOINT_TYPE_UNSPECIFIED;
 }
 
+/// Limits of continuous joints are infinite, which a message can hold.
 void Write(const Joint& joint, proto::Joint* out) {
   out->set_name(joint.name);
   out->set_type(TypeOf(joint.type));
@@ -85,6 +96,7 @@ void Write(const Joint& joint, proto::Joint* out) {
   out->set_speed(joint.speed);
 }
 
+/// The links come first: joints and connectors refer to them by index.
 void Write(const ModuleType& type, proto::ModuleType* out) {
   out->set_name(type.name);
   out->set_unit_m(type.unit_m);
@@ -98,6 +110,7 @@ void Write(const ModuleType& type, proto::ModuleType* out) {
   for (const Connector& connector : type.connectors) Write(connector, out->add_connectors());
 }
 
+/// Options keep their order, which is that of their numbers.
 void Write(const ConnectionType& connection, proto::ConnectionType* out) {
   out->set_name(connection.name);
   out->set_type_a(Index(connection.type_a));
@@ -109,6 +122,7 @@ void Write(const ConnectionType& connection, proto::ConnectionType* out) {
     message->set_connector_a(Index(option.connector_a));
     message->set_connector_b(Index(option.connector_b));
     Write(option.X_AB, message->mutable_x_ab());
+    // What the connectors' states must be belongs to the option.
     for (const StateRequirement& state : option.states) {
       proto::StateRequirement* requirement = message->add_states();
       requirement->set_of_a(state.of_a);
@@ -116,6 +130,7 @@ void Write(const ConnectionType& connection, proto::ConnectionType* out) {
       Write(state.value, requirement->mutable_value());
     }
   }
+  // The reasons are kept, so that a reader can explain a pair without solving anew.
   for (const PairRejection& rejection : connection.rejections) {
     proto::PairRejection* message = out->add_rejections();
     message->set_connector_a(Index(rejection.connector_a));
@@ -124,6 +139,7 @@ void Write(const ConnectionType& connection, proto::ConnectionType* out) {
   }
 }
 
+/// The message's word for how two axes lie.
 proto::AxisRelation RelationOf(AxisRelation relation) {
   switch (relation) {
     case AxisRelation::kParallel:
@@ -138,6 +154,7 @@ proto::AxisRelation RelationOf(AxisRelation relation) {
   return proto::AXIS_RELATION_UNSPECIFIED;
 }
 
+/// The graph, so that readers in other languages need not work it out.
 void Write(const KinematicGraph& graph, proto::KinematicGraph* out) {
   for (const Body& body : graph.bodies) {
     proto::Body* message = out->add_bodies();
@@ -148,6 +165,7 @@ void Write(const KinematicGraph& graph, proto::KinematicGraph* out) {
       link->set_link(Index(ref.link));
     }
   }
+  // An adjacent joint and the relation of the axes stand apart in the graph and together here.
   for (const GraphJoint& joint : graph.joints) {
     proto::GraphJoint* message = out->add_joints();
     message->set_module(Index(joint.module));
@@ -163,10 +181,12 @@ void Write(const KinematicGraph& graph, proto::KinematicGraph* out) {
     }
     message->set_locked(joint.locked);
   }
+  // Mobility is left out where it was not computed.
   if (graph.mobility) out->set_mobility(Index(*graph.mobility));
   out->set_locked_computed(graph.locked_computed);
 }
 
+/// A robot with its kinematic graph at the start values.
 void Write(const Model& model, const Robot& robot, proto::Robot* out) {
   out->set_name(robot.name);
   for (const ModuleInstance& module : robot.modules) {
@@ -175,6 +195,8 @@ void Write(const Model& model, const Robot& robot, proto::Robot* out) {
     message->set_type(Index(module.type));
     for (const double start : module.start) message->add_start(start);
   }
+  // A docking names its connectors too, although its option does, for readers that have no use for
+  // options.
   for (const Docking& docking : robot.dockings) {
     proto::Docking* message = out->add_dockings();
     message->set_module_a(Index(docking.module_a));
@@ -193,6 +215,7 @@ void Write(const Model& model, const Robot& robot, proto::Robot* out) {
 }  // namespace
 
 proto::Model ToProto(const Model& model) {
+  // The order is that of the model, as indices in the message refer to it.
   proto::Model message;
   for (const ModuleType& type : model.module_types) Write(type, message.add_module_types());
   for (const ConnectionType& connection : model.connection_types) {
@@ -205,6 +228,12 @@ proto::Model ToProto(const Model& model) {
 std::string SerializeModel(const Model& model) {
   // The schema has no maps, whose order is the one thing that protobuf leaves open.
   return ToProto(model).SerializeAsString();
+}
+
+std::string ModelText(const Model& model) {
+  std::string text;
+  google::protobuf::TextFormat::PrintToString(ToProto(model), &text);
+  return text;
 }
 
 uint64_t ModelHash(std::string_view bytes) { return XXH64(bytes.data(), bytes.size(), 0); }

@@ -5,9 +5,9 @@
 #include <string>
 #include <string_view>
 
+#include "compiler/base/result.h"
 #include "compiler/model/model.pb.h"
 #include "compiler/model/robot_model.h"
-#include "compiler/source/result.h"
 
 namespace morphbus::model {
 
@@ -21,6 +21,9 @@ Result<Model> FromProto(const proto::Model& message);
 
 /// ToProto as bytes; the same model always gives the same bytes.
 std::string SerializeModel(const Model& model);
+
+/// ToProto as text for people, a field a line: what `check --dump model` prints.
+std::string ModelText(const Model& model);
 
 /// Reads what SerializeModel wrote; at most 64 MiB.
 Result<Model> ParseModel(std::string_view bytes);

@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compiler/source/check.h"
+#include "compiler/base/check.h"
 
 namespace morphbus::model {
 namespace {
 
+/// The index of the item called `name`, if there is one.
 template <typename T>
 std::optional<int> FindByName(const std::vector<T>& items, const std::string& name) {
+  // The first of that name is taken; the checker has seen to it that there is no second.
   for (size_t i = 0; i < items.size(); ++i) {
     if (items[i].name == name) return static_cast<int>(i);
   }
@@ -17,6 +19,21 @@ std::optional<int> FindByName(const std::vector<T>& items, const std::string& na
 }
 
 }  // namespace
+
+const char* JointTypeName(JointType type) {
+  // The words that the source has; a new type must be added here.
+  switch (type) {
+    case JointType::kRevolute:
+      return "revolute";
+    case JointType::kContinuous:
+      return "continuous";
+    case JointType::kPrismatic:
+      return "prismatic";
+    case JointType::kFixed:
+      break;
+  }
+  return "fixed";
+}
 
 std::optional<int> ModuleType::FindLink(const std::string& link_name) const {
   return FindByName(links, link_name);
@@ -40,12 +57,14 @@ const Robot* Model::FindRobot(const std::string& name) const {
 }
 
 const ModuleType& Model::TypeOf(const Robot& robot, int module) const {
+  // A number beyond the robot's modules is our own mistake.
   MORPHBUS_CHECK(module >= 0 && module < static_cast<int>(robot.modules.size()));
   return module_types[robot.modules[module].type];
 }
 
 double ExtentOf(const ModuleType& type) {
   Eigen::AlignedBox3d box;
+  // Hulls, connectors and sub-points together, whatever link they are on.
   for (const Link& link : type.links) {
     for (const Eigen::Vector3d& p : link.hull) box.extend(p);
   }
@@ -58,15 +77,19 @@ double ExtentOf(const ModuleType& type) {
 
 std::optional<int> MirrorOption(const Model& model, const Docking& docking) {
   const ConnectionType& connection = model.connection_types[docking.connection_type];
+  // Member a and member b can change places only if they are of one type.
   if (connection.type_a != connection.type_b) return std::nullopt;
   const ModuleType& type = model.module_types[connection.type_a];
+  // A module without size must not make the tolerance zero.
   const double tolerance = 1e-6 * std::max(ExtentOf(type), 1e-12);
+  // The same mating seen from b: its connectors exchanged, its pose inverted.
   const Pose X_BA = connection.options[docking.option].X_AB.inverse();
   for (size_t i = 0; i < connection.options.size(); ++i) {
     const ConnectionOption& option = connection.options[i];
     if (option.connector_a != docking.connector_b || option.connector_b != docking.connector_a) {
       continue;
     }
+    // The pose is compared in metres and by the entries of the rotation.
     const double p_error = (option.X_AB.translation() - X_BA.translation()).norm();
     const double R_error = (option.X_AB.linear() - X_BA.linear()).cwiseAbs().maxCoeff();
     if (p_error <= tolerance && R_error <= 1e-6) return static_cast<int>(i);

@@ -5,6 +5,8 @@
 // Frames: L link, M module (its ideal frame at joints 0), R robot frame (NUE: +X north, +Y up,
 // +Z east). X_AB is the pose of B in A. At joint values 0 all link frames of a module coincide with
 // M; a link's frame is M carried by the link.
+// The checker makes one model for each compilation, or FromProto reads one back (model_proto.h).
+// Everything refers to everything else by index, so that a model can be copied and moved freely.
 
 #include <Eigen/Geometry>
 #include <map>
@@ -18,26 +20,39 @@ namespace morphbus::model {
 /// A rigid pose; rotation part always orthonormal, no mirror image.
 using Pose = Eigen::Isometry3d;
 
+/// How a joint moves; continuous joints turn without limits.
 enum class JointType { kRevolute, kContinuous, kPrismatic, kFixed };
+
+/// "revolute", "continuous", "prismatic", "fixed": M3L's words, which URDF, SDF and the keywords'
+/// XML share.
+const char* JointTypeName(JointType type);
 
 /// A fixed attribute of a point or module: `gender="male"`, `extended=false`, `length=0.2`.
 using AttributeValue = std::variant<bool, double, std::string>;
 
 /// A free state variable of a connector: `extended=[bool]` or `mode=["a","b"]`.
+/// A connector's state is not fixed by the model: a connection may ask for a value
+/// (StateRequirement).
 struct StateVariable {
   std::string name;
   /// Allowed values; {false, true} for `[bool]`.
   std::vector<AttributeValue> values;
 };
 
-/// A place where two modules can be mated.
+/// A place where two modules can be mated: a point of a module that is flagged `connector`.
 struct Connector {
   std::string name;
-  int link = 0;              ///< Index of the link that carries it.
-  Eigen::Vector3d p_MoCo_M;  ///< Its centre, in the module frame (m).
+  /// The index of the link that carries it.
+  int link = 0;
+  /// Its centre in the module frame (m).
+  Eigen::Vector3d p_MoCo_M;
+  /// The names of its sub-points, and below their positions in the same order.
   std::vector<std::string> subpoint_names;
-  std::vector<Eigen::Vector3d> subpoints;  ///< Positions in M (m), same order as the names.
+  /// The positions of the sub-points in M (m).
+  std::vector<Eigen::Vector3d> subpoints;
+  /// The attributes whose values are fixed, by name.
   std::map<std::string, AttributeValue> attributes;
+  /// The attributes whose values may change while the robot runs.
   std::vector<StateVariable> states;
   /// Unit `normal=` directions in M: key "" for the centre, else a sub-point's name. Often empty.
   std::map<std::string, Eigen::Vector3d> normals;
@@ -49,6 +64,7 @@ struct Link {
   /// Vertices of the convex hull's point set, in M (m), in source order; may be empty or flat.
   std::vector<Eigen::Vector3d> hull;
   double mass_kg = 0.0;
+  /// The mass (kg), spread evenly over the hull (link_mass.h).
 };
 
 /// A joint between two links. Driving it by +q turns (or slides) A relative to B about (along)
@@ -57,22 +73,32 @@ struct Joint {
   std::string name;
   JointType type = JointType::kRevolute;
   int link_a = 0;
+  /// Indices of the two links, A and B, into ModuleType::links.
   int link_b = 0;
-  Eigen::Vector3d p_MoJo_M;               ///< Origin of A's axis in M (m).
-  Eigen::Vector3d axis;                   ///< Unit direction of A's axis in M.
-  double lower = 0.0;                     ///< rad or m; -infinity for continuous joints.
-  double upper = 0.0;                     ///< rad or m; +infinity for continuous joints.
-  double effort = 1.9;                    ///< N·m (N for prismatic).
-  double speed = 3.14159265358979323846;  ///< rad/s (m/s for prismatic).
+  /// A point on the axis in M (m); named Jo, the joint's origin.
+  Eigen::Vector3d p_MoJo_M;
+  /// The unit direction of A's axis in M.
+  Eigen::Vector3d axis;
+  /// The lower limit (rad or m); -infinity for continuous joints.
+  double lower = 0.0;
+  /// The upper limit (rad or m); +infinity for continuous joints.
+  double upper = 0.0;
+  /// The greatest torque (N·m), or force for prismatic joints (N).
+  double effort = 1.9;
+  /// The greatest speed (rad/s), or m/s for prismatic joints.
+  double speed = 3.14159265358979323846;
 };
 
+/// A type of module: what `module` defines.
 struct ModuleType {
   std::string name;
-  double unit_m = 1.0;  ///< Metres per model unit of the source.
+  /// Metres per model unit of the source; the lengths here are converted already.
+  double unit_m = 1.0;
   std::vector<Link> links;
   std::vector<Joint> joints;
   std::vector<Connector> connectors;
 
+  // The functions below give the index of the member called `name`, or nothing.
   [[nodiscard]] std::optional<int> FindLink(const std::string& name) const;
   [[nodiscard]] std::optional<int> FindJoint(const std::string& name) const;
   [[nodiscard]] std::optional<int> FindConnector(const std::string& name) const;
@@ -80,17 +106,23 @@ struct ModuleType {
 
 /// State that a connector must be in for a connection to be made, e.g. b.c3.extended == true.
 struct StateRequirement {
-  bool of_a = true;  ///< True: a state variable of a's connector, else of b's.
+  /// True for a state variable of a's connector, false for one of b's.
+  bool of_a = true;
   std::string variable;
   AttributeValue value;
 };
 
-/// One numbered way of mating two connectors.
+/// One numbered way of mating two connectors: a rigid pose between the modules that carry them.
 struct ConnectionOption {
-  int number = 0;  ///< 1-based over the whole connection (docs/m3l.md, numbering).
+  /// The number by which M3L names it, counted from 1 over the whole connection (docs/m3l.md,
+  /// numbering).
+  int number = 0;
+  /// The index of a's connector in module type a, and of b's in module type b.
   int connector_a = 0;
   int connector_b = 0;
-  Pose X_AB = Pose::Identity();  ///< b's module frame in a's module frame, joints at 0 (m).
+  /// The pose of b's module frame in a's, with the joints of both at 0 (m).
+  Pose X_AB = Pose::Identity();
+  /// What the connectors' states must be, if anything.
   std::vector<StateRequirement> states;
 };
 
@@ -98,44 +130,58 @@ struct ConnectionOption {
 struct PairRejection {
   int connector_a = 0;
   int connector_b = 0;
-  std::string reason;  ///< For people: "c1 and c2 are both male".
+  /// The reason in words for people: "c1 and c2 are both male".
+  std::string reason;
 };
 
-/// A solved `connection` definition.
+/// A solved `connection` definition between module types a and b, which may be the same.
 struct ConnectionType {
   std::string name;
-  int type_a = 0;  ///< Indices into Model::module_types.
+  /// The indices of the two types in Model::module_types.
+  int type_a = 0;
   int type_b = 0;
-  int candidates = 0;  ///< Rigid motions of connector pairs before pruning by hulls.
-  std::vector<ConnectionOption> options;  ///< options[i].number == i + 1.
-  std::vector<PairRejection> rejections;  ///< Pairs without an option, connectors in order.
+  /// The number of rigid motions of connector pairs before pruning by hulls, for reports.
+  int candidates = 0;
+  /// The ways to mate the two types; options[i].number is i + 1.
+  std::vector<ConnectionOption> options;
+  /// The pairs without an option, in the order of their connectors.
+  std::vector<PairRejection> rejections;
 };
 
-/// A module of a robot.
+/// A module of a robot: a named instance of a module type.
 struct ModuleInstance {
   std::string name;
   int type = 0;
-  std::vector<double> start;  ///< Start value of each joint (rad or m), declaration order.
+  /// The start value of each joint (rad or m), in declaration order.
+  std::vector<double> start;
 };
 
-/// One entry of a robot's `connections`. module_a plays the connection's member a.
+/// One entry of a robot's `connections`: two modules held together. module_a plays the connection's
+/// member a. Modules are indices into Robot::modules, connectors into those of their types.
 struct Docking {
   int module_a = 0;
   int connector_a = 0;
   int module_b = 0;
   int connector_b = 0;
+  /// The index of the connection in Model::connection_types.
   int connection_type = 0;
-  int option = 0;  ///< Index into ConnectionType::options.
+  /// The index into ConnectionType::options.
+  int option = 0;
 };
 
+/// An assembly of modules: what `robot` defines.
 struct Robot {
   std::string name;
   std::vector<ModuleInstance> modules;
-  std::vector<Docking> dockings;  ///< In declared order.
-  int root_module = 0;            ///< The module whose link carries the robot frame.
+  /// The connections, in declared order.
+  std::vector<Docking> dockings;
+  /// The module, and the link of it, that carries the robot frame.
+  int root_module = 0;
   int root_link = 0;
-  Pose X_LR = Pose::Identity();  ///< Robot frame R in the root link's frame L (m).
+  /// The robot frame R in the root link's frame L (m).
+  Pose X_LR = Pose::Identity();
 
+  /// The index of the module called `name`, or nothing.
   [[nodiscard]] std::optional<int> FindModule(const std::string& name) const;
 };
 
@@ -145,7 +191,9 @@ struct Model {
   std::vector<ConnectionType> connection_types;
   std::vector<Robot> robots;
 
+  /// The robot called `name`, or null. The pointer is good while the model lives.
   [[nodiscard]] const Robot* FindRobot(const std::string& name) const;
+  /// The type of module number `module` of `robot`; the number must be good (checked).
   [[nodiscard]] const ModuleType& TypeOf(const Robot& robot, int module) const;
 };
 

@@ -4,6 +4,7 @@
 
 namespace morphbus::model {
 
+// Adding zero turns a negative zero into a plain one.
 std::string NumberText(double value) { return fmt::format("{:.9g}", value + 0.0); }
 
 std::string ValueText(const AttributeValue& value) {

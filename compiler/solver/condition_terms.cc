@@ -26,12 +26,14 @@ struct Formula {
   bool has_geometry = false;
 };
 
+/// A formula that always holds, or never.
 Formula Constant(bool value) {
   Formula f;
   f.kind = value ? Formula::Kind::kTrue : Formula::Kind::kFalse;
   return f;
 }
 
+/// Applies a comparison with the type's own == and <.
 template <typename T>
 bool Holds(CompareOp op, const T& lhs, const T& rhs) {
   switch (op) {
@@ -51,6 +53,7 @@ bool Holds(CompareOp op, const T& lhs, const T& rhs) {
   return false;
 }
 
+/// Compares two values; values of unlike types differ and have no order.
 bool Compare(CompareOp op, const AttributeValue& lhs, const AttributeValue& rhs) {
   if (lhs.index() != rhs.index()) return op == CompareOp::kNe;
   return std::visit(
@@ -66,10 +69,13 @@ struct Possibility {
   std::optional<StateRequirement> state;
 };
 
+/// Turns a condition into a Formula for one pair of connectors: fixed attributes and missing points
+/// become constants, states become alternatives, geometry stays.
 class Specialiser {
  public:
   Specialiser(const Connector& a, const Connector& b) : a_(a), b_(b) {}
 
+  /// The formula of `condition`, or of its negation: `not` is pushed down to the leaves on the way.
   [[nodiscard]] Formula Build(const Condition& condition, bool negate) const {
     switch (condition.kind) {
       case Condition::Kind::kTrue:
@@ -85,11 +91,13 @@ class Specialiser {
       default:
         break;
     }
+    // What a connector lacks makes the condition on it false (docs/m3l.md, connections).
     if (!Exists(condition.p) || !Exists(condition.q)) return Constant(negate);
     if (condition.kind != Condition::Kind::kCoincident &&
         (!HasDirection(condition.p) || !HasDirection(condition.q))) {
       return Constant(negate);
     }
+    // What is left is geometry, which the solver has to look at.
     Formula f;
     f.kind = Formula::Kind::kGeometry;
     f.literal = {&condition, negate};
@@ -100,6 +108,7 @@ class Specialiser {
  private:
   [[nodiscard]] const Connector& On(Side side) const { return side == Side::kA ? a_ : b_; }
 
+  /// True if the connector has the point that `ref` names.
   [[nodiscard]] bool Exists(const PointRef& ref) const {
     const std::vector<std::string>& names = On(ref.side).subpoint_names;
     switch (ref.kind) {
@@ -112,12 +121,14 @@ class Specialiser {
     }
   }
 
+  /// True if `ref` has a direction: an axis has, a point if it has a normal.
   [[nodiscard]] bool HasDirection(const PointRef& ref) const {
     if (ref.kind == PointRef::Kind::kAxis) return true;
     const std::string key = ref.kind == PointRef::Kind::kSubpoint ? ref.subpoint : "";
     return On(ref.side).normals.count(key) > 0;
   }
 
+  /// `and` or `or`; negation swaps the two (De Morgan). Constants are folded.
   [[nodiscard]] Formula BuildList(const Condition& condition, bool negate) const {
     const bool is_and = (condition.kind == Condition::Kind::kAnd) != negate;
     const Formula::Kind absorbing = is_and ? Formula::Kind::kFalse : Formula::Kind::kTrue;
@@ -132,6 +143,7 @@ class Specialiser {
       f.children.push_back(std::move(part));
     }
     if (f.children.empty()) return Constant(is_and);
+    // A list of one is its child.
     if (f.children.size() == 1) {
       Formula only = std::move(f.children[0]);
       return only;
@@ -139,6 +151,8 @@ class Specialiser {
     return f;
   }
 
+  /// The values that an operand can take: one if it is fixed, those of the state variable if it is
+  /// free, none if the connector has no such attribute.
   [[nodiscard]] std::vector<Possibility> PossibilitiesOf(const Operand& operand) const {
     if (const auto* value = std::get_if<AttributeValue>(&operand)) return {{*value, {}}};
     const auto& ref = std::get<AttributeRef>(operand);
@@ -155,6 +169,7 @@ class Specialiser {
     return result;
   }
 
+  /// A comparison as the combinations of states that make it hold.
   [[nodiscard]] Formula BuildCompare(const Condition& condition, bool negate) const {
     const std::vector<Possibility> lhs = PossibilitiesOf(condition.lhs);
     const std::vector<Possibility> rhs = PossibilitiesOf(condition.rhs);
@@ -162,8 +177,10 @@ class Specialiser {
     Formula f;
     f.kind = Formula::Kind::kState;
     size_t combinations = 0;
+    // Every pair of values that the two sides can take is tried.
     for (const Possibility& l : lhs) {
       for (const Possibility& r : rhs) {
+        // Where both sides are the same state variable, it has one value at a time.
         const bool same = l.state && r.state && l.state->of_a == r.state->of_a &&
                           l.state->variable == r.state->variable;
         if (same && l.state->value != r.state->value) continue;
@@ -175,6 +192,7 @@ class Specialiser {
         f.alternatives.push_back(std::move(states));
       }
     }
+    // If all or none of the combinations hold, no state is asked for.
     if (f.alternatives.empty()) return Constant(false);
     if (f.alternatives.size() == combinations) return Constant(true);
     return f;
@@ -187,6 +205,7 @@ class Specialiser {
 /// The union of two state sets; nothing if they contradict each other.
 std::optional<StateSet> Merge(const StateSet& left, const StateSet& right) {
   StateSet merged = left;
+  // A variable that both sets name must have the same value in both.
   for (const StateRequirement& r : right) {
     const auto same = std::find_if(merged.begin(), merged.end(), [&](const StateRequirement& m) {
       return m.of_a == r.of_a && m.variable == r.variable;
@@ -214,6 +233,7 @@ class Expander {
       case Formula::Kind::kState:
         return Limited(f.alternatives);
       case Formula::Kind::kOr: {
+        // Any of the parts will do, so their sets are put together.
         std::vector<StateSet> all;
         for (const Formula& child : f.children) {
           for (StateSet& set : StatesOf(child)) all.push_back(std::move(set));
@@ -221,6 +241,7 @@ class Expander {
         return Limited(std::move(all));
       }
       case Formula::Kind::kAnd: {
+        // All parts must hold, so each set of one part is united with each of the next.
         std::vector<StateSet> all = {{}};
         for (const Formula& child : f.children) all = Product(all, StatesOf(child));
         return all;
@@ -240,6 +261,8 @@ class Expander {
     if (!f.has_geometry) return {OpenTerm{{}, {&f}}};
     if (f.kind == Formula::Kind::kGeometry) return {OpenTerm{{f.literal}, {}}};
     std::vector<OpenTerm> all;
+    // Alternatives add up; parts that must all hold multiply, each term of the one with each of the
+    // other.
     if (f.kind == Formula::Kind::kOr) {
       for (const Formula& child : f.children) {
         for (OpenTerm& term : TermsOf(child)) all.push_back(std::move(term));
@@ -265,6 +288,7 @@ class Expander {
     return all;
   }
 
+  /// All unions of a set of the left with one of the right that do not contradict each other.
   std::vector<StateSet> Product(const std::vector<StateSet>& left,
                                 const std::vector<StateSet>& right) {
     std::vector<StateSet> result;
@@ -278,11 +302,13 @@ class Expander {
   }
 
  private:
+  /// Notes and returns whether there are too many terms.
   bool Exceeds(size_t terms) {
     if (terms > kMaxTerms) too_many_terms_ = true;
     return too_many_terms_;
   }
 
+  /// `sets`, or nothing and a note if there are too many of them.
   std::vector<StateSet> Limited(std::vector<StateSet> sets) {
     if (sets.size() <= kMaxStateSets) return sets;
     too_many_states_ = true;
@@ -302,6 +328,7 @@ void TopLevelParts(const Condition& condition, std::vector<const Condition*>& pa
   for (const Condition& child : condition.children) TopLevelParts(child, parts);
 }
 
+/// Finds the first part of the condition that cannot hold for the pair; the whole if each part can.
 void FindBroken(const Condition& condition, const Specialiser& specialiser, Terms& result) {
   std::vector<const Condition*> parts;
   TopLevelParts(condition, parts);
@@ -320,6 +347,7 @@ void FindBroken(const Condition& condition, const Specialiser& specialiser, Term
 
 std::vector<Eigen::Vector3d> FindPoints(const PointRef& ref, bool direction,
                                         const Connector& connector) {
+  // An axis is the same for all connectors; a normal belongs to the point that it is given for.
   if (ref.kind == PointRef::Kind::kAxis) return {ref.axis.normalized()};
   if (direction) {
     const std::string key = ref.kind == PointRef::Kind::kSubpoint ? ref.subpoint : "";
@@ -332,12 +360,14 @@ std::vector<Eigen::Vector3d> FindPoints(const PointRef& ref, bool direction,
   const auto& names = connector.subpoint_names;
   const auto name = std::find(names.begin(), names.end(), ref.subpoint);
   if (name == names.end()) return {};
-  return {connector.subpoints[static_cast<size_t>(name - names.begin())]};
+  return {connector.subpoints[name - names.begin()]};
 }
 
 Terms SpecialiseCondition(const Condition& condition, const model::Connector& a,
                           const model::Connector& b) {
   Terms result;
+  // Alternatives over geometry become terms of their own, as each is solved for itself. Parts
+  // without geometry need no solving: one state that satisfies them is enough.
   const Specialiser specialiser(a, b);
   const Formula formula = specialiser.Build(condition, false);
   Expander expander;

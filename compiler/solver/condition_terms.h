@@ -15,7 +15,8 @@ inline constexpr int kMaxTerms = 64;
 /// that nothing grows without bound.
 inline constexpr size_t kMaxStateSets = 4096;
 
-/// A geometric condition or its negation.
+/// A geometric condition (coincident, parallel or antiparallel) or its negation. The condition
+/// belongs to the ConnectionProblem, which must outlive the literal.
 struct Literal {
   const Condition* condition = nullptr;
   bool negated = false;
@@ -23,14 +24,21 @@ struct Literal {
 
 /// One way to satisfy the condition: all literals, with the connectors in these states.
 struct Term {
-  std::vector<Literal> geometry;  ///< In source order.
+  /// The conditions on points and directions, in source order.
+  std::vector<Literal> geometry;
+  /// The values that state variables of the two connectors must have.
   std::vector<model::StateRequirement> states;
 };
 
+/// The condition of one pair of connectors as alternatives: it holds where any of the terms does.
+/// SpecialiseCondition makes it, and it refers to the condition.
 struct Terms {
-  std::vector<Term> terms;       ///< None: the pair's fixed attributes break the condition.
-  bool too_many_terms = false;   ///< Over kMaxTerms; `terms` is empty then.
-  bool too_many_states = false;  ///< Over kMaxStateSets; `terms` is empty then.
+  /// The alternatives. If there are none, the pair's fixed attributes break the condition.
+  std::vector<Term> terms;
+  /// True if there were over kMaxTerms of them; `terms` is empty then.
+  bool too_many_terms = false;
+  /// True if there were over kMaxStateSets settings of states; `terms` is empty then.
+  bool too_many_states = false;
   [[nodiscard]] bool too_many() const { return too_many_terms || too_many_states; }
   /// Where there are none: the first part of the condition that cannot hold, and its place in the
   /// order of the source.

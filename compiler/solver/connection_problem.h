@@ -13,24 +13,29 @@ namespace morphbus::solver {
 /// Which member of the connection: the first declared is a.
 enum class Side { kA, kB };
 
-/// A point of the connector that is bound on one side.
+/// A point, or a direction, of the connector that is bound on one side.
 struct PointRef {
-  /// kAxis (kParallel, kAntiparallel only): a named axis of the module, the same for all
-  /// connectors.
+  /// The centre, one sub-point by name, or any of the sub-points. kAxis, which only kParallel and
+  /// kAntiparallel take, is a named axis of the module, the same for all of its connectors.
   enum class Kind { kCentre, kSubpoint, kAnySubpoint, kAxis };
   Side side = Side::kA;
   Kind kind = Kind::kCentre;
-  std::string subpoint;  ///< For kSubpoint: its name, e.g. "_1". For kAxis: the axis' name.
-  Eigen::Vector3d axis =
-      Eigen::Vector3d::Zero();  ///< For kAxis: unit direction in the module frame.
+  /// For kSubpoint the name of the sub-point, e.g. "_1"; for kAxis that of the axis.
+  std::string subpoint;
+  /// For kAxis: the unit direction in the module frame.
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero();
 };
 
+/// An attribute or state variable of the connector that is bound on one side.
 struct AttributeRef {
   Side side = Side::kA;
+  /// The name; a connector that has no such attribute breaks the condition.
   std::string name;
 };
+/// What a comparison compares: a constant or an attribute.
 using Operand = std::variant<model::AttributeValue, AttributeRef>;
 
+/// The comparisons of M3L: ==, !=, <, <=, > and >=.
 enum class CompareOp { kEq, kNe, kLt, kLe, kGt, kGe };
 
 /// A node of the condition tree. Names and types are checked already, except that a sub-point or an
@@ -38,29 +43,39 @@ enum class CompareOp { kEq, kNe, kLt, kLe, kGt, kGe };
 struct Condition {
   enum class Kind { kAnd, kOr, kNot, kTrue, kCoincident, kParallel, kAntiparallel, kCompare };
   Kind kind = Kind::kTrue;
-  std::vector<Condition> children;  ///< kAnd, kOr: two or more; kNot: one.
-  PointRef p, q;                    ///< kCoincident; kParallel, kAntiparallel (of
-                                    ///< Connector::normals or of axes).
-  CompareOp op = CompareOp::kEq;    ///< kCompare.
-  Operand lhs, rhs;                 ///< kCompare.
-  source::Span span;                ///< For diagnostics and `connections --why`.
+  /// The parts of kAnd and kOr, of which there are two or more, or the one of kNot.
+  std::vector<Condition> children;
+  /// The points of kCoincident, or the directions of kParallel and kAntiparallel: those of
+  /// Connector::normals, or of axes.
+  PointRef p, q;
+  /// The comparison of kCompare and its two sides.
+  CompareOp op = CompareOp::kEq;
+  Operand lhs, rhs;
+  /// The place of the condition, for diagnostics and `connections --why`.
+  source::Span span;
 };
 
+/// One `connection` definition, checked, for the solver.
 struct ConnectionProblem {
+  /// The name of the connection, for messages.
   std::string name;
-  int type_a = 0;  ///< Indices into `types`.
-  int type_b = 0;
+  /// Indices of the members' module types; -1 while a member's type is not known.
+  int type_a = -1;
+  int type_b = -1;
   Condition condition;
-  source::Span span;  ///< Of the definition's name.
+  /// The place of the definition's name.
+  source::Span span;
 };
 
-/// Solves one `connection`: candidates by inference, pruning by hulls, the paper's numbering.
-/// Errors (under-determined, none left, too many DNF terms) and warnings (no hulls) go to
-/// `diagnostics`. The result has no options when there were errors. `broken`, if not null, gets for
-/// each of the result's rejections the place of the condition behind it.
+/// Solves one `connection`: candidates by inference, pruning by hulls, numbering as in the paper
+/// (docs/m3l.md, connections). `types` are all module types; those that `problem` names must be
+/// sound. Errors (a motion is left free, no option is left, the condition has too many
+/// alternatives) and warnings (a member has no hulls) go to `diagnostics`; with an error the result
+/// has no options. `broken`, if not null, gets the place of the condition behind each of the
+/// result's rejections, in their order.
 model::ConnectionType SolveConnection(const ConnectionProblem& problem,
                                       const std::vector<model::ModuleType>& types,
-                                      source::Diagnostics& diagnostics,
+                                      source::Diagnostics* diagnostics,
                                       std::vector<source::Span>* broken = nullptr);
 
 /// The command that explains connector `a` of member a on connector `b` of member b.

@@ -17,6 +17,7 @@ using model::Connector;
 using model::ModuleType;
 using model::Pose;
 
+/// The pairs of link hulls that lie in each other by more than `tolerance` (m), the deepest first.
 std::vector<Overlap> OverlapsOf(const ModuleType& type_a, const ModuleType& type_b,
                                 const Pose& X_AB, double tolerance) {
   std::vector<Overlap> overlaps;
@@ -38,18 +39,21 @@ std::vector<Overlap> OverlapsOf(const ModuleType& type_a, const ModuleType& type
 
 PairExplanation ExplainPair(const ConnectionProblem& problem, const std::vector<ModuleType>& types,
                             int connector_a, int connector_b) {
-  const ModuleType& type_a = types[static_cast<size_t>(problem.type_a)];
-  const ModuleType& type_b = types[static_cast<size_t>(problem.type_b)];
-  const Connector& a = type_a.connectors[static_cast<size_t>(connector_a)];
-  const Connector& b = type_b.connectors[static_cast<size_t>(connector_b)];
+  const ModuleType& type_a = types[problem.type_a];
+  const ModuleType& type_b = types[problem.type_b];
+  const Connector& a = type_a.connectors[connector_a];
+  const Connector& b = type_b.connectors[connector_b];
   const double tolerance = MatingTolerance(type_a, type_b);
   PairExplanation result;
+  // Attributes come first: if they rule the pair out, or leave too much to look at, no motion needs
+  // to be looked for.
   const Terms terms = SpecialiseCondition(problem.condition, a, b);
   if (terms.too_many()) {
     result.failures.push_back({problem.condition.span, TooManyText(terms), nullptr});
     return result;
   }
   if (terms.terms.empty()) {
+    // Each attribute may be fine on its own and only their combination impossible.
     result.failures = FindFailures(problem.condition, a, b, tolerance, nullptr);
     if (result.failures.empty()) {
       result.failures.push_back({problem.condition.span,
@@ -58,6 +62,7 @@ PairExplanation ExplainPair(const ConnectionProblem& problem, const std::vector<
     }
     return result;
   }
+  // The inference is run once more, as the solver runs it, but keeps every motion that it tries.
   InferenceTrace trace;
   double budget = kMaxInferenceWork;
   for (const Term& term : terms.terms) {
@@ -65,6 +70,8 @@ PairExplanation ExplainPair(const ConnectionProblem& problem, const std::vector<
     if (inferred.free_motion) result.free_motion = inferred.free_motion;
   }
   result.complete = !trace.overflowed && budget > 0.0;
+  // Each motion is held against the whole condition, not only against the term that led to it.
+  // Hulls matter only where all conditions hold.
   for (const Pose& X_AB : trace.tried) {
     ExplainedCandidate candidate;
     candidate.X_AB = X_AB;
@@ -74,11 +81,13 @@ PairExplanation ExplainPair(const ConnectionProblem& problem, const std::vector<
     }
     result.candidates.push_back(std::move(candidate));
   }
+  // What was kept is shown first, then what came nearest to it.
   const auto rank = [](const ExplainedCandidate& c) {
     return c.kept() ? 0 : c.failures.empty() ? 1 : 2;
   };
   std::stable_sort(result.candidates.begin(), result.candidates.end(),
                    [&](const auto& l, const auto& r) { return rank(l) < rank(r); });
+  // Without any motion the best explanation is the condition for which no partner was found.
   if (result.candidates.empty() && trace.dead_end != nullptr) {
     result.dead_end = Failure{trace.dead_end->span, trace.dead_end_text, trace.dead_end};
   }

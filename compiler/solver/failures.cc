@@ -69,8 +69,11 @@ class FailureFinder {
     return failures;
   }
 
+  /// A comparison fails if no setting of the two connectors' states makes it hold. What each side
+  /// has is told.
   [[nodiscard]] std::vector<Failure> FindInComparison(const Condition& condition,
                                                       bool negated) const {
+    // The comparison is specialised as a condition of its own, which knows about states.
     Condition wanted;
     wanted.kind = negated ? Condition::Kind::kNot : Condition::Kind::kAnd;
     wanted.children = {condition};
@@ -105,6 +108,7 @@ class FailureFinder {
     return fmt::format("{} has no {}", NameOn(ref.side), ref.name);
   }
 
+  /// The point or direction for a message, with its member: `a.c1._2`.
   [[nodiscard]] std::string NameOf(const PointRef& ref) const {
     const std::string member = ref.side == Side::kA ? "a" : "b";
     switch (ref.kind) {
@@ -119,6 +123,8 @@ class FailureFinder {
     }
   }
 
+  /// A geometric condition fails if a point of it is missing or, with a pose, if the gap is too
+  /// wide. The text tells the gap.
   [[nodiscard]] std::vector<Failure> FindInGeometry(const Condition& condition, bool negated,
                                                     const Pose* X_AB) const {
     const bool directions = condition.kind != Condition::Kind::kCoincident;
@@ -131,12 +137,14 @@ class FailureFinder {
            fmt::format("{} has no such {}", NameOn(ref->side), directions ? "normal" : "sub-point"),
            &condition}};
     }
+    // Without a pose there is nothing to measure.
     if (X_AB == nullptr) return {};
     const double gap = GapOf(condition, *X_AB);
     const double allowed = directions ? kDirectionTolerance : tolerance_;
     if ((gap <= allowed) != negated) return {};
     if (negated) return {{condition.span, "this holds, but must not", &condition}};
     if (directions) {
+      // The gap is the chord between two unit vectors.
       const double degrees = 2.0 * std::asin(std::min(1.0, gap / 2.0)) * 180.0 / std::numbers::pi;
       return {{condition.span,
                fmt::format("{} is {:.6g} degrees off {}", NameOf(condition.p), degrees,
@@ -154,6 +162,7 @@ class FailureFinder {
   /// Distance (m), or length of the difference of unit directions, of the nearest choices.
   [[nodiscard]] double GapOf(const Condition& condition, const Pose& X_AB) const {
     const bool directions = condition.kind != Condition::Kind::kCoincident;
+    // All points are brought into a's module frame; of several choices the nearest two count.
     const auto in_a = [&](const PointRef& ref) {
       std::vector<Vector3d> points = FindPoints(ref, directions, On(ref));
       for (Vector3d& p : points) {
@@ -196,6 +205,7 @@ std::string ExplainBrokenAttributes(const Condition& broken, const Connector& a,
     if (failure.condition == nullptr) continue;
     for (const Operand* operand : {&failure.condition->lhs, &failure.condition->rhs}) {
       const auto* ref = std::get_if<AttributeRef>(operand);
+      // Numbers and flags read well as they are; what follows looks for words such as "male".
       if (ref == nullptr) continue;
       const Connector& connector = ref->side == Side::kA ? a : b;
       const auto found = connector.attributes.find(ref->name);
@@ -204,6 +214,7 @@ std::string ExplainBrokenAttributes(const Condition& broken, const Connector& a,
       if (word != nullptr) words.emplace(ref->name, *word, ref->side);
     }
   }
+  // The same word on both sides is why connectors of one gender refuse each other.
   for (const auto& [name, word, side] : words) {
     if (side != Side::kA || words.count({name, word, Side::kB}) == 0) continue;
     return fmt::format("{} and {} are both {}", a.name, b.name, word);

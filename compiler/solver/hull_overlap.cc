@@ -12,10 +12,13 @@ using model::ConvexHull;
 using model::HullEdge;
 using model::HullFace;
 
-/// Dimension that a segment, plane normal or point adds to the Minkowski difference.
+/// True if the Minkowski difference of the two has no volume, so that a touch is no overlap.
 bool DifferenceIsFlat(const ConvexHull& A, const ConvexHull& B_in_A) {
+  // A hull without points spans nothing, and a solid makes every difference solid.
   if (A.dimension < 0 || B_in_A.dimension < 0) return true;
   if (A.dimension == 3 || B_in_A.dimension == 3) return false;
+  // The difference of two flat hulls is flat if the directions within both span less than space:
+  // then the sum of their projectors has no full rank.
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
   for (const ConvexHull* hull : {&A, &B_in_A}) {
     for (const Vector3d& p : hull->vertices) {
@@ -27,6 +30,8 @@ bool DifferenceIsFlat(const ConvexHull& A, const ConvexHull& B_in_A) {
   return std::abs(spread.determinant()) <= kParallel;
 }
 
+/// `hull` in another frame: X is the pose of its frame there. Faces lose their corners, which the
+/// depth does not need.
 ConvexHull Moved(const ConvexHull& hull, const model::Pose& X) {
   ConvexHull moved;
   moved.dimension = hull.dimension;
@@ -58,6 +63,9 @@ double DepthAlongFaces(const ConvexHull& A, const ConvexHull& B, double best) {
 
 /// True if the great arcs a-b and c-d of the Gauss map cross, c and d being B's normals negated.
 bool ArcsCross(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d) {
+  // Each arc must have its ends on both sides of the other's plane, and the crossing must be on the
+  // same half of the sphere, not opposite. After D. Gregorius, "The Separating Axis Test between
+  // Convex Polyhedra", GDC 2013.
   const Vector3d bxa = b.cross(a);
   const Vector3d dxc = d.cross(c);
   const double cba = c.dot(bxa);
@@ -69,6 +77,7 @@ bool ArcsCross(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Ve
 
 /// The least depth along cross products of edges, for the pairs that build a face of A - B.
 double DepthAlongEdges(const ConvexHull& A, const ConvexHull& B, double best) {
+  // Below this sine of their angle two edges span no plane that could separate anything.
   constexpr double kParallelEdges = 1e-9;
   for (const HullEdge& ea : A.edges) {
     const Vector3d along_a = A.vertices[ea.end] - A.vertices[ea.begin];
@@ -79,6 +88,7 @@ double DepthAlongEdges(const ConvexHull& A, const ConvexHull& B, double best) {
       const double length = axis.norm();
       if (length <= kParallelEdges * along_a.norm() * along_b.norm()) continue;
       axis /= length;
+      // The axis must point out of A, as the edge's faces do.
       if (axis.dot(ea.normal_1 + ea.normal_2) < 0.0) axis = -axis;
       best = std::min(best, axis.dot(A.vertices[ea.begin] - B.vertices[eb.begin]));
       if (best <= 0.0) return best;
@@ -98,6 +108,7 @@ bool HasCornerDeepIn(const ConvexHull& A, const ConvexHull& B, double tolerance)
   };
   Vector3d mean = Vector3d::Zero();
   for (const Vector3d& p : B.vertices) mean += p;
+  // The mean catches a small hull whose corners all lie near the surface of A.
   return is_deep(mean / static_cast<double>(B.vertices.size())) ||
          std::any_of(B.vertices.begin(), B.vertices.end(), is_deep);
 }
@@ -106,6 +117,8 @@ bool HasCornerDeepIn(const ConvexHull& A, const ConvexHull& B, double tolerance)
 
 double PenetrationDepth(const ConvexHull& A, const model::Pose& X_WA, const ConvexHull& B,
                         const model::Pose& X_WB) {
+  // The candidates for the least translation are the face normals of both, then the edge pairs. The
+  // cheap tests come first, as most pairs of hulls are apart.
   const ConvexHull B_in_A = Moved(B, X_WA.inverse(Eigen::Isometry) * X_WB);
   double depth = std::numeric_limits<double>::infinity();
   depth = DepthAlongFaces(A, B_in_A, depth);
@@ -119,6 +132,8 @@ double PenetrationDepth(const ConvexHull& A, const model::Pose& X_WA, const Conv
 bool PenetratesBy(double tolerance, const ConvexHull& A, const model::Pose& X_WA,
                   const ConvexHull& B, const model::Pose& X_WB, double* work) {
   const ConvexHull B_in_A = Moved(B, X_WA.inverse(Eigen::Isometry) * X_WB);
+  // The work is counted before it is done, so that a caller's bound holds for one pair of huge
+  // hulls too.
   const auto size = [](size_t n) { return static_cast<double>(n); };
   *work += 2.0 * (size(A.faces.size()) * size(B.vertices.size()) +
                   size(B.faces.size()) * size(A.vertices.size()));
@@ -126,6 +141,7 @@ bool PenetratesBy(double tolerance, const ConvexHull& A, const model::Pose& X_WA
   if (depth <= tolerance) return false;
   depth = DepthAlongFaces(B_in_A, A, depth);
   if (depth <= tolerance) return false;
+  // A corner deep inside decides without the quadratic look at all pairs of edges.
   if (HasCornerDeepIn(A, B_in_A, tolerance) || HasCornerDeepIn(B_in_A, A, tolerance)) return true;
   if (DifferenceIsFlat(A, B_in_A)) return false;
   *work += size(A.edges.size()) * size(B.edges.size());

@@ -31,6 +31,8 @@ struct Constraint {
   [[nodiscard]] size_t choices() const { return a.size() * b.size(); }
 };
 
+/// True if some point of `a` lies within `tolerance` (m, or length for unit directions) of one of
+/// `b`.
 bool AnyMeet(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b, double tolerance) {
   for (const Vector3d& pa : a) {
     for (const Vector3d& pb : b) {
@@ -59,6 +61,7 @@ class Inference {
       const Condition& condition = *literal.condition;
       const PointRef& p = condition.p;
       const PointRef& q = condition.q;
+      // The points that the literal names are looked up once.
       Constraint c;
       c.condition = &condition;
       c.index = static_cast<int>(i);
@@ -66,9 +69,11 @@ class Inference {
       c.is_direction = condition.kind != Condition::Kind::kCoincident;
       c.a = FindPoints(p, c.is_direction, p.side == Side::kA ? a : b);
       c.b = FindPoints(q, c.is_direction, q.side == Side::kA ? a : b);
+      // Antiparallel is parallel to the direction turned round, so that one comparison serves both.
       if (condition.kind == Condition::Kind::kAntiparallel) {
         for (Vector3d& direction : c.b) direction = -direction;
       }
+      // A literal about one module says nothing of the motion: it holds or not, once for all.
       if (p.side == q.side) {
         if (AnyMeet(c.a, c.b, c.is_direction ? kAngleTolerance : tolerance_) == c.negated) {
           Blame(c);
@@ -76,10 +81,12 @@ class Inference {
         }
         continue;
       }
+      // From here on `a` is member a's side, whichever stands first in the source.
       if (p.side == Side::kB) std::swap(c.a, c.b);
       choices_ += static_cast<double>(c.choices());
       (c.negated ? forbidden_ : required_).push_back(std::move(c));
     }
+    // Few choices first: a wrong hypothesis is then found early, which keeps the search small.
     std::stable_sort(
         required_.begin(), required_.end(),
         [](const Constraint& l, const Constraint& r) { return l.choices() < r.choices(); });
@@ -97,6 +104,8 @@ class Inference {
       ReportFree();
       return;
     }
+    // Every pair of a point of a with a point of b that this condition allows is a hypothesis. It
+    // is followed only if it fits what is matched already.
     const Constraint& c = required_[next];
     if (!Spend(static_cast<double>(c.choices()))) return;
     bool fits_without_gain = false;
@@ -106,6 +115,8 @@ class Inference {
         const Match match{c.is_direction, pa, pb};
         if (!Consistent(match)) continue;
         fits = true;
+        // A pair that adds no new direction leaves the motion as free as before. All such pairs
+        // lead to the same search, which is done once, below.
         if (!Gains(match)) {
           fits_without_gain = true;
           continue;
@@ -123,12 +134,15 @@ class Inference {
   }
 
  private:
+  /// Pays for `comparisons`; false, and the search ends, when the budget is used up.
   bool Spend(double comparisons) {
     budget_ -= comparisons;
     result_.gave_up = result_.gave_up || budget_ < 0.0;
     return !result_.gave_up;
   }
 
+  /// Remembers the condition that stands last in the source among those that stopped a hypothesis:
+  /// it is the one that the nearest attempt failed at.
   void Blame(const Constraint& c) {
     if (c.index >= result_.broken_index) {
       result_.broken_index = c.index;
@@ -163,10 +177,13 @@ class Inference {
   [[nodiscard]] bool Consistent(const Match& match) const {
     const Match* origin = FirstPoint();
     if (!match.is_direction && origin == nullptr) return true;
+    // A point counts by its arm from the first matched point, so that only directions are compared.
     const Vector3d a = match.is_direction ? match.a : Vector3d(match.a - origin->a);
     const Vector3d b = match.is_direction ? match.b : Vector3d(match.b - origin->b);
     const double slack = match.is_direction ? kAngleTolerance : tolerance_;
     if (std::abs(a.norm() - b.norm()) > 4.0 * slack) return false;
+    // A rigid motion keeps angles, so the projections on the known directions must agree as well.
+    // The slack grows with both lengths, as the error of a product does.
     for (const Match& known : Directions()) {
       const double allowed = slack * known.a.norm() + tolerance_ * a.norm() +
                              kAngleTolerance * a.norm() * known.a.norm();
@@ -175,6 +192,8 @@ class Inference {
     return true;
   }
 
+  /// True if the match fixes more of the motion: a first point, or a direction not parallel to
+  /// those that are known.
   [[nodiscard]] bool Gains(const Match& match) const {
     if (!match.is_direction && FirstPoint() == nullptr) return true;
     const Vector3d along = match.is_direction ? match.a : Vector3d(match.a - FirstPoint()->a);
@@ -188,6 +207,7 @@ class Inference {
   /// A point and two directions that are not parallel (each gain is one more of them).
   [[nodiscard]] bool Fixed() const { return matches_.size() >= 3 && FirstPoint() != nullptr; }
 
+  /// The right-handed frame with x along `first` and y in the plane of both directions.
   static Matrix3d Frame(const Vector3d& first, const Vector3d& second) {
     Matrix3d R;
     R.col(0) = first.normalized();
@@ -198,6 +218,7 @@ class Inference {
 
   void TryMotion() {
     if (!Spend(choices_)) return;
+    // Two directions give the rotation, the first point the translation.
     const std::vector<Match> known = Directions();
     const Match* origin = FirstPoint();
     Matrix3d R = Frame(known[0].a, known[1].a) * Frame(known[0].b, known[1].b).transpose();
@@ -209,6 +230,8 @@ class Inference {
     Pose X_AB = Pose::Identity();
     X_AB.linear() = R;
     X_AB.translation() = origin->a - R * origin->b;
+    // What fixed the motion is only a part of the term; the rest must hold as well, and a motion
+    // that others led to counts once.
     TraceMotion(X_AB);
     if (!Satisfies(X_AB)) return;
     for (const Pose& other : result_.motions) {
@@ -217,6 +240,7 @@ class Inference {
     result_.motions.push_back(X_AB);
   }
 
+  /// True if some choice of points of `c` coincides under the motion.
   [[nodiscard]] bool Meets(const Constraint& c, const Pose& X_AB) const {
     for (const Vector3d& pb : c.b) {
       const Vector3d image = c.is_direction ? Vector3d(X_AB.linear() * pb) : Vector3d(X_AB * pb);
@@ -227,6 +251,8 @@ class Inference {
     return false;
   }
 
+  /// Whether all required literals hold and no forbidden one does; if not, the first in the source
+  /// that is broken is blamed.
   bool Satisfies(const Pose& X_AB) {
     const Constraint* first_broken = nullptr;
     for (const std::vector<Constraint>* list : {&required_, &forbidden_}) {
@@ -239,6 +265,7 @@ class Inference {
     return first_broken == nullptr;
   }
 
+  /// Keeps a motion that was tried for explanations, each once.
   void TraceMotion(const Pose& X_AB) {
     if (trace_ == nullptr) return;
     for (const Pose& other : trace_->tried) {
@@ -262,6 +289,7 @@ class Inference {
       trace_->dead_end_text = "the angle to what is matched already differs between a and b";
       return;
     }
+    // The lengths from the first matched point say most: a person can find them in the source.
     const auto lengths = [&](const std::vector<Vector3d>& points, const Vector3d& from) {
       std::vector<std::string> texts;
       for (const Vector3d& p : points) {
@@ -280,6 +308,7 @@ class Inference {
     }
   }
 
+  /// Says which motion the matches leave free; the first report stays.
   void ReportFree() {
     if (result_.free_motion) return;
     const Match* origin = FirstPoint();

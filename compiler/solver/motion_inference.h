@@ -12,6 +12,7 @@
 
 namespace morphbus::solver {
 
+/// What InferMotions finds for one term and one pair of connectors.
 struct InferredMotions {
   /// X_AB (m), distinct, in the order found. Every positive literal holds to the tolerance, no
   /// negated one does.

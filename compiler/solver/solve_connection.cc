@@ -19,11 +19,13 @@ using model::Connector;
 using model::ModuleType;
 using model::Pose;
 
+/// A link's convex hull, computed once for all candidates.
 struct LinkHull {
   int link = 0;
   model::ConvexHull hull;
 };
 
+/// The hulls of the links that have one.
 std::vector<LinkHull> HullsOf(const ModuleType& type) {
   std::vector<LinkHull> hulls;
   for (size_t i = 0; i < type.links.size(); ++i) {
@@ -33,13 +35,14 @@ std::vector<LinkHull> HullsOf(const ModuleType& type) {
   return hulls;
 }
 
+/// A rigid motion that satisfies the condition, with the states that it asks for.
 struct Candidate {
   Pose X_AB;
   std::vector<model::StateRequirement> states;
 };
 
 /// For each sub-point of `a`, last first, the sub-point of `b` it meets (-1: none), largest first:
-/// comparing these in descending order is the numbering rule (docs/m3l.md, connections, rule 4).
+/// comparing these in descending order is the numbering rule (docs/m3l.md, connections).
 std::vector<int> PartnersFromTheLast(const Connector& a, const Connector& b, const Pose& X_AB,
                                      double tolerance) {
   std::vector<int> partners;
@@ -70,20 +73,23 @@ void SortByRule(std::vector<Candidate>& candidates, const Connector& a, const Co
   for (size_t i = 0; i < keyed.size(); ++i) candidates[i] = std::move(keyed[i].second);
 }
 
+/// How many nodes a condition has: the work of specialising it to one pair of connectors.
 double NodesOf(const Condition& condition) {
   double nodes = 1.0;
   for (const Condition& child : condition.children) nodes += NodesOf(child);
   return nodes;
 }
 
+/// Solves one connection, pair of connectors by pair, last pair first: that is the paper's order of
+/// numbers (docs/m3l.md, connections).
 class ConnectionSolver {
  public:
   ConnectionSolver(const ConnectionProblem& problem, const std::vector<ModuleType>& types,
-                   source::Diagnostics& diagnostics)
+                   source::Diagnostics* diagnostics)
       : problem_(problem),
         type_a_(types[problem.type_a]),
         type_b_(types[problem.type_b]),
-        diagnostics_(diagnostics),
+        diagnostics_(*diagnostics),
         hulls_a_(HullsOf(type_a_)),
         hulls_b_(HullsOf(type_b_)) {
     tolerance_ = MatingTolerance(type_a_, type_b_);
@@ -96,6 +102,7 @@ class ConnectionSolver {
     result_.type_b = problem_.type_b;
     const int num_a = static_cast<int>(type_a_.connectors.size());
     const int num_b = static_cast<int>(type_b_.connectors.size());
+    // A bound on hostile input comes before the first pair is looked at.
     if (1.0 * num_a * num_b * NodesOf(problem_.condition) > kMaxConditionWork) {
       Fail(fmt::format("the condition of connection '{}' is too long for {} pairs of connectors",
                        problem_.name, 1LL * num_a * num_b),
@@ -104,6 +111,8 @@ class ConnectionSolver {
     for (int a = num_a - 1; a >= 0; --a) {
       for (int b = num_b - 1; b >= 0 && !failed_; --b) SolvePair(a, b);
     }
+    // Options are numbered in the order of solving, but rejections are told in the order of
+    // declaration.
     std::reverse(result_.rejections.begin(), result_.rejections.end());
     std::reverse(broken_.begin(), broken_.end());
     if (broken != nullptr) *broken = std::move(broken_);
@@ -128,6 +137,7 @@ class ConnectionSolver {
     std::string what;
     std::pair<int, int> connectors;  ///< The pair that it stopped.
 
+    /// Takes the obstacle over if it is further along than the one that is known.
     void Raise(int to_stage, int to_index, const source::Span& at, std::string text,
                std::pair<int, int> pair) {
       if (std::tie(to_stage, to_index) <= std::tie(stage, index)) return;
@@ -139,9 +149,12 @@ class ConnectionSolver {
     }
   };
 
+  /// Specialises, infers, removes what overlaps and numbers what is left, for one pair of
+  /// connectors.
   void SolvePair(int index_a, int index_b) {
     const Connector& a = type_a_.connectors[index_a];
     const Connector& b = type_b_.connectors[index_b];
+    // First stage: attributes. A pair that they rule out is rejected before any geometry.
     const Terms terms = SpecialiseCondition(problem_.condition, a, b);
     if (terms.too_many()) {
       Fail(fmt::format("connection '{}' leads to {}", problem_.name, TooManyText(terms)),
@@ -157,6 +170,7 @@ class ConnectionSolver {
       Reject(index_a, index_b, std::move(why), terms.broken->span);
       return;
     }
+    // Second stage: geometry. The motions of all terms are the candidates.
     source::Span broken = problem_.condition.span;
     std::vector<Candidate> candidates = CandidatesOf(terms, index_a, index_b, broken);
     if (failed_) return;
@@ -173,6 +187,7 @@ class ConnectionSolver {
           "tell the connectors apart by attributes");
       return;
     }
+    // Third stage: hulls. What is left gets its numbers in the order of the rule.
     KeepThoseApart(candidates, index_a, index_b);
     if (failed_) return;
     SortByRule(candidates, a, b, tolerance_);
@@ -183,6 +198,7 @@ class ConnectionSolver {
     }
   }
 
+  /// Records why a pair of connectors has no option, and the condition behind it.
   void Reject(int index_a, int index_b, std::string reason, const source::Span& broken) {
     result_.rejections.push_back({index_a, index_b, std::move(reason)});
     broken_.push_back(broken);
@@ -191,11 +207,13 @@ class ConnectionSolver {
   /// `broken` becomes the condition that stopped the last term without a motion.
   std::vector<Candidate> CandidatesOf(const Terms& terms, int index_a, int index_b,
                                       source::Span& broken) {
-    const Connector& a = type_a_.connectors[static_cast<size_t>(index_a)];
-    const Connector& b = type_b_.connectors[static_cast<size_t>(index_b)];
+    const Connector& a = type_a_.connectors[index_a];
+    const Connector& b = type_b_.connectors[index_b];
     std::vector<Candidate> candidates;
     for (const Term& term : terms.terms) {
       const InferredMotions inferred = InferMotions(term, a, b, tolerance_, &comparisons_left_);
+      // Both failures concern the conditions and not this pair alone, so they end the whole
+      // solving.
       if (inferred.gave_up) {
         Fail(fmt::format("connection '{}' leaves too many ways to match the points of {} and {}",
                          problem_.name, a.name, b.name),
@@ -239,10 +257,13 @@ class ConnectionSolver {
     candidates.push_back(std::move(candidate));
   }
 
+  /// Removes the candidates in which some two hulls lie in each other; if that leaves none, the
+  /// pair is rejected with the last overlap.
   void KeepThoseApart(std::vector<Candidate>& candidates, int index_a, int index_b) {
     const LinkHull* last_a = nullptr;
     const LinkHull* last_b = nullptr;
     Pose last_X_AB;
+    // The first overlap that is found removes the candidate.
     const auto lies_inside = [&](const Candidate& candidate) {
       for (const LinkHull& of_a : hulls_a_) {
         for (const LinkHull& of_b : hulls_b_) {
@@ -267,6 +288,7 @@ class ConnectionSolver {
       return;
     }
     if (!candidates.empty()) return;
+    // Only the overlap that is told is measured exactly; the others were stopped at the tolerance.
     const double depth = PenetrationDepth(last_a->hull, Pose::Identity(), last_b->hull, last_X_AB);
     const std::string last =
         fmt::format("{} of a would lie {:.3g} m inside {} of b", type_a_.links[last_a->link].name,
@@ -280,13 +302,17 @@ class ConnectionSolver {
                     {index_a, index_b});
   }
 
+  /// Reports an error of the whole connection, which then has no options.
   void Fail(std::string message, std::string hint) {
     diagnostics_.Error(problem_.span, std::move(message)).hint = std::move(hint);
     failed_ = true;
   }
 
+  /// Reports that no pair of connectors can be joined, and what stopped the pair that came
+  /// furthest.
   void ReportNoneLeft() {
     failed_ = true;
+    // Without connectors there was no pair to look at.
     if (type_a_.connectors.empty() || type_b_.connectors.empty()) {
       const ModuleType& bare = type_a_.connectors.empty() ? type_a_ : type_b_;
       diagnostics_.Error(
@@ -300,10 +326,11 @@ class ConnectionSolver {
                                    problem_.name, type_a_.name, type_b_.name));
     if (obstacle_.stage < 0) return;
     error.notes.push_back({obstacle_.span, obstacle_.what});
-    error.hint = WhyHint(type_a_.connectors[static_cast<size_t>(obstacle_.connectors.first)].name,
-                         type_b_.connectors[static_cast<size_t>(obstacle_.connectors.second)].name);
+    error.hint = WhyHint(type_a_.connectors[obstacle_.connectors.first].name,
+                         type_b_.connectors[obstacle_.connectors.second].name);
   }
 
+  /// Warns that nothing could be ruled out by overlap because a member has no hull.
   void WarnAboutHulls() {
     const ModuleType& bare = hulls_a_.empty() ? type_a_ : type_b_;
     diagnostics_
@@ -340,7 +367,7 @@ std::string WhyHint(const std::string& a, const std::string& b) {
 
 model::ConnectionType SolveConnection(const ConnectionProblem& problem,
                                       const std::vector<ModuleType>& types,
-                                      source::Diagnostics& diagnostics,
+                                      source::Diagnostics* diagnostics,
                                       std::vector<source::Span>* broken) {
   return ConnectionSolver(problem, types, diagnostics).Solve(broken);
 }

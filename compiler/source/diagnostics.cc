@@ -4,7 +4,7 @@
 #include <numeric>
 #include <tuple>
 
-#include "compiler/source/utf8.h"
+#include "compiler/base/utf8.h"
 
 namespace morphbus::source {
 namespace {
@@ -13,6 +13,7 @@ namespace {
 // readable (and rendering stays linear).
 constexpr size_t kExcerptBytes = 160;
 
+/// Terminal codes for the parts of a diagnostic; all empty without colours.
 struct Colors {
   std::string bold, red, magenta, cyan, green, reset;
 };
@@ -22,6 +23,7 @@ Colors MakeColors(bool color) {
   return {"\033[1m", "\033[1;31m", "\033[1;35m", "\033[1;36m", "\033[1;32m", "\033[0m"};
 }
 
+/// True for the second and later bytes of a UTF-8 character.
 bool IsContinuation(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
 
 /// The byte at `i` of a line as it can go to a terminal: control characters and what is not UTF-8
@@ -38,6 +40,7 @@ std::string_view Shown(std::string_view line, size_t i) {
   return "";
 }
 
+/// `file:line:column: `, or nothing for a place in no file.
 std::string Place(const Span& span, const SourceSet& sources) {
   if (span.file < 0 || span.file >= sources.size()) return "";
   const LineColumn at = sources.Locate(span.file, span.begin);
@@ -49,6 +52,7 @@ std::string Place(const Span& span, const SourceSet& sources) {
 std::string Excerpt(const Span& span, const SourceSet& sources, const Colors& colors) {
   if (span.file < 0 || span.file >= sources.size() || sources.text(span.file).empty()) return "";
   const std::string_view line = sources.LineAt(span.file, span.begin);
+  // The place within the line; a span may begin behind its end.
   const size_t line_begin = static_cast<size_t>(line.data() - sources.text(span.file).data());
   const size_t at = std::min(span.begin - std::min(span.begin, line_begin), line.size());
 
@@ -59,6 +63,7 @@ std::string Excerpt(const Span& span, const SourceSet& sources, const Colors& co
   while (from > 0 && IsContinuation(line[from])) --from;
   while (to < line.size() && IsContinuation(line[to])) ++to;
 
+  // The caret line copies tabs, so that it stays aligned under the text.
   std::string text = from > 0 ? "..." : "";
   std::string caret = from > 0 ? "   " : "";
   for (size_t i = from; i < to; ++i) {
@@ -67,6 +72,7 @@ std::string Excerpt(const Span& span, const SourceSet& sources, const Colors& co
     if (i < at && !IsContinuation(c)) caret += c == '\t' ? '\t' : ' ';
   }
   if (to < line.size()) text += "...";
+  // Carets are counted in characters, not in bytes.
   size_t width = 0;
   const size_t end = std::min(to, at + (span.end > span.begin ? span.end - span.begin : 0));
   for (size_t i = at; i < end; ++i) width += IsContinuation(line[i]) ? 0 : 1;
@@ -74,6 +80,7 @@ std::string Excerpt(const Span& span, const SourceSet& sources, const Colors& co
   return "  " + text + "\n  " + caret + colors.green + marks + colors.reset + "\n";
 }
 
+/// A note with its place and excerpt.
 std::string NoteText(const Note& note, const SourceSet& sources, const Colors& colors) {
   return colors.bold + Place(note.span, sources) + colors.cyan + "note: " + colors.reset +
          note.message + "\n" + Excerpt(note.span, sources, colors);
@@ -81,11 +88,13 @@ std::string NoteText(const Note& note, const SourceSet& sources, const Colors& c
 
 void RenderOne(const Diagnostic& d, const SourceSet& sources, const Colors& colors,
                std::string& out) {
+  // The headline has the place, the severity and the message.
   const bool error = d.severity == Severity::kError;
   out += colors.bold + Place(d.span, sources) + colors.reset;
   out += (error ? colors.red + "error: " : colors.magenta + "warning: ") + colors.reset;
   out += colors.bold + d.message + colors.reset + "\n";
   out += Excerpt(d.span, sources, colors);
+  // What helps to mend it stands below the source line.
   if (!d.hint.empty()) out += "  " + colors.green + "hint: " + colors.reset + d.hint + "\n";
   for (const Note& note : d.notes) {
     out += NoteText(note, sources, colors);
@@ -115,6 +124,7 @@ size_t EditDistance(const std::string& a, const std::string& b) {
 
 Diagnostic& Diagnostics::Error(const Span& span, std::string message) {
   ++errors_;
+  // The first error beyond the bound says so; the others are only counted.
   if (errors_ > kMaxErrors) {
     if (errors_ == kMaxErrors + 1) {
       all_.push_back({Severity::kError, span, "too many errors, no more are shown", "", {}});
@@ -134,6 +144,7 @@ Diagnostic& Diagnostics::Warning(const Span& span, std::string message) {
 std::string Render(const Diagnostics& diagnostics, const SourceSet& sources, bool color) {
   std::vector<const Diagnostic*> order;
   for (const Diagnostic& d : diagnostics.all()) order.push_back(&d);
+  // The sort is stable, so that diagnostics at one place keep the order in which they were found.
   std::stable_sort(order.begin(), order.end(), [](const Diagnostic* a, const Diagnostic* b) {
     return std::tie(a->span.file, a->span.begin) < std::tie(b->span.file, b->span.begin);
   });
@@ -151,10 +162,18 @@ std::string NearestName(const std::string& name, const std::vector<std::string>&
   // A slip changes a letter or two; names beyond this length are not typed by hand.
   constexpr size_t kMaxLength = 64;
   if (name.empty() || name.size() > kMaxLength) return "";
+  // A name in the wrong capitals is meant, however many letters differ: hinge for HINGE.
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; };
+  const auto alike = [&](char a, char b) { return lower(a) == lower(b); };
+  for (const std::string& candidate : candidates) {
+    if (candidate != name && std::ranges::equal(name, candidate, alike)) return candidate;
+  }
+  // A third of the letters may differ, and at least one.
   size_t best = std::max<size_t>(1, name.size() / 3) + 1;
   std::string nearest;
   for (const std::string& candidate : candidates) {
     if (candidate.size() > kMaxLength || candidate == name) continue;
+    // Names whose lengths alone differ by more need not be compared letter by letter.
     const size_t gap = candidate.size() > name.size() ? candidate.size() - name.size()
                                                       : name.size() - candidate.size();
     if (gap >= best) continue;

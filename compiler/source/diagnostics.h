@@ -8,22 +8,31 @@
 
 namespace morphbus::source {
 
+/// Errors make a compilation fail, warnings do not.
 enum class Severity { kError, kWarning };
 
 /// A further place that explains a diagnostic ("first used here").
 struct Note {
+  /// The place that is shown, with a caret line under it.
   Span span;
   std::string message;
 };
 
+/// One error or warning about user text. A stage makes it by Diagnostics::Error or Warning, and
+/// whoever called the compiler prints all of them at the end.
 struct Diagnostic {
   Severity severity = Severity::kError;
+  /// The place of the text that is wrong; file -1 stands for the command line.
   Span span;
-  std::string message;  ///< One sentence, lower case first, no full stop.
-  std::string hint;     ///< What would be accepted; may be empty.
+  /// One sentence that begins in lower case, without a full stop.
+  std::string message;
+  /// What would be accepted instead, or the way out; it may be empty.
+  std::string hint;
+  /// Further places, in the order in which they are printed.
   std::vector<Note> notes;
 };
 
+/// The diagnostics of one compilation, in the order in which they were found.
 class Diagnostics {
  public:
   /// Errors beyond this many are counted but not kept: nobody reads them.
@@ -32,18 +41,22 @@ class Diagnostics {
   /// Records an error and returns it, so that a hint or notes can be added at once (the reference
   /// is valid until the next call).
   Diagnostic& Error(const Span& span, std::string message);
+  /// The same for a warning, which does not stop anything.
   Diagnostic& Warning(const Span& span, std::string message);
 
+  /// True if the compilation has failed. Warnings do not count.
   [[nodiscard]] bool had_errors() const { return errors_ > 0; }
   /// Number of errors so far; a stage compares it before and after to know whether a part is sound.
   [[nodiscard]] int error_count() const { return errors_; }
   /// True when further errors are not kept; loops over user text may stop then.
   [[nodiscard]] bool full() const { return errors_ >= kMaxErrors; }
+  /// All that was kept, in the order in which it was found; Render sorts by place.
   [[nodiscard]] const std::vector<Diagnostic>& all() const { return all_; }
 
  private:
   std::vector<Diagnostic> all_;
-  Diagnostic surplus_;  ///< What Error() hands out when full.
+  /// What Error() hands out when the list is full; it is never shown.
+  Diagnostic surplus_;
   int errors_ = 0;
 };
 
@@ -55,7 +68,8 @@ std::string Render(const Diagnostics& diagnostics, const SourceSet& sources, boo
 /// line with a caret line.
 std::string RenderNote(const Note& note, const SourceSet& sources, bool color);
 
-/// The candidate nearest to `name` by edit distance, if near enough to be a likely slip; else "".
+/// The candidate that differs from `name` in capitals only, else the nearest by edit distance, if
+/// near enough to be a likely slip; else "".
 std::string NearestName(const std::string& name, const std::vector<std::string>& candidates);
 
 }  // namespace morphbus::source

@@ -14,16 +14,23 @@ namespace morphbus::source {
 /// Lines are broken to fit this many bytes, where a break is possible.
 constexpr size_t kLayoutWidth = 100;
 
-/// The comments between two tokens, and how they stand.
+/// A comment that stands on a line of its own, or several if it is a block comment.
 struct CommentLine {
-  std::string text;           ///< From `//`, `#` or `/*` on, white space at line ends cut off.
-  bool blank_before = false;  ///< An empty line stands before it.
+  /// The text from `//`, `#` or `/*` on; white space at the ends of its lines is cut off.
+  std::string text;
+  /// True if an empty line stands before it.
+  bool blank_before = false;
 };
+/// The comments between two tokens, and how they stand. ReadGap makes it.
 struct GapComments {
-  std::string trailing;            ///< On the line of the token before the gap, and ends that line.
-  std::vector<CommentLine> lines;  ///< On lines of their own.
-  std::vector<std::string> inner;  ///< `/* */` with the token after the gap on the same line.
-  bool blank_after = false;        ///< An empty line stands before the token after the gap.
+  /// The comments on the line of the token before the gap; they end that line.
+  std::string trailing;
+  /// The comments on lines of their own.
+  std::vector<CommentLine> lines;
+  /// Comments `/* */` on the line of the token after the gap.
+  std::vector<std::string> inner;
+  /// True if an empty line stands before the token after the gap.
+  bool blank_after = false;
 };
 
 /// Comments in [begin, end) of `text`, which lies between two tokens (or at an end of the file).
@@ -33,20 +40,32 @@ GapComments ReadGap(std::string_view text, size_t begin, size_t end, bool hash_c
 /// All comments of a gap joined, white space left out: what no formatting may change.
 std::string CommentContent(const GapComments& gap);
 
+/// A token of the source and how it may be laid out. CutUp fills in the text and the comments, the
+/// formatter of the language the rest.
 struct LayoutToken {
+  /// The characters of the token; they belong to the source text, which must outlive the layout.
   std::string_view text;
-  bool space = false;      ///< A space before it, if the line goes on.
-  bool may_break = false;  ///< It may begin a line.
-  bool separate = false;   ///< It does begin a line if its statement has more than one.
-  bool opens = false;      ///< ( or [
-  bool closes = false;     ///< ) or ]
-  GapComments before;      ///< `trailing` belongs to the token before it and is not read here.
-  std::string trailing;    ///< Comment behind it on its line.
+  /// True if a space stands before it where the line goes on.
+  bool space = false;
+  /// True if it may begin a line.
+  bool may_break = false;
+  /// True if it must begin a line where its statement has more than one.
+  bool separate = false;
+  /// True for an opening bracket, ( or [.
+  bool opens = false;
+  /// True for a closing bracket, ) or ].
+  bool closes = false;
+  /// The comments before it; `trailing` in them belongs to the token before and is not read here.
+  GapComments before;
+  /// The comment behind it on its line, or "".
+  std::string trailing;
 };
 
-/// Writes statements one after another.
+/// Writes statements one after another. A formatter makes one for each file, calls LinesBefore and
+/// Statement in the order of the source, and takes the text at the end.
 class LayoutWriter {
  public:
+  /// `tokens` are those of the whole file, in order; the functions below refer to them by index.
   explicit LayoutWriter(std::vector<LayoutToken> tokens);
 
   /// The comment lines of the gap before a statement, and the empty lines round them: `blank_first`
@@ -69,27 +88,39 @@ class LayoutWriter {
   [[nodiscard]] size_t FlatWidth(size_t begin, size_t end) const;
   static constexpr size_t kTooLong = size_t{1} << 30;
 
+  /// The text that was written. The writer must not be used after that.
   [[nodiscard]] std::string Take() { return std::move(out_); }
 
  private:
+  /// Ends the current line if one is begun, and indents the next by `indent` columns.
   void NewLine(size_t indent);
+  /// Writes token `i` with its comments; lines that they need are indented by `indent`.
   void Emit(size_t i, size_t indent);
+  /// Writes tokens [begin, end) with Emit, without line breaks of its own.
   void EmitFlat(size_t begin, size_t end, size_t indent);
-  /// Parts of [begin, end), each beginning where a break is possible.
+  /// Writes tokens [begin, end) part by part, each beginning where a break is possible, and starts
+  /// a new line where a part does not fit or, if `spread`, before each.
   void Fill(size_t begin, size_t end, size_t indent, bool spread);
-  /// A part that does not fit on a line: its parentheses are broken up.
+  /// Writes a part that does not fit on a line: the insides of its brackets are filled into lines
+  /// of their own.
   void Broken(size_t begin, size_t end, size_t indent);
-  /// What follows token `end` without a possible break.
+  /// The width of the tokens that follow token `end` up to the next possible break.
   [[nodiscard]] size_t TailWidth(size_t end) const;
+  /// True if tokens [begin, end) and what cannot be parted from them fit on the current line.
   [[nodiscard]] bool Fits(size_t begin, size_t end) const;
 
   std::vector<LayoutToken> tokens_;
-  std::vector<size_t> match_;  ///< For an opening token: the index of the closing one.
+  /// match_[i] is the index of the token that closes the bracket which token `i` opens.
+  std::vector<size_t> match_;
+  /// The end of the statement that is being written, as an index into tokens_.
   size_t statement_end_ = 0;
   std::string out_;
-  size_t line_begin_ = 0;     ///< Index into out_.
-  bool fresh_ = true;         ///< Nothing but indentation on the line yet.
-  bool comment_end_ = false;  ///< The line ended with a comment and must not go on.
+  /// The place in out_ where the current line begins.
+  size_t line_begin_ = 0;
+  /// True while nothing but indentation stands on the line.
+  bool fresh_ = true;
+  /// True if the line ended with a comment and must not go on.
+  bool comment_end_ = false;
 };
 
 }  // namespace morphbus::source

@@ -10,6 +10,7 @@
 namespace morphbus::source {
 namespace {
 
+// Sizes are bounded, so that a file named by mistake does not fill the memory.
 constexpr size_t kMaxFileBytes = size_t{64} << 20;
 
 /// True for every byte but the continuation bytes of UTF-8, so that counting them counts
@@ -23,6 +24,7 @@ bool EndsLine(std::string_view text, size_t at) {
 }
 
 int SourceSet::AddText(std::string name, std::string text) {
+  // Line starts are found once, so that places are found quickly.
   auto file = std::make_shared<File>();
   file->name = std::move(name);
   file->text = std::move(text);
@@ -49,6 +51,7 @@ Result<int> SourceSet::AddFile(const std::string& path) {
   std::ifstream stream(path, std::ios::binary);
   if (!stream) return Fail("cannot read '" + path + "': " + std::strerror(errno));
 
+  // Read in pieces, so that a file that grows while it is read is stopped at the bound.
   std::string text;
   char buffer[1 << 16];
   while (stream.read(buffer, sizeof buffer), stream.gcount() > 0) {
@@ -62,6 +65,7 @@ Result<int> SourceSet::AddFile(const std::string& path) {
 }
 
 std::string_view SourceSet::text(const Span& span) const {
+  // A span made by hand may reach beyond the text.
   const std::string_view whole = text(span.file);
   const size_t begin = std::min(span.begin, whole.size());
   const size_t end = std::clamp(span.end, begin, whole.size());
@@ -71,8 +75,10 @@ std::string_view SourceSet::text(const Span& span) const {
 LineColumn SourceSet::Locate(int file, size_t offset) const {
   const File& f = *files_[file];
   offset = std::min(offset, f.text.size());
+  // The line begins at the last start that is not behind the offset.
   const auto next = std::upper_bound(f.line_starts.begin(), f.line_starts.end(), offset);
   const size_t line = static_cast<size_t>(next - f.line_starts.begin());
+  // Columns are characters: continuation bytes do not count.
   int column = 1;
   for (size_t i = f.line_starts[line - 1]; i < offset; ++i) {
     if (StartsCharacter(f.text[i])) ++column;
@@ -81,10 +87,12 @@ LineColumn SourceSet::Locate(int file, size_t offset) const {
 }
 
 std::string_view SourceSet::LineAt(int file, size_t offset) const {
+  // The line lies between the last start that is not behind the offset and the next one.
   const File& f = *files_[file];
   offset = std::min(offset, f.text.size());
   const auto next = std::upper_bound(f.line_starts.begin(), f.line_starts.end(), offset);
   const size_t begin = *(next - 1);
+  // The last line need not end with a newline.
   size_t end = next == f.line_starts.end() ? f.text.size() : *next - 1;
   if (end > begin && f.text[end - 1] == '\r') --end;  // The first half of "\r\n".
   return std::string_view(f.text).substr(begin, end - begin);

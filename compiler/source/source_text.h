@@ -7,11 +7,13 @@
 #include <string_view>
 #include <vector>
 
-#include "compiler/source/result.h"
+#include "compiler/base/result.h"
 
 namespace morphbus::source {
 
-/// A half-open byte range [begin, end) of file number `file` of a SourceSet.
+/// A half-open byte range [begin, end) of file number `file` of a SourceSet. It is small enough to
+/// be kept with every token, name and expression. A file of -1 stands for no file: the command
+/// line.
 struct Span {
   int file = 0;
   size_t begin = 0;
@@ -27,28 +29,39 @@ struct LineColumn {
   int column = 1;
 };
 
-/// The texts of one compilation. Append-only, so views into it stay valid.
+/// The texts of one compilation. It is append-only, so views into it stay valid for as long as it
+/// or a copy of it lives.
 class SourceSet {
  public:
-  /// Adds a text under `name` and returns its file number.
+  /// Adds a text under `name`, which diagnostics print as it is, and returns its file number. It
+  /// takes one pass over the text.
   int AddText(std::string name, std::string text);
   /// Reads a file (at most 64 MiB); the error names the path and the reason.
   Result<int> AddFile(const std::string& path);
 
+  /// Number of files; they are numbered from 0 in the order in which they were added.
   [[nodiscard]] int size() const { return static_cast<int>(files_.size()); }
+  /// Name and text of file number `file`.
   [[nodiscard]] const std::string& name(int file) const { return files_[file]->name; }
   [[nodiscard]] std::string_view text(int file) const { return files_[file]->text; }
+  /// The text that a span covers, as far as it lies within its file.
   [[nodiscard]] std::string_view text(const Span& span) const;
+  /// Line and column of the byte at `offset`; beyond the end, those of the end.
   [[nodiscard]] LineColumn Locate(int file, size_t offset) const;
   /// The whole line that holds `offset`, without its newline.
   [[nodiscard]] std::string_view LineAt(int file, size_t offset) const;
 
  private:
+  /// A file is immutable and shared, so that copies of a SourceSet are cheap and views stay good.
   struct File {
+    /// The path or name as the caller gave it.
     std::string name;
+    /// The bytes as they were read; nothing is converted.
     std::string text;
+    /// The offset at which each line begins; the first is 0.
     std::vector<size_t> line_starts;
   };
+  /// The files by their numbers.
   std::vector<std::shared_ptr<const File>> files_;
 };
 

@@ -8,9 +8,9 @@
 #include <lcm/lcm-cpp.hpp>
 #include <string>
 
-#include "logger/comparer.h"
-#include "logger/event_log.h"
-#include "logger/run_log.h"
+#include "logger/compare/comparer.h"
+#include "logger/log/event_log.h"
+#include "logger/log/run_log.h"
 #include "test/support/synthetic_log.h"
 
 namespace morphbus::logger {

@@ -14,6 +14,7 @@
 #include "compiler/model/kinematic_graph.h"
 #include "compiler/model/kinematic_tree.h"
 #include "test/support/large_robots.h"
+#include "test/support/source_dir.h"
 
 namespace morphbus {
 namespace {
@@ -78,7 +79,7 @@ void CongruenceOf(benchmark::State& state, const std::string& text) {
 }
 
 void CongruenceOfQuadrupeds(benchmark::State& state) {
-  const model::Model model = *m3l::CompileFiles({MORPHBUS_SOURCE_DIR "/models/mtran.m3l"}).model;
+  const model::Model model = *m3l::CompileFiles({test::SourcePath("models/mtran.m3l")}).model;
   const model::Robot& a = *model.FindRobot("quadruped");
   const model::Robot& b = *model.FindRobot("equivalent_quadruped");
   for (auto _ : state) benchmark::DoNotOptimize(congruence::Compare(model, a, model, b).count);

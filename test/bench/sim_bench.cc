@@ -1,5 +1,5 @@
 // What the simulator costs above Bullet: the quadruped of Fig. 9 stands up and walks, through
-// sim::SimulatedAssembly and as a bare Bullet loop over the same bodies, hinges, ground, engine
+// sim::BulletRobot and as a bare Bullet loop over the same bodies, hinges, ground, engine
 // settings and servo set-points.
 
 #include <BulletCollision/CollisionDispatch/btSimulationIslandManager.h>
@@ -13,24 +13,25 @@
 #include <vector>
 
 #include "compiler/model/forward_kinematics.h"
+#include "sim/bullet_robot.h"
 #include "sim/link_physics.h"
-#include "sim/simulated_assembly.h"
 #include "test/sim/mtran.h"
 
 namespace morphbus::sim {
 namespace {
 
-Assembly BuildQuadruped() {
-  const auto model = test::MakeMtranModel();
+RigidBodyModel BuildQuadruped() {
+  const auto model = test::MtranModel();
   const model::Robot& robot = model->robots[0];
-  return BuildAssembly(*model, robot, PlaceOnGround(*model, robot), model::StartValues(robot));
+  return BuildRigidBodyModel(*model, robot, PlaceOnGround(*model, robot),
+                             model::StartValues(robot));
 }
 
 btVector3 ToBullet(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 class BareWorld {
  public:
-  explicit BareWorld(const Assembly& assembly) : filter_(assembly.may_collide) {
+  explicit BareWorld(const RigidBodyModel& rigid_bodies) : filter_(rigid_bodies.may_collide) {
     broadphase_.getOverlappingPairCache()->setOverlapFilterCallback(&filter_);
     dynamics_.setGravity({0, -9.81, 0});
     dynamics_.getSolverInfo().m_numIterations = WorldOptions().solver_iterations;
@@ -41,8 +42,8 @@ class BareWorld {
     ground_ = std::make_unique<btRigidBody>(0.0, nullptr, ground_shape_.get());
     ground_->setUserIndex(-1);
     dynamics_.addRigidBody(ground_.get());
-    for (const BodySpec& body : assembly.bodies) AddBody(body);
-    for (const JointSpec& joint : assembly.joints) AddHinge(joint);
+    for (const BodySpec& body : rigid_bodies.bodies) AddBody(body);
+    for (const JointSpec& joint : rigid_bodies.joints) AddHinge(joint);
   }
   ~BareWorld() {
     for (const auto& hinge : hinges_) dynamics_.removeConstraint(hinge.get());
@@ -70,7 +71,7 @@ class BareWorld {
     bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override {
       const int i = static_cast<const btCollisionObject*>(a->m_clientObject)->getUserIndex();
       const int j = static_cast<const btCollisionObject*>(b->m_clientObject)->getUserIndex();
-      return i < 0 || j < 0 || may_collide_[static_cast<size_t>(i)][static_cast<size_t>(j)];
+      return i < 0 || j < 0 || may_collide_[i][j];
     }
 
    private:
@@ -101,8 +102,8 @@ class BareWorld {
 
   void AddHinge(const JointSpec& spec) {
     if (spec.body_1 == spec.body_2) return;
-    btRigidBody& a = *bodies_[static_cast<size_t>(spec.body_2)];
-    btRigidBody& b = *bodies_[static_cast<size_t>(spec.body_1)];
+    btRigidBody& a = *bodies_[spec.body_2];
+    btRigidBody& b = *bodies_[spec.body_1];
     hinges_.push_back(
         std::make_unique<btHingeConstraint>(a, b, ToBullet(spec.p_WJ) - a.getCenterOfMassPosition(),
                                             ToBullet(spec.p_WJ) - b.getCenterOfMassPosition(),
@@ -135,30 +136,32 @@ constexpr int kTicks = 1925;  // 38.5 s: standing up and five gait cycles.
 class Walker {
  public:
   Walker()
-      : model_(test::MakeMtranModel()),
-        assembly_(std::move(*SimulatedAssembly::Create(model_, "quadruped", {}))),
-        parts_(test::AssignParts(*model_, assembly_->robot())) {}
+      : model_(test::MtranModel()),
+        bullet_robot_(std::move(*BulletRobot::Create(model_, "quadruped", {}))),
+        parts_(test::AssignParts(*model_, bullet_robot_->robot())) {}
 
   void Tick() {
-    assembly_->Sense(&sensors_);
-    assembly_->Truth(&truth_);
-    for (const morphbus::actuator_t& command : Commands()) assembly_->Actuate(command);
-    assembly_->Advance();
+    bullet_robot_->Sense(&sensors_);
+    bullet_robot_->Truth(&truth_);
+    for (const morphbus::actuator_t& command : Commands()) bullet_robot_->Actuate(command);
+    bullet_robot_->Advance();
     t_ += 0.02;
   }
 
   /// Of the joints that turn, in canonical order.
   [[nodiscard]] std::vector<double> SetPoints() const {
     std::vector<double> points;
-    const Assembly& assembly = assembly_->world().assembly();
-    for (size_t i = 0; i < assembly.joints.size(); ++i) {
-      if (assembly.joints[i].body_1 == assembly.joints[i].body_2) continue;
-      points.push_back(assembly_->world().set_point(static_cast<int>(i)));
+    const RigidBodyModel& rigid_bodies = bullet_robot_->world().rigid_bodies();
+    for (size_t i = 0; i < rigid_bodies.joints.size(); ++i) {
+      if (rigid_bodies.joints[i].body_1 == rigid_bodies.joints[i].body_2) continue;
+      points.push_back(bullet_robot_->world().set_point(static_cast<int>(i)));
     }
     return points;
   }
 
-  [[nodiscard]] double north() const { return assembly_->world().body(0).X_WB.translation().x(); }
+  [[nodiscard]] double north() const {
+    return bullet_robot_->world().body(0).X_WB.translation().x();
+  }
 
  private:
   [[nodiscard]] std::vector<morphbus::actuator_t> Commands() const {
@@ -171,16 +174,16 @@ class Walker {
     for (size_t leg = 0; leg < test::kNumLegs; ++leg) {
       for (size_t part = 0; part < test::kNumParts; ++part) {
         const test::FunctionalJoint& joint = parts_[leg][part];
-        commands[static_cast<size_t>(joint.module)].joints[static_cast<size_t>(joint.joint)] = {
-            morphbus::joint_command_t::MODE_POSITION, joint.sign * posture[leg][part],
-            std::numbers::pi};
+        commands[joint.module].joints[joint.joint] = {morphbus::joint_command_t::MODE_POSITION,
+                                                      joint.sign * posture[leg][part],
+                                                      std::numbers::pi};
       }
     }
     return commands;
   }
 
   std::shared_ptr<const model::Model> model_;
-  std::unique_ptr<SimulatedAssembly> assembly_;
+  std::unique_ptr<BulletRobot> bullet_robot_;
   test::Quadruped parts_;
   std::vector<morphbus::module_sensors_t> sensors_;
   std::vector<morphbus::body_pose_t> truth_;

@@ -19,7 +19,7 @@ void Solve(benchmark::State& state, const ModuleType& type, Condition condition,
   const std::vector<ModuleType> types = {type};
   for (auto _ : state) {
     source::Diagnostics diagnostics;
-    const model::ConnectionType result = SolveConnection(problem, types, diagnostics);
+    const model::ConnectionType result = SolveConnection(problem, types, &diagnostics);
     if (result.options.size() != expected) state.SkipWithError("wrong number of connections");
     benchmark::DoNotOptimize(result.options.data());
   }

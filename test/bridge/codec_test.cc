@@ -1,4 +1,4 @@
-#include "bridge/codec.h"
+#include "bridge/wire/codec.h"
 
 #include <gtest/gtest.h>
 #include <zlib.h>
@@ -12,9 +12,9 @@
 #include <morphbus/transform_t.hpp>
 #include <random>
 
-#include "bridge/info_parts.h"
-#include "bridge/outbox.h"
-#include "bridge/vm_codec.h"
+#include "bridge/lockstep/outbox.h"
+#include "bridge/wire/info_parts.h"
+#include "bridge/wire/vm_codec.h"
 #include "test/bridge/sample_messages.h"
 
 namespace morphbus::bridge {
@@ -161,44 +161,49 @@ std::string WhyRefused(size_t sample, const Change& change) {
   Encode(m, &bytes);
   M out;
   const auto result = Decode(bytes.data(), bytes.size(), {}, &out);
-  return result ? "" : result.error().message.substr(result.error().message.find(": ") + 2);
+  return result ? "" : result.error().message;
 }
 
-TEST(Codec, ImpossibleValuesAreRefused) {
+TEST(Codec, ImpossibleValuesAreRefusedByFieldAndPlace) {
   using morphbus::actuator_t, morphbus::sensors_t, morphbus::transform_t;
   const double nan = std::nan("");
   const auto infinity = std::numeric_limits<float>::infinity();
   EXPECT_EQ(WhyRefused<sensors_t>(1, [](sensors_t*) {}), "");
-  EXPECT_EQ(
-      WhyRefused<sensors_t>(1, [&](sensors_t* m) { m->modules[0].joint_position_si[1] = nan; }),
-      "a number is not finite");
-  EXPECT_EQ(WhyRefused<sensors_t>(
-                1, [&](sensors_t* m) { m->modules[1].joint_velocity_si[0] = infinity; }),
-            "a number is not finite");
-  EXPECT_EQ(WhyRefused<actuator_t>(5, [&](actuator_t* m) { m->joints[0].target_si = nan; }),
-            "a number is not finite");
-  EXPECT_EQ(WhyRefused<actuator_t>(5, [&](actuator_t* m) { m->joints[0].mode = 3; }),
-            "a number is out of range");
-  EXPECT_EQ(WhyRefused<transform_t>(
-                0, [](transform_t* m) { m->docked[0].connector = vm::kMaxConnectors; }),
-            "a number is out of range");
+  const auto expect = [](const std::string& why, const std::string& field_and_what) {
+    EXPECT_EQ(why.substr(0, why.find(" (byte ")), field_and_what);
+  };
+  expect(WhyRefused<sensors_t>(1, [&](sensors_t* m) { m->modules[0].joint_position_si[1] = nan; }),
+         "sensors_t.modules[0].joint_position_si[1] is not a finite number");
+  expect(WhyRefused<sensors_t>(
+             1, [&](sensors_t* m) { m->modules[1].joint_velocity_si[0] = infinity; }),
+         "sensors_t.modules[1].joint_velocity_si[0] is not a finite number");
+  expect(WhyRefused<actuator_t>(5, [&](actuator_t* m) { m->joints[0].target_si = nan; }),
+         "actuator_t.joints[0].target_si is not a finite number");
+  expect(WhyRefused<actuator_t>(5, [&](actuator_t* m) { m->joints[0].mode = 3; }),
+         "actuator_t.joints[0].mode is out of range");
+  expect(WhyRefused<transform_t>(
+             0, [](transform_t* m) { m->docked[0].connector = vm::kMaxConnectors; }),
+         "transform_t.docked[0].connector is out of range");
+  expect(WhyRefused<transform_t>(0,
+                                 [](transform_t* m) {
+                                   for (float& q : m->link_poses[1].orientation_wxyz) q = 0;
+                                 }),
+         "transform_t.link_poses[1].orientation_wxyz is not of unit length");
+  expect(WhyRefused<sensors_t>(1, [](sensors_t* m) { m->part = 2; }),
+         "sensors_t.part is not below num_parts");
+  expect(WhyRefused<transform_t>(0, [](transform_t* m) { m->fragments[0].offset = 257; }),
+         "transform_t.fragments[0].offset puts the piece beyond the image's end");
+  expect(WhyRefused<transform_t>(0,
+                                 [](transform_t* m) {
+                                   m->body_entries.resize(49);
+                                   m->num_body_entries = 49;
+                                 }),
+         "transform_t.num_body_entries is out of range");
+  expect(WhyRefused<sensors_t>(1, [](sensors_t* m) { m->header.tick = -1; }),
+         "sensors_t.header.tick is out of range");
+  // The place: fingerprint (8 bytes) and header (48), and nothing before the field.
   EXPECT_EQ(WhyRefused<transform_t>(0, [](transform_t* m) { m->module_id = -1; }),
-            "a number is out of range");
-  EXPECT_EQ(WhyRefused<transform_t>(0,
-                                    [](transform_t* m) {
-                                      for (float& q : m->link_poses[1].orientation_wxyz) q = 0;
-                                    }),
-            "a quaternion is not of unit length");
-  EXPECT_EQ(WhyRefused<sensors_t>(1, [](sensors_t* m) { m->part = 2; }),
-            "a part's number is not below the number of parts");
-  EXPECT_EQ(WhyRefused<transform_t>(0, [](transform_t* m) { m->fragments[0].offset = 257; }),
-            "a piece lies beyond the image's end");
-  EXPECT_EQ(WhyRefused<transform_t>(0,
-                                    [](transform_t* m) {
-                                      m->body_entries.resize(49);
-                                      m->num_body_entries = 49;
-                                    }),
-            "a number is out of range");
+            "transform_t.module_id is out of range (byte 56)");
 }
 
 TEST(Codec, ATextWithANulInsideIsRefused) {
@@ -211,8 +216,7 @@ TEST(Codec, ATextWithANulInsideIsRefused) {
   Forge(&sample.bytes);
   const auto result = sample.recode(sample.bytes.data(), sample.bytes.size());
   ASSERT_FALSE(result);
-  EXPECT_NE(result.error().message.find("a text does not end with its only NUL"),
-            std::string::npos);
+  EXPECT_NE(result.error().message.find(".name does not end with its only NUL"), std::string::npos);
 }
 
 TEST(Codec, MessagesOverADatagramAreRefused) {
@@ -286,15 +290,13 @@ TEST(Codec, AStatusWithMoreFaultsThanFitBecomesSeveral) {
   for (int i = 0; i < vm::kMaxFaultsPerTick; ++i) {
     report.faults[i].code = vm::FaultCode::kStalled;
     report.faults[i].line = static_cast<uint16_t>(i + 1);
-    report.faults[i].value = std::numeric_limits<float>::quiet_NaN();
+    report.faults[i].asked = std::numeric_limits<float>::quiet_NaN();
   }
   StatusNames names;
   const std::string longest(200, 'x');
   names.type_name = names.role_name = longest;
   names.label_names.assign(vm::kMaxLabels, longest);
   names.task_functions.assign(vm::kMaxTasks, longest);
-  names.fault_functions.assign(vm::kMaxFaultsPerTick, longest);
-  names.fault_texts.assign(vm::kMaxFaultsPerTick, longest);
   std::vector<morphbus::status_t> messages = ToStatus(report, names, 1, 1, vm::kMaxJoints);
   EXPECT_GT(messages.size(), 1u);
   int line = 0, dropped = 0;

@@ -6,7 +6,8 @@
 // of times, or never: that is loss, duplication and reordering without bound. A timer may fire at
 // any time. Time itself is left out of the states. Safety holds in every reachable state. For
 // progress, each reachable combination of nodes is put on an empty network (everything under way is
-// lost) that behaves from then on; the run must end well.
+// lost) that behaves from then on; the run must end well. Where a module may stop for good, the run
+// must end without it, and the logger must know that it did not end well.
 
 #include <gtest/gtest.h>
 
@@ -27,6 +28,7 @@ using States = std::unordered_set<std::string>;
 /// from an empty network; it grows.
 bool CompletesOnAGoodNetwork(World world, States* known) {
   constexpr int kMostRounds = 400;
+  constexpr int kPatientRounds = 100;  // Then the sim gives up who does not answer.
   world.fresh.clear();
   std::vector<std::string> path;
   bool ends = false;
@@ -34,12 +36,13 @@ bool CompletesOnAGoodNetwork(World world, States* known) {
     path.push_back(world.NodesPrint());
     if (known->contains(path.back())) break;
     world.AdvanceTo(world.NextDeadline());
+    if (world.anyone_dead() && round % kPatientRounds == kPatientRounds - 1) world.WaitInVain();
     while (!world.fresh.empty()) {
       const Message message = world.fresh.front();
       world.fresh.pop_front();
       world.DeliverToAll(message);
     }
-    ends = world.EndedWell();
+    ends = world.EndedWell() || world.EndedWithoutTheDead();
     if (!world.Violation().empty()) return false;
   }
   if (!ends && !known->contains(path.back())) return false;
@@ -68,7 +71,8 @@ Findings Explore(const Settings& settings) {
     if (!seen.insert(world.Print()).second || !result.violation.empty()) return;
     result.violation = world.Violation();
     if (result.violation.empty() && seen_nodes.insert(world.NodesPrint()).second &&
-        !world.EndedWell() && !CompletesOnAGoodNetwork(world, &completing)) {
+        !world.EndedWell() && !world.EndedWithoutTheDead() &&
+        !CompletesOnAGoodNetwork(world, &completing)) {
       result.violation = "stuck in " + world.NodesPrint();
     }
     open.push_back(std::move(world));
@@ -88,6 +92,11 @@ Findings Explore(const Settings& settings) {
       World next = world;
       next.FireTimer(node);
       visit(std::move(next));
+      if (settings.deaths && node >= 0 && node < settings.modules && !world.anyone_dead()) {
+        World bereft = world;
+        bereft.Die(node);
+        visit(std::move(bereft));
+      }
       if (!settings.kills || node < 0 || node == settings.modules) continue;
       World killed = world;
       killed.KillAndResume(node);
@@ -125,6 +134,24 @@ TEST(Exploration, TwoModulesAndALoggerNeverErrAndNeverStick) {
   settings.ticks = 1;
   settings.logger = true;
   settings.kills = false;
+  ExpectSound(settings, 1000);
+}
+
+TEST(Exploration, WithoutAModuleThatStoppedTheRunEndsAndIsNeverCalledClean) {
+  Settings settings;
+  settings.modules = 1;
+  settings.ticks = 2;
+  settings.logger = true;
+  settings.kills = false;
+  settings.deaths = true;
+  ExpectSound(settings, 1000);
+}
+
+TEST(Exploration, OneOfTwoModulesStopsAndTheOtherIsNotBlamed) {
+  Settings settings;
+  settings.ticks = 3;
+  settings.kills = false;
+  settings.deaths = true;
   ExpectSound(settings, 1000);
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 // The lockstep's machines and what they have sent, for test/bridge/exploration_test.cc: no bytes,
-// no bus, no brain; a message is what the machines look at.
+// no bus, no controller; a message is what the machines look at.
 
 #include <algorithm>
 #include <array>
@@ -10,80 +10,13 @@
 #include <string>
 #include <vector>
 
-#include "bridge/log_lockstep.h"
-#include "bridge/module_lockstep.h"
-#include "bridge/party.h"
-#include "bridge/sim_lockstep.h"
+#include "bridge/lockstep/log_lockstep.h"
+#include "bridge/lockstep/module_lockstep.h"
+#include "bridge/lockstep/participant.h"
+#include "bridge/lockstep/sim_lockstep.h"
+#include "test/bridge/explored_message.h"
 
 namespace morphbus::bridge {
-
-inline constexpr int kMostModules = 2;
-
-struct Settings {
-  int modules = 2;  ///< 1 or 2; two are mated.
-  int64_t ticks = 3;
-  bool logger = false;
-  bool kills = true;
-  int64_t window = 2;
-};
-
-/// A message as far as the machines look at it.
-struct Message {
-  enum class Kind : uint8_t {
-    kHello,
-    kClock,
-    kSensors,
-    kActuator,
-    kTransform,
-    kStatus,
-    kAskActuator,
-    kAskTransform,
-    kAskGap,
-    kAck,
-    kPoll,
-    kEndAck,
-    kBye,
-  };
-  Kind kind = Kind::kHello;
-  int process = 0;     ///< Sender of what a process sends; addressee of kAsk*, kBye.
-  int64_t number = 0;  ///< Tick, for kStatus its number; first number of a gap.
-  int64_t last = 0;    ///< kClock: phase. kAskGap: last number.
-  LogAction::Line line = LogAction::Line::kClock;  ///< kAskGap.
-  auto operator<=>(const Message&) const = default;
-};
-using Kind = Message::Kind;
-
-/// STATUS messages module 0 has published after tick k: one with tick 0, two with tick 1.
-inline int64_t StatusCount(int module, int64_t tick) {
-  if (module != 0) return 0;
-  return tick == 0 ? 1 : 3;
-}
-inline int64_t StatusTick(int64_t number) { return number == 0 ? 0 : 1; }
-
-inline LockstepTiming Patient() {
-  LockstepTiming timing;
-  timing.end_silence_us = timing.join_silence_us = timing.run_silence_us = kNever / 4;
-  timing.lost_us = timing.linger_us = kNever / 4;
-  return timing;
-}
-
-inline SimLockstep::Config SimConfig(const Settings& settings) {
-  SimLockstep::Config config;
-  config.num_modules = settings.modules;
-  config.logger = settings.logger;
-  config.num_ticks = settings.ticks;
-  config.window = settings.window;
-  config.timing = Patient();
-  return config;
-}
-
-inline LogLockstep::Config LogConfig(const Settings& settings) {
-  LogLockstep::Config config;
-  config.ack_every = 1;
-  config.window = settings.window;
-  config.timing = Patient();
-  return config;
-}
 
 /// All nodes, and what they have sent.
 class World {
@@ -114,7 +47,7 @@ class World {
   }
 
   [[nodiscard]] std::string NodesPrint() const {
-    std::string print = sim.Fingerprint() + '#';
+    std::string print = sim.Fingerprint() + '#' + std::to_string(dead_) + (log_clean_ ? 'c' : '-');
     for (int i = 0; i < settings_.modules; ++i) {
       print += modules[Index(i)].Fingerprint() + '#' + std::to_string(computed[Index(i)]) + '#';
     }
@@ -133,10 +66,33 @@ class World {
     return print;
   }
 
+  /// Everything was computed and is in the log, whose END may say `clean`.
   [[nodiscard]] bool EndedWell() const {
-    return sim.ok() && computed[0] == settings_.ticks &&
-           (settings_.modules < 2 || computed[1] == settings_.ticks) &&
-           (!settings_.logger || log.complete());
+    return sim.ok() && EveryoneFinished() && (!settings_.logger || log_clean_);
+  }
+
+  /// The run ended as it must after a death: by name, and no END says `clean`.
+  [[nodiscard]] bool EndedWithoutTheDead() const {
+    if (dead_ < 0 || !sim.done()) return false;
+    if (settings_.logger && (!log.verdict_heard() || log_clean_)) return false;
+    // It may have acknowledged END and died before the logger had what it said last; then the
+    // hashes differ, which is beyond the machines.
+    return sim.silent() == std::vector<int>{dead_} || (settings_.logger && sim.silent().empty());
+  }
+
+  /// The module stops for good; nobody is told.
+  void Die(int i) { dead_ = i; }
+  [[nodiscard]] bool anyone_dead() const { return dead_ >= 0; }
+  /// Logger and sim have waited long enough for what the dead module owes them; the logger is the
+  /// less patient.
+  void WaitInVain() {
+    std::vector<LogAction> log_out;
+    if (settings_.logger) log.AcknowledgeEnd(&log_out);
+    Take(log_out);
+    if (!log_out.empty()) return;
+    std::vector<SimAction> out;
+    sim.GiveUpOnSilent(now_us_, &out);
+    Take(out);
   }
 
   /// One copy of the message reaches everybody who listens.
@@ -146,12 +102,14 @@ class World {
 
   /// Nodes: -1 the sim, then the modules, then the logger.
   void Deliver(const Message& m, int node) {
+    if (node >= 0 && node == dead_) return;
     if (node == -1) return DeliverToSim(m);
     if (node == LogNumber()) return settings_.logger ? DeliverToLog(m) : void();
     DeliverToModule(m, node);
   }
 
   void FireTimer(int node) {
+    if (node >= 0 && node == dead_) return;
     if (node == -1) {
       std::vector<SimAction> out;
       sim.OnTime(DueOf(sim.next_deadline_us()), &out);
@@ -195,11 +153,14 @@ class World {
   /// What must hold always; empty, or what does not.
   [[nodiscard]] std::string Violation() const {
     if (!violation_.empty()) return violation_;
-    if (!sim.silent().empty()) return "the sim takes somebody for silent";
+    if (sim.done() && !sim.silent().empty() && sim.silent() != std::vector<int>{dead_}) {
+      return "the sim blames somebody who is not to blame";
+    }
+    if (log_clean_ && !EveryoneFinished()) return "END says clean, but not everybody finished";
     for (int i = 0; i < settings_.modules; ++i) {
       if (modules[Index(i)].tick() != computed[Index(i)])
         return "a module's tick is not what it computed";
-      if (computed[Index(i)] < sim.tick()) return "the sim went on without an answer";
+      if (computed[Index(i)] < sim.tick() && i != dead_) return "the sim went on without an answer";
       if (computed[Index(i)] > sim.tick() + 1) return "a module is ahead of the sim";
     }
     if (!settings_.logger) return {};
@@ -223,6 +184,11 @@ class World {
   std::array<int64_t, kMostModules> computed = {0, 0};
 
  private:
+  [[nodiscard]] bool EveryoneFinished() const {
+    return std::all_of(computed.begin(), computed.begin() + settings_.modules,
+                       [this](int64_t ticks) { return ticks == settings_.ticks; });
+  }
+
   static size_t Index(int i) { return static_cast<size_t>(i); }
 
   int64_t DueOf(int64_t deadline) {
@@ -254,6 +220,9 @@ class World {
         break;
       case Kind::kEndAck:
         sim.OnEndAck(m.process, now_us_, &out);
+        break;
+      case Kind::kVerdictAck:
+        sim.OnVerdictAck(now_us_, &out);
         break;
       case Kind::kAskGap:
         if (m.process == -1) Resend(m);
@@ -301,28 +270,31 @@ class World {
 
   void DeliverToLog(const Message& m) {
     std::vector<LogAction> out;
-    using Line = LogAction::Line;
     switch (m.kind) {
       case Kind::kClock:
         log.OnClock(m.number, static_cast<int>(m.last), settings_.modules, 1, 0, now_us_, &out);
         break;
       case Kind::kSensors:
         for (int i = 0; i < settings_.modules; ++i) log.AddModule(i == 0 ? "m1" : "m2");
-        log.OnPart(Line::kSensors, m.number, m.number, now_us_, &out);
+        log.OnPart(Topic::kSensors, m.number, m.number, now_us_, &out);
         break;
       case Kind::kTransform:
-        log.OnModule(Line::kTransform, Number(m.process), m.number, m.number, 0, now_us_, &out);
+        log.OnModule(Topic::kTransform, Number(m.process), m.number, m.number, 0, now_us_, &out);
         break;
       case Kind::kActuator:
-        log.OnModule(Line::kActuator, Number(m.process), m.number, m.number,
+        log.OnModule(Topic::kActuator, Number(m.process), m.number, m.number,
                      StatusCount(m.process, m.number), now_us_, &out);
         break;
       case Kind::kStatus:
-        log.OnModule(Line::kStatus, Number(m.process), m.number, StatusTick(m.number), 0, now_us_,
+        log.OnModule(Topic::kStatus, Number(m.process), m.number, StatusTick(m.number), 0, now_us_,
                      &out);
         break;
       case Kind::kPoll:
         log.OnPoll(m.number, now_us_, &out);
+        break;
+      case Kind::kVerdict:
+        log.OnVerdict(now_us_, &out);
+        if (log.verdict_heard()) log_clean_ = m.number == 1 && log.complete();
         break;
       case Kind::kBye:
         log.OnBye(&out);
@@ -337,31 +309,30 @@ class World {
 
   /// Answers a logger's request with what is kept.
   void Resend(const Message& ask) {
-    using Line = LogAction::Line;
     for (int64_t n = ask.number; n <= ask.last; ++n) {
-      const int64_t tick = ask.line == Line::kStatus ? StatusTick(n) : n;
+      const int64_t tick = ask.topic == Topic::kStatus ? StatusTick(n) : n;
       const int64_t newest = ask.process == -1 ? sim.tick() : computed[Index(ask.process)] - 1;
       if (tick > newest || tick <= newest - settings_.window) {
         // Only a request that was under way for long can ask for what is gone.
         continue;
       }
-      switch (ask.line) {
-        case Line::kClock:
+      switch (ask.topic) {
+        case Topic::kClock:
           Send(Clock(n));
           break;
-        case Line::kSensors:
+        case Topic::kSensors:
           if (n < settings_.ticks) Send({Kind::kSensors, -1, n});
           break;
-        case Line::kTransform:
+        case Topic::kTransform:
           Send({Kind::kTransform, ask.process, n});
           break;
-        case Line::kActuator:
+        case Topic::kActuator:
           Send({Kind::kActuator, ask.process, n});
           break;
-        case Line::kStatus:
+        case Topic::kStatus:
           if (n < StatusCount(ask.process, newest)) Send({Kind::kStatus, ask.process, n});
           break;
-        case Line::kWorld:
+        default:
           break;
       }
     }
@@ -370,7 +341,7 @@ class World {
   [[nodiscard]] Message Clock(int64_t tick) const {
     int64_t phase = morphbus::sim_clock_t::PHASE_RUN;
     if (tick == 0) phase = morphbus::sim_clock_t::PHASE_START;
-    if (tick == settings_.ticks) phase = morphbus::sim_clock_t::PHASE_END;
+    if (sim.ending() && tick == sim.tick()) phase = morphbus::sim_clock_t::PHASE_END;
     return {Kind::kClock, -1, tick, phase};
   }
 
@@ -390,7 +361,10 @@ class World {
           break;
         case SimAction::Kind::kPublishEnd:
         case SimAction::Kind::kRepeatEnd:
-          Send(Clock(action.tick));
+          Send({Kind::kClock, -1, action.tick, morphbus::sim_clock_t::PHASE_END});
+          break;
+        case SimAction::Kind::kTellVerdict:
+          Send({Kind::kVerdict, LogNumber(), sim.silent().empty() ? 1 : 0});
           break;
         case SimAction::Kind::kBye:
           Send({Kind::kBye, 0, 0});
@@ -419,7 +393,7 @@ class World {
         case ModuleAction::Kind::kEndAck:
           Send({Kind::kEndAck, i, 0});
           break;
-        case ModuleAction::Kind::kIntruder:
+        case ModuleAction::Kind::kDuplicateProcess:
           violation_ = "a module takes itself for an intruder";
           break;
         case ModuleAction::Kind::kLostSim:
@@ -456,10 +430,13 @@ class World {
         case LogAction::Kind::kEndAck:
           Send({Kind::kEndAck, LogNumber(), 0});
           break;
+        case LogAction::Kind::kVerdictAck:
+          Send({Kind::kVerdictAck, LogNumber(), 0});
+          break;
         case LogAction::Kind::kAskGap: {
           int to = -1;
           if (action.module >= 0) to = log.module_names()[Index(action.module)] == "m1" ? 0 : 1;
-          Send({Kind::kAskGap, to, action.first, action.last, action.line});
+          Send({Kind::kAskGap, to, action.first, action.last, action.topic});
           break;
         }
         case LogAction::Kind::kLostSim:
@@ -474,6 +451,8 @@ class World {
   Settings settings_;
   int64_t now_us_ = 0;
   int64_t advanced_ = 0;
+  int dead_ = -1;           ///< The module that stopped for good; -1: none.
+  bool log_clean_ = false;  ///< The logger's END would say `clean`.
   std::string violation_;
 };
 

@@ -2,10 +2,10 @@
 
 #include <string>
 
-#include "compiler/source/check.h"
+#include "compiler/base/check.h"
 #include "test/bridge/fake_run.h"
-#include "vm/image.h"
-#include "vm/kinematics_encoder.h"
+#include "vm/image/image.h"
+#include "vm/image/kinematics_encoder.h"
 
 namespace morphbus::bridge {
 

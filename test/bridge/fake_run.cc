@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "bridge/vm_codec.h"
+#include "bridge/wire/vm_codec.h"
 
 namespace morphbus::bridge {
 namespace {
@@ -76,12 +76,11 @@ void FakeRobot::Actuate(const morphbus::actuator_t& command) {
   ++actuations;
   for (size_t j = 0; j < 2; ++j) {
     mixed_ = Mix(mixed_, Bits(command.joints[j].target_si));
-    joints_[static_cast<size_t>(command.module_id)][j] =
-        command.joints[j].target_si + 1e-3 * Unit(mixed_);
+    joints_[command.module_id][j] = command.joints[j].target_si + 1e-3 * Unit(mixed_);
   }
 }
 
-void FakeBrain::Tick(const vm::TickInput& input, vm::TickOutput* output) {
+void FakeController::Tick(const vm::TickInput& input, vm::TickOutput* output) {
   computed.push_back(input.tick);
   requests += input.num_requests;
   mixed_ = Mix(mixed_, static_cast<uint64_t>(input.tick + input.sim_time_us));
@@ -118,31 +117,29 @@ void FakeBrain::Tick(const vm::TickInput& input, vm::TickOutput* output) {
   }
 }
 
-void FakeBrain::TakePiece(const morphbus::deploy_piece_t& piece) {
+void FakeController::TakePiece(const morphbus::deploy_piece_t& piece) {
   deployed.insert(deployed.end(), piece.bytes.begin(), piece.bytes.end());
 }
 
-std::vector<morphbus::status_t> FakeBrain::Describe(const vm::StatusReport& report) {
+std::vector<morphbus::status_t> FakeController::Describe(const vm::StatusReport& report) {
   StatusNames names;
   names.type_name = "FAKE";
-  names.fault_texts.assign(8, std::string(48, 't'));
-  names.fault_functions.assign(8, std::string(48, 'f'));
   return ToStatus(report, names, id_, 1, 2);
 }
 
-void FakeBrain::Save(std::vector<uint8_t>* out) {
+void FakeController::Save(std::vector<uint8_t>* out) {
   const auto* bytes = reinterpret_cast<const uint8_t*>(&mixed_);
   out->insert(out->end(), bytes, bytes + sizeof mixed_);
 }
 
-bool FakeBrain::Load(const uint8_t* data, size_t size) {
+bool FakeController::Load(const uint8_t* data, size_t size) {
   if (size != sizeof mixed_) return false;
   std::memcpy(&mixed_, data, sizeof mixed_);
   return true;
 }
 
-SimPartyOptions FakeRun::SimOptions() const {
-  SimPartyOptions sim_options;
+SimParticipantOptions FakeRun::SimOptions() const {
+  SimParticipantOptions sim_options;
   sim_options.run = options.run;
   sim_options.model_hash = kFakeModel;
   sim_options.program_hash = kFakeProgram;
@@ -158,8 +155,8 @@ SimPartyOptions FakeRun::SimOptions() const {
   return sim_options;
 }
 
-ModulePartyOptions FakeRun::ModuleOptions(int i) const {
-  ModulePartyOptions module_options;
+ModuleParticipantOptions FakeRun::ModuleOptions(int i) const {
+  ModuleParticipantOptions module_options;
   module_options.run = options.run;
   module_options.module = "m" + std::to_string(i + 1);
   module_options.module_id = static_cast<uint16_t>(i);
@@ -184,34 +181,34 @@ FakeRun::FakeRun(const FakeRunOptions& o) : options(o), robot(o.modules) {
   clock = options.connect ? static_cast<const TimeSource*>(&wall) : &time;
   uint64_t seed = options.seed;
   sim_seat = MakeSeat(seed++);
-  sim = std::make_unique<SimParty>(&sim_seat->bus, &robot, clock, SimOptions());
+  sim = std::make_unique<SimParticipant>(&sim_seat->bus, &robot, clock, SimOptions());
   for (int i = 0; i < options.modules; ++i) {
     Module& module = modules.emplace_back();
     module.seat = MakeSeat(seed++);
-    module.brain = std::make_unique<FakeBrain>(static_cast<uint16_t>(i));
-    module.party = std::make_unique<ModuleParty>(&module.seat->bus, module.brain.get(), clock,
-                                                 ModuleOptions(i));
+    module.controller = std::make_unique<FakeController>(static_cast<uint16_t>(i));
+    module.participant = std::make_unique<ModuleParticipant>(
+        &module.seat->bus, module.controller.get(), clock, ModuleOptions(i));
   }
   if (!options.logger) return;
   log_seat = MakeSeat(seed++);
-  LogPartyOptions log_options;
+  LogParticipantOptions log_options;
   log_options.run = options.run;
   log_options.model_hash = kFakeModel;
   log_options.realtime = options.realtime;
   log_options.timing = options.timing;
-  log = std::make_unique<LogParty>(&log_seat->bus, clock, log_options,
-                                   [this](const LoggedMessage& m) {
-                                     ++logged;
-                                     logged_duplicates += m.duplicate ? 1 : 0;
-                                     logged_bad += m.bad ? 1 : 0;
-                                   });
+  log = std::make_unique<LogParticipant>(&log_seat->bus, clock, log_options,
+                                         [this](const LoggedMessage& m) {
+                                           ++logged;
+                                           logged_duplicates += m.duplicate ? 1 : 0;
+                                           logged_bad += m.bad ? 1 : 0;
+                                         });
 }
 
 FakeRun::~FakeRun() = default;
 
-std::vector<Party*> FakeRun::parties() {
-  std::vector<Party*> all;
-  for (Module& module : modules) all.push_back(module.party.get());
+std::vector<Participant*> FakeRun::participants() {
+  std::vector<Participant*> all;
+  for (Module& module : modules) all.push_back(module.participant.get());
   if (log != nullptr) all.push_back(log.get());
   // Last, so that all have subscribed when it begins.
   all.push_back(sim.get());
@@ -220,8 +217,8 @@ std::vector<Party*> FakeRun::parties() {
 
 bool FakeRun::Run() {
   return RunUntil([this] {
-    for (const Party* party : parties()) {
-      if (!party->done()) return false;
+    for (const Participant* participant : participants()) {
+      if (!participant->done()) return false;
     }
     return true;
   });
@@ -229,7 +226,7 @@ bool FakeRun::Run() {
 
 bool FakeRun::RunUntil(const std::function<bool()>& finished) {
   if (!started) {
-    for (Party* party : parties()) party->Start();
+    for (Participant* participant : participants()) participant->Start();
   }
   started = true;
   while (!finished()) {
@@ -238,15 +235,16 @@ bool FakeRun::RunUntil(const std::function<bool()>& finished) {
       int count = sim_seat->bus.Handle(0) + (log_seat != nullptr ? log_seat->bus.Handle(0) : 0);
       for (Module& module : modules) count += module.seat->bus.Handle(0);
       if (count == 0) sim_seat->bus.Handle(1);
-      for (Party* party : parties()) party->OnTime();
+      for (Participant* participant : participants()) participant->OnTime();
       continue;
     }
     if (hub.HandleRound() > 0) continue;
     int64_t next = kNever;
-    for (const Party* party : parties()) next = std::min(next, party->next_deadline_us());
+    for (const Participant* participant : participants())
+      next = std::min(next, participant->next_deadline_us());
     if (next == kNever) return false;
     time.AdvanceTo(next);
-    for (Party* party : parties()) party->OnTime();
+    for (Participant* participant : participants()) participant->OnTime();
   }
   return true;
 }

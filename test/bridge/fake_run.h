@@ -1,6 +1,6 @@
 #pragma once
 // A whole run on the in-process bus with a fake robot and fake programs, whose every output depends
-// on every input: whatever goes wrong between the parties changes a hash.
+// on every input: whatever goes wrong between the participants changes a hash.
 
 #include <cstdint>
 #include <functional>
@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "bridge/bus_adapters.h"
-#include "bridge/inproc_bus.h"
-#include "bridge/log_party.h"
-#include "bridge/module_party.h"
-#include "bridge/sim_party.h"
+#include "bridge/bus/bus_adapters.h"
+#include "bridge/bus/inproc_bus.h"
+#include "bridge/lockstep/log_participant.h"
+#include "bridge/lockstep/module_participant.h"
+#include "bridge/lockstep/sim_participant.h"
 
 namespace morphbus::bridge {
 
@@ -43,9 +43,9 @@ class FakeRobot : public SimulatedRobot {
 
 /// Mixes sensors and the mates' messages into poses and commands; says something on STATUS now and
 /// then, sometimes more than fits into one message.
-class FakeBrain : public ModuleBrain {
+class FakeController : public ModuleController {
  public:
-  explicit FakeBrain(uint16_t id) : id_(id) {}
+  explicit FakeController(uint16_t id) : id_(id) {}
 
   void Tick(const vm::TickInput& input, vm::TickOutput* output) override;
   void TakePiece(const morphbus::deploy_piece_t& piece) override;
@@ -73,12 +73,12 @@ struct FakeRunOptions {
   bool realtime = false;
   double speed = 0;
   LockstepTiming timing;
-  /// Where each party's bus comes from; empty: endpoints of the run's own hub, in virtual time.
-  /// Else the clock is the machine's.
+  /// Where each participant's bus comes from; empty: endpoints of the run's own hub, in virtual
+  /// time. Else the clock is the machine's.
   std::function<std::unique_ptr<Bus>()> connect;
 };
 
-/// All parties of one run. Public members: tests look at and meddle with everything.
+/// All participants of one run. Public members: tests look at and meddle with everything.
 class FakeRun {
  public:
   explicit FakeRun(const FakeRunOptions& options);
@@ -91,25 +91,24 @@ class FakeRun {
   /// Run.
   bool RunUntil(const std::function<bool()>& done);
 
-  [[nodiscard]] std::vector<Party*> parties();
+  [[nodiscard]] std::vector<Participant*> participants();
 
   struct Seat {
     Seat(InprocHub* hub, double loss, uint64_t seed) : Seat(hub->Connect(), loss, seed) {}
     Seat(std::unique_ptr<Bus> connection, double loss, uint64_t seed)
-        : endpoint(std::move(connection)), bus(endpoint.get(), loss, seed, &discarded) {}
-    int64_t discarded = 0;
+        : endpoint(std::move(connection)), bus(endpoint.get(), loss, seed) {}
     std::unique_ptr<Bus> endpoint;
     LossyBus bus;
   };
   struct Module {
     std::unique_ptr<Seat> seat;
-    std::unique_ptr<FakeBrain> brain;
-    std::unique_ptr<ModuleParty> party;
+    std::unique_ptr<FakeController> controller;
+    std::unique_ptr<ModuleParticipant> participant;
   };
 
   std::unique_ptr<Seat> MakeSeat(uint64_t seed);
-  ModulePartyOptions ModuleOptions(int i) const;
-  SimPartyOptions SimOptions() const;
+  ModuleParticipantOptions ModuleOptions(int i) const;
+  SimParticipantOptions SimOptions() const;
 
   FakeRunOptions options;
   InprocHub hub;
@@ -118,9 +117,9 @@ class FakeRun {
   const TimeSource* clock = nullptr;
   FakeRobot robot;
   std::unique_ptr<Seat> sim_seat, log_seat;
-  std::unique_ptr<SimParty> sim;
+  std::unique_ptr<SimParticipant> sim;
   std::vector<Module> modules;
-  std::unique_ptr<LogParty> log;
+  std::unique_ptr<LogParticipant> log;
   bool started = false;
   int64_t logged = 0, logged_duplicates = 0, logged_bad = 0;
 };

@@ -1,6 +1,6 @@
 // LCM's datagrams put together to messages, in any order and number.
 
-#include "bridge/lcm_datagrams.h"
+#include "bridge/bus/lcm_datagrams.h"
 
 #include <gtest/gtest.h>
 

@@ -13,8 +13,8 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "bridge/lcm_bus.h"
-#include "bridge/lcm_url.h"
+#include "bridge/bus/lcm_bus.h"
+#include "bridge/bus/lcm_url.h"
 #include "test/bridge/fake_run.h"
 
 namespace morphbus::bridge {

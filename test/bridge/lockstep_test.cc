@@ -4,7 +4,7 @@
 
 #include <numeric>
 
-#include "bridge/codec.h"
+#include "bridge/wire/codec.h"
 #include "test/bridge/fake_run.h"
 
 namespace morphbus::bridge {
@@ -22,10 +22,10 @@ void ExpectWhole(FakeRun* run) {
   EXPECT_EQ(run->robot.ticks, run->options.ticks);
   EXPECT_EQ(run->robot.actuations, run->options.ticks * run->options.modules);
   for (const FakeRun::Module& module : run->modules) {
-    EXPECT_EQ(module.brain->computed, Upto(run->options.ticks)) << "each tick once, in order";
-    EXPECT_EQ(module.brain->missing_messages, 0);
-    EXPECT_EQ(module.party->error(), "");
-    EXPECT_EQ(module.party->ledger().bad, 0);
+    EXPECT_EQ(module.controller->computed, Upto(run->options.ticks)) << "each tick once, in order";
+    EXPECT_EQ(module.controller->missing_messages, 0);
+    EXPECT_EQ(module.participant->error(), "");
+    EXPECT_EQ(module.participant->ledger().bad, 0);
   }
   if (run->log == nullptr) return;
   EXPECT_TRUE(run->log->complete()) << run->log->error();
@@ -118,7 +118,7 @@ TEST(Lockstep, StopEndsTheRunAfterTheTickAndTellsWhy) {
   ASSERT_TRUE(run.Run());
   EXPECT_TRUE(run.sim->outcome().ok);
   EXPECT_EQ(run.sim->outcome().ticks, 26);
-  EXPECT_EQ(run.modules[0].party->end_reason(), "enough");
+  EXPECT_EQ(run.modules[0].participant->end_reason(), "enough");
   EXPECT_EQ(run.log->end_reason(), "enough");
   EXPECT_TRUE(run.log->complete());
 }
@@ -133,16 +133,16 @@ TEST(Lockstep, PauseHoldsTheRunAndNobodyAsksMeanwhile) {
   run.hub.HandleAll();
   EXPECT_EQ(run.sim->tick(), 5);
   const int64_t asked = run.sim->ledger().asked;
-  const int64_t sent = run.modules[0].party->ledger().sent;
+  const int64_t sent = run.modules[0].participant->ledger().sent;
   for (int i = 0; i < 60; ++i) {  // A minute.
     run.time.AdvanceTo(run.time.NowUs() + 1'000'000);
-    for (Party* party : run.parties()) party->OnTime();
+    for (Participant* participant : run.participants()) participant->OnTime();
     run.hub.HandleAll();
   }
   EXPECT_EQ(run.sim->tick(), 5);
-  EXPECT_EQ(run.modules[0].party->ledger().sent, sent);
+  EXPECT_EQ(run.modules[0].participant->ledger().sent, sent);
   EXPECT_EQ(run.sim->ledger().asked, asked);
-  EXPECT_FALSE(run.modules[0].party->done()) << "the beat of CLOCK keeps the modules waiting";
+  EXPECT_FALSE(run.modules[0].participant->done()) << "the beat of CLOCK keeps the modules waiting";
   run.sim->Step();
   run.hub.HandleAll();
   EXPECT_EQ(run.sim->tick(), 6);
@@ -157,22 +157,22 @@ TEST(Lockstep, TheSimIsNeverMoreThanTheWindowAheadOfTheLogger) {
   FakeRun run(options);
   // A logger that says HELLO and then is stopped.
   morphbus::hello_t hello;
-  Speaker speaker{options.run, "LOG", kFakeModel, 0};
+  const Sender sender{options.run, "LOG", kFakeModel, 0};
   Ledger ledger;
-  Outbox outbox(run.log_seat->endpoint.get(), speaker, &ledger);
+  Outbox outbox(run.log_seat->endpoint.get(), sender, &ledger);
   hello.process = "LOG";
   hello.pid = 1;
   hello.claim = 1;
   hello.incarnation = 1;
   hello.wire_hash = static_cast<int64_t>(WireHash());
-  std::vector<Party*> others = run.parties();
+  std::vector<Participant*> others = run.participants();
   others.erase(others.begin() + 3);
-  for (Party* party : others) party->Start();
+  for (Participant* participant : others) participant->Start();
   outbox.Send("test/HELLO", 0, 0, &hello);
   for (int i = 0; i < 1000; ++i) {
     run.hub.HandleAll();
     run.time.AdvanceTo(run.time.NowUs() + 1000);
-    for (Party* party : others) party->OnTime();
+    for (Participant* participant : others) participant->OnTime();
   }
   EXPECT_EQ(run.sim->tick(), kKeptTicks - 1) << "ticks 0..15 are out, none is acknowledged";
   // It goes on: what it missed is still kept by everybody.
@@ -182,52 +182,14 @@ TEST(Lockstep, TheSimIsNeverMoreThanTheWindowAheadOfTheLogger) {
   ExpectWhole(&run);
 }
 
-TEST(Lockstep, WhoNeverJoinsIsNamed) {
-  FakeRunOptions options;
-  FakeRun run(options);
-  std::vector<Party*> parties = run.parties();
-  parties.erase(parties.begin() + 1);  // m2
-  ASSERT_TRUE(RunInproc(&run.hub, &run.time, parties));
-  EXPECT_FALSE(run.sim->outcome().ok);
-  EXPECT_EQ(run.sim->outcome().error, "m2 does not answer (the run had not begun)");
-  EXPECT_EQ(run.sim->missing_processes(), std::vector<std::string>{"m2"});
-}
-
-TEST(Lockstep, WhoDoesNotAcknowledgeTheEndIsNamedAfterFiveSeconds) {
-  FakeRunOptions options;
-  options.logger = false;
-  FakeRun run(options);
-  run.sim->OnBeforeTick([&run](int64_t tick) {
-    // From its last answer on m3 hears nothing.
-    if (tick == run.options.ticks - 1) run.modules[2].seat->endpoint->Unsubscribe("test/SIM/CLOCK");
-  });
-  ASSERT_TRUE(RunInproc(&run.hub, &run.time,
-                        {run.sim.get(), run.modules[0].party.get(), run.modules[1].party.get(),
-                         run.modules[2].party.get()}));
-  EXPECT_FALSE(run.sim->outcome().ok);
-  EXPECT_EQ(run.sim->outcome().error, "m3 does not answer");
-  EXPECT_NE(run.modules[2].party->error(), "");
-}
-
-TEST(Lockstep, ASilentModuleIsNamedWhileRunning) {
-  FakeRunOptions options;
-  FakeRun run(options);
-  run.sim->OnBeforeTick([&run](int64_t tick) {
-    if (tick == 7) run.modules[1].seat->endpoint->Unsubscribe("test/SIM/SENSORS");
-  });
-  ASSERT_TRUE(run.Run());
-  EXPECT_FALSE(run.sim->outcome().ok);
-  EXPECT_EQ(run.sim->outcome().error, "m2 does not answer");
-}
-
 TEST(Lockstep, AModuleStoppedForAnHourGoesOn) {
   // SIGSTOP: m1 neither hears nor polls; time passes for all; then everything arrives at once.
   FakeRunOptions options;
   options.timing.run_silence_us = options.timing.join_silence_us = kNever / 2;
   FakeRun run(options);
-  std::vector<Party*> others = run.parties();
+  std::vector<Participant*> others = run.participants();
   others.erase(others.begin());
-  for (Party* party : run.parties()) party->Start();
+  for (Participant* participant : run.participants()) participant->Start();
   for (int i = 0; i < 7200; ++i) {
     // Only the others' queues are handled: FakeRun's hub has no switch, so m1's bus is asked
     // nothing.
@@ -236,15 +198,15 @@ TEST(Lockstep, AModuleStoppedForAnHourGoesOn) {
     run.modules[1].seat->endpoint->Handle(0);
     run.modules[2].seat->endpoint->Handle(0);
     run.log_seat->endpoint->Handle(0);
-    for (Party* party : others) party->OnTime();
+    for (Participant* participant : others) participant->OnTime();
   }
   EXPECT_EQ(run.sim->tick(), 0);
-  run.modules[0].party->OnTime();
-  EXPECT_FALSE(run.modules[0].party->done()) << "an hour asleep is not an hour of silence";
+  run.modules[0].participant->OnTime();
+  EXPECT_FALSE(run.modules[0].participant->done()) << "an hour asleep is not an hour of silence";
   while (!run.sim->done()) {
     if (run.hub.HandleAll() > 0) continue;
     run.time.AdvanceTo(run.time.NowUs() + 2000);
-    for (Party* party : run.parties()) party->OnTime();
+    for (Participant* participant : run.participants()) participant->OnTime();
   }
   run.hub.HandleAll();
   ExpectWhole(&run);
@@ -262,63 +224,63 @@ void ExpectRefused(FakeRun* run, const std::string& part_of_error) {
 
 TEST(Lockstep, AnotherProgramIsRefusedByName) {
   FakeRun run({});
-  ModulePartyOptions options = run.ModuleOptions(1);
+  ModuleParticipantOptions options = run.ModuleOptions(1);
   options.program_hash = 5;
-  run.modules[1].party = std::make_unique<ModuleParty>(
-      &run.modules[1].seat->bus, run.modules[1].brain.get(), &run.time, options);
+  run.modules[1].participant = std::make_unique<ModuleParticipant>(
+      &run.modules[1].seat->bus, run.modules[1].controller.get(), &run.time, options);
   ExpectRefused(&run, "m2 has another program (0000000000000005)");
 }
 
 TEST(Lockstep, AnotherModelIsRefusedByName) {
   FakeRun run({});
   run.options.logger = false;
-  ModulePartyOptions options = run.ModuleOptions(2);
+  ModuleParticipantOptions options = run.ModuleOptions(2);
   options.model_hash = 5;
   options.timing.lost_us = 1'000'000;
-  run.modules[2].party = std::make_unique<ModuleParty>(
-      &run.modules[2].seat->bus, run.modules[2].brain.get(), &run.time, options);
+  run.modules[2].participant = std::make_unique<ModuleParticipant>(
+      &run.modules[2].seat->bus, run.modules[2].controller.get(), &run.time, options);
   ExpectRefused(&run, "m3 has another model");
 }
 
 TEST(Lockstep, AnotherTypeAndKinematicsAreRefusedByName) {
   {
     FakeRun run({});
-    ModulePartyOptions options = run.ModuleOptions(0);
+    ModuleParticipantOptions options = run.ModuleOptions(0);
     options.type_name = "ATRON";
-    run.modules[0].party = std::make_unique<ModuleParty>(
-        &run.modules[0].seat->bus, run.modules[0].brain.get(), &run.time, options);
+    run.modules[0].participant = std::make_unique<ModuleParticipant>(
+        &run.modules[0].seat->bus, run.modules[0].controller.get(), &run.time, options);
     ExpectRefused(&run, "m1 is a module of type ATRON, but the robot has a FAKE there");
   }
   FakeRun run({});
-  ModulePartyOptions options = run.ModuleOptions(0);
+  ModuleParticipantOptions options = run.ModuleOptions(0);
   options.kinematics_hash = 3;
-  run.modules[0].party = std::make_unique<ModuleParty>(
-      &run.modules[0].seat->bus, run.modules[0].brain.get(), &run.time, options);
+  run.modules[0].participant = std::make_unique<ModuleParticipant>(
+      &run.modules[0].seat->bus, run.modules[0].controller.get(), &run.time, options);
   ExpectRefused(&run, "m1 has another kinematics image");
 }
 
 TEST(Lockstep, TwoClaimantsOfOneModuleAreRefusedByName) {
   FakeRun run({});
-  ModulePartyOptions options = run.ModuleOptions(1);
+  ModuleParticipantOptions options = run.ModuleOptions(1);
   options.claim = 999;
-  FakeBrain brain(1);
+  FakeController controller(1);
   FakeRun::Seat seat(&run.hub, 0, 1);
-  ModuleParty twin(&seat.bus, &brain, &run.time, options);
-  std::vector<Party*> parties = run.parties();
+  ModuleParticipant twin(&seat.bus, &controller, &run.time, options);
+  std::vector<Participant*> participants = run.participants();
   // Last: the sim, which starts first, has heard m2 before.
-  parties.push_back(&twin);
-  ASSERT_TRUE(RunInproc(&run.hub, &run.time, parties));
+  participants.push_back(&twin);
+  ASSERT_TRUE(RunInproc(&run.hub, &run.time, participants));
   EXPECT_NE(run.sim->outcome().error.find("claims to be m2"), std::string::npos)
       << run.sim->outcome().error;
 }
 
 TEST(Lockstep, AClaimantOfARunningModuleLeavesAndTheRunGoesOn) {
   FakeRun run({});
-  ModulePartyOptions options = run.ModuleOptions(1);
+  ModuleParticipantOptions options = run.ModuleOptions(1);
   options.claim = 999;
-  FakeBrain brain(1);
+  FakeController controller(1);
   FakeRun::Seat seat(&run.hub, 0, 1);
-  ModuleParty twin(&seat.bus, &brain, &run.time, options);
+  ModuleParticipant twin(&seat.bus, &controller, &run.time, options);
   run.sim->OnBeforeTick([&](int64_t tick) {
     if (tick == 10) twin.Start();
   });
@@ -331,12 +293,12 @@ TEST(Lockstep, AClaimantOfARunningModuleLeavesAndTheRunGoesOn) {
 
 TEST(Lockstep, AStrangerIsTurnedAwayWithoutHarm) {
   FakeRun run({});
-  ModulePartyOptions options = run.ModuleOptions(1);
+  ModuleParticipantOptions options = run.ModuleOptions(1);
   options.module = "m77";
   options.module_id = 77;
-  FakeBrain brain(77);
+  FakeController controller(77);
   FakeRun::Seat seat(&run.hub, 0, 1);
-  ModuleParty stranger(&seat.bus, &brain, &run.time, options);
+  ModuleParticipant stranger(&seat.bus, &controller, &run.time, options);
   stranger.Start();
   ASSERT_TRUE(run.Run());
   ExpectWhole(&run);
@@ -360,9 +322,9 @@ TEST(Lockstep, RequestsAndProgramsReachTheirModuleOnce) {
     });
     ASSERT_TRUE(run.Run());
     ExpectWhole(&run);
-    EXPECT_EQ(run.modules[1].brain->deployed, image);
-    EXPECT_EQ(run.modules[0].brain->requests, 0);
-    EXPECT_EQ(run.modules[2].brain->requests, 6) << "four fit into a tick, the rest follows";
+    EXPECT_EQ(run.modules[1].controller->deployed, image);
+    EXPECT_EQ(run.modules[0].controller->requests, 0);
+    EXPECT_EQ(run.modules[2].controller->requests, 6) << "four fit into a tick, the rest follows";
   }
 }
 
@@ -379,32 +341,35 @@ TEST(Lockstep, AModuleKilledAndResumedAtAnyTickChangesNoPayload) {
     bool kill = false;
     const auto keep = [&](const std::vector<uint8_t>& bytes) {
       snapshot = bytes;
-      kill = kill || static_cast<int64_t>(victim.brain->computed.size()) == kill_tick + 1;
+      kill = kill || static_cast<int64_t>(victim.controller->computed.size()) == kill_tick + 1;
     };
-    victim.party->OnBeforePublish(keep);
-    for (Party* party : run.parties()) party->Start();
+    victim.participant->OnBeforePublish(keep);
+    for (Participant* participant : run.participants()) participant->Start();
     std::vector<int64_t> computed;
     while (!run.sim->done()) {
       if (kill) {
         kill = false;
-        computed = victim.brain->computed;
-        // A new process: new brain, new party, nothing but the snapshot; its queue is gone, too.
-        victim.party.reset();
+        computed = victim.controller->computed;
+        // A new process: new controller, new participant, nothing but the snapshot; its queue is
+        // gone, too.
+        victim.participant.reset();
         victim.seat = std::make_unique<FakeRun::Seat>(&run.hub, options.loss, 77);
-        victim.brain = std::make_unique<FakeBrain>(1);
-        victim.party = std::make_unique<ModuleParty>(&victim.seat->bus, victim.brain.get(),
-                                                     &run.time, run.ModuleOptions(1));
-        victim.party->OnBeforePublish([&](const std::vector<uint8_t>& bytes) { snapshot = bytes; });
-        ASSERT_TRUE(victim.party->ResumeFrom(snapshot));
-        victim.party->Start();
+        victim.controller = std::make_unique<FakeController>(1);
+        victim.participant = std::make_unique<ModuleParticipant>(
+            &victim.seat->bus, victim.controller.get(), &run.time, run.ModuleOptions(1));
+        victim.participant->OnBeforePublish(
+            [&](const std::vector<uint8_t>& bytes) { snapshot = bytes; });
+        ASSERT_TRUE(victim.participant->ResumeFrom(snapshot));
+        victim.participant->Start();
       }
       if (run.hub.HandleRound() > 0) continue;
       run.time.AdvanceTo(run.time.NowUs() + 1000);
-      for (Party* party : run.parties()) party->OnTime();
+      for (Participant* participant : run.participants()) participant->OnTime();
     }
     ASSERT_TRUE(run.sim->outcome().ok) << run.sim->outcome().error;
     EXPECT_EQ(run.sim->outcome().run_hash, reference) << "killed at tick " << kill_tick;
-    computed.insert(computed.end(), victim.brain->computed.begin(), victim.brain->computed.end());
+    computed.insert(computed.end(), victim.controller->computed.begin(),
+                    victim.controller->computed.end());
     EXPECT_EQ(computed, Upto(options.ticks)) << "nothing is computed twice";
   }
 }
@@ -412,15 +377,15 @@ TEST(Lockstep, AModuleKilledAndResumedAtAnyTickChangesNoPayload) {
 TEST(Lockstep, ADamagedSnapshotIsRefused) {
   FakeRun run({});
   std::vector<uint8_t> snapshot;
-  run.modules[1].party->OnBeforePublish(
+  run.modules[1].participant->OnBeforePublish(
       [&](const std::vector<uint8_t>& bytes) { snapshot = bytes; });
   ASSERT_TRUE(run.Run());
   ASSERT_GT(snapshot.size(), 1000u);
   const auto resume = [&](const std::vector<uint8_t>& bytes, int module) {
-    FakeBrain brain(static_cast<uint16_t>(module));
+    FakeController controller(static_cast<uint16_t>(module));
     FakeRun::Seat seat(&run.hub, 0, 1);
-    ModuleParty party(&seat.bus, &brain, &run.time, run.ModuleOptions(module));
-    return party.ResumeFrom(bytes).has_value();
+    ModuleParticipant participant(&seat.bus, &controller, &run.time, run.ModuleOptions(module));
+    return participant.ResumeFrom(bytes).has_value();
   };
   EXPECT_TRUE(resume(snapshot, 1));
   EXPECT_FALSE(resume(snapshot, 2)) << "another module's";
@@ -445,9 +410,13 @@ TEST(Realtime, TheClockRunsWithTheWallAndLossCostsNoTicks) {
       << "200 ticks of 20 ms, and the leave-taking";
   EXPECT_GT(run.sim->ledger().missed_deadlines, 50);
   EXPECT_GT(run.log->ledger().lost, 100);
+  EXPECT_TRUE(run.log->complete()) << "loss is counted, and no failure";
+  EXPECT_EQ(run.log->error(), "");
+  EXPECT_EQ(run.log->complete_ticks(), 200);
   for (const FakeRun::Module& module : run.modules) {
-    EXPECT_GT(module.brain->computed.size(), 120u);
-    EXPECT_TRUE(std::is_sorted(module.brain->computed.begin(), module.brain->computed.end()));
+    EXPECT_GT(module.controller->computed.size(), 120u);
+    EXPECT_TRUE(
+        std::is_sorted(module.controller->computed.begin(), module.controller->computed.end()));
   }
 }
 

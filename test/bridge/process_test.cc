@@ -12,14 +12,14 @@
 #include <filesystem>
 #include <fstream>
 
-#include "bridge/bus_adapters.h"
-#include "bridge/lcm_bus.h"
-#include "bridge/log_party.h"
-#include "bridge/sim_party.h"
+#include "bridge/bus/bus_adapters.h"
+#include "bridge/bus/lcm_bus.h"
+#include "bridge/lockstep/log_participant.h"
+#include "bridge/lockstep/sim_participant.h"
 #include "test/bridge/fake_images.h"
 #include "test/bridge/fake_run.h"
-#include "vm/kinematics_image.h"
-#include "vm/verifier.h"
+#include "vm/image/kinematics_image.h"
+#include "vm/image/verifier.h"
 
 extern char** environ;
 
@@ -115,7 +115,7 @@ class ModuleProcess : public testing::Test {
     FakeRunOptions fake_options;
     fake_options.ticks = ticks;
     FakeRun fake(fake_options);  // For its options only.
-    SimPartyOptions options = fake.SimOptions();
+    SimParticipantOptions options = fake.SimOptions();
     options.program_hash = verified_program_.hash();
     for (ExpectedModule& module : options.modules)
       module.kinematics_hash = verified_kinematics_.hash();
@@ -123,18 +123,16 @@ class ModuleProcess : public testing::Test {
     EXPECT_TRUE(lcm) << lcm.error().message;
     BusMux mux(lcm->get());
     const auto sim_bus = mux.Connect(), log_bus = mux.Connect();
-    int64_t discarded = 0;
-    LossyBus sim_lossy(sim_bus.get(), loss, 11, &discarded),
-        log_lossy(log_bus.get(), loss, 12, &discarded);
+    LossyBus sim_lossy(sim_bus.get(), loss, 11), log_lossy(log_bus.get(), loss, 12);
     FakeRobot robot(3);
     MonotonicTime time;
-    SimParty sim(&sim_lossy, &robot, &time, options);
+    SimParticipant sim(&sim_lossy, &robot, &time, options);
     sim.OnBeforeTick(at_tick);
-    LogPartyOptions log_options;
+    LogParticipantOptions log_options;
     log_options.run = "test";
     log_options.model_hash = kFakeModel;
-    LogParty log(&log_lossy, &time, log_options, {});
-    RunParties(lcm->get(), time, {&log, &sim}, nullptr, {});
+    LogParticipant log(&log_lossy, &time, log_options, {});
+    RunParticipants(lcm->get(), time, {&log, &sim}, nullptr, {});
     EXPECT_TRUE(sim.outcome().ok) << sim.outcome().error;
     EXPECT_EQ(sim.outcome().ticks, ticks);
     EXPECT_EQ(sim.outcome().recorded_hash, sim.outcome().run_hash);

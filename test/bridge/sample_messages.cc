@@ -13,10 +13,10 @@
 #include <morphbus/transform_t.hpp>
 #include <morphbus/world_t.hpp>
 
-#include "bridge/codec.h"
-#include "bridge/health.h"
-#include "bridge/info_parts.h"
-#include "bridge/vm_codec.h"
+#include "bridge/wire/codec.h"
+#include "bridge/wire/health.h"
+#include "bridge/wire/info_parts.h"
+#include "bridge/wire/vm_codec.h"
 
 namespace morphbus::bridge {
 namespace {
@@ -139,7 +139,7 @@ morphbus::status_t Status() {
   report.num_faults = 1;
   report.faults[0] = {};
   report.faults[0].code = vm::FaultCode::kTargetClamped;
-  report.faults[0].value = 95;
+  report.faults[0].asked = 95;
   report.faults[0].limit = 90;
   StatusNames names;
   names.type_name = "MTRAN";
@@ -147,14 +147,12 @@ morphbus::status_t Status() {
   names.label_names = {"joint"};
   names.label_is_joint = {true};
   names.task_functions = {"Knee.bend"};
-  names.fault_functions = {"Knee.bend"};
-  names.fault_texts = {"target clamped"};
   return ToStatus(report, names, 3, 1, 2).front();
 }
 
 morphbus::ask_t Ask() {
   morphbus::ask_t ask;
-  ask.from = "m3";
+  ask.sender = "m3";
   ask.kind = morphbus::ask_t::KIND_END_ACK;
   ask.channel = "";
   ask.first_sequence = 1;

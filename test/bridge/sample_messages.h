@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "compiler/source/result.h"
+#include "compiler/base/result.h"
 
 namespace morphbus::bridge {
 

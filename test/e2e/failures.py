@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """What bad input and bad luck get: a clear end that names the cause, no orphans, the log kept."""
+import json
 import os
 import re
+import resource
 import shutil
 import signal
 import subprocess
@@ -13,15 +15,15 @@ from support import (BIN, MODEL, PROGRAM, Case, as_json, await_condition, comman
 class Running(Case):
     """A run without an end, that a test then disturbs."""
 
-    def start(self, name):
+    def start(self, name, *options, log=None):
         self.run_name = name
         self.log_path = self.folder / f'{name}.log'
         self.process = subprocess.Popen(
-            command('run', MODEL, PROGRAM, '--robot', 'quadruped', '--isolate', '--run', name, '--log', self.log_path),
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            command('run', MODEL, PROGRAM, '--robot', 'quadruped', '--isolate', '--run', name, '--log', self.log_path,
+                    *options), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(self.process.communicate)
         self.addCleanup(self.process.kill)
-        partial = self.folder / f'{name}.log.partial'
+        partial = self.folder / f'{log or name}.log.partial'
         await_condition(lambda: partial.exists() and partial.stat().st_size > 300000, 'the run is under way')
 
     def pid_of(self, pattern):
@@ -30,7 +32,7 @@ class Running(Case):
         return pids[0]
 
     def finish(self, status):
-        out, err = self.process.communicate(timeout=20)
+        out, err = self.process.communicate(timeout=60)
         self.assertEqual(self.process.returncode, status, out + err)
         await_condition(lambda: not processes_of(self.run_name), 'no orphans', 10)
         return out, err
@@ -60,6 +62,26 @@ class Running(Case):
         self.assertIn(f'{self.log_path}.partial', err)
         morphbus('info', f'{self.log_path}.partial')
 
+    def test_a_hung_process_is_blamed_and_the_log_is_named(self):
+        for name, pattern in (('log', '/morphbus log '), ('sim', '/morphbus sim ')):
+            self.start(f'hung{name}', '--json')
+            os.kill(self.pid_of(pattern), signal.SIGSTOP)
+            out, err = self.finish(3)
+            summary = json.loads(out)
+            self.assertIn(name, summary['error'].lower())
+            self.assertNotIn('module', summary['error'])
+            self.assertIn(summary['log'], (str(self.log_path), f'{self.log_path}.partial'))
+            self.assertIn(summary['log'], err)
+            self.assertGreater(as_json('info', summary['log'])['events'], 1000)
+
+    def test_a_signal_ends_all_of_several_runs(self):
+        self.start('several', '--json', '--seconds', 10000, '--repeat', 5, log='several-1')
+        self.process.send_signal(signal.SIGINT)
+        out, _ = self.finish(1)
+        answer = json.loads(out)
+        self.assertEqual((answer['stopped'], len(answer['runs'])), (True, 1))
+        self.assertEqual(sorted(path.name for path in self.folder.glob('*.log')), ['several-1.log'])
+
     def test_a_killed_launcher_leaves_nobody(self):
         self.start('killlauncher')
         self.process.kill()
@@ -83,6 +105,45 @@ class Running(Case):
                         status=2)
         self.assertIn(f"run 'inuse' is already in use by process {self.process.pid}", done.stderr)
 
+    def test_a_bus_that_is_named_is_looked_at_whatever_runs(self):
+        self.start('elsewhere')
+        done = subprocess.run([str(BIN / 'isolated'), *command('spy', '--once', '--json', '--lcm-url', 'udpm://')],
+                              capture_output=True, text=True, timeout=60)
+        self.assertEqual(json.loads(done.stdout)['channels'], [], done.stderr)
+
+    def test_an_isolated_replay_can_be_listened_to(self):
+        log = self.folder / 'walk.log'
+        morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', 1, '--inproc', '--run', 'old', '--log', log)
+        replay = subprocess.Popen(command('replay', log, '--isolate', '--loop'), stdin=subprocess.DEVNULL,
+                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(replay.communicate)
+        self.addCleanup(replay.kill)
+        listed = await_condition(lambda: as_json('runs')['runs'], 'the replay is listed')
+        self.assertEqual((listed[0]['pid'], listed[0]['isolated'], listed[0]['log']), (replay.pid, True, str(log)))
+        heard = lambda: [c['channel'] for c in as_json('spy', '--once', '--run', listed[0]['run'])['channels']]
+        await_condition(lambda: 'old/SIM/CLOCK' in heard(), 'the replay is heard')
+        replay.send_signal(signal.SIGINT)
+        self.assertIn(f"morphbus spy --run {listed[0]['run']}", replay.communicate()[1])
+        self.assertEqual(as_json('runs')['runs'], [])
+
+    def test_a_disk_that_is_full_ends_the_run_and_is_named(self):
+        def little_room():
+            # Beyond the limit writing fails as on a full disk; without a handler the signal would kill.
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, 1 << 20))
+
+        for mode in ('--inproc', '--isolate'):
+            with self.subTest(mode):
+                log = self.folder / f'full{mode}.log'
+                done = subprocess.run(
+                    command('run', MODEL, PROGRAM, '--robot', 'quadruped', mode, '--seconds', '10000', '--log', log,
+                            '--json'), capture_output=True, text=True, timeout=100, preexec_fn=little_room)
+                self.assertEqual(done.returncode, 3, done.stderr)
+                summary = json.loads(done.stdout)
+                self.assertIn('File too large', summary['error'])
+                self.assertEqual(summary['log'], f'{log}.partial')
+                self.assertGreater(summary['messages'], 0)
+
     def test_runs_and_spy_see_it(self):
         self.start('seen')
         runs = as_json('runs')['runs']
@@ -93,12 +154,23 @@ class Running(Case):
         self.assertEqual(channels['seen/SIM/CLOCK']['type'], 'morphbus.sim_clock_t')
         self.assertEqual(channels['seen/SIM/CLOCK']['last']['tick_us'], 20000)
         self.assertEqual(spy['modules']['m5']['role'], 'Junction')
+        chosen = as_json('spy', '--once', '--channel', 'seen/m[12]/STATUS')['channels']
+        self.assertEqual([c['channel'] for c in chosen if 'last' in c], ['seen/m1/STATUS', 'seen/m2/STATUS'])
+        self.assertIn('no regular expression', morphbus('spy', '--channel', '(', status=2).stderr)
 
 
 class BadInput(Case):
     def test_a_command_that_does_not_exist_is_named_with_the_nearest(self):
         done = morphbus('comparr', 'a.log', 'b.log', status=2)
         self.assertIn("no command 'comparr' (did you mean 'compare'?)", done.stderr)
+
+    def test_an_option_that_does_not_exist_is_named_with_the_nearest(self):
+        for arguments, said in ((('--vesion',), "no option '--vesion' (did you mean '--version'?)"),
+                                # The misspelt option is what is wrong, not --to, which is missing for it.
+                                (('export', MODEL, '--too=mjcf', '-o', 'x'), "no option '--too' (did you mean '--to'?)"),
+                                (('run', MODEL, PROGRAM, '--seconds', 1, '--inprok'), "(did you mean '--inproc'?)"),
+                                (('check', MODEL, '-q'), "no option '-q' (see morphbus check --help)")):
+            self.assertIn(said, morphbus(*arguments, status=2).stderr)
 
     def test_without_a_multicast_route_one_sentence_says_what_to_do(self):
         done = subprocess.run(
@@ -115,6 +187,18 @@ class BadInput(Case):
                       str(self.folder / 'x.log'))],
             capture_output=True, text=True, timeout=60)
         self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_a_robot_without_roles_is_told_why(self):
+        program = self.folder / 'hermit.dyn'
+        program.write_text('role Hermit extends Module {\n  require sizeof(self.connected) == 9;\n}\n')
+        of = (MODEL, program, '--robot', 'quadruped')
+        answer = as_json('roles', *of, status=1)
+        self.assertIn(f'm1: not Hermit: a requirement fails ({program}:2: require sizeof(self.connected) == 9;)', answer['problems'][0])
+        summary = as_json('run', *of, '--seconds', 1, '--inproc', '--log', self.folder / 'x.log', status=1)
+        self.assertEqual((summary['error'], set(summary['roles'].values())), (None, {None}))
+        self.assertEqual(summary['problems'], answer['problems'])
+        said = morphbus('run', *of, '--seconds', 1, '--inproc', '--log', self.folder / 'x.log', status=1).stdout
+        self.assertIn(f'problem: m1: not Hermit: a requirement fails ({program}:2: require sizeof(self.connected) == 9;)', said)
 
     def test_a_damaged_image_is_refused(self):
         image = self.folder / 'x.image'

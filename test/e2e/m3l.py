@@ -57,7 +57,7 @@ class Docs(Case):
         self.compare(shown, morphbus('connections', 'models/mtran.m3l', '--why', 'c1,c2', cwd=SOURCE).stdout)
 
     def test_the_json_of_connections_has_the_name_that_the_page_shows(self):
-        shown, = [b for b in blocks('cli.md', 'json') if '"candidates":144' in b]
+        shown, = [b for b in blocks('cli.md', 'json') if b.startswith('{"connection":')]
         name = re.search(r'"connection":"(\w+)"', shown).group(1)
         self.assertEqual(as_json('connections', MTRAN)['connection'], name)
 
@@ -142,6 +142,20 @@ class Explained(Case):
         done = morphbus('connections', path, '--why', 'left,right', status=2)
         self.assertIn('SNAP has errors in its conditions or its modules', done.stderr)
         self.assertEqual(done.stdout, '')
+
+    def test_a_connection_without_members_is_not(self):
+        path = self.model('connection A:\n')
+        for pair in (['--why', 'c1,c4'], ['--pair', 'c1,c4', '--why']):
+            done = morphbus('connections', path, *pair, status=2)
+            self.assertIn("connection 'A' has no 'members'", done.stderr)
+            self.assertEqual(done.stdout, '')
+
+    def test_a_connection_of_unknown_types_does_not_hide_the_others(self):
+        path = self.model(PLUGS + 'connection LOST: members=(PLUG a, PLAG b), conditions=(a.point p coincident b.point q)\n')
+        self.assertIn('1 of them kept', morphbus('connections', path, '--why', 'left,right', status=2).stdout)
+        done = morphbus('connections', path, '--connection', 'LOST', '--why', 'left,right', status=2)
+        self.assertIn("there is no module type 'PLAG'", done.stderr)
+        self.assertIn("no connection 'LOST'; it has SNAP; connections with errors in their members are left out", done.stderr)
 
 
 class PairOptions(Case):

@@ -106,9 +106,6 @@ def lcm_types():
         folder = tempfile.mkdtemp()
         files = sorted((SOURCE / 'lcmtypes').glob('*.lcm'))
         subprocess.run(['lcm-gen', '-p', '--ppath', folder, *map(str, files)], check=True, capture_output=True)
-        for file in pathlib.Path(folder).glob('morphbus/*.py'):  # a member's name may be a word of Python
-            text = re.sub(r'\b(self|message|msg)\.from\b', r'\1.from_', file.read_text())
-            file.write_text(text.replace('"from"', '"from_"'))
         sys.path.insert(0, folder)
         _types = {f.stem: getattr(importlib.import_module(f'morphbus.{f.stem}'), f.stem) for f in files}
         shutil.rmtree(folder)

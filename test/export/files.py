@@ -10,7 +10,7 @@ import xml.etree.ElementTree as ElementTree
 
 from support import MODEL, MORPHBUS, ROBOTS, SOURCE, Case, export, main, matrix, poses, product, run
 
-SCHEMA = SOURCE / 'compiler/emit/keywords.rng'
+SCHEMA = SOURCE / 'compiler/keywords/keywords.rng'
 
 
 def row(length):
@@ -75,8 +75,8 @@ class Files(Case):
         self.assertEqual(said.count('warning:'), 1)
         self.assertIn('no start values', said)
         self.assertIn('(rad or m), others 0: m1.joint_1=', path.read_text())
-        self.assertEqual(export('mjcf', path, '--robot', 'quadruped').stderr, '')
-        self.assertEqual(export('sdf', path, '--robot', 'quadruped').stderr, '')
+        for to in ('mjcf', 'sdf'):
+            self.assertEqual(export(to, self.folder / f'whole.{to}', '--robot', 'quadruped').stderr, '')
 
     def test_cuts_are_listed_beside_the_file(self):
         path = self.folder / 'walker.urdf'
@@ -271,8 +271,9 @@ class Files(Case):
         for to in ('urdf', 'sdf', 'mjcf', 'c'):
             for name in ('a', 'b'):
                 (self.folder / name).mkdir(exist_ok=True)
-                export(to, self.folder / name / 'robot', '--robot', 'quadruped')
-            self.assertEqual((self.folder / 'a/robot').read_text(), (self.folder / 'b/robot').read_text())
+                export(to, self.folder / name / f'robot.{to}', '--robot', 'quadruped')
+            first, second = ((self.folder / name / f'robot.{to}').read_text() for name in ('a', 'b'))
+            self.assertEqual(first, second)
 
     def test_the_help_names_every_format_that_there_is(self):
         said = ' '.join(run([MORPHBUS, 'export', '--help']).stdout.split())

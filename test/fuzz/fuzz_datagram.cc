@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "bridge/lcm_datagrams.h"
+#include "bridge/bus/lcm_datagrams.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   morphbus::bridge::LcmDatagrams datagrams;

@@ -8,34 +8,30 @@
 
 #include "compiler/dynarole/compile.h"
 #include "compiler/dynarole/format.h"
-#include "vm/verifier.h"
+#include "vm/image/verifier.h"
 
 namespace {
 
 /// Keywords of a module type like M-TRAN, with one of every kind.
-morphbus::dynarole::KeywordTable Keywords() {
-  using morphbus::vm::KeywordKind;
-  morphbus::dynarole::KeywordTable table;
-  table.type_names = {"MTRAN"};
-  table.Add(0, KeywordKind::kLink, "LINK_CONNECTING_BAR", "CONNECTING_BAR", false);
-  table.Add(0, KeywordKind::kJoint, "JOINT_1", "JOINT_1", false);
-  table.Add(0, KeywordKind::kJoint, "JOINT_2", "JOINT_2", false);
-  table.Add(0, KeywordKind::kConnector, "C1", "C1", false);
-  table.Add(0, KeywordKind::kConnectorState, "EXTENDED", "EXTENDED", true);
-  return table;
+morphbus::keywords::KeywordTable Keywords() {
+  morphbus::keywords::ModuleKeywords type;
+  type.links = {{"connecting_bar", "LINK_CONNECTING_BAR"}};
+  type.joints = {{"joint_1", "JOINT_1"}, {"joint_2", "JOINT_2"}};
+  type.connectors = {{"c1", "C1", {{"extended", "EXTENDED", {false, true}}}}};
+  return *morphbus::keywords::KeywordTable::Of({type});
 }
 
 std::optional<std::string> Layout(const std::string& text) {
   morphbus::source::SourceSet sources;
   morphbus::source::Diagnostics diagnostics;
   const int file = sources.AddText("fuzz.dyn", text);
-  return morphbus::dynarole::Format(sources, file, diagnostics);
+  return morphbus::dynarole::Format(sources, file, &diagnostics);
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  static const morphbus::dynarole::KeywordTable kKeywords = Keywords();
+  static const morphbus::keywords::KeywordTable kKeywords = Keywords();
   const std::string text(reinterpret_cast<const char*>(data), size);
   const auto result = morphbus::dynarole::CompileProgram("fuzz.dyn", text, kKeywords);
   const std::string rendered =

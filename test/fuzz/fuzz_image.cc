@@ -6,10 +6,10 @@
 #include <memory>
 #include <vector>
 
-#include "vm/image.h"
-#include "vm/interpreter.h"
-#include "vm/kinematics_image.h"
-#include "vm/verifier.h"
+#include "vm/image/image.h"
+#include "vm/image/kinematics_image.h"
+#include "vm/image/verifier.h"
+#include "vm/run/interpreter.h"
 
 namespace {
 
@@ -42,7 +42,9 @@ class ArbitraryHost final : public ProgramHost {
 
  private:
   uint32_t Next() { return bytes_.empty() ? 0u : bytes_[at_++ % bytes_.size()]; }
-  OpResult Result() { return {Next() % 7 == 0 ? FaultCode::kBadState : FaultCode::kNone, false}; }
+  OpResult Result() {
+    return {Next() % 7 == 0 ? FaultCode::kBadInvocation : FaultCode::kNone, false};
+  }
   OpResult Value(float* v) {
     *v = static_cast<float>(Next());
     return Result();

@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <string_view>
 
-#include "compiler/emit/xml.h"
+#include "compiler/keywords/keywords_xml.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  using namespace morphbus::emit;  // Everything under test.
+  using namespace morphbus::keywords;  // Everything under test.
   const auto keywords = ParseKeywordsXml({reinterpret_cast<const char*>(data), size});
   if (!keywords) {
     if (keywords.error().message.empty()) __builtin_trap();

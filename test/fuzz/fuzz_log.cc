@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "logger/event_log.h"
+#include "logger/log/event_log.h"
 #include "test/fuzz/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

@@ -17,8 +17,8 @@
 #include <morphbus/world_t.hpp>
 #include <vector>
 
-#include "bridge/codec.h"
-#include "bridge/vm_codec.h"
+#include "bridge/wire/codec.h"
+#include "bridge/wire/vm_codec.h"
 
 namespace {
 

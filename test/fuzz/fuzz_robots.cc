@@ -1,5 +1,5 @@
-// Any M3L text whose robots compile: every back end takes them, every connection explains itself,
-// and each robot is congruent to itself.
+// Any M3L text whose robots compile: every back end takes them, and each robot is congruent to
+// itself.
 
 #include <cstdint>
 #include <string>
@@ -8,16 +8,14 @@
 #include "compiler/congruence/congruence.h"
 #include "compiler/emit/c99.h"
 #include "compiler/emit/dot.h"
-#include "compiler/emit/keywords.h"
 #include "compiler/emit/m3l.h"
 #include "compiler/emit/mjcf.h"
 #include "compiler/emit/sdf.h"
 #include "compiler/emit/urdf.h"
 #include "compiler/emit/webots.h"
-#include "compiler/emit/xml.h"
+#include "compiler/keywords/keywords_xml.h"
 #include "compiler/m3l/compile.h"
 #include "compiler/model/kinematic_graph.h"
-#include "compiler/solver/explain_pair.h"
 
 namespace {
 
@@ -25,7 +23,6 @@ using namespace morphbus;  // NOLINT: a program of one file
 
 /// Larger robots are for the benchmarks; here they would only take time.
 constexpr size_t kMaxModules = 32;
-constexpr size_t kMaxPairs = 16;
 
 void Require(bool holds) {
   if (!holds) __builtin_trap();
@@ -39,22 +36,6 @@ void ExportTree(const model::Model& model, const model::Robot& robot) {
   Require(!emit::ToMjcf(model, tree, "fuzz").text.empty());
 }
 
-void ExplainAll(const m3l::CompileOutput& output) {
-  const model::Model& model = *output.model;
-  size_t pairs = 0;
-  for (size_t c = 0; c < output.problems.size(); ++c) {
-    const model::ConnectionType& connection = model.connection_types[c];
-    const size_t of_a = model.module_types[connection.type_a].connectors.size();
-    const size_t of_b = model.module_types[connection.type_b].connectors.size();
-    for (size_t a = 0; a < of_a; ++a) {
-      for (size_t b = 0; b < of_b && pairs < kMaxPairs; ++b, ++pairs) {
-        solver::ExplainPair(output.problems[c], model.module_types, static_cast<int>(a),
-                            static_cast<int>(b));
-      }
-    }
-  }
-}
-
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
@@ -62,12 +43,12 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const m3l::CompileOutput output = m3l::CompileText("fuzz.m3l", text);
   if (!output.model) return 0;
   const model::Model& model = *output.model;
-  ExplainAll(output);
   for (size_t type = 0; type < model.module_types.size(); ++type) {
     ExportTree(model, emit::ModuleAsRobot(model, static_cast<int>(type)));
     Require(!emit::ModuleToC(model, static_cast<int>(type), 0, "module").text.empty());
-    const Result<emit::ModuleKeywords> keywords = emit::KeywordsOf(model.module_types[type]);
-    if (keywords) Require(emit::ParseKeywordsXml(emit::KeywordsXml(*keywords)).has_value());
+    const Result<keywords::ModuleKeywords> keywords =
+        keywords::KeywordsOf(model.module_types[type]);
+    if (keywords) Require(keywords::ParseKeywordsXml(keywords::KeywordsXml(*keywords)).has_value());
   }
   for (const model::Robot& robot : model.robots) {
     if (robot.modules.size() > kMaxModules) continue;

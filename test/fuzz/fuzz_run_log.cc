@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <string>
 
-#include "logger/run_log.h"
+#include "logger/log/run_log.h"
 #include "test/fuzz/memory_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

@@ -11,6 +11,7 @@
 
 #include "compiler/m3l/format.h"
 #include "test/fuzz/m3l_mutator.h"
+#include "test/support/source_dir.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size);
 
@@ -22,7 +23,7 @@ constexpr size_t kMaxSize = 8000;
 std::vector<std::string> Corpus() {
   std::vector<std::filesystem::path> paths;
   for (const char* folder : {"models", "test/malformed/m3l"}) {
-    const std::filesystem::path place = std::filesystem::path(MORPHBUS_SOURCE_DIR) / folder;
+    const std::filesystem::path place = test::SourcePath(folder);
     for (const auto& entry : std::filesystem::directory_iterator(place)) {
       if (entry.path().extension() == ".m3l") paths.push_back(entry.path());
     }
@@ -41,14 +42,14 @@ void Try(const std::string& text) {
   source::SourceSet sources;
   source::Diagnostics diagnostics;
   const std::optional<std::string> once =
-      m3l::Format(sources, sources.AddText("once", text), diagnostics);
+      m3l::Format(sources, sources.AddText("once", text), &diagnostics);
   ASSERT_EQ(once.has_value(), !diagnostics.had_errors()) << text;
   for (const source::Diagnostic& d : diagnostics.all()) {
     EXPECT_EQ(d.message.find("cannot be laid out"), std::string::npos) << text;
   }
   if (!once) return;
   source::SourceSet again;
-  EXPECT_EQ(m3l::Format(again, again.AddText("twice", *once), diagnostics), once) << text;
+  EXPECT_EQ(m3l::Format(again, again.AddText("twice", *once), &diagnostics), once) << text;
 }
 
 TEST(M3lMutations, EndInAModelOrInErrors) {
@@ -67,7 +68,7 @@ TEST(M3lMutations, AreReproducibleAndMostlyParse) {
       EXPECT_LE(mutated.size(), kMaxSize);
       source::SourceSet sources;
       source::Diagnostics diagnostics;
-      parsed += m3l::Format(sources, sources.AddText("x", mutated), diagnostics) ? 1 : 0;
+      parsed += m3l::Format(sources, sources.AddText("x", mutated), &diagnostics) ? 1 : 0;
       ++tried;
     }
   }

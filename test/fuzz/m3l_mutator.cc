@@ -42,7 +42,7 @@ Tokens Split(std::string_view text) {
   source::Diagnostics diagnostics;
   const int file = sources.AddText("mutated", std::string(text));
   Tokens tokens;
-  for (const m3l::Token& token : m3l::Lex(sources, file, 100'000, diagnostics)) {
+  for (const m3l::Token& token : m3l::Tokenize(sources, file, 100'000, &diagnostics)) {
     if (token.kind != m3l::TokenKind::kEnd) tokens.emplace_back(token.text);
   }
   return tokens;

@@ -1,4 +1,4 @@
-#include "logger/comparer.h"
+#include "logger/compare/comparer.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "logger/report.h"
+#include "logger/show/report.h"
 #include "test/logger/temp_log.h"
 
 namespace morphbus::logger {
@@ -246,9 +246,15 @@ TEST(ComparerTest, LinksAreFoundInTheWorldAfterAConnectionOpened) {
     world->bodies.insert(arm + 1, base);
     ++world->num_bodies;
   };
-  const Comparison comparison = CompareTo(options);
-  EXPECT_EQ(comparison.verdict, Verdict::kEquivalent) << ComparisonText(comparison);
+  const TempLog a;
+  const TempLog b(options);
+  const Comparison comparison = CompareFiles(a.path(), b.path());
+  EXPECT_EQ(First(comparison).quantity, Quantity::kDocking) << ComparisonText(comparison);
+  EXPECT_EQ(First(comparison).first_over_us, 1'000'000);
   EXPECT_LT(comparison.max_position_m, 1e-9);
+  CompareOptions without_sensors;
+  without_sensors.without = {"sensors"};
+  EXPECT_EQ(Compare(Load(a.path()), Load(b.path()), without_sensors).verdict, Verdict::kEquivalent);
 }
 
 TEST(ComparerTest, WhereARobotStandsInTheWorldIsNoDifference) {
@@ -397,6 +403,33 @@ TEST(ComparerTest, JsonKeepsItsKeys) {
   EXPECT_TRUE(json["roles"]["Root"]["first_over"].is_null());
   const TempLog same;
   EXPECT_TRUE(ComparisonJson(CompareFiles(same.path(), same.path()))["first_divergence"].is_null());
+}
+
+TEST(ComparerTest, NoTextOfALogSteersTheTerminal) {
+  // Names, faults and channels of a log are bytes from elsewhere: here they would clear the screen.
+  const std::string clear = "\x1b[2J\n\xff";
+  SyntheticOptions options;
+  options.tip_role = "Tip" + clear;
+  options.on_status = [&](const std::string&, status_t* status) {
+    status->faults = {fault_t{}};
+    status->num_faults = 1;
+  };
+  std::vector<test::SyntheticEvent> events = test::SyntheticEvents(options);
+  events.insert(events.end() - 1, {1, "synth" + clear + "/m1/STATUS", {1, 2}});
+  events.insert(events.end() - 1, {1, "synth/m1/STATUS", {1, 2}});
+  const TempLog a;
+  const TempLog b(test::EncodeLog(events));
+  const RunLog log = Load(b.path());
+  EXPECT_FALSE(log.facts.faults.empty());
+  const Comparison comparison = Compare(Load(a.path()), log);
+  for (const std::string& text :
+       {FactsText(log.facts), VerifyText(log.facts), ComparisonText(comparison)}) {
+    EXPECT_FALSE(text.empty());
+    EXPECT_TRUE(std::all_of(text.begin(), text.end(), [](char c) {
+      return c == '\n' || (c >= 0x20 && c < 0x7f);
+    })) << text;
+  }
+  EXPECT_NE(ComparisonText(comparison).find("Tip\\x1b[2J\\n\\xff"), std::string::npos);
 }
 
 TEST(ReportTest, PageIsSelfContainedAndEscapesNames) {

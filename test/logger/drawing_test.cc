@@ -1,4 +1,4 @@
-#include "logger/drawing.h"
+#include "logger/show/drawing.h"
 
 #include <cairo.h>
 #include <gtest/gtest.h>
@@ -7,8 +7,9 @@
 #include <fstream>
 #include <memory>
 
-#include "logger/projection.h"
-#include "sim/bodies.h"
+#include "logger/show/labels.h"
+#include "logger/show/projection.h"
+#include "sim/rigid_body_model.h"
 #include "test/sim/mtran.h"
 #include "test/sim/toy_robots.h"
 
@@ -142,6 +143,65 @@ TEST(VisibleFacesTest, FacesTowardsTheLightAreBrighter) {
   EXPECT_EQ(brightness_of_highest, brightest);
 }
 
+/// Where the names of cubes stand that are seen from the side. Cells are 2 mm wide, type is 10 mm
+/// high.
+std::vector<PlacedLabel> LabelsOf(const std::vector<std::pair<std::string, Vector3d>>& cubes) {
+  Scene scene;
+  for (int i = 0; i < static_cast<int>(cubes.size()); ++i) {
+    scene.hulls.push_back(Cube(cubes[i].second));
+    scene.hulls.back().owner = i;
+    scene.names.push_back({cubes[i].first, cubes[i].second, i});
+  }
+  const Projection projection(View::kSide);
+  return PlaceLabels(scene, VisibleFaces(scene, projection), projection,
+                     {{-0.3, -0.2}, {0.3, 0.2}, 0.002, 0.006, 0.01});
+}
+
+TEST(LabelsTest, ANameStandsOnItsModule) {
+  const std::vector<PlacedLabel> labels = LabelsOf({{"m1", {0.1, 0, 0}}});
+  ASSERT_EQ(labels.size(), 1u);
+  EXPECT_LT((labels[0].centre - Eigen::Vector2d(0.1, 0)).norm(), 0.003);
+  EXPECT_FALSE(labels[0].tip);
+}
+
+TEST(LabelsTest, AHiddenModuleHasNoName) {
+  const std::vector<PlacedLabel> labels = LabelsOf({{"behind", {0, 0, 0}}, {"front", {0, 0, 0.3}}});
+  ASSERT_EQ(labels.size(), 1u);
+  EXPECT_EQ(labels[0].text, "front");
+}
+
+TEST(LabelsTest, AHalfHiddenModuleHasItsNameOnTheHalfThatIsSeen) {
+  const std::vector<PlacedLabel> labels = LabelsOf({{"m1", {0, 0, 0}}, {"m2", {0.05, 0, 0.3}}});
+  ASSERT_EQ(labels.size(), 2u);
+  EXPECT_FALSE(labels[0].tip);
+  EXPECT_LT(labels[0].centre.x(), 0.0);
+  EXPECT_GT(labels[0].centre.x(), -0.05);
+}
+
+TEST(LabelsTest, AModuleOfWhichTooLittleIsSeenHasItsNameBesideItWithALine) {
+  const std::vector<PlacedLabel> labels =
+      LabelsOf({{"a long name", {0, 0, 0}}, {"m2", {0.01, 0, 0.3}}});
+  ASSERT_EQ(labels.size(), 2u);
+  ASSERT_TRUE(labels[0].tip);
+  EXPECT_LT(labels[0].tip->x(), -0.04);
+  EXPECT_GT(labels[0].tip->x(), -0.05);
+  const Eigen::Vector2d d = labels[0].centre.cwiseAbs();
+  EXPECT_TRUE(d.x() > 0.05 + 0.033 - 0.011 || d.y() > 0.055) << d.transpose();  // on nobody
+}
+
+TEST(LabelsTest, NamesNeverCoverEachOther) {
+  std::vector<std::pair<std::string, Vector3d>> cubes;
+  for (int i = 0; i < 6; ++i) cubes.push_back({"module", {0.004 * i, 0.012 * i, 0.01 * i}});
+  const std::vector<PlacedLabel> labels = LabelsOf(cubes);
+  EXPECT_GT(labels.size(), 1u);
+  for (size_t i = 0; i < labels.size(); ++i) {
+    for (size_t j = 0; j < i; ++j) {
+      const Eigen::Vector2d d = (labels[i].centre - labels[j].centre).cwiseAbs();
+      EXPECT_TRUE(d.x() > 0.035 || d.y() > 0.009) << i << " " << j;
+    }
+  }
+}
+
 TEST_F(DrawingTest, SuffixDecidesTheFormat) {
   EXPECT_NE(RenderPicture(OneCube(), "x.svg")->find("<svg"), std::string::npos);
   EXPECT_EQ(RenderPicture(OneCube(), "x.png")->substr(0, 8), "\x89PNG\r\n\x1a\n");
@@ -186,7 +246,7 @@ TEST_F(DrawingTest, TheHullIsWhereItShouldBeInItsColor) {
 }
 
 TEST_F(DrawingTest, AllModulesOfARobotAreDrawnWithTheirNames) {
-  const auto model = sim::test::MakeMtranModel();
+  const auto model = sim::test::MtranModel();
   const model::Robot& robot = model->robots[0];
   const Scene scene =
       SceneOf(*model, robot, sim::PlaceOnGround(*model, robot), {0, 1, 2, 3, 4, 5, 6, 7, 8});

@@ -1,4 +1,4 @@
-#include "logger/event_log.h"
+#include "logger/log/event_log.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -9,6 +9,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <lcm/lcm-cpp.hpp>
 #include <random>
 
@@ -417,48 +418,58 @@ TEST_F(EventLogTest, EventsLargerThanTheBufferAreRead) {
   EXPECT_EQ(Read(path_).events, events);
 }
 
-TEST_F(EventLogTest, RepairedLogIsSoundForTheStockReader) {
-  const std::vector<Event> events = SomeEvents(20, true);
-  std::vector<uint8_t> bytes = Encode(events);
-  bytes[5 * 64 + 20] = 0xFF;
-  bytes.erase(bytes.end() - 3, bytes.end());
-  WriteFile(path_, bytes);
-  const std::string repaired = path_ + ".repaired";
-  const auto report = RepairLog(path_, repaired);
-  ASSERT_TRUE(report.has_value());
-  EXPECT_EQ(report->events_kept, 18);
-  EXPECT_EQ(report->bytes_dropped, 64u + 61u);
-  EXPECT_EQ(report->findings.size(), 2u);
-  lcm::LogFile stock(repaired, "r");
-  for (int i = 0; i < 18; ++i) {
-    const lcm::LogEvent* event = stock.readNextEvent();
-    ASSERT_NE(event, nullptr);
-    EXPECT_EQ(event->eventnum, i);
-  }
-  EXPECT_EQ(stock.readNextEvent(), nullptr);
-  std::remove(repaired.c_str());
+TEST_F(EventLogTest, APipeIsRefusedAtOnceWhetherReadOrWritten) {
+  // Opened as a file it would wait for the other end for ever.
+  ASSERT_EQ(mkfifo(path_.c_str(), 0600), 0);
+  const auto reader = EventLogReader::Open(path_);
+  ASSERT_FALSE(reader.has_value());
+  EXPECT_NE(reader.error().message.find("not a regular file"), std::string::npos);
+  EXPECT_FALSE(EventLogWriter::Create(path_).has_value());
+  std::remove(path_.c_str());
+  ASSERT_EQ(mkfifo((path_ + ".partial").c_str(), 0600), 0);
+  EXPECT_FALSE(EventLogWriter::Create(path_).has_value());
+  std::remove((path_ + ".partial").c_str());
 }
 
-TEST_F(EventLogTest, RepairNeverWritesOverTheLogItReads) {
-  const std::vector<uint8_t> bytes = Encode(SomeEvents(20, true));
-  const std::string partial = path_ + ".partial";
-  for (const std::string& in : {path_, partial}) {
-    WriteFile(in, bytes);
-    const auto report = RepairLog(in, path_);
-    ASSERT_FALSE(report.has_value());
-    EXPECT_NE(report.error().message.find("would overwrite " + in), std::string::npos);
-    EXPECT_EQ(RepairLog(in, path_ + ".copy")->events_kept, 20);  // it is still whole
-    std::remove(in.c_str());
-  }
-  std::remove((path_ + ".copy").c_str());
+/// What flushing says after somebody did something to the file.
+std::string FlushAfter(const std::string& path,
+                       const std::function<void(const std::string&)>& act) {
+  auto writer = EventLogWriter::Create(path);
+  EXPECT_TRUE(writer.has_value());
+  const std::vector<uint8_t> data(100, 1);
+  EXPECT_TRUE((*writer)->Write(1, "A", data));
+  EXPECT_TRUE((*writer)->Flush());
+  act((*writer)->partial_path());
+  EXPECT_TRUE((*writer)->Write(2, "A", data));
+  const Result<void> flushed = (*writer)->Flush();
+  EXPECT_EQ(flushed.has_value(), (*writer)->Close().has_value());
+  std::remove(path.c_str());
+  std::remove((path + ".partial").c_str());
+  return flushed ? "" : flushed.error().message;
 }
 
-TEST_F(EventLogTest, NothingToKeepIsAnErrorAndWritesNothing) {
-  const std::string repaired = path_ + ".repaired";
-  WriteFile(path_, std::vector<uint8_t>{'n', 'o', ' ', 'l', 'o', 'g'});
-  EXPECT_FALSE(RepairLog(path_, repaired).has_value());
-  EXPECT_FALSE(EventLogReader::Open(repaired).has_value());
-  EXPECT_FALSE(EventLogReader::Open(repaired + ".partial").has_value());
+TEST_F(EventLogTest, AWriterNoticesThatItsFileWasRemovedReplacedOrCut) {
+  const auto said = [&](const std::function<void(const std::string&)>& act) {
+    return FlushAfter(path_, act);
+  };
+  EXPECT_EQ(said([](const std::string&) {}), "");
+  const std::string name = path_ + ".partial";
+  EXPECT_EQ(said([](const std::string& file) { std::remove(file.c_str()); }),
+            name + " was removed while it was written");
+  EXPECT_EQ(said([](const std::string& file) { WriteFile(file, {}); }),
+            name + " was replaced while it was written");
+  for (const int size : {0, 50, 1000}) {
+    EXPECT_EQ(said([size](const std::string& file) { std::filesystem::resize_file(file, size); }),
+              name + " was altered by somebody else while it was written");
+  }
+}
+
+TEST_F(EventLogTest, ADiscardedLogLeavesNothing) {
+  auto writer = EventLogWriter::Create(path_);
+  ASSERT_TRUE(writer.has_value());
+  (*writer)->Discard();
+  EXPECT_FALSE(std::filesystem::exists(path_ + ".partial"));
+  EXPECT_FALSE(std::filesystem::exists(path_));
 }
 
 TEST_F(EventLogTest, MissingFileAndDirectoryAreErrorsThatNameThePath) {

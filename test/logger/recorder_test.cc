@@ -1,13 +1,16 @@
-#include "logger/recorder.h"
+#include "logger/log/recorder.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <algorithm>
+#include <csignal>
 #include <filesystem>
+#include <functional>
 
-#include "bridge/channels.h"
+#include "bridge/wire/channels.h"
 #include "compiler/model/run_description.pb.h"
-#include "logger/run_log.h"
+#include "logger/log/run_log.h"
 #include "test/bridge/fake_run.h"
 #include "test/logger/temp_log.h"
 
@@ -55,9 +58,9 @@ Recorded Record(const std::string& path, const Options& options) {
   EXPECT_TRUE(recorder.has_value()) << (recorder ? "" : recorder.error().message);
   Recorded out;
   if (!recorder) return out;
-  std::vector<bridge::Party*> parties = {run.sim.get(), recorder->get()};
-  for (FakeRun::Module& module : run.modules) parties.push_back(module.party.get());
-  EXPECT_TRUE(bridge::RunInproc(&run.hub, &run.time, parties));
+  std::vector<bridge::Participant*> participants = {run.sim.get(), recorder->get()};
+  for (FakeRun::Module& module : run.modules) participants.push_back(module.participant.get());
+  EXPECT_TRUE(bridge::RunInproc(&run.hub, &run.time, participants));
   (*recorder)->EachSecond();
   const Result<RecordSummary> summary = (*recorder)->Finish(options.interrupted);
   EXPECT_TRUE(summary.has_value()) << (summary ? "" : summary.error().message);
@@ -133,37 +136,87 @@ TEST(RecorderTest, InterruptedRecordingSaysSoInItsEnd) {
   EXPECT_EQ(r.log.facts.end_state, EndState::kVerified);
 }
 
-TEST(RecorderTest, RealTimeRecordingReportsWhatItLost) {
+TEST(RecorderTest, RealTimeRecordingReportsWhatItLostAndIsCompleteAllTheSame) {
   const TempFile file;
   Options options;
   options.run.realtime = true;
   options.run.speed = 1.0;
   options.run.loss = 0.2;
   const Recorded r = Record(file.path(), options);
-  EXPECT_FALSE(r.summary.complete);
+  EXPECT_TRUE(r.summary.complete) << r.summary.reason;  // loss in real time is no failure
   EXPECT_GT(r.summary.lost, 0);
   EXPECT_NE(r.summary.reason.find("not in the log"), std::string::npos);
   EXPECT_GT(r.log.facts.lost(), 0);
   EXPECT_FALSE(r.log.facts.whole());
 }
 
-TEST(RecorderTest, FullDiskEndsTheRecordingWithTheReason) {
-  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP();
-  const TempFile file;
-  std::filesystem::create_symlink("/dev/full", file.path() + ".partial");
-  FakeRun run({});
+/// A run that is ended, as `run` does, when its recorder says that it can record no more.
+struct Spoilt {
+  int64_t ticks = 0;
+  std::string error;
+};
+
+Spoilt RecordUntil(const std::string& path, const std::function<void(const std::string&)>& spoil) {
+  FakeRunOptions options;
+  options.ticks = 5000;
+  FakeRun run(options);
   run.log.reset();
   RecorderOptions recording;
-  recording.path = file.path();
+  recording.path = path;
   recording.description = Description("test");
   auto recorder = Recorder::Create(&run.log_seat->bus, &run.time, recording);
-  if (!recorder) return;  // Refused at once: as good.
-  (*recorder)->EachSecond();
-  EXPECT_TRUE((*recorder)->done());
-  EXPECT_FALSE((*recorder)->error().empty());
+  EXPECT_TRUE(recorder.has_value()) << (recorder ? "" : recorder.error().message);
+  std::vector<bridge::Participant*> participants = {run.sim.get(), recorder->get()};
+  for (FakeRun::Module& module : run.modules) participants.push_back(module.participant.get());
+  bool stop = false;
+  run.sim->OnBeforeTick([&](int64_t tick) {
+    if (tick == 20) spoil((*recorder)->partial_path());
+    if (tick % 10 == 0) (*recorder)->EachSecond();
+    stop = !(*recorder)->error().empty();
+  });
+  EXPECT_FALSE(bridge::RunInproc(&run.hub, &run.time, participants, &stop));
+  Spoilt spoilt;
+  spoilt.ticks = run.robot.ticks;
   const Result<RecordSummary> summary = (*recorder)->Finish("");
-  ASSERT_FALSE(summary.has_value());
-  EXPECT_NE(summary.error().message.find(file.path()), std::string::npos);
+  EXPECT_FALSE(summary.has_value());
+  if (!summary) spoilt.error = summary.error().message;
+  return spoilt;
+}
+
+TEST(RecorderTest, AFullDiskIsNoticedAtOnceWithTheReason) {
+  const TempFile file;
+  // A limit on the size of files stands for a disk that is full.
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const auto old_handler = std::signal(SIGXFSZ, SIG_IGN);
+  const Spoilt spoilt = RecordUntil(file.path(), [&](const std::string& partial) {
+    rlimit limit = before;
+    limit.rlim_cur = std::filesystem::file_size(partial);
+    setrlimit(RLIMIT_FSIZE, &limit);
+  });
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, old_handler);
+  EXPECT_LT(spoilt.ticks, 100);
+  EXPECT_NE(spoilt.error.find("cannot write " + file.path()), std::string::npos) << spoilt.error;
+}
+
+TEST(RecorderTest, ALogThatIsRemovedWhileItIsWrittenIsNoticedWithTheReason) {
+  const TempFile file;
+  const Spoilt spoilt = RecordUntil(
+      file.path(), [](const std::string& partial) { std::filesystem::remove(partial); });
+  EXPECT_LT(spoilt.ticks, 100);
+  EXPECT_NE(spoilt.error.find("was removed while it was written"), std::string::npos);
+}
+
+TEST(RecorderTest, AReasonThatIsTooLongIsCutAndEndStaysReadable) {
+  const TempFile file;
+  Options options;
+  for (int i = 0; i < 100; ++i) options.interrupted += "ä because ";
+  const Recorded r = Record(file.path(), options);
+  EXPECT_EQ(r.log.facts.end_state, EndState::kVerified) << VerifyText(r.log.facts);
+  ASSERT_TRUE(r.log.facts.end.has_value());
+  EXPECT_LE(r.log.facts.end->reason.size(), 200u);
+  EXPECT_GE(r.log.facts.end->reason.size(), 199u);
 }
 
 TEST(RecorderTest, DescriptionOfNothingIsRefused) {

@@ -1,4 +1,4 @@
-#include "logger/replayer.h"
+#include "logger/log/replayer.h"
 
 #include <gtest/gtest.h>
 
@@ -6,9 +6,9 @@
 #include <map>
 #include <morphbus/ask_t.hpp>
 
-#include "bridge/channels.h"
-#include "bridge/codec.h"
-#include "bridge/inproc_bus.h"
+#include "bridge/bus/inproc_bus.h"
+#include "bridge/wire/channels.h"
+#include "bridge/wire/codec.h"
 #include "test/logger/temp_log.h"
 
 namespace morphbus::logger {
@@ -55,7 +55,7 @@ class Rig {
   void AskForInfo(const std::string& from) {
     ask_t ask{};
     ask.header.protocol = header_t::PROTOCOL;
-    ask.from = from;
+    ask.sender = from;
     ask.kind = ask_t::KIND_INFO;
     std::vector<uint8_t> payload;
     bridge::Encode(ask, &payload);

@@ -1,12 +1,12 @@
-#include "logger/run_log.h"
+#include "logger/log/run_log.h"
 
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "bridge/codec.h"
-#include "logger/channel_line.h"
+#include "bridge/wire/codec.h"
+#include "logger/log/channel_stream.h"
 #include "test/logger/temp_log.h"
 
 namespace morphbus::logger {
@@ -221,10 +221,14 @@ TEST(RunLogTest, FaultsAreListedWithModuleRoleAndLine) {
   options.on_status = [](const std::string& module, status_t* status) {
     if (module != "m3" || status->header.tick != 50) return;
     fault_t fault{};
-    fault.code = 8;
-    fault.text = "target clamped to the joint's limit";
-    fault.function = "Tip.wave";
+    fault.code = static_cast<int16_t>(vm::FaultCode::kTargetClamped);
+    fault.role = fault.rival_role = fault.keyword = -1;
+    fault.link = fault.connector = -1;
+    fault.function_index = 4;
     fault.line = 17;
+    fault.joint = 1;
+    fault.asked = 95.5F;
+    fault.limit = 90;
     status->faults = {fault};
     status->num_faults = 1;
   };
@@ -233,9 +237,12 @@ TEST(RunLogTest, FaultsAreListedWithModuleRoleAndLine) {
   ASSERT_EQ(log.facts.faults.size(), 1u);
   EXPECT_EQ(log.facts.faults[0].module, "m3");
   EXPECT_EQ(log.facts.faults[0].role, "Tip");
-  EXPECT_EQ(log.facts.faults[0].line, 17);
+  EXPECT_EQ(log.facts.faults[0].fault.line, 17);
   EXPECT_EQ(log.facts.faults[0].time_us, 1'000'000);
-  EXPECT_NE(FactsText(log.facts).find("Tip.wave, line 17"), std::string::npos);
+  // The synthetic log has no images, so the sentence has numbers in place of names.
+  EXPECT_EQ(log.facts.faults[0].Line(),
+            "line 17: joint 1 was asked for 95.5 and can go to 90 only: clamped (in function 4)");
+  EXPECT_NE(FactsText(log.facts).find(log.facts.faults[0].Line()), std::string::npos);
 }
 
 TEST(RunLogTest, InfoJsonHasWhatScriptsNeed) {
@@ -283,14 +290,14 @@ TEST(RunLogTest, RandomAlterationsOfAnythingNeverCrash) {
   }
 }
 
-TEST(ChannelLineTest, GapIsGivenUpAfterPatienceAndMemoryStaysBounded) {
-  ChannelLine line;
+TEST(ChannelStreamTest, GapIsGivenUpAfterPatienceAndMemoryStaysBounded) {
+  ChannelStream line;
   const std::vector<uint8_t> payload(100, 7);
-  EXPECT_EQ(line.Take(0, payload), ChannelLine::Kind::kNew);
+  EXPECT_EQ(line.Take(0, payload), ChannelStream::Kind::kNew);
   for (int64_t n = 2; n < 10'000; ++n) line.Take(n, payload);
   EXPECT_EQ(line.lost(), 1);
   EXPECT_EQ(line.first_lost(), 1);
-  EXPECT_EQ(line.Take(5'000, payload), ChannelLine::Kind::kDuplicate);
+  EXPECT_EQ(line.Take(5'000, payload), ChannelStream::Kind::kDuplicate);
   line.Finish();
   EXPECT_EQ(line.count(), 9'999);
 }

@@ -8,9 +8,9 @@
 
 #include <map>
 
-#include "bridge/lcm_bus.h"
-#include "bridge/party.h"
-#include "logger/replayer.h"
+#include "bridge/bus/lcm_bus.h"
+#include "bridge/lockstep/participant.h"
+#include "logger/log/replayer.h"
 #include "test/logger/temp_log.h"
 
 extern char** environ;

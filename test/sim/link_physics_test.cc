@@ -68,7 +68,7 @@ TEST(LinkPhysicsTest, ALinkWithoutHullHasMassButNothingToCollideWith) {
 TEST(LinkPhysicsTest, MtranBlockHasTheMassPropertiesOfAHalfPrism) {
   // Half cube (x from -2 to -1) and a wedge down to the edge x = 0: volumes 4 and 2 unit³,
   // centroids at -1.5 and -2/3.
-  const auto model = test::MakeMtranModel();
+  const auto model = test::MtranModel();
   const LinkPhysics block = ComputeLinkPhysics(model->module_types[0], 0);
   const double centroid = 0.0325 * (4.0 * -1.5 + 2.0 * (-2.0 / 3.0)) / 6.0;
   EXPECT_NEAR((block.p_LoLcm_L - Vector3d(centroid, 0, 0)).norm(), 0.0, 1e-12);
@@ -97,7 +97,7 @@ TEST(LinkPhysicsTest, FlatHullsCannotShrink) {
 }
 
 TEST(LinkPhysicsTest, AFlatHullIsThickenedForCollisions) {
-  const auto model = test::MakeMtranModel();
+  const auto model = test::MtranModel();
   const LinkPhysics bar = ComputeLinkPhysics(model->module_types[0], 2);
   ASSERT_FALSE(bar.core_L.empty());
   double depth = 0.0;

@@ -1,6 +1,6 @@
 #pragma once
-// M-TRAN and the two quadrupeds of the paper's Figs. 8 and 9, built by hand from the figures: a
-// route to the model that does not pass through the compiler.
+// M-TRAN, the two quadrupeds of the paper's Figs. 8 and 9, and their gait without a program:
+// targets of the joints over time, by what the joints are for.
 
 #include <array>
 #include <memory>
@@ -11,9 +11,10 @@
 
 namespace morphbus::sim::test {
 
-/// Model with the module type MTRAN, its connection and the robots "quadruped" and
-/// "equivalent_quadruped". Unit 0.0325 m, links 0.18, 0.18, 0.06 kg, 1.9 N m, pi rad/s.
-std::shared_ptr<const model::Model> MakeMtranModel();
+/// models/mtran.m3l, compiled once: the module type MTRAN, its connection and the robots
+/// "quadruped" and "equivalent_quadruped". Unit 0.0325 m, links 0.18, 0.18, 0.06 kg, 1.9 N m, pi
+/// rad/s.
+std::shared_ptr<const model::Model> MtranModel();
 
 /// The legs' parts by what they are for; names of modules and indices of joints of one robot.
 enum Leg { kFrontLeft, kFrontRight, kBackLeft, kBackRight, kNumLegs };

@@ -78,11 +78,16 @@ TEST(ServoTest, AFastJointIsAskedForNoMoreThanItsSpeed) {
   EXPECT_GT(servo.Step(0.0, 0.0, kDt), 3.0);
 }
 
-TEST(ServoTest, ATurningJointThatIsHeldDoesNotWindUp) {
+TEST(ServoTest, ATurningJointThatIsHeldPushesOnButDoesNotWindUp) {
   Servo servo({-1e9, 1e9, 3.0}, kGain);
   servo.Command({ServoMode::kVelocity, 0.0, 3.0});
+  // Ten seconds at 3 rad/s would be 30 rad; the set-point stays a quarter ahead of the joint.
   for (int i = 0; i < 10000; ++i) servo.Step(0.0, 0.0, kDt);
-  EXPECT_LE(servo.set_point(), 0.25);
+  EXPECT_NEAR(servo.set_point(), 0.25, 1e-12);
+  EXPECT_GE(servo.Step(0.0, 0.0, kDt), 3.0);
+  // Freed at another place, it goes on from there.
+  for (int i = 0; i < 200; ++i) servo.Step(5.0, 3.0, kDt);
+  EXPECT_NEAR(servo.set_point(), 5.25, 1e-12);
 }
 
 TEST(ServoTest, MirroredCommandsGiveMirroredAnswersToTheLastBit) {

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim/simulated_assembly.h"
+#include "sim/bullet_robot.h"
 #include "test/sim/mtran.h"
 
 namespace morphbus::sim {
@@ -17,10 +17,9 @@ constexpr double kTick = 0.02;
 
 class Walker {
  public:
-  Walker(const std::string& robot, const AssemblyOptions& options)
-      : model_(test::MakeMtranModel()) {
-    assembly_ = std::move(*SimulatedAssembly::Create(model_, robot, options));
-    parts_ = test::AssignParts(*model_, assembly_->robot());
+  Walker(const std::string& robot, const BulletRobotOptions& options) : model_(test::MtranModel()) {
+    bullet_robot_ = std::move(*BulletRobot::Create(model_, robot, options));
+    parts_ = test::AssignParts(*model_, bullet_robot_->robot());
   }
 
   void Tick() {
@@ -34,15 +33,14 @@ class Walker {
     for (size_t leg = 0; leg < test::kNumLegs; ++leg) {
       for (size_t part = 0; part < test::kNumParts; ++part) {
         const test::FunctionalJoint& joint = parts_[leg][part];
-        morphbus::joint_command_t& command =
-            commands[static_cast<size_t>(joint.module)].joints[static_cast<size_t>(joint.joint)];
+        morphbus::joint_command_t& command = commands[joint.module].joints[joint.joint];
         command.mode = morphbus::joint_command_t::MODE_POSITION;
         command.target_si = joint.sign * posture[leg][part];
         command.speed_si = std::numbers::pi;
       }
     }
-    for (const morphbus::actuator_t& command : commands) assembly_->Actuate(command);
-    assembly_->Advance();
+    for (const morphbus::actuator_t& command : commands) bullet_robot_->Actuate(command);
+    bullet_robot_->Advance();
   }
 
   void RunUntil(double t) {
@@ -51,21 +49,21 @@ class Walker {
 
   /// Centre of the hub, world (m).
   Eigen::Vector3d Hub() const {
-    return assembly_->LinkPoses()[4][1] * Eigen::Vector3d(0.0325, 0, 0);
+    return bullet_robot_->LinkPoses()[4][1] * Eigen::Vector3d(0.0325, 0, 0);
   }
   /// Turn about the vertical since the start (degrees).
   double Heading() const {
-    const Eigen::Matrix3d R = assembly_->LinkPoses()[4][1].linear();
+    const Eigen::Matrix3d R = bullet_robot_->LinkPoses()[4][1].linear();
     return std::atan2(-R(2, 0), R(0, 0)) * 180.0 / std::numbers::pi;
   }
   /// Vertical component of the hub's own up direction.
-  double Upright() const { return assembly_->LinkPoses()[4][1].linear()(1, 1); }
+  double Upright() const { return bullet_robot_->LinkPoses()[4][1].linear()(1, 1); }
 
-  const SimulatedAssembly& assembly() const { return *assembly_; }
+  const BulletRobot& bullet_robot() const { return *bullet_robot_; }
 
  private:
   std::shared_ptr<const model::Model> model_;
-  std::unique_ptr<SimulatedAssembly> assembly_;
+  std::unique_ptr<BulletRobot> bullet_robot_;
   test::Quadruped parts_;
   int ticks_ = 0;
 };
@@ -100,7 +98,7 @@ TEST(WalkTest, QuadrupedWalksNorth) {
 }
 
 TEST(WalkTest, WithoutFrictionItGetsNowhere) {
-  AssemblyOptions options;
+  BulletRobotOptions options;
   options.world.friction = 0.0;
   Walker walker("quadruped", options);
   walker.RunUntil(test::kGaitStart + 2 * test::kGaitCycle);
@@ -110,7 +108,7 @@ TEST(WalkTest, WithoutFrictionItGetsNowhere) {
 TEST(WalkTest, BothRobotsOfFigure9WalkAlikeBitForBit) {
   Walker one("quadruped", {});
   Walker other("equivalent_quadruped", {});
-  EXPECT_EQ(one.assembly().world_hash(), other.assembly().world_hash());
+  EXPECT_EQ(one.bullet_robot().world_hash(), other.bullet_robot().world_hash());
   const auto same_state = [](const BodyState& a, const BodyState& b) {
     return a.X_WB.matrix() == b.X_WB.matrix() && a.v_WBo_W == b.v_WBo_W && a.w_WB_W == b.w_WB_W;
   };
@@ -118,12 +116,13 @@ TEST(WalkTest, BothRobotsOfFigure9WalkAlikeBitForBit) {
     one.Tick();
     other.Tick();
     for (int b = 0; b < 17; ++b) {
-      ASSERT_TRUE(same_state(one.assembly().world().body(b), other.assembly().world().body(b)))
+      ASSERT_TRUE(
+          same_state(one.bullet_robot().world().body(b), other.bullet_robot().world().body(b)))
           << "tick " << tick << ", body " << b;
     }
   }
   // It is the same walk and no other: modules swap sides, so m1 of one is m6 of the other.
-  EXPECT_EQ(one.assembly().Positions()[4][0], other.assembly().Positions()[4][0]);
+  EXPECT_EQ(one.bullet_robot().Positions()[4][0], other.bullet_robot().Positions()[4][0]);
 }
 
 TEST(WalkTest, FeetNeverSinkIntoTheGround) {
@@ -131,7 +130,7 @@ TEST(WalkTest, FeetNeverSinkIntoTheGround) {
   double deepest = 0.0;
   for (int tick = 0; tick < 475; ++tick) {
     walker.Tick();
-    for (const World::Contact& contact : walker.assembly().world().contacts()) {
+    for (const World::Contact& contact : walker.bullet_robot().world().contacts()) {
       deepest = std::max(deepest, contact.depth_m);
     }
   }

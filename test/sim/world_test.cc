@@ -18,14 +18,15 @@ constexpr double kGravity = 9.81;
 std::unique_ptr<World> MakeWorld(const model::Model& model, const WorldOptions& options) {
   const model::Robot& robot = model.robots[0];
   return std::make_unique<World>(
-      BuildAssembly(model, robot, PlaceOnGround(model, robot), model::StartValues(robot)), options);
+      BuildRigidBodyModel(model, robot, PlaceOnGround(model, robot), model::StartValues(robot)),
+      options);
 }
 
 Vector3d CentreOfMass(const World& world) {
   Vector3d moment = Vector3d::Zero();
   double mass = 0.0;
-  for (size_t b = 0; b < world.assembly().bodies.size(); ++b) {
-    const double m = world.assembly().bodies[b].mass_kg;
+  for (size_t b = 0; b < world.rigid_bodies().bodies.size(); ++b) {
+    const double m = world.rigid_bodies().bodies[b].mass_kg;
     moment += m * world.body(static_cast<int>(b)).X_WB.translation();
     mass += m;
   }
@@ -37,8 +38,8 @@ Vector3d AngularMomentum(const World& world, double* scale) {
   const Vector3d centre = CentreOfMass(world);
   Vector3d total = Vector3d::Zero();
   *scale = 0.0;
-  for (size_t b = 0; b < world.assembly().bodies.size(); ++b) {
-    const BodySpec& spec = world.assembly().bodies[b];
+  for (size_t b = 0; b < world.rigid_bodies().bodies.size(); ++b) {
+    const BodySpec& spec = world.rigid_bodies().bodies[b];
     const BodyState state = world.body(static_cast<int>(b));
     const Eigen::Matrix3d R_WB = state.X_WB.linear();
     const Vector3d own =
@@ -52,7 +53,7 @@ Vector3d AngularMomentum(const World& world, double* scale) {
 
 // Swings all of the quadruped's legs about, quickly and unevenly.
 void ThrashAbout(World* world, int step) {
-  for (size_t j = 0; j < world->assembly().joints.size(); ++j) {
+  for (size_t j = 0; j < world->rigid_bodies().joints.size(); ++j) {
     const double target = 1.2 * std::sin(0.004 * step * (1.0 + 0.1 * static_cast<double>(j)));
     world->Command(static_cast<int>(j), {ServoMode::kPosition, target, 3.0});
   }
@@ -61,7 +62,7 @@ void ThrashAbout(World* world, int step) {
 TEST(WorldTest, InFreeFallTheCentreOfMassFallsWithGravityWhateverTheJointsDo) {
   WorldOptions options;
   options.ground = false;
-  const auto model = test::MakeMtranModel();
+  const auto model = test::MtranModel();
   const auto world = MakeWorld(*model, options);
   const Vector3d start = CentreOfMass(*world);
   for (int step = 1; step <= 1000; ++step) {
@@ -77,7 +78,7 @@ TEST(WorldTest, InFreeFallAngularMomentumStaysZeroWhateverTheJointsDo) {
   WorldOptions options;
   options.ground = false;
   options.gravity = false;
-  const auto model = test::MakeMtranModel();
+  const auto model = test::MtranModel();
   const auto world = MakeWorld(*model, options);
   double largest = 0.0;
   for (int step = 1; step <= 2000; ++step) {
@@ -92,13 +93,13 @@ TEST(WorldTest, InFreeFallAngularMomentumStaysZeroWhateverTheJointsDo) {
 }
 
 TEST(WorldTest, MotorsStayWithinTheirTorque) {
-  const auto model = test::MakeMtranModel();
+  const auto model = test::MtranModel();
   const auto world = MakeWorld(*model, {});
   double largest = 0.0;
   for (int step = 1; step <= 3000; ++step) {
     ThrashAbout(world.get(), step);
     world->Step();
-    for (size_t j = 0; j < world->assembly().joints.size(); ++j) {
+    for (size_t j = 0; j < world->rigid_bodies().joints.size(); ++j) {
       const double theta = world->joint(static_cast<int>(j)).theta;
       if (std::abs(theta) > 1.57) continue;  // at its mechanical stop
       largest = std::max(largest, std::abs(world->joint(static_cast<int>(j)).motor_effort));
@@ -109,7 +110,7 @@ TEST(WorldTest, MotorsStayWithinTheirTorque) {
 }
 
 TEST(WorldTest, StartIsHardlyAFall) {
-  const auto model = test::MakeMtranModel();
+  const auto model = test::MtranModel();
   const auto world = MakeWorld(*model, {});
   const Vector3d start = CentreOfMass(*world);
   for (int step = 0; step < 500; ++step) world->Step();
@@ -168,7 +169,7 @@ TEST(WorldTest, PushesEnd) {
 }
 
 TEST(WorldTest, TwoBuildsInOneProcessRunAlikeBitForBit) {
-  const auto model = test::MakeMtranModel();
+  const auto model = test::MtranModel();
   const auto first = MakeWorld(*model, {});
   for (int step = 1; step <= 500; ++step) {
     ThrashAbout(first.get(), step);
@@ -187,7 +188,7 @@ TEST(WorldTest, TwoBuildsInOneProcessRunAlikeBitForBit) {
 }
 
 TEST(WorldTest, HashSaysWhichWorldWasBuilt) {
-  const auto model = test::MakeMtranModel();
+  const auto model = test::MtranModel();
   const std::string hash = MakeWorld(*model, {})->hash();
   EXPECT_EQ(hash.size(), 16u);
   EXPECT_EQ(hash.find_first_not_of("0123456789abcdef"), std::string::npos);
@@ -208,7 +209,7 @@ std::unique_ptr<World> DriveJoint(const model::Model& model, double target, int 
   options.ground = false;
   options.gravity = false;
   auto world = MakeWorld(model, options);
-  const JointSpec joint = world->assembly().joints[0];
+  const JointSpec joint = world->rigid_bodies().joints[0];
   const double theta = joint.sign * (target - joint.start);
   world->Command(0, {ServoMode::kPosition, theta, 10.0});
   for (int step = 0; step < steps; ++step) world->Step();
@@ -219,17 +220,15 @@ TEST(WorldTest, RevoluteJointReadsItsTrueAngleWithTheModelsSign) {
   for (const double start : {0.0, 0.3}) {
     const auto model = test::MakePair(model::JointType::kRevolute, start);
     const auto world = DriveJoint(*model, 0.7, 1000);
-    const JointSpec& joint = world->assembly().joints[0];
+    const JointSpec& joint = world->rigid_bodies().joints[0];
     EXPECT_NEAR(joint.start + joint.sign * world->joint(0).theta, 0.7, 1e-4);
-    const int a = world->assembly().body_of[0][0];
-    const int b = world->assembly().body_of[0][1];
+    const int a = world->rigid_bodies().body_of[0][0];
+    const int b = world->rigid_bodies().body_of[0][1];
     // Driving by +q turns A relative to B about +z.
     const Eigen::AngleAxisd start_turn(start, Vector3d::UnitZ());
     const Eigen::Matrix3d R_BA =
-        world->body(b).X_WB.linear().transpose() *
-        world->assembly().bodies[static_cast<size_t>(b)].X_WB.linear() *
-        world->assembly().bodies[static_cast<size_t>(a)].X_WB.linear().transpose() *
-        world->body(a).X_WB.linear();
+        world->body(b).X_WB.linear().transpose() * world->rigid_bodies().bodies[b].X_WB.linear() *
+        world->rigid_bodies().bodies[a].X_WB.linear().transpose() * world->body(a).X_WB.linear();
     EXPECT_TRUE(R_BA.isApprox(Eigen::AngleAxisd(0.7 - start, Vector3d::UnitZ()).matrix(), 1e-3));
   }
 }
@@ -237,11 +236,11 @@ TEST(WorldTest, RevoluteJointReadsItsTrueAngleWithTheModelsSign) {
 TEST(WorldTest, PrismaticJointSlidesAlongItsAxisWithinItsSpeedAndLimits) {
   const auto model = test::MakePair(model::JointType::kPrismatic, 0.0);
   const auto world = DriveJoint(*model, 0.03, 100);
-  const JointSpec& joint = world->assembly().joints[0];
+  const JointSpec& joint = world->rigid_bodies().joints[0];
   EXPECT_NEAR(joint.sign * world->joint(0).theta, 0.02, 0.004);  // 0.2 m/s
   const auto arrived = DriveJoint(*model, 0.03, 1000);
-  const Vector3d p_a = arrived->body(arrived->assembly().body_of[0][0]).X_WB.translation();
-  const Vector3d p_b = arrived->body(arrived->assembly().body_of[0][1]).X_WB.translation();
+  const Vector3d p_a = arrived->body(arrived->rigid_bodies().body_of[0][0]).X_WB.translation();
+  const Vector3d p_b = arrived->body(arrived->rigid_bodies().body_of[0][1]).X_WB.translation();
   EXPECT_NEAR((p_a - p_b - Vector3d(-0.2 + 0.03, 0, 0)).norm(), 0.0, 1e-4);
   const auto clamped = DriveJoint(*model, 1.0, 1000);
   EXPECT_NEAR(joint.sign * clamped->joint(0).theta, 0.05, 1e-4);
@@ -260,24 +259,24 @@ TEST(WorldTest, ContinuousJointCountsFullTurns) {
 }
 
 TEST(WorldTest, JointsHoldTogetherAndTheLockedBarStaysPut) {
-  const auto model = test::MakeMtranModel();
+  const auto model = test::MtranModel();
   const auto world = MakeWorld(*model, {});
   double gap = 0.0;
   for (int step = 1; step <= 2000; ++step) {
     ThrashAbout(world.get(), step);
     world->Step();
-    for (const JointSpec& joint : world->assembly().joints) {
+    for (const JointSpec& joint : world->rigid_bodies().joints) {
       Vector3d p[2];
       const int bodies[2] = {joint.body_1, joint.body_2};
       for (int k = 0; k < 2; ++k) {
-        const Pose& start = world->assembly().bodies[static_cast<size_t>(bodies[k])].X_WB;
+        const Pose& start = world->rigid_bodies().bodies[bodies[k]].X_WB;
         p[k] = world->body(bodies[k]).X_WB * start.inverse() * joint.p_WJ;
       }
       gap = std::max(gap, (p[0] - p[1]).norm());
     }
   }
   EXPECT_LT(gap, 1e-3);
-  for (const int joint : world->assembly().joint_of[4]) {
+  for (const int joint : world->rigid_bodies().joint_of[4]) {
     EXPECT_EQ(world->joint(joint).theta, 0.0);
   }
 }

@@ -4,15 +4,16 @@
 #include <fstream>
 #include <sstream>
 
+#include "compiler/base/check.h"
 #include "compiler/dynarole/compile.h"
-#include "compiler/dynarole/module_keywords.h"
+#include "compiler/keywords/keyword_table.h"
 #include "compiler/m3l/compile.h"
-#include "compiler/source/check.h"
+#include "test/support/source_dir.h"
 
 namespace morphbus::test {
 
 model::Model ModelFrom(const std::string& path) {
-  m3l::CompileOutput output = m3l::CompileFiles({std::string(MORPHBUS_SOURCE_DIR) + "/" + path});
+  m3l::CompileOutput output = m3l::CompileFiles({test::SourcePath(path)});
   if (!output.model) {
     std::fprintf(stderr, "%s", source::Render(output.diagnostics, output.sources, false).c_str());
   }
@@ -21,26 +22,17 @@ model::Model ModelFrom(const std::string& path) {
 }
 
 std::string TextOf(const std::string& path) {
-  std::ifstream file(std::string(MORPHBUS_SOURCE_DIR) + "/" + path);
+  std::ifstream file(test::SourcePath(path));
   MORPHBUS_CHECK(file.good());
   std::ostringstream text;
   text << file.rdbuf();
   return text.str();
 }
 
-dynarole::KeywordTable KeywordsOf(const model::Model& model) {
-  std::vector<emit::ModuleKeywords> types;
-  for (const model::ModuleType& type : model.module_types) {
-    Result<emit::ModuleKeywords> keywords = emit::KeywordsOf(type);
-    MORPHBUS_CHECK(keywords.has_value());
-    types.push_back(*std::move(keywords));
-  }
-  return dynarole::KeywordTableOf(types);
-}
-
 std::vector<uint8_t> ProgramFrom(const std::string& text, const model::Model& model) {
-  const dynarole::CompileResult result =
-      dynarole::CompileProgram("test.dyn", text, KeywordsOf(model));
+  const auto keywords = keywords::KeywordsOf(model).and_then(keywords::KeywordTable::Of);
+  MORPHBUS_CHECK(keywords.has_value());
+  const dynarole::CompileResult result = dynarole::CompileProgram("test.dyn", text, *keywords);
   if (!result.image) {
     std::fprintf(stderr, "%s", source::Render(result.diagnostics, result.sources, false).c_str());
   }

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "compiler/dynarole/keyword_table.h"
 #include "compiler/model/robot_model.h"
 
 namespace morphbus::test {
@@ -15,9 +14,6 @@ model::Model ModelFrom(const std::string& path);
 
 /// The text of a file of the source tree.
 std::string TextOf(const std::string& path);
-
-/// Keywords of all module types: names in capitals, links also with LINK_ before them.
-dynarole::KeywordTable KeywordsOf(const model::Model& model);
 
 /// A program's image; aborts with the diagnostics if it does not compile.
 std::vector<uint8_t> ProgramFrom(const std::string& text, const model::Model& model);

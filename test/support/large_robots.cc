@@ -6,6 +6,8 @@
 #include <random>
 #include <vector>
 
+#include "test/support/source_dir.h"
+
 namespace morphbus::test {
 namespace {
 
@@ -67,8 +69,7 @@ std::string LargeRobotText(LargeShape shape, int modules, uint64_t seed) {
                         : static_cast<int>(std::ceil(std::sqrt(static_cast<double>(modules))));
   std::vector<Edge> edges = WallEdges(modules, width);
   if (shape == LargeShape::kTree) edges = SpanningTree(std::move(edges), modules, seed);
-  std::string text =
-      "import \"" MORPHBUS_SOURCE_DIR "/models/mtran.m3l\"\nrobot large:\n  modules=(";
+  std::string text = "import \"" + SourcePath("models/mtran.m3l") + "\"\nrobot large:\n  modules=(";
   for (int m = 0; m < modules; ++m) {
     text += (m == 0 ? "MTRAN m" : ",\n    MTRAN m") + std::to_string(m);
   }
@@ -87,9 +88,8 @@ namespace {
 /// Robot `large`; the lists in parentheses.
 std::string RobotText(const std::string& file, const std::string& modules,
                       const std::string& connections, const std::string& joints = {}) {
-  std::string text = "import \"" MORPHBUS_SOURCE_DIR "/models/" + file +
-                     "\"\nrobot large: modules=(" + modules + "), connections=(" + connections +
-                     ")";
+  std::string text = "import \"" + SourcePath("models/") + file + "\"\nrobot large: modules=(" +
+                     modules + "), connections=(" + connections + ")";
   if (!joints.empty()) text += ", joints=(" + joints + ")";
   return text + "\n";
 }

@@ -9,16 +9,16 @@
 #include <morphbus/sim_clock_t.hpp>
 #include <numbers>
 
-#include "bridge/channels.h"
-#include "bridge/codec.h"
-#include "bridge/info_parts.h"
-#include "bridge/stream_hash.h"
+#include "bridge/wire/channels.h"
+#include "bridge/wire/codec.h"
+#include "bridge/wire/info_parts.h"
+#include "bridge/wire/stream_hash.h"
+#include "compiler/base/check.h"
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/model/kinematic_graph.h"
 #include "compiler/model/model_proto.h"
 #include "compiler/model/run_description.pb.h"
-#include "compiler/source/check.h"
-#include "logger/event_log.h"
+#include "logger/log/event_log.h"
 
 namespace morphbus::test {
 namespace {

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "compiler/source/check.h"
+#include "compiler/base/check.h"
 
 namespace morphbus::test {
 

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compiler/base/check.h"
 #include "compiler/emit/kinematics.h"
-#include "compiler/source/check.h"
-#include "vm/image.h"
-#include "vm/verifier.h"
+#include "vm/image/image.h"
+#include "vm/image/kinematics_tables.h"
+#include "vm/image/verifier.h"
 
 namespace morphbus::test {
 

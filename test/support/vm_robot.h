@@ -12,7 +12,7 @@
 
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/model/robot_model.h"
-#include "vm/kinematics_encoder.h"
+#include "vm/image/kinematics_encoder.h"
 #include "vm/vm.h"
 
 namespace morphbus::test {

@@ -1,4 +1,4 @@
-#include "tools/control_link.h"
+#include "tools/launch/control_link.h"
 
 #include <gtest/gtest.h>
 #include <poll.h>

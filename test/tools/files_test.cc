@@ -1,4 +1,4 @@
-#include "tools/files.h"
+#include "tools/base/files.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "tools/output_path.h"
+#include "tools/base/output_path.h"
 
 namespace morphbus::tools {
 namespace {

@@ -1,4 +1,4 @@
-#include "tools/lcm_schema.h"
+#include "tools/spy/lcm_schema.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <morphbus/transform_t.hpp>
 #include <vector>
 
-#include "tools/lcm_sources.h"
+#include "tools/spy/lcm_sources.h"
 
 namespace morphbus::tools {
 namespace {

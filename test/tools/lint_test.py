@@ -25,8 +25,17 @@ class Tree(unittest.TestCase):
         self.root = pathlib.Path(self.folder.name)
         self.write('CMakeLists.txt', ''.join(f'add_subdirectory({d})\n' for d in (
             'lcmtypes', 'vm', 'compiler', 'bridge', 'sim', 'logger', 'tools', 'test')))
-        self.write('compiler/CMakeLists.txt', 'add_subdirectory(source)\nadd_subdirectory(model)\n')
-        self.write('lcmtypes/CMakeLists.txt', 'set(MORPHBUS_LCM_TYPES\n  reading_t)\n')
+        self.write('compiler/CMakeLists.txt', 'add_subdirectory(base)\nadd_subdirectory(model)\n')
+        self.write('compiler/base/CMakeLists.txt', 'morphbus_library(morphbus_base SOURCES a.cc)\n')
+        self.write('compiler/model/CMakeLists.txt', 'morphbus_library(morphbus_model SOURCES a.cc DEPS morphbus_base)\n')
+        self.write('vm/CMakeLists.txt', 'set(rooms image run)\nmorphbus_library(morphbus_vm SOURCES a.cc)\n')
+        self.write('bridge/CMakeLists.txt', 'set(rooms bus wire)\n'
+                   'morphbus_library(morphbus_bridge SOURCES a.cc DEPS morphbus_lcmtypes morphbus_vm morphbus_base)\n')
+        self.write('sim/CMakeLists.txt', 'morphbus_library(morphbus_sim SOURCES a.cc DEPS morphbus_model)\n')
+        self.write('logger/CMakeLists.txt',
+                   'morphbus_library(morphbus_logger SOURCES a.cc\n  DEPS morphbus_bridge\n  PRIVATE_DEPS morphbus_model)\n')
+        self.write('lcmtypes/CMakeLists.txt',
+                   'set(MORPHBUS_LCM_TYPES\n  reading_t)\nadd_library(morphbus_lcmtypes INTERFACE)\n')
         self.write('lcmtypes/reading_t.lcm', GOOD_LCM)
 
     def write(self, path, text):
@@ -39,30 +48,81 @@ class Tree(unittest.TestCase):
 
 
 class LayersTest(Tree):
-    def expect(self, path, include, status):
+    def expect(self, path, include, why=None):
         self.write(path, f'#include {include}\n')
         code, text = self.run_lint('layers')
-        self.assertEqual(code, status, text)
-        if status:
+        self.assertEqual(code, 1 if why else 0, text)
+        if why:
             self.assertIn(f'{path}:1: error:', text)
+            self.assertIn(why, text)
 
     def test_including_what_comes_before_is_accepted(self):
-        self.expect('logger/a.cc', '"bridge/bus.h"', 0)
+        self.expect('logger/a.cc', '"bridge/bus/bus.h"')
 
     def test_including_what_comes_after_is_rejected(self):
-        self.expect('sim/a.cc', '"logger/event_log.h"', 1)
+        self.expect('sim/a.cc', '"logger/log/event_log.h"', 'sim/ comes before logger/')
 
-    def test_vm_depends_on_nothing(self):
-        self.expect('vm/a.cc', '<morphbus/header_t.hpp>', 1)
+    def test_what_is_linked_through_others_is_accepted(self):
+        self.expect('logger/a.cc', '"vm/vm.h"')
 
-    def test_bridge_keeps_off_the_model(self):
-        self.expect('bridge/a.cc', '"compiler/model/robot_model.h"', 1)
+    def test_what_is_not_linked_is_rejected(self):
+        self.expect('sim/a.cc', '"bridge/bus/bus.h"', 'no library of sim/ links one of bridge/')
 
-    def test_bridge_outward_may_use_the_model(self):
-        self.expect('bridge/outward/a.cc', '"compiler/model/robot_model.h"', 0)
+    def test_vm_which_links_nothing_depends_on_nothing(self):
+        self.expect('vm/a.cc', '<morphbus/header_t.hpp>', 'no library of vm/ links one of lcmtypes/')
+
+    def test_bridge_which_does_not_link_the_model_keeps_off_it(self):
+        self.expect('bridge/a.cc', '"compiler/model/robot_model.h"', 'no library of bridge/ links one of compiler/model/')
+        self.expect('bridge/a.cc', '"compiler/base/result.h"')
 
     def test_stages_of_the_compiler_are_ordered(self):
-        self.expect('compiler/source/a.h', '"compiler/model/robot_model.h"', 1)
+        self.expect('compiler/base/a.h', '"compiler/model/robot_model.h"', 'compiler/base/ comes before compiler/model/')
+
+    def test_rooms_of_a_folder_are_ordered(self):
+        self.expect('bridge/wire/a.h', '"bridge/bus/bus.h"')
+        self.expect('bridge/bus/a.h', '"bridge/wire/codec.h"', 'bridge/bus/ comes before bridge/wire/')
+
+    def test_what_lies_beside_the_rooms_is_in_no_order(self):
+        self.expect('vm/vm.cc', '"vm/run/state.h"')
+        self.expect('vm/run/a.h', '"vm/module_api.h"')
+        self.expect('vm/image/a.h', '"vm/run/state.h"', 'vm/image/ comes before vm/run/')
+
+    def test_tests_may_include_anything(self):
+        self.expect('test/a.cc', '"logger/log/event_log.h"')
+
+
+class HelperNamesTest(Tree):
+    def expect(self, first, second, clashes, script='morphbus_library(morphbus_sim SOURCES a.cc b.cc)\n'):
+        self.write('sim/CMakeLists.txt', script)
+        for name, helper in (('a', first), ('b', second)):
+            self.write(f'sim/{name}.cc', f'namespace {{\n\n{helper}\n\n}}  // namespace\n')
+        code, text = self.run_lint('helper_names')
+        self.assertEqual(code, 1 if clashes else 0, text)
+        if clashes:
+            self.assertIn('sim/b.cc: error: morphbus_sim has another', text)
+
+    def test_the_same_function_twice_is_rejected(self):
+        self.expect('int Root(const Tree& t, int i) {', 'int Root(const Tree& tree, int n) {', True)
+
+    def test_overloads_are_accepted(self):
+        self.expect('int Root(int i) {', 'int Root(double x) {', False)
+
+    def test_a_parameter_with_a_default_makes_no_difference(self):
+        self.expect('int Root(int i) {', 'int Root(int i, int j = 0) {', True)
+
+    def test_the_same_type_twice_is_rejected(self):
+        self.expect('struct Options {', 'struct Options {', True)
+
+    def test_the_same_constant_twice_is_rejected(self):
+        self.expect('constexpr double kGap = 1;', 'constexpr double kGap = 1;', True)
+
+    def test_an_alias_of_another_type_is_rejected_the_same_alias_accepted(self):
+        self.expect('using Kind = A::Kind;', 'using Kind = B::Kind;', True)
+        self.expect('using Kind = A::Kind;', 'using Kind = A::Kind;', False)
+
+    def test_a_file_that_is_compiled_alone_is_left_out(self):
+        self.expect('struct Options {', 'struct Options {', False,
+                    'morphbus_library(morphbus_sim SOURCES a.cc b.cc)\nmorphbus_compile_alone(b.cc)\n')
 
 
 class LcmCommentsTest(Tree):
@@ -92,6 +152,32 @@ class LcmCommentsTest(Tree):
         code, text = self.run_lint('lcm_comments')
         self.assertEqual(code, 1)
         self.assertIn('other_t.lcm:1: error: is not listed', text)
+
+
+class LcmNamesTest(Tree):
+    def expect(self, before, after, *words):
+        self.write('lcmtypes/reading_t.lcm', GOOD_LCM.replace(before, after))
+        code, text = self.run_lint('lcm_names')
+        self.assertEqual(code, 1, text)
+        for word in words:
+            self.assertIn(word, text)
+
+    def test_plain_names_are_accepted(self):
+        self.assertEqual(self.run_lint('lcm_names')[0], 0)
+
+    def test_a_word_of_any_language_is_rejected_as_a_field(self):
+        for name, language in (('from', 'Python'), ('end', 'Lua'), ('function', 'Lua'), ('params', 'C#'), ('type', 'Go'),
+                               ('boolean', 'Java'), ('template', 'C++'), ('restrict', 'C')):
+            self.expect('count;', f'{name};', f'reading_t.lcm:8: error: {name} is a reserved word of', language)
+
+    def test_arrays_and_constants_and_packages_are_looked_at(self):
+        self.expect('int16_t count;', 'int16_t count;\n  // More, no unit.\n  int16_t range[3];', 'range', 'Go')
+        self.expect('int16_t count;', 'int16_t count;\n  const int8_t GOOD = 1, None = 2;', 'None', 'Python')
+        self.expect('package morphbus;', 'package internal;', 'internal', 'C#')
+
+    def test_the_word_in_a_comment_is_no_name(self):
+        self.write('lcmtypes/reading_t.lcm', GOOD_LCM.replace('How many.', 'How many; from; in.'))
+        self.assertEqual(self.run_lint('lcm_names')[0], 0)
 
 
 if __name__ == '__main__':

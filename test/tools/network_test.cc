@@ -1,4 +1,4 @@
-#include "tools/network.h"
+#include "tools/launch/network.h"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 #include <cstring>
 #include <functional>
 
-#include "bridge/lcm_url.h"
+#include "bridge/bus/lcm_url.h"
 
 namespace morphbus::tools {
 namespace {

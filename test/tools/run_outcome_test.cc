@@ -1,4 +1,4 @@
-#include "tools/run_outcome.h"
+#include "tools/launch/run_outcome.h"
 
 #include <gtest/gtest.h>
 
@@ -12,23 +12,25 @@ logger::FaultFact SomeFault() {
   fault.role = "Head";
   fault.text = "division by zero";
   fault.function = "Head.behave";
-  fault.line = 12;
+  fault.file = "walk.dyn";
+  fault.fault.line = 12;
   return fault;
 }
 
 TEST(FaultTest, APlaceInTheSourceIsNamedAsInDiagnostics) {
-  const Json json = FaultJson(SomeFault(), "walk.dyn");
+  const Json json = FaultJson(SomeFault());
   EXPECT_EQ(json["line"], 12);
-  EXPECT_EQ(FaultText(json), "    3.20 s  m2     walk.dyn:12: division by zero (Head.behave)");
+  EXPECT_EQ(FaultText(SomeFault()),
+            "    3.20 s  m2     walk.dyn:12: division by zero (in Head.behave)");
 }
 
 TEST(FaultTest, WithoutAPlaceNoneIsMadeUp) {
   logger::FaultFact fault = SomeFault();
-  fault.line = 0;
+  fault.fault.line = 0;
   fault.function.clear();
-  const Json json = FaultJson(fault, "walk.dyn");
+  const Json json = FaultJson(fault);
   for (const char* key : {"file", "line", "function"}) EXPECT_TRUE(json[key].is_null()) << key;
-  EXPECT_EQ(FaultText(json), "    3.20 s  m2     division by zero");
+  EXPECT_EQ(FaultText(fault), "    3.20 s  m2     division by zero");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "tools/run_registry.h"
+#include "tools/launch/run_registry.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

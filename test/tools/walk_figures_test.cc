@@ -1,4 +1,4 @@
-#include "tools/walk_figures.h"
+#include "tools/launch/walk_figures.h"
 
 #include <gtest/gtest.h>
 

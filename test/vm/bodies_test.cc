@@ -1,11 +1,11 @@
-#include "vm/bodies.h"
+#include "vm/space/bodies.h"
 
 #include <gtest/gtest.h>
 
 #include "compiler/model/kinematic_graph.h"
 #include "test/support/toy_model.h"
 #include "test/support/vm_robot.h"
-#include "vm/context.h"
+#include "vm/run/context.h"
 
 namespace morphbus::vm {
 namespace {
@@ -145,7 +145,7 @@ TEST(BodiesCapacityTest, ABodyTooLargeForOneMessageIsToldInTurns) {
   vms.Tick(400);
   ExpectGraph(vms, model, robot);
   EXPECT_EQ(vms.output(30).message.body_turns, 2);
-  EXPECT_EQ(vms.CountFaults(FaultCode::kCapacity), 0);
+  EXPECT_EQ(vms.CountFaults(FaultCode::kTooManyBodyJoints), 0);
   // Once known, it stays known.
   for (int i = 0; i < 20; ++i) {
     vms.Tick();
@@ -163,8 +163,8 @@ TEST(BodiesCapacityTest, ABodyBeyondTheCapacityIsAFaultToldOnce) {
   const model::Robot robot = Comb(model, 70);
   VmRobot vms(model, robot, test::EmptyProgram());
   vms.Tick(600);
-  EXPECT_GT(vms.CountFaults(FaultCode::kCapacity), 0);
-  EXPECT_LT(vms.CountFaults(FaultCode::kCapacity), 70 * 40);
+  EXPECT_GT(vms.CountFaults(FaultCode::kTooManyBodyJoints), 0);
+  EXPECT_LT(vms.CountFaults(FaultCode::kTooManyBodyJoints), 70 * 40);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "vm/diffusion.h"
+#include "vm/spread/diffusion.h"
 
 #include <gtest/gtest.h>
 
@@ -130,7 +130,7 @@ TEST_P(DiffusionTest, APartThatWasAwayGoesOnAfterTheGap) {
   EXPECT_EQ(Count(3), 3);  // All but the two that passed while it was away.
 }
 
-TEST_P(DiffusionTest, ASilentMateDoesNotHoldUpTheOthersForEver) {
+TEST_P(DiffusionTest, ASilentNeighbourDoesNotHoldUpTheOthersForEver) {
   Build(test::ChainRobot(model_, 4), {});
   vms_->Tick(60);
   vms_->SetSilent(3, true);
@@ -248,7 +248,7 @@ role Any extends Module { command step() { self.jointRotateDegreesNonBlocking(se
     Step(0);
     vms_->Tick(1);
   }
-  EXPECT_EQ(vms_->CountFaults(FaultCode::kQueueOverflow), 20 - kMaxInvocations / 2);
+  EXPECT_EQ(vms_->CountFaults(FaultCode::kInvocationNotSent), 20 - kMaxInvocations / 2);
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, DiffusionTest, ::testing::Range(uint64_t{1}, uint64_t{5}));

@@ -8,9 +8,10 @@ set(allowed
   __popcountdi2                               # libgcc
   __cxa_pure_virtual __cxa_atexit __dso_handle __stack_chk_fail _GLOBAL_OFFSET_TABLE_)
 string(REPLACE "," ";" SOURCES "${SOURCES}")
-file(MAKE_DIRECTORY ${WORK_DIR})
 foreach(source IN LISTS SOURCES)
   set(object ${WORK_DIR}/${source}.o)
+  get_filename_component(folder ${object} DIRECTORY)
+  file(MAKE_DIRECTORY ${folder})
   execute_process(
     COMMAND ${COMPILER} -std=c++20 -O2 -ffreestanding -fno-exceptions -fno-rtti
             -fno-threadsafe-statics -I${SOURCE_DIR} -c ${SOURCE_DIR}/vm/${source} -o ${object}

@@ -3,8 +3,8 @@
 #include <cstring>
 #include <memory>
 
-#include "vm/image.h"
-#include "vm/verifier.h"
+#include "vm/image/image.h"
+#include "vm/image/verifier.h"
 
 namespace morphbus::vm {
 

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "vm/opcodes.h"
-#include "vm/program.h"
+#include "vm/image/opcodes.h"
+#include "vm/image/program.h"
 
 namespace morphbus::vm {
 

@@ -1,4 +1,4 @@
-#include "vm/image.h"
+#include "vm/image/image.h"
 
 #include <gtest/gtest.h>
 
@@ -7,15 +7,16 @@
 
 #include "compiler/dynarole/compile.h"
 #include "test/compiler/dynarole/fake_host.h"
+#include "test/support/source_dir.h"
 #include "test/vm/image_builder.h"
-#include "vm/disassembler.h"
-#include "vm/opcodes.h"
+#include "vm/image/disassembler.h"
+#include "vm/image/opcodes.h"
 
 namespace morphbus::vm {
 namespace {
 
 std::string ReadFile(const std::string& path) {
-  std::ifstream file(std::string(MORPHBUS_SOURCE_DIR "/") + path);
+  std::ifstream file(test::SourcePath(path));
   std::stringstream text;
   text << file.rdbuf();
   return text.str();

@@ -1,4 +1,4 @@
-#include "vm/interpreter.h"
+#include "vm/run/interpreter.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 
 #include "test/compiler/dynarole/fake_host.h"
 #include "test/vm/image_builder.h"
-#include "vm/verifier.h"
+#include "vm/image/verifier.h"
 
 namespace morphbus::vm {
 namespace {
@@ -272,10 +272,10 @@ TEST(InterpreterTest, FaultsOfTheHostEndTheTaskWhereTheyHappen) {
   TestImage image(PushInt(1) + Op(Opcode::kIntToFloat) + Op(Opcode::kSleepDs) + kReturn);
   image.lines = {{0, 7}, {3, 8}};
   Machine machine(image);
-  machine.host.next_result.fault = FaultCode::kCapacity;
+  machine.host.next_result.fault = FaultCode::kNoSuchValue;
   const RunResult result = machine.Start();
   EXPECT_EQ(result.status, RunStatus::kFaulted);
-  EXPECT_EQ(result.fault, FaultCode::kCapacity);
+  EXPECT_EQ(result.fault, FaultCode::kNoSuchValue);
   EXPECT_EQ(result.pc, 3u);
   EXPECT_EQ(machine.program().LineOf(result.function, result.pc), 8);
   EXPECT_EQ(machine.program().LineOf(0, 2), 7);

@@ -1,4 +1,4 @@
-#include "vm/kinematics_image.h"
+#include "vm/image/kinematics_image.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 
 #include "test/support/toy_model.h"
 #include "test/support/vm_robot.h"
-#include "vm/image.h"
-#include "vm/kinematics_encoder.h"
-#include "vm/kinematics_layout.h"
+#include "vm/image/image.h"
+#include "vm/image/kinematics_encoder.h"
+#include "vm/image/kinematics_layout.h"
 
 namespace morphbus::vm {
 namespace {

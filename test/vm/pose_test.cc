@@ -1,4 +1,4 @@
-#include "vm/pose.h"
+#include "vm/image/pose.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "vm/program_relay.h"
+#include "vm/spread/program_relay.h"
 
 #include <gtest/gtest.h>
 

@@ -9,6 +9,7 @@
 #include "test/support/compiled.h"
 #include "test/support/toy_model.h"
 #include "test/support/vm_robot.h"
+#include "vm/image/fault_text.h"
 
 namespace morphbus::vm {
 namespace {
@@ -61,7 +62,7 @@ TEST_P(QuadrupedTest, EveryModuleTakesItsRole) {
   vms.Tick(40);
   EXPECT_EQ(RolesOf(vms), *GetParam().roles);
   for (const auto& event : vms.faults()) {
-    ADD_FAILURE() << "module " << event.module << ": " << FaultText(event.fault.code);
+    ADD_FAILURE() << "module " << event.module << ": " << FaultName(event.fault.code);
   }
 }
 
@@ -81,7 +82,7 @@ TEST_P(QuadrupedTest, LabelsAreTheJointsOfThePaper) {
     // The foot is the block without a mate, the ankle its joint.
     const int foot = vms.LabelOf(m, "foot");
     for (int c = 0; c < 6; ++c) {
-      if (vms.state(m).mates[c].docked) {
+      if (vms.state(m).neighbours[c].docked) {
         EXPECT_NE(type.connectors[static_cast<size_t>(c)].link, foot);
       }
     }
@@ -139,7 +140,7 @@ TEST_P(QuadrupedTest, RolesAreKeptThroughTenGaitCyclesWithoutFaults) {
   EXPECT_GT(moved, 500);
   for (const auto& event : vms.faults()) {
     ADD_FAILURE() << "module " << event.module + 1 << " line " << event.fault.line << ": "
-                  << FaultText(event.fault.code) << " " << event.fault.value;
+                  << FaultName(event.fault.code) << " " << event.fault.asked;
   }
 }
 
@@ -170,7 +171,7 @@ TEST_P(QuadrupedTest, LossAndLateMessagesChangeNeitherRolesNorTargets) {
   const Walk expected = Record(&reference, 3000);
   EXPECT_EQ(RolesOf(vms), *GetParam().roles);
   for (const auto& event : vms.faults()) {
-    ADD_FAILURE() << "module " << event.module + 1 << ": " << FaultText(event.fault.code);
+    ADD_FAILURE() << "module " << event.module + 1 << ": " << FaultName(event.fault.code);
   }
   // Each command ran exactly once, on the right module, in order; only the times differ.
   for (size_t j = 0; j < walk.size(); ++j) {

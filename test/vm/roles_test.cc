@@ -1,4 +1,4 @@
-#include "vm/roles.h"
+#include "vm/role/roles.h"
 
 #include <gtest/gtest.h>
 
@@ -119,13 +119,19 @@ TEST_F(RolesTest, AbstractRolesAreNeverTaken) {
 }
 
 TEST_F(RolesTest, OfTwoUnrelatedRolesTheFirstDeclaredIsTakenAndTheAmbiguityIsToldOnce) {
-  VmRobot& vms = Row(1, "role B extends Module { } role A extends Module { }");
+  VmRobot& vms = Row(1, R"(
+role B extends Module {
+  require true;
+}
+role A extends Module { }
+)");
   vms.Tick(100);
   EXPECT_EQ(vms.RoleOf(0), "B");
   EXPECT_EQ(vms.CountFaults(FaultCode::kAmbiguousRole), 1);
   ASSERT_EQ(vms.faults().size(), 1u);
   EXPECT_EQ(vms.faults()[0].fault.role, vms.RoleNamed("B"));
-  EXPECT_EQ(vms.faults()[0].fault.value, static_cast<float>(vms.RoleNamed("A")));
+  EXPECT_EQ(vms.faults()[0].fault.rival_role, vms.RoleNamed("A"));
+  EXPECT_EQ(vms.faults()[0].fault.line, 3) << "in the role that is taken";
 }
 
 TEST_F(RolesTest, ALabelThatFitsNothingOrSeveralThingsKeepsTheRoleAway) {

@@ -1,4 +1,4 @@
-#include "vm/spatial.h"
+#include "vm/space/spatial.h"
 
 #include <gtest/gtest.h>
 
@@ -92,7 +92,7 @@ TEST_P(SpatialTest, AnyModuleCanBeTheRoot) {
   }
 }
 
-TEST_P(SpatialTest, UnlikeMatesAreUnderstoodWithoutBeingToldWhoIsMemberB) {
+TEST_P(SpatialTest, UnlikeNeighboursAreUnderstoodWithoutBeingToldWhoIsMemberB) {
   const model::Robot robot = test::RandomRobot(model_, 10, 0, GetParam());
   VmRobotOptions options;
   options.tells_member = false;
@@ -215,10 +215,14 @@ TEST(SpatialQueryTest, APoseFromTheFarFutureIsNotBelieved) {
   input.tick = vms.tick() + 1;
   input.sim_time_us = input.tick * 20000;
   for (int c = 0; c < 6; ++c) {
-    const MateRecord& mate = vms.state(1).mates[c];
-    if (!mate.docked) continue;
-    input.connectors[c] = {true,        mate.module,     mate.mate_connector, mate.connection_type,
-                           mate.number, mate.is_member_b};
+    const NeighbourRecord& neighbour = vms.state(1).neighbours[c];
+    if (!neighbour.docked) continue;
+    input.connectors[c] = {true,
+                           neighbour.module,
+                           neighbour.mate_connector,
+                           neighbour.connection_type,
+                           neighbour.number,
+                           neighbour.is_member_b};
     NeighbourMessage lie = vms.output(0).message;
     lie.root_sequence = input.tick + 1000000;
     input.messages[c] = &lie;

@@ -1,4 +1,4 @@
-#include "vm/state.h"
+#include "vm/run/state.h"
 
 #include <gtest/gtest.h>
 

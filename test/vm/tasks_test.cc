@@ -126,7 +126,7 @@ TEST_F(TasksTest, BeyondALimitTheTargetIsClampedAndTheFaultNamesTheLine) {
   EXPECT_TRUE(fault.code == FaultCode::kTargetClamped);
   EXPECT_EQ(fault.line, 4);
   EXPECT_EQ(fault.joint, 0);
-  EXPECT_NEAR(fault.value, 90.02, 1e-4);
+  EXPECT_NEAR(fault.asked, 90.02, 1e-4);
   EXPECT_NEAR(fault.limit, 90, 1e-4);
   // Within the tolerance nothing is said, but the actuator never hears of more than its limit.
   EXPECT_GE(vms.output(0).joints[0].target, -M_PI / 2 - 1e-7);
@@ -145,10 +145,98 @@ TEST_F(TasksTest, ABlockedJointStallsTheCallReturnsAndTheHandlerRuns) {
   // Ten ticks for the set-point, then half a second.
   EXPECT_EQ(vms.tick() - begin, 10 + 25);
   EXPECT_NEAR(Target(), 37, 1e-9);
-  EXPECT_NEAR(vms.faults()[0].fault.limit, 36, 1e-6);
+  EXPECT_NEAR(vms.faults()[0].fault.asked, 36, 1e-6);
   vms.Tick(200);  // The next call stalls, too; then nothing more is said.
   EXPECT_EQ(vms.CountFaults(FaultCode::kStalled), 2);
   EXPECT_GE(vms.state(0).role.fields[0].AsInt(), 1);
+}
+
+TEST_F(TasksTest, AStallNamesTheJointItsAngleAndTheCallThatWaits) {
+  VmRobot& vms = Lone(R"(
+  startup s() {
+    self.jointRotateDegreesNonBlocking(self.TURN, 18);
+    self.jointRotateDegrees(self.TURN, 18);
+  }
+)");
+  vms.joints()[0][0] = 5 * kDegree;
+  vms.Block(0, 0, true);
+  vms.Tick(100);
+  ASSERT_EQ(vms.faults().size(), 1u);
+  const Fault& fault = vms.faults()[0].fault;
+  EXPECT_TRUE(fault.code == FaultCode::kStalled);
+  EXPECT_EQ(fault.joint, 0);
+  EXPECT_EQ(fault.line, 5);
+  EXPECT_EQ(fault.function, 0);
+  EXPECT_NEAR(fault.asked, 41, 1e-4);
+  EXPECT_NEAR(fault.measured, 5, 1e-4);
+  EXPECT_NEAR(fault.limit, 2, 1e-6);
+}
+
+TEST_F(TasksTest, AStallThatNoCallWaitsForNamesTheCallThatAskedForIt) {
+  VmRobot& vms = Lone(R"(
+  startup s() {
+    self.jointRotateDegreesNonBlocking(self.TURN, 18);
+    self.sleepds(30);
+  }
+)");
+  vms.Block(0, 0, true);
+  vms.Tick(100);
+  ASSERT_EQ(vms.faults().size(), 1u);
+  EXPECT_EQ(vms.faults()[0].fault.line, 4);
+}
+
+TEST_F(TasksTest, AWheelThatCannotTurnStallsAndTheHandlerRuns) {
+  VmRobot& vms = Lone(R"(
+  seen = 0;
+  startup s() {
+    self.turnContinuous(self.SPIN, -90);
+  }
+  handler on_stall() { seen += 1; }
+)",
+                      1);
+  vms.Block(0, 2, true);
+  TakeRole();
+  const int64_t begin = vms.tick();
+  while (vms.faults().empty() && vms.tick() < begin + 100) vms.Tick();
+  EXPECT_EQ(vms.tick() - begin, 25) << "half a second";
+  vms.Tick(200);
+  ASSERT_EQ(vms.faults().size(), 1u) << "told once";
+  const Fault& fault = vms.faults()[0].fault;
+  EXPECT_TRUE(fault.code == FaultCode::kTurnStalled);
+  EXPECT_EQ(fault.joint, 2);
+  EXPECT_EQ(fault.line, 5);
+  EXPECT_NEAR(fault.asked, -90, 1e-4);
+  EXPECT_NEAR(fault.measured, 0, 1e-4);
+  EXPECT_NEAR(fault.limit, 9, 1e-4);
+  EXPECT_EQ(vms.state(0).role.fields[0].AsInt(), 1);
+  // Set free and blocked again, it stalls again.
+  vms.Block(0, 2, false);
+  vms.Tick(10);
+  vms.Block(0, 2, true);
+  vms.Tick(100);
+  EXPECT_EQ(vms.CountFaults(FaultCode::kTurnStalled), 2);
+}
+
+TEST_F(TasksTest, AWheelIsSlowBelowATenthOfTheSpeedAskedAndNotAbove) {
+  for (const double share : {0.09, 0.11, -1.0}) {
+    VmRobot& vms = Lone("startup s() { self.turnContinuous(self.SPIN, 90); }", 1);
+    vms.Block(0, 2, true);
+    for (int i = 0; i < 100; ++i) {
+      vms.joints()[0][2] += share * 90 * kDegree * 0.02;
+      vms.Tick();
+    }
+    EXPECT_EQ(vms.CountFaults(FaultCode::kTurnStalled), share < 0.1 ? 1 : 0) << share;
+  }
+}
+
+TEST_F(TasksTest, AWheelThatTremblesOnTheSpotIsStalled) {
+  VmRobot& vms = Lone("startup s() { self.turnContinuous(self.SPIN, 90); }", 1);
+  vms.Block(0, 2, true);
+  for (int i = 0; i < 100; ++i) {
+    vms.joints()[0][2] = (i % 2 == 0 ? 0.5 : -0.5) * kDegree;
+    vms.Tick();
+  }
+  EXPECT_EQ(vms.CountFaults(FaultCode::kTurnStalled), 1);
 }
 
 TEST_F(TasksTest, SleepCountsSimTime) {
@@ -274,7 +362,7 @@ TEST_F(TasksTest, RequestsUnderAnotherImageOrForUnknownCommandsAreFaults) {
   request.role = 0;
   vms.Request(0, request);  // An argument is missing.
   vms.Tick(3);
-  EXPECT_EQ(vms.CountFaults(FaultCode::kBadState), 4);
+  EXPECT_EQ(vms.CountFaults(FaultCode::kBadInvocation), 4);
   EXPECT_NEAR(Target(), 0, 1e-9);
 }
 
@@ -288,16 +376,62 @@ TEST_F(TasksTest, ConventionsTurnTheNamedLinkAboutTheNamedAxis) {
     self.jointSetDegrees(self.TURN, 20);
     self.setJointAxis(self.TURN, $LINK_TWO, $UP_DOWN);
     self.jointSetDegrees(self.TURN, 30);
+    self.setJointAxis(self.TURN, $LINK_TWO, $NORTH_SOUTH);
+    self.jointSetDegrees(self.TURN, 40);
   }
 )");
-  EXPECT_EQ(Targets(80), (std::vector<int>{0, 10, -20}));
+  EXPECT_EQ(Targets(80), (std::vector<int>{0, 10, -20, -30}));
   ASSERT_EQ(vms.faults().size(), 1u);
   const Fault& fault = vms.faults()[0].fault;
   EXPECT_TRUE(fault.code == FaultCode::kAxisNotAligned);
-  EXPECT_EQ(fault.line, 8);
-  EXPECT_TRUE(fault.axis == Axis::kUpDown);
-  EXPECT_NEAR(fault.value, 53.13, 0.01);
+  EXPECT_EQ(fault.line, 10);
+  EXPECT_EQ(fault.joint, 0);
+  EXPECT_EQ(fault.link, 1);
+  EXPECT_TRUE(fault.asked_axis == Axis::kNorthSouth);
+  EXPECT_NEAR(fault.measured, 90, 0.01);
+  EXPECT_NEAR(fault.limit, 75, 0.01);
   EXPECT_NEAR(fault.direction_R.z, -0.8, 1e-5);
+}
+
+TEST_F(TasksTest, AFaultSpeaksInTheSignInWhichTheProgramAsked) {
+  VmRobot& vms = Lone(R"(
+  startup s() {
+    self.setJointAxis(self.TURN, $LINK_TWO, $EAST_WEST);
+    self.jointSetDegrees(self.TURN, 100);
+    self.TURN.SET_POSITION(95);
+  }
+)");
+  vms.Tick(80);
+  ASSERT_EQ(vms.faults().size(), 2u);
+  EXPECT_NEAR(vms.faults()[0].fault.asked, 100, 1e-4);
+  EXPECT_NEAR(vms.faults()[0].fault.limit, 90, 1e-4);
+  EXPECT_NEAR(Target(), 90, 1e-4) << "a raw position knows no convention";
+  EXPECT_NEAR(vms.faults()[1].fault.asked, 95, 1e-4);
+  EXPECT_NEAR(vms.faults()[1].fault.limit, 90, 1e-4);
+}
+
+TEST_F(TasksTest, DegreesOfAPrismaticJointAreAFaultOfTheirOwn) {
+  // Through a parameter, of which the compiler cannot tell whether it turns.
+  VmRobot& vms = Lone(
+      "startup s() { turn(self.SLIDE); } function turn(joint j) { self.jointSetDegrees(j, 10); }",
+      1);
+  vms.Tick(30);
+  ASSERT_EQ(vms.faults().size(), 1u);
+  EXPECT_TRUE(vms.faults()[0].fault.code == FaultCode::kNotRotary);
+  EXPECT_EQ(vms.faults()[0].fault.joint, 1);
+  EXPECT_EQ(vms.faults()[0].fault.line, 2);
+}
+
+TEST_F(TasksTest, MillimetresOfARotaryJointAndMotionOfAFixedOneAreFaultsOfTheirOwn) {
+  VmRobot& vms = Lone(R"(
+  behavior a() { move(self.SPIN); }
+  function move(joint j) { self.jointMoveMillimetres(j, 10); }
+  behavior b() { self.FIXED.SET_POSITION(10); }
+)",
+                      1);
+  vms.Tick(30);
+  EXPECT_EQ(vms.CountFaults(FaultCode::kNotPrismatic), 1);
+  EXPECT_EQ(vms.CountFaults(FaultCode::kFixedJoint), 1);
 }
 
 TEST_F(TasksTest, ALinkThatTheJointDoesNotTouchIsAFault) {
@@ -328,7 +462,7 @@ TEST_F(TasksTest, ContinuousJointsTurnWithoutEndAndStopWhereTheyAre) {
   EXPECT_NEAR(vms.output(0).joints[2].target, stopped + 30 * kDegree, 1e-9);
   vms.Tick(30);
   EXPECT_TRUE(vms.output(0).joints[2].mode == ActuatorMode::kVelocity);
-  EXPECT_EQ(vms.CountFaults(FaultCode::kTargetClamped), 1);  // Faster than the joint can.
+  EXPECT_EQ(vms.CountFaults(FaultCode::kSpeedClamped), 1);  // Faster than the joint can.
 }
 
 TEST_F(TasksTest, RawPositionsKnowNoConvention) {

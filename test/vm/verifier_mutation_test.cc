@@ -10,16 +10,17 @@
 
 #include "compiler/dynarole/compile.h"
 #include "test/compiler/dynarole/fake_host.h"
+#include "test/support/source_dir.h"
 #include "test/vm/image_builder.h"
-#include "vm/image.h"
-#include "vm/opcodes.h"
-#include "vm/verifier.h"
+#include "vm/image/image.h"
+#include "vm/image/opcodes.h"
+#include "vm/image/verifier.h"
 
 namespace morphbus::vm {
 namespace {
 
 std::vector<uint8_t> CompileFile(const std::string& path) {
-  std::ifstream file(std::string(MORPHBUS_SOURCE_DIR "/") + path);
+  std::ifstream file(test::SourcePath(path));
   std::stringstream text;
   text << file.rdbuf();
   dynarole::CompileResult result =
@@ -90,7 +91,7 @@ TEST(VerifierMutationTest, NoiseIsRefused) {
 TEST(VerifierCorpusTest, KeptBadImagesAreRefused) {
   int files = 0;
   for (const auto& entry :
-       std::filesystem::directory_iterator(MORPHBUS_SOURCE_DIR "/test/malformed/image")) {
+       std::filesystem::directory_iterator(test::SourcePath("test/malformed/image"))) {
     if (entry.path().extension() != ".image") continue;
     std::ifstream file(entry.path(), std::ios::binary);
     const std::vector<char> bytes{std::istreambuf_iterator<char>(file), {}};

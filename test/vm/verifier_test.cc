@@ -1,4 +1,4 @@
-#include "vm/verifier.h"
+#include "vm/image/verifier.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "test/vm/image_builder.h"
-#include "vm/image.h"
+#include "vm/image/image.h"
 
 namespace morphbus::vm {
 namespace {

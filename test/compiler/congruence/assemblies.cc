@@ -9,10 +9,11 @@
 #include <set>
 #include <string>
 
+#include "compiler/base/check.h"
 #include "compiler/m3l/compile.h"
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/model/kinematic_graph.h"
-#include "compiler/source/check.h"
+#include "test/support/source_dir.h"
 
 namespace morphbus::test {
 
@@ -20,7 +21,7 @@ using model::Pose;
 
 const model::Model& MtranFile() {
   static const model::Model model = [] {
-    m3l::CompileOutput output = m3l::CompileFiles({MORPHBUS_SOURCE_DIR "/models/mtran.m3l"});
+    m3l::CompileOutput output = m3l::CompileFiles({SourcePath("models/mtran.m3l")});
     MORPHBUS_CHECK(output.model.has_value());
     return *output.model;
   }();
@@ -47,13 +48,13 @@ model::Robot Relabelled(const model::Model& model, const model::Robot& robot, ui
   other.name = robot.name + "_relabelled";
   other.modules.resize(count);
   for (size_t m = 0; m < count; ++m) {
-    model::ModuleInstance& module = other.modules[static_cast<size_t>(to[m])];
+    model::ModuleInstance& module = other.modules[to[m]];
     module = robot.modules[m];
     module.name = "n" + std::to_string(to[m]);
   }
   for (model::Docking docking : robot.dockings) {
-    docking.module_a = to[static_cast<size_t>(docking.module_a)];
-    docking.module_b = to[static_cast<size_t>(docking.module_b)];
+    docking.module_a = to[docking.module_a];
+    docking.module_b = to[docking.module_b];
     const std::optional<int> mirror = model::MirrorOption(model, docking);
     if (mirror && random() % 2 == 0) {
       std::swap(docking.module_a, docking.module_b);
@@ -83,7 +84,7 @@ model::Robot RandomTree(const model::Model& model, int modules, uint64_t seed) {
     while (m > 0 && robot.dockings.size() < static_cast<size_t>(m)) {
       const int other = static_cast<int>(random() % static_cast<uint64_t>(m));
       const int option = static_cast<int>(random() % options.size());
-      const model::ConnectionOption& o = options[static_cast<size_t>(option)];
+      const model::ConnectionOption& o = options[option];
       if (used.count({other, o.connector_a}) + used.count({m, o.connector_b}) > 0) continue;
       used.insert({other, o.connector_a});
       used.insert({m, o.connector_b});
@@ -160,7 +161,7 @@ void ExpectSameMotion(const model::Model& model_a, const model::Robot& a,
   for (size_t j = 0; j < mapping.joints.size(); ++j) {
     const congruence::JointRef from = congruence.joints_a[j];
     const congruence::JointImage& image = mapping.joints[j];
-    const congruence::JointRef to = congruence.joints_b[static_cast<size_t>(image.to)];
+    const congruence::JointRef to = congruence.joints_b[image.to];
     const auto module = static_cast<size_t>(from.module);
     const auto index = static_cast<size_t>(from.joint);
     const model::Joint& joint = model_a.TypeOf(a, from.module).joints[index];
@@ -174,11 +175,10 @@ void ExpectSameMotion(const model::Model& model_a, const model::Robot& a,
                                                  bounded ? joint.upper : 3.0)(random);
     }
     const double q_to = image.sign * q + image.offset;
-    const model::Joint& joint_to =
-        model_b.TypeOf(b, to.module).joints[static_cast<size_t>(to.joint)];
+    const model::Joint& joint_to = model_b.TypeOf(b, to.module).joints[to.joint];
     EXPECT_GE(q_to, joint_to.lower - 1e-4);
     EXPECT_LE(q_to, joint_to.upper + 1e-4);
-    q_b[static_cast<size_t>(to.module)][static_cast<size_t>(to.joint)] = q_to;
+    q_b[to.module][to.joint] = q_to;
   }
   const std::vector<Pose> X_RT = BodyPoses(model_a, a, q_a);
   const std::vector<Pose> X_RT_b = BodyPoses(model_b, b, q_b);
@@ -189,10 +189,10 @@ void ExpectSameMotion(const model::Model& model_a, const model::Robot& a,
     return X;
   };
   // G at these joint values, from body 0; it must then hold for all.
-  const Pose G = X_RT_b[static_cast<size_t>(mapping.body_to[0])] * C(0) * X_RT[0].inverse();
+  const Pose G = X_RT_b[mapping.body_to[0]] * C(0) * X_RT[0].inverse();
   for (size_t body = 0; body < X_RT.size(); ++body) {
     const Pose moved = G * X_RT[body] * C(body).inverse();
-    const Pose& found = X_RT_b[static_cast<size_t>(mapping.body_to[body])];
+    const Pose& found = X_RT_b[mapping.body_to[body]];
     EXPECT_LT((moved.matrix() - found.matrix()).norm(), 1e-6) << "body " << body;
   }
 }

@@ -9,7 +9,7 @@
 #include <map>
 #include <set>
 
-#include "compiler/source/check.h"
+#include "compiler/base/check.h"
 #include "test/compiler/congruence/assemblies.h"
 #include "test/compiler/solver/known_modules.h"
 
@@ -31,7 +31,7 @@ const std::vector<JointRef> kLocked = {{4, 0}, {4, 1}};
 std::multiset<std::string> ImagesOfM1(const Congruence& c, const model::Robot& b) {
   std::multiset<std::string> images;
   for (const Mapping& mapping : c.mappings) {
-    images.insert(b.modules[static_cast<size_t>(mapping.module_to[0])].name);
+    images.insert(b.modules[mapping.module_to[0]].name);
   }
   return images;
 }
@@ -60,7 +60,7 @@ TEST(Quadruped, ExchangingLeftAndRightTurnsAllJointsRound) {
   const model::Robot& robot = RobotOf(model, "quadruped");
   const Congruence c = Compare(model, robot, model, robot);
   for (const Mapping& mapping : c.mappings) {
-    if (robot.modules[static_cast<size_t>(mapping.module_to[0])].name != "m6") continue;
+    if (robot.modules[mapping.module_to[0]].name != "m6") continue;
     // A half turn about north: m1 and m6 stand alike, so their axes come out opposite.
     for (const JointImage& image : mapping.joints) EXPECT_EQ(image.sign, -1.0);
     return;

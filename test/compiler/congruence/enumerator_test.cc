@@ -12,10 +12,11 @@
 #include <numeric>
 #include <random>
 
+#include "compiler/base/check.h"
 #include "compiler/congruence/congruence.h"
 #include "compiler/m3l/compile.h"
-#include "compiler/source/check.h"
 #include "test/compiler/congruence/assemblies.h"
+#include "test/support/source_dir.h"
 
 namespace morphbus::congruence {
 namespace {
@@ -46,7 +47,7 @@ Small SmallOf(const model::Model& model, const model::Robot& robot) {
 
 const model::Joint& JointOf(const Small& small, size_t joint) {
   const JointRef& ref = small.joints[joint];
-  return small.model->TypeOf(*small.robot, ref.module).joints[static_cast<size_t>(ref.joint)];
+  return small.model->TypeOf(*small.robot, ref.module).joints[ref.joint];
 }
 
 /// Poses of the bodies at each sample of joint values (by index of joint).
@@ -57,7 +58,7 @@ std::vector<std::vector<Pose>> PosesAt(const Small& small,
     model::JointValues q = model::StartValues(*small.robot);
     for (size_t j = 0; j < values.size(); ++j) {
       const JointRef& ref = small.joints[j];
-      q[static_cast<size_t>(ref.module)][static_cast<size_t>(ref.joint)] = values[j];
+      q[ref.module][ref.joint] = values[j];
     }
     poses.push_back(test::BodyPoses(*small.model, *small.robot, q));
   }
@@ -70,8 +71,7 @@ Matrix3Xd VectorsOf(const std::vector<std::vector<Pose>>& poses, const std::vect
   Matrix3Xd vectors(3, 2 * static_cast<Eigen::Index>(order.size() * poses.size()));
   Eigen::Index column = 0;
   const auto seen = [&](size_t sample, int body) {
-    return poses[sample][static_cast<size_t>(order[0])].inverse() *
-           poses[sample][static_cast<size_t>(body)];
+    return poses[sample][order[0]].inverse() * poses[sample][body];
   };
   for (size_t sample = 0; sample < poses.size(); ++sample) {
     for (const int body : order) {
@@ -101,9 +101,7 @@ bool RotateInto(const Matrix3Xd& x, const Matrix3Xd& y) {
 bool SameDistances(const std::vector<std::vector<Pose>>& a, const std::vector<std::vector<Pose>>& b,
                    const std::vector<int>& order) {
   for (size_t sample = 0; sample < a.size(); ++sample) {
-    const auto at = [&](size_t i) -> const Pose& {
-      return b[sample][static_cast<size_t>(order[i])];
-    };
+    const auto at = [&](size_t i) -> const Pose& { return b[sample][order[i]]; };
     for (size_t i = 1; i < order.size(); ++i) {
       const double far = (a[sample][i].translation() - a[sample][0].translation()).norm();
       const double far_b = (at(i).translation() - at(0).translation()).norm();
@@ -160,8 +158,7 @@ int64_t CountByEnumeration(const Small& a, const Small& b, uint64_t seed) {
 /// Random robots of `modules` modules of the file's first type, each against itself, a relabelled
 /// copy and one with a connection changed.
 void ExpectEnumerated(const std::string& file, int modules, double lower, uint64_t seeds) {
-  const m3l::CompileOutput output =
-      m3l::CompileFiles({std::string(MORPHBUS_SOURCE_DIR "/models/") + file});
+  const m3l::CompileOutput output = m3l::CompileFiles({test::SourcePath("models/") + file});
   MORPHBUS_CHECK(output.model.has_value());
   model::Model model = *output.model;
   for (model::Joint& joint : model.module_types[0].joints) {

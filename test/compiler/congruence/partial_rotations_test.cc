@@ -58,7 +58,7 @@ TEST(PartialRotations, ASettledBodySettlesThoseRelatedToIt) {
   EXPECT_FALSE(R.Relate(0, 2, kX, 0.0));
 }
 
-TEST(PartialRotations, RotationFromTwoVectors) {
+TEST(PartialRotations, TwoVectorsAndTheirImagesDetermineARotation) {
   const Matrix3d R = RotationFrom(kX, kY, kZ, kX);
   EXPECT_LT((R * kX - kZ).norm(), 1e-15);
   EXPECT_LT((R * kY - kX).norm(), 1e-15);

@@ -4,9 +4,12 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "compiler/congruence/congruence.h"
 #include "test/compiler/congruence/assemblies.h"
 #include "test/compiler/congruence/texts.h"
+#include "test/support/source_dir.h"
 
 namespace morphbus::congruence {
 namespace {
@@ -17,7 +20,7 @@ using test::Named;
 /// Of robots `a` and `b` of a text that uses M-TRANs.
 std::string ReasonOf(const std::string& robots) {
   const model::Model model =
-      test::Compiled("import \"" MORPHBUS_SOURCE_DIR "/models/mtran.m3l\"\n" + robots);
+      test::Compiled("import \"" + test::SourcePath("models/mtran.m3l") + "\"\n" + robots);
   const Congruence c = Compare(model, Named(model, "a"), model, Named(model, "b"));
   EXPECT_TRUE(c.decided);
   EXPECT_FALSE(c.congruent());
@@ -183,6 +186,139 @@ TEST(Reasons, SayWhereNoBodyHasAJointOfThatKind) {
       ReasonBetween(row(1.5, 1.0), row(1.0, 1.5)),
       "joint m.j1 of a has no counterpart: no body of b that is touched by 1 joint, as m.l0, has "
       "a joint that turns from -57.2958 to 85.9437 degrees");
+}
+
+/// Robots `a` and `b` with these modules and each with its own connections (and start values).
+std::string RobotsOf(const std::string& modules, const std::string& a, const std::string& b) {
+  return fmt::format(
+      "robot a: modules=({0}), connections=({1})\nrobot b: modules=({0}), "
+      "connections=({2})\n",
+      modules, a, b);
+}
+
+/// A block with a bar on it that fixes how it is turned, and a slide along z that carries a plate
+/// (R) at socket q or at socket t. All reference points lie at one height.
+std::string ReasonWithPlateAt(const Eigen::Vector3d& q, const Eigen::Vector3d& t) {
+  const std::string text =
+      "module S: unit=1\n" + test::Socket("p", {4, 0, 0}) + test::Socket("q", q) +
+      test::Socket("t", t) +
+      "link l0: grouping=(p), mass=1\nlink l1: grouping=(q, t), mass=1\n"
+      "axis a: origin=(0, 0, 0), direction=(0, 0, 1)\n"
+      "axis b: origin=(0, 0, 0), direction=(0, 0, -1)\n"
+      "joint j: type=prismatic, value=[-1, 1.5], pair=((l1, a), (l0, b))\n"
+      "module R: unit=1\n" +
+      test::Socket("r", {0, 0, 0}) + "link l: grouping=(r), mass=1\n" + Bar("BAR", 1, 0) +
+      test::Joining("S", "BAR") + test::Joining("S", "R") +
+      RobotsOf("BAR h, S s, R y", "(s.p, h.p), (s.q, y.r)", "(s.p, h.p), (s.t, y.r)");
+  const model::Model model = test::Compiled(text);
+  const Congruence c = Compare(model, Named(model, "a"), model, Named(model, "b"));
+  EXPECT_TRUE(c.decided);
+  EXPECT_FALSE(c.congruent());
+  return c.reason;
+}
+
+TEST(Reasons, GiveBothDistancesApartAcrossASlide) {
+  // The block's reference point is (2, 0, 0), that of the slide with the plate (0.5, 0, 0) or 0.
+  const std::string reason = ReasonWithPlateAt({1, 0, 0}, {0, 0, 0});
+  EXPECT_NE(reason.find("s.j does, but across its axis the reference points of h.l0 + s.l0 and "
+                        "s.l1 + y.l lie 2 m apart, and not 1.5 m as those of h.l0 + s.l0 and "
+                        "s.l1 + y.l"),
+            std::string::npos)
+      << reason;
+}
+
+TEST(Reasons, SayHowFarTheBodyBeyondASlideMissesItsPlaceAcrossIt) {
+  // As far from the block on its one side as on the other.
+  const std::string reason = ReasonWithPlateAt({1, 1, 0}, {1, -1, 0});
+  EXPECT_NE(reason.find("s.j does, but across its axis the reference point of s.l1 + y.l lies 1 m "
+                        "from where that of s.l1 + y.l does"),
+            std::string::npos)
+      << reason;
+}
+
+TEST(Reasons, SayHowFarAnAxisPassesBesideItsPlaceInABodyThatCanStillTurn) {
+  // l1 turns without limits about z, on which its reference point lies, so its turn is open when
+  // j3 is tried. That points along x, a metre above the point or a metre beside it.
+  const auto hung = [](const Eigen::Vector3d& through) {
+    return HungModel({{0, {0, 0, 0}, {0, 0, 1}, INFINITY, -INFINITY},
+                      {0, {1, 0, 0}, {0, 0, 1}, 1.5},
+                      {1, through, {1, 0, 0}, 1.2},
+                      {0, {0, 2, 0}, {1, 0, 0}, 1.7}});
+  };
+  const std::string reason = ReasonBetween(hung({0, 0, 1}), hung({0, 1, 0}));
+  EXPECT_NE(reason.find("m.j3 is tried, but its axis passes m.l1 1.41421 m beside where that of "
+                        "m.j3 passes m.l1"),
+            std::string::npos)
+      << reason;
+}
+
+/// A hinge about z between sockets p and q, the latter turned by `turned` at value 0.
+std::string HingeAboutZ(const std::string& name, double upper, double turned) {
+  const double c = std::cos(turned);
+  const double s = std::sin(turned);
+  return fmt::format("module {}: unit=1\n", name) + test::Socket("p", {1, 0, 0}) +
+         fmt::format(
+             "point q: (point _1: coords=({}, {}, 0)) (point _2: coords=({}, {}, 0)) "
+             "coords=({}, {}, 0), connector\n"
+             "link l0: grouping=(p), mass=1\nlink l1: grouping=(q), mass=1\n"
+             "axis a: origin=(0, 0, 0), direction=(0, 0, 1)\n"
+             "axis b: origin=(0, 0, 0), direction=(0, 0, -1)\n"
+             "joint j: type=revolute, value=[-1, {}], pair=((l1, a), (l0, b))\n",
+             2 * c, 2 * s, c - 2 * s, s + 2 * c, c, s, upper);
+}
+
+TEST(Reasons, SayByHowMuchTwoBodiesAreTurnedToEachOtherOtherwise) {
+  // Two hinges on one axis between the same two bodies, whose turn nothing else fixes. In b the
+  // zero of the second lies 0.4 rad further, which its limits do not make up for.
+  std::string text = HingeAboutZ("H", 1.5, 0.0) + HingeAboutZ("K", 1.2, 0.0) +
+                     HingeAboutZ("L", 1.2, 0.4) + "module R: unit=1\n" +
+                     test::Socket("r", {1, 0, 0}) + test::Socket("s", {1, 0, 5}) +
+                     "link l: grouping=(r, s), mass=1\n";
+  for (const char* hinge : {"H", "K", "L"}) text += test::Joining(hinge, "R");
+  const std::string joined = "connections=((h.p, x.r), (h.q, y.r), (k.p, x.s), (k.q, y.s))";
+  text += "robot a: modules=(H h, K k, R x, R y), " + joined + "\n";
+  text += "robot b: modules=(H h, L k, R x, R y), " + joined + ", joints=(k.j=-0.4)\n";
+  const model::Model model = test::Compiled(text);
+  const model::Robot& a = Named(model, "a");
+  EXPECT_TRUE(Compare(model, a, model, a).congruent());
+  const Congruence c = Compare(model, a, model, Named(model, "b"));
+  EXPECT_FALSE(c.congruent());
+  EXPECT_NE(c.reason.find("k.j is tried, but when both stand alike, "), std::string::npos)
+      << c.reason;
+  EXPECT_NE(c.reason.find(" is turned about the axis 22.9183 degrees further than "),
+            std::string::npos)
+      << c.reason;
+}
+
+TEST(Reasons, SayWhichBodiesAJointWouldHaveToJoin) {
+  // A hub with four arms that all reach back to its middle, where k joins the first two of them in
+  // a, the first and the third in b; m joins the others.
+  std::string text =
+      "module X: unit=1\n" + test::Socket("a1", {4, 0, 0}) + test::Socket("a2", {1, 4, 0}) +
+      test::Socket("a3", {-4, 0, 0}) + test::Socket("a4", {1, -7, 0}) +
+      "link l: grouping=(a1, a2, a3, a4), mass=1\n"
+      "module ARM: unit=1\n" +
+      test::Socket("p", {1, 0, 0}) + test::Socket("t1", {-2, 0, 0}) +
+      test::Socket("t2", {1, -4, 0}) + test::Socket("t3", {6, 0, 0}) +
+      test::Socket("t4", {1, 7, 0}) +
+      "link l0: grouping=(p), mass=1\n"
+      "link l1: grouping=(t1, t2, t3, t4), mass=1\n"
+      "axis a: origin=(0, 0, 0), direction=(0, 0, 1)\n"
+      "axis b: origin=(0, 0, 0), direction=(0, 0, -1)\n"
+      "joint j: type=revolute, value=[-1, 1.7], pair=((l1, a), (l0, b))\n" +
+      HingeAboutZ("K", 1.5, 0.0) + HingeAboutZ("M", 1.2, 0.0) + test::Joining("X", "ARM") +
+      test::Joining("ARM", "K") + test::Joining("ARM", "M");
+  const std::string arms = "(x.a1, u1.p), (x.a2, u2.p), (x.a3, u3.p), (x.a4, u4.p), (u1.t1, k.p), ";
+  text += RobotsOf("X x, ARM u1, ARM u2, ARM u3, ARM u4, K k, M m",
+                   arms + "(u2.t2, k.q), (u3.t3, m.p), (u4.t4, m.q)",
+                   arms + "(u3.t3, k.q), (u2.t2, m.p), (u4.t4, m.q)");
+  const model::Model model = test::Compiled(text);
+  const Congruence c = Compare(model, Named(model, "a"), model, Named(model, "b"));
+  EXPECT_FALSE(c.congruent());
+  EXPECT_NE(c.reason.find("k.j does, but that one leads to u3.l1 + k.l1, and u2.l1 + k.l1 is "
+                          "matched with u2.l1 + m.l0"),
+            std::string::npos)
+      << c.reason;
 }
 
 }  // namespace

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "compiler/base/check.h"
 #include "compiler/m3l/compile.h"
-#include "compiler/source/check.h"
 
 namespace morphbus::test {
 

@@ -14,6 +14,7 @@
 #include "test/compiler/congruence/assemblies.h"
 #include "test/compiler/congruence/texts.h"
 #include "test/compiler/solver/known_modules.h"
+#include "test/support/source_dir.h"
 
 namespace morphbus::congruence {
 namespace {
@@ -144,7 +145,7 @@ TEST(Variants, AsTextCompileToWhatTheyAre) {
   VariantOptions options;
   options.seed = 3;
   const std::vector<Variant> variants = Variants(model, robot, options);
-  std::string text = "import \"" MORPHBUS_SOURCE_DIR "/models/mtran.m3l\"\n";
+  std::string text = "import \"" + test::SourcePath("models/mtran.m3l") + "\"\n";
   for (const auto& [variant, masses] : variants) text += emit::RobotM3l(model, variant);
   const m3l::CompileOutput output = m3l::CompileText("variants.m3l", text);
   ASSERT_TRUE(output.model.has_value())
@@ -189,7 +190,7 @@ model::Model AtronModel() {
   source::Diagnostics diagnostics;
   model.connection_types = {solver::SolveConnection(
       test::SelfConnection(test::And({test::AllPointsCoincide(3), test::OppositeGenders(false)})),
-      model.module_types, diagnostics)};
+      model.module_types, &diagnostics)};
   EXPECT_FALSE(diagnostics.had_errors());
   return model;
 }
@@ -219,9 +220,9 @@ TEST(Variants, OfAtronsMakeUpForATurnedHalfByTheJointsOffset) {
   const model::Model model = AtronModel();
   model::Robot robot = test::RandomTree(model, 3, 4);
   const auto half = [&](int module, int d) {
-    const model::Docking& docking = robot.dockings[static_cast<size_t>(d)];
+    const model::Docking& docking = robot.dockings[d];
     const int connector = docking.module_a == module ? docking.connector_a : docking.connector_b;
-    return model.module_types[0].connectors[static_cast<size_t>(connector)].link;
+    return model.module_types[0].connectors[connector].link;
   };
   for (uint64_t seed = 5; robot.dockings[1].module_a != 1 || half(1, 0) == half(1, 1); ++seed) {
     robot = test::RandomTree(model, 3, seed);

@@ -10,14 +10,15 @@
 #include <sstream>
 
 #include "test/compiler/dynarole/fake_host.h"
-#include "vm/disassembler.h"
-#include "vm/verifier.h"
+#include "test/support/source_dir.h"
+#include "vm/image/disassembler.h"
+#include "vm/image/verifier.h"
 
 namespace morphbus::dynarole {
 namespace {
 
 std::string ReadFile(const std::string& path) {
-  std::ifstream file(std::string(MORPHBUS_SOURCE_DIR "/") + path);
+  std::ifstream file(test::SourcePath(path));
   std::stringstream text;
   text << file.rdbuf();
   return text.str();
@@ -180,21 +181,17 @@ TEST(DumpTest, StagesMatchTheirGoldenFiles) {
   EXPECT_FALSE(DumpFromName("nothing"));
 }
 
-TEST(DiagnosticsTest, AreShownWithCaretHintAndNote) {
-  const CompileResult result = Compile(
-      "abstract role Leg extends Module {\n"
-      "  side;\n"
-      "  require self.connected(side) == 1;\n"
-      "}\n"
-      "role Left extends Leg { side = $WEST; }\n"
-      "role Right extends Leg { side = 4; }\n");
+TEST(DiagnosticsTest, AMessageShowsItsLineACaretTheWayOutAndWhereItComesFrom) {
+  const std::string path = "test/malformed/dynarole/unset_field.dyn";
+  const CompileResult result = Compile(ReadFile(path));
   EXPECT_EQ(Render(result.diagnostics, result.sources, false),
-            "test.dyn:6:33: error: field 'side' is a direction, but this is an int\n"
-            "  role Right extends Leg { side = 4; }\n"
-            "                                  ^\n"
-            "test.dyn:5:32: note: its type follows from this value\n"
-            "  role Left extends Leg { side = $WEST; }\n"
-            "                                 ^~~~~\n");
+            "test.dyn:8:6: error: role 'Right' does not set the field 'side'\n"
+            "  role Right extends Leg { lift = 5.5; }\n"
+            "       ^~~~~\n"
+            "  hint: give it a value: side = ...; or make the role abstract\n"
+            "test.dyn:2:3: note: declared without a value here\n"
+            "    side;\n"
+            "    ^~~~\n");
 }
 
 // ---- Limits and hostile texts ----

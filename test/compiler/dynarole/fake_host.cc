@@ -4,32 +4,32 @@
 
 #include <bit>
 
+#include "vm/image/fault_text.h"
+
 namespace morphbus::dynarole {
 
 using vm::Axis;
 using vm::Cell;
 using vm::Direction;
-using vm::KeywordKind;
 using vm::OpResult;
 
-KeywordTable TestKeywords() {
-  KeywordTable keywords;
-  keywords.type_names = {"MTRAN", "SLIDER"};
-  for (const char* link : {"ACTIVE_BLOCK", "PASSIVE_BLOCK", "CONNECTING_BAR"}) {
-    keywords.Add(0, KeywordKind::kLink, std::string("LINK_") + link, link, true);
+keywords::KeywordTable TestKeywords() {
+  keywords::ModuleKeywords mtran{"MTRAN", {}, {}, {}};
+  mtran.links = {{"active_block", "LINK_ACTIVE_BLOCK"},
+                 {"passive_block", "LINK_PASSIVE_BLOCK"},
+                 {"connecting_bar", "LINK_CONNECTING_BAR"}};
+  mtran.joints = {{"joint_1", "JOINT_1"}, {"joint_2", "JOINT_2"}};
+  for (const char* number : {"1", "2", "3", "4", "5", "6"}) {
+    mtran.connectors.push_back({std::string("c") + number, std::string("C") + number, {}});
   }
-  for (const char* joint : {"JOINT_1", "JOINT_2"}) {
-    keywords.Add(0, KeywordKind::kJoint, joint, joint, true);
-  }
-  for (const char* connector : {"C1", "C2", "C3", "C4", "C5", "C6"}) {
-    keywords.Add(0, KeywordKind::kConnector, connector, connector, true);
-  }
-  keywords.Add(0, KeywordKind::kConnectorState, "EXTENDED", "EXTENDED", true);
-  keywords.Add(1, KeywordKind::kLink, "LINK_RAIL", "RAIL", true);
-  keywords.Add(1, KeywordKind::kJoint, "JOINT_1", "JOINT_1", true);
-  keywords.Add(1, KeywordKind::kConnector, "C1", "C1", true);
-  keywords.Add(1, KeywordKind::kConnectorState, "GEAR", "GEAR", false);
-  return keywords;
+  mtran.connectors[0].states = {{"extended", "EXTENDED", {false, true}}};
+  keywords::ModuleKeywords slider{"SLIDER", {}, {}, {}};
+  slider.links = {{"rail", "LINK_RAIL"}};
+  slider.joints = {{"joint_1", "JOINT_1", model::JointType::kPrismatic},
+                   {"lift", "LIFT", model::JointType::kPrismatic},
+                   {"turntable", "TURNTABLE", model::JointType::kContinuous}};
+  slider.connectors = {{"c1", "C1", {{"gear", "GEAR", {1.0, 2.0}}}}};
+  return *keywords::KeywordTable::Of({mtran, slider});
 }
 
 OpResult FakeHost::Note(const std::string& line, bool wait) {
@@ -192,7 +192,7 @@ class RoleRunner {
     if (result.status == vm::RunStatus::kFinished) return;
     host_.log.push_back(fmt::format(
         "{} in line {}",
-        result.status == vm::RunStatus::kFaulted ? vm::FaultText(result.fault) : "out of budget",
+        result.status == vm::RunStatus::kFaulted ? vm::FaultName(result.fault) : "out of budget",
         program_.LineOf(result.function, result.pc)));
   }
 

@@ -5,13 +5,14 @@
 #include <string>
 #include <vector>
 
-#include "compiler/dynarole/keyword_table.h"
-#include "vm/interpreter.h"
+#include "compiler/keywords/keyword_table.h"
+#include "vm/run/interpreter.h"
 
 namespace morphbus::dynarole {
 
-/// Keywords of M-TRAN (type 0) and of a prismatic type "SLIDER" (type 1) with JOINT_1 and C1 too.
-KeywordTable TestKeywords();
+/// Keywords of M-TRAN (type 0) and of a type "SLIDER" (type 1), whose joints of the same names
+/// slide.
+keywords::KeywordTable TestKeywords();
 
 /// Neighbours on connectors 0 (north), 1 (south), 2 (south and east); the one on 0 plays the role
 /// named "Other". Joint 0 lies east-west with 1 adjacent joint, joint 1 up-down with 2. The bodies

@@ -4,42 +4,32 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <set>
 
 #include "compiler/dynarole/compile.h"
 #include "compiler/dynarole/lexer.h"
 #include "test/compiler/dynarole/fake_host.h"
-#include "vm/image.h"
+#include "test/support/format_texts.h"
+#include "vm/image/image.h"
 
 namespace morphbus::dynarole {
 namespace {
 
+const test::FormattedLanguage& Language() {
+  static const test::FormattedLanguage kDynaRole = {
+      ".dyn", Format, [](const source::SourceSet& sources, int file) {
+        source::Diagnostics diagnostics;
+        std::vector<std::string> texts;
+        for (const Token& token : Tokenize(sources, file, &diagnostics)) {
+          texts.emplace_back(sources.text(token.span));
+        }
+        return texts;
+      }};
+  return kDynaRole;
+}
+
 std::optional<std::string> FormatText(const std::string& text) {
-  source::SourceSet sources;
-  source::Diagnostics diagnostics;
-  const int file = sources.AddText("x.dyn", text);
-  std::optional<std::string> formatted = Format(sources, file, diagnostics);
-  EXPECT_EQ(formatted.has_value(), !diagnostics.had_errors());
-  return formatted;
-}
-
-std::string Read(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-std::vector<std::filesystem::path> FilesIn(const std::string& folder) {
-  std::vector<std::filesystem::path> files;
-  for (const auto& entry :
-       std::filesystem::directory_iterator(std::filesystem::path(MORPHBUS_SOURCE_DIR) / folder)) {
-    if (entry.path().extension() == ".dyn") files.push_back(entry.path());
-  }
-  std::sort(files.begin(), files.end());
-  return files;
+  return test::FormatText(Language(), text);
 }
 
 TEST(Format, LaysOutBlocksAndExpressions) {
@@ -110,61 +100,28 @@ std::vector<uint8_t> ProgramOf(const std::optional<std::vector<uint8_t>>& image)
   return program;
 }
 
+/// What a text compiles to, and what is said of it, without places.
+std::pair<std::vector<uint8_t>, std::multiset<std::string>> Meaning(const std::string&,
+                                                                    const std::string& text) {
+  const CompileResult result = CompileProgram("x.dyn", text, TestKeywords());
+  std::multiset<std::string> messages;
+  for (const auto& d : result.diagnostics.all()) messages.insert(d.message);
+  return {ProgramOf(result.image), messages};
+}
+
 TEST(Format, ChangesNoProgramAndNothingTheSecondTime) {
-  int formatted_files = 0;
-  for (const char* folder : {"models/programs", "test/programs", "test/malformed/dynarole"}) {
-    for (const std::filesystem::path& path : FilesIn(folder)) {
-      SCOPED_TRACE(path.string());
-      const std::string text = Read(path);
-      source::SourceSet sources;
-      source::Diagnostics diagnostics;
-      const std::optional<std::string> once =
-          Format(sources, sources.AddText(path.string(), text), diagnostics);
-      if (!once) continue;  // Of the broken ones, those with syntax errors.
-      ++formatted_files;
-      EXPECT_EQ(FormatText(*once), *once);
-      const CompileResult before = CompileProgram("x.dyn", text, TestKeywords());
-      const CompileResult after = CompileProgram("x.dyn", *once, TestKeywords());
-      EXPECT_EQ(ProgramOf(before.image), ProgramOf(after.image));
-      std::multiset<std::string> messages_before, messages_after;
-      for (const auto& d : before.diagnostics.all()) messages_before.insert(d.message);
-      for (const auto& d : after.diagnostics.all()) messages_after.insert(d.message);
-      EXPECT_EQ(messages_before, messages_after);
-    }
-  }
-  EXPECT_GT(formatted_files, 30);
+  EXPECT_GT(
+      test::ExpectFormattingKeeps(
+          Language(), {"models/programs", "test/programs", "test/malformed/dynarole"}, Meaning),
+      30);
 }
 
 TEST(Format, DependsOnTokensAndCommentsOnly) {
-  for (const char* folder : {"models/programs", "test/programs"}) {
-    for (const std::filesystem::path& path : FilesIn(folder)) {
-      SCOPED_TRACE(path.string());
-      source::SourceSet sources;
-      source::Diagnostics diagnostics;
-      const int file = sources.AddText(path.string(), Read(path));
-      std::string lines, plain, comments;
-      for (const Token& token : Tokenize(sources, file, &diagnostics)) {
-        const std::string text(sources.text(token.span));
-        lines += text + "\n";
-        plain += text + " ";
-        comments += text + " // c\n";
-      }
-      const std::optional<std::string> from_lines = FormatText(lines);
-      ASSERT_TRUE(from_lines.has_value());
-      EXPECT_EQ(from_lines, FormatText(plain));
-      const std::optional<std::string> commented = FormatText(comments);
-      ASSERT_TRUE(commented.has_value());
-      EXPECT_EQ(FormatText(*commented), commented);
-    }
-  }
+  test::ExpectTokensAloneDecide(Language(), "models/programs");
+  test::ExpectTokensAloneDecide(Language(), "test/programs");
 }
 
-TEST(Format, HasBeenAppliedToThePrograms) {
-  for (const std::filesystem::path& path : FilesIn("models/programs")) {
-    const std::string text = Read(path);
-    EXPECT_EQ(FormatText(text), text) << "mend with: morphbus format " << path;
-  }
-}
+TEST(Format, HasBeenAppliedToThePrograms) { test::ExpectFormatted(Language(), "models/programs"); }
 
 }  // namespace
 }  // namespace morphbus::dynarole

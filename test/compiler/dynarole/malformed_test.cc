@@ -10,6 +10,7 @@
 
 #include "compiler/dynarole/compile.h"
 #include "test/compiler/dynarole/fake_host.h"
+#include "test/support/source_dir.h"
 
 namespace morphbus::dynarole {
 namespace {
@@ -17,7 +18,7 @@ namespace {
 std::vector<std::string> BrokenFiles() {
   std::vector<std::string> names;
   for (const auto& entry :
-       std::filesystem::directory_iterator(MORPHBUS_SOURCE_DIR "/test/malformed/dynarole")) {
+       std::filesystem::directory_iterator(test::SourcePath("test/malformed/dynarole"))) {
     if (entry.path().extension() == ".dyn") names.push_back(entry.path().stem().string());
   }
   std::sort(names.begin(), names.end());
@@ -48,7 +49,7 @@ class BrokenProgram : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(BrokenProgram, YieldsExactlyTheExpectedDiagnostics) {
   const std::string name = GetParam() + ".dyn";
-  std::ifstream file(std::string(MORPHBUS_SOURCE_DIR "/test/malformed/dynarole/") + name);
+  std::ifstream file(test::SourcePath("test/malformed/dynarole/") + name);
   std::stringstream text;
   text << file.rdbuf();
   std::vector<Expectation> expectations = ExpectationsIn(text.str());

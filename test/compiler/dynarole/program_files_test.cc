@@ -10,15 +10,15 @@
 
 #include "compiler/dynarole/compile.h"
 #include "test/compiler/dynarole/fake_host.h"
-#include "vm/verifier.h"
+#include "test/support/source_dir.h"
+#include "vm/image/verifier.h"
 
 namespace morphbus::dynarole {
 namespace {
 
 std::vector<std::string> ProgramFiles() {
   std::vector<std::string> names;
-  for (const auto& entry :
-       std::filesystem::directory_iterator(MORPHBUS_SOURCE_DIR "/test/programs")) {
+  for (const auto& entry : std::filesystem::directory_iterator(test::SourcePath("test/programs"))) {
     if (entry.path().extension() == ".dyn") names.push_back(entry.path().stem().string());
   }
   std::sort(names.begin(), names.end());
@@ -28,7 +28,7 @@ std::vector<std::string> ProgramFiles() {
 class ProgramFile : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(ProgramFile, DoesWhatItSays) {
-  const std::string path = std::string(MORPHBUS_SOURCE_DIR "/test/programs/") + GetParam() + ".dyn";
+  const std::string path = test::SourcePath("test/programs/") + GetParam() + ".dyn";
   std::ifstream file(path);
   std::stringstream text;
   text << file.rdbuf();

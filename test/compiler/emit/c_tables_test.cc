@@ -16,7 +16,8 @@
 #include "test/compiler/emit/exported_robots.h"
 #include "test/support/compiled.h"
 #include "test/support/vm_robot.h"
-#include "vm/kinematics_image.h"
+#include "vm/image/kinematics_image.h"
+#include "vm/image/kinematics_tables.h"
 
 namespace morphbus::emit {
 namespace {
@@ -114,7 +115,7 @@ std::vector<model::Model> Models() {
   return models;
 }
 
-TEST(CTables, HoldWhatTheImageHoldsOfEveryModuleType) {
+TEST(CTables, TablesHoldWhatTheImageHoldsOfEveryModuleType) {
   size_t types = 0;
   for (const model::Model& model : Models()) {
     for (size_t t = 0; t < model.module_types.size(); ++t, ++types) {
@@ -136,7 +137,7 @@ TEST(CTables, HoldWhatTheImageHoldsOfEveryModuleType) {
   EXPECT_GE(types, 6u);  // M-TRAN, the gadget, ATRON, CKBot, Molecube, the telescope.
 }
 
-TEST(CTables, HoldTheFeaturesOfTheConnectors) {
+TEST(CTables, TablesHoldTheFeaturesOfTheConnectors) {
   const model::Model model = test::ModelFrom("models/mtran.m3l");
   const Tables tables(model, 0);
   ASSERT_NE(tables.all(), nullptr);
@@ -154,7 +155,7 @@ TEST(CTables, HoldTheFeaturesOfTheConnectors) {
   }
 }
 
-TEST(CTables, VirtualMachinesOnThemDoWhatThoseOnImagesDo) {
+TEST(CTables, AVirtualMachineOnTablesDoesWhatOneOnAnImageDoes) {
   for (const char* file : {"models/mtran.m3l", "models/mixed.m3l"}) {
     const model::Model model = test::ModelFrom(file);
     const std::vector<uint8_t> program =
@@ -193,7 +194,7 @@ TEST(CTables, VirtualMachinesOnThemDoWhatThoseOnImagesDo) {
   }
 }
 
-TEST(CTables, OfAModuleBeyondTheMachineAreLeftOutWithAWarning) {
+TEST(CTables, AModuleBeyondTheMachineGetsNoTablesAndAWarning) {
   model::Model model = test::ModelFrom("models/mtran.m3l");
   while (model.module_types[0].links.size() < 40) {
     model.module_types[0].links.push_back(model.module_types[0].links[0]);
@@ -205,7 +206,7 @@ TEST(CTables, OfAModuleBeyondTheMachineAreLeftOutWithAWarning) {
   EXPECT_EQ(exported.companions.size(), 1u);
 }
 
-TEST(CTables, KeepTheModulesHeaderWhereItIsCalledLikeTheTypes) {
+TEST(CTables, AModulesHeaderIsKeptWhereItIsCalledLikeTheTypes) {
   const model::Model model = test::ModelFrom("models/mtran.m3l");
   const Exported exported = ModuleToC(model, 0, 0, "morphbus_kinematics");
   ASSERT_EQ(exported.companions.size(), 2u);
@@ -214,7 +215,7 @@ TEST(CTables, KeepTheModulesHeaderWhereItIsCalledLikeTheTypes) {
   EXPECT_NE(compiled.Find("MTRAN_kinematics"), nullptr);
 }
 
-TEST(CTables, KeepApartFromTheirTypeWhereTheModuleIsCalledMorphbus) {
+TEST(CTables, AModuleCalledMorphbusKeepsItsTablesApartFromTheirType) {
   model::Model model = test::ModelFrom("models/mtran.m3l");
   model.module_types[0].name = "morphbus";
   const CompiledC compiled(ModuleToC(model, 0, 0, "module"), "module");
@@ -245,7 +246,7 @@ struct Copy {
   morphbus_kinematics all;
 };
 
-TEST(CTables, ThatAreDamagedAreRefused) {
+TEST(CTables, DamagedTablesAreRefused) {
   const model::Model model = test::ModelFrom("models/mtran.m3l");
   const Tables tables(model, 0);
   ASSERT_NE(tables.all(), nullptr);

@@ -12,6 +12,7 @@
 
 #include "compiler/m3l/compile.h"
 #include "test/compiler/solver/known_modules.h"
+#include "test/support/source_dir.h"
 
 namespace morphbus::test {
 namespace {
@@ -81,7 +82,7 @@ model::Robot RandomTree(const model::Model& model, std::mt19937& random) {
 /// Every robot of every model that is shipped.
 void AddModelFiles(std::vector<ExportCase>* cases) {
   std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(MORPHBUS_SOURCE_DIR "/models")) {
+  for (const auto& entry : std::filesystem::directory_iterator(test::SourcePath("models"))) {
     if (entry.path().extension() == ".m3l") files.push_back(entry.path());
   }
   std::sort(files.begin(), files.end());

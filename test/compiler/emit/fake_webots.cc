@@ -11,9 +11,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compiler/base/check.h"
 #include "compiler/emit/webots.h"
 #include "compiler/model/forward_kinematics.h"
-#include "compiler/source/check.h"
 
 namespace morphbus::test {
 namespace {

@@ -4,8 +4,8 @@
 
 #include "compiler/model/forward_kinematics.h"
 #include "test/compiler/solver/known_modules.h"
-#include "vm/kinematics_image.h"
-#include "vm/pose.h"
+#include "vm/image/kinematics_image.h"
+#include "vm/image/pose.h"
 
 namespace morphbus::emit {
 namespace {

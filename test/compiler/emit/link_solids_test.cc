@@ -7,7 +7,7 @@
 namespace morphbus::emit {
 namespace {
 
-TEST(LinkSolids, AreTheModelsAndWorkedOutOnce) {
+TEST(LinkSolids, MassesAndHullsAreTheModelsAndWorkedOutOnce) {
   const model::Model model = test::MtranModel();
   LinkSolids solids(model);
   const model::ModuleType& type = model.module_types[0];

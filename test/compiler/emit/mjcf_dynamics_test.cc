@@ -9,6 +9,7 @@
 #include "compiler/emit/mjcf.h"
 #include "test/compiler/emit/exported_robots.h"
 #include "test/compiler/emit/mujoco_robot.h"
+#include "test/support/source_dir.h"
 
 namespace morphbus::emit {
 namespace {
@@ -126,14 +127,14 @@ TEST(MjcfDynamics, JointsKeepTheirSpeed) {
 // A telescope on end, on one M-TRAN module and with three on top: 13.6 N for its drive of 100 N.
 TEST(MjcfDynamics, ASlideHoldsAndLiftsItsLoad) {
   const ExportCase robot = test::CompiledCase(
-      "import \"" MORPHBUS_SOURCE_DIR
-      "/models/mixed.m3l\"\n"
-      "robot lift: modules=(TELESCOPE t, MTRAN a, MTRAN b, MTRAN c, MTRAN foot),\n"
-      "  connections=((a.c2, t.head), (b.c2, a.c5), (c.c2, b.c5), (foot.c2, t.tail)),\n"
-      "  frame=(t.tube.(axis: origin=(0, 0, 0), direction=(0, 0, -1)),\n"
-      "         t.tube.(axis: origin=(0, 0, 0), direction=(1, 0, 0)),\n"
-      "         t.tube.(axis: origin=(0, 0, 0), direction=(0, -1, 0))),\n"
-      "  joints=(t.slide=1)\n",
+      "import \"" + test::SourcePath("models/mixed.m3l") +
+          "\"\n"
+          "robot lift: modules=(TELESCOPE t, MTRAN a, MTRAN b, MTRAN c, MTRAN foot),\n"
+          "  connections=((a.c2, t.head), (b.c2, a.c5), (c.c2, b.c5), (foot.c2, t.tail)),\n"
+          "  frame=(t.tube.(axis: origin=(0, 0, 0), direction=(0, 0, -1)),\n"
+          "         t.tube.(axis: origin=(0, 0, 0), direction=(1, 0, 0)),\n"
+          "         t.tube.(axis: origin=(0, 0, 0), direction=(0, -1, 0))),\n"
+          "  joints=(t.slide=1)\n",
       "lift");
   const Simulation simulation = AtStart(robot);
   ASSERT_NE(simulation.model, nullptr);

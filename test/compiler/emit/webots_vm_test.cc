@@ -16,6 +16,7 @@
 #include "test/compiler/emit/exported_robots.h"
 #include "test/compiler/emit/fake_webots.h"
 #include "test/support/compiled.h"
+#include "test/support/source_dir.h"
 #include "test/support/vm_robot.h"
 #include "vm/vm.h"
 
@@ -44,7 +45,7 @@ class Controller {
         module_(module),
         kinematics_(kinematics),
         c_(Source(model, type), "morphbus_module",
-           "-isystem " MORPHBUS_SOURCE_DIR "/test/export/webots_stub") {
+           "-isystem " + test::SourcePath("test/export/webots_stub")) {
     Enter();
     Function<void(int)>("module_start")(kPeriodMs);
     int root_link = 0;
@@ -224,7 +225,7 @@ TEST_P(WebotsSensors, KnowEveryMateByItsNumber) {
     const auto connectors = model.TypeOf(robot, m).connectors.size();
     for (size_t c = 0; c < connectors; ++c) {
       SCOPED_TRACE(robot.modules[static_cast<size_t>(m)].name + " " + std::to_string(c));
-      const vm::MateRecord& expected = ideal.state(m).mates[c];
+      const vm::NeighbourRecord& expected = ideal.state(m).neighbours[c];
       const Reading reading = controllers.at(m).Read(static_cast<int>(c));
       ASSERT_EQ(reading.docked != 0, expected.docked);
       if (!expected.docked) continue;

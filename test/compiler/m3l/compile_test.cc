@@ -9,6 +9,7 @@
 
 #include "compiler/model/forward_kinematics.h"
 #include "test/support/diagnostics_test.h"
+#include "test/support/source_dir.h"
 
 namespace morphbus::m3l {
 namespace {
@@ -18,7 +19,7 @@ using Eigen::Vector3d;
 constexpr double kPi = 3.14159265358979323846;
 
 std::string ReadFile(const std::string& path) {
-  std::ifstream file(std::string(MORPHBUS_SOURCE_DIR) + "/" + path);
+  std::ifstream file(test::SourcePath(path));
   std::stringstream text;
   text << file.rdbuf();
   return text.str();
@@ -37,14 +38,14 @@ class CompileTest : public test::DiagnosticsTest {
  protected:
   /// Compiles a text in the folder of the models, so that it can import them.
   const model::Model& Compile(const std::string& text) {
-    output_ = CompileText(std::string(MORPHBUS_SOURCE_DIR) + "/models/test.m3l", text);
+    output_ = CompileText(test::SourcePath("models/test.m3l"), text);
     Collect(output_.diagnostics, output_.sources);
     static const model::Model kNone;
     EXPECT_TRUE(output_.model.has_value());
     return output_.model ? *output_.model : kNone;
   }
   void CompileBad(const std::string& text) {
-    output_ = CompileText(std::string(MORPHBUS_SOURCE_DIR) + "/models/test.m3l", text);
+    output_ = CompileText(test::SourcePath("models/test.m3l"), text);
     Collect(output_.diagnostics, output_.sources);
     EXPECT_FALSE(output_.model.has_value());
   }
@@ -54,8 +55,8 @@ class CompileTest : public test::DiagnosticsTest {
     std::vector<model::ConnectionOption> options;
     const model::ConnectionType& connection = model.connection_types.at(0);
     for (const model::ConnectionOption& option : connection.options) {
-      const auto& type_a = model.module_types[static_cast<size_t>(connection.type_a)];
-      const auto& type_b = model.module_types[static_cast<size_t>(connection.type_b)];
+      const auto& type_a = model.module_types[connection.type_a];
+      const auto& type_b = model.module_types[connection.type_b];
       if (type_a.FindConnector(a) == option.connector_a &&
           type_b.FindConnector(b) == option.connector_b) {
         options.push_back(option);
@@ -66,8 +67,7 @@ class CompileTest : public test::DiagnosticsTest {
   CompileOutput output_;
 };
 
-// --- The paper's listings
-// -------------------------------------------------------------------------
+// --- The paper's listings ---
 
 TEST_F(CompileTest, ListingOfFigure8HasTheConnectionsOfThePaper) {
   const model::Model& model = Compile(Listing8());
@@ -79,7 +79,7 @@ TEST_F(CompileTest, ListingOfFigure8HasTheConnectionsOfThePaper) {
   for (const auto& [a, b, number] : first_numbers) {
     const auto options = Options(model, a, b);
     ASSERT_EQ(options.size(), 4U) << a << b;
-    for (int i = 0; i < 4; ++i) EXPECT_EQ(options[static_cast<size_t>(i)].number, number + i);
+    for (int i = 0; i < 4; ++i) EXPECT_EQ(options[i].number, number + i);
   }
 }
 
@@ -87,8 +87,8 @@ TEST_F(CompileTest, DefaultsPutFirstOnThirdAndTheThirdOptionFirstOnFirst) {
   const model::Model& model = Compile(Listing8());
   const model::ModuleType& type = model.module_types[0];
   for (const model::ConnectionOption& option : model.connection_types[0].options) {
-    const auto& a = type.connectors[static_cast<size_t>(option.connector_a)];
-    const auto& b = type.connectors[static_cast<size_t>(option.connector_b)];
+    const auto& a = type.connectors[option.connector_a];
+    const auto& b = type.connectors[option.connector_b];
     const int nth = option.number - Options(model, a.name, b.name).front().number;
     const size_t partner = nth == 0 ? 2 : 0;
     if (nth != 0 && nth != 2) continue;
@@ -159,7 +159,7 @@ TEST_F(CompileTest, RobotsOfFigure9CompileWithoutTheSecondFrame) {
 }
 
 TEST_F(CompileTest, TheModelFileHasTheKnownPosesAndTheHardwareFigures) {
-  const std::string path = std::string(MORPHBUS_SOURCE_DIR) + "/models/mtran.m3l";
+  const std::string path = test::SourcePath("models/mtran.m3l");
   const CompileOutput output = CompileFiles({path});
   ASSERT_TRUE(output.model.has_value())
       << source::Render(output.diagnostics, output.sources, false);
@@ -174,8 +174,7 @@ TEST_F(CompileTest, TheModelFileHasTheKnownPosesAndTheHardwareFigures) {
   EXPECT_NEAR(type.connectors[1].p_MoCo_M.x(), -0.065, 1e-15);
 }
 
-// --- Modules
-// ----------------------------------------------------------------------------------------
+// --- Modules ---
 
 TEST_F(CompileTest, DefaultMassesAreHullVolumeTimesDensity) {
   const model::ModuleType& type = Compile(Listing8()).module_types[0];
@@ -269,8 +268,7 @@ TEST_F(CompileTest, ConnectorsKeepTheOrderOfDeclaration) {
   EXPECT_LT((type.connectors[2].normals.at("") - Vector3d(0, 1, 0)).norm(), 1e-15);
 }
 
-// --- Connections
-// ------------------------------------------------------------------------------------
+// --- Connections ---
 
 /// A cube-like module: one connector in +x with asymmetric sub-points and a normal.
 std::string Plug(const std::string& type, const std::string& attributes) {
@@ -322,8 +320,26 @@ TEST_F(CompileTest, EnumeratedStatesBecomeRequirements) {
   EXPECT_EQ(states[0].value, model::AttributeValue(std::string("out")));
 }
 
-// --- Robots
-// -----------------------------------------------------------------------------------------
+TEST_F(CompileTest, AConnectionOfUnknownTypesIsNotAmongTheSolved) {
+  // What explains connections follows their indices of types, so there must be such types.
+  CompileBad("connection A:\n");
+  TakeError("has no 'members'");
+  TakeError("has no 'conditions'");
+  EXPECT_TRUE(output_.solved.connection_types.empty());
+  EXPECT_TRUE(output_.problems.empty());
+
+  CompileBad(Plug("A", "kind=\"x\"") +
+             "connection C: members=(A a, B b), conditions=(a.point p coincident b.point q)\n"
+             "connection D: members=(A a, A b), conditions=(a.point p coincident b.point q)\n");
+  TakeError("there is no module type 'B'");
+  TakeError("connection 'D' does not fix c and c to each other");
+  ASSERT_EQ(output_.solved.connection_types.size(), 1U);
+  EXPECT_EQ(output_.solved.connection_types[0].name, "D");
+  EXPECT_EQ(output_.problems.at(0).name, "D");
+  EXPECT_EQ(output_.explainable, std::vector<bool>{true});
+}
+
+// --- Robots ---
 
 class RobotTest : public CompileTest {
  protected:
@@ -336,9 +352,8 @@ class RobotTest : public CompileTest {
     const model::Robot* robot = model.FindRobot("r");
     if (!robot) return numbers;
     for (const model::Docking& docking : robot->dockings) {
-      numbers.push_back(model.connection_types[static_cast<size_t>(docking.connection_type)]
-                            .options[static_cast<size_t>(docking.option)]
-                            .number);
+      numbers.push_back(
+          model.connection_types[docking.connection_type].options[docking.option].number);
       module_a_ = docking.module_a;
     }
     return numbers;
@@ -431,14 +446,23 @@ TEST_F(RobotTest, ALoopThatStartValuesOpenIsFound) {
   TakeError("the loop m3 - m2 - m5 - m3 does not close");
 }
 
-TEST_F(RobotTest, ModulesInsideEachOtherAreAWarning) {
+TEST_F(RobotTest, ModulesInsideEachOtherAreNamedWithTheirRobotAndTheDepth) {
   // Four blocks make a square, so the third module of a curled chain lies in the first.
-  Compile(
-      "import \"mtran.m3l\"\nrobot r: modules=(MTRAN m1, MTRAN m2, MTRAN m3),\n"
-      "connections=((m1.c2,m2.c5),(m2.c2,m3.c5)),\n"
-      "joints=(m1.joint_1=pi/2, m1.joint_2=-pi/2, m2.joint_1=-pi/2, m2.joint_2=pi/2,"
-      "m3.joint_1=pi/2, m3.joint_2=-pi/2)\n");
-  TakeWarning("m inside each other");
+  const auto robot = [](const std::string& name) {
+    return "robot " + name + ": modules=(MTRAN m1, MTRAN m2, MTRAN m3),\n" +
+           "connections=((m1.c2,m2.c5),(m2.c2,m3.c5)),\n"
+           "joints=(m1.joint_1=pi/2, m1.joint_2=-pi/2, m2.joint_1=-pi/2, m2.joint_2=pi/2,"
+           "m3.joint_1=pi/2, m3.joint_2=-pi/2)\n";
+  };
+  Compile("import \"mtran.m3l\"\n" + robot("ring") + robot("knot"));
+  for (const char* name : {"ring", "knot"}) {
+    const source::Diagnostic warning = TakeWarning("inside each other");
+    EXPECT_EQ(TextAt(warning.span), "m3");
+    // The edge of a block: they coincide.
+    EXPECT_EQ(warning.message, "in robot '" + std::string(name) +
+                                   "', m1.passive_block and m3.passive_block lie 0.065 m inside "
+                                   "each other");
+  }
 }
 
 TEST_F(RobotTest, AFrameMayUseNamedAxes) {

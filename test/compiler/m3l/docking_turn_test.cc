@@ -7,6 +7,7 @@
 
 #include "compiler/m3l/compile.h"
 #include "test/support/diagnostics_test.h"
+#include "test/support/source_dir.h"
 
 namespace morphbus::m3l {
 namespace {
@@ -79,7 +80,7 @@ class DockingTurnTest : public test::DiagnosticsTest {
     }
     if (!output_.model) return model::Pose::Identity();
     const model::Docking& docking = output_.model->robots.at(0).dockings.at(0);
-    return output_.model->connection_types[0].options[static_cast<size_t>(docking.option)].X_AB;
+    return output_.model->connection_types[0].options[docking.option].X_AB;
   }
 
   /// Expects the docking with `rot=degrees` to be the default one, turned so about `axis` through
@@ -100,8 +101,7 @@ class DockingTurnTest : public test::DiagnosticsTest {
 };
 
 TEST_F(DockingTurnTest, EveryPairOfMtranTurnsInQuarters) {
-  const std::string import =
-      fmt::format("import \"{}/models/mtran.m3l\"\n", std::string(MORPHBUS_SOURCE_DIR));
+  const std::string import = fmt::format("import \"{}\"\n", test::SourcePath("models/mtran.m3l"));
   const CompileOutput mtran = CompileText("test.m3l", import);
   ASSERT_TRUE(mtran.model);
   const model::ConnectionType& connection = mtran.model->connection_types[0];
@@ -110,10 +110,9 @@ TEST_F(DockingTurnTest, EveryPairOfMtranTurnsInQuarters) {
   for (size_t i = 0; i < connection.options.size(); ++i) {
     const model::ConnectionOption& option = connection.options[i];
     const int turns[] = {0, -90, 180, 90};
-    robots +=
-        fmt::format("robot r{}: modules=(MTRAN m1, MTRAN m2), connections=((m1.{},m2.{},rot={}))\n",
-                    i, connectors[static_cast<size_t>(option.connector_a)].name,
-                    connectors[static_cast<size_t>(option.connector_b)].name, turns[i % 4]);
+    robots += fmt::format(
+        "robot r{}: modules=(MTRAN m1, MTRAN m2), connections=((m1.{},m2.{},rot={}))\n", i,
+        connectors[option.connector_a].name, connectors[option.connector_b].name, turns[i % 4]);
   }
   const CompileOutput output = CompileText("test.m3l", import + robots);
   ASSERT_TRUE(output.model) << source::Render(output.diagnostics, output.sources, false);

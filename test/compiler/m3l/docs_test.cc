@@ -5,12 +5,13 @@
 
 #include "compiler/m3l/compile.h"
 #include "test/support/diagnostics_test.h"
+#include "test/support/source_dir.h"
 
 namespace morphbus::m3l {
 namespace {
 
 std::vector<std::string> Examples() {
-  std::ifstream file(std::string(MORPHBUS_SOURCE_DIR) + "/docs/m3l.md");
+  std::ifstream file(test::SourcePath("docs/m3l.md"));
   std::vector<std::string> blocks;
   bool inside = false;
   for (std::string line; std::getline(file, line);) {
@@ -28,7 +29,7 @@ std::vector<std::string> Examples() {
 
 /// Compiled as if the example lay beside the models, which it may import.
 CompileOutput Compile(const std::string& text) {
-  return CompileText(std::string(MORPHBUS_SOURCE_DIR) + "/models/example.m3l", text);
+  return CompileText(test::SourcePath("models/example.m3l"), text);
 }
 
 TEST(DocsTest, EveryExampleCompiles) {

@@ -4,41 +4,31 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <set>
 
 #include "compiler/m3l/compile.h"
 #include "compiler/m3l/lexer.h"
 #include "compiler/model/forward_kinematics.h"
+#include "test/support/format_texts.h"
 
 namespace morphbus::m3l {
 namespace {
 
+const test::FormattedLanguage& Language() {
+  static const test::FormattedLanguage kM3l = {
+      ".m3l", Format, [](const source::SourceSet& sources, int file) {
+        source::Diagnostics diagnostics;
+        std::vector<std::string> texts;
+        for (const Token& token : Tokenize(sources, file, kMaxTokens, &diagnostics)) {
+          texts.emplace_back(token.text);
+        }
+        return texts;
+      }};
+  return kM3l;
+}
+
 std::optional<std::string> FormatText(const std::string& text) {
-  source::SourceSet sources;
-  source::Diagnostics diagnostics;
-  const int file = sources.AddText("x.m3l", text);
-  std::optional<std::string> formatted = Format(sources, file, diagnostics);
-  EXPECT_EQ(formatted.has_value(), !diagnostics.had_errors());
-  return formatted;
-}
-
-std::string Read(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-std::vector<std::filesystem::path> FilesIn(const std::string& folder) {
-  std::vector<std::filesystem::path> files;
-  for (const auto& entry :
-       std::filesystem::directory_iterator(std::filesystem::path(MORPHBUS_SOURCE_DIR) / folder)) {
-    if (entry.path().extension() == ".m3l") files.push_back(entry.path());
-  }
-  std::sort(files.begin(), files.end());
-  return files;
+  return test::FormatText(Language(), text);
 }
 
 TEST(Format, SpacesTokensAlike) {
@@ -125,50 +115,14 @@ std::string Meaning(const std::string& name, const std::string& text) {
 }
 
 TEST(Format, ChangesNoMeaningAndNothingTheSecondTime) {
-  int formatted_files = 0;
-  for (const char* folder : {"models", "test/malformed/m3l", "test/compiler/m3l/listings"}) {
-    for (const std::filesystem::path& path : FilesIn(folder)) {
-      SCOPED_TRACE(path.string());
-      const std::string text = Read(path);
-      source::SourceSet sources;
-      source::Diagnostics diagnostics;
-      const std::optional<std::string> once =
-          Format(sources, sources.AddText(path.string(), text), diagnostics);
-      if (!once) continue;  // Of the broken ones, those with syntax errors.
-      ++formatted_files;
-      EXPECT_EQ(FormatText(*once), *once);
-      EXPECT_EQ(Meaning(path.string(), *once), Meaning(path.string(), text));
-    }
-  }
-  EXPECT_GT(formatted_files, 70);
+  EXPECT_GT(
+      test::ExpectFormattingKeeps(
+          Language(), {"models", "test/malformed/m3l", "test/compiler/m3l/listings"}, Meaning),
+      70);
 }
 
-/// Any two tokens may come apart or together: each text once with every token on its own line, and
-/// once with a comment behind every token.
 TEST(Format, DependsOnTokensAndCommentsOnly) {
-  for (const std::filesystem::path& path : FilesIn("models")) {
-    SCOPED_TRACE(path.string());
-    source::SourceSet sources;
-    source::Diagnostics diagnostics;
-    const int file = sources.AddText(path.string(), Read(path));
-    std::string lines, plain, comments;
-    for (const Token& token : Lex(sources, file, kMaxTokens, diagnostics)) {
-      lines += std::string(token.text) + "\n";
-      plain += std::string(token.text) + " ";
-      comments += std::string(token.text) + " // c\n";
-    }
-    const std::optional<std::string> from_lines = FormatText(lines);
-    ASSERT_TRUE(from_lines.has_value());
-    EXPECT_EQ(from_lines, FormatText(plain));
-    const std::optional<std::string> commented = FormatText(comments);
-    ASSERT_TRUE(commented.has_value());
-    EXPECT_EQ(FormatText(*commented), commented);
-    for (size_t at = 0; at < from_lines->size();) {
-      const size_t end = from_lines->find('\n', at);
-      EXPECT_LE(end - at, 100U) << from_lines->substr(at, end - at);
-      at = end + 1;
-    }
-  }
+  test::ExpectTokensAloneDecide(Language(), "models");
 }
 
 TEST(Format, ReadsLinesThatEndWithCarriageReturns) {
@@ -176,12 +130,7 @@ TEST(Format, ReadsLinesThatEndWithCarriageReturns) {
             "// a\nmodule A:  // b\n\nlink l: mass=1\n/* c\nd */\n");
 }
 
-TEST(Format, HasBeenAppliedToTheModels) {
-  for (const std::filesystem::path& path : FilesIn("models")) {
-    const std::string text = Read(path);
-    EXPECT_EQ(FormatText(text), text) << "mend with: morphbus format " << path;
-  }
-}
+TEST(Format, HasBeenAppliedToTheModels) { test::ExpectFormatted(Language(), "models"); }
 
 }  // namespace
 }  // namespace morphbus::m3l

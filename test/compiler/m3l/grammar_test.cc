@@ -11,6 +11,7 @@
 
 #include "compiler/dynarole/lexer.h"
 #include "compiler/m3l/keywords.h"
+#include "test/support/source_dir.h"
 
 namespace morphbus {
 namespace {
@@ -18,7 +19,7 @@ namespace {
 using Words = std::set<std::string>;
 
 nlohmann::json ReadGrammar(const std::string& name) {
-  std::ifstream file(std::string(MORPHBUS_SOURCE_DIR) + "/docs/editor/" + name);
+  std::ifstream file(test::SourcePath("docs/editor/") + name);
   return nlohmann::json::parse(file, nullptr, false);
 }
 

@@ -6,12 +6,13 @@
 
 #include "compiler/m3l/compile.h"
 #include "test/support/diagnostics_test.h"
+#include "test/support/source_dir.h"
 
 namespace morphbus::m3l {
 namespace {
 
 std::string Model() {
-  std::ifstream file(std::string(MORPHBUS_SOURCE_DIR) + "/models/mtran.m3l");
+  std::ifstream file(test::SourcePath("models/mtran.m3l"));
   std::stringstream text;
   text << file.rdbuf();
   return text.str();

@@ -1,5 +1,6 @@
 #include "compiler/m3l/lexer.h"
 
+#include "compiler/m3l/dump.h"
 #include "test/support/diagnostics_test.h"
 
 namespace morphbus::m3l {
@@ -10,7 +11,7 @@ class LexerTest : public test::DiagnosticsTest {
   std::vector<Token> Tokens(const std::string& text, size_t max = kMaxTokens) {
     const int file = sources_.AddText("t.m3l", text);
     source::Diagnostics diagnostics;
-    std::vector<Token> tokens = Lex(sources_, file, max, diagnostics);
+    std::vector<Token> tokens = Tokenize(sources_, file, max, &diagnostics);
     Collect(diagnostics, sources_);
     return tokens;
   }
@@ -28,7 +29,7 @@ class LexerTest : public test::DiagnosticsTest {
 
 TEST_F(LexerTest, DumpShowsPlaceKindAndText) {
   const std::vector<Token> tokens = Tokens("point c1: \\\n coords=(-.5, 1e-3) \"a b\" >=");
-  EXPECT_EQ(DumpTokens(tokens, sources_),
+  EXPECT_EQ(DumpTokens(sources_, tokens),
             "1:1 word point\n1:7 word c1\n1:9 symbol :\n2:2 word coords\n2:8 symbol =\n"
             "2:9 symbol (\n2:10 symbol -\n2:11 number .5\n2:13 symbol ,\n2:15 number 1e-3\n"
             "2:19 symbol )\n2:21 string \"a b\"\n2:27 symbol >=\n2:29 end\n");

@@ -13,13 +13,12 @@
 #include <sstream>
 
 #include "compiler/m3l/compile.h"
+#include "test/support/source_dir.h"
 
 namespace morphbus::m3l {
 namespace {
 
-std::filesystem::path CorpusDirectory() {
-  return std::filesystem::path(MORPHBUS_SOURCE_DIR) / "test/malformed/m3l";
-}
+std::filesystem::path CorpusDirectory() { return test::SourcePath("test/malformed/m3l"); }
 
 std::vector<std::string> CorpusFiles() {
   std::vector<std::string> names;

@@ -3,13 +3,15 @@
 #include <fstream>
 #include <sstream>
 
+#include "compiler/m3l/dump.h"
 #include "test/support/diagnostics_test.h"
+#include "test/support/source_dir.h"
 
 namespace morphbus::m3l {
 namespace {
 
 std::string Listing(const std::string& name) {
-  std::ifstream file(std::string(MORPHBUS_SOURCE_DIR) + "/test/compiler/m3l/listings/" + name);
+  std::ifstream file(test::SourcePath("test/compiler/m3l/listings/") + name);
   std::stringstream text;
   text << file.rdbuf();
   return text.str();
@@ -20,7 +22,7 @@ class ParserTest : public test::DiagnosticsTest {
   FileAst ParseText(const std::string& text) {
     const int file = sources_.AddText("t.m3l", text);
     source::Diagnostics diagnostics;
-    FileAst ast = Parse(Lex(sources_, file, kMaxTokens, diagnostics), diagnostics);
+    FileAst ast = Parse(Tokenize(sources_, file, kMaxTokens, &diagnostics), &diagnostics);
     Collect(diagnostics, sources_);
     return ast;
   }

@@ -5,6 +5,7 @@
 #include "compiler/m3l/compile.h"
 #include "compiler/model/kinematic_graph.h"
 #include "test/compiler/solver/known_modules.h"
+#include "test/support/source_dir.h"
 
 namespace morphbus::model {
 namespace {
@@ -12,8 +13,7 @@ namespace {
 class ModelFile : public testing::Test {
  protected:
   void SetUp() override {
-    m3l::CompileOutput output =
-        m3l::CompileFiles({std::string(MORPHBUS_SOURCE_DIR) + "/models/mtran.m3l"});
+    m3l::CompileOutput output = m3l::CompileFiles({test::SourcePath("models/mtran.m3l")});
     ASSERT_TRUE(output.model.has_value())
         << source::Render(output.diagnostics, output.sources, false);
     model_ = std::move(*output.model);

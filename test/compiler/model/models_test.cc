@@ -12,13 +12,14 @@
 #include "compiler/m3l/lexer.h"
 #include "compiler/model/kinematic_graph.h"
 #include "compiler/solver/hull_overlap.h"
+#include "test/support/source_dir.h"
 
 namespace morphbus::model {
 namespace {
 
 using Eigen::Vector3d;
 
-std::filesystem::path Folder() { return std::filesystem::path(MORPHBUS_SOURCE_DIR) / "models"; }
+std::filesystem::path Folder() { return test::SourcePath("models"); }
 
 /// The model of models/NAME.m3l; the test fails on any error or warning.
 Model Load(const std::string& name) {
@@ -43,9 +44,9 @@ Counts CountsOf(const Model& model, const std::string& name) {
 
 /// How the two joint axes nearest to the mated connectors lie, over all ways to mate.
 std::map<AxisRelation, int> MatedAxes(const Model& model, const ConnectionType& connection) {
-  const ModuleType& type = model.module_types[static_cast<size_t>(connection.type_a)];
+  const ModuleType& type = model.module_types[connection.type_a];
   const auto joint_of = [&](int connector) {
-    const int link = type.connectors[static_cast<size_t>(connector)].link;
+    const int link = type.connectors[connector].link;
     for (const Joint& joint : type.joints) {
       if (joint.link_a == link || joint.link_b == link) return joint;
     }
@@ -187,7 +188,7 @@ std::map<std::string, Vector3d> Origins(const Model& model, const Robot& robot, 
 
 Vector3d AxisOf(const KinematicGraph& graph, const Robot& robot, const std::string& module) {
   for (const GraphJoint& joint : graph.joints) {
-    if (robot.modules[static_cast<size_t>(joint.module)].name == module) return joint.axis_R;
+    if (robot.modules[joint.module].name == module) return joint.axis_R;
   }
   return Vector3d::Zero();
 }
@@ -204,8 +205,8 @@ TEST(Models, PutAtronOnAFaceCentredCubicLatticeWithOrthogonalNeighbours) {
     }
     const KinematicGraph graph = BuildKinematicGraph(model, robot);
     for (const Docking& docking : robot.dockings) {
-      const GraphJoint& a = graph.joints[static_cast<size_t>(docking.module_a)];
-      const GraphJoint& b = graph.joints[static_cast<size_t>(docking.module_b)];
+      const GraphJoint& a = graph.joints[docking.module_a];
+      const GraphJoint& b = graph.joints[docking.module_b];
       EXPECT_NEAR(a.axis_R.dot(b.axis_R), 0.0, 1e-12) << robot.name;
     }
   }
@@ -293,7 +294,7 @@ TEST(Models, AreAboutAsLongAsFigure8) {
     ASSERT_TRUE(index.has_value());
     source::Diagnostics diagnostics;
     size_t tokens = 0;
-    for (const m3l::Token& token : m3l::Lex(sources, *index, 100'000, diagnostics)) {
+    for (const m3l::Token& token : m3l::Tokenize(sources, *index, 100'000, &diagnostics)) {
       if (token.text == "robot") break;
       ++tokens;
     }

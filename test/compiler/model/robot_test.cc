@@ -212,14 +212,58 @@ TEST(LoopMobility, OfATriangleIsNoneAndABridgeStaysFree) {
   EXPECT_EQ(BiconnectedParts(4, joints), (std::vector<std::vector<int>>{{0, 1, 2}, {3}}));
 }
 
-TEST(LoopMobility, OfSarrusAndBennettLinkagesIsFoundAgainstGruebler) {
-  // Sarrus: two triples of parallel hinges, crosswise; Gruebler says 0, it moves by one.
+TEST(LoopMobility, OfASarrusLinkageIsOneAgainstGruebler) {
+  // Two triples of parallel hinges, crosswise; Gruebler says 0, it moves by one.
   const Vector3d x = Vector3d::UnitX();
   const Vector3d y = Vector3d::UnitY();
   const std::vector<ScrewJoint> sarrus = {
       {0, 1, false, x, {0, 1, 0}}, {1, 2, false, x, {0, 1.5, 0.5}}, {2, 3, false, x, {0, 1, 1}},
       {3, 4, false, y, {1, 0, 1}}, {4, 5, false, y, {1.5, 0, 0.5}}, {5, 0, false, y, {1, 0, 0}}};
   EXPECT_EQ(ComputeLoopMobility(6, sarrus).mobility, 1);
+}
+
+/// The four hinges of a closed linkage of links with lengths a, b, a, b and twists alpha, beta,
+/// alpha, beta (rad), the first hinge turned by `theta`. It closes if sin(alpha)/a = sin(beta)/b
+/// (Bennett, "A new mechanism", Engineering 76, 1903), for then opposite angles are negatives of
+/// each other and tan(theta1/2) tan(theta2/2) = sin((beta+alpha)/2) / sin((beta-alpha)/2).
+std::vector<ScrewJoint> BennettLinkage(double a, double alpha, double b, double beta, double theta,
+                                       double* gap) {
+  const double ratio = std::sin((beta + alpha) / 2) / std::sin((beta - alpha) / 2);
+  const double theta2 = 2 * std::atan(ratio / std::tan(theta / 2));
+  std::vector<ScrewJoint> joints;
+  Pose X = Pose::Identity();  // The frame of hinge i, turning about its z.
+  for (int i = 0; i < 4; ++i) {
+    joints.push_back({(i + 3) % 4, i, false, X.linear().col(2), X.translation()});
+    const double angle = (i < 2 ? 1 : -1) * (i % 2 == 0 ? theta : theta2);
+    X = X * Eigen::AngleAxisd(angle, Vector3d::UnitZ()) *
+        Eigen::Translation3d(i % 2 == 0 ? a : b, 0, 0) *
+        Eigen::AngleAxisd(i % 2 == 0 ? alpha : beta, Vector3d::UnitX());
+  }
+  *gap = (X.matrix() - Eigen::Matrix4d::Identity()).norm();
+  return joints;
+}
+
+TEST(LoopMobility, OfABennettLinkageIsOneAgainstGruebler) {
+  // Four hinges, no two of them parallel or meeting: Gruebler says -2.
+  const double a = 1.0, alpha = 0.5, beta = 1.1;
+  const double b = a * std::sin(beta) / std::sin(alpha);
+  double gap = 1.0;
+  for (const double theta : {0.7, 1.3, 2.5}) {
+    const std::vector<ScrewJoint> bennett = BennettLinkage(a, alpha, b, beta, theta, &gap);
+    EXPECT_LT(gap, 1e-12) << theta;
+    const LoopMobility loop = ComputeLoopMobility(4, bennett);
+    EXPECT_EQ(loop.mobility, 1) << theta;
+    EXPECT_EQ(loop.locked, std::vector<bool>(4, false)) << theta;
+  }
+}
+
+TEST(LoopMobility, OfFourHingesThatBreakBennettsConditionIsNone) {
+  double gap = 0.0;
+  const std::vector<ScrewJoint> unlike = BennettLinkage(1.0, 0.5, 1.5, 1.1, 1.3, &gap);
+  EXPECT_GT(gap, 0.1);
+  const LoopMobility loop = ComputeLoopMobility(4, unlike);
+  EXPECT_EQ(loop.mobility, 0);
+  EXPECT_EQ(loop.locked, std::vector<bool>(4, true));
 }
 
 TEST(LoopMobility, LocksAHingeWithBothEndsOnOneBody) {

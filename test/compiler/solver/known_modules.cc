@@ -3,7 +3,7 @@
 #include <cmath>
 #include <utility>
 
-#include "compiler/source/check.h"
+#include "compiler/base/check.h"
 
 namespace morphbus::test {
 namespace {
@@ -214,6 +214,7 @@ Condition OppositeGenders(bool hooks) {
 solver::ConnectionProblem SelfConnection(Condition condition) {
   solver::ConnectionProblem problem;
   problem.name = "mating";
+  problem.type_a = problem.type_b = 0;
   problem.condition = std::move(condition);
   return problem;
 }
@@ -224,7 +225,7 @@ model::Model MtranModel(double unit) {
   source::Diagnostics diagnostics;
   model.connection_types = {
       SolveConnection(SelfConnection(And({AllPointsCoincide(4), OppositeGenders(true)})),
-                      model.module_types, diagnostics)};
+                      model.module_types, &diagnostics)};
   MORPHBUS_CHECK(!diagnostics.had_errors());
   return model;
 }

@@ -25,7 +25,7 @@ using test::SelfConnection;
 ConnectionType Solve(const ModuleType& type, Condition condition) {
   source::Diagnostics diagnostics;
   ConnectionType result =
-      SolveConnection(SelfConnection(std::move(condition)), {type}, diagnostics);
+      SolveConnection(SelfConnection(std::move(condition)), {type}, &diagnostics);
   for (const source::Diagnostic& d : diagnostics.all()) ADD_FAILURE() << d.message;
   return result;
 }
@@ -33,7 +33,7 @@ ConnectionType Solve(const ModuleType& type, Condition condition) {
 source::Diagnostic OnlyError(const ModuleType& type, Condition condition) {
   source::Diagnostics diagnostics;
   const ConnectionType result =
-      SolveConnection(SelfConnection(std::move(condition)), {type}, diagnostics);
+      SolveConnection(SelfConnection(std::move(condition)), {type}, &diagnostics);
   EXPECT_TRUE(result.options.empty());
   EXPECT_EQ(diagnostics.error_count(), 1);
   EXPECT_EQ(diagnostics.all().size(), 1u);
@@ -309,7 +309,7 @@ TEST(SolveConnection, SaysWhichCoincidenceRemovedTheLast) {
   ConnectionProblem problem = SelfConnection(And(parts));
   problem.type_b = 1;
   source::Diagnostics diagnostics;
-  SolveConnection(problem, {type, other}, diagnostics);
+  SolveConnection(problem, {type, other}, &diagnostics);
   ASSERT_EQ(diagnostics.error_count(), 1);
   ASSERT_EQ(diagnostics.all()[0].notes.size(), 1u);
   EXPECT_EQ(diagnostics.all()[0].notes[0].span.begin, 4u);
@@ -369,7 +369,7 @@ TEST(SolveConnection, WithoutHullsNothingIsPrunedAndAWarningSaysSo) {
   type.links[0].hull.clear();
   source::Diagnostics diagnostics;
   const ConnectionType connection =
-      SolveConnection(SelfConnection(test::AllPointsCoincide(4)), {type}, diagnostics);
+      SolveConnection(SelfConnection(test::AllPointsCoincide(4)), {type}, &diagnostics);
   EXPECT_EQ(connection.options.size(), 8u);
   ASSERT_EQ(diagnostics.all().size(), 1u);
   EXPECT_EQ(diagnostics.all()[0].severity, source::Severity::kWarning);

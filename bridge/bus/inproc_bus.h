@@ -1,0 +1,45 @@
+#pragma once
+// A bus within one process and one thread: --inproc runs and tests. Deterministic: every endpoint
+// gets messages in order of publication. Nothing is lost unless a queue overflows or LossyBus is
+// put around an endpoint.
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bridge/bus/bus.h"
+
+namespace morphbus::bridge {
+
+class InprocEndpoint;
+
+/// Where endpoints meet: what one publishes goes into the queues of all that want it, and waits
+/// there until they are handled. The hub must outlive its endpoints.
+class InprocHub {
+ public:
+  InprocHub();
+  /// All endpoints must be gone by now.
+  ~InprocHub();
+  // The endpoints point here.
+  InprocHub(const InprocHub&) = delete;
+  InprocHub& operator=(const InprocHub&) = delete;
+
+  /// A bus of its own for one participant; receives also what it publishes itself, as on LCM.
+  std::unique_ptr<Bus> Connect();
+
+  /// Dispatches what waits now, endpoint by endpoint in order of connection.
+  /// Returns the number of messages dispatched.
+  int HandleRound();
+  /// The same round after round until nothing waits. Returns the number of messages dispatched;
+  /// does not return while participants keep answering each other.
+  int HandleAll();
+
+ private:
+  // Endpoints enter themselves here and leave when they are destroyed; in order of connection.
+  friend class InprocEndpoint;
+  std::vector<InprocEndpoint*> endpoints_;
+};
+
+}  // namespace morphbus::bridge

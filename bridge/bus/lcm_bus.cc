@@ -1,0 +1,224 @@
+#include "bridge/bus/lcm_bus.h"
+
+#include <lcm/lcm.h>
+#include <poll.h>
+
+#include <map>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "bridge/bus/lcm_datagrams.h"
+#include "bridge/bus/lcm_url.h"
+#include "bridge/bus/udpm_socket.h"
+
+namespace morphbus::bridge {
+namespace {
+
+/// LCM takes subscriptions as regular expressions.
+std::string EscapeForRegex(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       c == '_' || c == '/' || c == '-';
+    if (!plain) escaped += '\\';
+    escaped += c;
+  }
+  return escaped;
+}
+
+/// Who wants which channels. A handler may change the book while it is called.
+class Subscriptions {
+ public:
+  void Add(const std::string& channel, Bus::Handler handler) {
+    exact_[channel] = std::make_shared<Bus::Handler>(std::move(handler));
+  }
+  void AddPrefix(const std::string& prefix, Bus::Handler handler) {
+    prefixes_[prefix] = std::make_shared<Bus::Handler>(std::move(handler));
+  }
+  bool Remove(const std::string& name) { return exact_.erase(name) + prefixes_.erase(name) > 0; }
+
+  [[nodiscard]] bool has_prefixes() const { return !prefixes_.empty(); }
+  /// The names subscribed to exactly, prefixes not among them.
+  [[nodiscard]] std::vector<std::string> channels() const {
+    std::vector<std::string> names;
+    for (const auto& [channel, handler] : exact_) names.push_back(channel);
+    return names;
+  }
+
+  /// One expression that matches all of them.
+  [[nodiscard]] std::string Regex() const {
+    std::string all;
+    for (const auto& [channel, handler] : exact_) all += "|" + EscapeForRegex(channel);
+    for (const auto& [prefix, handler] : prefixes_) all += "|" + EscapeForRegex(prefix) + ".*";
+    return all.empty() ? all : "(" + all.substr(1) + ")";
+  }
+
+  /// Returns the number of handlers called.
+  [[nodiscard]] int Dispatch(std::string_view channel, const uint8_t* data, size_t size) const {
+    std::vector<std::shared_ptr<Bus::Handler>> called;  // Kept alive over the calls.
+    if (const auto found = exact_.find(channel); found != exact_.end()) {
+      called.push_back(found->second);
+    }
+    for (const auto& [prefix, handler] : prefixes_) {
+      if (channel.starts_with(prefix)) called.push_back(handler);
+    }
+    for (const std::shared_ptr<Bus::Handler>& handler : called) (*handler)(channel, data, size);
+    return static_cast<int>(called.size());
+  }
+
+ private:
+  // Handlers are shared, so that one can be replaced while it runs.
+  using Book = std::map<std::string, std::shared_ptr<Bus::Handler>, std::less<>>;
+  Book exact_, prefixes_;
+};
+
+/// Sends through LCM; the two kinds of bus below differ in how they receive.
+class SendingBus : public Bus {
+ public:
+  SendingBus(lcm_t* lcm, LcmUrl url) : lcm_(lcm), url_(std::move(url)) {}
+  ~SendingBus() override { lcm_destroy(lcm_); }
+  SendingBus(const SendingBus&) = delete;
+  SendingBus& operator=(const SendingBus&) = delete;
+
+  void Publish(const std::string& channel, const uint8_t* data, size_t size) override {
+    // A failure (no buffer space) is a lost message like any other: the receivers' ledgers show it.
+    lcm_publish(lcm_, channel.c_str(), data, static_cast<unsigned>(size));
+  }
+  void Subscribe(const std::string& channel, Handler handler) override {
+    subscriptions_.Add(channel, std::move(handler));
+    Changed();
+  }
+  void SubscribePrefix(const std::string& prefix, Handler handler) override {
+    subscriptions_.AddPrefix(prefix, std::move(handler));
+    Changed();
+  }
+  void Unsubscribe(const std::string& channel) override {
+    if (subscriptions_.Remove(channel)) Changed();
+  }
+
+ protected:
+  /// Called when the subscriptions have changed: what is received must follow.
+  virtual void Changed() = 0;
+
+  // LCM's handle, which this bus owns, and the URL that it was opened on.
+  lcm_t* lcm_;
+  LcmUrl url_;
+  Subscriptions subscriptions_;
+};
+
+/// UDP multicast, LCM's default.
+class UdpmBus : public SendingBus {
+ public:
+  using SendingBus::SendingBus;
+
+  int Handle(int timeout_ms) override {
+    if (socket_ == nullptr) {
+      poll(nullptr, 0, timeout_ms);
+      return 0;
+    }
+    // Datagrams become messages, and each message goes to whoever wants its channel.
+    int count = 0;
+    const LcmDatagrams::Sink dispatch = [&](std::string_view channel, const uint8_t* data,
+                                            size_t size) {
+      count += subscriptions_.Dispatch(channel, data, size);
+    };
+    socket_->Receive(timeout_ms, kBusQueueDepth,
+                     [&](uint64_t sender, const uint8_t* data, size_t size) {
+                       datagrams_.Take(sender, data, size, dispatch);
+                     });
+    return count;
+  }
+
+  [[nodiscard]] int64_t queue_overflows() const override {
+    return socket_ == nullptr ? 0 : socket_->drops();
+  }
+
+ private:
+  void Changed() override {
+    if (socket_ == nullptr) {
+      // LCM has opened its own socket on this group, so this fails only when descriptors run out.
+      Result<std::unique_ptr<UdpmSocket>> opened = UdpmSocket::Open(url_);
+      if (!opened) return;
+      socket_ = *std::move(opened);
+    }
+    // Modules name the channels they need, and the kernel keeps all others from waking them. A
+    // prefix (the logger) needs everything.
+    if (subscriptions_.has_prefixes()) {
+      socket_->PassEverything();
+    } else {
+      socket_->SetChannels(subscriptions_.channels());
+    }
+  }
+
+  std::unique_ptr<UdpmSocket> socket_;
+  LcmDatagrams datagrams_;
+};
+
+/// Every other provider, through LCM's own receiver.
+class ProviderBus : public SendingBus {
+ public:
+  using SendingBus::SendingBus;
+
+  int Handle(int timeout_ms) override {
+    if (subscription_ == nullptr) {
+      poll(nullptr, 0, timeout_ms);
+      return 0;
+    }
+    // Waits for the first message, then takes all that are there.
+    count_ = 0;
+    pollfd ready = {lcm_get_fileno(lcm_), POLLIN, 0};
+    if (poll(&ready, 1, timeout_ms) <= 0) return 0;
+    // lcm_handle never blocks while the descriptor is readable.
+    for (size_t i = 0; i < kBusQueueDepth && (ready.revents & POLLIN) != 0; ++i) {
+      if (lcm_handle(lcm_) != 0) break;
+      ready.revents = 0;
+      poll(&ready, 1, 0);
+    }
+    return count_;
+  }
+
+  [[nodiscard]] int64_t queue_overflows() const override { return 0; }
+
+ private:
+  void Changed() override {
+    // One subscription for all channels keeps the order of arrival across them.
+    if (subscription_ != nullptr) lcm_unsubscribe(lcm_, subscription_);
+    subscription_ = nullptr;
+    const std::string regex = subscriptions_.Regex();
+    if (regex.empty()) return;
+    subscription_ = lcm_subscribe(lcm_, regex.c_str(), &OnMessage, this);
+    // LCM's own queue holds 30 by default.
+    if (subscription_ != nullptr) {
+      lcm_subscription_set_queue_capacity(subscription_, static_cast<int>(kBusQueueDepth));
+    }
+  }
+
+  /// LCM calls this from lcm_handle, once for each message.
+  static void OnMessage(const lcm_recv_buf_t* buffer, const char* channel, void* user) {
+    auto* bus = static_cast<ProviderBus*>(user);
+    bus->count_ += bus->subscriptions_.Dispatch(channel, static_cast<const uint8_t*>(buffer->data),
+                                                buffer->data_size);
+  }
+
+  lcm_subscription_t* subscription_ = nullptr;
+  int count_ = 0;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Bus>> OpenLcmBus(const std::string& url) {
+  Result<LcmUrl> resolved = ResolveLcmUrl(url);
+  if (!resolved) return tl::unexpected<Error>(resolved.error());
+  // Without a route LCM would send into nothing and not say so.
+  if (Result<void> route = CheckMulticastRoute(*resolved); !route) {
+    return tl::unexpected<Error>(route.error());
+  }
+  // From here on the bus owns LCM's handle.
+  lcm_t* lcm = lcm_create(resolved->url.c_str());
+  if (lcm == nullptr) return Fail("LCM cannot open '" + resolved->url + "'");
+  if (resolved->provider == "udpm") return std::make_unique<UdpmBus>(lcm, *std::move(resolved));
+  return std::make_unique<ProviderBus>(lcm, *std::move(resolved));
+}
+
+}  // namespace morphbus::bridge

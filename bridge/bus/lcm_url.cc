@@ -1,0 +1,205 @@
+#include "bridge/bus/lcm_url.h"
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cstdlib>
+#include <cstring>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+namespace morphbus::bridge {
+namespace {
+
+constexpr std::string_view kUdpExample = "udpm://239.255.76.67:7667?ttl=0";
+
+/// One `name=value` behind the question mark.
+struct Option {
+  std::string_view key, value;
+};
+
+/// A URL taken apart; the views point into it.
+struct Parts {
+  std::string_view provider, network;
+  std::vector<Option> options;
+};
+
+/// All refusals quote the URL and say in the same breath what is wrong with it.
+tl::unexpected<Error> Bad(const std::string& url, const std::string& why) {
+  return Fail("the LCM URL '" + url + "' " + why);
+}
+
+/// The whole text as a decimal number.
+bool ToNumber(std::string_view text, int64_t* out) {
+  const auto result = std::from_chars(text.data(), text.data() + text.size(), *out);
+  return result.ec == std::errc() && result.ptr == text.data() + text.size();
+}
+
+/// Takes PROVIDER://NETWORK?NAME=VALUE&... apart; the names are checked later.
+Result<Parts> Split(const std::string& url) {
+  const std::string_view text = url;
+  const size_t scheme = text.find("://");
+  if (scheme == std::string_view::npos) {
+    return Bad(url, "has no provider; write it like " + std::string(kUdpExample));
+  }
+  Parts parts;
+  // What stands between "://" and "?" is the network, in whatever way the provider writes it.
+  parts.provider = text.substr(0, scheme);
+  std::string_view rest = text.substr(scheme + 3);
+  const size_t mark = rest.find('?');
+  parts.network = rest.substr(0, mark);
+  rest = mark == std::string_view::npos ? std::string_view() : rest.substr(mark + 1);
+  // Options, separated by "&".
+  while (!rest.empty()) {
+    const std::string_view one = rest.substr(0, rest.find('&'));
+    rest = one.size() == rest.size() ? std::string_view() : rest.substr(one.size() + 1);
+    const size_t equals = one.find('=');
+    if (equals == std::string_view::npos || equals == 0) {
+      return Bad(url, "has the option '" + std::string(one) + "', which is not written name=value");
+    }
+    parts.options.push_back({one.substr(0, equals), one.substr(equals + 1)});
+  }
+  return parts;
+}
+
+/// Reads "239.255.76.67:7667"; both halves may be left out, as in LCM.
+Result<void> ReadGroup(const std::string& url, std::string_view network, LcmUrl* out) {
+  // LCM's defaults, where a half is left out.
+  out->group = 0xefff4c43;  // 239.255.76.67
+  out->port = 7667;
+  const size_t colon = network.find(':');
+  const std::string address(network.substr(0, colon));
+  if (!address.empty()) {
+    in_addr group = {};
+    if (inet_pton(AF_INET, address.c_str(), &group) != 1) {
+      return Bad(url, "has the group '" + address + "', which is not an IPv4 address");
+    }
+    out->group = ntohl(group.s_addr);
+  }
+  // Multicast addresses begin with the bits 1110.
+  if (out->group >> 28 != 0xe) {
+    return Bad(url, "has the group " + address +
+                        ", which is no multicast address (224.0.0.0 to 239.255.255.255)");
+  }
+  if (colon == std::string_view::npos) return {};
+  int64_t port = 0;
+  if (!ToNumber(network.substr(colon + 1), &port) || port < 1 || port > 65535) {
+    return Bad(url, "has the port '" + std::string(network.substr(colon + 1)) +
+                        "', which is not a number from 1 to 65535");
+  }
+  out->port = static_cast<uint16_t>(port);
+  return {};
+}
+
+/// An option that LCM knows, and the range of its value.
+struct OptionRow {
+  std::string_view key;
+  int64_t lowest, highest;
+};
+
+/// LCM prints what it does not know and goes on: here that is an error. Yields the receive buffer
+/// if the URL sets it.
+Result<void> CheckUdpOptions(const std::string& url, const Parts& parts,
+                             std::optional<int>* buffer) {
+  // "transmit_only" and "nports" are mpudpm's and newer LCM's; harmless to the others.
+  constexpr std::array<OptionRow, 4> kKnown = {{{"ttl", 0, 255},
+                                                {"recv_buf_size", 0, 1 << 30},
+                                                {"transmit_only", 0, 1},
+                                                {"nports", 1, 60000}}};
+  for (const Option& option : parts.options) {
+    const OptionRow* known = nullptr;
+    for (const OptionRow& row : kKnown) {
+      if (row.key == option.key) known = &row;
+    }
+    if (known == nullptr) {
+      return Bad(url, "has the option '" + std::string(option.key) +
+                          "', which LCM does not know; ttl and recv_buf_size exist");
+    }
+    int64_t value = 0;
+    if (option.value == "true" || option.value == "false")
+      value = option.value == "true" ? 1 : 0;
+    else if (!ToNumber(option.value, &value))
+      value = -1;
+    if (value < known->lowest || value > known->highest) {
+      return Bad(url, "has " + std::string(option.key) + "=" + std::string(option.value) +
+                          ", which is not a number from " + std::to_string(known->lowest) + " to " +
+                          std::to_string(known->highest));
+    }
+    if (option.key == "recv_buf_size") *buffer = static_cast<int>(value);
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<LcmUrl> ResolveLcmUrl(const std::string& given) {
+  std::string url = given;
+  if (url.empty()) {
+    // NOLINTNEXTLINE(concurrency-mt-unsafe): read before any thread exists.
+    const char* from_environment = std::getenv("LCM_DEFAULT_URL");
+    url = from_environment != nullptr && *from_environment != '\0' ? from_environment
+                                                                   : kDefaultLcmUrl;
+  }
+  // Every provider's URL has the same form; only those with a network are read further.
+  const Result<Parts> parts = Split(url);
+  if (!parts) return tl::unexpected<Error>(parts.error());
+  LcmUrl out;
+  out.provider = parts->provider;
+  out.url = url;
+  // UDP multicast: group, port and options are checked, and the receive buffer is made large.
+  if (out.provider == "udpm" || out.provider == "mpudpm") {
+    if (Result<void> r = ReadGroup(url, parts->network, &out); !r) {
+      return tl::unexpected<Error>(r.error());
+    }
+    std::optional<int> buffer;
+    if (Result<void> r = CheckUdpOptions(url, *parts, &buffer); !r) {
+      return tl::unexpected<Error>(r.error());
+    }
+    // LCM's default buffer holds 166 datagrams of ours: a stalled receiver would lose messages.
+    out.receive_buffer = buffer.value_or(out.receive_buffer);
+    if (!buffer)
+      out.url += (parts->options.empty() ? "?" : "&") + std::string("recv_buf_size=4194304");
+    if (!buffer && url.ends_with('?')) out.url = url + "recv_buf_size=4194304";
+    return out;
+  }
+  // LCM reads these itself; they have no group.
+  if (out.provider == "file" || out.provider == "tcpq" || out.provider == "memq") return out;
+  return Bad(url, "names the provider '" + out.provider +
+                      "', which LCM does not have; write it like " + std::string(kUdpExample));
+}
+
+Result<void> CheckMulticastRoute(const LcmUrl& url) {
+  if (url.provider != "udpm" && url.provider != "mpudpm") return {};
+  // A socket that is connected to the group knows whether there is a way to it.
+  const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (fd < 0) return Fail(std::string("cannot open a UDP socket: ") + std::strerror(errno));
+  sockaddr_in address = {};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(url.group);
+  address.sin_port = htons(url.port);
+  // Connecting sends nothing: it only looks the route up.
+  const int status = connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  const int error = errno;
+  close(fd);
+  if (status == 0) return {};
+  std::array<char, INET_ADDRSTRLEN> text = {};
+  inet_ntop(AF_INET, &address.sin_addr, text.data(), text.size());
+  // The usual case gets the command that mends it.
+  if (error == ENETUNREACH || error == EHOSTUNREACH) {
+    return Fail(
+        std::string("multicast to ") + text.data() +
+        " has no route on this machine: run `sudo ip link set lo up multicast on && sudo ip "
+        "route add 224.0.0.0/4 dev lo`, or give the run a network of its own with "
+        "`morphbus run --isolate`");
+  }
+  return Fail(std::string("cannot reach the multicast group ") + text.data() + ": " +
+              std::strerror(error));
+}
+
+}  // namespace morphbus::bridge

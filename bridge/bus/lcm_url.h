@@ -1,0 +1,35 @@
+#pragma once
+// LCM URLs as LCM users know them, checked before LCM sees them: LCM itself prints to stderr and
+// goes on.
+
+#include <cstdint>
+#include <string>
+
+#include "compiler/base/result.h"
+
+namespace morphbus::bridge {
+
+/// LCM's own default, with our receive buffer.
+inline constexpr const char* kDefaultLcmUrl =
+    "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304";
+
+/// An LCM URL, checked and taken apart as far as we need it.
+struct LcmUrl {
+  std::string url;               ///< To hand to LCM, recv_buf_size added to udpm if it was absent.
+  std::string provider;          ///< "udpm", "file", "tcpq", "mpudpm" or "memq".
+  uint32_t group = 0;            ///< udpm, mpudpm: IPv4 address of the group, host byte order.
+  uint16_t port = 0;             ///< udpm, mpudpm: UDP port.
+  int receive_buffer = 4194304;  ///< udpm: bytes asked of the kernel.
+};
+
+/// The URL to use: `given`, else $LCM_DEFAULT_URL, else the default. It is checked: provider known,
+/// group within 224.0.0.0/4, port 1..65535, options known, numbers in range. Fails in one sentence
+/// that quotes the URL and says what is wrong with it.
+Result<LcmUrl> ResolveLcmUrl(const std::string& given);
+
+/// Fails with one sentence that names the mending command if multicast to the group has no route
+/// here.
+/// Other providers than udpm and mpudpm need no route.
+Result<void> CheckMulticastRoute(const LcmUrl& url);
+
+}  // namespace morphbus::bridge

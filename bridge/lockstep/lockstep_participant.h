@@ -1,0 +1,166 @@
+#pragma once
+// What the simulator's, a module's and the logger's side of the lockstep have in common: a bus, an
+// outbox, a ledger that travels in HEALTH, requests on ASK, and a pure state machine whose actions
+// the participant carries out. The machine decides and knows no bytes; the participant knows the
+// bytes and decides nothing about the order of the run. Whatever comes from outside is decoded and
+// checked here before the machine hears of it.
+
+#include <cstdint>
+#include <functional>
+#include <morphbus/ask_t.hpp>
+#include <morphbus/hello_t.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bridge/lockstep/outbox.h"
+#include "bridge/lockstep/participant.h"
+#include "bridge/lockstep/sequence_tracker.h"
+
+namespace morphbus::bridge {
+
+/// What sim and logger say when the hash of what was recorded is not that of what was published.
+std::string HashesDiffer(const std::string& recorded, const std::string& published);
+
+/// What every participant of a lockstep can do, whatever its state machine: it sends through its
+/// outbox, counts in its ledger, and asks other processes.
+/// The part that does not depend on the kind of state machine.
+class ParticipantBase : public Participant {
+ public:
+  /// What was sent, received and missed so far.
+  [[nodiscard]] const Ledger& ledger() const final { return ledger_; }
+  /// Sends HEALTH: the ledger and the resources of the process.
+  void PublishHealth();
+
+ protected:
+  /// When a message outside the run's hash is sent: what its header says.
+  struct Moment {
+    /// The tick that the message speaks of; 0 before the run.
+    int64_t tick = 0;
+    /// Time since tick 0, microseconds of sim time.
+    int64_t sim_time_us = 0;
+  };
+
+  /// `bus` and `time` outlive the participant.
+  ParticipantBase(Bus* bus, const TimeSource* time, Sender sender);
+
+  /// What the header of a message says that is sent now and belongs to no tick.
+  [[nodiscard]] virtual Moment CurrentMoment() const = 0;
+  /// The participant's clock: wall time, or a test's.
+  [[nodiscard]] int64_t now_us() const { return time_->NowUs(); }
+  /// Full name of a channel of this run. `process` is whose channel it is, empty for those that
+  /// belong to nobody (HELLO).
+  [[nodiscard]] std::string ChannelOf(std::string_view process, Topic topic) const;
+
+  /// Calls `method` of this participant with each message on `channel`, during Bus::Handle. The bus
+  /// keeps the participant's address, so the participant stays where it is until the bus is gone.
+  template <class Self>
+  void Listen(const std::string& channel, void (Self::*method)(const uint8_t*, size_t));
+  /// Decodes a message that speaks of this run's model and for which `fits` holds (if given; it is
+  /// called once `*out` is filled), and counts it as received; else counts it as bad and returns
+  /// false, and `*out` is unspecified.
+  template <class M>
+  bool Accept(const uint8_t* data, size_t size, M* out,
+              const std::function<bool()>& fits = nullptr);
+
+  /// @param to  name of the addressee, which is also part of the channel.
+  /// Sends `ask` to a process. The sender and the header are filled in here.
+  void Ask(std::string_view to, morphbus::ask_t* ask);
+  /// Asks a process to send messages first..last of its channel `topic` again (KIND_RESEND), and
+  /// counts that in the ledger.
+  void AskForResend(std::string_view to, Topic topic, int64_t first, int64_t last);
+  /// A request of this kind with all that only other kinds use left empty.
+  [[nodiscard]] static morphbus::ask_t MakeAsk(int8_t kind);
+  /// Fills in what every process says of itself (name, process id, hash of the wire types), and
+  /// publishes HELLO. The caller has filled in the rest.
+  void SayHello(morphbus::hello_t* hello);
+  /// Brings what the bus itself lost, by overflow or on purpose, into the ledger.
+  void CountBusLosses();
+
+  // The bus is not owned. All messages go out through the outbox; gaps and repeats in what comes in
+  // are counted by the trackers, one for each channel.
+  Bus* bus_;
+  Ledger ledger_;
+  Outbox outbox_;
+  SequenceTrackers trackers_;
+
+ private:
+  /// The clock of now_us(); not owned.
+  const TimeSource* time_;
+};
+
+/// A participant around a `Machine` of its own: SimLockstep, ModuleLockstep or LogLockstep. A
+/// derived class tells the machine what has come, with `&actions_` as the place for what follows
+/// from it, and then calls CarryOutActions.
+template <class Machine>
+class LockstepParticipant : public ParticipantBase {
+ public:
+  /// Lets the machine do what is due.
+  void OnTime() override {
+    CountBusLosses();
+    machine_.OnTime(now_us(), &actions_);
+    CarryOutActions();
+  }
+  /// Wall time at which OnTime must be called at the latest; kNever if only a message can change
+  /// anything.
+  [[nodiscard]] int64_t next_deadline_us() const final { return machine_.next_deadline_us(); }
+  /// The run is over for this participant, well or not.
+  [[nodiscard]] bool done() const final { return machine_.done(); }
+
+ protected:
+  // What the machine decides: a list of actions, to be carried out in order.
+  using Actions = typename Machine::Actions;
+  using Action = typename Actions::value_type;
+
+  /// `bus` and `time` outlive the participant.
+  LockstepParticipant(Bus* bus, const TimeSource* time, Sender sender,
+                      const typename Machine::Config& config)
+      : ParticipantBase(bus, time, std::move(sender)), machine_(config) {}
+
+  /// Does what the machine has decided. May tell the machine more.
+  virtual void CarryOut(const Action& action) = 0;
+
+  /// Carries out the machine's actions until there are none left. Carrying one out may tell the
+  /// machine something and so add further ones; a call from within leaves those to the loop that
+  /// is already running.
+  void CarryOutActions() {
+    if (carrying_out_) return;
+    carrying_out_ = true;
+    for (size_t i = 0; i < actions_.size(); ++i) {
+      const Action action = actions_[i];  // The vector may grow meanwhile.
+      CarryOut(action);
+    }
+    actions_.clear();
+    carrying_out_ = false;
+  }
+
+  // The actions wait here until they are carried out.
+  Machine machine_;
+  Actions actions_;
+
+ private:
+  /// CarryOutActions is at work further up the stack.
+  bool carrying_out_ = false;
+};
+
+// Implementation of the templates.
+
+template <class Self>
+void ParticipantBase::Listen(const std::string& channel,
+                             void (Self::*method)(const uint8_t*, size_t)) {
+  bus_->Subscribe(channel, [self = static_cast<Self*>(this), method](
+                               std::string_view, const uint8_t* data, size_t size) {
+    (self->*method)(data, size);
+  });
+}
+
+template <class M>
+bool ParticipantBase::Accept(const uint8_t* data, size_t size, M* out,
+                             const std::function<bool()>& fits) {
+  const bool good =
+      Decode(data, size, {outbox_.sender().model_hash, 0}, out).has_value() && (!fits || fits());
+  ++(good ? ledger_.received : ledger_.bad);
+  return good;
+}
+
+}  // namespace morphbus::bridge

@@ -1,0 +1,322 @@
+#include "bridge/lockstep/log_lockstep.h"
+
+#include <algorithm>
+#include <morphbus/sim_clock_t.hpp>
+
+#include "bridge/lockstep/participant.h"
+
+namespace morphbus::bridge {
+namespace {
+
+using Kind = LogAction::Kind;
+
+/// Numbers beyond a gap that are remembered for one channel at most; far more than a window of
+/// ticks can hold.
+constexpr size_t kMostBeyond = 4096;
+/// Gaps asked for in one round and channel at most; the rest follows in later rounds.
+constexpr int kMostGapsAChannel = 32;
+/// A listener in real time gives a gap up after so many later messages.
+constexpr size_t kPatience = 64;
+
+}  // namespace
+
+LogLockstep::LogLockstep(const Config& config) : config_(config) {}
+
+bool LogLockstep::ReceivedSet::Take(int64_t sequence, bool passive) {
+  // Below `next` everything is there already.
+  if (sequence < next) return false;
+  if (sequence > next) {
+    // A number beyond a gap is remembered until the gap is filled.
+    const auto at = std::lower_bound(beyond.begin(), beyond.end(), sequence);
+    if ((at != beyond.end() && *at == sequence) || beyond.size() >= kMostBeyond) return false;
+    beyond.insert(at, sequence);
+    // Passive: nobody will send it again.
+    if (passive && beyond.size() > kPatience) next = beyond.front();
+  } else {
+    ++next;
+  }
+  // What follows on without a gap moves over from `beyond`.
+  size_t used = 0;
+  while (used < beyond.size() && beyond[used] == next) ++used, ++next;
+  beyond.erase(beyond.begin(), beyond.begin() + static_cast<std::ptrdiff_t>(used));
+  return true;
+}
+
+void LogLockstep::Begin(int64_t now_us, Actions* out) {
+  phase_ = Phase::kRun;
+  silence_.Heard(now_us);
+  out->push_back({Kind::kHello});
+  hello_.Said(now_us);
+}
+
+int LogLockstep::ModuleNumber(const std::string& name) const {
+  const auto found = std::find(names_.begin(), names_.end(), name);
+  if (found != names_.end()) return static_cast<int>(found - names_.begin());
+  return -1;
+}
+
+int LogLockstep::AddModule(const std::string& name) {
+  const int known = ModuleNumber(name);
+  if (known >= 0 || num_modules_ < 0) return known;
+  // CLOCK has told how many there are: one more is nobody of this run.
+  if (names_.size() >= static_cast<size_t>(num_modules_)) return -1;
+  names_.push_back(name);
+  modules_.emplace_back();
+  return static_cast<int>(names_.size()) - 1;
+}
+
+bool LogLockstep::OnClock(int64_t tick, int phase, int num_modules, int sensors_parts,
+                          int world_parts, int64_t now_us, Actions* out) {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return false;
+  silence_.Heard(now_us);
+  hello_.SimHeard();
+  // The first CLOCK tells what a whole tick consists of.
+  if (num_modules_ < 0) {
+    num_modules_ = num_modules;
+    sensors_parts_ = sensors_parts;
+    world_parts_ = world_parts;
+  }
+  // The sim asks who is there.
+  if (phase == morphbus::sim_clock_t::PHASE_START) out->push_back({Kind::kHello});
+  if (phase != morphbus::sim_clock_t::PHASE_END) {
+    return Taken(clock_.Take(tick, config_.passive), tick, now_us, out);
+  }
+  // END: from here on nothing new can come.
+  const bool first = end_tick_ < 0;
+  if (first) {
+    end_tick_ = tick;
+    standstill_.Heard(now_us);
+  }
+  AcknowledgeAndAsk(now_us, first, out);
+  // Every END is answered: the acknowledgement may have been lost.
+  if (!first && phase_ == Phase::kEnded) out->push_back({Kind::kEndAck, complete_tick_});
+  return first;
+}
+
+bool LogLockstep::OnPart(Topic topic, int64_t sequence, int64_t tick, int64_t now_us,
+                         Actions* out) {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return false;
+  if (num_modules_ < 0) return Unknown(tick, now_us, out);
+  ReceivedSet& received = topic == Topic::kSensors ? sensors_ : world_;
+  return Taken(received.Take(sequence, config_.passive), tick, now_us, out);
+}
+
+bool LogLockstep::OnModule(Topic topic, int module, int64_t sequence, int64_t tick,
+                           int64_t status_count, int64_t now_us, Actions* out) {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return false;
+  if (module < 0 || static_cast<size_t>(module) >= modules_.size()) {
+    return Unknown(tick, now_us, out);
+  }
+  Module& m = modules_[module];
+  ReceivedSet& received = topic == Topic::kTransform
+                              ? m.transform
+                              : (topic == Topic::kActuator ? m.actuator : m.status);
+  // STATUS is not sent every tick: ACTUATOR tells how many there are by now.
+  const bool fresh = received.Take(sequence, config_.passive);
+  if (fresh && topic == Topic::kActuator && !config_.passive) m.status_counts[tick] = status_count;
+  return Taken(fresh, tick, now_us, out);
+}
+
+/// A message that cannot be placed before CLOCK and SENSORS have told about the modules: it is
+/// asked for again later.
+bool LogLockstep::Unknown(int64_t tick, int64_t now_us, Actions* out) {
+  silence_.Heard(now_us);
+  if (tick > highest_tick_) {
+    highest_tick_ = tick;
+    AcknowledgeAndAsk(now_us, false, out);
+  }
+  return false;
+}
+
+bool LogLockstep::Taken(bool fresh, int64_t tick, int64_t now_us, Actions* out) {
+  silence_.Heard(now_us);
+  if (!fresh) return false;
+  standstill_.Heard(now_us);
+  // A later tick, or one that became whole, may make an acknowledgement or a request due.
+  const bool later = tick > highest_tick_;
+  if (later) highest_tick_ = tick;
+  const int64_t before = complete_tick_;
+  UpdateComplete();
+  const bool progress = complete_tick_ > before;
+  if (progress || later) AcknowledgeAndAsk(now_us, progress, out);
+  return true;
+}
+
+bool LogLockstep::TickComplete(int64_t tick) const {
+  // The sim's channels have a fixed number of messages a tick, so their count tells.
+  if (num_modules_ < 0 || clock_.next <= tick) return false;
+  if (sensors_.next < (tick + 1) * sensors_parts_) return false;
+  if (world_.next < (tick + 1) * world_parts_) return false;
+  if (modules_.size() < static_cast<size_t>(num_modules_)) return false;
+  // A module sends one TRANSFORM and one ACTUATOR a tick, and STATUS as ACTUATOR counts.
+  return std::all_of(modules_.begin(), modules_.end(), [tick](const Module& m) {
+    if (m.transform.next <= tick || m.actuator.next <= tick) return false;
+    const auto count = m.status_counts.find(tick);
+    return count != m.status_counts.end() && m.status.next >= count->second;
+  });
+}
+
+void LogLockstep::UpdateComplete() {
+  // Nobody fills gaps in real time, so CLOCK alone tells how far the run is.
+  if (config_.passive) {
+    complete_tick_ = std::max(complete_tick_, clock_.next - 1);
+    return;
+  }
+  while (TickComplete(complete_tick_ + 1)) {
+    ++complete_tick_;
+    // The count of the last whole tick stays: it says how many STATUS there must be by now.
+    for (Module& m : modules_) m.status_counts.erase(complete_tick_ - 1);
+  }
+}
+
+void LogLockstep::AcknowledgeEnd(Actions* out) {
+  // From here on nothing is asked for any more; the sim tells how the run ended.
+  if (phase_ != Phase::kRun || !end_seen()) return;
+  phase_ = Phase::kEnded;
+  ask_.Disarm();
+  out->push_back({Kind::kEndAck, complete_tick_});
+}
+
+/// Acknowledges what is due, and starts or stops asking.
+void LogLockstep::AcknowledgeAndAsk(int64_t now_us, bool progress, Actions* out) {
+  if (complete() || (config_.passive && end_seen())) AcknowledgeEnd(out);
+  if (config_.passive || phase_ != Phase::kRun) return;
+  // An acknowledgement now and then is enough: it must only come before the window closes.
+  if (complete_tick_ - acked_tick_ >= config_.ack_every) {
+    acked_tick_ = complete_tick_;
+    out->push_back({Kind::kAck, complete_tick_});
+  }
+  // While there is progress, what is missing may be under way.
+  if (ask_.armed() && !progress) return;
+  Actions missing;
+  ListMissing(&missing);
+  if (missing.empty()) {
+    ask_.Disarm();
+  } else {
+    ask_.Arm(now_us, config_.timing);
+  }
+}
+
+void LogLockstep::AskForGaps(const ReceivedSet& received, int64_t end, Topic topic, int module,
+                             Actions* out) const {
+  // One request for each gap, and one for what is missing at the end.
+  int gaps = 0;
+  int64_t from = received.next;
+  for (const int64_t there : received.beyond) {
+    if (from >= end || gaps >= kMostGapsAChannel) break;
+    if (there > from) {
+      ++gaps;
+      out->push_back({Kind::kAskGap, 0, topic, module, from, std::min(there, end) - 1});
+    }
+    from = there + 1;
+  }
+  if (from < end && gaps < kMostGapsAChannel) {
+    out->push_back({Kind::kAskGap, 0, topic, module, from, end - 1});
+  }
+}
+
+void LogLockstep::ListMissing(Actions* out) const {
+  // A module's answer to a tick exists once the next tick, or the end, has been seen.
+  const int64_t sim_end = std::max(highest_tick_ + 1, end_tick_);
+  const int64_t module_end = std::max(highest_tick_, end_tick_);
+  if (num_modules_ < 0) {
+    if (sim_end > 0) out->push_back({Kind::kAskGap, 0, Topic::kClock, -1, 0, 0});
+    return;
+  }
+  AskForGaps(clock_, sim_end, Topic::kClock, -1, out);
+  AskForGaps(sensors_, sim_end * sensors_parts_, Topic::kSensors, -1, out);
+  AskForGaps(world_, sim_end * world_parts_, Topic::kWorld, -1, out);
+  for (size_t i = 0; i < modules_.size(); ++i) {
+    const Module& m = modules_[i];
+    const int number = static_cast<int>(i);
+    AskForGaps(m.transform, module_end, Topic::kTransform, number, out);
+    AskForGaps(m.actuator, module_end, Topic::kActuator, number, out);
+    if (!m.status_counts.empty()) {
+      AskForGaps(m.status, m.status_counts.rbegin()->second, Topic::kStatus, number, out);
+    }
+  }
+}
+
+void LogLockstep::OnPoll(int64_t tick, int64_t now_us, Actions* out) {
+  if (phase_ != Phase::kRun || config_.passive) return;
+  silence_.Heard(now_us);
+  // The sim's tick is news in itself: all before it must exist by now.
+  highest_tick_ = std::max(highest_tick_, tick);
+  acked_tick_ = std::max(acked_tick_, complete_tick_);
+  out->push_back({Kind::kAck, complete_tick_});
+  if (!ask_.armed()) AcknowledgeAndAsk(now_us, true, out);
+}
+
+void LogLockstep::OnVerdict(int64_t now_us, Actions* out) {
+  // Before END was acknowledged the sim cannot know how the run ends.
+  if (phase_ != Phase::kEnded) return;
+  silence_.Heard(now_us);
+  verdict_heard_ = true;
+  // Every repetition is answered: the acknowledgement may have been lost.
+  out->push_back({Kind::kVerdictAck, complete_tick_});
+}
+
+void LogLockstep::OnBye(Actions* out) {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return;
+  // Before END nobody may send us away.
+  if (end_tick_ < 0) return;
+  phase_ = Phase::kDone;
+  out->push_back({Kind::kFinish});
+}
+
+void LogLockstep::OnTime(int64_t now_us, Actions* out) {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return;
+  const int64_t silence = silence_.Poll(now_us);
+  if (verdict_heard_ && silence >= config_.timing.linger_us) return OnBye(out);
+  if (silence >= config_.timing.lost_us) {
+    phase_ = Phase::kDone;
+    out->push_back({Kind::kLostSim});
+    return;
+  }
+  // In time before the sim takes us for silent.
+  if (standstill_.Poll(now_us) >= config_.timing.end_silence_us / 2) AcknowledgeEnd(out);
+  if (hello_.Fire(now_us)) out->push_back({Kind::kHello});
+  // What is still missing is asked for again, less and less often.
+  if (ask_.Fire(now_us, config_.timing)) {
+    const size_t before = out->size();
+    ListMissing(out);
+    if (out->size() == before) ask_.Disarm();
+  }
+}
+
+int64_t LogLockstep::next_deadline_us() const {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return kNever;
+  return std::min(ask_.due_us(), silence_.next_poll_us());
+}
+
+std::string LogLockstep::Fingerprint() const {
+  std::string print;
+  // Whatever decides what the machine does next is in it, except times.
+  print += static_cast<char>(phase_);
+  const auto add = [&print](int64_t number) { print += std::to_string(number) + ','; };
+  for (const int64_t n : {highest_tick_, end_tick_, complete_tick_, acked_tick_}) add(n);
+  add(num_modules_);
+  const auto add_set = [&](const ReceivedSet& received) {
+    print += '|';
+    add(received.next);
+    for (const int64_t there : received.beyond) add(there);
+  };
+  for (const ReceivedSet* received : {&clock_, &sensors_, &world_}) add_set(*received);
+  for (size_t i = 0; i < modules_.size(); ++i) {
+    print += names_[i];
+    for (const ReceivedSet* received :
+         {&modules_[i].transform, &modules_[i].actuator, &modules_[i].status}) {
+      add_set(*received);
+    }
+    for (const auto& [tick, count] : modules_[i].status_counts) {
+      add(tick);
+      add(count);
+    }
+  }
+  print += ask_.armed() ? 'a' : '-';
+  print += hello_.sim_heard() ? 'h' : '-';
+  print += verdict_heard_ ? 'v' : '-';
+  return print;
+}
+
+}  // namespace morphbus::bridge

@@ -1,0 +1,119 @@
+#pragma once
+// The logger's side of the lockstep: knows what a run must have published, asks for what it lacks,
+// acknowledges. What is done with the messages is the recorder's business (logger/).
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <morphbus/ask_t.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bridge/lockstep/lockstep_participant.h"
+#include "bridge/lockstep/log_lockstep.h"
+#include "bridge/wire/channels.h"
+
+namespace morphbus::bridge {
+
+/// What a logger is told before it starts.
+struct LogParticipantOptions {
+  /// Name of the run, the first part of every channel.
+  std::string run;
+  /// Messages that speak of another model are bad.
+  uint64_t model_hash = 0;
+  bool realtime = false;  ///< Only listens, and counts what it lost.
+  /// Random number of the process: two of them claiming to be the logger are told apart by it.
+  int64_t claim = 1;
+  /// Version of the software, for people.
+  std::string build;
+  /// How long it waits for what.
+  LockstepTiming timing;
+};
+
+/// One message as it arrived. The views and the bytes are valid while the recorder is called.
+struct LoggedMessage {
+  std::string_view channel;
+  /// The payload, with neither LCM's header nor the channel's name.
+  const uint8_t* data = nullptr;
+  size_t size = 0;
+  bool duplicate = false;  ///< Of a numbered channel, and had before: a log holds each once.
+  bool bad = false;        ///< Not decodable: wrong CRC, version, type or model.
+};
+
+/// The logger as a participant of a run. It lacks nothing in the end, or says so by error().
+class LogParticipant : public LockstepParticipant<LogLockstep> {
+ public:
+  /// Takes one message; its bytes are valid during the call only.
+  using Recorder = std::function<void(const LoggedMessage& message)>;
+
+  /// `bus` and `time` outlive the participant. `record` gets every message on RUN/..., in order of
+  /// arrival.
+  LogParticipant(Bus* bus, const TimeSource* time, LogParticipantOptions options, Recorder record);
+  ~LogParticipant() override;
+
+  /// Answers requests for the run's description (KIND_INFO): `publish_info` is called whenever
+  /// someone asks on RUN/LOG/ASK.
+  void OnInfoRequest(std::function<void()> publish_info);
+
+  /// Listens to everything on the run's channels and says HELLO.
+  void Start() override;
+  /// For publishing parts of the description on INFO, numbered like all that the logger sends.
+  [[nodiscard]] Outbox& outbox() { return outbox_; }
+
+  /// True once END was seen and nothing before it is missing; in real time, where loss is counted
+  /// and no failure, once END was seen.
+  [[nodiscard]] bool complete() const;
+  /// Empty if the run ended as planned, as the sim says of all participants; else what went wrong.
+  /// Valid once done().
+  [[nodiscard]] const std::string& error() const { return error_; }
+  /// Why the run ended, as CLOCK tells; empty before.
+  [[nodiscard]] const std::string& end_reason() const { return end_reason_; }
+  /// Ticks of which nothing is missing; in real time all ticks of the run, once it is over.
+  [[nodiscard]] int64_t complete_ticks() const {
+    const bool all = options_.realtime && machine_.end_seen();
+    return all ? machine_.end_tick() : machine_.complete_tick() + 1;
+  }
+  /// Count and hash of every hashed channel, as received, in order of name; equal to the
+  /// publishers' once complete().
+  [[nodiscard]] std::vector<ChannelTotal> totals() const;
+  /// Hash over totals(), 32 hexadecimal digits.
+  [[nodiscard]] std::string run_hash() const;
+
+ private:
+  /// One hashed channel as received: counts its payloads and hashes them in sequence order.
+  struct ReceivedStream;
+
+  /// What a message on a hashed channel is worth.
+  enum class Verdict : uint8_t { kNew, kDuplicate, kBad };
+
+  [[nodiscard]] Moment CurrentMoment() const override;
+  void CarryOut(const LogAction& action) override;
+  /// Takes a message on any channel of the run, and hands it to the recorder.
+  void OnMessage(std::string_view channel, const uint8_t* data, size_t size);
+  // These check a message on a hashed channel and tell the machine that it has come. TakeHashed
+  // chooses among the others by topic; its `name` is the channel's, taken apart.
+  Verdict TakeHashed(const ChannelName& name, std::string_view channel, const uint8_t* data,
+                     size_t size);
+  Verdict TakeClock(const uint8_t* data, size_t size);
+  Verdict TakeSensors(const morphbus::header_t& header, const uint8_t* data, size_t size);
+  Verdict TakeModule(const ChannelName& name, const morphbus::header_t& header, const uint8_t* data,
+                     size_t size);
+  /// Counts and hashes a payload that is new.
+  void AddToStream(std::string_view channel, int64_t sequence, const uint8_t* data, size_t size);
+  /// Does what somebody asks of the logger; a bad message changes nothing.
+  void TakeAsk(const uint8_t* data, size_t size);
+  /// The sim tells how the run ended: error() follows from it.
+  void TakeVerdict(const morphbus::ask_t& ask);
+
+  LogParticipantOptions options_;
+  // Where every message goes, and the hashed channels by full name.
+  Recorder record_;
+  std::map<std::string, std::unique_ptr<ReceivedStream>, std::less<>> streams_;
+  std::function<void()> publish_info_;
+  // See error() and end_reason().
+  std::string error_, end_reason_;
+};
+
+}  // namespace morphbus::bridge

@@ -1,0 +1,192 @@
+#include "bridge/lockstep/module_lockstep.h"
+
+#include <algorithm>
+#include <morphbus/sim_clock_t.hpp>
+
+#include "bridge/lockstep/participant.h"
+
+namespace morphbus::bridge {
+
+namespace {
+
+using Kind = ModuleAction::Kind;
+
+/// Ticks after which a module that is silent is no longer kept in mind.
+constexpr int64_t kRemembered = 16;
+
+}  // namespace
+
+ModuleLockstep::ModuleLockstep(const Config& config) : config_(config) {}
+
+void ModuleLockstep::Begin(int64_t tick, int64_t now_us, Actions* out) {
+  // A resumed module has been greeted before; it goes on where it was.
+  phase_ = Phase::kRun;
+  tick_ = tick;
+  silence_.Heard(now_us);
+  if (tick > 0) return;
+  out->push_back({Kind::kHello, 0, 0});
+  hello_.Said(now_us);
+}
+
+void ModuleLockstep::OnClock(int64_t tick, int phase, int64_t now_us, Actions* out) {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return;
+  silence_.Heard(now_us);
+  hello_.SimHeard();
+  if (phase == morphbus::sim_clock_t::PHASE_END) {
+    // Every END is acknowledged: the last acknowledgement may have been lost.
+    phase_ = Phase::kEnded;
+    ask_.Disarm();
+    out->push_back({Kind::kEndAck, tick_, 0});
+    return;
+  }
+  if (phase_ != Phase::kRun) return;
+  // The sim asks who is there.
+  if (phase == morphbus::sim_clock_t::PHASE_START) {
+    out->push_back({Kind::kHello, 0, 0});
+  } else if (tick > tick_ && !config_.realtime) {
+    // The sim is at `tick` only if somebody answered for us all ticks before it.
+    phase_ = Phase::kDone;
+    out->push_back({Kind::kDuplicateProcess, tick, 0});
+  }
+}
+
+bool ModuleLockstep::OnSensors(int64_t tick, int part, int num_parts, bool mine,
+                               const std::vector<uint16_t>& mates, int64_t now_us, Actions* out) {
+  if (phase_ != Phase::kRun || part < 0 || part >= num_parts) return false;
+  silence_.Heard(now_us);
+  // In real time what came for an older tick no longer matters.
+  if (config_.realtime && tick > tick_) {
+    tick_ = tick;
+    parts_.clear();
+    have_reading_ = false;
+  }
+  // In lockstep nothing of a later tick can exist before we answered this one.
+  if (tick != tick_) return false;
+  // The first part tells how many there are.
+  if (parts_.empty() || num_parts != num_parts_) {
+    num_parts_ = num_parts;
+    parts_.assign(static_cast<size_t>(num_parts), false);
+  }
+  // A part that came before is a repetition.
+  if (parts_[part]) return false;
+  parts_[part] = true;
+  // Our own reading says which neighbours the tick waits for.
+  const bool counts = mine && !have_reading_;
+  if (counts) {
+    have_reading_ = true;
+    mates_ = mates;
+  }
+  TryCompute(now_us, out);
+  return true;
+}
+
+bool ModuleLockstep::OnTransform(uint16_t mate, int64_t tick, int64_t now_us, Actions* out) {
+  if (phase_ != Phase::kRun || tick < 0) return false;
+  // Only this tick's and the last one's messages are of use; a slot holds one of each parity.
+  if (!config_.realtime && tick != tick_ && tick != tick_ - 1) return false;
+  int64_t& slot = FindOrAdd(mate)->ticks[tick & 1];
+  if (slot >= tick) return false;
+  slot = tick;
+  TryCompute(now_us, out);
+  return true;
+}
+
+ModuleLockstep::Mate* ModuleLockstep::FindOrAdd(uint16_t id) {
+  const auto at =
+      std::lower_bound(heard_.begin(), heard_.end(), id,
+                       [](const Mate& mate, uint16_t other) { return mate.id < other; });
+  if (at != heard_.end() && at->id == id) return &*at;
+  return &*heard_.insert(at, {id, {-1, -1}});
+}
+
+bool ModuleLockstep::Has(uint16_t mate, int64_t tick) const {
+  return std::any_of(heard_.begin(), heard_.end(),
+                     [&](const Mate& m) { return m.id == mate && m.ticks[tick & 1] == tick; });
+}
+
+bool ModuleLockstep::Complete() const {
+  return have_reading_ && !parts_.empty() &&
+         std::all_of(parts_.begin(), parts_.end(), [](bool there) { return there; });
+}
+
+void ModuleLockstep::TryCompute(int64_t now_us, Actions* out) {
+  if (!Complete()) return;
+  // A tick is computed on what the neighbours said in the tick before; at tick 0 they have said
+  // nothing.
+  const bool mates_heard =
+      tick_ == 0 || config_.realtime ||
+      std::all_of(mates_.begin(), mates_.end(), [&](uint16_t id) { return Has(id, tick_ - 1); });
+  if (!mates_heard) {
+    if (!ask_.armed()) ask_.Arm(now_us, config_.timing);
+    return;
+  }
+  // All is there: the tick is computed, and the next one begins with nothing.
+  out->push_back({Kind::kCompute, tick_, 0});
+  ++tick_;
+  parts_.clear();
+  have_reading_ = false;
+  mates_.clear();
+  // Who was mated long ago, or never, is forgotten.
+  std::erase_if(heard_, [this](const Mate& mate) {
+    return std::max(mate.ticks[0], mate.ticks[1]) < tick_ - kRemembered;
+  });
+  ask_.Disarm();
+}
+
+void ModuleLockstep::OnBye(Actions* out) {
+  // Only after END can the sim let us go: anything else is a stray message.
+  if (phase_ != Phase::kEnded) return;
+  phase_ = Phase::kDone;
+  out->push_back({Kind::kFinish, tick_, 0});
+}
+
+void ModuleLockstep::OnTime(int64_t now_us, Actions* out) {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return;
+  // After END a short silence means that KIND_BYE was lost; before, a long one that the sim is
+  // gone.
+  const int64_t silence = silence_.Poll(now_us);
+  if (phase_ == Phase::kEnded) {
+    if (silence >= config_.timing.linger_us) OnBye(out);
+    return;
+  }
+  if (silence >= config_.timing.lost_us) {
+    phase_ = Phase::kDone;
+    out->push_back({Kind::kLostSim, tick_, 0});
+    return;
+  }
+  // Whoever has computed tick 0 has heard the sim, and from then on says HELLO only when CLOCK
+  // asks.
+  if (tick_ == 0 && hello_.Fire(now_us)) out->push_back({Kind::kHello, 0, 0});
+  if (!ask_.Fire(now_us, config_.timing)) return;
+  // Each neighbour whose message is missing is asked for it.
+  for (const uint16_t mate : mates_) {
+    if (!Has(mate, tick_ - 1)) out->push_back({Kind::kAskMate, tick_ - 1, mate});
+  }
+}
+
+int64_t ModuleLockstep::next_deadline_us() const {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return kNever;
+  return std::min(ask_.due_us(), silence_.next_poll_us());
+}
+
+std::string ModuleLockstep::Fingerprint() const {
+  std::string print;
+  // Whatever decides what the machine does next is in it, except times.
+  print += static_cast<char>(phase_);
+  print += std::to_string(tick_);
+  print += have_reading_ ? 'r' : '-';
+  print += ask_.armed() ? 'a' : '-';
+  print += hello_.sim_heard() ? 'h' : '-';
+  for (const bool there : parts_) print += there ? '1' : '0';
+  for (const uint16_t id : mates_) print += ':' + std::to_string(id);
+  for (const Mate& mate : heard_) {
+    print += ';' + std::to_string(mate.id);
+    // Ticks too old to be of use make no difference.
+    for (const int64_t tick : mate.ticks) {
+      print += ',' + std::to_string(tick < tick_ - 1 ? -1 : tick);
+    }
+  }
+  return print;
+}
+
+}  // namespace morphbus::bridge

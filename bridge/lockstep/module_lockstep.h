@@ -1,0 +1,116 @@
+#pragma once
+// A module's side of the lockstep as a pure state machine: events and time in, actions out.
+// The rules that it keeps stand in lcmtypes/README.md under "Lockstep"; test/bridge explores it
+// together with the other two machines through every order of messages and losses.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "bridge/lockstep/retry_timer.h"
+
+namespace morphbus::bridge {
+
+/// What the participant shall do, in this order.
+/// `tick` is the tick that the action speaks of; `mate` is set for kAskMate only.
+struct ModuleAction {
+  enum class Kind : uint8_t {
+    /// Publish HELLO: this module takes part.
+    kHello,
+    /// Compute and publish `tick`: comes once for every tick, in order.
+    kCompute,
+    /// Ask module `mate` for its TRANSFORM of `tick`, which is missing.
+    kAskMate,
+    /// Acknowledge END (ASK, KIND_END_ACK).
+    kEndAck,
+    /// The run is over.
+    kFinish,
+    /// The run is past this module's tick, so another process plays it. The machine is finished.
+    kDuplicateProcess,
+    /// Nothing was heard from the sim for too long. The machine is finished.
+    kLostSim,
+  };
+  Kind kind = Kind::kFinish;
+  int64_t tick = 0;
+  uint16_t mate = 0;
+};
+
+/// Decides when a module computes a tick and what it asks for; knows neither bytes nor a bus nor a
+/// clock.
+class ModuleLockstep {
+ public:
+  /// What the machine is told of the run.
+  struct Config {
+    /// The module acts on the newest sensors there are, and asks for nothing.
+    bool realtime = false;
+    LockstepTiming timing;
+  };
+  using Actions = std::vector<ModuleAction>;
+
+  /// The machine is idle until Begin, and ignores every event before it.
+  explicit ModuleLockstep(const Config& config);
+
+  /// `tick`: the first one to compute; above 0 for a resumed module, which does not say HELLO.
+  void Begin(int64_t tick, int64_t now_us, Actions* out);
+  /// CLOCK, phase as in sim_clock_t.
+  void OnClock(int64_t tick, int phase, int64_t now_us, Actions* out);
+  /// Part of SENSORS. `mine`: it holds this module's reading, and these distinct modules are mated.
+  /// Returns true if the part is of the tick to compute and was not there yet: the reading counts.
+  bool OnSensors(int64_t tick, int part, int num_parts, bool mine,
+                 const std::vector<uint16_t>& mates, int64_t now_us, Actions* out);
+  /// TRANSFORM of a module that is or was mated. Returns true if its content is of use (this tick's
+  /// or the last one's, not had yet).
+  bool OnTransform(uint16_t mate, int64_t tick, int64_t now_us, Actions* out);
+  /// Somebody asked for a message: the run is not over yet for all.
+  void OnAsked(int64_t now_us) { silence_.Heard(now_us); }
+  /// The run is over for everybody.
+  void OnBye(Actions* out);
+  /// Does what is due: requests, HELLO, giving up without the sim.
+  void OnTime(int64_t now_us, Actions* out);
+
+  /// When OnTime must be called at the latest; kNever if only an event can change anything.
+  [[nodiscard]] int64_t next_deadline_us() const;
+  [[nodiscard]] int64_t tick() const { return tick_; }  ///< The next one to compute.
+  /// The run is over for this module, well or not; further events change nothing.
+  [[nodiscard]] bool done() const { return phase_ == Phase::kDone; }
+  /// END was seen.
+  [[nodiscard]] bool ended() const { return phase_ >= Phase::kEnded; }
+
+  /// Everything but times, as bytes: equal states are equal strings (for exploring).
+  [[nodiscard]] std::string Fingerprint() const;
+
+ private:
+  enum class Phase : uint8_t { kIdle, kRun, kEnded, kDone };
+  /// A neighbour, and the ticks of its messages that are there.
+  struct Mate {
+    uint16_t id = 0;
+    /// The newest even and the newest odd tick of which its TRANSFORM has come; -1: none.
+    int64_t ticks[2] = {-1, -1};
+  };
+
+  /// The entry of a neighbour, begun if need be.
+  Mate* FindOrAdd(uint16_t id);
+  /// TRANSFORM of that tick has come from that neighbour.
+  [[nodiscard]] bool Has(uint16_t mate, int64_t tick) const;
+  /// All parts of SENSORS of the tick are there, our own reading among them.
+  [[nodiscard]] bool Complete() const;
+  /// Computes the tick if sensors and the neighbours' messages are there, else asks.
+  void TryCompute(int64_t now_us, Actions* out);
+
+  Config config_;
+  Phase phase_ = Phase::kIdle;
+  // The tick that is computed next, and what has come for it.
+  int64_t tick_ = 0;
+  int num_parts_ = 0;
+  /// Which parts of SENSORS(tick_) are there; empty before the first one.
+  std::vector<bool> parts_;
+  bool have_reading_ = false;
+  std::vector<uint16_t> mates_;  ///< Mated in SENSORS(tick_).
+  /// All modules that TRANSFORM came from in the last 16 ticks, by id.
+  std::vector<Mate> heard_;
+  RetryTimer ask_;
+  SilenceMeter silence_;
+  HelloTimer hello_;
+};
+
+}  // namespace morphbus::bridge

@@ -1,0 +1,165 @@
+#pragma once
+// A module's side of the lockstep: waits for what a tick needs, lets the VM compute it, answers.
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <morphbus/deploy_piece_t.hpp>
+#include <morphbus/sensors_t.hpp>
+#include <morphbus/status_t.hpp>
+#include <morphbus/transform_t.hpp>
+#include <string>
+#include <vector>
+
+#include "bridge/lockstep/lockstep_participant.h"
+#include "bridge/lockstep/module_lockstep.h"
+#include "vm/module_api.h"
+
+namespace morphbus::bridge {
+
+/// What computes a module's ticks: the VM (bridge/module/vm_controller.h) or a test's fake. It
+/// knows neither bus nor lockstep: whatever it needs stands in a tick's input.
+class ModuleController {
+ public:
+  virtual ~ModuleController() = default;
+  /// Computes one tick. Equal history of inputs gives equal output.
+  virtual void Tick(const vm::TickInput& input, vm::TickOutput* output) = 0;
+  /// A piece of a new program from outside, of the tick that is computed next; pieces come in
+  /// order.
+  virtual void TakePiece(const morphbus::deploy_piece_t& piece) = 0;
+  /// The report as messages of at most kMaxPayloadBytes (several if the faults do not fit into
+  /// one).
+  virtual std::vector<morphbus::status_t> Describe(const vm::StatusReport& report) = 0;
+  /// Appends the whole state that changes from tick to tick, so that a resumed process can go on
+  /// from it.
+  virtual void Save(std::vector<uint8_t>* out) = 0;
+  /// Goes on from what Save wrote; false if it is not a state of this build, and then the
+  /// controller must not be used any more.
+  virtual bool Load(const uint8_t* data, size_t size) = 0;
+};
+
+/// What a module is told before it starts; all else it senses or hears.
+struct ModuleParticipantOptions {
+  /// Name of the run, the first part of every channel.
+  std::string run;
+  /// Name and number of the module, as SENSORS tells them.
+  std::string module;
+  uint16_t module_id = 0;
+  /// Counts the cold starts of the module.
+  uint32_t incarnation = 1;
+  /// Its type, and how many joints and connectors that has: readings with others are refused.
+  std::string type_name;
+  int num_joints = 0;
+  int num_connectors = 0;
+  /// Messages that speak of another model are refused.
+  uint64_t model_hash = 0;
+  /// Hashes of the images it runs on, by which the sim knows whether it fits the run.
+  uint64_t kinematics_hash = 0;
+  uint64_t program_hash = 0;
+  int64_t claim = 1;  ///< Random number of the process, kept over a resume.
+  /// The module acts on what is there instead of waiting for it.
+  bool realtime = false;
+  std::string build;  ///< Version of the software, for people.
+  /// How long it waits for what.
+  LockstepTiming timing;
+};
+
+/// STATUS goes out when something changed, and at every tick divisible by this.
+inline constexpr int64_t kStatusEveryTicks = 50;
+
+/// A module as a participant of a run: collects what a tick needs, lets the controller compute it,
+/// publishes the answer.
+class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
+ public:
+  /// `bus`, `controller` and `time` outlive the participant.
+  ModuleParticipant(Bus* bus, ModuleController* controller, const TimeSource* time,
+                    ModuleParticipantOptions options);
+
+  /// `write` is called with every answer before it is published: a process that is killed at any
+  /// moment and resumed from the last written bytes changes no payload.
+  void OnBeforePublish(std::function<void(const std::vector<uint8_t>& snapshot)> write);
+  /// Goes on from a snapshot; call before Start(). Fails if the bytes are cut short or damaged, or
+  /// of another module, program or build; then the participant must not be started.
+  Result<void> ResumeFrom(const std::vector<uint8_t>& snapshot);
+
+  /// Listens to the sim, and says HELLO unless it was resumed.
+  void Start() override;
+
+  /// Empty if the run ended well for this module; else what went wrong, one sentence. Valid once
+  /// done().
+  [[nodiscard]] const std::string& error() const { return error_; }
+  /// Why the run ended, as CLOCK tells; empty before.
+  [[nodiscard]] const std::string& end_reason() const { return end_reason_; }
+  /// The tick that is computed next.
+  [[nodiscard]] int64_t tick() const { return machine_.tick(); }
+
+ private:
+  /// The last TRANSFORMs of a module that is or was mated, decoded.
+  struct Mailbox {
+    /// Name of that module, which its channel is called by.
+    std::string name;
+    /// By parity of the tick: the machine needs the present tick's and the last one's only.
+    std::array<vm::NeighbourMessage, 2> messages;
+    /// The ticks that the messages are of; -1: none.
+    std::array<int64_t, 2> ticks = {-1, -1};
+  };
+
+  [[nodiscard]] Moment CurrentMoment() const override { return {machine_.tick(), sim_time_us_}; }
+  void CarryOut(const ModuleAction& action) override;
+  // What the bus calls with messages of others. Each is decoded and checked; then the machine hears
+  // of it, and what it decides is carried out.
+  void OnClock(const uint8_t* data, size_t size);
+  void OnSensors(const uint8_t* data, size_t size);
+  void OnTransform(uint16_t mate, const uint8_t* data, size_t size);
+  void OnAsk(const uint8_t* data, size_t size);
+  /// The modules mated to ours, each once, in order of connectors.
+  void TakeMates(const vm::TickInput& input, std::vector<uint16_t>* mates);
+  /// Takes this module's requests and pieces of a program out of sensors_, for the coming tick.
+  void TakeOrders();
+  /// Listens to a neighbour from now on.
+  void Watch(uint16_t mate);
+  /// Stops listening to all modules but these.
+  void ForgetAllBut(const std::vector<uint16_t>& mates);
+  /// Computes a tick and publishes the answer.
+  void Compute(int64_t tick);
+  /// Publishes STATUS (if there is news), TRANSFORM and ACTUATOR of a tick, in this order.
+  void Publish(int64_t tick);
+  /// Saves everything that a resumed process needs to go on with `next_tick`.
+  void WriteSnapshot(int64_t next_tick);
+  /// Says HELLO.
+  void Introduce();
+  /// Acknowledges END (KIND_END_ACK) with the totals of our channels.
+  void AcknowledgeEnd();
+  /// Asks a neighbour for its TRANSFORM of a tick.
+  void AskMate(uint16_t mate, int64_t tick);
+  /// What a neighbour said in a tick; null if that is not there. In real time its newest message
+  /// stands in for it if it is at most three ticks older, and a deadline counts as missed.
+  const vm::NeighbourMessage* MessageOf(uint16_t mate, int64_t tick);
+
+  // The controller is not owned.
+  ModuleController* controller_;
+  ModuleParticipantOptions options_;
+  std::string channel_transform_, channel_actuator_, channel_status_;
+  // Names of all modules by id, as SENSORS tells them, and mailboxes of the neighbours by id.
+  std::map<uint16_t, std::string> directory_;
+  std::map<uint16_t, Mailbox> mailboxes_;
+  // What the controller is given for the tick to compute, and what it answered to the last one.
+  vm::TickInput input_;
+  /// Pieces of a new program that came with the sensors of the tick to compute.
+  std::vector<morphbus::deploy_piece_t> pieces_;
+  vm::TickOutput output_;
+  // The last messages decoded or encoded. They are used again and again, which keeps their memory.
+  morphbus::sensors_t sensors_;
+  morphbus::transform_t transform_;
+  /// Sim time at which the tick to compute begins.
+  int64_t sim_time_us_ = 0;
+  // Where snapshots go (nowhere if empty), the last one, and the tick a resumed module goes on
+  // with.
+  std::function<void(const std::vector<uint8_t>&)> before_publish_;
+  std::vector<uint8_t> snapshot_;
+  int64_t resume_tick_ = 0;
+  std::string error_, end_reason_;
+};
+
+}  // namespace morphbus::bridge

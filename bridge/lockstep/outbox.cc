@@ -1,0 +1,196 @@
+#include "bridge/lockstep/outbox.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "vm/limits.h"
+
+namespace morphbus::bridge {
+namespace {
+
+/// Snapshot bytes are of the same machine and build, so native order will do.
+template <class T>
+void Put(std::vector<uint8_t>* out, const T& value) {
+  const auto* bytes = reinterpret_cast<const uint8_t*>(&value);
+  out->insert(out->end(), bytes, bytes + sizeof value);
+}
+
+/// Reads back what Put wrote; `ok` turns false at the end of the bytes.
+struct SnapshotReader {
+  // The bytes that were not read yet.
+  const uint8_t* data;
+  size_t left;
+  bool ok = true;
+
+  /// The next bytes as they stand; null once there are not as many left.
+  const uint8_t* Take(size_t size) {
+    if (size > left) ok = false;
+    if (!ok) return nullptr;
+    data += size;
+    left -= size;
+    return data - size;
+  }
+  template <class T>
+  T Get() {
+    T value{};
+    if (const uint8_t* from = Take(sizeof value)) std::memcpy(&value, from, sizeof value);
+    return value;
+  }
+};
+
+// More than this no sound snapshot holds. A module has three hashed channels, and HEALTH, HELLO and
+// those on which it asks its neighbours and the sim.
+constexpr uint32_t kMostStreams = 8 + vm::kMaxNeighbours;
+constexpr uint32_t kMostKept = 4096;
+
+}  // namespace
+
+Outbox::Outbox(Bus* bus, Sender sender, Ledger* ledger)
+    : bus_(bus), sender_(std::move(sender)), ledger_(ledger) {}
+
+Outbox::Stream& Outbox::StreamOf(const std::string& channel) {
+  const auto found = streams_.find(channel);
+  if (found != streams_.end()) return found->second;
+  Stream& stream = streams_[channel];
+  // A new channel: only hashed ones are kept and hashed.
+  const std::optional<ChannelName> name = ParseChannel(channel);
+  MORPHBUS_CHECK(name.has_value());
+  stream.hashed = IsHashed(name->topic);
+  return stream;
+}
+
+void Outbox::FillHeader(const Stream& stream, int64_t tick, int64_t sim_time_us,
+                        morphbus::header_t* header) {
+  // The CRC is put in once the message is encoded.
+  header->crc32 = 0;
+  header->protocol = morphbus::header_t::PROTOCOL;
+  header->tick = tick;
+  header->sim_time_us = sim_time_us;
+  header->sequence = stream.next_sequence;
+  header->model_hash = static_cast<int64_t>(sender_.model_hash);
+  header->program_hash = static_cast<int64_t>(sender_.program_hash);
+}
+
+void Outbox::Commit(const std::string& channel, Stream* stream, int64_t tick) {
+  // One packet of the network holds a whole message (bridge/wire/wire_limits.h).
+  MORPHBUS_CHECK(scratch_.size() <= kMaxPayloadBytes);
+  // Numbered and counted; what counts for the hash is also hashed and kept.
+  const int64_t sequence = stream->next_sequence++;
+  ++ledger_->sent;
+  if (stream->hashed) {
+    stream->hash.Update(scratch_.data(), scratch_.size());
+    // Messages older than the window are asked for by nobody; their buffers are used again.
+    while (!stream->kept.empty() && stream->kept.front().tick <= tick - kKeptTicks) {
+      spare_.push_back(std::move(stream->kept.front().bytes));
+      stream->kept.pop_front();
+    }
+    // A copy of the bytes stays here, in a buffer that was used before if there is one.
+    Kept kept{sequence, tick, {}};
+    if (!spare_.empty()) {
+      kept.bytes = std::move(spare_.back());
+      spare_.pop_back();
+    }
+    kept.bytes = scratch_;
+    stream->kept.push_back(std::move(kept));
+  }
+  // While messages are held back, others go out at once.
+  if (held_ && stream->hashed) {
+    outgoing_.emplace_back(channel, sequence);
+    return;
+  }
+  bus_->Publish(channel, scratch_.data(), scratch_.size());
+}
+
+void Outbox::Hold() { held_ = true; }
+
+void Outbox::Release() {
+  // In the order in which they were sent.
+  held_ = false;
+  for (const auto& [channel, sequence] : outgoing_) {
+    for (const Kept& kept : streams_[channel].kept) {
+      if (kept.sequence == sequence) bus_->Publish(channel, kept.bytes.data(), kept.bytes.size());
+    }
+  }
+  outgoing_.clear();
+}
+
+int Outbox::Resend(const std::string& channel, int64_t first, int64_t last) {
+  const auto found = streams_.find(channel);
+  if (found == streams_.end()) return 0;
+  // What is no longer kept cannot be sent again; who asks gives up in the end.
+  int sent = 0;
+  for (const Kept& kept : found->second.kept) {
+    if (kept.sequence < first || kept.sequence > last) continue;
+    bus_->Publish(channel, kept.bytes.data(), kept.bytes.size());
+    ++sent;
+  }
+  ledger_->resent += sent;
+  return sent;
+}
+
+int64_t Outbox::count(const std::string& channel) const {
+  const auto found = streams_.find(channel);
+  return found == streams_.end() ? 0 : found->second.next_sequence;
+}
+
+std::vector<ChannelTotal> Outbox::totals() const {
+  std::vector<ChannelTotal> totals;
+  for (const auto& [channel, stream] : streams_) {
+    // HEALTH, HELLO and ASK do not count for the run's hash.
+    if (!stream.hashed) continue;
+    totals.push_back({channel, stream.next_sequence, stream.hash.Digest(), true});
+  }
+  return totals;
+}
+
+void Outbox::Save(std::vector<uint8_t>* out) const {
+  // Each channel: name, next number, state of its hash, and the messages kept.
+  Put(out, static_cast<uint32_t>(streams_.size()));
+  for (const auto& [channel, stream] : streams_) {
+    Put(out, static_cast<uint32_t>(channel.size()));
+    out->insert(out->end(), channel.begin(), channel.end());
+    Put(out, stream.next_sequence);
+    const size_t at = out->size();
+    out->resize(at + StreamHash::kStateBytes);
+    stream.hash.Save(out->data() + at);
+    // The kept messages, oldest first, each with its length before its bytes.
+    Put(out, static_cast<uint32_t>(stream.kept.size()));
+    for (const Kept& kept : stream.kept) {
+      Put(out, kept.sequence);
+      Put(out, kept.tick);
+      Put(out, static_cast<uint32_t>(kept.bytes.size()));
+      out->insert(out->end(), kept.bytes.begin(), kept.bytes.end());
+    }
+  }
+}
+
+Result<size_t> Outbox::Load(const uint8_t* data, size_t size) {
+  SnapshotReader in{data, size};
+  // Every length is checked before it is believed: the file may be cut or damaged.
+  streams_.clear();
+  const auto num_streams = in.Get<uint32_t>();
+  for (uint32_t i = 0; i < num_streams && num_streams <= kMostStreams && in.ok; ++i) {
+    const auto name_size = in.Get<uint32_t>();
+    const uint8_t* name = in.Take(name_size);
+    if (!in.ok) break;
+    const std::string channel(reinterpret_cast<const char*>(name), name_size);
+    if (!ParseChannel(channel)) return Fail("the snapshot names a channel that is none");
+    Stream& stream = StreamOf(channel);
+    // Number and hash go on where they were, so the run's hash does not show the interruption.
+    stream.next_sequence = in.Get<int64_t>();
+    if (const uint8_t* hash = in.Take(StreamHash::kStateBytes)) stream.hash.Load(hash);
+    const auto num_kept = in.Get<uint32_t>();
+    if (num_kept > kMostKept) return Fail("the snapshot keeps too many messages");
+    // What others may still ask for comes back as it was.
+    for (uint32_t k = 0; k < num_kept && in.ok; ++k) {
+      Kept kept{in.Get<int64_t>(), in.Get<int64_t>(), {}};
+      const auto bytes = in.Get<uint32_t>();
+      if (const uint8_t* from = in.Take(bytes)) kept.bytes.assign(from, from + bytes);
+      stream.kept.push_back(std::move(kept));
+    }
+  }
+  if (!in.ok || num_streams > kMostStreams) return Fail("the snapshot is cut short or damaged");
+  return size - in.left;
+}
+
+}  // namespace morphbus::bridge

@@ -1,0 +1,114 @@
+#pragma once
+// Timing of the lockstep's state machines. No clock in here: time is handed in, in microseconds
+// from an arbitrary start.
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+
+namespace morphbus::bridge {
+
+/// How long the participants of a run wait for what; microseconds of wall time.
+struct LockstepTiming {
+  /// What is missing is asked for after so long; from then on the pause doubles each time.
+  int64_t ask_after_us = 2000;
+  /// The pause between two requests grows no further than this.
+  int64_t ask_at_most_us = 64000;
+  /// After END: a process that does not acknowledge for so long is named.
+  int64_t end_silence_us = 5'000'000;
+  /// While the sim waits for processes to join: if no further HELLO comes for so long, those that
+  /// are missing are named.
+  int64_t join_silence_us = 30'000'000;
+  /// Meanwhile, those that are missing are reported so often.
+  int64_t report_missing_us = 5'000'000;
+  /// While running: a process that does not answer for so long is named.
+  int64_t run_silence_us = 5'000'000;
+  /// Modules and the logger give the run up after so long without a word from the sim.
+  int64_t lost_us = 10'000'000;
+  /// While the sim holds still (pause, or a slow pace), it repeats CLOCK so often.
+  int64_t heartbeat_us = 1'000'000;
+  /// A process that has acknowledged END leaves after so much silence even if KIND_BYE never comes.
+  int64_t linger_us = 1'000'000;
+};
+
+/// When to ask again: first after LockstepTiming::ask_after_us, then after twice as long each time,
+/// up to ask_at_most_us.
+class RetryTimer {
+ public:
+  /// Whether anything is waited for at all.
+  [[nodiscard]] bool armed() const { return due_us_ != std::numeric_limits<int64_t>::max(); }
+  /// When Fire must be called at the latest; the largest number there is if the timer is not armed.
+  [[nodiscard]] int64_t due_us() const { return due_us_; }
+  /// Starts anew, with the shortest pause.
+  void Arm(int64_t now_us, const LockstepTiming& timing) {
+    interval_us_ = timing.ask_after_us;
+    due_us_ = now_us + interval_us_;
+  }
+  /// Nothing is missing any more.
+  void Disarm() { due_us_ = std::numeric_limits<int64_t>::max(); }
+  /// Returns true if the timer is due, and sets it for the next time.
+  bool Fire(int64_t now_us, const LockstepTiming& timing) {
+    if (now_us < due_us_) return false;
+    interval_us_ = std::min(2 * interval_us_, timing.ask_at_most_us);
+    due_us_ = now_us + interval_us_;
+    return true;
+  }
+
+ private:
+  /// Wall time of the next request.
+  int64_t due_us_ = std::numeric_limits<int64_t>::max();
+  /// The pause before it, which doubles with every request.
+  int64_t interval_us_ = 0;
+};
+
+/// How long nothing was heard, as far as we were awake to hear: a process that is stopped (SIGSTOP)
+/// and goes on hours later has not been waiting for hours, so a step of time counts as kLongestStep
+/// at most.
+class SilenceMeter {
+ public:
+  static constexpr int64_t kLongestStep = 500'000;  ///< µs; poll at least so often.
+  /// Something came: the silence begins anew.
+  void Heard(int64_t now_us) {
+    silence_us_ = 0;
+    last_us_ = now_us;
+  }
+  /// The length of the silence up to now, microseconds.
+  int64_t Poll(int64_t now_us) {
+    silence_us_ += std::clamp<int64_t>(now_us - last_us_, 0, kLongestStep);
+    last_us_ = std::max(last_us_, now_us);
+    return silence_us_;
+  }
+  /// When Poll must be called at the latest, so that no waking time goes uncounted.
+  [[nodiscard]] int64_t next_poll_us() const { return last_us_ + kLongestStep; }
+
+ private:
+  /// The silence as measured up to the last poll, and when that was.
+  int64_t silence_us_ = 0;
+  int64_t last_us_ = 0;
+};
+
+/// When a module or the logger says HELLO without being asked: again and again until the first
+/// CLOCK comes. Perhaps the sim began to listen later than we spoke, or it speaks of another model
+/// and must be told so that it can refuse us by name.
+class HelloTimer {
+ public:
+  /// HELLO went out, for whatever reason; the next one is due half a second later.
+  void Said(int64_t now_us) { due_us_ = now_us + SilenceMeter::kLongestStep; }
+  /// CLOCK has come: from now on HELLO is said only when CLOCK asks for it.
+  void SimHeard() { sim_heard_ = true; }
+  /// Whether CLOCK has ever come.
+  [[nodiscard]] bool sim_heard() const { return sim_heard_; }
+  /// Returns true if HELLO is due, and sets the timer for the next time.
+  bool Fire(int64_t now_us) {
+    if (sim_heard_ || now_us < due_us_) return false;
+    Said(now_us);
+    return true;
+  }
+
+ private:
+  /// Whether CLOCK has come, and when HELLO is due until it does.
+  bool sim_heard_ = false;
+  int64_t due_us_ = 0;
+};
+
+}  // namespace morphbus::bridge

@@ -1,0 +1,371 @@
+#include "bridge/lockstep/sim_lockstep.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "bridge/lockstep/participant.h"
+#include "compiler/base/check.h"
+
+namespace morphbus::bridge {
+namespace {
+
+using Kind = SimAction::Kind;
+
+/// Whether every flag is set.
+bool All(const std::vector<bool>& flags) {
+  return std::all_of(flags.begin(), flags.end(), [](bool flag) { return flag; });
+}
+
+}  // namespace
+
+SimLockstep::SimLockstep(const Config& config) : config_(config) {
+  MORPHBUS_CHECK(config.num_modules > 0);
+  const auto modules = static_cast<size_t>(config.num_modules);
+  hello_.assign(modules + (config.logger ? 1 : 0), false);
+  end_acked_ = hello_;
+  // Only modules answer ticks; the logger acknowledges in its own time.
+  answered_.assign(modules, false);
+  if (config_.realtime && config_.speed <= 0) config_.speed = 1;
+}
+
+bool SimLockstep::AllGreeted() const { return All(hello_); }
+bool SimLockstep::AllAnswered() const { return All(answered_); }
+
+// What the logger has not acknowledged must still be kept by everybody, hence the window.
+bool SimLockstep::WindowOpen() const {
+  return !config_.logger || config_.realtime || tick_ + 1 - acknowledged_ <= config_.window;
+}
+
+// When a tick may begin at the chosen speed; at full speed, at any time.
+int64_t SimLockstep::PacedStartUs(int64_t tick) const {
+  if (config_.speed <= 0) return std::numeric_limits<int64_t>::min();
+  const double ticks = static_cast<double>(tick - pace_base_tick_);
+  return pace_base_us_ + static_cast<int64_t>(ticks * config_.tick_us / config_.speed);
+}
+
+void SimLockstep::Rebase(int64_t now_us) {
+  pace_base_us_ = now_us;
+  pace_base_tick_ = tick_;
+}
+
+void SimLockstep::Begin(int64_t now_us, Actions* out) {
+  // Tick 0 is published at once and repeated until everybody has joined.
+  phase_ = Phase::kStart;
+  silence_.Heard(now_us);
+  Rebase(now_us);
+  out->push_back({Kind::kPublishTick, 0, -1});
+  heartbeat_due_us_ = now_us + config_.timing.heartbeat_us;
+  ask_.Arm(now_us, config_.timing);
+}
+
+void SimLockstep::OnHello(int process, int64_t now_us, Actions* out) {
+  if (process < 0 || static_cast<size_t>(process) >= hello_.size() || phase_ != Phase::kStart)
+    return;
+  // A HELLO that is repeated is no sign of progress, so it does not reset the silence either.
+  if (hello_[process]) return;
+  hello_[process] = true;
+  silence_.Heard(now_us);
+  TryAdvance(now_us, out);
+}
+
+void SimLockstep::OnActuator(int module, int64_t tick, int64_t now_us, Actions* out) {
+  if (module < 0 || static_cast<size_t>(module) >= answered_.size() || tick != tick_) return;
+  if (phase_ != Phase::kStart && phase_ != Phase::kRun) return;
+  // Repeated answers are common after loss, and say nothing new.
+  if (answered_[module]) return;
+  answered_[module] = true;
+  silence_.Heard(now_us);
+  TryAdvance(now_us, out);
+}
+
+void SimLockstep::OnLogAck(int64_t tick, int64_t now_us, Actions* out) {
+  // An acknowledgement of the future, or an old one, says nothing.
+  if (tick <= acknowledged_ || tick > tick_) return;
+  acknowledged_ = tick;
+  silence_.Heard(now_us);
+  TryAdvance(now_us, out);
+}
+
+void SimLockstep::OnEndAck(int process, int64_t now_us, Actions* out) {
+  if (process < 0 || static_cast<size_t>(process) >= end_acked_.size()) return;
+  // Only an acknowledgement of an END that is out can mean anything.
+  if (phase_ != Phase::kEnding || end_acked_[process]) return;
+  end_acked_[process] = true;
+  silence_.Heard(now_us);
+  ConcludeIfAcknowledged(now_us, out);
+}
+
+void SimLockstep::OnVerdictAck(int64_t now_us, Actions* out) {
+  // The verdict is the last thing that anybody has to confirm.
+  if (phase_ != Phase::kConcluding) return;
+  silence_.Heard(now_us);
+  Finish(out);
+}
+
+void SimLockstep::TryAdvance(int64_t now_us, Actions* out) {
+  if (phase_ != Phase::kStart && phase_ != Phase::kRun) return;
+  // Nothing moves before all have joined, then before all have answered, then before the logger has
+  // caught up, then before it is time.
+  if (phase_ == Phase::kStart && !AllGreeted()) return;
+  if (config_.realtime) return TryRealtime(now_us, out);
+  if (!AllAnswered()) return;
+  if (paused_ && steps_ == 0 && !stop_) return Hold();
+  // Too far ahead of the logger: the ask timer polls it until it has caught up.
+  if (!WindowOpen()) {
+    holding_ = false;
+    if (!ask_.armed()) ask_.Arm(now_us, config_.timing);
+    return;
+  }
+  // A single step and a stop do not wait for the pace.
+  if (now_us < PacedStartUs(tick_ + 1) && steps_ == 0 && !stop_) return Hold();
+  AdvanceOneTick(now_us, out);
+}
+
+void SimLockstep::TryRealtime(int64_t now_us, Actions* out) {
+  constexpr int64_t kHopelesslyLate = 5;  // Ticks; beyond, the pace starts anew.
+  if (phase_ == Phase::kStart) {
+    // Tick 0 begins for everybody once the last one has joined.
+    phase_ = Phase::kRun;
+    Rebase(now_us);
+  }
+  if (paused_ && steps_ == 0 && !stop_) return Hold();
+  ask_.Disarm();
+  holding_ = false;
+  if (now_us < PacedStartUs(tick_ + 1) && steps_ == 0 && !stop_) return;
+  // The wall does not wait: who has not answered by now missed a deadline.
+  missed_deadlines_ += std::count(answered_.begin(), answered_.end(), false);
+  // A sim that fell far behind the wall, or was stopped, does not rush to catch up.
+  if (now_us >= PacedStartUs(tick_ + 1 + kHopelesslyLate)) {
+    missed_deadlines_ += kHopelesslyLate;
+    Rebase(now_us - config_.tick_us);
+  }
+  // Nobody is asked for anything in real time but to acknowledge END.
+  AdvanceOneTick(now_us, out);
+  ask_.Disarm();
+  if (phase_ == Phase::kEnding) ask_.Arm(now_us, config_.timing);
+}
+
+void SimLockstep::AdvanceOneTick(int64_t now_us, Actions* out) {
+  // The commands of this tick move the robot; the next tick begins unanswered.
+  out->push_back({Kind::kAdvance, tick_, -1});
+  ++tick_;
+  if (paused_ && steps_ > 0) --steps_;
+  answered_.assign(answered_.size(), false);
+  holding_ = false;
+  phase_ = Phase::kRun;
+  // After the last tick comes END instead of sensors; else the next tick goes out and is awaited.
+  if (stop_ || tick_ == config_.num_ticks) return EnterEnding(now_us, out);
+  out->push_back({Kind::kPublishTick, tick_, -1});
+  heartbeat_due_us_ = now_us + config_.timing.heartbeat_us;
+  ask_.Arm(now_us, config_.timing);
+}
+
+/// Nothing is missing and nobody is asked.
+void SimLockstep::Hold() {
+  ask_.Disarm();
+  holding_ = true;
+}
+
+/// CLOCK comes now and then though the tick stays the same, so that nobody gives us up.
+void SimLockstep::Heartbeat(int64_t now_us, Actions* out) {
+  if (now_us < heartbeat_due_us_ || phase_ >= Phase::kEnding) return;
+  heartbeat_due_us_ = now_us + config_.timing.heartbeat_us;
+  out->push_back({Kind::kRepeatTick, tick_, -1});
+}
+
+void SimLockstep::EnterEnding(int64_t now_us, Actions* out) {
+  phase_ = Phase::kEnding;
+  holding_ = false;
+  // Everybody is told and must acknowledge; END is repeated by the ask timer until then.
+  out->push_back({Kind::kPublishEnd, tick_, -1});
+  ask_.Arm(now_us, config_.timing);
+  silence_.Heard(now_us);
+  ConcludeIfAcknowledged(now_us, out);
+}
+
+bool SimLockstep::all_modules_acknowledged() const {
+  return std::all_of(end_acked_.begin(), end_acked_.begin() + config_.num_modules,
+                     [](bool acknowledged) { return acknowledged; });
+}
+
+void SimLockstep::ConcludeIfAcknowledged(int64_t now_us, Actions* out) {
+  // Who never joined cannot acknowledge.
+  for (size_t i = 0; i < hello_.size(); ++i) {
+    if (hello_[i] && !end_acked_[i]) return;
+  }
+  Conclude(now_us, out);
+}
+
+void SimLockstep::Conclude(int64_t now_us, Actions* out) {
+  // Who acknowledged END though it was silent before had waited for another one, which did not.
+  std::vector<int> unheard;
+  for (int i = 0; i < static_cast<int>(hello_.size()); ++i) {
+    const bool never_joined = !hello_[i] && IsSilent(i);
+    if (never_joined || (hello_[i] && !end_acked_[i])) unheard.push_back(i);
+  }
+  if (!unheard.empty()) silent_ = unheard;
+  // The log's END must say how the run ended, so the logger is told and has to confirm it.
+  if (!config_.logger || !end_acked_[logger_number()]) return Finish(out);
+  phase_ = Phase::kConcluding;
+  out->push_back({Kind::kTellVerdict, tick_, logger_number()});
+  ask_.Arm(now_us, config_.timing);
+  silence_.Heard(now_us);
+}
+
+void SimLockstep::Finish(Actions* out) {
+  // Nobody acknowledges KIND_BYE: who misses it leaves after a second of silence.
+  out->push_back({Kind::kBye, tick_, -1});
+  out->push_back({Kind::kFinish, tick_, -1});
+  phase_ = Phase::kDone;
+  ask_.Disarm();
+}
+
+void SimLockstep::OnAskTimer(int64_t now_us, Actions* out) {
+  // After the last tick only END and the verdict are repeated.
+  if (phase_ == Phase::kEnding) {
+    out->push_back({Kind::kRepeatEnd, tick_, -1});
+    return;
+  }
+  if (phase_ == Phase::kConcluding) {
+    out->push_back({Kind::kTellVerdict, tick_, logger_number()});
+    return;
+  }
+  // All answers are there, so if we wait it is for the logger.
+  if (AllAnswered() && AllGreeted()) {
+    if (!WindowOpen()) out->push_back({Kind::kPollLogger, tick_, -1});
+    return;
+  }
+  out->push_back({Kind::kRepeatTick, tick_, -1});
+  heartbeat_due_us_ = now_us + config_.timing.heartbeat_us;
+  // SENSORS again may be all that a module lacks; the request reaches one that has answered.
+  for (size_t i = 0; i < answered_.size(); ++i) {
+    if (hello_[i] && !answered_[i]) {
+      out->push_back({Kind::kAskModule, tick_, static_cast<int>(i)});
+    }
+  }
+}
+
+bool SimLockstep::IsSilent(int process) const {
+  return std::find(silent_.begin(), silent_.end(), process) != silent_.end();
+}
+
+bool SimLockstep::OnlySilentMissing() const {
+  for (int i = 0; i < static_cast<int>(hello_.size()); ++i) {
+    if (hello_[i] && !end_acked_[i] && !IsSilent(i)) return false;
+  }
+  return true;
+}
+
+void SimLockstep::CheckSilence(int64_t now_us, Actions* out) {
+  const int64_t silence = silence_.Poll(now_us);
+  const LockstepTiming& timing = config_.timing;
+  // While the sim itself holds still, or runs by the clock, nobody owes it anything.
+  if (holding_ || (config_.realtime && phase_ == Phase::kRun)) return silence_.Heard(now_us);
+  // How long a silence may last depends on what the sim waits for.
+  int64_t limit = timing.run_silence_us;
+  if (phase_ == Phase::kStart && !AllGreeted()) limit = timing.join_silence_us;
+  if (phase_ >= Phase::kEnding) limit = timing.end_silence_us;
+  // Those that were silent before END have had their time already.
+  if (phase_ == Phase::kEnding && OnlySilentMissing()) limit = timing.linger_us;
+  if (silence >= limit) GiveUpOnSilent(now_us, out);
+}
+
+void SimLockstep::GiveUpOnSilent(int64_t now_us, Actions* out) {
+  // After END nobody else is waited for: the run ends with what is known.
+  if (phase_ == Phase::kEnding) return Conclude(now_us, out);
+  if (phase_ == Phase::kConcluding) {
+    silent_.push_back(logger_number());
+    return Finish(out);
+  }
+  if (phase_ != Phase::kStart && phase_ != Phase::kRun) return;
+  // Whoever the next step waits for: first for all to join, then for answers, then for the logger.
+  for (int i = 0; i < static_cast<int>(hello_.size()); ++i) {
+    bool awaited = i == logger_number();
+    if (!AllGreeted()) {
+      awaited = !hello_[i];
+    } else if (!AllAnswered()) {
+      awaited = i < config_.num_modules && !answered_[i];
+    }
+    if (awaited) silent_.push_back(i);
+  }
+  EnterEnding(now_us, out);
+}
+
+void SimLockstep::OnTime(int64_t now_us, Actions* out) {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return;
+  // Silence first: it may end the run.
+  CheckSilence(now_us, out);
+  if (phase_ == Phase::kDone) return;
+  if (ask_.Fire(now_us, config_.timing)) OnAskTimer(now_us, out);
+  TryAdvance(now_us, out);
+  Heartbeat(now_us, out);
+}
+
+void SimLockstep::OnPublished(int64_t now_us) {
+  silence_.Heard(now_us);
+  // The time to answer begins now, not when the physics began.
+  if (ask_.armed()) ask_.Arm(now_us, config_.timing);
+}
+
+void SimLockstep::Stop(bool at_once, int64_t now_us, Actions* out) {
+  if (phase_ >= Phase::kEnding) return;
+  // A stop lets the current tick finish, so that the log ends with a whole one.
+  stop_ = true;
+  if (at_once || phase_ == Phase::kStart) return EnterEnding(now_us, out);
+  TryAdvance(now_us, out);
+}
+
+void SimLockstep::Pause() { paused_ = true; }
+
+void SimLockstep::Resume(int64_t now_us, Actions* out) {
+  if (!paused_) return;
+  paused_ = false;
+  // Steps that were asked for but not run yet are forgotten, and the pause is not caught up.
+  steps_ = 0;
+  Rebase(now_us);
+  TryAdvance(now_us, out);
+}
+
+void SimLockstep::Step(int64_t now_us, Actions* out) {
+  if (!paused_) return;
+  ++steps_;
+  TryAdvance(now_us, out);
+}
+
+void SimLockstep::SetSpeed(double speed, int64_t now_us, Actions* out) {
+  // Real time always has a pace; the new one counts from the present tick.
+  config_.speed = config_.realtime && speed <= 0 ? 1 : speed;
+  Rebase(now_us);
+  TryAdvance(now_us, out);
+}
+
+int64_t SimLockstep::next_deadline_us() const {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return kNever;
+  // The earliest of what can become due by itself.
+  int64_t next = std::min(ask_.due_us(), silence_.next_poll_us());
+  if (phase_ < Phase::kEnding) next = std::min(next, heartbeat_due_us_);
+  const bool waits_for_pace = holding_ || (config_.realtime && phase_ == Phase::kRun);
+  if (waits_for_pace && !paused_ && config_.speed > 0) {
+    next = std::min(next, PacedStartUs(tick_ + 1));
+  }
+  return next;
+}
+
+std::string SimLockstep::Fingerprint() const {
+  std::string print;
+  // Whatever decides what the machine does next is in it, except times: two states with equal
+  // fingerprints need exploring only once.
+  print += static_cast<char>(phase_);
+  for (const int64_t number : {tick_, acknowledged_, steps_}) print += std::to_string(number) + ',';
+  for (const auto* flags : {&hello_, &answered_, &end_acked_}) {
+    for (const bool flag : *flags) print += flag ? '1' : '0';
+  }
+  print += stop_ ? 's' : '-';
+  print += paused_ ? 'p' : '-';
+  print += holding_ ? 'h' : '-';
+  print += ask_.armed() ? 'a' : '-';
+  for (const int process : silent_) print += std::to_string(process) + '.';
+  return print;
+}
+
+}  // namespace morphbus::bridge

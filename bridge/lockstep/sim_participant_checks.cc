@@ -1,0 +1,86 @@
+// What a SimParticipant refuses: processes that do not fit the run, and sensors that nobody could
+// use.
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "bridge/lockstep/sim_participant.h"
+#include "vm/limits.h"
+
+namespace morphbus::bridge {
+namespace {
+
+/// Whether none of the numbers is infinite or no number.
+bool AllFinite(const std::vector<double>& numbers) {
+  return std::all_of(numbers.begin(), numbers.end(), [](double n) { return std::isfinite(n); });
+}
+
+/// A hash as 16 hexadecimal digits.
+std::string Hex(int64_t hash) {
+  std::string text;
+  for (int shift = 60; shift >= 0; shift -= 4) {
+    text += "0123456789abcdef"[static_cast<uint64_t>(hash) >> shift & 15];
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string SimParticipant::HelloError(int process, const morphbus::hello_t& hello) const {
+  // All hashes are refused in the same words, with both values.
+  const auto differs = [&hello](const std::string& what, int64_t has, uint64_t needs) {
+    return hello.process + " has another " + what + " (" + Hex(has) + ") than this run (" +
+           Hex(static_cast<int64_t>(needs)) + ")";
+  };
+  // What every process must share: the wire types and the model.
+  if (static_cast<uint64_t>(hello.wire_hash) != WireHash()) {
+    return differs("build of the wire types", hello.wire_hash, WireHash());
+  }
+  if (static_cast<uint64_t>(hello.header.model_hash) != options_.model_hash) {
+    return differs("model", hello.header.model_hash, options_.model_hash);
+  }
+  if (static_cast<size_t>(process) >= options_.modules.size()) return {};
+  // What a module must be: of the type, with the images, that the robot has in its place.
+  const ExpectedModule& module = options_.modules[process];
+  if (hello.type_name != module.type_name) {
+    return hello.process + " is a module of type " + hello.type_name + ", but the robot has a " +
+           module.type_name + " there";
+  }
+  if (static_cast<uint64_t>(hello.kinematics_hash) != module.kinematics_hash) {
+    return differs("kinematics image", hello.kinematics_hash, module.kinematics_hash);
+  }
+  if (options_.program_hash != 0 &&
+      static_cast<uint64_t>(hello.header.program_hash) != options_.program_hash) {
+    return differs("program", hello.header.program_hash, options_.program_hash);
+  }
+  return {};
+}
+
+std::string SimParticipant::WhyUnusable() const {
+  if (sensed_.size() != options_.modules.size()) {
+    return "the simulator senses " + std::to_string(sensed_.size()) + " modules instead of " +
+           std::to_string(options_.modules.size());
+  }
+  // Readings that a receiver would refuse, or a module could not use.
+  for (const morphbus::module_sensors_t& reading : sensed_) {
+    if (!AllFinite(reading.joint_position_si)) {
+      return "the simulation became unstable: " + reading.name + " has joints that are nowhere";
+    }
+    if (reading.num_docked > vm::kMaxNeighbours) {
+      return reading.name + " has more than " + std::to_string(vm::kMaxNeighbours) +
+             " mated connectors, the most a module can handle";
+    }
+  }
+  // A sum is finite only if every term is.
+  for (const morphbus::body_pose_t& body : truth_) {
+    if (!std::isfinite(body.position_m[0] + body.position_m[1] + body.position_m[2] +
+                       body.orientation_wxyz[0] + body.orientation_wxyz[1] +
+                       body.orientation_wxyz[2] + body.orientation_wxyz[3])) {
+      return "the simulation became unstable: a body is nowhere";
+    }
+  }
+  return {};
+}
+
+}  // namespace morphbus::bridge

@@ -1,0 +1,32 @@
+#pragma once
+// What the simulator's side of the lockstep drives: implemented by sim/ (Bullet), by tests' fakes,
+// and one day by hardware.
+
+#include <morphbus/actuator_t.hpp>
+#include <morphbus/body_pose_t.hpp>
+#include <morphbus/module_sensors_t.hpp>
+#include <vector>
+
+namespace morphbus::bridge {
+
+/// A robot as the lockstep drives it, one control tick after another: SimParticipant calls Sense
+/// and Truth, then Actuate for every module that answered, then Advance.
+class SimulatedRobot {
+ public:
+  virtual ~SimulatedRobot() = default;
+
+  /// Sensors of all modules now, in order of module_id. Replaces the content of `out`.
+  virtual void Sense(std::vector<morphbus::module_sensors_t>* out) = 0;
+
+  /// True pose of every body now (may be empty). Replaces the content of `out`.
+  virtual void Truth(std::vector<morphbus::body_pose_t>* out) = 0;
+
+  /// Takes one module's commands for the coming tick. Called once a module and tick, in order of
+  /// module_id, whatever the order of arrival.
+  virtual void Actuate(const morphbus::actuator_t& command) = 0;
+
+  /// Advances by one control tick.
+  virtual void Advance() = 0;
+};
+
+}  // namespace morphbus::bridge

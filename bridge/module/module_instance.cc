@@ -1,0 +1,119 @@
+#include "bridge/module/module_instance.h"
+
+#include <utility>
+
+#include "bridge/wire/channels.h"
+#include "compiler/base/check.h"
+#include "vm/image/verifier.h"
+
+namespace morphbus::bridge {
+namespace {
+
+/// In real time, what a neighbour said holds for so many ticks when its message is late or lost.
+constexpr uint16_t kRealtimeGraceTicks = 3;
+
+/// The verifier's verdict on an image.
+Result<void> ToResult(const std::string& name, const vm::VerifyError& error) {
+  if (error.message == nullptr) return {};
+  return Fail(name + " is not a usable image: at byte " + std::to_string(error.offset) + ": " +
+              error.message);
+}
+
+/// What the VM needs to know of the spec.
+vm::VmConfig ConfigOf(const ModuleSpec& spec) {
+  vm::VmConfig config;
+  config.module_id = spec.id;
+  config.incarnation = spec.incarnation;
+  // In lockstep every neighbour's message is there, so none has to stand in for another.
+  config.grace_ticks = spec.realtime ? kRealtimeGraceTicks : 0;
+  config.is_root = spec.root.has_value();
+  if (spec.root) {
+    config.root_link = spec.root->link;
+    config.X_RL_root = spec.root->X_RL;
+  }
+  return config;
+}
+
+}  // namespace
+
+Result<void> ModuleImages::AddProgram(const std::string& name, std::vector<uint8_t> bytes) {
+  // The bytes are kept first, because what the verifier makes points into them.
+  program_bytes_ = std::move(bytes);
+  const auto size = static_cast<uint32_t>(program_bytes_.size());
+  return ToResult(name, vm::Verifier::Verify(program_bytes_.data(), size, &program_));
+}
+
+Result<void> ModuleImages::AddKinematics(const std::string& name, std::vector<uint8_t> bytes) {
+  Kinematics& entry = kinematics_[name];
+  entry.bytes = std::move(bytes);
+  const auto size = static_cast<uint32_t>(entry.bytes.size());
+  return ToResult(name, vm::VerifyKinematics(entry.bytes.data(), size, &entry.verified));
+}
+
+const vm::VerifiedKinematics* ModuleImages::FindKinematics(const std::string& name) const {
+  const auto found = kinematics_.find(name);
+  return found == kinematics_.end() ? nullptr : &found->second.verified;
+}
+
+Result<std::unique_ptr<ModuleInstance>> ModuleInstance::Create(const ModuleImages& images,
+                                                               ModuleSpec spec) {
+  // Everything is checked before anything is made: name, image, and the root's link.
+  if (Result<void> named = CheckModuleName(spec.name); !named) return Fail(named.error().message);
+  const vm::VerifiedKinematics* type = images.FindKinematics(spec.kinematics);
+  if (type == nullptr) return Fail(spec.name + " has no kinematics image " + spec.kinematics);
+  if (spec.root && spec.root->link >= type->num_links()) {
+    return Fail(spec.name + " has " + std::to_string(type->num_links()) + " links, no link " +
+                std::to_string(spec.root->link));
+  }
+  return std::unique_ptr<ModuleInstance>(
+      new ModuleInstance(images.program(), *type, std::move(spec)));
+}
+
+ModuleInstance::ModuleInstance(const vm::VerifiedProgram& program,
+                               const vm::VerifiedKinematics& type, ModuleSpec spec)
+    : spec_(std::move(spec)),
+      program_(program),
+      type_(type),
+      controller_(ConfigOf(spec_), type, program) {}
+
+void ModuleInstance::Join(Bus* bus, const TimeSource* time) {
+  ModuleParticipantOptions options;
+  options.run = spec_.run;
+  // Who it is, then what its images are, by which the sim decides whether it fits.
+  options.module = spec_.name;
+  options.module_id = spec_.id;
+  options.incarnation = spec_.incarnation;
+  options.type_name = std::string(type_.type_name().data, type_.type_name().size);
+  options.num_joints = type_.num_joints();
+  options.num_connectors = type_.num_connectors();
+  options.model_hash = type_.model_hash();
+  options.kinematics_hash = type_.hash();
+  options.program_hash = program_.hash();
+  // What tells processes and builds apart, and how long to wait.
+  options.claim = spec_.claim;
+  options.realtime = spec_.realtime;
+  options.build = spec_.build;
+  options.timing = spec_.timing;
+  participant_ = std::make_unique<ModuleParticipant>(bus, &controller_, time, options);
+}
+
+Result<void> ModuleInstance::SaveTo(const std::string& path, bool resume) {
+  MORPHBUS_CHECK(participant_ != nullptr);
+  Result<SnapshotFile> file = SnapshotFile::Open(path);
+  if (!file) return Fail(file.error().message);
+  snapshot_ = std::make_unique<SnapshotFile>(std::move(*file));
+  // Killed before it had begun, there is nothing to go on from, and nothing was published.
+  const std::vector<uint8_t> saved = resume ? snapshot_->Read() : std::vector<uint8_t>();
+  // The participant checks that what was saved is its own.
+  if (!saved.empty()) {
+    if (Result<void> r = participant_->ResumeFrom(saved); !r) {
+      return Fail(path + ": " + r.error().message);
+    }
+  }
+  // From now on every answer is in the file before anybody hears it.
+  participant_->OnBeforePublish(
+      [this](const std::vector<uint8_t>& bytes) { snapshot_->Write(bytes); });
+  return {};
+}
+
+}  // namespace morphbus::bridge

@@ -1,0 +1,150 @@
+// morphbus-module: the process that is a module. Small on purpose: a hundred of them run on one
+// machine. This file reads the command line; bridge/module/module_process.h does the rest.
+
+#include <sys/prctl.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "bridge/module/module_process.h"
+
+namespace morphbus::bridge {
+namespace {
+
+/// The command line as it was typed, before it is checked as a whole.
+struct Arguments {
+  ModuleProcessOptions process;
+  // One entry for each module; --kinematics may have one for all.
+  std::vector<std::string> modules;
+  std::vector<uint16_t> ids;
+  std::vector<std::string> kinematics;
+  // The root's link and its pose, if one of the modules is the root: x, y, z (m), then w, x, y, z.
+  std::vector<double> root_pose;
+  int root_link = -1;
+  // Seconds without the sim after which the process gives up.
+  double give_up_s = 10;
+  int64_t tick_us = 20000;
+  bool survive_parent = false;
+};
+
+/// Declares every option; CLI11 checks single values and fills in `a`.
+void AddOptions(CLI::App* app, Arguments* a) {
+  // Who the modules are.
+  app->add_option("--run", a->process.run, "The run's name")->required();
+  app->add_option("--module,--modules", a->modules, "Name of the module, or several: m1,m2,...")
+      ->delimiter(',')
+      ->required();
+  app->add_option("--id", a->ids, "Its number in the run (several: 0,1,...)")
+      ->delimiter(',')
+      ->required();
+  app->add_option("--kinematics", a->kinematics,
+                  "Kinematics image of its type (several types: one for each module)")
+      ->delimiter(',')
+      ->required();
+  app->add_option("--program", a->process.program_file, "Program image")->required();
+  // Which of them knows from the start where it is.
+  app->add_option("--root-link", a->root_link,
+                  "The module is the root and broadcasts this link's pose (number of the link)")
+      ->check(CLI::Range(0, 127));
+  app->add_option("--root-pose", a->root_pose,
+                  "That pose in the robot frame: x,y,z,w,x,y,z (metres, quaternion)")
+      ->delimiter(',')
+      ->expected(7);
+  app->add_option("--root-module", a->process.root_module,
+                  "With several modules: which one is the root");
+  // How the process takes part in the run.
+  app->add_option("--lcm-url", a->process.lcm_url, "LCM URL (default: $LCM_DEFAULT_URL)");
+  app->add_option("--incarnation", a->process.incarnation, "Counts the module's cold starts")
+      ->check(CLI::Range(1, 1'000'000'000));
+  app->add_option("--loss", a->process.loss, "Fraction of what arrives to throw away, 0..1")
+      ->check(CLI::Range(0.0, 1.0));
+  app->add_option("--seed", a->process.seed, "Seed of --loss");
+  app->add_flag("--realtime", a->process.realtime,
+                "Act on what is there instead of waiting for it");
+  app->add_option("--tick-us", a->tick_us,
+                  "Control tick, microseconds; told by the sim, for information");
+  // What happens when it is killed, or left alone.
+  app->add_option("--snapshot", a->process.snapshot_file,
+                  "File to save the state in before every answer, so that --resume can go on");
+  app->add_flag("--resume", a->process.resume,
+                "Go on from --snapshot after the process was killed");
+  app->add_option("--give-up", a->give_up_s, "Exit after so many seconds without the sim")
+      ->check(CLI::Range(1.0, 1e6));
+  app->add_flag("--survive-parent", a->survive_parent, "Keep running when the parent process dies");
+}
+
+/// What is wrong with the command line, on stderr.
+int Refuse(const std::string& why) {
+  std::fprintf(stderr, "morphbus-module: error: %s\n", why.c_str());
+  return 2;
+}
+
+/// Checks what single options cannot show, and runs the process. Returns the exit status.
+int Run(Arguments* a) {
+  // Lists must go together: one id a module, one image for all or one for each.
+  const size_t count = a->modules.size();
+  if (a->ids.size() != count) return Refuse("--id needs one number for each module");
+  if (a->kinematics.size() != 1 && a->kinematics.size() != count) {
+    return Refuse("--kinematics needs one image, or one for each module");
+  }
+  for (size_t i = 0; i < count; ++i) {
+    a->process.modules.push_back(
+        {a->modules[i], a->ids[i], a->kinematics[a->kinematics.size() == 1 ? 0 : i]});
+  }
+  if (a->process.resume && a->process.snapshot_file.empty())
+    return Refuse("--resume needs --snapshot");
+  // The root's pose must be a pose, and it must be clear whose it is.
+  if (a->root_link >= 0) {
+    if (a->root_pose.size() != 7) return Refuse("--root-link needs --root-pose");
+    if (count > 1 && a->process.root_module.empty())
+      return Refuse("--root-link needs --root-module");
+    std::array<float, 7> p = {};
+    double norm = 0;
+    for (size_t i = 0; i < 7; ++i) {
+      if (!std::isfinite(a->root_pose[i])) return Refuse("--root-pose holds a number that is none");
+      p[i] = static_cast<float>(a->root_pose[i]);
+      if (i >= 3) norm += a->root_pose[i] * a->root_pose[i];
+    }
+    // The digits of a command line are few, so the length need not be exact.
+    if (!(std::abs(norm - 1) < 1e-3)) return Refuse("--root-pose needs a quaternion of length 1");
+    a->process.root = ModuleSpec::Root{static_cast<uint8_t>(a->root_link),
+                                       {{p[0], p[1], p[2]}, {p[3], p[4], p[5], p[6]}}};
+  }
+  a->process.timing.lost_us = static_cast<int64_t>(a->give_up_s * 1e6);
+  return RunModuleProcess(a->process);
+}
+
+}  // namespace
+}  // namespace morphbus::bridge
+
+int main(int argc, char** argv) {
+  // The parent is asked for first, so that its death later in this function shows.
+  const pid_t parent = getppid();
+  morphbus::bridge::Arguments arguments;
+  CLI::App app(
+      "One module of a running robot: its virtual machine, on the bus.\n"
+      "Example: morphbus-module --run walk --module m1 --id 0 --kinematics MTRAN.kinematics "
+      "--program walk.image");
+  app.name("morphbus-module");
+  app.set_version_flag("--version", "morphbus-module " MORPHBUS_VERSION);
+  morphbus::bridge::AddOptions(&app, &arguments);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    // --help and --version end here too, with status 0.
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  if (!arguments.survive_parent) {
+    // A module must not outlive its launcher; if that died before this line, we see another parent.
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (getppid() != parent) return 3;
+  }
+  arguments.process.build = MORPHBUS_VERSION;
+  return morphbus::bridge::Run(&arguments);
+}

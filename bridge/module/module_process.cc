@@ -1,0 +1,184 @@
+#include "bridge/module/module_process.h"
+
+#include <sys/random.h>
+
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <utility>
+
+#include "bridge/bus/bus_adapters.h"
+#include "bridge/bus/lcm_bus.h"
+#include "bridge/lockstep/participant.h"
+#include "bridge/wire/channels.h"
+#include "vm/limits.h"
+
+namespace morphbus::bridge {
+namespace {
+
+// Exit statuses; RunModuleProcess explains them.
+constexpr int kDone = 0, kUnusable = 2, kFailed = 3;
+
+// Set by SIGINT and SIGTERM; the loop looks at it between events.
+volatile bool stop_requested = false;  // Written by the signal handler only.
+
+void OnSignal(int) { stop_requested = true; }
+
+/// Says on stderr what is wrong and returns the exit status.
+int Complain(int status, const std::string& what) {
+  std::fprintf(stderr, "morphbus-module: error: %s\n", what.c_str());
+  return status;
+}
+
+/// The bytes of a file, if an image can be that large.
+Result<std::vector<uint8_t>> ReadImage(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return Fail("cannot read " + path + ": " + std::strerror(errno));
+  std::vector<uint8_t> bytes;
+  // One byte beyond the largest image is enough to see that it is too large.
+  char byte = 0;
+  while (bytes.size() <= vm::kMaxImageBytes && file.get(byte)) {
+    bytes.push_back(static_cast<uint8_t>(byte));
+  }
+  if (bytes.size() > vm::kMaxImageBytes) {
+    return Fail(path + " is larger than an image can be (" + std::to_string(vm::kMaxImageBytes) +
+                " bytes)");
+  }
+  return bytes;
+}
+
+/// A number that no other process claiming the same module will have.
+int64_t RandomClaim() {
+  int64_t claim = 0;
+  if (getrandom(&claim, sizeof claim, 0) != sizeof claim) claim = 0;
+  return claim == 0 ? 1 : claim;  // 0 means "none yet" to the sim.
+}
+
+/// One module and its endpoint of the bus that the process's modules share.
+struct Entry {
+  std::unique_ptr<Bus> bus;
+  std::unique_ptr<ModuleInstance> instance;
+};
+
+/// Everything that the process holds, in the order in which it must be destroyed last to first:
+/// modules before the mux, the mux before the buses, images at the end.
+class ModuleProcess {
+ public:
+  explicit ModuleProcess(const ModuleProcessOptions& options) : options_(options) {}
+  /// Sets everything up and runs until the run is over. Returns the exit status.
+  int Run();
+
+ private:
+  /// Reads and verifies the program and every type's kinematics, each file once.
+  Result<void> LoadImages();
+  /// Opens LCM and puts loss and the modules' endpoints around it.
+  Result<void> OpenBus();
+  /// Makes a module and lets it join the run, resumed if that was asked for.
+  Result<void> AddModule(const ModuleChoice& choice);
+  /// Whether the module broadcasts the root's pose.
+  [[nodiscard]] bool IsRoot(const ModuleChoice& choice) const;
+
+  const ModuleProcessOptions& options_;
+  MonotonicTime time_;
+  ModuleImages images_;
+  std::unique_ptr<Bus> lcm_;
+  std::unique_ptr<LossyBus> lossy_;
+  std::unique_ptr<BusMux> mux_;
+  std::vector<Entry> modules_;
+};
+
+bool ModuleProcess::IsRoot(const ModuleChoice& choice) const {
+  return options_.root.has_value() &&
+         (options_.root_module.empty() || options_.root_module == choice.name);
+}
+
+Result<void> ModuleProcess::LoadImages() {
+  Result<std::vector<uint8_t>> program = ReadImage(options_.program_file);
+  if (!program) return Fail(program.error().message);
+  if (Result<void> r = images_.AddProgram(options_.program_file, std::move(*program)); !r) return r;
+  for (const ModuleChoice& choice : options_.modules) {
+    if (images_.FindKinematics(choice.kinematics_file) != nullptr) continue;
+    Result<std::vector<uint8_t>> type = ReadImage(choice.kinematics_file);
+    if (!type) return Fail(type.error().message);
+    if (Result<void> r = images_.AddKinematics(choice.kinematics_file, std::move(*type)); !r) {
+      return r;
+    }
+  }
+  return {};
+}
+
+Result<void> ModuleProcess::OpenBus() {
+  Result<std::unique_ptr<Bus>> lcm = OpenLcmBus(options_.lcm_url);
+  if (!lcm) return Fail(lcm.error().message);
+  lcm_ = std::move(*lcm);
+  // Without --loss it passes everything on.
+  lossy_ = std::make_unique<LossyBus>(lcm_.get(), options_.loss, options_.seed);
+  mux_ = std::make_unique<BusMux>(lossy_.get());
+  return {};
+}
+
+Result<void> ModuleProcess::AddModule(const ModuleChoice& choice) {
+  ModuleSpec spec;
+  // What the command line says of this module and of all.
+  spec.run = options_.run;
+  spec.name = choice.name;
+  spec.id = choice.id;
+  spec.kinematics = choice.kinematics_file;
+  spec.incarnation = options_.incarnation;
+  if (IsRoot(choice)) spec.root = options_.root;
+  spec.claim = RandomClaim();
+  spec.realtime = options_.realtime;
+  spec.build = options_.build;
+  spec.timing = options_.timing;
+  // The instance is made and joined; its endpoint of the bus is its own.
+  Result<std::unique_ptr<ModuleInstance>> instance = ModuleInstance::Create(images_, spec);
+  if (!instance) return Fail(instance.error().message);
+  Entry& entry = modules_.emplace_back();
+  entry.bus = mux_->Connect();
+  entry.instance = std::move(*instance);
+  entry.instance->Join(entry.bus.get(), &time_);
+  if (options_.snapshot_file.empty()) return {};
+  // Several modules of one process save to one file each.
+  const std::string suffix = options_.modules.size() == 1 ? "" : "." + choice.name;
+  return entry.instance->SaveTo(options_.snapshot_file + suffix, options_.resume);
+}
+
+int ModuleProcess::Run() {
+  // Input that cannot be used is refused before the run hears of us.
+  if (Result<void> r = CheckRunName(options_.run); !r)
+    return Complain(kUnusable, r.error().message);
+  if (Result<void> r = LoadImages(); !r) return Complain(kUnusable, r.error().message);
+  if (Result<void> r = OpenBus(); !r) return Complain(kUnusable, r.error().message);
+  for (const ModuleChoice& choice : options_.modules) {
+    if (Result<void> r = AddModule(choice); !r) return Complain(kUnusable, r.error().message);
+  }
+  // All modules share the process's thread and wake up together.
+  std::vector<Participant*> participants;
+  for (const Entry& entry : modules_) participants.push_back(&entry.instance->participant());
+  RunParticipants(lossy_.get(), time_, participants, &stop_requested, [this] {
+    for (const Entry& entry : modules_) entry.instance->participant().PublishHealth();
+  });
+  // Every module says what became of it; one that failed makes the process fail.
+  int status = kDone;
+  for (const Entry& entry : modules_) {
+    const std::string& error = entry.instance->participant().error();
+    if (!error.empty()) status = Complain(kFailed, error);
+  }
+  return status;
+}
+
+}  // namespace
+
+int RunModuleProcess(const ModuleProcessOptions& options) {
+  // Either signal ends the loop between two events, so that snapshots and HEALTH stay whole.
+  struct sigaction action = {};
+  action.sa_handler = OnSignal;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  return ModuleProcess(options).Run();
+}
+
+}  // namespace morphbus::bridge

@@ -1,0 +1,55 @@
+#pragma once
+// The module process: images from files, one bus, one or several modules. A launcher starts one
+// process for each module, or one for many.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bridge/module/module_instance.h"
+
+namespace morphbus::bridge {
+
+/// One module of the process; the robot's description, which the launcher reads, says what it is.
+struct ModuleChoice {
+  /// Name and number in the model.
+  std::string name;
+  uint16_t id = 0;
+  /// File with the kinematics image of its type.
+  std::string kinematics_file;
+};
+
+/// What the command line told the module process (module_main.cc), checked as far as possible
+/// without opening a file.
+struct ModuleProcessOptions {
+  /// Name of the run.
+  std::string run;
+  std::vector<ModuleChoice> modules;
+  /// File with the program image, which all modules run.
+  std::string program_file;
+  std::optional<ModuleSpec::Root> root;  ///< Absent: none of these modules is the root.
+  /// Which of the modules is the root, if there are several; empty: the only one.
+  std::string root_module;
+  std::string lcm_url;  ///< Empty: $LCM_DEFAULT_URL, else LCM's default.
+  /// Counts the cold starts of the modules.
+  uint32_t incarnation = 1;
+  /// Fraction 0..1 of what arrives that is thrown away, and the seed that chooses which.
+  double loss = 0;
+  uint64_t seed = 0;
+  /// The modules act on what is there instead of waiting for it.
+  bool realtime = false;
+  std::string
+      snapshot_file;    ///< Where each answer is saved before it is published; empty: nowhere.
+  bool resume = false;  ///< Go on from there.
+  std::string build;    ///< Version of the software, for HELLO.
+  /// How long they wait for what.
+  LockstepTiming timing;
+};
+
+/// Exit status of the process, as the command line's: 0 the run ended, 2 unusable input, 3 it
+/// failed. What went wrong is on stderr, one sentence. Runs until the sim ends the run, or SIGINT
+/// or SIGTERM.
+int RunModuleProcess(const ModuleProcessOptions& options);
+
+}  // namespace morphbus::bridge

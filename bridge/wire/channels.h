@@ -1,0 +1,74 @@
+#pragma once
+// Names of the bus's channels. The table with types, rates and rules is lcmtypes/README.md. Full
+// names are made and taken apart here.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "compiler/base/result.h"
+
+namespace morphbus::bridge {
+
+/// What a channel carries; each topic has one message type. The comments say where it stands: RUN
+/// is the run's name.
+enum class Topic : uint8_t {
+  kClock,
+  kSensors,
+  kWorld,  // RUN/SIM/...
+  kTransform,
+  kActuator,
+  kStatus,  // RUN/<module>/...
+  kHealth,
+  kAsk,  // RUN/<process>/...; ASK is named by the addressee.
+  kHello,
+  kInfo,
+  kControl,
+  kEnd,  // RUN/...
+};
+
+/// Process names that are not modules: the simulator's and the logger's. Modules are called by
+/// their names in the model.
+inline constexpr std::string_view kSimProcess = "SIM";
+inline constexpr std::string_view kLogProcess = "LOG";
+
+/// Longest names, bytes. A channel's is LCM's limit, and the other two make it up: 24 + 1 + 28 + 1
+/// + 9 = 63, where 9 is the length of TRANSFORM, the longest topic.
+inline constexpr size_t kMaxChannelName = 63;
+inline constexpr size_t kMaxRunName = 24;
+inline constexpr size_t kMaxProcessName = 28;
+
+/// A channel name taken apart; the views point into the parsed text.
+struct ChannelName {
+  /// The run's name: "walk" in walk/m1/TRANSFORM.
+  std::string_view run;
+  /// The process whose channel it is ("m1"), for ASK the addressee; empty for kHello, kInfo,
+  /// kControl and kEnd.
+  std::string_view process;
+  Topic topic = Topic::kClock;
+};
+
+/// Full name, e.g. "walk/m1/TRANSFORM". `process` is ignored by topics that have none; for kClock,
+/// kSensors and kWorld it is always "SIM". The names are not checked: see CheckRunName and
+/// CheckModuleName.
+std::string Channel(std::string_view run, std::string_view process, Topic topic);
+
+/// Last part of the name, e.g. "TRANSFORM".
+std::string_view TopicName(Topic topic);
+
+/// The parts of a channel name; nothing if it is none of ours, because it is too long, because its
+/// run or process cannot be called so, or because that process has no such topic.
+std::optional<ChannelName> ParseChannel(std::string_view channel);
+
+/// True if what travels there counts for the run's hash.
+bool IsHashed(Topic topic);
+
+/// Fails, in a sentence for people, unless this can be a run's name: 1..24 of A-Z a-z 0-9 _ -.
+Result<void> CheckRunName(std::string_view run);
+
+/// Fails, in a sentence for people, unless this can be a module's name on the bus: 1..28 of A-Z a-z
+/// 0-9 _, and none of SIM, LOG, HELLO, INFO, CONTROL, END.
+Result<void> CheckModuleName(std::string_view module);
+
+}  // namespace morphbus::bridge

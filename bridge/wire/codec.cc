@@ -1,0 +1,129 @@
+#include "bridge/wire/codec.h"
+
+#include <zlib.h>
+
+#include <array>
+#include <cstring>
+#include <morphbus/actuator_t.hpp>
+#include <morphbus/ask_t.hpp>
+#include <morphbus/control_t.hpp>
+#include <morphbus/health_t.hpp>
+#include <morphbus/hello_t.hpp>
+#include <morphbus/info_part_t.hpp>
+#include <morphbus/log_end_t.hpp>
+#include <morphbus/sensors_t.hpp>
+#include <morphbus/sim_clock_t.hpp>
+#include <morphbus/status_t.hpp>
+#include <morphbus/transform_t.hpp>
+#include <morphbus/world_t.hpp>
+
+namespace morphbus::bridge {
+namespace {
+
+// Where lcm-gen puts the fields of header_t, behind the fingerprint.
+constexpr size_t kCrcOffset = 8;
+constexpr size_t kHeaderEnd = 8 + 4 + 4 + 5 * 8;  ///< Fingerprint and header_t.
+
+/// A number of so many bytes in network order.
+uint64_t ReadBig(const uint8_t* data, size_t bytes) {
+  uint64_t value = 0;
+  for (size_t i = 0; i < bytes; ++i) value = value << 8 | data[i];
+  return value;
+}
+
+/// Protocol and CRC, the same for every type.
+Result<void> CheckHeaderBytes(const uint8_t* data, size_t size) {
+  if (size < kHeaderEnd) return Fail("the message is shorter than its header");
+  // The protocol comes first: another one may mean another CRC.
+  const auto protocol = static_cast<int32_t>(ReadBig(data + 12, 4));
+  if (protocol != morphbus::header_t::PROTOCOL) {
+    return Fail("the message speaks protocol " + std::to_string(protocol) + ", this build " +
+                std::to_string(morphbus::header_t::PROTOCOL));
+  }
+  // A message may have been changed on its way, or made up.
+  if (ReadBig(data + kCrcOffset, 4) != MessageCrc(data, size)) {
+    return Fail("the message's CRC does not fit its bytes");
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string CutText(const std::string& text, size_t most) {
+  if (text.size() <= most) return text;
+  // In UTF-8 all bytes of a character but the first one are 10xxxxxx.
+  size_t end = most;
+  while (end > 0 && (static_cast<uint8_t>(text[end]) & 0xc0) == 0x80) --end;
+  return text.substr(0, end);
+}
+
+uint32_t MessageCrc(const uint8_t* data, size_t size) {
+  // The CRC's own bytes count as zero.
+  constexpr std::array<uint8_t, 4> kZero = {};
+  uLong crc = crc32(0, data, kCrcOffset);
+  crc = crc32(crc, kZero.data(), kZero.size());
+  crc = crc32(crc, data + kCrcOffset + 4, static_cast<uInt>(size - kCrcOffset - 4));
+  return static_cast<uint32_t>(crc);
+}
+
+int64_t FingerprintOf(const uint8_t* data, size_t size) {
+  return size < 8 ? 0 : static_cast<int64_t>(ReadBig(data, 8));
+}
+
+Result<void> DecodeHeader(const uint8_t* data, size_t size, morphbus::header_t* out) {
+  if (Result<void> r = CheckHeaderBytes(data, size); !r) return r;
+  // The length was checked above, and a header has no arrays: this cannot fail.
+  out->_decodeNoHash(data, 8, static_cast<int>(size) - 8);
+  if (out->tick < 0 || out->sequence < 0 || out->sim_time_us < 0) {
+    return Fail("the message's header counts below zero");
+  }
+  return {};
+}
+
+uint64_t WireHash() {
+  // Every type that travels, and the rules that fingerprints do not show.
+  const std::array<int64_t, 13> parts = {
+      morphbus::header_t::PROTOCOL,     morphbus::sim_clock_t::getHash(),
+      morphbus::sensors_t::getHash(),   morphbus::world_t::getHash(),
+      morphbus::transform_t::getHash(), morphbus::actuator_t::getHash(),
+      morphbus::status_t::getHash(),    morphbus::hello_t::getHash(),
+      morphbus::ask_t::getHash(),       morphbus::health_t::getHash(),
+      morphbus::info_part_t::getHash(), morphbus::control_t::getHash(),
+      morphbus::log_end_t::getHash()};
+  uint64_t hash = 0;
+  for (const int64_t part : parts) {
+    // FNV-1a over whole words: order matters, and any change shows.
+    hash = (hash ^ static_cast<uint64_t>(part)) * 0x100000001b3ULL;
+  }
+  return hash;
+}
+
+namespace internal {
+
+void PatchCrc(std::vector<uint8_t>* message) {
+  // In network order, like every number of LCM's.
+  const uint32_t crc = MessageCrc(message->data(), message->size());
+  for (size_t i = 0; i < 4; ++i) {
+    (*message)[kCrcOffset + i] = static_cast<uint8_t>(crc >> (24 - 8 * i));
+  }
+}
+
+Result<void> CheckEnvelope(const uint8_t* data, size_t size, int64_t fingerprint,
+                           const Expectation& expect) {
+  // LCM's fingerprint changes with every field's name, type and order.
+  if (FingerprintOf(data, size) != fingerprint) {
+    return Fail("the message is of another type or another version of it");
+  }
+  if (Result<void> r = CheckHeaderBytes(data, size); !r) return r;
+  // The two hashes are the last fields of the header.
+  if (expect.model_hash != 0 && ReadBig(data + 40, 8) != expect.model_hash) {
+    return Fail("the message speaks of another model");
+  }
+  if (expect.program_hash != 0 && ReadBig(data + 48, 8) != expect.program_hash) {
+    return Fail("the message speaks of another program");
+  }
+  return {};
+}
+
+}  // namespace internal
+}  // namespace morphbus::bridge

@@ -1,0 +1,17 @@
+#pragma once
+// HEALTH: a process's ledger and resources, once a second of wall time. Launcher and tools show it;
+// nothing in a run depends on it.
+
+#include <morphbus/health_t.hpp>
+#include <string>
+
+#include "bridge/bus/bus.h"
+
+namespace morphbus::bridge {
+
+/// The message for this moment: ledger, largest resident set (kilobytes), processor time used and
+/// wall clock (both microseconds). The header is left to the outbox.
+/// @param process  name of the process that it speaks of, which is the calling one.
+morphbus::health_t MakeHealth(const std::string& process, const Ledger& ledger);
+
+}  // namespace morphbus::bridge

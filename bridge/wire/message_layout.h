@@ -1,0 +1,475 @@
+#pragma once
+// The layout of every message, field by field in the order of its .lcm file: what a receiver may
+// believe, and thereby how large a message can get. One description serves every visitor, which
+// says what a field means to it: WireReader (bridge/wire/wire_reader.h) checks bytes, WireSizer
+// (bridge/wire/wire_size.h) adds sizes up.
+//
+// A new field of a message needs a line in its .lcm file, one here, and one in each direction in
+// bridge/wire/vm_codec.cc if the VM is to know it; test/bridge/layout_test.cc fails where the first
+// two disagree. The names given here are those of the .lcm file, since failures quote them.
+//
+// A visitor offers:
+//   Int8, Int16, Int32, Int64(name, lowest, highest)   a number in that range; returns it
+//   Count8, Count16, Count32(name, highest)            the length of an array; returns it
+//   Bool(name), Hash(name)                             0 or 1; 64 bits without a meaning
+//   Floats, Doubles(name, count)                       finite numbers
+//   FloatQuaternion, DoubleQuaternion(name)            w x y z, of about unit length
+//   Bytes(name, count)                                 anything
+//   Text(name, longest), Texts(name, count, longest)   strings of at most so many bytes
+//   Struct<M>(name), Structs<M>(name, count)           other messages of this file
+//   Refuse(name, why)                                  what two fields together must not say
+
+#include <cstdint>
+#include <limits>
+#include <morphbus/actuator_t.hpp>
+#include <morphbus/ask_t.hpp>
+#include <morphbus/control_t.hpp>
+#include <morphbus/health_t.hpp>
+#include <morphbus/hello_t.hpp>
+#include <morphbus/info_part_t.hpp>
+#include <morphbus/log_end_t.hpp>
+#include <morphbus/sensors_t.hpp>
+#include <morphbus/sim_clock_t.hpp>
+#include <morphbus/status_t.hpp>
+#include <morphbus/transform_t.hpp>
+#include <morphbus/world_t.hpp>
+
+#include "bridge/wire/channels.h"
+#include "bridge/wire/wire_limits.h"
+#include "vm/image/fault.h"
+#include "vm/limits.h"
+
+namespace morphbus::bridge::layout {
+
+// The bounds of the integer types, for fields that may have any value of theirs.
+inline constexpr int64_t kMost8 = std::numeric_limits<int8_t>::max();
+inline constexpr int64_t kMost16 = std::numeric_limits<int16_t>::max();
+inline constexpr int64_t kMost32 = std::numeric_limits<int32_t>::max();
+inline constexpr int64_t kMost64 = std::numeric_limits<int64_t>::max();
+inline constexpr int64_t kLeast32 = std::numeric_limits<int32_t>::min();
+inline constexpr int64_t kLeast64 = std::numeric_limits<int64_t>::min();
+inline constexpr size_t kNameText = 64;     ///< Names of types, roles, functions; bytes.
+inline constexpr size_t kRunHashText = 32;  ///< Hexadecimal digits.
+// Entries of the arrays that vm/limits.h says nothing of.
+inline constexpr int64_t kMostControls = 64;
+inline constexpr int64_t kMostTotals = 16;  ///< In one ASK; the log's END has more.
+// The highest index of a link, joint and connector of any module type.
+inline constexpr int64_t kLastLink = vm::kMaxLinks - 1;
+inline constexpr int64_t kLastJoint = vm::kMaxJoints - 1;
+inline constexpr int64_t kLastConnector = vm::kMaxConnectors - 1;
+
+/// Stands for the type whose layout a Walk describes, so that one name, Walk, serves all types: the
+/// compiler chooses by this argument, which has no content.
+template <class M>
+struct As {};
+
+// Parts of messages.
+
+/// What every message begins with.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::header_t>) {
+  // The envelope's own check covers CRC and protocol (bridge/wire/codec.h).
+  v.Int32("crc32", kLeast32, kMost32);
+  v.Int32("protocol", kLeast32, kMost32);
+  // The lockstep counts ticks, times and messages from 0.
+  v.Int64("tick", 0, kMost64);
+  v.Int64("sim_time_us", 0, kMost64);
+  v.Int64("sequence", 0, kMost64);
+  // Zero stands for "none"; what the receiver expects is compared in bridge/wire/codec.h.
+  v.Hash("model_hash");
+  v.Hash("program_hash");
+}
+
+/// Number of this part and number of parts.
+template <class V>
+constexpr void WalkPart(V& v) {
+  const int64_t part = v.Int16("part", 0, kMost16);
+  if (v.Int16("num_parts", 1, kMost16) <= part) v.Refuse("part", "is not below num_parts");
+}
+
+/// Place and size of a piece of an image, and the piece, of at most `most` bytes. Nothing says that
+/// the bytes are a program: the verifier sees to that once the image is whole.
+template <class V>
+constexpr void WalkPiece(V& v, int64_t most) {
+  const int64_t image_size = v.Int32("image_size", 1, vm::kMaxImageBytes);
+  const int64_t offset = v.Int32("offset", 0, vm::kMaxImageBytes);
+  // A piece holds at least one byte and lies within the image, so that collecting always ends.
+  const int64_t size = v.Count16("size", most);
+  if (size < 1) v.Refuse("size", "is out of range");
+  if (offset + size > image_size) v.Refuse("offset", "puts the piece beyond the image's end");
+  v.Bytes("bytes", size);
+}
+
+/// A connector that is mated. A connection number is counted from 1; 0 would be none.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::docked_connector_t>) {
+  v.Int8("connector", 0, kLastConnector);
+  v.Int8("mate_connector", 0, kLastConnector);
+  v.Int16("mate_module", 0, kMost16);
+  // The model's connection definitions and connections are not known here: whoever looks one up
+  // checks the index.
+  v.Int8("connection_type", 0, kMost8);
+  v.Int16("number", 1, kMost16);
+}
+
+/// Readings of one module. Positions and velocities have the same length.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::module_sensors_t>) {
+  v.Int16("module_id", 0, kMost16);
+  v.Text("name", kMaxProcessName);
+  const int64_t joints = v.Count8("num_joints", vm::kMaxJoints);
+  // One number for each joint, rad or m, and rad/s or m/s.
+  v.Doubles("joint_position_si", joints);
+  v.Floats("joint_velocity_si", joints);
+  const int64_t docked = v.Count8("num_docked", vm::kMaxNeighbours);
+  v.template Structs<morphbus::docked_connector_t>("docked", docked);
+}
+
+/// An invocation from outside. Arguments are 32-bit cells, typed by the program: any bits will do,
+/// and whoever runs it checks that its own program has that role and command.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::invoke_request_t>) {
+  v.Int16("module_id", 0, kMost16);
+  v.Int16("role", 0, vm::kMaxRoles - 1);
+  v.Int8("command", 0, vm::kMaxRoutines - 1);
+  const int64_t arguments = v.Count8("num_arguments", vm::kMaxArguments);
+  v.Hash("program_hash");
+  v.Bytes("arguments", 4 * arguments);
+}
+
+/// A piece of a new program from outside, on its way to the module from where it spreads.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::deploy_piece_t>) {
+  v.Int16("module_id", 0, kMost16);
+  v.Hash("hash");
+  WalkPiece(v, kMaxDeployPiece);
+}
+
+/// A link's true pose in the world frame, X_WL, from the simulator in double precision.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::body_pose_t>) {
+  v.Int16("module_id", 0, kMost16);
+  v.Int8("link", 0, kLastLink);
+  v.Doubles("position_m", 3);
+  v.DoubleQuaternion("orientation_wxyz");
+}
+
+/// A pose as modules tell it, X_RL in the robot frame, in single precision.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::pose_t>) {
+  v.Floats("position_m", 3);
+  v.FloatQuaternion("orientation_wxyz");
+}
+
+/// A connector of the sender that something is mated to, and the sender's link that carries it.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::docked_link_t>) {
+  v.Int8("connector", 0, kLastConnector);
+  v.Int8("link", 0, kLastLink);
+  v.Int8("body_link", 0, kLastLink);
+  v.Int16("mate_module", 0, kMost16);
+}
+
+/// News that a joint touches the body of one of the sender's links. Stamps may lie before the run.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::body_entry_t>) {
+  v.Int8("link", 0, kLastLink);
+  v.Int8("joint", 0, kLastJoint);
+  v.Int16("module_id", 0, kMost16);
+  v.Int32("stamp_tick", kLeast32, kMost32);
+}
+
+/// A command on its way through the robot. Ids count from 1, and 0 is an id that was never given.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::invocation_t>) {
+  v.Int16("origin_module", 0, kMost16);
+  v.Int16("role", 0, vm::kMaxRoles - 1);
+  v.Int8("command", 0, vm::kMaxRoutines - 1);
+  const int64_t arguments = v.Count8("num_arguments", vm::kMaxArguments);
+  v.Int32("origin_incarnation", 0, kMost32);
+  v.Int32("id", 1, kMost32);
+  v.Hash("program_hash");
+  v.Bytes("arguments", 4 * arguments);
+}
+
+/// Which invocations of a module the sender has. Here an id of 0 says that nothing has come yet.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::invocation_ack_t>) {
+  v.Int16("origin_module", 0, kMost16);
+  v.Int32("origin_incarnation", 0, kMost32);
+  v.Int32("id", 0, kMost32);
+  v.Int32("floor", 0, kMost32);
+}
+
+/// Which program the sender runs and which it collects. Wanting nothing is a version of 0.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::program_news_t>) {
+  v.Int32("version", 0, kMost32);
+  v.Hash("hash");
+  v.Int32("want_version", 0, kMost32);
+  v.Hash("want_hash");
+  v.Int32("want_offset", 0, vm::kMaxImageBytes);
+}
+
+/// A piece of a program on its way from module to module.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::program_fragment_t>) {
+  v.Int32("version", 0, kMost32);
+  v.Hash("hash");
+  WalkPiece(v, vm::kFragmentBytes);
+}
+
+/// What a joint shall do. Targets and speeds may have any sign and size; the servo limits them.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::joint_command_t>) {
+  v.Int8("mode", morphbus::joint_command_t::MODE_HOLD, morphbus::joint_command_t::MODE_VELOCITY);
+  v.Doubles("target_si", 1);
+  v.Doubles("speed_si", 1);
+}
+
+/// Sets a state variable of a connector. Values are indices into what the variable allows.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::connector_command_t>) {
+  v.Int8("connector", 0, kLastConnector);
+  v.Int8("state", 0, vm::kMaxConnectorStates - 1);
+  v.Int8("value", 0, kMost8);
+}
+
+/// What a name of the role means in this module. A label that does not resolve has index -1.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::label_t>) {
+  v.Text("name", kNameText);
+  v.Int8("kind", morphbus::label_t::KIND_JOINT, morphbus::label_t::KIND_LINK);
+  // Of a joint or a link, as the kind says.
+  v.Int8("index", -1, kLastJoint > kLastLink ? kLastJoint : kLastLink);
+}
+
+/// What a module is running. The kinds are startup, behavior, command and handler, from 0.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::task_t>) {
+  v.Int8("kind", 0, 3);
+  v.Text("function_name", kNameText);
+  v.Int16("line", 0, kMost16);
+}
+
+/// Something that went wrong, as numbers. Every index is -1 where the fault concerns nothing of the
+/// kind; a line of 0 is unknown.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::fault_t>) {
+  v.Int16("code", 0, vm::kNumFaultCodes - 1);
+  v.Int16("role", -1, vm::kMaxRoles - 1);
+  v.Int16("rival_role", -1, vm::kMaxRoles - 1);
+  v.Int16("function_index", -1, vm::kMaxFunctions - 1);
+  v.Int16("line", 0, kMost16);
+  v.Int16("keyword", -1, vm::kMaxKeywords - 1);
+  v.Int8("joint", -1, kLastJoint);
+  v.Int8("link", -1, kLastLink);
+  v.Int8("connector", -1, kLastConnector);
+  v.Int8("asked_axis", 0, vm::kNumAxes - 1);
+  // In degrees or as the kind of fault says. Direction is a unit vector in R, or zero.
+  v.Floats("asked", 1);
+  v.Floats("measured", 1);
+  v.Floats("limit", 1);
+  v.Floats("direction", 3);
+}
+
+/// Count and hash of a channel. Its name is checked by whoever looks it up.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::channel_total_t>) {
+  v.Text("channel", kMaxChannelName);
+  v.Int64("count", 0, kMost64);
+  v.Hash("hash");
+  v.Bool("hashed");
+}
+
+// Messages.
+
+/// CLOCK (sim_clock_t). In the last one, with PHASE_END, the header's tick is the one after the
+/// last, for which there are no sensors.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::sim_clock_t>) {
+  v.template Struct<morphbus::header_t>("header");
+  v.Int8("phase", morphbus::sim_clock_t::PHASE_START, morphbus::sim_clock_t::PHASE_END);
+  v.Int32("tick_us", 1, kMost32);
+  v.Int16("num_modules", 0, kMost16);
+  // Listeners learn here how many messages a tick has on SENSORS and on WORLD.
+  v.Int16("num_sensors_parts", 0, kMost16);
+  v.Int16("num_world_parts", 0, kMost16);
+  v.Text("end_reason", kLongestText);
+  // What people asked for that takes effect at this tick, as text.
+  const int64_t controls = v.Count16("num_controls", kMostControls);
+  v.Texts("controls", controls, kLongestText);
+}
+
+/// SENSORS (sensors_t), one part of several. How many modules fit is bounded by the datagram.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::sensors_t>) {
+  v.template Struct<morphbus::header_t>("header");
+  WalkPart(v);
+  const int64_t modules = v.Count16("num_modules", kMost16);
+  v.template Structs<morphbus::module_sensors_t>("modules", modules);
+  const int64_t requests = v.Count8("num_requests", vm::kMaxRequests);
+  v.template Structs<morphbus::invoke_request_t>("requests", requests);
+  // Orders for modules of this part.
+  const int64_t pieces = v.Count8("num_pieces", 1);
+  v.template Structs<morphbus::deploy_piece_t>("pieces", pieces);
+}
+
+/// WORLD (world_t), one part of several; it may be empty.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::world_t>) {
+  v.template Struct<morphbus::header_t>("header");
+  WalkPart(v);
+  const int64_t bodies = v.Count16("num_bodies", kMost16);
+  v.template Structs<morphbus::body_pose_t>("bodies", bodies);
+}
+
+/// TRANSFORM (transform_t). The counts keep every tail within a datagram, as vm/limits.h shares it
+/// out.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::transform_t>) {
+  v.template Struct<morphbus::header_t>("header");
+  v.Int16("module_id", 0, kMost16);
+  v.Int32("incarnation", 0, kMost32);
+  v.Int16("role", -1, vm::kMaxRoles - 1);
+  v.Bool("has_pose");
+  v.Bool("pose_stale");
+  v.Int16("root_module", 0, kMost16);
+  v.Int32("root_incarnation", 0, kMost32);
+  v.Int64("root_sequence", kLeast64, kMost64);
+  v.Int16("hops", 0, kMost16);
+  const int64_t links = v.Count8("num_links", vm::kMaxLinks);
+  v.template Structs<morphbus::pose_t>("link_poses", links);
+  const int64_t docked = v.Count8("num_docked", vm::kMaxNeighbours);
+  v.template Structs<morphbus::docked_link_t>("docked", docked);
+  // The tail: what has no room in this message waits for a later one.
+  v.Int8("body_turns", 1, kMost8);
+  const int64_t entries = v.Count8("num_body_entries", vm::kMaxMessageBodyEntries);
+  v.template Structs<morphbus::body_entry_t>("body_entries", entries);
+  const int64_t invocations = v.Count8("num_invocations", vm::kMaxMessageInvocations);
+  v.template Structs<morphbus::invocation_t>("invocations", invocations);
+  const int64_t acks = v.Count8("num_acks", vm::kMaxMessageAcks);
+  v.template Structs<morphbus::invocation_ack_t>("acks", acks);
+  v.template Struct<morphbus::program_news_t>("news");
+  const int64_t fragments = v.Count8("num_fragments", 1);
+  v.template Structs<morphbus::program_fragment_t>("fragments", fragments);
+}
+
+/// ACTUATOR (actuator_t): the commands of one module and tick.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::actuator_t>) {
+  v.template Struct<morphbus::header_t>("header");
+  v.Int16("module_id", 0, kMost16);
+  // STATUS messages so far, so that the logger notices when one is missing.
+  v.Int64("status_count", 0, kMost64);
+  const int64_t joints = v.Count8("num_joints", vm::kMaxJoints);
+  v.template Structs<morphbus::joint_command_t>("joints", joints);
+  const int64_t connectors = v.Count8("num_connectors", vm::kMaxConnectors);
+  v.template Structs<morphbus::connector_command_t>("connectors", connectors);
+}
+
+/// STATUS (status_t): what a module is and does, for people and tools.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::status_t>) {
+  v.template Struct<morphbus::header_t>("header");
+  v.Int16("module_id", 0, kMost16);
+  v.Text("type_name", kNameText);
+  v.Int32("incarnation", 0, kMost32);
+  v.Int16("role", -1, vm::kMaxRoles - 1);
+  v.Text("role_name", kNameText);
+  v.Bool("frozen");
+  v.Bool("has_pose");
+  v.Bool("pose_stale");
+  const int64_t labels = v.Count8("num_labels", vm::kMaxLabels);
+  v.template Structs<morphbus::label_t>("labels", labels);
+  const int64_t joints = v.Count8("num_joints", vm::kMaxJoints);
+  // Convention of each joint; 0 for one that has none.
+  for (int64_t i = 0; i < joints; ++i) v.Int8("joint_sign", -1, 1);
+  const int64_t tasks = v.Count8("num_tasks", vm::kMaxTasks);
+  v.template Structs<morphbus::task_t>("tasks", tasks);
+  v.Int8("tasks_omitted", 0, kMost8);
+  // Faults that do not fit come with further STATUS messages of the same tick.
+  const int64_t faults = v.Count8("num_faults", vm::kMaxFaultsPerTick);
+  v.template Structs<morphbus::fault_t>("faults", faults);
+  v.Int16("faults_dropped", 0, kMost16);
+}
+
+/// ASK (ask_t), of every kind; what a kind does not use is empty or 0.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::ask_t>) {
+  v.template Struct<morphbus::header_t>("header");
+  v.Text("sender", kMaxProcessName);
+  v.Int8("kind", morphbus::ask_t::KIND_RESEND, morphbus::ask_t::KIND_VERDICT_ACK);
+  v.Text("channel", kMaxChannelName);
+  v.Int64("first_sequence", 0, kMost64);
+  v.Int64("last_sequence", 0, kMost64);
+  // Of the last tick that is there; -1 before tick 0 is whole.
+  v.Int64("acknowledged_tick", -1, kMost64);
+  v.Text("run_hash", kRunHashText);
+  // Empty if the run ended as planned.
+  v.Text("verdict", kLongestText);
+  const int64_t totals = v.Count16("num_totals", kMostTotals);
+  v.template Structs<morphbus::channel_total_t>("totals", totals);
+}
+
+/// HELLO (hello_t). Whether the process fits the run is decided by the sim, by name, type and
+/// hashes.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::hello_t>) {
+  v.template Struct<morphbus::header_t>("header");
+  v.Text("process", kMaxProcessName);
+  v.Int32("pid", 0, kMost32);
+  // A random number, so any value will do.
+  v.Hash("claim");
+  v.Int32("incarnation", 0, kMost32);
+  v.Text("type_name", kNameText);
+  v.Hash("kinematics_hash");
+  v.Hash("wire_hash");
+  // For people only.
+  v.Text("build", kLongestText);
+}
+
+/// HEALTH (health_t). A ledger only counts, so nothing in it is below 0.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::health_t>) {
+  v.template Struct<morphbus::header_t>("header");
+  v.Text("process", kMaxProcessName);
+  for (const char* count :
+       {"wall_time_us", "received", "sent", "lost", "discarded", "duplicates", "resent", "asked",
+        "queue_overflows", "bad", "missed_deadlines", "max_rss_kb", "cpu_us"}) {
+    v.Int64(count, 0, kMost64);
+  }
+}
+
+/// INFO (info_part_t). A part is no larger than the whole.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::info_part_t>) {
+  v.template Struct<morphbus::header_t>("header");
+  WalkPart(v);
+  const int64_t total = v.Int32("total_bytes", 0, kMaxInfoBytes);
+  v.Bytes("data", v.Count32("size", total));
+}
+
+/// CONTROL (control_t). Whoever obeys checks the signature, an HMAC-SHA-256.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::control_t>) {
+  v.template Struct<morphbus::header_t>("header");
+  v.Int64("counter", 0, kMost64);
+  v.Text("command", kLongestText);
+  v.Bytes("mac", 32);
+}
+
+/// END (log_end_t). It stands in a file, and so may be larger than a datagram.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::log_end_t>) {
+  v.template Struct<morphbus::header_t>("header");
+  v.Text("run", kMaxRunName);
+  v.Bool("clean");
+  v.Text("reason", kLongestText);
+  v.Text("run_hash", kRunHashText);
+  v.Int64("num_ticks", 0, kMost64);
+  const int64_t channels = v.Count16("num_channels", kMost16);
+  v.template Structs<morphbus::channel_total_t>("channels", channels);
+}
+
+}  // namespace morphbus::bridge::layout

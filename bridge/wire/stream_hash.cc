@@ -1,0 +1,87 @@
+#include "bridge/wire/stream_hash.h"
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+namespace morphbus::bridge {
+
+struct StreamHash::State {
+  XXH3_state_t xxh;
+};
+
+// Snapshots reserve this much; another version of the library may need another number.
+static_assert(sizeof(XXH3_state_t) == StreamHash::kStateBytes);
+
+StreamHash::StreamHash() : state_(std::make_unique<State>()) { XXH3_64bits_reset(&state_->xxh); }
+StreamHash::~StreamHash() = default;
+StreamHash::StreamHash(StreamHash&&) noexcept = default;
+StreamHash& StreamHash::operator=(StreamHash&&) noexcept = default;
+
+void StreamHash::Update(const uint8_t* data, size_t size) {
+  XXH3_64bits_update(&state_->xxh, data, size);
+}
+
+uint64_t StreamHash::Digest() const { return XXH3_64bits_digest(&state_->xxh); }
+
+void StreamHash::Save(uint8_t* out) const {
+  std::memcpy(out, static_cast<const void*>(&state_->xxh), kStateBytes);
+}
+
+void StreamHash::Load(const uint8_t* in) {
+  // The state points at the default secret, whose address differs from process to process.
+  const unsigned char* const secret = state_->xxh.extSecret;
+  std::memcpy(static_cast<void*>(&state_->xxh), in, kStateBytes);
+  state_->xxh.extSecret = secret;
+  // Bytes from a damaged file must not make the library read or write out of its buffers.
+  state_->xxh.bufferedSize %= XXH3_INTERNALBUFFER_SIZE + 1;
+  state_->xxh.secretLimit = XXH_SECRET_DEFAULT_SIZE - XXH_STRIPE_LEN;
+  state_->xxh.nbStripesPerBlock = state_->xxh.secretLimit / XXH_SECRET_CONSUME_RATE;
+  state_->xxh.nbStripesSoFar %= state_->xxh.nbStripesPerBlock + 1;
+}
+
+morphbus::channel_total_t ToWire(const ChannelTotal& total) {
+  morphbus::channel_total_t wire;
+  wire.channel = total.channel;
+  wire.count = total.count;
+  wire.hash = static_cast<int64_t>(total.hash);
+  wire.hashed = total.hashed ? 1 : 0;
+  return wire;
+}
+
+std::string RunHash(std::vector<ChannelTotal> totals) {
+  std::sort(totals.begin(), totals.end(),
+            [](const ChannelTotal& a, const ChannelTotal& b) { return a.channel < b.channel; });
+  XXH3_state_t state;
+  // Whoever calls may list the channels in any order, but the hash depends on it: hence the sort.
+  XXH3_128bits_reset(&state);
+  for (const ChannelTotal& total : totals) {
+    if (!total.hashed) continue;
+    // The run's own name is left out, so that equal runs have equal hashes.
+    const size_t slash = total.channel.find('/');
+    const std::string name = total.channel.substr(slash == std::string::npos ? 0 : slash + 1);
+    // The name goes in with its NUL, so that no name runs on into the numbers behind it.
+    XXH3_128bits_update(&state, name.c_str(), name.size() + 1);
+    // Count and hash in network order, so that machines agree.
+    std::array<uint8_t, 16> numbers;
+    for (size_t i = 0; i < 8; ++i) {
+      numbers[i] = static_cast<uint8_t>(static_cast<uint64_t>(total.count) >> (56 - 8 * i));
+      numbers[8 + i] = static_cast<uint8_t>(total.hash >> (56 - 8 * i));
+    }
+    XXH3_128bits_update(&state, numbers.data(), numbers.size());
+  }
+  // The library's canonical form is big-endian on every machine.
+  XXH128_canonical_t canonical;
+  XXH128_canonicalFromHash(&canonical, XXH3_128bits_digest(&state));
+  std::string text;
+  for (const unsigned char byte : canonical.digest) {
+    text += "0123456789abcdef"[byte >> 4];
+    text += "0123456789abcdef"[byte & 15];
+  }
+  return text;
+}
+
+}  // namespace morphbus::bridge

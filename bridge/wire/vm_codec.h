@@ -1,0 +1,74 @@
+#pragma once
+// Between the VM's plain structs (vm/module_api.h) and the wire types. The VM knows no message
+// types and no LCM, so that it can run where neither exists; this file is the only place where both
+// meet. Incoming messages have passed Decode, so their numbers are in range.
+
+#include <cstdint>
+#include <morphbus/actuator_t.hpp>
+#include <morphbus/invoke_request_t.hpp>
+#include <morphbus/module_sensors_t.hpp>
+#include <morphbus/status_t.hpp>
+#include <morphbus/transform_t.hpp>
+#include <string>
+#include <vector>
+
+#include "bridge/wire/wire_limits.h"
+#include "compiler/base/result.h"
+#include "vm/module_api.h"
+
+namespace morphbus::bridge {
+
+/// The neighbour message as transform_t, header left to the outbox. Always under kMaxPayloadBytes.
+void ToTransform(const vm::NeighbourMessage& message, morphbus::transform_t* out);
+
+/// The reverse, of a message that Decode accepted; sender, tick and program hash come from its
+/// header.
+void FromTransform(const morphbus::transform_t& message, vm::NeighbourMessage* out);
+
+/// Commands of one tick. `status_count`: STATUS messages published so far, this tick's included.
+void ToActuator(const vm::TickOutput& output, uint16_t module_id, int num_joints,
+                int64_t status_count, morphbus::actuator_t* out);
+
+/// The module's own reading as the VM's input (tick, time and messages are left alone). Fails if
+/// joint or connector numbers do not fit the module's type.
+Result<void> FromSensors(const morphbus::module_sensors_t& reading, int num_joints,
+                         int num_connectors, vm::TickInput* out);
+
+/// Names behind a StatusReport's numbers, as text.
+struct StatusNames {
+  /// The module's type in the model.
+  std::string type_name;
+  std::string role_name;                    ///< Of the report's role; empty without one.
+  std::vector<std::string> label_names;     ///< Of its label slots.
+  std::vector<bool> label_is_joint;         ///< Else a link.
+  std::vector<std::string> task_functions;  ///< By entry of tasks.
+};
+
+/// Longest name in a STATUS, bytes; longer ones are cut at a character.
+inline constexpr size_t kMaxStatusName = 48;
+
+/// The report as one message, or as several if its faults do not fit into one. Labels always fit;
+/// tasks that do not are counted in tasks_omitted. Every message repeats all but the faults, so
+/// that each can be read alone.
+std::vector<morphbus::status_t> ToStatus(const vm::StatusReport& report, const StatusNames& names,
+                                         uint16_t module_id, uint32_t incarnation, int num_joints);
+
+/// A fault of a STATUS that Decode accepted, to be worded by vm::FaultSentence.
+vm::Fault FromFault(const morphbus::fault_t& fault);
+
+/// An invocation from outside, on its way to the module that shall issue it; and back into the VM's
+/// struct, which does not name the module.
+void ToRequest(const vm::InvokeRequest& request, uint16_t module_id,
+               morphbus::invoke_request_t* out);
+void FromRequest(const morphbus::invoke_request_t& request, vm::InvokeRequest* out);
+
+/// Splits modules into SENSORS parts: indices of the modules of each part, in order, such that no
+/// part can exceed kMaxPayloadBytes whatever gets docked, asked for or deployed. `most_docked`: of
+/// each module, the number of its connectors.
+std::vector<std::vector<size_t>> SplitSensors(
+    const std::vector<morphbus::module_sensors_t>& modules, const std::vector<int>& most_docked);
+
+/// Bodies that fit into one part of WORLD, whatever their poses are.
+size_t WorldBodiesPerPart();
+
+}  // namespace morphbus::bridge

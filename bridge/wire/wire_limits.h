@@ -1,0 +1,22 @@
+#pragma once
+// How large messages and what they carry may be.
+
+#include <cstddef>
+#include <cstdint>
+
+namespace morphbus::bridge {
+
+/// Largest message that a channel of the run may carry, bytes: with LCM's header (8), the longest
+/// channel name (64) and IP and UDP (28) the packet stays within 1400 bytes.
+inline constexpr size_t kMaxPayloadBytes = 1300;
+
+/// Longest text for people in a message (reasons, errors, builds), bytes.
+inline constexpr size_t kLongestText = 200;
+
+/// Largest piece of a new program in SENSORS, bytes.
+inline constexpr size_t kMaxDeployPiece = 128;
+
+/// Largest description of a run that is accepted, bytes.
+inline constexpr size_t kMaxInfoBytes = 16u << 20;
+
+}  // namespace morphbus::bridge

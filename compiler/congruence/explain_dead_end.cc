@@ -1,0 +1,229 @@
+// Says at which joint the most promising attempt ended, and what its counterpart lacks. Each text
+// names joints and bodies as `morphbus graph` does, with figures that can be checked there.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "compiler/congruence/explain.h"
+#include "compiler/congruence/explain_text.h"
+
+namespace morphbus::congruence {
+namespace {
+
+using Demand = Failure::Demand;
+using Eigen::Vector3d;
+
+/// How far a joint of b is from where a counterpart would have to be.
+struct Miss {
+  int joint = -1;       ///< -1 if no joint is left.
+  double angle = 0.0;   ///< Between the axes (rad).
+  double metres = 0.0;  ///< Of the place through which the axis would have to pass; 0 for a slide.
+};
+
+/// Puts an attempt into words that came as far as a pair of bodies, a joint of which has no
+/// counterpart.
+class AttemptText {
+ public:
+  explicit AttemptText(const DeadEnd& end)
+      : end_(end),
+        matched_(*end.matched),
+        a_(matched_.a()),
+        b_(matched_.b()),
+        j_(a_.joints[end.joint]),
+        image_(matched_.ImageOf(end.body)),
+        other_(j_.Other(end.body)),
+        joint_name_(a_.JointName(end.joint)),
+        body_name_(a_.BodyName(end.body)),
+        image_name_(b_.BodyName(image_)),
+        other_name_(a_.BodyName(other_)) {}
+
+  [[nodiscard]] std::string Text() const {
+    std::string text = Progress() + ", ";
+    // Where the bodies' place is known, the joint's place is too: what is there, or nearest to it?
+    if (matched_.R().settled(end_.body)) {
+      text += fmt::format("where a joint would have to {} {}",
+                          j_.slide ? "slide along" : "turn about", congruence::Text(R() * j_.axis));
+      if (!j_.slide) text += fmt::format(" through {} m", congruence::Text(Place()));
+      return text + "; " + (end_.tried ? Tried("does") : NoneInPlace());
+    }
+    // Else there is no place to speak of, only a joint that was tried, or none.
+    if (end_.tried) return text + Tried("is tried");
+    return text +
+           fmt::format("no joint is left there that {} and leads to a body that is touched by {}",
+                       RangeText(j_), CountedOrNo(a_.bodies[other_].joints.size(), "joint"));
+  }
+
+ private:
+  [[nodiscard]] Eigen::Matrix3d R() const { return matched_.R().Value(end_.body); }
+  [[nodiscard]] std::string OtherName(int to) const {
+    return b_.BodyName(b_.joints[to].Other(image_));
+  }
+
+  /// How far the attempt came, and the pair of bodies at which it ended.
+  [[nodiscard]] std::string Progress() const {
+    const std::string pair =
+        fmt::format("{} with {} of {}", body_name_, image_name_, b_.robot->name);
+    const size_t count = matched_.order().size();
+    if (count == 1) return "in the most promising attempt, which begins with " + pair;
+    return fmt::format("in the most promising attempt {} of {} bodies match, among them {}", count,
+                       a_.bodies.size(), pair);
+  }
+
+  /// A point of the axis that a counterpart would have, in the robot frame of b.
+  [[nodiscard]] Vector3d Place() const {
+    return b_.bodies[image_].p_RoTo + R() * a_.FootFrom(end_.body, end_.joint);
+  }
+
+  /// The joint of the image, of those that are no counterpart yet, which misses that axis by least:
+  /// radians and parts of a module's size count alike.
+  [[nodiscard]] Miss NearestJoint() const {
+    // Axes have no sense here: a joint may stand for one the other way round.
+    const Vector3d axis = R() * j_.axis;
+    const Vector3d place = Place();
+    Miss best;
+    double least = std::numeric_limits<double>::infinity();
+    for (const int to : b_.bodies[image_].joints) {
+      const ScrewJoint& image = b_.joints[to];
+      if (matched_.JointTaken(to) || image.slide != j_.slide) continue;
+      const double angle =
+          std::atan2(axis.cross(image.axis).norm(), std::abs(axis.dot(image.axis)));
+      const double metres = j_.slide ? 0.0 : (place - image.p_RoJo).cross(image.axis).norm();
+      const double miss = angle + metres / std::max(b_.extent_m, 1e-12);
+      if (miss >= least) continue;
+      least = miss;
+      best = {to, angle, metres};
+    }
+    return best;
+  }
+
+  /// What there is instead where no counterpart came into question though the place is known.
+  [[nodiscard]] std::string NoneInPlace() const {
+    const Miss nearest = NearestJoint();
+    if (nearest.joint < 0) return "there is none left";
+    // Either the nearest is in place and unfit for other reasons, or it is off by some angle and
+    // way.
+    const std::string name = b_.JointName(nearest.joint);
+    const bool turned = nearest.angle > kGeometryTolerance;
+    const bool moved = nearest.metres > kGeometryTolerance * b_.extent_m;
+    if (!turned && !moved) return name + " does, but that one " + PassedOver(nearest.joint);
+    std::string text = fmt::format("the nearest, {}, is off by", name);
+    if (turned) text += fmt::format(" {:.6g} degrees", nearest.angle * kDegrees);
+    if (moved) text += fmt::format("{} {:.6g} m", turned ? " and" : "", nearest.metres);
+    return text;
+  }
+
+  /// Why `to`, whose axis is in place, did not come into question: by its range, its ends, or the
+  /// bodies beyond. The conditions are those of Correspondence::AddCounterparts, in its order.
+  [[nodiscard]] std::string PassedOver(int to) const {
+    const ScrewJoint& image = b_.joints[to];
+    if (!SameRange(j_, image, SlideTolerance(a_, b_))) {
+      return fmt::format("{} and not as wide as {}, which {}", RangeText(image), joint_name_,
+                         RangeText(j_));
+    }
+    const int other_image = image.Other(image_);
+    if ((other_ == end_.body) != (other_image == image_)) {
+      return fmt::format("{}, and {} {}", RangeText(image), joint_name_, RangeText(j_));
+    }
+    const int matched = matched_.ImageOf(other_);
+    if (matched >= 0 ? matched != other_image : matched_.BodyTaken(other_image)) {
+      return OtherBodies(to);
+    }
+    return fmt::format("leads to {}, which is touched by {}, and not by {} as {}", OtherName(to),
+                       CountedOrNo(b_.bodies[other_image].joints.size(), "joint"),
+                       a_.bodies[other_].joints.size(), other_name_);
+  }
+
+  /// That `to` does not lead to the body that the joint leads to.
+  [[nodiscard]] std::string OtherBodies(int to) const {
+    const int matched = matched_.ImageOf(other_);
+    if (matched < 0) {
+      return fmt::format("leads to {}, which is another body's counterpart already", OtherName(to));
+    }
+    return fmt::format("leads to {}, and {} is matched with {}", OtherName(to), other_name_,
+                       b_.BodyName(matched));
+  }
+
+  /// "X does, but" or "X is tried, but", and what it lacks.
+  [[nodiscard]] std::string Tried(const std::string& verb) const {
+    const Failure& failure = matched_.failure();
+    return fmt::format("{} {}, but {}", b_.JointName(failure.counterpart.to), verb,
+                       FailureText(failure));
+  }
+
+  [[nodiscard]] std::string FailureText(const Failure& failure) const {
+    const std::string other_image = OtherName(failure.counterpart.to);
+    const std::string& from = failure.beyond ? other_name_ : body_name_;
+    const std::string& at = failure.beyond ? other_image : image_name_;
+    const double wanted = Plain(failure.wanted);
+    const double found = Plain(failure.found);
+    // Figures are those of b first, then those of a that they should be equal to.
+    const ScrewJoint& to = b_.joints[failure.counterpart.to];
+    switch (failure.demand) {
+      case Demand::kDirection:
+        return fmt::format("its axis lies in {} {:.6g} degrees off where that of {} lies in {}", at,
+                           found * kDegrees, joint_name_, from);
+      case Demand::kDistance:
+        return fmt::format(
+            "its axis passes {:.6g} m from the reference point of {}, and not {:.6g} m as that of "
+            "{} from {}",
+            found, at, wanted, joint_name_, from);
+      case Demand::kPlace:
+        return fmt::format("its axis passes {} {:.6g} m beside where that of {} passes {}", at,
+                           found, joint_name_, from);
+      case Demand::kAlong:
+        return fmt::format(
+            "along its axis the reference point of {} lies {:.6g} m from that of {}, and not "
+            "{:.6g} m as with {} and {}",
+            other_image, found, image_name_, wanted, other_name_, body_name_);
+      case Demand::kApart:
+        return fmt::format(
+            "across its axis the reference points of {} and {} lie {:.6g} m apart, and not {:.6g} "
+            "m as those of {} and {}",
+            image_name_, other_image, found, wanted, body_name_, other_name_);
+      case Demand::kAcross:
+        return fmt::format(
+            "across its axis the reference point of {} lies {:.6g} m from where that of {} does",
+            other_image, found, other_name_);
+      case Demand::kBodies:
+        return "it " + OtherBodies(failure.counterpart.to);
+      case Demand::kTurned:
+        return fmt::format(
+            "when both stand alike, {} is turned about the axis {:.6g} degrees further than {}",
+            other_image, found * kDegrees, other_name_);
+      case Demand::kOffset:
+        return fmt::format(
+            "its limits map onto those of {} with an offset of {}, the bodies with one of {}",
+            joint_name_, ValueText(to, failure.wanted), ValueText(to, failure.found));
+      case Demand::kLocked:
+        return fmt::format(
+            "loops lock both, and it stands at {} where the counterpart of {} stands at {}",
+            ValueText(to, failure.wanted), joint_name_, ValueText(to, failure.found));
+    }
+    return {};
+  }
+
+  const DeadEnd& end_;
+  const Correspondence& matched_;
+  const ScrewGraph& a_;
+  const ScrewGraph& b_;
+  const ScrewJoint& j_;
+  int image_;  ///< Of the dead end's body.
+  int other_;  ///< The body of a at the joint's other end.
+  std::string joint_name_, body_name_, image_name_, other_name_;
+};
+
+}  // namespace
+
+std::string ExplainDeadEnd(const ScrewGraph& a, const ScrewGraph& b, const DeadEnd& end) {
+  const std::string text =
+      fmt::format("joint {} of {} has no counterpart: ", a.JointName(end.joint), a.robot->name);
+  if (end.matched) return text + AttemptText(end).Text();
+  return text + fmt::format("no body of {} that is touched by {}, as {}, has a joint that {}",
+                            b.robot->name, CountedOrNo(a.bodies[end.body].joints.size(), "joint"),
+                            a.BodyName(end.body), RangeText(a.joints[end.joint]));
+}
+
+}  // namespace morphbus::congruence

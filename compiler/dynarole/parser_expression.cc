@@ -1,0 +1,221 @@
+#include <charconv>
+#include <cstdlib>
+
+#include "compiler/dynarole/parser_impl.h"
+
+namespace morphbus::dynarole {
+
+namespace {
+
+using source::Span;
+
+// How tightly each operator binds; all of them group from the left.
+struct BinaryOperator {
+  TokenKind token;
+  Operator op;
+  int level;  ///< Higher binds tighter.
+};
+
+constexpr BinaryOperator kBinaryOperators[] = {
+    {TokenKind::kOrOr, Operator::kOr, 1},
+    {TokenKind::kAndAnd, Operator::kAnd, 2},
+    {TokenKind::kEqual, Operator::kEqual, 3},
+    {TokenKind::kNotEqual, Operator::kNotEqual, 3},
+    {TokenKind::kLess, Operator::kLess, 4},
+    {TokenKind::kLessEqual, Operator::kLessEqual, 4},
+    {TokenKind::kGreater, Operator::kGreater, 4},
+    {TokenKind::kGreaterEqual, Operator::kGreaterEqual, 4},
+    {TokenKind::kPlus, Operator::kAdd, 5},
+    {TokenKind::kMinus, Operator::kSub, 5},
+    {TokenKind::kStar, Operator::kMul, 6},
+    {TokenKind::kSlash, Operator::kDiv, 6},
+    {TokenKind::kPercent, Operator::kMod, 6},
+};
+
+// Null for tokens that are no binary operators: the expression ends there.
+const BinaryOperator* FindBinary(TokenKind token) {
+  for (const BinaryOperator& candidate : kBinaryOperators) {
+    if (candidate.token == token) return &candidate;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+ExprPtr Parser::Node(ExprKind kind, const Span& span) {
+  // The name of the node is its whole text unless the caller knows better.
+  auto expr = std::make_unique<Expr>();
+  expr->kind = kind;
+  expr->span = span;
+  expr->name_span = span;
+  return expr;
+}
+
+void Parser::Adopt(Expr* parent, ExprPtr child) {
+  // Recursion over the tree must be bounded, and long sums make deep trees without nested
+  // parentheses.
+  parent->depth = std::max(parent->depth, child->depth + 1);
+  parent->operands.push_back(std::move(child));
+  if (parent->depth > kMaxDepth) TooDeep(parent->span);
+}
+
+ExprPtr Parser::ParseExpr(int level) {
+  if (!EnterLevel()) return Node(ExprKind::kError, Peek().span);
+  // Precedence climbing: the right side takes all operators that bind tighter than this one.
+  ExprPtr left = ParseUnary();
+  for (;;) {
+    const BinaryOperator* op = FindBinary(Peek().kind);
+    if (op == nullptr || op->level < level) break;
+    const Span op_span = Take().span;
+    // Operators of one level group from the left: the right side holds none of this level.
+    ExprPtr right = ParseExpr(op->level + 1);
+    ExprPtr expr = Node(ExprKind::kBinary, {file_, left->span.begin, right->span.end});
+    expr->op = op->op;
+    expr->name_span = op_span;
+    Adopt(expr.get(), std::move(left));
+    Adopt(expr.get(), std::move(right));
+    left = std::move(expr);
+  }
+  // Outside all operators: `if (a = b)`.
+  if (Is(TokenKind::kAssign) && level == 1) {
+    if (source::Diagnostic* error = ErrorAt(Peek().span, "'=' cannot stand in an expression")) {
+      error->hint = "to compare, write '=='";
+    }
+  }
+  --level_;
+  return left;
+}
+
+ExprPtr Parser::ParseUnary() {
+  // `- - x` and `!!x` nest, so levels are counted here too.
+  if (!Is(TokenKind::kMinus) && !Is(TokenKind::kNot)) return ParsePostfix();
+  if (!EnterLevel()) return Node(ExprKind::kError, Peek().span);
+  const Token& sign = Take();
+  ExprPtr operand = ParseUnary();
+  --level_;
+  ExprPtr expr = Node(ExprKind::kUnary, {file_, sign.span.begin, operand->span.end});
+  expr->op = sign.kind == TokenKind::kMinus ? Operator::kNegate : Operator::kNot;
+  expr->name_span = sign.span;
+  Adopt(expr.get(), std::move(operand));
+  return expr;
+}
+
+ExprPtr Parser::ParsePostfix() {
+  // Members and calls follow each other as they stand: `self.C1.SET_EXTENDED(true)`.
+  ExprPtr expr = ParsePrimary();
+  for (;;) {
+    if (Is(TokenKind::kDot)) {
+      Take();
+      ExprPtr member = Node(ExprKind::kMember, expr->span);
+      if (!Is(TokenKind::kName)) {
+        Unexpected("a name after '.'");
+        member->kind = ExprKind::kError;
+        return member;
+      }
+      // The span of a member reaches from what stands before the dot to its name.
+      member->name_span = Peek().span;
+      member->name = TextOf(Take());
+      member->span.end = member->name_span.end;
+      Adopt(member.get(), std::move(expr));
+      expr = std::move(member);
+    } else if (Is(TokenKind::kLeftParen) &&
+               (expr->kind == ExprKind::kName || expr->kind == ExprKind::kMember)) {
+      // Only names and members can be called.
+      ExprPtr call = Node(ExprKind::kCall, expr->span);
+      call->name = expr->name;
+      call->name_span = expr->name_span;
+      call->has_parens = true;
+      Adopt(call.get(), std::move(expr));
+      ParseArguments(call.get());
+      call->span.end = Previous().span.end;
+      expr = std::move(call);
+    } else {
+      return expr;
+    }
+    // Behind an error the tokens that follow belong to nothing that is known.
+    if (panic_) return expr;
+  }
+}
+
+bool Parser::ParseArguments(Expr* call) {
+  // Arguments are expressions with commas between them; there may be none.
+  const Span opening = Take().span;
+  if (TakeIf(TokenKind::kRightParen)) return true;
+  do {
+    Adopt(call, ParseExpr());
+    if (panic_) return false;
+  } while (TakeIf(TokenKind::kComma));
+  return ExpectClosing(TokenKind::kRightParen, opening);
+}
+
+ExprPtr Parser::ParsePrimary() {
+  // What an expression can begin with.
+  const Token token = Peek();
+  switch (token.kind) {
+    case TokenKind::kName: {
+      ExprPtr expr = Node(ExprKind::kName, token.span);
+      expr->name = TextOf(Take());
+      return expr;
+    }
+    case TokenKind::kDollar: {
+      ExprPtr expr = Node(ExprKind::kDollar, token.span);
+      expr->name = TextOf(Take()).substr(1);
+      return expr;
+    }
+    case TokenKind::kInt:
+    case TokenKind::kFloat: {
+      ExprPtr expr =
+          Node(token.kind == TokenKind::kInt ? ExprKind::kInt : ExprKind::kFloat, token.span);
+      ParseNumber(expr.get());
+      Take();
+      return expr;
+    }
+    case TokenKind::kTrue:
+    case TokenKind::kFalse: {
+      ExprPtr expr = Node(ExprKind::kBool, token.span);
+      expr->integer = token.kind == TokenKind::kTrue ? 1 : 0;
+      Take();
+      return expr;
+    }
+    case TokenKind::kSelf:
+      Take();
+      return Node(ExprKind::kSelf, token.span);
+    case TokenKind::kLeftParen: {
+      Take();
+      // Parentheses leave no trace in the tree.
+      ExprPtr expr = ParseExpr();
+      if (!panic_) ExpectClosing(TokenKind::kRightParen, token.span);
+      return expr;
+    }
+    // What stands here begins no expression; it is left for the caller to skip.
+    default:
+      break;
+  }
+  Unexpected("an expression");
+  return Node(ExprKind::kError, token.span);
+}
+
+// An int may be one larger than the largest int, for the sake of -2147483648; the checker sees to
+// that.
+void Parser::ParseNumber(Expr* expr) {
+  // The lexer has seen to it that the text is a number.
+  const std::string text = TextOf(Peek());
+  if (expr->kind == ExprKind::kInt) {
+    const auto result = std::from_chars(text.data(), text.data() + text.size(), expr->integer);
+    if (result.ec != std::errc() || expr->integer > 2147483648LL) {
+      expr->integer = 0;
+      diagnostics_.Error(expr->span, "number does not fit an int").hint =
+          "ints reach from -2147483648 to 2147483647; write a float as in 3000000000.0";
+    }
+    return;
+  }
+  // An infinite number would be refused by the verifier.
+  expr->number = std::strtod(text.c_str(), nullptr);
+  if (!(expr->number <= 3.4028234e38)) {
+    expr->number = 0;
+    diagnostics_.Error(expr->span, "number is too large for a float").hint =
+        "floats reach to about 3.4e38";
+  }
+}
+
+}  // namespace morphbus::dynarole

@@ -1,0 +1,277 @@
+// Text and JSON of a comparison (logger/compare/comparer.h).
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "logger/compare/comparer.h"
+#include "logger/log/text_lines.h"
+
+namespace morphbus::logger {
+namespace {
+
+/// Largest differences of one role, over all its modules, joints and links.
+struct RoleFigures {
+  /// By quantity: the item with the largest difference, its RMS, samples and first time beyond the
+  /// tolerance taken over all items of that quantity.
+  std::map<Quantity, Item> worst;
+  /// Over all quantities in metres and in radians, whatever they measure.
+  double max_position_m = 0.0;
+  double max_rotation_rad = 0.0;
+  /// Sim time (µs) of the first difference beyond a tolerance; -1 if there is none.
+  int64_t first_over_us = -1;
+};
+
+/// Sums the items of each role: the largest difference, and the RMS over all samples.
+std::map<std::string, RoleFigures> FiguresByRole(const Comparison& comparison) {
+  std::map<std::string, RoleFigures> roles;
+  // Every role that a pair plays gets an entry, whether or not anything of it was compared.
+  for (const ModulePair& pair : comparison.matching.pairs) roles[pair.role];
+  for (const Item& item : comparison.items) {
+    RoleFigures& role = roles[item.role];
+    // The first item of a quantity is taken as it is; the others are added to it.
+    const auto [at, fresh] = role.worst.try_emplace(item.quantity, item);
+    if (!fresh) {
+      Item& sum = at->second;
+      // The RMS of two sets of samples, from the RMS of each.
+      const double n = static_cast<double>(sum.samples + item.samples);
+      if (n > 0) {
+        sum.rms = std::sqrt((sum.rms * sum.rms * static_cast<double>(sum.samples) +
+                             item.rms * item.rms * static_cast<double>(item.samples)) /
+                            n);
+      }
+      sum.samples += item.samples;
+      sum.missing += item.missing;
+      // The item's label goes with its largest difference: it says where that was.
+      if (item.max > sum.max) {
+        sum.max = item.max;
+        sum.max_time_us = item.max_time_us;
+        sum.label = item.label;
+      }
+      if (item.first_over_us >= 0 &&
+          (sum.first_over_us < 0 || item.first_over_us < sum.first_over_us)) {
+        sum.first_over_us = item.first_over_us;
+      }
+    }
+    // The role as a whole: its largest length and angle, and when it was first beyond a tolerance.
+    if (item.unit == "m") role.max_position_m = std::max(role.max_position_m, item.max);
+    if (item.unit == "rad") role.max_rotation_rad = std::max(role.max_rotation_rad, item.max);
+    if (item.first_over_us >= 0 &&
+        (role.first_over_us < 0 || item.first_over_us < role.first_over_us)) {
+      role.first_over_us = item.first_over_us;
+    }
+  }
+  return roles;
+}
+
+/// A value (SI) with the unit that people read; a count has none.
+std::string Readable(double value, const std::string& unit) {
+  const DisplayUnit display = DisplayUnitOf(unit);
+  if (unit.empty()) return fmt::format("{:.0f}", value);
+  return fmt::format("{:.3f} {}", value * display.scale, display.name);
+}
+
+/// A sim time (µs) in seconds; null for a time that never came.
+nlohmann::json NullOrTime(int64_t us) {
+  return us < 0 ? nlohmann::json(nullptr) : nlohmann::json(Seconds(us));
+}
+
+/// The first divergence, with the difference at that time in place of the largest one.
+nlohmann::json FirstJson(const Item& item) {
+  return {{"time", Seconds(item.first_over_us)},
+          {"role", item.role},
+          {"quantity", QuantityName(item.quantity)},
+          {"label", item.label},
+          {"a", item.module_a},
+          {"b", item.module_b},
+          {"difference", item.first_over},
+          {"tolerance", item.tolerance},
+          {"unit", item.unit},
+          {"detail", item.detail}};
+}
+
+/// One of the `items`: everything of it in SI units, times in seconds.
+nlohmann::json ItemJson(const Item& item) {
+  return {{"role", item.role},
+          {"quantity", QuantityName(item.quantity)},
+          {"label", item.label},
+          {"a", item.module_a},
+          {"b", item.module_b},
+          {"unit", item.unit},
+          {"max", item.max},
+          {"max_time", Seconds(item.max_time_us)},
+          {"rms", item.rms},
+          {"tolerance", item.tolerance},
+          {"samples", item.samples},
+          {"missing", item.missing},
+          {"first_over", NullOrTime(item.first_over_us)},
+          {"detail", item.detail}};
+}
+
+/// Which log was compared.
+nlohmann::json LogJson(const ComparedLog& log) {
+  return {{"path", log.path},
+          {"run", log.run},
+          {"robot", log.robot},
+          {"program", log.program_file},
+          {"hash", log.run_hash},
+          {"seconds", log.seconds},
+          {"end", EndStateName(log.end_state)}};
+}
+
+}  // namespace
+
+const char* VerdictName(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kEquivalent:
+      return "equivalent";
+    case Verdict::kDifferent:
+      return "different";
+    case Verdict::kUnusable:
+      return "unusable";
+  }
+  return "unusable";
+}
+
+const char* QuantityName(Quantity quantity) {
+  switch (quantity) {
+    case Quantity::kRole:
+      return "role";
+    case Quantity::kPropagatedPosition:
+      return "propagated position";
+    case Quantity::kPropagatedRotation:
+      return "propagated rotation";
+    case Quantity::kStaleness:
+      return "staleness";
+    case Quantity::kSimulatedPosition:
+      return "simulated position";
+    case Quantity::kSimulatedRotation:
+      return "simulated rotation";
+    case Quantity::kJointAngle:
+      return "joint angle";
+    case Quantity::kJointTravel:
+      return "joint travel";
+    case Quantity::kJointVelocity:
+      return "joint velocity";
+    case Quantity::kDocking:
+      return "docking";
+    case Quantity::kCommand:
+      return "command";
+    case Quantity::kSpeedLimit:
+      return "speed limit";
+    case Quantity::kConnectorCommand:
+      return "connector command";
+    case Quantity::kRestPosition:
+      return "rest position";
+    case Quantity::kDuration:
+      return "duration";
+  }
+  return "";
+}
+
+DisplayUnit DisplayUnitOf(const std::string& unit) {
+  // Lengths are read in millimetres and angles in degrees; times stay in seconds.
+  constexpr double kDegrees = 180.0 / std::numbers::pi;
+  if (unit == "m") return {"mm", 1e3};
+  if (unit == "rad") return {"deg", kDegrees};
+  if (unit == "m/s") return {"mm/s", 1e3};
+  if (unit == "rad/s") return {"deg/s", kDegrees};
+  return {unit == "s" ? "s" : "", 1.0};
+}
+
+std::string ComparisonText(const Comparison& comparison) {
+  // The verdict comes first, then which logs were compared, and what must be known besides.
+  std::string text;
+  AddLine(&text, "{}: {}", VerdictName(comparison.verdict), comparison.reason);
+  for (const auto& [log, which] : {std::pair(&comparison.a, "A"), std::pair(&comparison.b, "B")}) {
+    AddLine(&text, "  {} = {} (run {}, robot {}, {:.3f} s)", which, log->path,
+            log->run.empty() ? "?" : log->run, log->robot.empty() ? "?" : log->robot, log->seconds);
+  }
+  // Notes and gaps come before the figures, which they may put in doubt.
+  for (const std::string& note : comparison.notes) AddLine(&text, "  note: {}", note);
+  for (const std::string& what : comparison.not_compared) {
+    AddLine(&text, "  not compared: {}", what);
+  }
+  // The item that is first beyond its tolerance, with where it is and by how much.
+  if (comparison.first) {
+    const Item& item = comparison.items[*comparison.first];
+    AddLine(&text, "first divergence: {:.3f} s, {} of {}{}{}{}{}: {} (tolerance {}){}{}",
+            Seconds(item.first_over_us), QuantityName(item.quantity),
+            item.role.empty() ? "(no role)" : item.role, item.label.empty() ? "" : " ", item.label,
+            item.module_a.empty() && item.module_b.empty() ? "" : " ",
+            item.module_a.empty() && item.module_b.empty()
+                ? ""
+                : fmt::format("({} / {})", item.module_a.empty() ? "-" : item.module_a,
+                              item.module_b.empty() ? "-" : item.module_b),
+            Readable(item.first_over, item.unit), Readable(item.tolerance, item.unit),
+            item.detail.empty() ? "" : "; ", item.detail);
+  }
+  // The table has a line for each quantity of a role; the role's name stands in the first one only.
+  if (comparison.items.empty()) return text;
+  text += "\n";
+  AddLine(&text, "  {:<28} {:<20} {:>14} {:>14} {:>14}  {}", "role", "quantity", "largest", "RMS",
+          "tolerance", "beyond it from");
+  for (const auto& [role, figures] : FiguresByRole(comparison)) {
+    std::string name = role.empty() ? "(no role)" : role;
+    for (const auto& [quantity, item] : figures.worst) {
+      AddLine(&text, "  {:<28} {:<20} {:>14} {:>14} {:>14}  {}", name, QuantityName(quantity),
+              Readable(item.max, item.unit), Readable(item.rms, item.unit),
+              Readable(item.tolerance, item.unit),
+              item.first_over_us < 0 ? "" : fmt::format("{:.3f} s", Seconds(item.first_over_us)));
+      name.clear();
+    }
+  }
+  return text;
+}
+
+nlohmann::json ComparisonJson(const Comparison& comparison) {
+  // Figures of each role, then which modules play it, then every item.
+  nlohmann::json roles = nlohmann::json::object();
+  for (const auto& [role, figures] : FiguresByRole(comparison)) {
+    nlohmann::json entry = {{"modules", nlohmann::json::array()},
+                            {"max_position_m", figures.max_position_m},
+                            {"max_rotation_rad", figures.max_rotation_rad},
+                            {"first_over", NullOrTime(figures.first_over_us)},
+                            {"quantities", nlohmann::json::object()}};
+    // The item with the largest difference stands for its quantity.
+    for (const auto& [quantity, item] : figures.worst) {
+      entry["quantities"][QuantityName(quantity)] = {
+          {"max", item.max},
+          {"rms", item.rms},
+          {"unit", item.unit},
+          {"max_time", Seconds(item.max_time_us)},
+          {"tolerance", item.tolerance},
+          {"first_over", NullOrTime(item.first_over_us)}};
+    }
+    roles[role] = std::move(entry);
+  }
+  for (const Item& item : comparison.items) {
+    // Each pair of modules has exactly one item without a label that says when it took the role.
+    if (item.quantity != Quantity::kRole || !item.label.empty()) continue;
+    roles[item.role]["modules"].push_back(
+        {{"a", item.module_a.empty() ? nlohmann::json(nullptr) : nlohmann::json(item.module_a)},
+         {"b", item.module_b.empty() ? nlohmann::json(nullptr) : nlohmann::json(item.module_b)}});
+  }
+  // The items stand as they were found; a script that wants other sums can make them from these.
+  nlohmann::json items = nlohmann::json::array();
+  for (const Item& item : comparison.items) items.push_back(ItemJson(item));
+  // Without a first divergence its key is there, and null.
+  return {{"verdict", VerdictName(comparison.verdict)},
+          {"reason", comparison.reason},
+          {"a", LogJson(comparison.a)},
+          {"b", LogJson(comparison.b)},
+          {"compared_seconds", Seconds(comparison.compared_until_us)},
+          {"roles", std::move(roles)},
+          {"max_position_m", comparison.max_position_m},
+          {"max_rotation_rad", comparison.max_rotation_rad},
+          {"first_divergence", comparison.first ? FirstJson(comparison.items[*comparison.first])
+                                                : nlohmann::json(nullptr)},
+          {"items", std::move(items)},
+          {"not_compared", comparison.not_compared},
+          {"notes", comparison.notes}};
+}
+
+}  // namespace morphbus::logger

@@ -1,0 +1,185 @@
+#pragma once
+// Comparison of two runs, called A and B, by role and label, along sim time: are they the same
+// walk? docs/log.md defines every quantity. Differences are in SI units, times are sim time in µs.
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "logger/compare/kinematic_tracks.h"
+#include "logger/compare/matcher.h"
+#include "logger/log/run_log.h"
+
+namespace morphbus::logger {
+
+/// Largest differences that still count as the same, in SI units. The defaults are those of
+/// docs/log.md; a caller may set any of them, and 0 demands equality.
+struct Tolerances {
+  /// Positions that the modules' VMs told each other: they are floats, computed from measured
+  /// angles.
+  double propagated_m = 1e-4;
+  /// 0.01°, for the rotations that they told each other.
+  double propagated_rad = 1.745e-4;
+  /// Positions and, below, rotations (0.5°) in the simulated world, where contacts amplify noise.
+  double simulated_m = 1e-3;
+  double simulated_rad = 8.727e-3;
+  /// 0.01°: joint angles are what the propagated poses are made of.
+  double angle_rad = 1.745e-4;
+  /// The same for prismatic joints.
+  double travel_m = 1e-4;
+  /// 0.5°/s, which is 0.01° in a control tick of 20 ms.
+  double velocity_rad_s = 8.727e-3;
+  /// The same for prismatic joints.
+  double velocity_m_s = 5e-3;
+  /// 0.01°, for targets (rad), for commanded velocities and for speed limits (rad/s).
+  double command_rad = 1.745e-4;
+  /// The same for prismatic joints (m and m/s).
+  double command_m = 1e-4;
+  /// Between the times at which a role was taken; below 0 it is the longer of the two control
+  /// ticks.
+  double role_s = -1.0;
+};
+
+/// What is measured. The unit is that of the item's difference.
+enum class Quantity {
+  kRole,                ///< s: when the role was taken, and what it resolved.
+  kPropagatedPosition,  ///< m
+  kPropagatedRotation,  ///< rad
+  kStaleness,           ///< 1 where only one module says that the root is silent.
+  kSimulatedPosition,   ///< m
+  kSimulatedRotation,   ///< rad
+  kJointAngle,          ///< rad
+  kJointTravel,         ///< m
+  kJointVelocity,       ///< rad/s or m/s
+  kDocking,             ///< Count of mates that only one module's sensors see.
+  kCommand,             ///< rad, rad/s, m or m/s
+  kSpeedLimit,          ///< rad/s or m/s: of a commanded target.
+  kConnectorCommand,    ///< Count of connector commands that only one module gave.
+  kRestPosition,        ///< m: the links do not lie at the same place at the start values.
+  kDuration,            ///< s: one run is longer.
+};
+
+/// Quantities that a comparison may leave out together (`--without`), as for runs without a
+/// simulator.
+struct QuantityGroup {
+  /// The word by which the group is named.
+  const char* name;
+  std::vector<Quantity> quantities;
+};
+/// All groups: "propagated", "simulated", "sensors" and "commands". Roles, rest positions and the
+/// run's length are in none: they are always compared.
+const std::vector<QuantityGroup>& QuantityGroups();
+
+/// How two logs are to be compared.
+struct CompareOptions {
+  Tolerances tolerances;
+  /// Names of QuantityGroups that are not compared; other words are ignored.
+  std::set<std::string> without;
+};
+
+/// What a comparison comes to. kEquivalent demands that everything was there and nothing differs;
+/// kDifferent that something does; kUnusable is the rest: nothing differs, but something was
+/// missing.
+enum class Verdict { kEquivalent, kDifferent, kUnusable };
+
+/// How one thing differs: one quantity of one joint, link or module of both runs, over all
+/// instants. A PairComparer makes it and a Meter fills in the figures.
+struct Item {
+  Quantity quantity = Quantity::kRole;
+  /// Role of both modules, empty if they have none; "(root body)" for where the robot went, "(run)"
+  /// for the run itself.
+  std::string role;
+  /// Label or name of the joint or link; empty for the module's root link or the module as a whole.
+  std::string label;
+  /// Names of the modules in A and in B; one is empty if only the other run has somebody for the
+  /// role.
+  std::string module_a;
+  std::string module_b;
+  /// Of max, rms, tolerance and first_over: "m", "rad", "m/s", "rad/s" or "s"; empty for a count.
+  std::string unit;
+  /// Instants at which both runs have it, and at which it was compared.
+  int64_t samples = 0;
+  /// Instants at which both should have it, and one or none has.
+  int64_t missing = 0;
+  /// The largest difference.
+  double max = 0.0;
+  /// Root of the mean square of the differences at all samples.
+  double rms = 0.0;
+  /// The largest difference that counts as the same.
+  double tolerance = 0.0;
+  /// Sim time of the largest difference, µs.
+  int64_t max_time_us = 0;
+  /// Sim time (µs) of the first difference beyond the tolerance; -1 if there is none.
+  int64_t first_over_us = -1;
+  /// The difference at that time.
+  double first_over = 0.0;
+  /// More, for people, e.g. "mode 1 against 0"; mostly empty.
+  std::string detail;
+};
+
+/// Which log was compared: the facts of it that an output repeats.
+struct ComparedLog {
+  /// `run_hash` has 32 hexadecimal digits; the others may be empty.
+  std::string path, run, robot, program_file, run_hash;
+  /// Sim time that the log covers, seconds.
+  double seconds = 0.0;
+  EndState end_state = EndState::kMissing;
+};
+
+/// What Compare() found.
+struct Comparison {
+  ComparedLog a, b;
+  Verdict verdict = Verdict::kUnusable;
+  /// One sentence that says why the verdict is what it is.
+  std::string reason;
+  /// Modules that only one run has, then the matched pairs in order of role, each with its links,
+  /// joints and connectors, then the root body, then the run's length.
+  std::vector<Item> items;
+  /// Index of the item that is first beyond its tolerance, of several at one time the one that is
+  /// beyond it by most; none if nothing is.
+  std::optional<size_t> first;
+  /// Largest difference of all items in metres.
+  double max_position_m = 0.0;
+  /// Largest difference of all items in radians.
+  double max_rotation_rad = 0.0;
+  /// Sim time (µs) up to which was compared: the end of the shorter log, or the first damage.
+  int64_t compared_until_us = 0;
+  /// Damage, losses, and what was left out: what a reader must know besides.
+  std::vector<std::string> notes;
+  /// What should have been compared and could not be; with an entry the verdict is never
+  /// kEquivalent. Of missing instants at most some 50 entries are listed.
+  std::vector<std::string> not_compared;
+  /// Who was compared with whom.
+  Matching matching;
+};
+
+/// Compares two logs that were read with their series. It never fails: what cannot be compared is
+/// kUnusable with a reason. Damaged logs are compared up to the first damage. They are never
+/// kEquivalent, nor are logs that lack something, or whose END says that the run did not end as it
+/// should: a difference found is still kDifferent, none found is kUnusable.
+Comparison Compare(const RunLog& a, const RunLog& b, const CompareOptions& options = {});
+
+/// The word for a verdict, in text and JSON: "equivalent", "different" or "unusable".
+const char* VerdictName(Verdict verdict);
+/// The words for a quantity, in text and JSON, e.g. "joint angle".
+const char* QuantityName(Quantity quantity);
+
+/// The unit in which people read values of one of Item's units: millimetres and degrees.
+struct DisplayUnit {
+  /// "mm", "deg", "mm/s", "deg/s", "s" or empty.
+  const char* name;
+  /// By what an SI value is multiplied.
+  double scale;
+};
+/// The display unit of an Item::unit; without name and with scale 1 for a count or an unknown unit.
+DisplayUnit DisplayUnitOf(const std::string& unit);
+
+/// Text for a terminal, many lines: verdict, logs, notes, first divergence, a table by role.
+std::string ComparisonText(const Comparison& comparison);
+/// The object of `compare --json`: times in seconds, all else in SI units; keys in docs/log.md.
+nlohmann::json ComparisonJson(const Comparison& comparison);
+
+}  // namespace morphbus::logger

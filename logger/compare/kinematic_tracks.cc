@@ -1,0 +1,359 @@
+#include "logger/compare/kinematic_tracks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <morphbus/label_t.hpp>
+
+#include "compiler/model/forward_kinematics.h"
+
+namespace morphbus::logger {
+namespace {
+
+/// A pose from what a message holds: position (m), quaternion w x y z.
+model::Pose ToPose(const double* p, const double* wxyz) {
+  model::Pose pose = model::Pose::Identity();
+  pose.linear() = Eigen::Quaterniond(wxyz[0], wxyz[1], wxyz[2], wxyz[3]).normalized().matrix();
+  pose.translation() = Eigen::Vector3d(p[0], p[1], p[2]);
+  return pose;
+}
+
+/// A row of SENSORS values of one joint (rad, m, or per second), times its sign; samples that lack
+/// the joint are left out.
+ScalarTrack SensorTrack(const ModuleSeries& module, int joint, const JointSigns& signs,
+                        std::vector<double> SensorSample::*values) {
+  ScalarTrack track;
+  for (const SensorSample& sample : module.sensors) {
+    if (joint >= static_cast<int>((sample.*values).size())) continue;
+    track.time_us.push_back(sample.time_us);
+    track.value.push_back(signs.At(sample.time_us) * (sample.*values)[joint]);
+  }
+  return track;
+}
+
+/// A link that is rigid with another one, and where it is in that one's frame.
+struct RigidEdge {
+  int module = 0;
+  int link = 0;
+  model::Pose X_FromTo;
+};
+using RigidEdges = std::vector<std::vector<std::vector<RigidEdge>>>;  ///< By module, link.
+
+/// The module's index in the model by its id in SENSORS; -1 if unknown.
+int IndexOf(const std::vector<int>& model_index_of_id, int id) {
+  return id >= 0 && id < static_cast<int>(model_index_of_id.size()) ? model_index_of_id[id] : -1;
+}
+
+/// Enters that two links are rigid with each other; X_AB is the pose of the second in the first.
+void Join(int a, int link_a, int b, int link_b, const model::Pose& X_AB, RigidEdges* edges) {
+  (*edges)[a][link_a].push_back({b, link_b, X_AB});
+  (*edges)[b][link_b].push_back({a, link_a, X_AB.inverse()});
+}
+
+/// The docking that a module's sensor shows, seen with this module as member a.
+void JoinSensed(const RunLog& log, int module, int mate, const morphbus::docked_connector_t& docked,
+                RigidEdges* edges) {
+  const auto& connections = log.model->connection_types;
+  // A damaged entry may name a connection that the model does not have.
+  const int connection = docked.connection_type;
+  if (connection < 0 || connection >= static_cast<int>(connections.size())) return;
+  const model::ConnectionType& ct = connections[connection];
+  if (docked.number < 1 || docked.number > static_cast<int>(ct.options.size())) return;
+  const model::ConnectionOption& option = ct.options[docked.number - 1];
+  // Between unlike types only one side is member a; its mate's entry says nothing new.
+  if (log.robot->modules[module].type != ct.type_a || log.robot->modules[mate].type != ct.type_b ||
+      option.connector_a != docked.connector || option.connector_b != docked.mate_connector) {
+    return;
+  }
+  Join(module, log.model->module_types[ct.type_a].connectors[option.connector_a].link, mate,
+       log.model->module_types[ct.type_b].connectors[option.connector_b].link, option.X_AB, edges);
+}
+
+/// Enters the dockings that the robot declares.
+void JoinDeclared(const RunLog& log, RigidEdges* edges) {
+  for (const model::Docking& d : log.robot->dockings) {
+    const model::ModuleType& type_a = log.model->TypeOf(*log.robot, d.module_a);
+    const model::ModuleType& type_b = log.model->TypeOf(*log.robot, d.module_b);
+    Join(d.module_a, type_a.connectors[d.connector_a].link, d.module_b,
+         type_b.connectors[d.connector_b].link,
+         log.model->connection_types[d.connection_type].options[d.option].X_AB, edges);
+  }
+}
+
+/// Links held together by fixed joints and by the dockings sensed at `time_us`; as the robot
+/// declares them if nothing was sensed. All link frames of a module coincide with M at joint values
+/// 0, and a docking's X_AB is given for those, so X_AB is also the pose of the one link in the
+/// other.
+RigidEdges EdgesAt(const RunLog& log, const std::vector<int>& model_index_of_id, int64_t time_us) {
+  const int num_modules = static_cast<int>(log.robot->modules.size());
+  RigidEdges edges(num_modules);
+  for (int m = 0; m < num_modules; ++m) {
+    const model::ModuleType& type = log.model->TypeOf(*log.robot, m);
+    edges[m].resize(type.links.size());
+    for (const model::Joint& joint : type.joints) {
+      if (joint.type != model::JointType::kFixed) continue;
+      Join(m, joint.link_b, m, joint.link_a, model::JointMotion(joint, 0.0), &edges);
+    }
+  }
+  // What the sensors showed at that time, or, without sensors, what the robot declares.
+  // A module's sample at that time or, if that is missing, its next one counts.
+  bool sensed = false;
+  const auto earlier = [](const SensorSample& s, int64_t time) { return s.time_us < time; };
+  for (const ModuleSeries& module : log.modules) {
+    const auto at =
+        std::lower_bound(module.sensors.begin(), module.sensors.end(), time_us, earlier);
+    if (module.model_index < 0 || at == module.sensors.end()) continue;
+    sensed = true;
+    for (const morphbus::docked_connector_t& docked : at->docked) {
+      const int mate = IndexOf(model_index_of_id, docked.mate_module);
+      if (mate >= 0) JoinSensed(log, module.model_index, mate, docked, &edges);
+    }
+  }
+  if (!sensed) JoinDeclared(log, &edges);
+  return edges;
+}
+
+/// Angle of the rotation qa·qb⁻¹ in radians, 0…π. The arc tangent keeps small angles exact, where
+/// the arc cosine of w would lose half of the digits; |w| because q and -q are one rotation.
+double AngleBetween(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {
+  const Eigen::Quaterniond d = a * b.conjugate();
+  return 2.0 * std::atan2(d.vec().norm(), std::abs(d.w()));
+}
+
+}  // namespace
+
+void PoseTrack::Add(int64_t time, const Eigen::Vector3d& position,
+                    const Eigen::Quaterniond& rotation) {
+  time_us.push_back(time);
+  p.push_back(position);
+  q.push_back(rotation);
+}
+
+std::vector<RoleSpan> RoleSpans(const ModuleSeries& module, int64_t end_us) {
+  std::vector<RoleSpan> spans;
+  for (const StatusSample& sample : module.status) {
+    if (sample.time_us > end_us) break;
+    // A span lasts as long as role and labels stay the same.
+    RoleSpan span;
+    span.begin_us = sample.time_us;
+    span.end_us = end_us;
+    span.role = sample.status.role_name;
+    for (const morphbus::label_t& label : sample.status.labels) {
+      const bool is_joint = label.kind == morphbus::label_t::KIND_JOINT;
+      (is_joint ? span.joints : span.links)[label.name] = label.index;
+    }
+    // A report that changes nothing continues the span; another one ends it at its own time.
+    if (!spans.empty()) {
+      RoleSpan& last = spans.back();
+      if (last.role == span.role && last.joints == span.joints && last.links == span.links)
+        continue;
+      last.end_us = span.begin_us;
+      if (last.begin_us == last.end_us) spans.pop_back();
+    }
+    spans.push_back(std::move(span));
+  }
+  return spans;
+}
+
+JointSigns::JointSigns(const ModuleSeries& module, int joint) {
+  for (const StatusSample& sample : module.status) {
+    const auto& signs = sample.status.joint_sign;
+    if (joint < 0 || joint >= static_cast<int>(signs.size())) continue;
+    const int sign = signs[joint];
+    // 0 says that there is no convention yet; only a change of the sign is entered.
+    if (sign == 0 || (!signs_.empty() && signs_.back().second == sign)) continue;
+    signs_.emplace_back(sample.time_us, sign);
+  }
+}
+
+int JointSigns::At(int64_t time_us) const {
+  if (signs_.empty()) return 0;
+  int sign = signs_.front().second;
+  for (const auto& [since, value] : signs_) {
+    if (since > time_us) break;
+    sign = value;
+  }
+  return sign;
+}
+
+ScalarTrack AngleTrack(const ModuleSeries& module, int joint, const JointSigns& signs) {
+  return SensorTrack(module, joint, signs, &SensorSample::position);
+}
+
+ScalarTrack VelocityTrack(const ModuleSeries& module, int joint, const JointSigns& signs) {
+  return SensorTrack(module, joint, signs, &SensorSample::velocity);
+}
+
+CommandTrack CommandsOf(const ModuleSeries& module, int joint, const JointSigns& signs) {
+  using morphbus::joint_command_t;
+  CommandTrack track;
+  for (const ActuatorSample& sample : module.actuators) {
+    if (joint >= static_cast<int>(sample.joints.size())) continue;
+    const joint_command_t& command = sample.joints[joint];
+    // What the value means depends on the mode: a target, a velocity, or nothing for hold.
+    const bool has_target = command.mode == joint_command_t::MODE_POSITION;
+    const double value = has_target                                       ? command.target_si
+                         : command.mode == joint_command_t::MODE_VELOCITY ? command.speed_si
+                                                                          : 0.0;
+    track.time_us.push_back(sample.time_us);
+    track.mode.push_back(command.mode);
+    track.value.push_back(signs.At(sample.time_us) * value);
+    // The speed of a position command is a limit: it holds in both directions.
+    track.speed_limit.push_back(has_target ? command.speed_si : 0.0);
+  }
+  return track;
+}
+
+ScalarTrack StalenessTrack(const ModuleSeries& module) {
+  ScalarTrack track;
+  for (const TransformSample& sample : module.transforms) {
+    if (!sample.has_pose) continue;
+    track.time_us.push_back(sample.time_us);
+    track.value.push_back(sample.pose_stale ? 1.0 : 0.0);
+  }
+  return track;
+}
+
+PoseTrack PropagatedTrack(const ModuleSeries& module, int link) {
+  PoseTrack track;
+  for (const TransformSample& sample : module.transforms) {
+    if (!sample.has_pose || link >= static_cast<int>(sample.X_RL.size())) continue;
+    const morphbus::pose_t& pose = sample.X_RL[link];
+    const float* w = pose.orientation_wxyz;
+    track.Add(sample.time_us,
+              Eigen::Vector3d(pose.position_m[0], pose.position_m[1], pose.position_m[2]),
+              Eigen::Quaterniond(w[0], w[1], w[2], w[3]).normalized());
+  }
+  return track;
+}
+
+RestPoses RestPosesOf(const RunLog& log) {
+  return model::ForwardKinematics(*log.model, *log.robot, model::StartValues(*log.robot)).X_RL;
+}
+
+PoseDifferences Differences(const PoseTrack& a, const PoseTrack& b, const model::Pose& rest_a,
+                            const model::Pose& rest_b, int64_t end_us) {
+  // P is the point of B's link that at rest lies where A's origin is, given in B's link frame.
+  const Eigen::Vector3d p_BoP_B = rest_b.inverse() * rest_a.translation();
+  const Eigen::Quaterniond q_rest_a(rest_a.linear());
+  const Eigen::Quaterniond q_rest_b(rest_b.linear());
+  PoseDifferences out;
+  ForCommonTimes(a.time_us, b.time_us, end_us, [&](size_t i, size_t j) {
+    out.time_us.push_back(a.time_us[i]);
+    out.metres.push_back((a.p[i] - (b.p[j] + b.q[j] * p_BoP_B)).norm());
+    // Turns since rest, R(t)·R(rest)ᵀ, do not depend on how a frame is fixed in its link.
+    out.radians.push_back(
+        AngleBetween(a.q[i] * q_rest_a.conjugate(), b.q[j] * q_rest_b.conjugate()));
+  });
+  return out;
+}
+
+Eigen::Vector3d LinkCentre(const model::Link& link) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& point : link.hull) sum += point;
+  return link.hull.empty() ? sum : Eigen::Vector3d(sum / static_cast<double>(link.hull.size()));
+}
+
+SimulatedPoses::SimulatedPoses(const RunLog& log) : log_(log) {
+  // WORLD and SENSORS name modules by id; the model by index.
+  for (const ModuleSeries& module : log.modules) {
+    if (module.id < 0 || module.model_index < 0) continue;
+    if (module.id >= static_cast<int>(model_index_of_id_.size())) {
+      model_index_of_id_.resize(module.id + 1, -1);
+    }
+    model_index_of_id_[module.id] = module.model_index;
+  }
+  const auto key = [](const WorldSample& sample) {
+    std::vector<std::pair<int, int>> bodies;
+    for (const auto& body : sample.bodies) bodies.emplace_back(body.module_id, body.link);
+    return bodies;
+  };
+  // Bodies fall apart and join only where the set of bodies changes: then the structure is new.
+  std::vector<std::pair<int, int>> last;
+  for (const WorldSample& sample : log.world) {
+    std::vector<std::pair<int, int>> bodies = key(sample);
+    if (structures_.empty() || bodies != last) {
+      structures_.push_back(BuildStructure(sample));
+      last = std::move(bodies);
+    }
+    structure_of_.push_back(static_cast<int>(structures_.size()) - 1);
+  }
+  // Poses are told from where the robot frame was at the first tick: X_R0W = (X_WL · X_LR)⁻¹.
+  if (log.world.empty() || log.ticks_us.empty() ||
+      log.world.front().time_us != log.ticks_us.front()) {
+    return;
+  }
+  const std::optional<model::Pose> X_WRoot = X_WL(0, log.robot->root_module, log.robot->root_link);
+  if (!X_WRoot) return;
+  X_R0W_ = (*X_WRoot * log.robot->X_LR).inverse();
+  available_ = true;
+}
+
+/// Adds the links of a body, breadth first from the link that stands for it.
+SimulatedPoses::Structure SimulatedPoses::BuildStructure(const WorldSample& sample) const {
+  // Links that fixed joints and dockings hold together move as one body.
+  const RigidEdges edges = EdgesAt(log_, model_index_of_id_, sample.time_us);
+  Structure structure(edges.size());
+  for (size_t m = 0; m < edges.size(); ++m) structure[m].resize(edges[m].size());
+  // Each body is known by one link; from it all links are reached that are rigid with it.
+  for (size_t body = 0; body < sample.bodies.size(); ++body) {
+    const int module = IndexOf(model_index_of_id_, sample.bodies[body].module_id);
+    const int link = sample.bodies[body].link;
+    if (module < 0 || link < 0 || link >= static_cast<int>(structure[module].size())) continue;
+    // A link that another body already carries is not claimed twice.
+    if (structure[module][link].body >= 0) continue;
+    structure[module][link].body = static_cast<int>(body);
+    std::deque<std::pair<int, int>> queue = {{module, link}};
+    while (!queue.empty()) {
+      const auto [m, l] = queue.front();
+      queue.pop_front();
+      for (const RigidEdge& edge : edges[m][l]) {
+        Place& place = structure[edge.module][edge.link];
+        if (place.body >= 0) continue;
+        place = {static_cast<int>(body), structure[m][l].X_BL * edge.X_FromTo};
+        queue.emplace_back(edge.module, edge.link);
+      }
+    }
+  }
+  return structure;
+}
+
+/// Pose of a link in the world; none if no body of the sample carries it.
+std::optional<model::Pose> SimulatedPoses::X_WL(size_t sample, int module, int link) const {
+  // Indices from messages and labels may be any number.
+  const Structure& structure = structures_[structure_of_[sample]];
+  if (module < 0 || module >= static_cast<int>(structure.size())) return std::nullopt;
+  const auto& links = structure[module];
+  if (link < 0 || link >= static_cast<int>(links.size())) return std::nullopt;
+  const Place& place = links[link];
+  if (place.body < 0) return std::nullopt;
+  const morphbus::body_pose_t& body = log_.world[sample].bodies[place.body];
+  return ToPose(body.position_m, body.orientation_wxyz) * place.X_BL;
+}
+
+PoseTrack SimulatedPoses::LinkTrack(int module, int link) const {
+  PoseTrack track;
+  if (!available_) return track;
+  for (size_t i = 0; i < log_.world.size(); ++i) {
+    const std::optional<model::Pose> X_WLink = X_WL(i, module, link);
+    if (!X_WLink) continue;
+    const model::Pose X_R0L = X_R0W_ * *X_WLink;
+    track.Add(log_.world[i].time_us, X_R0L.translation(), Eigen::Quaterniond(X_R0L.linear()));
+  }
+  return track;
+}
+
+PoseTrack SimulatedPoses::RootTrack() const {
+  PoseTrack track;
+  if (!available_) return track;
+  for (size_t i = 0; i < log_.world.size(); ++i) {
+    const std::optional<model::Pose> X_WRoot =
+        X_WL(i, log_.robot->root_module, log_.robot->root_link);
+    if (!X_WRoot) continue;
+    const model::Pose X_R0R = X_R0W_ * *X_WRoot * log_.robot->X_LR;
+    track.Add(log_.world[i].time_us, X_R0R.translation(), Eigen::Quaterniond(X_R0R.linear()));
+  }
+  return track;
+}
+
+}  // namespace morphbus::logger

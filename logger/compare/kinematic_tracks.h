@@ -1,0 +1,184 @@
+#pragma once
+// Poses, angles and commands of a logged run in terms that two runs can be compared in.
+//
+// Frames: L link, R robot frame (moves with its root link), R0 the robot frame where it was in the
+// world at the first logged tick, W world. Rest = the model's start values. Poses "as simulated"
+// are given in R0, so that where a robot was put, and how high its lowest point stands, is no
+// difference.
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "compiler/model/robot_model.h"
+#include "logger/log/run_log.h"
+
+namespace morphbus::logger {
+
+/// A pose over sim time: of a link or of the robot frame, in R or in R0, as its maker says.
+struct PoseTrack {
+  /// Sim times in µs, ascending; the rows below have as many entries.
+  std::vector<int64_t> time_us;
+  /// Positions of the frame's origin, metres.
+  std::vector<Eigen::Vector3d> p;
+  /// Orientations, unit quaternions.
+  std::vector<Eigen::Quaterniond> q;
+  /// Appends one pose; times must come in order.
+  void Add(int64_t time, const Eigen::Vector3d& position, const Eigen::Quaterniond& rotation);
+};
+
+/// A number over sim time (µs, ascending), in the unit that its maker says.
+struct ScalarTrack {
+  std::vector<int64_t> time_us;
+  std::vector<double> value;
+};
+
+/// A joint's commands over sim time, under its convention.
+struct CommandTrack {
+  std::vector<int64_t> time_us;
+  /// One of joint_command_t's modes: hold, position, velocity.
+  std::vector<int> mode;
+  /// Target (rad, m) or velocity (rad/s, m/s), by mode; 0 for hold.
+  std::vector<double> value;
+  /// Of a target (rad/s, m/s), without sign; 0 for the other modes.
+  std::vector<double> speed_limit;
+};
+
+/// A stretch of sim time, from begin_us to end_us (µs), in which a module had one role and set of
+/// labels.
+struct RoleSpan {
+  int64_t begin_us = 0;
+  int64_t end_us = 0;
+  /// The role's name; empty while it has none.
+  std::string role;
+  /// Label to joint index, in declaration order.
+  std::map<std::string, int> joints;
+  /// Label to link index, in declaration order.
+  std::map<std::string, int> links;
+};
+
+/// What a module was, from its STATUS messages, in order of time until `end_us` (sim time, µs).
+/// Empty if it never reported.
+std::vector<RoleSpan> RoleSpans(const ModuleSeries& module, int64_t end_us);
+
+/// By what a joint's values are multiplied over time, so that those of two runs can be compared: +1
+/// or -1. Two modules of one role may be mounted so that the same motion has opposite signs.
+class JointSigns {
+ public:
+  /// The joint's kinematic convention over time, as the module reports it (STATUS.joint_sign).
+  JointSigns(const ModuleSeries& module, int joint);
+  /// One sign (+1 or -1) at all times, for joints without a convention.
+  explicit JointSigns(int sign) : signs_{{0, sign}} {}
+  /// The sign at sim time `time_us` (µs): the last convention at or before it, else the first after
+  /// it; 0 if there never is one.
+  [[nodiscard]] int At(int64_t time_us) const;
+  /// True if there ever is a convention.
+  [[nodiscard]] bool ever() const { return !signs_.empty(); }
+
+ private:
+  /// Since when (sim time, µs) which sign holds, in order of time.
+  std::vector<std::pair<int64_t, int>> signs_;
+};
+
+/// Measured joint angles (rad) or travels (m), times their sign. `joint` is the joint's index in
+/// declaration order; ticks without SENSORS are left out.
+ScalarTrack AngleTrack(const ModuleSeries& module, int joint, const JointSigns& signs);
+/// Their rates (rad/s or m/s), likewise.
+ScalarTrack VelocityTrack(const ModuleSeries& module, int joint, const JointSigns& signs);
+/// Commands likewise: values times their sign, but a speed limit has no sign.
+CommandTrack CommandsOf(const ModuleSeries& module, int joint, const JointSigns& signs);
+/// 1 where the module said that its poses age because the root is silent, else 0; only ticks at
+/// which it had poses.
+ScalarTrack StalenessTrack(const ModuleSeries& module);
+
+/// X_RL(t) of the link with index `link`, as the module's VM propagated it (TRANSFORM); only ticks
+/// at which it had one.
+PoseTrack PropagatedTrack(const ModuleSeries& module, int link);
+
+/// X_RL of every link at rest, by model index of the module, then link.
+using RestPoses = std::vector<std::vector<model::Pose>>;
+/// These poses for a log with a model, computed from the robot's start values.
+RestPoses RestPosesOf(const RunLog& log);
+
+/// How far two links are from each other over the times that both tracks have, until `end_us`.
+struct PoseDifferences {
+  std::vector<int64_t> time_us;
+  std::vector<double> metres;   ///< Between the points of both links that at rest are A's origin.
+  std::vector<double> radians;  ///< Between R_A(t)·R_A(rest)ᵀ and R_B(t)·R_B(rest)ᵀ.
+};
+
+/// Compares the poses of two links over time. `rest_a` and `rest_b` are their poses X_RL at rest.
+/// Both measures ignore that a module may be mounted the other way round: its frame then lies and
+/// points elsewhere on the same piece of metal.
+PoseDifferences Differences(const PoseTrack& a, const PoseTrack& b, const model::Pose& rest_a,
+                            const model::Pose& rest_b, int64_t end_us);
+
+/// Calls visit(i, j) for the times until `end_us` that both rows have: a[i] == b[j]. Both rows are
+/// sim times in µs, ascending.
+template <class Visit>
+void ForCommonTimes(const std::vector<int64_t>& a, const std::vector<int64_t>& b, int64_t end_us,
+                    const Visit& visit) {
+  size_t i = 0;
+  size_t j = 0;
+  while (i < a.size() && j < b.size() && a[i] <= end_us && b[j] <= end_us) {
+    if (a[i] == b[j]) {
+      visit(i++, j++);
+    } else {
+      ++(a[i] < b[j] ? i : j);
+    }
+  }
+}
+
+/// A material point by which a link is found again when a module is mounted the other way round:
+/// the mean of its hull's points, in M (m); M's origin for a link without points.
+Eigen::Vector3d LinkCentre(const model::Link& link);
+
+/// Poses of links in the simulated world. WORLD tells where bodies are, each by one of its links; a
+/// body's other links follow from the dockings that SENSORS showed when the set of bodies last
+/// changed.
+class SimulatedPoses {
+ public:
+  /// `log` must have a model and outlive this. Builds the structure of all bodies, so it takes a
+  /// while for a robot that often docks.
+  explicit SimulatedPoses(const RunLog& log);
+  /// True if WORLD is there from the first tick on and tells where the root body was then. Else
+  /// there is no R0, and all tracks are empty.
+  [[nodiscard]] bool available() const { return available_; }
+  /// X_R0L(t), where some body carries the link. `module` is the module's index in the model,
+  /// `link` the link's in declaration order.
+  [[nodiscard]] PoseTrack LinkTrack(int module, int link) const;
+  /// X_R0R(t): where the robot frame went, from where it was at the first tick.
+  [[nodiscard]] PoseTrack RootTrack() const;
+
+ private:
+  /// Where a link is: in which entry of WorldSample::bodies, and where in that body's frame B,
+  /// which is the frame of the link that stands for the body.
+  struct Place {
+    /// Index into WorldSample::bodies; -1 if no body carries the link.
+    int body = -1;
+    model::Pose X_BL = model::Pose::Identity();
+  };
+  using Structure = std::vector<std::vector<Place>>;  ///< By model index of the module, then link.
+
+  /// Finds the body that carries each link at the time of `sample`, and where in it.
+  Structure BuildStructure(const WorldSample& sample) const;
+  /// Pose of a link in the world (m) at log_.world[sample]; none if no body of it carries the link.
+  [[nodiscard]] std::optional<model::Pose> X_WL(size_t sample, int module, int link) const;
+
+  const RunLog& log_;
+  /// By SENSORS' module id; -1 where the model does not know it.
+  std::vector<int> model_index_of_id_;
+  /// The different structures that the bodies had, in order of time.
+  std::vector<Structure> structures_;
+  /// By index into log_.world: index into structures_.
+  std::vector<int> structure_of_;
+  /// Pose of the world in R0, by which world poses become poses in R0.
+  model::Pose X_R0W_ = model::Pose::Identity();
+  bool available_ = false;
+};
+
+}  // namespace morphbus::logger

@@ -1,0 +1,356 @@
+// The reading half of logger/log/event_log.h: framing, lookahead and resynchronisation.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+#include "logger/log/event_log.h"
+
+namespace morphbus::logger {
+namespace {
+
+/// The file is read in pieces of this size, unless an event is larger.
+constexpr size_t kReadBufferBytes = size_t{1} << 20;
+/// So many findings are kept; all are counted.
+constexpr size_t kMaxFindings = 1000;
+constexpr size_t kLookaheadBytes = 12;  ///< Magic and number of the next event.
+/// Stands for "whatever its number" where an event is looked for.
+constexpr int64_t kAnyNumber = -1;
+/// The wall clock may step back by so much, as when it is set by the network, and be no finding.
+constexpr int64_t kBackwardStepUs = 1'000'000;
+/// A pause of more than an hour between two events is told, since it may be a damaged timestamp.
+constexpr int64_t kForwardStepUs = 3'600'000'000;
+constexpr uint8_t kMagicBytes[4] = {0xED, 0xA1, 0xDA, 0x01};
+
+/// The big-endian integers of the format; magics, lengths and numbers are read with these.
+uint32_t Get32(const uint8_t* p) {
+  uint32_t v;
+  std::memcpy(&v, p, 4);
+  return __builtin_bswap32(v);
+}
+
+uint64_t Get64(const uint8_t* p) {
+  uint64_t v;
+  std::memcpy(&v, p, 8);
+  return __builtin_bswap64(v);
+}
+
+/// Event numbers of a damaged file may be anything: they wrap instead of overflowing.
+int64_t Shift(int64_t number, int64_t by) {
+  return static_cast<int64_t>(static_cast<uint64_t>(number) + static_cast<uint64_t>(by));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<EventLogReader>> EventLogReader::Open(const std::string& path) {
+  // Opening a pipe would wait for somebody to write to it.
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (fd < 0) return Fail("cannot open " + path + ": " + std::strerror(errno));
+  struct stat info {};
+  if (::fstat(fd, &info) != 0 || !S_ISREG(info.st_mode)) {
+    ::close(fd);
+    return Fail("cannot read " + path + ": not a regular file");
+  }
+  ::posix_fadvise(fd, 0, 0, POSIX_FADV_SEQUENTIAL);
+  return std::unique_ptr<EventLogReader>(
+      new EventLogReader(fd, static_cast<uint64_t>(info.st_size)));
+}
+
+EventLogReader::EventLogReader(int fd, uint64_t file_size) : fd_(fd), file_size_(file_size) {
+  buffer_.resize(std::max<size_t>(std::min<uint64_t>(kReadBufferBytes, file_size), 64));
+}
+
+EventLogReader::~EventLogReader() { ::close(fd_); }
+
+void EventLogReader::Seek(uint64_t offset) {
+  position_ = std::min(offset, file_size_);
+  expected_number_.reset();
+  last_timestamp_us_.reset();
+  known_good_.reset();
+}
+
+/// The bytes [offset, offset + size) in the buffer; null if the file does not have them. Bytes
+/// before `offset` may leave the buffer.
+const uint8_t* EventLogReader::Need(uint64_t offset, size_t size) {
+  if (offset >= buffer_begin_ && offset + size <= buffer_begin_ + buffer_size_) {
+    return buffer_.data() + (offset - buffer_begin_);
+  }
+  // Keep what is already there of the wanted bytes at the front of the buffer.
+  if (offset + size > file_size_) return nullptr;
+  if (offset >= buffer_begin_ && offset < buffer_begin_ + buffer_size_) {
+    const size_t begin = offset - buffer_begin_;
+    std::memmove(buffer_.data(), buffer_.data() + begin, buffer_size_ - begin);
+    buffer_size_ -= begin;
+  } else {
+    buffer_size_ = 0;
+  }
+  buffer_begin_ = offset;
+  if (size > buffer_.size()) buffer_.resize(size + kLookaheadBytes);
+  // Fill the buffer from the file until the wanted bytes are in it.
+  while (buffer_size_ < size) {
+    const ssize_t n = ::pread(fd_, buffer_.data() + buffer_size_, buffer_.size() - buffer_size_,
+                              static_cast<off_t>(buffer_begin_ + buffer_size_));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) {
+      // The file shrank under us, or the disk failed: what is there is all there is.
+      io_error_ = n < 0 ? std::strerror(errno) : "the file became shorter while it was read";
+      file_size_ = buffer_begin_ + buffer_size_;
+      return nullptr;
+    }
+    buffer_size_ += static_cast<size_t>(n);
+  }
+  return buffer_.data();
+}
+
+/// Copies up to `size` bytes at `offset` without moving the buffer; returns how many there were.
+size_t EventLogReader::Peek(uint64_t offset, uint8_t* out, size_t size) {
+  if (offset >= file_size_) return 0;
+  size = std::min<uint64_t>(size, file_size_ - offset);
+  if (offset >= buffer_begin_ && offset + size <= buffer_begin_ + buffer_size_) {
+    std::memcpy(out, buffer_.data() + (offset - buffer_begin_), size);
+    return size;
+  }
+  ssize_t n = 0;
+  do {
+    n = ::pread(fd_, out, size, static_cast<off_t>(offset));
+  } while (n < 0 && errno == EINTR);
+  return n < 0 ? 0 : static_cast<size_t>(n);
+}
+
+std::optional<EventLogReader::Header> EventLogReader::HeaderAt(uint64_t offset) {
+  uint8_t bytes[kEventHeaderBytes];
+  if (Peek(offset, bytes, sizeof bytes) != sizeof bytes) return std::nullopt;
+  Header header;
+  header.magic = Get32(bytes);
+  header.number = static_cast<int64_t>(Get64(bytes + 4));
+  header.timestamp_us = static_cast<int64_t>(Get64(bytes + 12));
+  header.channel_size = static_cast<int32_t>(Get32(bytes + 20));
+  header.data_size = static_cast<int32_t>(Get32(bytes + 24));
+  return header;
+}
+
+/// True if a header at `offset` could be true: magic, lengths, and its event lies within the file.
+bool EventLogReader::Plausible(const Header& header, uint64_t offset) const {
+  if (header.magic != kEventMagic) return false;
+  if (header.channel_size <= 0 || header.channel_size > static_cast<int>(kMaxChannelBytes)) {
+    return false;
+  }
+  if (header.data_size < 0 || header.data_size > static_cast<int>(kMaxDataBytes)) return false;
+  const uint64_t end = offset + kEventHeaderBytes + static_cast<uint64_t>(header.channel_size) +
+                       static_cast<uint64_t>(header.data_size);
+  return end <= file_size_;
+}
+
+/// True if at `end` the file ends, or what there is of it is a magic.
+bool EventLogReader::FollowedWell(uint64_t end) {
+  uint8_t bytes[4];
+  const size_t n = Peek(end, bytes, sizeof bytes);
+  return std::memcmp(bytes, kMagicBytes, n) == 0;
+}
+
+bool EventLogReader::IsCandidate(uint64_t offset, int64_t only_number) {
+  const std::optional<Header> header = HeaderAt(offset);
+  if (!header || !Plausible(*header, offset)) return false;
+  if (only_number != kAnyNumber && header->number != only_number) return false;
+  return FollowedWell(offset + kEventHeaderBytes + static_cast<uint64_t>(header->channel_size) +
+                      static_cast<uint64_t>(header->data_size));
+}
+
+/// First offset in [begin, limit) at which a sound event begins.
+std::optional<uint64_t> EventLogReader::Scan(uint64_t begin, uint64_t limit, int64_t only_number) {
+  constexpr size_t kChunk = 65536;
+  if (begin >= limit) return std::nullopt;
+  std::vector<uint8_t> chunk(std::min<uint64_t>(kChunk, limit - begin + 3));
+  // Look for the first byte of a magic, chunk by chunk; chunks overlap by three bytes, so that a
+  // magic across their border is found.
+  while (begin < limit) {
+    const size_t n = Peek(begin, chunk.data(), chunk.size());
+    if (n < sizeof kMagicBytes) return std::nullopt;
+    const uint8_t* p = chunk.data();
+    const uint8_t* end = chunk.data() + n - 3;
+    while ((p = static_cast<const uint8_t*>(
+                std::memchr(p, kMagicBytes[0], static_cast<size_t>(end - p)))) != nullptr) {
+      const uint64_t offset = begin + static_cast<uint64_t>(p - chunk.data());
+      if (offset >= limit) return std::nullopt;
+      if (std::memcmp(p, kMagicBytes, 4) == 0 && IsCandidate(offset, only_number)) return offset;
+      if (++p >= end) break;
+    }
+    begin += n - 3;
+  }
+  return std::nullopt;
+}
+
+void EventLogReader::Report(LogFinding::Kind kind, uint64_t begin, uint64_t end, std::string what) {
+  ++num_findings_;
+  LogFinding finding{kind, begin, end, std::move(what)};
+  damaged_ = damaged_ || finding.is_damage();
+  if (findings_.size() < kMaxFindings) findings_.push_back(std::move(finding));
+}
+
+/// Called when no event can be read at position_: reports why and moves to the next sound one.
+void EventLogReader::SkipDamage() {
+  // A lookahead may already know where the next sound event begins.
+  const uint64_t begin = position_;
+  const std::optional<uint64_t> next =
+      known_good_ ? known_good_ : Scan(begin + 1, file_size_, kAnyNumber);
+  known_good_.reset();
+  // Reading goes on at the next sound event; the numbers on both sides tell how many were lost.
+  if (next) {
+    int64_t lost = 0;
+    const std::optional<Header> header = HeaderAt(*next);
+    if (header && expected_number_) lost = Shift(header->number, -*expected_number_);
+    Report(LogFinding::Kind::kDamaged, begin, *next,
+           fmt::format(
+               "bytes {} to {} are no event{}", begin, *next,
+               lost > 0 ? fmt::format(" ({} lost, number {} on)", lost, *expected_number_) : ""));
+    expected_number_.reset();
+    position_ = *next;
+    return;
+  }
+  // No sound event follows. A file that ends with the beginning of an event was cut.
+  uint8_t bytes[kEventHeaderBytes];
+  const size_t n = Peek(begin, bytes, sizeof bytes);
+  bool cut = std::memcmp(bytes, kMagicBytes, std::min<size_t>(n, 4)) == 0;
+  if (cut && n == kEventHeaderBytes) {
+    const uint32_t channel_size = Get32(bytes + 20);
+    cut =
+        channel_size > 0 && channel_size <= kMaxChannelBytes && Get32(bytes + 24) <= kMaxDataBytes;
+  }
+  if (cut) {
+    Report(LogFinding::Kind::kTruncated, begin, file_size_,
+           fmt::format("the file ends at byte {} inside the event that begins at byte {}",
+                       file_size_, begin));
+  } else {
+    Report(LogFinding::Kind::kDamaged, begin, file_size_,
+           fmt::format("bytes {} to {}, the end of the file, are no event", begin, file_size_));
+  }
+  position_ = file_size_;
+}
+
+/// The event at position_ is plausible by itself, but is not followed by its successor. Decides
+/// whether it is the one that is damaged; then position_ moves on.
+EventLogReader::Verdict EventLogReader::Judge(const Header& header) {
+  const uint64_t begin = position_;
+  const uint64_t end = begin + kEventHeaderBytes + static_cast<uint64_t>(header.channel_size) +
+                       static_cast<uint64_t>(header.data_size);
+  const int64_t successor = Shift(header.number, 1);
+  std::optional<uint64_t> next;
+  if (FollowedWell(end)) {
+    // Wrong lengths may span whole events and end at a magic: then the successor is inside.
+    next = Scan(begin + 4, end, successor);
+    if (!next) return Verdict::kAccept;
+  } else {
+    next = Scan(begin + 4, file_size_, kAnyNumber);
+    const std::optional<Header> found = next ? HeaderAt(*next) : std::nullopt;
+    if (!next) return Verdict::kAccept;  // What follows is damaged to the end of the file.
+    if (*next >= end && found->number != successor) {
+      known_good_ = *next;
+      return Verdict::kAccept;
+    }
+  }
+  // The event claims bytes in which a sound one begins: it is the damaged one.
+  Report(LogFinding::Kind::kDamaged, begin, *next,
+         fmt::format("the event at byte {} (number {}) is damaged, reading goes on at byte {}",
+                     begin, header.number, *next));
+  expected_number_.reset();
+  position_ = *next;
+  return Verdict::kReject;
+}
+
+void EventLogReader::CheckNumber(const Header& header, uint64_t end) {
+  // A number that is not the expected one is itself wrong, or tells what became of the events
+  // between.
+  if (expected_number_ && header.number != *expected_number_) {
+    const int64_t expected = *expected_number_;
+    uint8_t ahead[kLookaheadBytes];
+    // If the next event has the number after the expected one, only this number is wrong.
+    const bool has_next = Peek(end, ahead, sizeof ahead) == sizeof ahead;
+    if (has_next && static_cast<int64_t>(Get64(ahead + 4)) == Shift(expected, 1)) {
+      Report(LogFinding::Kind::kNumber, position_, position_ + kEventHeaderBytes,
+             fmt::format("the event at byte {} has number {} where {} belongs", position_,
+                         header.number, expected));
+      expected_number_ = Shift(expected, 1);
+      return;
+    }
+    if (header.number == 0) {
+      Report(LogFinding::Kind::kRestart, position_, position_,
+             fmt::format("event numbers start again at byte {}", position_));
+    } else {
+      Report(LogFinding::Kind::kMissing, position_, position_,
+             fmt::format("event numbers jump from {} to {} at byte {}", Shift(expected, -1),
+                         header.number, position_));
+    }
+  }
+  expected_number_ = Shift(header.number, 1);
+}
+
+void EventLogReader::CheckClock(const Header& header) {
+  // The step is taken with an overflow check, since a damaged timestamp may be any number.
+  const int64_t now = header.timestamp_us;
+  const int64_t last = last_timestamp_us_.value_or(now);
+  last_timestamp_us_ = now;
+  int64_t step = 0;
+  const bool overflow = __builtin_sub_overflow(now, last, &step);
+  if (!overflow && step >= -kBackwardStepUs && step <= kForwardStepUs) return;
+  Report(LogFinding::Kind::kClockStep, position_, position_,
+         fmt::format("the wall clock steps from {} to {} us at byte {}", last, now, position_));
+}
+
+bool EventLogReader::Next(LogEvent* event) {
+  // Every round hands out an event, or passes over damage and moves position_ on.
+  while (position_ < file_size_) {
+    const uint8_t* p = Need(position_, kEventHeaderBytes);
+    if (p == nullptr) {
+      SkipDamage();
+      continue;
+    }
+    Header header;
+    header.magic = Get32(p);
+    header.number = static_cast<int64_t>(Get64(p + 4));
+    header.timestamp_us = static_cast<int64_t>(Get64(p + 12));
+    header.channel_size = static_cast<int32_t>(Get32(p + 20));
+    header.data_size = static_cast<int32_t>(Get32(p + 24));
+    // Bytes that can be no event are skipped up to the next one.
+    if (!Plausible(header, position_)) {
+      SkipDamage();
+      continue;
+    }
+    const size_t channel_size = static_cast<size_t>(header.channel_size);
+    const size_t data_size = static_cast<size_t>(header.data_size);
+    const size_t size = kEventHeaderBytes + channel_size + data_size;
+    const uint64_t end = position_ + size;
+    const size_t ahead = std::min<uint64_t>(kLookaheadBytes, file_size_ - end);
+    p = Need(position_, size + ahead);
+    if (p == nullptr) continue;  // The file shrank; look at it again.
+    // An event whose successor follows at once is sound without a further look.
+    const bool sound = ahead == kLookaheadBytes && Get32(p + size) == kEventMagic &&
+                       static_cast<int64_t>(Get64(p + size + 4)) == Shift(header.number, 1);
+    if (!sound) {
+      if (Judge(header) == Verdict::kReject) continue;
+      p = Need(position_, size + ahead);
+      if (p == nullptr) continue;
+    }
+    // The number says whether events are missing before this one.
+    if (!expected_number_ || header.number != *expected_number_) {
+      CheckNumber(header, end);
+    } else {
+      expected_number_ = Shift(header.number, 1);
+    }
+    // The event is accepted: hand it out and move on.
+    CheckClock(header);
+    event->number = header.number;
+    event->timestamp_us = header.timestamp_us;
+    event->channel = {reinterpret_cast<const char*>(p + kEventHeaderBytes), channel_size};
+    event->data = {p + kEventHeaderBytes + channel_size, data_size};
+    event->offset = position_;
+    position_ = end;
+    return true;
+  }
+  return false;
+}
+
+}  // namespace morphbus::logger

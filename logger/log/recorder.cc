@@ -1,0 +1,324 @@
+#include "logger/log/recorder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <morphbus/ask_t.hpp>
+#include <morphbus/log_end_t.hpp>
+#include <tuple>
+
+#include "bridge/wire/channels.h"
+#include "bridge/wire/codec.h"
+#include "bridge/wire/health.h"
+#include "bridge/wire/info_parts.h"
+#include "bridge/wire/stream_hash.h"
+#include "logger/log/description.h"
+
+namespace morphbus::logger {
+
+using bridge::Topic;
+
+namespace {
+
+/// After the end, how long to wait for the last ledgers, which nobody sends again.
+constexpr int64_t kLedgerPatienceUs = 250'000;
+
+int64_t MachineWallClock() {
+  return std::chrono::duration_cast<std::chrono::microseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+/// Order of topics within a tick: what was sensed, what was told, what was commanded.
+int Rank(Topic topic) { return static_cast<int>(topic); }
+
+}  // namespace
+
+/// A message that waits for its tick to be whole, so that order of arrival leaves no trace.
+struct Recorder::Held {
+  int64_t tick = 0;
+  int rank = 0;
+  std::string channel;
+  int64_t sequence = 0;
+  int64_t timestamp_us = 0;
+  std::vector<uint8_t> payload;
+};
+
+/// What the log holds of one channel.
+struct Recorder::Written {
+  int64_t count = 0;
+  bool hashed = false;
+  bridge::StreamHash hash;
+};
+
+Result<std::unique_ptr<Recorder>> Recorder::Create(bridge::Bus* bus, const bridge::TimeSource* time,
+                                                   RecorderOptions options) {
+  // The description must say which run this is, and a name must fit into channel names.
+  if (options.description.size() > bridge::kMaxInfoBytes) {
+    return Fail("the run's description is larger than 16 MiB");
+  }
+  const Result<DescriptionKey> key = ReadDescriptionKey(options.description);
+  if (!key) return tl::unexpected(key.error());
+  if (Result<void> name = bridge::CheckRunName(key->run); !name) {
+    return tl::unexpected(name.error());
+  }
+  // From here on the file exists, and begins with the description.
+  auto writer = EventLogWriter::Create(options.path);
+  if (!writer) return tl::unexpected(writer.error());
+  if (!options.wall_clock) options.wall_clock = MachineWallClock;
+  std::unique_ptr<Recorder> recorder(
+      new Recorder(bus, time, std::move(options), key->run, key->model_hash, std::move(*writer)));
+  recorder->WriteInfo();
+  if (!recorder->error_.empty()) return Fail(recorder->error_);
+  return recorder;
+}
+
+Recorder::Recorder(bridge::Bus* bus, const bridge::TimeSource* time, RecorderOptions options,
+                   std::string run, uint64_t model_hash, std::unique_ptr<EventLogWriter> writer)
+    : time_(time),
+      options_(std::move(options)),
+      run_(std::move(run)),
+      model_hash_(model_hash),
+      writer_(std::move(writer)) {
+  bridge::LogParticipantOptions participant;
+  participant.run = run_;
+  participant.model_hash = model_hash_;
+  participant.realtime = options_.realtime;
+  participant.claim = options_.claim;
+  participant.timing = options_.timing;
+  participant.build = ReadDescriptionKey(options_.description)->build;
+  participant_ = std::make_unique<bridge::LogParticipant>(
+      bus, time, std::move(participant), [this](const bridge::LoggedMessage& m) { Take(m); });
+  participant_->OnInfoRequest([this] { PublishInfo(); });
+}
+
+Recorder::~Recorder() = default;
+
+void Recorder::Start() {
+  participant_->Start();
+  PublishInfo();
+}
+
+void Recorder::OnTime() {
+  participant_->OnTime();
+  Release(participant_->complete_ticks());
+  // Nobody sends ledgers again, so the wait for them is short, and none after a failure.
+  if (participant_->done() && ledgers_due_us_ < 0) {
+    ledgers_due_us_ = time_->NowUs() + (participant_->error().empty() ? kLedgerPatienceUs : 0);
+  }
+}
+
+int64_t Recorder::next_deadline_us() const {
+  return participant_->done() ? ledgers_due_us_ : participant_->next_deadline_us();
+}
+
+bool Recorder::HasAllLedgers() const {
+  return std::all_of(ledgers_.begin(), ledgers_.end(), [](const auto& l) { return l.second; });
+}
+
+bool Recorder::done() const {
+  if (!error_.empty()) return true;
+  return participant_->done() &&
+         (HasAllLedgers() || (ledgers_due_us_ >= 0 && time_->NowUs() >= ledgers_due_us_));
+}
+
+const bridge::Ledger& Recorder::ledger() const { return participant_->ledger(); }
+
+/// The header of a message that only the log gets.
+void Recorder::FillHeader(int64_t sequence, morphbus::header_t* header) const {
+  header->protocol = morphbus::header_t::PROTOCOL;
+  header->tick = std::max<int64_t>(last_tick_, 0);
+  header->sim_time_us = last_time_us_;
+  header->sequence = sequence;
+  header->model_hash = static_cast<int64_t>(model_hash_);
+  header->program_hash = 0;
+}
+
+/// The description is the head of the log, whatever the bus does.
+void Recorder::WriteInfo() {
+  const std::string channel = bridge::Channel(run_, "", Topic::kInfo);
+  // The parts are numbered from 0, like the messages of any channel.
+  int64_t sequence = 0;
+  for (morphbus::info_part_t& part : bridge::SplitInfo(options_.description)) {
+    FillHeader(sequence++, &part.header);
+    std::vector<uint8_t> payload;
+    bridge::Encode(part, &payload);
+    Write(channel, std::move(payload), options_.wall_clock(), false);
+  }
+}
+
+void Recorder::PublishInfo() {
+  const std::string channel = bridge::Channel(run_, "", Topic::kInfo);
+  for (morphbus::info_part_t& part : bridge::SplitInfo(options_.description)) {
+    participant_->outbox().Send(channel, std::max<int64_t>(last_tick_, 0), last_time_us_, &part);
+  }
+}
+
+void Recorder::EachSecond() {
+  participant_->PublishHealth();
+  if (auto flushed = writer_->Flush(); !flushed && error_.empty()) {
+    error_ = flushed.error().message;
+  }
+}
+
+/// The logger's own last ledger: it hears nothing of its own any more.
+/// The header's sequence number is 0: the log holds one such message.
+void Recorder::WriteLedger() {
+  morphbus::health_t health =
+      bridge::MakeHealth(std::string(bridge::kLogProcess), participant_->ledger());
+  FillHeader(0, &health.header);
+  std::vector<uint8_t> payload;
+  bridge::Encode(health, &payload);
+  Write(bridge::Channel(run_, bridge::kLogProcess, Topic::kHealth), std::move(payload),
+        options_.wall_clock(), false);
+}
+
+void Recorder::TakeEndAck(const uint8_t* data, size_t size) {
+  morphbus::ask_t ask;
+  // Only END_ACK vouches for counts, and of a repeated one the higher counts hold.
+  if (!bridge::Decode(data, size, {}, &ask) || ask.kind != morphbus::ask_t::KIND_END_ACK) return;
+  for (const morphbus::channel_total_t& total : ask.totals) {
+    published_[total.channel] = std::max(published_[total.channel], total.count);
+  }
+}
+
+void Recorder::Take(const bridge::LoggedMessage& message) {
+  // A message that does not decode, or was had before, has no place in the log.
+  if (message.bad || message.duplicate) return;
+  const std::optional<bridge::ChannelName> name = bridge::ParseChannel(message.channel);
+  // The description stands at the head of the log once; END is ours to write.
+  if (!name || name->topic == Topic::kInfo || name->topic == Topic::kEnd) return;
+  if (name->topic == Topic::kAsk) TakeEndAck(message.data, message.size);
+  // A ledger that came after the end is the process's last: nothing more need be waited for.
+  if (name->topic == Topic::kHealth && name->process != bridge::kLogProcess) {
+    ledgers_[std::string(name->process)] = participant_->complete();
+  }
+  // Messages outside the hash are written as they come.
+  std::vector<uint8_t> payload(message.data, message.data + message.size);
+  const std::string channel(message.channel);
+  const int64_t now = options_.wall_clock();
+  const bool hashed = bridge::IsHashed(name->topic);
+  if (!hashed) {
+    Write(channel, std::move(payload), now, false);
+    return;
+  }
+  // The latest tick heard of dates the messages that only the log gets.
+  morphbus::header_t header;
+  if (!bridge::DecodeHeader(message.data, message.size, &header)) return;
+  if (header.tick > last_tick_) {
+    last_tick_ = header.tick;
+    last_time_us_ = header.sim_time_us;
+  }
+  // In real time no tick is ever known to be whole, so order of arrival is the order of the log.
+  if (options_.realtime) {
+    Write(channel, std::move(payload), now, true);
+    return;
+  }
+  held_.push_back(
+      {header.tick, Rank(name->topic), channel, header.sequence, now, std::move(payload)});
+}
+
+/// Writes the held messages of the first `complete_ticks` ticks in an order that only they decide.
+void Recorder::Release(int64_t complete_ticks) {
+  // Take out what belongs to whole ticks, put it into the order of the file, and write it.
+  const auto ready = std::stable_partition(held_.begin(), held_.end(),
+                                           [&](const Held& h) { return h.tick < complete_ticks; });
+  if (ready == held_.begin()) return;
+  std::sort(held_.begin(), ready, [](const Held& a, const Held& b) {
+    return std::tie(a.tick, a.rank, a.channel, a.sequence) <
+           std::tie(b.tick, b.rank, b.channel, b.sequence);
+  });
+  for (auto h = held_.begin(); h != ready; ++h) {
+    Write(h->channel, std::move(h->payload), h->timestamp_us, true);
+  }
+  held_.erase(held_.begin(), ready);
+}
+
+void Recorder::Write(const std::string& channel, std::vector<uint8_t> payload, int64_t timestamp_us,
+                     bool hashed) {
+  Written& written = written_[channel];
+  written.hashed = hashed;
+  ++written.count;
+  written.hash.Update(payload.data(), payload.size());
+  // The first failure is kept: what fails after it only follows from it.
+  if (auto result = writer_->Write(timestamp_us, channel, payload); !result && error_.empty()) {
+    error_ = result.error().message;
+  }
+}
+
+/// Messages that the modules say they published, and the log does not have.
+int64_t Recorder::CountLost(std::string* what) const {
+  int64_t lost = 0;
+  for (const auto& [channel, count] : published_) {
+    const auto found = written_.find(channel);
+    const int64_t missing = count - (found == written_.end() ? 0 : found->second.count);
+    if (missing <= 0) continue;
+    lost += missing;
+    *what += fmt::format("{}{} of {}", what->empty() ? "" : ", ", missing, channel);
+  }
+  return lost;
+}
+
+std::vector<uint8_t> Recorder::MakeEnd(const std::string& reason, bool clean,
+                                       const std::string& run_hash,
+                                       const std::vector<bridge::ChannelTotal>& totals) const {
+  morphbus::log_end_t end;
+  // The run's own facts come first, then the totals by which a reader checks the log.
+  FillHeader(0, &end.header);
+  end.run = run_;
+  end.clean = clean;
+  end.reason = bridge::CutText(reason, bridge::kLongestText);
+  end.run_hash = run_hash;
+  end.num_ticks = participant_->complete_ticks();
+  for (const bridge::ChannelTotal& total : totals) {
+    end.channels.push_back(bridge::ToWire(total));
+  }
+  end.num_channels = static_cast<int16_t>(end.channels.size());
+  std::vector<uint8_t> payload;
+  bridge::Encode(end, &payload);
+  return payload;
+}
+
+Result<RecordSummary> Recorder::Finish(const std::string& interrupted) {
+  // What is held of ticks that never became whole is still part of the run.
+  Release(std::numeric_limits<int64_t>::max());
+  WriteLedger();
+  // What END vouches for: count and hash of every channel, and the hash of the run.
+  std::vector<bridge::ChannelTotal> totals;
+  std::vector<bridge::ChannelTotal> hashed;
+  for (const auto& [channel, written] : written_) {
+    totals.push_back({channel, written.count, written.hash.Digest(), written.hashed});
+    if (written.hashed) hashed.push_back(totals.back());
+  }
+  RecordSummary summary;
+  summary.run_hash = bridge::RunHash(std::move(hashed));
+  // Why the run ended: the recorder was stopped, it failed, or the simulator said so.
+  summary.reason = !interrupted.empty()             ? interrupted
+                   : !participant_->error().empty() ? participant_->error()
+                                                    : participant_->end_reason();
+  std::string missing;
+  summary.lost = CountLost(&missing);
+  if (summary.lost > 0) summary.reason += "; not in the log: " + missing;
+  // In real time loss is counted, and no failure.
+  summary.complete = interrupted.empty() && participant_->complete() &&
+                     participant_->error().empty() && error_.empty() &&
+                     (options_.realtime || summary.lost == 0);
+  // END goes last. A log that could not be written keeps its name for unfinished ones.
+  const std::vector<uint8_t> end =
+      MakeEnd(summary.reason, summary.complete, summary.run_hash, totals);
+  summary.path = writer_->partial_path();
+  if (!error_.empty()) return Fail(error_ + "; the log up to there is " + summary.path);
+  if (auto r = writer_->Write(options_.wall_clock(), bridge::Channel(run_, "", Topic::kEnd), end);
+      !r) {
+    return tl::unexpected(r.error());
+  }
+  if (auto r = writer_->Close(); !r) return tl::unexpected(r.error());
+  summary.path = writer_->path();
+  summary.events = writer_->num_events();
+  summary.bytes = writer_->num_bytes();
+  return summary;
+}
+
+}  // namespace morphbus::logger

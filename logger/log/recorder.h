@@ -1,0 +1,154 @@
+#pragma once
+// Writes a run into an event log: the description first, then every message, END last. As a
+// participant of the lockstep it lacks nothing, and two runs with equal payloads give equal logs
+// but for timestamps and what lies outside the run's hash. In real time it only listens and counts
+// what it lost.
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <morphbus/header_t.hpp>
+#include <string>
+#include <vector>
+
+#include "bridge/lockstep/log_participant.h"
+#include "logger/log/event_log.h"
+
+namespace morphbus::logger {
+
+/// What a recorder is told before it starts.
+struct RecorderOptions {
+  /// Path of the finished log; it is called PATH.partial while it is written.
+  std::string path;
+  /// Serialized morphbus.proto.RunDescription, at most 16 MiB: the head of the log.
+  std::string description;
+  /// True to listen and count losses only; false to take part in the lockstep.
+  bool realtime = false;
+  /// Random number of this process, sent in HELLO: it tells two loggers of one run apart.
+  int64_t claim = 1;
+  /// How long the lockstep waits before it asks again or gives up.
+  bridge::LockstepTiming timing;
+  /// Wall clock, microseconds since 1970; empty: the machine's.
+  std::function<int64_t()> wall_clock;
+};
+
+/// What became of a recording, as Finish() returns it.
+struct RecordSummary {
+  /// True if the run ended as planned; in lockstep also only if nothing is missing.
+  bool complete = false;
+  /// Where the log is.
+  std::string path;
+  /// Why the run ended, and which messages are missing, for people.
+  std::string reason;
+  /// Hash of the run as recorded, 32 hexadecimal digits.
+  std::string run_hash;
+  /// Events in the log, the description and END included.
+  int64_t events = 0;
+  /// Size of the log in bytes.
+  uint64_t bytes = 0;
+  /// Messages that publishers counted and the log does not have.
+  int64_t lost = 0;
+};
+
+/// The process (or, in a run within one process, the participant) that writes the log. Its maker
+/// calls Start(), then OnTime() whenever the bus was handled or a deadline has come, EachSecond(),
+/// and at last Finish(). One that is destroyed without Finish() leaves PATH.partial without END.
+class Recorder : public bridge::Participant {
+ public:
+  /// Opens the log and writes the description, so that even a run that never starts leaves a log
+  /// that says what it was to be. `bus` and `time` outlive the recorder. Fails if the file cannot
+  /// be written, the description is larger than 16 MiB or does not say which run it is, or the
+  /// run's name does not fit into channel names.
+  static Result<std::unique_ptr<Recorder>> Create(bridge::Bus* bus, const bridge::TimeSource* time,
+                                                  RecorderOptions options);
+  ~Recorder() override;
+
+  /// Listens to the run's channels, says HELLO and publishes the description.
+  void Start() override;
+  /// Does what is due on the bus, and writes the messages of all ticks that became whole.
+  void OnTime() override;
+  /// When OnTime() must be called again (µs of the TimeSource); after the run's end, when the wait
+  /// for the last ledgers ends.
+  [[nodiscard]] int64_t next_deadline_us() const override;
+  /// True once the run is over and every process has sent its last ledger, or had time to; also
+  /// once the disk refused: see error().
+  [[nodiscard]] bool done() const override;
+  /// What the logger received, lost and asked for again so far.
+  [[nodiscard]] const bridge::Ledger& ledger() const override;
+
+  /// Publishes HEALTH and flushes the log to the operating system. To be called about once a second
+  /// of wall time, so that a killed run loses a second at most. A failure to write shows in
+  /// error().
+  void EachSecond();
+  /// Writes what is still held and END, and gives the log its name. Call it once, when done() or
+  /// interrupted; `interrupted` says why if it is not the run's own end, and is empty if it is.
+  /// Fails if the log could not be written; then PATH.partial holds what could.
+  Result<RecordSummary> Finish(const std::string& interrupted);
+
+  /// Why writing failed; empty while it did not.
+  [[nodiscard]] const std::string& error() const { return error_; }
+  /// Where the log is until Finish().
+  [[nodiscard]] const std::string& partial_path() const { return writer_->partial_path(); }
+  /// The run's name, from the description.
+  [[nodiscard]] const std::string& run() const { return run_; }
+
+ private:
+  struct Held;
+  struct Written;
+
+  Recorder(bridge::Bus* bus, const bridge::TimeSource* time, RecorderOptions options,
+           std::string run, uint64_t model_hash, std::unique_ptr<EventLogWriter> writer);
+  /// Writes the description's parts into the log, as its head.
+  void WriteInfo();
+  /// Sends the description's parts on the bus, for those who ask.
+  void PublishInfo();
+  /// Fills the header of a message that only the log gets: it is dated by the latest tick heard of.
+  void FillHeader(int64_t sequence, morphbus::header_t* header) const;
+  /// Writes the logger's own last ledger as a HEALTH message.
+  void WriteLedger();
+  /// True once every process that sent HEALTH sent it after the run's end, too.
+  [[nodiscard]] bool HasAllLedgers() const;
+  /// Takes one message of the run as it arrives: writes it, or holds it until its tick is whole.
+  void Take(const bridge::LoggedMessage& message);
+  /// Takes from an END_ACK how many messages its sender published, by channel.
+  void TakeEndAck(const uint8_t* data, size_t size);
+  /// Writes the held messages of the first `complete_ticks` ticks in an order that only they
+  /// decide.
+  void Release(int64_t complete_ticks);
+  /// Appends one event, and counts and hashes it under its channel for END; `timestamp_us` is wall
+  /// clock.
+  void Write(const std::string& channel, std::vector<uint8_t> payload, int64_t timestamp_us,
+             bool hashed);
+  /// The bytes of the END event. `clean`: the run ended as planned; `totals`: of every channel.
+  std::vector<uint8_t> MakeEnd(const std::string& reason, bool clean, const std::string& run_hash,
+                               const std::vector<bridge::ChannelTotal>& totals) const;
+  /// How many messages the publishers counted and the log lacks; appends their channels to `what`.
+  [[nodiscard]] int64_t CountLost(std::string* what) const;
+
+  const bridge::TimeSource* time_;
+  RecorderOptions options_;
+  std::string run_;
+  uint64_t model_hash_ = 0;
+  /// The log; never null.
+  std::unique_ptr<EventLogWriter> writer_;
+  /// The logger's part in the lockstep; it hands every message to Take().
+  std::unique_ptr<bridge::LogParticipant> participant_;
+  /// Messages that count for the run's hash, of ticks that are not whole yet.
+  std::vector<Held> held_;
+  /// What the log holds, by channel.
+  std::map<std::string, Written> written_;
+  /// How many messages the modules said they published (END_ACK), by channel.
+  std::map<std::string, int64_t> published_;
+  /// Processes that sent HEALTH, and whether they did so after the run's end.
+  std::map<std::string, bool> ledgers_;
+  /// Time (TimeSource, µs) after which ledgers are waited for no longer; -1 before the end.
+  int64_t ledgers_due_us_ = -1;
+  /// The latest tick heard of, and its sim time in µs; they date the messages that only the log
+  /// gets.
+  int64_t last_tick_ = -1;
+  int64_t last_time_us_ = 0;
+  std::string error_;
+};
+
+}  // namespace morphbus::logger

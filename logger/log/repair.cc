@@ -1,0 +1,91 @@
+#include "logger/log/repair.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+
+#include "bridge/wire/channels.h"
+#include "bridge/wire/codec.h"
+#include "logger/log/run_facts.h"
+
+namespace morphbus::logger {
+namespace {
+
+constexpr size_t kMaxFindings = 1000;
+
+/// Whether both paths name one file that is there.
+bool IsSameFile(const std::string& a, const std::string& b) {
+  struct stat sa = {};
+  struct stat sb = {};
+  return ::stat(a.c_str(), &sa) == 0 && ::stat(b.c_str(), &sb) == 0 && sa.st_dev == sb.st_dev &&
+         sa.st_ino == sb.st_ino;
+}
+
+/// Whether the payload is what was sent, as far as a message can say that of itself.
+Result<void> CheckPayload(const LogEvent& event) {
+  // Of a foreign channel nothing is known but the framing, which the reader has checked.
+  if (!bridge::ParseChannel(event.channel)) return {};
+  morphbus::header_t header;
+  return bridge::DecodeHeader(event.data.data(), event.data.size(), &header);
+}
+
+/// Copies what is sound; `report` takes what is not.
+Result<void> Copy(EventLogReader* reader, EventLogWriter* writer, RepairReport* report) {
+  LogEvent event;
+  while (reader->Next(&event)) {
+    // A message whose CRC is wrong is left out, and listed with its bytes.
+    if (const Result<void> sound = CheckPayload(event); !sound) {
+      ++report->num_findings;
+      const uint64_t end =
+          event.offset + kEventHeaderBytes + event.channel.size() + event.data.size();
+      report->findings.push_back(
+          {LogFinding::Kind::kPayload, event.offset, end,
+           fmt::format("the message on {} at byte {} is damaged: {}", EscapeControl(event.channel),
+                       event.offset, sound.error().message)});
+      if (report->findings.size() > kMaxFindings) report->findings.pop_back();
+      continue;
+    }
+    // Everything else is copied as it is; the writer numbers it anew.
+    if (auto r = writer->Write(event.timestamp_us, event.channel, event.data); !r) return r;
+    ++report->events_kept;
+  }
+  if (!reader->io_error().empty()) return Fail(reader->io_error());
+  if (report->events_kept == 0) return Fail("no sound event");
+  return writer->Close();
+}
+
+}  // namespace
+
+Result<RepairReport> RepairLog(const std::string& in_path, const std::string& out_path) {
+  // The writer empties PATH.partial, which is what an interrupted run leaves for repair.
+  for (const std::string& written : {out_path, out_path + ".partial"}) {
+    if (IsSameFile(in_path, written)) {
+      return Fail("writing " + out_path + " would overwrite " + in_path +
+                  ", the log to be repaired: choose another name");
+    }
+  }
+  // Both files are opened before anything is copied, so that a failure leaves nothing behind.
+  auto reader = EventLogReader::Open(in_path);
+  if (!reader) return tl::unexpected(reader.error());
+  auto writer = EventLogWriter::Create(out_path);
+  if (!writer) return tl::unexpected(writer.error());
+  RepairReport report;
+  if (auto copied = Copy(reader->get(), writer->get(), &report); !copied) {
+    (*writer)->Discard();
+    if (report.events_kept > 0) return tl::unexpected(copied.error());
+    return Fail(in_path + " holds no sound event: nothing can be kept");
+  }
+
+  // Findings of the framing and of the payloads in one row.
+  const auto& framing = (*reader)->findings();
+  report.findings.insert(report.findings.end(), framing.begin(), framing.end());
+  std::stable_sort(report.findings.begin(), report.findings.end(),
+                   [](const LogFinding& a, const LogFinding& b) { return a.begin < b.begin; });
+  if (report.findings.size() > kMaxFindings) report.findings.resize(kMaxFindings);
+  report.num_findings += (*reader)->num_findings();
+  report.bytes_dropped = (*reader)->file_size() - (*writer)->num_bytes();
+  return report;
+}
+
+}  // namespace morphbus::logger

@@ -1,0 +1,348 @@
+#include "logger/log/replayer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <morphbus/ask_t.hpp>
+#include <morphbus/hello_t.hpp>
+#include <thread>
+
+#include "bridge/wire/channels.h"
+#include "bridge/wire/codec.h"
+
+namespace morphbus::logger {
+
+using bridge::Topic;
+
+namespace {
+
+constexpr int64_t kIdleUs = 50'000;  ///< How long to sleep where nothing is due.
+constexpr int kBatch = 64;  ///< Messages published at most before the bus is handled again.
+/// Names of runs that are remembered: a damaged log can hold any number.
+constexpr size_t kMaxRuns = 64;
+/// A timestamp that jumps ahead by a day or more is damaged, and does not move the time on.
+constexpr int64_t kLongestGapUs = 86'400'000'000;
+constexpr int64_t kRestartUs = 1'000'000;  ///< Sim time steps back by more only between runs.
+constexpr double kLatestSeconds = 1e9;     ///< Of a range: its microseconds fit an integer.
+/// Stands for "no sim time yet": such events lie before any range.
+constexpr int64_t kEarliestSimTime = std::numeric_limits<int64_t>::min();
+
+/// Seconds to whole microseconds.
+int64_t Micros(double seconds) { return static_cast<int64_t>(std::llround(seconds * 1e6)); }
+
+/// True for what would disturb a live run, or tell listeners that it has ended.
+bool Withheld(Topic topic) {
+  return topic == Topic::kControl || topic == Topic::kHello || topic == Topic::kAsk ||
+         topic == Topic::kEnd;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Replayer>> Replayer::Open(const std::string& path, ReplayOptions options) {
+  // What the user gave is checked before the file is read.
+  auto reader = EventLogReader::Open(path);
+  if (!reader) return tl::unexpected(reader.error());
+  if (!std::isfinite(options.speed) || options.speed < 0) {
+    return Fail("the speed must be 0 (as fast as possible) or more");
+  }
+  if (!(std::abs(options.from_s) <= kLatestSeconds) ||
+      !(std::abs(options.to_s) <= kLatestSeconds)) {
+    return Fail("the range must be times in seconds");
+  }
+  // The channel expression comes from the user and may be none.
+  std::unique_ptr<Replayer> replayer(new Replayer(std::move(*reader), options));
+  try {
+    replayer->filter_ = std::regex(options.channel.empty() ? ".*" : options.channel);
+  } catch (const std::regex_error& e) {
+    return Fail(fmt::format("'{}' is no regular expression: {}", options.channel, e.what()));
+  }
+  // One look at the whole file: which runs are in it, does it have sim time, what is damaged?
+  LogEvent event;
+  int64_t events = 0;
+  while (replayer->reader_->Next(&event)) {
+    ++events;
+    replayer->Survey(event);
+  }
+  if (events == 0) return Fail(path + " holds no event");
+  replayer->progress_.damaged = replayer->reader_->num_findings();
+  replayer->Rewind();
+  return replayer;
+}
+
+/// Takes what there is to know of the file before any of its events goes out.
+void Replayer::Survey(const LogEvent& event) {
+  const auto name = bridge::ParseChannel(event.channel);
+  morphbus::header_t header;
+  const bool sound =
+      name && bridge::DecodeHeader(event.data.data(), event.data.size(), &header).has_value();
+  if (name && !sound) ++progress_.damaged_messages;
+  if (name && runs_.size() < kMaxRuns) runs_.emplace(name->run);
+  // The first message with sim time makes sim time the replay's time.
+  if (name && bridge::IsHashed(name->topic)) {
+    // Timestamps counted only until now; sim time decides from here on.
+    if (!has_sim_time_) progress_.end_s = 0.0;  // so far by timestamps
+    has_sim_time_ = true;
+    if (sound) {
+      progress_.end_s = std::max(progress_.end_s, static_cast<double>(header.sim_time_us) * 1e-6);
+    }
+  }
+  // Without sim time, the end is told by the timestamps of the file.
+  if (has_sim_time_) return;
+  TakeSimTime(event);
+  progress_.end_s = static_cast<double>(log_time_us_) * 1e-6;
+}
+
+Replayer::Replayer(std::unique_ptr<EventLogReader> reader, ReplayOptions options)
+    : reader_(std::move(reader)), options_(std::move(options)), paused_(options_.paused) {}
+
+Replayer::~Replayer() {
+  if (bus_ == nullptr) return;
+  for (const std::string& run : runs_) {
+    bus_->Unsubscribe(bridge::Channel(run, bridge::kLogProcess, Topic::kAsk));
+    bus_->Unsubscribe(bridge::Channel(run, "", Topic::kHello));
+    bus_->Unsubscribe(bridge::Channel(run, "", Topic::kClock));
+  }
+}
+
+void Replayer::Rewind() {
+  reader_->Seek(0);
+  log_time_us_ = has_sim_time_ ? kEarliestSimTime : 0;
+  first_stamp_us_.reset();
+  has_next_ = false;
+}
+
+void Replayer::Start(bridge::Bus* bus, int64_t now_us) {
+  bus_ = bus;
+  listen_until_us_ = now_us + options_.listen_us;
+  // Every run of the log is listened to: any of them may be alive on this bus.
+  for (const std::string& run : runs_) {
+    bus->Subscribe(
+        bridge::Channel(run, bridge::kLogProcess, Topic::kAsk),
+        [this](std::string_view, const uint8_t* data, size_t size) { OnAsk(data, size); });
+    bus->Subscribe(
+        bridge::Channel(run, "", Topic::kHello),
+        [this](std::string_view, const uint8_t* data, size_t size) { OnHello(data, size); });
+    bus->Subscribe(bridge::Channel(run, "", Topic::kClock),
+                   [this](std::string_view, const uint8_t*, size_t) { OnClock(); });
+  }
+}
+
+/// While we only listen, a CLOCK is somebody else's.
+void Replayer::OnClock() {
+  if (state_ != State::kListening || !error_.empty()) return;
+  error_ = "a live run of that name is on this bus, and a replay would disturb it";
+}
+
+void Replayer::OnAsk(const uint8_t* data, size_t size) {
+  morphbus::ask_t ask;
+  if (!bridge::Decode(data, size, {}, &ask) || ask.kind != morphbus::ask_t::KIND_INFO) return;
+  // The limit keeps a flood of names from filling the memory.
+  if (listeners_.size() < 10'000) listeners_.insert(ask.sender);
+  progress_.listeners = static_cast<int>(listeners_.size());
+}
+
+void Replayer::OnHello(const uint8_t* data, size_t size) {
+  morphbus::hello_t hello;
+  if (!bridge::Decode(data, size, {}, &hello)) return;
+  if (listeners_.size() < 10'000) listeners_.insert(fmt::format("{} {}", hello.process, hello.pid));
+  progress_.listeners = static_cast<int>(listeners_.size());
+}
+
+/// Moves log_time_us_ on to the event's time: sim time of hashed channels, else the timestamp.
+void Replayer::TakeSimTime(const LogEvent& event) {
+  // A log without sim time is paced by its timestamps, counted from the first one.
+  if (!has_sim_time_) {
+    if (!first_stamp_us_) first_stamp_us_ = event.timestamp_us;
+    int64_t since = 0;
+    // A damaged timestamp must not stop the replay for years.
+    if (__builtin_sub_overflow(event.timestamp_us, *first_stamp_us_, &since)) return;
+    if (since - log_time_us_ < kLongestGapUs) log_time_us_ = std::max(log_time_us_, since);
+    return;
+  }
+  // Only messages in the run's hash carry the sim time of the tick they belong to.
+  const auto name = bridge::ParseChannel(event.channel);
+  if (!name || !bridge::IsHashed(name->topic)) return;
+  morphbus::header_t header;
+  if (!bridge::DecodeHeader(event.data.data(), event.data.size(), &header)) return;
+  if (log_time_us_ != kEarliestSimTime && header.sim_time_us < log_time_us_ - kRestartUs) {
+    // Another run, or a concatenated log: time starts again.
+    log_time_us_ = header.sim_time_us;
+    reanchor_ = true;
+  }
+  // Within a run time never steps back, whatever order the messages stand in.
+  log_time_us_ = std::max(log_time_us_, header.sim_time_us);
+}
+
+/// Whether the event goes out: not withheld, in the range, and of a wanted channel.
+bool Replayer::Wanted(const LogEvent& event) {
+  // What would disturb a live run stays in the file, whatever the user asked for.
+  const auto name = bridge::ParseChannel(event.channel);
+  if (name && Withheld(name->topic)) {
+    ++progress_.withheld;
+    return false;
+  }
+  // INFO says what the rest means, so it goes out in any range; a range from 0 or below includes
+  // what stands before the first sim time.
+  const bool is_info = name && name->topic == Topic::kInfo;
+  const bool in_range =
+      log_time_us_ >= Micros(options_.from_s) || is_info || (has_sim_time_ && options_.from_s <= 0);
+  // LCM cannot carry longer names.
+  if (!in_range || event.channel.size() > bridge::kMaxChannelName ||
+      !std::regex_match(event.channel.begin(), event.channel.end(), filter_)) {
+    ++progress_.filtered;
+    return false;
+  }
+  return true;
+}
+
+/// Finds the next event to publish; false at the end of the range.
+bool Replayer::ReadNext() {
+  if (has_next_) return true;
+  while (reader_->Next(&next_)) {
+    TakeSimTime(next_);
+    // The range ends with the first event at or after its end.
+    if (options_.to_s >= 0 && log_time_us_ != kEarliestSimTime &&
+        log_time_us_ >= Micros(options_.to_s)) {
+      return false;
+    }
+    if (!Wanted(next_)) continue;
+    // Events before the first sim time are due at the start of the range.
+    next_time_us_ = log_time_us_ == kEarliestSimTime ? Micros(options_.from_s) : log_time_us_;
+    has_next_ = true;
+    return true;
+  }
+  return false;
+}
+
+void Replayer::Publish() {
+  bus_->Publish(std::string(next_.channel), next_.data.data(), next_.data.size());
+  ++progress_.published;
+  progress_.time_s = static_cast<double>(next_time_us_) * 1e-6;
+  has_next_ = false;
+}
+
+/// From now on, time passes from the next event on.
+void Replayer::Anchor(int64_t now_us) {
+  anchor_wall_us_ = now_us;
+  anchor_log_us_ = has_next_ ? next_time_us_ : Micros(progress_.time_s);
+  anchor_count_ = progress_.published;
+  reanchor_ = false;
+}
+
+void Replayer::Pause(int64_t) { paused_ = true; }
+
+void Replayer::Resume(int64_t now_us) {
+  paused_ = false;
+  stepping_ = false;
+  ReadNext();
+  Anchor(now_us);
+}
+
+void Replayer::Step() { stepping_ = paused_; }
+
+void Replayer::SetSpeed(double speed, int64_t now_us) {
+  if (!std::isfinite(speed) || speed < 0) return;
+  // What was published so far keeps its pace; the new one holds from the next event.
+  options_.speed = speed;
+  ReadNext();
+  Anchor(now_us);
+}
+
+std::optional<int64_t> Replayer::Play(int64_t now_us) {
+  for (int i = 0; i < kBatch; ++i) {
+    // At the end of the range, begin again or stop. A range without messages is not looped for
+    // ever.
+    if (!ReadNext()) {
+      ++progress_.loops;
+      const bool anything = progress_.published > 0;
+      if (!options_.loop || !anything) {
+        state_ = State::kDone;
+        return std::nullopt;
+      }
+      Rewind();
+      if (ReadNext()) Anchor(now_us);
+      return now_us;
+    }
+    // A paused replay publishes one tick at a step, and else nothing.
+    if (reanchor_) Anchor(now_us);
+    if (paused_) {
+      if (!stepping_) return now_us + kIdleUs;
+      const int64_t tick = next_time_us_;
+      while (ReadNext() && next_time_us_ == tick) Publish();
+      stepping_ = false;
+      return now_us;
+    }
+    // When the message is due: by its time, or as fast as listeners follow.
+    double due = static_cast<double>(anchor_wall_us_);
+    if (options_.speed > 0) {
+      due += static_cast<double>(next_time_us_ - anchor_log_us_) / options_.speed;
+    } else if (options_.max_rate > 0) {
+      due += static_cast<double>(progress_.published - anchor_count_) * 1e6 / options_.max_rate;
+    }
+    if (due > static_cast<double>(now_us)) {
+      // Never asleep for long: people pause, and listeners ask.
+      return now_us + std::min<int64_t>(
+                          kIdleUs, std::max<int64_t>(
+                                       1, static_cast<int64_t>(due - static_cast<double>(now_us))));
+    }
+    Publish();
+  }
+  return now_us;
+}
+
+std::optional<int64_t> Replayer::Advance(int64_t now_us) {
+  if (!error_.empty()) state_ = State::kDone;
+  // Go on to the next state: first listen, then wait for listeners, then play.
+  if (state_ == State::kListening && now_us >= listen_until_us_) state_ = State::kWaiting;
+  if (state_ == State::kWaiting && progress_.listeners >= options_.wait_for) {
+    state_ = State::kPlaying;
+    ReadNext();
+    Anchor(now_us);
+  }
+  switch (state_) {
+    case State::kListening:
+      return std::min(listen_until_us_, now_us + kIdleUs);
+    case State::kWaiting:
+      return now_us + kIdleUs;
+    case State::kPlaying:
+      return Play(now_us);
+    case State::kDone:
+      break;
+  }
+  return std::nullopt;
+}
+
+Result<ReplayProgress> Replay(const std::string& path, const ReplayOptions& options,
+                              bridge::Bus* bus, const volatile bool* stop,
+                              const std::function<void(Replayer*)>& each) {
+  auto replayer = Replayer::Open(path, options);
+  if (!replayer) return tl::unexpected(replayer.error());
+  // The caller's thread drives the replay until its end or a signal.
+  const bridge::MonotonicTime time;
+  (*replayer)->Start(bus, time.NowUs());
+  int64_t next_call_us = 0;
+  while (stop == nullptr || !*stop) {
+    const std::optional<int64_t> again = (*replayer)->Advance(time.NowUs());
+    if (!again) break;
+    // Between messages the bus is handled: listeners ask, and live runs are heard.
+    const int64_t wait_us = *again - time.NowUs();
+    // Handle() counts in milliseconds; the rest is slept exactly.
+    bus->Handle(wait_us > 0 ? static_cast<int>(wait_us / 1000) : 0);
+    const int64_t rest_us = *again - time.NowUs();
+    if (rest_us > 0 && rest_us < 1000) {
+      std::this_thread::sleep_for(std::chrono::microseconds(rest_us));
+    }
+    // Whoever watches is told ten times a second.
+    if (each && time.NowUs() >= next_call_us) {
+      next_call_us = time.NowUs() + 100'000;
+      each(replayer->get());
+    }
+  }
+  if (!(*replayer)->error().empty()) return Fail((*replayer)->error());
+  return (*replayer)->progress();
+}
+
+}  // namespace morphbus::logger

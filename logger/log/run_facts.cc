@@ -1,0 +1,320 @@
+#include "logger/log/run_facts.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <ctime>
+#include <nlohmann/json.hpp>
+
+#include "logger/log/text_lines.h"
+
+namespace morphbus::logger {
+namespace {
+
+/// So many places of damage are listed; all are counted.
+constexpr size_t kMaxDamage = 1000;
+
+/// Hertz of `count` events spread evenly over `seconds`.
+double Rate(int64_t count, double seconds) {
+  return count > 1 && seconds > 0 ? static_cast<double>(count - 1) / seconds : 0.0;
+}
+
+/// A time stamp of the file for people.
+std::string WallTime(int64_t us) {
+  const std::time_t seconds = static_cast<std::time_t>(us / 1'000'000);
+  // Outside the years 1970 to 2100 the timestamp is damaged, or no wall clock at all.
+  if (us < 0 || seconds > 4'102'444'800) return fmt::format("{} us", us);
+  return fmt::format("{:%Y-%m-%d %H:%M:%S} UTC", fmt::gmtime(seconds));
+}
+
+/// A size for people.
+std::string Bytes(int64_t bytes) {
+  if (bytes < 10'000) return fmt::format("{} B", bytes);
+  if (bytes < 10'000'000) return fmt::format("{:.1f} kB", static_cast<double>(bytes) * 1e-3);
+  return fmt::format("{:.1f} MB", static_cast<double>(bytes) * 1e-6);
+}
+
+/// The kind of a finding as JSON has it; scripts may rely on these words.
+const char* FindingKind(LogFinding::Kind kind) {
+  switch (kind) {
+    case LogFinding::Kind::kDamaged:
+      return "damaged";
+    case LogFinding::Kind::kTruncated:
+      return "truncated";
+    case LogFinding::Kind::kPayload:
+      return "payload";
+    case LogFinding::Kind::kNumber:
+      return "number";
+    case LogFinding::Kind::kMissing:
+      return "missing";
+    case LogFinding::Kind::kRestart:
+      return "restart";
+    case LogFinding::Kind::kClockStep:
+      return "clock_step";
+  }
+  return "damaged";
+}
+
+/// What the log is of: file, times, run, robot and program.
+std::string Heading(const LogFacts& f) {
+  std::string text;
+  // The file: its size, and when it was written by the wall clock.
+  AddLine(&text, "{}: {}, {}", f.path, Bytes(static_cast<int64_t>(f.file_bytes)),
+          Counted(f.events, "event"));
+  if (f.events > 0) {
+    AddLine(&text, "recorded {} to {} ({:.3f} s of wall time)", WallTime(f.first_us),
+            WallTime(f.last_us), Seconds(f.last_us - f.first_us));
+  }
+  // The run: how long it was by sim time, and which others the file also holds.
+  AddLine(&text, "run {}, {} of {:.1f} ms, {:.3f} s of sim time", f.run, Counted(f.ticks, "tick"),
+          f.tick_us * 1e-3, f.seconds);
+  for (const std::string& other : f.other_runs) {
+    AddLine(&text, "the file also holds messages of run {}", other);
+  }
+  // What the description says; without one nobody knows the robot.
+  if (f.has_description) {
+    AddLine(&text, "robot {} of {}, program {}, {}, root {}", f.robot, f.model_file, f.program_file,
+            f.mode, f.root_module);
+    AddLine(&text, "model {:016x}, program {:016x}, world {}, build {}", f.model_hash,
+            f.program_hash, f.world_hash.empty() ? "-" : f.world_hash, f.build);
+    if (f.loss > 0) AddLine(&text, "loss {} on purpose, seed {}", f.loss, f.seed);
+  }
+  return text;
+}
+
+/// One line a channel.
+std::string ChannelTable(const LogFacts& f) {
+  // Bandwidth is by wall time, since it tells what the network carried; rates are by sim time.
+  const double wall = Seconds(f.last_us - f.first_us);
+  std::string text = "\n";
+  AddLine(&text, "  {:<40} {:>9} {:>9} {:>11} {:>9} {:>6} {:>6} {:>5}", "channel", "messages",
+          "Hz (sim)", "bandwidth", "size", "lost", "again", "bad");
+  for (const auto& [name, c] : f.channels) {
+    // A channel whose content is not what END lists is marked at the end of its line.
+    const double sim_hz = Rate(c.messages, c.sim_seconds);
+    AddLine(&text, "  {:<40} {:>9} {:>9} {:>9}/s {:>9} {:>6} {:>6} {:>5}{}", name, c.messages,
+            sim_hz > 0 ? fmt::format("{:.2f}", sim_hz) : "-",
+            Bytes(wall > 0 ? static_cast<int64_t>(static_cast<double>(c.bytes) / wall) : 0),
+            Bytes(c.bytes), c.lost, c.duplicates, c.bad,
+            c.matches_end.value_or(true) ? "" : "  not as END says");
+  }
+  return text;
+}
+
+/// In what state END is, and what it says.
+std::string EndText(const LogFacts& f) {
+  // The state says first whether END can be trusted at all; only then it is quoted.
+  switch (f.end_state) {
+    case EndState::kMissing:
+      return "no END: the log was cut";
+    case EndState::kUnreadable:
+      return "the END event is unreadable";
+    case EndState::kMismatch:
+      return "END contradicts the content";
+    case EndState::kVerified:
+      break;
+  }
+  return fmt::format("END verified, {}{}{}", f.end->clean ? "clean" : "not clean",
+                     f.end->reason.empty() ? "" : ": ", f.end->reason);
+}
+
+/// One of the `channels` of `info --json`.
+nlohmann::json ChannelJson(const LogFacts& f, const ChannelFacts& c) {
+  const double wall = Seconds(f.last_us - f.first_us);
+  // Rates are in hertz, by sim time and by wall time, and sizes in bytes.
+  nlohmann::json json = {{"messages", c.messages},
+                         {"events", c.events},
+                         {"bytes", c.bytes},
+                         {"rate_hz", Rate(c.messages, c.sim_seconds)},
+                         {"wall_rate_hz", Rate(c.events, Seconds(c.last_us - c.first_us))},
+                         {"bytes_per_second", wall > 0 ? static_cast<double>(c.bytes) / wall : 0.0},
+                         {"lost", c.lost},
+                         {"duplicates", c.duplicates},
+                         {"bad", c.bad},
+                         {"hashed", c.hashed},
+                         {"of_run", c.ours}};
+  // Keys that mean nothing for the channel are left out; `matches_end` is null where END says
+  // nothing.
+  if (c.lost > 0) json["first_lost"] = c.first_lost;
+  if (c.hashed) json["hash"] = fmt::format("{:016x}", c.hash);
+  json["matches_end"] = c.matches_end ? nlohmann::json(*c.matches_end) : nlohmann::json(nullptr);
+  return json;
+}
+
+}  // namespace
+
+bool LogFacts::whole() const {
+  // Losses and damage are told apart, and either makes a log not whole.
+  return num_damage == 0 && lost() == 0 && end_state == EndState::kVerified;
+}
+
+int64_t LogFacts::lost() const {
+  int64_t sum = 0;
+  for (const auto& [name, channel] : channels) {
+    // Numbers of damaged messages can claim gaps whose sum fits no integer.
+    sum += std::min(channel.lost, std::numeric_limits<int64_t>::max() - sum);
+  }
+  return sum;
+}
+
+void LogFacts::AddDamage(std::string what, uint64_t offset, int64_t time_us) {
+  ++num_damage;
+  if (damage.size() < kMaxDamage) damage.push_back({std::move(what), offset, time_us});
+}
+
+const char* EndStateName(EndState state) {
+  switch (state) {
+    case EndState::kMissing:
+      return "missing";
+    case EndState::kUnreadable:
+      return "unreadable";
+    case EndState::kMismatch:
+      return "mismatch";
+    case EndState::kVerified:
+      return "verified";
+  }
+  return "missing";
+}
+
+std::string FactsText(const LogFacts& f) {
+  // What the log is of, the state of END, and a table of the channels.
+  std::string text = Heading(f);
+  AddLine(&text, "{}; run hash {}", EndText(f), f.run_hash);
+  text += ChannelTable(f);
+  // The last ledger of each process tells what the network did during the run.
+  if (!f.health.empty()) {
+    text += "\n";
+    for (const auto& [process, h] : f.health) {
+      AddLine(&text,
+              "  {}: received {}, lost {}, duplicates {}, asked {}, resent {}, "
+              "discarded {}, bad {}, overflows {}, missed deadlines {}",
+              process, h.received, h.lost, h.duplicates, h.asked, h.resent, h.discarded, h.bad,
+              h.queue_overflows, h.missed_deadlines);
+    }
+  }
+  // Faults are the program's, and say nothing against the log.
+  if (f.num_faults > 0) {
+    text += "\n";
+    AddLine(&text, "{} of the program:", Counted(f.num_faults, "fault"));
+  }
+  for (const FaultFact& fault : f.faults) {
+    AddLine(&text, "  {:.3f} s {} ({}): {}", Seconds(fault.time_us), fault.module,
+            fault.role.empty() ? "no role" : fault.role, fault.Line());
+  }
+  // What is wrong with the log itself comes last, where it is seen.
+  if (f.num_damage > 0 || f.lost() > 0 || !f.problems.empty()) text += "\n" + VerifyText(f);
+  return text;
+}
+
+std::string VerifyText(const LogFacts& f) {
+  std::string text;
+  // Places of damage first, then what each channel lacks, then the verdict.
+  for (const LogDamage& damage : f.damage) {
+    AddLine(&text, "{}: after {:.3f} s: {}", f.path, Seconds(damage.time_us), damage.what);
+  }
+  // The list is bounded; the rest is only counted.
+  const int64_t unlisted = f.num_damage - static_cast<int64_t>(f.damage.size());
+  if (unlisted > 0) AddLine(&text, "{}: {}", f.path, Counted(unlisted, "more place"));
+  for (const auto& [name, channel] : f.channels) {
+    if (channel.lost > 0) {
+      AddLine(&text, "{}: {} lost {}, number {} first", f.path, name,
+              Counted(channel.lost, "message"), channel.first_lost);
+    }
+    if (!channel.matches_end.value_or(true)) {
+      AddLine(&text, "{}: {} is not what END says", f.path, name);
+    }
+  }
+  for (const std::string& problem : f.problems) AddLine(&text, "{}: {}", f.path, problem);
+  AddLine(&text, "{}: {}; {}", f.path, f.whole() ? "whole" : "NOT whole", EndText(f));
+  return text;
+}
+
+nlohmann::json FindingJson(const LogFinding& finding) {
+  return {{"kind", FindingKind(finding.kind)},
+          {"begin", finding.begin},
+          {"end", finding.end},
+          {"what", finding.what}};
+}
+
+nlohmann::json FactsJson(const LogFacts& f) {
+  // Each channel becomes an entry under its name.
+  nlohmann::json channels = nlohmann::json::object();
+  for (const auto& [name, channel] : f.channels) channels[name] = ChannelJson(f, channel);
+  // The faults of the program, by sim time in seconds.
+  nlohmann::json faults = nlohmann::json::array();
+  for (const FaultFact& fault : f.faults) {
+    faults.push_back({{"time", Seconds(fault.time_us)},
+                      {"module", fault.module},
+                      {"role", fault.role},
+                      {"code", static_cast<int>(fault.fault.code)},
+                      {"text", fault.text},
+                      {"function", fault.function},
+                      {"line", fault.fault.line}});
+  }
+  // Damage has the sim time up to which the log was whole, findings have ranges of bytes.
+  nlohmann::json damage = nlohmann::json::array();
+  for (const LogDamage& d : f.damage) {
+    damage.push_back({{"what", d.what}, {"offset", d.offset}, {"time", Seconds(d.time_us)}});
+  }
+  nlohmann::json findings = nlohmann::json::array();
+  for (const LogFinding& finding : f.findings) {
+    findings.push_back(FindingJson(finding));
+  }
+  // Each process's last ledger, under its name.
+  nlohmann::json health = nlohmann::json::object();
+  for (const auto& [process, h] : f.health) {
+    health[process] = {{"received", h.received},
+                       {"sent", h.sent},
+                       {"lost", h.lost},
+                       {"discarded", h.discarded},
+                       {"duplicates", h.duplicates},
+                       {"resent", h.resent},
+                       {"asked", h.asked},
+                       {"bad", h.bad},
+                       {"queue_overflows", h.queue_overflows},
+                       {"missed_deadlines", h.missed_deadlines}};
+  }
+  // What is always there.
+  nlohmann::json json = {{"path", f.path},
+                         {"bytes", f.file_bytes},
+                         {"events", f.events},
+                         {"run", f.run},
+                         {"other_runs", f.other_runs},
+                         {"ticks", f.ticks},
+                         {"tick_us", f.tick_us},
+                         {"seconds", f.seconds},
+                         {"wall_seconds", Seconds(f.last_us - f.first_us)},
+                         {"hash", f.run_hash},
+                         {"end", EndStateName(f.end_state)},
+                         {"whole", f.whole()},
+                         {"lost", f.lost()},
+                         {"channels", std::move(channels)},
+                         {"faults", std::move(faults)},
+                         {"num_faults", f.num_faults},
+                         {"damage", std::move(damage)},
+                         {"num_damage", f.num_damage},
+                         {"findings", std::move(findings)},
+                         {"health", std::move(health)},
+                         {"problems", f.problems}};
+  // What END says is null without one, and the description is left out.
+  json["clean"] = f.end ? nlohmann::json(f.end->clean != 0) : nlohmann::json(nullptr);
+  json["reason"] = f.end ? nlohmann::json(f.end->reason) : nlohmann::json(nullptr);
+  if (f.has_description) {
+    json["description"] = {{"robot", f.robot},
+                           {"model_file", f.model_file},
+                           {"program_file", f.program_file},
+                           {"mode", f.mode},
+                           {"root_module", f.root_module},
+                           {"build", f.build},
+                           {"started", f.started},
+                           {"world_hash", f.world_hash},
+                           {"model_hash", fmt::format("{:016x}", f.model_hash)},
+                           {"program_hash", fmt::format("{:016x}", f.program_hash)},
+                           {"loss", f.loss},
+                           {"seed", f.seed}};
+  }
+  return json;
+}
+
+}  // namespace morphbus::logger

@@ -1,0 +1,172 @@
+#pragma once
+// What `info` and `verify` say of a log: run, channels with counts, rates and losses, faults,
+// damage.
+
+#include <cstdint>
+#include <map>
+#include <morphbus/health_t.hpp>
+#include <morphbus/log_end_t.hpp>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "compiler/base/text.h"
+#include "logger/log/event_log.h"
+#include "vm/image/fault_text.h"
+
+namespace morphbus::logger {
+
+/// One channel of the file, counted by Loader (run_log.cc).
+struct ChannelFacts {
+  /// Full name, control characters made visible.
+  std::string channel;
+  /// Events in the file, repetitions and damaged ones included.
+  int64_t events = 0;
+  /// Distinct messages among them; for channels of other runs and programs, all events.
+  int64_t messages = 0;
+  /// Payload bytes of all events.
+  int64_t bytes = 0;
+  /// Wall clock of the first and the last event, microseconds since 1970.
+  int64_t first_us = 0;
+  int64_t last_us = 0;
+  /// Messages that came again, byte for byte.
+  int64_t duplicates = 0;
+  /// Messages that are missing: gaps in the sequence numbers, and those that other messages
+  /// promise.
+  int64_t lost = 0;
+  /// Sequence number of the first one that is missing; -1 if none is.
+  int64_t first_lost = -1;
+  /// Messages that did not decode: wrong CRC, version, size, values or model.
+  int64_t bad = 0;
+  /// True for a channel of the run that was read.
+  bool ours = false;
+  /// True if its messages count for the run's hash.
+  bool hashed = false;
+  /// XXH3 (64 bits) of the payloads: in order of their numbers if `hashed`, else in the file's.
+  uint64_t hash = 0;
+  /// Sim time between the first and the last message, seconds.
+  double sim_seconds = 0.0;
+  /// Whether END lists the same count and hash; none if END is missing or unreadable, or does not
+  /// list a channel outside the hash.
+  std::optional<bool> matches_end;
+};
+
+/// A place where the log itself is wrong.
+struct LogDamage {
+  /// What is wrong, one sentence for people.
+  std::string what;
+  /// Byte of the file; 0 if the damage has no one place.
+  uint64_t offset = 0;
+  /// Sim time (µs) up to which the log was whole: what it says until then can be trusted.
+  int64_t time_us = 0;
+};
+
+/// A fault of the robot's program that a module reported in STATUS. It says something of the robot,
+/// and nothing of the log.
+struct FaultFact {
+  /// Sim time of the STATUS that reported it, µs.
+  int64_t time_us = 0;
+  std::string module;
+  /// Module type of `module`, by which joints and connectors are named.
+  std::string type_name;
+  /// Role of the module at that time; empty if it had none.
+  std::string role;
+  /// Hash of the program that ran, which may be another one than the description's.
+  uint64_t program_hash = 0;
+  vm::Fault fault;
+  /// What happened, with names as far as the log's images have them (WordFaults).
+  std::string text;
+  /// The function in which it happened; empty if in none.
+  std::string function;
+  /// The program's source file; empty if unknown.
+  std::string file;
+
+  /// Place, sentence and function on one line, as every tool prints them.
+  [[nodiscard]] std::string Line() const { return vm::FaultLine(file, fault.line, text, function); }
+};
+
+/// What became of the END event, by which a log vouches for its own content.
+enum class EndState {
+  /// There is none: the log was cut.
+  kMissing,
+  /// There is one, and it does not decode.
+  kUnreadable,
+  /// It decodes, and the count or hash of a channel, or the run's hash or name, is another.
+  kMismatch,
+  /// It decodes, and everything in it is true of the log.
+  kVerified,
+};
+
+/// All that is told of a log besides its messages. LoadRunLog() fills it; `info`, `verify`, `run`
+/// and the comparison print it.
+struct LogFacts {
+  std::string path;
+  uint64_t file_bytes = 0;
+  int64_t events = 0;
+  /// Wall clock of the first and the last event, microseconds since 1970.
+  int64_t first_us = 0;
+  int64_t last_us = 0;
+  /// The run that was read.
+  std::string run;
+  /// Further runs in the same file, which were not read.
+  std::vector<std::string> other_runs;
+  /// Control ticks that a CLOCK dates.
+  int64_t ticks = 0;
+  /// Length of a control tick, µs of sim time; 0 if no CLOCK was seen.
+  int32_t tick_us = 0;
+  /// Sim time covered, in seconds: ticks times tick length.
+  double seconds = 0.0;
+  /// Every channel of the file by name, those of other runs too; 10,000 and a few at most.
+  std::map<std::string, ChannelFacts> channels;
+  /// Computed from the log, 32 hexadecimal digits, as in END.
+  std::string run_hash;
+  EndState end_state = EndState::kMissing;
+  /// The END event, if it decodes.
+  std::optional<morphbus::log_end_t> end;
+  /// The last HEALTH of each process: what it received, lost and asked for again.
+  std::map<std::string, morphbus::health_t> health;
+  /// The first 1000 faults; num_faults counts all.
+  std::vector<FaultFact> faults;
+  int64_t num_faults = 0;
+  /// What the reader found in the file's framing, harmless things included.
+  std::vector<LogFinding> findings;
+  /// The first 1000 places of damage, in framing, payloads and numbers; num_damage counts all.
+  std::vector<LogDamage> damage;
+  int64_t num_damage = 0;
+  /// Why the description or its model could not be used, or that there is none.
+  std::vector<std::string> problems;
+
+  // These come from the description (ApplyDescription), and are empty or 0 without one. `loss` is
+  // the share of datagrams that every receiver threw away on purpose (0…1), `seed` that of the
+  // random numbers which chose them.
+  bool has_description = false;
+  std::string model_file, robot, program_file, mode, build, started, root_module, world_hash;
+  uint64_t model_hash = 0, program_hash = 0, seed = 0;
+  double loss = 0.0;
+
+  /// True if nothing is missing or wrong: no damage, no losses, END there and its hashes right. It
+  /// says nothing of whether the run ended well (END's `clean`).
+  [[nodiscard]] bool whole() const;
+  /// Missing messages over all channels.
+  [[nodiscard]] int64_t lost() const;
+  /// Counts a place of damage, and keeps it if there are fewer than 1000. `offset` is a byte of the
+  /// file, `time_us` the sim time (µs) up to which the log was whole.
+  void AddDamage(std::string what, uint64_t offset, int64_t time_us);
+};
+
+/// The name in JSON: "missing", "unreadable", "mismatch" or "verified".
+const char* EndStateName(EndState state);
+
+/// Text for `morphbus info`, many lines: what the log is of, a table of channels, ledgers, faults,
+/// and what VerifyText() says if anything is wrong.
+std::string FactsText(const LogFacts& facts);
+/// One line a problem, ending with a verdict line, for `morphbus verify`.
+std::string VerifyText(const LogFacts& facts);
+/// One of the `findings` of `info --json`; offsets are bytes of the file.
+nlohmann::json FindingJson(const LogFinding& finding);
+/// The object of `info --json` and `verify --json`; times in it are seconds, and docs/log.md has
+/// the keys.
+nlohmann::json FactsJson(const LogFacts& facts);
+
+}  // namespace morphbus::logger

@@ -1,0 +1,439 @@
+#include "logger/show/drawing.h"
+
+#include <cairo-svg.h>
+#include <cairo.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+
+#include "compiler/model/convex_hull.h"
+#include "logger/show/labels.h"
+#include "logger/show/projection.h"
+
+namespace morphbus::logger {
+namespace {
+
+/// Measures of the page in pixels: the border, heights of texts, and the size of normal type.
+constexpr double kMargin = 16;
+constexpr double kTitleHeight = 34;
+constexpr double kPanelTitleHeight = 22;
+constexpr double kLegendHeight = 24;
+constexpr double kFontSize = 12;
+/// Color of texts and lines, and of what shall stay in the background.
+constexpr Color kInk = {0.13, 0.15, 0.19};
+constexpr Color kFaint = {0.80, 0.82, 0.86};
+
+/// Axis-aligned box on the picture plane (m).
+struct Extent {
+  double left = std::numeric_limits<double>::infinity();
+  double bottom = std::numeric_limits<double>::infinity();
+  double right = -std::numeric_limits<double>::infinity();
+  double top = -std::numeric_limits<double>::infinity();
+
+  void Add(double u, double v) {
+    left = std::min(left, u);
+    right = std::max(right, u);
+    bottom = std::min(bottom, v);
+    top = std::max(top, v);
+  }
+  [[nodiscard]] double width() const { return right - left; }
+  [[nodiscard]] double height() const { return top - bottom; }
+};
+
+/// What a panel must show of the picture plane: its hulls, the ground line, and a margin (m).
+Extent ExtentOf(const Panel& panel) {
+  const Projection projection(panel.view);
+  Extent extent;
+  for (const SceneHull& hull : panel.scene.hulls) {
+    for (const Eigen::Vector3d& p_L : hull.points_L) {
+      const Eigen::Vector3d q = projection.Project(hull.X_WL * p_L);
+      extent.Add(q.x(), q.y());
+    }
+  }
+  // A panel without bodies, whose width is minus infinity so far, shows a square of 20 cm.
+  if (!(extent.width() >= 0)) extent = {-0.1, -0.1, 0.1, 0.1};
+  if (panel.scene.ground && projection.sees_ground_edge_on()) extent.Add(extent.left, 0);
+  const double pad = 0.06 * std::max({extent.width(), extent.height(), 0.01});
+  return {extent.left - pad, extent.bottom - pad, extent.right + pad, extent.top + pad};
+}
+
+/// Maps the picture plane of one panel (metres, v up) to the page (pixels, y down). The middle of
+/// the extent comes to the middle of the panel.
+struct PanelMap {
+  Extent extent;
+  double scale = 1;  ///< Pixels a metre.
+  // These are the panel's rectangle on the page.
+  double x = 0, y = 0, width = 0, height = 0;
+
+  [[nodiscard]] double U(double u) const {
+    return x + width / 2 + (u - (extent.left + extent.right) / 2) * scale;
+  }
+  [[nodiscard]] double V(double v) const {
+    return y + height / 2 - (v - (extent.bottom + extent.top) / 2) * scale;
+  }
+};
+
+void SetColor(cairo_t* cr, const Color& c, double alpha = 1) {
+  cairo_set_source_rgba(cr, c[0], c[1], c[2], alpha);
+}
+
+enum class Align { kLeft, kCentre, kRight };
+
+/// Writes one line of text with its left end, middle or right end at x, on the base line y
+/// (pixels).
+void Text(cairo_t* cr, double x, double y, const std::string& text, double size, Align align,
+          bool bold = false, const Color& color = kInk) {
+  cairo_select_font_face(cr, "sans-serif", CAIRO_FONT_SLANT_NORMAL,
+                         bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
+  cairo_set_font_size(cr, size);
+  cairo_text_extents_t extents;
+  // The width is known only once the font is chosen.
+  cairo_text_extents(cr, text.c_str(), &extents);
+  if (align == Align::kCentre) x -= extents.x_advance / 2;
+  if (align == Align::kRight) x -= extents.x_advance;
+  SetColor(cr, color);
+  cairo_move_to(cr, x, y);
+  cairo_show_text(cr, text.c_str());
+}
+
+/// A line between two points of the page, in the present color and width.
+void Line(cairo_t* cr, double x1, double y1, double x2, double y2) {
+  cairo_move_to(cr, x1, y1);
+  cairo_line_to(cr, x2, y2);
+  cairo_stroke(cr);
+}
+
+/// The ground: an edge with a shaded strip below where it is seen edge on, else a grid of 100 mm.
+void DrawGround(cairo_t* cr, const Projection& projection, const PanelMap& map) {
+  cairo_set_line_width(cr, 1);
+  if (projection.sees_ground_edge_on()) {
+    SetColor(cr, {0.93, 0.92, 0.89});
+    cairo_rectangle(cr, map.x, map.V(0), map.width, map.y + map.height - map.V(0));
+    cairo_fill(cr);
+    SetColor(cr, {0.45, 0.43, 0.38});
+    Line(cr, map.x, map.V(0), map.x + map.width, map.V(0));
+    return;
+  }
+  constexpr double kGrid = 0.1;
+  constexpr int kLines = 40;  // Enough for any panel; clipped to it.
+  // The grid is centred on what is seen, on whole decimetres of the world.
+  const Eigen::Vector3d centre = projection.GroundPointAt((map.extent.left + map.extent.right) / 2,
+                                                          (map.extent.bottom + map.extent.top) / 2);
+  const double x0 = std::round(centre.x() / kGrid) * kGrid;
+  const double z0 = std::round(centre.z() / kGrid) * kGrid;
+  SetColor(cr, kFaint);
+  // A line of the grid from one point of the ground to another, in metres of the world.
+  const auto segment = [&](double xa, double za, double xb, double zb) {
+    const Eigen::Vector3d a = projection.Project({xa, 0, za});
+    const Eigen::Vector3d b = projection.Project({xb, 0, zb});
+    Line(cr, map.U(a.x()), map.V(a.y()), map.U(b.x()), map.V(b.y()));
+  };
+  for (int i = -kLines; i <= kLines; ++i) {
+    const double d = i * kGrid;
+    segment(x0 + d, z0 - kLines * kGrid, x0 + d, z0 + kLines * kGrid);
+    segment(x0 - kLines * kGrid, z0 + d, x0 + kLines * kGrid, z0 + d);
+  }
+}
+
+/// Paints faces over each other in the order in which they come, each with an edge of its own
+/// color, darkened.
+void DrawFaces(cairo_t* cr, const std::vector<VisibleFace>& faces, const PanelMap& map) {
+  cairo_set_line_join(cr, CAIRO_LINE_JOIN_ROUND);
+  for (const VisibleFace& face : faces) {
+    for (const Eigen::Vector2d& p : face.outline) cairo_line_to(cr, map.U(p.x()), map.V(p.y()));
+    cairo_close_path(cr);
+    SetColor(cr, face.color);
+    cairo_fill_preserve(cr);
+    cairo_set_line_width(cr, 0.8);
+    SetColor(cr, {face.color[0] * 0.45, face.color[1] * 0.45, face.color[2] * 0.45});
+    cairo_stroke(cr);
+  }
+}
+
+/// Names in small type, with a halo so that they can be read on any color, and lines to the modules
+/// on which there is no room.
+void DrawNames(cairo_t* cr, const Scene& scene, const std::vector<VisibleFace>& faces,
+               const Projection& projection, const PanelMap& map) {
+  // The type's size is in pixels; labels are placed in metres of the picture plane.
+  constexpr double kNameSize = 10;
+  constexpr double kCellPx = 3;
+  const Extent& e = map.extent;
+  const LabelPlane plane{{e.left, e.bottom},
+                         {e.right, e.top},
+                         kCellPx / map.scale,
+                         0.65 * kNameSize / map.scale,
+                         kNameSize / map.scale};
+  const std::vector<PlacedLabel> labels = PlaceLabels(scene, faces, projection, plane);
+  // Leader lines come first, so that no name is crossed by one.
+  for (const PlacedLabel& label : labels) {
+    if (!label.tip) continue;
+    const double x = map.U(label.tip->x()), y = map.V(label.tip->y());
+    SetColor(cr, kInk);
+    cairo_set_line_width(cr, 0.8);
+    Line(cr, map.U(label.centre.x()), map.V(label.centre.y()), x, y);
+    cairo_arc(cr, x, y, 1.8, 0, 2 * EIGEN_PI);
+    cairo_fill(cr);
+  }
+  // Each name is centred on its place, with a light border under the dark type.
+  for (const PlacedLabel& label : labels) {
+    cairo_select_font_face(cr, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_BOLD);
+    cairo_set_font_size(cr, kNameSize);
+    cairo_text_extents_t extents;
+    cairo_text_extents(cr, label.text.c_str(), &extents);
+    cairo_move_to(cr, map.U(label.centre.x()) - extents.x_advance / 2,
+                  map.V(label.centre.y()) + extents.height / 2);
+    cairo_text_path(cr, label.text.c_str());
+    SetColor(cr, {1, 1, 1}, 0.85);
+    cairo_set_line_width(cr, 3);
+    cairo_stroke_preserve(cr);
+    SetColor(cr, kInk);
+    cairo_fill(cr);
+  }
+}
+
+/// A length of the 1-2-5 row that takes up to a fifth of the panel, with its name.
+void DrawScaleBar(cairo_t* cr, const PanelMap& map) {
+  // The largest length of 1, 2 or 5 times a power of ten that is short enough.
+  const double wish = map.width / map.scale / 5;
+  double length = std::pow(10.0, std::floor(std::log10(wish)));
+  if (5 * length <= wish) {
+    length *= 5;
+  } else if (2 * length <= wish) {
+    length *= 2;
+  }
+  const double right = map.x + map.width - 12;
+  const double y = map.y + 16;
+  const double left = right - length * map.scale;
+  SetColor(cr, kInk);
+  cairo_set_line_width(cr, 1.5);
+  Line(cr, left, y, right, y);
+  Line(cr, left, y - 3, left, y + 3);
+  Line(cr, right, y - 3, right, y + 3);
+  Text(cr, (left + right) / 2, y + 14, fmt::format("{:g} mm", length * 1000), 10, Align::kCentre);
+}
+
+/// Small arrows north, up and east at the panel's upper left.
+void DrawCompass(cairo_t* cr, const Projection& projection, const PanelMap& map) {
+  struct Arm {
+    Eigen::Vector3d direction;
+    const char* name;
+    Color color;
+  };
+  const std::array<Arm, 3> arms = {{{Eigen::Vector3d::UnitX(), "N", {0.80, 0.22, 0.20}},
+                                    {Eigen::Vector3d::UnitY(), "up", {0.20, 0.55, 0.25}},
+                                    {Eigen::Vector3d::UnitZ(), "E", {0.20, 0.35, 0.75}}}};
+  const double cx = map.x + 40, cy = map.y + 40;
+  // Arms keep their length in the world, so one that points at the viewer is short or left out.
+  cairo_set_line_width(cr, 2);
+  for (const Arm& arm : arms) {
+    const Eigen::Vector3d d = projection.Direction(arm.direction);
+    const double length = std::hypot(d.x(), d.y());
+    if (length < 0.1) continue;  // Points at the viewer or away.
+    const double x = cx + 24 * d.x(), y = cy - 24 * d.y();
+    SetColor(cr, arm.color);
+    Line(cr, cx, cy, x, y);
+    Text(cr, cx + 33 * d.x(), cy - 33 * d.y() + 3.5, arm.name, 10, Align::kCentre, true, arm.color);
+  }
+}
+
+/// One view of a scene: ground, robot, names, compass, scale bar and frame.
+void DrawPanel(cairo_t* cr, const Panel& panel, const PanelMap& map) {
+  // What is drawn is clipped to the panel: ground, bodies and names in this order.
+  const Projection projection(panel.view);
+  cairo_save(cr);
+  cairo_rectangle(cr, map.x, map.y, map.width, map.height);
+  cairo_clip(cr);
+  SetColor(cr, {0.975, 0.98, 0.985});
+  cairo_paint(cr);
+  if (panel.scene.ground) DrawGround(cr, projection, map);
+  const std::vector<VisibleFace> faces = VisibleFaces(panel.scene, projection);
+  DrawFaces(cr, faces, map);
+  DrawNames(cr, panel.scene, faces, projection, map);
+  DrawCompass(cr, projection, map);
+  DrawScaleBar(cr, map);
+  // The frame and the title belong to the page, not to the clipped panel.
+  cairo_restore(cr);
+  SetColor(cr, kFaint);
+  cairo_set_line_width(cr, 1);
+  cairo_rectangle(cr, map.x + 0.5, map.y + 0.5, map.width - 1, map.height - 1);
+  cairo_stroke(cr);
+  Text(cr, map.x + 2, map.y - 7, panel.title, kFontSize, Align::kLeft, true);
+}
+
+/// Where everything goes on the page, in pixels.
+struct Layout {
+  std::vector<PanelMap> maps;
+  double width = 0, height = 0;
+  double legend_y = 0;
+};
+
+/// One scale for all panels: the largest at which every panel is wide enough. Rows are as high as
+/// their tallest panel.
+Layout Arrange(const Drawing& drawing) {
+  // The scale that every panel bears decides, so that lengths can be compared between panels.
+  const size_t columns = std::max(1, drawing.columns);
+  Layout layout;
+  double scale = std::numeric_limits<double>::infinity();
+  for (const Panel& panel : drawing.panels) {
+    PanelMap map;
+    map.extent = ExtentOf(panel);
+    // A panel is at most one and a half times as high as wide.
+    scale = std::min({scale, drawing.panel_width_px / map.extent.width(),
+                      1.5 * drawing.panel_width_px / map.extent.height()});
+    layout.maps.push_back(map);
+  }
+  // Rows below each other, panels beside each other.
+  double y = kMargin + (drawing.title.empty() ? 0 : kTitleHeight);
+  for (size_t row = 0; row * columns < layout.maps.size(); ++row) {
+    const size_t begin = row * columns, end = std::min(begin + columns, layout.maps.size());
+    // A row has at least this height, so that compass and scale bar fit into it.
+    double height = 110;
+    for (size_t i = begin; i < end; ++i) {
+      height = std::max(height, layout.maps[i].extent.height() * scale);
+    }
+    y += kPanelTitleHeight;
+    for (size_t i = begin; i < end; ++i) {
+      PanelMap& map = layout.maps[i];
+      map.scale = scale;
+      map.x = kMargin + static_cast<double>(i - begin) * (drawing.panel_width_px + kMargin);
+      map.y = y;
+      map.width = drawing.panel_width_px;
+      map.height = height;
+    }
+    y += height + kMargin;
+  }
+  const size_t used = std::min(columns, layout.maps.size());
+  layout.width = kMargin + static_cast<double>(used) * (drawing.panel_width_px + kMargin);
+  // The legend below, in as many rows as its entries need.
+  layout.legend_y = y;
+  if (!drawing.legend.empty()) {
+    const double per_row = std::max(1.0, std::floor((layout.width - 2 * kMargin) / 190));
+    y += kLegendHeight * std::ceil(static_cast<double>(drawing.legend.size()) / per_row);
+  }
+  layout.height = y + kMargin / 2;
+  return layout;
+}
+
+/// One entry after another, as many in a row as Arrange() made room for.
+void DrawLegend(cairo_t* cr, const Drawing& drawing, const Layout& layout) {
+  const int per_row = std::max(1, static_cast<int>((layout.width - 2 * kMargin) / 190));
+  for (size_t i = 0; i < drawing.legend.size(); ++i) {
+    const double x = kMargin + 190.0 * static_cast<double>(static_cast<int>(i) % per_row);
+    const double y = layout.legend_y + kLegendHeight * (static_cast<int>(i) / per_row);
+    SetColor(cr, drawing.legend[i].color);
+    cairo_rectangle(cr, x, y, 14, 14);
+    cairo_fill(cr);
+    Text(cr, x + 20, y + 11.5, drawing.legend[i].text, kFontSize, Align::kLeft);
+  }
+}
+
+void DrawAll(cairo_t* cr, const Drawing& drawing, const Layout& layout) {
+  SetColor(cr, {1, 1, 1});
+  cairo_paint(cr);
+  if (!drawing.title.empty()) {
+    Text(cr, kMargin, kMargin + 18, drawing.title, 17, Align::kLeft, true);
+  }
+  for (size_t i = 0; i < drawing.panels.size(); ++i) {
+    DrawPanel(cr, drawing.panels[i], layout.maps[i]);
+  }
+  DrawLegend(cr, drawing, layout);
+}
+
+/// True if `text` ends with `end`.
+bool EndsWith(const std::string& text, const std::string& end) {
+  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+/// Takes what cairo writes; `bytes` is a std::string.
+cairo_status_t Append(void* bytes, const unsigned char* data, unsigned int length) {
+  static_cast<std::string*>(bytes)->append(reinterpret_cast<const char*>(data), length);
+  return CAIRO_STATUS_SUCCESS;
+}
+
+/// Draws into `bytes`; returns cairo's verdict.
+cairo_status_t Render(const Drawing& drawing, const Layout& layout, bool svg, std::string* bytes) {
+  constexpr double kPixelRatio = 2;  // PNG: sharp on dense screens.
+  const double ratio = svg ? 1 : kPixelRatio;
+  // An SVG is written as it is drawn, a PNG at its end.
+  cairo_surface_t* surface =
+      svg ? cairo_svg_surface_create_for_stream(Append, bytes, layout.width, layout.height)
+          : cairo_image_surface_create(CAIRO_FORMAT_RGB24,
+                                       static_cast<int>(std::ceil(layout.width * ratio)),
+                                       static_cast<int>(std::ceil(layout.height * ratio)));
+  cairo_t* cr = cairo_create(surface);
+  cairo_scale(cr, ratio, ratio);
+  DrawAll(cr, drawing, layout);
+  // The first error of any drawing call sticks to the context.
+  cairo_status_t status = cairo_status(cr);
+  cairo_destroy(cr);
+  if (status == CAIRO_STATUS_SUCCESS && !svg) {
+    status = cairo_surface_write_to_png_stream(surface, Append, bytes);
+  }
+  cairo_surface_finish(surface);
+  if (status == CAIRO_STATUS_SUCCESS) status = cairo_surface_status(surface);
+  cairo_surface_destroy(surface);
+  return status;
+}
+
+}  // namespace
+
+// The palette is Tableau 10 (2016) without its grey.
+Color PaletteColor(int index) {
+  static constexpr std::array<Color, 9> kPalette = {{{0.30, 0.47, 0.66},
+                                                     {0.95, 0.56, 0.17},
+                                                     {0.88, 0.34, 0.35},
+                                                     {0.46, 0.72, 0.70},
+                                                     {0.35, 0.63, 0.31},
+                                                     {0.93, 0.79, 0.28},
+                                                     {0.69, 0.48, 0.63},
+                                                     {1.00, 0.62, 0.65},
+                                                     {0.61, 0.46, 0.37}}};
+  return kPalette[index % kPalette.size()];
+}
+
+Scene SceneOf(const model::Model& model, const model::Robot& robot,
+              const std::vector<std::vector<model::Pose>>& X_WL, const std::vector<int>& group) {
+  Scene scene;
+  // A module's links, and its name in the middle of all their corners.
+  for (size_t m = 0; m < robot.modules.size(); ++m) {
+    const model::ModuleType& type = model.TypeOf(robot, static_cast<int>(m));
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    int corners = 0;
+    for (size_t l = 0; l < type.links.size(); ++l) {
+      Color color = PaletteColor(group[m]);
+      // Every second link of a module is a little lighter, so that joints can be seen.
+      if (l % 2 == 1) {
+        for (double& c : color) c = 1 - (1 - c) * 0.72;
+      }
+      scene.hulls.push_back({type.links[l].hull, X_WL[m][l], color, static_cast<int>(m)});
+      for (const Eigen::Vector3d& p_L : type.links[l].hull) {
+        sum += X_WL[m][l] * p_L;
+        ++corners;
+      }
+    }
+    if (corners > 0) {
+      scene.names.push_back({robot.modules[m].name, sum / corners, static_cast<int>(m)});
+    }
+  }
+  return scene;
+}
+
+Result<std::string> RenderPicture(const Drawing& drawing, const std::string& name) {
+  // Only the suffix counts: the caller decides where the bytes go.
+  const bool svg = EndsWith(name, ".svg");
+  if (!svg && !EndsWith(name, ".png")) {
+    return Fail(name + ": a picture's name ends in .svg or .png");
+  }
+  if (drawing.panels.empty()) return Fail(name + ": there is nothing to draw");
+  std::string bytes;
+  const cairo_status_t status = Render(drawing, Arrange(drawing), svg, &bytes);
+  if (status != CAIRO_STATUS_SUCCESS) {
+    return Fail(fmt::format("{}: cannot draw: {}", name, cairo_status_to_string(status)));
+  }
+  return bytes;
+}
+
+}  // namespace morphbus::logger

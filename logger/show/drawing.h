@@ -1,0 +1,100 @@
+#pragma once
+// Pictures of robots: convex hulls, shaded, as SVG or PNG. No display is needed (cairo). A caller
+// makes a Scene of a robot in a pose, puts scenes into the panels of a Drawing, and has it
+// rendered.
+//
+// World W is NUE: +X north, +Y up, +Z east, ground at y = 0. Views are orthographic.
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "compiler/base/result.h"
+#include "compiler/model/forward_kinematics.h"
+
+namespace morphbus::logger {
+
+/// Where the viewer stands, and what the picture then shows to the right and above.
+enum class View {
+  kSide,   ///< In the east, looking west: north to the right, up above.
+  kTop,    ///< Above, looking down: north to the right, west above.
+  kFront,  ///< In the north, looking south: east to the left, up above.
+  /// North-east of the robot and above it, looking down at it: height and both directions are seen.
+  kThreeQuarter,
+};
+
+/// Red, green and blue, each 0…1.
+using Color = std::array<double, 3>;
+
+/// One convex body of a picture: a link of a module.
+struct SceneHull {
+  /// Points whose convex hull is the body, in the frame of its link L (m). Flat sets are drawn as
+  /// plates of 3 mm, so that they can be seen edge on.
+  std::vector<Eigen::Vector3d> points_L;
+  /// Pose of the link in the world (m).
+  model::Pose X_WL = model::Pose::Identity();
+  Color color = {0.6, 0.6, 0.65};
+  /// Number of the module whose body it is, as names refer to it.
+  int owner = 0;
+};
+
+/// The name of a module, as it is to be written on it.
+struct SceneName {
+  std::string text;
+  /// Where the name is to stand, if that part of the module is seen (m, in W).
+  Eigen::Vector3d p_W;
+  /// SceneHull::owner of the module's bodies.
+  int owner = 0;
+};
+
+/// A row of the legend: a square of the color, and what it means.
+struct LegendEntry {
+  std::string text;
+  Color color;
+};
+
+/// Everything that one panel shows.
+struct Scene {
+  std::vector<SceneHull> hulls;
+  std::vector<SceneName> names;
+  /// Whether to draw the ground: a line and a shaded strip below it in side views, else a grid of
+  /// 100 mm.
+  bool ground = true;
+};
+
+/// One view of one scene, with a line of text above it.
+struct Panel {
+  Scene scene;
+  View view = View::kSide;
+  std::string title;
+};
+
+/// A picture: panels in rows of `columns`, all at the same scale, with a title above and a legend
+/// below.
+struct Drawing {
+  std::string title;
+  std::vector<Panel> panels;
+  /// Panels beside each other in a row, at least 1.
+  int columns = 1;
+  std::vector<LegendEntry> legend;
+  /// Width of each panel, in units of an SVG; a PNG has two pixels to each. Heights follow from
+  /// the scale.
+  double panel_width_px = 760;
+};
+
+/// The color that stands for entry `index` (0 or more) of a legend: nine well separable ones, which
+/// then begin again.
+Color PaletteColor(int index);
+
+/// Hulls and names of a robot. X_WL[module][link] are the links' poses in the world (m), shaped as
+/// from ForwardKinematics; `group[module]` (0 or more) picks the module's color and is the caller's
+/// choice (its index, or that of its role).
+Scene SceneOf(const model::Model& model, const model::Robot& robot,
+              const std::vector<std::vector<model::Pose>>& X_WL, const std::vector<int>& group);
+
+/// The bytes of a picture file, of the kind that the suffix of `name` says (.svg or .png); nothing
+/// is written. Fails on another suffix, a drawing without panels, or one that cairo cannot draw, as
+/// when it is too large.
+Result<std::string> RenderPicture(const Drawing& drawing, const std::string& name);
+
+}  // namespace morphbus::logger

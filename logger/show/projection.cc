@@ -1,0 +1,186 @@
+#include "logger/show/projection.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "compiler/model/convex_hull.h"
+
+namespace morphbus::logger {
+namespace {
+
+/// A hull ready to paint: its corners and faces in view coordinates (u, v, depth), metres.
+struct PaintedHull {
+  /// The corners of the hull.
+  std::vector<Eigen::Vector3d> corners;  ///< (u, v, depth).
+  /// Outward normals of all faces, those that look away included; each face's plane is normal · p =
+  /// offset.
+  std::vector<Eigen::Vector3d> normals;
+  std::vector<double> offsets;
+  /// The faces that look at the viewer.
+  std::vector<VisibleFace> faces;
+  /// Box around the corners, in view coordinates.
+  Eigen::Vector3d low, high;
+  /// Mean depth of the corners.
+  double depth = 0;
+};
+
+/// The color of a face: light comes from above, a little from the viewer's left, so that faces keep
+/// their hue and differ in brightness. Both vectors are in view coordinates.
+Color Shade(const Color& color, const Eigen::Vector3d& normal_V, const Eigen::Vector3d& up_V) {
+  const Eigen::Vector3d light = (up_V * 0.75 + Eigen::Vector3d(-0.35, 0.15, 0.6)).normalized();
+  // Faces away from the light keep 62 % of their color; nothing is black.
+  const double brightness = 0.62 + 0.40 * std::max(0.0, normal_V.dot(light));
+  Color shaded = color;
+  for (double& c : shaded) c = std::min(1.0, c * brightness);
+  return shaded;
+}
+
+/// Brings a hull into view coordinates, and shades the faces that are seen.
+PaintedHull Paint(const SceneHull& hull, const Projection& projection) {
+  PaintedHull painted;
+  // Flat hulls get the thickness of a plate, so that they can be seen edge on.
+  constexpr double kPlate = 0.003;
+  const model::ConvexHull solid = model::ComputeHull(model::ThickenFlat(hull.points_L, kPlate));
+  const Eigen::Vector3d up_V = projection.Direction(Eigen::Vector3d::UnitY());
+  painted.low.setConstant(std::numeric_limits<double>::infinity());
+  painted.high = -painted.low;
+  // Corners on the picture plane, their box and their mean depth.
+  for (const Eigen::Vector3d& p_L : solid.vertices) {
+    const Eigen::Vector3d p = projection.Project(hull.X_WL * p_L);
+    painted.corners.push_back(p);
+    painted.low = painted.low.cwiseMin(p);
+    painted.high = painted.high.cwiseMax(p);
+    painted.depth += p.z() / static_cast<double>(solid.vertices.size());
+  }
+  // All faces help to order hulls; those that look at the viewer are painted.
+  for (const model::HullFace& face : solid.faces) {
+    const Eigen::Vector3d normal = projection.Direction(hull.X_WL.linear() * face.normal);
+    painted.normals.push_back(normal);
+    painted.offsets.push_back(normal.dot(painted.corners[face.polygon.front()]));
+    if (normal.z() <= 1e-6) continue;
+    VisibleFace visible;
+    visible.owner = hull.owner;
+    visible.color = Shade(hull.color, normal, up_V);
+    for (const int corner : face.polygon) {
+      const Eigen::Vector3d& p = painted.corners[corner];
+      visible.outline.emplace_back(p.x(), p.y());
+      visible.depth += p.z() / static_cast<double>(face.polygon.size());
+    }
+    painted.faces.push_back(visible);
+  }
+  return painted;
+}
+
+/// Whether the boxes of two hulls meet on the picture plane.
+bool OverlapOnPicture(const PaintedHull& a, const PaintedHull& b) {
+  return a.low.x() < b.high.x() && b.low.x() < a.high.x() && a.low.y() < b.high.y() &&
+         b.low.y() < a.high.y();
+}
+
+/// Separates two hulls by a face plane of `a`: +1 if all of `b` is on the outer side of one that
+/// looks at the viewer (b is in front), -1 if of one that looks away (b is behind), 0 if no face
+/// plane decides.
+int SideOf(const PaintedHull& a, const PaintedHull& b) {
+  constexpr double kTouch = 1e-3;  // Hulls of mated modules touch; blunt tips overlap a little.
+  for (size_t f = 0; f < a.normals.size(); ++f) {
+    if (std::abs(a.normals[f].z()) < 1e-3) continue;  // Edge on: says nothing of who covers whom.
+    // A plane with all of b's corners outside has all of b outside, since b is convex.
+    bool outside = true;
+    for (const Eigen::Vector3d& p : b.corners) {
+      outside = outside && a.normals[f].dot(p) >= a.offsets[f] - kTouch;
+    }
+    if (outside) return a.normals[f].z() > 0 ? 1 : -1;
+  }
+  return 0;
+}
+
+/// True if `a` must be painted before `b`.
+bool Behind(const PaintedHull& a, const PaintedHull& b) {
+  // A separating plane of either hull decides; without one, the mean depth is the best guess.
+  if (const int side = SideOf(a, b); side != 0) return side > 0;
+  if (const int side = SideOf(b, a); side != 0) return side < 0;
+  return a.depth < b.depth;
+}
+
+/// Order in which to paint: repeatedly the farthest hull behind which nothing unpainted lies; where
+/// hulls cover each other in a ring, the farthest. Cubic in the number of hulls, of which a robot
+/// has some dozens.
+std::vector<size_t> PaintingOrder(const std::vector<PaintedHull>& hulls) {
+  std::vector<size_t> by_depth(hulls.size());
+  for (size_t i = 0; i < hulls.size(); ++i) by_depth[i] = i;
+  std::stable_sort(by_depth.begin(), by_depth.end(),
+                   [&](size_t a, size_t b) { return hulls[a].depth < hulls[b].depth; });
+  std::vector<size_t> order;
+  // Hulls that do not meet on the picture cannot cover each other, and are not compared.
+  while (!by_depth.empty()) {
+    size_t pick = 0;
+    for (size_t i = 0; i < by_depth.size(); ++i) {
+      const bool covered_first = std::none_of(by_depth.begin(), by_depth.end(), [&](size_t other) {
+        return other != by_depth[i] && OverlapOnPicture(hulls[other], hulls[by_depth[i]]) &&
+               Behind(hulls[other], hulls[by_depth[i]]);
+      });
+      if (covered_first) {
+        pick = i;
+        break;
+      }
+    }
+    order.push_back(by_depth[pick]);
+    by_depth.erase(by_depth.begin() + static_cast<std::ptrdiff_t>(pick));
+  }
+  return order;
+}
+
+}  // namespace
+
+Projection::Projection(View view) {
+  // Side view: from the east, with north to the right. Up follows from both directions.
+  Eigen::Vector3d towards = Eigen::Vector3d::UnitZ();
+  Eigen::Vector3d right = Eigen::Vector3d::UnitX();
+  switch (view) {
+    case View::kSide:
+      edge_on_ = true;
+      break;
+    case View::kTop:
+      towards = Eigen::Vector3d::UnitY();
+      break;
+    case View::kFront:
+      towards = Eigen::Vector3d::UnitX();
+      right = -Eigen::Vector3d::UnitZ();
+      edge_on_ = true;
+      break;
+    case View::kThreeQuarter:
+      towards = Eigen::Vector3d(0.55, 0.55, 0.8).normalized();
+      right = Eigen::Vector3d::UnitY().cross(towards).normalized();
+      break;
+  }
+  R_.row(0) = right;
+  R_.row(1) = towards.cross(right);
+  R_.row(2) = towards;
+}
+
+Eigen::Vector3d Projection::GroundPointAt(double u, double v) const {
+  // From (u, v, 0) along the line of sight to the height 0.
+  const Eigen::Vector3d base = R_.transpose() * Eigen::Vector3d(u, v, 0);
+  const Eigen::Vector3d towards = R_.row(2);
+  return base - towards * (base.y() / towards.y());
+}
+
+std::vector<VisibleFace> VisibleFaces(const Scene& scene, const Projection& projection) {
+  std::vector<PaintedHull> hulls;
+  // Links without a body are not seen.
+  for (const SceneHull& hull : scene.hulls) {
+    if (hull.points_L.empty()) continue;
+    hulls.push_back(Paint(hull, projection));
+  }
+  std::vector<VisibleFace> faces;
+  // Within a hull the farther faces come first.
+  for (const size_t i : PaintingOrder(hulls)) {
+    std::stable_sort(hulls[i].faces.begin(), hulls[i].faces.end(),
+                     [](const VisibleFace& a, const VisibleFace& b) { return a.depth < b.depth; });
+    faces.insert(faces.end(), hulls[i].faces.begin(), hulls[i].faces.end());
+  }
+  return faces;
+}
+
+}  // namespace morphbus::logger

@@ -1,0 +1,341 @@
+#include "sim/bullet_robot.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+#include <utility>
+
+#include "compiler/model/forward_kinematics.h"
+
+namespace morphbus::sim {
+namespace {
+
+bool IsIndex(int i, size_t size) { return i >= 0 && i < static_cast<int>(size); }
+
+// A module's own joint value and the physics' canonical angle: q = start + sign * theta, and back.
+double ModuleValue(const JointSpec& spec, double theta) { return spec.start + spec.sign * theta; }
+double Theta(const JointSpec& spec, double q) { return spec.sign * (q - spec.start); }
+
+// A command of a module, in its own values, as one of the servo, in canonical angles. A speed limit
+// has no sign, a velocity has.
+ServoCommand ToServo(const JointSpec& spec, const morphbus::joint_command_t& command) {
+  ServoCommand servo;
+  if (command.mode == morphbus::joint_command_t::MODE_POSITION) {
+    servo.mode = ServoMode::kPosition;
+    servo.target = Theta(spec, command.target_si);
+    servo.speed = command.speed_si;
+  } else if (command.mode == morphbus::joint_command_t::MODE_VELOCITY) {
+    servo.mode = ServoMode::kVelocity;
+    servo.speed = spec.sign * command.speed_si;
+  }
+  return servo;
+}
+
+// What a module reads of one docking: its own connector, the mate's, and which of the numbered ways
+// of connecting it is, told so that this module is member a.
+morphbus::docked_connector_t Reading(const model::Model& model, const model::Docking& docking,
+                                     bool seen_from_a) {
+  const std::vector<model::ConnectionOption>& options =
+      model.connection_types[docking.connection_type].options;
+  morphbus::docked_connector_t reading;
+  reading.connection_type = static_cast<int8_t>(docking.connection_type);
+  int option = docking.option;
+  if (seen_from_a) {
+    reading.connector = static_cast<int8_t>(docking.connector_a);
+    reading.mate_connector = static_cast<int8_t>(docking.connector_b);
+    reading.mate_module = static_cast<int16_t>(docking.module_b);
+  } else {
+    reading.connector = static_cast<int8_t>(docking.connector_b);
+    reading.mate_connector = static_cast<int8_t>(docking.connector_a);
+    reading.mate_module = static_cast<int16_t>(docking.module_a);
+    // A connection of unlike types has no mirror image; its number is then the mate's.
+    option = model::MirrorOption(model, docking).value_or(option);
+  }
+  reading.number = static_cast<int16_t>(options[option].number);
+  return reading;
+}
+
+// Velocities of a new body from those of the links it is made of: the mean, weighted with mass.
+BodyState InheritedState(const World& old_world, const BodySpec& body) {
+  BodyState state;
+  state.X_WB = body.X_WB;
+  for (const LinkSpec& link : body.links) {
+    const int old_body = old_world.rigid_bodies().body_of[link.ref.module][link.ref.link];
+    const BodyState old = old_world.body(old_body);
+    // The old body's velocity at the link's own centre of mass.
+    const Eigen::Vector3d r_W =
+        body.X_WB * link.p_BoLcm_B - Eigen::Vector3d(old.X_WB.translation());
+    const double share = link.mass_kg / body.mass_kg;
+    state.v_WBo_W += share * (old.v_WBo_W + old.w_WB_W.cross(r_W));
+    state.w_WB_W += share * old.w_WB_W;
+  }
+  return state;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<BulletRobot>> BulletRobot::Create(std::shared_ptr<const model::Model> model,
+                                                         const std::string& robot,
+                                                         const BulletRobotOptions& options) {
+  // The checks of the robot and the options, each with its own sentence.
+  const model::Robot* found = model->FindRobot(robot);
+  if (found == nullptr) return Fail("the model has no robot named " + robot);
+  if (options.physics_step_us < 100 || options.physics_step_us > 10000) {
+    return Fail("the physics step must lie between 100 and 10000 microseconds");
+  }
+  if (options.tick_us < options.physics_step_us || options.tick_us > 1000000 ||
+      options.tick_us % options.physics_step_us != 0) {
+    return Fail("the control tick must be a multiple of the physics step, at most one second");
+  }
+  if (options.world.solver_iterations < 20 || options.world.solver_iterations > 10000) {
+    return Fail("solver iterations must lie between 20 and 10000");
+  }
+  if (!(options.world.friction >= 0.0 && options.world.friction <= 10.0)) {
+    return Fail("friction must lie between 0 and 10");
+  }
+  if (found->modules.empty() || found->modules.size() > 32767) {
+    return Fail("a simulated robot has 1 to 32767 modules");
+  }
+  return std::unique_ptr<BulletRobot>(new BulletRobot(std::move(model), *found, options));
+}
+
+BulletRobot::BulletRobot(std::shared_ptr<const model::Model> model, const model::Robot& robot,
+                         const BulletRobotOptions& options)
+    : model_(std::move(model)), robot_(robot), options_(options) {
+  // The world at the start: the robot put on the ground, all joints at their start values.
+  options_.world.physics_step_s = options_.physics_step_us * 1e-6;
+  const RigidBodyModel rigid_bodies = BuildRigidBodyModel(
+      *model_, robot_, PlaceOnGround(*model_, robot_), model::StartValues(robot_));
+  world_ = std::make_unique<World>(rigid_bodies, options_.world);
+  world_hash_ = world_->hash();
+  states_ = InitialStates(*model_, robot_);
+  FindFirstLinks();
+}
+
+// Bodies are numbered by first appearance in (module, link) order.
+void BulletRobot::FindFirstLinks() {
+  first_links_.clear();
+  const std::vector<std::vector<int>> body_of = model::BodiesOf(*model_, robot_);
+  for (int m = 0; m < static_cast<int>(body_of.size()); ++m) {
+    const std::vector<int>& bodies = body_of[m];
+    for (int l = 0; l < static_cast<int>(bodies.size()); ++l) {
+      if (bodies[l] == static_cast<int>(first_links_.size())) {
+        first_links_.push_back({m, l});
+      }
+    }
+  }
+}
+
+void BulletRobot::Sense(std::vector<morphbus::module_sensors_t>* out) {
+  out->clear();
+  const RigidBodyModel& rigid_bodies = world_->rigid_bodies();
+  // Joint positions and velocities, in the module's own values.
+  for (size_t m = 0; m < robot_.modules.size(); ++m) {
+    morphbus::module_sensors_t& sensors = out->emplace_back();
+    sensors.module_id = static_cast<int16_t>(m);
+    sensors.name = robot_.modules[m].name;
+    const std::vector<int>& joints = rigid_bodies.joint_of[m];
+    sensors.num_joints = static_cast<int8_t>(joints.size());
+    for (const int joint : joints) {
+      // Fixed joints have no canonical joint and read 0.
+      const JointState state = joint < 0 ? JointState{} : world_->joint(joint);
+      const JointSpec spec = joint < 0 ? JointSpec{} : rigid_bodies.joints[joint];
+      sensors.joint_position_si.push_back(ModuleValue(spec, state.theta));
+      sensors.joint_velocity_si.push_back(static_cast<float>(spec.sign * state.rate));
+    }
+  }
+  // Both ends of each docking, then sorted by connector, so that their order does not tell that of
+  // the model.
+  for (const model::Docking& docking : robot_.dockings) {
+    (*out)[docking.module_a].docked.push_back(Reading(*model_, docking, true));
+    (*out)[docking.module_b].docked.push_back(Reading(*model_, docking, false));
+  }
+  for (morphbus::module_sensors_t& sensors : *out) {
+    std::sort(sensors.docked.begin(), sensors.docked.end(),
+              [](const auto& a, const auto& b) { return a.connector < b.connector; });
+    // The message holds the length of its list in a field of its own.
+    sensors.num_docked = static_cast<int8_t>(sensors.docked.size());
+  }
+}
+
+void BulletRobot::Truth(std::vector<morphbus::body_pose_t>* out) {
+  out->clear();
+  // Every body is named by its first link, and its pose is that link's.
+  const LinkPoseTable poses = LinkPoses();
+  for (const LinkRef& link : first_links_) {
+    const Pose& X_WL = poses[link.module][link.link];
+    morphbus::body_pose_t& pose = out->emplace_back();
+    pose.module_id = static_cast<int16_t>(link.module);
+    pose.link = static_cast<int8_t>(link.link);
+    // Of the two quaternions of a rotation the one with w >= 0 is told.
+    const Eigen::Quaterniond q_WL(X_WL.linear());
+    const double side = q_WL.w() < 0.0 ? -1.0 : 1.0;
+    const double wxyz[4] = {q_WL.w(), q_WL.x(), q_WL.y(), q_WL.z()};
+    for (int k = 0; k < 3; ++k) pose.position_m[k] = X_WL.translation()(k);
+    for (int k = 0; k < 4; ++k) pose.orientation_wxyz[k] = side * wxyz[k];
+  }
+}
+
+void BulletRobot::Actuate(const morphbus::actuator_t& command) {
+  if (!IsIndex(command.module_id, robot_.modules.size())) return;
+  pending_.push_back(command);
+}
+
+// Connectors first: a module may let go and move in the same tick.
+void BulletRobot::Advance() {
+  ApplyConnectorCommands();
+  ApplyJointCommands();
+  pending_.clear();
+  const int steps = options_.tick_us / options_.physics_step_us;
+  for (int i = 0; i < steps; ++i) world_->Step();
+}
+
+// Sets state variables as commanded; connections that no longer hold come apart, and connectors
+// that now fit what lies before them join it.
+void BulletRobot::ApplyConnectorCommands() {
+  for (const morphbus::actuator_t& actuator : pending_) {
+    for (const morphbus::connector_command_t& command : actuator.connectors) {
+      // What a module commands of connectors, variables or values that it does not have is ignored.
+      const int module = actuator.module_id;
+      const std::vector<model::Connector>& connectors = model_->TypeOf(robot_, module).connectors;
+      if (!IsIndex(command.connector, connectors.size())) continue;
+      const std::vector<model::StateVariable>& variables = connectors[command.connector].states;
+      if (!IsIndex(command.state, variables.size())) continue;
+      if (!IsIndex(command.value, variables[command.state].values.size())) continue;
+      int& value = states_[module][command.connector][command.state];
+      if (value == command.value) continue;
+      value = command.value;
+      // A variable that takes a new value can end a docking or make one.
+      const std::optional<size_t> docking = FindDocking(robot_, module, command.connector);
+      if (docking && !StatesAllow(*model_, robot_, states_, robot_.dockings[*docking])) {
+        Undock(*docking);
+      } else if (!docking) {
+        const std::optional<model::Docking> mate =
+            FindMate(*model_, robot_, LinkPoses(), module, command.connector, &states_);
+        if (mate) Dock(*mate);
+      }
+    }
+  }
+}
+
+// Hands commands to the servos; joints beyond those that the module has are ignored.
+void BulletRobot::ApplyJointCommands() {
+  const RigidBodyModel& rigid_bodies = world_->rigid_bodies();
+  for (const morphbus::actuator_t& actuator : pending_) {
+    const std::vector<int>& joints = rigid_bodies.joint_of[actuator.module_id];
+    const size_t count = std::min(joints.size(), actuator.joints.size());
+    for (size_t j = 0; j < count; ++j) {
+      if (joints[j] < 0) continue;
+      const JointSpec& spec = rigid_bodies.joints[joints[j]];
+      world_->Command(joints[j], ToServo(spec, actuator.joints[j]));
+    }
+  }
+}
+
+// A connector by the names that people use.
+Result<BulletRobot::End> BulletRobot::FindEnd(const std::string& module,
+                                              const std::string& connector) const {
+  const std::optional<int> m = robot_.FindModule(module);
+  if (!m) return Fail("the robot has no module " + module);
+  const std::optional<int> c = model_->TypeOf(robot_, *m).FindConnector(connector);
+  if (!c) return Fail("module " + module + " has no connector " + connector);
+  return End{*m, *c};
+}
+
+Result<void> BulletRobot::Disconnect(const std::string& module, const std::string& connector) {
+  const Result<End> end = FindEnd(module, connector);
+  if (!end) return Fail(end.error().message);
+  const std::optional<size_t> docking = FindDocking(robot_, end->module, end->connector);
+  if (!docking) return Fail(module + "." + connector + " is not connected");
+  Undock(*docking);
+  return {};
+}
+
+Result<void> BulletRobot::Connect(const std::string& module, const std::string& connector) {
+  const Result<End> end = FindEnd(module, connector);
+  if (!end) return Fail(end.error().message);
+  if (FindDocking(robot_, end->module, end->connector)) {
+    return Fail(module + "." + connector + " is connected already");
+  }
+  const std::optional<model::Docking> mate =
+      FindMate(*model_, robot_, LinkPoses(), end->module, end->connector, nullptr);
+  if (!mate) return Fail("no free connector is near enough to " + module + "." + connector);
+  Dock(*mate);
+  return {};
+}
+
+Result<void> BulletRobot::Push(const std::string& module, const Eigen::Vector3d& f_W) {
+  const std::optional<int> m = robot_.FindModule(module);
+  if (!m) return Fail("the robot has no module " + module);
+  if (!f_W.allFinite() || f_W.norm() > 1e4) return Fail("a push is at most 10000 N");
+  world_->Push(world_->rigid_bodies().body_of[*m][0], f_W,
+               options_.tick_us / options_.physics_step_us);
+  return {};
+}
+
+// The connection goes from the robot and the bodies are made anew; Dock adds one likewise.
+void BulletRobot::Undock(size_t docking) {
+  robot_.dockings.erase(robot_.dockings.begin() + static_cast<std::ptrdiff_t>(docking));
+  Rebuild();
+}
+
+void BulletRobot::Dock(const model::Docking& docking) {
+  robot_.dockings.push_back(docking);
+  SetRequiredStates(*model_, robot_, docking, &states_);
+  Rebuild();
+}
+
+// A fresh world with the new bodies where the links are, as fast as they are. The servos go on from
+// their set-points; what they were doing comes again with the next command.
+void BulletRobot::Rebuild() {
+  const RigidBodyModel& old = world_->rigid_bodies();
+  const RigidBodyModel rigid_bodies =
+      BuildRigidBodyModel(*model_, robot_, LinkPoses(), Positions());
+  auto next = std::make_unique<World>(rigid_bodies, options_.world);
+  // Velocities of the bodies come from those of their links.
+  for (size_t b = 0; b < rigid_bodies.bodies.size(); ++b) {
+    next->set_body(static_cast<int>(b), InheritedState(*world_, rigid_bodies.bodies[b]));
+  }
+  for (size_t j = 0; j < rigid_bodies.joints.size(); ++j) {
+    // Canonical angles may have a new start and sign; the module's own value is what goes on.
+    const JointSpec& spec = rigid_bodies.joints[j];
+    const int old_joint = old.joint_of[spec.module][spec.joint];
+    const double q = ModuleValue(old.joints[old_joint], world_->set_point(old_joint));
+    next->set_set_point(static_cast<int>(j), Theta(spec, q));
+  }
+  world_ = std::move(next);
+  FindFirstLinks();
+}
+
+LinkPoseTable BulletRobot::LinkPoses() const {
+  const RigidBodyModel& rigid_bodies = world_->rigid_bodies();
+  LinkPoseTable X_WL;
+  for (const std::vector<int>& links : rigid_bodies.body_of) {
+    X_WL.emplace_back(links.size(), Pose::Identity());
+  }
+  // Every link is fixed in its body: X_WL = X_WB * X_BL.
+  for (size_t b = 0; b < rigid_bodies.bodies.size(); ++b) {
+    const Pose X_WB = world_->body(static_cast<int>(b)).X_WB;
+    for (const LinkSpec& link : rigid_bodies.bodies[b].links) {
+      X_WL[link.ref.module][link.ref.link] = X_WB * link.X_BL;
+    }
+  }
+  return X_WL;
+}
+
+model::JointValues BulletRobot::Positions() const {
+  const RigidBodyModel& rigid_bodies = world_->rigid_bodies();
+  model::JointValues q;
+  // Fixed joints have no canonical joint and stand at 0.
+  for (const std::vector<int>& joints : rigid_bodies.joint_of) {
+    std::vector<double>& module = q.emplace_back();
+    for (const int joint : joints) {
+      module.push_back(
+          joint < 0 ? 0.0 : ModuleValue(rigid_bodies.joints[joint], world_->joint(joint).theta));
+    }
+  }
+  return q;
+}
+
+}  // namespace morphbus::sim

@@ -1,0 +1,121 @@
+#pragma once
+// A robot of the compiled model in a Bullet world, as the lockstep drives it: sensors out, commands
+// in.
+
+#include <map>
+#include <memory>
+#include <morphbus/actuator_t.hpp>
+#include <morphbus/body_pose_t.hpp>
+#include <morphbus/module_sensors_t.hpp>
+#include <string>
+#include <vector>
+
+#include "bridge/lockstep/simulated_robot.h"
+#include "compiler/base/result.h"
+#include "compiler/model/robot_model.h"
+#include "sim/docking.h"
+#include "sim/world.h"
+
+namespace morphbus::sim {
+
+/// How a robot is simulated. A run is repeated bit for bit only with the
+/// same options.
+struct BulletRobotOptions {
+  /// The world's own options; its physics_step_s is set from physics_step_us.
+  WorldOptions world;
+  /// Sim time between two readings of the sensors, microseconds; a multiple of physics_step_us.
+  int tick_us = 20000;
+  /// Sim time of one step of the engine, microseconds.
+  int physics_step_us = 1000;
+};
+
+/// The robot that the simulator's process drives. Values on this interface are the modules' own
+/// (joint values of the model, raw actuator signs); canonical angles stay inside.
+class BulletRobot : public bridge::SimulatedRobot {
+ public:
+  /// Builds `robot` of `model` on the ground at its start values. Module ids are the indices into
+  /// Robot::modules. Fails, in one sentence, if there is no such robot or an option makes no sense.
+  static Result<std::unique_ptr<BulletRobot>> Create(std::shared_ptr<const model::Model> model,
+                                                     const std::string& robot,
+                                                     const BulletRobotOptions& options);
+
+  /// What every module senses now, in order of module id: joint positions and velocities, and what
+  /// is docked to its connectors.
+  void Sense(std::vector<morphbus::module_sensors_t>* out) override;
+
+  /// One entry a body of the kinematic graph, by its first link (module, then link): X_WL of that
+  /// link. Bodies that locked joints hold together have an entry each.
+  void Truth(std::vector<morphbus::body_pose_t>* out) override;
+
+  /// Commands are applied by the next Advance. Unknown modules and joints are ignored; a connector
+  /// whose state no longer fits its connection comes apart, a free one that now fits a free
+  /// connector next to it is joined with it.
+  void Actuate(const morphbus::actuator_t& command) override;
+
+  /// Applies the commands, then runs the physics for one tick.
+  void Advance() override;
+
+  /// Takes this connector off its mate. Fails if it has none.
+  Result<void> Disconnect(const std::string& module, const std::string& connector);
+
+  /// Joins this free connector to the free one it meets (kDockingDistance, kDockingAngle), setting
+  /// the state variables of both as the connection needs. Fails if none is near enough.
+  Result<void> Connect(const std::string& module, const std::string& connector);
+
+  /// Pushes the body that holds this module's first link, for the next tick (N, W).
+  Result<void> Push(const std::string& module, const Eigen::Vector3d& f_W);
+
+  /// Hash of the world as first built: 16 hex digits, equal for congruent robots.
+  [[nodiscard]] const std::string& world_hash() const { return world_hash_; }
+
+  /// True poses of all links now.
+  [[nodiscard]] LinkPoseTable LinkPoses() const;
+
+  /// True joint values now, [module][joint].
+  [[nodiscard]] model::JointValues Positions() const;
+
+  /// The world now. Connecting and disconnecting replace it.
+  [[nodiscard]] const World& world() const { return *world_; }
+  /// The model that the robot was built from.
+  [[nodiscard]] const model::Model& model() const { return *model_; }
+  /// The robot with the connections it has now.
+  [[nodiscard]] const model::Robot& robot() const { return robot_; }
+
+ private:
+  BulletRobot(std::shared_ptr<const model::Model> model, const model::Robot& robot,
+              const BulletRobotOptions& options);
+
+  /// One connector of one module, by indices.
+  struct End {
+    int module = 0;
+    int connector = 0;
+  };
+  /// The connector by names. Fails if the robot has no such module or connector.
+  Result<End> FindEnd(const std::string& module, const std::string& connector) const;
+
+  // The two halves of applying what Actuate has gathered.
+  void ApplyConnectorCommands();
+  void ApplyJointCommands();
+
+  // Changes of the structure: `docking` is an index of robot_.dockings. Both rebuild the world.
+  void Undock(size_t docking);
+  void Dock(const model::Docking& docking);
+  void Rebuild();
+  void FindFirstLinks();
+
+  std::shared_ptr<const model::Model> model_;
+  model::Robot robot_;
+  BulletRobotOptions options_;
+  /// The engine with the robot in it; made anew when the structure changes.
+  std::unique_ptr<World> world_;
+  /// That of the first world; it stays when the structure changes.
+  std::string world_hash_;
+  /// What the connectors' state variables are now.
+  ConnectorStates states_;
+  /// The first link of every body of the kinematic graph, by which Truth names the body.
+  std::vector<LinkRef> first_links_;
+  /// What Actuate has gathered since the last Advance.
+  std::vector<morphbus::actuator_t> pending_;
+};
+
+}  // namespace morphbus::sim

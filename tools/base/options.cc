@@ -1,0 +1,208 @@
+#include "tools/base/options.h"
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+#include <charconv>
+
+#include "tools/base/messages.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// CLI11 gives without a filter only those that the command line names.
+std::vector<const CLI::App*> AllSubcommands(const CLI::App& app) {
+  return app.get_subcommands([](const CLI::App*) { return true; });
+}
+
+/// The first argument, if it is meant as a subcommand and is none.
+std::optional<std::string> UnknownCommand(const CLI::App& app, int argc, const char* const* argv) {
+  // An option, such as --help, is not meant as a command.
+  if (argc < 2 || argv[1][0] == '-') return std::nullopt;
+  for (const CLI::App* sub : AllSubcommands(app)) {
+    if (sub->check_name(argv[1])) return std::nullopt;
+  }
+  // No subcommand has the name.
+  return argv[1];
+}
+
+/// Names the nearest command: CLI11 would call the word an unexpected argument.
+int ReportUnknownCommand(const CLI::App& app, const std::string& command) {
+  std::vector<std::string> names;
+  for (const CLI::App* sub : AllSubcommands(app)) names.push_back(sub->get_name());
+  return Unusable(fmt::format("there is no command '{}'{}; {} --help lists them", command,
+                              DidYouMean(command, names), app.get_name()));
+}
+
+/// The options that a user may write, with their dashes.
+std::vector<std::string> OptionNames(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    if (option->get_group().empty()) continue;  // hidden
+    // CLI11 keeps long and short names apart and without their dashes.
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    for (const std::string& name : option->get_snames()) names.push_back("-" + name);
+  }
+  return names;
+}
+
+/// "there is no option '--robt' (did you mean '--robot'?)" for the first argument that looks like
+/// an option of `app` and is none; "" without one.
+std::string UnknownOption(const CLI::App& app) {
+  // CLI11 leaves over what it could not assign; an option among it is one that nobody defined.
+  for (const std::string& argument : app.remaining()) {
+    if (argument.size() < 2 || argument.front() != '-') continue;
+    const std::string name = argument.substr(0, argument.find('='));
+    const bool has_letters = name.starts_with("--");  // one letter is near to every other one
+    return fmt::format("there is no option '{}'{}", name,
+                       has_letters ? DidYouMean(name, OptionNames(app)) : "");
+  }
+  return "";
+}
+
+/// Says what is wrong with the options; help and version are no errors.
+int ReportParseError(const CLI::App& app, const CLI::ParseError& error) {
+  const auto status = static_cast<CLI::ExitCodes>(error.get_exit_code());
+  // CLI11 throws for --help and --version too, and app.exit prints what they ask for.
+  if (status == CLI::ExitCodes::Success) return app.exit(error);
+  // The hint names the subcommand whose help lists the options.
+  std::string command = app.get_name();
+  std::string what = UnknownOption(app);
+  for (const CLI::App* sub : app.get_subcommands()) {
+    command += " " + sub->get_name();
+    if (what.empty()) what = UnknownOption(*sub);
+  }
+  // A misspelt option often shows as another that is missing: the misspelt one is the cause.
+  if (what.empty()) what = error.what();
+  return Unusable(fmt::format("{} (see {} --help)", what, command));
+}
+
+}  // namespace
+
+Option& Option::Required() {
+  option_->required();
+  return *this;
+}
+
+Option& Option::TypeName(const std::string& name) {
+  option_->type_name(name);
+  return *this;
+}
+
+Option& Option::Separator(char separator) {
+  option_->delimiter(separator);
+  return *this;
+}
+
+Option& Option::Repeatable() {
+  // Without expected(1) one option would swallow all values behind it, the files too.
+  option_->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  return *this;
+}
+
+Option& Option::ValueOptional() {
+  option_->expected(0, 1);
+  return *this;
+}
+
+Option& Option::Hidden() {
+  // CLI11 lists options by group, and the empty group not at all.
+  option_->group("");
+  return *this;
+}
+
+Option& Option::Range(int least, int most) {
+  option_->check(CLI::Range(least, most));
+  return *this;
+}
+
+bool Option::given() const { return option_->count() > 0; }
+
+template <typename Value>
+Option Subcommand::Add(const std::string& names, Value* target, const std::string& what) {
+  // CLI11 picks the parser by the type of the target.
+  return Option(app_->add_option(names, *target, what));
+}
+
+// The header only declares the template: these are the types that options may have.
+using Text = std::string;
+template Option Subcommand::Add(const Text&, Text*, const Text&);
+template Option Subcommand::Add(const Text&, std::vector<Text>*, const Text&);
+template Option Subcommand::Add(const Text&, double*, const Text&);
+template Option Subcommand::Add(const Text&, std::optional<double>*, const Text&);
+template Option Subcommand::Add(const Text&, int*, const Text&);
+template Option Subcommand::Add(const Text&, size_t*, const Text&);
+template Option Subcommand::Add(const Text&, bool*, const Text&);
+
+Option Subcommand::Flag(const std::string& names, bool* target, const std::string& what) {
+  return Option(app_->add_flag(names, *target, what));
+}
+
+Option Subcommand::Robot(std::string* target) {
+  return Add("--robot", target, "The robot's name (default: the only one)");
+}
+
+Option Subcommand::Force(bool* target) {
+  return Flag("--force", target, "Write over a file that is not of the output's kind");
+}
+
+Option Subcommand::Json(bool* target) {
+  return Flag("--json", target, "One JSON object on stdout");
+}
+
+Option Subcommand::Seed(uint64_t* target, const std::string& what) {
+  // The text is parsed once more here: CLI11 takes -1 for the largest unsigned number.
+  const auto check = [](const std::string& text) {
+    uint64_t value = 0;
+    const char* end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, value);
+    return error == std::errc() && stop == end ? std::string()
+                                               : "a seed is a whole number, 0 to 2^64 - 1";
+  };
+  return Option(app_->add_option("--seed", *target, what)->check(CLI::Validator(check, "")));
+}
+
+void Subcommand::Footer(const std::string& text) { app_->footer(text); }
+
+void Subcommand::Do(Action action) {
+  // CLI11 calls this while it parses; the action itself runs later, when all options are read.
+  app_->callback([chosen = action_, action = std::move(action)] { *chosen = action; });
+}
+
+void Subcommand::PassArguments(std::function<int(const std::vector<std::string>&)> action) {
+  // CLI11 then leaves everything behind the name as it is, and --help is not ours.
+  app_->prefix_command();
+  app_->set_help_flag();
+  Do([app = app_, action = std::move(action)] { return action(app->remaining()); });
+}
+
+CommandLine::CommandLine(const std::string& program, const std::string& what,
+                         const std::string& footer, const std::string& version)
+    : app_(std::make_unique<CLI::App>(what, program)) {
+  app_->set_version_flag("--version", version);
+  // Without a subcommand there is nothing to do, which is an error.
+  app_->require_subcommand(1);
+  app_->footer(footer);
+}
+
+CommandLine::~CommandLine() = default;
+
+Subcommand CommandLine::Add(const std::string& name, const std::string& what) {
+  return {app_->add_subcommand(name, what), &action_};
+}
+
+std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
+  // This comes before CLI11 sees the arguments: a misspelt command may look like an argument of the
+  // program.
+  if (const auto unknown = UnknownCommand(*app_, argc, argv)) {
+    return ReportUnknownCommand(*app_, *unknown);
+  }
+  try {
+    app_->parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return ReportParseError(*app_, error);
+  }
+  // A parse that chose no action would be a subcommand without Do().
+  return action_ ? std::nullopt : std::optional<int>(kUnusable);
+}
+
+}  // namespace morphbus::tools

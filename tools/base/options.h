@@ -1,0 +1,115 @@
+#pragma once
+// Subcommands and their options. CLI11 stands behind these functions and is compiled in one file:
+// its templates cost seconds in every file that sees them.
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
+namespace morphbus::tools {
+
+/// What a parsed subcommand does; returns the exit status.
+using Action = std::function<int()>;
+
+/// One option or positional argument of a subcommand, to be described further. A handle: it refers
+/// to the parser, which must outlive it.
+class Option {
+ public:
+  explicit Option(CLI::Option* option) : option_(option) {}
+
+  /// The command line is refused without it.
+  Option& Required();
+  /// What the help calls its value, such as "A,B"; by default that is the value's type.
+  Option& TypeName(const std::string& name);
+  /// Several values may stand in one argument, with `separator` between them.
+  Option& Separator(char separator);
+  /// The option takes one value and may be repeated; every value counts.
+  Option& Repeatable();
+  /// The option may stand without a value.
+  Option& ValueOptional();
+  /// The help leaves it out.
+  Option& Hidden();
+  /// A whole number from `least` to `most`; anything else is refused.
+  Option& Range(int least, int most);
+
+  /// Whether the command line had it. Known once an action runs.
+  [[nodiscard]] bool given() const;
+
+ private:
+  CLI::Option* option_;
+};
+
+/// A subcommand: its options, and what it does. A handle, as Option is one.
+///
+/// `names` of Add and Flag are "-o,--output" for an option, "FILE" for a positional argument. The
+/// targets are written when the command line is parsed and must live until then.
+class Subcommand {
+ public:
+  Subcommand(CLI::App* app, Action* action) : app_(app), action_(action) {}
+
+  /// An option with a value. `Value` is std::string, a vector of them, double,
+  /// std::optional<double>, int, size_t or bool (written `true` or `false`): options.cc
+  /// instantiates these.
+  template <typename Value>
+  Option Add(const std::string& names, Value* target, const std::string& what);
+  /// An option without a value: true if it is there.
+  Option Flag(const std::string& names, bool* target, const std::string& what);
+
+  // Options that mean the same in every command that has them.
+  /// `--robot`: a robot of the model.
+  Option Robot(std::string* target);
+  /// `--force`: an output replaces any file.
+  Option Force(bool* target);
+  /// `--json`: the result as one JSON object.
+  Option Json(bool* target);
+  /// `--seed`: a whole number, 0 to 2^64 - 1. What is none, or is larger, is refused (a plain
+  /// unsigned option would take -1 for the largest, and cut what is too large).
+  Option Seed(uint64_t* target, const std::string& what);
+
+  /// Examples and exit statuses, at the end of the help.
+  void Footer(const std::string& text);
+  /// What the subcommand does if the user chose it.
+  void Do(Action action);
+  /// Passes everything that follows the subcommand to `action`, `--help` too: they are the
+  /// arguments of another program.
+  void PassArguments(std::function<int(const std::vector<std::string>&)> action);
+
+ private:
+  CLI::App* app_;
+  Action* action_;
+};
+
+/// The command line as a whole: a program with subcommands.
+class CommandLine {
+ public:
+  /// `what` begins the help, `footer` ends it; `version` is what --version prints.
+  CommandLine(const std::string& program, const std::string& what, const std::string& footer,
+              const std::string& version);
+  ~CommandLine();
+  CommandLine(const CommandLine&) = delete;
+  CommandLine& operator=(const CommandLine&) = delete;
+
+  /// Adds a subcommand; `what` is its line in the list of commands and begins its own help.
+  Subcommand Add(const std::string& name, const std::string& what);
+
+  /// Parses the arguments. Returns the exit status if nothing is left to do: help was printed, or
+  /// the arguments cannot be used, which stderr says with the nearest name for a misspelt one.
+  /// Otherwise action() is the chosen one.
+  std::optional<int> Parse(int argc, const char* const* argv);
+  /// The action of the subcommand that the user chose; empty before a successful Parse.
+  [[nodiscard]] const Action& action() const { return action_; }
+
+ private:
+  std::unique_ptr<CLI::App> app_;
+  Action action_;
+};
+
+}  // namespace morphbus::tools

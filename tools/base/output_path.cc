@@ -1,0 +1,171 @@
+#include "tools/base/output_path.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <string_view>
+#include <system_error>
+
+#include "compiler/base/utf8.h"
+#include "tools/base/messages.h"
+
+namespace morphbus::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kMostLinks = 40;  // As many as the kernel follows.
+
+/// How a kind of output begins.
+struct Beginning {
+  OutputKind kind;
+  std::string_view name;    ///< With its article, for messages.
+  std::string_view starts;  ///< Its first bytes.
+  /// What else stands in its first kHeadSize bytes, where the first ones are common.
+  std::string_view has;
+};
+
+// So many bytes of a file are looked at; every beginning of the table lies within them.
+constexpr size_t kHeadSize = 256;
+constexpr std::string_view kXml = "<?xml version=";
+// The back ends sign the text files that they write with this.
+constexpr std::string_view kByExport = "morphbus export";
+
+// What each output begins with. A file that begins otherwise may be somebody's own work. An empty
+// text fits every file.
+constexpr Beginning kBeginnings[] = {
+    {OutputKind::kLog, "a log", "\xED\xA1\xDA\x01", ""},
+    {OutputKind::kProgramImage, "a program image", "DYNI", ""},
+    {OutputKind::kKinematicsImage, "a kinematics image", "MKIN", ""},
+    {OutputKind::kModel, "a compiled model", "\n", ""},
+    {OutputKind::kKeywords, "a module type's keywords", kXml, "\n<module version="},
+    {OutputKind::kUrdf, "a URDF file", kXml, "\n<robot name="},
+    {OutputKind::kSdf, "an SDFormat file", kXml, "\n<sdf version="},
+    {OutputKind::kMjcf, "an MJCF file", kXml, "\n<mujoco model="},
+    {OutputKind::kMjcfPart, "a part of an MJCF file", kXml, "\n<mujocoinclude"},
+    {OutputKind::kWebots, "an exported world of Webots", "#VRML_SIM", kByExport},
+    {OutputKind::kCode, "exported code", "", kByExport},
+    {OutputKind::kMesh, "an exported mesh", "Morphbus hull", ""},
+    {OutputKind::kCuts, "a list of cuts", "{\n  \"robot\":", "\"cuts\":"},
+    {OutputKind::kDot, "a graph for Graphviz", "graph \"", ""},
+    {OutputKind::kSvg, "an SVG picture", kXml, "\n<svg "},
+    {OutputKind::kPng, "a PNG picture", "\x89PNG", ""},
+    {OutputKind::kReport, "an HTML report", "<!DOCTYPE html>", ""},
+    {OutputKind::kVariants, "a list of variants", "// ",
+     ": other connections, the same kinematics."},
+};
+
+/// The row of a kind. The search ends, because every kind has a row.
+const Beginning& BeginningOf(OutputKind kind) {
+  const Beginning* row = std::begin(kBeginnings);
+  while (row->kind != kind) ++row;
+  return *row;
+}
+
+/// Whether a file whose first bytes are `head` is of the kind.
+bool BeginsAs(const Beginning& beginning, std::string_view head) {
+  // A compiled model has no magic bytes: an empty line could be a text's.
+  if (beginning.kind == OutputKind::kModel && IsUtf8(head)) return false;
+  return head.starts_with(beginning.starts) && head.find(beginning.has) != std::string_view::npos;
+}
+
+}  // namespace
+
+Result<std::string> FollowLinks(const std::string& path) {
+  fs::path at(path);
+  for (int links = 0; links < kMostLinks; ++links) {
+    std::error_code error;
+    // A name of a stream is not followed: it is a link to the file behind the stream.
+    if (OwnDescriptor(at.string()) || !fs::is_symlink(fs::symlink_status(at, error))) {
+      return at.string();
+    }
+    // The target may be a link again, and relative to the folder that the link lies in.
+    const fs::path target = fs::read_symlink(at, error);
+    if (error) return Fail(fmt::format("cannot read the link {}: {}", path, error.message()));
+    at = target.is_absolute() ? target : at.parent_path() / target;
+  }
+  // So many links can only be a circle.
+  return Fail(fmt::format("cannot write {}: {}", path, std::strerror(ELOOP)));
+}
+
+std::optional<int> OwnDescriptor(const std::string& path) {
+  // The same name may be written in several ways, such as //dev/stdout.
+  const std::string plain = fs::path(path).lexically_normal().string();
+  if (plain == "/dev/stdout") return STDOUT_FILENO;
+  if (plain == "/dev/stderr") return STDERR_FILENO;
+  for (const std::string folder : {"/dev/fd/", "/proc/self/fd/"}) {
+    if (!plain.starts_with(folder)) continue;
+    int number = 0;
+    const char* end = plain.data() + plain.size();
+    // The whole rest of the name must be a number: /dev/fd/1x is an ordinary path.
+    const auto read = std::from_chars(plain.data() + folder.size(), end, number);
+    if (read.ec == std::errc() && read.ptr == end && number >= 0) return number;
+  }
+  return std::nullopt;
+}
+
+bool IsStdout(const std::string& path) {
+  return path == "-" || OwnDescriptor(path) == STDOUT_FILENO;
+}
+
+bool IsStream(const std::string& path) {
+  if (path == "-") return true;
+  const Result<std::string> target = FollowLinks(path);
+  if (!target) return false;
+  std::error_code error;
+  const fs::file_status status = fs::status(*target, error);
+  // What is there and is neither a file nor a folder is a pipe, a device or a socket.
+  return OwnDescriptor(*target) ||
+         (fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status));
+}
+
+bool IsOneOf(const std::string& output, const std::vector<std::string>& inputs) {
+  if (output == "-") return false;
+  // Files are compared by device and inode, which see through links and spellings.
+  for (const std::string& input : inputs) {
+    std::error_code error;
+    if (fs::equivalent(output, input, error) && !error) return true;
+  }
+  return false;
+}
+
+Result<void> CheckOutput(const std::string& path, OutputKind kind, bool force,
+                         const std::vector<std::string>& inputs) {
+  if (IsOneOf(path, inputs)) {
+    return Fail(fmt::format("cannot write {}: this command reads that file; name another", path));
+  }
+  std::error_code error;
+  // These outputs replace nothing, or the user has allowed it.
+  if (force || path.empty() || IsStream(path) || !fs::is_regular_file(path, error)) return {};
+  // Something is there: its first bytes say what it is.
+  std::ifstream file(path, std::ios::binary);
+  std::string head(kHeadSize, '\0');
+  file.read(head.data(), kHeadSize);
+  head.resize(static_cast<size_t>(file.gcount()));
+  const Beginning& beginning = BeginningOf(kind);
+  // What cannot be read cannot be known to be replaceable.
+  if (!file.bad() && (fs::file_size(path, error) == 0 || BeginsAs(beginning, head))) return {};
+  return Fail(fmt::format(
+      "cannot write {}: a file that is not {} is there; name another, or replace it with --force",
+      path, beginning.name));
+}
+
+bool MayWrite(const std::string& path, OutputKind kind, bool force,
+              const std::vector<std::string>& inputs) {
+  const Result<void> checked = CheckOutput(path, kind, force, inputs);
+  if (!checked) Unusable(checked.error().message);
+  return checked.has_value();
+}
+
+bool MayWriteLog(const std::string& path, bool force, const std::vector<std::string>& inputs) {
+  // A log is renamed to its final name when it is closed.
+  return MayWrite(path, OutputKind::kLog, force, inputs) &&
+         MayWrite(path + ".partial", OutputKind::kLog, force, inputs);
+}
+
+}  // namespace morphbus::tools

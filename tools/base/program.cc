@@ -1,0 +1,110 @@
+#include "tools/base/program.h"
+
+#include <fmt/format.h>
+
+#include <cstring>
+
+#include "compiler/dynarole/compile.h"
+#include "compiler/keywords/keyword_table.h"
+#include "tools/base/files.h"
+#include "tools/base/messages.h"
+#include "vm/image/image.h"
+#include "vm/image/verifier.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// The bytes of a string as the VM reads them.
+const uint8_t* Bytes(const std::string& text) {
+  return reinterpret_cast<const uint8_t*>(text.data());
+}
+
+/// An image begins with its magic number, which no program text does.
+bool IsImage(const std::string& bytes) {
+  return bytes.size() >= 4 && vm::image::ReadU32(Bytes(bytes)) == vm::image::kMagic;
+}
+
+/// Says which image is damaged, how, and at which byte.
+Error Damaged(const char* what, const vm::VerifyError& error) {
+  return {fmt::format("the {} image is damaged: {} (byte {})", what, error.message, error.offset)};
+}
+
+}  // namespace
+
+std::optional<CompiledProgram> LoadProgram(
+    const std::string& path, const Result<std::vector<keywords::ModuleKeywords>>& types) {
+  // One table holds the keywords of all types; more than 64 types do not fit it.
+  const Result<keywords::KeywordTable> table = types.and_then(keywords::KeywordTable::Of);
+  if (!table) {
+    Unusable(table.error().message);
+    return std::nullopt;
+  }
+  // The limit of 64 MiB keeps a wrong path, such as a device, from filling the memory.
+  Result<std::string> text = ReadFile(path, size_t{64} << 20);
+  if (!text) {
+    Unusable(text.error().message);
+    return std::nullopt;
+  }
+  CompiledProgram program;
+  // Images run as they are; everything else is taken for source.
+  if (IsImage(*text)) {
+    program.image = std::move(*text);
+  } else {
+    const dynarole::CompileResult result = dynarole::CompileProgram(path, *text, *table);
+    // Errors and warnings of the program have been found in one pass; errors leave no image.
+    PrintDiagnostics(result.diagnostics, result.sources);
+    if (!result.image) return std::nullopt;
+    program.image.assign(result.image->begin(), result.image->end());
+  }
+  // An image from a file may be damaged; one that was just compiled is verified in the same way.
+  const Result<std::unique_ptr<vm::VerifiedProgram>> verified = VerifyProgram(program.image);
+  if (!verified) {
+    Unusable(path + ": " + verified.error().message);
+    return std::nullopt;
+  }
+  program.hash = (*verified)->hash();
+  return program;
+}
+
+Result<std::unique_ptr<vm::VerifiedProgram>> VerifyProgram(const std::string& image) {
+  // The verifier reports an error by its message; a null message means that the image is sound.
+  auto program = std::make_unique<vm::VerifiedProgram>();
+  const vm::VerifyError error =
+      vm::Verifier::Verify(Bytes(image), static_cast<uint32_t>(image.size()), program.get());
+  if (error.message != nullptr) return tl::unexpected(Damaged("program", error));
+  return program;
+}
+
+Result<std::unique_ptr<vm::VerifiedKinematics>> VerifyKinematicsImage(const std::string& image) {
+  auto kinematics = std::make_unique<vm::VerifiedKinematics>();
+  const vm::VerifyError error =
+      vm::VerifyKinematics(Bytes(image), static_cast<uint32_t>(image.size()), kinematics.get());
+  if (error.message != nullptr) return tl::unexpected(Damaged("kinematics", error));
+  return kinematics;
+}
+
+Result<uint64_t> KinematicsHash(const std::string& image) {
+  const Result<std::unique_ptr<vm::VerifiedKinematics>> kinematics = VerifyKinematicsImage(image);
+  if (!kinematics) return Fail(kinematics.error().message);
+  return (*kinematics)->hash();
+}
+
+std::string ToString(const vm::Text& text) { return {text.data, text.size}; }
+
+vm::PoseF ToVmPose(const model::Pose& X) {
+  // As in PoseJson, w >= 0 makes the sign of the quaternion unique.
+  Eigen::Quaterniond q(X.linear());
+  if (q.w() < 0) q.coeffs() = -q.coeffs();
+  const Eigen::Vector3d& p = X.translation();
+  // No negative zeros: the same pose must be the same bytes, however it was come by.
+  const auto plain = [](double v) {
+    return static_cast<float>(v) == 0.0F ? 0.0F : static_cast<float>(v);
+  };
+  // The VM orders a quaternion w x y z, as the wire does.
+  vm::PoseF out;
+  out.p = {plain(p.x()), plain(p.y()), plain(p.z())};
+  out.q = {plain(q.w()), plain(q.x()), plain(q.y()), plain(q.z())};
+  return out;
+}
+
+}  // namespace morphbus::tools

@@ -1,0 +1,155 @@
+// morphbus check: everything that can be said about a model without running it.
+
+#include <fmt/format.h>
+
+#include "compiler/base/text.h"
+#include "compiler/model/forward_kinematics.h"
+#include "compiler/model/kinematic_graph.h"
+#include "compiler/model/model_proto.h"
+#include "tools/commands/commands.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// The options of `morphbus check`.
+struct CheckOptions {
+  std::vector<std::string> files;
+  std::string dump;
+  bool json = false;
+};
+
+/// One of "modules".
+Json ModuleTypeJson(const model::ModuleType& type) {
+  // The mass of a module is the sum of its links.
+  double mass_kg = 0.0;
+  for (const model::Link& link : type.links) mass_kg += link.mass_kg;
+  return {{"name", type.name},
+          {"links", type.links.size()},
+          {"joints", type.joints.size()},
+          {"connectors", type.connectors.size()},
+          {"mass_kg", mass_kg}};
+}
+
+/// One of "connections".
+Json ConnectionJson(const model::Model& model, const model::ConnectionType& connection) {
+  return {{"name", connection.name},
+          {"a", model.module_types[connection.type_a].name},
+          {"b", model.module_types[connection.type_b].name},
+          {"count", connection.options.size()},
+          {"candidates", connection.candidates}};
+}
+
+/// What is not computed is null: a reader must not take it for an answer.
+Json RobotJson(const model::Model& model, const model::Robot& robot,
+               const model::KinematicGraph& graph) {
+  // Loops close, or do not, at the start values.
+  const model::KinematicState state =
+      model::ForwardKinematics(model, robot, model::StartValues(robot));
+  Json locked = graph.locked_computed ? Json::array() : Json();
+  for (const model::GraphJoint& joint : graph.joints) {
+    if (!joint.locked) continue;
+    // Joints are named as everywhere on the command line: module.joint.
+    locked.push_back(robot.modules[joint.module].name + "." +
+                     model.TypeOf(robot, joint.module).joints[joint.joint].name);
+  }
+  return {{"name", robot.name},
+          {"modules", robot.modules.size()},
+          {"connections", robot.dockings.size()},
+          {"bodies", graph.bodies.size()},
+          {"joints", graph.joints.size()},
+          {"mobility", graph.mobility ? Json(*graph.mobility) : Json()},
+          {"loops", state.num_loops},
+          // The largest gap that remains where a loop of connections closes, metres and radians.
+          {"closure_m", state.closure_m},
+          {"closure_rad", state.closure_rad},
+          {"locked", locked}};
+}
+
+/// "3 links": the count that `json` has under the plural of `noun`.
+std::string CountedIn(const Json& json, const std::string& noun) {
+  return Counted(json[noun + "s"].get<int64_t>(), noun);
+}
+
+/// The same as RobotJson for people: a line of counts, then loops and the joints they lock.
+void PrintRobot(const Json& robot, const model::KinematicGraph& graph) {
+  fmt::print("robot {}: {}, {}, {}, {}, {}\n", robot["name"].get<std::string>(),
+             CountedIn(robot, "module"), CountedIn(robot, "connection"),
+             Counted(robot["bodies"].get<int64_t>(), "body", "bodies"), CountedIn(robot, "joint"),
+             MobilityText(graph));
+  // Robots without loops have no gaps to report.
+  if (robot["loops"].get<int>() > 0) {
+    fmt::print("  loops close within {:.1e} m and {:.1e} degrees\n",
+               robot["closure_m"].get<double>(),
+               robot["closure_rad"].get<double>() * 180.0 / EIGEN_PI);
+  }
+  // Above a limit of joints in one system of loops locks are not computed.
+  if (robot["locked"].is_null()) {
+    fmt::print("  which joints are locked is not computed either\n");
+  } else if (!robot["locked"].empty()) {
+    fmt::print("  locked by loops: {}\n",
+               NameSome(robot["locked"].get<std::vector<std::string>>()));
+  }
+}
+
+/// Prints a stage of the compiler instead of the summary.
+int DumpStage(const CheckOptions& options) {
+  // The model is what all stages together make; tokens and ast are stages of the front end.
+  const bool model = options.dump == "model";
+  const std::optional<m3l::Dump> stage =
+      model ? std::optional(m3l::Dump::kNone) : m3l::DumpFromName(options.dump);
+  // A name that is no stage is refused before any file is read.
+  if (!stage) return Unusable("--dump: expected tokens, ast or model");
+  const m3l::CompileOutput compiled = m3l::CompileFiles(options.files, *stage);
+  PrintDiagnostics(compiled.diagnostics, compiled.sources);
+  fmt::print("{}", model && compiled.model ? model::ModelText(*compiled.model) : compiled.dump);
+  return compiled.model ? kDone : kUnusable;
+}
+
+/// Lists module types, connections and robots. Whatever is wrong with them stops LoadModel.
+int Check(const CheckOptions& options) {
+  const std::optional<model::Model> model = LoadModel(options.files);
+  if (!model) return kUnusable;
+  // Module types come first. Each entry is printed from its JSON, so both outputs agree.
+  Json modules = Json::array();
+  for (const model::ModuleType& type : model->module_types) {
+    modules.push_back(ModuleTypeJson(type));
+    if (options.json) continue;
+    fmt::print("module {}: {}, {}, {}, {:.3g} kg\n", type.name, CountedIn(modules.back(), "link"),
+               CountedIn(modules.back(), "joint"), CountedIn(modules.back(), "connector"),
+               modules.back()["mass_kg"].get<double>());
+  }
+  // Connections follow, with how many of the candidate motions were kept.
+  Json connections = Json::array();
+  for (const model::ConnectionType& type : model->connection_types) {
+    connections.push_back(ConnectionJson(*model, type));
+    if (options.json) continue;
+    fmt::print("connection {} ({}, {}): {} of {} candidates\n", type.name,
+               model->module_types[type.type_a].name, model->module_types[type.type_b].name,
+               type.options.size(), type.candidates);
+  }
+  // Robots come last, each with the figures of its kinematic graph.
+  Json robots = Json::array();
+  for (const model::Robot& robot : model->robots) {
+    const model::KinematicGraph graph = model::BuildKinematicGraph(*model, robot);
+    robots.push_back(RobotJson(*model, robot, graph));
+    if (!options.json) PrintRobot(robots.back(), graph);
+  }
+  if (options.json) {
+    PrintJson({{"modules", modules}, {"connections", connections}, {"robots", robots}});
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void AddCheck(CommandLine* line) {
+  Subcommand sub = line->Add("check", "Check M3L models and print what they hold");
+  auto options = std::make_shared<CheckOptions>();
+  sub.Add("FILE", &options->files, "M3L files; several are one model").Required();
+  sub.Json(&options->json);
+  sub.Add("--dump", &options->dump, "Print a stage instead: tokens, ast or model");
+  sub.Footer("Example:\n  morphbus check models/mtran.m3l");
+  sub.Do([options] { return options->dump.empty() ? Check(*options) : DumpStage(*options); });
+}
+
+}  // namespace morphbus::tools

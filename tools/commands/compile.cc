@@ -1,0 +1,113 @@
+// morphbus compile: a DynaRole program to the image that runs on every robot.
+
+#include <fmt/format.h>
+
+#include "compiler/dynarole/compile.h"
+#include "compiler/keywords/keyword_table.h"
+#include "compiler/keywords/keywords_xml.h"
+#include "tools/base/program.h"
+#include "tools/commands/commands.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// The options of `morphbus compile`.
+struct CompileOptions {
+  std::string program;
+  std::vector<std::string> keywords;
+  std::string model;
+  std::string output;
+  std::string dump;
+  bool force = false;
+};
+
+/// The keywords of the module types, or why they cannot be had; LoadProgram prints the reason.
+using Types = Result<std::vector<keywords::ModuleKeywords>>;
+
+/// The module types' keywords, from XML files or from a model. `read` gets the files that they come
+/// from. Nothing if the model does not compile, which has been printed.
+std::optional<Types> LoadKeywords(const CompileOptions& options, std::vector<std::string>* read) {
+  // A model holds the keywords of all its types; the files that it imports are inputs too.
+  if (!options.model.empty()) {
+    const std::optional<model::Model> model = LoadModel({options.model}, read);
+    if (!model) return std::nullopt;
+    return keywords::KeywordsOf(*model);
+  }
+  std::vector<keywords::ModuleKeywords> types;
+  *read = options.keywords;
+  for (const std::string& path : options.keywords) {
+    // Keyword files are small: 1 MiB is far above any, and keeps a wrong file out.
+    const Result<std::string> text = ReadFile(path, 1 << 20);
+    if (!text) return Fail(text.error().message);
+    Result<keywords::ModuleKeywords> type = keywords::ParseKeywordsXml(*text);
+    if (!type) return Fail(path + ": " + type.error().message);
+    types.push_back(*std::move(type));
+  }
+  return types;
+}
+
+/// Prints what a stage of the compiler made, for those who work on it.
+int DumpStage(const CompileOptions& options, const Types& types) {
+  // The name of the stage is checked before anything is read.
+  const std::optional<dynarole::Dump> stage = dynarole::DumpFromName(options.dump);
+  if (!stage) return Unusable("--dump: expected tokens, ast or code");
+  const Result<keywords::KeywordTable> table = types.and_then(keywords::KeywordTable::Of);
+  if (!table) return Unusable(table.error().message);
+  const Result<std::string> text = ReadFile(options.program);
+  if (!text) return Unusable(text.error().message);
+  // The compiler stops after the stage and leaves its text in `dump`.
+  const dynarole::CompileResult result =
+      dynarole::CompileProgram(options.program, *text, *table, *stage);
+  PrintDiagnostics(result.diagnostics, result.sources);
+  fmt::print("{}", result.dump);
+  return result.image ? kDone : kUnusable;
+}
+
+/// Writes the image; nothing is written for a program with errors.
+int Compile(const CompileOptions& options) {
+  // The keywords have one source: files or a model, not both.
+  if (options.keywords.empty() == options.model.empty()) {
+    return Unusable("expected either --keywords TYPE.xml... or --model FILE.m3l");
+  }
+  // What the command reads may not be its output.
+  std::vector<std::string> inputs;
+  const std::optional<Types> types = LoadKeywords(options, &inputs);
+  if (!types) return kUnusable;
+  if (!options.dump.empty()) return DumpStage(options, *types);
+  if (options.output.empty()) return Unusable("expected -o IMAGE");
+  inputs.push_back(options.program);
+  if (!MayWrite(options.output, OutputKind::kProgramImage, options.force, inputs)) return kUnusable;
+  // Compiles, or checks an image that is given as PROGRAM.
+  const std::optional<CompiledProgram> program = LoadProgram(options.program, *types);
+  if (!program) return kUnusable;
+  const Result<void> written = WriteFile(options.output, program->image);
+  if (!written) return Unusable(written.error().message);
+  // On standard output the image stands alone.
+  if (options.output != "-") {
+    fmt::print("{}: {} bytes, hash {:016x}\n", options.output, program->image.size(),
+               program->hash);
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void AddCompile(CommandLine* line) {
+  Subcommand sub = line->Add("compile", "Compile a DynaRole program");
+  auto options = std::make_shared<CompileOptions>();
+  sub.Add("PROGRAM", &options->program, "DynaRole program").Required();
+  sub.Add("--keywords", &options->keywords, "XML of the module types (morphbus export --to xml)")
+      .TypeName("TYPE.xml...");
+  sub.Add("--model", &options->model, "M3L file whose module types the program may use");
+  sub.Add("-o,--output", &options->output, "Image to write ('-': stdout)");
+  sub.Force(&options->force);
+  sub.Add("--dump", &options->dump, "Print a stage instead: tokens, ast or code");
+  sub.Footer(
+      "Examples:\n"
+      "  morphbus compile models/programs/quadruped.dyn --model models/mtran.m3l -o "
+      "quadruped.image\n"
+      "  morphbus compile models/programs/quadruped.dyn --keywords mtran.xml -o quadruped.image");
+  sub.Do([options] { return Compile(*options); });
+}
+
+}  // namespace morphbus::tools

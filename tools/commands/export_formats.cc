@@ -1,0 +1,128 @@
+#include "tools/commands/export_formats.h"
+
+#include <fmt/format.h>
+
+#include "compiler/emit/c99.h"
+#include "compiler/emit/dot.h"
+#include "compiler/emit/kinematics.h"
+#include "compiler/emit/mjcf.h"
+#include "compiler/emit/robot_tree.h"
+#include "compiler/emit/sdf.h"
+#include "compiler/emit/urdf.h"
+#include "compiler/emit/webots.h"
+#include "compiler/keywords/keywords_xml.h"
+#include "compiler/model/model_proto.h"
+
+namespace morphbus::tools {
+namespace {
+
+using emit::Exported;
+
+/// An output without companions or warnings.
+Exported TextOnly(std::string text) {
+  Exported exported;
+  exported.text = std::move(text);
+  return exported;
+}
+
+/// The hash by which images and logs know their model.
+uint64_t HashOf(const model::Model& model) {
+  return model::ModelHash(model::SerializeModel(model));
+}
+
+/// The compiled model as Protocol Buffers, as it lies in logs.
+Result<Exported> ToModel(const ExportRequest& request) {
+  return TextOnly(model::SerializeModel(request.model));
+}
+
+/// What a module's VM knows of its own body.
+Result<Exported> ToKinematics(const ExportRequest& request) {
+  Result<std::string> image =
+      emit::KinematicsImage(request.model, request.type, HashOf(request.model));
+  if (!image) return Fail(image.error().message);
+  return TextOnly(*std::move(image));
+}
+
+/// The keywords that a DynaRole program may use of this module type.
+Result<Exported> ToXml(const ExportRequest& request) {
+  const Result<keywords::ModuleKeywords> keywords =
+      keywords::KeywordsOf(request.model.module_types[request.type]);
+  if (!keywords) return Fail(keywords.error().message);
+  return TextOnly(keywords::KeywordsXml(*keywords));
+}
+
+/// How modules are connected, for Graphviz.
+Result<Exported> ToDot(const ExportRequest& request) {
+  return TextOnly(emit::AssemblyGraphDot(request.model, *request.robot));
+}
+
+/// Forward kinematics as C99, of a robot or of one module type.
+Result<Exported> ToC(const ExportRequest& request) {
+  // The header is included by this name.
+  for (const char c : request.stem) {
+    if (c != '"' && c != '\\' && static_cast<unsigned char>(c) >= ' ') continue;
+    return Fail(
+        fmt::format("cannot write C to {0}.c: it includes \"{0}.h\", and an #include takes "
+                    "no quotes, backslashes or control characters; name the file otherwise",
+                    request.stem));
+  }
+  if (request.type >= 0) {
+    return emit::ModuleToC(request.model, request.type, HashOf(request.model), request.stem);
+  }
+  return emit::ToC(emit::TreeOf(request.model, *request.robot), request.stem);
+}
+
+/// Meshes lie in a folder called after the main file.
+emit::MeshPlace MeshPlaceOf(const ExportRequest& request) {
+  return {request.stem, request.mesh_prefix};
+}
+
+/// URDF has no loops: the tree is cut open, and what was cut is listed beside it.
+Result<Exported> ToUrdf(const ExportRequest& request) {
+  return emit::ToUrdf(request.model, emit::OpenTreeOf(request.model, *request.robot),
+                      MeshPlaceOf(request));
+}
+
+/// SDFormat keeps loops: it takes the tree together with the joints that close it.
+Result<Exported> ToSdf(const ExportRequest& request) {
+  return emit::ToSdf(request.model, emit::TreeOf(request.model, *request.robot),
+                     MeshPlaceOf(request));
+}
+
+/// MJCF for MuJoCo, whose parts are called after the main file.
+Result<Exported> ToMjcf(const ExportRequest& request) {
+  return emit::ToMjcf(request.model, emit::TreeOf(request.model, *request.robot), request.stem);
+}
+
+/// A world with the robot in it; a module type stands alone in its world.
+Result<Exported> ToWebots(const ExportRequest& request) {
+  model::Robot robot = *request.robot;
+  // A Robot node of Webots has a name.
+  if (request.type >= 0) robot.modules[0].name = robot.name;
+  return emit::ToWebots(request.model, robot, request.controllers);
+}
+
+}  // namespace
+
+OutputKind CompanionKind(const std::string& path) {
+  if (path.ends_with(".stl")) return OutputKind::kMesh;
+  if (path.ends_with(".json")) return OutputKind::kCuts;
+  return path.ends_with(".xml") ? OutputKind::kMjcfPart : OutputKind::kCode;
+}
+
+const std::vector<ExportFormat>& ExportFormats() {
+  static const std::vector<ExportFormat> formats = {
+      {"model", Of::kFile, false, OutputKind::kModel, ToModel},
+      {"kinematics", Of::kModule, false, OutputKind::kKinematicsImage, ToKinematics},
+      {"xml", Of::kModule, false, OutputKind::kKeywords, ToXml},
+      {"dot", Of::kRobot, false, OutputKind::kDot, ToDot},
+      {"c", Of::kEither, false, OutputKind::kCode, ToC},
+      {"urdf", Of::kEither, true, OutputKind::kUrdf, ToUrdf},
+      {"sdf", Of::kEither, true, OutputKind::kSdf, ToSdf},
+      {"mjcf", Of::kEither, false, OutputKind::kMjcf, ToMjcf},
+      {"webots", Of::kEither, false, OutputKind::kWebots, ToWebots},
+  };
+  return formats;
+}
+
+}  // namespace morphbus::tools

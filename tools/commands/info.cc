@@ -1,0 +1,59 @@
+// morphbus info and verify: what is in a log, and whether it is whole.
+
+#include <fmt/format.h>
+
+#include "logger/log/run_log.h"
+#include "tools/commands/commands.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// The options of `morphbus info` and `morphbus verify`.
+struct InfoOptions {
+  std::string log;
+  std::string run;
+  bool json = false;
+};
+
+/// Adds the options, which are the same for both commands.
+std::shared_ptr<InfoOptions> AddOptions(Subcommand* sub) {
+  auto options = std::make_shared<InfoOptions>();
+  sub->Add("LOG", &options->log, "Log file").Required();
+  sub->Add("--run", &options->run, "Which run, if the file holds several (default: the first)");
+  sub->Json(&options->json);
+  return options;
+}
+
+/// Prints the facts; `verify` also answers whether the log is whole.
+int Report(const InfoOptions& options, bool verify) {
+  // The facts are enough here: the robot's series are not loaded.
+  const Result<logger::RunLog> log = logger::LoadRunLog(options.log, {options.run, false});
+  if (!log) return Unusable(log.error().message);
+  // Both commands print the same facts as JSON.
+  if (options.json) {
+    fmt::print("{}\n", JsonText(logger::FactsJson(log->facts), 2));
+  } else {
+    fmt::print("{}", verify ? logger::VerifyText(log->facts) : logger::FactsText(log->facts));
+  }
+  return verify && !log->facts.whole() ? kNo : kDone;
+}
+
+}  // namespace
+
+void AddInfo(CommandLine* line) {
+  Subcommand sub =
+      line->Add("info", "What is in a log: run, channels, rates, losses, faults, damage");
+  const auto options = AddOptions(&sub);
+  sub.Footer("Example:\n  morphbus info walk.log");
+  sub.Do([options] { return Report(*options, false); });
+}
+
+void AddVerify(CommandLine* line) {
+  Subcommand sub =
+      line->Add("verify", "Is a log whole? Exit status 1 if anything is missing or wrong");
+  const auto options = AddOptions(&sub);
+  sub.Footer("Example:\n  morphbus verify walk.log");
+  sub.Do([options] { return Report(*options, true); });
+}
+
+}  // namespace morphbus::tools

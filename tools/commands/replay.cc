@@ -1,0 +1,229 @@
+// morphbus replay: publishes a log again.
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include "bridge/bus/lcm_bus.h"
+#include "bridge/bus/lcm_url.h"
+#include "compiler/base/text.h"
+#include "logger/log/replayer.h"
+#include "tools/commands/commands.h"
+#include "tools/launch/control_link.h"
+#include "tools/launch/network.h"
+#include "tools/launch/run_choice.h"
+#include "tools/launch/run_registry.h"
+
+namespace morphbus::tools {
+namespace {
+
+constexpr double kLatestSeconds = 1e9;  ///< Of a range; far beyond any log.
+
+/// The options of `morphbus replay`; `replay` holds those that the replayer itself takes.
+struct ReplayOptions {
+  std::string log;
+  logger::ReplayOptions replay;
+  std::optional<double> to_s;  ///< End of the range; none: the log's.
+  RunChoice run;
+  bool isolate = false;
+  bool json = false;
+};
+
+/// What came from the keyboard.
+enum class Typed { kNothing, kLine, kEnd };
+
+/// What stands on stdin: a line (Enter goes on, or holds), or that no line will ever come.
+Typed ReadTyped() {
+  // The replay must go on meanwhile, so this looks and does not wait.
+  pollfd fd = {STDIN_FILENO, POLLIN, 0};
+  if (poll(&fd, 1, 0) != 1 || fd.revents == 0) return Typed::kNothing;
+  char buffer[256];
+  const ssize_t n = read(STDIN_FILENO, buffer, sizeof buffer);
+  if (n < 0 && (errno == EINTR || errno == EAGAIN)) return Typed::kNothing;
+  return n > 0 ? Typed::kLine : Typed::kEnd;
+}
+
+/// A replay as the user steers it.
+struct Session {
+  bool fancy = false;        ///< Shows where it is.
+  bool interactive = false;  ///< Takes Enter.
+  volatile bool stop = false;
+  bool stdin_ended = false;  ///< While it waited for Enter.
+};
+
+/// Called ten times a second: shows where we are, takes Enter and Ctrl-C.
+void Attend(logger::Replayer* replayer, Session* session) {
+  if (CaughtSignal() != 0) session->stop = true;
+  const Typed typed = session->interactive ? ReadTyped() : Typed::kNothing;
+  // Paused without anybody who could press Enter, it would wait for ever.
+  if (typed == Typed::kEnd) {
+    session->interactive = false;
+    session->stdin_ended = replayer->paused();
+    if (session->stdin_ended) session->stop = true;
+  }
+  // Enter pauses a replay that runs, and resumes one that is paused.
+  if (typed == Typed::kLine) {
+    const int64_t now_us = bridge::MonotonicTime().NowUs();
+    if (replayer->paused()) {
+      replayer->Resume(now_us);
+    } else {
+      replayer->Pause(now_us);
+    }
+  }
+  // The line is drawn over itself, with the sim time up to which messages were published.
+  if (!session->fancy) return;
+  const logger::ReplayProgress& progress = replayer->progress();
+  fmt::print(stderr, "\r\033[K{:.2f} s, {} messages{}", progress.time_s, progress.published,
+             replayer->paused() ? ", paused (Enter goes on)" : "");
+  std::fflush(stderr);
+}
+
+/// Why the options cannot be used; empty if they can.
+std::string WhyUnusable(const ReplayOptions& options) {
+  // Not a number fails all of these comparisons.
+  const logger::ReplayOptions& replay = options.replay;
+  if (!std::isfinite(replay.speed) || replay.speed < 0) {
+    return "--speed: expected times real time, or 0 for as fast as possible";
+  }
+  for (const auto& [name, time_s] : {std::pair("--from", replay.from_s),
+                                     std::pair("--to", options.to_s.value_or(replay.from_s + 1))}) {
+    if (!(time_s >= 0 && time_s <= kLatestSeconds)) {
+      return fmt::format("{} {}: expected a sim time, 0 to {} seconds", name, time_s,
+                         kLatestSeconds);
+    }
+  }
+  // An empty range would replay nothing and look like an empty log.
+  if (options.to_s && *options.to_s <= replay.from_s) {
+    return fmt::format("--from {} --to {}: the range is empty; --to must be the later time",
+                       replay.from_s, *options.to_s);
+  }
+  if (options.isolate && !options.run.run.empty()) {
+    return "--run joins a run's network and --isolate makes a new one: leave one of them out";
+  }
+  if (replay.wait_for < 0) return "--wait-for: expected a number of listeners, 0 or more";
+  return "";
+}
+
+/// What the user should know of a log that was replayed.
+void WarnOf(const ReplayOptions& options, const logger::ReplayProgress& done) {
+  // Nothing was published, since the log ends before the range begins.
+  if (options.replay.from_s > done.end_s) {
+    Warn(fmt::format("--from {}: {} ends at {:.2f} s", options.replay.from_s, options.log,
+                     done.end_s));
+  }
+  if (done.damaged > 0) {
+    Warn(fmt::format("{}: {} in the file read past", options.log,
+                     Counted(done.damaged, "damaged place")));
+  }
+  if (done.damaged_messages > 0) {
+    Warn(fmt::format("{}: {} in the file, not mended (morphbus verify names the places)",
+                     options.log, Counted(done.damaged_messages, "damaged message")));
+  }
+}
+
+/// Makes a private network for the replay and lists it among the runs, so that others can join it.
+Result<RunDirectory> Isolate(const ReplayOptions& options) {
+  if (Result<void> entered = EnterPrivateNetwork(); !entered) {
+    return Fail(entered.error().message);
+  }
+  // The URL is stored as it was resolved, for others may have another default.
+  const Result<bridge::LcmUrl> url = bridge::ResolveLcmUrl(options.run.lcm_url);
+  if (!url) return Fail(url.error().message);
+  Result<RunDirectory> directory = RunDirectory::Claim("");
+  if (!directory) return directory;
+  const std::string log = std::filesystem::absolute(options.log).lexically_normal();
+  const Result<void> published = directory->Publish(
+      {directory->name(), getpid(), WallTime(), "(replay)", log, url->url, true});
+  if (!published) return Fail(published.error().message);
+  fmt::print(stderr, "in a private network: morphbus spy --run {} looks into it\n",
+             directory->name());
+  return directory;
+}
+
+/// Opens the bus, replays, and says what was published and what was not.
+int ReplayLog(ReplayOptions options) {
+  // The options are checked first; the network and the log come after.
+  if (const std::string why = WhyUnusable(options); !why.empty()) return Unusable(why);
+  options.replay.to_s = options.to_s.value_or(-1.0);
+  // The directory lists the replay among the runs for as long as this function runs.
+  std::optional<RunDirectory> listed;
+  if (options.isolate) {
+    Result<RunDirectory> isolated = Isolate(options);
+    if (!isolated) return Unusable(isolated.error().message);
+    listed.emplace(std::move(*isolated));
+  }
+  // Before any thread: a process with threads cannot change its network.
+  Result<std::string> url = options.run.lcm_url;
+  if (!options.run.run.empty()) url = JoinRun(options.run);
+  if (!url) return Unusable(url.error().message);
+  const Result<std::unique_ptr<bridge::Bus>> bus = bridge::OpenLcmBus(*url);
+  if (!bus) return Unusable(bus.error().message);
+  CatchSignals();
+  // A terminal shows progress and takes Enter; a script only gets the result.
+  Session session;
+  session.fancy = IsFancyTerminal(STDERR_FILENO);
+  session.interactive = options.replay.paused || isatty(STDIN_FILENO) == 1;
+  const Result<logger::ReplayProgress> done =
+      logger::Replay(options.log, options.replay, bus->get(), &session.stop,
+                     [&](logger::Replayer* replayer) { Attend(replayer, &session); });
+  // The line of progress goes before anything else is printed.
+  if (session.fancy) fmt::print(stderr, "\r\033[K");
+  if (!done) return Unusable(done.error().message);
+  // The replay was stopped because nobody could have resumed it.
+  if (session.stdin_ended) {
+    return Unusable(
+        "the replay waits for Enter, but its input has ended: run it in a terminal, or "
+        "leave out --paused");
+  }
+  // What was withheld would have steered a robot; what was filtered out, the user did not want.
+  if (options.json) {
+    PrintJson({{"published", done->published},
+               {"withheld", done->withheld},
+               {"filtered", done->filtered},
+               {"damaged", done->damaged},
+               {"damaged_messages", done->damaged_messages},
+               {"loops", done->loops},
+               {"seconds", done->time_s}});
+  } else {
+    fmt::print("{} published, {} filtered out, {} withheld; up to {:.2f} s\n",
+               Counted(done->published, "message"), done->filtered, done->withheld, done->time_s);
+  }
+  WarnOf(options, *done);
+  return kDone;
+}
+
+}  // namespace
+
+void AddReplay(CommandLine* line) {
+  Subcommand sub = line->Add("replay", "Publish a log again, for our tools and LCM's");
+  auto options = std::make_shared<ReplayOptions>();
+  logger::ReplayOptions* replay = &options->replay;
+  sub.Add("LOG", &options->log, "Log file").Required();
+  sub.Add("-s,--speed", &replay->speed,
+          "Times the robot's pace; 0: as fast as listeners follow (default: 1)");
+  sub.Add("--from", &replay->from_s, "Sim time to begin at, seconds");
+  sub.Add("--to", &options->to_s, "Sim time to end before, seconds");
+  sub.Add("-e,--channel", &replay->channel, "Only channels whose whole name matches")
+      .TypeName("REGEX");
+  sub.Flag("--loop", &replay->loop, "Begin again at the end, until Ctrl-C");
+  sub.Flag("--paused", &replay->paused, "Wait for Enter before the first message");
+  sub.Add("--wait-for", &replay->wait_for,
+          "Wait until so many listeners asked for the description");
+  sub.Add("--run", &options->run.run, "Publish into this run's private network");
+  sub.Flag("--isolate", &options->isolate, "A private network of its own");
+  sub.Add("-l,--lcm-url", &options->run.lcm_url,
+          "LCM URL (default: $LCM_DEFAULT_URL, else LCM's own)");
+  sub.Flag("--json", &options->json, "One JSON object on stdout at the end");
+  sub.Footer(
+      "Examples:\n  morphbus replay walk.log\n  morphbus replay walk.log --speed 0 --from 5 --to "
+      "10\n"
+      "  morphbus replay walk.log --channel 'walk/.*/STATUS' --loop");
+  sub.Do([options] { return ReplayLog(*options); });
+}
+
+}  // namespace morphbus::tools

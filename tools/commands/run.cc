@@ -1,0 +1,199 @@
+// morphbus run: a whole robot, from source to summary.
+
+#include <fmt/format.h>
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include "bridge/bus/lcm_url.h"
+#include "tools/commands/commands.h"
+#include "tools/launch/control_link.h"
+#include "tools/launch/inproc_run.h"
+#include "tools/launch/launcher.h"
+#include "tools/launch/network.h"
+#include "tools/launch/run_outcome.h"
+#include "tools/launch/run_plan.h"
+#include "tools/launch/run_registry.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// "walk.log" as the second of several runs: "walk-2.log".
+std::string LogPath(const RunOptions& options, const std::string& run, int number) {
+  // Absolute, for the summary and for `morphbus runs`, which may be asked from another folder.
+  namespace fs = std::filesystem;
+  fs::path path = options.log.empty() ? "morphbus-" + run + ".log" : options.log;
+  if (options.repeat > 1 && !options.log.empty()) {
+    path.replace_filename(
+        fmt::format("{}-{}{}", path.stem().string(), number, path.extension().string()));
+  }
+  return fs::absolute(path).lexically_normal();
+}
+
+/// Why the log cannot be written; empty if it can. Found out before anything starts: the logger
+/// itself would find out when the others wait for it.
+std::string WhyNoLog(const std::string& log) {
+  const std::string folder = std::filesystem::path(log).parent_path();
+  if (access(folder.c_str(), W_OK | X_OK) != 0) return std::strerror(errno);
+  // What the log is called in the end, and while it is written.
+  for (const std::string& path : {log, log + ".partial"}) {
+    std::error_code unknown;
+    const std::filesystem::file_status status = std::filesystem::status(path, unknown);
+    if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
+      return path + (std::filesystem::is_directory(status) ? " is a folder" : " is no file") +
+             "; --log takes the name of a file";
+    }
+  }
+  return "";
+}
+
+/// True if the log can be written; else says why not.
+bool CheckLog(const std::string& log) {
+  const std::string why = WhyNoLog(log);
+  if (!why.empty()) Unusable(fmt::format("cannot write {}: {}", log, why));
+  return why.empty();
+}
+
+/// One run. Returns its summary; nothing if it could not even begin (said on stderr).
+std::optional<Json> RunOnce(RunPlan* plan, const RunOptions& options, int number) {
+  Result<RunDirectory> directory = RunDirectory::Claim(options.run);
+  if (!directory) {
+    Unusable(directory.error().message);
+    return std::nullopt;
+  }
+  // Only what differs between repeated runs: the name and the time.
+  plan->description.set_run(directory->name());
+  plan->description.set_started(WallTime());
+  const std::string log = LogPath(options, directory->name(), number);
+  if (!CheckLog(log) ||
+      !MayWriteLog(log, options.force, {options.model_file, options.program_file})) {
+    return std::nullopt;
+  }
+  // In one process there is no bus, so that nobody can join: the URL stays empty.
+  RunEntry entry{directory->name(),  getpid(), plan->description.started(),
+                 plan->robot().name, log,      "",
+                 options.isolate};
+  if (!options.inproc) {
+    const Result<bridge::LcmUrl> url = bridge::ResolveLcmUrl(options.lcm_url);
+    entry.url = url ? url->url : "";
+  }
+  if (Result<void> published = directory->Publish(entry); !published) {
+    Unusable(published.error().message);
+    return std::nullopt;
+  }
+  // What the run was is read from its log once all processes have ended.
+  const RunSummary summary =
+      Summarize(*plan, options.inproc ? RunInProcess(*plan, log)
+                                      : Launcher(*plan, options, *directory, log).Run());
+  const RunOutcome& outcome = summary.outcome;
+  if (!options.json) fmt::print("{}", SummaryText(summary));
+  // The summary stands before the error on a terminal that shows both streams.
+  std::fflush(stdout);
+  if (!outcome.error.empty()) {
+    Failed(outcome.log.empty() ? outcome.error
+                               : fmt::format("{}; the log is {}", outcome.error, outcome.log));
+  }
+  return SummaryJson(summary);
+}
+
+/// Exit status of a run by its summary: 1 if the program has roles and no module has one at the
+/// end.
+int StatusOf(const Json& summary) {
+  if (!summary["error"].is_null()) return kFailed;
+  const Json& roles = summary["roles"];
+  const bool none =
+      std::all_of(roles.begin(), roles.end(), [](const Json& role) { return role.is_null(); });
+  return none && !summary["problems"].empty() ? kNo : kDone;
+}
+
+/// --repeat: the same run again and again, on logs of their own.
+int RunSeveral(RunPlan* plan, const RunOptions& options) {
+  Json runs = Json::array();
+  bool agree = true;
+  bool stopped = false;
+  int status = kDone;
+  while (static_cast<int>(runs.size()) < options.repeat && !stopped && status != kFailed) {
+    const std::optional<Json> summary = RunOnce(plan, options, static_cast<int>(runs.size()) + 1);
+    if (!summary) return kUnusable;
+    status = std::max(status, StatusOf(*summary));
+    runs.push_back(*summary);
+    // A signal ends the run that it meets, and those that were to follow. A run that it cut short
+    // has another hash for that reason.
+    stopped = CaughtSignal() != 0;
+    agree = agree && (stopped || runs.back()["hash"] == runs.front()["hash"]);
+  }
+  agree = agree && status != kFailed;
+  if (!agree || stopped) status = std::max(status, kNo);
+  if (options.json) {
+    PrintJson({{"hashes_agree", agree}, {"stopped", stopped}, {"runs", runs}});
+  } else {
+    fmt::print("{} of {} runs done{}, their hashes {}\n", runs.size(), options.repeat,
+               stopped ? ", stopped by a signal in the last" : "",
+               agree ? "agree" : "do not agree");
+  }
+  return status;
+}
+
+/// Checks the options, makes the plan, enters the network, and runs.
+int RunRobot(const RunOptions& options) {
+  // Options that exclude each other are refused before the model is compiled.
+  if (options.repeat < 1 || options.repeat > 100000)
+    return Unusable("--repeat: expected 1 to 100000");
+  if (options.repeat > 1 && options.seconds <= 0) return Unusable("--repeat needs --seconds");
+  if (options.inproc && options.isolate) {
+    return Unusable("--inproc uses no network: leave out --isolate");
+  }
+  // Models and programs with errors are refused before anything starts.
+  std::optional<RunPlan> plan = PlanRun(options);
+  if (!plan) return kUnusable;
+  if (options.isolate) {
+    if (Result<void> entered = EnterPrivateNetwork(); !entered)
+      return Unusable(entered.error().message);
+  }
+  if (!options.inproc) {
+    const Result<bridge::LcmUrl> url = bridge::ResolveLcmUrl(options.lcm_url);
+    if (!url) return Unusable(url.error().message);
+    // LCM would be silent where multicast has no route, and the run would wait for ever.
+    if (Result<void> routed = bridge::CheckMulticastRoute(*url); !routed) {
+      return Unusable(routed.error().message);
+    }
+  }
+  // The plan is made once; repeated runs share it.
+  if (options.repeat > 1) return RunSeveral(&*plan, options);
+  const std::optional<Json> summary = RunOnce(&*plan, options, 1);
+  if (!summary) return kUnusable;
+  if (options.json) PrintJson(*summary);
+  return StatusOf(*summary);
+}
+
+}  // namespace
+
+void AddRun(CommandLine* line) {
+  Subcommand sub = line->Add("run", "Run a robot: simulator, a process a module, logger");
+  auto options = std::make_shared<RunOptions>();
+  sub.Add("FILE", &options->model_file, "M3L file").Required();
+  sub.Add("PROGRAM", &options->program_file, "DynaRole program or image").Required();
+  AddPlanOptions(&sub, options.get());
+  sub.Add("-o,--log", &options->log, "Log to write (default: morphbus-<run>.log)");
+  sub.Force(&options->force);
+  sub.Flag("--inproc", &options->inproc, "All in one process, without a network; same hash");
+  sub.Flag("--isolate", &options->isolate,
+           "A private network with just a loopback; needs no rights");
+  sub.Add("--repeat", &options->repeat, "Run so often, and see whether the hashes agree");
+  sub.Json(&options->json);
+  sub.Footer(
+      "Exit status 1: no module has a role when the run ends, or the hashes of --repeat differ.\n"
+      "Examples:\n"
+      "  morphbus run models/mtran.m3l models/programs/quadruped.dyn --robot quadruped --seconds "
+      "30 "
+      "--isolate\n"
+      "  morphbus run ... --seconds 10 --isolate --loss 0.2 --seed 7 --repeat 3\n"
+      "  morphbus run ... --inproc --seconds 30 --log walk.log --json");
+  sub.Do([options] { return RunRobot(*options); });
+}
+
+}  // namespace morphbus::tools

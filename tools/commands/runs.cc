@@ -1,0 +1,56 @@
+// morphbus runs: what runs on this machine.
+
+#include <fmt/format.h>
+
+#include "tools/commands/commands.h"
+#include "tools/launch/run_registry.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// All living runs. Listing them cleans up after dead ones.
+int Runs(bool json) {
+  // Runs of other users have registries of their own and are not seen.
+  const Result<std::vector<RunEntry>> runs = ListRuns();
+  if (!runs) return Unusable(runs.error().message);
+  if (json) {
+    // Only living runs are listed; "alive" is for scripts that expect it.
+    Json list = Json::array();
+    for (const RunEntry& run : *runs) {
+      list.push_back({{"run", run.name},
+                      {"pid", run.pid},
+                      {"since", run.since},
+                      {"robot", run.robot},
+                      {"alive", true},
+                      {"isolated", run.isolated},
+                      {"log", run.log}});
+    }
+    PrintJson({{"runs", list}});
+    return kDone;
+  }
+  // For people; an empty list is an answer too.
+  if (runs->empty()) {
+    fmt::print("nothing runs here\n");
+    return kDone;
+  }
+  fmt::print("{:<24} {:>8}  {:<25} {:<24} {:<9} {}\n", "run", "pid", "since", "robot", "network",
+             "log");
+  for (const RunEntry& run : *runs) {
+    // A run without a URL is in one process and has no bus.
+    fmt::print("{:<24} {:>8}  {:<25} {:<24} {:<9} {}\n", run.name, run.pid, run.since, run.robot,
+               run.url.empty() ? "in-process" : (run.isolated ? "private" : "shared"), run.log);
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void AddRuns(CommandLine* line) {
+  Subcommand sub = line->Add("runs", "List what runs on this machine");
+  auto json = std::make_shared<bool>(false);
+  sub.Json(json.get());
+  sub.Footer("Example:\n  morphbus runs");
+  sub.Do([json] { return Runs(*json); });
+}
+
+}  // namespace morphbus::tools

@@ -1,0 +1,120 @@
+// morphbus sim: the simulator of a run, as a process of its own.
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "bridge/bus/bus_adapters.h"
+#include "bridge/bus/lcm_bus.h"
+#include "tools/commands/commands.h"
+#include "tools/launch/control_link.h"
+#include "tools/launch/run_plan.h"
+#include "tools/launch/wall_clock.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// Microseconds between two looks at the launcher and at signals.
+constexpr int64_t kWatchUs = 50000;
+/// Seconds without a further HELLO after which the launcher's sim ends before it began.
+constexpr int64_t kJoinS = 15;
+
+/// The options of `morphbus sim`.
+struct SimCommandOptions {
+  PlanSource plan;
+  int control_fd = -1;
+  bool no_logger = false;
+  int give_up_s = 60;  ///< By hand, people start one process after the other.
+};
+
+/// What the launcher shows meanwhile.
+Json Progress(const bridge::SimParticipant& participant) {
+  Json missing = Json::array();
+  for (const std::string& process : participant.missing_processes()) missing.push_back(process);
+  return {{"tick", participant.tick()}, {"missing", missing}};
+}
+
+/// Simulates one run and says how it ended, to the launcher or on stdout.
+int Simulate(const SimCommandOptions& options) {
+  const std::optional<RunPlan> plan = LoadPlan(options.plan);
+  if (!plan) return kUnusable;
+  Result<bridge::SimParticipantOptions> participant_options = SimOptions(*plan, !options.no_logger);
+  if (!participant_options) return Unusable(participant_options.error().message);
+  // The launcher has started everyone: who is not there soon will not come.
+  const bool by_hand = options.control_fd < 0;
+  participant_options->timing.join_silence_us = (by_hand ? options.give_up_s : kJoinS) * 1'000'000;
+  // The world is built before anyone is told of it: a large one takes seconds.
+  const auto robot = BuildBulletRobot(*plan);
+  if (!robot) return Unusable(robot.error().message);
+  const Result<std::unique_ptr<bridge::Bus>> lcm = bridge::OpenLcmBus(options.plan.options.lcm_url);
+  if (!lcm) return Unusable(lcm.error().message);
+  bridge::LossyBus bus(lcm->get(), plan->description.loss(),
+                       ReceiverSeed(plan->description.seed(), kSimReceiver));
+  bridge::MonotonicTime time;
+  bridge::SimParticipant participant(&bus, robot->get(), &time, *participant_options);
+  ControlLink link(options.control_fd);
+  // From here on a signal ends the run at the next tick, for all its processes.
+  CatchSignals();
+  WallTimer since_first_tick;
+  participant.OnBeforeTick([&](int64_t tick) {
+    if (tick == 1) since_first_tick = WallTimer();  // tick 0 waits for everyone to join
+  });
+  if (by_hand) {
+    // Who starts processes by hand wants to know which one is missing.
+    participant.OnMissing([](const std::vector<std::string>& missing) {
+      fmt::print(stderr, "morphbus: waiting for {} to join\n", fmt::join(missing, ", "));
+    });
+  }
+  bool stopping = false;
+  Ticker watch(kWatchUs, [&] {
+    // The reason is asked for once; the run then ends at its next tick.
+    const std::string reason = stopping ? "" : StopReason(&link);
+    if (!reason.empty()) {
+      stopping = true;
+      participant.RequestStop(reason);
+    }
+    link.Send(Progress(participant));
+  });
+  // This returns when the run is over: the participant is done, and the watch never keeps it.
+  bridge::RunParticipants(&bus, time, {&participant, &watch}, nullptr,
+                          [&] { participant.PublishHealth(); });
+  const bridge::SimOutcome& outcome = participant.outcome();
+  // The last word to the launcher, which waits for it: delivered, whatever else is in the socket.
+  link.Deliver({{"outcome",
+                 {{"ok", outcome.ok},
+                  {"error", outcome.error},
+                  {"reason", outcome.reason},
+                  {"ticks", outcome.ticks},
+                  {"hash", outcome.run_hash},
+                  {"recorded_hash", outcome.recorded_hash},
+                  {"messages", outcome.messages},
+                  {"wall_seconds", since_first_tick.seconds()},
+                  {"missed_deadlines", outcome.missed_deadlines}}}});
+  if (by_hand) {
+    fmt::print("run {}: {} ticks, hash {}, {}\n", plan->description.run(), outcome.ticks,
+               outcome.run_hash, outcome.reason);
+  }
+  return outcome.ok ? kDone : Failed(outcome.error);
+}
+
+}  // namespace
+
+void AddSim(CommandLine* line) {
+  Subcommand sub = line->Add("sim", "The simulator of a run, for starting by hand");
+  auto options = std::make_shared<SimCommandOptions>();
+  AddPlanSource(&sub, &options->plan);
+  sub.Flag("--no-logger", &options->no_logger, "Do not wait for a logger");
+  sub.Add("--give-up", &options->give_up_s,
+          "Before the first tick: end after so many seconds in which nobody joined (default 60)")
+      .Range(1, 1'000'000);
+  sub.Add("--control-fd", &options->control_fd, "The launcher's line").Hidden();
+  sub.Footer(
+      "Example (three terminals, or three hosts with udpm ttl=1):\n"
+      "  morphbus sim models/mtran.m3l models/programs/quadruped.dyn --robot quadruped --run walk "
+      "--seconds 30\n"
+      "  morphbus log models/mtran.m3l models/programs/quadruped.dyn --robot quadruped --run walk "
+      "--seconds 30 -o walk.log\n"
+      "  morphbus module --run walk --module m1 ...");
+  sub.Do([options] { return Simulate(*options); });
+}
+
+}  // namespace morphbus::tools

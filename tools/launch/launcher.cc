@@ -1,0 +1,293 @@
+#include "tools/launch/launcher.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <csignal>
+
+#include "tools/base/files.h"
+#include "tools/base/json.h"
+#include "tools/base/program.h"
+#include "tools/launch/progress.h"
+#include "tools/launch/wall_clock.h"
+
+namespace morphbus::tools {
+namespace {
+
+// The names of the processes in messages; a module's is "module" and its own.
+constexpr const char* kSimName = "sim";
+constexpr const char* kLogName = "log";
+// So long Watch sleeps at most, in milliseconds: progress and timeouts are looked at meanwhile.
+constexpr int kPollMs = 50;
+constexpr double kEndSeconds = 5.0;  ///< In which every process must be gone once the run is over.
+constexpr double kSilentSeconds = 8.0;  ///< Of the simulator; after 10 s modules would give up.
+constexpr double kStopSeconds = 10.0;   ///< In which a run must be over once it was told to stop.
+
+/// The name of a module's process in messages.
+std::string ModuleName(const model::ModuleInstance& module) { return "module " + module.name; }
+
+}  // namespace
+
+Launcher::Launcher(const RunPlan& plan, const RunOptions& options, const RunDirectory& directory,
+                   std::string log)
+    : plan_(plan), options_(options), directory_(directory) {
+  outcome_.run = plan.description.run();
+  outcome_.log = std::move(log);
+}
+
+Result<void> Launcher::WriteInputs() {
+  // Sim and logger read the description, which holds everything. Modules, which are to be small
+  // programs, get the two images that they need as files.
+  const std::string& folder = directory_.path();
+  if (Result<void> r = WriteFile(folder + "/description.pb", plan_.description.SerializeAsString());
+      !r) {
+    return r;
+  }
+  if (Result<void> r = WriteFile(folder + "/program.image", plan_.description.program_image());
+      !r) {
+    return r;
+  }
+  for (const proto::KinematicsImage& entry : plan_.description.kinematics()) {
+    const std::string path = fmt::format("{}/{}.kinematics", folder, entry.type_name());
+    if (Result<void> r = WriteFile(path, entry.image()); !r) return r;
+  }
+  return {};
+}
+
+Result<ControlLink> Launcher::StartLinked(const std::string& name, std::vector<std::string> argv,
+                                          int death_signal) {
+  // The link comes before the child, which inherits one end of it by number.
+  Result<std::pair<ControlLink, int>> link = ControlLink::Create();
+  if (!link) return morphbus::Fail(link.error().message);
+  argv.insert(argv.end(), {"--description", directory_.path() + "/description.pb", "--control-fd",
+                           std::to_string(link->second)});
+  if (!options_.lcm_url.empty()) argv.insert(argv.end(), {"--lcm-url", options_.lcm_url});
+  // The descriptor is the child's from here on; ours closes, so that its end tells of our death.
+  ChildProcess::Options child;
+  child.name = name;
+  child.argv = std::move(argv);
+  child.death_signal = death_signal;
+  child.inherited_fd = link->second;
+  Result<ChildProcess> started = ChildProcess::Start(child);
+  close(link->second);
+  if (!started) return morphbus::Fail(started.error().message);
+  children_.push_back(std::move(*started));
+  return std::move(link->first);
+}
+
+Result<void> Launcher::StartModule(size_t module) {
+  // The options are those of morphbus-module --help.
+  const model::ModuleInstance& instance = plan_.robot().modules[module];
+  const std::string& type = plan_.model.TypeOf(plan_.robot(), static_cast<int>(module)).name;
+  const proto::RunDescription& d = plan_.description;
+  // A module knows its own type and the program; where it is in the robot, its neighbours tell it.
+  std::vector<std::string> argv = {ExecutableFolder() + "/morphbus-module",
+                                   "--run",
+                                   d.run(),
+                                   "--module",
+                                   instance.name,
+                                   "--id",
+                                   std::to_string(module),
+                                   "--kinematics",
+                                   fmt::format("{}/{}.kinematics", directory_.path(), type),
+                                   "--program",
+                                   directory_.path() + "/program.image",
+                                   "--tick-us",
+                                   std::to_string(d.tick_us())};
+  // The root is told where it is; its pose spreads over the connections to the others.
+  if (instance.name == d.root_module()) {
+    const RootPose root = RootPoseOf(plan_, static_cast<int>(module));
+    const vm::PoseF X = ToVmPose(root.X_RL);
+    // Nine digits bring the same float back, so that the in-process run broadcasts the same pose.
+    argv.insert(argv.end(),
+                {"--root-link", std::to_string(root.link),
+                 fmt::format("--root-pose={:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}", X.p.x,
+                             X.p.y, X.p.z, X.q.w, X.q.x, X.q.y, X.q.z)});
+  }
+  if (d.mode() == "realtime") argv.push_back("--realtime");
+  // Every receiver loses other messages, but the same ones in every run of this seed.
+  if (d.loss() > 0) {
+    const uint64_t seed = ReceiverSeed(d.seed(), kFirstModuleReceiver + static_cast<int>(module));
+    argv.insert(argv.end(),
+                {"--loss", fmt::format("{}", d.loss()), "--seed", std::to_string(seed)});
+  }
+  if (!options_.lcm_url.empty()) argv.insert(argv.end(), {"--lcm-url", options_.lcm_url});
+  Result<ChildProcess> started = ChildProcess::Start({ModuleName(instance), argv});
+  if (!started) return morphbus::Fail(started.error().message);
+  children_.push_back(std::move(*started));
+  return {};
+}
+
+Result<void> Launcher::StartAll() {
+  if (Result<void> written = WriteInputs(); !written) return written;
+  const std::string program = ExecutableFolder() + "/morphbus";
+  // The logger closes its file on SIGTERM, so even a launcher that is killed leaves a sound log.
+  std::vector<std::string> log_argv = {program, "log", "-o", outcome_.log};
+  if (options_.force) log_argv.push_back("--force");
+  Result<ControlLink> log = StartLinked(kLogName, std::move(log_argv), SIGTERM);
+  if (!log) return morphbus::Fail(log.error().message);
+  log_.emplace(std::move(*log));
+  Result<ControlLink> sim = StartLinked(kSimName, {program, "sim"}, SIGKILL);
+  if (!sim) return morphbus::Fail(sim.error().message);
+  sim_.emplace(std::move(*sim));
+  for (size_t module = 0; module < plan_.robot().modules.size(); ++module) {
+    if (Result<void> started = StartModule(module); !started) return started;
+  }
+  return {};
+}
+
+RunOutcome Launcher::Run() {
+  CatchSignals();
+  // A process that does not start ends the run before it begins, with those that did start.
+  if (Result<void> started = StartAll(); !started) {
+    outcome_.error = started.error().message;
+    StopAll();
+    return outcome_;
+  }
+  Progress progress(plan_.robot().name, plan_.num_ticks(), plan_.description.tick_us());
+  const WallTimer timer;
+  // The sim's report ends the run; any failure before it ends it too.
+  while (!AllEnded() && outcome_.error.empty()) {
+    Watch();
+    progress.Show(outcome_.ticks);
+    CheckTimeouts();
+    if (sim_reported_ && Find(kSimName)->ended()) {
+      AwaitEnd(kEndSeconds);
+      break;
+    }
+  }
+  progress.Clear();
+  // Who is still there after a failure is stopped, the logger last.
+  if (!outcome_.error.empty()) StopAll();
+  if (outcome_.wall_seconds == 0) outcome_.wall_seconds = timer.seconds();
+  return outcome_;
+}
+
+void Launcher::Watch() {
+  // A process that ends wakes us, and so does a word from sim or logger.
+  std::vector<pollfd> fds;
+  for (const ChildProcess& child : children_) {
+    if (!child.ended()) fds.push_back({child.pidfd(), POLLIN, 0});
+  }
+  for (const auto* link : {&sim_, &log_}) {
+    if (!(*link)->closed()) fds.push_back({(*link)->fd(), POLLIN, 0});
+  }
+  // What poll reports is not looked at: both functions below look at everything.
+  poll(fds.data(), fds.size(), kPollMs);
+  TakeMessages();
+  CheckChildren();
+}
+
+void Launcher::TakeMessages() {
+  for (const Json& message : sim_->Receive()) {
+    // Every message of the sim shows that it lives.
+    since_sim_spoke_ = WallTimer();
+    if (message.contains("tick")) outcome_.ticks = message.value("tick", outcome_.ticks);
+    if (!message.contains("outcome")) continue;
+    // How the run ended, which only the sim knows.
+    const Json& report = message["outcome"];
+    sim_reported_ = true;
+    outcome_.ticks = report.value("ticks", outcome_.ticks);
+    outcome_.reason = report.value("reason", "");
+    outcome_.missed_deadlines = report.value("missed_deadlines", int64_t{0});
+    outcome_.wall_seconds = report.value("wall_seconds", 0.0);
+    if (!report.value("ok", false)) outcome_.error = report.value("error", "the simulator failed");
+  }
+  for (const Json& message : log_->Receive()) {
+    if (message.contains("error")) Fail("the log: " + message.value("error", ""));
+    if (!message.contains("log")) continue;
+    log_reported_ = true;
+    outcome_.log = message.value("log", outcome_.log);
+  }
+}
+
+void Launcher::CheckChildren() {
+  for (ChildProcess& child : children_) {
+    if (child.ended() || !child.Poll()) continue;
+    TakeMessages();  // its last words may still wait in the socket
+    // Ending without an error may be right: the end of the run may have reached this process first.
+    const bool said_why = child.status() == 0 || (child.name() == kLogName && log_reported_);
+    if (!sim_reported_ && said_why) {
+      // The simulator's own report may be a moment behind its farewell to the others.
+      if (first_exited_.empty()) {
+        first_exited_ = child.name();
+        since_left_ = WallTimer();
+      }
+    } else if (!sim_reported_) {
+      Fail(fmt::format("{} {}", child.name(), child.exit_text()));
+    } else if (child.status() != 0 && outcome_.error.empty()) {
+      Fail(fmt::format("{} {} at the end of the run", child.name(), child.exit_text()));
+    }
+  }
+}
+
+void Launcher::CheckTimeouts() {
+  // The sim ends the run for all of us, at the next tick.
+  if (CaughtSignal() != 0 && !interrupted_) {
+    interrupted_ = true;
+    since_interrupted_ = WallTimer();
+    sim_->Deliver({{"stop", CaughtSignal() == SIGINT ? "interrupted" : "stopped"}});
+  }
+  // What follows are the three things that take too long: stopping, silence, and the report.
+  if (interrupted_ && since_interrupted_.seconds() > kStopSeconds)
+    Fail("the run did not stop when told to");
+  if (since_sim_spoke_ && !sim_reported_ && since_sim_spoke_->seconds() > kSilentSeconds) {
+    Fail(fmt::format("{} has been silent for {:.0f} s", kSimName, kSilentSeconds));
+  }
+  if (!first_exited_.empty() && !sim_reported_ && since_left_.seconds() > kEndSeconds) {
+    Fail(first_exited_ + " left the run before its end");
+  }
+}
+
+void Launcher::Fail(const std::string& error) {
+  // Later errors mostly follow from the first.
+  if (outcome_.error.empty()) outcome_.error = error;
+}
+
+void Launcher::AwaitEnd(double seconds) {
+  const WallTimer timer;
+  // They end by themselves once the sim has said good-bye.
+  while (!AllEnded() && timer.seconds() < seconds) Watch();
+  for (const ChildProcess& child : children_) {
+    if (!child.ended()) Fail(fmt::format("{} did not end with the run", child.name()));
+  }
+}
+
+void Launcher::StopAll() {
+  // Without the sim no tick begins, and the modules have nothing more to say.
+  if (ChildProcess* sim = Find(kSimName)) sim->Signal(SIGKILL);
+  // The logger gets time to close its file, for the log of a failed run is what explains it.
+  ChildProcess* log = Find(kLogName);
+  if (log != nullptr && !log->ended() && log_) {
+    log_->Deliver({{"stop", outcome_.error}});
+    const WallTimer timer;
+    while (!log->Poll() && timer.seconds() < kEndSeconds) {
+      pollfd fd = {log->pidfd(), POLLIN, 0};
+      poll(&fd, 1, kPollMs);
+    }
+    TakeMessages();  // its last words: where the log is
+    log_reported_ = log_reported_ || (log->ended() && log->status() == 0);
+  }
+  children_.clear();  // kills and waits
+  // A logger that did not close its file leaves it under its temporary name.
+  if (!log_reported_) outcome_.log += ".partial";
+  // A path without a file would send the user looking for it.
+  if (access(outcome_.log.c_str(), F_OK) != 0) outcome_.log.clear();
+}
+
+bool Launcher::AllEnded() const {
+  for (const ChildProcess& child : children_) {
+    if (!child.ended()) return false;
+  }
+  return true;
+}
+
+ChildProcess* Launcher::Find(const std::string& name) {
+  for (ChildProcess& child : children_) {
+    if (child.name() == name) return &child;
+  }
+  return nullptr;
+}
+
+}  // namespace morphbus::tools

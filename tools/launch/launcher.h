@@ -1,0 +1,86 @@
+#pragma once
+// Starts a run's processes, watches them, and makes sure that all of them end.
+
+#include <list>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/launch/child_process.h"
+#include "tools/launch/control_link.h"
+#include "tools/launch/run_outcome.h"
+#include "tools/launch/run_plan.h"
+#include "tools/launch/run_registry.h"
+#include "tools/launch/wall_clock.h"
+
+namespace morphbus::tools {
+
+/// A run of one simulator, one process a module and a logger, which talk over LCM. The launcher
+/// takes no part in the lockstep: it starts the processes, hears from sim and logger over control
+/// links how they get on, and stops the rest when one fails. No process outlives the launcher,
+/// however that ends. One object is one run.
+class Launcher {
+ public:
+  /// @param log  path of the log to write. All arguments outlive the launcher.
+  Launcher(const RunPlan& plan, const RunOptions& options, const RunDirectory& directory,
+           std::string log);
+
+  /// Runs until the run is over, a process fails, or a signal ends it. A process that dies ends the
+  /// run at once: it is named in `error`, the log is closed and kept, the others are stopped.
+  RunOutcome Run();
+
+ private:
+  /// Writes what the processes read into the run's directory: description and images. Fails if a
+  /// file cannot be written.
+  Result<void> WriteInputs();
+  /// Starts logger, sim and modules, in this order: the log is open before anyone speaks. Fails at
+  /// the first process that does not start; those before it run on, for StopAll to end.
+  Result<void> StartAll();
+  /// Starts morphbus-module for the module of this index in the robot.
+  Result<void> StartModule(size_t module);
+  /// Starts a process that reports over a link of its own, and returns the launcher's end of the
+  /// link. `argv` is completed with the description, the link's descriptor and the LCM URL;
+  /// `death_signal` is what the process gets when the launcher dies.
+  Result<ControlLink> StartLinked(const std::string& name, std::vector<std::string> argv,
+                                  int death_signal);
+  /// Sleeps until a process ends, a message or a signal comes, or kPollMs are over; then reads the
+  /// messages and notes which processes have ended.
+  void Watch();
+  /// Reads what sim and logger said over their links.
+  void TakeMessages();
+  /// Notices who has ended. Ending before the simulator reports the end of the run is failing.
+  void CheckChildren();
+  /// Passes a signal on to the sim; fails the run if somebody whose turn it is stays silent.
+  void CheckTimeouts();
+  /// Notes why the run failed. The first reason stays: others follow from it.
+  void Fail(const std::string& error);
+  /// Ends a run that failed: nothing new is simulated, the log is closed, nobody is left.
+  void StopAll();
+  /// Waits for all to end by themselves; names who does not.
+  void AwaitEnd(double seconds);
+  /// Whether every child has been found to have ended.
+  [[nodiscard]] bool AllEnded() const;
+  /// The child of this name, as messages call it; null if it was never started.
+  ChildProcess* Find(const std::string& name);
+
+  const RunPlan& plan_;
+  const RunOptions& options_;
+  const RunDirectory& directory_;
+  /// All processes of the run, in the order in which they were started.
+  std::list<ChildProcess> children_;
+  std::optional<ControlLink> sim_;  ///< None until StartAll has started the process.
+  std::optional<ControlLink> log_;
+  /// What Run returns, filled in as reports arrive.
+  RunOutcome outcome_;
+  bool sim_reported_ = false;  ///< The sim has said how the run ended.
+  bool log_reported_ = false;  ///< The logger has said where the closed log is.
+  bool interrupted_ = false;   ///< A signal came, and the sim was told to stop.
+  WallTimer since_interrupted_;
+  std::string first_exited_;  ///< Who ended, without an error, before the simulator's report.
+  WallTimer since_left_;
+  /// Since the sim's last report of progress; none until the first, for building a robot takes
+  /// time.
+  std::optional<WallTimer> since_sim_spoke_;
+};
+
+}  // namespace morphbus::tools

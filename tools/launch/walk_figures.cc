@@ -1,0 +1,198 @@
+#include "tools/launch/walk_figures.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <tuple>
+
+namespace morphbus::tools {
+namespace {
+
+/// Targets that differ less are one (rad or m): floats of the wire, converted.
+constexpr double kSameTarget = 1e-6;
+
+/// The events of every joint that is told anything.
+std::vector<std::vector<CommandEvent>> EventsOfJoints(const logger::RunLog& log) {
+  std::vector<std::vector<CommandEvent>> all;
+  for (const logger::ModuleSeries& module : log.modules) {
+    const size_t joints = module.actuators.empty() ? 0 : module.actuators.front().joints.size();
+    for (size_t j = 0; j < joints; ++j) {
+      std::vector<CommandEvent> events;
+      for (const logger::ActuatorSample& sample : module.actuators) {
+        if (j >= sample.joints.size() ||
+            sample.joints[j].mode != morphbus::joint_command_t::MODE_POSITION) {
+          continue;
+        }
+        const double target = sample.joints[j].target_si;
+        // A command that repeats the last target tells the joint nothing new.
+        if (!events.empty() && std::abs(events.back().target - target) < kSameTarget) continue;
+        events.push_back({sample.time_us, target});
+      }
+      if (!events.empty()) all.push_back(std::move(events));
+    }
+  }
+  return all;
+}
+
+/// Does what this joint is told after the first period repeat what it was told a period before?
+bool Keeps(const std::vector<CommandEvent>& events, const Period& period, int64_t slack_us) {
+  return std::all_of(events.begin(), events.end(), [&](const CommandEvent& event) {
+    const int64_t before_us = event.time_us - period.period_us;
+    if (before_us < period.first_us + slack_us) return true;
+    return std::any_of(events.begin(), events.end(), [&](const CommandEvent& other) {
+      return std::abs(other.target - event.target) < kSameTarget &&
+             std::abs(other.time_us - before_us) <= slack_us;
+    });
+  });
+}
+
+/// A period that one joint's commands have, and how far that joint is told to go in all (rad or m).
+struct Candidate {
+  Period period;
+  double travel = 0.0;
+};
+
+/// The periods of the joints, those that travel most first; equal ones once. What decides between
+/// joints of equal travel is their commands and not their place among the modules: congruent robots
+/// number their modules differently.
+std::vector<Candidate> Candidates(const std::vector<std::vector<CommandEvent>>& all,
+                                  int64_t slack_us) {
+  std::vector<Candidate> candidates;
+  for (const std::vector<CommandEvent>& events : all) {
+    const std::optional<Period> period = FindPeriod(events, slack_us);
+    if (!period) continue;
+    double travel = 0.0;
+    for (size_t i = 1; i < events.size(); ++i) {
+      travel += std::abs(events[i].target - events[i - 1].target);
+    }
+    candidates.push_back({*period, travel});
+  }
+  // Travel is rounded, so that sums of the same targets in another order compare equal.
+  const auto key = [](const Candidate& c) {
+    return std::tuple(-std::llround(c.travel / kSameTarget), c.period.first_us, c.period.period_us);
+  };
+  std::sort(candidates.begin(), candidates.end(),
+            [&](const Candidate& a, const Candidate& b) { return key(a) < key(b); });
+  const auto same = [](const Candidate& a, const Candidate& b) {
+    return a.period.first_us == b.period.first_us && a.period.period_us == b.period.period_us;
+  };
+  candidates.erase(std::unique(candidates.begin(), candidates.end(), same), candidates.end());
+  return candidates;
+}
+
+/// The period of the joint that travels most among those whose period all joints keep.
+std::optional<Period> PeriodOf(const logger::RunLog& log) {
+  constexpr size_t kMostTried = 64;  // robots of thousands of joints have few different ones
+  const std::vector<std::vector<CommandEvent>> all = EventsOfJoints(log);
+  const int64_t slack_us = 2 * int64_t{log.tick_us};
+  std::vector<Candidate> candidates = Candidates(all, slack_us);
+  if (candidates.size() > kMostTried) candidates.resize(kMostTried);
+  for (const Candidate& candidate : candidates) {
+    // A joint may repeat sooner than the whole robot does; its period is then not kept by the
+    // others.
+    const bool kept = std::all_of(all.begin(), all.end(), [&](const auto& events) {
+      return Keeps(events, candidate.period, slack_us);
+    });
+    if (kept) return candidate.period;
+  }
+  return std::nullopt;
+}
+
+/// Where the frame P of a tracked body was: p_WP and R_WP.
+struct Sample {
+  int64_t time_us = 0;
+  Eigen::Vector3d p;
+  Eigen::Quaterniond q;
+};
+
+/// The tracked frame over time: X_WP = X_WL * X_LP, the link's pose as WORLD has it.
+std::vector<Sample> Track(const logger::RunLog& log, const TrackedBody& body) {
+  const Eigen::Quaterniond q_LP(body.X_LP.linear());
+  std::vector<Sample> track;
+  for (const logger::WorldSample& world : log.world) {
+    for (const morphbus::body_pose_t& pose : world.bodies) {
+      if (pose.module_id != body.link.module || pose.link != body.link.link) continue;
+      const double* q = pose.orientation_wxyz;
+      const Eigen::Quaterniond q_WL(q[0], q[1], q[2], q[3]);
+      const Eigen::Vector3d p_WL(pose.position_m[0], pose.position_m[1], pose.position_m[2]);
+      track.push_back({world.time_us, p_WL + q_WL * body.X_LP.translation(), q_WL * q_LP});
+    }
+  }
+  return track;
+}
+
+/// The sample at `time_us`, or the first after it; the last one if there is none.
+const Sample& At(const std::vector<Sample>& track, int64_t time_us) {
+  const auto found = std::lower_bound(track.begin(), track.end(), time_us,
+                                      [](const Sample& s, int64_t t) { return s.time_us < t; });
+  return found == track.end() ? track.back() : *found;
+}
+
+/// Heading of `b` after `a`, about up; positive from north to west.
+double TurnBetween(const Sample& a, const Sample& b) {
+  const Eigen::Vector3d north = (b.q * a.q.conjugate()) * Eigen::Vector3d::UnitX();
+  return std::atan2(-north.z(), north.x());  // north is x, east is z, up is y
+}
+
+/// Whether event i comes again n events later, one period after it.
+bool Repeats(const std::vector<CommandEvent>& events, size_t i, size_t n, int64_t slack_us,
+             int64_t period_us) {
+  return std::abs(events[i].target - events[i + n].target) < kSameTarget &&
+         std::abs(events[i + n].time_us - events[i].time_us - period_us) <= slack_us;
+}
+
+}  // namespace
+
+std::optional<Period> FindPeriod(const std::vector<CommandEvent>& events, int64_t slack_us) {
+  // The shortest n for which the last events repeat those n before them, counted back from the end:
+  // the beginning of a run, getting up, does not repeat.
+  for (size_t n = 1; 2 * n <= events.size(); ++n) {
+    const size_t last = events.size() - 1;
+    const int64_t period_us = events[last].time_us - events[last - n].time_us;
+    size_t first = events.size() - n;  // of the part that repeats, counted down
+    while (first > 0 && Repeats(events, first - 1, n, slack_us, period_us)) --first;
+    // Two whole periods: the part holds at least 2 n events.
+    if (events.size() - first >= 2 * n) return Period{period_us, events[first].time_us};
+  }
+  return std::nullopt;
+}
+
+std::optional<Eigen::Vector3d> MeasureDisplacement(const logger::RunLog& log,
+                                                   const TrackedBody& body) {
+  const std::vector<Sample> track = Track(log, body);
+  if (track.empty()) return std::nullopt;
+  return track.back().p - track.front().p;
+}
+
+std::optional<WalkFigures> MeasureWalk(const logger::RunLog& log, const TrackedBody& body) {
+  const std::vector<Sample> track = Track(log, body);
+  if (track.empty()) return std::nullopt;
+  WalkFigures figures;
+  // Whole cycles from where the commands begin to repeat.
+  const std::optional<Period> period = PeriodOf(log);
+  const int64_t start_us = period ? period->first_us : 0;
+  if (period && period->period_us > 0) {
+    figures.cycle_s = static_cast<double>(period->period_us) * 1e-6;
+    for (int64_t t = start_us; t + period->period_us <= track.back().time_us;
+         t += period->period_us) {
+      const Sample& begin = At(track, t);
+      const Sample& end = At(track, t + period->period_us);
+      figures.cycle_north_m.push_back(end.p.x() - begin.p.x());
+      figures.cycle_turn_rad.push_back(TurnBetween(begin, end));
+    }
+  }
+  // Turn and tilt are against the start, however the frame lies in the body.
+  const Eigen::Quaterniond q_0 = track.front().q;
+  figures.turn_rad = TurnBetween(track.front(), track.back());
+  figures.min_height_m = At(track, start_us).p.y();
+  for (const Sample& sample : track) {
+    const Eigen::Vector3d up = (sample.q * q_0.conjugate()) * Eigen::Vector3d::UnitY();
+    figures.max_tilt_rad = std::max(figures.max_tilt_rad, std::acos(std::clamp(up.y(), -1.0, 1.0)));
+    if (sample.time_us >= start_us)
+      figures.min_height_m = std::min(figures.min_height_m, sample.p.y());
+  }
+  return figures;
+}
+
+}  // namespace morphbus::tools

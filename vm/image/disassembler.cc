@@ -1,0 +1,299 @@
+#include "vm/image/disassembler.h"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <memory>
+
+#include "vm/image/image.h"
+#include "vm/image/opcodes.h"
+#include "vm/image/verifier.h"
+
+namespace morphbus::vm {
+
+namespace {
+
+using image::ReadU16;
+using image::ReadU32;
+using image::Section;
+using image::SectionOf;
+
+/// Texts of an image are not NUL-terminated.
+std::string Str(Text text) { return std::string(text.data, text.size); }
+
+// Words for what the image holds as numbers.
+const char* TypeName(ValueType type) { return InfoOf(type).word; }
+
+/// What a keyword names, in the order of KeywordKind.
+const char* KindName(KeywordKind kind) {
+  constexpr const char* kNames[] = {"link", "joint", "connector", "state"};
+  return kNames[static_cast<int>(kind)];
+}
+
+/// As handlers are declared in a program.
+const char* EventName(Event event) {
+  constexpr const char* kNames[] = {"on_connect", "on_disconnect", "on_stall", "on_timer"};
+  return kNames[static_cast<int>(event)];
+}
+
+/// Writes the text of one program from top to bottom.
+class Printer {
+ public:
+  explicit Printer(const VerifiedProgram& program) : program_(program) {}
+
+  std::string Print() {
+    PrintHeader();
+    for (int i = 0; i < program_.num_roles(); ++i) PrintRole(i);
+    for (int i = 0; i < program_.num_functions(); ++i) PrintFunction(i);
+    return out_;
+  }
+
+ private:
+  /// A constant or a field's first value as it would stand in a program.
+  std::string ValueText(ValueType type, Cell cell) const {
+    switch (type) {
+      case ValueType::kBool:
+        return cell.AsBool() ? "true" : "false";
+      case ValueType::kFloat:
+        return fmt::format("{:.9g}", static_cast<double>(cell.AsFloat()));
+      case ValueType::kDirection:
+        return kDirectionNames[cell.bits];
+      case ValueType::kAxis:
+        return kAxisNames[cell.bits];
+      case ValueType::kRole:
+        return "$" + Str(program_.role(cell.AsInt()).name);
+      default:
+        return std::to_string(cell.AsInt());
+    }
+  }
+
+  /// Comments for people, then keywords and constants, which code refers to by number.
+  void PrintHeader() {
+    out_ += fmt::format("; {}, {} bytes, hash {:016x}\n", Str(program_.source_name()).c_str(),
+                        program_.size(), program_.hash());
+    out_ += fmt::format("; budget {}, settle ticks {}\n", program_.instruction_budget(),
+                        program_.settle_ticks());
+    for (int i = 0; i < program_.num_keywords(); ++i) {
+      const KeywordInfo& keyword = program_.keyword(i);
+      out_ += fmt::format("keyword {} {} ", i, KindName(keyword.kind)) + Str(keyword.name) + "\n";
+    }
+    // Constants are shared by all functions.
+    const image::SectionRange constants = SectionOf(program_.bytes(), Section::kConstants);
+    for (uint32_t i = 0; i < constants.count; ++i) {
+      const ValueType type = ConstantType(i);
+      out_ += fmt::format("constant {} {} ", i, TypeName(type)) +
+              ValueText(type, program_.constant(static_cast<int>(i))) + "\n";
+    }
+  }
+
+  /// The running VM has no use for the type: the verifier has proved it where it matters.
+  [[nodiscard]] ValueType ConstantType(uint32_t i) const {
+    const image::SectionRange constants = SectionOf(program_.bytes(), Section::kConstants);
+    return static_cast<ValueType>(program_.bytes()[constants.begin + i * image::kConstantBytes]);
+  }
+
+  [[nodiscard]] std::string FunctionName(int function) const {
+    return Str(program_.function(function).name);
+  }
+
+  /// A role with all members, inherited ones too, each with its slot.
+  void PrintRole(int index) {
+    // The slots are those by which code refers to fields, labels, commands and functions.
+    const RoleInfo& role = program_.role(index);
+    out_ +=
+        fmt::format("\n{}role {} ", role.abstract_role ? "abstract " : "", index) + Str(role.name);
+    if (role.parent >= 0) out_ += " extends " + Str(program_.role(role.parent).name);
+    out_ += "\n";
+    for (int i = 0; i < role.num_fields; ++i) {
+      out_ += fmt::format("  field {} {} ", i, TypeName(role.field_types[i])) +
+              FieldName(index, i) + " = " + ValueText(role.field_types[i], role.fields[i]) + "\n";
+    }
+    for (int i = 0; i < role.num_labels; ++i) {
+      out_ += fmt::format("  label {} {} ", i, TypeName(role.labels[i].type)) +
+              Str(role.labels[i].name) + ": " + FunctionName(role.labels[i].function) + "\n";
+    }
+    for (int i = 0; i < role.num_requirements; ++i) {
+      out_ += "  require " + FunctionName(role.requirements[i]) + "\n";
+    }
+    PrintRoutines("startup", role.startups, role.num_startups);
+    PrintRoutines("behavior", role.behaviors, role.num_behaviors);
+    PrintRoutines("command", role.commands, role.num_commands);
+    for (int i = 0; i < role.num_handlers; ++i) {
+      out_ += fmt::format("  handler {}: ", EventName(role.handlers[i].event)) +
+              FunctionName(role.handlers[i].function) + "\n";
+    }
+    for (int i = 0; i < role.num_methods; ++i) {
+      out_ += fmt::format("  function {}: ", i) + FunctionName(role.methods[i]) + "\n";
+    }
+    for (int i = 0; i < role.num_keywords; ++i) {
+      out_ += "  needs " + Str(program_.keyword(role.keywords[i]).name) + "\n";
+    }
+  }
+
+  /// Members of one kind, each with its slot and its function.
+  void PrintRoutines(const char* kind, const RoutineInfo* routines, int count) {
+    for (int i = 0; i < count; ++i) {
+      out_ += fmt::format("  {} {} ", kind, i) + Str(routines[i].name) + ": " +
+              FunctionName(routines[i].function) + "\n";
+    }
+  }
+
+  // Names of fields stand only in the bytes; the running VM has no use for them.
+  [[nodiscard]] std::string FieldName(int role, int field) const {
+    // Roles have no fixed size: those before this one are skipped.
+    const uint8_t* bytes = program_.bytes();
+    uint32_t at = SectionOf(bytes, Section::kRoles).begin;
+    for (int i = 0; i < role; ++i) {
+      at += image::kRoleHeadBytes + image::RoleBodyBytes(bytes + at + image::kRoleCountsAt);
+    }
+    at += image::kRoleHeadBytes + static_cast<uint32_t>(field) * image::kFieldBytes;
+    return std::string(reinterpret_cast<const char*>(bytes) +
+                           SectionOf(bytes, Section::kStrings).begin + ReadU16(bytes + at),
+                       ReadU16(bytes + at + 2));
+  }
+
+  /// The role whose slots a function's code refers to.
+  [[nodiscard]] int OwnerOf(int function) const {
+    return program_
+        .bytes()[SectionOf(program_.bytes(), Section::kFunctions).begin +
+                 static_cast<uint32_t>(function) * image::kFunctionBytes + image::kFunctionRoleAt];
+  }
+
+  /// The signature with what the verifier has found out, then an instruction a line.
+  void PrintFunction(int index) {
+    const FunctionInfo& function = program_.function(index);
+    out_ += fmt::format("\nfunction {} ", index) + Str(function.name) + "(";
+    for (int i = 0; i < function.num_arguments; ++i) {
+      out_ += fmt::format("{}{}", i > 0 ? ", " : "", TypeName(function.local_types[i]));
+    }
+    out_ += fmt::format(") -> {}  ; locals {}, stack {}, calls {} deep, {} cells\n",
+                        TypeName(function.return_type), function.num_locals, function.max_stack,
+                        function.call_depth, function.total_cells);
+    // Jump targets get labels; a source line is printed where it changes.
+    const uint8_t* code = program_.bytes() + function.code_begin;
+    const std::map<uint32_t, int> targets = TargetsOf(index);
+    int last_line = 0;
+    for (uint32_t pc = 0; pc < function.code_size;) {
+      // A join gets its label before the instruction.
+      const auto target = targets.find(pc);
+      if (target != targets.end()) out_ += fmt::format("L{}:\n", target->second);
+      const OpcodeInfo& info = kOpcodes[code[pc]];
+      // Three columns: offset and instruction, operand, source line.
+      std::string line = fmt::format("  {:04x}  {}", pc, info.mnemonic);
+      const std::string operand = OperandText(index, info.operand, code + pc + 1, targets);
+      if (!operand.empty()) {
+        line.resize(std::max<size_t>(line.size() + 1, 24), ' ');
+        line += operand;
+      }
+      const int source_line = program_.LineOf(index, pc);
+      if (source_line != last_line) {
+        line.resize(std::max<size_t>(line.size() + 1, 56), ' ');
+        line += fmt::format("; line {}", source_line);
+        last_line = source_line;
+      }
+      out_ += line + "\n";
+      pc += 1 + OperandBytes(info.operand);
+    }
+  }
+
+  // Numbers the joins of a function in order.
+  [[nodiscard]] std::map<uint32_t, int> TargetsOf(int index) const {
+    // The function's record says which joins are its own.
+    const uint8_t* bytes = program_.bytes();
+    const uint8_t* record = bytes + SectionOf(bytes, Section::kFunctions).begin +
+                            static_cast<uint32_t>(index) * image::kFunctionBytes;
+    const uint32_t first = ReadU16(record + image::kFunctionFirstJoinAt);
+    const uint32_t count = ReadU16(record + image::kFunctionJoinsAt);
+    std::map<uint32_t, int> targets;
+    for (uint32_t i = 0; i < count; ++i) {
+      const uint8_t* join =
+          bytes + SectionOf(bytes, Section::kJoins).begin + (first + i) * image::kJoinBytes;
+      targets.emplace(ReadU16(join), static_cast<int>(i));
+    }
+    return targets;
+  }
+
+  /// The operand by name; the function's owner says what slots mean.
+  [[nodiscard]] std::string OperandText(int function, OperandKind kind, const uint8_t* operand,
+                                        const std::map<uint32_t, int>& targets) const {
+    // Slots are looked up in the owner; numbers of the whole program in its tables.
+    const RoleInfo& owner = program_.role(OwnerOf(function));
+    switch (kind) {
+      case OperandKind::kNone:
+        return "";
+      case OperandKind::kInt8:
+        return std::to_string(static_cast<int8_t>(operand[0]));
+      case OperandKind::kConstant: {
+        const uint32_t i = ReadU16(operand);
+        return ValueText(ConstantType(i), program_.constant(static_cast<int>(i)));
+      }
+      case OperandKind::kLocal:
+        return fmt::format("local {}", operand[0]);
+      case OperandKind::kField:
+        return FieldName(OwnerOf(function), operand[0]);
+      case OperandKind::kLabel:
+        return Str(owner.labels[operand[0]].name);
+      case OperandKind::kKeyword:
+        return Str(program_.keyword(operand[0]).name);
+      case OperandKind::kMethod:
+        return FunctionName(owner.methods[operand[0]]);
+      case OperandKind::kTarget:
+        return fmt::format("L{}", targets.at(ReadU16(operand)));
+      case OperandKind::kRoleCommand: {
+        const RoleInfo& role = program_.role(operand[0]);
+        return Str(role.name) + "." + Str(role.commands[operand[1]].name);
+      }
+    }
+    return "";
+  }
+
+  const VerifiedProgram& program_;
+  std::string out_;
+};
+
+// "ii" becomes "int int".
+std::string SignatureText(const char* letters) {
+  std::string text;
+  for (; *letters != '\0'; ++letters) {
+    if (!text.empty()) text += " ";
+    text += *letters == '*' ? "any" : TypeName(TypeOfLetter(*letters));
+  }
+  return text.empty() ? "–" : text;
+}
+
+}  // namespace
+
+std::string Disassemble(const VerifiedProgram& program) { return Printer(program).Print(); }
+
+std::string DisassembleImage(const uint8_t* bytes, uint32_t size, bool* ok) {
+  // Only what the verifier accepts can be printed without a look at every bound.
+  const auto program = std::make_unique<VerifiedProgram>();
+  const VerifyError error = Verifier::Verify(bytes, size, program.get());
+  if (ok != nullptr) *ok = error.message == nullptr;
+  if (error.message != nullptr) {
+    return fmt::format("refused at byte {}: {}\n", error.offset, error.message);
+  }
+  return Disassemble(*program);
+}
+
+std::string InstructionTable() {
+  // In the order of OperandKind and of Effect.
+  constexpr const char* kOperands[] = {"–",     "byte",    "constant", "local",  "field",
+                                       "label", "keyword", "function", "target", "role, command"};
+  constexpr const char* kEffects[] = {"pure", "task", "wait"};
+  // A table in Markdown, which docs/vm.md holds and a test compares.
+  std::string out =
+      "| code | instruction | operand | pops | pushes | cost | effect | meaning |\n"
+      "|---|---|---|---|---|---|---|---|\n";
+  for (int i = 0; i < kNumOpcodes; ++i) {
+    const OpcodeInfo& info = kOpcodes[i];
+    out += fmt::format("| {:02x} | `{}` | {} | ", i, info.mnemonic,
+                       kOperands[static_cast<int>(info.operand)]) +
+           SignatureText(info.pops) + " | " + SignatureText(info.pushes) +
+           fmt::format(" | {} | {} | {} |\n", info.cost, kEffects[static_cast<int>(info.effect)],
+                       info.meaning);
+  }
+  return out;
+}
+
+}  // namespace morphbus::vm

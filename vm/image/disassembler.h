@@ -1,0 +1,22 @@
+#pragma once
+// A program image as text: host side only, for `morphbus disasm`, golden tests and people.
+
+#include <cstdint>
+#include <string>
+
+#include "vm/image/program.h"
+
+namespace morphbus::vm {
+
+/// Everything in the image: header, keywords, constants, roles with their members, and each
+/// function's instructions with source lines, jump targets as labels, and operands by name.
+std::string Disassemble(const VerifiedProgram& program);
+
+/// The same from bytes; for bytes that the verifier refuses, a line that says why and where.
+/// `*ok` (if given) tells which it was.
+std::string DisassembleImage(const uint8_t* bytes, uint32_t size, bool* ok = nullptr);
+
+/// The instruction set as the table of docs/vm.md, in Markdown.
+std::string InstructionTable();
+
+}  // namespace morphbus::vm

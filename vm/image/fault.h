@@ -1,0 +1,56 @@
+#pragma once
+// What a VM reports when something in a running program goes wrong: codes and numbers only. Names
+// and sentences are made from them where a person reads them (vm/image/fault_text.h).
+
+#include <cstdint>
+
+#include "vm/image/pose.h"
+#include "vm/image/values.h"
+
+namespace morphbus::vm {
+
+/// The kinds of fault; vm/image/faults.def says what each means.
+enum class FaultCode : uint8_t {
+#define FAULT(name, short_text) name,
+#include "vm/image/faults.def"
+#undef FAULT
+};
+
+/// How many kinds there are; a code from a newer version may be larger.
+inline constexpr int kNumFaultCodes = 0
+#define FAULT(name, short_text) +1
+#include "vm/image/faults.def"
+#undef FAULT
+    ;
+
+/// One fault. Indices are those of the module type's and the program's tables; -1 means that the
+/// fault does not concern such a thing. Angles are in degrees and speeds in degrees a second
+/// (millimetres for prismatic joints), in the sign in which the program asked, as programs speak.
+struct Fault {
+  FaultCode code = FaultCode::kNone;
+  /// The role held, or the one concerned.
+  int16_t role = -1;
+  /// The other role that fits, for kAmbiguousRole.
+  int16_t rival_role = -1;
+  /// The function in which it happened; for an invocation, the command's.
+  int16_t function = -1;
+  /// The source line of the call, the role or the requirement; 0 without one.
+  uint16_t line = 0;
+  /// The keyword concerned.
+  int16_t keyword = -1;
+  /// The part of the module concerned.
+  int8_t joint = -1, link = -1, connector = -1;
+  /// What the program asked for.
+  float asked = 0;
+  /// What was found instead.
+  float measured = 0;
+  /// The bound or capacity that was met.
+  float limit = 0;
+  /// The axis given to setJointAxis, for kAxisNotAligned.
+  Axis asked_axis = Axis::kAny;
+  /// kAxisNotAligned: the direction about which the link turns counter-clockwise for positive
+  /// actuator values, in the robot frame (unit vector).
+  Vec3 direction_R = {};
+};
+
+}  // namespace morphbus::vm

@@ -1,0 +1,22 @@
+#pragma once
+// What holds for the kinematics of a module type, whether it comes as bytes or as tables in C. Each
+// function returns what is wrong in a few words, nullptr if nothing is.
+
+#include <cstdint>
+
+#include "vm/image/kinematics_image.h"
+
+namespace morphbus::vm {
+
+/// Of a module type's numbers of links, joints and connectors against vm/limits.h.
+const char* ProblemOfCounts(int num_links, int num_joints, int num_connectors);
+/// Of one joint: its links, and whether its numbers are finite, its axis a unit vector and its
+/// limits in order.
+const char* ProblemOf(const KinJoint& joint, int num_links);
+/// Of one connection: its connectors, its number, and whether its transform is a pose.
+const char* ProblemOf(const KinConnection& connection, int num_connectors);
+
+/// Connections are sorted by it: connector, type, member, number.
+uint64_t KeyOf(const KinConnection& connection);
+
+}  // namespace morphbus::vm

@@ -1,0 +1,257 @@
+#include "vm/image/kinematics_image.h"
+
+#include <cmath>
+#include <cstring>
+
+#include "vm/image/image.h"
+#include "vm/image/kinematics_checks.h"
+#include "vm/image/kinematics_layout.h"
+#include "vm/image/kinematics_tables.h"
+
+namespace morphbus::vm {
+
+namespace {
+
+using image::ReadU16;
+using image::ReadU32;
+using image::ReadU64;
+namespace layout = kinematics;
+
+/// The float with these bits, lowest byte first.
+float ReadFloat(const uint8_t* p) {
+  const uint32_t bits = ReadU32(p);
+  float value = 0;
+  std::memcpy(&value, &bits, sizeof(value));
+  return value;
+}
+
+Vec3 ReadVec3(const uint8_t* p) { return {ReadFloat(p), ReadFloat(p + 4), ReadFloat(p + 8)}; }
+
+/// Decodes a record of the last section; its bounds have been checked.
+KinConnection ReadConnection(const uint8_t* p) {
+  KinConnection c;
+  c.connection_type = p[0];
+  c.is_member_b = (p[1] & layout::kMemberBFlag) != 0;
+  c.number = ReadU16(p + 2);
+  c.connector = p[4];
+  c.mate_connector = p[5];
+  c.X_MN.p = ReadVec3(p + 8);
+  c.X_MN.q = {ReadFloat(p + 20), ReadFloat(p + 24), ReadFloat(p + 28), ReadFloat(p + 32)};
+  return c;
+}
+
+/// Reads forward and remembers the first thing that was wrong.
+class Reader {
+ public:
+  Reader(const uint8_t* bytes, uint32_t size, uint32_t begin)
+      : bytes_(bytes), size_(size), at_(begin) {}
+
+  /// True if so many bytes are left and nothing was wrong so far.
+  bool Need(uint32_t count) {
+    if (error_.message == nullptr && size_ - at_ < count) Fail("image is cut short");
+    return error_.message == nullptr;
+  }
+  /// Notes what is wrong with the bytes just read, unless something was wrong before.
+  void Fail(const char* message) {
+    if (error_.message == nullptr) error_ = {message, at_};
+  }
+  uint8_t U8() { return Need(1) ? bytes_[at_++] : uint8_t{0}; }
+  float Float() {
+    if (!Need(4)) return 0;
+    const float value = ReadFloat(bytes_ + at_);
+    if (!std::isfinite(value)) Fail("number is not finite");
+    at_ += 4;
+    return value;
+  }
+  /// Three floats in the order x, y, z.
+  Vec3 Vector() {
+    Vec3 v;
+    v.x = Float();
+    v.y = Float();
+    v.z = Float();
+    return v;
+  }
+  /// A name; it points into the image.
+  Text Name() {
+    const uint8_t length = U8();
+    if (length == 0) Fail("name is empty");
+    if (!Need(length)) return {};
+    const Text text{reinterpret_cast<const char*>(bytes_ + at_), length};
+    at_ += length;
+    return text;
+  }
+  [[nodiscard]] uint32_t at() const { return at_; }
+  [[nodiscard]] const VerifyError& error() const { return error_; }
+
+ private:
+  const uint8_t* bytes_;
+  uint32_t size_;
+  uint32_t at_;
+  VerifyError error_;
+};
+
+/// The records in the order of their fields (vm/image/kinematics_layout.h).
+KinJoint ReadJoint(Reader* in, int num_links) {
+  KinJoint joint;
+  // The fields are read in the order in which they are stored.
+  joint.name = in->Name();
+  const uint8_t kind = in->U8();
+  if (kind > static_cast<uint8_t>(JointKind::kFixed)) in->Fail("joint kind is unknown");
+  joint.kind = static_cast<JointKind>(kind);
+  joint.link_a = in->U8();
+  joint.link_b = in->U8();
+  joint.origin_m = in->Vector();
+  joint.axis = in->Vector();
+  joint.lower_rad = in->Float();
+  joint.upper_rad = in->Float();
+  joint.speed_rad_s = in->Float();
+  // What makes no joint, however it is stored.
+  const char* problem = ProblemOf(joint, num_links);
+  if (problem != nullptr) in->Fail(problem);
+  return joint;
+}
+
+KinConnector ReadConnector(Reader* in, int num_links) {
+  KinConnector connector;
+  connector.name = in->Name();
+  connector.link = in->U8();
+  if (connector.link >= num_links) in->Fail("connector sits on no link");
+  connector.num_states = in->U8();
+  if (connector.num_states > kMaxConnectorStates) in->Fail("connector has too many states");
+  // State variables keep their order: programs name them, commands number them.
+  for (int i = 0; i < connector.num_states && in->error().message == nullptr; ++i) {
+    connector.states[i].name = in->Name();
+    connector.states[i].num_values = in->U8();
+    if (connector.states[i].num_values == 0) in->Fail("state has no values");
+  }
+  return connector;
+}
+
+/// Is it an image of ours, whole and unchanged, of a module type that the VM can hold?
+VerifyError CheckHeader(const uint8_t* bytes, uint32_t size) {
+  if (size < layout::kHeaderBytes) return {"image is cut short", size};
+  if (ReadU32(bytes) != layout::kMagic) return {"not a kinematics image", 0};
+  if (ReadU16(bytes + layout::kVersionAt) != layout::kVersion) {
+    return {"version of the image is not supported", layout::kVersionAt};
+  }
+  if (size > kMaxImageBytes || ReadU32(bytes + layout::kSizeAt) != size) {
+    return {"size does not fit the bytes", layout::kSizeAt};
+  }
+  // The hash is no signature: it tells damage only.
+  if (ReadU64(bytes + layout::kHashAt) != image::HashOf(bytes, size)) {
+    return {"hash does not fit the content", layout::kHashAt};
+  }
+  const uint8_t* counts = bytes + layout::kCountsAt;
+  return {ProblemOfCounts(counts[0], counts[1], counts[2]), layout::kCountsAt};
+}
+
+/// `p` points at the record of `c`, which begins at `offset` of the image.
+VerifyError CheckConnection(const KinConnection& c, const uint8_t* p, int num_connectors,
+                            uint32_t offset) {
+  // What is reserved must be 0, so that a later version can give it a meaning.
+  if ((p[1] & ~layout::kMemberBFlag) != 0 || ReadU16(p + 6) != 0) {
+    return {"reserved bits are set", offset};
+  }
+  return {ProblemOf(c, num_connectors), offset};
+}
+
+}  // namespace
+
+VerifyError VerifyKinematics(const uint8_t* bytes, uint32_t size, VerifiedKinematics* out) {
+  *out = VerifiedKinematics();
+  const VerifyError header = CheckHeader(bytes, size);
+  if (header.message != nullptr) return header;
+  // Filled apart from `out`, which stays empty if anything is wrong.
+  VerifiedKinematics k;
+  k.bytes_ = bytes;
+  k.hash_ = ReadU64(bytes + layout::kHashAt);
+  k.model_hash_ = ReadU64(bytes + layout::kModelHashAt);
+  k.num_links_ = bytes[layout::kCountsAt];
+  k.num_joints_ = bytes[layout::kCountsAt + 1];
+  k.num_connectors_ = bytes[layout::kCountsAt + 2];
+
+  // The records of unlike sizes, one after the other.
+  Reader in(bytes, size, layout::kHeaderBytes);
+  k.type_name_ = in.Name();
+  for (int i = 0; i < k.num_links_; ++i) k.links_[i].name = in.Name();
+  for (int i = 0; i < k.num_joints_; ++i) k.joints_[i] = ReadJoint(&in, k.num_links_);
+  for (int i = 0; i < k.num_connectors_; ++i) {
+    k.connectors_[i] = ReadConnector(&in, k.num_links_);
+  }
+  // The first error of all that was read, with its byte.
+  if (in.error().message != nullptr) return in.error();
+
+  // Connections have one size and fill the rest; they stay encoded, since there may be thousands.
+  const uint32_t count = ReadU32(bytes + layout::kConnectionsAt);
+  if ((size - in.at()) / layout::kConnectionBytes != count ||
+      (size - in.at()) % layout::kConnectionBytes != 0) {
+    return {"number of connections does not fit the size", layout::kConnectionsAt};
+  }
+  k.connections_begin_ = in.at();
+  k.num_connections_ = static_cast<int>(count);
+  // They must be sorted, without repeats, so that Find can search by halving.
+  uint64_t previous = 0;
+  for (uint32_t i = 0; i < count; ++i) {
+    const uint32_t offset = in.at() + i * layout::kConnectionBytes;
+    const KinConnection c = ReadConnection(bytes + offset);
+    const VerifyError error = CheckConnection(c, bytes + offset, k.num_connectors_, offset);
+    if (error.message != nullptr) return error;
+    const uint64_t key = KeyOf(c);
+    if (i > 0 && key <= previous) return {"connections are not in order", offset};
+    previous = key;
+  }
+  k.GroupLinks();
+  *out = k;
+  return {};
+}
+
+// Links that fixed joints hold together move as one; the lowest of them stands for all.
+void VerifiedKinematics::GroupLinks() {
+  for (int i = 0; i < num_links_; ++i) body_link_[i] = static_cast<uint8_t>(i);
+  // Lowering labels over the fixed joints ends after at most one pass a link.
+  for (int pass = 0; pass < num_links_; ++pass) {
+    for (int j = 0; j < num_joints_; ++j) {
+      if (joints_[j].kind != JointKind::kFixed) continue;
+      uint8_t& a = body_link_[joints_[j].link_a];
+      uint8_t& b = body_link_[joints_[j].link_b];
+      a = b = a < b ? a : b;
+    }
+  }
+}
+
+KinConnection VerifiedKinematics::connection(int i) const {
+  // Tables in C are read where they lie, records of an image are decoded.
+  if (table_ != nullptr) return FromC(table_[i]);
+  return ReadConnection(bytes_ + connections_begin_ +
+                        static_cast<uint32_t>(i) * layout::kConnectionBytes);
+}
+
+bool VerifiedKinematics::Find(int connection_type, int number, bool is_member_b, int connector,
+                              KinConnection* out) const {
+  // The key of the entry, if there is one.
+  KinConnection key;
+  key.connector = static_cast<uint8_t>(connector);
+  key.connection_type = static_cast<uint8_t>(connection_type);
+  key.is_member_b = is_member_b;
+  key.number = static_cast<uint16_t>(number);
+  const uint64_t wanted = KeyOf(key);
+  // Halves the range in which the wanted key can stand.
+  int low = 0, high = num_connections_;
+  while (low < high) {
+    const int middle = low + (high - low) / 2;
+    // The entry is decoded from the image or the tables, whichever there is.
+    const KinConnection c = connection(middle);
+    const uint64_t found = KeyOf(c);
+    if (found == wanted) {
+      *out = c;
+      return true;
+    }
+    if (found < wanted)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  return false;
+}
+
+}  // namespace morphbus::vm

@@ -1,0 +1,98 @@
+#pragma once
+// The instruction set as data, generated from vm/image/opcodes.def.
+// The .def file is the only list of instructions: enumerators, operands, costs, listings, the
+// verifier's rows and the table in docs/vm.md all come from it.
+
+#include <cstdint>
+
+#include "vm/image/values.h"
+
+namespace morphbus::vm {
+
+/// One byte in the code of a function.
+enum class Opcode : uint8_t {
+#define OP(name, mnemonic, operand, pops, pushes, cost, effect, meaning) name,
+#include "vm/image/opcodes.def"
+#undef OP
+};
+
+/// How many there are; a byte from here on is no instruction.
+inline constexpr int kNumOpcodes = 0
+#define OP(name, mnemonic, operand, pops, pushes, cost, effect, meaning) +1
+#include "vm/image/opcodes.def"
+#undef OP
+    ;
+
+/// What the bytes after an opcode mean. Multi-byte operands are little-endian.
+enum class OperandKind : uint8_t {
+  kNone,
+  /// A signed byte.
+  kInt8,
+  /// A u16 index into the constant table.
+  kConstant,
+  /// A u8 index of a local.
+  kLocal,
+  /// A u8 field slot of the function's role.
+  kField,
+  /// A u8 label slot of the function's role.
+  kLabel,
+  /// A u8 index into the keyword table.
+  kKeyword,
+  /// A u8 slot of a `function` of the function's role.
+  kMethod,
+  /// A u16 byte offset in the function.
+  kTarget,
+  /// A u8 role and a u8 slot of a command of it.
+  kRoleCommand,
+};
+
+/// What an instruction may do; a function's effect is the strongest of all it may run.
+/// Pure instructions only compute, those of a task act on the module, and those that wait may also
+/// suspend the task.
+enum class Effect : uint8_t { kPure, kTask, kWait };
+
+/// One row of the instruction table.
+struct OpcodeInfo {
+  /// The name in listings.
+  const char* mnemonic;
+  /// What the bytes behind the opcode mean.
+  OperandKind operand;
+  /// The letters of the types that it takes from the stack, deepest first
+  /// (vm/image/value_types.def).
+  const char* pops;
+  /// The letter of the type that it leaves there, or none.
+  const char* pushes;
+  /// The units of the instruction budget that it costs.
+  int cost;
+  /// What it may do.
+  Effect effect;
+  /// The sentence for the table in docs/vm.md.
+  const char* meaning;
+};
+
+/// The instruction table, by opcode.
+inline constexpr OpcodeInfo kOpcodes[kNumOpcodes] = {
+#define OP(name, mnemonic, operand, pops, pushes, cost, effect, meaning) \
+  {mnemonic, OperandKind::operand, pops, pushes, cost, Effect::effect, meaning},
+#include "vm/image/opcodes.def"
+#undef OP
+};
+
+/// The row of an opcode.
+constexpr const OpcodeInfo& InfoOf(Opcode op) { return kOpcodes[static_cast<int>(op)]; }
+
+/// Bytes that an operand takes.
+constexpr uint32_t OperandBytes(OperandKind kind) {
+  switch (kind) {
+    case OperandKind::kNone:
+      return 0;
+    case OperandKind::kConstant:
+    case OperandKind::kTarget:
+    case OperandKind::kRoleCommand:
+      return 2;
+    default:
+      return 1;
+  }
+}
+
+}  // namespace morphbus::vm

@@ -1,0 +1,325 @@
+#include "vm/role/module_services.h"
+
+#include <initializer_list>
+
+#include "vm/role/motion.h"
+#include "vm/space/bodies.h"
+#include "vm/space/spatial.h"
+#include "vm/spread/diffusion.h"
+
+namespace morphbus::vm {
+
+namespace {
+
+/// Keywords are names of the module type in capitals.
+bool IsKeywordFor(Text keyword, Text name) {
+  if (keyword.size != name.size) return false;
+  for (int i = 0; i < name.size; ++i) {
+    const char c = name.data[i];
+    const char upper = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+    if (keyword.data[i] != upper) return false;
+  }
+  return true;
+}
+
+/// Number of the connector's state variable that a keyword names; -1 if it has none.
+int FindState(const KinConnector& connector, Text keyword) {
+  for (int i = 0; i < connector.num_states; ++i) {
+    if (IsKeywordFor(keyword, connector.states[i].name)) return i;
+  }
+  return -1;
+}
+
+}  // namespace
+
+// A keyword or label may name any joint of the type, also a fixed one.
+bool ModuleServices::Moves(int joint) const {
+  return joint >= 0 && joint < context_.kinematics.num_joints() &&
+         context_.kinematics.joint(joint).kind != JointKind::kFixed;
+}
+
+/// Sets the place of a fault to the instruction that runs.
+void ModuleServices::SetPlaceOfCall(Fault* fault) const {
+  if (running_ == nullptr || running_->stack.depth == 0) return;
+  const Frame& frame = running_->stack.frames[running_->stack.depth - 1];
+  SetPlace(context_.program, frame.function, frame.pc, fault);
+}
+
+/// A fault that does not end the task, at the instruction that runs.
+void ModuleServices::ReportHere(Fault fault) {
+  SetPlaceOfCall(&fault);
+  Report(context_, fault);
+}
+
+/// A fault that ends the task, at the instruction that runs.
+OpResult ModuleServices::Refuse(const Fault& fault) {
+  ReportHere(fault);
+  reported_ = true;
+  OpResult result;
+  result.fault = fault.code;
+  return result;
+}
+
+OpResult ModuleServices::RefuseJoint(FaultCode code, int joint) {
+  return Refuse({.code = code, .joint = static_cast<int8_t>(joint)});
+}
+
+/// Remembers the instruction that runs as the one that set the joint in motion.
+void ModuleServices::NoteCall(int joint) {
+  JointState& state = context_.state.joints[joint];
+  Fault here;
+  SetPlaceOfCall(&here);
+  state.function = here.function;
+  state.line = here.line;
+}
+
+// Sets are masks over own connectors, joints or links.
+uint32_t ModuleServices::Connected(Direction d) {
+  uint32_t mask = 0;
+  for (int c = 0; c < context_.kinematics.num_connectors(); ++c) {
+    if (context_.state.neighbours[c].docked && LiesTowards(context_, c, d)) mask |= 1u << c;
+  }
+  return mask;
+}
+
+uint32_t ModuleServices::ConnectedRole(Direction d, int role) {
+  // Whoever asks for roles is decided again when they change.
+  read_roles_ = true;
+  // Of those that lie there, the ones whose role is the wanted one or extends it stay.
+  uint32_t mask = Connected(d);
+  for (int c = 0; c < context_.kinematics.num_connectors(); ++c) {
+    const int held = context_.state.neighbours[c].role;
+    const bool plays = held >= 0 && role >= 0 && role < context_.program.num_roles() &&
+                       context_.program.IsA(held, role);
+    if (!plays) mask &= ~(1u << c);
+  }
+  return mask;
+}
+
+int ModuleServices::CountModules(uint32_t connector_mask) {
+  // A module docked on several connectors counts once, at the first of them.
+  int count = 0;
+  for (int c = 0; c < context_.kinematics.num_connectors(); ++c) {
+    if ((connector_mask >> c & 1u) == 0) continue;
+    bool seen = false;
+    for (int d = 0; d < c; ++d) {
+      seen = seen || ((connector_mask >> d & 1u) != 0 &&
+                      context_.state.neighbours[d].module == context_.state.neighbours[c].module);
+    }
+    if (!seen) ++count;
+  }
+  return count;
+}
+
+uint32_t ModuleServices::Joints(Axis axis, int adjacent) {
+  // Fixed joints are left out; `adjacent` counts the joints that touch one of the same bodies.
+  uint32_t mask = 0;
+  for (int j = 0; j < context_.kinematics.num_joints(); ++j) {
+    if (Moves(j) && AdjacentOf(context_, j) == adjacent && LiesAlong(context_, j, axis)) {
+      mask |= 1u << j;
+    }
+  }
+  return mask;
+}
+
+uint32_t ModuleServices::Links(int degree) {
+  uint32_t mask = 0;
+  for (int i = 0; i < context_.kinematics.num_links(); ++i) {
+    if (DegreeOf(context_, i) == degree) mask |= 1u << i;
+  }
+  return mask;
+}
+
+Axis ModuleServices::JointAxis(int joint) {
+  if (joint < 0 || joint >= context_.kinematics.num_joints()) return Axis::kAny;
+  // The three axes are square to each other, so at most one is within 15 degrees.
+  for (const Axis axis : {Axis::kNorthSouth, Axis::kUpDown, Axis::kEastWest}) {
+    if (LiesAlong(context_, joint, axis)) return axis;
+  }
+  return Axis::kAny;
+}
+
+Axis ModuleServices::CenterAxis() {
+  // Only a module with a single joint has a center.
+  int only = -1;
+  for (int j = 0; j < context_.kinematics.num_joints(); ++j) {
+    if (!Moves(j)) continue;
+    if (only >= 0) return Axis::kAny;
+    only = j;
+  }
+  return JointAxis(only);
+}
+
+int ModuleServices::Keyword(int keyword) {
+  // Keywords are bound by name, so one program serves modules of several types.
+  const KeywordInfo& info = context_.program.keyword(keyword);
+  const VerifiedKinematics& kin = context_.kinematics;
+  switch (info.kind) {
+    case KeywordKind::kLink:
+      for (int i = 0; i < kin.num_links(); ++i) {
+        if (IsKeywordFor(info.name, kin.link(i).name)) return i;
+      }
+      break;
+    case KeywordKind::kJoint:
+      for (int i = 0; i < kin.num_joints(); ++i) {
+        if (IsKeywordFor(info.name, kin.joint(i).name)) return i;
+      }
+      break;
+    case KeywordKind::kConnector:
+      for (int i = 0; i < kin.num_connectors(); ++i) {
+        if (IsKeywordFor(info.name, kin.connector(i).name)) return i;
+      }
+      break;
+    case KeywordKind::kConnectorState:
+      for (int i = 0; i < kin.num_connectors(); ++i) {
+        if (FindState(kin.connector(i), info.name) >= 0) return i;
+      }
+      break;
+  }
+  return -1;
+}
+
+// Motion. Degrees and millimetres are those of the program, under the convention.
+OpResult ModuleServices::SetJointAxis(int joint, int link, Axis axis) {
+  if (!Moves(joint)) return RefuseJoint(FaultCode::kFixedJoint, joint);
+  Fault fault;
+  SetConvention(context_, joint, link, axis, &fault);
+  return fault.code == FaultCode::kNone ? OpResult() : Refuse(fault);
+}
+
+OpResult ModuleServices::MoveTo(int joint, double asked, double sign, bool blocking) {
+  // A target beyond the limits is reported, and the joint goes as far as it can.
+  Fault fault;
+  if (!SetTarget(context_, joint, asked, sign, &fault)) ReportHere(fault);
+  NoteCall(joint);
+  OpResult result;
+  // A task waits only for what takes time; a joint that is there already costs no tick.
+  if (blocking && running_ != nullptr && !IsAtRest(context_, joint)) {
+    result.wait = true;
+    running_->wait = WaitKind::kMotion;
+    running_->wait_joint = static_cast<uint8_t>(joint);
+  }
+  return result;
+}
+
+/// kNone if the joint turns (rotary) or slides, as wanted; else the fault that says why not.
+FaultCode ModuleServices::WhyNot(int joint, bool rotary) const {
+  if (!Moves(joint)) return FaultCode::kFixedJoint;
+  // Degrees and millimetres must not be mixed up: the program says which it means.
+  const bool slides = context_.kinematics.joint(joint).kind == JointKind::kPrismatic;
+  if (rotary) return slides ? FaultCode::kNotRotary : FaultCode::kNone;
+  return slides ? FaultCode::kNone : FaultCode::kNotPrismatic;
+}
+
+/// Counts from the present target, so that 45 and 45 make 90 whatever the servo's error; a joint
+/// that turns endlessly has no target, and counts from where it is.
+OpResult ModuleServices::MoveBy(int joint, float by, bool rotary, bool blocking) {
+  const FaultCode why_not = WhyNot(joint, rotary);
+  if (why_not != FaultCode::kNone) return RefuseJoint(why_not, joint);
+  const JointState& state = context_.state.joints[joint];
+  const double sign = SignOf(context_, joint);
+  const double from = state.turning ? state.measured : state.target;
+  return MoveTo(joint, sign * from + static_cast<double>(by), sign, blocking);
+}
+
+OpResult ModuleServices::RotateDegrees(int joint, float degrees, bool blocking) {
+  return MoveBy(joint, degrees, true, blocking);
+}
+
+OpResult ModuleServices::MoveMillimetres(int joint, float mm) {
+  return MoveBy(joint, mm, false, true);
+}
+
+OpResult ModuleServices::SetDegrees(int joint, float degrees, bool blocking) {
+  const FaultCode why_not = WhyNot(joint, true);
+  if (why_not != FaultCode::kNone) return RefuseJoint(why_not, joint);
+  return MoveTo(joint, static_cast<double>(degrees), SignOf(context_, joint), blocking);
+}
+
+OpResult ModuleServices::JointDegrees(int joint, float* degrees) {
+  if (!Moves(joint)) return RefuseJoint(FaultCode::kFixedJoint, joint);
+  // Where the joint is, not where it is to go.
+  *degrees = static_cast<float>(SignOf(context_, joint) * context_.state.joints[joint].measured);
+  return {};
+}
+
+OpResult ModuleServices::TurnContinuous(int joint, float degrees_per_s) {
+  // Only a continuous joint can turn without end.
+  if (!Moves(joint) || context_.kinematics.joint(joint).kind != JointKind::kContinuous) {
+    return RefuseJoint(FaultCode::kNotContinuous, joint);
+  }
+  Fault fault;
+  if (!Turn(context_, joint, static_cast<double>(degrees_per_s), SignOf(context_, joint), &fault)) {
+    ReportHere(fault);
+  }
+  NoteCall(joint);
+  return {};
+}
+
+// The raw actuator: no convention, and no waiting.
+OpResult ModuleServices::SetPosition(int joint, float degrees) {
+  if (!Moves(joint)) return RefuseJoint(FaultCode::kFixedJoint, joint);
+  return MoveTo(joint, static_cast<double>(degrees), 1.0, false);
+}
+
+OpResult ModuleServices::GetPosition(int joint, float* degrees) {
+  if (!Moves(joint)) return RefuseJoint(FaultCode::kFixedJoint, joint);
+  *degrees = static_cast<float>(context_.state.joints[joint].measured);
+  return {};
+}
+
+OpResult ModuleServices::SetConnectorState(int connector, int state_keyword, Cell value) {
+  // The fault is complete before anything is checked, as every check refuses with it.
+  Fault fault{.code = FaultCode::kNoSuchValue,
+              .keyword = static_cast<int16_t>(state_keyword),
+              .connector = static_cast<int8_t>(connector),
+              .asked = static_cast<float>(value.AsInt())};
+  if (connector < 0 || connector >= context_.kinematics.num_connectors()) return Refuse(fault);
+  // The state is found by name; its values are numbers from 0.
+  const KinConnector& own = context_.kinematics.connector(connector);
+  const int state = FindState(own, context_.program.keyword(state_keyword).name);
+  // The limit is the number of values; 0 says that there is no such state.
+  if (state >= 0) fault.limit = own.states[state].num_values;
+  if (state < 0 || value.AsInt() < 0 || value.AsInt() >= own.states[state].num_values) {
+    return Refuse(fault);
+  }
+  if (context_.output == nullptr) return {};
+  // The order goes out with this tick's ACTUATOR.
+  TickOutput& output = *context_.output;
+  if (output.num_connector_commands == kMaxConnectors) {
+    fault.code = FaultCode::kTooManyConnectorCommands;
+    fault.limit = kMaxConnectors;
+    return Refuse(fault);
+  }
+  // What the program asked for is known to exist, so numbers are enough.
+  ConnectorCommand& command = output.connector_commands[output.num_connector_commands++];
+  command.connector = static_cast<uint8_t>(connector);
+  command.state = static_cast<uint8_t>(state);
+  command.value = static_cast<uint8_t>(value.AsInt());
+  return {};
+}
+
+OpResult ModuleServices::Sleep(int64_t duration_us) {
+  OpResult result;
+  // A requirement cannot wait; the verifier does not let it try.
+  if (running_ == nullptr) return result;
+  result.wait = true;
+  // No time at all still lets the other tasks run: the task goes on in the next tick.
+  if (duration_us <= 0) {
+    running_->wait = WaitKind::kNextTick;
+    running_->wake_us = context_.state.tick;
+  } else {
+    running_->wait = WaitKind::kSleep;
+    running_->wake_us = context_.state.sim_time_us + duration_us;
+  }
+  return result;
+}
+
+OpResult ModuleServices::Invoke(int role, int command_slot, const Cell* arguments, int count) {
+  Fault fault;
+  // The task goes on: an invocation that cannot be sent is reported, not waited for.
+  if (!Issue(context_, role, command_slot, arguments, count, &fault)) ReportHere(fault);
+  return {};
+}
+
+}  // namespace morphbus::vm

@@ -1,0 +1,90 @@
+#pragma once
+// The services that a module offers to the instructions of its program, over the VM's state. What
+// each does is said in ProgramHost (vm/run/interpreter.h).
+
+#include "vm/run/context.h"
+#include "vm/run/interpreter.h"
+
+namespace morphbus::vm {
+
+/// Lives for one tick. An operation that fails reports its fault itself, with all that a person
+/// needs, and tells the interpreter only the code.
+class ModuleServices final : public ProgramHost {
+ public:
+  /// `context` outlives the services.
+  explicit ModuleServices(Context* context) : context_(*context) {}
+
+  /// The task whose instructions call from now on; nullptr for requirements and labels.
+  void SetRunning(Task* task) { running_ = task; }
+  /// True once after an operation has reported its fault itself, so that the scheduler does not
+  /// report it again.
+  bool TakeReported() {
+    const bool reported = reported_;
+    reported_ = false;
+    return reported;
+  }
+
+  /// True if neighbours' roles have been asked for since the last call.
+  bool TakeReadRoles() {
+    const bool read = read_roles_;
+    read_roles_ = false;
+    return read;
+  }
+
+  // The services, in the order of ProgramHost, whose comments hold here too.
+  uint32_t Connected(Direction d) override;
+  uint32_t ConnectedRole(Direction d, int role) override;
+  int CountModules(uint32_t connector_mask) override;
+  uint32_t Joints(Axis axis, int adjacent) override;
+  uint32_t Links(int degree) override;
+  // The axis along which a joint, or the module's only joint, lies.
+  Axis JointAxis(int joint) override;
+  Axis CenterAxis() override;
+  // What a keyword of the program stands for in this module.
+  int Keyword(int keyword) override;
+  // Motion under the convention of setJointAxis.
+  OpResult SetJointAxis(int joint, int link, Axis axis) override;
+  OpResult RotateDegrees(int joint, float degrees, bool blocking) override;
+  OpResult SetDegrees(int joint, float degrees, bool blocking) override;
+  OpResult JointDegrees(int joint, float* degrees) override;
+  OpResult TurnContinuous(int joint, float degrees_per_s) override;
+  OpResult MoveMillimetres(int joint, float mm) override;
+  // The raw actuator, and the states of connectors.
+  OpResult SetPosition(int joint, float degrees) override;
+  OpResult GetPosition(int joint, float* degrees) override;
+  OpResult SetConnectorState(int connector, int state_keyword, Cell value) override;
+  // Time and other modules.
+  OpResult Sleep(int64_t duration_us) override;
+  OpResult Invoke(int role, int command_slot, const Cell* arguments, int count) override;
+
+ private:
+  /// True for a joint of the module's type that is not fixed.
+  [[nodiscard]] bool Moves(int joint) const;
+  /// kNone if the joint can move as asked, by degrees (rotary) or by millimetres; else the fault.
+  [[nodiscard]] FaultCode WhyNot(int joint, bool rotary) const;
+  /// Moves to `sign` times `asked`, or by `by` from the present target, in degrees or millimetres;
+  /// `blocking` lets the task wait until the joint has come to rest.
+  OpResult MoveTo(int joint, double asked, double sign, bool blocking);
+  OpResult MoveBy(int joint, float by, bool rotary, bool blocking);
+  /// Remembers the call as the one that set the joint in motion, for faults that come later.
+  void NoteCall(int joint);
+  /// Sets a fault's place to the instruction that runs.
+  void SetPlaceOfCall(Fault* fault) const;
+  /// Reports a fault that does not end the task, with its place.
+  void ReportHere(Fault fault);
+  /// What an operation returns that reports a fault and does nothing.
+  OpResult Refuse(const Fault& fault);
+  /// The same for a fault about a joint.
+  OpResult RefuseJoint(FaultCode code, int joint);
+
+  /// What all parts of the VM share in this tick.
+  Context& context_;
+  /// The task that waits if an operation makes it wait; nullptr outside of tasks.
+  Task* running_ = nullptr;
+  /// See TakeReported.
+  bool reported_ = false;
+  /// See TakeReadRoles.
+  bool read_roles_ = false;
+};
+
+}  // namespace morphbus::vm

@@ -1,0 +1,315 @@
+#include "vm/role/roles.h"
+
+#include "vm/role/motion.h"
+#include "vm/role/scheduler.h"
+#include "vm/space/bodies.h"
+#include "vm/space/spatial.h"
+
+namespace morphbus::vm {
+
+namespace {
+
+// Cost units that one requirement or label may use: ample for any sensible one.
+constexpr int32_t kEvaluationBudget = 4000;
+
+/// What hangs where, but for joint values: moving joints change nothing here.
+uint64_t Structure(const Context& context) {
+  Digest digest;
+  for (int c = 0; c < context.kinematics.num_connectors(); ++c) {
+    const NeighbourRecord& neighbour = context.state.neighbours[c];
+    digest.Add(neighbour.docked);
+    if (!neighbour.docked) continue;
+    digest.Add(int{neighbour.module});
+    digest.Add(int{neighbour.mate_connector});
+    digest.Add(int{neighbour.connection_type});
+    digest.Add(int{neighbour.number});
+    digest.Add(neighbour.has_place);
+  }
+  AddBodies(context, &digest);
+  digest.Add(HasFreshPose(context));
+  return digest.value();
+}
+
+/// Which roles the neighbours play; the other half of what requirements may rest on.
+uint64_t NeighbourRoles(const Context& context) {
+  Digest digest;
+  for (int c = 0; c < context.kinematics.num_connectors(); ++c) {
+    digest.Add(int{context.state.neighbours[c].role});
+  }
+  return digest.value();
+}
+
+/// Whether each of the two digests has been the same for long enough.
+struct Settled {
+  bool structure = false;
+  bool roles = false;
+};
+
+/// Follows both digests from tick to tick.
+Settled Observe(Context& context) {
+  RoleState& role = context.state.role;
+  const int64_t tick = context.state.tick;
+  // Each half has its own clock: roles still spread when the structure has long settled.
+  const uint64_t structure = Structure(context);
+  const uint64_t roles = NeighbourRoles(context);
+  if (structure != role.structure) {
+    role.structure = structure;
+    role.structure_since_tick = tick;
+  }
+  if (roles != role.neighbour_roles) {
+    role.neighbour_roles = roles;
+    role.roles_since_tick = tick;
+  }
+  const int64_t enough = context.program.settle_ticks();
+  return {tick - role.structure_since_tick >= enough, tick - role.roles_since_tick >= enough};
+}
+
+/// Reports a requirement or label of a role whose evaluation ended with a fault.
+void ReportEvaluation(Context& context, int role, const RunResult& result) {
+  Fault fault = FaultOf(context.program, result);
+  fault.role = static_cast<int16_t>(role);
+  if (fault.code == FaultCode::kBudget) fault.limit = kEvaluationBudget;
+  Report(context, fault);
+}
+
+/// What is known of a role: kUnknown while it rests on neighbours' roles that have not settled.
+enum class Verdict : uint8_t { kFails, kFits, kUnknown };
+
+/// The role that the module should play, -1 if none fits.
+struct Choice {
+  int role = -1;
+  int rival = -1;     ///< An unrelated role that fits as well.
+  bool wait = false;  ///< A subrole of `role` may fit, once the neighbours' roles have settled.
+  RoleCheck check;
+};
+
+/// Finds the role to play. It has a verdict on each role and takes the most derived of those that
+/// fit. If two that fit are unrelated, the role held wins, or else the one declared first.
+class RoleSelector {
+ public:
+  RoleSelector(Context* context, ModuleServices* services, const Settled& settled,
+               bool new_structure)
+      : context_(*context),
+        services_(*services),
+        settled_(settled),
+        new_structure_(new_structure) {}
+
+  Choice Choose() {
+    const int held = context_.state.role.role;
+    const VerifiedProgram& program = context_.program;
+    if (held >= 0) Evaluate(held);
+    // Only what rests on roles can speak against a role held, if nothing else has changed.
+    const bool only_roles = held >= 0 && !new_structure_ && verdicts_[held] == Verdict::kFits;
+    for (int role = 0; role < program.num_roles(); ++role) {
+      if (role == held || program.role(role).abstract_role) continue;
+      Evaluate(role);
+      if (only_roles && !checks_[role].rests_on_roles) verdicts_[role] = Verdict::kFails;
+    }
+    return MostDerived();
+  }
+
+ private:
+  void Evaluate(int role) {
+    const bool held = role == context_.state.role.role;
+    RoleCheck& check = checks_[role];
+    check = CheckRole(context_, services_, role, new_structure_);
+    verdicts_[role] = check.fits() ? Verdict::kFits : Verdict::kFails;
+    const bool unknown = check.rests_on_roles && !settled_.roles;
+    if (unknown) verdicts_[role] = Verdict::kUnknown;
+    // Held, it stays until there is settled evidence against it.
+    if (held && (unknown || (!new_structure_ && !check.rests_on_roles))) {
+      verdicts_[role] = Verdict::kFits;
+      for (int i = 0; i < kMaxLabels; ++i) check.labels[i] = context_.state.role.labels[i];
+    }
+  }
+
+  /// True if a role that extends `role` has this verdict.
+  bool HasSubrole(int role, Verdict verdict) const {
+    for (int other = 0; other < context_.program.num_roles(); ++other) {
+      if (other != role && verdicts_[other] == verdict && context_.program.IsA(other, role)) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  Choice MostDerived() const {
+    // Of those that fit, only those count that no other one extends.
+    Choice choice;
+    for (int role = 0; role < context_.program.num_roles(); ++role) {
+      if (verdicts_[role] != Verdict::kFits || HasSubrole(role, Verdict::kFits)) continue;
+      if (choice.role < 0) {
+        choice.role = role;
+      } else if (choice.rival < 0) {
+        choice.rival = role;
+      }
+      // A rival is no evidence against the role held.
+      if (role == context_.state.role.role && choice.role != role) {
+        choice.rival = choice.role;
+        choice.role = role;
+      }
+    }
+    if (choice.role < 0) return choice;
+    // A role not held yet is not taken while a subrole of it may still turn out to fit.
+    choice.check = checks_[choice.role];
+    choice.wait =
+        choice.role != context_.state.role.role && HasSubrole(choice.role, Verdict::kUnknown);
+    return choice;
+  }
+
+  Context& context_;
+  ModuleServices& services_;
+  const Settled settled_;
+  const bool new_structure_;
+  RoleCheck checks_[kMaxRoles];
+  Verdict verdicts_[kMaxRoles] = {};
+};
+
+/// Notes one more change; false if there were too many, and the role is frozen now.
+bool MayChange(Context& context) {
+  RoleState& role = context.state.role;
+  const int64_t now = context.state.sim_time_us;
+  // Changes that lie further back than the window no longer count.
+  int kept = 0;
+  for (int i = 0; i < role.num_changes; ++i) {
+    if (now - role.change_us[i] < kRoleChangeWindowUs) role.change_us[kept++] = role.change_us[i];
+  }
+  role.num_changes = static_cast<uint8_t>(kept);
+  if (kept == kMaxRoleChanges) {
+    role.frozen = true;
+    Report(context, {.code = FaultCode::kRoleFlicker,
+                     .line = static_cast<uint16_t>(context.program.LineOfRole(role.role)),
+                     .measured = static_cast<float>(kRoleChangeWindowUs) * 1e-6f,
+                     .limit = kMaxRoleChanges});
+    return false;
+  }
+  role.change_us[role.num_changes++] = now;
+  return true;
+}
+
+/// Labels and fields get their first values and the startups begin.
+void TakeRole(Context& context, int new_role, const RoleCheck& check) {
+  RoleState& role = context.state.role;
+  role.role = static_cast<int16_t>(new_role);
+  const RoleInfo& info = context.program.role(new_role);
+  for (int i = 0; i < info.num_labels; ++i) role.labels[i] = check.labels[i];
+  for (int i = 0; i < info.num_fields; ++i) role.fields[i] = info.fields[i];
+  StartRole(context);
+}
+
+/// True if the labels of the role held resolve to what they did.
+bool SameLabels(const Context& context, const RoleCheck& check) {
+  const RoleState& role = context.state.role;
+  for (int i = 0; i < context.program.role(role.role).num_labels; ++i) {
+    if (role.labels[i] != check.labels[i]) return false;
+  }
+  return true;
+}
+
+/// Two unrelated roles fit: a fault of the program, with both and a place in the one taken.
+void ReportAmbiguity(Context& context, const Choice& choice) {
+  Report(context, {.code = FaultCode::kAmbiguousRole,
+                   .role = static_cast<int16_t>(choice.role),
+                   .rival_role = static_cast<int16_t>(choice.rival),
+                   .line = static_cast<uint16_t>(context.program.LineOfRole(choice.role))});
+}
+
+}  // namespace
+
+RoleCheck CheckRole(Context& context, ModuleServices& services, int role, bool report_faults) {
+  const VerifiedProgram& program = context.program;
+  const RoleInfo& info = program.role(role);
+  // A role that needs what the module's type lacks cannot be taken by it.
+  RoleCheck check;
+  for (int i = 0; i < kMaxLabels; ++i) check.labels[i] = -1;
+  for (int i = 0; i < info.num_keywords; ++i) {
+    if (services.Keyword(info.keywords[i]) < 0) {
+      check.missing_keyword = info.keywords[i];
+      return check;
+    }
+  }
+  // Requirements and labels see the fields as the role would begin with, not those of a role held.
+  Cell fields[kMaxFields];
+  for (int i = 0; i < info.num_fields; ++i) fields[i] = info.fields[i];
+  const RoleContext as_role{role, fields, check.labels};
+  const auto evaluate = [&](int function) {
+    int32_t budget = kEvaluationBudget;
+    const RunResult result = Evaluate(program, function, as_role, services, &budget);
+    // That a label fits nothing, or several things, is an answer and not a fault.
+    const bool fault =
+        result.status == RunStatus::kFaulted && result.fault != FaultCode::kUnresolved;
+    if (fault && report_faults) ReportEvaluation(context, role, result);
+    return result;
+  };
+  services.TakeReadRoles();
+  // All labels are evaluated, because requirements may use each of them.
+  check.labels_resolve = true;
+  for (int i = 0; i < info.num_labels; ++i) {
+    const RunResult result = evaluate(info.labels[i].function);
+    if (result.status == RunStatus::kFinished) {
+      check.labels[i] = static_cast<int8_t>(result.value.AsInt());
+    } else if (check.labels_resolve) {
+      check.labels_resolve = false;
+      check.failed_label = i;
+    }
+  }
+  // The first requirement that fails is the reason that people are told.
+  check.requirements_hold = true;
+  for (int i = 0; i < info.num_requirements && check.requirements_hold; ++i) {
+    const RunResult result = evaluate(info.requirements[i]);
+    if (result.status == RunStatus::kFinished && result.value.AsBool()) continue;
+    check.requirements_hold = false;
+    check.failed_requirement = i;
+  }
+  check.rests_on_roles = services.TakeReadRoles();
+  return check;
+}
+
+void UpdateRole(Context& context, ModuleServices& services) {
+  RoleState& role = context.state.role;
+  const Settled settled = Observe(context);
+  if (!settled.structure || role.frozen) return;
+  const bool new_structure = !role.evaluated || role.evaluated_structure != role.structure;
+  const bool new_roles =
+      settled.roles && (!role.evaluated_roles_too || role.evaluated_roles != role.neighbour_roles);
+  // A role held is judged once by each state of its surroundings; joints moving within it are no
+  // evidence. A module without one goes on looking, for which it must know where it is.
+  if (role.role >= 0 && !new_structure && !new_roles) return;
+  const bool fresh_pose = HasFreshPose(context);
+  if (role.role < 0 && !fresh_pose) return;
+  // From here on the module decides, on the evidence that it notes now.
+  role.evaluated = true;
+  role.evaluated_structure = role.structure;
+  role.evaluated_roles_too = settled.roles;
+  role.evaluated_roles = role.neighbour_roles;
+
+  Choice choice;
+  if (fresh_pose) {
+    choice = RoleSelector(&context, &services, settled, new_structure).Choose();
+    if (choice.wait) {
+      role.evaluated = false;
+      return;
+    }
+    if (choice.rival >= 0 && (new_structure || new_roles)) ReportAmbiguity(context, choice);
+  } else {
+    // Without a fresh pose no role is taken; the one held is judged by the last pose known.
+    choice.check = CheckRole(context, services, role.role, new_structure);
+    choice.role = choice.check.fits() ? role.role : -1;
+  }
+  // Nothing changes if the same role fits with the same labels.
+  if (choice.role == role.role && (role.role < 0 || SameLabels(context, choice.check))) return;
+  if (!MayChange(context)) return;
+  LeaveRole(context);
+  if (choice.role >= 0) TakeRole(context, choice.role, choice.check);
+}
+
+void LeaveRole(Context& context) {
+  RoleState& role = context.state.role;
+  role.role = -1;
+  for (int i = 0; i < kMaxLabels; ++i) role.labels[i] = -1;
+  for (int i = 0; i < kMaxFields; ++i) role.fields[i] = Cell{};
+  EndTasks(context);
+  DropConventions(context);
+}
+
+}  // namespace morphbus::vm

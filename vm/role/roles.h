@@ -1,0 +1,45 @@
+#pragma once
+// Which role a module plays, decided from its own surroundings alone.
+
+#include "vm/role/module_services.h"
+#include "vm/run/context.h"
+
+namespace morphbus::vm {
+
+/// Whether, and why not, a module could take a role now.
+/// True if all requirements of the role return true.
+struct RoleCheck {
+  bool requirements_hold = false;
+  /// True if each label is found by exactly one joint or link.
+  bool labels_resolve = false;
+  /// The index into RoleInfo::requirements of the first that fails; -1 if none does.
+  int failed_requirement = -1;
+  /// The slot of the first label that does not resolve; -1 if all do.
+  int failed_label = -1;
+  /// The keyword of the program that the module's type lacks; -1 if it has all.
+  int missing_keyword = -1;
+  /// True if neighbours' roles were asked for, so that the answer changes with them.
+  bool rests_on_roles = false;
+  /// What each label resolves to; -1 if to none or several.
+  int8_t labels[kMaxLabels] = {};
+
+  /// True if the module could take the role now.
+  [[nodiscard]] bool fits() const {
+    return requirements_hold && labels_resolve && missing_keyword < 0;
+  }
+};
+
+/// Evaluates one role on what is known now; changes nothing but the faults that evaluation meets,
+/// which are put on the status if `report_faults`.
+RoleCheck CheckRole(Context& context, ModuleServices& services, int role, bool report_faults);
+
+/// Once what requirements rest on has settled: takes, keeps or loses a role. Neighbours' roles
+/// settle apart from the structure, and only what asks for them waits for them: so all modules that
+/// need not know them take their roles together, before the first of them moves the rest out of its
+/// posture.
+void UpdateRole(Context& context, ModuleServices& services);
+
+/// Ends the role: tasks end, joints hold, conventions and labels go.
+void LeaveRole(Context& context);
+
+}  // namespace morphbus::vm

@@ -1,0 +1,248 @@
+#include "vm/role/scheduler.h"
+
+#include "vm/role/motion.h"
+#include "vm/run/task_queue.h"
+
+namespace morphbus::vm {
+
+namespace {
+
+/// Starts a routine in a free task; false if there is none.
+bool Launch(Context& context, TaskKind kind, int index, int function, const Cell* arguments,
+            int count) {
+  for (Task& task : context.state.scheduler.tasks) {
+    if (task.used) continue;
+    task = Task();
+    task.used = true;
+    task.kind = kind;
+    task.index = static_cast<uint8_t>(index);
+    task.function = static_cast<uint16_t>(function);
+    StartTask(context.program, function, arguments, count, &task.stack);
+    return true;
+  }
+  return false;
+}
+
+/// Starts the behaviors that do not run: all at first, those that ended normally repeat by
+/// themselves. One that faulted stays ended while the role is held.
+void StartBehaviors(Context& context) {
+  SchedulerState& s = context.state.scheduler;
+  const RoleInfo& role = context.program.role(context.state.role.role);
+  for (int i = 0; i < role.num_behaviors; ++i) {
+    if ((s.ended_behaviors >> i & 1) != 0) continue;
+    if (FindTask(s, TaskKind::kBehavior, i) != nullptr) continue;
+    if (Launch(context, TaskKind::kBehavior, i, role.behaviors[i].function, nullptr, 0)) continue;
+    Fault fault{.code = FaultCode::kTooManyTasks, .limit = kMaxTasks};
+    SetPlace(context.program, role.behaviors[i].function, 0, &fault);
+    Report(context, fault);
+    // It is not tried again in every tick: the fault is told once.
+    s.ended_behaviors = static_cast<uint16_t>(s.ended_behaviors | 1u << i);
+  }
+}
+
+/// The oldest queued invocation of each command that is not running. Without a free task they wait.
+void StartCommands(Context& context) {
+  SchedulerState& s = context.state.scheduler;
+  const RoleInfo& role = context.program.role(context.state.role.role);
+  // Those that cannot start yet keep their order.
+  int kept = 0;
+  for (int i = 0; i < s.num_pending; ++i) {
+    const PendingCommand command = s.pending[i];
+    const bool running = FindTask(s, TaskKind::kCommand, command.slot) != nullptr;
+    if (!running &&
+        Launch(context, TaskKind::kCommand, command.slot, role.commands[command.slot].function,
+               command.arguments, command.num_arguments)) {
+      continue;
+    }
+    s.pending[kept++] = command;
+  }
+  s.num_pending = static_cast<uint8_t>(kept);
+}
+
+/// Starts the handlers whose event has come and that do not run already.
+void StartHandlers(Context& context) {
+  SchedulerState& s = context.state.scheduler;
+  const RoleInfo& role = context.program.role(context.state.role.role);
+  for (int i = 0; i < role.num_handlers; ++i) {
+    if (s.event_pending[i] == 0 || FindTask(s, TaskKind::kHandler, i) != nullptr) continue;
+    // A handler may take what the event is about: a connector or a joint.
+    const Cell subject = Cell::Int(s.event_subject[i]);
+    const int function = role.handlers[i].function;
+    const int count = context.program.function(function).num_arguments > 0 ? 1 : 0;
+    if (Launch(context, TaskKind::kHandler, i, function, &subject, count)) s.event_pending[i] = 0;
+  }
+}
+
+/// Behaviors, commands and handlers, in this order; nothing before the startups are through.
+void StartWhatIsDue(Context& context) {
+  if (!context.state.scheduler.startup_done) return;
+  StartBehaviors(context);
+  StartCommands(context);
+  StartHandlers(context);
+}
+
+/// True if the task waits for nothing any more.
+bool IsRunnable(const Context& context, const Task& task) {
+  if (!task.used) return false;
+  switch (task.wait) {
+    case WaitKind::kNone:
+      return true;
+    case WaitKind::kNextTick:
+      return context.state.tick > task.wake_us;
+    case WaitKind::kSleep:
+      return context.state.sim_time_us >= task.wake_us;
+    case WaitKind::kMotion:
+      return IsAtRest(context, task.wait_joint);
+  }
+  return false;
+}
+
+/// The next startup of the row, in the same task; after the last, behaviors and commands may begin.
+void NextStartup(Context& context, Task* task) {
+  const RoleInfo& role = context.program.role(context.state.role.role);
+  const int next = task->index + 1;
+  if (next >= role.num_startups) {
+    task->used = false;
+    context.state.scheduler.startup_done = true;
+    return;
+  }
+  task->index = static_cast<uint8_t>(next);
+  StartTask(context.program, role.startups[next].function, nullptr, 0, &task->stack);
+}
+
+/// What follows when a task's function has returned.
+void Finish(Context& context, Task* task) {
+  if (task->kind == TaskKind::kStartup) {
+    NextStartup(context, task);
+  } else if (task->kind == TaskKind::kBehavior) {
+    // It repeats, but not within one tick, so that an empty behavior does not use up the budget.
+    const RoleInfo& role = context.program.role(context.state.role.role);
+    StartTask(context.program, role.behaviors[task->index].function, nullptr, 0, &task->stack);
+    task->wait = WaitKind::kNextTick;
+    task->wake_us = context.state.tick;
+    task->budget_told = false;
+  } else {
+    task->used = false;
+  }
+}
+
+/// Runs one task from where it stands; false if it used up its share.
+bool RunOne(Context& context, ModuleServices& services, Task* task, int32_t* budget) {
+  // The services must know which task calls, to make it wait and to find its source position.
+  RoleState& role = context.state.role;
+  task->wait = WaitKind::kNone;
+  services.SetRunning(task);
+  const RoleContext as_role{role.role, role.fields, role.labels};
+  const RunResult result = RunTask(context.program, as_role, services, &task->stack, budget);
+  services.SetRunning(nullptr);
+  task->function = result.function;
+  task->pc = result.pc;
+  switch (result.status) {
+    case RunStatus::kFinished:
+      Finish(context, task);
+      return true;
+    case RunStatus::kWaiting:
+      // The services have noted for what.
+      task->budget_told = false;
+      return true;
+    case RunStatus::kFaulted:
+      if (!services.TakeReported()) Report(context, FaultOf(context.program, result));
+      // A startup that failed leaves the role without its conventions: nothing else may start.
+      if (task->kind == TaskKind::kBehavior) {
+        SchedulerState& s = context.state.scheduler;
+        s.ended_behaviors = static_cast<uint16_t>(s.ended_behaviors | 1u << task->index);
+      }
+      task->used = false;
+      return true;
+    case RunStatus::kOutOfBudget:
+      if (!task->budget_told) {
+        Fault fault = FaultOf(context.program, result);
+        fault.code = FaultCode::kBudget;
+        fault.limit = static_cast<float>(context.program.instruction_budget());
+        Report(context, fault);
+      }
+      task->budget_told = true;
+      return false;
+  }
+  return true;
+}
+
+/// Tasks that could run and have not used up their share of this tick.
+int CountRunnable(const Context& context, uint32_t spent) {
+  int count = 0;
+  for (int i = 0; i < kMaxTasks; ++i) {
+    const Task& task = context.state.scheduler.tasks[i];
+    if ((spent >> i & 1u) == 0 && IsRunnable(context, task)) ++count;
+  }
+  return count;
+}
+
+}  // namespace
+
+void StartRole(Context& context) {
+  SchedulerState& s = context.state.scheduler;
+  const RoleInfo& role = context.program.role(context.state.role.role);
+  // The timer counts from when the role is taken.
+  s.next_timer_us = context.state.sim_time_us + kTimerUs;
+  s.startup_done = role.num_startups == 0;
+  if (!s.startup_done) {
+    Launch(context, TaskKind::kStartup, 0, role.startups[0].function, nullptr, 0);
+  }
+}
+
+void EndTasks(Context& context) {
+  SchedulerState& s = context.state.scheduler;
+  for (Task& task : s.tasks) task = Task();
+  for (int i = 0; i < kMaxRoutines; ++i) s.event_pending[i] = s.event_subject[i] = 0;
+  s.startup_done = false;
+  s.num_pending = 0;
+  s.next_task = 0;
+  s.ended_behaviors = 0;
+}
+
+void RunTasks(Context& context, ModuleServices& services) {
+  if (context.state.role.role < 0) return;
+  SchedulerState& s = context.state.scheduler;
+  if (context.state.sim_time_us >= s.next_timer_us) {
+    s.next_timer_us += kTimerUs;
+    RaiseEvent(context, Event::kTimer, 0);
+  }
+  // Rounds over all tasks, until none can run or the budget of the tick is gone. What starts others
+  // (a startup that ends, a command) is looked at before each round.
+  auto remaining = static_cast<int32_t>(context.program.instruction_budget());
+  uint32_t spent = 0;  // Tasks that used up their share of this tick.
+  const int begin = s.next_task;
+  bool ran = true;
+  while (ran && remaining > 0) {
+    ran = false;
+    StartWhatIsDue(context);
+    for (int k = 0; k < kMaxTasks && remaining > 0; ++k) {
+      const int i = (begin + k) % kMaxTasks;
+      Task& task = s.tasks[i];
+      if ((spent >> i & 1u) != 0 || !IsRunnable(context, task)) continue;
+      // An equal share of what is left, so that a runaway loop starves nobody.
+      const int32_t share = remaining / CountRunnable(context, spent);
+      int32_t budget = share;
+      if (!RunOne(context, services, &task, &budget)) {
+        spent |= 1u << i;
+        s.next_task = static_cast<uint8_t>((i + 1) % kMaxTasks);
+      }
+      remaining -= share - budget;
+      ran = true;
+    }
+  }
+}
+
+void FillTasks(const Context& context, StatusReport* status) {
+  status->num_tasks = 0;
+  for (const Task& task : context.state.scheduler.tasks) {
+    if (!task.used) continue;
+    // Its function and line are those of its last stop.
+    TaskReport& report = status->tasks[status->num_tasks++];
+    report.kind = task.kind;
+    report.function = task.function;
+    report.line = static_cast<uint16_t>(context.program.LineOf(task.function, task.pc));
+  }
+}
+
+}  // namespace morphbus::vm

@@ -1,0 +1,96 @@
+#pragma once
+// What the parts of a VM share while they compute a tick.
+// The tick itself is in vm/vm.cc; each part below vm/run, vm/role, vm/space and vm/spread does its
+// share of it on one Context.
+
+#include <cstddef>
+#include <cstdint>
+
+#include "vm/image/kinematics_image.h"
+#include "vm/image/program.h"
+#include "vm/module_api.h"
+#include "vm/run/state.h"
+
+namespace morphbus::vm {
+
+/// What the parts of a VM work on in one tick: what stays the same, what changes, and where to put
+/// what they have to say. It refers to what the Vm owns.
+struct Context {
+  /// The host's settings, which stay the same while the VM lives.
+  const VmConfig& config;
+  /// The module's own body and the program that it runs.
+  const VerifiedKinematics& kinematics;
+  const VerifiedProgram& program;
+  /// Everything that changes from tick to tick.
+  VmState& state;
+  /// Where status and commands go; nullptr outside Vm::Tick, where faults and commands go nowhere.
+  TickOutput* output = nullptr;
+};
+
+/// What this tick brought from the neighbours.
+struct Inbox {
+  /// The new messages, by own connector; nullptr where none came or it was of no use.
+  const NeighbourMessage* from[kMaxConnectors] = {};
+  /// Mask of the connectors whose neighbour is another one than before, or has started anew.
+  uint32_t changed = 0;
+};
+
+/// Puts a fault on the status; beyond kMaxFaultsPerTick it is counted only. Unless the fault names
+/// a role, it gets the role that the module holds.
+inline void Report(Context& context, const Fault& fault) {
+  // Outside of a tick there is nobody to tell.
+  if (context.output == nullptr) return;
+  StatusReport& status = context.output->status;
+  // The status has room for a few faults; the others are counted, so that none is lost unseen.
+  if (status.num_faults == kMaxFaultsPerTick) {
+    ++status.faults_dropped;
+    return;
+  }
+  status.faults[status.num_faults] = fault;
+  if (fault.role < 0) status.faults[status.num_faults].role = context.state.role.role;
+  ++status.num_faults;
+}
+
+/// Sets the source position of a fault to an instruction, for whoever wrote the program. `pc` is
+/// its byte offset in the function.
+inline void SetPlace(const VerifiedProgram& program, int function, uint32_t pc, Fault* fault) {
+  fault->function = static_cast<int16_t>(function);
+  fault->line = static_cast<uint16_t>(program.LineOf(function, pc));
+}
+
+/// The fault with which a run of a function ended, at the instruction where it did. The role is
+/// left open; Report fills it in.
+inline Fault FaultOf(const VerifiedProgram& program, const RunResult& result) {
+  Fault fault;
+  fault.code = result.fault;
+  fault.keyword = result.keyword;
+  // An unresolved label tells how many joints or links fit it.
+  fault.measured = result.num_found;
+  SetPlace(program, result.function, result.pc, &fault);
+  return fault;
+}
+
+/// FNV-1a-64 over numbers, by which two states of affairs are compared without keeping the earlier
+/// one. Each number counts as 64 bits, lowest byte first, so that all hosts agree.
+class Digest {
+ public:
+  /// Adds a number: each byte is mixed in by an exclusive or and a product with FNV's prime.
+  void Add(uint64_t value) {
+    for (int i = 0; i < 8; ++i) {
+      hash_ = (hash_ ^ (value & 0xff)) * 0x100000001b3ULL;
+      value >>= 8;
+    }
+  }
+  /// These widen theirs to 64 bits, so that the type in which a number is kept does not matter.
+  void Add(int64_t value) { Add(static_cast<uint64_t>(value)); }
+  void Add(int value) { Add(static_cast<int64_t>(value)); }
+  void Add(bool value) { Add(static_cast<uint64_t>(value ? 1 : 0)); }
+  /// The digest of all that was added so far; equal digests are taken for equal states.
+  [[nodiscard]] uint64_t value() const { return hash_; }
+
+ private:
+  /// The hash so far; it begins with the offset basis of FNV.
+  uint64_t hash_ = 0xcbf29ce484222325ULL;
+};
+
+}  // namespace morphbus::vm

@@ -1,0 +1,38 @@
+#pragma once
+// Distributed forward kinematics (paper, Sec. III-B), and what is asked of it: directions and axes.
+
+#include "vm/run/context.h"
+
+namespace morphbus::vm {
+
+/// The sine of 15 degrees: a vector lies towards a direction if their dot product is at least this
+/// share of its length, and a joint can turn about an axis if it is not more nearly square to it.
+inline constexpr float kSin15 = 0.25881905f;
+
+/// The root sets its pose; any other module takes the newest that a neighbour offers (newest
+/// sequence, then fewer hops, then lower connector; never one that is not newer than its last, so
+/// that modules cut off from the root do not feed each other). Then all links follow by the joint
+/// values.
+void UpdateSpatial(Context& context, const TickInput& input, const Inbox& inbox);
+
+/// True while poses are neither missing nor stale.
+bool HasFreshPose(const Context& context);
+
+/// The module's place in R: mean of its links' origins.
+Vec3 PlaceOf(const Context& context);
+
+/// True if the neighbour on `connector` lies towards d: displacement * d >= sin(15 deg) *
+/// |displacement|. Always true for kAny; false where either place is unknown.
+bool LiesTowards(const Context& context, int connector, Direction d);
+
+/// Unit direction in R about which the joint's first link turns (along which it slides) for
+/// positive actuator values.
+Vec3 JointDirection(const Context& context, int joint);
+
+/// True if the joint's axis lies along `axis` to 15 degrees; always for kAny.
+bool LiesAlong(const Context& context, int joint, Axis axis);
+
+/// Adds the poses to our own message.
+void FillPose(const Context& context, NeighbourMessage* message);
+
+}  // namespace morphbus::vm
