@@ -86,12 +86,12 @@ TEST(Layout, NamesEveryFieldOfEveryMessageInItsOrder) {
 }
 
 TEST(Layout, SizesAreThoseOfTheEncoder) {
-  morphbus::body_pose_t body;
+  const morphbus::body_pose_t body = {};
   EXPECT_EQ(static_cast<int>(LargestSize<morphbus::body_pose_t>()), body._getEncodedSizeNoHash());
-  morphbus::world_t world;
+  morphbus::world_t world = {};
   world.num_bodies = 0;
   EXPECT_EQ(static_cast<int>(SizeWithoutArrays<morphbus::world_t>()), world.getEncodedSize());
-  morphbus::invocation_t invocation;
+  morphbus::invocation_t invocation = {};
   invocation.num_arguments = vm::kMaxArguments;
   EXPECT_EQ(static_cast<int>(LargestSize<morphbus::invocation_t>()),
             invocation._getEncodedSizeNoHash());
