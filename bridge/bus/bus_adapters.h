@@ -2,14 +2,32 @@
 // Buses around buses: several participants on one bus, and loss on purpose.
 
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "bridge/bus/bus.h"
 
 namespace morphbus::bridge {
+
+/// A bus around another one, to which it leaves all that a derived class does not do itself.
+class ForwardingBus : public Bus {
+ public:
+  /// @param inner  outlives this bus.
+  explicit ForwardingBus(Bus* inner) : inner_(inner) {}
+
+  // As in Bus.
+  void Publish(const std::string& channel, const uint8_t* data, size_t size) override {
+    inner_->Publish(channel, data, size);
+  }
+  void Unsubscribe(const std::string& channel) override { inner_->Unsubscribe(channel); }
+  int Handle(int timeout_ms) override { return inner_->Handle(timeout_ms); }
+  [[nodiscard]] int64_t queue_overflows() const override { return inner_->queue_overflows(); }
+  [[nodiscard]] int64_t discarded() const override { return inner_->discarded(); }
+
+ protected:
+  /// Not owned.
+  Bus* inner_;
+};
 
 /// Lets several participants of one process share one bus, each with its own subscriptions: a
 /// hundred modules in one process need one socket. Messages go to the participants in order of
@@ -20,9 +38,6 @@ class BusMux {
   /// @param bus  the shared one, which nobody else subscribes on.
   explicit BusMux(Bus* bus);
   ~BusMux();
-  // The endpoints point here.
-  BusMux(const BusMux&) = delete;
-  BusMux& operator=(const BusMux&) = delete;
 
   /// A participant's own endpoint; what it subscribed to ends with it.
   std::unique_ptr<Bus> Connect();
@@ -36,7 +51,7 @@ class BusMux {
 
 /// Throws away a fraction of what arrives, the same on every run with the same seed and arrivals
 /// (splitmix64, one draw a message). Publishing is left alone: loss is at the receiver.
-class LossyBus : public Bus {
+class LossyBus : public ForwardingBus {
  public:
   /// @param inner  outlives this bus.
   /// @param loss   probability 0..1 with which a message is thrown away.
@@ -44,12 +59,8 @@ class LossyBus : public Bus {
   LossyBus(Bus* inner, double loss, uint64_t seed);
 
   // As in Bus; what is received may be lost.
-  void Publish(const std::string& channel, const uint8_t* data, size_t size) override;
   void Subscribe(const std::string& channel, Handler handler) override;
   void SubscribePrefix(const std::string& prefix, Handler handler) override;
-  void Unsubscribe(const std::string& channel) override;
-  int Handle(int timeout_ms) override;
-  [[nodiscard]] int64_t queue_overflows() const override;
   [[nodiscard]] int64_t discarded() const override { return discarded_; }
 
  private:
@@ -58,8 +69,6 @@ class LossyBus : public Bus {
   /// A handler that passes on what is not lost.
   Handler Wrap(Handler handler);
 
-  /// Not owned.
-  Bus* inner_;
   /// A message is lost if a random number below 2^53 is below this.
   uint64_t threshold_;
   /// Of the random numbers: splitmix64's counter.

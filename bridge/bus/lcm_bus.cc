@@ -3,13 +3,13 @@
 #include <lcm/lcm.h>
 #include <poll.h>
 
-#include <map>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "bridge/bus/lcm_datagrams.h"
 #include "bridge/bus/lcm_url.h"
+#include "bridge/bus/subscriptions.h"
 #include "bridge/bus/udpm_socket.h"
 
 namespace morphbus::bridge {
@@ -26,52 +26,6 @@ std::string EscapeForRegex(const std::string& text) {
   }
   return escaped;
 }
-
-/// Who wants which channels. A handler may change the book while it is called.
-class Subscriptions {
- public:
-  void Add(const std::string& channel, Bus::Handler handler) {
-    exact_[channel] = std::make_shared<Bus::Handler>(std::move(handler));
-  }
-  void AddPrefix(const std::string& prefix, Bus::Handler handler) {
-    prefixes_[prefix] = std::make_shared<Bus::Handler>(std::move(handler));
-  }
-  bool Remove(const std::string& name) { return exact_.erase(name) + prefixes_.erase(name) > 0; }
-
-  [[nodiscard]] bool has_prefixes() const { return !prefixes_.empty(); }
-  /// The names subscribed to exactly, prefixes not among them.
-  [[nodiscard]] std::vector<std::string> channels() const {
-    std::vector<std::string> names;
-    for (const auto& [channel, handler] : exact_) names.push_back(channel);
-    return names;
-  }
-
-  /// One expression that matches all of them.
-  [[nodiscard]] std::string Regex() const {
-    std::string all;
-    for (const auto& [channel, handler] : exact_) all += "|" + EscapeForRegex(channel);
-    for (const auto& [prefix, handler] : prefixes_) all += "|" + EscapeForRegex(prefix) + ".*";
-    return all.empty() ? all : "(" + all.substr(1) + ")";
-  }
-
-  /// Returns the number of handlers called.
-  [[nodiscard]] int Dispatch(std::string_view channel, const uint8_t* data, size_t size) const {
-    std::vector<std::shared_ptr<Bus::Handler>> called;  // Kept alive over the calls.
-    if (const auto found = exact_.find(channel); found != exact_.end()) {
-      called.push_back(found->second);
-    }
-    for (const auto& [prefix, handler] : prefixes_) {
-      if (channel.starts_with(prefix)) called.push_back(handler);
-    }
-    for (const std::shared_ptr<Bus::Handler>& handler : called) (*handler)(channel, data, size);
-    return static_cast<int>(called.size());
-  }
-
- private:
-  // Handlers are shared, so that one can be replaced while it runs.
-  using Book = std::map<std::string, std::shared_ptr<Bus::Handler>, std::less<>>;
-  Book exact_, prefixes_;
-};
 
 /// Sends through LCM; the two kinds of bus below differ in how they receive.
 class SendingBus : public Bus {
@@ -144,11 +98,10 @@ class UdpmBus : public SendingBus {
     }
     // Modules name the channels they need, and the kernel keeps all others from waking them. A
     // prefix (the logger) needs everything.
-    if (subscriptions_.has_prefixes()) {
-      socket_->PassEverything();
-    } else {
-      socket_->SetChannels(subscriptions_.channels());
-    }
+    if (!subscriptions_.prefixes().empty()) return socket_->PassEverything();
+    std::vector<std::string> channels;
+    for (const auto& [channel, handler] : subscriptions_.exact()) channels.push_back(channel);
+    socket_->SetChannels(channels);
   }
 
   std::unique_ptr<UdpmSocket> socket_;
@@ -185,8 +138,15 @@ class ProviderBus : public SendingBus {
     // One subscription for all channels keeps the order of arrival across them.
     if (subscription_ != nullptr) lcm_unsubscribe(lcm_, subscription_);
     subscription_ = nullptr;
-    const std::string regex = subscriptions_.Regex();
+    std::string regex;
+    for (const auto& [channel, handler] : subscriptions_.exact()) {
+      regex += "|" + EscapeForRegex(channel);
+    }
+    for (const auto& [prefix, handler] : subscriptions_.prefixes()) {
+      regex += "|" + EscapeForRegex(prefix) + ".*";
+    }
     if (regex.empty()) return;
+    regex = "(" + regex.substr(1) + ")";
     subscription_ = lcm_subscribe(lcm_, regex.c_str(), &OnMessage, this);
     // LCM's own queue holds 30 by default.
     if (subscription_ != nullptr) {

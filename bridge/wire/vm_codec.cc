@@ -1,6 +1,10 @@
 #include "bridge/wire/vm_codec.h"
 
 #include <algorithm>
+#include <cmath>
+#include <tuple>
+#include <type_traits>
+#include <utility>
 
 #include "bridge/wire/codec.h"
 #include "bridge/wire/wire_size.h"
@@ -21,121 +25,134 @@ static_assert(SizeWithoutArrays<morphbus::transform_t>() +
                   kMaxPayloadBytes,
               "the VM's limits overfill a datagram");
 
-/// Ticks of body entries travel in 32 bits: over a year of ticks of 20 ms; beyond that they stay at
-/// the end of the range.
-int32_t ToWireStamp(int64_t tick) {
-  return static_cast<int32_t>(std::clamp<int64_t>(tick, INT32_MIN, INT32_MAX));
+/// Copies one number; whichever side is not const is written.
+template <class Wire, class Vm>
+void CopyOne(Wire& wire, Vm& vm) {
+  using To = std::remove_const_t<Wire>;
+  if constexpr (std::is_same_v<std::remove_const_t<Vm>, vm::Cell>) {
+    // Arguments travel as the 32 bits of their cells; the program knows which are numbers.
+    if constexpr (std::is_const_v<Wire>) {
+      vm = vm::Cell::Int(wire);
+    } else {
+      wire = vm.AsInt();
+    }
+  } else if constexpr (std::is_const_v<Wire>) {
+    vm = static_cast<Vm>(wire);
+  } else if constexpr (std::is_same_v<To, int32_t> && std::is_same_v<const Vm, const int64_t>) {
+    // Ticks of body entries travel in 32 bits: over a year of ticks of 20 ms; beyond that they stay
+    // at the end of the range.
+    wire = static_cast<To>(std::clamp<int64_t>(vm, INT32_MIN, INT32_MAX));
+  } else {
+    wire = static_cast<To>(vm);
+  }
 }
+
+/// Copies fields between a struct of the wire and one of the VM, whichever way: the one that is
+/// read is const. Both list their fields in the same order.
+template <class... Wire, class... Vm>
+void Copy(std::tuple<Wire&...> wire, std::tuple<Vm&...> vm) {
+  [&]<size_t... I>(std::index_sequence<I...>) {
+    (CopyOne(std::get<I>(wire), std::get<I>(vm)), ...);
+  }
+  (std::index_sequence_for<Wire...>());
+}
+
+/// Copies a list, element by element: on the wire a length and a vector, in the VM a length and an
+/// array. Decode has seen to it that lengths fit the VM's arrays.
+template <class Elements, class Array, class WireLength, class VmLength, class CopyElement>
+void CopyList(WireLength& wire_length, Elements& wire, VmLength& vm_length, Array& vm,
+              const CopyElement& copy) {
+  Copy(std::tie(wire_length), std::tie(vm_length));
+  if constexpr (!std::is_const_v<Elements>) wire.resize(static_cast<size_t>(vm_length));
+  for (size_t i = 0; i < static_cast<size_t>(vm_length); ++i) copy(wire[i], vm[i]);
+}
+
+// What corresponds to what, for both ways.
 
 /// Quaternions are w x y z on both sides.
-void ToWirePose(const vm::PoseF& X, morphbus::pose_t* out) {
-  const float position[] = {X.p.x, X.p.y, X.p.z};
-  const float orientation[] = {X.q.w, X.q.x, X.q.y, X.q.z};
-  std::copy(std::begin(position), std::end(position), out->position_m);
-  std::copy(std::begin(orientation), std::end(orientation), out->orientation_wxyz);
+constexpr auto kPose = [](auto& wire, auto& vm) {
+  auto& p = wire.position_m;
+  auto& q = wire.orientation_wxyz;
+  Copy(std::tie(p[0], p[1], p[2], q[0], q[1], q[2], q[3]),
+       std::tie(vm.p.x, vm.p.y, vm.p.z, vm.q.w, vm.q.x, vm.q.y, vm.q.z));
+};
+
+constexpr auto kDockedLink = [](auto& wire, auto& vm) {
+  Copy(std::tie(wire.connector, wire.link, wire.body_link, wire.mate_module),
+       std::tie(vm.connector, vm.link, vm.body_link, vm.mate_module));
+};
+
+constexpr auto kBodyEntry = [](auto& wire, auto& vm) {
+  Copy(std::tie(wire.link, wire.joint, wire.module_id, wire.stamp_tick),
+       std::tie(vm.link, vm.joint, vm.module, vm.stamp));
+};
+
+/// What an invocation and a request for one have in common: what is to run, under which image.
+constexpr auto kCommand = [](auto& wire, auto& vm) {
+  Copy(std::tie(wire.role, wire.command, wire.program_hash),
+       std::tie(vm.role, vm.command, vm.program_hash));
+  CopyList(wire.num_arguments, wire.arguments, vm.num_arguments, vm.arguments,
+           [](auto& to_or_from, auto& cell) { CopyOne(to_or_from, cell); });
+};
+
+constexpr auto kInvocation = [](auto& wire, auto& vm) {
+  Copy(std::tie(wire.origin_module, wire.origin_incarnation, wire.id),
+       std::tie(vm.origin, vm.origin_incarnation, vm.id));
+  kCommand(wire, vm);
+};
+
+/// Up to which invocation of an origin the sender has an unbroken row.
+constexpr auto kAck = [](auto& wire, auto& vm) {
+  Copy(std::tie(wire.origin_module, wire.origin_incarnation, wire.id, wire.floor),
+       std::tie(vm.origin, vm.origin_incarnation, vm.id, vm.floor));
+};
+
+/// The piece says which image it is of and where it belongs, so any mate can use it.
+constexpr auto kFragment = [](auto& wire, auto& vm) {
+  Copy(std::tie(wire.version, wire.hash, wire.image_size, wire.offset),
+       std::tie(vm.version, vm.hash, vm.image_size, vm.offset));
+  CopyList(wire.size, wire.bytes, vm.size, vm.bytes,
+           [](auto& to_or_from, auto& byte) { CopyOne(to_or_from, byte); });
+};
+
+/// A neighbour message but for its fragment, of which the wire has a list and the VM one, and for
+/// what the header says.
+template <class Wire, class Vm>
+void CopyMessage(Wire& wire, Vm& vm) {
+  // Who speaks, what role it plays, and whose broadcast its poses rest on.
+  Copy(std::tie(wire.module_id, wire.incarnation, wire.role, wire.has_pose, wire.pose_stale,
+                wire.root_module, wire.root_incarnation, wire.root_sequence, wire.hops),
+       std::tie(vm.sender, vm.incarnation, vm.role, vm.has_pose, vm.pose_stale, vm.root,
+                vm.root_incarnation, vm.root_sequence, vm.hops));
+  // Where the sender's links are in the robot frame, and what is docked to them.
+  CopyList(wire.num_links, wire.link_poses, vm.num_links, vm.X_RL, kPose);
+  CopyList(wire.num_docked, wire.docked, vm.num_docked, vm.docked, kDockedLink);
+  // Its share of news about joints that touch bodies, which are told in turns.
+  Copy(std::tie(wire.body_turns), std::tie(vm.body_turns));
+  CopyList(wire.num_body_entries, wire.body_entries, vm.num_body_entries, vm.body_entries,
+           kBodyEntry);
+  // Commands for others, and what program the sender runs and wants.
+  CopyList(wire.num_invocations, wire.invocations, vm.num_invocations, vm.invocations, kInvocation);
+  CopyList(wire.num_acks, wire.acks, vm.num_acks, vm.acks, kAck);
+  auto& news = wire.news;
+  Copy(std::tie(news.version, news.hash, news.want_version, news.want_hash, news.want_offset),
+       std::tie(vm.news.version, vm.news.hash, vm.news.want_version, vm.news.want_hash,
+                vm.news.want_offset));
 }
 
-/// The reverse of ToWirePose.
-void FromWirePose(const morphbus::pose_t& pose, vm::PoseF* out) {
-  out->p = {pose.position_m[0], pose.position_m[1], pose.position_m[2]};
-  out->q = {pose.orientation_wxyz[0], pose.orientation_wxyz[1], pose.orientation_wxyz[2],
-            pose.orientation_wxyz[3]};
+/// Indices into the program's and the type's tables; whoever shows a fault looks the names up.
+template <class Wire, class Vm>
+void CopyFault(Wire& wire, Vm& vm) {
+  Copy(std::tie(wire.code, wire.role, wire.rival_role, wire.function_index, wire.keyword,
+                wire.joint, wire.link, wire.connector, wire.asked_axis, wire.asked, wire.measured,
+                wire.limit, wire.direction[0], wire.direction[1], wire.direction[2]),
+       std::tie(vm.code, vm.role, vm.rival_role, vm.function, vm.keyword, vm.joint, vm.link,
+                vm.connector, vm.asked_axis, vm.asked, vm.measured, vm.limit, vm.direction_R.x,
+                vm.direction_R.y, vm.direction_R.z));
 }
 
-/// Invocations and acknowledgements of a neighbour message.
-void InvocationsToWire(const vm::NeighbourMessage& message, morphbus::transform_t* out) {
-  out->num_invocations = static_cast<int8_t>(message.num_invocations);
-  out->invocations.resize(message.num_invocations);
-  for (size_t i = 0; i < message.num_invocations; ++i) {
-    const vm::Invocation& from = message.invocations[i];
-    morphbus::invocation_t& to = out->invocations[i];
-    to.origin_module = static_cast<int16_t>(from.origin);
-    to.role = static_cast<int16_t>(from.role);
-    to.command = static_cast<int8_t>(from.command);
-    to.num_arguments = static_cast<int8_t>(from.num_arguments);
-    to.origin_incarnation = static_cast<int32_t>(from.origin_incarnation);
-    to.id = static_cast<int32_t>(from.id);
-    to.program_hash = static_cast<int64_t>(from.program_hash);
-    // Arguments travel as the 32 bits of their cells; the program knows which are numbers.
-    to.arguments.clear();
-    for (int a = 0; a < from.num_arguments; ++a) to.arguments.push_back(from.arguments[a].AsInt());
-  }
-  // Up to which invocation of each origin the sender has an unbroken row.
-  out->num_acks = static_cast<int8_t>(message.num_acks);
-  out->acks.resize(message.num_acks);
-  for (size_t i = 0; i < message.num_acks; ++i) {
-    const vm::InvocationAck& from = message.acks[i];
-    out->acks[i].origin_module = static_cast<int16_t>(from.origin);
-    out->acks[i].origin_incarnation = static_cast<int32_t>(from.origin_incarnation);
-    out->acks[i].id = static_cast<int32_t>(from.id);
-    out->acks[i].floor = static_cast<int32_t>(from.floor);
-  }
-}
-
-/// The reverse. Decode has seen to it that the counts fit the VM's arrays.
-void InvocationsFromWire(const morphbus::transform_t& message, vm::NeighbourMessage* out) {
-  out->num_invocations = static_cast<uint8_t>(message.num_invocations);
-  for (size_t i = 0; i < out->num_invocations; ++i) {
-    const morphbus::invocation_t& from = message.invocations[i];
-    vm::Invocation& to = out->invocations[i];
-    to.origin = static_cast<uint16_t>(from.origin_module);
-    to.origin_incarnation = static_cast<uint32_t>(from.origin_incarnation);
-    to.id = static_cast<uint32_t>(from.id);
-    to.program_hash = static_cast<uint64_t>(from.program_hash);
-    to.role = static_cast<uint16_t>(from.role);
-    to.command = static_cast<uint8_t>(from.command);
-    to.num_arguments = static_cast<uint8_t>(from.num_arguments);
-    for (size_t a = 0; a < to.num_arguments; ++a)
-      to.arguments[a] = vm::Cell::Int(from.arguments[a]);
-  }
-  out->num_acks = static_cast<uint8_t>(message.num_acks);
-  for (size_t i = 0; i < out->num_acks; ++i) {
-    const morphbus::invocation_ack_t& from = message.acks[i];
-    out->acks[i].origin = static_cast<uint16_t>(from.origin_module);
-    out->acks[i].origin_incarnation = static_cast<uint32_t>(from.origin_incarnation);
-    out->acks[i].id = static_cast<uint32_t>(from.id);
-    out->acks[i].floor = static_cast<uint32_t>(from.floor);
-  }
-}
-
-/// What program the sender runs and wants, and a piece of its own for those who ask.
-void ProgramToWire(const vm::NeighbourMessage& message, morphbus::transform_t* out) {
-  out->news.version = static_cast<int32_t>(message.news.version);
-  out->news.hash = static_cast<int64_t>(message.news.hash);
-  out->news.want_version = static_cast<int32_t>(message.news.want_version);
-  out->news.want_hash = static_cast<int64_t>(message.news.want_hash);
-  out->news.want_offset = static_cast<int32_t>(message.news.want_offset);
-  const vm::ProgramFragment& from = message.fragment;
-  out->num_fragments = from.size > 0 ? 1 : 0;
-  out->fragments.resize(static_cast<size_t>(out->num_fragments));
-  if (from.size == 0) return;
-  morphbus::program_fragment_t& to = out->fragments[0];
-  // The piece says which image it is of and where it belongs, so any mate can use it.
-  to.version = static_cast<int32_t>(from.version);
-  to.hash = static_cast<int64_t>(from.hash);
-  to.image_size = static_cast<int32_t>(from.image_size);
-  to.offset = static_cast<int32_t>(from.offset);
-  to.size = static_cast<int16_t>(from.size);
-  to.bytes.assign(from.bytes, from.bytes + from.size);
-}
-
-/// The reverse; without a fragment the VM's one stays empty.
-void ProgramFromWire(const morphbus::transform_t& message, vm::NeighbourMessage* out) {
-  out->news.version = static_cast<uint32_t>(message.news.version);
-  out->news.hash = static_cast<uint64_t>(message.news.hash);
-  out->news.want_version = static_cast<uint32_t>(message.news.want_version);
-  out->news.want_hash = static_cast<uint64_t>(message.news.want_hash);
-  out->news.want_offset = static_cast<uint32_t>(message.news.want_offset);
-  if (message.num_fragments == 0) return;
-  const morphbus::program_fragment_t& from = message.fragments[0];
-  vm::ProgramFragment& to = out->fragment;
-  to.version = static_cast<uint32_t>(from.version);
-  to.hash = static_cast<uint64_t>(from.hash);
-  to.image_size = static_cast<uint32_t>(from.image_size);
-  to.offset = static_cast<uint32_t>(from.offset);
-  to.size = static_cast<uint16_t>(from.size);
-  std::copy(from.bytes.begin(), from.bytes.end(), to.bytes);
-}
+/// Source lines and counts beyond what the wire has room for stay at the end of its range.
+int16_t To16(uint16_t number) { return static_cast<int16_t>(std::min<int>(number, INT16_MAX)); }
 
 /// Names longer than the message has room for.
 std::string Cut(const std::string& name) { return CutText(name, kMaxStatusName); }
@@ -146,31 +163,16 @@ T ItemOr(const std::vector<T>& items, size_t i, const T& otherwise) {
   return i < items.size() ? items[i] : otherwise;
 }
 
-/// A fault as numbers; whoever shows it looks the names up in the images.
 morphbus::fault_t ToFault(const vm::Fault& fault) {
   morphbus::fault_t out;
-  // Indices into the program's and the type's tables; -1 where the fault concerns none.
-  out.code = static_cast<int16_t>(fault.code);
-  out.role = fault.role;
-  out.rival_role = fault.rival_role;
-  out.function_index = fault.function;
-  out.line = static_cast<int16_t>(std::min<int>(fault.line, INT16_MAX));
-  out.keyword = fault.keyword;
-  out.joint = fault.joint;
-  out.link = fault.link;
-  out.connector = fault.connector;
-  out.asked_axis = static_cast<int8_t>(fault.asked_axis);
+  CopyFault(out, fault);
+  out.line = To16(fault.line);
   // What a program asked for may be anything; the wire carries finite numbers only.
-  const auto finite = [](float v) {
-    constexpr float kLargest = 3.4e38F;
-    return v == v ? std::clamp(v, -kLargest, kLargest) : 0.0F;
-  };
-  out.asked = finite(fault.asked);
-  out.measured = finite(fault.measured);
-  out.limit = finite(fault.limit);
-  out.direction[0] = finite(fault.direction_R.x);
-  out.direction[1] = finite(fault.direction_R.y);
-  out.direction[2] = finite(fault.direction_R.z);
+  constexpr float kLargest = 3.4e38F;
+  for (float* number : {&out.asked, &out.measured, &out.limit, &out.direction[0], &out.direction[1],
+                        &out.direction[2]}) {
+    *number = std::isnan(*number) ? 0.0F : std::clamp(*number, -kLargest, kLargest);
+  }
   return out;
 }
 
@@ -182,11 +184,9 @@ morphbus::status_t StatusCore(const vm::StatusReport& report, const StatusNames&
   out.type_name = Cut(names.type_name);
   out.incarnation = static_cast<int32_t>(incarnation);
   // What the module plays, and whether it knows where it is.
-  out.role = report.role;
+  Copy(std::tie(out.role, out.frozen, out.has_pose, out.pose_stale),
+       std::tie(report.role, report.frozen, report.has_pose, report.pose_stale));
   out.role_name = Cut(names.role_name);
-  out.frozen = report.frozen ? 1 : 0;
-  out.has_pose = report.has_pose ? 1 : 0;
-  out.pose_stale = report.pose_stale ? 1 : 0;
   // Labels by name, since a listener has no program at hand.
   for (size_t i = 0; i < report.num_labels; ++i) {
     morphbus::label_t label;
@@ -201,7 +201,7 @@ morphbus::status_t StatusCore(const vm::StatusReport& report, const StatusNames&
   out.num_joints = static_cast<int8_t>(num_joints);
   out.joint_sign.assign(report.signs, report.signs + num_joints);
   out.num_tasks = out.num_faults = out.tasks_omitted = 0;
-  out.faults_dropped = static_cast<int16_t>(std::min<int>(report.faults_dropped, INT16_MAX));
+  out.faults_dropped = To16(report.faults_dropped);
   return out;
 }
 
@@ -217,7 +217,7 @@ void AddTasks(const vm::StatusReport& report, const StatusNames& names, morphbus
     morphbus::task_t task;
     task.kind = static_cast<int8_t>(report.tasks[i].kind);
     task.function_name = Cut(ItemOr<std::string>(names.task_functions, i, ""));
-    task.line = static_cast<int16_t>(std::min<int>(report.tasks[i].line, INT16_MAX));
+    task.line = To16(report.tasks[i].line);
     // A later task with a shorter name may still fit.
     if (static_cast<size_t>(task._getEncodedSizeNoHash()) > RoomIn(*out)) {
       ++out->tasks_omitted;
@@ -231,78 +231,25 @@ void AddTasks(const vm::StatusReport& report, const StatusNames& names, morphbus
 }  // namespace
 
 void ToTransform(const vm::NeighbourMessage& message, morphbus::transform_t* out) {
-  // Who speaks, what role it plays, and whose broadcast its poses rest on.
-  out->module_id = static_cast<int16_t>(message.sender);
-  out->incarnation = static_cast<int32_t>(message.incarnation);
-  out->role = message.role;
-  out->has_pose = message.has_pose ? 1 : 0;
-  out->pose_stale = message.pose_stale ? 1 : 0;
-  out->root_module = static_cast<int16_t>(message.root);
-  out->root_incarnation = static_cast<int32_t>(message.root_incarnation);
-  out->root_sequence = message.root_sequence;
-  out->hops = static_cast<int16_t>(message.hops);
-  // Where the sender's links are, and what is docked to them.
-  out->num_links = static_cast<int8_t>(message.num_links);
-  out->link_poses.resize(message.num_links);
-  for (size_t i = 0; i < message.num_links; ++i) ToWirePose(message.X_RL[i], &out->link_poses[i]);
-  out->num_docked = static_cast<int8_t>(message.num_docked);
-  out->docked.resize(message.num_docked);
-  for (size_t i = 0; i < message.num_docked; ++i) {
-    out->docked[i].connector = static_cast<int8_t>(message.docked[i].connector);
-    out->docked[i].link = static_cast<int8_t>(message.docked[i].link);
-    out->docked[i].body_link = static_cast<int8_t>(message.docked[i].body_link);
-    out->docked[i].mate_module = static_cast<int16_t>(message.docked[i].mate_module);
+  CopyMessage(*out, message);
+  // A piece of the own program, for those who ask.
+  out->num_fragments = message.fragment.size > 0 ? 1 : 0;
+  out->fragments.resize(static_cast<size_t>(out->num_fragments));
+  for (morphbus::program_fragment_t& fragment : out->fragments) {
+    kFragment(fragment, message.fragment);
   }
-  // The turn of the bodies' joints, a few at a time.
-  out->body_turns = static_cast<int8_t>(message.body_turns);
-  out->num_body_entries = static_cast<int8_t>(message.num_body_entries);
-  out->body_entries.resize(message.num_body_entries);
-  for (size_t i = 0; i < message.num_body_entries; ++i) {
-    const vm::BodyEntry& entry = message.body_entries[i];
-    out->body_entries[i].link = static_cast<int8_t>(entry.link);
-    out->body_entries[i].joint = static_cast<int8_t>(entry.joint);
-    out->body_entries[i].module_id = static_cast<int16_t>(entry.module);
-    out->body_entries[i].stamp_tick = ToWireStamp(entry.stamp);
-  }
-  // The rest of the tail: commands for others, and programs.
-  InvocationsToWire(message, out);
-  ProgramToWire(message, out);
 }
 
 void FromTransform(const morphbus::transform_t& message, vm::NeighbourMessage* out) {
-  // Whatever the message does not mention is as in a fresh struct.
+  // Whatever the message does not mention is as in a fresh struct; without a fragment the VM's one
+  // stays empty.
   *out = vm::NeighbourMessage();
-  out->sender = static_cast<uint16_t>(message.module_id);
-  out->incarnation = static_cast<uint32_t>(message.incarnation);
-  out->tick = message.header.tick;
-  out->program_hash = static_cast<uint64_t>(message.header.program_hash);
-  out->role = message.role;
-  out->has_pose = message.has_pose != 0;
-  out->pose_stale = message.pose_stale != 0;
-  out->root = static_cast<uint16_t>(message.root_module);
-  out->root_incarnation = static_cast<uint32_t>(message.root_incarnation);
-  out->root_sequence = message.root_sequence;
-  out->hops = static_cast<uint16_t>(message.hops);
-  // The sender's links in the robot frame, and what is docked to them.
-  out->num_links = static_cast<uint8_t>(message.num_links);
-  for (size_t i = 0; i < out->num_links; ++i) FromWirePose(message.link_poses[i], &out->X_RL[i]);
-  out->num_docked = static_cast<uint8_t>(message.num_docked);
-  for (size_t i = 0; i < out->num_docked; ++i) {
-    out->docked[i] = {static_cast<uint8_t>(message.docked[i].connector),
-                      static_cast<uint8_t>(message.docked[i].link),
-                      static_cast<uint8_t>(message.docked[i].body_link),
-                      static_cast<uint16_t>(message.docked[i].mate_module)};
+  Copy(std::tie(message.header.tick, message.header.program_hash),
+       std::tie(out->tick, out->program_hash));
+  CopyMessage(message, *out);
+  for (const morphbus::program_fragment_t& fragment : message.fragments) {
+    kFragment(fragment, out->fragment);
   }
-  // Its share of news about joints that touch bodies.
-  out->body_turns = static_cast<uint8_t>(message.body_turns);
-  out->num_body_entries = static_cast<uint8_t>(message.num_body_entries);
-  for (size_t i = 0; i < out->num_body_entries; ++i) {
-    const morphbus::body_entry_t& entry = message.body_entries[i];
-    out->body_entries[i] = {static_cast<uint8_t>(entry.link), static_cast<uint8_t>(entry.joint),
-                            static_cast<uint16_t>(entry.module_id), entry.stamp_tick};
-  }
-  InvocationsFromWire(message, out);
-  ProgramFromWire(message, out);
 }
 
 void ToActuator(const vm::TickOutput& output, uint16_t module_id, int num_joints,
@@ -312,24 +259,19 @@ void ToActuator(const vm::TickOutput& output, uint16_t module_id, int num_joints
       static_cast<int8_t>(vm::ActuatorMode::kVelocity) == morphbus::joint_command_t::MODE_VELOCITY);
   out->module_id = static_cast<int16_t>(module_id);
   out->status_count = status_count;
-  out->num_joints = static_cast<int8_t>(num_joints);
   // Every joint has a command in every tick, in the actuator's own sign.
-  out->joints.resize(static_cast<size_t>(num_joints));
-  for (int i = 0; i < num_joints; ++i) {
-    morphbus::joint_command_t& joint = out->joints[i];
-    joint.mode = static_cast<int8_t>(output.joints[i].mode);
-    joint.target_si = output.joints[i].target;
-    joint.speed_si = output.joints[i].speed;
-  }
+  CopyList(out->num_joints, out->joints, std::as_const(num_joints), output.joints,
+           [](morphbus::joint_command_t& joint, const vm::JointCommand& command) {
+             Copy(std::tie(joint.mode, joint.target_si, joint.speed_si),
+                  std::tie(command.mode, command.target, command.speed));
+           });
   // Commands to connectors are few and are told one by one.
-  out->num_connectors = static_cast<int8_t>(output.num_connector_commands);
-  out->connectors.resize(output.num_connector_commands);
-  for (size_t i = 0; i < output.num_connector_commands; ++i) {
-    const vm::ConnectorCommand& command = output.connector_commands[i];
-    out->connectors[i].connector = static_cast<int8_t>(command.connector);
-    out->connectors[i].state = static_cast<int8_t>(command.state);
-    out->connectors[i].value = static_cast<int8_t>(command.value);
-  }
+  CopyList(out->num_connectors, out->connectors, output.num_connector_commands,
+           output.connector_commands,
+           [](morphbus::connector_command_t& connector, const vm::ConnectorCommand& command) {
+             Copy(std::tie(connector.connector, connector.state, connector.value),
+                  std::tie(command.connector, command.state, command.value));
+           });
 }
 
 Result<void> FromSensors(const morphbus::module_sensors_t& reading, int num_joints,
@@ -353,10 +295,9 @@ Result<void> FromSensors(const morphbus::module_sensors_t& reading, int num_join
     vm::ConnectorReading& connector = out->connectors[docked.connector];
     // Who is there, with which connector, and in which connection of the model.
     connector.docked = true;
-    connector.mate_module = static_cast<uint16_t>(docked.mate_module);
-    connector.mate_connector = static_cast<uint8_t>(docked.mate_connector);
-    connector.connection_type = static_cast<uint8_t>(docked.connection_type);
-    connector.number = static_cast<uint16_t>(docked.number);
+    Copy(std::tie(docked.mate_module, docked.mate_connector, docked.connection_type, docked.number),
+         std::tie(connector.mate_module, connector.mate_connector, connector.connection_type,
+                  connector.number));
   }
   return {};
 }
@@ -389,44 +330,19 @@ std::vector<morphbus::status_t> ToStatus(const vm::StatusReport& report, const S
 
 vm::Fault FromFault(const morphbus::fault_t& fault) {
   vm::Fault out;
-  out.code = static_cast<vm::FaultCode>(fault.code);
-  out.role = fault.role;
-  out.rival_role = fault.rival_role;
-  out.function = fault.function_index;
+  CopyFault(fault, out);
   out.line = static_cast<uint16_t>(fault.line);
-  out.keyword = fault.keyword;
-  out.joint = fault.joint;
-  out.link = fault.link;
-  out.connector = fault.connector;
-  out.asked_axis = static_cast<vm::Axis>(fault.asked_axis);
-  out.asked = fault.asked;
-  out.measured = fault.measured;
-  out.limit = fault.limit;
-  out.direction_R = {fault.direction[0], fault.direction[1], fault.direction[2]};
   return out;
 }
 
 void ToRequest(const vm::InvokeRequest& request, uint16_t module_id,
                morphbus::invoke_request_t* out) {
   out->module_id = static_cast<int16_t>(module_id);
-  out->role = static_cast<int16_t>(request.role);
-  out->command = static_cast<int8_t>(request.command);
-  out->num_arguments = static_cast<int8_t>(request.num_arguments);
-  out->program_hash = static_cast<int64_t>(request.program_hash);
-  out->arguments.clear();
-  for (int i = 0; i < request.num_arguments; ++i) {
-    out->arguments.push_back(request.arguments[i].AsInt());
-  }
+  kCommand(*out, request);
 }
 
 void FromRequest(const morphbus::invoke_request_t& request, vm::InvokeRequest* out) {
-  out->program_hash = static_cast<uint64_t>(request.program_hash);
-  out->role = static_cast<uint16_t>(request.role);
-  out->command = static_cast<uint8_t>(request.command);
-  out->num_arguments = static_cast<uint8_t>(request.num_arguments);
-  for (size_t i = 0; i < out->num_arguments; ++i) {
-    out->arguments[i] = vm::Cell::Int(request.arguments[i]);
-  }
+  kCommand(request, *out);
 }
 
 std::vector<std::vector<size_t>> SplitSensors(
