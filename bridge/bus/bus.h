@@ -7,6 +7,7 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace morphbus::bridge {
 
@@ -29,6 +30,22 @@ struct Ledger {
   int64_t missed_deadlines = 0;
 };
 
+/// What of a channel a subscriber needs, so that the rest need not wake its process. A bus may
+/// deliver more, and sooner; it never delivers less.
+struct Interest {
+  /// False: a message ends no wait in Handle(), but is dispatched before the next one that does, or
+  /// when the wait is over.
+  bool wakes = true;
+  /// Bytes of the number by which messages are told apart, 1 or 2; 0 if all are needed.
+  int width = 0;
+  /// The place of that number (big-endian) in the payload.
+  uint32_t offset = 0;
+  /// Only messages with this number are needed, or with `unless` only those with another one.
+  uint16_t value = 0;
+  bool unless = false;
+  bool operator==(const Interest&) const = default;
+};
+
 /// One participant's access to the messages of a run. Delivery is as on UDP: a message may be lost,
 /// doubled or late, and nobody is told. Not to be shared between threads.
 class Bus {
@@ -41,8 +58,12 @@ class Bus {
   /// Sends one message; at most 63 characters of channel name.
   virtual void Publish(const std::string& channel, const uint8_t* data, size_t size) = 0;
 
-  /// Receives the channel with exactly this name. Subscribing again replaces the handler.
-  virtual void Subscribe(const std::string& channel, Handler handler) = 0;
+  /// Receives the channel with exactly this name, or what of it is of `interest`. Subscribing again
+  /// replaces the handler and the interest.
+  virtual void Subscribe(const std::string& channel, Handler handler, const Interest& interest) = 0;
+  void Subscribe(const std::string& channel, Handler handler) {
+    Subscribe(channel, std::move(handler), Interest());
+  }
 
   /// Receives every channel whose name begins with `prefix` (loggers, spies; wakes for all of
   /// them).
@@ -51,9 +72,15 @@ class Bus {
   /// Drops the subscription to a channel or prefix of this name; nothing happens if there is none.
   virtual void Unsubscribe(const std::string& channel) = 0;
 
-  /// Dispatches what has arrived; waits up to `timeout_ms` (0: not at all) for the first message.
-  /// Returns the number of messages dispatched.
-  virtual int Handle(int timeout_ms) = 0;
+  /// While `any`, every message ends a wait, also one on a channel that otherwise does not: for who
+  /// waits for one that was lost.
+  virtual void WakeForAny(bool /*any*/) {}
+
+  /// Dispatches what has arrived; waits up to `timeout_us` (0: not at all) for the first message
+  /// that wakes. Returns the number of messages dispatched.
+  virtual int HandleFor(int64_t timeout_us) = 0;
+  /// The same, with the limit in milliseconds.
+  int Handle(int timeout_ms) { return HandleFor(int64_t{timeout_ms} * 1000); }
 
   /// Messages dropped because the bounded queue (4096) was full.
   [[nodiscard]] virtual int64_t queue_overflows() const = 0;

@@ -20,7 +20,8 @@ class ForwardingBus : public Bus {
     inner_->Publish(channel, data, size);
   }
   void Unsubscribe(const std::string& channel) override { inner_->Unsubscribe(channel); }
-  int Handle(int timeout_ms) override { return inner_->Handle(timeout_ms); }
+  void WakeForAny(bool any) override { inner_->WakeForAny(any); }
+  int HandleFor(int64_t timeout_us) override { return inner_->HandleFor(timeout_us); }
   [[nodiscard]] int64_t queue_overflows() const override { return inner_->queue_overflows(); }
   [[nodiscard]] int64_t discarded() const override { return inner_->discarded(); }
 
@@ -59,7 +60,8 @@ class LossyBus : public ForwardingBus {
   LossyBus(Bus* inner, double loss, uint64_t seed);
 
   // As in Bus; what is received may be lost.
-  void Subscribe(const std::string& channel, Handler handler) override;
+  using Bus::Subscribe;
+  void Subscribe(const std::string& channel, Handler handler, const Interest& interest) override;
   void SubscribePrefix(const std::string& prefix, Handler handler) override;
   [[nodiscard]] int64_t discarded() const override { return discarded_; }
 

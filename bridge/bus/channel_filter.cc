@@ -26,8 +26,12 @@ sock_filter JumpIfEqual(uint32_t value, uint8_t if_equal, uint8_t if_not) {
   return BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, value, if_equal, if_not);
 }
 
-/// Appends: pass if the bytes at the channel's place are `channel` and a NUL, else fall through.
-void AppendChannel(const std::string& channel, std::vector<sock_filter>* program) {
+/// Appends: if the bytes at the channel's place are the channel and a NUL, pass what of it is of
+/// interest and drop the rest; else fall through.
+void AppendChannel(const ChannelInterest& wanted, std::vector<sock_filter>* program) {
+  const std::string& channel = wanted.channel;
+  const Interest& interest = wanted.interest;
+  const bool conditional = interest.width == 1 || interest.width == 2;
   // The bytes in chunks of 4, 2, 1; never beyond the NUL, since a load past the packet rejects it.
   struct Chunk {
     uint16_t width;
@@ -46,25 +50,38 @@ void AppendChannel(const std::string& channel, std::vector<sock_filter>* program
     at += bytes;
   }
   // At most 64 / 4 + 2 chunks of two instructions: the jumps fit into 8 bits.
+  const size_t tail = conditional ? 4 : 1;
   for (size_t i = 0; i < chunks.size(); ++i) {
-    const size_t after = 2 * (chunks.size() - i - 1) + 1;  // To behind this channel's Return.
+    // To behind this channel's last instruction.
+    const size_t after = 2 * (chunks.size() - i - 1) + tail;
     program->push_back(Load(chunks[i].width, chunks[i].offset));
     program->push_back(JumpIfEqual(chunks[i].value, 0, static_cast<uint8_t>(after)));
+  }
+  if (conditional) {
+    // A payload that is too short for the number drops the packet here, as it should.
+    const auto payload = kChannelOffset + static_cast<uint32_t>(size);
+    program->push_back(Load(interest.width == 2 ? BPF_H : BPF_B, payload + interest.offset));
+    program->push_back(
+        JumpIfEqual(interest.value, interest.unless ? 0 : 1, interest.unless ? 1 : 0));
+    program->push_back(Return(0));
   }
   program->push_back(Return(UINT32_MAX));
 }
 
 }  // namespace
 
-std::vector<sock_filter> BuildChannelFilter(std::vector<std::string> channels) {
+std::vector<sock_filter> BuildChannelFilter(std::vector<ChannelInterest> channels, bool fragments) {
   // Short names first: comparing with a name never reads beyond packets of names at least as long,
   // so no packet is rejected for its size before its own name had its turn.
-  std::sort(channels.begin(), channels.end(), [](const std::string& a, const std::string& b) {
-    return a.size() != b.size() ? a.size() < b.size() : a < b;
-  });
+  std::sort(channels.begin(), channels.end(),
+            [](const ChannelInterest& a, const ChannelInterest& b) {
+              const size_t size = a.channel.size();
+              return size != b.channel.size() ? size < b.channel.size() : a.channel < b.channel;
+            });
   std::vector<sock_filter> program = {Load(BPF_W, kMagicOffset), JumpIfEqual(kFragment, 0, 1),
-                                      Return(UINT32_MAX), JumpIfEqual(kShort, 1, 0), Return(0)};
-  for (const std::string& channel : channels) AppendChannel(channel, &program);
+                                      Return(fragments ? UINT32_MAX : 0), JumpIfEqual(kShort, 1, 0),
+                                      Return(0)};
+  for (const ChannelInterest& channel : channels) AppendChannel(channel, &program);
   program.push_back(Return(0));
   if (program.size() > BPF_MAXINSNS) program.clear();
   return program;

@@ -28,7 +28,8 @@ class InprocEndpoint : public Bus {
     }
   }
 
-  void Subscribe(const std::string& channel, Handler handler) override {
+  using Bus::Subscribe;
+  void Subscribe(const std::string& channel, Handler handler, const Interest&) override {
     subscriptions_.Add(channel, std::move(handler));
   }
 
@@ -38,7 +39,7 @@ class InprocEndpoint : public Bus {
 
   void Unsubscribe(const std::string& channel) override { subscriptions_.Remove(channel); }
 
-  int Handle(int /*timeout_ms*/) override {
+  int HandleFor(int64_t /*timeout_us*/) override {
     int count = 0;
     // What arrives meanwhile is for the next round: a participant that talks to itself must come
     // back.

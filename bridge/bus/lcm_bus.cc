@@ -2,7 +2,9 @@
 
 #include <lcm/lcm.h>
 #include <poll.h>
+#include <time.h>
 
+#include <map>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -39,8 +41,10 @@ class SendingBus : public Bus {
     // A failure (no buffer space) is a lost message like any other: the receivers' ledgers show it.
     lcm_publish(lcm_, channel.c_str(), data, static_cast<unsigned>(size));
   }
-  void Subscribe(const std::string& channel, Handler handler) override {
+  using Bus::Subscribe;
+  void Subscribe(const std::string& channel, Handler handler, const Interest& interest) override {
     subscriptions_.Add(channel, std::move(handler));
+    interests_[channel] = interest;
     Changed();
   }
   void SubscribePrefix(const std::string& prefix, Handler handler) override {
@@ -48,6 +52,7 @@ class SendingBus : public Bus {
     Changed();
   }
   void Unsubscribe(const std::string& channel) override {
+    interests_.erase(channel);
     if (subscriptions_.Remove(channel)) Changed();
   }
 
@@ -59,16 +64,22 @@ class SendingBus : public Bus {
   lcm_t* lcm_;
   LcmUrl url_;
   Subscriptions subscriptions_;
+  /// What is needed of the channels in it, by name.
+  std::map<std::string, Interest> interests_;
 };
 
-/// UDP multicast, LCM's default.
+/// UDP multicast, LCM's default. Messages that need not wake anybody have a socket of their own,
+/// which nobody waits for.
 class UdpmBus : public SendingBus {
  public:
   using SendingBus::SendingBus;
 
-  int Handle(int timeout_ms) override {
-    if (socket_ == nullptr) {
-      poll(nullptr, 0, timeout_ms);
+  void WakeForAny(bool any) override { wake_for_any_ = any; }
+
+  int HandleFor(int64_t timeout_us) override {
+    if (waking_ == nullptr && quiet_ == nullptr) {
+      const timespec timeout = {timeout_us / 1'000'000, timeout_us % 1'000'000 * 1000};
+      ppoll(nullptr, 0, &timeout, nullptr);
       return 0;
     }
     // Datagrams become messages, and each message goes to whoever wants its channel.
@@ -77,34 +88,51 @@ class UdpmBus : public SendingBus {
                                             size_t size) {
       count += subscriptions_.Dispatch(channel, data, size);
     };
-    socket_->Receive(timeout_ms, kBusQueueDepth,
-                     [&](uint64_t sender, const uint8_t* data, size_t size) {
-                       datagrams_.Take(sender, data, size, dispatch);
-                     });
+    const UdpmSocket::Sink take = [&](uint64_t sender, const uint8_t* data, size_t size) {
+      datagrams_.Take(sender, data, size, dispatch);
+    };
+    UdpmSocket::Wait({waking_.get(), wake_for_any_ ? quiet_.get() : nullptr}, timeout_us);
+    // Whatever was sent before the message that woke us is there by now, since the kernel delivers
+    // on this machine before sending returns; so what is quiet goes first.
+    if (quiet_ != nullptr) quiet_->Take(kBusQueueDepth, take);
+    if (waking_ != nullptr) waking_->Take(kBusQueueDepth, take);
     return count;
   }
 
   [[nodiscard]] int64_t queue_overflows() const override {
-    return socket_ == nullptr ? 0 : socket_->drops();
+    return waking_ == nullptr ? 0 : waking_->drops();
   }
 
  private:
-  void Changed() override {
-    if (socket_ == nullptr) {
-      // LCM has opened its own socket on this group, so this fails only when descriptors run out.
-      Result<std::unique_ptr<UdpmSocket>> opened = UdpmSocket::Open(url_);
-      if (!opened) return;
-      socket_ = *std::move(opened);
+  /// The socket, opened if need be; null if the system has none left.
+  UdpmSocket* Open(std::unique_ptr<UdpmSocket>* socket) {
+    // LCM has opened its own socket on this group, so this fails only when descriptors run out.
+    if (*socket == nullptr) {
+      if (Result<std::unique_ptr<UdpmSocket>> opened = UdpmSocket::Open(url_)) {
+        *socket = *std::move(opened);
+      }
     }
-    // Modules name the channels they need, and the kernel keeps all others from waking them. A
-    // prefix (the logger) needs everything.
-    if (!subscriptions_.prefixes().empty()) return socket_->PassEverything();
-    std::vector<std::string> channels;
-    for (const auto& [channel, handler] : subscriptions_.exact()) channels.push_back(channel);
-    socket_->SetChannels(channels);
+    return socket->get();
   }
 
-  std::unique_ptr<UdpmSocket> socket_;
+  void Changed() override {
+    // Modules name the channels they need, and the kernel keeps all others from waking them. A
+    // prefix (the logger) needs everything.
+    const bool everything = !subscriptions_.prefixes().empty();
+    std::vector<ChannelInterest> waking;
+    std::vector<ChannelInterest> quiet;
+    for (const auto& [channel, interest] : interests_) {
+      (interest.wakes || everything ? waking : quiet).push_back({channel, interest});
+    }
+    if (UdpmSocket* socket = Open(&waking_)) {
+      everything ? socket->PassEverything() : socket->SetChannels(waking, true);
+    }
+    if (quiet.empty()) return quiet_.reset();
+    if (UdpmSocket* socket = Open(&quiet_)) socket->SetChannels(quiet, false);
+  }
+
+  std::unique_ptr<UdpmSocket> waking_, quiet_;
+  bool wake_for_any_ = false;
   LcmDatagrams datagrams_;
 };
 
@@ -113,7 +141,9 @@ class ProviderBus : public SendingBus {
  public:
   using SendingBus::SendingBus;
 
-  int Handle(int timeout_ms) override {
+  int HandleFor(int64_t timeout_us) override {
+    // Rounded up: waking a moment too early would only spin.
+    const int timeout_ms = static_cast<int>((timeout_us + 999) / 1000);
     if (subscription_ == nullptr) {
       poll(nullptr, 0, timeout_ms);
       return 0;

@@ -11,8 +11,6 @@
 #include <cstring>
 #include <string>
 
-#include "bridge/bus/channel_filter.h"
-
 namespace morphbus::bridge {
 namespace {
 
@@ -101,7 +99,7 @@ Result<std::unique_ptr<UdpmSocket>> UdpmSocket::Open(const LcmUrl& url) {
   if (fd < 0) return Refused("open a socket");
   // A filter before the group is joined, so that nothing that nobody asked for ever queues up.
   std::unique_ptr<UdpmSocket> opened(new UdpmSocket(fd));
-  opened->SetChannels({});
+  opened->SetChannels({}, false);
   if (Result<void> joined = Join(fd, url); !joined) return tl::unexpected<Error>(joined.error());
   return opened;
 }
@@ -110,9 +108,9 @@ UdpmSocket::UdpmSocket(int fd) : fd_(fd), batch_(std::make_unique<Batch>()) {}
 
 UdpmSocket::~UdpmSocket() { close(fd_); }
 
-void UdpmSocket::SetChannels(const std::vector<std::string>& channels) {
+void UdpmSocket::SetChannels(const std::vector<ChannelInterest>& channels, bool fragments) {
   filtered_ = true;
-  AttachFilter(fd_, BuildChannelFilter(channels));
+  AttachFilter(fd_, BuildChannelFilter(channels, fragments));
 }
 
 void UdpmSocket::PassEverything() {
@@ -123,14 +121,19 @@ void UdpmSocket::PassEverything() {
   drops_before_ = Drops(fd_);
 }
 
-void UdpmSocket::Receive(int timeout_ms, size_t most, const Sink& sink) {
-  // What is there already is taken without waiting.
-  size_t count = batch_->Fill(fd_);
-  if (count == 0 && timeout_ms != 0) {
-    pollfd ready = {fd_, POLLIN, 0};
-    if (poll(&ready, 1, timeout_ms) <= 0) return;
-    count = batch_->Fill(fd_);
+void UdpmSocket::Wait(std::initializer_list<const UdpmSocket*> sockets, int64_t timeout_us) {
+  std::array<pollfd, 2> ready = {};
+  nfds_t count = 0;
+  for (const UdpmSocket* socket : sockets) {
+    if (socket != nullptr && count < ready.size()) ready[count++] = {socket->fd_, POLLIN, 0};
   }
+  constexpr int64_t kSecond = 1'000'000;
+  const timespec timeout = {timeout_us / kSecond, timeout_us % kSecond * 1000};
+  ppoll(ready.data(), count, &timeout, nullptr);
+}
+
+void UdpmSocket::Take(size_t most, const Sink& sink) {
+  size_t count = batch_->Fill(fd_);
   for (size_t total = 0; count > 0;) {
     for (size_t i = 0; i < count; ++i) {
       const auto* data = static_cast<const uint8_t*>(batch_->parts[i].iov_base);

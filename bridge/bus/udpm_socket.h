@@ -6,9 +6,11 @@
 
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <memory>
 #include <vector>
 
+#include "bridge/bus/channel_filter.h"
 #include "bridge/bus/lcm_url.h"
 #include "compiler/base/result.h"
 
@@ -29,13 +31,17 @@ class UdpmSocket {
   UdpmSocket(const UdpmSocket&) = delete;
   UdpmSocket& operator=(const UdpmSocket&) = delete;
 
-  /// Lets the kernel pass messages on exactly these channels, and fragments.
-  void SetChannels(const std::vector<std::string>& channels);
+  /// Lets the kernel pass what is of interest on exactly these channels, and with `fragments` the
+  /// parts of messages that are too long for one datagram.
+  void SetChannels(const std::vector<ChannelInterest>& channels, bool fragments);
   /// Takes the filter away: for loggers and spies.
   void PassEverything();
 
-  /// Waits up to `timeout_ms` for a datagram, then hands over all that are there (`most` about).
-  void Receive(int timeout_ms, size_t most, const Sink& sink);
+  /// Hands over the datagrams that are there, `most` about; does not wait for any.
+  void Take(size_t most, const Sink& sink);
+
+  /// Waits up to `timeout_us` until one of the sockets has a datagram; null ones are left out.
+  static void Wait(std::initializer_list<const UdpmSocket*> sockets, int64_t timeout_us);
 
   /// Datagrams that found the socket's buffer full since everything passes. 0 while a filter is
   /// set: the kernel counts both in one number. (Sequence numbers show those losses.)

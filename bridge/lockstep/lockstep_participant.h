@@ -56,6 +56,10 @@ class ParticipantBase : public Participant {
   /// keeps the participant's address, so the participant stays where it is until the bus is gone.
   template <class Self>
   void Listen(const std::string& channel, void (Self::*method)(const uint8_t*, size_t));
+  /// The same for what of the channel is of `interest`.
+  template <class Self>
+  void ListenFor(const Interest& interest, const std::string& channel,
+                 void (Self::*method)(const uint8_t*, size_t));
   /// Decodes a message that speaks of this run's model and for which `fits` holds (if given; it is
   /// called once `*out` is filled), and counts it as received; else counts it as bad and returns
   /// false, and `*out` is unspecified.
@@ -148,10 +152,17 @@ class LockstepParticipant : public ParticipantBase {
 template <class Self>
 void ParticipantBase::Listen(const std::string& channel,
                              void (Self::*method)(const uint8_t*, size_t)) {
-  bus_->Subscribe(channel, [self = static_cast<Self*>(this), method](
-                               std::string_view, const uint8_t* data, size_t size) {
-    (self->*method)(data, size);
-  });
+  ListenFor(Interest(), channel, method);
+}
+
+template <class Self>
+void ParticipantBase::ListenFor(const Interest& interest, const std::string& channel,
+                                void (Self::*method)(const uint8_t*, size_t)) {
+  bus_->Subscribe(
+      channel,
+      [self = static_cast<Self*>(this), method](std::string_view, const uint8_t* data,
+                                                size_t size) { (self->*method)(data, size); },
+      interest);
 }
 
 template <class M>

@@ -193,7 +193,7 @@ void LogLockstep::AcknowledgeAndAsk(int64_t now_us, bool progress, Actions* out)
   if (missing.empty()) {
     ask_.Disarm();
   } else {
-    ask_.Arm(now_us, config_.timing);
+    ask_.Arm(now_us, config_.timing.ask_after_us);
   }
 }
 

@@ -11,6 +11,10 @@ namespace {
 
 using Kind = ModuleAction::Kind;
 
+/// After so many messages of later ticks the run must have another process in our place. One alone
+/// may be anybody's.
+constexpr int kAheadMessages = 3;
+
 /// Ticks after which a module that is silent is no longer kept in mind.
 constexpr int64_t kRemembered = 16;
 
@@ -43,11 +47,16 @@ void ModuleLockstep::OnClock(int64_t tick, int phase, int64_t now_us, Actions* o
   // The sim asks who is there.
   if (phase == morphbus::sim_clock_t::PHASE_START) {
     out->push_back({Kind::kHello, 0, 0});
-  } else if (tick > tick_ && !config_.realtime) {
-    // The sim is at `tick` only if somebody answered for us all ticks before it.
-    phase_ = Phase::kDone;
-    out->push_back({Kind::kDuplicateProcess, tick, 0});
+  } else if (tick > tick_) {
+    NoteAhead(tick, out);
   }
+}
+
+void ModuleLockstep::NoteAhead(int64_t tick, Actions* out) {
+  // The sim is at `tick` only if somebody answered for us all ticks before it.
+  if (config_.realtime || ++ahead_ < kAheadMessages) return;
+  phase_ = Phase::kDone;
+  out->push_back({Kind::kDuplicateProcess, tick, 0});
 }
 
 bool ModuleLockstep::OnSensors(int64_t tick, int part, int num_parts, bool mine,
@@ -61,6 +70,7 @@ bool ModuleLockstep::OnSensors(int64_t tick, int part, int num_parts, bool mine,
     have_reading_ = false;
   }
   // In lockstep nothing of a later tick can exist before we answered this one.
+  if (tick > tick_) NoteAhead(tick, out);
   if (tick != tick_) return false;
   // The first part tells how many there are.
   if (parts_.empty() || num_parts != num_parts_) {
@@ -105,19 +115,21 @@ bool ModuleLockstep::Has(uint16_t mate, int64_t tick) const {
 }
 
 bool ModuleLockstep::Complete() const {
-  return have_reading_ && !parts_.empty() &&
-         std::all_of(parts_.begin(), parts_.end(), [](bool there) { return there; });
+  return have_reading_ && (knows_all_ || std::all_of(parts_.begin(), parts_.end(),
+                                                     [](bool there) { return there; }));
 }
 
 void ModuleLockstep::TryCompute(int64_t now_us, Actions* out) {
   if (!Complete()) return;
+  knows_all_ = true;
   // A tick is computed on what the neighbours said in the tick before; at tick 0 they have said
   // nothing.
   const bool mates_heard =
       tick_ == 0 || config_.realtime ||
       std::all_of(mates_.begin(), mates_.end(), [&](uint16_t id) { return Has(id, tick_ - 1); });
   if (!mates_heard) {
-    if (!ask_.armed()) ask_.Arm(now_us, config_.timing);
+    // They had sent it before the sim went on to this tick.
+    if (!ask_.armed()) ask_.Arm(now_us, config_.timing.ask_lost_after_us);
     return;
   }
   // All is there: the tick is computed, and the next one begins with nothing.
@@ -175,6 +187,8 @@ std::string ModuleLockstep::Fingerprint() const {
   print += static_cast<char>(phase_);
   print += std::to_string(tick_);
   print += have_reading_ ? 'r' : '-';
+  print += knows_all_ ? 'k' : '-';
+  print += std::to_string(std::min(ahead_, kAheadMessages));
   print += ask_.armed() ? 'a' : '-';
   print += hello_.sim_heard() ? 'h' : '-';
   for (const bool there : parts_) print += there ? '1' : '0';

@@ -73,6 +73,10 @@ class ModuleLockstep {
   [[nodiscard]] int64_t tick() const { return tick_; }  ///< The next one to compute.
   /// The run is over for this module, well or not; further events change nothing.
   [[nodiscard]] bool done() const { return phase_ == Phase::kDone; }
+  /// All parts of SENSORS of some tick have come; from then on only our own one is needed.
+  [[nodiscard]] bool knows_all() const { return knows_all_; }
+  /// SENSORS is there, and a neighbour's TRANSFORM is not: it was lost, or comes late.
+  [[nodiscard]] bool waits_for_mates() const { return phase_ == Phase::kRun && ask_.armed(); }
   /// END was seen.
   [[nodiscard]] bool ended() const { return phase_ >= Phase::kEnded; }
 
@@ -92,8 +96,10 @@ class ModuleLockstep {
   Mate* FindOrAdd(uint16_t id);
   /// TRANSFORM of that tick has come from that neighbour.
   [[nodiscard]] bool Has(uint16_t mate, int64_t tick) const;
-  /// All parts of SENSORS of the tick are there, our own reading among them.
+  /// Our own reading of the tick is there, and all other parts of SENSORS if none was ever whole.
   [[nodiscard]] bool Complete() const;
+  /// Something of a later tick than ours has come.
+  void NoteAhead(int64_t tick, Actions* out);
   /// Computes the tick if sensors and the neighbours' messages are there, else asks.
   void TryCompute(int64_t now_us, Actions* out);
 
@@ -105,6 +111,10 @@ class ModuleLockstep {
   /// Which parts of SENSORS(tick_) are there; empty before the first one.
   std::vector<bool> parts_;
   bool have_reading_ = false;
+  /// All parts of some tick were there: they name all modules, so our own is enough from now on.
+  bool knows_all_ = false;
+  /// Messages of later ticks than ours.
+  int ahead_ = 0;
   std::vector<uint16_t> mates_;  ///< Mated in SENSORS(tick_).
   /// All modules that TRANSFORM came from in the last 16 ticks, by id.
   std::vector<Mate> heard_;

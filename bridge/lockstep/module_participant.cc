@@ -10,12 +10,22 @@
 #include <utility>
 
 #include "bridge/wire/vm_codec.h"
+#include "bridge/wire/wire_size.h"
 
 namespace morphbus::bridge {
 namespace {
 
 using Kind = ModuleAction::Kind;
 using morphbus::ask_t;
+
+/// Where the first field behind the header stands in a payload: CLOCK's phase, SENSORS' part.
+constexpr uint32_t kFirstField = 8 + static_cast<uint32_t>(LargestSize<morphbus::header_t>());
+
+/// Of CLOCK a module needs the beginning and the end: in between SENSORS is its beat.
+constexpr Interest kClockInterest{true, 1, kFirstField, morphbus::sim_clock_t::PHASE_RUN, true};
+
+/// A neighbour sends TRANSFORM before the sim can go on, so it is there when SENSORS comes.
+constexpr Interest kTransformInterest{false, 0, 0, 0, false};
 
 /// In real time a mate's message this many ticks old is still better than none.
 constexpr int64_t kOldestUseful = 3;
@@ -102,7 +112,7 @@ Result<void> ModuleParticipant::ResumeFrom(const std::vector<uint8_t>& snapshot)
 }
 
 void ModuleParticipant::Start() {
-  Listen(ChannelOf(kSimProcess, Topic::kClock), &ModuleParticipant::OnClock);
+  ListenFor(kClockInterest, ChannelOf(kSimProcess, Topic::kClock), &ModuleParticipant::OnClock);
   Listen(ChannelOf(kSimProcess, Topic::kSensors), &ModuleParticipant::OnSensors);
   Listen(ChannelOf(options_.module, Topic::kAsk), &ModuleParticipant::OnAsk);
   // A process that is killed before its first answer resumes from its very beginning.
@@ -111,10 +121,16 @@ void ModuleParticipant::Start() {
   CarryOutActions();
 }
 
+void ModuleParticipant::OnTime() {
+  LockstepParticipant::OnTime();
+  if (machine_.waits_for_mates() == wakes_for_any_) return;
+  wakes_for_any_ = !wakes_for_any_;
+  bus_->WakeForAny(wakes_for_any_);
+}
+
 void ModuleParticipant::OnClock(const uint8_t* data, size_t size) {
   morphbus::sim_clock_t clock;
   if (!Accept(data, size, &clock)) return;
-  trackers_["CLOCK"].Take(clock.header.sequence, &ledger_);
   if (clock.phase == morphbus::sim_clock_t::PHASE_END) end_reason_ = clock.end_reason;
   machine_.OnClock(clock.header.tick, clock.phase, now_us(), &actions_);
   CarryOutActions();
@@ -122,7 +138,6 @@ void ModuleParticipant::OnClock(const uint8_t* data, size_t size) {
 
 void ModuleParticipant::OnSensors(const uint8_t* data, size_t size) {
   if (!Accept(data, size, &sensors_)) return;
-  trackers_["SENSORS"].Take(sensors_.header.sequence, &ledger_);
   const int64_t tick = sensors_.header.tick;
   // SENSORS holds all modules' readings: we take our own, and the others' names.
   const morphbus::module_sensors_t* mine = nullptr;
@@ -153,10 +168,23 @@ void ModuleParticipant::OnSensors(const uint8_t* data, size_t size) {
   // The machine learns which parts have come and whom the tick waits for.
   machine_.OnSensors(tick, sensors_.part, sensors_.num_parts, mine != nullptr, mates, now_us(),
                      &actions_);
+  if (mine != nullptr) {
+    // Of the parts only ours is needed for good, so its ticks are counted.
+    trackers_["SENSORS"].Take(tick, &ledger_);
+    NarrowSensors(sensors_.part);
+  }
   // Neighbours come and go; whoever is not mated any more makes room.
   if (mailboxes_.size() >= kMostMailboxes) ForgetAllBut(mates);
   for (const uint16_t mate : mates) Watch(mate);
   CarryOutActions();
+}
+
+void ModuleParticipant::NarrowSensors(int16_t part) {
+  if (narrowed_ || !machine_.knows_all()) return;
+  narrowed_ = true;
+  // Every module's name is known by now; our own part is enough.
+  const Interest own{true, 2, kFirstField, static_cast<uint16_t>(part), false};
+  ListenFor(own, ChannelOf(kSimProcess, Topic::kSensors), &ModuleParticipant::OnSensors);
 }
 
 void ModuleParticipant::ForgetAllBut(const std::vector<uint16_t>& mates) {
@@ -196,10 +224,12 @@ void ModuleParticipant::Watch(uint16_t mate) {
   if (name == directory_.end() || mailboxes_.contains(mate)) return;
   // From now on this neighbour's messages are received.
   mailboxes_[mate].name = name->second;
-  bus_->Subscribe(Channel(options_.run, name->second, Topic::kTransform),
-                  [this, mate](std::string_view, const uint8_t* data, size_t size) {
-                    OnTransform(mate, data, size);
-                  });
+  bus_->Subscribe(
+      Channel(options_.run, name->second, Topic::kTransform),
+      [this, mate](std::string_view, const uint8_t* data, size_t size) {
+        OnTransform(mate, data, size);
+      },
+      kTransformInterest);
 }
 
 void ModuleParticipant::OnTransform(uint16_t mate, const uint8_t* data, size_t size) {

@@ -85,6 +85,8 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
 
   /// Listens to the sim, and says HELLO unless it was resumed.
   void Start() override;
+  /// Does what is due, and lets neighbours' messages wake the process while one is waited for.
+  void OnTime() override;
 
   /// Empty if the run ended well for this module; else what went wrong, one sentence. Valid once
   /// done().
@@ -119,6 +121,8 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   void TakeOrders();
   /// Listens to a neighbour from now on.
   void Watch(uint16_t mate);
+  /// Once every module's name is known: of SENSORS only this part, our own, is listened to.
+  void NarrowSensors(int16_t part);
   /// Stops listening to all modules but these.
   void ForgetAllBut(const std::vector<uint16_t>& mates);
   /// Computes a tick and publishes the answer.
@@ -159,6 +163,8 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   std::function<void(const std::vector<uint8_t>&)> before_publish_;
   std::vector<uint8_t> snapshot_;
   int64_t resume_tick_ = 0;
+  // What the bus has been told of our interest.
+  bool narrowed_ = false, wakes_for_any_ = false;
   std::string error_, end_reason_;
 };
 

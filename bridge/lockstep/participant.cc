@@ -55,9 +55,7 @@ void RunParticipants(Bus* bus, const TimeSource& time,
   while (!AllDone(participants) && !Stopped(stop)) {
     // Sleep on the bus until a message comes or something is due.
     const int64_t due = std::min(NextDeadline(participants), report_us) - time.NowUs();
-    // Rounded up: waking a moment before the deadline would only spin.
-    const int timeout_ms = static_cast<int>(std::clamp<int64_t>((due + 999) / 1000, 0, 1000));
-    bus->Handle(timeout_ms);
+    bus->HandleFor(std::clamp<int64_t>(due, 0, kSecond));
     for (Participant* participant : participants) participant->OnTime();
     if (time.NowUs() < report_us) continue;
     report_us = time.NowUs() + kSecond;

@@ -4,16 +4,22 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstdlib>
 #include <limits>
 
 namespace morphbus::bridge {
 
 /// How long the participants of a run wait for what; microseconds of wall time.
 struct LockstepTiming {
-  /// What is missing is asked for after so long; from then on the pause doubles each time.
+  /// What is missing is asked for after so long, until it is known how long answers take here and
+  /// now (ResponseTime); from then on the pause doubles each time that nothing came.
   int64_t ask_after_us = 2000;
-  /// The pause between two requests grows no further than this.
-  int64_t ask_at_most_us = 64000;
+  /// The same for what must have been there: it was lost, and only the bus can be slow.
+  int64_t ask_lost_after_us = 200;
+  /// The first pause follows the response time between these bounds, and grows no further than the
+  /// second.
+  int64_t ask_at_least_us = 300;
+  int64_t ask_at_most_us = 250'000;
   /// After END: a process that does not acknowledge for so long is named.
   int64_t end_silence_us = 5'000'000;
   /// While the sim waits for processes to join: if no further HELLO comes for so long, those that
@@ -31,19 +37,44 @@ struct LockstepTiming {
   int64_t linger_us = 1'000'000;
 };
 
-/// When to ask again: first after LockstepTiming::ask_after_us, then after twice as long each time,
-/// up to ask_at_most_us.
+/// How long answers take: a mean and the deviation from it, as TCP's retransmission timer has them
+/// (RFC 6298, Sec. 2). On a busy machine, or with many modules, nobody is asked for what is on its
+/// way; on a fast one nobody waits long for what was lost.
+class ResponseTime {
+ public:
+  /// An answer took so long, microseconds.
+  void Measured(int64_t us) {
+    const int64_t error = mean_us_ < 0 ? 0 : us - mean_us_;
+    deviation_us_ = mean_us_ < 0 ? us / 2 : deviation_us_ + (std::abs(error) - deviation_us_) / 4;
+    mean_us_ = mean_us_ < 0 ? us : mean_us_ + error / 8;
+  }
+  /// How long to wait before an answer counts as lost.
+  [[nodiscard]] int64_t patience_us(const LockstepTiming& timing) const {
+    if (mean_us_ < 0) return timing.ask_after_us;
+    return std::clamp(mean_us_ + 4 * deviation_us_, timing.ask_at_least_us, timing.ask_at_most_us);
+  }
+
+ private:
+  /// Microseconds; the mean is below 0 before the first answer.
+  int64_t mean_us_ = -1;
+  int64_t deviation_us_ = 0;
+};
+
+/// When to ask again: first after a pause that is chosen by who arms the timer, then after twice as
+/// long each time, up to ask_at_most_us.
 class RetryTimer {
  public:
   /// Whether anything is waited for at all.
   [[nodiscard]] bool armed() const { return due_us_ != std::numeric_limits<int64_t>::max(); }
   /// When Fire must be called at the latest; the largest number there is if the timer is not armed.
   [[nodiscard]] int64_t due_us() const { return due_us_; }
-  /// Starts anew, with the shortest pause.
-  void Arm(int64_t now_us, const LockstepTiming& timing) {
-    interval_us_ = timing.ask_after_us;
+  /// Starts anew, with this pause.
+  void Arm(int64_t now_us, int64_t pause_us) {
+    first_us_ = interval_us_ = pause_us;
     due_us_ = now_us + interval_us_;
   }
+  /// Some of what is missing has come: the next pauses are short again.
+  void Progress() { interval_us_ = first_us_ / 2; }
   /// Nothing is missing any more.
   void Disarm() { due_us_ = std::numeric_limits<int64_t>::max(); }
   /// Returns true if the timer is due, and sets it for the next time.
@@ -57,8 +88,9 @@ class RetryTimer {
  private:
   /// Wall time of the next request.
   int64_t due_us_ = std::numeric_limits<int64_t>::max();
-  /// The pause before it, which doubles with every request.
+  /// The pause before it, which doubles with every request, and the first one.
   int64_t interval_us_ = 0;
+  int64_t first_us_ = 0;
 };
 
 /// How long nothing was heard, as far as we were awake to hear: a process that is stopped (SIGSTOP)

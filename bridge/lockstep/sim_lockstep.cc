@@ -55,7 +55,7 @@ void SimLockstep::Begin(int64_t now_us, Actions* out) {
   Rebase(now_us);
   out->push_back({Kind::kPublishTick, 0, -1});
   heartbeat_due_us_ = now_us + config_.timing.heartbeat_us;
-  ask_.Arm(now_us, config_.timing);
+  ask_.Arm(now_us, response_.patience_us(config_.timing));
 }
 
 void SimLockstep::OnHello(int process, int64_t now_us, Actions* out) {
@@ -75,6 +75,9 @@ void SimLockstep::OnActuator(int module, int64_t tick, int64_t now_us, Actions* 
   if (answered_[module]) return;
   answered_[module] = true;
   silence_.Heard(now_us);
+  // Who answers only after it was asked says nothing of how long answers take.
+  if (!asked_) last_answer_us_ = now_us;
+  ask_.Progress();
   TryAdvance(now_us, out);
 }
 
@@ -113,7 +116,7 @@ void SimLockstep::TryAdvance(int64_t now_us, Actions* out) {
   // Too far ahead of the logger: the ask timer polls it until it has caught up.
   if (!WindowOpen()) {
     holding_ = false;
-    if (!ask_.armed()) ask_.Arm(now_us, config_.timing);
+    if (!ask_.armed()) ask_.Arm(now_us, response_.patience_us(config_.timing));
     return;
   }
   // A single step and a stop do not wait for the pace.
@@ -142,10 +145,14 @@ void SimLockstep::TryRealtime(int64_t now_us, Actions* out) {
   // Nobody is asked for anything in real time but to acknowledge END.
   AdvanceOneTick(now_us, out);
   ask_.Disarm();
-  if (phase_ == Phase::kEnding) ask_.Arm(now_us, config_.timing);
+  if (phase_ == Phase::kEnding) ask_.Arm(now_us, response_.patience_us(config_.timing));
 }
 
 void SimLockstep::AdvanceOneTick(int64_t now_us, Actions* out) {
+  // How long the answers of this tick took tells when to ask for those of the next.
+  if (last_answer_us_ > published_us_) response_.Measured(last_answer_us_ - published_us_);
+  asked_ = false;
+  published_us_ = last_answer_us_ = now_us;
   // The commands of this tick move the robot; the next tick begins unanswered.
   out->push_back({Kind::kAdvance, tick_, -1});
   ++tick_;
@@ -157,7 +164,7 @@ void SimLockstep::AdvanceOneTick(int64_t now_us, Actions* out) {
   if (stop_ || tick_ == config_.num_ticks) return EnterEnding(now_us, out);
   out->push_back({Kind::kPublishTick, tick_, -1});
   heartbeat_due_us_ = now_us + config_.timing.heartbeat_us;
-  ask_.Arm(now_us, config_.timing);
+  ask_.Arm(now_us, response_.patience_us(config_.timing));
 }
 
 /// Nothing is missing and nobody is asked.
@@ -178,7 +185,7 @@ void SimLockstep::EnterEnding(int64_t now_us, Actions* out) {
   holding_ = false;
   // Everybody is told and must acknowledge; END is repeated by the ask timer until then.
   out->push_back({Kind::kPublishEnd, tick_, -1});
-  ask_.Arm(now_us, config_.timing);
+  ask_.Arm(now_us, response_.patience_us(config_.timing));
   silence_.Heard(now_us);
   ConcludeIfAcknowledged(now_us, out);
 }
@@ -208,7 +215,7 @@ void SimLockstep::Conclude(int64_t now_us, Actions* out) {
   if (!config_.logger || !end_acked_[logger_number()]) return Finish(out);
   phase_ = Phase::kConcluding;
   out->push_back({Kind::kTellVerdict, tick_, logger_number()});
-  ask_.Arm(now_us, config_.timing);
+  ask_.Arm(now_us, response_.patience_us(config_.timing));
   silence_.Heard(now_us);
 }
 
@@ -235,6 +242,7 @@ void SimLockstep::OnAskTimer(int64_t now_us, Actions* out) {
     if (!WindowOpen()) out->push_back({Kind::kPollLogger, tick_, -1});
     return;
   }
+  asked_ = true;
   out->push_back({Kind::kRepeatTick, tick_, -1});
   heartbeat_due_us_ = now_us + config_.timing.heartbeat_us;
   // SENSORS again may be all that a module lacks; the request reaches one that has answered.
@@ -303,8 +311,9 @@ void SimLockstep::OnTime(int64_t now_us, Actions* out) {
 
 void SimLockstep::OnPublished(int64_t now_us) {
   silence_.Heard(now_us);
+  published_us_ = last_answer_us_ = now_us;
   // The time to answer begins now, not when the physics began.
-  if (ask_.armed()) ask_.Arm(now_us, config_.timing);
+  if (ask_.armed()) ask_.Arm(now_us, response_.patience_us(config_.timing));
 }
 
 void SimLockstep::Stop(bool at_once, int64_t now_us, Actions* out) {

@@ -183,6 +183,11 @@ class SimLockstep {
   bool holding_ = false;  ///< All is there, but it is not time for the next tick.
   int64_t steps_ = 0;     ///< Ticks to run though paused.
   RetryTimer ask_;
+  // How long modules take to answer a tick: from when it was published to the last answer that came
+  // unasked. In tick 0 they take their time to start, which the first measurement includes.
+  ResponseTime response_;
+  int64_t published_us_ = 0, last_answer_us_ = 0;
+  bool asked_ = false;
   SilenceMeter silence_;
   // Wall times: when CLOCK is repeated, and when the tick began from which the pace counts.
   int64_t heartbeat_due_us_ = 0;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include <cstdlib>
 #include <morphbus/status_t.hpp>
 
@@ -149,6 +151,52 @@ TEST(InprocBus, HandlersMayUnsubscribeThemselves) {
   for (int i = 0; i < 3; ++i) a->Publish("x", kBytes.data(), kBytes.size());
   hub.HandleAll();
   EXPECT_EQ(heard, 1);
+}
+
+/// Notes what it is asked for.
+class NotingBus : public Bus {
+ public:
+  using Bus::Subscribe;
+  void Publish(const std::string&, const uint8_t*, size_t) override {}
+  void Subscribe(const std::string& channel, Handler, const Interest& interest) override {
+    interests[channel] = interest;
+  }
+  void SubscribePrefix(const std::string&, Handler) override {}
+  void Unsubscribe(const std::string& channel) override { interests.erase(channel); }
+  void WakeForAny(bool any) override { wakes_for_any = any; }
+  int HandleFor(int64_t) override { return 0; }
+  [[nodiscard]] int64_t queue_overflows() const override { return 0; }
+
+  std::map<std::string, Interest> interests;
+  bool wakes_for_any = false;
+};
+
+TEST(BusMux, TheSharedBusIsAskedForAllThatAnybodyNeeds) {
+  NotingBus bus;
+  BusMux mux(&bus);
+  const auto ignore = [](std::string_view, const uint8_t*, size_t) {};
+  auto first = mux.Connect(), second = mux.Connect(), third = mux.Connect();
+  Interest part_1{true, 2, 56, 1, false};
+  Interest part_2{true, 2, 56, 2, false};
+  Interest quiet;
+  quiet.wakes = false;
+  first->Subscribe("r/S", ignore, part_1);
+  EXPECT_EQ(bus.interests["r/S"], part_1);
+  second->Subscribe("r/S", ignore, part_1);
+  EXPECT_EQ(bus.interests["r/S"], part_1);
+  third->Subscribe("r/S", ignore, part_2);
+  EXPECT_EQ(bus.interests["r/S"], Interest());
+  first->Subscribe("r/T", ignore, quiet);
+  EXPECT_EQ(bus.interests["r/T"], quiet);
+  second->Subscribe("r/T", ignore);
+  EXPECT_EQ(bus.interests["r/T"], Interest());
+  // Any wait that must end early ends early for all.
+  first->WakeForAny(true);
+  second->WakeForAny(true);
+  first->WakeForAny(false);
+  EXPECT_TRUE(bus.wakes_for_any);
+  second.reset();
+  EXPECT_FALSE(bus.wakes_for_any);
 }
 
 TEST(BusMux, ParticipantsShareABusInOrder) {
@@ -397,7 +445,9 @@ std::vector<uint8_t> Packet(const std::string& magic, const std::string& channel
 TEST(ChannelFilter, PassesExactlyTheChannels) {
   const std::vector<std::string> wanted = {"run/SIM/CLOCK", "run/SIM/SENSORS", "run/m1/ASK",
                                            "run/m12/TRANSFORM", "x"};
-  const auto program = BuildChannelFilter(wanted);
+  std::vector<ChannelInterest> interests;
+  for (const std::string& channel : wanted) interests.push_back({channel, {}});
+  const auto program = BuildChannelFilter(interests);
   for (const size_t payload : {size_t{0}, size_t{1}, size_t{60}}) {
     for (const std::string& channel : wanted) {
       EXPECT_TRUE(Passes(program, Packet("LC02", channel, payload))) << channel << " " << payload;
@@ -412,9 +462,34 @@ TEST(ChannelFilter, PassesExactlyTheChannels) {
   EXPECT_FALSE(Passes(program, {1, 2, 3}));
 }
 
+TEST(ChannelFilter, PassesOnlyMessagesWhoseNumberIsOfInterest) {
+  // One channel by a number of two bytes at 4, one without a number at 1, one whole.
+  const Interest part{true, 2, 4, 0x0102, false};
+  const Interest not_running{true, 1, 1, 7, true};
+  const auto program =
+      BuildChannelFilter({{"r/PARTS", part}, {"r/CLOCK", not_running}, {"r/X", {}}});
+  const auto passes = [&](const std::string& channel, std::vector<uint8_t> payload) {
+    std::vector<uint8_t> packet = Packet("LC02", channel, 0);
+    packet.insert(packet.end(), payload.begin(), payload.end());
+    return Passes(program, packet);
+  };
+  EXPECT_TRUE(passes("r/PARTS", {0, 0, 0, 0, 1, 2, 9}));
+  EXPECT_FALSE(passes("r/PARTS", {0, 0, 0, 0, 1, 3, 9}));
+  EXPECT_FALSE(passes("r/PARTS", {0, 0, 0, 0, 2, 2, 9}));
+  EXPECT_FALSE(passes("r/PARTS", {0, 0, 0, 0, 1})) << "too short for its number";
+  EXPECT_TRUE(passes("r/CLOCK", {7, 6}));
+  EXPECT_FALSE(passes("r/CLOCK", {6, 7}));
+  EXPECT_FALSE(passes("r/CLOCK", {6}));
+  EXPECT_TRUE(passes("r/X", {}));
+  EXPECT_FALSE(passes("r/Y", {0, 0, 0, 0, 1, 2}));
+  // Without fragments nothing passes but these channels.
+  EXPECT_TRUE(Passes(program, Packet("LC03", "r/X", 9)));
+  EXPECT_FALSE(Passes(BuildChannelFilter({{"r/X", {}}}, false), Packet("LC03", "r/X", 9)));
+}
+
 TEST(ChannelFilter, TooManyChannelsMeanNoFilter) {
-  std::vector<std::string> channels;
-  for (int i = 0; i < 1000; ++i) channels.push_back(std::string(50, 'a') + std::to_string(i));
+  std::vector<ChannelInterest> channels;
+  for (int i = 0; i < 1000; ++i) channels.push_back({std::string(50, 'a') + std::to_string(i), {}});
   EXPECT_TRUE(BuildChannelFilter(channels).empty());
   channels.resize(60);
   EXPECT_FALSE(BuildChannelFilter(channels).empty());

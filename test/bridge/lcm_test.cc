@@ -73,6 +73,37 @@ TEST(Lcm, DeliversWhatIsSubscribedAndNothingElse) {
   EXPECT_EQ(heard, "run/a:1 run/b:1300 ");
 }
 
+TEST(Lcm, QuietChannelsEndNoWaitAndComeBeforeWhatDoes) {
+  const auto sender = Open(), receiver = Open();
+  std::string heard;
+  const auto note = [&heard](std::string_view name, const uint8_t*, size_t) {
+    heard += std::string(name) + " ";
+  };
+  Interest quiet;
+  quiet.wakes = false;
+  receiver->Subscribe("run/quiet", note, quiet);
+  receiver->Subscribe("run/loud", note);
+  // A wait that nothing ends lasts its time, and then takes what is there.
+  Publish(sender.get(), "run/quiet");
+  const MonotonicTime time;
+  const int64_t before = time.NowUs();
+  EXPECT_EQ(receiver->HandleFor(20'000), 1);
+  EXPECT_GE(time.NowUs() - before, 20'000);
+  EXPECT_EQ(heard, "run/quiet ");
+  // What was sent before a message that wakes is dispatched before it.
+  heard.clear();
+  Publish(sender.get(), "run/quiet");
+  Publish(sender.get(), "run/quiet");
+  Publish(sender.get(), "run/loud");
+  HandleUntil(receiver.get(), [&] { return heard.ends_with("run/loud "); });
+  EXPECT_EQ(heard, "run/quiet run/quiet run/loud ");
+  // Who waits for a lost one is woken by it: this wait would outlast the test's time limit.
+  heard.clear();
+  receiver->WakeForAny(true);
+  Publish(sender.get(), "run/quiet");
+  EXPECT_EQ(receiver->HandleFor(int64_t{3600} * 1'000'000), 1);
+}
+
 TEST(Lcm, TheKernelDropsForeignChannels) {
   const auto sender = Open(), receiver = Open();
   EXPECT_TRUE(FilterSizes().empty()) << "who only publishes has no receiving socket";
