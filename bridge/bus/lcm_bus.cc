@@ -3,6 +3,7 @@
 #include <lcm/lcm.h>
 #include <poll.h>
 
+#include <cstring>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -19,9 +20,7 @@ namespace {
 std::string EscapeForRegex(const std::string& text) {
   std::string escaped;
   for (const char c : text) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                       c == '_' || c == '/' || c == '-';
-    if (!plain) escaped += '\\';
+    if (std::strchr("\\^$.|?*+()[]{}", c) != nullptr) escaped += '\\';
     escaped += c;
   }
   return escaped;
@@ -130,8 +129,6 @@ class ProviderBus : public SendingBus {
     }
     return count_;
   }
-
-  [[nodiscard]] int64_t queue_overflows() const override { return 0; }
 
  private:
   void Changed() override {

@@ -73,8 +73,6 @@ class ModuleLockstep {
   [[nodiscard]] int64_t tick() const { return tick_; }  ///< The next one to compute.
   /// The run is over for this module, well or not; further events change nothing.
   [[nodiscard]] bool done() const { return phase_ == Phase::kDone; }
-  /// END was seen.
-  [[nodiscard]] bool ended() const { return phase_ >= Phase::kEnded; }
 
   /// Everything but times, as bytes: equal states are equal strings (for exploring).
   [[nodiscard]] std::string Fingerprint() const;
