@@ -26,6 +26,9 @@ struct ConnectorReading {
   /// True where the connection cannot be described with this module as member a (its members are of
   /// unlike types, or its conditions hold one way round only). Then `number` is the neighbour's.
   bool is_member_b = false;
+
+  /// True if both say the same.
+  friend bool operator==(const ConnectorReading&, const ConnectorReading&) = default;
 };
 
 /// "Joint `joint` of module `module` touches this body", stamped by that module.

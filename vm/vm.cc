@@ -78,12 +78,9 @@ void Vm::FillStatus(Context& context, StatusReport* status) {
   // The digest of what people watch tells whether this tick is worth a STATUS. Tasks are no part of
   // it: they move on in nearly every tick.
   Digest digest;
-  digest.Add(int{status->role});
-  digest.Add(status->frozen);
-  digest.Add(status->has_pose);
-  digest.Add(status->pose_stale);
-  for (const int8_t label : status->labels) digest.Add(int{label});
-  for (const int8_t sign : status->signs) digest.Add(int{sign});
+  digest.Add(status->role, status->frozen, status->has_pose, status->pose_stale);
+  for (const int8_t label : status->labels) digest.Add(label);
+  for (const int8_t sign : status->signs) digest.Add(sign);
   status->changed =
       digest.value() != state_.reported || status->num_faults > 0 || status->faults_dropped > 0;
   state_.reported = digest.value();

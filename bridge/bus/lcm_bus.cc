@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <time.h>
 
+#include <cstring>
 #include <map>
 #include <string_view>
 #include <utility>
@@ -21,9 +22,7 @@ namespace {
 std::string EscapeForRegex(const std::string& text) {
   std::string escaped;
   for (const char c : text) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                       c == '_' || c == '/' || c == '-';
-    if (!plain) escaped += '\\';
+    if (std::strchr("\\^$.|?*+()[]{}", c) != nullptr) escaped += '\\';
     escaped += c;
   }
   return escaped;
@@ -160,8 +159,6 @@ class ProviderBus : public SendingBus {
     }
     return count_;
   }
-
-  [[nodiscard]] int64_t queue_overflows() const override { return 0; }
 
  private:
   void Changed() override {

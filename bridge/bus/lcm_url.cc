@@ -5,6 +5,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <charconv>
@@ -12,6 +13,7 @@
 #include <cstring>
 #include <optional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace morphbus::bridge {
@@ -19,15 +21,10 @@ namespace {
 
 constexpr std::string_view kUdpExample = "udpm://239.255.76.67:7667?ttl=0";
 
-/// One `name=value` behind the question mark.
-struct Option {
-  std::string_view key, value;
-};
-
 /// A URL taken apart; the views point into it.
 struct Parts {
   std::string_view provider, network;
-  std::vector<Option> options;
+  std::vector<std::pair<std::string_view, std::string_view>> options;  ///< Name and value.
 };
 
 /// All refusals quote the URL and say in the same breath what is wrong with it.
@@ -35,10 +32,12 @@ tl::unexpected<Error> Bad(const std::string& url, const std::string& why) {
   return Fail("the LCM URL '" + url + "' " + why);
 }
 
-/// The whole text as a decimal number.
-bool ToNumber(std::string_view text, int64_t* out) {
-  const auto result = std::from_chars(text.data(), text.data() + text.size(), *out);
-  return result.ec == std::errc() && result.ptr == text.data() + text.size();
+/// The whole text as a decimal number; -1 if it is none.
+int64_t ToNumber(std::string_view text) {
+  int64_t number = 0;
+  const auto result = std::from_chars(text.data(), text.data() + text.size(), number);
+  const bool all = result.ec == std::errc() && result.ptr == text.data() + text.size();
+  return all ? number : -1;
 }
 
 /// Takes PROVIDER://NETWORK?NAME=VALUE&... apart; the names are checked later.
@@ -63,7 +62,7 @@ Result<Parts> Split(const std::string& url) {
     if (equals == std::string_view::npos || equals == 0) {
       return Bad(url, "has the option '" + std::string(one) + "', which is not written name=value");
     }
-    parts.options.push_back({one.substr(0, equals), one.substr(equals + 1)});
+    parts.options.emplace_back(one.substr(0, equals), one.substr(equals + 1));
   }
   return parts;
 }
@@ -88,8 +87,8 @@ Result<void> ReadGroup(const std::string& url, std::string_view network, LcmUrl*
                         ", which is no multicast address (224.0.0.0 to 239.255.255.255)");
   }
   if (colon == std::string_view::npos) return {};
-  int64_t port = 0;
-  if (!ToNumber(network.substr(colon + 1), &port) || port < 1 || port > 65535) {
+  const int64_t port = ToNumber(network.substr(colon + 1));
+  if (port < 1 || port > 65535) {
     return Bad(url, "has the port '" + std::string(network.substr(colon + 1)) +
                         "', which is not a number from 1 to 65535");
   }
@@ -112,26 +111,21 @@ Result<void> CheckUdpOptions(const std::string& url, const Parts& parts,
                                                 {"recv_buf_size", 0, 1 << 30},
                                                 {"transmit_only", 0, 1},
                                                 {"nports", 1, 60000}}};
-  for (const Option& option : parts.options) {
-    const OptionRow* known = nullptr;
-    for (const OptionRow& row : kKnown) {
-      if (row.key == option.key) known = &row;
-    }
-    if (known == nullptr) {
-      return Bad(url, "has the option '" + std::string(option.key) +
+  for (const auto& [key, value] : parts.options) {
+    const auto known = std::find_if(kKnown.begin(), kKnown.end(),
+                                    [key = key](const OptionRow& row) { return row.key == key; });
+    if (known == kKnown.end()) {
+      return Bad(url, "has the option '" + std::string(key) +
                           "', which LCM does not know; ttl and recv_buf_size exist");
     }
-    int64_t value = 0;
-    if (option.value == "true" || option.value == "false")
-      value = option.value == "true" ? 1 : 0;
-    else if (!ToNumber(option.value, &value))
-      value = -1;
-    if (value < known->lowest || value > known->highest) {
-      return Bad(url, "has " + std::string(option.key) + "=" + std::string(option.value) +
+    const bool truth = value == "true" || value == "false";
+    const int64_t number = truth ? value == "true" : ToNumber(value);
+    if (number < known->lowest || number > known->highest) {
+      return Bad(url, "has " + std::string(key) + "=" + std::string(value) +
                           ", which is not a number from " + std::to_string(known->lowest) + " to " +
                           std::to_string(known->highest));
     }
-    if (option.key == "recv_buf_size") *buffer = static_cast<int>(value);
+    if (key == "recv_buf_size") *buffer = static_cast<int>(number);
   }
   return {};
 }
@@ -154,18 +148,16 @@ Result<LcmUrl> ResolveLcmUrl(const std::string& given) {
   out.url = url;
   // UDP multicast: group, port and options are checked, and the receive buffer is made large.
   if (out.provider == "udpm" || out.provider == "mpudpm") {
-    if (Result<void> r = ReadGroup(url, parts->network, &out); !r) {
-      return tl::unexpected<Error>(r.error());
-    }
     std::optional<int> buffer;
-    if (Result<void> r = CheckUdpOptions(url, *parts, &buffer); !r) {
-      return tl::unexpected<Error>(r.error());
-    }
+    const Result<void> checked = ReadGroup(url, parts->network, &out).and_then([&] {
+      return CheckUdpOptions(url, *parts, &buffer);
+    });
+    if (!checked) return tl::unexpected<Error>(checked.error());
     // LCM's default buffer holds 166 datagrams of ours: a stalled receiver would lose messages.
     out.receive_buffer = buffer.value_or(out.receive_buffer);
-    if (!buffer)
-      out.url += (parts->options.empty() ? "?" : "&") + std::string("recv_buf_size=4194304");
-    if (!buffer && url.ends_with('?')) out.url = url + "recv_buf_size=4194304";
+    if (buffer) return out;
+    if (!url.ends_with('?')) out.url += parts->options.empty() ? "?" : "&";
+    out.url += "recv_buf_size=4194304";
     return out;
   }
   // LCM reads these itself; they have no group.

@@ -48,11 +48,11 @@ ask_t ParticipantBase::MakeAsk(int8_t kind) {
   return ask;
 }
 
-void ParticipantBase::Ask(std::string_view to, ask_t* ask) {
+void ParticipantBase::Ask(std::string_view to, ask_t ask) {
   // ASK has many publishers, so the message itself says who speaks.
-  ask->sender = outbox_.sender().process;
+  ask.sender = outbox_.sender().process;
   const Moment now = CurrentMoment();
-  outbox_.Send(ChannelOf(to, Topic::kAsk), now.tick, now.sim_time_us, ask);
+  outbox_.Send(ChannelOf(to, Topic::kAsk), now.tick, now.sim_time_us, &ask);
 }
 
 void ParticipantBase::AskForResend(std::string_view to, Topic topic, int64_t first, int64_t last) {
@@ -62,16 +62,23 @@ void ParticipantBase::AskForResend(std::string_view to, Topic topic, int64_t fir
   ask.first_sequence = first;
   ask.last_sequence = last;
   ++ledger_.asked;
-  Ask(to, &ask);
+  Ask(to, std::move(ask));
 }
 
-void ParticipantBase::SayHello(morphbus::hello_t* hello) {
+void ParticipantBase::SayHello(int64_t claim, const std::string& build, uint32_t incarnation,
+                               const std::string& type_name, uint64_t kinematics_hash) {
+  morphbus::hello_t hello;
+  hello.process = outbox_.sender().process;
+  hello.pid = getpid();
+  hello.claim = claim;
+  hello.incarnation = static_cast<int32_t>(incarnation);
+  hello.type_name = type_name;
+  hello.kinematics_hash = static_cast<int64_t>(kinematics_hash);
   // The wire hash tells builds apart whose messages differ.
-  hello->process = outbox_.sender().process;
-  hello->pid = getpid();
-  hello->wire_hash = static_cast<int64_t>(WireHash());
+  hello.wire_hash = static_cast<int64_t>(WireHash());
+  hello.build = build;
   // A process says HELLO before it has any part in the run's time, hence tick 0.
-  outbox_.Send(ChannelOf("", Topic::kHello), 0, 0, hello);
+  outbox_.Send(ChannelOf("", Topic::kHello), 0, 0, &hello);
 }
 
 }  // namespace morphbus::bridge

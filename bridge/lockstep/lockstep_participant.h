@@ -52,14 +52,17 @@ class ParticipantBase : public Participant {
   /// belong to nobody (HELLO).
   [[nodiscard]] std::string ChannelOf(std::string_view process, Topic topic) const;
 
-  /// Calls `method` of this participant with each message on `channel`, during Bus::Handle. The bus
-  /// keeps the participant's address, so the participant stays where it is until the bus is gone.
-  template <class Self>
-  void Listen(const std::string& channel, void (Self::*method)(const uint8_t*, size_t));
+  /// Calls `method` of this participant with each message on `channel`, during Bus::Handle; `who`
+  /// goes before the bytes. The bus keeps the participant's address, so the participant stays where
+  /// it is until the bus is gone.
+  template <class Self, class... Arguments, class... Who>
+  void Listen(const std::string& channel, void (Self::*method)(Arguments...), Who... who) {
+    ListenFor(Interest(), channel, method, who...);
+  }
   /// The same for what of the channel is of `interest`.
-  template <class Self>
+  template <class Self, class... Arguments, class... Who>
   void ListenFor(const Interest& interest, const std::string& channel,
-                 void (Self::*method)(const uint8_t*, size_t));
+                 void (Self::*method)(Arguments...), Who... who);
   /// Decodes a message that speaks of this run's model and for which `fits` holds (if given; it is
   /// called once `*out` is filled), and counts it as received; else counts it as bad and returns
   /// false, and `*out` is unspecified.
@@ -69,15 +72,16 @@ class ParticipantBase : public Participant {
 
   /// @param to  name of the addressee, which is also part of the channel.
   /// Sends `ask` to a process. The sender and the header are filled in here.
-  void Ask(std::string_view to, morphbus::ask_t* ask);
+  void Ask(std::string_view to, morphbus::ask_t ask);
   /// Asks a process to send messages first..last of its channel `topic` again (KIND_RESEND), and
   /// counts that in the ledger.
   void AskForResend(std::string_view to, Topic topic, int64_t first, int64_t last);
   /// A request of this kind with all that only other kinds use left empty.
   [[nodiscard]] static morphbus::ask_t MakeAsk(int8_t kind);
-  /// Fills in what every process says of itself (name, process id, hash of the wire types), and
-  /// publishes HELLO. The caller has filled in the rest.
-  void SayHello(morphbus::hello_t* hello);
+  /// Publishes HELLO, by which the sim decides whether the process fits the run: what every process
+  /// says of itself, its claim and build, and of a module its cold starts, type and kinematics.
+  void SayHello(int64_t claim, const std::string& build, uint32_t incarnation,
+                const std::string& type_name, uint64_t kinematics_hash);
   /// Brings what the bus itself lost, by overflow or on purpose, into the ledger.
   void CountBusLosses();
 
@@ -138,6 +142,13 @@ class LockstepParticipant : public ParticipantBase {
     carrying_out_ = false;
   }
 
+  /// Tells the machine of an event that happens now, and carries out what follows from it.
+  template <class Event, class... Arguments>
+  void Tell(Event event, const Arguments&... arguments) {
+    (machine_.*event)(arguments..., now_us(), &actions_);
+    CarryOutActions();
+  }
+
   // The actions wait here until they are carried out.
   Machine machine_;
   Actions actions_;
@@ -149,19 +160,15 @@ class LockstepParticipant : public ParticipantBase {
 
 // Implementation of the templates.
 
-template <class Self>
-void ParticipantBase::Listen(const std::string& channel,
-                             void (Self::*method)(const uint8_t*, size_t)) {
-  ListenFor(Interest(), channel, method);
-}
-
-template <class Self>
+template <class Self, class... Arguments, class... Who>
 void ParticipantBase::ListenFor(const Interest& interest, const std::string& channel,
-                                void (Self::*method)(const uint8_t*, size_t)) {
+                                void (Self::*method)(Arguments...), Who... who) {
   bus_->Subscribe(
       channel,
-      [self = static_cast<Self*>(this), method](std::string_view, const uint8_t* data,
-                                                size_t size) { (self->*method)(data, size); },
+      [self = static_cast<Self*>(this), method, who...](std::string_view, const uint8_t* data,
+                                                        size_t size) {
+        (self->*method)(who..., data, size);
+      },
       interest);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <morphbus/sim_clock_t.hpp>
 
+#include "bridge/lockstep/fingerprint.h"
 #include "bridge/lockstep/participant.h"
 
 namespace morphbus::bridge {
@@ -22,16 +23,19 @@ constexpr size_t kPatience = 64;
 
 LogLockstep::LogLockstep(const Config& config) : config_(config) {}
 
-bool LogLockstep::ReceivedSet::Take(int64_t sequence, bool passive) {
-  // Below `next` everything is there already.
-  if (sequence < next) return false;
+bool LogLockstep::ReceivedSet::Take(int64_t sequence, bool realtime) {
+  // Below `next` everything is there already, or was given up and is late.
+  if (sequence < next) return given_up.Fill(sequence);
   if (sequence > next) {
     // A number beyond a gap is remembered until the gap is filled.
     const auto at = std::lower_bound(beyond.begin(), beyond.end(), sequence);
     if ((at != beyond.end() && *at == sequence) || beyond.size() >= kMostBeyond) return false;
     beyond.insert(at, sequence);
-    // Passive: nobody will send it again.
-    if (passive && beyond.size() > kPatience) next = beyond.front();
+    // In real time nobody will send it again.
+    if (realtime && beyond.size() > kPatience) {
+      given_up.Add(next, beyond.front());
+      next = beyond.front();
+    }
   } else {
     ++next;
   }
@@ -79,7 +83,7 @@ bool LogLockstep::OnClock(int64_t tick, int phase, int num_modules, int sensors_
   // The sim asks who is there.
   if (phase == morphbus::sim_clock_t::PHASE_START) out->push_back({Kind::kHello});
   if (phase != morphbus::sim_clock_t::PHASE_END) {
-    return Taken(clock_.Take(tick, config_.passive), tick, now_us, out);
+    return Taken(clock_.Take(tick, config_.realtime), tick, now_us, out);
   }
   // END: from here on nothing new can come.
   const bool first = end_tick_ < 0;
@@ -98,7 +102,7 @@ bool LogLockstep::OnPart(Topic topic, int64_t sequence, int64_t tick, int64_t no
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return false;
   if (num_modules_ < 0) return Unknown(tick, now_us, out);
   ReceivedSet& received = topic == Topic::kSensors ? sensors_ : world_;
-  return Taken(received.Take(sequence, config_.passive), tick, now_us, out);
+  return Taken(received.Take(sequence, config_.realtime), tick, now_us, out);
 }
 
 bool LogLockstep::OnModule(Topic topic, int module, int64_t sequence, int64_t tick,
@@ -112,8 +116,8 @@ bool LogLockstep::OnModule(Topic topic, int module, int64_t sequence, int64_t ti
                               ? m.transform
                               : (topic == Topic::kActuator ? m.actuator : m.status);
   // STATUS is not sent every tick: ACTUATOR tells how many there are by now.
-  const bool fresh = received.Take(sequence, config_.passive);
-  if (fresh && topic == Topic::kActuator && !config_.passive) m.status_counts[tick] = status_count;
+  const bool fresh = received.Take(sequence, config_.realtime);
+  if (fresh && topic == Topic::kActuator && !config_.realtime) m.status_counts[tick] = status_count;
   return Taken(fresh, tick, now_us, out);
 }
 
@@ -158,7 +162,7 @@ bool LogLockstep::TickComplete(int64_t tick) const {
 
 void LogLockstep::UpdateComplete() {
   // Nobody fills gaps in real time, so CLOCK alone tells how far the run is.
-  if (config_.passive) {
+  if (config_.realtime) {
     complete_tick_ = std::max(complete_tick_, clock_.next - 1);
     return;
   }
@@ -179,8 +183,8 @@ void LogLockstep::AcknowledgeEnd(Actions* out) {
 
 /// Acknowledges what is due, and starts or stops asking.
 void LogLockstep::AcknowledgeAndAsk(int64_t now_us, bool progress, Actions* out) {
-  if (complete() || (config_.passive && end_seen())) AcknowledgeEnd(out);
-  if (config_.passive || phase_ != Phase::kRun) return;
+  if (complete() || (config_.realtime && end_seen())) AcknowledgeEnd(out);
+  if (config_.realtime || phase_ != Phase::kRun) return;
   // An acknowledgement now and then is enough: it must only come before the window closes.
   if (complete_tick_ - acked_tick_ >= config_.ack_every) {
     acked_tick_ = complete_tick_;
@@ -199,19 +203,18 @@ void LogLockstep::AcknowledgeAndAsk(int64_t now_us, bool progress, Actions* out)
 
 void LogLockstep::AskForGaps(const ReceivedSet& received, int64_t end, Topic topic, int module,
                              Actions* out) const {
-  // One request for each gap, and one for what is missing at the end.
+  // One request for each gap, the one at the end included.
+  std::vector<int64_t> there = received.beyond;
+  there.push_back(end);
   int gaps = 0;
   int64_t from = received.next;
-  for (const int64_t there : received.beyond) {
-    if (from >= end || gaps >= kMostGapsAChannel) break;
-    if (there > from) {
+  for (const int64_t next : there) {
+    if (from >= end || gaps >= kMostGapsAChannel) return;
+    if (next > from) {
       ++gaps;
-      out->push_back({Kind::kAskGap, 0, topic, module, from, std::min(there, end) - 1});
+      out->push_back({Kind::kAskGap, 0, topic, module, from, std::min(next, end) - 1});
     }
-    from = there + 1;
-  }
-  if (from < end && gaps < kMostGapsAChannel) {
-    out->push_back({Kind::kAskGap, 0, topic, module, from, end - 1});
+    from = next + 1;
   }
 }
 
@@ -238,7 +241,7 @@ void LogLockstep::ListMissing(Actions* out) const {
 }
 
 void LogLockstep::OnPoll(int64_t tick, int64_t now_us, Actions* out) {
-  if (phase_ != Phase::kRun || config_.passive) return;
+  if (phase_ != Phase::kRun || config_.realtime) return;
   silence_.Heard(now_us);
   // The sim's tick is news in itself: all before it must exist by now.
   highest_tick_ = std::max(highest_tick_, tick);
@@ -290,32 +293,17 @@ int64_t LogLockstep::next_deadline_us() const {
 }
 
 std::string LogLockstep::Fingerprint() const {
-  std::string print;
-  // Whatever decides what the machine does next is in it, except times.
-  print += static_cast<char>(phase_);
-  const auto add = [&print](int64_t number) { print += std::to_string(number) + ','; };
-  for (const int64_t n : {highest_tick_, end_tick_, complete_tick_, acked_tick_}) add(n);
-  add(num_modules_);
-  const auto add_set = [&](const ReceivedSet& received) {
-    print += '|';
-    add(received.next);
-    for (const int64_t there : received.beyond) add(there);
+  std::string print =
+      PrintOf(phase_, highest_tick_, end_tick_, complete_tick_, acked_tick_, num_modules_,
+              ask_.armed(), hello_.sim_heard(), verdict_heard_, names_);
+  const auto add = [&print](const ReceivedSet& received) {
+    print += PrintOf(received.next, received.beyond);
   };
-  for (const ReceivedSet* received : {&clock_, &sensors_, &world_}) add_set(*received);
-  for (size_t i = 0; i < modules_.size(); ++i) {
-    print += names_[i];
-    for (const ReceivedSet* received :
-         {&modules_[i].transform, &modules_[i].actuator, &modules_[i].status}) {
-      add_set(*received);
-    }
-    for (const auto& [tick, count] : modules_[i].status_counts) {
-      add(tick);
-      add(count);
-    }
+  for (const ReceivedSet* received : {&clock_, &sensors_, &world_}) add(*received);
+  for (const Module& m : modules_) {
+    for (const ReceivedSet* received : {&m.transform, &m.actuator, &m.status}) add(*received);
+    print += PrintOf(m.status_counts);
   }
-  print += ask_.armed() ? 'a' : '-';
-  print += hello_.sim_heard() ? 'h' : '-';
-  print += verdict_heard_ ? 'v' : '-';
   return print;
 }
 

@@ -10,6 +10,7 @@
 
 #include "bridge/lockstep/outbox.h"
 #include "bridge/lockstep/retry_timer.h"
+#include "bridge/lockstep/sequence_tracker.h"
 #include "bridge/wire/channels.h"
 
 namespace morphbus::bridge {
@@ -51,11 +52,10 @@ class LogLockstep {
   /// What the machine is told of the run.
   struct Config {
     /// Real time: the machine listens and counts, and asks for nothing.
-    bool passive = false;
-    /// Ticks between two acknowledgements that nobody asked for.
+    bool realtime = false;
+    /// Ticks between two acknowledgements that nobody asked for; well below kKeptTicks, by which
+    /// the sim may be ahead of what was acknowledged.
     int64_t ack_every = 8;
-    /// So many ticks the sim may be ahead of what was acknowledged; ack_every is well below it.
-    int64_t window = kKeptTicks;
     LockstepTiming timing;
   };
 
@@ -117,11 +117,12 @@ class LogLockstep {
   enum class Phase : uint8_t { kIdle, kRun, kEnded, kDone };
   /// Which sequence numbers of a channel have been received.
   struct ReceivedSet {
-    int64_t next = 0;             ///< All below are there.
+    int64_t next = 0;             ///< All below are there or were given up.
+    MissingNumbers given_up;      ///< Real time only.
     std::vector<int64_t> beyond;  ///< Above, sorted.
-    /// Notes that a number has come. Returns false if it was there. `passive`: gaps may be given
-    /// up.
-    bool Take(int64_t sequence, bool passive);
+    /// Notes that a number has come. Returns false if it was there. `realtime`: gaps are given up
+    /// after a while.
+    bool Take(int64_t sequence, bool realtime);
   };
   /// What has come from one module; there is one for each name that SENSORS mentioned.
   struct Module {

@@ -16,14 +16,6 @@ namespace {
 using Kind = LogAction::Kind;
 using morphbus::ask_t;
 
-/// What the state machine needs to know of the options.
-LogLockstep::Config MachineConfig(const LogParticipantOptions& options) {
-  LogLockstep::Config config;
-  config.passive = options.realtime;
-  config.timing = options.timing;
-  return config;
-}
-
 }  // namespace
 
 /// Distinct payloads of a channel, hashed in the order of their numbers.
@@ -55,15 +47,11 @@ struct LogParticipant::ReceivedStream {
 LogParticipant::LogParticipant(Bus* bus, const TimeSource* time, LogParticipantOptions options,
                                Recorder record)
     : LockstepParticipant(bus, time, {options.run, std::string(kLogProcess), options.model_hash, 0},
-                          MachineConfig(options)),
+                          options),
       options_(std::move(options)),
       record_(std::move(record)) {}
 
 LogParticipant::~LogParticipant() = default;
-
-void LogParticipant::OnInfoRequest(std::function<void()> publish_info) {
-  publish_info_ = std::move(publish_info);
-}
 
 LogParticipant::Moment LogParticipant::CurrentMoment() const {
   // The logger has no tick of its own; it speaks of the last one that it has whole.
@@ -76,8 +64,7 @@ void LogParticipant::Start() {
                         [this](std::string_view channel, const uint8_t* data, size_t size) {
                           OnMessage(channel, data, size);
                         });
-  machine_.Begin(now_us(), &actions_);
-  CarryOutActions();
+  Tell(&LogLockstep::Begin);
 }
 
 bool LogParticipant::complete() const {
@@ -98,19 +85,16 @@ void LogParticipant::OnMessage(std::string_view channel, const uint8_t* data, si
   // Everything on the run's channels goes to the recorder, with a note of what it is worth.
   LoggedMessage message{channel, data, size, false, false};
   const std::optional<ChannelName> name = ParseChannel(channel);
+  morphbus::header_t header;
   // Foreign names on our prefix, and messages that do not decode, are bad.
-  if (!name || name->run != options_.run) {
-    message.bad = true;
-  } else if (IsHashed(name->topic)) {
-    const Verdict verdict = TakeHashed(*name, channel, data, size);
-    message.duplicate = verdict == Verdict::kDuplicate;
-    message.bad = verdict == Verdict::kBad;
-  } else {
-    morphbus::header_t header;
-    message.bad = !DecodeHeader(data, size, &header);
-    if (!message.bad && name->topic == Topic::kAsk && name->process == kLogProcess) {
-      TakeAsk(data, size);
-    }
+  message.bad = !name || name->run != options_.run || !DecodeHeader(data, size, &header);
+  if (!message.bad && IsHashed(name->topic)) {
+    const std::optional<bool> fresh = TellMachine(*name, header, data, size);
+    message.bad = !fresh.has_value();
+    message.duplicate = !fresh.value_or(true);
+    if (fresh) CountHashed(channel, header.sequence, data, size, *fresh);
+  } else if (!message.bad && name->topic == Topic::kAsk && name->process == kLogProcess) {
+    TakeAsk(data, size);
   }
   // The message is recorded before the machine's actions are carried out, so that nothing is
   // acknowledged that the log does not hold.
@@ -119,43 +103,39 @@ void LogParticipant::OnMessage(std::string_view channel, const uint8_t* data, si
   CarryOutActions();
 }
 
-LogParticipant::Verdict LogParticipant::TakeHashed(const ChannelName& name,
-                                                   std::string_view channel, const uint8_t* data,
-                                                   size_t size) {
-  morphbus::header_t header;
-  if (!DecodeHeader(data, size, &header)) return Verdict::kBad;
+std::optional<bool> LogParticipant::TellMachine(const ChannelName& name,
+                                                const morphbus::header_t& header,
+                                                const uint8_t* data, size_t size) {
   const Expectation expect{options_.model_hash, 0};
-  Verdict verdict = Verdict::kBad;
   // Each kind of message tells the machine something else. A kind that only counts is checked and
   // not decoded, which spares its arrays.
   switch (name.topic) {
-    case Topic::kClock:
-      verdict = TakeClock(data, size);
-      break;
+    case Topic::kClock: {
+      morphbus::sim_clock_t clock;
+      if (!Decode(data, size, expect, &clock)) return std::nullopt;
+      // The last CLOCK says why the run ended; the first one, how many messages a tick consists of.
+      if (clock.phase == morphbus::sim_clock_t::PHASE_END) end_reason_ = clock.end_reason;
+      return machine_.OnClock(header.tick, clock.phase, clock.num_modules, clock.num_sensors_parts,
+                              clock.num_world_parts, now_us(), &actions_);
+    }
     case Topic::kSensors:
-      verdict = TakeSensors(header, data, size);
-      break;
+      if (!TakeNames(data, size)) return std::nullopt;
+      return machine_.OnPart(name.topic, header.sequence, header.tick, now_us(), &actions_);
     case Topic::kWorld:
-      if (!Check<morphbus::world_t>(data, size, expect)) return Verdict::kBad;
-      verdict = machine_.OnPart(Topic::kWorld, header.sequence, header.tick, now_us(), &actions_)
-                    ? Verdict::kNew
-                    : Verdict::kDuplicate;
-      break;
+      if (!Check<morphbus::world_t>(data, size, expect)) return std::nullopt;
+      return machine_.OnPart(name.topic, header.sequence, header.tick, now_us(), &actions_);
     default:
-      verdict = TakeModule(name, header, data, size);
-      break;
+      return TakeModule(name, header, data, size);
   }
-  if (verdict == Verdict::kBad) return verdict;
+}
+
+void LogParticipant::CountHashed(std::string_view channel, int64_t sequence, const uint8_t* data,
+                                 size_t size, bool fresh) {
   // Gaps and repeats go to the ledger, new payloads into the channel's hash.
   auto tracker = trackers_.find(channel);
   if (tracker == trackers_.end()) tracker = trackers_.emplace(channel, SequenceTracker()).first;
-  tracker->second.Take(header.sequence, &ledger_);
-  if (verdict == Verdict::kNew) AddToStream(channel, header.sequence, data, size);
-  return verdict;
-}
-
-void LogParticipant::AddToStream(std::string_view channel, int64_t sequence, const uint8_t* data,
-                                 size_t size) {
+  tracker->second.Take(sequence, &ledger_);
+  if (!fresh) return;
   // The first payload of a channel begins its hash.
   auto stream = streams_.find(channel);
   if (stream == streams_.end()) {
@@ -164,57 +144,41 @@ void LogParticipant::AddToStream(std::string_view channel, int64_t sequence, con
   stream->second->Add(sequence, data, size, !options_.realtime);
 }
 
-LogParticipant::Verdict LogParticipant::TakeClock(const uint8_t* data, size_t size) {
-  morphbus::sim_clock_t clock;
-  if (!Decode(data, size, {options_.model_hash, 0}, &clock)) return Verdict::kBad;
-  // The last CLOCK says why the run ended; the first one, how many messages a tick consists of.
-  if (clock.phase == morphbus::sim_clock_t::PHASE_END) end_reason_ = clock.end_reason;
-  const bool fresh =
-      machine_.OnClock(clock.header.tick, clock.phase, clock.num_modules, clock.num_sensors_parts,
-                       clock.num_world_parts, now_us(), &actions_);
-  return fresh ? Verdict::kNew : Verdict::kDuplicate;
-}
-
-LogParticipant::Verdict LogParticipant::TakeSensors(const morphbus::header_t& header,
-                                                    const uint8_t* data, size_t size) {
+bool LogParticipant::TakeNames(const uint8_t* data, size_t size) {
   // Until all modules are known, SENSORS must be decoded for their names; later a check will do.
-  if (!machine_.knows_all_names()) {
-    morphbus::sensors_t sensors;
-    if (!Decode(data, size, {options_.model_hash, 0}, &sensors)) return Verdict::kBad;
-    for (const morphbus::module_sensors_t& reading : sensors.modules) {
-      if (CheckModuleName(reading.name)) machine_.AddModule(reading.name);
-    }
-  } else if (!Check<morphbus::sensors_t>(data, size, {options_.model_hash, 0})) {
-    return Verdict::kBad;
+  const Expectation expect{options_.model_hash, 0};
+  if (machine_.knows_all_names()) {
+    return Check<morphbus::sensors_t>(data, size, expect).has_value();
   }
-  const bool fresh =
-      machine_.OnPart(Topic::kSensors, header.sequence, header.tick, now_us(), &actions_);
-  return fresh ? Verdict::kNew : Verdict::kDuplicate;
+  morphbus::sensors_t sensors;
+  if (!Decode(data, size, expect, &sensors)) return false;
+  for (const morphbus::module_sensors_t& reading : sensors.modules) {
+    if (CheckModuleName(reading.name)) machine_.AddModule(reading.name);
+  }
+  return true;
 }
 
-LogParticipant::Verdict LogParticipant::TakeModule(const ChannelName& name,
-                                                   const morphbus::header_t& header,
-                                                   const uint8_t* data, size_t size) {
+std::optional<bool> LogParticipant::TakeModule(const ChannelName& name,
+                                               const morphbus::header_t& header,
+                                               const uint8_t* data, size_t size) {
   const Expectation expect{options_.model_hash, 0};
-  // ACTUATOR alone says something that the machine needs to know.
-  int64_t status_count = 0;
-  // Only ACTUATOR is decoded; for the others a check will do.
+  // ACTUATOR alone says something that the machine needs to know, so it alone is decoded.
+  morphbus::actuator_t actuator;
+  actuator.status_count = 0;
+  Result<void> sound;
   if (name.topic == Topic::kActuator) {
-    morphbus::actuator_t actuator;
-    if (!Decode(data, size, expect, &actuator)) return Verdict::kBad;
-    status_count = actuator.status_count;
+    sound = Decode(data, size, expect, &actuator);
   } else if (name.topic == Topic::kStatus) {
-    if (!Check<morphbus::status_t>(data, size, expect)) return Verdict::kBad;
-  } else if (!Check<morphbus::transform_t>(data, size, expect)) {
-    return Verdict::kBad;
+    sound = Check<morphbus::status_t>(data, size, expect);
+  } else {
+    sound = Check<morphbus::transform_t>(data, size, expect);
   }
-  // A module that SENSORS has not mentioned yet has no number: its message is asked for again.
+  // A module that SENSORS has not mentioned yet has no number: its message is asked for again. Once
+  // all modules' names are known, no other module can be part of the run.
   const int module = machine_.ModuleNumber(std::string(name.process));
-  // Once all modules' names are known, no other module can be part of the run.
-  if (module < 0 && machine_.knows_all_names()) return Verdict::kBad;
-  const bool fresh = machine_.OnModule(name.topic, module, header.sequence, header.tick,
-                                       status_count, now_us(), &actions_);
-  return fresh ? Verdict::kNew : Verdict::kDuplicate;
+  if (!sound || (module < 0 && machine_.knows_all_names())) return std::nullopt;
+  return machine_.OnModule(name.topic, module, header.sequence, header.tick, actuator.status_count,
+                           now_us(), &actions_);
 }
 
 void LogParticipant::TakeAsk(const uint8_t* data, size_t size) {
@@ -243,26 +207,17 @@ void LogParticipant::CarryOut(const LogAction& action) {
   switch (action.kind) {
     // The logger has no images and never resumes, so it names no type and no incarnation but the
     // first.
-    case Kind::kHello: {
-      morphbus::hello_t hello;
-      hello.claim = options_.claim;
-      hello.incarnation = 1;
-      hello.kinematics_hash = 0;
-      hello.build = options_.build;
-      return SayHello(&hello);
-    }
-    // The sim may go on to 16 ticks beyond this one.
-    case Kind::kAck: {
-      ask_t ack = MakeAsk(ask_t::KIND_ACK);
-      ack.acknowledged_tick = action.tick;
-      return Ask(kSimProcess, &ack);
-    }
-    // The hash of what was recorded lets the sim compare it with what was published.
+    case Kind::kHello:
+      return SayHello(options_.claim, options_.build, 1, "", 0);
+    // The sim may go on to 16 ticks beyond this one. With END goes the hash of what was recorded,
+    // for the sim to compare with what was published.
+    case Kind::kAck:
     case Kind::kEndAck: {
-      ask_t ack = MakeAsk(ask_t::KIND_END_ACK);
+      const bool end = action.kind == Kind::kEndAck;
+      ask_t ack = MakeAsk(end ? ask_t::KIND_END_ACK : ask_t::KIND_ACK);
       ack.acknowledged_tick = action.tick;
-      ack.run_hash = run_hash();
-      return Ask(kSimProcess, &ack);
+      if (end) ack.run_hash = run_hash();
+      return Ask(kSimProcess, std::move(ack));
     }
     // The machine calls modules by number; the channel is named after the module, or after the sim.
     case Kind::kAskGap: {
@@ -271,10 +226,8 @@ void LogParticipant::CarryOut(const LogAction& action) {
       return AskForResend(from, action.topic, action.first, action.last);
     }
     // Only now may the sim let everybody go.
-    case Kind::kVerdictAck: {
-      ask_t ack = MakeAsk(ask_t::KIND_VERDICT_ACK);
-      return Ask(kSimProcess, &ack);
-    }
+    case Kind::kVerdictAck:
+      return Ask(kSimProcess, MakeAsk(ask_t::KIND_VERDICT_ACK));
     // A run that ended well has told us so; anything else has a reason, which error() gives.
     case Kind::kFinish:
       if (!error_.empty()) return;

@@ -7,6 +7,7 @@
 #include <map>
 #include <memory>
 #include <morphbus/ask_t.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,19 +18,16 @@
 
 namespace morphbus::bridge {
 
-/// What a logger is told before it starts.
-struct LogParticipantOptions {
+/// What a logger is told before it starts. In real time it only listens, and counts what it lost.
+struct LogParticipantOptions : LogLockstep::Config {
   /// Name of the run, the first part of every channel.
   std::string run;
   /// Messages that speak of another model are bad.
   uint64_t model_hash = 0;
-  bool realtime = false;  ///< Only listens, and counts what it lost.
   /// Random number of the process: two of them claiming to be the logger are told apart by it.
   int64_t claim = 1;
   /// Version of the software, for people.
   std::string build;
-  /// How long it waits for what.
-  LockstepTiming timing;
 };
 
 /// One message as it arrived. The views and the bytes are valid while the recorder is called.
@@ -55,7 +53,9 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
 
   /// Answers requests for the run's description (KIND_INFO): `publish_info` is called whenever
   /// someone asks on RUN/LOG/ASK.
-  void OnInfoRequest(std::function<void()> publish_info);
+  void OnInfoRequest(std::function<void()> publish_info) {
+    publish_info_ = std::move(publish_info);
+  }
 
   /// Listens to everything on the run's channels and says HELLO.
   void Start() override;
@@ -85,23 +85,22 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   /// One hashed channel as received: counts its payloads and hashes them in sequence order.
   struct ReceivedStream;
 
-  /// What a message on a hashed channel is worth.
-  enum class Verdict : uint8_t { kNew, kDuplicate, kBad };
-
   [[nodiscard]] Moment CurrentMoment() const override;
   void CarryOut(const LogAction& action) override;
   /// Takes a message on any channel of the run, and hands it to the recorder.
   void OnMessage(std::string_view channel, const uint8_t* data, size_t size);
-  // These check a message on a hashed channel and tell the machine that it has come. TakeHashed
-  // chooses among the others by topic; its `name` is the channel's, taken apart.
-  Verdict TakeHashed(const ChannelName& name, std::string_view channel, const uint8_t* data,
-                     size_t size);
-  Verdict TakeClock(const uint8_t* data, size_t size);
-  Verdict TakeSensors(const morphbus::header_t& header, const uint8_t* data, size_t size);
-  Verdict TakeModule(const ChannelName& name, const morphbus::header_t& header, const uint8_t* data,
-                     size_t size);
-  /// Counts and hashes a payload that is new.
-  void AddToStream(std::string_view channel, int64_t sequence, const uint8_t* data, size_t size);
+  // These check a message on a hashed channel and tell the machine that it has come. What they
+  // return is whether it is new, or nothing if it is bad. `name` is the channel's, taken apart;
+  // TellMachine leaves the modules' channels to TakeModule.
+  std::optional<bool> TellMachine(const ChannelName& name, const morphbus::header_t& header,
+                                  const uint8_t* data, size_t size);
+  std::optional<bool> TakeModule(const ChannelName& name, const morphbus::header_t& header,
+                                 const uint8_t* data, size_t size);
+  /// Tells the machine of the modules that SENSORS names; false if the message is bad.
+  bool TakeNames(const uint8_t* data, size_t size);
+  /// Counts a sound message, and hashes its payload if it is `fresh`.
+  void CountHashed(std::string_view channel, int64_t sequence, const uint8_t* data, size_t size,
+                   bool fresh);
   /// Does what somebody asks of the logger; a bad message changes nothing.
   void TakeAsk(const uint8_t* data, size_t size);
   /// The sim tells how the run ended: error() follows from it.

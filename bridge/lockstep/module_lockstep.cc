@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <morphbus/sim_clock_t.hpp>
 
+#include "bridge/lockstep/fingerprint.h"
 #include "bridge/lockstep/participant.h"
 
 namespace morphbus::bridge {
@@ -182,25 +183,14 @@ int64_t ModuleLockstep::next_deadline_us() const {
 }
 
 std::string ModuleLockstep::Fingerprint() const {
-  std::string print;
-  // Whatever decides what the machine does next is in it, except times.
-  print += static_cast<char>(phase_);
-  print += std::to_string(tick_);
-  print += have_reading_ ? 'r' : '-';
-  print += knows_all_ ? 'k' : '-';
-  print += std::to_string(std::min(ahead_, kAheadMessages));
-  print += ask_.armed() ? 'a' : '-';
-  print += hello_.sim_heard() ? 'h' : '-';
-  for (const bool there : parts_) print += there ? '1' : '0';
-  for (const uint16_t id : mates_) print += ':' + std::to_string(id);
+  // Ticks too old to be of use make no difference.
+  std::vector<int64_t> heard;
   for (const Mate& mate : heard_) {
-    print += ';' + std::to_string(mate.id);
-    // Ticks too old to be of use make no difference.
-    for (const int64_t tick : mate.ticks) {
-      print += ',' + std::to_string(tick < tick_ - 1 ? -1 : tick);
-    }
+    heard.push_back(mate.id);
+    for (const int64_t tick : mate.ticks) heard.push_back(tick < tick_ - 1 ? -1 : tick);
   }
-  return print;
+  return PrintOf(phase_, tick_, have_reading_, knows_all_, std::min(ahead_, kAheadMessages),
+                 ask_.armed(), hello_.sim_heard(), parts_, mates_, heard);
 }
 
 }  // namespace morphbus::bridge

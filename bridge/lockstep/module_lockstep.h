@@ -77,8 +77,6 @@ class ModuleLockstep {
   [[nodiscard]] bool knows_all() const { return knows_all_; }
   /// SENSORS is there, and a neighbour's TRANSFORM is not: it was lost, or comes late.
   [[nodiscard]] bool waits_for_mates() const { return phase_ == Phase::kRun && ask_.armed(); }
-  /// END was seen.
-  [[nodiscard]] bool ended() const { return phase_ >= Phase::kEnded; }
 
   /// Everything but times, as bytes: equal states are equal strings (for exploring).
   [[nodiscard]] std::string Fingerprint() const;

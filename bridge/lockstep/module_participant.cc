@@ -55,16 +55,12 @@ ModuleParticipant::ModuleParticipant(Bus* bus, ModuleController* controller, con
                                      ModuleParticipantOptions options)
     : LockstepParticipant(bus, time,
                           {options.run, options.module, options.model_hash, options.program_hash},
-                          {options.realtime, options.timing}),
+                          options),
       controller_(controller),
       options_(std::move(options)),
       channel_transform_(Channel(options_.run, options_.module, Topic::kTransform)),
       channel_actuator_(Channel(options_.run, options_.module, Topic::kActuator)),
       channel_status_(Channel(options_.run, options_.module, Topic::kStatus)) {}
-
-void ModuleParticipant::OnBeforePublish(std::function<void(const std::vector<uint8_t>&)> write) {
-  before_publish_ = std::move(write);
-}
 
 void ModuleParticipant::WriteSnapshot(int64_t next_tick) {
   if (!before_publish_) return;
@@ -117,8 +113,7 @@ void ModuleParticipant::Start() {
   Listen(ChannelOf(options_.module, Topic::kAsk), &ModuleParticipant::OnAsk);
   // A process that is killed before its first answer resumes from its very beginning.
   if (resume_tick_ == 0) WriteSnapshot(0);
-  machine_.Begin(resume_tick_, now_us(), &actions_);
-  CarryOutActions();
+  Tell(&ModuleLockstep::Begin, resume_tick_);
 }
 
 void ModuleParticipant::OnTime() {
@@ -132,8 +127,7 @@ void ModuleParticipant::OnClock(const uint8_t* data, size_t size) {
   morphbus::sim_clock_t clock;
   if (!Accept(data, size, &clock)) return;
   if (clock.phase == morphbus::sim_clock_t::PHASE_END) end_reason_ = clock.end_reason;
-  machine_.OnClock(clock.header.tick, clock.phase, now_us(), &actions_);
-  CarryOutActions();
+  Tell(&ModuleLockstep::OnClock, clock.header.tick, clock.phase);
 }
 
 void ModuleParticipant::OnSensors(const uint8_t* data, size_t size) {
@@ -224,12 +218,8 @@ void ModuleParticipant::Watch(uint16_t mate) {
   if (name == directory_.end() || mailboxes_.contains(mate)) return;
   // From now on this neighbour's messages are received.
   mailboxes_[mate].name = name->second;
-  bus_->Subscribe(
-      Channel(options_.run, name->second, Topic::kTransform),
-      [this, mate](std::string_view, const uint8_t* data, size_t size) {
-        OnTransform(mate, data, size);
-      },
-      kTransformInterest);
+  ListenFor(kTransformInterest, ChannelOf(name->second, Topic::kTransform),
+            &ModuleParticipant::OnTransform, mate);
 }
 
 void ModuleParticipant::OnTransform(uint16_t mate, const uint8_t* data, size_t size) {
@@ -247,8 +237,7 @@ void ModuleParticipant::OnTransform(uint16_t mate, const uint8_t* data, size_t s
     FromTransform(transform_, &mailbox.messages[slot]);
     mailbox.ticks[slot] = tick;
   }
-  machine_.OnTransform(mate, tick, now_us(), &actions_);
-  CarryOutActions();
+  Tell(&ModuleLockstep::OnTransform, mate, tick);
 }
 
 void ModuleParticipant::OnAsk(const uint8_t* data, size_t size) {
@@ -267,13 +256,24 @@ void ModuleParticipant::OnAsk(const uint8_t* data, size_t size) {
 void ModuleParticipant::CarryOut(const ModuleAction& action) {
   switch (action.kind) {
     case Kind::kHello:
-      return Introduce();
+      return SayHello(options_.claim, options_.build, options_.incarnation, options_.type_name,
+                      options_.kinematics_hash);
     case Kind::kCompute:
       return Compute(action.tick);
+    // In lockstep a TRANSFORM's number is its tick.
     case Kind::kAskMate:
-      return AskMate(action.mate, action.tick);
-    case Kind::kEndAck:
-      return AcknowledgeEnd();
+      if (const auto name = directory_.find(action.mate); name != directory_.end()) {
+        AskForResend(name->second, Topic::kTransform, action.tick, action.tick);
+      }
+      return;
+    // The sim makes the run's hash of its own totals and of those that modules send here.
+    case Kind::kEndAck: {
+      ask_t ask = MakeAsk(ask_t::KIND_END_ACK);
+      ask.acknowledged_tick = machine_.tick() - 1;
+      for (const ChannelTotal& total : outbox_.totals()) ask.totals.push_back(ToWire(total));
+      ask.num_totals = static_cast<int16_t>(ask.totals.size());
+      return Ask(kSimProcess, std::move(ask));
+    }
     case Kind::kFinish:
       return;
     // Neither of these is the run's own end, so both are errors of this process.
@@ -339,32 +339,6 @@ void ModuleParticipant::Publish(int64_t tick) {
   // Saved, then sent: whoever is killed in between sends the same bytes again.
   WriteSnapshot(tick + 1);
   outbox_.Release();
-}
-
-void ModuleParticipant::Introduce() {
-  morphbus::hello_t hello;
-  // By this the sim decides whether the module fits the run.
-  hello.claim = options_.claim;
-  hello.incarnation = static_cast<int32_t>(options_.incarnation);
-  hello.type_name = options_.type_name;
-  hello.kinematics_hash = static_cast<int64_t>(options_.kinematics_hash);
-  hello.build = options_.build;
-  SayHello(&hello);
-}
-
-void ModuleParticipant::AcknowledgeEnd() {
-  // The sim makes the run's hash of its own totals and of those that modules send here.
-  ask_t ask = MakeAsk(ask_t::KIND_END_ACK);
-  ask.acknowledged_tick = machine_.tick() - 1;
-  for (const ChannelTotal& total : outbox_.totals()) ask.totals.push_back(ToWire(total));
-  ask.num_totals = static_cast<int16_t>(ask.totals.size());
-  Ask(kSimProcess, &ask);
-}
-
-void ModuleParticipant::AskMate(uint16_t mate, int64_t tick) {
-  const auto name = directory_.find(mate);
-  // In lockstep a TRANSFORM's number is its tick.
-  if (name != directory_.end()) AskForResend(name->second, Topic::kTransform, tick, tick);
 }
 
 }  // namespace morphbus::bridge

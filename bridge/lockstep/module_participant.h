@@ -39,15 +39,21 @@ class ModuleController {
   virtual bool Load(const uint8_t* data, size_t size) = 0;
 };
 
-/// What a module is told before it starts; all else it senses or hears.
-struct ModuleParticipantOptions {
+/// Who a module is, and which run it takes part in.
+struct ModuleIdentity : ModuleLockstep::Config {
   /// Name of the run, the first part of every channel.
   std::string run;
   /// Name and number of the module, as SENSORS tells them.
   std::string module;
   uint16_t module_id = 0;
-  /// Counts the cold starts of the module.
+  /// Counts the cold starts of the module, from 1.
   uint32_t incarnation = 1;
+  int64_t claim = 1;  ///< Random number of the process, kept over a resume.
+  std::string build;  ///< Version of the software, for people.
+};
+
+/// What a module is told before it starts; all else it senses or hears.
+struct ModuleParticipantOptions : ModuleIdentity {
   /// Its type, and how many joints and connectors that has: readings with others are refused.
   std::string type_name;
   int num_joints = 0;
@@ -57,12 +63,6 @@ struct ModuleParticipantOptions {
   /// Hashes of the images it runs on, by which the sim knows whether it fits the run.
   uint64_t kinematics_hash = 0;
   uint64_t program_hash = 0;
-  int64_t claim = 1;  ///< Random number of the process, kept over a resume.
-  /// The module acts on what is there instead of waiting for it.
-  bool realtime = false;
-  std::string build;  ///< Version of the software, for people.
-  /// How long it waits for what.
-  LockstepTiming timing;
 };
 
 /// STATUS goes out when something changed, and at every tick divisible by this.
@@ -78,7 +78,9 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
 
   /// `write` is called with every answer before it is published: a process that is killed at any
   /// moment and resumed from the last written bytes changes no payload.
-  void OnBeforePublish(std::function<void(const std::vector<uint8_t>& snapshot)> write);
+  void OnBeforePublish(std::function<void(const std::vector<uint8_t>& snapshot)> write) {
+    before_publish_ = std::move(write);
+  }
   /// Goes on from a snapshot; call before Start(). Fails if the bytes are cut short or damaged, or
   /// of another module, program or build; then the participant must not be started.
   Result<void> ResumeFrom(const std::vector<uint8_t>& snapshot);
@@ -131,12 +133,6 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   void Publish(int64_t tick);
   /// Saves everything that a resumed process needs to go on with `next_tick`.
   void WriteSnapshot(int64_t next_tick);
-  /// Says HELLO.
-  void Introduce();
-  /// Acknowledges END (KIND_END_ACK) with the totals of our channels.
-  void AcknowledgeEnd();
-  /// Asks a neighbour for its TRANSFORM of a tick.
-  void AskMate(uint16_t mate, int64_t tick);
   /// What a neighbour said in a tick; null if that is not there. In real time its newest message
   /// stands in for it if it is at most three ticks older, and a deadline counts as missed.
   const vm::NeighbourMessage* MessageOf(uint16_t mate, int64_t tick);

@@ -1,29 +1,34 @@
 #include "bridge/lockstep/sequence_tracker.h"
 
+#include <algorithm>
+
 namespace morphbus::bridge {
 
+void MissingNumbers::Add(int64_t first, int64_t end) {
+  for (int64_t number = std::max(first, end - kMost); number < end; ++number) {
+    numbers_.insert(numbers_.end(), number);
+  }
+  while (numbers_.size() > static_cast<size_t>(kMost)) numbers_.erase(numbers_.begin());
+}
+
 SequenceTracker::Kind SequenceTracker::Take(int64_t sequence, Ledger* ledger) {
-  constexpr int64_t kMemory = 64;
+  constexpr int64_t kJustBefore = 64;
   if (highest_ < 0) {
     highest_ = sequence;
     // Whatever came before we listened is not ours to miss, but may still arrive.
-    seen_ = 1;
+    missing_.Add(std::max<int64_t>(0, sequence - kJustBefore), sequence);
     return Kind::kNext;
   }
   // Everything between the last number and this one is missing, perhaps for a while only.
   if (sequence > highest_) {
-    const int64_t step = sequence - highest_;
-    ledger->lost += step - 1;
-    seen_ = (step >= kMemory ? 0 : seen_ << step) | 1;
+    const int64_t gap = sequence - highest_ - 1;
+    ledger->lost += gap;
+    missing_.Add(highest_ + 1, sequence);
     highest_ = sequence;
-    return step == 1 ? Kind::kNext : Kind::kAfterGap;
+    return gap == 0 ? Kind::kNext : Kind::kAfterGap;
   }
   // An older number either fills a gap that is remembered or is a repetition.
-  const int64_t age = highest_ - sequence;
-  if (age < kMemory && (seen_ >> age & 1) == 0) {
-    seen_ |= uint64_t{1} << age;
-    return Kind::kLate;
-  }
+  if (missing_.Fill(sequence)) return Kind::kLate;
   ++ledger->duplicates;
   return Kind::kDuplicate;
 }

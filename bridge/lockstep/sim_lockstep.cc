@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "bridge/lockstep/fingerprint.h"
 #include "bridge/lockstep/participant.h"
 #include "compiler/base/check.h"
 
@@ -53,28 +54,30 @@ void SimLockstep::Begin(int64_t now_us, Actions* out) {
   phase_ = Phase::kStart;
   silence_.Heard(now_us);
   Rebase(now_us);
-  out->push_back({Kind::kPublishTick, 0, -1});
+  PublishTick(now_us, out);
+}
+
+void SimLockstep::PublishTick(int64_t now_us, Actions* out) {
+  out->push_back({Kind::kPublishTick, tick_, -1});
   heartbeat_due_us_ = now_us + config_.timing.heartbeat_us;
   ask_.Arm(now_us, response_.patience_us(config_.timing));
 }
 
-void SimLockstep::OnHello(int process, int64_t now_us, Actions* out) {
-  if (process < 0 || static_cast<size_t>(process) >= hello_.size() || phase_ != Phase::kStart)
-    return;
-  // A HELLO that is repeated is no sign of progress, so it does not reset the silence either.
-  if (hello_[process]) return;
-  hello_[process] = true;
+bool SimLockstep::NoteFirst(int index, int64_t now_us, std::vector<bool>* flags) {
+  if (index < 0 || static_cast<size_t>(index) >= flags->size() || (*flags)[index]) return false;
+  (*flags)[index] = true;
   silence_.Heard(now_us);
+  return true;
+}
+
+void SimLockstep::OnHello(int process, int64_t now_us, Actions* out) {
+  if (phase_ != Phase::kStart || !NoteFirst(process, now_us, &hello_)) return;
   TryAdvance(now_us, out);
 }
 
 void SimLockstep::OnActuator(int module, int64_t tick, int64_t now_us, Actions* out) {
-  if (module < 0 || static_cast<size_t>(module) >= answered_.size() || tick != tick_) return;
-  if (phase_ != Phase::kStart && phase_ != Phase::kRun) return;
-  // Repeated answers are common after loss, and say nothing new.
-  if (answered_[module]) return;
-  answered_[module] = true;
-  silence_.Heard(now_us);
+  if ((phase_ != Phase::kStart && phase_ != Phase::kRun) || tick != tick_) return;
+  if (!NoteFirst(module, now_us, &answered_)) return;
   // Who answers only after it was asked says nothing of how long answers take.
   if (!asked_) last_answer_us_ = now_us;
   ask_.Progress();
@@ -90,11 +93,8 @@ void SimLockstep::OnLogAck(int64_t tick, int64_t now_us, Actions* out) {
 }
 
 void SimLockstep::OnEndAck(int process, int64_t now_us, Actions* out) {
-  if (process < 0 || static_cast<size_t>(process) >= end_acked_.size()) return;
   // Only an acknowledgement of an END that is out can mean anything.
-  if (phase_ != Phase::kEnding || end_acked_[process]) return;
-  end_acked_[process] = true;
-  silence_.Heard(now_us);
+  if (phase_ != Phase::kEnding || !NoteFirst(process, now_us, &end_acked_)) return;
   ConcludeIfAcknowledged(now_us, out);
 }
 
@@ -162,9 +162,7 @@ void SimLockstep::AdvanceOneTick(int64_t now_us, Actions* out) {
   phase_ = Phase::kRun;
   // After the last tick comes END instead of sensors; else the next tick goes out and is awaited.
   if (stop_ || tick_ == config_.num_ticks) return EnterEnding(now_us, out);
-  out->push_back({Kind::kPublishTick, tick_, -1});
-  heartbeat_due_us_ = now_us + config_.timing.heartbeat_us;
-  ask_.Arm(now_us, response_.patience_us(config_.timing));
+  PublishTick(now_us, out);
 }
 
 /// Nothing is missing and nobody is asked.
@@ -361,20 +359,8 @@ int64_t SimLockstep::next_deadline_us() const {
 }
 
 std::string SimLockstep::Fingerprint() const {
-  std::string print;
-  // Whatever decides what the machine does next is in it, except times: two states with equal
-  // fingerprints need exploring only once.
-  print += static_cast<char>(phase_);
-  for (const int64_t number : {tick_, acknowledged_, steps_}) print += std::to_string(number) + ',';
-  for (const auto* flags : {&hello_, &answered_, &end_acked_}) {
-    for (const bool flag : *flags) print += flag ? '1' : '0';
-  }
-  print += stop_ ? 's' : '-';
-  print += paused_ ? 'p' : '-';
-  print += holding_ ? 'h' : '-';
-  print += ask_.armed() ? 'a' : '-';
-  for (const int process : silent_) print += std::to_string(process) + '.';
-  return print;
+  return PrintOf(phase_, tick_, acknowledged_, steps_, hello_, answered_, end_acked_, stop_,
+                 paused_, holding_, ask_.armed(), silent_);
 }
 
 }  // namespace morphbus::bridge

@@ -141,6 +141,12 @@ class SimLockstep {
   [[nodiscard]] bool WindowOpen() const;
   /// Wall time at which a tick begins at the chosen speed.
   [[nodiscard]] int64_t PacedStartUs(int64_t tick) const;
+  /// Notes that a process or module has done for the first time what `flags` stand for, which ends
+  /// the silence. A repetition, which is common after loss, or an unknown number says nothing:
+  /// false.
+  bool NoteFirst(int index, int64_t now_us, std::vector<bool>* flags);
+  /// Publishes the present tick, whose answers are awaited from now on.
+  void PublishTick(int64_t now_us, Actions* out);
   /// Goes on to the next tick if nothing is missing and it is time.
   void TryAdvance(int64_t now_us, Actions* out);
   /// The same where the wall decides when it is time, whoever has answered.

@@ -19,14 +19,8 @@ using morphbus::sim_clock_t;
 
 /// What the state machine needs to know of the options.
 SimLockstep::Config MachineConfig(const SimParticipantOptions& options) {
-  SimLockstep::Config config;
+  SimLockstep::Config config = options;
   config.num_modules = static_cast<int>(options.modules.size());
-  config.logger = options.logger;
-  config.num_ticks = options.num_ticks;
-  config.tick_us = options.tick_us;
-  config.realtime = options.realtime;
-  config.speed = options.speed;
-  config.timing = options.timing;
   return config;
 }
 
@@ -53,22 +47,16 @@ SimParticipant::SimParticipant(Bus* bus, SimulatedRobot* robot, const TimeSource
   for (morphbus::actuator_t& command : commands_) command.header.tick = -1;
 }
 
-SimParticipant::~SimParticipant() = default;
-
 void SimParticipant::Start() {
   // HELLO and ASK have one channel for all senders, ACTUATOR one for each module.
   Listen(ChannelOf("", Topic::kHello), &SimParticipant::OnHello);
   Listen(ChannelOf(kSimProcess, Topic::kAsk), &SimParticipant::OnAsk);
   for (size_t i = 0; i < options_.modules.size(); ++i) {
-    bus_->Subscribe(ChannelOf(options_.modules[i].name, Topic::kActuator),
-                    [this, i](std::string_view, const uint8_t* data, size_t size) {
-                      OnActuator(i, data, size);
-                    });
+    Listen(ChannelOf(options_.modules[i].name, Topic::kActuator), &SimParticipant::OnActuator, i);
   }
   // From here on HELLOs are awaited; tick 0 goes out at once, for all that are listening already.
   report_missing_due_us_ = now_us() + options_.timing.report_missing_us;
-  machine_.Begin(now_us(), &actions_);
-  CarryOutActions();
+  Tell(&SimLockstep::Begin);
 }
 
 void SimParticipant::OnTime() {
@@ -89,25 +77,7 @@ void SimParticipant::ReportMissing() {
 void SimParticipant::RequestStop(const std::string& reason) {
   // The first reason is the one that the run ended for.
   if (outcome_.reason.empty()) outcome_.reason = CutText(reason, kLongestText);
-  machine_.Stop(false, now_us(), &actions_);
-  CarryOutActions();
-}
-
-void SimParticipant::Pause() { machine_.Pause(); }
-
-void SimParticipant::Resume() {
-  machine_.Resume(now_us(), &actions_);
-  CarryOutActions();
-}
-
-void SimParticipant::Step() {
-  machine_.Step(now_us(), &actions_);
-  CarryOutActions();
-}
-
-void SimParticipant::SetSpeed(double speed) {
-  machine_.SetSpeed(speed, now_us(), &actions_);
-  CarryOutActions();
+  Tell(&SimLockstep::Stop, false);
 }
 
 void SimParticipant::AnnounceControl(const std::string& text) {
@@ -123,14 +93,6 @@ void SimParticipant::Deploy(size_t module, uint64_t hash, const std::vector<uint
   MORPHBUS_CHECK(module < options_.modules.size());
   MORPHBUS_CHECK(!image.empty() && image.size() <= vm::kMaxImageBytes);
   deployments_.push_back({module, hash, image, 0});
-}
-
-void SimParticipant::OnMissing(std::function<void(const std::vector<std::string>&)> report) {
-  report_missing_ = std::move(report);
-}
-
-void SimParticipant::OnBeforeTick(std::function<void(int64_t)> hook) {
-  before_tick_ = std::move(hook);
 }
 
 std::vector<std::string> SimParticipant::missing_processes() const {
@@ -167,8 +129,7 @@ void SimParticipant::OnHello(const uint8_t* data, size_t size) {
       if (const std::string unfit = HelloError(process, hello); !unfit.empty())
         return Refuse(unfit);
       claim = hello.claim;
-      machine_.OnHello(process, now_us(), &actions_);
-      return CarryOutActions();
+      return Tell(&SimLockstep::OnHello, process);
     }
     // The same process says HELLO again until it hears CLOCK.
     if (claim == hello.claim) return;
@@ -196,8 +157,7 @@ void SimParticipant::OnActuator(size_t module, const uint8_t* data, size_t size)
   // The command is kept until everybody has answered; only then does the robot move.
   const int64_t tick = command.header.tick;
   commands_[module] = std::move(command);
-  machine_.OnActuator(static_cast<int>(module), tick, now_us(), &actions_);
-  CarryOutActions();
+  Tell(&SimLockstep::OnActuator, static_cast<int>(module), tick);
 }
 
 void SimParticipant::OnAsk(const uint8_t* data, size_t size) {
@@ -208,13 +168,12 @@ void SimParticipant::OnAsk(const uint8_t* data, size_t size) {
   if (ask.kind == ask_t::KIND_RESEND) {
     outbox_.Resend(ask.channel, ask.first_sequence, ask.last_sequence);
   } else if (ask.kind == ask_t::KIND_ACK && ask.sender == kLogProcess) {
-    machine_.OnLogAck(ask.acknowledged_tick, now_us(), &actions_);
+    Tell(&SimLockstep::OnLogAck, ask.acknowledged_tick);
   } else if (ask.kind == ask_t::KIND_END_ACK && process >= 0) {
     TakeEndAck(process, ask);
   } else if (ask.kind == ask_t::KIND_VERDICT_ACK && ask.sender == kLogProcess) {
-    machine_.OnVerdictAck(now_us(), &actions_);
+    Tell(&SimLockstep::OnVerdictAck);
   }
-  CarryOutActions();
 }
 
 void SimParticipant::TakeEndAck(int process, const ask_t& ask) {
@@ -229,7 +188,7 @@ void SimParticipant::TakeEndAck(int process, const ask_t& ask) {
                                        static_cast<uint64_t>(total.hash), IsHashed(name->topic)};
     }
   }
-  machine_.OnEndAck(process, now_us(), &actions_);
+  Tell(&SimLockstep::OnEndAck, process);
 }
 
 void SimParticipant::CarryOut(const SimAction& action) {
@@ -248,11 +207,9 @@ void SimParticipant::CarryOut(const SimAction& action) {
       // In lockstep the number is the tick; in real time nobody asks.
       return AskForResend(names_[action.process], Topic::kActuator, action.tick, action.tick);
     // The header of the request says at which tick the sim is.
-    case Kind::kPollLogger: {
-      ask_t poll = MakeAsk(ask_t::KIND_POLL);
+    case Kind::kPollLogger:
       ++ledger_.asked;
-      return Ask(kLogProcess, &poll);
-    }
+      return Ask(kLogProcess, MakeAsk(ask_t::KIND_POLL));
     case Kind::kPublishEnd:
       return PublishClock(action.tick, sim_clock_t::PHASE_END);
     // END is the last message on CLOCK.
@@ -266,10 +223,7 @@ void SimParticipant::CarryOut(const SimAction& action) {
     case Kind::kBye:
       // Not acknowledged, hence several: who misses all of them leaves after a second of silence.
       for (int i = 0; i < 4; ++i) {
-        for (const std::string& name : names_) {
-          ask_t bye = MakeAsk(ask_t::KIND_BYE);
-          Ask(name, &bye);
-        }
+        for (const std::string& name : names_) Ask(name, MakeAsk(ask_t::KIND_BYE));
       }
       return;
     case Kind::kFinish:
@@ -421,8 +375,7 @@ void SimParticipant::Refuse(const std::string& why) {
   // The first refusal is the one to report.
   if (refusal_.empty()) refusal_ = why;
   // A run that cannot go on ends at once: nobody is asked for the present tick's answers.
-  machine_.Stop(true, now_us(), &actions_);
-  CarryOutActions();
+  Tell(&SimLockstep::Stop, true);
 }
 
 std::string SimParticipant::SilentText() const {
@@ -464,7 +417,7 @@ void SimParticipant::TellVerdict() {
   ask_t verdict = MakeAsk(ask_t::KIND_VERDICT);
   verdict.run_hash = outcome_.run_hash;
   verdict.verdict = CutText(outcome_.error, kLongestText);
-  Ask(kLogProcess, &verdict);
+  Ask(kLogProcess, std::move(verdict));
 }
 
 }  // namespace morphbus::bridge

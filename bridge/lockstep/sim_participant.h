@@ -10,6 +10,7 @@
 #include <morphbus/hello_t.hpp>
 #include <morphbus/sensors_t.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bridge/lockstep/lockstep_participant.h"
@@ -30,23 +31,15 @@ struct ExpectedModule {
   int num_connectors = vm::kMaxNeighbours;  ///< Of its type; fewer make smaller SENSORS.
 };
 
-/// What the run is, and whom it needs.
-struct SimParticipantOptions {
+/// What the run is, and whom it needs, besides what its machine is told; `num_modules` is that of
+/// `modules`.
+struct SimParticipantOptions : SimLockstep::Config {
   /// Name of the run, the first part of every channel.
   std::string run;
   /// Hash of the model, which every process must name.
   uint64_t model_hash = 0;
   uint64_t program_hash = 0;            ///< Of the image every module must run; 0: any.
   std::vector<ExpectedModule> modules;  ///< In order of id.
-  bool logger = false;                  ///< A logger is a participant of the run.
-  int64_t num_ticks = -1;               ///< Ends after so many; -1: when stopped.
-  /// Length of a control tick, microseconds of sim time.
-  int32_t tick_us = 20000;
-  /// The wall clock decides when a tick is over, whoever has answered.
-  bool realtime = false;
-  double speed = 0;  ///< Times real time; 0: as fast as possible. Real time: 1.
-  /// How long the sim waits for what.
-  LockstepTiming timing;
 };
 
 /// How a run ended, for the summary; read it once the participant is done.
@@ -73,7 +66,6 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   /// `bus`, `robot` and `time` outlive the participant.
   SimParticipant(Bus* bus, SimulatedRobot* robot, const TimeSource* time,
                  SimParticipantOptions options);
-  ~SimParticipant() override;
 
   /// Listens to everybody and publishes tick 0.
   void Start() override;
@@ -83,13 +75,13 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   /// Ends the run after the current tick; `reason` goes into CLOCK.
   void RequestStop(const std::string& reason);
   /// Holds the run between two ticks.
-  void Pause();
+  void Pause() { machine_.Pause(); }
   /// Goes on after Pause.
-  void Resume();
+  void Resume() { Tell(&SimLockstep::Resume); }
   /// Paused: runs one tick more.
-  void Step();
+  void Step() { Tell(&SimLockstep::Step); }
   /// Times real time; 0: as fast as possible.
-  void SetSpeed(double speed);
+  void SetSpeed(double speed) { Tell(&SimLockstep::SetSpeed, speed); }
   /// Text that the next CLOCK carries among its `controls`: an effect that begins at that tick.
   void AnnounceControl(const std::string& text);
   /// Gives a module (by place in `modules`) an invocation to issue, with the next tick that has
@@ -100,9 +92,11 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   void Deploy(size_t module, uint64_t hash, const std::vector<uint8_t>& image);
   /// Called every LockstepTiming::report_missing_us while tick 0 waits for processes to join, with
   /// their names.
-  void OnMissing(std::function<void(const std::vector<std::string>&)> report);
+  void OnMissing(std::function<void(const std::vector<std::string>&)> report) {
+    report_missing_ = std::move(report);
+  }
   /// Called before sensors of a tick are published (tick number): apply controls to the robot here.
-  void OnBeforeTick(std::function<void(int64_t tick)> hook);
+  void OnBeforeTick(std::function<void(int64_t tick)> hook) { before_tick_ = std::move(hook); }
 
   /// The tick that is out, or the one after the last once the run is over.
   [[nodiscard]] int64_t tick() const { return machine_.tick(); }

@@ -16,22 +16,13 @@ bool AllFinite(const std::vector<double>& numbers) {
   return std::all_of(numbers.begin(), numbers.end(), [](double n) { return std::isfinite(n); });
 }
 
-/// A hash as 16 hexadecimal digits.
-std::string Hex(int64_t hash) {
-  std::string text;
-  for (int shift = 60; shift >= 0; shift -= 4) {
-    text += "0123456789abcdef"[static_cast<uint64_t>(hash) >> shift & 15];
-  }
-  return text;
-}
-
 }  // namespace
 
 std::string SimParticipant::HelloError(int process, const morphbus::hello_t& hello) const {
   // All hashes are refused in the same words, with both values.
   const auto differs = [&hello](const std::string& what, int64_t has, uint64_t needs) {
-    return hello.process + " has another " + what + " (" + Hex(has) + ") than this run (" +
-           Hex(static_cast<int64_t>(needs)) + ")";
+    return hello.process + " has another " + what + " (" + HexText(static_cast<uint64_t>(has)) +
+           ") than this run (" + HexText(needs) + ")";
   };
   // What every process must share: the wire types and the model.
   if (static_cast<uint64_t>(hello.wire_hash) != WireHash()) {

@@ -22,7 +22,7 @@ Result<void> ToResult(const std::string& name, const vm::VerifyError& error) {
 /// What the VM needs to know of the spec.
 vm::VmConfig ConfigOf(const ModuleSpec& spec) {
   vm::VmConfig config;
-  config.module_id = spec.id;
+  config.module_id = spec.module_id;
   config.incarnation = spec.incarnation;
   // In lockstep every neighbour's message is there, so none has to stand in for another.
   config.grace_ticks = spec.realtime ? kRealtimeGraceTicks : 0;
@@ -58,11 +58,11 @@ const vm::VerifiedKinematics* ModuleImages::FindKinematics(const std::string& na
 Result<std::unique_ptr<ModuleInstance>> ModuleInstance::Create(const ModuleImages& images,
                                                                ModuleSpec spec) {
   // Everything is checked before anything is made: name, image, and the root's link.
-  if (Result<void> named = CheckModuleName(spec.name); !named) return Fail(named.error().message);
+  if (Result<void> named = CheckModuleName(spec.module); !named) return Fail(named.error().message);
   const vm::VerifiedKinematics* type = images.FindKinematics(spec.kinematics);
-  if (type == nullptr) return Fail(spec.name + " has no kinematics image " + spec.kinematics);
+  if (type == nullptr) return Fail(spec.module + " has no kinematics image " + spec.kinematics);
   if (spec.root && spec.root->link >= type->num_links()) {
-    return Fail(spec.name + " has " + std::to_string(type->num_links()) + " links, no link " +
+    return Fail(spec.module + " has " + std::to_string(type->num_links()) + " links, no link " +
                 std::to_string(spec.root->link));
   }
   return std::unique_ptr<ModuleInstance>(
@@ -78,30 +78,22 @@ ModuleInstance::ModuleInstance(const vm::VerifiedProgram& program,
 
 void ModuleInstance::Join(Bus* bus, const TimeSource* time) {
   ModuleParticipantOptions options;
-  options.run = spec_.run;
-  // Who it is, then what its images are, by which the sim decides whether it fits.
-  options.module = spec_.name;
-  options.module_id = spec_.id;
-  options.incarnation = spec_.incarnation;
+  static_cast<ModuleIdentity&>(options) = spec_;
+  // What its type and images are, by which the sim decides whether it fits.
   options.type_name = std::string(type_.type_name().data, type_.type_name().size);
   options.num_joints = type_.num_joints();
   options.num_connectors = type_.num_connectors();
   options.model_hash = type_.model_hash();
   options.kinematics_hash = type_.hash();
   options.program_hash = program_.hash();
-  // What tells processes and builds apart, and how long to wait.
-  options.claim = spec_.claim;
-  options.realtime = spec_.realtime;
-  options.build = spec_.build;
-  options.timing = spec_.timing;
   participant_ = std::make_unique<ModuleParticipant>(bus, &controller_, time, options);
 }
 
 Result<void> ModuleInstance::SaveTo(const std::string& path, bool resume) {
   MORPHBUS_CHECK(participant_ != nullptr);
-  Result<SnapshotFile> file = SnapshotFile::Open(path);
+  Result<std::unique_ptr<SnapshotFile>> file = SnapshotFile::Open(path);
   if (!file) return Fail(file.error().message);
-  snapshot_ = std::make_unique<SnapshotFile>(std::move(*file));
+  snapshot_ = std::move(*file);
   // Killed before it had begun, there is nothing to go on from, and nothing was published.
   const std::vector<uint8_t> saved = resume ? snapshot_->Read() : std::vector<uint8_t>();
   // The participant checks that what was saved is its own.

@@ -53,28 +53,14 @@ class ModuleImages {
 };
 
 /// What a module is told before it starts; all else comes from its sensors and neighbours.
-struct ModuleSpec {
+struct ModuleSpec : ModuleIdentity {
   /// The link whose pose the root module broadcasts.
   struct Root {
     uint8_t link = 0;  ///< Number of the link in its type.
     vm::PoseF X_RL;    ///< That link's pose in the robot frame (m).
   };
-  /// Name of the run, the first part of every channel.
-  std::string run;
-  /// The module's name in the model.
-  std::string name;
-  /// Number that stands for the module in messages.
-  uint16_t id = 0;
-  std::string kinematics;  ///< Name of its type's image in ModuleImages.
-  /// Counts the cold starts of the module, from 1.
-  uint32_t incarnation = 1;
+  std::string kinematics;    ///< Name of its type's image in ModuleImages.
   std::optional<Root> root;  ///< Absent for all modules but the root.
-  int64_t claim = 1;         ///< Random number of the process, kept over a resume.
-  /// The module acts on what is there instead of waiting for it.
-  bool realtime = false;
-  std::string build;  ///< Version of the software, for HELLO.
-  /// How long it waits for what.
-  LockstepTiming timing;
 };
 
 /// A module with its virtual machine; on a bus once it has joined a run.
@@ -94,7 +80,7 @@ class ModuleInstance {
   Result<void> SaveTo(const std::string& path, bool resume);
 
   /// The module's name in the model.
-  [[nodiscard]] const std::string& name() const { return spec_.name; }
+  [[nodiscard]] const std::string& name() const { return spec_.module; }
   /// The module's type.
   [[nodiscard]] const vm::VerifiedKinematics& type() const { return type_; }
   /// What computes its ticks.

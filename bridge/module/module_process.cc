@@ -37,12 +37,10 @@ int Complain(int status, const std::string& what) {
 Result<std::vector<uint8_t>> ReadImage(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) return Fail("cannot read " + path + ": " + std::strerror(errno));
-  std::vector<uint8_t> bytes;
   // One byte beyond the largest image is enough to see that it is too large.
-  char byte = 0;
-  while (bytes.size() <= vm::kMaxImageBytes && file.get(byte)) {
-    bytes.push_back(static_cast<uint8_t>(byte));
-  }
+  std::vector<uint8_t> bytes(vm::kMaxImageBytes + 1);
+  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<size_t>(file.gcount()));
   if (bytes.size() > vm::kMaxImageBytes) {
     return Fail(path + " is larger than an image can be (" + std::to_string(vm::kMaxImageBytes) +
                 " bytes)");
@@ -96,18 +94,17 @@ bool ModuleProcess::IsRoot(const ModuleChoice& choice) const {
 }
 
 Result<void> ModuleProcess::LoadImages() {
-  Result<std::vector<uint8_t>> program = ReadImage(options_.program_file);
-  if (!program) return Fail(program.error().message);
-  if (Result<void> r = images_.AddProgram(options_.program_file, std::move(*program)); !r) return r;
+  using Add = Result<void> (ModuleImages::*)(const std::string& name, std::vector<uint8_t> bytes);
+  const auto load = [this](const std::string& file, Add add) {
+    return ReadImage(file).and_then(
+        [&](std::vector<uint8_t>&& bytes) { return (images_.*add)(file, std::move(bytes)); });
+  };
+  Result<void> loaded = load(options_.program_file, &ModuleImages::AddProgram);
   for (const ModuleChoice& choice : options_.modules) {
-    if (images_.FindKinematics(choice.kinematics_file) != nullptr) continue;
-    Result<std::vector<uint8_t>> type = ReadImage(choice.kinematics_file);
-    if (!type) return Fail(type.error().message);
-    if (Result<void> r = images_.AddKinematics(choice.kinematics_file, std::move(*type)); !r) {
-      return r;
-    }
+    if (!loaded || images_.FindKinematics(choice.kinematics_file) != nullptr) continue;
+    loaded = load(choice.kinematics_file, &ModuleImages::AddKinematics);
   }
-  return {};
+  return loaded;
 }
 
 Result<void> ModuleProcess::OpenBus() {
@@ -122,17 +119,13 @@ Result<void> ModuleProcess::OpenBus() {
 
 Result<void> ModuleProcess::AddModule(const ModuleChoice& choice) {
   ModuleSpec spec;
-  // What the command line says of this module and of all.
-  spec.run = options_.run;
-  spec.name = choice.name;
-  spec.id = choice.id;
-  spec.kinematics = choice.kinematics_file;
-  spec.incarnation = options_.incarnation;
-  if (IsRoot(choice)) spec.root = options_.root;
+  // What the command line says of all modules, and of this one.
+  static_cast<ModuleIdentity&>(spec) = options_;
+  spec.module = choice.name;
+  spec.module_id = choice.id;
   spec.claim = RandomClaim();
-  spec.realtime = options_.realtime;
-  spec.build = options_.build;
-  spec.timing = options_.timing;
+  spec.kinematics = choice.kinematics_file;
+  if (IsRoot(choice)) spec.root = options_.root;
   // The instance is made and joined; its endpoint of the bus is its own.
   Result<std::unique_ptr<ModuleInstance>> instance = ModuleInstance::Create(images_, spec);
   if (!instance) return Fail(instance.error().message);
@@ -148,13 +141,14 @@ Result<void> ModuleProcess::AddModule(const ModuleChoice& choice) {
 
 int ModuleProcess::Run() {
   // Input that cannot be used is refused before the run hears of us.
-  if (Result<void> r = CheckRunName(options_.run); !r)
-    return Complain(kUnusable, r.error().message);
-  if (Result<void> r = LoadImages(); !r) return Complain(kUnusable, r.error().message);
-  if (Result<void> r = OpenBus(); !r) return Complain(kUnusable, r.error().message);
+  Result<void> ready =
+      CheckRunName(options_.run).and_then([this] { return LoadImages(); }).and_then([this] {
+        return OpenBus();
+      });
   for (const ModuleChoice& choice : options_.modules) {
-    if (Result<void> r = AddModule(choice); !r) return Complain(kUnusable, r.error().message);
+    if (ready) ready = AddModule(choice);
   }
+  if (!ready) return Complain(kUnusable, ready.error().message);
   // All modules share the process's thread and wake up together.
   std::vector<Participant*> participants;
   for (const Entry& entry : modules_) participants.push_back(&entry.instance->participant());

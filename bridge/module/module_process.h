@@ -21,10 +21,9 @@ struct ModuleChoice {
 };
 
 /// What the command line told the module process (module_main.cc), checked as far as possible
-/// without opening a file.
-struct ModuleProcessOptions {
-  /// Name of the run.
-  std::string run;
+/// without opening a file. What holds for all modules stands in ModuleIdentity, where name, number
+/// and claim are filled in for each.
+struct ModuleProcessOptions : ModuleIdentity {
   std::vector<ModuleChoice> modules;
   /// File with the program image, which all modules run.
   std::string program_file;
@@ -32,19 +31,12 @@ struct ModuleProcessOptions {
   /// Which of the modules is the root, if there are several; empty: the only one.
   std::string root_module;
   std::string lcm_url;  ///< Empty: $LCM_DEFAULT_URL, else LCM's default.
-  /// Counts the cold starts of the modules.
-  uint32_t incarnation = 1;
   /// Fraction 0..1 of what arrives that is thrown away, and the seed that chooses which.
   double loss = 0;
   uint64_t seed = 0;
-  /// The modules act on what is there instead of waiting for it.
-  bool realtime = false;
   std::string
       snapshot_file;    ///< Where each answer is saved before it is published; empty: nowhere.
   bool resume = false;  ///< Go on from there.
-  std::string build;    ///< Version of the software, for HELLO.
-  /// How long they wait for what.
-  LockstepTiming timing;
 };
 
 /// Exit status of the process, as the command line's: 0 the run ended, 2 unusable input, 3 it

@@ -8,7 +8,6 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
-#include <utility>
 
 #include "compiler/base/check.h"
 
@@ -27,7 +26,7 @@ constexpr size_t kMappingBytes = kHeadBytes + 2 * SnapshotFile::kSlotBytes;
 
 }  // namespace
 
-Result<SnapshotFile> SnapshotFile::Open(const std::string& path) {
+Result<std::unique_ptr<SnapshotFile>> SnapshotFile::Open(const std::string& path) {
   // The file outlives the process: the kernel keeps what was stored in the mapping.
   const int fd = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
   if (fd < 0) return Fail("cannot open " + path + ": " + std::strerror(errno));
@@ -43,15 +42,10 @@ Result<SnapshotFile> SnapshotFile::Open(const std::string& path) {
   const int error = errno;
   close(fd);
   if (mapping == MAP_FAILED) return Fail("cannot map " + path + ": " + std::strerror(error));
-  return SnapshotFile(static_cast<uint8_t*>(mapping));
+  return std::unique_ptr<SnapshotFile>(new SnapshotFile(static_cast<uint8_t*>(mapping)));
 }
 
-SnapshotFile::SnapshotFile(SnapshotFile&& other) noexcept
-    : mapping_(std::exchange(other.mapping_, nullptr)) {}
-
-SnapshotFile::~SnapshotFile() {
-  if (mapping_ != nullptr) munmap(mapping_, kMappingBytes);
-}
+SnapshotFile::~SnapshotFile() { munmap(mapping_, kMappingBytes); }
 
 void SnapshotFile::Write(const std::vector<uint8_t>& snapshot) {
   MORPHBUS_CHECK(snapshot.size() <= kSlotBytes);

@@ -3,6 +3,7 @@
 // the machine, since nothing waits for the disk.
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -19,10 +20,7 @@ class SnapshotFile {
 
   /// Opens the file, creating it empty if need be.
   /// Fails in one sentence that names the file and the system's reason.
-  static Result<SnapshotFile> Open(const std::string& path);
-  // A file has one owner, which may hand it on.
-  SnapshotFile(SnapshotFile&& other) noexcept;
-  SnapshotFile& operator=(SnapshotFile&&) = delete;
+  static Result<std::unique_ptr<SnapshotFile>> Open(const std::string& path);
   SnapshotFile(const SnapshotFile&) = delete;
   SnapshotFile& operator=(const SnapshotFile&) = delete;
   ~SnapshotFile();
@@ -36,7 +34,7 @@ class SnapshotFile {
   /// Takes the mapping over and unmaps it in the end.
   explicit SnapshotFile(uint8_t* mapping) : mapping_(mapping) {}
 
-  /// The file in memory, head first; null after it was moved from.
+  /// The file in memory, head first.
   uint8_t* mapping_;
 };
 

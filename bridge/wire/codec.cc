@@ -4,18 +4,8 @@
 
 #include <array>
 #include <cstring>
-#include <morphbus/actuator_t.hpp>
-#include <morphbus/ask_t.hpp>
-#include <morphbus/control_t.hpp>
-#include <morphbus/health_t.hpp>
-#include <morphbus/hello_t.hpp>
-#include <morphbus/info_part_t.hpp>
-#include <morphbus/log_end_t.hpp>
-#include <morphbus/sensors_t.hpp>
-#include <morphbus/sim_clock_t.hpp>
-#include <morphbus/status_t.hpp>
-#include <morphbus/transform_t.hpp>
-#include <morphbus/world_t.hpp>
+
+#include "bridge/wire/message_layout.h"
 
 namespace morphbus::bridge {
 namespace {

@@ -3,6 +3,8 @@
 #include <sys/resource.h>
 #include <time.h>
 
+#include <tuple>
+
 namespace morphbus::bridge {
 namespace {
 
@@ -21,16 +23,12 @@ morphbus::health_t MakeHealth(const std::string& process, const Ledger& ledger) 
   clock_gettime(CLOCK_REALTIME, &now);
   health.wall_time_us = int64_t{now.tv_sec} * 1'000'000 + now.tv_nsec / 1000;
   // The ledger's fields are explained in bridge/bus/bus.h and in health_t.lcm.
-  health.received = ledger.received;
-  health.sent = ledger.sent;
-  health.lost = ledger.lost;
-  health.discarded = ledger.discarded;
-  health.duplicates = ledger.duplicates;
-  health.resent = ledger.resent;
-  health.asked = ledger.asked;
-  health.queue_overflows = ledger.queue_overflows;
-  health.bad = ledger.bad;
-  health.missed_deadlines = ledger.missed_deadlines;
+  std::tie(health.received, health.sent, health.lost, health.discarded, health.duplicates,
+           health.resent, health.asked, health.queue_overflows, health.bad,
+           health.missed_deadlines) =
+      std::tie(ledger.received, ledger.sent, ledger.lost, ledger.discarded, ledger.duplicates,
+               ledger.resent, ledger.asked, ledger.queue_overflows, ledger.bad,
+               ledger.missed_deadlines);
   // What the process has used since it began.
   rusage usage = {};
   getrusage(RUSAGE_SELF, &usage);

@@ -63,6 +63,16 @@ inline constexpr int64_t kLastConnector = vm::kMaxConnectors - 1;
 template <class M>
 struct As {};
 
+/// The length of an array of structs, which is at most `most`, and the structs.
+template <class M, class V>
+constexpr void List8(V& v, const char* length, const char* structs, int64_t most) {
+  v.template Structs<M>(structs, v.Count8(length, most));
+}
+template <class M, class V>
+constexpr void List16(V& v, const char* length, const char* structs, int64_t most) {
+  v.template Structs<M>(structs, v.Count16(length, most));
+}
+
 // Parts of messages.
 
 /// What every message begins with.
@@ -121,8 +131,7 @@ constexpr void Walk(V& v, As<morphbus::module_sensors_t>) {
   // One number for each joint, rad or m, and rad/s or m/s.
   v.Doubles("joint_position_si", joints);
   v.Floats("joint_velocity_si", joints);
-  const int64_t docked = v.Count8("num_docked", vm::kMaxNeighbours);
-  v.template Structs<morphbus::docked_connector_t>("docked", docked);
+  List8<morphbus::docked_connector_t>(v, "num_docked", "docked", vm::kMaxNeighbours);
 }
 
 /// An invocation from outside. Arguments are 32-bit cells, typed by the program: any bits will do,
@@ -306,13 +315,10 @@ template <class V>
 constexpr void Walk(V& v, As<morphbus::sensors_t>) {
   v.template Struct<morphbus::header_t>("header");
   WalkPart(v);
-  const int64_t modules = v.Count16("num_modules", kMost16);
-  v.template Structs<morphbus::module_sensors_t>("modules", modules);
-  const int64_t requests = v.Count8("num_requests", vm::kMaxRequests);
-  v.template Structs<morphbus::invoke_request_t>("requests", requests);
+  List16<morphbus::module_sensors_t>(v, "num_modules", "modules", kMost16);
+  List8<morphbus::invoke_request_t>(v, "num_requests", "requests", vm::kMaxRequests);
   // Orders for modules of this part.
-  const int64_t pieces = v.Count8("num_pieces", 1);
-  v.template Structs<morphbus::deploy_piece_t>("pieces", pieces);
+  List8<morphbus::deploy_piece_t>(v, "num_pieces", "pieces", 1);
 }
 
 /// WORLD (world_t), one part of several; it may be empty.
@@ -320,8 +326,7 @@ template <class V>
 constexpr void Walk(V& v, As<morphbus::world_t>) {
   v.template Struct<morphbus::header_t>("header");
   WalkPart(v);
-  const int64_t bodies = v.Count16("num_bodies", kMost16);
-  v.template Structs<morphbus::body_pose_t>("bodies", bodies);
+  List16<morphbus::body_pose_t>(v, "num_bodies", "bodies", kMost16);
 }
 
 /// TRANSFORM (transform_t). The counts keep every tail within a datagram, as vm/limits.h shares it
@@ -338,21 +343,15 @@ constexpr void Walk(V& v, As<morphbus::transform_t>) {
   v.Int32("root_incarnation", 0, kMost32);
   v.Int64("root_sequence", kLeast64, kMost64);
   v.Int16("hops", 0, kMost16);
-  const int64_t links = v.Count8("num_links", vm::kMaxLinks);
-  v.template Structs<morphbus::pose_t>("link_poses", links);
-  const int64_t docked = v.Count8("num_docked", vm::kMaxNeighbours);
-  v.template Structs<morphbus::docked_link_t>("docked", docked);
+  List8<morphbus::pose_t>(v, "num_links", "link_poses", vm::kMaxLinks);
+  List8<morphbus::docked_link_t>(v, "num_docked", "docked", vm::kMaxNeighbours);
   // The tail: what has no room in this message waits for a later one.
   v.Int8("body_turns", 1, kMost8);
-  const int64_t entries = v.Count8("num_body_entries", vm::kMaxMessageBodyEntries);
-  v.template Structs<morphbus::body_entry_t>("body_entries", entries);
-  const int64_t invocations = v.Count8("num_invocations", vm::kMaxMessageInvocations);
-  v.template Structs<morphbus::invocation_t>("invocations", invocations);
-  const int64_t acks = v.Count8("num_acks", vm::kMaxMessageAcks);
-  v.template Structs<morphbus::invocation_ack_t>("acks", acks);
+  List8<morphbus::body_entry_t>(v, "num_body_entries", "body_entries", vm::kMaxMessageBodyEntries);
+  List8<morphbus::invocation_t>(v, "num_invocations", "invocations", vm::kMaxMessageInvocations);
+  List8<morphbus::invocation_ack_t>(v, "num_acks", "acks", vm::kMaxMessageAcks);
   v.template Struct<morphbus::program_news_t>("news");
-  const int64_t fragments = v.Count8("num_fragments", 1);
-  v.template Structs<morphbus::program_fragment_t>("fragments", fragments);
+  List8<morphbus::program_fragment_t>(v, "num_fragments", "fragments", 1);
 }
 
 /// ACTUATOR (actuator_t): the commands of one module and tick.
@@ -362,10 +361,8 @@ constexpr void Walk(V& v, As<morphbus::actuator_t>) {
   v.Int16("module_id", 0, kMost16);
   // STATUS messages so far, so that the logger notices when one is missing.
   v.Int64("status_count", 0, kMost64);
-  const int64_t joints = v.Count8("num_joints", vm::kMaxJoints);
-  v.template Structs<morphbus::joint_command_t>("joints", joints);
-  const int64_t connectors = v.Count8("num_connectors", vm::kMaxConnectors);
-  v.template Structs<morphbus::connector_command_t>("connectors", connectors);
+  List8<morphbus::joint_command_t>(v, "num_joints", "joints", vm::kMaxJoints);
+  List8<morphbus::connector_command_t>(v, "num_connectors", "connectors", vm::kMaxConnectors);
 }
 
 /// STATUS (status_t): what a module is and does, for people and tools.
@@ -380,17 +377,14 @@ constexpr void Walk(V& v, As<morphbus::status_t>) {
   v.Bool("frozen");
   v.Bool("has_pose");
   v.Bool("pose_stale");
-  const int64_t labels = v.Count8("num_labels", vm::kMaxLabels);
-  v.template Structs<morphbus::label_t>("labels", labels);
+  List8<morphbus::label_t>(v, "num_labels", "labels", vm::kMaxLabels);
   const int64_t joints = v.Count8("num_joints", vm::kMaxJoints);
   // Convention of each joint; 0 for one that has none.
   for (int64_t i = 0; i < joints; ++i) v.Int8("joint_sign", -1, 1);
-  const int64_t tasks = v.Count8("num_tasks", vm::kMaxTasks);
-  v.template Structs<morphbus::task_t>("tasks", tasks);
+  List8<morphbus::task_t>(v, "num_tasks", "tasks", vm::kMaxTasks);
   v.Int8("tasks_omitted", 0, kMost8);
   // Faults that do not fit come with further STATUS messages of the same tick.
-  const int64_t faults = v.Count8("num_faults", vm::kMaxFaultsPerTick);
-  v.template Structs<morphbus::fault_t>("faults", faults);
+  List8<morphbus::fault_t>(v, "num_faults", "faults", vm::kMaxFaultsPerTick);
   v.Int16("faults_dropped", 0, kMost16);
 }
 
@@ -403,13 +397,12 @@ constexpr void Walk(V& v, As<morphbus::ask_t>) {
   v.Text("channel", kMaxChannelName);
   v.Int64("first_sequence", 0, kMost64);
   v.Int64("last_sequence", 0, kMost64);
-  // Of the last tick that is there; -1 before tick 0 is whole.
+  // Of KIND_ACK and KIND_END_ACK; -1 before tick 0 is whole, and for all other kinds.
   v.Int64("acknowledged_tick", -1, kMost64);
   v.Text("run_hash", kRunHashText);
   // Empty if the run ended as planned.
   v.Text("verdict", kLongestText);
-  const int64_t totals = v.Count16("num_totals", kMostTotals);
-  v.template Structs<morphbus::channel_total_t>("totals", totals);
+  List16<morphbus::channel_total_t>(v, "num_totals", "totals", kMostTotals);
 }
 
 /// HELLO (hello_t). Whether the process fits the run is decided by the sim, by name, type and
@@ -468,8 +461,7 @@ constexpr void Walk(V& v, As<morphbus::log_end_t>) {
   v.Text("reason", kLongestText);
   v.Text("run_hash", kRunHashText);
   v.Int64("num_ticks", 0, kMost64);
-  const int64_t channels = v.Count16("num_channels", kMost16);
-  v.template Structs<morphbus::channel_total_t>("channels", channels);
+  List16<morphbus::channel_total_t>(v, "num_channels", "channels", kMost16);
 }
 
 }  // namespace morphbus::bridge::layout

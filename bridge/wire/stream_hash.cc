@@ -52,6 +52,12 @@ morphbus::channel_total_t ToWire(const ChannelTotal& total) {
   return wire;
 }
 
+std::string HexText(uint64_t hash) {
+  std::string text;
+  for (int shift = 60; shift >= 0; shift -= 4) text += "0123456789abcdef"[hash >> shift & 15];
+  return text;
+}
+
 std::string RunHash(std::vector<ChannelTotal> totals) {
   std::sort(totals.begin(), totals.end(),
             [](const ChannelTotal& a, const ChannelTotal& b) { return a.channel < b.channel; });
@@ -73,15 +79,9 @@ std::string RunHash(std::vector<ChannelTotal> totals) {
     }
     XXH3_128bits_update(&state, numbers.data(), numbers.size());
   }
-  // The library's canonical form is big-endian on every machine.
-  XXH128_canonical_t canonical;
-  XXH128_canonicalFromHash(&canonical, XXH3_128bits_digest(&state));
-  std::string text;
-  for (const unsigned char byte : canonical.digest) {
-    text += "0123456789abcdef"[byte >> 4];
-    text += "0123456789abcdef"[byte & 15];
-  }
-  return text;
+  // As the library's canonical form: the high half first.
+  const XXH128_hash_t hash = XXH3_128bits_digest(&state);
+  return HexText(hash.high64) + HexText(hash.low64);
 }
 
 }  // namespace morphbus::bridge

@@ -52,6 +52,9 @@ struct ChannelTotal {
 /// The total as messages carry it.
 morphbus::channel_total_t ToWire(const ChannelTotal& total);
 
+/// A hash as 16 hexadecimal digits.
+std::string HexText(uint64_t hash);
+
 /// Hash of a run, 32 hexadecimal digits: XXH3 (128 bits) over the hashed channels in order of name,
 /// each as name without the run's ("m1/TRANSFORM"), NUL, count and hash (64 bits, big-endian). The
 /// run's own name does not enter: two runs of the same robot and program are equal under any name.

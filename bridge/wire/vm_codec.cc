@@ -108,7 +108,7 @@ constexpr auto kAck = [](auto& wire, auto& vm) {
 };
 
 /// The piece says which image it is of and where it belongs, so any mate can use it.
-constexpr auto kFragment = [](auto& wire, auto& vm) {
+constexpr auto kProgramPiece = [](auto& wire, auto& vm) {
   Copy(std::tie(wire.version, wire.hash, wire.image_size, wire.offset),
        std::tie(vm.version, vm.hash, vm.image_size, vm.offset));
   CopyList(wire.size, wire.bytes, vm.size, vm.bytes,
@@ -236,7 +236,7 @@ void ToTransform(const vm::NeighbourMessage& message, morphbus::transform_t* out
   out->num_fragments = message.fragment.size > 0 ? 1 : 0;
   out->fragments.resize(static_cast<size_t>(out->num_fragments));
   for (morphbus::program_fragment_t& fragment : out->fragments) {
-    kFragment(fragment, message.fragment);
+    kProgramPiece(fragment, message.fragment);
   }
 }
 
@@ -248,7 +248,7 @@ void FromTransform(const morphbus::transform_t& message, vm::NeighbourMessage* o
        std::tie(out->tick, out->program_hash));
   CopyMessage(message, *out);
   for (const morphbus::program_fragment_t& fragment : message.fragments) {
-    kFragment(fragment, out->fragment);
+    kProgramPiece(fragment, out->fragment);
   }
 }
 

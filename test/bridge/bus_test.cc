@@ -261,7 +261,10 @@ TEST(Ledger, TellsLateFromRepeated) {
   EXPECT_EQ(ledger.lost, 2);
   EXPECT_EQ(ledger.duplicates, 2);
   EXPECT_EQ(tracker.Take(1000, &ledger), Kind::kAfterGap);
-  EXPECT_EQ(tracker.Take(20, &ledger), Kind::kDuplicate) << "too long ago to know";
+  EXPECT_EQ(tracker.Take(20, &ledger), Kind::kLate) << "late by hundreds is late all the same";
+  EXPECT_EQ(tracker.Take(20, &ledger), Kind::kDuplicate);
+  EXPECT_EQ(tracker.Take(5000, &ledger), Kind::kAfterGap);
+  EXPECT_EQ(tracker.Take(30, &ledger), Kind::kDuplicate) << "too long ago to know";
 }
 
 TEST(LossyBus, IsTheSameWithTheSameSeed) {
@@ -401,14 +404,14 @@ TEST(SnapshotFileTest, KeepsTheNewestWholeSnapshot) {
   {
     auto file = SnapshotFile::Open(path);
     ASSERT_TRUE(file) << file.error().message;
-    EXPECT_TRUE(file->Read().empty());
-    file->Write({1, 2, 3});
-    file->Write({4, 5});
-    EXPECT_EQ(file->Read(), (std::vector<uint8_t>{4, 5}));
+    EXPECT_TRUE((*file)->Read().empty());
+    (*file)->Write({1, 2, 3});
+    (*file)->Write({4, 5});
+    EXPECT_EQ((*file)->Read(), (std::vector<uint8_t>{4, 5}));
   }
   auto again = SnapshotFile::Open(path);
   ASSERT_TRUE(again);
-  EXPECT_EQ(again->Read(), (std::vector<uint8_t>{4, 5}));
+  EXPECT_EQ((*again)->Read(), (std::vector<uint8_t>{4, 5}));
   unlink(path.c_str());
   EXPECT_FALSE(SnapshotFile::Open("/nonexistent/snapshot"));
 }

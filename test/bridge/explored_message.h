@@ -76,10 +76,9 @@ inline SimLockstep::Config SimConfig(const Settings& settings) {
   return config;
 }
 
-inline LogLockstep::Config LogConfig(const Settings& settings) {
+inline LogLockstep::Config LogConfig() {
   LogLockstep::Config config;
   config.ack_every = 1;
-  config.window = settings.window;
   config.timing = Patient();
   return config;
 }

@@ -24,7 +24,7 @@ class World {
   explicit World(const Settings& settings)
       : sim(SimConfig(settings)),
         modules{ModuleLockstep({false, Patient()}), ModuleLockstep({false, Patient()})},
-        log(LogConfig(settings)),
+        log(LogConfig()),
         settings_(settings) {}
 
   /// The logger's number among the processes.

@@ -82,7 +82,7 @@ TEST_P(QuadrupedTest, LabelsAreTheJointsOfThePaper) {
     // The foot is the block without a mate, the ankle its joint.
     const int foot = vms.LabelOf(m, "foot");
     for (int c = 0; c < 6; ++c) {
-      if (vms.state(m).neighbours[c].docked) {
+      if (vms.state(m).neighbours[c].sensor.docked) {
         EXPECT_NE(type.connectors[static_cast<size_t>(c)].link, foot);
       }
     }

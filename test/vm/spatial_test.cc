@@ -215,14 +215,8 @@ TEST(SpatialQueryTest, APoseFromTheFarFutureIsNotBelieved) {
   input.tick = vms.tick() + 1;
   input.sim_time_us = input.tick * 20000;
   for (int c = 0; c < 6; ++c) {
-    const NeighbourRecord& neighbour = vms.state(1).neighbours[c];
-    if (!neighbour.docked) continue;
-    input.connectors[c] = {true,
-                           neighbour.module,
-                           neighbour.mate_connector,
-                           neighbour.connection_type,
-                           neighbour.number,
-                           neighbour.is_member_b};
+    input.connectors[c] = vms.state(1).neighbours[c].sensor;
+    if (!input.connectors[c].docked) continue;
     NeighbourMessage lie = vms.output(0).message;
     lie.root_sequence = input.tick + 1000000;
     input.messages[c] = &lie;

@@ -13,13 +13,13 @@ bridge::ModuleSpec SpecOf(const RunPlan& plan, int module) {
   const model::Robot& robot = plan.robot();
   bridge::ModuleSpec spec;
   spec.run = plan.description.run();
-  spec.name = robot.modules[module].name;
-  spec.id = static_cast<uint16_t>(module);
+  spec.module = robot.modules[module].name;
+  spec.module_id = static_cast<uint16_t>(module);
   // Images of kinematics are known by the names of their module types.
   spec.kinematics = plan.model.TypeOf(robot, module).name;
   spec.build = plan.description.build();
   // One module broadcasts where it is; all others find their places from it.
-  if (spec.name == plan.description.root_module()) {
+  if (spec.module == plan.description.root_module()) {
     const RootPose root = RootPoseOf(plan, module);
     spec.root = {static_cast<uint8_t>(root.link), ToVmPose(root.X_RL)};
   }

@@ -12,6 +12,7 @@
 #include "tools/base/files.h"
 #include "tools/base/program.h"
 #include "tools/launch/plan_modules.h"
+#include "vm/image/disassembler.h"
 #include "vm/image/fault_text.h"
 #include "vm/vm.h"
 
@@ -181,6 +182,9 @@ void StaticRobot::ExplainMissingRole(const Module& module,
                         ToString(program().keyword(check.missing_keyword).name));
     } else if (check.failed_requirement >= 0) {
       why = RequirementText(program().LineOf(role.requirements[check.failed_requirement], 0));
+      if (check.measured.opcode != vm::Opcode::kPop) {
+        why += ", measured " + vm::ComparisonText(check.measured, program());
+      }
     } else if (check.failed_label >= 0) {
       why =
           fmt::format("label {} does not resolve", ToString(role.labels[check.failed_label].name));

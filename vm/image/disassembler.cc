@@ -36,6 +36,24 @@ const char* EventName(Event event) {
   return kNames[static_cast<int>(event)];
 }
 
+/// A constant, a field's first value or an operand as it would stand in a program.
+std::string ValueText(const VerifiedProgram& program, ValueType type, Cell cell) {
+  switch (type) {
+    case ValueType::kBool:
+      return cell.AsBool() ? "true" : "false";
+    case ValueType::kFloat:
+      return fmt::format("{:.9g}", static_cast<double>(cell.AsFloat()));
+    case ValueType::kDirection:
+      return kDirectionNames[cell.bits];
+    case ValueType::kAxis:
+      return kAxisNames[cell.bits];
+    case ValueType::kRole:
+      return "$" + Str(program.role(cell.AsInt()).name);
+    default:
+      return std::to_string(cell.AsInt());
+  }
+}
+
 /// Writes the text of one program from top to bottom.
 class Printer {
  public:
@@ -49,47 +67,27 @@ class Printer {
   }
 
  private:
-  /// A constant or a field's first value as it would stand in a program.
-  std::string ValueText(ValueType type, Cell cell) const {
-    switch (type) {
-      case ValueType::kBool:
-        return cell.AsBool() ? "true" : "false";
-      case ValueType::kFloat:
-        return fmt::format("{:.9g}", static_cast<double>(cell.AsFloat()));
-      case ValueType::kDirection:
-        return kDirectionNames[cell.bits];
-      case ValueType::kAxis:
-        return kAxisNames[cell.bits];
-      case ValueType::kRole:
-        return "$" + Str(program_.role(cell.AsInt()).name);
-      default:
-        return std::to_string(cell.AsInt());
-    }
+  template <class... Arguments>
+  void Add(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+    out_ += fmt::format(format, std::forward<Arguments>(arguments)...);
   }
 
   /// Comments for people, then keywords and constants, which code refers to by number.
   void PrintHeader() {
-    out_ += fmt::format("; {}, {} bytes, hash {:016x}\n", Str(program_.source_name()).c_str(),
-                        program_.size(), program_.hash());
-    out_ += fmt::format("; budget {}, settle ticks {}\n", program_.instruction_budget(),
-                        program_.settle_ticks());
+    Add("; {}, {} bytes, hash {:016x}\n", Str(program_.source_name()).c_str(), program_.size(),
+        program_.hash());
+    Add("; budget {}, settle ticks {}\n", program_.instruction_budget(), program_.settle_ticks());
     for (int i = 0; i < program_.num_keywords(); ++i) {
       const KeywordInfo& keyword = program_.keyword(i);
-      out_ += fmt::format("keyword {} {} ", i, KindName(keyword.kind)) + Str(keyword.name) + "\n";
+      Add("keyword {} {} {}\n", i, KindName(keyword.kind), Str(keyword.name));
     }
     // Constants are shared by all functions.
     const image::SectionRange constants = SectionOf(program_.bytes(), Section::kConstants);
-    for (uint32_t i = 0; i < constants.count; ++i) {
-      const ValueType type = ConstantType(i);
-      out_ += fmt::format("constant {} {} ", i, TypeName(type)) +
-              ValueText(type, program_.constant(static_cast<int>(i))) + "\n";
+    for (int i = 0; i < static_cast<int>(constants.count); ++i) {
+      const ValueType type = program_.constant_type(i);
+      Add("constant {} {} {}\n", i, TypeName(type),
+          ValueText(program_, type, program_.constant(i)));
     }
-  }
-
-  /// The running VM has no use for the type: the verifier has proved it where it matters.
-  [[nodiscard]] ValueType ConstantType(uint32_t i) const {
-    const image::SectionRange constants = SectionOf(program_.bytes(), Section::kConstants);
-    return static_cast<ValueType>(program_.bytes()[constants.begin + i * image::kConstantBytes]);
   }
 
   [[nodiscard]] std::string FunctionName(int function) const {
@@ -100,41 +98,39 @@ class Printer {
   void PrintRole(int index) {
     // The slots are those by which code refers to fields, labels, commands and functions.
     const RoleInfo& role = program_.role(index);
-    out_ +=
-        fmt::format("\n{}role {} ", role.abstract_role ? "abstract " : "", index) + Str(role.name);
-    if (role.parent >= 0) out_ += " extends " + Str(program_.role(role.parent).name);
-    out_ += "\n";
+    Add("\n{}role {} {}{}\n", role.abstract_role ? "abstract " : "", index, Str(role.name),
+        role.parent >= 0 ? " extends " + Str(program_.role(role.parent).name) : "");
     for (int i = 0; i < role.num_fields; ++i) {
-      out_ += fmt::format("  field {} {} ", i, TypeName(role.field_types[i])) +
-              FieldName(index, i) + " = " + ValueText(role.field_types[i], role.fields[i]) + "\n";
+      Add("  field {} {} {} = {}\n", i, TypeName(role.field_types[i]), FieldName(index, i),
+          ValueText(program_, role.field_types[i], role.fields[i]));
     }
     for (int i = 0; i < role.num_labels; ++i) {
-      out_ += fmt::format("  label {} {} ", i, TypeName(role.labels[i].type)) +
-              Str(role.labels[i].name) + ": " + FunctionName(role.labels[i].function) + "\n";
+      const LabelInfo& label = role.labels[i];
+      Add("  label {} {} {}: {}\n", i, TypeName(label.type), Str(label.name),
+          FunctionName(label.function));
     }
     for (int i = 0; i < role.num_requirements; ++i) {
-      out_ += "  require " + FunctionName(role.requirements[i]) + "\n";
+      Add("  require {}\n", FunctionName(role.requirements[i]));
     }
     PrintRoutines("startup", role.startups, role.num_startups);
     PrintRoutines("behavior", role.behaviors, role.num_behaviors);
     PrintRoutines("command", role.commands, role.num_commands);
     for (int i = 0; i < role.num_handlers; ++i) {
-      out_ += fmt::format("  handler {}: ", EventName(role.handlers[i].event)) +
-              FunctionName(role.handlers[i].function) + "\n";
+      const HandlerInfo& handler = role.handlers[i];
+      Add("  handler {}: {}\n", EventName(handler.event), FunctionName(handler.function));
     }
     for (int i = 0; i < role.num_methods; ++i) {
-      out_ += fmt::format("  function {}: ", i) + FunctionName(role.methods[i]) + "\n";
+      Add("  function {}: {}\n", i, FunctionName(role.methods[i]));
     }
     for (int i = 0; i < role.num_keywords; ++i) {
-      out_ += "  needs " + Str(program_.keyword(role.keywords[i]).name) + "\n";
+      Add("  needs {}\n", Str(program_.keyword(role.keywords[i]).name));
     }
   }
 
   /// Members of one kind, each with its slot and its function.
   void PrintRoutines(const char* kind, const RoutineInfo* routines, int count) {
     for (int i = 0; i < count; ++i) {
-      out_ += fmt::format("  {} {} ", kind, i) + Str(routines[i].name) + ": " +
-              FunctionName(routines[i].function) + "\n";
+      Add("  {} {} {}: {}\n", kind, i, Str(routines[i].name), FunctionName(routines[i].function));
     }
   }
 
@@ -162,13 +158,12 @@ class Printer {
   /// The signature with what the verifier has found out, then an instruction a line.
   void PrintFunction(int index) {
     const FunctionInfo& function = program_.function(index);
-    out_ += fmt::format("\nfunction {} ", index) + Str(function.name) + "(";
+    Add("\nfunction {} {}(", index, Str(function.name));
     for (int i = 0; i < function.num_arguments; ++i) {
-      out_ += fmt::format("{}{}", i > 0 ? ", " : "", TypeName(function.local_types[i]));
+      Add("{}{}", i > 0 ? ", " : "", TypeName(function.local_types[i]));
     }
-    out_ += fmt::format(") -> {}  ; locals {}, stack {}, calls {} deep, {} cells\n",
-                        TypeName(function.return_type), function.num_locals, function.max_stack,
-                        function.call_depth, function.total_cells);
+    Add(") -> {}  ; locals {}, stack {}, calls {} deep, {} cells\n", TypeName(function.return_type),
+        function.num_locals, function.max_stack, function.call_depth, function.total_cells);
     // Jump targets get labels; a source line is printed where it changes.
     const uint8_t* code = program_.bytes() + function.code_begin;
     const std::map<uint32_t, int> targets = TargetsOf(index);
@@ -176,7 +171,7 @@ class Printer {
     for (uint32_t pc = 0; pc < function.code_size;) {
       // A join gets its label before the instruction.
       const auto target = targets.find(pc);
-      if (target != targets.end()) out_ += fmt::format("L{}:\n", target->second);
+      if (target != targets.end()) Add("L{}:\n", target->second);
       const OpcodeInfo& info = kOpcodes[code[pc]];
       // Three columns: offset and instruction, operand, source line.
       std::string line = fmt::format("  {:04x}  {}", pc, info.mnemonic);
@@ -224,8 +219,8 @@ class Printer {
       case OperandKind::kInt8:
         return std::to_string(static_cast<int8_t>(operand[0]));
       case OperandKind::kConstant: {
-        const uint32_t i = ReadU16(operand);
-        return ValueText(ConstantType(i), program_.constant(static_cast<int>(i)));
+        const int i = ReadU16(operand);
+        return ValueText(program_, program_.constant_type(i), program_.constant(i));
       }
       case OperandKind::kLocal:
         return fmt::format("local {}", operand[0]);
@@ -274,6 +269,14 @@ std::string DisassembleImage(const uint8_t* bytes, uint32_t size, bool* ok) {
     return fmt::format("refused at byte {}: {}\n", error.offset, error.message);
   }
   return Disassemble(*program);
+}
+
+std::string ComparisonText(const Comparison& comparison, const VerifiedProgram& program) {
+  // In the order of the instructions from kEqual on.
+  constexpr const char* kSigns[] = {"==", "!=", "<", "<=", "==", "<", "<="};
+  const int sign = static_cast<int>(comparison.opcode) - static_cast<int>(Opcode::kEqual);
+  return fmt::format("{} {} {}", ValueText(program, comparison.type, comparison.left), kSigns[sign],
+                     ValueText(program, comparison.type, comparison.right));
 }
 
 std::string InstructionTable() {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "vm/image/opcodes.h"
 #include "vm/image/program.h"
 
 namespace morphbus::vm {
@@ -15,6 +16,9 @@ std::string Disassemble(const VerifiedProgram& program);
 /// The same from bytes; for bytes that the verifier refuses, a line that says why and where.
 /// `*ok` (if given) tells which it was.
 std::string DisassembleImage(const uint8_t* bytes, uint32_t size, bool* ok = nullptr);
+
+/// A comparison with its values, as it would stand in a program: "2 == 9". Something was compared.
+std::string ComparisonText(const Comparison& comparison, const VerifiedProgram& program);
 
 /// The instruction set as the table of docs/vm.md, in Markdown.
 std::string InstructionTable();

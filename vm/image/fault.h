@@ -11,14 +11,14 @@ namespace morphbus::vm {
 
 /// The kinds of fault; vm/image/faults.def says what each means.
 enum class FaultCode : uint8_t {
-#define FAULT(name, short_text) name,
+#define FAULT(name, short_text, sentence) name,
 #include "vm/image/faults.def"
 #undef FAULT
 };
 
 /// How many kinds there are; a code from a newer version may be larger.
 inline constexpr int kNumFaultCodes = 0
-#define FAULT(name, short_text) +1
+#define FAULT(name, short_text, sentence) +1
 #include "vm/image/faults.def"
 #undef FAULT
     ;

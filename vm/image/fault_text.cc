@@ -9,9 +9,9 @@ namespace morphbus::vm {
 
 namespace {
 
-/// The few words of each code.
-constexpr const char* kShortTexts[kNumFaultCodes] = {
-#define FAULT(name, short_text) short_text,
+/// The few words of each code, and its sentence.
+constexpr const char* kTexts[kNumFaultCodes][2] = {
+#define FAULT(name, short_text, sentence) {short_text, sentence},
 #include "vm/image/faults.def"
 #undef FAULT
 };
@@ -41,141 +41,72 @@ std::string DirectionText(const Vec3& direction_R) {
          AngleText(direction_R.z) + " from $EAST";
 }
 
-/// Words one fault. Every look-up may fail: a fault may come from another program or module type
-/// than the images at hand.
+/// "link FOOT", or "link 3" where there is no image to look it up in or it has no such thing: a
+/// fault may come from another program or module type.
+template <class NameOf>
+std::string Named(const char* kind, int index, int count, const NameOf& name_of) {
+  const std::string number = std::to_string(index);
+  return std::string(kind) + (index >= 0 && index < count ? ToString(name_of(index)) : number);
+}
+
+/// Words one fault.
 class Wording {
  public:
   Wording(const Fault& fault, const FaultContext& context) : fault_(fault), context_(context) {}
 
   [[nodiscard]] std::string Sentence() const {
-    switch (fault_.code) {
-      case FaultCode::kIntegerOverflow:
-        return "integer overflow: the result does not fit into 32 bits";
-      case FaultCode::kDivisionByZero:
-      case FaultCode::kNotFinite:
-        return FaultName(fault_.code);
-      case FaultCode::kUnresolved:
-        return fmt::format("exactly one joint or link is wanted, and {} fit", Measured());
-      case FaultCode::kMissingKeyword:
-        return fmt::format("{} has no {}", TypeName(), Keyword());
-      case FaultCode::kBudget:
-        return fmt::format("the instruction budget of {} is used up", Limit());
-      case FaultCode::kStalePose:
-        return fmt::format("the pose is stale: nothing newer came from the root for {} ticks",
-                           Measured());
-      case FaultCode::kAmbiguousRole:
-        return fmt::format(
-            "{} and {} both fit this module and neither extends the other; it plays "
-            "{}",
-            Role(fault_.role), Role(fault_.rival_role), Role(fault_.role));
-      case FaultCode::kRoleFlicker:
-        return fmt::format("the role changed more than {} times in {} s; the module is frozen {}",
-                           Limit(), Measured(),
-                           fault_.role < 0 ? "without a role" : "in " + Role(fault_.role));
-      default:
-        return fault_.code <= FaultCode::kNoSuchValue ? ActuatorSentence() : CapacitySentence();
-    }
+    const VerifiedKinematics* kin = context_.kinematics;
+    const VerifiedProgram* program = context_.program;
+    const int num_roles = program != nullptr ? program->num_roles() : 0;
+    const auto role = [&](int i) { return program->role(i).name; };
+    const std::string function = FaultFunction(fault_, program);
+    // Every value that a sentence may ask for, by the name that it has in faults.def.
+    return fmt::format(
+        fmt::runtime(Template(function)), fmt::arg("joint", Joint()),
+        fmt::arg("joint_kind", JointKindName()),
+        fmt::arg("link", Named("link ", fault_.link, kin != nullptr ? kin->num_links() : 0,
+                               [&](int i) { return kin->link(i).name; })),
+        fmt::arg("connector",
+                 Named("connector ", fault_.connector, kin != nullptr ? kin->num_connectors() : 0,
+                       [&](int i) { return kin->connector(i).name; })),
+        fmt::arg("type",
+                 kin != nullptr ? "module type " + ToString(kin->type_name()) : "the module type"),
+        fmt::arg("keyword", Keyword()),
+        fmt::arg("role", Named("role ", fault_.role, num_roles, role)),
+        fmt::arg("rival_role", Named("role ", fault_.rival_role, num_roles, role)),
+        fmt::arg("function", function),
+        fmt::arg("of_function", function.empty() ? "" : " of " + function),
+        // What was asked, found and allowed: as it is, and in degrees or millimetres.
+        fmt::arg("asked", Number(fault_.asked)), fmt::arg("asked_amount", Amount(fault_.asked)),
+        fmt::arg("measured", Number(fault_.measured)),
+        fmt::arg("measured_amount", Amount(fault_.measured)),
+        fmt::arg("limit", Number(fault_.limit)), fmt::arg("limit_amount", Amount(fault_.limit)),
+        fmt::arg("last_value", Number(fault_.limit - 1)),
+        // Of setJointAxis.
+        fmt::arg("axis", kAxisNames[static_cast<int>(fault_.asked_axis)]),
+        fmt::arg("axis_direction", DirectionText(UnitOf(fault_.asked_axis))),
+        fmt::arg("direction", DirectionText(fault_.direction_R)),
+        fmt::arg("angle", fmt::format("{:.1f}", static_cast<double>(fault_.measured))));
   }
 
  private:
-  /// Of joints and connectors.
-  [[nodiscard]] std::string ActuatorSentence() const {
-    switch (fault_.code) {
-      // setJointAxis.
-      case FaultCode::kLinkNotOnJoint:
-        return fmt::format("{} does not touch {}", Joint(), Link());
-      case FaultCode::kAxisNotAligned:
-        return fmt::format(
-            "{} turns {} about a direction {}; {} ({}) was asked for, which is {} "
-            "off, either way, and may be {}° off at most",
-            Joint(), Link(), DirectionText(fault_.direction_R), AskedAxis(),
-            DirectionText(UnitOf(fault_.asked_axis)), AngleOff(), Limit());
-      // Where the joint was to go, how far it came, and what would have been enough.
-      case FaultCode::kTargetClamped:
-        return fmt::format("{} was asked for {} and can go to {} only: clamped", Joint(),
-                           Amount(fault_.asked), Amount(fault_.limit));
-      case FaultCode::kSpeedClamped:
-        return fmt::format("{} was asked for {}/s and can turn at {}/s only: clamped", Joint(),
-                           Amount(fault_.asked), Amount(fault_.limit));
-      case FaultCode::kStalled:
-        return fmt::format(
-            "{} stalled at {}: {} was asked for, and within {} of it counts as "
-            "arrived",
-            Joint(), Amount(fault_.measured), Amount(fault_.asked), Amount(fault_.limit));
-      case FaultCode::kTurnStalled:
-        return fmt::format(
-            "{} stalled at {}/s: {}/s was asked for, and below {}/s counts as "
-            "stalled",
-            Joint(), Amount(fault_.measured), Amount(fault_.asked), Amount(fault_.limit));
-      // Calls that do not suit the kind of joint.
-      case FaultCode::kNotContinuous:
-        return fmt::format("{} is {} and cannot turn endlessly", Joint(),
-                           JointKindName("not continuous"));
-      case FaultCode::kNotPrismatic:
-        return fmt::format("{} is {} and cannot move by millimetres; ask for degrees", Joint(),
-                           JointKindName("not prismatic"));
-      case FaultCode::kNotRotary:
-        return fmt::format("{} is prismatic and cannot turn by degrees; ask for millimetres",
-                           Joint());
-      case FaultCode::kFixedJoint:
-        return fmt::format("{} is fixed and does not move", Joint());
-      case FaultCode::kNoSuchValue:
-        // The limit is the number of values; 0 says that there is no such state.
-        if (fault_.limit <= 0) return fmt::format("{} has no {}", Connector(), Keyword());
-        return fmt::format("{} of {} has the values 0 to {}, and {} was asked for", Keyword(),
-                           Connector(), Number(fault_.limit - 1), Asked());
-      default:
-        return FaultName(fault_.code);
+  /// The sentence of faults.def, but where what it speaks of is not there.
+  [[nodiscard]] const char* Template(const std::string& function) const {
+    if (fault_.code == FaultCode::kRoleFlicker && fault_.role < 0) {
+      return "the role changed more than {limit} times in {measured} s; the module is frozen "
+             "without "
+             "a role";
     }
-  }
-
-  /// Of invocations and of the capacities of vm/limits.h.
-  [[nodiscard]] std::string CapacitySentence() const {
-    // Most of these concern a command, which is named by its function.
-    const std::string function = FaultFunction(fault_, context_.program);
-    switch (fault_.code) {
-      // The command is named by its function.
-      case FaultCode::kQueueOverflow:
-        return fmt::format("{} invocations wait for {} already; one more is dropped", Limit(),
-                           function);
-      case FaultCode::kInvocationNotSent:
-        return fmt::format("{} invocations are under way already; one more is not sent", Limit());
-      case FaultCode::kInvocationGivenUp:
-        return fmt::format(
-            "an invocation{} is given up: all {} places are full and the neighbours "
-            "took none for {} ticks",
-            function.empty() ? "" : " of " + function, Limit(), Measured());
-      case FaultCode::kBadInvocation:
-        return function.empty()
-                   ? "an invocation is refused: the program has no such command"
-                   : fmt::format("an invocation of {} is refused: its arguments do not fit",
-                                 function);
-      // Capacities: how much there is, and what is left out.
-      case FaultCode::kTooManyTasks:
-        return fmt::format("{} tasks run already; {} does not start", Limit(), function);
-      case FaultCode::kTooManyNeighbours:
-        return fmt::format("{} connectors are docked; neighbours are told of {} only", Measured(),
-                           Limit());
-      case FaultCode::kTooManyBodyJoints:
-        return fmt::format("more than {} joints touch the body of {}; the others are not counted",
-                           Limit(), Link());
-      case FaultCode::kTooManyOrigins:
-        return fmt::format("{} modules have invoked commands; those of one more are ignored",
-                           Limit());
-      case FaultCode::kTooManyConnectorCommands:
-        return fmt::format("{} connector commands are given in this tick already; {} gets none",
-                           Limit(), Connector());
-      default:
-        return FaultName(fault_.code);
+    // The limit is the number of values; 0 says that there is no such state.
+    if (fault_.code == FaultCode::kNoSuchValue && fault_.limit <= 0) {
+      return "{connector} has no {keyword}";
     }
-  }
-
-  // The numbers of the fault as text.
-  [[nodiscard]] std::string Asked() const { return Number(fault_.asked); }
-  [[nodiscard]] std::string Measured() const { return Number(fault_.measured); }
-  [[nodiscard]] std::string Limit() const { return Number(fault_.limit); }
-  [[nodiscard]] std::string AngleOff() const {
-    return fmt::format("{:.1f}°", static_cast<double>(fault_.measured));
+    if (fault_.code == FaultCode::kBadInvocation && function.empty()) {
+      return "an invocation is refused: the program has no such command";
+    }
+    const auto code = static_cast<int>(fault_.code);
+    const bool has_sentence = code < kNumFaultCodes && *kTexts[code][1] != '\0';
+    return has_sentence ? kTexts[code][1] : FaultName(fault_.code);
   }
 
   /// An angle or length of the joint concerned, with its unit if the joint's kind is known.
@@ -185,13 +116,18 @@ class Wording {
     return Number(value) + (joint->kind == JointKind::kPrismatic ? " mm" : "°");
   }
 
-  // Things by name, or by number where there is no image to look them up in or it has no such
-  // thing.
   [[nodiscard]] const KinJoint* FindJoint() const {
     // The index comes from the fault, so it is checked against the image at hand.
     const VerifiedKinematics* kin = context_.kinematics;
     const bool known = kin != nullptr && fault_.joint >= 0 && fault_.joint < kin->num_joints();
     return known ? &kin->joint(fault_.joint) : nullptr;
+  }
+
+  /// "revolute", "prismatic" …, or what it is not where the kind is not known.
+  [[nodiscard]] const char* JointKindName() const {
+    constexpr const char* kNames[] = {"revolute", "continuous", "prismatic", "fixed"};
+    if (const KinJoint* joint = FindJoint()) return kNames[static_cast<int>(joint->kind)];
+    return fault_.code == FaultCode::kNotContinuous ? "not continuous" : "not prismatic";
   }
 
   [[nodiscard]] std::string Joint() const {
@@ -200,47 +136,11 @@ class Wording {
                             : fmt::format("joint {}", fault_.joint);
   }
 
-  /// "revolute", "prismatic" …, or `unknown` where the kind is not known.
-  [[nodiscard]] const char* JointKindName(const char* unknown) const {
-    constexpr const char* kNames[] = {"revolute", "continuous", "prismatic", "fixed"};
-    const KinJoint* joint = FindJoint();
-    return joint == nullptr ? unknown : kNames[static_cast<int>(joint->kind)];
-  }
-
-  [[nodiscard]] std::string Link() const {
-    const VerifiedKinematics* kin = context_.kinematics;
-    const bool known = kin != nullptr && fault_.link >= 0 && fault_.link < kin->num_links();
-    return known ? "link " + ToString(kin->link(fault_.link).name)
-                 : fmt::format("link {}", fault_.link);
-  }
-
-  [[nodiscard]] std::string Connector() const {
-    const VerifiedKinematics* kin = context_.kinematics;
-    const int c = fault_.connector;
-    const bool known = kin != nullptr && c >= 0 && c < kin->num_connectors();
-    return known ? "connector " + ToString(kin->connector(c).name) : fmt::format("connector {}", c);
-  }
-
-  [[nodiscard]] std::string TypeName() const {
-    const VerifiedKinematics* kin = context_.kinematics;
-    return kin != nullptr ? "module type " + ToString(kin->type_name()) : "the module type";
-  }
-
   [[nodiscard]] std::string Keyword() const {
     const VerifiedProgram* program = context_.program;
     const int k = fault_.keyword;
     const bool known = program != nullptr && k >= 0 && k < program->num_keywords();
     return known ? ToString(program->keyword(k).name) : fmt::format("keyword {}", k);
-  }
-
-  [[nodiscard]] std::string Role(int role) const {
-    const VerifiedProgram* program = context_.program;
-    const bool known = program != nullptr && role >= 0 && role < program->num_roles();
-    return known ? "role " + ToString(program->role(role).name) : fmt::format("role {}", role);
-  }
-
-  [[nodiscard]] const char* AskedAxis() const {
-    return kAxisNames[static_cast<int>(fault_.asked_axis)];
   }
 
   const Fault& fault_;
@@ -252,7 +152,7 @@ class Wording {
 const char* FaultName(FaultCode code) {
   // A code may come from a message of a newer version.
   const auto index = static_cast<int>(code);
-  return index < kNumFaultCodes ? kShortTexts[index] : "unknown fault";
+  return index < kNumFaultCodes ? kTexts[index][0] : "unknown fault";
 }
 
 std::string FaultSentence(const Fault& fault, const FaultContext& context) {

@@ -122,6 +122,22 @@ inline uint64_t ReadU64(const uint8_t* p) {
   return ReadU32(p) | static_cast<uint64_t>(ReadU32(p + 4)) << 32;
 }
 
+/// How many of `count` entries `before` holds for; it holds for the first of them and for none
+/// behind those. Found by halving.
+template <class Before>
+uint32_t FirstNot(uint32_t count, const Before& before) {
+  uint32_t low = 0, high = count;
+  while (low < high) {
+    const uint32_t middle = low + (high - low) / 2;
+    if (before(middle)) {
+      low = middle + 1;
+    } else {
+      high = middle;
+    }
+  }
+  return low;
+}
+
 /// FNV-1a-64 over the whole image but the eight bytes of the hash itself. `size` >= kHeaderBytes.
 uint64_t HashOf(const uint8_t* bytes, uint32_t size);
 

@@ -235,23 +235,14 @@ bool VerifiedKinematics::Find(int connection_type, int number, bool is_member_b,
   key.is_member_b = is_member_b;
   key.number = static_cast<uint16_t>(number);
   const uint64_t wanted = KeyOf(key);
-  // Halves the range in which the wanted key can stand.
-  int low = 0, high = num_connections_;
-  while (low < high) {
-    const int middle = low + (high - low) / 2;
-    // The entry is decoded from the image or the tables, whichever there is.
-    const KinConnection c = connection(middle);
-    const uint64_t found = KeyOf(c);
-    if (found == wanted) {
-      *out = c;
-      return true;
-    }
-    if (found < wanted)
-      low = middle + 1;
-    else
-      high = middle;
-  }
-  return false;
+  const auto count = static_cast<uint32_t>(num_connections_);
+  const auto at = static_cast<int>(image::FirstNot(
+      count, [&](uint32_t i) { return KeyOf(connection(static_cast<int>(i))) < wanted; }));
+  if (at == num_connections_) return false;
+  const KinConnection found = connection(at);
+  if (KeyOf(found) != wanted) return false;
+  *out = found;
+  return true;
 }
 
 }  // namespace morphbus::vm

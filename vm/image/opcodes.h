@@ -95,4 +95,13 @@ constexpr uint32_t OperandBytes(OperandKind kind) {
   }
 }
 
+/// A comparison that a function made: what a requirement measured, and what it wanted.
+struct Comparison {
+  /// One of kEqual to kLessEqualFloat; kPop if nothing was compared.
+  Opcode opcode = Opcode::kPop;
+  /// The type of both operands.
+  ValueType type = ValueType::kVoid;
+  Cell left, right;
+};
+
 }  // namespace morphbus::vm

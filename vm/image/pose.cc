@@ -33,6 +33,13 @@ float Dot(const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b
 
 float Norm(const Vec3& a) { return std::sqrt(Dot(a, a)); }
 
+Vec3 MeanOrigin(const PoseF* poses, int count) {
+  Vec3 sum;
+  for (int i = 0; i < count; ++i) sum = Add(sum, poses[i].p);
+  const auto n = static_cast<float>(count);
+  return {sum.x / n, sum.y / n, sum.z / n};
+}
+
 Quat Normalize(const Quat& q) {
   const float norm = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
   // Also taken where the norm is not a number.

@@ -35,6 +35,8 @@ Vec3 Add(const Vec3& a, const Vec3& b);
 Vec3 Subtract(const Vec3& a, const Vec3& b);
 float Dot(const Vec3& a, const Vec3& b);
 float Norm(const Vec3& a);
+/// Returns the mean of the positions of `count` poses in one frame; `count` is above 0.
+Vec3 MeanOrigin(const PoseF* poses, int count);
 /// Returns `q` scaled to unit length, or the identity if it is too small to scale.
 Quat Normalize(const Quat& q);
 /// Returns the motion of a revolute joint, Trans(o) * Rot(axis, q) * Trans(-o). `o` is a point on

@@ -31,18 +31,12 @@ int VerifiedProgram::LineOf(int function, uint32_t pc) const {
   const uint32_t begin = info.code_begin - code_begin_;
   const uint32_t at = begin + pc;
   // Binary search for the last entry that begins at or before the instruction.
-  uint32_t low = 0, high = num_lines_;
-  while (low < high) {
-    const uint32_t middle = low + (high - low) / 2;
-    if (image::ReadU32(bytes_ + lines_begin_ + middle * image::kLineBytes) <= at) {
-      low = middle + 1;
-    } else {
-      high = middle;
-    }
-  }
-  if (low == 0) return 0;
+  const uint8_t* lines = bytes_ + lines_begin_;
+  const uint32_t after = image::FirstNot(
+      num_lines_, [&](uint32_t i) { return image::ReadU32(lines + i * image::kLineBytes) <= at; });
+  if (after == 0) return 0;
   // An entry before the function's own code is another function's.
-  const uint8_t* entry = bytes_ + lines_begin_ + (low - 1) * image::kLineBytes;
+  const uint8_t* entry = lines + (after - 1) * image::kLineBytes;
   return image::ReadU32(entry) >= begin ? image::ReadU16(entry + 4) : 0;
 }
 

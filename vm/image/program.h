@@ -121,8 +121,11 @@ class VerifiedProgram {
   [[nodiscard]] const FunctionInfo& function(int i) const { return functions_[i]; }
   [[nodiscard]] int num_keywords() const { return num_keywords_; }
   [[nodiscard]] const KeywordInfo& keyword(int i) const { return keywords_[i]; }
-  /// Value i of the constant table (vm/image/image.h); inline because programs push constants
-  /// often.
+  /// Type and value i of the constant table (vm/image/image.h); inline because programs push
+  /// constants often.
+  [[nodiscard]] ValueType constant_type(int i) const {
+    return static_cast<ValueType>(bytes_[constants_begin_ + static_cast<uint32_t>(i) * 5]);
+  }
   [[nodiscard]] Cell constant(int i) const {
     const uint8_t* p = bytes_ + constants_begin_ + static_cast<uint32_t>(i) * 5 + 1;
     return Cell{p[0] | static_cast<uint32_t>(p[1]) << 8 | static_cast<uint32_t>(p[2]) << 16 |

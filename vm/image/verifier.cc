@@ -14,15 +14,16 @@ using image::SectionRange;
 
 VerifyError Verifier::Verify(const uint8_t* bytes, uint32_t size, VerifiedProgram* out) {
   Verifier verifier(bytes, size, out);
-  // The output counts as empty until everything has been checked.
-  out->bytes_ = nullptr;
-  out->size_ = 0;
-  out->num_roles_ = out->num_functions_ = out->num_keywords_ = 0;
-  // A refused image leaves nothing behind that could be run.
-  if (!verifier.Run()) {
+  // The output counts as empty until everything has been checked, and a refused image leaves
+  // nothing behind that could be run.
+  const auto clear = [out] {
     out->bytes_ = nullptr;
     out->size_ = 0;
     out->num_roles_ = out->num_functions_ = out->num_keywords_ = 0;
+  };
+  clear();
+  if (!verifier.Run()) {
+    clear();
     return verifier.error_;
   }
   out->size_ = size;

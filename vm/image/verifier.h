@@ -81,7 +81,6 @@ class Verifier {
   bool CheckAgainstParent(const RoleInfo& role, const RoleInfo& parent);
   /// A role uses only functions that stand in itself or in a role that it extends.
   bool CheckOwners();
-  bool CheckOwnersOf(int index);
   /// Finds the keywords that the role's functions use; never fails.
   void CollectKeywords(int index);
   /// True if two functions take and return the same types.

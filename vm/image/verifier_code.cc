@@ -165,18 +165,12 @@ bool Verifier::CheckJump(const JoinTable& joins, uint8_t op, uint32_t target, St
   if (op != static_cast<uint8_t>(Opcode::kJump) && !PopType(ValueType::kBool, state)) {
     return false;
   }
-  int low = 0, high = joins.count;
-  while (low < high) {
-    const int middle = low + (high - low) / 2;
-    const uint32_t join = joins.begin + static_cast<uint32_t>(middle) * image::kJoinBytes;
-    if (ReadU16(bytes_ + join) < target) {
-      low = middle + 1;
-    } else {
-      high = middle;
-    }
-  }
-  const uint32_t join = joins.begin + static_cast<uint32_t>(low) * image::kJoinBytes;
-  if (low == joins.count || ReadU16(bytes_ + join) != target) {
+  const auto place = [&](uint32_t i) { return joins.begin + i * image::kJoinBytes; };
+  const auto count = static_cast<uint32_t>(joins.count);
+  const uint32_t at =
+      image::FirstNot(count, [&](uint32_t i) { return ReadU16(bytes_ + place(i)) < target; });
+  const uint32_t join = place(at);
+  if (at == count || ReadU16(bytes_ + join) != target) {
     return Fail("target of a jump is not among the joins", at_);
   }
   // `and` and `or` keep the bool on the way to the target only.
@@ -358,21 +352,17 @@ bool Verifier::VisitCallees(int function, int slot, int depth) {
 
 // Requirements and labels are evaluated whenever the surroundings change, so they must not act.
 bool Verifier::CheckEffects() {
+  bool pure = true;
+  const auto check = [&](int function) {
+    pure = pure && effects_[function] == static_cast<uint8_t>(Effect::kPure);
+  };
   for (int i = 0; i < out_.num_roles_; ++i) {
     const RoleInfo& role = out_.roles_[i];
-    bool pure = true;
-    for (int k = 0; k < role.num_requirements; ++k) {
-      pure = pure && effects_[role.requirements[k]] == static_cast<uint8_t>(Effect::kPure);
-    }
-    for (int k = 0; k < role.num_labels; ++k) {
-      pure = pure && effects_[role.labels[k].function] == static_cast<uint8_t>(Effect::kPure);
-    }
-    if (!pure) {
-      return Fail("requirement or label acts on the module",
-                  SectionOf(bytes_, Section::kRoles).begin);
-    }
+    for (int k = 0; k < role.num_requirements; ++k) check(role.requirements[k]);
+    for (int k = 0; k < role.num_labels; ++k) check(role.labels[k].function);
   }
-  return true;
+  return pure ||
+         Fail("requirement or label acts on the module", SectionOf(bytes_, Section::kRoles).begin);
 }
 
 }  // namespace morphbus::vm

@@ -248,26 +248,17 @@ int Verifier::OwnerOf(int function) const {
   return bytes_[at + image::kFunctionRoleAt];
 }
 
-bool Verifier::CheckOwners() {
-  for (int i = 0; i < out_.num_roles_; ++i) {
-    if (!CheckOwnersOf(i)) return false;
-  }
-  return true;
-}
-
 // A function reads fields and labels by its owner's slots, so a role may use only functions of its
-// own and of the roles that it extends.
-bool Verifier::CheckOwnersOf(int index) {
-  const RoleInfo& role = out_.roles_[index];
-  // All functions are looked at, those of the tables that are inherited too.
+// own and of the roles that it extends, those that it inherits included.
+bool Verifier::CheckOwners() {
   bool all = true;
-  ForEachFunction(
-      role, [&](int function) { all = all && (ancestors_[index] >> OwnerOf(function) & 1) != 0; });
-  if (!all) {
-    return Fail("role uses a function of an unrelated role",
-                SectionOf(bytes_, Section::kRoles).begin);
+  for (int i = 0; i < out_.num_roles_; ++i) {
+    ForEachFunction(out_.roles_[i], [&](int function) {
+      all = all && (ancestors_[i] >> OwnerOf(function) & 1) != 0;
+    });
   }
-  return true;
+  return all || Fail("role uses a function of an unrelated role",
+                     SectionOf(bytes_, Section::kRoles).begin);
 }
 
 // Which keywords a role needs is found here and not read, so that it cannot be wrong.

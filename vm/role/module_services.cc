@@ -22,12 +22,18 @@ bool IsKeywordFor(Text keyword, Text name) {
   return true;
 }
 
-/// Number of the connector's state variable that a keyword names; -1 if it has none.
-int FindState(const KinConnector& connector, Text keyword) {
-  for (int i = 0; i < connector.num_states; ++i) {
-    if (IsKeywordFor(keyword, connector.states[i].name)) return i;
+/// The first of `count` things whose name the keyword is; -1 if there is none.
+template <class NameOf>
+int FindNamed(Text keyword, int count, const NameOf& name_of) {
+  for (int i = 0; i < count; ++i) {
+    if (IsKeywordFor(keyword, name_of(i))) return i;
   }
   return -1;
+}
+
+/// Number of the connector's state variable that a keyword names; -1 if it has none.
+int FindState(const KinConnector& connector, Text keyword) {
+  return FindNamed(keyword, connector.num_states, [&](int i) { return connector.states[i].name; });
 }
 
 }  // namespace
@@ -77,7 +83,7 @@ void ModuleServices::NoteCall(int joint) {
 uint32_t ModuleServices::Connected(Direction d) {
   uint32_t mask = 0;
   for (int c = 0; c < context_.kinematics.num_connectors(); ++c) {
-    if (context_.state.neighbours[c].docked && LiesTowards(context_, c, d)) mask |= 1u << c;
+    if (context_.state.neighbours[c].sensor.docked && LiesTowards(context_, c, d)) mask |= 1u << c;
   }
   return mask;
 }
@@ -104,7 +110,8 @@ int ModuleServices::CountModules(uint32_t connector_mask) {
     bool seen = false;
     for (int d = 0; d < c; ++d) {
       seen = seen || ((connector_mask >> d & 1u) != 0 &&
-                      context_.state.neighbours[d].module == context_.state.neighbours[c].module);
+                      context_.state.neighbours[d].sensor.mate_module ==
+                          context_.state.neighbours[c].sensor.mate_module);
     }
     if (!seen) ++count;
   }
@@ -156,20 +163,12 @@ int ModuleServices::Keyword(int keyword) {
   const VerifiedKinematics& kin = context_.kinematics;
   switch (info.kind) {
     case KeywordKind::kLink:
-      for (int i = 0; i < kin.num_links(); ++i) {
-        if (IsKeywordFor(info.name, kin.link(i).name)) return i;
-      }
-      break;
+      return FindNamed(info.name, kin.num_links(), [&](int i) { return kin.link(i).name; });
     case KeywordKind::kJoint:
-      for (int i = 0; i < kin.num_joints(); ++i) {
-        if (IsKeywordFor(info.name, kin.joint(i).name)) return i;
-      }
-      break;
+      return FindNamed(info.name, kin.num_joints(), [&](int i) { return kin.joint(i).name; });
     case KeywordKind::kConnector:
-      for (int i = 0; i < kin.num_connectors(); ++i) {
-        if (IsKeywordFor(info.name, kin.connector(i).name)) return i;
-      }
-      break;
+      return FindNamed(info.name, kin.num_connectors(),
+                       [&](int i) { return kin.connector(i).name; });
     case KeywordKind::kConnectorState:
       for (int i = 0; i < kin.num_connectors(); ++i) {
         if (FindState(kin.connector(i), info.name) >= 0) return i;
@@ -220,14 +219,6 @@ OpResult ModuleServices::MoveBy(int joint, float by, bool rotary, bool blocking)
   const double sign = SignOf(context_, joint);
   const double from = state.turning ? state.measured : state.target;
   return MoveTo(joint, sign * from + static_cast<double>(by), sign, blocking);
-}
-
-OpResult ModuleServices::RotateDegrees(int joint, float degrees, bool blocking) {
-  return MoveBy(joint, degrees, true, blocking);
-}
-
-OpResult ModuleServices::MoveMillimetres(int joint, float mm) {
-  return MoveBy(joint, mm, false, true);
 }
 
 OpResult ModuleServices::SetDegrees(int joint, float degrees, bool blocking) {

@@ -44,11 +44,13 @@ class ModuleServices final : public ProgramHost {
   int Keyword(int keyword) override;
   // Motion under the convention of setJointAxis.
   OpResult SetJointAxis(int joint, int link, Axis axis) override;
-  OpResult RotateDegrees(int joint, float degrees, bool blocking) override;
+  OpResult RotateDegrees(int joint, float degrees, bool blocking) override {
+    return MoveBy(joint, degrees, true, blocking);
+  }
   OpResult SetDegrees(int joint, float degrees, bool blocking) override;
   OpResult JointDegrees(int joint, float* degrees) override;
   OpResult TurnContinuous(int joint, float degrees_per_s) override;
-  OpResult MoveMillimetres(int joint, float mm) override;
+  OpResult MoveMillimetres(int joint, float mm) override { return MoveBy(joint, mm, false, true); }
   // The raw actuator, and the states of connectors.
   OpResult SetPosition(int joint, float degrees) override;
   OpResult GetPosition(int joint, float* degrees) override;

@@ -51,25 +51,31 @@ bool SetPointIsThere(const JointState& state) {
   return std::fabs(state.set_point - state.target) <= 0;
 }
 
-/// Notes that the joint is late in this tick. True once it has been for kStallUs; then the stall is
-/// raised as an event, and `fault` has its place: that of the call that waits for the joint, else
-/// of the call that set it in motion.
-bool IsStalledNow(Context& context, int j, int64_t late_since_us, Fault* fault) {
+/// Notes that the joint is late in this tick. Once it has been for kStallUs, the stall is raised as
+/// an event and reported with these numbers, which are in the actuator's own sign but for the
+/// limit. Its place is that of the call that waits for the joint, else of the call that set it in
+/// motion.
+void NoteLate(Context& context, int j, int64_t late_since_us, FaultCode code, double asked,
+              double measured, double limit) {
   JointState& state = context.state.joints[j];
   if (state.late_since_us < 0) state.late_since_us = late_since_us;
-  if (state.stalled || context.state.sim_time_us - state.late_since_us < kStallUs) return false;
+  if (state.stalled || context.state.sim_time_us - state.late_since_us < kStallUs) return;
   state.stalled = true;
-  fault->joint = static_cast<int8_t>(j);
-  fault->function = state.function;
-  fault->line = state.line;
+  Fault fault{.code = code,
+              .function = state.function,
+              .line = state.line,
+              .joint = static_cast<int8_t>(j),
+              .asked = static_cast<float>(state.asked_sign * asked),
+              .measured = static_cast<float>(state.asked_sign * measured),
+              .limit = static_cast<float>(limit)};
   // A task that waits for the joint is where a person looks first.
   for (const Task& task : context.state.scheduler.tasks) {
     if (!task.used || task.wait != WaitKind::kMotion || task.wait_joint != j) continue;
-    SetPlace(context.program, task.function, task.pc, fault);
+    SetPlace(context.program, task.function, task.pc, &fault);
     break;
   }
   RaiseEvent(context, Event::kStall, j);
-  return true;
+  Report(context, fault);
 }
 
 /// The joint is where it should be, or is to go elsewhere: it is not late.
@@ -87,13 +93,8 @@ void CheckArrival(Context& context, int j) {
   const bool close = ErrorOf(joint, state) <= ToleranceOf(joint);
   state.arrived = there && close;
   if (!there || close) return ForgetLateness(&state);
-  Fault fault;
-  if (!IsStalledNow(context, j, context.state.sim_time_us, &fault)) return;
-  fault.code = FaultCode::kStalled;
-  fault.asked = static_cast<float>(state.asked_sign * state.target);
-  fault.measured = static_cast<float>(state.asked_sign * state.measured);
-  fault.limit = static_cast<float>(ToleranceOf(joint));
-  Report(context, fault);
+  NoteLate(context, j, context.state.sim_time_us, FaultCode::kStalled, state.target, state.measured,
+           ToleranceOf(joint));
 }
 
 /// A joint that turns endlessly stalls where its mean speed stays below a tenth of what was asked.
@@ -116,14 +117,9 @@ void CheckTurning(Context& context, int j, double turned, int64_t dt_us) {
     state.turned_late = 0;
     return;
   }
-  Fault fault;
-  if (!IsStalledNow(context, j, since, &fault)) return;
-  fault.code = FaultCode::kTurnStalled;
-  fault.asked = static_cast<float>(state.asked_sign * state.velocity);
   const double right_way = state.velocity < 0 ? -1.0 : 1.0;
-  fault.measured = static_cast<float>(state.asked_sign * right_way * state.turned_late / seconds);
-  fault.limit = static_cast<float>(kStallFraction * std::fabs(state.velocity));
-  Report(context, fault);
+  NoteLate(context, j, since, FaultCode::kTurnStalled, state.velocity,
+           right_way * state.turned_late / seconds, kStallFraction * std::fabs(state.velocity));
 }
 
 }  // namespace

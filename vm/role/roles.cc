@@ -17,13 +17,11 @@ uint64_t Structure(const Context& context) {
   Digest digest;
   for (int c = 0; c < context.kinematics.num_connectors(); ++c) {
     const NeighbourRecord& neighbour = context.state.neighbours[c];
-    digest.Add(neighbour.docked);
-    if (!neighbour.docked) continue;
-    digest.Add(int{neighbour.module});
-    digest.Add(int{neighbour.mate_connector});
-    digest.Add(int{neighbour.connection_type});
-    digest.Add(int{neighbour.number});
-    digest.Add(neighbour.has_place);
+    const ConnectorReading& sensor = neighbour.sensor;
+    digest.Add(sensor.docked);
+    if (!sensor.docked) continue;
+    digest.Add(sensor.mate_module, sensor.mate_connector, sensor.connection_type, sensor.number,
+               neighbour.has_place);
   }
   AddBodies(context, &digest);
   digest.Add(HasFreshPose(context));
@@ -34,7 +32,7 @@ uint64_t Structure(const Context& context) {
 uint64_t NeighbourRoles(const Context& context) {
   Digest digest;
   for (int c = 0; c < context.kinematics.num_connectors(); ++c) {
-    digest.Add(int{context.state.neighbours[c].role});
+    digest.Add(context.state.neighbours[c].role);
   }
   return digest.value();
 }
@@ -260,6 +258,10 @@ RoleCheck CheckRole(Context& context, ModuleServices& services, int role, bool r
     if (result.status == RunStatus::kFinished && result.value.AsBool()) continue;
     check.requirements_hold = false;
     check.failed_requirement = i;
+    // Outside of ticks it is a person who asks.
+    if (context.output != nullptr) continue;
+    check.measured =
+        LastComparison(program, info.requirements[i], as_role, services, kEvaluationBudget);
   }
   check.rests_on_roles = services.TakeReadRoles();
   return check;

@@ -14,6 +14,9 @@ struct RoleCheck {
   bool labels_resolve = false;
   /// The index into RoleInfo::requirements of the first that fails; -1 if none does.
   int failed_requirement = -1;
+  /// What that requirement compared last; filled in outside of ticks only, for whoever
+  /// asks (Vm::CheckRole).
+  Comparison measured;
   /// The slot of the first label that does not resolve; -1 if all do.
   int failed_label = -1;
   /// The keyword of the program that the module's type lacks; -1 if it has all.

@@ -74,21 +74,24 @@ inline Fault FaultOf(const VerifiedProgram& program, const RunResult& result) {
 /// one. Each number counts as 64 bits, lowest byte first, so that all hosts agree.
 class Digest {
  public:
-  /// Adds a number: each byte is mixed in by an exclusive or and a product with FNV's prime.
-  void Add(uint64_t value) {
+  /// Adds numbers and flags. They are widened to 64 bits, so that the type in which a number is
+  /// kept does not matter.
+  template <class... Numbers>
+  void Add(Numbers... numbers) {
+    (Mix(static_cast<uint64_t>(static_cast<int64_t>(numbers))), ...);
+  }
+  /// The digest of all that was added so far; equal digests are taken for equal states.
+  [[nodiscard]] uint64_t value() const { return hash_; }
+
+ private:
+  /// Each byte is mixed in by an exclusive or and a product with FNV's prime.
+  void Mix(uint64_t value) {
     for (int i = 0; i < 8; ++i) {
       hash_ = (hash_ ^ (value & 0xff)) * 0x100000001b3ULL;
       value >>= 8;
     }
   }
-  /// These widen theirs to 64 bits, so that the type in which a number is kept does not matter.
-  void Add(int64_t value) { Add(static_cast<uint64_t>(value)); }
-  void Add(int value) { Add(static_cast<int64_t>(value)); }
-  void Add(bool value) { Add(static_cast<uint64_t>(value ? 1 : 0)); }
-  /// The digest of all that was added so far; equal digests are taken for equal states.
-  [[nodiscard]] uint64_t value() const { return hash_; }
 
- private:
   /// The hash so far; it begins with the offset basis of FNV.
   uint64_t hash_ = 0xcbf29ce484222325ULL;
 };

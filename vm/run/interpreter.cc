@@ -111,19 +111,34 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
     fault = (code); \
     goto faulted;   \
   } while (false)
-// The top of the stack becomes a float, which must be finite.
+// A cell is pushed by an instruction of so many bytes.
+#define PUSH(cell, length) \
+  do {                     \
+    *sp++ = (cell);        \
+    pc += (length);        \
+    NEXT();                \
+  } while (false)
+// The top of the stack becomes the result of an instruction of one byte.
+#define REPLACE_TOP(cell) \
+  do {                    \
+    sp[-1] = (cell);      \
+    pc += 1;              \
+    NEXT();               \
+  } while (false)
+// The same for a float, which must be finite.
 #define FINISH_FLOAT(value)                                   \
   do {                                                        \
     const float number = (value);                             \
     if (!std::isfinite(number)) FAULT(FaultCode::kNotFinite); \
-    sp[-1] = Cell::Float(number);                             \
-    pc += 1;                                                  \
-    NEXT();                                                   \
+    REPLACE_TOP(Cell::Float(number));                         \
   } while (false)
-// After an operation of the host: its operands are gone already, `pc` stands behind it. The frame
-// tells the host which instruction calls, for faults that do not end the task.
-#define FINISH_EFFECT(call)                                    \
+// An operation of the host: the operands are popped before `call`, which finds them from sp[0] on,
+// and `pc` stands behind the instruction. The frame tells the host which instruction calls, for
+// faults that do not end the task.
+#define FINISH_EFFECT(operands, length, call)                  \
   do {                                                         \
+    sp -= (operands);                                          \
+    pc += (length);                                            \
     frame->pc = static_cast<uint32_t>(at - code);              \
     const OpResult effect = (call);                            \
     if (effect.fault != FaultCode::kNone) FAULT(effect.fault); \
@@ -134,32 +149,16 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
   DISPATCH_BEGIN
   // Constants and variables.
   // The operand is signed, so its byte is widened with its sign.
-  HANDLE(kPushInt8) {
-    *sp++ = Cell::Int(static_cast<int8_t>(pc[1]));
-    pc += 2;
-    NEXT();
-  }
-  HANDLE(kPushConst) {
-    *sp++ = program.constant(image::ReadU16(pc + 1));
-    pc += 3;
-    NEXT();
-  }
-  HANDLE(kLoadLocal) {
-    *sp++ = locals[pc[1]];
-    pc += 2;
-    NEXT();
-  }
+  HANDLE(kPushInt8) { PUSH(Cell::Int(static_cast<int8_t>(pc[1])), 2); }
+  HANDLE(kPushConst) { PUSH(program.constant(image::ReadU16(pc + 1)), 3); }
+  HANDLE(kLoadLocal) { PUSH(locals[pc[1]], 2); }
   HANDLE(kStoreLocal) {
     locals[pc[1]] = *--sp;
     pc += 2;
     NEXT();
   }
   // A slot holds the same field in every role that extends the function's own.
-  HANDLE(kLoadField) {
-    *sp++ = role.fields[pc[1]];
-    pc += 2;
-    NEXT();
-  }
+  HANDLE(kLoadField) { PUSH(role.fields[pc[1]], 2); }
   HANDLE(kStoreField) {
     role.fields[pc[1]] = *--sp;
     pc += 2;
@@ -169,9 +168,7 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
   HANDLE(kLoadLabel) {
     const int index = role.labels[pc[1]];
     if (index < 0) FAULT(FaultCode::kUnresolved);
-    *sp++ = Cell::Int(index);
-    pc += 2;
-    NEXT();
+    PUSH(Cell::Int(index), 2);
   }
   // Keywords are bound by the host, which knows the module type.
   HANDLE(kKeyword) {
@@ -180,9 +177,7 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
       result.keyword = pc[1];
       FAULT(FaultCode::kMissingKeyword);
     }
-    *sp++ = Cell::Int(index);
-    pc += 2;
-    NEXT();
+    PUSH(Cell::Int(index), 2);
   }
   HANDLE(kPop) {
     --sp;
@@ -260,9 +255,7 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
     int32_t number;                                                                           \
     if (builtin(sp[-2].AsInt(), sp[-1].AsInt(), &number)) FAULT(FaultCode::kIntegerOverflow); \
     --sp;                                                                                     \
-    sp[-1] = Cell::Int(number);                                                               \
-    pc += 1;                                                                                  \
-    NEXT();                                                                                   \
+    REPLACE_TOP(Cell::Int(number));                                                           \
   } while (false)
   HANDLE(kAddInt) { INT_OPERATION(__builtin_add_overflow); }
   HANDLE(kSubInt) { INT_OPERATION(__builtin_sub_overflow); }
@@ -272,25 +265,19 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
     const FaultCode code_or_none = DivideInt(sp[-2].AsInt(), sp[-1].AsInt(), &number);
     if (code_or_none != FaultCode::kNone) FAULT(code_or_none);
     --sp;
-    sp[-1] = Cell::Int(number);
-    pc += 1;
-    NEXT();
+    REPLACE_TOP(Cell::Int(number));
   }
   // The lowest integer modulo -1 is 0, though the quotient does not fit.
   HANDLE(kModInt) {
     const int32_t divisor = sp[-1].AsInt();
     if (divisor == 0) FAULT(FaultCode::kDivisionByZero);
     --sp;
-    sp[-1] = Cell::Int(divisor == -1 ? 0 : sp[-1].AsInt() % divisor);
-    pc += 1;
-    NEXT();
+    REPLACE_TOP(Cell::Int(divisor == -1 ? 0 : sp[-1].AsInt() % divisor));
   }
   HANDLE(kNegInt) {
     int32_t number;
     if (__builtin_sub_overflow(0, sp[-1].AsInt(), &number)) FAULT(FaultCode::kIntegerOverflow);
-    sp[-1] = Cell::Int(number);
-    pc += 1;
-    NEXT();
+    REPLACE_TOP(Cell::Int(number));
   }
 
   // Floats.
@@ -321,9 +308,7 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
   do {                                          \
     const bool holds = (left)comparison(right); \
     --sp;                                       \
-    sp[-1] = Cell::Bool(holds);                 \
-    pc += 1;                                    \
-    NEXT();                                     \
+    REPLACE_TOP(Cell::Bool(holds));             \
   } while (false)
   // Bools, ints and indices are equal if their bits are.
   HANDLE(kEqual) { COMPARISON(sp[-2].bits, ==, sp[-1].bits); }
@@ -333,20 +318,9 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
   HANDLE(kEqualFloat) { COMPARISON(FromCell(sp[-2]), ==, FromCell(sp[-1])); }
   HANDLE(kLessFloat) { COMPARISON(FromCell(sp[-2]), <, FromCell(sp[-1])); }
   HANDLE(kLessEqualFloat) { COMPARISON(FromCell(sp[-2]), <=, FromCell(sp[-1])); }
-  HANDLE(kNot) {
-    sp[-1] = Cell::Bool(!sp[-1].AsBool());
-    pc += 1;
-    NEXT();
-  }
+  HANDLE(kNot) { REPLACE_TOP(Cell::Bool(!sp[-1].AsBool())); }
 
   // Structure.
-// The top of the stack becomes the result.
-#define REPLACE_TOP(cell) \
-  do {                    \
-    sp[-1] = (cell);      \
-    pc += 1;              \
-    NEXT();               \
-  } while (false)
   HANDLE(kConnected) { REPLACE_TOP(Cell{host.Connected(DirectionOf(sp[-1]))}); }
   HANDLE(kConnectedRole) {
     --sp;
@@ -374,26 +348,18 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
   HANDLE(kCountLinks) { REPLACE_TOP(Cell::Int(__builtin_popcount(sp[-1].bits))); }
   HANDLE(kJointAxis) { REPLACE_TOP(Cell::Int(static_cast<int>(host.JointAxis(sp[-1].AsInt())))); }
   // The only one of these that pushes without an operand.
-  HANDLE(kCenter) {
-    *sp++ = Cell::Int(static_cast<int>(host.CenterAxis()));
-    pc += 1;
-    NEXT();
-  }
+  HANDLE(kCenter) { PUSH(Cell::Int(static_cast<int>(host.CenterAxis())), 1); }
 
   // Motion, actuators, time, other modules.
   HANDLE(kSetJointAxis) {
-    sp -= 3;
-    pc += 1;
-    FINISH_EFFECT(host.SetJointAxis(sp[0].AsInt(), sp[1].AsInt(), AxisOf(sp[2])));
+    FINISH_EFFECT(3, 1, host.SetJointAxis(sp[0].AsInt(), sp[1].AsInt(), AxisOf(sp[2])));
   }
 // A joint and a number are popped and handed to an operation of the host.
-#define JOINT_EFFECT(call)               \
-  do {                                   \
-    sp -= 2;                             \
-    pc += 1;                             \
-    const int joint = sp[0].AsInt();     \
-    const float value = FromCell(sp[1]); \
-    FINISH_EFFECT(host.call);            \
+#define JOINT_EFFECT(call)                \
+  do {                                    \
+    const int joint = sp[-2].AsInt();     \
+    const float value = FromCell(sp[-1]); \
+    FINISH_EFFECT(2, 1, host.call);       \
   } while (false)
   HANDLE(kRotate) { JOINT_EFFECT(RotateDegrees(joint, value, true)); }
   HANDLE(kRotateNonBlocking) { JOINT_EFFECT(RotateDegrees(joint, value, false)); }
@@ -414,31 +380,15 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
   HANDLE(kGetPosition) { JOINT_READING(GetPosition); }
   // The operand says which state variable; a bool is 0 or 1.
   HANDLE(kSetStateBool) {
-    sp -= 2;
-    pc += 2;
-    FINISH_EFFECT(host.SetConnectorState(sp[0].AsInt(), at[1], sp[1]));
+    FINISH_EFFECT(2, 2, host.SetConnectorState(sp[0].AsInt(), at[1], sp[1]));
   }
-  HANDLE(kSetStateInt) {
-    sp -= 2;
-    pc += 2;
-    FINISH_EFFECT(host.SetConnectorState(sp[0].AsInt(), at[1], sp[1]));
-  }
-  HANDLE(kSleepDs) {
-    --sp;
-    pc += 1;
-    FINISH_EFFECT(host.Sleep(Microseconds(FromCell(sp[0]), 100000)));
-  }
-  HANDLE(kSleepCs) {
-    --sp;
-    pc += 1;
-    FINISH_EFFECT(host.Sleep(Microseconds(FromCell(sp[0]), 10000)));
-  }
+  HANDLE(kSetStateInt) { FINISH_EFFECT(2, 2, host.SetConnectorState(sp[0].AsInt(), at[1], sp[1])); }
+  HANDLE(kSleepDs) { FINISH_EFFECT(1, 1, host.Sleep(Microseconds(FromCell(sp[0]), 100000))); }
+  HANDLE(kSleepCs) { FINISH_EFFECT(1, 1, host.Sleep(Microseconds(FromCell(sp[0]), 10000))); }
   // How many arguments there are is the command's business.
   HANDLE(kInvoke) {
     const int count = program.function(program.role(pc[1]).commands[pc[2]].function).num_arguments;
-    sp -= count;
-    pc += 3;
-    FINISH_EFFECT(host.Invoke(at[1], at[2], sp, count));
+    FINISH_EFFECT(count, 3, host.Invoke(at[1], at[2], sp, count));
   }
   DISPATCH_END
 // A function has returned: to its caller's next instruction, or the task is at its end.
@@ -494,6 +444,37 @@ RunResult Evaluate(const VerifiedProgram& program, int function, const RoleConte
     result.fault = FaultCode::kBudget;
   }
   return result;
+}
+
+Comparison LastComparison(const VerifiedProgram& program, int function, const RoleContext& role,
+                          ProgramHost& host, int32_t budget) {
+  Comparison last;
+  ValueType pushed = ValueType::kVoid;
+  TaskState task;
+  StartTask(program, function, nullptr, 0, &task);
+  // With no more to spend than an instruction's own cost, nothing runs behind it.
+  RunStatus status = RunStatus::kOutOfBudget;
+  while (status == RunStatus::kOutOfBudget && budget > 0) {
+    const Frame& frame = task.frames[task.depth - 1];
+    const uint8_t* at = program.bytes() + program.function(frame.function).code_begin + frame.pc;
+    const OpcodeInfo& info = kOpcodes[*at];
+    const auto op = static_cast<Opcode>(*at);
+    if (op >= Opcode::kEqual && op <= Opcode::kLessEqualFloat) {
+      last = {op, pushed, task.cells[task.top - 2], task.cells[task.top - 1]};
+    }
+    // Both operands are of one type, so that of the second one will do.
+    if (op == Opcode::kPushConst) {
+      pushed = program.constant_type(image::ReadU16(at + 1));
+    } else if (op == Opcode::kLoadField) {
+      pushed = program.role(role.role).field_types[at[1]];
+    } else if (info.pushes[0] != '\0' && info.pushes[0] != '*') {
+      pushed = TypeOfLetter(info.pushes[0]);
+    }
+    budget -= info.cost;
+    int32_t cost = info.cost;
+    status = RunTask(program, role, host, &task, &cost).status;
+  }
+  return last;
 }
 
 }  // namespace morphbus::vm

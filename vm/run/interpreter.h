@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "vm/image/fault.h"
+#include "vm/image/opcodes.h"
 #include "vm/image/program.h"
 
 namespace morphbus::vm {
@@ -133,5 +134,10 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
 /// fault; a label that matches none or several ends with kUnresolved.
 RunResult Evaluate(const VerifiedProgram& program, int function, const RoleContext& role,
                    ProgramHost& host, int32_t* budget);
+
+/// Runs a requirement function again, as Evaluate does, and tells what it compared last: with `and`
+/// that is what decided. For people who ask why a role does not fit.
+Comparison LastComparison(const VerifiedProgram& program, int function, const RoleContext& role,
+                          ProgramHost& host, int32_t budget);
 
 }  // namespace morphbus::vm

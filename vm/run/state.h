@@ -19,13 +19,8 @@ namespace morphbus::vm {
 /// writes it, one record for each own connector.
 /// L is the frame of our docked link, K that of the neighbour's docked link.
 struct NeighbourRecord {
-  // The sensor says these, as in ConnectorReading.
-  bool docked = false;
-  bool is_member_b = false;
-  uint8_t mate_connector = 0;
-  uint8_t connection_type = 0;
-  uint16_t module = 0;
-  uint16_t number = 0;
+  /// What the sensor says; all else holds only while something is docked.
+  ConnectorReading sensor;
 
   /// True if the kinematics image has the connection; then X_LK holds.
   bool known = false;

@@ -9,27 +9,13 @@ namespace morphbus::vm {
 
 namespace {
 
-/// True if the sensor says what it said before.
-bool IsSame(const NeighbourRecord& neighbour, const ConnectorReading& reading) {
-  if (!neighbour.docked || !reading.docked) return neighbour.docked == reading.docked;
-  return neighbour.module == reading.mate_module &&
-         neighbour.mate_connector == reading.mate_connector &&
-         neighbour.connection_type == reading.connection_type &&
-         neighbour.number == reading.number && neighbour.is_member_b == reading.is_member_b;
-}
-
 /// What is known of a neighbour before it is heard: what the sensor says, and the transform of that
 /// connection.
 NeighbourRecord NewNeighbour(const Context& context, int connector,
                              const ConnectorReading& reading) {
   NeighbourRecord neighbour;
   if (!reading.docked) return neighbour;
-  neighbour.docked = true;
-  neighbour.module = reading.mate_module;
-  neighbour.mate_connector = reading.mate_connector;
-  neighbour.connection_type = reading.connection_type;
-  neighbour.number = reading.number;
-  neighbour.is_member_b = reading.is_member_b;
+  neighbour.sensor = reading;
   neighbour.heard_tick = context.state.tick;
   // A sensor that cannot say that the number is the neighbour's is believed if it fits no other
   // way.
@@ -49,7 +35,7 @@ NeighbourRecord NewNeighbour(const Context& context, int connector,
 /// it, and within the capacities.
 bool IsUsable(const Context& context, const NeighbourRecord& neighbour,
               const NeighbourMessage& message) {
-  if (message.sender != neighbour.module || message.incarnation < neighbour.incarnation)
+  if (message.sender != neighbour.sensor.mate_module || message.incarnation < neighbour.incarnation)
     return false;
   if (message.tick > context.state.tick + kMaxTickAhead) return false;
   if (message.num_links > kMaxLinks || message.num_docked > kMaxNeighbours ||
@@ -68,10 +54,7 @@ void ReadPlace(const NeighbourMessage& message, const DockedLink& docked,
   if (!message.has_pose || !neighbour->known || docked.link >= message.num_links) return;
   // Its place in R by its own poses, taken into the frame K of its docked link and from there to
   // ours, L.
-  Vec3 sum;
-  for (int i = 0; i < message.num_links; ++i) sum = Add(sum, message.X_RL[i].p);
-  const float n = message.num_links;
-  const Vec3 mean_R{sum.x / n, sum.y / n, sum.z / n};
+  const Vec3 mean_R = MeanOrigin(message.X_RL, message.num_links);
   const PoseF X_KR = Inverse(message.X_RL[docked.link]);
   const Vec3 place_K = Add(X_KR.p, Rotate(X_KR.q, mean_R));
   neighbour->place_L = Add(neighbour->X_LK.p, Rotate(neighbour->X_LK.q, place_K));
@@ -88,15 +71,16 @@ void UpdateNeighbours(Context& context, const TickInput& input, Inbox* inbox) {
     const ConnectorReading& reading = input.connectors[c];
     num_docked += reading.docked ? 1 : 0;
     // Another neighbour, or none: what was known of the last one goes.
-    if (!IsSame(neighbour, reading)) {
-      if (state.started && neighbour.docked) RaiseEvent(context, Event::kDisconnect, c);
+    const bool docked = neighbour.sensor.docked;
+    if (docked != reading.docked || (docked && neighbour.sensor != reading)) {
+      if (state.started && docked) RaiseEvent(context, Event::kDisconnect, c);
       if (state.started && reading.docked) RaiseEvent(context, Event::kConnect, c);
       neighbour = NewNeighbour(context, c, reading);
       inbox->changed |= 1u << c;
     }
     // A message counts only if the sensor agrees about who is docked.
     const NeighbourMessage* message = input.messages[c];
-    if (!neighbour.docked || message == nullptr || !IsUsable(context, neighbour, *message))
+    if (!neighbour.sensor.docked || message == nullptr || !IsUsable(context, neighbour, *message))
       continue;
     if (message->incarnation != neighbour.incarnation) inbox->changed |= 1u << c;
     neighbour.incarnation = message->incarnation;
@@ -116,7 +100,7 @@ void UpdateNeighbours(Context& context, const TickInput& input, Inbox* inbox) {
 void ReadNeighbourMessages(Context& context, const Inbox& inbox) {
   for (int c = 0; c < context.kinematics.num_connectors(); ++c) {
     NeighbourRecord& neighbour = context.state.neighbours[c];
-    if (!neighbour.docked) continue;
+    if (!neighbour.sensor.docked) continue;
     // Of one that is silent for long neither place nor role is believed any more.
     if (context.state.tick - neighbour.heard_tick > kSilentTicks) {
       neighbour.has_place = false;
@@ -144,7 +128,7 @@ const DockedLink* DockedHere(const Context& context, const NeighbourMessage& mes
                              const NeighbourRecord& neighbour) {
   for (int i = 0; i < message.num_docked; ++i) {
     const DockedLink& docked = message.docked[i];
-    if (docked.connector == neighbour.mate_connector &&
+    if (docked.connector == neighbour.sensor.mate_connector &&
         docked.mate_module == context.config.module_id) {
       return &docked;
     }
@@ -155,12 +139,13 @@ const DockedLink* DockedHere(const Context& context, const NeighbourMessage& mes
 void FillDocked(Context& context, NeighbourMessage* message) {
   message->num_docked = 0;
   for (int c = 0; c < context.kinematics.num_connectors(); ++c) {
-    if (!context.state.neighbours[c].docked || message->num_docked == kMaxNeighbours) continue;
+    const ConnectorReading& sensor = context.state.neighbours[c].sensor;
+    if (!sensor.docked || message->num_docked == kMaxNeighbours) continue;
     DockedLink& docked = message->docked[message->num_docked++];
     docked.connector = static_cast<uint8_t>(c);
     docked.link = context.kinematics.connector(c).link;
     docked.body_link = static_cast<uint8_t>(context.kinematics.BodyLink(docked.link));
-    docked.mate_module = context.state.neighbours[c].module;
+    docked.mate_module = sensor.mate_module;
   }
 }
 
@@ -168,7 +153,7 @@ uint32_t PresentNeighbours(const Context& context) {
   uint32_t mask = 0;
   for (int c = 0; c < context.kinematics.num_connectors(); ++c) {
     const NeighbourRecord& neighbour = context.state.neighbours[c];
-    if (neighbour.docked && context.state.tick - neighbour.heard_tick <= kSilentTicks)
+    if (neighbour.sensor.docked && context.state.tick - neighbour.heard_tick <= kSilentTicks)
       mask |= 1u << c;
   }
   return mask;

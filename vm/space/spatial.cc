@@ -141,11 +141,7 @@ bool HasFreshPose(const Context& context) {
 }
 
 Vec3 PlaceOf(const Context& context) {
-  const int n = context.kinematics.num_links();
-  Vec3 sum;
-  for (int i = 0; i < n; ++i) sum = Add(sum, context.state.pose.X_RL[i].p);
-  const auto count = static_cast<float>(n);
-  return {sum.x / count, sum.y / count, sum.z / count};
+  return MeanOrigin(context.state.pose.X_RL, context.kinematics.num_links());
 }
 
 bool LiesTowards(const Context& context, int connector, Direction d) {

@@ -27,9 +27,7 @@ uint32_t PieceSize(uint32_t image_size, uint32_t offset) {
 void ProgramRelay::Start(const uint8_t* image, uint32_t size, uint64_t hash, uint32_t version) {
   std::memcpy(state_.images[state_.active], image, size);
   state_.running_size = size;
-  state_.running.version = version;
-  state_.running.hash = hash;
-  ++state_.revision;
+  state_.running = {.version = version, .hash = hash};
 }
 
 void ProgramRelay::Deploy(const uint8_t* image, uint32_t size, uint64_t hash) {
@@ -48,22 +46,16 @@ bool ProgramRelay::ready() const {
 }
 
 void ProgramRelay::Begin(uint32_t version, uint64_t hash, uint32_t size) {
-  state_.incoming = ProgramFragment();
-  state_.incoming.version = version;
-  state_.incoming.hash = hash;
-  state_.incoming.image_size = size;
+  state_.incoming = {.version = version, .hash = hash, .image_size = size};
   state_.pieces_missing = NumPieces(size);
   std::memset(state_.have_piece, 0, sizeof(state_.have_piece));
-  ++state_.revision;
 }
 
 // A neighbour runs something newer than what we run, collect or have refused: it is collected now.
 void ProgramRelay::OnNews(const ProgramNews& news) {
   if (!IsNewer(news.version, news.hash, state_.running)) return;
   if (!IsNewer(news.version, news.hash, state_.refused)) return;
-  ProgramNews incoming;
-  incoming.version = state_.incoming.version;
-  incoming.hash = state_.incoming.hash;
+  const ProgramNews incoming = {.version = state_.incoming.version, .hash = state_.incoming.hash};
   // The size is not known before the first piece; one piece stands for it until then.
   if (IsNewer(news.version, news.hash, incoming)) Begin(news.version, news.hash, 0);
   if (state_.incoming.image_size == 0) state_.pieces_missing = 1;
@@ -91,7 +83,6 @@ void ProgramRelay::TakePiece(const ProgramFragment& piece) {
   std::memcpy(state_.images[1 - state_.active] + piece.offset, piece.bytes, piece.size);
   state_.have_piece[index] = 1;
   --state_.pieces_missing;
-  ++state_.revision;
 }
 
 void ProgramRelay::Receive(const TickInput& input) {
@@ -125,26 +116,20 @@ void ProgramRelay::Receive(const TickInput& input) {
 void ProgramRelay::Accept() {
   state_.active = static_cast<uint8_t>(1 - state_.active);
   state_.running_size = state_.incoming.image_size;
-  state_.running.version = state_.incoming.version;
-  state_.running.hash = state_.incoming.hash;
+  state_.running = {.version = state_.incoming.version, .hash = state_.incoming.hash};
   state_.incoming = ProgramFragment();
   state_.wanted = 0;
-  ++state_.revision;
 }
 
 // Remembered, so that it is not collected again and again.
 void ProgramRelay::Refuse() {
-  state_.refused.version = state_.incoming.version;
-  state_.refused.hash = state_.incoming.hash;
+  state_.refused = {.version = state_.incoming.version, .hash = state_.incoming.hash};
   state_.incoming = ProgramFragment();
-  ++state_.revision;
 }
 
 void ProgramRelay::Fill(NeighbourMessage* message) {
   ProgramNews& news = message->news;
-  news = ProgramNews();
-  news.version = state_.running.version;
-  news.hash = state_.running.hash;
+  news = {.version = state_.running.version, .hash = state_.running.hash};
   // Asks for the first piece that is missing.
   if (state_.incoming.version != 0 && !ready()) {
     news.want_version = state_.incoming.version;

@@ -13,10 +13,8 @@
 
 namespace morphbus::vm {
 
-/// The relay's whole state: flat, as large as two images. It changes only when a piece arrives or a
-/// program is replaced; `revision` tells when to save it.
+/// The relay's whole state: flat, as large as two images.
 struct RelayState {
-  uint32_t revision = 0;
   ProgramNews running;  ///< What this module runs (version and hash).
   uint32_t running_size = 0;
   ProgramFragment incoming;   ///< Header of what is being collected; its bytes are unused.

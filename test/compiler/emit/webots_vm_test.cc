@@ -225,12 +225,12 @@ TEST_P(WebotsSensors, KnowEveryMateByItsNumber) {
     const auto connectors = model.TypeOf(robot, m).connectors.size();
     for (size_t c = 0; c < connectors; ++c) {
       SCOPED_TRACE(robot.modules[static_cast<size_t>(m)].name + " " + std::to_string(c));
-      const vm::NeighbourRecord& expected = ideal.state(m).neighbours[c];
+      const vm::ConnectorReading& expected = ideal.state(m).neighbours[c].sensor;
       const Reading reading = controllers.at(m).Read(static_cast<int>(c));
       ASSERT_EQ(reading.docked != 0, expected.docked);
       if (!expected.docked) continue;
       ++docked;
-      EXPECT_EQ(reading.mate_module, expected.module - 1);  // There, ids begin at 1.
+      EXPECT_EQ(reading.mate_module, expected.mate_module - 1);  // There, ids begin at 1.
       EXPECT_EQ(reading.mate_connector, expected.mate_connector);
       EXPECT_EQ(reading.connection_type, expected.connection_type);
       EXPECT_EQ(reading.number, expected.number);

@@ -1,0 +1,42 @@
+#pragma once
+// The state of a lockstep machine as bytes, for tests that explore every order of events and must
+// know which states they have been in.
+
+#include <cstdint>
+#include <ranges>
+#include <string>
+#include <utility>
+
+namespace morphbus::bridge {
+
+/// Adds a number, flag or enum to the text.
+template <class T>
+void AddPrint(const T& part, std::string* print) {
+  *print += std::to_string(static_cast<int64_t>(part)) + ',';
+}
+/// Adds both parts of an entry of a map.
+template <class A, class B>
+void AddPrint(const std::pair<A, B>& part, std::string* print);
+/// Adds every element, with marks where they begin and end.
+template <std::ranges::range Range>
+void AddPrint(const Range& parts, std::string* print) {
+  *print += '[';
+  for (const auto& part : parts) AddPrint(part, print);
+  *print += ']';
+}
+template <class A, class B>
+void AddPrint(const std::pair<A, B>& part, std::string* print) {
+  AddPrint(part.first, print);
+  AddPrint(part.second, print);
+}
+
+/// Whatever decides what a machine does next, times excepted: states with equal texts need
+/// exploring only once. The parts are numbers, flags, enums, and ranges and pairs of these.
+template <class... Parts>
+std::string PrintOf(const Parts&... parts) {
+  std::string print;
+  (AddPrint(parts, &print), ...);
+  return print;
+}
+
+}  // namespace morphbus::bridge
