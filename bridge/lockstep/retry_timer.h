@@ -16,10 +16,11 @@ struct LockstepTiming {
   int64_t ask_after_us = 2000;
   /// The same for what must have been there: it was lost, and only the bus can be slow.
   int64_t ask_lost_after_us = 200;
-  /// The first pause follows the response time between these bounds, and grows no further than the
-  /// second.
+  /// The first pause follows the response time between these bounds.
   int64_t ask_at_least_us = 300;
-  int64_t ask_at_most_us = 250'000;
+  int64_t ask_slowest_us = 250'000;
+  /// A pause that grows does so up to here.
+  int64_t ask_at_most_us = 64'000;
   /// After END: a process that does not acknowledge for so long is named.
   int64_t end_silence_us = 5'000'000;
   /// While the sim waits for processes to join: if no further HELLO comes for so long, those that
@@ -51,7 +52,7 @@ class ResponseTime {
   /// How long to wait before an answer counts as lost.
   [[nodiscard]] int64_t patience_us(const LockstepTiming& timing) const {
     if (mean_us_ < 0) return timing.ask_after_us;
-    return std::clamp(mean_us_ + 4 * deviation_us_, timing.ask_at_least_us, timing.ask_at_most_us);
+    return std::clamp(mean_us_ + 4 * deviation_us_, timing.ask_at_least_us, timing.ask_slowest_us);
   }
 
  private:
@@ -61,7 +62,7 @@ class ResponseTime {
 };
 
 /// When to ask again: first after a pause that is chosen by who arms the timer, then after twice as
-/// long each time, up to ask_at_most_us.
+/// long each time, up to ask_at_most_us if it was not longer from the beginning.
 class RetryTimer {
  public:
   /// Whether anything is waited for at all.
@@ -80,7 +81,7 @@ class RetryTimer {
   /// Returns true if the timer is due, and sets it for the next time.
   bool Fire(int64_t now_us, const LockstepTiming& timing) {
     if (now_us < due_us_) return false;
-    interval_us_ = std::min(2 * interval_us_, timing.ask_at_most_us);
+    interval_us_ = std::max(first_us_, std::min(2 * interval_us_, timing.ask_at_most_us));
     due_us_ = now_us + interval_us_;
     return true;
   }
