@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <ranges>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 namespace morphbus::bridge {
@@ -12,7 +13,11 @@ namespace morphbus::bridge {
 /// Adds a number, flag or enum to the text.
 template <class T>
 void AddPrint(const T& part, std::string* print) {
-  *print += std::to_string(static_cast<int64_t>(part)) + ',';
+  if constexpr (std::is_same_v<T, bool>) {
+    *print += part ? '1' : '0';
+  } else {
+    *print += std::to_string(static_cast<int64_t>(part)) + ',';
+  }
 }
 /// Adds both parts of an entry of a map.
 template <class A, class B>
