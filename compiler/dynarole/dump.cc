@@ -112,9 +112,7 @@ std::string DumpTokens(const source::SourceSet& sources, const std::vector<Token
     }
     out += fmt::format("{}:{} {}", line, column, Describe(token.kind));
     // Words and signs are called by their spelling, so their text would say it twice.
-    const bool has_text = token.kind == TokenKind::kName || token.kind == TokenKind::kDollar ||
-                          token.kind == TokenKind::kInt || token.kind == TokenKind::kFloat;
-    if (has_text) out += " " + std::string(sources.text(token.span));
+    if (HasText(token.kind)) out += " " + std::string(sources.text(token.span));
     out += "\n";
   }
   return out;

@@ -9,24 +9,14 @@ namespace {
 using source::Diagnostic;
 using source::Span;
 
-// The word that each kind of member begins with; a field has none.
-struct MemberWord {
-  TokenKind token;
-  MemberKind kind;
-};
-
-constexpr MemberWord kMemberWords[] = {
-    {TokenKind::kLabel, MemberKind::kLabel},       {TokenKind::kRequire, MemberKind::kRequire},
-    {TokenKind::kStartup, MemberKind::kStartup},   {TokenKind::kBehavior, MemberKind::kBehavior},
-    {TokenKind::kCommand, MemberKind::kCommand},   {TokenKind::kHandler, MemberKind::kHandler},
-    {TokenKind::kFunction, MemberKind::kFunction},
-};
-
-const MemberWord* FindMemberWord(TokenKind token) {
-  for (const MemberWord& word : kMemberWords) {
-    if (word.token == token) return &word;
-  }
-  return nullptr;
+// The kind of member that a word begins; a field has none.
+std::optional<MemberKind> MemberOf(TokenKind word) {
+  if (!IsMemberWord(word)) return std::nullopt;
+  constexpr int kFirst = static_cast<int>(TokenKind::kLabel);
+  static_assert(static_cast<int>(TokenKind::kFunction) - kFirst ==
+                static_cast<int>(MemberKind::kFunction) - static_cast<int>(MemberKind::kLabel));
+  return static_cast<MemberKind>(static_cast<int>(word) - kFirst +
+                                 static_cast<int>(MemberKind::kLabel));
 }
 
 }  // namespace
@@ -73,11 +63,8 @@ Diagnostic* Parser::ErrorAt(const Span& span, std::string message) {
 Diagnostic* Parser::Unexpected(const std::string& wanted) {
   const Token& token = Peek();
   // Names and numbers are shown as they stand in the text.
-  std::string found = Describe(token.kind);
-  if (token.kind == TokenKind::kName || token.kind == TokenKind::kDollar ||
-      token.kind == TokenKind::kInt || token.kind == TokenKind::kFloat) {
-    found = "'" + TextOf(token).substr(0, 40) + "'";
-  }
+  const std::string found =
+      HasText(token.kind) ? "'" + TextOf(token).substr(0, 40) + "'" : Describe(token.kind);
   return ErrorAt(token.span, "expected " + wanted + ", found " + found);
 }
 
@@ -230,7 +217,7 @@ void Parser::ParseMembers(Role* role) {
 }
 
 bool Parser::AtMember() const {
-  return FindMemberWord(Peek().kind) != nullptr || Is(TokenKind::kRole) ||
+  return IsMemberWord(Peek().kind) || Is(TokenKind::kRole) ||
          Is(TokenKind::kAbstract) || Is(TokenKind::kEnd);
 }
 
@@ -266,9 +253,8 @@ bool Parser::MendMisspelledWord(TokenKind* kind) {
     return false;
   }
   error.hint = "did you mean '" + near + "'?";
-  for (const MemberWord& word : kMemberWords) {
-    if (Describe(word.token) == "'" + near + "'") *kind = word.token;
-  }
+  *kind = TokenKind::kLabel;
+  while (Describe(*kind) != "'" + near + "'") *kind = static_cast<TokenKind>(static_cast<int>(*kind) + 1);
   return true;
 }
 
@@ -280,10 +266,9 @@ void Parser::ParseMember(Role* role) {
   if (MendMisspelledWord(&kind)) Take();
   if (panic_) return;
   // A word, or the one that was meant, decides the kind; without one it is a field.
-  const MemberWord* word = FindMemberWord(kind);
-  if (word != nullptr) {
+  if (const std::optional<MemberKind> word = MemberOf(kind)) {
     if (kind == Peek().kind) Take();
-    member.kind = word->kind;
+    member.kind = *word;
   } else if (!Is(TokenKind::kName)) {
     Unexpected("a member of '" + role->name + "' or '}'");
     // Never stand still.

@@ -84,18 +84,6 @@ StmtPtr Parser::ParseStatement() {
       statement = NewStatement(StmtKind::kBlock);
       Take();
       break;
-    // A word that begins a member was used as a name.
-    case TokenKind::kLabel:
-    case TokenKind::kRequire:
-    case TokenKind::kStartup:
-    case TokenKind::kBehavior:
-    case TokenKind::kCommand:
-    case TokenKind::kHandler:
-    case TokenKind::kFunction:
-      ErrorAt(Peek().span, Describe(Peek().kind) + " is a word of the language, not a name");
-      Take();
-      statement = std::move(failed);
-      break;
     // Its if may have ended early, such as by a semicolon behind the condition.
     case TokenKind::kElse:
       ErrorAt(Peek().span, "'else' without an 'if' before it");
@@ -106,6 +94,13 @@ StmtPtr Parser::ParseStatement() {
     default: {
       if (AtFor()) {
         statement = ParseMissingFor();
+        break;
+      }
+      // A word that begins a member was used as a name.
+      if (IsMemberWord(Peek().kind)) {
+        ErrorAt(Peek().span, Describe(Peek().kind) + " is a word of the language, not a name");
+        Take();
+        statement = std::move(failed);
         break;
       }
       const TokenKind next = Peek(1).kind;

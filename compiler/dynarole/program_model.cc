@@ -401,25 +401,9 @@ ProgramModel BuildModel(Program* program, Diagnostics* diagnostics) {
 
 // The words of the language, but for requirements, which the word `require` does not name.
 const char* NameOf(MemberKind kind) {
-  switch (kind) {
-    case MemberKind::kField:
-      return "field";
-    case MemberKind::kLabel:
-      return "label";
-    case MemberKind::kRequire:
-      return "requirement";
-    case MemberKind::kStartup:
-      return "startup";
-    case MemberKind::kBehavior:
-      return "behavior";
-    case MemberKind::kCommand:
-      return "command";
-    case MemberKind::kHandler:
-      return "handler";
-    case MemberKind::kFunction:
-      return "function";
-  }
-  return "?";
+  constexpr const char* kNames[] = {"field",    "label",   "requirement", "startup",
+                                    "behavior", "command", "handler",     "function"};
+  return kNames[static_cast<int>(kind)];
 }
 
 const char* NameOf(Operator op) {

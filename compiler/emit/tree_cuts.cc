@@ -1,40 +1,14 @@
 #include "compiler/emit/tree_cuts.h"
 
 #include <algorithm>
-#include <numeric>
 
+#include "compiler/base/disjoint_sets.h"
 #include "compiler/model/kinematic_graph.h"
 
 namespace morphbus::emit {
 namespace {
 
 using model::KinematicTree;
-
-/// Sets of links that are held together: a union-find structure.
-class Sets {
- public:
-  explicit Sets(int count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
-  /// False if they were together already.
-  bool Join(int a, int b) {
-    a = Find(a);
-    b = Find(b);
-    parent_[a] = b;
-    return a != b;
-  }
-  bool Together(int a, int b) { return Find(a) == Find(b); }
-
- private:
-  // Halves the way to the root of the set as it walks it, so that ways stay short.
-  int Find(int a) {
-    while (parent_[a] != a) {
-      int& parent = parent_[a];
-      parent = parent_[parent];
-      a = parent;
-    }
-    return a;
-  }
-  std::vector<int> parent_;
-};
 
 /// In the order in which edges are kept.
 enum class Rank { kMoves, kRigid, kLocked };
@@ -96,13 +70,10 @@ std::vector<Edge> EdgesOf(const model::Model& model, const model::Robot& robot,
   // Dockings: they join the links that carry their connectors.
   for (size_t d = 0; d < robot.dockings.size(); ++d) {
     const model::Docking& docking = robot.dockings[d];
-    const auto link = [&](int module, int connector) {
-      return model.TypeOf(robot, module).connectors[connector].link;
-    };
     Edge edge;
     edge.docking = static_cast<int>(d);
-    add(edge, docking.module_a, link(docking.module_a, docking.connector_a), docking.module_b,
-        link(docking.module_b, docking.connector_b));
+    add(edge, docking.module_a, model.EndA(robot, docking).link, docking.module_b,
+        model.EndB(robot, docking).link);
   }
   return edges;
 }
@@ -124,12 +95,12 @@ TreeCuts CutLoops(const model::Model& model, const model::Robot& robot) {
   });
   // Edges that join what is held together already close a loop and are cut. One within a rigid body
   // is redundant: the body holds without it.
-  Sets held(tree.num_links());
-  Sets bodies(tree.num_links());
+  DisjointSets held(tree.num_links());
+  DisjointSets bodies(tree.num_links());
   for (const Edge& edge : edges) {
-    const bool in_one_body = edge.rank == Rank::kRigid && bodies.Together(edge.a, edge.b);
-    if (held.Join(edge.a, edge.b)) {
-      if (edge.rank == Rank::kRigid) bodies.Join(edge.a, edge.b);
+    const bool in_one_body = edge.rank == Rank::kRigid && bodies.Find(edge.a) == bodies.Find(edge.b);
+    if (held.Unite(edge.a, edge.b)) {
+      if (edge.rank == Rank::kRigid) bodies.Unite(edge.a, edge.b);
     } else if (edge.joint >= 0) {
       cuts.omitted.joints[edge.joint] = true;
     } else {

@@ -16,15 +16,6 @@ namespace {
 /// Tolerance of the check that paired axes lie on one line: rad, and relative to the extent.
 constexpr double kAxisTolerance = 1e-6;
 
-/// The joint type that a word names.
-std::optional<model::JointType> TypeNamed(const std::string& name) {
-  if (name == "revolute") return model::JointType::kRevolute;
-  if (name == "continuous") return model::JointType::kContinuous;
-  if (name == "prismatic") return model::JointType::kPrismatic;
-  if (name == "fixed") return model::JointType::kFixed;
-  return std::nullopt;
-}
-
 /// Checks one joint: its type, limits, motor and the two axes that it pairs.
 class JointChecker {
  public:
@@ -57,10 +48,10 @@ class JointChecker {
     const Expr* expr = attributes_.Required("type", hint);
     if (!expr) return false;
     const std::string name = expr->kind == ExprKind::kString ? expr->text : SingleName(*expr);
-    const std::optional<model::JointType> type = TypeNamed(name);
+    const std::optional<model::JointType> type = model::JointTypeNamed(name);
     if (!type) {
       scope_.diagnostics.Error(expr->span, "unknown type of joint").hint =
-          NameHint(name, {"revolute", "continuous", "prismatic", "fixed"}, "types are");
+          NameHint(name, {std::begin(model::kJointTypeNames), std::end(model::kJointTypeNames)}, "types are");
       return false;
     }
     joint.type = *type;

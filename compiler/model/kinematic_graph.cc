@@ -43,11 +43,10 @@ void AddJoints(const Model& model, const Robot& robot, KinematicGraph& graph) {
 void FindAdjacency(KinematicGraph& graph, double extent) {
   // The joints at each body, each once.
   std::vector<std::vector<int>> at_body(graph.bodies.size());
-  for (size_t i = 0; i < graph.joints.size(); ++i) {
-    at_body[graph.joints[i].body_a].push_back(static_cast<int>(i));
-    if (graph.joints[i].body_b != graph.joints[i].body_a) {
-      at_body[graph.joints[i].body_b].push_back(static_cast<int>(i));
-    }
+  for (int i = 0; i < std::ssize(graph.joints); ++i) {
+    const GraphJoint& joint = graph.joints[i];
+    at_body[joint.body_a].push_back(i);
+    if (joint.body_b != joint.body_a) at_body[joint.body_b].push_back(i);
   }
   // Joints of the same two bodies touch both; the others one of them.
   std::map<std::pair<int, int>, int> between;
@@ -111,9 +110,8 @@ std::vector<std::vector<int>> BodiesOf(const Model& model, const Robot& robot) {
   DisjointSets bodies(count);
   // Dockings and fixed joints hold links together.
   for (const Docking& d : robot.dockings) {
-    const int link_a = model.TypeOf(robot, d.module_a).connectors[d.connector_a].link;
-    const int link_b = model.TypeOf(robot, d.module_b).connectors[d.connector_b].link;
-    bodies.Unite(first[d.module_a] + link_a, first[d.module_b] + link_b);
+    bodies.Unite(first[d.module_a] + model.EndA(robot, d).link,
+                 first[d.module_b] + model.EndB(robot, d).link);
   }
   for (size_t m = 0; m < robot.modules.size(); ++m) {
     for (const Joint& joint : model.module_types[robot.modules[m].type].joints) {

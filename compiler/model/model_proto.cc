@@ -67,25 +67,18 @@ void Write(const Connector& connector, proto::Connector* out) {
   }
 }
 
-/// The message's word for how a joint moves.
-proto::JointType TypeOf(JointType type) {
-  switch (type) {
-    case JointType::kRevolute:
-      return proto::JOINT_TYPE_REVOLUTE;
-    case JointType::kContinuous:
-      return proto::JOINT_TYPE_CONTINUOUS;
-    case JointType::kPrismatic:
-      return proto::JOINT_TYPE_PRISMATIC;
-    case JointType::kFixed:
-      return proto::JOINT_TYPE_FIXED;
-  }
-  return proto::JOINT_TYPE_UNSPECIFIED;
+// The message's enumerators are the model's in the same order, one further: 0 says nothing.
+template <typename To, typename From>
+To Enumerator(From value) {
+  return static_cast<To>(static_cast<int>(value) + 1);
 }
+static_assert(static_cast<int>(JointType::kFixed) + 1 == proto::JOINT_TYPE_FIXED);
+static_assert(static_cast<int>(AxisRelation::kCoplanar) + 1 == proto::AXIS_RELATION_COPLANAR);
 
 /// Limits of continuous joints are infinite, which a message can hold.
 void Write(const Joint& joint, proto::Joint* out) {
   out->set_name(joint.name);
-  out->set_type(TypeOf(joint.type));
+  out->set_type(Enumerator<proto::JointType>(joint.type));
   out->set_link_a(Index(joint.link_a));
   out->set_link_b(Index(joint.link_b));
   Write(joint.p_MoJo_M, out->mutable_origin_in_module());
@@ -139,21 +132,6 @@ void Write(const ConnectionType& connection, proto::ConnectionType* out) {
   }
 }
 
-/// The message's word for how two axes lie.
-proto::AxisRelation RelationOf(AxisRelation relation) {
-  switch (relation) {
-    case AxisRelation::kParallel:
-      return proto::AXIS_RELATION_PARALLEL;
-    case AxisRelation::kOrthogonal:
-      return proto::AXIS_RELATION_ORTHOGONAL;
-    case AxisRelation::kSkew:
-      return proto::AXIS_RELATION_SKEW;
-    case AxisRelation::kCoplanar:
-      return proto::AXIS_RELATION_COPLANAR;
-  }
-  return proto::AXIS_RELATION_UNSPECIFIED;
-}
-
 /// The graph, so that readers in other languages need not work it out.
 void Write(const KinematicGraph& graph, proto::KinematicGraph* out) {
   for (const Body& body : graph.bodies) {
@@ -177,7 +155,7 @@ void Write(const KinematicGraph& graph, proto::KinematicGraph* out) {
     for (size_t i = 0; i < joint.adjacent.size(); ++i) {
       proto::AdjacentJoint* adjacent = message->add_adjacent();
       adjacent->set_joint(Index(joint.adjacent[i]));
-      adjacent->set_relation(RelationOf(joint.adjacent_axes[i]));
+      adjacent->set_relation(Enumerator<proto::AxisRelation>(joint.adjacent_axes[i]));
     }
     message->set_locked(joint.locked);
   }

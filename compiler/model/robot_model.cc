@@ -20,19 +20,10 @@ std::optional<int> FindByName(const std::vector<T>& items, const std::string& na
 
 }  // namespace
 
-const char* JointTypeName(JointType type) {
-  // The words that the source has; a new type must be added here.
-  switch (type) {
-    case JointType::kRevolute:
-      return "revolute";
-    case JointType::kContinuous:
-      return "continuous";
-    case JointType::kPrismatic:
-      return "prismatic";
-    case JointType::kFixed:
-      break;
-  }
-  return "fixed";
+std::optional<JointType> JointTypeNamed(std::string_view name) {
+  const auto* const found = std::ranges::find(kJointTypeNames, name);
+  if (found == std::end(kJointTypeNames)) return std::nullopt;
+  return static_cast<JointType>(found - std::begin(kJointTypeNames));
 }
 
 std::optional<int> ModuleType::FindLink(const std::string& link_name) const {
@@ -62,6 +53,18 @@ const ModuleType& Model::TypeOf(const Robot& robot, int module) const {
   return module_types[robot.modules[module].type];
 }
 
+const Connector& Model::EndA(const Robot& robot, const Docking& docking) const {
+  return TypeOf(robot, docking.module_a).connectors[docking.connector_a];
+}
+
+const Connector& Model::EndB(const Robot& robot, const Docking& docking) const {
+  return TypeOf(robot, docking.module_b).connectors[docking.connector_b];
+}
+
+const ConnectionOption& Model::OptionOf(const Docking& docking) const {
+  return connection_types[docking.connection_type].options[docking.option];
+}
+
 double ExtentOf(const ModuleType& type) {
   Eigen::AlignedBox3d box;
   // Hulls, connectors and sub-points together, whatever link they are on.
@@ -83,7 +86,7 @@ std::optional<int> MirrorOption(const Model& model, const Docking& docking) {
   // A module without size must not make the tolerance zero.
   const double tolerance = 1e-6 * std::max(ExtentOf(type), 1e-12);
   // The same mating seen from b: its connectors exchanged, its pose inverted.
-  const Pose X_BA = connection.options[docking.option].X_AB.inverse();
+  const Pose X_BA = model.OptionOf(docking).X_AB.inverse();
   for (size_t i = 0; i < connection.options.size(); ++i) {
     const ConnectionOption& option = connection.options[i];
     if (option.connector_a != docking.connector_b || option.connector_b != docking.connector_a) {
