@@ -33,6 +33,11 @@ Diagnostic& Checker::Warning(const Span& span, std::string message) {
   return diagnostics_.Warning(span, std::move(message));
 }
 
+Type Checker::Wrong(const Span& span, std::string message, std::string hint) {
+  Error(span, std::move(message)).hint = std::move(hint);
+  return Type::kError;
+}
+
 void Checker::Suggest(Diagnostic* error, const std::string& name,
                       const std::vector<std::string>& candidates, const std::string& prefix,
                       const std::string& otherwise) {
@@ -100,9 +105,9 @@ void Checker::CheckFieldValues(int role) {
       const Type type = Infer(value);
       const std::optional<Type> joined = Join(decl.type, type);
       if (!joined) {
-        Diagnostic& error = Error(value->span, "field '" + decl.name + "' is " + NameOf(decl.type) +
-                                                   ", but this is " + NameOf(type));
-        error.notes.push_back({decl.type_span, "its type follows from this value"});
+        Error(value->span,
+              "field '" + decl.name + "' is " + NameOf(decl.type) + ", but this is " + NameOf(type))
+            .Note(decl.type_span, "its type follows from this value");
         continue;
       }
       if (*joined != decl.type && *joined != Type::kVoid) {
@@ -188,11 +193,10 @@ void Checker::CheckFieldsSet(int role) {
     const FieldDecl& decl = model_.fields[slot.decl];
     // Only concrete roles are played, so abstract ones may leave fields open.
     if (slot.value == nullptr && !model.role->abstract_role && !model.broken) {
-      Diagnostic& error =
-          Error(model.role->name_span,
-                "role '" + model.name + "' does not set the field '" + decl.name + "'");
-      error.hint = "give it a value: " + decl.name + " = ...; or make the role abstract";
-      error.notes.push_back({decl.span, "declared without a value here"});
+      Error(model.role->name_span,
+            "role '" + model.name + "' does not set the field '" + decl.name + "'")
+          .Hint("give it a value: " + decl.name + " = ...; or make the role abstract")
+          .Note(decl.span, "declared without a value here");
     }
   }
 }
@@ -298,11 +302,10 @@ void Checker::CheckPurity(const Routine& routine) {
     const int callee = model_.roles[routine.role].methods[call.slot].routine;
     const Routine& called = model_.routines[callee];
     if (called.effect == vm::Effect::kPure) continue;
-    Diagnostic& error =
-        Error(call.span, "function '" + called.member->name + "' acts on the module, which a " +
-                             NameOf(routine.kind) + " must not");
-    error.hint = "requirements and labels only ask about the robot's structure";
-    error.notes.push_back({called.member->name_span, "declared here"});
+    Error(call.span, "function '" + called.member->name + "' acts on the module, which a " +
+                         NameOf(routine.kind) + " must not")
+        .Hint("requirements and labels only ask about the robot's structure")
+        .Note(called.member->name_span, "declared here");
   }
 }
 

@@ -49,6 +49,8 @@ class Checker {
   // The reference is good until the next message, for adding a hint or a note.
   source::Diagnostic& Error(const source::Span& span, std::string message);
   source::Diagnostic& Warning(const source::Span& span, std::string message);
+  /// An error in an expression, whose type is then this: kError.
+  Type Wrong(const source::Span& span, std::string message, std::string hint = "");
   /// Gives the error a hint: the candidate nearest to `name`, behind `prefix`, or `otherwise`.
   void Suggest(source::Diagnostic* error, const std::string& name,
                const std::vector<std::string>& candidates, const std::string& prefix = "",

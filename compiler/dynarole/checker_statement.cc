@@ -20,8 +20,7 @@ bool IsAlwaysTrue(const Expr& condition) {
 int Checker::AddLocal(const std::string& name, const Span& span, Type type, bool parameter) {
   // A name is declared once in a scope and all scopes around it.
   if (const Local* before = FindLocal(name)) {
-    Error(span, "'" + name + "' is declared twice")
-        .notes.push_back({before->span, "first declared here"});
+    Error(span, "'" + name + "' is declared twice").Note(before->span, "first declared here");
   } else if (routine_->locals.size() == vm::image::kMaxLocals) {
     Error(span, "too many variables and parameters").hint =
         "at most " + std::to_string(vm::image::kMaxLocals) + "; split it into functions";

@@ -81,7 +81,7 @@ class Linter {
         diagnostics_
             .Warning(role.role->name_span,
                      "role '" + role.name + "' can never be taken by any module")
-            .notes.push_back({never->span, "this requirement never holds"});
+            .Note(never->span, "this requirement never holds");
         return;
       }
       CollectDemands(expr, role, &fields, &demands);
@@ -90,10 +90,11 @@ class Linter {
     for (size_t i = 0; i < demands.size(); ++i) {
       for (size_t k = 0; k < i; ++k) {
         if (demands[i].text != demands[k].text || demands[i].value == demands[k].value) continue;
-        Diagnostic& warning = diagnostics_.Warning(
-            role.role->name_span, "role '" + role.name + "' can never be taken by any module");
-        warning.notes.push_back({demands[k].span, "this requirement"});
-        warning.notes.push_back({demands[i].span, "contradicts this one"});
+        diagnostics_
+            .Warning(role.role->name_span,
+                     "role '" + role.name + "' can never be taken by any module")
+            .Note(demands[k].span, "this requirement")
+            .Note(demands[i].span, "contradicts this one");
         return;
       }
     }
@@ -193,9 +194,9 @@ class Linter {
       diagnostics_
           .Warning(role.role->name_span,
                    "role '" + role.name + "' can never be taken by any module")
-          .notes.push_back({other.role->name_span,
-                            "this subrole asks no more of a module, and the "
-                            "most derived role wins"});
+          .Note(other.role->name_span,
+                "this subrole asks no more of a module, and the "
+                "most derived role wins");
       return;
     }
   }

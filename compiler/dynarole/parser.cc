@@ -138,9 +138,9 @@ Program Parser::ParseProgram() {
     }
     // Something else stands between roles, perhaps a misspelt word.
     if (Diagnostic* error = Unexpected("'role' or 'abstract role'")) {
-      const std::string near = source::NearestName(TextOf(Peek()), {"role", "abstract"});
-      error->hint = near.empty() ? "a program is a list of roles: role NAME extends Module { ... }"
-                                 : "did you mean '" + near + "'?";
+      error->hint =
+          source::NearestHint(TextOf(Peek()), {"role", "abstract"},
+                              "a program is a list of roles: role NAME extends Module { ... }");
     }
     SkipToRole();
   }
@@ -217,8 +217,8 @@ void Parser::ParseMembers(Role* role) {
 }
 
 bool Parser::AtMember() const {
-  return IsMemberWord(Peek().kind) || Is(TokenKind::kRole) ||
-         Is(TokenKind::kAbstract) || Is(TokenKind::kEnd);
+  return IsMemberWord(Peek().kind) || Is(TokenKind::kRole) || Is(TokenKind::kAbstract) ||
+         Is(TokenKind::kEnd);
 }
 
 // Goes on behind the member: after its ';' or its block, or before something that begins another.
@@ -254,7 +254,8 @@ bool Parser::MendMisspelledWord(TokenKind* kind) {
   }
   error.hint = "did you mean '" + near + "'?";
   *kind = TokenKind::kLabel;
-  while (Describe(*kind) != "'" + near + "'") *kind = static_cast<TokenKind>(static_cast<int>(*kind) + 1);
+  while (Describe(*kind) != "'" + near + "'")
+    *kind = static_cast<TokenKind>(static_cast<int>(*kind) + 1);
   return true;
 }
 
@@ -353,12 +354,11 @@ bool Parser::ParseParameters(Member* member) {
       const std::string text = TextOf(Peek());
       const std::optional<Type> type = TypeFromName(text);
       if (!type) {
-        const std::string near = source::NearestName(
-            text, {"bool", "int", "float", "direction", "axis", "role", "joint", "link"});
         if (Diagnostic* error = ErrorAt(Peek().span, "unknown type '" + text + "'")) {
-          error->hint = near.empty() ? "parameters are bool, int, float, direction, axis, role, "
-                                       "joint or link, or stand without a type"
-                                     : "did you mean '" + near + "'?";
+          error->hint = source::NearestHint(
+              text, {"bool", "int", "float", "direction", "axis", "role", "joint", "link"},
+              "parameters are bool, int, float, direction, axis, role, joint or link, or stand "
+              "without a type");
         }
         return false;
       }

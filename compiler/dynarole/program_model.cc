@@ -13,7 +13,7 @@ namespace {
 
 using source::Diagnostic;
 using source::Diagnostics;
-using source::NearestName;
+using source::NearestHint;
 
 // How many members of a kind a role of the virtual machine holds, with those it inherits.
 struct Capacity {
@@ -62,7 +62,7 @@ class Builder {
       const int before = model_.FindRole(role.name);
       if (before >= 0) {
         diagnostics_.Error(role.name_span, "role '" + role.name + "' is declared twice")
-            .notes.push_back({model_.roles[before].role->name_span, "first declared here"});
+            .Note(model_.roles[before].role->name_span, "first declared here");
         continue;
       }
       if (role.name == "Module") {
@@ -98,11 +98,9 @@ class Builder {
       if (role.parent >= 0) continue;
       // What such a role inherits is not known, so nothing in it is called unknown.
       role.broken = true;
-      Diagnostic& error =
-          diagnostics_.Error(role.role->base_span, "unknown role '" + role.role->base + "'");
-      const std::string near = NearestName(role.role->base, names);
-      error.hint = near.empty() ? "a role extends Module or another role of the program"
-                                : "did you mean '" + near + "'?";
+      diagnostics_.Error(role.role->base_span, "unknown role '" + role.role->base + "'").hint =
+          NearestHint(role.role->base, names,
+                      "a role extends Module or another role of the program");
     }
     for (size_t i = 0; i < model_.roles.size(); ++i) BreakCircle(static_cast<int>(i));
     // Without circles every chain of roles ends, and depths can be counted.
@@ -147,7 +145,7 @@ class Builder {
           diagnostics_
               .Error(member.name_span,
                      "'" + member.name + "' is declared twice in '" + role.name + "'")
-              .notes.push_back({it->second->name_span, "first declared here"});
+              .Note(it->second->name_span, "first declared here");
           continue;
         }
       }
@@ -221,14 +219,10 @@ class Builder {
   bool IsEvent(const Member& member) {
     // The name of a handler is the event that it runs on.
     const std::vector<std::string> events = {"on_connect", "on_disconnect", "on_stall", "on_timer"};
-    if (std::find(events.begin(), events.end(), member.name) == events.end()) {
-      const std::string near = NearestName(member.name, events);
-      diagnostics_.Error(member.name_span, "unknown event '" + member.name + "'").hint =
-          near.empty() ? "events are on_connect, on_disconnect, on_stall and on_timer"
-                       : "did you mean '" + near + "'?";
-      return false;
-    }
-    return true;
+    if (std::ranges::count(events, member.name) > 0) return true;
+    diagnostics_.Error(member.name_span, "unknown event '" + member.name + "'").hint = NearestHint(
+        member.name, events, "events are on_connect, on_disconnect, on_stall and on_timer");
+    return false;
   }
 
   void AddField(RoleModel* role, const Member& member) {
@@ -240,7 +234,7 @@ class Builder {
     }
     if (inherited >= 0) {
       diagnostics_.Warning(member.name_span, "field '" + member.name + "' is inherited already")
-          .notes.push_back({model_.fields[role->fields[inherited].decl].span, "from here"});
+          .Note(model_.fields[role->fields[inherited].decl].span, "from here");
       return;
     }
     // It is new: declared here for this role and all that extend it.
@@ -272,7 +266,7 @@ class Builder {
             .Error(member.parameters[i].span, "parameter is " + std::string(NameOf(written)) +
                                                   ", but " + NameOf(type) + " in the inherited " +
                                                   NameOf(member.kind))
-            .notes.push_back({inherited.span, "inherited from here"});
+            .Note(inherited.span, "inherited from here");
         return false;
       }
       return true;
@@ -282,7 +276,7 @@ class Builder {
                                      std::to_string(member.parameters.size()) +
                                      " parameters, but the inherited one has " +
                                      std::to_string(inherited.parameters.size()))
-        .notes.push_back({inherited.span, "inherited from here"});
+        .Note(inherited.span, "inherited from here");
     return false;
   }
 

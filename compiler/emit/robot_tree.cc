@@ -23,10 +23,8 @@ std::string FullName(const std::string& module, const std::string& name) {
 // "m1.c2-m2.c5": both ends of the docking.
 std::string DockingName(const model::Model& model, const model::Robot& robot, int index) {
   const model::Docking& d = robot.dockings[index];
-  const model::ModuleType& type_a = model.TypeOf(robot, d.module_a);
-  const model::ModuleType& type_b = model.TypeOf(robot, d.module_b);
-  return robot.modules[d.module_a].name + "." + type_a.connectors[d.connector_a].name + "-" +
-         robot.modules[d.module_b].name + "." + type_b.connectors[d.connector_b].name;
+  return robot.modules[d.module_a].name + "." + model.EndA(robot, d).name + "-" +
+         robot.modules[d.module_b].name + "." + model.EndB(robot, d).name;
 }
 
 // All joints of the robot, modules in order, each module's as its type declares them.
@@ -36,17 +34,15 @@ std::vector<TreeJoint> JointsOf(const model::Model& model, const model::Robot& r
     const model::ModuleType& type = model.module_types[module.type];
     for (size_t j = 0; j < type.joints.size(); ++j) {
       const model::Joint& from = type.joints[j];
-      TreeJoint joint;
-      joint.name = FullName(module.name, from.name);
-      joint.type = from.type;
-      joint.origin = from.p_MoJo_M;
-      joint.axis = from.axis;
-      joint.lower = from.lower;
-      joint.upper = from.upper;
-      joint.effort = from.effort;
-      joint.speed = from.speed;
-      joint.start = module.start[j];
-      joints.push_back(std::move(joint));
+      joints.push_back({.name = FullName(module.name, from.name),
+                        .type = from.type,
+                        .origin = from.p_MoJo_M,
+                        .axis = from.axis,
+                        .lower = from.lower,
+                        .upper = from.upper,
+                        .effort = from.effort,
+                        .speed = from.speed,
+                        .start = module.start[j]});
     }
   }
   return joints;
@@ -65,11 +61,8 @@ RobotTree TreeAlong(const model::Model& model, const model::Robot& robot,
     int link;
   };
   std::vector<Place> place_of;  // By flat index of link.
-  for (size_t m = 0; m < robot.modules.size(); ++m) {
-    const size_t links = model.TypeOf(robot, static_cast<int>(m)).links.size();
-    for (size_t l = 0; l < links; ++l) {
-      place_of.push_back({static_cast<int>(m), static_cast<int>(l)});
-    }
+  for (int m = 0; m < std::ssize(robot.modules); ++m) {
+    for (int l = 0; l < std::ssize(model.TypeOf(robot, m).links); ++l) place_of.push_back({m, l});
   }
   std::vector<int> index_of(place_of.size(), -1);  // Flat index to index in the tree.
   // Links in the order in which the kinematic tree places them, each after its parent.
@@ -102,7 +95,7 @@ RobotTree TreeAlong(const model::Model& model, const model::Robot& robot,
   }
   // What the tree leaves open, with the pose that closes it at joint values 0.
   for (const KinematicTree::Loop& from : kinematics.loops()) {
-    TreeLoop loop;
+    TreeLoop& loop = tree.loops.emplace_back();
     loop.from = index_of[from.link_from];
     loop.to = index_of[from.link_to];
     loop.joint = from.joint;
@@ -110,7 +103,6 @@ RobotTree TreeAlong(const model::Model& model, const model::Robot& robot,
     if (from.docking >= 0) loop.X_FT = from.X_FT;
     loop.name =
         from.docking >= 0 ? DockingName(model, robot, from.docking) : tree.joints[from.joint].name;
-    tree.loops.push_back(std::move(loop));
   }
   return tree;
 }

@@ -322,14 +322,14 @@ class OverlapChecker {
         scope_.TypeOf(static_cast<int>(a)).links[overlap.link_a].name, scope_.robot.modules[b].name,
         scope_.TypeOf(static_cast<int>(b)).links[overlap.link_b].name);
     ++warnings_;
-    source::Diagnostic& d = scope_.diagnostics.Warning(
-        scope_.module_spans[b],
-        fmt::format("in robot '{}', {} lie {} m inside each other", scope_.robot.name, links,
-                    NumberText(std::round(overlap.depth_m * 1e9) / 1e9)));
-    d.hint =
-        "real modules cannot be built so: choose other connections or start values, or smaller "
-        "hulls";
-    d.notes.push_back({scope_.module_spans[a], "the other module"});
+    scope_.diagnostics
+        .Warning(scope_.module_spans[b],
+                 fmt::format("in robot '{}', {} lie {} m inside each other", scope_.robot.name,
+                             links, NumberText(std::round(overlap.depth_m * 1e9) / 1e9)))
+        .Hint(
+            "real modules cannot be built so: choose other connections or start values, or smaller "
+            "hulls")
+        .Note(scope_.module_spans[a], "the other module");
   }
 
   /// Relative poses within this much (m, and entries of the rotation) are one.
@@ -377,8 +377,7 @@ void CheckConnected(RobotScope& scope) {
                fmt::format("{} {} off nothing: no connection leads to '{}'", Listed(group),
                            group.size() == 1 ? "hangs" : "hang",
                            scope.NameOf(scope.robot.root_module)))
-        .notes.push_back(
-            {scope.module_spans[scope.robot.root_module], "the robot is built from this module"});
+        .Note(scope.module_spans[scope.robot.root_module], "the robot is built from this module");
   }
 }
 

@@ -108,7 +108,7 @@ class DockingChecker {
     const auto [it, fresh] = scope_.used.emplace(std::pair(end.module, end.connector), end.span);
     if (fresh) return true;
     scope_.diagnostics.Error(end.span, "connector '" + EndText(end) + "' is used twice")
-        .notes.push_back({it->second, "first used here"});
+        .Note(it->second, "first used here");
     return false;
   }
 
@@ -209,10 +209,10 @@ class DockingChecker {
                                       Connection(index).name, EndText(x_), EndText(y_));
     // Without a rejection the connection is for other types of modules.
     if (!refusal) {
-      source::Diagnostic& d = scope_.diagnostics.Error(selector.span, std::move(message));
-      d.notes.push_back({scope_.context.connections[index].problem.span,
-                         fmt::format("it joins '{}' and '{}'", TypeName(Connection(index).type_a),
-                                     TypeName(Connection(index).type_b))});
+      scope_.diagnostics.Error(selector.span, std::move(message))
+          .Note(scope_.context.connections[index].problem.span,
+                fmt::format("it joins '{}' and '{}'", TypeName(Connection(index).type_a),
+                            TypeName(Connection(index).type_b)));
       return;
     }
     Explain(*refusal, scope_.diagnostics.Error(selector.span, message + ": " + ReasonOf(*refusal)));

@@ -40,7 +40,7 @@ class FrameChecker {
     for (int i = 1; i < 3; ++i) {
       if (axes[i].module == axes[0].module && axes[i].link == axes[0].link) continue;
       scope_.diagnostics.Error(frame.children[i].span, "the axes of a frame are on one link")
-          .notes.push_back({frame.children[0].span, "the first axis is on another link"});
+          .Note(frame.children[0].span, "the first axis is on another link");
       return;
     }
     CheckGeometry(frame, axes);
@@ -112,7 +112,7 @@ class FrameChecker {
                  fmt::format("the axes of a frame have one origin; this one is {} m "
                              "from the first",
                              NumberText(distance)))
-          .notes.push_back({frame.children[0].span, "the first axis"});
+          .Note(frame.children[0].span, "the first axis");
       return;
     }
     // Each pair must be at right angles; the later of the two is pointed at.
@@ -131,7 +131,7 @@ class FrameChecker {
                  fmt::format("the axes of a frame are at right angles; these two are "
                              "at {} degrees",
                              NumberText(std::round(angle * 1e6) / 1e6)))
-          .notes.push_back({frame.children[std::min(i, j)].span, "the other axis"});
+          .Note(frame.children[std::min(i, j)].span, "the other axis");
       return;
     }
     // With right angles the triple product is 1 or -1.

@@ -25,9 +25,9 @@ void CheckNames(ModuleScope& scope) {
     if (decl.name.text.empty()) return;
     const auto [it, fresh] = seen.emplace(decl.name.text, decl.name.span);
     if (fresh) return;
-    source::Diagnostic& d = scope.diagnostics.Error(
-        decl.name.span, fmt::format("{} '{}': the name is taken", kind, decl.name.text));
-    d.notes.push_back({it->second, "first used here"});
+    scope.diagnostics
+        .Error(decl.name.span, fmt::format("{} '{}': the name is taken", kind, decl.name.text))
+        .Note(it->second, "first used here");
   };
   for (const PointDecl& point : scope.module.decl->points) add(point, "point");
   for (const LinkDecl& link : scope.module.decl->links) add(link, "link");
@@ -62,10 +62,10 @@ void CheckPoints(ModuleScope& scope) {
       const auto [it, fresh] = own.emplace(decl.name.text, CheckPoint(decl, scope));
       // Points without a name were reported by the parser.
       if (fresh || decl.name.text.empty()) continue;
-      source::Diagnostic& d = scope.diagnostics.Error(
-          decl.name.span,
-          fmt::format("link '{}' has two points '{}'", link.name.text, decl.name.text));
-      d.notes.push_back({it->second.decl->name.span, "first used here"});
+      scope.diagnostics
+          .Error(decl.name.span,
+                 fmt::format("link '{}' has two points '{}'", link.name.text, decl.name.text))
+          .Note(it->second.decl->name.span, "first used here");
     }
   }
 }
@@ -120,7 +120,7 @@ void CollectConnectors(ModuleScope& scope) {
     const auto [it, fresh] = module.connector_spans.emplace(name.text, name.span);
     if (!fresh) {
       scope.diagnostics.Error(name.span, "there is another connector '" + name.text + "'")
-          .notes.push_back({it->second, "first used here"});
+          .Note(it->second, "first used here");
     } else if (point->p_M) {
       module.type.connectors.push_back(MakeConnector(*point, link, scope));
     }

@@ -51,9 +51,8 @@ void CheckModules(const Expr& list, RobotScope& scope) {
     // Names are unique within the robot; the first of a name counts.
     const auto [it, fresh] = scope.module_index.emplace(expr.bound.text, index);
     if (!fresh) {
-      source::Diagnostic& d = scope.diagnostics.Error(
-          expr.bound.span, "there is another module '" + expr.bound.text + "'");
-      d.notes.push_back({scope.module_spans[it->second], "first used here"});
+      scope.diagnostics.Error(expr.bound.span, "there is another module '" + expr.bound.text + "'")
+          .Note(scope.module_spans[it->second], "first used here");
       continue;
     }
     model::ModuleInstance module;
@@ -97,7 +96,7 @@ void CheckStart(const Expr& entry, RobotScope& scope,
   const auto [it, fresh] = set.emplace(std::pair(*module, *joint), entry.span);
   if (!fresh) {
     scope.diagnostics.Error(entry.span, "'" + PathText(entry.path) + "' starts twice")
-        .notes.push_back({it->second, "first set here"});
+        .Note(it->second, "first set here");
     return;
   }
   if (!value) return;
@@ -192,10 +191,9 @@ std::optional<int> FindModule(const Name& name, const RobotScope& scope) {
   if (scope.names_lost || scope.diagnostics.full()) return std::nullopt;
   std::vector<std::string> names;
   for (const model::ModuleInstance& module : scope.robot.modules) names.push_back(module.name);
-  scope.diagnostics
+  return scope.diagnostics
       .Error(name.span, fmt::format("robot '{}' has no module '{}'", scope.robot.name, name.text))
-      .hint = NameHint(name.text, names, "modules are");
-  return std::nullopt;
+      .Hint(NameHint(name.text, names, "modules are"));
 }
 
 }  // namespace internal

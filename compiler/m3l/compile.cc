@@ -23,9 +23,8 @@ std::vector<const Decl*> Collect(const std::vector<FileAst>& files,
     for (const Decl& decl : file.*list) {
       const auto [it, fresh] = seen.emplace(decl.name.text, &decl);
       if (!fresh && !decl.name.text.empty()) {
-        source::Diagnostic& d = diagnostics->Error(
-            decl.name.span, "there is another " + kind + " '" + decl.name.text + "'");
-        d.notes.push_back({it->second->name.span, "first defined here"});
+        diagnostics->Error(decl.name.span, "there is another " + kind + " '" + decl.name.text + "'")
+            .Note(it->second->name.span, "first defined here");
       } else if (all.size() == kMaxDefinitions) {
         diagnostics->Error(decl.name.span, "more than " + std::to_string(kMaxDefinitions) + " " +
                                                kind + " definitions");

@@ -76,11 +76,8 @@ FileAst Parser::ParseFile() {
     if (!StartsStatement(at_)) {
       // Text between statements is reported once and skipped.
       const Name word = NameAt(at_);
-      source::Diagnostic& d = Error(
-          word.span, "expected a module, connection, robot or import, found " + Described(at_));
-      const std::string near =
-          source::NearestName(word.text, {Keywords().begin(), Keywords().end()});
-      if (!near.empty()) d.hint = "did you mean '" + near + "'?";
+      Error(word.span, "expected a module, connection, robot or import, found " + Described(at_))
+          .hint = source::NearestHint(word.text, {Keywords().begin(), Keywords().end()});
       ++at_;
       SkipToStatement();
     } else {

@@ -128,8 +128,7 @@ std::optional<Expr> Parser::ParseRelation() {
   if (!right) return std::nullopt;
   // `a < b < c` would compare a truth value with a number.
   if (!RelationAt(at_).empty()) {
-    Error(Now().span, "comparisons do not chain").hint = "join two comparisons with 'and'";
-    return std::nullopt;
+    return Error(Now().span, "comparisons do not chain").Hint("join two comparisons with 'and'");
   }
   Expr relation;
   relation.kind = ExprKind::kRelation;
@@ -215,17 +214,16 @@ std::optional<Expr> Parser::ParsePrimary() {
   } else if (IsKind(at_, TokenKind::kWord) && !IsOperatorWord(Text(at_)) && !StartsStatement(at_)) {
     // No value can be called like a keyword.
     if (IsKeyword(Text(at_))) {
-      Error(Now().span, "'" + std::string(Text(at_)) + "' is a keyword, it cannot stand here");
-      return std::nullopt;
+      return Error(Now().span,
+                   "'" + std::string(Text(at_)) + "' is a keyword, it cannot stand here");
     }
     return ParsePath();
   } else {
     // At a statement the missing value is better shown where it should have stood.
     const bool next = AtEnd() || StartsStatement(at_);
-    Error(next && at_ > 0 ? TokenAt(at_ - 1).span : Now().span,
-          next ? "a value is missing after " + Described(at_ - 1)
-               : "expected a value, found " + Described(at_));
-    return std::nullopt;
+    return Error(next && at_ > 0 ? TokenAt(at_ - 1).span : Now().span,
+                 next ? "a value is missing after " + Described(at_ - 1)
+                      : "expected a value, found " + Described(at_));
   }
   expr.span = SpanSince(begin);
   return expr;
@@ -244,8 +242,7 @@ std::optional<Expr> Parser::ParsePath() {
     } else if (Is("(") && IsWord(at_ + 1, "axis")) {
       return ParseAnonymousAxis(std::move(expr), begin);
     } else {
-      Error(Now().span, "expected a name after '.', found " + Described(at_));
-      return std::nullopt;
+      return Error(Now().span, "expected a name after '.', found " + Described(at_));
     }
   }
   expr.span = SpanSince(begin);
@@ -277,8 +274,7 @@ std::optional<Expr> Parser::ParseAnonymousAxis(Expr path, size_t begin) {
   // The keyword `axis` was seen by whoever called.
   ++at_;  // axis
   if (!Accept(":")) {
-    Error(Now().span, "expected ':' after 'axis', found " + Described(at_));
-    return std::nullopt;
+    return Error(Now().span, "expected ':' after 'axis', found " + Described(at_));
   }
   if (TooDeep()) return std::nullopt;
   // The axis has attributes of its own, whose brackets are counted apart.

@@ -122,6 +122,16 @@ size_t EditDistance(const std::string& a, const std::string& b) {
 
 }  // namespace
 
+Diagnostic& Diagnostic::Hint(std::string text) {
+  hint = std::move(text);
+  return *this;
+}
+
+Diagnostic& Diagnostic::Note(const Span& at, std::string text) {
+  notes.push_back({at, std::move(text)});
+  return *this;
+}
+
 Diagnostic& Diagnostics::Error(const Span& span, std::string message) {
   ++errors_;
   // The first error beyond the bound says so; the others are only counted.
@@ -184,6 +194,12 @@ std::string NearestName(const std::string& name, const std::vector<std::string>&
     }
   }
   return nearest;
+}
+
+std::string NearestHint(const std::string& name, const std::vector<std::string>& candidates,
+                        const std::string& otherwise) {
+  const std::string near = NearestName(name, candidates);
+  return near.empty() ? otherwise : "did you mean '" + near + "'?";
 }
 
 }  // namespace morphbus::source
