@@ -271,7 +271,7 @@ bool Checker::VisitCalls(int index, std::vector<int>* path) {
   // What a routine may do and how many frames it needs follows from all that it may call.
   path->push_back(index);
   int highest = 0;
-  for (const int callee : CalleesOf(routine)) {
+  for (const int callee : model_.CalleesOf(routine)) {
     if (!VisitCalls(callee, path)) return false;
     highest = std::max(highest, heights_[callee]);
     routine.effect = std::max(routine.effect, model_.routines[callee].effect);
@@ -279,20 +279,6 @@ bool Checker::VisitCalls(int index, std::vector<int>* path) {
   path->pop_back();
   height = highest + 1;
   return true;
-}
-
-// All functions that its calls may reach, whichever subrole is played.
-std::set<int> Checker::CalleesOf(const Routine& routine) const {
-  std::set<int> slots, callees;
-  // A call names a slot, and each subrole may have a function of its own there.
-  for (const CallSite& call : routine.calls) slots.insert(call.slot);
-  for (size_t role = 0; role < model_.roles.size(); ++role) {
-    if (!model_.IsA(static_cast<int>(role), routine.role)) continue;
-    for (const int slot : slots) {
-      callees.insert(model_.roles[role].methods[slot].routine);
-    }
-  }
-  return callees;
 }
 
 void Checker::CheckPurity(const Routine& routine) {

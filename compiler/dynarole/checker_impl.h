@@ -74,8 +74,6 @@ class Checker {
   /// Follows calls in depth; `path` are the routines from the first caller to this one. False, with
   /// an error, where they form a circle or nest too deep.
   bool VisitCalls(int routine, std::vector<int>* path);
-  /// Indices of all routines that its calls may reach, in whatever role is played.
-  [[nodiscard]] std::set<int> CalleesOf(const Routine& routine) const;
   /// Reports functions that act and are called by a requirement or label.
   void CheckPurity(const Routine& routine);
 

@@ -45,34 +45,30 @@ std::string ExprText(const Expr& expr) {
 // A statement a line; what stands in it is indented by two more.
 void DumpStatement(const Stmt& statement, const std::string& indent, std::string* out) {
   const std::string value = statement.expr != nullptr ? ExprText(*statement.expr) : "";
+  const auto line = [&](const std::string& text) { *out += indent + text + "\n"; };
   switch (statement.kind) {
     case StmtKind::kExpr:
-      *out += indent + value + "\n";
-      break;
+      return line(value);
     case StmtKind::kAssign:
-      *out += indent + statement.name + " " + NameOf(statement.op) + "= " + value + "\n";
-      break;
+      return line(statement.name + " " + NameOf(statement.op) + "= " + value);
     case StmtKind::kVar:
-      *out += indent + "var " + statement.name + " = " + value + "\n";
-      break;
+      return line("var " + statement.name + " = " + value);
     case StmtKind::kReturn:
-      *out += indent + "return " + value + "\n";
-      break;
+      return line("return " + value);
     case StmtKind::kIf:
     case StmtKind::kWhile:
-      *out += indent + (statement.kind == StmtKind::kIf ? "if " : "while ") + value + "\n";
+      line((statement.kind == StmtKind::kIf ? "if " : "while ") + value);
       // The second statement of an if is its else.
       for (size_t i = 0; i < statement.body.size(); ++i) {
-        if (i == 1) *out += indent + "else\n";
+        if (i == 1) line("else");
         DumpStatement(*statement.body[i], indent + "  ", out);
       }
-      break;
+      return;
     case StmtKind::kBlock:
       for (const StmtPtr& inner : statement.body) DumpStatement(*inner, indent, out);
-      break;
+      return;
     case StmtKind::kError:
-      *out += indent + "<error>\n";
-      break;
+      return line("<error>");
   }
 }
 

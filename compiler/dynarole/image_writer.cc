@@ -1,5 +1,6 @@
 #include "compiler/dynarole/image_writer.h"
 
+#include <algorithm>
 #include <map>
 
 #include "vm/image/image.h"
@@ -165,17 +166,11 @@ class Writer {
       }
     }
     for (const NamedSlot& handler : role.handlers) {
-      out.U8(EventOf(handler.name));
+      // BuildModel has accepted no other names.
+      out.U8(std::ranges::find(kEventNames, handler.name) - std::begin(kEventNames));
       out.U16(handler.routine);
     }
     for (const NamedSlot& method : role.methods) out.U16(method.routine);
-  }
-
-  static vm::Event EventOf(const std::string& name) {
-    // BuildModel has accepted no other names.
-    if (name == "on_connect") return vm::Event::kConnect;
-    if (name == "on_disconnect") return vm::Event::kDisconnect;
-    return name == "on_stall" ? vm::Event::kStall : vm::Event::kTimer;
   }
 
   std::vector<uint8_t> Assemble(Bytes* header) {

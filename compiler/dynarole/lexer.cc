@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "compiler/base/utf8.h"
-#include "compiler/source/utf8.h"
 
 namespace morphbus::dynarole {
 

@@ -53,19 +53,19 @@ bool Parser::StartsLine(const Token& token) const {
   return true;
 }
 
-Diagnostic* Parser::ErrorAt(const Span& span, std::string message) {
+Diagnostic* Parser::ErrorAt(const Span& span, std::string message, std::string hint) {
   // What follows an error in the same statement or member mostly follows from it.
   if (panic_ || gave_up_) return nullptr;
   panic_ = true;
-  return &diagnostics_.Error(span, std::move(message));
+  return &diagnostics_.Error(span, std::move(message)).Hint(std::move(hint));
 }
 
-Diagnostic* Parser::Unexpected(const std::string& wanted) {
+Diagnostic* Parser::Unexpected(const std::string& wanted, std::string hint) {
   const Token& token = Peek();
   // Names and numbers are shown as they stand in the text.
   const std::string found =
       HasText(token.kind) ? "'" + TextOf(token).substr(0, 40) + "'" : Describe(token.kind);
-  return ErrorAt(token.span, "expected " + wanted + ", found " + found);
+  return ErrorAt(token.span, "expected " + wanted + ", found " + found, std::move(hint));
 }
 
 bool Parser::Expect(TokenKind kind, const std::string& where) {
@@ -109,7 +109,7 @@ bool Parser::EnterLevel() {
 
 // The rest of the text is passed over, so that every loop over it ends.
 void Parser::GiveUp(const Span& span, const std::string& message, const std::string& hint) {
-  if (Diagnostic* error = ErrorAt(span, message)) error->hint = hint;
+  ErrorAt(span, message, hint);
   panic_ = gave_up_ = true;
   at_ = tokens_.size() - 1;
 }
@@ -137,11 +137,10 @@ Program Parser::ParseProgram() {
       continue;
     }
     // Something else stands between roles, perhaps a misspelt word.
-    if (Diagnostic* error = Unexpected("'role' or 'abstract role'")) {
-      error->hint =
-          source::NearestHint(TextOf(Peek()), {"role", "abstract"},
-                              "a program is a list of roles: role NAME extends Module { ... }");
-    }
+    Unexpected(
+        "'role' or 'abstract role'",
+        source::NearestHint(TextOf(Peek()), {"role", "abstract"},
+                            "a program is a list of roles: role NAME extends Module { ... }"));
     SkipToRole();
   }
   return program;
@@ -168,9 +167,8 @@ void Parser::ParseRole(Program* program) {
   role.base_span = role.name_span;
   role.base = "Module";
   if (!TakeIf(TokenKind::kExtends)) {
-    if (Diagnostic* error = Unexpected("'extends' and the role that '" + role.name + "' extends")) {
-      error->hint = "the root of all roles is Module: role " + role.name + " extends Module";
-    }
+    Unexpected("'extends' and the role that '" + role.name + "' extends",
+               "the root of all roles is Module: role " + role.name + " extends Module");
     // A name without the word was surely meant to be the base.
     if (Is(TokenKind::kName)) Take();
   } else if (Is(TokenKind::kName)) {
@@ -302,17 +300,15 @@ void Parser::ParseMember(Role* role) {
 // `NAME;`, `NAME = value;` and `label NAME = value;`
 void Parser::ParseField(Member* member) {
   if (member->kind == MemberKind::kLabel && !Is(TokenKind::kAssign)) {
-    if (Diagnostic* error = Unexpected("'=' and what the label '" + member->name + "' names")) {
-      error->hint = "for example: label " + member->name + " = self.joints($ANY, 1);";
-    }
+    Unexpected("'=' and what the label '" + member->name + "' names",
+               "for example: label " + member->name + " = self.joints($ANY, 1);");
     return;
   }
   // A field cannot have parameters; a word was left out before a routine.
   if (Is(TokenKind::kLeftParen)) {
-    if (Diagnostic* error = Unexpected("';' or '=' after the field '" + member->name + "'")) {
-      error->hint = "for code, write startup, behavior, command, handler or function before '" +
-                    member->name + "'";
-    }
+    Unexpected("';' or '=' after the field '" + member->name + "'",
+               "for code, write startup, behavior, command, handler or function before '" +
+                   member->name + "'");
     return;
   }
   if (TakeIf(TokenKind::kAssign)) {
@@ -325,9 +321,7 @@ void Parser::ParseField(Member* member) {
 bool Parser::ParseRoutine(Member* member) {
   const std::string what = std::string(NameOf(member->kind)) + " '" + member->name + "'";
   if (!Is(TokenKind::kLeftParen)) {
-    if (Diagnostic* error = Unexpected("'(' after the " + what)) {
-      error->hint = "without parameters write " + member->name + "()";
-    }
+    Unexpected("'(' after the " + what, "without parameters write " + member->name + "()");
     return false;
   }
   if (!ParseParameters(member)) return false;
@@ -354,12 +348,12 @@ bool Parser::ParseParameters(Member* member) {
       const std::string text = TextOf(Peek());
       const std::optional<Type> type = TypeFromName(text);
       if (!type) {
-        if (Diagnostic* error = ErrorAt(Peek().span, "unknown type '" + text + "'")) {
-          error->hint = source::NearestHint(
-              text, {"bool", "int", "float", "direction", "axis", "role", "joint", "link"},
-              "parameters are bool, int, float, direction, axis, role, joint or link, or stand "
-              "without a type");
-        }
+        ErrorAt(
+            Peek().span, "unknown type '" + text + "'",
+            source::NearestHint(
+                text, {"bool", "int", "float", "direction", "axis", "role", "joint", "link"},
+                "parameters are bool, int, float, direction, axis, role, joint or link, or stand "
+                "without a type"));
         return false;
       }
       parameter.type = *type;

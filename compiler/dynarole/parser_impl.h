@@ -52,9 +52,9 @@ class Parser {
   // Errors. Until reading goes on at the next statement or member, only the first is recorded, as
   // those after it mostly follow from it.
   /// Records an error; null if one stands already.
-  source::Diagnostic* ErrorAt(const source::Span& span, std::string message);
+  source::Diagnostic* ErrorAt(const source::Span& span, std::string message, std::string hint = "");
   /// "expected `wanted`, found ..." at the next token.
-  source::Diagnostic* Unexpected(const std::string& wanted);
+  source::Diagnostic* Unexpected(const std::string& wanted, std::string hint = "");
   /// Takes a token of that kind, or reports that it is missing; false then.
   bool Expect(TokenKind kind, const std::string& where);
   bool ExpectSemicolon(const std::string& after);

@@ -126,9 +126,8 @@ StmtPtr Parser::ParseVar() {
   statement->name = TextOf(Take());
   // Types are found, not written, so a variable needs a first value.
   if (!Is(TokenKind::kAssign)) {
-    if (Diagnostic* error = Unexpected("'=' and the variable's first value")) {
-      error->hint = "variables have no value before it: var " + statement->name + " = 0;";
-    }
+    Unexpected("'=' and the variable's first value",
+               "variables have no value before it: var " + statement->name + " = 0;");
     return statement;
   }
   Take();
@@ -221,9 +220,8 @@ StmtPtr Parser::ParseExpressionStatement() {
     const std::string near =
         source::NearestName(TextOf(first), {"if", "else", "while", "return", "var"});
     if (!near.empty()) {
-      if (Diagnostic* error = ErrorAt(first.span, "unknown statement '" + TextOf(first) + "'")) {
-        error->hint = "did you mean '" + near + "'?";
-      }
+      ErrorAt(first.span, "unknown statement '" + TextOf(first) + "'",
+              "did you mean '" + near + "'?");
     }
   }
   ExpectSemicolon("the statement");

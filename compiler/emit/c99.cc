@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "compiler/emit/c_tables.h"
-#include "compiler/emit/c_text.h"
 
 namespace morphbus::emit {
 namespace {

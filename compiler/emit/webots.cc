@@ -15,13 +15,13 @@
 #include "compiler/emit/numbers.h"
 #include "compiler/emit/robot_tree.h"
 #include "compiler/emit/webots_docks.h"
-#include "compiler/emit/webots_view.h"
 #include "compiler/model/convex_hull.h"
 #include "compiler/model/forward_kinematics.h"
 
 namespace morphbus::emit {
 namespace {
 
+using Eigen::Vector3d;
 using model::JointType;
 
 constexpr double kFloorThickness = 0.1;  // m
@@ -66,6 +66,34 @@ class Vrml {
   std::string text_;
   size_t depth_ = 0;
 };
+
+/// Webots' default angle of view (rad), across the wider side of the picture.
+constexpr double kFieldOfView = 0.785398;
+
+/// Pose of the camera from which all `points` (world: y up, m) are in view, from the north-east and
+/// above, in a picture of up to 16:9. As in Webots since R2022a the camera looks along its x, and
+/// its z is up.
+model::Pose ViewOf(const std::vector<Vector3d>& points) {
+  constexpr double kLeastRadius = 0.05;  // m, so that a single small module does not fill the view.
+  constexpr double kMargin = 1.2;
+  // The ball around all points, from the middle of their box, must fit the view.
+  Eigen::AlignedBox3d box;
+  for (const Vector3d& p : points) box.extend(p);
+  if (box.isEmpty()) box.extend(Vector3d::Zero());
+  const Vector3d middle = box.center();
+  double radius = kLeastRadius;
+  for (const Vector3d& p : points) radius = std::max(radius, (p - middle).norm());
+  // Across the narrower side the view is narrower, and a ball's outline is seen before its middle.
+  const double half_angle = std::atan(std::tan(0.5 * kFieldOfView) * 9.0 / 16.0);
+  const double distance = kMargin * radius / std::sin(half_angle);
+  // From the north-east and above, with the horizon level.
+  const Vector3d forward = -Vector3d(0.8, 0.6, 0.7).normalized();
+  const Vector3d left = Vector3d::UnitY().cross(forward).normalized();
+  model::Pose X = model::Pose::Identity();
+  X.linear() << forward, left, forward.cross(left);
+  X.translation() = middle - distance * forward;
+  return X;
+}
 
 /// Writes the world file of one robot. One object is one export; Write is called once.
 class Writer {

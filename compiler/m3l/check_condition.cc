@@ -54,6 +54,13 @@ class ConditionChecker {
   }
 
  private:
+  static Condition Make(Condition::Kind kind, const Expr& expr) {
+    Condition condition;
+    condition.kind = kind;
+    condition.span = expr.span;
+    return condition;
+  }
+
   /// A condition that always holds, or never: `not` of what always holds.
   static Condition Constant(bool value, const Expr& expr) {
     Condition condition;
@@ -67,9 +74,7 @@ class ConditionChecker {
 
   /// `and`, `or`, `not`: all children are checked, so that each of their errors is found.
   std::optional<Condition> CheckJunction(const Expr& expr, Condition::Kind kind) {
-    Condition condition;
-    condition.kind = kind;
-    condition.span = expr.span;
+    Condition condition = Make(kind, expr);
     for (const Expr& child : expr.children) {
       std::optional<Condition> part = Check(child);
       if (part) condition.children.push_back(std::move(*part));
@@ -86,11 +91,10 @@ class ConditionChecker {
     if (!coincident && expr.text != "parallel" && expr.text != "antiparallel") {
       return CheckComparison(expr);
     }
-    Condition condition;
-    condition.kind = coincident                ? Condition::Kind::kCoincident
-                     : expr.text == "parallel" ? Condition::Kind::kParallel
-                                               : Condition::Kind::kAntiparallel;
-    condition.span = expr.span;
+    Condition condition = Make(coincident                ? Condition::Kind::kCoincident
+                               : expr.text == "parallel" ? Condition::Kind::kParallel
+                                                         : Condition::Kind::kAntiparallel,
+                               expr);
     const auto p = coincident ? CheckPointRef(expr.children[0]) : CheckDirection(expr.children[0]);
     const auto q = coincident ? CheckPointRef(expr.children[1]) : CheckDirection(expr.children[1]);
     if (!p || !q) return std::nullopt;
@@ -203,12 +207,10 @@ class ConditionChecker {
         return ref;
       }
       if (!member.module->valid) return std::nullopt;
-      std::vector<std::string> names;
-      for (const auto& [name, axis] : member.module->axes) names.push_back(name);
       return scope_.diagnostics
           .Error(expr.path[1].span, fmt::format("module '{}' has no axis '{}'",
                                                 member.module->type.name, expr.path[1].text))
-          .Hint(NameHint(expr.path[1].text, names, "axes are"));
+          .Hint(NameHint(expr.path[1].text, NamesOf(member.module->axes), "axes are"));
     }
     // Everything else is a point, which has to have a normal on some connector.
     std::optional<PointRef> ref = CheckPointRef(expr);
@@ -308,9 +310,7 @@ class ConditionChecker {
           expr.span,
           fmt::format("{} is compared with {}", TypeText(lhs->sample), TypeText(rhs->sample)));
     }
-    Condition condition;
-    condition.kind = Condition::Kind::kCompare;
-    condition.span = expr.span;
+    Condition condition = Make(Condition::Kind::kCompare, expr);
     condition.op = kOps.at(expr.text);
     condition.lhs = lhs->operand;
     condition.rhs = rhs->operand;
@@ -353,9 +353,7 @@ class ConditionChecker {
       return scope_.diagnostics.Error(expr.span, "expected a condition")
           .Hint("compare it, as in: " + PathText(expr.path) + "==...");
     }
-    Condition condition;
-    condition.kind = Condition::Kind::kCompare;
-    condition.span = expr.span;
+    Condition condition = Make(Condition::Kind::kCompare, expr);
     condition.lhs = operand->operand;
     condition.rhs = model::AttributeValue(true);
     return condition;

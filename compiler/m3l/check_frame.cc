@@ -64,9 +64,8 @@ class FrameChecker {
     into.module = *module;
     into.link = checked.type.FindLink(expr.path[1].text).value_or(-1);
     if (into.link < 0) {
-      std::vector<std::string> names;
-      for (const model::Link& link : checked.type.links) names.push_back(link.name);
-      Unknown(expr.path[1], "link", checked, names);
+      ReportNoMember(checked, "link", expr.path[1], NamesOf(checked.type.links), "known are",
+                     scope_.diagnostics);
     }
     // An anonymous axis is checked as an axis of the module would be, in the module's unit.
     if (anonymous) {
@@ -79,23 +78,11 @@ class FrameChecker {
       if (it != checked.axes.end()) {
         into.axis = it->second;
       } else {
-        std::vector<std::string> names;
-        for (const auto& [name, axis] : checked.axes) names.push_back(name);
-        Unknown(expr.path[2], "axis", checked, names);
+        ReportNoMember(checked, "axis", expr.path[2], NamesOf(checked.axes), "known are",
+                       scope_.diagnostics);
       }
     }
     return into.link >= 0 && into.axis.valid;
-  }
-
-  /// Reports a link or axis that the module type lacks, unless the type has errors itself.
-  void Unknown(const Name& name, const char* what, const CheckedModule& module,
-               const std::vector<std::string>& names) {
-    // What an unsound type lacks may be what did not parse.
-    if (!module.valid) return;
-    scope_.diagnostics
-        .Error(name.span,
-               fmt::format("module type '{}' has no {} '{}'", module.type.name, what, name.text))
-        .hint = NameHint(name.text, names, "known are");
   }
 
   /// Origins, angles and handedness of the three axes; a sound frame is taken over.

@@ -51,7 +51,8 @@ class JointChecker {
     const std::optional<model::JointType> type = model::JointTypeNamed(name);
     if (!type) {
       scope_.diagnostics.Error(expr->span, "unknown type of joint").hint =
-          NameHint(name, {std::begin(model::kJointTypeNames), std::end(model::kJointTypeNames)}, "types are");
+          NameHint(name, {std::begin(model::kJointTypeNames), std::end(model::kJointTypeNames)},
+                   "types are");
       return false;
     }
     joint.type = *type;
@@ -132,20 +133,15 @@ class JointChecker {
     const CheckedModule& module = scope_.module;
     const std::string link_name = SingleName(half.children[0]);
     const std::string axis_name = SingleName(half.children[1]);
-    std::vector<std::string> links, axes;
-    for (size_t i = 0; i < module.type.links.size(); ++i) {
-      links.push_back(module.type.links[i].name);
-      if (links.back() == link_name) link = static_cast<int>(i);
-    }
-    for (const auto& [name, symbol] : module.axes) axes.push_back(name);
+    link = module.type.FindLink(link_name).value_or(-1);
     const auto it = module.axes.find(axis_name);
     if (link < 0 && !scope_.names_lost) {
       scope_.diagnostics.Error(half.children[0].span, "there is no link '" + link_name + "'").hint =
-          NameHint(link_name, links, "links are");
+          NameHint(link_name, NamesOf(module.type.links), "links are");
     }
     if (it == module.axes.end() && !scope_.names_lost) {
       scope_.diagnostics.Error(half.children[1].span, "there is no axis '" + axis_name + "'").hint =
-          NameHint(axis_name, axes, "axes are");
+          NameHint(axis_name, NamesOf(module.axes), "axes are");
     }
     if (it != module.axes.end()) axis = &it->second;
     return link >= 0 && axis != nullptr && axis->valid;

@@ -72,19 +72,17 @@ void CheckPoints(ModuleScope& scope) {
 
 /// The largest side of the box round all points (m), which tolerances are relative to.
 double Extent(const CheckedModule& module) {
-  Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
-  Eigen::Vector3d high = -low;
+  Eigen::AlignedBox3d box;
   // Points that have errors in their coordinates have none, and do not count.
   const auto add = [&](const std::map<std::string, PointSymbol>& points) {
     for (const auto& [name, point] : points) {
-      if (point.p_M) low = low.cwiseMin(*point.p_M), high = high.cwiseMax(*point.p_M);
-      for (const Eigen::Vector3d& p : point.subpoints)
-        low = low.cwiseMin(p), high = high.cwiseMax(p);
+      if (point.p_M) box.extend(*point.p_M);
+      for (const Eigen::Vector3d& p : point.subpoints) box.extend(p);
     }
   };
   add(module.points);
   for (const auto& own : module.link_points) add(own);
-  return low.x() <= high.x() ? (high - low).maxCoeff() : 0.0;
+  return box.isEmpty() ? 0.0 : box.sizes().maxCoeff();
 }
 
 /// Connectors in the order of their declarations, which the numbering of connections depends on.

@@ -80,16 +80,9 @@ void CheckStart(const Expr& entry, RobotScope& scope,
   if (!module) return;
   const model::ModuleType& type = scope.TypeOf(*module);
   const std::optional<int> joint = type.FindJoint(entry.path[1].text);
-  // A joint that an unsound type lacks may be one that has errors.
   if (!joint) {
-    std::vector<std::string> names;
-    for (const model::Joint& j : type.joints) names.push_back(j.name);
-    const int index = scope.robot.modules[*module].type;
-    if (!scope.context.modules[index].valid) return;
-    scope.diagnostics
-        .Error(entry.path[1].span,
-               fmt::format("module type '{}' has no joint '{}'", type.name, entry.path[1].text))
-        .hint = NameHint(entry.path[1].text, names, "joints are");
+    ReportNoMember(scope.context.modules[scope.robot.modules[*module].type], "joint", entry.path[1],
+                   NamesOf(type.joints), "joints are", scope.diagnostics);
     return;
   }
   // Each joint starts once.
@@ -189,11 +182,19 @@ std::optional<int> FindModule(const Name& name, const RobotScope& scope) {
   const auto it = scope.module_index.find(name.text);
   if (it != scope.module_index.end()) return it->second;
   if (scope.names_lost || scope.diagnostics.full()) return std::nullopt;
-  std::vector<std::string> names;
-  for (const model::ModuleInstance& module : scope.robot.modules) names.push_back(module.name);
   return scope.diagnostics
       .Error(name.span, fmt::format("robot '{}' has no module '{}'", scope.robot.name, name.text))
-      .Hint(NameHint(name.text, names, "modules are"));
+      .Hint(NameHint(name.text, NamesOf(scope.robot.modules), "modules are"));
+}
+
+void ReportNoMember(const CheckedModule& module, const std::string& what, const Name& name,
+                    const std::vector<std::string>& names, const std::string& listing,
+                    source::Diagnostics& diagnostics) {
+  if (!module.valid) return;
+  const std::string& type = module.type.name;
+  diagnostics
+      .Error(name.span, fmt::format("module type '{}' has no {} '{}'", type, what, name.text))
+      .hint = NameHint(name.text, names, listing);
 }
 
 }  // namespace internal

@@ -139,7 +139,14 @@ std::optional<model::Model> Check(const std::vector<FileAst>& files, CompileOutp
     output.explainable.push_back(sound[i]);
   }
   // Robots last: they choose among the options that the solver found.
-  const PairIndex pairs(model.connection_types);
+  PairIndex pairs;
+  for (const model::ConnectionType& connection : model.connection_types) {
+    auto& table = pairs.emplace_back();
+    for (int i = 0; i < std::ssize(connection.options); ++i) {
+      const model::ConnectionOption& option = connection.options[i];
+      table[{option.connector_a, option.connector_b}].push_back(i);
+    }
+  }
   const RobotContext context{modules, connections, model, pairs};
   std::vector<model::Robot> robots;
   for (const RobotDecl* decl : Collect(files, &FileAst::robots, "robot", diagnostics)) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "compiler/m3l/keywords.h"
 #include "compiler/m3l/lexer.h"
 #include "compiler/m3l/parser.h"
 #include "compiler/source/format_frame.h"

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "compiler/m3l/ast.h"
-#include "compiler/m3l/keywords.h"
 #include "compiler/m3l/lexer.h"
 
 namespace morphbus::m3l::internal {
@@ -114,12 +113,11 @@ class Parser {
   bool TooDeep();
   /// The relation operator at token `i`, or "".
   [[nodiscard]] std::string RelationAt(size_t i) const;
-  /// Operands of one kind joined by a word or by operators become one flat node.
-  std::optional<Expr> ParseChain(ExprKind kind, std::string_view word,
+  /// A node of that kind from token `begin` to the current one, with its first child.
+  [[nodiscard]] Expr Node(ExprKind kind, size_t begin, Expr child) const;
+  /// Operands of one kind joined by the words or signs `ops` become one flat node.
+  std::optional<Expr> ParseChain(ExprKind kind, std::initializer_list<std::string_view> ops,
                                  std::optional<Expr> (Parser::*operand)());
-  /// The same for sums and products, whose operators `ops` holds, one character each.
-  std::optional<Expr> ParseArithmetic(ExprKind kind, std::string_view ops,
-                                      std::optional<Expr> (Parser::*operand)());
 
   const std::vector<Token>& tokens_;
   source::Diagnostics& diagnostics_;

@@ -1,5 +1,7 @@
 #include "compiler/model/robot_model.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -24,6 +26,15 @@ std::optional<JointType> JointTypeNamed(std::string_view name) {
   const auto* const found = std::ranges::find(kJointTypeNames, name);
   if (found == std::end(kJointTypeNames)) return std::nullopt;
   return static_cast<JointType>(found - std::begin(kJointTypeNames));
+}
+
+// Adding zero turns a negative zero into a plain one.
+std::string NumberText(double value) { return fmt::format("{:.9g}", value + 0.0); }
+
+std::string ValueText(const AttributeValue& value) {
+  if (const bool* b = std::get_if<bool>(&value)) return *b ? "true" : "false";
+  if (const double* d = std::get_if<double>(&value)) return NumberText(*d);
+  return "\"" + std::get<std::string>(value) + "\"";
 }
 
 std::optional<int> ModuleType::FindLink(const std::string& link_name) const {

@@ -28,14 +28,19 @@ enum class JointType { kRevolute, kContinuous, kPrismatic, kFixed };
 /// XML share. In the order of JointType.
 inline constexpr const char* kJointTypeNames[] = {"revolute", "continuous", "prismatic", "fixed"};
 /// The word of a type.
-inline const char* JointTypeName(JointType type) {
-  return kJointTypeNames[static_cast<int>(type)];
-}
+inline const char* JointTypeName(JointType type) { return kJointTypeNames[static_cast<int>(type)]; }
 /// The type that a word names, or nothing.
 std::optional<JointType> JointTypeNamed(std::string_view name);
 
 /// A fixed attribute of a point or module: `gender="male"`, `extended=false`, `length=0.2`.
 using AttributeValue = std::variant<bool, double, std::string>;
+
+/// A number as a person writes it: up to 9 digits, no trailing zeros, no negative zero.
+std::string NumberText(double value);
+
+/// An attribute's value as written in M3L: "male", true, 0.5. Strings get quotes but no escapes, so
+/// the text is for messages and not for reading back.
+std::string ValueText(const AttributeValue& value);
 
 /// A free state variable of a connector: `extended=[bool]` or `mode=["a","b"]`.
 /// A connector's state is not fixed by the model: a connection may ask for a value

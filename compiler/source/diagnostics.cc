@@ -4,6 +4,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "compiler/base/text.h"
 #include "compiler/base/utf8.h"
 
 namespace morphbus::source {
@@ -200,6 +201,19 @@ std::string NearestHint(const std::string& name, const std::vector<std::string>&
                         const std::string& otherwise) {
   const std::string near = NearestName(name, candidates);
   return near.empty() ? otherwise : "did you mean '" + near + "'?";
+}
+
+void CheckUtf8(const SourceSet& sources, int file, Diagnostics* diagnostics) {
+  const std::string_view text = sources.text(file);
+  const size_t at = FirstNotUtf8(text);
+  if (at == text.size()) return;
+  // One error is enough: a file in another encoding has thousands of such bytes.
+  const bool more = FirstNotUtf8(text, at + 1) < text.size();
+  // The message names the byte, which tells one encoding from another.
+  diagnostics
+      ->Error({file, at, at + 1}, "byte \\x" + Hex(static_cast<unsigned char>(text[at]), 2) +
+                                      " is not UTF-8" + (more ? ", nor are others" : ""))
+      .hint = "save the file as UTF-8";
 }
 
 }  // namespace morphbus::source

@@ -88,4 +88,9 @@ std::string NearestName(const std::string& name, const std::vector<std::string>&
 std::string NearestHint(const std::string& name, const std::vector<std::string>& candidates,
                         const std::string& otherwise = "");
 
+/// Reports one error at the first byte of file `file` that is not UTF-8, if there is one: before
+/// anything is made of it, so that names, strings and excerpts can go to JSON, XML and terminals as
+/// they are.
+void CheckUtf8(const SourceSet& sources, int file, Diagnostics* diagnostics);
+
 }  // namespace morphbus::source

@@ -72,28 +72,29 @@ std::string_view SourceSet::text(const Span& span) const {
   return whole.substr(begin, end - begin);
 }
 
+int SourceSet::LineOf(int file, size_t offset) const {
+  // The line begins at the last start that is not behind the offset.
+  const std::vector<size_t>& starts = files_[file]->line_starts;
+  return static_cast<int>(std::ranges::upper_bound(starts, offset) - starts.begin());
+}
+
 LineColumn SourceSet::Locate(int file, size_t offset) const {
   const File& f = *files_[file];
   offset = std::min(offset, f.text.size());
-  // The line begins at the last start that is not behind the offset.
-  const auto next = std::upper_bound(f.line_starts.begin(), f.line_starts.end(), offset);
-  const size_t line = static_cast<size_t>(next - f.line_starts.begin());
+  const int line = LineOf(file, offset);
   // Columns are characters: continuation bytes do not count.
-  int column = 1;
-  for (size_t i = f.line_starts[line - 1]; i < offset; ++i) {
-    if (StartsCharacter(f.text[i])) ++column;
-  }
-  return {static_cast<int>(line), column};
+  const auto begin = f.text.begin();
+  const auto characters =
+      std::count_if(begin + f.line_starts[line - 1], begin + offset, StartsCharacter);
+  return {line, 1 + static_cast<int>(characters)};
 }
 
 std::string_view SourceSet::LineAt(int file, size_t offset) const {
-  // The line lies between the last start that is not behind the offset and the next one.
   const File& f = *files_[file];
-  offset = std::min(offset, f.text.size());
-  const auto next = std::upper_bound(f.line_starts.begin(), f.line_starts.end(), offset);
-  const size_t begin = *(next - 1);
+  const int line = LineOf(file, std::min(offset, f.text.size()));
+  const size_t begin = f.line_starts[line - 1];
   // The last line need not end with a newline.
-  size_t end = next == f.line_starts.end() ? f.text.size() : *next - 1;
+  size_t end = line == std::ssize(f.line_starts) ? f.text.size() : f.line_starts[line] - 1;
   if (end > begin && f.text[end - 1] == '\r') --end;  // The first half of "\r\n".
   return std::string_view(f.text).substr(begin, end - begin);
 }
