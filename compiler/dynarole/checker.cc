@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "compiler/dynarole/checker_impl.h"
 #include "compiler/dynarole/constants.h"
 #include "vm/image/fault_text.h"
 
@@ -257,9 +256,7 @@ bool Checker::VisitCalls(int index, std::vector<int>* path) {
   if (circle || frames > vm::kMaxCallDepth) {
     // The hint shows the whole chain, as the call that closes it may stand far away.
     std::string chain;
-    for (const int step : *path) {
-      chain += model_.routines[step].name + " -> ";
-    }
+    for (const int step : *path) chain += model_.routines[step].name + " -> ";
     Error(routine.member->name_span,
           circle ? "function '" + routine.member->name + "' calls itself" : "calls nest too deep")
         .hint = chain + routine.name +

@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "compiler/base/text.h"
-#include "compiler/dynarole/checker_impl.h"
+#include "compiler/dynarole/checker.h"
 #include "compiler/dynarole/constants.h"
 
 namespace morphbus::dynarole {
@@ -296,9 +296,7 @@ void Checker::Uses(vm::Opcode opcode, const Span& span, const std::string& name)
 }
 
 Type Checker::InferMethod(Expr* call, const std::string& name, const Span& span, int slot) {
-  if (routine_ == nullptr) {
-    return Wrong(span, "value of a field must be known at compile time");
-  }
+  if (routine_ == nullptr) return Wrong(span, "value of a field must be known at compile time");
   // The result type is that of the signature, which all functions in the slot share; it is unknown
   // until a return with a value has been found.
   const RoleModel& owner = model_.roles[role_];

@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "compiler/dynarole/checker_impl.h"
+#include "compiler/dynarole/checker.h"
 
 namespace morphbus::dynarole {
 

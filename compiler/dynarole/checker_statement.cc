@@ -1,4 +1,4 @@
-#include "compiler/dynarole/checker_impl.h"
+#include "compiler/dynarole/checker.h"
 #include "compiler/dynarole/constants.h"
 #include "vm/image/image.h"
 

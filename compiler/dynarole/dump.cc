@@ -1,4 +1,4 @@
-#include "compiler/dynarole/dump.h"
+#include "compiler/dynarole/parser.h"
 
 #include <fmt/format.h>
 

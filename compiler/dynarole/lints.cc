@@ -127,9 +127,7 @@ class Linter {
     if (expr.kind != ExprKind::kBinary) return;
     // Both sides of `&&` demand what they demand; `||` demands nothing for certain.
     if (expr.op == Operator::kAnd) {
-      for (const ExprPtr& operand : expr.operands) {
-        CollectDemands(*operand, role, fields, demands);
-      }
+      for (const ExprPtr& operand : expr.operands) CollectDemands(*operand, role, fields, demands);
       return;
     }
     if (expr.op != Operator::kEqual) return;

@@ -1,7 +1,5 @@
 #include "compiler/dynarole/parser.h"
 
-#include "compiler/dynarole/parser_impl.h"
-
 namespace morphbus::dynarole {
 
 namespace {
@@ -311,9 +309,7 @@ void Parser::ParseField(Member* member) {
                    member->name + "'");
     return;
   }
-  if (TakeIf(TokenKind::kAssign)) {
-    member->expr = ParseExpr();
-  }
+  if (TakeIf(TokenKind::kAssign)) member->expr = ParseExpr();
   ExpectSemicolon("the " + std::string(NameOf(member->kind)) + " '" + member->name + "'");
 }
 

@@ -1,7 +1,7 @@
 #include <charconv>
 #include <cstdlib>
 
-#include "compiler/dynarole/parser_impl.h"
+#include "compiler/dynarole/parser.h"
 
 namespace morphbus::dynarole {
 

@@ -1,4 +1,4 @@
-#include "compiler/dynarole/parser_impl.h"
+#include "compiler/dynarole/parser.h"
 
 namespace morphbus::dynarole {
 

@@ -1,4 +1,4 @@
-#include "compiler/emit/mjcf.h"
+#include "compiler/emit/back_ends.h"
 
 #include <fmt/format.h>
 
@@ -267,9 +267,7 @@ class Writer {
       const model::ModuleType& type = model_.module_types[link.type];
       std::string& text = corners[name];
       const model::ConvexHull hull = model::ComputeHull(model::SolidHull(type, link.link));
-      for (const Eigen::Vector3d& p : hull.vertices) {
-        text += (text.empty() ? "" : "  ") + Triple(p);
-      }
+      for (const Eigen::Vector3d& p : hull.vertices) text += (text.empty() ? "" : "  ") + Triple(p);
     }
     if (corners.empty()) return;
     const pugi::xml_node asset = xml::Append(root_, "asset");
@@ -375,9 +373,7 @@ class Writer {
     // The values of the free joint, which places the robot frame, then those of the joints.
     const model::Pose X_WR = RobotFrameInZUp();
     std::string positions = Triple(X_WR.translation()) + " " + QuaternionWxyz(X_WR.linear());
-    for (const int joint : order) {
-      positions += " " + Number(tree_.joints[joint].start);
-    }
+    for (const int joint : order) positions += " " + Number(tree_.joints[joint].start);
     // The servos' targets are where the joints stand, so that nothing moves at first.
     std::string controls;
     for (const TreeJoint& joint : tree_.joints) {

@@ -1,4 +1,4 @@
-#include "compiler/emit/sdf.h"
+#include "compiler/emit/back_ends.h"
 
 #include <fmt/format.h>
 
@@ -6,6 +6,7 @@
 #include "compiler/emit/meshes.h"
 #include "compiler/emit/names.h"
 #include "compiler/emit/numbers.h"
+#include "compiler/emit/urdf_cuts.h"
 #include "compiler/keywords/xml_text.h"
 
 namespace morphbus::emit {

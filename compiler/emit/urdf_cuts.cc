@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "compiler/emit/numbers.h"
-#include "compiler/emit/sdf.h"
 #include "compiler/keywords/xml_text.h"
 
 namespace morphbus::emit {

@@ -224,9 +224,7 @@ class OverlapChecker {
       // The ball round the box of all corners is a cheap bound for the first test.
       Eigen::AlignedBox3d box;
       for (size_t l = 0; l < type.links.size(); ++l) {
-        for (const Eigen::Vector3d& p_L : hulls[l].vertices) {
-          box.extend(state_.X_RL[m][l] * p_L);
-        }
+        for (const Eigen::Vector3d& p_L : hulls[l].vertices) box.extend(state_.X_RL[m][l] * p_L);
       }
       if (box.isEmpty()) continue;
       balls_[m] = {box.center(), 0.5 * box.diagonal().norm()};

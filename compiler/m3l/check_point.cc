@@ -105,9 +105,7 @@ PointSymbol CheckPoint(const PointDecl& decl, const ModuleScope& scope) {
   // Further keys are the attributes of a connector, freely named.
   AttributeReader attributes(decl, "point '" + decl.name.text + "'", {}, &scope.diagnostics);
   symbol.connector = attributes.Flag("connector");
-  for (const PointDecl& sub : decl.subpoints) {
-    CheckSubpoint(sub, decl.name.text, scope, symbol);
-  }
+  for (const PointDecl& sub : decl.subpoints) CheckSubpoint(sub, decl.name.text, scope, symbol);
   CheckDistinct(symbol, scope);
   // A point may be no more than the name of its sub-points, but a connector needs a centre.
   const bool needed = symbol.connector || decl.subpoints.empty();

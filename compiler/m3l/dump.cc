@@ -1,4 +1,4 @@
-#include "compiler/m3l/dump.h"
+#include "compiler/m3l/parser.h"
 
 #include <fmt/format.h>
 

@@ -108,9 +108,7 @@ std::optional<double> EvaluateNumber(const Expr& expr, source::Diagnostics* diag
   const Expr& inner = Unwrapped(expr);
   const std::optional<double> value = Evaluate(inner, diagnostics);
   // Both infinities and NaN end here, as sums and products of finite numbers may overflow.
-  if (value && !std::isfinite(*value)) {
-    return diagnostics->Error(inner.span, "number is too large");
-  }
+  if (value && !std::isfinite(*value)) return diagnostics->Error(inner.span, "number is too large");
   return value;
 }
 

@@ -1,7 +1,5 @@
 #include "compiler/m3l/parser.h"
 
-#include "compiler/m3l/parser_impl.h"
-
 namespace morphbus::m3l {
 namespace internal {
 // Takes the symbol if it is there; whoever calls decides what its absence means.

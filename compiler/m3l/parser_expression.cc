@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "compiler/m3l/parser.h"
-#include "compiler/m3l/parser_impl.h"
 
 namespace morphbus::m3l::internal {
 namespace {
@@ -246,9 +245,7 @@ std::optional<Expr> Parser::ParseAnonymousAxis(Expr path, size_t begin) {
   const size_t open = at_++;
   // The keyword `axis` was seen by whoever called.
   ++at_;  // axis
-  if (!Accept(":")) {
-    return Error(Now().span, "expected ':' after 'axis', found " + Described(at_));
-  }
+  if (!Accept(":")) return Error(Now().span, "expected ':' after 'axis', found " + Described(at_));
   if (TooDeep()) return std::nullopt;
   // The axis has attributes of its own, whose brackets are counted apart.
   const int brackets = brackets_;

@@ -97,9 +97,7 @@ void RenderOne(const Diagnostic& d, const SourceSet& sources, const Colors& colo
   out += Excerpt(d.span, sources, colors);
   // What helps to mend it stands below the source line.
   if (!d.hint.empty()) out += "  " + colors.green + "hint: " + colors.reset + d.hint + "\n";
-  for (const Note& note : d.notes) {
-    out += NoteText(note, sources, colors);
-  }
+  for (const Note& note : d.notes) out += NoteText(note, sources, colors);
 }
 
 /// Optimal string alignment distance: insertions, deletions, replacements and swaps of neighbours.

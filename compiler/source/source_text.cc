@@ -56,9 +56,7 @@ Result<int> SourceSet::AddFile(const std::string& path) {
   char buffer[1 << 16];
   while (stream.read(buffer, sizeof buffer), stream.gcount() > 0) {
     text.append(buffer, static_cast<size_t>(stream.gcount()));
-    if (text.size() > kMaxFileBytes) {
-      return Fail("cannot read '" + path + "': larger than 64 MiB");
-    }
+    if (text.size() > kMaxFileBytes) return Fail("cannot read '" + path + "': larger than 64 MiB");
   }
   if (stream.bad()) return Fail("cannot read '" + path + "': read error");
   return AddText(path, std::move(text));
