@@ -51,9 +51,13 @@ bool Checker::Settle(Type* slot, Type type) {
       type == Type::kVoid || phase_ == Phase::kFinal) {
     return false;
   }
-  *slot = type;
-  changed_ = true;
+  Change(slot, type);
   return true;
+}
+
+void Checker::Change(Type* slot, Type type) {
+  changed_ = changed_ || *slot != type;
+  *slot = type;
 }
 
 // Bodies say what they need (a parameter handed to jointRotateDegrees is a float); where they do
@@ -109,15 +113,11 @@ void Checker::CheckFieldValues(int role) {
             .Note(decl.type_span, "its type follows from this value");
         continue;
       }
-      if (*joined != decl.type && *joined != Type::kVoid) {
-        if (decl.type == Type::kUnknown) decl.type_span = value->span;
-        decl.type = *joined;
-        changed_ = true;
-      }
+      if (decl.type == Type::kUnknown) decl.type_span = value->span;
+      if (*joined != Type::kVoid) Change(&decl.type, *joined);
       // `$ANY` alone is a direction once nothing else has been said.
       if (decl.type == Type::kAny && phase_ == Phase::kDefaults) {
-        decl.type = Type::kDirection;
-        changed_ = true;
+        Change(&decl.type, Type::kDirection);
       }
       Want(value, decl.type, "the field '" + decl.name + "'");
     }

@@ -75,6 +75,8 @@ class Checker {
                const std::string& otherwise = "");
   /// Gives a parameter a type if it has none yet; says whether it did.
   bool Settle(Type* slot, Type type);
+  /// Gives another type, if it is another.
+  void Change(Type* slot, Type type);
 
   // The whole program (checker.cc).
   /// One walk over all fields and routines.

@@ -365,8 +365,7 @@ void Checker::CheckArguments(Expr* call, int index, const std::string& what) {
       if (Settle(&signature.parameters[i], type)) signature.from_call[i] = true;
       // Found as an int in one call, given a float in another: a float.
       if (signature.from_call[i] && signature.parameters[i] == Type::kInt && type == Type::kFloat) {
-        signature.parameters[i] = Type::kFloat;
-        changed_ = true;
+        Change(&signature.parameters[i], Type::kFloat);
       }
     }
     Want(argument, signature.parameters[i], "argument " + std::to_string(i + 1) + " of " + what);

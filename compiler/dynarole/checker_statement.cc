@@ -232,14 +232,9 @@ void Checker::CheckReturn(Stmt* statement) {
   // The first value decides; a function that returns both ints and floats returns floats.
   if (phase_ != Phase::kFinal) {
     if (signature.result == Type::kVoid) {
-      if (type == Type::kUnknown || type == Type::kError) return;
-      signature.result = type;
-      changed_ = true;
+      if (type != Type::kUnknown && type != Type::kError) Change(&signature.result, type);
     } else if (const std::optional<Type> joined = Join(signature.result, type)) {
-      if (*joined != signature.result) {
-        signature.result = *joined;
-        changed_ = true;
-      }
+      Change(&signature.result, *joined);
     }
     return;
   }

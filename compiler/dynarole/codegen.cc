@@ -341,10 +341,8 @@ class FunctionGenerator : private FunctionBuilder {
         }
         break;
       case Operator::kLess:
-        EmitOrder(expr, true);
-        break;
       case Operator::kLessEqual:
-        EmitOrder(expr, false);
+        EmitOrder(expr, expr.op == Operator::kLess);
         break;
       case Operator::kGreater:
       case Operator::kGreaterEqual:

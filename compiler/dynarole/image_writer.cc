@@ -138,14 +138,11 @@ class Writer {
     out.U16(role.parent < 0 ? 0xffff : role.parent);
     out.U8(role.role->abstract_role ? 1 : 0);
     out.U8(role.depth);
-    out.U8(role.fields.size());
-    out.U8(role.labels.size());
-    out.U8(role.requirements.size());
-    out.U8(role.startups.size());
-    out.U8(role.behaviors.size());
-    out.U8(role.commands.size());
-    out.U8(role.handlers.size());
-    out.U8(role.methods.size());
+    for (const size_t size :
+         {role.fields.size(), role.labels.size(), role.requirements.size(), role.startups.size(),
+          role.behaviors.size(), role.commands.size(), role.handlers.size(), role.methods.size()}) {
+      out.U8(size);
+    }
     // Each table in the order of its slots, which the code refers to.
     for (const FieldSlot& slot : role.fields) {
       const FieldDecl& decl = model_.fields[slot.decl];

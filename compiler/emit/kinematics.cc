@@ -28,7 +28,8 @@ vm::PoseF ToVm(const model::Pose& X) {
 
 // The virtual machine's numbers are part of the image's format; the model's are the same.
 vm::JointKind ToVm(model::JointType type) {
-  static_assert(static_cast<int>(model::JointType::kFixed) == static_cast<int>(vm::JointKind::kFixed));
+  static_assert(static_cast<int>(model::JointType::kFixed) ==
+                static_cast<int>(vm::JointKind::kFixed));
   return static_cast<vm::JointKind>(type);
 }
 

@@ -248,7 +248,8 @@ class Reader {
       if (!error_.empty()) return option;
       // The state must be one that the connector has, with a value that it can take.
       const bool known = std::ranges::any_of(connectors[index].states, [&](const StateVariable& s) {
-        return s.name == state.variable() && std::ranges::count(s.values, option.states.back().value) > 0;
+        return s.name == state.variable() &&
+               std::ranges::count(s.values, option.states.back().value) > 0;
       });
       if (!known) Bad(fmt::format("no such state '{}' or value of it", state.variable()));
     }
