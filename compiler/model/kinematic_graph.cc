@@ -23,7 +23,7 @@ void AddJoints(const Model& model, const Robot& robot, KinematicGraph& graph) {
       if (joint.type == JointType::kFixed) continue;
       // The axis is fixed in both links; B's frame carries it as the module was drawn.
       const Pose& X_RB = state.X_RL[m][joint.link_b];
-      GraphJoint entry;
+      GraphJoint& entry = graph.joints.emplace_back();
       entry.module = static_cast<int>(m);
       entry.joint = static_cast<int>(j);
       entry.body_a = graph.body_of[m][joint.link_a];
@@ -33,7 +33,6 @@ void AddJoints(const Model& model, const Robot& robot, KinematicGraph& graph) {
       // A joint whose ends are on one body touches it once.
       ++graph.bodies[entry.body_a].degree;
       if (entry.body_b != entry.body_a) ++graph.bodies[entry.body_b].degree;
-      graph.joints.push_back(std::move(entry));
     }
   }
 }
@@ -123,11 +122,10 @@ std::vector<std::vector<int>> BodiesOf(const Model& model, const Robot& robot) {
   std::vector<int> number(count, -1);
   int next = 0;
   std::vector<std::vector<int>> body_of;
-  for (size_t m = 0; m < robot.modules.size(); ++m) {
+  for (int m = 0; m < std::ssize(robot.modules); ++m) {
     body_of.emplace_back();
-    const size_t links = model.module_types[robot.modules[m].type].links.size();
-    for (size_t l = 0; l < links; ++l) {
-      int& body = number[bodies.Find(first[m] + static_cast<int>(l))];
+    for (int l = 0; l < std::ssize(model.TypeOf(robot, m).links); ++l) {
+      int& body = number[bodies.Find(first[m] + l)];
       if (body < 0) body = next++;
       body_of.back().push_back(body);
     }
