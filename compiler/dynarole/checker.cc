@@ -161,8 +161,7 @@ void Checker::CheckRoutine(int index) {
                      : type == Type::kError                        ? Type::kError
                                                                    : Type::kJoint;
     if (type != Type::kError && type != Type::kUnknown && !Fits(type, routine.result)) {
-      Error(member.expr->span,
-            "a label names a joint or a link, but this is " + std::string(NameOf(type)))
+      Error(member.expr->span, "a label names a joint or a link, but this is " + NameOf(type))
           .hint = "for example self.joints($ANY, 1), self.links(1) or a keyword such as $LINK_...";
     } else {
       Want(member.expr.get(), routine.result, "a label");

@@ -92,7 +92,7 @@ Type Checker::InferSizeof(Expr* call) {
   // What is counted: neighbours, joints or links.
   const Expr& set = *call->operands[1];
   if (!IsSet(set.type) && set.type != Type::kError && set.type != Type::kUnknown) {
-    Error(set.span, std::string("'sizeof' needs a set, but this is ") + NameOf(set.type)).hint =
+    Error(set.span, "'sizeof' needs a set, but this is " + NameOf(set.type)).hint =
         "sets are what self.connected, self.joints and self.links yield";
   }
   call->meaning = Meaning::kCount;
@@ -154,7 +154,7 @@ Type Checker::InferPart(Expr* member, Expr* call) {
     Want(base, Type::kJoint, "what stands before the dot");
     return ApplyBuiltin(JointBuiltins(), "JOINT.", member, call);
   }
-  return Wrong(member->name_span, std::string(NameOf(type)) + " has no '" + member->name + "'",
+  return Wrong(member->name_span, NameOf(type) + " has no '" + member->name + "'",
                "only self, roles, joints and connectors have members");
 }
 

@@ -129,7 +129,7 @@ Type Checker::InferName(Expr* expr) {
     // A field's value cannot name a label; the caller says what it can be.
     if (routine_ == nullptr) return Type::kVoid;
     if (!InTask()) {
-      return Wrong(expr->span, std::string("a ") + NameOf(routine_->kind) + " cannot use labels",
+      return Wrong(expr->span, "a " + NameOf(routine_->kind) + " cannot use labels",
                    "labels are resolved after all requirements hold");
     }
     expr->meaning = Meaning::kLabel;
@@ -268,8 +268,7 @@ Type Checker::InferUnary(Expr* expr) {
     return Type::kBool;
   }
   if (type == Type::kError || type == Type::kUnknown || IsNumber(type)) return type;
-  return Wrong(operand->span,
-               std::string("the operand of '-' must be a number, but this is ") + NameOf(type));
+  return Wrong(operand->span, "the operand of '-' must be a number, but this is " + NameOf(type));
 }
 
 Type Checker::InferBinary(Expr* expr) {
@@ -278,7 +277,7 @@ Type Checker::InferBinary(Expr* expr) {
   // Both sides are looked at first, so that each is checked whatever the other is.
   Infer(left);
   Infer(right);
-  const std::string sign = std::string("'") + NameOf(expr->op) + "'";
+  const std::string sign = "'" + NameOf(expr->op) + "'";
   if (expr->op == Operator::kAnd || expr->op == Operator::kOr) {
     Want(left, Type::kBool, "the left side of " + sign);
     Want(right, Type::kBool, "the right side of " + sign);
@@ -302,7 +301,7 @@ Type Checker::InferArithmetic(Expr* expr) {
     if (IsSet(operand->type)) operand->wanted = Type::kInt;
     const Type type = operand->wanted == Type::kInt ? Type::kInt : operand->type;
     if (IsNumber(type) || type == Type::kUnknown) continue;
-    return Wrong(operand->span, "the operands of '" + std::string(NameOf(expr->op)) +
+    return Wrong(operand->span, "the operands of '" + NameOf(expr->op) +
                                     "' must be numbers, but this is " + NameOf(type));
   }
   // The sum is an int if both operands are; an operand that is not known yet decides later.
@@ -349,9 +348,8 @@ Type Checker::InferComparison(Expr* expr) {
   const bool comparable = joined && *joined != Type::kVoid && *joined != Type::kConnector &&
                           !IsSet(*joined) && (equality || IsNumber(*joined));
   if (!comparable) {
-    Diagnostic& error =
-        Error(expr->name_span, std::string("cannot compare ") + NameOf(a) + " with " + NameOf(b) +
-                                   " by '" + NameOf(expr->op) + "'");
+    Diagnostic& error = Error(expr->name_span, "cannot compare " + NameOf(a) + " with " +
+                                                   NameOf(b) + " by '" + NameOf(expr->op) + "'");
     if (IsSet(a) && IsSet(b)) error.hint = "compare sizes: sizeof(...) == sizeof(...)";
     if (joined && !equality && !IsSet(a)) error.hint = "only numbers have an order";
     return Type::kBool;

@@ -195,9 +195,8 @@ void Checker::CheckAssign(Stmt* statement) {
   // `+=` and `-=` compute, so they need numbers.
   if (statement->op != Operator::kNone && !IsNumber(target) && target != Type::kError &&
       target != Type::kUnknown) {
-    Error(statement->name_span, "'" + std::string(NameOf(statement->op)) +
-                                    "=' needs a number, but '" + statement->name + "' is " +
-                                    NameOf(target));
+    Error(statement->name_span, "'" + NameOf(statement->op) + "=' needs a number, but '" +
+                                    statement->name + "' is " + NameOf(target));
     return;
   }
   Want(value, target, "'" + statement->name + "'");
@@ -209,15 +208,15 @@ void Checker::CheckReturn(Stmt* statement) {
   if (statement->expr == nullptr) {
     if (signature.result != Type::kVoid && signature.result != Type::kUnknown) {
       Error(statement->span, "'return' without the result that other ways return").hint =
-          std::string("the function returns ") + NameOf(signature.result);
+          "the function returns " + NameOf(signature.result);
     }
     return;
   }
   // Startups, behaviors, commands and handlers return nothing, as nobody waits for it.
   Type type = Infer(statement->expr.get());
   if (routine_->kind != MemberKind::kFunction) {
-    Error(statement->expr->span, std::string("a ") + NameOf(routine_->kind) + " has no result")
-        .hint = "write 'return;'; only functions return values";
+    Error(statement->expr->span, "a " + NameOf(routine_->kind) + " has no result").hint =
+        "write 'return;'; only functions return values";
     return;
   }
   if (type == Type::kAny) type = Type::kDirection;

@@ -22,7 +22,7 @@ std::string ExprText(const Expr& expr) {
     case ExprKind::kSelf:
       return "self";
     case ExprKind::kUnary:
-      return std::string("(") + NameOf(expr.op) + ExprText(*expr.operands[0]) + ")";
+      return "(" + NameOf(expr.op) + ExprText(*expr.operands[0]) + ")";
     case ExprKind::kBinary:
       return "(" + ExprText(*expr.operands[0]) + " " + NameOf(expr.op) + " " +
              ExprText(*expr.operands[1]) + ")";
@@ -74,7 +74,7 @@ void DumpStatement(const Stmt& statement, const std::string& indent, std::string
 
 // The word of the member, its name, its parameters or value, then its body.
 void DumpMember(const Member& member, std::string* out) {
-  *out += std::string("  ") + NameOf(member.kind);
+  *out += "  " + NameOf(member.kind);
   if (!member.name.empty()) *out += " " + member.name;
   if (member.body != nullptr) {
     *out += "(";

@@ -279,7 +279,7 @@ void Parser::ParseMember(Role* role) {
     ExpectSemicolon("the requirement");
   } else {
     if (!Is(TokenKind::kName)) {
-      Unexpected("the name of the " + std::string(NameOf(member.kind)));
+      Unexpected("the name of the " + NameOf(member.kind));
       return;
     }
     // Behind the name: the value of a field or label, or parameters and a block.
@@ -310,12 +310,12 @@ void Parser::ParseField(Member* member) {
     return;
   }
   if (TakeIf(TokenKind::kAssign)) member->expr = ParseExpr();
-  ExpectSemicolon("the " + std::string(NameOf(member->kind)) + " '" + member->name + "'");
+  ExpectSemicolon("the " + NameOf(member->kind) + " '" + member->name + "'");
 }
 
 // `NAME(parameters) { statements }` behind the word of its kind.
 bool Parser::ParseRoutine(Member* member) {
-  const std::string what = std::string(NameOf(member->kind)) + " '" + member->name + "'";
+  const std::string what = NameOf(member->kind) + " '" + member->name + "'";
   if (!Is(TokenKind::kLeftParen)) {
     Unexpected("'(' after the " + what, "without parameters write " + member->name + "()");
     return false;

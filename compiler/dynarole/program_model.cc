@@ -199,7 +199,7 @@ class Builder {
           continue;
         }
         Diagnostic& error = diagnostics_.Error(
-            member.name_span, std::string(NameOf(member.kind)) + " '" + member.name +
+            member.name_span, NameOf(member.kind) + " '" + member.name +
                                   "' has the name of an inherited " + NameOf(inherited.kind));
         // The user needs the place of the other one, which may be far above.
         error.notes.push_back({inherited.name_span, "declared in '" + base.name + "'"});
@@ -251,8 +251,8 @@ class Builder {
           continue;
         }
         diagnostics_
-            .Error(member.parameters[i].span, "parameter is " + std::string(NameOf(written)) +
-                                                  ", but " + NameOf(type) + " in the inherited " +
+            .Error(member.parameters[i].span, "parameter is " + NameOf(written) + ", but " +
+                                                  NameOf(type) + " in the inherited " +
                                                   NameOf(member.kind))
             .Note(inherited.span, "inherited from here");
         return false;
@@ -260,7 +260,7 @@ class Builder {
       return true;
     }
     diagnostics_
-        .Error(member.name_span, std::string(NameOf(member.kind)) + " '" + member.name + "' has " +
+        .Error(member.name_span, NameOf(member.kind) + " '" + member.name + "' has " +
                                      std::to_string(member.parameters.size()) +
                                      " parameters, but the inherited one has " +
                                      std::to_string(inherited.parameters.size()))
@@ -283,9 +283,9 @@ class Builder {
                         : member.kind == MemberKind::kFunction ? 8
                                                                : 0;
     if (member.parameters.size() > most) {
-      diagnostics_.Error(member.parameters[most].span, "a " + std::string(NameOf(member.kind)) +
-                                                           " has at most " + std::to_string(most) +
-                                                           " parameters");
+      diagnostics_.Error(
+          member.parameters[most].span,
+          "a " + NameOf(member.kind) + " has at most " + std::to_string(most) + " parameters");
     }
     return static_cast<int>(model_.signatures.size()) - 1;
   }
@@ -310,7 +310,7 @@ class Builder {
   // The virtual machine has room for so many members of a role and no more.
   void CheckCapacities(RoleModel* role) {
     // The message is at the role, as no one member is to blame.
-    const auto check = [&](size_t count, size_t most, const char* what) {
+    const auto check = [&](size_t count, size_t most, const std::string& what) {
       if (count <= most) return;
       diagnostics_
           .Error(role->role->name_span, "role '" + role->name + "' has " + std::to_string(count) +
@@ -381,13 +381,13 @@ ProgramModel BuildModel(Program* program, Diagnostics* diagnostics) {
 }
 
 // The words of the language, but for requirements, which the word `require` does not name.
-const char* NameOf(MemberKind kind) {
+std::string NameOf(MemberKind kind) {
   constexpr const char* kNames[] = {"field",    "label",   "requirement", "startup",
                                     "behavior", "command", "handler",     "function"};
   return kNames[static_cast<int>(kind)];
 }
 
-const char* NameOf(Operator op) {
+std::string NameOf(Operator op) {
   constexpr const char* kNames[] = {
       "", "+", "-", "*", "/", "%", "==", "!=", "<", "<=", ">", ">=", "&&", "||", "!", "-"};
   return kNames[static_cast<int>(op)];
