@@ -209,8 +209,8 @@ struct Program {
 };
 
 /// "field", "label", "requirement": the kind of member as messages say it.
-const char* NameOf(MemberKind kind);
+std::string NameOf(MemberKind kind);
 /// "+", "==": the operator as programs write it; empty for kNone.
-const char* NameOf(Operator op);
+std::string NameOf(Operator op);
 
 }  // namespace morphbus::dynarole

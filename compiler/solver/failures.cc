@@ -9,7 +9,7 @@
 #include <set>
 #include <tuple>
 
-#include "compiler/model/value_text.h"
+#include "compiler/model/robot_model.h"
 #include "compiler/solver/condition_terms.h"
 #include "compiler/solver/motion_inference.h"
 

@@ -2,13 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "compiler/emit/c99.h"
-#include "compiler/emit/dot.h"
+#include "compiler/emit/back_ends.h"
 #include "compiler/emit/kinematics.h"
-#include "compiler/emit/mjcf.h"
 #include "compiler/emit/robot_tree.h"
-#include "compiler/emit/sdf.h"
-#include "compiler/emit/urdf.h"
 #include "compiler/emit/webots.h"
 #include "compiler/keywords/keywords_xml.h"
 #include "compiler/model/model_proto.h"

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "compiler/emit/dot.h"
+#include "compiler/emit/back_ends.h"
 #include "compiler/model/kinematic_graph.h"
 #include "tools/base/output_path.h"
 #include "tools/commands/commands.h"

@@ -8,7 +8,7 @@
 #include "compiler/base/check.h"
 #include "compiler/base/text.h"
 #include "compiler/congruence/variants.h"
-#include "compiler/emit/m3l.h"
+#include "compiler/emit/back_ends.h"
 #include "compiler/m3l/format.h"
 #include "tools/commands/commands.h"
 

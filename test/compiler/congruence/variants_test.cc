@@ -9,7 +9,7 @@
 
 #include "compiler/congruence/congruence.h"
 #include "compiler/congruence/placements.h"
-#include "compiler/emit/m3l.h"
+#include "compiler/emit/back_ends.h"
 #include "compiler/m3l/compile.h"
 #include "test/compiler/congruence/assemblies.h"
 #include "test/compiler/congruence/texts.h"
