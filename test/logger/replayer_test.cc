@@ -147,7 +147,9 @@ TEST(ReplayerTest, RangeIsInSimTimeAndKeepsTheDescription) {
 
 TEST(ReplayerTest, TheRangeIsThatOfEachOfConcatenatedRuns) {
   std::vector<SyntheticEvent> events = test::SyntheticEvents({});
-  const std::vector<SyntheticEvent> second = test::SyntheticEvents({.run = "second"});
+  SyntheticOptions options;
+  options.run = "second";
+  const std::vector<SyntheticEvent> second = test::SyntheticEvents(options);
   events.insert(events.end(), second.begin(), second.end());
   const TempLog file(test::EncodeLog(events));
   Rig rig(file.path(), {.from_s = 0.5, .to_s = 0.8});
