@@ -107,8 +107,6 @@ struct Expr {
   int64_t integer = 0;
   /// The value of a kFloat, not yet rounded to single precision.
   double number = 0;
-  /// Whether a kCall was written with parentheses: `f()` in contrast to `f`.
-  bool has_parens = false;
   /// In the order of the text: the operands of an operator; the base of a member; the base of a
   /// call and then its arguments.
   std::vector<std::unique_ptr<Expr>> operands;

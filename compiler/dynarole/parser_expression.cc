@@ -122,7 +122,6 @@ ExprPtr Parser::ParsePostfix() {
       ExprPtr call = Node(ExprKind::kCall, expr->span);
       call->name = expr->name;
       call->name_span = expr->name_span;
-      call->has_parens = true;
       Adopt(call.get(), std::move(expr));
       ParseArguments(call.get());
       call->span.end = Previous().span.end;
