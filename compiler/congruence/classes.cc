@@ -114,6 +114,10 @@ void Refine(const ScrewGraph& graph, const std::vector<EndLabels>& ends,
 
 }  // namespace
 
+double LengthTolerance(const ScrewGraph& a, const ScrewGraph& b) {
+  return kGeometryTolerance * std::max(a.extent_m, b.extent_m);
+}
+
 double SlideTolerance(const ScrewGraph& a, const ScrewGraph& b) {
   return kLimitTolerance * std::max(a.extent_m, b.extent_m);
 }
@@ -150,7 +154,7 @@ Classes RefinedClasses(const ScrewGraph& a, const ScrewGraph& b) {
   Classes classes = PlainClasses(a, b);
 
   // Lengths that are equal within the tolerance get one label, over both assemblies.
-  Labels lengths(kGeometryTolerance * std::max(a.extent_m, b.extent_m));
+  Labels lengths(LengthTolerance(a, b));
   std::vector<JointFigures> figures[2];
   for (const int side : {0, 1}) {
     const ScrewGraph& graph = side == 0 ? a : b;

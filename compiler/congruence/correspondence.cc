@@ -12,7 +12,7 @@ Correspondence::Correspondence(const ScrewGraph& a, const ScrewGraph& b, Classes
     : a_(a),
       b_(b),
       classes_(std::move(classes)),
-      length_tolerance_(kGeometryTolerance * std::max(a.extent_m, b.extent_m)),
+      length_tolerance_(LengthTolerance(a, b)),
       slide_tolerance_(SlideTolerance(a, b)),
       R_(a.bodies.size(), {length_tolerance_, kGeometryTolerance}),
       body_to_(a.bodies.size(), -1),

@@ -94,12 +94,10 @@ class Correspondence {
   /// By body of a: takes coordinates in it to coordinates in its image.
   [[nodiscard]] PartialRotations& R() { return R_; }
   [[nodiscard]] const PartialRotations& R() const { return R_; }
-  /// Lengths are equal within this (m).
-  [[nodiscard]] double length_tolerance() const { return length_tolerance_; }
 
-  /// Counterparts in b of a body or a joint of a; -1 where there is none yet.
+  /// Counterparts in b of a body or a joint of a; -1 (`to` of a joint) where there is none yet.
   [[nodiscard]] int ImageOf(int body) const { return body_to_[body]; }
-  [[nodiscard]] int JointImageOf(int joint) const { return joint_to_[joint].to; }
+  [[nodiscard]] const Counterpart& CounterpartOf(int joint) const { return joint_to_[joint]; }
   /// Is the body, the joint of b a counterpart already?
   [[nodiscard]] bool BodyTaken(int image) const { return body_from_[image] >= 0; }
   [[nodiscard]] bool JointTaken(int image) const { return joint_from_[image] >= 0; }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "compiler/congruence/explain.h"
 #include "compiler/congruence/explain_text.h"
@@ -29,7 +30,7 @@ class AttemptText {
  public:
   explicit AttemptText(const DeadEnd& end)
       : end_(end),
-        matched_(*end.matched),
+        matched_(end.matched),
         a_(matched_.a()),
         b_(matched_.b()),
         j_(a_.joints[end.joint]),
@@ -217,13 +218,44 @@ class AttemptText {
 
 }  // namespace
 
-std::string ExplainDeadEnd(const ScrewGraph& a, const ScrewGraph& b, const DeadEnd& end) {
+DeadEnds::DeadEnds(const ScrewGraph& a, const ScrewGraph& b) : a_(a), b_(b) {
+  std::map<std::string, int> bodies;
+  for (size_t i = 0; i < b.bodies.size(); ++i) {
+    for (const model::LinkRef& link : b.bodies[i].links) {
+      bodies.emplace(b.LinkName(link), static_cast<int>(i));
+    }
+  }
+  for (const ScrewBody& body : a.bodies) {
+    const auto namesake = bodies.find(a.LinkName(body.links.front()));
+    namesakes_.push_back(namesake == bodies.end() ? -1 : namesake->second);
+  }
+}
+
+void DeadEnds::Note(const Correspondence& matched, int body, int joint, bool tried) {
+  // An attempt that found nothing to try for its first joint has nothing to tell.
+  const std::vector<int>& order = matched.order();
+  if (order.size() == 1 && matched.mark().joints == 0 && !tried) return;
+  const int count = static_cast<int>(order.size());
+  if (best_ && best_->promise >= 2 * count) return;
+  // An attempt in which every body goes to its namesake says most to whoever changed a copy.
+  const bool namesakes = std::all_of(order.begin(), order.end(), [&](int from) {
+    return matched.ImageOf(from) == namesakes_[from];
+  });
+  const int promise = namesakes ? 2 * count : count;
+  if (!best_ || best_->promise < promise) {
+    best_.emplace(DeadEnd{matched, body, joint, tried, promise});
+  }
+}
+
+std::string DeadEnds::Explain(int seed) const {
+  const int joint = best_ ? best_->joint : a_.bodies[seed].joints[0];
   const std::string text =
-      fmt::format("joint {} of {} has no counterpart: ", a.JointName(end.joint), a.robot->name);
-  if (end.matched) return text + AttemptText(end).Text();
+      fmt::format("joint {} of {} has no counterpart: ", a_.JointName(joint), a_.robot->name);
+  if (best_) return text + AttemptText(*best_).Text();
+  // No body that the seed may go to has a joint like its first.
   return text + fmt::format("no body of {} that is touched by {}, as {}, has a joint that {}",
-                            b.robot->name, CountedOrNo(a.bodies[end.body].joints.size(), "joint"),
-                            a.BodyName(end.body), RangeText(a.joints[end.joint]));
+                            b_.robot->name, CountedOrNo(a_.bodies[seed].joints.size(), "joint"),
+                            a_.BodyName(seed), RangeText(a_.joints[joint]));
 }
 
 }  // namespace morphbus::congruence

@@ -21,14 +21,18 @@ std::string ScrewGraph::JointName(int joint) const {
   return robot->modules[j.module].name + "." + model->TypeOf(*robot, j.module).joints[j.joint].name;
 }
 
+std::string ScrewGraph::LinkName(const model::LinkRef& link) const {
+  return robot->modules[link.module].name + "." +
+         model->TypeOf(*robot, link.module).links[link.link].name;
+}
+
 std::string ScrewGraph::BodyName(int body) const {
   // The first few links are enough to find the body by.
   constexpr size_t kMaxNamed = 6;
   const std::vector<model::LinkRef>& links = bodies[body].links;
   std::string name;
   for (size_t i = 0; i < std::min(links.size(), kMaxNamed); ++i) {
-    name += (i == 0 ? "" : " + ") + robot->modules[links[i].module].name + "." +
-            model->TypeOf(*robot, links[i].module).links[links[i].link].name;
+    name += (i == 0 ? "" : " + ") + LinkName(links[i]);
   }
   if (links.size() > kMaxNamed) {
     name += " and " + std::to_string(links.size() - kMaxNamed) + " more links";

@@ -77,6 +77,8 @@ struct ScrewGraph {
   [[nodiscard]] Eigen::Vector3d FootFrom(int body, int joint) const;
   /// "m1.joint_1"
   [[nodiscard]] std::string JointName(int joint) const;
+  /// "m3.active_block"
+  [[nodiscard]] std::string LinkName(const model::LinkRef& link) const;
   /// "m3.active_block + m4.passive_block"; shortened if there are many.
   [[nodiscard]] std::string BodyName(int body) const;
 };
