@@ -22,12 +22,12 @@ constexpr size_t kSmall = 64;
 
 /// Have both assemblies as many bodies and joints of each class?
 bool SameClasses(const Classes& classes) {
-  const auto same = [](std::vector<uint64_t> x, std::vector<uint64_t> y) {
-    std::sort(x.begin(), x.end());
-    std::sort(y.begin(), y.end());
-    return x == y;
+  const auto sorted = [](std::vector<uint64_t> members) {
+    std::sort(members.begin(), members.end());
+    return members;
   };
-  return same(classes.bodies[0], classes.bodies[1]) && same(classes.joints[0], classes.joints[1]);
+  return sorted(classes.bodies[0]) == sorted(classes.bodies[1]) &&
+         sorted(classes.joints[0]) == sorted(classes.joints[1]);
 }
 
 /// What the answer says of a joint.

@@ -1,20 +1,21 @@
 #include "compiler/congruence/mappings.h"
 
 #include <algorithm>
-#include <numeric>
+#include <set>
 #include <string>
+
+#include "compiler/base/disjoint_sets.h"
 
 namespace morphbus::congruence {
 namespace {
 
-/// The name of a module with a link in the body that comes before those of the others.
-const std::string& FirstName(const ScrewGraph& graph, int body) {
-  const std::vector<model::LinkRef>& links = graph.bodies[body].links;
-  const auto name = [&](const model::LinkRef& link) -> const std::string& {
-    return graph.robot->modules[link.module].name;
-  };
-  return name(*std::min_element(links.begin(), links.end(),
-                                [&](const auto& x, const auto& y) { return name(x) < name(y); }));
+/// Of the names of the modules with a link in the body that which comes first.
+std::string FirstName(const ScrewGraph& graph, int body) {
+  std::set<std::string> names;
+  for (const model::LinkRef& link : graph.bodies[body].links) {
+    names.insert(graph.robot->modules[link.module].name);
+  }
+  return *names.begin();
 }
 
 /// Counts the symmetries of an assembly.
@@ -23,9 +24,8 @@ class SymmetryCounter {
   SymmetryCounter(const ScrewGraph& a, const Classes& classes, Steps& steps)
       : steps_(steps),
         search_(a, a, classes, PlanByParts(a, SeedBody(a, a, classes)), steps),
-        orbit_of_(a.bodies.size()) {
-    std::iota(orbit_of_.begin(), orbit_of_.end(), 0);
-  }
+        bodies_(static_cast<int>(a.bodies.size())),
+        orbits_(bodies_) {}
 
   MappingCount Count() {
     int64_t count = CountOrbit();
@@ -37,20 +37,14 @@ class SymmetryCounter {
   }
 
  private:
-  int Orbit(int body) {
-    while (orbit_of_[body] != body) body = orbit_of_[body] = orbit_of_[orbit_of_[body]];
-    return body;
-  }
-
   /// The number of bodies to which symmetries take the seed, or more than kMaxCounted. For each
   /// orbit of bodies one attempt tells whether symmetries take the seed there.
   int64_t CountOrbit() {
     const int seed = search_.plan().seed;
-    const int bodies = static_cast<int>(orbit_of_.size());
     std::vector<int> out_of_reach;
     int64_t size = 1;
     for (const int image : search_.Images()) {
-      const auto together = [&](int other) { return Orbit(other) == Orbit(image); };
+      const auto together = [&](int other) { return orbits_.Find(other) == orbits_.Find(image); };
       if (together(seed) || std::any_of(out_of_reach.begin(), out_of_reach.end(), together)) {
         continue;
       }
@@ -61,11 +55,12 @@ class SymmetryCounter {
         continue;
       }
       // The symmetry takes other bodies to each other too.
-      for (int body = 0; body < bodies; ++body) {
-        orbit_of_[Orbit(body)] = Orbit(search_.matched().ImageOf(body));
+      for (int body = 0; body < bodies_; ++body) {
+        orbits_.Unite(body, search_.matched().ImageOf(body));
       }
       size = 0;
-      for (int body = 0; body < bodies; ++body) size += Orbit(body) == Orbit(seed) ? 1 : 0;
+      for (int body = 0; body < bodies_; ++body)
+        size += orbits_.Find(body) == orbits_.Find(seed) ? 1 : 0;
       if (size > kMaxCounted) break;
     }
     return size;
@@ -78,11 +73,11 @@ class SymmetryCounter {
     int64_t count = 1;
     for (int step = 0; step < search_.num_steps() && !steps_.gave_up(); ++step) {
       // How many counterparts can the joint have if all joints before it stay where they are?
-      const std::vector<Counterpart> counterparts = search_.Prepare(step);
-      const Counterpart itself{search_.plan().steps[step].joint, 1.0};
+      const std::vector<JointImage> counterparts = search_.Prepare(step);
+      const JointImage itself{search_.plan().steps[step].joint, 1.0};
       const Correspondence::Mark before = matched.mark();
       int64_t ways = 1;
-      for (const Counterpart& to : counterparts) {
+      for (const JointImage& to : counterparts) {
         if (to.to == itself.to && to.sign == itself.sign) continue;
         if (search_.Take(step, to) && search_.Match(step + 1, search_.EndOfEffect(step))) ++ways;
         matched.Undo(before);
@@ -96,7 +91,8 @@ class SymmetryCounter {
 
   Steps& steps_;
   Search search_;
-  std::vector<int> orbit_of_;  ///< By body, a union-find.
+  int bodies_;
+  DisjointSets orbits_;  ///< Of bodies.
 };
 
 }  // namespace

@@ -20,8 +20,12 @@ class PartPlanner {
         part_of_(graph.joints.size()),
         planned_(graph.joints.size(), false),
         reached_(graph.bodies.size(), false) {
+    std::vector<model::ScrewJoint> screws;
+    for (const ScrewJoint& j : graph.joints) {
+      screws.push_back({j.body_a, j.body_b, j.slide, j.axis, j.p_RoJo});
+    }
     const std::vector<std::vector<int>> parts =
-        model::BiconnectedParts(static_cast<int>(graph.bodies.size()), ScrewJointsOf(graph));
+        model::BiconnectedParts(static_cast<int>(graph.bodies.size()), screws);
     for (size_t p = 0; p < parts.size(); ++p) {
       for (const int joint : parts[p]) part_of_[joint] = static_cast<int>(p);
     }

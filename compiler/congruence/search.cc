@@ -82,7 +82,7 @@ bool Search::TryCounterparts(int step) {
   while (frame.next < frame.counterparts.size() && --steps_.left > 0) {
     matched_.Undo(frame.before);
     if (Take(step, frame.counterparts[frame.next++]) && !KnownToFail(step)) {
-      if (frame.next < frame.counterparts.size()) choices_.push_back(step);
+      if (frame.counterparts.size() > 1) choices_.push_back(step);
       return true;
     }
     matched_.Undo(frame.before);
@@ -91,7 +91,7 @@ bool Search::TryCounterparts(int step) {
   return false;
 }
 
-const std::vector<Counterpart>& Search::Prepare(int step) {
+const std::vector<JointImage>& Search::Prepare(int step) {
   const auto& [body, joint, end] = plan_.steps[step];
   Frame& frame = frames_[step];
   frame.before = matched_.mark();
@@ -104,7 +104,7 @@ const std::vector<Counterpart>& Search::Prepare(int step) {
   return frame.counterparts;
 }
 
-bool Search::Take(int step, const Counterpart& counterpart) {
+bool Search::Take(int step, const JointImage& counterpart) {
   if (!matched_.Commit(plan_.steps[step].body, plan_.steps[step].joint, counterpart)) return false;
   frames_[step].freedom_after = FreedomAt(step);
   return true;
@@ -141,7 +141,7 @@ int Search::EndOfEffect(int step) const {
 
 Search::PartKey Search::KeyOf(int step) const {
   const auto& [body, joint, end] = plan_.steps[step];
-  const Counterpart& to = matched_.CounterpartOf(joint);
+  const JointImage& to = matched_.CounterpartOf(joint);
   return {step, matched_.ImageOf(body), to.to, to.sign > 0.0 ? 1 : -1};
 }
 

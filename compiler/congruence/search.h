@@ -63,9 +63,9 @@ class Search {
 
   /// What the joint of the next step may be matched with, as far as can be seen at once: those of
   /// the modules first by name come first.
-  const std::vector<Counterpart>& Prepare(int step);
+  const std::vector<JointImage>& Prepare(int step);
   /// Matches that joint with the counterpart. False if it does not fit; something may have changed.
-  bool Take(int step, const Counterpart& counterpart);
+  bool Take(int step, const JointImage& counterpart);
   /// The number of steps done when all is matched that a choice at `step` can affect.
   [[nodiscard]] int EndOfEffect(int step) const;
 
@@ -73,7 +73,7 @@ class Search {
   /// A step that is being carried out, or has been.
   struct Frame {
     Correspondence::Mark before;
-    std::vector<Counterpart> counterparts;
+    std::vector<JointImage> counterparts;
     size_t next = 0;  ///< The counterpart to try next.
     /// PartialRotations::freedom of the step's body before the step and directly after it.
     int freedom_before = 0;
@@ -98,8 +98,10 @@ class Search {
   OnDeadEnd on_dead_end_;
   std::vector<std::vector<int>> joints_b_;  ///< By body of b: its joints by names of modules.
   std::vector<Frame> frames_;               ///< By step.
-  std::vector<int> choices_;  ///< Steps that have counterparts left to try, the latest last.
-  int end_ = 0;               ///< Of the present Match.
+  /// Steps with several counterparts, the latest last; also one of which all have been tried, so
+  /// that the failure of the last is remembered too.
+  std::vector<int> choices_;
+  int end_ = 0;  ///< Of the present Match.
   /// The rotations of the body with which a part was found to have no match.
   std::map<PartKey, std::vector<Eigen::Matrix3d>> failed_;
 };

@@ -10,6 +10,7 @@
 #include "compiler/congruence/congruence.h"
 #include "compiler/congruence/mappings.h"
 #include "compiler/m3l/compile.h"
+#include "compiler/model/loop_constraints.h"
 #include "test/compiler/congruence/assemblies.h"
 #include "test/compiler/congruence/texts.h"
 #include "test/support/large_robots.h"
