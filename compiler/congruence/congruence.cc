@@ -85,10 +85,7 @@ void Explain(const ScrewGraph& a, const ScrewGraph& b, Congruence& result) {
     return false;
   };
   const Classes plain = PlainClasses(a, b);
-  ForEachMapping(a, b, plain, steps, found,
-                 [&](const Correspondence& matched, int body, int joint, bool tried) {
-                   ends.Note(matched, body, joint, tried);
-                 });
+  ForEachMapping(a, b, plain, steps, found, [&](const auto&... end) { ends.Note(end...); });
   if (!result.congruent()) result.reason = ends.Explain(SeedBody(a, b, plain));
 }
 

@@ -28,6 +28,7 @@ class SymmetryCounter {
         orbits_(bodies_) {}
 
   MappingCount Count() {
+    // The second factor matters only as far as the product stays below the limit.
     int64_t count = CountOrbit();
     if (count <= kMaxCounted) count *= CountInPlace(kMaxCounted / count);
     if (count > kMaxCounted) return {kMaxCounted, false};
@@ -68,6 +69,7 @@ class SymmetryCounter {
 
   /// The number of symmetries that take the seed to itself, or some number above `most`.
   int64_t CountInPlace(int64_t most) {
+    // All joints are matched with themselves in turn, each after its other ways were tried.
     Correspondence& matched = search_.matched();
     search_.Begin(search_.plan().seed);
     int64_t count = 1;
@@ -134,6 +136,7 @@ std::optional<Mapping> FirstMapping(const ScrewGraph& a, const ScrewGraph& b,
   if (std::optional<Mapping> in_frame = MappingInFrame(a, b, classes, steps)) return in_frame;
   const int seed = SeedBody(a, b, classes);
   if (seed < 0) return std::nullopt;
+  // Any place will do if the search by parts gets to the end from it.
   Search search(a, b, classes, PlanByParts(a, seed), steps);
   std::vector<int> images = search.Images();
   std::stable_sort(images.begin(), images.end(),
@@ -150,6 +153,7 @@ void ForEachMapping(const ScrewGraph& a, const ScrewGraph& b, const Classes& cla
                     const Search::OnDeadEnd& on_dead_end) {
   const int seed = SeedBody(a, b, classes);
   if (seed < 0) return;
+  // Each way on from each image of the seed is another mapping.
   Search search(a, b, classes, PlanAsOne(a, seed), steps, on_dead_end);
   for (const int image : search.Images()) {
     search.Begin(image);

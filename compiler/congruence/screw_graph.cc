@@ -65,6 +65,7 @@ ScrewGraph BuildScrewGraph(const model::Model& model, const model::Robot& robot)
   for (const model::ModuleInstance& module : robot.modules) {
     graph.extent_m = std::max(graph.extent_m, model::ExtentOf(model.module_types[module.type]));
   }
+  // Joints come in order of module, then joint, and their bodies learn of them.
   for (const model::GraphJoint& j : kinematic.joints) {
     const model::Joint& joint = model.TypeOf(robot, j.module).joints[j.joint];
     const bool slide = joint.type == model::JointType::kPrismatic;

@@ -12,6 +12,7 @@ Search::Search(const ScrewGraph& a, const ScrewGraph& b, const Classes& classes,
       steps_(steps),
       on_dead_end_(std::move(on_dead_end)),
       frames_(plan_.steps.size()) {
+  // So that the first mapping that is found is the first by names, as far as that goes.
   const auto name = [&](int joint) -> const std::string& {
     return b.robot->modules[b.joints[joint].module].name;
   };
@@ -67,6 +68,7 @@ bool Search::GoOn(int step) {
 /// the choice. False if there is none.
 bool Search::GoBack(int& step) {
   while (!choices_.empty() && !steps_.gave_up()) {
+    // It becomes the latest choice again where another counterpart fits.
     const int choice = choices_.back();
     choices_.pop_back();
     RememberFailure(choice, step);
@@ -92,6 +94,7 @@ bool Search::TryCounterparts(int step) {
 }
 
 const std::vector<JointImage>& Search::Prepare(int step) {
+  // The frame keeps what is needed to come back to this step.
   const auto& [body, joint, end] = plan_.steps[step];
   Frame& frame = frames_[step];
   frame.before = matched_.mark();

@@ -162,10 +162,9 @@ class Specialiser {
         break;
     }
     // What a connector lacks makes the condition on it false (docs/m3l.md, connections).
-    if (!Exists(condition.p) || !Exists(condition.q)) return Constant(negate);
-    if (condition.kind != Condition::Kind::kCoincident &&
-        (!HasDirection(condition.p) || !HasDirection(condition.q))) {
-      return Constant(negate);
+    const bool directions = condition.kind != Condition::Kind::kCoincident;
+    for (const PointRef* ref : {&condition.p, &condition.q}) {
+      if (FindPoints(*ref, directions, On(ref->side)).empty()) return Constant(negate);
     }
     // What is left is geometry, which the solver has to look at.
     return {{{{{&condition, negate}}, {{}}}}};
@@ -173,26 +172,6 @@ class Specialiser {
 
  private:
   [[nodiscard]] const Connector& On(Side side) const { return side == Side::kA ? a_ : b_; }
-
-  /// True if the connector has the point that `ref` names.
-  [[nodiscard]] bool Exists(const PointRef& ref) const {
-    const std::vector<std::string>& names = On(ref.side).subpoint_names;
-    switch (ref.kind) {
-      case PointRef::Kind::kSubpoint:
-        return std::find(names.begin(), names.end(), ref.subpoint) != names.end();
-      case PointRef::Kind::kAnySubpoint:
-        return !names.empty();
-      default:
-        return true;
-    }
-  }
-
-  /// True if `ref` has a direction: an axis has, a point if it has a normal.
-  [[nodiscard]] bool HasDirection(const PointRef& ref) const {
-    if (ref.kind == PointRef::Kind::kAxis) return true;
-    const std::string key = ref.kind == PointRef::Kind::kSubpoint ? ref.subpoint : "";
-    return On(ref.side).normals.count(key) > 0;
-  }
 
   /// `and` or `or`; negation swaps the two (De Morgan). A part that decides the whole by itself
   /// comes before all limits.
