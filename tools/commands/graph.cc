@@ -4,16 +4,17 @@
 
 <<<<<<< HEAD
 #include "compiler/emit/back_ends.h"
-    =======
+    == == ==
+    =
 #include <map>
 
 #include "compiler/emit/dot.h"
-    >>>>>>> lotool
+        >>>>>>> lotool
 #include "compiler/model/kinematic_graph.h"
 #include "tools/base/output_path.h"
 #include "tools/commands/commands.h"
 
-    namespace morphbus::tools {
+        namespace morphbus::tools {
   namespace {
 
   /// The options of `morphbus graph`.
