@@ -35,12 +35,12 @@ class VmController : public ModuleController {
   [[nodiscard]] const vm::VerifiedProgram& program() const { return *program_; }
 
  private:
-  /// Goes over to a program that has come whole from a neighbour, if the verifier accepts it; refused,
-  /// it is remembered by version and hash, so that it is not collected a second time. The VM ends the
-  /// role that it holds, and its joints hold their targets.
+  /// Goes over to a program that has come whole from a neighbour, if the verifier accepts it;
+  /// refused, it is remembered by version and hash, so that it is not collected a second time. The
+  /// VM ends the role that it holds, and its joints hold their targets.
   void ReplaceIfReady();
-  /// No program has been on its way here: the relay need not be saved. It holds two images, which is
-  /// far more than all else together, and in most runs nothing ever happens there.
+  /// No program has been on its way here: the relay need not be saved. It holds two images, which
+  /// is far more than all else together, and in most runs nothing ever happens there.
   [[nodiscard]] bool RelayIsPristine() const;
 
   // What the module is, and what its type is like. Neither changes, so neither is saved: a resumed
