@@ -10,7 +10,9 @@
 
 namespace morphbus::bridge {
 
-/// Adds a number, flag or enum to the text.
+/// Adds a number, flag or enum to the text. Texts are kept by the hundred thousand while a test
+/// explores, and a state is mostly flags, so a flag takes one character; a number ends with a
+/// comma, so that it cannot run on into the next one.
 template <class T>
 void AddPrint(const T& part, std::string* print) {
   if constexpr (std::is_same_v<T, bool>) {
