@@ -8,7 +8,7 @@
     =
 #include <map>
 
-#include "compiler/emit/dot.h"
+#include "compiler/emit/back_ends.h"
         >>>>>>> lotool
 #include "compiler/model/kinematic_graph.h"
 #include "tools/base/output_path.h"
