@@ -5,14 +5,21 @@
 #include <cstdint>
 #include <ranges>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 namespace morphbus::bridge {
 
-/// Adds a number, flag or enum to the text.
+/// Adds a number, flag or enum to the text. Texts are kept by the hundred thousand while a test
+/// explores, and a state is mostly flags, so a flag takes one character; a number ends with a
+/// comma, so that it cannot run on into the next one.
 template <class T>
 void AddPrint(const T& part, std::string* print) {
-  *print += std::to_string(static_cast<int64_t>(part)) + ',';
+  if constexpr (std::is_same_v<T, bool>) {
+    *print += part ? '1' : '0';
+  } else {
+    *print += std::to_string(static_cast<int64_t>(part)) + ',';
+  }
 }
 /// Adds both parts of an entry of a map.
 template <class A, class B>

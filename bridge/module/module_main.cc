@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "bridge/module/module_process.h"
+#include "compiler/source/diagnostics.h"
 
 namespace morphbus::bridge {
 namespace {
@@ -85,6 +86,24 @@ int Refuse(const std::string& why) {
   return 2;
 }
 
+/// Says what is wrong with the options, a misspelt one with the nearest that there is. --help and
+/// --version end here too, with status 0.
+int RefuseOptions(const CLI::App& app, const CLI::ParseError& error) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  // CLI11 leaves over what it could not assign; an option among it is one that nobody defined.
+  for (const std::string& argument : app.remaining()) {
+    if (!argument.starts_with("-")) continue;
+    const std::string name = argument.substr(0, argument.find('='));
+    const std::string nearest = source::NearestName(name, names);
+    return Refuse("there is no option '" + name + "'" +
+                  (nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
+  }
+  return app.exit(error) == 0 ? 0 : 2;
+}
+
 /// Checks what single options cannot show, and runs the process. Returns the exit status.
 int Run(Arguments* a) {
   // Lists must go together: one id a module, one image for all or one for each.
@@ -137,8 +156,7 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    // --help and --version end here too, with status 0.
-    return app.exit(error) == 0 ? 0 : 2;
+    return morphbus::bridge::RefuseOptions(app, error);
   }
   if (!arguments.survive_parent) {
     // A module must not outlive its launcher; if that died before this line, we see another parent.

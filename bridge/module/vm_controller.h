@@ -35,12 +35,16 @@ class VmController : public ModuleController {
   [[nodiscard]] const vm::VerifiedProgram& program() const { return *program_; }
 
  private:
-  /// Goes over to a program that has come whole from a neighbour, if the verifier accepts it.
+  /// Goes over to a program that has come whole from a neighbour, if the verifier accepts it;
+  /// refused, it is remembered by version and hash, so that it is not collected a second time. The
+  /// VM ends the role that it holds, and its joints hold their targets.
   void ReplaceIfReady();
-  /// No program has been on its way here: the relay need not be saved.
+  /// No program has been on its way here: the relay need not be saved. It holds two images, which
+  /// is far more than all else together, and in most runs nothing ever happens there.
   [[nodiscard]] bool RelayIsPristine() const;
 
-  // What the module is, and what its type is like.
+  // What the module is, and what its type is like. Neither changes, so neither is saved: a resumed
+  // process is told both again, and the sim sees to it that they are the same.
   const vm::VmConfig config_;
   const vm::VerifiedKinematics& kinematics_;
   // The program that runs; replacement_ owns it once a new one has come.
@@ -56,7 +60,9 @@ class VmController : public ModuleController {
   std::unique_ptr<vm::VerifiedProgram> replacement_;  ///< Once a program was deployed.
   /// Hash of the program that pieces come of from outside.
   uint64_t deploy_hash_ = 0;
-  std::vector<uint8_t> deploy_;  ///< What came of a program from outside.
+  /// What came of a program from outside: its bytes from the first one on, as pieces come in order.
+  /// Empty once they were whole.
+  std::vector<uint8_t> deploy_;
 };
 
 }  // namespace morphbus::bridge

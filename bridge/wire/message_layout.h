@@ -113,6 +113,7 @@ constexpr void WalkPiece(V& v, int64_t most) {
 /// A connector that is mated. A connection number is counted from 1; 0 would be none.
 template <class V>
 constexpr void Walk(V& v, As<morphbus::docked_connector_t>) {
+  // Ours and the mate's, each by its number in its own module type.
   v.Int8("connector", 0, kLastConnector);
   v.Int8("mate_connector", 0, kLastConnector);
   v.Int16("mate_module", 0, kMost16);
@@ -131,6 +132,7 @@ constexpr void Walk(V& v, As<morphbus::module_sensors_t>) {
   // One number for each joint, rad or m, and rad/s or m/s.
   v.Doubles("joint_position_si", joints);
   v.Floats("joint_velocity_si", joints);
+  // What is docked now; a connector that is not listed is free.
   List8<morphbus::docked_connector_t>(v, "num_docked", "docked", vm::kMaxNeighbours);
 }
 
@@ -142,6 +144,7 @@ constexpr void Walk(V& v, As<morphbus::invoke_request_t>) {
   v.Int16("role", 0, vm::kMaxRoles - 1);
   v.Int8("command", 0, vm::kMaxRoutines - 1);
   const int64_t arguments = v.Count8("num_arguments", vm::kMaxArguments);
+  // The image under which role and command have these numbers.
   v.Hash("program_hash");
   v.Bytes("arguments", 4 * arguments);
 }
@@ -150,6 +153,7 @@ constexpr void Walk(V& v, As<morphbus::invoke_request_t>) {
 template <class V>
 constexpr void Walk(V& v, As<morphbus::deploy_piece_t>) {
   v.Int16("module_id", 0, kMost16);
+  // Of the whole image, so that pieces of two programs are not mixed.
   v.Hash("hash");
   WalkPiece(v, kMaxDeployPiece);
 }
@@ -159,6 +163,7 @@ template <class V>
 constexpr void Walk(V& v, As<morphbus::body_pose_t>) {
   v.Int16("module_id", 0, kMost16);
   v.Int8("link", 0, kLastLink);
+  // Metres in W, and the turn from W to the link.
   v.Doubles("position_m", 3);
   v.DoubleQuaternion("orientation_wxyz");
 }
@@ -166,6 +171,7 @@ constexpr void Walk(V& v, As<morphbus::body_pose_t>) {
 /// A pose as modules tell it, X_RL in the robot frame, in single precision.
 template <class V>
 constexpr void Walk(V& v, As<morphbus::pose_t>) {
+  // Metres in R, and the turn from R to the link.
   v.Floats("position_m", 3);
   v.FloatQuaternion("orientation_wxyz");
 }
@@ -174,6 +180,7 @@ constexpr void Walk(V& v, As<morphbus::pose_t>) {
 template <class V>
 constexpr void Walk(V& v, As<morphbus::docked_link_t>) {
   v.Int8("connector", 0, kLastConnector);
+  // The link that carries it, and the lowest of those that are rigidly one with that link.
   v.Int8("link", 0, kLastLink);
   v.Int8("body_link", 0, kLastLink);
   v.Int16("mate_module", 0, kMost16);
@@ -182,21 +189,25 @@ constexpr void Walk(V& v, As<morphbus::docked_link_t>) {
 /// News that a joint touches the body of one of the sender's links. Stamps may lie before the run.
 template <class V>
 constexpr void Walk(V& v, As<morphbus::body_entry_t>) {
+  // The link is one of the sender's, the joint one of the module named below it.
   v.Int8("link", 0, kLastLink);
   v.Int8("joint", 0, kLastJoint);
   v.Int16("module_id", 0, kMost16);
+  // The tick in which that module said so.
   v.Int32("stamp_tick", kLeast32, kMost32);
 }
 
 /// A command on its way through the robot. Ids count from 1, and 0 is an id that was never given.
 template <class V>
 constexpr void Walk(V& v, As<morphbus::invocation_t>) {
+  // Who issued it. With the incarnation and the id below this names the invocation.
   v.Int16("origin_module", 0, kMost16);
   v.Int16("role", 0, vm::kMaxRoles - 1);
   v.Int8("command", 0, vm::kMaxRoutines - 1);
   const int64_t arguments = v.Count8("num_arguments", vm::kMaxArguments);
   v.Int32("origin_incarnation", 0, kMost32);
   v.Int32("id", 1, kMost32);
+  // It runs under this image alone.
   v.Hash("program_hash");
   v.Bytes("arguments", 4 * arguments);
 }
@@ -206,6 +217,7 @@ template <class V>
 constexpr void Walk(V& v, As<morphbus::invocation_ack_t>) {
   v.Int16("origin_module", 0, kMost16);
   v.Int32("origin_incarnation", 0, kMost32);
+  // All up to `id` have come; those from `floor` on are still kept for others.
   v.Int32("id", 0, kMost32);
   v.Int32("floor", 0, kMost32);
 }
@@ -213,8 +225,10 @@ constexpr void Walk(V& v, As<morphbus::invocation_ack_t>) {
 /// Which program the sender runs and which it collects. Wanting nothing is a version of 0.
 template <class V>
 constexpr void Walk(V& v, As<morphbus::program_news_t>) {
+  // What runs: the highest version spreads, and of equal ones that with the higher hash.
   v.Int32("version", 0, kMost32);
   v.Hash("hash");
+  // What is collected, and the first byte of it that is missing.
   v.Int32("want_version", 0, kMost32);
   v.Hash("want_hash");
   v.Int32("want_offset", 0, vm::kMaxImageBytes);
@@ -232,6 +246,7 @@ constexpr void Walk(V& v, As<morphbus::program_fragment_t>) {
 template <class V>
 constexpr void Walk(V& v, As<morphbus::joint_command_t>) {
   v.Int8("mode", morphbus::joint_command_t::MODE_HOLD, morphbus::joint_command_t::MODE_VELOCITY);
+  // Radians or metres, and those a second, in the actuator's own sign.
   v.Doubles("target_si", 1);
   v.Doubles("speed_si", 1);
 }
@@ -239,6 +254,7 @@ constexpr void Walk(V& v, As<morphbus::joint_command_t>) {
 /// Sets a state variable of a connector. Values are indices into what the variable allows.
 template <class V>
 constexpr void Walk(V& v, As<morphbus::connector_command_t>) {
+  // The connector by its number in the type, the state by its number in the connector.
   v.Int8("connector", 0, kLastConnector);
   v.Int8("state", 0, vm::kMaxConnectorStates - 1);
   v.Int8("value", 0, kMost8);
@@ -265,12 +281,14 @@ constexpr void Walk(V& v, As<morphbus::task_t>) {
 /// kind; a line of 0 is unknown.
 template <class V>
 constexpr void Walk(V& v, As<morphbus::fault_t>) {
+  // What happened, and where in the program.
   v.Int16("code", 0, vm::kNumFaultCodes - 1);
   v.Int16("role", -1, vm::kMaxRoles - 1);
   v.Int16("rival_role", -1, vm::kMaxRoles - 1);
   v.Int16("function_index", -1, vm::kMaxFunctions - 1);
   v.Int16("line", 0, kMost16);
   v.Int16("keyword", -1, vm::kMaxKeywords - 1);
+  // Parts of the module, by their numbers in its type.
   v.Int8("joint", -1, kLastJoint);
   v.Int8("link", -1, kLastLink);
   v.Int8("connector", -1, kLastConnector);
@@ -286,8 +304,10 @@ constexpr void Walk(V& v, As<morphbus::fault_t>) {
 template <class V>
 constexpr void Walk(V& v, As<morphbus::channel_total_t>) {
   v.Text("channel", kMaxChannelName);
+  // Distinct payloads, and the hash of their bytes in order.
   v.Int64("count", 0, kMost64);
   v.Hash("hash");
+  // Whether the channel counts for the run's hash.
   v.Bool("hashed");
 }
 
@@ -299,11 +319,13 @@ template <class V>
 constexpr void Walk(V& v, As<morphbus::sim_clock_t>) {
   v.template Struct<morphbus::header_t>("header");
   v.Int8("phase", morphbus::sim_clock_t::PHASE_START, morphbus::sim_clock_t::PHASE_END);
+  // Length of a tick of sim time, the same all the time.
   v.Int32("tick_us", 1, kMost32);
   v.Int16("num_modules", 0, kMost16);
   // Listeners learn here how many messages a tick has on SENSORS and on WORLD.
   v.Int16("num_sensors_parts", 0, kMost16);
   v.Int16("num_world_parts", 0, kMost16);
+  // For people; empty but in the last CLOCK.
   v.Text("end_reason", kLongestText);
   // What people asked for that takes effect at this tick, as text.
   const int64_t controls = v.Count16("num_controls", kMostControls);
@@ -339,10 +361,12 @@ constexpr void Walk(V& v, As<morphbus::transform_t>) {
   v.Int16("role", -1, vm::kMaxRoles - 1);
   v.Bool("has_pose");
   v.Bool("pose_stale");
+  // Whose broadcast its poses rest on, and how many modules lie between.
   v.Int16("root_module", 0, kMost16);
   v.Int32("root_incarnation", 0, kMost32);
   v.Int64("root_sequence", kLeast64, kMost64);
   v.Int16("hops", 0, kMost16);
+  // Where its links are in R, in the order of their declaration, and who is docked to it.
   List8<morphbus::pose_t>(v, "num_links", "link_poses", vm::kMaxLinks);
   List8<morphbus::docked_link_t>(v, "num_docked", "docked", vm::kMaxNeighbours);
   // The tail: what has no room in this message waits for a later one.
@@ -350,6 +374,7 @@ constexpr void Walk(V& v, As<morphbus::transform_t>) {
   List8<morphbus::body_entry_t>(v, "num_body_entries", "body_entries", vm::kMaxMessageBodyEntries);
   List8<morphbus::invocation_t>(v, "num_invocations", "invocations", vm::kMaxMessageInvocations);
   List8<morphbus::invocation_ack_t>(v, "num_acks", "acks", vm::kMaxMessageAcks);
+  // Programs spread from neighbour to neighbour, a piece a message.
   v.template Struct<morphbus::program_news_t>("news");
   List8<morphbus::program_fragment_t>(v, "num_fragments", "fragments", 1);
 }
@@ -361,6 +386,7 @@ constexpr void Walk(V& v, As<morphbus::actuator_t>) {
   v.Int16("module_id", 0, kMost16);
   // STATUS messages so far, so that the logger notices when one is missing.
   v.Int64("status_count", 0, kMost64);
+  // A command for each joint; connectors are named, as few change at a time.
   List8<morphbus::joint_command_t>(v, "num_joints", "joints", vm::kMaxJoints);
   List8<morphbus::connector_command_t>(v, "num_connectors", "connectors", vm::kMaxConnectors);
 }
@@ -377,6 +403,7 @@ constexpr void Walk(V& v, As<morphbus::status_t>) {
   v.Bool("frozen");
   v.Bool("has_pose");
   v.Bool("pose_stale");
+  // What the role's names stand for in this module.
   List8<morphbus::label_t>(v, "num_labels", "labels", vm::kMaxLabels);
   const int64_t joints = v.Count8("num_joints", vm::kMaxJoints);
   // Convention of each joint; 0 for one that has none.
@@ -394,11 +421,13 @@ constexpr void Walk(V& v, As<morphbus::ask_t>) {
   v.template Struct<morphbus::header_t>("header");
   v.Text("sender", kMaxProcessName);
   v.Int8("kind", morphbus::ask_t::KIND_RESEND, morphbus::ask_t::KIND_VERDICT_ACK);
+  // Of KIND_RESEND: which messages are missing, the last one included.
   v.Text("channel", kMaxChannelName);
   v.Int64("first_sequence", 0, kMost64);
   v.Int64("last_sequence", 0, kMost64);
   // Of KIND_ACK and KIND_END_ACK; -1 before tick 0 is whole, and for all other kinds.
   v.Int64("acknowledged_tick", -1, kMost64);
+  // Of the run as the sender knows it; empty if it does not.
   v.Text("run_hash", kRunHashText);
   // Empty if the run ended as planned.
   v.Text("verdict", kLongestText);
@@ -427,6 +456,7 @@ template <class V>
 constexpr void Walk(V& v, As<morphbus::health_t>) {
   v.template Struct<morphbus::header_t>("header");
   v.Text("process", kMaxProcessName);
+  // Time and use are those of the process, the others are its ledger.
   for (const char* count :
        {"wall_time_us", "received", "sent", "lost", "discarded", "duplicates", "resent", "asked",
         "queue_overflows", "bad", "missed_deadlines", "max_rss_kb", "cpu_us"}) {
@@ -447,6 +477,7 @@ constexpr void Walk(V& v, As<morphbus::info_part_t>) {
 template <class V>
 constexpr void Walk(V& v, As<morphbus::control_t>) {
   v.template Struct<morphbus::header_t>("header");
+  // It grows with every command, so that none can be sent a second time by a stranger.
   v.Int64("counter", 0, kMost64);
   v.Text("command", kLongestText);
   v.Bytes("mac", 32);
@@ -457,6 +488,7 @@ template <class V>
 constexpr void Walk(V& v, As<morphbus::log_end_t>) {
   v.template Struct<morphbus::header_t>("header");
   v.Text("run", kMaxRunName);
+  // Whether the run ended as planned, and why it ended.
   v.Bool("clean");
   v.Text("reason", kLongestText);
   v.Text("run_hash", kRunHashText);

@@ -71,7 +71,8 @@ class WireReader {
   /// must lie between 0.9 and 1.1.
   void FloatQuaternion(const char* name) { Quaternion<float, uint32_t>(name); }
   void DoubleQuaternion(const char* name) { Quaternion<double, uint64_t>(name); }
-  /// Bytes without a meaning of their own.
+  /// Bytes without a meaning of their own. `count` comes from a length that was read before, and so
+  /// is no larger than the layout allows; that as many bytes are there is checked here.
   void Bytes(const char* name, int64_t count) { Skip(name, static_cast<size_t>(count)); }
 
   /// A string as LCM writes it: its length with the NUL (4 bytes), its bytes, and a NUL, with no
@@ -89,7 +90,8 @@ class WireReader {
     }
     position_ += length;
   }
-  /// `count` strings, one after another.
+  /// `count` strings, one after another. Every string takes five bytes at least, so that the
+  /// message's end stops the loop however large the count is.
   void Texts(const char* name, int64_t count, size_t longest) {
     for (int64_t i = 0; i < count && ok(); ++i) Text(name, longest, i);
   }
@@ -103,6 +105,7 @@ class WireReader {
     Walk(*this, layout::As<M>());
     if (ok()) --depth_;  // A failure has used the path already.
   }
+  /// The same for each element of an array, whose place in the array a failure names.
   template <class M>
   void Structs(const char* name, int64_t count) {
     for (int64_t i = 0; i < count && ok(); ++i) Struct<M>(name, i);
@@ -137,6 +140,9 @@ class WireReader {
     failure_ += std::string(" ") + why + " (byte " + std::to_string(position_) + ")";
   }
 
+  // What follows moves the place of the next byte, and is the only code that does. Each checks
+  // first that the bytes are there; the difference of size and place cannot be below 0, as the
+  // place never goes beyond the end.
   /// Passes over bytes that any value is allowed for, if they are there.
   void Skip(const char* name, size_t bytes) {
     if (!ok()) return;
@@ -159,6 +165,9 @@ class WireReader {
     return static_cast<U>(value);
   }
 
+  /// A number of type T in lowest..highest. T says how many bytes it has, and that they are signed
+  /// in two's complement; what is outside of the range reads as 0, and the failure names its first
+  /// byte.
   template <class T>
   int64_t Integer(const char* name, int64_t lowest, int64_t highest, int64_t index = -1) {
     // The range is that of the layout, which lies within T's.
@@ -171,6 +180,8 @@ class WireReader {
     return ok() ? value : 0;
   }
 
+  /// One number in IEEE 754, of any value: whoever asks for it checks that it is finite. F is float
+  /// or double, and U the unsigned type of the same size.
   template <class F, class U>
   F Real(const char* name, int64_t index) {
     // The bits of a float or double travel as those of an integer of the same size.
@@ -192,6 +203,8 @@ class WireReader {
     }
   }
 
+  /// Four numbers whose squares add up to about 1. Rounding of single precision stays far within
+  /// the bounds; whoever computes with a rotation may scale it to unit length.
   template <class F, class U>
   void Quaternion(const char* name) {
     double norm = 0;

@@ -19,7 +19,8 @@ class WireSizer {
   /// The sum so far.
   [[nodiscard]] constexpr size_t bytes() const { return bytes_; }
 
-  /// Numbers have the size of their type.
+  /// Numbers have the size of their type. Their highest value is returned, which a layout may
+  /// compare with another field but never goes by to walk further: only lengths do that.
   constexpr int64_t Int8(const char*, int64_t, int64_t highest) { return Number(1, highest); }
   constexpr int64_t Int16(const char*, int64_t, int64_t highest) { return Number(2, highest); }
   constexpr int64_t Int32(const char*, int64_t, int64_t highest) { return Number(4, highest); }
@@ -44,8 +45,9 @@ class WireSizer {
   constexpr void Texts(const char*, int64_t count, size_t longest) {
     for (int64_t i = 0; i < count; ++i) Text("", longest);
   }
+  /// A struct is its fields one after another, with nothing between them; an array of structs has
+  /// nothing between its elements either, and its length stands before it as a field of its own.
   template <class M>
-  /// A struct is its fields one after another, with nothing between them.
   constexpr void Struct(const char*) {
     Walk(*this, layout::As<M>());
   }
@@ -56,7 +58,8 @@ class WireSizer {
     Struct<M>("");
     bytes_ = before + (bytes_ - before) * static_cast<size_t>(count);
   }
-  /// Sizes do not depend on what fields say together.
+  /// Sizes do not depend on what fields say together: what a reader would refuse is here the case
+  /// of all fields at their highest, and just counts.
   constexpr void Refuse(const char*, const char*) {}
 
  private:
@@ -74,7 +77,8 @@ class WireSizer {
   size_t bytes_ = 0;
 };
 
-/// The largest size of a struct within a message, bytes: arrays full, texts as long as may be.
+/// The largest size of a struct within a message, bytes: arrays full, texts as long as may be. A
+/// constant of the compiler's, so that static_asserts can compare it with the VM's limits.
 template <class M>
 constexpr size_t LargestSize() {
   WireSizer sizer(true);
@@ -82,7 +86,8 @@ constexpr size_t LargestSize() {
   return sizer.bytes();
 }
 
-/// The size of a message of which all arrays are empty, with its fingerprint (8 bytes).
+/// The size of a message of which all arrays are empty, with its fingerprint (8 bytes). What is
+/// left of a datagram is the room for the arrays.
 template <class M>
 constexpr size_t SizeWithoutArrays() {
   WireSizer sizer(false);

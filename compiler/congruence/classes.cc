@@ -1,7 +1,10 @@
 #include "compiler/congruence/classes.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <set>
+#include <utility>
 
 namespace morphbus::congruence {
 namespace {
@@ -19,17 +22,12 @@ uint64_t Mix(uint64_t hash, uint64_t value) {
 /// Gives numbers that lie within a tolerance of each other one label, which rounding them would
 /// not: two that are near may lie on either side of a rounding limit. A row of numbers each near
 /// the next gets one label as a whole, which makes coarser classes and never wrong ones.
-///
-/// First Add all numbers, then Close, then ask.
 class Labels {
  public:
-  explicit Labels(double tolerance) : tolerance_(tolerance) {}
-
-  void Add(double value) { values_.push_back(value); }
-  void Close() {
-    std::sort(values_.begin(), values_.end());
-    for (size_t i = 0; i < values_.size(); ++i) {
-      if (i == 0 || values_[i] - values_[i - 1] > tolerance_) starts_.push_back(values_[i]);
+  Labels(std::vector<double> values, double tolerance) {
+    std::sort(values.begin(), values.end());
+    for (size_t i = 0; i < values.size(); ++i) {
+      if (i == 0 || values[i] - values[i - 1] > tolerance) starts_.push_back(values[i]);
     }
   }
   [[nodiscard]] uint64_t Of(double value) const {
@@ -37,33 +35,23 @@ class Labels {
   }
 
  private:
-  double tolerance_;
-  std::vector<double> values_;  ///< All numbers; sorted once closed.
   std::vector<double> starts_;  ///< The least number of each label.
 };
 
-/// The lengths of a joint that no motion changes and the joint of a congruent assembly shares (m).
-struct JointFigures {
-  double foot[2] = {0, 0};  ///< Distance of the axis to the reference point of body a, body b.
-  double along = 0.0;       ///< Distance of these two points along the axis.
-};
-
-JointFigures FiguresOf(const ScrewGraph& graph, int joint) {
+/// The lengths of a joint that no motion changes and the joint of a congruent assembly shares (m):
+/// the distances of its axis to the reference points of body a and body b, and of these two points
+/// along it.
+std::array<double, 3> FiguresOf(const ScrewGraph& graph, int joint) {
   const ScrewJoint& j = graph.joints[joint];
-  JointFigures figures;
   const Eigen::Vector3d apart = graph.bodies[j.body_b].p_RoTo - graph.bodies[j.body_a].p_RoTo;
+  const double along = apart.dot(j.axis);
   if (j.slide) {  // has no place, and the distance along it depends on the start value
-    figures.foot[0] = figures.foot[1] = (apart - apart.dot(j.axis) * j.axis).norm();
-    return figures;
+    const double across = (apart - along * j.axis).norm();
+    return {across, across, 0.0};
   }
-  figures.foot[0] = graph.FootFrom(j.body_a, joint).norm();
-  figures.foot[1] = graph.FootFrom(j.body_b, joint).norm();
-  figures.along = std::abs(apart.dot(j.axis));
-  return figures;
+  return {graph.FootFrom(j.body_a, joint).norm(), graph.FootFrom(j.body_b, joint).norm(),
+          std::abs(along)};
 }
-
-/// The width of a joint's range (rad, m); -1 if it has no limits.
-double WidthOf(const ScrewJoint& j) { return j.bounded() ? j.upper - j.lower : -1.0; }
 
 /// Sliding or turning, with limits or without, with both ends in one body or not.
 uint64_t KindOf(const ScrewJoint& joint) {
@@ -72,18 +60,13 @@ uint64_t KindOf(const ScrewJoint& joint) {
 
 /// The number of classes that both assemblies' bodies are in.
 size_t CountClasses(const Classes& classes) {
-  std::vector<uint64_t> all;
-  for (const std::vector<uint64_t>& bodies : classes.bodies) {
-    all.insert(all.end(), bodies.begin(), bodies.end());
-  }
-  std::sort(all.begin(), all.end());
-  return static_cast<size_t>(std::unique(all.begin(), all.end()) - all.begin());
+  std::set<uint64_t> all(classes.bodies[0].begin(), classes.bodies[0].end());
+  all.insert(classes.bodies[1].begin(), classes.bodies[1].end());
+  return all.size();
 }
 
-/// What a joint is as seen from each of its ends: a hash of its kind, range and figures.
-struct EndLabels {
-  uint64_t own[2];  ///< Seen from body a, body b.
-};
+/// What a joint is as seen from body a and from body b: a hash of its kind, range and figures.
+using EndLabels = std::array<uint64_t, 2>;
 
 /// One round of colour refinement: a body's next class is its own with the set of its joints, each
 /// with the class of the body it leads to. A joint's class follows from those of its two ends.
@@ -96,7 +79,7 @@ void Refine(const ScrewGraph& graph, const std::vector<EndLabels>& ends,
     for (const int j : graph.bodies[b].joints) {
       const ScrewJoint& joint = graph.joints[j];
       const bool at_a = joint.body_a == static_cast<int>(b);
-      seen.push_back(Mix(ends[j].own[at_a ? 0 : 1], bodies[joint.Other(static_cast<int>(b))]));
+      seen.push_back(Mix(ends[j][at_a ? 0 : 1], bodies[joint.Other(static_cast<int>(b))]));
     }
     std::sort(seen.begin(), seen.end());
     uint64_t hash = bodies[b];
@@ -106,37 +89,42 @@ void Refine(const ScrewGraph& graph, const std::vector<EndLabels>& ends,
   bodies = std::move(next);
   for (size_t j = 0; j < joints.size(); ++j) {
     const ScrewJoint& joint = graph.joints[j];
-    const uint64_t a = Mix(ends[j].own[0], bodies[joint.body_a]);
-    const uint64_t b = Mix(ends[j].own[1], bodies[joint.body_b]);
+    const uint64_t a = Mix(ends[j][0], bodies[joint.body_a]);
+    const uint64_t b = Mix(ends[j][1], bodies[joint.body_b]);
     joints[j] = Mix(std::min(a, b), std::max(a, b));
   }
 }
 
 }  // namespace
 
+double LengthTolerance(const ScrewGraph& a, const ScrewGraph& b) {
+  return kGeometryTolerance * std::max(a.extent_m, b.extent_m);
+}
+
 double SlideTolerance(const ScrewGraph& a, const ScrewGraph& b) {
   return kLimitTolerance * std::max(a.extent_m, b.extent_m);
 }
 
 Classes PlainClasses(const ScrewGraph& a, const ScrewGraph& b) {
-  Labels angles(kLimitTolerance);
-  Labels lengths(SlideTolerance(a, b));
-  const auto labels = [&](const ScrewJoint& joint) -> Labels& {
-    return joint.slide ? lengths : angles;
+  // Widths of ranges are labelled over both assemblies in units of their tolerances, those of
+  // slides apart from angles as numbers below zero.
+  const double slide_tolerance = SlideTolerance(a, b);
+  const auto width = [&](const ScrewJoint& j) {
+    if (!j.bounded()) return 0.0;
+    return (j.upper - j.lower) / (j.slide ? -slide_tolerance : kLimitTolerance);
   };
-  // Widths of ranges are labelled over both assemblies, angles and lengths apart.
+  std::vector<double> widths;
   for (const ScrewGraph* graph : {&a, &b}) {
-    for (const ScrewJoint& joint : graph->joints) labels(joint).Add(WidthOf(joint));
+    for (const ScrewJoint& joint : graph->joints) widths.push_back(width(joint));
   }
-  angles.Close();
-  lengths.Close();
+  const Labels labels(std::move(widths), 1.0);
 
   // By themselves joints differ in kind and width of range, bodies in the number of their joints.
   Classes classes;
   for (const int side : {0, 1}) {
     const ScrewGraph& graph = side == 0 ? a : b;
     for (const ScrewJoint& joint : graph.joints) {
-      classes.joints[side].push_back(Mix(KindOf(joint), labels(joint).Of(WidthOf(joint))));
+      classes.joints[side].push_back(Mix(KindOf(joint), labels.Of(width(joint))));
     }
     for (const ScrewBody& body : graph.bodies) {
       classes.bodies[side].push_back(body.joints.size());
@@ -150,26 +138,25 @@ Classes RefinedClasses(const ScrewGraph& a, const ScrewGraph& b) {
   Classes classes = PlainClasses(a, b);
 
   // Lengths that are equal within the tolerance get one label, over both assemblies.
-  Labels lengths(kGeometryTolerance * std::max(a.extent_m, b.extent_m));
-  std::vector<JointFigures> figures[2];
+  const ScrewGraph* graphs[2] = {&a, &b};
+  std::vector<double> all_lengths;
   for (const int side : {0, 1}) {
-    const ScrewGraph& graph = side == 0 ? a : b;
-    for (size_t j = 0; j < graph.joints.size(); ++j) {
-      const JointFigures& f = figures[side].emplace_back(FiguresOf(graph, static_cast<int>(j)));
-      for (const double length : {f.foot[0], f.foot[1], f.along}) lengths.Add(length);
+    for (size_t j = 0; j < classes.joints[side].size(); ++j) {
+      const std::array<double, 3> figures = FiguresOf(*graphs[side], static_cast<int>(j));
+      all_lengths.insert(all_lengths.end(), figures.begin(), figures.end());
     }
   }
-  lengths.Close();
+  const Labels lengths(std::move(all_lengths), LengthTolerance(a, b));
 
   // What each joint is by itself does not change in what follows.
   std::vector<EndLabels> ends[2];
   for (const int side : {0, 1}) {
-    for (size_t j = 0; j < figures[side].size(); ++j) {
-      const JointFigures& f = figures[side][j];
-      const uint64_t both = Mix(classes.joints[side][j], lengths.Of(f.along));
-      const uint64_t foot_a = lengths.Of(f.foot[0]);
-      const uint64_t foot_b = lengths.Of(f.foot[1]);
-      ends[side].push_back({{Mix(Mix(both, foot_a), foot_b), Mix(Mix(both, foot_b), foot_a)}});
+    for (size_t j = 0; j < classes.joints[side].size(); ++j) {
+      const auto [foot_a, foot_b, along] = FiguresOf(*graphs[side], static_cast<int>(j));
+      const uint64_t both = Mix(classes.joints[side][j], lengths.Of(along));
+      const uint64_t at_a = lengths.Of(foot_a);
+      const uint64_t at_b = lengths.Of(foot_b);
+      ends[side].push_back({Mix(Mix(both, at_a), at_b), Mix(Mix(both, at_b), at_a)});
     }
   }
 

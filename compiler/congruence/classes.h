@@ -15,6 +15,8 @@ inline constexpr double kLimitTolerance = 1e-4;
 /// Lengths coincide within this much of the extent of the largest module; directions in rad.
 inline constexpr double kGeometryTolerance = 1e-6;
 
+/// Lengths coincide within this much (m).
+double LengthTolerance(const ScrewGraph& a, const ScrewGraph& b);
 /// Ranges of joints that slide are the same within this much (m).
 double SlideTolerance(const ScrewGraph& a, const ScrewGraph& b);
 

@@ -3,12 +3,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "compiler/base/check.h"
 #include "compiler/congruence/classes.h"
 #include "compiler/congruence/explain.h"
-#include "compiler/congruence/first_mapping.h"
-#include "compiler/congruence/mapping_counter.h"
-#include "compiler/congruence/mapping_search.h"
+#include "compiler/congruence/mappings.h"
 #include "compiler/congruence/mass_comparison.h"
 #include "compiler/congruence/screw_graph.h"
 
@@ -25,42 +22,40 @@ constexpr size_t kSmall = 64;
 
 /// Have both assemblies as many bodies and joints of each class?
 bool SameClasses(const Classes& classes) {
-  const auto same = [](std::vector<uint64_t> x, std::vector<uint64_t> y) {
-    std::sort(x.begin(), x.end());
-    std::sort(y.begin(), y.end());
-    return x == y;
+  const auto sorted = [](std::vector<uint64_t> members) {
+    std::sort(members.begin(), members.end());
+    return members;
   };
-  return same(classes.bodies[0], classes.bodies[1]) && same(classes.joints[0], classes.joints[1]);
+  return sorted(classes.bodies[0]) == sorted(classes.bodies[1]) &&
+         sorted(classes.joints[0]) == sorted(classes.joints[1]);
 }
 
 /// What the answer says of a joint.
 JointRef RefOf(const ScrewJoint& j) { return {j.module, j.joint, j.slide, j.locked}; }
-
-/// Up to kMaxCounted mappings, in order.
-std::vector<Mapping> List(const ScrewGraph& a, const ScrewGraph& b, const Classes& classes) {
-  std::vector<Mapping> mappings;
-  MappingSearch search(a, b, classes, kMaxStepsToList);
-  search.Run([&](const Mapping& mapping) {
-    mappings.push_back(mapping);
-    return mappings.size() < static_cast<size_t>(kMaxCounted);
-  });
-  std::stable_sort(mappings.begin(), mappings.end(),
-                   [&](const Mapping& x, const Mapping& y) { return ComesBefore(*b.robot, x, y); });
-  return mappings;
-}
 
 /// Fills in the mappings: all, if they are not too many to list, else `first` and perhaps others.
 void ListMappings(const ScrewGraph& a, const ScrewGraph& b, const Classes& classes, Mapping first,
                   Congruence& result) {
   const auto joints = static_cast<int64_t>(a.joints.size());
   const bool few = result.count_complete && result.count * joints <= kMaxJointsListed;
-  if (few || a.joints.size() <= kSmall) result.mappings = List(a, b, classes);
-  if (few && static_cast<int64_t>(result.mappings.size()) == result.count) return;
-  // Of those that are listed only the ones that come after `first` are kept, behind it.
   std::vector<Mapping>& mappings = result.mappings;
-  mappings.erase(std::remove_if(mappings.begin(), mappings.end(),
-                                [&](const Mapping& m) { return !ComesBefore(*b.robot, first, m); }),
-                 mappings.end());
+  if (few || a.joints.size() <= kSmall) {
+    Steps steps{kMaxStepsToList};
+    ForEachMapping(a, b, classes, steps, [&](const Mapping& mapping) {
+      mappings.push_back(mapping);
+      return mappings.size() < static_cast<size_t>(kMaxCounted);
+    });
+  }
+
+  // In order, each once. Where some are missing, those that would come before `first` go too.
+  const auto before = [&](const Mapping& x, const Mapping& y) {
+    return ComesBefore(*b.robot, x, y);
+  };
+  std::sort(mappings.begin(), mappings.end(), before);
+  const auto same = [&](const Mapping& x, const Mapping& y) { return !before(x, y); };
+  mappings.erase(std::unique(mappings.begin(), mappings.end(), same), mappings.end());
+  if (few && static_cast<int64_t>(mappings.size()) == result.count) return;
+  std::erase_if(mappings, [&](const Mapping& m) { return !before(first, m); });
   mappings.insert(mappings.begin(), std::move(first));
 }
 
@@ -80,17 +75,18 @@ void Decide(const ScrewGraph& a, const ScrewGraph& b, const Classes& classes, in
 
 /// Searches again among all that look alike at first sight, for a reason that speaks of one joint.
 void Explain(const ScrewGraph& a, const ScrewGraph& b, Congruence& result) {
-  MappingSearch search(a, b, PlainClasses(a, b), kMaxStepsToExplain);
-  search.Run([&](const Mapping& mapping) {
+  Steps steps{kMaxStepsToExplain};
+  DeadEnds ends(a, b);
+  const auto found = [&](const Mapping& mapping) {
     // Only where lengths at the tolerance put bodies into unlike classes that fit.
     result.mappings.push_back(mapping);
     result.count_complete = false;
     ++result.count;
     return false;
-  });
-  if (result.congruent()) return;
-  MORPHBUS_CHECK(search.dead_end().has_value());
-  result.reason = ExplainDeadEnd(a, b, *search.dead_end());
+  };
+  const Classes plain = PlainClasses(a, b);
+  ForEachMapping(a, b, plain, steps, found, [&](const auto&... end) { ends.Note(end...); });
+  if (!result.congruent()) result.reason = ends.Explain(SeedBody(a, b, plain));
 }
 
 }  // namespace

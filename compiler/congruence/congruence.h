@@ -8,9 +8,9 @@
 // both: theirs, the only values there are, must be mapped onto each other.
 //
 // How it is decided: ScrewGraph (bodies and screw axes) -> Classes (which can correspond at all)
-// -> Decomposition (what can be matched independently) -> MappingBuilder, over the one Backtracker,
-// which grows a Correspondence -> FirstMapping, CountSymmetries; MappingSearch, over the same
-// Backtracker, lists mappings or finds the joint that a negative answer speaks of.
+// -> Plan (an order of joints, and what can be matched independently) -> Search, which grows a
+// Correspondence -> FirstMapping, CountSymmetries, ForEachMapping (mappings.h); where there is no
+// mapping, DeadEnds (explain.h) says which joint has no counterpart.
 
 #include <Eigen/Core>
 #include <cstdint>

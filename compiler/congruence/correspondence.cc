@@ -1,29 +1,39 @@
 #include "compiler/congruence/correspondence.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
+
+#include "compiler/base/check.h"
 
 namespace morphbus::congruence {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
+namespace {
+
+/// Offsets (rad, m) are known no better than this.
+constexpr double kRounding = 1e-9;
+
+}  // namespace
+
 Correspondence::Correspondence(const ScrewGraph& a, const ScrewGraph& b, Classes classes)
     : a_(a),
       b_(b),
       classes_(std::move(classes)),
-      length_tolerance_(kGeometryTolerance * std::max(a.extent_m, b.extent_m)),
+      length_tolerance_(LengthTolerance(a, b)),
       slide_tolerance_(SlideTolerance(a, b)),
       R_(a.bodies.size(), {length_tolerance_, kGeometryTolerance}),
       body_to_(a.bodies.size(), -1),
       body_from_(b.bodies.size(), -1),
-      joint_to_(a.joints.size(), Counterpart{-1, 1.0}),
+      joint_to_(a.joints.size(), JointImage{-1, 1.0}),
       joint_from_(b.joints.size(), -1) {}
 
 void Correspondence::Undo(const Mark& mark) {
   // Counterparts forget each other, the latest first; rotations have a trail of their own.
   for (; joints_order_.size() > mark.joints; joints_order_.pop_back()) {
-    Counterpart& counterpart = joint_to_[joints_order_.back()];
+    JointImage& counterpart = joint_to_[joints_order_.back()];
     joint_from_[counterpart.to] = -1;
     counterpart.to = -1;
   }
@@ -41,13 +51,16 @@ void Correspondence::MatchBodies(int body, int image) {
   order_.push_back(body);
 }
 
-bool Correspondence::MayCorrespond(int joint, int to) const {
-  return classes_.joints[0][joint] == classes_.joints[1][to] &&
-         SameRange(a_.joints[joint], b_.joints[to], slide_tolerance_);
+bool Correspondence::SameRange(int joint, int to) const {
+  const ScrewJoint& from = a_.joints[joint];
+  const ScrewJoint& image = b_.joints[to];
+  if (from.slide != image.slide || from.bounded() != image.bounded()) return false;
+  const double difference = (from.upper - from.lower) - (image.upper - image.lower);
+  return !from.bounded() || std::abs(difference) <= RangeTolerance(from);
 }
 
 void Correspondence::AddCounterparts(int body, int joint, int to,
-                                     std::vector<Counterpart>& counterparts) const {
+                                     std::vector<JointImage>& counterparts) {
   if (joint_from_[to] >= 0 || !MayCorrespond(joint, to)) return;
   // The bodies beyond must both be the one the joint began at, or matched, or free.
   const int image = body_to_[body];
@@ -60,22 +73,144 @@ void Correspondence::AddCounterparts(int body, int joint, int to,
   const bool same_class = classes_.bodies[0][other] == classes_.bodies[1][other_image];
   if (R_.settled(body) && !same_class) return;
   for (const double sign : {1.0, -1.0}) {
-    if (AxisInPlace(body, joint, {to, sign})) counterparts.push_back({to, sign});
+    // Where the rotation is known this leaves most joints one counterpart.
+    const bool in_place = !R_.settled(body) || AlignJoint(body, joint, {to, sign});
+    if (in_place) counterparts.push_back({to, sign});
   }
 }
 
-/// Is the counterpart's axis where R takes that of `joint`, as seen from `body`? Yes where the
-/// body's rotation is still open. A quick test, which leaves most joints one counterpart.
-bool Correspondence::AxisInPlace(int body, int joint, const Counterpart& counterpart) const {
-  if (!R_.settled(body)) return true;
+// --- From a finished correspondence to a Mapping -----------------------------------------------
+
+/// Settles bodies at joints that turn without limits as their settled neighbours are, such that
+/// those joints' offsets become 0; on and on, until that reaches no further.
+void Correspondence::SettleNeighbours() {
+  bool any_open = true;
+  bool changed = true;
+  while (any_open && changed) {
+    any_open = changed = false;
+    for (const int body : order_) {
+      for (const int joint : a_.bodies[body].joints) {
+        const ScrewJoint& j = a_.joints[joint];
+        if (R_.settled(j.Other(body))) continue;
+        any_open = true;
+        if (!R_.settled(body) || j.slide || j.bounded()) continue;
+        const JointPair pair = PairOf(body, joint, joint_to_[joint]);
+        const double delta = pair.counterpart.sign * pair.joint.start - pair.to.start;
+        const Matrix3d wanted = Turn(pair.to_axis, -delta) * R_.Value(body);
+        changed = R_.AlignWhole(pair.other, wanted) || changed;
+      }
+    }
+  }
+}
+
+/// Chooses the turns that nothing determines: such that offsets become 0 where they can, and the
+/// robot frame is kept if that is open too.
+void Correspondence::SettleTheRest() {
+  SettleNeighbours();
+  const int root = a_.RootBody();
+  if (!R_.settled(root) && !R_.AlignWhole(root, Eigen::Matrix3d::Identity())) {
+    R_.AlignWhole(root, R_.Value(root));
+  }
+  SettleNeighbours();
+  for (const int body : order_) {
+    if (!R_.settled(body)) R_.AlignWhole(body, R_.Value(body));
+  }
+}
+
+double Correspondence::FinalOffset(int joint, const JointImage& counterpart) const {
+  const JointPair pair = PairOf(a_.joints[joint].body_b, joint, counterpart);
+  const double of_limits = OffsetOfLimits(joint, counterpart);
+  if (pair.other == pair.body) return of_limits;
+  const double offset = OffsetOf(pair);
+  // Free of rounding where the limits say it to the last digit.
+  return std::abs(offset - of_limits) < kRounding ? of_limits : offset;
+}
+
+bool Correspondence::KeepsFrame() const {
+  const int root = a_.RootBody();
+  const int root_b = b_.RootBody();
+  if (body_to_[root] != root_b) return false;
+  const double turned = (R_.Value(root) - Eigen::Matrix3d::Identity()).norm();
+  const double moved = (a_.bodies[root].p_RoTo - b_.bodies[root_b].p_RoTo).norm();
+  return turned <= 2.0 * kGeometryTolerance && moved <= length_tolerance_;
+}
+
+/// By module of a the module of b it goes to: where all its joints go or, for one without joints,
+/// where its origin goes. -1 where its joints go to several.
+std::vector<int> Correspondence::ModuleMap() const {
+  constexpr int kNoJoint = -2;
+  std::vector<int> to(a_.robot->modules.size(), kNoJoint);
+  for (size_t j = 0; j < a_.joints.size(); ++j) {
+    int& module = to[a_.joints[j].module];
+    const int image = b_.joints[joint_to_[j].to].module;
+    module = module == kNoJoint || module == image ? image : -1;
+  }
+  std::vector<bool> free_b(b_.robot->modules.size(), true);
+  for (const ScrewJoint& joint : b_.joints) free_b[joint.module] = false;
+  for (size_t m = 0; m < to.size(); ++m) {
+    if (to[m] == kNoJoint) to[m] = ImageOfRigidModule(static_cast<int>(m), free_b);
+  }
+  return to;
+}
+
+/// Of the modules of b marked in `free_b` (those without joints that are no image yet) the one
+/// whose origin is where that of `module` goes, which is then not free any more; -1 if none.
+int Correspondence::ImageOfRigidModule(int module, std::vector<bool>& free_b) const {
+  if (a_.body_of[module].empty()) return -1;
+  const int body = a_.body_of[module][0];
   const int image = body_to_[body];
-  const Matrix3d R = R_.Value(body);
-  const Vector3d axis = counterpart.sign * b_.joints[counterpart.to].AxisFrom(image);
-  if ((R * a_.joints[joint].AxisFrom(body) - axis).norm() > kGeometryTolerance) return false;
-  // A slide has a direction and no place.
-  if (a_.joints[joint].slide) return true;
-  const Vector3d gap = R * a_.FootFrom(body, joint) - b_.FootFrom(image, counterpart.to);
-  return gap.norm() <= length_tolerance_;
+  const Eigen::Vector3d p = a_.X_RL[module][0].translation() - a_.bodies[body].p_RoTo;
+  const Eigen::Vector3d p_image = b_.bodies[image].p_RoTo + R_.Value(body) * p;
+  for (const model::LinkRef& link : b_.bodies[image].links) {
+    if (!free_b[link.module]) continue;
+    const Eigen::Vector3d gap = b_.X_RL[link.module][link.link].translation() - p_image;
+    if (gap.norm() > length_tolerance_) continue;
+    free_b[link.module] = false;
+    return link.module;
+  }
+  return -1;
+}
+
+/// The sign of a joint with both ends in one body, which may go either way round: that under which
+/// its limits agree as they are, if there is one.
+double Correspondence::SignWithin(int joint, int to) const {
+  double best = 0.0;
+  for (const double sign : {1.0, -1.0}) {
+    if (!LockedValueFits(joint, {to, sign})) continue;
+    if (OffsetOfLimits(joint, {to, sign}) == 0.0) return sign;
+    if (best == 0.0) best = sign;
+  }
+  return best == 0.0 ? 1.0 : best;
+}
+
+Mapping Correspondence::ToMapping() {
+  // A search along joints reaches every body, as robots hang together.
+  MORPHBUS_CHECK(order_.size() == a_.bodies.size() && joints_order_.size() == a_.joints.size());
+  Mapping mapping;
+  mapping.body_to = body_to_;
+  mapping.joints = joint_to_;
+  for (size_t j = 0; j < joint_to_.size(); ++j) {
+    if (a_.joints[j].body_a != a_.joints[j].body_b) continue;
+    mapping.joints[j].sign = SignWithin(static_cast<int>(j), joint_to_[j].to);
+  }
+
+  // What is free is said before one choice of it is made.
+  const PartialRotations::Mark before = R_.mark();
+  for (size_t b = 0; b < body_to_.size(); ++b) {
+    const int body = static_cast<int>(b);
+    const bool open = !R_.settled(body);
+    mapping.free_axis.push_back(open ? R_.GroupAxis(body) : Eigen::Vector3d(0, 0, 0));
+    mapping.free_group.push_back(open ? R_.GroupOf(body) : -1);
+  }
+  SettleTheRest();
+  for (size_t j = 0; j < joint_to_.size(); ++j) {
+    mapping.joints[j].offset = FinalOffset(static_cast<int>(j), mapping.joints[j]);
+  }
+  for (size_t b = 0; b < body_to_.size(); ++b) mapping.R.push_back(R_.Value(static_cast<int>(b)));
+  mapping.module_to = ModuleMap();
+  mapping.keeps_frame = KeepsFrame();
+  R_.Undo(before);
+  return mapping;
 }
 
 }  // namespace morphbus::congruence

@@ -12,12 +12,6 @@
 
 namespace morphbus::congruence {
 
-/// A joint of b that may stand for one of a: q_to = sign * q + offset.
-struct Counterpart {
-  int to;       ///< Index into the joints of b.
-  double sign;  ///< 1 or -1.
-};
-
 /// What matching a joint with another demanded in vain. Lengths in m, angles in rad.
 struct Failure {
   enum class Demand {
@@ -47,21 +41,13 @@ struct Failure {
   /// The joint of a that was to be matched.
   int joint;
   /// The joint of b that was tried as its counterpart, and which way round.
-  Counterpart counterpart;
+  JointImage counterpart;
   /// Is the demand on the body at the joint's other end?
   bool beyond = false;
   /// What the demand asks for and what there is, as far as Demand says.
   double wanted = 0.0;
   double found = 0.0;
 };
-
-/// The offset that maps `joint`'s limits onto those of `to`, for a joint that has limits; 0 if the
-/// limits are the same within kLimitTolerance, or `slide_tolerance` (m) for one that slides.
-double OffsetOfLimits(const ScrewJoint& joint, const ScrewJoint& to, double sign,
-                      double slide_tolerance);
-
-/// Are they of one kind, and their ranges equally wide? `slide_tolerance` in m.
-bool SameRange(const ScrewJoint& joint, const ScrewJoint& to, double slide_tolerance);
 
 /// Bodies and joints of a that have their counterparts in b, and the rotations that take the bodies
 /// there.
@@ -94,12 +80,10 @@ class Correspondence {
   /// By body of a: takes coordinates in it to coordinates in its image.
   [[nodiscard]] PartialRotations& R() { return R_; }
   [[nodiscard]] const PartialRotations& R() const { return R_; }
-  /// Lengths are equal within this (m).
-  [[nodiscard]] double length_tolerance() const { return length_tolerance_; }
 
-  /// Counterparts in b of a body or a joint of a; -1 where there is none yet.
+  /// Counterparts in b of a body or a joint of a; -1 (`to` of a joint) where there is none yet.
   [[nodiscard]] int ImageOf(int body) const { return body_to_[body]; }
-  [[nodiscard]] int JointImageOf(int joint) const { return joint_to_[joint].to; }
+  [[nodiscard]] const JointImage& CounterpartOf(int joint) const { return joint_to_[joint]; }
   /// Is the body, the joint of b a counterpart already?
   [[nodiscard]] bool BodyTaken(int image) const { return body_from_[image] >= 0; }
   [[nodiscard]] bool JointTaken(int image) const { return joint_from_[image] >= 0; }
@@ -109,18 +93,19 @@ class Correspondence {
   /// Matches bodies. How the body is turned is for the caller to set, or for its joints to say.
   void MatchBodies(int body, int image);
 
-  /// May the two joints correspond by class and range?
-  [[nodiscard]] bool MayCorrespond(int joint, int to) const;
+  /// Are the two joints of one kind, and their ranges equally wide?
+  [[nodiscard]] bool SameRange(int joint, int to) const;
+  /// May they correspond by class and range?
+  [[nodiscard]] bool MayCorrespond(int joint, int to) const {
+    return classes_.joints[0][joint] == classes_.joints[1][to] && SameRange(joint, to);
+  }
   /// Adds `to` to `counterparts`, one or both ways round, if it may stand for `joint` of the
   /// matched `body` as far as can be seen at once: by class, place, and the bodies beyond.
-  void AddCounterparts(int body, int joint, int to, std::vector<Counterpart>& counterparts) const;
-  /// May joints with both ends in one body correspond by their values, one way round or the other?
-  /// They cannot move, so if both are known to be locked, the one value must map onto the other.
-  [[nodiscard]] bool LockedValuesAgree(int joint, int to) const;
+  void AddCounterparts(int body, int joint, int to, std::vector<JointImage>& counterparts);
 
   /// Matches `joint` of the matched `body` with a counterpart, and so the body at its other end.
   /// False where that is impossible, for failure(); the caller must Undo then.
-  bool Commit(int body, int joint, const Counterpart& counterpart);
+  bool Commit(int body, int joint, const JointImage& counterpart);
   /// What the latest Commit that returned false demanded.
   [[nodiscard]] const Failure& failure() const { return *failure_; }
 
@@ -134,7 +119,7 @@ class Correspondence {
     const ScrewJoint& to;
     /// The joint's index among those of a.
     int index;
-    Counterpart counterpart;
+    JointImage counterpart;
     int body, image, other, other_image;
     /// The axis about which +q moves `other` relative to `body`.
     Eigen::Vector3d d;
@@ -148,30 +133,31 @@ class Correspondence {
     Eigen::Vector3d apart_image;
     [[nodiscard]] bool BothLocked() const { return joint.locked && to.locked; }
   };
-  [[nodiscard]] JointPair PairOf(int body, int joint, const Counterpart& counterpart) const;
+  [[nodiscard]] JointPair PairOf(int body, int joint, const JointImage& counterpart) const;
 
   bool Fail(Failure::Demand demand, bool beyond = false, double wanted = 0.0, double found = 0.0);
-  /// Quick tests that need no rotation to be set.
-  [[nodiscard]] bool AxisInPlace(int body, int joint, const Counterpart& counterpart) const;
-  [[nodiscard]] bool LockedValueFits(int joint, const Counterpart& counterpart) const;
+  [[nodiscard]] bool LockedValueFits(int joint, const JointImage& counterpart) const;
   [[nodiscard]] double AngleOff(int body, const Eigen::Vector3d& d,
                                 const Eigen::Vector3d& d_image) const;
   /// The parts of Commit: each demands something of the rotations, or fails.
   bool AlignAxis(const JointPair& pair, bool beyond);
   bool CommitWithin(const JointPair& pair);
-  bool CommitTurn(const JointPair& pair);
   bool CommitAngle(const JointPair& pair);
-  bool CommitSlide(const JointPair& pair);
+  bool CommitSlide(const JointPair& pair, bool placed);
   bool PlaceOther(const JointPair& pair);
   /// Angles and offsets (rad, m) of a pair.
-  [[nodiscard]] double SnapAngle(const JointPair& pair, const Eigen::Matrix3d& R) const;
+  double SnapAngle(const JointPair& pair, const Eigen::Matrix3d& wanted);
+  bool AlignJoint(int body, int joint, const JointImage& counterpart);
   [[nodiscard]] double OffsetOf(const JointPair& pair) const;
-  [[nodiscard]] double OffsetOfLimits(const JointPair& pair) const;
+  [[nodiscard]] double RangeTolerance(const ScrewJoint& joint) const {
+    return joint.slide ? slide_tolerance_ : kLimitTolerance;
+  }
+  [[nodiscard]] double OffsetOfLimits(int joint, const JointImage& counterpart) const;
   [[nodiscard]] double SignWithin(int joint, int to) const;
   /// The parts of ToMapping.
   void SettleTheRest();
   void SettleNeighbours();
-  [[nodiscard]] double FinalOffset(int joint, const Counterpart& counterpart) const;
+  [[nodiscard]] double FinalOffset(int joint, const JointImage& counterpart) const;
   [[nodiscard]] bool KeepsFrame() const;
   [[nodiscard]] std::vector<int> ModuleMap() const;
   [[nodiscard]] int ImageOfRigidModule(int module, std::vector<bool>& free_b) const;
@@ -184,7 +170,7 @@ class Correspondence {
   PartialRotations R_;
   /// Counterparts both ways; -1 where there is none yet.
   std::vector<int> body_to_, body_from_;
-  std::vector<Counterpart> joint_to_;  ///< `to` is -1 where there is none yet.
+  std::vector<JointImage> joint_to_;  ///< `to` is -1 where there is none yet.
   std::vector<int> joint_from_;
   std::vector<int> order_;         ///< Bodies of a in the order in which they were matched.
   std::vector<int> joints_order_;  ///< Joints of a likewise.

@@ -34,24 +34,20 @@ double AngleBetween(const Vector3d& x, const Vector3d& y) {
 
 }  // namespace
 
-double OffsetOfLimits(const ScrewJoint& joint, const ScrewJoint& to, double sign,
-                      double slide_tolerance) {
-  const double low = sign > 0.0 ? to.lower - joint.lower : to.lower + joint.upper;
-  const double high = sign > 0.0 ? to.upper - joint.upper : to.upper + joint.lower;
-  const double offset = 0.5 * (low + high);
+/// The offset that maps the joint's limits onto those of its counterpart; 0 if they are the same
+/// within their tolerance, or there are none.
+double Correspondence::OffsetOfLimits(int joint, const JointImage& counterpart) const {
+  const ScrewJoint& from = a_.joints[joint];
+  const ScrewJoint& to = b_.joints[counterpart.to];
+  if (!from.bounded()) return 0.0;
+  const double middle = counterpart.sign * 0.5 * (from.lower + from.upper);
+  const double offset = 0.5 * (to.lower + to.upper) - middle;
   // Limits written 1.5708 and pi/2 are the same limits.
-  return std::abs(offset) <= (joint.slide ? slide_tolerance : kLimitTolerance) ? 0.0 : offset;
-}
-
-bool SameRange(const ScrewJoint& joint, const ScrewJoint& to, double slide_tolerance) {
-  if (joint.slide != to.slide || joint.bounded() != to.bounded()) return false;
-  if (!joint.bounded()) return true;
-  const double difference = (joint.upper - joint.lower) - (to.upper - to.lower);
-  return std::abs(difference) <= (joint.slide ? slide_tolerance : kLimitTolerance);
+  return std::abs(offset) <= RangeTolerance(from) ? 0.0 : offset;
 }
 
 Correspondence::JointPair Correspondence::PairOf(int body, int joint,
-                                                 const Counterpart& counterpart) const {
+                                                 const JointImage& counterpart) const {
   const ScrewJoint& j = a_.joints[joint];
   const ScrewJoint& to = b_.joints[counterpart.to];
   const int image = body_to_[body];
@@ -73,11 +69,6 @@ Correspondence::JointPair Correspondence::PairOf(int body, int joint,
           b_.bodies[other_image].p_RoTo - b_.bodies[image].p_RoTo};
 }
 
-double Correspondence::OffsetOfLimits(const JointPair& pair) const {
-  if (!pair.joint.bounded()) return 0.0;
-  return congruence::OffsetOfLimits(pair.joint, pair.to, pair.counterpart.sign, slide_tolerance_);
-}
-
 bool Correspondence::Fail(Demand demand, bool beyond, double wanted, double found) {
   failure_->demand = demand;
   failure_->beyond = beyond;
@@ -86,7 +77,7 @@ bool Correspondence::Fail(Demand demand, bool beyond, double wanted, double foun
   return false;
 }
 
-bool Correspondence::Commit(int body, int joint, const Counterpart& counterpart) {
+bool Correspondence::Commit(int body, int joint, const JointImage& counterpart) {
   failure_ = Failure{Demand::kBodies, joint, counterpart};
   joint_to_[joint] = counterpart;
   joint_from_[counterpart.to] = joint;
@@ -94,8 +85,23 @@ bool Correspondence::Commit(int body, int joint, const Counterpart& counterpart)
   const JointPair pair = PairOf(body, joint, counterpart);
   const bool within = pair.other == pair.body;
   if (within != (pair.other_image == pair.image)) return Fail(Demand::kBodies);
+  if (!AlignAxis(pair, false)) return false;
   if (within) return CommitWithin(pair);
-  return pair.joint.slide ? CommitSlide(pair) : CommitTurn(pair);
+
+  // Turning moves no reference point along the axis.
+  const double along = pair.apart.dot(pair.d);
+  const double along_image = pair.apart_image.dot(pair.d_image);
+  if (!pair.joint.slide && std::abs(along - along_image) > length_tolerance_) {
+    return Fail(Demand::kAlong, false, along, along_image);
+  }
+  // The body beyond is placed now or, where a loop has come back to it, has to be in place.
+  const bool placed = body_to_[pair.other] >= 0;
+  if (placed ? body_to_[pair.other] != pair.other_image : body_from_[pair.other_image] >= 0) {
+    return Fail(Demand::kBodies);
+  }
+  if (placed && !AlignAxis(pair, true)) return false;
+  if (pair.joint.slide) return CommitSlide(pair, placed);
+  return (placed || PlaceOther(pair)) && CommitAngle(pair);
 }
 
 /// How far direction d of `body` is off, at the best turn where that is open (rad).
@@ -122,45 +128,21 @@ bool Correspondence::AlignAxis(const JointPair& pair, bool beyond) {
   return Fail(Demand::kPlace, beyond, 0.0, (R_.Value(at) * foot - foot_image).norm());
 }
 
-bool Correspondence::LockedValueFits(int joint, const Counterpart& counterpart) const {
+bool Correspondence::LockedValueFits(int joint, const JointImage& counterpart) const {
   const ScrewJoint& j = a_.joints[joint];
   const ScrewJoint& to = b_.joints[counterpart.to];
   if (!j.bounded() || !j.locked || !to.locked) return true;
-  const double offset = congruence::OffsetOfLimits(j, to, counterpart.sign, slide_tolerance_);
-  const double miss = counterpart.sign * j.start + offset - to.start;
-  return j.slide ? std::abs(miss) <= slide_tolerance_
-                 : std::abs(std::remainder(miss, kTwoPi)) <= kLimitTolerance;
-}
-
-bool Correspondence::LockedValuesAgree(int joint, int to) const {
-  return LockedValueFits(joint, {to, 1.0}) || LockedValueFits(joint, {to, -1.0});
+  const double miss = counterpart.sign * j.start + OffsetOfLimits(joint, counterpart) - to.start;
+  return std::abs(j.slide ? miss : std::remainder(miss, kTwoPi)) <= RangeTolerance(j);
 }
 
 /// Matches a joint with both ends in one body. It cannot move, so which way round it goes is for
-/// its value to say.
+/// its value to say: if both are known to be locked, the one value must map onto the other.
 bool Correspondence::CommitWithin(const JointPair& pair) {
-  if (!AlignAxis(pair, false)) return false;
-  if (LockedValuesAgree(pair.index, pair.counterpart.to)) return true;
+  const int to = pair.counterpart.to;
+  if (LockedValueFits(pair.index, {to, 1.0}) || LockedValueFits(pair.index, {to, -1.0}))
+    return true;
   return Fail(Demand::kLocked, false, pair.to.start, pair.joint.start);
-}
-
-bool Correspondence::CommitTurn(const JointPair& pair) {
-  if (!AlignAxis(pair, false)) return false;
-  // Turning moves no reference point along the axis.
-  const double along = pair.apart.dot(pair.d);
-  const double along_image = pair.apart_image.dot(pair.d_image);
-  if (std::abs(along - along_image) > length_tolerance_) {
-    return Fail(Demand::kAlong, false, along, along_image);
-  }
-  // The body beyond is placed now or, where a loop has come back to it, has to be in place.
-  if (body_to_[pair.other] < 0) {
-    if (body_from_[pair.other_image] >= 0) return Fail(Demand::kBodies);
-    if (!PlaceOther(pair)) return false;
-  } else {
-    if (body_to_[pair.other] != pair.other_image) return Fail(Demand::kBodies);
-    if (!AlignAxis(pair, true)) return false;
-  }
-  return CommitAngle(pair);
 }
 
 /// The offset of the joint that the bodies' places say. For one that turns, the rotations at both
@@ -173,7 +155,7 @@ double Correspondence::OffsetOf(const JointPair& pair) const {
   }
   const Matrix3d rest = R_.Value(pair.body) * R_.Value(pair.other).transpose();
   const double offset = AngleAbout(rest, pair.to_axis) + to_start;
-  const double near = OffsetOfLimits(pair);
+  const double near = OffsetOfLimits(pair.index, pair.counterpart);
   return near + std::remainder(offset - near, kTwoPi);
 }
 
@@ -183,7 +165,7 @@ bool Correspondence::CommitAngle(const JointPair& pair) {
   // A wheel may be turned about its axis in any way: its offset is free.
   const bool locked = pair.BothLocked();
   if (!pair.joint.bounded() && !locked) return true;
-  const double offset = OffsetOfLimits(pair);
+  const double offset = OffsetOfLimits(pair.index, pair.counterpart);
   const double value = pair.counterpart.sign * pair.joint.start + offset;
   const double delta = value - pair.to.start;
 
@@ -217,46 +199,37 @@ bool Correspondence::CommitAngle(const JointPair& pair) {
 }
 
 /// Limits hold to kLimitTolerance, places to much less. Where limits alone say that the other body
-/// is turned by R, this is the small turn (rad) about the joint's axis to add, so that its next
-/// joint lies exactly where one of the image's does.
-double Correspondence::SnapAngle(const JointPair& pair, const Matrix3d& R) const {
-  const int body = pair.other;
-  const int image = pair.other_image;
-  const Vector3d& axis = pair.to_axis;
+/// is turned by `wanted`, this is the small turn (rad) about the joint's axis to add, so that one
+/// of its next joints lies exactly where one of the image's does.
+double Correspondence::SnapAngle(const JointPair& pair, const Matrix3d& wanted) {
+  const PartialRotations::Mark before = R_.mark();
   double best = 0.0;
   double least = kLimitTolerance;
-  // The turn about the axis that takes u nearest to u_image, if it is smaller than those before.
-  const auto try_vectors = [&](const Vector3d& u, const Vector3d& u_image) {
-    const Vector3d from = R * u - (R * u).dot(axis) * axis;
-    const Vector3d to = u_image - u_image.dot(axis) * axis;
-    const double angle = std::atan2(from.cross(to).dot(axis), from.dot(to));
-    if (std::abs(angle) > least) return;
-    least = std::abs(angle);
-    best = angle;
-  };
-
-  // The first other joint will do that is tilted to the axis, or parallel and beside it.
-  const Vector3d d = R.transpose() * axis;
-  for (const int next : a_.bodies[body].joints) {
-    if (next == pair.index) continue;
-    const Vector3d next_axis = a_.joints[next].AxisFrom(body);
-    const Vector3d foot = a_.FootFrom(body, next);
-    const bool tilted = next_axis.cross(d).norm() > kGeometryTolerance;
-    const bool beside = !a_.joints[next].slide && foot.cross(d).norm() > length_tolerance_;
-    if (!tilted && !beside) continue;
-    for (const int to : b_.bodies[image].joints) {
-      if (!MayCorrespond(next, to)) continue;
-      const Vector3d axis_to = b_.joints[to].AxisFrom(image);
-      if (tilted) {
-        try_vectors(next_axis, axis_to);
-        try_vectors(next_axis, -axis_to);
-      } else {
-        try_vectors(foot, b_.FootFrom(image, to));
+  for (const int next : a_.bodies[pair.other].joints) {
+    for (const int to : b_.bodies[pair.other_image].joints) {
+      if (next == pair.index || !MayCorrespond(next, to)) continue;
+      for (const double sign : {1.0, -1.0}) {
+        if (AlignJoint(pair.other, next, {to, sign}) && R_.settled(pair.other)) {
+          const Matrix3d rest = R_.Value(pair.other) * wanted.transpose();
+          const double angle = AngleAbout(rest, pair.to_axis);
+          if (std::abs(angle) <= least) best = angle;
+          least = std::min(least, std::abs(angle));
+        }
+        R_.Undo(before);
       }
     }
-    break;
   }
   return std::abs(best) < 1e-12 ? 0.0 : best;
+}
+
+/// Brings the joint's axis, as seen from `body`, to where that of its counterpart is. False if that
+/// is impossible.
+bool Correspondence::AlignJoint(int body, int joint, const JointImage& counterpart) {
+  const int image = body_to_[body];
+  const Vector3d axis = counterpart.sign * b_.joints[counterpart.to].AxisFrom(image);
+  return R_.AlignDirection(body, a_.joints[joint].AxisFrom(body), axis) &&
+         (a_.joints[joint].slide ||
+          R_.AlignPosition(body, a_.FootFrom(body, joint), b_.FootFrom(image, counterpart.to)));
 }
 
 /// Places the body at the other end of a joint that turns: wholly, if it reaches out from the axis.
@@ -277,20 +250,14 @@ bool Correspondence::PlaceOther(const JointPair& pair) {
   return true;
 }
 
-bool Correspondence::CommitSlide(const JointPair& pair) {
-  if (!AlignAxis(pair, false)) return false;
+bool Correspondence::CommitSlide(const JointPair& pair, bool placed) {
   // A slide does not turn, so the rotation is the same at both ends.
-  if (body_to_[pair.other] < 0) {
-    if (body_from_[pair.other_image] >= 0) return Fail(Demand::kBodies);
+  if (!placed) {
     MatchBodies(pair.other, pair.other_image);
     R_.SetLike(pair.other, pair.body);
-  } else {
-    if (body_to_[pair.other] != pair.other_image) return Fail(Demand::kBodies);
-    if (!AlignAxis(pair, true)) return false;
-    if (!R_.Relate(pair.body, pair.other, pair.d_image, 0.0)) {
-      const Matrix3d rest = R_.Value(pair.body) * R_.Value(pair.other).transpose();
-      return Fail(Demand::kTurned, false, 0.0, std::abs(AngleAbout(rest, pair.d_image)));
-    }
+  } else if (!R_.Relate(pair.body, pair.other, pair.d_image, 0.0)) {
+    const Matrix3d rest = R_.Value(pair.body) * R_.Value(pair.other).transpose();
+    return Fail(Demand::kTurned, false, 0.0, std::abs(AngleAbout(rest, pair.d_image)));
   }
 
   // Across the slide the reference points keep their distance and direction.
@@ -311,7 +278,7 @@ bool Correspondence::CommitSlide(const JointPair& pair) {
     return Fail(Demand::kLocked, false, pair.to.start, value);
   }
   if (!pair.joint.bounded()) return true;
-  const double offset = OffsetOfLimits(pair);
+  const double offset = OffsetOfLimits(pair.index, pair.counterpart);
   return std::abs(found - offset) <= slide_tolerance_ ||
          Fail(Demand::kOffset, false, offset, found);
 }

@@ -18,60 +18,41 @@ using Eigen::Vector3d;
 
 /// A link's mass distribution and the corners of its hull, in its module's frame.
 struct LinkShape {
-  double mass_kg = 0.0;
-  Vector3d centre;
-  Matrix3d inertia;               ///< About the centre (kg m²).
+  model::LinkMass mass;
   std::vector<Vector3d> corners;  ///< None if the link has no hull.
 };
 
-/// Works out the shape of one link of a module type.
-LinkShape ShapeOf(const model::ModuleType& type, int link) {
-  const model::LinkMass mass = model::ComputeLinkMass(type, link);
-  return {mass.mass_kg, mass.p_LoLcm_L, mass.I_Lcm_L,
-          model::ComputeHull(type.links[link].hull).vertices};
-}
-
-/// Makes the shapes of bodies; works out the links of each module type once.
-class Shapes {
- public:
-  explicit Shapes(const ScrewGraph& graph) : graph_(graph) {}
-
-  BodyShape Of(int body) {
-    // Moments about the reference point add up over the links (parallel axis theorem).
-    BodyShape shape;
-    for (const model::LinkRef& ref : graph_.bodies[body].links) {
-      const LinkShape& link = Link(graph_.robot->modules[ref.module].type, ref.link);
-      model::Pose X_TL = graph_.X_RL[ref.module][ref.link];
-      X_TL.translation() -= graph_.bodies[body].p_RoTo;
-      const Vector3d centre = X_TL * link.centre;
-      shape.mass_kg += link.mass_kg;
-      shape.moment += link.mass_kg * centre;
-      shape.inertia += X_TL.linear() * link.inertia * X_TL.linear().transpose() +
-                       link.mass_kg * (centre.squaredNorm() * Matrix3d::Identity() -
-                                       centre * centre.transpose());
-      if (link.corners.empty()) continue;
-      std::vector<Vector3d>& hull = shape.hulls.emplace_back();
-      for (const Vector3d& p : link.corners) hull.push_back(X_TL * p);
-    }
-    return shape;
-  }
-
- private:
-  const LinkShape& Link(int type, int link) {
-    // All links of a type at once, when the first is asked for.
-    std::vector<LinkShape>& shapes = shapes_[type];
-    if (shapes.empty()) {
-      const model::ModuleType& module = graph_.model->module_types[type];
-      for (size_t l = 0; l < module.links.size(); ++l) {
-        shapes.push_back(ShapeOf(module, static_cast<int>(l)));
+/// The shapes of all bodies; those of the links of each module type are worked out once.
+std::vector<BodyShape> ShapesOf(const ScrewGraph& graph) {
+  std::map<std::pair<int, int>, LinkShape> links;  // by module type and link
+  std::vector<BodyShape> shapes;
+  for (const ScrewBody& body : graph.bodies) {
+    BodyShape& shape = shapes.emplace_back();
+    for (const model::LinkRef& ref : body.links) {
+      const model::ModuleType& type = graph.model->TypeOf(*graph.robot, ref.module);
+      const auto [entry, fresh] =
+          links.try_emplace({graph.robot->modules[ref.module].type, ref.link});
+      auto& [mass, corners] = entry->second;
+      if (fresh) {
+        mass = model::ComputeLinkMass(type, ref.link);
+        corners = model::ComputeHull(type.links[ref.link].hull).vertices;
       }
+      // Moments about the reference point add up over the links (parallel axis theorem).
+      model::Pose X_TL = graph.X_RL[ref.module][ref.link];
+      X_TL.translation() -= body.p_RoTo;
+      const Vector3d centre = X_TL * mass.p_LoLcm_L;
+      shape.mass_kg += mass.mass_kg;
+      shape.moment += mass.mass_kg * centre;
+      shape.inertia += X_TL.linear() * mass.I_Lcm_L * X_TL.linear().transpose() +
+                       mass.mass_kg * (centre.squaredNorm() * Matrix3d::Identity() -
+                                       centre * centre.transpose());
+      if (corners.empty()) continue;
+      std::vector<Vector3d>& hull = shape.hulls.emplace_back();
+      for (const Vector3d& p : corners) hull.push_back(X_TL * p);
     }
-    return shapes[link];
   }
-
-  const ScrewGraph& graph_;
-  std::map<int, std::vector<LinkShape>> shapes_;  ///< By module type.
-};
+  return shapes;
+}
 
 /// The mean of the points.
 Vector3d MiddleOf(const std::vector<Vector3d>& points) {
@@ -93,72 +74,74 @@ bool SamePoints(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b, 
 /// their middles, so that bodies of many links are quick.
 bool SameHulls(const BodyShape& a, const BodyShape& b, const Matrix3d& R, double tolerance) {
   if (a.hulls.size() != b.hulls.size()) return false;
-  // The hulls of b in order of x.
-  std::vector<std::pair<double, size_t>> by_x;
-  for (size_t i = 0; i < b.hulls.size(); ++i) by_x.emplace_back(MiddleOf(b.hulls[i]).x(), i);
-  std::sort(by_x.begin(), by_x.end());
-  std::vector<bool> taken(b.hulls.size(), false);
-  // For each of a, turned, the first of those near its x that is the same and not taken yet.
+  // The hulls of b that are not taken yet.
+  std::multimap<double, const std::vector<Vector3d>*> by_x;
+  for (const std::vector<Vector3d>& hull : b.hulls) by_x.emplace(MiddleOf(hull).x(), &hull);
+  // Each of a, turned, takes the first of those near its x that is the same.
   for (std::vector<Vector3d> hull : a.hulls) {
     for (Vector3d& p : hull) p = R * p;
-    const Vector3d middle = MiddleOf(hull);
-    bool found = false;
-    auto it =
-        std::lower_bound(by_x.begin(), by_x.end(), std::pair(middle.x() - tolerance, size_t{0}));
-    for (; it != by_x.end() && it->first <= middle.x() + tolerance && !found; ++it) {
-      if (taken[it->second] || !SamePoints(hull, b.hulls[it->second], tolerance)) continue;
-      taken[it->second] = found = true;
-    }
-    if (!found) return false;
+    const double x = MiddleOf(hull).x();
+    const auto end = by_x.upper_bound(x + tolerance);
+    const auto same = std::find_if(by_x.lower_bound(x - tolerance), end, [&](const auto& other) {
+      return SamePoints(hull, *other.second, tolerance);
+    });
+    if (same == end) return false;
+    by_x.erase(same);
   }
   return true;
 }
 
 }  // namespace
 
-MassComparer::MassComparer(const ScrewGraph& a, const ScrewGraph& b) : a_(a), b_(b) {
-  Shapes shapes_a(a);
-  Shapes shapes_b(b);
-  for (size_t i = 0; i < a.bodies.size(); ++i) of_a_.push_back(shapes_a.Of(static_cast<int>(i)));
-  for (size_t i = 0; i < b.bodies.size(); ++i) of_b_.push_back(shapes_b.Of(static_cast<int>(i)));
+MassComparer::MassComparer(const ScrewGraph& a, const ScrewGraph& b)
+    : a_(a),
+      b_(b),
+      of_a_(ShapesOf(a)),
+      of_b_(ShapesOf(b)),
+      extent_m_(std::max(a.extent_m, b.extent_m)) {}
+
+std::string MassComparer::PairName(int body, int image) const {
+  return a_.BodyName(body) + " and " + b_.BodyName(image);
+}
+
+std::string MassComparer::MassDifference(int body, int image, const Matrix3d& R) const {
+  // Lengths are compared to a part of the assemblies' extent and the body's own.
+  const BodyShape& from = of_a_[body];
+  const BodyShape& to = of_b_[image];
+  const double mass = std::max(from.mass_kg, to.mass_kg);
+  const double length = extent_m_ + std::sqrt(std::max(from.inertia.trace(), to.inertia.trace()) /
+                                              std::max(mass, 1e-12));
+  // Of masses, moments (times a length) and inertias (times its square) the same part.
+  const double tolerance = kGeometryTolerance * mass;
+  if (std::abs(from.mass_kg - to.mass_kg) > tolerance) {
+    return fmt::format("{} weigh {:.6g} and {:.6g} kg", PairName(body, image), from.mass_kg,
+                       to.mass_kg);
+  }
+  const double apart = (R * from.moment - to.moment).norm();
+  if (apart > tolerance * length) {
+    return fmt::format("the centres of mass of {} are {:.3g} m apart", PairName(body, image),
+                       apart / mass);
+  }
+  const double unlike = (R * from.inertia * R.transpose() - to.inertia).norm();
+  if (unlike <= tolerance * length * length) return {};
+  return PairName(body, image) + " have different moments of inertia";
 }
 
 MassComparison MassComparer::Compare(const Mapping& mapping) const {
   MassComparison result;
-  const double extent = std::max(a_.extent_m, b_.extent_m);
-  for (size_t i = 0; i < a_.bodies.size(); ++i) {
+  // Only the first difference is told.
+  for (size_t i = 0; i < of_a_.size(); ++i) {
     const int body = static_cast<int>(i);
     const int image = mapping.body_to[i];
-    // Lengths are compared to a part of the assemblies' extent and the body's own.
-    const BodyShape& from = of_a_[i];
-    const BodyShape& to = of_b_[image];
     const Matrix3d& R = mapping.R[i];
-    const double mass = std::max(from.mass_kg, to.mass_kg);
-    const double length = extent + std::sqrt(std::max(from.inertia.trace(), to.inertia.trace()) /
-                                             std::max(mass, 1e-12));
-    // Of masses, moments (times a length) and inertias (times its square) the same part.
-    const double tolerance = kGeometryTolerance * mass;
-
-    // Only the first difference is told.
-    const auto pair = [&] {
-      return fmt::format("{} and {}", a_.BodyName(body), b_.BodyName(image));
-    };
-    if (result.masses_equal && std::abs(from.mass_kg - to.mass_kg) > tolerance) {
-      result.masses_equal = false;
-      result.mass_difference =
-          fmt::format("{} weigh {:.6g} and {:.6g} kg", pair(), from.mass_kg, to.mass_kg);
-    } else if (result.masses_equal && (R * from.moment - to.moment).norm() > tolerance * length) {
-      result.masses_equal = false;
-      result.mass_difference = fmt::format("the centres of mass of {} are {:.3g} m apart", pair(),
-                                           (R * from.moment - to.moment).norm() / mass);
-    } else if (result.masses_equal && (R * from.inertia * R.transpose() - to.inertia).norm() >
-                                          tolerance * length * length) {
-      result.masses_equal = false;
-      result.mass_difference = fmt::format("{} have different moments of inertia", pair());
+    if (result.masses_equal) {
+      result.mass_difference = MassDifference(body, image, R);
+      result.masses_equal = result.mass_difference.empty();
     }
-    if (result.hulls_equal && !SameHulls(from, to, R, kGeometryTolerance * extent)) {
+    if (result.hulls_equal &&
+        !SameHulls(of_a_[i], of_b_[image], R, kGeometryTolerance * extent_m_)) {
       result.hulls_equal = false;
-      result.hull_difference = fmt::format("{} have different hulls", pair());
+      result.hull_difference = PairName(body, image) + " have different hulls";
     }
   }
   return result;

@@ -33,10 +33,16 @@ class MassComparer {
   [[nodiscard]] MassComparison Compare(const Mapping& mapping) const;
 
  private:
+  /// How the masses of a body and its image differ, R being the rotation that takes the one to the
+  /// other; empty if they are alike.
+  [[nodiscard]] std::string MassDifference(int body, int image, const Eigen::Matrix3d& R) const;
+  [[nodiscard]] std::string PairName(int body, int image) const;
+
   const ScrewGraph& a_;
   const ScrewGraph& b_;
   std::vector<BodyShape> of_a_;  ///< By body.
   std::vector<BodyShape> of_b_;
+  double extent_m_;  ///< The larger of both (m).
 };
 
 }  // namespace morphbus::congruence

@@ -42,9 +42,10 @@ PartialRotations::Found PartialRotations::Find(int group) const {
   return found;
 }
 
-bool PartialRotations::settled(int body) const {
+int PartialRotations::freedom(int body) const {
   const int group = bodies_[body].group;
-  return group == kWhole || (group >= 0 && groups_[Find(group).root].settled);
+  if (group < 0) return group == kWhole ? 0 : 3;
+  return groups_[Find(group).root].settled ? 0 : 1;
 }
 
 Matrix3d PartialRotations::Value(int body) const {

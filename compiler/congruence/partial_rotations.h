@@ -28,8 +28,10 @@ class PartialRotations {
   PartialRotations(size_t bodies, const Tolerance& tolerance)
       : tolerance_(tolerance), bodies_(bodies) {}
 
-  /// False where R is unknown or a turn is still open.
-  [[nodiscard]] bool settled(int body) const;
+  /// How many angles of R are open: none, one about an axis, or three.
+  [[nodiscard]] int freedom(int body) const;
+  /// Is none of them open?
+  [[nodiscard]] bool settled(int body) const { return freedom(body) == 0; }
   /// The rotation; for one that is open, that at angle 0; the identity for one that is unknown.
   [[nodiscard]] Eigen::Matrix3d Value(int body) const;
 

@@ -92,36 +92,19 @@ void RemoveRounding(Placement& placement) {
   }
 }
 
-/// Does every body and joint stay where it is?
-bool IsIdentity(const Placement& placement) {
-  for (size_t b = 0; b < placement.body_to.size(); ++b) {
-    if (placement.body_to[b] != static_cast<int>(b)) return false;
-    if ((placement.C[b] - Matrix3d::Identity()).norm() > 1e-6) return false;
-  }
-  for (size_t j = 0; j < placement.joints.size(); ++j) {
-    if (placement.joints[j].to != static_cast<int>(j)) return false;
-  }
-  return true;
-}
-
-/// Do they differ only in bodies that carry no connectors?
-bool ConnectAlike(const model::ModuleType& type, const Placement& x, const Placement& y) {
-  return std::all_of(type.connectors.begin(), type.connectors.end(), [&](const auto& connector) {
-    const int body = x.body_of[connector.link];
-    return x.body_to[body] == y.body_to[body] && (x.C[body] - y.C[body]).norm() <= 1e-6;
-  });
-}
-
 /// Wheels exchanged, or turned about their own axes, make no other connections: of placements that
-/// dock alike the first.
+/// differ only in bodies without connectors the first.
 std::vector<Placement> DockingUnlike(const model::ModuleType& type,
                                      std::vector<Placement> placements) {
   std::vector<Placement> different;
-  for (Placement& placement : placements) {
-    const bool known = std::any_of(different.begin(), different.end(), [&](const Placement& other) {
-      return ConnectAlike(type, placement, other);
+  for (Placement& x : placements) {
+    const bool known = std::any_of(different.begin(), different.end(), [&](const Placement& y) {
+      return std::all_of(type.connectors.begin(), type.connectors.end(), [&](const auto& at) {
+        const int body = x.body_of[at.link];
+        return x.body_to[body] == y.body_to[body] && (x.C[body] - y.C[body]).norm() <= 1e-6;
+      });
     });
-    if (!known) different.push_back(std::move(placement));
+    if (!known) different.push_back(std::move(x));
   }
   return different;
 }
@@ -163,16 +146,14 @@ std::vector<Placement> PlacementsOf(const model::Model& model, int type_index) {
       if (placements.size() == kMaxPlacements) break;
       UpdateOffsets(type, placement);
       RemoveRounding(placement);
-      placement.identity = IsIdentity(placement);
       placements.push_back(std::move(placement));
     }
   }
-  // The least changed first: where a turn is free it is best left alone.
+  // The least changed first, as where a turn is free it is best left alone; the first mapping is
+  // that which changes nothing.
   const auto changed = [](const Placement& placement) {
-    return placement.identity
-               ? -1
-               : std::count_if(placement.joints.begin(), placement.joints.end(),
-                               [](const auto& image) { return image.offset != 0.0; });
+    return std::count_if(placement.joints.begin(), placement.joints.end(),
+                         [](const auto& image) { return image.offset != 0.0; });
   };
   std::stable_sort(placements.begin(), placements.end(),
                    [&](const Placement& x, const Placement& y) { return changed(x) < changed(y); });

@@ -18,7 +18,6 @@ struct Placement {
   /// in that of the image's links. Both frames have the module's origin.
   std::vector<Eigen::Matrix3d> C;
   std::vector<JointImage> joints;  ///< By joint, `to` among all joints; fixed ones stay.
-  bool identity = false;           ///< Does everything stay where it is?
 };
 
 /// The placements of a module type of `model`, the identity first, then those first that need the

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "compiler/model/kinematic_graph.h"
-#include "compiler/model/loop_constraints.h"
 #include "compiler/model/robot_model.h"
 
 namespace morphbus::congruence {
@@ -77,12 +76,11 @@ struct ScrewGraph {
   [[nodiscard]] Eigen::Vector3d FootFrom(int body, int joint) const;
   /// "m1.joint_1"
   [[nodiscard]] std::string JointName(int joint) const;
+  /// "m3.active_block"
+  [[nodiscard]] std::string LinkName(const model::LinkRef& link) const;
   /// "m3.active_block + m4.passive_block"; shortened if there are many.
   [[nodiscard]] std::string BodyName(int body) const;
 };
-
-/// All joints in the form in which model/loop_constraints.h takes them, in the same order.
-std::vector<model::ScrewJoint> ScrewJointsOf(const ScrewGraph& graph);
 
 /// The graph of `robot`. It keeps pointers: `model` and `robot` must outlive it.
 ScrewGraph BuildScrewGraph(const model::Model& model, const model::Robot& robot);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <deque>
 #include <map>
 #include <numeric>
 #include <random>
@@ -32,7 +31,6 @@ struct Way {
   bool swapped = false;  ///< The second module plays the connection's member a.
   int connector_x = 0;
   int connector_y = 0;
-  Pose X_XY;
 };
 
 /// Chooses a placement for each module, depth first over the modules, such that each docking of the
@@ -88,51 +86,26 @@ class VariantFinder {
       at[robot_.dockings[d].module_a].push_back(static_cast<int>(d));
       at[robot_.dockings[d].module_b].push_back(static_cast<int>(d));
     }
+    // order_ itself is the queue of the walk.
     std::vector<int> rank(robot_.modules.size(), -1);
-    std::deque<int> todo = {robot_.root_module};
+    order_ = {robot_.root_module};
     rank[robot_.root_module] = 0;
-    while (!todo.empty()) {
-      const int module = todo.front();
-      todo.pop_front();
-      order_.push_back(module);
-      for (const int d : at[module]) {
-        const Docking& docking = robot_.dockings[d];
-        const int other = docking.module_a == module ? docking.module_b : docking.module_a;
-        if (rank[other] >= 0) continue;
-        rank[other] = static_cast<int>(order_.size() + todo.size());
-        todo.push_back(other);
-      }
-    }
-    // The dockings by which each module hangs on those before it.
-    back_.resize(order_.size());
     for (size_t i = 0; i < order_.size(); ++i) {
       for (const int d : at[order_[i]]) {
-        const Docking& docking = robot_.dockings[d];
-        const int other = docking.module_a == order_[i] ? docking.module_b : docking.module_a;
-        if (rank[other] < static_cast<int>(i)) back_[i].push_back(d);
-      }
-    }
-  }
-
-  /// All ways to join a module of one type with one of another.
-  const std::vector<Way>& WaysBetween(int type_x, int type_y) {
-    const auto [it, fresh] = ways_.try_emplace({type_x, type_y});
-    if (!fresh) return it->second;
-    for (size_t c = 0; c < model_.connection_types.size(); ++c) {
-      const model::ConnectionType& connection = model_.connection_types[c];
-      for (const bool swapped : {false, true}) {
-        if ((swapped ? connection.type_b : connection.type_a) != type_x) continue;
-        if ((swapped ? connection.type_a : connection.type_b) != type_y) continue;
-        for (size_t o = 0; o < connection.options.size(); ++o) {
-          const model::ConnectionOption& option = connection.options[o];
-          it->second.push_back({static_cast<int>(c), static_cast<int>(o), swapped,
-                                swapped ? option.connector_b : option.connector_a,
-                                swapped ? option.connector_a : option.connector_b,
-                                swapped ? option.X_AB.inverse() : option.X_AB});
+        for (const int module : {robot_.dockings[d].module_a, robot_.dockings[d].module_b}) {
+          if (rank[module] >= 0) continue;
+          rank[module] = static_cast<int>(order_.size());
+          order_.push_back(module);
         }
       }
     }
-    return it->second;
+    // Of two modules that are joined the later one hangs on the other.
+    back_.resize(order_.size());
+    for (size_t d = 0; d < robot_.dockings.size(); ++d) {
+      const Docking& docking = robot_.dockings[d];
+      const int later = std::max(rank[docking.module_a], rank[docking.module_b]);
+      back_[later].push_back(static_cast<int>(d));
+    }
   }
 
   /// The ways that join the placed modules of docking `d` as the docking joined them.
@@ -157,12 +130,24 @@ class VariantFinder {
     wanted.linear() = pa.C[body_a] * option.X_AB.linear() * pb.C[body_b].transpose();
     wanted.translation() = pa.C[body_a] * option.X_AB.translation();
     const double tolerance = kGeometryTolerance * std::max(model::ExtentOf(a), model::ExtentOf(b));
-    for (const Way& way : WaysBetween(type_a, type_b)) {
-      if (pa.body_of[a.connectors[way.connector_x].link] != pa.body_to[body_a]) continue;
-      if (pb.body_of[b.connectors[way.connector_y].link] != pb.body_to[body_b]) continue;
-      if ((way.X_XY.translation() - wanted.translation()).norm() > tolerance) continue;
-      if ((way.X_XY.linear() - wanted.linear()).norm() > 2.0 * kGeometryTolerance) continue;
-      it->second.push_back(way);
+    for (size_t c = 0; c < model_.connection_types.size(); ++c) {
+      const model::ConnectionType& connection = model_.connection_types[c];
+      for (const bool swapped : {false, true}) {
+        if ((swapped ? connection.type_b : connection.type_a) != type_a) continue;
+        if ((swapped ? connection.type_a : connection.type_b) != type_b) continue;
+        for (size_t o = 0; o < connection.options.size(); ++o) {
+          auto [number, at_x, at_y, X_XY, states] = connection.options[o];
+          if (swapped) {
+            std::swap(at_x, at_y);
+            X_XY = X_XY.inverse();
+          }
+          if (pa.body_of[a.connectors[at_x].link] != pa.body_to[body_a]) continue;
+          if (pb.body_of[b.connectors[at_y].link] != pb.body_to[body_b]) continue;
+          if ((X_XY.translation() - wanted.translation()).norm() > tolerance) continue;
+          if ((X_XY.linear() - wanted.linear()).norm() > 2.0 * kGeometryTolerance) continue;
+          it->second.push_back({static_cast<int>(c), static_cast<int>(o), swapped, at_x, at_y});
+        }
+      }
     }
     // Where nothing changes the robot's own connection goes first.
     std::stable_sort(it->second.begin(), it->second.end(), [&](const Way& x, const Way& y) {
@@ -305,8 +290,7 @@ class VariantFinder {
   const model::Robot& robot_;
   const VariantOptions& options_;
   std::mt19937_64 random_;
-  std::map<int, std::vector<Placement>> placements_;      ///< By module type.
-  std::map<std::pair<int, int>, std::vector<Way>> ways_;  ///< By module types.
+  std::map<int, std::vector<Placement>> placements_;  ///< By module type.
   /// By connection type, option, placements of a and b.
   std::map<std::array<int, 4>, std::vector<Way>> alternatives_;
   std::vector<int> order_;              ///< Modules, in the order in which they are placed.

@@ -107,8 +107,6 @@ struct Expr {
   int64_t integer = 0;
   /// The value of a kFloat, not yet rounded to single precision.
   double number = 0;
-  /// Whether a kCall was written with parentheses: `f()` in contrast to `f`.
-  bool has_parens = false;
   /// In the order of the text: the operands of an operator; the base of a member; the base of a
   /// call and then its arguments.
   std::vector<std::unique_ptr<Expr>> operands;
@@ -209,8 +207,8 @@ struct Program {
 };
 
 /// "field", "label", "requirement": the kind of member as messages say it.
-const char* NameOf(MemberKind kind);
+std::string NameOf(MemberKind kind);
 /// "+", "==": the operator as programs write it; empty for kNone.
-const char* NameOf(Operator op);
+std::string NameOf(Operator op);
 
 }  // namespace morphbus::dynarole

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "compiler/dynarole/checker_impl.h"
 #include "compiler/dynarole/constants.h"
 #include "vm/image/fault_text.h"
 
@@ -33,6 +32,11 @@ Diagnostic& Checker::Warning(const Span& span, std::string message) {
   return diagnostics_.Warning(span, std::move(message));
 }
 
+Type Checker::Wrong(const Span& span, std::string message, std::string hint) {
+  Error(span, std::move(message)).hint = std::move(hint);
+  return Type::kError;
+}
+
 void Checker::Suggest(Diagnostic* error, const std::string& name,
                       const std::vector<std::string>& candidates, const std::string& prefix,
                       const std::string& otherwise) {
@@ -47,9 +51,13 @@ bool Checker::Settle(Type* slot, Type type) {
       type == Type::kVoid || phase_ == Phase::kFinal) {
     return false;
   }
-  *slot = type;
-  changed_ = true;
+  Change(slot, type);
   return true;
+}
+
+void Checker::Change(Type* slot, Type type) {
+  changed_ = changed_ || *slot != type;
+  *slot = type;
 }
 
 // Bodies say what they need (a parameter handed to jointRotateDegrees is a float); where they do
@@ -100,20 +108,16 @@ void Checker::CheckFieldValues(int role) {
       const Type type = Infer(value);
       const std::optional<Type> joined = Join(decl.type, type);
       if (!joined) {
-        Diagnostic& error = Error(value->span, "field '" + decl.name + "' is " + NameOf(decl.type) +
-                                                   ", but this is " + NameOf(type));
-        error.notes.push_back({decl.type_span, "its type follows from this value"});
+        Error(value->span,
+              "field '" + decl.name + "' is " + NameOf(decl.type) + ", but this is " + NameOf(type))
+            .Note(decl.type_span, "its type follows from this value");
         continue;
       }
-      if (*joined != decl.type && *joined != Type::kVoid) {
-        if (decl.type == Type::kUnknown) decl.type_span = value->span;
-        decl.type = *joined;
-        changed_ = true;
-      }
+      if (decl.type == Type::kUnknown) decl.type_span = value->span;
+      if (*joined != Type::kVoid) Change(&decl.type, *joined);
       // `$ANY` alone is a direction once nothing else has been said.
       if (decl.type == Type::kAny && phase_ == Phase::kDefaults) {
-        decl.type = Type::kDirection;
-        changed_ = true;
+        Change(&decl.type, Type::kDirection);
       }
       Want(value, decl.type, "the field '" + decl.name + "'");
     }
@@ -157,8 +161,7 @@ void Checker::CheckRoutine(int index) {
                      : type == Type::kError                        ? Type::kError
                                                                    : Type::kJoint;
     if (type != Type::kError && type != Type::kUnknown && !Fits(type, routine.result)) {
-      Error(member.expr->span,
-            "a label names a joint or a link, but this is " + std::string(NameOf(type)))
+      Error(member.expr->span, "a label names a joint or a link, but this is " + NameOf(type))
           .hint = "for example self.joints($ANY, 1), self.links(1) or a keyword such as $LINK_...";
     } else {
       Want(member.expr.get(), routine.result, "a label");
@@ -188,11 +191,10 @@ void Checker::CheckFieldsSet(int role) {
     const FieldDecl& decl = model_.fields[slot.decl];
     // Only concrete roles are played, so abstract ones may leave fields open.
     if (slot.value == nullptr && !model.role->abstract_role && !model.broken) {
-      Diagnostic& error =
-          Error(model.role->name_span,
-                "role '" + model.name + "' does not set the field '" + decl.name + "'");
-      error.hint = "give it a value: " + decl.name + " = ...; or make the role abstract";
-      error.notes.push_back({decl.span, "declared without a value here"});
+      Error(model.role->name_span,
+            "role '" + model.name + "' does not set the field '" + decl.name + "'")
+          .Hint("give it a value: " + decl.name + " = ...; or make the role abstract")
+          .Note(decl.span, "declared without a value here");
     }
   }
 }
@@ -253,9 +255,7 @@ bool Checker::VisitCalls(int index, std::vector<int>* path) {
   if (circle || frames > vm::kMaxCallDepth) {
     // The hint shows the whole chain, as the call that closes it may stand far away.
     std::string chain;
-    for (const int step : *path) {
-      chain += model_.routines[step].name + " -> ";
-    }
+    for (const int step : *path) chain += model_.routines[step].name + " -> ";
     Error(routine.member->name_span,
           circle ? "function '" + routine.member->name + "' calls itself" : "calls nest too deep")
         .hint = chain + routine.name +
@@ -267,7 +267,7 @@ bool Checker::VisitCalls(int index, std::vector<int>* path) {
   // What a routine may do and how many frames it needs follows from all that it may call.
   path->push_back(index);
   int highest = 0;
-  for (const int callee : CalleesOf(routine)) {
+  for (const int callee : model_.CalleesOf(routine)) {
     if (!VisitCalls(callee, path)) return false;
     highest = std::max(highest, heights_[callee]);
     routine.effect = std::max(routine.effect, model_.routines[callee].effect);
@@ -277,20 +277,6 @@ bool Checker::VisitCalls(int index, std::vector<int>* path) {
   return true;
 }
 
-// All functions that its calls may reach, whichever subrole is played.
-std::set<int> Checker::CalleesOf(const Routine& routine) const {
-  std::set<int> slots, callees;
-  // A call names a slot, and each subrole may have a function of its own there.
-  for (const CallSite& call : routine.calls) slots.insert(call.slot);
-  for (size_t role = 0; role < model_.roles.size(); ++role) {
-    if (!model_.IsA(static_cast<int>(role), routine.role)) continue;
-    for (const int slot : slots) {
-      callees.insert(model_.roles[role].methods[slot].routine);
-    }
-  }
-  return callees;
-}
-
 void Checker::CheckPurity(const Routine& routine) {
   // What the routine itself does was checked where it stands; this is about what it calls.
   if (routine.kind != MemberKind::kRequire && routine.kind != MemberKind::kLabel) return;
@@ -298,11 +284,10 @@ void Checker::CheckPurity(const Routine& routine) {
     const int callee = model_.roles[routine.role].methods[call.slot].routine;
     const Routine& called = model_.routines[callee];
     if (called.effect == vm::Effect::kPure) continue;
-    Diagnostic& error =
-        Error(call.span, "function '" + called.member->name + "' acts on the module, which a " +
-                             NameOf(routine.kind) + " must not");
-    error.hint = "requirements and labels only ask about the robot's structure";
-    error.notes.push_back({called.member->name_span, "declared here"});
+    Error(call.span, "function '" + called.member->name + "' acts on the module, which a " +
+                         NameOf(routine.kind) + " must not")
+        .Hint("requirements and labels only ask about the robot's structure")
+        .Note(called.member->name_span, "declared here");
   }
 }
 

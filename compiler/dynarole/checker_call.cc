@@ -1,7 +1,7 @@
 #include <algorithm>
 
 #include "compiler/base/text.h"
-#include "compiler/dynarole/checker_impl.h"
+#include "compiler/dynarole/checker.h"
 #include "compiler/dynarole/constants.h"
 
 namespace morphbus::dynarole {
@@ -78,9 +78,9 @@ Type Checker::InferCall(Expr* expr) {
 
 // Commands run on all modules that play a role, so calling one would not say on which.
 Type Checker::CommandAsFunction(const std::string& name, const Span& span) {
-  Error(span, "'" + name + "' is a command, not a function").hint =
-      "a command runs on all that play a role: " + model_.roles[role_].name + "." + name + "(...)";
-  return Type::kError;
+  return Wrong(
+      span, "'" + name + "' is a command, not a function",
+      "a command runs on all that play a role: " + model_.roles[role_].name + "." + name + "(...)");
 }
 
 Type Checker::InferSizeof(Expr* call) {
@@ -92,7 +92,7 @@ Type Checker::InferSizeof(Expr* call) {
   // What is counted: neighbours, joints or links.
   const Expr& set = *call->operands[1];
   if (!IsSet(set.type) && set.type != Type::kError && set.type != Type::kUnknown) {
-    Error(set.span, std::string("'sizeof' needs a set, but this is ") + NameOf(set.type)).hint =
+    Error(set.span, "'sizeof' needs a set, but this is " + NameOf(set.type)).hint =
         "sets are what self.connected, self.joints and self.links yield";
   }
   call->meaning = Meaning::kCount;
@@ -123,8 +123,7 @@ Type Checker::InferSelfKeyword(Expr* member, Expr* call) {
     const int keyword = keywords_.Find(kind, member->name);
     if (keyword < 0) continue;
     if (call != nullptr) {
-      Error(member->name_span, "'" + member->name + "' names a part and cannot be called");
-      return Type::kError;
+      return Wrong(member->name_span, "'" + member->name + "' names a part and cannot be called");
     }
     return UseKeyword(member, keyword);
   }
@@ -155,9 +154,8 @@ Type Checker::InferPart(Expr* member, Expr* call) {
     Want(base, Type::kJoint, "what stands before the dot");
     return ApplyBuiltin(JointBuiltins(), "JOINT.", member, call);
   }
-  Error(member->name_span, std::string(NameOf(type)) + " has no '" + member->name + "'").hint =
-      "only self, roles, joints and connectors have members";
-  return Type::kError;
+  return Wrong(member->name_span, NameOf(type) + " has no '" + member->name + "'",
+               "only self, roles, joints and connectors have members");
 }
 
 Type Checker::InferConnectorState(Expr* member, Expr* call) {
@@ -174,9 +172,8 @@ Type Checker::InferConnectorState(Expr* member, Expr* call) {
     return Type::kError;
   }
   if (call == nullptr || call->operands.size() != 2) {
-    Error(member->name_span, "'" + member->name + "' takes 1 argument").hint =
-        "for example self.C1." + member->name + "(true)";
-    return Type::kError;
+    return Wrong(member->name_span, "'" + member->name + "' takes 1 argument",
+                 "for example self.C1." + member->name + "(true)");
   }
   // A state may be a bool in one module type and have numbered values in another; the argument says
   // which is meant.
@@ -213,11 +210,11 @@ Type Checker::ApplyBuiltin(const std::vector<Builtin>& table, const std::string&
   }
   // The name is right but no form of it takes so many arguments.
   if (form == nullptr) {
-    Error(expr->span, call == nullptr ? "'" + prefix + member->name + "' must be called"
-                                      : "'" + prefix + member->name + "' does not take " +
-                                            Counted(std::ssize(call->operands) - 1, "argument"))
-        .hint = "write " + usages;
-    return Type::kError;
+    return Wrong(expr->span,
+                 call == nullptr ? "'" + prefix + member->name + "' must be called"
+                                 : "'" + prefix + member->name + "' does not take " +
+                                       Counted(std::ssize(call->operands) - 1, "argument"),
+                 "write " + usages);
   }
   // The letters of the form are the types of its arguments.
   for (size_t i = 0; i < CountArguments(call); ++i) {
@@ -299,10 +296,7 @@ void Checker::Uses(vm::Opcode opcode, const Span& span, const std::string& name)
 }
 
 Type Checker::InferMethod(Expr* call, const std::string& name, const Span& span, int slot) {
-  if (routine_ == nullptr) {
-    Error(span, "value of a field must be known at compile time");
-    return Type::kError;
-  }
+  if (routine_ == nullptr) return Wrong(span, "value of a field must be known at compile time");
   // The result type is that of the signature, which all functions in the slot share; it is unknown
   // until a return with a value has been found.
   const RoleModel& owner = model_.roles[role_];
@@ -358,7 +352,7 @@ void Checker::CheckArguments(Expr* call, int index, const std::string& what) {
   if (count != signature.parameters.size()) {
     Error(call->span, what + " takes " + Counted(std::ssize(signature.parameters), "argument") +
                           ", not " + std::to_string(count))
-        .notes.push_back({signature.span, "declared here"});
+        .Note(signature.span, "declared here");
     return;
   }
   for (size_t i = 0; i < count; ++i) {
@@ -371,8 +365,7 @@ void Checker::CheckArguments(Expr* call, int index, const std::string& what) {
       if (Settle(&signature.parameters[i], type)) signature.from_call[i] = true;
       // Found as an int in one call, given a float in another: a float.
       if (signature.from_call[i] && signature.parameters[i] == Type::kInt && type == Type::kFloat) {
-        signature.parameters[i] = Type::kFloat;
-        changed_ = true;
+        Change(&signature.parameters[i], Type::kFloat);
       }
     }
     Want(argument, signature.parameters[i], "argument " + std::to_string(i + 1) + " of " + what);

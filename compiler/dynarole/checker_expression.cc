@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "compiler/dynarole/checker_impl.h"
+#include "compiler/dynarole/checker.h"
 
 namespace morphbus::dynarole {
 
@@ -27,9 +27,8 @@ Type Checker::InferUnconverted(Expr* expr) {
     case ExprKind::kInt:
       // The parser lets 2147483648 through for the sake of its negative.
       if (expr->integer > 2147483647) {
-        Error(expr->span, "number does not fit an int").hint =
-            "ints reach from -2147483648 to 2147483647";
-        return Type::kError;
+        return Wrong(expr->span, "number does not fit an int",
+                     "ints reach from -2147483648 to 2147483647");
       }
       return Type::kInt;
     case ExprKind::kFloat:
@@ -49,9 +48,8 @@ Type Checker::InferUnconverted(Expr* expr) {
     case ExprKind::kCall:
       return InferCall(expr);
     case ExprKind::kSelf:
-      Error(expr->span, "'self' cannot stand alone").hint =
-          "ask it something, for example self.connected";
-      return Type::kError;
+      return Wrong(expr->span, "'self' cannot stand alone",
+                   "ask it something, for example self.connected");
     case ExprKind::kError:
       break;
   }
@@ -131,9 +129,8 @@ Type Checker::InferName(Expr* expr) {
     // A field's value cannot name a label; the caller says what it can be.
     if (routine_ == nullptr) return Type::kVoid;
     if (!InTask()) {
-      Error(expr->span, std::string("a ") + NameOf(routine_->kind) + " cannot use labels").hint =
-          "labels are resolved after all requirements hold";
-      return Type::kError;
+      return Wrong(expr->span, "a " + NameOf(routine_->kind) + " cannot use labels",
+                   "labels are resolved after all requirements hold");
     }
     expr->meaning = Meaning::kLabel;
     expr->index = label;
@@ -239,9 +236,8 @@ Type Checker::UseKeyword(Expr* expr, int keyword) {
   auto it = std::find(used.begin(), used.end(), keyword);
   if (it == used.end()) {
     if (used.size() == vm::kMaxKeywords) {
-      Error(expr->name_span, "too many keywords in one program").hint =
-          "at most " + std::to_string(vm::kMaxKeywords);
-      return Type::kError;
+      return Wrong(expr->name_span, "too many keywords in one program",
+                   "at most " + std::to_string(vm::kMaxKeywords));
     }
     it = used.insert(used.end(), keyword);
   }
@@ -272,9 +268,7 @@ Type Checker::InferUnary(Expr* expr) {
     return Type::kBool;
   }
   if (type == Type::kError || type == Type::kUnknown || IsNumber(type)) return type;
-  Error(operand->span,
-        std::string("the operand of '-' must be a number, but this is ") + NameOf(type));
-  return Type::kError;
+  return Wrong(operand->span, "the operand of '-' must be a number, but this is " + NameOf(type));
 }
 
 Type Checker::InferBinary(Expr* expr) {
@@ -283,7 +277,7 @@ Type Checker::InferBinary(Expr* expr) {
   // Both sides are looked at first, so that each is checked whatever the other is.
   Infer(left);
   Infer(right);
-  const std::string sign = std::string("'") + NameOf(expr->op) + "'";
+  const std::string sign = "'" + NameOf(expr->op) + "'";
   if (expr->op == Operator::kAnd || expr->op == Operator::kOr) {
     Want(left, Type::kBool, "the left side of " + sign);
     Want(right, Type::kBool, "the right side of " + sign);
@@ -307,9 +301,8 @@ Type Checker::InferArithmetic(Expr* expr) {
     if (IsSet(operand->type)) operand->wanted = Type::kInt;
     const Type type = operand->wanted == Type::kInt ? Type::kInt : operand->type;
     if (IsNumber(type) || type == Type::kUnknown) continue;
-    Error(operand->span, "the operands of '" + std::string(NameOf(expr->op)) +
-                             "' must be numbers, but this is " + NameOf(type));
-    return Type::kError;
+    return Wrong(operand->span, "the operands of '" + NameOf(expr->op) +
+                                    "' must be numbers, but this is " + NameOf(type));
   }
   // The sum is an int if both operands are; an operand that is not known yet decides later.
   const Type a = IsSet(left->type) ? Type::kInt : left->type;
@@ -355,9 +348,8 @@ Type Checker::InferComparison(Expr* expr) {
   const bool comparable = joined && *joined != Type::kVoid && *joined != Type::kConnector &&
                           !IsSet(*joined) && (equality || IsNumber(*joined));
   if (!comparable) {
-    Diagnostic& error =
-        Error(expr->name_span, std::string("cannot compare ") + NameOf(a) + " with " + NameOf(b) +
-                                   " by '" + NameOf(expr->op) + "'");
+    Diagnostic& error = Error(expr->name_span, "cannot compare " + NameOf(a) + " with " +
+                                                   NameOf(b) + " by '" + NameOf(expr->op) + "'");
     if (IsSet(a) && IsSet(b)) error.hint = "compare sizes: sizeof(...) == sizeof(...)";
     if (joined && !equality && !IsSet(a)) error.hint = "only numbers have an order";
     return Type::kBool;

@@ -1,4 +1,4 @@
-#include "compiler/dynarole/checker_impl.h"
+#include "compiler/dynarole/checker.h"
 #include "compiler/dynarole/constants.h"
 #include "vm/image/image.h"
 
@@ -20,8 +20,7 @@ bool IsAlwaysTrue(const Expr& condition) {
 int Checker::AddLocal(const std::string& name, const Span& span, Type type, bool parameter) {
   // A name is declared once in a scope and all scopes around it.
   if (const Local* before = FindLocal(name)) {
-    Error(span, "'" + name + "' is declared twice")
-        .notes.push_back({before->span, "first declared here"});
+    Error(span, "'" + name + "' is declared twice").Note(before->span, "first declared here");
   } else if (routine_->locals.size() == vm::image::kMaxLocals) {
     Error(span, "too many variables and parameters").hint =
         "at most " + std::to_string(vm::image::kMaxLocals) + "; split it into functions";
@@ -196,9 +195,8 @@ void Checker::CheckAssign(Stmt* statement) {
   // `+=` and `-=` compute, so they need numbers.
   if (statement->op != Operator::kNone && !IsNumber(target) && target != Type::kError &&
       target != Type::kUnknown) {
-    Error(statement->name_span, "'" + std::string(NameOf(statement->op)) +
-                                    "=' needs a number, but '" + statement->name + "' is " +
-                                    NameOf(target));
+    Error(statement->name_span, "'" + NameOf(statement->op) + "=' needs a number, but '" +
+                                    statement->name + "' is " + NameOf(target));
     return;
   }
   Want(value, target, "'" + statement->name + "'");
@@ -210,15 +208,15 @@ void Checker::CheckReturn(Stmt* statement) {
   if (statement->expr == nullptr) {
     if (signature.result != Type::kVoid && signature.result != Type::kUnknown) {
       Error(statement->span, "'return' without the result that other ways return").hint =
-          std::string("the function returns ") + NameOf(signature.result);
+          "the function returns " + NameOf(signature.result);
     }
     return;
   }
   // Startups, behaviors, commands and handlers return nothing, as nobody waits for it.
   Type type = Infer(statement->expr.get());
   if (routine_->kind != MemberKind::kFunction) {
-    Error(statement->expr->span, std::string("a ") + NameOf(routine_->kind) + " has no result")
-        .hint = "write 'return;'; only functions return values";
+    Error(statement->expr->span, "a " + NameOf(routine_->kind) + " has no result").hint =
+        "write 'return;'; only functions return values";
     return;
   }
   if (type == Type::kAny) type = Type::kDirection;
@@ -233,14 +231,9 @@ void Checker::CheckReturn(Stmt* statement) {
   // The first value decides; a function that returns both ints and floats returns floats.
   if (phase_ != Phase::kFinal) {
     if (signature.result == Type::kVoid) {
-      if (type == Type::kUnknown || type == Type::kError) return;
-      signature.result = type;
-      changed_ = true;
+      if (type != Type::kUnknown && type != Type::kError) Change(&signature.result, type);
     } else if (const std::optional<Type> joined = Join(signature.result, type)) {
-      if (*joined != signature.result) {
-        signature.result = *joined;
-        changed_ = true;
-      }
+      Change(&signature.result, *joined);
     }
     return;
   }

@@ -22,9 +22,9 @@ using ConstantPool = std::map<std::pair<ValueType, uint32_t>, int>;
 // types what its code will leave on the stack of the virtual machine.
 class FunctionGenerator : private FunctionBuilder {
  public:
-  FunctionGenerator(const LineTable& lines, const Routine& routine, ConstantPool* pool,
+  FunctionGenerator(const source::SourceSet& sources, const Routine& routine, ConstantPool* pool,
                     ProgramCode* program)
-      : FunctionBuilder(lines), routine_(routine), pool_(*pool), program_(*program) {}
+      : FunctionBuilder(sources), routine_(routine), pool_(*pool), program_(*program) {}
 
   FunctionCode Generate(source::Diagnostics* diagnostics) {
     // Requirements and labels are one expression, whose value they return.
@@ -294,22 +294,12 @@ class FunctionGenerator : private FunctionBuilder {
 
   // Instructions that only push a value, and have one operand that says which.
   void EmitLoad(const Expr& expr) {
-    switch (expr.meaning) {
-      case Meaning::kLocal:
-        Emit(Opcode::kLoadLocal, expr.index);
-        break;
-      case Meaning::kField:
-        Emit(Opcode::kLoadField, expr.index);
-        break;
-      case Meaning::kLabel:
-        Emit(Opcode::kLoadLabel, expr.index);
-        break;
-      case Meaning::kKeyword:
-        Emit(Opcode::kKeyword, expr.index);
-        break;
-      default:
-        MORPHBUS_CHECK(false);
-    }
+    // The rows follow the order of Meaning.
+    const int row = static_cast<int>(expr.meaning) - static_cast<int>(Meaning::kLocal);
+    constexpr Opcode kLoads[] = {Opcode::kLoadLocal, Opcode::kLoadField, Opcode::kLoadLabel,
+                                 Opcode::kKeyword};
+    MORPHBUS_CHECK(row >= 0 && row < std::ssize(kLoads));
+    Emit(kLoads[row], expr.index);
     Push(ValueTypeOf(expr.type));
   }
 
@@ -351,10 +341,8 @@ class FunctionGenerator : private FunctionBuilder {
         }
         break;
       case Operator::kLess:
-        EmitOrder(expr, true);
-        break;
       case Operator::kLessEqual:
-        EmitOrder(expr, false);
+        EmitOrder(expr, expr.op == Operator::kLess);
         break;
       case Operator::kGreater:
       case Operator::kGreaterEqual:
@@ -441,12 +429,8 @@ class CellCounter {
     const Routine& routine = model_.routines[index];
     // Whichever subrole is played, its function in that slot must fit.
     int callee_cells = 0;
-    for (const CallSite& call : routine.calls) {
-      for (size_t role = 0; role < model_.roles.size(); ++role) {
-        if (!model_.IsA(static_cast<int>(role), routine.role)) continue;
-        const int callee = model_.roles[role].methods[call.slot].routine;
-        callee_cells = std::max(callee_cells, Count(callee));
-      }
+    for (const int callee : model_.CalleesOf(routine)) {
+      callee_cells = std::max(callee_cells, Count(callee));
     }
     cells_[index] =
         callee_cells + code_.functions[index].max_stack + static_cast<int>(routine.locals.size());
@@ -466,9 +450,8 @@ ProgramCode Generate(const source::SourceSet& sources, const ProgramModel& model
   ProgramCode code;
   // One table of constants serves the whole program.
   ConstantPool pool;
-  const LineTable lines(sources.text(model.program->file));
   for (const Routine& routine : model.routines) {
-    FunctionGenerator generator(lines, routine, &pool, &code);
+    FunctionGenerator generator(sources, routine, &pool, &code);
     code.functions.push_back(generator.Generate(diagnostics));
   }
   // A task has a fixed number of cells for all the calls that nest in it.

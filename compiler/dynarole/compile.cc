@@ -4,7 +4,6 @@
 
 #include "compiler/dynarole/checker.h"
 #include "compiler/dynarole/codegen.h"
-#include "compiler/dynarole/dump.h"
 #include "compiler/dynarole/image_writer.h"
 #include "compiler/dynarole/parser.h"
 #include "vm/image/disassembler.h"

@@ -46,25 +46,15 @@ FoldResult FoldInt(Operator op, int32_t a, int32_t b) {
 
 // Floats of single precision, rounded as the virtual machine rounds them.
 FoldResult FoldFloat(Operator op, float a, float b) {
-  float result = 0;
-  switch (op) {
-    case Operator::kAdd:
-      result = a + b;
-      break;
-    case Operator::kSub:
-      result = a - b;
-      break;
-    case Operator::kMul:
-      result = a * b;
-      break;
-    case Operator::kDiv:
-    case Operator::kMod:
-      if (b == 0) return Faulty(FaultCode::kDivisionByZero);
-      result = op == Operator::kDiv ? a / b : std::fmod(a, b);
-      break;
-    default:
-      return {};
+  // What is divided by zero has no value.
+  if (b == 0 && (op == Operator::kDiv || op == Operator::kMod)) {
+    return Faulty(FaultCode::kDivisionByZero);
   }
+  const float result = op == Operator::kAdd   ? a + b
+                       : op == Operator::kSub ? a - b
+                       : op == Operator::kMul ? a * b
+                       : op == Operator::kDiv ? a / b
+                                              : std::fmod(a, b);
   return std::isfinite(result) ? Value(Type::kFloat, Cell::Float(result))
                                : Faulty(FaultCode::kNotFinite);
 }
@@ -72,30 +62,23 @@ FoldResult FoldFloat(Operator op, float a, float b) {
 // Comparisons never fault; an operator of another kind has no value here.
 template <typename T>
 FoldResult FoldComparison(Operator op, T a, T b) {
-  bool holds = false;
+  const auto truth = [](bool holds) { return Value(Type::kBool, Cell::Bool(holds)); };
   switch (op) {
     case Operator::kEqual:
-      holds = a == b;
-      break;
+      return truth(a == b);
     case Operator::kNotEqual:
-      holds = a != b;
-      break;
+      return truth(a != b);
     case Operator::kLess:
-      holds = a < b;
-      break;
+      return truth(a < b);
     case Operator::kLessEqual:
-      holds = a <= b;
-      break;
+      return truth(a <= b);
     case Operator::kGreater:
-      holds = a > b;
-      break;
+      return truth(a > b);
     case Operator::kGreaterEqual:
-      holds = a >= b;
-      break;
+      return truth(a >= b);
     default:
       return {};
   }
-  return Value(Type::kBool, Cell::Bool(holds));
 }
 
 // `-x` and `!x` of a value that is known.

@@ -1,4 +1,4 @@
-#include "compiler/dynarole/dump.h"
+#include "compiler/dynarole/parser.h"
 
 #include <fmt/format.h>
 
@@ -22,7 +22,7 @@ std::string ExprText(const Expr& expr) {
     case ExprKind::kSelf:
       return "self";
     case ExprKind::kUnary:
-      return std::string("(") + NameOf(expr.op) + ExprText(*expr.operands[0]) + ")";
+      return "(" + NameOf(expr.op) + ExprText(*expr.operands[0]) + ")";
     case ExprKind::kBinary:
       return "(" + ExprText(*expr.operands[0]) + " " + NameOf(expr.op) + " " +
              ExprText(*expr.operands[1]) + ")";
@@ -45,40 +45,36 @@ std::string ExprText(const Expr& expr) {
 // A statement a line; what stands in it is indented by two more.
 void DumpStatement(const Stmt& statement, const std::string& indent, std::string* out) {
   const std::string value = statement.expr != nullptr ? ExprText(*statement.expr) : "";
+  const auto line = [&](const std::string& text) { *out += indent + text + "\n"; };
   switch (statement.kind) {
     case StmtKind::kExpr:
-      *out += indent + value + "\n";
-      break;
+      return line(value);
     case StmtKind::kAssign:
-      *out += indent + statement.name + " " + NameOf(statement.op) + "= " + value + "\n";
-      break;
+      return line(statement.name + " " + NameOf(statement.op) + "= " + value);
     case StmtKind::kVar:
-      *out += indent + "var " + statement.name + " = " + value + "\n";
-      break;
+      return line("var " + statement.name + " = " + value);
     case StmtKind::kReturn:
-      *out += indent + "return " + value + "\n";
-      break;
+      return line("return " + value);
     case StmtKind::kIf:
     case StmtKind::kWhile:
-      *out += indent + (statement.kind == StmtKind::kIf ? "if " : "while ") + value + "\n";
+      line((statement.kind == StmtKind::kIf ? "if " : "while ") + value);
       // The second statement of an if is its else.
       for (size_t i = 0; i < statement.body.size(); ++i) {
-        if (i == 1) *out += indent + "else\n";
+        if (i == 1) line("else");
         DumpStatement(*statement.body[i], indent + "  ", out);
       }
-      break;
+      return;
     case StmtKind::kBlock:
       for (const StmtPtr& inner : statement.body) DumpStatement(*inner, indent, out);
-      break;
+      return;
     case StmtKind::kError:
-      *out += indent + "<error>\n";
-      break;
+      return line("<error>");
   }
 }
 
 // The word of the member, its name, its parameters or value, then its body.
 void DumpMember(const Member& member, std::string* out) {
-  *out += std::string("  ") + NameOf(member.kind);
+  *out += "  " + NameOf(member.kind);
   if (!member.name.empty()) *out += " " + member.name;
   if (member.body != nullptr) {
     *out += "(";
@@ -112,9 +108,7 @@ std::string DumpTokens(const source::SourceSet& sources, const std::vector<Token
     }
     out += fmt::format("{}:{} {}", line, column, Describe(token.kind));
     // Words and signs are called by their spelling, so their text would say it twice.
-    const bool has_text = token.kind == TokenKind::kName || token.kind == TokenKind::kDollar ||
-                          token.kind == TokenKind::kInt || token.kind == TokenKind::kFloat;
-    if (has_text) out += " " + std::string(sources.text(token.span));
+    if (HasText(token.kind)) out += " " + std::string(sources.text(token.span));
     out += "\n";
   }
   return out;

@@ -7,7 +7,6 @@
 namespace morphbus::dynarole {
 namespace {
 
-using source::GapComments;
 using source::LayoutToken;
 
 constexpr size_t kIndent = 2;        ///< Of a block.
@@ -16,23 +15,21 @@ constexpr size_t kContinuation = 4;  ///< Of the lines that continue a statement
 class Formatter {
  public:
   Formatter(const source::SourceSet& sources, int file, const std::vector<Token>& tokens)
-      : tokens_(tokens), count_(tokens.size() - 1) {
-    source::CutText cut = source::CutUp(sources.text(file), source::SpansOf(tokens), false);
-    gaps_ = std::move(cut.gaps);
-    layout_ = std::move(cut.tokens);
-  }
+      : tokens_(tokens),
+        count_(tokens.size() - 1),
+        cut_(source::CutUp(sources.text(file), source::SpansOf(tokens), false)) {}
 
   std::string Run() {
     // Every token knows now what stands before it; what is left is to part them into lines.
     Describe();
-    source::LayoutWriter writer(std::move(layout_));
+    source::LayoutWriter writer(std::move(cut_.tokens));
     size_t indent = 0;
     for (size_t begin = 0; begin < count_;) {
       // A brace that closes stands as deep as what it closes, without empty lines inside the
       // braces.
       const bool closes = Is(begin, TokenKind::kRightBrace);
       const bool first = begin > 0 && Is(begin - 1, TokenKind::kLeftBrace);
-      writer.LinesBefore(gaps_[begin], indent, !first, !closes);
+      writer.LinesBefore(cut_.gaps[begin], indent, !first, !closes);
       if (closes && indent >= kIndent) indent -= kIndent;
       const size_t end = LineEnd(begin);
       writer.Statement(begin, begin, end, indent, indent + kContinuation, false);
@@ -40,7 +37,7 @@ class Formatter {
       if (Is(end - 1, TokenKind::kLeftBrace)) indent += kIndent;
       begin = end;
     }
-    writer.LinesBefore(gaps_[count_], 0, true, false);
+    writer.LinesBefore(cut_.gaps[count_], 0, true, false);
     return writer.Take();
   }
 
@@ -53,7 +50,7 @@ class Formatter {
   [[nodiscard]] size_t LineEnd(size_t begin) const {
     size_t i = begin;
     const auto joins = [&](size_t next) {  // No comment stands between i and next.
-      return gaps_[next].lines.empty() && gaps_[next].trailing.empty();
+      return cut_.gaps[next].lines.empty() && cut_.gaps[next].trailing.empty();
     };
     if (Is(i, TokenKind::kRightBrace)) {
       ++i;
@@ -144,7 +141,7 @@ class Formatter {
     for (size_t i = 0; i < count_; ++i) {
       // Lines that are too long break behind commas, before logical operators, and behind a
       // condition.
-      LayoutToken& token = layout_[i];
+      LayoutToken& token = cut_.tokens[i];
       token.space = SpaceBefore(i);
       token.opens = Is(i, TokenKind::kLeftParen);
       token.closes = Is(i, TokenKind::kRightParen);
@@ -154,9 +151,8 @@ class Formatter {
   }
 
   const std::vector<Token>& tokens_;
-  size_t count_;                   ///< Tokens without kEnd.
-  std::vector<GapComments> gaps_;  ///< Comments before each token and before the end.
-  std::vector<LayoutToken> layout_;
+  size_t count_;  ///< Tokens without kEnd.
+  source::CutText cut_;
   std::vector<bool> condition_end_;
 };
 

@@ -8,18 +8,6 @@
 
 namespace morphbus::dynarole {
 
-LineTable::LineTable(std::string_view text) {
-  for (size_t i = 0; i < text.size(); ++i) {
-    if (text[i] == '\n') newlines_.push_back(i);
-  }
-}
-
-int LineTable::LineOf(size_t offset) const {
-  // The line is one more than the line ends before the offset.
-  const auto next = std::lower_bound(newlines_.begin(), newlines_.end(), offset);
-  return static_cast<int>(next - newlines_.begin()) + 1;
-}
-
 void FunctionBuilder::Emit(vm::Opcode op, int operand) {
   Emit(op);
   EmitByte(operand);
@@ -44,7 +32,7 @@ void FunctionBuilder::ApplySignature(vm::Opcode op) {
 
 void FunctionBuilder::MarkLine(const source::Span& span) {
   // A line is noted once, where its code begins; a line without code leaves no entry.
-  const int line = std::min(lines_.LineOf(span.begin), 65535);
+  const int line = std::min(sources_.LineOf(span.file, span.begin), 65535);
   const auto offset = static_cast<uint32_t>(code_.bytes.size());
   if (!code_.lines.empty() && code_.lines.back().line == line) return;
   if (!code_.lines.empty() && code_.lines.back().offset == offset) code_.lines.pop_back();

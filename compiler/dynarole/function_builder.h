@@ -23,25 +23,12 @@ struct Target {
   std::vector<vm::ValueType> stack;
 };
 
-/// Line numbers of one text, without columns and so in logarithmic time for lines of any length.
-class LineTable {
- public:
-  /// Looks through the text once; the table does not refer to it afterwards.
-  explicit LineTable(std::string_view text);
-  /// The line, counted from 1, in which the byte at `offset` lies.
-  [[nodiscard]] int LineOf(size_t offset) const;
-
- private:
-  /// Offsets of the line feeds, ascending.
-  std::vector<size_t> newlines_;
-};
-
 /// The code of one function while it grows. It knows the types of the operands on the stack at
 /// every instruction, as the verifier will find them again.
 class FunctionBuilder {
  public:
-  /// `lines` must outlive the builder.
-  explicit FunctionBuilder(const LineTable& lines) : lines_(lines) {}
+  /// `sources`, of which the lines of the code are numbered, must outlive the builder.
+  explicit FunctionBuilder(const source::SourceSet& sources) : sources_(sources) {}
 
   /// Emits an opcode and the bytes of its operand; the caller sees to their effect on the stack.
   void Emit(vm::Opcode op) { EmitByte(static_cast<int>(op)); }
@@ -82,7 +69,7 @@ class FunctionBuilder {
   [[nodiscard]] size_t size() const { return code_.bytes.size(); }
 
  private:
-  const LineTable& lines_;
+  const source::SourceSet& sources_;
   FunctionCode code_;
   std::vector<vm::ValueType> stack_;
   /// Set once and never taken back; the code generator then reports the routine.

@@ -1,5 +1,6 @@
 #include "compiler/dynarole/image_writer.h"
 
+#include <algorithm>
 #include <map>
 
 #include "vm/image/image.h"
@@ -137,14 +138,11 @@ class Writer {
     out.U16(role.parent < 0 ? 0xffff : role.parent);
     out.U8(role.role->abstract_role ? 1 : 0);
     out.U8(role.depth);
-    out.U8(role.fields.size());
-    out.U8(role.labels.size());
-    out.U8(role.requirements.size());
-    out.U8(role.startups.size());
-    out.U8(role.behaviors.size());
-    out.U8(role.commands.size());
-    out.U8(role.handlers.size());
-    out.U8(role.methods.size());
+    for (const size_t size :
+         {role.fields.size(), role.labels.size(), role.requirements.size(), role.startups.size(),
+          role.behaviors.size(), role.commands.size(), role.handlers.size(), role.methods.size()}) {
+      out.U8(size);
+    }
     // Each table in the order of its slots, which the code refers to.
     for (const FieldSlot& slot : role.fields) {
       const FieldDecl& decl = model_.fields[slot.decl];
@@ -165,17 +163,11 @@ class Writer {
       }
     }
     for (const NamedSlot& handler : role.handlers) {
-      out.U8(EventOf(handler.name));
+      // BuildModel has accepted no other names.
+      out.U8(std::ranges::find(kEventNames, handler.name) - std::begin(kEventNames));
       out.U16(handler.routine);
     }
     for (const NamedSlot& method : role.methods) out.U16(method.routine);
-  }
-
-  static vm::Event EventOf(const std::string& name) {
-    // BuildModel has accepted no other names.
-    if (name == "on_connect") return vm::Event::kConnect;
-    if (name == "on_disconnect") return vm::Event::kDisconnect;
-    return name == "on_stall" ? vm::Event::kStall : vm::Event::kTimer;
   }
 
   std::vector<uint8_t> Assemble(Bytes* header) {

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "compiler/base/utf8.h"
-#include "compiler/source/utf8.h"
 
 namespace morphbus::dynarole {
 
@@ -13,39 +12,19 @@ namespace {
 
 using source::Span;
 
-// A token that is always written in the same way.
+// How tokens are written, or, if not always in the same way, called; in the order of TokenKind.
 struct Spelling {
-  TokenKind kind;
+  enum class Form { kOther, kWord, kSign } form;
   std::string_view text;
 };
-
-// The words of the language; a name cannot be one of them.
-constexpr Spelling kWords[] = {
-    {TokenKind::kAbstract, "abstract"}, {TokenKind::kRole, "role"},
-    {TokenKind::kExtends, "extends"},   {TokenKind::kLabel, "label"},
-    {TokenKind::kRequire, "require"},   {TokenKind::kStartup, "startup"},
-    {TokenKind::kBehavior, "behavior"}, {TokenKind::kCommand, "command"},
-    {TokenKind::kHandler, "handler"},   {TokenKind::kFunction, "function"},
-    {TokenKind::kVar, "var"},           {TokenKind::kIf, "if"},
-    {TokenKind::kElse, "else"},         {TokenKind::kWhile, "while"},
-    {TokenKind::kReturn, "return"},     {TokenKind::kTrue, "true"},
-    {TokenKind::kFalse, "false"},       {TokenKind::kSelf, "self"},
-};
-
-// Longer signs first, so that the first match is the longest.
-constexpr Spelling kSigns[] = {
-    {TokenKind::kPlusAssign, "+="}, {TokenKind::kMinusAssign, "-="},
-    {TokenKind::kEqual, "=="},      {TokenKind::kNotEqual, "!="},
-    {TokenKind::kLessEqual, "<="},  {TokenKind::kGreaterEqual, ">="},
-    {TokenKind::kAndAnd, "&&"},     {TokenKind::kOrOr, "||"},
-    {TokenKind::kLeftBrace, "{"},   {TokenKind::kRightBrace, "}"},
-    {TokenKind::kLeftParen, "("},   {TokenKind::kRightParen, ")"},
-    {TokenKind::kSemicolon, ";"},   {TokenKind::kComma, ","},
-    {TokenKind::kDot, "."},         {TokenKind::kAssign, "="},
-    {TokenKind::kLess, "<"},        {TokenKind::kGreater, ">"},
-    {TokenKind::kPlus, "+"},        {TokenKind::kMinus, "-"},
-    {TokenKind::kStar, "*"},        {TokenKind::kSlash, "/"},
-    {TokenKind::kPercent, "%"},     {TokenKind::kNot, "!"},
+constexpr Spelling kSpellings[] = {
+#define OTHER(kind, text) {Spelling::Form::kOther, text},
+#define WORD(kind, text) {Spelling::Form::kWord, text},
+#define SIGN(kind, text) {Spelling::Form::kSign, text},
+#include "compiler/dynarole/tokens.def"
+#undef OTHER
+#undef WORD
+#undef SIGN
 };
 
 // The one character that word processors make of three dots, in UTF-8.
@@ -134,8 +113,9 @@ class Lexer {
 
   // Words are names to the eye; the table tells them apart.
   static TokenKind WordOrName(std::string_view text) {
-    for (const Spelling& word : kWords) {
-      if (word.text == text) return word.kind;
+    for (int i = 0; i < std::ssize(kSpellings); ++i) {
+      const Spelling& word = kSpellings[i];
+      if (word.form == Spelling::Form::kWord && word.text == text) return static_cast<TokenKind>(i);
     }
     return TokenKind::kName;
   }
@@ -181,12 +161,11 @@ class Lexer {
       return;
     }
     // Signs have one or two characters.
-    for (const Spelling& sign : kSigns) {
-      if (text_.substr(at_, sign.text.size()) == sign.text) {
-        at_ += sign.text.size();
-        Add(sign.kind, begin);
-        return;
-      }
+    for (int i = 0; i < std::ssize(kSpellings); ++i) {
+      const Spelling& sign = kSpellings[i];
+      if (sign.form != Spelling::Form::kSign || !text_.substr(at_).starts_with(sign.text)) continue;
+      at_ += sign.text.size();
+      return Add(static_cast<TokenKind>(i), begin);
     }
     ++at_;
     // A whole UTF-8 sequence is one character to the reader.
@@ -215,28 +194,15 @@ class Lexer {
 
 std::vector<std::string_view> ReservedWords() {
   std::vector<std::string_view> words;
-  for (const Spelling& word : kWords) words.push_back(word.text);
+  for (const Spelling& spelling : kSpellings) {
+    if (spelling.form == Spelling::Form::kWord) words.push_back(spelling.text);
+  }
   return words;
 }
 
 std::string Describe(TokenKind kind) {
-  for (const Spelling& word : kWords) {
-    if (word.kind == kind) return "'" + std::string(word.text) + "'";
-  }
-  for (const Spelling& sign : kSigns) {
-    if (sign.kind == kind) return "'" + std::string(sign.text) + "'";
-  }
-  switch (kind) {
-    case TokenKind::kName:
-      return "a name";
-    case TokenKind::kDollar:
-      return "a '$' name";
-    case TokenKind::kInt:
-    case TokenKind::kFloat:
-      return "a number";
-    default:
-      return "the end of the file";
-  }
+  const auto& [form, text] = kSpellings[static_cast<int>(kind)];
+  return form == Spelling::Form::kOther ? std::string(text) : "'" + std::string(text) + "'";
 }
 
 std::vector<Token> Tokenize(const source::SourceSet& sources, int file,

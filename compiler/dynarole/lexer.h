@@ -11,76 +11,25 @@
 
 namespace morphbus::dynarole {
 
-/// What a token is. Each word and each sign is a kind of its own; kWords and kSigns in lexer.cc
-/// hold their spellings.
+/// What a token is. Each word and each sign is a kind of its own (tokens.def).
 enum class TokenKind : uint8_t {
-  /// Behind the last token of the file; its span is empty and lies at the end.
-  kEnd,
-  /// Letters, digits and '_', but none of the words below. Types are names too: they stand for
-  /// themselves only before a parameter.
-  kName,
-  /// A name with '$' before it: a direction, an axis, a role or a part of the module.
-  kDollar,
-  /// Digits alone: 45. A sign before them is a token of its own.
-  kInt,
-  /// Digits with a point or an exponent: 22.5, 1e3.
-  kFloat,
-  // Words begin roles, members, statements and values; none of them can be a name.
-  // A role: `abstract role NAME extends BASE`.
-  kAbstract,
-  kRole,
-  kExtends,
-  // Members; a field begins with its name and has no word.
-  kLabel,
-  kRequire,
-  kStartup,
-  kBehavior,
-  kCommand,
-  kHandler,
-  kFunction,
-  // Statements; an assignment or a call begins with a name.
-  kVar,
-  kIf,
-  kElse,
-  kWhile,
-  kReturn,
-  // Values; `self` stands for the module that runs the program.
-  kTrue,
-  kFalse,
-  kSelf,
-  // Signs part and join the others.
-  // Brackets: braces round members and statements, parentheses round arguments and conditions.
-  kLeftBrace,
-  kRightBrace,
-  kLeftParen,
-  kRightParen,
-  // A semicolon ends a statement or member, a comma separates arguments, and a dot selects what a
-  // module, joint or connector offers.
-  kSemicolon,
-  kComma,
-  kDot,
-  // Assignments.
-  kAssign,
-  kPlusAssign,
-  kMinusAssign,
-  // Comparisons.
-  kEqual,
-  kNotEqual,
-  kLess,
-  kLessEqual,
-  kGreater,
-  kGreaterEqual,
-  // Arithmetic.
-  kPlus,
-  kMinus,
-  kStar,
-  kSlash,
-  kPercent,
-  // Logic.
-  kAndAnd,
-  kOrOr,
-  kNot,
+#define OTHER(kind, text) kind,
+#define WORD(kind, text) kind,
+#define SIGN(kind, text) kind,
+#include "compiler/dynarole/tokens.def"
+#undef OTHER
+#undef WORD
+#undef SIGN
 };
+
+/// Whether the token's text says more than its kind: names and numbers, not words and signs.
+constexpr bool HasText(TokenKind kind) {
+  return kind >= TokenKind::kName && kind <= TokenKind::kFloat;
+}
+/// Whether the word begins a member.
+constexpr bool IsMemberWord(TokenKind kind) {
+  return kind >= TokenKind::kLabel && kind <= TokenKind::kFunction;
+}
 
 /// A token and where it stands. It owns no text: its text is that of its span in the SourceSet,
 /// which must live as long as the tokens are used.

@@ -62,6 +62,11 @@ class Linter {
     }
   }
 
+  Diagnostic& NeverTaken(const RoleModel& role) {
+    return diagnostics_.Warning(role.role->name_span,
+                                "role '" + role.name + "' can never be taken by any module");
+  }
+
   // ---- Requirements that cannot hold together ----
 
   void LintRequirements(int index) {
@@ -78,10 +83,7 @@ class Linter {
     for (const int requirement : role.requirements) {
       const Expr& expr = *model_.routines[requirement].member->expr;
       if (const Expr* never = FindNeverTrue(expr, &fields)) {
-        diagnostics_
-            .Warning(role.role->name_span,
-                     "role '" + role.name + "' can never be taken by any module")
-            .notes.push_back({never->span, "this requirement never holds"});
+        NeverTaken(role).Note(never->span, "this requirement never holds");
         return;
       }
       CollectDemands(expr, role, &fields, &demands);
@@ -90,10 +92,9 @@ class Linter {
     for (size_t i = 0; i < demands.size(); ++i) {
       for (size_t k = 0; k < i; ++k) {
         if (demands[i].text != demands[k].text || demands[i].value == demands[k].value) continue;
-        Diagnostic& warning = diagnostics_.Warning(
-            role.role->name_span, "role '" + role.name + "' can never be taken by any module");
-        warning.notes.push_back({demands[k].span, "this requirement"});
-        warning.notes.push_back({demands[i].span, "contradicts this one"});
+        NeverTaken(role)
+            .Note(demands[k].span, "this requirement")
+            .Note(demands[i].span, "contradicts this one");
         return;
       }
     }
@@ -126,9 +127,7 @@ class Linter {
     if (expr.kind != ExprKind::kBinary) return;
     // Both sides of `&&` demand what they demand; `||` demands nothing for certain.
     if (expr.op == Operator::kAnd) {
-      for (const ExprPtr& operand : expr.operands) {
-        CollectDemands(*operand, role, fields, demands);
-      }
+      for (const ExprPtr& operand : expr.operands) CollectDemands(*operand, role, fields, demands);
       return;
     }
     if (expr.op != Operator::kEqual) return;
@@ -190,12 +189,9 @@ class Linter {
                    member.kind == MemberKind::kFunction || member.kind == MemberKind::kField;
           });
       if (asks_more) continue;
-      diagnostics_
-          .Warning(role.role->name_span,
-                   "role '" + role.name + "' can never be taken by any module")
-          .notes.push_back({other.role->name_span,
+      NeverTaken(role).Note(other.role->name_span,
                             "this subrole asks no more of a module, and the "
-                            "most derived role wins"});
+                            "most derived role wins");
       return;
     }
   }
@@ -219,9 +215,8 @@ class Linter {
       for (const NamedSlot& slot : *slots) visit(slot.routine);
     }
     if (types != 0) return;
-    diagnostics_
-        .Warning(role.role->name_span, "role '" + role.name + "' can never be taken by any module")
-        .hint = "no module type given has all the links, joints and connectors that it names";
+    NeverTaken(role).hint =
+        "no module type given has all the links, joints and connectors that it names";
   }
 
   void VisitKeywords(const Expr& expr, uint64_t* types) {

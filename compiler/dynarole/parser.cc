@@ -1,7 +1,5 @@
 #include "compiler/dynarole/parser.h"
 
-#include "compiler/dynarole/parser_impl.h"
-
 namespace morphbus::dynarole {
 
 namespace {
@@ -9,24 +7,14 @@ namespace {
 using source::Diagnostic;
 using source::Span;
 
-// The word that each kind of member begins with; a field has none.
-struct MemberWord {
-  TokenKind token;
-  MemberKind kind;
-};
-
-constexpr MemberWord kMemberWords[] = {
-    {TokenKind::kLabel, MemberKind::kLabel},       {TokenKind::kRequire, MemberKind::kRequire},
-    {TokenKind::kStartup, MemberKind::kStartup},   {TokenKind::kBehavior, MemberKind::kBehavior},
-    {TokenKind::kCommand, MemberKind::kCommand},   {TokenKind::kHandler, MemberKind::kHandler},
-    {TokenKind::kFunction, MemberKind::kFunction},
-};
-
-const MemberWord* FindMemberWord(TokenKind token) {
-  for (const MemberWord& word : kMemberWords) {
-    if (word.token == token) return &word;
-  }
-  return nullptr;
+// The kind of member that a word begins; a field has none.
+std::optional<MemberKind> MemberOf(TokenKind word) {
+  if (!IsMemberWord(word)) return std::nullopt;
+  constexpr int kFirst = static_cast<int>(TokenKind::kLabel);
+  static_assert(static_cast<int>(TokenKind::kFunction) - kFirst ==
+                static_cast<int>(MemberKind::kFunction) - static_cast<int>(MemberKind::kLabel));
+  return static_cast<MemberKind>(static_cast<int>(word) - kFirst +
+                                 static_cast<int>(MemberKind::kLabel));
 }
 
 }  // namespace
@@ -63,22 +51,19 @@ bool Parser::StartsLine(const Token& token) const {
   return true;
 }
 
-Diagnostic* Parser::ErrorAt(const Span& span, std::string message) {
+Diagnostic* Parser::ErrorAt(const Span& span, std::string message, std::string hint) {
   // What follows an error in the same statement or member mostly follows from it.
   if (panic_ || gave_up_) return nullptr;
   panic_ = true;
-  return &diagnostics_.Error(span, std::move(message));
+  return &diagnostics_.Error(span, std::move(message)).Hint(std::move(hint));
 }
 
-Diagnostic* Parser::Unexpected(const std::string& wanted) {
+Diagnostic* Parser::Unexpected(const std::string& wanted, std::string hint) {
   const Token& token = Peek();
   // Names and numbers are shown as they stand in the text.
-  std::string found = Describe(token.kind);
-  if (token.kind == TokenKind::kName || token.kind == TokenKind::kDollar ||
-      token.kind == TokenKind::kInt || token.kind == TokenKind::kFloat) {
-    found = "'" + TextOf(token).substr(0, 40) + "'";
-  }
-  return ErrorAt(token.span, "expected " + wanted + ", found " + found);
+  const std::string found =
+      HasText(token.kind) ? "'" + TextOf(token).substr(0, 40) + "'" : Describe(token.kind);
+  return ErrorAt(token.span, "expected " + wanted + ", found " + found, std::move(hint));
 }
 
 bool Parser::Expect(TokenKind kind, const std::string& where) {
@@ -122,7 +107,7 @@ bool Parser::EnterLevel() {
 
 // The rest of the text is passed over, so that every loop over it ends.
 void Parser::GiveUp(const Span& span, const std::string& message, const std::string& hint) {
-  if (Diagnostic* error = ErrorAt(span, message)) error->hint = hint;
+  ErrorAt(span, message, hint);
   panic_ = gave_up_ = true;
   at_ = tokens_.size() - 1;
 }
@@ -150,11 +135,10 @@ Program Parser::ParseProgram() {
       continue;
     }
     // Something else stands between roles, perhaps a misspelt word.
-    if (Diagnostic* error = Unexpected("'role' or 'abstract role'")) {
-      const std::string near = source::NearestName(TextOf(Peek()), {"role", "abstract"});
-      error->hint = near.empty() ? "a program is a list of roles: role NAME extends Module { ... }"
-                                 : "did you mean '" + near + "'?";
-    }
+    Unexpected(
+        "'role' or 'abstract role'",
+        source::NearestHint(TextOf(Peek()), {"role", "abstract"},
+                            "a program is a list of roles: role NAME extends Module { ... }"));
     SkipToRole();
   }
   return program;
@@ -181,9 +165,8 @@ void Parser::ParseRole(Program* program) {
   role.base_span = role.name_span;
   role.base = "Module";
   if (!TakeIf(TokenKind::kExtends)) {
-    if (Diagnostic* error = Unexpected("'extends' and the role that '" + role.name + "' extends")) {
-      error->hint = "the root of all roles is Module: role " + role.name + " extends Module";
-    }
+    Unexpected("'extends' and the role that '" + role.name + "' extends",
+               "the root of all roles is Module: role " + role.name + " extends Module");
     // A name without the word was surely meant to be the base.
     if (Is(TokenKind::kName)) Take();
   } else if (Is(TokenKind::kName)) {
@@ -230,8 +213,8 @@ void Parser::ParseMembers(Role* role) {
 }
 
 bool Parser::AtMember() const {
-  return FindMemberWord(Peek().kind) != nullptr || Is(TokenKind::kRole) ||
-         Is(TokenKind::kAbstract) || Is(TokenKind::kEnd);
+  return IsMemberWord(Peek().kind) || Is(TokenKind::kRole) || Is(TokenKind::kAbstract) ||
+         Is(TokenKind::kEnd);
 }
 
 // Goes on behind the member: after its ';' or its block, or before something that begins another.
@@ -266,9 +249,9 @@ bool Parser::MendMisspelledWord(TokenKind* kind) {
     return false;
   }
   error.hint = "did you mean '" + near + "'?";
-  for (const MemberWord& word : kMemberWords) {
-    if (Describe(word.token) == "'" + near + "'") *kind = word.token;
-  }
+  *kind = TokenKind::kLabel;
+  while (Describe(*kind) != "'" + near + "'")
+    *kind = static_cast<TokenKind>(static_cast<int>(*kind) + 1);
   return true;
 }
 
@@ -280,10 +263,9 @@ void Parser::ParseMember(Role* role) {
   if (MendMisspelledWord(&kind)) Take();
   if (panic_) return;
   // A word, or the one that was meant, decides the kind; without one it is a field.
-  const MemberWord* word = FindMemberWord(kind);
-  if (word != nullptr) {
+  if (const std::optional<MemberKind> word = MemberOf(kind)) {
     if (kind == Peek().kind) Take();
-    member.kind = word->kind;
+    member.kind = *word;
   } else if (!Is(TokenKind::kName)) {
     Unexpected("a member of '" + role->name + "' or '}'");
     // Never stand still.
@@ -297,7 +279,7 @@ void Parser::ParseMember(Role* role) {
     ExpectSemicolon("the requirement");
   } else {
     if (!Is(TokenKind::kName)) {
-      Unexpected("the name of the " + std::string(NameOf(member.kind)));
+      Unexpected("the name of the " + NameOf(member.kind));
       return;
     }
     // Behind the name: the value of a field or label, or parameters and a block.
@@ -316,32 +298,26 @@ void Parser::ParseMember(Role* role) {
 // `NAME;`, `NAME = value;` and `label NAME = value;`
 void Parser::ParseField(Member* member) {
   if (member->kind == MemberKind::kLabel && !Is(TokenKind::kAssign)) {
-    if (Diagnostic* error = Unexpected("'=' and what the label '" + member->name + "' names")) {
-      error->hint = "for example: label " + member->name + " = self.joints($ANY, 1);";
-    }
+    Unexpected("'=' and what the label '" + member->name + "' names",
+               "for example: label " + member->name + " = self.joints($ANY, 1);");
     return;
   }
   // A field cannot have parameters; a word was left out before a routine.
   if (Is(TokenKind::kLeftParen)) {
-    if (Diagnostic* error = Unexpected("';' or '=' after the field '" + member->name + "'")) {
-      error->hint = "for code, write startup, behavior, command, handler or function before '" +
-                    member->name + "'";
-    }
+    Unexpected("';' or '=' after the field '" + member->name + "'",
+               "for code, write startup, behavior, command, handler or function before '" +
+                   member->name + "'");
     return;
   }
-  if (TakeIf(TokenKind::kAssign)) {
-    member->expr = ParseExpr();
-  }
-  ExpectSemicolon("the " + std::string(NameOf(member->kind)) + " '" + member->name + "'");
+  if (TakeIf(TokenKind::kAssign)) member->expr = ParseExpr();
+  ExpectSemicolon("the " + NameOf(member->kind) + " '" + member->name + "'");
 }
 
 // `NAME(parameters) { statements }` behind the word of its kind.
 bool Parser::ParseRoutine(Member* member) {
-  const std::string what = std::string(NameOf(member->kind)) + " '" + member->name + "'";
+  const std::string what = NameOf(member->kind) + " '" + member->name + "'";
   if (!Is(TokenKind::kLeftParen)) {
-    if (Diagnostic* error = Unexpected("'(' after the " + what)) {
-      error->hint = "without parameters write " + member->name + "()";
-    }
+    Unexpected("'(' after the " + what, "without parameters write " + member->name + "()");
     return false;
   }
   if (!ParseParameters(member)) return false;
@@ -368,13 +344,12 @@ bool Parser::ParseParameters(Member* member) {
       const std::string text = TextOf(Peek());
       const std::optional<Type> type = TypeFromName(text);
       if (!type) {
-        const std::string near = source::NearestName(
-            text, {"bool", "int", "float", "direction", "axis", "role", "joint", "link"});
-        if (Diagnostic* error = ErrorAt(Peek().span, "unknown type '" + text + "'")) {
-          error->hint = near.empty() ? "parameters are bool, int, float, direction, axis, role, "
-                                       "joint or link, or stand without a type"
-                                     : "did you mean '" + near + "'?";
-        }
+        ErrorAt(
+            Peek().span, "unknown type '" + text + "'",
+            source::NearestHint(
+                text, {"bool", "int", "float", "direction", "axis", "role", "joint", "link"},
+                "parameters are bool, int, float, direction, axis, role, joint or link, or stand "
+                "without a type"));
         return false;
       }
       parameter.type = *type;

@@ -1,7 +1,7 @@
 #include <charconv>
 #include <cstdlib>
 
-#include "compiler/dynarole/parser_impl.h"
+#include "compiler/dynarole/parser.h"
 
 namespace morphbus::dynarole {
 
@@ -78,9 +78,7 @@ ExprPtr Parser::ParseExpr(int level) {
   }
   // Outside all operators: `if (a = b)`.
   if (Is(TokenKind::kAssign) && level == 1) {
-    if (source::Diagnostic* error = ErrorAt(Peek().span, "'=' cannot stand in an expression")) {
-      error->hint = "to compare, write '=='";
-    }
+    ErrorAt(Peek().span, "'=' cannot stand in an expression", "to compare, write '=='");
   }
   --level_;
   return left;
@@ -124,7 +122,6 @@ ExprPtr Parser::ParsePostfix() {
       ExprPtr call = Node(ExprKind::kCall, expr->span);
       call->name = expr->name;
       call->name_span = expr->name_span;
-      call->has_parens = true;
       Adopt(call.get(), std::move(expr));
       ParseArguments(call.get());
       call->span.end = Previous().span.end;

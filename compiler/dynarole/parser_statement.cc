@@ -1,4 +1,4 @@
-#include "compiler/dynarole/parser_impl.h"
+#include "compiler/dynarole/parser.h"
 
 namespace morphbus::dynarole {
 
@@ -84,18 +84,6 @@ StmtPtr Parser::ParseStatement() {
       statement = NewStatement(StmtKind::kBlock);
       Take();
       break;
-    // A word that begins a member was used as a name.
-    case TokenKind::kLabel:
-    case TokenKind::kRequire:
-    case TokenKind::kStartup:
-    case TokenKind::kBehavior:
-    case TokenKind::kCommand:
-    case TokenKind::kHandler:
-    case TokenKind::kFunction:
-      ErrorAt(Peek().span, Describe(Peek().kind) + " is a word of the language, not a name");
-      Take();
-      statement = std::move(failed);
-      break;
     // Its if may have ended early, such as by a semicolon behind the condition.
     case TokenKind::kElse:
       ErrorAt(Peek().span, "'else' without an 'if' before it");
@@ -106,6 +94,13 @@ StmtPtr Parser::ParseStatement() {
     default: {
       if (AtFor()) {
         statement = ParseMissingFor();
+        break;
+      }
+      // A word that begins a member was used as a name.
+      if (IsMemberWord(Peek().kind)) {
+        ErrorAt(Peek().span, Describe(Peek().kind) + " is a word of the language, not a name");
+        Take();
+        statement = std::move(failed);
         break;
       }
       const TokenKind next = Peek(1).kind;
@@ -131,9 +126,8 @@ StmtPtr Parser::ParseVar() {
   statement->name = TextOf(Take());
   // Types are found, not written, so a variable needs a first value.
   if (!Is(TokenKind::kAssign)) {
-    if (Diagnostic* error = Unexpected("'=' and the variable's first value")) {
-      error->hint = "variables have no value before it: var " + statement->name + " = 0;";
-    }
+    Unexpected("'=' and the variable's first value",
+               "variables have no value before it: var " + statement->name + " = 0;");
     return statement;
   }
   Take();
@@ -226,9 +220,8 @@ StmtPtr Parser::ParseExpressionStatement() {
     const std::string near =
         source::NearestName(TextOf(first), {"if", "else", "while", "return", "var"});
     if (!near.empty()) {
-      if (Diagnostic* error = ErrorAt(first.span, "unknown statement '" + TextOf(first) + "'")) {
-        error->hint = "did you mean '" + near + "'?";
-      }
+      ErrorAt(first.span, "unknown statement '" + TextOf(first) + "'",
+              "did you mean '" + near + "'?");
     }
   }
   ExpectSemicolon("the statement");

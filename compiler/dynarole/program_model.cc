@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <functional>
 #include <map>
+#include <numeric>
 #include <utility>
 
 #include "compiler/dynarole/builtins.h"
@@ -13,19 +14,14 @@ namespace {
 
 using source::Diagnostic;
 using source::Diagnostics;
-using source::NearestName;
+using source::NearestHint;
 
-// How many members of a kind a role of the virtual machine holds, with those it inherits.
-struct Capacity {
-  MemberKind kind;
-  size_t most;
-};
-
-constexpr Capacity kCapacities[] = {
-    {MemberKind::kLabel, vm::kMaxLabels},      {MemberKind::kStartup, vm::kMaxRoutines},
-    {MemberKind::kBehavior, vm::kMaxRoutines}, {MemberKind::kCommand, vm::kMaxRoutines},
-    {MemberKind::kHandler, vm::kMaxRoutines},  {MemberKind::kFunction, vm::kMaxRoutines},
-};
+/// The index of the first item that fits; -1 if none does.
+template <typename T, typename Fits>
+int IndexOf(const std::vector<T>& items, const Fits& fits) {
+  const auto found = std::ranges::find_if(items, fits);
+  return found == items.end() ? -1 : static_cast<int>(found - items.begin());
+}
 
 // Puts the model together role by role, a role after the one it extends.
 class Builder {
@@ -39,12 +35,10 @@ class Builder {
     CollectRoles();
     ResolveParents();
     // A role is filled after the one that it extends, whose tables it begins with.
-    std::vector<size_t> order(model_.roles.size());
-    for (size_t i = 0; i < order.size(); ++i) order[i] = i;
-    std::stable_sort(order.begin(), order.end(), [this](size_t a, size_t b) {
-      return model_.roles[a].depth < model_.roles[b].depth;
-    });
-    for (const size_t i : order) FillRole(static_cast<int>(i));
+    std::vector<int> order(model_.roles.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::ranges::stable_sort(order, {}, [this](int role) { return model_.roles[role].depth; });
+    for (const int role : order) FillRole(role);
     // The image counts functions over all roles.
     if (model_.routines.size() > vm::kMaxFunctions) {
       diagnostics_
@@ -62,7 +56,7 @@ class Builder {
       const int before = model_.FindRole(role.name);
       if (before >= 0) {
         diagnostics_.Error(role.name_span, "role '" + role.name + "' is declared twice")
-            .notes.push_back({model_.roles[before].role->name_span, "first declared here"});
+            .Note(model_.roles[before].role->name_span, "first declared here");
         continue;
       }
       if (role.name == "Module") {
@@ -81,10 +75,9 @@ class Builder {
             "at most " + std::to_string(vm::kMaxRoles);
         return;
       }
-      RoleModel entry;
+      RoleModel& entry = model_.roles.emplace_back();
       entry.role = &role;
       entry.name = role.name;
-      model_.roles.push_back(std::move(entry));
     }
   }
 
@@ -98,11 +91,9 @@ class Builder {
       if (role.parent >= 0) continue;
       // What such a role inherits is not known, so nothing in it is called unknown.
       role.broken = true;
-      Diagnostic& error =
-          diagnostics_.Error(role.role->base_span, "unknown role '" + role.role->base + "'");
-      const std::string near = NearestName(role.role->base, names);
-      error.hint = near.empty() ? "a role extends Module or another role of the program"
-                                : "did you mean '" + near + "'?";
+      diagnostics_.Error(role.role->base_span, "unknown role '" + role.role->base + "'").hint =
+          NearestHint(role.role->base, names,
+                      "a role extends Module or another role of the program");
     }
     for (size_t i = 0; i < model_.roles.size(); ++i) BreakCircle(static_cast<int>(i));
     // Without circles every chain of roles ends, and depths can be counted.
@@ -147,7 +138,7 @@ class Builder {
           diagnostics_
               .Error(member.name_span,
                      "'" + member.name + "' is declared twice in '" + role.name + "'")
-              .notes.push_back({it->second->name_span, "first declared here"});
+              .Note(it->second->name_span, "first declared here");
           continue;
         }
       }
@@ -208,7 +199,7 @@ class Builder {
           continue;
         }
         Diagnostic& error = diagnostics_.Error(
-            member.name_span, std::string(NameOf(member.kind)) + " '" + member.name +
+            member.name_span, NameOf(member.kind) + " '" + member.name +
                                   "' has the name of an inherited " + NameOf(inherited.kind));
         // The user needs the place of the other one, which may be far above.
         error.notes.push_back({inherited.name_span, "declared in '" + base.name + "'"});
@@ -220,15 +211,11 @@ class Builder {
 
   bool IsEvent(const Member& member) {
     // The name of a handler is the event that it runs on.
-    const std::vector<std::string> events = {"on_connect", "on_disconnect", "on_stall", "on_timer"};
-    if (std::find(events.begin(), events.end(), member.name) == events.end()) {
-      const std::string near = NearestName(member.name, events);
-      diagnostics_.Error(member.name_span, "unknown event '" + member.name + "'").hint =
-          near.empty() ? "events are on_connect, on_disconnect, on_stall and on_timer"
-                       : "did you mean '" + near + "'?";
-      return false;
-    }
-    return true;
+    const std::vector<std::string> events(std::begin(kEventNames), std::end(kEventNames));
+    if (std::ranges::count(events, member.name) > 0) return true;
+    diagnostics_.Error(member.name_span, "unknown event '" + member.name + "'").hint = NearestHint(
+        member.name, events, "events are on_connect, on_disconnect, on_stall and on_timer");
+    return false;
   }
 
   void AddField(RoleModel* role, const Member& member) {
@@ -240,18 +227,13 @@ class Builder {
     }
     if (inherited >= 0) {
       diagnostics_.Warning(member.name_span, "field '" + member.name + "' is inherited already")
-          .notes.push_back({model_.fields[role->fields[inherited].decl].span, "from here"});
+          .Note(model_.fields[role->fields[inherited].decl].span, "from here");
       return;
     }
     // It is new: declared here for this role and all that extend it.
-    FieldDecl decl;
-    decl.name = member.name;
-    decl.span = member.name_span;
-    model_.fields.push_back(std::move(decl));
-    FieldSlot slot;
-    slot.decl = static_cast<int>(model_.fields.size()) - 1;
-    slot.value = member.expr != nullptr ? &member : nullptr;
-    role->fields.push_back(slot);
+    role->fields.push_back({.decl = static_cast<int>(model_.fields.size()),
+                            .value = member.expr != nullptr ? &member : nullptr});
+    model_.fields.push_back({.name = member.name, .span = member.name_span});
   }
 
   // Whether a member may replace the inherited one with this signature; reports why not.
@@ -269,26 +251,26 @@ class Builder {
           continue;
         }
         diagnostics_
-            .Error(member.parameters[i].span, "parameter is " + std::string(NameOf(written)) +
-                                                  ", but " + NameOf(type) + " in the inherited " +
+            .Error(member.parameters[i].span, "parameter is " + NameOf(written) + ", but " +
+                                                  NameOf(type) + " in the inherited " +
                                                   NameOf(member.kind))
-            .notes.push_back({inherited.span, "inherited from here"});
+            .Note(inherited.span, "inherited from here");
         return false;
       }
       return true;
     }
     diagnostics_
-        .Error(member.name_span, std::string(NameOf(member.kind)) + " '" + member.name + "' has " +
+        .Error(member.name_span, NameOf(member.kind) + " '" + member.name + "' has " +
                                      std::to_string(member.parameters.size()) +
                                      " parameters, but the inherited one has " +
                                      std::to_string(inherited.parameters.size()))
-        .notes.push_back({inherited.span, "inherited from here"});
+        .Note(inherited.span, "inherited from here");
     return false;
   }
 
   int AddSignature(const Member& member) {
     // Types that are not written are found by the checker.
-    Signature signature;
+    Signature& signature = model_.signatures.emplace_back();
     signature.kind = member.kind;
     signature.name = member.name;
     signature.span = member.name_span;
@@ -301,17 +283,16 @@ class Builder {
                         : member.kind == MemberKind::kFunction ? 8
                                                                : 0;
     if (member.parameters.size() > most) {
-      diagnostics_.Error(member.parameters[most].span, "a " + std::string(NameOf(member.kind)) +
-                                                           " has at most " + std::to_string(most) +
-                                                           " parameters");
+      diagnostics_.Error(
+          member.parameters[most].span,
+          "a " + NameOf(member.kind) + " has at most " + std::to_string(most) + " parameters");
     }
-    model_.signatures.push_back(std::move(signature));
     return static_cast<int>(model_.signatures.size()) - 1;
   }
 
   // Makes the function of the image for a member, and returns its index.
   int AddRoutine(int role, Member* member, int signature) {
-    Routine routine;
+    Routine& routine = model_.routines.emplace_back();
     routine.kind = member->kind;
     routine.role = role;
     routine.member = member;
@@ -323,14 +304,13 @@ class Builder {
                         ? "require_" + std::to_string(owner.requirements.size() + 1)
                         : member->name);
     if (routine.name.size() > 255) routine.name.resize(255);
-    model_.routines.push_back(std::move(routine));
     return static_cast<int>(model_.routines.size()) - 1;
   }
 
   // The virtual machine has room for so many members of a role and no more.
   void CheckCapacities(RoleModel* role) {
     // The message is at the role, as no one member is to blame.
-    const auto check = [&](size_t count, size_t most, const char* what) {
+    const auto check = [&](size_t count, size_t most, const std::string& what) {
       if (count <= most) return;
       diagnostics_
           .Error(role->role->name_span, "role '" + role->name + "' has " + std::to_string(count) +
@@ -339,8 +319,11 @@ class Builder {
     };
     check(role->fields.size(), vm::kMaxFields, "field");
     check(role->requirements.size(), vm::kMaxRequirements, "requirement");
-    for (const Capacity& capacity : kCapacities) {
-      check(SlotsOf(role, capacity.kind)->size(), capacity.most, NameOf(capacity.kind));
+    for (const MemberKind kind :
+         {MemberKind::kLabel, MemberKind::kStartup, MemberKind::kBehavior, MemberKind::kCommand,
+          MemberKind::kHandler, MemberKind::kFunction}) {
+      const size_t most = kind == MemberKind::kLabel ? vm::kMaxLabels : vm::kMaxRoutines;
+      check(SlotsOf(role, kind)->size(), most, NameOf(kind));
     }
   }
 
@@ -351,17 +334,23 @@ class Builder {
 }  // namespace
 
 int ProgramModel::FindRole(const std::string& name) const {
-  for (size_t i = 0; i < roles.size(); ++i) {
-    if (roles[i].name == name) return static_cast<int>(i);
-  }
-  return -1;
+  return IndexOf(roles, [&](const RoleModel& role) { return role.name == name; });
 }
 
 int ProgramModel::FindField(const RoleModel& role, const std::string& name) const {
-  for (size_t i = 0; i < role.fields.size(); ++i) {
-    if (fields[role.fields[i].decl].name == name) return static_cast<int>(i);
+  return IndexOf(role.fields,
+                 [&](const FieldSlot& slot) { return fields[slot.decl].name == name; });
+}
+
+std::set<int> ProgramModel::CalleesOf(const Routine& routine) const {
+  std::set<int> slots, callees;
+  // A call names a slot, and each subrole may have a function of its own there.
+  for (const CallSite& call : routine.calls) slots.insert(call.slot);
+  for (int role = 0; role < std::ssize(roles); ++role) {
+    if (!IsA(role, routine.role)) continue;
+    for (const int slot : slots) callees.insert(roles[role].methods[slot].routine);
   }
-  return -1;
+  return callees;
 }
 
 bool ProgramModel::IsA(int role, int ancestor) const {
@@ -371,28 +360,20 @@ bool ProgramModel::IsA(int role, int ancestor) const {
 }
 
 int FindSlot(const std::vector<NamedSlot>& slots, const std::string& name) {
-  for (size_t i = 0; i < slots.size(); ++i) {
-    if (slots[i].name == name) return static_cast<int>(i);
-  }
-  return -1;
+  return IndexOf(slots, [&](const NamedSlot& slot) { return slot.name == name; });
 }
 
 std::vector<NamedSlot>* SlotsOf(RoleModel* role, MemberKind kind) {
-  // Fields and requirements have tables of other types.
-  switch (kind) {
-    case MemberKind::kLabel:
-      return &role->labels;
-    case MemberKind::kStartup:
-      return &role->startups;
-    case MemberKind::kBehavior:
-      return &role->behaviors;
-    case MemberKind::kCommand:
-      return &role->commands;
-    case MemberKind::kHandler:
-      return &role->handlers;
-    default:
-      return &role->methods;
-  }
+  // In the order of MemberKind; fields and requirements have tables of other types.
+  constexpr std::vector<NamedSlot> RoleMembers::*kTables[] = {nullptr,
+                                                              &RoleMembers::labels,
+                                                              nullptr,
+                                                              &RoleMembers::startups,
+                                                              &RoleMembers::behaviors,
+                                                              &RoleMembers::commands,
+                                                              &RoleMembers::handlers,
+                                                              &RoleMembers::methods};
+  return &(role->*kTables[static_cast<int>(kind)]);
 }
 
 ProgramModel BuildModel(Program* program, Diagnostics* diagnostics) {
@@ -400,29 +381,13 @@ ProgramModel BuildModel(Program* program, Diagnostics* diagnostics) {
 }
 
 // The words of the language, but for requirements, which the word `require` does not name.
-const char* NameOf(MemberKind kind) {
-  switch (kind) {
-    case MemberKind::kField:
-      return "field";
-    case MemberKind::kLabel:
-      return "label";
-    case MemberKind::kRequire:
-      return "requirement";
-    case MemberKind::kStartup:
-      return "startup";
-    case MemberKind::kBehavior:
-      return "behavior";
-    case MemberKind::kCommand:
-      return "command";
-    case MemberKind::kHandler:
-      return "handler";
-    case MemberKind::kFunction:
-      return "function";
-  }
-  return "?";
+std::string NameOf(MemberKind kind) {
+  constexpr const char* kNames[] = {"field",    "label",   "requirement", "startup",
+                                    "behavior", "command", "handler",     "function"};
+  return kNames[static_cast<int>(kind)];
 }
 
-const char* NameOf(Operator op) {
+std::string NameOf(Operator op) {
   constexpr const char* kNames[] = {
       "", "+", "-", "*", "/", "%", "==", "!=", "<", "<=", ">", ">=", "&&", "||", "!", "-"};
   return kNames[static_cast<int>(op)];

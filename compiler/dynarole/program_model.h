@@ -4,7 +4,7 @@
 // BuildModel makes it from the syntax tree, which must outlive it: roles and members are referred
 // to and not copied. All lists are referred to by index, so they may grow.
 
-#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -14,6 +14,10 @@
 
 namespace morphbus::dynarole {
 
+/// The events that handlers are named after, in the order of vm::Event.
+inline constexpr const char* kEventNames[] = {"on_connect", "on_disconnect", "on_stall",
+                                              "on_timer"};
+
 /// A field of a role and all its subroles. There is one type for all of them, since code of the
 /// base role works on the values of every subrole.
 struct FieldDecl {
@@ -21,7 +25,7 @@ struct FieldDecl {
   source::Span span;  ///< Where it was first declared.
   Type type = Type::kUnknown;
   /// The value that settled the type; a note points there where another value does not fit.
-  source::Span type_span;
+  source::Span type_span = {};
   /// Some code reads it; a field that nobody reads gets a warning.
   bool read = false;
 };
@@ -33,7 +37,7 @@ struct FieldSlot {
   /// The member that sets it, of this role or of one above it; null while the field is abstract.
   const Member* value = nullptr;
   /// The value, once the checker has evaluated it; it stands in the image.
-  vm::Cell cell;
+  vm::Cell cell = {};
 };
 
 /// What overriding routines share: types of parameters and result.
@@ -128,6 +132,8 @@ struct ProgramModel {
   [[nodiscard]] int FindField(const RoleModel& role, const std::string& name) const;
   /// Whether a role is `ancestor` or extends it, directly or over others.
   [[nodiscard]] bool IsA(int role, int ancestor) const;
+  /// Indices of all routines that its calls may reach, whichever subrole is played.
+  [[nodiscard]] std::set<int> CalleesOf(const Routine& routine) const;
 };
 
 /// Slot of the name in one of a role's tables, -1 if there is none. Tables are short, so it looks

@@ -2,7 +2,7 @@
 
 namespace morphbus::dynarole {
 
-const char* NameOf(Type type) {
+std::string NameOf(Type type) {
   // Types with values are called as everywhere (vm/image/value_types.def); the others are ours.
   if (type <= Type::kLinkSet) return vm::InfoOf(static_cast<vm::ValueType>(type)).phrase;
   if (type == Type::kAny) return "$ANY";

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "vm/image/opcodes.h"
@@ -22,7 +23,7 @@ enum class Type : uint8_t {
 };
 
 /// The type as messages name it, with its article: "an int", "a direction", "a set of modules".
-const char* NameOf(Type type);
+std::string NameOf(Type type);
 
 /// The type that stands before a parameter's name, such as `float`.
 std::optional<Type> TypeFromName(std::string_view name);

@@ -1,4 +1,4 @@
-#include "compiler/emit/c99.h"
+#include "compiler/emit/back_ends.h"
 
 #include <fmt/format.h>
 
@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "compiler/emit/c_tables.h"
-#include "compiler/emit/c_text.h"
 
 namespace morphbus::emit {
 namespace {
@@ -57,17 +56,13 @@ class Writer {
   Writer(const RobotTree& tree, const std::string& stem, std::string prefix, CTables tables)
       : tree_(tree), stem_(stem), prefix_(std::move(prefix)), tables_(std::move(tables)) {
     // The array lists links as M3L does, not in the tree's order.
-    std::vector<size_t> order(tree.links.size());
-    std::iota(order.begin(), order.end(), size_t{0});
-    std::sort(order.begin(), order.end(), [&](size_t a, size_t b) {
-      const TreeLink& x = tree.links[a];
-      const TreeLink& y = tree.links[b];
-      return x.module != y.module ? x.module < y.module : x.link < y.link;
-    });
-    index_.resize(order.size());
-    for (size_t i = 0; i < order.size(); ++i) index_[order[i]] = static_cast<int>(i);
+    links_.resize(tree.links.size());
+    std::iota(links_.begin(), links_.end(), size_t{0});
+    std::ranges::sort(
+        links_, {}, [&](size_t i) { return std::pair(tree.links[i].module, tree.links[i].link); });
     // `index_` and `links_` are each other's inverse: tree to array, array to tree.
-    links_ = order;
+    index_.resize(links_.size());
+    for (size_t i = 0; i < links_.size(); ++i) index_[links_[i]] = static_cast<int>(i);
   }
 
   Exported Write() {
@@ -146,12 +141,12 @@ class Writer {
     const TreeLink& link = tree_.links[i];
     std::string text = fmt::format("  /* {} */\n", link.name);
     const int at = index_[i];
-    if (link.parent < 0) return text + PlaceRoot(at, link.X_PL);
-    const int parent = index_[link.parent];
-    if (link.joint < 0) return text + PlaceRigid(at, parent, link.X_PL);
+    const int parent = link.parent < 0 ? -1 : index_[link.parent];
+    if (link.joint < 0 || tree_.joints[link.joint].type == JointType::kFixed) {
+      return text + PlaceRigid(at, parent, link.X_PL);
+    }
     const TreeJoint& joint = tree_.joints[link.joint];
     const std::string q = fmt::format("q[{}]", link.joint);
-    if (joint.type == JointType::kFixed) return text + PlaceRigid(at, parent, link.X_PL);
     if (joint.type == JointType::kPrismatic) return text + PlaceSlide(at, parent, joint, q);
     text +=
         fmt::format("  {{\n    const float s = sinf({0});\n    const float c = cosf({0});\n", q);
@@ -163,28 +158,17 @@ class Writer {
     return text + PlaceAnyTurn(at, parent, joint) + "  }\n";
   }
 
-  // A root stands where it stands, whatever the joints do.
-  static std::string PlaceRoot(int at, const model::Pose& X) {
-    std::string text;
-    for (int row = 0; row < 3; ++row) {
-      for (int column = 0; column < 4; ++column) {
-        Sum sum;
-        sum.Add(X.matrix()(row, column), "");
-        text += fmt::format("  {} = {};\n", At(at, row, column), sum.text());
-      }
-    }
-    return text;
-  }
-
-  // A link that a connection or a fixed joint holds.
+  // A link that a connection or a fixed joint holds, or (`parent` -1) a root, which stands where it
+  // stands whatever the joints do.
   static std::string PlaceRigid(int at, int parent, const model::Pose& X_PL) {
     std::string text;
     // X_RL = X_RP * X_PL, element by element, without the products that are 0.
     for (int row = 0; row < 3; ++row) {
       for (int column = 0; column < 4; ++column) {
         Sum sum;
-        if (column == 3) sum.Add(1.0, At(parent, row, 3));
-        for (int k = 0; k < 3; ++k) sum.Add(X_PL.matrix()(k, column), At(parent, row, k));
+        if (parent < 0) sum.Add(X_PL(row, column), "");
+        if (parent >= 0 && column == 3) sum.Add(1.0, At(parent, row, 3));
+        for (int k = 0; k < 3 && parent >= 0; ++k) sum.Add(X_PL(k, column), At(parent, row, k));
         text += fmt::format("  {} = {};\n", At(at, row, column), sum.text());
       }
     }
@@ -220,17 +204,22 @@ class Writer {
                           At(parent, row, v));
       text += fmt::format("    {} = c * {} {} s * {};\n", At(at, row, v), At(parent, row, v),
                           against, At(parent, row, u));
-      // The origin turns about the point of the axis: p + R_RP o - R_RL o.
-      Sum sum;
-      sum.Add(1.0, At(parent, row, 3));
-      for (const int column : {u, v}) {
-        if (std::abs(joint.origin[column]) < kNoise) continue;
-        sum.Add(joint.origin[column],
-                fmt::format("({} - {})", At(parent, row, column), At(at, row, column)));
-      }
-      text += fmt::format("    {} = {};\n", At(at, row, 3), sum.text());
+      text += TurnedOrigin(at, parent, joint, row, {u, v});
     }
     return text;
+  }
+
+  /// The origin turns about the point of the axis: p + R_RP o - R_RL o. `columns` are those that
+  /// turn.
+  static std::string TurnedOrigin(int at, int parent, const TreeJoint& joint, int row,
+                                  std::initializer_list<int> columns) {
+    Sum sum;
+    sum.Add(1.0, At(parent, row, 3));
+    for (const int column : columns) {
+      sum.Add(joint.origin[column],
+              fmt::format("({} - {})", At(parent, row, column), At(at, row, column)));
+    }
+    return fmt::format("    {} = {};\n", At(at, row, 3), sum.text());
   }
 
   /// About any axis: Rodrigues' formula, a matrix whose elements are linear in sine and cosine.
@@ -258,13 +247,7 @@ class Writer {
                             At(parent, row, 0), column, At(parent, row, 1), column,
                             At(parent, row, 2), column);
       }
-      Sum sum;
-      sum.Add(1.0, At(parent, row, 3));
-      for (int k = 0; k < 3; ++k) {
-        if (std::abs(joint.origin[k]) < kNoise) continue;
-        sum.Add(joint.origin[k], fmt::format("({} - {})", At(parent, row, k), At(at, row, k)));
-      }
-      text += fmt::format("    {} = {};\n", At(at, row, 3), sum.text());
+      text += TurnedOrigin(at, parent, joint, row, {0, 1, 2});
     }
     return text;
   }

@@ -2,26 +2,24 @@
 
 #include <fmt/format.h>
 
+#include <set>
 #include <utility>
 
 #include "compiler/base/check.h"
-#include "compiler/emit/c_text.h"
 #include "compiler/emit/kinematics.h"
 
 namespace morphbus::emit {
 namespace {
 
 /// "{0.0f, 1.0f}"
-std::string Braced(const std::vector<double>& values) {
+std::string Braced(std::initializer_list<double> values) {
   std::string text;
   for (const double value : values) text += (text.empty() ? "" : ", ") + CFloat(value);
   return "{" + text + "}";
 }
 
-std::string Braced(const vm::Vec3& v) { return Braced(std::vector<double>{v.x, v.y, v.z}); }
-std::string Braced(const Eigen::Vector3d& v) {
-  return Braced(std::vector<double>{v.x(), v.y(), v.z()});
-}
+std::string Braced(const vm::Vec3& v) { return Braced({v.x, v.y, v.z}); }
+std::string Braced(const Eigen::Vector3d& v) { return Braced({v.x(), v.y(), v.z()}); }
 
 // Texts of an image have no terminating zero.
 std::string ToString(const vm::Text& text) { return {text.data, text.size}; }
@@ -131,7 +129,7 @@ class Writer {
       const vm::Quat& q = c.X_MN.q;
       rows += fmt::format("  {{{}, {}, {}, {}, {}, {}, {}}},\n", c.connection_type,
                           c.is_member_b ? 1 : 0, c.number, c.connector, c.mate_connector,
-                          Braced(c.X_MN.p), Braced(std::vector<double>{q.w, q.x, q.y, q.z}));
+                          Braced(c.X_MN.p), Braced({q.w, q.x, q.y, q.z}));
     }
     return Array("morphbus_connection", "connections[]", rows);
   }
@@ -189,6 +187,40 @@ Result<CTables> TablesInC(const model::Model& model, int type, uint64_t model_ha
   tables.declarations = writer.Declarations();
   tables.definitions = writer.Definitions();
   return tables;
+}
+
+std::string CFloat(double value) {
+  // The shortest text that reads back the same float.
+  std::string text = fmt::format("{}", static_cast<float>(value));
+  if (text.find_first_of(".e") == std::string::npos) text += ".0";
+  return text + "f";
+}
+
+std::string CIdentifier(std::string name) {
+  // Names of links hold dots, which C does not know.
+  for (char& c : name) {
+    const bool good = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+    if (!good) c = '_';
+  }
+  return name;
+}
+
+std::string CModulePrefix(const std::string& name) {
+  return name == "morphbus" ? name + "_" : CIdentifier(name);
+}
+
+std::string CEnumeration(const std::string& prefix, const std::string& kind,
+                         const std::vector<std::string>& names) {
+  std::string text = "enum {\n";
+  std::set<std::string> used;
+  for (size_t i = 0; i < names.size(); ++i) {
+    // m_1.a and m.1_a would be the same identifier.
+    std::string name = CIdentifier(names[i]);
+    // Underscores are added until no name before is the same.
+    while (!used.insert(name).second) name += '_';
+    text += fmt::format("  {}_{}_{} = {},  /* {} */\n", prefix, kind, name, i, names[i]);
+  }
+  return text + fmt::format("  {}_num_{}s = {}\n}};\n", prefix, kind, names.size());
 }
 
 }  // namespace morphbus::emit

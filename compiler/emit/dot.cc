@@ -1,4 +1,4 @@
-#include "compiler/emit/dot.h"
+#include "compiler/emit/back_ends.h"
 
 #include <fmt/format.h>
 
@@ -33,17 +33,15 @@ std::string LinkNode(int module, int link) { return fmt::format("m{}_l{}", modul
 
 std::string AssemblyGraphDot(const model::Model& model, const model::Robot& robot) {
   std::string out = Header(robot.name);
-  for (size_t m = 0; m < robot.modules.size(); ++m) {
-    const model::ModuleType& type = model.TypeOf(robot, static_cast<int>(m));
-    const int module = static_cast<int>(m);
+  for (int module = 0; module < std::ssize(robot.modules); ++module) {
+    const model::ModuleType& type = model.TypeOf(robot, module);
     // A module is a cluster: its links, thick the one that carries the robot frame, and its joints.
-    out += fmt::format("  subgraph \"cluster_{}\" {{\n    label=\"{} ({})\";\n", m,
-                       Escaped(robot.modules[m].name), Escaped(type.name));
-    for (size_t l = 0; l < type.links.size(); ++l) {
-      const bool root = module == robot.root_module && static_cast<int>(l) == robot.root_link;
-      out += fmt::format("    {} [shape=box, label=\"{}\"{}];\n",
-                         LinkNode(module, static_cast<int>(l)), Escaped(type.links[l].name),
-                         root ? ", penwidth=2" : "");
+    out += fmt::format("  subgraph \"cluster_{}\" {{\n    label=\"{} ({})\";\n", module,
+                       Escaped(robot.modules[module].name), Escaped(type.name));
+    for (int l = 0; l < std::ssize(type.links); ++l) {
+      const bool root = module == robot.root_module && l == robot.root_link;
+      out += fmt::format("    {} [shape=box, label=\"{}\"{}];\n", LinkNode(module, l),
+                         Escaped(type.links[l].name), root ? ", penwidth=2" : "");
     }
     for (const model::Joint& joint : type.joints) {
       out += fmt::format("    {} -- {} [label=\"{}\", style={}];\n", LinkNode(module, joint.link_a),
@@ -55,14 +53,12 @@ std::string AssemblyGraphDot(const model::Model& model, const model::Robot& robo
   for (const model::Docking& d : robot.dockings) {
     // A docking joins two links of different clusters; it has its number, and its connectors at its
     // ends.
-    const model::Connector& a = model.TypeOf(robot, d.module_a).connectors[d.connector_a];
-    const model::Connector& b = model.TypeOf(robot, d.module_b).connectors[d.connector_b];
-    const model::ConnectionOption& option =
-        model.connection_types[d.connection_type].options[d.option];
+    const model::Connector& a = model.EndA(robot, d);
+    const model::Connector& b = model.EndB(robot, d);
     out +=
         fmt::format("  {} -- {} [label=\"{}\", taillabel=\"{}\", headlabel=\"{}\", penwidth=2];\n",
-                    LinkNode(d.module_a, a.link), LinkNode(d.module_b, b.link), option.number,
-                    Escaped(a.name), Escaped(b.name));
+                    LinkNode(d.module_a, a.link), LinkNode(d.module_b, b.link),
+                    model.OptionOf(d).number, Escaped(a.name), Escaped(b.name));
   }
   return out + "}\n";
 }

@@ -26,19 +26,11 @@ vm::PoseF ToVm(const model::Pose& X) {
   return pose;
 }
 
-// The virtual machine's numbers are part of the image's format and do not follow the model's.
+// The virtual machine's numbers are part of the image's format; the model's are the same.
 vm::JointKind ToVm(model::JointType type) {
-  switch (type) {
-    case model::JointType::kRevolute:
-      return vm::JointKind::kRevolute;
-    case model::JointType::kContinuous:
-      return vm::JointKind::kContinuous;
-    case model::JointType::kPrismatic:
-      return vm::JointKind::kPrismatic;
-    case model::JointType::kFixed:
-      return vm::JointKind::kFixed;
-  }
-  return vm::JointKind::kFixed;
+  static_assert(static_cast<int>(model::JointType::kFixed) ==
+                static_cast<int>(vm::JointKind::kFixed));
+  return static_cast<vm::JointKind>(type);
 }
 
 }  // namespace
@@ -84,25 +76,18 @@ Result<vm::KinematicsTables> KinematicsTablesOf(const model::Model& model, int t
             fmt::format("connection '{}' is too large for a kinematics image", connection.name));
       }
       // A type may be member a, member b, or both; each side gets the connection as it sees it.
-      vm::KinConnection entry;
-      entry.connection_type = static_cast<uint8_t>(c);
-      entry.number = static_cast<uint16_t>(option.number);
       const auto a = static_cast<uint8_t>(option.connector_a);
       const auto b = static_cast<uint8_t>(option.connector_b);
-      if (connection.type_a == type) {
-        entry.connector = a;
-        entry.mate_connector = b;
-        entry.is_member_b = false;
-        entry.X_MN = ToVm(option.X_AB);
-        tables.connections.push_back(entry);
-      }
-      // Seen from member b the pose is the inverse.
-      if (connection.type_b == type) {
-        entry.connector = b;
-        entry.mate_connector = a;
-        entry.is_member_b = true;
-        entry.X_MN = ToVm(option.X_AB.inverse());
-        tables.connections.push_back(entry);
+      for (const bool is_b : {false, true}) {
+        if ((is_b ? connection.type_b : connection.type_a) != type) continue;
+        vm::KinConnection& entry = tables.connections.emplace_back();
+        entry.connection_type = static_cast<uint8_t>(c);
+        entry.number = static_cast<uint16_t>(option.number);
+        entry.connector = is_b ? b : a;
+        entry.mate_connector = is_b ? a : b;
+        entry.is_member_b = is_b;
+        // Seen from member b the pose is the inverse.
+        entry.X_MN = ToVm(is_b ? option.X_AB.inverse() : option.X_AB);
       }
     }
   }

@@ -2,20 +2,16 @@
 
 namespace morphbus::emit {
 
+// Each is worked out when it is first asked for.
 const model::LinkMass& LinkSolids::Mass(int type, int link) {
-  // Worked out when it is first asked for.
   const auto [entry, is_new] = masses_.try_emplace({type, link});
-  if (is_new) {
-    entry->second = model::ComputeLinkMass(model_.module_types[type], link);
-  }
+  if (is_new) entry->second = model::ComputeLinkMass(model_.module_types[type], link);
   return entry->second;
 }
 
 const std::vector<Eigen::Vector3d>& LinkSolids::Hull(int type, int link) {
   const auto [entry, is_new] = hulls_.try_emplace({type, link});
-  if (is_new) {
-    entry->second = model::SolidHull(model_.module_types[type], link);
-  }
+  if (is_new) entry->second = model::SolidHull(model_.module_types[type], link);
   return entry->second;
 }
 

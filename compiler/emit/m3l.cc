@@ -1,4 +1,4 @@
-#include "compiler/emit/m3l.h"
+#include "compiler/emit/back_ends.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

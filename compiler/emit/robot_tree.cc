@@ -5,9 +5,10 @@
 #include <limits>
 #include <utility>
 
+#include "compiler/base/disjoint_sets.h"
 #include "compiler/emit/link_solids.h"
-#include "compiler/emit/tree_cuts.h"
 #include "compiler/model/forward_kinematics.h"
+#include "compiler/model/kinematic_graph.h"
 #include "compiler/model/kinematic_tree.h"
 
 namespace morphbus::emit {
@@ -23,10 +24,8 @@ std::string FullName(const std::string& module, const std::string& name) {
 // "m1.c2-m2.c5": both ends of the docking.
 std::string DockingName(const model::Model& model, const model::Robot& robot, int index) {
   const model::Docking& d = robot.dockings[index];
-  const model::ModuleType& type_a = model.TypeOf(robot, d.module_a);
-  const model::ModuleType& type_b = model.TypeOf(robot, d.module_b);
-  return robot.modules[d.module_a].name + "." + type_a.connectors[d.connector_a].name + "-" +
-         robot.modules[d.module_b].name + "." + type_b.connectors[d.connector_b].name;
+  return robot.modules[d.module_a].name + "." + model.EndA(robot, d).name + "-" +
+         robot.modules[d.module_b].name + "." + model.EndB(robot, d).name;
 }
 
 // All joints of the robot, modules in order, each module's as its type declares them.
@@ -36,17 +35,15 @@ std::vector<TreeJoint> JointsOf(const model::Model& model, const model::Robot& r
     const model::ModuleType& type = model.module_types[module.type];
     for (size_t j = 0; j < type.joints.size(); ++j) {
       const model::Joint& from = type.joints[j];
-      TreeJoint joint;
-      joint.name = FullName(module.name, from.name);
-      joint.type = from.type;
-      joint.origin = from.p_MoJo_M;
-      joint.axis = from.axis;
-      joint.lower = from.lower;
-      joint.upper = from.upper;
-      joint.effort = from.effort;
-      joint.speed = from.speed;
-      joint.start = module.start[j];
-      joints.push_back(std::move(joint));
+      joints.push_back({.name = FullName(module.name, from.name),
+                        .type = from.type,
+                        .origin = from.p_MoJo_M,
+                        .axis = from.axis,
+                        .lower = from.lower,
+                        .upper = from.upper,
+                        .effort = from.effort,
+                        .speed = from.speed,
+                        .start = module.start[j]});
     }
   }
   return joints;
@@ -65,11 +62,8 @@ RobotTree TreeAlong(const model::Model& model, const model::Robot& robot,
     int link;
   };
   std::vector<Place> place_of;  // By flat index of link.
-  for (size_t m = 0; m < robot.modules.size(); ++m) {
-    const size_t links = model.TypeOf(robot, static_cast<int>(m)).links.size();
-    for (size_t l = 0; l < links; ++l) {
-      place_of.push_back({static_cast<int>(m), static_cast<int>(l)});
-    }
+  for (int m = 0; m < std::ssize(robot.modules); ++m) {
+    for (int l = 0; l < std::ssize(model.TypeOf(robot, m).links); ++l) place_of.push_back({m, l});
   }
   std::vector<int> index_of(place_of.size(), -1);  // Flat index to index in the tree.
   // Links in the order in which the kinematic tree places them, each after its parent.
@@ -102,7 +96,7 @@ RobotTree TreeAlong(const model::Model& model, const model::Robot& robot,
   }
   // What the tree leaves open, with the pose that closes it at joint values 0.
   for (const KinematicTree::Loop& from : kinematics.loops()) {
-    TreeLoop loop;
+    TreeLoop& loop = tree.loops.emplace_back();
     loop.from = index_of[from.link_from];
     loop.to = index_of[from.link_to];
     loop.joint = from.joint;
@@ -110,9 +104,123 @@ RobotTree TreeAlong(const model::Model& model, const model::Robot& robot,
     if (from.docking >= 0) loop.X_FT = from.X_FT;
     loop.name =
         from.docking >= 0 ? DockingName(model, robot, from.docking) : tree.joints[from.joint].name;
-    tree.loops.push_back(std::move(loop));
   }
   return tree;
+}
+
+// ---- Cuts: which edges of a robot go where a format holds trees only ----
+
+struct TreeCuts {
+  model::KinematicTree::Omitted omitted;  ///< What goes, so that the links form a tree.
+  /// Of the dockings that go, those whose ends other dockings of the same body still hold together:
+  /// nothing is lost with them. By index into Robot::dockings.
+  std::vector<bool> redundant;
+  /// Joints that cannot move, by the robot's loops, by flat index. None where that is not computed
+  /// (see model::KinematicGraph::locked_computed).
+  std::vector<bool> locked;
+};
+
+/// In the order in which edges are kept.
+enum class Rank { kMoves, kRigid, kLocked };
+
+struct Edge {
+  Rank rank = Rank::kRigid;
+  int distance = 0;  ///< Steps from the root link to both ends together.
+  int a = 0;         ///< Flat indices of links.
+  int b = 0;
+  int docking = -1;
+  int joint = -1;
+};
+
+/// Joints and dockings between the root link and each link, by flat index.
+std::vector<int> StepsFromRoot(const KinematicTree& tree) {
+  // A link stands one step beyond its parent, which comes before it.
+  std::vector<int> steps(tree.num_links(), 0);
+  for (const KinematicTree::Step& step : tree.steps()) {
+    if (step.parent < 0) continue;
+    steps[step.link] = steps[step.parent] + 1;
+  }
+  return steps;
+}
+
+std::vector<bool> LockedJoints(const model::Model& model, const model::Robot& robot,
+                               const KinematicTree& tree) {
+  // Without loops nothing can be locked, and the graph need not be built.
+  std::vector<bool> locked(tree.num_joints(), false);
+  if (tree.loops().empty()) return locked;
+  for (const model::GraphJoint& joint : model::BuildKinematicGraph(model, robot).joints) {
+    locked[tree.JointIndex(joint.module, joint.joint)] = joint.locked;
+  }
+  return locked;
+}
+
+std::vector<Edge> EdgesOf(const model::Model& model, const model::Robot& robot,
+                          const KinematicTree& tree, const std::vector<bool>& locked) {
+  // Every joint and every docking is an edge between two links.
+  const std::vector<int> steps = StepsFromRoot(tree);
+  std::vector<Edge> edges;
+  const auto add = [&](Edge edge, int module_a, int link_a, int module_b, int link_b) {
+    edge.a = tree.LinkIndex(module_a, link_a);
+    edge.b = tree.LinkIndex(module_b, link_b);
+    edge.distance = steps[edge.a] + steps[edge.b];
+    edges.push_back(edge);
+  };
+  // Joints: fixed ones hold like dockings, locked ones move in no posture of the robot.
+  for (size_t m = 0; m < robot.modules.size(); ++m) {
+    const int module = static_cast<int>(m);
+    const model::ModuleType& type = model.TypeOf(robot, module);
+    for (size_t j = 0; j < type.joints.size(); ++j) {
+      Edge edge;
+      edge.joint = tree.JointIndex(module, static_cast<int>(j));
+      const bool fixed = type.joints[j].type == model::JointType::kFixed;
+      edge.rank = fixed ? Rank::kRigid : locked[edge.joint] ? Rank::kLocked : Rank::kMoves;
+      add(edge, module, type.joints[j].link_a, module, type.joints[j].link_b);
+    }
+  }
+  // Dockings: they join the links that carry their connectors.
+  for (size_t d = 0; d < robot.dockings.size(); ++d) {
+    const model::Docking& docking = robot.dockings[d];
+    Edge edge;
+    edge.docking = static_cast<int>(d);
+    add(edge, docking.module_a, model.EndA(robot, docking).link, docking.module_b,
+        model.EndB(robot, docking).link);
+  }
+  return edges;
+}
+
+/// Cuts each loop where least is lost: redundant dockings inside a body first, then locked joints,
+/// then the docking farthest from the root link (by joints and dockings between; of equals the one
+/// declared last); a joint that can move only where a module's own links form a loop.
+TreeCuts CutLoops(const model::Model& model, const model::Robot& robot) {
+  // Nothing is cut to begin with.
+  const KinematicTree tree(model, robot);
+  TreeCuts cuts;
+  cuts.locked = LockedJoints(model, robot, tree);
+  cuts.redundant.assign(robot.dockings.size(), false);
+  cuts.omitted.dockings.assign(robot.dockings.size(), false);
+  cuts.omitted.joints.assign(tree.num_joints(), false);
+  std::vector<Edge> edges = EdgesOf(model, robot, tree, cuts.locked);
+  // Kruskal's spanning tree: what is kept first is cut last.
+  std::stable_sort(edges.begin(), edges.end(), [](const Edge& x, const Edge& y) {
+    return x.rank != y.rank ? x.rank < y.rank : x.distance < y.distance;
+  });
+  // Edges that join what is held together already close a loop and are cut. One within a rigid body
+  // is redundant: the body holds without it.
+  DisjointSets held(tree.num_links());
+  DisjointSets bodies(tree.num_links());
+  for (const Edge& edge : edges) {
+    const bool in_one_body =
+        edge.rank == Rank::kRigid && bodies.Find(edge.a) == bodies.Find(edge.b);
+    if (held.Unite(edge.a, edge.b)) {
+      if (edge.rank == Rank::kRigid) bodies.Unite(edge.a, edge.b);
+    } else if (edge.joint >= 0) {
+      cuts.omitted.joints[edge.joint] = true;
+    } else {
+      cuts.omitted.dockings[edge.docking] = true;
+      cuts.redundant[edge.docking] = in_one_body;
+    }
+  }
+  return cuts;
 }
 
 }  // namespace
@@ -185,16 +293,16 @@ model::Pose MotionOf(const TreeJoint& joint, double q) {
   return model::JointMotion(motion, q);
 }
 
+model::Pose StartInParent(const RobotTree& tree, const model::Pose& X_PL, int joint) {
+  return joint < 0 ? X_PL : X_PL * MotionOf(tree.joints[joint], tree.joints[joint].start);
+}
+
 // A link stands on its parent's pose, moved by its joint's start value.
 std::vector<model::Pose> StartPoses(const RobotTree& tree) {
   std::vector<model::Pose> X_RL;
   X_RL.reserve(tree.links.size());
   for (const TreeLink& link : tree.links) {
-    model::Pose X = link.X_PL;
-    if (link.joint >= 0) {
-      const TreeJoint& joint = tree.joints[link.joint];
-      X = X * MotionOf(joint, joint.start);
-    }
+    const model::Pose X = StartInParent(tree, link.X_PL, link.joint);
     // Parents stand before their children, so their poses are known.
     X_RL.push_back(link.parent < 0 ? X : X_RL[link.parent] * X);
   }

@@ -75,7 +75,9 @@ struct RobotTree {
 /// The tree of a robot, breadth first from the link that carries the robot frame: the tree by which
 /// `morphbus fk` computes poses.
 RobotTree TreeOf(const model::Model& model, const model::Robot& robot);
-/// The tree for formats that hold nothing else: loops are open where least is lost (tree_cuts.h).
+/// The tree for formats that hold nothing else: loops are open where least is lost:
+/// redundant dockings inside a body first, then locked joints, then the docking farthest from the
+/// root link.
 RobotTree OpenTreeOf(const model::Model& model, const model::Robot& robot);
 
 /// A module type alone as a robot: its first link is the root, the module frame the robot frame. In
@@ -96,6 +98,10 @@ model::Pose RobotFrameInZUp();
 
 /// Motion of the child relative to its place at joint value 0, in P's frame.
 model::Pose MotionOf(const TreeJoint& joint, double q);
+
+/// Pose of a link in P at its joint's start value; `X_PL` is that at 0, `joint` -1 where none holds
+/// it.
+model::Pose StartInParent(const RobotTree& tree, const model::Pose& X_PL, int joint);
 
 /// Whether the joint's axis misses the link frame's origin, so that formats whose joints turn about
 /// the child frame's origin need a frame on the axis.

@@ -1,18 +1,18 @@
-#include "compiler/emit/sdf.h"
+#include "compiler/emit/back_ends.h"
 
 #include <fmt/format.h>
-
-#include <pugixml.hpp>
 
 #include "compiler/emit/link_solids.h"
 #include "compiler/emit/meshes.h"
 #include "compiler/emit/names.h"
 #include "compiler/emit/numbers.h"
-#include "compiler/emit/sdf_joint.h"
+#include "compiler/emit/urdf_cuts.h"
 #include "compiler/keywords/xml_text.h"
 
 namespace morphbus::emit {
 namespace {
+
+using model::JointType;
 
 /// Appends a <pose>, relative to the frame `base` if that is not empty, by quaternion: roll, pitch
 /// and yaw would lose digits.
@@ -59,8 +59,13 @@ class Writer {
     AppendPose(root_, X_WR, "");
     // SDF holds graphs: every connection is a joint, also those that close loops.
     for (const TreeLink& link : tree_.links) AppendLink(link);
-    for (const TreeLink& link : tree_.links) AppendHold(link);
-    for (const TreeLoop& loop : tree_.loops) AppendLoop(loop);
+    for (const TreeLink& link : tree_.links) {
+      if (link.parent >= 0) AppendJoint(link.held_by, link.joint, NameOf(link.parent), link.name);
+    }
+    // What closes a loop is a joint like any other.
+    for (const TreeLoop& loop : tree_.loops) {
+      AppendJoint(loop.name, loop.joint, NameOf(loop.from), NameOf(loop.to));
+    }
     exported_.text = xml::Text(document_);
     exported_.companions = MeshFiles(model_, tree_, place_);
     return std::move(exported_);
@@ -69,14 +74,12 @@ class Writer {
  private:
   /// Name of the link of this index in the tree.
   const std::string& NameOf(int link) const { return tree_.links[link].name; }
-  const TreeJoint& JointAt(int joint) const { return tree_.joints[joint]; }
 
   /// A <link> with its mass and, if it has a hull, its mesh.
   void AppendLink(const TreeLink& link) {
     // A link stands where the joints' start values place it, given from the link that holds it.
     const pugi::xml_node node = xml::Append(root_, "link", {{"name", link.name}});
-    model::Pose X = link.X_PL;
-    if (link.joint >= 0) X = X * MotionOf(JointAt(link.joint), JointAt(link.joint).start);
+    const model::Pose X = StartInParent(tree_, link.X_PL, link.joint);
     AppendPose(node, X, link.parent < 0 ? "__model__" : NameOf(link.parent));
     const model::LinkMass& mass = solids_.Mass(link.type, link.link);
     const pugi::xml_node inertial = xml::Append(node, "inertial");
@@ -95,25 +98,12 @@ class Writer {
     }
   }
 
-  /// What holds a link in the tree.
-  void AppendHold(const TreeLink& link) {
-    if (link.parent >= 0) AppendJoint(link.held_by, link.joint, NameOf(link.parent), link.name);
-  }
-
-  // What closes a loop is a joint like any other.
-  void AppendLoop(const TreeLoop& loop) {
-    AppendJoint(loop.name, loop.joint, NameOf(loop.from), NameOf(loop.to));
-  }
-
   /// The joint or connection by which the link `from` holds the link `to`.
   void AppendJoint(const std::string& name, int joint, const std::string& from,
                    const std::string& to) {
     // A connection is a fixed joint. Joint values of SDF count from the robot's start values.
-    if (joint < 0) {
-      AppendSdfJoint(root_, name, nullptr, from, to, 0.0);
-    } else {
-      AppendSdfJoint(root_, name, &JointAt(joint), from, to, JointAt(joint).start);
-    }
+    const TreeJoint* of = joint < 0 ? nullptr : &tree_.joints[joint];
+    AppendSdfJoint(root_, name, of, from, to, of == nullptr ? 0.0 : of->start);
   }
 
   const model::Model& model_;
@@ -126,6 +116,30 @@ class Writer {
 };
 
 }  // namespace
+
+void AppendSdfJoint(pugi::xml_node parent, const std::string& name, const TreeJoint* joint,
+                    const std::string& from, const std::string& to, double at,
+                    const model::Pose& X_CL) {
+  const JointType type = joint == nullptr ? JointType::kFixed : joint->type;
+  const pugi::xml_node node =
+      xml::Append(parent, "joint", {{"name", name}, {"type", model::JointTypeName(type)}});
+  xml::AppendText(node, "parent", from);
+  xml::AppendText(node, "child", to);
+  if (type == JointType::kFixed) return;
+  // The joint's frame is the child's, moved to the axis, which keeps its place in the child
+  // whatever the joint's value.
+  xml::AppendText(node, "pose", Triple(X_CL * joint->origin) + " 0 0 0");
+  const pugi::xml_node axis = xml::Append(node, "axis");
+  xml::AppendText(axis, "xyz", Triple(X_CL.linear() * joint->axis));
+  // Joint values of SDF are 0 where the file places the links, which may be other than M3L's 0.
+  const pugi::xml_node limit = xml::Append(axis, "limit");
+  if (type != JointType::kContinuous) {
+    xml::AppendText(limit, "lower", Number(joint->lower - at));
+    xml::AppendText(limit, "upper", Number(joint->upper - at));
+  }
+  xml::AppendText(limit, "effort", Number(joint->effort));
+  xml::AppendText(limit, "velocity", Number(joint->speed));
+}
 
 Exported ToSdf(const model::Model& model, const RobotTree& tree, const MeshPlace& place) {
   return Writer(model, tree, place).Write();

@@ -1,4 +1,4 @@
-#include "compiler/emit/urdf.h"
+#include "compiler/emit/back_ends.h"
 
 #include <fmt/format.h>
 

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "compiler/emit/numbers.h"
-#include "compiler/emit/sdf_joint.h"
 #include "compiler/keywords/xml_text.h"
 
 namespace morphbus::emit {

@@ -16,6 +16,14 @@ struct CarryingLink {
   model::Pose X_CL;  ///< M3L's link in its frame (m).
 };
 
+/// Appends the <joint> of SDF (sdf.cc) of this name by which the link `from` holds the link `to`:
+/// fixed if `joint` is null. SDF counts values from where the links stand in the file, which is at
+/// `at` (rad or m). `X_CL` is the pose of M3L's link in the frame of the link `to` (m), in which
+/// the joint's place and axis are then written.
+void AppendSdfJoint(pugi::xml_node parent, const std::string& name, const TreeJoint* joint,
+                    const std::string& from, const std::string& to, double at,
+                    const model::Pose& X_CL = model::Pose::Identity());
+
 /// One <gazebo><joint> in `robot` for each loop whose opening loses something. Gazebo joins links
 /// as they stand in the file, at joint values 0: where a loop is open there, a comment says so
 /// instead. It also melts links held by fixed joints into the links that carry them, so joints are

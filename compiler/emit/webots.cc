@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <set>
 #include <utility>
@@ -13,17 +15,23 @@
 #include "compiler/emit/numbers.h"
 #include "compiler/emit/robot_tree.h"
 #include "compiler/emit/webots_docks.h"
-#include "compiler/emit/webots_view.h"
 #include "compiler/model/convex_hull.h"
 #include "compiler/model/forward_kinematics.h"
 
 namespace morphbus::emit {
 namespace {
 
+using Eigen::Vector3d;
 using model::JointType;
 
 constexpr double kFloorThickness = 0.1;  // m
 constexpr double kTokenRadius = 1e-3;    // m, of links that have no hull.
+
+/// Axis and angle, as VRML writes rotations.
+std::string Rotation(const Eigen::Matrix3d& R) {
+  const Eigen::AngleAxisd turn(Canonical(R));
+  return Triple(turn.axis()) + " " + Number(turn.angle());
+}
 
 /// VRML text: nodes with fields and blocks, indented.
 class Vrml {
@@ -41,6 +49,17 @@ class Vrml {
     --depth_;
     Line(bracket);
   }
+  /// A node, or another block in braces, of these lines alone.
+  void Block(const std::string& head, const std::vector<std::string>& lines) {
+    Open(head + " {");
+    for (const std::string& line : lines) Line(line);
+    Close("}");
+  }
+  /// Where a node stands in the one around it.
+  void Place(const model::Pose& X) {
+    Line("translation " + Triple(X.translation()));
+    Line("rotation " + Rotation(X.linear()));
+  }
   [[nodiscard]] const std::string& text() const { return text_; }
 
  private:
@@ -48,10 +67,32 @@ class Vrml {
   size_t depth_ = 0;
 };
 
-/// Axis and angle, as VRML writes rotations.
-std::string Rotation(const Eigen::Matrix3d& R) {
-  const Eigen::AngleAxisd turn(Canonical(R));
-  return Triple(turn.axis()) + " " + Number(turn.angle());
+/// Webots' default angle of view (rad), across the wider side of the picture.
+constexpr double kFieldOfView = 0.785398;
+
+/// Pose of the camera from which all `points` (world: y up, m) are in view, from the north-east and
+/// above, in a picture of up to 16:9. As in Webots since R2022a the camera looks along its x, and
+/// its z is up.
+model::Pose ViewOf(const std::vector<Vector3d>& points) {
+  constexpr double kLeastRadius = 0.05;  // m, so that a single small module does not fill the view.
+  constexpr double kMargin = 1.2;
+  // The ball around all points, from the middle of their box, must fit the view.
+  Eigen::AlignedBox3d box;
+  for (const Vector3d& p : points) box.extend(p);
+  if (box.isEmpty()) box.extend(Vector3d::Zero());
+  const Vector3d middle = box.center();
+  double radius = kLeastRadius;
+  for (const Vector3d& p : points) radius = std::max(radius, (p - middle).norm());
+  // Across the narrower side the view is narrower, and a ball's outline is seen before its middle.
+  const double half_angle = std::atan(std::tan(0.5 * kFieldOfView) * 9.0 / 16.0);
+  const double distance = kMargin * radius / std::sin(half_angle);
+  // From the north-east and above, with the horizon level.
+  const Vector3d forward = -Vector3d(0.8, 0.6, 0.7).normalized();
+  const Vector3d left = Vector3d::UnitY().cross(forward).normalized();
+  model::Pose X = model::Pose::Identity();
+  X.linear() << forward, left, forward.cross(left);
+  X.translation() = middle - distance * forward;
+  return X;
 }
 
 /// Writes the world file of one robot. One object is one export; Write is called once.
@@ -101,9 +142,8 @@ class Writer {
         exported.companions.push_back(std::move(file));
       }
     }
-    for (std::string& warning : LooseDocking(model_, faces_, used_types_)) {
-      exported.warnings.push_back(std::move(warning));
-    }
+    std::ranges::move(LooseDocking(model_, faces_, used_types_),
+                      std::back_inserter(exported.warnings));
     return exported;
   }
 
@@ -111,33 +151,22 @@ class Writer {
   /// What a world needs beside the robot: gravity, a view, light, and a floor at height 0.
   void AppendScene() {
     // The coordinate system is M3L's, so that no pose needs to be turned.
-    vrml_.Open("WorldInfo {");
-    vrml_.Line(fmt::format("title \"{}\"", robot_.name));
-    vrml_.Line("gravity 9.81");
-    vrml_.Line("basicTimeStep 4");
-    vrml_.Line("coordinateSystem \"NUE\"");
-    vrml_.Close("}");
-    vrml_.Open("Viewpoint {");
+    vrml_.Block("WorldInfo", {fmt::format("title \"{}\"", robot_.name), "gravity 9.81",
+                              "basicTimeStep 4", "coordinateSystem \"NUE\""});
     const model::Pose view = ViewOf(Corners());
-    vrml_.Line("orientation " + Rotation(view.linear()));
-    vrml_.Line("position " + Triple(view.translation()));
-    vrml_.Close("}");
-    vrml_.Open("Background {");
-    vrml_.Line("skyColor [ 0.7 0.8 0.9 ]");
-    vrml_.Close("}");
-    vrml_.Open("DirectionalLight {");
-    vrml_.Line("direction -0.4 -1 -0.5");
-    vrml_.Close("}");
+    vrml_.Block("Viewpoint", {"orientation " + Rotation(view.linear()),
+                              "position " + Triple(view.translation())});
+    vrml_.Block("Background", {"skyColor [ 0.7 0.8 0.9 ]"});
+    vrml_.Block("DirectionalLight", {"direction -0.4 -1 -0.5"});
     // The floor's upper side is at height 0.
     vrml_.Open("Solid {");
     vrml_.Line(fmt::format("translation 0 {} 0", Number(-0.5 * kFloorThickness)));
     vrml_.Line(fmt::format("name \"{}\"", FreeModuleName("floor")));
     vrml_.Open("children [");
-    vrml_.Open("Shape {");
-    vrml_.Line("appearance PBRAppearance { baseColor 0.6 0.6 0.55 roughness 1 metalness 0 }");
-    vrml_.Line(fmt::format("geometry DEF {} Box {{ size 10 {} 10 }}", FreeModuleName("FLOOR"),
-                           Number(kFloorThickness)));
-    vrml_.Close("}");
+    vrml_.Block("Shape",
+                {"appearance PBRAppearance { baseColor 0.6 0.6 0.55 roughness 1 metalness 0 }",
+                 fmt::format("geometry DEF {} Box {{ size 10 {} 10 }}", FreeModuleName("FLOOR"),
+                             Number(kFloorThickness))});
     vrml_.Close("]");
     vrml_.Line("boundingObject USE " + FreeModuleName("FLOOR"));
     vrml_.Close("}");
@@ -174,8 +203,7 @@ class Writer {
     }
     const model::Pose& X_WL = X_WL_[m][tree.links[0].link];
     vrml_.Open(fmt::format("DEF {} Robot {{", module.name));
-    vrml_.Line("translation " + Triple(X_WL.translation()));
-    vrml_.Line("rotation " + Rotation(X_WL.linear()));
+    vrml_.Place(X_WL);
     vrml_.Line(fmt::format("name \"{}\"", module.name));
     vrml_.Line(fmt::format("controller \"{}\"", programs_.at(module.type).name));
     vrml_.Line(fmt::format("customData \"{}\"", CustomData(m)));
@@ -238,10 +266,8 @@ class Writer {
     vrml_.Line(fmt::format(
         "appearance PBRAppearance {{ baseColor {} {} {} roughness 0.6 metalness 0 }}",
         Number(std::round(100 * hue) / 100), 0.7, Number(1.0 - std::round(100 * hue) / 100)));
-    vrml_.Open(fmt::format("geometry DEF {} IndexedFaceSet {{", name));
-    vrml_.Line("coord Coordinate { point [ " + points + " ] }");
-    vrml_.Line("coordIndex [ " + faces + "]");
-    vrml_.Close("}");
+    vrml_.Block(fmt::format("geometry DEF {} IndexedFaceSet", name),
+                {"coord Coordinate { point [ " + points + " ] }", "coordIndex [ " + faces + "]"});
     vrml_.Close("}");
     return true;
   }
@@ -250,13 +276,10 @@ class Writer {
   void AppendPhysics(const TreeLink& link) {
     const model::LinkMass& mass = solids_.Mass(link.type, link.link);
     const Eigen::Matrix3d& I = mass.I_Lcm_L;
-    vrml_.Open("physics Physics {");
-    vrml_.Line("density -1");
-    vrml_.Line("mass " + Number(mass.mass_kg));
-    vrml_.Line("centerOfMass [ " + Triple(mass.p_LoLcm_L) + " ]");
-    vrml_.Line("inertiaMatrix [ " + Triple(I.diagonal()) + ", " +
-               Triple({I(0, 1), I(0, 2), I(1, 2)}) + " ]");
-    vrml_.Close("}");
+    vrml_.Block("physics Physics", {"density -1", "mass " + Number(mass.mass_kg),
+                                    "centerOfMass [ " + Triple(mass.p_LoLcm_L) + " ]",
+                                    "inertiaMatrix [ " + Triple(I.diagonal()) + ", " +
+                                        Triple({I(0, 1), I(0, 2), I(1, 2)}) + " ]"});
   }
 
   /// A Connector node with the emitter and receiver over which two docked modules talk.
@@ -267,8 +290,7 @@ class Writer {
     const std::string& name = type.connectors[c].name;
     const bool docked = docked_.count({static_cast<int>(m), static_cast<int>(c)}) != 0;
     vrml_.Open("Connector {");
-    vrml_.Line("translation " + Triple(face.X_LC.translation()));
-    vrml_.Line("rotation " + Rotation(face.X_LC.linear()));
+    vrml_.Place(face.X_LC);
     vrml_.Open("children [");
     vrml_.Line(fmt::format("Emitter {{ translation 0 0 {} name \"{}.emitter\" range {} }}",
                            Number(scale_.emitter_offset), name, Number(scale_.reach)));
@@ -295,8 +317,7 @@ class Writer {
       OpenJoint(m, tree, link.joint);
     }
     vrml_.Open(moves ? "endPoint Solid {" : "Solid {");
-    vrml_.Line("translation " + Triple(X_PL.translation()));
-    vrml_.Line("rotation " + Rotation(X_PL.linear()));
+    vrml_.Place(X_PL);
     vrml_.Line(fmt::format("name \"{}\"", link.name));
     AppendLinkBody(m, tree, child);
     vrml_.Close("}");
@@ -354,26 +375,22 @@ class Writer {
     const bool limited =
         joint.type != JointType::kContinuous && LimitsFit(joint.lower, joint.upper);
     vrml_.Open(slides ? "SliderJoint {" : "HingeJoint {");
-    vrml_.Open(slides ? "jointParameters JointParameters {"
-                      : "jointParameters HingeJointParameters {");
-    vrml_.Line("axis " + Triple(joint.axis));
-    if (!slides) vrml_.Line("anchor " + Triple(joint.origin));
-    vrml_.Line("position " + Number(start));
+    std::vector<std::string> parameters = {"axis " + Triple(joint.axis)};
+    if (!slides) parameters.push_back("anchor " + Triple(joint.origin));
+    parameters.push_back("position " + Number(start));
+    std::vector<std::string> motor = {fmt::format("name \"{}\"", joint.name),
+                                      "maxVelocity " + Number(joint.speed),
+                                      (slides ? "maxForce " : "maxTorque ") + Number(joint.effort)};
+    const std::string lower = Number(joint.lower);
+    const std::string upper = Number(joint.upper);
+    if (limited) motor.insert(motor.end(), {"minPosition " + lower, "maxPosition " + upper});
     if (limited && StopsFit(joint.type, joint.lower, joint.upper)) {
-      vrml_.Line("minStop " + Number(joint.lower));
-      vrml_.Line("maxStop " + Number(joint.upper));
+      parameters.insert(parameters.end(), {"minStop " + lower, "maxStop " + upper});
     }
-    vrml_.Close("}");
+    vrml_.Block(slides ? "jointParameters JointParameters" : "jointParameters HingeJointParameters",
+                parameters);
     vrml_.Open("device [");
-    vrml_.Open(slides ? "LinearMotor {" : "RotationalMotor {");
-    vrml_.Line(fmt::format("name \"{}\"", joint.name));
-    vrml_.Line("maxVelocity " + Number(joint.speed));
-    vrml_.Line((slides ? "maxForce " : "maxTorque ") + Number(joint.effort));
-    if (limited) {
-      vrml_.Line("minPosition " + Number(joint.lower));
-      vrml_.Line("maxPosition " + Number(joint.upper));
-    }
-    vrml_.Close("}");
+    vrml_.Block(slides ? "LinearMotor" : "RotationalMotor", motor);
     vrml_.Line(fmt::format("PositionSensor {{ name \"{}.sensor\" }}", joint.name));
     vrml_.Close("]");
   }
@@ -382,25 +399,23 @@ class Writer {
   [[nodiscard]] std::vector<std::string> Unaligned() const {
     // Webots locks two connectors only if their faces look at each other at the start.
     std::vector<std::string> warnings;
-    const auto pose = [&](int module, int connector) -> model::Pose {
-      const model::ModuleType& type = model_.TypeOf(robot_, module);
-      const int link = type.connectors[connector].link;
-      return X_WL_[module][link] * Face(module, connector).X_LC;
+    const auto pose = [&](int module, const model::Connector& connector, const DockFace& face) {
+      return X_WL_[module][connector.link] * face.X_LC;
     };
     for (const model::Docking& d : robot_.dockings) {
+      const model::Connector& a = model_.EndA(robot_, d);
+      const model::Connector& b = model_.EndB(robot_, d);
+      const DockFace& face_a = Face(d.module_a, d.connector_a);
+      const DockFace& face_b = Face(d.module_b, d.connector_b);
       // Webots asks both connectors, and the one with more ways to dock decides.
-      const int rotations = std::max(Face(d.module_a, d.connector_a).rotations,
-                                     Face(d.module_b, d.connector_b).rotations);
-      if (Aligned(pose(d.module_a, d.connector_a), pose(d.module_b, d.connector_b), rotations,
+      const int rotations = std::max(face_a.rotations, face_b.rotations);
+      if (Aligned(pose(d.module_a, a, face_a), pose(d.module_b, b, face_b), rotations,
                   scale_.tolerance)) {
         continue;
       }
-      warnings.push_back(
-          fmt::format("Webots will not lock {}.{} to {}.{}: their faces do not look at each other",
-                      robot_.modules[d.module_a].name,
-                      model_.TypeOf(robot_, d.module_a).connectors[d.connector_a].name,
-                      robot_.modules[d.module_b].name,
-                      model_.TypeOf(robot_, d.module_b).connectors[d.connector_b].name));
+      warnings.push_back(fmt::format(
+          "Webots will not lock {}.{} to {}.{}: their faces do not look at each other",
+          robot_.modules[d.module_a].name, a.name, robot_.modules[d.module_b].name, b.name));
     }
     return warnings;
   }

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <map>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 
 #include "compiler/emit/webots.h"
@@ -39,19 +40,14 @@ std::string Enumerators(const std::vector<T>& items, const std::string& prefix) 
   return text;
 }
 
+/// The names as C strings; fixed joints have neither motor nor sensor, and get 0.
 template <typename T>
 std::string Quoted(const std::vector<T>& items, const std::string& suffix) {
   std::string text;
-  for (const T& item : items) text += fmt::format("\"{}{}\", ", item.name, suffix);
-  return text;
-}
-
-/// Like Quoted; fixed joints have neither motor nor sensor.
-std::string QuotedMotors(const std::vector<model::Joint>& joints, const std::string& suffix) {
-  std::string text;
-  for (const model::Joint& joint : joints) {
-    text += joint.type == model::JointType::kFixed ? "0, "
-                                                   : fmt::format("\"{}{}\", ", joint.name, suffix);
+  for (const T& item : items) {
+    bool named = true;
+    if constexpr (std::is_same_v<T, model::Joint>) named = item.type != model::JointType::kFixed;
+    text += named ? fmt::format("\"{}{}\", ", item.name, suffix) : "0, ";
   }
   return text;
 }
@@ -134,13 +130,10 @@ std::vector<Way> WaysOf(const model::Model& model, const DockFaces& faces, int t
       if ((as_b ? connection.type_b : connection.type_a) != type) continue;
       for (const model::ConnectionOption& option : connection.options) {
         const model::Pose X_CD = FaceInFace(faces, connection, option);
-        if (as_b) {
-          add({option.connector_b, connection.type_a, option.connector_a, static_cast<int>(c),
-               option.number, true, X_CD.inverse()});
-        } else {
-          add({option.connector_a, connection.type_b, option.connector_b, static_cast<int>(c),
-               option.number, false, X_CD});
-        }
+        add({as_b ? option.connector_b : option.connector_a,
+             as_b ? connection.type_a : connection.type_b,
+             as_b ? option.connector_a : option.connector_b, static_cast<int>(c), option.number,
+             as_b, as_b ? X_CD.inverse() : X_CD});
       }
     }
   }
@@ -184,8 +177,8 @@ WebotsProgram WebotsController(const model::Model& model, const DockFaces& faces
       {"NUM_CONNECTORS", std::to_string(module.connectors.size())},
       {"MODULE_TYPE", std::to_string(type)},
       {"MAX_STATES", std::to_string(MostStates(module))},
-      {"JOINT_NAMES", QuotedMotors(module.joints, "")},
-      {"SENSOR_NAMES", QuotedMotors(module.joints, ".sensor")},
+      {"JOINT_NAMES", Quoted(module.joints, "")},
+      {"SENSOR_NAMES", Quoted(module.joints, ".sensor")},
       {"SPEEDS", speeds},
       {"CONNECTOR_NAMES", Quoted(module.connectors, "")},
       {"EMITTER_NAMES", Quoted(module.connectors, ".emitter")},

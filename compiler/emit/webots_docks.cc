@@ -89,12 +89,13 @@ class ConnectorPairing {
  public:
   ConnectorPairing(const model::Model& model, DockFaces* faces)
       : model_(model), faces_(*faces), tolerance_(DockScaleOf(model).tolerance) {
-    for (const model::ModuleType& type : model.module_types) {
-      first_.push_back(count_);
-      count_ += type.connectors.size();
+    for (size_t type = 0; type < model.module_types.size(); ++type) {
+      first_.push_back(places_.size());
+      const size_t connectors = model.module_types[type].connectors.size();
+      for (size_t c = 0; c < connectors; ++c) places_.emplace_back(type, c);
     }
     // A way of docking joins two vertices, whichever of the two is member a.
-    edges_.resize(count_);
+    edges_.resize(places_.size());
     for (const model::ConnectionType& connection : model.connection_types) {
       for (const model::ConnectionOption& option : connection.options) {
         const size_t a = At(connection.type_a, option.connector_a);
@@ -109,8 +110,8 @@ class ConnectorPairing {
   void Assign() {
     // Each connected part of the graph is coloured with two sides, breadth first. That works out
     // unless a connector can dock to one of its own side.
-    std::vector<int> side(count_, -1);
-    for (size_t start = 0; start < count_; ++start) {
+    std::vector<int> side(places_.size(), -1);
+    for (size_t start = 0; start < places_.size(); ++start) {
       if (side[start] >= 0) continue;
       bool two_sided = true;
       std::deque<size_t> queue = {start};
@@ -143,16 +144,8 @@ class ConnectorPairing {
 
   [[nodiscard]] size_t At(int type, int connector) const { return first_[type] + connector; }
 
-  /// (type, connector) of a vertex.
-  [[nodiscard]] std::pair<size_t, size_t> Place(size_t vertex) const {
-    // Types have few connectors, and there are few types.
-    size_t type = 0;
-    while (vertex - first_[type] >= model_.module_types[type].connectors.size()) ++type;
-    return {type, vertex - first_[type]};
-  }
-
   DockFace& Face(size_t vertex) {
-    const auto [type, connector] = Place(vertex);
+    const auto [type, connector] = places_[vertex];
     return faces_[type][connector];
   }
 
@@ -183,13 +176,13 @@ class ConnectorPairing {
 
   void Name(const std::vector<size_t>& part, const std::vector<int>& side, bool two_sided) {
     // Connectors of one Webots model dock; it is named after the first connector of the part.
-    const auto [first_type, first_connector] = Place(part.front());
+    const auto [first_type, first_connector] = places_[part.front()];
     const std::string name = model_.module_types[first_type].name + "." +
                              model_.module_types[first_type].connectors[first_connector].name;
     // Who has something to set, such as hooks, is the one that locks.
     int active = side[part.front()];
     for (const size_t vertex : part) {
-      const auto [type, connector] = Place(vertex);
+      const auto [type, connector] = places_[vertex];
       if (model_.module_types[type].connectors[connector].states.empty()) continue;
       active = side[vertex];
       break;
@@ -203,9 +196,9 @@ class ConnectorPairing {
 
   const model::Model& model_;
   DockFaces& faces_;
-  double tolerance_;  ///< DockScale's.
-  std::vector<size_t> first_;
-  size_t count_ = 0;
+  double tolerance_;                               ///< DockScale's.
+  std::vector<std::pair<size_t, size_t>> places_;  ///< (type, connector) of each vertex.
+  std::vector<size_t> first_;                      ///< The first vertex of each type.
   std::vector<std::vector<Edge>> edges_;
 };
 
@@ -245,14 +238,12 @@ double LeastDistance(const model::ModuleType& type) {
       distances.push_back((type.connectors[c].p_MoCo_M - type.connectors[d].p_MoCo_M).norm());
     }
   }
-  double greatest = 0.0;
-  for (const double distance : distances) greatest = std::max(greatest, distance);
-  double least = std::numeric_limits<double>::infinity();
+  std::ranges::sort(distances);
+  // No reach tells connectors at one place apart.
   for (const double distance : distances) {
-    // No reach tells connectors at one place apart.
-    if (distance > 1e-6 * greatest) least = std::min(least, distance);
+    if (distance > 1e-6 * distances.back()) return distance;
   }
-  return least;
+  return std::numeric_limits<double>::infinity();
 }
 
 bool MayDock(const DockFace& a, const DockFace& b) {

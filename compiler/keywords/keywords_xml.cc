@@ -19,11 +19,6 @@ constexpr size_t kMaxXmlBytes = size_t{1} << 20;
 constexpr std::ptrdiff_t kMaxName = 255;  // Characters, as the schema counts.
 constexpr int kVersion = 1;
 
-// All of them, to be found by name.
-constexpr model::JointType kJointTypes[] = {model::JointType::kRevolute,
-                                            model::JointType::kContinuous,
-                                            model::JointType::kPrismatic, model::JointType::kFixed};
-
 template <typename T>
 pugi::xml_node Append(pugi::xml_node parent, const char* element, const T& item) {
   return xml::Append(parent, element, {{"name", item.name}, {"keyword", item.keyword}});
@@ -43,6 +38,13 @@ void AppendState(pugi::xml_node parent, const StateKeyword& state) {
         is_number ? fmt::format("{}", std::get<double>(value)) : std::get<std::string>(value);
     xml::AppendText(node, "value", text);
   }
+}
+
+/// The line, counted from 1, of the byte at `offset`; pugixml gives a negative one where it knows
+/// none.
+std::ptrdiff_t LineAt(std::string_view text, std::ptrdiff_t offset) {
+  offset = std::clamp<std::ptrdiff_t>(offset, 0, std::ssize(text));
+  return 1 + std::count(text.begin(), text.begin() + offset, '\n');
 }
 
 /// Walks the document and keeps the first thing that is wrong.
@@ -101,12 +103,7 @@ class Reader {
   void Bad(const pugi::xml_node& node, const std::string& what) {
     // Only the first thing that is wrong is told; those after it may follow from it.
     if (!error_.empty()) return;
-    const auto offset = static_cast<size_t>(std::max<std::ptrdiff_t>(node.offset_debug(), 0));
-    const auto begin = text_.begin();
-    const auto line =
-        1 + std::count(begin, begin + static_cast<std::ptrdiff_t>(std::min(offset, text_.size())),
-                       '\n');
-    error_ = fmt::format("line {}: {}", line, what);
+    error_ = fmt::format("line {}: {}", LineAt(text_, node.offset_debug()), what);
   }
 
   void Unexpected(const pugi::xml_node& node) {
@@ -196,11 +193,9 @@ class Reader {
   // The words are those of M3L.
   model::JointType ReadJointType(const pugi::xml_node& node) {
     const std::string_view name = Required(node, "type");
-    for (const model::JointType type : kJointTypes) {
-      if (name == model::JointTypeName(type)) return type;
-    }
-    Bad(node, fmt::format("'{}' is no type of joint", name));
-    return model::JointType::kFixed;
+    const std::optional<model::JointType> type = model::JointTypeNamed(name);
+    if (!type) Bad(node, fmt::format("'{}' is no type of joint", name));
+    return type.value_or(model::JointType::kFixed);
   }
 
   ConnectorKeyword ReadConnector(const pugi::xml_node& node) {
@@ -287,11 +282,7 @@ Result<ModuleKeywords> ParseKeywordsXml(std::string_view text) {
       text.data(), text.size(), pugi::parse_default | pugi::parse_ws_pcdata | pugi::parse_fragment,
       pugi::encoding_utf8);
   if (!parsed) {
-    // The place of the error as a line, for the message.
-    const auto offset = std::min(static_cast<size_t>(parsed.offset), text.size());
-    const auto line =
-        1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(offset), '\n');
-    return Fail(fmt::format("line {}: {}", line, parsed.description()));
+    return Fail(fmt::format("line {}: {}", LineAt(text, parsed.offset), parsed.description()));
   }
   return Reader(document, text).Read();
 }

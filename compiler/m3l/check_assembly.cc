@@ -118,25 +118,22 @@ class ModuleTree {
   [[nodiscard]] Gap GapOf(const model::Docking& docking) const {
     const model::Pose wanted = X_WM_[docking.module_a] * Across(docking);
     const model::Pose& found = X_WM_[docking.module_b];
-    const model::Connector& b = ConnectorOf(docking.module_b, docking.connector_b);
+    const model::Connector& b = scope_.context.model.EndB(scope_.robot, docking);
     const Eigen::Vector3d p_MoCo_M = LinkOf(docking.module_b, b) * b.p_MoCo_M;
     const Eigen::AngleAxisd turn(wanted.rotation().transpose() * found.rotation());
     return {(wanted * p_MoCo_M - found * p_MoCo_M).norm(), std::abs(turn.angle())};
   }
 
  private:
-  [[nodiscard]] const model::Connector& ConnectorOf(int module, int connector) const {
-    return scope_.TypeOf(module).connectors[connector];
-  }
   [[nodiscard]] const model::Pose& LinkOf(int module, const model::Connector& connector) const {
     return X_ML_[module][connector.link];
   }
   /// b's module in a's, at the start values of both.
   [[nodiscard]] model::Pose Across(const model::Docking& docking) const {
-    const auto& connection = scope_.context.model.connection_types[docking.connection_type];
-    const model::Pose& X_AB = connection.options[docking.option].X_AB;
-    return LinkOf(docking.module_a, ConnectorOf(docking.module_a, docking.connector_a)) * X_AB *
-           LinkOf(docking.module_b, ConnectorOf(docking.module_b, docking.connector_b)).inverse();
+    const model::Model& model = scope_.context.model;
+    return LinkOf(docking.module_a, model.EndA(scope_.robot, docking)) *
+           model.OptionOf(docking).X_AB *
+           LinkOf(docking.module_b, model.EndB(scope_.robot, docking)).inverse();
   }
 
   const RobotScope& scope_;
@@ -225,15 +222,12 @@ class OverlapChecker {
         for (const model::Link& link : type.links) hulls.push_back(model::ComputeHull(link.hull));
       }
       // The ball round the box of all corners is a cheap bound for the first test.
-      Eigen::Vector3d low = Eigen::Vector3d::Constant(1e30), high = -low;
+      Eigen::AlignedBox3d box;
       for (size_t l = 0; l < type.links.size(); ++l) {
-        for (const Eigen::Vector3d& p_L : hulls[l].vertices) {
-          const Eigen::Vector3d p_R = state_.X_RL[m][l] * p_L;
-          low = low.cwiseMin(p_R), high = high.cwiseMax(p_R);
-        }
+        for (const Eigen::Vector3d& p_L : hulls[l].vertices) box.extend(state_.X_RL[m][l] * p_L);
       }
-      if (low.x() > high.x()) continue;
-      balls_[m] = {0.5 * (low + high), 0.5 * (high - low).norm()};
+      if (box.isEmpty()) continue;
+      balls_[m] = {box.center(), 0.5 * box.diagonal().norm()};
       cell_size_ = std::max(cell_size_, 2.0 * balls_[m].radius);
     }
   }
@@ -322,14 +316,14 @@ class OverlapChecker {
         scope_.TypeOf(static_cast<int>(a)).links[overlap.link_a].name, scope_.robot.modules[b].name,
         scope_.TypeOf(static_cast<int>(b)).links[overlap.link_b].name);
     ++warnings_;
-    source::Diagnostic& d = scope_.diagnostics.Warning(
-        scope_.module_spans[b],
-        fmt::format("in robot '{}', {} lie {} m inside each other", scope_.robot.name, links,
-                    NumberText(std::round(overlap.depth_m * 1e9) / 1e9)));
-    d.hint =
-        "real modules cannot be built so: choose other connections or start values, or smaller "
-        "hulls";
-    d.notes.push_back({scope_.module_spans[a], "the other module"});
+    scope_.diagnostics
+        .Warning(scope_.module_spans[b],
+                 fmt::format("in robot '{}', {} lie {} m inside each other", scope_.robot.name,
+                             links, NumberText(std::round(overlap.depth_m * 1e9) / 1e9)))
+        .Hint(
+            "real modules cannot be built so: choose other connections or start values, or smaller "
+            "hulls")
+        .Note(scope_.module_spans[a], "the other module");
   }
 
   /// Relative poses within this much (m, and entries of the rotation) are one.
@@ -377,8 +371,7 @@ void CheckConnected(RobotScope& scope) {
                fmt::format("{} {} off nothing: no connection leads to '{}'", Listed(group),
                            group.size() == 1 ? "hangs" : "hang",
                            scope.NameOf(scope.robot.root_module)))
-        .notes.push_back(
-            {scope.module_spans[scope.robot.root_module], "the robot is built from this module"});
+        .Note(scope.module_spans[scope.robot.root_module], "the robot is built from this module");
   }
 }
 

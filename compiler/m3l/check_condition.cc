@@ -49,12 +49,18 @@ class ConditionChecker {
       default:
         break;
     }
-    scope_.diagnostics.Error(expr.span, "expected a condition").hint =
-        "such as: p_a coincident p_b, p_a.gender==\"male\"; joined with and, or, not";
-    return std::nullopt;
+    return scope_.diagnostics.Error(expr.span, "expected a condition")
+        .Hint("such as: p_a coincident p_b, p_a.gender==\"male\"; joined with and, or, not");
   }
 
  private:
+  static Condition Make(Condition::Kind kind, const Expr& expr) {
+    Condition condition;
+    condition.kind = kind;
+    condition.span = expr.span;
+    return condition;
+  }
+
   /// A condition that always holds, or never: `not` of what always holds.
   static Condition Constant(bool value, const Expr& expr) {
     Condition condition;
@@ -68,9 +74,7 @@ class ConditionChecker {
 
   /// `and`, `or`, `not`: all children are checked, so that each of their errors is found.
   std::optional<Condition> CheckJunction(const Expr& expr, Condition::Kind kind) {
-    Condition condition;
-    condition.kind = kind;
-    condition.span = expr.span;
+    Condition condition = Make(kind, expr);
     for (const Expr& child : expr.children) {
       std::optional<Condition> part = Check(child);
       if (part) condition.children.push_back(std::move(*part));
@@ -87,26 +91,23 @@ class ConditionChecker {
     if (!coincident && expr.text != "parallel" && expr.text != "antiparallel") {
       return CheckComparison(expr);
     }
-    Condition condition;
-    condition.kind = coincident                ? Condition::Kind::kCoincident
-                     : expr.text == "parallel" ? Condition::Kind::kParallel
-                                               : Condition::Kind::kAntiparallel;
-    condition.span = expr.span;
+    Condition condition = Make(coincident                ? Condition::Kind::kCoincident
+                               : expr.text == "parallel" ? Condition::Kind::kParallel
+                                                         : Condition::Kind::kAntiparallel,
+                               expr);
     const auto p = coincident ? CheckPointRef(expr.children[0]) : CheckDirection(expr.children[0]);
     const auto q = coincident ? CheckPointRef(expr.children[1]) : CheckDirection(expr.children[1]);
     if (!p || !q) return std::nullopt;
     // A relation within one module would not place the other.
     if (p->side == q->side) {
-      scope_.diagnostics
+      return scope_.diagnostics
           .Error(expr.span, "both sides belong to member '" + MemberOf(p->side).name.text + "'")
-          .hint = "a condition relates one member to the other";
-      return std::nullopt;
+          .Hint("a condition relates one member to the other");
     }
     const bool any = p->kind == PointRef::Kind::kAnySubpoint;
     if (any && q->kind == PointRef::Kind::kAnySubpoint) {
-      scope_.diagnostics.Error(expr.span, "one side must be a particular point").hint =
-          "such as " + MemberOf(p->side).binder.text + "._1";
-      return std::nullopt;
+      return scope_.diagnostics.Error(expr.span, "one side must be a particular point")
+          .Hint("such as " + MemberOf(p->side).binder.text + "._1");
     }
     condition.p = *p;
     condition.q = *q;
@@ -128,9 +129,8 @@ class ConditionChecker {
       if (member.name.text != name.text) continue;
       // A member without a binder has been reported already.
       if (member.binder.text.empty()) return std::nullopt;
-      scope_.diagnostics.Error(name.span, "'" + name.text + "' is a whole module").hint =
-          "its connector is called '" + member.binder.text + "' here";
-      return std::nullopt;
+      return scope_.diagnostics.Error(name.span, "'" + name.text + "' is a whole module")
+          .Hint("its connector is called '" + member.binder.text + "' here");
     }
     // The name is neither a binder nor a member.
     std::vector<std::string> names;
@@ -138,9 +138,8 @@ class ConditionChecker {
       if (!member.binder.text.empty()) names.push_back(member.binder.text);
     }
     if (names.empty()) return std::nullopt;
-    scope_.diagnostics.Error(name.span, "unknown name '" + name.text + "'").hint =
-        NameHint(name.text, names, "names are");
-    return std::nullopt;
+    return scope_.diagnostics.Error(name.span, "unknown name '" + name.text + "'")
+        .Hint(NameHint(name.text, names, "names are"));
   }
 
   /// A point of a member's connector: `p`, `p.point` for any of its sub-points, `p._1`, or the
@@ -154,8 +153,7 @@ class ConditionChecker {
       return ref;
     }
     if (expr.kind != ExprKind::kPath || expr.path.size() > 2) {
-      scope_.diagnostics.Error(expr.span, "expected a point, such as p_a._1");
-      return std::nullopt;
+      return scope_.diagnostics.Error(expr.span, "expected a point, such as p_a._1");
     }
     const std::optional<solver::Side> side = FindBinder(expr.path[0]);
     if (!side) return std::nullopt;
@@ -209,20 +207,16 @@ class ConditionChecker {
         return ref;
       }
       if (!member.module->valid) return std::nullopt;
-      std::vector<std::string> names;
-      for (const auto& [name, axis] : member.module->axes) names.push_back(name);
-      scope_.diagnostics
+      return scope_.diagnostics
           .Error(expr.path[1].span, fmt::format("module '{}' has no axis '{}'",
                                                 member.module->type.name, expr.path[1].text))
-          .hint = NameHint(expr.path[1].text, names, "axes are");
-      return std::nullopt;
+          .Hint(NameHint(expr.path[1].text, NamesOf(member.module->axes), "axes are"));
     }
     // Everything else is a point, which has to have a normal on some connector.
     std::optional<PointRef> ref = CheckPointRef(expr);
     if (!ref) return ref;
     if (ref->kind == PointRef::Kind::kAnySubpoint) {
-      scope_.diagnostics.Error(expr.span, "a direction needs a particular point or axis");
-      return std::nullopt;
+      return scope_.diagnostics.Error(expr.span, "a direction needs a particular point or axis");
     }
     const CheckedModule& module = *MemberOf(ref->side).module;
     const auto& connectors = module.type.connectors;
@@ -233,10 +227,9 @@ class ConditionChecker {
     if (found || !module.valid) return found ? ref : std::nullopt;
     // Both sides of a condition between modules of one type lack the same normals: said once.
     if (!without_normal_.emplace(&module, ref->subpoint).second) return std::nullopt;
-    scope_.diagnostics
+    return scope_.diagnostics
         .Error(expr.span, "no connector of '" + module.type.name + "' has a normal at this point")
-        .hint = "give it one: normal=(0, 0, 1)";
-    return std::nullopt;
+        .Hint("give it one: normal=(0, 0, 1)");
   }
 
   // --- Comparisons of attributes ---
@@ -263,9 +256,8 @@ class ConditionChecker {
     const std::optional<solver::Side> side = FindBinder(expr.path[0]);
     if (!side) return std::nullopt;
     if (expr.path.size() != 2) {
-      scope_.diagnostics.Error(expr.span, "expected an attribute").hint =
-          "such as " + expr.path[0].text + ".gender";
-      return std::nullopt;
+      return scope_.diagnostics.Error(expr.span, "expected an attribute")
+          .Hint("such as " + expr.path[0].text + ".gender");
     }
     return FindAttribute(*side, expr);
   }
@@ -314,22 +306,18 @@ class ConditionChecker {
     const std::optional<CheckedOperand> rhs = CheckOperand(expr.children[1]);
     if (!lhs || !rhs) return std::nullopt;
     if (lhs->sample.index() != rhs->sample.index()) {
-      scope_.diagnostics.Error(
+      return scope_.diagnostics.Error(
           expr.span,
           fmt::format("{} is compared with {}", TypeText(lhs->sample), TypeText(rhs->sample)));
-      return std::nullopt;
     }
-    Condition condition;
-    condition.kind = Condition::Kind::kCompare;
-    condition.span = expr.span;
+    Condition condition = Make(Condition::Kind::kCompare, expr);
     condition.op = kOps.at(expr.text);
     condition.lhs = lhs->operand;
     condition.rhs = rhs->operand;
     // Strings and flags are equal or not, but neither is less.
     const bool order = condition.op != CompareOp::kEq && condition.op != CompareOp::kNe;
     if (order && !std::holds_alternative<double>(lhs->sample)) {
-      scope_.diagnostics.Error(expr.span, "only numbers have an order").hint = "use == or !=";
-      return std::nullopt;
+      return scope_.diagnostics.Error(expr.span, "only numbers have an order").Hint("use == or !=");
     }
     if (!CheckStateValue(*lhs, *rhs) || !CheckStateValue(*rhs, *lhs)) return std::nullopt;
     return condition;
@@ -362,13 +350,10 @@ class ConditionChecker {
     // Only a flag says something by itself.
     if (!std::holds_alternative<bool>(operand->sample) ||
         std::holds_alternative<model::AttributeValue>(operand->operand)) {
-      scope_.diagnostics.Error(expr.span, "expected a condition").hint =
-          "compare it, as in: " + PathText(expr.path) + "==...";
-      return std::nullopt;
+      return scope_.diagnostics.Error(expr.span, "expected a condition")
+          .Hint("compare it, as in: " + PathText(expr.path) + "==...");
     }
-    Condition condition;
-    condition.kind = Condition::Kind::kCompare;
-    condition.span = expr.span;
+    Condition condition = Make(Condition::Kind::kCompare, expr);
     condition.lhs = operand->operand;
     condition.rhs = model::AttributeValue(true);
     return condition;
@@ -404,12 +389,12 @@ class ConditionChecker {
             !slips_.emplace(attribute.key.span.file, attribute.key.span.begin).second) {
           continue;
         }
-        source::Diagnostic& d = scope_.diagnostics.Warning(
-            attribute.key.span,
-            fmt::format("connector '{}' has no '{}' for a condition to hold, only '{}'",
-                        connector.name, key, other));
-        d.hint = fmt::format("did you mean '{}'?", key);
-        d.notes.push_back({expr.span, "the condition is false for the connector without it"});
+        scope_.diagnostics
+            .Warning(attribute.key.span,
+                     fmt::format("connector '{}' has no '{}' for a condition to hold, only '{}'",
+                                 connector.name, key, other))
+            .Hint(fmt::format("did you mean '{}'?", key))
+            .Note(expr.span, "the condition is false for the connector without it");
       }
     }
   }
@@ -444,9 +429,8 @@ void CollectFrom(const Expr& expr, ConditionScope& scope) {
     if (m.name.text == expr.path[0].text) member = &m;
   }
   if (member == nullptr || expr.path.size() != 2 || expr.path[1].text != "point") {
-    source::Diagnostic& d =
-        scope.diagnostics.Error(expr.span, "expected a connector of a member to name");
-    d.hint = fmt::format("write {}.point {}", scope.members[0].name.text, expr.bound.text);
+    scope.diagnostics.Error(expr.span, "expected a connector of a member to name")
+        .Hint(fmt::format("write {}.point {}", scope.members[0].name.text, expr.bound.text));
     return;
   }
   // Each member's connector is named once, by a name that is not taken.
@@ -454,13 +438,14 @@ void CollectFrom(const Expr& expr, ConditionScope& scope) {
   const bool taken = other.binder.text == expr.bound.text || other.name.text == expr.bound.text;
   if (!member->binder.text.empty() || taken) {
     const bool twice = !member->binder.text.empty();
-    source::Diagnostic& d = scope.diagnostics.Error(
-        expr.bound.span, twice ? "the connector of '" + member->name.text + "' is named twice"
-                               : "the name '" + expr.bound.text + "' is taken");
-    d.notes.push_back({twice                                  ? member->binder.span
-                       : other.binder.text == expr.bound.text ? other.binder.span
-                                                              : other.name.span,
-                       "first named here"});
+    scope.diagnostics
+        .Error(expr.bound.span, twice
+                                    ? "the connector of '" + member->name.text + "' is named twice"
+                                    : "the name '" + expr.bound.text + "' is taken")
+        .Note(twice                                  ? member->binder.span
+              : other.binder.text == expr.bound.text ? other.binder.span
+                                                     : other.name.span,
+              "first named here");
     return;
   }
   member->binder = expr.bound;

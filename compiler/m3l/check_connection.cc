@@ -41,9 +41,10 @@ bool CheckMembers(const Expr& members, const std::vector<CheckedModule>& modules
   }
   // Conditions tell the members apart by their names.
   if (ok && scope.members[0].name.text == scope.members[1].name.text) {
-    source::Diagnostic& d = scope.diagnostics.Error(
-        scope.members[1].name.span, "both members are called '" + scope.members[1].name.text + "'");
-    d.notes.push_back({scope.members[0].name.span, "first named here"});
+    scope.diagnostics
+        .Error(scope.members[1].name.span,
+               "both members are called '" + scope.members[1].name.text + "'")
+        .Note(scope.members[0].name.span, "first named here");
     return false;
   }
   return ok;

@@ -6,8 +6,7 @@
 #include "compiler/m3l/docking_turn.h"
 #include "compiler/m3l/evaluate.h"
 
-namespace morphbus::m3l {
-namespace internal {
+namespace morphbus::m3l::internal {
 namespace {
 
 /// `rot=` names a turn to this much (degrees).
@@ -78,14 +77,8 @@ class DockingChecker {
       end.connector = *connector;
       return true;
     }
-    // An unsound type may lack the connector only because of its own errors.
-    if (!Checked(*module).valid) return false;
-    std::vector<std::string> names;
-    for (const model::Connector& c : type.connectors) names.push_back(c.name);
-    scope_.diagnostics
-        .Error(expr.path[1].span,
-               fmt::format("module type '{}' has no connector '{}'", type.name, expr.path[1].text))
-        .hint = NameHint(expr.path[1].text, names, "connectors are");
+    ReportNoMember(Checked(*module), "connector", expr.path[1], NamesOf(type.connectors),
+                   "connectors are", scope_.diagnostics);
     return false;
   }
 
@@ -108,7 +101,7 @@ class DockingChecker {
     const auto [it, fresh] = scope_.used.emplace(std::pair(end.module, end.connector), end.span);
     if (fresh) return true;
     scope_.diagnostics.Error(end.span, "connector '" + EndText(end) + "' is used twice")
-        .notes.push_back({it->second, "first used here"});
+        .Note(it->second, "first used here");
     return false;
   }
 
@@ -119,18 +112,23 @@ class DockingChecker {
   /// Both orders in which connection `index` can join the ends.
   std::vector<Choice> ChoicesOf(int index) const {
     std::vector<Choice> choices;
-    const model::ConnectionType& connection = Connection(index);
-    const int type_x = scope_.robot.modules[x_.module].type;
-    const int type_y = scope_.robot.modules[y_.module].type;
+    const auto& table = scope_.context.pairs[index];
     // Where both ends are of one type, the order as written goes first.
     for (const bool swapped : {false, true}) {
-      if ((swapped ? type_y : type_x) != connection.type_a) continue;
-      if ((swapped ? type_x : type_y) != connection.type_b) continue;
-      const std::vector<int>& options = scope_.context.pairs.Options(
-          index, swapped ? y_.connector : x_.connector, swapped ? x_.connector : y_.connector);
-      if (!options.empty()) choices.push_back({index, swapped, &options});
+      if (!Joins(Connection(index), swapped)) continue;
+      const auto found = table.find({A(swapped).connector, B(swapped).connector});
+      if (found != table.end()) choices.push_back({index, swapped, &found->second});
     }
     return choices;
+  }
+
+  // The ends that play members a and b.
+  const End& A(bool swapped) const { return swapped ? y_ : x_; }
+  const End& B(bool swapped) const { return swapped ? x_ : y_; }
+  /// Whether the ends are of the types of the connection's members, in this order.
+  bool Joins(const model::ConnectionType& connection, bool swapped) const {
+    return scope_.robot.modules[A(swapped).module].type == connection.type_a &&
+           scope_.robot.modules[B(swapped).module].type == connection.type_b;
   }
 
   /// Finds the connection: the one that is named, or the first declared that can join the ends.
@@ -171,16 +169,11 @@ class DockingChecker {
   /// The rejection of the two ends by connection `index`, in either order.
   std::optional<Refusal> FindRefusal(int index) const {
     const model::ConnectionType& connection = Connection(index);
-    const int type_x = scope_.robot.modules[x_.module].type;
-    const int type_y = scope_.robot.modules[y_.module].type;
     for (size_t i = 0; i < connection.rejections.size(); ++i) {
       const model::PairRejection& r = connection.rejections[i];
       for (const bool swapped : {false, true}) {
-        const End& a = swapped ? y_ : x_;
-        const End& b = swapped ? x_ : y_;
-        if (connection.type_a == (swapped ? type_y : type_x) &&
-            connection.type_b == (swapped ? type_x : type_y) && r.connector_a == a.connector &&
-            r.connector_b == b.connector) {
+        if (Joins(connection, swapped) && r.connector_a == A(swapped).connector &&
+            r.connector_b == B(swapped).connector) {
           return Refusal{index, i, swapped};
         }
       }
@@ -193,8 +186,8 @@ class DockingChecker {
     const CheckedConnection& connection = scope_.context.connections[refusal.connection];
     d.notes.push_back({connection.broken[refusal.rejection],
                        fmt::format("by connection '{}'", connection.problem.name)});
-    d.hint = solver::WhyHint(ConnectorOf(refusal.swapped ? y_ : x_).name,
-                             ConnectorOf(refusal.swapped ? x_ : y_).name);
+    d.hint =
+        solver::WhyHint(ConnectorOf(A(refusal.swapped)).name, ConnectorOf(B(refusal.swapped)).name);
   }
 
   const std::string& ReasonOf(const Refusal& refusal) const {
@@ -209,10 +202,10 @@ class DockingChecker {
                                       Connection(index).name, EndText(x_), EndText(y_));
     // Without a rejection the connection is for other types of modules.
     if (!refusal) {
-      source::Diagnostic& d = scope_.diagnostics.Error(selector.span, std::move(message));
-      d.notes.push_back({scope_.context.connections[index].problem.span,
-                         fmt::format("it joins '{}' and '{}'", TypeName(Connection(index).type_a),
-                                     TypeName(Connection(index).type_b))});
+      scope_.diagnostics.Error(selector.span, std::move(message))
+          .Note(scope_.context.connections[index].problem.span,
+                fmt::format("it joins '{}' and '{}'", TypeName(Connection(index).type_a),
+                            TypeName(Connection(index).type_b)));
       return;
     }
     Explain(*refusal, scope_.diagnostics.Error(selector.span, message + ": " + ReasonOf(*refusal)));
@@ -300,7 +293,7 @@ class DockingChecker {
 
   /// `rot=` where nothing says which way the connector of member a faces.
   void ReportNoNormal(const Choice& choice, const Expr& selector) {
-    const End& a = choice.swapped ? y_ : x_;
+    const End& a = A(choice.swapped);
     const CheckedModule& module = Checked(a.module);
     const std::string& name = ConnectorOf(a).name;
     source::Diagnostic& d = scope_.diagnostics.Error(
@@ -327,7 +320,7 @@ class DockingChecker {
     for (const int option : *choice.options) {
       options.push_back(&Connection(choice.connection).options[option]);
     }
-    return NormalOf(MemberA(choice), choice.swapped ? y_.connector : x_.connector, options);
+    return NormalOf(MemberA(choice), A(choice.swapped).connector, options);
   }
 
   /// The turn from the default to option number `option`.
@@ -359,8 +352,8 @@ class DockingChecker {
 
   /// Takes the docking over, member a first.
   void Add(const Choice& choice, int option) {
-    const End& a = choice.swapped ? y_ : x_;
-    const End& b = choice.swapped ? x_ : y_;
+    const End& a = A(choice.swapped);
+    const End& b = B(choice.swapped);
     scope_.robot.dockings.push_back(
         {a.module, a.connector, b.module, b.connector, choice.connection, option});
     scope_.docking_spans.push_back(entry_.span);
@@ -375,23 +368,4 @@ class DockingChecker {
 
 void CheckDocking(const Expr& entry, RobotScope& scope) { DockingChecker(entry, scope).Check(); }
 
-}  // namespace internal
-
-PairIndex::PairIndex(const std::vector<model::ConnectionType>& connections) {
-  for (const model::ConnectionType& connection : connections) {
-    auto& table = options_.emplace_back();
-    for (size_t i = 0; i < connection.options.size(); ++i) {
-      const model::ConnectionOption& option = connection.options[i];
-      table[{option.connector_a, option.connector_b}].push_back(static_cast<int>(i));
-    }
-  }
-}
-
-const std::vector<int>& PairIndex::Options(int connection, int connector_a, int connector_b) const {
-  static const std::vector<int> kNone;
-  const auto& table = options_[connection];
-  const auto it = table.find({connector_a, connector_b});
-  return it == table.end() ? kNone : it->second;
-}
-
-}  // namespace morphbus::m3l
+}  // namespace morphbus::m3l::internal

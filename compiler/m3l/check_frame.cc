@@ -40,7 +40,7 @@ class FrameChecker {
     for (int i = 1; i < 3; ++i) {
       if (axes[i].module == axes[0].module && axes[i].link == axes[0].link) continue;
       scope_.diagnostics.Error(frame.children[i].span, "the axes of a frame are on one link")
-          .notes.push_back({frame.children[0].span, "the first axis is on another link"});
+          .Note(frame.children[0].span, "the first axis is on another link");
       return;
     }
     CheckGeometry(frame, axes);
@@ -64,9 +64,8 @@ class FrameChecker {
     into.module = *module;
     into.link = checked.type.FindLink(expr.path[1].text).value_or(-1);
     if (into.link < 0) {
-      std::vector<std::string> names;
-      for (const model::Link& link : checked.type.links) names.push_back(link.name);
-      Unknown(expr.path[1], "link", checked, names);
+      ReportNoMember(checked, "link", expr.path[1], NamesOf(checked.type.links), "known are",
+                     scope_.diagnostics);
     }
     // An anonymous axis is checked as an axis of the module would be, in the module's unit.
     if (anonymous) {
@@ -79,23 +78,11 @@ class FrameChecker {
       if (it != checked.axes.end()) {
         into.axis = it->second;
       } else {
-        std::vector<std::string> names;
-        for (const auto& [name, axis] : checked.axes) names.push_back(name);
-        Unknown(expr.path[2], "axis", checked, names);
+        ReportNoMember(checked, "axis", expr.path[2], NamesOf(checked.axes), "known are",
+                       scope_.diagnostics);
       }
     }
     return into.link >= 0 && into.axis.valid;
-  }
-
-  /// Reports a link or axis that the module type lacks, unless the type has errors itself.
-  void Unknown(const Name& name, const char* what, const CheckedModule& module,
-               const std::vector<std::string>& names) {
-    // What an unsound type lacks may be what did not parse.
-    if (!module.valid) return;
-    scope_.diagnostics
-        .Error(name.span,
-               fmt::format("module type '{}' has no {} '{}'", module.type.name, what, name.text))
-        .hint = NameHint(name.text, names, "known are");
   }
 
   /// Origins, angles and handedness of the three axes; a sound frame is taken over.
@@ -112,7 +99,7 @@ class FrameChecker {
                  fmt::format("the axes of a frame have one origin; this one is {} m "
                              "from the first",
                              NumberText(distance)))
-          .notes.push_back({frame.children[0].span, "the first axis"});
+          .Note(frame.children[0].span, "the first axis");
       return;
     }
     // Each pair must be at right angles; the later of the two is pointed at.
@@ -131,7 +118,7 @@ class FrameChecker {
                  fmt::format("the axes of a frame are at right angles; these two are "
                              "at {} degrees",
                              NumberText(std::round(angle * 1e6) / 1e6)))
-          .notes.push_back({frame.children[std::min(i, j)].span, "the other axis"});
+          .Note(frame.children[std::min(i, j)].span, "the other axis");
       return;
     }
     // With right angles the triple product is 1 or -1.

@@ -16,15 +16,6 @@ namespace {
 /// Tolerance of the check that paired axes lie on one line: rad, and relative to the extent.
 constexpr double kAxisTolerance = 1e-6;
 
-/// The joint type that a word names.
-std::optional<model::JointType> TypeNamed(const std::string& name) {
-  if (name == "revolute") return model::JointType::kRevolute;
-  if (name == "continuous") return model::JointType::kContinuous;
-  if (name == "prismatic") return model::JointType::kPrismatic;
-  if (name == "fixed") return model::JointType::kFixed;
-  return std::nullopt;
-}
-
 /// Checks one joint: its type, limits, motor and the two axes that it pairs.
 class JointChecker {
  public:
@@ -57,10 +48,11 @@ class JointChecker {
     const Expr* expr = attributes_.Required("type", hint);
     if (!expr) return false;
     const std::string name = expr->kind == ExprKind::kString ? expr->text : SingleName(*expr);
-    const std::optional<model::JointType> type = TypeNamed(name);
+    const std::optional<model::JointType> type = model::JointTypeNamed(name);
     if (!type) {
       scope_.diagnostics.Error(expr->span, "unknown type of joint").hint =
-          NameHint(name, {"revolute", "continuous", "prismatic", "fixed"}, "types are");
+          NameHint(name, {std::begin(model::kJointTypeNames), std::end(model::kJointTypeNames)},
+                   "types are");
       return false;
     }
     joint.type = *type;
@@ -141,20 +133,15 @@ class JointChecker {
     const CheckedModule& module = scope_.module;
     const std::string link_name = SingleName(half.children[0]);
     const std::string axis_name = SingleName(half.children[1]);
-    std::vector<std::string> links, axes;
-    for (size_t i = 0; i < module.type.links.size(); ++i) {
-      links.push_back(module.type.links[i].name);
-      if (links.back() == link_name) link = static_cast<int>(i);
-    }
-    for (const auto& [name, symbol] : module.axes) axes.push_back(name);
+    link = module.type.FindLink(link_name).value_or(-1);
     const auto it = module.axes.find(axis_name);
     if (link < 0 && !scope_.names_lost) {
       scope_.diagnostics.Error(half.children[0].span, "there is no link '" + link_name + "'").hint =
-          NameHint(link_name, links, "links are");
+          NameHint(link_name, NamesOf(module.type.links), "links are");
     }
     if (it == module.axes.end() && !scope_.names_lost) {
       scope_.diagnostics.Error(half.children[1].span, "there is no axis '" + axis_name + "'").hint =
-          NameHint(axis_name, axes, "axes are");
+          NameHint(axis_name, NamesOf(module.axes), "axes are");
     }
     if (it != module.axes.end()) axis = &it->second;
     return link >= 0 && axis != nullptr && axis->valid;

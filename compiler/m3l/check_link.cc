@@ -73,12 +73,12 @@ class LinkChecker {
     const auto [it, fresh] = scope_.link_of.emplace(name, std::pair(index_, span));
     if (fresh) return;
     const bool same = it->second.first == index_;
-    source::Diagnostic& d = scope_.diagnostics.Error(
-        span,
-        same ? "point '" + name + "' is named twice"
-             : fmt::format("point '{}' is in two links, '{}' and '{}'", name,
-                           scope_.module.decl->links[it->second.first].name.text, decl_.name.text));
-    d.notes.push_back({it->second.second, "first named here"});
+    scope_.diagnostics
+        .Error(span, same ? "point '" + name + "' is named twice"
+                          : fmt::format("point '{}' is in two links, '{}' and '{}'", name,
+                                        scope_.module.decl->links[it->second.first].name.text,
+                                        decl_.name.text))
+        .Note(it->second.second, "first named here");
   }
 
   /// Reports a name that is no point, unless it may be one that did not parse.

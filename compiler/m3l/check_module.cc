@@ -25,9 +25,9 @@ void CheckNames(ModuleScope& scope) {
     if (decl.name.text.empty()) return;
     const auto [it, fresh] = seen.emplace(decl.name.text, decl.name.span);
     if (fresh) return;
-    source::Diagnostic& d = scope.diagnostics.Error(
-        decl.name.span, fmt::format("{} '{}': the name is taken", kind, decl.name.text));
-    d.notes.push_back({it->second, "first used here"});
+    scope.diagnostics
+        .Error(decl.name.span, fmt::format("{} '{}': the name is taken", kind, decl.name.text))
+        .Note(it->second, "first used here");
   };
   for (const PointDecl& point : scope.module.decl->points) add(point, "point");
   for (const LinkDecl& link : scope.module.decl->links) add(link, "link");
@@ -62,29 +62,27 @@ void CheckPoints(ModuleScope& scope) {
       const auto [it, fresh] = own.emplace(decl.name.text, CheckPoint(decl, scope));
       // Points without a name were reported by the parser.
       if (fresh || decl.name.text.empty()) continue;
-      source::Diagnostic& d = scope.diagnostics.Error(
-          decl.name.span,
-          fmt::format("link '{}' has two points '{}'", link.name.text, decl.name.text));
-      d.notes.push_back({it->second.decl->name.span, "first used here"});
+      scope.diagnostics
+          .Error(decl.name.span,
+                 fmt::format("link '{}' has two points '{}'", link.name.text, decl.name.text))
+          .Note(it->second.decl->name.span, "first used here");
     }
   }
 }
 
 /// The largest side of the box round all points (m), which tolerances are relative to.
 double Extent(const CheckedModule& module) {
-  Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
-  Eigen::Vector3d high = -low;
+  Eigen::AlignedBox3d box;
   // Points that have errors in their coordinates have none, and do not count.
   const auto add = [&](const std::map<std::string, PointSymbol>& points) {
     for (const auto& [name, point] : points) {
-      if (point.p_M) low = low.cwiseMin(*point.p_M), high = high.cwiseMax(*point.p_M);
-      for (const Eigen::Vector3d& p : point.subpoints)
-        low = low.cwiseMin(p), high = high.cwiseMax(p);
+      if (point.p_M) box.extend(*point.p_M);
+      for (const Eigen::Vector3d& p : point.subpoints) box.extend(p);
     }
   };
   add(module.points);
   for (const auto& own : module.link_points) add(own);
-  return low.x() <= high.x() ? (high - low).maxCoeff() : 0.0;
+  return box.isEmpty() ? 0.0 : box.sizes().maxCoeff();
 }
 
 /// Connectors in the order of their declarations, which the numbering of connections depends on.
@@ -120,7 +118,7 @@ void CollectConnectors(ModuleScope& scope) {
     const auto [it, fresh] = module.connector_spans.emplace(name.text, name.span);
     if (!fresh) {
       scope.diagnostics.Error(name.span, "there is another connector '" + name.text + "'")
-          .notes.push_back({it->second, "first used here"});
+          .Note(it->second, "first used here");
     } else if (point->p_M) {
       module.type.connectors.push_back(MakeConnector(*point, link, scope));
     }

@@ -16,8 +16,7 @@ std::optional<Eigen::Vector3d> CheckNormal(AttributeReader& attributes, const Mo
   if (!normal) return std::nullopt;
   // A direction so short is taken for zero: it says nothing after rounding.
   if (normal->norm() < 1e-12) {
-    scope.diagnostics.Error(expr->span, attributes.what() + " has a normal of length zero");
-    return std::nullopt;
+    return scope.diagnostics.Error(expr->span, attributes.what() + " has a normal of length zero");
   }
   return normal->stableNormalized();
 }
@@ -46,10 +45,10 @@ void CheckDistinct(const PointSymbol& symbol, const ModuleScope& scope) {
     if (decl.name.text.empty()) continue;
     const auto [it, fresh] = seen.emplace(decl.name.text, &decl);
     if (fresh) continue;
-    source::Diagnostic& d = scope.diagnostics.Error(
-        decl.name.span,
-        fmt::format("'{}' has two sub-points '{}'", symbol.decl->name.text, decl.name.text));
-    d.notes.push_back({it->second->name.span, "first used here"});
+    scope.diagnostics
+        .Error(decl.name.span,
+               fmt::format("'{}' has two sub-points '{}'", symbol.decl->name.text, decl.name.text))
+        .Note(it->second->name.span, "first used here");
   }
 }
 
@@ -72,13 +71,14 @@ void CheckKeysOfPoint(const PointDecl& decl, const ModuleScope& scope) {
           .hint = "flag it: connector";
       continue;
     }
-    const std::string near = source::NearestName(key, {"coords", "normal", "connector"});
-    if (flag_misspelt && near.empty()) continue;
+    const std::string hint =
+        source::NearestHint(key, {"coords", "normal", "connector"}, "flag it: connector");
+    if (flag_misspelt && hint == "flag it: connector") continue;
     scope.diagnostics
         .Warning(attribute.key.span,
                  fmt::format("point '{}' is no connector, so its '{}' means nothing",
                              decl.name.text, key))
-        .hint = near.empty() ? "flag it: connector" : "did you mean '" + near + "'?";
+        .hint = hint;
   }
 }
 
@@ -92,9 +92,9 @@ std::optional<Eigen::Vector3d> EvaluatePoint(const Expr& expr, const std::string
   // Squares of greater lengths would lose the micrometres.
   const Eigen::Vector3d metres = *p * scope.unit_m;
   if (!(metres.cwiseAbs().maxCoeff() <= kMaxCoordinate_m)) {
-    scope.diagnostics.Error(expr.span, "'" + what + "' lies more than 1e6 metres away").hint =
-        "a model unit is " + NumberText(scope.unit_m) + " m here, which 'unit=' of the module sets";
-    return std::nullopt;
+    return scope.diagnostics.Error(expr.span, "'" + what + "' lies more than 1e6 metres away")
+        .Hint("a model unit is " + NumberText(scope.unit_m) +
+              " m here, which 'unit=' of the module sets");
   }
   return metres;
 }
@@ -105,9 +105,7 @@ PointSymbol CheckPoint(const PointDecl& decl, const ModuleScope& scope) {
   // Further keys are the attributes of a connector, freely named.
   AttributeReader attributes(decl, "point '" + decl.name.text + "'", {}, &scope.diagnostics);
   symbol.connector = attributes.Flag("connector");
-  for (const PointDecl& sub : decl.subpoints) {
-    CheckSubpoint(sub, decl.name.text, scope, symbol);
-  }
+  for (const PointDecl& sub : decl.subpoints) CheckSubpoint(sub, decl.name.text, scope, symbol);
   CheckDistinct(symbol, scope);
   // A point may be no more than the name of its sub-points, but a connector needs a centre.
   const bool needed = symbol.connector || decl.subpoints.empty();
@@ -140,12 +138,11 @@ model::Connector MakeConnector(const PointSymbol& symbol, int link, const Module
       if (values) connector.states.push_back({key, std::move(*values)});
     } else if (attribute.value->kind == ExprKind::kTuple && attribute.value->children.size() == 3) {
       // A vector under another key is a slip for one of the two keys that take vectors.
-      const std::string near = source::NearestName(key, {"coords", "normal"});
       scope.diagnostics
           .Error(attribute.value->span,
                  fmt::format("attribute '{}' of a connector is one value, not three", key))
-          .hint = near.empty() ? "vectors are coords=(x, y, z) and normal=(x, y, z)"
-                               : "did you mean '" + near + "'?";
+          .hint = source::NearestHint(key, {"coords", "normal"},
+                                      "vectors are coords=(x, y, z) and normal=(x, y, z)");
     } else {
       const auto value = EvaluateAttribute(*attribute.value, &scope.diagnostics);
       if (value) connector.attributes.emplace(key, *value);

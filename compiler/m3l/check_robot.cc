@@ -51,9 +51,8 @@ void CheckModules(const Expr& list, RobotScope& scope) {
     // Names are unique within the robot; the first of a name counts.
     const auto [it, fresh] = scope.module_index.emplace(expr.bound.text, index);
     if (!fresh) {
-      source::Diagnostic& d = scope.diagnostics.Error(
-          expr.bound.span, "there is another module '" + expr.bound.text + "'");
-      d.notes.push_back({scope.module_spans[it->second], "first used here"});
+      scope.diagnostics.Error(expr.bound.span, "there is another module '" + expr.bound.text + "'")
+          .Note(scope.module_spans[it->second], "first used here");
       continue;
     }
     model::ModuleInstance module;
@@ -81,23 +80,16 @@ void CheckStart(const Expr& entry, RobotScope& scope,
   if (!module) return;
   const model::ModuleType& type = scope.TypeOf(*module);
   const std::optional<int> joint = type.FindJoint(entry.path[1].text);
-  // A joint that an unsound type lacks may be one that has errors.
   if (!joint) {
-    std::vector<std::string> names;
-    for (const model::Joint& j : type.joints) names.push_back(j.name);
-    const int index = scope.robot.modules[*module].type;
-    if (!scope.context.modules[index].valid) return;
-    scope.diagnostics
-        .Error(entry.path[1].span,
-               fmt::format("module type '{}' has no joint '{}'", type.name, entry.path[1].text))
-        .hint = NameHint(entry.path[1].text, names, "joints are");
+    ReportNoMember(scope.context.modules[scope.robot.modules[*module].type], "joint", entry.path[1],
+                   NamesOf(type.joints), "joints are", scope.diagnostics);
     return;
   }
   // Each joint starts once.
   const auto [it, fresh] = set.emplace(std::pair(*module, *joint), entry.span);
   if (!fresh) {
     scope.diagnostics.Error(entry.span, "'" + PathText(entry.path) + "' starts twice")
-        .notes.push_back({it->second, "first set here"});
+        .Note(it->second, "first set here");
     return;
   }
   if (!value) return;
@@ -190,12 +182,19 @@ std::optional<int> FindModule(const Name& name, const RobotScope& scope) {
   const auto it = scope.module_index.find(name.text);
   if (it != scope.module_index.end()) return it->second;
   if (scope.names_lost || scope.diagnostics.full()) return std::nullopt;
-  std::vector<std::string> names;
-  for (const model::ModuleInstance& module : scope.robot.modules) names.push_back(module.name);
-  scope.diagnostics
+  return scope.diagnostics
       .Error(name.span, fmt::format("robot '{}' has no module '{}'", scope.robot.name, name.text))
-      .hint = NameHint(name.text, names, "modules are");
-  return std::nullopt;
+      .Hint(NameHint(name.text, NamesOf(scope.robot.modules), "modules are"));
+}
+
+void ReportNoMember(const CheckedModule& module, const std::string& what, const Name& name,
+                    const std::vector<std::string>& names, const std::string& listing,
+                    source::Diagnostics& diagnostics) {
+  if (!module.valid) return;
+  const std::string& type = module.type.name;
+  diagnostics
+      .Error(name.span, fmt::format("module type '{}' has no {} '{}'", type, what, name.text))
+      .hint = NameHint(name.text, names, listing);
 }
 
 }  // namespace internal

@@ -40,6 +40,12 @@ struct RobotScope {
 /// Index of the module called `name`; reported if there is none.
 std::optional<int> FindModule(const Name& name, const RobotScope& scope);
 
+/// Reports that a module type has no `what` of that name, with the nearest of `names`, which
+/// `listing` introduces. Silent where the type has errors: what it lacks may be what did not parse.
+void ReportNoMember(const CheckedModule& module, const std::string& what, const Name& name,
+                    const std::vector<std::string>& names, const std::string& listing,
+                    source::Diagnostics& diagnostics);
+
 /// One entry of `connections` (check_docking.cc).
 void CheckDocking(const Expr& entry, RobotScope& scope);
 

@@ -81,19 +81,9 @@ CheckedConnection CheckConnection(const ConnectionDecl& decl,
                                   const std::vector<CheckedModule>& modules,
                                   source::Diagnostics* diagnostics);
 
-/// Options of solved connections by their pair of connectors.
-class PairIndex {
- public:
-  /// Builds the table from `connections`, which it does not keep.
-  explicit PairIndex(const std::vector<model::ConnectionType>& connections);
-  /// Indices into ConnectionType::options, by number; empty if the pair has none.
-  [[nodiscard]] const std::vector<int>& Options(int connection, int connector_a,
-                                                int connector_b) const;
-
- private:
-  /// For each connection: indices of the options of a pair (connector of a, connector of b).
-  std::vector<std::map<std::pair<int, int>, std::vector<int>>> options_;
-};
+/// For each solved connection: indices into ConnectionType::options, by number, of each pair of
+/// connectors (of a, of b) that has any.
+using PairIndex = std::vector<std::map<std::pair<int, int>, std::vector<int>>>;
 
 /// All that a robot is checked against. connections[i] describes model.connection_types[i].
 struct RobotContext {
@@ -109,6 +99,20 @@ struct RobotContext {
 /// has.
 std::optional<model::Robot> CheckRobot(const RobotDecl& decl, const RobotContext& context,
                                        source::Diagnostics* diagnostics);
+
+/// The names of items: of structs that have one, or of the keys of a map.
+template <typename Items>
+std::vector<std::string> NamesOf(const Items& items) {
+  std::vector<std::string> names;
+  for (const auto& item : items) {
+    if constexpr (requires { item.first; }) {
+      names.push_back(item.first);
+    } else {
+      names.push_back(item.name);
+    }
+  }
+  return names;
+}
 
 /// Index of the module type `name` in `modules`; absent: reported at `span` with the nearest name.
 std::optional<int> FindModuleType(const std::string& name, const source::Span& span,

@@ -23,9 +23,8 @@ std::vector<const Decl*> Collect(const std::vector<FileAst>& files,
     for (const Decl& decl : file.*list) {
       const auto [it, fresh] = seen.emplace(decl.name.text, &decl);
       if (!fresh && !decl.name.text.empty()) {
-        source::Diagnostic& d = diagnostics->Error(
-            decl.name.span, "there is another " + kind + " '" + decl.name.text + "'");
-        d.notes.push_back({it->second->name.span, "first defined here"});
+        diagnostics->Error(decl.name.span, "there is another " + kind + " '" + decl.name.text + "'")
+            .Note(it->second->name.span, "first defined here");
       } else if (all.size() == kMaxDefinitions) {
         diagnostics->Error(decl.name.span, "more than " + std::to_string(kMaxDefinitions) + " " +
                                                kind + " definitions");
@@ -140,7 +139,14 @@ std::optional<model::Model> Check(const std::vector<FileAst>& files, CompileOutp
     output.explainable.push_back(sound[i]);
   }
   // Robots last: they choose among the options that the solver found.
-  const PairIndex pairs(model.connection_types);
+  PairIndex pairs;
+  for (const model::ConnectionType& connection : model.connection_types) {
+    auto& table = pairs.emplace_back();
+    for (int i = 0; i < std::ssize(connection.options); ++i) {
+      const model::ConnectionOption& option = connection.options[i];
+      table[{option.connector_a, option.connector_b}].push_back(i);
+    }
+  }
   const RobotContext context{modules, connections, model, pairs};
   std::vector<model::Robot> robots;
   for (const RobotDecl* decl : Collect(files, &FileAst::robots, "robot", diagnostics)) {

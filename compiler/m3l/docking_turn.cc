@@ -21,9 +21,9 @@ Vector3d MeanOf(const std::vector<Vector3d>& points) {
 
 /// The middle of the box round a hull's points.
 Vector3d MiddleOf(const std::vector<Vector3d>& points) {
-  Vector3d low = points[0], high = points[0];
-  for (const Vector3d& p : points) low = low.cwiseMin(p), high = high.cwiseMax(p);
-  return 0.5 * (low + high);
+  Eigen::AlignedBox3d box;
+  for (const Vector3d& p : points) box.extend(p);
+  return box.center();
 }
 
 /// Adds all points and sub-points of a table to `points`, in M (m).

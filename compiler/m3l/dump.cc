@@ -1,16 +1,11 @@
-#include "compiler/m3l/dump.h"
+#include "compiler/m3l/parser.h"
 
 #include <fmt/format.h>
 
+#include "compiler/m3l/evaluate.h"
+
 namespace morphbus::m3l {
 namespace {
-
-/// The names of a path with points between them.
-std::string Joined(const std::vector<Name>& path) {
-  std::string text;
-  for (const Name& name : path) text += (text.empty() ? "" : ".") + name.text;
-  return text;
-}
 
 std::string Text(const Expr& expr);
 
@@ -30,7 +25,10 @@ std::string Text(const Attribute& attribute) {
 /// An expression with its operator first, in braces.
 std::string Text(const Expr& expr) {
   // Every kind is written, so that a golden test sees any change of the tree.
-  const std::string path = Joined(expr.path);
+  const std::string path = PathText(expr.path);
+  const auto braced = [&](const std::string& head) {
+    return "{" + head + TextOf(expr.children) + "}";
+  };
   switch (expr.kind) {
     case ExprKind::kNumber:
       return fmt::format("{}", expr.number);
@@ -43,33 +41,28 @@ std::string Text(const Expr& expr) {
       for (const Attribute& attribute : *expr.axis) text += " " + Text(attribute);
       return text + "}";
     }
-    case ExprKind::kCall:
-      return "{call " + path + TextOf(expr.children) + "}";
-    case ExprKind::kNegate:
-      return "{-" + TextOf(expr.children) + "}";
-    case ExprKind::kSum:
-    case ExprKind::kProduct:
-      return "{" + expr.ops + TextOf(expr.children) + "}";
-    case ExprKind::kTuple:
-      return "{tuple" + TextOf(expr.children) + "}";
-    case ExprKind::kList:
-      return "{list" + TextOf(expr.children) + "}";
     case ExprKind::kTyped:
       return "{" + path + " as " + expr.bound.text + "}";
+    case ExprKind::kCall:
     case ExprKind::kOption:
-      return "{option " + path + TextOf(expr.children) + "}";
     case ExprKind::kAssign:
-      return "{set " + path + TextOf(expr.children) + "}";
-    case ExprKind::kAnd:
-      return "{and" + TextOf(expr.children) + "}";
-    case ExprKind::kOr:
-      return "{or" + TextOf(expr.children) + "}";
-    case ExprKind::kNot:
-      return "{not" + TextOf(expr.children) + "}";
+      return braced((expr.kind == ExprKind::kCall     ? "call "
+                     : expr.kind == ExprKind::kOption ? "option "
+                                                      : "set ") +
+                    path);
+    case ExprKind::kSum:
+    case ExprKind::kProduct:
+      return braced(expr.ops);
     case ExprKind::kRelation:
-      return "{" + expr.text + TextOf(expr.children) + "}";
+      return braced(expr.text);
+    default:
+      return braced(expr.kind == ExprKind::kNegate  ? "-"
+                    : expr.kind == ExprKind::kTuple ? "tuple"
+                    : expr.kind == ExprKind::kList  ? "list"
+                    : expr.kind == ExprKind::kAnd   ? "and"
+                    : expr.kind == ExprKind::kOr    ? "or"
+                                                    : "not");
   }
-  return "";
 }
 
 /// The head of a declaration and its attributes, `level` steps indented.

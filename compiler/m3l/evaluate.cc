@@ -15,22 +15,18 @@ std::optional<double> Call(const Expr& expr, source::Diagnostics* diagnostics) {
   // The functions that docs/m3l.md names, and no others.
   const std::string& function = expr.path[0].text;
   if (function != "sqrt" && function != "sin" && function != "cos") {
-    source::Diagnostic& d =
-        diagnostics->Error(expr.path[0].span, "unknown function '" + function + "'");
-    d.hint = "numbers are computed with + - * / sqrt sin cos and pi";
-    return std::nullopt;
+    return diagnostics->Error(expr.path[0].span, "unknown function '" + function + "'")
+        .Hint("numbers are computed with + - * / sqrt sin cos and pi");
   }
   if (expr.children.size() != 1) {
     // All three functions take one number.
-    diagnostics->Error(expr.span, "'" + function + "' takes one number");
-    return std::nullopt;
+    return diagnostics->Error(expr.span, "'" + function + "' takes one number");
   }
   const std::optional<double> x = EvaluateNumber(expr.children[0], diagnostics);
   if (!x) return std::nullopt;
   if (function == "sqrt" && *x < 0.0) {
     // The square root is the only one that is not defined for every number.
-    diagnostics->Error(expr.span, "square root of the negative number " + NumberText(*x));
-    return std::nullopt;
+    return diagnostics->Error(expr.span, "square root of the negative number " + NumberText(*x));
   }
   return function == "sqrt" ? std::sqrt(*x) : function == "sin" ? std::sin(*x) : std::cos(*x);
 }
@@ -55,8 +51,7 @@ std::optional<double> Chain(const Expr& expr, source::Diagnostics* diagnostics) 
       default:
         if (*operand == 0.0) {
           // A division by zero is told apart from a result that is too large.
-          diagnostics->Error(expr.children[i].span, "division by zero");
-          return std::nullopt;
+          return diagnostics->Error(expr.children[i].span, "division by zero");
         }
         *value /= *operand;
     }
@@ -85,8 +80,7 @@ std::optional<double> Evaluate(const Expr& expr, source::Diagnostics* diagnostic
       break;
   }
   // Nothing else is a number: a name, a string, a list or a condition.
-  diagnostics->Error(expr.span, "expected a number");
-  return std::nullopt;
+  return diagnostics->Error(expr.span, "expected a number");
 }
 
 }  // namespace
@@ -114,10 +108,7 @@ std::optional<double> EvaluateNumber(const Expr& expr, source::Diagnostics* diag
   const Expr& inner = Unwrapped(expr);
   const std::optional<double> value = Evaluate(inner, diagnostics);
   // Both infinities and NaN end here, as sums and products of finite numbers may overflow.
-  if (value && !std::isfinite(*value)) {
-    diagnostics->Error(inner.span, "number is too large");
-    return std::nullopt;
-  }
+  if (value && !std::isfinite(*value)) return diagnostics->Error(inner.span, "number is too large");
   return value;
 }
 
@@ -125,9 +116,8 @@ std::optional<Eigen::Vector3d> EvaluateVector(const Expr& expr, const std::strin
                                               source::Diagnostics* diagnostics) {
   // The parentheses are a part of the vector, so they are not unwrapped.
   if (expr.kind != ExprKind::kTuple || expr.children.size() != 3) {
-    diagnostics->Error(expr.span, "'" + what + "' needs three numbers").hint =
-        "write it as in: " + what + "=(0, 0, 1)";
-    return std::nullopt;
+    return diagnostics->Error(expr.span, "'" + what + "' needs three numbers")
+        .Hint("write it as in: " + what + "=(0, 0, 1)");
   }
   Eigen::Vector3d vector;
   // All three numbers are read even if the first is wrong, so that all errors are found.
@@ -149,14 +139,13 @@ std::optional<model::AttributeValue> EvaluateAttribute(const Expr& expr,
   if (name == "true" || name == "false") return name == "true";
   if (inner.kind == ExprKind::kPath && name != "pi") {
     // Any other name is most likely a string without its quotes.
-    diagnostics->Error(inner.span, "'" + PathText(inner.path) + "' is no value").hint =
-        "values are numbers, true, false, and strings such as \"" + PathText(inner.path) + "\"";
-    return std::nullopt;
+    return diagnostics->Error(inner.span, "'" + PathText(inner.path) + "' is no value")
+        .Hint("values are numbers, true, false, and strings such as \"" + PathText(inner.path) +
+              "\"");
   }
   if (inner.kind == ExprKind::kTuple || inner.kind == ExprKind::kList) {
     // What has several values cannot be one attribute's.
-    diagnostics->Error(inner.span, "expected a number, a string, true or false");
-    return std::nullopt;
+    return diagnostics->Error(inner.span, "expected a number, a string, true or false");
   }
   const std::optional<double> number = EvaluateNumber(inner, diagnostics);
   // Anything else is arithmetic.
@@ -181,15 +170,13 @@ std::optional<std::vector<model::AttributeValue>> EvaluateStates(const Expr& exp
       break;
     }
     if (!seen.insert(child.text).second) {
-      diagnostics->Error(child.span, "state \"" + child.text + "\" is listed twice");
-      return std::nullopt;
+      return diagnostics->Error(child.span, "state \"" + child.text + "\" is listed twice");
     }
     values.emplace_back(child.text);
   }
   if (values.empty()) {
-    diagnostics->Error(expr.span, "a state variable lists its values").hint =
-        "write [bool], or strings as in [\"open\",\"closed\"]";
-    return std::nullopt;
+    return diagnostics->Error(expr.span, "a state variable lists its values")
+        .Hint("write [bool], or strings as in [\"open\",\"closed\"]");
   }
   return values;
 }
@@ -204,10 +191,10 @@ std::optional<Interval> EvaluateInterval(const Expr& expr, source::Diagnostics* 
   const std::optional<double> upper = EvaluateNumber(expr.children[1], diagnostics);
   if (!lower || !upper) return std::nullopt;
   if (*lower > *upper) {
-    diagnostics->Error(expr.span, "the interval's lower end " + NumberText(*lower) +
-                                      // An empty interval would leave the joint no position at all.
-                                      " is above its upper end " + NumberText(*upper));
-    return std::nullopt;
+    return diagnostics->Error(expr.span,
+                              "the interval's lower end " + NumberText(*lower) +
+                                  // An empty interval would leave the joint no position at all.
+                                  " is above its upper end " + NumberText(*upper));
   }
   return Interval{*lower, *upper};
 }
@@ -230,9 +217,8 @@ AttributeReader::AttributeReader(const Declaration& declaration, std::string wha
       had_unknown_ = true;
       source::Diagnostic& d = diagnostics->Error(
           attribute.key.span, what_ + " has no attribute '" + attribute.key.text + "'");
-      const std::string near = source::NearestName(attribute.key.text, known);
-      d.hint = near.empty() ? fmt::format("its attributes are {}", fmt::join(known, ", "))
-                            : "did you mean '" + near + "'?";
+      d.hint = source::NearestHint(attribute.key.text, known,
+                                   fmt::format("its attributes are {}", fmt::join(known, ", ")));
     }
   }
 }
@@ -261,9 +247,8 @@ const Expr* AttributeReader::Required(const std::string& key, const std::string&
     if (!known && !known_.empty()) return nullptr;  // The constructor has reported the slip.
     if (!known) near = attribute.key.text;
   }
-  source::Diagnostic& d =
-      diagnostics_.Error(declaration_.name.span, what_ + " has no '" + key + "'");
-  d.hint = near.empty() ? hint : "did you mean '" + key + "' by '" + near + "'?";
+  diagnostics_.Error(declaration_.name.span, what_ + " has no '" + key + "'")
+      .Hint(near.empty() ? hint : "did you mean '" + key + "' by '" + near + "'?");
   return nullptr;
 }
 

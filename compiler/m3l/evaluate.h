@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "compiler/m3l/ast.h"
-#include "compiler/model/value_text.h"
+#include "compiler/model/robot_model.h"
 
 namespace morphbus::m3l {
 

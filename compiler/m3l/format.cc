@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "compiler/m3l/keywords.h"
 #include "compiler/m3l/lexer.h"
 #include "compiler/m3l/parser.h"
 #include "compiler/source/format_frame.h"
@@ -10,7 +9,6 @@
 namespace morphbus::m3l {
 namespace {
 
-using source::GapComments;
 using source::LayoutToken;
 
 /// A header wider than this does not set the column of what follows it.
@@ -20,24 +18,22 @@ constexpr size_t kWidestHeader = 32;
 class Formatter {
  public:
   Formatter(const source::SourceSet& sources, int file, const std::vector<Token>& tokens)
-      : tokens_(tokens), count_(tokens.size() - 1) {
-    source::CutText cut = source::CutUp(sources.text(file), source::SpansOf(tokens), true);
-    gaps_ = std::move(cut.gaps);
-    layout_ = std::move(cut.tokens);
-  }
+      : tokens_(tokens),
+        count_(tokens.size() - 1),
+        cut_(source::CutUp(sources.text(file), source::SpansOf(tokens), true)) {}
 
   std::string Run() {
     // Statement after statement, with the comment lines before each.
     Describe();
-    source::LayoutWriter writer(std::move(layout_));
+    source::LayoutWriter writer(std::move(cut_.tokens));
     for (size_t begin = 0; begin < count_;) {
       const size_t stop = StatementEnd(begin);
-      writer.LinesBefore(gaps_[begin], 0, true, true);
+      writer.LinesBefore(cut_.gaps[begin], 0, true, true);
       WriteStatement(writer, begin, stop);
       writer.EndLine();
       begin = stop;
     }
-    writer.LinesBefore(gaps_[count_], 0, true, false);
+    writer.LinesBefore(cut_.gaps[count_], 0, true, false);
     return writer.Take();
   }
 
@@ -95,7 +91,7 @@ class Formatter {
     int depth = 0;
     starts_.assign(count_ + 1, false);
     for (size_t i = 0; i < count_; ++i) {
-      LayoutToken& token = layout_[i];
+      LayoutToken& token = cut_.tokens[i];
       token.space = SpaceBefore(i);
       token.opens = IsSymbol(i, "(") || IsSymbol(i, "[");
       token.closes = IsSymbol(i, ")") || IsSymbol(i, "]");
@@ -154,9 +150,8 @@ class Formatter {
   }
 
   const std::vector<Token>& tokens_;
-  size_t count_;                   ///< Tokens without kEnd.
-  std::vector<GapComments> gaps_;  ///< Comments before each token and before the end.
-  std::vector<LayoutToken> layout_;
+  size_t count_;  ///< Tokens without kEnd.
+  source::CutText cut_;
   std::vector<bool> starts_;
 };
 

@@ -12,7 +12,7 @@ namespace morphbus::m3l {
 
 /// Kinds of tokens; which keyword or symbol it is, the text says.
 enum class TokenKind {
-  /// A name or a keyword; IsKeyword tells them apart (keywords.h).
+  /// A name or a keyword; IsKeyword tells them apart.
   kWord,
   /// A decimal number without sign.
   kNumber,
@@ -45,5 +45,19 @@ std::vector<Token> Tokenize(const source::SourceSet& sources, int file, size_t m
 /// The text that a kString token stands for. `quoted` is the token with its quotes; the escapes \"
 /// \\ \n \t are resolved.
 std::string StringValue(std::string_view quoted);
+
+// The words of M3L, and where statements begin: what the parser, the formatter and the editors'
+// grammars must agree on.
+
+/// Words that begin statements, and those that stand between or before operands.
+const std::vector<std::string_view>& Keywords();
+const std::vector<std::string_view>& OperatorWords();
+bool IsKeyword(std::string_view word);
+bool IsOperatorWord(std::string_view word);
+
+/// True where a statement begins: `keyword name`, `keyword :`, `import`, or `word word :`, the
+/// last being a misspelt keyword. `(point x: ...)` is a part of a statement, not one. `tokens` end
+/// with kEnd.
+bool StartsStatement(const std::vector<Token>& tokens, size_t i);
 
 }  // namespace morphbus::m3l

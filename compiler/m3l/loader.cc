@@ -2,7 +2,6 @@
 
 #include <system_error>
 
-#include "compiler/m3l/dump.h"
 #include "compiler/m3l/lexer.h"
 #include "compiler/m3l/parser.h"
 

@@ -1,7 +1,5 @@
 #include "compiler/m3l/parser.h"
 
-#include "compiler/m3l/parser_impl.h"
-
 namespace morphbus::m3l {
 namespace internal {
 // Takes the symbol if it is there; whoever calls decides what its absence means.
@@ -76,11 +74,8 @@ FileAst Parser::ParseFile() {
     if (!StartsStatement(at_)) {
       // Text between statements is reported once and skipped.
       const Name word = NameAt(at_);
-      source::Diagnostic& d = Error(
-          word.span, "expected a module, connection, robot or import, found " + Described(at_));
-      const std::string near =
-          source::NearestName(word.text, {Keywords().begin(), Keywords().end()});
-      if (!near.empty()) d.hint = "did you mean '" + near + "'?";
+      Error(word.span, "expected a module, connection, robot or import, found " + Described(at_))
+          .hint = source::NearestHint(word.text, {Keywords().begin(), Keywords().end()});
       ++at_;
       SkipToStatement();
     } else {

@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "compiler/m3l/parser.h"
-#include "compiler/m3l/parser_impl.h"
 
 namespace morphbus::m3l::internal {
 namespace {
@@ -54,30 +53,38 @@ bool Parser::TooDeep() {
 }
 
 std::string Parser::RelationAt(size_t i) const {
-  const std::string_view text = Text(i);
-  if (IsKind(i, TokenKind::kWord)) {
-    // Words and symbols are different kinds of tokens, so that "==" in a string is no relation.
-    const bool relation = text == "coincident" || text == "parallel" || text == "antiparallel";
-    return relation ? std::string(text) : "";
+  // Words and symbols are different kinds of tokens, so that "==" in a string is no relation.
+  for (const std::string_view word : {"coincident", "parallel", "antiparallel"}) {
+    if (IsWord(i, word)) return std::string(word);
   }
-  if (!IsKind(i, TokenKind::kSymbol)) return "";
   for (const std::string_view op : {"==", "!=", "<", "<=", ">", ">="}) {
-    if (text == op) return std::string(op);
+    if (IsSymbol(i, op)) return std::string(op);
   }
   return "";
 }
 
-std::optional<Expr> Parser::ParseChain(ExprKind kind, std::string_view word,
+Expr Parser::Node(ExprKind kind, size_t begin, Expr child) const {
+  Expr node;
+  node.kind = kind;
+  node.children.push_back(std::move(child));
+  node.span = SpanSince(begin);
+  return node;
+}
+
+std::optional<Expr> Parser::ParseChain(ExprKind kind, std::initializer_list<std::string_view> ops,
                                        std::optional<Expr> (Parser::*operand)()) {
+  const auto is_operator = [&] {
+    return std::ranges::any_of(ops, [&](std::string_view op) { return Is(op) || IsWord(at_, op); });
+  };
   const size_t begin = at_;
   std::optional<Expr> first = (this->*operand)();
   // A single operand stays as it is and gets no node around it.
-  if (!first || !IsWord(at_, word)) return first;
-  // `a and b and c` is one node with three children.
-  Expr chain;
-  chain.kind = kind;
-  chain.children.push_back(std::move(*first));
-  while (IsWord(at_, word)) {
+  if (!first || !is_operator()) return first;
+  // `a and b and c` is one flat node with three children: a long sum must not become a deep tree.
+  Expr chain = Node(kind, begin, std::move(*first));
+  while (is_operator()) {
+    // Signs are kept, as sums and products have two kinds of them.
+    if (IsKind(at_, TokenKind::kSymbol)) chain.ops += Text(at_);
     ++at_;
     std::optional<Expr> next = (this->*operand)();
     if (!next) return std::nullopt;
@@ -91,13 +98,13 @@ std::optional<Expr> Parser::ParseChain(ExprKind kind, std::string_view word,
 std::optional<Expr> Parser::ParseOr() {
   if (TooDeep()) return std::nullopt;
   ++depth_;
-  std::optional<Expr> expr = ParseChain(ExprKind::kOr, "or", &Parser::ParseAnd);
+  std::optional<Expr> expr = ParseChain(ExprKind::kOr, {"or"}, &Parser::ParseAnd);
   --depth_;
   return expr;
 }
 
 std::optional<Expr> Parser::ParseAnd() {
-  return ParseChain(ExprKind::kAnd, "and", &Parser::ParseNot);
+  return ParseChain(ExprKind::kAnd, {"and"}, &Parser::ParseNot);
 }
 
 std::optional<Expr> Parser::ParseNot() {
@@ -108,12 +115,8 @@ std::optional<Expr> Parser::ParseNot() {
   ++depth_;
   std::optional<Expr> operand = ParseNot();
   --depth_;
-  if (!operand) return std::nullopt;
-  Expr negation;
-  negation.kind = ExprKind::kNot;
-  negation.children.push_back(std::move(*operand));
-  negation.span = SpanSince(begin);
-  return negation;
+  if (!operand) return operand;
+  return Node(ExprKind::kNot, begin, std::move(*operand));
 }
 
 std::optional<Expr> Parser::ParseRelation() {
@@ -128,48 +131,20 @@ std::optional<Expr> Parser::ParseRelation() {
   if (!right) return std::nullopt;
   // `a < b < c` would compare a truth value with a number.
   if (!RelationAt(at_).empty()) {
-    Error(Now().span, "comparisons do not chain").hint = "join two comparisons with 'and'";
-    return std::nullopt;
+    return Error(Now().span, "comparisons do not chain").Hint("join two comparisons with 'and'");
   }
-  Expr relation;
-  relation.kind = ExprKind::kRelation;
+  Expr relation = Node(ExprKind::kRelation, begin, std::move(*left));
   relation.text = op;
-  relation.children.push_back(std::move(*left));
   relation.children.push_back(std::move(*right));
-  relation.span = SpanSince(begin);
   return relation;
 }
 
-std::optional<Expr> Parser::ParseArithmetic(ExprKind kind, std::string_view ops,
-                                            std::optional<Expr> (Parser::*operand)()) {
-  const auto is_operator = [&] {
-    // Operators have one character; the comparisons have two and are not among them.
-    return IsKind(at_, TokenKind::kSymbol) && Text(at_).size() == 1 &&
-           ops.find(Text(at_)[0]) != std::string_view::npos;
-  };
-  const size_t begin = at_;
-  std::optional<Expr> first = (this->*operand)();
-  if (!first || !is_operator()) return first;
-  // One flat node for the whole chain: a long sum must not become a deep tree.
-  Expr chain;
-  chain.kind = kind;
-  chain.children.push_back(std::move(*first));
-  while (is_operator()) {
-    chain.ops += Text(at_++)[0];
-    std::optional<Expr> next = (this->*operand)();
-    if (!next) return std::nullopt;
-    chain.children.push_back(std::move(*next));
-  }
-  chain.span = SpanSince(begin);
-  return chain;
-}
-
 std::optional<Expr> Parser::ParseSum() {
-  return ParseArithmetic(ExprKind::kSum, "+-", &Parser::ParseProduct);
+  return ParseChain(ExprKind::kSum, {"+", "-"}, &Parser::ParseProduct);
 }
 
 std::optional<Expr> Parser::ParseProduct() {
-  return ParseArithmetic(ExprKind::kProduct, "*/", &Parser::ParseUnary);
+  return ParseChain(ExprKind::kProduct, {"*", "/"}, &Parser::ParseUnary);
 }
 
 std::optional<Expr> Parser::ParseUnary() {
@@ -183,11 +158,7 @@ std::optional<Expr> Parser::ParseUnary() {
   --depth_;
   // A plus sign changes nothing and leaves no node.
   if (!operand || !negative) return operand;
-  Expr negation;
-  negation.kind = ExprKind::kNegate;
-  negation.children.push_back(std::move(*operand));
-  negation.span = SpanSince(begin);
-  return negation;
+  return Node(ExprKind::kNegate, begin, std::move(*operand));
 }
 
 std::optional<Expr> Parser::ParsePrimary() {
@@ -215,17 +186,16 @@ std::optional<Expr> Parser::ParsePrimary() {
   } else if (IsKind(at_, TokenKind::kWord) && !IsOperatorWord(Text(at_)) && !StartsStatement(at_)) {
     // No value can be called like a keyword.
     if (IsKeyword(Text(at_))) {
-      Error(Now().span, "'" + std::string(Text(at_)) + "' is a keyword, it cannot stand here");
-      return std::nullopt;
+      return Error(Now().span,
+                   "'" + std::string(Text(at_)) + "' is a keyword, it cannot stand here");
     }
     return ParsePath();
   } else {
     // At a statement the missing value is better shown where it should have stood.
     const bool next = AtEnd() || StartsStatement(at_);
-    Error(next && at_ > 0 ? TokenAt(at_ - 1).span : Now().span,
-          next ? "a value is missing after " + Described(at_ - 1)
-               : "expected a value, found " + Described(at_));
-    return std::nullopt;
+    return Error(next && at_ > 0 ? TokenAt(at_ - 1).span : Now().span,
+                 next ? "a value is missing after " + Described(at_ - 1)
+                      : "expected a value, found " + Described(at_));
   }
   expr.span = SpanSince(begin);
   return expr;
@@ -244,8 +214,7 @@ std::optional<Expr> Parser::ParsePath() {
     } else if (Is("(") && IsWord(at_ + 1, "axis")) {
       return ParseAnonymousAxis(std::move(expr), begin);
     } else {
-      Error(Now().span, "expected a name after '.', found " + Described(at_));
-      return std::nullopt;
+      return Error(Now().span, "expected a name after '.', found " + Described(at_));
     }
   }
   expr.span = SpanSince(begin);
@@ -276,10 +245,7 @@ std::optional<Expr> Parser::ParseAnonymousAxis(Expr path, size_t begin) {
   const size_t open = at_++;
   // The keyword `axis` was seen by whoever called.
   ++at_;  // axis
-  if (!Accept(":")) {
-    Error(Now().span, "expected ':' after 'axis', found " + Described(at_));
-    return std::nullopt;
-  }
+  if (!Accept(":")) return Error(Now().span, "expected ':' after 'axis', found " + Described(at_));
   if (TooDeep()) return std::nullopt;
   // The axis has attributes of its own, whose brackets are counted apart.
   const int brackets = brackets_;

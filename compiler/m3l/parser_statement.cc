@@ -1,6 +1,6 @@
 // Definitions, members and their attributes: everything of the grammar that is no expression.
 
-#include "compiler/m3l/parser_impl.h"
+#include "compiler/m3l/parser.h"
 
 namespace morphbus::m3l::internal {
 namespace {

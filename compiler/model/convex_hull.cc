@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <utility>
 
 #include "compiler/base/disjoint_sets.h"
@@ -24,6 +25,13 @@ double ExtentOfPoints(const Points& points) {
   Eigen::AlignedBox3d box;
   for (const Vector3d& p : points) box.extend(p);
   return box.isEmpty() ? 0.0 : box.sizes().maxCoeff();
+}
+
+/// The indices of all points.
+std::vector<int> AllOf(const Points& points) {
+  std::vector<int> all(points.size());
+  std::iota(all.begin(), all.end(), 0);
+  return all;
 }
 
 /// The index for which `measure` is greatest, the first one on ties.
@@ -76,6 +84,17 @@ Span FindSpan(const Points& points, double tolerance) {
   return span;
 }
 
+/// Of each edge, from corner to corner, the face that lies left of it.
+using DirectedEdges = std::map<std::pair<int, int>, int>;
+
+/// Adds the edges round a face, whose corners stand counter-clockwise.
+template <typename Corners>
+void AddEdges(const Corners& corners, int face, DirectedEdges& left_of) {
+  for (size_t k = 0; k < corners.size(); ++k) {
+    left_of[{corners[k], corners[(k + 1) % corners.size()]}] = face;
+  }
+}
+
 /// Quickhull on a set that spans three dimensions. Facets are triangles, outward.
 class QuickHull {
  public:
@@ -119,9 +138,7 @@ class QuickHull {
     if (length > 0.0) facet.normal /= length;
     facet.offset = facet.normal.dot(points_[a] + points_[b] + points_[c]) / 3.0;
     const int index = static_cast<int>(facets_.size());
-    edges_[{a, b}] = index;
-    edges_[{b, c}] = index;
-    edges_[{c, a}] = index;
+    AddEdges(facet.corner, index, edges_);
     facets_.push_back(std::move(facet));
     return index;
   }
@@ -133,9 +150,7 @@ class QuickHull {
     if (normal.dot(points_[t[3]] - points_[t[0]]) > 0.0) std::swap(t[1], t[2]);
     const std::vector<int> fresh = {AddFacet(t[0], t[1], t[2]), AddFacet(t[0], t[3], t[1]),
                                     AddFacet(t[1], t[3], t[2]), AddFacet(t[2], t[3], t[0])};
-    std::vector<int> all(points_.size());
-    for (size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
-    Distribute(all, fresh);
+    Distribute(AllOf(points_), fresh);
   }
 
   /// Gives each point to the first facet that it lies above; the others are inside for good.
@@ -202,7 +217,7 @@ class QuickHull {
   const Points& points_;
   double tolerance_;
   std::vector<Facet> facets_;
-  std::map<std::pair<int, int>, int> edges_;  ///< Directed edge to the facet left of it.
+  DirectedEdges edges_;
 };
 
 /// The normal of a triangle, as long as twice its area.
@@ -217,12 +232,8 @@ std::vector<std::vector<int>> CoplanarGroups(const Points& points,
                                              double extent) {
   constexpr double kSameNormal = 1e-8;
   // Each edge has a triangle on either side; those of like direction are joined.
-  std::map<std::pair<int, int>, int> left_of;
-  for (size_t i = 0; i < triangles.size(); ++i) {
-    for (int k = 0; k < 3; ++k) {
-      left_of[{triangles[i][k], triangles[i][(k + 1) % 3]}] = static_cast<int>(i);
-    }
-  }
+  DirectedEdges left_of;
+  for (int i = 0; i < std::ssize(triangles); ++i) AddEdges(triangles[i], i, left_of);
   DisjointSets planes(static_cast<int>(triangles.size()));
   for (const auto& [edge, i] : left_of) {
     const auto twin = left_of.find({edge.second, edge.first});
@@ -236,9 +247,7 @@ std::vector<std::vector<int>> CoplanarGroups(const Points& points,
     }
   }
   std::map<int, std::vector<int>> groups;
-  for (size_t i = 0; i < triangles.size(); ++i) {
-    groups[planes.Find(static_cast<int>(i))].push_back(static_cast<int>(i));
-  }
+  for (int i = 0; i < std::ssize(triangles); ++i) groups[planes.Find(i)].push_back(i);
   std::vector<std::vector<int>> result;
   for (auto& [root, members] : groups) result.push_back(std::move(members));
   return result;
@@ -328,13 +337,8 @@ void FinishSolid(ConvexHull& hull, const Points& points, const Span& span, doubl
   }
   // Each edge lies between two faces, and is kept once with both normals.
   KeepCorners(hull, points);
-  std::map<std::pair<int, int>, int> left_of;
-  for (size_t f = 0; f < hull.faces.size(); ++f) {
-    const std::vector<int>& polygon = hull.faces[f].polygon;
-    for (size_t k = 0; k < polygon.size(); ++k) {
-      left_of[{polygon[k], polygon[(k + 1) % polygon.size()]}] = static_cast<int>(f);
-    }
-  }
+  DirectedEdges left_of;
+  for (int f = 0; f < std::ssize(hull.faces); ++f) AddEdges(hull.faces[f].polygon, f, left_of);
   for (const auto& [edge, f] : left_of) {
     const auto twin = left_of.find({edge.second, edge.first});
     if (twin == left_of.end() || edge.first > edge.second) continue;
@@ -347,9 +351,7 @@ void FinishSolid(ConvexHull& hull, const Points& points, const Span& span, doubl
 void FinishFlat(ConvexHull& hull, const Points& points, const Span& span, double extent) {
   const Vector3d o = points[span.index[0]];
   const Vector3d normal = (points[span.index[1]] - o).cross(points[span.index[2]] - o).normalized();
-  std::vector<int> all(points.size());
-  for (size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
-  std::vector<int> polygon = PlanarHull(points, std::move(all), normal, kFlatness * extent);
+  std::vector<int> polygon = PlanarHull(points, AllOf(points), normal, kFlatness * extent);
   AddFace(hull, points, normal, polygon);
   std::reverse(polygon.begin(), polygon.end());
   AddFace(hull, points, -normal, std::move(polygon));
@@ -373,11 +375,8 @@ void FinishSegment(ConvexHull& hull, const Points& points, const Span& span) {
   const Vector3d along = (hull.vertices[1] - hull.vertices[0]).normalized();
   const Vector3d u = along.unitOrthogonal();
   const Vector3d v = along.cross(u);
-  for (const auto& [n1, n2] :
-       {std::pair(u, v), std::pair<Vector3d, Vector3d>(v, -u),
-        std::pair<Vector3d, Vector3d>(-u, -v), std::pair<Vector3d, Vector3d>(-v, u)}) {
-    hull.edges.push_back({0, 1, n1, n2});
-  }
+  const Vector3d around[] = {u, v, -u, -v};
+  for (int k = 0; k < 4; ++k) hull.edges.push_back({0, 1, around[k], around[(k + 1) % 4]});
 }
 
 /// Volume integrals of the tetrahedron (0, a, b, c): six times the volume comes from the triple
@@ -405,19 +404,10 @@ ConvexHull ComputeHull(const std::vector<Eigen::Vector3d>& points) {
   const double extent = ExtentOfPoints(points);
   const Span span = FindSpan(points, kFlatness * extent);
   hull.dimension = span.dimension;
-  switch (span.dimension) {
-    case 0:
-      hull.vertices = {points[0]};
-      break;
-    case 1:
-      FinishSegment(hull, points, span);
-      break;
-    case 2:
-      FinishFlat(hull, points, span, extent);
-      break;
-    default:
-      FinishSolid(hull, points, span, extent);
-  }
+  if (span.dimension == 0) hull.vertices = {points[0]};
+  if (span.dimension == 1) FinishSegment(hull, points, span);
+  if (span.dimension == 2) FinishFlat(hull, points, span, extent);
+  if (span.dimension == 3) FinishSolid(hull, points, span, extent);
   return hull;
 }
 

@@ -18,20 +18,13 @@ JointValues StartValues(const Robot& robot) {
 
 Pose JointMotion(const Joint& joint, double q) {
   Pose X_BA = Pose::Identity();
-  switch (joint.type) {
-    case JointType::kFixed:
-      break;
-    case JointType::kPrismatic:
-      X_BA.translation() = q * joint.axis;
-      break;
-    case JointType::kRevolute:
-    case JointType::kContinuous: {
-      // A turn about an axis that does not go through the origin moves the origin too.
-      const Eigen::Matrix3d R = Eigen::AngleAxisd(q, joint.axis).toRotationMatrix();
-      X_BA.linear() = R;
-      X_BA.translation() = joint.p_MoJo_M - R * joint.p_MoJo_M;
-      break;
-    }
+  if (joint.type == JointType::kPrismatic) {
+    X_BA.translation() = q * joint.axis;
+  } else if (joint.type != JointType::kFixed) {
+    // A turn about an axis that does not go through the origin moves the origin too.
+    const Eigen::Matrix3d R = Eigen::AngleAxisd(q, joint.axis).toRotationMatrix();
+    X_BA.linear() = R;
+    X_BA.translation() = joint.p_MoJo_M - R * joint.p_MoJo_M;
   }
   return X_BA;
 }

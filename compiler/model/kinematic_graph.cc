@@ -23,7 +23,7 @@ void AddJoints(const Model& model, const Robot& robot, KinematicGraph& graph) {
       if (joint.type == JointType::kFixed) continue;
       // The axis is fixed in both links; B's frame carries it as the module was drawn.
       const Pose& X_RB = state.X_RL[m][joint.link_b];
-      GraphJoint entry;
+      GraphJoint& entry = graph.joints.emplace_back();
       entry.module = static_cast<int>(m);
       entry.joint = static_cast<int>(j);
       entry.body_a = graph.body_of[m][joint.link_a];
@@ -33,7 +33,6 @@ void AddJoints(const Model& model, const Robot& robot, KinematicGraph& graph) {
       // A joint whose ends are on one body touches it once.
       ++graph.bodies[entry.body_a].degree;
       if (entry.body_b != entry.body_a) ++graph.bodies[entry.body_b].degree;
-      graph.joints.push_back(std::move(entry));
     }
   }
 }
@@ -43,11 +42,10 @@ void AddJoints(const Model& model, const Robot& robot, KinematicGraph& graph) {
 void FindAdjacency(KinematicGraph& graph, double extent) {
   // The joints at each body, each once.
   std::vector<std::vector<int>> at_body(graph.bodies.size());
-  for (size_t i = 0; i < graph.joints.size(); ++i) {
-    at_body[graph.joints[i].body_a].push_back(static_cast<int>(i));
-    if (graph.joints[i].body_b != graph.joints[i].body_a) {
-      at_body[graph.joints[i].body_b].push_back(static_cast<int>(i));
-    }
+  for (int i = 0; i < std::ssize(graph.joints); ++i) {
+    const GraphJoint& joint = graph.joints[i];
+    at_body[joint.body_a].push_back(i);
+    if (joint.body_b != joint.body_a) at_body[joint.body_b].push_back(i);
   }
   // Joints of the same two bodies touch both; the others one of them.
   std::map<std::pair<int, int>, int> between;
@@ -111,9 +109,8 @@ std::vector<std::vector<int>> BodiesOf(const Model& model, const Robot& robot) {
   DisjointSets bodies(count);
   // Dockings and fixed joints hold links together.
   for (const Docking& d : robot.dockings) {
-    const int link_a = model.TypeOf(robot, d.module_a).connectors[d.connector_a].link;
-    const int link_b = model.TypeOf(robot, d.module_b).connectors[d.connector_b].link;
-    bodies.Unite(first[d.module_a] + link_a, first[d.module_b] + link_b);
+    bodies.Unite(first[d.module_a] + model.EndA(robot, d).link,
+                 first[d.module_b] + model.EndB(robot, d).link);
   }
   for (size_t m = 0; m < robot.modules.size(); ++m) {
     for (const Joint& joint : model.module_types[robot.modules[m].type].joints) {
@@ -125,11 +122,10 @@ std::vector<std::vector<int>> BodiesOf(const Model& model, const Robot& robot) {
   std::vector<int> number(count, -1);
   int next = 0;
   std::vector<std::vector<int>> body_of;
-  for (size_t m = 0; m < robot.modules.size(); ++m) {
+  for (int m = 0; m < std::ssize(robot.modules); ++m) {
     body_of.emplace_back();
-    const size_t links = model.module_types[robot.modules[m].type].links.size();
-    for (size_t l = 0; l < links; ++l) {
-      int& body = number[bodies.Find(first[m] + static_cast<int>(l))];
+    for (int l = 0; l < std::ssize(model.TypeOf(robot, m).links); ++l) {
+      int& body = number[bodies.Find(first[m] + l)];
       if (body < 0) body = next++;
       body_of.back().push_back(body);
     }

@@ -37,10 +37,10 @@ KinematicTree::KinematicTree(const Model& model, const Robot& robot, const Omitt
   dockings_at_.resize(num_links);
   for (size_t d = 0; d < robot.dockings.size(); ++d) {
     const Docking& docking = robot.dockings[d];
-    const int link_a = model.TypeOf(robot, docking.module_a).connectors[docking.connector_a].link;
-    const int link_b = model.TypeOf(robot, docking.module_b).connectors[docking.connector_b].link;
-    dockings_at_[LinkIndex(docking.module_a, link_a)].push_back(static_cast<int>(d));
-    dockings_at_[LinkIndex(docking.module_b, link_b)].push_back(static_cast<int>(d));
+    const int link_a = LinkIndex(docking.module_a, model.EndA(robot, docking).link);
+    const int link_b = LinkIndex(docking.module_b, model.EndB(robot, docking).link);
+    dockings_at_[link_a].push_back(static_cast<int>(d));
+    dockings_at_[link_b].push_back(static_cast<int>(d));
   }
   placed_.assign(num_links, false);
   used_docking_.assign(robot.dockings.size(), false);
@@ -66,20 +66,13 @@ KinematicTree::Step KinematicTree::JointStep(const Joint& joint, bool places_a) 
   step.axis = joint.axis;
   step.origin = joint.p_MoJo_M;
   step.sign = places_a ? 1.0 : -1.0;
-  switch (joint.type) {
-    case JointType::kFixed:
-      step.kind = Kind::kFixed;
-      return step;
-    case JointType::kPrismatic:
-      step.kind = Kind::kSlide;
-      return step;
-    default:
-      step.kind = Kind::kTurn;
-  }
+  if (joint.type == JointType::kFixed) return step;
+  step.kind = joint.type == JointType::kPrismatic ? Kind::kSlide : Kind::kTurn;
+  if (step.kind == Kind::kSlide) return step;
   // An axis along x, y or z changes two columns only; the sign takes up a negative one.
   for (int k = 0; k < 3; ++k) {
     if (std::abs(joint.axis[k]) != 1.0) continue;
-    step.kind = k == 0 ? Kind::kTurnX : k == 1 ? Kind::kTurnY : Kind::kTurnZ;
+    step.kind = static_cast<Kind>(static_cast<int>(Kind::kTurnX) + k);
     step.sign *= joint.axis[k];
   }
   return step;
@@ -131,15 +124,14 @@ void KinematicTree::Grow(const Model& model, const Robot& robot, const Omitted& 
     for (const int d : dockings_at_[parent]) {
       if (!omitted.dockings.empty() && omitted.dockings[d]) continue;
       const Docking& docking = robot.dockings[d];
-      const int link_a = model.TypeOf(robot, docking.module_a).connectors[docking.connector_a].link;
-      const int link_b = model.TypeOf(robot, docking.module_b).connectors[docking.connector_b].link;
+      const int link_a = model.EndA(robot, docking).link;
+      const int link_b = model.EndB(robot, docking).link;
       // The option's pose is b's in a's; seen from b it is inverted.
       const bool from_a = docking.module_a == at.module && link_a == at.link;
       const int module = from_a ? docking.module_b : docking.module_a;
       const int link = from_a ? link_b : link_a;
       if (placed_[LinkIndex(module, link)]) continue;
-      const Pose& X_AB =
-          model.connection_types[docking.connection_type].options[docking.option].X_AB;
+      const Pose& X_AB = model.OptionOf(docking).X_AB;
       Step step;
       step.X_PL = from_a ? X_AB : X_AB.inverse();
       step.docking = static_cast<int>(d);
@@ -155,29 +147,26 @@ void KinematicTree::CollectLoops(const Model& model, const Robot& robot) {
     // A docking joins F, the link of connector a, to T, the link of connector b.
     if (used_docking_[d]) continue;
     const Docking& docking = robot.dockings[d];
-    const Connector& a = model.TypeOf(robot, docking.module_a).connectors[docking.connector_a];
-    const Connector& b = model.TypeOf(robot, docking.module_b).connectors[docking.connector_b];
-    Loop loop;
+    const Connector& a = model.EndA(robot, docking);
+    Loop& loop = loops_.emplace_back();
     loop.docking = static_cast<int>(d);
     loop.link_from = LinkIndex(docking.module_a, a.link);
-    loop.link_to = LinkIndex(docking.module_b, b.link);
-    loop.X_FT = model.connection_types[docking.connection_type].options[docking.option].X_AB;
+    loop.link_to = LinkIndex(docking.module_b, model.EndB(robot, docking).link);
+    loop.X_FT = model.OptionOf(docking).X_AB;
     loop.p_F = a.p_MoCo_M;
-    loops_.push_back(loop);
   }
   for (size_t m = 0; m < robot.modules.size(); ++m) {
     const ModuleType& type = model.module_types[robot.modules[m].type];
     for (size_t j = 0; j < type.joints.size(); ++j) {
       const int index = JointIndex(static_cast<int>(m), static_cast<int>(j));
       if (used_joint_[index]) continue;
-      Loop loop;
+      Loop& loop = loops_.emplace_back();
       loop.joint = index;
       loop.motion = type.joints[j];
       // JointMotion gives A's motion seen from B, so the loop runs from B to A.
       loop.link_from = LinkIndex(static_cast<int>(m), loop.motion.link_b);
       loop.link_to = LinkIndex(static_cast<int>(m), loop.motion.link_a);
       loop.p_F = loop.motion.p_MoJo_M;
-      loops_.push_back(loop);
     }
   }
 }

@@ -45,14 +45,10 @@ double Thickness(const ConvexHull& hull) {
 
 /// The corners of the box round the points, no side thinner than kLeastThickness.
 std::vector<Vector3d> BoundingBox(const std::vector<Vector3d>& points) {
-  Vector3d low = points.front();
-  Vector3d high = points.front();
-  for (const Vector3d& p : points) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
-  }
-  const Vector3d middle = 0.5 * (low + high);
-  const Vector3d half = (0.5 * (high - low)).cwiseMax(0.5 * kLeastThickness);
+  Eigen::AlignedBox3d box;
+  for (const Vector3d& p : points) box.extend(p);
+  const Vector3d middle = box.center();
+  const Vector3d half = (0.5 * box.sizes()).cwiseMax(Vector3d::Constant(0.5 * kLeastThickness));
   std::vector<Vector3d> corners;
   for (int i = 0; i < 8; ++i) {
     const Vector3d side((i & 1) != 0 ? 1.0 : -1.0, (i & 2) != 0 ? 1.0 : -1.0,

@@ -19,27 +19,16 @@ struct Incident {
   int body;  ///< At the other end.
 };
 
-/// The joints at each body.
-std::vector<std::vector<Incident>> IncidenceOf(int num_bodies,
-                                               const std::vector<ScrewJoint>& joints) {
-  std::vector<std::vector<Incident>> at(num_bodies);
-  for (size_t j = 0; j < joints.size(); ++j) {
-    at[joints[j].body_a].push_back({static_cast<int>(j), joints[j].body_b});
-    if (joints[j].body_b != joints[j].body_a) {
-      at[joints[j].body_b].push_back({static_cast<int>(j), joints[j].body_a});
-    }
-  }
-  return at;
-}
-
 /// Tarjan's algorithm with an explicit stack (a robot may be a chain of any length).
 class BlockFinder {
  public:
   BlockFinder(int num_bodies, const std::vector<ScrewJoint>& joints)
-      : at_(IncidenceOf(num_bodies, joints)),
-        depth_(num_bodies, -1),
-        low_(num_bodies, 0),
-        used_(joints.size(), false) {
+      : at_(num_bodies), depth_(num_bodies, -1), low_(num_bodies, 0), used_(joints.size(), false) {
+    for (int j = 0; j < std::ssize(joints); ++j) {
+      const auto& [body_a, body_b] = std::pair(joints[j].body_a, joints[j].body_b);
+      at_[body_a].push_back({j, body_b});
+      if (body_b != body_a) at_[body_b].push_back({j, body_a});
+    }
     // Every connected part is searched from its first body.
     for (int body = 0; body < num_bodies; ++body) {
       if (depth_[body] < 0) Visit(body);
@@ -109,7 +98,7 @@ class BlockFinder {
     blocks_.push_back(std::move(block));
   }
 
-  std::vector<std::vector<Incident>> at_;
+  std::vector<std::vector<Incident>> at_;  ///< The joints at each body.
   std::vector<int> depth_;
   std::vector<int> low_;
   std::vector<bool> used_;

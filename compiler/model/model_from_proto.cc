@@ -148,10 +148,9 @@ class Reader {
     }
     // An attribute has one value.
     for (const proto::Attribute& attribute : message.attributes()) {
-      if (!connector.attributes.emplace(attribute.name(), Value(attribute.value(), "attribute"))
-               .second) {
-        Bad(fmt::format("attribute '{}' twice", attribute.name()));
-      }
+      const AttributeValue value = Value(attribute.value(), "attribute");
+      const bool fresh = connector.attributes.emplace(attribute.name(), value).second;
+      if (!fresh) Bad(fmt::format("attribute '{}' twice", attribute.name()));
     }
     // All values of a state are of one kind, as a comparison takes them to be.
     for (const proto::StateVariable& state : message.states()) {
@@ -178,21 +177,9 @@ class Reader {
     Joint joint;
     joint.name = message.name();
     // A type that a later version may add is refused, as it could not be moved.
-    switch (message.type()) {
-      case proto::JOINT_TYPE_REVOLUTE:
-        joint.type = JointType::kRevolute;
-        break;
-      case proto::JOINT_TYPE_CONTINUOUS:
-        joint.type = JointType::kContinuous;
-        break;
-      case proto::JOINT_TYPE_PRISMATIC:
-        joint.type = JointType::kPrismatic;
-        break;
-      case proto::JOINT_TYPE_FIXED:
-        joint.type = JointType::kFixed;
-        break;
-      default:
-        Bad(fmt::format("joint type {}", static_cast<int>(message.type())));
+    joint.type = static_cast<JointType>(message.type() - 1);
+    if (message.type() < proto::JOINT_TYPE_REVOLUTE || message.type() > proto::JOINT_TYPE_FIXED) {
+      Bad(fmt::format("joint type {}", static_cast<int>(message.type())));
     }
     // A joint holds two different links of the module together.
     joint.link_a = Index(message.link_a(), num_links, "link");
@@ -259,16 +246,12 @@ class Reader {
       const std::vector<Connector>& connectors = state.of_a() ? a.connectors : b.connectors;
       const int index = state.of_a() ? option.connector_a : option.connector_b;
       if (!error_.empty()) return option;
-      const std::vector<StateVariable>& states = connectors[index].states;
       // The state must be one that the connector has, with a value that it can take.
-      const auto variable = std::find_if(states.begin(), states.end(), [&](const StateVariable& s) {
-        return s.name == state.variable();
+      const bool known = std::ranges::any_of(connectors[index].states, [&](const StateVariable& s) {
+        return s.name == state.variable() &&
+               std::ranges::count(s.values, option.states.back().value) > 0;
       });
-      if (variable == states.end() ||
-          std::find(variable->values.begin(), variable->values.end(), option.states.back().value) ==
-              variable->values.end()) {
-        Bad(fmt::format("no such state '{}' or value of it", state.variable()));
-      }
+      if (!known) Bad(fmt::format("no such state '{}' or value of it", state.variable()));
     }
     return option;
   }

@@ -9,15 +9,9 @@
 namespace morphbus::model {
 namespace {
 
-/// Indices are never negative in a sound model.
-template <typename T>
-uint32_t Index(T value) {
-  return static_cast<uint32_t>(value);
-}
-
-// Each Write fills in one message. The messages have the fields of the model's structs under nearly
-// the same names, so the functions follow the order of the structs (model.proto says what each
-// field means).
+// Each Write fills in one message. Indices are never negative in a sound model. The messages have
+// the fields of the model's structs under nearly the same names, so the functions follow the order
+// of the structs (model.proto says what each field means).
 void Write(const Eigen::Vector3d& v, proto::Vector3* out) {
   out->set_x(v.x());
   out->set_y(v.y());
@@ -42,7 +36,7 @@ void Write(const AttributeValue& value, proto::AttributeValue* out) {
 /// Names and positions of the sub-points stand apart in the model and together in the message.
 void Write(const Connector& connector, proto::Connector* out) {
   out->set_name(connector.name);
-  out->set_link(Index(connector.link));
+  out->set_link(connector.link);
   Write(connector.p_MoCo_M, out->mutable_position_in_module());
   for (size_t i = 0; i < connector.subpoints.size(); ++i) {
     proto::SubPoint* point = out->add_subpoints();
@@ -67,27 +61,20 @@ void Write(const Connector& connector, proto::Connector* out) {
   }
 }
 
-/// The message's word for how a joint moves.
-proto::JointType TypeOf(JointType type) {
-  switch (type) {
-    case JointType::kRevolute:
-      return proto::JOINT_TYPE_REVOLUTE;
-    case JointType::kContinuous:
-      return proto::JOINT_TYPE_CONTINUOUS;
-    case JointType::kPrismatic:
-      return proto::JOINT_TYPE_PRISMATIC;
-    case JointType::kFixed:
-      return proto::JOINT_TYPE_FIXED;
-  }
-  return proto::JOINT_TYPE_UNSPECIFIED;
+// The message's enumerators are the model's in the same order, one further: 0 says nothing.
+template <typename To, typename From>
+To Enumerator(From value) {
+  return static_cast<To>(static_cast<int>(value) + 1);
 }
+static_assert(static_cast<int>(JointType::kFixed) + 1 == proto::JOINT_TYPE_FIXED);
+static_assert(static_cast<int>(AxisRelation::kCoplanar) + 1 == proto::AXIS_RELATION_COPLANAR);
 
 /// Limits of continuous joints are infinite, which a message can hold.
 void Write(const Joint& joint, proto::Joint* out) {
   out->set_name(joint.name);
-  out->set_type(TypeOf(joint.type));
-  out->set_link_a(Index(joint.link_a));
-  out->set_link_b(Index(joint.link_b));
+  out->set_type(Enumerator<proto::JointType>(joint.type));
+  out->set_link_a(joint.link_a);
+  out->set_link_b(joint.link_b);
   Write(joint.p_MoJo_M, out->mutable_origin_in_module());
   Write(joint.axis, out->mutable_direction_in_module());
   out->set_lower(joint.lower);
@@ -113,14 +100,14 @@ void Write(const ModuleType& type, proto::ModuleType* out) {
 /// Options keep their order, which is that of their numbers.
 void Write(const ConnectionType& connection, proto::ConnectionType* out) {
   out->set_name(connection.name);
-  out->set_type_a(Index(connection.type_a));
-  out->set_type_b(Index(connection.type_b));
-  out->set_candidates(Index(connection.candidates));
+  out->set_type_a(connection.type_a);
+  out->set_type_b(connection.type_b);
+  out->set_candidates(connection.candidates);
   for (const ConnectionOption& option : connection.options) {
     proto::ConnectionOption* message = out->add_options();
-    message->set_number(Index(option.number));
-    message->set_connector_a(Index(option.connector_a));
-    message->set_connector_b(Index(option.connector_b));
+    message->set_number(option.number);
+    message->set_connector_a(option.connector_a);
+    message->set_connector_b(option.connector_b);
     Write(option.X_AB, message->mutable_x_ab());
     // What the connectors' states must be belongs to the option.
     for (const StateRequirement& state : option.states) {
@@ -133,56 +120,41 @@ void Write(const ConnectionType& connection, proto::ConnectionType* out) {
   // The reasons are kept, so that a reader can explain a pair without solving anew.
   for (const PairRejection& rejection : connection.rejections) {
     proto::PairRejection* message = out->add_rejections();
-    message->set_connector_a(Index(rejection.connector_a));
-    message->set_connector_b(Index(rejection.connector_b));
+    message->set_connector_a(rejection.connector_a);
+    message->set_connector_b(rejection.connector_b);
     message->set_reason(rejection.reason);
   }
-}
-
-/// The message's word for how two axes lie.
-proto::AxisRelation RelationOf(AxisRelation relation) {
-  switch (relation) {
-    case AxisRelation::kParallel:
-      return proto::AXIS_RELATION_PARALLEL;
-    case AxisRelation::kOrthogonal:
-      return proto::AXIS_RELATION_ORTHOGONAL;
-    case AxisRelation::kSkew:
-      return proto::AXIS_RELATION_SKEW;
-    case AxisRelation::kCoplanar:
-      return proto::AXIS_RELATION_COPLANAR;
-  }
-  return proto::AXIS_RELATION_UNSPECIFIED;
 }
 
 /// The graph, so that readers in other languages need not work it out.
 void Write(const KinematicGraph& graph, proto::KinematicGraph* out) {
   for (const Body& body : graph.bodies) {
     proto::Body* message = out->add_bodies();
-    message->set_degree(Index(body.degree));
+    message->set_degree(body.degree);
     for (const LinkRef& ref : body.links) {
       proto::LinkRef* link = message->add_links();
-      link->set_module(Index(ref.module));
-      link->set_link(Index(ref.link));
+      link->set_module(ref.module);
+      link->set_link(ref.link);
     }
   }
   // An adjacent joint and the relation of the axes stand apart in the graph and together here.
   for (const GraphJoint& joint : graph.joints) {
     proto::GraphJoint* message = out->add_joints();
-    message->set_module(Index(joint.module));
-    message->set_joint(Index(joint.joint));
-    message->set_body_a(Index(joint.body_a));
-    message->set_body_b(Index(joint.body_b));
+    message->set_module(joint.module);
+    message->set_joint(joint.joint);
+    message->set_body_a(joint.body_a);
+    message->set_body_b(joint.body_b);
     Write(joint.p_RoJo_R, message->mutable_axis_point_in_robot());
     Write(joint.axis_R, message->mutable_axis_in_robot());
     for (size_t i = 0; i < joint.adjacent.size(); ++i) {
       proto::AdjacentJoint* adjacent = message->add_adjacent();
-      adjacent->set_joint(Index(joint.adjacent[i]));
-      adjacent->set_relation(RelationOf(joint.adjacent_axes[i]));
+      adjacent->set_joint(joint.adjacent[i]);
+      adjacent->set_relation(Enumerator<proto::AxisRelation>(joint.adjacent_axes[i]));
     }
     message->set_locked(joint.locked);
   }
   // Mobility is left out where it was not computed.
-  if (graph.mobility) out->set_mobility(Index(*graph.mobility));
+  if (graph.mobility) out->set_mobility(*graph.mobility);
   out->set_locked_computed(graph.locked_computed);
 }
 
@@ -192,22 +164,22 @@ void Write(const Model& model, const Robot& robot, proto::Robot* out) {
   for (const ModuleInstance& module : robot.modules) {
     proto::ModuleInstance* message = out->add_modules();
     message->set_name(module.name);
-    message->set_type(Index(module.type));
+    message->set_type(module.type);
     for (const double start : module.start) message->add_start(start);
   }
   // A docking names its connectors too, although its option does, for readers that have no use for
   // options.
   for (const Docking& docking : robot.dockings) {
     proto::Docking* message = out->add_dockings();
-    message->set_module_a(Index(docking.module_a));
-    message->set_connector_a(Index(docking.connector_a));
-    message->set_module_b(Index(docking.module_b));
-    message->set_connector_b(Index(docking.connector_b));
-    message->set_connection_type(Index(docking.connection_type));
-    message->set_option(Index(docking.option));
+    message->set_module_a(docking.module_a);
+    message->set_connector_a(docking.connector_a);
+    message->set_module_b(docking.module_b);
+    message->set_connector_b(docking.connector_b);
+    message->set_connection_type(docking.connection_type);
+    message->set_option(docking.option);
   }
-  out->set_root_module(Index(robot.root_module));
-  out->set_root_link(Index(robot.root_link));
+  out->set_root_module(robot.root_module);
+  out->set_root_link(robot.root_link);
   Write(robot.X_LR, out->mutable_x_lr());
   Write(BuildKinematicGraph(model, robot), out->mutable_graph());
 }

@@ -1,5 +1,7 @@
 #include "compiler/model/robot_model.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -20,19 +22,19 @@ std::optional<int> FindByName(const std::vector<T>& items, const std::string& na
 
 }  // namespace
 
-const char* JointTypeName(JointType type) {
-  // The words that the source has; a new type must be added here.
-  switch (type) {
-    case JointType::kRevolute:
-      return "revolute";
-    case JointType::kContinuous:
-      return "continuous";
-    case JointType::kPrismatic:
-      return "prismatic";
-    case JointType::kFixed:
-      break;
-  }
-  return "fixed";
+std::optional<JointType> JointTypeNamed(std::string_view name) {
+  const auto* const found = std::ranges::find(kJointTypeNames, name);
+  if (found == std::end(kJointTypeNames)) return std::nullopt;
+  return static_cast<JointType>(found - std::begin(kJointTypeNames));
+}
+
+// Adding zero turns a negative zero into a plain one.
+std::string NumberText(double value) { return fmt::format("{:.9g}", value + 0.0); }
+
+std::string ValueText(const AttributeValue& value) {
+  if (const bool* b = std::get_if<bool>(&value)) return *b ? "true" : "false";
+  if (const double* d = std::get_if<double>(&value)) return NumberText(*d);
+  return "\"" + std::get<std::string>(value) + "\"";
 }
 
 std::optional<int> ModuleType::FindLink(const std::string& link_name) const {
@@ -62,6 +64,18 @@ const ModuleType& Model::TypeOf(const Robot& robot, int module) const {
   return module_types[robot.modules[module].type];
 }
 
+const Connector& Model::EndA(const Robot& robot, const Docking& docking) const {
+  return TypeOf(robot, docking.module_a).connectors[docking.connector_a];
+}
+
+const Connector& Model::EndB(const Robot& robot, const Docking& docking) const {
+  return TypeOf(robot, docking.module_b).connectors[docking.connector_b];
+}
+
+const ConnectionOption& Model::OptionOf(const Docking& docking) const {
+  return connection_types[docking.connection_type].options[docking.option];
+}
+
 double ExtentOf(const ModuleType& type) {
   Eigen::AlignedBox3d box;
   // Hulls, connectors and sub-points together, whatever link they are on.
@@ -83,7 +97,7 @@ std::optional<int> MirrorOption(const Model& model, const Docking& docking) {
   // A module without size must not make the tolerance zero.
   const double tolerance = 1e-6 * std::max(ExtentOf(type), 1e-12);
   // The same mating seen from b: its connectors exchanged, its pose inverted.
-  const Pose X_BA = connection.options[docking.option].X_AB.inverse();
+  const Pose X_BA = model.OptionOf(docking).X_AB.inverse();
   for (size_t i = 0; i < connection.options.size(); ++i) {
     const ConnectionOption& option = connection.options[i];
     if (option.connector_a != docking.connector_b || option.connector_b != docking.connector_a) {

@@ -12,6 +12,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -24,11 +25,22 @@ using Pose = Eigen::Isometry3d;
 enum class JointType { kRevolute, kContinuous, kPrismatic, kFixed };
 
 /// "revolute", "continuous", "prismatic", "fixed": M3L's words, which URDF, SDF and the keywords'
-/// XML share.
-const char* JointTypeName(JointType type);
+/// XML share. In the order of JointType.
+inline constexpr const char* kJointTypeNames[] = {"revolute", "continuous", "prismatic", "fixed"};
+/// The word of a type.
+inline const char* JointTypeName(JointType type) { return kJointTypeNames[static_cast<int>(type)]; }
+/// The type that a word names, or nothing.
+std::optional<JointType> JointTypeNamed(std::string_view name);
 
 /// A fixed attribute of a point or module: `gender="male"`, `extended=false`, `length=0.2`.
 using AttributeValue = std::variant<bool, double, std::string>;
+
+/// A number as a person writes it: up to 9 digits, no trailing zeros, no negative zero.
+std::string NumberText(double value);
+
+/// An attribute's value as written in M3L: "male", true, 0.5. Strings get quotes but no escapes, so
+/// the text is for messages and not for reading back.
+std::string ValueText(const AttributeValue& value);
 
 /// A free state variable of a connector: `extended=[bool]` or `mode=["a","b"]`.
 /// A connector's state is not fixed by the model: a connection may ask for a value
@@ -195,6 +207,10 @@ struct Model {
   [[nodiscard]] const Robot* FindRobot(const std::string& name) const;
   /// The type of module number `module` of `robot`; the number must be good (checked).
   [[nodiscard]] const ModuleType& TypeOf(const Robot& robot, int module) const;
+  // The connectors that a docking of `robot` joins, and the option that it chooses.
+  [[nodiscard]] const Connector& EndA(const Robot& robot, const Docking& docking) const;
+  [[nodiscard]] const Connector& EndB(const Robot& robot, const Docking& docking) const;
+  [[nodiscard]] const ConnectionOption& OptionOf(const Docking& docking) const;
 };
 
 /// Largest side of the axis-aligned box round a module's points (hulls, connectors, sub-points), m.

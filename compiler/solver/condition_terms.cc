@@ -16,26 +16,106 @@ using model::StateRequirement;
 /// States that must hold together, sorted by nothing: source order.
 using StateSet = std::vector<StateRequirement>;
 
-/// The condition in negation normal form, with fixed attributes worked out.
-struct Formula {
-  enum class Kind { kTrue, kFalse, kAnd, kOr, kGeometry, kState };
-  Kind kind = Kind::kTrue;
-  std::vector<Formula> children;
-  Literal literal;                     ///< kGeometry.
-  std::vector<StateSet> alternatives;  ///< kState.
-  bool has_geometry = false;
+/// A term before one of the sets of states that satisfy it is chosen; there is at least one.
+struct OpenTerm {
+  std::vector<Literal> geometry;
+  std::vector<StateSet> states;
 };
 
-/// A formula that always holds, or never.
-Formula Constant(bool value) {
-  Formula f;
-  f.kind = value ? Formula::Kind::kTrue : Formula::Kind::kFalse;
-  return f;
+/// A condition as alternatives (disjunctive normal form), with fixed attributes worked out.
+struct Alternatives {
+  /// At most one has no geometry.
+  std::vector<OpenTerm> terms;
+  /// If there were too many of them, `terms` is empty.
+  bool too_many_terms = false;
+  bool too_many_states = false;
+
+  [[nodiscard]] bool too_many() const { return too_many_terms || too_many_states; }
+  /// Can the condition hold in no pose and state?
+  [[nodiscard]] bool never() const { return terms.empty() && !too_many(); }
+  /// Does it hold in every pose and state?
+  [[nodiscard]] bool always() const {
+    return terms.size() == 1 && terms[0].geometry.empty() && terms[0].states[0].empty();
+  }
+};
+
+/// A condition that always holds, or never.
+Alternatives Constant(bool value) { return value ? Alternatives{{{{}, {{}}}}} : Alternatives{}; }
+
+/// The union of two state sets; nothing if they contradict each other.
+std::optional<StateSet> Merge(const StateSet& left, const StateSet& right) {
+  StateSet merged = left;
+  // A variable that both sets name must have the same value in both.
+  for (const StateRequirement& r : right) {
+    const auto same = std::find_if(merged.begin(), merged.end(), [&](const StateRequirement& m) {
+      return m.of_a == r.of_a && m.variable == r.variable;
+    });
+    if (same == merged.end()) {
+      merged.push_back(r);
+    } else if (same->value != r.value) {
+      return std::nullopt;
+    }
+  }
+  return merged;
 }
 
-/// Applies a comparison with the type's own == and <.
-template <typename T>
-bool Holds(CompareOp op, const T& lhs, const T& rhs) {
+/// `alternatives`, but with nothing and a note if there are too many of them.
+Alternatives Limited(Alternatives alternatives) {
+  const std::vector<OpenTerm>& terms = alternatives.terms;
+  alternatives.too_many_terms = alternatives.too_many_terms || terms.size() > kMaxTerms;
+  alternatives.too_many_states =
+      alternatives.too_many_states || std::any_of(terms.begin(), terms.end(), [](const auto& term) {
+        return term.states.size() > kMaxStateSets;
+      });
+  if (alternatives.too_many()) alternatives.terms.clear();
+  return alternatives;
+}
+
+/// `left` or `right`: their terms are put together. Those without geometry become one.
+Alternatives Either(Alternatives left, const Alternatives& right) {
+  left.too_many_terms = left.too_many_terms || right.too_many_terms;
+  left.too_many_states = left.too_many_states || right.too_many_states;
+  for (const OpenTerm& term : right.terms) {
+    const auto free = std::find_if(left.terms.begin(), left.terms.end(),
+                                   [](const OpenTerm& t) { return t.geometry.empty(); });
+    if (term.geometry.empty() && free != left.terms.end()) {
+      free->states.insert(free->states.end(), term.states.begin(), term.states.end());
+    } else {
+      left.terms.push_back(term);
+    }
+  }
+  return Limited(std::move(left));
+}
+
+/// `left` and `right`: each term of the one with each of the other, in each union of a set of
+/// states of the one with one of the other, as far as these do not contradict each other.
+Alternatives Both(const Alternatives& left, const Alternatives& right) {
+  Alternatives both{{},
+                    left.too_many_terms || right.too_many_terms ||
+                        left.terms.size() * right.terms.size() > kMaxTerms,
+                    left.too_many_states || right.too_many_states};
+  if (both.too_many()) return both;
+  for (const OpenTerm& l : left.terms) {
+    for (const OpenTerm& r : right.terms) {
+      OpenTerm term = l;
+      term.geometry.insert(term.geometry.end(), r.geometry.begin(), r.geometry.end());
+      term.states.clear();
+      for (const StateSet& set_l : l.states) {
+        for (const StateSet& set_r : r.states) {
+          std::optional<StateSet> merged = Merge(set_l, set_r);
+          if (merged) term.states.push_back(std::move(*merged));
+          if (term.states.size() > kMaxStateSets) return {{}, false, true};
+        }
+      }
+      if (!term.states.empty()) both.terms.push_back(std::move(term));
+    }
+  }
+  return both;
+}
+
+/// Compares two values; values of unlike types differ and have no order.
+bool Compare(CompareOp op, const AttributeValue& lhs, const AttributeValue& rhs) {
+  if (lhs.index() != rhs.index()) return op == CompareOp::kNe;
   switch (op) {
     case CompareOp::kEq:
       return lhs == rhs;
@@ -53,30 +133,20 @@ bool Holds(CompareOp op, const T& lhs, const T& rhs) {
   return false;
 }
 
-/// Compares two values; values of unlike types differ and have no order.
-bool Compare(CompareOp op, const AttributeValue& lhs, const AttributeValue& rhs) {
-  if (lhs.index() != rhs.index()) return op == CompareOp::kNe;
-  return std::visit(
-      [&](const auto& value) {
-        return Holds(op, value, std::get<std::decay_t<decltype(value)>>(rhs));
-      },
-      lhs);
-}
-
 /// The values an operand may take, each with the state that brings it about.
 struct Possibility {
   AttributeValue value;
   std::optional<StateRequirement> state;
 };
 
-/// Turns a condition into a Formula for one pair of connectors: fixed attributes and missing points
-/// become constants, states become alternatives, geometry stays.
+/// Turns a condition into alternatives for one pair of connectors: fixed attributes and missing
+/// points become constants, states become sets to choose from, geometry stays.
 class Specialiser {
  public:
   Specialiser(const Connector& a, const Connector& b) : a_(a), b_(b) {}
 
-  /// The formula of `condition`, or of its negation: `not` is pushed down to the leaves on the way.
-  [[nodiscard]] Formula Build(const Condition& condition, bool negate) const {
+  /// `condition` as alternatives, or its negation: `not` is pushed down to the leaves on the way.
+  [[nodiscard]] Alternatives Build(const Condition& condition, bool negate) const {
     switch (condition.kind) {
       case Condition::Kind::kTrue:
         return Constant(!negate);
@@ -92,63 +162,31 @@ class Specialiser {
         break;
     }
     // What a connector lacks makes the condition on it false (docs/m3l.md, connections).
-    if (!Exists(condition.p) || !Exists(condition.q)) return Constant(negate);
-    if (condition.kind != Condition::Kind::kCoincident &&
-        (!HasDirection(condition.p) || !HasDirection(condition.q))) {
-      return Constant(negate);
+    const bool directions = condition.kind != Condition::Kind::kCoincident;
+    for (const PointRef* ref : {&condition.p, &condition.q}) {
+      if (FindPoints(*ref, directions, On(ref->side)).empty()) return Constant(negate);
     }
     // What is left is geometry, which the solver has to look at.
-    Formula f;
-    f.kind = Formula::Kind::kGeometry;
-    f.literal = {&condition, negate};
-    f.has_geometry = true;
-    return f;
+    return {{{{{&condition, negate}}, {{}}}}};
   }
 
  private:
   [[nodiscard]] const Connector& On(Side side) const { return side == Side::kA ? a_ : b_; }
 
-  /// True if the connector has the point that `ref` names.
-  [[nodiscard]] bool Exists(const PointRef& ref) const {
-    const std::vector<std::string>& names = On(ref.side).subpoint_names;
-    switch (ref.kind) {
-      case PointRef::Kind::kSubpoint:
-        return std::find(names.begin(), names.end(), ref.subpoint) != names.end();
-      case PointRef::Kind::kAnySubpoint:
-        return !names.empty();
-      default:
-        return true;
-    }
-  }
-
-  /// True if `ref` has a direction: an axis has, a point if it has a normal.
-  [[nodiscard]] bool HasDirection(const PointRef& ref) const {
-    if (ref.kind == PointRef::Kind::kAxis) return true;
-    const std::string key = ref.kind == PointRef::Kind::kSubpoint ? ref.subpoint : "";
-    return On(ref.side).normals.count(key) > 0;
-  }
-
-  /// `and` or `or`; negation swaps the two (De Morgan). Constants are folded.
-  [[nodiscard]] Formula BuildList(const Condition& condition, bool negate) const {
+  /// `and` or `or`; negation swaps the two (De Morgan). A part that decides the whole by itself
+  /// comes before all limits.
+  [[nodiscard]] Alternatives BuildList(const Condition& condition, bool negate) const {
     const bool is_and = (condition.kind == Condition::Kind::kAnd) != negate;
-    const Formula::Kind absorbing = is_and ? Formula::Kind::kFalse : Formula::Kind::kTrue;
-    const Formula::Kind neutral = is_and ? Formula::Kind::kTrue : Formula::Kind::kFalse;
-    Formula f;
-    f.kind = is_and ? Formula::Kind::kAnd : Formula::Kind::kOr;
+    std::vector<Alternatives> parts;
     for (const Condition& child : condition.children) {
-      Formula part = Build(child, negate);
-      if (part.kind == absorbing) return part;
-      if (part.kind == neutral) continue;
-      f.has_geometry = f.has_geometry || part.has_geometry;
-      f.children.push_back(std::move(part));
+      parts.push_back(Build(child, negate));
+      if (is_and ? parts.back().never() : parts.back().always()) return Constant(!is_and);
     }
-    if (f.children.empty()) return Constant(is_and);
-    // A list of one is its child.
-    if (f.children.size() == 1) {
-      Formula only = std::move(f.children[0]);
-      return only;
+    Alternatives all = Constant(is_and);
+    for (const Alternatives& part : parts) {
+      all = is_and ? Both(all, part) : Either(std::move(all), part);
     }
-    return f;
+    return all;
   }
 
   /// The values that an operand can take: one if it is fixed, those of the state variable if it is
@@ -170,12 +208,11 @@ class Specialiser {
   }
 
   /// A comparison as the combinations of states that make it hold.
-  [[nodiscard]] Formula BuildCompare(const Condition& condition, bool negate) const {
+  [[nodiscard]] Alternatives BuildCompare(const Condition& condition, bool negate) const {
     const std::vector<Possibility> lhs = PossibilitiesOf(condition.lhs);
     const std::vector<Possibility> rhs = PossibilitiesOf(condition.rhs);
     if (lhs.empty() || rhs.empty()) return Constant(negate);
-    Formula f;
-    f.kind = Formula::Kind::kState;
+    OpenTerm term;
     size_t combinations = 0;
     // Every pair of values that the two sides can take is tried.
     for (const Possibility& l : lhs) {
@@ -189,158 +226,32 @@ class Specialiser {
         StateSet states;
         if (l.state) states.push_back(*l.state);
         if (r.state && !same) states.push_back(*r.state);
-        f.alternatives.push_back(std::move(states));
+        term.states.push_back(std::move(states));
       }
     }
     // If all or none of the combinations hold, no state is asked for.
-    if (f.alternatives.empty()) return Constant(false);
-    if (f.alternatives.size() == combinations) return Constant(true);
-    return f;
+    if (term.states.empty()) return Constant(false);
+    if (term.states.size() == combinations) return Constant(true);
+    return Limited({{std::move(term)}});
   }
 
   const Connector& a_;
   const Connector& b_;
 };
 
-/// The union of two state sets; nothing if they contradict each other.
-std::optional<StateSet> Merge(const StateSet& left, const StateSet& right) {
-  StateSet merged = left;
-  // A variable that both sets name must have the same value in both.
-  for (const StateRequirement& r : right) {
-    const auto same = std::find_if(merged.begin(), merged.end(), [&](const StateRequirement& m) {
-      return m.of_a == r.of_a && m.variable == r.variable;
-    });
-    if (same == merged.end()) {
-      merged.push_back(r);
-    } else if (same->value != r.value) {
-      return std::nullopt;
-    }
-  }
-  return merged;
-}
-
-/// Disjunctive normal forms under construction; both kinds give up together.
-class Expander {
- public:
-  [[nodiscard]] bool too_many_terms() const { return too_many_terms_; }
-  [[nodiscard]] bool too_many_states() const { return too_many_states_; }
-
-  /// The sets of states any one of which satisfies `f`, which holds no geometry.
-  std::vector<StateSet> StatesOf(const Formula& f) {
-    switch (f.kind) {
-      case Formula::Kind::kFalse:
-        return {};
-      case Formula::Kind::kState:
-        return Limited(f.alternatives);
-      case Formula::Kind::kOr: {
-        // Any of the parts will do, so their sets are put together.
-        std::vector<StateSet> all;
-        for (const Formula& child : f.children) {
-          for (StateSet& set : StatesOf(child)) all.push_back(std::move(set));
-        }
-        return Limited(std::move(all));
-      }
-      case Formula::Kind::kAnd: {
-        // All parts must hold, so each set of one part is united with each of the next.
-        std::vector<StateSet> all = {{}};
-        for (const Formula& child : f.children) all = Product(all, StatesOf(child));
-        return all;
-      }
-      default:
-        return {{}};
-    }
-  }
-
-  /// Geometry terms; a part without geometry stays whole and is met in `free`.
-  struct OpenTerm {
-    std::vector<Literal> geometry;
-    std::vector<const Formula*> free;
-  };
-  std::vector<OpenTerm> TermsOf(const Formula& f) {
-    if (f.kind == Formula::Kind::kFalse) return {};
-    if (!f.has_geometry) return {OpenTerm{{}, {&f}}};
-    if (f.kind == Formula::Kind::kGeometry) return {OpenTerm{{f.literal}, {}}};
-    std::vector<OpenTerm> all;
-    // Alternatives add up; parts that must all hold multiply, each term of the one with each of the
-    // other.
-    if (f.kind == Formula::Kind::kOr) {
-      for (const Formula& child : f.children) {
-        for (OpenTerm& term : TermsOf(child)) all.push_back(std::move(term));
-        if (Exceeds(all.size())) return {};
-      }
-      return all;
-    }
-    all.push_back({});
-    for (const Formula& child : f.children) {
-      const std::vector<OpenTerm> parts = TermsOf(child);
-      if (Exceeds(all.size() * parts.size())) return {};
-      std::vector<OpenTerm> wider;
-      for (const OpenTerm& left : all) {
-        for (const OpenTerm& right : parts) {
-          OpenTerm both = left;
-          both.geometry.insert(both.geometry.end(), right.geometry.begin(), right.geometry.end());
-          both.free.insert(both.free.end(), right.free.begin(), right.free.end());
-          wider.push_back(std::move(both));
-        }
-      }
-      all = std::move(wider);
-    }
-    return all;
-  }
-
-  /// All unions of a set of the left with one of the right that do not contradict each other.
-  std::vector<StateSet> Product(const std::vector<StateSet>& left,
-                                const std::vector<StateSet>& right) {
-    std::vector<StateSet> result;
-    for (const StateSet& l : left) {
-      for (const StateSet& r : right) {
-        if (std::optional<StateSet> merged = Merge(l, r)) result.push_back(std::move(*merged));
-        if (result.size() > kMaxStateSets) return Limited(std::move(result));
-      }
-    }
-    return result;
-  }
-
- private:
-  /// Notes and returns whether there are too many terms.
-  bool Exceeds(size_t terms) {
-    if (terms > kMaxTerms) too_many_terms_ = true;
-    return too_many_terms_;
-  }
-
-  /// `sets`, or nothing and a note if there are too many of them.
-  std::vector<StateSet> Limited(std::vector<StateSet> sets) {
-    if (sets.size() <= kMaxStateSets) return sets;
-    too_many_states_ = true;
-    return {};
-  }
-
-  bool too_many_terms_ = false;
-  bool too_many_states_ = false;
-};
-
-/// The parts of a condition that must all hold, in source order.
-void TopLevelParts(const Condition& condition, std::vector<const Condition*>& parts) {
+/// The first of the parts of a condition, in source order, that must hold and cannot; null if each
+/// can. `index` grows by the parts before it.
+const Condition* FirstBroken(const Condition& condition, const Specialiser& specialiser,
+                             int& index) {
   if (condition.kind != Condition::Kind::kAnd) {
-    parts.push_back(&condition);
-    return;
+    if (specialiser.Build(condition, false).never()) return &condition;
+    ++index;
+    return nullptr;
   }
-  for (const Condition& child : condition.children) TopLevelParts(child, parts);
-}
-
-/// Finds the first part of the condition that cannot hold for the pair; the whole if each part can.
-void FindBroken(const Condition& condition, const Specialiser& specialiser, Terms& result) {
-  std::vector<const Condition*> parts;
-  TopLevelParts(condition, parts);
-  result.broken = &condition;
-  result.broken_index = static_cast<int>(parts.size());
-  for (size_t i = 0; i < parts.size(); ++i) {
-    if (specialiser.Build(*parts[i], false).kind == Formula::Kind::kFalse) {
-      result.broken = parts[i];
-      result.broken_index = static_cast<int>(i);
-      return;
-    }
+  for (const Condition& child : condition.children) {
+    if (const Condition* broken = FirstBroken(child, specialiser, index)) return broken;
   }
+  return nullptr;
 }
 
 }  // namespace
@@ -366,26 +277,24 @@ std::vector<Eigen::Vector3d> FindPoints(const PointRef& ref, bool direction,
 Terms SpecialiseCondition(const Condition& condition, const model::Connector& a,
                           const model::Connector& b) {
   Terms result;
-  // Alternatives over geometry become terms of their own, as each is solved for itself. Parts
-  // without geometry need no solving: one state that satisfies them is enough.
+  // Alternatives over geometry become terms of their own, as each is solved for itself. States need
+  // no solving: one set of them is enough.
   const Specialiser specialiser(a, b);
-  const Formula formula = specialiser.Build(condition, false);
-  Expander expander;
-  const std::vector<Expander::OpenTerm> open_terms = expander.TermsOf(formula);
-  for (const Expander::OpenTerm& open : open_terms) {
-    std::vector<StateSet> sets = {{}};
-    for (const Formula* free : open.free) sets = expander.Product(sets, expander.StatesOf(*free));
-    if (sets.empty()) continue;
+  const Alternatives alternatives = specialiser.Build(condition, false);
+  for (const auto& [geometry, sets] : alternatives.terms) {
     // Of several states that would do, the least demanding, the first in the source on ties.
     const auto least =
         std::min_element(sets.begin(), sets.end(),
                          [](const StateSet& l, const StateSet& r) { return l.size() < r.size(); });
-    result.terms.push_back({open.geometry, *least});
+    result.terms.push_back({geometry, *least});
   }
-  result.too_many_terms = expander.too_many_terms();
-  result.too_many_states = expander.too_many_states();
-  if (result.too_many()) result.terms.clear();
-  if (result.terms.empty() && !result.too_many()) FindBroken(condition, specialiser, result);
+  result.too_many_terms = alternatives.too_many_terms;
+  result.too_many_states = alternatives.too_many_states;
+  if (alternatives.never()) {
+    // The whole, if only the combination of its parts is impossible.
+    result.broken = FirstBroken(condition, specialiser, result.broken_index);
+    if (result.broken == nullptr) result.broken = &condition;
+  }
   return result;
 }
 

@@ -7,9 +7,9 @@
 #include <limits>
 #include <numbers>
 #include <set>
-#include <tuple>
+#include <utility>
 
-#include "compiler/model/value_text.h"
+#include "compiler/model/robot_model.h"
 #include "compiler/solver/condition_terms.h"
 #include "compiler/solver/motion_inference.h"
 
@@ -196,7 +196,7 @@ std::vector<Failure> FindFailures(const Condition& condition, const Connector& a
 std::string ExplainBrokenAttributes(const Condition& broken, const Connector& a,
                                     const Connector& b) {
   // The words that the broken comparisons found: two of one kind, one on each side, say it best.
-  std::set<std::tuple<std::string, std::string, Side>> words;
+  std::set<std::pair<std::string, std::string>> words[2];  // of a and b: attribute, word
   std::vector<std::string> told;
   for (const Failure& failure : FindFailures(broken, a, b, 0.0, nullptr)) {
     if (std::find(told.begin(), told.end(), failure.measured) == told.end()) {
@@ -211,13 +211,13 @@ std::string ExplainBrokenAttributes(const Condition& broken, const Connector& a,
       const auto found = connector.attributes.find(ref->name);
       if (found == connector.attributes.end()) continue;
       const auto* word = std::get_if<std::string>(&found->second);
-      if (word != nullptr) words.emplace(ref->name, *word, ref->side);
+      if (word != nullptr) words[ref->side == Side::kA ? 0 : 1].emplace(ref->name, *word);
     }
   }
   // The same word on both sides is why connectors of one gender refuse each other.
-  for (const auto& [name, word, side] : words) {
-    if (side != Side::kA || words.count({name, word, Side::kB}) == 0) continue;
-    return fmt::format("{} and {} are both {}", a.name, b.name, word);
+  for (const auto& word : words[0]) {
+    if (words[1].count(word) == 0) continue;
+    return fmt::format("{} and {} are both {}", a.name, b.name, word.second);
   }
   if (told.empty()) return "no setting of the state variables satisfies the condition";
   return fmt::format("{}", fmt::join(told, ", "));

@@ -61,6 +61,12 @@ double DepthAlongFaces(const ConvexHull& A, const ConvexHull& B, double best) {
   return best;
 }
 
+/// The same along the face normals of both; those of B do not matter if A's leave `enough` or less.
+double DepthAlongFacesOfBoth(const ConvexHull& A, const ConvexHull& B, double enough) {
+  const double depth = DepthAlongFaces(A, B, std::numeric_limits<double>::infinity());
+  return depth <= enough ? depth : DepthAlongFaces(B, A, depth);
+}
+
 /// True if the great arcs a-b and c-d of the Gauss map cross, c and d being B's normals negated.
 bool ArcsCross(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d) {
   // Each arc must have its ends on both sides of the other's plane, and the crossing must be on the
@@ -120,10 +126,7 @@ double PenetrationDepth(const ConvexHull& A, const model::Pose& X_WA, const Conv
   // The candidates for the least translation are the face normals of both, then the edge pairs. The
   // cheap tests come first, as most pairs of hulls are apart.
   const ConvexHull B_in_A = Moved(B, X_WA.inverse(Eigen::Isometry) * X_WB);
-  double depth = std::numeric_limits<double>::infinity();
-  depth = DepthAlongFaces(A, B_in_A, depth);
-  if (depth <= 0.0) return 0.0;
-  depth = DepthAlongFaces(B_in_A, A, depth);
+  double depth = DepthAlongFacesOfBoth(A, B_in_A, 0.0);
   if (depth <= 0.0 || DifferenceIsFlat(A, B_in_A)) return 0.0;
   depth = DepthAlongEdges(A, B_in_A, depth);
   return std::isfinite(depth) ? std::max(depth, 0.0) : 0.0;
@@ -137,9 +140,7 @@ bool PenetratesBy(double tolerance, const ConvexHull& A, const model::Pose& X_WA
   const auto size = [](size_t n) { return static_cast<double>(n); };
   *work += 2.0 * (size(A.faces.size()) * size(B.vertices.size()) +
                   size(B.faces.size()) * size(A.vertices.size()));
-  double depth = DepthAlongFaces(A, B_in_A, std::numeric_limits<double>::infinity());
-  if (depth <= tolerance) return false;
-  depth = DepthAlongFaces(B_in_A, A, depth);
+  const double depth = DepthAlongFacesOfBoth(A, B_in_A, tolerance);
   if (depth <= tolerance) return false;
   // A corner deep inside decides without the quadratic look at all pairs of edges.
   if (HasCornerDeepIn(A, B_in_A, tolerance) || HasCornerDeepIn(B_in_A, A, tolerance)) return true;

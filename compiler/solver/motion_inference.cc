@@ -34,12 +34,10 @@ struct Constraint {
 /// True if some point of `a` lies within `tolerance` (m, or length for unit directions) of one of
 /// `b`.
 bool AnyMeet(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b, double tolerance) {
-  for (const Vector3d& pa : a) {
-    for (const Vector3d& pb : b) {
-      if ((pa - pb).norm() <= tolerance) return true;
-    }
-  }
-  return false;
+  return std::any_of(a.begin(), a.end(), [&](const Vector3d& pa) {
+    return std::any_of(b.begin(), b.end(),
+                       [&](const Vector3d& pb) { return (pa - pb).norm() <= tolerance; });
+  });
 }
 
 /// One matched pair: a point of each module, or a direction of each.
@@ -151,10 +149,9 @@ class Inference {
   }
 
   [[nodiscard]] const Match* FirstPoint() const {
-    for (const Match& match : matches_) {
-      if (!match.is_direction) return &match;
-    }
-    return nullptr;
+    const auto first = std::find_if(matches_.begin(), matches_.end(),
+                                    [](const Match& match) { return !match.is_direction; });
+    return first == matches_.end() ? nullptr : &*first;
   }
 
   /// Directions that the matches fix in the two modules: from the first point to the others, and
@@ -197,11 +194,11 @@ class Inference {
   [[nodiscard]] bool Gains(const Match& match) const {
     if (!match.is_direction && FirstPoint() == nullptr) return true;
     const Vector3d along = match.is_direction ? match.a : Vector3d(match.a - FirstPoint()->a);
-    if (along.norm() <= tolerance_) return false;
-    for (const Match& known : Directions()) {
-      if (along.cross(known.a).norm() <= kCollinear * along.norm() * known.a.norm()) return false;
-    }
-    return true;
+    const std::vector<Match> directions = Directions();
+    return along.norm() > tolerance_ &&
+           std::none_of(directions.begin(), directions.end(), [&](const Match& known) {
+             return along.cross(known.a).norm() <= kCollinear * along.norm() * known.a.norm();
+           });
   }
 
   /// A point and two directions that are not parallel (each gain is one more of them).
@@ -233,22 +230,20 @@ class Inference {
     // What fixed the motion is only a part of the term; the rest must hold as well, and a motion
     // that others led to counts once.
     TraceMotion(X_AB);
-    if (!Satisfies(X_AB)) return;
-    for (const Pose& other : result_.motions) {
-      if (SameMotion(other, X_AB, tolerance_)) return;
-    }
-    result_.motions.push_back(X_AB);
+    if (Satisfies(X_AB) && !Holds(result_.motions, X_AB)) result_.motions.push_back(X_AB);
+  }
+
+  /// Is the motion one of the list?
+  [[nodiscard]] bool Holds(const std::vector<Pose>& motions, const Pose& X_AB) const {
+    return std::any_of(motions.begin(), motions.end(),
+                       [&](const Pose& other) { return SameMotion(other, X_AB, tolerance_); });
   }
 
   /// True if some choice of points of `c` coincides under the motion.
   [[nodiscard]] bool Meets(const Constraint& c, const Pose& X_AB) const {
-    for (const Vector3d& pb : c.b) {
-      const Vector3d image = c.is_direction ? Vector3d(X_AB.linear() * pb) : Vector3d(X_AB * pb);
-      for (const Vector3d& pa : c.a) {
-        if ((pa - image).norm() <= (c.is_direction ? kAngleTolerance : tolerance_)) return true;
-      }
-    }
-    return false;
+    std::vector<Vector3d> images = c.b;
+    for (Vector3d& p : images) p = c.is_direction ? Vector3d(X_AB.linear() * p) : X_AB * p;
+    return AnyMeet(c.a, images, c.is_direction ? kAngleTolerance : tolerance_);
   }
 
   /// Whether all required literals hold and no forbidden one does; if not, the first in the source
@@ -267,10 +262,7 @@ class Inference {
 
   /// Keeps a motion that was tried for explanations, each once.
   void TraceMotion(const Pose& X_AB) {
-    if (trace_ == nullptr) return;
-    for (const Pose& other : trace_->tried) {
-      if (SameMotion(other, X_AB, tolerance_)) return;
-    }
+    if (trace_ == nullptr || Holds(trace_->tried, X_AB)) return;
     if (trace_->tried.size() == InferenceTrace::kMaxTried) {
       trace_->overflowed = true;
     } else {

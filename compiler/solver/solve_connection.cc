@@ -19,58 +19,49 @@ using model::Connector;
 using model::ModuleType;
 using model::Pose;
 
-/// A link's convex hull, computed once for all candidates.
-struct LinkHull {
-  int link = 0;
-  model::ConvexHull hull;
-};
-
-/// The hulls of the links that have one.
-std::vector<LinkHull> HullsOf(const ModuleType& type) {
-  std::vector<LinkHull> hulls;
-  for (size_t i = 0; i < type.links.size(); ++i) {
-    if (type.links[i].hull.empty()) continue;
-    hulls.push_back({static_cast<int>(i), model::ComputeHull(type.links[i].hull)});
-  }
+/// The convex hull of each link, computed once for all candidates; of one without hull an empty
+/// one.
+std::vector<model::ConvexHull> HullsOf(const ModuleType& type) {
+  std::vector<model::ConvexHull> hulls;
+  for (const model::Link& link : type.links) hulls.push_back(model::ComputeHull(link.hull));
   return hulls;
+}
+
+bool HasNoHull(const ModuleType& type) {
+  return std::all_of(type.links.begin(), type.links.end(),
+                     [](const model::Link& link) { return link.hull.empty(); });
 }
 
 /// A rigid motion that satisfies the condition, with the states that it asks for.
 struct Candidate {
   Pose X_AB;
   std::vector<model::StateRequirement> states;
+  /// For each sub-point of member a's connector, last first, the sub-point of b's that it meets
+  /// (-1: none), largest first: comparing these in descending order is the numbering rule
+  /// (docs/m3l.md, connections).
+  std::vector<int> partners_from_the_last;
 };
-
-/// For each sub-point of `a`, last first, the sub-point of `b` it meets (-1: none), largest first:
-/// comparing these in descending order is the numbering rule (docs/m3l.md, connections).
-std::vector<int> PartnersFromTheLast(const Connector& a, const Connector& b, const Pose& X_AB,
-                                     double tolerance) {
-  std::vector<int> partners;
-  for (auto p = a.subpoints.rbegin(); p != a.subpoints.rend(); ++p) {
-    int partner = -1;
-    for (size_t j = 0; j < b.subpoints.size(); ++j) {
-      if ((*p - X_AB * b.subpoints[j]).norm() <= tolerance) partner = static_cast<int>(j);
-    }
-    partners.push_back(partner);
-  }
-  return partners;
-}
 
 /// Sorts one pair's candidates by the numbering rule; by their transforms where it does not decide.
 void SortByRule(std::vector<Candidate>& candidates, const Connector& a, const Connector& b,
                 double tolerance) {
-  std::vector<std::pair<std::vector<int>, Candidate>> keyed;
   for (Candidate& candidate : candidates) {
-    std::vector<int> key = PartnersFromTheLast(a, b, candidate.X_AB, tolerance);
-    keyed.emplace_back(std::move(key), std::move(candidate));
+    for (auto p = a.subpoints.rbegin(); p != a.subpoints.rend(); ++p) {
+      int& partner = candidate.partners_from_the_last.emplace_back(-1);
+      for (size_t j = 0; j < b.subpoints.size(); ++j) {
+        const double gap = (*p - candidate.X_AB * b.subpoints[j]).norm();
+        if (gap <= tolerance) partner = static_cast<int>(j);
+      }
+    }
   }
-  std::stable_sort(keyed.begin(), keyed.end(), [](const auto& l, const auto& r) {
-    if (l.first != r.first) return l.first > r.first;
-    const auto lm = l.second.X_AB.matrix().reshaped();
-    const auto rm = r.second.X_AB.matrix().reshaped();
+  std::stable_sort(candidates.begin(), candidates.end(), [](const auto& l, const auto& r) {
+    if (l.partners_from_the_last != r.partners_from_the_last) {
+      return l.partners_from_the_last > r.partners_from_the_last;
+    }
+    const auto lm = l.X_AB.matrix().reshaped();
+    const auto rm = r.X_AB.matrix().reshaped();
     return std::lexicographical_compare(lm.begin(), lm.end(), rm.begin(), rm.end());
   });
-  for (size_t i = 0; i < keyed.size(); ++i) candidates[i] = std::move(keyed[i].second);
 }
 
 /// How many nodes a condition has: the work of specialising it to one pair of connectors.
@@ -117,7 +108,7 @@ class ConnectionSolver {
     std::reverse(broken_.begin(), broken_.end());
     if (broken != nullptr) *broken = std::move(broken_);
     if (!failed_ && result_.options.empty()) ReportNoneLeft();
-    if (!failed_ && (hulls_a_.empty() || hulls_b_.empty())) WarnAboutHulls();
+    if (!failed_ && (HasNoHull(type_a_) || HasNoHull(type_b_))) WarnAboutHulls();
     if (failed_) result_.options.clear();
     return std::move(result_);
   }
@@ -136,18 +127,14 @@ class ConnectionSolver {
     source::Span span;
     std::string what;
     std::pair<int, int> connectors;  ///< The pair that it stopped.
-
-    /// Takes the obstacle over if it is further along than the one that is known.
-    void Raise(int to_stage, int to_index, const source::Span& at, std::string text,
-               std::pair<int, int> pair) {
-      if (std::tie(to_stage, to_index) <= std::tie(stage, index)) return;
-      stage = to_stage;
-      index = to_index;
-      span = at;
-      what = std::move(text);
-      connectors = pair;
-    }
   };
+
+  /// Takes an obstacle over if it is further along than the one that is known.
+  void Raise(int stage, int index, const source::Span& span, std::string what,
+             std::pair<int, int> connectors) {
+    if (std::tie(stage, index) <= std::tie(obstacle_.stage, obstacle_.index)) return;
+    obstacle_ = {stage, index, span, std::move(what), connectors};
+  }
 
   /// Specialises, infers, removes what overlaps and numbers what is left, for one pair of
   /// connectors.
@@ -164,9 +151,9 @@ class ConnectionSolver {
     }
     if (terms.terms.empty()) {
       std::string why = ExplainBrokenAttributes(*terms.broken, a, b);
-      obstacle_.Raise(0, terms.broken_index, terms.broken->span,
-                      fmt::format("this condition removed the last pairs of connectors ({})", why),
-                      {index_a, index_b});
+      Raise(0, terms.broken_index, terms.broken->span,
+            fmt::format("this condition removed the last pairs of connectors ({})", why),
+            {index_a, index_b});
       Reject(index_a, index_b, std::move(why), terms.broken->span);
       return;
     }
@@ -228,12 +215,11 @@ class ConnectionSolver {
       }
       if (inferred.motions.empty() && inferred.broken != nullptr) {
         broken = inferred.broken->span;
-        obstacle_.Raise(
-            1, inferred.broken_index, inferred.broken->span,
-            "this condition removed the last candidates" + Measured(term, a, b, *inferred.broken),
-            {index_a, index_b});
+        Raise(1, inferred.broken_index, inferred.broken->span,
+              "this condition removed the last candidates" + Measured(term, a, b, *inferred.broken),
+              {index_a, index_b});
       }
-      for (const Pose& X_AB : inferred.motions) Merge({X_AB, term.states}, candidates);
+      for (const Pose& X_AB : inferred.motions) Merge({X_AB, term.states, {}}, candidates);
     }
     return candidates;
   }
@@ -248,32 +234,33 @@ class ConnectionSolver {
 
   /// Adds a motion; where another term gave it already, the one that asks for fewer states stays.
   void Merge(Candidate candidate, std::vector<Candidate>& candidates) const {
-    for (Candidate& other : candidates) {
-      if (SameMotion(other.X_AB, candidate.X_AB, tolerance_)) {
-        if (candidate.states.size() < other.states.size()) other.states = candidate.states;
-        return;
-      }
+    const auto other = std::find_if(candidates.begin(), candidates.end(), [&](const auto& known) {
+      return SameMotion(known.X_AB, candidate.X_AB, tolerance_);
+    });
+    if (other == candidates.end()) {
+      candidates.push_back(std::move(candidate));
+    } else if (candidate.states.size() < other->states.size()) {
+      other->states = std::move(candidate.states);
     }
-    candidates.push_back(std::move(candidate));
   }
 
   /// Removes the candidates in which some two hulls lie in each other; if that leaves none, the
   /// pair is rejected with the last overlap.
   void KeepThoseApart(std::vector<Candidate>& candidates, int index_a, int index_b) {
-    const LinkHull* last_a = nullptr;
-    const LinkHull* last_b = nullptr;
+    size_t last_a = 0;
+    size_t last_b = 0;
     Pose last_X_AB;
     // The first overlap that is found removes the candidate.
     const auto lies_inside = [&](const Candidate& candidate) {
-      for (const LinkHull& of_a : hulls_a_) {
-        for (const LinkHull& of_b : hulls_b_) {
+      for (size_t i = 0; i < hulls_a_.size(); ++i) {
+        for (size_t j = 0; j < hulls_b_.size(); ++j) {
           if (hull_work_ > kMaxHullWork) return false;
-          if (!PenetratesBy(tolerance_, of_a.hull, Pose::Identity(), of_b.hull, candidate.X_AB,
+          if (!PenetratesBy(tolerance_, hulls_a_[i], Pose::Identity(), hulls_b_[j], candidate.X_AB,
                             &hull_work_)) {
             continue;
           }
-          last_a = &of_a;
-          last_b = &of_b;
+          last_a = i;
+          last_b = j;
           last_X_AB = candidate.X_AB;
           return true;
         }
@@ -289,17 +276,18 @@ class ConnectionSolver {
     }
     if (!candidates.empty()) return;
     // Only the overlap that is told is measured exactly; the others were stopped at the tolerance.
-    const double depth = PenetrationDepth(last_a->hull, Pose::Identity(), last_b->hull, last_X_AB);
+    const double depth =
+        PenetrationDepth(hulls_a_[last_a], Pose::Identity(), hulls_b_[last_b], last_X_AB);
     const std::string last =
-        fmt::format("{} of a would lie {:.3g} m inside {} of b", type_a_.links[last_a->link].name,
-                    depth, type_b_.links[last_b->link].name);
+        fmt::format("{} of a would lie {:.3g} m inside {} of b", type_a_.links[last_a].name, depth,
+                    type_b_.links[last_b].name);
     const std::string pair = fmt::format("{} and {}", type_a_.connectors[index_a].name,
                                          type_b_.connectors[index_b].name);
     Reject(index_a, index_b, fmt::format("joining {}, {}", pair, last), problem_.span);
-    obstacle_.Raise(2, 0, problem_.span,
-                    fmt::format("the link hulls removed the last of {} candidates (joining {}, {})",
-                                result_.candidates, pair, last),
-                    {index_a, index_b});
+    Raise(2, 0, problem_.span,
+          fmt::format("the link hulls removed the last of {} candidates (joining {}, {})",
+                      result_.candidates, pair, last),
+          {index_a, index_b});
   }
 
   /// Reports an error of the whole connection, which then has no options.
@@ -332,7 +320,7 @@ class ConnectionSolver {
 
   /// Warns that nothing could be ruled out by overlap because a member has no hull.
   void WarnAboutHulls() {
-    const ModuleType& bare = hulls_a_.empty() ? type_a_ : type_b_;
+    const ModuleType& bare = HasNoHull(type_a_) ? type_a_ : type_b_;
     diagnostics_
         .Warning(problem_.span,
                  fmt::format("module '{}' has no link with a hull, so no way of connection '{}' is "
@@ -347,8 +335,8 @@ class ConnectionSolver {
   const ModuleType& type_a_;
   const ModuleType& type_b_;
   source::Diagnostics& diagnostics_;
-  std::vector<LinkHull> hulls_a_;
-  std::vector<LinkHull> hulls_b_;
+  std::vector<model::ConvexHull> hulls_a_;
+  std::vector<model::ConvexHull> hulls_b_;
   double tolerance_ = 0.0;
   double comparisons_left_ = kMaxInferenceWork;
   double explanation_left_ = kMaxExplanation;

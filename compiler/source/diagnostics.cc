@@ -4,6 +4,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "compiler/base/text.h"
 #include "compiler/base/utf8.h"
 
 namespace morphbus::source {
@@ -96,9 +97,7 @@ void RenderOne(const Diagnostic& d, const SourceSet& sources, const Colors& colo
   out += Excerpt(d.span, sources, colors);
   // What helps to mend it stands below the source line.
   if (!d.hint.empty()) out += "  " + colors.green + "hint: " + colors.reset + d.hint + "\n";
-  for (const Note& note : d.notes) {
-    out += NoteText(note, sources, colors);
-  }
+  for (const Note& note : d.notes) out += NoteText(note, sources, colors);
 }
 
 /// Optimal string alignment distance: insertions, deletions, replacements and swaps of neighbours.
@@ -121,6 +120,16 @@ size_t EditDistance(const std::string& a, const std::string& b) {
 }
 
 }  // namespace
+
+Diagnostic& Diagnostic::Hint(std::string text) {
+  hint = std::move(text);
+  return *this;
+}
+
+Diagnostic& Diagnostic::Note(const Span& at, std::string text) {
+  notes.push_back({at, std::move(text)});
+  return *this;
+}
 
 Diagnostic& Diagnostics::Error(const Span& span, std::string message) {
   ++errors_;
@@ -184,6 +193,25 @@ std::string NearestName(const std::string& name, const std::vector<std::string>&
     }
   }
   return nearest;
+}
+
+std::string NearestHint(const std::string& name, const std::vector<std::string>& candidates,
+                        const std::string& otherwise) {
+  const std::string near = NearestName(name, candidates);
+  return near.empty() ? otherwise : "did you mean '" + near + "'?";
+}
+
+void CheckUtf8(const SourceSet& sources, int file, Diagnostics* diagnostics) {
+  const std::string_view text = sources.text(file);
+  const size_t at = FirstNotUtf8(text);
+  if (at == text.size()) return;
+  // One error is enough: a file in another encoding has thousands of such bytes.
+  const bool more = FirstNotUtf8(text, at + 1) < text.size();
+  // The message names the byte, which tells one encoding from another.
+  diagnostics
+      ->Error({file, at, at + 1}, "byte \\x" + Hex(static_cast<unsigned char>(text[at]), 2) +
+                                      " is not UTF-8" + (more ? ", nor are others" : ""))
+      .hint = "save the file as UTF-8";
 }
 
 }  // namespace morphbus::source

@@ -1,6 +1,7 @@
 #pragma once
 // Diagnostics for user text: a list, never exceptions; compilation goes on after an error.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,7 +30,18 @@ struct Diagnostic {
   /// What would be accepted instead, or the way out; it may be empty.
   std::string hint;
   /// Further places, in the order in which they are printed.
-  std::vector<Note> notes;
+  std::vector<struct Note> notes;
+
+  /// Sets the hint, and returns the diagnostic for more to be said of it.
+  Diagnostic& Hint(std::string text);
+  /// Adds a note, likewise.
+  Diagnostic& Note(const Span& at, std::string text);
+  /// Nothing, so that a function without a result for what is wrong reports it in its return
+  /// statement.
+  template <typename T>
+  operator std::optional<T>() const {
+    return std::nullopt;
+  }
 };
 
 /// The diagnostics of one compilation, in the order in which they were found.
@@ -71,5 +83,14 @@ std::string RenderNote(const Note& note, const SourceSet& sources, bool color);
 /// The candidate that differs from `name` in capitals only, else the nearest by edit distance, if
 /// near enough to be a likely slip; else "".
 std::string NearestName(const std::string& name, const std::vector<std::string>& candidates);
+
+/// "did you mean 'x'?" for the nearest name x, `otherwise` if there is none.
+std::string NearestHint(const std::string& name, const std::vector<std::string>& candidates,
+                        const std::string& otherwise = "");
+
+/// Reports one error at the first byte of file `file` that is not UTF-8, if there is one: before
+/// anything is made of it, so that names, strings and excerpts can go to JSON, XML and terminals as
+/// they are.
+void CheckUtf8(const SourceSet& sources, int file, Diagnostics* diagnostics);
 
 }  // namespace morphbus::source

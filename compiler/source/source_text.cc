@@ -37,30 +37,27 @@ int SourceSet::AddText(std::string name, std::string text) {
 }
 
 Result<int> SourceSet::AddFile(const std::string& path) {
+  const auto cannot = [&path](const std::string& why) {
+    return Fail("cannot read '" + path + "': " + why);
+  };
   // Only regular files: a pipe or a device could block or never end.
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (status.type() == std::filesystem::file_type::not_found) {
-    return Fail("cannot read '" + path + "': no such file");
-  }
-  if (error) return Fail("cannot read '" + path + "': " + error.message());
-  if (!std::filesystem::is_regular_file(status)) {
-    return Fail("cannot read '" + path + "': not a regular file");
-  }
+  if (status.type() == std::filesystem::file_type::not_found) return cannot("no such file");
+  if (error) return cannot(error.message());
+  if (!std::filesystem::is_regular_file(status)) return cannot("not a regular file");
   errno = 0;
   std::ifstream stream(path, std::ios::binary);
-  if (!stream) return Fail("cannot read '" + path + "': " + std::strerror(errno));
+  if (!stream) return cannot(std::strerror(errno));
 
   // Read in pieces, so that a file that grows while it is read is stopped at the bound.
   std::string text;
   char buffer[1 << 16];
   while (stream.read(buffer, sizeof buffer), stream.gcount() > 0) {
     text.append(buffer, static_cast<size_t>(stream.gcount()));
-    if (text.size() > kMaxFileBytes) {
-      return Fail("cannot read '" + path + "': larger than 64 MiB");
-    }
+    if (text.size() > kMaxFileBytes) return cannot("larger than 64 MiB");
   }
-  if (stream.bad()) return Fail("cannot read '" + path + "': read error");
+  if (stream.bad()) return cannot("read error");
   return AddText(path, std::move(text));
 }
 
@@ -72,28 +69,29 @@ std::string_view SourceSet::text(const Span& span) const {
   return whole.substr(begin, end - begin);
 }
 
+int SourceSet::LineOf(int file, size_t offset) const {
+  // The line begins at the last start that is not behind the offset.
+  const std::vector<size_t>& starts = files_[file]->line_starts;
+  return static_cast<int>(std::ranges::upper_bound(starts, offset) - starts.begin());
+}
+
 LineColumn SourceSet::Locate(int file, size_t offset) const {
   const File& f = *files_[file];
   offset = std::min(offset, f.text.size());
-  // The line begins at the last start that is not behind the offset.
-  const auto next = std::upper_bound(f.line_starts.begin(), f.line_starts.end(), offset);
-  const size_t line = static_cast<size_t>(next - f.line_starts.begin());
+  const int line = LineOf(file, offset);
   // Columns are characters: continuation bytes do not count.
-  int column = 1;
-  for (size_t i = f.line_starts[line - 1]; i < offset; ++i) {
-    if (StartsCharacter(f.text[i])) ++column;
-  }
-  return {static_cast<int>(line), column};
+  const auto begin = f.text.begin();
+  const auto characters =
+      std::count_if(begin + f.line_starts[line - 1], begin + offset, StartsCharacter);
+  return {line, 1 + static_cast<int>(characters)};
 }
 
 std::string_view SourceSet::LineAt(int file, size_t offset) const {
-  // The line lies between the last start that is not behind the offset and the next one.
   const File& f = *files_[file];
-  offset = std::min(offset, f.text.size());
-  const auto next = std::upper_bound(f.line_starts.begin(), f.line_starts.end(), offset);
-  const size_t begin = *(next - 1);
+  const int line = LineOf(file, std::min(offset, f.text.size()));
+  const size_t begin = f.line_starts[line - 1];
   // The last line need not end with a newline.
-  size_t end = next == f.line_starts.end() ? f.text.size() : *next - 1;
+  size_t end = line == std::ssize(f.line_starts) ? f.text.size() : f.line_starts[line] - 1;
   if (end > begin && f.text[end - 1] == '\r') --end;  // The first half of "\r\n".
   return std::string_view(f.text).substr(begin, end - begin);
 }

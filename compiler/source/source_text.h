@@ -46,6 +46,8 @@ class SourceSet {
   [[nodiscard]] std::string_view text(int file) const { return files_[file]->text; }
   /// The text that a span covers, as far as it lies within its file.
   [[nodiscard]] std::string_view text(const Span& span) const;
+  /// The line, counted from 1, of the byte at `offset`; takes logarithmic time.
+  [[nodiscard]] int LineOf(int file, size_t offset) const;
   /// Line and column of the byte at `offset`; beyond the end, those of the end.
   [[nodiscard]] LineColumn Locate(int file, size_t offset) const;
   /// The whole line that holds `offset`, without its newline.

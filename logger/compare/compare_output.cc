@@ -13,58 +13,24 @@
 namespace morphbus::logger {
 namespace {
 
-/// Largest differences of one role, over all its modules, joints and links.
-struct RoleFigures {
-  /// By quantity: the item with the largest difference, its RMS, samples and first time beyond the
-  /// tolerance taken over all items of that quantity.
-  std::map<Quantity, Item> worst;
-  /// Over all quantities in metres and in radians, whatever they measure.
-  double max_position_m = 0.0;
-  double max_rotation_rad = 0.0;
-  /// Sim time (µs) of the first difference beyond a tolerance; -1 if there is none.
-  int64_t first_over_us = -1;
-};
+/// Whether `us` is a time, and earlier than `other` (µs; -1 for a time that never came).
+bool Earlier(int64_t us, int64_t other) { return us >= 0 && (other < 0 || us < other); }
 
-/// Sums the items of each role: the largest difference, and the RMS over all samples.
-std::map<std::string, RoleFigures> FiguresByRole(const Comparison& comparison) {
-  std::map<std::string, RoleFigures> roles;
-  // Every role that a pair plays gets an entry, whether or not anything of it was compared.
-  for (const ModulePair& pair : comparison.matching.pairs) roles[pair.role];
-  for (const Item& item : comparison.items) {
-    RoleFigures& role = roles[item.role];
-    // The first item of a quantity is taken as it is; the others are added to it.
-    const auto [at, fresh] = role.worst.try_emplace(item.quantity, item);
-    if (!fresh) {
-      Item& sum = at->second;
-      // The RMS of two sets of samples, from the RMS of each.
-      const double n = static_cast<double>(sum.samples + item.samples);
-      if (n > 0) {
-        sum.rms = std::sqrt((sum.rms * sum.rms * static_cast<double>(sum.samples) +
-                             item.rms * item.rms * static_cast<double>(item.samples)) /
-                            n);
-      }
-      sum.samples += item.samples;
-      sum.missing += item.missing;
-      // The item's label goes with its largest difference: it says where that was.
-      if (item.max > sum.max) {
-        sum.max = item.max;
-        sum.max_time_us = item.max_time_us;
-        sum.label = item.label;
-      }
-      if (item.first_over_us >= 0 &&
-          (sum.first_over_us < 0 || item.first_over_us < sum.first_over_us)) {
-        sum.first_over_us = item.first_over_us;
-      }
-    }
-    // The role as a whole: its largest length and angle, and when it was first beyond a tolerance.
-    if (item.unit == "m") role.max_position_m = std::max(role.max_position_m, item.max);
-    if (item.unit == "rad") role.max_rotation_rad = std::max(role.max_rotation_rad, item.max);
-    if (item.first_over_us >= 0 &&
-        (role.first_over_us < 0 || item.first_over_us < role.first_over_us)) {
-      role.first_over_us = item.first_over_us;
-    }
+/// Adds an item to those of its quantity; `sum` keeps the label of the largest difference, which
+/// says where that was.
+void AddTo(const Item& item, Item* sum) {
+  // The RMS of two sets of samples, from the RMS of each.
+  const auto squares = [](const Item& i) { return i.rms * i.rms * static_cast<double>(i.samples); };
+  const double n = static_cast<double>(sum->samples + item.samples);
+  if (n > 0) sum->rms = std::sqrt((squares(*sum) + squares(item)) / n);
+  sum->samples += item.samples;
+  sum->missing += item.missing;
+  if (item.max > sum->max) {
+    sum->max = item.max;
+    sum->max_time_us = item.max_time_us;
+    sum->label = item.label;
   }
-  return roles;
+  if (Earlier(item.first_over_us, sum->first_over_us)) sum->first_over_us = item.first_over_us;
 }
 
 /// A value (SI) with the unit that people read; a count has none.
@@ -79,40 +45,43 @@ nlohmann::json NullOrTime(int64_t us) {
   return us < 0 ? nlohmann::json(nullptr) : nlohmann::json(Seconds(us));
 }
 
-/// The first divergence, with the difference at that time in place of the largest one.
-nlohmann::json FirstJson(const Item& item) {
-  return {{"time", Seconds(item.first_over_us)},
-          {"role", item.role},
-          {"quantity", QuantityName(item.quantity)},
-          {"label", item.label},
-          {"a", item.module_a},
-          {"b", item.module_b},
-          {"difference", item.first_over},
-          {"tolerance", item.tolerance},
-          {"unit", item.unit},
-          {"detail", item.detail}};
+/// What an item is of, and by how much it may differ.
+nlohmann::json SubjectJson(const Item& item) {
+  return {{"role", item.role},   {"quantity", QuantityName(item.quantity)},
+          {"label", item.label}, {"a", item.module_a},
+          {"b", item.module_b},  {"tolerance", item.tolerance},
+          {"unit", item.unit},   {"detail", item.detail}};
 }
 
-/// One of the `items`: everything of it in SI units, times in seconds.
-nlohmann::json ItemJson(const Item& item) {
-  return {{"role", item.role},
-          {"quantity", QuantityName(item.quantity)},
-          {"label", item.label},
-          {"a", item.module_a},
-          {"b", item.module_b},
-          {"unit", item.unit},
-          {"max", item.max},
-          {"max_time", Seconds(item.max_time_us)},
+/// The first divergence, with the difference at that time in place of the largest one.
+nlohmann::json FirstJson(const Item& item) {
+  nlohmann::json json = SubjectJson(item);
+  json["time"] = Seconds(item.first_over_us);
+  json["difference"] = item.first_over;
+  return json;
+}
+
+/// The largest difference, in SI units, and times in seconds.
+nlohmann::json FiguresJson(const Item& item) {
+  return {{"max", item.max},
           {"rms", item.rms},
+          {"unit", item.unit},
+          {"max_time", Seconds(item.max_time_us)},
           {"tolerance", item.tolerance},
-          {"samples", item.samples},
-          {"missing", item.missing},
-          {"first_over", NullOrTime(item.first_over_us)},
-          {"detail", item.detail}};
+          {"first_over", NullOrTime(item.first_over_us)}};
+}
+
+/// One of the `items`.
+nlohmann::json ItemJson(const Item& item) {
+  nlohmann::json json = SubjectJson(item);
+  json.update(FiguresJson(item));
+  json["samples"] = item.samples;
+  json["missing"] = item.missing;
+  return json;
 }
 
 /// Which log was compared.
-nlohmann::json LogJson(const ComparedLog& log) {
+nlohmann::json LogJson(const LogFacts& log) {
   return {{"path", log.path},
           {"run", log.run},
           {"robot", log.robot},
@@ -125,52 +94,31 @@ nlohmann::json LogJson(const ComparedLog& log) {
 }  // namespace
 
 const char* VerdictName(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kEquivalent:
-      return "equivalent";
-    case Verdict::kDifferent:
-      return "different";
-    case Verdict::kUnusable:
-      return "unusable";
-  }
-  return "unusable";
+  static constexpr const char* kNames[] = {"equivalent", "different", "unusable"};
+  return kNames[static_cast<int>(verdict)];
 }
 
 const char* QuantityName(Quantity quantity) {
-  switch (quantity) {
-    case Quantity::kRole:
-      return "role";
-    case Quantity::kPropagatedPosition:
-      return "propagated position";
-    case Quantity::kPropagatedRotation:
-      return "propagated rotation";
-    case Quantity::kStaleness:
-      return "staleness";
-    case Quantity::kSimulatedPosition:
-      return "simulated position";
-    case Quantity::kSimulatedRotation:
-      return "simulated rotation";
-    case Quantity::kJointAngle:
-      return "joint angle";
-    case Quantity::kJointTravel:
-      return "joint travel";
-    case Quantity::kJointVelocity:
-      return "joint velocity";
-    case Quantity::kDocking:
-      return "docking";
-    case Quantity::kCommand:
-      return "command";
-    case Quantity::kSpeedLimit:
-      return "speed limit";
-    case Quantity::kConnectorCommand:
-      return "connector command";
-    case Quantity::kRestPosition:
-      return "rest position";
-    case Quantity::kDuration:
-      return "duration";
-  }
-  return "";
+  // They stand in the order of the enumeration.
+  static constexpr const char* kNames[] = {"role",
+                                           "propagated position",
+                                           "propagated rotation",
+                                           "staleness",
+                                           "simulated position",
+                                           "simulated rotation",
+                                           "joint angle",
+                                           "joint travel",
+                                           "joint velocity",
+                                           "docking",
+                                           "command",
+                                           "speed limit",
+                                           "connector command",
+                                           "rest position",
+                                           "duration"};
+  return kNames[static_cast<int>(quantity)];
 }
+
+std::string RoleName(const std::string& role) { return role.empty() ? "(no role)" : role; }
 
 DisplayUnit DisplayUnitOf(const std::string& unit) {
   // Lengths are read in millimetres and angles in degrees; times stay in seconds.
@@ -180,6 +128,27 @@ DisplayUnit DisplayUnitOf(const std::string& unit) {
   if (unit == "m/s") return {"mm/s", 1e3};
   if (unit == "rad/s") return {"deg/s", kDegrees};
   return {unit == "s" ? "s" : "", 1.0};
+}
+
+std::map<std::string, RoleFigures> FiguresByRole(const Comparison& comparison) {
+  std::map<std::string, RoleFigures> roles;
+  // Every role that a pair plays gets an entry, whether or not anything of it was compared.
+  for (const ModulePair& pair : comparison.matching.pairs) roles[pair.role];
+  for (const Item& item : comparison.items) {
+    RoleFigures& role = roles[item.role];
+    // The first item of a quantity is taken as it is; the others are added to it.
+    const auto [at, fresh] = role.worst.try_emplace(item.quantity, item);
+    if (!fresh) AddTo(item, &at->second);
+    // The role as a whole: its largest length and angle, and when it was first beyond a tolerance.
+    if (item.unit == "m") role.max_position_m = std::max(role.max_position_m, item.max);
+    if (item.unit == "rad") role.max_rotation_rad = std::max(role.max_rotation_rad, item.max);
+    if (Earlier(item.first_over_us, role.first_over_us)) role.first_over_us = item.first_over_us;
+    // Each pair of modules has exactly one item without a label that says when it took the role.
+    if (item.quantity == Quantity::kRole && item.label.empty()) {
+      role.modules.emplace_back(item.module_a, item.module_b);
+    }
+  }
+  return roles;
 }
 
 std::string ComparisonText(const Comparison& comparison) {
@@ -198,14 +167,14 @@ std::string ComparisonText(const Comparison& comparison) {
   // The item that is first beyond its tolerance, with where it is and by how much.
   if (comparison.first) {
     const Item& item = comparison.items[*comparison.first];
-    AddLine(&text, "first divergence: {:.3f} s, {} of {}{}{}{}{}: {} (tolerance {}){}{}",
-            Seconds(item.first_over_us), QuantityName(item.quantity),
-            item.role.empty() ? "(no role)" : item.role, item.label.empty() ? "" : " ", item.label,
-            item.module_a.empty() && item.module_b.empty() ? "" : " ",
-            item.module_a.empty() && item.module_b.empty()
-                ? ""
-                : fmt::format("({} / {})", item.module_a.empty() ? "-" : item.module_a,
-                              item.module_b.empty() ? "-" : item.module_b),
+    const std::string modules =
+        item.module_a.empty() && item.module_b.empty()
+            ? ""
+            : fmt::format(" ({} / {})", item.module_a.empty() ? "-" : item.module_a,
+                          item.module_b.empty() ? "-" : item.module_b);
+    AddLine(&text, "first divergence: {:.3f} s, {} of {}{}{}{}: {} (tolerance {}){}{}",
+            Seconds(item.first_over_us), QuantityName(item.quantity), RoleName(item.role),
+            item.label.empty() ? "" : " ", item.label, modules,
             Readable(item.first_over, item.unit), Readable(item.tolerance, item.unit),
             item.detail.empty() ? "" : "; ", item.detail);
   }
@@ -215,7 +184,7 @@ std::string ComparisonText(const Comparison& comparison) {
   AddLine(&text, "  {:<28} {:<20} {:>14} {:>14} {:>14}  {}", "role", "quantity", "largest", "RMS",
           "tolerance", "beyond it from");
   for (const auto& [role, figures] : FiguresByRole(comparison)) {
-    std::string name = role.empty() ? "(no role)" : role;
+    std::string name = RoleName(role);
     for (const auto& [quantity, item] : figures.worst) {
       AddLine(&text, "  {:<28} {:<20} {:>14} {:>14} {:>14}  {}", name, QuantityName(quantity),
               Readable(item.max, item.unit), Readable(item.rms, item.unit),
@@ -238,22 +207,16 @@ nlohmann::json ComparisonJson(const Comparison& comparison) {
                             {"quantities", nlohmann::json::object()}};
     // The item with the largest difference stands for its quantity.
     for (const auto& [quantity, item] : figures.worst) {
-      entry["quantities"][QuantityName(quantity)] = {
-          {"max", item.max},
-          {"rms", item.rms},
-          {"unit", item.unit},
-          {"max_time", Seconds(item.max_time_us)},
-          {"tolerance", item.tolerance},
-          {"first_over", NullOrTime(item.first_over_us)}};
+      entry["quantities"][QuantityName(quantity)] = FiguresJson(item);
+    }
+    // A module that only one run has stands beside null.
+    const auto name = [](const std::string& module) {
+      return module.empty() ? nlohmann::json(nullptr) : nlohmann::json(module);
+    };
+    for (const auto& [a, b] : figures.modules) {
+      entry["modules"].push_back({{"a", name(a)}, {"b", name(b)}});
     }
     roles[role] = std::move(entry);
-  }
-  for (const Item& item : comparison.items) {
-    // Each pair of modules has exactly one item without a label that says when it took the role.
-    if (item.quantity != Quantity::kRole || !item.label.empty()) continue;
-    roles[item.role]["modules"].push_back(
-        {{"a", item.module_a.empty() ? nlohmann::json(nullptr) : nlohmann::json(item.module_a)},
-         {"b", item.module_b.empty() ? nlohmann::json(nullptr) : nlohmann::json(item.module_b)}});
   }
   // The items stand as they were found; a script that wants other sums can make them from these.
   nlohmann::json items = nlohmann::json::array();

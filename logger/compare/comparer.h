@@ -3,10 +3,12 @@
 // walk? docs/log.md defines every quantity. Differences are in SI units, times are sim time in µs.
 
 #include <cstdint>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "logger/compare/kinematic_tracks.h"
@@ -120,18 +122,10 @@ struct Item {
   std::string detail;
 };
 
-/// Which log was compared: the facts of it that an output repeats.
-struct ComparedLog {
-  /// `run_hash` has 32 hexadecimal digits; the others may be empty.
-  std::string path, run, robot, program_file, run_hash;
-  /// Sim time that the log covers, seconds.
-  double seconds = 0.0;
-  EndState end_state = EndState::kMissing;
-};
-
 /// What Compare() found.
 struct Comparison {
-  ComparedLog a, b;
+  /// Of the logs that were compared.
+  LogFacts a, b;
   Verdict verdict = Verdict::kUnusable;
   /// One sentence that says why the verdict is what it is.
   std::string reason;
@@ -161,6 +155,25 @@ struct Comparison {
 /// kEquivalent, nor are logs that lack something, or whose END says that the run did not end as it
 /// should: a difference found is still kDifferent, none found is kUnusable.
 Comparison Compare(const RunLog& a, const RunLog& b, const CompareOptions& options = {});
+
+/// Largest differences of one role, over all its modules, joints and links.
+struct RoleFigures {
+  /// The modules of A and B that play it; one is empty if only the other run has somebody for it.
+  std::vector<std::pair<std::string, std::string>> modules;
+  /// By quantity: the item with the largest difference, its RMS, samples and first time beyond the
+  /// tolerance taken over all items of that quantity.
+  std::map<Quantity, Item> worst;
+  /// Over all quantities in metres and in radians, whatever they measure.
+  double max_position_m = 0.0;
+  double max_rotation_rad = 0.0;
+  /// Sim time (µs) of the first difference beyond a tolerance; -1 if there is none.
+  int64_t first_over_us = -1;
+};
+/// Sums the items of each role, by its name.
+std::map<std::string, RoleFigures> FiguresByRole(const Comparison& comparison);
+
+/// A role as people read it: "(no role)" for the empty name.
+std::string RoleName(const std::string& role);
 
 /// The word for a verdict, in text and JSON: "equivalent", "different" or "unusable".
 const char* VerdictName(Verdict verdict);

@@ -49,9 +49,10 @@ bool SameDockings(const SensorSample& a, const SensorSample& b) {
   return std::equal(a.docked.begin(), a.docked.end(), b.docked.begin(), b.docked.end(), same);
 }
 
-/// The value at `index`; -1 outside the row, as an index in a damaged message may be.
-int At(const std::vector<int>& values, int index) {
-  return index >= 0 && index < static_cast<int>(values.size()) ? values[index] : -1;
+/// The value of a key; -1 if there is none, as for an id in a damaged message.
+int ValueOf(const std::map<int, int>& values, int key) {
+  const auto found = values.find(key);
+  return found == values.end() ? -1 : found->second;
 }
 
 }  // namespace
@@ -68,65 +69,35 @@ CountTrack CommandDifferences(const RunLog& a, const RunLog& b, const ModulePair
     std::vector<Command> unshared;
     std::set_symmetric_difference(in_a.begin(), in_a.end(), in_b.begin(), in_b.end(),
                                   std::back_inserter(unshared));
-    track.time_us.push_back(samples_a[i].time_us);
-    track.count.push_back(static_cast<int>(unshared.size()));
+    track.Add(samples_a[i].time_us, static_cast<int>(unshared.size()));
   });
   return track;
 }
 
 DockingComparer::DockingComparer(const RunLog& a, const RunLog& b, const Matching& matching)
-    : a_{&a, RestPosesOf(a), {}, {}}, b_{&b, RestPosesOf(b), {}, {}} {
-  // Module ids are small numbers from SENSORS, so rows by id stay short.
-  const auto enter = [](const ModuleSeries& module, int pair, Side* side) {
-    if (module.id < 0) return;
-    if (module.id >= static_cast<int>(side->pair_of_id.size())) {
-      side->pair_of_id.resize(module.id + 1, -1);
-      side->model_index_of_id.resize(module.id + 1, -1);
-    }
-    side->pair_of_id[module.id] = pair;
-    side->model_index_of_id[module.id] = module.model_index;
-  };
+    : a_{&a, RestPosesOf(a), ModelIndices(a), {}}, b_{&b, RestPosesOf(b), ModelIndices(b), {}} {
   for (int i = 0; i < static_cast<int>(matching.pairs.size()); ++i) {
-    enter(a.modules[matching.pairs[i].a], i, &a_);
-    enter(b.modules[matching.pairs[i].b], i, &b_);
+    a_.pair_of_id[a.modules[matching.pairs[i].a].id] = i;
+    b_.pair_of_id[b.modules[matching.pairs[i].b].id] = i;
   }
 }
 
-/// Reads a docking by the connection that it names. Between unlike module types only one of them is
-/// the connection's member a; the other's entry holds the inverse.
 DockingComparer::Docking DockingComparer::See(const Side& side, const ModuleSeries& module,
-                                              const morphbus::docked_connector_t& docked) const {
-  const model::Model& model = *side.log->model;
-  // An entry of a mate or a connection that the model lacks says nothing that could be compared.
-  const int mate = At(side.model_index_of_id, docked.mate_module);
-  const int type = docked.connection_type;
-  if (mate < 0 || type < 0 || type >= static_cast<int>(model.connection_types.size())) return {};
-  const model::ConnectionType& connection = model.connection_types[type];
-  if (docked.number < 1 || docked.number > static_cast<int>(connection.options.size())) return {};
-  const model::ConnectionOption& option = connection.options[docked.number - 1];
-
-  // The option must be one of these two connectors, with this module as member a or b.
-  const auto& modules = side.log->robot->modules;
-  const auto fits = [&](int type_a, int type_b, int connector_a, int connector_b) {
-    return connection.type_a == type_a && connection.type_b == type_b &&
-           option.connector_a == connector_a && option.connector_b == connector_b;
+                                              const morphbus::docked_connector_t& docked) {
+  const model::Robot& robot = *side.log->robot;
+  const int own = module.model_index;
+  const int mate = ValueOf(side.model_index_of_id, docked.mate_module);
+  const std::optional<model::Pose> X_OwnMate = DockedPose(*side.log, own, mate, docked);
+  if (!X_OwnMate) return {};
+  // All link frames of a module coincide at joint values 0, for which X_OwnMate is given.
+  const auto X_RL = [&](int m, int connector) -> const model::Pose& {
+    return side.X_RL[m][side.log->model->TypeOf(robot, m).connectors[connector].link];
   };
-  const int own_type = modules[module.model_index].type;
-  const int mate_type = modules[mate].type;
-  model::Pose X_OwnMate = option.X_AB;
-  if (!fits(own_type, mate_type, docked.connector, docked.mate_connector)) {
-    if (!fits(mate_type, own_type, docked.mate_connector, docked.connector)) return {};
-    X_OwnMate = option.X_AB.inverse();
-  }
-
-  // All link frames of a module coincide at joint values 0, for which X_AB is given.
-  const int own_link = model.module_types[own_type].connectors[docked.connector].link;
-  const int mate_link = model.module_types[mate_type].connectors[docked.mate_connector].link;
-  const model::Pose X_RMate = side.X_RL[module.model_index][own_link] * X_OwnMate;
-  return {At(side.pair_of_id, docked.mate_module), X_RMate * side.X_RL[mate][mate_link].inverse()};
+  return {ValueOf(side.pair_of_id, docked.mate_module),
+          X_RL(own, docked.connector) * *X_OwnMate * X_RL(mate, docked.mate_connector).inverse()};
 }
 
-bool DockingComparer::Same(const Docking& a, const Docking& b) const {
+bool DockingComparer::Same(const Docking& a, const Docking& b) {
   // A mate that answers to nobody is -1 on both sides; then only its place counts.
   if (a.mate != b.mate) return false;
   const model::Pose apart = b.moved.inverse() * a.moved;
@@ -167,8 +138,7 @@ CountTrack DockingComparer::Differences(const ModulePair& pair, int64_t end_us) 
                            SameDockings(*last_b, samples_b[j]);
     last_a = &samples_a[i];
     last_b = &samples_b[j];
-    track.time_us.push_back(last_a->time_us);
-    track.count.push_back(unchanged ? track.count.back() : Unshared(pair, *last_a, *last_b));
+    track.Add(last_a->time_us, unchanged ? track.value.back() : Unshared(pair, *last_a, *last_b));
   });
   return track;
 }

@@ -11,12 +11,8 @@
 
 namespace morphbus::logger {
 
-/// In how many ways two samples differ, over the instants that both runs have: count[i] at sim time
-/// time_us[i] (µs), ascending.
-struct CountTrack {
-  std::vector<int64_t> time_us;
-  std::vector<int> count;
-};
+/// In how many ways two samples differ, at the times that both runs have.
+using CountTrack = Track<int>;
 
 /// Counts the connector commands (ACTUATOR.connectors) of a pair of modules that only one of the
 /// two gave, at each tick that both have until `end_us` (sim time, µs). Connectors of B are named
@@ -50,21 +46,20 @@ class DockingComparer {
   struct Side {
     const RunLog* log = nullptr;
     RestPoses X_RL;
-    /// By SENSORS' module id: index into Matching::pairs, -1 for a module without counterpart.
-    std::vector<int> pair_of_id;
-    /// Likewise the module's index in the model.
-    std::vector<int> model_index_of_id;
+    std::map<int, int> model_index_of_id;
+    /// By SENSORS' module id: index into Matching::pairs; without modules that have no counterpart.
+    std::map<int, int> pair_of_id;
   };
 
   /// What an entry of SENSORS.docked means. It is as if unknown (no mate, not moved) where the
   /// entry names a connection that the model does not have.
-  [[nodiscard]] Docking See(const Side& side, const ModuleSeries& module,
-                            const morphbus::docked_connector_t& docked) const;
+  [[nodiscard]] static Docking See(const Side& side, const ModuleSeries& module,
+                                   const morphbus::docked_connector_t& docked);
   /// How many dockings only one of the two samples has.
   [[nodiscard]] int Unshared(const ModulePair& pair, const SensorSample& a,
                              const SensorSample& b) const;
   /// True if both lead to modules that answer to each other and put them at the same place.
-  [[nodiscard]] bool Same(const Docking& a, const Docking& b) const;
+  [[nodiscard]] static bool Same(const Docking& a, const Docking& b);
 
   Side a_, b_;
 };

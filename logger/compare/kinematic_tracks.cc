@@ -10,14 +10,6 @@
 namespace morphbus::logger {
 namespace {
 
-/// A pose from what a message holds: position (m), quaternion w x y z.
-model::Pose ToPose(const double* p, const double* wxyz) {
-  model::Pose pose = model::Pose::Identity();
-  pose.linear() = Eigen::Quaterniond(wxyz[0], wxyz[1], wxyz[2], wxyz[3]).normalized().matrix();
-  pose.translation() = Eigen::Vector3d(p[0], p[1], p[2]);
-  return pose;
-}
-
 /// A row of SENSORS values of one joint (rad, m, or per second), times its sign; samples that lack
 /// the joint are left out.
 ScalarTrack SensorTrack(const ModuleSeries& module, int joint, const JointSigns& signs,
@@ -25,8 +17,7 @@ ScalarTrack SensorTrack(const ModuleSeries& module, int joint, const JointSigns&
   ScalarTrack track;
   for (const SensorSample& sample : module.sensors) {
     if (joint >= static_cast<int>((sample.*values).size())) continue;
-    track.time_us.push_back(sample.time_us);
-    track.value.push_back(signs.At(sample.time_us) * (sample.*values)[joint]);
+    track.Add(sample.time_us, signs.At(sample.time_us) * (sample.*values)[joint]);
   }
   return track;
 }
@@ -40,33 +31,15 @@ struct RigidEdge {
 using RigidEdges = std::vector<std::vector<std::vector<RigidEdge>>>;  ///< By module, link.
 
 /// The module's index in the model by its id in SENSORS; -1 if unknown.
-int IndexOf(const std::vector<int>& model_index_of_id, int id) {
-  return id >= 0 && id < static_cast<int>(model_index_of_id.size()) ? model_index_of_id[id] : -1;
+int ModelIndexOf(const std::map<int, int>& model_index_of_id, int id) {
+  const auto found = model_index_of_id.find(id);
+  return found == model_index_of_id.end() ? -1 : found->second;
 }
 
 /// Enters that two links are rigid with each other; X_AB is the pose of the second in the first.
 void Join(int a, int link_a, int b, int link_b, const model::Pose& X_AB, RigidEdges* edges) {
   (*edges)[a][link_a].push_back({b, link_b, X_AB});
   (*edges)[b][link_b].push_back({a, link_a, X_AB.inverse()});
-}
-
-/// The docking that a module's sensor shows, seen with this module as member a.
-void JoinSensed(const RunLog& log, int module, int mate, const morphbus::docked_connector_t& docked,
-                RigidEdges* edges) {
-  const auto& connections = log.model->connection_types;
-  // A damaged entry may name a connection that the model does not have.
-  const int connection = docked.connection_type;
-  if (connection < 0 || connection >= static_cast<int>(connections.size())) return;
-  const model::ConnectionType& ct = connections[connection];
-  if (docked.number < 1 || docked.number > static_cast<int>(ct.options.size())) return;
-  const model::ConnectionOption& option = ct.options[docked.number - 1];
-  // Between unlike types only one side is member a; its mate's entry says nothing new.
-  if (log.robot->modules[module].type != ct.type_a || log.robot->modules[mate].type != ct.type_b ||
-      option.connector_a != docked.connector || option.connector_b != docked.mate_connector) {
-    return;
-  }
-  Join(module, log.model->module_types[ct.type_a].connectors[option.connector_a].link, mate,
-       log.model->module_types[ct.type_b].connectors[option.connector_b].link, option.X_AB, edges);
 }
 
 /// Enters the dockings that the robot declares.
@@ -84,7 +57,8 @@ void JoinDeclared(const RunLog& log, RigidEdges* edges) {
 /// declares them if nothing was sensed. All link frames of a module coincide with M at joint values
 /// 0, and a docking's X_AB is given for those, so X_AB is also the pose of the one link in the
 /// other.
-RigidEdges EdgesAt(const RunLog& log, const std::vector<int>& model_index_of_id, int64_t time_us) {
+RigidEdges EdgesAt(const RunLog& log, const std::map<int, int>& model_index_of_id,
+                   int64_t time_us) {
   const int num_modules = static_cast<int>(log.robot->modules.size());
   RigidEdges edges(num_modules);
   for (int m = 0; m < num_modules; ++m) {
@@ -105,29 +79,27 @@ RigidEdges EdgesAt(const RunLog& log, const std::vector<int>& model_index_of_id,
     if (module.model_index < 0 || at == module.sensors.end()) continue;
     sensed = true;
     for (const morphbus::docked_connector_t& docked : at->docked) {
-      const int mate = IndexOf(model_index_of_id, docked.mate_module);
-      if (mate >= 0) JoinSensed(log, module.model_index, mate, docked, &edges);
+      const int m = module.model_index;
+      const int mate = ModelIndexOf(model_index_of_id, docked.mate_module);
+      const std::optional<model::Pose> X_OwnMate = DockedPose(log, m, mate, docked);
+      if (!X_OwnMate) continue;
+      Join(m, log.model->TypeOf(*log.robot, m).connectors[docked.connector].link, mate,
+           log.model->TypeOf(*log.robot, mate).connectors[docked.mate_connector].link, *X_OwnMate,
+           &edges);
     }
   }
   if (!sensed) JoinDeclared(log, &edges);
   return edges;
 }
 
-/// Angle of the rotation qa·qb⁻¹ in radians, 0…π. The arc tangent keeps small angles exact, where
-/// the arc cosine of w would lose half of the digits; |w| because q and -q are one rotation.
+/// Angle of the rotation from b to a in radians, 0…π. The arc tangent keeps small angles exact,
+/// where the arc cosine of w would lose half of the digits; |w| because q and -q are one rotation.
 double AngleBetween(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {
   const Eigen::Quaterniond d = a * b.conjugate();
   return 2.0 * std::atan2(d.vec().norm(), std::abs(d.w()));
 }
 
 }  // namespace
-
-void PoseTrack::Add(int64_t time, const Eigen::Vector3d& position,
-                    const Eigen::Quaterniond& rotation) {
-  time_us.push_back(time);
-  p.push_back(position);
-  q.push_back(rotation);
-}
 
 std::vector<RoleSpan> RoleSpans(const ModuleSeries& module, int64_t end_us) {
   std::vector<RoleSpan> spans;
@@ -184,9 +156,9 @@ ScalarTrack VelocityTrack(const ModuleSeries& module, int joint, const JointSign
   return SensorTrack(module, joint, signs, &SensorSample::velocity);
 }
 
-CommandTrack CommandsOf(const ModuleSeries& module, int joint, const JointSigns& signs) {
+Track<JointCommand> CommandsOf(const ModuleSeries& module, int joint, const JointSigns& signs) {
   using morphbus::joint_command_t;
-  CommandTrack track;
+  Track<JointCommand> track;
   for (const ActuatorSample& sample : module.actuators) {
     if (joint >= static_cast<int>(sample.joints.size())) continue;
     const joint_command_t& command = sample.joints[joint];
@@ -195,11 +167,9 @@ CommandTrack CommandsOf(const ModuleSeries& module, int joint, const JointSigns&
     const double value = has_target                                       ? command.target_si
                          : command.mode == joint_command_t::MODE_VELOCITY ? command.speed_si
                                                                           : 0.0;
-    track.time_us.push_back(sample.time_us);
-    track.mode.push_back(command.mode);
-    track.value.push_back(signs.At(sample.time_us) * value);
     // The speed of a position command is a limit: it holds in both directions.
-    track.speed_limit.push_back(has_target ? command.speed_si : 0.0);
+    track.Add(sample.time_us, {command.mode, signs.At(sample.time_us) * value,
+                               has_target ? command.speed_si : 0.0});
   }
   return track;
 }
@@ -207,9 +177,7 @@ CommandTrack CommandsOf(const ModuleSeries& module, int joint, const JointSigns&
 ScalarTrack StalenessTrack(const ModuleSeries& module) {
   ScalarTrack track;
   for (const TransformSample& sample : module.transforms) {
-    if (!sample.has_pose) continue;
-    track.time_us.push_back(sample.time_us);
-    track.value.push_back(sample.pose_stale ? 1.0 : 0.0);
+    if (sample.has_pose) track.Add(sample.time_us, sample.pose_stale ? 1.0 : 0.0);
   }
   return track;
 }
@@ -218,11 +186,7 @@ PoseTrack PropagatedTrack(const ModuleSeries& module, int link) {
   PoseTrack track;
   for (const TransformSample& sample : module.transforms) {
     if (!sample.has_pose || link >= static_cast<int>(sample.X_RL.size())) continue;
-    const morphbus::pose_t& pose = sample.X_RL[link];
-    const float* w = pose.orientation_wxyz;
-    track.Add(sample.time_us,
-              Eigen::Vector3d(pose.position_m[0], pose.position_m[1], pose.position_m[2]),
-              Eigen::Quaterniond(w[0], w[1], w[2], w[3]).normalized());
+    track.Add(sample.time_us, ToPose(sample.X_RL[link]));
   }
   return track;
 }
@@ -231,19 +195,19 @@ RestPoses RestPosesOf(const RunLog& log) {
   return model::ForwardKinematics(*log.model, *log.robot, model::StartValues(*log.robot)).X_RL;
 }
 
-PoseDifferences Differences(const PoseTrack& a, const PoseTrack& b, const model::Pose& rest_a,
-                            const model::Pose& rest_b, int64_t end_us) {
+Track<PoseDifference> Differences(const PoseTrack& a, const PoseTrack& b, const model::Pose& rest_a,
+                                  const model::Pose& rest_b, int64_t end_us) {
   // P is the point of B's link that at rest lies where A's origin is, given in B's link frame.
   const Eigen::Vector3d p_BoP_B = rest_b.inverse() * rest_a.translation();
-  const Eigen::Quaterniond q_rest_a(rest_a.linear());
-  const Eigen::Quaterniond q_rest_b(rest_b.linear());
-  PoseDifferences out;
+  Track<PoseDifference> out;
   ForCommonTimes(a.time_us, b.time_us, end_us, [&](size_t i, size_t j) {
-    out.time_us.push_back(a.time_us[i]);
-    out.metres.push_back((a.p[i] - (b.p[j] + b.q[j] * p_BoP_B)).norm());
+    const model::Pose& X_A = a.value[i];
+    const model::Pose& X_B = b.value[j];
     // Turns since rest, R(t)·R(rest)ᵀ, do not depend on how a frame is fixed in its link.
-    out.radians.push_back(
-        AngleBetween(a.q[i] * q_rest_a.conjugate(), b.q[j] * q_rest_b.conjugate()));
+    const Eigen::Quaterniond turn_A(Eigen::Matrix3d(X_A.linear() * rest_a.linear().transpose()));
+    const Eigen::Quaterniond turn_B(Eigen::Matrix3d(X_B.linear() * rest_b.linear().transpose()));
+    out.Add(a.time_us[i],
+            {(X_A.translation() - X_B * p_BoP_B).norm(), AngleBetween(turn_A, turn_B)});
   });
   return out;
 }
@@ -254,15 +218,39 @@ Eigen::Vector3d LinkCentre(const model::Link& link) {
   return link.hull.empty() ? sum : Eigen::Vector3d(sum / static_cast<double>(link.hull.size()));
 }
 
-SimulatedPoses::SimulatedPoses(const RunLog& log) : log_(log) {
-  // WORLD and SENSORS name modules by id; the model by index.
+std::map<int, int> ModelIndices(const RunLog& log) {
+  std::map<int, int> indices;
   for (const ModuleSeries& module : log.modules) {
-    if (module.id < 0 || module.model_index < 0) continue;
-    if (module.id >= static_cast<int>(model_index_of_id_.size())) {
-      model_index_of_id_.resize(module.id + 1, -1);
-    }
-    model_index_of_id_[module.id] = module.model_index;
+    if (module.id >= 0 && module.model_index >= 0) indices[module.id] = module.model_index;
   }
+  return indices;
+}
+
+std::optional<model::Pose> DockedPose(const RunLog& log, int module, int mate,
+                                      const morphbus::docked_connector_t& docked) {
+  // A damaged entry may name a mate or a connection that the model does not have.
+  const auto& types = log.model->connection_types;
+  const int type = docked.connection_type;
+  if (mate < 0 || type < 0 || type >= static_cast<int>(types.size())) return std::nullopt;
+  const model::ConnectionType& connection = types[type];
+  if (docked.number < 1 || docked.number > static_cast<int>(connection.options.size())) {
+    return std::nullopt;
+  }
+  const model::ConnectionOption& option = connection.options[docked.number - 1];
+  // The option must be one of these two connectors, with this module as member a or b.
+  const auto fits = [&](int a, int connector_a, int b, int connector_b) {
+    return log.robot->modules[a].type == connection.type_a &&
+           log.robot->modules[b].type == connection.type_b && option.connector_a == connector_a &&
+           option.connector_b == connector_b;
+  };
+  if (fits(module, docked.connector, mate, docked.mate_connector)) return option.X_AB;
+  // Between unlike module types only one is the connection's member a; the other holds the inverse.
+  if (!fits(mate, docked.mate_connector, module, docked.connector)) return std::nullopt;
+  return option.X_AB.inverse();
+}
+
+SimulatedPoses::SimulatedPoses(const RunLog& log)
+    : log_(log), model_index_of_id_(ModelIndices(log)) {
   const auto key = [](const WorldSample& sample) {
     std::vector<std::pair<int, int>> bodies;
     for (const auto& body : sample.bodies) bodies.emplace_back(body.module_id, body.link);
@@ -297,7 +285,7 @@ SimulatedPoses::Structure SimulatedPoses::BuildStructure(const WorldSample& samp
   for (size_t m = 0; m < edges.size(); ++m) structure[m].resize(edges[m].size());
   // Each body is known by one link; from it all links are reached that are rigid with it.
   for (size_t body = 0; body < sample.bodies.size(); ++body) {
-    const int module = IndexOf(model_index_of_id_, sample.bodies[body].module_id);
+    const int module = ModelIndexOf(model_index_of_id_, sample.bodies[body].module_id);
     const int link = sample.bodies[body].link;
     if (module < 0 || link < 0 || link >= static_cast<int>(structure[module].size())) continue;
     // A link that another body already carries is not claimed twice.
@@ -327,31 +315,14 @@ std::optional<model::Pose> SimulatedPoses::X_WL(size_t sample, int module, int l
   if (link < 0 || link >= static_cast<int>(links.size())) return std::nullopt;
   const Place& place = links[link];
   if (place.body < 0) return std::nullopt;
-  const morphbus::body_pose_t& body = log_.world[sample].bodies[place.body];
-  return ToPose(body.position_m, body.orientation_wxyz) * place.X_BL;
+  return ToPose(log_.world[sample].bodies[place.body]) * place.X_BL;
 }
 
-PoseTrack SimulatedPoses::LinkTrack(int module, int link) const {
+PoseTrack SimulatedPoses::TrackOf(int module, int link, const model::Pose& X_LF) const {
   PoseTrack track;
-  if (!available_) return track;
-  for (size_t i = 0; i < log_.world.size(); ++i) {
+  for (size_t i = 0; available_ && i < log_.world.size(); ++i) {
     const std::optional<model::Pose> X_WLink = X_WL(i, module, link);
-    if (!X_WLink) continue;
-    const model::Pose X_R0L = X_R0W_ * *X_WLink;
-    track.Add(log_.world[i].time_us, X_R0L.translation(), Eigen::Quaterniond(X_R0L.linear()));
-  }
-  return track;
-}
-
-PoseTrack SimulatedPoses::RootTrack() const {
-  PoseTrack track;
-  if (!available_) return track;
-  for (size_t i = 0; i < log_.world.size(); ++i) {
-    const std::optional<model::Pose> X_WRoot =
-        X_WL(i, log_.robot->root_module, log_.robot->root_link);
-    if (!X_WRoot) continue;
-    const model::Pose X_R0R = X_R0W_ * *X_WRoot * log_.robot->X_LR;
-    track.Add(log_.world[i].time_us, X_R0R.translation(), Eigen::Quaterniond(X_R0R.linear()));
+    if (X_WLink) track.Add(log_.world[i].time_us, X_R0W_ * *X_WLink * X_LF);
   }
   return track;
 }

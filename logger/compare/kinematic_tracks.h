@@ -19,34 +19,42 @@
 
 namespace morphbus::logger {
 
-/// A pose over sim time: of a link or of the robot frame, in R or in R0, as its maker says.
-struct PoseTrack {
-  /// Sim times in µs, ascending; the rows below have as many entries.
+/// Values of one kind over sim time, in the unit or frame that their maker says.
+template <class Value>
+struct Track {
+  /// Sim times in µs, ascending; there are as many values.
   std::vector<int64_t> time_us;
-  /// Positions of the frame's origin, metres.
-  std::vector<Eigen::Vector3d> p;
-  /// Orientations, unit quaternions.
-  std::vector<Eigen::Quaterniond> q;
-  /// Appends one pose; times must come in order.
-  void Add(int64_t time, const Eigen::Vector3d& position, const Eigen::Quaterniond& rotation);
+  std::vector<Value> value;
+  /// Appends one value; times must come in order.
+  void Add(int64_t time, Value v) {
+    time_us.push_back(time);
+    value.push_back(std::move(v));
+  }
 };
+/// Poses of a link or of the robot frame, in R or in R0 (m).
+using PoseTrack = Track<model::Pose>;
+using ScalarTrack = Track<double>;
 
-/// A number over sim time (µs, ascending), in the unit that its maker says.
-struct ScalarTrack {
-  std::vector<int64_t> time_us;
-  std::vector<double> value;
-};
-
-/// A joint's commands over sim time, under its convention.
-struct CommandTrack {
-  std::vector<int64_t> time_us;
+/// What a joint is told in one tick, under its convention.
+struct JointCommand {
   /// One of joint_command_t's modes: hold, position, velocity.
-  std::vector<int> mode;
+  int mode = 0;
   /// Target (rad, m) or velocity (rad/s, m/s), by mode; 0 for hold.
-  std::vector<double> value;
+  double value = 0.0;
   /// Of a target (rad/s, m/s), without sign; 0 for the other modes.
-  std::vector<double> speed_limit;
+  double speed_limit = 0.0;
 };
+
+/// The pose that a message holds (m); its quaternion w x y z may be off length 1 by rounding.
+template <class PoseMessage>
+model::Pose ToPose(const PoseMessage& message) {
+  const auto* p = message.position_m;
+  const auto* q = message.orientation_wxyz;
+  model::Pose pose = model::Pose::Identity();
+  pose.linear() = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().matrix();
+  pose.translation() = Eigen::Vector3d(p[0], p[1], p[2]);
+  return pose;
+}
 
 /// A stretch of sim time, from begin_us to end_us (µs), in which a module had one role and set of
 /// labels.
@@ -90,7 +98,7 @@ ScalarTrack AngleTrack(const ModuleSeries& module, int joint, const JointSigns& 
 /// Their rates (rad/s or m/s), likewise.
 ScalarTrack VelocityTrack(const ModuleSeries& module, int joint, const JointSigns& signs);
 /// Commands likewise: values times their sign, but a speed limit has no sign.
-CommandTrack CommandsOf(const ModuleSeries& module, int joint, const JointSigns& signs);
+Track<JointCommand> CommandsOf(const ModuleSeries& module, int joint, const JointSigns& signs);
 /// 1 where the module said that its poses age because the root is silent, else 0; only ticks at
 /// which it had poses.
 ScalarTrack StalenessTrack(const ModuleSeries& module);
@@ -104,18 +112,17 @@ using RestPoses = std::vector<std::vector<model::Pose>>;
 /// These poses for a log with a model, computed from the robot's start values.
 RestPoses RestPosesOf(const RunLog& log);
 
-/// How far two links are from each other over the times that both tracks have, until `end_us`.
-struct PoseDifferences {
-  std::vector<int64_t> time_us;
-  std::vector<double> metres;   ///< Between the points of both links that at rest are A's origin.
-  std::vector<double> radians;  ///< Between R_A(t)·R_A(rest)ᵀ and R_B(t)·R_B(rest)ᵀ.
+/// How far two links are from each other at one time.
+struct PoseDifference {
+  double metres = 0.0;   ///< Between the points of both links that at rest are A's origin.
+  double radians = 0.0;  ///< Between R_A(t)·R_A(rest)ᵀ and R_B(t)·R_B(rest)ᵀ.
 };
 
-/// Compares the poses of two links over time. `rest_a` and `rest_b` are their poses X_RL at rest.
-/// Both measures ignore that a module may be mounted the other way round: its frame then lies and
-/// points elsewhere on the same piece of metal.
-PoseDifferences Differences(const PoseTrack& a, const PoseTrack& b, const model::Pose& rest_a,
-                            const model::Pose& rest_b, int64_t end_us);
+/// Compares the poses of two links over the times until `end_us` that both have. `rest_a` and
+/// `rest_b` are their poses X_RL at rest. Both measures ignore that a module may be mounted the
+/// other way round: its frame then lies and points elsewhere on the same piece of metal.
+Track<PoseDifference> Differences(const PoseTrack& a, const PoseTrack& b, const model::Pose& rest_a,
+                                  const model::Pose& rest_b, int64_t end_us);
 
 /// Calls visit(i, j) for the times until `end_us` that both rows have: a[i] == b[j]. Both rows are
 /// sim times in µs, ascending.
@@ -137,6 +144,16 @@ void ForCommonTimes(const std::vector<int64_t>& a, const std::vector<int64_t>& b
 /// the mean of its hull's points, in M (m); M's origin for a link without points.
 Eigen::Vector3d LinkCentre(const model::Link& link);
 
+/// Index of each module in the model by its id, by which SENSORS and WORLD name it; modules that
+/// the model lacks are left out.
+std::map<int, int> ModelIndices(const RunLog& log);
+
+/// The pose of a mate's frame in that of `module` at joint values 0, by the connection that
+/// SENSORS.docked of `module` names; both are indices in the model, `mate` may be any number. None
+/// if the model has no such mate or connection, as in a damaged message.
+std::optional<model::Pose> DockedPose(const RunLog& log, int module, int mate,
+                                      const morphbus::docked_connector_t& docked);
+
 /// Poses of links in the simulated world. WORLD tells where bodies are, each by one of its links; a
 /// body's other links follow from the dockings that SENSORS showed when the set of bodies last
 /// changed.
@@ -148,11 +165,18 @@ class SimulatedPoses {
   /// True if WORLD is there from the first tick on and tells where the root body was then. Else
   /// there is no R0, and all tracks are empty.
   [[nodiscard]] bool available() const { return available_; }
+  /// Pose of a link in the world (m) at RunLog::world[sample], also where there is no R0; none if
+  /// no body carries the link.
+  [[nodiscard]] std::optional<model::Pose> X_WL(size_t sample, int module, int link) const;
   /// X_R0L(t), where some body carries the link. `module` is the module's index in the model,
   /// `link` the link's in declaration order.
-  [[nodiscard]] PoseTrack LinkTrack(int module, int link) const;
+  [[nodiscard]] PoseTrack LinkTrack(int module, int link) const {
+    return TrackOf(module, link, model::Pose::Identity());
+  }
   /// X_R0R(t): where the robot frame went, from where it was at the first tick.
-  [[nodiscard]] PoseTrack RootTrack() const;
+  [[nodiscard]] PoseTrack RootTrack() const {
+    return TrackOf(log_.robot->root_module, log_.robot->root_link, log_.robot->X_LR);
+  }
 
  private:
   /// Where a link is: in which entry of WorldSample::bodies, and where in that body's frame B,
@@ -166,12 +190,12 @@ class SimulatedPoses {
 
   /// Finds the body that carries each link at the time of `sample`, and where in it.
   Structure BuildStructure(const WorldSample& sample) const;
-  /// Pose of a link in the world (m) at log_.world[sample]; none if no body of it carries the link.
-  [[nodiscard]] std::optional<model::Pose> X_WL(size_t sample, int module, int link) const;
+
+  /// X_R0F(t) of a frame F that lies in a link as X_LF says.
+  [[nodiscard]] PoseTrack TrackOf(int module, int link, const model::Pose& X_LF) const;
 
   const RunLog& log_;
-  /// By SENSORS' module id; -1 where the model does not know it.
-  std::vector<int> model_index_of_id_;
+  std::map<int, int> model_index_of_id_;
   /// The different structures that the bodies had, in order of time.
   std::vector<Structure> structures_;
   /// By index into log_.world: index into structures_.

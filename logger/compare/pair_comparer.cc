@@ -88,21 +88,27 @@ Item& PairComparer::AddItem(const ItemNames& names, Quantity quantity, const std
   return out_.items.back();
 }
 
-/// At which ticks the rows of times `a` and `b` are not both there.
+template <class Excused>
 PairComparer::Lack PairComparer::LackAtTicks(const std::vector<int64_t>& a,
-                                             const std::vector<int64_t>& b) const {
+                                             const std::vector<int64_t>& b,
+                                             const Excused& excused) const {
   Lack lack;
   // Where one or both lack a value, the instant counts once, and for each side that lacks it.
   for (const int64_t tick : ticks_) {
     const bool in_a = std::binary_search(a.begin(), a.end(), tick);
     const bool in_b = std::binary_search(b.begin(), b.end(), tick);
-    if (in_a && in_b) continue;
+    if ((in_a && in_b) || excused(tick, in_a, in_b)) continue;
     lack.in_a += in_a ? 0 : 1;
     lack.in_b += in_b ? 0 : 1;
     ++lack.instants;
     if (lack.first_us < 0) lack.first_us = tick;
   }
   return lack;
+}
+
+PairComparer::Lack PairComparer::LackAtTicks(const std::vector<int64_t>& a,
+                                             const std::vector<int64_t>& b) const {
+  return LackAtTicks(a, b, [](int64_t, bool, bool) { return false; });
 }
 
 /// A module has poses once the root's have come to it, one module a tick, and from then on for as
@@ -113,19 +119,10 @@ PairComparer::Lack PairComparer::LackOfPropagated(const ModulePair& pair, const 
   // that, an instant counts only if one root of both runs must have reached the same modules.
   const int64_t modules = static_cast<int64_t>(std::max(a_.modules.size(), b_.modules.size()));
   const int64_t spread_us = ticks_.front() + (modules + 1) * tick_us_;
-  Lack lack;
-  for (const int64_t tick : ticks_) {
-    const bool in_a = std::binary_search(a.time_us.begin(), a.time_us.end(), tick);
-    const bool in_b = std::binary_search(b.time_us.begin(), b.time_us.end(), tick);
-    if (in_a && in_b) continue;
-    if (tick < spread_us && ((!in_a && !in_b) || !same_root_)) continue;
-    if (!in_a && !in_b && !HasRole(pair.spans_a, tick) && !HasRole(pair.spans_b, tick)) continue;
-    lack.in_a += in_a ? 0 : 1;
-    lack.in_b += in_b ? 0 : 1;
-    ++lack.instants;
-    if (lack.first_us < 0) lack.first_us = tick;
-  }
-  return lack;
+  return LackAtTicks(a.time_us, b.time_us, [&](int64_t tick, bool in_a, bool in_b) {
+    if (tick < spread_us && ((!in_a && !in_b) || !same_root_)) return true;
+    return !in_a && !in_b && !HasRole(pair.spans_a, tick) && !HasRole(pair.spans_b, tick);
+  });
 }
 
 void PairComparer::Report(const Lack& lack, const ItemNames& names, const std::string& what) {
@@ -133,16 +130,23 @@ void PairComparer::Report(const Lack& lack, const ItemNames& names, const std::s
   // The list is bounded; the item's `missing` counts everything in any case.
   if (lack.instants == 0 || out_.not_compared.size() >= kMost) return;
   const char* where = lack.in_a == 0 ? "B" : lack.in_b == 0 ? "A" : "A and B";
-  out_.not_compared.push_back(fmt::format(
-      "{} of {}{}{}: {} missing in {} from {:.3f} s on", what,
-      names.role.empty() ? "(no role)" : names.role, names.label.empty() ? "" : ", ", names.label,
-      lack.instants == 1 ? "1 instant" : fmt::format("{} instants", lack.instants), where,
-      Seconds(lack.first_us)));
+  out_.not_compared.push_back(
+      fmt::format("{} of {}{}{}: {} missing in {} from {:.3f} s on", what, RoleName(names.role),
+                  names.label.empty() ? "" : ", ", names.label,
+                  lack.instants == 1 ? "1 instant" : fmt::format("{} instants", lack.instants),
+                  where, Seconds(lack.first_us)));
 }
 
-void PairComparer::CompareRole(const ModulePair& pair) {
-  const ItemNames names{pair.role, "", a_.modules[pair.a].name, b_.modules[pair.b].name};
-  Item& item = AddItem(names, Quantity::kRole, "s",
+PairComparer::Subject PairComparer::SubjectOf(const ModulePair& pair,
+                                              const std::string& label) const {
+  const ModuleSeries& a = a_.modules[pair.a];
+  const ModuleSeries& b = b_.modules[pair.b];
+  return {pair, a, b, {pair.role, label, a.name, b.name}};
+}
+
+void PairComparer::CompareRole(const Subject& modules) {
+  const ModulePair& pair = modules.pair;
+  Item& item = AddItem(modules.names, Quantity::kRole, "s",
                        tolerances_.role_s < 0 ? Seconds(tick_us_) : tolerances_.role_s);
   {
     // The n-th role of one must be the n-th of the other, taken at the same time.
@@ -173,9 +177,7 @@ void PairComparer::CompareRole(const ModulePair& pair) {
   for (const auto& [missing, which] :
        {std::pair(&pair.labels_missing_a, "A"), std::pair(&pair.labels_missing_b, "B")}) {
     for (const std::string& label : *missing) {
-      ItemNames with_label = names;
-      with_label.label = label;
-      Item& lacking = AddItem(with_label, Quantity::kRole, "s", 0.0);
+      Item& lacking = AddItem(SubjectOf(pair, label).names, Quantity::kRole, "s", 0.0);
       lacking.detail = fmt::format("{} did not resolve the label", which);
       Meter(&lacking).Add(std::max(pair.taken_a_us, pair.taken_b_us),
                           Seconds(out_.compared_until_us));
@@ -188,28 +190,27 @@ void PairComparer::ComparePoses(const ItemNames& names, const PoseTrack& a, cons
                                 bool simulated, const Lack& lack) {
   // Positions (m) and rotations (rad) are two quantities of the same instants, whose tolerances
   // depend on who told the poses.
-  const PoseDifferences d = Differences(a, b, rest_a, rest_b, out_.compared_until_us);
-  const auto measure = [&](Quantity quantity, const char* unit, double tolerance,
-                           const std::vector<double>& values) {
-    Item& item = AddItem(names, quantity, unit, tolerance);
+  const Track<PoseDifference> d = Differences(a, b, rest_a, rest_b, out_.compared_until_us);
+  const auto add = [&](const Measure& m, double PoseDifference::*value) {
+    Item& item = AddItem(names, m.quantity, m.unit, m.tolerance);
     item.missing = lack.instants;
     Meter meter(&item);
-    for (size_t i = 0; i < values.size(); ++i) meter.Add(d.time_us[i], values[i]);
+    for (size_t i = 0; i < d.value.size(); ++i) meter.Add(d.time_us[i], d.value[i].*value);
   };
-  if (simulated) {
-    measure(Quantity::kSimulatedPosition, "m", tolerances_.simulated_m, d.metres);
-    measure(Quantity::kSimulatedRotation, "rad", tolerances_.simulated_rad, d.radians);
-  } else {
-    measure(Quantity::kPropagatedPosition, "m", tolerances_.propagated_m, d.metres);
-    measure(Quantity::kPropagatedRotation, "rad", tolerances_.propagated_rad, d.radians);
-  }
+  const Tolerances& t = tolerances_;
+  add(simulated ? Measure{Quantity::kSimulatedPosition, "m", t.simulated_m}
+                : Measure{Quantity::kPropagatedPosition, "m", t.propagated_m},
+      &PoseDifference::metres);
+  add(simulated ? Measure{Quantity::kSimulatedRotation, "rad", t.simulated_rad}
+                : Measure{Quantity::kPropagatedRotation, "rad", t.propagated_rad},
+      &PoseDifference::radians);
   Report(lack, names, simulated ? "simulated pose" : "propagated pose");
 }
 
-void PairComparer::CompareLink(const ModulePair& pair, const LinkPair& link) {
-  const ModuleSeries& ma = a_.modules[pair.a];
-  const ModuleSeries& mb = b_.modules[pair.b];
-  const ItemNames names{pair.role, link.label, ma.name, mb.name};
+void PairComparer::CompareLink(const Subject& of, const LinkPair& link) {
+  const ModuleSeries& ma = of.a;
+  const ModuleSeries& mb = of.b;
+  const ItemNames& names = of.names;
   const model::Pose& rest_a = rest_a_[ma.model_index][link.link_a];
   // The models must agree on where the link is at rest, or all else is compared amiss.
   const model::Pose& rest_b = rest_b_[mb.model_index][link.link_b];
@@ -226,7 +227,7 @@ void PairComparer::CompareLink(const ModulePair& pair, const LinkPair& link) {
   if (Wanted(Quantity::kPropagatedPosition)) {
     const PoseTrack a = PropagatedTrack(ma, link.link_a);
     const PoseTrack b = PropagatedTrack(mb, link.link_b);
-    ComparePoses(names, a, b, rest_a, rest_b, false, LackOfPropagated(pair, a, b));
+    ComparePoses(names, a, b, rest_a, rest_b, false, LackOfPropagated(of.pair, a, b));
   }
   // What the simulator saw, where both logs hold it from the start.
   if (Wanted(Quantity::kSimulatedPosition) && simulated_a_.available() &&
@@ -237,118 +238,103 @@ void PairComparer::CompareLink(const ModulePair& pair, const LinkPair& link) {
   }
 }
 
-void PairComparer::CompareScalars(const ItemNames& names, Quantity quantity,
-                                  const std::string& unit, double tolerance, const ScalarTrack& a,
-                                  const ScalarTrack& b, const Lack& lack) {
-  Item& item = AddItem(names, quantity, unit, tolerance);
+void PairComparer::CompareScalars(const ItemNames& names, const Measure& measure,
+                                  const ScalarTrack& a, const ScalarTrack& b, const Lack& lack) {
+  Item& item = AddItem(names, measure.quantity, measure.unit, measure.tolerance);
   item.missing = lack.instants;
   // What is missing is told apart from what differs.
-  Report(lack, names, QuantityName(quantity));
+  Report(lack, names, QuantityName(measure.quantity));
   Meter meter(&item);
   ForCommonTimes(a.time_us, b.time_us, out_.compared_until_us, [&](size_t i, size_t j) {
     meter.Add(a.time_us[i], std::abs(a.value[i] - b.value[j]));
   });
 }
 
-void PairComparer::CompareCommands(const ModulePair& pair, const JointPair& joint,
-                                   const ItemNames& names) {
+void PairComparer::CompareCommands(const Subject& of, const JointPair& joint) {
   // Both sides' commands are brought under one sign first.
-  const ModuleSeries& ma = a_.modules[pair.a];
-  const ModuleSeries& mb = b_.modules[pair.b];
-  const CommandTrack a = CommandsOf(ma, joint.joint_a, SignsOfA(ma, joint));
-  const CommandTrack b = CommandsOf(mb, joint.joint_b, SignsOfB(mb, joint));
+  const Track<JointCommand> a = CommandsOf(of.a, joint.joint_a, SignsOfA(of.a, joint));
+  const Track<JointCommand> b = CommandsOf(of.b, joint.joint_b, SignsOfB(of.b, joint));
   const double tolerance = joint.prismatic ? tolerances_.command_m : tolerances_.command_rad;
-  const Lack lack = LackAtTicks(a.time_us, b.time_us);
-  // The speed limits of targets; the target or speed itself follows below.
-  {
-    Item& item =
-        AddItem(names, Quantity::kSpeedLimit, joint.prismatic ? "m/s" : "rad/s", tolerance);
-    Meter meter(&item);
+  const auto each = [&](Item* item, const auto& difference) {
+    Meter meter(item);
     ForCommonTimes(a.time_us, b.time_us, out_.compared_until_us, [&](size_t i, size_t j) {
-      // Of a target against none nothing more need be said.
-      const bool comparable = a.mode[i] == b.mode[j];
-      meter.Add(a.time_us[i], comparable ? std::abs(a.speed_limit[i] - b.speed_limit[j]) : 0.0);
+      meter.Add(a.time_us[i], difference(a.value[i], b.value[j], a.time_us[i]));
     });
-  }
-  Item& item = AddItem(names, Quantity::kCommand, joint.prismatic ? "m" : "rad", tolerance);
+  };
+  // Of a target against none nothing more need be said than that, which follows below.
+  each(&AddItem(of.names, Quantity::kSpeedLimit, joint.prismatic ? "m/s" : "rad/s", tolerance),
+       [](const JointCommand& x, const JointCommand& y, int64_t) {
+         return x.mode == y.mode ? std::abs(x.speed_limit - y.speed_limit) : 0.0;
+       });
+  // The target or speed itself.
+  const Lack lack = LackAtTicks(a.time_us, b.time_us);
+  Item& item = AddItem(of.names, Quantity::kCommand, joint.prismatic ? "m" : "rad", tolerance);
   item.missing = lack.instants;
-  Report(lack, names, QuantityName(Quantity::kCommand));
-  Meter meter(&item);
-  ForCommonTimes(a.time_us, b.time_us, out_.compared_until_us, [&](size_t i, size_t j) {
-    double difference = std::abs(a.value[i] - b.value[j]);
-    if (a.mode[i] != b.mode[j]) {
-      // A target against none is at least a visible difference.
-      difference = std::max({difference, 2 * item.tolerance, 1e-6});
-      if (item.detail.empty()) {
-        item.detail = fmt::format("mode {} against {} at {:.3f} s", a.mode[i], b.mode[j],
-                                  Seconds(a.time_us[i]));
-      }
+  Report(lack, of.names, QuantityName(Quantity::kCommand));
+  each(&item, [&](const JointCommand& x, const JointCommand& y, int64_t time_us) {
+    const double difference = std::abs(x.value - y.value);
+    if (x.mode == y.mode) return difference;
+    if (item.detail.empty()) {
+      item.detail = fmt::format("mode {} against {} at {:.3f} s", x.mode, y.mode, Seconds(time_us));
     }
-    meter.Add(a.time_us[i], difference);
+    // A target against none is at least a visible difference.
+    return std::max({difference, 2 * item.tolerance, 1e-6});
   });
 }
 
-void PairComparer::CompareJoint(const ModulePair& pair, const JointPair& joint) {
-  const ModuleSeries& ma = a_.modules[pair.a];
-  const ModuleSeries& mb = b_.modules[pair.b];
-  const ItemNames names{pair.role, joint.label, ma.name, mb.name};
+void PairComparer::CompareJoint(const Subject& of, const JointPair& joint) {
   // Measured values and their rates, at every tick of either log.
   if (Wanted(Quantity::kJointAngle)) {
-    const JointSigns signs_a = SignsOfA(ma, joint);
-    const JointSigns signs_b = SignsOfB(mb, joint);
-    const ScalarTrack a = AngleTrack(ma, joint.joint_a, signs_a);
-    const ScalarTrack b = AngleTrack(mb, joint.joint_b, signs_b);
-    const bool travel = joint.prismatic;
-    CompareScalars(names, travel ? Quantity::kJointTravel : Quantity::kJointAngle,
-                   travel ? "m" : "rad", travel ? tolerances_.travel_m : tolerances_.angle_rad, a,
-                   b, LackAtTicks(a.time_us, b.time_us));
-    const ScalarTrack rate_a = VelocityTrack(ma, joint.joint_a, signs_a);
-    const ScalarTrack rate_b = VelocityTrack(mb, joint.joint_b, signs_b);
-    CompareScalars(names, Quantity::kJointVelocity, travel ? "m/s" : "rad/s",
-                   travel ? tolerances_.velocity_m_s : tolerances_.velocity_rad_s, rate_a, rate_b,
-                   LackAtTicks(rate_a.time_us, rate_b.time_us));
+    const JointSigns signs_a = SignsOfA(of.a, joint);
+    const JointSigns signs_b = SignsOfB(of.b, joint);
+    const auto compare = [&](const Measure& measure, const auto& track) {
+      const ScalarTrack a = track(of.a, joint.joint_a, signs_a);
+      const ScalarTrack b = track(of.b, joint.joint_b, signs_b);
+      CompareScalars(of.names, measure, a, b, LackAtTicks(a.time_us, b.time_us));
+    };
+    const Tolerances& t = tolerances_;
+    compare(joint.prismatic ? Measure{Quantity::kJointTravel, "m", t.travel_m}
+                            : Measure{Quantity::kJointAngle, "rad", t.angle_rad},
+            AngleTrack);
+    compare(joint.prismatic ? Measure{Quantity::kJointVelocity, "m/s", t.velocity_m_s}
+                            : Measure{Quantity::kJointVelocity, "rad/s", t.velocity_rad_s},
+            VelocityTrack);
   }
-  if (Wanted(Quantity::kCommand)) CompareCommands(pair, joint, names);
+  if (Wanted(Quantity::kCommand)) CompareCommands(of, joint);
 }
 
 void PairComparer::CompareCounts(const ItemNames& names, Quantity quantity,
                                  const CountTrack& counts) {
   Item& item = AddItem(names, quantity, "", 0.0);
-  const Lack lack = LackAtTicks(counts.time_us, counts.time_us);
-  item.missing = lack.instants;
+  item.missing = LackAtTicks(counts.time_us, counts.time_us).instants;
   Meter meter(&item);
-  for (size_t i = 0; i < counts.count.size(); ++i) meter.Add(counts.time_us[i], counts.count[i]);
-}
-
-void PairComparer::CompareConnectors(const ModulePair& pair, const ItemNames& names) {
-  // Which modules are mated, and what connectors were told.
-  if (Wanted(Quantity::kDocking)) {
-    CompareCounts(names, Quantity::kDocking, dockings_.Differences(pair, out_.compared_until_us));
-  }
-  if (Wanted(Quantity::kConnectorCommand)) {
-    CompareCounts(names, Quantity::kConnectorCommand,
-                  CommandDifferences(a_, b_, pair, out_.compared_until_us));
-  }
+  for (size_t i = 0; i < counts.value.size(); ++i) meter.Add(counts.time_us[i], counts.value[i]);
 }
 
 void PairComparer::Compare(const ModulePair& pair) {
-  const ModuleSeries& ma = a_.modules[pair.a];
-  const ModuleSeries& mb = b_.modules[pair.b];
-  const ItemNames names{pair.role, "", ma.name, mb.name};
+  const Subject modules = SubjectOf(pair, "");
+  const ItemNames& names = modules.names;
+  const int64_t end_us = out_.compared_until_us;
   // Role and labels, then every link and joint, then the module as a whole.
-  CompareRole(pair);
-  for (const LinkPair& link : pair.links) CompareLink(pair, link);
-  for (const JointPair& joint : pair.joints) CompareJoint(pair, joint);
-  CompareConnectors(pair, names);
+  CompareRole(modules);
+  for (const LinkPair& link : pair.links) CompareLink(SubjectOf(pair, link.label), link);
+  for (const JointPair& joint : pair.joints) CompareJoint(SubjectOf(pair, joint.label), joint);
+  // Which modules are mated, and what connectors were told.
+  if (Wanted(Quantity::kDocking)) {
+    CompareCounts(names, Quantity::kDocking, dockings_.Differences(pair, end_us));
+  }
+  if (Wanted(Quantity::kConnectorCommand)) {
+    CompareCounts(names, Quantity::kConnectorCommand, CommandDifferences(a_, b_, pair, end_us));
+  }
   // Staleness is compared where both had poses; that poses are there was checked with the links.
   if (Wanted(Quantity::kStaleness)) {
-    CompareScalars(names, Quantity::kStaleness, "", 0.0, StalenessTrack(ma), StalenessTrack(mb),
-                   {});
+    CompareScalars(names, {Quantity::kStaleness, "", 0.0}, StalenessTrack(modules.a),
+                   StalenessTrack(modules.b), {});
   }
   // What has no counterpart in B cannot be compared, and must not pass in silence.
   for (const std::string& what : pair.unpaired) {
-    out_.not_compared.push_back(fmt::format("{} of {}: B has nothing that answers to it", what,
-                                            pair.role.empty() ? "(no role)" : pair.role));
+    out_.not_compared.push_back(
+        fmt::format("{} of {}: B has nothing that answers to it", what, RoleName(pair.role)));
   }
 }
 

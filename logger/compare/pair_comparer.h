@@ -58,6 +58,14 @@ class PairComparer {
   [[nodiscard]] bool Wanted(Quantity quantity) const { return !unwanted_.contains(quantity); }
 
  private:
+  /// What two modules, and a joint or link of them, are compared by: their pair, their series, and
+  /// the names that the items get.
+  struct Subject {
+    const ModulePair& pair;
+    const ModuleSeries& a;
+    const ModuleSeries& b;
+    ItemNames names;
+  };
   /// Instants at which one or both of two tracks lack a value that they should have. in_a and in_b
   /// count where A and B lack it, `instants` where any does.
   struct Lack {
@@ -67,30 +75,41 @@ class PairComparer {
     /// Sim time (µs) of the first such instant; -1 if there is none.
     int64_t first_us = -1;
   };
+  /// What an item is of, in which unit it is measured, and by how much it may differ and still
+  /// count as the same.
+  struct Measure {
+    Quantity quantity;
+    const char* unit;
+    double tolerance;
+  };
 
+  /// The modules of a pair, with the label of a joint or link (empty for the module as a whole).
+  [[nodiscard]] Subject SubjectOf(const ModulePair& pair, const std::string& label) const;
   /// When the roles were taken, and which labels were resolved.
-  void CompareRole(const ModulePair& pair);
+  void CompareRole(const Subject& modules);
   /// Rest position, propagated pose and simulated pose of a pair of links.
-  void CompareLink(const ModulePair& pair, const LinkPair& link);
+  void CompareLink(const Subject& of, const LinkPair& link);
   /// Angle or travel, rate and commands of a pair of joints.
-  void CompareJoint(const ModulePair& pair, const JointPair& joint);
+  void CompareJoint(const Subject& of, const JointPair& joint);
   /// Mode, target or speed, and speed limit of the commands to a pair of joints.
-  void CompareCommands(const ModulePair& pair, const JointPair& joint, const ItemNames& names);
-  /// What the connectors' sensors see, and what connectors were told.
-  void CompareConnectors(const ModulePair& pair, const ItemNames& names);
+  void CompareCommands(const Subject& of, const JointPair& joint);
   /// Adds an item for position and one for rotation. `simulated` tells which tolerances and
   /// quantities hold; `rest_a` and `rest_b` are the links' poses at rest, in the frame of the
   /// tracks.
   void ComparePoses(const ItemNames& names, const PoseTrack& a, const PoseTrack& b,
                     const model::Pose& rest_a, const model::Pose& rest_b, bool simulated,
                     const Lack& lack);
-  /// Adds an item for two numbers over time, in `unit`.
-  void CompareScalars(const ItemNames& names, Quantity quantity, const std::string& unit,
-                      double tolerance, const ScalarTrack& a, const ScalarTrack& b,
-                      const Lack& lack);
+  /// Adds an item for two numbers over time, and lists what is lacking of them.
+  void CompareScalars(const ItemNames& names, const Measure& measure, const ScalarTrack& a,
+                      const ScalarTrack& b, const Lack& lack);
   /// Adds an item for counts of which none is tolerated.
   void CompareCounts(const ItemNames& names, Quantity quantity, const CountTrack& counts);
-  /// At which ticks of either log the rows of times `a` and `b` are not both there.
+  /// Counts the ticks of either log at which the rows of times `a` and `b` are not both there.
+  /// `excused(tick, in_a, in_b)` says of such a tick that nothing need be there.
+  template <class Excused>
+  [[nodiscard]] Lack LackAtTicks(const std::vector<int64_t>& a, const std::vector<int64_t>& b,
+                                 const Excused& excused) const;
+  /// The same with nothing excused.
   [[nodiscard]] Lack LackAtTicks(const std::vector<int64_t>& a,
                                  const std::vector<int64_t>& b) const;
   /// The same for propagated poses, which a module need not have before the root's can have come to

@@ -48,9 +48,7 @@ void AppendEvent(int64_t number, int64_t timestamp_us, std::string_view channel,
   WriteBig(channel.size(), 4, p + 20);
   WriteBig(data.size(), 4, p + 24);
   std::memcpy(p + kEventHeaderBytes, channel.data(), channel.size());
-  if (!data.empty()) {
-    std::memcpy(p + kEventHeaderBytes + channel.size(), data.data(), data.size());
-  }
+  if (!data.empty()) std::memcpy(p + kEventHeaderBytes + channel.size(), data.data(), data.size());
 }
 
 Result<std::unique_ptr<EventLogWriter>> EventLogWriter::Create(const std::string& path) {
@@ -94,6 +92,7 @@ EventLogWriter::~EventLogWriter() {
 Result<void> EventLogWriter::Write(int64_t timestamp_us, std::string_view channel,
                                    std::span<const uint8_t> data) {
   if (fd_ < 0) return Fail("the log " + path_ + " is closed");
+  if (!error_.empty()) return Fail(error_);
   // An event is never split between two writes: what reaches the disk ends with a whole event.
   const size_t size = kEventHeaderBytes + channel.size() + data.size();
   if (!buffer_.empty() && buffer_.size() + size > kWriteBufferBytes) {
@@ -125,8 +124,11 @@ Result<void> EventLogWriter::CheckFile() const {
 
 Result<void> EventLogWriter::Flush() {
   if (fd_ < 0) return {};
+  // Behind an event that was cut off nothing may stand.
+  if (!error_.empty()) return Fail(error_);
   Result<void> result = CheckFile();
   if (result) result = WriteAll(fd_, buffer_.data(), buffer_.size(), partial_path_);
+  if (!result) error_ = result.error().message;
   // What could not be written is given up with the error: the log must not grow in memory.
   flushed_bytes_ += buffer_.size();
   buffer_.clear();

@@ -74,7 +74,8 @@ class EventLogWriter {
   /// closed or a flush that became due fails.
   Result<void> Write(int64_t timestamp_us, std::string_view channel, std::span<const uint8_t> data);
   /// Hands everything to the operating system. Fails also if somebody removed, replaced or cut
-  /// PATH.partial meanwhile: then what was written is not there any more.
+  /// PATH.partial meanwhile: then what was written is not there any more. After a failure nothing
+  /// more is written, and Write(), Flush() and Close() fail with its reason.
   Result<void> Flush();
   /// Flushes, waits until the disk has everything, and renames PATH.partial to PATH. Nothing can be
   /// written after. If any of it fails, the file keeps its partial name.
@@ -106,6 +107,8 @@ class EventLogWriter {
   uint64_t flushed_bytes_ = 0;
   /// Whole events that wait for the next flush.
   std::vector<uint8_t> buffer_;
+  /// Why the first flush that failed did; empty while none has.
+  std::string error_;
 };
 
 /// Something about a log's framing that a reader should know.
@@ -174,6 +177,11 @@ class EventLogReader {
     int64_t timestamp_us = 0;
     int32_t channel_size = 0;
     int32_t data_size = 0;
+    /// Bytes of the whole event, if the lengths are plausible.
+    [[nodiscard]] uint64_t event_size() const {
+      return kEventHeaderBytes + static_cast<uint64_t>(channel_size) +
+             static_cast<uint64_t>(data_size);
+    }
   };
   /// Whether an event that looks right by itself is handed out.
   enum class Verdict { kAccept, kReject };
@@ -185,6 +193,7 @@ class EventLogReader {
   /// Copies up to `size` bytes at `offset` into `out` and leaves the buffer alone. Returns how many
   /// there were.
   size_t Peek(uint64_t offset, uint8_t* out, size_t size);
+  static Header ParseHeader(const uint8_t* bytes);
   /// The header at `offset`; none if the file ends before its last byte.
   std::optional<Header> HeaderAt(uint64_t offset);
   /// True if a header at `offset` could be true: magic, lengths, and the event lies within the

@@ -26,25 +26,11 @@ namespace {
 constexpr int64_t kLedgerPatienceUs = 250'000;
 
 int64_t MachineWallClock() {
-  return std::chrono::duration_cast<std::chrono::microseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
+  const auto since = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::microseconds>(since).count();
 }
 
-/// Order of topics within a tick: what was sensed, what was told, what was commanded.
-int Rank(Topic topic) { return static_cast<int>(topic); }
-
 }  // namespace
-
-/// A message that waits for its tick to be whole, so that order of arrival leaves no trace.
-struct Recorder::Held {
-  int64_t tick = 0;
-  int rank = 0;
-  std::string channel;
-  int64_t sequence = 0;
-  int64_t timestamp_us = 0;
-  std::vector<uint8_t> payload;
-};
 
 /// What the log holds of one channel.
 struct Recorder::Written {
@@ -69,26 +55,22 @@ Result<std::unique_ptr<Recorder>> Recorder::Create(bridge::Bus* bus, const bridg
   if (!writer) return tl::unexpected(writer.error());
   if (!options.wall_clock) options.wall_clock = MachineWallClock;
   std::unique_ptr<Recorder> recorder(
-      new Recorder(bus, time, std::move(options), key->run, key->model_hash, std::move(*writer)));
+      new Recorder(bus, time, std::move(options), *key, std::move(*writer)));
   recorder->WriteInfo();
   if (!recorder->error_.empty()) return Fail(recorder->error_);
   return recorder;
 }
 
 Recorder::Recorder(bridge::Bus* bus, const bridge::TimeSource* time, RecorderOptions options,
-                   std::string run, uint64_t model_hash, std::unique_ptr<EventLogWriter> writer)
-    : time_(time),
-      options_(std::move(options)),
-      run_(std::move(run)),
-      model_hash_(model_hash),
-      writer_(std::move(writer)) {
+                   DescriptionKey key, std::unique_ptr<EventLogWriter> writer)
+    : time_(time), options_(std::move(options)), key_(std::move(key)), writer_(std::move(writer)) {
   bridge::LogParticipantOptions participant;
-  participant.run = run_;
-  participant.model_hash = model_hash_;
+  participant.run = key_.run;
+  participant.model_hash = key_.model_hash;
   participant.realtime = options_.realtime;
   participant.claim = options_.claim;
   participant.timing = options_.timing;
-  participant.build = ReadDescriptionKey(options_.description)->build;
+  participant.build = key_.build;
   participant_ = std::make_unique<bridge::LogParticipant>(
       bus, time, std::move(participant), [this](const bridge::LoggedMessage& m) { Take(m); });
   participant_->OnInfoRequest([this] { PublishInfo(); });
@@ -126,31 +108,30 @@ bool Recorder::done() const {
 
 const bridge::Ledger& Recorder::ledger() const { return participant_->ledger(); }
 
-/// The header of a message that only the log gets.
-void Recorder::FillHeader(int64_t sequence, morphbus::header_t* header) const {
-  header->protocol = morphbus::header_t::PROTOCOL;
-  header->tick = std::max<int64_t>(last_tick_, 0);
-  header->sim_time_us = last_time_us_;
-  header->sequence = sequence;
-  header->model_hash = static_cast<int64_t>(model_hash_);
-  header->program_hash = 0;
+template <class M>
+void Recorder::WriteOwn(const std::string& channel, int64_t sequence, M* message) {
+  message->header.protocol = morphbus::header_t::PROTOCOL;
+  message->header.tick = std::max<int64_t>(last_tick_, 0);
+  message->header.sim_time_us = last_time_us_;
+  message->header.sequence = sequence;
+  message->header.model_hash = static_cast<int64_t>(key_.model_hash);
+  message->header.program_hash = 0;
+  std::vector<uint8_t> payload;
+  bridge::Encode(*message, &payload);
+  Write(channel, payload, options_.wall_clock(), false);
 }
 
 /// The description is the head of the log, whatever the bus does.
 void Recorder::WriteInfo() {
-  const std::string channel = bridge::Channel(run_, "", Topic::kInfo);
   // The parts are numbered from 0, like the messages of any channel.
   int64_t sequence = 0;
   for (morphbus::info_part_t& part : bridge::SplitInfo(options_.description)) {
-    FillHeader(sequence++, &part.header);
-    std::vector<uint8_t> payload;
-    bridge::Encode(part, &payload);
-    Write(channel, std::move(payload), options_.wall_clock(), false);
+    WriteOwn(bridge::Channel(key_.run, "", Topic::kInfo), sequence++, &part);
   }
 }
 
 void Recorder::PublishInfo() {
-  const std::string channel = bridge::Channel(run_, "", Topic::kInfo);
+  const std::string channel = bridge::Channel(key_.run, "", Topic::kInfo);
   for (morphbus::info_part_t& part : bridge::SplitInfo(options_.description)) {
     participant_->outbox().Send(channel, std::max<int64_t>(last_tick_, 0), last_time_us_, &part);
   }
@@ -158,21 +139,7 @@ void Recorder::PublishInfo() {
 
 void Recorder::EachSecond() {
   participant_->PublishHealth();
-  if (auto flushed = writer_->Flush(); !flushed && error_.empty()) {
-    error_ = flushed.error().message;
-  }
-}
-
-/// The logger's own last ledger: it hears nothing of its own any more.
-/// The header's sequence number is 0: the log holds one such message.
-void Recorder::WriteLedger() {
-  morphbus::health_t health =
-      bridge::MakeHealth(std::string(bridge::kLogProcess), participant_->ledger());
-  FillHeader(0, &health.header);
-  std::vector<uint8_t> payload;
-  bridge::Encode(health, &payload);
-  Write(bridge::Channel(run_, bridge::kLogProcess, Topic::kHealth), std::move(payload),
-        options_.wall_clock(), false);
+  if (auto flushed = writer_->Flush(); !flushed && error_.empty()) error_ = flushed.error().message;
 }
 
 void Recorder::TakeEndAck(const uint8_t* data, size_t size) {
@@ -201,7 +168,7 @@ void Recorder::Take(const bridge::LoggedMessage& message) {
   const int64_t now = options_.wall_clock();
   const bool hashed = bridge::IsHashed(name->topic);
   if (!hashed) {
-    Write(channel, std::move(payload), now, false);
+    Write(channel, payload, now, false);
     return;
   }
   // The latest tick heard of dates the messages that only the log gets.
@@ -213,35 +180,32 @@ void Recorder::Take(const bridge::LoggedMessage& message) {
   }
   // In real time no tick is ever known to be whole, so order of arrival is the order of the log.
   if (options_.realtime) {
-    Write(channel, std::move(payload), now, true);
+    Write(channel, payload, now, true);
     return;
   }
-  held_.push_back(
-      {header.tick, Rank(name->topic), channel, header.sequence, now, std::move(payload)});
+  // Topics stand in the order of their numbers: what was sensed, what was told, what was commanded.
+  held_[{header.tick, static_cast<int>(name->topic), channel, header.sequence}] = {
+      now, std::move(payload)};
 }
 
 /// Writes the held messages of the first `complete_ticks` ticks in an order that only they decide.
 void Recorder::Release(int64_t complete_ticks) {
-  // Take out what belongs to whole ticks, put it into the order of the file, and write it.
-  const auto ready = std::stable_partition(held_.begin(), held_.end(),
-                                           [&](const Held& h) { return h.tick < complete_ticks; });
-  if (ready == held_.begin()) return;
-  std::sort(held_.begin(), ready, [](const Held& a, const Held& b) {
-    return std::tie(a.tick, a.rank, a.channel, a.sequence) <
-           std::tie(b.tick, b.rank, b.channel, b.sequence);
-  });
-  for (auto h = held_.begin(); h != ready; ++h) {
-    Write(h->channel, std::move(h->payload), h->timestamp_us, true);
+  while (!held_.empty() && std::get<0>(held_.begin()->first) < complete_ticks) {
+    const auto& [place, held] = *held_.begin();
+    // What was written while this was held has later stamps; a log never steps back for that.
+    const int64_t timestamp_us = std::max(held.timestamp_us, last_stamp_us_);
+    Write(std::get<2>(place), held.payload, timestamp_us, true);
+    held_.erase(held_.begin());
   }
-  held_.erase(held_.begin(), ready);
 }
 
-void Recorder::Write(const std::string& channel, std::vector<uint8_t> payload, int64_t timestamp_us,
-                     bool hashed) {
+void Recorder::Write(const std::string& channel, const std::vector<uint8_t>& payload,
+                     int64_t timestamp_us, bool hashed) {
   Written& written = written_[channel];
   written.hashed = hashed;
   ++written.count;
   written.hash.Update(payload.data(), payload.size());
+  last_stamp_us_ = timestamp_us;
   // The first failure is kept: what fails after it only follows from it.
   if (auto result = writer_->Write(timestamp_us, channel, payload); !result && error_.empty()) {
     error_ = result.error().message;
@@ -261,30 +225,27 @@ int64_t Recorder::CountLost(std::string* what) const {
   return lost;
 }
 
-std::vector<uint8_t> Recorder::MakeEnd(const std::string& reason, bool clean,
-                                       const std::string& run_hash,
-                                       const std::vector<bridge::ChannelTotal>& totals) const {
+void Recorder::WriteEnd(const RecordSummary& summary,
+                        const std::vector<bridge::ChannelTotal>& totals) {
   morphbus::log_end_t end;
   // The run's own facts come first, then the totals by which a reader checks the log.
-  FillHeader(0, &end.header);
-  end.run = run_;
-  end.clean = clean;
-  end.reason = bridge::CutText(reason, bridge::kLongestText);
-  end.run_hash = run_hash;
+  end.run = key_.run;
+  end.clean = summary.complete;
+  end.reason = bridge::CutText(summary.reason, bridge::kLongestText);
+  end.run_hash = summary.run_hash;
   end.num_ticks = participant_->complete_ticks();
-  for (const bridge::ChannelTotal& total : totals) {
-    end.channels.push_back(bridge::ToWire(total));
-  }
+  for (const bridge::ChannelTotal& total : totals) end.channels.push_back(bridge::ToWire(total));
   end.num_channels = static_cast<int16_t>(end.channels.size());
-  std::vector<uint8_t> payload;
-  bridge::Encode(end, &payload);
-  return payload;
+  WriteOwn(bridge::Channel(key_.run, "", Topic::kEnd), 0, &end);
 }
 
 Result<RecordSummary> Recorder::Finish(const std::string& interrupted) {
   // What is held of ticks that never became whole is still part of the run.
   Release(std::numeric_limits<int64_t>::max());
-  WriteLedger();
+  // The logger's own last ledger: it hears nothing of its own any more.
+  morphbus::health_t health =
+      bridge::MakeHealth(std::string(bridge::kLogProcess), participant_->ledger());
+  WriteOwn(bridge::Channel(key_.run, bridge::kLogProcess, Topic::kHealth), 0, &health);
   // What END vouches for: count and hash of every channel, and the hash of the run.
   std::vector<bridge::ChannelTotal> totals;
   std::vector<bridge::ChannelTotal> hashed;
@@ -306,14 +267,8 @@ Result<RecordSummary> Recorder::Finish(const std::string& interrupted) {
                      participant_->error().empty() && error_.empty() &&
                      (options_.realtime || summary.lost == 0);
   // END goes last. A log that could not be written keeps its name for unfinished ones.
-  const std::vector<uint8_t> end =
-      MakeEnd(summary.reason, summary.complete, summary.run_hash, totals);
-  summary.path = writer_->partial_path();
-  if (!error_.empty()) return Fail(error_ + "; the log up to there is " + summary.path);
-  if (auto r = writer_->Write(options_.wall_clock(), bridge::Channel(run_, "", Topic::kEnd), end);
-      !r) {
-    return tl::unexpected(r.error());
-  }
+  if (error_.empty()) WriteEnd(summary, totals);
+  if (!error_.empty()) return Fail(error_ + "; the log up to there is " + writer_->partial_path());
   if (auto r = writer_->Close(); !r) return tl::unexpected(r.error());
   summary.path = writer_->path();
   summary.events = writer_->num_events();

@@ -10,9 +10,11 @@
 #include <memory>
 #include <morphbus/header_t.hpp>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "bridge/lockstep/log_participant.h"
+#include "logger/log/description.h"
 #include "logger/log/event_log.h"
 
 namespace morphbus::logger {
@@ -91,22 +93,27 @@ class Recorder : public bridge::Participant {
   /// Where the log is until Finish().
   [[nodiscard]] const std::string& partial_path() const { return writer_->partial_path(); }
   /// The run's name, from the description.
-  [[nodiscard]] const std::string& run() const { return run_; }
+  [[nodiscard]] const std::string& run() const { return key_.run; }
 
  private:
-  struct Held;
+  /// A message that waits for its tick to be whole, so that order of arrival leaves no trace.
+  struct Held {
+    /// Wall clock of its arrival, µs since 1970.
+    int64_t timestamp_us = 0;
+    std::vector<uint8_t> payload;
+  };
   struct Written;
 
   Recorder(bridge::Bus* bus, const bridge::TimeSource* time, RecorderOptions options,
-           std::string run, uint64_t model_hash, std::unique_ptr<EventLogWriter> writer);
+           DescriptionKey key, std::unique_ptr<EventLogWriter> writer);
+  /// Fills the header of a message that only the log gets, and writes it: it is dated by the latest
+  /// tick heard of.
+  template <class M>
+  void WriteOwn(const std::string& channel, int64_t sequence, M* message);
   /// Writes the description's parts into the log, as its head.
   void WriteInfo();
   /// Sends the description's parts on the bus, for those who ask.
   void PublishInfo();
-  /// Fills the header of a message that only the log gets: it is dated by the latest tick heard of.
-  void FillHeader(int64_t sequence, morphbus::header_t* header) const;
-  /// Writes the logger's own last ledger as a HEALTH message.
-  void WriteLedger();
   /// True once every process that sent HEALTH sent it after the run's end, too.
   [[nodiscard]] bool HasAllLedgers() const;
   /// Takes one message of the run as it arrives: writes it, or holds it until its tick is whole.
@@ -118,24 +125,23 @@ class Recorder : public bridge::Participant {
   void Release(int64_t complete_ticks);
   /// Appends one event, and counts and hashes it under its channel for END; `timestamp_us` is wall
   /// clock.
-  void Write(const std::string& channel, std::vector<uint8_t> payload, int64_t timestamp_us,
+  void Write(const std::string& channel, const std::vector<uint8_t>& payload, int64_t timestamp_us,
              bool hashed);
-  /// The bytes of the END event. `clean`: the run ended as planned; `totals`: of every channel.
-  std::vector<uint8_t> MakeEnd(const std::string& reason, bool clean, const std::string& run_hash,
-                               const std::vector<bridge::ChannelTotal>& totals) const;
+  /// Writes END: how the run ended, and the totals of every channel.
+  void WriteEnd(const RecordSummary& summary, const std::vector<bridge::ChannelTotal>& totals);
   /// How many messages the publishers counted and the log lacks; appends their channels to `what`.
   [[nodiscard]] int64_t CountLost(std::string* what) const;
 
   const bridge::TimeSource* time_;
   RecorderOptions options_;
-  std::string run_;
-  uint64_t model_hash_ = 0;
+  DescriptionKey key_;
   /// The log; never null.
   std::unique_ptr<EventLogWriter> writer_;
   /// The logger's part in the lockstep; it hands every message to Take().
   std::unique_ptr<bridge::LogParticipant> participant_;
-  /// Messages that count for the run's hash, of ticks that are not whole yet.
-  std::vector<Held> held_;
+  /// Messages that count for the run's hash, of ticks that are not whole yet, by tick, topic,
+  /// channel and number: the order in which they are written.
+  std::map<std::tuple<int64_t, int, std::string, int64_t>, Held> held_;
   /// What the log holds, by channel.
   std::map<std::string, Written> written_;
   /// How many messages the modules said they published (END_ACK), by channel.
@@ -148,6 +154,8 @@ class Recorder : public bridge::Participant {
   /// gets.
   int64_t last_tick_ = -1;
   int64_t last_time_us_ = 0;
+  /// Stamp of the event written last, µs since 1970.
+  int64_t last_stamp_us_ = 0;
   std::string error_;
 };
 

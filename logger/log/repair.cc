@@ -1,9 +1,8 @@
 #include "logger/log/repair.h"
 
 #include <fmt/format.h>
-#include <sys/stat.h>
-
 #include <algorithm>
+#include <filesystem>
 
 #include "bridge/wire/channels.h"
 #include "bridge/wire/codec.h"
@@ -13,14 +12,6 @@ namespace morphbus::logger {
 namespace {
 
 constexpr size_t kMaxFindings = 1000;
-
-/// Whether both paths name one file that is there.
-bool IsSameFile(const std::string& a, const std::string& b) {
-  struct stat sa = {};
-  struct stat sb = {};
-  return ::stat(a.c_str(), &sa) == 0 && ::stat(b.c_str(), &sb) == 0 && sa.st_dev == sb.st_dev &&
-         sa.st_ino == sb.st_ino;
-}
 
 /// Whether the payload is what was sent, as far as a message can say that of itself.
 Result<void> CheckPayload(const LogEvent& event) {
@@ -60,7 +51,8 @@ Result<void> Copy(EventLogReader* reader, EventLogWriter* writer, RepairReport* 
 Result<RepairReport> RepairLog(const std::string& in_path, const std::string& out_path) {
   // The writer empties PATH.partial, which is what an interrupted run leaves for repair.
   for (const std::string& written : {out_path, out_path + ".partial"}) {
-    if (IsSameFile(in_path, written)) {
+    std::error_code not_there;
+    if (std::filesystem::equivalent(in_path, written, not_there)) {
       return Fail("writing " + out_path + " would overwrite " + in_path +
                   ", the log to be repaired: choose another name");
     }

@@ -54,6 +54,7 @@ Result<std::unique_ptr<Replayer>> Replayer::Open(const std::string& path, Replay
   }
   // The channel expression comes from the user and may be none.
   std::unique_ptr<Replayer> replayer(new Replayer(std::move(*reader), options));
+  if (options.to_s >= 0) replayer->end_us_ = Micros(options.to_s);
   try {
     replayer->filter_ = std::regex(options.channel.empty() ? ".*" : options.channel);
   } catch (const std::regex_error& e) {
@@ -99,12 +100,7 @@ Replayer::Replayer(std::unique_ptr<EventLogReader> reader, ReplayOptions options
     : reader_(std::move(reader)), options_(std::move(options)), paused_(options_.paused) {}
 
 Replayer::~Replayer() {
-  if (bus_ == nullptr) return;
-  for (const std::string& run : runs_) {
-    bus_->Unsubscribe(bridge::Channel(run, bridge::kLogProcess, Topic::kAsk));
-    bus_->Unsubscribe(bridge::Channel(run, "", Topic::kHello));
-    bus_->Unsubscribe(bridge::Channel(run, "", Topic::kClock));
-  }
+  for (const std::string& channel : listened_) bus_->Unsubscribe(channel);
 }
 
 void Replayer::Rewind() {
@@ -117,37 +113,44 @@ void Replayer::Rewind() {
 void Replayer::Start(bridge::Bus* bus, int64_t now_us) {
   bus_ = bus;
   listen_until_us_ = now_us + options_.listen_us;
+  const auto listen = [&](const std::string& channel,
+                          void (Replayer::*on)(const uint8_t*, size_t)) {
+    bus->Subscribe(channel, [this, on](std::string_view, const uint8_t* data, size_t size) {
+      (this->*on)(data, size);
+    });
+    listened_.push_back(channel);
+  };
   // Every run of the log is listened to: any of them may be alive on this bus.
   for (const std::string& run : runs_) {
-    bus->Subscribe(
-        bridge::Channel(run, bridge::kLogProcess, Topic::kAsk),
-        [this](std::string_view, const uint8_t* data, size_t size) { OnAsk(data, size); });
-    bus->Subscribe(
-        bridge::Channel(run, "", Topic::kHello),
-        [this](std::string_view, const uint8_t* data, size_t size) { OnHello(data, size); });
-    bus->Subscribe(bridge::Channel(run, "", Topic::kClock),
-                   [this](std::string_view, const uint8_t*, size_t) { OnClock(); });
+    listen(bridge::Channel(run, bridge::kLogProcess, Topic::kAsk), &Replayer::OnAsk);
+    listen(bridge::Channel(run, "", Topic::kHello), &Replayer::OnHello);
+    listen(bridge::Channel(run, "", Topic::kClock), &Replayer::OnClock);
   }
 }
 
 /// While we only listen, a CLOCK is somebody else's.
-void Replayer::OnClock() {
+void Replayer::OnClock(const uint8_t*, size_t) {
   if (state_ != State::kListening || !error_.empty()) return;
   error_ = "a live run of that name is on this bus, and a replay would disturb it";
 }
 
 void Replayer::OnAsk(const uint8_t* data, size_t size) {
   morphbus::ask_t ask;
-  if (!bridge::Decode(data, size, {}, &ask) || ask.kind != morphbus::ask_t::KIND_INFO) return;
-  // The limit keeps a flood of names from filling the memory.
-  if (listeners_.size() < 10'000) listeners_.insert(ask.sender);
-  progress_.listeners = static_cast<int>(listeners_.size());
+  if (bridge::Decode(data, size, {}, &ask) && ask.kind == morphbus::ask_t::KIND_INFO) {
+    AddListener(ask.sender);
+  }
 }
 
 void Replayer::OnHello(const uint8_t* data, size_t size) {
   morphbus::hello_t hello;
-  if (!bridge::Decode(data, size, {}, &hello)) return;
-  if (listeners_.size() < 10'000) listeners_.insert(fmt::format("{} {}", hello.process, hello.pid));
+  if (bridge::Decode(data, size, {}, &hello)) {
+    AddListener(fmt::format("{} {}", hello.process, hello.pid));
+  }
+}
+
+void Replayer::AddListener(const std::string& name) {
+  // The limit keeps a flood of names from filling the memory.
+  if (listeners_.size() < 10'000) listeners_.insert(name);
   progress_.listeners = static_cast<int>(listeners_.size());
 }
 
@@ -187,8 +190,9 @@ bool Replayer::Wanted(const LogEvent& event) {
   // INFO says what the rest means, so it goes out in any range; a range from 0 or below includes
   // what stands before the first sim time.
   const bool is_info = name && name->topic == Topic::kInfo;
-  const bool in_range =
-      log_time_us_ >= Micros(options_.from_s) || is_info || (has_sim_time_ && options_.from_s <= 0);
+  const bool begun =
+      log_time_us_ >= Micros(options_.from_s) || (has_sim_time_ && options_.from_s <= 0);
+  const bool in_range = is_info || (begun && log_time_us_ < end_us_);
   // LCM cannot carry longer names.
   if (!in_range || event.channel.size() > bridge::kMaxChannelName ||
       !std::regex_match(event.channel.begin(), event.channel.end(), filter_)) {
@@ -198,19 +202,17 @@ bool Replayer::Wanted(const LogEvent& event) {
   return true;
 }
 
-/// Finds the next event to publish; false at the end of the range.
+/// Finds the next event to publish; false if there is none. What lies beyond the end of the range
+/// is read, too: in concatenated logs another run may follow.
 bool Replayer::ReadNext() {
   if (has_next_) return true;
   while (reader_->Next(&next_)) {
     TakeSimTime(next_);
-    // The range ends with the first event at or after its end.
-    if (options_.to_s >= 0 && log_time_us_ != kEarliestSimTime &&
-        log_time_us_ >= Micros(options_.to_s)) {
-      return false;
-    }
     if (!Wanted(next_)) continue;
-    // Events before the first sim time are due at the start of the range.
-    next_time_us_ = log_time_us_ == kEarliestSimTime ? Micros(options_.from_s) : log_time_us_;
+    // Events before the first sim time are due at the start of the range, and nobody waits for a
+    // later run's description beyond its end.
+    next_time_us_ = log_time_us_ == kEarliestSimTime ? Micros(options_.from_s)
+                                                     : std::min(log_time_us_, end_us_);
     has_next_ = true;
     return true;
   }

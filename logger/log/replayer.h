@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <regex>
@@ -28,7 +29,8 @@ struct ReplayOptions {
   double speed = 1.0;
   /// Start of the range, seconds, inclusive. The description (INFO) goes out in any case.
   double from_s = 0.0;
-  /// End of the range, seconds, exclusive; below 0: to the end of the log.
+  /// End of the range, seconds, exclusive; below 0: to the end of the log. In concatenated logs the
+  /// range is that of each run.
   double to_s = -1.0;
   /// Which channels go out: an ECMAScript regular expression over whole names; empty: all.
   std::string channel = {};
@@ -108,7 +110,7 @@ class Replayer {
   Replayer(std::unique_ptr<EventLogReader> reader, ReplayOptions options);
   /// Learns from one event what must be known before any goes out: runs, sim time, damage.
   void Survey(const LogEvent& event);
-  /// Finds the next event to publish; false at the end of the range or the file.
+  /// Finds the next event to publish; false at the end of the file.
   bool ReadNext();
   /// Goes back to the beginning of the file.
   void Rewind();
@@ -126,13 +128,19 @@ class Replayer {
   void OnAsk(const uint8_t* data, size_t size);
   void OnHello(const uint8_t* data, size_t size);
   /// A CLOCK that comes before we publish any is a live run's: the replay stops.
-  void OnClock();
+  void OnClock(const uint8_t* data, size_t size);
+  /// Counts a listener, once by its name.
+  void AddListener(const std::string& name);
 
   std::unique_ptr<EventLogReader> reader_;
   ReplayOptions options_;
   /// What `channel` says, compiled.
   std::regex filter_;
+  /// End of the range, µs of replay time, exclusive.
+  int64_t end_us_ = std::numeric_limits<int64_t>::max();
   bridge::Bus* bus_ = nullptr;
+  /// The channels on which Start() subscribed.
+  std::vector<std::string> listened_;
   /// Names of the runs in the log, 64 at most.
   std::set<std::string> runs_;
   /// Names of processes that asked, and name and process id of those that said HELLO.

@@ -9,7 +9,19 @@
 
 #include "logger/log/text_lines.h"
 
-namespace morphbus::logger {
+namespace morphbus {
+
+// What stands in JSON as it is called here. A ledger is that of its process.
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(health_t, received, sent, lost, discarded, duplicates, resent,
+                                   asked, bad, queue_overflows, missed_deadlines)
+
+namespace logger {
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DescribedRun, robot, model_file, program_file, mode, root_module,
+                                   build, started, world_hash, loss, seed)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ChannelFacts, messages, events, bytes, lost, duplicates, bad,
+                                   hashed)
+
 namespace {
 
 /// So many places of damage are listed; all are counted.
@@ -33,27 +45,6 @@ std::string Bytes(int64_t bytes) {
   if (bytes < 10'000) return fmt::format("{} B", bytes);
   if (bytes < 10'000'000) return fmt::format("{:.1f} kB", static_cast<double>(bytes) * 1e-3);
   return fmt::format("{:.1f} MB", static_cast<double>(bytes) * 1e-6);
-}
-
-/// The kind of a finding as JSON has it; scripts may rely on these words.
-const char* FindingKind(LogFinding::Kind kind) {
-  switch (kind) {
-    case LogFinding::Kind::kDamaged:
-      return "damaged";
-    case LogFinding::Kind::kTruncated:
-      return "truncated";
-    case LogFinding::Kind::kPayload:
-      return "payload";
-    case LogFinding::Kind::kNumber:
-      return "number";
-    case LogFinding::Kind::kMissing:
-      return "missing";
-    case LogFinding::Kind::kRestart:
-      return "restart";
-    case LogFinding::Kind::kClockStep:
-      return "clock_step";
-  }
-  return "damaged";
 }
 
 /// What the log is of: file, times, run, robot and program.
@@ -105,16 +96,9 @@ std::string ChannelTable(const LogFacts& f) {
 /// In what state END is, and what it says.
 std::string EndText(const LogFacts& f) {
   // The state says first whether END can be trusted at all; only then it is quoted.
-  switch (f.end_state) {
-    case EndState::kMissing:
-      return "no END: the log was cut";
-    case EndState::kUnreadable:
-      return "the END event is unreadable";
-    case EndState::kMismatch:
-      return "END contradicts the content";
-    case EndState::kVerified:
-      break;
-  }
+  static constexpr const char* kUntrusted[] = {
+      "no END: the log was cut", "the END event is unreadable", "END contradicts the content"};
+  if (f.end_state != EndState::kVerified) return kUntrusted[static_cast<int>(f.end_state)];
   return fmt::format("END verified, {}{}{}", f.end->clean ? "clean" : "not clean",
                      f.end->reason.empty() ? "" : ": ", f.end->reason);
 }
@@ -122,18 +106,12 @@ std::string EndText(const LogFacts& f) {
 /// One of the `channels` of `info --json`.
 nlohmann::json ChannelJson(const LogFacts& f, const ChannelFacts& c) {
   const double wall = Seconds(f.last_us - f.first_us);
-  // Rates are in hertz, by sim time and by wall time, and sizes in bytes.
-  nlohmann::json json = {{"messages", c.messages},
-                         {"events", c.events},
-                         {"bytes", c.bytes},
-                         {"rate_hz", Rate(c.messages, c.sim_seconds)},
-                         {"wall_rate_hz", Rate(c.events, Seconds(c.last_us - c.first_us))},
-                         {"bytes_per_second", wall > 0 ? static_cast<double>(c.bytes) / wall : 0.0},
-                         {"lost", c.lost},
-                         {"duplicates", c.duplicates},
-                         {"bad", c.bad},
-                         {"hashed", c.hashed},
-                         {"of_run", c.ours}};
+  // Counts first, then rates in hertz, by sim time and by wall time, and sizes in bytes.
+  nlohmann::json json = c;
+  json["rate_hz"] = Rate(c.messages, c.sim_seconds);
+  json["wall_rate_hz"] = Rate(c.events, Seconds(c.last_us - c.first_us));
+  json["bytes_per_second"] = wall > 0 ? static_cast<double>(c.bytes) / wall : 0.0;
+  json["of_run"] = c.ours;
   // Keys that mean nothing for the channel are left out; `matches_end` is null where END says
   // nothing.
   if (c.lost > 0) json["first_lost"] = c.first_lost;
@@ -164,17 +142,8 @@ void LogFacts::AddDamage(std::string what, uint64_t offset, int64_t time_us) {
 }
 
 const char* EndStateName(EndState state) {
-  switch (state) {
-    case EndState::kMissing:
-      return "missing";
-    case EndState::kUnreadable:
-      return "unreadable";
-    case EndState::kMismatch:
-      return "mismatch";
-    case EndState::kVerified:
-      return "verified";
-  }
-  return "missing";
+  static constexpr const char* kNames[] = {"missing", "unreadable", "mismatch", "verified"};
+  return kNames[static_cast<int>(state)];
 }
 
 std::string FactsText(const LogFacts& f) {
@@ -231,7 +200,10 @@ std::string VerifyText(const LogFacts& f) {
 }
 
 nlohmann::json FindingJson(const LogFinding& finding) {
-  return {{"kind", FindingKind(finding.kind)},
+  // Scripts may rely on these words, which stand in the order of the enumeration.
+  static constexpr const char* kKinds[] = {"damaged", "truncated", "payload",   "number",
+                                           "missing", "restart",   "clock_step"};
+  return {{"kind", kKinds[static_cast<int>(finding.kind)]},
           {"begin", finding.begin},
           {"end", finding.end},
           {"what", finding.what}};
@@ -258,23 +230,7 @@ nlohmann::json FactsJson(const LogFacts& f) {
     damage.push_back({{"what", d.what}, {"offset", d.offset}, {"time", Seconds(d.time_us)}});
   }
   nlohmann::json findings = nlohmann::json::array();
-  for (const LogFinding& finding : f.findings) {
-    findings.push_back(FindingJson(finding));
-  }
-  // Each process's last ledger, under its name.
-  nlohmann::json health = nlohmann::json::object();
-  for (const auto& [process, h] : f.health) {
-    health[process] = {{"received", h.received},
-                       {"sent", h.sent},
-                       {"lost", h.lost},
-                       {"discarded", h.discarded},
-                       {"duplicates", h.duplicates},
-                       {"resent", h.resent},
-                       {"asked", h.asked},
-                       {"bad", h.bad},
-                       {"queue_overflows", h.queue_overflows},
-                       {"missed_deadlines", h.missed_deadlines}};
-  }
+  for (const LogFinding& finding : f.findings) findings.push_back(FindingJson(finding));
   // What is always there.
   nlohmann::json json = {{"path", f.path},
                          {"bytes", f.file_bytes},
@@ -295,26 +251,18 @@ nlohmann::json FactsJson(const LogFacts& f) {
                          {"damage", std::move(damage)},
                          {"num_damage", f.num_damage},
                          {"findings", std::move(findings)},
-                         {"health", std::move(health)},
+                         {"health", f.health},
                          {"problems", f.problems}};
   // What END says is null without one, and the description is left out.
   json["clean"] = f.end ? nlohmann::json(f.end->clean != 0) : nlohmann::json(nullptr);
   json["reason"] = f.end ? nlohmann::json(f.end->reason) : nlohmann::json(nullptr);
   if (f.has_description) {
-    json["description"] = {{"robot", f.robot},
-                           {"model_file", f.model_file},
-                           {"program_file", f.program_file},
-                           {"mode", f.mode},
-                           {"root_module", f.root_module},
-                           {"build", f.build},
-                           {"started", f.started},
-                           {"world_hash", f.world_hash},
-                           {"model_hash", fmt::format("{:016x}", f.model_hash)},
-                           {"program_hash", fmt::format("{:016x}", f.program_hash)},
-                           {"loss", f.loss},
-                           {"seed", f.seed}};
+    json["description"] = static_cast<const DescribedRun&>(f);
+    json["description"]["model_hash"] = fmt::format("{:016x}", f.model_hash);
+    json["description"]["program_hash"] = fmt::format("{:016x}", f.program_hash);
   }
   return json;
 }
 
-}  // namespace morphbus::logger
+}  // namespace logger
+}  // namespace morphbus

@@ -98,9 +98,20 @@ enum class EndState {
   kVerified,
 };
 
+/// What the description says of a run (ApplyDescription); empty or 0 without one.
+struct DescribedRun {
+  bool has_description = false;
+  std::string model_file, robot, program_file, mode, build, started, root_module, world_hash;
+  uint64_t model_hash = 0, program_hash = 0;
+  /// The share of datagrams that every receiver threw away on purpose (0…1), and the seed of the
+  /// random numbers which chose them.
+  double loss = 0.0;
+  uint64_t seed = 0;
+};
+
 /// All that is told of a log besides its messages. LoadRunLog() fills it; `info`, `verify`, `run`
 /// and the comparison print it.
-struct LogFacts {
+struct LogFacts : DescribedRun {
   std::string path;
   uint64_t file_bytes = 0;
   int64_t events = 0;
@@ -136,14 +147,6 @@ struct LogFacts {
   int64_t num_damage = 0;
   /// Why the description or its model could not be used, or that there is none.
   std::vector<std::string> problems;
-
-  // These come from the description (ApplyDescription), and are empty or 0 without one. `loss` is
-  // the share of datagrams that every receiver threw away on purpose (0…1), `seed` that of the
-  // random numbers which chose them.
-  bool has_description = false;
-  std::string model_file, robot, program_file, mode, build, started, root_module, world_hash;
-  uint64_t model_hash = 0, program_hash = 0, seed = 0;
-  double loss = 0.0;
 
   /// True if nothing is missing or wrong: no damage, no losses, END there and its hashes right. It
   /// says nothing of whether the run ended well (END's `clean`).

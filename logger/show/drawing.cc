@@ -26,22 +26,8 @@ constexpr double kFontSize = 12;
 constexpr Color kInk = {0.13, 0.15, 0.19};
 constexpr Color kFaint = {0.80, 0.82, 0.86};
 
-/// Axis-aligned box on the picture plane (m).
-struct Extent {
-  double left = std::numeric_limits<double>::infinity();
-  double bottom = std::numeric_limits<double>::infinity();
-  double right = -std::numeric_limits<double>::infinity();
-  double top = -std::numeric_limits<double>::infinity();
-
-  void Add(double u, double v) {
-    left = std::min(left, u);
-    right = std::max(right, u);
-    bottom = std::min(bottom, v);
-    top = std::max(top, v);
-  }
-  [[nodiscard]] double width() const { return right - left; }
-  [[nodiscard]] double height() const { return top - bottom; }
-};
+/// A box on the picture plane (m).
+using Extent = Eigen::AlignedBox2d;
 
 /// What a panel must show of the picture plane: its hulls, the ground line, and a margin (m).
 Extent ExtentOf(const Panel& panel) {
@@ -49,15 +35,16 @@ Extent ExtentOf(const Panel& panel) {
   Extent extent;
   for (const SceneHull& hull : panel.scene.hulls) {
     for (const Eigen::Vector3d& p_L : hull.points_L) {
-      const Eigen::Vector3d q = projection.Project(hull.X_WL * p_L);
-      extent.Add(q.x(), q.y());
+      extent.extend(Eigen::Vector2d(projection.Project(hull.X_WL * p_L).head<2>()));
     }
   }
-  // A panel without bodies, whose width is minus infinity so far, shows a square of 20 cm.
-  if (!(extent.width() >= 0)) extent = {-0.1, -0.1, 0.1, 0.1};
-  if (panel.scene.ground && projection.sees_ground_edge_on()) extent.Add(extent.left, 0);
-  const double pad = 0.06 * std::max({extent.width(), extent.height(), 0.01});
-  return {extent.left - pad, extent.bottom - pad, extent.right + pad, extent.top + pad};
+  // A panel without bodies shows a square of 20 cm.
+  if (extent.isEmpty()) extent = {Eigen::Vector2d(-0.1, -0.1), Eigen::Vector2d(0.1, 0.1)};
+  if (panel.scene.ground && projection.sees_ground_edge_on()) {
+    extent.extend(Eigen::Vector2d(extent.min().x(), 0));
+  }
+  const double pad = 0.06 * std::max(extent.sizes().maxCoeff(), 0.01);
+  return {extent.min().array() - pad, extent.max().array() + pad};
 }
 
 /// Maps the picture plane of one panel (metres, v up) to the page (pixels, y down). The middle of
@@ -69,10 +56,10 @@ struct PanelMap {
   double x = 0, y = 0, width = 0, height = 0;
 
   [[nodiscard]] double U(double u) const {
-    return x + width / 2 + (u - (extent.left + extent.right) / 2) * scale;
+    return x + width / 2 + (u - extent.center().x()) * scale;
   }
   [[nodiscard]] double V(double v) const {
-    return y + height / 2 - (v - (extent.bottom + extent.top) / 2) * scale;
+    return y + height / 2 - (v - extent.center().y()) * scale;
   }
 };
 
@@ -80,20 +67,24 @@ void SetColor(cairo_t* cr, const Color& c, double alpha = 1) {
   cairo_set_source_rgba(cr, c[0], c[1], c[2], alpha);
 }
 
-enum class Align { kLeft, kCentre, kRight };
+enum class Align { kLeft, kCentre };
 
-/// Writes one line of text with its left end, middle or right end at x, on the base line y
-/// (pixels).
-void Text(cairo_t* cr, double x, double y, const std::string& text, double size, Align align,
-          bool bold = false, const Color& color = kInk) {
+/// Chooses the type, and measures a text in it (pixels).
+cairo_text_extents_t Measure(cairo_t* cr, const std::string& text, double size, bool bold) {
   cairo_select_font_face(cr, "sans-serif", CAIRO_FONT_SLANT_NORMAL,
                          bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
   cairo_set_font_size(cr, size);
   cairo_text_extents_t extents;
-  // The width is known only once the font is chosen.
   cairo_text_extents(cr, text.c_str(), &extents);
-  if (align == Align::kCentre) x -= extents.x_advance / 2;
-  if (align == Align::kRight) x -= extents.x_advance;
+  return extents;
+}
+
+/// Writes one line of text with its left end or middle at x, on the base line y
+/// (pixels).
+void Text(cairo_t* cr, double x, double y, const std::string& text, double size, Align align,
+          bool bold = false, const Color& color = kInk) {
+  const double width = Measure(cr, text, size, bold).x_advance;
+  if (align == Align::kCentre) x -= width / 2;
   SetColor(cr, color);
   cairo_move_to(cr, x, y);
   cairo_show_text(cr, text.c_str());
@@ -120,8 +111,8 @@ void DrawGround(cairo_t* cr, const Projection& projection, const PanelMap& map) 
   constexpr double kGrid = 0.1;
   constexpr int kLines = 40;  // Enough for any panel; clipped to it.
   // The grid is centred on what is seen, on whole decimetres of the world.
-  const Eigen::Vector3d centre = projection.GroundPointAt((map.extent.left + map.extent.right) / 2,
-                                                          (map.extent.bottom + map.extent.top) / 2);
+  const Eigen::Vector2d seen = map.extent.center();
+  const Eigen::Vector3d centre = projection.GroundPointAt(seen.x(), seen.y());
   const double x0 = std::round(centre.x() / kGrid) * kGrid;
   const double z0 = std::round(centre.z() / kGrid) * kGrid;
   SetColor(cr, kFaint);
@@ -160,12 +151,8 @@ void DrawNames(cairo_t* cr, const Scene& scene, const std::vector<VisibleFace>& 
   // The type's size is in pixels; labels are placed in metres of the picture plane.
   constexpr double kNameSize = 10;
   constexpr double kCellPx = 3;
-  const Extent& e = map.extent;
-  const LabelPlane plane{{e.left, e.bottom},
-                         {e.right, e.top},
-                         kCellPx / map.scale,
-                         0.65 * kNameSize / map.scale,
-                         kNameSize / map.scale};
+  const LabelPlane plane{map.extent.min(), map.extent.max(), kCellPx / map.scale,
+                         0.65 * kNameSize / map.scale, kNameSize / map.scale};
   const std::vector<PlacedLabel> labels = PlaceLabels(scene, faces, projection, plane);
   // Leader lines come first, so that no name is crossed by one.
   for (const PlacedLabel& label : labels) {
@@ -179,10 +166,7 @@ void DrawNames(cairo_t* cr, const Scene& scene, const std::vector<VisibleFace>& 
   }
   // Each name is centred on its place, with a light border under the dark type.
   for (const PlacedLabel& label : labels) {
-    cairo_select_font_face(cr, "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_BOLD);
-    cairo_set_font_size(cr, kNameSize);
-    cairo_text_extents_t extents;
-    cairo_text_extents(cr, label.text.c_str(), &extents);
+    const cairo_text_extents_t extents = Measure(cr, label.text, kNameSize, true);
     cairo_move_to(cr, map.U(label.centre.x()) - extents.x_advance / 2,
                   map.V(label.centre.y()) + extents.height / 2);
     cairo_text_path(cr, label.text.c_str());
@@ -281,8 +265,9 @@ Layout Arrange(const Drawing& drawing) {
     PanelMap map;
     map.extent = ExtentOf(panel);
     // A panel is at most one and a half times as high as wide.
-    scale = std::min({scale, drawing.panel_width_px / map.extent.width(),
-                      1.5 * drawing.panel_width_px / map.extent.height()});
+    const Eigen::Vector2d size = map.extent.sizes();
+    scale = std::min(
+        {scale, drawing.panel_width_px / size.x(), 1.5 * drawing.panel_width_px / size.y()});
     layout.maps.push_back(map);
   }
   // Rows below each other, panels beside each other.
@@ -292,7 +277,7 @@ Layout Arrange(const Drawing& drawing) {
     // A row has at least this height, so that compass and scale bar fit into it.
     double height = 110;
     for (size_t i = begin; i < end; ++i) {
-      height = std::max(height, layout.maps[i].extent.height() * scale);
+      height = std::max(height, layout.maps[i].extent.sizes().y() * scale);
     }
     y += kPanelTitleHeight;
     for (size_t i = begin; i < end; ++i) {
@@ -340,11 +325,6 @@ void DrawAll(cairo_t* cr, const Drawing& drawing, const Layout& layout) {
     DrawPanel(cr, drawing.panels[i], layout.maps[i]);
   }
   DrawLegend(cr, drawing, layout);
-}
-
-/// True if `text` ends with `end`.
-bool EndsWith(const std::string& text, const std::string& end) {
-  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
 /// Takes what cairo writes; `bytes` is a std::string.
@@ -423,8 +403,8 @@ Scene SceneOf(const model::Model& model, const model::Robot& robot,
 
 Result<std::string> RenderPicture(const Drawing& drawing, const std::string& name) {
   // Only the suffix counts: the caller decides where the bytes go.
-  const bool svg = EndsWith(name, ".svg");
-  if (!svg && !EndsWith(name, ".png")) {
+  const bool svg = name.ends_with(".svg");
+  if (!svg && !name.ends_with(".png")) {
     return Fail(name + ": a picture's name ends in .svg or .png");
   }
   if (drawing.panels.empty()) return Fail(name + ": there is nothing to draw");

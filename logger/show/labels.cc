@@ -14,10 +14,9 @@ constexpr int kTaken = -2;
 /// At least so much of a name's rectangle (0…1) must be on its module to be read as its name.
 constexpr double kMuchSeen = 0.75;
 
-/// A rectangle of cells of an OwnerGrid; high ends excluded. It may reach beyond the grid.
-struct CellBox {
-  int left = 0, bottom = 0, right = 0, top = 0;
-};
+/// A rectangle of cells of an OwnerGrid, (column, row); high ends excluded. It may reach beyond the
+/// grid.
+using CellBox = Eigen::AlignedBox2i;
 
 /// Which module is seen in each cell of the picture plane. Faces are painted into it as into the
 /// picture, so that the nearest one counts. Placed names are entered, too.
@@ -31,8 +30,17 @@ class OwnerGrid {
     for (const VisibleFace& face : faces) Paint(face);
   }
 
-  [[nodiscard]] int columns() const { return columns_; }
-  [[nodiscard]] int rows() const { return rows_; }
+  /// Calls visit(column, row) for the cells of a box that lie in the grid, or for all.
+  template <class Visit>
+  void ForCells(const CellBox& box, const Visit& visit) const {
+    const CellBox in = box.intersection(whole());
+    for (int row = in.min().y(); row < in.max().y(); ++row) {
+      for (int column = in.min().x(); column < in.max().x(); ++column) visit(column, row);
+    }
+  }
+  [[nodiscard]] CellBox whole() const {
+    return {Eigen::Vector2i(0, 0), Eigen::Vector2i(columns_, rows_)};
+  }
   /// The module that is seen in a cell; kNobody or kTaken.
   [[nodiscard]] int At(int column, int row) const { return owners_[row * columns_ + column]; }
   /// The middle of a cell (m).
@@ -43,32 +51,24 @@ class OwnerGrid {
   [[nodiscard]] CellBox BoxOf(const std::string& text, const Eigen::Vector2d& centre) const {
     const Eigen::Vector2d half =
         0.5 * Eigen::Vector2d(text.size() * plane_.character_width, plane_.character_height);
-    const Eigen::Vector2d low = (centre - half - plane_.low) / plane_.cell;
-    const Eigen::Vector2d high = (centre + half - plane_.low) / plane_.cell;
-    return {static_cast<int>(std::floor(low.x())), static_cast<int>(std::floor(low.y())),
-            static_cast<int>(std::ceil(high.x())), static_cast<int>(std::ceil(high.y()))};
+    return CellsOf({centre - half, centre + half});
   }
   /// How much of a box is `owner`'s, 0…1; 0 if it leaves the picture or touches a name.
   /// A name that would be cut by the picture's edge is of no use.
   [[nodiscard]] double Share(const CellBox& box, int owner) const {
-    if (box.left < 0 || box.bottom < 0 || box.right > columns_ || box.top > rows_) return 0.0;
+    if (!whole().contains(box)) return 0.0;
     int own = 0;
-    for (int row = box.bottom; row < box.top; ++row) {
-      for (int column = box.left; column < box.right; ++column) {
-        if (At(column, row) == kTaken) return 0.0;
-        own += At(column, row) == owner ? 1 : 0;
-      }
-    }
-    const int all = (box.right - box.left) * (box.top - box.bottom);
-    return all == 0 ? 0.0 : static_cast<double>(own) / all;
+    bool taken = false;
+    ForCells(box, [&](int column, int row) {
+      taken = taken || At(column, row) == kTaken;
+      own += At(column, row) == owner ? 1 : 0;
+    });
+    const int all = box.volume();
+    return taken || all == 0 ? 0.0 : static_cast<double>(own) / all;
   }
   /// Nobody else's name may stand in the box from now on.
   void Take(const CellBox& box) {
-    for (int row = std::max(box.bottom, 0); row < std::min(box.top, rows_); ++row) {
-      for (int column = std::max(box.left, 0); column < std::min(box.right, columns_); ++column) {
-        owners_[row * columns_ + column] = kTaken;
-      }
-    }
+    ForCells(box, [&](int column, int row) { owners_[row * columns_ + column] = kTaken; });
   }
 
  private:
@@ -78,25 +78,21 @@ class OwnerGrid {
     return static_cast<int>(std::clamp(std::ceil(length / plane_.cell), 1.0, kMost));
   }
 
+  /// The cells that a rectangle of the picture (m) touches.
+  [[nodiscard]] CellBox CellsOf(const Eigen::AlignedBox2d& box) const {
+    const Eigen::Array2d low = (box.min() - plane_.low) / plane_.cell;
+    const Eigen::Array2d high = (box.max() - plane_.low) / plane_.cell;
+    return {low.floor().cast<int>().matrix(), high.ceil().cast<int>().matrix()};
+  }
+
   /// Gives the cells whose middle lies in a face to the face's owner. Faces are convex.
   /// Only the cells within the face's box need to be looked at.
   void Paint(const VisibleFace& face) {
-    Eigen::Vector2d low = face.outline.front();
-    Eigen::Vector2d high = low;
-    for (const Eigen::Vector2d& p : face.outline) {
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
-    const auto cell = [&](double at, double begin, int most) {
-      return std::clamp(static_cast<int>(std::floor((at - begin) / plane_.cell)), 0, most - 1);
-    };
-    for (int row = cell(low.y(), plane_.low.y(), rows_);
-         row <= cell(high.y(), plane_.low.y(), rows_); ++row) {
-      for (int column = cell(low.x(), plane_.low.x(), columns_);
-           column <= cell(high.x(), plane_.low.x(), columns_); ++column) {
-        if (Contains(face, Middle(column, row))) owners_[row * columns_ + column] = face.owner;
-      }
-    }
+    Eigen::AlignedBox2d box;
+    for (const Eigen::Vector2d& p : face.outline) box.extend(p);
+    ForCells(CellsOf(box), [&](int column, int row) {
+      if (Contains(face, Middle(column, row))) owners_[row * columns_ + column] = face.owner;
+    });
   }
 
   /// Whether a point lies on one side of all edges.
@@ -130,19 +126,16 @@ struct Spot {
 Spot BestOnModule(const OwnerGrid& grid, const SceneName& name, const Eigen::Vector2d& anchor) {
   // Every cell of the module is tried, which a picture of a few hundred cells a side bears.
   Spot best;
-  for (int row = 0; row < grid.rows(); ++row) {
-    for (int column = 0; column < grid.columns(); ++column) {
-      if (grid.At(column, row) != name.owner) continue;
-      const Eigen::Vector2d centre = grid.Middle(column, row);
-      // More than enough need not be more still: then the nearer place counts.
-      const double share =
-          std::min(grid.Share(grid.BoxOf(name.text, centre), name.owner), kMuchSeen);
-      const double distance = (centre - anchor).norm();
-      if (share > best.share || (share == best.share && distance < best.distance)) {
-        best = {centre, share, distance};
-      }
+  grid.ForCells(grid.whole(), [&](int column, int row) {
+    if (grid.At(column, row) != name.owner) return;
+    const Eigen::Vector2d centre = grid.Middle(column, row);
+    // More than enough need not be more still: then the nearer place counts.
+    const double share = std::min(grid.Share(grid.BoxOf(name.text, centre), name.owner), kMuchSeen);
+    const double distance = (centre - anchor).norm();
+    if (share > best.share || (share == best.share && distance < best.distance)) {
+      best = {centre, share, distance};
     }
-  }
+  });
   return best;
 }
 
@@ -150,15 +143,13 @@ Spot BestOnModule(const OwnerGrid& grid, const SceneName& name, const Eigen::Vec
 Spot NearestFree(const OwnerGrid& grid, const SceneName& name, const Eigen::Vector2d& tip) {
   // Free are cells of nobody, so that the name hides neither a module nor another name.
   Spot best;
-  for (int row = 0; row < grid.rows(); ++row) {
-    for (int column = 0; column < grid.columns(); ++column) {
-      const Eigen::Vector2d centre = grid.Middle(column, row);
-      const double distance = (centre - tip).norm();
-      if (distance >= best.distance) continue;
-      if (grid.Share(grid.BoxOf(name.text, centre), kNobody) < 1.0) continue;
-      best = {centre, 1.0, distance};
-    }
-  }
+  grid.ForCells(grid.whole(), [&](int column, int row) {
+    const Eigen::Vector2d centre = grid.Middle(column, row);
+    const double distance = (centre - tip).norm();
+    if (distance >= best.distance) return;
+    if (grid.Share(grid.BoxOf(name.text, centre), kNobody) < 1.0) return;
+    best = {centre, 1.0, distance};
+  });
   return best;
 }
 

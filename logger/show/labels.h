@@ -3,7 +3,7 @@
 // module that is seen, else beside the robot with a line to that part, and not at all where the
 // module is hidden.
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <optional>
 #include <string>
 #include <vector>

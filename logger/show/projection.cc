@@ -1,8 +1,9 @@
 #include "logger/show/projection.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <numeric>
 
 #include "compiler/model/convex_hull.h"
 
@@ -19,8 +20,8 @@ struct PaintedHull {
   std::vector<double> offsets;
   /// The faces that look at the viewer.
   std::vector<VisibleFace> faces;
-  /// Box around the corners, in view coordinates.
-  Eigen::Vector3d low, high;
+  /// Box around the corners, on the picture plane.
+  Eigen::AlignedBox2d box;
   /// Mean depth of the corners.
   double depth = 0;
 };
@@ -43,14 +44,11 @@ PaintedHull Paint(const SceneHull& hull, const Projection& projection) {
   constexpr double kPlate = 0.003;
   const model::ConvexHull solid = model::ComputeHull(model::ThickenFlat(hull.points_L, kPlate));
   const Eigen::Vector3d up_V = projection.Direction(Eigen::Vector3d::UnitY());
-  painted.low.setConstant(std::numeric_limits<double>::infinity());
-  painted.high = -painted.low;
   // Corners on the picture plane, their box and their mean depth.
   for (const Eigen::Vector3d& p_L : solid.vertices) {
     const Eigen::Vector3d p = projection.Project(hull.X_WL * p_L);
     painted.corners.push_back(p);
-    painted.low = painted.low.cwiseMin(p);
-    painted.high = painted.high.cwiseMax(p);
+    painted.box.extend(Eigen::Vector2d(p.head<2>()));
     painted.depth += p.z() / static_cast<double>(solid.vertices.size());
   }
   // All faces help to order hulls; those that look at the viewer are painted.
@@ -72,10 +70,10 @@ PaintedHull Paint(const SceneHull& hull, const Projection& projection) {
   return painted;
 }
 
-/// Whether the boxes of two hulls meet on the picture plane.
+/// Whether the boxes of two hulls overlap on the picture plane.
 bool OverlapOnPicture(const PaintedHull& a, const PaintedHull& b) {
-  return a.low.x() < b.high.x() && b.low.x() < a.high.x() && a.low.y() < b.high.y() &&
-         b.low.y() < a.high.y();
+  return (a.box.min().array() < b.box.max().array()).all() &&
+         (b.box.min().array() < a.box.max().array()).all();
 }
 
 /// Separates two hulls by a face plane of `a`: +1 if all of `b` is on the outer side of one that
@@ -86,10 +84,9 @@ int SideOf(const PaintedHull& a, const PaintedHull& b) {
   for (size_t f = 0; f < a.normals.size(); ++f) {
     if (std::abs(a.normals[f].z()) < 1e-3) continue;  // Edge on: says nothing of who covers whom.
     // A plane with all of b's corners outside has all of b outside, since b is convex.
-    bool outside = true;
-    for (const Eigen::Vector3d& p : b.corners) {
-      outside = outside && a.normals[f].dot(p) >= a.offsets[f] - kTouch;
-    }
+    const bool outside = std::all_of(b.corners.begin(), b.corners.end(), [&](const auto& p) {
+      return a.normals[f].dot(p) >= a.offsets[f] - kTouch;
+    });
     if (outside) return a.normals[f].z() > 0 ? 1 : -1;
   }
   return 0;
@@ -108,25 +105,21 @@ bool Behind(const PaintedHull& a, const PaintedHull& b) {
 /// has some dozens.
 std::vector<size_t> PaintingOrder(const std::vector<PaintedHull>& hulls) {
   std::vector<size_t> by_depth(hulls.size());
-  for (size_t i = 0; i < hulls.size(); ++i) by_depth[i] = i;
+  std::iota(by_depth.begin(), by_depth.end(), 0);
   std::stable_sort(by_depth.begin(), by_depth.end(),
                    [&](size_t a, size_t b) { return hulls[a].depth < hulls[b].depth; });
   std::vector<size_t> order;
   // Hulls that do not meet on the picture cannot cover each other, and are not compared.
   while (!by_depth.empty()) {
-    size_t pick = 0;
-    for (size_t i = 0; i < by_depth.size(); ++i) {
-      const bool covered_first = std::none_of(by_depth.begin(), by_depth.end(), [&](size_t other) {
-        return other != by_depth[i] && OverlapOnPicture(hulls[other], hulls[by_depth[i]]) &&
-               Behind(hulls[other], hulls[by_depth[i]]);
+    auto pick = std::find_if(by_depth.begin(), by_depth.end(), [&](size_t hull) {
+      return std::none_of(by_depth.begin(), by_depth.end(), [&](size_t other) {
+        return other != hull && OverlapOnPicture(hulls[other], hulls[hull]) &&
+               Behind(hulls[other], hulls[hull]);
       });
-      if (covered_first) {
-        pick = i;
-        break;
-      }
-    }
-    order.push_back(by_depth[pick]);
-    by_depth.erase(by_depth.begin() + static_cast<std::ptrdiff_t>(pick));
+    });
+    if (pick == by_depth.end()) pick = by_depth.begin();
+    order.push_back(*pick);
+    by_depth.erase(pick);
   }
   return order;
 }

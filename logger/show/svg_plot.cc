@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <optional>
+#include <set>
 
 namespace morphbus::logger {
 namespace {
@@ -45,7 +48,13 @@ struct Frame {
   [[nodiscard]] double Y(double v) const { return top + (y.high - v) / y.span() * height; }
 };
 
-/// Keeps first, lowest, highest and last point of each of kColumns stretches of the line.
+/// Whether a point can be drawn.
+bool IsFinite(const std::pair<double, double>& point) {
+  return std::isfinite(point.first) && std::isfinite(point.second);
+}
+
+/// Keeps first, lowest, highest and last point of each of kColumns stretches of the line, and the
+/// first point of each that cannot be drawn: there the line is broken.
 std::vector<std::pair<double, double>> Thin(const std::vector<std::pair<double, double>>& points) {
   // A line that is short enough stays as it is.
   if (points.size() <= 4 * kColumns) return points;
@@ -53,18 +62,22 @@ std::vector<std::pair<double, double>> Thin(const std::vector<std::pair<double, 
   for (size_t column = 0; column < kColumns; ++column) {
     const size_t begin = column * points.size() / kColumns;
     const size_t end = (column + 1) * points.size() / kColumns;
-    // The lowest and highest keep peaks visible that a mere selection would lose.
-    size_t low = begin;
-    size_t high = begin;
+    // The lowest and highest keep peaks visible that a mere selection would lose. A point without a
+    // finite value is neither, and compares with nothing.
+    std::set<size_t> keep = {begin, end - 1};
+    std::optional<size_t> low, high, gap;
     for (size_t i = begin; i < end; ++i) {
-      if (points[i].second < points[low].second) low = i;
-      if (points[i].second > points[high].second) high = i;
+      if (!IsFinite(points[i])) {
+        gap = gap.value_or(i);
+        continue;
+      }
+      if (!low || points[i].second < points[*low].second) low = i;
+      if (!high || points[i].second > points[*high].second) high = i;
     }
-    size_t keep[4] = {begin, low, high, end - 1};
-    std::sort(keep, keep + 4);
-    for (int k = 0; k < 4; ++k) {
-      if (k == 0 || keep[k] != keep[k - 1]) out.push_back(points[keep[k]]);
+    for (const std::optional<size_t>& i : {low, high, gap}) {
+      if (i) keep.insert(*i);
     }
+    for (const size_t i : keep) out.push_back(points[i]);
   }
   return out;
 }
@@ -137,26 +150,15 @@ std::string EmptyPlot(const PlotOptions& options) {
 }  // namespace
 
 std::string EscapeHtml(const std::string& text) {
+  static const std::map<char, const char*> reserved = {
+      {'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}, {'\'', "&#39;"}};
   std::string out;
   for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      case '\'':
-        out += "&#39;";
-        break;
-      default:
-        out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    const auto found = reserved.find(c);
+    if (found != reserved.end()) {
+      out += found->second;
+    } else {
+      out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
     }
   }
   return out;
@@ -191,10 +193,10 @@ std::string PlotSvg(const std::vector<PlotLine>& lines, const PlotOptions& optio
           static_cast<double>(options.height - kTop - kBottom)};
   // The frame holds all that is finite, with a margin above and below.
   for (const PlotLine& line : lines) {
-    for (const auto& [x, y] : line.points) {
-      if (!std::isfinite(x) || !std::isfinite(y)) continue;
-      f.x.Add(x);
-      f.y.Add(y);
+    for (const auto& point : line.points) {
+      if (!IsFinite(point)) continue;
+      f.x.Add(point.first);
+      f.y.Add(point.second);
     }
   }
   if (f.x.empty()) return EmptyPlot(options);
@@ -224,13 +226,13 @@ std::string PlotSvg(const std::vector<PlotLine>& lines, const PlotOptions& optio
     // Where a value is missing the line is broken.
     std::string path;
     bool pen = false;
-    for (const auto& [x, y] : Thin(line.points)) {
-      if (!std::isfinite(x) || !std::isfinite(y)) {
-        pen = false;
-        continue;
+    for (const auto& point : Thin(line.points)) {
+      const bool drawn = IsFinite(point);
+      if (drawn) {
+        path +=
+            fmt::format("{}{:.1f} {:.1f}", pen ? "L" : "M", f.X(point.first), f.Y(point.second));
       }
-      path += fmt::format("{}{:.1f} {:.1f}", pen ? "L" : "M", f.X(x), f.Y(y));
-      pen = true;
+      pen = drawn;
     }
     svg += fmt::format("<path class='{}' d='{}'/>", line.css_class, path);
   }

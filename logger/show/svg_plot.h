@@ -29,10 +29,10 @@ struct PlotMark {
 
 /// What a plot shows besides its lines.
 struct PlotOptions {
-  std::string title;
+  std::string title = {};
   /// Names of the axes, with their units.
-  std::string x_label;
-  std::string y_label;
+  std::string x_label = {};
+  std::string y_label = {};
   /// Size of the picture in the units of its view box; the page scales it to the room it has.
   int width = 640;
   int height = 240;
@@ -40,12 +40,12 @@ struct PlotOptions {
   bool equal_axes = false;
   /// Least range of the y axis, so that noise is not blown up to fill the plot.
   double least_y_span = 0;
-  std::vector<PlotMark> marks;
+  std::vector<PlotMark> marks = {};
 };
 
 /// The plot as an <svg> element, whose texts are escaped. Lines are thinned to what the picture can
-/// show (first, lowest, highest and last point of each of 600 columns are kept). A plot without any
-/// finite point says that there is nothing to show.
+/// show (first, lowest, highest and last point of each of 600 columns are kept, and breaks). A plot
+/// without any finite point says that there is nothing to show.
 std::string PlotSvg(const std::vector<PlotLine>& lines, const PlotOptions& options);
 
 /// Text with the five characters that HTML reserves replaced; control characters become spaces.

@@ -10,7 +10,7 @@
 #include <kdl/segment.hpp>
 #include <vector>
 
-#include "compiler/emit/mjcf.h"
+#include "compiler/emit/back_ends.h"
 #include "compiler/emit/robot_tree.h"
 #include "compiler/model/kinematic_tree.h"
 #include "quadruped.h"

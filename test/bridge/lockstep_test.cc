@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <morphbus/sim_clock_t.hpp>
 #include <numeric>
 
 #include "bridge/wire/codec.h"
@@ -439,6 +440,25 @@ TEST(Lockstep, PacingAddsNoTicksAndChangesNoPayload) {
   EXPECT_EQ(run.sim->outcome().run_hash, reference);
   EXPECT_GE(run.time.NowUs(), options.ticks * 10000);
   EXPECT_LT(run.time.NowUs(), (options.ticks + 1) * 10000);
+}
+
+TEST(LogLockstep, WhatComesAfterItWasGivenUpInRealTimeIsNew) {
+  LogLockstep::Config config;
+  config.realtime = true;
+  LogLockstep log(config);
+  LogLockstep::Actions actions;
+  log.Begin(0, &actions);
+  const auto clock = [&](int64_t tick) {
+    return log.OnClock(tick, morphbus::sim_clock_t::PHASE_RUN, 1, 1, 0, 0, &actions);
+  };
+  for (int64_t tick = 0; tick < 200; ++tick) {
+    if (tick == 10) continue;
+    EXPECT_TRUE(clock(tick)) << tick;
+  }
+  EXPECT_EQ(log.complete_tick(), 199) << "the gap was given up";
+  EXPECT_TRUE(clock(10));
+  EXPECT_FALSE(clock(10));
+  EXPECT_FALSE(clock(9));
 }
 
 }  // namespace

@@ -180,7 +180,11 @@ class Cli(Case):
         xml = self.folder / 'mtran.xml'
         morphbus('export', MODEL, '--module', 'MTRAN', '--to', 'xml', '-o', xml)
         morphbus('compile', PROGRAM, '--keywords', xml, '-o', self.folder / 'a')
-        morphbus('compile', PROGRAM, '--model', MODEL, '-o', self.folder / 'b')
+        answer = as_json('compile', PROGRAM, '--model', MODEL, '-o', self.folder / 'b')
+        image = (self.folder / 'b').read_bytes()
+        self.assertEqual((answer['output'], answer['bytes']), (str(self.folder / 'b'), len(image)))
+        self.assertRegex(answer['hash'], '^[0-9a-f]{16}$')
+        morphbus('compile', PROGRAM, '--model', MODEL, '-o', '-', '--json', status=2)
         self.assertEqual((self.folder / 'a').read_bytes(), (self.folder / 'b').read_bytes())
         self.assertIn('Junction', morphbus('disasm', self.folder / 'a').stdout)
 

@@ -47,6 +47,22 @@ class Running(Case):
         self.assertGreater(facts['ticks'], 10)
         self.assertIn('not clean: module m3 was killed', morphbus('verify', self.log_path).stdout)
 
+    def test_the_figures_of_a_broken_run_are_those_of_its_log(self):
+        self.start('broken', '--json')
+        os.kill(self.pid_of('--module m3 '), signal.SIGKILL)
+        summary = json.loads(self.finish(3)[0])
+        facts = as_json('info', summary['log'])
+        for key in ('run', 'hash', 'ticks', 'seconds', 'num_faults'):
+            self.assertEqual(summary[key], facts[key], key)
+        self.assertGreater(facts['ticks'], 10)
+        self.assertEqual(summary['messages'], sum(c['messages'] for c in facts['channels'].values() if c['hashed']))
+        ledgers = facts['health']
+        self.assertEqual(summary['lost'], sum(h['lost'] + h['discarded'] for h in ledgers.values()))
+        self.assertEqual(summary['resent'], sum(h['resent'] for h in ledgers.values()))
+        self.assertEqual(summary['processes'], {process: {key: ledger[key] for key in summary['processes'][process]}
+                                                for process, ledger in ledgers.items()})
+        self.assertEqual(len(summary['faults']), len(facts['faults']))
+
     def test_a_killed_simulator_ends_the_run_and_is_named(self):
         self.start('killsim')
         os.kill(self.pid_of('/morphbus sim '), signal.SIGKILL)
@@ -171,6 +187,9 @@ class BadInput(Case):
                                 (('run', MODEL, PROGRAM, '--seconds', 1, '--inprok'), "(did you mean '--inproc'?)"),
                                 (('check', MODEL, '-q'), "no option '-q' (see morphbus check --help)")):
             self.assertIn(said, morphbus(*arguments, status=2).stderr)
+        done = subprocess.run([str(BIN / 'morphbus-module'), '--kinematic', 'x'], capture_output=True, text=True, timeout=60)
+        self.assertEqual((done.returncode, done.stderr),
+                         (2, "morphbus-module: error: there is no option '--kinematic' (did you mean '--kinematics'?)\n"))
 
     def test_without_a_multicast_route_one_sentence_says_what_to_do(self):
         done = subprocess.run(
@@ -193,12 +212,12 @@ class BadInput(Case):
         program.write_text('role Hermit extends Module {\n  require sizeof(self.connected) == 9;\n}\n')
         of = (MODEL, program, '--robot', 'quadruped')
         answer = as_json('roles', *of, status=1)
-        self.assertIn(f'm1: not Hermit: a requirement fails ({program}:2: require sizeof(self.connected) == 9;), measured 2 == 9', answer['problems'][0])
+        self.assertIn(f'm1: not Hermit: a requirement fails ({program}:2: require sizeof(self.connected) == 9;), measured 1 against 9', answer['problems'][0])
         summary = as_json('run', *of, '--seconds', 1, '--inproc', '--log', self.folder / 'x.log', status=1)
         self.assertEqual((summary['error'], set(summary['roles'].values())), (None, {None}))
         self.assertEqual(summary['problems'], answer['problems'])
         said = morphbus('run', *of, '--seconds', 1, '--inproc', '--log', self.folder / 'x.log', status=1).stdout
-        self.assertIn(f'problem: m1: not Hermit: a requirement fails ({program}:2: require sizeof(self.connected) == 9;), measured 2 == 9', said)
+        self.assertIn(f'problem: m1: not Hermit: a requirement fails ({program}:2: require sizeof(self.connected) == 9;), measured 1 against 9', said)
 
     def test_a_damaged_image_is_refused(self):
         image = self.folder / 'x.image'

@@ -101,7 +101,9 @@ class Format(Case):
         broken = path.read_text()
         self.assertIn('x.m3l', morphbus('format', '--check', path, status=1).stdout)
         self.assertEqual(path.read_text(), broken)
-        morphbus('format', link)
+        as_said = as_json('format', '--check', path, MODELS / 'mtran.m3l', status=1)['files']
+        self.assertEqual([f['layout'] for f in as_said], ['not in canonical layout', 'canonical'])
+        self.assertEqual(as_json('format', link), {'files': [{'file': str(link), 'layout': 'formatted'}]})
         self.assertEqual(path.read_text(), canonical)
         self.assertTrue(link.is_symlink())
         self.assertEqual(path.stat().st_mode & 0o777, 0o640)

@@ -6,12 +6,7 @@
 #include <vector>
 
 #include "compiler/congruence/congruence.h"
-#include "compiler/emit/c99.h"
-#include "compiler/emit/dot.h"
-#include "compiler/emit/m3l.h"
-#include "compiler/emit/mjcf.h"
-#include "compiler/emit/sdf.h"
-#include "compiler/emit/urdf.h"
+#include "compiler/emit/back_ends.h"
 #include "compiler/emit/webots.h"
 #include "compiler/keywords/keywords_xml.h"
 #include "compiler/m3l/compile.h"

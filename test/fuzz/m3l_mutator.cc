@@ -4,7 +4,6 @@
 #include <random>
 #include <vector>
 
-#include "compiler/m3l/keywords.h"
 #include "compiler/m3l/lexer.h"
 
 namespace morphbus::test {

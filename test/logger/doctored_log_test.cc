@@ -1,18 +1,15 @@
-// A run of the quadruped is recorded once; every test alters its log in one way, makes checksums
-// and END fit, and asks compare (and verify) what they say.
+// Every test alters the log of the recorded run in one way, makes checksums and END fit, and asks
+// compare (and verify) what they say.
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <memory>
 #include <morphbus/sim_clock_t.hpp>
 #include <numbers>
 
 #include "logger/compare/comparer.h"
+#include "test/logger/recorded_walk.h"
 #include "test/logger/temp_log.h"
 #include "test/support/doctored_log.h"
-#include "test/support/source_dir.h"
-#include "tools/launch/inproc_run.h"
-#include "tools/launch/run_plan.h"
 
 namespace morphbus::logger {
 namespace {
@@ -22,51 +19,8 @@ using test::DoctoredLog;
 using test::SyntheticEvent;
 
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr double kSeconds = 3.0;  ///< The legs move by then.
-constexpr int64_t kTicks = 150;
 constexpr int64_t kLater = 75;  ///< A tick at which all have their roles.
 constexpr const char* kModule = "m1";
-
-RunLog Load(const std::string& path) {
-  Result<RunLog> log = LoadRunLog(path);
-  EXPECT_TRUE(log.has_value()) << (log ? "" : log.error().message);
-  return log ? std::move(*log) : RunLog{};
-}
-
-std::string Record(const std::string& robot, double loss) {
-  tools::RunOptions options;
-  options.model_file = test::SourcePath("models/mtran.m3l");
-  options.program_file = test::SourcePath("models/programs/quadruped.dyn");
-  options.robot = robot;
-  options.seconds = kSeconds;
-  options.loss = loss;
-  options.inproc = true;
-  std::optional<tools::RunPlan> plan = tools::PlanRun(options);
-  EXPECT_TRUE(plan.has_value());
-  plan->description.set_run("doctored");
-  const TempFile file;
-  const tools::RunOutcome outcome = tools::RunInProcess(*plan, file.path());
-  EXPECT_EQ(outcome.error, "");
-  const std::string kept = file.path() + ".kept";
-  std::rename(file.path().c_str(), kept.c_str());
-  return kept;
-}
-
-/// The run that all tests alter, and what is read from it.
-class Walk : public ::testing::Environment {
- public:
-  void SetUp() override {
-    path = Record("quadruped", 0.0);
-    log = std::make_unique<RunLog>(Load(path));
-    ASSERT_TRUE(log->facts.whole()) << VerifyText(log->facts);
-  }
-  void TearDown() override { std::remove(path.c_str()); }
-
-  std::string path;
-  std::unique_ptr<RunLog> log;
-};
-
-Walk* walk = dynamic_cast<Walk*>(::testing::AddGlobalTestEnvironment(new Walk));
 
 bool InOneSecond(const header_t& header) {
   return header.tick >= kLater && header.tick < kLater + 50;
@@ -178,8 +132,8 @@ const Way kWays[] = {
      [](DoctoredLog* log) {
        std::vector<pose_t> previous;
        log->Change<transform_t>(Topic::kTransform, "m3", [&](transform_t* t) {
-         if (t->header.tick >= kTicks - 20) t->link_poses = previous;
-         if (t->header.tick < kTicks - 20) previous = t->link_poses;
+         if (t->header.tick >= kWalkTicks - 20) t->link_poses = previous;
+         if (t->header.tick < kWalkTicks - 20) previous = t->link_poses;
        });
      }},
 
@@ -429,7 +383,7 @@ const Way kWays[] = {
      }},
     {"LastSecondAbsent", true,
      [](DoctoredLog* log) {
-       const auto late = [](const auto& message) { return message.header.tick >= kTicks - 50; };
+       const auto late = [](const auto& message) { return message.header.tick >= kWalkTicks - 50; };
        log->Drop<sim_clock_t>(Topic::kClock, "", late);
        log->Drop<sensors_t>(Topic::kSensors, "", late);
        log->Drop<world_t>(Topic::kWorld, "", late);
@@ -479,95 +433,6 @@ TEST_P(DoctoredLogTest, IsNeverEquivalent) {
 
 INSTANTIATE_TEST_SUITE_P(AnyWay, DoctoredLogTest, ::testing::ValuesIn(kWays),
                          [](const auto& way) { return std::string(way.param.name); });
-
-/// One change that means nothing.
-struct Harmless {
-  const char* name;
-  void (*alter)(std::vector<SyntheticEvent>* events);
-};
-
-const Harmless kHarmless[] = {
-    {"Nothing", [](std::vector<SyntheticEvent>*) {}},
-    {"MessagesTwice",
-     [](std::vector<SyntheticEvent>* events) {
-       for (size_t i = 10; i < events->size(); i += 7) {
-         events->insert(events->begin() + static_cast<long>(i), (*events)[i - 5]);
-       }
-     }},
-    {"AnotherOrder",
-     [](std::vector<SyntheticEvent>* events) {
-       std::mt19937 random(7);
-       for (size_t i = 20; i + 60 < events->size(); i += 50) {
-         const auto begin = events->begin() + static_cast<long>(i);
-         std::shuffle(begin, begin + 50, random);
-       }
-     }},
-    {"AnotherWallTime",
-     [](std::vector<SyntheticEvent>* events) {
-       for (SyntheticEvent& event : *events) event.timestamp_us += 86'400'000'000;
-     }},
-    {"WallTimeThatStandsStill",
-     [](std::vector<SyntheticEvent>* events) {
-       for (SyntheticEvent& event : *events) event.timestamp_us = 1;
-     }},
-    {"ForeignChannelsBetween",
-     [](std::vector<SyntheticEvent>* events) {
-       for (size_t i = 10; i < events->size(); i += 100) {
-         events->insert(events->begin() + static_cast<long>(i), {1, "LCM_SELF_TEST", {1, 2, 3}});
-       }
-     }},
-    {"NoLedgers",
-     [](std::vector<SyntheticEvent>* events) {
-       std::erase_if(*events, [](const SyntheticEvent& event) {
-         const auto name = bridge::ParseChannel(event.channel);
-         return name && (name->topic == Topic::kHealth || name->topic == Topic::kHello);
-       });
-     }},
-};
-
-class HarmlessChangeTest : public ::testing::TestWithParam<Harmless> {};
-
-TEST_P(HarmlessChangeTest, IsEquivalent) {
-  DoctoredLog changed(walk->path);
-  GetParam().alter(&changed.events());
-  const TempFile file;
-  changed.Write(file.path());
-  const Comparison comparison = Compare(*walk->log, Load(file.path()));
-  EXPECT_EQ(comparison.verdict, Verdict::kEquivalent) << ComparisonText(comparison);
-}
-
-INSTANTIATE_TEST_SUITE_P(Any, HarmlessChangeTest, ::testing::ValuesIn(kHarmless),
-                         [](const auto& change) { return std::string(change.param.name); });
-
-void ExpectEquivalentToTheWalk(const std::string& robot, double loss) {
-  const std::string path = Record(robot, loss);
-  const Comparison comparison = Compare(*walk->log, Load(path));
-  std::remove(path.c_str());
-  EXPECT_EQ(comparison.verdict, Verdict::kEquivalent) << ComparisonText(comparison);
-}
-
-TEST(HarmlessRunTest, WithAFifthOfAllMessagesLostIsEquivalent) {
-  ExpectEquivalentToTheWalk("quadruped", 0.2);
-}
-
-TEST(HarmlessRunTest, OfACongruentRobotIsEquivalent) {
-  ExpectEquivalentToTheWalk("equivalent_quadruped", 0.0);
-}
-
-TEST(LeftOutTest, ALogWithoutWorldIsEquivalentIfSimulatedPosesAreLeftOut) {
-  DoctoredLog doctored(walk->path);
-  doctored.DropChannels(Topic::kWorld, "");
-  doctored.Change<sim_clock_t>(Topic::kClock, "", [](sim_clock_t* c) { c->num_world_parts = 0; });
-  const TempFile file;
-  doctored.Write(file.path());
-  const RunLog log = Load(file.path());
-  CompareOptions options;
-  const Comparison all = Compare(*walk->log, log, options);
-  EXPECT_EQ(all.verdict, Verdict::kUnusable);
-  EXPECT_NE(ComparisonText(all).find("not compared: simulated poses: B"), std::string::npos);
-  options.without = {"simulated"};
-  EXPECT_EQ(Compare(*walk->log, log, options).verdict, Verdict::kEquivalent);
-}
 
 }  // namespace
 }  // namespace morphbus::logger

@@ -183,6 +183,30 @@ Spoilt RecordUntil(const std::string& path, const std::function<void(const std::
   return spoilt;
 }
 
+TEST(RecorderTest, BehindAnEventThatWasCutOffNothingIsWritten) {
+  const TempFile file;
+  auto writer = EventLogWriter::Create(file.path());
+  ASSERT_TRUE(writer.has_value());
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before = {};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit limit = {64, before.rlim_max};
+  setrlimit(RLIMIT_FSIZE, &limit);
+  const std::vector<uint8_t> data(100, 1);
+  EXPECT_TRUE((*writer)->Write(1, "A", data));
+  const Result<void> full = (*writer)->Flush();
+  setrlimit(RLIMIT_FSIZE, &before);
+  // There is room again, but what was lost is lost.
+  ASSERT_FALSE(full.has_value());
+  EXPECT_NE(full.error().message.find("File too large"), std::string::npos);
+  for (const Result<void>& later :
+       {(*writer)->Write(2, "A", data), (*writer)->Flush(), (*writer)->Close()}) {
+    ASSERT_FALSE(later.has_value());
+    EXPECT_EQ(later.error().message, full.error().message);
+  }
+  EXPECT_EQ(std::filesystem::file_size(file.path() + ".partial"), 64u);
+}
+
 TEST(RecorderTest, AFullDiskIsNoticedAtOnceWithTheReason) {
   const TempFile file;
   // A limit on the size of files stands for a disk that is full.

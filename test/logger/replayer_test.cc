@@ -145,6 +145,24 @@ TEST(ReplayerTest, RangeIsInSimTimeAndKeepsTheDescription) {
   EXPECT_GE(count.at("synth/INFO"), 1);
 }
 
+TEST(ReplayerTest, TheRangeIsThatOfEachOfConcatenatedRuns) {
+  std::vector<SyntheticEvent> events = test::SyntheticEvents({});
+  SyntheticOptions options;
+  options.run = "second";
+  const std::vector<SyntheticEvent> second = test::SyntheticEvents(options);
+  events.insert(events.end(), second.begin(), second.end());
+  const TempLog file(test::EncodeLog(events));
+  Rig rig(file.path(), {.from_s = 0.5, .to_s = 0.8});
+  rig.Start();
+  ASSERT_TRUE(rig.Play());
+  const auto count = rig.Count();
+  EXPECT_EQ(count.at("synth/SIM/CLOCK"), 15);
+  EXPECT_EQ(count.at("second/SIM/CLOCK"), 15);
+  EXPECT_EQ(count.at("second/m2/TRANSFORM"), 15);
+  // Nobody waits for what is left out: 0.3 s of each run.
+  EXPECT_LE(rig.heard.back().now_us - rig.heard.front().now_us, 700'000);
+}
+
 TEST(ReplayerTest, ChannelExpressionMatchesWholeNames) {
   const TempLog file;
   Rig rig(file.path(), {.speed = 0, .channel = "synth/m[12]/(TRANSFORM|STATUS)"});

@@ -55,6 +55,13 @@ TEST(ControlLinkTest, AFullSocketNeverBlocksProgress) {
   EXPECT_GT(last, 10);
 }
 
+TEST(ControlLinkTest, APeerThatNeverReadsIsGivenUp) {
+  Result<std::pair<ControlLink, int>> ends = ControlLink::Create();
+  ControlLink other(ends->second);
+  other.Deliver({{"text", std::string(10'000'000, 'x')}}, 0.01);
+  EXPECT_TRUE(ends->first.Receive().empty());
+}
+
 TEST(ControlLinkTest, ALinkToNobodySaysNothing) {
   ControlLink none(-1);
   none.Deliver({{"tick", 1}});

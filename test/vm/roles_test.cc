@@ -152,18 +152,18 @@ TEST_F(RolesTest, ALabelThatFitsNothingOrSeveralThingsKeepsTheRoleAway) {
 TEST_F(RolesTest, ARequirementThatFailsTellsWhatItMeasured) {
   const auto measured = [this](const std::string& requirement) {
     VmRobot& vms =
-        Row(3, "role A extends Module {\n  int wanted = 7;\n  require " + requirement + ";\n}");
+        Row(3, "role A extends Module {\n  wanted = 7;\n  require " + requirement + ";\n}");
     vms.Tick(30);
     const RoleCheck check = vms.vm(1).CheckRole(0);
     EXPECT_EQ(check.failed_requirement, 0);
     if (check.measured.opcode == Opcode::kPop) return std::string("nothing");
     return ComparisonText(check.measured, vms.program());
   };
-  EXPECT_EQ(measured("sizeof(self.connected) == 9"), "2 == 9");
-  EXPECT_EQ(measured("sizeof(self.connected) != 2"), "2 != 2");
-  EXPECT_EQ(measured("sizeof(self.connected) >= 2 && sizeof(self.connected) > 3"), "3 < 2");
-  EXPECT_EQ(measured("sizeof(self.connected) == self.wanted"), "2 == 7");
-  EXPECT_EQ(measured("self.center == $UP_DOWN"), "$ANY == $UP_DOWN");
+  EXPECT_EQ(measured("sizeof(self.connected) == 9"), "2 against 9");
+  EXPECT_EQ(measured("sizeof(self.connected) != 2"), "2 against 2");
+  EXPECT_EQ(measured("sizeof(self.connected) >= 2 && sizeof(self.connected) > 3"), "2 against 3");
+  EXPECT_EQ(measured("sizeof(self.connected) == wanted"), "2 against 7");
+  EXPECT_EQ(measured("self.center == $UP_DOWN"), "$ANY against $UP_DOWN");
   EXPECT_EQ(measured("false"), "nothing");
 }
 

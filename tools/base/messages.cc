@@ -56,6 +56,11 @@ int Unusable(const std::string& message) {
   return kUnusable;
 }
 
+std::nullopt_t Refuse(const std::string& message) {
+  Unusable(message);
+  return std::nullopt;
+}
+
 int Failed(const std::string& message) {
   Say("error", "\033[1;31m", message);
   return kFailed;

@@ -1,6 +1,7 @@
 #pragma once
 // What commands say on stderr, and the exit statuses that go with it.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,9 @@ bool IsFancyTerminal(int fd);
 
 /// Prints `morphbus: error: message` on stderr and returns kUnusable.
 int Unusable(const std::string& message);
-/// The same for failures at run time; returns kFailed.
+/// The same for functions that give nothing where the input cannot be used; returns nothing.
+std::nullopt_t Refuse(const std::string& message);
+/// The same as Unusable for failures at run time; returns kFailed.
 int Failed(const std::string& message);
 /// `morphbus: warning: message` on stderr.
 void Warn(const std::string& message);

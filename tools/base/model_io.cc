@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "compiler/model/loop_constraints.h"
-#include "tools/base/messages.h"
 
 namespace morphbus::tools {
 
@@ -26,23 +25,15 @@ std::optional<model::Model> LoadModel(const std::vector<std::string>& paths,
   return std::move(output.model);
 }
 
-const model::Robot* PickRobot(const model::Model& model, const std::string& name) {
-  // A model with one robot needs no --robot; a wrong name gets the nearest one.
-  std::vector<std::string> names;
-  for (const model::Robot& robot : model.robots) names.push_back(robot.name);
-  if (name.empty() && model.robots.size() == 1) return &model.robots.front();
-  if (const model::Robot* robot = model.FindRobot(name)) return robot;
-  // Nothing fits: which of the three reasons it is decides what the user can do.
-  if (names.empty()) {
-    Unusable("the model defines no robot");
-  } else if (name.empty()) {
-    Unusable(fmt::format("the model has several robots; choose one with --robot: {}",
-                         fmt::join(names, ", ")));
-  } else {
-    Unusable(fmt::format("the model has no robot '{}'{}; it has {}", name, DidYouMean(name, names),
-                         fmt::join(names, ", ")));
+std::string WhyNoneOf(const std::vector<std::string>& names, const std::string& name,
+                      const std::string& what) {
+  if (names.empty()) return fmt::format("the model defines no {}", what);
+  if (name.empty()) {
+    return fmt::format("the model has several {0}s; choose one with --{0}: {1}", what,
+                       fmt::join(names, ", "));
   }
-  return nullptr;
+  return fmt::format("the model has no {} '{}'{}; it has {}", what, name, DidYouMean(name, names),
+                     fmt::join(names, ", "));
 }
 
 Json PoseJson(const model::Pose& X) {
@@ -56,6 +47,8 @@ Json PoseJson(const model::Pose& X) {
 Json VectorJson(const Eigen::Vector3d& v) {
   return Json::array({Plain(v.x()), Plain(v.y()), Plain(v.z())});
 }
+
+std::vector<double> Numbers(const Json& array) { return array.get<std::vector<double>>(); }
 
 Json AttributeJson(const model::AttributeValue& value) {
   // JSON has a type for each of the alternatives, so the visitor only wraps the value.

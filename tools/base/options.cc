@@ -9,28 +9,19 @@
 namespace morphbus::tools {
 namespace {
 
-/// CLI11 gives without a filter only those that the command line names.
-std::vector<const CLI::App*> AllSubcommands(const CLI::App& app) {
-  return app.get_subcommands([](const CLI::App*) { return true; });
-}
-
-/// The first argument, if it is meant as a subcommand and is none.
-std::optional<std::string> UnknownCommand(const CLI::App& app, int argc, const char* const* argv) {
+/// The exit status if the first argument is meant as a subcommand and is none; the nearest one is
+/// named, where CLI11 would call the word an unexpected argument.
+std::optional<int> RefuseUnknownCommand(const CLI::App& app, int argc, const char* const* argv) {
   // An option, such as --help, is not meant as a command.
   if (argc < 2 || argv[1][0] == '-') return std::nullopt;
-  for (const CLI::App* sub : AllSubcommands(app)) {
-    if (sub->check_name(argv[1])) return std::nullopt;
-  }
-  // No subcommand has the name.
-  return argv[1];
-}
-
-/// Names the nearest command: CLI11 would call the word an unexpected argument.
-int ReportUnknownCommand(const CLI::App& app, const std::string& command) {
+  // CLI11 gives without a filter only those that the command line names.
   std::vector<std::string> names;
-  for (const CLI::App* sub : AllSubcommands(app)) names.push_back(sub->get_name());
-  return Unusable(fmt::format("there is no command '{}'{}; {} --help lists them", command,
-                              DidYouMean(command, names), app.get_name()));
+  for (const CLI::App* sub : app.get_subcommands([](const CLI::App*) { return true; })) {
+    if (sub->check_name(argv[1])) return std::nullopt;
+    names.push_back(sub->get_name());
+  }
+  return Unusable(fmt::format("there is no command '{}'{}; {} --help lists them", argv[1],
+                              DidYouMean(argv[1], names), app.get_name()));
 }
 
 /// The options that a user may write, with their dashes.
@@ -193,9 +184,7 @@ Subcommand CommandLine::Add(const std::string& name, const std::string& what) {
 std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
   // This comes before CLI11 sees the arguments: a misspelt command may look like an argument of the
   // program.
-  if (const auto unknown = UnknownCommand(*app_, argc, argv)) {
-    return ReportUnknownCommand(*app_, *unknown);
-  }
+  if (const std::optional<int> status = RefuseUnknownCommand(*app_, argc, argv)) return status;
   try {
     app_->parse(argc, argv);
   } catch (const CLI::ParseError& error) {

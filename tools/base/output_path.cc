@@ -21,57 +21,13 @@ namespace fs = std::filesystem;
 
 constexpr int kMostLinks = 40;  // As many as the kernel follows.
 
-/// How a kind of output begins.
-struct Beginning {
-  OutputKind kind;
-  std::string_view name;    ///< With its article, for messages.
-  std::string_view starts;  ///< Its first bytes.
-  /// What else stands in its first kHeadSize bytes, where the first ones are common.
-  std::string_view has;
-};
-
 // So many bytes of a file are looked at; every beginning of the table lies within them.
 constexpr size_t kHeadSize = 256;
-constexpr std::string_view kXml = "<?xml version=";
-// The back ends sign the text files that they write with this.
-constexpr std::string_view kByExport = "morphbus export";
-
-// What each output begins with. A file that begins otherwise may be somebody's own work. An empty
-// text fits every file.
-constexpr Beginning kBeginnings[] = {
-    {OutputKind::kLog, "a log", "\xED\xA1\xDA\x01", ""},
-    {OutputKind::kProgramImage, "a program image", "DYNI", ""},
-    {OutputKind::kKinematicsImage, "a kinematics image", "MKIN", ""},
-    {OutputKind::kModel, "a compiled model", "\n", ""},
-    {OutputKind::kKeywords, "a module type's keywords", kXml, "\n<module version="},
-    {OutputKind::kUrdf, "a URDF file", kXml, "\n<robot name="},
-    {OutputKind::kSdf, "an SDFormat file", kXml, "\n<sdf version="},
-    {OutputKind::kMjcf, "an MJCF file", kXml, "\n<mujoco model="},
-    {OutputKind::kMjcfPart, "a part of an MJCF file", kXml, "\n<mujocoinclude"},
-    {OutputKind::kWebots, "an exported world of Webots", "#VRML_SIM", kByExport},
-    {OutputKind::kCode, "exported code", "", kByExport},
-    {OutputKind::kMesh, "an exported mesh", "Morphbus hull", ""},
-    {OutputKind::kCuts, "a list of cuts", "{\n  \"robot\":", "\"cuts\":"},
-    {OutputKind::kDot, "a graph for Graphviz", "graph \"", ""},
-    {OutputKind::kSvg, "an SVG picture", kXml, "\n<svg "},
-    {OutputKind::kPng, "a PNG picture", "\x89PNG", ""},
-    {OutputKind::kReport, "an HTML report", "<!DOCTYPE html>", ""},
-    {OutputKind::kVariants, "a list of variants", "// ",
-     ": other connections, the same kinematics."},
-};
-
-/// The row of a kind. The search ends, because every kind has a row.
-const Beginning& BeginningOf(OutputKind kind) {
-  const Beginning* row = std::begin(kBeginnings);
-  while (row->kind != kind) ++row;
-  return *row;
-}
 
 /// Whether a file whose first bytes are `head` is of the kind.
-bool BeginsAs(const Beginning& beginning, std::string_view head) {
-  // A compiled model has no magic bytes: an empty line could be a text's.
-  if (beginning.kind == OutputKind::kModel && IsUtf8(head)) return false;
-  return head.starts_with(beginning.starts) && head.find(beginning.has) != std::string_view::npos;
+bool BeginsAs(const OutputKind& kind, std::string_view head) {
+  return !(kind.binary && IsUtf8(head)) && head.starts_with(kind.starts) &&
+         head.find(kind.has) != std::string_view::npos;
 }
 
 }  // namespace
@@ -134,7 +90,7 @@ bool IsOneOf(const std::string& output, const std::vector<std::string>& inputs) 
   return false;
 }
 
-Result<void> CheckOutput(const std::string& path, OutputKind kind, bool force,
+Result<void> CheckOutput(const std::string& path, const OutputKind& kind, bool force,
                          const std::vector<std::string>& inputs) {
   if (IsOneOf(path, inputs)) {
     return Fail(fmt::format("cannot write {}: this command reads that file; name another", path));
@@ -147,15 +103,14 @@ Result<void> CheckOutput(const std::string& path, OutputKind kind, bool force,
   std::string head(kHeadSize, '\0');
   file.read(head.data(), kHeadSize);
   head.resize(static_cast<size_t>(file.gcount()));
-  const Beginning& beginning = BeginningOf(kind);
   // What cannot be read cannot be known to be replaceable.
-  if (!file.bad() && (fs::file_size(path, error) == 0 || BeginsAs(beginning, head))) return {};
+  if (!file.bad() && (fs::file_size(path, error) == 0 || BeginsAs(kind, head))) return {};
   return Fail(fmt::format(
       "cannot write {}: a file that is not {} is there; name another, or replace it with --force",
-      path, beginning.name));
+      path, kind.name));
 }
 
-bool MayWrite(const std::string& path, OutputKind kind, bool force,
+bool MayWrite(const std::string& path, const OutputKind& kind, bool force,
               const std::vector<std::string>& inputs) {
   const Result<void> checked = CheckOutput(path, kind, force, inputs);
   if (!checked) Unusable(checked.error().message);
@@ -164,8 +119,8 @@ bool MayWrite(const std::string& path, OutputKind kind, bool force,
 
 bool MayWriteLog(const std::string& path, bool force, const std::vector<std::string>& inputs) {
   // A log is renamed to its final name when it is closed.
-  return MayWrite(path, OutputKind::kLog, force, inputs) &&
-         MayWrite(path + ".partial", OutputKind::kLog, force, inputs);
+  return MayWrite(path, outputs::kLog, force, inputs) &&
+         MayWrite(path + ".partial", outputs::kLog, force, inputs);
 }
 
 }  // namespace morphbus::tools

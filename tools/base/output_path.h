@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "compiler/base/result.h"
@@ -31,40 +32,53 @@ bool IsStream(const std::string& path);
 /// neither is a file that does not exist yet.
 bool IsOneOf(const std::string& output, const std::vector<std::string>& inputs);
 
-/// What commands write. Each kind begins in a way of its own (the table in output_path.cc), by
-/// which an earlier output is told from somebody's own file: commands replace the one without
-/// asking and spare the other.
-enum class OutputKind {
-  kLog,
-  kProgramImage,
-  kKinematicsImage,
-  kModel,
-  kKeywords,
-  kUrdf,
-  kSdf,
-  kMjcf,
-  kMjcfPart,
-  kWebots,
-  kCode,  ///< C, and the Makefile of a controller.
-  kMesh,
-  kCuts,
-  kDot,
-  kSvg,
-  kPng,
-  kReport,
-  kVariants,
+/// What commands write. Each kind begins in a way of its own, by which an earlier output is told
+/// from somebody's own file: commands replace the one without asking and spare the other.
+struct OutputKind {
+  std::string_view name;    ///< With its article, for messages.
+  std::string_view starts;  ///< Its first bytes; an empty text fits every file.
+  /// What else stands in its first 256 bytes, where the first ones are common.
+  std::string_view has = "";
+  /// It has no magic bytes, and what it begins with could be a text's: no text is of this kind.
+  bool binary = false;
 };
+namespace outputs {
+inline constexpr std::string_view kXml = "<?xml version=";
+/// The back ends sign the text files that they write with this.
+inline constexpr std::string_view kByExport = "morphbus export";
+
+inline constexpr OutputKind kLog = {"a log", "\xED\xA1\xDA\x01"};
+inline constexpr OutputKind kProgramImage = {"a program image", "DYNI"};
+inline constexpr OutputKind kKinematicsImage = {"a kinematics image", "MKIN"};
+inline constexpr OutputKind kModel = {"a compiled model", "\n", "", true};
+inline constexpr OutputKind kKeywords = {"a module type's keywords", kXml, "\n<module version="};
+inline constexpr OutputKind kUrdf = {"a URDF file", kXml, "\n<robot name="};
+inline constexpr OutputKind kSdf = {"an SDFormat file", kXml, "\n<sdf version="};
+inline constexpr OutputKind kMjcf = {"an MJCF file", kXml, "\n<mujoco model="};
+inline constexpr OutputKind kMjcfPart = {"a part of an MJCF file", kXml, "\n<mujocoinclude"};
+inline constexpr OutputKind kWebots = {"an exported world of Webots", "#VRML_SIM", kByExport};
+/// C, and the Makefile of a controller.
+inline constexpr OutputKind kCode = {"exported code", "", kByExport};
+inline constexpr OutputKind kMesh = {"an exported mesh", "Morphbus hull"};
+inline constexpr OutputKind kCuts = {"a list of cuts", "{\n  \"robot\":", "\"cuts\":"};
+inline constexpr OutputKind kDot = {"a graph for Graphviz", "graph \""};
+inline constexpr OutputKind kSvg = {"an SVG picture", kXml, "\n<svg "};
+inline constexpr OutputKind kPng = {"a PNG picture", "\x89PNG"};
+inline constexpr OutputKind kReport = {"an HTML report", "<!DOCTYPE html>"};
+inline constexpr OutputKind kVariants = {"a list of variants", "// ",
+                                         ": other connections, the same kinematics."};
+}  // namespace outputs
 
 /// Fails, with a message for the user, if an output of `kind` must not be written to `path`: if
 /// that is one of the files `inputs` that the command reads, or, without `force`, if it takes the
 /// place of a file that is neither empty nor begins as such an output does. Streams, paths where
 /// nothing is yet, and an empty path (no output) are free.
-Result<void> CheckOutput(const std::string& path, OutputKind kind, bool force,
+Result<void> CheckOutput(const std::string& path, const OutputKind& kind, bool force,
                          const std::vector<std::string>& inputs);
 
 /// Whether an output may be written: CheckOutput, whose error is printed on stderr. Commands ask it
 /// before they write anything, so that a refusal leaves everything as it was.
-bool MayWrite(const std::string& path, OutputKind kind, bool force,
+bool MayWrite(const std::string& path, const OutputKind& kind, bool force,
               const std::vector<std::string>& inputs);
 /// The same for a log, under both its names: PATH.partial while it is written, and PATH.
 bool MayWriteLog(const std::string& path, bool force, const std::vector<std::string>& inputs);

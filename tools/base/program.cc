@@ -35,16 +35,10 @@ std::optional<CompiledProgram> LoadProgram(
     const std::string& path, const Result<std::vector<keywords::ModuleKeywords>>& types) {
   // One table holds the keywords of all types; more than 64 types do not fit it.
   const Result<keywords::KeywordTable> table = types.and_then(keywords::KeywordTable::Of);
-  if (!table) {
-    Unusable(table.error().message);
-    return std::nullopt;
-  }
+  if (!table) return Refuse(table.error().message);
   // The limit of 64 MiB keeps a wrong path, such as a device, from filling the memory.
   Result<std::string> text = ReadFile(path, size_t{64} << 20);
-  if (!text) {
-    Unusable(text.error().message);
-    return std::nullopt;
-  }
+  if (!text) return Refuse(text.error().message);
   CompiledProgram program;
   // Images run as they are; everything else is taken for source.
   if (IsImage(*text)) {
@@ -58,10 +52,7 @@ std::optional<CompiledProgram> LoadProgram(
   }
   // An image from a file may be damaged; one that was just compiled is verified in the same way.
   const Result<std::unique_ptr<vm::VerifiedProgram>> verified = VerifyProgram(program.image);
-  if (!verified) {
-    Unusable(path + ": " + verified.error().message);
-    return std::nullopt;
-  }
+  if (!verified) return Refuse(path + ": " + verified.error().message);
   program.hash = (*verified)->hash();
   return program;
 }

@@ -48,9 +48,7 @@ Json RobotJson(const model::Model& model, const model::Robot& robot,
   Json locked = graph.locked_computed ? Json::array() : Json();
   for (const model::GraphJoint& joint : graph.joints) {
     if (!joint.locked) continue;
-    // Joints are named as everywhere on the command line: module.joint.
-    locked.push_back(robot.modules[joint.module].name + "." +
-                     model.TypeOf(robot, joint.module).joints[joint.joint].name);
+    locked.push_back(JointName(model, robot, joint));
   }
   return {{"name", robot.name},
           {"modules", robot.modules.size()},

@@ -57,8 +57,8 @@ std::vector<std::string> GroupNames() {
   return names;
 }
 
-/// Sets one tolerance from "name=value"; on failure says why and returns false.
-bool SetTolerance(const std::string& text, logger::Tolerances* tolerances) {
+/// Sets one tolerance from "name=value"; fails for another text.
+Result<void> SetTolerance(const std::string& text, logger::Tolerances* tolerances) {
   // A text without a sign of equality is all name, and fits no tolerance.
   const size_t equals = std::min(text.find('='), text.size());
   const std::string wanted = text.substr(0, equals);
@@ -68,30 +68,15 @@ bool SetTolerance(const std::string& text, logger::Tolerances* tolerances) {
     const char* begin = text.c_str() + equals + 1;
     char* end = nullptr;
     const double value = std::strtod(begin, &end);
-    if (*end == '\0' && end != begin && value >= 0 && std::isfinite(value)) {
-      tolerances->*member = value;
-      return true;
+    if (*end != '\0' || end == begin || !(value >= 0) || !std::isfinite(value)) {
+      return Fail(fmt::format("--tolerance {}: expected a number, 0 or more", text));
     }
-    Unusable(fmt::format("--tolerance {}: expected a number, 0 or more", text));
-    return false;
+    tolerances->*member = value;
+    return {};
   }
   // No tolerance has this name: the nearest one is suggested.
-  Unusable(fmt::format("--tolerance {}{}: expected NAME=VALUE, NAME one of {}", text,
-                       DidYouMean(wanted, ToleranceNames()), fmt::join(ToleranceNames(), ", ")));
-  return false;
-}
-
-/// Leaves one group of quantities out; on failure says why and returns false.
-bool LeaveOut(const std::string& name, logger::CompareOptions* compare) {
-  for (const logger::QuantityGroup& group : logger::QuantityGroups()) {
-    if (name != group.name) continue;
-    // The comparer knows groups by their names.
-    compare->without.insert(name);
-    return true;
-  }
-  Unusable(fmt::format("--without {}{}: expected one of {}", name, DidYouMean(name, GroupNames()),
-                       fmt::join(GroupNames(), ", ")));
-  return false;
+  return Fail(fmt::format("--tolerance {}{}: expected NAME=VALUE, NAME one of {}", text,
+                          DidYouMean(wanted, ToleranceNames()), fmt::join(ToleranceNames(), ", ")));
 }
 
 /// Loads both logs, compares them, and answers as text, JSON or page. The verdict is the exit
@@ -104,12 +89,19 @@ int CompareLogs(const CompareOptions& options) {
   // What is wrong with the options is said before logs are read, which takes longer.
   logger::CompareOptions compare;
   for (const std::string& text : options.tolerances) {
-    if (!SetTolerance(text, &compare.tolerances)) return kUnusable;
+    if (Result<void> set = SetTolerance(text, &compare.tolerances); !set) {
+      return Unusable(set.error().message);
+    }
   }
+  const std::vector<std::string> groups = GroupNames();
   for (const std::string& name : options.without) {
-    if (!LeaveOut(name, &compare)) return kUnusable;
+    if (std::find(groups.begin(), groups.end(), name) == groups.end()) {
+      return Unusable(fmt::format("--without {}{}: expected one of {}", name,
+                                  DidYouMean(name, groups), fmt::join(groups, ", ")));
+    }
+    compare.without.insert(name);
   }
-  if (!MayWrite(options.report, OutputKind::kReport, options.force, {options.a, options.b}))
+  if (!MayWrite(options.report, outputs::kReport, options.force, {options.a, options.b}))
     return kUnusable;
   // A damaged log is still loaded as far as it goes; the comparison then says that it cannot tell.
   const Result<logger::RunLog> a = logger::LoadRunLog(options.a);
@@ -129,15 +121,8 @@ int CompareLogs(const CompareOptions& options) {
     fmt::print("{}", logger::ComparisonText(comparison));
   }
   // "Cannot tell" is no answer: status 2, as for input that cannot be used.
-  switch (comparison.verdict) {
-    case logger::Verdict::kEquivalent:
-      return kDone;
-    case logger::Verdict::kDifferent:
-      return kNo;
-    case logger::Verdict::kUnusable:
-      break;
-  }
-  return kUnusable;
+  if (comparison.verdict == logger::Verdict::kUnusable) return kUnusable;
+  return comparison.verdict == logger::Verdict::kEquivalent ? kDone : kNo;
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "compiler/base/text.h"
 #include "compiler/dynarole/compile.h"
 #include "compiler/keywords/keyword_table.h"
 #include "compiler/keywords/keywords_xml.h"
@@ -19,6 +20,7 @@ struct CompileOptions {
   std::string output;
   std::string dump;
   bool force = false;
+  bool json = false;
 };
 
 /// The keywords of the module types, or why they cannot be had; LoadProgram prints the reason.
@@ -75,15 +77,22 @@ int Compile(const CompileOptions& options) {
   if (!types) return kUnusable;
   if (!options.dump.empty()) return DumpStage(options, *types);
   if (options.output.empty()) return Unusable("expected -o IMAGE");
+  if (options.json && IsStdout(options.output)) {
+    return Unusable("-o - and --json both write to standard output: give -o a file");
+  }
   inputs.push_back(options.program);
-  if (!MayWrite(options.output, OutputKind::kProgramImage, options.force, inputs)) return kUnusable;
+  if (!MayWrite(options.output, outputs::kProgramImage, options.force, inputs)) return kUnusable;
   // Compiles, or checks an image that is given as PROGRAM.
   const std::optional<CompiledProgram> program = LoadProgram(options.program, *types);
   if (!program) return kUnusable;
   const Result<void> written = WriteFile(options.output, program->image);
   if (!written) return Unusable(written.error().message);
   // On standard output the image stands alone.
-  if (options.output != "-") {
+  if (options.json) {
+    PrintJson({{"output", options.output},
+               {"bytes", program->image.size()},
+               {"hash", Hex(program->hash)}});
+  } else if (options.output != "-") {
     fmt::print("{}: {} bytes, hash {:016x}\n", options.output, program->image.size(),
                program->hash);
   }
@@ -102,6 +111,7 @@ void AddCompile(CommandLine* line) {
   sub.Add("-o,--output", &options->output, "Image to write ('-': stdout)");
   sub.Force(&options->force);
   sub.Add("--dump", &options->dump, "Print a stage instead: tokens, ast or code");
+  sub.Json(&options->json);
   sub.Footer(
       "Examples:\n"
       "  morphbus compile models/programs/quadruped.dyn --model models/mtran.m3l -o "

@@ -19,27 +19,6 @@ struct ConnectionsOptions {
   bool json = false;
 };
 
-/// The connection called `name` (the only one if `name` is empty); says why there is none and
-/// returns null.
-const model::ConnectionType* PickConnection(const model::Model& model, const std::string& name) {
-  std::vector<std::string> names;
-  for (const model::ConnectionType& type : model.connection_types) {
-    if (type.name == name || (name.empty() && model.connection_types.size() == 1)) return &type;
-    names.push_back(type.name);
-  }
-  // Nothing fits: which of the three reasons it is decides what the user can do.
-  if (names.empty()) {
-    Unusable("the model defines no connection");
-  } else if (name.empty()) {
-    Unusable(fmt::format("the model has several connections; choose one with --connection: {}",
-                         fmt::join(names, ", ")));
-  } else {
-    Unusable(fmt::format("the model has no connection '{}'{}; it has {}", name,
-                         DidYouMean(name, names), fmt::join(names, ", ")));
-  }
-  return nullptr;
-}
-
 /// "b.c3.extended": a state variable of a connector of member a or b.
 std::string StateName(const model::Model& model, const model::ConnectionType& type,
                       const model::ConnectionOption& option, const model::StateRequirement& state) {
@@ -97,12 +76,9 @@ void PrintList(const Json& list) {
              "rotation (w x y z)", "a state that will do");
   for (const Json& c : list) {
     // The pose is X_AB: the position of b's origin in a, and the rotation w x y z.
-    const Json& p = c["pose"]["p"];
-    const Json& q = c["pose"]["q"];
-    fmt::print("{:>6}  {:<8} {:<8} {:9.5f}{:9.5f}{:9.5f}   {:7.4f} {:7.4f} {:7.4f} {:7.4f}   {}\n",
-               c["number"].get<int>(), c["a"].get<std::string>(), c["b"].get<std::string>(),
-               p[0].get<double>(), p[1].get<double>(), p[2].get<double>(), q[0].get<double>(),
-               q[1].get<double>(), q[2].get<double>(), q[3].get<double>(),
+    fmt::print("{:>6}  {:<8} {:<8} {:9.5f}   {:7.4f}   {}\n", c["number"].get<int>(),
+               c["a"].get<std::string>(), c["b"].get<std::string>(),
+               fmt::join(Numbers(c["pose"]["p"]), ""), fmt::join(Numbers(c["pose"]["q"]), " "),
                c["state"].empty() ? "" : JsonText(c["state"]));
   }
 }
@@ -181,7 +157,8 @@ int Connections(ConnectionsOptions options) {
   const model::Model& model = compiled.solved;
   // Without a pair one whole connection is listed.
   if (!*named) {
-    const model::ConnectionType* type = PickConnection(model, options.connection);
+    const model::ConnectionType* type =
+        PickByName(model.connection_types, options.connection, "connection");
     if (type == nullptr) return kUnusable;
     List(model, *type, nullptr, options.json);
     return kDone;

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "tools/base/messages.h"
+#include "tools/base/model_io.h"
 
 namespace morphbus::tools {
 namespace {
@@ -90,11 +90,7 @@ Result<std::vector<ConnectorPair>> FindPairs(const model::Model& model,
     if (connection.empty() || names.back() == connection) indices.push_back(i);
   }
   // Connections are missing, or the one that was named is.
-  if (names.empty()) return Fail("the model defines no connection");
-  if (indices.empty()) {
-    return Fail(fmt::format("the model has no connection '{}'{}; it has {}", connection,
-                            DidYouMean(connection, names), fmt::join(names, ", ")));
-  }
+  if (indices.empty()) return Fail(WhyNoneOf(names, connection, "connection"));
   // What is found are those of them whose members have the connectors.
   std::vector<ConnectorPair> found;
   for (const size_t i : indices) {

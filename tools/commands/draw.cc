@@ -8,8 +8,7 @@
 #include <fstream>
 #include <map>
 
-#include "compiler/model/forward_kinematics.h"
-#include "compiler/model/kinematic_graph.h"
+#include "logger/compare/kinematic_tracks.h"
 #include "logger/log/event_log.h"
 #include "logger/log/run_log.h"
 #include "logger/show/drawing.h"
@@ -19,7 +18,7 @@
 namespace morphbus::tools {
 namespace {
 
-/// Poses of all links by module and link, such as X_RL[module][link] in the robot frame.
+/// Poses of all links by module and link.
 using LinkPoses = std::vector<std::vector<model::Pose>>;
 
 /// Far beyond any log, and its microseconds still fit an integer.
@@ -46,8 +45,7 @@ std::optional<std::vector<logger::View>> ParseViews(const std::vector<std::strin
   for (const std::string& name : names) {
     const auto found = known.find(name);
     if (found == known.end()) {
-      Unusable(fmt::format("--view {}: expected side, top, front or iso", name));
-      return std::nullopt;
+      return Refuse(fmt::format("--view {}: expected side, top, front or iso", name));
     }
     views.push_back(found->second);
   }
@@ -70,7 +68,7 @@ int Write(const logger::Scene& scene, const std::string& title,
 
 /// RenderPicture goes by the name as well.
 OutputKind KindOf(const std::string& path) {
-  return path.ends_with(".png") ? OutputKind::kPng : OutputKind::kSvg;
+  return path.ends_with(".png") ? outputs::kPng : outputs::kSvg;
 }
 
 /// The robot standing on the ground as it starts, each module in a colour of its own.
@@ -88,38 +86,15 @@ int DrawModel(const DrawOptions& options, const std::vector<logger::View>& views
                robot->name, views, {}, options.output);
 }
 
-/// A pose of a message, X_WB; its quaternion may be off length 1 by rounding.
-model::Pose ToPose(const morphbus::body_pose_t& pose) {
-  const double* q = pose.orientation_wxyz;
-  model::Pose X = model::Pose::Identity();
-  // An Isometry3d is inverted by transposing, which is right only for a rotation matrix.
-  X.linear() = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
-  X.translation() = Eigen::Map<const Eigen::Vector3d>(pose.position_m);
-  return X;
-}
-
-/// Poses of all links from those of the bodies: links of one body lie to each other as at the
-/// start.
-LinkPoses PosesOf(const model::Model& model, const model::Robot& robot,
-                  const logger::WorldSample& world) {
-  // WORLD has one pose a body, that of its first link; joints within a body do not move.
-  const LinkPoses X_RL = model::ForwardKinematics(model, robot, model::StartValues(robot)).X_RL;
-  const std::vector<std::vector<int>> body_of = model::BodiesOf(model, robot);
-  LinkPoses X_WL = X_RL;
-  for (const morphbus::body_pose_t& body : world.bodies) {
-    const int m0 = body.module_id;
-    const int l0 = body.link;
-    // The message comes from a file: its indices may lie outside this robot.
-    if (m0 < 0 || m0 >= static_cast<int>(X_RL.size()) || l0 < 0 ||
-        l0 >= static_cast<int>(X_RL[m0].size())) {
-      continue;
-    }
-    // X_WR = X_WB * X_RB^-1 places the robot frame so that this body lies where WORLD has it.
-    const model::Pose X_WR = ToPose(body) * X_RL[m0][l0].inverse();
-    for (size_t m = 0; m < X_RL.size(); ++m) {
-      for (size_t l = 0; l < X_RL[m].size(); ++l) {
-        if (body_of[m][l] == body_of[m0][l0]) X_WL[m][l] = X_WR * X_RL[m][l];
-      }
+/// Poses of all links in the world, where the simulator had them; what no body carries is drawn as
+/// it lies in the robot frame at the start.
+LinkPoses PosesOf(const logger::RunLog& log, size_t sample) {
+  const logger::SimulatedPoses simulated(log);
+  LinkPoses X_WL = logger::RestPosesOf(log);
+  for (size_t m = 0; m < X_WL.size(); ++m) {
+    for (size_t l = 0; l < X_WL[m].size(); ++l) {
+      const auto seen = simulated.X_WL(sample, static_cast<int>(m), static_cast<int>(l));
+      X_WL[m][l] = seen.value_or(X_WL[m][l]);
     }
   }
   return X_WL;
@@ -174,7 +149,7 @@ int DrawLog(const DrawOptions& options, const std::vector<logger::View>& views) 
   // A role keeps its colour whatever modules play it.
   std::vector<logger::LegendEntry> legend;
   const std::vector<int> group = GroupByRole(*log, world.time_us, &legend);
-  const LinkPoses X_WL = PosesOf(*log->model, *log->robot, world);
+  const LinkPoses X_WL = PosesOf(*log, static_cast<size_t>(&world - log->world.data()));
   return Write(logger::SceneOf(*log->model, *log->robot, X_WL, group),
                fmt::format("{} at {:.2f} s", log->robot->name, shown_s), views, legend,
                options.output);

@@ -25,13 +25,6 @@ Json CounterpartJson(const model::Robot& b, int module) {
   return module < 0 ? Json() : Json(b.modules[module].name);
 }
 
-/// "m1.joint_1".
-std::string JointName(const model::Model& model, const model::Robot& robot,
-                      const congruence::JointRef& ref) {
-  return robot.modules[ref.module].name + "." +
-         model.TypeOf(robot, ref.module).joints[ref.joint].name;
-}
-
 /// The answer as docs/cli.md has it: a mapping if there is one, else the reason.
 Json AnswerJson(const model::Model& model, const model::Robot& a, const model::Robot& b,
                 const congruence::Congruence& answer) {

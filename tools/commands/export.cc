@@ -63,9 +63,8 @@ std::optional<int> PickModuleType(const model::Model& model, const std::string& 
   }
   // A model with one module type needs no --module.
   if (name.empty() && names.size() == 1) return 0;
-  Unusable(fmt::format("--module '{}'{}: expected one of {}", name, DidYouMean(name, names),
-                       fmt::join(names, ", ")));
-  return std::nullopt;
+  return Refuse(fmt::format("--module '{}'{}: expected one of {}", name, DidYouMean(name, names),
+                            fmt::join(names, ", ")));
 }
 
 /// Webots looks for the controllers of worlds/x.wbt in controllers/ beside worlds/.
@@ -79,18 +78,14 @@ std::string ControllersFolder(const std::string& output) {
 std::optional<std::string> PlaceOf(const std::string& output) {
   if (output == "-") return output;
   const Result<std::string> followed = FollowLinks(output);
-  if (!followed) {
-    Unusable(followed.error().message);
-    return std::nullopt;
-  }
+  if (!followed) return Refuse(followed.error().message);
   // What would fail only while writing is found out here: a folder that is missing, or a name that
   // is a folder's.
   const fs::path path(*followed);
   const fs::path folder = path.parent_path();
   std::error_code error;
   if (!folder.empty() && !fs::is_directory(folder, error)) {
-    Unusable(fmt::format("cannot write {}: there is no folder {}", output, folder.string()));
-    return std::nullopt;
+    return Refuse(fmt::format("cannot write {}: there is no folder {}", output, folder.string()));
   }
   if (!path.has_filename() || fs::is_directory(path, error)) {
     Unusable(fmt::format("cannot write {}: that is a folder; name a file in it", output));
@@ -126,8 +121,7 @@ std::optional<emit::Exported> Make(const model::Model& model, const ExportFormat
   // The back end says itself what it cannot express.
   Result<emit::Exported> exported = format.make(request);
   if (exported) return *std::move(exported);
-  Unusable(exported.error().message);
-  return std::nullopt;
+  return Refuse(exported.error().message);
 }
 
 /// Where the companions lie, in their order.
@@ -216,7 +210,7 @@ void RemoveOldParts(const std::string& output, const emit::Exported& exported) {
     const std::string number = entry.path().stem().string();
     const bool is_part = entry.is_regular_file(error) && entry.path().extension() == ".xml" &&
                          number.find_first_not_of("0123456789") == std::string::npos &&
-                         CheckOutput(entry.path(), OutputKind::kMjcfPart, false, {});
+                         CheckOutput(entry.path(), outputs::kMjcfPart, false, {});
     if (is_part && current.count(entry.path().filename().string()) == 0) {
       old.push_back(entry.path());
     }

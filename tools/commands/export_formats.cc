@@ -2,13 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "compiler/emit/c99.h"
-#include "compiler/emit/dot.h"
+#include "compiler/emit/back_ends.h"
 #include "compiler/emit/kinematics.h"
-#include "compiler/emit/mjcf.h"
 #include "compiler/emit/robot_tree.h"
-#include "compiler/emit/sdf.h"
-#include "compiler/emit/urdf.h"
 #include "compiler/emit/webots.h"
 #include "compiler/keywords/keywords_xml.h"
 #include "compiler/model/model_proto.h"
@@ -105,22 +101,22 @@ Result<Exported> ToWebots(const ExportRequest& request) {
 }  // namespace
 
 OutputKind CompanionKind(const std::string& path) {
-  if (path.ends_with(".stl")) return OutputKind::kMesh;
-  if (path.ends_with(".json")) return OutputKind::kCuts;
-  return path.ends_with(".xml") ? OutputKind::kMjcfPart : OutputKind::kCode;
+  if (path.ends_with(".stl")) return outputs::kMesh;
+  if (path.ends_with(".json")) return outputs::kCuts;
+  return path.ends_with(".xml") ? outputs::kMjcfPart : outputs::kCode;
 }
 
 const std::vector<ExportFormat>& ExportFormats() {
   static const std::vector<ExportFormat> formats = {
-      {"model", Of::kFile, false, OutputKind::kModel, ToModel},
-      {"kinematics", Of::kModule, false, OutputKind::kKinematicsImage, ToKinematics},
-      {"xml", Of::kModule, false, OutputKind::kKeywords, ToXml},
-      {"dot", Of::kRobot, false, OutputKind::kDot, ToDot},
-      {"c", Of::kEither, false, OutputKind::kCode, ToC},
-      {"urdf", Of::kEither, true, OutputKind::kUrdf, ToUrdf},
-      {"sdf", Of::kEither, true, OutputKind::kSdf, ToSdf},
-      {"mjcf", Of::kEither, false, OutputKind::kMjcf, ToMjcf},
-      {"webots", Of::kEither, false, OutputKind::kWebots, ToWebots},
+      {"model", Of::kFile, false, outputs::kModel, ToModel},
+      {"kinematics", Of::kModule, false, outputs::kKinematicsImage, ToKinematics},
+      {"xml", Of::kModule, false, outputs::kKeywords, ToXml},
+      {"dot", Of::kRobot, false, outputs::kDot, ToDot},
+      {"c", Of::kEither, false, outputs::kCode, ToC},
+      {"urdf", Of::kEither, true, outputs::kUrdf, ToUrdf},
+      {"sdf", Of::kEither, true, outputs::kSdf, ToSdf},
+      {"mjcf", Of::kEither, false, outputs::kMjcf, ToMjcf},
+      {"webots", Of::kEither, false, outputs::kWebots, ToWebots},
   };
   return formats;
 }

@@ -35,47 +35,45 @@ std::optional<double> ParseValue(const std::string& text, bool turns) {
   return std::nullopt;
 }
 
-/// Applies one `module.joint=value`; on failure says why and returns false.
-bool ApplySetting(const model::Model& model, const model::Robot& robot, const std::string& text,
-                  model::JointValues* q) {
+/// Applies one `module.joint=value`; fails for another text, or names that the robot lacks.
+Result<void> ApplySetting(const model::Model& model, const model::Robot& robot,
+                          const std::string& text, model::JointValues* q) {
   // The text has three parts: the module before the point, the joint up to the sign, the value.
   const size_t equals = text.find('=');
   const size_t dot = text.find('.');
   if (equals == std::string::npos || dot == std::string::npos || dot > equals) {
-    Unusable(fmt::format("--set {}: expected module.joint=value, e.g. m1.joint_1=0.3", text));
-    return false;
+    return Fail(fmt::format("--set {}: expected module.joint=value, e.g. m1.joint_1=0.3", text));
   }
   const std::string module_name = text.substr(0, dot);
   const std::string joint_name = text.substr(dot + 1, equals - dot - 1);
+  const auto names_of = [](const auto& parts) {
+    std::vector<std::string> names;
+    for (const auto& part : parts) names.push_back(part.name);
+    return names;
+  };
   // Wrong names get the nearest right one, of this robot and of this module type.
   const std::optional<int> module = robot.FindModule(module_name);
   if (!module) {
-    std::vector<std::string> names;
-    for (const model::ModuleInstance& m : robot.modules) names.push_back(m.name);
-    Unusable(fmt::format("--set {}: robot {} has no module '{}'{}", text, robot.name, module_name,
-                         DidYouMean(module_name, names)));
-    return false;
+    return Fail(fmt::format("--set {}: robot {} has no module '{}'{}", text, robot.name,
+                            module_name, DidYouMean(module_name, names_of(robot.modules))));
   }
   const model::ModuleType& type = model.TypeOf(robot, *module);
   const std::optional<int> joint = type.FindJoint(joint_name);
   if (!joint) {
-    std::vector<std::string> names;
-    for (const model::Joint& j : type.joints) names.push_back(j.name);
-    Unusable(fmt::format("--set {}: module {} has no joint '{}'{}; it has {}", text, type.name,
-                         joint_name, DidYouMean(joint_name, names), fmt::join(names, ", ")));
-    return false;
+    const std::vector<std::string> names = names_of(type.joints);
+    return Fail(fmt::format("--set {}: module {} has no joint '{}'{}; it has {}", text, type.name,
+                            joint_name, DidYouMean(joint_name, names), fmt::join(names, ", ")));
   }
   // Only a joint that turns takes degrees.
   const bool turns = type.joints[*joint].type != model::JointType::kPrismatic;
   const std::optional<double> value = ParseValue(text.substr(equals + 1), turns);
   if (!value) {
-    Unusable(fmt::format("--set {}: expected {}, at most 1e6", text,
-                         turns ? "a number of radians, or of degrees such as 45deg"
-                               : "a number of metres: the joint slides"));
-    return false;
+    return Fail(fmt::format("--set {}: expected {}, at most 1e6", text,
+                            turns ? "a number of radians, or of degrees such as 45deg"
+                                  : "a number of metres: the joint slides"));
   }
   (*q)[*module][*joint] = *value;
-  return true;
+  return {};
 }
 
 /// Sets the raw joint values of --set, computes all link poses, prints them.
@@ -87,7 +85,9 @@ int Fk(const FkOptions& options) {
   // Joints that --set does not name stay at their start values. Limits are not applied.
   model::JointValues q = model::StartValues(*robot);
   for (const std::string& setting : options.set) {
-    if (!ApplySetting(*model, *robot, setting, &q)) return kUnusable;
+    if (Result<void> r = ApplySetting(*model, *robot, setting, &q); !r) {
+      return Unusable(r.error().message);
+    }
   }
   const model::KinematicState state = model::ForwardKinematics(*model, *robot, q);
   // Poses by "module.link", in the order of the robot's modules and of each type's links.
@@ -113,11 +113,8 @@ int Fk(const FkOptions& options) {
   fmt::print("{:<24} {:>27}   {}\n", "link", "position (m)", "rotation (w x y z)");
   for (const auto& [name, pose] : links.items()) {
     // The columns are the position x y z and the quaternion w x y z.
-    const Json& p = pose["p"];
-    const Json& r = pose["q"];
-    fmt::print("{:<24}{:9.5f} {:9.5f}{:9.5f}   {:7.4f} {:7.4f} {:7.4f} {:7.4f}\n", name,
-               p[0].get<double>(), p[1].get<double>(), p[2].get<double>(), r[0].get<double>(),
-               r[1].get<double>(), r[2].get<double>(), r[3].get<double>());
+    fmt::print("{:<24} {:9.5f}   {:7.4f}\n", name, fmt::join(Numbers(pose["p"]), ""),
+               fmt::join(Numbers(pose["q"]), " "));
   }
   fmt::print("largest gap of a loop: {:.3g} m, {:.3g} degrees\n", state.closure_m,
              state.closure_rad * 180.0 / EIGEN_PI);

@@ -15,10 +15,13 @@ namespace {
 struct FormatOptions {
   std::vector<std::string> files;
   bool check = false;
+  bool json = false;
 };
 
-/// Formats one file, or only checks it; returns the exit status for it.
-int FormatFile(const std::string& path, bool check) {
+/// Formats one file, or only checks it, and sets `*layout` to what it was found to be, for people
+/// and scripts; returns the exit status for it.
+int FormatFile(const std::string& path, bool check, std::string* layout) {
+  *layout = "unusable";
   // The extension tells the language; a file of another kind is not touched.
   const std::string extension = std::filesystem::path(path).extension();
   if (extension != ".m3l" && extension != ".dyn") {
@@ -35,25 +38,32 @@ int FormatFile(const std::string& path, bool check) {
   PrintDiagnostics(diagnostics, sources);
   if (!formatted) return Unusable(fmt::format("{}: left as it is", path));
   // A file that is in canonical layout is not written, so its time does not change.
+  *layout = "canonical";
   if (*formatted == sources.text(*file)) return kDone;
   // With --check the answer is the exit status.
-  if (check) {
-    fmt::print("{}: not in canonical layout\n", path);
-    return kNo;
-  }
+  *layout = "not in canonical layout";
+  if (check) return kNo;
   // WriteFile replaces the file whole, so that nobody sees half of it.
   const Result<void> written = WriteFile(path, *formatted);
   if (!written) return Unusable(written.error().message);
-  fmt::print("{}: formatted\n", path);
+  *layout = "formatted";
   return kDone;
 }
 
 /// All files, even if one of them cannot be formatted; the worst status counts.
 int Format(const FormatOptions& options) {
   int status = kDone;
+  Json files = Json::array();
   for (const std::string& file : options.files) {
-    status = std::max(status, FormatFile(file, options.check));
+    std::string layout;
+    const int of_file = FormatFile(file, options.check, &layout);
+    status = std::max(status, of_file);
+    files.push_back({{"file", file}, {"layout", layout}});
+    // People want to know of files that are not as they should be, or were not; errors are said.
+    const bool told = layout == "formatted" || of_file == kNo;
+    if (told && !options.json) fmt::print("{}: {}\n", file, layout);
   }
+  if (options.json) PrintJson({{"files", files}});
   return status;
 }
 
@@ -64,6 +74,7 @@ void AddFormat(CommandLine* line) {
   auto options = std::make_shared<FormatOptions>();
   sub.Add("FILE", &options->files, "Files that end in .m3l or .dyn").Required();
   sub.Flag("--check", &options->check, "Change nothing; status 1 if a file would change");
+  sub.Json(&options->json);
   sub.Footer(
       "Examples:\n  morphbus format models/mtran.m3l models/programs/quadruped.dyn\n"
       "  morphbus format --check models/*.m3l");

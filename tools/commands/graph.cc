@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "compiler/emit/dot.h"
+#include <map>
+
+#include "compiler/emit/back_ends.h"
 #include "compiler/model/kinematic_graph.h"
 #include "tools/base/output_path.h"
 #include "tools/commands/commands.h"
@@ -21,38 +23,28 @@ struct GraphOptions {
 
 /// The word that "adjacent_axes" has for a relation of two axes.
 const char* RelationText(model::AxisRelation relation) {
-  switch (relation) {
-    case model::AxisRelation::kParallel:
-      return "parallel";
-    case model::AxisRelation::kOrthogonal:
-      return "orthogonal";
-    case model::AxisRelation::kSkew:
-      return "skew";
-    case model::AxisRelation::kCoplanar:
-      return "coplanar";
-  }
-  return "";
+  using model::AxisRelation;
+  static const std::map<AxisRelation, const char*> words = {
+      {AxisRelation::kParallel, "parallel"},
+      {AxisRelation::kOrthogonal, "orthogonal"},
+      {AxisRelation::kSkew, "skew"},
+      {AxisRelation::kCoplanar, "coplanar"}};
+  return words.at(relation);
 }
 
 /// The graph as docs/cli.md has it. Frames: axes in the robot frame at the start values.
 Json GraphJson(const model::Model& model, const model::Robot& robot,
                const model::KinematicGraph& graph) {
-  // Names are those of the command line: module.link and module.joint.
-  const auto link_name = [&](const model::LinkRef& ref) {
-    return robot.modules[ref.module].name + "." +
-           model.TypeOf(robot, ref.module).links[ref.link].name;
-  };
   // Bodies are the links that connections hold together.
   Json bodies = Json::array();
   for (const model::Body& body : graph.bodies) {
     Json links = Json::array();
-    for (const model::LinkRef& ref : body.links) links.push_back(link_name(ref));
+    for (const model::LinkRef& ref : body.links) {
+      links.push_back(robot.modules[ref.module].name + "." +
+                      model.TypeOf(robot, ref.module).links[ref.link].name);
+    }
     bodies.push_back({{"links", links}, {"degree", body.degree}});
   }
-  const auto joint_name = [&](const model::GraphJoint& joint) {
-    return robot.modules[joint.module].name + "." +
-           model.TypeOf(robot, joint.module).joints[joint.joint].name;
-  };
   // Joints with those next to them: adjacent joints share a body.
   Json joints = Json::array();
   for (const model::GraphJoint& joint : graph.joints) {
@@ -60,9 +52,9 @@ Json GraphJson(const model::Model& model, const model::Robot& robot,
     Json axes = graph.adjacency_listed ? Json::object() : Json();
     for (size_t i = 0; i < joint.adjacent.size(); ++i) {
       const model::GraphJoint& other = graph.joints[joint.adjacent[i]];
-      axes[joint_name(other)] = RelationText(joint.adjacent_axes[i]);
+      axes[JointName(model, robot, other)] = RelationText(joint.adjacent_axes[i]);
     }
-    joints.push_back({{"name", joint_name(joint)},
+    joints.push_back({{"name", JointName(model, robot, joint)},
                       {"adjacent", joint.num_adjacent},
                       {"locked", graph.locked_computed ? Json(joint.locked) : Json()},
                       {"axis", VectorJson(joint.axis_R)},
@@ -111,11 +103,9 @@ void PrintGraph(const model::Robot& robot, const model::KinematicGraph& computed
   // A question mark stands where it was not computed whether loops lock a joint.
   fmt::print("\nadjacent  locked  axis (north, up, east)        joint\n");
   for (const Json& joint : graph["joints"]) {
-    const Json& axis = joint["axis"];
-    fmt::print("{:>8}  {:<6}  {:8.4f} {:8.4f} {:8.4f}    {}\n", joint["adjacent"].get<int>(),
+    fmt::print("{:>8}  {:<6}  {:8.4f}    {}\n", joint["adjacent"].get<int>(),
                joint["locked"].is_null() ? "?" : (joint["locked"].get<bool>() ? "yes" : "no"),
-               axis[0].get<double>(), axis[1].get<double>(), axis[2].get<double>(),
-               joint["name"].get<std::string>());
+               fmt::join(Numbers(joint["axis"]), " "), joint["name"].get<std::string>());
   }
   // A star of thousands of joints has too many pairs to list.
   if (computed.adjacency_listed) {
@@ -134,7 +124,7 @@ int Graph(const GraphOptions& options) {
   // The robot's graph at its start values.
   std::vector<std::string> files;
   const std::optional<model::Model> model = LoadModel({options.file}, &files);
-  if (!model || !MayWrite(options.dot, OutputKind::kDot, options.force, files)) return kUnusable;
+  if (!model || !MayWrite(options.dot, outputs::kDot, options.force, files)) return kUnusable;
   const model::Robot* robot = PickRobot(*model, options.robot);
   if (robot == nullptr) return kUnusable;
   const model::KinematicGraph graph = model::BuildKinematicGraph(*model, *robot);

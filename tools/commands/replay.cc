@@ -128,9 +128,7 @@ void WarnOf(const ReplayOptions& options, const logger::ReplayProgress& done) {
 
 /// Makes a private network for the replay and lists it among the runs, so that others can join it.
 Result<RunDirectory> Isolate(const ReplayOptions& options) {
-  if (Result<void> entered = EnterPrivateNetwork(); !entered) {
-    return Fail(entered.error().message);
-  }
+  if (Result<void> entered = EnterPrivateNetwork(); !entered) return Fail(entered.error().message);
   // The URL is stored as it was resolved, for others may have another default.
   const Result<bridge::LcmUrl> url = bridge::ResolveLcmUrl(options.run.lcm_url);
   if (!url) return Fail(url.error().message);

@@ -51,26 +51,18 @@ std::string WhyNoLog(const std::string& log) {
   return "";
 }
 
-/// True if the log can be written; else says why not.
-bool CheckLog(const std::string& log) {
-  const std::string why = WhyNoLog(log);
-  if (!why.empty()) Unusable(fmt::format("cannot write {}: {}", log, why));
-  return why.empty();
-}
-
 /// One run. Returns its summary; nothing if it could not even begin (said on stderr).
 std::optional<Json> RunOnce(RunPlan* plan, const RunOptions& options, int number) {
   Result<RunDirectory> directory = RunDirectory::Claim(options.run);
-  if (!directory) {
-    Unusable(directory.error().message);
-    return std::nullopt;
-  }
+  if (!directory) return Refuse(directory.error().message);
   // Only what differs between repeated runs: the name and the time.
   plan->description.set_run(directory->name());
   plan->description.set_started(WallTime());
   const std::string log = LogPath(options, directory->name(), number);
-  if (!CheckLog(log) ||
-      !MayWriteLog(log, options.force, {options.model_file, options.program_file})) {
+  if (const std::string why = WhyNoLog(log); !why.empty()) {
+    return Refuse(fmt::format("cannot write {}: {}", log, why));
+  }
+  if (!MayWriteLog(log, options.force, {options.model_file, options.program_file})) {
     return std::nullopt;
   }
   // In one process there is no bus, so that nobody can join: the URL stays empty.
@@ -82,8 +74,7 @@ std::optional<Json> RunOnce(RunPlan* plan, const RunOptions& options, int number
     entry.url = url ? url->url : "";
   }
   if (Result<void> published = directory->Publish(entry); !published) {
-    Unusable(published.error().message);
-    return std::nullopt;
+    return Refuse(published.error().message);
   }
   // What the run was is read from its log once all processes have ended.
   const RunSummary summary =

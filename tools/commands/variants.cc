@@ -8,7 +8,7 @@
 #include "compiler/base/check.h"
 #include "compiler/base/text.h"
 #include "compiler/congruence/variants.h"
-#include "compiler/emit/m3l.h"
+#include "compiler/emit/back_ends.h"
 #include "compiler/m3l/format.h"
 #include "tools/commands/commands.h"
 
@@ -71,7 +71,7 @@ int Variants(const VariantsOptions& options) {
   const model::Model& model = *loaded;
   const model::Robot* robot = PickRobot(model, options.robot);
   // Finding variants may take long, so what cannot be written is refused now.
-  if (robot == nullptr || !MayWrite(options.output, OutputKind::kVariants, options.force, files))
+  if (robot == nullptr || !MayWrite(options.output, outputs::kVariants, options.force, files))
     return kUnusable;
   // The output imports the model, so a name that M3L cannot write cannot be used.
   const std::string import = ImportPath(options.file, options.output);

@@ -62,11 +62,8 @@ const model::ConnectionOption* OptionOf(const Context& context,
 /// X_AB in words, as `connections` prints poses.
 std::string PoseText(const model::Pose& X) {
   const Json pose = PoseJson(X);
-  const Json& p = pose["p"];
-  const Json& q = pose["q"];
-  return fmt::format("at ({:.6g}, {:.6g}, {:.6g}) m, turned ({:.4f} {:.4f} {:.4f} {:.4f})",
-                     p[0].get<double>(), p[1].get<double>(), p[2].get<double>(), q[0].get<double>(),
-                     q[1].get<double>(), q[2].get<double>(), q[3].get<double>());
+  return fmt::format("at ({:.6g}) m, turned ({:.4f})", fmt::join(Numbers(pose["p"]), ", "),
+                     fmt::join(Numbers(pose["q"]), " "));
 }
 
 /// Which links penetrate each other, and how deep.

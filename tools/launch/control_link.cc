@@ -6,11 +6,13 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
 
 #include "tools/base/json.h"
+#include "tools/launch/wall_clock.h"
 
 namespace morphbus::tools {
 namespace {
@@ -58,18 +60,21 @@ void ControlLink::Send(const nlohmann::ordered_json& message) const {
   if (poll(&waiting, 1, 0) == 1 && (waiting.revents & POLLOUT) != 0) Deliver(message);
 }
 
-void ControlLink::Deliver(const nlohmann::ordered_json& message) const {
+void ControlLink::Deliver(const nlohmann::ordered_json& message, double patience_s) const {
   if (fd_ < 0) return;
   const std::string line = JsonText(message) + "\n";
+  const WallTimer timer;
   for (size_t done = 0; done < line.size();) {
     const ssize_t n = send(fd_, line.data() + done, line.size() - done, MSG_NOSIGNAL);
     // A socket may take a part of the line, and the rest is tried again.
     if (n > 0) done += static_cast<size_t>(n);
     // Any other error means that the peer is gone: nobody is left to tell.
     if (n < 0 && errno != EAGAIN && errno != EINTR) return;
-    // The socket is full: wait a second at a time, so that a peer that is gone is noticed.
+    // The socket is full: wait, a second at a time so that a peer that is gone is noticed. One that
+    // hangs would keep us for ever: it is given up, its line cut.
+    if (n < 0 && timer.seconds() > patience_s) return;
     pollfd waiting = {fd_, POLLOUT, 0};
-    if (n < 0) poll(&waiting, 1, 1000);
+    if (n < 0) poll(&waiting, 1, std::min(1000, static_cast<int>(patience_s * 1e3) + 1));
   }
 }
 

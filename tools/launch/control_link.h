@@ -35,8 +35,9 @@ class ControlLink {
   /// Sends a message that may be lost, such as progress: a socket without room gets nothing of it,
   /// so that this does not wait for the other end. What must arrive is sent with `Deliver`.
   void Send(const nlohmann::ordered_json& message) const;
-  /// As Send, but waits until the other end has room or is gone.
-  void Deliver(const nlohmann::ordered_json& message) const;
+  /// As Send, but waits until the other end has room or is gone, for some `patience_s`
+  /// seconds at most: one that hangs gets no more than a part of the line.
+  void Deliver(const nlohmann::ordered_json& message, double patience_s = 5.0) const;
   /// What has arrived; never blocks. Lines over 1 MiB or that are no objects are ignored.
   std::vector<nlohmann::ordered_json> Receive();
   /// True once the other end is gone.

@@ -36,14 +36,112 @@ class InprocRun {
 
   /// Puts everything on the hub, before the first message. Fails if a part of the plan cannot be
   /// used or the log cannot be written.
-  Result<void> Build(const std::string& log);
+  Result<void> Build(const std::string& log) {
+    // The simulator with its robot comes first.
+    Result<std::unique_ptr<sim::BulletRobot>> robot = BuildBulletRobot(plan_);
+    if (!robot) return Fail(robot.error().message);
+    robot_ = std::move(*robot);
+    const Result<bridge::SimParticipantOptions> sim_options = SimOptions(plan_, true);
+    if (!sim_options) return Fail(sim_options.error().message);
+    sim_ = std::make_unique<bridge::SimParticipant>(Connect(kSimReceiver), robot_.get(), &time_,
+                                                    *sim_options);
+    // Without wall time here, a second of sim time stands for HEALTH's second.
+    const int64_t second = std::max<int64_t>(1, 1000000 / description_.tick_us());
+    sim_->OnBeforeTick([this, second](int64_t tick) {
+      if (tick == 0) since_first_tick_ = WallTimer();
+      if (tick % second == 0) SendHealth();
+    });
+    // The modules, as morphbus-module would put them together.
+    Result<std::unique_ptr<PlanModules>> modules = BuildModules(plan_);
+    if (!modules) return Fail(modules.error().message);
+    modules_ = std::move(*modules);
+    int receiver = kFirstModuleReceiver;
+    for (const auto& module : modules_->instances) module->Join(Connect(receiver++), &time_);
+    // The recorder comes last, so that no message precedes the description in the log.
+    logger::RecorderOptions record;
+    record.path = log;
+    record.description = description_.SerializeAsString();
+    Result<std::unique_ptr<logger::Recorder>> recorder =
+        logger::Recorder::Create(Connect(kLogReceiver), &time_, record);
+    if (!recorder) return Fail(recorder.error().message);
+    recorder_ = std::move(*recorder);
+    return {};
+  }
+
   /// Runs until all participants are done, and closes the log. Called once, after Build.
-  RunOutcome Run(const std::string& log);
+  RunOutcome Run(const std::string& log) {
+    RunOutcome outcome;
+    outcome.run = description_.run();
+    // The log has this name until it is closed.
+    outcome.log = log + ".partial";
+    Progress progress(plan_.robot().name, plan_.num_ticks(), description_.tick_us());
+    bool stopping = false;
+    bool unlogged = false;  // The log can be written no more: nothing is left to simulate for.
+    Ticker watch(kWatchUs, [&] {
+      progress.Show(sim_->tick());
+      unlogged = !recorder_->error().empty();
+      // A signal ends the run at its next tick, in order.
+      if (CaughtSignal() == 0 || stopping) return;
+      stopping = true;
+      sim_->RequestStop("interrupted");
+    });
+    // They take turns in this thread until all are done; nobody is left waiting for what cannot
+    // come.
+    std::vector<bridge::Participant*> participants = {sim_.get(), recorder_.get(), &watch};
+    for (const auto& module : modules_->instances) participants.push_back(&module->participant());
+    if (!bridge::RunInproc(&hub_, &time_, participants, &unlogged) && !unlogged) {
+      outcome.error = "the run came to a standstill";
+    }
+    // The last ledgers, for the log. In a run that was broken off messages would still beget
+    // messages.
+    if (!unlogged) {
+      SendHealth();
+      hub_.HandleAll();
+    }
+    outcome.wall_seconds = since_first_tick_.seconds();
+    // The line of progress goes before the summary is printed.
+    progress.Clear();
+    // Closing the log may fail even after a run that went well.
+    const Result<logger::RecordSummary> summary = recorder_->Finish("");
+    if (summary) {
+      outcome.log = summary->path;
+      if (!summary->complete && outcome.error.empty())
+        outcome.error = "the log: " + summary->reason;
+    } else if (outcome.error.empty()) {
+      outcome.error = summary.error().message;
+    }
+    Gather(&outcome);
+    return outcome;
+  }
 
  private:
-  bridge::Bus* Connect(int receiver);
-  void SendHealth();
-  void Gather(RunOutcome* outcome) const;
+  /// A bus of its own for a receiver, with losses of its own: the same ones in every run.
+  bridge::Bus* Connect(int receiver) {
+    return &endpoints_
+                .emplace_back(&hub_, description_.loss(),
+                              ReceiverSeed(description_.seed(), receiver))
+                .bus;
+  }
+
+  /// What each process of a run sends about once a second.
+  void SendHealth() {
+    sim_->PublishHealth();
+    recorder_->EachSecond();
+    for (const auto& module : modules_->instances) module->participant().PublishHealth();
+  }
+
+  /// How the run ended, by the sim and the modules. An earlier error stays.
+  void Gather(RunOutcome* outcome) const {
+    const bridge::SimOutcome& sim = sim_->outcome();
+    outcome->reason = sim.reason;
+    if (!sim.ok && outcome->error.empty()) outcome->error = sim.error;
+    for (const auto& module : modules_->instances) {
+      const std::string& error = module->participant().error();
+      if (!error.empty() && outcome->error.empty()) {
+        outcome->error = "module " + module->name() + ": " + error;
+      }
+    }
+  }
 
   const RunPlan& plan_;
   const proto::RunDescription& description_;
@@ -56,108 +154,6 @@ class InprocRun {
   std::unique_ptr<logger::Recorder> recorder_;
   WallTimer since_first_tick_;
 };
-
-/// A bus of its own for a receiver, with losses of its own: the same ones in every run.
-bridge::Bus* InprocRun::Connect(int receiver) {
-  return &endpoints_
-              .emplace_back(&hub_, description_.loss(), ReceiverSeed(description_.seed(), receiver))
-              .bus;
-}
-
-Result<void> InprocRun::Build(const std::string& log) {
-  // The simulator with its robot comes first.
-  Result<std::unique_ptr<sim::BulletRobot>> robot = BuildBulletRobot(plan_);
-  if (!robot) return Fail(robot.error().message);
-  robot_ = std::move(*robot);
-  const Result<bridge::SimParticipantOptions> sim_options = SimOptions(plan_, true);
-  if (!sim_options) return Fail(sim_options.error().message);
-  sim_ = std::make_unique<bridge::SimParticipant>(Connect(kSimReceiver), robot_.get(), &time_,
-                                                  *sim_options);
-  // Without wall time here, a second of sim time stands for HEALTH's second.
-  const int64_t second = std::max<int64_t>(1, 1000000 / description_.tick_us());
-  sim_->OnBeforeTick([this, second](int64_t tick) {
-    if (tick == 0) since_first_tick_ = WallTimer();
-    if (tick % second == 0) SendHealth();
-  });
-  // The modules, as morphbus-module would put them together.
-  Result<std::unique_ptr<PlanModules>> modules = BuildModules(plan_);
-  if (!modules) return Fail(modules.error().message);
-  modules_ = std::move(*modules);
-  int receiver = kFirstModuleReceiver;
-  for (const auto& module : modules_->instances) module->Join(Connect(receiver++), &time_);
-  // The recorder comes last, so that no message precedes the description in the log.
-  logger::RecorderOptions record;
-  record.path = log;
-  record.description = description_.SerializeAsString();
-  Result<std::unique_ptr<logger::Recorder>> recorder =
-      logger::Recorder::Create(Connect(kLogReceiver), &time_, record);
-  if (!recorder) return Fail(recorder.error().message);
-  recorder_ = std::move(*recorder);
-  return {};
-}
-
-/// What each process of a run sends about once a second.
-void InprocRun::SendHealth() {
-  sim_->PublishHealth();
-  recorder_->EachSecond();
-  for (const auto& module : modules_->instances) module->participant().PublishHealth();
-}
-
-/// How the run ended, by the sim and the modules. An earlier error stays.
-void InprocRun::Gather(RunOutcome* outcome) const {
-  const bridge::SimOutcome& sim = sim_->outcome();
-  outcome->reason = sim.reason;
-  if (!sim.ok && outcome->error.empty()) outcome->error = sim.error;
-  for (const auto& module : modules_->instances) {
-    const std::string& error = module->participant().error();
-    if (!error.empty() && outcome->error.empty()) {
-      outcome->error = "module " + module->name() + ": " + error;
-    }
-  }
-}
-
-RunOutcome InprocRun::Run(const std::string& log) {
-  RunOutcome outcome;
-  outcome.run = description_.run();
-  // The log has this name until it is closed.
-  outcome.log = log + ".partial";
-  Progress progress(plan_.robot().name, plan_.num_ticks(), description_.tick_us());
-  bool stopping = false;
-  bool unlogged = false;  // The log can be written no more: nothing is left to simulate for.
-  Ticker watch(kWatchUs, [&] {
-    progress.Show(sim_->tick());
-    unlogged = !recorder_->error().empty();
-    // A signal ends the run at its next tick, in order.
-    if (CaughtSignal() == 0 || stopping) return;
-    stopping = true;
-    sim_->RequestStop("interrupted");
-  });
-  // They take turns in this thread until all are done; nobody is left waiting for what cannot come.
-  std::vector<bridge::Participant*> participants = {sim_.get(), recorder_.get(), &watch};
-  for (const auto& module : modules_->instances) participants.push_back(&module->participant());
-  if (!bridge::RunInproc(&hub_, &time_, participants, &unlogged) && !unlogged) {
-    outcome.error = "the run came to a standstill";
-  }
-  // The last ledgers, for the log. In a run that was broken off messages would still beget
-  // messages.
-  if (!unlogged) {
-    SendHealth();
-    hub_.HandleAll();
-  }
-  outcome.wall_seconds = since_first_tick_.seconds();
-  // The line of progress goes before the summary is printed.
-  progress.Clear();
-  // Closing the log may fail even after a run that went well.
-  const Result<logger::RecordSummary> summary = recorder_->Finish("");
-  if (summary) {
-    outcome.log = summary->path;
-    if (!summary->complete && outcome.error.empty()) outcome.error = "the log: " + summary->reason;
-  } else if (outcome.error.empty()) {
-    outcome.error = summary.error().message;
-  }
-  Gather(&outcome);
-  return outcome;
-}
 
 }  // namespace
 

@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 
 #include "tools/base/files.h"
@@ -39,18 +40,14 @@ Launcher::Launcher(const RunPlan& plan, const RunOptions& options, const RunDire
 Result<void> Launcher::WriteInputs() {
   // Sim and logger read the description, which holds everything. Modules, which are to be small
   // programs, get the two images that they need as files.
-  const std::string& folder = directory_.path();
-  if (Result<void> r = WriteFile(folder + "/description.pb", plan_.description.SerializeAsString());
-      !r) {
-    return r;
+  const proto::RunDescription& d = plan_.description;
+  std::vector<std::pair<std::string, std::string>> files = {
+      {"description.pb", d.SerializeAsString()}, {"program.image", d.program_image()}};
+  for (const proto::KinematicsImage& entry : d.kinematics()) {
+    files.emplace_back(entry.type_name() + ".kinematics", entry.image());
   }
-  if (Result<void> r = WriteFile(folder + "/program.image", plan_.description.program_image());
-      !r) {
-    return r;
-  }
-  for (const proto::KinematicsImage& entry : plan_.description.kinematics()) {
-    const std::string path = fmt::format("{}/{}.kinematics", folder, entry.type_name());
-    if (Result<void> r = WriteFile(path, entry.image()); !r) return r;
+  for (const auto& [name, bytes] : files) {
+    if (Result<void> r = WriteFile(directory_.path() + "/" + name, bytes); !r) return r;
   }
   return {};
 }
@@ -277,10 +274,8 @@ void Launcher::StopAll() {
 }
 
 bool Launcher::AllEnded() const {
-  for (const ChildProcess& child : children_) {
-    if (!child.ended()) return false;
-  }
-  return true;
+  return std::all_of(children_.begin(), children_.end(),
+                     [](const ChildProcess& child) { return child.ended(); });
 }
 
 ChildProcess* Launcher::Find(const std::string& name) {

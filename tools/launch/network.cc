@@ -65,16 +65,17 @@ Result<void> EnterUserNamespace() {
 Result<void> BringLoopbackUp() {
   // Any socket will do: the requests below are to the network, not to the socket.
   const Descriptor socket_fd(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  const auto failed = [](const char* what) {
+    return Fail(fmt::format("--isolate: {}: {}", what, std::strerror(errno)));
+  };
   ifreq request = {};
   std::strcpy(request.ifr_name, "lo");
-  if (ioctl(socket_fd.get(), SIOCGIFFLAGS, &request) != 0) {
-    return Fail(fmt::format("--isolate: no loopback: {}", std::strerror(errno)));
-  }
+  if (ioctl(socket_fd.get(), SIOCGIFFLAGS, &request) != 0) return failed("no loopback");
   // Multicast must be asked for: a loopback has none of itself.
   request.ifr_flags = static_cast<decltype(request.ifr_flags)>(request.ifr_flags | IFF_UP |
                                                                IFF_RUNNING | IFF_MULTICAST);
   if (ioctl(socket_fd.get(), SIOCSIFFLAGS, &request) != 0) {
-    return Fail(fmt::format("--isolate: cannot bring the loopback up: {}", std::strerror(errno)));
+    return failed("cannot bring the loopback up");
   }
   // The kernel takes addresses of any family in a sockaddr.
   const auto address = [](const char* text) {
@@ -93,7 +94,7 @@ Result<void> BringLoopbackUp() {
   route.rt_flags = RTF_UP;
   route.rt_dev = device.data();
   if (ioctl(socket_fd.get(), SIOCADDRT, &route) != 0 && errno != EEXIST) {
-    return Fail(fmt::format("--isolate: cannot route multicast: {}", std::strerror(errno)));
+    return failed("cannot route multicast");
   }
   return {};
 }

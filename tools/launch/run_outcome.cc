@@ -148,9 +148,7 @@ std::string FaultsText(const RunSummary& s) {
   if (s.facts.num_faults == 0) return "  no faults\n";
   std::string text = fmt::format("  {}\n", Counted(s.facts.num_faults, "fault"));
   const size_t shown = std::min(s.facts.faults.size(), kShown);
-  for (size_t i = 0; i < shown; ++i) {
-    text += fmt::format("    {}\n", FaultText(s.facts.faults[i]));
-  }
+  for (size_t i = 0; i < shown; ++i) text += fmt::format("    {}\n", FaultText(s.facts.faults[i]));
   const int64_t more = s.facts.num_faults - static_cast<int64_t>(shown);
   if (more > 0) text += fmt::format("    and {} more (morphbus info)\n", more);
   return text;
@@ -223,9 +221,7 @@ Json SummaryJson(const RunSummary& s) {
   for (const auto& [module, role] : s.roles)
     roles[module] = role.empty() ? Json(nullptr) : Json(role);
   Json faults = Json::array();
-  for (const logger::FaultFact& fault : s.facts.faults) {
-    faults.push_back(FaultJson(fault));
-  }
+  for (const logger::FaultFact& fault : s.facts.faults) faults.push_back(FaultJson(fault));
   return {{"run", s.outcome.run},
           {"hash", s.facts.run_hash},
           {"seconds", s.facts.seconds},

@@ -27,17 +27,6 @@ constexpr uint32_t kTickUs = 20000;
 constexpr uint32_t kPhysicsStepUs = 1000;
 constexpr uint32_t kSolverIterations = 30;
 
-/// Where a module's channel names would not fit, or would be those of something else.
-bool CheckModuleNames(const model::Robot& robot) {
-  for (const model::ModuleInstance& module : robot.modules) {
-    if (Result<void> good = bridge::CheckModuleName(module.name); !good) {
-      Unusable(good.error().message);
-      return false;
-    }
-  }
-  return true;
-}
-
 /// Says which option is out of its range.
 bool CheckNumbers(const RunOptions& options) {
   // The first option that is out of its range is named; a number that is none fails its comparison.
@@ -147,18 +136,22 @@ std::optional<RunPlan> PlanRun(const RunOptions& options) {
   // The run's name begins every channel's, so that it must fit there.
   if (!options.run.empty()) {
     if (Result<void> good = bridge::CheckRunName(options.run); !good) {
-      Unusable("--run: " + good.error().message);
-      return std::nullopt;
+      return Refuse("--run: " + good.error().message);
     }
   }
   // Model, robot and root module.
   std::optional<model::Model> model = LoadModel({options.model_file});
   if (!model) return std::nullopt;
   const model::Robot* robot = PickRobot(*model, options.robot);
-  if (robot == nullptr || !CheckModuleNames(*robot)) return std::nullopt;
+  if (robot == nullptr) return std::nullopt;
+  // A module's channel names must fit, and must not be those of something else.
+  for (const model::ModuleInstance& module : robot->modules) {
+    if (Result<void> good = bridge::CheckModuleName(module.name); !good) {
+      return Refuse(good.error().message);
+    }
+  }
   if (!options.root.empty() && !robot->FindModule(options.root)) {
-    Unusable(fmt::format("--root: robot {} has no module '{}'", robot->name, options.root));
-    return std::nullopt;
+    return Refuse(fmt::format("--root: robot {} has no module '{}'", robot->name, options.root));
   }
   // The program, compiled against the keywords of all module types of the model.
   const std::optional<CompiledProgram> program =
@@ -176,10 +169,7 @@ std::optional<RunPlan> PlanRun(const RunOptions& options) {
   // The world is built once here: it gives the world hash, and refuses options and robots that it
   // cannot simulate before any process starts.
   const auto assembly = BuildBulletRobot(plan);
-  if (!assembly) {
-    Unusable(assembly.error().message);
-    return std::nullopt;
-  }
+  if (!assembly) return Refuse(assembly.error().message);
   plan.description.set_world_hash((*assembly)->world_hash());
   return plan;
 }
@@ -210,18 +200,14 @@ std::optional<RunPlan> LoadPlan(const PlanSource& source) {
     // By hand all three are needed: without a name sim and log would not find each other.
     if (source.options.model_file.empty() || source.options.program_file.empty() ||
         source.options.run.empty()) {
-      Unusable("expected FILE.m3l PROGRAM.dyn --run NAME, or --description FILE");
-      return std::nullopt;
+      return Refuse("expected FILE.m3l PROGRAM.dyn --run NAME, or --description FILE");
     }
     return PlanRun(source.options);
   }
   // As the launcher passes the plan to the processes that it starts.
   const Result<std::string> bytes = ReadFile(source.description);
   Result<RunPlan> plan = bytes ? PlanFromDescription(*bytes) : Fail(bytes.error().message);
-  if (!plan) {
-    Unusable(source.description + ": " + plan.error().message);
-    return std::nullopt;
-  }
+  if (!plan) return Refuse(source.description + ": " + plan.error().message);
   return std::move(*plan);
 }
 

@@ -21,6 +21,10 @@
 #include "tools/base/json.h"
 
 namespace morphbus::tools {
+
+// What stands in run.json as it is called here; what is missing there keeps its default.
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(RunEntry, pid, since, robot, log, url, isolated)
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -96,14 +100,8 @@ Result<RunEntry> ReadEntry(const std::string& path, const std::string& name) {
   // What is missing in the file, of another version say, keeps its default.
   const nlohmann::json json = nlohmann::json::parse(*text, nullptr, false);
   if (!json.is_object()) return Fail(path + "/run.json is damaged");
-  RunEntry entry;
+  RunEntry entry = json;
   entry.name = name;
-  entry.pid = json.value("pid", 0);
-  entry.since = json.value("since", "");
-  entry.robot = json.value("robot", "");
-  entry.log = json.value("log", "");
-  entry.url = json.value("url", "");
-  entry.isolated = json.value("isolated", false);
   return entry;
 }
 
@@ -154,10 +152,7 @@ RunDirectory::~RunDirectory() {
 }
 
 Result<void> RunDirectory::Publish(const RunEntry& entry) const {
-  const nlohmann::json json = {{"pid", entry.pid},     {"since", entry.since},
-                               {"robot", entry.robot}, {"log", entry.log},
-                               {"url", entry.url},     {"isolated", entry.isolated}};
-  return WriteFile(path_ + "/run.json", JsonText(json, 2) + "\n");
+  return WriteFile(path_ + "/run.json", JsonText(nlohmann::json(entry), 2) + "\n");
 }
 
 Result<std::vector<RunEntry>> ListRuns() {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <set>
 #include <tuple>
 
 namespace morphbus::tools {
@@ -47,18 +48,13 @@ bool Keeps(const std::vector<CommandEvent>& events, const Period& period, int64_
   });
 }
 
-/// A period that one joint's commands have, and how far that joint is told to go in all (rad or m).
-struct Candidate {
-  Period period;
-  double travel = 0.0;
-};
-
-/// The periods of the joints, those that travel most first; equal ones once. What decides between
-/// joints of equal travel is their commands and not their place among the modules: congruent robots
-/// number their modules differently.
-std::vector<Candidate> Candidates(const std::vector<std::vector<CommandEvent>>& all,
-                                  int64_t slack_us) {
-  std::vector<Candidate> candidates;
+/// The periods of the joints, those that travel most (rad or m) first; equal ones once. What
+/// decides between joints of equal travel is their commands and not their place among the modules:
+/// congruent robots number their modules differently.
+std::vector<Period> Candidates(const std::vector<std::vector<CommandEvent>>& all,
+                               int64_t slack_us) {
+  // Travel is rounded, so that sums of the same targets in another order compare equal.
+  std::set<std::tuple<int64_t, int64_t, int64_t>> candidates;
   for (const std::vector<CommandEvent>& events : all) {
     const std::optional<Period> period = FindPeriod(events, slack_us);
     if (!period) continue;
@@ -66,19 +62,13 @@ std::vector<Candidate> Candidates(const std::vector<std::vector<CommandEvent>>& 
     for (size_t i = 1; i < events.size(); ++i) {
       travel += std::abs(events[i].target - events[i - 1].target);
     }
-    candidates.push_back({*period, travel});
+    candidates.emplace(-std::llround(travel / kSameTarget), period->first_us, period->period_us);
   }
-  // Travel is rounded, so that sums of the same targets in another order compare equal.
-  const auto key = [](const Candidate& c) {
-    return std::tuple(-std::llround(c.travel / kSameTarget), c.period.first_us, c.period.period_us);
-  };
-  std::sort(candidates.begin(), candidates.end(),
-            [&](const Candidate& a, const Candidate& b) { return key(a) < key(b); });
-  const auto same = [](const Candidate& a, const Candidate& b) {
-    return a.period.first_us == b.period.first_us && a.period.period_us == b.period.period_us;
-  };
-  candidates.erase(std::unique(candidates.begin(), candidates.end(), same), candidates.end());
-  return candidates;
+  std::vector<Period> periods;
+  for (const auto& [travel, first_us, period_us] : candidates) {
+    periods.push_back({period_us, first_us});
+  }
+  return periods;
 }
 
 /// The period of the joint that travels most among those whose period all joints keep.
@@ -86,17 +76,14 @@ std::optional<Period> PeriodOf(const logger::RunLog& log) {
   constexpr size_t kMostTried = 64;  // robots of thousands of joints have few different ones
   const std::vector<std::vector<CommandEvent>> all = EventsOfJoints(log);
   const int64_t slack_us = 2 * int64_t{log.tick_us};
-  std::vector<Candidate> candidates = Candidates(all, slack_us);
+  std::vector<Period> candidates = Candidates(all, slack_us);
   if (candidates.size() > kMostTried) candidates.resize(kMostTried);
-  for (const Candidate& candidate : candidates) {
-    // A joint may repeat sooner than the whole robot does; its period is then not kept by the
-    // others.
-    const bool kept = std::all_of(all.begin(), all.end(), [&](const auto& events) {
-      return Keeps(events, candidate.period, slack_us);
-    });
-    if (kept) return candidate.period;
-  }
-  return std::nullopt;
+  // A joint may repeat sooner than the whole robot does; its period is then not kept by the others.
+  const auto kept = std::find_if(candidates.begin(), candidates.end(), [&](const Period& period) {
+    return std::all_of(all.begin(), all.end(),
+                       [&](const auto& events) { return Keeps(events, period, slack_us); });
+  });
+  return kept == candidates.end() ? std::nullopt : std::optional(*kept);
 }
 
 /// Where the frame P of a tracked body was: p_WP and R_WP.

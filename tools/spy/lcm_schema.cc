@@ -8,6 +8,8 @@
 #include <cstring>
 #include <set>
 
+#include "compiler/base/bytes.h"
+
 namespace morphbus::tools {
 namespace {
 
@@ -268,9 +270,8 @@ class Decoder {
 
   /// So many bytes as hexadecimal digits, for bytes need not be text.
   bool Bytes(int64_t count, Json* out) {
-    std::string text;
-    for (int64_t i = 0; i < count; ++i) text += fmt::format("{:02x}", data_[at_++]);
-    *out = text;
+    *out = fmt::format("{:02x}", fmt::join(data_ + at_, data_ + at_ + count, ""));
+    at_ += static_cast<size_t>(count);
     return true;
   }
 
@@ -322,8 +323,8 @@ class Decoder {
   /// An unsigned number of so many bytes, big-endian as all of LCM is.
   bool Unsigned(int bytes, uint64_t* out) {
     if (static_cast<size_t>(bytes) > size_ - at_) return false;
-    *out = 0;
-    for (int i = 0; i < bytes; ++i) *out = *out << 8 | data_[at_++];
+    *out = ReadBig(data_ + at_, bytes);
+    at_ += static_cast<size_t>(bytes);
     return true;
   }
 
@@ -375,8 +376,7 @@ const LcmType* LcmSchema::FindByName(const std::string& name) const {
 
 Result<Json> LcmSchema::Decode(const uint8_t* data, size_t size) const {
   if (size < 8) return Fail("shorter than a fingerprint");
-  uint64_t bits = 0;
-  for (int i = 0; i < 8; ++i) bits = bits << 8 | data[i];
+  const uint64_t bits = ReadBig(data, 8);
   const LcmType* type = Find(static_cast<int64_t>(bits));
   if (type == nullptr) return Fail(fmt::format("unknown type, fingerprint {:016x}", bits));
   Decoder decoder(types_, data, size);

@@ -272,11 +272,8 @@ std::string DisassembleImage(const uint8_t* bytes, uint32_t size, bool* ok) {
 }
 
 std::string ComparisonText(const Comparison& comparison, const VerifiedProgram& program) {
-  // In the order of the instructions from kEqual on.
-  constexpr const char* kSigns[] = {"==", "!=", "<", "<=", "==", "<", "<="};
-  const int sign = static_cast<int>(comparison.opcode) - static_cast<int>(Opcode::kEqual);
-  return fmt::format("{} {} {}", ValueText(program, comparison.type, comparison.left), kSigns[sign],
-                     ValueText(program, comparison.type, comparison.right));
+  return ValueText(program, comparison.type, comparison.left) + " against " +
+         ValueText(program, comparison.type, comparison.right);
 }
 
 std::string InstructionTable() {

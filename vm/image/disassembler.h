@@ -17,7 +17,8 @@ std::string Disassemble(const VerifiedProgram& program);
 /// `*ok` (if given) tells which it was.
 std::string DisassembleImage(const uint8_t* bytes, uint32_t size, bool* ok = nullptr);
 
-/// A comparison with its values, as it would stand in a program: "2 == 9". Something was compared.
+/// The values of a comparison as they would stand in a program, "2 against 9"; the requirement's
+/// source says how they were compared. Something was compared.
 std::string ComparisonText(const Comparison& comparison, const VerifiedProgram& program);
 
 /// The instruction set as the table of docs/vm.md, in Markdown.

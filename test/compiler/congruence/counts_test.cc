@@ -8,9 +8,9 @@
 
 #include "compiler/base/check.h"
 #include "compiler/congruence/congruence.h"
-#include "compiler/congruence/mapping_counter.h"
-#include "compiler/congruence/mapping_search.h"
+#include "compiler/congruence/mappings.h"
 #include "compiler/m3l/compile.h"
+#include "compiler/model/loop_constraints.h"
 #include "test/compiler/congruence/assemblies.h"
 #include "test/compiler/congruence/texts.h"
 #include "test/support/large_robots.h"
@@ -55,10 +55,11 @@ TEST(Counts, OfTheRobotsInModelsAreThoseKnown) {
 int64_t Listed(const model::Model& model, const model::Robot& a, const model::Robot& b) {
   const ScrewGraph assembly_a = BuildScrewGraph(model, a);
   const ScrewGraph assembly_b = BuildScrewGraph(model, b);
-  MappingSearch search(assembly_a, assembly_b, RefinedClasses(assembly_a, assembly_b), 2'000'000);
+  Steps steps{2'000'000};
   int64_t count = 0;
-  search.Run([&](const Mapping&) { return ++count < 100'000; });
-  MORPHBUS_CHECK(!search.gave_up());
+  ForEachMapping(assembly_a, assembly_b, RefinedClasses(assembly_a, assembly_b), steps,
+                 [&](const Mapping&) { return ++count < 100'000; });
+  MORPHBUS_CHECK(!steps.gave_up());
   return count;
 }
 

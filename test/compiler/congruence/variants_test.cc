@@ -9,7 +9,7 @@
 
 #include "compiler/congruence/congruence.h"
 #include "compiler/congruence/placements.h"
-#include "compiler/emit/m3l.h"
+#include "compiler/emit/back_ends.h"
 #include "compiler/m3l/compile.h"
 #include "test/compiler/congruence/assemblies.h"
 #include "test/compiler/congruence/texts.h"
@@ -131,7 +131,14 @@ TEST(Placements, CountOnceWhatDocksAlike) {
   EXPECT_EQ(Compare(model, robot, model, robot).count, 4);
   const std::vector<Placement> placements = PlacementsOf(model, 0);
   ASSERT_FALSE(placements.empty());
-  EXPECT_TRUE(placements[0].identity);
+  // The first one leaves everything where it is.
+  for (size_t b = 0; b < placements[0].body_to.size(); ++b) {
+    EXPECT_EQ(placements[0].body_to[b], static_cast<int>(b));
+    EXPECT_TRUE(placements[0].C[b].isIdentity(1e-6));
+  }
+  for (size_t j = 0; j < placements[0].joints.size(); ++j) {
+    EXPECT_EQ(placements[0].joints[j].to, static_cast<int>(j));
+  }
   for (size_t i = 1; i < placements.size(); ++i) {
     EXPECT_GT((placements[i].C[0] - placements[0].C[0]).norm(), 1e-3);
   }

@@ -6,7 +6,7 @@
 #include <random>
 #include <string>
 
-#include "compiler/emit/c99.h"
+#include "compiler/emit/back_ends.h"
 #include "test/compiler/emit/compiled_c.h"
 #include "test/compiler/emit/exported_robots.h"
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "compiler/emit/c99.h"
+#include "compiler/emit/back_ends.h"
 #include "compiler/emit/kinematics.h"
 #include "test/compiler/emit/compiled_c.h"
 #include "test/compiler/emit/exported_robots.h"

@@ -1,4 +1,4 @@
-#include "compiler/emit/dot.h"
+#include "compiler/emit/back_ends.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compiler/emit/mjcf.h"
+#include "compiler/emit/back_ends.h"
 #include "test/compiler/emit/exported_robots.h"
 #include "test/compiler/emit/mujoco_robot.h"
 #include "test/support/source_dir.h"

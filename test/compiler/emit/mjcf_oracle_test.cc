@@ -5,8 +5,7 @@
 
 #include <random>
 
-#include "compiler/emit/mjcf.h"
-#include "compiler/emit/urdf.h"
+#include "compiler/emit/back_ends.h"
 #include "test/compiler/emit/exported_robots.h"
 #include "test/compiler/emit/mujoco_robot.h"
 #include "test/compiler/solver/known_modules.h"

@@ -6,8 +6,7 @@
 #include <random>
 #include <sdf/sdf.hh>
 
-#include "compiler/emit/sdf.h"
-#include "compiler/emit/urdf.h"
+#include "compiler/emit/back_ends.h"
 #include "test/compiler/emit/exported_robots.h"
 
 namespace morphbus::emit {

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "compiler/emit/urdf.h"
+#include "compiler/emit/back_ends.h"
 #include "test/compiler/emit/exported_robots.h"
 
 namespace morphbus::emit {

@@ -1,6 +1,6 @@
 // The stages of the compiler as text.
 
-#include "compiler/m3l/dump.h"
+#include "compiler/m3l/parser.h"
 
 #include <gtest/gtest.h>
 

@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "compiler/dynarole/lexer.h"
-#include "compiler/m3l/keywords.h"
+#include "compiler/m3l/lexer.h"
 #include "test/support/source_dir.h"
 
 namespace morphbus {

@@ -1,6 +1,6 @@
 #include "compiler/m3l/lexer.h"
 
-#include "compiler/m3l/dump.h"
+#include "compiler/m3l/parser.h"
 #include "test/support/diagnostics_test.h"
 
 namespace morphbus::m3l {

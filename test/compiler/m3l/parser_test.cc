@@ -3,7 +3,6 @@
 #include <fstream>
 #include <sstream>
 
-#include "compiler/m3l/dump.h"
 #include "test/support/diagnostics_test.h"
 #include "test/support/source_dir.h"
 

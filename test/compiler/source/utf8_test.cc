@@ -1,4 +1,4 @@
-#include "compiler/source/utf8.h"
+#include "compiler/source/diagnostics.h"
 
 #include <gtest/gtest.h>
 
