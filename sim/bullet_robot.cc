@@ -11,8 +11,6 @@
 namespace morphbus::sim {
 namespace {
 
-bool IsIndex(int i, size_t size) { return i >= 0 && i < static_cast<int>(size); }
-
 // A module's own joint value and the physics' canonical angle: q = start + sign * theta, and back.
 double ModuleValue(const JointSpec& spec, double theta) { return spec.start + spec.sign * theta; }
 double Theta(const JointSpec& spec, double q) { return spec.sign * (q - spec.start); }
@@ -30,30 +28,6 @@ ServoCommand ToServo(const JointSpec& spec, const morphbus::joint_command_t& com
     servo.speed = spec.sign * command.speed_si;
   }
   return servo;
-}
-
-// What a module reads of one docking: its own connector, the mate's, and which of the numbered ways
-// of connecting it is, told so that this module is member a.
-morphbus::docked_connector_t Reading(const model::Model& model, const model::Docking& docking,
-                                     bool seen_from_a) {
-  const std::vector<model::ConnectionOption>& options =
-      model.connection_types[docking.connection_type].options;
-  morphbus::docked_connector_t reading;
-  reading.connection_type = static_cast<int8_t>(docking.connection_type);
-  int option = docking.option;
-  if (seen_from_a) {
-    reading.connector = static_cast<int8_t>(docking.connector_a);
-    reading.mate_connector = static_cast<int8_t>(docking.connector_b);
-    reading.mate_module = static_cast<int16_t>(docking.module_b);
-  } else {
-    reading.connector = static_cast<int8_t>(docking.connector_b);
-    reading.mate_connector = static_cast<int8_t>(docking.connector_a);
-    reading.mate_module = static_cast<int16_t>(docking.module_a);
-    // A connection of unlike types has no mirror image; its number is then the mate's.
-    option = model::MirrorOption(model, docking).value_or(option);
-  }
-  reading.number = static_cast<int16_t>(options[option].number);
-  return reading;
 }
 
 // Velocities of a new body from those of the links it is made of: the mean, weighted with mass.
@@ -102,21 +76,20 @@ Result<std::unique_ptr<BulletRobot>> BulletRobot::Create(std::shared_ptr<const m
 
 BulletRobot::BulletRobot(std::shared_ptr<const model::Model> model, const model::Robot& robot,
                          const BulletRobotOptions& options)
-    : model_(std::move(model)), robot_(robot), options_(options) {
+    : model_(std::move(model)), connections_(model_, robot), options_(options) {
   // The world at the start: the robot put on the ground, all joints at their start values.
   options_.world.physics_step_s = options_.physics_step_us * 1e-6;
-  const RigidBodyModel rigid_bodies = BuildRigidBodyModel(
-      *model_, robot_, PlaceOnGround(*model_, robot_), model::StartValues(robot_));
+  const RigidBodyModel rigid_bodies =
+      BuildRigidBodyModel(*model_, robot, PlaceOnGround(*model_, robot), model::StartValues(robot));
   world_ = std::make_unique<World>(rigid_bodies, options_.world);
   world_hash_ = world_->hash();
-  states_ = InitialStates(*model_, robot_);
   FindFirstLinks();
 }
 
 // Bodies are numbered by first appearance in (module, link) order.
 void BulletRobot::FindFirstLinks() {
   first_links_.clear();
-  const std::vector<std::vector<int>> body_of = model::BodiesOf(*model_, robot_);
+  const std::vector<std::vector<int>> body_of = model::BodiesOf(*model_, robot());
   for (int m = 0; m < static_cast<int>(body_of.size()); ++m) {
     const std::vector<int>& bodies = body_of[m];
     for (int l = 0; l < static_cast<int>(bodies.size()); ++l) {
@@ -131,10 +104,10 @@ void BulletRobot::Sense(std::vector<morphbus::module_sensors_t>* out) {
   out->clear();
   const RigidBodyModel& rigid_bodies = world_->rigid_bodies();
   // Joint positions and velocities, in the module's own values.
-  for (size_t m = 0; m < robot_.modules.size(); ++m) {
+  for (size_t m = 0; m < robot().modules.size(); ++m) {
     morphbus::module_sensors_t& sensors = out->emplace_back();
     sensors.module_id = static_cast<int16_t>(m);
-    sensors.name = robot_.modules[m].name;
+    sensors.name = robot().modules[m].name;
     const std::vector<int>& joints = rigid_bodies.joint_of[m];
     sensors.num_joints = static_cast<int8_t>(joints.size());
     for (const int joint : joints) {
@@ -145,18 +118,7 @@ void BulletRobot::Sense(std::vector<morphbus::module_sensors_t>* out) {
       sensors.joint_velocity_si.push_back(static_cast<float>(spec.sign * state.rate));
     }
   }
-  // Both ends of each docking, then sorted by connector, so that their order does not tell that of
-  // the model.
-  for (const model::Docking& docking : robot_.dockings) {
-    (*out)[docking.module_a].docked.push_back(Reading(*model_, docking, true));
-    (*out)[docking.module_b].docked.push_back(Reading(*model_, docking, false));
-  }
-  for (morphbus::module_sensors_t& sensors : *out) {
-    std::sort(sensors.docked.begin(), sensors.docked.end(),
-              [](const auto& a, const auto& b) { return a.connector < b.connector; });
-    // The message holds the length of its list in a field of its own.
-    sensors.num_docked = static_cast<int8_t>(sensors.docked.size());
-  }
+  connections_.Sense(out);
 }
 
 void BulletRobot::Truth(std::vector<morphbus::body_pose_t>* out) {
@@ -178,7 +140,8 @@ void BulletRobot::Truth(std::vector<morphbus::body_pose_t>* out) {
 }
 
 void BulletRobot::Actuate(const morphbus::actuator_t& command) {
-  if (!IsIndex(command.module_id, robot_.modules.size())) return;
+  const int modules = static_cast<int>(robot().modules.size());
+  if (command.module_id < 0 || command.module_id >= modules) return;
   pending_.push_back(command);
 }
 
@@ -191,30 +154,12 @@ void BulletRobot::Advance() {
   for (int i = 0; i < steps; ++i) world_->Step();
 }
 
-// Sets state variables as commanded; connections that no longer hold come apart, and connectors
-// that now fit what lies before them join it.
+// Each change of the structure is in place before the next command is looked at.
 void BulletRobot::ApplyConnectorCommands() {
   for (const morphbus::actuator_t& actuator : pending_) {
     for (const morphbus::connector_command_t& command : actuator.connectors) {
-      // What a module commands of connectors, variables or values that it does not have is ignored.
-      const int module = actuator.module_id;
-      const std::vector<model::Connector>& connectors = model_->TypeOf(robot_, module).connectors;
-      if (!IsIndex(command.connector, connectors.size())) continue;
-      const std::vector<model::StateVariable>& variables = connectors[command.connector].states;
-      if (!IsIndex(command.state, variables.size())) continue;
-      if (!IsIndex(command.value, variables[command.state].values.size())) continue;
-      int& value = states_[module][command.connector][command.state];
-      if (value == command.value) continue;
-      value = command.value;
-      // A variable that takes a new value can end a docking or make one.
-      const std::optional<size_t> docking = FindDocking(robot_, module, command.connector);
-      if (docking && !StatesAllow(*model_, robot_, states_, robot_.dockings[*docking])) {
-        Undock(*docking);
-      } else if (!docking) {
-        const std::optional<model::Docking> mate =
-            FindMate(*model_, robot_, LinkPoses(), module, command.connector, &states_);
-        if (mate) Dock(*mate);
-      }
+      const auto poses = [this] { return LinkPoses(); };
+      if (connections_.Command(actuator.module_id, command, poses)) Rebuild();
     }
   }
 }
@@ -233,40 +178,20 @@ void BulletRobot::ApplyJointCommands() {
   }
 }
 
-// A connector by the names that people use.
-Result<BulletRobot::End> BulletRobot::FindEnd(const std::string& module,
-                                              const std::string& connector) const {
-  const std::optional<int> m = robot_.FindModule(module);
-  if (!m) return Fail("the robot has no module " + module);
-  const std::optional<int> c = model_->TypeOf(robot_, *m).FindConnector(connector);
-  if (!c) return Fail("module " + module + " has no connector " + connector);
-  return End{*m, *c};
-}
-
 Result<void> BulletRobot::Disconnect(const std::string& module, const std::string& connector) {
-  const Result<End> end = FindEnd(module, connector);
-  if (!end) return Fail(end.error().message);
-  const std::optional<size_t> docking = FindDocking(robot_, end->module, end->connector);
-  if (!docking) return Fail(module + "." + connector + " is not connected");
-  Undock(*docking);
-  return {};
+  Result<void> done = connections_.Disconnect(module, connector);
+  if (done) Rebuild();
+  return done;
 }
 
 Result<void> BulletRobot::Connect(const std::string& module, const std::string& connector) {
-  const Result<End> end = FindEnd(module, connector);
-  if (!end) return Fail(end.error().message);
-  if (FindDocking(robot_, end->module, end->connector)) {
-    return Fail(module + "." + connector + " is connected already");
-  }
-  const std::optional<model::Docking> mate =
-      FindMate(*model_, robot_, LinkPoses(), end->module, end->connector, nullptr);
-  if (!mate) return Fail("no free connector is near enough to " + module + "." + connector);
-  Dock(*mate);
-  return {};
+  Result<void> done = connections_.Connect(module, connector, [this] { return LinkPoses(); });
+  if (done) Rebuild();
+  return done;
 }
 
 Result<void> BulletRobot::Push(const std::string& module, const Eigen::Vector3d& f_W) {
-  const std::optional<int> m = robot_.FindModule(module);
+  const std::optional<int> m = robot().FindModule(module);
   if (!m) return Fail("the robot has no module " + module);
   if (!f_W.allFinite() || f_W.norm() > 1e4) return Fail("a push is at most 10000 N");
   world_->Push(world_->rigid_bodies().body_of[*m][0], f_W,
@@ -274,24 +199,12 @@ Result<void> BulletRobot::Push(const std::string& module, const Eigen::Vector3d&
   return {};
 }
 
-// The connection goes from the robot and the bodies are made anew; Dock adds one likewise.
-void BulletRobot::Undock(size_t docking) {
-  robot_.dockings.erase(robot_.dockings.begin() + static_cast<std::ptrdiff_t>(docking));
-  Rebuild();
-}
-
-void BulletRobot::Dock(const model::Docking& docking) {
-  robot_.dockings.push_back(docking);
-  SetRequiredStates(*model_, robot_, docking, &states_);
-  Rebuild();
-}
-
 // A fresh world with the new bodies where the links are, as fast as they are. The servos go on from
 // their set-points; what they were doing comes again with the next command.
 void BulletRobot::Rebuild() {
   const RigidBodyModel& old = world_->rigid_bodies();
   const RigidBodyModel rigid_bodies =
-      BuildRigidBodyModel(*model_, robot_, LinkPoses(), Positions());
+      BuildRigidBodyModel(*model_, robot(), LinkPoses(), Positions());
   auto next = std::make_unique<World>(rigid_bodies, options_.world);
   // Velocities of the bodies come from those of their links.
   for (size_t b = 0; b < rigid_bodies.bodies.size(); ++b) {

@@ -13,7 +13,7 @@
 #include "bridge/lockstep/simulated_robot.h"
 #include "compiler/base/result.h"
 #include "compiler/model/robot_model.h"
-#include "sim/docking.h"
+#include "sim/connections.h"
 #include "sim/world.h"
 
 namespace morphbus::sim {
@@ -79,39 +79,27 @@ class BulletRobot : public bridge::SimulatedRobot {
   /// The model that the robot was built from.
   [[nodiscard]] const model::Model& model() const { return *model_; }
   /// The robot with the connections it has now.
-  [[nodiscard]] const model::Robot& robot() const { return robot_; }
+  [[nodiscard]] const model::Robot& robot() const { return connections_.robot(); }
 
  private:
   BulletRobot(std::shared_ptr<const model::Model> model, const model::Robot& robot,
               const BulletRobotOptions& options);
 
-  /// One connector of one module, by indices.
-  struct End {
-    int module = 0;
-    int connector = 0;
-  };
-  /// The connector by names. Fails if the robot has no such module or connector.
-  Result<End> FindEnd(const std::string& module, const std::string& connector) const;
-
   // The two halves of applying what Actuate has gathered.
   void ApplyConnectorCommands();
   void ApplyJointCommands();
 
-  // Changes of the structure: `docking` is an index of robot_.dockings. Both rebuild the world.
-  void Undock(size_t docking);
-  void Dock(const model::Docking& docking);
+  /// Makes the world anew after a change of the structure.
   void Rebuild();
   void FindFirstLinks();
 
   std::shared_ptr<const model::Model> model_;
-  model::Robot robot_;
+  Connections connections_;
   BulletRobotOptions options_;
   /// The engine with the robot in it; made anew when the structure changes.
   std::unique_ptr<World> world_;
   /// That of the first world; it stays when the structure changes.
   std::string world_hash_;
-  /// What the connectors' state variables are now.
-  ConnectorStates states_;
   /// The first link of every body of the kinematic graph, by which Truth names the body.
   std::vector<LinkRef> first_links_;
   /// What Actuate has gathered since the last Advance.

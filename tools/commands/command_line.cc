@@ -53,10 +53,11 @@ int RunCommandLine(int argc, const char* const* argv) {
                    kExamples, "morphbus " MORPHBUS_VERSION);
   // Each function adds one subcommand. The help lists them in this order: models and programs,
   // running robots, logs.
-  for (const auto add : {AddCheck, AddConnections, AddFk,     AddGraph,  AddEquivalent, AddVariants,
-                         AddRoles, AddCompile,     AddDisasm, AddExport, AddFormat,     AddDraw,
-                         AddRun,   AddSim,         AddModule, AddLog,    AddReplay,     AddSpy,
-                         AddRuns,  AddCompare,     AddInfo,   AddVerify, AddRepair}) {
+  for (const auto add :
+       {AddCheck, AddConnections, AddFk,      AddGraph,  AddEquivalent, AddVariants,
+        AddRoles, AddCompile,     AddDisasm,  AddExport, AddFormat,     AddDraw,
+        AddRun,   AddSim,         AddModule,  AddLog,    AddReplay,     AddSpy,
+        AddRuns,  AddDoctor,      AddCompare, AddInfo,   AddVerify,     AddRepair}) {
     add(&line);
   }
   if (const std::optional<int> status = line.Parse(argc, argv)) return *status;

@@ -53,6 +53,8 @@ void AddReplay(CommandLine* line);
 void AddSpy(CommandLine* line);
 /// `runs` lists what runs on this machine.
 void AddRuns(CommandLine* line);
+/// `doctor` answers whether this machine can carry a run, and names what mends it.
+void AddDoctor(CommandLine* line);
 
 // Logs.
 /// `compare` answers whether two logs hold the same walk, by role and label.

@@ -1,0 +1,152 @@
+#include "sim/still_robot.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "compiler/base/disjoint_sets.h"
+
+namespace morphbus::sim {
+
+Result<std::unique_ptr<StillRobot>> StillRobot::Create(std::shared_ptr<const model::Model> model,
+                                                       const std::string& robot, int tick_us,
+                                                       int physics_step_us) {
+  const model::Robot* found = model->FindRobot(robot);
+  if (found == nullptr) return Fail("the model has no robot named " + robot);
+  if (physics_step_us < 1 || tick_us < physics_step_us || tick_us % physics_step_us != 0) {
+    return Fail("the control tick must be a multiple of the physics step");
+  }
+  return std::unique_ptr<StillRobot>(
+      new StillRobot(std::move(model), *found, tick_us, physics_step_us));
+}
+
+StillRobot::StillRobot(std::shared_ptr<const model::Model> model, const model::Robot& robot,
+                       int tick_us, int physics_step_us)
+    : model_(std::move(model)),
+      connections_(model_, robot),
+      step_s_(physics_step_us * 1e-6),
+      steps_(tick_us / physics_step_us) {
+  const model::JointValues start = model::StartValues(robot);
+  for (const std::vector<model::Pose>& X_RL :
+       model::ForwardKinematics(*model_, robot, start).X_RL) {
+    X_RL_anchor_.push_back(X_RL.front());
+  }
+  for (int m = 0; m < static_cast<int>(robot.modules.size()); ++m) {
+    std::vector<StillJoint>& joints = joints_.emplace_back();
+    for (const model::Joint& joint : model_->TypeOf(robot, m).joints) {
+      StillJoint& still = joints.emplace_back();
+      still.fixed = joint.type == model::JointType::kFixed;
+      if (still.fixed) continue;
+      // A start value a hair outside the limits widens them.
+      still.start = start[m][joints.size() - 1];
+      const ServoLimits limits{std::min(0.0, joint.lower - still.start),
+                               std::max(0.0, joint.upper - still.start), joint.speed};
+      still.servo = Servo(limits, 0);
+    }
+  }
+}
+
+void StillRobot::Sense(std::vector<morphbus::module_sensors_t>* out) {
+  out->clear();
+  for (size_t m = 0; m < joints_.size(); ++m) {
+    morphbus::module_sensors_t& sensors = out->emplace_back();
+    sensors.module_id = static_cast<int16_t>(m);
+    sensors.name = connections_.robot().modules[m].name;
+    sensors.num_joints = static_cast<int8_t>(joints_[m].size());
+    for (const StillJoint& joint : joints_[m]) {
+      sensors.joint_position_si.push_back(joint.start + joint.servo.set_point());
+      sensors.joint_velocity_si.push_back(static_cast<float>(joint.velocity));
+    }
+  }
+  connections_.Sense(out);
+}
+
+void StillRobot::Actuate(const morphbus::actuator_t& command) {
+  if (command.module_id < 0 || command.module_id >= static_cast<int>(joints_.size())) return;
+  // The poses are those before any change, which moves nothing.
+  if (!command.connectors.empty()) LinkPoses();
+  for (const morphbus::connector_command_t& connector : command.connectors) {
+    connections_.Command(command.module_id, connector, [this] { return LinkPoses(); });
+  }
+  // Joints beyond those that the module has are ignored.
+  std::vector<StillJoint>& joints = joints_[command.module_id];
+  for (size_t j = 0; j < std::min(joints.size(), command.joints.size()); ++j) {
+    const morphbus::joint_command_t& joint = command.joints[j];
+    if (joints[j].fixed) continue;
+    ServoCommand servo;
+    if (joint.mode == morphbus::joint_command_t::MODE_POSITION) {
+      servo = {ServoMode::kPosition, joint.target_si - joints[j].start, joint.speed_si};
+    } else if (joint.mode == morphbus::joint_command_t::MODE_VELOCITY) {
+      servo = {ServoMode::kVelocity, 0.0, joint.speed_si};
+    }
+    joints[j].servo.Command(servo);
+  }
+}
+
+void StillRobot::Advance() {
+  // Parts that came to be in this tick go on from where their links were.
+  if (X_RL_) {
+    for (size_t m = 0; m < joints_.size(); ++m) X_RL_anchor_[m] = (*X_RL_)[m].front();
+    X_RL_.reset();
+  }
+  for (std::vector<StillJoint>& module : joints_) {
+    for (StillJoint& joint : module) {
+      const double before = joint.servo.set_point();
+      // The joint is where its set-point is, so the servo never waits for it.
+      for (int i = 0; i < steps_; ++i) joint.servo.Step(joint.servo.set_point(), 0, step_s_);
+      joint.velocity = (joint.servo.set_point() - before) / (steps_ * step_s_);
+    }
+  }
+}
+
+Result<void> StillRobot::Disconnect(const std::string& module, const std::string& connector) {
+  LinkPoses();
+  return connections_.Disconnect(module, connector);
+}
+
+Result<void> StillRobot::Connect(const std::string& module, const std::string& connector) {
+  return connections_.Connect(module, connector, [this] { return LinkPoses(); });
+}
+
+const LinkPoseTable& StillRobot::LinkPoses() {
+  if (!X_RL_) X_RL_ = ComputeLinkPoses();
+  return *X_RL_;
+}
+
+LinkPoseTable StillRobot::ComputeLinkPoses() const {
+  const model::Robot& robot = connections_.robot();
+  const int num_modules = static_cast<int>(robot.modules.size());
+  DisjointSets parts(num_modules);
+  for (const model::Docking& docking : robot.dockings)
+    parts.Unite(docking.module_a, docking.module_b);
+  LinkPoseTable X_RL(num_modules);
+  for (int first = 0; first < num_modules; ++first) {
+    if (!X_RL[first].empty()) continue;
+    // The part that `first` belongs to, as a robot of its own with that module as root.
+    model::Robot part;
+    model::JointValues q;
+    std::vector<int> number_in_part(num_modules, -1);
+    std::vector<int> modules;
+    for (int m = first; m < num_modules; ++m) {
+      if (parts.Find(m) != parts.Find(first)) continue;
+      number_in_part[m] = static_cast<int>(modules.size());
+      modules.push_back(m);
+      part.modules.push_back(robot.modules[m]);
+      std::vector<double>& values = q.emplace_back();
+      for (const StillJoint& joint : joints_[m]) {
+        values.push_back(joint.start + joint.servo.set_point());
+      }
+    }
+    for (model::Docking docking : robot.dockings) {
+      if (number_in_part[docking.module_a] < 0) continue;
+      docking.module_a = number_in_part[docking.module_a];
+      docking.module_b = number_in_part[docking.module_b];
+      part.dockings.push_back(docking);
+    }
+    part.X_LR = X_RL_anchor_[first].inverse();
+    std::vector<std::vector<model::Pose>> poses = model::ForwardKinematics(*model_, part, q).X_RL;
+    for (size_t i = 0; i < modules.size(); ++i) X_RL[modules[i]] = std::move(poses[i]);
+  }
+  return X_RL;
+}
+
+}  // namespace morphbus::sim

@@ -1,0 +1,66 @@
+#pragma once
+// A robot without physics: its joints follow their set-points, and nothing has weight, touches
+// anything or is anywhere. For benchmarks of the rest, and for programs that need no ground.
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bridge/lockstep/simulated_robot.h"
+#include "compiler/base/result.h"
+#include "compiler/model/forward_kinematics.h"
+#include "sim/connections.h"
+#include "sim/servo.h"
+
+namespace morphbus::sim {
+
+/// What `run --still` drives. Set-points move as those of a robot with physics do, step by step.
+/// Connectors dock where the links are by forward kinematics; of each part that hangs together the
+/// first module's first link stays where it was when the part came to be.
+class StillRobot : public bridge::SimulatedRobot {
+ public:
+  /// `robot` of `model` at its start values. The set-points move in steps of `physics_step_us`,
+  /// of which `tick_us` is a multiple. Fails, in one sentence, if there is no such robot.
+  static Result<std::unique_ptr<StillRobot>> Create(std::shared_ptr<const model::Model> model,
+                                                    const std::string& robot, int tick_us,
+                                                    int physics_step_us);
+
+  /// Positions are the set-points, velocities what they moved by in the last tick.
+  void Sense(std::vector<morphbus::module_sensors_t>* out) override;
+  /// Nothing: there are no bodies.
+  void Truth(std::vector<morphbus::body_pose_t>* out) override { out->clear(); }
+  void Actuate(const morphbus::actuator_t& command) override;
+  void Advance() override;
+
+  /// As those of BulletRobot.
+  Result<void> Disconnect(const std::string& module, const std::string& connector);
+  Result<void> Connect(const std::string& module, const std::string& connector);
+
+ private:
+  /// A joint: its servo works relative to the start value.
+  struct StillJoint {
+    double start = 0;    ///< rad or m.
+    bool fixed = false;  ///< A fixed joint reads 0 and takes no commands.
+    Servo servo{{}, 0};
+    double velocity = 0;  ///< rad/s or m/s, over the last tick.
+  };
+
+  StillRobot(std::shared_ptr<const model::Model> model, const model::Robot& robot, int tick_us,
+             int physics_step_us);
+  /// Where the links are now, X_RL. What comes apart or together moves no link.
+  const LinkPoseTable& LinkPoses();
+  [[nodiscard]] LinkPoseTable ComputeLinkPoses() const;
+
+  std::shared_ptr<const model::Model> model_;
+  Connections connections_;
+  double step_s_;                                ///< Of the set-points, seconds.
+  int steps_;                                    ///< A tick.
+  std::vector<std::vector<StillJoint>> joints_;  ///< [module][joint].
+  /// By module: X_RL of its first link when a connection last changed.
+  std::vector<model::Pose> X_RL_anchor_;
+  /// The poses of this tick, once somebody has asked for them.
+  std::optional<LinkPoseTable> X_RL_;
+};
+
+}  // namespace morphbus::sim

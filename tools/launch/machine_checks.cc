@@ -1,0 +1,336 @@
+#include "tools/launch/machine_checks.h"
+
+#include <arpa/inet.h>
+#include <fmt/format.h>
+#include <net/if.h>
+#include <netinet/in.h>
+#include <sched.h>
+#include <sys/ioctl.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/timex.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <thread>
+
+#include "bridge/bus/udpm_socket.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// The robot by which "enough" is measured: 60 modules, of which each sends two messages a tick, on
+/// a logger that stands still for the 16 ticks that a run can be ahead of it.
+constexpr int kModules = 60;
+constexpr int kNeededMessages = 16 * (2 * kModules + 10);
+/// A typical message, bytes; and how many are sent to see how many are kept.
+constexpr size_t kMessageBytes = 200;
+constexpr int kBurst = 2 * kNeededMessages;
+
+/// The first line of a small file such as those under /proc/sys; empty if there is none.
+std::string FirstLine(const std::string& path) {
+  std::ifstream file(path);
+  std::string line;
+  std::getline(file, line);
+  return line;
+}
+
+/// A UDP socket, closed at the end.
+class Udp {
+ public:
+  Udp() : fd_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {}
+  ~Udp() {
+    if (fd_ >= 0) close(fd_);
+  }
+  Udp(const Udp&) = delete;
+  Udp& operator=(const Udp&) = delete;
+  [[nodiscard]] int get() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+/// The address of a group, as system calls take it.
+sockaddr_in AddressOf(uint32_t group, uint16_t port) {
+  sockaddr_in address = {};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(group);
+  address.sin_port = htons(port);
+  return address;
+}
+
+/// The interface by which datagrams to `group` leave, by the kernel's main table of routes: the
+/// longest prefix wins, then the lowest metric. Empty if there is none. (The address that a socket
+/// gets would not tell: to multicast by the loopback the kernel gives none.)
+std::string InterfaceTowards(uint32_t group) {
+  std::ifstream table("/proc/net/route");
+  std::string line;
+  std::string best;
+  uint32_t best_mask = 0;
+  unsigned best_metric = 0;
+  while (std::getline(table, line)) {
+    // Addresses stand there in network byte order, as hexadecimal numbers of this machine.
+    std::array<char, IF_NAMESIZE> name = {};
+    unsigned destination = 0, flags = 0, metric = 0, mask = 0;
+    constexpr const char* kColumns = "%15s %x %*x %x %*d %*d %u %x";
+    if (std::sscanf(line.c_str(), kColumns, name.data(), &destination, &flags, &metric, &mask) != 5)
+      continue;
+    constexpr unsigned kUp = 1;
+    if ((flags & kUp) == 0 || (htonl(group) & mask) != destination) continue;
+    const bool better = best.empty() || ntohl(mask) > best_mask ||
+                        (ntohl(mask) == best_mask && metric < best_metric);
+    if (!better) continue;
+    best = name.data();
+    best_mask = ntohl(mask);
+    best_metric = metric;
+  }
+  return best;
+}
+
+/// The flags (IFF_…) of an interface; 0 if there is none of that name.
+unsigned FlagsOf(const std::string& interface) {
+  const Udp udp;
+  ifreq request = {};
+  interface.copy(request.ifr_name, IF_NAMESIZE - 1);
+  if (ioctl(udp.get(), SIOCGIFFLAGS, &request) != 0) return 0;
+  return static_cast<uint16_t>(request.ifr_flags);
+}
+
+/// The time to live that the URL asks for: 0 keeps messages on this machine.
+int TimeToLive(const std::string& url) {
+  const size_t at = url.find("ttl=");
+  return at == std::string::npos ? 0 : std::atoi(url.c_str() + at + 4);
+}
+
+Finding CheckRoute(const bridge::LcmUrl& url) {
+  Finding finding{"route", Health::kGood, "multicast to the group has a route", "", {}};
+  if (const Result<void> route = bridge::CheckMulticastRoute(url); !route) {
+    finding.health = Health::kBroken;
+    finding.text = "multicast to the group has no route on this machine";
+    finding.mend = "sudo ip link set lo up multicast on && sudo ip route add 224.0.0.0/4 dev lo";
+  }
+  return finding;
+}
+
+Finding CheckInterface(const bridge::LcmUrl& url) {
+  Finding finding{"interface", Health::kGood, "", "", {}};
+  const std::string name = InterfaceTowards(url.group);
+  const unsigned flags = FlagsOf(name);
+  const int ttl = TimeToLive(url.url);
+  const bool loopback = (flags & IFF_LOOPBACK) != 0;
+  finding.figures = {{"ttl", ttl}};
+  if (name.empty()) {
+    finding.health = Health::kBroken;
+    finding.text = "no interface carries the group";
+    finding.mend = "sudo ip link set lo up multicast on && sudo ip route add 224.0.0.0/4 dev lo";
+  } else if ((flags & IFF_MULTICAST) == 0) {
+    finding.health = Health::kBroken;
+    finding.text = fmt::format("messages leave by {}, on which multicast is off", name);
+    finding.mend = fmt::format("sudo ip link set {} multicast on", name);
+  } else if (ttl > 0 && loopback) {
+    finding.health = Health::kWarning;
+    finding.text = fmt::format(
+        "messages leave by {} although ttl={} is meant for other machines, which hear nothing",
+        name, ttl);
+    finding.mend = "sudo ip route del 224.0.0.0/4 dev lo";
+  } else {
+    finding.text = fmt::format("messages leave by {}; ttl={}: {}", name, ttl,
+                               ttl == 0 ? "they stay on this machine" : "other machines hear them");
+  }
+  return finding;
+}
+
+/// What became of a burst to a receiver that did not read meanwhile.
+struct Burst {
+  std::string error;  ///< Why nothing was tried; empty if it was.
+  int sent = 0;
+  int kept = 0;
+  int asked_bytes = 0;
+  int got_bytes = 0;  ///< Of the receive buffer; the kernel's own doubling is taken out.
+};
+
+/// Sends kBurst messages to the group on a port that is nobody's, then counts those that are there.
+Burst TryBurst(const bridge::LcmUrl& url) {
+  Burst burst;
+  const Udp receiver;
+  const Udp sender;
+  burst.asked_bytes = url.receive_buffer;
+  setsockopt(receiver.get(), SOL_SOCKET, SO_RCVBUF, &url.receive_buffer, sizeof(int));
+  socklen_t size = sizeof burst.got_bytes;
+  getsockopt(receiver.get(), SOL_SOCKET, SO_RCVBUF, &burst.got_bytes, &size);
+  burst.got_bytes /= 2;
+  // The kernel chooses a free port.
+  sockaddr_in address = AddressOf(INADDR_ANY, 0);
+  size = sizeof address;
+  ip_mreq membership = {};
+  membership.imr_multiaddr.s_addr = htonl(url.group);
+  if (bind(receiver.get(), reinterpret_cast<const sockaddr*>(&address), size) != 0 ||
+      getsockname(receiver.get(), reinterpret_cast<sockaddr*>(&address), &size) != 0 ||
+      setsockopt(receiver.get(), IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership)) {
+    burst.error = fmt::format("cannot join the group: {}", std::strerror(errno));
+    return burst;
+  }
+  const unsigned char ttl = 0;
+  setsockopt(sender.get(), IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof ttl);
+  address.sin_addr.s_addr = htonl(url.group);
+  const std::array<char, kMessageBytes> message = {};
+  for (int i = 0; i < kBurst; ++i) {
+    if (sendto(sender.get(), message.data(), message.size(), 0,
+               reinterpret_cast<const sockaddr*>(&address), sizeof address) < 0) {
+      if (burst.sent == 0) burst.error = fmt::format("cannot send: {}", std::strerror(errno));
+      break;
+    }
+    ++burst.sent;
+  }
+  // On the way through this machine's kernel a datagram is delivered before sendto returns.
+  std::array<char, kMessageBytes> heard = {};
+  while (recv(receiver.get(), heard.data(), heard.size(), MSG_DONTWAIT) > 0) ++burst.kept;
+  return burst;
+}
+
+Finding CheckLoop(const Burst& burst) {
+  Finding finding{"loop", Health::kGood, "what is sent to the group is heard here", "", {}};
+  if (burst.kept > 0) return finding;
+  finding.health = Health::kBroken;
+  finding.text = burst.error.empty() ? "nothing that is sent to the group is heard here"
+                                     : "nothing can be sent to the group: " + burst.error;
+  finding.mend = "morphbus run --isolate (or let UDP multicast through the firewall)";
+  return finding;
+}
+
+Finding CheckBuffer(const Burst& burst) {
+  Finding finding{"buffer", Health::kGood, "", "", {}};
+  finding.figures = {{"asked_bytes", burst.asked_bytes},
+                     {"got_bytes", burst.got_bytes},
+                     {"burst", burst.sent},
+                     {"kept", burst.kept},
+                     {"needed", kNeededMessages}};
+  finding.text = fmt::format(
+      "receive buffer: asked {} bytes, got {}; of a burst of {} messages {} were kept, {} are "
+      "needed for {} modules",
+      burst.asked_bytes, burst.got_bytes, burst.sent, burst.kept, kNeededMessages, kModules);
+  if (burst.got_bytes >= burst.asked_bytes || burst.kept >= kNeededMessages) return finding;
+  // Lockstep asks again for what was lost and only becomes slower; in real time it stays lost.
+  finding.health = Health::kWarning;
+  finding.mend = fmt::format(
+      "echo net.core.rmem_max={} | sudo tee /etc/sysctl.d/60-morphbus.conf && sudo sysctl --system",
+      burst.asked_bytes);
+  return finding;
+}
+
+/// Whether the limit of a resource is enough for a robot of 100 modules.
+Finding CheckLimit(const std::string& name, int resource, rlim_t needed, const std::string& what,
+                   const std::string& mend) {
+  rlimit limit = {};
+  getrlimit(static_cast<__rlimit_resource>(resource), &limit);
+  const bool endless = limit.rlim_cur == RLIM_INFINITY;
+  Finding finding{name, Health::kGood, "", "", {}};
+  finding.text =
+      fmt::format("{}: {}, {} are needed for 100 modules", what,
+                  endless ? "no limit" : fmt::format("at most {}", limit.rlim_cur), needed);
+  finding.figures = {{"limit", endless ? -1.0 : static_cast<double>(limit.rlim_cur)},
+                     {"needed", static_cast<double>(needed)}};
+  if (endless || limit.rlim_cur >= needed) return finding;
+  finding.health = Health::kWarning;
+  finding.mend = mend;
+  return finding;
+}
+
+/// Whether --isolate can make a network; tried in a child process, which nothing else depends on.
+Finding CheckNamespaces() {
+  Finding finding{"namespaces", Health::kGood, "run --isolate can make a private network", "", {}};
+  const pid_t child = fork();
+  if (child == 0) {
+    const bool able = (geteuid() == 0 && unshare(CLONE_NEWNET) == 0) ||
+                      unshare(CLONE_NEWUSER | CLONE_NEWNET) == 0;
+    _exit(able ? 0 : 1);
+  }
+  int status = 1;
+  if (child > 0) waitpid(child, &status, 0);
+  if (status == 0) return finding;
+  finding.health = Health::kWarning;
+  finding.text = "user namespaces are refused, so run --isolate cannot make a private network";
+  // Each system has a switch of its own; the first that is in the way is named.
+  finding.mend = "sudo sysctl user.max_user_namespaces=15000";
+  for (const auto& [key, blocking] :
+       {std::pair("kernel.unprivileged_userns_clone", "0"),
+        std::pair("kernel.apparmor_restrict_unprivileged_userns", "1")}) {
+    std::string path = std::string("/proc/sys/") + key;
+    std::replace(path.begin() + 10, path.end(), '.', '/');
+    if (FirstLine(path) != blocking) continue;
+    finding.mend = fmt::format("sudo sysctl {}={}", key, *blocking == '0' ? 1 : 0);
+    break;
+  }
+  return finding;
+}
+
+/// Whether the wall clock is set by others' clocks, which logs of several machines need.
+Finding CheckClock() {
+  Finding finding{"clock", Health::kGood, "the wall clock is synchronized", "", {}};
+  timex state = {};
+  const int status = adjtimex(&state);
+  if (status >= 0 && status != TIME_ERROR && (state.status & STA_UNSYNC) == 0) return finding;
+  finding.health = Health::kWarning;
+  finding.text = "the wall clock is not synchronized: times of logs of several machines differ";
+  finding.mend = "sudo timedatectl set-ntp true";
+  return finding;
+}
+
+/// How punctually this machine wakes a process that sleeps, which real time rests on.
+Finding CheckTimer() {
+  constexpr int kNaps = 40;
+  std::array<double, kNaps> late_ms = {};
+  for (double& late : late_ms) {
+    const auto due = std::chrono::steady_clock::now() + std::chrono::milliseconds(1);
+    std::this_thread::sleep_until(due);
+    late =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - due).count();
+  }
+  std::sort(late_ms.begin(), late_ms.end());
+  const double median = late_ms[kNaps / 2];
+  const double worst = late_ms.back();
+  Finding finding{"timer", Health::kGood, "", "", {{"median_ms", median}, {"worst_ms", worst}}};
+  finding.text = fmt::format("a process that sleeps wakes {:.2f} ms late (worst of {}: {:.2f})",
+                             median, kNaps, worst);
+  // A quarter of a control tick of 20 ms.
+  if (median < 5) return finding;
+  finding.health = Health::kWarning;
+  finding.text += "; run --realtime will miss deadlines";
+  finding.mend = "sudo renice -n -10 -p $$ (or end what else keeps the processors busy)";
+  return finding;
+}
+
+}  // namespace
+
+std::vector<Finding> CheckMachine(const bridge::LcmUrl& url, const std::string& url_from) {
+  std::vector<Finding> findings;
+  findings.push_back({"url", Health::kGood, fmt::format("{} ({})", url.url, url_from), "", {}});
+  // Only multicast needs anything from the network here.
+  if (url.provider == "udpm" || url.provider == "mpudpm") {
+    findings.push_back(CheckRoute(url));
+    findings.push_back(CheckInterface(url));
+    if (findings[1].health == Health::kGood) {
+      const Burst burst = TryBurst(url);
+      findings.push_back(CheckLoop(burst));
+      if (burst.kept > 0) findings.push_back(CheckBuffer(burst));
+    }
+  }
+  // A module's process has few files open; the launcher holds two and a watch for each.
+  findings.push_back(
+      CheckLimit("files", RLIMIT_NOFILE, 512, "open files a process", "ulimit -n 4096"));
+  findings.push_back(
+      CheckLimit("processes", RLIMIT_NPROC, 256, "processes a user", "ulimit -u 4096"));
+  findings.push_back(CheckNamespaces());
+  findings.push_back(CheckClock());
+  findings.push_back(CheckTimer());
+  return findings;
+}
+
+}  // namespace morphbus::tools
