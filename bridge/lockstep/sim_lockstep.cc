@@ -49,6 +49,12 @@ void SimLockstep::Rebase(int64_t now_us) {
   pace_base_tick_ = tick_;
 }
 
+int64_t SimLockstep::Patience() const {
+  // The first guess: processors are shared by more modules than there are of them.
+  const int64_t first_us = config_.timing.ask_after_us * (8 + config_.num_modules) / 8;
+  return response_.patience_us(first_us, config_.timing);
+}
+
 void SimLockstep::Begin(int64_t now_us, Actions* out) {
   // Tick 0 is published at once and repeated until everybody has joined.
   phase_ = Phase::kStart;
@@ -60,7 +66,7 @@ void SimLockstep::Begin(int64_t now_us, Actions* out) {
 void SimLockstep::PublishTick(int64_t now_us, Actions* out) {
   out->push_back({Kind::kPublishTick, tick_, -1});
   heartbeat_due_us_ = now_us + config_.timing.heartbeat_us;
-  ask_.Arm(now_us, response_.patience_us(config_.timing));
+  ask_.Arm(now_us, Patience());
 }
 
 bool SimLockstep::NoteFirst(int index, int64_t now_us, std::vector<bool>* flags) {
@@ -72,15 +78,27 @@ bool SimLockstep::NoteFirst(int index, int64_t now_us, std::vector<bool>* flags)
 
 void SimLockstep::OnHello(int process, int64_t now_us, Actions* out) {
   if (phase_ != Phase::kStart || !NoteFirst(process, now_us, &hello_)) return;
+  // Once the last one is there, whoever joined after tick 0 went out gets it at once.
+  if (AllGreeted() && !AllAnswered()) {
+    out->push_back({Kind::kRepeatTick, tick_, -1});
+    ask_.Arm(now_us, Patience());
+  }
   TryAdvance(now_us, out);
 }
 
 void SimLockstep::OnActuator(int module, int64_t tick, int64_t now_us, Actions* out) {
-  if ((phase_ != Phase::kStart && phase_ != Phase::kRun) || tick != tick_) return;
-  if (!NoteFirst(module, now_us, &answered_)) return;
+  if (phase_ != Phase::kStart && phase_ != Phase::kRun) return;
+  // Whoever is asked has not answered yet, so a second answer shows that the first was on its way.
+  const bool known = module >= 0 && module < config_.num_modules && answered_[module];
+  if (tick >= 0 && tick == asked_tick_ && (tick < tick_ || known)) {
+    asked_tick_ = -1;
+    response_.AskedTooSoon(Patience());
+  }
+  if (tick != tick_ || !NoteFirst(module, now_us, &answered_)) return;
   // Who answers only after it was asked says nothing of how long answers take.
-  if (!asked_) last_answer_us_ = now_us;
-  ask_.Progress();
+  if (asked_tick_ != tick_) last_answer_us_ = now_us;
+  // While processes still start, answers trickle in, and nobody is hurried.
+  if (phase_ == Phase::kRun) ask_.Progress();
   TryAdvance(now_us, out);
 }
 
@@ -116,7 +134,7 @@ void SimLockstep::TryAdvance(int64_t now_us, Actions* out) {
   // Too far ahead of the logger: the ask timer polls it until it has caught up.
   if (!WindowOpen()) {
     holding_ = false;
-    if (!ask_.armed()) ask_.Arm(now_us, response_.patience_us(config_.timing));
+    if (!ask_.armed()) ask_.Arm(now_us, Patience());
     return;
   }
   // A single step and a stop do not wait for the pace.
@@ -145,13 +163,15 @@ void SimLockstep::TryRealtime(int64_t now_us, Actions* out) {
   // Nobody is asked for anything in real time but to acknowledge END.
   AdvanceOneTick(now_us, out);
   ask_.Disarm();
-  if (phase_ == Phase::kEnding) ask_.Arm(now_us, response_.patience_us(config_.timing));
+  if (phase_ == Phase::kEnding) ask_.Arm(now_us, Patience());
 }
 
 void SimLockstep::AdvanceOneTick(int64_t now_us, Actions* out) {
-  // How long the answers of this tick took tells when to ask for those of the next.
-  if (last_answer_us_ > published_us_) response_.Measured(last_answer_us_ - published_us_);
-  asked_ = false;
+  // How long the answers of this tick took tells when to ask for those of the next; but to tick 0
+  // processes answer when they have started.
+  if (phase_ == Phase::kRun && last_answer_us_ > published_us_) {
+    response_.Measured(last_answer_us_ - published_us_);
+  }
   published_us_ = last_answer_us_ = now_us;
   // The commands of this tick move the robot; the next tick begins unanswered.
   out->push_back({Kind::kAdvance, tick_, -1});
@@ -183,7 +203,7 @@ void SimLockstep::EnterEnding(int64_t now_us, Actions* out) {
   holding_ = false;
   // Everybody is told and must acknowledge; END is repeated by the ask timer until then.
   out->push_back({Kind::kPublishEnd, tick_, -1});
-  ask_.Arm(now_us, response_.patience_us(config_.timing));
+  ask_.Arm(now_us, Patience());
   silence_.Heard(now_us);
   ConcludeIfAcknowledged(now_us, out);
 }
@@ -213,7 +233,7 @@ void SimLockstep::Conclude(int64_t now_us, Actions* out) {
   if (!config_.logger || !end_acked_[logger_number()]) return Finish(out);
   phase_ = Phase::kConcluding;
   out->push_back({Kind::kTellVerdict, tick_, logger_number()});
-  ask_.Arm(now_us, response_.patience_us(config_.timing));
+  ask_.Arm(now_us, Patience());
   silence_.Heard(now_us);
 }
 
@@ -240,7 +260,7 @@ void SimLockstep::OnAskTimer(int64_t now_us, Actions* out) {
     if (!WindowOpen()) out->push_back({Kind::kPollLogger, tick_, -1});
     return;
   }
-  asked_ = true;
+  asked_tick_ = tick_;
   out->push_back({Kind::kRepeatTick, tick_, -1});
   heartbeat_due_us_ = now_us + config_.timing.heartbeat_us;
   // SENSORS again may be all that a module lacks; the request reaches one that has answered.
@@ -311,7 +331,7 @@ void SimLockstep::OnPublished(int64_t now_us) {
   silence_.Heard(now_us);
   published_us_ = last_answer_us_ = now_us;
   // The time to answer begins now, not when the physics began.
-  if (ask_.armed()) ask_.Arm(now_us, response_.patience_us(config_.timing));
+  if (ask_.armed()) ask_.Arm(now_us, Patience());
 }
 
 void SimLockstep::Stop(bool at_once, int64_t now_us, Actions* out) {

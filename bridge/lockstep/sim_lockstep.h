@@ -161,6 +161,8 @@ class SimLockstep {
   void Conclude(int64_t now_us, Actions* out);
   /// Lets everybody go and ends the machine's work.
   void Finish(Actions* out);
+  /// How long to wait for answers before they are asked for, microseconds.
+  [[nodiscard]] int64_t Patience() const;
   /// Stops asking, because it is the sim itself that does not go on.
   void Hold();
   /// Repeats CLOCK and SENSORS if nothing was published for LockstepTiming::heartbeat_us.
@@ -190,10 +192,10 @@ class SimLockstep {
   int64_t steps_ = 0;     ///< Ticks to run though paused.
   RetryTimer ask_;
   // How long modules take to answer a tick: from when it was published to the last answer that came
-  // unasked. In tick 0 they take their time to start, which the first measurement includes.
+  // unasked. `asked_tick_` is the last tick in which somebody was asked.
   ResponseTime response_;
   int64_t published_us_ = 0, last_answer_us_ = 0;
-  bool asked_ = false;
+  int64_t asked_tick_ = -1;
   SilenceMeter silence_;
   // Wall times: when CLOCK is repeated, and when the tick began from which the pace counts.
   int64_t heartbeat_due_us_ = 0;
