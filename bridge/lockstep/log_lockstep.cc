@@ -190,14 +190,14 @@ void LogLockstep::AcknowledgeAndAsk(int64_t now_us, bool progress, Actions* out)
     acked_tick_ = complete_tick_;
     out->push_back({Kind::kAck, complete_tick_});
   }
-  // While there is progress, what is missing may be under way.
-  if (ask_.armed() && !progress) return;
   Actions missing;
   ListMissing(&missing);
-  if (missing.empty()) {
-    ask_.Disarm();
-  } else {
+  if (missing.empty()) return ask_.Disarm();
+  // A request that is due stays due, whatever else comes; but what comes shows that asking helps.
+  if (!ask_.armed()) {
     ask_.Arm(now_us, config_.timing.ask_after_us);
+  } else if (progress) {
+    ask_.Progress();
   }
 }
 

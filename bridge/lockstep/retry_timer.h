@@ -46,15 +46,15 @@ class ResponseTime {
   /// An answer took so long, microseconds.
   void Measured(int64_t us) {
     const int64_t error = mean_us_ < 0 ? 0 : us - mean_us_;
-    deviation_us_ = mean_us_ < 0 ? us / 2 : deviation_us_ + (std::abs(error) - deviation_us_) / 4;
+    deviation_us_ = mean_us_ < 0 ? us / 8 : deviation_us_ + (std::abs(error) - deviation_us_) / 4;
     mean_us_ = mean_us_ < 0 ? us : mean_us_ + error / 8;
-    extra_us_ -= extra_us_ / 64;
+    extra_us_ -= extra_us_ / 16;
   }
   /// An answer came twice, so it was asked for while it was on its way: wait twice as long.
   void AskedTooSoon(int64_t patience_us) { extra_us_ += patience_us; }
   /// How long to wait before an answer counts as lost; `first_us` before anything is known.
   [[nodiscard]] int64_t patience_us(int64_t first_us, const LockstepTiming& timing) const {
-    const int64_t usual_us = mean_us_ < 0 ? first_us : mean_us_ + 4 * deviation_us_;
+    const int64_t usual_us = mean_us_ < 0 ? first_us : mean_us_ + 2 * deviation_us_;
     return std::clamp(usual_us + extra_us_, timing.ask_at_least_us, timing.ask_slowest_us);
   }
 
@@ -66,8 +66,9 @@ class ResponseTime {
   int64_t extra_us_ = 0;
 };
 
-/// When to ask again: first after a pause that is chosen by who arms the timer, then after twice as
-/// long each time, up to ask_at_most_us if it was not longer from the beginning.
+/// When to ask again: after a pause that is chosen by who arms the timer; from the fourth request
+/// on to which nothing came, after twice as long each time, up to ask_at_most_us if it was not
+/// longer from the beginning.
 class RetryTimer {
  public:
   /// Whether anything is waited for at all.
@@ -77,16 +78,24 @@ class RetryTimer {
   /// Starts anew, with this pause.
   void Arm(int64_t now_us, int64_t pause_us) {
     first_us_ = interval_us_ = pause_us;
+    in_vain_ = 0;
     due_us_ = now_us + interval_us_;
   }
   /// Some of what is missing has come: the next pauses are short again.
-  void Progress() { interval_us_ = first_us_ / 2; }
+  void Progress() {
+    interval_us_ = first_us_;
+    in_vain_ = 0;
+  }
   /// Nothing is missing any more.
   void Disarm() { due_us_ = std::numeric_limits<int64_t>::max(); }
   /// Returns true if the timer is due, and sets it for the next time.
   bool Fire(int64_t now_us, const LockstepTiming& timing) {
     if (now_us < due_us_) return false;
-    interval_us_ = std::max(first_us_, std::min(2 * interval_us_, timing.ask_at_most_us));
+    // A few requests or answers in a row may well be lost.
+    constexpr int kSoonAgain = 3;
+    if (++in_vain_ > kSoonAgain) {
+      interval_us_ = std::max(first_us_, std::min(2 * interval_us_, timing.ask_at_most_us));
+    }
     due_us_ = now_us + interval_us_;
     return true;
   }
@@ -97,6 +106,7 @@ class RetryTimer {
   /// The pause before it, which doubles with every request, and the first one.
   int64_t interval_us_ = 0;
   int64_t first_us_ = 0;
+  int in_vain_ = 0;  ///< Requests since something came.
 };
 
 /// How long nothing was heard, as far as we were awake to hear: a process that is stopped (SIGSTOP)

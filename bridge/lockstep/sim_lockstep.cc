@@ -88,15 +88,22 @@ void SimLockstep::OnHello(int process, int64_t now_us, Actions* out) {
 
 void SimLockstep::OnActuator(int module, int64_t tick, int64_t now_us, Actions* out) {
   if (phase_ != Phase::kStart && phase_ != Phase::kRun) return;
-  // Whoever is asked has not answered yet, so a second answer shows that the first was on its way.
+  // Whoever is asked has not answered yet, so a second answer to one request shows that the first
+  // was on its way.
   const bool known = module >= 0 && module < config_.num_modules && answered_[module];
-  if (tick >= 0 && tick == asked_tick_ && (tick < tick_ || known)) {
-    asked_tick_ = -1;
+  if (tick == asked_tick_ && num_asks_ == 1 && (tick < tick_ || known)) {
+    num_asks_ = 0;
     response_.AskedTooSoon(Patience());
   }
   if (tick != tick_ || !NoteFirst(module, now_us, &answered_)) return;
-  // Who answers only after it was asked says nothing of how long answers take.
-  if (asked_tick_ != tick_) last_answer_us_ = now_us;
+  // The answer by which half of them are there tells how fast modules are here and now; after some
+  // were asked it would tell how fast they are asked. To tick 0 they answer when they have started.
+  ++num_answers_;
+  if (2 * num_answers_ >= config_.num_modules && !measured_) {
+    measured_ = true;
+    const bool unasked = phase_ == Phase::kRun && asked_tick_ != tick_;
+    if (unasked) response_.Measured(3 * (now_us - published_us_));
+  }
   // While processes still start, answers trickle in, and nobody is hurried.
   if (phase_ == Phase::kRun) ask_.Progress();
   TryAdvance(now_us, out);
@@ -167,12 +174,9 @@ void SimLockstep::TryRealtime(int64_t now_us, Actions* out) {
 }
 
 void SimLockstep::AdvanceOneTick(int64_t now_us, Actions* out) {
-  // How long the answers of this tick took tells when to ask for those of the next; but to tick 0
-  // processes answer when they have started.
-  if (phase_ == Phase::kRun && last_answer_us_ > published_us_) {
-    response_.Measured(last_answer_us_ - published_us_);
-  }
-  published_us_ = last_answer_us_ = now_us;
+  num_answers_ = 0;
+  measured_ = false;
+  published_us_ = now_us;
   // The commands of this tick move the robot; the next tick begins unanswered.
   out->push_back({Kind::kAdvance, tick_, -1});
   ++tick_;
@@ -260,6 +264,7 @@ void SimLockstep::OnAskTimer(int64_t now_us, Actions* out) {
     if (!WindowOpen()) out->push_back({Kind::kPollLogger, tick_, -1});
     return;
   }
+  num_asks_ = asked_tick_ == tick_ ? num_asks_ + 1 : 1;
   asked_tick_ = tick_;
   out->push_back({Kind::kRepeatTick, tick_, -1});
   heartbeat_due_us_ = now_us + config_.timing.heartbeat_us;
@@ -329,7 +334,7 @@ void SimLockstep::OnTime(int64_t now_us, Actions* out) {
 
 void SimLockstep::OnPublished(int64_t now_us) {
   silence_.Heard(now_us);
-  published_us_ = last_answer_us_ = now_us;
+  published_us_ = now_us;
   // The time to answer begins now, not when the physics began.
   if (ask_.armed()) ask_.Arm(now_us, Patience());
 }
