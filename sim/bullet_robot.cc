@@ -149,6 +149,7 @@ void BulletRobot::Actuate(const morphbus::actuator_t& command) {
 void BulletRobot::Advance() {
   ApplyConnectorCommands();
   ApplyJointCommands();
+  ApplyPushes();
   pending_.clear();
   const int steps = options_.tick_us / options_.physics_step_us;
   for (int i = 0; i < steps; ++i) world_->Step();
@@ -184,19 +185,38 @@ Result<void> BulletRobot::Disconnect(const std::string& module, const std::strin
   return done;
 }
 
-Result<void> BulletRobot::Connect(const std::string& module, const std::string& connector) {
-  Result<void> done = connections_.Connect(module, connector, [this] { return LinkPoses(); });
+Result<void> BulletRobot::Connect(const std::string& module, const std::string& connector,
+                                  const std::string& mate_module,
+                                  const std::string& mate_connector) {
+  Result<void> done = connections_.Connect(
+      module, connector, [this] { return LinkPoses(); }, mate_module, mate_connector);
   if (done) Rebuild();
   return done;
 }
 
-Result<void> BulletRobot::Push(const std::string& module, const Eigen::Vector3d& f_W) {
+Result<void> BulletRobot::Push(const std::string& module, const Eigen::Vector3d& f_W,
+                               const std::string& link, double seconds) {
   const std::optional<int> m = robot().FindModule(module);
   if (!m) return Fail("the robot has no module " + module);
+  const std::optional<int> l =
+      link.empty() ? std::optional<int>(0) : model_->TypeOf(robot(), *m).FindLink(link);
+  if (!l) return Fail("module " + module + " has no link " + link);
   if (!f_W.allFinite() || f_W.norm() > 1e4) return Fail("a push is at most 10000 N");
-  world_->Push(world_->rigid_bodies().body_of[*m][0], f_W,
-               options_.tick_us / options_.physics_step_us);
+  // At least one step, so that no push is without any effect.
+  const double us = seconds > 0 ? seconds * 1e6 : options_.tick_us;
+  const int64_t steps = std::max<int64_t>(1, std::llround(us / options_.physics_step_us));
+  pushes_.push_back({{*m, *l}, f_W, steps});
   return {};
+}
+
+void BulletRobot::ApplyPushes() {
+  const int64_t steps = options_.tick_us / options_.physics_step_us;
+  for (LastingPush& push : pushes_) {
+    world_->Push(world_->rigid_bodies().body_of[push.link.module][push.link.link], push.f_W,
+                 static_cast<int>(std::min(push.steps, steps)));
+    push.steps -= steps;
+  }
+  std::erase_if(pushes_, [](const LastingPush& push) { return push.steps <= 0; });
 }
 
 // A fresh world with the new bodies where the links are, as fast as they are. The servos go on from

@@ -2,6 +2,7 @@
 // A robot of the compiled model in a Bullet world, as the lockstep drives it: sensors out, commands
 // in.
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <morphbus/actuator_t.hpp>
@@ -59,11 +60,15 @@ class BulletRobot : public bridge::SimulatedRobot {
   Result<void> Disconnect(const std::string& module, const std::string& connector);
 
   /// Joins this free connector to the free one it meets (kDockingDistance, kDockingAngle), setting
-  /// the state variables of both as the connection needs. Fails if none is near enough.
-  Result<void> Connect(const std::string& module, const std::string& connector);
+  /// the state variables of both as the connection needs. Fails if none is near enough, or if it is
+  /// another one than that of `mate_module`, where this is given.
+  Result<void> Connect(const std::string& module, const std::string& connector,
+                       const std::string& mate_module = "", const std::string& mate_connector = "");
 
-  /// Pushes the body that holds this module's first link, for the next tick (N, W).
-  Result<void> Push(const std::string& module, const Eigen::Vector3d& f_W);
+  /// Pushes the body that holds this link of a module (empty: its first one) at its centre of mass,
+  /// from the next tick on (N, W), for so many seconds of sim time; 0: for one tick.
+  Result<void> Push(const std::string& module, const Eigen::Vector3d& f_W,
+                    const std::string& link = "", double seconds = 0);
 
   /// Hash of the world as first built: 16 hex digits, equal for congruent robots.
   [[nodiscard]] const std::string& world_hash() const { return world_hash_; }
@@ -85,9 +90,17 @@ class BulletRobot : public bridge::SimulatedRobot {
   BulletRobot(std::shared_ptr<const model::Model> model, const model::Robot& robot,
               const BulletRobotOptions& options);
 
-  // The two halves of applying what Actuate has gathered.
+  /// A push that goes on: by link, since bodies change when connectors open and close.
+  struct LastingPush {
+    LinkRef link;
+    Eigen::Vector3d f_W;
+    int64_t steps = 0;  ///< Physics steps that are left.
+  };
+
+  // The two halves of applying what Actuate has gathered, and what Push has.
   void ApplyConnectorCommands();
   void ApplyJointCommands();
+  void ApplyPushes();
 
   /// Makes the world anew after a change of the structure.
   void Rebuild();
@@ -104,6 +117,7 @@ class BulletRobot : public bridge::SimulatedRobot {
   std::vector<LinkRef> first_links_;
   /// What Actuate has gathered since the last Advance.
   std::vector<morphbus::actuator_t> pending_;
+  std::vector<LastingPush> pushes_;
 };
 
 }  // namespace morphbus::sim

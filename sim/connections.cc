@@ -97,7 +97,8 @@ Result<void> Connections::Disconnect(const std::string& module, const std::strin
 }
 
 Result<void> Connections::Connect(const std::string& module, const std::string& connector,
-                                  const LinkPosesNow& link_poses) {
+                                  const LinkPosesNow& link_poses, const std::string& mate_module,
+                                  const std::string& mate_connector) {
   const Result<End> end = FindEnd(module, connector);
   if (!end) return Fail(end.error().message);
   if (FindDocking(robot_, end->module, end->connector)) {
@@ -106,6 +107,17 @@ Result<void> Connections::Connect(const std::string& module, const std::string& 
   const std::optional<model::Docking> mate =
       FindMate(*model_, robot_, link_poses(), end->module, end->connector, nullptr);
   if (!mate) return Fail("no free connector is near enough to " + module + "." + connector);
+  // Of a docking either end may be the first.
+  if (!mate_module.empty()) {
+    const Result<End> wanted = FindEnd(mate_module, mate_connector);
+    if (!wanted) return Fail(wanted.error().message);
+    const bool a = mate->module_a == wanted->module && mate->connector_a == wanted->connector;
+    const bool b = mate->module_b == wanted->module && mate->connector_b == wanted->connector;
+    if (!a && !b) {
+      return Fail(mate_module + "." + mate_connector + " is not the one that " + module + "." +
+                  connector + " meets");
+    }
+  }
   Dock(*mate);
   return {};
 }

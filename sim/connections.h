@@ -42,9 +42,11 @@ class Connections {
   Result<void> Disconnect(const std::string& module, const std::string& connector);
 
   /// Joins this free connector to the free one it meets (kDockingDistance, kDockingAngle), setting
-  /// the state variables of both as the connection needs. Fails if none is near enough.
+  /// the state variables of both as the connection needs. Fails if none is near enough, or if it is
+  /// another one than that of `mate_module`, where this is given.
   Result<void> Connect(const std::string& module, const std::string& connector,
-                       const LinkPosesNow& link_poses);
+                       const LinkPosesNow& link_poses, const std::string& mate_module = "",
+                       const std::string& mate_connector = "");
 
  private:
   /// One connector of one module, by indices.

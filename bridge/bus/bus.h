@@ -28,6 +28,12 @@ struct Ledger {
   int64_t queue_overflows = 0;
   int64_t bad = 0;
   int64_t missed_deadlines = 0;
+  /// The sim's: commands on CONTROL that were refused because they were not signed with the run's
+  /// key, came again, were signed too long ago, or could not be read.
+  int64_t forged_commands = 0;
+  int64_t replayed_commands = 0;
+  int64_t late_commands = 0;
+  int64_t malformed_commands = 0;
 };
 
 /// What of a channel a subscriber needs, so that the rest need not wake its process. A bus may

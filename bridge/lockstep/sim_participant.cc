@@ -44,7 +44,10 @@ SimParticipant::SimParticipant(Bus* bus, SimulatedRobot* robot, const TimeSource
   claims_.assign(names_.size(), 0);
   commands_.resize(options_.modules.size());
   // No command has come for any tick yet.
-  for (morphbus::actuator_t& command : commands_) command.header.tick = -1;
+  for (morphbus::actuator_t& command : commands_) {
+    command.header.tick = -1;
+    command.header.program_hash = 0;
+  }
 }
 
 void SimParticipant::Start() {
@@ -196,7 +199,9 @@ void SimParticipant::CarryOut(const SimAction& action) {
     // Sensing takes a while, during which nobody else is late.
     case Kind::kPublishTick:
       PublishTick(action.tick);
-      return machine_.OnPublished(now_us());
+      machine_.OnPublished(now_us());
+      if (after_tick_) after_tick_(action.tick);
+      return;
     // WORLD is not repeated: only the logger needs it, and asks for what it lacks.
     case Kind::kRepeatTick:
       Repeat(channel_clock_, action.tick, 1);

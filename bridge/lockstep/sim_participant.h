@@ -97,10 +97,21 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   }
   /// Called before sensors of a tick are published (tick number): apply controls to the robot here.
   void OnBeforeTick(std::function<void(int64_t tick)> hook) { before_tick_ = std::move(hook); }
+  /// Called when the messages of a tick are out: what is given now takes effect at the next one.
+  void OnAfterTick(std::function<void(int64_t tick)> hook) { after_tick_ = std::move(hook); }
+  /// For who counts what comes to this process beside the lockstep (bridge/control).
+  [[nodiscard]] Ledger* mutable_ledger() { return &ledger_; }
+  /// Hash of the program that a module (by place in `modules`) ran when it was heard of last; 0
+  /// before.
+  [[nodiscard]] uint64_t program_of(size_t module) const {
+    return static_cast<uint64_t>(commands_[module].header.program_hash);
+  }
 
   /// The tick that is out, or the one after the last once the run is over.
   [[nodiscard]] int64_t tick() const { return machine_.tick(); }
   [[nodiscard]] bool paused() const { return machine_.paused(); }
+  /// END is out, so that no tick follows.
+  [[nodiscard]] bool ending() const { return machine_.ending(); }
   /// How the run ended; complete once done().
   [[nodiscard]] const SimOutcome& outcome() const { return outcome_; }
   /// Processes that have not said HELLO yet, for progress messages.
@@ -183,8 +194,8 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   // Orders that wait for a tick that has room for them, oldest first.
   std::deque<std::pair<size_t, vm::InvokeRequest>> requests_;
   std::deque<Deployment> deployments_;
-  // Called if set; see OnBeforeTick and OnMissing.
-  std::function<void(int64_t)> before_tick_;
+  // Called if set; see OnBeforeTick, OnAfterTick and OnMissing.
+  std::function<void(int64_t)> before_tick_, after_tick_;
   std::function<void(const std::vector<std::string>&)> report_missing_;
   int64_t report_missing_due_us_ = 0;
   // What the robot told of the tick that is out.

@@ -24,11 +24,13 @@ morphbus::health_t MakeHealth(const std::string& process, const Ledger& ledger) 
   health.wall_time_us = int64_t{now.tv_sec} * 1'000'000 + now.tv_nsec / 1000;
   // The ledger's fields are explained in bridge/bus/bus.h and in health_t.lcm.
   std::tie(health.received, health.sent, health.lost, health.discarded, health.duplicates,
-           health.resent, health.asked, health.queue_overflows, health.bad,
-           health.missed_deadlines) =
+           health.resent, health.asked, health.queue_overflows, health.bad, health.missed_deadlines,
+           health.forged_commands, health.replayed_commands, health.late_commands,
+           health.malformed_commands) =
       std::tie(ledger.received, ledger.sent, ledger.lost, ledger.discarded, ledger.duplicates,
                ledger.resent, ledger.asked, ledger.queue_overflows, ledger.bad,
-               ledger.missed_deadlines);
+               ledger.missed_deadlines, ledger.forged_commands, ledger.replayed_commands,
+               ledger.late_commands, ledger.malformed_commands);
   // What the process has used since it began.
   rusage usage = {};
   getrusage(RUSAGE_SELF, &usage);

@@ -459,7 +459,8 @@ constexpr void Walk(V& v, As<morphbus::health_t>) {
   // Time and use are those of the process, the others are its ledger.
   for (const char* count :
        {"wall_time_us", "received", "sent", "lost", "discarded", "duplicates", "resent", "asked",
-        "queue_overflows", "bad", "missed_deadlines", "max_rss_kb", "cpu_us"}) {
+        "queue_overflows", "bad", "missed_deadlines", "forged_commands", "replayed_commands",
+        "late_commands", "malformed_commands", "max_rss_kb", "cpu_us"}) {
     v.Int64(count, 0, kMost64);
   }
 }

@@ -79,7 +79,8 @@ void ApplyDescription(const std::string& description, RunLog* log) {
   log->robot = robot;
 }
 
-void WordFaults(const std::string& description, LogFacts* facts) {
+void WordFaults(const std::string& description, const std::map<uint64_t, std::string>& deployed,
+                LogFacts* facts) {
   if (facts->faults.empty()) return;
   // Without a description there are no images either, and of damaged ones there are no names; the
   // sentences have numbers then.
@@ -91,13 +92,24 @@ void WordFaults(const std::string& description, LogFacts* facts) {
   for (const proto::KinematicsImage& type : d.kinematics()) {
     if (!images->AddKinematics(type.type_name(), bytes(type.image()))) continue;
   }
+  // A program deployed during the run is not in the description; its source is named in its image.
+  std::vector<std::unique_ptr<bridge::ModuleImages>> others;
+  for (const auto& [hash, image] : deployed) {
+    auto other = std::make_unique<bridge::ModuleImages>();
+    if (other->AddProgram("program", bytes(image))) others.push_back(std::move(other));
+  }
   // Each fault is worded with the images that it speaks of.
   for (FaultFact& fault : facts->faults) {
     vm::FaultContext context;
-    // A program deployed during the run is not in the description.
     if (has_program && images->program().hash() == fault.program_hash) {
       context.program = &images->program();
       fault.file = d.program_file();
+    }
+    for (const auto& other : others) {
+      if (other->program().hash() != fault.program_hash) continue;
+      context.program = &other->program();
+      const vm::Text source = other->program().source_name();
+      fault.file.assign(source.data, source.size);
     }
     context.kinematics = images->FindKinematics(fault.type_name);
     fault.text = vm::FaultSentence(fault.fault, context);

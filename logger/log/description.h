@@ -3,6 +3,7 @@
 // this folder that knows protobuf.
 
 #include <cstdint>
+#include <map>
 #include <string>
 
 #include "compiler/base/result.h"
@@ -33,9 +34,10 @@ Result<DescriptionKey> ReadDescriptionKey(const std::string& description);
 void ApplyDescription(const std::string& description, RunLog* log);
 
 /// Gives the faults in `facts` their sentence, function and source file, with the names of the
-/// program and module types that a serialized description carries. A fault of another program (one
-/// deployed during the run) or of an unknown type, and every fault without a description, gets a
-/// sentence with numbers in place of names.
-void WordFaults(const std::string& description, LogFacts* facts);
+/// program and module types that a serialized description carries, or of an image that was deployed
+/// during the run. A fault of another program or of an unknown type, and every fault without a
+/// description, gets a sentence with numbers in place of names.
+void WordFaults(const std::string& description, const std::map<uint64_t, std::string>& deployed,
+                LogFacts* facts);
 
 }  // namespace morphbus::logger

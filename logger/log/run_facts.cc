@@ -13,7 +13,8 @@ namespace morphbus {
 
 // What stands in JSON as it is called here. A ledger is that of its process.
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(health_t, received, sent, lost, discarded, duplicates, resent,
-                                   asked, bad, queue_overflows, missed_deadlines)
+                                   asked, bad, queue_overflows, missed_deadlines, forged_commands,
+                                   replayed_commands, late_commands, malformed_commands)
 
 namespace logger {
 
@@ -103,6 +104,11 @@ std::string EndText(const LogFacts& f) {
                      f.end->reason.empty() ? "" : ": ", f.end->reason);
 }
 
+/// Commands that a process refused.
+int64_t RefusedCommands(const morphbus::health_t& h) {
+  return h.forged_commands + h.replayed_commands + h.late_commands + h.malformed_commands;
+}
+
 /// One of the `channels` of `info --json`.
 nlohmann::json ChannelJson(const LogFacts& f, const ChannelFacts& c) {
   const double wall = Seconds(f.last_us - f.first_us);
@@ -160,7 +166,18 @@ std::string FactsText(const LogFacts& f) {
               "discarded {}, bad {}, overflows {}, missed deadlines {}",
               process, h.received, h.lost, h.duplicates, h.asked, h.resent, h.discarded, h.bad,
               h.queue_overflows, h.missed_deadlines);
+      // Only the sim takes commands, and mostly there is nothing to refuse.
+      if (RefusedCommands(h) == 0) continue;
+      AddLine(&text, "  {}: refused commands: {} forged, {} replayed, {} late, {} malformed",
+              process, h.forged_commands, h.replayed_commands, h.late_commands,
+              h.malformed_commands);
     }
+  }
+  if (!f.commands.empty()) {
+    text += "\n";
+    AddLine(&text, "{} while it ran (tick, command):",
+            Counted(static_cast<int64_t>(f.commands.size()), "command"));
+    text += CommandsText(f);
   }
   // Faults are the program's, and say nothing against the log.
   if (f.num_faults > 0) {
@@ -173,6 +190,12 @@ std::string FactsText(const LogFacts& f) {
   }
   // What is wrong with the log itself comes last, where it is seen.
   if (f.num_damage > 0 || f.lost() > 0 || !f.problems.empty()) text += "\n" + VerifyText(f);
+  return text;
+}
+
+std::string CommandsText(const LogFacts& f) {
+  std::string text;
+  for (const auto& [tick, command] : f.commands) AddLine(&text, "  {} {}", tick, command);
   return text;
 }
 
@@ -231,6 +254,10 @@ nlohmann::json FactsJson(const LogFacts& f) {
   }
   nlohmann::json findings = nlohmann::json::array();
   for (const LogFinding& finding : f.findings) findings.push_back(FindingJson(finding));
+  nlohmann::json commands = nlohmann::json::array();
+  for (const auto& [tick, command] : f.commands) {
+    commands.push_back({{"tick", tick}, {"command", command}});
+  }
   // What is always there.
   nlohmann::json json = {{"path", f.path},
                          {"bytes", f.file_bytes},
@@ -246,6 +273,7 @@ nlohmann::json FactsJson(const LogFacts& f) {
                          {"whole", f.whole()},
                          {"lost", f.lost()},
                          {"channels", std::move(channels)},
+                         {"commands", std::move(commands)},
                          {"faults", std::move(faults)},
                          {"num_faults", f.num_faults},
                          {"damage", std::move(damage)},

@@ -140,6 +140,8 @@ struct LogFacts : DescribedRun {
   /// The first 1000 faults; num_faults counts all.
   std::vector<FaultFact> faults;
   int64_t num_faults = 0;
+  /// Commands that people gave to the run, and the ticks at which CLOCK named them, in their order.
+  std::multimap<int64_t, std::string> commands;
   /// What the reader found in the file's framing, harmless things included.
   std::vector<LogFinding> findings;
   /// The first 1000 places of damage, in framing, payloads and numbers; num_damage counts all.
@@ -164,6 +166,8 @@ const char* EndStateName(EndState state);
 /// Text for `morphbus info`, many lines: what the log is of, a table of channels, ledgers, faults,
 /// and what VerifyText() says if anything is wrong.
 std::string FactsText(const LogFacts& facts);
+/// The commands of a run, a line each, as `run --commands` reads them.
+std::string CommandsText(const LogFacts& facts);
 /// One line a problem, ending with a verdict line, for `morphbus verify`.
 std::string VerifyText(const LogFacts& facts);
 /// One of the `findings` of `info --json`; offsets are bytes of the file.

@@ -15,6 +15,7 @@
 #include "bridge/wire/info_parts.h"
 #include "bridge/wire/vm_codec.h"
 #include "logger/log/channel_stream.h"
+#include "logger/log/deployed_images.h"
 #include "logger/log/description.h"
 #include "logger/log/promised_messages.h"
 
@@ -111,7 +112,7 @@ class Loader {
     facts_.seconds = static_cast<double>(facts_.ticks) * facts_.tick_us * 1e-6;
     log_.tick_us = facts_.tick_us;
     VerifyEnd();
-    WordFaults(log_.description, &facts_);
+    WordFaults(log_.description, log_.deployed, &facts_);
     if (log_.description.empty()) {
       facts_.problems.push_back("the log does not hold the run's whole description (INFO)");
     }
@@ -201,12 +202,16 @@ class Loader {
     facts_.tick_us = clock.tick_us;
     promised_.TakeClock(clock);
     promised_.TakePlace(channel, clock.header, 1, 0);
+    for (const std::string& command : clock.controls) {
+      facts_.commands.emplace(clock.header.tick, command);
+    }
     if (clock.phase != morphbus::sim_clock_t::PHASE_END) ticks_.insert(clock.header.sim_time_us);
   }
 
   /// SENSORS names the modules and says what each senses.
   void Use(const std::string& channel, std::string_view, morphbus::sensors_t sensors) {
     promised_.TakeSensors(sensors);
+    deployed_.Take(sensors, &log_.deployed);
     promised_.TakePlace(channel, sensors.header, sensors.num_parts, sensors.part);
     for (morphbus::module_sensors_t& reading : sensors.modules) {
       ModuleSeries& module = Module(reading.name);
@@ -357,6 +362,7 @@ class Loader {
   std::set<int64_t> ticks_;
   std::set<std::string> other_runs_;
   bridge::InfoAssembler info_;
+  DeployedImages deployed_;
   PromisedMessages promised_;
   bool found_ = false;
   bool end_seen_ = false;

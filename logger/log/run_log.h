@@ -97,6 +97,8 @@ struct RunLog {
   LogFacts facts;
   /// The serialized morphbus.proto.RunDescription; empty if the log does not hold it whole.
   std::string description;
+  /// Images that were deployed while it ran, by hash, as SENSORS handed them over; not verified.
+  std::map<uint64_t, std::string> deployed;
   /// The model in the description; null if there is none or it is unusable (facts.problems says
   /// why).
   std::shared_ptr<const model::Model> model;

@@ -51,6 +51,8 @@ void AddLog(CommandLine* line);
 void AddReplay(CommandLine* line);
 /// `spy` shows what is on the bus: channels, rates, losses, fields, roles.
 void AddSpy(CommandLine* line);
+/// `control` acts on a running robot, and says at which tick.
+void AddControl(CommandLine* line);
 /// `runs` lists what runs on this machine.
 void AddRuns(CommandLine* line);
 /// `doctor` answers whether this machine can carry a run, and names what mends it.

@@ -13,6 +13,7 @@ struct InfoOptions {
   std::string log;
   std::string run;
   bool json = false;
+  bool commands = false;
 };
 
 /// Adds the options, which are the same for both commands.
@@ -32,6 +33,8 @@ int Report(const InfoOptions& options, bool verify) {
   // Both commands print the same facts as JSON.
   if (options.json) {
     fmt::print("{}\n", JsonText(logger::FactsJson(log->facts), 2));
+  } else if (options.commands) {
+    fmt::print("{}", logger::CommandsText(log->facts));
   } else {
     fmt::print("{}", verify ? logger::VerifyText(log->facts) : logger::FactsText(log->facts));
   }
@@ -44,7 +47,9 @@ void AddInfo(CommandLine* line) {
   Subcommand sub =
       line->Add("info", "What is in a log: run, channels, rates, losses, faults, damage");
   const auto options = AddOptions(&sub);
-  sub.Footer("Example:\n  morphbus info walk.log");
+  sub.Flag("--commands", &options->commands,
+           "Only the commands that people gave, with their ticks, as run --commands reads them");
+  sub.Footer("Examples:\n  morphbus info walk.log\n  morphbus info walk.log --commands");
   sub.Do([options] { return Report(*options, false); });
 }
 

@@ -62,7 +62,8 @@ std::optional<Json> RunOnce(RunPlan* plan, const RunOptions& options, int number
   if (const std::string why = WhyNoLog(log); !why.empty()) {
     return Refuse(fmt::format("cannot write {}: {}", log, why));
   }
-  if (!MayWriteLog(log, options.force, {options.model_file, options.program_file})) {
+  if (!MayWriteLog(log, options.force,
+                   {options.model_file, options.program_file, options.commands})) {
     return std::nullopt;
   }
   // In one process there is no bus, so that nobody can join: the URL stays empty.
@@ -174,6 +175,8 @@ void AddRun(CommandLine* line) {
   sub.Flag("--inproc", &options->inproc, "All in one process, without a network; same hash");
   sub.Flag("--isolate", &options->isolate,
            "A private network with just a loopback; needs no rights");
+  sub.Add("--commands", &options->commands,
+          "Commands and the ticks at which they are given, as morphbus info --commands lists them");
   sub.Add("--repeat", &options->repeat, "Run so often, and see whether the hashes agree");
   sub.Json(&options->json);
   sub.Footer(

@@ -5,7 +5,9 @@
 
 #include "bridge/bus/bus_adapters.h"
 #include "bridge/bus/lcm_bus.h"
+#include "bridge/control/control_service.h"
 #include "tools/commands/commands.h"
+#include "tools/launch/control_desk.h"
 #include "tools/launch/control_link.h"
 #include "tools/launch/run_plan.h"
 #include "tools/launch/wall_clock.h"
@@ -22,6 +24,7 @@ constexpr int64_t kJoinS = 15;
 struct SimCommandOptions {
   PlanSource plan;
   int control_fd = -1;
+  std::string control_folder;  ///< The run's, with the key of its commands; empty: takes none.
   bool no_logger = false;
   int give_up_s = 60;  ///< By hand, people start one process after the other.
 };
@@ -31,6 +34,45 @@ Json Progress(const bridge::SimParticipant& participant) {
   Json missing = Json::array();
   for (const std::string& process : participant.missing_processes()) missing.push_back(process);
   return {{"tick", participant.tick()}, {"missing", missing}};
+}
+
+/// Through whom people act on the run: who does what they want, and who hears them.
+struct SimControls {
+  std::unique_ptr<ControlDesk> desk;
+  std::unique_ptr<bridge::ControlService> service;  ///< None in a run started by hand.
+};
+
+/// Lets the run obey the script in its folder and whoever has the key that lies there.
+Result<std::unique_ptr<SimControls>> MakeControls(const std::string& folder, const RunPlan& plan,
+                                                  bridge::Bus* bus, const bridge::TimeSource* time,
+                                                  ControlLink* link,
+                                                  bridge::SimParticipant* participant,
+                                                  sim::BulletRobot* robot) {
+  Result<ControlScript> script = ReadScript(folder);
+  if (!script) return Fail(script.error().message);
+  auto controls = std::make_unique<SimControls>();
+  controls->desk =
+      std::make_unique<ControlDesk>(plan, std::move(*script), folder, participant, robot);
+  ControlDesk* desk = controls->desk.get();
+  participant->OnAfterTick([desk](int64_t tick) { desk->AfterTick(tick); });
+  if (folder.empty()) return controls;
+  // Commands come over the bus, their answers go back there, and the launcher has the processes.
+  const auto key = bridge::ReadControlKey(ControlKeyPath(folder));
+  if (!key) return Fail(key.error().message);
+  const bridge::Sender sender = {plan.description.run(), std::string(bridge::kSimProcess),
+                                 plan.description.model_hash(), 0};
+  controls->service = std::make_unique<bridge::ControlService>(
+      bus, time, sender, *key, participant->mutable_ledger(),
+      [desk](int64_t counter, const bridge::ControlCommand& command) {
+        desk->Give(counter, command);
+      });
+  desk->OnAnswer([service = controls->service.get()](const bridge::ControlAnswer& answer) {
+    service->Answer(answer);
+  });
+  desk->OnProcessOrder([link](const bridge::ControlCommand& command) {
+    link->Deliver({{"order", ControlText(command)}});
+  });
+  return controls;
 }
 
 /// Simulates one run and says how it ended, to the launcher or on stdout.
@@ -55,7 +97,12 @@ int Simulate(const SimCommandOptions& options) {
   // From here on a signal ends the run at the next tick, for all its processes.
   CatchSignals();
   WallTimer since_first_tick;
+  const auto controls =
+      MakeControls(options.control_folder, *plan, &bus, &time, &link, &participant, robot->get());
+  if (!controls) return Unusable(controls.error().message);
+  ControlDesk& desk = *(*controls)->desk;
   participant.OnBeforeTick([&](int64_t tick) {
+    desk.BeforeTick(tick);
     if (tick == 1) since_first_tick = WallTimer();  // tick 0 waits for everyone to join
   });
   if (by_hand) {
@@ -64,19 +111,24 @@ int Simulate(const SimCommandOptions& options) {
       fmt::print(stderr, "morphbus: waiting for {} to join\n", fmt::join(missing, ", "));
     });
   }
+  std::string stop;  ///< Why the run shall end; empty while it goes on.
   bool stopping = false;
   Ticker watch(kWatchUs, [&] {
-    // The reason is asked for once; the run then ends at its next tick.
-    const std::string reason = stopping ? "" : StopReason(&link);
-    if (!reason.empty()) {
+    const std::string reason = StopReason(&link, [&](const Json& message) {
+      if (message.contains("ordered")) desk.OrderDone(message.value("ordered", ""));
+    });
+    if (stop.empty()) stop = reason;
+    // The run ends at its next tick. Where the launcher has started everyone, it begins first.
+    if (!stop.empty() && !stopping && (by_hand || participant.tick() > 0)) {
       stopping = true;
-      participant.RequestStop(reason);
+      participant.RequestStop(stop);
     }
     link.Send(Progress(participant));
   });
   // This returns when the run is over: the participant is done, and the watch never keeps it.
   bridge::RunParticipants(&bus, time, {&participant, &watch}, nullptr,
                           [&] { participant.PublishHealth(); });
+  desk.Finish();
   const bridge::SimOutcome& outcome = participant.outcome();
   // The last word to the launcher, which waits for it: delivered, whatever else is in the socket.
   link.Deliver({{"outcome",
@@ -107,6 +159,7 @@ void AddSim(CommandLine* line) {
           "Before the first tick: end after so many seconds in which nobody joined (default 60)")
       .Range(1, 1'000'000);
   sub.Add("--control-fd", &options->control_fd, "The launcher's line").Hidden();
+  sub.Add("--control-folder", &options->control_folder, "The run's folder").Hidden();
   sub.Footer(
       "Example (three terminals, or three hosts with udpm ttl=1):\n"
       "  morphbus sim models/mtran.m3l models/programs/quadruped.dyn --robot quadruped --run walk "

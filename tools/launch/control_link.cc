@@ -115,10 +115,15 @@ void CatchSignals() {
 
 int CaughtSignal() { return g_signal; }
 
-std::string StopReason(ControlLink* link) {
+std::string StopReason(ControlLink* link,
+                       const std::function<void(const nlohmann::ordered_json&)>& other) {
   std::string reason;
   for (const nlohmann::ordered_json& message : link->Receive()) {
-    if (message.contains("stop")) reason = message.value("stop", std::string("stopped"));
+    if (message.contains("stop")) {
+      reason = message.value("stop", std::string("stopped"));
+    } else if (other) {
+      other(message);
+    }
   }
   // A process without its launcher would run for nobody.
   if (reason.empty() && link->closed()) reason = "the launcher is gone";

@@ -13,10 +13,11 @@
 
 namespace morphbus::tools {
 
-/// One end of the line; it owns its descriptor and closes it. The launcher sends {"stop": reason};
-/// the sim sends {"tick": …, "missing": […]} as it goes and {"outcome": …} at the end; the logger
-/// sends {"log": path, …} or {"error": …}. None of this is part of the run: it is never logged, and
-/// no hash covers it.
+/// One end of the line; it owns its descriptor and closes it. The launcher sends {"stop": reason},
+/// and {"ordered": error} when it has killed or restarted a module, which the sim orders by
+/// {"order": command}; the sim sends {"tick": …, "missing": […]} as it goes and {"outcome": …} at
+/// the end; the logger sends {"log": path, …} or {"error": …}. None of this is part of the run: it
+/// is never logged, and no hash covers it.
 class ControlLink {
  public:
   /// Takes over a descriptor, e.g. from --control-fd; -1: a link to nobody, that never says
@@ -58,9 +59,10 @@ void CatchSignals();
 /// The signal caught so far; 0: none.
 int CaughtSignal();
 /// Why this process should end now: the launcher says {"stop": reason} or is gone, or a signal was
-/// caught. The result is empty where there is no reason. It reads the link and drops every message
-/// but {"stop"}, and never blocks.
-std::string StopReason(ControlLink* link);
+/// caught. The result is empty where there is no reason. It reads the link, hands every message but
+/// {"stop"} to `other` (if given), and never blocks.
+std::string StopReason(ControlLink* link,
+                       const std::function<void(const nlohmann::ordered_json&)>& other = nullptr);
 
 /// Calls a function every so often beside the participants of a run, and never keeps the run going
 /// itself. It is a Participant because the loop that runs these wakes up in time for the next one;

@@ -9,6 +9,7 @@
 #include "bridge/bus/inproc_bus.h"
 #include "bridge/wire/channels.h"
 #include "logger/log/recorder.h"
+#include "tools/launch/control_desk.h"
 #include "tools/launch/control_link.h"
 #include "tools/launch/plan_modules.h"
 #include "tools/launch/progress.h"
@@ -47,7 +48,10 @@ class InprocRun {
                                                     *sim_options);
     // Without wall time here, a second of sim time stands for HEALTH's second.
     const int64_t second = std::max<int64_t>(1, 1000000 / description_.tick_us());
+    desk_ = std::make_unique<ControlDesk>(plan_, plan_.script, "", sim_.get(), robot_.get());
+    sim_->OnAfterTick([this](int64_t tick) { desk_->AfterTick(tick); });
     sim_->OnBeforeTick([this, second](int64_t tick) {
+      desk_->BeforeTick(tick);
       if (tick == 0) since_first_tick_ = WallTimer();
       if (tick % second == 0) SendHealth();
     });
@@ -80,8 +84,8 @@ class InprocRun {
     Ticker watch(kWatchUs, [&] {
       progress.Show(sim_->tick());
       unlogged = !recorder_->error().empty();
-      // A signal ends the run at its next tick, in order.
-      if (CaughtSignal() == 0 || stopping) return;
+      // A signal ends the run at its next tick, in order; a run that has not begun begins first.
+      if (CaughtSignal() == 0 || stopping || sim_->tick() == 0) return;
       stopping = true;
       sim_->RequestStop("interrupted");
     });
@@ -151,6 +155,7 @@ class InprocRun {
   std::unique_ptr<PlanModules> modules_;
   std::unique_ptr<sim::BulletRobot> robot_;
   std::unique_ptr<bridge::SimParticipant> sim_;
+  std::unique_ptr<ControlDesk> desk_;
   std::unique_ptr<logger::Recorder> recorder_;
   WallTimer since_first_tick_;
 };

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <csignal>
 
+#include "bridge/control/control_seal.h"
+#include "bridge/module/snapshot_file.h"
 #include "tools/base/files.h"
 #include "tools/base/json.h"
 #include "tools/base/program.h"
@@ -49,7 +51,9 @@ Result<void> Launcher::WriteInputs() {
   for (const auto& [name, bytes] : files) {
     if (Result<void> r = WriteFile(directory_.path() + "/" + name, bytes); !r) return r;
   }
-  return {};
+  // What the sim obeys: whoever can read the key, and the script of a run that is repeated.
+  if (Result<void> r = bridge::CreateControlKey(ControlKeyPath(directory_.path())); !r) return r;
+  return WriteScript(plan_.script, directory_.path());
 }
 
 Result<ControlLink> Launcher::StartLinked(const std::string& name, std::vector<std::string> argv,
@@ -73,7 +77,7 @@ Result<ControlLink> Launcher::StartLinked(const std::string& name, std::vector<s
   return std::move(link->first);
 }
 
-Result<void> Launcher::StartModule(size_t module) {
+Result<void> Launcher::StartModule(size_t module, bool resume) {
   // The options are those of morphbus-module --help.
   const model::ModuleInstance& instance = plan_.robot().modules[module];
   const std::string& type = plan_.model.TypeOf(plan_.robot(), static_cast<int>(module)).name;
@@ -92,6 +96,13 @@ Result<void> Launcher::StartModule(size_t module) {
                                    directory_.path() + "/program.image",
                                    "--tick-us",
                                    std::to_string(d.tick_us())};
+  // It saves its state, so that it can be restarted; where there is no room for that, it runs on
+  // without.
+  const std::string state = fmt::format("{}/{}.state", directory_.path(), instance.name);
+  const auto room = bridge::SnapshotFile::Open(state);
+  if (resume && !room) return morphbus::Fail("no state was saved: " + room.error().message);
+  if (room) argv.insert(argv.end(), {"--snapshot", state});
+  if (resume) argv.push_back("--resume");
   // The root is told where it is; its pose spreads over the connections to the others.
   if (instance.name == d.root_module()) {
     const RootPose root = RootPoseOf(plan_, static_cast<int>(module));
@@ -125,11 +136,12 @@ Result<void> Launcher::StartAll() {
   Result<ControlLink> log = StartLinked(kLogName, std::move(log_argv), SIGTERM);
   if (!log) return morphbus::Fail(log.error().message);
   log_.emplace(std::move(*log));
-  Result<ControlLink> sim = StartLinked(kSimName, {program, "sim"}, SIGKILL);
+  Result<ControlLink> sim =
+      StartLinked(kSimName, {program, "sim", "--control-folder", directory_.path()}, SIGKILL);
   if (!sim) return morphbus::Fail(sim.error().message);
   sim_.emplace(std::move(*sim));
   for (size_t module = 0; module < plan_.robot().modules.size(); ++module) {
-    if (Result<void> started = StartModule(module); !started) return started;
+    if (Result<void> started = StartModule(module, false); !started) return started;
   }
   return {};
 }
@@ -181,6 +193,10 @@ void Launcher::TakeMessages() {
     // Every message of the sim shows that it lives.
     since_sim_spoke_ = WallTimer();
     if (message.contains("tick")) outcome_.ticks = message.value("tick", outcome_.ticks);
+    if (message.contains("order")) {
+      const Result<void> done = CarryOutOrder(message.value("order", ""));
+      sim_->Deliver({{"ordered", done ? "" : done.error().message}});
+    }
     if (!message.contains("outcome")) continue;
     // How the run ended, which only the sim knows.
     const Json& report = message["outcome"];
@@ -205,6 +221,7 @@ void Launcher::CheckChildren() {
     TakeMessages();  // its last words may still wait in the socket
     // Ending without an error may be right: the end of the run may have reached this process first.
     const bool said_why = child.status() == 0 || (child.name() == kLogName && log_reported_);
+    if (killed_.contains(child.name())) continue;  // the sim will notice, if nobody restarts it
     if (!sim_reported_ && said_why) {
       // The simulator's own report may be a moment behind its farewell to the others.
       if (first_exited_.empty()) {
@@ -235,6 +252,26 @@ void Launcher::CheckTimeouts() {
   if (!first_exited_.empty() && !sim_reported_ && since_left_.seconds() > kEndSeconds) {
     Fail(first_exited_ + " left the run before its end");
   }
+}
+
+Result<void> Launcher::CarryOutOrder(const std::string& order) {
+  const Result<bridge::ControlCommand> command = bridge::ParseControl(order);
+  const auto module = command ? plan_.robot().FindModule(command->part.module) : std::nullopt;
+  if (!module) return morphbus::Fail("no such module: " + order);
+  const std::string name = ModuleName(plan_.robot().modules[*module]);
+  ChildProcess* child = Find(name);
+  // Killed on purpose, it does not end the run; whether the others can go on without it is theirs
+  // to find out.
+  if (command->kind == bridge::ControlKind::kKill) {
+    if (child == nullptr || child->Poll()) return morphbus::Fail(name + " does not run");
+    killed_.insert(name);
+    child->Signal(SIGKILL);
+    return {};
+  }
+  // Two processes must never claim to be one module: the old one is gone before the new one starts.
+  children_.remove_if([&](const ChildProcess& other) { return other.name() == name; });
+  killed_.erase(name);
+  return StartModule(static_cast<size_t>(*module), true);
 }
 
 void Launcher::Fail(const std::string& error) {

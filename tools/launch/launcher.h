@@ -3,6 +3,7 @@
 
 #include <list>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -36,8 +37,11 @@ class Launcher {
   /// Starts logger, sim and modules, in this order: the log is open before anyone speaks. Fails at
   /// the first process that does not start; those before it run on, for StopAll to end.
   Result<void> StartAll();
-  /// Starts morphbus-module for the module of this index in the robot.
-  Result<void> StartModule(size_t module);
+  /// Starts morphbus-module for the module of this index in the robot; with `resume`, it goes on
+  /// from what its process before it has saved.
+  Result<void> StartModule(size_t module, bool resume);
+  /// Kills or restarts a module at somebody's command. Fails if there is nothing to kill.
+  Result<void> CarryOutOrder(const std::string& order);
   /// Starts a process that reports over a link of its own, and returns the launcher's end of the
   /// link. `argv` is completed with the description, the link's descriptor and the LCM URL;
   /// `death_signal` is what the process gets when the launcher dies.
@@ -76,7 +80,8 @@ class Launcher {
   bool log_reported_ = false;  ///< The logger has said where the closed log is.
   bool interrupted_ = false;   ///< A signal came, and the sim was told to stop.
   WallTimer since_interrupted_;
-  std::string first_exited_;  ///< Who ended, without an error, before the simulator's report.
+  std::set<std::string> killed_;  ///< Processes that were killed by command.
+  std::string first_exited_;      ///< Who ended, without an error, before the simulator's report.
   WallTimer since_left_;
   /// Since the sim's last report of progress; none until the first, for building a robot takes
   /// time.

@@ -12,6 +12,7 @@
 #include "logger/log/run_log.h"
 #include "tools/base/messages.h"
 #include "tools/base/model_io.h"
+#include "tools/base/program.h"
 #include "tools/launch/static_roles.h"
 #include "tools/launch/walk_figures.h"
 
@@ -101,6 +102,23 @@ std::vector<std::string> RoleProblems(
     problems.insert(problems.end(), module.problems.begin(), module.problems.end());
   }
   return problems;
+}
+
+/// The plan with the program that a module ran last, where one was deployed while the robot ran.
+RunPlan PlanAtEnd(const RunPlan& plan, const logger::RunLog& log) {
+  RunPlan end = plan;
+  for (const logger::ModuleSeries& module : log.modules) {
+    if (module.status.empty()) continue;
+    const auto hash = static_cast<uint64_t>(module.status.back().status.header.program_hash);
+    const auto image = log.deployed.find(hash);
+    if (image == log.deployed.end()) continue;
+    end.description.set_program_image(image->second);
+    end.description.set_program_hash(hash);
+    // Only the name of its source is known, without a folder.
+    const auto program = VerifyProgram(image->second);
+    if (program) end.description.set_program_file(ToString((*program)->source_name()));
+  }
+  return end;
 }
 
 /// How far the robot went and turned, as JSON; null without poses.
@@ -198,7 +216,7 @@ RunSummary Summarize(const RunPlan& plan, RunOutcome outcome) {
                          module.status.empty() ? "" : module.status.back().status.role_name);
   }
   // What follows is worked out from the plan's model and the log together.
-  s.problems = RoleProblems(plan, s.roles);
+  s.problems = RoleProblems(log->deployed.empty() ? plan : PlanAtEnd(plan, *log), s.roles);
   s.displacement = MeasureDisplacement(*log, RootBody(plan));
   s.walk = MeasureWalk(*log, Trunk(plan));
   return s;

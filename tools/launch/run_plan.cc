@@ -163,6 +163,11 @@ std::optional<RunPlan> PlanRun(const RunOptions& options) {
   plan.description.set_program_hash(program->hash);
   plan.description.set_run(options.run);
   if (!AddKinematics(*model, *robot, &plan.description)) return std::nullopt;
+  if (!options.commands.empty()) {
+    std::optional<ControlScript> script = LoadScript(options.commands, *model);
+    if (!script) return std::nullopt;
+    plan.script = std::move(*script);
+  }
   // The index outlives the move of the model; the pointer would not.
   plan.robot_index = static_cast<int>(robot - model->robots.data());
   plan.model = std::move(*model);

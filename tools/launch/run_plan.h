@@ -11,6 +11,7 @@
 #include "compiler/model/run_description.pb.h"
 #include "sim/bullet_robot.h"
 #include "tools/base/options.h"
+#include "tools/launch/control_script.h"
 
 namespace morphbus::tools {
 
@@ -43,6 +44,8 @@ struct RunOptions {
   /// The result is printed as one JSON object.
   bool json = false;
   int repeat = 1;  ///< Runs one after the other.
+  /// Path of commands and the ticks at which they are given; empty: none.
+  std::string commands;
 };
 
 /// Adds the options that say what runs: files, robot, and what goes into the run's description.
@@ -58,6 +61,8 @@ struct RunPlan {
   model::Model model;
   /// Which robot of `model` runs.
   int robot_index = 0;
+  /// What is done to the robot while it runs.
+  ControlScript script;
 
   /// The robot that runs; it belongs to this plan.
   [[nodiscard]] const model::Robot& robot() const { return model.robots[robot_index]; }

@@ -102,6 +102,7 @@ Result<RunEntry> ReadEntry(const std::string& path, const std::string& name) {
   if (!json.is_object()) return Fail(path + "/run.json is damaged");
   RunEntry entry = json;
   entry.name = name;
+  entry.folder = path;
   return entry;
 }
 

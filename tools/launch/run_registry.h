@@ -24,6 +24,8 @@ struct RunEntry {
   std::string url;  ///< LCM URL of its bus; empty for a run in one process.
   /// Whether the run has a private network, which others must join to hear it.
   bool isolated = false;
+  /// The run's directory, absolute; known to who reads the entry.
+  std::string folder = {};
 };
 
 /// The directory of one run, mode 0700, under $XDG_RUNTIME_DIR/morphbus or /tmp/morphbus-<uid>.

@@ -61,7 +61,10 @@ void SpyTable::Take(std::string_view channel, const uint8_t* data, size_t size, 
   const LcmType* type = schema_.Find(bridge::FingerprintOf(data, size));
   if (type != nullptr) stream.type = type->name;
   // Requests on one ASK channel come from many senders, each with numbers of its own.
-  if (name->topic == bridge::Topic::kAsk || name->topic == bridge::Topic::kHello) return;
+  if (name->topic == bridge::Topic::kAsk || name->topic == bridge::Topic::kHello ||
+      name->topic == bridge::Topic::kControl) {
+    return;
+  }
   if (stream.tracker.Take(header.sequence, &stream.ledger) == bridge::SequenceTracker::Kind::kLate)
     ++stream.late;
   if (name->topic != bridge::Topic::kStatus) return;

@@ -1,0 +1,334 @@
+#include "bridge/control/control_command.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
+
+#include "bridge/wire/codec.h"
+#include "bridge/wire/wire_limits.h"
+#include "compiler/base/text.h"
+#include "compiler/source/diagnostics.h"
+
+namespace morphbus::bridge {
+namespace {
+
+/// How answers begin, and the words for their states.
+constexpr std::string_view kAnswer = "answer ";
+constexpr std::string_view kStates[] = {"done", "later", "refused"};
+
+/// The commands, in order of ControlKind.
+struct CommandRow {
+  const char* name;
+  /// What follows the name, for messages and the help.
+  const char* usage;
+  /// How many words may follow; of options, `--to` and `--cold`, which it takes.
+  size_t least, most;
+  bool takes_to, takes_cold;
+};
+/// A command has no room for so many words.
+constexpr size_t kAnyNumber = 64;
+constexpr CommandRow kCommands[] = {
+    {"pause", "", 0, 0, false, false},
+    {"resume", "", 0, 0, false, false},
+    {"step", " [N]", 0, 1, false, false},
+    {"speed", " X", 1, 1, false, false},
+    {"stop", "", 0, 0, false, false},
+    {"push", " BODY DIRECTION NEWTON [SECONDS]", 3, 4, false, false},
+    {"kill", " m2", 1, 1, false, false},
+    {"restart", " m2 [--cold]", 1, 1, false, true},
+    {"connect", " m1.c2 m2.c5", 2, 2, false, false},
+    {"disconnect", " m2.c3", 1, 1, false, false},
+    {"deploy", " PROG.dyn [--to m5]", 1, 2, true, false},
+    {"invoke", " Role.command [ARGUMENT...] [--to m5]", 1, kAnyNumber, true, false},
+};
+
+/// The directions of the world by name: north, up, east are x, y, z.
+struct NamedDirection {
+  const char* name;
+  std::array<double, 3> direction_W;
+};
+constexpr NamedDirection kDirections[] = {
+    {"NORTH", {1, 0, 0}}, {"SOUTH", {-1, 0, 0}}, {"UP", {0, 1, 0}},
+    {"DOWN", {0, -1, 0}}, {"EAST", {0, 0, 1}},   {"WEST", {0, 0, -1}},
+};
+
+/// The parts between separators; empty ones are left out.
+std::vector<std::string> SplitWords(std::string_view text, char separator) {
+  std::vector<std::string> words;
+  while (!text.empty()) {
+    const size_t end = std::min(text.find(separator), text.size());
+    if (end > 0) words.emplace_back(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return words;
+}
+
+/// The whole word as a number, finite if it is a double; nothing if it is none.
+template <class Number>
+std::optional<Number> ToNumber(std::string_view word, int base = 10) {
+  Number number = 0;
+  const char* end = word.data() + word.size();
+  // Unlike strtod this knows no locale, no blanks and no plus sign.
+  std::from_chars_result read = {};
+  if constexpr (std::is_floating_point_v<Number>) {
+    read = std::from_chars(word.data(), end, number);
+    if (!std::isfinite(number)) return std::nullopt;
+  } else {
+    read = std::from_chars(word.data(), end, number, base);
+  }
+  if (read.ec != std::errc() || read.ptr != end) return std::nullopt;
+  return number;
+}
+
+/// Reads a number from `least` to `most` into `out`.
+template <class Number>
+Result<void> TakeNumber(const std::string& what, const std::string& word, Number least, Number most,
+                        Number* out) {
+  const std::optional<Number> number = ToNumber<Number>(word);
+  if (!number || *number < least || *number > most) {
+    return Fail(fmt::format("{}: expected a number, {} to {}, not '{}'", what, least, most, word));
+  }
+  *out = *number;
+  return {};
+}
+
+/// Reads "m2" or, where a part is wanted, "m2.c3".
+Result<void> TakePart(const std::string& word, bool wanted, ControlPart* out) {
+  // A link's or connector's name has no dot, so the first one ends the module's.
+  const size_t dot = word.find('.');
+  out->module = word.substr(0, dot);
+  if (dot != std::string::npos) out->part = word.substr(dot + 1);
+  if (out->module.empty() || (dot != std::string::npos && out->part.empty()) ||
+      (wanted && out->part.empty())) {
+    return Fail(fmt::format("expected {}, not '{}'", wanted ? "MODULE.CONNECTOR" : "MODULE", word));
+  }
+  return {};
+}
+
+/// Reads NORTH and its kin, or "n,u,e".
+Result<void> TakeDirection(const std::string& word, std::array<double, 3>* out) {
+  // By name, as people mostly write it; the names are also for the error.
+  std::vector<std::string> names;
+  for (const NamedDirection& named : kDirections) {
+    names.emplace_back(named.name);
+    if (word != named.name) continue;
+    *out = named.direction_W;
+    return {};
+  }
+  // Else three numbers, which must not all be zero.
+  const std::vector<std::string> numbers = SplitWords(word, ',');
+  for (size_t i = 0; numbers.size() == 3 && i < 3; ++i) {
+    const Result<void> taken = TakeNumber("direction", numbers[i], -1e6, 1e6, &(*out)[i]);
+    if (!taken) return taken;
+  }
+  if (std::hypot((*out)[0], (*out)[1], (*out)[2]) >= 1e-6) return {};
+  const std::string nearest = source::NearestName(word, names);
+  return Fail(fmt::format("direction: expected one of {}, or north,up,east as numbers, not '{}'{}",
+                          fmt::join(names, ", "), word,
+                          nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));
+}
+
+/// "m2" or "m2.c3".
+std::string PartText(const ControlPart& part) {
+  return part.part.empty() ? part.module : part.module + "." + part.part;
+}
+
+/// The name of a direction that has one, else its numbers.
+std::string DirectionText(const std::array<double, 3>& direction_W) {
+  for (const NamedDirection& named : kDirections) {
+    if (named.direction_W == direction_W) return named.name;
+  }
+  return fmt::format("{},{},{}", direction_W[0], direction_W[1], direction_W[2]);
+}
+
+/// Takes the options out of `words`, from the second one on.
+Result<void> TakeOptions(const CommandRow& row, std::vector<std::string>* words,
+                         ControlCommand* command) {
+  for (size_t i = 1; i < words->size();) {
+    // Options may stand anywhere behind the name; what remains are the command's own words.
+    const std::string& word = (*words)[i];
+    const auto at = words->begin() + static_cast<std::ptrdiff_t>(i);
+    if (row.takes_cold && word == "--cold") {
+      command->cold = true;
+      words->erase(at);
+    } else if (row.takes_to && word == "--to") {
+      if (i + 1 == words->size() || !command->to.empty()) return Fail("--to: expected one module");
+      command->to = (*words)[i + 1];
+      words->erase(at, at + 2);
+    } else if (word.starts_with("--")) {
+      return Fail(fmt::format("{}: unknown option {}", row.name, word));
+    } else {
+      ++i;
+    }
+  }
+  return {};
+}
+
+/// BODY DIRECTION NEWTON [SECONDS].
+Result<void> TakePush(const std::vector<std::string>& words, ControlCommand* command) {
+  Result<void> taken = TakePart(words[1], false, &command->part);
+  if (taken) taken = TakeDirection(words[2], &command->direction_W);
+  if (taken) taken = TakeNumber("NEWTON", words[3], 0.0, 1e4, &command->newtons);
+  if (taken && words.size() > 4) {
+    taken = TakeNumber("SECONDS", words[4], 0.0, 1e4, &command->seconds);
+  }
+  return taken;
+}
+
+/// PROGRAM [HASH]: people name the program, tools add the hash of its image.
+Result<void> TakeDeploy(const std::vector<std::string>& words, ControlCommand* command) {
+  command->program = words[1];
+  if (words.size() == 2) return {};
+  const std::optional<uint64_t> hash = ToNumber<uint64_t>(words[2], 16);
+  if (!hash || *hash == 0) return Fail("deploy: '" + words[2] + "' is no hash of an image");
+  command->program_hash = *hash;
+  return {};
+}
+
+/// Role.command and its arguments, which only the program can type.
+Result<void> TakeInvoke(const std::vector<std::string>& words, ControlCommand* command) {
+  const size_t dot = words[1].find('.');
+  if (dot == 0 || dot == std::string::npos || dot + 1 == words[1].size()) {
+    return Fail("invoke: expected Role.command, not '" + words[1] + "'");
+  }
+  command->role = words[1].substr(0, dot);
+  command->routine = words[1].substr(dot + 1);
+  command->arguments.assign(words.begin() + 2, words.end());
+  return {};
+}
+
+/// Reads what follows the name; there are as many words as the command takes.
+Result<void> TakeWords(const std::vector<std::string>& words, ControlCommand* command) {
+  switch (command->kind) {
+    case ControlKind::kPause:
+    case ControlKind::kResume:
+    case ControlKind::kStop:
+      return {};
+    case ControlKind::kStep:
+      if (words.size() == 1) return {};
+      return TakeNumber<int64_t>("step", words[1], 1, 1'000'000, &command->steps);
+    case ControlKind::kSpeed:
+      return TakeNumber("speed", words[1], 0.0, 1e6, &command->speed);
+    case ControlKind::kPush:
+      return TakePush(words, command);
+    case ControlKind::kKill:
+    case ControlKind::kRestart: {
+      const Result<void> taken = TakePart(words[1], false, &command->part);
+      if (taken && !command->part.part.empty()) return Fail("expected MODULE, not " + words[1]);
+      return taken;
+    }
+    case ControlKind::kConnect: {
+      const Result<void> taken = TakePart(words[1], true, &command->part);
+      return taken ? TakePart(words[2], true, &command->mate) : taken;
+    }
+    case ControlKind::kDisconnect:
+      return TakePart(words[1], true, &command->part);
+    case ControlKind::kDeploy:
+      return TakeDeploy(words, command);
+    case ControlKind::kInvoke:
+      return TakeInvoke(words, command);
+  }
+  return Fail("no such command");
+}
+
+}  // namespace
+
+Result<ControlCommand> ParseControl(std::string_view text) {
+  if (text.size() > kLongestText) {
+    return Fail(fmt::format("a command has at most {} bytes", kLongestText));
+  }
+  // Names and paths may be any text but for this: nothing that a terminal or a log would show as
+  // something else.
+  if (EscapeControl(text) != text) return Fail("a command is one line of printable text");
+  std::vector<std::string> words = SplitWords(text, ' ');
+  if (words.empty()) return Fail("expected a command");
+  // The name leads to the row that says what follows.
+  const auto row = std::find_if(std::begin(kCommands), std::end(kCommands),
+                                [&](const CommandRow& r) { return words[0] == r.name; });
+  if (row == std::end(kCommands)) {
+    std::vector<std::string> names;
+    for (const CommandRow& r : kCommands) names.emplace_back(r.name);
+    const std::string nearest = source::NearestName(words[0], names);
+    return Fail(fmt::format("no command '{}'{}", words[0],
+                            nearest.empty()
+                                ? "; there are " + fmt::format("{}", fmt::join(names, ", "))
+                                : " (did you mean '" + nearest + "'?)"));
+  }
+  ControlCommand command;
+  // The row's place is the kind; options go first, for they may stand between other words.
+  command.kind = static_cast<ControlKind>(row - std::begin(kCommands));
+  if (Result<void> r = TakeOptions(*row, &words, &command); !r) return Fail(r.error().message);
+  if (words.size() - 1 < row->least || words.size() - 1 > row->most) {
+    return Fail(fmt::format("expected: {}{}", row->name, row->usage));
+  }
+  if (Result<void> r = TakeWords(words, &command); !r) return Fail(r.error().message);
+  return command;
+}
+
+std::string ControlText(const ControlCommand& command) {
+  std::string text = kCommands[static_cast<size_t>(command.kind)].name;
+  const auto add = [&text](const std::string& word) { text += " " + word; };
+  // Only what the command has is written; numbers in the shortest form that reads back the same.
+  if (command.kind == ControlKind::kStep) add(std::to_string(command.steps));
+  if (command.kind == ControlKind::kSpeed) add(fmt::format("{}", command.speed));
+  // What is acted on comes before how.
+  if (!command.part.module.empty()) add(PartText(command.part));
+  if (!command.mate.module.empty()) add(PartText(command.mate));
+  if (command.kind == ControlKind::kPush) {
+    add(DirectionText(command.direction_W));
+    add(fmt::format("{}", command.newtons));
+    if (command.seconds > 0) add(fmt::format("{}", command.seconds));
+  }
+  if (command.cold) add("--cold");
+  // A program with its hash, a call with its arguments, then who gets it.
+  if (!command.program.empty()) add(command.program);
+  if (command.program_hash != 0) add(Hex(command.program_hash));
+  if (!command.role.empty()) add(command.role + "." + command.routine);
+  for (const std::string& argument : command.arguments) add(argument);
+  if (!command.to.empty()) add("--to " + command.to);
+  return text;
+}
+
+std::vector<std::string> ControlUsages() {
+  std::vector<std::string> usages;
+  for (const CommandRow& row : kCommands) usages.push_back(std::string(row.name) + row.usage);
+  return usages;
+}
+
+std::string AnswerText(const ControlAnswer& answer) {
+  const std::string text =
+      fmt::format("{}{} {} {}", kAnswer, answer.counter, kStates[static_cast<size_t>(answer.state)],
+                  answer.state == ControlAnswer::State::kRefused
+                      ? fmt::format("{} {}", answer.status, answer.reason)
+                      : std::to_string(answer.tick));
+  return CutText(text, kLongestText);
+}
+
+bool IsAnswer(std::string_view text) { return text.starts_with(kAnswer); }
+
+Result<ControlAnswer> ParseAnswer(std::string_view text) {
+  const std::vector<std::string> words = SplitWords(text, ' ');
+  if (!IsAnswer(text) || words.size() < 4) return Fail("no answer");
+  // The answers that are read here are signed by the sim, but a text is a text.
+  ControlAnswer answer;
+  const auto state = std::find(std::begin(kStates), std::end(kStates), words[2]);
+  const std::optional<int64_t> counter = ToNumber<int64_t>(words[1]);
+  const std::optional<int64_t> number = ToNumber<int64_t>(words[3]);
+  if (!counter || !number || state == std::end(kStates)) return Fail("no answer");
+  answer.counter = *counter;
+  answer.state = static_cast<ControlAnswer::State>(state - std::begin(kStates));
+  // A refusal has a status, and then a reason up to the end.
+  if (answer.state != ControlAnswer::State::kRefused) {
+    answer.tick = *number;
+    return answer;
+  }
+  answer.status = static_cast<int>(std::clamp<int64_t>(*number, 1, 3));
+  const std::string head = fmt::format("{}{} refused {} ", kAnswer, words[1], words[3]);
+  if (text.starts_with(head)) answer.reason = text.substr(head.size());
+  return answer;
+}
+
+}  // namespace morphbus::bridge

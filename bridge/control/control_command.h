@@ -1,0 +1,96 @@
+#pragma once
+// Commands to a running robot as text: what `morphbus control` takes, what CONTROL and CLOCK carry,
+// and what `run --commands` reads are one language.
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "compiler/base/result.h"
+
+namespace morphbus::bridge {
+
+/// What a command does; the texts are in the same order in control_command.cc.
+enum class ControlKind : uint8_t {
+  // The run as a whole: it holds between two ticks, goes on, runs some ticks, changes its pace,
+  // ends.
+  kPause,
+  kResume,
+  kStep,
+  kSpeed,
+  kStop,
+  // The robot: a force on a body, the process of a module, two connectors.
+  kPush,
+  kKill,
+  kRestart,
+  kConnect,
+  kDisconnect,
+  // The program: another one for all modules, a command of the one that runs.
+  kDeploy,
+  kInvoke,
+};
+
+/// A module, or a part of one: "m2", "m2.c3", "m2.active_block".
+struct ControlPart {
+  std::string module;  ///< Its name in the robot.
+  std::string part;    ///< Name of a link or connector; empty if the module alone is named.
+};
+
+/// One command, its numbers checked. Whether the names in it exist, only the run knows. Of the
+/// fields only those mean something that the kind has.
+struct ControlCommand {
+  ControlKind kind = ControlKind::kPause;
+  /// The body that is pushed, the module that is killed or restarted, the connector that is taken
+  /// off or joined, and the connector that it is joined to.
+  ControlPart part, mate;
+  int64_t steps = 1;  ///< kStep: ticks to run.
+  double speed = 0;   ///< kSpeed: times real time; 0: as fast as possible.
+  /// kPush: direction in W (north, up, east; any length but 0), force and sim time.
+  std::array<double, 3> direction_W = {0, 0, 0};
+  double newtons = 0;
+  double seconds = 0;  ///< 0: one control tick.
+  bool cold = false;   ///< kRestart: the module begins anew, without what it knew.
+  /// kDeploy: path of the program as the user wrote it, and the hash of its image; 0 where the
+  /// program has not been compiled yet.
+  std::string program;
+  uint64_t program_hash = 0;
+  /// kInvoke: role, its command, and the arguments as they were written.
+  std::string role, routine;
+  std::vector<std::string> arguments;
+  std::string to;  ///< kDeploy, kInvoke: the module that gets it; empty: the root.
+};
+
+/// Reads a command, words with blanks between them. Fails in a sentence that says what was expected
+/// or suggests the nearest command.
+Result<ControlCommand> ParseControl(std::string_view text);
+
+/// The command as text: equal commands are equal texts, which ParseControl reads back. Numbers have
+/// the shortest form that gives the same number, so that a run that is repeated is the same run.
+std::string ControlText(const ControlCommand& command);
+
+/// How to write each command, for the help.
+std::vector<std::string> ControlUsages();
+
+/// What the sim says of a command.
+struct ControlAnswer {
+  enum class State : uint8_t { kDone, kLater, kRefused };
+  /// That of the command which is answered.
+  int64_t counter = 0;
+  /// kDone: it takes effect at `tick`, which CLOCK names. kLater: it will once the run gets there,
+  /// which holds still now. kRefused: nothing happens, for `reason`.
+  State state = State::kRefused;
+  /// kDone and kLater: the tick.
+  int64_t tick = 0;
+  int status = 0;      ///< kRefused: exit status for who gave the command.
+  std::string reason;  ///< kRefused: a sentence for people.
+};
+
+/// An answer as the text of a control_t, cut to what a message holds. No command begins so.
+std::string AnswerText(const ControlAnswer& answer);
+/// Whether the text is that of an answer, and the answer; fails if it cannot be read.
+bool IsAnswer(std::string_view text);
+Result<ControlAnswer> ParseAnswer(std::string_view text);
+
+}  // namespace morphbus::bridge

@@ -1,0 +1,134 @@
+#include "bridge/control/control_service.h"
+
+#include <algorithm>
+#include <morphbus/control_t.hpp>
+#include <optional>
+#include <utility>
+
+#include "bridge/wire/channels.h"
+#include "bridge/wire/codec.h"
+
+namespace morphbus::bridge {
+namespace {
+
+/// Answers that are kept for senders that did not hear them, and how often one may be repeated.
+constexpr size_t kKeptAnswers = 64;
+constexpr int64_t kRepeatUs = 2000;
+/// Time after which a tool gives its command again.
+constexpr int64_t kAskAgainUs = 200'000;
+/// What exit statuses 2 and 3 mean to who gave the command (docs/cli.md).
+constexpr int kUnusableStatus = 2, kFailedStatus = 3;
+/// The answer to a signed command that a later one has overtaken.
+constexpr const char* kOvertakenText = "a later command came first; give it again";
+
+/// A refusal with its reason.
+ControlAnswer Refusal(int64_t counter, int status, const std::string& reason) {
+  return {counter, ControlAnswer::State::kRefused, 0, status, reason};
+}
+
+}  // namespace
+
+ControlService::ControlService(Bus* bus, const TimeSource* time, const Sender& sender,
+                               const ControlKey& key, Ledger* ledger, Execute execute)
+    : time_(*time),
+      key_(key),
+      ledger_(*ledger),
+      guard_(key, ledger),
+      outbox_(bus, sender, ledger),
+      channel_(Channel(sender.run, "", Topic::kControl)),
+      execute_(std::move(execute)) {
+  bus->Subscribe(channel_, [this](std::string_view, const uint8_t* data, size_t size) {
+    OnMessage(data, size);
+  });
+}
+
+void ControlService::Answer(const ControlAnswer& answer) {
+  // Kept before it is sent: the sender may ask again at once.
+  kept_.push_back({answer, time_.NowUs()});
+  if (kept_.size() > kKeptAnswers) kept_.pop_front();
+  morphbus::control_t message = Seal(key_, time_.NowUs(), AnswerText(answer));
+  outbox_.Send(channel_, answer.tick, 0, &message);
+}
+
+void ControlService::Repeat(int64_t counter) {
+  // Few are kept, so that a search from the front is no burden.
+  const auto found = std::find_if(kept_.begin(), kept_.end(),
+                                  [&](const Kept& kept) { return kept.answer.counter == counter; });
+  // What has not been answered yet will be.
+  if (found == kept_.end() || time_.NowUs() < found->sent_us + kRepeatUs) return;
+  const ControlAnswer answer = found->answer;
+  kept_.erase(found);
+  Answer(answer);
+}
+
+void ControlService::OnMessage(const uint8_t* data, size_t size) {
+  // Bytes that are no message at all, or of another model.
+  morphbus::control_t message;
+  if (!Decode(data, size, {outbox_.sender().model_hash, 0}, &message)) {
+    ++ledger_.bad;
+    ++ledger_.malformed_commands;
+    return;
+  }
+  // A sound message still may be anybody's.
+  ++ledger_.received;
+  using Verdict = ControlGuard::Verdict;
+  switch (guard_.Judge(message, time_.NowUs())) {
+    // Whoever has no key gets no answer, and what is ours we know.
+    case Verdict::kForged:
+    case Verdict::kAnswer:
+    case Verdict::kLate:
+      return;
+    case Verdict::kAgain:
+      return Repeat(message.counter);
+    case Verdict::kOvertaken:
+      return Answer(Refusal(message.counter, kFailedStatus, kOvertakenText));
+    case Verdict::kObey:
+      break;
+  }
+  // Signed and new: what it says is its sender's own doing, and so is a mistake in it.
+  const Result<ControlCommand> command = ParseControl(message.command);
+  if (command) return execute_(message.counter, *command);
+  ++ledger_.malformed_commands;
+  Answer(Refusal(message.counter, kUnusableStatus, command.error().message));
+}
+
+Result<ControlAnswer> GiveCommand(Bus* bus, const TimeSource& time, const Sender& sender,
+                                  const ControlKey& key, const std::string& command,
+                                  int64_t patience_us, const std::function<bool()>& stop) {
+  // The tool is no process of the run, so that its ledger serves nobody.
+  Ledger ledger;
+  Outbox outbox(bus, sender, &ledger);
+  const std::string channel = Channel(sender.run, "", Topic::kControl);
+  morphbus::control_t message = Seal(key, time.NowUs(), command);
+  // Only an answer that is signed, and to this very command, is believed.
+  std::optional<ControlAnswer> answer;
+  bus->Subscribe(channel, [&](std::string_view, const uint8_t* data, size_t size) {
+    morphbus::control_t heard;
+    if (!Decode(data, size, {sender.model_hash, 0}, &heard) || !IsAnswer(heard.command)) return;
+    const std::array<uint8_t, 32> mac = ControlMac(key, heard.counter, heard.command);
+    if (!std::equal(mac.begin(), mac.end(), heard.mac)) return;
+    const Result<ControlAnswer> parsed = ParseAnswer(heard.command);
+    if (!parsed || parsed->counter != message.counter) return;
+    // Two tools at once: the one that came second signs anew.
+    if (parsed->reason == kOvertakenText) {
+      message = Seal(key, time.NowUs(), command);
+    } else {
+      answer = *parsed;
+    }
+  });
+  const int64_t begin_us = time.NowUs();
+  int64_t next_us = begin_us;
+  // Repeated until it is answered: the bus may lose a datagram either way.
+  while (!answer && time.NowUs() < begin_us + patience_us && !(stop && stop())) {
+    if (time.NowUs() >= next_us) {
+      outbox.Send(channel, 0, 0, &message);
+      next_us = time.NowUs() + kAskAgainUs;
+    }
+    bus->Handle(20);
+  }
+  bus->Unsubscribe(channel);
+  if (!answer) return Fail("run " + sender.run + " does not answer");
+  return *answer;
+}
+
+}  // namespace morphbus::bridge

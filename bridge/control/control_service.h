@@ -1,0 +1,62 @@
+#pragma once
+// Both ends of CONTROL: the sim's, which takes commands and answers them, and that of a tool, which
+// gives one and waits for the answer.
+
+#include <deque>
+#include <functional>
+#include <string>
+
+#include "bridge/control/control_command.h"
+#include "bridge/control/control_seal.h"
+#include "bridge/lockstep/outbox.h"
+#include "bridge/lockstep/participant.h"
+
+namespace morphbus::bridge {
+
+/// The sim's end: hands signed commands on, once each, and answers them. A command that comes again
+/// because its sender has not heard the answer is answered again, at most every 2 ms.
+class ControlService {
+ public:
+  /// Called with each command that is to be obeyed. Answer() may be called at once or later.
+  using Execute = std::function<void(int64_t counter, const ControlCommand& command)>;
+
+  /// `sender`: the run and the model that commands must speak of. `bus`, `time` (the machine's
+  /// monotonic clock) and `ledger`, the sim's, outlive the service.
+  ControlService(Bus* bus, const TimeSource* time, const Sender& sender, const ControlKey& key,
+                 Ledger* ledger, Execute execute);
+
+  /// Publishes what became of a command.
+  void Answer(const ControlAnswer& answer);
+
+ private:
+  /// What the bus calls with every message on CONTROL, our own answers among them.
+  void OnMessage(const uint8_t* data, size_t size);
+  /// Publishes the answer to a command that was answered before.
+  void Repeat(int64_t counter);
+
+  /// An answer that may be asked for again, and when it was sent last.
+  struct Kept {
+    ControlAnswer answer;
+    /// On the monotonic clock, microseconds.
+    int64_t sent_us = 0;
+  };
+  // Who may speak, by which clock, and what is counted of it.
+  const TimeSource& time_;
+  ControlKey key_;
+  Ledger& ledger_;
+  ControlGuard guard_;
+  // Answers go out on their channel, numbered apart from the sim's other messages.
+  Outbox outbox_;
+  std::string channel_;
+  Execute execute_;
+  std::deque<Kept> kept_;  ///< The latest answers, oldest first.
+};
+
+/// A tool's end: gives one command and waits for the answer, repeating the command until it comes.
+/// Fails if none comes within `patience_us`, or if `stop` (may be null) says so. `time` is the
+/// machine's monotonic clock.
+Result<ControlAnswer> GiveCommand(Bus* bus, const TimeSource& time, const Sender& sender,
+                                  const ControlKey& key, const std::string& command,
+                                  int64_t patience_us, const std::function<bool()>& stop);
+
+}  // namespace morphbus::bridge

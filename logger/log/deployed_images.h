@@ -1,0 +1,23 @@
+#pragma once
+// Programs that were handed to a robot while it ran, put together from the pieces in SENSORS.
+
+#include <cstdint>
+#include <map>
+#include <morphbus/sensors_t.hpp>
+#include <string>
+
+namespace morphbus::logger {
+
+/// Collects the pieces of all deployments of a run. Pieces of one image come in order; whoever uses
+/// an image has it verified, for the log may be damaged.
+class DeployedImages {
+ public:
+  /// Takes the pieces of a message; an image that is whole goes to `whole`, under its hash.
+  void Take(const morphbus::sensors_t& sensors, std::map<uint64_t, std::string>* whole);
+
+ private:
+  // More than one only where a deployment was broken off.
+  std::map<int64_t, std::string> begun_;  ///< Images that are not whole yet, by hash.
+};
+
+}  // namespace morphbus::logger

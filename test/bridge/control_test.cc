@@ -1,0 +1,269 @@
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <fstream>
+#include <morphbus/control_t.hpp>
+#include <vector>
+
+#include "bridge/bus/inproc_bus.h"
+#include "bridge/control/control_service.h"
+#include "bridge/wire/channels.h"
+
+namespace morphbus::bridge {
+namespace {
+
+using Verdict = ControlGuard::Verdict;
+
+constexpr uint64_t kModel = 42;
+const Sender kSim = {"walk", "SIM", kModel, 0};
+const Sender kTool = {"walk", "TOOL", kModel, 0};
+
+/// A key of which each byte is `byte`.
+ControlKey KeyOf(uint8_t byte) {
+  ControlKey key;
+  key.fill(byte);
+  return key;
+}
+
+/// The error of a command that cannot be read; empty if it can.
+std::string ErrorOf(const std::string& text) {
+  const Result<ControlCommand> command = ParseControl(text);
+  return command ? "" : command.error().message;
+}
+
+TEST(ControlCommandTest, TextsAreReadBackAsTheyWere) {
+  for (const char* text :
+       {"pause", "resume", "step 5", "speed 0.5", "speed 0", "stop", "push m5 EAST 2",
+        "push m5.active_block 0.1,-2,3e-05 2.5 0.3", "kill m2", "restart m2", "restart m2 --cold",
+        "connect m1.c2 m2.c5", "disconnect m2.c3", "deploy models/x.dyn",
+        "deploy x.dyn 0123456789abcdef --to m5", "invoke Leg.turn 3 -0.5 $NORTH true --to m5"}) {
+    const Result<ControlCommand> command = ParseControl(text);
+    ASSERT_TRUE(command) << text << ": " << command.error().message;
+    EXPECT_EQ(ControlText(*command), text);
+  }
+}
+
+TEST(ControlCommandTest, OneCommandHasOneText) {
+  EXPECT_EQ(ControlText(*ParseControl("  push   m5 0,0,1 2.50  ")), "push m5 EAST 2.5");
+  EXPECT_EQ(ControlText(*ParseControl("step")), "step 1");
+  EXPECT_EQ(ControlText(*ParseControl("deploy --to m5 x.dyn")), "deploy x.dyn --to m5");
+}
+
+TEST(ControlCommandTest, ErrorsSayWhatWasExpected) {
+  EXPECT_EQ(ErrorOf("puase"), "no command 'puase' (did you mean 'pause'?)");
+  EXPECT_EQ(ErrorOf(""), "expected a command");
+  EXPECT_EQ(ErrorOf("pause now"), "expected: pause");
+  EXPECT_EQ(ErrorOf("push m5 EAST"), "expected: push BODY DIRECTION NEWTON [SECONDS]");
+  EXPECT_EQ(ErrorOf("step 0"), "step: expected a number, 1 to 1000000, not '0'");
+  EXPECT_EQ(ErrorOf("speed nan"), "speed: expected a number, 0 to 1000000, not 'nan'");
+  EXPECT_EQ(ErrorOf("kill m2 --cold"), "kill: unknown option --cold");
+  EXPECT_EQ(ErrorOf("deploy x.dyn --to"), "--to: expected one module");
+  EXPECT_EQ(ErrorOf("disconnect m2"), "expected MODULE.CONNECTOR, not 'm2'");
+  EXPECT_EQ(ErrorOf("invoke turn"), "invoke: expected Role.command, not 'turn'");
+  EXPECT_NE(ErrorOf("push m5 EST 2").find("(did you mean 'EAST'?)"), std::string::npos);
+  EXPECT_NE(ErrorOf("push m5 0,0,0 2"), "");
+  EXPECT_EQ(ErrorOf("deploy x\x1b.dyn"), "a command is one line of printable text");
+  EXPECT_NE(ErrorOf(std::string(300, 'x')), "");
+}
+
+TEST(ControlCommandTest, AnswersAreReadBackAsTheyWere) {
+  for (const ControlAnswer& answer :
+       {ControlAnswer{7, ControlAnswer::State::kDone, 412, 0, ""},
+        ControlAnswer{8, ControlAnswer::State::kLater, 413, 0, ""},
+        ControlAnswer{9, ControlAnswer::State::kRefused, 0, 2, "no module 'm55' here"}}) {
+    const std::string text = AnswerText(answer);
+    EXPECT_TRUE(IsAnswer(text));
+    EXPECT_FALSE(ParseControl(text)) << "an answer must be no command";
+    const Result<ControlAnswer> read = ParseAnswer(text);
+    ASSERT_TRUE(read);
+    EXPECT_EQ(AnswerText(*read), text);
+    EXPECT_EQ(read->reason, answer.reason);
+  }
+  EXPECT_FALSE(ParseAnswer("answer x done 1"));
+  EXPECT_FALSE(ParseAnswer("answer 1 perhaps 1"));
+}
+
+TEST(ControlSealTest, TheMacIsTheStandardOne) {
+  // RFC 4231's method with our key and text; the value is Python's:
+  // hmac.new(b'\x0b' * 32, (5).to_bytes(8, 'big') + b'pause', 'sha256').hexdigest()
+  std::string hex;
+  for (const uint8_t byte : ControlMac(KeyOf(0x0b), 5, "pause")) {
+    const char* digits = "0123456789abcdef";
+    hex += digits[byte >> 4];
+    hex += digits[byte & 15];
+  }
+  EXPECT_EQ(hex, "4402a3d1db9cbf97f1c7685b0164c5c12f836c8dd0812a1e472d52871492a419");
+}
+
+TEST(ControlSealTest, AKeyIsItsOwnersAlone) {
+  char folder[] = "/tmp/morphbus-key-XXXXXX";
+  ASSERT_NE(mkdtemp(folder), nullptr);
+  const std::string path = std::string(folder) + "/key";
+  ASSERT_TRUE(CreateControlKey(path));
+  struct stat info = {};
+  ASSERT_EQ(stat(path.c_str(), &info), 0);
+  EXPECT_EQ(info.st_mode & 0777, 0600u);
+  EXPECT_TRUE(ReadControlKey(path));
+  EXPECT_FALSE(CreateControlKey(path)) << "a key that is there already is not used";
+  ASSERT_EQ(chmod(path.c_str(), 0640), 0);
+  EXPECT_FALSE(ReadControlKey(path)) << "others may read it";
+  ASSERT_EQ(chmod(path.c_str(), 0600), 0);
+  std::ofstream(path) << "short";
+  EXPECT_FALSE(ReadControlKey(path));
+  std::filesystem::remove_all(folder);
+}
+
+TEST(ControlGuardTest, OnlyFreshSignedNewCommandsAreObeyed) {
+  Ledger ledger;
+  ControlGuard guard(KeyOf(1), &ledger);
+  const int64_t now = 1'000'000'000;
+  EXPECT_EQ(guard.Judge(Seal(KeyOf(1), now, "pause"), now), Verdict::kObey);
+  EXPECT_EQ(guard.Judge(Seal(KeyOf(1), now, "pause"), now + 10), Verdict::kAgain);
+  EXPECT_EQ(guard.Judge(Seal(KeyOf(1), now - 5, "pause"), now), Verdict::kOvertaken);
+  EXPECT_EQ(guard.Judge(Seal(KeyOf(2), now + 1, "pause"), now), Verdict::kForged);
+  EXPECT_EQ(guard.Judge(Seal(KeyOf(1), now - ControlGuard::kFreshUs - 1, "stop"), now),
+            Verdict::kLate);
+  EXPECT_EQ(guard.Judge(Seal(KeyOf(1), now + ControlGuard::kFreshUs + 1, "stop"), now),
+            Verdict::kLate);
+  EXPECT_EQ(guard.Judge(Seal(KeyOf(1), now + 2, "answer 1 done 1"), now), Verdict::kAnswer);
+  // Neither the counter nor the text can be changed.
+  morphbus::control_t altered = Seal(KeyOf(1), now + 3, "pause");
+  altered.counter += 1;
+  EXPECT_EQ(guard.Judge(altered, now), Verdict::kForged);
+  altered = Seal(KeyOf(1), now + 3, "pause");
+  altered.command = "stop";
+  EXPECT_EQ(guard.Judge(altered, now), Verdict::kForged);
+  EXPECT_EQ(guard.Judge(Seal(KeyOf(1), now + 3, "resume"), now), Verdict::kObey);
+  EXPECT_EQ(ledger.forged_commands, 3);
+  EXPECT_EQ(ledger.replayed_commands, 2);
+  EXPECT_EQ(ledger.late_commands, 2);
+}
+
+TEST(ControlGuardTest, NoneOfAThousandOldCommandsIsObeyedAgain) {
+  Ledger ledger;
+  ControlGuard guard(KeyOf(1), &ledger);
+  const int64_t now = 1'000'000'000;
+  for (int i = 0; i < 3000; ++i) {
+    ASSERT_EQ(guard.Judge(Seal(KeyOf(1), now + i, "step 1"), now), Verdict::kObey);
+  }
+  for (int i = 0; i < 3000; ++i) {
+    ASSERT_NE(guard.Judge(Seal(KeyOf(1), now + i, "step 1"), now), Verdict::kObey);
+  }
+  EXPECT_EQ(ledger.replayed_commands, 3000);
+}
+
+/// The sim's end with what it was told to do, and a hub on which others are.
+class ControlServiceTest : public ::testing::Test {
+ protected:
+  ControlServiceTest()
+      : sim_bus_(hub_.Connect()),
+        service_(sim_bus_.get(), &time_, kSim, KeyOf(1), &ledger_,
+                 [this](int64_t counter, const ControlCommand& command) {
+                   done_.push_back(ControlText(command));
+                   service_.Answer({counter, ControlAnswer::State::kDone, 7, 0, ""});
+                 }) {
+    // As on a machine that has run for a while.
+    time_.AdvanceTo(1'000'000'000);
+  }
+
+  /// A tool's bus, whose every wait gives the others their turn and lets time pass.
+  class ToolBus : public Bus {
+   public:
+    ToolBus(InprocHub* hub, VirtualTime* time, int deaf)
+        : hub_(*hub), time_(*time), bus_(hub->Connect()), deaf_(deaf) {}
+    void Publish(const std::string& channel, const uint8_t* data, size_t size) override {
+      bus_->Publish(channel, data, size);
+    }
+    void Subscribe(const std::string& channel, Handler handler, const Interest&) override {
+      bus_->Subscribe(channel, [this, handler](std::string_view c, const uint8_t* d, size_t n) {
+        if (--deaf_ < 0) handler(c, d, n);
+      });
+    }
+    void SubscribePrefix(const std::string& prefix, Handler handler) override {
+      bus_->SubscribePrefix(prefix, std::move(handler));
+    }
+    void Unsubscribe(const std::string& channel) override { bus_->Unsubscribe(channel); }
+    int HandleFor(int64_t timeout_us) override {
+      time_.AdvanceTo(time_.NowUs() + timeout_us);
+      return hub_.HandleAll();
+    }
+
+   private:
+    InprocHub& hub_;
+    VirtualTime& time_;
+    std::unique_ptr<Bus> bus_;
+    int deaf_;  ///< Messages that it does not hear.
+  };
+
+  InprocHub hub_;
+  VirtualTime time_;
+  Ledger ledger_;
+  std::unique_ptr<Bus> sim_bus_;
+  std::vector<std::string> done_;
+  ControlService service_;
+};
+
+TEST_F(ControlServiceTest, ACommandIsDoneOnceAndAnswered) {
+  ToolBus tool(&hub_, &time_, 0);
+  const auto answer = GiveCommand(&tool, time_, kTool, KeyOf(1), "pause", 1'000'000, nullptr);
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(answer->tick, 7);
+  EXPECT_EQ(done_, std::vector<std::string>{"pause"});
+}
+
+TEST_F(ControlServiceTest, AnAnswerThatGotLostIsRepeatedAndNothingIsDoneTwice) {
+  // Of what the tool hears, the first messages are its own command and the first answer.
+  ToolBus tool(&hub_, &time_, 2);
+  const auto answer = GiveCommand(&tool, time_, kTool, KeyOf(1), "pause", 5'000'000, nullptr);
+  ASSERT_TRUE(answer) << answer.error().message;
+  EXPECT_EQ(done_.size(), 1u);
+}
+
+TEST_F(ControlServiceTest, WhoeverHasNoKeyIsNotAnswered) {
+  ToolBus tool(&hub_, &time_, 0);
+  const auto answer = GiveCommand(&tool, time_, kTool, KeyOf(2), "stop", 10'000, nullptr);
+  EXPECT_FALSE(answer);
+  EXPECT_TRUE(done_.empty());
+  EXPECT_GE(ledger_.forged_commands, 1);
+}
+
+TEST_F(ControlServiceTest, WhatCannotBeReadIsRefusedWithTheReason) {
+  ToolBus tool(&hub_, &time_, 0);
+  const auto answer = GiveCommand(&tool, time_, kTool, KeyOf(1), "puase", 1'000'000, nullptr);
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(answer->state, ControlAnswer::State::kRefused);
+  EXPECT_EQ(answer->status, 2);
+  EXPECT_EQ(answer->reason, "no command 'puase' (did you mean 'pause'?)");
+  EXPECT_EQ(ledger_.malformed_commands, 1);
+  // Neither is a message that is none.
+  tool.Publish(Channel("walk", "", Topic::kControl), {}, 0);
+  hub_.HandleAll();
+  EXPECT_EQ(ledger_.malformed_commands, 2);
+  EXPECT_TRUE(done_.empty());
+}
+
+TEST_F(ControlServiceTest, ForgedAnswersAreNotBelieved) {
+  ToolBus tool(&hub_, &time_, 0);
+  const auto forger = hub_.Connect();
+  Ledger ledger;
+  Outbox outbox(forger.get(), kSim, &ledger);
+  const std::string channel = Channel("walk", "", Topic::kControl);
+  forger->Subscribe(channel, [&](std::string_view, const uint8_t* data, size_t size) {
+    morphbus::control_t heard;
+    if (!Decode(data, size, {}, &heard) || IsAnswer(heard.command)) return;
+    // With a key of its own the forger claims to have done everything.
+    morphbus::control_t lie =
+        Seal(KeyOf(3), heard.counter + 1,
+             AnswerText({heard.counter, ControlAnswer::State::kDone, 99, 0, ""}));
+    outbox.Send(channel, 0, 0, &lie);
+  });
+  const auto answer = GiveCommand(&tool, time_, kTool, KeyOf(1), "pause", 1'000'000, nullptr);
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(answer->tick, 7);
+  EXPECT_EQ(ledger_.forged_commands, 1);
+}
+
+}  // namespace
+}  // namespace morphbus::bridge

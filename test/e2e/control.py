@@ -1,0 +1,458 @@
+#!/usr/bin/env python3
+"""`morphbus control` on the walking quadruped, as its users give commands: in lockstep and in real time, on a
+private network and on the tools' own. Whatever was done stands in the log, and is done again by --commands."""
+import hmac
+import json
+import os
+import pathlib
+import socket
+import struct
+import subprocess
+import time
+import unittest
+
+from support import BIN, EVENT, MODEL, PROGRAM, SOURCE, Case, as_json, await_condition, command, decode, encode, lcm_types, \
+    morphbus, read_events
+
+GREETER = """
+role Junction extends Module {
+  require (sizeof(self.connected) == 4);
+  command raise(float degrees, int times, bool left) {
+    if (left) { Foot.lift(degrees); }
+  }
+}
+role Foot extends Module {
+  label ankle = self.joints($ANY, 1);
+  command lift(degrees) { self.jointRotateDegreesNonBlocking(ankle, degrees); }
+}
+"""
+
+
+def written_so_far(path):
+    """The events of a log that is still written, as read_events has them; the last one may be cut."""
+    try:
+        data = pathlib.Path(path).read_bytes()
+    except OSError:
+        return []
+    events, at = [], 0
+    while at + EVENT.size <= len(data):
+        _, number, timestamp, channel_size, size = EVENT.unpack_from(data, at)
+        at += EVENT.size + channel_size + size
+        if at <= len(data):
+            events.append((number, timestamp, data[at - size - channel_size:at - size].decode(), data[at - size:at]))
+    return events
+
+
+class Live(Case):
+    """A run that is under way; pausing it makes what follows independent of the machine's speed."""
+
+    def start(self, *options, run='live', isolate=True):
+        self.run_name = run
+        self.path = self.folder / f'{run}.log'
+        self.process = subprocess.Popen(
+            command('run', MODEL, PROGRAM, '--robot', 'quadruped', '--run', run, '--log', self.path, '--json',
+                    *(['--isolate'] if isolate else []), *options),
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(self.process.communicate)
+        self.addCleanup(self.process.kill)
+        # The first tick has come when the sim takes commands.
+        await_condition(lambda: self.attempt('speed', 4) == 0, 'the run takes commands')
+
+    def attempt(self, *words):
+        return subprocess.run(command('control', *words, '--run', self.run_name), capture_output=True).returncode
+
+    def control(self, *words, **options):
+        return as_json('control', *words, '--run', self.run_name, **options)
+
+    def refuse(self, status, *words):
+        done = subprocess.run(command('control', *words, '--run', self.run_name), capture_output=True, text=True)
+        self.assertEqual(done.returncode, status, done.stdout + done.stderr)
+        self.assertEqual(done.stdout, '')
+        return done.stderr
+
+    def reach(self, tick):
+        """Waits until a tick is over; full speed until then."""
+        def over():
+            # A run that is slow to take up what was said before refuses more for a while.
+            done = subprocess.run(command('control', 'speed', 0, '--run', self.run_name, '--json'), capture_output=True)
+            return done.returncode == 0 and json.loads(done.stdout)['tick'] > tick
+        await_condition(over, f'tick {tick} is over')
+
+    def await_held(self, tick):
+        """Waits until a paused run has done its steps; asking so changes nothing."""
+        await_condition(lambda: f'at tick {tick}\n' in self.refuse(1, 'pause'), f'held at tick {tick}')
+
+    def end(self, status=0):
+        out, err = self.process.communicate(timeout=120)
+        self.assertEqual(self.process.returncode, status, out + err)
+        self.summary = json.loads(out)
+        return self.summary
+
+    def commands(self):
+        """What the log says was done: (tick, command)."""
+        return [(c['tick'], c['command']) for c in as_json('info', self.path)['commands']]
+
+    def clocks(self):
+        return [decode(data) for _, _, channel, data in read_events(self.path) if channel.endswith('/SIM/CLOCK')]
+
+    def world(self, tick, module):
+        """Where the first body of a module is at a tick."""
+        for _, _, channel, data in read_events(self.path):
+            if channel.endswith('/SIM/WORLD'):
+                world = decode(data)
+                if world.header.tick == tick:
+                    for body in world.bodies:
+                        if body.module_id == module:
+                            return body.position_m
+
+    def assert_repeats(self):
+        """The same commands at the same ticks make the same run, in one process or many."""
+        for name, arguments in (('text', ['--commands']), ('json', ['--json'])):
+            file = self.folder / name
+            file.write_text(morphbus('info', self.path, *arguments).stdout)
+        ticks = self.summary['ticks']
+        for file, where in (('text', '--inproc'), ('json', '--isolate')):
+            again = as_json('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', ticks * 0.02, where, '--run', 'again',
+                            '--commands', self.folder / file, '--log', self.folder / 'again.log', '--force',
+                            cwd=self.folder)
+            self.assertEqual(again['hash'], self.summary['hash'], where)
+            self.assertEqual(again['ended'], self.summary['ended'])
+
+
+class Lockstep(Live):
+    def test_pause_step_speed_resume_and_stop(self):
+        self.start()
+        paused = self.control('pause')['tick']
+        self.assertIn(f'paused already, at tick {paused}', self.refuse(1, 'pause'))
+        stepped = self.control('step', 3)
+        self.assertEqual((stepped['tick'], stepped['pending'], stepped['refused']), (paused + 1, False, None))
+        self.await_held(paused + 3)
+        resumed = self.control('resume')['tick']
+        self.assertEqual(resumed, paused + 4)
+        self.assertIn('the run is not paused', self.refuse(1, 'resume'))
+        self.assertIn('the run is not paused', self.refuse(1, 'step'))
+        said = morphbus('control', 'stop', '--run', 'live').stdout
+        self.assertRegex(said, r'^stop: tick \d+ \(\d+\.\d\d s\)\n$')
+        summary = self.end()
+        self.assertEqual(summary['ended'], 'stopped by command')
+        self.assertIsNone(summary['error'])
+        done = self.commands()
+        self.assertIn((paused, 'pause'), done)
+        self.assertIn((paused + 1, 'step 3'), done)
+        self.assertIn((resumed, 'resume'), done)
+        self.assertEqual(done[-1], (summary['ticks'], 'stop'))
+        self.assertIn('END verified, clean', morphbus('info', self.path).stdout)
+        self.assert_repeats()
+
+    def test_a_push_moves_the_body_and_nothing_else_differs_before(self):
+        self.start()
+        self.control('pause')
+        waits = self.control('push', 'm5.active_block', 'EAST', 20, 0.3)
+        self.assertTrue(waits['pending'])
+        self.assertIn("did you mean 'active_block'", self.refuse(2, 'push', 'm5.activ_block', 'EAST', 2))
+        self.assertIn("did you mean 'EAST'", self.refuse(2, 'push', 'm5', 'EST', 2))
+        self.refuse(2, 'push', 'm55', 'UP', 2)
+        self.assertEqual(self.control('resume')['tick'], waits['tick'])
+        self.reach(waits['tick'] + 20)
+        self.reach(30)
+        self.control('stop')
+        self.end()
+        self.assertIn((waits['tick'], 'push m5.active_block EAST 20 0.3'), self.commands())
+        self.assert_repeats()
+        # The same run without the push.
+        quiet = self.folder / 'quiet'
+        lines = [line for line in morphbus('info', self.path, '--commands').stdout.splitlines() if 'push' not in line]
+        quiet.write_text('\n'.join(lines))
+        pushed = self.path
+        self.path = self.folder / 'quiet.log'
+        morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--inproc', '--run', 'quiet', '--commands', quiet,
+                 '--seconds', 60, '--log', self.path, '--json')
+        apart = []
+        for tick in (waits['tick'], waits['tick'] + 20):
+            calm = self.world(tick, 4)
+            self.path, other = pushed, self.path
+            apart.append(self.world(tick, 4)[2] - calm[2])
+            self.path = other
+        self.assertEqual(apart[0], 0)
+        self.assertGreater(apart[1], 0.0005)
+
+    def test_connectors_open_and_close(self):
+        self.start()
+        self.control('pause')
+        self.assertIn('has no', self.refuse(2, 'disconnect', 'm2.c9'))
+        self.control('disconnect', 'm2.c3')
+        tick = self.control('connect', 'm2.c3', 'm5.c4')['tick']
+        self.control('step')
+        self.control('resume')
+        self.assertIn('is connected already', self.refuse(1, 'connect', 'm5.c4', 'm2.c3'))
+        self.assertIn('is not', self.refuse(1, 'disconnect', 'm1.c5'))
+        self.reach(30)
+        self.control('stop')
+        self.end()
+        self.assertEqual([c for t, c in self.commands() if t == tick and c != 'step 1'],
+                         ['disconnect m2.c3', 'connect m2.c3 m5.c4'])
+        self.assert_repeats()
+
+    def test_a_module_is_killed_and_started_again(self):
+        self.start()
+        self.control('pause')
+        self.control('kill', 'm2')
+        self.assertIn('module m2 does not run', self.refuse(1, 'kill', 'm2'))
+        self.control('restart', 'm2')
+        self.control('restart', 'm7')
+        self.control('resume')
+        reached = self.control('restart', 'm5')['tick']
+        self.reach(reached + 20)
+        self.assertIn('not possible yet', self.refuse(2, 'restart', 'm2', '--cold'))
+        self.reach(30)
+        self.control('stop')
+        self.end()
+        self.assert_repeats()
+
+    def test_a_module_that_stays_dead_ends_the_run(self):
+        self.start()
+        self.control('kill', 'm9')
+        self.assertEqual(self.end(3)['error'], 'm9 does not answer')
+
+    def test_a_program_is_deployed_and_its_commands_are_invoked(self):
+        self.start()
+        program = self.folder / 'greeter.dyn'
+        program.write_text(GREETER)
+        os.chdir(self.folder)
+        self.assertIn("did you mean 'move_thigh'", self.refuse(2, 'invoke', 'FrontLeftUpperHalf.move_thig'))
+        self.control('invoke', 'FrontLeftUpperHalf.move_thigh', '--to', 'm3')
+        begun = self.control('deploy', 'greeter.dyn', '--to', 'm5')
+        # Handed over piece by piece, then from module to module; m4 is last to hear of it.
+        await_condition(lambda: self.attempt('invoke', 'Foot.lift', 1, '--to', 'm4') == 0, 'm4 runs it')
+        self.assertIn('m5 runs this program already', self.refuse(1, 'deploy', 'greeter.dyn', '--to', 'm5'))
+        for words, why in ((['Junction.raise', 5, 2], 'takes 3 arguments, not 2'),
+                           (['Junction.raise', 5, 2.5, 'true'], 'argument 2 of Junction.raise: expected an int'),
+                           (['Junktion.raise', 5, 2, 'true'], "did you mean 'Junction'"),
+                           (['FrontLeftUpperHalf.move_thigh'], 'no role')):
+            self.assertIn(why, self.refuse(2, 'invoke', *words))
+        called = self.control('invoke', 'Junction.raise', 20, 2, 'true')['tick']
+        self.reach(called + 50)
+        self.control('stop')
+        summary = self.end()
+        self.assertEqual(summary['roles']['m5'], 'Junction')
+        self.assertEqual(summary['roles']['m1'], 'Foot')
+        # What is said of modules without a role is said of the program that runs now.
+        self.assertTrue(any('Foot' in problem for problem in summary['problems']), summary['problems'])
+        self.assertFalse(any('UpperHalf' in problem for problem in summary['problems']), summary['problems'])
+        self.assertRegex(dict(self.commands())[begun['tick']], r'^deploy greeter.dyn [0-9a-f]{16} --to m5$')
+        self.assertEqual(as_json('compare', self.path, self.path)['verdict'], 'equivalent')
+        self.assert_repeats()
+        # Another program under the same name is not what was deployed.
+        program.write_text(GREETER.replace('== 4', '== 3'))
+        err = morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--inproc', '--commands', self.folder / 'text',
+                       status=2).stderr
+        self.assertIn('is another program now', err)
+
+    def test_programs_that_cannot_run_here_are_refused(self):
+        self.start()
+        broken = self.folder / 'broken.dyn'
+        broken.write_text('role A extends Module { behavior b() { self.nothing(); } }')
+        self.assertIn('broken.dyn:1:', self.refuse(2, 'deploy', broken))
+        image = self.folder / 'program.image'
+        morphbus('compile', PROGRAM, '--model', MODEL, '-o', image)
+        data = bytearray(image.read_bytes())
+        damaged = self.folder / 'damaged.image'
+        damaged.write_bytes(data[:100] + bytes([data[100] ^ 1]) + data[101:])
+        self.assertIn('damaged', self.refuse(2, 'deploy', damaged))
+        data[4] += 1
+        newer = self.folder / 'newer.image'
+        newer.write_bytes(data)
+        self.assertIn('version', self.refuse(2, 'deploy', newer))
+        car = self.folder / 'car.image'
+        atron = MODEL.parent / 'atron.m3l'
+        (self.folder / 'atron.dyn').write_text('role A extends Module { startup s() { self.C7.SET_EXTENDED(true); } }')
+        morphbus('compile', self.folder / 'atron.dyn', '--model', atron, '-o', car)
+        self.assertIn('for another model', self.refuse(2, 'deploy', car))
+        self.control('stop')
+        self.assertEqual(self.end()['roles'].get('m5'), self.summary['roles']['m5'])
+
+    def test_the_reference_shows_what_works(self):
+        self.start('--speed', 4, run='walk')
+        self.reach(60)
+        shown = [line.split()[1:] for line in (SOURCE / 'docs' / 'cli.md').read_text().splitlines()
+                 if line.startswith('morphbus control ')]
+        self.assertGreater(len(shown), 4)
+        for words in shown:
+            morphbus(*words)
+        self.end()
+        done = {c.split()[0] for _, c in self.commands()}
+        self.assertLessEqual({words[1] for words in shown}, done)
+
+    def test_commands_get_through_loss(self):
+        self.start('--loss', 0.3)
+        tick = self.control('pause')['tick']
+        self.assertEqual(self.control('resume')['tick'], tick + 1)
+        self.reach(30)
+        self.control('stop')
+        self.end()
+        self.assertEqual([c for c in self.commands() if 'speed' not in c[1]],
+                         [(tick, 'pause'), (tick + 1, 'resume'), (self.summary['ticks'], 'stop')])
+
+    def test_a_run_in_one_process_takes_no_commands(self):
+        run = subprocess.Popen(command('run', MODEL, PROGRAM, '--robot', 'quadruped', '--inproc', '--run', 'alone', '--log',
+                                       self.folder / 'alone.log'), stdout=subprocess.DEVNULL)
+        self.addCleanup(run.wait)
+        self.addCleanup(run.terminate)
+        await_condition(lambda: as_json('runs')['runs'], 'the run is listed')
+        self.run_name = 'alone'
+        self.assertIn('is in one process', self.refuse(2, 'pause'))
+
+    def test_without_a_run_there_is_nothing_to_command(self):
+        self.assertIn('nothing runs here', morphbus('control', 'pause', status=2).stderr)
+        self.assertIn("did you mean 'pause'", morphbus('control', 'puase', status=2).stderr)
+
+    def test_a_script_with_mistakes_is_refused_before_anything_starts(self):
+        script = self.folder / 'script'
+        for text, why in (('5 pause\n7 resum\n', "script:2: no command 'resum' (did you mean 'resume'?)"),
+                          ('0 pause\n', 'script:1: expected a tick'), ('9 stop\n# later\n4 pause', 'script:3: ticks must not fall'),
+                          ('5 deploy nowhere.dyn', 'nowhere.dyn')):
+            script.write_text(text)
+            err = morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--inproc', '--commands', script, status=2).stderr
+            self.assertIn(why, err)
+
+    def test_a_script_may_leave_a_run_in_one_process_nothing_to_go_on_with(self):
+        script = self.folder / 'script'
+        script.write_text('5 pause\n6 step 2\n')
+        summary = as_json('run', MODEL, PROGRAM, '--robot', 'quadruped', '--inproc', '--commands', script, '--log',
+                          self.folder / 'p.log', '--seconds', 4, status=1)
+        self.assertEqual((summary['ended'], summary['ticks']), ('paused, with no command to resume', 8))
+
+
+class Realtime(Live):
+    def test_commands_in_real_time(self):
+        self.start('--realtime', '--speed', 4)
+        paused = self.control('pause')['tick']
+        self.control('push', 'm5', '0,0,1', 5)
+        self.control('step', 2)
+        self.await_held(paused + 2)
+        self.assertEqual(self.control('resume')['tick'], paused + 3)
+        program = self.folder / 'greeter.dyn'
+        program.write_text(GREETER)
+        self.control('invoke', 'FrontLeftUpperHalf.move_thigh')
+        self.control('disconnect', 'm2.c3')
+        self.control('deploy', program)
+        self.control('kill', 'm2')
+        self.control('restart', 'm2')
+        self.control('stop')
+        summary = self.end()
+        self.assertEqual(summary['ended'], 'stopped by command')
+        self.assertEqual([c.split()[0] for _, c in self.commands() if not c.startswith('speed')],
+                         ['pause', 'step', 'push', 'resume', 'invoke', 'disconnect', 'deploy', 'kill', 'restart', 'stop'])
+        self.assertTrue(as_json('info', self.path)['clean'])
+
+
+class Bus:
+    """LCM's own datagrams, written without LCM."""
+
+    def __init__(self, test):
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        test.addCleanup(self.socket.close)
+        self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
+        self.count = 0
+
+    def publish(self, channel, data):
+        self.count += 1
+        self.socket.sendto(struct.pack('>II', 0x4c433032, self.count) + channel.encode() + b'\0' + data,
+                           ('239.255.76.67', 7667))
+
+
+class Forgers(Live):
+    """Whoever is on the bus without the key, and old commands on it again, change nothing and are counted."""
+
+    def message(self, text, counter, key):
+        header = lcm_types()['header_t']()
+        control = lcm_types()['control_t']()
+        control.header = header
+        header.protocol, header.model_hash = self.pattern.protocol, self.pattern.model_hash
+        control.counter, control.command = counter, text
+        control.mac = hmac.new(key, counter.to_bytes(8, 'big') + text.encode(), 'sha256').digest()
+        return encode(control)
+
+    def logged(self, channel):
+        return [event for event in written_so_far(self.folder / 'live.log.partial') if event[2] == channel]
+
+    def await_counts(self, **least):
+        """Until the sim has told what it refused: the run may be over before its last HEALTH is heard."""
+        def told():
+            health = [decode(data) for *_, data in self.logged('live/SIM/HEALTH')]
+            return health and all(getattr(health[-1], name) >= count for name, count in least.items())
+        await_condition(told, f'HEALTH says {least}')
+
+    def test_forged_replayed_late_and_malformed_commands(self):
+        if os.environ.get('MORPHBUS_PRIVATE_NETWORK') is None:
+            done = subprocess.run([str(BIN / 'isolated'), 'python3', __file__, f'Forgers.{self._testMethodName}'],
+                                  env={**os.environ, 'MORPHBUS_PRIVATE_NETWORK': '1'}, capture_output=True, text=True,
+                                  timeout=240)
+            return self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.start(isolate=False)
+        self.control('pause')
+        folder = self.folder / 'runtime' / 'morphbus' / 'live'
+        self.assertEqual((folder / 'control.key').stat().st_mode & 0o777, 0o600)
+        key = (folder / 'control.key').read_bytes()
+        events = await_condition(lambda: self.logged('live/CONTROL'), 'commands are logged')
+        self.pattern = decode(events[0][3]).header
+        bus = Bus(self)
+        now = time.monotonic_ns() // 1000
+        # Without the key; from long ago, or a clock that is ahead; and what cannot be read, signed or not.
+        for _ in range(100):
+            bus.publish('live/CONTROL', self.message('stop', now, bytes(32)))
+            bus.publish('live/CONTROL', self.message('stop', now - 60_000_000, key))
+            bus.publish('live/CONTROL', events[0][3])
+            bus.publish('live/CONTROL', b'\x93' * 40)
+        bus.publish('live/CONTROL', self.message('stop', now + 60_000_000, key))
+        altered = bytearray(events[0][3])
+        altered[-40] ^= 1
+        bus.publish('live/CONTROL', bytes(altered))
+        bus.publish('live/CONTROL', self.message('explode', time.monotonic_ns() // 1000, key))
+        self.await_counts(forged_commands=100, late_commands=101, malformed_commands=102)
+        # After all that the run takes the commands of its owner, as if nothing had been.
+        self.control('step')
+        self.control('resume')
+        self.reach(30)
+        self.control('stop')
+        self.end()
+        health = as_json('info', self.path)['health']['SIM']
+        self.assertEqual(health['forged_commands'], 100)
+        self.assertEqual(health['late_commands'], 101)
+        self.assertGreaterEqual(health['replayed_commands'], 100)
+        self.assertEqual(health['malformed_commands'], 102)
+        self.assertIn('refused commands: 100 forged', morphbus('info', self.path).stdout)
+        self.assertEqual([c for _, c in self.commands() if c.startswith('stop')], ['stop'])
+        self.assertEqual(self.summary['ended'], 'stopped by command')
+        self.assert_repeats()
+
+    def test_a_replayed_log_of_the_same_name_commands_nothing(self):
+        self.start()
+        self.control('pause')
+        self.control('resume')
+        self.reach(30)
+        self.control('stop')
+        self.end()
+        old = read_events(self.path)
+        controls = [data for _, _, channel, data in old if channel == 'live/CONTROL']
+        self.assertGreater(len(controls), 3)
+        if os.environ.get('MORPHBUS_PRIVATE_NETWORK') is None:
+            done = subprocess.run([str(BIN / 'isolated'), 'python3', __file__, f'Forgers.{self._testMethodName}'],
+                                  env={**os.environ, 'MORPHBUS_PRIVATE_NETWORK': '1'}, capture_output=True, text=True,
+                                  timeout=240)
+            return self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.start(isolate=False)
+        self.control('pause')
+        bus = Bus(self)
+        for data in controls:
+            bus.publish('live/CONTROL', data)
+        self.await_counts(forged_commands=len(controls))
+        self.control('resume')
+        self.reach(30)
+        self.control('stop')
+        self.end()
+        self.assertEqual(as_json('info', self.path)['health']['SIM']['forged_commands'], len(controls))
+
+
+if __name__ == '__main__':
+    unittest.main()

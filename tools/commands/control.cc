@@ -1,0 +1,144 @@
+// morphbus control: acts on a running robot.
+
+#include <fmt/format.h>
+
+#include "bridge/bus/lcm_bus.h"
+#include "bridge/control/control_service.h"
+#include "compiler/base/text.h"
+#include "tools/base/json.h"
+#include "tools/commands/commands.h"
+#include "tools/launch/control_link.h"
+#include "tools/launch/control_script.h"
+#include "tools/launch/network.h"
+#include "tools/launch/run_plan.h"
+#include "tools/launch/run_registry.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// So long the run may take to answer, microseconds of wall time.
+constexpr int64_t kPatienceUs = 5'000'000;
+
+/// The options of `morphbus control`.
+struct ControlOptions {
+  std::vector<std::string> words;
+  std::string run;
+  std::string to;
+  bool cold = false;
+  bool json = false;
+};
+
+/// What is known of the run, and what is needed to command it.
+struct ControlledRun {
+  RunEntry entry;
+  bridge::ControlKey key;
+  RunPlan plan;
+};
+
+/// The run of this name, or the only one. Fails unless it can be commanded.
+Result<ControlledRun> FindControlled(const std::string& name) {
+  Result<RunEntry> entry = FindRun(name);
+  if (!entry) return Fail(entry.error().message);
+  if (entry->url.empty()) {
+    return Fail(fmt::format("run {} is in one process and takes no commands", entry->name));
+  }
+  // A replay has no key: there is no robot to command.
+  const auto key = bridge::ReadControlKey(ControlKeyPath(entry->folder));
+  if (!key) return Fail(fmt::format("run {}: {}", entry->name, key.error().message));
+  const Result<std::string> description = ReadFile(entry->folder + "/description.pb");
+  if (!description) return Fail(description.error().message);
+  Result<RunPlan> plan = PlanFromDescription(*description);
+  if (!plan) return Fail(plan.error().message);
+  return ControlledRun{std::move(*entry), *key, std::move(*plan)};
+}
+
+/// Compiles the program of a deployment for the run's model and lays it where the sim finds it.
+/// Says on stderr what is wrong.
+bool HandOver(const ControlledRun& run, bridge::ControlCommand* command) {
+  const std::optional<std::string> image =
+      ImageFor(run.plan.model, command->program, &command->program_hash);
+  if (!image) return false;
+  const std::string path = ImagePath(run.entry.folder, command->program_hash);
+  const Result<void> written = WriteFile(path, *image);
+  if (!written) Unusable(written.error().message);
+  return written.has_value();
+}
+
+/// What the run said, for people or scripts. Returns the exit status.
+int Report(const ControlledRun& run, const std::string& command,
+           const bridge::ControlAnswer& answer, bool json) {
+  // A refusal has no tick; what it says goes to stderr, also beside JSON.
+  using State = bridge::ControlAnswer::State;
+  const bool refused = answer.state == State::kRefused;
+  if (json) {
+    PrintJson({{"run", run.entry.name},
+               {"command", command},
+               {"tick", refused ? Json(nullptr) : Json(answer.tick)},
+               {"seconds", refused ? Json(nullptr)
+                                   : Json(Seconds(answer.tick * run.plan.description.tick_us()))},
+               {"pending", answer.state == State::kLater},
+               {"refused", refused ? Json(answer.reason) : Json(nullptr)}});
+  } else if (!refused) {
+    fmt::print("{}: tick {} ({:.2f} s){}\n", command, answer.tick,
+               Seconds(answer.tick * run.plan.description.tick_us()),
+               answer.state == State::kLater ? ", once the run goes on" : "");
+  }
+  if (!refused) return kDone;
+  Unusable(fmt::format("{}: {}", command, EscapeControl(answer.reason)));
+  return answer.status;
+}
+
+/// Gives one command and waits for the answer.
+int Control(const ControlOptions& options) {
+  // The words are put together again and read as the sim reads them.
+  std::string text = fmt::format("{}", fmt::join(options.words, " "));
+  if (options.cold) text += " --cold";
+  if (!options.to.empty()) text += " --to " + options.to;
+  Result<bridge::ControlCommand> command = bridge::ParseControl(text);
+  if (!command) return Unusable(command.error().message);
+  const Result<ControlledRun> run = FindControlled(options.run);
+  if (!run) return Unusable(run.error().message);
+  const bool deploys = command->kind == bridge::ControlKind::kDeploy;
+  if (deploys && !HandOver(*run, &*command)) return kUnusable;
+  text = ControlText(*command);
+  if (text.size() > bridge::kLongestText) return Unusable("the command is too long: " + text);
+  // The private network is entered before LCM starts a thread.
+  if (run->entry.isolated) {
+    if (Result<void> joined = JoinNetworkOf(run->entry.pid); !joined)
+      return Unusable(joined.error().message);
+  }
+  const Result<std::unique_ptr<bridge::Bus>> bus = bridge::OpenLcmBus(run->entry.url);
+  if (!bus) return Unusable(bus.error().message);
+  CatchSignals();
+  const bridge::Sender sender = {run->entry.name, "TOOL", run->plan.description.model_hash(), 0};
+  const Result<bridge::ControlAnswer> answer =
+      bridge::GiveCommand(bus->get(), bridge::MonotonicTime(), sender, run->key, text, kPatienceUs,
+                          [] { return CaughtSignal() != 0; });
+  if (!answer) return Failed(answer.error().message);
+  return Report(*run, text, *answer, options.json);
+}
+
+}  // namespace
+
+void AddControl(CommandLine* line) {
+  Subcommand sub = line->Add("control", "Act on a running robot: pause, push, deploy, invoke, ...");
+  auto options = std::make_shared<ControlOptions>();
+  sub.Add("COMMAND", &options->words, "What to do, see below").Required();
+  sub.Add("--run", &options->run, "The run to command (default: the only one; see morphbus runs)");
+  sub.Add("--to", &options->to, "deploy, invoke: the module that gets it (default: the root)");
+  sub.Flag("--cold", &options->cold, "restart: the module begins anew");
+  sub.Json(&options->json);
+  sub.Footer(fmt::format(
+      "Commands:\n  {}\n"
+      "BODY is a module or one of its links, DIRECTION one of NORTH SOUTH UP DOWN EAST WEST or\n"
+      "north,up,east. Words that begin with - stand behind --.\n"
+      "Exit status 1: refused, for the run is not in a state to do it; 3: the run does not "
+      "answer.\n"
+      "Examples:\n  morphbus control pause\n  morphbus control step 5\n"
+      "  morphbus control push m5 EAST 2 0.5\n"
+      "  morphbus control deploy models/programs/quadruped.dyn --to m5",
+      fmt::join(bridge::ControlUsages(), "\n  ")));
+  sub.Do([options] { return Control(*options); });
+}
+
+}  // namespace morphbus::tools

@@ -1,0 +1,123 @@
+#include "tools/launch/program_call.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <span>
+
+#include "tools/base/messages.h"
+#include "tools/base/program.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// The whole word as a number.
+template <class Number>
+std::optional<Number> WordNumber(const std::string& word) {
+  Number number = 0;
+  const char* end = word.data() + word.size();
+  const std::from_chars_result read = std::from_chars(word.data(), end, number);
+  if (read.ec != std::errc() || read.ptr != end) return std::nullopt;
+  return number;
+}
+
+/// The place of "$NORTH", or "NORTH", which needs no quotes in a shell.
+std::optional<vm::Cell> NamedCell(const std::string& word, std::span<const char* const> names) {
+  for (size_t i = 0; i < names.size(); ++i) {
+    const std::string name = names[i];
+    if (word == name || "$" + word == name) return vm::Cell::Int(static_cast<int32_t>(i));
+  }
+  return std::nullopt;
+}
+
+/// The role of that name, with or without $.
+std::optional<int> RoleIndex(const vm::VerifiedProgram& program, const std::string& name) {
+  // Names of roles have no $, which programs put before them.
+  for (int r = 0; r < program.num_roles(); ++r) {
+    const std::string role = ToString(program.role(r).name);
+    if (name == role || name == "$" + role) return r;
+  }
+  return std::nullopt;
+}
+
+/// A word as a value of a type that travels; nothing if it is none.
+std::optional<vm::Cell> ArgumentCell(const vm::VerifiedProgram& program, vm::ValueType type,
+                                     const std::string& word) {
+  // The words are those that programs use.
+  switch (type) {
+    case vm::ValueType::kBool:
+      if (word != "true" && word != "false") return std::nullopt;
+      return vm::Cell::Bool(word == "true");
+    case vm::ValueType::kInt: {
+      const auto number = WordNumber<int32_t>(word);
+      return number ? std::optional(vm::Cell::Int(*number)) : std::nullopt;
+    }
+    case vm::ValueType::kFloat: {
+      const auto number = WordNumber<float>(word);
+      return number && std::isfinite(*number) ? std::optional(vm::Cell::Float(*number))
+                                              : std::nullopt;
+    }
+    case vm::ValueType::kDirection:
+      return NamedCell(word, vm::kDirectionNames);
+    case vm::ValueType::kAxis:
+      return NamedCell(word, vm::kAxisNames);
+    case vm::ValueType::kRole: {
+      const std::optional<int> role = RoleIndex(program, word);
+      return role ? std::optional(vm::Cell::Int(*role)) : std::nullopt;
+    }
+    default:
+      return std::nullopt;
+  }
+}
+
+}  // namespace
+
+Result<vm::InvokeRequest> ResolveCall(const vm::VerifiedProgram& program,
+                                      const bridge::ControlCommand& command) {
+  // A module that runs another program by then refuses it.
+  vm::InvokeRequest request;
+  request.program_hash = program.hash();
+  const std::optional<int> role = RoleIndex(program, command.role);
+  // Abstract roles count, too: whoever plays one that extends them runs the command.
+  if (!role) {
+    std::vector<std::string> names;
+    for (int r = 0; r < program.num_roles(); ++r) names.push_back(ToString(program.role(r).name));
+    return Fail(fmt::format("the program has no role '{}'{}", command.role,
+                            DidYouMean(command.role, names)));
+  }
+  request.role = static_cast<uint16_t>(*role);
+  // Commands of the role and of those that it extends; the slot is the same in all of them.
+  const vm::RoleInfo& info = program.role(*role);
+  std::vector<std::string> names;
+  for (int c = 0; c < info.num_commands; ++c) names.push_back(ToString(info.commands[c].name));
+  const auto found = std::find(names.begin(), names.end(), command.routine);
+  if (found == names.end()) {
+    const std::string suggestion = DidYouMean(command.routine, names);
+    const std::string all = names.empty() ? "; it has none" : "; it has " + NameSome(names);
+    return Fail(fmt::format("role {} has no command '{}'{}", command.role, command.routine,
+                            suggestion.empty() ? all : suggestion));
+  }
+  request.command = static_cast<uint8_t>(found - names.begin());
+  // Each argument must be a value of the type that the program declares.
+  const vm::FunctionInfo& function = program.function(info.commands[request.command].function);
+  if (command.arguments.size() != function.num_arguments) {
+    return Fail(fmt::format("{}.{} takes {} arguments, not {}", command.role, command.routine,
+                            function.num_arguments, command.arguments.size()));
+  }
+  for (const std::string& word : command.arguments) {
+    const vm::ValueType type = function.local_types[request.num_arguments];
+    const std::optional<vm::Cell> cell = ArgumentCell(program, type, word);
+    if (!cell) {
+      return Fail(fmt::format("argument {} of {}.{}: expected {}, not '{}'",
+                              request.num_arguments + 1, command.role, command.routine,
+                              vm::InfoOf(type).phrase, word));
+    }
+    request.arguments[request.num_arguments++] = *cell;
+  }
+  return request;
+}
+
+}  // namespace morphbus::tools
