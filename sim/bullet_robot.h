@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "bridge/lockstep/simulated_robot.h"
 #include "compiler/base/result.h"
 #include "compiler/model/robot_model.h"
 #include "sim/connections.h"
+#include "sim/controlled_robot.h"
 #include "sim/world.h"
 
 namespace morphbus::sim {
@@ -32,7 +32,7 @@ struct BulletRobotOptions {
 
 /// The robot that the simulator's process drives. Values on this interface are the modules' own
 /// (joint values of the model, raw actuator signs); canonical angles stay inside.
-class BulletRobot : public bridge::SimulatedRobot {
+class BulletRobot : public ControlledRobot {
  public:
   /// Builds `robot` of `model` on the ground at its start values. Module ids are the indices into
   /// Robot::modules. Fails, in one sentence, if there is no such robot or an option makes no sense.
@@ -56,19 +56,13 @@ class BulletRobot : public bridge::SimulatedRobot {
   /// Applies the commands, then runs the physics for one tick.
   void Advance() override;
 
-  /// Takes this connector off its mate. Fails if it has none.
-  Result<void> Disconnect(const std::string& module, const std::string& connector);
-
-  /// Joins this free connector to the free one it meets (kDockingDistance, kDockingAngle), setting
-  /// the state variables of both as the connection needs. Fails if none is near enough, or if it is
-  /// another one than that of `mate_module`, where this is given.
+  // As in ControlledRobot.
+  Result<void> Disconnect(const std::string& module, const std::string& connector) override;
   Result<void> Connect(const std::string& module, const std::string& connector,
-                       const std::string& mate_module = "", const std::string& mate_connector = "");
-
-  /// Pushes the body that holds this link of a module (empty: its first one) at its centre of mass,
-  /// from the next tick on (N, W), for so many seconds of sim time; 0: for one tick.
+                       const std::string& mate_module = "",
+                       const std::string& mate_connector = "") override;
   Result<void> Push(const std::string& module, const Eigen::Vector3d& f_W,
-                    const std::string& link = "", double seconds = 0);
+                    const std::string& link = "", double seconds = 0) override;
 
   /// Hash of the world as first built: 16 hex digits, equal for congruent robots.
   [[nodiscard]] const std::string& world_hash() const { return world_hash_; }

@@ -103,8 +103,16 @@ Result<void> StillRobot::Disconnect(const std::string& module, const std::string
   return connections_.Disconnect(module, connector);
 }
 
-Result<void> StillRobot::Connect(const std::string& module, const std::string& connector) {
-  return connections_.Connect(module, connector, [this] { return LinkPoses(); });
+Result<void> StillRobot::Connect(const std::string& module, const std::string& connector,
+                                 const std::string& mate_module,
+                                 const std::string& mate_connector) {
+  return connections_.Connect(
+      module, connector, [this] { return LinkPoses(); }, mate_module, mate_connector);
+}
+
+Result<void> StillRobot::Push(const std::string&, const Eigen::Vector3d&, const std::string&,
+                              double) {
+  return Fail("this run is without physics (--still): nothing can be pushed");
 }
 
 const LinkPoseTable& StillRobot::LinkPoses() {

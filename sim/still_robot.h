@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "bridge/lockstep/simulated_robot.h"
 #include "compiler/base/result.h"
 #include "compiler/model/forward_kinematics.h"
 #include "sim/connections.h"
+#include "sim/controlled_robot.h"
 #include "sim/servo.h"
 
 namespace morphbus::sim {
@@ -18,7 +18,7 @@ namespace morphbus::sim {
 /// What `run --still` drives. Set-points move as those of a robot with physics do, step by step.
 /// Connectors dock where the links are by forward kinematics; of each part that hangs together the
 /// first module's first link stays where it was when the part came to be.
-class StillRobot : public bridge::SimulatedRobot {
+class StillRobot : public ControlledRobot {
  public:
   /// `robot` of `model` at its start values. The set-points move in steps of `physics_step_us`,
   /// of which `tick_us` is a multiple. Fails, in one sentence, if there is no such robot.
@@ -33,9 +33,13 @@ class StillRobot : public bridge::SimulatedRobot {
   void Actuate(const morphbus::actuator_t& command) override;
   void Advance() override;
 
-  /// As those of BulletRobot.
-  Result<void> Disconnect(const std::string& module, const std::string& connector);
-  Result<void> Connect(const std::string& module, const std::string& connector);
+  // As in ControlledRobot; without physics nothing can be pushed.
+  Result<void> Disconnect(const std::string& module, const std::string& connector) override;
+  Result<void> Connect(const std::string& module, const std::string& connector,
+                       const std::string& mate_module = "",
+                       const std::string& mate_connector = "") override;
+  Result<void> Push(const std::string& module, const Eigen::Vector3d& f_W, const std::string& link,
+                    double seconds) override;
 
  private:
   /// A joint: its servo works relative to the start value.

@@ -19,7 +19,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(health_t, received, sent, lost, discarded, du
 namespace logger {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DescribedRun, robot, model_file, program_file, mode, root_module,
-                                   build, started, world_hash, loss, seed)
+                                   build, started, world_hash, still, loss, seed)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ChannelFacts, messages, events, bytes, lost, duplicates, bad,
                                    hashed)
 
@@ -67,7 +67,7 @@ std::string Heading(const LogFacts& f) {
   // What the description says; without one nobody knows the robot.
   if (f.has_description) {
     AddLine(&text, "robot {} of {}, program {}, {}, root {}", f.robot, f.model_file, f.program_file,
-            f.mode, f.root_module);
+            f.still ? f.mode + " without physics" : f.mode, f.root_module);
     AddLine(&text, "model {:016x}, program {:016x}, world {}, build {}", f.model_hash,
             f.program_hash, f.world_hash.empty() ? "-" : f.world_hash, f.build);
     if (f.loss > 0) AddLine(&text, "loss {} on purpose, seed {}", f.loss, f.seed);

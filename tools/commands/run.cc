@@ -136,6 +136,9 @@ int RunRobot(const RunOptions& options) {
   if (options.repeat < 1 || options.repeat > 100000)
     return Unusable("--repeat: expected 1 to 100000");
   if (options.repeat > 1 && options.seconds <= 0) return Unusable("--repeat needs --seconds");
+  if (options.inproc && options.processes > 0) {
+    return Unusable("--inproc is one process: leave out --processes");
+  }
   if (options.inproc && options.isolate) {
     return Unusable("--inproc uses no network: leave out --isolate");
   }
@@ -173,6 +176,9 @@ void AddRun(CommandLine* line) {
   sub.Add("-o,--log", &options->log, "Log to write (default: morphbus-<run>.log)");
   sub.Force(&options->force);
   sub.Flag("--inproc", &options->inproc, "All in one process, without a network; same hash");
+  sub.Add("--processes", &options->processes,
+          "So many processes share the modules (default: one a module)")
+      .Range(1, 100'000);
   sub.Flag("--isolate", &options->isolate,
            "A private network with just a loopback; needs no rights");
   sub.Add("--commands", &options->commands,

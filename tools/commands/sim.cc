@@ -47,7 +47,7 @@ Result<std::unique_ptr<SimControls>> MakeControls(const std::string& folder, con
                                                   bridge::Bus* bus, const bridge::TimeSource* time,
                                                   ControlLink* link,
                                                   bridge::SimParticipant* participant,
-                                                  sim::BulletRobot* robot) {
+                                                  sim::ControlledRobot* robot) {
   Result<ControlScript> script = ReadScript(folder);
   if (!script) return Fail(script.error().message);
   auto controls = std::make_unique<SimControls>();
@@ -85,7 +85,7 @@ int Simulate(const SimCommandOptions& options) {
   const bool by_hand = options.control_fd < 0;
   participant_options->timing.join_silence_us = (by_hand ? options.give_up_s : kJoinS) * 1'000'000;
   // The world is built before anyone is told of it: a large one takes seconds.
-  const auto robot = BuildBulletRobot(*plan);
+  const auto robot = BuildRobot(*plan);
   if (!robot) return Unusable(robot.error().message);
   const Result<std::unique_ptr<bridge::Bus>> lcm = bridge::OpenLcmBus(options.plan.options.lcm_url);
   if (!lcm) return Unusable(lcm.error().message);

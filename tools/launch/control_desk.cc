@@ -34,7 +34,7 @@ bool MovesOn(ControlKind kind) {
 }  // namespace
 
 ControlDesk::ControlDesk(const RunPlan& plan, ControlScript script, std::string folder,
-                         bridge::SimParticipant* sim, sim::BulletRobot* robot)
+                         bridge::SimParticipant* sim, sim::ControlledRobot* robot)
     : plan_(plan),
       script_(std::move(script)),
       folder_(std::move(folder)),

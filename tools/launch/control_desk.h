@@ -11,7 +11,7 @@
 
 #include "bridge/control/control_command.h"
 #include "bridge/lockstep/sim_participant.h"
-#include "sim/bullet_robot.h"
+#include "sim/controlled_robot.h"
 #include "tools/launch/control_script.h"
 #include "tools/launch/run_plan.h"
 #include "vm/image/program.h"
@@ -26,7 +26,7 @@ class ControlDesk {
   /// `folder`: the run's, for images to deploy; empty in a run that nobody can reach. All pointers
   /// and `plan` outlive the desk.
   ControlDesk(const RunPlan& plan, ControlScript script, std::string folder,
-              bridge::SimParticipant* sim, sim::BulletRobot* robot);
+              bridge::SimParticipant* sim, sim::ControlledRobot* robot);
 
   /// Who hears what became of commands that were given.
   void OnAnswer(std::function<void(const bridge::ControlAnswer&)> answer) {
@@ -90,7 +90,7 @@ class ControlDesk {
   std::string folder_;
   // What is acted on.
   bridge::SimParticipant& sim_;
-  sim::BulletRobot& robot_;
+  sim::ControlledRobot& robot_;
   // Called if set; see OnAnswer and OnProcessOrder.
   std::function<void(const bridge::ControlAnswer&)> answer_;
   std::function<void(const bridge::ControlCommand&)> order_;

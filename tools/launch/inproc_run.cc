@@ -39,7 +39,7 @@ class InprocRun {
   /// used or the log cannot be written.
   Result<void> Build(const std::string& log) {
     // The simulator with its robot comes first.
-    Result<std::unique_ptr<sim::BulletRobot>> robot = BuildBulletRobot(plan_);
+    Result<std::unique_ptr<sim::ControlledRobot>> robot = BuildRobot(plan_);
     if (!robot) return Fail(robot.error().message);
     robot_ = std::move(*robot);
     const Result<bridge::SimParticipantOptions> sim_options = SimOptions(plan_, true);
@@ -153,7 +153,7 @@ class InprocRun {
   bridge::InprocHub hub_;
   std::list<LossyEndpoint> endpoints_;
   std::unique_ptr<PlanModules> modules_;
-  std::unique_ptr<sim::BulletRobot> robot_;
+  std::unique_ptr<sim::ControlledRobot> robot_;
   std::unique_ptr<bridge::SimParticipant> sim_;
   std::unique_ptr<ControlDesk> desk_;
   std::unique_ptr<logger::Recorder> recorder_;

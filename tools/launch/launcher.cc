@@ -18,7 +18,7 @@
 namespace morphbus::tools {
 namespace {
 
-// The names of the processes in messages; a module's is "module" and its own.
+// The names of two processes in messages.
 constexpr const char* kSimName = "sim";
 constexpr const char* kLogName = "log";
 // So long Watch sleeps at most, in milliseconds: progress and timeouts are looked at meanwhile.
@@ -26,9 +26,6 @@ constexpr int kPollMs = 50;
 constexpr double kEndSeconds = 5.0;  ///< In which every process must be gone once the run is over.
 constexpr double kSilentSeconds = 8.0;  ///< Of the simulator; after 10 s modules would give up.
 constexpr double kStopSeconds = 10.0;   ///< In which a run must be over once it was told to stop.
-
-/// The name of a module's process in messages.
-std::string ModuleName(const model::ModuleInstance& module) { return "module " + module.name; }
 
 }  // namespace
 
@@ -77,51 +74,87 @@ Result<ControlLink> Launcher::StartLinked(const std::string& name, std::vector<s
   return std::move(link->first);
 }
 
-Result<void> Launcher::StartModule(size_t module, bool resume) {
-  // The options are those of morphbus-module --help.
-  const model::ModuleInstance& instance = plan_.robot().modules[module];
-  const std::string& type = plan_.model.TypeOf(plan_.robot(), static_cast<int>(module)).name;
+int Launcher::NumModuleProcesses() const {
+  const int modules = static_cast<int>(plan_.robot().modules.size());
+  return options_.processes == 0 ? modules : std::min(options_.processes, modules);
+}
+
+int Launcher::ProcessOf(int module) const {
+  // In order of the robot, since modules that are declared together are mostly mated.
+  return module * NumModuleProcesses() / static_cast<int>(plan_.robot().modules.size());
+}
+
+std::vector<int> Launcher::ModulesOf(int process) const {
+  std::vector<int> modules;
+  for (int m = 0; m < static_cast<int>(plan_.robot().modules.size()); ++m) {
+    if (ProcessOf(m) == process) modules.push_back(m);
+  }
+  return modules;
+}
+
+std::string Launcher::NameOf(int process) const {
+  const std::vector<int> modules = ModulesOf(process);
+  const std::string& first = plan_.robot().modules[modules.front()].name;
+  if (modules.size() == 1) return "module " + first;
+  return fmt::format("modules {} to {}", first, plan_.robot().modules[modules.back()].name);
+}
+
+Result<void> Launcher::StartModules(int process, bool resume) {
   const proto::RunDescription& d = plan_.description;
   // A module knows its own type and the program; where it is in the robot, its neighbours tell it.
+  const std::vector<int> modules = ModulesOf(process);
+  const std::string state = fmt::format("{}/process-{}.state", directory_.path(), process);
+  std::vector<std::string> names, ids, kinematics;
+  bool room = true;
+  for (const int module : modules) {
+    names.push_back(plan_.robot().modules[module].name);
+    ids.push_back(std::to_string(module));
+    kinematics.push_back(fmt::format("{}/{}.kinematics", directory_.path(),
+                                     plan_.model.TypeOf(plan_.robot(), module).name));
+    // Several modules of one process save to one file each.
+    const auto file =
+        bridge::SnapshotFile::Open(modules.size() == 1 ? state : state + "." + names.back());
+    if (resume && !file) return morphbus::Fail("no state was saved: " + file.error().message);
+    room = room && file.has_value();
+  }
+  // The options are those of morphbus-module --help.
   std::vector<std::string> argv = {ExecutableFolder() + "/morphbus-module",
                                    "--run",
                                    d.run(),
-                                   "--module",
-                                   instance.name,
+                                   "--modules",
+                                   fmt::format("{}", fmt::join(names, ",")),
                                    "--id",
-                                   std::to_string(module),
+                                   fmt::format("{}", fmt::join(ids, ",")),
                                    "--kinematics",
-                                   fmt::format("{}/{}.kinematics", directory_.path(), type),
+                                   fmt::format("{}", fmt::join(kinematics, ",")),
                                    "--program",
                                    directory_.path() + "/program.image",
                                    "--tick-us",
                                    std::to_string(d.tick_us())};
   // It saves its state, so that it can be restarted; where there is no room for that, it runs on
   // without.
-  const std::string state = fmt::format("{}/{}.state", directory_.path(), instance.name);
-  const auto room = bridge::SnapshotFile::Open(state);
-  if (resume && !room) return morphbus::Fail("no state was saved: " + room.error().message);
   if (room) argv.insert(argv.end(), {"--snapshot", state});
   if (resume) argv.push_back("--resume");
   // The root is told where it is; its pose spreads over the connections to the others.
-  if (instance.name == d.root_module()) {
-    const RootPose root = RootPoseOf(plan_, static_cast<int>(module));
+  const auto root_name = std::find(names.begin(), names.end(), d.root_module());
+  if (root_name != names.end()) {
+    const RootPose root = RootPoseOf(plan_, modules[root_name - names.begin()]);
     const vm::PoseF X = ToVmPose(root.X_RL);
     // Nine digits bring the same float back, so that the in-process run broadcasts the same pose.
     argv.insert(argv.end(),
-                {"--root-link", std::to_string(root.link),
+                {"--root-module", *root_name, "--root-link", std::to_string(root.link),
                  fmt::format("--root-pose={:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}", X.p.x,
                              X.p.y, X.p.z, X.q.w, X.q.x, X.q.y, X.q.z)});
   }
   if (d.mode() == "realtime") argv.push_back("--realtime");
   // Every receiver loses other messages, but the same ones in every run of this seed.
   if (d.loss() > 0) {
-    const uint64_t seed = ReceiverSeed(d.seed(), kFirstModuleReceiver + static_cast<int>(module));
+    const uint64_t seed = ReceiverSeed(d.seed(), kFirstModuleReceiver + process);
     argv.insert(argv.end(),
                 {"--loss", fmt::format("{}", d.loss()), "--seed", std::to_string(seed)});
   }
   if (!options_.lcm_url.empty()) argv.insert(argv.end(), {"--lcm-url", options_.lcm_url});
-  Result<ChildProcess> started = ChildProcess::Start({ModuleName(instance), argv});
+  Result<ChildProcess> started = ChildProcess::Start({NameOf(process), argv});
   if (!started) return morphbus::Fail(started.error().message);
   children_.push_back(std::move(*started));
   return {};
@@ -140,8 +173,8 @@ Result<void> Launcher::StartAll() {
       StartLinked(kSimName, {program, "sim", "--control-folder", directory_.path()}, SIGKILL);
   if (!sim) return morphbus::Fail(sim.error().message);
   sim_.emplace(std::move(*sim));
-  for (size_t module = 0; module < plan_.robot().modules.size(); ++module) {
-    if (Result<void> started = StartModule(module, false); !started) return started;
+  for (int process = 0; process < NumModuleProcesses(); ++process) {
+    if (Result<void> started = StartModules(process, false); !started) return started;
   }
   return {};
 }
@@ -258,7 +291,7 @@ Result<void> Launcher::CarryOutOrder(const std::string& order) {
   const Result<bridge::ControlCommand> command = bridge::ParseControl(order);
   const auto module = command ? plan_.robot().FindModule(command->part.module) : std::nullopt;
   if (!module) return morphbus::Fail("no such module: " + order);
-  const std::string name = ModuleName(plan_.robot().modules[*module]);
+  const std::string name = NameOf(ProcessOf(*module));
   ChildProcess* child = Find(name);
   // Killed on purpose, it does not end the run; whether the others can go on without it is theirs
   // to find out.
@@ -271,7 +304,7 @@ Result<void> Launcher::CarryOutOrder(const std::string& order) {
   // Two processes must never claim to be one module: the old one is gone before the new one starts.
   children_.remove_if([&](const ChildProcess& other) { return other.name() == name; });
   killed_.erase(name);
-  return StartModule(static_cast<size_t>(*module), true);
+  return StartModules(ProcessOf(*module), true);
 }
 
 void Launcher::Fail(const std::string& error) {

@@ -37,10 +37,16 @@ class Launcher {
   /// Starts logger, sim and modules, in this order: the log is open before anyone speaks. Fails at
   /// the first process that does not start; those before it run on, for StopAll to end.
   Result<void> StartAll();
-  /// Starts morphbus-module for the module of this index in the robot; with `resume`, it goes on
-  /// from what its process before it has saved.
-  Result<void> StartModule(size_t module, bool resume);
-  /// Kills or restarts a module at somebody's command. Fails if there is nothing to kill.
+  /// How many processes share the modules, and which of them has the module of this index.
+  [[nodiscard]] int NumModuleProcesses() const;
+  [[nodiscard]] int ProcessOf(int module) const;
+  /// The modules of a process, by index in the robot, and its name in messages.
+  [[nodiscard]] std::vector<int> ModulesOf(int process) const;
+  [[nodiscard]] std::string NameOf(int process) const;
+  /// Starts morphbus-module for the modules of this process; with `resume`, they go on from what
+  /// the process before it has saved.
+  Result<void> StartModules(int process, bool resume);
+  /// Kills or restarts a module's process at somebody's command. Fails if there is nothing to kill.
   Result<void> CarryOutOrder(const std::string& order);
   /// Starts a process that reports over a link of its own, and returns the launcher's end of the
   /// link. `argv` is completed with the description, the link's descriptor and the LCM URL;

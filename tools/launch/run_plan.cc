@@ -12,6 +12,7 @@
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/model/model_proto.h"
 #include "sim/bullet_robot.h"
+#include "sim/still_robot.h"
 #include "tools/base/files.h"
 #include "tools/base/messages.h"
 #include "tools/base/model_io.h"
@@ -26,6 +27,20 @@ constexpr uint32_t kTickUs = 20000;
 /// Step of the physics, microseconds, and iterations of its solver: part of the world hash.
 constexpr uint32_t kPhysicsStepUs = 1000;
 constexpr uint32_t kSolverIterations = 30;
+
+/// The robot in a fresh Bullet world.
+Result<std::unique_ptr<sim::BulletRobot>> BuildBulletRobot(const RunPlan& plan) {
+  sim::BulletRobotOptions options;
+  // All that the world hash covers comes from the description, so that every process builds the
+  // same world.
+  options.world.friction = plan.description.friction();
+  options.world.ground = plan.description.ground();
+  options.world.solver_iterations = static_cast<int>(plan.description.solver_iterations());
+  options.tick_us = static_cast<int>(plan.description.tick_us());
+  options.physics_step_us = static_cast<int>(plan.description.physics_step_us());
+  return sim::BulletRobot::Create(std::make_shared<const model::Model>(plan.model),
+                                  plan.robot().name, options);
+}
 
 /// Says which option is out of its range.
 bool CheckNumbers(const RunOptions& options) {
@@ -66,6 +81,7 @@ void Describe(const RunOptions& options, const model::Model& model, const model:
   d->set_solver_iterations(kSolverIterations);
   d->set_friction(options.friction);
   d->set_ground(options.ground);
+  d->set_still(options.still);
   // What is thrown away on purpose.
   d->set_seed(options.seed);
   d->set_loss(options.loss);
@@ -110,6 +126,8 @@ void AddPlanOptions(Subcommand* sub, RunOptions* options) {
            "Module that broadcasts the root pose (default: the robot frame's)");
   sub->Add("--friction", &options->friction, "Coulomb friction of everything (default: 0.8)");
   sub->Add("--ground", &options->ground, "Level ground at y = 0: true or false (default: true)");
+  sub->Flag("--still", &options->still,
+            "No physics: joints follow their set-points, and nothing has a place");
   sub->Flag("--realtime", &options->realtime, "The clock runs with the wall; lateness is counted");
   sub->Add("--run", &options->run, "The run's name (default: a fresh one)");
   sub->Add("-l,--lcm-url", &options->lcm_url,
@@ -171,11 +189,16 @@ std::optional<RunPlan> PlanRun(const RunOptions& options) {
   // The index outlives the move of the model; the pointer would not.
   plan.robot_index = static_cast<int>(robot - model->robots.data());
   plan.model = std::move(*model);
-  // The world is built once here: it gives the world hash, and refuses options and robots that it
-  // cannot simulate before any process starts.
-  const auto assembly = BuildBulletRobot(plan);
-  if (!assembly) return Refuse(assembly.error().message);
-  plan.description.set_world_hash((*assembly)->world_hash());
+  // The robot is built once here, so that options and robots that cannot be simulated are refused
+  // before any process starts. The world, where there is one, gives the world hash.
+  if (options.still) {
+    const auto robot = BuildRobot(plan);
+    if (!robot) return Refuse(robot.error().message);
+    return plan;
+  }
+  const auto robot = BuildBulletRobot(plan);
+  if (!robot) return Refuse(robot.error().message);
+  plan.description.set_world_hash((*robot)->world_hash());
   return plan;
 }
 
@@ -227,17 +250,11 @@ RootPose RootPoseOf(const RunPlan& plan, int module) {
   return root;
 }
 
-Result<std::unique_ptr<sim::BulletRobot>> BuildBulletRobot(const RunPlan& plan) {
-  sim::BulletRobotOptions options;
-  // All that the world hash covers comes from the description, so that every process builds the
-  // same world.
-  options.world.friction = plan.description.friction();
-  options.world.ground = plan.description.ground();
-  options.world.solver_iterations = static_cast<int>(plan.description.solver_iterations());
-  options.tick_us = static_cast<int>(plan.description.tick_us());
-  options.physics_step_us = static_cast<int>(plan.description.physics_step_us());
-  return sim::BulletRobot::Create(std::make_shared<const model::Model>(plan.model),
-                                  plan.robot().name, options);
+Result<std::unique_ptr<sim::ControlledRobot>> BuildRobot(const RunPlan& plan) {
+  if (!plan.description.still()) return BuildBulletRobot(plan);
+  return sim::StillRobot::Create(std::make_shared<const model::Model>(plan.model),
+                                 plan.robot().name, static_cast<int>(plan.description.tick_us()),
+                                 static_cast<int>(plan.description.physics_step_us()));
 }
 
 Result<bridge::SimParticipantOptions> SimOptions(const RunPlan& plan, bool logger) {

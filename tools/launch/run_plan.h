@@ -9,7 +9,7 @@
 #include "bridge/lockstep/sim_participant.h"
 #include "compiler/model/robot_model.h"
 #include "compiler/model/run_description.pb.h"
-#include "sim/bullet_robot.h"
+#include "sim/controlled_robot.h"
 #include "tools/base/options.h"
 #include "tools/launch/control_script.h"
 
@@ -38,12 +38,14 @@ struct RunOptions {
   /// Whether there is level ground at y = 0 in the world.
   bool ground = true;
   bool realtime = false;  ///< The clock runs with the wall, and nobody waits.
+  bool still = false;     ///< No physics: joints follow their set-points.
   bool inproc = false;    ///< One process, no network.
   bool isolate = false;   ///< A private network.
   bool force = false;     ///< The log replaces any file.
   /// The result is printed as one JSON object.
   bool json = false;
-  int repeat = 1;  ///< Runs one after the other.
+  int repeat = 1;     ///< Runs one after the other.
+  int processes = 0;  ///< That share the modules; 0: one a module.
   /// Path of commands and the ticks at which they are given; empty: none.
   std::string commands;
 };
@@ -105,9 +107,9 @@ struct RootPose {
 /// What the module of this index broadcasts if it is the root (--root).
 RootPose RootPoseOf(const RunPlan& plan, int module);
 
-/// The robot of the plan in a fresh Bullet world, at its start values. Fails, in one sentence, if
-/// an option of the description makes no sense.
-Result<std::unique_ptr<sim::BulletRobot>> BuildBulletRobot(const RunPlan& plan);
+/// The robot of the plan at its start values: in a fresh Bullet world, or without physics if the
+/// description says so. Fails, in one sentence, if an option of the description makes no sense.
+Result<std::unique_ptr<sim::ControlledRobot>> BuildRobot(const RunPlan& plan);
 
 /// The sim's side of the lockstep for this plan: its timing, and which modules it waits for.
 /// `logger` says whether it waits for a logger too. Fails if a kinematics image is damaged.

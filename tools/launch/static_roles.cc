@@ -114,7 +114,7 @@ class StaticRobot {
     if (!built) return Fail(built.error().message);
     built_ = std::move(*built);
     // The simulator's sensors at rest; its world is never stepped.
-    const auto robot = BuildBulletRobot(plan_);
+    const auto robot = BuildRobot(plan_);
     if (!robot) return Fail(robot.error().message);
     std::vector<morphbus::module_sensors_t> sensors;
     (*robot)->Sense(&sensors);
