@@ -18,11 +18,9 @@ namespace {
 using Kind = ModuleAction::Kind;
 using morphbus::ask_t;
 
-/// Where the first field behind the header stands in a payload: CLOCK's phase, SENSORS' part.
-constexpr uint32_t kFirstField = 8 + static_cast<uint32_t>(LargestSize<morphbus::header_t>());
-
 /// Of CLOCK a module needs the beginning and the end: in between SENSORS is its beat.
-constexpr Interest kClockInterest{true, 1, kFirstField, morphbus::sim_clock_t::PHASE_RUN, true};
+constexpr Interest kClockInterest{true, 1, kFirstFieldOffset, morphbus::sim_clock_t::PHASE_RUN,
+                                  true};
 
 /// A neighbour sends TRANSFORM before the sim can go on, so it is there when SENSORS comes.
 constexpr Interest kTransformInterest{false, 0, 0, 0, false};
@@ -177,7 +175,7 @@ void ModuleParticipant::NarrowSensors(int16_t part) {
   if (narrowed_ || !machine_.knows_all()) return;
   narrowed_ = true;
   // Every module's name is known by now; our own part is enough.
-  const Interest own{true, 2, kFirstField, static_cast<uint16_t>(part), false};
+  const Interest own{true, 2, kFirstFieldOffset, static_cast<uint16_t>(part), false};
   ListenFor(own, ChannelOf(kSimProcess, Topic::kSensors), &ModuleParticipant::OnSensors);
 }
 

@@ -95,4 +95,9 @@ constexpr size_t SizeWithoutArrays() {
   return sizer.bytes() + 8;
 }
 
+/// Where the first field behind the header stands in a payload, behind the type's fingerprint:
+/// CLOCK's phase and SENSORS' part, by which the kernel tells what a module need not be woken for.
+inline constexpr uint32_t kFirstFieldOffset =
+    8 + static_cast<uint32_t>(LargestSize<morphbus::header_t>());
+
 }  // namespace morphbus::bridge

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "bridge/wire/codec.h"
 #include "bridge/wire/wire_size.h"
 
 namespace morphbus::bridge {
@@ -83,6 +84,25 @@ TEST(Layout, NamesEveryFieldOfEveryMessageInItsOrder) {
   FieldNames::Check<morphbus::info_part_t>();
   FieldNames::Check<morphbus::control_t>();
   FieldNames::Check<morphbus::log_end_t>();
+}
+
+TEST(Layout, TheKernelFiltersByTheFieldsBehindTheHeader) {
+  // The bytes at the place, of CLOCK's phase and of SENSORS' part, follow the fields.
+  for (const int8_t phase : {int8_t{0}, int8_t{1}, int8_t{2}}) {
+    morphbus::sim_clock_t clock = {};
+    clock.phase = phase;
+    std::vector<uint8_t> bytes;
+    Encode(clock, &bytes);
+    EXPECT_EQ(bytes[kFirstFieldOffset], phase);
+  }
+  for (const int16_t part : {int16_t{0}, int16_t{1}, int16_t{0x0203}}) {
+    morphbus::sensors_t sensors = {};
+    sensors.part = part;
+    sensors.num_parts = 0x0204;
+    std::vector<uint8_t> bytes;
+    Encode(sensors, &bytes);
+    EXPECT_EQ(bytes[kFirstFieldOffset] << 8 | bytes[kFirstFieldOffset + 1], part);
+  }
 }
 
 TEST(Layout, SizesAreThoseOfTheEncoder) {
