@@ -117,17 +117,29 @@ class UdpmBus : public SendingBus {
   void Changed() override {
     // Modules name the channels they need, and the kernel keeps all others from waking them. A
     // prefix (the logger) needs everything.
-    const bool everything = !subscriptions_.prefixes().empty();
-    std::vector<ChannelInterest> waking;
-    std::vector<ChannelInterest> quiet;
+    if (!subscriptions_.prefixes().empty()) {
+      Silence();
+      if (UdpmSocket* socket = Open(&waking_)) socket->PassEverything();
+      return;
+    }
+    std::vector<ChannelInterest> all, waking, quiet;
     for (const auto& [channel, interest] : interests_) {
-      (interest.wakes || everything ? waking : quiet).push_back({channel, interest});
+      all.push_back({channel, interest});
+      (interest.wakes ? waking : quiet).push_back({channel, interest});
     }
-    if (UdpmSocket* socket = Open(&waking_)) {
-      everything ? socket->PassEverything() : socket->SetChannels(waking, true);
+    if (Open(&waking_) == nullptr) return;
+    // Two sockets only if both filters hold; else messages would come twice, or not at all.
+    if (!quiet.empty() && Open(&quiet_) != nullptr && quiet_->SetChannels(quiet, false) &&
+        waking_->SetChannels(waking, true)) {
+      return;
     }
-    if (quiet.empty()) return quiet_.reset();
-    if (UdpmSocket* socket = Open(&quiet_)) socket->SetChannels(quiet, false);
+    Silence();
+    waking_->SetChannels(all, true);
+  }
+
+  /// Nothing comes by the second socket any more. It stays open: it may be at work up the stack.
+  void Silence() {
+    if (quiet_ != nullptr) quiet_->SetChannels({}, false);
   }
 
   std::unique_ptr<UdpmSocket> waking_, quiet_;

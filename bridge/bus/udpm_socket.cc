@@ -108,9 +108,10 @@ UdpmSocket::UdpmSocket(int fd) : fd_(fd), batch_(std::make_unique<Batch>()) {}
 
 UdpmSocket::~UdpmSocket() { close(fd_); }
 
-void UdpmSocket::SetChannels(const std::vector<ChannelInterest>& channels, bool fragments) {
+bool UdpmSocket::SetChannels(const std::vector<ChannelInterest>& channels, bool fragments) {
   filtered_ = true;
-  AttachFilter(fd_, BuildChannelFilter(channels, fragments));
+  const std::vector<sock_filter> program = BuildChannelFilter(channels, fragments);
+  return AttachFilter(fd_, program) && !program.empty();
 }
 
 void UdpmSocket::PassEverything() {

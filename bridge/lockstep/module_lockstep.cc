@@ -136,6 +136,7 @@ void ModuleLockstep::TryCompute(int64_t now_us, Actions* out) {
   // All is there: the tick is computed, and the next one begins with nothing.
   out->push_back({Kind::kCompute, tick_, 0});
   ++tick_;
+  ahead_ = 0;
   parts_.clear();
   have_reading_ = false;
   mates_.clear();

@@ -111,7 +111,7 @@ class ModuleLockstep {
   bool have_reading_ = false;
   /// All parts of some tick were there: they name all modules, so our own is enough from now on.
   bool knows_all_ = false;
-  /// Messages of later ticks than ours.
+  /// Messages of later ticks than ours since the last tick that was computed.
   int ahead_ = 0;
   std::vector<uint16_t> mates_;  ///< Mated in SENSORS(tick_).
   /// All modules that TRANSFORM came from in the last 16 ticks, by id.

@@ -12,7 +12,7 @@ namespace morphbus::bridge {
 /// How long the participants of a run wait for what; microseconds of wall time.
 struct LockstepTiming {
   /// What is missing is asked for after so long, until it is known how long answers take here and
-  /// now (ResponseTime); from then on the pause doubles each time that nothing came.
+  /// now (ResponseTime).
   int64_t ask_after_us = 2000;
   /// The same for what must have been there: it was lost, and only the bus can be slow.
   int64_t ask_lost_after_us = 200;

@@ -58,7 +58,12 @@ class Doctor(Case):
         figures = {}
         for url in (small, 'udpm://239.255.76.67:7667?ttl=0'):
             answer = json.loads(in_new_network(f"{LOOPBACK}; {shell('doctor', '--json', '-l', url)}").stdout)
-            figures[url] = self.findings(answer)['buffer']['figures']
+            finding = self.findings(answer)['buffer']
+            figures[url] = finding['figures']
+            enough = finding['figures']['kept'] >= finding['figures']['needed']
+            self.assertEqual(finding['health'], 'ok' if enough else 'warning')
+            if url == small:
+                self.assertIn('recv_buf_size=4194304', finding['mend'])
         self.assertEqual(figures[small]['asked_bytes'], 20000)
         few, many = (f['kept'] for f in figures.values())
         self.assertLess(few, 100)

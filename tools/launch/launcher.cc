@@ -115,6 +115,7 @@ Result<void> Launcher::StartModules(int process, bool resume) {
     const auto file =
         bridge::SnapshotFile::Open(modules.size() == 1 ? state : state + "." + names.back());
     if (resume && !file) return morphbus::Fail("no state was saved: " + file.error().message);
+    if (resume && (*file)->Read().empty()) return morphbus::Fail("no state was saved yet");
     room = room && file.has_value();
   }
   // The options are those of morphbus-module --help.

@@ -216,12 +216,17 @@ Finding CheckBuffer(const Burst& burst) {
       "receive buffer: asked {} bytes, got {}; of a burst of {} messages {} were kept, {} are "
       "needed for {} modules",
       burst.asked_bytes, burst.got_bytes, burst.sent, burst.kept, kNeededMessages, kModules);
-  if (burst.got_bytes >= burst.asked_bytes || burst.kept >= kNeededMessages) return finding;
+  if (burst.kept >= kNeededMessages) return finding;
   // Lockstep asks again for what was lost and only becomes slower; in real time it stays lost.
   finding.health = Health::kWarning;
+  constexpr int kEnoughBytes = 4'194'304;
   finding.mend = fmt::format(
       "echo net.core.rmem_max={} | sudo tee /etc/sysctl.d/60-morphbus.conf && sudo sysctl --system",
-      burst.asked_bytes);
+      std::max(burst.asked_bytes, kEnoughBytes));
+  // The system would give more than the URL asks for.
+  if (burst.got_bytes >= burst.asked_bytes) {
+    finding.mend = fmt::format("export LCM_DEFAULT_URL='{}'", bridge::kDefaultLcmUrl);
+  }
   return finding;
 }
 
