@@ -192,13 +192,13 @@ std::optional<RunPlan> PlanRun(const RunOptions& options) {
   // The robot is built once here, so that options and robots that cannot be simulated are refused
   // before any process starts. The world, where there is one, gives the world hash.
   if (options.still) {
-    const auto robot = BuildRobot(plan);
-    if (!robot) return Refuse(robot.error().message);
+    const auto without_physics = BuildRobot(plan);
+    if (!without_physics) return Refuse(without_physics.error().message);
     return plan;
   }
-  const auto robot = BuildBulletRobot(plan);
-  if (!robot) return Refuse(robot.error().message);
-  plan.description.set_world_hash((*robot)->world_hash());
+  const auto with_physics = BuildBulletRobot(plan);
+  if (!with_physics) return Refuse(with_physics.error().message);
+  plan.description.set_world_hash((*with_physics)->world_hash());
   return plan;
 }
 
