@@ -48,22 +48,17 @@ class ResponseTime {
     const int64_t error = mean_us_ < 0 ? 0 : us - mean_us_;
     deviation_us_ = mean_us_ < 0 ? us / 8 : deviation_us_ + (std::abs(error) - deviation_us_) / 4;
     mean_us_ = mean_us_ < 0 ? us : mean_us_ + error / 8;
-    extra_us_ -= extra_us_ / 16;
   }
-  /// An answer came twice, so it was asked for while it was on its way: wait twice as long.
-  void AskedTooSoon(int64_t patience_us) { extra_us_ += patience_us; }
   /// How long to wait before an answer counts as lost; `first_us` before anything is known.
   [[nodiscard]] int64_t patience_us(int64_t first_us, const LockstepTiming& timing) const {
     const int64_t usual_us = mean_us_ < 0 ? first_us : mean_us_ + 2 * deviation_us_;
-    return std::clamp(usual_us + extra_us_, timing.ask_at_least_us, timing.ask_slowest_us);
+    return std::clamp(usual_us, timing.ask_at_least_us, timing.ask_slowest_us);
   }
 
  private:
   /// Microseconds; the mean is below 0 before the first answer.
   int64_t mean_us_ = -1;
   int64_t deviation_us_ = 0;
-  /// What was learnt from asking too soon; it fades.
-  int64_t extra_us_ = 0;
 };
 
 /// When to ask again: after a pause that is chosen by who arms the timer; from the fourth request

@@ -88,13 +88,6 @@ void SimLockstep::OnHello(int process, int64_t now_us, Actions* out) {
 
 void SimLockstep::OnActuator(int module, int64_t tick, int64_t now_us, Actions* out) {
   if (phase_ != Phase::kStart && phase_ != Phase::kRun) return;
-  // Whoever is asked has not answered yet, so a second answer to one request shows that the first
-  // was on its way.
-  const bool known = module >= 0 && module < config_.num_modules && answered_[module];
-  if (tick == asked_tick_ && num_asks_ == 1 && (tick < tick_ || known)) {
-    num_asks_ = 0;
-    response_.AskedTooSoon(Patience());
-  }
   if (tick != tick_ || !NoteFirst(module, now_us, &answered_)) return;
   // The answer by which half of them are there tells how fast modules are here and now; after some
   // were asked it would tell how fast they are asked. To tick 0 they answer when they have started.
@@ -141,7 +134,7 @@ void SimLockstep::TryAdvance(int64_t now_us, Actions* out) {
   // Too far ahead of the logger: the ask timer polls it until it has caught up.
   if (!WindowOpen()) {
     holding_ = false;
-    if (!ask_.armed()) ask_.Arm(now_us, Patience());
+    if (!ask_.armed()) ask_.Arm(now_us, config_.timing.ask_after_us);
     return;
   }
   // A single step and a stop do not wait for the pace.
@@ -170,7 +163,7 @@ void SimLockstep::TryRealtime(int64_t now_us, Actions* out) {
   // Nobody is asked for anything in real time but to acknowledge END.
   AdvanceOneTick(now_us, out);
   ask_.Disarm();
-  if (phase_ == Phase::kEnding) ask_.Arm(now_us, Patience());
+  if (phase_ == Phase::kEnding) ask_.Arm(now_us, config_.timing.ask_after_us);
 }
 
 void SimLockstep::AdvanceOneTick(int64_t now_us, Actions* out) {
@@ -207,7 +200,7 @@ void SimLockstep::EnterEnding(int64_t now_us, Actions* out) {
   holding_ = false;
   // Everybody is told and must acknowledge; END is repeated by the ask timer until then.
   out->push_back({Kind::kPublishEnd, tick_, -1});
-  ask_.Arm(now_us, Patience());
+  ask_.Arm(now_us, config_.timing.ask_after_us);
   silence_.Heard(now_us);
   ConcludeIfAcknowledged(now_us, out);
 }
@@ -237,7 +230,7 @@ void SimLockstep::Conclude(int64_t now_us, Actions* out) {
   if (!config_.logger || !end_acked_[logger_number()]) return Finish(out);
   phase_ = Phase::kConcluding;
   out->push_back({Kind::kTellVerdict, tick_, logger_number()});
-  ask_.Arm(now_us, Patience());
+  ask_.Arm(now_us, config_.timing.ask_after_us);
   silence_.Heard(now_us);
 }
 
@@ -264,7 +257,12 @@ void SimLockstep::OnAskTimer(int64_t now_us, Actions* out) {
     if (!WindowOpen()) out->push_back({Kind::kPollLogger, tick_, -1});
     return;
   }
-  num_asks_ = asked_tick_ == tick_ ? num_asks_ + 1 : 1;
+  // Losses leave some answers of many; where none is there yet, all of them are slower than usual.
+  constexpr int kMany = 4;
+  const bool first = asked_tick_ != tick_ && phase_ == Phase::kRun;
+  if (first && num_answers_ == 0 && config_.num_modules >= kMany) {
+    response_.Measured(2 * Patience());
+  }
   asked_tick_ = tick_;
   out->push_back({Kind::kRepeatTick, tick_, -1});
   heartbeat_due_us_ = now_us + config_.timing.heartbeat_us;
@@ -336,7 +334,7 @@ void SimLockstep::OnPublished(int64_t now_us) {
   silence_.Heard(now_us);
   published_us_ = now_us;
   // The time to answer begins now, not when the physics began.
-  if (ask_.armed()) ask_.Arm(now_us, Patience());
+  if (ask_.armed() && phase_ <= Phase::kRun) ask_.Arm(now_us, Patience());
 }
 
 void SimLockstep::Stop(bool at_once, int64_t now_us, Actions* out) {

@@ -198,7 +198,6 @@ class SimLockstep {
   int num_answers_ = 0;
   bool measured_ = false;
   int64_t asked_tick_ = -1;
-  int num_asks_ = 0;  ///< In that tick.
   SilenceMeter silence_;
   // Wall times: when CLOCK is repeated, and when the tick began from which the pace counts.
   int64_t heartbeat_due_us_ = 0;

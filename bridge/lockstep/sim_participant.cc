@@ -155,12 +155,11 @@ void SimParticipant::OnActuator(size_t module, const uint8_t* data, size_t size)
   if (!Accept(data, size, &command, fits)) return;
   // Old and repeated commands count in the ledger; only the first one of this tick is used.
   trackers_[expected.name].Take(command.header.sequence, &ledger_);
-  // The command is kept until everybody has answered; only then does the robot move. The machine
-  // hears of the others too: they may say that it asks too soon.
+  if (command.header.tick != machine_.tick()) return;
+  if (commands_[module].header.tick == command.header.tick) return;
+  // The command is kept until everybody has answered; only then does the robot move.
   const int64_t tick = command.header.tick;
-  if (tick == machine_.tick() && commands_[module].header.tick != tick) {
-    commands_[module] = std::move(command);
-  }
+  commands_[module] = std::move(command);
   Tell(&SimLockstep::OnActuator, static_cast<int>(module), tick);
 }
 
