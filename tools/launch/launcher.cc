@@ -122,7 +122,7 @@ Result<void> Launcher::StartModules(int process, bool resume) {
   std::vector<std::string> argv = {ExecutableFolder() + "/morphbus-module",
                                    "--run",
                                    d.run(),
-                                   "--modules",
+                                   modules.size() == 1 ? "--module" : "--modules",
                                    fmt::format("{}", fmt::join(names, ",")),
                                    "--id",
                                    fmt::format("{}", fmt::join(ids, ",")),
