@@ -167,6 +167,14 @@ Result<void> TakeOptions(const CommandRow& row, std::vector<std::string>* words,
   return {};
 }
 
+/// Times real time, or 0.
+Result<void> TakeSpeed(const std::string& word, ControlCommand* command) {
+  constexpr double kSlowest = 0.001;  // A tick of 20 ms then takes 20 s.
+  const Result<void> taken = TakeNumber("speed", word, 0.0, 1e6, &command->speed);
+  if (!taken || command->speed == 0 || command->speed >= kSlowest) return taken;
+  return Fail(fmt::format("speed: expected 0 or at least {}, not '{}'", kSlowest, word));
+}
+
 /// BODY DIRECTION NEWTON [SECONDS].
 Result<void> TakePush(const std::vector<std::string>& words, ControlCommand* command) {
   Result<void> taken = TakePart(words[1], false, &command->part);
@@ -181,9 +189,15 @@ Result<void> TakePush(const std::vector<std::string>& words, ControlCommand* com
 /// PROGRAM [HASH]: people name the program, tools add the hash of its image.
 Result<void> TakeDeploy(const std::vector<std::string>& words, ControlCommand* command) {
   command->program = words[1];
+  // In a script the rest of the line would be a comment.
+  if (words[1].find('#') != std::string::npos) {
+    return Fail("deploy: a path must not hold '#': " + words[1]);
+  }
   if (words.size() == 2) return {};
   const std::optional<uint64_t> hash = ToNumber<uint64_t>(words[2], 16);
-  if (!hash || *hash == 0) return Fail("deploy: '" + words[2] + "' is no hash of an image");
+  if (!hash || *hash == 0) {
+    return Fail("deploy: '" + words[2] + "' is no hash of an image (a path must not hold blanks)");
+  }
   command->program_hash = *hash;
   return {};
 }
@@ -211,7 +225,7 @@ Result<void> TakeWords(const std::vector<std::string>& words, ControlCommand* co
       if (words.size() == 1) return {};
       return TakeNumber<int64_t>("step", words[1], 1, 1'000'000, &command->steps);
     case ControlKind::kSpeed:
-      return TakeNumber("speed", words[1], 0.0, 1e6, &command->speed);
+      return TakeSpeed(words[1], command);
     case ControlKind::kPush:
       return TakePush(words, command);
     case ControlKind::kKill:

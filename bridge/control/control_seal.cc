@@ -78,6 +78,7 @@ morphbus::control_t Seal(const ControlKey& key, int64_t counter, const std::stri
   morphbus::control_t message;
   message.counter = counter;
   message.command = command;
+  message.header.sequence = 0;  // Until it is sent: the outbox numbers it.
   const std::array<uint8_t, 32> mac = ControlMac(key, counter, command);
   std::copy(mac.begin(), mac.end(), message.mac);
   return message;
@@ -93,8 +94,13 @@ ControlGuard::Verdict ControlGuard::Judge(const morphbus::control_t& message, in
   }
   if (IsAnswer(message.command)) return Verdict::kAnswer;
   // Again or overtaken is told apart before age, so that a repetition is always known as one.
-  if (std::find(taken_.begin(), taken_.end(), message.counter) != taken_.end()) {
-    ++ledger_.replayed_commands;
+  const auto again = std::find_if(taken_.begin(), taken_.end(), [&](const Taken& taken) {
+    return taken.counter == message.counter;
+  });
+  if (again != taken_.end()) {
+    const bool anew = message.header.sequence > again->sequence;
+    ++(anew ? ledger_.duplicates : ledger_.replayed_commands);
+    again->sequence = std::max(again->sequence, message.header.sequence);
     return Verdict::kAgain;
   }
   // A message that was kept back must not do tomorrow what was meant for today.
@@ -108,7 +114,7 @@ ControlGuard::Verdict ControlGuard::Judge(const morphbus::control_t& message, in
   }
   // From here on this one, and everything before it, is known.
   last_ = message.counter;
-  taken_.push_back(last_);
+  taken_.push_back({last_, message.header.sequence});
   if (taken_.size() > kRemembered) taken_.pop_front();
   return Verdict::kObey;
 }

@@ -37,7 +37,8 @@ class ControlGuard {
   enum class Verdict : uint8_t {
     /// Signed, of now, and new: to be obeyed.
     kObey,
-    /// Signed and taken before: the same command came again.
+    /// Signed and taken before: the same command came again. If it is its sender that repeats it,
+    /// numbered anew, it counts as a duplicate; a copy of what went over the bus, as replayed.
     kAgain,
     /// Signed, but a later command came first; whoever gave it may sign it anew.
     kOvertaken,
@@ -62,8 +63,15 @@ class ControlGuard {
   ControlKey key_;
   Ledger& ledger_;
   int64_t last_ = 0;  ///< The highest counter that was obeyed.
-  /// The latest counters that were obeyed, oldest first: enough for all of kFreshUs.
-  std::deque<int64_t> taken_;
+  /// A command that was obeyed.
+  struct Taken {
+    int64_t counter = 0;
+    /// The highest number on the channel with which it came. Its header is not signed, so the
+    /// number serves for counting only.
+    int64_t sequence = 0;
+  };
+  /// The latest ones, oldest first: enough for all of kFreshUs.
+  std::deque<Taken> taken_;
 };
 
 }  // namespace morphbus::bridge

@@ -21,11 +21,6 @@ constexpr int kUnusableStatus = 2, kFailedStatus = 3;
 /// The answer to a signed command that a later one has overtaken.
 constexpr const char* kOvertakenText = "a later command came first; give it again";
 
-/// A refusal with its reason.
-ControlAnswer Refusal(int64_t counter, int status, const std::string& reason) {
-  return {counter, ControlAnswer::State::kRefused, 0, status, reason};
-}
-
 }  // namespace
 
 ControlService::ControlService(Bus* bus, const TimeSource* time, const Sender& sender,
@@ -46,6 +41,10 @@ void ControlService::Answer(const ControlAnswer& answer) {
   // Kept before it is sent: the sender may ask again at once.
   kept_.push_back({answer, time_.NowUs()});
   if (kept_.size() > kKeptAnswers) kept_.pop_front();
+  Send(answer);
+}
+
+void ControlService::Send(const ControlAnswer& answer) {
   morphbus::control_t message = Seal(key_, time_.NowUs(), AnswerText(answer));
   outbox_.Send(channel_, answer.tick, 0, &message);
 }
@@ -59,6 +58,13 @@ void ControlService::Repeat(int64_t counter) {
   const ControlAnswer answer = found->answer;
   kept_.erase(found);
   Answer(answer);
+}
+
+void ControlService::AnswerOvertaken(int64_t counter) {
+  // Old commands that somebody repeats by the thousand make no traffic of their own.
+  if (overtaken_sent_us_ != 0 && time_.NowUs() < overtaken_sent_us_ + kRepeatUs) return;
+  overtaken_sent_us_ = time_.NowUs();
+  Send({counter, ControlAnswer::State::kRefused, 0, kFailedStatus, kOvertakenText});
 }
 
 void ControlService::OnMessage(const uint8_t* data, size_t size) {
@@ -81,7 +87,7 @@ void ControlService::OnMessage(const uint8_t* data, size_t size) {
     case Verdict::kAgain:
       return Repeat(message.counter);
     case Verdict::kOvertaken:
-      return Answer(Refusal(message.counter, kFailedStatus, kOvertakenText));
+      return AnswerOvertaken(message.counter);
     case Verdict::kObey:
       break;
   }
@@ -89,7 +95,8 @@ void ControlService::OnMessage(const uint8_t* data, size_t size) {
   const Result<ControlCommand> command = ParseControl(message.command);
   if (command) return execute_(message.counter, *command);
   ++ledger_.malformed_commands;
-  Answer(Refusal(message.counter, kUnusableStatus, command.error().message));
+  Answer({message.counter, ControlAnswer::State::kRefused, 0, kUnusableStatus,
+          command.error().message});
 }
 
 Result<ControlAnswer> GiveCommand(Bus* bus, const TimeSource& time, const Sender& sender,

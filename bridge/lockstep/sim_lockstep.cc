@@ -40,8 +40,10 @@ bool SimLockstep::WindowOpen() const {
 // When a tick may begin at the chosen speed; at full speed, at any time.
 int64_t SimLockstep::PacedStartUs(int64_t tick) const {
   if (config_.speed <= 0) return std::numeric_limits<int64_t>::min();
+  constexpr double kLongestUs = 1e15;  // Thirty years: a slower pace would leave int64_t.
   const double ticks = static_cast<double>(tick - pace_base_tick_);
-  return pace_base_us_ + static_cast<int64_t>(ticks * config_.tick_us / config_.speed);
+  const double us = ticks * config_.tick_us / config_.speed;
+  return pace_base_us_ + static_cast<int64_t>(std::min(us, kLongestUs));
 }
 
 void SimLockstep::Rebase(int64_t now_us) {
@@ -152,7 +154,7 @@ void SimLockstep::TryRealtime(int64_t now_us, Actions* out) {
   if (paused_ && steps_ == 0 && !stop_) return Hold();
   ask_.Disarm();
   holding_ = false;
-  if (now_us < PacedStartUs(tick_ + 1) && steps_ == 0 && !stop_) return;
+  if (now_us < PacedStartUs(tick_ + 1) && !stop_) return;
   // The wall does not wait: who has not answered by now missed a deadline.
   missed_deadlines_ += std::count(answered_.begin(), answered_.end(), false);
   // A sim that fell far behind the wall, or was stopped, does not rush to catch up.
@@ -356,9 +358,15 @@ void SimLockstep::Resume(int64_t now_us, Actions* out) {
   TryAdvance(now_us, out);
 }
 
-void SimLockstep::Step(int64_t now_us, Actions* out) {
+void SimLockstep::Step(int64_t ticks, int64_t now_us, Actions* out) {
   if (!paused_) return;
-  ++steps_;
+  // In real time the pause is not caught up: the next tick is due now, and others follow at the
+  // pace, which leaves modules their time to answer.
+  if (config_.realtime && steps_ == 0) {
+    Rebase(now_us);
+    ++pace_base_tick_;
+  }
+  steps_ += ticks;
   TryAdvance(now_us, out);
 }
 
@@ -375,7 +383,7 @@ int64_t SimLockstep::next_deadline_us() const {
   int64_t next = std::min(ask_.due_us(), silence_.next_poll_us());
   if (phase_ < Phase::kEnding) next = std::min(next, heartbeat_due_us_);
   const bool waits_for_pace = holding_ || (config_.realtime && phase_ == Phase::kRun);
-  if (waits_for_pace && !paused_ && config_.speed > 0) {
+  if (waits_for_pace && (!paused_ || steps_ > 0) && config_.speed > 0) {
     next = std::min(next, PacedStartUs(tick_ + 1));
   }
   return next;

@@ -95,8 +95,9 @@ class SimLockstep {
   void Pause();
   /// Goes on after Pause, at the pace of the present moment.
   void Resume(int64_t now_us, Actions* out);
-  /// Runs one tick although paused.
-  void Step(int64_t now_us, Actions* out);
+  /// Runs so many ticks more although paused: the next one at once, and each further one when the
+  /// one before it is over; in real time at the pace.
+  void Step(int64_t ticks, int64_t now_us, Actions* out);
   /// Changes the pace: times real time, 0 for as fast as possible.
   void SetSpeed(double speed, int64_t now_us, Actions* out);
 

@@ -78,8 +78,8 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   void Pause() { machine_.Pause(); }
   /// Goes on after Pause.
   void Resume() { Tell(&SimLockstep::Resume); }
-  /// Paused: runs one tick more.
-  void Step() { Tell(&SimLockstep::Step); }
+  /// Paused: runs so many ticks more.
+  void Step(int64_t ticks = 1) { Tell(&SimLockstep::Step, ticks); }
   /// Times real time; 0: as fast as possible.
   void SetSpeed(double speed) { Tell(&SimLockstep::SetSpeed, speed); }
   /// Text that the next CLOCK carries among its `controls`: an effect that begins at that tick.

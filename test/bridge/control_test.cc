@@ -58,6 +58,11 @@ TEST(ControlCommandTest, ErrorsSayWhatWasExpected) {
   EXPECT_EQ(ErrorOf("push m5 EAST"), "expected: push BODY DIRECTION NEWTON [SECONDS]");
   EXPECT_EQ(ErrorOf("step 0"), "step: expected a number, 1 to 1000000, not '0'");
   EXPECT_EQ(ErrorOf("speed nan"), "speed: expected a number, 0 to 1000000, not 'nan'");
+  EXPECT_EQ(ErrorOf("speed 1e-300"), "speed: expected 0 or at least 0.001, not '1e-300'");
+  EXPECT_EQ(ErrorOf("speed 0.001"), "");
+  EXPECT_EQ(ErrorOf("deploy a#b.dyn"), "deploy: a path must not hold '#': a#b.dyn");
+  EXPECT_EQ(ErrorOf("deploy my prog.dyn"),
+            "deploy: 'prog.dyn' is no hash of an image (a path must not hold blanks)");
   EXPECT_EQ(ErrorOf("kill m2 --cold"), "kill: unknown option --cold");
   EXPECT_EQ(ErrorOf("deploy x.dyn --to"), "--to: expected one module");
   EXPECT_EQ(ErrorOf("disconnect m2"), "expected MODULE.CONNECTOR, not 'm2'");
@@ -141,6 +146,24 @@ TEST(ControlGuardTest, OnlyFreshSignedNewCommandsAreObeyed) {
   EXPECT_EQ(ledger.late_commands, 2);
 }
 
+TEST(ControlGuardTest, ASenderWhoRepeatsItsCommandIsNotTakenForSomebodyWhoCopiedIt) {
+  Ledger ledger;
+  ControlGuard guard(KeyOf(1), &ledger);
+  const int64_t now = 1'000'000'000;
+  morphbus::control_t message = Seal(KeyOf(1), now, "pause");
+  EXPECT_EQ(guard.Judge(message, now), Verdict::kObey);
+  // Its outbox numbers each of its messages.
+  for (message.header.sequence = 1; message.header.sequence < 4; ++message.header.sequence) {
+    EXPECT_EQ(guard.Judge(message, now), Verdict::kAgain);
+  }
+  EXPECT_EQ(ledger.duplicates, 3);
+  EXPECT_EQ(ledger.replayed_commands, 0);
+  message.header.sequence = 2;
+  EXPECT_EQ(guard.Judge(message, now), Verdict::kAgain);
+  EXPECT_EQ(ledger.duplicates, 3);
+  EXPECT_EQ(ledger.replayed_commands, 1);
+}
+
 TEST(ControlGuardTest, NoneOfAThousandOldCommandsIsObeyedAgain) {
   Ledger ledger;
   ControlGuard guard(KeyOf(1), &ledger);
@@ -218,6 +241,36 @@ TEST_F(ControlServiceTest, AnAnswerThatGotLostIsRepeatedAndNothingIsDoneTwice) {
   ToolBus tool(&hub_, &time_, 2);
   const auto answer = GiveCommand(&tool, time_, kTool, KeyOf(1), "pause", 5'000'000, nullptr);
   ASSERT_TRUE(answer) << answer.error().message;
+  EXPECT_EQ(done_.size(), 1u);
+}
+
+TEST_F(ControlServiceTest, OvertakenCommandsAreAnsweredSeldomAndPushNoAnswerOut) {
+  const auto tool = hub_.Connect();
+  Ledger ledger;
+  Outbox outbox(tool.get(), kTool, &ledger);
+  const std::string channel = Channel("walk", "", Topic::kControl);
+  std::vector<std::string> answers;
+  tool->Subscribe(channel, [&](std::string_view, const uint8_t* data, size_t size) {
+    morphbus::control_t heard;
+    if (Decode(data, size, {}, &heard) && IsAnswer(heard.command)) answers.push_back(heard.command);
+  });
+  const auto give = [&](int64_t counter) {
+    morphbus::control_t message = Seal(KeyOf(1), counter, "pause");
+    outbox.Send(channel, 0, 0, &message);
+    hub_.HandleAll();
+  };
+  const int64_t now = time_.NowUs();
+  give(now);
+  ASSERT_EQ(answers.size(), 1u);
+  for (int i = 1; i <= 200; ++i) give(now - i);
+  EXPECT_EQ(answers.size(), 2u) << "all at one moment";
+  time_.AdvanceTo(now + 1'000'000);
+  give(now - 1);
+  EXPECT_EQ(answers.size(), 3u);
+  // The answer to the command that was obeyed is still kept.
+  give(now);
+  ASSERT_EQ(answers.size(), 4u);
+  EXPECT_EQ(answers.back(), answers.front());
   EXPECT_EQ(done_.size(), 1u);
 }
 

@@ -153,6 +153,41 @@ TEST(Lockstep, PauseHoldsTheRunAndNobodyAsksMeanwhile) {
   ExpectWhole(&run);
 }
 
+TEST(Lockstep, StepsInRealTimeLeaveModulesTheirTimeAndDoNotCatchUpThePause) {
+  SimLockstep::Config config;
+  config.num_modules = 1;
+  config.realtime = true;
+  SimLockstep sim(config);
+  SimLockstep::Actions actions;
+  sim.Begin(0, &actions);
+  sim.OnHello(0, 0, &actions);
+  // Every tick is answered while the run goes on; then it holds for a minute.
+  int64_t now = 0;
+  for (; sim.tick() < 5; now += 1000) {
+    sim.OnActuator(0, sim.tick(), now, &actions);
+    sim.OnTime(now, &actions);
+  }
+  sim.OnActuator(0, 5, now, &actions);
+  sim.Pause();
+  now += 60'000'000;
+  const int64_t begin = now;
+  sim.Step(3, now, &actions);
+  EXPECT_EQ(sim.tick(), 6) << "the first is at once, and no other before the bus was read";
+  // From here on time passes as the machine asks for it.
+  std::vector<int64_t> begins;
+  while (sim.tick() < 8 && now < begin + 1'000'000) {
+    sim.OnActuator(0, sim.tick(), now, &actions);
+    const int64_t tick = sim.tick();
+    now = sim.next_deadline_us();
+    sim.OnTime(now, &actions);
+    if (sim.tick() > tick) begins.push_back(now - begin);
+  }
+  EXPECT_EQ(begins, (std::vector<int64_t>{20'000, 40'000}));
+  sim.OnTime(begin + 1'000'000, &actions);
+  EXPECT_EQ(sim.tick(), 8) << "it holds again";
+  EXPECT_EQ(sim.missed_deadlines(), 0);
+}
+
 TEST(Lockstep, TheSimIsNeverMoreThanTheWindowAheadOfTheLogger) {
   FakeRunOptions options;
   FakeRun run(options);

@@ -55,8 +55,8 @@ class Live(Case):
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(self.process.communicate)
         self.addCleanup(self.process.kill)
-        # The first tick has come when the sim takes commands.
-        await_condition(lambda: self.attempt('speed', 4) == 0, 'the run takes commands')
+        # The sim takes commands before the first tick, too, but then does most of them later.
+        self.reach(1, 4)
 
     def attempt(self, *words):
         return subprocess.run(command('control', *words, '--run', self.run_name), capture_output=True).returncode
@@ -70,11 +70,11 @@ class Live(Case):
         self.assertEqual(done.stdout, '')
         return done.stderr
 
-    def reach(self, tick):
-        """Waits until a tick is over; full speed until then."""
+    def reach(self, tick, speed=0):
+        """Waits until a tick is over; at this speed until then."""
         def over():
             # A run that is slow to take up what was said before refuses more for a while.
-            done = subprocess.run(command('control', 'speed', 0, '--run', self.run_name, '--json'), capture_output=True)
+            done = subprocess.run(command('control', 'speed', speed, '--run', self.run_name, '--json'), capture_output=True)
             return done.returncode == 0 and json.loads(done.stdout)['tick'] > tick
         await_condition(over, f'tick {tick} is over')
 
@@ -85,15 +85,18 @@ class Live(Case):
     def end(self, status=0):
         out, err = self.process.communicate(timeout=120)
         self.assertEqual(self.process.returncode, status, out + err)
-        self.summary = json.loads(out)
+        self.summary, self.said = json.loads(out), err
         return self.summary
 
     def commands(self):
         """What the log says was done: (tick, command)."""
         return [(c['tick'], c['command']) for c in as_json('info', self.path)['commands']]
 
-    def clocks(self):
-        return [decode(data) for _, _, channel, data in read_events(self.path) if channel.endswith('/SIM/CLOCK')]
+    def roles_of(self, module):
+        """The roles that a module has played, in order."""
+        roles = [decode(data).role_name for _, _, channel, data in read_events(self.path)
+                 if channel.endswith(f'/{module}/STATUS')]
+        return [role for role, before in zip(roles, [''] + roles) if role not in ('', before)]
 
     def world(self, tick, module):
         """Where the first body of a module is at a tick."""
@@ -209,6 +212,66 @@ class Lockstep(Live):
         self.end()
         self.assert_repeats()
 
+    def test_a_script_kills_nobody(self):
+        # Run again, a dead module would be waited for, and no tick would come to restart it.
+        script = self.folder / 'script'
+        script.write_text('5 kill m2\n9 restart m2\n12 kill m3\n')
+        runs = [as_json('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', 0.4, where, '--run', 'spared',
+                        '--commands', script, '--log', self.folder / 'spared.log', '--force')
+                for where in ('--isolate', '--inproc')]
+        self.assertEqual(runs[0]['hash'], runs[1]['hash'])
+        self.path = self.folder / 'spared.log'
+        self.assertEqual(self.commands(), [(5, 'kill m2'), (9, 'restart m2'), (12, 'kill m3')])
+
+    def test_a_tick_takes_as_many_commands_as_clock_names(self):
+        self.start()
+        self.control('pause')
+        self.control('restart', 'm2')
+        for newtons in (1, 2, 3):
+            self.control('push', 'm5', 'EAST', newtons)
+        self.assertIn('wait for the next tick already', self.refuse(1, 'push', 'm5', 'EAST', 4))
+        self.assertIn('wait for the next tick already', self.refuse(1, 'restart', 'm3'))
+        tick = self.control('resume')['tick']
+        self.reach(tick + 10)
+        self.control('stop')
+        self.end()
+        self.assertEqual([c for t, c in self.commands() if t == tick],
+                         ['restart m2', 'resume', 'push m5 EAST 1', 'push m5 EAST 2', 'push m5 EAST 3'])
+        self.assert_repeats()
+
+    def test_a_script_may_do_more_at_once_and_the_log_says_when(self):
+        script = self.folder / 'script'
+        script.write_text(''.join(f'5 push m5 EAST {n}\n' for n in range(1, 13)))
+        options = ['--robot', 'quadruped', '--inproc', '--seconds', 0.4, '--run', 'many', '--json', '--force']
+        first = morphbus('run', MODEL, PROGRAM, *options, '--commands', script, '--log', self.folder / 'many.log')
+        self.assertNotIn('--commands', first.stderr)
+        self.path = self.folder / 'many.log'
+        self.assertEqual([t for t, _ in self.commands()], [5] * 5 + [6] * 5 + [7] * 2)
+        script.write_text(morphbus('info', self.path, '--commands').stdout)
+        again = morphbus('run', MODEL, PROGRAM, *options, '--commands', script, '--log', self.folder / 'again.log')
+        self.assertEqual(json.loads(again.stdout)['hash'], json.loads(first.stdout)['hash'])
+
+    def test_a_run_that_is_slow_answers_before_it_does(self):
+        self.start()
+        self.control('speed', 0.001)
+        waits = self.control('push', 'm5', 'EAST', 2)
+        self.assertTrue(waits['pending'])
+        self.reach(30)
+        self.control('stop')
+        self.end()
+        self.assertIn((waits['tick'], 'push m5 EAST 2'), self.commands())
+
+    def test_what_was_put_off_and_then_fails_is_warned_of(self):
+        self.start()
+        self.control('pause')
+        tick = self.control('connect', 'm2.c3', 'm5.c4')['tick']
+        self.control('resume')
+        self.reach(tick)
+        self.control('stop')
+        self.end()
+        self.assertRegex(self.said, rf'control: tick {tick}: connect m2.c3 m5.c4: .*is connected already')
+        self.assertNotIn('connect', ' '.join(c for _, c in self.commands()))
+
     def test_a_module_that_stays_dead_ends_the_run(self):
         self.start()
         self.control('kill', 'm9')
@@ -240,13 +303,22 @@ class Lockstep(Live):
         self.assertTrue(any('Foot' in problem for problem in summary['problems']), summary['problems'])
         self.assertFalse(any('UpperHalf' in problem for problem in summary['problems']), summary['problems'])
         self.assertRegex(dict(self.commands())[begun['tick']], r'^deploy greeter.dyn [0-9a-f]{16} --to m5$')
-        self.assertEqual(as_json('compare', self.path, self.path)['verdict'], 'equivalent')
+        # Before, each had the role of the program that it was started with.
+        self.assertEqual(self.roles_of('m5')[-1], 'Junction')
+        self.assertEqual(self.roles_of('m1')[-1], 'Foot')
+        self.assertNotIn('Foot', self.roles_of('m1')[:-1])
+        self.assertIn(self.roles_when_nobody_interferes()['m1'], self.roles_of('m1')[:-1])
         self.assert_repeats()
+        self.assertEqual(as_json('compare', self.path, self.folder / 'again.log')['verdict'], 'equivalent')
         # Another program under the same name is not what was deployed.
         program.write_text(GREETER.replace('== 4', '== 3'))
         err = morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--inproc', '--commands', self.folder / 'text',
                        status=2).stderr
         self.assertIn('is another program now', err)
+
+    def roles_when_nobody_interferes(self):
+        return as_json('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', 2, '--inproc', '--run', 'alone', '--log',
+                       self.folder / 'alone.log', '--force')['roles']
 
     def test_programs_that_cannot_run_here_are_refused(self):
         self.start()
@@ -268,8 +340,14 @@ class Lockstep(Live):
         (self.folder / 'atron.dyn').write_text('role A extends Module { startup s() { self.C7.SET_EXTENDED(true); } }')
         morphbus('compile', self.folder / 'atron.dyn', '--model', atron, '-o', car)
         self.assertIn('for another model', self.refuse(2, 'deploy', car))
+        for name, why in (('my prog.dyn', 'must not hold blanks'), ('my#prog.dyn', "must not hold '#'")):
+            (self.folder / name).write_text(GREETER)
+            self.assertIn(why, self.refuse(2, 'deploy', self.folder / name))
+        # The old program goes on, from which each module took its role.
+        self.reach(100)
         self.control('stop')
-        self.assertEqual(self.end()['roles'].get('m5'), self.summary['roles']['m5'])
+        self.assertEqual(self.end()['roles'], self.roles_when_nobody_interferes())
+        self.assertFalse(any('deploy' in c for _, c in self.commands()))
 
     def test_the_reference_shows_what_works(self):
         self.start('--speed', 4, run='walk')
@@ -310,7 +388,8 @@ class Lockstep(Live):
         script = self.folder / 'script'
         for text, why in (('5 pause\n7 resum\n', "script:2: no command 'resum' (did you mean 'resume'?)"),
                           ('0 pause\n', 'script:1: expected a tick'), ('9 stop\n# later\n4 pause', 'script:3: ticks must not fall'),
-                          ('5 deploy nowhere.dyn', 'nowhere.dyn')):
+                          ('5 deploy nowhere.dyn', 'nowhere.dyn'),
+                          ('{"commands":[{"tick":"x"}]}', 'script: commands[0]: expected an object with a tick')):
             script.write_text(text)
             err = morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--inproc', '--commands', script, status=2).stderr
             self.assertIn(why, err)

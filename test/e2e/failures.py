@@ -103,6 +103,13 @@ class Running(Case):
         self.process.kill()
         self.process.communicate()
         await_condition(lambda: not processes_of(self.run_name), 'no orphans', 10)
+        left = self.folder / 'runtime' / 'morphbus' / 'killlauncher'
+        self.assertTrue((left / 'control.key').exists())
+        # The name is free at once; in so short a run no module comes to a role.
+        next_log = self.folder / 'next.log'
+        morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--isolate', '--run', 'killlauncher', '--seconds', 0.2,
+                 '--log', next_log, status=1)
+        morphbus('verify', next_log)
         self.assertEqual(as_json('runs')['runs'], [])
         self.assertEqual(list((self.folder / 'runtime' / 'morphbus').iterdir()), [])
         kept = self.log_path if self.log_path.exists() else f'{self.log_path}.partial'
@@ -114,6 +121,31 @@ class Running(Case):
         out, err = self.finish(0)
         self.assertIn('interrupted', out)
         morphbus('verify', self.log_path)
+
+    def test_a_run_whose_modules_never_come_can_be_interrupted(self):
+        # A copy of the program has modules of its own beside it, which do nothing.
+        programs = self.folder / 'bin'
+        programs.mkdir()
+        shutil.copy(BIN / 'morphbus', programs)
+        (programs / 'morphbus-module').write_text('#!/bin/sh\nexec sleep 1000\n')
+        (programs / 'morphbus-module').chmod(0o700)
+        log = self.folder / 'idle.log'
+        run = subprocess.Popen([str(programs / 'morphbus'), *command(
+            'run', MODEL, PROGRAM, '--robot', 'quadruped', '--isolate', '--run', 'idle', '--log', log, '--json')[1:]],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(run.communicate)
+        self.addCleanup(run.kill)
+        await_condition(lambda: [text for text in processes_of('idle').values() if '/morphbus sim ' in text], 'it has a sim')
+        run.send_signal(signal.SIGINT)
+        out, err = run.communicate(timeout=60)
+        # Not a failure: but no module has a role.
+        self.assertEqual(run.returncode, 1, out + err)
+        summary = json.loads(out)
+        self.assertEqual((summary['ended'], summary['error']), ('interrupted', None))
+        self.assertLess(summary['wall_seconds'], 10)
+        await_condition(lambda: not processes_of('idle'), 'no orphans', 10)
+        # The log says that nobody answered the tick that was published.
+        self.assertIn('NOT whole; END verified, clean: interrupted', morphbus('verify', log, status=1).stdout)
 
     def test_a_name_in_use_is_refused(self):
         self.start('inuse')

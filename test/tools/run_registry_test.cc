@@ -8,6 +8,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <optional>
 
 namespace morphbus::tools {
@@ -83,6 +84,20 @@ TEST_F(RunRegistryTest, WhatAKilledLauncherLeavesIsCleaned) {
   EXPECT_TRUE(ListRuns()->empty());
   EXPECT_FALSE(fs::exists(folder_ + "/morphbus/dead"));
   EXPECT_TRUE(RunDirectory::Claim("dead").has_value());
+}
+
+TEST_F(RunRegistryTest, WhoClaimsTheNameOfAKilledRunFindsNothingOfIt) {
+  const std::string path = folder_ + "/morphbus/dead";
+  fs::create_directories(path + "/old");
+  fs::permissions(folder_ + "/morphbus", fs::perms::owner_all);
+  for (const char* name : {"lock", "run.json", "control.key", "commands", "old/file"}) {
+    std::ofstream(path + "/" + name) << "x";
+  }
+  const Result<RunDirectory> run = RunDirectory::Claim("dead");
+  ASSERT_TRUE(run.has_value()) << run.error().message;
+  std::vector<std::string> left;
+  for (const auto& entry : fs::directory_iterator(path)) left.push_back(entry.path().filename());
+  EXPECT_EQ(left, std::vector<std::string>{"lock"});
 }
 
 TEST_F(RunRegistryTest, TheDirectoryOfARunIsPrivate) {

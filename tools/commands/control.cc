@@ -90,7 +90,11 @@ int Report(const ControlledRun& run, const std::string& command,
 
 /// Gives one command and waits for the answer.
 int Control(const ControlOptions& options) {
-  // The words are put together again and read as the sim reads them.
+  // The words are put together again and read as the sim reads them, which must find the same ones.
+  for (const std::string& word : options.words) {
+    if (options.words.front() != "deploy" || word.find(' ') == std::string::npos) continue;
+    return Unusable("deploy: a path must not hold blanks: " + word);
+  }
   std::string text = fmt::format("{}", fmt::join(options.words, " "));
   if (options.cold) text += " --cold";
   if (!options.to.empty()) text += " --to " + options.to;

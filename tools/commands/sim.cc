@@ -17,6 +17,9 @@ namespace {
 
 /// Microseconds between two looks at the launcher and at signals.
 constexpr int64_t kWatchUs = 50000;
+/// Seconds that a run which is told to stop before it began gets to begin, so that its log has a
+/// whole tick; who has not joined by then may never do so.
+constexpr double kBeginSeconds = 1;
 /// Seconds without a further HELLO after which the launcher's sim ends before it began.
 constexpr int64_t kJoinS = 15;
 
@@ -113,16 +116,22 @@ int Simulate(const SimCommandOptions& options) {
   }
   std::string stop;  ///< Why the run shall end; empty while it goes on.
   bool stopping = false;
+  WallTimer since_stop;
   Ticker watch(kWatchUs, [&] {
     const std::string reason = StopReason(&link, [&](const Json& message) {
       if (message.contains("ordered")) desk.OrderDone(message.value("ordered", ""));
     });
-    if (stop.empty()) stop = reason;
+    if (stop.empty()) {
+      stop = reason;
+      since_stop = WallTimer();
+    }
     // The run ends at its next tick. Where the launcher has started everyone, it begins first.
-    if (!stop.empty() && !stopping && (by_hand || participant.tick() > 0)) {
+    const bool begun = participant.tick() > 0 || since_stop.seconds() > kBeginSeconds;
+    if (!stop.empty() && !stopping && (by_hand || begun)) {
       stopping = true;
       participant.RequestStop(stop);
     }
+    desk.AnswerWaiting();
     link.Send(Progress(participant));
   });
   // This returns when the run is over: the participant is done, and the watch never keeps it.

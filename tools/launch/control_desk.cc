@@ -19,9 +19,11 @@ using bridge::ControlAnswer;
 using bridge::ControlCommand;
 using bridge::ControlKind;
 
-/// Commands that one tick takes: as many as a CLOCK names but one, which is left for a command that
-/// makes a paused run go on.
+/// Commands that one tick takes: as many as a CLOCK names (kMostControls) but one, which is left
+/// for a command that makes a paused run go on.
 constexpr int kMostAtOnce = 4;
+/// Seconds after which whoever waits for a tick hears that it may take longer.
+constexpr double kLaterSeconds = 1;
 /// The counter of a command that nobody awaits an answer to.
 constexpr int64_t kNobody = -1;
 constexpr const char* kStopped = "stopped by command";
@@ -47,33 +49,57 @@ void ControlDesk::Accept(const Given& given, ControlAnswer::State state) {
   answer_({given.counter, state, sim_.tick() + 1, 0, ""});
 }
 
-void ControlDesk::Refuse(const Given& given, const Refusal& refusal) {
-  // Who waits for an answer gets it; of a script's command the user must hear some other way.
-  if (given.counter != kNobody && !given.answered && answer_) {
-    answer_({given.counter, ControlAnswer::State::kRefused, sim_.tick(), refusal.status,
-             refusal.reason});
-  } else if (given.counter == kNobody) {
-    Warn(fmt::format("--commands: tick {}: {}: {}", sim_.tick() + 1, ControlText(given.command),
-                     refusal.reason));
+void ControlDesk::Refuse(const Given& given, const Refusal& refusal, int64_t tick) {
+  // Who waits for an answer gets it.
+  const bool scripted = given.counter == kNobody;
+  if (!scripted && !given.answered) {
+    if (!answer_) return;
+    return answer_(
+        {given.counter, ControlAnswer::State::kRefused, tick, refusal.status, refusal.reason});
   }
+  // Nobody waits for what a script says, or was promised for later: the user hears of it here.
+  Warn(fmt::format("{}: tick {}: {}: {}", scripted ? "--commands" : "control", tick,
+                   ControlText(given.command), refusal.reason));
+}
+
+void ControlDesk::Announce(const ControlCommand& command) {
+  ++announced_;
+  sim_.AnnounceControl(ControlText(command));
+}
+
+int ControlDesk::NumPending() const {
+  return announced_ + static_cast<int>(waiting_.size() + ordered_.size());
 }
 
 void ControlDesk::Give(int64_t counter, const ControlCommand& command) {
-  Given given = {counter, command, false};
-  if (sim_.ending()) return Refuse(given, {kNo, "the run is over"});
-  if (announced_ >= kMostAtOnce && !MovesOn(command.kind)) {
-    return Refuse(given,
-                  {kNo, fmt::format("{} commands wait for the next tick already", kMostAtOnce)});
+  Given given = {counter, command};
+  const int64_t tick = sim_.tick() + 1;
+  if (sim_.ending()) return Refuse(given, {kNo, "the run is over"}, tick);
+  // A script says what was done once, and is told nothing that the run did not say then.
+  const bool scripted = counter == kNobody;
+  const int most = MovesOn(command.kind) ? kMostAtOnce + 1 : kMostAtOnce;
+  if (!scripted && NumPending() >= most && command.kind != ControlKind::kStop) {
+    return Refuse(given, {kNo, fmt::format("{} commands wait for the next tick already", most)},
+                  tick);
   }
-  if (const Refusal refusal = Check(command); refusal.status != 0) return Refuse(given, refusal);
-  ++announced_;
+  Refusal refusal = Check(command);
+  if (refusal.status == 0 && !scripted) refusal = CheckProgram(command);
+  if (refusal.status != 0) return Refuse(given, refusal, tick);
   if (DoNow(given)) return;
   // A run that holds still takes it up when it goes on; nobody waits for that.
-  if (sim_.paused() && steps_left_ == 0) {
+  if (Held()) {
     Accept(given, ControlAnswer::State::kLater);
     given.answered = true;
   }
   waiting_.push_back(std::move(given));
+}
+
+void ControlDesk::AnswerWaiting() {
+  for (Given& given : waiting_) {
+    if (given.answered || given.since.seconds() < kLaterSeconds) continue;
+    Accept(given, ControlAnswer::State::kLater);
+    given.answered = true;
+  }
 }
 
 ControlDesk::Refusal ControlDesk::Check(const ControlCommand& command) {
@@ -126,9 +152,18 @@ ControlDesk::Refusal ControlDesk::CheckNames(const ControlCommand& command) {
     return {kUnusable,
             fmt::format("{} has no '{}'{}", part.module, part.part, DidYouMean(part.part, names))};
   }
+  return {};
+}
+
+ControlDesk::Refusal ControlDesk::CheckProgram(const ControlCommand& command) {
+  const int module = Addressee(command);
+  const uint64_t hash = sim_.program_of(module);
+  if (command.kind == ControlKind::kDeploy && hash == command.program_hash) {
+    return {kNo, plan_.robot().modules[module].name + " runs this program already"};
+  }
   if (command.kind != ControlKind::kInvoke) return {};
   // The program of the module that issues it says whether there is such a command.
-  const vm::VerifiedProgram* program = FindProgram(sim_.program_of(Addressee(command)));
+  const vm::VerifiedProgram* program = FindProgram(hash);
   if (program == nullptr) return {kFailed, "nobody knows the program that runs there"};
   const Result<vm::InvokeRequest> request = ResolveCall(*program, command);
   return request ? Refusal() : Refusal{kUnusable, request.error().message};
@@ -142,8 +177,7 @@ ControlDesk::Refusal ControlDesk::CheckDeploy(const ControlCommand& command) {
   }
   const std::string& image = script_.images[command.program_hash];
   if (const std::string why = WhyNotFor(plan_.model, image); !why.empty()) return {kUnusable, why};
-  if (sim_.program_of(Addressee(command)) != command.program_hash) return {};
-  return {kNo, plan_.robot().modules[Addressee(command)].name + " runs this program already"};
+  return {};
 }
 
 bool ControlDesk::DoNow(const Given& given) {
@@ -158,7 +192,7 @@ bool ControlDesk::DoNow(const Given& given) {
   // A run that has not begun begins first, so that its log has a whole tick.
   if (kind == ControlKind::kStop && sim_.tick() == 0) return false;
   // Named first, for the next CLOCK may go out at once.
-  sim_.AnnounceControl(ControlText(command));
+  Announce(command);
   Accept(given, ControlAnswer::State::kDone);
   if (kind == ControlKind::kStop) sim_.RequestStop(kStopped);
   if (kind == ControlKind::kSpeed) sim_.SetSpeed(command.speed);
@@ -168,22 +202,16 @@ bool ControlDesk::DoNow(const Given& given) {
   }
   if (kind == ControlKind::kStep) {
     steps_left_ += command.steps;
-    for (int64_t i = 0; i < command.steps; ++i) sim_.Step();
+    sim_.Step(command.steps);
   }
   return true;
 }
 
 void ControlDesk::Order(const Given& given) {
-  // A script's orders are noted at their ticks, whoever carries them out.
-  if (given.counter == kNobody) {
-    sim_.AnnounceControl(ControlText(given.command));
-    if (order_) order_(given.command);
-    if (order_) ordered_.push_back(given);
-    return;
-  }
+  // A script's orders are noted at their ticks, and no more.
+  if (given.counter == kNobody) return Announce(given.command);
   if (!order_) {
-    --announced_;
-    return Refuse(given, {kFailed, "this run has no launcher to do that"});
+    return Refuse(given, {kFailed, "this run has no launcher to do that"}, sim_.tick() + 1);
   }
   // The answer waits for the launcher's.
   ordered_.push_back(given);
@@ -195,9 +223,8 @@ void ControlDesk::OrderDone(const std::string& error) {
   if (ordered_.empty()) return;
   const Given given = ordered_.front();
   ordered_.erase(ordered_.begin());
-  if (!error.empty()) return Refuse(given, {kNo, error});
-  if (given.counter == kNobody) return;
-  sim_.AnnounceControl(ControlText(given.command));
+  if (!error.empty()) return Refuse(given, {kNo, error}, sim_.tick() + 1);
+  Announce(given.command);
   Accept(given, ControlAnswer::State::kDone);
 }
 
@@ -206,10 +233,10 @@ void ControlDesk::BeforeTick(int64_t tick) {
   for (const Given& given : std::exchange(waiting_, {})) {
     const Refusal refusal = Do(given.command);
     if (refusal.status != 0) {
-      Refuse(given, refusal);
+      Refuse(given, refusal, tick);
       continue;
     }
-    sim_.AnnounceControl(ControlText(given.command));
+    Announce(given.command);
     if (!given.answered && given.counter != kNobody && answer_) {
       answer_({given.counter, ControlAnswer::State::kDone, tick, 0, ""});
     }
@@ -217,24 +244,28 @@ void ControlDesk::BeforeTick(int64_t tick) {
 }
 
 void ControlDesk::AfterTick(int64_t tick) {
-  // CLOCK is out, so the next one is empty yet; this tick was one of those to step.
-  announced_ = 0;
+  // CLOCK is out, so the next one is empty yet, but for what this one had no room for; this tick
+  // was one of those to step.
+  announced_ = std::max(0, announced_ - kMostAtOnce - 1);
   if (steps_left_ > 0) --steps_left_;
   const std::vector<ScriptedCommand>& scripted = script_.commands;
-  for (; next_scripted_ < scripted.size() && scripted[next_scripted_].tick <= tick + 1;) {
+  while (next_scripted_ < scripted.size() && scripted[next_scripted_].tick <= tick + 1) {
+    // More than a CLOCK names wait for the tick whose CLOCK will, so that it stays true; a run that
+    // holds still would never get there.
+    if (NumPending() > kMostAtOnce && !Held()) break;
     // Counted before it is given: what it leads to may be the next tick.
     const ScriptedCommand& next = scripted[next_scripted_++];
     Give(kNobody, next.command);
   }
   // Nobody can reach a run in one process, so a pause that the script does not end has no end.
-  if (folder_.empty() && sim_.paused() && steps_left_ == 0) {
+  if (folder_.empty() && Held()) {
     sim_.RequestStop("paused, with no command to resume");
   }
 }
 
 void ControlDesk::Finish() {
   for (const auto* given : {&waiting_, &ordered_}) {
-    for (const Given& each : *given) Refuse(each, {kNo, "the run ended before"});
+    for (const Given& each : *given) Refuse(each, {kNo, "the run ended before"}, sim_.tick());
   }
   waiting_.clear();
   ordered_.clear();
@@ -242,6 +273,8 @@ void ControlDesk::Finish() {
 
 ControlDesk::Refusal ControlDesk::Do(const ControlCommand& command) {
   // Whatever fails here has changed nothing.
+  if (const Refusal refusal = CheckProgram(command); refusal.status != 0) return refusal;
+  const int addressee = Addressee(command);
   Result<void> done;
   switch (command.kind) {
     case ControlKind::kPause:
@@ -266,27 +299,16 @@ ControlDesk::Refusal ControlDesk::Do(const ControlCommand& command) {
       break;
     case ControlKind::kDeploy: {
       const std::string& image = script_.images[command.program_hash];
-      sim_.Deploy(static_cast<size_t>(Addressee(command)), command.program_hash,
-                  {image.begin(), image.end()});
+      sim_.Deploy(addressee, command.program_hash, {image.begin(), image.end()});
       break;
     }
     case ControlKind::kInvoke:
-      return Invoke(command);
+      sim_.Invoke(addressee, *ResolveCall(*FindProgram(sim_.program_of(addressee)), command));
+      break;
     default:
       break;
   }
   return done ? Refusal() : Refusal{kNo, done.error().message};
-}
-
-ControlDesk::Refusal ControlDesk::Invoke(const ControlCommand& command) {
-  const int module = Addressee(command);
-  // The module may have gone over to another program since the command was given.
-  const vm::VerifiedProgram* program = FindProgram(sim_.program_of(module));
-  if (program == nullptr) return {kFailed, "nobody knows the program that runs there"};
-  const Result<vm::InvokeRequest> request = ResolveCall(*program, command);
-  if (!request) return {kUnusable, request.error().message};
-  sim_.Invoke(static_cast<size_t>(module), *request);
-  return {};
 }
 
 int ControlDesk::Addressee(const ControlCommand& command) const {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <filesystem>
 #include <sstream>
 
 #include "compiler/base/text.h"
@@ -22,35 +23,54 @@ constexpr size_t kMostScriptBytes = 16u << 20;
 /// Where a run's folder has its script.
 std::string ScriptPath(const std::string& folder) { return folder + "/commands"; }
 
-/// What `info --json` lists, as lines "TICK COMMAND"; the text itself if it is no such object.
-std::string LinesOf(const std::string& text) {
-  const Json json = Json::parse(text, nullptr, false);
-  if (!json.is_object() || !json.contains("commands") || !json["commands"].is_array()) return text;
-  std::string lines;
-  for (const Json& entry : json["commands"]) {
-    if (!entry.is_object()) return text;
-    lines += fmt::format("{} {}\n", entry.value("tick", int64_t{0}), entry.value("command", ""));
+/// Adds a command to the script. Commands take effect from tick 1 on: tick 0 waits for all to join.
+/// The error begins with `place`.
+Result<void> AddCommand(const std::string& place, int64_t tick, std::string_view text,
+                        ControlScript* script) {
+  if (tick < 1) return Fail(place + ": expected a tick, 1 or more, and a command");
+  Result<bridge::ControlCommand> command = bridge::ParseControl(text);
+  if (!command) return Fail(place + ": " + command.error().message);
+  if (!script->commands.empty() && tick < script->commands.back().tick) {
+    return Fail(place + ": ticks must not fall");
   }
-  return lines;
+  script->commands.push_back({tick, std::move(*command)});
+  return {};
 }
 
-/// One line, "412 pause". Commands take effect from tick 1 on: tick 0 waits for all to join.
-Result<ScriptedCommand> ParseLine(const std::string& line) {
+/// One line, "412 pause".
+Result<void> AddLine(const std::string& place, const std::string& line, ControlScript* script) {
   // The tick is a number of its own, so that "5pause" is none.
-  ScriptedCommand scripted;
+  int64_t tick = 0;
   const char* end = line.data() + line.size();
-  const std::from_chars_result read = std::from_chars(line.data(), end, scripted.tick);
-  if (read.ec != std::errc() || read.ptr == end || *read.ptr != ' ' || scripted.tick < 1) {
-    return Fail("expected a tick, 1 or more, and a command");
-  }
-  Result<bridge::ControlCommand> command = bridge::ParseControl({read.ptr, end});
-  if (!command) return Fail(command.error().message);
-  scripted.command = std::move(*command);
-  return scripted;
+  const std::from_chars_result read = std::from_chars(line.data(), end, tick);
+  if (read.ec != std::errc() || read.ptr == end || *read.ptr != ' ') tick = 0;
+  return AddCommand(place, tick, {read.ptr, end}, script);
 }
 
-/// The commands of a text, in order of their ticks. The error begins with the line's number.
+/// What `info --json` lists, objects of tick and command.
+Result<ControlScript> ParseList(const Json& list) {
+  ControlScript script;
+  if (!list.is_array()) return Fail(" commands: expected a list");
+  for (size_t i = 0; i < list.size(); ++i) {
+    // Anything may stand there: somebody may have written it by hand.
+    const std::string place = fmt::format(" commands[{}]", i);
+    const Json& entry = list[i];
+    if (!entry.is_object() || !entry.contains("tick") || !entry["tick"].is_number_integer() ||
+        !entry.contains("command") || !entry["command"].is_string()) {
+      return Fail(place + ": expected an object with a tick, an integer, and a command, a text");
+    }
+    const auto text = entry["command"].get<std::string>();
+    const Result<void> added = AddCommand(place, entry["tick"].get<int64_t>(), text, &script);
+    if (!added) return Fail(added.error().message);
+  }
+  return script;
+}
+
+/// The commands of a text, in order of their ticks. The error begins with the place, that is the
+/// line's number or a path into JSON.
 Result<ControlScript> ParseScript(const std::string& text) {
+  const Json json = Json::parse(text, nullptr, false);
+  if (json.is_object() && json.contains("commands")) return ParseList(json["commands"]);
   ControlScript script;
   std::istringstream lines(text);
   std::string line;
@@ -60,12 +80,8 @@ Result<ControlScript> ParseScript(const std::string& text) {
     const size_t begin = line.find_first_not_of(" \t\r");
     if (begin == std::string::npos) continue;
     line = line.substr(begin, line.find_last_not_of(" \t\r") + 1 - begin);
-    const Result<ScriptedCommand> scripted = ParseLine(line);
-    if (!scripted) return Fail(fmt::format("{}: {}", number, scripted.error().message));
-    if (!script.commands.empty() && scripted->tick < script.commands.back().tick) {
-      return Fail(fmt::format("{}: ticks must not fall", number));
-    }
-    script.commands.push_back(*scripted);
+    const Result<void> added = AddLine(std::to_string(number), line, &script);
+    if (!added) return Fail(added.error().message);
   }
   return script;
 }
@@ -127,7 +143,7 @@ std::optional<ControlScript> LoadScript(const std::string& path, const model::Mo
     Unusable("--commands: " + text.error().message);
     return std::nullopt;
   }
-  Result<ControlScript> script = ParseScript(LinesOf(*text));
+  Result<ControlScript> script = ParseScript(*text);
   if (!script) {
     Unusable(path + ":" + script.error().message);
     return std::nullopt;
@@ -153,9 +169,15 @@ Result<void> WriteScript(const ControlScript& script, const std::string& folder)
 }
 
 Result<ControlScript> ReadScript(const std::string& folder) {
+  // No folder, and no file in it, are as good as an empty one; a file that cannot be read is not.
+  std::error_code failure;
+  if (folder.empty()) return ControlScript();
+  if (!std::filesystem::exists(ScriptPath(folder), failure) && !failure) return ControlScript();
   const Result<std::string> text = ReadFile(ScriptPath(folder), kMostScriptBytes);
-  if (!text) return ControlScript();
-  return ParseScript(*text);
+  if (!text) return Fail(text.error().message);
+  Result<ControlScript> script = ParseScript(*text);
+  if (!script) return Fail(ScriptPath(folder) + ":" + script.error().message);
+  return script;
 }
 
 std::string ControlKeyPath(const std::string& folder) { return folder + "/control.key"; }

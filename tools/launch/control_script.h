@@ -37,8 +37,9 @@ std::string WhyNotFor(const model::Model& model, const std::string& image);
 /// be used.
 std::optional<ControlScript> LoadScript(const std::string& path, const model::Model& model);
 
-/// Puts a script into a run's folder, where the sim finds it, and back. A folder without one gives
-/// an empty script.
+/// Puts a script into a run's folder, where the sim finds it, and back. No folder (an empty path)
+/// and one without a script give an empty script; reading fails if there is one that cannot be
+/// used.
 Result<void> WriteScript(const ControlScript& script, const std::string& folder);
 Result<ControlScript> ReadScript(const std::string& folder);
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <csignal>
+#include <utility>
 
 #include "bridge/control/control_seal.h"
 #include "bridge/module/snapshot_file.h"
@@ -220,6 +221,7 @@ void Launcher::Watch() {
   poll(fds.data(), fds.size(), kPollMs);
   TakeMessages();
   CheckChildren();
+  CarryOutOrders();
 }
 
 void Launcher::TakeMessages() {
@@ -227,10 +229,7 @@ void Launcher::TakeMessages() {
     // Every message of the sim shows that it lives.
     since_sim_spoke_ = WallTimer();
     if (message.contains("tick")) outcome_.ticks = message.value("tick", outcome_.ticks);
-    if (message.contains("order")) {
-      const Result<void> done = CarryOutOrder(message.value("order", ""));
-      sim_->Deliver({{"ordered", done ? "" : done.error().message}});
-    }
+    if (message.contains("order")) orders_.push_back(message.value("order", ""));
     if (!message.contains("outcome")) continue;
     // How the run ended, which only the sim knows.
     const Json& report = message["outcome"];
@@ -288,6 +287,15 @@ void Launcher::CheckTimeouts() {
   }
 }
 
+void Launcher::CarryOutOrders() {
+  for (const std::string& order : std::exchange(orders_, {})) {
+    // Nobody is started for a run that is over, and nobody there awaits an answer.
+    if (sim_reported_ || !outcome_.error.empty()) return;
+    const Result<void> done = CarryOutOrder(order);
+    sim_->Deliver({{"ordered", done ? "" : done.error().message}});
+  }
+}
+
 Result<void> Launcher::CarryOutOrder(const std::string& order) {
   const Result<bridge::ControlCommand> command = bridge::ParseControl(order);
   const auto module = command ? plan_.robot().FindModule(command->part.module) : std::nullopt;
@@ -316,7 +324,11 @@ void Launcher::Fail(const std::string& error) {
 void Launcher::AwaitEnd(double seconds) {
   const WallTimer timer;
   // They end by themselves once the sim has said good-bye.
-  while (!AllEnded() && timer.seconds() < seconds) Watch();
+  const bool never_began = interrupted_ && outcome_.ticks == 0;
+  while (!AllEnded() && timer.seconds() < seconds) {
+    if (never_began && Find(kLogName)->ended()) return;
+    Watch();
+  }
   for (const ChildProcess& child : children_) {
     if (!child.ended()) Fail(fmt::format("{} did not end with the run", child.name()));
   }

@@ -56,8 +56,11 @@ class Launcher {
   /// Sleeps until a process ends, a message or a signal comes, or kPollMs are over; then reads the
   /// messages and notes which processes have ended.
   void Watch();
-  /// Reads what sim and logger said over their links.
+  /// Reads what sim and logger said over their links. Orders are only noted, for who reads may be
+  /// looking at a child that an order takes away.
   void TakeMessages();
+  /// Carries out the orders that were noted, and answers each.
+  void CarryOutOrders();
   /// Notices who has ended. Ending before the simulator reports the end of the run is failing.
   void CheckChildren();
   /// Passes a signal on to the sim; fails the run if somebody whose turn it is stays silent.
@@ -66,7 +69,8 @@ class Launcher {
   void Fail(const std::string& error);
   /// Ends a run that failed: nothing new is simulated, the log is closed, nobody is left.
   void StopAll();
-  /// Waits for all to end by themselves; names who does not.
+  /// Waits for all to end by themselves; names who does not. A run that was interrupted before it
+  /// began waits for its logger only, and blames nobody: whoever did not join cannot know.
   void AwaitEnd(double seconds);
   /// Whether every child has been found to have ended.
   [[nodiscard]] bool AllEnded() const;
@@ -86,8 +90,9 @@ class Launcher {
   bool log_reported_ = false;  ///< The logger has said where the closed log is.
   bool interrupted_ = false;   ///< A signal came, and the sim was told to stop.
   WallTimer since_interrupted_;
-  std::set<std::string> killed_;  ///< Processes that were killed by command.
-  std::string first_exited_;      ///< Who ended, without an error, before the simulator's report.
+  std::set<std::string> killed_;     ///< Processes that were killed by command.
+  std::vector<std::string> orders_;  ///< Of the sim, not carried out yet; oldest first.
+  std::string first_exited_;         ///< Who ended, without an error, before the sim's report.
   WallTimer since_left_;
   /// Since the sim's last report of progress; none until the first, for building a robot takes
   /// time.

@@ -83,13 +83,19 @@ int Lock(const std::string& path, bool create) {
   return -1;
 }
 
+/// Empties a directory whose lock we hold, but for the lock: as long as that is there, nobody else
+/// can claim the directory.
+void Empty(const std::string& path) {
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(path, ignored)) {
+    if (entry.path().filename() != "lock") fs::remove_all(entry.path(), ignored);
+  }
+}
+
 /// Removes a directory whose lock we hold, the lock last.
 void Remove(const std::string& path) {
   std::error_code ignored;
-  for (const fs::directory_entry& entry : fs::directory_iterator(path, ignored)) {
-    // As long as the lock file is there, nobody else can claim the directory.
-    if (entry.path().filename() != "lock") fs::remove_all(entry.path(), ignored);
-  }
+  Empty(path);
   fs::remove_all(path, ignored);
 }
 
@@ -123,8 +129,8 @@ Result<RunDirectory> RunDirectory::Claim(const std::string& name) {
     // The lock is what holds a name: it goes with the process, however that ends.
     const int lock = Lock(path, true);
     if (lock >= 0) {
-      std::error_code ignored;
-      fs::remove(path + "/run.json", ignored);  // of a run that was killed
+      // A run that was killed has left its files, of which the new one must see none.
+      Empty(path);
       return RunDirectory(chosen, path, lock);
     }
     // A fresh name that is taken is drawn again; a name that was asked for is refused.
