@@ -32,8 +32,8 @@ class UdpmSocket {
   UdpmSocket& operator=(const UdpmSocket&) = delete;
 
   /// Lets the kernel pass what is of interest on exactly these channels, and with `fragments` the
-  /// parts of messages that are too long for one datagram. Returns false if there are too many for a
-  /// filter, or the kernel takes none: then everything passes.
+  /// parts of messages that are too long for one datagram. Returns false if there are too many for
+  /// a filter, or the kernel takes none: then everything passes.
   bool SetChannels(const std::vector<ChannelInterest>& channels, bool fragments);
   /// Takes the filter away: for loggers and spies.
   void PassEverything();
