@@ -26,6 +26,7 @@ morphbus::docked_connector_t Reading(const model::Model& model, const model::Doc
     // A connection of unlike types has no mirror image; its number is then the mate's.
     option = model::MirrorOption(model, docking).value_or(option);
   }
+  // The wire carries the number that people know, from 1.
   reading.number = static_cast<int16_t>(options[option].number);
   return reading;
 }
@@ -57,11 +58,13 @@ void Connections::Sense(std::vector<morphbus::module_sensors_t>* out) const {
 
 bool Connections::Command(int module, const morphbus::connector_command_t& command,
                           const LinkPosesNow& link_poses) {
+  // Modules may command anything; only what there is counts.
   const model::Connector* connector =
       At(model_->TypeOf(robot_, module).connectors, command.connector);
   const model::StateVariable* variable =
       connector == nullptr ? nullptr : At(connector->states, command.state);
   if (variable == nullptr || At(variable->values, command.value) == nullptr) return false;
+  // Commands come again every tick, and mostly change nothing.
   int& value = states_[module][command.connector][command.state];
   if (value == command.value) return false;
   value = command.value;
@@ -104,6 +107,7 @@ Result<void> Connections::Connect(const std::string& module, const std::string& 
   if (FindDocking(robot_, end->module, end->connector)) {
     return Fail(module + "." + connector + " is connected already");
   }
+  // The states of both are set as the connection needs them, so none of them forbids it.
   const std::optional<model::Docking> mate =
       FindMate(*model_, robot_, link_poses(), end->module, end->connector, nullptr);
   if (!mate) return Fail("no free connector is near enough to " + module + "." + connector);

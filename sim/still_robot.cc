@@ -1,6 +1,7 @@
 #include "sim/still_robot.h"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "compiler/base/disjoint_sets.h"
@@ -25,11 +26,13 @@ StillRobot::StillRobot(std::shared_ptr<const model::Model> model, const model::R
       connections_(model_, robot),
       step_s_(physics_step_us * 1e-6),
       steps_(tick_us / physics_step_us) {
+  // Every part that comes apart goes on from where its links were last.
   const model::JointValues start = model::StartValues(robot);
   for (const std::vector<model::Pose>& X_RL :
        model::ForwardKinematics(*model_, robot, start).X_RL) {
     X_RL_anchor_.push_back(X_RL.front());
   }
+  // Servos count from the start values, as those of a robot with physics do.
   for (int m = 0; m < static_cast<int>(robot.modules.size()); ++m) {
     std::vector<StillJoint>& joints = joints_.emplace_back();
     for (const model::Joint& joint : model_->TypeOf(robot, m).joints) {
@@ -47,6 +50,7 @@ StillRobot::StillRobot(std::shared_ptr<const model::Model> model, const model::R
 
 void StillRobot::Sense(std::vector<morphbus::module_sensors_t>* out) {
   out->clear();
+  // A joint is where its set-point is, in the module's own values.
   for (size_t m = 0; m < joints_.size(); ++m) {
     morphbus::module_sensors_t& sensors = out->emplace_back();
     sensors.module_id = static_cast<int16_t>(m);
@@ -72,6 +76,7 @@ void StillRobot::Actuate(const morphbus::actuator_t& command) {
   for (size_t j = 0; j < std::min(joints.size(), command.joints.size()); ++j) {
     const morphbus::joint_command_t& joint = command.joints[j];
     if (joints[j].fixed) continue;
+    // Anything but a target or a speed leaves the joint where it is.
     ServoCommand servo;
     if (joint.mode == morphbus::joint_command_t::MODE_POSITION) {
       servo = {ServoMode::kPosition, joint.target_si - joints[j].start, joint.speed_si};
@@ -99,6 +104,7 @@ void StillRobot::Advance() {
 }
 
 Result<void> StillRobot::Disconnect(const std::string& module, const std::string& connector) {
+  // Asked for while the parts still hang together: afterwards nobody could tell where they are.
   LinkPoses();
   return connections_.Disconnect(module, connector);
 }
@@ -123,38 +129,43 @@ const LinkPoseTable& StillRobot::LinkPoses() {
 LinkPoseTable StillRobot::ComputeLinkPoses() const {
   const model::Robot& robot = connections_.robot();
   const int num_modules = static_cast<int>(robot.modules.size());
+  // What hangs together is a part, numbered by its first module.
   DisjointSets parts(num_modules);
-  for (const model::Docking& docking : robot.dockings)
+  for (const model::Docking& docking : robot.dockings) {
     parts.Unite(docking.module_a, docking.module_b);
-  LinkPoseTable X_RL(num_modules);
-  for (int first = 0; first < num_modules; ++first) {
-    if (!X_RL[first].empty()) continue;
-    // The part that `first` belongs to, as a robot of its own with that module as root.
-    model::Robot part;
-    model::JointValues q;
-    std::vector<int> number_in_part(num_modules, -1);
-    std::vector<int> modules;
-    for (int m = first; m < num_modules; ++m) {
-      if (parts.Find(m) != parts.Find(first)) continue;
-      number_in_part[m] = static_cast<int>(modules.size());
-      modules.push_back(m);
-      part.modules.push_back(robot.modules[m]);
-      std::vector<double>& values = q.emplace_back();
-      for (const StillJoint& joint : joints_[m]) {
-        values.push_back(joint.start + joint.servo.set_point());
-      }
-    }
-    for (model::Docking docking : robot.dockings) {
-      if (number_in_part[docking.module_a] < 0) continue;
-      docking.module_a = number_in_part[docking.module_a];
-      docking.module_b = number_in_part[docking.module_b];
-      part.dockings.push_back(docking);
-    }
-    part.X_LR = X_RL_anchor_[first].inverse();
-    std::vector<std::vector<model::Pose>> poses = model::ForwardKinematics(*model_, part, q).X_RL;
-    for (size_t i = 0; i < modules.size(); ++i) X_RL[modules[i]] = std::move(poses[i]);
   }
+  std::map<int, std::vector<int>> modules_of;
+  for (int m = 0; m < num_modules; ++m) modules_of[parts.Find(m)].push_back(m);
+  LinkPoseTable X_RL(num_modules);
+  for (const auto& [root, modules] : modules_of) AddPartPoses(modules, &X_RL);
   return X_RL;
+}
+
+void StillRobot::AddPartPoses(const std::vector<int>& modules, LinkPoseTable* X_RL) const {
+  const model::Robot& robot = connections_.robot();
+  // The part as a robot of its own, with its modules at their present joint values.
+  model::Robot part;
+  model::JointValues q;
+  std::vector<int> number_in_part(robot.modules.size(), -1);
+  for (const int m : modules) {
+    number_in_part[m] = static_cast<int>(part.modules.size());
+    part.modules.push_back(robot.modules[m]);
+    std::vector<double>& values = q.emplace_back();
+    for (const StillJoint& joint : joints_[m]) {
+      values.push_back(joint.start + joint.servo.set_point());
+    }
+  }
+  // Its connections, under the numbers that the modules have in it.
+  for (model::Docking docking : robot.dockings) {
+    if (number_in_part[docking.module_a] < 0) continue;
+    docking.module_a = number_in_part[docking.module_a];
+    docking.module_b = number_in_part[docking.module_b];
+    part.dockings.push_back(docking);
+  }
+  // Its first module's first link is its root, and stays where it was.
+  part.X_LR = X_RL_anchor_[modules.front()].inverse();
+  std::vector<std::vector<model::Pose>> poses = model::ForwardKinematics(*model_, part, q).X_RL;
+  for (size_t i = 0; i < modules.size(); ++i) (*X_RL)[modules[i]] = std::move(poses[i]);
 }
 
 }  // namespace morphbus::sim

@@ -55,6 +55,8 @@ class StillRobot : public ControlledRobot {
   /// Where the links are now, X_RL. What comes apart or together moves no link.
   const LinkPoseTable& LinkPoses();
   [[nodiscard]] LinkPoseTable ComputeLinkPoses() const;
+  /// Fills in the poses of modules that hang together, in ascending order.
+  void AddPartPoses(const std::vector<int>& modules, LinkPoseTable* X_RL) const;
 
   std::shared_ptr<const model::Model> model_;
   Connections connections_;

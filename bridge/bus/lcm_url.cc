@@ -184,11 +184,10 @@ Result<void> CheckMulticastRoute(const LcmUrl& url) {
   inet_ntop(AF_INET, &address.sin_addr, text.data(), text.size());
   // The usual case gets the command that mends it.
   if (error == ENETUNREACH || error == EHOSTUNREACH) {
-    return Fail(
-        std::string("multicast to ") + text.data() +
-        " has no route on this machine: run `sudo ip link set lo up multicast on && sudo ip "
-        "route add 224.0.0.0/4 dev lo`, or give the run a network of its own with "
-        "`morphbus run --isolate`");
+    return Fail(std::string("multicast to ") + text.data() +
+                " has no route on this machine: run `" + kMulticastRouteCommand +
+                "`, or give the run a network of its own with "
+                "`morphbus run --isolate`");
   }
   return Fail(std::string("cannot reach the multicast group ") + text.data() + ": " +
               std::strerror(error));

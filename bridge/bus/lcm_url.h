@@ -13,6 +13,11 @@ namespace morphbus::bridge {
 inline constexpr const char* kDefaultLcmUrl =
     "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304";
 
+/// The command that lets multicast reach this machine by its loopback; without it LCM hears
+/// nothing.
+inline constexpr const char* kMulticastRouteCommand =
+    "sudo ip link set lo up multicast on && sudo ip route add 224.0.0.0/4 dev lo";
+
 /// An LCM URL, checked and taken apart as far as we need it.
 struct LcmUrl {
   std::string url;               ///< To hand to LCM, recv_buf_size added to udpm if it was absent.

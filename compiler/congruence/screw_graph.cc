@@ -43,6 +43,8 @@ std::string ScrewGraph::BodyName(int body) const {
 
 ScrewGraph BuildScrewGraph(const model::Model& model, const model::Robot& robot) {
   model::KinematicGraph kinematic = model::BuildKinematicGraph(model, robot);
+  // Bodies and joints are those of the kinematic graph; names are looked up when they are asked
+  // for.
   ScrewGraph graph;
   graph.model = &model;
   graph.robot = &robot;
@@ -70,6 +72,7 @@ ScrewGraph BuildScrewGraph(const model::Model& model, const model::Robot& robot)
     const model::Joint& joint = model.TypeOf(robot, j.module).joints[j.joint];
     const bool slide = joint.type == model::JointType::kPrismatic;
     const double start = robot.modules[j.module].start[j.joint];
+    // A joint within one body is that body's once.
     const auto index = static_cast<int>(graph.joints.size());
     graph.joints.push_back({j.module, j.joint, slide, joint.lower, joint.upper, start, j.locked,
                             j.body_a, j.body_b, j.p_RoJo_R, j.axis_R});

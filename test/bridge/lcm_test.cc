@@ -12,7 +12,10 @@
 
 #include <cstdlib>
 #include <cstring>
+#include <list>
+#include <map>
 
+#include "bridge/bus/bus_adapters.h"
 #include "bridge/bus/lcm_bus.h"
 #include "bridge/bus/lcm_url.h"
 #include "test/bridge/fake_run.h"
@@ -209,6 +212,58 @@ TEST(Lcm, ARunOverLcmHasTheHashOfOneInProcessWithAndWithoutLoss) {
     EXPECT_TRUE(run.sim->outcome().ok) << run.sim->outcome().error;
     EXPECT_EQ(run.sim->outcome().run_hash, reference.sim->outcome().run_hash) << "loss " << loss;
     EXPECT_EQ(run.sim->outcome().recorded_hash, reference.sim->outcome().run_hash);
+  }
+}
+
+/// LCM's bus, which notes what its participant is interested in.
+class NotingLcmBus : public ForwardingBus {
+ public:
+  using Interests = std::map<std::string, Interest>;
+  explicit NotingLcmBus(Interests* interests)
+      : ForwardingBus(nullptr), lcm_(Open()), interests_(*interests) {
+    inner_ = lcm_.get();
+  }
+  using Bus::Subscribe;
+  void Subscribe(const std::string& channel, Handler handler, const Interest& interest) override {
+    interests_[channel] = interest;
+    inner_->Subscribe(channel, std::move(handler), interest);
+  }
+  void SubscribePrefix(const std::string& prefix, Handler handler) override {
+    inner_->SubscribePrefix(prefix, std::move(handler));
+  }
+
+ private:
+  std::unique_ptr<Bus> lcm_;
+  Interests& interests_;
+};
+
+TEST(Lcm, AModuleIsWokenByItsOwnSensorsAlone) {
+  std::list<NotingLcmBus::Interests> interests;
+  FakeRunOptions options;
+  options.ticks = 100;
+  options.logger = false;
+  options.connect = [&interests] {
+    return std::make_unique<NotingLcmBus>(&interests.emplace_back());
+  };
+  FakeRun run(options);
+  ASSERT_TRUE(run.Run());
+  int modules = 0;
+  for (const NotingLcmBus::Interests& noted : interests) {
+    if (!noted.contains("test/SIM/SENSORS")) continue;  // The sim's own.
+    ++modules;
+    for (const auto& [channel, interest] : noted) {
+      const bool transform = channel.ends_with("/TRANSFORM");
+      const bool filtered = channel.ends_with("/CLOCK") || channel.ends_with("/SENSORS");
+      EXPECT_EQ(interest.wakes, !transform) << channel;
+      EXPECT_EQ(interest.width > 0, filtered) << channel;
+    }
+  }
+  EXPECT_EQ(modules, options.modules);
+  for (const FakeRun::Module& module : run.modules) {
+    // SENSORS and the mates' TRANSFORM of every tick, and CLOCK at the beginning and the end only.
+    const int64_t mates = &module == &run.modules.front() || &module == &run.modules.back() ? 1 : 2;
+    EXPECT_LT(module.participant->ledger().received,
+              options.ticks * (1 + mates) + options.ticks / 2);
   }
 }
 

@@ -46,6 +46,7 @@ Json ToJson(const Finding& finding) {
 
 /// A line for the finding, and one for the command that mends it.
 void PrintFinding(const Finding& finding) {
+  // Colours only where somebody looks.
   fmt::text_style style;
   if (IsFancyTerminal(STDOUT_FILENO)) {
     const bool good = finding.health == Health::kGood;
@@ -73,11 +74,13 @@ int Doctor(const DoctorOptions& options) {
     }
     if (given.empty()) given = run->url, from = "that of run " + run->name;
   }
+  // An option goes before the run's own bus, that before the environment.
   const char* environment = std::getenv("LCM_DEFAULT_URL");
   if (given.empty() && environment != nullptr && *environment != '\0') from = "$LCM_DEFAULT_URL";
   const Result<bridge::LcmUrl> url = bridge::ResolveLcmUrl(given);
   if (!url) return Unusable(url.error().message);
 
+  // All checks are made before anything is printed, so that the status is that of what is shown.
   const std::vector<Finding> findings = CheckMachine(*url, from);
   // What would stop every run is the answer no; a warning is none.
   int broken = 0;
@@ -86,6 +89,7 @@ int Doctor(const DoctorOptions& options) {
     broken += finding.health == Health::kBroken ? 1 : 0;
     warnings += finding.health == Health::kWarning ? 1 : 0;
   }
+  // For scripts one object, for people a line a finding.
   if (options.json) {
     Json list = Json::array();
     for (const Finding& finding : findings) list.push_back(ToJson(finding));

@@ -109,16 +109,19 @@ int TimeToLive(const std::string& url) {
   return at == std::string::npos ? 0 : std::atoi(url.c_str() + at + 4);
 }
 
+/// Whether the kernel knows where to send what is for the group.
 Finding CheckRoute(const bridge::LcmUrl& url) {
   Finding finding{"route", Health::kGood, "multicast to the group has a route", "", {}};
   if (const Result<void> route = bridge::CheckMulticastRoute(url); !route) {
     finding.health = Health::kBroken;
     finding.text = "multicast to the group has no route on this machine";
-    finding.mend = "sudo ip link set lo up multicast on && sudo ip route add 224.0.0.0/4 dev lo";
+    finding.mend = bridge::kMulticastRouteCommand;
   }
   return finding;
 }
 
+/// Whether messages leave by an interface that carries multicast, and towards those that the URL's
+/// time to live means.
 Finding CheckInterface(const bridge::LcmUrl& url) {
   Finding finding{"interface", Health::kGood, "", "", {}};
   const std::string name = InterfaceTowards(url.group);
@@ -126,10 +129,11 @@ Finding CheckInterface(const bridge::LcmUrl& url) {
   const int ttl = TimeToLive(url.url);
   const bool loopback = (flags & IFF_LOOPBACK) != 0;
   finding.figures = {{"ttl", ttl}};
+  // The first thing that is wrong is told: what follows rests on it.
   if (name.empty()) {
     finding.health = Health::kBroken;
     finding.text = "no interface carries the group";
-    finding.mend = "sudo ip link set lo up multicast on && sudo ip route add 224.0.0.0/4 dev lo";
+    finding.mend = bridge::kMulticastRouteCommand;
   } else if ((flags & IFF_MULTICAST) == 0) {
     finding.health = Health::kBroken;
     finding.text = fmt::format("messages leave by {}, on which multicast is off", name);
@@ -161,6 +165,8 @@ Burst TryBurst(const bridge::LcmUrl& url) {
   Burst burst;
   const Udp receiver;
   const Udp sender;
+  // The kernel gives less than is asked for where net.core.rmem_max is lower, and says nothing;
+  // what it tells is twice what it gives.
   burst.asked_bytes = url.receive_buffer;
   setsockopt(receiver.get(), SOL_SOCKET, SO_RCVBUF, &url.receive_buffer, sizeof(int));
   socklen_t size = sizeof burst.got_bytes;
@@ -177,6 +183,7 @@ Burst TryBurst(const bridge::LcmUrl& url) {
     burst.error = fmt::format("cannot join the group: {}", std::strerror(errno));
     return burst;
   }
+  // Nothing of it leaves this machine, whatever the URL says.
   const unsigned char ttl = 0;
   setsockopt(sender.get(), IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof ttl);
   address.sin_addr.s_addr = htonl(url.group);
@@ -195,16 +202,19 @@ Burst TryBurst(const bridge::LcmUrl& url) {
   return burst;
 }
 
+/// Whether anything of the burst arrived.
 Finding CheckLoop(const Burst& burst) {
   Finding finding{"loop", Health::kGood, "what is sent to the group is heard here", "", {}};
   if (burst.kept > 0) return finding;
   finding.health = Health::kBroken;
   finding.text = burst.error.empty() ? "nothing that is sent to the group is heard here"
                                      : "nothing can be sent to the group: " + burst.error;
-  finding.mend = "morphbus run --isolate (or let UDP multicast through the firewall)";
+  // Only who set the firewall up knows how to open it; a network of one's own needs nobody.
+  finding.mend = "morphbus run --isolate";
   return finding;
 }
 
+/// Whether a receiver that stands still keeps what a large robot sends meanwhile.
 Finding CheckBuffer(const Burst& burst) {
   Finding finding{"buffer", Health::kGood, "", "", {}};
   finding.figures = {{"asked_bytes", burst.asked_bytes},
@@ -235,6 +245,7 @@ Finding CheckLimit(const std::string& name, int resource, rlim_t needed, const s
                    const std::string& mend) {
   rlimit limit = {};
   getrlimit(static_cast<__rlimit_resource>(resource), &limit);
+  // A limit that there is not is told as -1 to scripts.
   const bool endless = limit.rlim_cur == RLIM_INFINITY;
   Finding finding{name, Health::kGood, "", "", {}};
   finding.text =
@@ -251,6 +262,7 @@ Finding CheckLimit(const std::string& name, int resource, rlim_t needed, const s
 /// Whether --isolate can make a network; tried in a child process, which nothing else depends on.
 Finding CheckNamespaces() {
   Finding finding{"namespaces", Health::kGood, "run --isolate can make a private network", "", {}};
+  // Root needs no user namespace, and other users get one with the network in it.
   const pid_t child = fork();
   if (child == 0) {
     const bool able = (geteuid() == 0 && unshare(CLONE_NEWNET) == 0) ||
@@ -267,6 +279,7 @@ Finding CheckNamespaces() {
   for (const auto& [key, blocking] :
        {std::pair("kernel.unprivileged_userns_clone", "0"),
         std::pair("kernel.apparmor_restrict_unprivileged_userns", "1")}) {
+    // A switch that this system does not have reads as nothing.
     std::string path = std::string("/proc/sys/") + key;
     std::replace(path.begin() + 10, path.end(), '.', '/');
     if (FirstLine(path) != blocking) continue;
@@ -279,6 +292,7 @@ Finding CheckNamespaces() {
 /// Whether the wall clock is set by others' clocks, which logs of several machines need.
 Finding CheckClock() {
   Finding finding{"clock", Health::kGood, "the wall clock is synchronized", "", {}};
+  // Asking changes nothing, and needs no rights.
   timex state = {};
   const int status = adjtimex(&state);
   if (status >= 0 && status != TIME_ERROR && (state.status & STA_UNSYNC) == 0) return finding;
@@ -291,6 +305,7 @@ Finding CheckClock() {
 /// How punctually this machine wakes a process that sleeps, which real time rests on.
 Finding CheckTimer() {
   constexpr int kNaps = 40;
+  // Short naps, for a control tick is made of such waits.
   std::array<double, kNaps> late_ms = {};
   for (double& late : late_ms) {
     const auto due = std::chrono::steady_clock::now() + std::chrono::milliseconds(1);
@@ -308,7 +323,7 @@ Finding CheckTimer() {
   if (median < 5) return finding;
   finding.health = Health::kWarning;
   finding.text += "; run --realtime will miss deadlines";
-  finding.mend = "sudo renice -n -10 -p $$ (or end what else keeps the processors busy)";
+  finding.mend = "sudo renice -n -10 -p $$";
   return finding;
 }
 
@@ -319,9 +334,11 @@ std::vector<Finding> CheckMachine(const bridge::LcmUrl& url, const std::string& 
   findings.push_back({"url", Health::kGood, fmt::format("{} ({})", url.url, url_from), "", {}});
   // Only multicast needs anything from the network here.
   if (url.provider == "udpm" || url.provider == "mpudpm") {
-    findings.push_back(CheckRoute(url));
+    const Finding route = CheckRoute(url);
+    findings.push_back(route);
     findings.push_back(CheckInterface(url));
-    if (findings[1].health == Health::kGood) {
+    // Without a route nothing can be sent to see what becomes of it.
+    if (route.health == Health::kGood) {
       const Burst burst = TryBurst(url);
       findings.push_back(CheckLoop(burst));
       if (burst.kept > 0) findings.push_back(CheckBuffer(burst));

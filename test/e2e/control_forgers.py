@@ -1,0 +1,124 @@
+#!/usr/bin/env python3
+"""Whoever is on the bus of a run without its key, and old commands on it again, change nothing and are counted."""
+import hmac
+import os
+import socket
+import struct
+import subprocess
+import time
+import unittest
+
+from control_live import Live, written_so_far
+from support import BIN, as_json, await_condition, command, decode, encode, lcm_types, morphbus, read_events
+
+
+class Bus:
+    """LCM's own datagrams, written without LCM."""
+
+    def __init__(self, test):
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        test.addCleanup(self.socket.close)
+        self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
+        self.count = 0
+
+    def publish(self, channel, data):
+        self.count += 1
+        self.socket.sendto(struct.pack('>II', 0x4c433032, self.count) + channel.encode() + b'\0' + data,
+                           ('239.255.76.67', 7667))
+
+
+class Forgers(Live):
+    """Whoever is on the bus without the key, and old commands on it again, change nothing and are counted."""
+
+    def message(self, text, counter, key):
+        header = lcm_types()['header_t']()
+        control = lcm_types()['control_t']()
+        control.header = header
+        header.protocol, header.model_hash = self.pattern.protocol, self.pattern.model_hash
+        control.counter, control.command = counter, text
+        control.mac = hmac.new(key, counter.to_bytes(8, 'big') + text.encode(), 'sha256').digest()
+        return encode(control)
+
+    def logged(self, channel):
+        return [event for event in written_so_far(self.folder / 'live.log.partial') if event[2] == channel]
+
+    def await_counts(self, **least):
+        """Until the sim has told what it refused: the run may be over before its last HEALTH is heard."""
+        def told():
+            health = [decode(data) for *_, data in self.logged('live/SIM/HEALTH')]
+            return health and all(getattr(health[-1], name) >= count for name, count in least.items())
+        await_condition(told, f'HEALTH says {least}')
+
+    def test_forged_replayed_late_and_malformed_commands(self):
+        if os.environ.get('MORPHBUS_PRIVATE_NETWORK') is None:
+            done = subprocess.run([str(BIN / 'isolated'), 'python3', __file__, f'Forgers.{self._testMethodName}'],
+                                  env={**os.environ, 'MORPHBUS_PRIVATE_NETWORK': '1'}, capture_output=True, text=True,
+                                  timeout=240)
+            return self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.start(isolate=False)
+        self.control('pause')
+        folder = self.folder / 'runtime' / 'morphbus' / 'live'
+        self.assertEqual((folder / 'control.key').stat().st_mode & 0o777, 0o600)
+        key = (folder / 'control.key').read_bytes()
+        events = await_condition(lambda: self.logged('live/CONTROL'), 'commands are logged')
+        self.pattern = decode(events[0][3]).header
+        bus = Bus(self)
+        now = time.monotonic_ns() // 1000
+        # Without the key; from long ago, or a clock that is ahead; and what cannot be read, signed or not.
+        for _ in range(100):
+            bus.publish('live/CONTROL', self.message('stop', now, bytes(32)))
+            bus.publish('live/CONTROL', self.message('stop', now - 60_000_000, key))
+            bus.publish('live/CONTROL', events[0][3])
+            bus.publish('live/CONTROL', b'\x93' * 40)
+        bus.publish('live/CONTROL', self.message('stop', now + 60_000_000, key))
+        altered = bytearray(events[0][3])
+        altered[-40] ^= 1
+        bus.publish('live/CONTROL', bytes(altered))
+        bus.publish('live/CONTROL', self.message('explode', time.monotonic_ns() // 1000, key))
+        self.await_counts(forged_commands=100, late_commands=101, malformed_commands=102)
+        # After all that the run takes the commands of its owner, as if nothing had been.
+        self.control('step')
+        self.control('resume')
+        self.reach(30)
+        self.control('stop')
+        self.end()
+        health = as_json('info', self.path)['health']['SIM']
+        self.assertEqual(health['forged_commands'], 100)
+        self.assertEqual(health['late_commands'], 101)
+        self.assertGreaterEqual(health['replayed_commands'], 100)
+        self.assertEqual(health['malformed_commands'], 102)
+        self.assertIn('refused commands: 100 forged', morphbus('info', self.path).stdout)
+        self.assertEqual([c for _, c in self.commands() if c.startswith('stop')], ['stop'])
+        self.assertEqual(self.summary['ended'], 'stopped by command')
+        self.assert_repeats()
+
+    def test_a_replayed_log_of_the_same_name_commands_nothing(self):
+        self.start()
+        self.control('pause')
+        self.control('resume')
+        self.reach(30)
+        self.control('stop')
+        self.end()
+        old = read_events(self.path)
+        controls = [data for _, _, channel, data in old if channel == 'live/CONTROL']
+        self.assertGreater(len(controls), 3)
+        if os.environ.get('MORPHBUS_PRIVATE_NETWORK') is None:
+            done = subprocess.run([str(BIN / 'isolated'), 'python3', __file__, f'Forgers.{self._testMethodName}'],
+                                  env={**os.environ, 'MORPHBUS_PRIVATE_NETWORK': '1'}, capture_output=True, text=True,
+                                  timeout=240)
+            return self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.start(isolate=False)
+        self.control('pause')
+        bus = Bus(self)
+        for data in controls:
+            bus.publish('live/CONTROL', data)
+        self.await_counts(forged_commands=len(controls))
+        self.control('resume')
+        self.reach(30)
+        self.control('stop')
+        self.end()
+        self.assertEqual(as_json('info', self.path)['health']['SIM']['forged_commands'], len(controls))
+
+
+if __name__ == '__main__':
+    unittest.main()
