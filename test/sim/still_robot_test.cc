@@ -112,6 +112,21 @@ TEST(StillRobotTest, ConnectionsComeApartAndAreMadeWhereTheLinksAre) {
   EXPECT_FALSE(robot->Connect("m1", "c2"));
 }
 
+TEST(StillRobotTest, WhatComesApartStaysWhereItsJointsHadTakenIt) {
+  const auto robot = MakeStill();
+  // Turning m2 moves all of it but the block that m1 holds.
+  for (int tick = 0; tick < 20; ++tick) {
+    morphbus::actuator_t command = Drive(joint_command_t::MODE_POSITION, 0.8, 3.0);
+    command.module_id = 1;
+    command.joints[1] = command.joints[0];
+    robot->Actuate(command);
+    robot->Advance();
+  }
+  ASSERT_TRUE(robot->Disconnect("m1", "c2"));
+  robot->Advance();
+  EXPECT_TRUE(robot->Connect("m1", "c2"));
+}
+
 TEST(StillRobotTest, WhatItCannotBeIsRefusedAndWhatItDoesNotKnowIsIgnored) {
   EXPECT_FALSE(StillRobot::Create(test::MtranModel(), "centipede", 20000, 1000));
   EXPECT_FALSE(StillRobot::Create(test::MtranModel(), "quadruped", 20000, 3000));
