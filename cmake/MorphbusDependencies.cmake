@@ -27,6 +27,27 @@ add_library(morphbus_lcm INTERFACE)
 target_include_directories(morphbus_lcm SYSTEM INTERFACE ${LCM_INCLUDE_DIR})
 target_link_libraries(morphbus_lcm INTERFACE ${LCM_LIBRARY} Threads::Threads)
 
+# assimp reads meshes. The config that Debian ships names libraries that its package does not need.
+find_path(ASSIMP_INCLUDE_DIR assimp/Importer.hpp REQUIRED)
+find_library(ASSIMP_LIBRARY assimp REQUIRED)
+add_library(morphbus_assimp INTERFACE)
+target_include_directories(morphbus_assimp SYSTEM INTERFACE ${ASSIMP_INCLUDE_DIR})
+target_link_libraries(morphbus_assimp INTERFACE ${ASSIMP_LIBRARY})
+
+# Debian's zstd ships no CMake config.
+find_path(ZSTD_INCLUDE_DIR zstd.h REQUIRED)
+find_library(ZSTD_LIBRARY zstd REQUIRED)
+add_library(morphbus_zstd INTERFACE)
+target_include_directories(morphbus_zstd SYSTEM INTERFACE ${ZSTD_INCLUDE_DIR})
+target_link_libraries(morphbus_zstd INTERFACE ${ZSTD_LIBRARY})
+
+# libdeflate for its CRC-32, which takes a tenth of the time of zlib's. Debian ships no CMake config of it.
+find_path(DEFLATE_INCLUDE_DIR libdeflate.h REQUIRED)
+find_library(DEFLATE_LIBRARY deflate REQUIRED)
+add_library(morphbus_deflate INTERFACE)
+target_include_directories(morphbus_deflate SYSTEM INTERFACE ${DEFLATE_INCLUDE_DIR})
+target_link_libraries(morphbus_deflate INTERFACE ${DEFLATE_LIBRARY})
+
 find_path(XXHASH_INCLUDE_DIR xxhash.h REQUIRED)
 find_path(EXPECTED_INCLUDE_DIR tl/expected.hpp REQUIRED)
 
@@ -35,3 +56,23 @@ find_library(CAIRO_LIBRARY cairo REQUIRED)
 add_library(morphbus_cairo INTERFACE)
 target_include_directories(morphbus_cairo SYSTEM INTERFACE ${CAIRO_INCLUDE_DIR})
 target_link_libraries(morphbus_cairo INTERFACE ${CAIRO_LIBRARY})
+
+# Boost.Beast and Boost.Asio: headers only.
+find_package(Boost 1.74 REQUIRED)
+add_library(morphbus_boost INTERFACE)
+target_include_directories(morphbus_boost SYSTEM INTERFACE ${Boost_INCLUDE_DIRS})
+
+# ncurses with wide characters, for the spy's screen.
+set(CURSES_NEED_NCURSES TRUE)
+set(CURSES_NEED_WIDE TRUE)
+find_package(Curses REQUIRED)
+add_library(morphbus_curses INTERFACE)
+target_include_directories(morphbus_curses SYSTEM INTERFACE ${CURSES_INCLUDE_DIRS})
+target_link_libraries(morphbus_curses INTERFACE ${CURSES_LIBRARIES})
+# Debian ships no CMake config of libwebp.
+find_path(WEBP_INCLUDE_DIR webp/mux.h REQUIRED)
+find_library(WEBP_LIBRARY webp REQUIRED)
+find_library(WEBPMUX_LIBRARY webpmux REQUIRED)
+add_library(morphbus_webp INTERFACE)
+target_include_directories(morphbus_webp SYSTEM INTERFACE ${WEBP_INCLUDE_DIR})
+target_link_libraries(morphbus_webp INTERFACE ${WEBPMUX_LIBRARY} ${WEBP_LIBRARY})

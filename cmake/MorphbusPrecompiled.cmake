@@ -37,6 +37,8 @@ set(math_headers ${standard_headers} <Eigen/Core> <Eigen/Geometry>)
 morphbus_precompiled(morphbus_pch_math DEPS Eigen3::Eigen HEADERS ${math_headers})
 morphbus_precompiled(morphbus_pch_json
   DEPS Eigen3::Eigen nlohmann_json::nlohmann_json HEADERS ${math_headers} <nlohmann/json.hpp>)
+# A set is compiled as its users are.
+morphbus_optimize_compiling(morphbus_pch_json)
 morphbus_precompiled(morphbus_pch_test
   DEPS Eigen3::Eigen GTest::gtest HEADERS ${math_headers} <gtest/gtest.h>)
 if(TARGET morphbus_pch_test)

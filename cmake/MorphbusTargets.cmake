@@ -7,6 +7,11 @@ if(MORPHBUS_WERROR)
   target_compile_options(morphbus_warnings INTERFACE -Werror)
 endif()
 
+# GCC stops now and then to collect its garbage, which takes a tenth of its time and is not worth it for
+# files of this size.
+target_compile_options(morphbus_warnings INTERFACE
+  $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-expand=1000> $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=2000000>)
+
 add_library(morphbus_sanitize INTERFACE)
 if(MORPHBUS_SANITIZE)
   target_compile_options(morphbus_sanitize INTERFACE
@@ -16,6 +21,12 @@ if(MORPHBUS_SANITIZE)
   target_compile_options(morphbus_warnings INTERFACE
     $<$<CXX_COMPILER_ID:GNU>:-Wno-null-dereference> $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
 endif()
+
+# At -O2, GCC 12's flow analysis calls moves of vectors in its own headers null dereferences and dangling pointers;
+# the dev and asan presets, whose warnings are errors, look for the real ones.
+target_compile_options(morphbus_warnings INTERFACE
+  $<$<AND:$<CXX_COMPILER_ID:GNU>,$<CONFIG:Release>>:-Wno-null-dereference>
+  $<$<AND:$<CXX_COMPILER_ID:GNU>,$<CONFIG:Release>>:-Wno-dangling-pointer>)
 
 if(MORPHBUS_FUZZ)
   # Without coverage of the code under test libFuzzer would search blindly.
@@ -32,13 +43,21 @@ function(morphbus_unity target)
   endif()
 endfunction()
 
-# Under the sanitizers the tests' own code is compiled without optimization, which is faster; the code that
-# they test keeps its own.
-set(MORPHBUS_TEST_OPTIONS "" CACHE STRING "Further options of the tests' own sources, e.g. -O0")
+# Under the sanitizers code whose speed nobody would notice is compiled without optimization, which takes
+# half the time: the tests' own, the commands. What they call keeps its own.
+set(MORPHBUS_TEST_OPTIONS "" CACHE STRING "Further options of the tests' own sources and the commands', e.g. -O0")
 
 # morphbus_compile_alone(FILE...): sources whose helpers have the names of a neighbour's.
 function(morphbus_compile_alone)
   set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+endfunction()
+
+# morphbus_optimize_compiling(TARGET): for code that runs once a command or serves people, whose speed nobody
+# would notice. With -Os it compiles in four fifths of the time.
+function(morphbus_optimize_compiling target)
+  if(TARGET ${target})
+    target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-Os> ${MORPHBUS_TEST_OPTIONS})
+  endif()
 endfunction()
 
 # morphbus_library(NAME SOURCES a.cc ... DEPS lib ...): a static library of this project.

@@ -6,7 +6,9 @@
 #include <tuple>
 #include <utility>
 
+#include "compiler/base/check.h"
 #include "compiler/model/forward_kinematics.h"
+#include "sim/module_sensors.h"
 
 namespace morphbus::sim {
 namespace {
@@ -90,6 +92,7 @@ BulletRobot::BulletRobot(std::shared_ptr<const model::Model> model, const model:
 void BulletRobot::FindFirstLinks() {
   first_links_.clear();
   const std::vector<std::vector<int>> body_of = model::BodiesOf(*model_, robot());
+  // So the first link that has the next number is its body's first link.
   for (int m = 0; m < static_cast<int>(body_of.size()); ++m) {
     const std::vector<int>& bodies = body_of[m];
     for (int l = 0; l < static_cast<int>(bodies.size()); ++l) {
@@ -103,6 +106,11 @@ void BulletRobot::FindFirstLinks() {
 void BulletRobot::Sense(std::vector<morphbus::module_sensors_t>* out) {
   out->clear();
   const RigidBodyModel& rigid_bodies = world_->rigid_bodies();
+  // Poses of links are needed only by sensors.
+  const std::vector<model::ModuleType>& types = model_->module_types;
+  const bool has_sensors = std::any_of(types.begin(), types.end(),
+                                       [](const auto& type) { return !type.sensors.empty(); });
+  const LinkPoseTable X_WL = has_sensors ? LinkPoses() : LinkPoseTable();
   // Joint positions and velocities, in the module's own values.
   for (size_t m = 0; m < robot().modules.size(); ++m) {
     morphbus::module_sensors_t& sensors = out->emplace_back();
@@ -116,6 +124,10 @@ void BulletRobot::Sense(std::vector<morphbus::module_sensors_t>* out) {
       const JointSpec spec = joint < 0 ? JointSpec{} : rigid_bodies.joints[joint];
       sensors.joint_position_si.push_back(ModuleValue(spec, state.theta));
       sensors.joint_velocity_si.push_back(static_cast<float>(spec.sign * state.rate));
+    }
+    if (has_sensors) {
+      SenseModule(*world_, *model_, robot(), X_WL, static_cast<int>(m), options_.sensor_seed, tick_,
+                  &sensors);
     }
   }
   connections_.Sense(out);
@@ -142,6 +154,7 @@ void BulletRobot::Truth(std::vector<morphbus::body_pose_t>* out) {
 void BulletRobot::Actuate(const morphbus::actuator_t& command) {
   const int modules = static_cast<int>(robot().modules.size());
   if (command.module_id < 0 || command.module_id >= modules) return;
+  // It takes effect in Advance(), when all have spoken.
   pending_.push_back(command);
 }
 
@@ -153,6 +166,7 @@ void BulletRobot::Advance() {
   pending_.clear();
   const int steps = options_.tick_us / options_.physics_step_us;
   for (int i = 0; i < steps; ++i) world_->Step();
+  ++tick_;
 }
 
 // Each change of the structure is in place before the next command is looked at.
@@ -168,7 +182,17 @@ void BulletRobot::ApplyConnectorCommands() {
 // Hands commands to the servos; joints beyond those that the module has are ignored.
 void BulletRobot::ApplyJointCommands() {
   const RigidBodyModel& rigid_bodies = world_->rigid_bodies();
+  // Said again in every tick, since a world that was made anew has forgotten it.
+  for (const int module : lost_) {
+    const bool holds = model_->TypeOf(robot(), module).on_loss == model::OnLoss::kHold;
+    for (const int joint : rigid_bodies.joint_of[module]) {
+      if (joint < 0) continue;
+      world_->Command(joint, {.mode = holds ? ServoMode::kHold : ServoMode::kLimp});
+    }
+  }
+  // Whoever is lost is not listened to any more, even if its last command is still there.
   for (const morphbus::actuator_t& actuator : pending_) {
+    if (lost_.contains(actuator.module_id)) continue;
     const std::vector<int>& joints = rigid_bodies.joint_of[actuator.module_id];
     const size_t count = std::min(joints.size(), actuator.joints.size());
     for (size_t j = 0; j < count; ++j) {
@@ -201,6 +225,7 @@ Result<void> BulletRobot::Push(const std::string& module, const Eigen::Vector3d&
   const std::optional<int> l =
       link.empty() ? std::optional<int>(0) : model_->TypeOf(robot(), *m).FindLink(link);
   if (!l) return Fail("module " + module + " has no link " + link);
+  // No push may throw the robot out of what the physics can compute.
   if (!f_W.allFinite() || f_W.norm() > 1e4) return Fail("a push is at most 10000 N");
   // At least one step, so that no push is without any effect.
   const double us = seconds > 0 ? seconds * 1e6 : options_.tick_us;
@@ -214,6 +239,7 @@ void BulletRobot::ApplyPushes() {
   for (LastingPush& push : pushes_) {
     world_->Push(world_->rigid_bodies().body_of[push.link.module][push.link.link], push.f_W,
                  static_cast<int>(std::min(push.steps, steps)));
+    // A push may last for many ticks, and end within one.
     push.steps -= steps;
   }
   std::erase_if(pushes_, [](const LastingPush& push) { return push.steps <= 0; });
@@ -255,6 +281,15 @@ LinkPoseTable BulletRobot::LinkPoses() const {
     }
   }
   return X_WL;
+}
+
+Pose BulletRobot::LinkPose(int module, int link) const {
+  const RigidBodyModel& rigid_bodies = world_->rigid_bodies();
+  const int b = rigid_bodies.body_of[module][link];
+  for (const LinkSpec& spec : rigid_bodies.bodies[b].links) {
+    if (spec.ref.module == module && spec.ref.link == link) return world_->body(b).X_WB * spec.X_BL;
+  }
+  MORPHBUS_CHECK(false);  // a body holds the links that body_of says
 }
 
 model::JointValues BulletRobot::Positions() const {

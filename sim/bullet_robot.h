@@ -8,6 +8,7 @@
 #include <morphbus/actuator_t.hpp>
 #include <morphbus/body_pose_t.hpp>
 #include <morphbus/module_sensors_t.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,8 @@ struct BulletRobotOptions {
   int tick_us = 20000;
   /// Sim time of one step of the engine, microseconds.
   int physics_step_us = 1000;
+  /// Of the noise of sensors.
+  uint64_t sensor_seed = 1;
 };
 
 /// The robot that the simulator's process drives. Values on this interface are the modules' own
@@ -40,8 +43,8 @@ class BulletRobot : public ControlledRobot {
                                                      const std::string& robot,
                                                      const BulletRobotOptions& options);
 
-  /// What every module senses now, in order of module id: joint positions and velocities, and what
-  /// is docked to its connectors.
+  /// What every module senses now, in order of module id: joint positions and velocities, what its
+  /// sensors measure, and what is docked to its connectors.
   void Sense(std::vector<morphbus::module_sensors_t>* out) override;
 
   /// One entry a body of the kinematic graph, by its first link (module, then link): X_WL of that
@@ -63,6 +66,8 @@ class BulletRobot : public ControlledRobot {
                        const std::string& mate_connector = "") override;
   Result<void> Push(const std::string& module, const Eigen::Vector3d& f_W,
                     const std::string& link = "", double seconds = 0) override;
+  [[nodiscard]] Pose LinkPose(int module, int link) const override;
+  void Lose(int module) override { lost_.insert(module); }
 
   /// Hash of the world as first built: 16 hex digits, equal for congruent robots.
   [[nodiscard]] const std::string& world_hash() const { return world_hash_; }
@@ -112,6 +117,10 @@ class BulletRobot : public ControlledRobot {
   /// What Actuate has gathered since the last Advance.
   std::vector<morphbus::actuator_t> pending_;
   std::vector<LastingPush> pushes_;
+  /// How many ticks have been computed.
+  int64_t tick_ = 0;
+  /// Modules that are dead.
+  std::set<int> lost_;
 };
 
 }  // namespace morphbus::sim

@@ -40,18 +40,27 @@ const T* At(const std::vector<T>& list, int i) {
 }  // namespace
 
 Connections::Connections(std::shared_ptr<const model::Model> model, const model::Robot& robot)
-    : model_(std::move(model)), robot_(robot), states_(InitialStates(*model_, robot_)) {}
+    : model_(std::move(model)), robot_(robot), states_(InitialStates(*model_, robot_)) {
+  NoteReadings();
+}
 
-void Connections::Sense(std::vector<morphbus::module_sensors_t>* out) const {
+void Connections::NoteReadings() {
+  readings_.clear();
   for (const model::Docking& docking : robot_.dockings) {
-    (*out)[docking.module_a].docked.push_back(Reading(*model_, docking, true));
-    (*out)[docking.module_b].docked.push_back(Reading(*model_, docking, false));
+    readings_.emplace_back(docking.module_a, Reading(*model_, docking, true));
+    readings_.emplace_back(docking.module_b, Reading(*model_, docking, false));
   }
   // Sorted, so that their order does not tell that of the model.
+  std::stable_sort(readings_.begin(), readings_.end(), [](const auto& a, const auto& b) {
+    return std::pair(a.first, a.second.connector) < std::pair(b.first, b.second.connector);
+  });
+}
+
+void Connections::Sense(std::vector<morphbus::module_sensors_t>* out) const {
+  for (morphbus::module_sensors_t& sensors : *out) sensors.docked.clear();
+  for (const auto& [module, reading] : readings_) (*out)[module].docked.push_back(reading);
+  // The message holds the length of its list in a field of its own.
   for (morphbus::module_sensors_t& sensors : *out) {
-    std::sort(sensors.docked.begin(), sensors.docked.end(),
-              [](const auto& a, const auto& b) { return a.connector < b.connector; });
-    // The message holds the length of its list in a field of its own.
     sensors.num_docked = static_cast<int8_t>(sensors.docked.size());
   }
 }
@@ -128,10 +137,12 @@ Result<void> Connections::Connect(const std::string& module, const std::string& 
 
 void Connections::Undock(size_t docking) {
   robot_.dockings.erase(robot_.dockings.begin() + static_cast<std::ptrdiff_t>(docking));
+  NoteReadings();
 }
 
 void Connections::Dock(const model::Docking& docking) {
   robot_.dockings.push_back(docking);
+  NoteReadings();
   SetRequiredStates(*model_, robot_, docking, &states_);
 }
 

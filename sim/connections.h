@@ -58,11 +58,16 @@ class Connections {
   Result<End> FindEnd(const std::string& module, const std::string& connector) const;
   void Undock(size_t docking);
   void Dock(const model::Docking& docking);
+  /// Works out what modules read of the dockings that there are now.
+  void NoteReadings();
 
   std::shared_ptr<const model::Model> model_;
   model::Robot robot_;
   /// What the connectors' state variables are now.
   ConnectorStates states_;
+  /// What connectors read, in order of module and connector, with the module that reads it: the
+  /// same in every tick until a docking changes.
+  std::vector<std::pair<int, morphbus::docked_connector_t>> readings_;
 };
 
 }  // namespace morphbus::sim

@@ -1,7 +1,7 @@
 #pragma once
 // A simulated robot that people act on while it runs, besides its modules.
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <string>
 
 #include "bridge/lockstep/simulated_robot.h"
@@ -27,6 +27,12 @@ class ControlledRobot : public bridge::SimulatedRobot {
   /// is no such link, or no physics.
   virtual Result<void> Push(const std::string& module, const Eigen::Vector3d& f_W,
                             const std::string& link, double seconds) = 0;
+
+  /// True pose X_WL of a link now, both by number; without physics, X_RL as the joints have it.
+  [[nodiscard]] virtual Eigen::Isometry3d LinkPose(int module, int link) const = 0;
+  /// This module (by index) is dead from now on: its joints go limp or hold, as its type's
+  /// `on_loss` says, and nothing commands them any more. Its connectors stay as they are.
+  virtual void Lose(int module) = 0;
 };
 
 }  // namespace morphbus::sim

@@ -43,8 +43,9 @@ LinkPhysics ComputeLinkPhysics(const model::ModuleType& type, int link) {
   physics.p_LoLcm_L = mass.p_LoLcm_L;
   physics.I_Lcm_L = mass.I_Lcm_L;
   // The engine adds its own margin round the hull, so the hull is smaller by that too.
-  const std::vector<Vector3d> solid = model::SolidHull(type, link);
-  if (!solid.empty()) physics.core_L = ShrinkHull(solid, kHullShrink + kCollisionMargin);
+  for (const std::vector<Vector3d>& solid : model::SolidParts(type, link)) {
+    physics.cores_L.push_back(ShrinkHull(solid, kHullShrink + kCollisionMargin));
+  }
   return physics;
 }
 

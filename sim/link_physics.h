@@ -16,13 +16,14 @@ inline constexpr double kHullShrink = 1e-3;
 inline constexpr double kCollisionMargin = 0.5e-3;
 
 struct LinkPhysics {
-  double mass_kg = 0.0;                 ///< At least 1 g.
-  Eigen::Vector3d p_LoLcm_L;            ///< Centre of mass (m).
-  Eigen::Matrix3d I_Lcm_L;              ///< Inertia about the centre of mass (kg m^2).
-  std::vector<Eigen::Vector3d> core_L;  ///< The hull, shrunk for collisions; empty without hull.
+  double mass_kg = 0.0;       ///< At least 1 g.
+  Eigen::Vector3d p_LoLcm_L;  ///< Centre of mass (m).
+  Eigen::Matrix3d I_Lcm_L;    ///< Inertia about the centre of mass (kg m^2).
+  /// The corners of each convex part, shrunk for collisions; empty without hull.
+  std::vector<std::vector<Eigen::Vector3d>> cores_L;
 };
 
-/// The inertia of a hull thinner than 1 mm is that of its bounding box, at least 1 mm thick; for
+/// The inertia of a part thinner than 1 mm is that of its bounding box, at least 1 mm thick; for
 /// collisions a flat one is thickened to 0.05 of the module's extent. A link without hull has the
 /// inertia of the box round its connectors and joint axes, and nothing to collide with.
 LinkPhysics ComputeLinkPhysics(const model::ModuleType& type, int link);

@@ -49,6 +49,12 @@ bool PointsLess(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b) 
   return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end(), PointLess);
 }
 
+// The same for shapes of several parts.
+bool PartsLess(const std::vector<std::vector<Vector3d>>& a,
+               const std::vector<std::vector<Vector3d>>& b) {
+  return std::lexicographical_compare(a.begin(), a.end(), b.begin(), b.end(), PointsLess);
+}
+
 // Corners in order, each once: the same hull then is the same list whichever way it was declared.
 void SortPoints(std::vector<Vector3d>* points) {
   std::sort(points->begin(), points->end(), PointLess);
@@ -62,12 +68,12 @@ struct PlacedLink {
   double mass_kg = 0.0;
   Vector3d p_WoLcm_W;
   Matrix3d I_Lcm_W;
-  std::vector<Vector3d> core_W;
+  std::vector<std::vector<Vector3d>> cores_W;
 
   bool operator<(const PlacedLink& other) const {
     if (p_WoLcm_W != other.p_WoLcm_W) return PointLess(p_WoLcm_W, other.p_WoLcm_W);
     if (mass_kg != other.mass_kg) return mass_kg < other.mass_kg;
-    return PointsLess(core_W, other.core_W);
+    return PartsLess(cores_W, other.cores_W);
   }
 };
 
@@ -89,8 +95,13 @@ PlacedLink PlaceLink(const LinkPhysics& link, LinkRef ref, const Pose& X_WL) {
       placed.I_Lcm_W(column, row) = rounded;
     }
   }
-  for (const Vector3d& p_L : link.core_L) placed.core_W.push_back(RoundPoint(X_WL * p_L));
-  SortPoints(&placed.core_W);
+  for (const std::vector<Vector3d>& core_L : link.cores_L) {
+    std::vector<Vector3d>& core_W = placed.cores_W.emplace_back();
+    for (const Vector3d& p_L : core_L) core_W.push_back(RoundPoint(X_WL * p_L));
+    SortPoints(&core_W);
+  }
+  // The order in which parts are declared must not count either.
+  std::sort(placed.cores_W.begin(), placed.cores_W.end(), PointsLess);
   return placed;
 }
 
@@ -151,10 +162,14 @@ BodySpec MakeBody(std::vector<PlacedLink> links) {
     spec.mass_kg = link.mass_kg;
     spec.X_BL = X_BW * link.X_WL;
     spec.p_BoLcm_B = X_BW * link.p_WoLcm_W;
-    for (const Vector3d& p_W : link.core_W) {
-      spec.hull_B.push_back(RoundPoint(R_WB.transpose() * (p_W - p_WoBo_W)));
+    for (const std::vector<Vector3d>& core_W : link.cores_W) {
+      std::vector<Vector3d>& part_B = spec.parts_B.emplace_back();
+      for (const Vector3d& p_W : core_W) {
+        part_B.push_back(RoundPoint(R_WB.transpose() * (p_W - p_WoBo_W)));
+      }
+      SortPoints(&part_B);
     }
-    SortPoints(&spec.hull_B);
+    std::sort(spec.parts_B.begin(), spec.parts_B.end(), PointsLess);
     body.links.push_back(std::move(spec));
   }
   // The first link in the numbering of modules names the body to the outside; the engine never sees
@@ -175,7 +190,7 @@ bool BodyLess(const BodySpec& a, const BodySpec& b) {
   const Vector3d p_b = b.X_WB.translation();
   if (p_a != p_b) return PointLess(p_a, p_b);
   if (a.mass_kg != b.mass_kg) return a.mass_kg < b.mass_kg;
-  return PointsLess(a.links.front().hull_B, b.links.front().hull_B);
+  return PartsLess(a.links.front().parts_B, b.links.front().parts_B);
 }
 
 // A joint as the motion it allows between two bodies: a twist up to its sign.

@@ -33,7 +33,8 @@ struct LinkSpec {
   /// Canonical number of its module; links of one group never collide with each other.
   int group = 0;
   double mass_kg = 0.0;
-  std::vector<Eigen::Vector3d> hull_B;  ///< Corners for the engine (m), sorted; may be empty.
+  /// Corners of its convex parts for the engine (m), sorted as parts are; none without a hull.
+  std::vector<std::vector<Eigen::Vector3d>> parts_B;
   // For reading poses out; these never enter the engine.
   Pose X_BL = Pose::Identity();
   Eigen::Vector3d p_BoLcm_B = Eigen::Vector3d::Zero();  ///< The link's own centre of mass (m).

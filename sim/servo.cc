@@ -20,6 +20,10 @@ void Servo::Command(const ServoCommand& command) {
   // A command that makes no sense leaves the joint holding its place.
   command_ = ServoCommand{};
   if (command.mode == ServoMode::kHold) return;
+  if (command.mode == ServoMode::kLimp) {
+    command_.mode = ServoMode::kLimp;
+    return;
+  }
   if (!std::isfinite(command.target) || !std::isfinite(command.speed)) return;
   command_.mode = command.mode;
   if (command.mode == ServoMode::kPosition) {
@@ -40,6 +44,9 @@ double Servo::Step(double position, double rate, double dt) {
     set_point_ += command_.speed * dt;
     set_point_ = std::clamp(set_point_, position - kLongestLead, position + kLongestLead);
     set_point_ = std::clamp(set_point_, limits_.lower, limits_.upper);
+  } else if (command_.mode == ServoMode::kLimp) {
+    // It goes where the joint goes, from where it may once be held again.
+    set_point_ = std::clamp(position, limits_.lower, limits_.upper);
   }
   // The velocity asked for is in proportion to the error and bounded: by the joint's speed when it
   // moves that fast, and by more the slower it is.

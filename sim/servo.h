@@ -4,8 +4,9 @@
 
 namespace morphbus::sim {
 
-/// What a servo does: hold its set-point, take it to a target, or move it on for ever.
-enum class ServoMode { kHold, kPosition, kVelocity };
+/// What a servo does: hold its set-point, take it to a target, move it on for ever, or let the
+/// joint go.
+enum class ServoMode { kHold, kPosition, kVelocity, kLimp };
 
 /// One command, which holds until the next.
 struct ServoCommand {
@@ -41,6 +42,8 @@ class Servo {
   /// to the error. A joint that moves as fast as it may is asked for no more than its speed.
   double Step(double position, double rate, double dt);
 
+  /// The motor exerts nothing: whatever velocity Step asks for, the joint is free.
+  [[nodiscard]] bool limp() const { return command_.mode == ServoMode::kLimp; }
   /// Where the servo wants the joint now (rad or m); setting it is for a robot that goes on in a
   /// new world.
   [[nodiscard]] double set_point() const { return set_point_; }

@@ -49,10 +49,13 @@ StillRobot::StillRobot(std::shared_ptr<const model::Model> model, const model::R
 }
 
 void StillRobot::Sense(std::vector<morphbus::module_sensors_t>* out) {
-  out->clear();
+  // What the last tick had is overwritten, which keeps its memory.
+  out->resize(joints_.size());
   // A joint is where its set-point is, in the module's own values.
   for (size_t m = 0; m < joints_.size(); ++m) {
-    morphbus::module_sensors_t& sensors = out->emplace_back();
+    morphbus::module_sensors_t& sensors = (*out)[m];
+    sensors.joint_position_si.clear();
+    sensors.joint_velocity_si.clear();
     sensors.module_id = static_cast<int16_t>(m);
     sensors.name = connections_.robot().modules[m].name;
     sensors.num_joints = static_cast<int8_t>(joints_[m].size());
@@ -60,8 +63,27 @@ void StillRobot::Sense(std::vector<morphbus::module_sensors_t>* out) {
       sensors.joint_position_si.push_back(joint.start + joint.servo.set_point());
       sensors.joint_velocity_si.push_back(static_cast<float>(joint.velocity));
     }
+    SenseNothing(static_cast<int>(m), &sensors);
   }
   connections_.Sense(out);
+}
+
+// Without a world there is nothing to see or touch; up is where it was at the start.
+void StillRobot::SenseNothing(int module, morphbus::module_sensors_t* out) {
+  const model::ModuleType& type = model_->TypeOf(connections_.robot(), module);
+  if (type.sensors.empty()) return;
+  const LinkPoseTable X_RL = ComputeLinkPoses();
+  for (const model::Sensor& sensor : type.sensors) {
+    if (sensor.type == model::SensorType::kTilt) {
+      const Eigen::Vector3d up =
+          X_RL[module][sensor.link].linear().transpose() * Eigen::Vector3d::UnitY();
+      for (int k = 0; k < 3; ++k) out->sensor_value.push_back(static_cast<float>(up(k)));
+    } else {
+      const bool distance = sensor.type == model::SensorType::kDistance;
+      out->sensor_value.push_back(distance ? static_cast<float>(sensor.range_m) : 0.0F);
+    }
+  }
+  out->num_sensor_values = static_cast<int8_t>(out->sensor_value.size());
 }
 
 void StillRobot::Actuate(const morphbus::actuator_t& command) {
@@ -119,6 +141,10 @@ Result<void> StillRobot::Connect(const std::string& module, const std::string& c
 Result<void> StillRobot::Push(const std::string&, const Eigen::Vector3d&, const std::string&,
                               double) {
   return Fail("this run is without physics (--still): nothing can be pushed");
+}
+
+void StillRobot::Lose(int module) {
+  for (StillJoint& joint : joints_[module]) joint.servo.Command({});
 }
 
 const LinkPoseTable& StillRobot::LinkPoses() {

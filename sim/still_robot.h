@@ -40,6 +40,11 @@ class StillRobot : public ControlledRobot {
                        const std::string& mate_connector = "") override;
   Result<void> Push(const std::string& module, const Eigen::Vector3d& f_W, const std::string& link,
                     double seconds) override;
+  [[nodiscard]] model::Pose LinkPose(int module, int link) const override {
+    return ComputeLinkPoses()[module][link];
+  }
+  /// Without weights limp joints stay where they are, as those that hold do.
+  void Lose(int module) override;
 
  private:
   /// A joint: its servo works relative to the start value.
@@ -54,6 +59,8 @@ class StillRobot : public ControlledRobot {
              int physics_step_us);
   /// Where the links are now, X_RL. What comes apart or together moves no link.
   const LinkPoseTable& LinkPoses();
+  /// Adds the readings of a module's sensors in a world without anything.
+  void SenseNothing(int module, morphbus::module_sensors_t* out);
   [[nodiscard]] LinkPoseTable ComputeLinkPoses() const;
   /// Fills in the poses of modules that hang together, in ascending order.
   void AddPartPoses(const std::vector<int>& modules, LinkPoseTable* X_RL) const;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "compiler/world/obstacle.h"
 #include "sim/rigid_body_model.h"
 #include "sim/servo.h"
 
@@ -26,6 +27,8 @@ struct WorldOptions {
   int solver_iterations = 30;
   /// The velocity that servos ask for per error (1/s), 60 or more.
   double servo_gain_per_s = 60;
+  /// What stands in the world beside the robot.
+  std::vector<world::Obstacle> obstacles = {};
 };
 
 /// Pose and velocities of one body; body frame B, see sim/rigid_body_model.h.
@@ -91,6 +94,21 @@ class World {
     double depth_m = 0.0;
   };
   [[nodiscard]] std::vector<Contact> contacts() const;
+
+  /// How far from `p_WS` a ray along the unit vector `d_W` first meets something, m; at most
+  /// `range_m`, which also stands for nothing. Links of `module` are not seen. Links are smaller
+  /// here by kHullShrink, and the ground is higher by that.
+  [[nodiscard]] double RayDistance(const Eigen::Vector3d& p_WS, const Eigen::Vector3d& d_W,
+                                   double range_m, int module) const;
+
+  /// Where something touches a link now, and the unit direction from the link to what touches it.
+  struct Touch {
+    Eigen::Vector3d p_WT;
+    Eigen::Vector3d outward_W;
+  };
+  /// All touches of a link, from the ground, obstacles and links of other modules; what is docked
+  /// to it is no touch.
+  [[nodiscard]] std::vector<Touch> Touches(LinkRef link) const;
 
   /// What the world was made of.
   [[nodiscard]] const RigidBodyModel& rigid_bodies() const { return rigid_bodies_; }

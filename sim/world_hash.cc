@@ -39,8 +39,13 @@ void AddBody(const BodySpec& body, Hasher* hasher) {
   hasher->Add(static_cast<int>(body.links.size()));
   for (const LinkSpec& link : body.links) {
     hasher->Add(link.group);
-    hasher->Add(static_cast<int>(link.hull_B.size()));
-    for (const Eigen::Vector3d& corner : link.hull_B) hasher->Add(corner);
+    // A link of one part is hashed as that part alone. The count of several is negative, which no
+    // part's number of corners is.
+    if (link.parts_B.size() != 1) hasher->Add(-static_cast<int>(link.parts_B.size()));
+    for (const std::vector<Eigen::Vector3d>& part : link.parts_B) {
+      hasher->Add(static_cast<int>(part.size()));
+      for (const Eigen::Vector3d& corner : part) hasher->Add(corner);
+    }
   }
 }
 

@@ -37,7 +37,7 @@ struct BodyEntry {
   /// The joint's number in its own module's type, and that module.
   uint8_t joint = 0;
   uint16_t module = 0;
-  int64_t stamp = 0;  ///< The tick in which the module said so.
+  int32_t stamp = 0;  ///< The tick in which the module said so.
 };
 
 /// A remote invocation of a command on its way: every module that plays the role, or one that
@@ -47,6 +47,8 @@ struct Invocation {
   uint32_t origin_incarnation = 0;
   uint32_t id = 0;            ///< Counts the origin's invocations in that incarnation, from 1.
   uint64_t program_hash = 0;  ///< The invocation runs only under this image.
+  /// The only module that runs it; -1 for all that play the role.
+  int32_t target = -1;
   uint16_t role = 0;
   uint8_t command = 0;  ///< Slot in the role.
   uint8_t num_arguments = 0;
@@ -73,11 +75,12 @@ struct DockedLink {
   uint16_t mate_module = 0;
 };
 
-/// Which program a module holds, and which piece of a newer one it asks its neighbours for. Only
+/// Which program a module has, and which piece of a newer one it asks its neighbours for. Only
 /// ProgramRelay (vm/spread/program_relay.h) fills it in and reads it.
 struct ProgramNews {
-  /// Version of the program that the module runs. The highest version spreads; of equal versions
-  /// the one with the larger hash.
+  /// Version of the newest program that the module has whole and verified, whether it runs or waits
+  /// for its tick, and the id of its package. The highest version spreads; of equal versions the
+  /// one with the larger id.
   uint32_t version = 0;
   uint64_t hash = 0;
   uint32_t want_version = 0;  ///< Version of the program it asks for; 0 if it asks for none.
@@ -85,13 +88,14 @@ struct ProgramNews {
   uint32_t want_offset = 0;  ///< First byte of that program which it lacks.
 };
 
-/// A piece of a program image on its way. The module that collects the image checks it as a whole.
+/// A piece of a program's package (vm/spread/package.h) on its way. The module that collects the
+/// package checks it as a whole.
 struct ProgramFragment {
   uint32_t version = 0;
-  uint64_t hash = 0;
-  uint32_t image_size = 0;  ///< Size of the whole image, bytes.
-  uint32_t offset = 0;      ///< Of the piece in the image, a multiple of kFragmentBytes.
-  /// Bytes in the piece: kFragmentBytes, less for an image's last one, 0 if there is no piece.
+  uint64_t hash = 0;        ///< The package's id.
+  uint32_t image_size = 0;  ///< Size of the whole package, bytes.
+  uint32_t offset = 0;      ///< Of the piece in the package, a multiple of kFragmentBytes.
+  /// Bytes in the piece: kFragmentBytes, less for a package's last one, 0 if there is no piece.
   uint16_t size = 0;
   uint8_t bytes[kFragmentBytes] = {};
 };
@@ -104,6 +108,9 @@ struct NeighbourMessage {
   int64_t tick = 0;
   uint64_t program_hash = 0;
   int16_t role = -1;  ///< Index in the program's role table; -1 while it has none.
+  /// The values of the role's shared fields, in the order of their slots.
+  uint8_t num_shared = 0;
+  Cell shared[kMaxSharedFields];
 
   // Distributed forward kinematics: the pose that the root broadcasts, handed on link by link.
   bool has_pose = false;
@@ -150,10 +157,12 @@ struct VmConfig {
   uint32_t incarnation = 1;  ///< Counts cold starts, from 1.
   bool is_root = false;      ///< The root broadcasts the pose that ties the robot to R.
   uint8_t root_link = 0;     ///< Of the root: the link whose pose is broadcast.
-  PoseF X_RL_root;           ///< Of the root: that link's pose in R.
+  PoseF X_RL_root;           ///< Of the root: that link's pose in R, until a sensor says more.
   /// Ticks for which what a neighbour said is kept when its message is late. 0 in lockstep, where
   /// no message is late; a few where messages get lost for good.
   uint16_t grace_ticks = 0;
+  /// Of the program's random numbers, with the module's id and incarnation; the run's.
+  uint64_t random_seed = 1;
 };
 
 /// What a module senses and hears in one tick. Arrays are by number in the module's type; what lies
@@ -163,6 +172,13 @@ struct TickInput {
   int64_t sim_time_us = 0;
   double joint_position[kMaxJoints] = {};  ///< rad, or m for prismatic joints; the actuator's sign.
   double joint_velocity[kMaxJoints] = {};  ///< rad/s, or m/s for prismatic joints.
+  /// What the root measures, if it has a sensor of its pose: X_RL of its link `root_link`. Used if
+  /// that is VmConfig::root_link, and then for as long as nothing newer comes.
+  bool has_root_pose = false;
+  uint8_t root_link = 0;
+  PoseF X_RL_root;
+  /// What the sensors of the type measure, one behind the other (VerifiedKinematics::sensor).
+  float sensor_values[kMaxSensorValues] = {};
   /// What each connector's sensor says, by number in the module's type.
   ConnectorReading connectors[kMaxConnectors];
   /// The previous tick's message of the neighbour on each connector; nullptr if none arrived. A
@@ -191,13 +207,26 @@ struct TaskReport {
   TaskKind kind = TaskKind::kStartup;
   /// The function in which it stands, by number in the program.
   uint16_t function = 0;
-  uint16_t line = 0;  ///< Source line at which it stands.
+  uint16_t pc = 0;    ///< Byte offset in it.
+  uint16_t line = 0;  ///< Source line at which it stands; 0 where the module holds no notes.
+};
+
+/// A line that the program printed.
+struct PrintReport {
+  /// Where it was printed, as in a Fault.
+  int16_t function = -1;
+  uint16_t pc = 0;
+  uint16_t line = 0;
+  /// The text, by its number among the program's constants, and the values that it has places for.
+  uint16_t text = 0;
+  uint8_t num_values = 0;
+  Cell values[kMaxPrintValues];
 };
 
 /// Role, labels, conventions, tasks and faults of one tick (channel RUN/<module>/STATUS).
 struct StatusReport {
-  /// True if role, labels or conventions differ from the last tick, or if there are faults: then
-  /// the report is worth a message.
+  /// True if role, labels or conventions differ from the last tick, or if there are faults or
+  /// prints: then the report is worth a message.
   bool changed = false;
   int16_t role = -1;
   bool frozen = false;  ///< The role changed too often and stays as it is.
@@ -213,6 +242,9 @@ struct StatusReport {
   uint8_t num_faults = 0;
   uint16_t faults_dropped = 0;  ///< Faults beyond kMaxFaultsPerTick, which are counted only.
   Fault faults[kMaxFaultsPerTick];
+  uint8_t num_prints = 0;
+  uint16_t prints_dropped = 0;  ///< Lines beyond kMaxPrintsPerTick, which are counted only.
+  PrintReport prints[kMaxPrintsPerTick];
 };
 
 /// An order to a connector's hardware, such as to extend its hooks.

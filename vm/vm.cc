@@ -26,7 +26,10 @@ void Vm::Tick(const TickInput& input, TickOutput* output) {
   new (output) TickOutput();
   Context context{config_, kinematics_, *program_, state_, output};
   ModuleServices services(&context);
+  // Before the first tick no time has passed.
   const int64_t dt_us = state_.started ? input.sim_time_us - state_.sim_time_us : 0;
+  const int64_t ticks = state_.started ? input.tick - state_.tick : 0;
+  if (ticks > 0 && dt_us > 0) state_.period_us = dt_us / ticks;
   state_.tick = input.tick;
   state_.sim_time_us = input.sim_time_us;
 
@@ -37,6 +40,7 @@ void Vm::Tick(const TickInput& input, TickOutput* output) {
   UpdateSpatial(context, input, inbox);
   UpdateBodies(context, inbox);
   UpdateJoints(context, input, dt_us > 0 ? dt_us : 0);
+  for (int i = 0; i < kMaxSensorValues; ++i) state_.sensor_values[i] = input.sensor_values[i];
   state_.started = true;
 
   // What it makes of that, and does.
@@ -45,6 +49,7 @@ void Vm::Tick(const TickInput& input, TickOutput* output) {
   IssueRequests(context, input);
   RunTasks(context, services);
 
+  // What others are told of it: actuators, neighbours, people.
   FillCommands(context, output);
   FillMessage(context, &output->message);
   FillStatus(context, &output->status);
@@ -57,6 +62,7 @@ void Vm::FillMessage(Context& context, NeighbourMessage* message) {
   message->tick = state_.tick;
   message->program_hash = program_->hash();
   message->role = state_.role.role;
+  FillShared(message);
   // Poses and dockings always fit; invocations come before bodies, which can be told in turns.
   FillPose(context, message);
   FillDocked(context, message);
@@ -65,11 +71,22 @@ void Vm::FillMessage(Context& context, NeighbourMessage* message) {
   FillBodies(context, (kMessageTailBytes - used) / kBodyEntryWireBytes, message);
 }
 
+void Vm::FillShared(NeighbourMessage* message) {
+  message->num_shared = 0;
+  if (state_.role.role < 0) return;
+  const RoleInfo role = program_->role(state_.role.role);
+  for (int i = 0; i < role.num_fields; ++i) {
+    if (!role.fields.shared(i)) continue;
+    message->shared[message->num_shared++] = state_.role.fields[i];
+  }
+}
+
 void Vm::FillStatus(Context& context, StatusReport* status) {
   status->role = state_.role.role;
   status->frozen = state_.role.frozen;
   status->has_pose = state_.pose.has;
   status->pose_stale = state_.pose.stale;
+  // A module without a role has no labels.
   status->num_labels =
       state_.role.role < 0 ? uint8_t{0} : program_->role(state_.role.role).num_labels;
   for (int i = 0; i < kMaxLabels; ++i) status->labels[i] = state_.role.labels[i];
@@ -78,30 +95,34 @@ void Vm::FillStatus(Context& context, StatusReport* status) {
   // The digest of what people watch tells whether this tick is worth a STATUS. Tasks are no part of
   // it: they move on in nearly every tick.
   Digest digest;
-  digest.Add(status->role, status->frozen, status->has_pose, status->pose_stale);
+  digest.Add(program_->hash(), status->role, status->frozen, status->has_pose, status->pose_stale);
   for (const int8_t label : status->labels) digest.Add(label);
   for (const int8_t sign : status->signs) digest.Add(sign);
-  status->changed =
-      digest.value() != state_.reported || status->num_faults > 0 || status->faults_dropped > 0;
+  status->changed = digest.value() != state_.reported || status->num_faults > 0 ||
+                    status->faults_dropped > 0 || status->num_prints > 0;
   state_.reported = digest.value();
 }
 
 void Vm::ReplaceProgram(const VerifiedProgram& program) {
-  // The role ends under the program that it belongs to.
   Context context{config_, kinematics_, *program_, state_, nullptr};
-  LeaveRole(context);
+  CarryOver(context, program);
   program_ = &program;
-  state_.role = RoleState();
-  for (int8_t& label : state_.role.labels) label = -1;
-  state_.role.structure_since_tick = state_.role.roles_since_tick = state_.tick;
-  // Roles are indices into the table of the program that is gone.
-  for (NeighbourRecord& neighbour : state_.neighbours) neighbour.role = -1;
+}
+
+bool Vm::RootTick(int64_t tick, int64_t* root_tick) const {
+  return morphbus::vm::RootTick(state_, tick, root_tick);
 }
 
 RoleCheck Vm::CheckRole(int role) {
   Context context{config_, kinematics_, *program_, state_, nullptr};
   ModuleServices services(&context);
   return morphbus::vm::CheckRole(context, services, role, false);
+}
+
+Evaluation Vm::EvaluateAs(int role, int function) {
+  Context context{config_, kinematics_, *program_, state_, nullptr};
+  ModuleServices services(&context);
+  return morphbus::vm::EvaluateAs(context, services, role, function);
 }
 
 }  // namespace morphbus::vm

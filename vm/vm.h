@@ -24,16 +24,25 @@ class Vm {
   /// sim time must not go back.
   void Tick(const TickInput& input, TickOutput* output);
 
-  /// From the next tick on another program runs: the role and its tasks end, joints hold their
-  /// targets, conventions go. `program` must outlive the VM.
+  /// From the next tick on another program runs: tasks end and joints hold their targets. A role of
+  /// a name that the new program has as well goes on under it with its conventions, its fields and
+  /// startups anew; any other one ends. `program` must outlive the VM.
   void ReplaceProgram(const VerifiedProgram& program);
+
+  /// The tick of the root's clock at this module's tick `tick`, not before the last one computed;
+  /// false while it has heard of no root.
+  [[nodiscard]] bool RootTick(int64_t tick, int64_t* root_tick) const;
 
   /// Evaluates one role on what the last Tick knew, as role assignment does; changes nothing.
   [[nodiscard]] RoleCheck CheckRole(int role);
+  /// Evaluates a requirement or label of a role, by the number of its function, likewise.
+  [[nodiscard]] Evaluation EvaluateAs(int role, int function);
 
  private:
   /// Write the outputs of the tick, from the state that it has left.
   void FillMessage(Context& context, NeighbourMessage* message);
+  /// Adds the values of the shared fields of the role held.
+  void FillShared(NeighbourMessage* message);
   void FillStatus(Context& context, StatusReport* status);
 
   // What stays the same, the program that runs (it may be replaced), and all that changes. None of

@@ -3,6 +3,7 @@
 // (bridge/bus/lcm_bus.h) and our own in-process one (bridge/bus/inproc_bus.h), on which a run gives
 // the same payloads.
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -11,14 +12,18 @@
 
 namespace morphbus::bridge {
 
+/// Longest name of a channel, bytes: LCM's limit.
+inline constexpr size_t kMaxChannelName = 63;
+
 /// What a process sent, received, missed and refused since it began; travels in HEALTH. Every
-/// message that arrives counts as received or as bad.
+/// message that arrives counts as received or as bad; those that were sound and yet refused count
+/// as received, and once more below.
 struct Ledger {
   /// Messages accepted, and messages published for the first time.
   int64_t received = 0;
   int64_t sent = 0;
   int64_t lost = 0;       ///< Gaps in sequence numbers, later filled or not.
-  int64_t discarded = 0;  ///< Thrown away on purpose (--loss).
+  int64_t discarded = 0;  ///< Thrown away on purpose (--loss, --faults).
   /// Messages that had come before, messages published again, and requests for such messages.
   int64_t duplicates = 0;
   int64_t resent = 0;
@@ -34,6 +39,33 @@ struct Ledger {
   int64_t replayed_commands = 0;
   int64_t late_commands = 0;
   int64_t malformed_commands = 0;
+  /// Messages that arrived twice, after later ones, or with flipped bits, on purpose (--faults).
+  int64_t doubled = 0;
+  int64_t delayed = 0;
+  int64_t corrupted = 0;
+  /// How often the process was started again after it had died, as the launcher tells it.
+  int64_t restarts = 0;
+  /// Messages with other bytes under a number that was had, and messages of a tick that is too old
+  /// or cannot have begun.
+  int64_t conflicts = 0;
+  int64_t outside_window = 0;
+  /// END, and what belongs to it (acknowledgements, verdicts, BYE), where no end is.
+  int64_t false_ends = 0;
+  /// Messages on channels that the run does not have; the logger's.
+  int64_t foreign = 0;
+  /// Parts of messages longer than a datagram, and requests that were answered a moment before.
+  int64_t fragments = 0;
+  int64_t hasty_requests = 0;
+  /// The first message that one of these six counted, for people; empty if there was none.
+  std::string first_refused;
+};
+
+/// What a bus did to messages on purpose since it began (bridge/bus/faulty_bus.h), in messages.
+struct InjectedFaults {
+  int64_t discarded = 0;  ///< Thrown away.
+  int64_t doubled = 0;    ///< Delivered twice.
+  int64_t delayed = 0;    ///< Held back until later ones had come; copies count each.
+  int64_t corrupted = 0;  ///< Delivered with flipped bits; copies count each.
 };
 
 /// What of a channel a subscriber needs, so that the rest need not wake its process. A bus may
@@ -50,6 +82,14 @@ struct Interest {
   uint16_t value = 0;
   bool unless = false;
   bool operator==(const Interest&) const = default;
+
+  /// Whether a message with this payload is needed. One that is too short for the number is not.
+  [[nodiscard]] bool Includes(const uint8_t* data, size_t size) const {
+    if (width != 1 && width != 2) return true;
+    if (size < offset + static_cast<size_t>(width)) return false;
+    const int number = width == 1 ? data[offset] : data[offset] << 8 | data[offset + 1];
+    return (number == value) != unless;
+  }
 };
 
 /// One participant's access to the messages of a run. Delivery is as on UDP: a message may be lost,
@@ -75,8 +115,17 @@ class Bus {
   /// them).
   virtual void SubscribePrefix(const std::string& prefix, Handler handler) = 0;
 
+  /// Receives every channel whose name begins with `prefix` and ends with `suffix`, and wakes for
+  /// none of them: for who will need some and does not know yet which. A bus may deliver none.
+  virtual void SubscribeQuietly(const std::string& /*prefix*/, const std::string& /*suffix*/,
+                                Handler /*handler*/) {}
+
   /// Drops the subscription to a channel or prefix of this name; nothing happens if there is none.
   virtual void Unsubscribe(const std::string& channel) = 0;
+
+  /// While `hold`, changes of subscriptions may wait until it ends: each one may cost the kernel a
+  /// filter.
+  virtual void HoldSubscriptions(bool /*hold*/) {}
 
   /// While `any`, every message ends a wait, also one on a channel that otherwise does not: for who
   /// waits for one that was lost.
@@ -91,8 +140,24 @@ class Bus {
   /// Messages dropped because the bounded queue (4096) was full.
   [[nodiscard]] virtual int64_t queue_overflows() const { return 0; }
 
-  /// Messages thrown away on purpose (bridge/bus/bus_adapters.h, LossyBus).
-  [[nodiscard]] virtual int64_t discarded() const { return 0; }
+  /// Fragments of long messages, which nobody of ours sends; refused unread.
+  [[nodiscard]] virtual int64_t fragments() const { return 0; }
+
+  /// What was done to messages on purpose; nothing but by a FaultyBus.
+  [[nodiscard]] virtual InjectedFaults injected() const { return {}; }
+};
+
+/// Changes of subscriptions take effect together, when this is destroyed at the latest.
+class HeldSubscriptions {
+ public:
+  /// `bus` outlives this.
+  explicit HeldSubscriptions(Bus* bus) : bus_(bus) { bus_->HoldSubscriptions(true); }
+  ~HeldSubscriptions() { bus_->HoldSubscriptions(false); }
+  HeldSubscriptions(const HeldSubscriptions&) = delete;
+  HeldSubscriptions& operator=(const HeldSubscriptions&) = delete;
+
+ private:
+  Bus* bus_;
 };
 
 }  // namespace morphbus::bridge

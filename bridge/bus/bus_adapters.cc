@@ -5,6 +5,9 @@
 #include <map>
 #include <set>
 #include <utility>
+#include <vector>
+
+#include "compiler/base/text_hash.h"
 
 namespace morphbus::bridge {
 
@@ -17,7 +20,7 @@ struct BusMux::Impl {
   };
   /// Who wants a channel or prefix, by number and so in order of connection.
   using Route = std::map<int, Client>;
-  using Routes = std::map<std::string, Route>;
+  using Routes = TextTable<Route>;
 
   /// What all who want a channel need of it together.
   static Interest Merge(const Route& route) {
@@ -38,9 +41,16 @@ struct BusMux::Impl {
     return [routes, name](std::string_view channel, const uint8_t* data, size_t size) {
       const auto found = routes->find(name);
       if (found == routes->end()) return;
-      // Handlers may change subscriptions: walk over a copy.
+      // Handlers may change subscriptions, so what is called is a copy.
+      if (found->second.size() == 1) {
+        const Client client = found->second.begin()->second;
+        if (client.interest.Includes(data, size)) (*client.handler)(channel, data, size);
+        return;
+      }
       const Route route = found->second;
-      for (const auto& [number, client] : route) (*client.handler)(channel, data, size);
+      for (const auto& [number, client] : route) {
+        if (client.interest.Includes(data, size)) (*client.handler)(channel, data, size);
+      }
     };
   }
 
@@ -63,6 +73,15 @@ struct BusMux::Impl {
     if (first) bus->SubscribePrefix(name, Distributor(&prefixes, name));
   }
 
+  /// The same for channels that are told by both ends; all endpoints want the same ones.
+  void AddPattern(const std::string& prefix, const std::string& suffix, int endpoint,
+                  Bus::Handler handler) {
+    Route& route = patterns[prefix];
+    const bool first = route.empty();
+    route[endpoint] = {std::make_shared<Bus::Handler>(std::move(handler)), Interest()};
+    if (first) bus->SubscribeQuietly(prefix, suffix, Distributor(&patterns, prefix));
+  }
+
   /// Drops an endpoint's handler, and the shared subscription with the last one.
   void Remove(Routes* routes, const std::string& name, int endpoint) {
     const auto found = routes->find(name);
@@ -70,8 +89,10 @@ struct BusMux::Impl {
     found->second.erase(endpoint);
     if (!found->second.empty()) return;
     routes->erase(found);
-    // The bus would drop a channel and a prefix of the same name together.
-    if (!exact.contains(name) && !prefixes.contains(name)) bus->Unsubscribe(name);
+    // The bus would drop all that has this name together.
+    if (!exact.contains(name) && !prefixes.contains(name) && !patterns.contains(name)) {
+      bus->Unsubscribe(name);
+    }
   }
 
   /// Notes whether an endpoint waits for any message, and asks the shared bus for what any wants.
@@ -83,8 +104,8 @@ struct BusMux::Impl {
 
   Bus* bus;
   int num_endpoints = 0;  ///< That were ever connected.
-  // By name of the channel, and by prefix.
-  Routes exact, prefixes;
+  // By name of the channel, by prefix, and for what is told by both ends by its prefix.
+  Routes exact, prefixes, patterns;
   /// Endpoints for which every message shall end a wait.
   std::set<int> wants_any;
 };
@@ -97,11 +118,10 @@ class BusMux::Endpoint : public ForwardingBus {
   ~Endpoint() override {
     // An endpoint that goes takes its subscriptions along.
     impl_->WakeForAny(number_, false);
-    for (Impl::Routes* routes : {&impl_->exact, &impl_->prefixes}) {
-      for (auto it = routes->begin(); it != routes->end();) {
-        const std::string name = (it++)->first;
-        impl_->Remove(routes, name, number_);
-      }
+    for (Impl::Routes* routes : {&impl_->exact, &impl_->prefixes, &impl_->patterns}) {
+      std::vector<std::string> names;
+      for (const auto& [name, route] : *routes) names.push_back(name);
+      for (const std::string& name : names) impl_->Remove(routes, name, number_);
     }
   }
   Endpoint(const Endpoint&) = delete;
@@ -114,10 +134,15 @@ class BusMux::Endpoint : public ForwardingBus {
   void SubscribePrefix(const std::string& prefix, Handler handler) override {
     impl_->AddPrefix(prefix, number_, std::move(handler));
   }
+  void SubscribeQuietly(const std::string& prefix, const std::string& suffix,
+                        Handler handler) override {
+    impl_->AddPattern(prefix, suffix, number_, std::move(handler));
+  }
   void WakeForAny(bool any) override { impl_->WakeForAny(number_, any); }
   void Unsubscribe(const std::string& channel) override {
     impl_->Remove(&impl_->exact, channel, number_);
     impl_->Remove(&impl_->prefixes, channel, number_);
+    impl_->Remove(&impl_->patterns, channel, number_);
   }
 
  private:
@@ -129,39 +154,5 @@ BusMux::BusMux(Bus* bus) : impl_(std::make_unique<Impl>()) { impl_->bus = bus; }
 BusMux::~BusMux() = default;
 
 std::unique_ptr<Bus> BusMux::Connect() { return std::make_unique<Endpoint>(impl_.get()); }
-
-LossyBus::LossyBus(Bus* inner, double loss, uint64_t seed)
-    : ForwardingBus(inner),
-      threshold_(static_cast<uint64_t>(std::ldexp(std::clamp(loss, 0.0, 1.0), 53))),
-      state_(seed) {}
-
-bool LossyBus::Drop() {
-  // splitmix64 (Steele, Lea, Flood 2014): one step a message, so that runs can be repeated.
-  state_ += 0x9e3779b97f4a7c15ULL;
-  uint64_t z = state_;
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
-  z ^= z >> 31;
-  // The upper 53 bits, as many as a double holds exactly.
-  return (z >> 11) < threshold_;
-}
-
-Bus::Handler LossyBus::Wrap(Handler handler) {
-  return [this, inner = std::move(handler)](std::string_view channel, const uint8_t* data,
-                                            size_t size) {
-    if (Drop()) {
-      ++discarded_;
-      return;
-    }
-    inner(channel, data, size);
-  };
-}
-
-void LossyBus::Subscribe(const std::string& channel, Handler handler, const Interest& interest) {
-  inner_->Subscribe(channel, Wrap(std::move(handler)), interest);
-}
-void LossyBus::SubscribePrefix(const std::string& prefix, Handler handler) {
-  inner_->SubscribePrefix(prefix, Wrap(std::move(handler)));
-}
 
 }  // namespace morphbus::bridge

@@ -1,5 +1,5 @@
 #pragma once
-// Buses around buses: several participants on one bus, and loss on purpose.
+// Buses around buses: a common base, and several participants on one bus.
 
 #include <cstdint>
 #include <memory>
@@ -20,10 +20,12 @@ class ForwardingBus : public Bus {
     inner_->Publish(channel, data, size);
   }
   void Unsubscribe(const std::string& channel) override { inner_->Unsubscribe(channel); }
+  void HoldSubscriptions(bool hold) override { inner_->HoldSubscriptions(hold); }
   void WakeForAny(bool any) override { inner_->WakeForAny(any); }
   int HandleFor(int64_t timeout_us) override { return inner_->HandleFor(timeout_us); }
   [[nodiscard]] int64_t queue_overflows() const override { return inner_->queue_overflows(); }
-  [[nodiscard]] int64_t discarded() const override { return inner_->discarded(); }
+  [[nodiscard]] int64_t fragments() const override { return inner_->fragments(); }
+  [[nodiscard]] InjectedFaults injected() const override { return inner_->injected(); }
 
  protected:
   /// Not owned.
@@ -48,35 +50,6 @@ class BusMux {
   struct Impl;
   class Endpoint;
   std::unique_ptr<Impl> impl_;
-};
-
-/// Throws away a fraction of what arrives, the same on every run with the same seed and arrivals
-/// (splitmix64, one draw a message). Publishing is left alone: loss is at the receiver.
-class LossyBus : public ForwardingBus {
- public:
-  /// @param inner  outlives this bus.
-  /// @param loss   probability 0..1 with which a message is thrown away.
-  /// @param seed   of the random numbers; the same seed loses the same messages.
-  LossyBus(Bus* inner, double loss, uint64_t seed);
-
-  // As in Bus; what is received may be lost.
-  using Bus::Subscribe;
-  void Subscribe(const std::string& channel, Handler handler, const Interest& interest) override;
-  void SubscribePrefix(const std::string& prefix, Handler handler) override;
-  [[nodiscard]] int64_t discarded() const override { return discarded_; }
-
- private:
-  /// Draws whether the next message is lost.
-  bool Drop();
-  /// A handler that passes on what is not lost.
-  Handler Wrap(Handler handler);
-
-  /// A message is lost if a random number below 2^53 is below this.
-  uint64_t threshold_;
-  /// Of the random numbers: splitmix64's counter.
-  uint64_t state_;
-  /// Messages thrown away so far.
-  int64_t discarded_ = 0;
 };
 
 }  // namespace morphbus::bridge

@@ -16,12 +16,18 @@ struct ChannelInterest {
   Interest interest;
 };
 
-/// Program for a UDP socket (offset 0 is the UDP header): passes fragments ("LC03", whose channel
-/// stands only in the first one) if `fragments`, and what is of interest of the short messages
-/// ("LC02") on exactly these channels; drops everything else. Empty if the channels need more
-/// instructions than the kernel takes (4096): then do without a filter.
+/// Channels whose names begin and end so, if any shall pass besides (prefix not empty).
+struct ChannelPattern {
+  std::string prefix, suffix;
+};
+
+/// Program for a UDP socket (offset 0 is the UDP header): passes what is of interest of the
+/// messages of one datagram ("LC02") on exactly these channels, and what comes on channels of the
+/// pattern, of whose suffix only the first four characters are looked at; drops everything else,
+/// fragments of longer messages ("LC03") too. Empty if the channels need more instructions than the
+/// kernel takes (4096): then do without a filter.
 std::vector<sock_filter> BuildChannelFilter(std::vector<ChannelInterest> channels,
-                                            bool fragments = true);
+                                            const ChannelPattern& pattern = {});
 
 /// Attaches the program to the socket, replacing an earlier one; an empty program detaches.
 /// Returns false if the kernel refuses.

@@ -1,5 +1,6 @@
 #include "bridge/bus/inproc_bus.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "bridge/bus/lcm_bus.h"
@@ -12,32 +13,67 @@ namespace morphbus::bridge {
 class InprocEndpoint : public Bus {
  public:
   explicit InprocEndpoint(InprocHub* hub) : hub_(hub) { hub_->endpoints_.push_back(this); }
-  ~InprocEndpoint() override { std::erase(hub_->endpoints_, this); }
+  ~InprocEndpoint() override {
+    std::erase(hub_->endpoints_, this);
+    std::erase(hub_->broad_listeners_, this);
+    for (const auto& [channel, handler] : subscriptions_.exact()) StopListening(channel);
+  }
   InprocEndpoint(const InprocEndpoint&) = delete;
   InprocEndpoint& operator=(const InprocEndpoint&) = delete;
 
   void Publish(const std::string& channel, const uint8_t* data, size_t size) override {
     // One copy of the bytes for all receivers, none where nobody listens.
     std::shared_ptr<Message> message;
-    for (InprocEndpoint* endpoint : hub_->endpoints_) {
-      if (!endpoint->subscriptions_.Wants(channel)) continue;
+    const auto deliver = [&](InprocEndpoint* endpoint) {
       if (message == nullptr) {
-        message = std::make_shared<Message>(Message{channel, {data, data + size}});
+        message = hub_->NewMessage();
+        message->channel = channel;
+        message->bytes.assign(data, data + size);
       }
       endpoint->Enqueue(message);
+    };
+    for (InprocEndpoint* endpoint : hub_->broad_listeners_) {
+      if (endpoint->subscriptions_.Wants(channel)) deliver(endpoint);
+    }
+    const auto listeners = hub_->listeners_.find(channel);
+    if (listeners == hub_->listeners_.end()) return;
+    // Of a channel in parts nearly all need another part, so what they need is looked at first.
+    for (const InprocHub::Listener& listener : listeners->second) {
+      if (!listener.interest.Includes(data, size)) continue;
+      // Broad listeners have it already.
+      if (!listener.endpoint->broad_) deliver(listener.endpoint);
     }
   }
 
   using Bus::Subscribe;
-  void Subscribe(const std::string& channel, Handler handler, const Interest&) override {
+  void Subscribe(const std::string& channel, Handler handler, const Interest& interest) override {
     subscriptions_.Add(channel, std::move(handler));
+    std::vector<InprocHub::Listener>& listeners = hub_->listeners_[channel];
+    const auto known = std::find_if(listeners.begin(), listeners.end(),
+                                    [this](const auto& l) { return l.endpoint == this; });
+    if (known == listeners.end()) {
+      listeners.push_back({this, interest});
+    } else {
+      known->interest = interest;
+    }
   }
 
   void SubscribePrefix(const std::string& prefix, Handler handler) override {
     subscriptions_.AddPrefix(prefix, std::move(handler));
+    NoteBreadth();
   }
 
-  void Unsubscribe(const std::string& channel) override { subscriptions_.Remove(channel); }
+  void SubscribeQuietly(const std::string& prefix, const std::string& suffix,
+                        Handler handler) override {
+    subscriptions_.SetPattern(prefix, suffix, std::move(handler));
+    NoteBreadth();
+  }
+
+  void Unsubscribe(const std::string& channel) override {
+    if (subscriptions_.exact().contains(channel)) StopListening(channel);
+    subscriptions_.Remove(channel);
+    NoteBreadth();
+  }
 
   int HandleFor(int64_t /*timeout_us*/) override {
     int count = 0;
@@ -54,10 +90,23 @@ class InprocEndpoint : public Bus {
   [[nodiscard]] int64_t queue_overflows() const override { return overflows_; }
 
  private:
-  struct Message {
-    std::string channel;
-    std::vector<uint8_t> bytes;
-  };
+  using Message = InprocHub::Message;
+
+  /// The hub no longer counts us among those who listen to the channel.
+  void StopListening(const std::string& channel) {
+    const auto found = hub_->listeners_.find(channel);
+    std::erase_if(found->second, [this](const auto& l) { return l.endpoint == this; });
+    if (found->second.empty()) hub_->listeners_.erase(found);
+  }
+
+  /// The hub asks those whose subscriptions may match any channel for each one.
+  void NoteBreadth() {
+    const bool broad = !subscriptions_.prefixes().empty() || subscriptions_.pattern().handler;
+    if (broad == broad_) return;
+    broad_ = broad;
+    if (broad) hub_->broad_listeners_.push_back(this);
+    if (!broad) std::erase(hub_->broad_listeners_, this);
+  }
 
   void Enqueue(const std::shared_ptr<Message>& message) {
     // As deep as a real socket's queue, and as silent about what does not fit: the ledger counts
@@ -73,9 +122,24 @@ class InprocEndpoint : public Bus {
   // is shared by their queues.
   InprocHub* hub_;
   Subscriptions subscriptions_;
+  /// True if prefixes or a pattern are among the subscriptions.
+  bool broad_ = false;
   std::deque<std::shared_ptr<Message>> queue_;
   int64_t overflows_ = 0;
 };
+
+std::shared_ptr<InprocHub::Message> InprocHub::NewMessage() {
+  // The oldest that nobody waits for any more, if it is the one that is looked at.
+  constexpr size_t kMostKept = 4 * kBusQueueDepth;
+  if (!messages_.empty() && messages_.front().use_count() == 1) {
+    messages_.push_back(std::move(messages_.front()));
+    messages_.pop_front();
+    return messages_.back();
+  }
+  std::shared_ptr<Message> message = std::make_shared<Message>();
+  if (messages_.size() < kMostKept) messages_.push_back(message);
+  return message;
+}
 
 InprocHub::InprocHub() = default;
 InprocHub::~InprocHub() { MORPHBUS_CHECK(endpoints_.empty()); }

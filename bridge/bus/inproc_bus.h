@@ -1,12 +1,13 @@
 #pragma once
 // A bus within one process and one thread: --inproc runs and tests. Deterministic: every endpoint
-// gets messages in order of publication. Nothing is lost unless a queue overflows or LossyBus is
+// gets messages in order of publication. Nothing is lost unless a queue overflows or a FaultyBus is
 // put around an endpoint.
 
 #include <cstdint>
 #include <deque>
 #include <memory>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "bridge/bus/bus.h"
@@ -40,6 +41,23 @@ class InprocHub {
   // Endpoints enter themselves here and leave when they are destroyed; in order of connection.
   friend class InprocEndpoint;
   std::vector<InprocEndpoint*> endpoints_;
+  /// What is under way.
+  struct Message {
+    std::string channel;
+    std::vector<uint8_t> bytes;
+  };
+  /// A message to be filled in, mostly in memory that was used before.
+  std::shared_ptr<Message> NewMessage();
+  std::deque<std::shared_ptr<Message>> messages_;  ///< In the order in which they were last used.
+  /// An endpoint, and what it needs of a channel.
+  struct Listener {
+    InprocEndpoint* endpoint;
+    Interest interest;
+  };
+  // Who listens to a channel by its name; and who to many channels, by how their names begin or
+  // end. So a message costs what its receivers cost, however many others there are.
+  std::unordered_map<std::string, std::vector<Listener>> listeners_;
+  std::vector<InprocEndpoint*> broad_listeners_;
 };
 
 }  // namespace morphbus::bridge

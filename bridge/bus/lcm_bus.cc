@@ -13,6 +13,7 @@
 #include "bridge/bus/lcm_datagrams.h"
 #include "bridge/bus/lcm_url.h"
 #include "bridge/bus/subscriptions.h"
+#include "bridge/bus/udpm_sender.h"
 #include "bridge/bus/udpm_socket.h"
 
 namespace morphbus::bridge {
@@ -31,28 +32,40 @@ std::string EscapeForRegex(const std::string& text) {
 /// Sends through LCM; the two kinds of bus below differ in how they receive.
 class SendingBus : public Bus {
  public:
-  SendingBus(lcm_t* lcm, LcmUrl url) : lcm_(lcm), url_(std::move(url)) {}
+  SendingBus(lcm_t* lcm, LcmUrl url) : lcm_(lcm), url_(std::move(url)) {
+    if (url_.provider == "udpm") sender_ = UdpmSender::Open(url_);
+  }
   ~SendingBus() override { lcm_destroy(lcm_); }
   SendingBus(const SendingBus&) = delete;
   SendingBus& operator=(const SendingBus&) = delete;
 
   void Publish(const std::string& channel, const uint8_t* data, size_t size) override {
     // A failure (no buffer space) is a lost message like any other: the receivers' ledgers show it.
+    if (sender_ != nullptr && sender_->Send(channel, data, size)) return;
     lcm_publish(lcm_, channel.c_str(), data, static_cast<unsigned>(size));
   }
   using Bus::Subscribe;
   void Subscribe(const std::string& channel, Handler handler, const Interest& interest) override {
     subscriptions_.Add(channel, std::move(handler));
     interests_[channel] = interest;
-    Changed();
+    ChangeOrWait();
   }
   void SubscribePrefix(const std::string& prefix, Handler handler) override {
     subscriptions_.AddPrefix(prefix, std::move(handler));
-    Changed();
+    ChangeOrWait();
+  }
+  void SubscribeQuietly(const std::string& prefix, const std::string& suffix,
+                        Handler handler) override {
+    subscriptions_.SetPattern(prefix, suffix, std::move(handler));
+    ChangeOrWait();
   }
   void Unsubscribe(const std::string& channel) override {
     interests_.erase(channel);
-    if (subscriptions_.Remove(channel)) Changed();
+    if (subscriptions_.Remove(channel)) ChangeOrWait();
+  }
+  void HoldSubscriptions(bool hold) override {
+    held_ = hold;
+    if (!hold && std::exchange(changed_, false)) Changed();
   }
 
  protected:
@@ -62,9 +75,20 @@ class SendingBus : public Bus {
   // LCM's handle, which this bus owns, and the URL that it was opened on.
   lcm_t* lcm_;
   LcmUrl url_;
+  /// Sends what it can; null where only LCM can.
+  std::unique_ptr<UdpmSender> sender_;
   Subscriptions subscriptions_;
   /// What is needed of the channels in it, by name.
   std::map<std::string, Interest> interests_;
+
+ private:
+  void ChangeOrWait() {
+    changed_ = held_;
+    if (!held_) Changed();
+  }
+
+  // Changes wait, and there is one.
+  bool held_ = false, changed_ = false;
 };
 
 /// UDP multicast, LCM's default. Messages that need not wake anybody have a socket of their own,
@@ -87,10 +111,15 @@ class UdpmBus : public SendingBus {
                                             size_t size) {
       count += subscriptions_.Dispatch(channel, data, size);
     };
-    const UdpmSocket::Sink take = [&](uint64_t sender, const uint8_t* data, size_t size) {
-      datagrams_.Take(sender, data, size, dispatch);
+    const UdpmSocket::Sink take = [&](const Datagram& datagram) {
+      datagrams_.Take(datagram.data, datagram.size, dispatch);
     };
-    UdpmSocket::Wait({waking_.get(), wake_for_any_ ? quiet_.get() : nullptr}, timeout_us);
+    const bool both = wake_for_any_ && quiet_ != nullptr;
+    if (waking_ == nullptr || both) {
+      UdpmSocket::Wait({waking_.get(), both ? quiet_.get() : nullptr}, timeout_us);
+    } else {
+      waking_->Await(timeout_us);
+    }
     // Whatever was sent before the message that woke us is there by now, since the kernel delivers
     // on this machine before sending returns; so what is quiet goes first.
     if (quiet_ != nullptr) quiet_->Take(kBusQueueDepth, take);
@@ -101,6 +130,7 @@ class UdpmBus : public SendingBus {
   [[nodiscard]] int64_t queue_overflows() const override {
     return waking_ == nullptr ? 0 : waking_->drops();
   }
+  [[nodiscard]] int64_t fragments() const override { return datagrams_.fragments(); }
 
  private:
   /// The socket, opened if need be; null if the system has none left.
@@ -129,17 +159,20 @@ class UdpmBus : public SendingBus {
     }
     if (Open(&waking_) == nullptr) return;
     // Two sockets only if both filters hold; else messages would come twice, or not at all.
-    if (!quiet.empty() && Open(&quiet_) != nullptr && quiet_->SetChannels(quiet, false) &&
-        waking_->SetChannels(waking, true)) {
+    const ChannelPattern pattern = {subscriptions_.pattern().prefix,
+                                    subscriptions_.pattern().suffix};
+    const bool any_quiet = !quiet.empty() || !pattern.prefix.empty();
+    if (any_quiet && Open(&quiet_) != nullptr && quiet_->SetChannels(quiet, pattern) &&
+        waking_->SetChannels(waking)) {
       return;
     }
     Silence();
-    waking_->SetChannels(all, true);
+    waking_->SetChannels(all, pattern);
   }
 
   /// Nothing comes by the second socket any more. It stays open: it may be at work up the stack.
   void Silence() {
-    if (quiet_ != nullptr) quiet_->SetChannels({}, false);
+    if (quiet_ != nullptr) quiet_->SetChannels({});
   }
 
   std::unique_ptr<UdpmSocket> waking_, quiet_;
@@ -183,6 +216,9 @@ class ProviderBus : public SendingBus {
     }
     for (const auto& [prefix, handler] : subscriptions_.prefixes()) {
       regex += "|" + EscapeForRegex(prefix) + ".*";
+    }
+    if (const Subscriptions::Pattern& pattern = subscriptions_.pattern(); pattern.handler) {
+      regex += "|" + EscapeForRegex(pattern.prefix) + ".*" + EscapeForRegex(pattern.suffix);
     }
     if (regex.empty()) return;
     regex = "(" + regex.substr(1) + ")";

@@ -16,8 +16,8 @@ inline constexpr size_t kBusQueueDepth = 4096;
 /// bridge/bus/lcm_url.h. Fails in one sentence if the URL is bad, multicast has no route here, or
 /// LCM refuses. Sends through LCM. On udpm it receives by a socket of its own, without LCM's
 /// thread; opened at the first subscription, so a process that only publishes costs no wake-ups.
-/// While only exact subscriptions exist, a kernel filter on it passes just their channels (and
-/// fragments, whose channel the kernel cannot see): foreign traffic does not wake us.
+/// While only exact subscriptions exist, a kernel filter on it passes just their channels: foreign
+/// traffic does not wake us. Messages of more than one datagram are not received at all.
 Result<std::unique_ptr<Bus>> OpenLcmBus(const std::string& url);
 
 }  // namespace morphbus::bridge

@@ -1,6 +1,7 @@
 #include "bridge/bus/lcm_url.h"
 
 #include <arpa/inet.h>
+#include <net/if.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -9,8 +10,10 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -103,9 +106,9 @@ struct OptionRow {
 };
 
 /// LCM prints what it does not know and goes on: here that is an error. Yields the receive buffer
-/// if the URL sets it.
-Result<void> CheckUdpOptions(const std::string& url, const Parts& parts,
-                             std::optional<int>* buffer) {
+/// and the time to live if the URL sets them.
+Result<void> CheckUdpOptions(const std::string& url, const Parts& parts, std::optional<int>* buffer,
+                             int* ttl) {
   // "transmit_only" and "nports" are mpudpm's and newer LCM's; harmless to the others.
   constexpr std::array<OptionRow, 4> kKnown = {{{"ttl", 0, 255},
                                                 {"recv_buf_size", 0, 1 << 30},
@@ -126,6 +129,7 @@ Result<void> CheckUdpOptions(const std::string& url, const Parts& parts,
                           std::to_string(known->highest));
     }
     if (key == "recv_buf_size") *buffer = static_cast<int>(number);
+    if (key == "ttl") *ttl = static_cast<int>(number);
   }
   return {};
 }
@@ -150,7 +154,7 @@ Result<LcmUrl> ResolveLcmUrl(const std::string& given) {
   if (out.provider == "udpm" || out.provider == "mpudpm") {
     std::optional<int> buffer;
     const Result<void> checked = ReadGroup(url, parts->network, &out).and_then([&] {
-      return CheckUdpOptions(url, *parts, &buffer);
+      return CheckUdpOptions(url, *parts, &buffer, &out.ttl);
     });
     if (!checked) return tl::unexpected<Error>(checked.error());
     // LCM's default buffer holds 166 datagrams of ours: a stalled receiver would lose messages.
@@ -164,6 +168,31 @@ Result<LcmUrl> ResolveLcmUrl(const std::string& given) {
   if (out.provider == "file" || out.provider == "tcpq" || out.provider == "memq") return out;
   return Bad(url, "names the provider '" + out.provider +
                       "', which LCM does not have; write it like " + std::string(kUdpExample));
+}
+
+std::string MulticastInterface(uint32_t group) {
+  std::ifstream table("/proc/net/route");
+  std::string line;
+  std::string best;
+  uint32_t best_mask = 0;
+  unsigned best_metric = 0;
+  while (std::getline(table, line)) {
+    // Addresses stand there in network byte order, as hexadecimal numbers of this machine.
+    std::array<char, IF_NAMESIZE> name = {};
+    unsigned destination = 0, flags = 0, metric = 0, mask = 0;
+    constexpr const char* kColumns = "%15s %x %*x %x %*d %*d %u %x";
+    if (std::sscanf(line.c_str(), kColumns, name.data(), &destination, &flags, &metric, &mask) != 5)
+      continue;
+    constexpr unsigned kUp = 1;
+    if ((flags & kUp) == 0 || (htonl(group) & mask) != destination) continue;
+    const bool better = best.empty() || ntohl(mask) > best_mask ||
+                        (ntohl(mask) == best_mask && metric < best_metric);
+    if (!better) continue;
+    best = name.data();
+    best_mask = ntohl(mask);
+    best_metric = metric;
+  }
+  return best;
 }
 
 Result<void> CheckMulticastRoute(const LcmUrl& url) {

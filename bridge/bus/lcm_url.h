@@ -25,12 +25,18 @@ struct LcmUrl {
   uint32_t group = 0;            ///< udpm, mpudpm: IPv4 address of the group, host byte order.
   uint16_t port = 0;             ///< udpm, mpudpm: UDP port.
   int receive_buffer = 4194304;  ///< udpm: bytes asked of the kernel.
+  int ttl = 0;                   ///< udpm: networks that datagrams may cross; 0: none.
 };
 
 /// The URL to use: `given`, else $LCM_DEFAULT_URL, else the default. It is checked: provider known,
 /// group within 224.0.0.0/4, port 1..65535, options known, numbers in range. Fails in one sentence
 /// that quotes the URL and says what is wrong with it.
 Result<LcmUrl> ResolveLcmUrl(const std::string& given);
+
+/// The interface by which datagrams to `group` (host byte order) leave, by the kernel's main table
+/// of routes: the longest prefix wins, then the lowest metric. Empty if there is none. (The address
+/// that a socket gets would not tell: to multicast by the loopback the kernel gives none.)
+std::string MulticastInterface(uint32_t group);
 
 /// Fails with one sentence that names the mending command if multicast to the group has no route
 /// here.

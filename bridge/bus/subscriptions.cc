@@ -14,18 +14,35 @@ void Subscriptions::AddPrefix(const std::string& prefix, Bus::Handler handler) {
   prefixes_[prefix] = std::make_shared<Bus::Handler>(std::move(handler));
 }
 
+void Subscriptions::SetPattern(const std::string& prefix, const std::string& suffix,
+                               Bus::Handler handler) {
+  pattern_ = {prefix, suffix, std::make_shared<Bus::Handler>(std::move(handler))};
+}
+
 bool Subscriptions::Remove(const std::string& name) {
-  return exact_.erase(name) + prefixes_.erase(name) > 0;
+  // A name may be that of a channel, of a prefix and of the pattern at once.
+  const bool pattern = !name.empty() && pattern_.prefix == name;
+  if (pattern) pattern_ = Pattern();
+  return exact_.erase(name) + prefixes_.erase(name) + (pattern ? 1 : 0) > 0;
 }
 
 bool Subscriptions::Wants(std::string_view channel) const {
-  return exact_.contains(channel) ||
+  return exact_.contains(channel) || pattern_.Matches(channel) ||
          std::any_of(prefixes_.begin(), prefixes_.end(),
                      [&](const auto& entry) { return channel.starts_with(entry.first); });
 }
 
 int Subscriptions::Dispatch(std::string_view channel, const uint8_t* data, size_t size) const {
-  // Those that match now, whatever they change; they are kept alive over the calls.
+  // The handlers that match now, whatever they change, are kept alive over the calls. Mostly there
+  // is one.
+  if (prefixes_.empty() && pattern_.prefix.empty()) {
+    const auto found = exact_.find(channel);
+    if (found == exact_.end()) return 0;
+    const std::shared_ptr<Bus::Handler> handler = found->second;
+    (*handler)(channel, data, size);
+    return 1;
+  }
+  // In a fixed order: the channel's own, prefixes, the pattern.
   std::vector<std::shared_ptr<Bus::Handler>> called;
   if (const auto found = exact_.find(channel); found != exact_.end()) {
     called.push_back(found->second);
@@ -33,6 +50,7 @@ int Subscriptions::Dispatch(std::string_view channel, const uint8_t* data, size_
   for (const auto& [prefix, handler] : prefixes_) {
     if (channel.starts_with(prefix)) called.push_back(handler);
   }
+  if (pattern_.Matches(channel)) called.push_back(pattern_.handler);
   for (const std::shared_ptr<Bus::Handler>& handler : called) (*handler)(channel, data, size);
   return static_cast<int>(called.size());
 }

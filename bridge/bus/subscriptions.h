@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "bridge/bus/bus.h"
+#include "compiler/base/text_hash.h"
 
 namespace morphbus::bridge {
 
@@ -17,27 +18,45 @@ class Subscriptions {
  public:
   /// By the channel's name, or by the prefix. Handlers are shared, so that one can be replaced
   /// while it runs.
-  using Book = std::map<std::string, std::shared_ptr<Bus::Handler>, std::less<>>;
+  using Book = TextTable<std::shared_ptr<Bus::Handler>>;
+  /// The same in order of name.
+  using OrderedBook = std::map<std::string, std::shared_ptr<Bus::Handler>, std::less<>>;
 
   /// As Bus::Subscribe and Bus::SubscribePrefix: an earlier handler of the same name is replaced.
   void Add(const std::string& channel, Bus::Handler handler);
   void AddPrefix(const std::string& prefix, Bus::Handler handler);
+  /// As Bus::SubscribeQuietly. Nobody needs two of them, so that a further one replaces the first.
+  void SetPattern(const std::string& prefix, const std::string& suffix, Bus::Handler handler);
   /// Drops channel and prefix of this name; false if there was neither.
   bool Remove(const std::string& name);
 
   /// Whether any subscription matches the channel.
   [[nodiscard]] bool Wants(std::string_view channel) const;
-  /// Calls the handlers that match: first the channel's own, then the prefixes' in order of prefix.
-  /// Returns how many there were.
+  /// Calls the handlers that match: first the channel's own, then the prefixes' in order of prefix,
+  /// then that of both ends. Returns how many there were.
   int Dispatch(std::string_view channel, const uint8_t* data, size_t size) const;
 
-  /// What was subscribed to by its exact name, and by prefix.
+  /// Channels that were subscribed to by their names' two ends.
+  struct Pattern {
+    /// How the names begin and end; no prefix: there is no such subscription.
+    std::string prefix, suffix;
+    std::shared_ptr<Bus::Handler> handler;
+    [[nodiscard]] bool Matches(std::string_view channel) const {
+      return !prefix.empty() && channel.size() > prefix.size() + suffix.size() &&
+             channel.starts_with(prefix) && channel.ends_with(suffix);
+    }
+  };
+
+  /// What was subscribed to by its exact name, by prefix, and by both ends.
   [[nodiscard]] const Book& exact() const { return exact_; }
-  [[nodiscard]] const Book& prefixes() const { return prefixes_; }
+  [[nodiscard]] const OrderedBook& prefixes() const { return prefixes_; }
+  [[nodiscard]] const Pattern& pattern() const { return pattern_; }
 
  private:
   // A channel and a prefix may have the same name.
-  Book exact_, prefixes_;
+  Book exact_;
+  OrderedBook prefixes_;
+  Pattern pattern_;
 };
 
 }  // namespace morphbus::bridge

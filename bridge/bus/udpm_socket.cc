@@ -6,16 +6,21 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <string>
+#include <utility>
 
 namespace morphbus::bridge {
 namespace {
 
-// Datagrams taken by one system call, and the largest that UDP can carry.
+// Datagrams taken by one system call, what nearly all of them fit into, and the largest that UDP
+// can carry.
 constexpr size_t kBatch = 32;
+constexpr size_t kUsualDatagram = 2048;
 constexpr size_t kLargestDatagram = 65536;
 
 /// What the system refused, in one sentence.
@@ -62,64 +67,134 @@ int64_t Drops(int fd) {
   return memory[SK_MEMINFO_DROPS];
 }
 
-/// Address and port as one number.
-uint64_t SenderOf(const sockaddr_in& address) {
-  return uint64_t{ntohl(address.sin_addr.s_addr)} << 16 | ntohs(address.sin_port);
-}
-
 }  // namespace
 
 // Where the kernel puts a batch of datagrams.
 struct UdpmSocket::Batch {
-  Batch() : bytes(std::make_unique_for_overwrite<uint8_t[]>(kBatch * kLargestDatagram)) {
+  // Beginnings lie close together; what goes beyond them has room of its own, of which no page is
+  // touched as long as there is none: a hundred processes each have such a batch.
+  Batch()
+      : beginnings(std::make_unique_for_overwrite<uint8_t[]>(kBatch * kUsualDatagram)),
+        bytes(std::make_unique_for_overwrite<uint8_t[]>(kBatch * kLargestDatagram)) {
     for (size_t i = 0; i < kBatch; ++i) {
-      parts[i] = {bytes.get() + i * kLargestDatagram, kLargestDatagram};
+      parts[i] = {{{Beginning(i), kUsualDatagram},
+                   {Whole(i) + kUsualDatagram, kLargestDatagram - kUsualDatagram}}};
       headers[i] = {};
-      headers[i].msg_hdr.msg_iov = &parts[i];
-      headers[i].msg_hdr.msg_iovlen = 1;
-      headers[i].msg_hdr.msg_name = &senders[i];
+      headers[i].msg_hdr.msg_iov = parts[i].data();
+      headers[i].msg_hdr.msg_iovlen = parts[i].size();
     }
   }
+  [[nodiscard]] uint8_t* Beginning(size_t i) { return beginnings.get() + i * kUsualDatagram; }
+  [[nodiscard]] uint8_t* Whole(size_t i) { return bytes.get() + i * kLargestDatagram; }
 
-  /// The number of datagrams there were; 0 if none.
-  size_t Fill(int fd) {
-    for (mmsghdr& header : headers) header.msg_hdr.msg_namelen = sizeof(sockaddr_in);
-    const int count = recvmmsg(fd, headers.data(), kBatch, MSG_DONTWAIT, nullptr);
+  /// The number of datagrams there were; 0 if none. `flags`: of recvmmsg(2), whether to wait for
+  /// one.
+  size_t Fill(int fd, bool arrivals, int flags = MSG_DONTWAIT) {
+    // The kernel writes lengths over those that it is given, so that they are set each time.
+    for (size_t i = 0; arrivals && i < kBatch; ++i) {
+      headers[i].msg_hdr.msg_name = &senders[i];
+      headers[i].msg_hdr.msg_namelen = sizeof senders[i];
+      headers[i].msg_hdr.msg_control = &control[i];
+      headers[i].msg_hdr.msg_controllen = sizeof control[i];
+    }
+    const int count = recvmmsg(fd, headers.data(), kBatch, flags, nullptr);
     return count > 0 ? static_cast<size_t>(count) : 0;
   }
 
-  std::unique_ptr<uint8_t[]> bytes;
-  std::array<iovec, kBatch> parts;
-  std::array<sockaddr_in, kBatch> senders = {};
+  /// The datagram at place `i` of the batch.
+  [[nodiscard]] Datagram At(size_t i, bool arrivals) {
+    Datagram datagram = {Beginning(i), headers[i].msg_len};
+    if (datagram.size > kUsualDatagram) {
+      std::memcpy(Whole(i), Beginning(i), kUsualDatagram);
+      datagram.data = Whole(i);
+    }
+    if (!arrivals) return datagram;
+    datagram.sender =
+        uint64_t{ntohl(senders[i].sin_addr.s_addr)} << 16 | ntohs(senders[i].sin_port);
+    // The time is the only ancillary data that was asked for.
+    msghdr& header = headers[i].msg_hdr;
+    for (cmsghdr* c = CMSG_FIRSTHDR(&header); c != nullptr; c = CMSG_NXTHDR(&header, c)) {
+      if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SCM_TIMESTAMPNS) continue;
+      timespec time = {};
+      std::memcpy(&time, CMSG_DATA(c), sizeof time);
+      datagram.arrival_ns = int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
+    }
+    return datagram;
+  }
+
+  /// Room for one ancillary message with a time in it.
+  struct alignas(cmsghdr) Control {
+    std::array<uint8_t, CMSG_SPACE(sizeof(timespec))> bytes;
+  };
+  std::unique_ptr<uint8_t[]> beginnings, bytes;
+  std::array<std::array<iovec, 2>, kBatch> parts;
   std::array<mmsghdr, kBatch> headers;
+  std::array<sockaddr_in, kBatch> senders;
+  std::array<Control, kBatch> control;
 };
 
 Result<std::unique_ptr<UdpmSocket>> UdpmSocket::Open(const LcmUrl& url) {
   const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (fd < 0) return Refused("open a socket");
   // A filter before the group is joined, so that nothing that nobody asked for ever queues up.
-  std::unique_ptr<UdpmSocket> opened(new UdpmSocket(fd));
-  opened->SetChannels({}, false);
+  std::unique_ptr<UdpmSocket> opened(new UdpmSocket(fd, url));
+  opened->SetChannels({});
   if (Result<void> joined = Join(fd, url); !joined) return tl::unexpected<Error>(joined.error());
   return opened;
 }
 
-UdpmSocket::UdpmSocket(int fd) : fd_(fd), batch_(std::make_unique<Batch>()) {}
+UdpmSocket::UdpmSocket(int fd, const LcmUrl& url)
+    : fd_(fd), group_(url.group), batch_(std::make_unique<Batch>()) {}
 
 UdpmSocket::~UdpmSocket() { close(fd_); }
 
-bool UdpmSocket::SetChannels(const std::vector<ChannelInterest>& channels, bool fragments) {
+bool UdpmSocket::SetChannels(const std::vector<ChannelInterest>& channels,
+                             const ChannelPattern& pattern) {
+  // A pattern's channels may come from anywhere. What is needed from now on is let in before the
+  // filter lets it pass.
+  SourceSet needed;
+  for (const ChannelInterest& channel : channels) needed.set(SourceOf(channel.channel));
+  if (!pattern.prefix.empty()) needed.set();
   filtered_ = true;
-  const std::vector<sock_filter> program = BuildChannelFilter(channels, fragments);
-  return AttachFilter(fd_, program) && !program.empty();
+  const std::vector<sock_filter> program = BuildChannelFilter(channels, pattern);
+  const bool filters = AttachFilter(fd_, program) && !program.empty();
+  if (!filters) needed.set();
+  RefuseAllBut(needed);
+  return filters;
+}
+
+void UdpmSocket::RefuseAllBut(const SourceSet& needed) {
+  const auto change = [this](int option, int source) {
+    ip_mreq_source request = {};
+    request.imr_multiaddr.s_addr = htonl(group_);
+    request.imr_interface.s_addr = htonl(INADDR_ANY);
+    request.imr_sourceaddr = SourceAddress(source);
+    return SetOption(fd_, IPPROTO_IP, option, &request, sizeof request);
+  };
+  // Room first: the kernel takes so many of them, and no more.
+  for (int source = 0; source < kNumSources; ++source) {
+    if (!refused_.test(source) || !needed.test(source)) continue;
+    if (change(IP_UNBLOCK_SOURCE, source)) refused_.reset(source);
+  }
+  for (int source = 0; source < kNumSources; ++source) {
+    if (refused_.test(source) || needed.test(source)) continue;
+    if (!change(IP_BLOCK_SOURCE, source)) return;
+    refused_.set(source);
+  }
 }
 
 void UdpmSocket::PassEverything() {
   if (!filtered_) return;
+  RefuseAllBut(SourceSet().set());
   AttachFilter(fd_, {});
   filtered_ = false;
   // From now on every drop is a datagram that found the buffer full.
   drops_before_ = Drops(fd_);
+}
+
+void UdpmSocket::TellArrivals() {
+  const int on = 1;
+  tells_arrivals_ = SetOption(fd_, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);
 }
 
 void UdpmSocket::Wait(std::initializer_list<const UdpmSocket*> sockets, int64_t timeout_us) {
@@ -133,17 +208,44 @@ void UdpmSocket::Wait(std::initializer_list<const UdpmSocket*> sockets, int64_t 
   ppoll(ready.data(), count, &timeout, nullptr);
 }
 
+void UdpmSocket::Await(int64_t timeout_us) {
+  if (awaited_ > 0) return;
+  // A socket's own timeout is exact to some milliseconds, and to set it is a system call: it has
+  // one value for long waits and one for shorter ones, and what is left is waited for exactly.
+  constexpr int64_t kLong = 100'000, kShort = 20'000;
+  int64_t left_us = timeout_us;
+  if (timeout_us >= kShort) {
+    using std::chrono::steady_clock;
+    const steady_clock::time_point begin = steady_clock::now();
+    if (!SetReceiveTimeout(timeout_us >= kLong ? kLong : kShort)) return Wait({this}, timeout_us);
+    errno = 0;
+    awaited_ = batch_->Fill(fd_, tells_arrivals_, MSG_WAITFORONE);
+    // A signal ends the wait, too.
+    if (awaited_ > 0 || errno == EINTR) return;
+    const auto waited =
+        std::chrono::duration_cast<std::chrono::microseconds>(steady_clock::now() - begin);
+    left_us = std::max<int64_t>(0, timeout_us - waited.count());
+  }
+  Wait({this}, left_us);
+}
+
+bool UdpmSocket::SetReceiveTimeout(int64_t us) {
+  if (receive_timeout_us_ == us) return true;
+  const timeval value = {0, us};
+  if (!SetOption(fd_, SOL_SOCKET, SO_RCVTIMEO, &value, sizeof value)) return false;
+  receive_timeout_us_ = us;
+  return true;
+}
+
 void UdpmSocket::Take(size_t most, const Sink& sink) {
-  size_t count = batch_->Fill(fd_);
+  size_t count = std::exchange(awaited_, 0);
+  if (count == 0) count = batch_->Fill(fd_, tells_arrivals_);
   for (size_t total = 0; count > 0;) {
-    for (size_t i = 0; i < count; ++i) {
-      const auto* data = static_cast<const uint8_t*>(batch_->parts[i].iov_base);
-      sink(SenderOf(batch_->senders[i]), data, batch_->headers[i].msg_len);
-    }
+    for (size_t i = 0; i < count; ++i) sink(batch_->At(i, tells_arrivals_));
     total += count;
     // A batch that was not full has emptied the socket; what came since can wait for the next call.
     if (count < kBatch || total >= most) return;
-    count = batch_->Fill(fd_);
+    count = batch_->Fill(fd_, tells_arrivals_);
   }
 }
 

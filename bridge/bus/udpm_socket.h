@@ -12,17 +12,29 @@
 
 #include "bridge/bus/channel_filter.h"
 #include "bridge/bus/lcm_url.h"
+#include "bridge/bus/udpm_sources.h"
 #include "compiler/base/result.h"
 
 namespace morphbus::bridge {
+
+/// One datagram as the kernel hands it over. The bytes are valid during the call only.
+struct Datagram {
+  const uint8_t* data;
+  size_t size;
+  /// When the kernel received it, nanoseconds since 1970, however late this process comes to read
+  /// it; 0 unless TellArrivals was called.
+  int64_t arrival_ns = 0;
+  /// The sender's address and port, as one number that only tells senders apart; 0 unless
+  /// TellArrivals was called.
+  uint64_t sender = 0;
+};
 
 /// A socket in a multicast group, from which datagrams are taken in batches. It lives as long as
 /// the bus that opened it, and closes its descriptor.
 class UdpmSocket {
  public:
-  /// Takes a datagram; `sender` (address and port as one number) tells the senders apart. The bytes
-  /// are valid during the call only.
-  using Sink = std::function<void(uint64_t sender, const uint8_t* data, size_t size)>;
+  /// Takes a datagram.
+  using Sink = std::function<void(const Datagram& datagram)>;
 
   /// Joins the group; nothing is received before SetChannels or PassEverything. Fails in one
   /// sentence if the system refuses a step.
@@ -31,18 +43,29 @@ class UdpmSocket {
   UdpmSocket(const UdpmSocket&) = delete;
   UdpmSocket& operator=(const UdpmSocket&) = delete;
 
-  /// Lets the kernel pass what is of interest on exactly these channels, and with `fragments` the
-  /// parts of messages that are too long for one datagram. Returns false if there are too many for
-  /// a filter, or the kernel takes none: then everything passes.
-  bool SetChannels(const std::vector<ChannelInterest>& channels, bool fragments);
+  /// Lets the kernel pass what is of interest on these channels and the pattern's. Returns false if
+  /// there are too many for a filter, or the kernel takes none: then everything passes.
+  bool SetChannels(const std::vector<ChannelInterest>& channels,
+                   const ChannelPattern& pattern = {});
   /// Takes the filter away: for loggers and spies.
   void PassEverything();
+
+  /// From now on datagrams say when they came and from whom, which costs the kernel some work for
+  /// each. Times are the kernel's own (SO_TIMESTAMPNS of socket(7), on CLOCK_REALTIME).
+  void TellArrivals();
 
   /// Hands over the datagrams that are there, `most` about; does not wait for any.
   void Take(size_t most, const Sink& sink);
 
+  /// Waits up to `timeout_us` until there is a datagram. Mostly waiting for it and taking it are
+  /// one system call; the next Take() hands it over.
+  void Await(int64_t timeout_us);
+
   /// Waits up to `timeout_us` until one of the sockets has a datagram; null ones are left out.
   static void Wait(std::initializer_list<const UdpmSocket*> sockets, int64_t timeout_us);
+
+  /// The descriptor for poll().
+  [[nodiscard]] int fd() const { return fd_; }
 
   /// Datagrams that found the socket's buffer full since everything passes. 0 while a filter is
   /// set: the kernel counts both in one number. (Sequence numbers show those losses.)
@@ -51,14 +74,25 @@ class UdpmSocket {
  private:
   /// Buffers for as many datagrams as one system call takes.
   struct Batch;
-  explicit UdpmSocket(int fd);
+  UdpmSocket(int fd, const LcmUrl& url);
+  /// How long the kernel lets Await() wait, less than a second. Returns false if it refuses.
+  bool SetReceiveTimeout(int64_t us);
+  /// Lets the kernel refuse what comes from all of our addresses but these, as far as it can.
+  void RefuseAllBut(const SourceSet& needed);
 
   // The socket's descriptor, and whether a filter is set.
   int fd_;
   bool filtered_ = false;
+  bool tells_arrivals_ = false;  ///< Whether each datagram says when it came and from whom.
+  /// The group, in host byte order, and the addresses whose datagrams to it are refused.
+  uint32_t group_;
+  SourceSet refused_;
   /// The kernel's count of drops when the filter was taken away.
   int64_t drops_before_ = 0;
   std::unique_ptr<Batch> batch_;
+  /// Datagrams in the batch that Await() has taken, and how long the kernel waits for one.
+  size_t awaited_ = 0;
+  int64_t receive_timeout_us_ = 0;
 };
 
 }  // namespace morphbus::bridge

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "bridge/wire/codec.h"
@@ -24,9 +25,10 @@ struct CommandRow {
   const char* name;
   /// What follows the name, for messages and the help.
   const char* usage;
-  /// How many words may follow; of options, `--to` and `--cold`, which it takes.
+  /// How many words may follow; of options, `--to`, `--cold` (with `--from`) and `--at`, which it
+  /// takes.
   size_t least, most;
-  bool takes_to, takes_cold;
+  bool takes_to, takes_cold, takes_at = false;
 };
 /// A command has no room for so many words.
 constexpr size_t kAnyNumber = 64;
@@ -39,9 +41,10 @@ constexpr CommandRow kCommands[] = {
     {"push", " BODY DIRECTION NEWTON [SECONDS]", 3, 4, false, false},
     {"kill", " m2", 1, 1, false, false},
     {"restart", " m2 [--cold]", 1, 1, false, true},
+    {"lose", " m3", 1, 1, false, false},
     {"connect", " m1.c2 m2.c5", 2, 2, false, false},
     {"disconnect", " m2.c3", 1, 1, false, false},
-    {"deploy", " PROG.dyn [--to m5]", 1, 2, true, false},
+    {"deploy", " PROG.dyn [--to m5] [--at SECONDS]", 1, 2, true, false, true},
     {"invoke", " Role.command [ARGUMENT...] [--to m5]", 1, kAnyNumber, true, false},
 };
 
@@ -154,9 +157,22 @@ Result<void> TakeOptions(const CommandRow& row, std::vector<std::string>* words,
     if (row.takes_cold && word == "--cold") {
       command->cold = true;
       words->erase(at);
+    } else if (row.takes_cold && word == "--from") {
+      // Only the run itself writes this.
+      if (i + 1 == words->size()) return Fail("--from: expected a tick");
+      const Result<void> taken = TakeNumber<int64_t>(
+          "--from", (*words)[i + 1], 1, std::numeric_limits<int64_t>::max(), &command->from);
+      if (!taken) return taken;
+      words->erase(at, at + 2);
     } else if (row.takes_to && word == "--to") {
       if (i + 1 == words->size() || !command->to.empty()) return Fail("--to: expected one module");
       command->to = (*words)[i + 1];
+      words->erase(at, at + 2);
+    } else if (row.takes_at && word == "--at") {
+      if (i + 1 == words->size() || command->at) return Fail("--at: expected one time, in seconds");
+      const Result<void> taken =
+          TakeNumber("--at", (*words)[i + 1], 0.0, 1e9, &command->at.emplace());
+      if (!taken) return taken;
       words->erase(at, at + 2);
     } else if (word.starts_with("--")) {
       return Fail(fmt::format("{}: unknown option {}", row.name, word));
@@ -229,7 +245,8 @@ Result<void> TakeWords(const std::vector<std::string>& words, ControlCommand* co
     case ControlKind::kPush:
       return TakePush(words, command);
     case ControlKind::kKill:
-    case ControlKind::kRestart: {
+    case ControlKind::kRestart:
+    case ControlKind::kLose: {
       const Result<void> taken = TakePart(words[1], false, &command->part);
       if (taken && !command->part.part.empty()) return Fail("expected MODULE, not " + words[1]);
       return taken;
@@ -297,12 +314,14 @@ std::string ControlText(const ControlCommand& command) {
     if (command.seconds > 0) add(fmt::format("{}", command.seconds));
   }
   if (command.cold) add("--cold");
+  if (command.from > 0) add("--from " + std::to_string(command.from));
   // A program with its hash, a call with its arguments, then who gets it.
   if (!command.program.empty()) add(command.program);
   if (command.program_hash != 0) add(Hex(command.program_hash));
   if (!command.role.empty()) add(command.role + "." + command.routine);
   for (const std::string& argument : command.arguments) add(argument);
   if (!command.to.empty()) add("--to " + command.to);
+  if (command.at) add(fmt::format("--at {}", *command.at));
   return text;
 }
 
@@ -317,7 +336,7 @@ std::string AnswerText(const ControlAnswer& answer) {
       fmt::format("{}{} {} {}", kAnswer, answer.counter, kStates[static_cast<size_t>(answer.state)],
                   answer.state == ControlAnswer::State::kRefused
                       ? fmt::format("{} {}", answer.status, answer.reason)
-                      : std::to_string(answer.tick));
+                      : fmt::format("{} {}", answer.tick, answer.effect));
   return CutText(text, kLongestText);
 }
 
@@ -334,14 +353,16 @@ Result<ControlAnswer> ParseAnswer(std::string_view text) {
   if (!counter || !number || state == std::end(kStates)) return Fail("no answer");
   answer.counter = *counter;
   answer.state = static_cast<ControlAnswer::State>(state - std::begin(kStates));
-  // A refusal has a status, and then a reason up to the end.
+  // After the number comes a text up to the end: why it was refused, or what is done.
+  const std::string head = fmt::format("{}{} {} {} ", kAnswer, words[1], words[2], words[3]);
+  const std::string rest(text.starts_with(head) ? text.substr(head.size()) : "");
   if (answer.state != ControlAnswer::State::kRefused) {
     answer.tick = *number;
+    answer.effect = rest;
     return answer;
   }
   answer.status = static_cast<int>(std::clamp<int64_t>(*number, 1, 3));
-  const std::string head = fmt::format("{}{} refused {} ", kAnswer, words[1], words[3]);
-  if (text.starts_with(head)) answer.reason = text.substr(head.size());
+  answer.reason = rest;
   return answer;
 }
 

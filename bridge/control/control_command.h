@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,10 +22,12 @@ enum class ControlKind : uint8_t {
   kStep,
   kSpeed,
   kStop,
-  // The robot: a force on a body, the process of a module, two connectors.
+  // The robot: a force on a body, the process of a module, a module that the run goes on without,
+  // two connectors.
   kPush,
   kKill,
   kRestart,
+  kLose,
   kConnect,
   kDisconnect,
   // The program: another one for all modules, a command of the one that runs.
@@ -42,8 +45,8 @@ struct ControlPart {
 /// fields only those mean something that the kind has.
 struct ControlCommand {
   ControlKind kind = ControlKind::kPause;
-  /// The body that is pushed, the module that is killed or restarted, the connector that is taken
-  /// off or joined, and the connector that it is joined to.
+  /// The body that is pushed, the module that is killed, restarted or lost, the connector that is
+  /// taken off or joined, and the connector that it is joined to.
   ControlPart part, mate;
   int64_t steps = 1;  ///< kStep: ticks to run.
   double speed = 0;   ///< kSpeed: times real time; 0: as fast as possible.
@@ -52,6 +55,9 @@ struct ControlCommand {
   double newtons = 0;
   double seconds = 0;  ///< 0: one control tick.
   bool cold = false;   ///< kRestart: the module begins anew, without what it knew.
+  /// kRestart: the tick at which it did, where that is the one before the tick of CLOCK that names
+  /// the command; 0: it is that tick.
+  int64_t from = 0;
   /// kDeploy: path of the program as the user wrote it, and the hash of its image; 0 where the
   /// program has not been compiled yet.
   std::string program;
@@ -60,6 +66,9 @@ struct ControlCommand {
   std::string role, routine;
   std::vector<std::string> arguments;
   std::string to;  ///< kDeploy, kInvoke: the module that gets it; empty: the root.
+  /// kDeploy: sim time by the root's clock, seconds, at which all modules that have the program go
+  /// over to it; nothing: as soon as all can have it.
+  std::optional<double> at;
 };
 
 /// Reads a command, words with blanks between them. Fails in a sentence that says what was expected
@@ -85,6 +94,9 @@ struct ControlAnswer {
   int64_t tick = 0;
   int status = 0;      ///< kRefused: exit status for who gave the command.
   std::string reason;  ///< kRefused: a sentence for people.
+  /// kDone and kLater: the command as CLOCK names it, which for a deployment says when all modules
+  /// go over to it, whoever chose the time.
+  std::string effect = {};
 };
 
 /// An answer as the text of a control_t, cut to what a message holds. No command begins so.

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <utility>
 
 #include "bridge/wire/health.h"
@@ -26,16 +27,71 @@ std::string ParticipantBase::ChannelOf(std::string_view process, Topic topic) co
 void ParticipantBase::CountBusLosses() {
   // The bus counts from its beginning, so its sums replace what the ledger had.
   ledger_.queue_overflows = bus_->queue_overflows();
-  ledger_.discarded = bus_->discarded();
+  const InjectedFaults injected = bus_->injected();
+  ledger_.discarded = injected.discarded;
+  ledger_.doubled = injected.doubled;
+  ledger_.delayed = injected.delayed;
+  ledger_.corrupted = injected.corrupted;
+  ledger_.fragments = bus_->fragments();
+  if (ledger_.fragments > 0 && ledger_.first_refused.empty()) {
+    ledger_.first_refused = "a fragment of a message that is longer than a datagram";
+  }
 }
+
+void ParticipantBase::CountRefused(int64_t Ledger::*count, std::string_view channel,
+                                   const std::string& why) {
+  // Every refusal counts; only the first is told in words, since the others are mostly like it.
+  ++(ledger_.*count);
+  if (!ledger_.first_refused.empty()) return;
+  // The run's name is the same for all.
+  const std::string& run = outbox_.sender().run;
+  if (channel.starts_with(run + "/")) channel.remove_prefix(run.size() + 1);
+  ledger_.first_refused = CutText(std::string(channel) + ": " + why, kLongestText);
+}
+
+bool ParticipantBase::Track(SequenceTracker* tracker, std::string_view channel, int64_t sequence,
+                            uint64_t digest, SequenceTracker::Kind* kind) {
+  const SequenceTracker::Kind taken = tracker->Take(sequence, digest, &ledger_);
+  if (kind != nullptr) *kind = taken;
+  if (taken != SequenceTracker::Kind::kConflict) return true;
+  CountRefused(&Ledger::conflicts, channel,
+               "other bytes under number " + std::to_string(sequence) + ", which was had already");
+  return false;
+}
+
+namespace {
+
+/// What was published on channels that count for the run's hash.
+void AddTotals(const Outbox& outbox, morphbus::health_t* health) {
+  for (const ChannelTotal& total : outbox.totals()) {
+    if (health->totals.size() == kMostTopicTotals) break;
+    morphbus::topic_total_t& entry = health->totals.emplace_back();
+    entry.topic = TopicName(ParseChannel(total.channel)->topic);
+    entry.count = total.count;
+    entry.hash = static_cast<int64_t>(total.hash);
+  }
+  health->num_totals = static_cast<int8_t>(health->totals.size());
+}
+
+}  // namespace
 
 void ParticipantBase::PublishHealth() {
   CountBusLosses();
   const std::string& process = outbox_.sender().process;
-  morphbus::health_t health = MakeHealth(process, ledger_);
-  // HEALTH is not in the run's hash: wall time and luck may show in it.
-  const Moment now = CurrentMoment();
-  outbox_.Send(ChannelOf(process, Topic::kHealth), now.tick, now.sim_time_us, &health);
+  const std::vector<morphbus::lateness_t> lateness = Lateness();
+  size_t told = 0;
+  // One message even if nobody was late; as many as it takes if there were many.
+  do {
+    morphbus::health_t health = MakeHealth(process, ledger_);
+    const size_t end = std::min(lateness.size(), told + kMostLateness);
+    for (; told < end; ++told) health.lateness.push_back(lateness[told]);
+    health.num_lateness = static_cast<int8_t>(health.lateness.size());
+    // The logger finds out by these, while the run goes on, whether it was told something else.
+    if (told == health.lateness.size()) AddTotals(outbox_, &health);
+    // HEALTH is not in the run's hash: wall time and luck may show in it.
+    const Moment now = CurrentMoment();
+    outbox_.Send(ChannelOf(process, Topic::kHealth), now.tick, now.sim_time_us, &health);
+  } while (told < lateness.size());
 }
 
 ask_t ParticipantBase::MakeAsk(int8_t kind) {
@@ -44,7 +100,8 @@ ask_t ParticipantBase::MakeAsk(int8_t kind) {
   // LCM's structs leave their numbers unset, and uninitialized bytes must not travel.
   ask.first_sequence = ask.last_sequence = 0;
   ask.acknowledged_tick = -1;
-  ask.num_totals = 0;
+  ask.part = ask.num_parts = 0;
+  ask.num_totals = ask.num_taken = 0;
   return ask;
 }
 

@@ -9,6 +9,7 @@
 #include <functional>
 #include <morphbus/ask_t.hpp>
 #include <morphbus/hello_t.hpp>
+#include <morphbus/lateness_t.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,7 +30,10 @@ class ParticipantBase : public Participant {
  public:
   /// What was sent, received and missed so far.
   [[nodiscard]] const Ledger& ledger() const final { return ledger_; }
-  /// Sends HEALTH: the ledger and the resources of the process.
+  /// Brings what the bus itself lost, by overflow or on purpose, into the ledger.
+  void CountBusLosses();
+  /// Sends HEALTH: the ledger and the resources of the process, and what it has published. Several
+  /// messages if one cannot hold all that Lateness has.
   void PublishHealth();
 
  protected:
@@ -46,6 +50,8 @@ class ParticipantBase : public Participant {
 
   /// What the header of a message says that is sent now and belongs to no tick.
   [[nodiscard]] virtual Moment CurrentMoment() const = 0;
+  /// Who was late in real time, for HEALTH; only the simulator knows.
+  [[nodiscard]] virtual std::vector<morphbus::lateness_t> Lateness() const { return {}; }
   /// The participant's clock: wall time, or a test's.
   [[nodiscard]] int64_t now_us() const { return time_->NowUs(); }
   /// Full name of a channel of this run. `process` is whose channel it is, empty for those that
@@ -70,6 +76,14 @@ class ParticipantBase : public Participant {
   bool Accept(const uint8_t* data, size_t size, M* out,
               const std::function<bool()>& fits = nullptr);
 
+  /// Counts a message that was sound and is refused all the same in `count`, one of the ledger's;
+  /// the first one is named there as `channel` (without the run's name) and `why`.
+  void CountRefused(int64_t Ledger::*count, std::string_view channel, const std::string& why);
+  /// Notes a message of a numbered channel with its number and bytes. Returns false, and counts a
+  /// conflict, if other bytes came under that number before.
+  bool Track(SequenceTracker* tracker, std::string_view channel, int64_t sequence, uint64_t digest,
+             SequenceTracker::Kind* kind = nullptr);
+
   /// @param to  name of the addressee, which is also part of the channel.
   /// Sends `ask` to a process. The sender and the header are filled in here.
   void Ask(std::string_view to, morphbus::ask_t ask);
@@ -82,8 +96,6 @@ class ParticipantBase : public Participant {
   /// says of itself, its claim and build, and of a module its cold starts, type and kinematics.
   void SayHello(int64_t claim, const std::string& build, uint32_t incarnation,
                 const std::string& type_name, uint64_t kinematics_hash);
-  /// Brings what the bus itself lost, by overflow or on purpose, into the ledger.
-  void CountBusLosses();
 
   // The bus is not owned. All messages go out through the outbox; gaps and repeats in what comes in
   // are counted by the trackers, one for each channel.

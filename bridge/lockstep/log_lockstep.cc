@@ -1,15 +1,15 @@
 #include "bridge/lockstep/log_lockstep.h"
 
 #include <algorithm>
+#include <limits>
 #include <morphbus/sim_clock_t.hpp>
 
 #include "bridge/lockstep/fingerprint.h"
 #include "bridge/lockstep/participant.h"
+#include "bridge/lockstep/realtime_window.h"
 
 namespace morphbus::bridge {
 namespace {
-
-using Kind = LogAction::Kind;
 
 /// Numbers beyond a gap that are remembered for one channel at most; far more than a window of
 /// ticks can hold.
@@ -49,14 +49,15 @@ bool LogLockstep::ReceivedSet::Take(int64_t sequence, bool realtime) {
 void LogLockstep::Begin(int64_t now_us, Actions* out) {
   phase_ = Phase::kRun;
   silence_.Heard(now_us);
-  out->push_back({Kind::kHello});
+  // In real time the run may be anywhere by now.
+  moved_us_ = now_us - kLongestRunUs;
+  out->push_back({LogAction::Kind::kHello});
   hello_.Said(now_us);
 }
 
-int LogLockstep::ModuleNumber(const std::string& name) const {
-  const auto found = std::find(names_.begin(), names_.end(), name);
-  if (found != names_.end()) return static_cast<int>(found - names_.begin());
-  return -1;
+int LogLockstep::ModuleNumber(std::string_view name) const {
+  const auto found = numbers_.find(name);
+  return found == numbers_.end() ? -1 : found->second;
 }
 
 int LogLockstep::AddModule(const std::string& name) {
@@ -64,14 +65,25 @@ int LogLockstep::AddModule(const std::string& name) {
   if (known >= 0 || num_modules_ < 0) return known;
   // CLOCK has told how many there are: one more is nobody of this run.
   if (names_.size() >= static_cast<size_t>(num_modules_)) return -1;
+  numbers_.emplace(name, static_cast<int>(names_.size()));
   names_.push_back(name);
   modules_.emplace_back();
   return static_cast<int>(names_.size()) - 1;
 }
 
-bool LogLockstep::OnClock(int64_t tick, int phase, int num_modules, int sensors_parts,
-                          int world_parts, int64_t now_us, Actions* out) {
-  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return false;
+bool LogLockstep::InWindow(int64_t tick, int64_t now_us) const {
+  if (!config_.realtime) {
+    return tick >= complete_tick_ - config_.window && tick <= complete_tick_ + config_.window;
+  }
+  const int64_t slack = config_.window + (now_us - moved_us_) / kShortestTickUs;
+  return tick >= highest_tick_ - MissingNumbers::kMost && tick <= highest_tick_ + slack;
+}
+
+LogLockstep::Taken LogLockstep::OnClock(int64_t sequence, int64_t tick, int phase, int num_modules,
+                                        int sensors_parts, int world_parts, int64_t now_us,
+                                        Actions* out) {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return Taken::kKnown;
+  if (!InWindow(tick, now_us)) return Taken::kImpossible;
   silence_.Heard(now_us);
   hello_.SimHeard();
   // The first CLOCK tells what a whole tick consists of.
@@ -80,34 +92,66 @@ bool LogLockstep::OnClock(int64_t tick, int phase, int num_modules, int sensors_
     sensors_parts_ = sensors_parts;
     world_parts_ = world_parts;
   }
-  // The sim asks who is there.
-  if (phase == morphbus::sim_clock_t::PHASE_START) out->push_back({Kind::kHello});
-  if (phase != morphbus::sim_clock_t::PHASE_END) {
-    return Taken(clock_.Take(tick, config_.realtime), tick, now_us, out);
+  if (phase == morphbus::sim_clock_t::PHASE_END) return OnEnd(sequence, tick, now_us, out);
+  // The sim asks who is there, until it has heard everybody; then it leaves tick 0.
+  if (phase == morphbus::sim_clock_t::PHASE_START && complete_tick_ <= 0) {
+    out->push_back({LogAction::Kind::kHello});
   }
-  // END: from here on nothing new can come.
+  if (!config_.realtime && sequence != tick) return Taken::kImpossible;
+  // END is the last message on CLOCK.
+  if (end_tick_ >= 0 && sequence >= end_sequence_) DisproveEnd(tick);
+  sim_tick_ = std::max(sim_tick_, tick);
+  return Note(clock_.Take(sequence, config_.realtime), tick, now_us, out);
+}
+
+LogLockstep::Taken LogLockstep::OnEnd(int64_t sequence, int64_t tick, int64_t now_us,
+                                      Actions* out) {
+  // END carries the tick after the last one, or one that was not answered; its number follows on
+  // that of the CLOCK before it. Messages of later ticks say nothing against it: they may be
+  // anybody's.
+  const bool possible = tick >= complete_tick_ && (sequence == tick || sequence == tick + 1) &&
+                        sequence >= clock_.next;
+  if (!possible && tick != end_tick_) return Taken::kImpossible;
+  // From here on nothing new can come.
   const bool first = end_tick_ < 0;
   if (first) {
     end_tick_ = tick;
+    end_sequence_ = sequence;
     standstill_.Heard(now_us);
   }
-  AcknowledgeAndAsk(now_us, first, out);
+  AcknowledgeAndAsk(now_us, out);
   // Every END is answered: the acknowledgement may have been lost.
-  if (!first && phase_ == Phase::kEnded) out->push_back({Kind::kEndAck, complete_tick_});
-  return first;
+  if (!first && phase_ == Phase::kEnded) out->push_back({LogAction::Kind::kEndAck, complete_tick_});
+  return first ? Taken::kFresh : Taken::kKnown;
 }
 
-bool LogLockstep::OnPart(Topic topic, int64_t sequence, int64_t tick, int64_t now_us,
-                         Actions* out) {
-  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return false;
+void LogLockstep::DisproveEnd(int64_t tick) {
+  if (end_tick_ < 0 || tick < end_tick_) return;
+  end_tick_ = end_sequence_ = -1;
+  verdict_heard_ = false;
+  phase_ = Phase::kRun;
+}
+
+LogLockstep::Taken LogLockstep::OnPart(Topic topic, int64_t sequence, int64_t tick, int64_t now_us,
+                                       Actions* out) {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return Taken::kKnown;
+  if (!InWindow(tick, now_us)) return Taken::kImpossible;
   if (num_modules_ < 0) return Unknown(tick, now_us, out);
+  // These channels have a fixed number of messages a tick.
+  const int parts = topic == Topic::kSensors ? sensors_parts_ : world_parts_;
+  if (parts < 1 || sequence / parts != tick) return Taken::kImpossible;
   ReceivedSet& received = topic == Topic::kSensors ? sensors_ : world_;
-  return Taken(received.Take(sequence, config_.realtime), tick, now_us, out);
+  // There is none of the tick of END, unless the sim ended within it.
+  if (end_tick_ >= 0 && tick > end_tick_) DisproveEnd(tick);
+  sim_tick_ = std::max(sim_tick_, tick);
+  return Note(received.Take(sequence, config_.realtime), tick, now_us, out);
 }
 
-bool LogLockstep::OnModule(Topic topic, int module, int64_t sequence, int64_t tick,
-                           int64_t status_count, int64_t now_us, Actions* out) {
-  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return false;
+LogLockstep::Taken LogLockstep::OnModule(Topic topic, int module, int64_t sequence, int64_t tick,
+                                         int64_t status_count, int64_t now_us, Actions* out) {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return Taken::kKnown;
+  if (!InWindow(tick, now_us)) return Taken::kImpossible;
+  if (!config_.realtime && tick > sim_tick_) return Taken::kEarly;
   if (module < 0 || static_cast<size_t>(module) >= modules_.size()) {
     return Unknown(tick, now_us, out);
   }
@@ -115,49 +159,77 @@ bool LogLockstep::OnModule(Topic topic, int module, int64_t sequence, int64_t ti
   ReceivedSet& received = topic == Topic::kTransform
                               ? m.transform
                               : (topic == Topic::kActuator ? m.actuator : m.status);
+  // A module says one of each a tick, but for STATUS, of which a window holds no more than so many.
+  const bool numbered = topic != Topic::kStatus;
+  if (!config_.realtime && numbered && sequence != tick) return Taken::kImpossible;
+  if (sequence >= received.next + static_cast<int64_t>(kMostBeyond)) return Taken::kImpossible;
+  if (status_count > m.status.next + static_cast<int64_t>(kMostBeyond)) return Taken::kImpossible;
   // STATUS is not sent every tick: ACTUATOR tells how many there are by now.
   const bool fresh = received.Take(sequence, config_.realtime);
   if (fresh && topic == Topic::kActuator && !config_.realtime) m.status_counts[tick] = status_count;
-  return Taken(fresh, tick, now_us, out);
+  return Note(fresh, tick, now_us, out);
 }
 
 /// A message that cannot be placed before CLOCK and SENSORS have told about the modules: it is
 /// asked for again later.
-bool LogLockstep::Unknown(int64_t tick, int64_t now_us, Actions* out) {
+LogLockstep::Taken LogLockstep::Unknown(int64_t tick, int64_t now_us, Actions* out) {
   silence_.Heard(now_us);
   if (tick > highest_tick_) {
     highest_tick_ = tick;
-    AcknowledgeAndAsk(now_us, false, out);
+    moved_us_ = now_us;
+    AcknowledgeAndAsk(now_us, out);
   }
-  return false;
+  return Taken::kKnown;
 }
 
-bool LogLockstep::Taken(bool fresh, int64_t tick, int64_t now_us, Actions* out) {
+LogLockstep::Taken LogLockstep::Note(bool fresh, int64_t tick, int64_t now_us, Actions* out) {
   silence_.Heard(now_us);
-  if (!fresh) return false;
+  if (!fresh) return Taken::kKnown;
   standstill_.Heard(now_us);
   // A later tick, or one that became whole, may make an acknowledgement or a request due.
   const bool later = tick > highest_tick_;
-  if (later) highest_tick_ = tick;
+  if (later) {
+    highest_tick_ = tick;
+    moved_us_ = now_us;
+  }
   const int64_t before = complete_tick_;
   UpdateComplete();
   const bool progress = complete_tick_ > before;
-  if (progress || later) AcknowledgeAndAsk(now_us, progress, out);
-  return true;
+  if (progress || later) AcknowledgeAndAsk(now_us, out);
+  // Something of a tick that is over: whoever was asked answers, so that asking goes on as before.
+  if (tick < highest_tick_ && ask_.armed()) ask_.Progress();
+  return Taken::kFresh;
 }
 
-bool LogLockstep::TickComplete(int64_t tick) const {
+void LogLockstep::Lose(const std::string& name, int64_t tick) {
+  // No more than the run has modules; the first word counts.
+  constexpr size_t kMostLost = 4096;
+  if (lost_.size() < kMostLost) lost_.emplace(name, tick);
+}
+
+int64_t LogLockstep::EndOf(size_t module) const {
+  const auto found = lost_.find(names_[module]);
+  return found == lost_.end() ? std::numeric_limits<int64_t>::max() : found->second;
+}
+
+bool LogLockstep::HasAllOf(size_t module, int64_t tick) const {
+  if (!lost_.empty() && tick >= EndOf(module)) return true;
+  // A module sends one TRANSFORM and one ACTUATOR a tick, and STATUS as ACTUATOR counts.
+  const Module& m = modules_[module];
+  if (m.transform.next <= tick || m.actuator.next <= tick) return false;
+  const auto count = m.status_counts.find(tick);
+  return count != m.status_counts.end() && m.status.next >= count->second;
+}
+
+bool LogLockstep::TickComplete(int64_t tick) {
   // The sim's channels have a fixed number of messages a tick, so their count tells.
   if (num_modules_ < 0 || clock_.next <= tick) return false;
   if (sensors_.next < (tick + 1) * sensors_parts_) return false;
   if (world_.next < (tick + 1) * world_parts_) return false;
   if (modules_.size() < static_cast<size_t>(num_modules_)) return false;
-  // A module sends one TRANSFORM and one ACTUATOR a tick, and STATUS as ACTUATOR counts.
-  return std::all_of(modules_.begin(), modules_.end(), [tick](const Module& m) {
-    if (m.transform.next <= tick || m.actuator.next <= tick) return false;
-    const auto count = m.status_counts.find(tick);
-    return count != m.status_counts.end() && m.status.next >= count->second;
-  });
+  // What a module has said stays said, so nobody is looked at twice.
+  while (first_unchecked_ < modules_.size() && HasAllOf(first_unchecked_, tick)) ++first_unchecked_;
+  return first_unchecked_ == modules_.size();
 }
 
 void LogLockstep::UpdateComplete() {
@@ -168,6 +240,7 @@ void LogLockstep::UpdateComplete() {
   }
   while (TickComplete(complete_tick_ + 1)) {
     ++complete_tick_;
+    first_unchecked_ = 0;
     // The count of the last whole tick stays: it says how many STATUS there must be by now.
     for (Module& m : modules_) m.status_counts.erase(complete_tick_ - 1);
   }
@@ -178,31 +251,28 @@ void LogLockstep::AcknowledgeEnd(Actions* out) {
   if (phase_ != Phase::kRun || !end_seen()) return;
   phase_ = Phase::kEnded;
   ask_.Disarm();
-  out->push_back({Kind::kEndAck, complete_tick_});
+  out->push_back({LogAction::Kind::kEndAck, complete_tick_});
 }
 
 /// Acknowledges what is due, and starts or stops asking.
-void LogLockstep::AcknowledgeAndAsk(int64_t now_us, bool progress, Actions* out) {
+void LogLockstep::AcknowledgeAndAsk(int64_t now_us, Actions* out) {
   if (complete() || (config_.realtime && end_seen())) AcknowledgeEnd(out);
   if (config_.realtime || phase_ != Phase::kRun) return;
   // An acknowledgement now and then is enough: it must only come before the window closes.
   if (complete_tick_ - acked_tick_ >= config_.ack_every) {
     acked_tick_ = complete_tick_;
-    out->push_back({Kind::kAck, complete_tick_});
+    out->push_back({LogAction::Kind::kAck, complete_tick_});
   }
   Actions missing;
   ListMissing(&missing);
   if (missing.empty()) return ask_.Disarm();
-  // A request that is due stays due, whatever else comes; but what comes shows that asking helps.
-  if (!ask_.armed()) {
-    ask_.Arm(now_us, config_.timing.ask_after_us);
-  } else if (progress) {
-    ask_.Progress();
-  }
+  // A request that is due stays due, whatever else comes.
+  if (!ask_.armed()) ask_.Arm(now_us, config_.timing.ask_after_us);
 }
 
 void LogLockstep::AskForGaps(const ReceivedSet& received, int64_t end, Topic topic, int module,
                              Actions* out) const {
+  if (received.next >= end) return;
   // One request for each gap, the one at the end included.
   std::vector<int64_t> there = received.beyond;
   there.push_back(end);
@@ -212,26 +282,27 @@ void LogLockstep::AskForGaps(const ReceivedSet& received, int64_t end, Topic top
     if (from >= end || gaps >= kMostGapsAChannel) return;
     if (next > from) {
       ++gaps;
-      out->push_back({Kind::kAskGap, 0, topic, module, from, std::min(next, end) - 1});
+      out->push_back({LogAction::Kind::kAskGap, 0, topic, module, from, std::min(next, end) - 1});
     }
     from = next + 1;
   }
 }
 
 void LogLockstep::ListMissing(Actions* out) const {
-  // A module's answer to a tick exists once the next tick, or the end, has been seen.
-  const int64_t sim_end = std::max(highest_tick_ + 1, end_tick_);
-  const int64_t module_end = std::max(highest_tick_, end_tick_);
+  // All of a tick exists once the next tick, or the end, has been seen: who publishes is in the
+  // middle of it before.
+  const int64_t end = std::max(highest_tick_, end_tick_);
   if (num_modules_ < 0) {
-    if (sim_end > 0) out->push_back({Kind::kAskGap, 0, Topic::kClock, -1, 0, 0});
+    if (end > 0) out->push_back({LogAction::Kind::kAskGap, 0, Topic::kClock, -1, 0, 0});
     return;
   }
-  AskForGaps(clock_, sim_end, Topic::kClock, -1, out);
-  AskForGaps(sensors_, sim_end * sensors_parts_, Topic::kSensors, -1, out);
-  AskForGaps(world_, sim_end * world_parts_, Topic::kWorld, -1, out);
+  AskForGaps(clock_, end, Topic::kClock, -1, out);
+  AskForGaps(sensors_, end * sensors_parts_, Topic::kSensors, -1, out);
+  AskForGaps(world_, end * world_parts_, Topic::kWorld, -1, out);
   for (size_t i = 0; i < modules_.size(); ++i) {
     const Module& m = modules_[i];
     const int number = static_cast<int>(i);
+    const int64_t module_end = std::min(end, EndOf(i));
     AskForGaps(m.transform, module_end, Topic::kTransform, number, out);
     AskForGaps(m.actuator, module_end, Topic::kActuator, number, out);
     if (!m.status_counts.empty()) {
@@ -240,45 +311,53 @@ void LogLockstep::ListMissing(Actions* out) const {
   }
 }
 
-void LogLockstep::OnPoll(int64_t tick, int64_t now_us, Actions* out) {
-  if (phase_ != Phase::kRun || config_.realtime) return;
+bool LogLockstep::OnPoll(int64_t tick, int64_t now_us, Actions* out) {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kDone || config_.realtime) return true;
+  if (!InWindow(tick, now_us)) return false;
   silence_.Heard(now_us);
-  // The sim's tick is news in itself: all before it must exist by now.
-  highest_tick_ = std::max(highest_tick_, tick);
+  // A sim that polls has not ended, whatever was heard; the next CLOCK will show it. It waits for
+  // us at this tick, so that all of it must exist by now.
+  highest_tick_ = std::max(highest_tick_, tick + 1);
   acked_tick_ = std::max(acked_tick_, complete_tick_);
-  out->push_back({Kind::kAck, complete_tick_});
-  if (!ask_.armed()) AcknowledgeAndAsk(now_us, true, out);
+  out->push_back({LogAction::Kind::kAck, complete_tick_});
+  if (!ask_.armed()) AcknowledgeAndAsk(now_us, out);
+  return true;
 }
 
-void LogLockstep::OnVerdict(int64_t now_us, Actions* out) {
+bool LogLockstep::OnVerdict(int64_t tick, int64_t now_us, Actions* out) {
   // Before END was acknowledged the sim cannot know how the run ends.
-  if (phase_ != Phase::kEnded) return;
+  if (phase_ != Phase::kEnded || tick != end_tick_) return false;
   silence_.Heard(now_us);
   verdict_heard_ = true;
   // Every repetition is answered: the acknowledgement may have been lost.
-  out->push_back({Kind::kVerdictAck, complete_tick_});
+  out->push_back({LogAction::Kind::kVerdictAck, complete_tick_});
+  return true;
 }
 
-void LogLockstep::OnBye(Actions* out) {
-  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return;
+bool LogLockstep::OnBye(int64_t tick, Actions* out) {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return true;
   // Before END nobody may send us away.
-  if (end_tick_ < 0) return;
+  if (end_tick_ < 0 || tick != end_tick_) return false;
   phase_ = Phase::kDone;
-  out->push_back({Kind::kFinish});
+  out->push_back({LogAction::Kind::kFinish});
+  return true;
 }
 
 void LogLockstep::OnTime(int64_t now_us, Actions* out) {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return;
   const int64_t silence = silence_.Poll(now_us);
-  if (verdict_heard_ && silence >= config_.timing.linger_us) return OnBye(out);
+  if (verdict_heard_ && silence >= config_.timing.linger_us) {
+    OnBye(end_tick_, out);
+    return;
+  }
   if (silence >= config_.timing.lost_us) {
     phase_ = Phase::kDone;
-    out->push_back({Kind::kLostSim});
+    out->push_back({LogAction::Kind::kLostSim});
     return;
   }
   // In time before the sim takes us for silent.
   if (standstill_.Poll(now_us) >= config_.timing.end_silence_us / 2) AcknowledgeEnd(out);
-  if (hello_.Fire(now_us)) out->push_back({Kind::kHello});
+  if (hello_.Fire(now_us)) out->push_back({LogAction::Kind::kHello});
   // What is still missing is asked for again, less and less often.
   if (ask_.Fire(now_us, config_.timing)) {
     const size_t before = out->size();
@@ -289,13 +368,13 @@ void LogLockstep::OnTime(int64_t now_us, Actions* out) {
 
 int64_t LogLockstep::next_deadline_us() const {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return kNever;
-  return std::min(ask_.due_us(), silence_.next_poll_us());
+  return std::min({ask_.due_us(), silence_.next_poll_us(), hello_.due_us()});
 }
 
 std::string LogLockstep::Fingerprint() const {
   std::string print =
-      PrintOf(phase_, highest_tick_, end_tick_, complete_tick_, acked_tick_, num_modules_,
-              ask_.armed(), hello_.sim_heard(), verdict_heard_, names_);
+      PrintOf(phase_, highest_tick_, sim_tick_, end_tick_, end_sequence_, complete_tick_,
+              acked_tick_, num_modules_, ask_.armed(), hello_.sim_heard(), verdict_heard_, names_);
   const auto add = [&print](const ReceivedSet& received) {
     print += PrintOf(received.next, received.beyond);
   };
@@ -304,6 +383,7 @@ std::string LogLockstep::Fingerprint() const {
     for (const ReceivedSet* received : {&m.transform, &m.actuator, &m.status}) add(*received);
     print += PrintOf(m.status_counts);
   }
+  for (const auto& [name, tick] : lost_) print += PrintOf(name, tick);
   return print;
 }
 

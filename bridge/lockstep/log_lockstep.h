@@ -3,15 +3,18 @@
 // The rules that it keeps stand in lcmtypes/README.md under "Lockstep"; test/bridge explores it
 // together with the other two machines through every order of messages and losses.
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "bridge/lockstep/outbox.h"
 #include "bridge/lockstep/retry_timer.h"
 #include "bridge/lockstep/sequence_tracker.h"
 #include "bridge/wire/channels.h"
+#include "compiler/base/text_hash.h"
 
 namespace morphbus::bridge {
 
@@ -56,28 +59,44 @@ class LogLockstep {
     /// Ticks between two acknowledgements that nobody asked for; well below kKeptTicks, by which
     /// the sim may be ahead of what was acknowledged.
     int64_t ack_every = 8;
+    /// The sim is at most so many ticks ahead of what was acknowledged (SimLockstep's window).
+    int64_t window = kKeptTicks;
     LockstepTiming timing;
   };
 
   /// The machine is idle until Begin, and ignores every event before it.
   explicit LogLockstep(const Config& config);
 
+  /// Whether a message of the tick, with this number on its channel, can have been published by
+  /// now, and is not over for longer than anybody keeps it. In lockstep the sim is at most a window
+  /// ahead of what was acknowledged. In real time the bound grows while nothing comes.
+  [[nodiscard]] bool InWindow(int64_t tick, int64_t now_us) const;
+
   /// Says HELLO; from now on everything is awaited.
   void Begin(int64_t now_us, Actions* out);
-  /// CLOCK. Returns false if it was there already, as do all OnX below.
-  bool OnClock(int64_t tick, int phase, int num_modules, int sensors_parts, int world_parts,
-               int64_t now_us, Actions* out);
+  /// CLOCK says that from `tick` on the run goes on without this module. Call before OnClock of
+  /// that tick.
+  void Lose(const std::string& name, int64_t tick);
+  /// What became of a message: it is new, it was there already or is not placed yet, it answers a
+  /// tick of which nothing of the sim's was heard, or it cannot be one of this run's. An early one
+  /// may be made up, and if not it is asked for again once the sim's own messages are there.
+  enum class Taken : uint8_t { kFresh, kKnown, kEarly, kImpossible };
+  /// CLOCK, with its number on the channel.
+  Taken OnClock(int64_t sequence, int64_t tick, int phase, int num_modules, int sensors_parts,
+                int world_parts, int64_t now_us, Actions* out);
   /// SENSORS or WORLD.
-  bool OnPart(Topic topic, int64_t sequence, int64_t tick, int64_t now_us, Actions* out);
+  Taken OnPart(Topic topic, int64_t sequence, int64_t tick, int64_t now_us, Actions* out);
   /// TRANSFORM, ACTUATOR or STATUS; `status_count` is ACTUATOR's.
-  bool OnModule(Topic topic, int module, int64_t sequence, int64_t tick, int64_t status_count,
-                int64_t now_us, Actions* out);
-  /// The sim, at `tick`, asks for an acknowledgement now.
-  void OnPoll(int64_t tick, int64_t now_us, Actions* out);
-  /// The sim has told how the run ended.
-  void OnVerdict(int64_t now_us, Actions* out);
-  /// The run is over for everybody.
-  void OnBye(Actions* out);
+  Taken OnModule(Topic topic, int module, int64_t sequence, int64_t tick, int64_t status_count,
+                 int64_t now_us, Actions* out);
+  /// The sim, at `tick`, asks for an acknowledgement now. Returns false if it cannot be there.
+  bool OnPoll(int64_t tick, int64_t now_us, Actions* out);
+  /// The sim, at `tick`, has told how the run ended. Returns false if END was not heard of that
+  /// tick and acknowledged.
+  bool OnVerdict(int64_t tick, int64_t now_us, Actions* out);
+  /// The sim, at `tick`, says that the run is over for everybody. Returns false if that is not the
+  /// tick of an END that was heard.
+  bool OnBye(int64_t tick, Actions* out);
   /// Does what is due: requests, HELLO, giving up without the sim.
   void OnTime(int64_t now_us, Actions* out);
   /// Acknowledges END if it was seen, whether or not something is missing. OnTime calls it after
@@ -87,14 +106,18 @@ class LogLockstep {
   /// the number of modules yet, or it is exhausted.
   int AddModule(const std::string& name);
   /// Number of a known module; -1 if SENSORS has not mentioned it.
-  [[nodiscard]] int ModuleNumber(const std::string& name) const;
+  [[nodiscard]] int ModuleNumber(std::string_view name) const;
   /// SENSORS has mentioned as many modules as CLOCK says there are.
   [[nodiscard]] bool knows_all_names() const {
     return num_modules_ >= 0 && names_.size() == static_cast<size_t>(num_modules_);
   }
+  /// Messages that SENSORS or WORLD have a tick, whichever has more; 1 before CLOCK has told.
+  [[nodiscard]] int most_parts() const { return std::max({1, sensors_parts_, world_parts_}); }
   /// Names by number.
   [[nodiscard]] const std::vector<std::string>& module_names() const { return names_; }
 
+  /// The run is over for the logger, whatever else comes.
+  void GiveUp() { phase_ = Phase::kDone; }
   /// When OnTime must be called at the latest; kNever if only an event can change anything.
   [[nodiscard]] int64_t next_deadline_us() const;
   /// Last tick of which nothing is missing; -1 before tick 0 is whole.
@@ -131,21 +154,28 @@ class LogLockstep {
   };
 
   /// Notes a message that cannot be placed yet, so that it is asked for again later.
-  bool Unknown(int64_t tick, int64_t now_us, Actions* out);
+  Taken Unknown(int64_t tick, int64_t now_us, Actions* out);
+  /// CLOCK with PHASE_END.
+  Taken OnEnd(int64_t sequence, int64_t tick, int64_t now_us, Actions* out);
+  /// A message of `tick` shows that the run goes on after what was taken for its end.
+  void DisproveEnd(int64_t tick);
   /// What follows from a message that was `fresh` or not.
-  bool Taken(bool fresh, int64_t tick, int64_t now_us, Actions* out);
+  Taken Note(bool fresh, int64_t tick, int64_t now_us, Actions* out);
   /// Moves complete_tick_ up to the last tick of which nothing is missing.
   void UpdateComplete();
-  /// Nothing of the tick is missing, given that nothing before it is.
-  [[nodiscard]] bool TickComplete(int64_t tick) const;
+  /// The tick from which on a module (by number) is lost; one that never comes if it is not.
+  [[nodiscard]] int64_t EndOf(size_t module) const;
+  /// Nothing of the tick is missing, given that it is the one behind complete_tick_.
+  [[nodiscard]] bool TickComplete(int64_t tick);
+  /// Nothing of what this module says at the tick is missing.
+  [[nodiscard]] bool HasAllOf(size_t module, int64_t tick) const;
   /// A request for every gap below what must exist by now.
   void ListMissing(Actions* out) const;
   /// Requests for the numbers below `end` that one channel lacks.
   void AskForGaps(const ReceivedSet& received, int64_t end, Topic topic, int module,
                   Actions* out) const;
-  /// Acknowledges what is due, and arms or disarms the request timer. `progress`: a further tick
-  /// has become whole.
-  void AcknowledgeAndAsk(int64_t now_us, bool progress, Actions* out);
+  /// Acknowledges what is due, and arms or disarms the request timer.
+  void AcknowledgeAndAsk(int64_t now_us, Actions* out);
 
   Config config_;
   Phase phase_ = Phase::kIdle;
@@ -155,11 +185,23 @@ class LogLockstep {
   ReceivedSet clock_, sensors_, world_;
   std::vector<Module> modules_;
   std::vector<std::string> names_;
-  int64_t highest_tick_ = -1;  ///< SENSORS of it exist.
+  TextTable<int> numbers_;
+  /// Modules that the run goes on without, and from which tick on.
+  std::map<std::string, int64_t> lost_;
+  int64_t highest_tick_ = -1;  ///< All before it exists.
+  int64_t sim_tick_ = -1;      ///< The last one that the sim itself has told of.
   // The tick after the last one, and the last one of which nothing is missing; -1 before they are
   // known.
   int64_t end_tick_ = -1;
   int64_t complete_tick_ = -1;
+  /// Of the modules below this number nothing is missing at the tick behind complete_tick_, so that
+  /// a tick of many modules is not searched through at every message.
+  size_t first_unchecked_ = 0;
+  /// The number of END on CLOCK: one that is not END, with this number or a later one, disproves
+  /// it.
+  int64_t end_sequence_ = -1;
+  /// Real time: when highest_tick_ grew last.
+  int64_t moved_us_ = 0;
   // The last tick that an acknowledgement spoke of.
   int64_t acked_tick_ = -1;
   bool verdict_heard_ = false;

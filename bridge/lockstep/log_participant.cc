@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <morphbus/actuator_t.hpp>
+#include <morphbus/control_t.hpp>
+#include <morphbus/health_t.hpp>
 #include <morphbus/hello_t.hpp>
+#include <morphbus/info_part_t.hpp>
 #include <morphbus/sensors_t.hpp>
 #include <morphbus/sim_clock_t.hpp>
 #include <morphbus/status_t.hpp>
@@ -10,11 +13,42 @@
 #include <morphbus/world_t.hpp>
 #include <utility>
 
+#include "bridge/lockstep/run_totals.h"
+#include "bridge/wire/wire_peek.h"
+
 namespace morphbus::bridge {
 namespace {
 
-using Kind = LogAction::Kind;
+using Taken = LogLockstep::Taken;
 using morphbus::ask_t;
+
+/// The description is published at requests at most once in this time, microseconds.
+constexpr int64_t kInfoPauseUs = 100'000;
+
+/// Numbers of which a channel's bytes are remembered at most.
+constexpr size_t kMostRemembered = 8192;
+
+/// Messages of processes that are not known yet which are taken before SENSORS has named all; far
+/// more than processes say until then.
+constexpr int64_t kMostEarly = 256;
+
+/// Whether a message of the topic is all that it must be; only those are checked that a log holds.
+Result<void> CheckOther(Topic topic, const uint8_t* data, size_t size) {
+  switch (topic) {
+    case Topic::kHealth:
+      return Check<morphbus::health_t>(data, size, {});
+    case Topic::kAsk:
+      return Check<morphbus::ask_t>(data, size, {});
+    case Topic::kHello:
+      return Check<morphbus::hello_t>(data, size, {});
+    case Topic::kControl:
+      return Check<morphbus::control_t>(data, size, {});
+    case Topic::kInfo:
+      return Check<morphbus::info_part_t>(data, size, {});
+    default:
+      return {};
+  }
+}
 
 }  // namespace
 
@@ -71,11 +105,23 @@ bool LogParticipant::complete() const {
   return options_.realtime ? machine_.end_seen() : machine_.complete();
 }
 
+void LogParticipant::OnTime() {
+  LockstepParticipant::OnTime();
+  AnswerInfo();
+}
+
 std::vector<ChannelTotal> LogParticipant::totals() const {
   std::vector<ChannelTotal> totals;
+  const std::string clock = ChannelOf(kSimProcess, Topic::kClock);
   for (const auto& [channel, stream] : streams_) {
     totals.push_back({channel, stream->count, stream->hash.Digest(), true});
+    // END is the last message on CLOCK.
+    if (channel != clock || end_clock_.empty()) continue;
+    ++totals.back().count;
+    totals.back().hash = stream->hash.DigestWith(end_clock_.data(), end_clock_.size());
   }
+  std::sort(totals.begin(), totals.end(),
+            [](const ChannelTotal& a, const ChannelTotal& b) { return a.channel < b.channel; });
   return totals;
 }
 
@@ -83,18 +129,19 @@ std::string LogParticipant::run_hash() const { return RunHash(totals()); }
 
 void LogParticipant::OnMessage(std::string_view channel, const uint8_t* data, size_t size) {
   // Everything on the run's channels goes to the recorder, with a note of what it is worth.
-  LoggedMessage message{channel, data, size, false, false};
+  LoggedMessage message{channel, data, size};
   const std::optional<ChannelName> name = ParseChannel(channel);
   morphbus::header_t header;
-  // Foreign names on our prefix, and messages that do not decode, are bad.
-  message.bad = !name || name->run != options_.run || !DecodeHeader(data, size, &header);
-  if (!message.bad && IsHashed(name->topic)) {
-    const std::optional<bool> fresh = TellMachine(*name, header, data, size);
-    message.bad = !fresh.has_value();
-    message.duplicate = !fresh.value_or(true);
-    if (fresh) CountHashed(channel, header.sequence, data, size, *fresh);
-  } else if (!message.bad && name->topic == Topic::kAsk && name->process == kLogProcess) {
-    TakeAsk(data, size);
+  if (!name || name->run != options_.run || !HasChannel(*name)) {
+    // A channel that the run does not have costs a count, whatever it carries.
+    message.refused = true;
+    CountRefused(&Ledger::foreign, channel, "the run has no such channel");
+  } else if (!DecodeHeader(data, size, &header)) {
+    message.bad = true;
+  } else if (IsHashed(name->topic)) {
+    TakeHashed(*name, header, &message);
+  } else {
+    TakeOther(*name, &message);
   }
   // The message is recorded before the machine's actions are carried out, so that nothing is
   // acknowledged that the log does not hold.
@@ -103,39 +150,141 @@ void LogParticipant::OnMessage(std::string_view channel, const uint8_t* data, si
   CarryOutActions();
 }
 
-std::optional<bool> LogParticipant::TellMachine(const ChannelName& name,
-                                                const morphbus::header_t& header,
-                                                const uint8_t* data, size_t size) {
-  const Expectation expect{options_.model_hash, 0};
+bool LogParticipant::HasProcess(std::string_view process) const {
+  return process == kSimProcess || process == kLogProcess || machine_.ModuleNumber(process) >= 0;
+}
+
+bool LogParticipant::HasChannel(const ChannelName& name) {
+  if (name.process.empty() || HasProcess(name.process)) return true;
+  // Who may speak is not known before SENSORS has named all. What counts for the hash is asked for
+  // again then; of the rest some is let in.
+  if (machine_.knows_all_names()) return false;
+  return IsHashed(name.topic) || ++early_ <= kMostEarly;
+}
+
+void LogParticipant::TakeHashed(const ChannelName& name, const morphbus::header_t& header,
+                                LoggedMessage* message) {
+  const bool end_heard = machine_.end_seen();
+  const Verdict verdict = TellMachine(name, header, message->data, message->size);
+  message->bad = !verdict.has_value();
+  if (message->bad) return;
+  if (*verdict == Taken::kEarly) {
+    message->refused = true;
+    return;
+  }
+  if (*verdict == Taken::kImpossible) {
+    const bool in_window = machine_.InWindow(header.tick, now_us());
+    message->refused = true;
+    return CountRefused(&Ledger::outside_window, message->channel,
+                        in_window ? "number " + std::to_string(header.sequence) +
+                                        " does not belong to tick " + std::to_string(header.tick)
+                                  : "tick " + std::to_string(header.tick) + " after tick " +
+                                        std::to_string(machine_.complete_tick()));
+  }
+  // A message of a later tick shows that what was heard was not the end.
+  if (end_heard && !machine_.end_seen()) {
+    end_clock_.clear();
+    CountRefused(&Ledger::false_ends, ChannelOf(kSimProcess, Topic::kClock),
+                 "END, and then tick " + std::to_string(header.tick));
+  }
+  message->end = name.topic == Topic::kClock && !end_heard && machine_.end_seen();
+  message->duplicate = *verdict == Taken::kKnown;
+  if (message->end) {
+    end_clock_.assign(message->data, message->data + message->size);
+    return;
+  }
+  // Gaps, repeats and contradictions go to the ledger, new payloads into the channel's hash.
+  auto tracker = trackers_.find(message->channel);
+  if (tracker == trackers_.end()) {
+    tracker = trackers_.emplace(message->channel, SequenceTracker()).first;
+    // A window of ticks, in each of which SENSORS or WORLD may have many parts.
+    const auto numbers = static_cast<size_t>(2 * options_.window * machine_.most_parts());
+    tracker->second.Remember(std::min(numbers, kMostRemembered));
+  }
+  const uint64_t digest = DigestOf(message->data, message->size);
+  Track(&tracker->second, message->channel, header.sequence, digest);
+  if (!message->duplicate) {
+    AddToStream(message->channel, header.sequence, message->data, message->size);
+  }
+}
+
+void LogParticipant::TakeOther(const ChannelName& name, LoggedMessage* message) {
+  message->bad = !CheckOther(name.topic, message->data, message->size);
+  if (message->bad) return;
+  if (name.topic == Topic::kHealth) {
+    CompareTotals(name, message->data, message->size);
+  } else if (name.topic == Topic::kAsk && name.process == kLogProcess) {
+    TakeAsk(message->data, message->size);
+  }
+}
+
+void LogParticipant::CompareTotals(const ChannelName& name, const uint8_t* data, size_t size) {
+  // In real time messages may be lost, and before the run and after it there is nothing to compare.
+  morphbus::health_t health;
+  if (options_.realtime || machine_.done() || !Decode(data, size, {}, &health)) return;
+  for (const morphbus::topic_total_t& total : health.totals) {
+    const std::string channel = options_.run + "/" + std::string(name.process) + "/" + total.topic;
+    const auto found = streams_.find(channel);
+    // What is under way, or was lost and is asked for, is compared at another time.
+    if (found == streams_.end() || !found->second->early.empty() ||
+        found->second->count != total.count) {
+      continue;
+    }
+    if (found->second->hash.Digest() == static_cast<uint64_t>(total.hash)) {
+      doubted_.erase(channel);
+      continue;
+    }
+    // One report may itself be a forgery; a second one without an honest one between them ends it.
+    if (doubted_.insert(channel).second) continue;
+    const std::string short_name = channel.substr(options_.run.size() + 1);
+    error_ = "LOG recorded other messages on " + short_name + " than " + std::string(name.process) +
+             " published: somebody else speaks on this bus";
+    return machine_.GiveUp();
+  }
+}
+
+LogParticipant::Verdict LogParticipant::TellClock(const morphbus::header_t& header,
+                                                  const uint8_t* data, size_t size) {
+  morphbus::sim_clock_t clock;
+  if (!Decode(data, size, {options_.model_hash, 0}, &clock)) return std::nullopt;
+  // Of a module that is lost in this tick nothing more is to be expected.
+  for (const std::string& control : clock.controls) {
+    const std::string_view lost = LostModule(control);
+    if (!lost.empty() && machine_.InWindow(header.tick, now_us())) {
+      machine_.Lose(std::string(lost), header.tick);
+    }
+  }
+  // The last CLOCK says why the run ended; the first one, how many messages a tick consists of.
+  const Taken taken =
+      machine_.OnClock(header.sequence, header.tick, clock.phase, clock.num_modules,
+                       clock.num_sensors_parts, clock.num_world_parts, now_us(), &actions_);
+  if (clock.phase == morphbus::sim_clock_t::PHASE_END && taken == Taken::kFresh) {
+    end_reason_ = clock.end_reason;
+  }
+  return taken;
+}
+
+LogParticipant::Verdict LogParticipant::TellMachine(const ChannelName& name,
+                                                    const morphbus::header_t& header,
+                                                    const uint8_t* data, size_t size) {
   // Each kind of message tells the machine something else. A kind that only counts is checked and
   // not decoded, which spares its arrays.
   switch (name.topic) {
-    case Topic::kClock: {
-      morphbus::sim_clock_t clock;
-      if (!Decode(data, size, expect, &clock)) return std::nullopt;
-      // The last CLOCK says why the run ended; the first one, how many messages a tick consists of.
-      if (clock.phase == morphbus::sim_clock_t::PHASE_END) end_reason_ = clock.end_reason;
-      return machine_.OnClock(header.tick, clock.phase, clock.num_modules, clock.num_sensors_parts,
-                              clock.num_world_parts, now_us(), &actions_);
-    }
+    case Topic::kClock:
+      return TellClock(header, data, size);
     case Topic::kSensors:
       if (!TakeNames(data, size)) return std::nullopt;
       return machine_.OnPart(name.topic, header.sequence, header.tick, now_us(), &actions_);
     case Topic::kWorld:
-      if (!Check<morphbus::world_t>(data, size, expect)) return std::nullopt;
+      if (!Check<morphbus::world_t>(data, size, {options_.model_hash, 0})) return std::nullopt;
       return machine_.OnPart(name.topic, header.sequence, header.tick, now_us(), &actions_);
     default:
       return TakeModule(name, header, data, size);
   }
 }
 
-void LogParticipant::CountHashed(std::string_view channel, int64_t sequence, const uint8_t* data,
-                                 size_t size, bool fresh) {
-  // Gaps and repeats go to the ledger, new payloads into the channel's hash.
-  auto tracker = trackers_.find(channel);
-  if (tracker == trackers_.end()) tracker = trackers_.emplace(channel, SequenceTracker()).first;
-  tracker->second.Take(sequence, &ledger_);
-  if (!fresh) return;
+void LogParticipant::AddToStream(std::string_view channel, int64_t sequence, const uint8_t* data,
+                                 size_t size) {
   // The first payload of a channel begins its hash.
   auto stream = streams_.find(channel);
   if (stream == streams_.end()) {
@@ -158,16 +307,16 @@ bool LogParticipant::TakeNames(const uint8_t* data, size_t size) {
   return true;
 }
 
-std::optional<bool> LogParticipant::TakeModule(const ChannelName& name,
-                                               const morphbus::header_t& header,
-                                               const uint8_t* data, size_t size) {
+LogParticipant::Verdict LogParticipant::TakeModule(const ChannelName& name,
+                                                   const morphbus::header_t& header,
+                                                   const uint8_t* data, size_t size) {
   const Expectation expect{options_.model_hash, 0};
-  // ACTUATOR alone says something that the machine needs to know, so it alone is decoded.
-  morphbus::actuator_t actuator;
-  actuator.status_count = 0;
+  // ACTUATOR alone says something that the machine needs to know.
+  int64_t status_count = 0;
   Result<void> sound;
   if (name.topic == Topic::kActuator) {
-    sound = Decode(data, size, expect, &actuator);
+    sound = Check<morphbus::actuator_t>(data, size, expect);
+    if (sound) status_count = PeekStatusCount(data);
   } else if (name.topic == Topic::kStatus) {
     sound = Check<morphbus::status_t>(data, size, expect);
   } else {
@@ -175,26 +324,52 @@ std::optional<bool> LogParticipant::TakeModule(const ChannelName& name,
   }
   // A module that SENSORS has not mentioned yet has no number: its message is asked for again. Once
   // all modules' names are known, no other module can be part of the run.
-  const int module = machine_.ModuleNumber(std::string(name.process));
+  const int module = machine_.ModuleNumber(name.process);
   if (!sound || (module < 0 && machine_.knows_all_names())) return std::nullopt;
-  return machine_.OnModule(name.topic, module, header.sequence, header.tick, actuator.status_count,
-                           now_us(), &actions_);
+  return machine_.OnModule(name.topic, module, header.sequence, header.tick, status_count, now_us(),
+                           &actions_);
 }
 
 void LogParticipant::TakeAsk(const uint8_t* data, size_t size) {
   ask_t ask;
   if (!Decode(data, size, {options_.model_hash, 0}, &ask)) return;
-  // The other kinds are for the sim and for modules.
-  if (ask.kind == ask_t::KIND_POLL) machine_.OnPoll(ask.header.tick, now_us(), &actions_);
-  if (ask.kind == ask_t::KIND_VERDICT) TakeVerdict(ask);
-  if (ask.kind == ask_t::KIND_BYE) machine_.OnBye(&actions_);
-  if (ask.kind == ask_t::KIND_INFO && publish_info_) publish_info_();
+  if (ask.kind == ask_t::KIND_INFO) {
+    info_wanted_ = true;
+    return AnswerInfo();
+  }
+  // After the end nothing that is said matters any more.
+  if (machine_.done()) return;
+  // The other kinds are the sim's, or are for the sim and for modules.
+  const auto tick = [&ask] { return "at tick " + std::to_string(ask.header.tick); };
+  const bool of_sim = ask.sender == kSimProcess;
+  const std::string channel = ChannelOf(kLogProcess, Topic::kAsk);
+  if (ask.kind == ask_t::KIND_POLL) {
+    if (of_sim && machine_.OnPoll(ask.header.tick, now_us(), &actions_)) return;
+    CountRefused(&Ledger::outside_window, channel, "POLL " + tick());
+  } else if (ask.kind == ask_t::KIND_VERDICT) {
+    if (of_sim && machine_.OnVerdict(ask.header.tick, now_us(), &actions_)) return TakeVerdict(ask);
+    CountRefused(&Ledger::false_ends, channel, "a verdict " + tick());
+  } else if (ask.kind == ask_t::KIND_BYE) {
+    if (of_sim && machine_.OnBye(ask.header.tick, &actions_)) return;
+    CountRefused(&Ledger::false_ends, channel, "BYE " + tick());
+  }
+}
+
+void LogParticipant::AnswerInfo() {
+  if (!info_wanted_ || !publish_info_ || now_us() < info_due_us_) return;
+  info_wanted_ = false;
+  info_due_us_ = now_us() + kInfoPauseUs;
+  publish_info_();
 }
 
 void LogParticipant::TakeVerdict(const ask_t& ask) {
-  // A verdict before END was acknowledged is none.
-  machine_.OnVerdict(now_us(), &actions_);
-  if (!machine_.verdict_heard()) return;
+  // The sim says one thing only. If it seems to say two, the run is not called well ended.
+  if (verdict_ && (verdict_->verdict != ask.verdict || verdict_->run_hash != ask.run_hash)) {
+    CountRefused(&Ledger::conflicts, ChannelOf(kLogProcess, Topic::kAsk), "a second verdict");
+    if (error_.empty()) error_ = "LOG was told two different verdicts of the run";
+    return;
+  }
+  verdict_ = ask;
   error_ = ask.verdict;
   // Without a hash the run was stopped before all had joined; in real time loss is no failure.
   const bool comparable = !ask.run_hash.empty() && !options_.realtime;
@@ -203,33 +378,56 @@ void LogParticipant::TakeVerdict(const ask_t& ask) {
   }
 }
 
+void LogParticipant::ConfirmVerdict() {
+  // The sim must know that it was its own verdict which was heard.
+  ask_t ack = MakeAsk(ask_t::KIND_VERDICT_ACK);
+  if (verdict_) {
+    ack.run_hash = verdict_->run_hash;
+    ack.verdict = verdict_->verdict;
+  }
+  Ask(kSimProcess, std::move(ack));
+}
+
+void LogParticipant::AcknowledgeEnd(int64_t tick) {
+  if (now_us() < end_acked_until_us_) return;
+  TotalsReport report;
+  for (const ChannelTotal& total : totals()) report.totals.push_back(ToWire(total));
+  ask_t pattern = MakeAsk(ask_t::KIND_END_ACK);
+  pattern.sender = kLogProcess;
+  pattern.acknowledged_tick = tick;
+  pattern.run_hash = run_hash();
+  std::vector<ask_t> parts = SplitReport(pattern, report);
+  // A log of many channels takes many messages.
+  end_acked_until_us_ = now_us() + kResendPauseUs * static_cast<int64_t>(parts.size());
+  for (ask_t& part : parts) Ask(kSimProcess, std::move(part));
+}
+
 void LogParticipant::CarryOut(const LogAction& action) {
   switch (action.kind) {
     // The logger has no images and never resumes, so it names no type and no incarnation but the
     // first.
-    case Kind::kHello:
+    case LogAction::Kind::kHello:
       return SayHello(options_.claim, options_.build, 1, "", 0);
-    // The sim may go on to 16 ticks beyond this one. With END goes the hash of what was recorded,
-    // for the sim to compare with what was published.
-    case Kind::kAck:
-    case Kind::kEndAck: {
-      const bool end = action.kind == Kind::kEndAck;
-      ask_t ack = MakeAsk(end ? ask_t::KIND_END_ACK : ask_t::KIND_ACK);
+    // The sim may go on to 16 ticks beyond this one.
+    case LogAction::Kind::kAck: {
+      ask_t ack = MakeAsk(ask_t::KIND_ACK);
       ack.acknowledged_tick = action.tick;
-      if (end) ack.run_hash = run_hash();
       return Ask(kSimProcess, std::move(ack));
     }
+    // With END goes what was recorded, for the sim to compare with what was published.
+    case LogAction::Kind::kEndAck:
+      return AcknowledgeEnd(action.tick);
     // The machine calls modules by number; the channel is named after the module, or after the sim.
-    case Kind::kAskGap: {
+    case LogAction::Kind::kAskGap: {
       const std::string from =
           action.module < 0 ? std::string(kSimProcess) : machine_.module_names()[action.module];
       return AskForResend(from, action.topic, action.first, action.last);
     }
     // Only now may the sim let everybody go.
-    case Kind::kVerdictAck:
-      return Ask(kSimProcess, MakeAsk(ask_t::KIND_VERDICT_ACK));
+    case LogAction::Kind::kVerdictAck:
+      return ConfirmVerdict();
     // A run that ended well has told us so; anything else has a reason, which error() gives.
-    case Kind::kFinish:
+    case LogAction::Kind::kFinish:
       if (!error_.empty()) return;
       if (!complete()) {
         error_ = "the run ended before the logger had all of it";
@@ -238,7 +436,7 @@ void LogParticipant::CarryOut(const LogAction& action) {
       }
       return;
     // Whatever was recorded so far stays, but the log is not whole.
-    case Kind::kLostSim:
+    case LogAction::Kind::kLostSim:
       error_ = "nothing heard from run '" + options_.run + "' any more";
       return;
   }

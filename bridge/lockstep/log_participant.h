@@ -8,6 +8,7 @@
 #include <memory>
 #include <morphbus/ask_t.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -38,6 +39,11 @@ struct LoggedMessage {
   size_t size = 0;
   bool duplicate = false;  ///< Of a numbered channel, and had before: a log holds each once.
   bool bad = false;        ///< Not decodable: wrong CRC, version, type or model.
+  /// Sound, but nothing that this run can have published: it has no place in the log.
+  bool refused = false;
+  /// CLOCK with PHASE_END. It ends the log; a later one takes its place, since the first one need
+  /// not have been the sim's.
+  bool end = false;
 };
 
 /// The logger as a participant of a run. It lacks nothing in the end, or says so by error().
@@ -59,6 +65,8 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
 
   /// Listens to everything on the run's channels and says HELLO.
   void Start() override;
+  /// Does what is due.
+  void OnTime() override;
   /// For publishing parts of the description on INFO, numbered like all that the logger sends.
   [[nodiscard]] Outbox& outbox() { return outbox_; }
 
@@ -70,6 +78,10 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   [[nodiscard]] const std::string& error() const { return error_; }
   /// Why the run ended, as CLOCK tells; empty before.
   [[nodiscard]] const std::string& end_reason() const { return end_reason_; }
+  /// END was heard, and nothing since has shown that the run goes on.
+  [[nodiscard]] bool end_heard() const { return machine_.end_seen(); }
+  /// Whether the run has a process of this name, as far as SENSORS has told.
+  [[nodiscard]] bool HasProcess(std::string_view process) const;
   /// Ticks of which nothing is missing; in real time all ticks of the run, once it is over.
   [[nodiscard]] int64_t complete_ticks() const {
     const bool all = options_.realtime && machine_.end_seen();
@@ -89,28 +101,59 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   void CarryOut(const LogAction& action) override;
   /// Takes a message on any channel of the run, and hands it to the recorder.
   void OnMessage(std::string_view channel, const uint8_t* data, size_t size);
-  // These check a message on a hashed channel and tell the machine that it has come. What they
-  // return is whether it is new, or nothing if it is bad. `name` is the channel's, taken apart;
-  // TellMachine leaves the modules' channels to TakeModule.
-  std::optional<bool> TellMachine(const ChannelName& name, const morphbus::header_t& header,
-                                  const uint8_t* data, size_t size);
-  std::optional<bool> TakeModule(const ChannelName& name, const morphbus::header_t& header,
-                                 const uint8_t* data, size_t size);
+  /// What the machine says of a message; nothing if the message is bad.
+  using Verdict = std::optional<LogLockstep::Taken>;
+  /// Takes a message on a hashed channel: fills in what it is worth.
+  void TakeHashed(const ChannelName& name, const morphbus::header_t& header,
+                  LoggedMessage* message);
+  /// Takes a message on any other channel of the run; the same.
+  void TakeOther(const ChannelName& name, LoggedMessage* message);
+  // These check a message on a hashed channel and tell the machine that it has come. `name` is the
+  // channel's, taken apart; TellMachine leaves the modules' channels to TakeModule.
+  Verdict TellMachine(const ChannelName& name, const morphbus::header_t& header,
+                      const uint8_t* data, size_t size);
+  Verdict TellClock(const morphbus::header_t& header, const uint8_t* data, size_t size);
+  Verdict TakeModule(const ChannelName& name, const morphbus::header_t& header, const uint8_t* data,
+                     size_t size);
+  /// Whether the run has this channel. While SENSORS has not named all modules, some messages of
+  /// others are let in.
+  bool HasChannel(const ChannelName& name);
   /// Tells the machine of the modules that SENSORS names; false if the message is bad.
   bool TakeNames(const uint8_t* data, size_t size);
-  /// Counts a sound message, and hashes its payload if it is `fresh`.
-  void CountHashed(std::string_view channel, int64_t sequence, const uint8_t* data, size_t size,
-                   bool fresh);
+  /// Hashes a payload that is new.
+  void AddToStream(std::string_view channel, int64_t sequence, const uint8_t* data, size_t size);
+  /// Compares what a process says it has published with what was recorded; what differs in two
+  /// reports on end is not the process's, and the run is over.
+  void CompareTotals(const ChannelName& name, const uint8_t* data, size_t size);
   /// Does what somebody asks of the logger; a bad message changes nothing.
   void TakeAsk(const uint8_t* data, size_t size);
+  /// Tells the sim which verdict was heard.
+  void ConfirmVerdict();
+  /// Tells the sim all that was recorded, unless that was done a moment ago.
+  void AcknowledgeEnd(int64_t tick);
+  /// Publishes the description if somebody wants it, but only now and then.
+  void AnswerInfo();
   /// The sim tells how the run ended: error() follows from it.
   void TakeVerdict(const morphbus::ask_t& ask);
 
   LogParticipantOptions options_;
   // Where every message goes, and the hashed channels by full name.
   Recorder record_;
-  std::map<std::string, std::unique_ptr<ReceivedStream>, std::less<>> streams_;
+  TextTable<std::unique_ptr<ReceivedStream>> streams_;
   std::function<void()> publish_info_;
+  // Somebody wants the description, and the wall time before which it is not published again.
+  bool info_wanted_ = false;
+  int64_t info_due_us_ = 0;
+  /// The CLOCK with PHASE_END; empty before. It is not in its channel's hash until the run is over.
+  std::vector<uint8_t> end_clock_;
+  /// Wall time before which END is not acknowledged again: anybody can repeat an END.
+  int64_t end_acked_until_us_ = 0;
+  /// Channels of which the last report told something else than was recorded.
+  std::set<std::string, std::less<>> doubted_;
+  /// Messages of processes that SENSORS had not named yet.
+  int64_t early_ = 0;
+  /// What the sim said of the run's end first; none before.
+  std::optional<morphbus::ask_t> verdict_;
   // See error() and end_reason().
   std::string error_, end_reason_;
 };

@@ -4,17 +4,24 @@
 #include <morphbus/sim_clock_t.hpp>
 
 #include "bridge/lockstep/fingerprint.h"
+#include "bridge/lockstep/outbox.h"
 #include "bridge/lockstep/participant.h"
+#include "bridge/lockstep/realtime_window.h"
 
 namespace morphbus::bridge {
 
 namespace {
 
-using Kind = ModuleAction::Kind;
-
-/// After so many messages of later ticks the run must have another process in our place. One alone
+/// After SENSORS of so many later ticks the run must have another process in our place. One alone
 /// may be anybody's.
-constexpr int kAheadMessages = 3;
+constexpr int kAheadTicks = 3;
+
+/// In real time ticks are lost; so many may be missed at once, and one more in each
+/// kShortestTickUs in which nothing came.
+constexpr int64_t kSlackTicks = 16;
+
+/// A module that takes another's place says HELLO so often, microseconds.
+constexpr int64_t kJoinUs = 50'000;
 
 /// Ticks after which a module that is silent is no longer kept in mind.
 constexpr int64_t kRemembered = 16;
@@ -24,54 +31,92 @@ constexpr int64_t kRemembered = 16;
 ModuleLockstep::ModuleLockstep(const Config& config) : config_(config) {}
 
 void ModuleLockstep::Begin(int64_t tick, int64_t now_us, Actions* out) {
-  // A resumed module has been greeted before; it goes on where it was.
-  phase_ = Phase::kRun;
-  tick_ = tick;
+  // A resumed module has been greeted before; it goes on where it was. In real time the run may be
+  // anywhere by now.
+  phase_ = tick == kUnknownTick ? Phase::kJoining : Phase::kRun;
+  tick_ = std::max<int64_t>(tick, 0);
+  moved_us_ = now_us - kLongestRunUs;
   silence_.Heard(now_us);
   if (tick > 0) return;
-  out->push_back({Kind::kHello, 0, 0});
+  out->push_back({ModuleAction::Kind::kHello, 0, 0});
   hello_.Said(now_us);
+  if (phase_ == Phase::kJoining) ask_.Arm(now_us, kJoinUs);
 }
 
-void ModuleLockstep::OnClock(int64_t tick, int phase, int64_t now_us, Actions* out) {
-  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return;
+void ModuleLockstep::OnAdmit(int64_t tick, int64_t now_us) {
+  // Whoever has begun knows where it is.
+  if (phase_ != Phase::kJoining) return;
+  phase_ = Phase::kRun;
+  tick_ = tick;
+  moved_us_ = now_us;
+  ask_.Disarm();
+  silence_.Heard(now_us);
+}
+
+void ModuleLockstep::OnLeave(int64_t now_us, Actions* out) {
+  // Every request is acknowledged: the last acknowledgement may have been lost.
+  if (phase_ != Phase::kRun && phase_ != Phase::kLeft) return;
+  phase_ = Phase::kLeft;
+  ask_.Disarm();
+  silence_.Heard(now_us);
+  out->push_back({ModuleAction::Kind::kEndAck, tick_, 0});
+}
+
+bool ModuleLockstep::InWindow(int64_t tick, int64_t now_us) const {
+  int64_t last = tick_;
+  if (config_.realtime) last += kSlackTicks + (now_us - moved_us_) / kShortestTickUs;
+  return tick >= tick_ - 1 - kKeptTicks && tick <= last;
+}
+
+bool ModuleLockstep::OnClock(int64_t tick, int phase, int64_t now_us, Actions* out) {
+  if (phase_ != Phase::kRun) return true;
+  if (phase == morphbus::sim_clock_t::PHASE_END) {
+    // Whatever the sim ends for, it waits for this module's answer to the tick at which it is, or
+    // has it.
+    if (tick < tick_ - 1 || !InWindow(tick, now_us)) return false;
+    silence_.Heard(now_us);
+    hello_.SimHeard();
+    end_tick_ = tick;
+    // Every END is acknowledged: the last acknowledgement may have been lost.
+    out->push_back({ModuleAction::Kind::kEndAck, tick_, 0});
+    return true;
+  }
+  // Of other runs of this name, ahead of ours or behind, nothing is taken for a sign of life.
+  if (!InWindow(tick, now_us)) return true;
   silence_.Heard(now_us);
   hello_.SimHeard();
-  if (phase == morphbus::sim_clock_t::PHASE_END) {
-    // Every END is acknowledged: the last acknowledgement may have been lost.
-    phase_ = Phase::kEnded;
-    ask_.Disarm();
-    out->push_back({Kind::kEndAck, tick_, 0});
-    return;
+  // The sim asks who is there, until it has heard everybody; we have long said so afterwards.
+  if (phase == morphbus::sim_clock_t::PHASE_START && tick_ <= 1) {
+    out->push_back({ModuleAction::Kind::kHello, 0, 0});
   }
-  if (phase_ != Phase::kRun) return;
-  // The sim asks who is there.
-  if (phase == morphbus::sim_clock_t::PHASE_START) {
-    out->push_back({Kind::kHello, 0, 0});
-  } else if (tick > tick_) {
-    NoteAhead(tick, out);
-  }
+  return true;
 }
 
 void ModuleLockstep::NoteAhead(int64_t tick, Actions* out) {
   // The sim is at `tick` only if somebody answered for us all ticks before it.
-  if (config_.realtime || ++ahead_ < kAheadMessages) return;
+  if (config_.realtime || tick <= ahead_tick_) return;
+  ahead_tick_ = tick;
+  if (++ahead_ < kAheadTicks) return;
   phase_ = Phase::kDone;
-  out->push_back({Kind::kDuplicateProcess, tick, 0});
+  out->push_back({ModuleAction::Kind::kDuplicateProcess, tick, 0});
 }
 
 bool ModuleLockstep::OnSensors(int64_t tick, int part, int num_parts, bool mine,
                                const std::vector<uint16_t>& mates, int64_t now_us, Actions* out) {
   if (phase_ != Phase::kRun || part < 0 || part >= num_parts) return false;
+  // In lockstep nothing of a later tick can exist before we answered this one.
+  if (tick > tick_) NoteAhead(tick, out);
+  if (!InWindow(tick, now_us)) return false;
   silence_.Heard(now_us);
+  // After the tick of END there is none: what was heard was not the end.
+  if (end_tick_ >= 0 && tick > end_tick_) end_tick_ = -1;
   // In real time what came for an older tick no longer matters.
   if (config_.realtime && tick > tick_) {
     tick_ = tick;
+    moved_us_ = now_us;
     parts_.clear();
     have_reading_ = false;
   }
-  // In lockstep nothing of a later tick can exist before we answered this one.
-  if (tick > tick_) NoteAhead(tick, out);
   if (tick != tick_) return false;
   // The first part tells how many there are.
   if (parts_.empty() || num_parts != num_parts_) {
@@ -94,7 +139,7 @@ bool ModuleLockstep::OnSensors(int64_t tick, int part, int num_parts, bool mine,
 bool ModuleLockstep::OnTransform(uint16_t mate, int64_t tick, int64_t now_us, Actions* out) {
   if (phase_ != Phase::kRun || tick < 0) return false;
   // Only this tick's and the last one's messages are of use; a slot holds one of each parity.
-  if (!config_.realtime && tick != tick_ && tick != tick_ - 1) return false;
+  if (!InWindow(tick, now_us) || (!config_.realtime && tick < tick_ - 1)) return false;
   int64_t& slot = FindOrAdd(mate)->ticks[tick & 1];
   if (slot >= tick) return false;
   slot = tick;
@@ -134,9 +179,11 @@ void ModuleLockstep::TryCompute(int64_t now_us, Actions* out) {
     return;
   }
   // All is there: the tick is computed, and the next one begins with nothing.
-  out->push_back({Kind::kCompute, tick_, 0});
+  out->push_back({ModuleAction::Kind::kCompute, tick_, 0});
   ++tick_;
+  moved_us_ = now_us;
   ahead_ = 0;
+  ahead_tick_ = -1;
   parts_.clear();
   have_reading_ = false;
   mates_.clear();
@@ -147,40 +194,47 @@ void ModuleLockstep::TryCompute(int64_t now_us, Actions* out) {
   ask_.Disarm();
 }
 
-void ModuleLockstep::OnBye(Actions* out) {
-  // Only after END can the sim let us go: anything else is a stray message.
-  if (phase_ != Phase::kEnded) return;
+bool ModuleLockstep::OnBye(int64_t tick, Actions* out) {
+  if (phase_ != Phase::kRun && phase_ != Phase::kLeft) return true;
+  // Only after END can the sim let us go, or when it has told us to leave: anything else is a stray
+  // message.
+  if (phase_ == Phase::kRun && (end_tick_ < 0 || tick != end_tick_)) return false;
   phase_ = Phase::kDone;
-  out->push_back({Kind::kFinish, tick_, 0});
+  out->push_back({ModuleAction::Kind::kFinish, tick_, 0});
+  return true;
 }
 
 void ModuleLockstep::OnTime(int64_t now_us, Actions* out) {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return;
-  // After END a short silence means that KIND_BYE was lost; before, a long one that the sim is
-  // gone.
+  // After END, or once we have left, a short silence means that KIND_BYE was lost; before, a long
+  // one that the sim is gone.
   const int64_t silence = silence_.Poll(now_us);
-  if (phase_ == Phase::kEnded) {
-    if (silence >= config_.timing.linger_us) OnBye(out);
+  if ((end_tick_ >= 0 || phase_ == Phase::kLeft) && silence >= config_.timing.linger_us) {
+    OnBye(end_tick_, out);
     return;
   }
   if (silence >= config_.timing.lost_us) {
     phase_ = Phase::kDone;
-    out->push_back({Kind::kLostSim, tick_, 0});
+    out->push_back({ModuleAction::Kind::kLostSim, tick_, 0});
     return;
   }
   // Whoever has computed tick 0 has heard the sim, and from then on says HELLO only when CLOCK
   // asks.
-  if (tick_ == 0 && hello_.Fire(now_us)) out->push_back({Kind::kHello, 0, 0});
+  const bool starting = phase_ == Phase::kRun && tick_ == 0;
+  if (starting && hello_.Fire(now_us)) out->push_back({ModuleAction::Kind::kHello, 0, 0});
   if (!ask_.Fire(now_us, config_.timing)) return;
+  if (phase_ == Phase::kJoining) out->push_back({ModuleAction::Kind::kHello, 0, 0});
   // Each neighbour whose message is missing is asked for it.
   for (const uint16_t mate : mates_) {
-    if (!Has(mate, tick_ - 1)) out->push_back({Kind::kAskMate, tick_ - 1, mate});
+    if (!Has(mate, tick_ - 1)) out->push_back({ModuleAction::Kind::kAskMate, tick_ - 1, mate});
   }
 }
 
 int64_t ModuleLockstep::next_deadline_us() const {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return kNever;
-  return std::min(ask_.due_us(), silence_.next_poll_us());
+  const bool starting = phase_ == Phase::kRun && tick_ == 0;
+  const int64_t hello_us = starting ? hello_.due_us() : kNever;
+  return std::min({ask_.due_us(), silence_.next_poll_us(), hello_us});
 }
 
 std::string ModuleLockstep::Fingerprint() const {
@@ -190,7 +244,7 @@ std::string ModuleLockstep::Fingerprint() const {
     heard.push_back(mate.id);
     for (const int64_t tick : mate.ticks) heard.push_back(tick < tick_ - 1 ? -1 : tick);
   }
-  return PrintOf(phase_, tick_, have_reading_, knows_all_, std::min(ahead_, kAheadMessages),
+  return PrintOf(phase_, tick_, end_tick_, have_reading_, knows_all_, ahead_, ahead_tick_,
                  ask_.armed(), hello_.sim_heard(), parts_, mates_, heard);
 }
 

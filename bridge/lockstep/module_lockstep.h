@@ -39,6 +39,8 @@ struct ModuleAction {
 /// clock.
 class ModuleLockstep {
  public:
+  /// The first tick of a module that must still be told it.
+  static constexpr int64_t kUnknownTick = -1;
   /// What the machine is told of the run.
   struct Config {
     /// The module acts on the newest sensors there are, and asks for nothing.
@@ -50,10 +52,16 @@ class ModuleLockstep {
   /// The machine is idle until Begin, and ignores every event before it.
   explicit ModuleLockstep(const Config& config);
 
-  /// `tick`: the first one to compute; above 0 for a resumed module, which does not say HELLO.
+  /// `tick`: the first one to compute; above 0 for a resumed module, which does not say HELLO;
+  /// kUnknownTick for one that takes another's place and says HELLO until OnAdmit.
   void Begin(int64_t tick, int64_t now_us, Actions* out);
-  /// CLOCK, phase as in sim_clock_t.
-  void OnClock(int64_t tick, int phase, int64_t now_us, Actions* out);
+  /// The sim says which tick a module computes first that takes another's place.
+  void OnAdmit(int64_t tick, int64_t now_us);
+  /// The run goes on without this module: as END, for this module alone.
+  void OnLeave(int64_t now_us, Actions* out);
+  /// CLOCK, phase as in sim_clock_t. Returns false for an END that cannot be one: the sim ends a
+  /// run only at the tick that this module has answered last, or at the next one.
+  bool OnClock(int64_t tick, int phase, int64_t now_us, Actions* out);
   /// Part of SENSORS. `mine`: it holds this module's reading, and these distinct modules are mated.
   /// Returns true if the part is of the tick to compute and was not there yet: the reading counts.
   bool OnSensors(int64_t tick, int part, int num_parts, bool mine,
@@ -63,26 +71,37 @@ class ModuleLockstep {
   bool OnTransform(uint16_t mate, int64_t tick, int64_t now_us, Actions* out);
   /// Somebody asked for a message: the run is not over yet for all.
   void OnAsked(int64_t now_us) { silence_.Heard(now_us); }
-  /// The run is over for everybody.
-  void OnBye(Actions* out);
+  /// The sim, at `tick`, says that the run is over for everybody. Returns false if that is not the
+  /// tick of an END that was heard.
+  bool OnBye(int64_t tick, Actions* out);
   /// Does what is due: requests, HELLO, giving up without the sim.
   void OnTime(int64_t now_us, Actions* out);
 
   /// When OnTime must be called at the latest; kNever if only an event can change anything.
   [[nodiscard]] int64_t next_deadline_us() const;
   [[nodiscard]] int64_t tick() const { return tick_; }  ///< The next one to compute.
+  /// The module waits for OnAdmit.
+  [[nodiscard]] bool joining() const { return phase_ == Phase::kJoining; }
   /// The run is over for this module, well or not; further events change nothing.
   [[nodiscard]] bool done() const { return phase_ == Phase::kDone; }
   /// All parts of SENSORS of some tick have come; from then on only our own one is needed.
   [[nodiscard]] bool knows_all() const { return knows_all_; }
   /// SENSORS is there, and a neighbour's TRANSFORM is not: it was lost, or comes late.
   [[nodiscard]] bool waits_for_mates() const { return phase_ == Phase::kRun && ask_.armed(); }
+  /// Whether SENSORS or TRANSFORM of the tick can have been published by now, and is not over for
+  /// longer than anybody keeps it. In lockstep a module knows the last tick there is: SENSORS of
+  /// the one that it has not answered, TRANSFORM of that one, too, since a neighbour may be
+  /// quicker.
+  [[nodiscard]] bool InWindow(int64_t tick, int64_t now_us) const;
+  /// END was heard, and nothing since has shown that the run goes on.
+  [[nodiscard]] bool end_heard() const { return end_tick_ >= 0; }
 
   /// Everything but times, as bytes: equal states are equal strings (for exploring).
   [[nodiscard]] std::string Fingerprint() const;
 
  private:
-  enum class Phase : uint8_t { kIdle, kRun, kEnded, kDone };
+  /// kJoining: HELLO is said until the sim tells the first tick. kLeft: the run goes on without us.
+  enum class Phase : uint8_t { kIdle, kJoining, kRun, kLeft, kDone };
   /// A neighbour, and the ticks of its messages that are there.
   struct Mate {
     uint16_t id = 0;
@@ -111,8 +130,15 @@ class ModuleLockstep {
   bool have_reading_ = false;
   /// All parts of some tick were there: they name all modules, so our own is enough from now on.
   bool knows_all_ = false;
-  /// Messages of later ticks than ours since the last tick that was computed.
+  /// Later ticks than ours that SENSORS came of since the last tick that was computed, each later
+  /// than the one before it, and the last of them.
   int ahead_ = 0;
+  int64_t ahead_tick_ = -1;
+  /// The tick of END; -1 before. Only KIND_BYE and silence make it final: until then the module
+  /// goes on, as whoever sent END may not have been the sim.
+  int64_t end_tick_ = -1;
+  /// Real time: when the tick to compute changed last.
+  int64_t moved_us_ = 0;
   std::vector<uint16_t> mates_;  ///< Mated in SENSORS(tick_).
   /// All modules that TRANSFORM came from in the last 16 ticks, by id.
   std::vector<Mate> heard_;

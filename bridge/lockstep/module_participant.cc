@@ -9,13 +9,14 @@
 #include <morphbus/sim_clock_t.hpp>
 #include <utility>
 
+#include "bridge/wire/own_sensors.h"
 #include "bridge/wire/vm_codec.h"
+#include "bridge/wire/wire_peek.h"
 #include "bridge/wire/wire_size.h"
 
 namespace morphbus::bridge {
 namespace {
 
-using Kind = ModuleAction::Kind;
 using morphbus::ask_t;
 
 /// Of CLOCK a module needs the beginning and the end: in between SENSORS is its beat.
@@ -28,9 +29,7 @@ constexpr Interest kTransformInterest{false, 0, 0, 0, false};
 /// In real time a mate's message this many ticks old is still better than none.
 constexpr int64_t kOldestUseful = 3;
 
-/// Names of modules that are remembered, and modules that are listened to: far more than a robot
-/// has, so that only messages made up in bad faith ever meet these limits.
-constexpr size_t kMostNames = 4096;
+/// Modules that are listened to: far more than a robot has, as with names.
 constexpr size_t kMostMailboxes = 4 * vm::kMaxNeighbours;
 
 /// First bytes of a snapshot. It says whose state follows, so that another module's or build's is
@@ -44,7 +43,7 @@ struct SnapshotHead {
   uint64_t state_size = 0;
   uint32_t incarnation = 0;
   uint16_t module_id = 0;
-  uint16_t padding = 0;
+  uint16_t left = 0;  ///< 1: the run goes on without this module.
 };
 
 }  // namespace
@@ -58,7 +57,9 @@ ModuleParticipant::ModuleParticipant(Bus* bus, ModuleController* controller, con
       options_(std::move(options)),
       channel_transform_(Channel(options_.run, options_.module, Topic::kTransform)),
       channel_actuator_(Channel(options_.run, options_.module, Topic::kActuator)),
-      channel_status_(Channel(options_.run, options_.module, Topic::kStatus)) {}
+      channel_status_(Channel(options_.run, options_.module, Topic::kStatus)) {
+  ledger_.restarts = options_.restarts;
+}
 
 void ModuleParticipant::WriteSnapshot(int64_t next_tick) {
   if (!before_publish_) return;
@@ -69,12 +70,15 @@ void ModuleParticipant::WriteSnapshot(int64_t next_tick) {
   head.kinematics_hash = options_.kinematics_hash;
   head.incarnation = options_.incarnation;
   head.module_id = options_.module_id;
-  // Head, state of the virtual machine, then everything that was sent and is still kept.
+  head.left = left_ ? 1 : 0;
+  // Head, state of the virtual machine, everything that was sent and is still kept, and what was
+  // taken.
   snapshot_.resize(sizeof head);
   controller_->Save(&snapshot_);
   head.state_size = snapshot_.size() - sizeof head;
   std::memcpy(snapshot_.data(), &head, sizeof head);
   outbox_.Save(&snapshot_);
+  taken_.Save(&snapshot_);
   before_publish_(snapshot_);
 }
 
@@ -95,23 +99,61 @@ Result<void> ModuleParticipant::ResumeFrom(const std::vector<uint8_t>& snapshot)
   const Result<size_t> used =
       outbox_.Load(snapshot.data() + state_end, snapshot.size() - state_end);
   if (!used) return tl::unexpected<Error>(used.error());
-  if (!controller_->Load(snapshot.data() + sizeof head, head.state_size)) {
+  const size_t outbox_end = state_end + *used;
+  const Result<size_t> taken =
+      taken_.Load(snapshot.data() + outbox_end, snapshot.size() - outbox_end);
+  if (!taken) return tl::unexpected<Error>(taken.error());
+  // A later incarnation knows nothing of what an earlier one knew, but what has been said and taken
+  // stays so.
+  const bool anew = options_.incarnation > head.incarnation;
+  if (!anew && !controller_->Load(snapshot.data() + sizeof head, head.state_size)) {
     return Fail("the snapshot is of another build");
   }
   // The resumed process speaks as the one that was killed, so the sim sees no second claimant.
   options_.claim = head.claim;
-  options_.incarnation = head.incarnation;
+  options_.incarnation = std::max(options_.incarnation, head.incarnation);
   resume_tick_ = head.next_tick;
+  resumed_ = true;
+  left_ = head.left != 0;
   return {};
 }
 
 void ModuleParticipant::Start() {
-  ListenFor(kClockInterest, ChannelOf(kSimProcess, Topic::kClock), &ModuleParticipant::OnClock);
-  Listen(ChannelOf(kSimProcess, Topic::kSensors), &ModuleParticipant::OnSensors);
-  Listen(ChannelOf(options_.module, Topic::kAsk), &ModuleParticipant::OnAsk);
-  // A process that is killed before its first answer resumes from its very beginning.
-  if (resume_tick_ == 0) WriteSnapshot(0);
+  // The place of one that left nothing behind is taken once the sim tells which tick comes next.
+  const bool takes_place = options_.incarnation > 1 && !resumed_;
+  {
+    const HeldSubscriptions together(bus_);
+    ListenFor(kClockInterest, ChannelOf(kSimProcess, Topic::kClock), &ModuleParticipant::OnClock);
+    Listen(ChannelOf(kSimProcess, Topic::kSensors), &ModuleParticipant::OnSensors);
+    Listen(ChannelOf(options_.module, Topic::kAsk), &ModuleParticipant::OnAsk);
+    if (!takes_place && resume_tick_ == 0) ListenToAllMates();
+  }
+  if (takes_place) return Tell(&ModuleLockstep::Begin, ModuleLockstep::kUnknownTick);
+  // A process that is killed before its next answer resumes from here, in the same incarnation.
+  WriteSnapshot(resume_tick_);
   Tell(&ModuleLockstep::Begin, resume_tick_);
+  if (left_) Tell(&ModuleLockstep::OnLeave);
+}
+
+void ModuleParticipant::ListenToAllMates() {
+  // Who our neighbours are SENSORS will tell, and by then a fast one may have answered tick 0.
+  listens_to_all_ = true;
+  bus_->SubscribeQuietly(
+      options_.run + "/", "/" + std::string(TopicName(Topic::kTransform)),
+      [this](std::string_view channel, const uint8_t* data, size_t size) {
+        // Counted as received when it is taken, if it ever is.
+        if (!Check<morphbus::transform_t>(data, size, {options_.model_hash, 0})) {
+          ++ledger_.bad;
+          return;
+        }
+        if (early_.size() >= NameDirectory::kMostNames || size > kMaxPayloadBytes) return;
+        early_.try_emplace(std::string(channel), data, data + size);
+      });
+}
+
+void ModuleParticipant::TakeEarly(uint16_t mate) {
+  const auto early = early_.extract(ChannelOf(mailboxes_[mate].name, Topic::kTransform));
+  if (!early.empty()) OnTransform(mate, early.mapped().data(), early.mapped().size());
 }
 
 void ModuleParticipant::OnTime() {
@@ -124,51 +166,95 @@ void ModuleParticipant::OnTime() {
 void ModuleParticipant::OnClock(const uint8_t* data, size_t size) {
   morphbus::sim_clock_t clock;
   if (!Accept(data, size, &clock)) return;
-  if (clock.phase == morphbus::sim_clock_t::PHASE_END) end_reason_ = clock.end_reason;
-  Tell(&ModuleLockstep::OnClock, clock.header.tick, clock.phase);
+  const bool end = clock.phase == morphbus::sim_clock_t::PHASE_END;
+  if (!machine_.OnClock(clock.header.tick, clock.phase, now_us(), &actions_)) {
+    CountRefused(&Ledger::false_ends, "SIM/CLOCK",
+                 "END at tick " + std::to_string(clock.header.tick) + " in tick " +
+                     std::to_string(machine_.tick()));
+  } else if (end) {
+    end_reason_ = clock.end_reason;
+  }
+  CarryOutActions();
+}
+
+bool ModuleParticipant::SensorsFit(int64_t tick) {
+  if (machine_.InWindow(tick, now_us())) return true;
+  CountRefused(&Ledger::outside_window, "SIM/SENSORS",
+               "tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));
+  return false;
 }
 
 void ModuleParticipant::OnSensors(const uint8_t* data, size_t size) {
-  if (!Accept(data, size, &sensors_)) return;
+  // SENSORS holds many modules' readings: we take our own.
+  const Expectation expect{options_.model_hash, 0};
+  const bool sound =
+      DecodeOwnSensors(data, size, expect, options_.module_id, &sensors_).has_value();
+  ++(sound ? ledger_.received : ledger_.bad);
+  if (!sound) return;
   const int64_t tick = sensors_.header.tick;
-  // SENSORS holds all modules' readings: we take our own, and the others' names.
-  const morphbus::module_sensors_t* mine = nullptr;
-  for (const morphbus::module_sensors_t& reading : sensors_.modules) {
-    const auto id = static_cast<uint16_t>(reading.module_id);
-    if (id == options_.module_id) mine = &reading;
-    // Names are told once and stay: a message that tells another one later is not believed.
-    if (directory_.size() < kMostNames && CheckModuleName(reading.name)) {
-      directory_.try_emplace(id, reading.name);
-    }
+  if (!SensorsFit(tick)) {
+    // Nothing is kept of it; but the run may have another process in our place.
+    Tell(&ModuleLockstep::OnSensors, tick, sensors_.part, sensors_.num_parts, false,
+         std::vector<uint16_t>());
+    return;
   }
+  // Once the names of all are known nothing more is looked for in the others' readings.
+  if (!narrowed_) {
+    PeekReadings(data, [this](const PeekedReading& reading) {
+      directory_.Add(reading.module_id, reading.name);
+    });
+  }
+  const morphbus::module_sensors_t* mine =
+      sensors_.modules.empty() ? nullptr : &sensors_.modules.front();
   std::vector<uint16_t> mates;
-  // A reading for the tick to come is taken over before the machine may ask for its computation.
-  if (mine != nullptr && tick >= machine_.tick()) {
-    vm::TickInput input;
-    if (mine->name != options_.module ||
-        !FromSensors(*mine, options_.num_joints, options_.num_connectors, &input)) {
+  if (mine != nullptr) {
+    // Of the parts only ours is needed for good, so its ticks are counted.
+    const uint64_t digest = DigestOf(data, size);
+    if (!Track(&trackers_["SENSORS"], "SIM/SENSORS", tick, digest)) return;
+    // A reading for the tick to come is taken over before the machine may ask for its computation.
+    if (tick >= machine_.tick() && !TakeReading(*mine, digest, &mates)) {
       ++ledger_.bad;
       return;
-    }
-    TakeMates(input, &mates);
-    if (tick == machine_.tick() || options_.realtime) {
-      input_ = input;
-      TakeOrders();
     }
   }
   if (options_.realtime || tick == machine_.tick()) sim_time_us_ = sensors_.header.sim_time_us;
   // The machine learns which parts have come and whom the tick waits for.
   machine_.OnSensors(tick, sensors_.part, sensors_.num_parts, mine != nullptr, mates, now_us(),
                      &actions_);
-  if (mine != nullptr) {
-    // Of the parts only ours is needed for good, so its ticks are counted.
-    trackers_["SENSORS"].Take(tick, &ledger_);
-    NarrowSensors(sensors_.part);
-  }
+  // Another part than ours may be the one that names a neighbour.
+  if (!narrowed_ && mine == nullptr) TakeMates(input_, &mates);
+  UpdateSubscriptions(mates, mine != nullptr);
+  CarryOutActions();
+}
+
+void ModuleParticipant::UpdateSubscriptions(const std::vector<uint16_t>& mates, bool own_part) {
+  const HeldSubscriptions together(bus_);
   // Neighbours come and go; whoever is not mated any more makes room.
   if (mailboxes_.size() >= kMostMailboxes) ForgetAllBut(mates);
   for (const uint16_t mate : mates) Watch(mate);
-  CarryOutActions();
+  if (own_part) NarrowSensors(sensors_.part);
+  // From here on neighbours are listened to by name.
+  if (machine_.tick() > 0 && listens_to_all_) {
+    listens_to_all_ = false;
+    early_.clear();
+    bus_->Unsubscribe(options_.run + "/");
+  }
+}
+
+bool ModuleParticipant::TakeReading(const morphbus::module_sensors_t& mine, uint64_t digest,
+                                    std::vector<uint16_t>* mates) {
+  vm::TickInput input;
+  if (mine.name != options_.module ||
+      !FromSensors(mine, options_.num_joints, options_.num_connectors, options_.num_sensor_values,
+                   &input)) {
+    return false;
+  }
+  TakeMates(input, mates);
+  input_ = input;
+  sensors_digest_ = digest;
+  sensors_part_ = sensors_.part;
+  TakeOrders();
+  return true;
 }
 
 void ModuleParticipant::NarrowSensors(int16_t part) {
@@ -187,7 +273,7 @@ void ModuleParticipant::ForgetAllBut(const std::vector<uint16_t>& mates) {
   }
 }
 
-/// What SENSORS asks of this module besides telling it what it senses.
+/// What SENSORS tells this module besides its own reading: orders, and where the root is.
 void ModuleParticipant::TakeOrders() {
   // Orders of the last tick are done with.
   pieces_.clear();
@@ -197,6 +283,9 @@ void ModuleParticipant::TakeOrders() {
   }
   for (const morphbus::deploy_piece_t& piece : sensors_.pieces) {
     if (static_cast<uint16_t>(piece.module_id) == options_.module_id) pieces_.push_back(piece);
+  }
+  for (const morphbus::root_pose_t& pose : sensors_.root_poses) {
+    if (static_cast<uint16_t>(pose.module_id) == options_.module_id) FromRootPose(pose, &input_);
   }
 }
 
@@ -212,12 +301,14 @@ void ModuleParticipant::TakeMates(const vm::TickInput& input, std::vector<uint16
 }
 
 void ModuleParticipant::Watch(uint16_t mate) {
-  const auto name = directory_.find(mate);
-  if (name == directory_.end() || mailboxes_.contains(mate)) return;
+  if (mailboxes_.contains(mate)) return;
+  const std::string* name = directory_.NameOf(mate);
+  if (name == nullptr) return;
   // From now on this neighbour's messages are received.
-  mailboxes_[mate].name = name->second;
-  ListenFor(kTransformInterest, ChannelOf(name->second, Topic::kTransform),
+  mailboxes_[mate].name = *name;
+  ListenFor(kTransformInterest, ChannelOf(*name, Topic::kTransform),
             &ModuleParticipant::OnTransform, mate);
+  TakeEarly(mate);
 }
 
 void ModuleParticipant::OnTransform(uint16_t mate, const uint8_t* data, size_t size) {
@@ -226,14 +317,24 @@ void ModuleParticipant::OnTransform(uint16_t mate, const uint8_t* data, size_t s
   const auto found = mailboxes_.find(mate);
   if (found == mailboxes_.end()) return;
   Mailbox& mailbox = found->second;
-  trackers_[mailbox.name].Take(transform_.header.sequence, &ledger_);
+  const std::string channel = mailbox.name + "/TRANSFORM";
   const int64_t tick = transform_.header.tick;
+  // In lockstep the number is the tick.
+  if (!machine_.InWindow(tick, now_us()) ||
+      (!options_.realtime && transform_.header.sequence != tick)) {
+    return CountRefused(
+        &Ledger::outside_window, channel,
+        "tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));
+  }
+  const uint64_t digest = DigestOf(data, size);
+  if (!Track(&trackers_[mailbox.name], channel, transform_.header.sequence, digest)) return;
   // The machine may compute at once: the content must be in place before it hears of it.
   const auto slot = static_cast<size_t>(tick & 1);
   const bool useful = options_.realtime || tick == machine_.tick() || tick == machine_.tick() - 1;
   if (useful && mailbox.ticks[slot] < tick) {
     FromTransform(transform_, &mailbox.messages[slot]);
     mailbox.ticks[slot] = tick;
+    mailbox.digests[slot] = digest;
   }
   Tell(&ModuleLockstep::OnTransform, mate, tick);
 }
@@ -244,44 +345,91 @@ void ModuleParticipant::OnAsk(const uint8_t* data, size_t size) {
   // Whoever asks for a message still runs, so the silence that ends our waiting begins anew.
   if (ask.kind == ask_t::KIND_RESEND) {
     machine_.OnAsked(now_us());
-    outbox_.Resend(ask.channel, ask.first_sequence, ask.last_sequence);
+    outbox_.Answer(ask.channel, ask.first_sequence, ask.last_sequence, now_us());
   } else if (ask.kind == ask_t::KIND_BYE) {
-    machine_.OnBye(&actions_);
+    const bool of_sim = ask.sender == kSimProcess;
+    if (!of_sim || !machine_.OnBye(ask.header.tick, &actions_)) {
+      CountRefused(&Ledger::false_ends, options_.module + "/ASK",
+                   "BYE at tick " + std::to_string(ask.header.tick) + " in tick " +
+                       std::to_string(machine_.tick()));
+    }
+  } else if (ask.kind == ask_t::KIND_LEAVE && ask.sender == kSimProcess && !machine_.joining()) {
+    // Saved first: started again, the process must not take part once more.
+    if (!std::exchange(left_, true)) WriteSnapshot(machine_.tick());
+    machine_.OnLeave(now_us(), &actions_);
+  } else if (ask.kind == ask_t::KIND_ADMIT && ask.sender == kSimProcess && machine_.joining()) {
+    TakeAdmission(ask);
   }
   CarryOutActions();
 }
 
+void ModuleParticipant::TakeAdmission(const ask_t& ask) {
+  // Numbers on our channels go on where the predecessor's ended.
+  for (const morphbus::channel_total_t& total : ask.totals) {
+    const std::optional<ChannelName> name = ParseChannel(total.channel);
+    const bool ours = name && name->run == options_.run && name->process == options_.module;
+    if (ours && IsHashed(name->topic)) outbox_.ContinueAfter(total.channel, total.count);
+  }
+  machine_.OnAdmit(ask.acknowledged_tick + 1, now_us());
+  WriteSnapshot(machine_.tick());
+}
+
 void ModuleParticipant::CarryOut(const ModuleAction& action) {
   switch (action.kind) {
-    case Kind::kHello:
+    case ModuleAction::Kind::kHello:
       return SayHello(options_.claim, options_.build, options_.incarnation, options_.type_name,
                       options_.kinematics_hash);
-    case Kind::kCompute:
+    case ModuleAction::Kind::kCompute:
       return Compute(action.tick);
     // In lockstep a TRANSFORM's number is its tick.
-    case Kind::kAskMate:
-      if (const auto name = directory_.find(action.mate); name != directory_.end()) {
-        AskForResend(name->second, Topic::kTransform, action.tick, action.tick);
+    case ModuleAction::Kind::kAskMate:
+      if (const std::string* name = directory_.NameOf(action.mate); name != nullptr) {
+        AskForResend(*name, Topic::kTransform, action.tick, action.tick);
       }
       return;
     // The sim makes the run's hash of its own totals and of those that modules send here.
-    case Kind::kEndAck: {
-      ask_t ask = MakeAsk(ask_t::KIND_END_ACK);
-      ask.acknowledged_tick = machine_.tick() - 1;
-      for (const ChannelTotal& total : outbox_.totals()) ask.totals.push_back(ToWire(total));
-      ask.num_totals = static_cast<int16_t>(ask.totals.size());
-      return Ask(kSimProcess, std::move(ask));
-    }
-    case Kind::kFinish:
+    case ModuleAction::Kind::kEndAck:
+      return AcknowledgeEnd();
+    case ModuleAction::Kind::kFinish:
       return;
     // Neither of these is the run's own end, so both are errors of this process.
-    case Kind::kDuplicateProcess:
+    case ModuleAction::Kind::kDuplicateProcess:
       error_ = "the run '" + options_.run + "' is already at tick " + std::to_string(action.tick) +
                " and has another " + options_.module;
       return;
-    case Kind::kLostSim:
+    case ModuleAction::Kind::kLostSim:
       error_ = "nothing heard from the simulator of run '" + options_.run + "' any more";
       return;
+  }
+}
+
+void ModuleParticipant::AcknowledgeEnd() {
+  if (now_us() < end_acked_until_us_) return;
+  end_acked_until_us_ = now_us() + kResendPauseUs;
+  TotalsReport report;
+  for (const ChannelTotal& total : outbox_.totals()) report.totals.push_back(ToWire(total));
+  report.taken = taken_.Report(options_.run, options_.module);
+  ask_t pattern = MakeAsk(ask_t::KIND_END_ACK);
+  pattern.sender = options_.module;
+  pattern.acknowledged_tick = machine_.tick() - 1;
+  for (ask_t& part : SplitReport(pattern, report)) Ask(kSimProcess, std::move(part));
+}
+
+void ModuleParticipant::NoteTaken(int64_t tick) {
+  taken_.TakeSensors(sensors_part_, sensors_digest_);
+  if (tick == 0) return;
+  std::vector<uint16_t> mates;
+  TakeMates(input_, &mates);
+  for (const uint16_t mate : mates) {
+    const auto found = mailboxes_.find(mate);
+    if (found == mailboxes_.end()) continue;
+    const Mailbox& mailbox = found->second;
+    const auto slot = static_cast<size_t>((tick - 1) & 1);
+    if (mailbox.ticks[slot] == tick - 1) {
+      taken_.TakeTransform(mailbox.name, mailbox.digests[slot]);
+    }
+    // Connections are mutual: whoever is mated to us takes what we said, too.
+    taken_.GiveTransform(mailbox.name);
   }
 }
 
@@ -299,6 +447,7 @@ const vm::NeighbourMessage* ModuleParticipant::MessageOf(uint16_t mate, int64_t 
 }
 
 void ModuleParticipant::Compute(int64_t tick) {
+  outbox_.TickBegun(now_us());
   // The tick's input: sensors, and what each neighbour said a tick ago.
   input_.tick = tick;
   input_.sim_time_us = sim_time_us_;
@@ -309,7 +458,7 @@ void ModuleParticipant::Compute(int64_t tick) {
   }
   // New programs are taken before the tick that they came with is computed.
   for (const morphbus::deploy_piece_t& piece : pieces_) controller_->TakePiece(piece);
-  output_ = vm::TickOutput();
+  NoteTaken(tick);
   controller_->Tick(input_, &output_);
   Publish(tick);
 }
@@ -328,6 +477,7 @@ void ModuleParticipant::Publish(int64_t tick) {
   // Neighbours need TRANSFORM for their next tick.
   ToTransform(output_.message, &transform_);
   outbox_.Send(channel_transform_, tick, sim_time_us_, &transform_);
+  taken_.Published(outbox_.last_digest());
   // Last, because the sim goes on once it has this.
   morphbus::actuator_t actuator;
   ToActuator(output_, options_.module_id, options_.num_joints, outbox_.count(channel_status_),

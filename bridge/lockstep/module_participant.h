@@ -14,6 +14,8 @@
 
 #include "bridge/lockstep/lockstep_participant.h"
 #include "bridge/lockstep/module_lockstep.h"
+#include "bridge/lockstep/name_directory.h"
+#include "bridge/lockstep/taken_ledger.h"
 #include "vm/module_api.h"
 
 namespace morphbus::bridge {
@@ -23,7 +25,7 @@ namespace morphbus::bridge {
 class ModuleController {
  public:
   virtual ~ModuleController() = default;
-  /// Computes one tick. Equal history of inputs gives equal output.
+  /// Computes one tick, and writes all of `*output`. Equal history of inputs gives equal output.
   virtual void Tick(const vm::TickInput& input, vm::TickOutput* output) = 0;
   /// A piece of a new program from outside, of the tick that is computed next; pieces come in
   /// order.
@@ -48,16 +50,20 @@ struct ModuleIdentity : ModuleLockstep::Config {
   uint16_t module_id = 0;
   /// Counts the cold starts of the module, from 1.
   uint32_t incarnation = 1;
-  int64_t claim = 1;  ///< Random number of the process, kept over a resume.
-  std::string build;  ///< Version of the software, for people.
+  uint64_t random_seed = 1;  ///< Of the program's random numbers (`run --random-seed`).
+  int64_t claim = 1;         ///< Random number of the process, kept over a resume.
+  int64_t restarts = 0;      ///< How often the process died and was started again.
+  std::string build;         ///< Version of the software, for people.
 };
 
 /// What a module is told before it starts; all else it senses or hears.
 struct ModuleParticipantOptions : ModuleIdentity {
-  /// Its type, and how many joints and connectors that has: readings with others are refused.
+  /// Its type, and how many joints, connectors and values of sensors that has: readings with others
+  /// are refused.
   std::string type_name;
   int num_joints = 0;
   int num_connectors = 0;
+  int num_sensor_values = 0;
   /// Messages that speak of another model are refused.
   uint64_t model_hash = 0;
   /// Hashes of the images it runs on, by which the sim knows whether it fits the run.
@@ -81,11 +87,15 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   void OnBeforePublish(std::function<void(const std::vector<uint8_t>& snapshot)> write) {
     before_publish_ = std::move(write);
   }
-  /// Goes on from a snapshot; call before Start(). Fails if the bytes are cut short or damaged, or
-  /// of another module, program or build; then the participant must not be started.
+  /// Goes on from a snapshot; call before Start(). A snapshot of an earlier incarnation than this
+  /// one only tells which tick comes next and what was published: the controller begins anew, and
+  /// the module's channels go on. Fails if the bytes are cut short or damaged, or of another
+  /// module, program or build; then the participant must not be started.
   Result<void> ResumeFrom(const std::vector<uint8_t>& snapshot);
 
-  /// Listens to the sim, and says HELLO unless it was resumed.
+  /// Listens to the sim, and says HELLO unless it was resumed. A later incarnation than the first
+  /// that was not resumed takes the place of one that left nothing behind: the sim tells it where
+  /// the run is.
   void Start() override;
   /// Does what is due, and lets neighbours' messages wake the process while one is waited for.
   void OnTime() override;
@@ -107,6 +117,8 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
     std::array<vm::NeighbourMessage, 2> messages;
     /// The ticks that the messages are of; -1: none.
     std::array<int64_t, 2> ticks = {-1, -1};
+    /// XXH3 of the messages as they came.
+    std::array<uint64_t, 2> digests = {};
   };
 
   [[nodiscard]] Moment CurrentMoment() const override { return {machine_.tick(), sim_time_us_}; }
@@ -117,14 +129,34 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   void OnSensors(const uint8_t* data, size_t size);
   void OnTransform(uint16_t mate, const uint8_t* data, size_t size);
   void OnAsk(const uint8_t* data, size_t size);
+  /// The sim tells where the run is, to a module that takes another's place.
+  void TakeAdmission(const morphbus::ask_t& ask);
+  /// Whether SENSORS of this tick can be; if not, it is counted, and nothing of it is kept.
+  bool SensorsFit(int64_t tick);
+  /// Takes our own reading out of sensors_ for the tick to compute, and tells whom it is mated to.
+  /// Returns false if it is not one of this module's.
+  bool TakeReading(const morphbus::module_sensors_t& mine, uint64_t digest,
+                   std::vector<uint16_t>* mates);
+  /// Notes what the tick that is computed takes from others, and what they take of ours.
+  void NoteTaken(int64_t tick);
+  /// Acknowledges END, with all totals, unless it was done a moment ago.
+  void AcknowledgeEnd();
   /// The modules mated to ours, each once, in order of connectors.
   void TakeMates(const vm::TickInput& input, std::vector<uint16_t>* mates);
-  /// Takes this module's requests and pieces of a program out of sensors_, for the coming tick.
+  /// Takes this module's requests, pieces of a program and sensed pose out of sensors_, for the
+  /// coming tick.
   void TakeOrders();
+  /// Listens to these neighbours, and from the own part of SENSORS on to nothing that is not
+  /// needed. `own_part`: it is the one that came.
+  void UpdateSubscriptions(const std::vector<uint16_t>& mates, bool own_part);
   /// Listens to a neighbour from now on.
   void Watch(uint16_t mate);
   /// Once every module's name is known: of SENSORS only this part, our own, is listened to.
   void NarrowSensors(int16_t part);
+  /// Until the neighbours are known, keeps what any module says.
+  void ListenToAllMates();
+  /// Takes what a neighbour said before it was known as one.
+  void TakeEarly(uint16_t mate);
   /// Stops listening to all modules but these.
   void ForgetAllBut(const std::vector<uint16_t>& mates);
   /// Computes a tick and publishes the answer.
@@ -142,7 +174,7 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   ModuleParticipantOptions options_;
   std::string channel_transform_, channel_actuator_, channel_status_;
   // Names of all modules by id, as SENSORS tells them, and mailboxes of the neighbours by id.
-  std::map<uint16_t, std::string> directory_;
+  NameDirectory directory_;
   std::map<uint16_t, Mailbox> mailboxes_;
   // What the controller is given for the tick to compute, and what it answered to the last one.
   vm::TickInput input_;
@@ -154,13 +186,24 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   morphbus::transform_t transform_;
   /// Sim time at which the tick to compute begins.
   int64_t sim_time_us_ = 0;
+  // The part of SENSORS that input_ is of: XXH3 of it, and its number.
+  uint64_t sensors_digest_ = 0;
+  int sensors_part_ = 0;
+  /// What this module took, and what its neighbours must have taken of it.
+  TakenLedger taken_;
+  /// Wall time before which END is not acknowledged again: anybody can repeat an END.
+  int64_t end_acked_until_us_ = 0;
   // Where snapshots go (nowhere if empty), the last one, and the tick a resumed module goes on
   // with.
   std::function<void(const std::vector<uint8_t>&)> before_publish_;
   std::vector<uint8_t> snapshot_;
   int64_t resume_tick_ = 0;
+  bool resumed_ = false;
+  bool left_ = false;  ///< The run goes on without this module.
   // What the bus has been told of our interest.
-  bool narrowed_ = false, wakes_for_any_ = false;
+  bool narrowed_ = false, wakes_for_any_ = false, listens_to_all_ = false;
+  /// TRANSFORM of whoever sent it before our neighbours were known, by channel.
+  std::map<std::string, std::vector<uint8_t>> early_;
   std::string error_, end_reason_;
 };
 

@@ -1,42 +1,12 @@
 #include "bridge/lockstep/outbox.h"
 
 #include <algorithm>
-#include <cstring>
 
+#include "bridge/lockstep/snapshot_bytes.h"
 #include "vm/limits.h"
 
 namespace morphbus::bridge {
 namespace {
-
-/// Snapshot bytes are of the same machine and build, so native order will do.
-template <class T>
-void Put(std::vector<uint8_t>* out, const T& value) {
-  const auto* bytes = reinterpret_cast<const uint8_t*>(&value);
-  out->insert(out->end(), bytes, bytes + sizeof value);
-}
-
-/// Reads back what Put wrote; `ok` turns false at the end of the bytes.
-struct SnapshotReader {
-  // The bytes that were not read yet.
-  const uint8_t* data;
-  size_t left;
-  bool ok = true;
-
-  /// The next bytes as they stand; null once there are not as many left.
-  const uint8_t* Take(size_t size) {
-    if (size > left) ok = false;
-    if (!ok) return nullptr;
-    data += size;
-    left -= size;
-    return data - size;
-  }
-  template <class T>
-  T Get() {
-    T value{};
-    if (const uint8_t* from = Take(sizeof value)) std::memcpy(&value, from, sizeof value);
-    return value;
-  }
-};
 
 // More than this no sound snapshot holds. A module has three hashed channels, and HEALTH, HELLO and
 // those on which it asks its neighbours and the sim.
@@ -45,18 +15,35 @@ constexpr uint32_t kMostKept = 4096;
 
 }  // namespace
 
+void AnswerPause::TickBegun(int64_t now_us) {
+  // A pause of the run is a long tick, and soon forgotten.
+  constexpr int64_t kLongest = 16 * kResendPauseUs;
+  if (tick_begun_us_ >= 0) {
+    const int64_t took_us = std::clamp<int64_t>(now_us - tick_begun_us_, 0, kLongest);
+    tick_us_ = tick_us_ < 0 ? took_us : tick_us_ + (took_us - tick_us_) / 8;
+  }
+  tick_begun_us_ = now_us;
+}
+
+int64_t AnswerPause::us(int times_answered) const {
+  // Who is asked by several at once answers them all with one message.
+  constexpr int64_t kShortest = 100;
+  constexpr int kSoonAgain = 16;
+  if (tick_us_ < 0 || times_answered > kSoonAgain) return kResendPauseUs;
+  return std::clamp(tick_us_ / 16, kShortest, kResendPauseUs);
+}
+
 Outbox::Outbox(Bus* bus, Sender sender, Ledger* ledger)
     : bus_(bus), sender_(std::move(sender)), ledger_(ledger) {}
 
-Outbox::Stream& Outbox::StreamOf(const std::string& channel) {
-  const auto found = streams_.find(channel);
-  if (found != streams_.end()) return found->second;
-  Stream& stream = streams_[channel];
+Outbox::Streams::value_type& Outbox::StreamOf(const std::string& channel) {
+  const auto [found, fresh] = streams_.try_emplace(channel);
+  if (!fresh) return *found;
   // A new channel: only hashed ones are kept and hashed.
   const std::optional<ChannelName> name = ParseChannel(channel);
   MORPHBUS_CHECK(name.has_value());
-  stream.hashed = IsHashed(name->topic);
-  return stream;
+  found->second.hashed = IsHashed(name->topic);
+  return *found;
 }
 
 void Outbox::FillHeader(const Stream& stream, int64_t tick, int64_t sim_time_us,
@@ -71,7 +58,8 @@ void Outbox::FillHeader(const Stream& stream, int64_t tick, int64_t sim_time_us,
   header->program_hash = static_cast<int64_t>(sender_.program_hash);
 }
 
-void Outbox::Commit(const std::string& channel, Stream* stream, int64_t tick) {
+void Outbox::Commit(Streams::value_type* to, int64_t tick) {
+  Stream* stream = &to->second;
   // One packet of the network holds a whole message (bridge/wire/wire_limits.h).
   MORPHBUS_CHECK(scratch_.size() <= kMaxPayloadBytes);
   // Numbered and counted; what counts for the hash is also hashed and kept.
@@ -95,10 +83,10 @@ void Outbox::Commit(const std::string& channel, Stream* stream, int64_t tick) {
   }
   // While messages are held back, others go out at once.
   if (held_ && stream->hashed) {
-    outgoing_.emplace_back(channel, sequence);
+    outgoing_.emplace_back(to, &stream->kept.back());
     return;
   }
-  bus_->Publish(channel, scratch_.data(), scratch_.size());
+  bus_->Publish(to->first, scratch_.data(), scratch_.size());
 }
 
 void Outbox::Hold() { held_ = true; }
@@ -106,10 +94,8 @@ void Outbox::Hold() { held_ = true; }
 void Outbox::Release() {
   // In the order in which they were sent.
   held_ = false;
-  for (const auto& [channel, sequence] : outgoing_) {
-    for (const Kept& kept : streams_[channel].kept) {
-      if (kept.sequence == sequence) bus_->Publish(channel, kept.bytes.data(), kept.bytes.size());
-    }
+  for (const auto& [to, kept] : outgoing_) {
+    bus_->Publish(to->first, kept->bytes.data(), kept->bytes.size());
   }
   outgoing_.clear();
 }
@@ -128,6 +114,31 @@ int Outbox::Resend(const std::string& channel, int64_t first, int64_t last) {
   return sent;
 }
 
+void Outbox::ContinueAfter(const std::string& channel, int64_t count) {
+  Stream& stream = StreamOf(channel).second;
+  stream.next_sequence = count;
+  stream.partial = count > 0;
+}
+
+int Outbox::Answer(const std::string& channel, int64_t first, int64_t last, int64_t now_us) {
+  const auto found = streams_.find(channel);
+  if (found == streams_.end()) return 0;
+  int sent = 0;
+  for (Kept& kept : found->second.kept) {
+    if (kept.sequence < first || kept.sequence > last) continue;
+    // Whoever asked hears the answer that was given to somebody else a moment ago.
+    if (now_us < kept.answered_until_us) {
+      ++ledger_->hasty_requests;
+      continue;
+    }
+    kept.answered_until_us = now_us + pause_.us(++kept.times_answered);
+    bus_->Publish(channel, kept.bytes.data(), kept.bytes.size());
+    ++sent;
+  }
+  ledger_->resent += sent;
+  return sent;
+}
+
 int64_t Outbox::count(const std::string& channel) const {
   const auto found = streams_.find(channel);
   return found == streams_.end() ? 0 : found->second.next_sequence;
@@ -137,28 +148,30 @@ std::vector<ChannelTotal> Outbox::totals() const {
   std::vector<ChannelTotal> totals;
   for (const auto& [channel, stream] : streams_) {
     // HEALTH, HELLO and ASK do not count for the run's hash.
-    if (!stream.hashed) continue;
+    if (!stream.hashed || stream.partial) continue;
     totals.push_back({channel, stream.next_sequence, stream.hash.Digest(), true});
   }
+  std::sort(totals.begin(), totals.end(),
+            [](const ChannelTotal& a, const ChannelTotal& b) { return a.channel < b.channel; });
   return totals;
 }
 
 void Outbox::Save(std::vector<uint8_t>* out) const {
   // Each channel: name, next number, state of its hash, and the messages kept.
-  Put(out, static_cast<uint32_t>(streams_.size()));
+  PutBytes(out, static_cast<uint32_t>(streams_.size()));
   for (const auto& [channel, stream] : streams_) {
-    Put(out, static_cast<uint32_t>(channel.size()));
-    out->insert(out->end(), channel.begin(), channel.end());
-    Put(out, stream.next_sequence);
+    PutText(out, channel);
+    PutBytes(out, stream.next_sequence);
+    PutBytes(out, stream.partial);
     const size_t at = out->size();
     out->resize(at + StreamHash::kStateBytes);
     stream.hash.Save(out->data() + at);
     // The kept messages, oldest first, each with its length before its bytes.
-    Put(out, static_cast<uint32_t>(stream.kept.size()));
+    PutBytes(out, static_cast<uint32_t>(stream.kept.size()));
     for (const Kept& kept : stream.kept) {
-      Put(out, kept.sequence);
-      Put(out, kept.tick);
-      Put(out, static_cast<uint32_t>(kept.bytes.size()));
+      PutBytes(out, kept.sequence);
+      PutBytes(out, kept.tick);
+      PutBytes(out, static_cast<uint32_t>(kept.bytes.size()));
       out->insert(out->end(), kept.bytes.begin(), kept.bytes.end());
     }
   }
@@ -170,14 +183,13 @@ Result<size_t> Outbox::Load(const uint8_t* data, size_t size) {
   streams_.clear();
   const auto num_streams = in.Get<uint32_t>();
   for (uint32_t i = 0; i < num_streams && num_streams <= kMostStreams && in.ok; ++i) {
-    const auto name_size = in.Get<uint32_t>();
-    const uint8_t* name = in.Take(name_size);
+    const std::string channel = in.GetText();
     if (!in.ok) break;
-    const std::string channel(reinterpret_cast<const char*>(name), name_size);
     if (!ParseChannel(channel)) return Fail("the snapshot names a channel that is none");
-    Stream& stream = StreamOf(channel);
+    Stream& stream = StreamOf(channel).second;
     // Number and hash go on where they were, so the run's hash does not show the interruption.
     stream.next_sequence = in.Get<int64_t>();
+    stream.partial = in.Get<uint8_t>() != 0;
     if (const uint8_t* hash = in.Take(StreamHash::kStateBytes)) stream.hash.Load(hash);
     const auto num_kept = in.Get<uint32_t>();
     if (num_kept > kMostKept) return Fail("the snapshot keeps too many messages");

@@ -5,7 +5,6 @@
 
 #include <cstdint>
 #include <deque>
-#include <map>
 #include <morphbus/channel_total_t.hpp>
 #include <string>
 #include <utility>
@@ -15,12 +14,34 @@
 #include "bridge/wire/channels.h"
 #include "bridge/wire/codec.h"
 #include "bridge/wire/stream_hash.h"
+#include "compiler/base/text_hash.h"
 
 namespace morphbus::bridge {
 
 /// Ticks whose messages are kept for sending again, and by which the sim may be ahead of the
 /// logger.
 inline constexpr int64_t kKeptTicks = 16;
+
+/// A message is sent again at requests at most once in this time, microseconds, since requests may
+/// come from anybody; sooner only while a run is quick (AnswerPause).
+inline constexpr int64_t kResendPauseUs = 2000;
+
+/// How long a message that was sent again is not sent again once more: a sixteenth of the time that
+/// ticks take here and now. Whoever asks again since the answer was lost, too, gets another one
+/// within the tick, and however often anybody asks, a tick grows by a bounded number of messages.
+class AnswerPause {
+ public:
+  /// A tick begins at this wall time.
+  void TickBegun(int64_t now_us);
+  /// Microseconds, for a message that was sent again so many times. After sixteen of them, and
+  /// before two ticks have begun, the longest one.
+  [[nodiscard]] int64_t us(int times_answered) const;
+
+ private:
+  /// When the last tick began, and the mean length of ticks; -1 before they are known.
+  int64_t tick_begun_us_ = -1;
+  int64_t tick_us_ = -1;
+};
 
 /// Who sends: what the header of every message says.
 struct Sender {
@@ -54,12 +75,25 @@ class Outbox {
   /// Publishes kept messages first..last of `channel` again, byte for byte. Returns how many of
   /// them were still kept; 0 for a channel on which nothing was sent.
   int Resend(const std::string& channel, int64_t first, int64_t last);
+  /// The same at somebody's request, which may be anybody's: a message that was sent again a moment
+  /// ago (AnswerPause) is left out, and counts as asked for in haste. `now_us` is wall time.
+  int Answer(const std::string& channel, int64_t first, int64_t last, int64_t now_us);
+
+  /// A tick begins, at this wall time: answers are given as often as suits the length of ticks.
+  void TickBegun(int64_t now_us) { pause_.TickBegun(now_us); }
 
   /// From now on messages on hashed channels are numbered, hashed and kept but not published, until
   /// Release() publishes them in order: so that they can be saved first (see Save).
   void Hold();
   /// Publishes what was held back, and holds nothing back any more.
   void Release();
+
+  /// Somebody else has published `count` messages on this channel, of which nothing is known but
+  /// their number: ours follow on. There is no hash of the whole channel here, so totals() leaves
+  /// it out. Call before the first Send on it.
+  void ContinueAfter(const std::string& channel, int64_t count);
+  /// XXH3 of the message that was sent last.
+  [[nodiscard]] uint64_t last_digest() const { return DigestOf(scratch_.data(), scratch_.size()); }
 
   /// Number the next message on `channel` will get: how many there were.
   [[nodiscard]] int64_t count(const std::string& channel) const;
@@ -85,6 +119,9 @@ class Outbox {
     int64_t tick = 0;
     /// The whole message as it was published.
     std::vector<uint8_t> bytes;
+    /// Wall time before which no request has it sent again, and how many requests had.
+    int64_t answered_until_us = 0;
+    int times_answered = 0;
   };
   /// What was sent on one channel.
   struct Stream {
@@ -93,36 +130,42 @@ class Outbox {
     /// Whether the channel counts for the run's hash, and the hash of what was sent on it.
     bool hashed = false;
     StreamHash hash;
+    /// The hash is not that of the whole channel, since somebody else published its beginning.
+    bool partial = false;
     std::deque<Kept> kept;  ///< Hashed channels only, oldest first.
   };
 
-  /// The channel's stream, begun if need be. The channel must be one of the run's.
-  Stream& StreamOf(const std::string& channel);
+  using Streams = TextTable<Stream>;
+
+  /// The channel and its stream, begun if need be. The channel must be one of the run's.
+  Streams::value_type& StreamOf(const std::string& channel);
   /// Fills in all of the header but the CRC.
   void FillHeader(const Stream& stream, int64_t tick, int64_t sim_time_us,
                   morphbus::header_t* header);
   /// Numbers, hashes, keeps and publishes what stands in scratch_.
-  void Commit(const std::string& channel, Stream* stream, int64_t tick);
+  void Commit(Streams::value_type* to, int64_t tick);
 
   Bus* bus_;
   Sender sender_;
   Ledger* ledger_;
+  AnswerPause pause_;
   // By full name of the channel.
-  std::map<std::string, Stream> streams_;
+  Streams streams_;
   // The message that is being sent, encoded; used again and again.
   std::vector<uint8_t> scratch_;
   /// Between Hold and Release.
   bool held_ = false;
-  std::vector<std::pair<std::string, int64_t>> outgoing_;  ///< Channel, number: held back.
-  std::vector<std::vector<uint8_t>> spare_;                ///< Buffers of messages no longer kept.
+  /// The channels of messages that are held back, and their places among the kept ones.
+  std::vector<std::pair<const Streams::value_type*, const Kept*>> outgoing_;
+  std::vector<std::vector<uint8_t>> spare_;  ///< Buffers of messages no longer kept.
 };
 
 template <class M>
 void Outbox::Send(const std::string& channel, int64_t tick, int64_t sim_time_us, M* message) {
-  Stream& stream = StreamOf(channel);
-  FillHeader(stream, tick, sim_time_us, &message->header);
+  Streams::value_type& to = StreamOf(channel);
+  FillHeader(to.second, tick, sim_time_us, &message->header);
   Encode(*message, &scratch_);
-  Commit(channel, &stream, tick);
+  Commit(&to, tick);
 }
 
 }  // namespace morphbus::bridge

@@ -3,6 +3,7 @@
 // from an arbitrary start.
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <limits>
@@ -32,8 +33,9 @@ struct LockstepTiming {
   int64_t run_silence_us = 5'000'000;
   /// Modules and the logger give the run up after so long without a word from the sim.
   int64_t lost_us = 10'000'000;
-  /// While the sim holds still (pause, or a slow pace), it repeats CLOCK so often.
-  int64_t heartbeat_us = 1'000'000;
+  /// While the sim holds still (pause, a slow pace, processes that have not joined), it repeats
+  /// CLOCK so often; well below linger_us, so that an END that was not the sim's lets nobody leave.
+  int64_t heartbeat_us = 500'000;
   /// A process that has acknowledged END leaves after so much silence even if KIND_BYE never comes.
   int64_t linger_us = 1'000'000;
 };
@@ -61,9 +63,32 @@ class ResponseTime {
   int64_t deviation_us_ = 0;
 };
 
-/// When to ask again: after a pause that is chosen by who arms the timer; from the fourth request
-/// on to which nothing came, after twice as long each time, up to ask_at_most_us if it was not
-/// longer from the beginning.
+/// How many times as long as answers usually take is waited for them. An answer that comes twice
+/// was asked for too soon: if most do, the next ones get twice the time; else each one that comes
+/// once, so that it or the question had been lost, takes half of it back. So where messages are
+/// lost nobody waits long, and where none is lost nobody asks.
+class Caution {
+ public:
+  /// So many answers to a tick were asked for, and so many of them came twice. (Some may, because
+  /// the bus doubles messages.)
+  void Learn(int asked, int twice) {
+    if (2 * twice > asked) {
+      factor_ = std::min(kMost, 2 * factor_);
+    } else {
+      factor_ = std::max(kLeast, std::pow(kTakenBack, asked - twice) * factor_);
+    }
+  }
+  [[nodiscard]] double factor() const { return factor_; }
+
+ private:
+  static constexpr double kLeast = 0.5, kMost = 32, kTakenBack = 0.5;
+  /// At first nothing is known of losses, and most runs have none.
+  double factor_ = 24;
+};
+
+/// When to ask again: after a pause that is chosen by who arms the timer; from the seventeenth
+/// request on to which nothing came, after twice as long each time, up to ask_at_most_us if it was
+/// not longer from the beginning.
 class RetryTimer {
  public:
   /// Whether anything is waited for at all.
@@ -77,8 +102,10 @@ class RetryTimer {
     due_us_ = now_us + interval_us_;
   }
   /// Some of what is missing has come: the next pauses are short again.
-  void Progress() {
-    interval_us_ = first_us_;
+  void Progress() { Progress(first_us_); }
+  /// The same, and from the next request on they are this long.
+  void Progress(int64_t pause_us) {
+    first_us_ = interval_us_ = pause_us;
     in_vain_ = 0;
   }
   /// Nothing is missing any more.
@@ -87,7 +114,7 @@ class RetryTimer {
   bool Fire(int64_t now_us, const LockstepTiming& timing) {
     if (now_us < due_us_) return false;
     // A few requests or answers in a row may well be lost.
-    constexpr int kSoonAgain = 3;
+    constexpr int kSoonAgain = 16;
     if (++in_vain_ > kSoonAgain) {
       interval_us_ = std::max(first_us_, std::min(2 * interval_us_, timing.ask_at_most_us));
     }
@@ -135,8 +162,15 @@ class SilenceMeter {
 /// and must be told so that it can refuse us by name.
 class HelloTimer {
  public:
-  /// HELLO went out, for whatever reason; the next one is due half a second later.
-  void Said(int64_t now_us) { due_us_ = now_us + SilenceMeter::kLongestStep; }
+  /// HELLO went out, for whatever reason; the next one is due soon, and then less and less soon.
+  void Said(int64_t now_us) {
+    due_us_ = now_us + pause_us_;
+    pause_us_ = std::min(2 * pause_us_, SilenceMeter::kLongestStep);
+  }
+  /// When Fire must be called at the latest; the largest number there is once CLOCK was heard.
+  [[nodiscard]] int64_t due_us() const {
+    return sim_heard_ ? std::numeric_limits<int64_t>::max() : due_us_;
+  }
   /// CLOCK has come: from now on HELLO is said only when CLOCK asks for it.
   void SimHeard() { sim_heard_ = true; }
   /// Whether CLOCK has ever come.
@@ -149,9 +183,10 @@ class HelloTimer {
   }
 
  private:
-  /// Whether CLOCK has come, and when HELLO is due until it does.
+  /// Whether CLOCK has come, when HELLO is due until it does, and the pause after that; µs.
   bool sim_heard_ = false;
   int64_t due_us_ = 0;
+  int64_t pause_us_ = 50'000;
 };
 
 }  // namespace morphbus::bridge

@@ -11,8 +11,21 @@ void MissingNumbers::Add(int64_t first, int64_t end) {
   while (numbers_.size() > static_cast<size_t>(kMost)) numbers_.erase(numbers_.begin());
 }
 
-SequenceTracker::Kind SequenceTracker::Take(int64_t sequence, Ledger* ledger) {
+void SequenceTracker::Remember(size_t numbers) {
+  if (numbers > seen_.size()) seen_.resize(numbers);
+}
+
+bool SequenceTracker::Note(int64_t sequence, uint64_t digest) {
+  Seen& seen = seen_[static_cast<size_t>(sequence) % seen_.size()];
+  if (seen.sequence == sequence) return seen.digest == digest;
+  // A number that is older than what stands in its place is too old to be compared.
+  if (seen.sequence < sequence) seen = {sequence, digest};
+  return true;
+}
+
+SequenceTracker::Kind SequenceTracker::Take(int64_t sequence, uint64_t digest, Ledger* ledger) {
   constexpr int64_t kJustBefore = 64;
+  if (!Note(sequence, digest)) return Kind::kConflict;
   if (highest_ < 0) {
     highest_ = sequence;
     // Whatever came before we listened is not ours to miss, but may still arrive.

@@ -1,12 +1,13 @@
 #pragma once
-// Gaps and repeats in the sequence numbers of what arrives.
+// Gaps, repeats and contradictions in the sequence numbers of what arrives.
 
 #include <cstdint>
-#include <map>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "bridge/bus/bus.h"
+#include "compiler/base/text_hash.h"
 
 namespace morphbus::bridge {
 
@@ -32,19 +33,35 @@ class MissingNumbers {
 class SequenceTracker {
  public:
   /// What a number was: the next one, one beyond a gap, one from within a gap that comes after all,
-  /// or one that came before.
-  enum class Kind : uint8_t { kNext, kAfterGap, kLate, kDuplicate };
-  /// Takes a number; counts gaps into `ledger->lost` and repeats into `ledger->duplicates`. The
-  /// first number ever taken opens the row, whatever it is.
-  Kind Take(int64_t sequence, Ledger* ledger);
+  /// one that came before with the same bytes (or so long ago that nobody knows), or one that came
+  /// before with others.
+  enum class Kind : uint8_t { kNext, kAfterGap, kLate, kDuplicate, kConflict };
+  /// Takes a number, with a hash of the bytes that stand under it (DigestOf); counts gaps into
+  /// `ledger->lost` and repeats into `ledger->duplicates`. Of a number with other bytes than those
+  /// that came first nothing is counted here. The first number ever taken opens the row, whatever
+  /// it is; the caller makes sure that no number is far ahead.
+  Kind Take(int64_t sequence, uint64_t digest, Ledger* ledger);
+
+  /// Remembers the bytes of so many of the last numbers; 64 before it is called.
+  void Remember(size_t numbers);
 
  private:
+  /// A number that was taken, and the hash of its bytes.
+  struct Seen {
+    int64_t sequence = -1;
+    uint64_t digest = 0;
+  };
+  /// Notes the bytes of a number. Returns false if others are known.
+  bool Note(int64_t sequence, uint64_t digest);
+
   /// The highest number taken; -1 before the first one.
   int64_t highest_ = -1;
   MissingNumbers missing_;  ///< Below it.
+  /// The last numbers, each at the place that is its remainder.
+  std::vector<Seen> seen_ = std::vector<Seen>(64);
 };
 
 /// A tracker for each channel that a process listens to; by any name that tells them apart.
-using SequenceTrackers = std::map<std::string, SequenceTracker, std::less<>>;
+using SequenceTrackers = TextTable<SequenceTracker>;
 
 }  // namespace morphbus::bridge

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "bridge/lockstep/fingerprint.h"
 #include "bridge/lockstep/participant.h"
@@ -9,8 +10,6 @@
 
 namespace morphbus::bridge {
 namespace {
-
-using Kind = SimAction::Kind;
 
 /// Whether every flag is set.
 bool All(const std::vector<bool>& flags) {
@@ -25,12 +24,23 @@ SimLockstep::SimLockstep(const Config& config) : config_(config) {
   hello_.assign(modules + (config.logger ? 1 : 0), false);
   end_acked_ = hello_;
   // Only modules answer ticks; the logger acknowledges in its own time.
-  answered_.assign(modules, false);
+  answered_ = leaving_ = lost_ = std::vector<bool>(modules, false);
+  asked_for_.assign(modules, -1);
   if (config_.realtime && config_.speed <= 0) config_.speed = 1;
 }
 
 bool SimLockstep::AllGreeted() const { return All(hello_); }
-bool SimLockstep::AllAnswered() const { return All(answered_); }
+bool SimLockstep::AllAnswered() const { return NumMissing() == 0; }
+
+bool SimLockstep::AnyLeaving() const {
+  return std::find(leaving_.begin(), leaving_.end(), true) != leaving_.end();
+}
+
+void SimLockstep::AskToLeave(Actions* out) const {
+  for (size_t i = 0; i < leaving_.size(); ++i) {
+    if (leaving_[i]) out->push_back({SimAction::Kind::kAskToLeave, tick_, static_cast<int>(i)});
+  }
+}
 
 // What the logger has not acknowledged must still be kept by everybody, hence the window.
 bool SimLockstep::WindowOpen() const {
@@ -51,24 +61,28 @@ void SimLockstep::Rebase(int64_t now_us) {
   pace_base_tick_ = tick_;
 }
 
-int64_t SimLockstep::Patience() const {
-  // The first guess: processors are shared by more modules than there are of them.
-  const int64_t first_us = config_.timing.ask_after_us * (8 + config_.num_modules) / 8;
-  return response_.patience_us(first_us, config_.timing);
-}
-
-void SimLockstep::Begin(int64_t now_us, Actions* out) {
-  // Tick 0 is published at once and repeated until everybody has joined.
+void SimLockstep::Begin(int64_t now_us, Actions* /*out*/) {
+  // They say HELLO until they hear CLOCK. It comes when all are there, or when that takes long.
   phase_ = Phase::kStart;
   silence_.Heard(now_us);
   Rebase(now_us);
-  PublishTick(now_us, out);
+  heartbeat_due_us_ = now_us + config_.timing.heartbeat_us;
+}
+
+void SimLockstep::PublishClock(int64_t now_us, Actions* out) {
+  out->push_back(
+      {clock_out_ == tick_ ? SimAction::Kind::kRepeatClock : SimAction::Kind::kPublishClock, tick_,
+       -1});
+  clock_out_ = tick_;
+  heartbeat_due_us_ = now_us + config_.timing.heartbeat_us;
 }
 
 void SimLockstep::PublishTick(int64_t now_us, Actions* out) {
-  out->push_back({Kind::kPublishTick, tick_, -1});
-  heartbeat_due_us_ = now_us + config_.timing.heartbeat_us;
-  ask_.Arm(now_us, Patience());
+  PublishClock(now_us, out);
+  out->push_back({SimAction::Kind::kPublishReadings, tick_, -1});
+  readings_out_ = tick_;
+  published_us_ = now_us;
+  ask_.Arm(now_us, Patience(config_.num_modules));
 }
 
 bool SimLockstep::NoteFirst(int index, int64_t now_us, std::vector<bool>* flags) {
@@ -79,28 +93,35 @@ bool SimLockstep::NoteFirst(int index, int64_t now_us, std::vector<bool>* flags)
 }
 
 void SimLockstep::OnHello(int process, int64_t now_us, Actions* out) {
-  if (phase_ != Phase::kStart || !NoteFirst(process, now_us, &hello_)) return;
-  // Once the last one is there, whoever joined after tick 0 went out gets it at once.
-  if (AllGreeted() && !AllAnswered()) {
-    out->push_back({Kind::kRepeatTick, tick_, -1});
-    ask_.Arm(now_us, Patience());
-  }
+  // After an early end, whoever joins now must still hear of it.
+  const bool joins = phase_ == Phase::kStart || phase_ == Phase::kEnding;
+  if (!joins || !NoteFirst(process, now_us, &hello_) || phase_ == Phase::kEnding) return;
+  if (AllGreeted()) PublishTick(now_us, out);
   TryAdvance(now_us, out);
 }
 
 void SimLockstep::OnActuator(int module, int64_t tick, int64_t now_us, Actions* out) {
   if (phase_ != Phase::kStart && phase_ != Phase::kRun) return;
-  if (tick != tick_ || !NoteFirst(module, now_us, &answered_)) return;
-  // The answer by which half of them are there tells how fast modules are here and now; after some
-  // were asked it would tell how fast they are asked. To tick 0 they answer when they have started.
-  ++num_answers_;
-  if (2 * num_answers_ >= config_.num_modules && !measured_) {
-    measured_ = true;
-    const bool unasked = phase_ == Phase::kRun && asked_tick_ != tick_;
-    if (unasked) response_.Measured(3 * (now_us - published_us_));
+  const bool first = tick == tick_ && NoteFirst(module, now_us, &answered_);
+  if (!first) {
+    // It has come before, so that the request for it was not needed. What comes later is mostly for
+    // the logger, which asks for answers to ticks that are over.
+    const bool fresh = tick == tick_ || now_us - published_us_ < config_.timing.ask_at_least_us;
+    if (module < 0 || module >= config_.num_modules || asked_for_[module] != tick || !fresh) return;
+    asked_for_[module] = -1;
+    ++num_twice_;
+    return;
   }
-  // While processes still start, answers trickle in, and nobody is hurried.
-  if (phase_ == Phase::kRun) ask_.Progress();
+  ++num_answers_;
+  answered_us_ = now_us;
+  // Whatever came twice of the tick before has come before this. How long to wait may have changed.
+  if (num_answers_ == 1 && num_asked_ > 0 && asked_tick_ < tick_) {
+    LearnFromRequests();
+    ask_.Arm(published_us_, Patience(config_.num_modules));
+  }
+  if (AllAnswered()) Measure();
+  // What is missing now decides how long the next request waits.
+  if (NumMissing() > 0) ask_.Progress(Patience(NumMissing()));
   TryAdvance(now_us, out);
 }
 
@@ -113,6 +134,14 @@ void SimLockstep::OnLogAck(int64_t tick, int64_t now_us, Actions* out) {
 }
 
 void SimLockstep::OnEndAck(int process, int64_t now_us, Actions* out) {
+  // A module that was told to leave says by this that it has.
+  if (process >= 0 && process < config_.num_modules && leaving_[process]) {
+    leaving_[process] = false;
+    lost_[process] = end_acked_[process] = true;
+    silence_.Heard(now_us);
+    if (phase_ == Phase::kEnding) return ConcludeIfAcknowledged(now_us, out);
+    return TryAdvance(now_us, out);
+  }
   // Only an acknowledgement of an END that is out can mean anything.
   if (phase_ != Phase::kEnding || !NoteFirst(process, now_us, &end_acked_)) return;
   ConcludeIfAcknowledged(now_us, out);
@@ -133,6 +162,19 @@ void SimLockstep::TryAdvance(int64_t now_us, Actions* out) {
   if (config_.realtime) return TryRealtime(now_us, out);
   if (!AllAnswered()) return;
   if (paused_ && steps_ == 0 && !stop_) return Hold();
+  // Whoever is to be gone in the next tick leaves after its answer to this one. A run that ends now
+  // loses nobody.
+  if (AnyLeaving() && !stop_) {
+    holding_ = false;
+    if (asked_to_leave_tick_ == tick_) return;
+    asked_to_leave_tick_ = tick_;
+    AskToLeave(out);
+    return ask_.Arm(now_us, config_.timing.ask_after_us);
+  }
+  if (barrier_ && !stop_) {
+    if (!std::exchange(at_barrier_, true)) out->push_back({SimAction::Kind::kAtBarrier, tick_, -1});
+    return Hold();
+  }
   // Too far ahead of the logger: the ask timer polls it until it has caught up.
   if (!WindowOpen()) {
     holding_ = false;
@@ -157,6 +199,8 @@ void SimLockstep::TryRealtime(int64_t now_us, Actions* out) {
   if (now_us < PacedStartUs(tick_ + 1) && !stop_) return;
   // The wall does not wait: who has not answered by now missed a deadline.
   missed_deadlines_ += std::count(answered_.begin(), answered_.end(), false);
+  // Whoever was told to leave may not have heard it.
+  AskToLeave(out);
   // A sim that fell far behind the wall, or was stopped, does not rush to catch up.
   if (now_us >= PacedStartUs(tick_ + 1 + kHopelesslyLate)) {
     missed_deadlines_ += kHopelesslyLate;
@@ -169,14 +213,15 @@ void SimLockstep::TryRealtime(int64_t now_us, Actions* out) {
 }
 
 void SimLockstep::AdvanceOneTick(int64_t now_us, Actions* out) {
-  num_answers_ = 0;
-  measured_ = false;
-  published_us_ = now_us;
+  if (tick_ > asked_tick_) LearnFromRequests();
   // The commands of this tick move the robot; the next tick begins unanswered.
-  out->push_back({Kind::kAdvance, tick_, -1});
+  out->push_back({SimAction::Kind::kAdvance, tick_, -1});
   ++tick_;
   if (paused_ && steps_ > 0) --steps_;
-  answered_.assign(answered_.size(), false);
+  // For those that are lost nobody waits.
+  answered_ = lost_;
+  num_lost_ = static_cast<int>(std::count(lost_.begin(), lost_.end(), true));
+  num_answers_ = 0;
   holding_ = false;
   phase_ = Phase::kRun;
   // After the last tick comes END instead of sensors; else the next tick goes out and is awaited.
@@ -193,16 +238,24 @@ void SimLockstep::Hold() {
 /// CLOCK comes now and then though the tick stays the same, so that nobody gives us up.
 void SimLockstep::Heartbeat(int64_t now_us, Actions* out) {
   if (now_us < heartbeat_due_us_ || phase_ >= Phase::kEnding) return;
-  heartbeat_due_us_ = now_us + config_.timing.heartbeat_us;
-  out->push_back({Kind::kRepeatTick, tick_, -1});
+  PublishClock(now_us, out);
+  if (readings_out_ == tick_) out->push_back({SimAction::Kind::kRepeatReadings, tick_, -1});
 }
 
 void SimLockstep::EnterEnding(int64_t now_us, Actions* out) {
+  // Acknowledging takes about as long as answering a tick. Who has acknowledged leaves when it
+  // hears nothing for a while, so END is said again often enough that no loss makes anybody miss it
+  // so long.
+  constexpr int64_t kEndsAWhile = 16;
+  const int64_t pause_us =
+      std::min(Patience(config_.num_modules), config_.timing.linger_us / kEndsAWhile);
   phase_ = Phase::kEnding;
   holding_ = false;
+  // A run that ends before it has begun still has one whole tick.
+  if (readings_out_ < 0) PublishTick(now_us, out);
   // Everybody is told and must acknowledge; END is repeated by the ask timer until then.
-  out->push_back({Kind::kPublishEnd, tick_, -1});
-  ask_.Arm(now_us, config_.timing.ask_after_us);
+  out->push_back({SimAction::Kind::kPublishEnd, tick_, -1});
+  ask_.Arm(now_us, pause_us);
   silence_.Heard(now_us);
   ConcludeIfAcknowledged(now_us, out);
 }
@@ -213,9 +266,9 @@ bool SimLockstep::all_modules_acknowledged() const {
 }
 
 void SimLockstep::ConcludeIfAcknowledged(int64_t now_us, Actions* out) {
-  // Who never joined cannot acknowledge.
-  for (size_t i = 0; i < hello_.size(); ++i) {
-    if (hello_[i] && !end_acked_[i]) return;
+  // Who has not joined cannot acknowledge, but may be about to join: CheckSilence ends the wait.
+  for (int i = 0; i < static_cast<int>(hello_.size()); ++i) {
+    if (!end_acked_[i] && (hello_[i] || !IsSilent(i))) return;
   }
   Conclude(now_us, out);
 }
@@ -231,49 +284,17 @@ void SimLockstep::Conclude(int64_t now_us, Actions* out) {
   // The log's END must say how the run ended, so the logger is told and has to confirm it.
   if (!config_.logger || !end_acked_[logger_number()]) return Finish(out);
   phase_ = Phase::kConcluding;
-  out->push_back({Kind::kTellVerdict, tick_, logger_number()});
+  out->push_back({SimAction::Kind::kTellVerdict, tick_, logger_number()});
   ask_.Arm(now_us, config_.timing.ask_after_us);
   silence_.Heard(now_us);
 }
 
 void SimLockstep::Finish(Actions* out) {
   // Nobody acknowledges KIND_BYE: who misses it leaves after a second of silence.
-  out->push_back({Kind::kBye, tick_, -1});
-  out->push_back({Kind::kFinish, tick_, -1});
+  out->push_back({SimAction::Kind::kBye, tick_, -1});
+  out->push_back({SimAction::Kind::kFinish, tick_, -1});
   phase_ = Phase::kDone;
   ask_.Disarm();
-}
-
-void SimLockstep::OnAskTimer(int64_t now_us, Actions* out) {
-  // After the last tick only END and the verdict are repeated.
-  if (phase_ == Phase::kEnding) {
-    out->push_back({Kind::kRepeatEnd, tick_, -1});
-    return;
-  }
-  if (phase_ == Phase::kConcluding) {
-    out->push_back({Kind::kTellVerdict, tick_, logger_number()});
-    return;
-  }
-  // All answers are there, so if we wait it is for the logger.
-  if (AllAnswered() && AllGreeted()) {
-    if (!WindowOpen()) out->push_back({Kind::kPollLogger, tick_, -1});
-    return;
-  }
-  // Losses leave some answers of many; where none is there yet, all of them are slower than usual.
-  constexpr int kMany = 4;
-  const bool first = asked_tick_ != tick_ && phase_ == Phase::kRun;
-  if (first && num_answers_ == 0 && config_.num_modules >= kMany) {
-    response_.Measured(2 * Patience());
-  }
-  asked_tick_ = tick_;
-  out->push_back({Kind::kRepeatTick, tick_, -1});
-  heartbeat_due_us_ = now_us + config_.timing.heartbeat_us;
-  // SENSORS again may be all that a module lacks; the request reaches one that has answered.
-  for (size_t i = 0; i < answered_.size(); ++i) {
-    if (hello_[i] && !answered_[i]) {
-      out->push_back({Kind::kAskModule, tick_, static_cast<int>(i)});
-    }
-  }
 }
 
 bool SimLockstep::IsSilent(int process) const {
@@ -316,6 +337,8 @@ void SimLockstep::GiveUpOnSilent(int64_t now_us, Actions* out) {
       awaited = !hello_[i];
     } else if (!AllAnswered()) {
       awaited = i < config_.num_modules && !answered_[i];
+    } else if (AnyLeaving()) {
+      awaited = i < config_.num_modules && leaving_[i];
     }
     if (awaited) silent_.push_back(i);
   }
@@ -336,7 +359,7 @@ void SimLockstep::OnPublished(int64_t now_us) {
   silence_.Heard(now_us);
   published_us_ = now_us;
   // The time to answer begins now, not when the physics began.
-  if (ask_.armed() && phase_ <= Phase::kRun) ask_.Arm(now_us, Patience());
+  if (ask_.armed() && phase_ <= Phase::kRun) ask_.Arm(now_us, Patience(config_.num_modules));
 }
 
 void SimLockstep::Stop(bool at_once, int64_t now_us, Actions* out) {
@@ -377,6 +400,23 @@ void SimLockstep::SetSpeed(double speed, int64_t now_us, Actions* out) {
   TryAdvance(now_us, out);
 }
 
+void SimLockstep::Lose(int module, int64_t now_us, Actions* out) {
+  if (phase_ >= Phase::kEnding || lost(module)) return;
+  leaving_[module] = true;
+  // The wall does not wait for anybody's farewell.
+  if (config_.realtime) {
+    lost_[module] = true;
+    if (!answered_[module]) ++num_answers_;
+    answered_[module] = true;
+  }
+  TryAdvance(now_us, out);
+}
+
+void SimLockstep::PassBarrier(int64_t now_us, Actions* out) {
+  barrier_ = at_barrier_ = false;
+  TryAdvance(now_us, out);
+}
+
 int64_t SimLockstep::next_deadline_us() const {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return kNever;
   // The earliest of what can become due by itself.
@@ -390,8 +430,9 @@ int64_t SimLockstep::next_deadline_us() const {
 }
 
 std::string SimLockstep::Fingerprint() const {
-  return PrintOf(phase_, tick_, acknowledged_, steps_, hello_, answered_, end_acked_, stop_,
-                 paused_, holding_, ask_.armed(), silent_);
+  return PrintOf(phase_, tick_, acknowledged_, steps_, hello_, answered_, end_acked_, leaving_,
+                 lost_, barrier_, at_barrier_, asked_to_leave_tick_ == tick_, stop_, paused_,
+                 holding_, ask_.armed(), silent_);
 }
 
 }  // namespace morphbus::bridge

@@ -17,16 +17,25 @@ namespace morphbus::bridge {
 /// it is for nobody in particular.
 struct SimAction {
   enum class Kind : uint8_t {
-    /// Publish CLOCK, SENSORS and WORLD of `tick`, for the first time.
-    kPublishTick,
-    /// Publish CLOCK and SENSORS of `tick` again, byte for byte.
-    kRepeatTick,
+    /// Publish CLOCK of `tick`, for the first time. That of tick 0 also asks who is there, should
+    /// not everybody join by himself.
+    kPublishClock,
+    /// Publish SENSORS and WORLD of `tick`, for the first time.
+    kPublishReadings,
+    /// Publish CLOCK of `tick` again, byte for byte.
+    kRepeatClock,
+    /// Publish SENSORS of `tick` again, as far as modules that have not answered need it.
+    kRepeatReadings,
     /// Apply the commands of `tick` and step the robot by one control tick.
     kAdvance,
     /// Ask module `process` for its ACTUATOR of `tick`, which is missing.
     kAskModule,
     /// Ask the logger up to which tick it has everything (ASK, KIND_POLL).
     kPollLogger,
+    /// Ask module `process` to leave the run (ASK, KIND_LEAVE).
+    kAskToLeave,
+    /// All is there for the next tick, which waits for PassBarrier.
+    kAtBarrier,
     /// Publish CLOCK with PHASE_END; `tick` is the one after the last.
     kPublishEnd,
     /// Publish that CLOCK again, for whoever has not acknowledged it.
@@ -70,11 +79,12 @@ class SimLockstep {
 
   // Events. `process`: 0..num_modules-1, the logger is num_modules. Unknown or old news changes
   // nothing.
-  /// Publishes tick 0; from now on everything is awaited.
+  /// From now on everybody is awaited.
   void Begin(int64_t now_us, Actions* out);
-  /// A process has joined. Once all have, and have answered tick 0, the run begins.
+  /// A process has joined. Once all have, tick 0 goes out; answered by all, the run begins.
   void OnHello(int process, int64_t now_us, Actions* out);
-  /// A module has answered a tick; other ticks than the present one change nothing.
+  /// A module has answered a tick. An answer that was there before, though it was asked for, shows
+  /// that we ask too soon; answers to other ticks than the present one change nothing else.
   void OnActuator(int module, int64_t tick, int64_t now_us, Actions* out);
   /// The logger has everything up to and with this tick.
   void OnLogAck(int64_t tick, int64_t now_us, Actions* out);
@@ -100,6 +110,13 @@ class SimLockstep {
   void Step(int64_t ticks, int64_t now_us, Actions* out);
   /// Changes the pace: times real time, 0 for as fast as possible.
   void SetSpeed(double speed, int64_t now_us, Actions* out);
+  /// From the next tick on the run goes on without this module: before that tick it is asked to
+  /// leave, and acknowledges as it would END. In real time nobody waits for that.
+  void Lose(int module, int64_t now_us, Actions* out);
+  /// Lockstep only: the next tick is not begun before PassBarrier, so that something can be done
+  /// between two ticks that takes time. Once all is there for it kAtBarrier says so, once.
+  void SetBarrier() { barrier_ = true; }
+  void PassBarrier(int64_t now_us, Actions* out);
 
   /// When OnTime must be called at the latest; kNever if only an event can change anything.
   [[nodiscard]] int64_t next_deadline_us() const;
@@ -118,6 +135,13 @@ class SimLockstep {
   [[nodiscard]] bool ok() const { return done() && silent_.empty(); }
   /// Who kept silent too long; empty while all is well.
   [[nodiscard]] const std::vector<int>& silent() const { return silent_; }
+  /// The run goes on without this module, or will from the next tick on.
+  [[nodiscard]] bool lost(int module) const { return lost_[module] || leaving_[module]; }
+  /// It has left: nothing that it may still say counts.
+  [[nodiscard]] bool gone(int module) const { return lost_[module]; }
+  /// Whether a module, or every module, has answered the tick that is out.
+  [[nodiscard]] bool answered(int module) const { return answered_[module]; }
+  [[nodiscard]] bool AllAnswered() const;
   /// Whether a process has said HELLO and was accepted.
   [[nodiscard]] bool greeted(int process) const { return hello_[process]; }
   /// The last tick of which the logger has everything; -1 for none.
@@ -136,8 +160,6 @@ class SimLockstep {
 
   /// Every process, the logger included, has joined.
   [[nodiscard]] bool AllGreeted() const;
-  /// Every module has sent ACTUATOR of the present tick.
-  [[nodiscard]] bool AllAnswered() const;
   /// The logger is close enough behind for another tick.
   [[nodiscard]] bool WindowOpen() const;
   /// Wall time at which a tick begins at the chosen speed.
@@ -148,6 +170,12 @@ class SimLockstep {
   bool NoteFirst(int index, int64_t now_us, std::vector<bool>* flags);
   /// Publishes the present tick, whose answers are awaited from now on.
   void PublishTick(int64_t now_us, Actions* out);
+  /// Somebody has been told to leave and has not acknowledged it.
+  [[nodiscard]] bool AnyLeaving() const;
+  /// Requests to all of those.
+  void AskToLeave(Actions* out) const;
+  /// Publishes the present tick's CLOCK, or repeats it.
+  void PublishClock(int64_t now_us, Actions* out);
   /// Goes on to the next tick if nothing is missing and it is time.
   void TryAdvance(int64_t now_us, Actions* out);
   /// The same where the wall decides when it is time, whoever has answered.
@@ -162,8 +190,18 @@ class SimLockstep {
   void Conclude(int64_t now_us, Actions* out);
   /// Lets everybody go and ends the machine's work.
   void Finish(Actions* out);
-  /// How long to wait for answers before they are asked for, microseconds.
-  [[nodiscard]] int64_t Patience() const;
+  /// How long all answers to a tick usually take, microseconds.
+  [[nodiscard]] int64_t UsualUs() const;
+  /// How long to wait for `missing` answers before they are asked for, microseconds.
+  [[nodiscard]] int64_t Patience(int missing) const;
+  /// Learns from the answers that were asked for in a tick before the present one.
+  void LearnFromRequests();
+  /// Learns from the answers of a tick that came before any was asked for.
+  void Measure();
+  /// Answers that the present tick still lacks.
+  [[nodiscard]] int NumMissing() const { return config_.num_modules - num_lost_ - num_answers_; }
+  /// Asks for answers to the present tick, and repeats what those modules may have missed.
+  void AskForAnswers(int64_t now_us, Actions* out);
   /// Stops asking, because it is the sim itself that does not go on.
   void Hold();
   /// Repeats CLOCK and SENSORS if nothing was published for LockstepTiming::heartbeat_us.
@@ -185,6 +223,12 @@ class SimLockstep {
   int64_t tick_ = 0;
   // By process (answered_: by module): has joined, has answered tick_, has acknowledged END.
   std::vector<bool> hello_, answered_, end_acked_;
+  // By module: was told to leave, and has not acknowledged; nobody waits for it any more.
+  std::vector<bool> leaving_, lost_;
+  int num_lost_ = 0;
+  int64_t asked_to_leave_tick_ = -1;  ///< The last tick in which somebody was asked to.
+  // The next tick waits for PassBarrier, and kAtBarrier was given out.
+  bool barrier_ = false, at_barrier_ = false;
   // Last tick of which the logger has everything.
   int64_t acknowledged_ = -1;
   // stop_: end after the present tick.
@@ -192,13 +236,20 @@ class SimLockstep {
   bool holding_ = false;  ///< All is there, but it is not time for the next tick.
   int64_t steps_ = 0;     ///< Ticks to run though paused.
   RetryTimer ask_;
-  // How long modules take to answer a tick: three times as long as the faster half of them take
-  // from when it was published. `asked_tick_` is the last tick in which somebody was asked.
+  // How long it takes until no more answers come unasked; when the present one was published, how
+  // many have answered it, and when the last of them did. `asked_tick_` is the last tick in which
+  // somebody was asked, `asked_for_` the tick that each module was last asked for, -1 once that is
+  // settled.
   ResponseTime response_;
-  int64_t published_us_ = 0;
+  Caution caution_;
+  int64_t published_us_ = 0, answered_us_ = 0;
   int num_answers_ = 0;
-  bool measured_ = false;
   int64_t asked_tick_ = -1;
+  std::vector<int64_t> asked_for_;
+  // How many modules were asked in that tick, and how many of their answers came twice.
+  int num_asked_ = 0, num_twice_ = 0;
+  // The last tick whose CLOCK, and whose SENSORS and WORLD were published.
+  int64_t clock_out_ = -1, readings_out_ = -1;
   SilenceMeter silence_;
   // Wall times: when CLOCK is repeated, and when the tick began from which the pace counts.
   int64_t heartbeat_due_us_ = 0;

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <morphbus/actuator_t.hpp>
-#include <morphbus/sensors_t.hpp>
 #include <morphbus/sim_clock_t.hpp>
-#include <morphbus/world_t.hpp>
 #include <utility>
 
 #include "bridge/wire/vm_codec.h"
@@ -13,7 +11,6 @@
 namespace morphbus::bridge {
 namespace {
 
-using Kind = SimAction::Kind;
 using morphbus::ask_t;
 using morphbus::sim_clock_t;
 
@@ -23,9 +20,6 @@ SimLockstep::Config MachineConfig(const SimParticipantOptions& options) {
   config.num_modules = static_cast<int>(options.modules.size());
   return config;
 }
-
-/// Announcements a CLOCK carries at most; further ones wait for the next tick.
-constexpr size_t kMostControls = 5;
 
 }  // namespace
 
@@ -37,12 +31,19 @@ SimParticipant::SimParticipant(Bus* bus, SimulatedRobot* robot, const TimeSource
       options_(std::move(options)),
       channel_clock_(Channel(options_.run, kSimProcess, Topic::kClock)),
       channel_sensors_(Channel(options_.run, kSimProcess, Topic::kSensors)),
-      channel_world_(Channel(options_.run, kSimProcess, Topic::kWorld)) {
+      channel_world_(Channel(options_.run, kSimProcess, Topic::kWorld)),
+      punctuality_(static_cast<int>(options_.modules.size())) {
   // The machine calls processes by number: the modules in order of id, then the logger.
   for (const ExpectedModule& module : options_.modules) names_.push_back(module.name);
   if (options_.logger) names_.emplace_back(kLogProcess);
   claims_.assign(names_.size(), 0);
+  incarnations_.assign(names_.size(), 1);
+  heard_us_.assign(names_.size(), 0);
+  num_actuators_.assign(options_.modules.size(), 0);
+  num_status_ = num_actuators_;
   commands_.resize(options_.modules.size());
+  received_.resize(options_.modules.size());
+  reports_.resize(names_.size());
   // No command has come for any tick yet.
   for (morphbus::actuator_t& command : commands_) {
     command.header.tick = -1;
@@ -52,12 +53,15 @@ SimParticipant::SimParticipant(Bus* bus, SimulatedRobot* robot, const TimeSource
 
 void SimParticipant::Start() {
   // HELLO and ASK have one channel for all senders, ACTUATOR one for each module.
-  Listen(ChannelOf("", Topic::kHello), &SimParticipant::OnHello);
-  Listen(ChannelOf(kSimProcess, Topic::kAsk), &SimParticipant::OnAsk);
-  for (size_t i = 0; i < options_.modules.size(); ++i) {
-    Listen(ChannelOf(options_.modules[i].name, Topic::kActuator), &SimParticipant::OnActuator, i);
+  {
+    const HeldSubscriptions together(bus_);
+    Listen(ChannelOf("", Topic::kHello), &SimParticipant::OnHello);
+    Listen(ChannelOf(kSimProcess, Topic::kAsk), &SimParticipant::OnAsk);
+    for (size_t i = 0; i < options_.modules.size(); ++i) {
+      Listen(ChannelOf(options_.modules[i].name, Topic::kActuator), &SimParticipant::OnActuator, i);
+    }
   }
-  // From here on HELLOs are awaited; tick 0 goes out at once, for all that are listening already.
+  // From here on HELLOs are awaited; tick 0 goes out when all have said theirs.
   report_missing_due_us_ = now_us() + options_.timing.report_missing_us;
   Tell(&SimLockstep::Begin);
 }
@@ -85,17 +89,6 @@ void SimParticipant::RequestStop(const std::string& reason) {
 
 void SimParticipant::AnnounceControl(const std::string& text) {
   controls_.push_back(CutText(text, kLongestText));
-}
-
-void SimParticipant::Invoke(size_t module, const vm::InvokeRequest& request) {
-  MORPHBUS_CHECK(module < options_.modules.size());
-  requests_.emplace_back(module, request);
-}
-
-void SimParticipant::Deploy(size_t module, uint64_t hash, const std::vector<uint8_t>& image) {
-  MORPHBUS_CHECK(module < options_.modules.size());
-  MORPHBUS_CHECK(!image.empty() && image.size() <= vm::kMaxImageBytes);
-  deployments_.push_back({module, hash, image, 0});
 }
 
 std::vector<std::string> SimParticipant::missing_processes() const {
@@ -132,12 +125,21 @@ void SimParticipant::OnHello(const uint8_t* data, size_t size) {
       if (const std::string unfit = HelloError(process, hello); !unfit.empty())
         return Refuse(unfit);
       claim = hello.claim;
+      incarnations_[process] = static_cast<uint32_t>(hello.incarnation);
+      heard_us_[process] = now_us();
+      if (hello.incarnation > 1) Admit(process);
       return Tell(&SimLockstep::OnHello, process);
     }
-    // The same process says HELLO again until it hears CLOCK.
-    if (claim == hello.claim) return;
-    why = "a second process (pid " + std::to_string(hello.pid) + ") claims to be " + hello.process;
-    if (!machine_.started()) return Refuse(why);
+    // The same process says HELLO again until it hears CLOCK, or is told where the run is.
+    if (claim == hello.claim) return hello.incarnation > 1 ? Admit(process) : void();
+    if (static_cast<uint32_t>(hello.incarnation) > incarnations_[process]) {
+      why = TakePlace(process, hello);
+      if (why.empty()) return;
+    }
+    if (why.empty())
+      why =
+          "a second process (pid " + std::to_string(hello.pid) + ") claims to be " + hello.process;
+    if (!machine_.started() && hello.incarnation <= 1) return Refuse(why);
   }
   // A process that tries again and again is listed once.
   if (std::find(turned_away_.begin(), turned_away_.end(), why) != turned_away_.end()) return;
@@ -145,7 +147,7 @@ void SimParticipant::OnHello(const uint8_t* data, size_t size) {
 }
 
 void SimParticipant::OnActuator(size_t module, const uint8_t* data, size_t size) {
-  morphbus::actuator_t command;
+  morphbus::actuator_t& command = command_;
   // A command must be of the module whose channel it came on, and for all of its joints.
   const ExpectedModule& expected = options_.modules[module];
   const auto fits = [&] {
@@ -153,13 +155,37 @@ void SimParticipant::OnActuator(size_t module, const uint8_t* data, size_t size)
            (module >= sensed_.size() || command.num_joints == sensed_[module].num_joints);
   };
   if (!Accept(data, size, &command, fits)) return;
-  // Old and repeated commands count in the ledger; only the first one of this tick is used.
-  trackers_[expected.name].Take(command.header.sequence, &ledger_);
-  if (command.header.tick != machine_.tick()) return;
-  if (commands_[module].header.tick == command.header.tick) return;
-  // The command is kept until everybody has answered; only then does the robot move.
   const int64_t tick = command.header.tick;
-  commands_[module] = std::move(command);
+  const std::string channel = expected.name + "/ACTUATOR";
+  // Nobody can have computed a tick that is not out. In lockstep a command's number is its tick.
+  if (tick > machine_.tick() || tick < machine_.tick() - kKeptTicks ||
+      (!options_.realtime && command.header.sequence != tick)) {
+    return CountRefused(
+        &Ledger::outside_window, channel,
+        "tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));
+  }
+  // Old and repeated commands count in the ledger; only the first one of this tick is used.
+  const uint64_t digest = DigestOf(data, size);
+  SequenceTracker::Kind kind = SequenceTracker::Kind::kNext;
+  if (!Track(&trackers_[expected.name], channel, command.header.sequence, digest, &kind)) return;
+  if (machine_.gone(static_cast<int>(module))) return;
+  const bool late = options_.realtime && tick < machine_.tick();
+  if (late && kind != SequenceTracker::Kind::kDuplicate) {
+    punctuality_.CameLate(static_cast<int>(module), tick, now_us());
+  }
+  heard_us_[module] = now_us();
+  // In lockstep a module can have answered no tick but this one and those before.
+  if (options_.realtime || tick == machine_.tick()) {
+    num_actuators_[module] = std::max(num_actuators_[module], command.header.sequence + 1);
+    num_status_[module] = std::max(num_status_[module], command.status_count);
+  }
+  // The machine learns of those, too, whether it had asked for them.
+  const bool had = tick != machine_.tick() || commands_[module].header.tick == tick;
+  if (had) return Tell(&SimLockstep::OnActuator, static_cast<int>(module), tick);
+  // The command is kept until everybody has answered; only then does the robot move.
+  std::swap(commands_[module], command);
+  ++received_[module].count;
+  received_[module].hash.Update(data, size);
   Tell(&SimLockstep::OnActuator, static_cast<int>(module), tick);
 }
 
@@ -169,205 +195,122 @@ void SimParticipant::OnAsk(const uint8_t* data, size_t size) {
   // What only the logger or a module of the run may say is believed of nobody else.
   const int process = ProcessNumber(ask.sender);
   if (ask.kind == ask_t::KIND_RESEND) {
-    outbox_.Resend(ask.channel, ask.first_sequence, ask.last_sequence);
+    outbox_.Answer(ask.channel, ask.first_sequence, ask.last_sequence, now_us());
   } else if (ask.kind == ask_t::KIND_ACK && ask.sender == kLogProcess) {
     Tell(&SimLockstep::OnLogAck, ask.acknowledged_tick);
   } else if (ask.kind == ask_t::KIND_END_ACK && process >= 0) {
     TakeEndAck(process, ask);
   } else if (ask.kind == ask_t::KIND_VERDICT_ACK && ask.sender == kLogProcess) {
-    Tell(&SimLockstep::OnVerdictAck);
+    TakeVerdictAck(ask);
   }
 }
 
 void SimParticipant::TakeEndAck(int process, const ask_t& ask) {
-  if (ask.sender == kLogProcess) {
-    outcome_.recorded_hash = ask.run_hash;
-  } else {
-    // A module speaks for its own channels only.
-    for (const morphbus::channel_total_t& total : ask.totals) {
-      const std::optional<ChannelName> name = ParseChannel(total.channel);
-      if (!name || name->run != options_.run || name->process != ask.sender) continue;
-      module_totals_[total.channel] = {total.channel, total.count,
-                                       static_cast<uint64_t>(total.hash), IsHashed(name->topic)};
-    }
+  const bool leaves = ask.sender != kLogProcess && machine_.lost(process);
+  if (!machine_.ending() && !leaves) {
+    return CountRefused(&Ledger::false_ends, "SIM/ASK",
+                        ask.sender + " acknowledges an END that is not the sim's");
   }
-  Tell(&SimLockstep::OnEndAck, process);
+  // Every process says it again until all have said it; it must be the same.
+  switch (reports_[process].Take(ask)) {
+    case ReportParts::Kind::kContradicts:
+      CountRefused(&Ledger::conflicts, "SIM/ASK",
+                   ask.sender + " acknowledges END with other totals than before");
+      if (two_tongued_.empty()) two_tongued_ = ask.sender;
+      return;
+    case ReportParts::Kind::kComplete:
+      if (ask.sender == kLogProcess) outcome_.recorded_hash = ask.run_hash;
+      return Tell(&SimLockstep::OnEndAck, process);
+    case ReportParts::Kind::kPart:
+    case ReportParts::Kind::kRepeated:
+      return;
+  }
+}
+
+void SimParticipant::TakeVerdictAck(const ask_t& ask) {
+  // Somebody else may have told the logger something else.
+  if (ask.run_hash == verdict_.run_hash && ask.verdict == verdict_.verdict) {
+    return Tell(&SimLockstep::OnVerdictAck);
+  }
+  CountRefused(&Ledger::false_ends, "SIM/ASK", "LOG confirms another verdict than the sim's");
 }
 
 void SimParticipant::CarryOut(const SimAction& action) {
   switch (action.kind) {
+    case SimAction::Kind::kPublishClock:
+      return BeginTick(action.tick);
     // Sensing takes a while, during which nobody else is late.
-    case Kind::kPublishTick:
-      PublishTick(action.tick);
+    case SimAction::Kind::kPublishReadings:
+      // The robot cannot be sensed: the run ends.
+      if (!refusal_.empty()) return;
+      outbox_.TickBegun(now_us());
+      PublishSensors(action.tick);
+      PublishWorld(action.tick);
       machine_.OnPublished(now_us());
       if (after_tick_) after_tick_(action.tick);
       return;
+    case SimAction::Kind::kRepeatClock:
+      outbox_.Resend(channel_clock_, action.tick, action.tick);
+      return;
     // WORLD is not repeated: only the logger needs it, and asks for what it lacks.
-    case Kind::kRepeatTick:
-      Repeat(channel_clock_, action.tick, 1);
-      return Repeat(channel_sensors_, action.tick, static_cast<int>(sensors_parts_.size()));
-    case Kind::kAdvance:
-      return Advance();
-    case Kind::kAskModule:
+    case SimAction::Kind::kRepeatReadings:
+      return RepeatSensors(action.tick);
+    case SimAction::Kind::kAdvance:
+      return Advance(action.tick);
+    case SimAction::Kind::kAskModule:
       // In lockstep the number is the tick; in real time nobody asks.
       return AskForResend(names_[action.process], Topic::kActuator, action.tick, action.tick);
     // The header of the request says at which tick the sim is.
-    case Kind::kPollLogger:
+    case SimAction::Kind::kPollLogger:
       ++ledger_.asked;
       return Ask(kLogProcess, MakeAsk(ask_t::KIND_POLL));
-    case Kind::kPublishEnd:
+    case SimAction::Kind::kPublishEnd:
       return PublishClock(action.tick, sim_clock_t::PHASE_END);
+    case SimAction::Kind::kAskToLeave:
+      return Ask(names_[action.process], MakeAsk(ask_t::KIND_LEAVE));
+    case SimAction::Kind::kAtBarrier:
+      return at_barrier_ ? at_barrier_() : PassBarrier();
     // END is the last message on CLOCK.
-    case Kind::kRepeatEnd: {
+    case SimAction::Kind::kRepeatEnd: {
       const int64_t last = outbox_.count(channel_clock_) - 1;
       outbox_.Resend(channel_clock_, last, last);
       return;
     }
-    case Kind::kTellVerdict:
+    case SimAction::Kind::kTellVerdict:
       return TellVerdict();
-    case Kind::kBye:
+    case SimAction::Kind::kBye:
       // Not acknowledged, hence several: who misses all of them leaves after a second of silence.
       for (int i = 0; i < 4; ++i) {
         for (const std::string& name : names_) Ask(name, MakeAsk(ask_t::KIND_BYE));
       }
       return;
-    case Kind::kFinish:
+    case SimAction::Kind::kFinish:
       return Conclude();
   }
 }
 
-void SimParticipant::Repeat(const std::string& channel, int64_t tick, int parts) {
-  // Sequence numbers on CLOCK, SENSORS and WORLD follow from the tick.
-  outbox_.Resend(channel, tick * parts, tick * parts + parts - 1);
+std::vector<morphbus::lateness_t> SimParticipant::Lateness() const {
+  std::vector<morphbus::lateness_t> lateness;
+  for (size_t i = 0; i < options_.modules.size(); ++i) {
+    const Punctuality::Record& record = punctuality_.records()[i];
+    if (record.missed == 0) continue;
+    morphbus::lateness_t& entry = lateness.emplace_back();
+    entry.module_name = options_.modules[i].name;
+    entry.missed = record.missed;
+    entry.late = record.late;
+    entry.worst_us = record.worst_us;
+  }
+  return lateness;
 }
 
-void SimParticipant::PublishTick(int64_t tick) {
-  // Controls take effect before the sensors of the tick are read.
-  if (before_tick_) before_tick_(tick);
-  // Everybody's readings are of the same moment.
-  robot_->Sense(&sensed_);
-  robot_->Truth(&truth_);
-  if (const std::string why = WhyUnusable(); !why.empty()) {
-    return Refuse(why + " (tick " + std::to_string(tick) + ")");
-  }
-  if (sensors_parts_.empty()) {
-    // How the messages are split is settled once, for the whole run: listeners count parts.
-    std::vector<int> most_docked;
-    for (const ExpectedModule& module : options_.modules) {
-      most_docked.push_back(module.num_connectors);
+void SimParticipant::Advance(int64_t tick) {
+  if (options_.realtime) punctuality_.TickOver(tick, now_us());
+  for (size_t i = 0; i < commands_.size(); ++i) {
+    morphbus::actuator_t& command = commands_[i];
+    if (command.header.tick < 0) {  // Real time: this one came too late.
+      punctuality_.Missed(static_cast<int>(i));
+      continue;
     }
-    // The parts are laid out for the case that something is docked at every connector.
-    sensors_parts_ = SplitSensors(sensed_, most_docked);
-    size_t most_bodies = truth_.size();
-    if (!truth_.empty()) {
-      // Each joint can come to part two bodies, should connections open.
-      size_t links = 0;
-      for (const auto& reading : sensed_) links += static_cast<size_t>(reading.num_joints) + 1;
-      most_bodies = std::max(most_bodies, links);
-    }
-    const size_t per_part = WorldBodiesPerPart();
-    world_parts_ = static_cast<int>((most_bodies + per_part - 1) / per_part);
-  }
-  // CLOCK goes first, so that listeners know how many parts of the others to expect.
-  PublishClock(tick, machine_.started() ? sim_clock_t::PHASE_RUN : sim_clock_t::PHASE_START);
-  PublishSensors(tick);
-  PublishWorld(tick);
-}
-
-void SimParticipant::PublishSensors(int64_t tick) {
-  morphbus::sensors_t sensors;
-  sensors.num_parts = static_cast<int16_t>(sensors_parts_.size());
-  // Each part goes out with the orders for its modules.
-  for (size_t part = 0; part < sensors_parts_.size(); ++part) {
-    sensors.part = static_cast<int16_t>(part);
-    sensors.num_modules = static_cast<int16_t>(sensors_parts_[part].size());
-    sensors.modules.clear();
-    for (const size_t i : sensors_parts_[part]) sensors.modules.push_back(sensed_[i]);
-    AddOrders(part, &sensors);
-    outbox_.Send(channel_sensors_, tick, tick * options_.tick_us, &sensors);
-  }
-}
-
-/// Requests and pieces for the modules of this part, as many as there is room for.
-void SimParticipant::AddOrders(size_t part, morphbus::sensors_t* sensors) {
-  const std::vector<size_t>& members = sensors_parts_[part];
-  const auto here = [&members](size_t module) {
-    return std::find(members.begin(), members.end(), module) != members.end();
-  };
-  // Requests leave in the order they came in; the first one that is for another part holds up the
-  // rest.
-  sensors->requests.clear();
-  while (!requests_.empty() && here(requests_.front().first) &&
-         sensors->requests.size() < static_cast<size_t>(vm::kMaxRequests)) {
-    ToRequest(requests_.front().second, options_.modules[requests_.front().first].id,
-              &sensors->requests.emplace_back());
-    requests_.pop_front();
-  }
-  sensors->num_requests = static_cast<int8_t>(sensors->requests.size());
-  // One piece a tick keeps SENSORS within a datagram.
-  sensors->pieces.clear();
-  if (!deployments_.empty() && here(deployments_.front().module)) {
-    Deployment& deployment = deployments_.front();
-    // The next bytes of the first program that waits, with all that a receiver needs to place them.
-    const size_t size = std::min(kMaxDeployPiece, deployment.image.size() - deployment.sent);
-    morphbus::deploy_piece_t& piece = sensors->pieces.emplace_back();
-    piece.module_id = static_cast<int16_t>(options_.modules[deployment.module].id);
-    piece.hash = static_cast<int64_t>(deployment.hash);
-    piece.image_size = static_cast<int32_t>(deployment.image.size());
-    piece.offset = static_cast<int32_t>(deployment.sent);
-    piece.size = static_cast<int16_t>(size);
-    const uint8_t* from = deployment.image.data() + deployment.sent;
-    piece.bytes.assign(from, from + size);
-    deployment.sent += size;
-    if (deployment.sent == deployment.image.size()) deployments_.pop_front();
-  }
-  sensors->num_pieces = static_cast<int8_t>(sensors->pieces.size());
-}
-
-void SimParticipant::PublishClock(int64_t tick, int8_t phase) {
-  sim_clock_t clock;
-  // Listeners that come late learn here what a whole tick consists of.
-  clock.phase = phase;
-  clock.tick_us = options_.tick_us;
-  clock.num_modules = static_cast<int16_t>(options_.modules.size());
-  clock.num_sensors_parts = static_cast<int16_t>(sensors_parts_.size());
-  clock.num_world_parts = static_cast<int16_t>(world_parts_);
-  // The reason says what is known now; the verdict for the logger may know more.
-  if (phase == sim_clock_t::PHASE_END) {
-    const std::string wrong = refusal_.empty() ? SilentText() : refusal_;
-    if (outcome_.reason.empty()) {
-      outcome_.reason = wrong.empty() ? "finished" : CutText(wrong, kLongestText);
-    }
-    clock.end_reason = outcome_.reason;
-  }
-  // Controls that do not fit wait for the next CLOCK.
-  const size_t controls = std::min(controls_.size(), kMostControls);
-  clock.num_controls = static_cast<int16_t>(controls);
-  clock.controls.assign(controls_.begin(),
-                        controls_.begin() + static_cast<std::ptrdiff_t>(controls));
-  controls_.erase(controls_.begin(), controls_.begin() + static_cast<std::ptrdiff_t>(controls));
-  outbox_.Send(channel_clock_, tick, tick * options_.tick_us, &clock);
-}
-
-void SimParticipant::PublishWorld(int64_t tick) {
-  morphbus::world_t world;
-  world.num_parts = static_cast<int16_t>(world_parts_);
-  const size_t per_part = WorldBodiesPerPart();
-  // Parts beyond the last body are sent empty, since their number is constant.
-  for (int part = 0; part < world_parts_; ++part) {
-    const size_t from = std::min(truth_.size(), static_cast<size_t>(part) * per_part);
-    const size_t to = std::min(truth_.size(), from + per_part);
-    world.part = static_cast<int16_t>(part);
-    world.num_bodies = static_cast<int16_t>(to - from);
-    world.bodies.assign(truth_.begin() + static_cast<std::ptrdiff_t>(from),
-                        truth_.begin() + static_cast<std::ptrdiff_t>(to));
-    outbox_.Send(channel_world_, tick, tick * options_.tick_us, &world);
-  }
-}
-
-void SimParticipant::Advance() {
-  for (morphbus::actuator_t& command : commands_) {
-    if (command.header.tick < 0) continue;  // Real time: this one came too late.
     // In order of modules, whatever the order of arrival, so that the robot moves the same every
     // time.
     robot_->Actuate(command);
@@ -398,20 +341,26 @@ void SimParticipant::Conclude() {
   outcome_.missed_deadlines = machine_.missed_deadlines();
   // The totals of the run: our own channels, and those that the modules told with KIND_END_ACK.
   outcome_.totals = outbox_.totals();
-  for (const auto& [channel, total] : module_totals_) outcome_.totals.push_back(total);
+  for (size_t i = 0; i < options_.modules.size(); ++i) {
+    for (const morphbus::channel_total_t& total : reports_[i].report().totals) {
+      // A module speaks for its own channels only.
+      const std::optional<ChannelName> name = ParseChannel(total.channel);
+      if (!name || name->run != options_.run || name->process != options_.modules[i].name) continue;
+      outcome_.totals.push_back(
+          {total.channel, total.count, static_cast<uint64_t>(total.hash), IsHashed(name->topic)});
+    }
+  }
   std::sort(outcome_.totals.begin(), outcome_.totals.end(),
             [](const ChannelTotal& a, const ChannelTotal& b) { return a.channel < b.channel; });
   outcome_.messages = 0;
   for (const ChannelTotal& total : outcome_.totals) outcome_.messages += total.count;
-  // Without the totals of every module there is no hash of the whole run.
-  outcome_.run_hash = machine_.all_modules_acknowledged() ? RunHash(outcome_.totals) : "";
+  // Without the totals of every module there is no hash of the whole run. What a module published
+  // that died and left nothing behind, only the logger has.
+  outcome_.run_hash = !machine_.all_modules_acknowledged() ? ""
+                      : unvouched_                         ? outcome_.recorded_hash
+                                                           : RunHash(outcome_.totals);
   outcome_.error = refusal_.empty() ? SilentText() : refusal_;
-  // In real time the logger only listens, and what it misses is counted; in lockstep it has all.
-  const bool comparable = !options_.realtime && !outcome_.run_hash.empty();
-  if (outcome_.error.empty() && comparable && !outcome_.recorded_hash.empty() &&
-      outcome_.recorded_hash != outcome_.run_hash) {
-    outcome_.error = HashesDiffer(outcome_.recorded_hash, outcome_.run_hash);
-  }
+  if (outcome_.error.empty()) outcome_.error = Disagreement();
   outcome_.ok = outcome_.error.empty();
 }
 
@@ -422,6 +371,7 @@ void SimParticipant::TellVerdict() {
   ask_t verdict = MakeAsk(ask_t::KIND_VERDICT);
   verdict.run_hash = outcome_.run_hash;
   verdict.verdict = CutText(outcome_.error, kLongestText);
+  verdict_ = verdict;
   Ask(kLogProcess, std::move(verdict));
 }
 

@@ -1,5 +1,5 @@
-// What a SimParticipant refuses: processes that do not fit the run, and sensors that nobody could
-// use.
+// What a SimParticipant refuses: processes that do not fit the run, sensors that nobody could use,
+// and a run of which not everybody tells the same.
 
 #include <algorithm>
 #include <cmath>
@@ -72,6 +72,57 @@ std::string SimParticipant::WhyUnusable() const {
     }
   }
   return {};
+}
+
+std::string SimParticipant::Disagreement() const {
+  // In real time messages are lost, and a run that was stopped before it began moved nothing.
+  if (options_.realtime || machine_.tick() == 0) return {};
+  if (!two_tongued_.empty()) return two_tongued_ + " acknowledged END with two different totals";
+  RunTotals totals;
+  totals.Reported(std::string(kSimProcess));
+  // What was published: each channel's hash is for the logger, and that of ACTUATOR for the sim.
+  for (const ChannelTotal& total : outcome_.totals) {
+    if (!total.hashed) continue;
+    const TakenSum all = {total.count, total.hash};
+    if (options_.logger) totals.Given(total.channel, -1, std::string(kLogProcess), all);
+    if (ParseChannel(total.channel)->topic == Topic::kActuator) {
+      totals.Given(total.channel, -1, std::string(kSimProcess), all);
+    }
+  }
+  // What the sim took, and which part of SENSORS each module must have taken.
+  for (size_t i = 0; i < options_.modules.size(); ++i) {
+    totals.Taken(ChannelOf(options_.modules[i].name, Topic::kActuator), -1,
+                 std::string(kSimProcess), {received_[i].count, received_[i].hash.Digest()});
+  }
+  for (size_t part = 0; part < sensors_parts_.size(); ++part) {
+    for (const size_t module : sensors_parts_[part]) {
+      const auto last = last_sums_.find(module);
+      totals.Given(channel_sensors_, static_cast<int>(part), options_.modules[module].name,
+                   last == last_sums_.end() ? sensors_sums_[part] : last->second);
+    }
+  }
+  // What the others say: the logger of all channels, a module of those that it took, and of what
+  // others took of its own.
+  for (size_t i = 0; i < names_.size(); ++i) {
+    if (!reports_[i].complete() || anew_.contains(i)) continue;
+    totals.Reported(names_[i]);
+    const TotalsReport& report = reports_[i].report();
+    const bool log = names_[i] == kLogProcess;
+    for (const morphbus::channel_total_t& total : report.totals) {
+      const bool ours = ParseChannel(total.channel).has_value();
+      if (!log || !ours) continue;
+      totals.Taken(total.channel, -1, names_[i], {total.count, static_cast<uint64_t>(total.hash)});
+    }
+    for (const morphbus::taken_total_t& entry : report.taken) {
+      const std::optional<ChannelName> name = ParseChannel(entry.channel);
+      const TakenSum what = {entry.count, static_cast<uint64_t>(entry.sum)};
+      if (!name || log) continue;
+      // Each speaks for itself only, be it as publisher or as taker.
+      if (name->process == names_[i]) totals.Given(entry.channel, entry.part, entry.taker, what);
+      if (entry.taker == names_[i]) totals.Taken(entry.channel, entry.part, entry.taker, what);
+    }
+  }
+  return totals.Disagreement();
 }
 
 }  // namespace morphbus::bridge

@@ -24,6 +24,7 @@ vm::VmConfig ConfigOf(const ModuleSpec& spec) {
   vm::VmConfig config;
   config.module_id = spec.module_id;
   config.incarnation = spec.incarnation;
+  config.random_seed = spec.random_seed;
   // In lockstep every neighbour's message is there, so none has to stand in for another.
   config.grace_ticks = spec.realtime ? kRealtimeGraceTicks : 0;
   config.is_root = spec.root.has_value();
@@ -83,6 +84,7 @@ void ModuleInstance::Join(Bus* bus, const TimeSource* time) {
   options.type_name = std::string(type_.type_name().data, type_.type_name().size);
   options.num_joints = type_.num_joints();
   options.num_connectors = type_.num_connectors();
+  options.num_sensor_values = type_.num_sensor_values();
   options.model_hash = type_.model_hash();
   options.kinematics_hash = type_.hash();
   options.program_hash = program_.hash();

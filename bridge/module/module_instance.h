@@ -75,8 +75,8 @@ class ModuleInstance {
   /// `time` outlive the instance.
   void Join(Bus* bus, const TimeSource* time);
   /// Saves the state to this file before every answer; with `resume`, goes on first from what the
-  /// file holds. Call after Join and before the participant starts. Fails if the file cannot be
-  /// opened, or holds the state of another module, program or build.
+  /// file holds (ModuleParticipant::ResumeFrom). Call after Join and before the participant starts.
+  /// Fails if the file cannot be opened, or holds the state of another module, program or build.
   Result<void> SaveTo(const std::string& path, bool resume);
 
   /// The module's name in the model.

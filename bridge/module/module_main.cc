@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "bridge/bus/fault_plan.h"
 #include "bridge/module/module_process.h"
 #include "compiler/source/diagnostics.h"
 
@@ -25,9 +26,15 @@ struct Arguments {
   std::vector<std::string> modules;
   std::vector<uint16_t> ids;
   std::vector<std::string> kinematics;
+  std::vector<uint32_t> incarnations = {1};
   // The root's link and its pose, if one of the modules is the root: x, y, z (m), then w, x, y, z.
   std::vector<double> root_pose;
   int root_link = -1;
+  // What befalls messages on their way here: a share that is lost, a file of rules, and the seed of
+  // the random numbers.
+  double loss = 0;
+  std::string faults_file;
+  uint64_t seed = 1;
   // Seconds without the sim after which the process gives up.
   double give_up_s = 10;
   int64_t tick_us = 20000;
@@ -61,11 +68,20 @@ void AddOptions(CLI::App* app, Arguments* a) {
                   "With several modules: which one is the root");
   // How the process takes part in the run.
   app->add_option("--lcm-url", a->process.lcm_url, "LCM URL (default: $LCM_DEFAULT_URL)");
-  app->add_option("--incarnation", a->process.incarnation, "Counts the module's cold starts")
+  app->add_option("--incarnation", a->incarnations,
+                  "Counts the module's cold starts, from 1 (several modules: one for each)")
+      ->delimiter(',')
       ->check(CLI::Range(1, 1'000'000'000));
-  app->add_option("--loss", a->process.loss, "Fraction of what arrives to throw away, 0..1")
+  app->add_option("--restarts", a->process.restarts,
+                  "How often the process died and was started again; told in HEALTH")
+      ->check(CLI::Range(0, 1'000'000'000));
+  app->add_option("--loss", a->loss, "Fraction of what arrives to throw away, 0..1")
       ->check(CLI::Range(0.0, 1.0));
-  app->add_option("--seed", a->process.seed, "Seed of --loss");
+  app->add_option("--faults", a->faults_file,
+                  "File of rules by which messages are lost, doubled, late or damaged");
+  app->add_option("--seed", a->seed, "Seed of --loss and --faults");
+  app->add_option("--random-seed", a->process.random_seed,
+                  "Seed of the numbers that the program draws");
   app->add_flag("--realtime", a->process.realtime,
                 "Act on what is there instead of waiting for it");
   app->add_option("--tick-us", a->tick_us,
@@ -73,8 +89,10 @@ void AddOptions(CLI::App* app, Arguments* a) {
   // What happens when it is killed, or left alone.
   app->add_option("--snapshot", a->process.snapshot_file,
                   "File to save the state in before every answer, so that --resume can go on");
-  app->add_flag("--resume", a->process.resume,
-                "Go on from --snapshot after the process was killed");
+  app->add_flag(
+      "--resume", a->process.resume,
+      "Go on from --snapshot after the process was killed; a module of a later incarnation "
+      "begins anew at the tick that follows");
   app->add_option("--give-up", a->give_up_s, "Exit after so many seconds without the sim")
       ->check(CLI::Range(1.0, 1e6));
   app->add_flag("--survive-parent", a->survive_parent, "Keep running when the parent process dies");
@@ -104,6 +122,27 @@ int RefuseOptions(const CLI::App& app, const CLI::ParseError& error) {
   return app.exit(error) == 0 ? 0 : 2;
 }
 
+/// Reads the file of --faults, if there is one. What is wrong with it is on stderr; false then.
+bool ReadFaults(Arguments* a) {
+  FaultPlan faults;
+  if (!a->faults_file.empty()) {
+    source::SourceSet sources;
+    source::Diagnostics diagnostics;
+    const Result<int> file = sources.AddFile(a->faults_file);
+    if (!file) {
+      Refuse("--faults: " + file.error().message);
+      return false;
+    }
+    // Which other modules there are, nobody has told this one.
+    std::optional<FaultPlan> read = ParseFaultPlan(sources, *file, {}, &diagnostics);
+    std::fputs(source::Render(diagnostics, sources, false).c_str(), stderr);
+    if (!read) return false;
+    faults = std::move(*read);
+  }
+  a->process.faults = WithLoss(std::move(faults), a->loss, a->seed);
+  return true;
+}
+
 /// Checks what single options cannot show, and runs the process. Returns the exit status.
 int Run(Arguments* a) {
   // Lists must go together: one id a module, one image for all or one for each.
@@ -112,10 +151,15 @@ int Run(Arguments* a) {
   if (a->kinematics.size() != 1 && a->kinematics.size() != count) {
     return Refuse("--kinematics needs one image, or one for each module");
   }
-  for (size_t i = 0; i < count; ++i) {
-    a->process.modules.push_back(
-        {a->modules[i], a->ids[i], a->kinematics[a->kinematics.size() == 1 ? 0 : i]});
+  if (a->incarnations.size() != 1 && a->incarnations.size() != count) {
+    return Refuse("--incarnation needs one number, or one for each module");
   }
+  for (size_t i = 0; i < count; ++i) {
+    a->process.modules.push_back({a->modules[i], a->ids[i],
+                                  a->kinematics[a->kinematics.size() == 1 ? 0 : i],
+                                  a->incarnations[a->incarnations.size() == 1 ? 0 : i]});
+  }
+  if (!ReadFaults(a)) return 2;
   if (a->process.resume && a->process.snapshot_file.empty())
     return Refuse("--resume needs --snapshot");
   // The root's pose must be a pose, and it must be clear whose it is.

@@ -1,6 +1,7 @@
 #include "bridge/module/module_process.h"
 
 #include <sys/random.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <cstdio>
@@ -55,9 +56,10 @@ int64_t RandomClaim() {
   return claim == 0 ? 1 : claim;  // 0 means "none yet" to the sim.
 }
 
-/// One module and its endpoint of the bus that the process's modules share.
+/// One module, its endpoint of the bus that the process's modules share, and its faults around it.
 struct Entry {
-  std::unique_ptr<Bus> bus;
+  std::unique_ptr<Bus> endpoint;
+  std::unique_ptr<FaultyBus> bus;
   std::unique_ptr<ModuleInstance> instance;
 };
 
@@ -72,7 +74,7 @@ class ModuleProcess {
  private:
   /// Reads and verifies the program and every type's kinematics, each file once.
   Result<void> LoadImages();
-  /// Opens LCM and puts loss and the modules' endpoints around it.
+  /// Opens LCM, for all modules to share.
   Result<void> OpenBus();
   /// Makes a module and lets it join the run, resumed if that was asked for.
   Result<void> AddModule(const ModuleChoice& choice);
@@ -83,9 +85,9 @@ class ModuleProcess {
   MonotonicTime time_;
   ModuleImages images_;
   std::unique_ptr<Bus> lcm_;
-  std::unique_ptr<LossyBus> lossy_;
-  std::unique_ptr<BusMux> mux_;
+  std::unique_ptr<BusMux> mux_;  ///< Null for a module alone, which has the bus for itself.
   std::vector<Entry> modules_;
+  int status_ = kUnusable;  ///< Of a process that cannot begin.
 };
 
 bool ModuleProcess::IsRoot(const ModuleChoice& choice) const {
@@ -111,9 +113,7 @@ Result<void> ModuleProcess::OpenBus() {
   Result<std::unique_ptr<Bus>> lcm = OpenLcmBus(options_.lcm_url);
   if (!lcm) return Fail(lcm.error().message);
   lcm_ = std::move(*lcm);
-  // Without --loss it passes everything on.
-  lossy_ = std::make_unique<LossyBus>(lcm_.get(), options_.loss, options_.seed);
-  mux_ = std::make_unique<BusMux>(lossy_.get());
+  if (options_.modules.size() > 1) mux_ = std::make_unique<BusMux>(lcm_.get());
   return {};
 }
 
@@ -123,6 +123,7 @@ Result<void> ModuleProcess::AddModule(const ModuleChoice& choice) {
   static_cast<ModuleIdentity&>(spec) = options_;
   spec.module = choice.name;
   spec.module_id = choice.id;
+  spec.incarnation = choice.incarnation;
   spec.claim = RandomClaim();
   spec.kinematics = choice.kinematics_file;
   if (IsRoot(choice)) spec.root = options_.root;
@@ -130,13 +131,25 @@ Result<void> ModuleProcess::AddModule(const ModuleChoice& choice) {
   Result<std::unique_ptr<ModuleInstance>> instance = ModuleInstance::Create(images_, spec);
   if (!instance) return Fail(instance.error().message);
   Entry& entry = modules_.emplace_back();
-  entry.bus = mux_->Connect();
+  // Without --loss and --faults it passes everything on.
+  Bus* bus = lcm_.get();
+  if (mux_ != nullptr) {
+    entry.endpoint = mux_->Connect();
+    bus = entry.endpoint.get();
+  }
+  entry.bus = std::make_unique<FaultyBus>(bus, options_.faults, choice.name);
   entry.instance = std::move(*instance);
   entry.instance->Join(entry.bus.get(), &time_);
   if (options_.snapshot_file.empty()) return {};
   // Several modules of one process save to one file each.
   const std::string suffix = options_.modules.size() == 1 ? "" : "." + choice.name;
-  return entry.instance->SaveTo(options_.snapshot_file + suffix, options_.resume);
+  const std::string file = options_.snapshot_file + suffix;
+  Result<void> saved = entry.instance->SaveTo(file, options_.resume);
+  if (!saved && options_.resume) {
+    status_ = kStateUnusable;
+    unlink(file.c_str());
+  }
+  return saved;
 }
 
 int ModuleProcess::Run() {
@@ -148,11 +161,11 @@ int ModuleProcess::Run() {
   for (const ModuleChoice& choice : options_.modules) {
     if (ready) ready = AddModule(choice);
   }
-  if (!ready) return Complain(kUnusable, ready.error().message);
+  if (!ready) return Complain(status_, ready.error().message);
   // All modules share the process's thread and wake up together.
   std::vector<Participant*> participants;
   for (const Entry& entry : modules_) participants.push_back(&entry.instance->participant());
-  RunParticipants(lossy_.get(), time_, participants, &stop_requested, [this] {
+  RunParticipants(lcm_.get(), time_, participants, &stop_requested, [this] {
     for (const Entry& entry : modules_) entry.instance->participant().PublishHealth();
   });
   // Every module says what became of it; one that failed makes the process fail.

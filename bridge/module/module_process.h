@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "bridge/bus/faulty_bus.h"
 #include "bridge/module/module_instance.h"
 
 namespace morphbus::bridge {
@@ -18,6 +19,8 @@ struct ModuleChoice {
   uint16_t id = 0;
   /// File with the kinematics image of its type.
   std::string kinematics_file;
+  /// Counts the module's cold starts, from 1.
+  uint32_t incarnation = 1;
 };
 
 /// What the command line told the module process (module_main.cc), checked as far as possible
@@ -31,17 +34,20 @@ struct ModuleProcessOptions : ModuleIdentity {
   /// Which of the modules is the root, if there are several; empty: the only one.
   std::string root_module;
   std::string lcm_url;  ///< Empty: $LCM_DEFAULT_URL, else LCM's default.
-  /// Fraction 0..1 of what arrives that is thrown away, and the seed that chooses which.
-  double loss = 0;
-  uint64_t seed = 0;
+  /// What befalls messages that arrive here; each module has its own faults.
+  FaultPlan faults;
   std::string
       snapshot_file;    ///< Where each answer is saved before it is published; empty: nowhere.
   bool resume = false;  ///< Go on from there.
 };
 
+/// Exit status of a process that was to resume and cannot use the state that was saved. It has
+/// removed the file: the module's next process has to begin anew, under a later incarnation.
+inline constexpr int kStateUnusable = 4;
+
 /// Exit status of the process, as the command line's: 0 the run ended, 2 unusable input, 3 it
-/// failed. What went wrong is on stderr, one sentence. Runs until the sim ends the run, or SIGINT
-/// or SIGTERM.
+/// failed, kStateUnusable. What went wrong is on stderr, one sentence. Runs until the sim ends the
+/// run, or SIGINT or SIGTERM.
 int RunModuleProcess(const ModuleProcessOptions& options);
 
 }  // namespace morphbus::bridge

@@ -13,7 +13,8 @@
 namespace morphbus::bridge {
 
 /// Runs a verified program on the virtual machine, and replaces it when a new one has spread here
-/// from a neighbour or was deployed from outside. Descriptions of the methods: ModuleController.
+/// from a neighbour or was deployed from outside, and the tick that its package names has come by
+/// the root's clock. Descriptions of the methods: ModuleController.
 class VmController : public ModuleController {
  public:
   /// Starts the program at its beginning. Both images outlive the controller.
@@ -29,40 +30,59 @@ class VmController : public ModuleController {
   void Save(std::vector<uint8_t>* out) override;
   bool Load(const uint8_t* data, size_t size) override;
 
-  /// The virtual machine itself, for asking why it has no role. It is another one after Load.
+  /// Begins anew under this incarnation, as a controller that was just made: with the program that
+  /// it was made with, and without anything that it knew.
+  void BeginAnew(uint32_t incarnation);
+
+  /// The virtual machine itself, for asking why it has no role. It is another one after Load
+  /// and BeginAnew.
   [[nodiscard]] vm::Vm& vm() { return *vm_; }
   /// The program that runs now: the first one, or a deployed one.
   [[nodiscard]] const vm::VerifiedProgram& program() const { return *program_; }
 
  private:
-  /// Goes over to a program that has come whole from a neighbour, if the verifier accepts it;
-  /// refused, it is remembered by version and hash, so that it is not collected a second time. The
-  /// VM ends the role that it holds, and its joints hold their targets.
-  void ReplaceIfReady();
+  /// A package that pieces come of from outside.
+  struct Collected {
+    /// Of the package; 0 before the first one.
+    uint64_t id = 0;
+    /// Its bytes, those that have not come yet 0, and for each piece 1 if it has come. Empty once
+    /// it was whole, so that pieces of it that come again begin nothing.
+    std::vector<uint8_t> bytes, have;
+    uint64_t missing = 0;
+  };
+
+  /// Has a package verified that has come whole. Refused, it is remembered, so that it is not
+  /// collected a second time; the program that runs goes on.
+  void HoldIfReady();
+  /// Goes over to the program that is held if its tick has come, `tick` being the one to compute. A
+  /// module that has heard of no root has no clock to wait by, and no role to lose: it goes at
+  /// once.
+  void ReplaceIfDue(int64_t tick);
+  /// Offers the program that the module was started with to the neighbours.
+  void StartRelay();
   /// No program has been on its way here: the relay need not be saved. It holds two images, which
   /// is far more than all else together, and in most runs nothing ever happens there.
-  [[nodiscard]] bool RelayIsPristine() const;
+  [[nodiscard]] bool RelayIsAsBegun() const;
 
-  // What the module is, and what its type is like. Neither changes, so neither is saved: a resumed
-  // process is told both again, and the sim sees to it that they are the same.
-  const vm::VmConfig config_;
+  // What the module is, and what its type is like. Neither is saved: a resumed process is told both
+  // again, and the sim sees to it that they are the same.
+  vm::VmConfig config_;
   const vm::VerifiedKinematics& kinematics_;
-  // The program that runs; replacement_ owns it once a new one has come.
+  // The program that the controller was made with, and the one that runs; replacement_ owns that
+  // once a new one has come.
+  const vm::VerifiedProgram& first_program_;
   const vm::VerifiedProgram* program_;
   // The VM and its whole state; the relay that spreads programs and its own.
   std::unique_ptr<vm::VmState> state_;
   std::unique_ptr<vm::Vm> vm_;
   std::unique_ptr<vm::RelayState> relay_state_;
-  // The relay's state is large, as it holds whole images; a copy of its beginning tells whether it
-  // need be saved at all.
+  // The relay's state is large, as it holds whole images.
   vm::ProgramRelay relay_;
-  std::vector<uint8_t> pristine_;  ///< relay_state_ without its images, as begun.
   std::unique_ptr<vm::VerifiedProgram> replacement_;  ///< Once a program was deployed.
-  /// Hash of the program that pieces come of from outside.
-  uint64_t deploy_hash_ = 0;
-  /// What came of a program from outside: its bytes from the first one on, as pieces come in order.
-  /// Empty once they were whole.
-  std::vector<uint8_t> deploy_;
+  /// What the relay holds, verified, and when it is to run; null without one.
+  std::unique_ptr<vm::VerifiedProgram> next_;
+  vm::PackageHead next_head_;
+  Collected collected_;
 };
 
 }  // namespace morphbus::bridge

@@ -116,6 +116,10 @@ std::optional<ChannelName> ParseChannel(std::string_view channel) {
 
 bool IsHashed(Topic topic) { return RowOf(topic).hashed; }
 
+bool HasManyPublishers(Topic topic) {
+  return topic == Topic::kAsk || topic == Topic::kHello || topic == Topic::kControl;
+}
+
 Result<void> CheckRunName(std::string_view run) {
   if (IsRunName(run)) return {};
   return Fail("'" + std::string(run) +
@@ -131,6 +135,11 @@ Result<void> CheckModuleName(std::string_view module) {
   }
   return Fail("'" + std::string(module) +
               "' cannot name a module on the bus: use 1 to 28 letters, digits or '_'");
+}
+
+std::string_view LostModule(std::string_view control) {
+  constexpr std::string_view kLose = "lose ";
+  return control.starts_with(kLose) ? control.substr(kLose.size()) : std::string_view();
 }
 
 }  // namespace morphbus::bridge

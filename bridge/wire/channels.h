@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "bridge/bus/bus.h"
 #include "compiler/base/result.h"
 
 namespace morphbus::bridge {
@@ -33,11 +34,11 @@ enum class Topic : uint8_t {
 inline constexpr std::string_view kSimProcess = "SIM";
 inline constexpr std::string_view kLogProcess = "LOG";
 
-/// Longest names, bytes. A channel's is LCM's limit, and the other two make it up: 24 + 1 + 28 + 1
-/// + 9 = 63, where 9 is the length of TRANSFORM, the longest topic.
-inline constexpr size_t kMaxChannelName = 63;
+/// Longest names, bytes. They make up kMaxChannelName: 24 + 1 + 28 + 1 + 9 = 63, where 9 is the
+/// length of TRANSFORM, the longest topic.
 inline constexpr size_t kMaxRunName = 24;
 inline constexpr size_t kMaxProcessName = 28;
+inline constexpr size_t kMaxTopicName = 9;
 
 /// A channel name taken apart; the views point into the parsed text.
 struct ChannelName {
@@ -64,11 +65,18 @@ std::optional<ChannelName> ParseChannel(std::string_view channel);
 /// True if what travels there counts for the run's hash.
 bool IsHashed(Topic topic);
 
+/// True if several processes publish there, so that the sequence numbers have no common row.
+bool HasManyPublishers(Topic topic);
+
 /// Fails, in a sentence for people, unless this can be a run's name: 1..24 of A-Z a-z 0-9 _ -.
 Result<void> CheckRunName(std::string_view run);
 
 /// Fails, in a sentence for people, unless this can be a module's name on the bus: 1..28 of A-Z a-z
 /// 0-9 _, and none of SIM, LOG, HELLO, INFO, CONTROL, END.
 Result<void> CheckModuleName(std::string_view module);
+
+/// The module that a control of CLOCK takes out of the run from that tick on ("lose m3"); empty if
+/// the control does anything else. Whoever counts a module's messages needs to know.
+std::string_view LostModule(std::string_view control);
 
 }  // namespace morphbus::bridge

@@ -1,10 +1,12 @@
 #include "bridge/wire/codec.h"
 
-#include <zlib.h>
+#include <libdeflate.h>
 
 #include <array>
 #include <cstring>
 
+#include "bridge/wire/big_endian.h"
+#include "bridge/wire/health_layout.h"
 #include "bridge/wire/message_layout.h"
 
 namespace morphbus::bridge {
@@ -14,24 +16,17 @@ namespace {
 constexpr size_t kCrcOffset = 8;
 constexpr size_t kHeaderEnd = 8 + 4 + 4 + 5 * 8;  ///< Fingerprint and header_t.
 
-/// A number of so many bytes in network order.
-uint64_t ReadBig(const uint8_t* data, size_t bytes) {
-  uint64_t value = 0;
-  for (size_t i = 0; i < bytes; ++i) value = value << 8 | data[i];
-  return value;
-}
-
 /// Protocol and CRC, the same for every type.
 Result<void> CheckHeaderBytes(const uint8_t* data, size_t size) {
   if (size < kHeaderEnd) return Fail("the message is shorter than its header");
   // The protocol comes first: another one may mean another CRC.
-  const auto protocol = static_cast<int32_t>(ReadBig(data + 12, 4));
+  const auto protocol = static_cast<int32_t>(LoadBigEndian<uint32_t>(data + 12));
   if (protocol != morphbus::header_t::PROTOCOL) {
     return Fail("the message speaks protocol " + std::to_string(protocol) + ", this build " +
                 std::to_string(morphbus::header_t::PROTOCOL));
   }
   // A message may have been changed on its way, or made up.
-  if (ReadBig(data + kCrcOffset, 4) != MessageCrc(data, size)) {
+  if (LoadBigEndian<uint32_t>(data + kCrcOffset) != MessageCrc(data, size)) {
     return Fail("the message's CRC does not fit its bytes");
   }
   return {};
@@ -50,14 +45,13 @@ std::string CutText(const std::string& text, size_t most) {
 uint32_t MessageCrc(const uint8_t* data, size_t size) {
   // The CRC's own bytes count as zero.
   constexpr std::array<uint8_t, 4> kZero = {};
-  uLong crc = crc32(0, data, kCrcOffset);
-  crc = crc32(crc, kZero.data(), kZero.size());
-  crc = crc32(crc, data + kCrcOffset + 4, static_cast<uInt>(size - kCrcOffset - 4));
-  return static_cast<uint32_t>(crc);
+  uint32_t crc = libdeflate_crc32(0, data, kCrcOffset);
+  crc = libdeflate_crc32(crc, kZero.data(), kZero.size());
+  return libdeflate_crc32(crc, data + kCrcOffset + 4, size - kCrcOffset - 4);
 }
 
 int64_t FingerprintOf(const uint8_t* data, size_t size) {
-  return size < 8 ? 0 : static_cast<int64_t>(ReadBig(data, 8));
+  return size < 8 ? 0 : static_cast<int64_t>(LoadBigEndian<uint64_t>(data));
 }
 
 Result<void> DecodeHeader(const uint8_t* data, size_t size, morphbus::header_t* out) {
@@ -106,10 +100,10 @@ Result<void> CheckEnvelope(const uint8_t* data, size_t size, int64_t fingerprint
   }
   if (Result<void> r = CheckHeaderBytes(data, size); !r) return r;
   // The two hashes are the last fields of the header.
-  if (expect.model_hash != 0 && ReadBig(data + 40, 8) != expect.model_hash) {
+  if (expect.model_hash != 0 && LoadBigEndian<uint64_t>(data + 40) != expect.model_hash) {
     return Fail("the message speaks of another model");
   }
-  if (expect.program_hash != 0 && ReadBig(data + 48, 8) != expect.program_hash) {
+  if (expect.program_hash != 0 && LoadBigEndian<uint64_t>(data + 48) != expect.program_hash) {
     return Fail("the message speaks of another program");
   }
   return {};

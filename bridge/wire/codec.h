@@ -49,6 +49,15 @@ Result<void> Decode(const uint8_t* data, size_t size, const Expectation& expect,
 template <class M>
 Result<void> Check(const uint8_t* data, size_t size, const Expectation& expect);
 
+/// Decode for a message whose header DecodeHeader has accepted: everything else is checked, and the
+/// CRC is not computed a second time.
+template <class M>
+Result<void> DecodeBody(const uint8_t* data, size_t size, M* out);
+
+/// The checks of DecodeBody without decoding.
+template <class M>
+Result<void> CheckBody(const uint8_t* data, size_t size);
+
 /// Checks protocol and CRC of a message of any type and reads its header: for loggers and spies.
 /// Fails also if tick, time or number is below 0; the type and the rest are not looked at.
 Result<void> DecodeHeader(const uint8_t* data, size_t size, morphbus::header_t* out);
@@ -83,6 +92,23 @@ template <class M>
 Result<void> Check(const uint8_t* data, size_t size, const Expectation& expect) {
   if (Result<void> r = internal::CheckEnvelope(data, size, M::getHash(), expect); !r) return r;
   return CheckWire<M>(data, size);
+}
+
+template <class M>
+Result<void> CheckBody(const uint8_t* data, size_t size) {
+  if (FingerprintOf(data, size) != M::getHash()) {
+    return Fail("the message is of another type or another version of it");
+  }
+  return CheckWire<M>(data, size);
+}
+
+template <class M>
+Result<void> DecodeBody(const uint8_t* data, size_t size, M* out) {
+  if (Result<void> r = CheckBody<M>(data, size); !r) return r;
+  if (out->decode(data, 0, static_cast<int>(size)) != static_cast<int>(size)) {
+    return Fail("the message's size does not fit its lengths");
+  }
+  return {};
 }
 
 template <class M>

@@ -5,7 +5,18 @@
 
 #include <tuple>
 
+#include "bridge/wire/codec.h"
+#include "bridge/wire/health_layout.h"
+#include "bridge/wire/wire_size.h"
+
 namespace morphbus::bridge {
+
+static_assert(SizeWithoutArrays<morphbus::health_t>() +
+                      kMostLateness * LargestSize<morphbus::lateness_t>() +
+                      kMostTopicTotals * LargestSize<morphbus::topic_total_t>() <=
+                  kMaxPayloadBytes,
+              "HEALTH must fit into a datagram");
+
 namespace {
 
 /// A time of getrusage as one number.
@@ -26,16 +37,22 @@ morphbus::health_t MakeHealth(const std::string& process, const Ledger& ledger) 
   std::tie(health.received, health.sent, health.lost, health.discarded, health.duplicates,
            health.resent, health.asked, health.queue_overflows, health.bad, health.missed_deadlines,
            health.forged_commands, health.replayed_commands, health.late_commands,
-           health.malformed_commands) =
+           health.malformed_commands, health.doubled, health.delayed, health.corrupted,
+           health.restarts, health.conflicts, health.outside_window, health.false_ends,
+           health.foreign, health.fragments, health.hasty_requests) =
       std::tie(ledger.received, ledger.sent, ledger.lost, ledger.discarded, ledger.duplicates,
                ledger.resent, ledger.asked, ledger.queue_overflows, ledger.bad,
                ledger.missed_deadlines, ledger.forged_commands, ledger.replayed_commands,
-               ledger.late_commands, ledger.malformed_commands);
+               ledger.late_commands, ledger.malformed_commands, ledger.doubled, ledger.delayed,
+               ledger.corrupted, ledger.restarts, ledger.conflicts, ledger.outside_window,
+               ledger.false_ends, ledger.foreign, ledger.fragments, ledger.hasty_requests);
+  health.first_refused = CutText(ledger.first_refused, kLongestText);
   // What the process has used since it began.
   rusage usage = {};
   getrusage(RUSAGE_SELF, &usage);
   health.max_rss_kb = usage.ru_maxrss;
   health.cpu_us = Microseconds(usage.ru_utime) + Microseconds(usage.ru_stime);
+  health.num_lateness = health.num_totals = 0;
   return health;
 }
 

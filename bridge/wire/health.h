@@ -10,7 +10,7 @@
 namespace morphbus::bridge {
 
 /// The message for this moment: ledger, largest resident set (kilobytes), processor time used and
-/// wall clock (both microseconds). The header is left to the outbox.
+/// wall clock (both microseconds); nobody's lateness, no totals. The header is left to the outbox.
 /// @param process  name of the process that it speaks of, which is the calling one.
 morphbus::health_t MakeHealth(const std::string& process, const Ledger& ledger);
 

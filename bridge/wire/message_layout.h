@@ -4,9 +4,10 @@
 // says what a field means to it: WireReader (bridge/wire/wire_reader.h) checks bytes, WireSizer
 // (bridge/wire/wire_size.h) adds sizes up.
 //
-// A new field of a message needs a line in its .lcm file, one here, and one in each direction in
-// bridge/wire/vm_codec.cc if the VM is to know it; test/bridge/layout_test.cc fails where the first
-// two disagree. The names given here are those of the .lcm file, since failures quote them.
+// A new field of a message needs a line in its .lcm file, one here (for ask_t in
+// bridge/wire/ask_layout.h), and one in each direction in bridge/wire/vm_codec.cc if the VM is to
+// know it; test/bridge/layout_test.cc fails where the first two disagree. The names given here are
+// those of the .lcm file, since failures quote them.
 //
 // A visitor offers:
 //   Int8, Int16, Int32, Int64(name, lowest, highest)   a number in that range; returns it
@@ -20,11 +21,8 @@
 //   Refuse(name, why)                                  what two fields together must not say
 
 #include <cstdint>
-#include <limits>
 #include <morphbus/actuator_t.hpp>
-#include <morphbus/ask_t.hpp>
 #include <morphbus/control_t.hpp>
-#include <morphbus/health_t.hpp>
 #include <morphbus/hello_t.hpp>
 #include <morphbus/info_part_t.hpp>
 #include <morphbus/log_end_t.hpp>
@@ -34,44 +32,14 @@
 #include <morphbus/transform_t.hpp>
 #include <morphbus/world_t.hpp>
 
+#include "bridge/wire/ask_layout.h"
 #include "bridge/wire/channels.h"
+#include "bridge/wire/layout_base.h"
 #include "bridge/wire/wire_limits.h"
 #include "vm/image/fault.h"
 #include "vm/limits.h"
 
 namespace morphbus::bridge::layout {
-
-// The bounds of the integer types, for fields that may have any value of theirs.
-inline constexpr int64_t kMost8 = std::numeric_limits<int8_t>::max();
-inline constexpr int64_t kMost16 = std::numeric_limits<int16_t>::max();
-inline constexpr int64_t kMost32 = std::numeric_limits<int32_t>::max();
-inline constexpr int64_t kMost64 = std::numeric_limits<int64_t>::max();
-inline constexpr int64_t kLeast32 = std::numeric_limits<int32_t>::min();
-inline constexpr int64_t kLeast64 = std::numeric_limits<int64_t>::min();
-inline constexpr size_t kNameText = 64;     ///< Names of types, roles, functions; bytes.
-inline constexpr size_t kRunHashText = 32;  ///< Hexadecimal digits.
-// Entries of the arrays that vm/limits.h says nothing of.
-inline constexpr int64_t kMostControls = 64;
-inline constexpr int64_t kMostTotals = 16;  ///< In one ASK; the log's END has more.
-// The highest index of a link, joint and connector of any module type.
-inline constexpr int64_t kLastLink = vm::kMaxLinks - 1;
-inline constexpr int64_t kLastJoint = vm::kMaxJoints - 1;
-inline constexpr int64_t kLastConnector = vm::kMaxConnectors - 1;
-
-/// Stands for the type whose layout a Walk describes, so that one name, Walk, serves all types: the
-/// compiler chooses by this argument, which has no content.
-template <class M>
-struct As {};
-
-/// The length of an array of structs, which is at most `most`, and the structs.
-template <class M, class V>
-constexpr void List8(V& v, const char* length, const char* structs, int64_t most) {
-  v.template Structs<M>(structs, v.Count8(length, most));
-}
-template <class M, class V>
-constexpr void List16(V& v, const char* length, const char* structs, int64_t most) {
-  v.template Structs<M>(structs, v.Count16(length, most));
-}
 
 // Parts of messages.
 
@@ -97,16 +65,16 @@ constexpr void WalkPart(V& v) {
   if (v.Int16("num_parts", 1, kMost16) <= part) v.Refuse("part", "is not below num_parts");
 }
 
-/// Place and size of a piece of an image, and the piece, of at most `most` bytes. Nothing says that
-/// the bytes are a program: the verifier sees to that once the image is whole.
+/// Place and size of a piece of a package, and the piece, of at most `most` bytes. Nothing says
+/// that the bytes are a program: the verifier sees to that once the package is whole.
 template <class V>
 constexpr void WalkPiece(V& v, int64_t most) {
-  const int64_t image_size = v.Int32("image_size", 1, vm::kMaxImageBytes);
-  const int64_t offset = v.Int32("offset", 0, vm::kMaxImageBytes);
-  // A piece holds at least one byte and lies within the image, so that collecting always ends.
+  const int64_t image_size = v.Int32("image_size", 1, vm::kMaxPackageBytes);
+  const int64_t offset = v.Int32("offset", 0, vm::kMaxPackageBytes);
+  // A piece holds at least one byte and lies within the package, so that collecting always ends.
   const int64_t size = v.Count16("size", most);
   if (size < 1) v.Refuse("size", "is out of range");
-  if (offset + size > image_size) v.Refuse("offset", "puts the piece beyond the image's end");
+  if (offset + size > image_size) v.Refuse("offset", "puts the piece beyond the package's end");
   v.Bytes("bytes", size);
 }
 
@@ -132,6 +100,7 @@ constexpr void Walk(V& v, As<morphbus::module_sensors_t>) {
   // One number for each joint, rad or m, and rad/s or m/s.
   v.Doubles("joint_position_si", joints);
   v.Floats("joint_velocity_si", joints);
+  v.Floats("sensor_value", v.Count8("num_sensor_values", vm::kMaxSensorValues));
   // What is docked now; a connector that is not listed is free.
   List8<morphbus::docked_connector_t>(v, "num_docked", "docked", vm::kMaxNeighbours);
 }
@@ -153,7 +122,7 @@ constexpr void Walk(V& v, As<morphbus::invoke_request_t>) {
 template <class V>
 constexpr void Walk(V& v, As<morphbus::deploy_piece_t>) {
   v.Int16("module_id", 0, kMost16);
-  // Of the whole image, so that pieces of two programs are not mixed.
+  // Of the whole package, so that pieces of two programs are not mixed.
   v.Hash("hash");
   WalkPiece(v, kMaxDeployPiece);
 }
@@ -174,6 +143,14 @@ constexpr void Walk(V& v, As<morphbus::pose_t>) {
   // Metres in R, and the turn from R to the link.
   v.Floats("position_m", 3);
   v.FloatQuaternion("orientation_wxyz");
+}
+
+/// Where the root's sensor sees it. Whoever uses it checks that it is of the root's own link.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::root_pose_t>) {
+  v.Int16("module_id", 0, kMost16);
+  v.Int8("link", 0, kLastLink);
+  v.template Struct<morphbus::pose_t>("pose");
 }
 
 /// A connector of the sender that something is mated to, and the sender's link that carries it.
@@ -202,6 +179,7 @@ template <class V>
 constexpr void Walk(V& v, As<morphbus::invocation_t>) {
   // Who issued it. With the incarnation and the id below this names the invocation.
   v.Int16("origin_module", 0, kMost16);
+  v.Int16("target_module", -1, kMost16);
   v.Int16("role", 0, vm::kMaxRoles - 1);
   v.Int8("command", 0, vm::kMaxRoutines - 1);
   const int64_t arguments = v.Count8("num_arguments", vm::kMaxArguments);
@@ -225,13 +203,14 @@ constexpr void Walk(V& v, As<morphbus::invocation_ack_t>) {
 /// Which program the sender runs and which it collects. Wanting nothing is a version of 0.
 template <class V>
 constexpr void Walk(V& v, As<morphbus::program_news_t>) {
-  // What runs: the highest version spreads, and of equal ones that with the higher hash.
+  // The newest that is whole: the highest version spreads, and of equal ones that with the higher
+  // id.
   v.Int32("version", 0, kMost32);
   v.Hash("hash");
   // What is collected, and the first byte of it that is missing.
   v.Int32("want_version", 0, kMost32);
   v.Hash("want_hash");
-  v.Int32("want_offset", 0, vm::kMaxImageBytes);
+  v.Int32("want_offset", 0, vm::kMaxPackageBytes);
 }
 
 /// A piece of a program on its way from module to module.
@@ -300,15 +279,14 @@ constexpr void Walk(V& v, As<morphbus::fault_t>) {
   v.Floats("direction", 3);
 }
 
-/// Count and hash of a channel. Its name is checked by whoever looks it up.
+/// A line that a program printed. The text is a constant of an image that is not known here;
+/// whoever shows it looks it up.
 template <class V>
-constexpr void Walk(V& v, As<morphbus::channel_total_t>) {
-  v.Text("channel", kMaxChannelName);
-  // Distinct payloads, and the hash of their bytes in order.
-  v.Int64("count", 0, kMost64);
-  v.Hash("hash");
-  // Whether the channel counts for the run's hash.
-  v.Bool("hashed");
+constexpr void Walk(V& v, As<morphbus::print_t>) {
+  v.Int16("function_index", -1, vm::kMaxFunctions - 1);
+  v.Int16("line", 0, kMost16);
+  v.Int16("text", 0, kMost16);
+  v.Bytes("values", 4 * v.Count8("num_values", vm::kMaxPrintValues));
 }
 
 // Messages.
@@ -341,6 +319,7 @@ constexpr void Walk(V& v, As<morphbus::sensors_t>) {
   List8<morphbus::invoke_request_t>(v, "num_requests", "requests", vm::kMaxRequests);
   // Orders for modules of this part.
   List8<morphbus::deploy_piece_t>(v, "num_pieces", "pieces", 1);
+  List8<morphbus::root_pose_t>(v, "num_root_poses", "root_poses", 1);
 }
 
 /// WORLD (world_t), one part of several; it may be empty.
@@ -359,6 +338,8 @@ constexpr void Walk(V& v, As<morphbus::transform_t>) {
   v.Int16("module_id", 0, kMost16);
   v.Int32("incarnation", 0, kMost32);
   v.Int16("role", -1, vm::kMaxRoles - 1);
+  // Cells that the program types; who reads one checks that it is a value of its type.
+  v.Bytes("shared", 4 * v.Count8("num_shared", vm::kMaxSharedFields));
   v.Bool("has_pose");
   v.Bool("pose_stale");
   // Whose broadcast its poses rest on, and how many modules lie between.
@@ -413,25 +394,8 @@ constexpr void Walk(V& v, As<morphbus::status_t>) {
   // Faults that do not fit come with further STATUS messages of the same tick.
   List8<morphbus::fault_t>(v, "num_faults", "faults", vm::kMaxFaultsPerTick);
   v.Int16("faults_dropped", 0, kMost16);
-}
-
-/// ASK (ask_t), of every kind; what a kind does not use is empty or 0.
-template <class V>
-constexpr void Walk(V& v, As<morphbus::ask_t>) {
-  v.template Struct<morphbus::header_t>("header");
-  v.Text("sender", kMaxProcessName);
-  v.Int8("kind", morphbus::ask_t::KIND_RESEND, morphbus::ask_t::KIND_VERDICT_ACK);
-  // Of KIND_RESEND: which messages are missing, the last one included.
-  v.Text("channel", kMaxChannelName);
-  v.Int64("first_sequence", 0, kMost64);
-  v.Int64("last_sequence", 0, kMost64);
-  // Of KIND_ACK and KIND_END_ACK; -1 before tick 0 is whole, and for all other kinds.
-  v.Int64("acknowledged_tick", -1, kMost64);
-  // Of the run as the sender knows it; empty if it does not.
-  v.Text("run_hash", kRunHashText);
-  // Empty if the run ended as planned.
-  v.Text("verdict", kLongestText);
-  List16<morphbus::channel_total_t>(v, "num_totals", "totals", kMostTotals);
+  List8<morphbus::print_t>(v, "num_prints", "prints", vm::kMaxPrintsPerTick);
+  v.Int16("prints_dropped", 0, kMost16);
 }
 
 /// HELLO (hello_t). Whether the process fits the run is decided by the sim, by name, type and
@@ -449,20 +413,6 @@ constexpr void Walk(V& v, As<morphbus::hello_t>) {
   v.Hash("wire_hash");
   // For people only.
   v.Text("build", kLongestText);
-}
-
-/// HEALTH (health_t). A ledger only counts, so nothing in it is below 0.
-template <class V>
-constexpr void Walk(V& v, As<morphbus::health_t>) {
-  v.template Struct<morphbus::header_t>("header");
-  v.Text("process", kMaxProcessName);
-  // Time and use are those of the process, the others are its ledger.
-  for (const char* count :
-       {"wall_time_us", "received", "sent", "lost", "discarded", "duplicates", "resent", "asked",
-        "queue_overflows", "bad", "missed_deadlines", "forged_commands", "replayed_commands",
-        "late_commands", "malformed_commands", "max_rss_kb", "cpu_us"}) {
-    v.Int64(count, 0, kMost64);
-  }
 }
 
 /// INFO (info_part_t). A part is no larger than the whole.

@@ -27,6 +27,15 @@ void StreamHash::Update(const uint8_t* data, size_t size) {
 
 uint64_t StreamHash::Digest() const { return XXH3_64bits_digest(&state_->xxh); }
 
+uint64_t StreamHash::DigestWith(const uint8_t* data, size_t size) const {
+  State copy;
+  XXH3_copyState(&copy.xxh, &state_->xxh);
+  XXH3_64bits_update(&copy.xxh, data, size);
+  return XXH3_64bits_digest(&copy.xxh);
+}
+
+uint64_t DigestOf(const uint8_t* data, size_t size) { return XXH3_64bits(data, size); }
+
 void StreamHash::Save(uint8_t* out) const {
   std::memcpy(out, static_cast<const void*>(&state_->xxh), kStateBytes);
 }

@@ -25,6 +25,8 @@ class StreamHash {
   void Update(const uint8_t* data, size_t size);
   /// The hash of all bytes so far; more may follow.
   [[nodiscard]] uint64_t Digest() const;
+  /// The hash that there would be after these bytes, which are not added.
+  [[nodiscard]] uint64_t DigestWith(const uint8_t* data, size_t size) const;
 
   /// The state as flat bytes of the same build, for a resumed process. Both take kStateBytes bytes
   /// at `out` or `in`; a state that is damaged yields a wrong hash, but no access out of bounds.
@@ -37,6 +39,9 @@ class StreamHash {
   struct State;
   std::unique_ptr<State> state_;
 };
+
+/// XXH3, 64 bits, seed 0, of one payload.
+uint64_t DigestOf(const uint8_t* data, size_t size);
 
 /// Count and hash of one channel, distinct payloads in sequence order.
 struct ChannelTotal {

@@ -18,7 +18,7 @@ static_assert(vm::kBodyEntryWireBytes >= LargestSize<morphbus::body_entry_t>());
 static_assert(vm::kInvocationWireBytes >= LargestSize<morphbus::invocation_t>());
 static_assert(vm::kAckWireBytes >= LargestSize<morphbus::invocation_ack_t>());
 static_assert(vm::kFragmentWireBytes >= LargestSize<morphbus::program_fragment_t>());
-static_assert(SizeWithoutArrays<morphbus::transform_t>() +
+static_assert(SizeWithoutArrays<morphbus::transform_t>() + vm::kMaxSharedFields * sizeof(int32_t) +
                       vm::kMaxLinks * LargestSize<morphbus::pose_t>() +
                       vm::kMaxNeighbours * LargestSize<morphbus::docked_link_t>() +
                       vm::kMessageTailBytes <=
@@ -77,6 +77,9 @@ constexpr auto kPose = [](auto& wire, auto& vm) {
        std::tie(vm.p.x, vm.p.y, vm.p.z, vm.q.w, vm.q.x, vm.q.y, vm.q.z));
 };
 
+/// A value of the program, as the 32 bits of its cell.
+constexpr auto kCell = [](auto& wire, auto& vm) { CopyOne(wire, vm); };
+
 constexpr auto kDockedLink = [](auto& wire, auto& vm) {
   Copy(std::tie(wire.connector, wire.link, wire.body_link, wire.mate_module),
        std::tie(vm.connector, vm.link, vm.body_link, vm.mate_module));
@@ -96,8 +99,8 @@ constexpr auto kCommand = [](auto& wire, auto& vm) {
 };
 
 constexpr auto kInvocation = [](auto& wire, auto& vm) {
-  Copy(std::tie(wire.origin_module, wire.origin_incarnation, wire.id),
-       std::tie(vm.origin, vm.origin_incarnation, vm.id));
+  Copy(std::tie(wire.origin_module, wire.target_module, wire.origin_incarnation, wire.id),
+       std::tie(vm.origin, vm.target, vm.origin_incarnation, vm.id));
   kCommand(wire, vm);
 };
 
@@ -124,6 +127,8 @@ void CopyMessage(Wire& wire, Vm& vm) {
                 wire.root_module, wire.root_incarnation, wire.root_sequence, wire.hops),
        std::tie(vm.sender, vm.incarnation, vm.role, vm.has_pose, vm.pose_stale, vm.root,
                 vm.root_incarnation, vm.root_sequence, vm.hops));
+  // What its role lets neighbours read.
+  CopyList(wire.num_shared, wire.shared, vm.num_shared, vm.shared, kCell);
   // Where the sender's links are in the robot frame, and what is docked to them.
   CopyList(wire.num_links, wire.link_poses, vm.num_links, vm.X_RL, kPose);
   CopyList(wire.num_docked, wire.docked, vm.num_docked, vm.docked, kDockedLink);
@@ -202,6 +207,8 @@ morphbus::status_t StatusCore(const vm::StatusReport& report, const StatusNames&
   out.joint_sign.assign(report.signs, report.signs + num_joints);
   out.num_tasks = out.num_faults = out.tasks_omitted = 0;
   out.faults_dropped = To16(report.faults_dropped);
+  out.num_prints = 0;
+  out.prints_dropped = To16(report.prints_dropped);
   return out;
 }
 
@@ -209,6 +216,24 @@ morphbus::status_t StatusCore(const vm::StatusReport& report, const StatusNames&
 size_t RoomIn(const morphbus::status_t& status) {
   const auto size = static_cast<size_t>(status.getEncodedSize());
   return size < kMaxPayloadBytes ? kMaxPayloadBytes - size : 0;
+}
+
+constexpr auto kPrint = [](auto& wire, auto& vm) {
+  Copy(std::tie(wire.function_index, wire.text), std::tie(vm.function, vm.text));
+  CopyList(wire.num_values, wire.values, vm.num_values, vm.values, kCell);
+};
+
+/// Adds printed lines from number `next` on as far as they fit; returns the number of the next.
+size_t AddPrints(const vm::StatusReport& report, size_t next, morphbus::status_t* out) {
+  for (; next < report.num_prints; ++next) {
+    morphbus::print_t print;
+    kPrint(print, report.prints[next]);
+    print.line = To16(report.prints[next].line);
+    if (static_cast<size_t>(print._getEncodedSizeNoHash()) > RoomIn(*out)) break;
+    out->prints.push_back(std::move(print));
+    ++out->num_prints;
+  }
+  return next;
 }
 
 /// Adds the tasks that fit, and counts those that do not.
@@ -275,7 +300,7 @@ void ToActuator(const vm::TickOutput& output, uint16_t module_id, int num_joints
 }
 
 Result<void> FromSensors(const morphbus::module_sensors_t& reading, int num_joints,
-                         int num_connectors, vm::TickInput* out) {
+                         int num_connectors, int num_sensor_values, vm::TickInput* out) {
   // A reading of another module type cannot be used.
   if (reading.num_joints != num_joints) {
     return Fail(reading.name + " senses " + std::to_string(reading.num_joints) +
@@ -285,6 +310,11 @@ Result<void> FromSensors(const morphbus::module_sensors_t& reading, int num_join
     out->joint_position[i] = reading.joint_position_si[i];
     out->joint_velocity[i] = static_cast<double>(reading.joint_velocity_si[i]);
   }
+  if (reading.num_sensor_values != num_sensor_values) {
+    return Fail(reading.name + " senses " + std::to_string(reading.num_sensor_values) +
+                " values, the sensors of its type have " + std::to_string(num_sensor_values));
+  }
+  for (int i = 0; i < num_sensor_values; ++i) out->sensor_values[i] = reading.sensor_value[i];
   // Nothing is docked but what the reading lists.
   for (vm::ConnectorReading& connector : out->connectors) connector = vm::ConnectorReading();
   for (const morphbus::docked_connector_t& docked : reading.docked) {
@@ -305,14 +335,14 @@ Result<void> FromSensors(const morphbus::module_sensors_t& reading, int num_join
 std::vector<morphbus::status_t> ToStatus(const vm::StatusReport& report, const StatusNames& names,
                                          uint16_t module_id, uint32_t incarnation, int num_joints) {
   std::vector<morphbus::status_t> messages;
-  size_t fault = 0;
-  // As many messages as the faults need; each says the rest again, so that any one can be read
-  // alone.
+  size_t fault = 0, print = 0;
+  // As many messages as faults and printed lines need; each says the rest again, so that any one
+  // can be read alone.
   do {
     morphbus::status_t& message =
         messages.emplace_back(StatusCore(report, names, module_id, incarnation, num_joints));
     // Counted once.
-    if (messages.size() > 1) message.faults_dropped = 0;
+    if (messages.size() > 1) message.faults_dropped = message.prints_dropped = 0;
     while (fault < report.num_faults) {
       // As many faults as fit; the next message takes the rest.
       morphbus::fault_t one = ToFault(report.faults[fault]);
@@ -321,11 +351,21 @@ std::vector<morphbus::status_t> ToStatus(const vm::StatusReport& report, const S
       ++message.num_faults;
       ++fault;
     }
-    // Tasks get the room that the faults leave.
+    if (fault >= report.num_faults) print = AddPrints(report, print, &message);
+    // Tasks get the room that both leave.
     AddTasks(report, names, &message);
     MORPHBUS_CHECK(fault >= report.num_faults || message.num_faults > 0);
-  } while (fault < report.num_faults);
+    MORPHBUS_CHECK(fault < report.num_faults || print >= report.num_prints ||
+                   message.num_prints > 0 || message.num_faults > 0);
+  } while (fault < report.num_faults || print < report.num_prints);
   return messages;
+}
+
+vm::PrintReport FromPrint(const morphbus::print_t& print) {
+  vm::PrintReport out;
+  kPrint(print, out);
+  out.line = static_cast<uint16_t>(print.line);
+  return out;
 }
 
 vm::Fault FromFault(const morphbus::fault_t& fault) {
@@ -345,12 +385,26 @@ void FromRequest(const morphbus::invoke_request_t& request, vm::InvokeRequest* o
   kCommand(request, *out);
 }
 
+void ToRootPose(uint16_t module_id, uint8_t link, const vm::PoseF& X_RL,
+                morphbus::root_pose_t* out) {
+  out->module_id = static_cast<int16_t>(module_id);
+  out->link = static_cast<int8_t>(link);
+  kPose(out->pose, X_RL);
+}
+
+void FromRootPose(const morphbus::root_pose_t& pose, vm::TickInput* out) {
+  out->has_root_pose = true;
+  out->root_link = static_cast<uint8_t>(pose.link);
+  kPose(pose.pose, out->X_RL_root);
+}
+
 std::vector<std::vector<size_t>> SplitSensors(
     const std::vector<morphbus::module_sensors_t>& modules, const std::vector<int>& most_docked) {
   // What a part takes without modules, and with all the orders it can carry.
   constexpr size_t kEmpty = SizeWithoutArrays<morphbus::sensors_t>() +
                             vm::kMaxRequests * LargestSize<morphbus::invoke_request_t>() +
-                            LargestSize<morphbus::deploy_piece_t>();
+                            LargestSize<morphbus::deploy_piece_t>() +
+                            LargestSize<morphbus::root_pose_t>();
   std::vector<std::vector<size_t>> parts(1);
   size_t size = kEmpty;
   for (size_t i = 0; i < modules.size(); ++i) {

@@ -7,6 +7,7 @@
 #include <morphbus/actuator_t.hpp>
 #include <morphbus/invoke_request_t.hpp>
 #include <morphbus/module_sensors_t.hpp>
+#include <morphbus/root_pose_t.hpp>
 #include <morphbus/status_t.hpp>
 #include <morphbus/transform_t.hpp>
 #include <string>
@@ -30,9 +31,9 @@ void ToActuator(const vm::TickOutput& output, uint16_t module_id, int num_joints
                 int64_t status_count, morphbus::actuator_t* out);
 
 /// The module's own reading as the VM's input (tick, time and messages are left alone). Fails if
-/// joint or connector numbers do not fit the module's type.
+/// the numbers of joints, connectors or sensor values do not fit the module's type.
 Result<void> FromSensors(const morphbus::module_sensors_t& reading, int num_joints,
-                         int num_connectors, vm::TickInput* out);
+                         int num_connectors, int num_sensor_values, vm::TickInput* out);
 
 /// Names behind a StatusReport's numbers, as text.
 struct StatusNames {
@@ -53,6 +54,9 @@ inline constexpr size_t kMaxStatusName = 48;
 std::vector<morphbus::status_t> ToStatus(const vm::StatusReport& report, const StatusNames& names,
                                          uint16_t module_id, uint32_t incarnation, int num_joints);
 
+/// A printed line of a STATUS that Decode accepted, to be worded by vm::PrintText.
+vm::PrintReport FromPrint(const morphbus::print_t& print);
+
 /// A fault of a STATUS that Decode accepted, to be worded by vm::FaultSentence.
 vm::Fault FromFault(const morphbus::fault_t& fault);
 
@@ -61,6 +65,12 @@ vm::Fault FromFault(const morphbus::fault_t& fault);
 void ToRequest(const vm::InvokeRequest& request, uint16_t module_id,
                morphbus::invoke_request_t* out);
 void FromRequest(const morphbus::invoke_request_t& request, vm::InvokeRequest* out);
+
+/// The pose of link `link` of the root as its sensor measures it; and back, for the VM of the
+/// module that it is of.
+void ToRootPose(uint16_t module_id, uint8_t link, const vm::PoseF& X_RL,
+                morphbus::root_pose_t* out);
+void FromRootPose(const morphbus::root_pose_t& pose, vm::TickInput* out);
 
 /// Splits modules into SENSORS parts: indices of the modules of each part, in order, such that no
 /// part can exceed kMaxPayloadBytes whatever gets docked, asked for or deployed. `most_docked`: of

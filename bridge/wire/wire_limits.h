@@ -16,6 +16,11 @@ inline constexpr size_t kLongestText = 200;
 /// Largest piece of a new program in SENSORS, bytes.
 inline constexpr size_t kMaxDeployPiece = 128;
 
+/// Modules that one HEALTH tells the lateness of.
+inline constexpr int kMostLateness = 12;
+/// Totals that one HEALTH holds; no process publishes on more channels that count for the hash.
+inline constexpr int kMostTopicTotals = 3;
+
 /// Largest description of a run that is accepted, bytes.
 inline constexpr size_t kMaxInfoBytes = 16u << 20;
 

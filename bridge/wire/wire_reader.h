@@ -16,6 +16,7 @@
 #include <string>
 #include <type_traits>
 
+#include "bridge/wire/big_endian.h"
 #include "bridge/wire/message_layout.h"
 
 namespace morphbus::bridge {
@@ -159,10 +160,9 @@ class WireReader {
       Fail(name, index, "is cut short");
       return 0;
     }
-    uint64_t value = 0;
-    for (size_t i = 0; i < sizeof(U); ++i) value = value << 8 | data_[position_ + i];
+    const U value = LoadBigEndian<U>(data_ + position_);
     position_ += sizeof(U);
-    return static_cast<U>(value);
+    return value;
   }
 
   /// A number of type T in lowest..highest. T says how many bytes it has, and that they are signed

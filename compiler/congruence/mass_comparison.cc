@@ -16,10 +16,10 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// A link's mass distribution and the corners of its hull, in its module's frame.
+/// A link's mass distribution and the corners of its convex parts, in its module's frame.
 struct LinkShape {
   model::LinkMass mass;
-  std::vector<Vector3d> corners;  ///< None if the link has no hull.
+  std::vector<std::vector<Vector3d>> parts;  ///< None if the link has no hull.
 };
 
 /// The shapes of all bodies; those of the links of each module type are worked out once.
@@ -32,10 +32,12 @@ std::vector<BodyShape> ShapesOf(const ScrewGraph& graph) {
       const model::ModuleType& type = graph.model->TypeOf(*graph.robot, ref.module);
       const auto [entry, fresh] =
           links.try_emplace({graph.robot->modules[ref.module].type, ref.link});
-      auto& [mass, corners] = entry->second;
+      auto& [mass, parts] = entry->second;
       if (fresh) {
         mass = model::ComputeLinkMass(type, ref.link);
-        corners = model::ComputeHull(type.links[ref.link].hull).vertices;
+        for (const auto& points : type.links[ref.link].Parts()) {
+          parts.push_back(model::ComputeHull(points).vertices);
+        }
       }
       // Moments about the reference point add up over the links (parallel axis theorem).
       model::Pose X_TL = graph.X_RL[ref.module][ref.link];
@@ -46,9 +48,10 @@ std::vector<BodyShape> ShapesOf(const ScrewGraph& graph) {
       shape.inertia += X_TL.linear() * mass.I_Lcm_L * X_TL.linear().transpose() +
                        mass.mass_kg * (centre.squaredNorm() * Matrix3d::Identity() -
                                        centre * centre.transpose());
-      if (corners.empty()) continue;
-      std::vector<Vector3d>& hull = shape.hulls.emplace_back();
-      for (const Vector3d& p : corners) hull.push_back(X_TL * p);
+      for (const std::vector<Vector3d>& corners : parts) {
+        std::vector<Vector3d>& hull = shape.hulls.emplace_back();
+        for (const Vector3d& p : corners) hull.push_back(X_TL * p);
+      }
     }
   }
   return shapes;

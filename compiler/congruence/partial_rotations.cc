@@ -31,6 +31,29 @@ Matrix3d RotationFrom(const Vector3d& d, const Vector3d& u, const Vector3d& d_im
   return frame(d_image, u_image) * frame(d, u).transpose();
 }
 
+namespace {
+
+/// A rotation that takes the unit vector `from` to the unit vector `to`; a turn about `to` is free.
+/// Eigen's Quaternion::FromTwoVectors would do, but decomposes a matrix for opposite vectors, whose
+/// templates take longer to compile than all else in this file.
+Matrix3d RotationOnto(const Vector3d& from, const Vector3d& to) {
+  const double cosine = from.dot(to);
+  // Beyond a right angle a half turn about a normal comes first, which is exact for opposite
+  // vectors: about z as nearly as may be, so that modules are turned over about their own axes.
+  if (cosine < 0.0) {
+    const Vector3d z = std::abs(from.z()) < 0.9 ? Vector3d::UnitZ() : Vector3d::UnitX();
+    const Vector3d normal = (z - z.dot(from) * from).normalized();
+    return RotationOnto(-from, to) * (2.0 * normal * normal.transpose() - Matrix3d::Identity());
+  }
+  // The half-angle form: scalar part 1 + cos t and vector part n sin t, normalized.
+  const Vector3d sine = from.cross(to);
+  return Eigen::Quaterniond(1.0 + cosine, sine.x(), sine.y(), sine.z())
+      .normalized()
+      .toRotationMatrix();
+}
+
+}  // namespace
+
 PartialRotations::Found PartialRotations::Find(int group) const {
   Found found{group, 1.0, 0.0};
   while (groups_[found.root].parent >= 0) {
@@ -100,8 +123,8 @@ bool PartialRotations::AlignVector(int body, const Vector3d& u, const Vector3d& 
   if (bodies_[body].group == kUnknown) {
     if (std::abs(u.norm() - image.norm()) > tolerance) return false;
     if (u.norm() <= tolerance) return true;
-    const Matrix3d R = Eigen::Quaterniond::FromTwoVectors(u, image).toRotationMatrix();
-    SetUpToTurn(body, R, image.normalized());
+    const Vector3d axis = image.normalized();
+    SetUpToTurn(body, RotationOnto(u.normalized(), axis), axis);
     return true;
   }
 

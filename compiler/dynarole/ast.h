@@ -30,6 +30,8 @@ enum class ExprKind : uint8_t {
   /// A name without anything before it: a variable, a field or a label.
   kName,
   kSelf,   ///< self
+  kSuper,  ///< super, which stands only before the name of a member
+  kText,   ///< "a text", an argument of print
   kUnary,  ///< -x, !x
   /// An operator between two operands: x + y, a && b.
   kBinary,
@@ -86,7 +88,14 @@ enum class Meaning : uint8_t {
   /// A command, which every module with the role Expr::role is asked to run: Expr::index is its
   /// slot there.
   kInvoke,
-  /// What `self`, a joint or a connector offers: the instruction Expr::opcode follows the operands.
+  /// A shared field of neighbours, the set before the dot: Expr::index is its slot in Expr::role.
+  kNeighbourField,
+  /// A command for neighbours only, the set before the dot: as kInvoke.
+  kInvokeNear,
+  /// A call of the routine Expr::index, which the one that calls has replaced.
+  kSuper,
+  /// What `self`, a joint or a connector offers, or a function of the language: the instruction
+  /// Expr::opcode follows the operands.
   kBuiltin,
   kCount,  ///< sizeof: the number of members of its operand, a set.
 };
@@ -101,7 +110,7 @@ struct Expr {
   source::Span span;  ///< All of its text.
   /// What a message about this node alone points at: the name, the member's name, or the operator.
   source::Span name_span;
-  /// The name of a kName, a kDollar (without its '$') or a kMember.
+  /// The name of a kName, a kDollar (without its '$') or a kMember; the characters of a kText.
   std::string name;
   /// The value of a kInt, or 0 and 1 for a kBool.
   int64_t integer = 0;
@@ -118,7 +127,7 @@ struct Expr {
   /// Says which of the following fields count, and what for.
   Meaning meaning = Meaning::kNone;
   int index = -1;  ///< A slot or a keyword.
-  int role = -1;   ///< The role whose command is invoked.
+  int role = -1;   ///< The role whose command is invoked or whose field is read.
   /// The instruction of a kBuiltin.
   vm::Opcode opcode = vm::Opcode::kPop;
   /// The value of a kConstant, as the VM stores it.
@@ -127,20 +136,34 @@ struct Expr {
 using ExprPtr = std::unique_ptr<Expr>;
 
 /// The form of a statement.
-enum class StmtKind : uint8_t { kExpr, kAssign, kVar, kIf, kWhile, kReturn, kBlock, kError };
+enum class StmtKind : uint8_t {
+  kExpr,
+  kAssign,
+  kVar,
+  kIf,
+  kWhile,
+  kFor,
+  kBreak,
+  kContinue,
+  kReturn,
+  kBlock,
+  kError,
+};
 
 /// A statement: as for expressions, the parser fills in what it read, and the checker the rest.
 struct Stmt {
   StmtKind kind = StmtKind::kError;
-  /// How an assignment combines: kAdd for `+=`, kSub for `-=`, kNone for `=`.
+  /// How an assignment combines: kAdd for `+=`, kSub for `-=` and so on, kNone for `=`.
   Operator op = Operator::kNone;
   source::Span span;       ///< All of its text.
   source::Span name_span;  ///< Of `name`.
   /// The variable or field that a kAssign sets or a kVar makes.
   std::string name;
-  /// The value, the condition, or the expression that stands alone; null for `return;`.
+  /// The value, the condition, or the expression that stands alone; null for `return;` and for a
+  /// `for` without a condition.
   ExprPtr expr;
-  /// The statements of a block; the then and perhaps the else branch of an if; the body of a while.
+  /// The statements of a block; the then and perhaps the else branch of an if; the body of a while;
+  /// what a for does first, what it does after each round (empty blocks if nothing), and its body.
   std::vector<std::unique_ptr<Stmt>> body;
 
   // The checker sets the rest.
@@ -181,8 +204,24 @@ struct Member {
   ExprPtr expr;
   /// Parameters of commands and functions; other members have none.
   std::vector<Parameter> parameters;
+  /// Of a handler that is a timer: its period in seconds; null for others.
+  ExprPtr period;
+  /// Of a handler: it runs during startup too.
+  bool early = false;
+  /// Of a field: neighbours may read it.
+  bool shared = false;
   /// The block of a startup, behavior, command, handler or function; null for other members.
   StmtPtr body;
+
+  /// The checker computes it: the value of `period`.
+  float period_s = 0;
+};
+
+/// A name for a value that is known at compile time: `const NAME = value;`.
+struct ConstantDecl {
+  std::string name;
+  source::Span name_span;
+  ExprPtr expr;
 };
 
 /// A role as it is declared, without what it inherits.
@@ -197,6 +236,8 @@ struct Role {
   /// BuildModel to find out.
   std::string base;
   std::vector<Member> members;
+  /// Constants that stand in it.
+  std::vector<ConstantDecl> constants;
 };
 
 /// A program: the roles of one file, in their order.
@@ -204,6 +245,8 @@ struct Program {
   /// Index of the program's text in the SourceSet.
   int file = 0;
   std::vector<Role> roles;
+  /// Constants that stand outside all roles.
+  std::vector<ConstantDecl> constants;
 };
 
 /// "field", "label", "requirement": the kind of member as messages say it.

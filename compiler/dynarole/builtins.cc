@@ -28,8 +28,42 @@ const std::vector<Builtin>& SelfBuiltins() {
        "self.turnContinuous(joint, degrees_per_second)", Motion::kTurns},
       {"jointMoveMillimetres", "jf", Opcode::kMoveMillimetres, false,
        "self.jointMoveMillimetres(joint, millimetres)", Motion::kSlides},
+      {"jointMoveMillimetresNonBlocking", "jf", Opcode::kMoveMillimetresNonBlocking, false,
+       "self.jointMoveMillimetresNonBlocking(joint, millimetres)", Motion::kSlides},
+      {"jointSetMillimetres", "jf", Opcode::kSetMillimetres, false,
+       "self.jointSetMillimetres(joint, millimetres)", Motion::kSlides},
+      {"jointSetMillimetresNonBlocking", "jf", Opcode::kSetMillimetresNonBlocking, false,
+       "self.jointSetMillimetresNonBlocking(joint, millimetres)", Motion::kSlides},
+      {"jointMillimetres", "j", Opcode::kJointMillimetres, false, "self.jointMillimetres(joint)",
+       Motion::kSlides},
       {"sleepds", "f", Opcode::kSleepDs, false, "self.sleepds(tenths_of_a_second)"},
       {"sleepcs", "f", Opcode::kSleepCs, false, "self.sleepcs(hundredths_of_a_second)"},
+      {"time", "", Opcode::kTime, true, "self.time"},
+      {"ms", "", Opcode::kMilliseconds, true, "self.ms"},
+      {"hops", "", Opcode::kHops, true, "self.hops"},
+      {"distance", "d", Opcode::kDistance, false, "self.distance(direction)"},
+      {"contact", "d", Opcode::kContact, false, "self.contact(direction)"},
+      {"tilt", "a", Opcode::kTilt, false, "self.tilt(axis)"},
+  };
+  return kTable;
+}
+
+const std::vector<Builtin>& FunctionBuiltins() {
+  static const std::vector<Builtin> kTable = {
+      {"sin", "f", Opcode::kSin, false, "sin(degrees)"},
+      {"cos", "f", Opcode::kCos, false, "cos(degrees)"},
+      {"tan", "f", Opcode::kTan, false, "tan(degrees)"},
+      {"asin", "f", Opcode::kAsin, false, "asin(x)"},
+      {"acos", "f", Opcode::kAcos, false, "acos(x)"},
+      {"atan2", "ff", Opcode::kAtan2, false, "atan2(y, x)"},
+      {"sqrt", "f", Opcode::kSqrt, false, "sqrt(x)"},
+      {"abs", "f", Opcode::kAbs, false, "abs(x)"},
+      {"min", "ff", Opcode::kMin, false, "min(x, y)"},
+      {"max", "ff", Opcode::kMax, false, "max(x, y)"},
+      {"floor", "f", Opcode::kFloor, false, "floor(x)"},
+      {"round", "f", Opcode::kRound, false, "round(x)"},
+      {"random", "ff", Opcode::kRandom, false, "random(lowest, highest)"},
+      {"axis", "d", Opcode::kAxisOf, false, "axis(direction)"},
   };
   return kTable;
 }
@@ -41,6 +75,23 @@ const std::vector<Builtin>& JointBuiltins() {
       {"AXIS", "", Opcode::kJointAxis, true, "JOINT.AXIS"},
       {"SET_POSITION", "f", Opcode::kSetPosition, false, "JOINT.SET_POSITION(degrees)"},
       {"GET_POSITION", "", Opcode::kGetPosition, false, "JOINT.GET_POSITION()"},
+  };
+  return kTable;
+}
+
+const std::vector<Builtin>& ConnectorBuiltins() {
+  static const std::vector<Builtin> kTable = {
+      {"CONNECTED", "", Opcode::kDocked, true, "CONNECTOR.CONNECTED"},
+  };
+  return kTable;
+}
+
+const std::vector<Builtin>& SensorBuiltins() {
+  // In the order of vm::SensorKind.
+  static const std::vector<Builtin> kTable = {
+      {"GET_DISTANCE", "", Opcode::kGetDistance, false, "SENSOR.GET_DISTANCE()"},
+      {"GET_CONTACT", "", Opcode::kGetContact, false, "SENSOR.GET_CONTACT()"},
+      {"GET_TILT", "", Opcode::kGetTilt, false, "SENSOR.GET_TILT()"},
   };
   return kTable;
 }

@@ -60,8 +60,17 @@ struct Builtin {
 /// Forms of `self.NAME`: the paper's calls (Secs. III and V) and those that docs/dynarole.md adds.
 /// Several may share a name (self.connected).
 const std::vector<Builtin>& SelfBuiltins();
+/// Functions of the language, which are called without a dot: mathematics, random, axis.
+const std::vector<Builtin>& FunctionBuiltins();
 /// Forms of `JOINT.NAME`, the raw actuator.
 const std::vector<Builtin>& JointBuiltins();
+
+/// `CONNECTOR.CONNECTED`.
+const std::vector<Builtin>& ConnectorBuiltins();
+
+/// Readings of a sensor that is named, `self.SENSOR.GET_DISTANCE()`, in the order of
+/// vm::SensorKind.
+const std::vector<Builtin>& SensorBuiltins();
 
 /// Names of a table, each once and in its order, for suggestions where a program writes none of
 /// them.

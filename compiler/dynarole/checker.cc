@@ -63,6 +63,7 @@ void Checker::Change(Type* slot, Type type) {
 // Bodies say what they need (a parameter handed to jointRotateDegrees is a float); where they do
 // not, calls say what is given; where neither does, a comparison or sum with a number must do.
 void Checker::Run() {
+  CheckConstants();
   // Each phase repeats until it finds nothing new: what one body needs may tell a parameter of
   // another.
   for (const Phase phase : {Phase::kBodies, Phase::kCalls, Phase::kDefaults}) {
@@ -142,6 +143,7 @@ void Checker::CheckRoutine(int index) {
   routine_ = &routine;
   role_ = routine.role;
   locals_.clear();
+  loops_ = 0;
   routine.locals.clear();
   routine.effect = vm::Effect::kPure;
   Member& member = *routine.member;
@@ -168,6 +170,7 @@ void Checker::CheckRoutine(int index) {
     }
     return;
   }
+  if (member.period != nullptr) CheckPeriod(&member);
   // All others have a body, whose first locals are the parameters.
   Signature& signature = model_.signatures[routine.signature];
   for (size_t i = 0; i < member.parameters.size(); ++i) {
@@ -183,6 +186,22 @@ void Checker::CheckRoutine(int index) {
         .hint = "end it with 'return ...;' on every way";
   }
   CloseScope(0);
+}
+
+void Checker::CheckPeriod(Member* member) {
+  Expr* period = member->period.get();
+  Infer(period);
+  Want(period, Type::kFloat, "a period");
+  if (period->type == Type::kError) return;
+  const FoldResult folded = Fold(*period);
+  if (!folded.value || folded.value->type != Type::kFloat) {
+    Error(period->span, "a period must be known at compile time").hint =
+        "write a number of seconds or a constant";
+    return;
+  }
+  member->period_s = folded.value->cell.AsFloat();
+  if (member->period_s >= vm::kMinPeriodS && member->period_s <= vm::kMaxPeriodS) return;
+  Error(period->span, "a period is a number of seconds from 0.001 to 1000000");
 }
 
 void Checker::CheckFieldsSet(int role) {
@@ -281,7 +300,8 @@ void Checker::CheckPurity(const Routine& routine) {
   // What the routine itself does was checked where it stands; this is about what it calls.
   if (routine.kind != MemberKind::kRequire && routine.kind != MemberKind::kLabel) return;
   for (const CallSite& call : routine.calls) {
-    const int callee = model_.roles[routine.role].methods[call.slot].routine;
+    const int callee =
+        call.routine >= 0 ? call.routine : model_.roles[routine.role].methods[call.slot].routine;
     const Routine& called = model_.routines[callee];
     if (called.effect == vm::Effect::kPure) continue;
     Error(call.span, "function '" + called.member->name + "' acts on the module, which a " +

@@ -2,6 +2,7 @@
 // Types and meanings. Parameters, abstract fields and results have no written types; they are found
 // by checking everything again, silently, until nothing changes, and then once aloud.
 
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -78,10 +79,20 @@ class Checker {
   /// Gives another type, if it is another.
   void Change(Type* slot, Type type);
 
+  // Constants (checker_constant.cc).
+  /// Computes all of them, before any other expression is looked at.
+  void CheckConstants();
+  /// Computes one, after those that it rests on; its type is kError if that fails.
+  void ResolveConstant(int index);
+  /// The type and value of a constant where it is named.
+  Type InferConstant(Expr* expr, int index);
+
   // The whole program (checker.cc).
   /// One walk over all fields and routines.
   void Pass();
   void CheckFieldValues(int role);
+  /// Computes the period of a timer.
+  void CheckPeriod(Member* member);
   /// Checks the body or expression of the routine of this index.
   void CheckRoutine(int index);
   /// Reports the fields that a concrete role leaves without a value.
@@ -108,9 +119,13 @@ class Checker {
   /// A return settles the type of the routine's result, or must fit it.
   void CheckReturn(Stmt* statement);
   void CheckExprStatement(Stmt* statement);
+  /// A loop with a head of its own, whose variable ends with it.
+  void CheckFor(Stmt* statement);
+  /// `break` and `continue` stand in a loop.
+  void CheckLeave(const Stmt& statement);
   /// `word` is that of the statement, "if" or "while", for the message.
   void CheckCondition(Expr* condition, const char* word);
-  /// Whether every way through the statement ends in a return.
+  /// Whether what stands behind the statement is never reached, in its block.
   [[nodiscard]] bool AlwaysReturns(const Stmt& statement) const;
   /// Forgets the locals from number `size` on, with a warning for those that were never used.
   void CloseScope(size_t size);
@@ -134,6 +149,7 @@ class Checker {
   Type InferUnary(Expr* expr);
   Type InferBinary(Expr* expr);
   Type InferArithmetic(Expr* expr);
+  Type InferDiagonal(Expr* expr);
   Type InferComparison(Expr* expr);
   /// Makes `set` stand for its size beside the number `other`.
   void CompareSizes(Expr* set, Expr* other);
@@ -141,6 +157,10 @@ class Checker {
   Type UnknownName(Expr* expr);
   /// Names of variables and fields that may stand here, for suggestions.
   [[nodiscard]] std::vector<std::string> NamesInScope() const;
+  /// `self.SENSOR.GET_DISTANCE()`, where `keyword` is the sensor's.
+  Type InferSensor(Expr* member, Expr* call, int keyword);
+  /// For self.distance, contact and tilt: the keyword of the kind of sensor that they need.
+  Type UseSensorKind(Expr* expr, const source::Span& span);
   /// Makes the expression mean the keyword of that index in the table.
   Type UseKeyword(Expr* expr, int keyword);
 
@@ -155,12 +175,23 @@ class Checker {
   Type InferPart(Expr* member, Expr* call);
   Type InferConnectorState(Expr* member, Expr* call);
   /// A command of another role, or of the own one, by its name: Role.command(...).
-  Type InferInvoke(Expr* member, Expr* call, int role);
+  Type InferInvoke(Expr* member, Expr* call, int role, Meaning meaning = Meaning::kInvoke);
   /// A call of a function of the role, which has this method slot.
   Type InferMethod(Expr* call, const std::string& name, const source::Span& span, int slot);
   /// Finds the form of a builtin that has as many arguments, and checks them.
   Type ApplyBuiltin(const std::vector<Builtin>& table, const std::string& prefix, Expr* member,
                     Expr* call);
+  // What is neither of self nor of a role or part (checker_function.cc).
+  /// A function of the language, such as sin(x); kUnknown without a message if there is none of the
+  /// name.
+  std::optional<Type> InferFunction(Expr* call);
+  /// `print("text", value, ...)`
+  Type InferPrint(Expr* call);
+  /// What stands behind the dot of a set of neighbours: a shared field or a command of their role.
+  Type InferNeighbours(Expr* member, Expr* call);
+  /// `super.NAME(args)`: the routine that this one replaces.
+  Type InferSuper(Expr* member, Expr* call);
+
   /// Reports a joint that the call can move in no module type.
   void CheckMotion(const Builtin& builtin, const Expr& joint);
   [[nodiscard]] Motions MotionsOf(const Expr& joint) const;
@@ -171,6 +202,10 @@ class Checker {
   /// Notes what an instruction does to the module; an error in requirements and labels if it acts.
   void Uses(vm::Opcode opcode, const source::Span& span, const std::string& name);
 
+  /// The role whose names the expression being checked sees; one without any outside all roles.
+  [[nodiscard]] const RoleModel& Scope() const {
+    return role_ < 0 ? no_role_ : model_.roles[role_];
+  }
   /// The role that declares the routine being checked.
   [[nodiscard]] RoleModel& Owner() { return model_.roles[routine_->role]; }
   /// Whether the code being checked runs as part of a task, where it may act.
@@ -193,7 +228,10 @@ class Checker {
 
   // The routine or field value being checked.
   Routine* routine_ = nullptr;  ///< Null in a field's value.
-  int role_ = -1;               ///< The role that declares it.
+  int role_ = -1;               ///< The role that declares it; -1 outside all roles.
+  RoleModel no_role_;           ///< Without members.
+  int constant_depth_ = 0;      ///< Constants that are being computed, each for the one before.
+  int loops_ = 0;               ///< Loops around the statement being checked.
   std::vector<Local> locals_;   ///< In scope, from the first declared.
 };
 

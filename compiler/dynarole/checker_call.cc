@@ -24,6 +24,7 @@ size_t CountArguments(const Expr* call) { return call != nullptr ? call->operand
 }  // namespace
 
 Type Checker::InferMember(Expr* expr) {
+  if (expr->operands[0]->kind == ExprKind::kSuper) return InferSuper(expr, nullptr);
   return expr->operands[0]->kind == ExprKind::kSelf ? InferSelf(expr, nullptr)
                                                     : InferPart(expr, nullptr);
 }
@@ -31,18 +32,22 @@ Type Checker::InferMember(Expr* expr) {
 Type Checker::InferCall(Expr* expr) {
   // Arguments have types of their own, whatever is called; operand 0 is what stands before the
   // parenthesis.
-  for (size_t i = 1; i < expr->operands.size(); ++i) Infer(expr->operands[i].get());
   Expr* callee = expr->operands[0].get();
+  if (callee->kind == ExprKind::kName && callee->name == "print" &&
+      FindSlot(Scope().methods, "print") < 0) {
+    return InferPrint(expr);
+  }
+  for (size_t i = 1; i < expr->operands.size(); ++i) Infer(expr->operands[i].get());
   if (callee->kind == ExprKind::kMember) {
     Expr* base = callee->operands[0].get();
     // A dot before the name: something of self, a command of a role, or something of a joint or
     // connector. Variables and labels hide roles of their name.
     if (base->kind == ExprKind::kSelf) return InferSelf(callee, expr);
+    if (base->kind == ExprKind::kSuper) return InferSuper(callee, expr);
     if (base->kind == ExprKind::kName &&
         (routine_ == nullptr || FindLocal(base->name) == nullptr)) {
       const int role = model_.FindRole(base->name);
-      const RoleModel& owner = model_.roles[role_];
-      if (role >= 0 && FindSlot(owner.labels, base->name) < 0) {
+      if (role >= 0 && FindSlot(Scope().labels, base->name) < 0) {
         return InferInvoke(callee, expr, role);
       }
     }
@@ -50,9 +55,10 @@ Type Checker::InferCall(Expr* expr) {
   }
   // No dot: sizeof or a function of the role.
   if (callee->name == "sizeof") return InferSizeof(expr);
-  const RoleModel& owner = model_.roles[role_];
+  const RoleModel& owner = Scope();
   const int slot = FindSlot(owner.methods, callee->name);
   if (slot >= 0) return InferMethod(expr, callee->name, callee->span, slot);
+  if (const std::optional<Type> type = InferFunction(expr)) return *type;
   if (owner.broken) return Type::kError;
   // It is neither. The hint names what may have been meant: something of self, a command, the
   // nearest name, or else all there is.
@@ -64,7 +70,8 @@ Type Checker::InferCall(Expr* expr) {
     error.hint = "did you mean '" + usages + "'?";
     return Type::kError;
   }
-  std::vector<std::string> names = {"sizeof"};
+  std::vector<std::string> names = {"sizeof", "print"};
+  for (const std::string& name : NamesOf(FunctionBuiltins())) names.push_back(name);
   for (const NamedSlot& method : owner.methods) names.push_back(method.name);
   Suggest(&error, callee->name, names);
   if (error.hint.empty()) {
@@ -78,9 +85,8 @@ Type Checker::InferCall(Expr* expr) {
 
 // Commands run on all modules that play a role, so calling one would not say on which.
 Type Checker::CommandAsFunction(const std::string& name, const Span& span) {
-  return Wrong(
-      span, "'" + name + "' is a command, not a function",
-      "a command runs on all that play a role: " + model_.roles[role_].name + "." + name + "(...)");
+  return Wrong(span, "'" + name + "' is a command, not a function",
+               "a command runs on all that play a role: " + Scope().name + "." + name + "(...)");
 }
 
 Type Checker::InferSizeof(Expr* call) {
@@ -105,7 +111,7 @@ Type Checker::InferSelf(Expr* member, Expr* call) {
     if (member->name == builtin.name) return ApplyBuiltin(SelfBuiltins(), "self.", member, call);
   }
   // A call of a function of the role may have self before it.
-  const RoleModel& owner = model_.roles[role_];
+  const RoleModel& owner = Scope();
   if (call != nullptr) {
     const int slot = FindSlot(owner.methods, member->name);
     if (slot >= 0) return InferMethod(call, member->name, member->name_span, slot);
@@ -127,15 +133,26 @@ Type Checker::InferSelfKeyword(Expr* member, Expr* call) {
     }
     return UseKeyword(member, keyword);
   }
+  if (keywords_.Find(vm::KeywordKind::kSensor, member->name) >= 0) {
+    return Wrong(member->name_span, "sensor " + member->name + " stands for no value",
+                 "read it, as in self." + member->name + ".GET_DISTANCE()");
+  }
   // Perhaps it is a field, which stands alone, or nearly a name that self has.
   Diagnostic& error = Error(member->name_span, "'self' has no '" + member->name + "'");
   std::vector<std::string> names = NamesOf(SelfBuiltins());
   for (const keywords::Keyword& keyword : keywords_.all()) {
-    if (keyword.kind != vm::KeywordKind::kConnectorState) names.push_back(keyword.spelling);
+    if (keyword.kind != vm::KeywordKind::kConnectorState &&
+        keyword.kind != vm::KeywordKind::kSensorKind) {
+      names.push_back(keyword.spelling);
+    }
   }
-  const RoleModel& owner = model_.roles[role_];
+  const RoleModel& owner = Scope();
   if (model_.FindField(owner, member->name) >= 0) {
     error.hint = "fields are written without 'self.'";
+    return Type::kError;
+  }
+  if (const std::string usages = UsagesOf(FunctionBuiltins(), member->name); !usages.empty()) {
+    error.hint = "did you mean '" + usages + "'?";
     return Type::kError;
   }
   Suggest(&error, member->name, names, "self.",
@@ -147,47 +164,70 @@ Type Checker::InferSelfKeyword(Expr* member, Expr* call) {
 // self.C1.SET_EXTENDED(true).
 Type Checker::InferPart(Expr* member, Expr* call) {
   Expr* base = member->operands[0].get();
+  // A sensor is no value, so that its name is looked at before it is one.
+  if (base->kind == ExprKind::kMember && base->operands[0]->kind == ExprKind::kSelf) {
+    const int sensor = keywords_.Find(vm::KeywordKind::kSensor, base->name);
+    if (sensor >= 0 && keywords_.Find(vm::KeywordKind::kJoint, base->name) < 0 &&
+        keywords_.Find(vm::KeywordKind::kConnector, base->name) < 0) {
+      return InferSensor(member, call, sensor);
+    }
+  }
   const Type type = Infer(base);
   if (type == Type::kError || type == Type::kUnknown) return Type::kError;
   if (type == Type::kConnector) return InferConnectorState(member, call);
+  if (type == Type::kSet) return InferNeighbours(member, call);
   if (type == Type::kJoint || type == Type::kJointSet) {
     Want(base, Type::kJoint, "what stands before the dot");
     return ApplyBuiltin(JointBuiltins(), "JOINT.", member, call);
   }
   return Wrong(member->name_span, NameOf(type) + " has no '" + member->name + "'",
-               "only self, roles, joints and connectors have members");
+               "only self, roles, neighbours, joints and connectors have members");
 }
 
 Type Checker::InferConnectorState(Expr* member, Expr* call) {
-  // State variables are only set as yet, with their names behind SET_.
-  std::vector<std::string> names;
+  // Whether something is docked is no variable, and every connector knows it.
+  if (member->name == "CONNECTED" && call == nullptr) {
+    return ApplyBuiltin(ConnectorBuiltins(), "CONNECTOR.", member, call);
+  }
+  // The names of state variables stand behind SET_ and GET_.
+  std::vector<std::string> names = {"CONNECTED"};
   for (const std::string& state : keywords_.Spellings(vm::KeywordKind::kConnectorState)) {
     names.push_back("SET_" + state);
+    names.push_back("GET_" + state);
   }
-  const std::string state = member->name.substr(0, 4) == "SET_" ? member->name.substr(4) : "";
+  const std::string verb = member->name.substr(0, 4);
+  const bool sets = verb == "SET_";
+  const std::string state = sets || verb == "GET_" ? member->name.substr(4) : "";
   const int keyword = keywords_.Find(vm::KeywordKind::kConnectorState, state);
   if (state.empty() || keyword < 0) {
     Suggest(&Error(member->name_span, "a connector has no '" + member->name + "'"), member->name,
-            names, "", "state variables of connectors are set with SET_ and their name");
+            names, "",
+            "state variables of connectors are set with SET_ and read with GET_ and their name; "
+            "CONNECTED tells whether something is docked");
     return Type::kError;
   }
-  if (call == nullptr || call->operands.size() != 2) {
-    return Wrong(member->name_span, "'" + member->name + "' takes 1 argument",
-                 "for example self.C1." + member->name + "(true)");
+  const keywords::Keyword& entry = keywords_.all()[keyword];
+  if (call == nullptr || call->operands.size() != (sets ? 2 : 1)) {
+    return Wrong(member->name_span,
+                 "'" + member->name + "' takes " + (sets ? "1 argument" : "no arguments"),
+                 "for example self.C1." + member->name + (sets ? "(true)" : "()"));
   }
   // A state may be a bool in one module type and have numbered values in another; the argument says
-  // which is meant.
-  const keywords::Keyword& entry = keywords_.all()[keyword];
-  const bool is_int = call->operands[1]->type == Type::kInt;
-  const bool takes_bool = entry.takes_bool && !(entry.takes_int && is_int);
-  Want(call->operands[1].get(), takes_bool ? Type::kBool : Type::kInt,
-       "the argument of '" + member->name + "'");
+  // which is meant. What is read is a bool where it can be one.
+  const bool is_int = sets && call->operands[1]->type == Type::kInt;
+  const bool is_bool = entry.takes_bool && !(entry.takes_int && is_int);
+  if (sets) {
+    Want(call->operands[1].get(), is_bool ? Type::kBool : Type::kInt,
+         "the argument of '" + member->name + "'");
+  }
   UseKeyword(member, keyword);
   call->meaning = Meaning::kBuiltin;
-  call->opcode = takes_bool ? vm::Opcode::kSetStateBool : vm::Opcode::kSetStateInt;
+  call->opcode = sets ? (is_bool ? vm::Opcode::kSetStateBool : vm::Opcode::kSetStateInt)
+                      : (is_bool ? vm::Opcode::kGetStateBool : vm::Opcode::kGetStateInt);
   call->index = member->index;
   Uses(call->opcode, member->name_span, member->name);
-  return Type::kVoid;
+  if (sets) return Type::kVoid;
+  return is_bool ? Type::kBool : Type::kInt;
 }
 
 Type Checker::ApplyBuiltin(const std::vector<Builtin>& table, const std::string& prefix,
@@ -228,6 +268,10 @@ Type Checker::ApplyBuiltin(const std::vector<Builtin>& table, const std::string&
     CheckCount(*form, *call->operands.back());
   }
   Uses(form->opcode, member->name_span, prefix + member->name);
+  if (form->opcode == vm::Opcode::kDistance || form->opcode == vm::Opcode::kContact ||
+      form->opcode == vm::Opcode::kTilt) {
+    return UseSensorKind(expr, member->name_span);
+  }
   return TypeOfLetter(vm::InfoOf(form->opcode).pushes[0]);
 }
 
@@ -299,7 +343,7 @@ Type Checker::InferMethod(Expr* call, const std::string& name, const Span& span,
   if (routine_ == nullptr) return Wrong(span, "value of a field must be known at compile time");
   // The result type is that of the signature, which all functions in the slot share; it is unknown
   // until a return with a value has been found.
-  const RoleModel& owner = model_.roles[role_];
+  const RoleModel& owner = Scope();
   const Routine& callee = model_.routines[owner.methods[slot].routine];
   model_.signatures[callee.signature].called = true;
   call->meaning = Meaning::kMethod;
@@ -310,7 +354,7 @@ Type Checker::InferMethod(Expr* call, const std::string& name, const Span& span,
   return result == Type::kVoid && phase_ != Phase::kFinal ? Type::kUnknown : result;
 }
 
-Type Checker::InferInvoke(Expr* member, Expr* call, int role) {
+Type Checker::InferInvoke(Expr* member, Expr* call, int role, Meaning meaning) {
   // The command is looked up in the role that is named, not in the one that invokes it.
   const RoleModel& target = model_.roles[role];
   const int slot = FindSlot(target.commands, member->name);
@@ -336,7 +380,7 @@ Type Checker::InferInvoke(Expr* member, Expr* call, int role) {
     return Type::kError;
   }
   const int signature = model_.routines[target.commands[slot].routine].signature;
-  call->meaning = Meaning::kInvoke;
+  call->meaning = meaning;
   call->role = role;
   call->index = slot;
   CheckArguments(call, signature, "command '" + target.name + "." + member->name + "'");

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "compiler/dynarole/checker.h"
+#include "compiler/dynarole/constants.h"
 
 namespace morphbus::dynarole {
 
@@ -47,6 +48,11 @@ Type Checker::InferUnconverted(Expr* expr) {
       return InferMember(expr);
     case ExprKind::kCall:
       return InferCall(expr);
+    case ExprKind::kSuper:
+      return Wrong(expr->span, "'super' cannot stand alone",
+                   "it calls what this member replaces, for example super.start()");
+    case ExprKind::kText:
+      return Wrong(expr->span, "a text can only be printed", "for example: print(\"knee at\", x);");
     case ExprKind::kSelf:
       return Wrong(expr->span, "'self' cannot stand alone",
                    "ask it something, for example self.connected");
@@ -116,7 +122,7 @@ Type Checker::InferName(Expr* expr) {
     expr->index = local->slot;
     return routine_->locals[local->slot];
   }
-  const RoleModel& owner = model_.roles[role_];
+  const RoleModel& owner = Scope();
   if (const int slot = model_.FindField(owner, expr->name); slot >= 0) {
     expr->meaning = Meaning::kField;
     expr->index = slot;
@@ -137,13 +143,15 @@ Type Checker::InferName(Expr* expr) {
     const Routine& routine = model_.routines[owner.labels[label].routine];
     return routine.result == Type::kVoid ? Type::kUnknown : routine.result;
   }
-  return UnknownName(expr);
+  // Constants of the role cannot share a name with the above; those outside all stand behind them.
+  const int constant = model_.FindConstant(role_, expr->name);
+  return constant >= 0 ? InferConstant(expr, constant) : UnknownName(expr);
 }
 
 // Says what the name may have meant: a name of another kind, one of a subrole, a slip.
 Type Checker::UnknownName(Expr* expr) {
   // A role whose base is not known may inherit the name.
-  const RoleModel& owner = model_.roles[role_];
+  const RoleModel& owner = Scope();
   if (owner.broken) return Type::kError;
   Diagnostic& error = Error(expr->span, "unknown name '" + expr->name + "'");
   if (FindDirection(expr->name) != nullptr) {
@@ -170,8 +178,13 @@ Type Checker::UnknownName(Expr* expr) {
     const RoleModel& role = model_.roles[r];
     const int slot = model_.IsA(r, role_) ? model_.FindField(role, expr->name) : -1;
     if (slot < 0) continue;
-    error.hint = "only its subrole '" + role.name +
-                 "' has this field; declare it here too: " + expr->name + ";";
+    // One that all concrete subroles had would be known here.
+    const RoleModel* without = nullptr;
+    model_.FieldOfSubroles(role_, expr->name, &without);
+    error.hint = "its subrole '" + role.name + "' has this field, but " +
+                 (without != nullptr ? "'" + without->name + "' has not; give it one"
+                                     : "'" + owner.name + "' itself can be taken") +
+                 ", or declare it here: " + expr->name + ";";
     error.notes.push_back({model_.fields[role.fields[slot].decl].span, "declared here"});
     return Type::kError;
   }
@@ -184,8 +197,11 @@ Type Checker::UnknownName(Expr* expr) {
 std::vector<std::string> Checker::NamesInScope() const {
   std::vector<std::string> names;
   for (const Local& local : locals_) names.push_back(local.name);
-  for (const FieldSlot& slot : model_.roles[role_].fields) {
+  for (const FieldSlot& slot : Scope().fields) {
     names.push_back(model_.fields[slot.decl].name);
+  }
+  for (const ConstantModel& constant : model_.constants) {
+    if (constant.role < 0 || model_.IsA(role_, constant.role)) names.push_back(constant.name);
   }
   return names;
 }
@@ -293,9 +309,26 @@ Type Checker::InferBinary(Expr* expr) {
   return IsArithmetic(expr->op) ? InferArithmetic(expr) : InferComparison(expr);
 }
 
+// `$NORTH + $UP`: a diagonal. What is known now must be a direction; the rest is a fault later.
+Type Checker::InferDiagonal(Expr* expr) {
+  for (ExprPtr& operand : expr->operands) {
+    if (operand->type == Type::kUnknown) Hint(operand.get(), Type::kDirection);
+    Want(operand.get(), Type::kDirection, "the operands of '+' beside a direction");
+    if (operand->type == Type::kError) return Type::kError;
+  }
+  if (Fold(*expr).fault == vm::FaultCode::kNotPerpendicular) {
+    return Wrong(expr->span, "these directions are not square to each other",
+                 "a diagonal is a sum of two or three of $NORTH or $SOUTH, $UP or $DOWN, $EAST or "
+                 "$WEST");
+  }
+  return Type::kDirection;
+}
+
 Type Checker::InferArithmetic(Expr* expr) {
   Expr* left = expr->operands[0].get();
   Expr* right = expr->operands[1].get();
+  const bool direction = left->type == Type::kDirection || right->type == Type::kDirection;
+  if (direction && expr->op == Operator::kAdd) return InferDiagonal(expr);
   for (Expr* operand : {left, right}) {
     // Sets count in sums as they do in comparisons.
     if (IsSet(operand->type)) operand->wanted = Type::kInt;
@@ -345,8 +378,8 @@ Type Checker::InferComparison(Expr* expr) {
   }
   // Otherwise both sides need one type, and an order only numbers have.
   const std::optional<Type> joined = Join(a, b);
-  const bool comparable = joined && *joined != Type::kVoid && *joined != Type::kConnector &&
-                          !IsSet(*joined) && (equality || IsNumber(*joined));
+  const bool comparable =
+      joined && *joined != Type::kVoid && !IsSet(*joined) && (equality || IsNumber(*joined));
   if (!comparable) {
     Diagnostic& error = Error(expr->name_span, "cannot compare " + NameOf(a) + " with " +
                                                    NameOf(b) + " by '" + NameOf(expr->op) + "'");

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "compiler/dynarole/checker.h"
 #include "compiler/dynarole/constants.h"
 #include "vm/image/image.h"
@@ -13,6 +15,14 @@ namespace {
 bool IsAlwaysTrue(const Expr& condition) {
   const FoldResult folded = Fold(condition);
   return folded.value && folded.value->type == Type::kBool && folded.value->cell.AsBool();
+}
+
+// A `break` leaves the innermost loop around it only.
+bool Breaks(const Stmt& statement) {
+  if (statement.kind == StmtKind::kBreak) return true;
+  if (statement.kind == StmtKind::kWhile || statement.kind == StmtKind::kFor) return false;
+  return std::any_of(statement.body.begin(), statement.body.end(),
+                     [](const StmtPtr& inner) { return Breaks(*inner); });
 }
 
 }  // namespace
@@ -104,11 +114,39 @@ void Checker::CheckStatement(Stmt* statement) {
       break;
     case StmtKind::kWhile:
       CheckCondition(statement->expr.get(), "while");
+      ++loops_;
       for (StmtPtr& body : statement->body) CheckScoped(body.get());
+      --loops_;
+      break;
+    case StmtKind::kFor:
+      CheckFor(statement);
+      break;
+    case StmtKind::kBreak:
+    case StmtKind::kContinue:
+      CheckLeave(*statement);
       break;
     case StmtKind::kError:
       break;
   }
+}
+
+void Checker::CheckFor(Stmt* statement) {
+  // The variable of the head is seen in all of the loop and nowhere behind it.
+  const size_t scope = locals_.size();
+  CheckStatement(statement->body[0].get());
+  CheckCondition(statement->expr.get(), "for");
+  ++loops_;
+  CheckScoped(statement->body[2].get());
+  --loops_;
+  CheckStatement(statement->body[1].get());
+  CloseScope(scope);
+}
+
+void Checker::CheckLeave(const Stmt& statement) {
+  if (loops_ > 0) return;
+  const std::string word = statement.kind == StmtKind::kBreak ? "break" : "continue";
+  Error(statement.span, "'" + word + "' stands outside all loops").hint =
+      "it leaves a 'while' or 'for' that is around it; to leave the function write 'return;'";
 }
 
 // Only a bool is a condition: no number and no set stands for one.
@@ -182,6 +220,11 @@ void Checker::CheckAssign(Stmt* statement) {
   statement->type = target;
   // It is neither: perhaps a label, perhaps a slip, perhaps a variable that was never made.
   if (statement->meaning == Meaning::kNone) {
+    if (const int constant = model_.FindConstant(role_, statement->name); constant >= 0) {
+      Error(statement->name_span, "constant '" + statement->name + "' cannot be assigned to")
+          .Note(model_.constants[constant].span, "declared here");
+      return;
+    }
     if (FindSlot(owner.labels, statement->name) >= 0) {
       Error(statement->name_span, "label '" + statement->name + "' cannot be assigned to");
       return;
@@ -192,7 +235,7 @@ void Checker::CheckAssign(Stmt* statement) {
             "to make a variable, write: var " + statement->name + " = ...;");
     return;
   }
-  // `+=` and `-=` compute, so they need numbers.
+  // `+=` and its kin compute, so they need numbers.
   if (statement->op != Operator::kNone && !IsNumber(target) && target != Type::kError &&
       target != Type::kUnknown) {
     Error(statement->name_span, "'" + NameOf(statement->op) + "=' needs a number, but '" +
@@ -244,6 +287,8 @@ void Checker::CheckReturn(Stmt* statement) {
 bool Checker::AlwaysReturns(const Stmt& statement) const {
   switch (statement.kind) {
     case StmtKind::kReturn:
+    case StmtKind::kBreak:
+    case StmtKind::kContinue:
       return true;
     case StmtKind::kBlock:
       // One statement that never ends normally is enough.
@@ -255,8 +300,12 @@ bool Checker::AlwaysReturns(const Stmt& statement) const {
       return statement.body.size() == 2 && AlwaysReturns(*statement.body[0]) &&
              AlwaysReturns(*statement.body[1]);
     case StmtKind::kWhile:
-      // There is no `break`, so only a return leaves such a loop.
-      return statement.expr != nullptr && IsAlwaysTrue(*statement.expr);
+      // Only a return leaves a loop without end that nothing breaks.
+      return statement.expr != nullptr && IsAlwaysTrue(*statement.expr) &&
+             !Breaks(*statement.body[0]);
+    case StmtKind::kFor:
+      return (statement.expr == nullptr || IsAlwaysTrue(*statement.expr)) &&
+             !Breaks(*statement.body[2]);
     default:
       return false;
   }

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "compiler/base/check.h"
-#include "compiler/dynarole/function_builder.h"
+#include "compiler/dynarole/expression_generator.h"
 #include "vm/image/image.h"
 
 namespace morphbus::dynarole {
@@ -13,18 +13,13 @@ namespace {
 
 using source::Span;
 using vm::Opcode;
-using vm::ValueType;
 
-// Equal constants of one type share an entry of the image.
-using ConstantPool = std::map<std::pair<ValueType, uint32_t>, int>;
-
-// Translates one routine by a walk over its tree. Every function Emit... leaves on the stack of
-// types what its code will leave on the stack of the virtual machine.
-class FunctionGenerator : private FunctionBuilder {
+// Translates one routine by a walk over its tree.
+class FunctionGenerator : private ExpressionGenerator {
  public:
   FunctionGenerator(const source::SourceSet& sources, const Routine& routine, ConstantPool* pool,
                     ProgramCode* program)
-      : FunctionBuilder(sources), routine_(routine), pool_(*pool), program_(*program) {}
+      : ExpressionGenerator(sources, pool, program), routine_(routine) {}
 
   FunctionCode Generate(source::Diagnostics* diagnostics) {
     // Requirements and labels are one expression, whose value they return.
@@ -105,6 +100,16 @@ class FunctionGenerator : private FunctionBuilder {
       case StmtKind::kWhile:
         EmitWhile(statement);
         break;
+      case StmtKind::kFor:
+        EmitFor(statement);
+        break;
+      case StmtKind::kBreak:
+      case StmtKind::kContinue:
+        // Behind the loop, or to what it does after each round.
+        Jump(Opcode::kJump,
+             statement.kind == StmtKind::kBreak ? loops_.back().end : loops_.back().next);
+        reachable = false;
+        break;
       case StmtKind::kError:
         break;
     }
@@ -166,17 +171,47 @@ class FunctionGenerator : private FunctionBuilder {
   void EmitWhile(const Stmt& statement) {
     const std::optional<bool> known = KnownCondition(*statement.expr);
     if (known && !*known) return;
-    // The jump back leads to the condition, which is evaluated before every round.
-    Target begin, end;
-    Place(&begin, true);
-    if (!known) EmitJumpUnless(*statement.expr, &end);
-    EmitBranch(*statement.body[0]);
-    if (reachable) {
-      MarkLine(statement.span);
-      Jump(Opcode::kJump, &begin);
+    EmitLoop(known ? nullptr : statement.expr.get(), *statement.body[0], nullptr, statement.span);
+  }
+
+  // The condition, if there is one, stands behind what is repeated, so that a round has one jump;
+  // the first round begins with it.
+  void EmitLoop(const Expr* condition, const Stmt& body, const Stmt* step, const Span& span) {
+    Target begin, next, test, end;
+    if (condition != nullptr) {
+      Jump(Opcode::kJump, &test);
+      reachable = false;
     }
-    reachable = false;
+    Place(&begin, true);
+    loops_.push_back({&next, &end});
+    EmitBranch(body);
+    loops_.pop_back();
+    // What is done after each round, and the way back; both only if some round ends.
+    Place(&next);
+    if (step != nullptr) EmitStatement(*step);
+    if (condition != nullptr) {
+      Place(&test);
+      MarkLine(condition->span);
+      EmitJumpIf(*condition, &begin);
+    } else if (reachable) {
+      MarkLine(span);
+      Jump(Opcode::kJump, &begin);
+      reachable = false;
+    }
     Place(&end);
+  }
+
+  void EmitFor(const Stmt& statement) {
+    // The variable of the head has no value behind the loop.
+    const uint16_t outer = set_locals;
+    EmitStatement(*statement.body[0]);
+    const std::optional<bool> known =
+        statement.expr != nullptr ? KnownCondition(*statement.expr) : std::optional<bool>(true);
+    if (!known || *known) {
+      EmitLoop(known ? nullptr : statement.expr.get(), *statement.body[2], statement.body[1].get(),
+               statement.span);
+    }
+    set_locals = outer;
   }
 
   // Jumps if the condition does not hold, without making a bool of it where that is possible.
@@ -210,211 +245,42 @@ class FunctionGenerator : private FunctionBuilder {
     Jump(Opcode::kJumpIfFalse, target);
   }
 
-  // ---- Expressions ----
-
-  void EmitConstant(Type type, vm::Cell cell) {
-    // Small ints stand in the instruction; all else in the table of constants.
-    const ValueType value_type = ValueTypeOf(type);
-    if (value_type == ValueType::kInt && cell.AsInt() >= -128 && cell.AsInt() <= 127) {
-      Emit(Opcode::kPushInt8, cell.AsInt());
-    } else {
-      const auto [it, is_new] = pool_.emplace(std::make_pair(value_type, cell.bits),
-                                              static_cast<int>(program_.constants.size()));
-      if (is_new) program_.constants.emplace_back(value_type, cell.bits);
-      Emit(Opcode::kPushConst);
-      EmitU16(it->second & 0xffff);
-    }
-    Push(value_type);
-  }
-
-  void EmitExpr(const Expr& expr) {
-    // What is known needs no code but its value.
-    const FoldResult folded = Fold(expr);
-    if (folded.value) {
-      EmitConstant(folded.value->type, folded.value->cell);
+  // Jumps if the condition holds.
+  void EmitJumpIf(const Expr& condition, Target* target) {
+    // Of `a && b` the first may keep from the target, and the second sends to it.
+    if (condition.kind == ExprKind::kBinary && condition.op == Operator::kAnd) {
+      Target otherwise;
+      EmitJumpUnless(*condition.operands[0], &otherwise);
+      EmitJumpIf(*condition.operands[1], target);
+      Place(&otherwise);
       return;
     }
-    EmitUnconverted(expr);
-    Convert(expr);
-  }
-
-  void Convert(const Expr& expr) {
-    if (expr.wanted == Type::kUnknown || expr.wanted == expr.type) return;
-    // A set becomes its only member, or the number of its members; an int becomes a float.
-    if (expr.type == Type::kJointSet && expr.wanted == Type::kJoint) {
-      EmitSimple(Opcode::kOneJoint);
-    } else if (expr.type == Type::kLinkSet && expr.wanted == Type::kLink) {
-      EmitSimple(Opcode::kOneLink);
-    } else if (IsSet(expr.type)) {
-      EmitSimple(CountOf(expr.type));
-      if (expr.wanted == Type::kFloat) EmitSimple(Opcode::kIntToFloat);
-    } else if (expr.type == Type::kInt && expr.wanted == Type::kFloat) {
-      EmitSimple(Opcode::kIntToFloat);
-    }
-  }
-
-  // Each kind of set has its own instruction, as modules are counted once whatever connectors they
-  // are on.
-  static Opcode CountOf(Type set) {
-    return set == Type::kSet        ? Opcode::kCountModules
-           : set == Type::kJointSet ? Opcode::kCountJoints
-                                    : Opcode::kCountLinks;
-  }
-
-  void EmitUnconverted(const Expr& expr) {
-    switch (expr.kind) {
-      case ExprKind::kName:
-      case ExprKind::kDollar:
-        EmitLoad(expr);
-        break;
-      case ExprKind::kUnary:
-        EmitExpr(*expr.operands[0]);
-        EmitSimple(expr.op == Operator::kNot   ? Opcode::kNot
-                   : expr.type == Type::kFloat ? Opcode::kNegFloat
-                                               : Opcode::kNegInt);
-        break;
-      case ExprKind::kBinary:
-        EmitBinary(expr);
-        break;
-      case ExprKind::kMember:
-        // A part of the module is a value; every other member is a property without arguments.
-        if (expr.meaning == Meaning::kKeyword) {
-          EmitLoad(expr);
-        } else {
-          EmitBuiltin(expr, *expr.operands[0], nullptr);
-        }
-        break;
-      case ExprKind::kCall:
-        EmitCall(expr);
-        break;
-      default:
-        MORPHBUS_CHECK(false);
-    }
-  }
-
-  // Instructions that only push a value, and have one operand that says which.
-  void EmitLoad(const Expr& expr) {
-    // The rows follow the order of Meaning.
-    const int row = static_cast<int>(expr.meaning) - static_cast<int>(Meaning::kLocal);
-    constexpr Opcode kLoads[] = {Opcode::kLoadLocal, Opcode::kLoadField, Opcode::kLoadLabel,
-                                 Opcode::kKeyword};
-    MORPHBUS_CHECK(row >= 0 && row < std::ssize(kLoads));
-    Emit(kLoads[row], expr.index);
-    Push(ValueTypeOf(expr.type));
-  }
-
-  void EmitArithmetic(Operator op, bool is_float) {
-    // The rows follow the order of Operator.
-    const int row = static_cast<int>(op) - static_cast<int>(Operator::kAdd);
-    constexpr Opcode kInt[] = {Opcode::kAddInt, Opcode::kSubInt, Opcode::kMulInt, Opcode::kDivInt,
-                               Opcode::kModInt};
-    constexpr Opcode kFloat[] = {Opcode::kAddFloat, Opcode::kSubFloat, Opcode::kMulFloat,
-                                 Opcode::kDivFloat, Opcode::kModFloat};
-    EmitSimple(is_float ? kFloat[row] : kInt[row]);
-  }
-
-  // first < second (strict) or first <= second; the other two orders are their negations.
-  void EmitOrder(const Expr& expr, bool strict) {
-    const bool is_float = stack().back() == ValueType::kFloat;
-    MORPHBUS_CHECK(expr.operands.size() == 2);
-    EmitSimple(is_float ? (strict ? Opcode::kLessFloat : Opcode::kLessEqualFloat)
-                        : (strict ? Opcode::kLessInt : Opcode::kLessEqualInt));
-  }
-
-  void EmitBinary(const Expr& expr) {
-    if (expr.op == Operator::kAnd || expr.op == Operator::kOr) {
-      EmitLogic(expr);
+    if (condition.kind == ExprKind::kUnary && condition.op == Operator::kNot) {
+      EmitJumpUnless(*condition.operands[0], target);
       return;
     }
-    // The operands have been converted to one type, which that of the last one shows.
-    EmitExpr(*expr.operands[0]);
-    EmitExpr(*expr.operands[1]);
-    const bool is_float = stack().back() == ValueType::kFloat;
-    switch (expr.op) {
-      case Operator::kEqual:
-      case Operator::kNotEqual:
-        if (is_float) {
-          EmitSimple(Opcode::kEqualFloat);
-          if (expr.op == Operator::kNotEqual) EmitSimple(Opcode::kNot);
-        } else {
-          EmitSimple(expr.op == Operator::kEqual ? Opcode::kEqual : Opcode::kNotEqual);
-        }
-        break;
-      case Operator::kLess:
-      case Operator::kLessEqual:
-        EmitOrder(expr, expr.op == Operator::kLess);
-        break;
-      case Operator::kGreater:
-      case Operator::kGreaterEqual:
-        EmitOrder(expr, expr.op == Operator::kGreaterEqual);
-        EmitSimple(Opcode::kNot);
-        break;
-      default:
-        EmitArithmetic(expr.op, is_float);
+    if (condition.kind == ExprKind::kBinary &&
+        (condition.op == Operator::kGreater || condition.op == Operator::kGreaterEqual)) {
+      EmitExpr(*condition.operands[0]);
+      EmitExpr(*condition.operands[1]);
+      EmitOrder(condition, condition.op == Operator::kGreaterEqual);
+      Drop(1);
+      Jump(Opcode::kJumpIfFalse, target);
+      return;
     }
-  }
-
-  void EmitLogic(const Expr& expr) {
-    // The instruction keeps the first value if it decides, and drops it for the second if not.
-    Target end;
-    EmitExpr(*expr.operands[0]);
-    Jump(expr.op == Operator::kAnd ? Opcode::kAnd : Opcode::kOr, &end);
+    EmitExpr(condition);
     Drop(1);
-    EmitExpr(*expr.operands[1]);
-    Place(&end);
+    Jump(Opcode::kJumpIfTrue, target);
   }
 
-  void EmitCall(const Expr& call) {
-    switch (call.meaning) {
-      case Meaning::kCount:
-        EmitExpr(*call.operands[1]);
-        EmitSimple(CountOf(call.operands[1]->type));
-        return;
-      case Meaning::kMethod: {
-        EmitArguments(call);
-        Emit(Opcode::kCall, call.index);
-        Drop(call.operands.size() - 1);
-        // The arguments are gone, and the result, if there is one, is there.
-        if (call.type != Type::kVoid) Push(ValueTypeOf(call.type));
-        return;
-      }
-      case Meaning::kInvoke:
-        EmitArguments(call);
-        Emit(Opcode::kInvoke, call.role);
-        // The role says which modules run the command, and the slot which command it is.
-        EmitByte(call.index);
-        Drop(call.operands.size() - 1);
-        return;
-      default:
-        EmitBuiltin(call, *call.operands[0]->operands[0], &call);
-    }
-  }
-
-  // In the order of the parameters, which is that of the first locals of the callee.
-  void EmitArguments(const Expr& call) {
-    for (size_t i = 1; i < call.operands.size(); ++i) EmitExpr(*call.operands[i]);
-  }
-
-  // `base` is what stands before the dot: self, which is nothing, or a joint or connector.
-  void EmitBuiltin(const Expr& expr, const Expr& base, const Expr* call) {
-    // Operands go onto the stack in the order of the signature in vm/image/opcodes.def: first the
-    // joint or connector before the dot.
-    if (base.kind != ExprKind::kSelf) EmitExpr(base);
-    if (call != nullptr) EmitArguments(*call);
-    // `self.connected` without arguments means every direction, $ANY.
-    if (expr.opcode == Opcode::kConnected && (call == nullptr || call->operands.size() == 1)) {
-      EmitConstant(Type::kDirection, vm::Cell{});
-    }
-    // A fault of the call is one of its own line, also where the call began lines before.
-    MarkLine(expr.span);
-    Emit(expr.opcode);
-    if (vm::InfoOf(expr.opcode).operand == vm::OperandKind::kKeyword) EmitByte(expr.index);
-    ApplySignature(expr.opcode);
-  }
+  // Where `continue` and `break` go in the loop that is being emitted.
+  struct Loop {
+    Target* next;
+    Target* end;
+  };
 
   const Routine& routine_;
-  ConstantPool& pool_;
-  ProgramCode& program_;
+  std::vector<Loop> loops_;  // The innermost last.
 };
 
 // Cells that a function and all it may call need, as the verifier counts them.
@@ -443,6 +309,25 @@ class CellCounter {
   std::vector<int> cells_;
 };
 
+// Periods stand first in the table of constants, since handlers name them by seven bits.
+void AddPeriods(const ProgramModel& model, ConstantPool* pool, ProgramCode* code,
+                source::Diagnostics* diagnostics) {
+  code->periods.assign(model.routines.size(), -1);
+  for (size_t i = 0; i < model.routines.size(); ++i) {
+    const Member& member = *model.routines[i].member;
+    if (member.period == nullptr) continue;
+    const uint32_t bits = vm::Cell::Float(member.period_s).bits;
+    const auto [it, is_new] = pool->emplace(std::make_pair(vm::ValueType::kFloat, bits),
+                                            static_cast<int>(code->constants.size()));
+    if (is_new) code->constants.emplace_back(vm::ValueType::kFloat, bits);
+    code->periods[i] = it->second;
+    if (it->second < vm::image::kMaxPeriods) continue;
+    diagnostics->Error(member.period->span, "too many different periods in one program").hint =
+        "at most " + std::to_string(vm::image::kMaxPeriods);
+    return;
+  }
+}
+
 }  // namespace
 
 ProgramCode Generate(const source::SourceSet& sources, const ProgramModel& model,
@@ -450,6 +335,7 @@ ProgramCode Generate(const source::SourceSet& sources, const ProgramModel& model
   ProgramCode code;
   // One table of constants serves the whole program.
   ConstantPool pool;
+  AddPeriods(model, &pool, &code, diagnostics);
   for (const Routine& routine : model.routines) {
     FunctionGenerator generator(sources, routine, &pool, &code);
     code.functions.push_back(generator.Generate(diagnostics));

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -45,6 +46,11 @@ struct ProgramCode {
   std::vector<FunctionCode> functions;
   /// Type and bits of each constant, in the order in which they were first needed.
   std::vector<std::pair<vm::ValueType, uint32_t>> constants;
+  /// The texts that are printed; the bits of a constant that is one are its number here.
+  std::vector<std::string> texts;
+  std::map<std::string, uint32_t> text_numbers;
+  /// Which constant is the period of a timer, by routine; -1 for all others.
+  std::vector<int> periods;
 };
 
 /// Translates a program that Check found no errors in. What is too large for the virtual machine is

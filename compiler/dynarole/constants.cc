@@ -2,6 +2,9 @@
 
 #include <cmath>
 
+#include "vm/image/directions.h"
+#include "vm/run/mathematics.h"
+
 namespace morphbus::dynarole {
 
 namespace {
@@ -116,6 +119,13 @@ FoldResult FoldBinary(const Expr& expr, const FieldValues* fields) {
   const FoldResult right = Fold(*expr.operands[1], fields);
   if (!right.value) return right;
   const Constant& b = *right.value;
+  // A sum of directions is one, if they are square to each other; $ANY is none.
+  if (a.type == Type::kDirection && b.type == Type::kDirection && expr.op == Operator::kAdd) {
+    const vm::Direction sum =
+        vm::SumOf(static_cast<vm::Direction>(a.cell.bits), static_cast<vm::Direction>(b.cell.bits));
+    if (sum == vm::Direction::kAny) return Faulty(FaultCode::kNotPerpendicular);
+    return Value(Type::kDirection, Cell::Int(static_cast<int>(sum)));
+  }
   // A pair of types that the checker has refused.
   if (a.type != b.type) return {};
   // Arithmetic stands before the comparisons in the enumeration.
@@ -127,6 +137,26 @@ FoldResult FoldBinary(const Expr& expr, const FieldValues* fields) {
   // Bools, directions, axes and roles are compared by their numbers.
   if (a.type == Type::kFloat) return FoldComparison(expr.op, a.cell.AsFloat(), b.cell.AsFloat());
   return FoldComparison(expr.op, a.cell.AsInt(), b.cell.AsInt());
+}
+
+// A function of the language of values that are known: mathematics as the virtual machine does it.
+FoldResult FoldCall(const Expr& expr, const FieldValues* fields) {
+  const bool mathematics = expr.opcode >= vm::Opcode::kSin && expr.opcode <= vm::Opcode::kRound;
+  const bool axis = expr.opcode == vm::Opcode::kAxisOf;
+  if (expr.meaning != Meaning::kBuiltin || (!mathematics && !axis)) return {};
+  Cell arguments[2];
+  for (size_t i = 1; i < expr.operands.size() && i <= 2; ++i) {
+    const FoldResult argument = Fold(*expr.operands[i], fields);
+    if (!argument.value) return argument;
+    arguments[i - 1] = argument.value->cell;
+  }
+  if (axis) {
+    const vm::Direction direction = static_cast<vm::Direction>(arguments[0].bits);
+    return Value(Type::kAxis, Cell::Int(static_cast<int>(vm::AxisOf(direction))));
+  }
+  const float result = vm::Mathematics(expr.opcode, arguments[0].AsFloat(), arguments[1].AsFloat());
+  return std::isfinite(result) ? Value(Type::kFloat, Cell::Float(result))
+                               : Faulty(FaultCode::kNotFinite);
 }
 
 // Everything that depends on the robot, on variables or on calls has no value yet.
@@ -144,6 +174,7 @@ FoldResult FoldUnconverted(const Expr& expr, const FieldValues* fields) {
       if (expr.meaning != Meaning::kConstant) return {};
       return Value(expr.type, expr.cell);
     case ExprKind::kName:
+      if (expr.meaning == Meaning::kConstant) return Value(expr.type, expr.cell);
       if (expr.meaning == Meaning::kField && fields != nullptr) {
         // A field is known where the caller says so.
         const std::optional<Constant> value = (*fields)(expr.index);
@@ -154,6 +185,8 @@ FoldResult FoldUnconverted(const Expr& expr, const FieldValues* fields) {
       return FoldUnary(expr, fields);
     case ExprKind::kBinary:
       return FoldBinary(expr, fields);
+    case ExprKind::kCall:
+      return FoldCall(expr, fields);
     default:
       return {};
   }

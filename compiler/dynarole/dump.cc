@@ -21,6 +21,10 @@ std::string ExprText(const Expr& expr) {
       return expr.name;
     case ExprKind::kSelf:
       return "self";
+    case ExprKind::kSuper:
+      return "super";
+    case ExprKind::kText:
+      return "\"" + expr.name + "\"";
     case ExprKind::kUnary:
       return "(" + NameOf(expr.op) + ExprText(*expr.operands[0]) + ")";
     case ExprKind::kBinary:
@@ -64,6 +68,17 @@ void DumpStatement(const Stmt& statement, const std::string& indent, std::string
         DumpStatement(*statement.body[i], indent + "  ", out);
       }
       return;
+    case StmtKind::kFor:
+      // First, condition, after each round; then the body.
+      DumpStatement(*statement.body[0], indent, out);
+      line("for " + value);
+      DumpStatement(*statement.body[2], indent + "  ", out);
+      line("after each round");
+      return DumpStatement(*statement.body[1], indent + "  ", out);
+    case StmtKind::kBreak:
+      return line("break");
+    case StmtKind::kContinue:
+      return line("continue");
     case StmtKind::kBlock:
       for (const StmtPtr& inner : statement.body) DumpStatement(*inner, indent, out);
       return;
@@ -72,9 +87,16 @@ void DumpStatement(const Stmt& statement, const std::string& indent, std::string
   }
 }
 
+void DumpConstants(const std::vector<ConstantDecl>& constants, const std::string& indent,
+                   std::string* out) {
+  for (const ConstantDecl& constant : constants) {
+    *out += indent + "const " + constant.name + " = " + ExprText(*constant.expr) + "\n";
+  }
+}
+
 // The word of the member, its name, its parameters or value, then its body.
 void DumpMember(const Member& member, std::string* out) {
-  *out += "  " + NameOf(member.kind);
+  *out += std::string(member.shared ? "  shared " : "  ") + NameOf(member.kind);
   if (!member.name.empty()) *out += " " + member.name;
   if (member.body != nullptr) {
     *out += "(";
@@ -82,6 +104,8 @@ void DumpMember(const Member& member, std::string* out) {
       *out += (i > 0 ? ", " : "") + member.parameters[i].name;
     }
     *out += ")";
+    if (member.period != nullptr) *out += " every " + ExprText(*member.period);
+    if (member.early) *out += " early";
   }
   // A field, a label or a requirement has an expression.
   if (member.expr != nullptr) *out += " = " + ExprText(*member.expr);
@@ -117,9 +141,11 @@ std::string DumpTokens(const source::SourceSet& sources, const std::vector<Token
 // A role with its base, then its members.
 std::string DumpAst(const Program& program) {
   std::string out;
+  DumpConstants(program.constants, "", &out);
   for (const Role& role : program.roles) {
     out += (role.abstract_role ? "abstract role " : "role ") + role.name + " extends " + role.base +
            "\n";
+    DumpConstants(role.constants, "  ", &out);
     for (const Member& member : role.members) DumpMember(member, &out);
   }
   return out;

@@ -83,6 +83,8 @@ class Formatter {
       case TokenKind::kTrue:
       case TokenKind::kFalse:
       case TokenKind::kSelf:
+      case TokenKind::kSuper:
+      case TokenKind::kText:
       case TokenKind::kRightParen:
         return true;
       default:
@@ -96,7 +98,7 @@ class Formatter {
            (Is(i, TokenKind::kMinus) && (i == 0 || !IsOperand(i - 1) || EndsCondition(i - 1)));
   }
 
-  /// The parenthesis that ends the condition of an `if` or `while`: a statement follows.
+  /// The parenthesis that ends the head of an `if`, `while` or `for`: a statement follows.
   [[nodiscard]] bool EndsCondition(size_t i) const {
     return i < condition_end_.size() && condition_end_[i];
   }
@@ -129,14 +131,16 @@ class Formatter {
     // Which parentheses end a condition must be known first, as spacing depends on it.
     condition_end_.assign(count_, false);
     std::vector<size_t> open;
-    // The parentheses are matched with a stack; those behind `if` and `while` hold conditions.
+    // The parentheses are matched with a stack; those behind `if`, `while` and `for`
+    // end what stands before a statement.
     for (size_t i = 0; i < count_; ++i) {
       if (Is(i, TokenKind::kLeftParen)) open.push_back(i);
       if (!Is(i, TokenKind::kRightParen) || open.empty()) continue;
       const size_t begin = open.back();
       open.pop_back();
       condition_end_[i] =
-          begin > 0 && (Is(begin - 1, TokenKind::kIf) || Is(begin - 1, TokenKind::kWhile));
+          begin > 0 && (Is(begin - 1, TokenKind::kIf) || Is(begin - 1, TokenKind::kWhile) ||
+                        Is(begin - 1, TokenKind::kFor));
     }
     for (size_t i = 0; i < count_; ++i) {
       // Lines that are too long break behind commas, before logical operators, and behind a

@@ -1,6 +1,7 @@
 #include "compiler/dynarole/function_builder.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <string_view>
 
 #include "compiler/base/check.h"
@@ -8,9 +9,96 @@
 
 namespace morphbus::dynarole {
 
-void FunctionBuilder::Emit(vm::Opcode op, int operand) {
+using vm::Opcode;
+
+void FunctionBuilder::Emit(Opcode op) {
+  starts_.push_back(code_.bytes.size());
+  EmitByte(static_cast<int>(op));
+  if (vm::InfoOf(op).operand == vm::OperandKind::kNone) Join();
+}
+
+void FunctionBuilder::Emit(Opcode op, int operand) {
   Emit(op);
   EmitByte(operand);
+  if (vm::OperandBytes(vm::InfoOf(op).operand) == 1) Join();
+}
+
+Opcode FunctionBuilder::Before(size_t back) const {
+  if (back >= starts_.size()) return Opcode::kReturn;
+  return static_cast<Opcode>(code_.bytes[PlaceOf(back)]);
+}
+
+void FunctionBuilder::Replace(size_t count, Opcode op, std::vector<uint8_t> operand) {
+  const size_t begin = PlaceOf(count - 1);
+  starts_.resize(starts_.size() - count + 1);
+  code_.bytes.resize(begin);
+  EmitByte(static_cast<int>(op));
+  for (const uint8_t byte : operand) EmitByte(byte);
+  // What was in the midst of it belongs to the line in which it begins.
+  while (!code_.lines.empty() && code_.lines.back().offset > begin) code_.lines.pop_back();
+}
+
+void FunctionBuilder::Join() {
+  const Opcode last = Before(0);
+  if (JoinArithmetic(last)) return;
+  const auto operand = [this](size_t back, size_t i) { return code_.bytes[PlaceOf(back) + 1 + i]; };
+  if (last == Opcode::kLoadLocal && Before(1) == Opcode::kLoadLocal) {
+    Replace(2, Opcode::kLoadLocals, {operand(1, 0), operand(0, 0)});
+  } else if (last == Opcode::kStoreLocal && Before(1) == Opcode::kAddInt8 &&
+             Before(2) == Opcode::kLoadLocal && operand(2, 0) == operand(0, 0)) {
+    Replace(3, Opcode::kAddToLocal, {operand(0, 0), operand(1, 0)});
+  }
+}
+
+bool FunctionBuilder::JoinArithmetic(Opcode last) {
+  const Opcode before = Before(1);
+  const auto operand = [this](size_t i) { return code_.bytes[PlaceOf(1) + 1 + i]; };
+  const bool adds = last == Opcode::kAddInt;
+  if (before == Opcode::kPushInt8) {
+    const auto number = static_cast<int8_t>(operand(0));
+    // A difference is a sum with the opposite, which the lowest byte has not.
+    if (last == Opcode::kSubInt && number != INT8_MIN) {
+      Replace(2, Opcode::kAddInt8, {static_cast<uint8_t>(-number)});
+    } else if (adds || last == Opcode::kMulInt) {
+      Replace(2, adds ? Opcode::kAddInt8 : Opcode::kMulInt8, {operand(0)});
+    } else {
+      return false;
+    }
+    return true;
+  }
+  if (last == Opcode::kModInt && before == Opcode::kPushConst) {
+    Replace(2, Opcode::kModConst, {operand(0), operand(1)});
+    return true;
+  }
+  if (adds && before == Opcode::kLoadLocal) {
+    Replace(2, Opcode::kAddLocalInt, {operand(0)});
+    return true;
+  }
+  if (adds && before == Opcode::kLoadLocals) {
+    const uint8_t first = operand(0), second = operand(1);
+    Replace(2, Opcode::kLoadLocal, {first});
+    starts_.push_back(code_.bytes.size());
+    EmitByte(static_cast<int>(Opcode::kAddLocalInt));
+    EmitByte(second);
+    return true;
+  }
+  return false;
+}
+
+Opcode FunctionBuilder::JoinJump(Opcode jump) const {
+  constexpr struct {
+    Opcode comparison, unless, if_so;
+  } kRows[] = {
+      {Opcode::kEqual, Opcode::kJumpUnlessEqual, Opcode::kJumpUnlessNotEqual},
+      {Opcode::kNotEqual, Opcode::kJumpUnlessNotEqual, Opcode::kJumpUnlessEqual},
+      {Opcode::kLessInt, Opcode::kJumpUnlessLessInt, Opcode::kJumpIfLessInt},
+      {Opcode::kLessEqualInt, Opcode::kJumpUnlessLessEqualInt, Opcode::kJumpIfLessEqualInt}};
+  for (const auto& row : kRows) {
+    if (Before(0) != row.comparison) continue;
+    if (jump == Opcode::kJumpIfFalse) return row.unless;
+    if (jump == Opcode::kJumpIfTrue) return row.if_so;
+  }
+  return jump;
 }
 
 void FunctionBuilder::EmitU16(int value) {
@@ -51,7 +139,12 @@ void FunctionBuilder::Drop(size_t count) {
 }
 
 void FunctionBuilder::Jump(vm::Opcode op, Target* target) {
-  Emit(op);
+  const Opcode joined = JoinJump(op);
+  if (joined != op) {
+    Replace(1, joined, {});
+  } else {
+    Emit(op);
+  }
   // Backward jumps know their offset; forward ones are filled in by Place.
   if (target->placed) {
     EmitU16(target->offset);
@@ -63,6 +156,8 @@ void FunctionBuilder::Jump(vm::Opcode op, Target* target) {
 }
 
 void FunctionBuilder::Place(Target* target, bool is_loop) {
+  // What is behind the place is not joined with what is before it.
+  starts_.clear();
   target->placed = true;
   target->offset = static_cast<uint16_t>(code_.bytes.size());
   // Without a jump to it the place is no join, and code behind it may be out of reach.

@@ -31,7 +31,8 @@ class FunctionBuilder {
   explicit FunctionBuilder(const source::SourceSet& sources) : sources_(sources) {}
 
   /// Emits an opcode and the bytes of its operand; the caller sees to their effect on the stack.
-  void Emit(vm::Opcode op) { EmitByte(static_cast<int>(op)); }
+  /// What stands together may become one instruction (Join).
+  void Emit(vm::Opcode op);
   void Emit(vm::Opcode op, int operand);
   void EmitByte(int value) { code_.bytes.push_back(static_cast<uint8_t>(value)); }
   void EmitU16(int value);
@@ -69,8 +70,25 @@ class FunctionBuilder {
   [[nodiscard]] size_t size() const { return code_.bytes.size(); }
 
  private:
+  /// The opcode of the last instruction but so many, if it stands directly before and nothing
+  /// leads between it and what follows; kReturn, which nothing follows, if there is none.
+  [[nodiscard]] vm::Opcode Before(size_t back) const;
+  /// Where that instruction begins.
+  [[nodiscard]] size_t PlaceOf(size_t back) const { return starts_[starts_.size() - 1 - back]; }
+  /// Replaces the last instructions by one with these bytes.
+  void Replace(size_t count, vm::Opcode op, std::vector<uint8_t> operand);
+  /// Joins what has just been emitted with what stands before it, where there is one instruction
+  /// for both.
+  void Join();
+  bool JoinArithmetic(vm::Opcode last);
+  /// The instruction that compares as the last one does and jumps as `jump`; `jump` if there is
+  /// none.
+  [[nodiscard]] vm::Opcode JoinJump(vm::Opcode jump) const;
+
   const source::SourceSet& sources_;
   FunctionCode code_;
+  /// Where instructions begin behind the last place that something may jump to.
+  std::vector<size_t> starts_;
   std::vector<vm::ValueType> stack_;
   /// Set once and never taken back; the code generator then reports the routine.
   bool too_complex_ = false;

@@ -44,100 +44,129 @@ class Writer {
   Writer(const keywords::KeywordTable& keywords, const ProgramModel& model, const ProgramCode& code)
       : keywords_(keywords), model_(model), code_(code) {}
 
-  /// The whole image, with the name of its source for messages of faults.
+  /// The whole image, its notes included, with the name of its source for messages of faults.
   std::vector<uint8_t> Write(const std::string& source_name) {
-    // The sizes and the hash are known at the end only, and are patched in then.
-    Bytes header;
-    header.U32(vm::image::kMagic);
-    header.U16(vm::image::kVersion);
-    header.U16(vm::image::kDefaultSettleTicks);
-    header.U32(0);  // Size, below.
-    header.U32(vm::image::kDefaultBudget);
-    header.U32(0);  // Hash, below.
-    header.U32(0);
-    Text(&header, source_name);
     WriteKeywords();
-    WriteConstants();
-    WriteFunctions();
+    constants_ = code_.constants;
+    for (size_t i = 0; i < model_.routines.size(); ++i) WriteFunction(i);
     for (const RoleModel& role : model_.roles) WriteRole(role);
-    // The texts are collected while the other sections are written.
-    section(Section::kStrings) = strings_;
-    return Assemble(&header);
+    // Fields have added their first values to what the code needs.
+    WriteConstants();
+    // The texts were collected while the other sections were written.
+    section(Section::kStrings) = strings_.bytes;
+    return Assemble(WriteNotes(source_name));
   }
 
  private:
+  // Texts that lie one behind the other; equal ones are stored once.
+  struct Strings {
+    Bytes bytes;
+    std::map<std::string, size_t> offsets;
+
+    size_t OffsetOf(const std::string& text) {
+      const auto [it, is_new] = offsets.emplace(text, bytes.size());
+      if (is_new) {
+        for (const char c : text) bytes.U8(static_cast<uint8_t>(c));
+      }
+      return it->second;
+    }
+    // A name's record; longer ones are cut, as the image has one byte for their size.
+    void Put(Bytes* out, const std::string& text) {
+      const std::string name = text.substr(0, 255);
+      out->U16(OffsetOf(name));
+      out->U8(name.size());
+    }
+  };
+
   // Sections in the order of vm::image::Section, which is also their order in the image.
   Bytes& section(Section which) { return sections_[static_cast<int>(which)]; }
-
-  // Equal texts are stored once.
-  void Text(Bytes* out, const std::string& text) {
-    const auto [it, is_new] = offsets_.emplace(text, strings_.size());
-    if (is_new) {
-      for (const char c : text) strings_.U8(static_cast<uint8_t>(c));
-    }
-    out->U16(it->second);
-    out->U16(text.size());
-  }
 
   void WriteKeywords() {
     // Keywords are stored by name, and each module binds them to its own parts.
     for (const int index : model_.keywords) {
       const keywords::Keyword& keyword = keywords_.all()[index];
       section(Section::kKeywords).U8(keyword.kind);
-      Text(&section(Section::kKeywords), keyword.name);
+      strings_.Put(&section(Section::kKeywords), keyword.name);
     }
   }
 
   // A constant is its type and its 32 bits.
   void WriteConstants() {
-    for (const auto& [type, bits] : code_.constants) {
+    for (const auto& [type, bits] : constants_) {
       section(Section::kConstants).U8(type);
-      section(Section::kConstants).U32(bits);
+      if (type == vm::ValueType::kText) {
+        section(Section::kConstants).U16(strings_.OffsetOf(code_.texts[bits]));
+        section(Section::kConstants).U16(code_.texts[bits].size());
+      } else {
+        section(Section::kConstants).U32(bits);
+      }
     }
   }
 
-  void WriteFunctions() {
-    for (size_t i = 0; i < model_.routines.size(); ++i) {
-      // The record of a function; its code, joins and lines stand in sections of their own.
-      const Routine& routine = model_.routines[i];
-      const FunctionCode& function = code_.functions[i];
-      Bytes& out = section(Section::kFunctions);
-      Text(&out, routine.name);
-      out.U8(routine.role);
-      out.U8(ValueTypeOf(routine.result));
-      out.U8(routine.member->parameters.size());
-      out.U8(routine.locals.size());
-      // Places in the sections of code and joins are where the next entry goes.
-      out.U32(section(Section::kCode).size());
-      out.U32(function.bytes.size());
-      out.U16(num_joins_);
-      out.U16(function.joins.size());
-      // The types of all locals, in a record of fixed size.
-      for (size_t k = 0; k < vm::image::kMaxLocals; ++k) {
-        out.U8(k < routine.locals.size() ? ValueTypeOf(routine.locals[k]) : vm::ValueType::kVoid);
-      }
-      for (const JoinCode& join : function.joins) {
-        section(Section::kJoins).U16(join.offset);
-        section(Section::kJoins).U16(join.set_locals);
-        section(Section::kJoins).U32(join.stack_types);
-      }
-      num_joins_ += function.joins.size();
-      for (const LineCode& line : function.lines) {
-        // A function counts its lines from its own beginning, the image from that of all code.
-        section(Section::kLines).U32(section(Section::kCode).size() + line.offset);
-        section(Section::kLines).U16(line.line);
-      }
-      section(Section::kCode).Append(function.bytes);
+  // The number of a constant of this value, which is added if there is none.
+  size_t ConstantOf(vm::ValueType type, uint32_t bits) {
+    const std::pair<vm::ValueType, uint32_t> wanted{type, bits};
+    const auto found = std::ranges::find(constants_, wanted);
+    const auto index = static_cast<size_t>(found - constants_.begin());
+    if (found == constants_.end()) constants_.push_back(wanted);
+    return index;
+  }
+
+  void WriteFunction(size_t i) {
+    // The record of a function; its code, types and joins stand in sections of their own.
+    const Routine& routine = model_.routines[i];
+    const FunctionCode& function = code_.functions[i];
+    const size_t code_begin = section(Section::kCode).size();
+    Bytes& out = section(Section::kFunctions);
+    out.U16(code_begin);
+    out.U8(routine.role);
+    out.U16(static_cast<size_t>(ValueTypeOf(routine.result)) |
+            routine.member->parameters.size() << 4 | routine.locals.size() << 9);
+    std::vector<uint8_t> types;
+    for (const auto& local : routine.locals) {
+      types.push_back(static_cast<uint8_t>(ValueTypeOf(local)));
     }
+    out.U16(PlaceOf(types));
+    // A function counts from its own beginning, the image from that of all code.
+    for (const JoinCode& join : function.joins) {
+      section(Section::kJoins).U16(code_begin + join.offset);
+      section(Section::kJoins).U16(StateOf(join));
+      ++num_joins_;
+    }
+    for (const LineCode& line : function.lines) {
+      lines_.U16(code_begin + line.offset);
+      lines_.U16(line.line);
+    }
+    section(Section::kCode).Append(function.bytes);
+  }
+
+  // Where a list of types stands; one that stands there already serves twice.
+  size_t PlaceOf(const std::vector<uint8_t>& types) {
+    if (types.empty()) return 0;
+    const std::vector<uint8_t>& all = section(Section::kTypes).bytes();
+    const auto found = std::search(all.begin(), all.end(), types.begin(), types.end());
+    const auto place = static_cast<size_t>(found - all.begin());
+    if (found == all.end()) section(Section::kTypes).Append(types);
+    return place;
+  }
+
+  // What holds at a join; joins where the same holds share it.
+  size_t StateOf(const JoinCode& join) {
+    const auto [it, is_new] =
+        states_.emplace(std::pair(join.set_locals, join.stack_types), states_.size());
+    if (is_new) {
+      section(Section::kStates).U16(join.set_locals);
+      section(Section::kStates).U32(join.stack_types);
+    }
+    return it->second;
   }
 
   void WriteRole(const RoleModel& role) {
     // First how many of each kind of member, then the members, so that a reader knows the size.
     Bytes& out = section(Section::kRoles);
-    Text(&out, role.name);
-    out.U16(role.parent < 0 ? 0xffff : role.parent);
-    out.U8(role.role->abstract_role ? 1 : 0);
-    out.U8(role.depth);
+    strings_.Put(&out, role.name);
+    out.U8(role.parent < 0 ? int{vm::image::kNoParent} : role.parent);
+    out.U8(role.depth | (role.role->abstract_role ? vm::image::kAbstractBit : 0));
     for (const size_t size :
          {role.fields.size(), role.labels.size(), role.requirements.size(), role.startups.size(),
           role.behaviors.size(), role.commands.size(), role.handlers.size(), role.methods.size()}) {
@@ -146,41 +175,67 @@ class Writer {
     // Each table in the order of its slots, which the code refers to.
     for (const FieldSlot& slot : role.fields) {
       const FieldDecl& decl = model_.fields[slot.decl];
-      Text(&out, decl.name);
-      out.U8(ValueTypeOf(decl.type));
-      out.U32(slot.cell.bits);
+      out.U16(ConstantOf(ValueTypeOf(decl.type), slot.cell.bits) |
+              (decl.shared ? vm::image::kSharedFieldBit : 0));
+      field_names_.push_back(decl.name);
     }
-    for (const NamedSlot& label : role.labels) {
-      Text(&out, label.name);
-      out.U8(ValueTypeOf(model_.routines[label.routine].result));
-      out.U16(label.routine);
-    }
+    for (const NamedSlot& label : role.labels) out.U16(label.routine);
     for (const int requirement : role.requirements) out.U16(requirement);
     for (const auto* slots : {&role.startups, &role.behaviors, &role.commands}) {
-      for (const NamedSlot& slot : *slots) {
-        Text(&out, slot.name);
-        out.U16(slot.routine);
-      }
+      for (const NamedSlot& slot : *slots) out.U16(slot.routine);
     }
     for (const NamedSlot& handler : role.handlers) {
-      // BuildModel has accepted no other names.
-      out.U8(std::ranges::find(kEventNames, handler.name) - std::begin(kEventNames));
+      // A timer that says its period is known by it, all others by their names.
+      const int period = code_.periods[handler.routine];
+      const auto event = std::ranges::find(kEventNames, handler.name) - std::begin(kEventNames);
+      const bool early = model_.routines[handler.routine].member->early;
+      out.U8((period >= 0 ? vm::image::kFirstPeriod + period : static_cast<int>(event)) |
+             (early ? vm::image::kEarlyBit : 0));
       out.U16(handler.routine);
     }
     for (const NamedSlot& method : role.methods) out.U16(method.routine);
   }
 
-  std::vector<uint8_t> Assemble(Bytes* header) {
-    // The header ends with the place and count of each section.
-    size_t begin = vm::image::kHeaderBytes;
-    for (int i = 0; i < vm::image::kNumSections; ++i) {
-      header->U32(begin);
-      header->U32(CountOf(static_cast<Section>(i)));
-      begin += sections_[i].size();
+  // What people want to know of the program and modules need not.
+  std::vector<uint8_t> WriteNotes(const std::string& source_name) {
+    Strings strings;
+    Bytes source, names;
+    strings.Put(&source, source_name);
+    for (const Routine& routine : model_.routines) strings.Put(&names, routine.name);
+    for (const std::string& name : field_names_) strings.Put(&names, name);
+    too_large_ = too_large_ || strings.bytes.size() > 0xffff || lines_.size() / 4 > 0xffff;
+    Bytes notes;
+    notes.U32(vm::image::kNotesMagic);
+    notes.U16(strings.bytes.size());
+    notes.U16(field_names_.size());
+    notes.U16(lines_.size() / vm::image::kLineBytes);
+    for (const Bytes* part : {&source, &strings.bytes, &names, &lines_}) {
+      notes.Append(part->bytes());
     }
-    if (begin > vm::kMaxImageBytes) return {};
-    Bytes image = *header;
+    return notes.bytes();
+  }
+
+  std::vector<uint8_t> Assemble(const std::vector<uint8_t>& notes) {
+    // The sizes and the hash are known at the end only, and are patched in then.
+    Bytes image;
+    image.U32(vm::image::kMagic);
+    image.U16(vm::image::kVersion);
+    image.U16(vm::image::kDefaultSettleTicks);
+    image.U32(0);  // Size, below.
+    image.U32(vm::image::kDefaultBudget);
+    image.U32(0);  // Hash, below.
+    image.U32(0);
+    const uint64_t notes_hash =
+        vm::image::HashOfNotes(notes.data(), static_cast<uint32_t>(notes.size()));
+    image.U32(notes_hash & 0xffffffff);
+    image.U32(notes_hash >> 32);
+    for (int i = 0; i < vm::image::kNumSections; ++i) {
+      const size_t count = CountOf(static_cast<Section>(i));
+      too_large_ = too_large_ || count > 0xffff;
+      image.U16(count);
+    }
     for (const Bytes& part : sections_) image.Append(part.bytes());
+    if (too_large_ || image.size() + notes.size() > vm::kMaxImageBytes) return {};
     std::vector<uint8_t> bytes = image.bytes();
     // The hash covers all bytes but its own, so it comes last.
     const auto patch = [&bytes](size_t at, uint64_t value, size_t count) {
@@ -189,6 +244,7 @@ class Writer {
     patch(vm::image::kSizeAt, bytes.size(), 4);
     patch(vm::image::kHashAt, vm::image::HashOf(bytes.data(), static_cast<uint32_t>(bytes.size())),
           8);
+    bytes.insert(bytes.end(), notes.begin(), notes.end());
     return bytes;
   }
 
@@ -198,15 +254,15 @@ class Writer {
       case Section::kKeywords:
         return model_.keywords.size();
       case Section::kConstants:
-        return code_.constants.size();
+        return constants_.size();
       case Section::kFunctions:
         return model_.routines.size();
       case Section::kRoles:
         return model_.roles.size();
+      case Section::kStates:
+        return states_.size();
       case Section::kJoins:
         return num_joins_;
-      case Section::kLines:
-        return section(which).size() / vm::image::kLineBytes;
       default:
         return section(which).size();
     }
@@ -216,10 +272,17 @@ class Writer {
   const ProgramModel& model_;
   const ProgramCode& code_;
   Bytes sections_[vm::image::kNumSections];
-  Bytes strings_;
-  // Where each text begins in the section of strings.
-  std::map<std::string, size_t> offsets_;
+  Strings strings_;
+  /// Those of the code, and what fields begin with.
+  std::vector<std::pair<vm::ValueType, uint32_t>> constants_;
+  /// The states of joins, numbered as they came.
+  std::map<std::pair<uint16_t, uint32_t>, size_t> states_;
   size_t num_joins_ = 0;
+  // For the notes.
+  std::vector<std::string> field_names_;
+  Bytes lines_;
+  /// True if a count does not fit the header.
+  bool too_large_ = false;
 };
 
 }  // namespace

@@ -106,6 +106,8 @@ class Lexer {
       Add(TokenKind::kDollar, begin);
     } else if (IsDigit(c)) {
       Number(begin);
+    } else if (c == '"') {
+      Text(begin);
     } else {
       Sign(begin);
     }
@@ -148,6 +150,27 @@ class Lexer {
     Add(is_float ? TokenKind::kFloat : TokenKind::kInt, begin);
   }
 
+  /// Reads a text from its quote to the one that closes it, in the same line. `\"` and `\\` stand
+  /// for the character behind the backslash (TextValue).
+  void Text(size_t begin) {
+    ++at_;
+    while (Peek() != '"' && Peek() != '\n' && Peek() != '\r' && at_ < text_.size()) {
+      // Control characters would reach terminals and logs.
+      const auto c = static_cast<unsigned char>(Peek());
+      if (c < 0x20 || c == 0x7f) {
+        diagnostics_.Error({file_, at_, at_ + 1}, "control character in a text");
+      }
+      at_ += Peek() == '\\' && (Peek(1) == '"' || Peek(1) == '\\') ? 2 : 1;
+    }
+    if (Peek() != '"') {
+      diagnostics_.Error({file_, begin, at_}, "text is not closed").hint =
+          "end it with '\"' in the same line";
+    } else {
+      ++at_;
+    }
+    tokens_.push_back({TokenKind::kText, {file_, begin, at_}});
+  }
+
   /// Reads a sign, or reports a character that begins no token.
   void Sign(size_t begin) {
     // Programs in print leave parts out; M3L has the same words for it.
@@ -180,7 +203,7 @@ class Lexer {
                                        : std::string("unexpected control character"));
     if (sequence == "&") error.hint = "logical and is '&&'";
     if (sequence == "|") error.hint = "logical or is '||'";
-    if (sequence == "\"" || sequence == "'") error.hint = "DynaRole has no texts";
+    if (sequence == "'") error.hint = "texts stand between double quotes: \"...\"";
   }
 
   std::string_view text_;

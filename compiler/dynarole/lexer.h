@@ -22,9 +22,9 @@ enum class TokenKind : uint8_t {
 #undef SIGN
 };
 
-/// Whether the token's text says more than its kind: names and numbers, not words and signs.
+/// Whether the token's text says more than its kind: names, numbers and texts, not words and signs.
 constexpr bool HasText(TokenKind kind) {
-  return kind >= TokenKind::kName && kind <= TokenKind::kFloat;
+  return kind >= TokenKind::kName && kind <= TokenKind::kText;
 }
 /// Whether the word begins a member.
 constexpr bool IsMemberWord(TokenKind kind) {
@@ -50,8 +50,8 @@ std::string Describe(TokenKind kind);
 
 /// Splits the text of a file into tokens, the last of which is kEnd. What cannot be read is an
 /// error in `diagnostics` and left out: characters that begin no token, numbers followed by
-/// letters, "..." for parts left out, a comment without end, bytes that are not UTF-8. After 20
-/// such errors the rest of the file is not read.
+/// letters, "..." for parts left out, a comment or text without end, bytes that are not UTF-8.
+/// After 20 such errors the rest of the file is not read.
 /// @param file  index of the file in `sources`.
 std::vector<Token> Tokenize(const source::SourceSet& sources, int file,
                             source::Diagnostics* diagnostics);

@@ -55,6 +55,11 @@ class Linter {
     for (const FieldDecl& decl : model_.fields) {
       if (!decl.read) diagnostics_.Warning(decl.span, "field '" + decl.name + "' is never read");
     }
+    for (const ConstantModel& constant : model_.constants) {
+      if (!constant.used) {
+        diagnostics_.Warning(constant.span, "constant '" + constant.name + "' is never used");
+      }
+    }
     for (const Signature& signature : model_.signatures) {
       if (signature.kind == MemberKind::kFunction && !signature.called) {
         diagnostics_.Warning(signature.span, "function '" + signature.name + "' is never called");
@@ -161,8 +166,11 @@ class Linter {
     }
     if (expr.meaning != Meaning::kBuiltin) return false;
     const Expr& member = expr.kind == ExprKind::kCall ? *expr.operands[0] : expr;
-    const Expr& base = *member.operands[0];
-    if (base.kind != ExprKind::kSelf && !TextOf(base, fields, text)) return false;
+    // Functions of the language stand behind no dot.
+    const Expr* base = member.operands.empty() ? nullptr : member.operands[0].get();
+    if (base != nullptr && base->kind != ExprKind::kSelf && !TextOf(*base, fields, text)) {
+      return false;
+    }
     *text += "." + member.name + "(";
     // self.connected means self.connected($ANY).
     if (expr.opcode == vm::Opcode::kConnected &&
@@ -235,10 +243,14 @@ class Linter {
 
   void LintLoops(const Stmt& statement) {
     // A task that never waits uses up the budget of every tick, so that others starve.
-    if (statement.kind == StmtKind::kWhile && statement.expr != nullptr) {
-      const FoldResult folded = Fold(*statement.expr);
-      const bool endless = folded.value && folded.value->cell.AsBool();
-      if (endless && !MayWaitOrReturn(*statement.body[0])) {
+    const bool is_for = statement.kind == StmtKind::kFor;
+    if (is_for || statement.kind == StmtKind::kWhile) {
+      const FoldResult folded = statement.expr != nullptr ? Fold(*statement.expr) : FoldResult();
+      const bool endless =
+          statement.expr == nullptr || (folded.value && folded.value->cell.AsBool());
+      const Stmt& body = is_for ? *statement.body[2] : *statement.body[0];
+      const bool after = is_for && MayWaitOrLeave(*statement.body[1]);
+      if (endless && !after && !MayWaitOrLeave(body)) {
         diagnostics_.Warning(statement.span, "endless loop that never waits").hint =
             "it uses up the instruction budget of every tick; wait in it, for example "
             "self.sleepcs(2);";
@@ -247,17 +259,17 @@ class Linter {
     for (const StmtPtr& inner : statement.body) LintLoops(*inner);
   }
 
-  static bool MayWaitOrReturn(const Stmt& statement) {
-    if (statement.kind == StmtKind::kReturn) return true;
+  static bool MayWaitOrLeave(const Stmt& statement) {
+    if (statement.kind == StmtKind::kReturn || statement.kind == StmtKind::kBreak) return true;
     if (statement.expr != nullptr && MayWait(*statement.expr)) return true;
     return std::any_of(statement.body.begin(), statement.body.end(),
-                       [](const StmtPtr& inner) { return MayWaitOrReturn(*inner); });
+                       [](const StmtPtr& inner) { return MayWaitOrLeave(*inner); });
   }
 
   static bool MayWait(const Expr& expr) {
     // What a called function does may depend on the role that is played, so it gets the benefit of
     // the doubt.
-    if (expr.meaning == Meaning::kMethod) return true;
+    if (expr.meaning == Meaning::kMethod || expr.meaning == Meaning::kSuper) return true;
     if (expr.meaning == Meaning::kBuiltin && vm::InfoOf(expr.opcode).effect == vm::Effect::kWait) {
       return true;
     }

@@ -130,6 +130,15 @@ Program Parser::ParseProgram() {
       ParseRole(&program);
       continue;
     }
+    if (Is(TokenKind::kConst)) {
+      ParseConstant(&program.constants);
+      // Reading goes on behind it, or at what can begin something else.
+      while (panic_ && !Is(TokenKind::kConst) && !Is(TokenKind::kRole) &&
+             !Is(TokenKind::kAbstract) && !Is(TokenKind::kEnd)) {
+        panic_ = Take().kind != TokenKind::kSemicolon;
+      }
+      continue;
+    }
     if (Is(TokenKind::kRightBrace)) {
       ErrorAt(Take().span, "unmatched '}'");
       continue;
@@ -137,7 +146,7 @@ Program Parser::ParseProgram() {
     // Something else stands between roles, perhaps a misspelt word.
     Unexpected(
         "'role' or 'abstract role'",
-        source::NearestHint(TextOf(Peek()), {"role", "abstract"},
+        source::NearestHint(TextOf(Peek()), {"role", "abstract", "const"},
                             "a program is a list of roles: role NAME extends Module { ... }"));
     SkipToRole();
   }
@@ -147,6 +156,28 @@ Program Parser::ParseProgram() {
 // A role's words begin nothing else, so that reading can go on there whatever came before.
 void Parser::SkipToRole() {
   while (!Is(TokenKind::kEnd) && !Is(TokenKind::kRole) && !Is(TokenKind::kAbstract)) Take();
+}
+
+// A name that is known nowhere yet, and its value, which the checker computes.
+void Parser::ParseConstant(std::vector<ConstantDecl>* constants) {
+  Take();
+  if (!Is(TokenKind::kName)) {
+    Unexpected("the name of the constant");
+    return;
+  }
+  ConstantDecl constant;
+  constant.name_span = Peek().span;
+  constant.name = TextOf(Take());
+  if (!Expect(TokenKind::kAssign, "and the value of the constant '" + constant.name + "'")) return;
+  constant.expr = ParseExpr();
+  ExpectSemicolon("the constant '" + constant.name + "'");
+  // As many as a role can have members, so that a hostile text costs no time later.
+  if (constants->size() == kMaxMembers) {
+    GiveUp(constant.name_span, "too many constants",
+           "at most " + std::to_string(kMaxMembers) + " in one place");
+    return;
+  }
+  constants->push_back(std::move(constant));
 }
 
 // `[abstract] role NAME extends NAME { members }`
@@ -200,6 +231,11 @@ void Parser::ParseMembers(Role* role) {
     }
     // The limit of messages holds within a role too.
     if (diagnostics_.all().size() >= 100) return;
+    if (Is(TokenKind::kConst)) {
+      ParseConstant(&role->constants);
+      if (panic_) SkipMember();
+      continue;
+    }
     if (role->members.size() == kMaxMembers) {
       GiveUp(Peek().span, "role '" + role->name + "' has too many members",
              "at most " + std::to_string(kMaxMembers));
@@ -213,8 +249,8 @@ void Parser::ParseMembers(Role* role) {
 }
 
 bool Parser::AtMember() const {
-  return IsMemberWord(Peek().kind) || Is(TokenKind::kRole) || Is(TokenKind::kAbstract) ||
-         Is(TokenKind::kEnd);
+  return IsMemberWord(Peek().kind) || Is(TokenKind::kConst) || Is(TokenKind::kShared) ||
+         Is(TokenKind::kRole) || Is(TokenKind::kAbstract) || Is(TokenKind::kEnd);
 }
 
 // Goes on behind the member: after its ';' or its block, or before something that begins another.
@@ -266,6 +302,8 @@ void Parser::ParseMember(Role* role) {
   if (const std::optional<MemberKind> word = MemberOf(kind)) {
     if (kind == Peek().kind) Take();
     member.kind = *word;
+  } else if (TakeIf(TokenKind::kShared)) {
+    member.shared = true;
   } else if (!Is(TokenKind::kName)) {
     Unexpected("a member of '" + role->name + "' or '}'");
     // Never stand still.
@@ -321,12 +359,33 @@ bool Parser::ParseRoutine(Member* member) {
     return false;
   }
   if (!ParseParameters(member)) return false;
+  if (member->kind == MemberKind::kHandler) ParseHandlerWords(member);
+  if (panic_) return false;
   if (!Is(TokenKind::kLeftBrace)) {
     Unexpected("'{' and the body of the " + what);
     return false;
   }
   member->body = ParseBlock();
   return true;
+}
+
+// `every PERIOD` and `early`. They are words in this place only, so that programs may use them as
+// names.
+void Parser::ParseHandlerWords(Member* member) {
+  while (Is(TokenKind::kName) && !panic_) {
+    const std::string word = TextOf(Peek());
+    if (word == "early" && !member->early) {
+      Take();
+      member->early = true;
+    } else if (word == "every" && member->period == nullptr) {
+      Take();
+      member->period = ParseExpr();
+    } else {
+      Unexpected("'every', 'early' or the body of the handler '" + member->name + "'",
+                 source::NearestHint(word, {"every", "early"},
+                                     "for example: handler " + member->name + "() every 0.5 {"));
+    }
+  }
 }
 
 bool Parser::ParseParameters(Member* member) {
@@ -347,9 +406,10 @@ bool Parser::ParseParameters(Member* member) {
         ErrorAt(
             Peek().span, "unknown type '" + text + "'",
             source::NearestHint(
-                text, {"bool", "int", "float", "direction", "axis", "role", "joint", "link"},
-                "parameters are bool, int, float, direction, axis, role, joint or link, or stand "
-                "without a type"));
+                text,
+                {"bool", "int", "float", "direction", "axis", "role", "joint", "link", "connector"},
+                "parameters are bool, int, float, direction, axis, role, joint, link or connector, "
+                "or stand without a type"));
         return false;
       }
       parameter.type = *type;

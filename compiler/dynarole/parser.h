@@ -97,6 +97,10 @@ class Parser {
   void ParseMembers(Role* role);
   void ParseMember(Role* role);
   void ParseField(Member* member);
+  /// What may stand between the parameters of a handler and its block.
+  void ParseHandlerWords(Member* member);
+  /// `const NAME = value;`, in a role or outside all.
+  void ParseConstant(std::vector<ConstantDecl>* constants);
   /// Parameters and block of a member; false, with an error, where either is missing.
   bool ParseRoutine(Member* member);
   /// Parameters in parentheses; false, with an error, where they cannot be read.
@@ -115,11 +119,13 @@ class Parser {
   StmtPtr ParseVar();
   StmtPtr ParseIf();
   StmtPtr ParseWhile();
-  /// Whether a `for` of other languages begins here.
-  [[nodiscard]] bool AtFor() const;
-  /// Reports a `for`, which DynaRole does not have.
-  StmtPtr ParseMissingFor();
+  StmtPtr ParseFor();
+  /// `break;` or `continue;`
+  StmtPtr ParseLeave();
   StmtPtr ParseReturn();
+  /// Whether the next tokens begin an assignment: a name and a sign that assigns.
+  [[nodiscard]] bool AtAssignment() const;
+  /// An assignment up to its semicolon, which is left, as is the end of a `for`'s last part.
   StmtPtr ParseAssignment();
   StmtPtr ParseExpressionStatement();
   /// An expression in parentheses, behind `word`; null, with an error, if there are none.

@@ -32,6 +32,19 @@ constexpr BinaryOperator kBinaryOperators[] = {
     {TokenKind::kPercent, Operator::kMod, 6},
 };
 
+// The characters of a text: without its quotes and without the backslashes before quotes and
+// backslashes.
+std::string TextValue(const std::string& token) {
+  std::string value;
+  for (size_t i = 1; i + 1 < token.size(); ++i) {
+    const bool escapes =
+        token[i] == '\\' && i + 2 < token.size() && (token[i + 1] == '"' || token[i + 1] == '\\');
+    if (escapes) ++i;
+    value += token[i];
+  }
+  return value;
+}
+
 // Null for tokens that are no binary operators: the expression ends there.
 const BinaryOperator* FindBinary(TokenKind token) {
   for (const BinaryOperator& candidate : kBinaryOperators) {
@@ -177,6 +190,14 @@ ExprPtr Parser::ParsePrimary() {
     case TokenKind::kSelf:
       Take();
       return Node(ExprKind::kSelf, token.span);
+    case TokenKind::kSuper:
+      Take();
+      return Node(ExprKind::kSuper, token.span);
+    case TokenKind::kText: {
+      ExprPtr expr = Node(ExprKind::kText, token.span);
+      expr->name = TextValue(TextOf(Take()));
+      return expr;
+    }
     case TokenKind::kLeftParen: {
       Take();
       // Parentheses leave no trace in the tree.

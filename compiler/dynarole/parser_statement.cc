@@ -1,3 +1,5 @@
+#include <optional>
+
 #include "compiler/dynarole/parser.h"
 
 namespace morphbus::dynarole {
@@ -23,10 +25,11 @@ StmtPtr Parser::ParseBlock() {
   if (!EnterLevel()) return block;
   while (!Is(TokenKind::kRightBrace)) {
     // A word that can only begin a member means that this block was not closed.
-    if (AtMember() && Peek(1).kind != TokenKind::kAssign) {
+    if (AtMember() && !Is(TokenKind::kConst) && Peek(1).kind != TokenKind::kAssign) {
       ExpectClosing(TokenKind::kRightBrace, opening);
       break;
     }
+    // Nobody reads more errors than these, and broken text could give one for each word.
     if (diagnostics_.all().size() >= 100) break;
     // An error ends with its statement; reading goes on at the next.
     panic_ = false;
@@ -41,11 +44,12 @@ StmtPtr Parser::ParseBlock() {
 
 void Parser::SkipStatement() {
   // Stops before a word that begins a statement, behind a semicolon or a block, and before a
-  // member.
+  // member. Semicolons and words inside braces belong to statements that are skipped with them.
   int depth = 0;
   while (!Is(TokenKind::kEnd)) {
     if (depth == 0 && (Is(TokenKind::kRightBrace) || Is(TokenKind::kVar) || Is(TokenKind::kIf) ||
-                       Is(TokenKind::kWhile) || Is(TokenKind::kReturn))) {
+                       Is(TokenKind::kWhile) || Is(TokenKind::kFor) || Is(TokenKind::kBreak) ||
+                       Is(TokenKind::kContinue) || Is(TokenKind::kReturn))) {
       return;
     }
     if (AtMember()) return;
@@ -74,6 +78,13 @@ StmtPtr Parser::ParseStatement() {
     case TokenKind::kWhile:
       statement = ParseWhile();
       break;
+    case TokenKind::kFor:
+      statement = ParseFor();
+      break;
+    case TokenKind::kBreak:
+    case TokenKind::kContinue:
+      statement = ParseLeave();
+      break;
     case TokenKind::kReturn:
       statement = ParseReturn();
       break;
@@ -90,12 +101,14 @@ StmtPtr Parser::ParseStatement() {
       Take();
       statement = std::move(failed);
       break;
+    case TokenKind::kConst:
+      ErrorAt(Peek().span, "a constant stands in a role or outside all, not in code",
+              "for a value that code finds out, write: var NAME = ...;");
+      Take();
+      statement = std::move(failed);
+      break;
     // A name with an assignment sign behind it, or an expression.
     default: {
-      if (AtFor()) {
-        statement = ParseMissingFor();
-        break;
-      }
       // A word that begins a member was used as a name.
       if (IsMemberWord(Peek().kind)) {
         ErrorAt(Peek().span, Describe(Peek().kind) + " is a word of the language, not a name");
@@ -103,10 +116,12 @@ StmtPtr Parser::ParseStatement() {
         statement = std::move(failed);
         break;
       }
-      const TokenKind next = Peek(1).kind;
-      const bool assigns = next == TokenKind::kAssign || next == TokenKind::kPlusAssign ||
-                           next == TokenKind::kMinusAssign;
-      statement = Is(TokenKind::kName) && assigns ? ParseAssignment() : ParseExpressionStatement();
+      if (!AtAssignment()) {
+        statement = ParseExpressionStatement();
+        break;
+      }
+      statement = ParseAssignment();
+      ExpectSemicolon("the assignment");
     }
   }
   --level_;
@@ -151,6 +166,7 @@ StmtPtr Parser::ParseIf() {
   Take();
   statement->expr = ParseCondition("if");
   if (panic_) return statement;
+  // An 'else' belongs to the nearest 'if', which is the one that is read here.
   statement->body.push_back(ParseStatement());
   if (!panic_ && TakeIf(TokenKind::kElse)) statement->body.push_back(ParseStatement());
   return statement;
@@ -165,47 +181,99 @@ StmtPtr Parser::ParseWhile() {
   return statement;
 }
 
-// `for (`, which other languages have, or the name of a function of that name in a role.
-bool Parser::AtFor() const {
-  return Is(TokenKind::kName) && TextOf(Peek()) == "for" && Peek(1).kind == TokenKind::kLeftParen;
+// `for (first; condition; after each round) statement`; each of the three may be missing.
+StmtPtr Parser::ParseFor() {
+  StmtPtr statement = NewStatement(StmtKind::kFor);
+  Take();
+  const Span opening = Peek().span;
+  if (!Expect(TokenKind::kLeftParen, "after 'for'")) return NewStatement(StmtKind::kError);
+  // What comes first ends with its semicolon, as any statement does.
+  StmtPtr first = NewStatement(StmtKind::kBlock);
+  if (Is(TokenKind::kVar)) {
+    first = ParseVar();
+  } else if (AtAssignment()) {
+    first = ParseAssignment();
+    ExpectSemicolon("the first part of 'for'");
+  } else {
+    Expect(TokenKind::kSemicolon, "or 'var' or an assignment as the first part of 'for'");
+  }
+  statement->body.push_back(std::move(first));
+  if (panic_) return NewStatement(StmtKind::kError);
+  // Without a condition the loop goes on until it is left.
+  if (!Is(TokenKind::kSemicolon)) statement->expr = ParseExpr();
+  if (panic_ || !Expect(TokenKind::kSemicolon, "after the condition of 'for'"))
+    return NewStatement(StmtKind::kError);
+  // What is done after each round has no semicolon: the parenthesis ends it.
+  StmtPtr after = NewStatement(StmtKind::kBlock);
+  const Span begin = Peek().span;
+  if (AtAssignment()) {
+    after = ParseAssignment();
+    after->span = SpanFrom(begin);
+  } else if (!Is(TokenKind::kRightParen)) {
+    after = NewStatement(StmtKind::kExpr);
+    after->expr = ParseExpr();
+    after->span = SpanFrom(begin);
+  }
+  statement->body.push_back(std::move(after));
+  // The body is the third part, behind what comes first and what comes after each round.
+  if (!ExpectClosing(TokenKind::kRightParen, opening)) return NewStatement(StmtKind::kError);
+  statement->body.push_back(ParseStatement());
+  return statement;
 }
 
-// Reports the `for`, skips what stands in its parentheses, and reads its body, so that what is
-// wrong there is reported too.
-StmtPtr Parser::ParseMissingFor() {
-  diagnostics_.Error(Take().span, "DynaRole has no 'for' yet").hint =
-      "write: var i = 0; while (i < n) { ...; i += 1; }";
-  // The parentheses hold semicolons, at which recovery would stop.
-  int depth = 0;
-  do {
-    if (Is(TokenKind::kLeftParen)) ++depth;
-    if (Is(TokenKind::kRightParen)) --depth;
-    if (Is(TokenKind::kLeftBrace) || Is(TokenKind::kRightBrace) || Is(TokenKind::kEnd)) break;
-    Take();
-  } while (depth > 0);
-  return ParseStatement();
+StmtPtr Parser::ParseLeave() {
+  // Whether there is a loop to leave is for the checker to say.
+  StmtPtr statement = NewStatement(Is(TokenKind::kBreak) ? StmtKind::kBreak : StmtKind::kContinue);
+  const std::string word = Describe(Take().kind);
+  ExpectSemicolon(word);
+  return statement;
 }
 
 StmtPtr Parser::ParseReturn() {
   // `return value;`, or `return;` without a result.
   StmtPtr statement = NewStatement(StmtKind::kReturn);
+  // Before a brace the semicolon is forgotten, which is said below in place of a missing value.
   Take();
   if (!Is(TokenKind::kSemicolon) && !Is(TokenKind::kRightBrace)) statement->expr = ParseExpr();
   ExpectSemicolon("'return'");
   return statement;
 }
 
+namespace {
+
+// The operator of an assigning sign; kNone for `=`, nothing for what does not assign.
+std::optional<Operator> AssigningOperator(TokenKind sign) {
+  switch (sign) {
+    case TokenKind::kAssign:
+      return Operator::kNone;
+    case TokenKind::kPlusAssign:
+      return Operator::kAdd;
+    case TokenKind::kMinusAssign:
+      return Operator::kSub;
+    case TokenKind::kStarAssign:
+      return Operator::kMul;
+    case TokenKind::kSlashAssign:
+      return Operator::kDiv;
+    case TokenKind::kPercentAssign:
+      return Operator::kMod;
+    default:
+      return std::nullopt;
+  }
+}
+
+}  // namespace
+
+bool Parser::AtAssignment() const {
+  return Is(TokenKind::kName) && AssigningOperator(Peek(1).kind).has_value();
+}
+
 StmtPtr Parser::ParseAssignment() {
-  // `NAME = value;`, `NAME += value;`, `NAME -= value;`
+  // `NAME = value`, `NAME += value` and the like.
   StmtPtr statement = NewStatement(StmtKind::kAssign);
   statement->name_span = Peek().span;
   statement->name = TextOf(Take());
-  const TokenKind sign = Take().kind;
-  statement->op = sign == TokenKind::kPlusAssign    ? Operator::kAdd
-                  : sign == TokenKind::kMinusAssign ? Operator::kSub
-                                                    : Operator::kNone;
+  statement->op = *AssigningOperator(Take().kind);
   statement->expr = ParseExpr();
-  ExpectSemicolon("the assignment");
   return statement;
 }
 
@@ -217,8 +285,8 @@ StmtPtr Parser::ParseExpressionStatement() {
   const bool odd = statement->expr->kind == ExprKind::kName ||
                    (!Is(TokenKind::kSemicolon) && !StartsLine(Peek()));
   if (!panic_ && odd && first.kind == TokenKind::kName) {
-    const std::string near =
-        source::NearestName(TextOf(first), {"if", "else", "while", "return", "var"});
+    const std::string near = source::NearestName(
+        TextOf(first), {"if", "else", "while", "for", "break", "continue", "return", "var"});
     if (!near.empty()) {
       ErrorAt(first.span, "unknown statement '" + TextOf(first) + "'",
               "did you mean '" + near + "'?");

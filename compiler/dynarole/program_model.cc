@@ -1,20 +1,10 @@
 #include "compiler/dynarole/program_model.h"
 
 #include <algorithm>
-#include <functional>
-#include <map>
-#include <numeric>
-#include <utility>
-
-#include "compiler/dynarole/builtins.h"
 
 namespace morphbus::dynarole {
 
 namespace {
-
-using source::Diagnostic;
-using source::Diagnostics;
-using source::NearestHint;
 
 /// The index of the first item that fits; -1 if none does.
 template <typename T, typename Fits>
@@ -23,318 +13,43 @@ int IndexOf(const std::vector<T>& items, const Fits& fits) {
   return found == items.end() ? -1 : static_cast<int>(found - items.begin());
 }
 
-// Puts the model together role by role, a role after the one it extends.
-class Builder {
- public:
-  Builder(Program* program, Diagnostics* diagnostics) : diagnostics_(*diagnostics) {
-    model_.program = program;
-  }
-
-  ProgramModel Build() {
-    // Roles may be used before they are declared, so all are known first.
-    CollectRoles();
-    ResolveParents();
-    // A role is filled after the one that it extends, whose tables it begins with.
-    std::vector<int> order(model_.roles.size());
-    std::iota(order.begin(), order.end(), 0);
-    std::ranges::stable_sort(order, {}, [this](int role) { return model_.roles[role].depth; });
-    for (const int role : order) FillRole(role);
-    // The image counts functions over all roles.
-    if (model_.routines.size() > vm::kMaxFunctions) {
-      diagnostics_
-          .Error(model_.routines[vm::kMaxFunctions].member->name_span,
-                 "too many functions, requirements and labels in one program")
-          .hint = "at most " + std::to_string(vm::kMaxFunctions);
-    }
-    return std::move(model_);
-  }
-
- private:
-  void CollectRoles() {
-    for (Role& role : model_.program->roles) {
-      // A role that is left out here causes no further messages where it is used under its name.
-      const int before = model_.FindRole(role.name);
-      if (before >= 0) {
-        diagnostics_.Error(role.name_span, "role '" + role.name + "' is declared twice")
-            .Note(model_.roles[before].role->name_span, "first declared here");
-        continue;
-      }
-      if (role.name == "Module") {
-        diagnostics_.Error(role.name_span, "'Module' is the built-in root of all roles").hint =
-            "give the role another name";
-        continue;
-      }
-      // Behind `$`, directions and axes come before roles.
-      if (FindDirection(role.name) != nullptr) {
-        diagnostics_.Error(role.name_span, "'" + role.name + "' names a direction or an axis")
-            .hint = "give the role another name: $" + role.name + " could not mean it";
-        continue;
-      }
-      if (model_.roles.size() == vm::kMaxRoles) {
-        diagnostics_.Error(role.name_span, "too many roles in one program").hint =
-            "at most " + std::to_string(vm::kMaxRoles);
-        return;
-      }
-      RoleModel& entry = model_.roles.emplace_back();
-      entry.role = &role;
-      entry.name = role.name;
-    }
-  }
-
-  // Finds what each role extends, cuts circles, and counts how deep each role stands.
-  void ResolveParents() {
-    std::vector<std::string> names = {"Module"};
-    for (const RoleModel& role : model_.roles) names.push_back(role.name);
-    for (RoleModel& role : model_.roles) {
-      if (role.role->base == "Module") continue;
-      role.parent = model_.FindRole(role.role->base);
-      if (role.parent >= 0) continue;
-      // What such a role inherits is not known, so nothing in it is called unknown.
-      role.broken = true;
-      diagnostics_.Error(role.role->base_span, "unknown role '" + role.role->base + "'").hint =
-          NearestHint(role.role->base, names,
-                      "a role extends Module or another role of the program");
-    }
-    for (size_t i = 0; i < model_.roles.size(); ++i) BreakCircle(static_cast<int>(i));
-    // Without circles every chain of roles ends, and depths can be counted.
-    for (RoleModel& role : model_.roles) {
-      for (int r = role.parent; r >= 0; r = model_.roles[r].parent) {
-        ++role.depth;
-        role.broken = role.broken || model_.roles[r].broken;
-      }
-    }
-  }
-
-  void BreakCircle(int start) {
-    // Follows the chain of bases; if it comes back to where it began, the circle is cut there.
-    RoleModel& first = model_.roles[start];
-    std::string path = first.name;
-    int role = first.parent;
-    for (size_t steps = 0; role >= 0 && steps <= model_.roles.size(); ++steps) {
-      const RoleModel& entry = model_.roles[role];
-      path += " -> " + entry.name;
-      if (role == start) {
-        diagnostics_.Error(first.role->base_span, "role '" + first.name + "' extends itself").hint =
-            path;
-        first.parent = -1;
-        first.broken = true;
-        return;
-      }
-      role = entry.parent;
-    }
-  }
-
-  // Adds a role's own members to those it inherits.
-  void FillRole(int index) {
-    // The tables of the base role come first, so that its slots stay what they are.
-    RoleModel& role = model_.roles[index];
-    if (role.parent >= 0) static_cast<RoleMembers&>(role) = model_.roles[role.parent];
-    // Two members of one role cannot share a name, whatever their kinds.
-    std::map<std::string, const Member*> own;
-    for (Member& member : role.role->members) {
-      if (member.kind != MemberKind::kRequire) {
-        const auto [it, is_new] = own.emplace(member.name, &member);
-        if (!is_new) {
-          diagnostics_
-              .Error(member.name_span,
-                     "'" + member.name + "' is declared twice in '" + role.name + "'")
-              .Note(it->second->name_span, "first declared here");
-          continue;
-        }
-      }
-      AddMember(index, &member);
-    }
-    // What is inherited counts too, so the capacities are checked last.
-    CheckCapacities(&role);
-  }
-
-  // Puts one member into the table of its kind.
-  void AddMember(int index, Member* member) {
-    RoleModel& role = model_.roles[index];
-    // Requirements add up; nothing replaces one.
-    if (member->kind == MemberKind::kRequire) {
-      role.requirements.push_back(AddRoutine(index, member, -1));
-      return;
-    }
-    // A call of such a function could not be told from the built-in one.
-    if (member->name == "sizeof") {
-      diagnostics_.Error(member->name_span, "'sizeof' is built in and cannot be declared");
-      return;
-    }
-    // Everything else has a name, and may replace what is inherited under it.
-    if (!FitsInherited(role, *member)) return;
-    if (member->kind == MemberKind::kField) {
-      AddField(&role, *member);
-      return;
-    }
-    if (member->kind == MemberKind::kHandler && !IsEvent(*member)) return;
-    std::vector<NamedSlot>& slots = *SlotsOf(&role, member->kind);
-    const int slot = FindSlot(slots, member->name);
-    // Labels have no parameters, so that a new one always fits the one that it replaces.
-    const bool has_parameters = member->kind != MemberKind::kLabel;
-    int signature = -1;
-    if (has_parameters && slot < 0) signature = AddSignature(*member);
-    if (has_parameters && slot >= 0) {
-      signature = model_.routines[slots[slot].routine].signature;
-      // Callers know only the signature of the slot, which the new routine must keep.
-      if (!Overrides(*member, signature)) return;
-    }
-    // The routine takes the slot of the one that it replaces, or a new one.
-    const int routine = AddRoutine(index, member, signature);
-    if (slot >= 0) {
-      slots[slot].routine = routine;
-    } else {
-      slots.push_back({member->name, routine});
-    }
-  }
-
-  // A name means one kind of member in a role and all roles that extend it.
-  bool FitsInherited(const RoleModel& role, const Member& member) {
-    // The name may have been declared by any role above.
-    for (int r = role.parent; r >= 0; r = model_.roles[r].parent) {
-      const RoleModel& base = model_.roles[r];
-      for (const Member& inherited : base.role->members) {
-        if (inherited.name != member.name || inherited.kind == MemberKind::kRequire ||
-            inherited.kind == member.kind) {
-          continue;
-        }
-        Diagnostic& error = diagnostics_.Error(
-            member.name_span, NameOf(member.kind) + " '" + member.name +
-                                  "' has the name of an inherited " + NameOf(inherited.kind));
-        // The user needs the place of the other one, which may be far above.
-        error.notes.push_back({inherited.name_span, "declared in '" + base.name + "'"});
-        return false;
-      }
-    }
-    return true;
-  }
-
-  bool IsEvent(const Member& member) {
-    // The name of a handler is the event that it runs on.
-    const std::vector<std::string> events(std::begin(kEventNames), std::end(kEventNames));
-    if (std::ranges::count(events, member.name) > 0) return true;
-    diagnostics_.Error(member.name_span, "unknown event '" + member.name + "'").hint = NearestHint(
-        member.name, events, "events are on_connect, on_disconnect, on_stall and on_timer");
-    return false;
-  }
-
-  void AddField(RoleModel* role, const Member& member) {
-    // A field keeps its slot and its type in all subroles; only the value is replaced.
-    const int inherited = model_.FindField(*role, member.name);
-    if (inherited >= 0 && member.expr != nullptr) {
-      role->fields[inherited].value = &member;
-      return;
-    }
-    if (inherited >= 0) {
-      diagnostics_.Warning(member.name_span, "field '" + member.name + "' is inherited already")
-          .Note(model_.fields[role->fields[inherited].decl].span, "from here");
-      return;
-    }
-    // It is new: declared here for this role and all that extend it.
-    role->fields.push_back({.decl = static_cast<int>(model_.fields.size()),
-                            .value = member.expr != nullptr ? &member : nullptr});
-    model_.fields.push_back({.name = member.name, .span = member.name_span});
-  }
-
-  // Whether a member may replace the inherited one with this signature; reports why not.
-  bool Overrides(const Member& member, int signature) {
-    // Whatever replaces a routine is called in its place, so it takes the same arguments. A type
-    // that is written in one of them counts for all.
-    const Signature& inherited = model_.signatures[signature];
-    if (inherited.parameters.size() == member.parameters.size()) {
-      for (size_t i = 0; i < member.parameters.size(); ++i) {
-        Type& type = model_.signatures[signature].parameters[i];
-        const Type written = member.parameters[i].type;
-        if (written == Type::kUnknown || written == type) continue;
-        if (type == Type::kUnknown) {
-          type = written;
-          continue;
-        }
-        diagnostics_
-            .Error(member.parameters[i].span, "parameter is " + NameOf(written) + ", but " +
-                                                  NameOf(type) + " in the inherited " +
-                                                  NameOf(member.kind))
-            .Note(inherited.span, "inherited from here");
-        return false;
-      }
-      return true;
-    }
-    diagnostics_
-        .Error(member.name_span, NameOf(member.kind) + " '" + member.name + "' has " +
-                                     std::to_string(member.parameters.size()) +
-                                     " parameters, but the inherited one has " +
-                                     std::to_string(inherited.parameters.size()))
-        .Note(inherited.span, "inherited from here");
-    return false;
-  }
-
-  int AddSignature(const Member& member) {
-    // Types that are not written are found by the checker.
-    Signature& signature = model_.signatures.emplace_back();
-    signature.kind = member.kind;
-    signature.name = member.name;
-    signature.span = member.name_span;
-    for (const Parameter& parameter : member.parameters) {
-      signature.parameters.push_back(parameter.type);
-    }
-    signature.from_call.assign(member.parameters.size(), false);
-    // A command travels in a message of fixed size; a function's parameters take cells of its task.
-    const size_t most = member.kind == MemberKind::kCommand    ? vm::kMaxArguments
-                        : member.kind == MemberKind::kFunction ? 8
-                                                               : 0;
-    if (member.parameters.size() > most) {
-      diagnostics_.Error(
-          member.parameters[most].span,
-          "a " + NameOf(member.kind) + " has at most " + std::to_string(most) + " parameters");
-    }
-    return static_cast<int>(model_.signatures.size()) - 1;
-  }
-
-  // Makes the function of the image for a member, and returns its index.
-  int AddRoutine(int role, Member* member, int signature) {
-    Routine& routine = model_.routines.emplace_back();
-    routine.kind = member->kind;
-    routine.role = role;
-    routine.member = member;
-    routine.signature = signature;
-    const RoleModel& owner = model_.roles[role];
-    // Faults show this name. Requirements have none of their own and are counted.
-    routine.name = owner.name + "." +
-                   (member->kind == MemberKind::kRequire
-                        ? "require_" + std::to_string(owner.requirements.size() + 1)
-                        : member->name);
-    if (routine.name.size() > 255) routine.name.resize(255);
-    return static_cast<int>(model_.routines.size()) - 1;
-  }
-
-  // The virtual machine has room for so many members of a role and no more.
-  void CheckCapacities(RoleModel* role) {
-    // The message is at the role, as no one member is to blame.
-    const auto check = [&](size_t count, size_t most, const std::string& what) {
-      if (count <= most) return;
-      diagnostics_
-          .Error(role->role->name_span, "role '" + role->name + "' has " + std::to_string(count) +
-                                            " " + what + "s with those it inherits")
-          .hint = "at most " + std::to_string(most);
-    };
-    check(role->fields.size(), vm::kMaxFields, "field");
-    check(role->requirements.size(), vm::kMaxRequirements, "requirement");
-    for (const MemberKind kind :
-         {MemberKind::kLabel, MemberKind::kStartup, MemberKind::kBehavior, MemberKind::kCommand,
-          MemberKind::kHandler, MemberKind::kFunction}) {
-      const size_t most = kind == MemberKind::kLabel ? vm::kMaxLabels : vm::kMaxRoutines;
-      check(SlotsOf(role, kind)->size(), most, NameOf(kind));
-    }
-  }
-
-  ProgramModel model_;
-  Diagnostics& diagnostics_;
-};
-
 }  // namespace
 
 int ProgramModel::FindRole(const std::string& name) const {
   return IndexOf(roles, [&](const RoleModel& role) { return role.name == name; });
+}
+
+const Member* ProgramModel::FieldOfSubroles(int base, const std::string& name,
+                                            const RoleModel** without) const {
+  const Member* found = nullptr;
+  for (int r = 0; r < std::ssize(roles); ++r) {
+    if (r == base || roles[r].role->abstract_role || !IsA(r, base)) continue;
+    // In the role itself, or between it and the base.
+    const Member* own = nullptr;
+    for (int above = r; above != base && own == nullptr; above = roles[above].parent) {
+      for (const Member& member : roles[above].role->members) {
+        if (member.kind == MemberKind::kField && member.name == name) own = &member;
+      }
+    }
+    if (own == nullptr) {
+      if (without != nullptr) *without = &roles[r];
+      return nullptr;
+    }
+    if (found == nullptr) found = own;
+  }
+  return found;
+}
+
+int ProgramModel::FindConstant(int role, const std::string& name) const {
+  const auto named = constants_by_name.find(name);
+  if (named == constants_by_name.end()) return -1;
+  // No two of a name lie on one chain of roles, so that at most one is inherited.
+  int outside = -1;
+  for (const int index : named->second) {
+    if (constants[index].role < 0) outside = index;
+    if (constants[index].role >= 0 && IsA(role, constants[index].role)) return index;
+  }
+  return outside;
 }
 
 int ProgramModel::FindField(const RoleModel& role, const std::string& name) const {
@@ -345,7 +60,10 @@ int ProgramModel::FindField(const RoleModel& role, const std::string& name) cons
 std::set<int> ProgramModel::CalleesOf(const Routine& routine) const {
   std::set<int> slots, callees;
   // A call names a slot, and each subrole may have a function of its own there.
-  for (const CallSite& call : routine.calls) slots.insert(call.slot);
+  for (const CallSite& call : routine.calls) {
+    if (call.routine >= 0) callees.insert(call.routine);
+    if (call.routine < 0) slots.insert(call.slot);
+  }
   for (int role = 0; role < std::ssize(roles); ++role) {
     if (!IsA(role, routine.role)) continue;
     for (const int slot : slots) callees.insert(roles[role].methods[slot].routine);
@@ -374,10 +92,6 @@ std::vector<NamedSlot>* SlotsOf(RoleModel* role, MemberKind kind) {
                                                               &RoleMembers::handlers,
                                                               &RoleMembers::methods};
   return &(role->*kTables[static_cast<int>(kind)]);
-}
-
-ProgramModel BuildModel(Program* program, Diagnostics* diagnostics) {
-  return Builder(program, diagnostics).Build();
 }
 
 // The words of the language, but for requirements, which the word `require` does not name.

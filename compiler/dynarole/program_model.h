@@ -4,6 +4,7 @@
 // BuildModel makes it from the syntax tree, which must outlive it: roles and members are referred
 // to and not copied. All lists are referred to by index, so they may grow.
 
+#include <map>
 #include <set>
 #include <string>
 #include <vector>
@@ -28,6 +29,10 @@ struct FieldDecl {
   source::Span type_span = {};
   /// Some code reads it; a field that nobody reads gets a warning.
   bool read = false;
+  /// It is not declared where it begins: code there uses it, and all concrete subroles declare it.
+  bool implied = false;
+  /// Neighbours may read it.
+  bool shared = false;
 };
 
 /// A field as one role has it.
@@ -38,6 +43,20 @@ struct FieldSlot {
   const Member* value = nullptr;
   /// The value, once the checker has evaluated it; it stands in the image.
   vm::Cell cell = {};
+};
+
+/// A constant of the program or of a role, and of all roles that extend it.
+struct ConstantModel {
+  std::string name;
+  source::Span span;  ///< Of its name where it is declared.
+  Expr* expr = nullptr;
+  int role = -1;  ///< The role in which it stands; -1: outside all.
+  /// The checker sets the rest. Type and value, once it has been computed.
+  Type type = Type::kUnknown;
+  vm::Cell cell = {};
+  /// Its value is being computed: if it is needed now, it rests on itself.
+  bool busy = false;
+  bool used = false;  ///< Some code or constant names it.
 };
 
 /// What overriding routines share: types of parameters and result.
@@ -59,6 +78,8 @@ struct CallSite {
   /// played.
   int slot = -1;
   source::Span span;  ///< Of the function's name.
+  /// The routine that `super` means; -1 for a call by slot.
+  int routine = -1;
 };
 
 /// One function of the image: a requirement, a label, or a member with a body.
@@ -119,6 +140,10 @@ struct ProgramModel {
   std::vector<RoleModel> roles;
   /// Every field once, whatever number of roles have it.
   std::vector<FieldDecl> fields;
+  /// Those outside all roles and those of all roles.
+  std::vector<ConstantModel> constants;
+  /// Indices of the constants of a name, each in another role or outside all.
+  std::map<std::string, std::vector<int>> constants_by_name;
   /// One for each set of routines that override each other.
   std::vector<Signature> signatures;
   /// The functions of the image, in its order.
@@ -128,8 +153,15 @@ struct ProgramModel {
 
   /// Index of the role, -1 if there is none of that name.
   [[nodiscard]] int FindRole(const std::string& name) const;
+  /// Index of the constant of that name that code of the role sees, its own and inherited ones
+  /// before those outside all roles (role -1); -1 if there is none.
+  [[nodiscard]] int FindConstant(int role, const std::string& name) const;
   /// Slot of the role's field of that name, -1 if it has none.
   [[nodiscard]] int FindField(const RoleModel& role, const std::string& name) const;
+  /// The field of that name which every concrete role that extends `base` has, as its first
+  /// declarer declares it; null if one has none, which then is *without, or if there is no such
+  /// role.
+  const Member* FieldOfSubroles(int base, const std::string& name, const RoleModel** without) const;
   /// Whether a role is `ancestor` or extends it, directly or over others.
   [[nodiscard]] bool IsA(int role, int ancestor) const;
   /// Indices of all routines that its calls may reach, whichever subrole is played.

@@ -4,7 +4,7 @@ namespace morphbus::dynarole {
 
 std::string NameOf(Type type) {
   // Types with values are called as everywhere (vm/image/value_types.def); the others are ours.
-  if (type <= Type::kLinkSet) return vm::InfoOf(static_cast<vm::ValueType>(type)).phrase;
+  if (type <= Type::kText) return vm::InfoOf(static_cast<vm::ValueType>(type)).phrase;
   if (type == Type::kAny) return "$ANY";
   return type == Type::kUnknown ? "a value of unknown type" : "an error";
 }
@@ -13,6 +13,7 @@ std::optional<Type> TypeFromName(std::string_view name) {
   for (int type = static_cast<int>(Type::kBool); type <= static_cast<int>(Type::kLink); ++type) {
     if (name == vm::kValueTypes[type].word) return static_cast<Type>(type);
   }
+  if (name == vm::InfoOf(vm::ValueType::kConnector).word) return Type::kConnector;
   return std::nullopt;
 }
 

@@ -37,8 +37,9 @@ class Writer {
     const std::string joints = Joints();
     const std::string connectors = Connectors();
     const std::string connections = Connections();
+    const std::string sensors = Sensors();
     const std::string all = All();
-    return "\n" + names_ + links + joints + connectors + connections + all;
+    return "\n" + names_ + links + joints + connectors + connections + sensors + all;
   }
 
   // What the header of the module shows of the tables.
@@ -134,6 +135,20 @@ class Writer {
     return Array("morphbus_connection", "connections[]", rows);
   }
 
+  std::string Sensors() {
+    // The order is that of vm::SensorKind.
+    constexpr const char* kKinds[] = {"MORPHBUS_DISTANCE", "MORPHBUS_CONTACT", "MORPHBUS_TILT"};
+    std::string rows;
+    for (int i = 0; i < kinematics_.num_sensors(); ++i) {
+      const vm::KinSensor& sensor = kinematics_.sensor(i);
+      rows += fmt::format("  {{{}, {}, {}, {}, {}, {}}},\n", Name(sensor.name),
+                          kKinds[static_cast<int>(sensor.kind)], sensor.link,
+                          Braced(type_.sensors[i].p_MoSo_M), Braced(sensor.direction),
+                          CFloat(sensor.range_m));
+    }
+    return Array("morphbus_sensor", "sensors[]", rows);
+  }
+
   std::string All() {
     // The hashes are those of the image, so that machines with tables and with images know each
     // other.
@@ -141,12 +156,14 @@ class Writer {
     const auto pointer = [](int count, const char* array) { return count > 0 ? array : "0"; };
     return fmt::format(
         "\nconst MORPHBUS_FLASH morphbus_kinematics {}_kinematics = {{\n"
-        "  {}, UINT64_C({:#018x}), UINT64_C({:#018x}), {}, {}, {}, {},\n  links, {}, {}, {}\n}};\n",
+        "  {}, UINT64_C({:#018x}), UINT64_C({:#018x}), {}, {}, {}, {},\n  links, {}, {}, {}, {}, "
+        "{}\n}};\n",
         prefix_, name, kinematics_.hash(), kinematics_.model_hash(), kinematics_.num_links(),
         kinematics_.num_joints(), kinematics_.num_connectors(), kinematics_.num_connections(),
         pointer(kinematics_.num_joints(), "joints"),
         pointer(kinematics_.num_connectors(), "connectors"),
-        pointer(kinematics_.num_connections(), "connections"));
+        pointer(kinematics_.num_connections(), "connections"), kinematics_.num_sensors(),
+        pointer(kinematics_.num_sensors(), "sensors"));
   }
 
   const vm::VerifiedKinematics& kinematics_;

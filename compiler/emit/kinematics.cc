@@ -59,6 +59,10 @@ Result<vm::KinematicsTables> KinematicsTablesOf(const model::Model& model, int t
     }
     tables.connectors.push_back(std::move(entry));
   }
+  for (const model::Sensor& sensor : module.sensors) {
+    tables.sensors.push_back({sensor.name, static_cast<vm::SensorKind>(sensor.type), sensor.link,
+                              ToVm(sensor.direction), sensor.range_m});
+  }
   // An image counts connections in a byte and their numbers in two.
   constexpr size_t kMaxConnectionTypes = 256;
   if (model.connection_types.size() > kMaxConnectionTypes) {

@@ -9,16 +9,18 @@ const model::LinkMass& LinkSolids::Mass(int type, int link) {
   return entry->second;
 }
 
-const std::vector<Eigen::Vector3d>& LinkSolids::Hull(int type, int link) {
-  const auto [entry, is_new] = hulls_.try_emplace({type, link});
-  if (is_new) entry->second = model::SolidHull(model_.module_types[type], link);
+const std::vector<std::vector<Eigen::Vector3d>>& LinkSolids::Parts(int type, int link) {
+  const auto [entry, is_new] = parts_.try_emplace({type, link});
+  if (is_new) entry->second = model::SolidParts(model_.module_types[type], link);
   return entry->second;
 }
 
-const model::ConvexHull& LinkSolids::Faces(int type, int link) {
+const std::vector<model::ConvexHull>& LinkSolids::Faces(int type, int link) {
   const auto [entry, is_new] = faces_.try_emplace({type, link});
   // Faces cost more than corners, and most formats want no faces.
-  if (is_new) entry->second = model::ComputeHull(Hull(type, link));
+  if (is_new) {
+    for (const auto& part : Parts(type, link)) entry->second.push_back(model::ComputeHull(part));
+  }
   return entry->second;
 }
 

@@ -13,7 +13,7 @@
 
 namespace morphbus::emit {
 
-/// model::ComputeLinkMass and model::SolidHull of a model's links, remembered. The model must
+/// model::ComputeLinkMass and model::SolidParts of a model's links, remembered. The model must
 /// outlive it and stay as it is. Answers stay valid as long as it lives. Not for several threads.
 class LinkSolids {
  public:
@@ -23,19 +23,20 @@ class LinkSolids {
   /// Mass, centre of mass and inertia in the link's frame. `type` and `link` are indices of a
   /// module type and of a link in it, here and below.
   const model::LinkMass& Mass(int type, int link);
-  /// Corners of what the link can collide with, in its frame (m); empty without hull.
-  const std::vector<Eigen::Vector3d>& Hull(int type, int link);
-  /// The same corners with the faces between them, for formats that hold them: model::ComputeHull
-  /// of Hull.
-  const model::ConvexHull& Faces(int type, int link);
+  /// Corners of what the link can collide with, in its frame (m), for each of its convex parts;
+  /// empty without hull.
+  const std::vector<std::vector<Eigen::Vector3d>>& Parts(int type, int link);
+  /// The same parts with the faces between their corners, for formats that hold them:
+  /// model::ComputeHull of each.
+  const std::vector<model::ConvexHull>& Faces(int type, int link);
 
  private:
   const model::Model& model_;
   /// Answers so far, by module type and link. A map leaves its elements where they are as it grows,
   /// so that references to them stay good.
   std::map<std::pair<int, int>, model::LinkMass> masses_;
-  std::map<std::pair<int, int>, std::vector<Eigen::Vector3d>> hulls_;
-  std::map<std::pair<int, int>, model::ConvexHull> faces_;
+  std::map<std::pair<int, int>, std::vector<std::vector<Eigen::Vector3d>>> parts_;
+  std::map<std::pair<int, int>, std::vector<model::ConvexHull>> faces_;
 };
 
 }  // namespace morphbus::emit

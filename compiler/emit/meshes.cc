@@ -37,34 +37,45 @@ std::string Stl(const std::vector<Eigen::Vector3d>& points) {
   return bytes;
 }
 
-/// Relative to the main file; empty for a link without hull.
-std::string MeshPath(const model::Model& model, const TreeLink& link, const std::string& stem) {
-  const std::string name = MeshName(model, link);
-  return name.empty() ? "" : stem + "_meshes/" + name + ".stl";
+/// Relative to the main file.
+std::string MeshPath(const std::string& name, const std::string& stem) {
+  return stem + "_meshes/" + name + ".stl";
 }
 
 }  // namespace
 
-std::string MeshName(const model::Model& model, const TreeLink& link) {
+std::vector<std::string> MeshNames(const model::Model& model, const TreeLink& link) {
   const model::ModuleType& type = model.module_types[link.type];
   const model::Link& source = type.links[link.link];
-  return source.hull.empty() ? "" : type.name + "." + source.name;
+  if (source.hull.empty()) return {};
+  const std::string name = type.name + "." + source.name;
+  // One part is named like its link, several have numbers.
+  if (source.part_ends.empty()) return {name};
+  std::vector<std::string> names;
+  for (size_t i = 1; i <= source.part_ends.size(); ++i) names.push_back(PartName(name, i));
+  return names;
 }
 
-std::string MeshAddress(const model::Model& model, const TreeLink& link, const MeshPlace& place) {
-  const std::string path = MeshPath(model, link, place.stem);
-  return path.empty() ? "" : place.prefix + path;
+std::string PartName(const std::string& name, size_t number) {
+  return name + ".part" + std::to_string(number);
+}
+
+std::vector<std::string> MeshAddresses(const model::Model& model, const TreeLink& link,
+                                       const MeshPlace& place) {
+  std::vector<std::string> addresses = MeshNames(model, link);
+  for (std::string& name : addresses) name = place.prefix + MeshPath(name, place.stem);
+  return addresses;
 }
 
 std::vector<CompanionFile> MeshFiles(const model::Model& model, const RobotTree& tree,
                                      const MeshPlace& place) {
-  // One file a kind of link, however many modules there are.
+  // One file a part of a kind of link, however many modules there are.
   std::map<std::string, std::string> files;
   for (const TreeLink& link : tree.links) {
-    const std::string path = MeshPath(model, link, place.stem);
-    if (path.empty() || files.count(path) != 0) continue;
-    const model::ModuleType& type = model.module_types[link.type];
-    files[path] = Stl(model::SolidHull(type, link.link));
+    const std::vector<std::string> names = MeshNames(model, link);
+    if (names.empty() || files.count(MeshPath(names.front(), place.stem)) != 0) continue;
+    const auto parts = model::SolidParts(model.module_types[link.type], link.link);
+    for (size_t i = 0; i < parts.size(); ++i) files[MeshPath(names[i], place.stem)] = Stl(parts[i]);
   }
   std::vector<CompanionFile> meshes;
   for (auto& [path, bytes] : files) meshes.push_back({path, std::move(bytes)});

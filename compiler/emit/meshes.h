@@ -16,13 +16,17 @@ struct MeshPlace {
   std::string prefix;  ///< Before that folder where the main file refers to it: "package://robot/".
 };
 
-/// Name of a link's mesh by module type and link, without folder and extension:
-/// "MTRAN.active_block"; empty for a link without hull.
-std::string MeshName(const model::Model& model, const TreeLink& link);
+/// Names of a link's meshes by module type and link, without folder and extension, one a convex
+/// part: "MTRAN.active_block"; none for a link without hull.
+std::vector<std::string> MeshNames(const model::Model& model, const TreeLink& link);
 
-/// Where the main file finds the mesh of a link: prefix, folder and file name. Empty for a link
+/// What part number `number`, counted from 1, of something that is called `name` is called.
+std::string PartName(const std::string& name, size_t number);
+
+/// Where the main file finds the meshes of a link: prefix, folder and file name. None for a link
 /// without hull. Modules of one type share their meshes.
-std::string MeshAddress(const model::Model& model, const TreeLink& link, const MeshPlace& place);
+std::vector<std::string> MeshAddresses(const model::Model& model, const TreeLink& link,
+                                       const MeshPlace& place);
 
 /// The meshes of all links of the tree, each once, as binary STL: corners in metres in the link's
 /// own frame. A flat hull is thickened, since other programs take no mesh without a volume.

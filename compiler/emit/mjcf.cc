@@ -60,9 +60,12 @@ class MjcfBodies {
       // A body a link, with its mass and its mesh.
       const Body& body = AppendBody(link.parent, link.name, link.joint, link.X_PL);
       AppendMass(body.node, link, 1.0 / bodies_of[i]);
-      const std::string mesh = MeshName(model_, link);
-      if (mesh.empty()) continue;
-      xml::Append(body.node, "geom", {{"name", link.name}, {"type", "mesh"}, {"mesh", mesh}});
+      const std::vector<std::string> meshes = MeshNames(model_, link);
+      for (size_t part = 0; part < meshes.size(); ++part) {
+        const std::string name =
+            meshes.size() == 1 ? link.name : FreeName(tree_, PartName(link.name, part + 1));
+        xml::Append(body.node, "geom", {{"name", name}, {"type", "mesh"}, {"mesh", meshes[part]}});
+      }
     }
     // After the links, so that MuJoCo numbers those of a body's children first.
     for (const TreeLoop& loop : tree.loops) {
@@ -208,9 +211,9 @@ double FullForceError(const TreeJoint& joint) {
 }
 
 /// Writes one MJCF file with the parts that belong to it. Write is called once.
-class Writer {
+class MjcfWriter {
  public:
-  Writer(const model::Model& model, const RobotTree& tree, const std::string& stem)
+  MjcfWriter(const model::Model& model, const RobotTree& tree, const std::string& stem)
       : model_(model), tree_(tree), stem_(stem) {
     // A link must not have the name of MuJoCo's own body.
     RenameReservedLinks(
@@ -246,7 +249,7 @@ class Writer {
   /// Room for the contacts of a robot that lies on the floor; without it MuJoCo 2 has room for 100.
   void AppendSizes() {
     constexpr size_t kDefault = 100;
-    constexpr size_t kPerLink = 4;
+    constexpr size_t kPerLink = 8;  // With 4 a chain of 16 Molecubes found no room.
     constexpr size_t kMost = 2000;  // MuJoCo's memory grows by this times the joints.
     constexpr size_t kRowsOfAContact = 4;
     const size_t contacts = std::min(kPerLink * tree_.links.size(), kMost);
@@ -262,12 +265,15 @@ class Writer {
     // Modules of one type share their meshes; the map gives them an order of their own.
     std::map<std::string, std::string> corners;
     for (const TreeLink& link : tree_.links) {
-      const std::string name = MeshName(model_, link);
-      if (name.empty() || corners.count(name) != 0) continue;
-      const model::ModuleType& type = model_.module_types[link.type];
-      std::string& text = corners[name];
-      const model::ConvexHull hull = model::ComputeHull(model::SolidHull(type, link.link));
-      for (const Eigen::Vector3d& p : hull.vertices) text += (text.empty() ? "" : "  ") + Triple(p);
+      const std::vector<std::string> names = MeshNames(model_, link);
+      if (names.empty() || corners.count(names.front()) != 0) continue;
+      const auto parts = model::SolidParts(model_.module_types[link.type], link.link);
+      for (size_t i = 0; i < parts.size(); ++i) {
+        std::string& text = corners[names[i]];
+        for (const Eigen::Vector3d& p : model::ComputeHull(parts[i]).vertices) {
+          text += (text.empty() ? "" : "  ") + Triple(p);
+        }
+      }
     }
     if (corners.empty()) return;
     const pugi::xml_node asset = xml::Append(root_, "asset");
@@ -397,7 +403,7 @@ class Writer {
 }  // namespace
 
 Exported ToMjcf(const model::Model& model, const RobotTree& tree, const std::string& stem) {
-  return Writer(model, tree, stem).Write();
+  return MjcfWriter(model, tree, stem).Write();
 }
 
 }  // namespace morphbus::emit

@@ -268,8 +268,8 @@ double LowestPoint(const model::Model& model, const RobotTree& tree) {
   const std::vector<model::Pose> X_RL = StartPoses(tree);
   LinkSolids solids(model);
   for (size_t i = 0; i < tree.links.size(); ++i) {
-    for (const Eigen::Vector3d& p : solids.Hull(tree.links[i].type, tree.links[i].link)) {
-      lowest = std::min(lowest, (X_RL[i] * p).y());
+    for (const auto& part : solids.Parts(tree.links[i].type, tree.links[i].link)) {
+      for (const Eigen::Vector3d& p : part) lowest = std::min(lowest, (X_RL[i] * p).y());
     }
   }
   return std::isfinite(lowest) ? lowest : 0.0;

@@ -32,9 +32,9 @@ bool IsReserved(const std::string& name) {
 }
 
 // Writes one <model>: all links, then the joints and connections that hold them.
-class Writer {
+class SdfWriter {
  public:
-  Writer(const model::Model& model, const RobotTree& tree, const MeshPlace& place)
+  SdfWriter(const model::Model& model, const RobotTree& tree, const MeshPlace& place)
       : model_(model), solids_(model), tree_(tree), place_(place) {
     // SDFormat refuses a file whose links, joints or model have names that it keeps for itself.
     RenameReservedLinks("SDF", IsReserved, &tree_, &exported_.warnings);
@@ -89,12 +89,14 @@ class Writer {
     for (const auto& [name, value] : InertiaEntries(mass.I_Lcm_L)) {
       xml::AppendText(inertia, name, value);
     }
-    // What is seen and what collides are the same convex hull.
-    const std::string mesh = MeshAddress(model_, link, place_);
-    if (mesh.empty()) return;
-    for (const char* use : {"visual", "collision"}) {
-      const pugi::xml_node part = xml::Append(node, use, {{"name", use}});
-      xml::AppendText(xml::Append(xml::Append(part, "geometry"), "mesh"), "uri", mesh);
+    // What is seen and what collides are the same convex parts.
+    const std::vector<std::string> meshes = MeshAddresses(model_, link, place_);
+    for (size_t i = 0; i < meshes.size(); ++i) {
+      for (const char* use : {"visual", "collision"}) {
+        const std::string name = meshes.size() == 1 ? use : PartName(use, i + 1);
+        const pugi::xml_node part = xml::Append(node, use, {{"name", name}});
+        xml::AppendText(xml::Append(xml::Append(part, "geometry"), "mesh"), "uri", meshes[i]);
+      }
     }
   }
 
@@ -142,7 +144,7 @@ void AppendSdfJoint(pugi::xml_node parent, const std::string& name, const TreeJo
 }
 
 Exported ToSdf(const model::Model& model, const RobotTree& tree, const MeshPlace& place) {
-  return Writer(model, tree, place).Write();
+  return SdfWriter(model, tree, place).Write();
 }
 
 }  // namespace morphbus::emit

@@ -27,9 +27,9 @@ void AppendOrigin(pugi::xml_node node, const model::Pose& X) {
 }
 
 // Writes one <robot>: a tree of links, and comments and warnings on what the tree lacks.
-class Writer {
+class UrdfWriter {
  public:
-  Writer(const model::Model& model, const RobotTree& tree, const MeshPlace& place)
+  UrdfWriter(const model::Model& model, const RobotTree& tree, const MeshPlace& place)
       : model_(model), solids_(model), tree_(tree), place_(place) {
     // Gazebo and MuJoCo take a link of this name for the world.
     RenameReservedLinks(
@@ -140,11 +140,11 @@ class Writer {
     xml::Append(inertial, "mass", {{"value", Number(mass.mass_kg)}});
     const pugi::xml_node inertia = xml::Append(inertial, "inertia");
     for (const auto& [name, value] : InertiaEntries(mass.I_Lcm_L)) xml::Set(inertia, name, value);
-    // What is seen and what collides are the same convex hull.
-    const std::string mesh = MeshAddress(model_, link, place_);
-    if (mesh.empty()) return;
-    for (const char* use : {"visual", "collision"}) {
-      xml::Append(xml::Append(xml::Append(node, use), "geometry"), "mesh", {{"filename", mesh}});
+    // What is seen and what collides are the same convex parts.
+    for (const std::string& mesh : MeshAddresses(model_, link, place_)) {
+      for (const char* use : {"visual", "collision"}) {
+        xml::Append(xml::Append(xml::Append(node, use), "geometry"), "mesh", {{"filename", mesh}});
+      }
     }
   }
 
@@ -231,7 +231,7 @@ class Writer {
 }  // namespace
 
 Exported ToUrdf(const model::Model& model, const RobotTree& tree, const MeshPlace& place) {
-  return Writer(model, tree, place).Write();
+  return UrdfWriter(model, tree, place).Write();
 }
 
 }  // namespace morphbus::emit

@@ -96,9 +96,9 @@ model::Pose ViewOf(const std::vector<Vector3d>& points) {
 }
 
 /// Writes the world file of one robot. One object is one export; Write is called once.
-class Writer {
+class WebotsWriter {
  public:
-  Writer(const model::Model& model, const model::Robot& robot)
+  WebotsWriter(const model::Model& model, const model::Robot& robot)
       : model_(model),
         robot_(robot),
         solids_(model),
@@ -228,7 +228,7 @@ class Writer {
     const std::string hull =
         fmt::format("HULL_{}_{}", robot_.modules[m].name, type.links[link.link].name);
     vrml_.Open("children [");
-    const bool has_hull = AppendShape(link, hull, m);
+    const std::vector<std::string> shapes = AppendShapes(link, hull, m);
     for (size_t c = 0; c < type.connectors.size(); ++c) {
       if (type.connectors[c].link == link.link) AppendConnector(m, type, c);
     }
@@ -237,18 +237,41 @@ class Writer {
       if (loop.from == static_cast<int>(at)) AppendClosingJoint(m, tree, loop);
     }
     vrml_.Close("]");
-    vrml_.Line(
-        "boundingObject " +
-        (has_hull ? "USE " + hull : fmt::format("Sphere {{ radius {} }}", Number(kTokenRadius))));
+    AppendBoundingObject(shapes);
     AppendPhysics(link);
   }
 
-  /// The shape of a link, in a colour of its module. False, and nothing is written, for a hull
-  /// without an inside; `name` is what the bounding object refers to.
-  bool AppendShape(const TreeLink& link, const std::string& name, size_t m) {
-    // Flat hulls have no inside, and Webots wants solids.
-    const model::ConvexHull& hull = solids_.Faces(link.type, link.link);
-    if (hull.dimension < 3) return false;
+  /// What the link collides with: its shapes by name, several in a group, or a small sphere for a
+  /// link without any.
+  void AppendBoundingObject(const std::vector<std::string>& shapes) {
+    if (shapes.empty()) {
+      vrml_.Line(fmt::format("boundingObject Sphere {{ radius {} }}", Number(kTokenRadius)));
+    } else if (shapes.size() == 1) {
+      vrml_.Line("boundingObject USE " + shapes.front());
+    } else {
+      std::string parts;
+      for (const std::string& shape : shapes) {
+        parts += (parts.empty() ? "" : ", ") + fmt::format("Shape {{ geometry USE {} }}", shape);
+      }
+      vrml_.Block("boundingObject Group", {"children [ " + parts + " ]"});
+    }
+  }
+
+  /// The shapes of a link's convex parts, in a colour of its module, and what they are called for
+  /// the bounding object. Flat parts have no inside, and Webots wants solids: none is written.
+  std::vector<std::string> AppendShapes(const TreeLink& link, const std::string& name, size_t m) {
+    std::vector<std::string> names;
+    const std::vector<model::ConvexHull>& parts = solids_.Faces(link.type, link.link);
+    for (size_t i = 0; i < parts.size(); ++i) {
+      if (parts[i].dimension < 3) continue;
+      names.push_back(parts.size() == 1 ? name : fmt::format("{}_{}", name, i + 1));
+      AppendShape(parts[i], names.back(), m);
+    }
+    return names;
+  }
+
+  /// One convex part.
+  void AppendShape(const model::ConvexHull& hull, const std::string& name, size_t m) {
     std::string points;
     for (const Eigen::Vector3d& p : hull.vertices) {
       points += (points.empty() ? "" : ", ") + Triple(p);
@@ -269,7 +292,6 @@ class Writer {
     vrml_.Block(fmt::format("geometry DEF {} IndexedFaceSet", name),
                 {"coord Coordinate { point [ " + points + " ] }", "coordIndex [ " + faces + "]"});
     vrml_.Close("}");
-    return true;
   }
 
   /// The link's mass, centre of mass and inertia; a density of -1 says that these count.
@@ -443,7 +465,7 @@ class Writer {
 
 Exported ToWebots(const model::Model& model, const model::Robot& robot,
                   const std::string& controllers) {
-  return Writer(model, robot).Write(controllers);
+  return WebotsWriter(model, robot).Write(controllers);
 }
 
 }  // namespace morphbus::emit

@@ -41,6 +41,13 @@ Result<KeywordTable> KeywordTable::Of(const std::vector<ModuleKeywords>& types) 
         (is_bool ? keyword.takes_bool : keyword.takes_int) = true;
       }
     }
+    // A sensor may be asked by its name, or any of its kind by where it looks.
+    for (const SensorKeyword& sensor : type.sensors) {
+      const auto kind = static_cast<int>(sensor.type);
+      table.Add(number, vm::KeywordKind::kSensor, sensor.keyword).measures |= 1u << kind;
+      const vm::Text name = vm::kSensorKindNames[kind];
+      table.Add(number, vm::KeywordKind::kSensorKind, std::string(name.data, name.size));
+    }
     ++number;
   }
   return table;

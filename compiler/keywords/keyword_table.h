@@ -22,6 +22,8 @@ struct Keyword {
   bool takes_int = false;   ///< State variables: some type sets it with the number of a value.
   bool turns = false;       ///< Joints: it is revolute or continuous in some type.
   bool slides = false;      ///< Joints: it is prismatic in some type.
+  /// Sensors: a bit, by vm::SensorKind, for each thing that it measures in some type.
+  uint8_t measures = 0;
 };
 
 /// All keywords of all module types given, merged by kind and spelling: what one type calls C1 and

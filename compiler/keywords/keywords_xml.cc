@@ -69,7 +69,7 @@ class Reader {
       Bad(root,
           fmt::format("version {} of the format is not supported", Required(root, "version")));
     }
-    // Links, joints and connectors in any order, each with the attributes of its kind.
+    // Links, joints, connectors and sensors in any order, each with the attributes of its kind.
     ModuleKeywords keywords;
     keywords.type_name = Name(root);
     for (const pugi::xml_node& node : root.children()) {
@@ -87,6 +87,10 @@ class Reader {
         NoChildren(node);
       } else if (element == "connector") {
         keywords.connectors.push_back(ReadConnector(node));
+      } else if (element == "sensor") {
+        keywords.sensors.push_back(ReadItem<SensorKeyword>(node, {"name", "keyword", "type"}));
+        keywords.sensors.back().type = ReadSensorType(node);
+        NoChildren(node);
       } else {
         Unexpected(node);
       }
@@ -95,6 +99,7 @@ class Reader {
     CheckClashes(root, keywords.links);
     CheckClashes(root, keywords.joints);
     CheckClashes(root, keywords.connectors);
+    CheckClashes(root, keywords.sensors);
     if (!error_.empty()) return Fail(error_);
     return keywords;
   }
@@ -198,6 +203,13 @@ class Reader {
     return type.value_or(model::JointType::kFixed);
   }
 
+  model::SensorType ReadSensorType(const pugi::xml_node& node) {
+    const std::string_view name = Required(node, "type");
+    const std::optional<model::SensorType> type = model::SensorTypeNamed(name);
+    if (!type) Bad(node, fmt::format("'{}' is no type of sensor", name));
+    return type.value_or(model::SensorType::kDistance);
+  }
+
   ConnectorKeyword ReadConnector(const pugi::xml_node& node) {
     // Only states may stand inside a connector.
     auto connector = ReadItem<ConnectorKeyword>(node, {"name", "keyword"});
@@ -269,6 +281,9 @@ std::string KeywordsXml(const ModuleKeywords& keywords) {
   for (const ConnectorKeyword& connector : keywords.connectors) {
     const pugi::xml_node node = Append(root, "connector", connector);
     for (const StateKeyword& state : connector.states) AppendState(node, state);
+  }
+  for (const SensorKeyword& sensor : keywords.sensors) {
+    xml::Set(Append(root, "sensor", sensor), "type", model::SensorTypeName(sensor.type));
   }
   return xml::Text(document);
 }

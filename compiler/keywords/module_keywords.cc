@@ -54,10 +54,15 @@ Result<ModuleKeywords> KeywordsOf(const model::ModuleType& type) {
     if (!clash.empty()) return Fail(std::move(clash));
     keywords.connectors.push_back(std::move(entry));
   }
-  // Links, joints and connectors each have names of their own, so a link and a joint may share one.
+  for (const model::Sensor& sensor : type.sensors) {
+    keywords.sensors.push_back({sensor.name, Capitals(sensor.name), sensor.type});
+  }
+  // Links, joints, connectors and sensors each have names of their own, so a link and a joint may
+  // share one.
   for (std::string clash :
        {Clash(keywords.links, "links", type.name), Clash(keywords.joints, "joints", type.name),
-        Clash(keywords.connectors, "connectors", type.name)}) {
+        Clash(keywords.connectors, "connectors", type.name),
+        Clash(keywords.sensors, "sensors", type.name)}) {
     if (!clash.empty()) return Fail(std::move(clash));
   }
   return keywords;

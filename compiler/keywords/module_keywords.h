@@ -37,12 +37,20 @@ struct ConnectorKeyword {
   std::vector<StateKeyword> states;
 };
 
+/// A sensor.
+struct SensorKeyword {
+  std::string name;     ///< ir_c1
+  std::string keyword;  ///< IR_C1, after self.
+  model::SensorType type = model::SensorType::kDistance;
+};
+
 /// All keywords of a module type, in the order in which M3L declares the parts.
 struct ModuleKeywords {
   std::string type_name;
   std::vector<LinkKeyword> links;
   std::vector<JointKeyword> joints;
   std::vector<ConnectorKeyword> connectors;
+  std::vector<SensorKeyword> sensors = {};
 };
 
 /// The keywords of a module type. Fails where two names differ in case only, so that one keyword

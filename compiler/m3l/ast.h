@@ -29,7 +29,8 @@ enum class ExprKind {
   kNumber,
   /// A quoted text, as in `"male"`: `text`, without quotes and with its escapes resolved.
   kString,
-  /// Names joined by points, as in `m1.c2`: `path`. `true`, `false` and `pi` are paths of one name.
+  /// Names joined by points, as in `m1.c2`: `path`. `true`, `false` and `pi` are paths of one name;
+  /// so is what a `const` defines, whose value then is in `number` (`constant`).
   kPath,
   /// An axis without a name, as in `m5.link.(axis: origin=..., direction=...)`: `path`, then
   /// `axis`.
@@ -70,8 +71,10 @@ struct Expr {
   ExprKind kind = ExprKind::kNumber;
   /// The place of the whole expression.
   source::Span span;
-  /// The value of a kNumber.
+  /// The value of a kNumber, or of a constant.
   double number = 0.0;
+  /// True for a path of one name that a `const` defines. Where a name is wanted it stays one.
+  bool constant = false;
   /// The text of a kString, or the relation of a kRelation.
   std::string text;
   /// The names of whatever kind begins with a path, in order.
@@ -132,6 +135,9 @@ struct AxisDecl : Declaration {};
 /// `joint NAME: ...`.
 struct JointDecl : Declaration {};
 
+/// `sensor NAME: ...`.
+struct SensorDecl : Declaration {};
+
 /// `module NAME: ...` and the members that follow it.
 /// The members keep the order in which they were written within each kind.
 struct ModuleDecl : Declaration {
@@ -139,6 +145,7 @@ struct ModuleDecl : Declaration {
   std::vector<LinkDecl> links;
   std::vector<AxisDecl> axes;
   std::vector<JointDecl> joints;
+  std::vector<SensorDecl> sensors;
 };
 
 /// `connection NAME: ...`.
@@ -154,10 +161,18 @@ struct ImportDecl {
   source::Span span;
 };
 
+/// `const NAME = number`.
+struct ConstDecl {
+  Name name;
+  /// Nothing if it did not parse, which has been reported.
+  std::optional<Expr> value;
+};
+
 /// The tree of one source file. Definitions of one kind keep their order; that between kinds is
 /// lost, as a definition may be used before it is written.
 struct FileAst {
   std::vector<ImportDecl> imports;
+  std::vector<ConstDecl> constants;
   std::vector<ModuleDecl> modules;
   std::vector<ConnectionDecl> connections;
   std::vector<RobotDecl> robots;

@@ -211,20 +211,31 @@ class OverlapChecker {
  private:
   using Cell = std::array<int, 3>;
 
+  /// A convex part of a link of some module type.
+  struct LinkPart {
+    size_t link = 0;
+    model::ConvexHull hull;
+  };
+
   /// Hulls of the types in use, and the ball around all of a module's links at its start values.
   void BuildHulls() {
-    hulls_.resize(scope_.context.model.module_types.size());
+    parts_.resize(scope_.context.model.module_types.size());
     balls_.resize(scope_.robot.modules.size());
     for (size_t m = 0; m < scope_.robot.modules.size(); ++m) {
       const model::ModuleType& type = scope_.TypeOf(static_cast<int>(m));
-      std::vector<model::ConvexHull>& hulls = hulls_[scope_.robot.modules[m].type];
-      if (hulls.empty()) {
-        for (const model::Link& link : type.links) hulls.push_back(model::ComputeHull(link.hull));
+      std::vector<LinkPart>& parts = parts_[scope_.robot.modules[m].type];
+      if (parts.empty()) {
+        for (size_t l = 0; l < type.links.size(); ++l) {
+          for (const auto& points : type.links[l].Parts()) {
+            parts.push_back({l, model::ComputeHull(points)});
+          }
+        }
       }
       // The ball round the box of all corners is a cheap bound for the first test.
       Eigen::AlignedBox3d box;
-      for (size_t l = 0; l < type.links.size(); ++l) {
-        for (const Eigen::Vector3d& p_L : hulls[l].vertices) box.extend(state_.X_RL[m][l] * p_L);
+      for (const LinkPart& part : parts) {
+        const model::Pose& X_RL = state_.X_RL[m][part.link];
+        for (const Eigen::Vector3d& p_L : part.hull.vertices) box.extend(X_RL * p_L);
       }
       if (box.isEmpty()) continue;
       balls_[m] = {box.center(), 0.5 * box.diagonal().norm()};
@@ -291,15 +302,15 @@ class OverlapChecker {
     double deepest = kOverlapTolerance * std::max(scope_.context.modules[type_a].extent_m,
                                                   scope_.context.modules[type_b].extent_m);
     Overlap overlap;
-    for (size_t i = 0; i < hulls_[type_a].size(); ++i) {
-      for (size_t j = 0; j < hulls_[type_b].size(); ++j) {
-        work_ += 10.0 + static_cast<double>(hulls_[type_a][i].edges.size()) *
-                            static_cast<double>(hulls_[type_b][j].edges.size());
-        const double depth = solver::PenetrationDepth(hulls_[type_a][i], state_.X_RL[a][i],
-                                                      hulls_[type_b][j], state_.X_RL[b][j]);
+    for (const LinkPart& i : parts_[type_a]) {
+      for (const LinkPart& j : parts_[type_b]) {
+        work_ += 10.0 + static_cast<double>(i.hull.edges.size()) *
+                            static_cast<double>(j.hull.edges.size());
+        const double depth = solver::PenetrationDepth(i.hull, state_.X_RL[a][i.link], j.hull,
+                                                      state_.X_RL[b][j.link]);
         if (depth <= deepest) continue;
         deepest = depth;
-        overlap = {depth, i, j};
+        overlap = {depth, i.link, j.link};
       }
     }
     return overlap;
@@ -338,8 +349,8 @@ class OverlapChecker {
 
   RobotScope& scope_;
   const model::KinematicState& state_;
-  std::vector<std::vector<model::ConvexHull>> hulls_;  ///< [type][link], of types in use.
-  std::vector<Ball> balls_;                            ///< [module], in R (m).
+  std::vector<std::vector<LinkPart>> parts_;  ///< By module type, of types in use.
+  std::vector<Ball> balls_;                   ///< [module], in R (m).
   double cell_size_ = 0.0;
   std::map<Cell, std::vector<size_t>> grid_;
   std::map<std::pair<int, std::vector<double>>, int64_t> shapes_;

@@ -246,8 +246,8 @@ class ConditionChecker {
   std::optional<CheckedOperand> CheckOperand(const Expr& outer) {
     const Expr& expr = Unwrapped(outer);
     const std::string name = SingleName(expr);
-    // `true`, `false` and `pi` look like paths, but are values.
-    const bool constant = name == "true" || name == "false" || name == "pi";
+    // `true`, `false`, `pi` and constants look like paths, but are values.
+    const bool constant = name == "true" || name == "false" || name == "pi" || expr.constant;
     if (expr.kind != ExprKind::kPath || constant) {
       const auto value = EvaluateAttribute(expr, &scope_.diagnostics);
       if (!value) return std::nullopt;

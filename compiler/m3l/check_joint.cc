@@ -255,12 +255,15 @@ AxisSymbol CheckAxis(const Declaration& decl, const std::string& what, double un
   return axis;
 }
 
-void CheckAxesAndJoints(ModuleScope& scope) {
-  const ModuleDecl& decl = *scope.module.decl;
-  for (const AxisDecl& axis : decl.axes) {
+void CheckAxes(ModuleScope& scope) {
+  for (const AxisDecl& axis : scope.module.decl->axes) {
     scope.module.axes.emplace(axis.name.text, CheckAxis(axis, "axis '" + axis.name.text + "'",
                                                         scope.unit_m, &scope.diagnostics));
   }
+}
+
+void CheckJoints(ModuleScope& scope) {
+  const ModuleDecl& decl = *scope.module.decl;
   const int errors = scope.diagnostics.error_count();
   bool broken = scope.names_lost;
   for (const JointDecl& joint : decl.joints) {

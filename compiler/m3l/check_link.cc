@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include <Eigen/Geometry>
+
 #include "compiler/m3l/check_module.h"
 #include "compiler/m3l/evaluate.h"
 #include "compiler/model/convex_hull.h"
@@ -16,6 +18,7 @@ constexpr double kDensity_kg_m3 = 500.0;
 // A module that is a single point still needs links of some mass.
 constexpr double kLeastMass_kg = 1e-6;
 constexpr size_t kMaxHullPoints = 500;
+constexpr size_t kMaxParts = 50;
 
 /// Checks one link: the points grouped in it, its hull and its mass.
 class LinkChecker {
@@ -28,14 +31,21 @@ class LinkChecker {
         attributes_(decl_, "link '" + decl_.name.text + "'", {"grouping", "hull", "mass"},
                     &scope.diagnostics) {}
 
+  /// Everything but the mass.
   model::Link Check() {
     model::Link link;
     link.name = decl_.name.text;
     if (const Expr* grouping = attributes_.Optional("grouping")) CheckGrouping(*grouping);
     const int errors = scope_.diagnostics.error_count();
-    if (const Expr* hull = attributes_.Optional("hull")) link.hull = CheckHull(*hull);
-    const bool hull_ok = errors == scope_.diagnostics.error_count();
-    // The default mass follows from the hull, so that it is not worked out from a hull with errors.
+    if (const Expr* hull = attributes_.Optional("hull")) CheckHull(*hull, &link);
+    hull_ok_ = errors == scope_.diagnostics.error_count();
+    return link;
+  }
+
+  /// The mass. It comes last, as its default depends on the module's extent, and that on the hulls
+  /// of all links.
+  void CheckMass(model::Link& link) {
+    // It is not worked out from a hull with errors.
     const Expr* mass = attributes_.Optional("mass");
     if (mass) {
       const std::optional<double> value = EvaluateNumber(*mass, &scope_.diagnostics);
@@ -43,10 +53,9 @@ class LinkChecker {
       if (!(link.mass_kg > 0.0 && link.mass_kg <= 1e9)) {
         scope_.diagnostics.Error(mass->span, "'mass' is above 0 and at most 1e9 kg");
       }
-    } else if (hull_ok) {
-      link.mass_kg = DefaultMass(link.hull);
+    } else if (hull_ok_) {
+      link.mass_kg = DefaultMass(link);
     }
-    return link;
   }
 
  private:
@@ -91,14 +100,52 @@ class LinkChecker {
         NameHint(name, names, "points are");
   }
 
-  /// The points of `convex(...)`, in M (m); none if there is an error.
-  std::vector<Eigen::Vector3d> CheckHull(const Expr& hull) {
-    std::vector<Eigen::Vector3d> points;
-    if (hull.kind != ExprKind::kCall || hull.path[0].text != "convex") {
-      scope_.diagnostics.Error(hull.span, "a hull is written as convex(...)").hint =
-          "list points in it, as in: convex(c1.point, " + decl_.name.text + ".point)";
-      return points;
+  /// The convex parts of a hull, `convex(...) + box(...) + ...`, in M (m).
+  void CheckHull(const Expr& outer, model::Link* link) {
+    const Expr& hull = Unwrapped(outer);
+    const bool sum =
+        hull.kind == ExprKind::kSum && hull.ops.find_first_not_of('+') == std::string::npos;
+    if (!sum) {
+      link->hull = CheckPart(hull);
+      return;
     }
+    for (const Expr& child : hull.children) {
+      if (scope_.diagnostics.full()) return;
+      const std::vector<Eigen::Vector3d> part = CheckPart(child);
+      if (part.empty()) continue;
+      link->hull.insert(link->hull.end(), part.begin(), part.end());
+      link->part_ends.push_back(static_cast<int>(link->hull.size()));
+    }
+    if (link->part_ends.size() > kMaxParts || link->hull.size() > kMaxHullPoints) {
+      scope_.diagnostics.Error(hull.span, fmt::format("a hull has at most {} parts and {} points",
+                                                      kMaxParts, kMaxHullPoints));
+    }
+    // With parts missing after an error the shape is of no use; one that is left is no list.
+    if (link->part_ends.size() < hull.children.size()) {
+      link->hull.clear();
+      link->part_ends.clear();
+    }
+  }
+
+  /// The points of one convex part, in M (m); none if there is an error.
+  std::vector<Eigen::Vector3d> CheckPart(const Expr& outer) {
+    const Expr& part = Unwrapped(outer);
+    if (part.kind == ExprKind::kCall && part.path[0].text == "convex") return CheckConvex(part);
+    if (part.kind == ExprKind::kCall && IsShape(part.path[0].text)) {
+      return CheckShape(part, scope_).value_or(std::vector<Eigen::Vector3d>{});
+    }
+    scope_.diagnostics
+        .Error(part.span,
+               "a hull is written as convex(...), box(...), cylinder(...), sphere(...) or "
+               "mesh(...)")
+        .hint = "list points in it, as in: convex(c1.point, " + decl_.name.text +
+                ".point); several parts are joined by '+'";
+    return {};
+  }
+
+  /// The points of `convex(...)`, in M (m); none if there is an error.
+  std::vector<Eigen::Vector3d> CheckConvex(const Expr& hull) {
+    std::vector<Eigen::Vector3d> points;
     const int errors = scope_.diagnostics.error_count();
     for (const Expr& child : hull.children) {
       if (scope_.diagnostics.full() || points.size() > kMaxHullPoints) break;
@@ -200,12 +247,14 @@ class LinkChecker {
     }
   }
 
-  /// Hull volume times density, a flat hull being given some thickness (docs/m3l.md, links).
-  double DefaultMass(const std::vector<Eigen::Vector3d>& hull) const {
+  /// Volume of the parts times density, flat ones being given some thickness (docs/m3l.md, links).
+  double DefaultMass(const model::Link& link) const {
     const double thickness = model::kFlatThickness * scope_.module.extent_m;
     // Without a hull the link is a cube as large as a hull would at least be.
-    const double volume = hull.empty() ? thickness * thickness * thickness
-                                       : model::HullVolume(model::ThickenFlat(hull, thickness));
+    double volume = link.hull.empty() ? thickness * thickness * thickness : 0.0;
+    for (const auto& part : link.Parts()) {
+      volume += model::HullVolume(model::ThickenFlat(part, thickness));
+    }
     return std::max(kDensity_kg_m3 * volume, kLeastMass_kg);
   }
 
@@ -214,8 +263,27 @@ class LinkChecker {
   const LinkDecl& decl_;
   const std::map<std::string, PointSymbol>& own_;
   AttributeReader attributes_;
+  bool hull_ok_ = false;         ///< The hull, if any, has no error.
   bool points_missing_ = false;  ///< The hull names points that fell to another error.
 };
+
+/// The largest side of the box round all points and hulls (m), which tolerances are relative to.
+double Extent(const CheckedModule& module) {
+  Eigen::AlignedBox3d box;
+  // Points that have errors in their coordinates have none, and do not count.
+  const auto add = [&](const std::map<std::string, PointSymbol>& points) {
+    for (const auto& [name, point] : points) {
+      if (point.p_M) box.extend(*point.p_M);
+      for (const Eigen::Vector3d& p : point.subpoints) box.extend(p);
+    }
+  };
+  add(module.points);
+  for (const auto& own : module.link_points) add(own);
+  for (const model::Link& link : module.type.links) {
+    for (const Eigen::Vector3d& p : link.hull) box.extend(p);
+  }
+  return box.isEmpty() ? 0.0 : box.sizes().maxCoeff();
+}
 
 }  // namespace
 
@@ -225,9 +293,14 @@ void CheckLinks(ModuleScope& scope) {
     scope.diagnostics.Error(decl.name.span, "module '" + decl.name.text + "' has no link").hint =
         "a module has at least one: link NAME: grouping=(...)";
   }
+  std::vector<LinkChecker> checkers;
+  checkers.reserve(decl.links.size());
   for (size_t i = 0; i < decl.links.size(); ++i) {
-    scope.module.type.links.push_back(LinkChecker(scope, static_cast<int>(i)).Check());
+    checkers.emplace_back(scope, static_cast<int>(i));
+    scope.module.type.links.push_back(checkers.back().Check());
   }
+  scope.module.extent_m = Extent(scope.module);
+  for (size_t i = 0; i < checkers.size(); ++i) checkers[i].CheckMass(scope.module.type.links[i]);
 }
 
 }  // namespace morphbus::m3l::internal

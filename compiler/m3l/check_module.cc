@@ -33,12 +33,26 @@ void CheckNames(ModuleScope& scope) {
   for (const LinkDecl& link : scope.module.decl->links) add(link, "link");
   for (const AxisDecl& axis : scope.module.decl->axes) add(axis, "axis");
   for (const JointDecl& joint : scope.module.decl->joints) add(joint, "joint");
+  for (const SensorDecl& sensor : scope.module.decl->sensors) add(sensor, "sensor");
 }
 
-/// The length of a model unit; everything else is scaled by it.
-void CheckUnit(ModuleScope& scope) {
+/// What joints do once the module is dead.
+void CheckOnLoss(AttributeReader& attributes, ModuleScope& scope) {
+  const Expr* on_loss = attributes.Optional("on_loss");
+  if (!on_loss) return;
+  const std::string text = on_loss->kind == ExprKind::kString ? on_loss->text : "";
+  if (text == "hold") scope.module.type.on_loss = model::OnLoss::kHold;
+  if (text == "hold" || text == "limp") return;
+  scope.diagnostics.Error(on_loss->span, "'on_loss' is \"limp\" or \"hold\"");
+}
+
+/// The module's own attributes. The length of a model unit comes first, since everything else is
+/// scaled by it.
+void CheckAttributes(ModuleScope& scope) {
   const ModuleDecl& decl = *scope.module.decl;
-  AttributeReader attributes(decl, "module '" + decl.name.text + "'", {"unit"}, &scope.diagnostics);
+  AttributeReader attributes(decl, "module '" + decl.name.text + "'", {"unit", "on_loss"},
+                             &scope.diagnostics);
+  CheckOnLoss(attributes, scope);
   const Expr* unit = attributes.Optional("unit");
   const std::optional<double> value =
       unit ? EvaluateNumber(*unit, &scope.diagnostics) : std::nullopt;
@@ -68,21 +82,6 @@ void CheckPoints(ModuleScope& scope) {
           .Note(it->second.decl->name.span, "first used here");
     }
   }
-}
-
-/// The largest side of the box round all points (m), which tolerances are relative to.
-double Extent(const CheckedModule& module) {
-  Eigen::AlignedBox3d box;
-  // Points that have errors in their coordinates have none, and do not count.
-  const auto add = [&](const std::map<std::string, PointSymbol>& points) {
-    for (const auto& [name, point] : points) {
-      if (point.p_M) box.extend(*point.p_M);
-      for (const Eigen::Vector3d& p : point.subpoints) box.extend(p);
-    }
-  };
-  add(module.points);
-  for (const auto& own : module.link_points) add(own);
-  return box.isEmpty() ? 0.0 : box.sizes().maxCoeff();
 }
 
 /// Connectors in the order of their declarations, which the numbering of connections depends on.
@@ -149,35 +148,40 @@ bool CheckSizes(const ModuleScope& scope) {
     return false;
   };
   // All four are checked, so that each excess is told.
-  return check(members, kMaxMembers, "members") & check(decl.links.size(), kMaxLinks, "links") &
-         check(connectors, kMaxConnectors, "connectors") &
-         check(subpoints, kMaxSubpoints, "sub-points on one point");
+  const bool checks[] = {check(members, kMaxMembers, "members"),
+                         check(decl.links.size(), kMaxLinks, "links"),
+                         check(connectors, kMaxConnectors, "connectors"),
+                         check(subpoints, kMaxSubpoints, "sub-points on one point")};
+  return std::all_of(std::begin(checks), std::end(checks), [](bool holds) { return holds; });
 }
 
 }  // namespace
 }  // namespace internal
 
-CheckedModule CheckModule(const ModuleDecl& decl, source::Diagnostics* diagnostics) {
+CheckedModule CheckModule(const ModuleDecl& decl, const source::SourceSet& sources,
+                          source::Diagnostics* diagnostics) {
   const int errors = diagnostics->error_count();
   CheckedModule module;
   module.decl = &decl;
   module.type.name = decl.name.text;
-  internal::ModuleScope scope{module, *diagnostics, 1.0, false, {}};
+  internal::ModuleScope scope{module, sources, *diagnostics, 1.0, false, {}};
   if (!internal::CheckSizes(scope)) return module;
   // The order matters: each step needs the names that the steps before it have found.
   internal::CheckNames(scope);
-  internal::CheckUnit(scope);
+  internal::CheckAttributes(scope);
   internal::CheckPoints(scope);
-  module.extent_m = internal::Extent(module);
+  internal::CheckAxes(scope);
   internal::CheckLinks(scope);
   internal::CollectConnectors(scope);
-  internal::CheckAxesAndJoints(scope);
+  internal::CheckJoints(scope);
+  internal::CheckSensors(scope);
   // Errors of the parser count too: what did not parse is missing from the module.
   const auto broken = [](const auto& list) {
     return std::any_of(list.begin(), list.end(), [](const Declaration& d) { return d.broken; });
   };
   module.valid = diagnostics->error_count() == errors && !decl.broken && !broken(decl.points) &&
-                 !broken(decl.links) && !broken(decl.axes) && !broken(decl.joints);
+                 !broken(decl.links) && !broken(decl.axes) && !broken(decl.joints) &&
+                 !broken(decl.sensors);
   return module;
 }
 

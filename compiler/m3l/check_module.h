@@ -12,6 +12,8 @@ constexpr double kMaxCoordinate_m = 1e6;
 /// CheckModule makes it (check_module.cc) and hands it to the parts below, one after another.
 struct ModuleScope {
   CheckedModule& module;
+  /// The files of the compilation, for paths that are relative to them.
+  const source::SourceSet& sources;
   source::Diagnostics& diagnostics;
   /// Metres per model unit: the module's `unit`.
   double unit_m = 1.0;
@@ -31,11 +33,22 @@ PointSymbol CheckPoint(const PointDecl& decl, const ModuleScope& scope);
 /// The connector that `symbol` is, carried by `link` (check_point.cc).
 model::Connector MakeConnector(const PointSymbol& symbol, int link, const ModuleScope& scope);
 
-/// Groupings, hulls and masses of all links (check_link.cc). Points are known already.
+/// Groupings, hulls and masses of all links (check_link.cc), and from all points the module's
+/// extent. Points and axes are known already.
 void CheckLinks(ModuleScope& scope);
 
-/// Axes and joints (check_joint.cc). Links are known already.
-void CheckAxesAndJoints(ModuleScope& scope);
+/// The points of a convex part of a hull, in M (m), that is written as box, cylinder, sphere or
+/// mesh (check_shape.cc); nothing after an error.
+std::optional<std::vector<Eigen::Vector3d>> CheckShape(const Expr& call, ModuleScope& scope);
+/// Whether a call of this name is such a part.
+bool IsShape(const std::string& function);
+
+/// All axes (check_joint.cc).
+void CheckAxes(ModuleScope& scope);
+/// All joints (check_joint.cc). Axes and links are known already.
+void CheckJoints(ModuleScope& scope);
+/// All sensors (check_sensor.cc). Links are known already.
+void CheckSensors(ModuleScope& scope);
 
 /// An axis from its `origin` and `direction` (m, unit); not valid if there is an error
 /// (check_joint.cc). Also used for the anonymous axes of a robot's frame.

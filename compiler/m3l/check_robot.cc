@@ -199,7 +199,7 @@ void ReportNoMember(const CheckedModule& module, const std::string& what, const 
 
 }  // namespace internal
 
-std::optional<model::Robot> CheckRobot(const RobotDecl& decl, const RobotContext& context,
+std::optional<CheckedRobot> CheckRobot(const RobotDecl& decl, const RobotContext& context,
                                        source::Diagnostics* diagnostics) {
   const int errors = diagnostics->error_count();
   internal::RobotScope scope{decl, context, *diagnostics, {}, {}, {}, false, {}, {}, {}};
@@ -227,7 +227,7 @@ std::optional<model::Robot> CheckRobot(const RobotDecl& decl, const RobotContext
   // Loops and overlaps need a robot without errors, placed by its dockings.
   internal::CheckGeometry(scope);
   if (diagnostics->error_count() != errors) return std::nullopt;
-  return std::move(scope.robot);
+  return CheckedRobot{std::move(scope.robot), std::move(scope.module_spans)};
 }
 
 }  // namespace morphbus::m3l

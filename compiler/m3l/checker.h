@@ -61,8 +61,10 @@ struct CheckedModule {
 };
 
 /// Checks one module: names, coordinates, links, joints. Masses and other defaults are filled in.
+/// Meshes that it names are read from beside the file, among `sources`, that names them.
 /// Errors go to `diagnostics`; the result then has valid = false and holds what could be made out.
-CheckedModule CheckModule(const ModuleDecl& decl, source::Diagnostics* diagnostics);
+CheckedModule CheckModule(const ModuleDecl& decl, const source::SourceSet& sources,
+                          source::Diagnostics* diagnostics);
 
 /// A connection whose names and types are checked, ready to be solved.
 /// `decl` is part of the syntax tree and must outlive the result.
@@ -94,10 +96,17 @@ struct RobotContext {
   const PairIndex& pairs;
 };
 
+/// A robot, and where it is written.
+struct CheckedRobot {
+  model::Robot robot;
+  /// The place of the name of each module, in the order of robot.modules.
+  std::vector<source::Span> modules;
+};
+
 /// Checks one robot: modules, connections, frame, start values, then whether loops close and
 /// modules lie in each other. Returns nothing if it has errors, or depends on a definition that
 /// has.
-std::optional<model::Robot> CheckRobot(const RobotDecl& decl, const RobotContext& context,
+std::optional<CheckedRobot> CheckRobot(const RobotDecl& decl, const RobotContext& context,
                                        source::Diagnostics* diagnostics);
 
 /// The names of items: of structs that have one, or of the keys of a map.

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "compiler/m3l/checker.h"
+#include "compiler/m3l/constants.h"
 #include "compiler/m3l/loader.h"
 
 namespace morphbus::m3l {
@@ -100,6 +101,7 @@ std::vector<source::Span> HullSpans(const ModuleDecl& module) {
 void WarnIfEmpty(const std::vector<FileAst>& files, source::Diagnostics* diagnostics) {
   for (const FileAst& file : files) {
     if (!file.modules.empty() || !file.connections.empty() || !file.robots.empty()) return;
+    if (!file.constants.empty()) return;
   }
   if (files.empty() || diagnostics->had_errors()) return;
   diagnostics->Warning({0, 0, 0}, "nothing is defined").hint =
@@ -115,7 +117,7 @@ std::optional<model::Model> Check(const std::vector<FileAst>& files, CompileOutp
   std::vector<CheckedModule> modules;
   for (const ModuleDecl* decl : Collect(files, &FileAst::modules, "module", diagnostics)) {
     if (diagnostics->full()) return std::nullopt;
-    modules.push_back(CheckModule(*decl, diagnostics));
+    modules.push_back(CheckModule(*decl, output.sources, diagnostics));
     model.module_types.push_back(modules.back().type);
     output.hulls.push_back(HullSpans(*decl));
   }
@@ -151,8 +153,10 @@ std::optional<model::Model> Check(const std::vector<FileAst>& files, CompileOutp
   std::vector<model::Robot> robots;
   for (const RobotDecl* decl : Collect(files, &FileAst::robots, "robot", diagnostics)) {
     if (diagnostics->full()) return std::nullopt;
-    std::optional<model::Robot> robot = CheckRobot(*decl, context, diagnostics);
-    if (robot) robots.push_back(std::move(*robot));
+    std::optional<CheckedRobot> checked = CheckRobot(*decl, context, diagnostics);
+    if (!checked) continue;
+    robots.push_back(std::move(checked->robot));
+    output.modules.push_back(std::move(checked->modules));
   }
   if (diagnostics->had_errors()) return std::nullopt;
   model.robots = std::move(robots);
@@ -171,6 +175,7 @@ CompileOutput CompileFiles(const std::vector<std::string>& paths, Dump dump) {
   CompileOutput output;
   Loader loader(dump, &output);
   for (const std::string& path : paths) loader.LoadPath(path);
+  ResolveConstants(&loader.files(), &output.diagnostics);
   output.model = Check(loader.files(), output);
   return output;
 }
@@ -179,6 +184,7 @@ CompileOutput CompileText(const std::string& name, const std::string& text, Dump
   CompileOutput output;
   Loader loader(dump, &output);
   loader.LoadText(name, text);
+  ResolveConstants(&loader.files(), &output.diagnostics);
   output.model = Check(loader.files(), output);
   return output;
 }

@@ -38,6 +38,8 @@ struct CompileOutput {
   std::vector<solver::ConnectionProblem> problems;
   /// Which of the problems can be explained: those without an error in their conditions or modules.
   std::vector<bool> explainable;
+  /// modules[robot][module]: where the name of each module of the model's robots is written.
+  std::vector<std::vector<source::Span>> modules;
   /// hulls[type][link]: where the hull of a link is written; empty where it has none.
   std::vector<std::vector<source::Span>> hulls;
 };

@@ -105,6 +105,10 @@ std::string DumpTokens(const source::SourceSet& sources, const std::vector<Token
 std::string DumpAst(const FileAst& file) {
   std::string out;
   for (const ImportDecl& import : file.imports) out += "import \"" + import.path + "\"\n";
+  for (const ConstDecl& constant : file.constants) {
+    out +=
+        "const " + constant.name.text + "=" + (constant.value ? Text(*constant.value) : "?") + "\n";
+  }
   for (const ModuleDecl& module : file.modules) {
     // The points of the module itself come before its links.
     DumpDeclaration("module", module, 0, out);
@@ -116,6 +120,7 @@ std::string DumpAst(const FileAst& file) {
     }
     for (const AxisDecl& axis : module.axes) DumpDeclaration("axis", axis, 1, out);
     for (const JointDecl& joint : module.joints) DumpDeclaration("joint", joint, 1, out);
+    for (const SensorDecl& sensor : module.sensors) DumpDeclaration("sensor", sensor, 1, out);
   }
   // Connections and robots follow the modules, whatever their order in the file was.
   for (const ConnectionDecl& c : file.connections) DumpDeclaration("connection", c, 0, out);

@@ -66,6 +66,7 @@ std::optional<double> Evaluate(const Expr& expr, source::Diagnostics* diagnostic
       return expr.number;
     case ExprKind::kPath:
       if (SingleName(expr) == "pi") return std::numbers::pi;
+      if (expr.constant) return expr.number;
       break;
     case ExprKind::kCall:
       return Call(expr, diagnostics);
@@ -137,7 +138,7 @@ std::optional<model::AttributeValue> EvaluateAttribute(const Expr& expr,
   if (inner.kind == ExprKind::kString) return inner.text;
   const std::string name = SingleName(inner);
   if (name == "true" || name == "false") return name == "true";
-  if (inner.kind == ExprKind::kPath && name != "pi") {
+  if (inner.kind == ExprKind::kPath && name != "pi" && !inner.constant) {
     // Any other name is most likely a string without its quotes.
     return diagnostics->Error(inner.span, "'" + PathText(inner.path) + "' is no value")
         .Hint("values are numbers, true, false, and strings such as \"" + PathText(inner.path) +

@@ -21,8 +21,8 @@ std::string SingleName(const Expr& expr);
 /// The path as it is written, for messages: "a.b.c".
 std::string PathText(const std::vector<Name>& path);
 
-/// The value of an arithmetic expression over numbers with pi, sqrt, sin and cos. A result that is
-/// not finite is an error.
+/// The value of an arithmetic expression over numbers and constants with pi, sqrt, sin and cos. A
+/// result that is not finite is an error.
 std::optional<double> EvaluateNumber(const Expr& expr, source::Diagnostics* diagnostics);
 
 /// The value of `(x, y, z)`, which must be three finite numbers. `what` names the value in

@@ -134,14 +134,14 @@ class Formatter {
   /// indented by two columns and broken at every part.
   void WriteStatement(source::LayoutWriter& writer, size_t begin, size_t end) const {
     const std::string_view keyword = Text(begin);
-    // An import has no parts that could hang anywhere.
-    if (keyword == "import") {
+    // An import or a constant has no parts that could hang anywhere.
+    if (keyword == "import" || keyword == "const") {
       writer.Statement(begin, begin, end, 0, 2, false);
       return;
     }
     const size_t head = std::min(begin + 3, end);
-    const bool member =
-        keyword == "point" || keyword == "link" || keyword == "axis" || keyword == "joint";
+    const bool member = keyword == "point" || keyword == "link" || keyword == "axis" ||
+                        keyword == "joint" || keyword == "sensor";
     // Members are aligned behind `keyword name: `, unless that is too wide.
     const size_t width = keyword.size() + 1 + Text(begin + 1).size() + 2;
     const size_t hang = !member ? 2 : width > kWidestHeader ? 4 : width;

@@ -345,7 +345,8 @@ std::string StringValue(std::string_view quoted) {
 
 const std::vector<std::string_view>& Keywords() {
   static const std::vector<std::string_view> kWords = {"module", "connection", "robot", "point",
-                                                       "link",   "axis",       "joint", "import"};
+                                                       "link",   "axis",       "joint", "sensor",
+                                                       "const",  "import"};
   return kWords;
 }
 
@@ -379,6 +380,8 @@ bool StartsStatement(const std::vector<Token>& tokens, size_t i) {
   if (!IsKeyword(word)) return word_next && is(i + 2, ":") && !IsOperatorWord(word);
   // An attribute may be called `import`.
   if (word == "import") return !is(i + 1, "=");
+  // A constant has no colon: `const name = ...`.
+  if (word == "const") return word_next && is(i + 2, "=");
   return word_next || is(i + 1, ":");
 }
 

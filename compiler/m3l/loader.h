@@ -29,8 +29,9 @@ class Loader {
   /// Parses a text in memory under `name`; its imports are relative to the directory of `name`.
   void LoadText(const std::string& name, const std::string& text);
 
-  /// The trees, in the order in which their definitions count.
-  [[nodiscard]] const std::vector<FileAst>& files() const { return files_; }
+  /// The trees, in the order in which their definitions count. What is read may still be changed:
+  /// names of constants are resolved in it (constants.h).
+  [[nodiscard]] std::vector<FileAst>& files() { return files_; }
 
  private:
   /// A file that is being read, and the import that asked for it.

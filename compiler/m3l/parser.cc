@@ -74,7 +74,8 @@ FileAst Parser::ParseFile() {
     if (!StartsStatement(at_)) {
       // Text between statements is reported once and skipped.
       const Name word = NameAt(at_);
-      Error(word.span, "expected a module, connection, robot or import, found " + Described(at_))
+      Error(word.span,
+            "expected a module, connection, robot, const or import, found " + Described(at_))
           .hint = source::NearestHint(word.text, {Keywords().begin(), Keywords().end()});
       ++at_;
       SkipToStatement();

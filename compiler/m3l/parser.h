@@ -95,7 +95,9 @@ class Parser {
   void ParseStatement(FileAst& file);
   /// The string after `import`.
   void ParseImport(FileAst& file);
-  /// A point, link, axis or joint into `module`; its keyword has been read.
+  /// `NAME = number` after `const`.
+  void ParseConstant(FileAst& file);
+  /// A point, link, axis, joint or sensor into `module`; its keyword has been read.
   void ParseMember(const std::string& keyword, ModuleDecl& module);
   /// `NAME:` into `declaration`; the keyword has been read.
   void ParseHeader(Declaration& declaration);

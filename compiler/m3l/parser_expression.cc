@@ -184,8 +184,8 @@ std::optional<Expr> Parser::ParsePrimary() {
     ++at_;
     if (!ParseElements(begin, tuple ? ")" : "]", expr)) return std::nullopt;
   } else if (IsKind(at_, TokenKind::kWord) && !IsOperatorWord(Text(at_)) && !StartsStatement(at_)) {
-    // No value can be called like a keyword.
-    if (IsKeyword(Text(at_))) {
+    // No value can be called like a keyword, but an argument can: axis=NAME.
+    if (IsKeyword(Text(at_)) && !(brackets_ > 0 && IsSymbol(at_ + 1, "="))) {
       return Error(Now().span,
                    "'" + std::string(Text(at_)) + "' is a keyword, it cannot stand here");
     }

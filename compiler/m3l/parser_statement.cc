@@ -7,7 +7,7 @@ namespace {
 
 // Members belong to the module above them; all other statements stand for themselves.
 bool IsMemberKeyword(std::string_view word) {
-  return word == "point" || word == "link" || word == "axis" || word == "joint";
+  return word == "point" || word == "link" || word == "axis" || word == "joint" || word == "sensor";
 }
 
 }  // namespace
@@ -19,9 +19,9 @@ std::string Parser::TakeKeyword() {
   if (IsKeyword(word.text)) return word.text;
   source::Diagnostic& d = Error(word.span, "unknown statement '" + word.text + "'");
   std::string near = source::NearestName(word.text, {Keywords().begin(), Keywords().end()});
-  d.hint = near.empty()
-               ? "statements are module, point, link, axis, joint, connection, robot, import"
-               : "did you mean '" + near + "'?";
+  d.hint = near.empty() ? "statements are module, point, link, axis, joint, sensor, connection, "
+                          "robot, const, import"
+                        : "did you mean '" + near + "'?";
   return near;
 }
 
@@ -33,6 +33,8 @@ void Parser::ParseStatement(FileAst& file) {
     SkipToStatement();
   } else if (keyword == "import") {
     ParseImport(file);
+  } else if (keyword == "const") {
+    ParseConstant(file);
   } else if (keyword == "connection") {
     // Connections and robots have attributes only.
     ParseHeader(file.connections.emplace_back());
@@ -49,6 +51,12 @@ void Parser::ParseStatement(FileAst& file) {
     while (!AtEnd() && StartsStatement(at_)) {
       const std::string word(Text(at_));
       const std::string near = source::NearestName(word, {Keywords().begin(), Keywords().end()});
+      // A constant may stand between members too; it belongs to no module.
+      if (word == "const") {
+        ++at_;
+        ParseConstant(file);
+        continue;
+      }
       if (!IsMemberKeyword(IsKeyword(word) ? word : near)) break;
       ParseMember(TakeKeyword(), module);
       StopIfTooMany();
@@ -84,6 +92,24 @@ void Parser::ParseImport(FileAst& file) {
   SkipToStatement();
 }
 
+void Parser::ParseConstant(FileAst& file) {
+  // StartsStatement has seen the name and the sign of equality.
+  ConstDecl& constant = file.constants.emplace_back();
+  constant.name = NameAt(at_++);
+  if (IsKeyword(constant.name.text) || IsOperatorWord(constant.name.text)) {
+    Error(constant.name.span, "'" + constant.name.text + "' is a keyword and cannot be a name");
+  }
+  Accept("=");
+  brackets_ = 0;
+  constant.value = ParseOr();
+  // What follows the value is reported once, unless the value itself did not parse.
+  if (AtEnd() || StartsStatement(at_)) return;
+  if (constant.value) {
+    Error(Now().span, "expected the next statement after a constant, found " + Described(at_));
+  }
+  SkipToStatement();
+}
+
 void Parser::ParseMember(const std::string& keyword, ModuleDecl& module) {
   if (keyword == "point") {
     // A point may have sub-points, one level deep.
@@ -96,9 +122,12 @@ void Parser::ParseMember(const std::string& keyword, ModuleDecl& module) {
     ParseHeader(link);
     ParseBody(link, {&link.points, 2}, false);
   } else if (keyword == "axis") {
-    // Axes and joints have attributes only.
+    // Axes, joints and sensors have attributes only.
     ParseHeader(module.axes.emplace_back());
     ParseBody(module.axes.back(), {}, false);
+  } else if (keyword == "sensor") {
+    ParseHeader(module.sensors.emplace_back());
+    ParseBody(module.sensors.back(), {}, false);
   } else {
     ParseHeader(module.joints.emplace_back());
     ParseBody(module.joints.back(), {}, false);

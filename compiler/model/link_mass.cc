@@ -15,10 +15,12 @@ using Eigen::Vector3d;
 constexpr double kLeastMass = 1e-3;       // kg
 constexpr double kLeastThickness = 1e-3;  // m
 
-/// The points that say where the mass of a link is: its hull, else what is fixed to it.
-std::vector<Vector3d> MassPoints(const ModuleType& type, int link) {
-  std::vector<Vector3d> points = SolidHull(type, link);
-  if (!points.empty()) return points;
+/// The points that say where the mass of a link is, part by part: its shape, else what is fixed to
+/// it.
+std::vector<std::vector<Vector3d>> MassPoints(const ModuleType& type, int link) {
+  std::vector<std::vector<Vector3d>> parts = SolidParts(type, link);
+  if (!parts.empty()) return parts;
+  std::vector<Vector3d> points;
   for (const Connector& connector : type.connectors) {
     if (connector.link == link) points.push_back(connector.p_MoCo_M);
   }
@@ -26,7 +28,7 @@ std::vector<Vector3d> MassPoints(const ModuleType& type, int link) {
     if (joint.link_a == link || joint.link_b == link) points.push_back(joint.p_MoJo_M);
   }
   if (points.empty()) points.push_back(Vector3d::Zero());
-  return points;
+  return {points};
 }
 
 /// Smallest distance between two parallel planes that hold the hull between them, over the normals
@@ -58,18 +60,43 @@ std::vector<Vector3d> BoundingBox(const std::vector<Vector3d>& points) {
   return corners;
 }
 
-}  // namespace
-
-LinkMass ComputeLinkMass(const ModuleType& type, int link) {
-  // A simulation needs an inertia that is positive in all directions: hulls that are too thin are
-  // taken as boxes.
-  const std::vector<Vector3d> points = MassPoints(type, link);
+/// Volume, centroid and inertia of a part for density 1. A simulation needs an inertia that is
+/// positive in all directions: hulls that are too thin are taken as boxes.
+MassProperties UnitMass(const std::vector<Vector3d>& points) {
   ConvexHull hull = ComputeHull(points);
   if (hull.dimension < 3 || Thickness(hull) < kLeastThickness) {
     hull = ComputeHull(BoundingBox(points));
   }
+  return ComputeMassProperties(hull);
+}
+
+/// Several bodies of density 1 as one: the parallel axis theorem takes each inertia to the common
+/// centroid.
+MassProperties Together(const std::vector<MassProperties>& parts) {
+  MassProperties sum;
+  for (const MassProperties& part : parts) {
+    sum.volume += part.volume;
+    sum.centroid += part.volume * part.centroid;
+  }
+  sum.centroid /= sum.volume;
+  for (const MassProperties& part : parts) {
+    const Vector3d r = part.centroid - sum.centroid;
+    sum.inertia += part.inertia + part.volume * (r.squaredNorm() * Eigen::Matrix3d::Identity() -
+                                                 r * r.transpose());
+  }
+  return sum;
+}
+
+}  // namespace
+
+LinkMass ComputeLinkMass(const ModuleType& type, int link) {
+  std::vector<MassProperties> parts;
+  for (const std::vector<Vector3d>& points : MassPoints(type, link)) {
+    parts.push_back(UnitMass(points));
+  }
+  // One part is not summed, so that its numbers stay what they are to the last bit.
+  const MassProperties unit = parts.size() == 1 ? parts.front() : Together(parts);
   // The density is uniform, so the inertia of unit density is scaled to the mass.
-  const MassProperties unit = ComputeMassProperties(hull);
   LinkMass mass;
   mass.mass_kg = std::max(type.links[link].mass_kg, kLeastMass);
   mass.p_LoLcm_L = unit.centroid;
@@ -77,10 +104,13 @@ LinkMass ComputeLinkMass(const ModuleType& type, int link) {
   return mass;
 }
 
-std::vector<Vector3d> SolidHull(const ModuleType& type, int link) {
-  const std::vector<Vector3d>& points = type.links[link].hull;
-  if (points.empty() || ComputeHull(points).dimension == 3) return points;
-  return ThickenFlat(points, std::max(kFlatThickness * ExtentOf(type), kLeastThickness));
+std::vector<std::vector<Vector3d>> SolidParts(const ModuleType& type, int link) {
+  std::vector<std::vector<Vector3d>> parts = type.links[link].Parts();
+  for (std::vector<Vector3d>& points : parts) {
+    if (ComputeHull(points).dimension == 3) continue;
+    points = ThickenFlat(points, std::max(kFlatThickness * ExtentOf(type), kLeastThickness));
+  }
+  return parts;
 }
 
 }  // namespace morphbus::model

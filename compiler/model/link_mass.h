@@ -19,13 +19,14 @@ struct LinkMass {
   Eigen::Matrix3d I_Lcm_L;    ///< Inertia about the centre of mass (kg m^2).
 };
 
-/// Mass spread evenly over the hull as SolidHull has it. The inertia of a hull that is solid but
-/// thinner than 1 mm is that of its bounding box, at least 1 mm thick; of a link without hull that
-/// of the box round its connectors and joint axes.
+/// Mass spread evenly over the parts as SolidParts has them; where parts lie in each other, that
+/// volume counts for each. The inertia of a part that is solid but thinner than 1 mm is that of its
+/// bounding box, at least 1 mm thick; of a link without hull that of the box round its connectors
+/// and joint axes.
 LinkMass ComputeLinkMass(const ModuleType& type, int link);
 
-/// Corners of what a link can collide with, in the link's frame (m): its hull, thickened by
-/// kFlatThickness (at least 1 mm) where that is flat. Empty for a link without hull.
-std::vector<Eigen::Vector3d> SolidHull(const ModuleType& type, int link);
+/// Corners of what a link can collide with, in the link's frame (m), each convex part by itself:
+/// thickened by kFlatThickness (at least 1 mm) where it is flat. Empty for a link without hull.
+std::vector<std::vector<Eigen::Vector3d>> SolidParts(const ModuleType& type, int link);
 
 }  // namespace morphbus::model

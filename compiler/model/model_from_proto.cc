@@ -198,6 +198,38 @@ class Reader {
     return joint;
   }
 
+  /// A sensor; its direction has length 1.
+  Sensor ReadSensor(const proto::Sensor& message, size_t num_links) {
+    Sensor sensor;
+    sensor.name = message.name();
+    if (message.type() < proto::SENSOR_TYPE_DISTANCE || message.type() > proto::SENSOR_TYPE_TILT) {
+      Bad(fmt::format("sensor type {}", static_cast<int>(message.type())));
+    } else {
+      sensor.type = static_cast<SensorType>(static_cast<int>(message.type()) - 1);
+    }
+    sensor.link = Index(message.link(), num_links, "link");
+    sensor.p_MoSo_M = Vector(message.origin_in_module(), "origin");
+    sensor.direction = Vector(message.direction_in_module(), "direction");
+    if (std::abs(sensor.direction.norm() - 1.0) > 1e-6) Bad("direction is no unit vector");
+    sensor.range_m = Finite(message.range_m(), "range");
+    sensor.noise = Finite(message.noise(), "noise");
+    if (sensor.range_m < 0.0 || sensor.noise < 0.0) Bad("negative range or noise");
+    return sensor;
+  }
+
+  /// Where the parts of a link's shape end: each behind the one before it, the last at the end.
+  void ReadPartEnds(const proto::Link& link, Link* read) {
+    for (const uint32_t end : link.part_ends()) {
+      const int begin = read->part_ends.empty() ? 0 : read->part_ends.back();
+      if (end <= static_cast<uint32_t>(begin) || end > read->hull.size()) {
+        return Bad(fmt::format("part_ends {}", end));
+      }
+      read->part_ends.push_back(static_cast<int>(end));
+    }
+    const bool whole = read->part_ends.empty() || read->part_ends.back() == std::ssize(read->hull);
+    if (!whole || read->part_ends.size() == 1) Bad("part_ends");
+  }
+
   /// A module type; place_ follows the part that is being read.
   ModuleType ReadType(const proto::ModuleType& message) {
     ModuleType type;
@@ -205,11 +237,16 @@ class Reader {
     place_ = fmt::format("module type '{}'", type.name);
     type.unit_m = Finite(message.unit_m(), "unit");
     if (!(type.unit_m > 0.0)) Bad("unit is not positive");
+    type.on_loss = static_cast<OnLoss>(message.on_loss());
+    if (message.on_loss() < proto::ON_LOSS_LIMP || message.on_loss() > proto::ON_LOSS_HOLD) {
+      Bad(fmt::format("on_loss {}", static_cast<int>(message.on_loss())));
+    }
     // Links first, as joints and connectors refer to them.
     for (const proto::Link& link : message.links()) {
       Link read;
       read.name = link.name();
       for (const proto::Vector3& p : link.hull()) read.hull.push_back(Vector(p, "hull"));
+      ReadPartEnds(link, &read);
       read.mass_kg = Finite(link.mass_kg(), "mass");
       if (read.mass_kg < 0.0) Bad("negative mass");
       type.links.push_back(std::move(read));
@@ -225,9 +262,14 @@ class Reader {
       place_ = fmt::format("{}, connector '{}'", at_type, connector.name());
       type.connectors.push_back(ReadConnector(connector, type.links.size()));
     }
+    for (const proto::Sensor& sensor : message.sensors()) {
+      place_ = fmt::format("{}, sensor '{}'", at_type, sensor.name());
+      type.sensors.push_back(ReadSensor(sensor, type.links.size()));
+    }
     place_ = at_type;
     CheckNames(type.joints, "joints");
     CheckNames(type.connectors, "connectors");
+    CheckNames(type.sensors, "sensors");
     place_.clear();
     return type;
   }

@@ -69,6 +69,8 @@ To Enumerator(From value) {
 static_assert(static_cast<int>(JointType::kFixed) + 1 == proto::JOINT_TYPE_FIXED);
 static_assert(static_cast<int>(AxisRelation::kCoplanar) + 1 == proto::AXIS_RELATION_COPLANAR);
 
+static_assert(static_cast<int>(OnLoss::kHold) == proto::ON_LOSS_HOLD);
+
 /// Limits of continuous joints are infinite, which a message can hold.
 void Write(const Joint& joint, proto::Joint* out) {
   out->set_name(joint.name);
@@ -87,14 +89,26 @@ void Write(const Joint& joint, proto::Joint* out) {
 void Write(const ModuleType& type, proto::ModuleType* out) {
   out->set_name(type.name);
   out->set_unit_m(type.unit_m);
+  out->set_on_loss(static_cast<proto::OnLoss>(type.on_loss));
   for (const Link& link : type.links) {
     proto::Link* message = out->add_links();
     message->set_name(link.name);
     for (const Eigen::Vector3d& p : link.hull) Write(p, message->add_hull());
+    for (const int end : link.part_ends) message->add_part_ends(static_cast<uint32_t>(end));
     message->set_mass_kg(link.mass_kg);
   }
   for (const Joint& joint : type.joints) Write(joint, out->add_joints());
   for (const Connector& connector : type.connectors) Write(connector, out->add_connectors());
+  for (const Sensor& sensor : type.sensors) {
+    proto::Sensor* message = out->add_sensors();
+    message->set_name(sensor.name);
+    message->set_type(static_cast<proto::SensorType>(static_cast<int>(sensor.type) + 1));
+    message->set_link(sensor.link);
+    Write(sensor.p_MoSo_M, message->mutable_origin_in_module());
+    Write(sensor.direction, message->mutable_direction_in_module());
+    message->set_range_m(sensor.range_m);
+    message->set_noise(sensor.noise);
+  }
 }
 
 /// Options keep their order, which is that of their numbers.

@@ -28,6 +28,12 @@ std::optional<JointType> JointTypeNamed(std::string_view name) {
   return static_cast<JointType>(found - std::begin(kJointTypeNames));
 }
 
+std::optional<SensorType> SensorTypeNamed(std::string_view name) {
+  const auto* const found = std::ranges::find(kSensorTypeNames, name);
+  if (found == std::end(kSensorTypeNames)) return std::nullopt;
+  return static_cast<SensorType>(found - std::begin(kSensorTypeNames));
+}
+
 // Adding zero turns a negative zero into a plain one.
 std::string NumberText(double value) { return fmt::format("{:.9g}", value + 0.0); }
 
@@ -74,6 +80,17 @@ const Connector& Model::EndB(const Robot& robot, const Docking& docking) const {
 
 const ConnectionOption& Model::OptionOf(const Docking& docking) const {
   return connection_types[docking.connection_type].options[docking.option];
+}
+
+std::vector<std::vector<Eigen::Vector3d>> Link::Parts() const {
+  if (part_ends.empty() && !hull.empty()) return {hull};
+  std::vector<std::vector<Eigen::Vector3d>> parts;
+  int begin = 0;
+  for (const int end : part_ends) {
+    parts.emplace_back(hull.begin() + begin, hull.begin() + end);
+    begin = end;
+  }
+  return parts;
 }
 
 double ExtentOf(const ModuleType& type) {

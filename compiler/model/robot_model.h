@@ -73,10 +73,18 @@ struct Connector {
 /// A rigid body of a module.
 struct Link {
   std::string name;
-  /// Vertices of the convex hull's point set, in M (m), in source order; may be empty or flat.
+  /// The points of its shape, in M (m), in source order: their convex hull, or where there are
+  /// part_ends the hulls of its parts, one part's points behind the other's. Empty without a shape;
+  /// a part may be flat.
   std::vector<Eigen::Vector3d> hull;
+  /// Of a shape of two or more convex parts: behind which point of `hull` each part ends. Empty for
+  /// a shape of one part.
+  std::vector<int> part_ends = {};
+  /// The mass (kg), spread evenly over the parts of the shape (link_mass.h).
   double mass_kg = 0.0;
-  /// The mass (kg), spread evenly over the hull (link_mass.h).
+
+  /// The points of each convex part; none for a link without a shape.
+  [[nodiscard]] std::vector<std::vector<Eigen::Vector3d>> Parts() const;
 };
 
 /// A joint between two links. Driving it by +q turns (or slides) A relative to B about (along)
@@ -101,14 +109,48 @@ struct Joint {
   double speed = 3.14159265358979323846;
 };
 
+/// What a sensor measures: how far something is, whether something touches, how far it is tilted.
+enum class SensorType { kDistance, kContact, kTilt };
+
+/// "distance", "contact", "tilt": M3L's words, in the order of SensorType.
+inline constexpr const char* kSensorTypeNames[] = {"distance", "contact", "tilt"};
+/// The word of a type.
+inline const char* SensorTypeName(SensorType type) {
+  return kSensorTypeNames[static_cast<int>(type)];
+}
+/// The type that a word names, or nothing.
+std::optional<SensorType> SensorTypeNamed(std::string_view name);
+
+/// A sensor of a module, rigid with one of its links (docs/m3l.md, sensors).
+struct Sensor {
+  std::string name;
+  SensorType type = SensorType::kDistance;
+  /// The index of the link that carries it.
+  int link = 0;
+  /// Where it sits (m), and the unit direction in which it looks, in M.
+  Eigen::Vector3d p_MoSo_M = Eigen::Vector3d::Zero();
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitX();
+  /// Distance: how far it sees. Contact: how far from it a touch counts, 0 for anywhere on its
+  /// link. Tilt: 0. Metres.
+  double range_m = 0.0;
+  /// The standard deviation of its readings: m for a distance, rad for a tilt, 0 for a contact.
+  double noise = 0.0;
+};
+
+/// What the joints of a module do once its electronics are dead: their motors exert nothing, or
+/// they stay where they are (as with a worm gear or a brake).
+enum class OnLoss { kLimp, kHold };
+
 /// A type of module: what `module` defines.
 struct ModuleType {
   std::string name;
   /// Metres per model unit of the source; the lengths here are converted already.
   double unit_m = 1.0;
+  OnLoss on_loss = OnLoss::kLimp;
   std::vector<Link> links;
   std::vector<Joint> joints;
   std::vector<Connector> connectors;
+  std::vector<Sensor> sensors = {};
 
   // The functions below give the index of the member called `name`, or nothing.
   [[nodiscard]] std::optional<int> FindLink(const std::string& name) const;

@@ -23,9 +23,13 @@ std::vector<Overlap> OverlapsOf(const ModuleType& type_a, const ModuleType& type
   std::vector<Overlap> overlaps;
   for (size_t i = 0; i < type_a.links.size(); ++i) {
     for (size_t j = 0; j < type_b.links.size(); ++j) {
-      if (type_a.links[i].hull.empty() || type_b.links[j].hull.empty()) continue;
-      const double depth =
-          PenetrationDepth(type_a.links[i].hull, Pose::Identity(), type_b.links[j].hull, X_AB);
+      // Of two links' parts those that lie deepest in each other count.
+      double depth = 0.0;
+      for (const auto& part_a : type_a.links[i].Parts()) {
+        for (const auto& part_b : type_b.links[j].Parts()) {
+          depth = std::max(depth, PenetrationDepth(part_a, Pose::Identity(), part_b, X_AB));
+        }
+      }
       if (depth > tolerance) overlaps.push_back({static_cast<int>(i), static_cast<int>(j), depth});
     }
   }

@@ -19,12 +19,21 @@ using model::Connector;
 using model::ModuleType;
 using model::Pose;
 
-/// The convex hull of each link, computed once for all candidates; of one without hull an empty
-/// one.
-std::vector<model::ConvexHull> HullsOf(const ModuleType& type) {
-  std::vector<model::ConvexHull> hulls;
-  for (const model::Link& link : type.links) hulls.push_back(model::ComputeHull(link.hull));
-  return hulls;
+/// A convex part of a link, computed once for all candidates.
+struct LinkPart {
+  int link = 0;
+  model::ConvexHull hull;
+};
+
+/// The parts of all links that have a shape, in the order of the links.
+std::vector<LinkPart> PartsOf(const ModuleType& type) {
+  std::vector<LinkPart> parts;
+  for (int i = 0; i < std::ssize(type.links); ++i) {
+    for (const auto& points : type.links[i].Parts()) {
+      parts.push_back({i, model::ComputeHull(points)});
+    }
+  }
+  return parts;
 }
 
 bool HasNoHull(const ModuleType& type) {
@@ -81,8 +90,8 @@ class ConnectionSolver {
         type_a_(types[problem.type_a]),
         type_b_(types[problem.type_b]),
         diagnostics_(*diagnostics),
-        hulls_a_(HullsOf(type_a_)),
-        hulls_b_(HullsOf(type_b_)) {
+        parts_a_(PartsOf(type_a_)),
+        parts_b_(PartsOf(type_b_)) {
     tolerance_ = MatingTolerance(type_a_, type_b_);
   }
 
@@ -252,11 +261,11 @@ class ConnectionSolver {
     Pose last_X_AB;
     // The first overlap that is found removes the candidate.
     const auto lies_inside = [&](const Candidate& candidate) {
-      for (size_t i = 0; i < hulls_a_.size(); ++i) {
-        for (size_t j = 0; j < hulls_b_.size(); ++j) {
+      for (size_t i = 0; i < parts_a_.size(); ++i) {
+        for (size_t j = 0; j < parts_b_.size(); ++j) {
           if (hull_work_ > kMaxHullWork) return false;
-          if (!PenetratesBy(tolerance_, hulls_a_[i], Pose::Identity(), hulls_b_[j], candidate.X_AB,
-                            &hull_work_)) {
+          if (!PenetratesBy(tolerance_, parts_a_[i].hull, Pose::Identity(), parts_b_[j].hull,
+                            candidate.X_AB, &hull_work_)) {
             continue;
           }
           last_a = i;
@@ -277,10 +286,10 @@ class ConnectionSolver {
     if (!candidates.empty()) return;
     // Only the overlap that is told is measured exactly; the others were stopped at the tolerance.
     const double depth =
-        PenetrationDepth(hulls_a_[last_a], Pose::Identity(), hulls_b_[last_b], last_X_AB);
-    const std::string last =
-        fmt::format("{} of a would lie {:.3g} m inside {} of b", type_a_.links[last_a].name, depth,
-                    type_b_.links[last_b].name);
+        PenetrationDepth(parts_a_[last_a].hull, Pose::Identity(), parts_b_[last_b].hull, last_X_AB);
+    const std::string last = fmt::format("{} of a would lie {:.3g} m inside {} of b",
+                                         type_a_.links[parts_a_[last_a].link].name, depth,
+                                         type_b_.links[parts_b_[last_b].link].name);
     const std::string pair = fmt::format("{} and {}", type_a_.connectors[index_a].name,
                                          type_b_.connectors[index_b].name);
     Reject(index_a, index_b, fmt::format("joining {}, {}", pair, last), problem_.span);
@@ -335,8 +344,8 @@ class ConnectionSolver {
   const ModuleType& type_a_;
   const ModuleType& type_b_;
   source::Diagnostics& diagnostics_;
-  std::vector<model::ConvexHull> hulls_a_;
-  std::vector<model::ConvexHull> hulls_b_;
+  std::vector<LinkPart> parts_a_;
+  std::vector<LinkPart> parts_b_;
   double tolerance_ = 0.0;
   double comparisons_left_ = kMaxInferenceWork;
   double explanation_left_ = kMaxExplanation;

@@ -37,6 +37,12 @@ int SourceSet::AddText(std::string name, std::string text) {
 }
 
 Result<int> SourceSet::AddFile(const std::string& path) {
+  Result<std::string> text = ReadRegularFile(path);
+  if (!text) return Fail(text.error().message);
+  return AddText(path, std::move(*text));
+}
+
+Result<std::string> ReadRegularFile(const std::string& path) {
   const auto cannot = [&path](const std::string& why) {
     return Fail("cannot read '" + path + "': " + why);
   };
@@ -58,7 +64,7 @@ Result<int> SourceSet::AddFile(const std::string& path) {
     if (text.size() > kMaxFileBytes) return cannot("larger than 64 MiB");
   }
   if (stream.bad()) return cannot("read error");
-  return AddText(path, std::move(text));
+  return text;
 }
 
 std::string_view SourceSet::text(const Span& span) const {

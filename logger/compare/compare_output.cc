@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "logger/compare/comparer.h"
+#include "logger/compare/source_trace.h"
 #include "logger/log/text_lines.h"
 
 namespace morphbus::logger {
@@ -80,6 +81,64 @@ nlohmann::json ItemJson(const Item& item) {
   return json;
 }
 
+/// The figures of one gait; feet and joints are in the items. Null without one.
+nlohmann::json GaitJson(const std::optional<Gait>& gait) {
+  if (!gait) return nullptr;
+  nlohmann::json json = {{"cycle_s", gait->cycle_s},
+                         {"cycles", gait->times_us.size() - 1},
+                         {"begin", Seconds(gait->times_us.front())},
+                         {"end", Seconds(gait->times_us.back())}};
+  if (!gait->has_world) return json;
+  json["forward_m"] = gait->forward_m;
+  json["sideways_m"] = gait->sideways_m;
+  json["turn_rad"] = gait->turn_rad;
+  json["height_m"] = gait->height_m;
+  return json;
+}
+
+/// "ACTUATOR" of "walk/m1/ACTUATOR".
+std::string TopicOfChannel(const std::string& channel) {
+  return channel.substr(channel.rfind('/') + 1);
+}
+
+/// What one run says of the message that differs.
+nlohmann::json TracedJson(const TracedMessage& message) {
+  nlohmann::json json = {
+      {"channel",
+       message.channel.empty() ? nlohmann::json(nullptr) : nlohmann::json(message.channel)},
+      {"tick", message.tick < 0 ? nlohmann::json(nullptr) : nlohmann::json(message.tick)},
+      {"file", nullptr},
+      {"line", nullptr},
+      {"function", nullptr},
+      {"why_not", message.why_not}};
+  if (message.line) {
+    json["file"] = message.line->file;
+    json["line"] = message.line->line;
+    json["function"] = message.line->function;
+  }
+  return json;
+}
+
+/// The message from which the divergence comes.
+nlohmann::json TraceJson(const Comparison& comparison) {
+  if (!comparison.trace) return nullptr;
+  const Item& item = comparison.items[comparison.trace->item];
+  nlohmann::json json = FirstJson(item);
+  json["message_a"] = TracedJson(comparison.trace->a);
+  json["message_b"] = TracedJson(comparison.trace->b);
+  return json;
+}
+
+/// How B's times were brought onto A's.
+nlohmann::json AlignmentJson(const Alignment& alignment) {
+  return {{"by", AlignName(alignment.how)},
+          {"by_ticks", alignment.by_ticks},
+          {"lag", Seconds(alignment.lag_us)},
+          {"least_shift", Seconds(alignment.least_shift_us)},
+          {"most_shift", Seconds(alignment.most_shift_us)},
+          {"events", alignment.events}};
+}
+
 /// Which log was compared.
 nlohmann::json LogJson(const LogFacts& log) {
   return {{"path", log.path},
@@ -89,6 +148,27 @@ nlohmann::json LogJson(const LogFacts& log) {
           {"hash", log.run_hash},
           {"seconds", log.seconds},
           {"end", EndStateName(log.end_state)}};
+}
+
+/// The message from which the divergence comes, and who sent it.
+void AddTrace(const Comparison& comparison, std::string* text) {
+  if (!comparison.trace) return;
+  const Trace& trace = *comparison.trace;
+  const Item& item = comparison.items[trace.item];
+  AddLine(text, "earliest message that differs: {} at {:.3f} s, {} of {}{}{}",
+          TopicOfChannel(trace.a.channel.empty() ? trace.b.channel : trace.a.channel),
+          Seconds(item.first_over_us), QuantityName(item.quantity), RoleName(item.role),
+          item.label.empty() ? "" : " ", item.label);
+  for (const auto& [message, which] : {std::pair(&trace.a, "A"), std::pair(&trace.b, "B")}) {
+    std::string what =
+        message->line ? "sent by " + SourceLineText(*message->line) : message->why_not;
+    if (!what.empty()) what = ", " + what;
+    if (message->tick < 0) {
+      AddLine(text, "  {}: no such message{}", which, what);
+    } else {
+      AddLine(text, "  {}: {} of tick {}{}", which, message->channel, message->tick, what);
+    }
+  }
 }
 
 }  // namespace
@@ -114,8 +194,51 @@ const char* QuantityName(Quantity quantity) {
                                            "speed limit",
                                            "connector command",
                                            "rest position",
-                                           "duration"};
+                                           "duration",
+                                           "event",
+                                           "drift in position",
+                                           "drift in rotation",
+                                           "gait cycle",
+                                           "forward a cycle",
+                                           "sideways a cycle",
+                                           "turn a cycle",
+                                           "height",
+                                           "duty",
+                                           "joint range"};
   return kNames[static_cast<int>(quantity)];
+}
+
+double Tolerances::*ToleranceOf(Quantity quantity, const std::string& unit) {
+  using Q = Quantity;
+  using T = Tolerances;
+  static const std::map<std::pair<Quantity, std::string>, double T::*> tolerances = {
+      {{Q::kRole, "s"}, &T::role_s},
+      {{Q::kPropagatedPosition, "m"}, &T::propagated_m},
+      {{Q::kPropagatedRotation, "rad"}, &T::propagated_rad},
+      {{Q::kSimulatedPosition, "m"}, &T::simulated_m},
+      {{Q::kSimulatedRotation, "rad"}, &T::simulated_rad},
+      {{Q::kJointAngle, "rad"}, &T::angle_rad},
+      {{Q::kJointTravel, "m"}, &T::travel_m},
+      {{Q::kJointVelocity, "rad/s"}, &T::velocity_rad_s},
+      {{Q::kJointVelocity, "m/s"}, &T::velocity_m_s},
+      {{Q::kCommand, "rad"}, &T::command_rad},
+      {{Q::kCommand, "m"}, &T::command_m},
+      {{Q::kSpeedLimit, "rad/s"}, &T::command_rad},
+      {{Q::kSpeedLimit, "m/s"}, &T::command_m},
+      {{Q::kRestPosition, "m"}, &T::propagated_m},
+      {{Q::kEvent, "s"}, &T::event_s},
+      {{Q::kDriftPosition, "m"}, &T::drift_m},
+      {{Q::kDriftRotation, "rad"}, &T::drift_rad},
+      {{Q::kCycle, "s"}, &T::cycle_s},
+      {{Q::kForward, "m"}, &T::forward_m},
+      {{Q::kSideways, "m"}, &T::sideways_m},
+      {{Q::kTurn, "rad"}, &T::turn_rad},
+      {{Q::kHeight, "m"}, &T::height_m},
+      {{Q::kDuty, "share"}, &T::duty},
+      {{Q::kRange, "rad"}, &T::range_rad},
+      {{Q::kRange, "m"}, &T::range_m}};
+  const auto found = tolerances.find({quantity, unit});
+  return found == tolerances.end() ? nullptr : found->second;
 }
 
 std::string RoleName(const std::string& role) { return role.empty() ? "(no role)" : role; }
@@ -127,6 +250,7 @@ DisplayUnit DisplayUnitOf(const std::string& unit) {
   if (unit == "rad") return {"deg", kDegrees};
   if (unit == "m/s") return {"mm/s", 1e3};
   if (unit == "rad/s") return {"deg/s", kDegrees};
+  if (unit == "share") return {"%", 100.0};
   return {unit == "s" ? "s" : "", 1.0};
 }
 
@@ -178,6 +302,7 @@ std::string ComparisonText(const Comparison& comparison) {
             Readable(item.first_over, item.unit), Readable(item.tolerance, item.unit),
             item.detail.empty() ? "" : "; ", item.detail);
   }
+  AddTrace(comparison, &text);
   // The table has a line for each quantity of a role; the role's name stands in the first one only.
   if (comparison.items.empty()) return text;
   text += "\n";
@@ -222,19 +347,27 @@ nlohmann::json ComparisonJson(const Comparison& comparison) {
   nlohmann::json items = nlohmann::json::array();
   for (const Item& item : comparison.items) items.push_back(ItemJson(item));
   // Without a first divergence its key is there, and null.
-  return {{"verdict", VerdictName(comparison.verdict)},
-          {"reason", comparison.reason},
-          {"a", LogJson(comparison.a)},
-          {"b", LogJson(comparison.b)},
-          {"compared_seconds", Seconds(comparison.compared_until_us)},
-          {"roles", std::move(roles)},
-          {"max_position_m", comparison.max_position_m},
-          {"max_rotation_rad", comparison.max_rotation_rad},
-          {"first_divergence", comparison.first ? FirstJson(comparison.items[*comparison.first])
-                                                : nlohmann::json(nullptr)},
-          {"items", std::move(items)},
-          {"not_compared", comparison.not_compared},
-          {"notes", comparison.notes}};
+  nlohmann::json json = {
+      {"verdict", VerdictName(comparison.verdict)},
+      {"reason", comparison.reason},
+      {"a", LogJson(comparison.a)},
+      {"b", LogJson(comparison.b)},
+      {"compared_seconds", Seconds(comparison.compared_until_us)},
+      {"roles", std::move(roles)},
+      {"max_position_m", comparison.max_position_m},
+      {"max_rotation_rad", comparison.max_rotation_rad},
+      {"first_divergence",
+       comparison.first ? FirstJson(comparison.items[*comparison.first]) : nlohmann::json(nullptr)},
+      {"items", std::move(items)},
+      {"not_compared", comparison.not_compared},
+      {"notes", comparison.notes},
+      {"trace", TraceJson(comparison)},
+      {"level", comparison.level == Level::kGait ? "gait" : "sample"},
+      {"align", AlignmentJson(comparison.alignment)}};
+  if (comparison.level == Level::kGait) {
+    json["gait"] = {{"a", GaitJson(comparison.gait_a)}, {"b", GaitJson(comparison.gait_b)}};
+  }
+  return json;
 }
 
 }  // namespace morphbus::logger

@@ -4,36 +4,88 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
+#include <limits>
 
 #include "logger/compare/pair_comparer.h"
+#include "logger/compare/source_trace.h"
+#include "logger/log/series_reader.h"
 
 namespace morphbus::logger {
 namespace {
 
+/// Ticks in a stretch of two logs that are read side by side: some 10 MB of each.
+constexpr size_t kSliceTicks = 1000;
+
 /// Nothing is missing, and END says that the run ended as it should.
 bool Complete(const RunLog& log) { return log.facts.whole() && log.facts.end->clean; }
+
+/// Two logs that are read side by side, a stretch ahead of who compares them.
+class SliceReaders {
+ public:
+  SliceReaders(std::unique_ptr<SeriesReader> a, std::unique_ptr<SeriesReader> b)
+      : a_(std::move(a)), b_(std::move(b)) {}
+
+  /// Calls use(begin, end) for the stretches of sim time that end at each of `ends` (µs,
+  /// ascending), each time with the logs holding that stretch. The next one is read meanwhile, each
+  /// log in a thread.
+  template <class Use>
+  void ForSlices(const std::vector<int64_t>& ends, const Use& use) {
+    std::future<void> reading_a, reading_b;
+    const auto read_until = [&](int64_t end_us) {
+      reading_a = std::async(std::launch::async, [this, end_us] { a_->ReadUntil(end_us); });
+      reading_b = std::async(std::launch::async, [this, end_us] { b_->ReadUntil(end_us); });
+    };
+    int64_t begin_us = std::numeric_limits<int64_t>::min();
+    read_until(ends.front());
+    for (size_t i = 0; i < ends.size(); ++i) {
+      reading_a.get();
+      reading_b.get();
+      a_->Install(ends[i]);
+      b_->Install(ends[i]);
+      if (i + 1 < ends.size()) read_until(ends[i + 1]);
+      use(begin_us, ends[i]);
+      begin_us = ends[i];
+    }
+  }
+
+ private:
+  std::unique_ptr<SeriesReader> a_, b_;
+};
 
 /// One comparison in progress: Run() goes through its steps once, and the result is moved out.
 class Comparer {
  public:
-  Comparer(const RunLog& a, const RunLog& b, const CompareOptions& options)
-      : a_(a), b_(b), options_(options) {}
+  /// Both logs have all of their series, or `readers` have them.
+  Comparer(const RunLog& a, const RunLog& b, const CompareOptions& options,
+           SliceReaders* readers = nullptr)
+      : a_(a), own_b_(b), b_(&b), options_(options), readers_(readers) {}
 
   /// Takes the steps in their order. Logs that lack a model or ticks get their reason from Usable()
   /// and no items.
   Comparison Run() {
     out_.a = a_.facts;
-    out_.b = b_.facts;
+    out_.b = b_->facts;
+    out_.level = options_.level;
     if (!Usable()) return std::move(out_);
     FindEnd();
     NoteDamage(a_, "A");
-    NoteDamage(b_, "B");
+    NoteDamage(*b_, "B");
     for (const std::string& group : options_.without) {
       // What the user left out must be seen in the result.
       out_.notes.push_back("left out of the comparison: " + group);
     }
-    CompareModules();
+    // Who answers to whom comes first, since everything else is measured between pairs.
+    out_.matching = Match(a_, *b_, out_.compared_until_us);
+    if (options_.level == Level::kGait) {
+      out_.alignment.of_pair.resize(out_.matching.pairs.size());
+      CompareGaits();
+    } else {
+      BringTogether();
+      CompareModules();
+    }
     Decide();
+    if (options_.level == Level::kSample) out_.trace = TraceDivergence(a_, own_b_, out_);
     return std::move(out_);
   }
 
@@ -41,7 +93,7 @@ class Comparer {
   /// Without a model and a tick there is nothing to compare.
   bool Usable() {
     // The reason names the log: of two paths a reader would not know which one lacks something.
-    for (const auto& [log, which] : {std::pair(&a_, "A"), std::pair(&b_, "B")}) {
+    for (const auto& [log, which] : {std::pair(&a_, "A"), std::pair(b_, "B")}) {
       if (log->model == nullptr || log->robot == nullptr) {
         out_.reason = fmt::format(
             "{} ({}) does not say which robot it shows: {}", which, log->facts.path,
@@ -59,46 +111,159 @@ class Comparer {
   /// Until when both logs can be trusted and have something to say.
   void FindEnd() {
     // Damage is dated by the sim time up to which the log was whole.
-    int64_t end = std::min(a_.ticks_us.back(), b_.ticks_us.back());
-    for (const RunLog* log : {&a_, &b_}) {
+    int64_t end = std::min(a_.ticks_us.back(), b_->ticks_us.back());
+    for (const RunLog* log : {&a_, b_}) {
       for (const LogDamage& damage : log->facts.damage) end = std::min(end, damage.time_us);
     }
     out_.compared_until_us = end;
   }
 
-  /// Compares all modules that answer to each other, and names those that do not.
-  void CompareModules() {
-    // Who answers to whom comes first, since everything else is measured between pairs.
-    out_.matching = Match(a_, b_, out_.compared_until_us);
-    PairComparer comparer(a_, b_, options_, &out_);
-    // A role that only one robot plays.
+  /// Brings B's times onto A's, as the options ask.
+  void BringTogether() {
+    out_.alignment = FindAlignment(a_, own_b_, out_.matching, options_.align);
+    if (options_.align != Align::kTick) out_.notes.push_back(AlignmentText(out_.alignment));
+    if (out_.alignment.by_ticks) return;
+    auto aligned =
+        std::make_shared<const RunLog>(Aligned(a_, own_b_, out_.matching, out_.alignment));
+    b_ = aligned.get();
+    out_.aligned_b = std::move(aligned);
+    // From here on all times are A's.
+    FindEnd();
+    for (ModulePair& pair : out_.matching.pairs) {
+      pair.spans_b = RoleSpans(b_->modules[pair.b], out_.compared_until_us);
+      for (const RoleSpan& span : pair.spans_b) {
+        if (span.role != pair.role) continue;
+        pair.taken_b_us = span.begin_us;
+        break;
+      }
+    }
+    // Runs of which most has no counterpart are not the same, whatever the rest says.
+    const int64_t begin = std::max(a_.ticks_us.front(), b_->ticks_us.front());
+    const int64_t shorter = std::min(a_.ticks_us.back() - a_.ticks_us.front(),
+                                     b_->ticks_us.back() - b_->ticks_us.front());
+    if (2 * (out_.compared_until_us - begin) < shorter) {
+      out_.not_compared.push_back(
+          fmt::format("most of the runs: aligned, they have only {:.3f} s in common",
+                      Seconds(std::max<int64_t>(0, out_.compared_until_us - begin))));
+    }
+  }
+
+  /// A role that only one robot plays.
+  void CompareCasts(PairComparer* comparer) {
     for (const Unmatched& alone : out_.matching.unmatched) {
-      const std::string& module = (alone.in_a ? a_ : b_).modules[alone.module].name;
+      const std::string& module = (alone.in_a ? a_ : *b_).modules[alone.module].name;
       const ItemNames names{alone.role, "", alone.in_a ? module : "", alone.in_a ? "" : module};
-      Item& item = comparer.AddItem(names, Quantity::kRole, "s", 0.0);
+      Item& item = comparer->AddExactItem(names, Quantity::kRole, "s");
       item.detail = fmt::format("only {} has a module {} for it", alone.in_a ? "A" : "B", module);
       // The difference is the time from when it had the role, and never 0, so that it counts as
       // one.
       const int64_t since = std::max<int64_t>(alone.taken_us, 0);
       Meter(&item).Add(since, std::max(Seconds(out_.compared_until_us - since), 1e-6));
     }
-    for (const ModulePair& pair : out_.matching.pairs) comparer.Compare(pair);
-    comparer.CompareRootBody();
-    CompareDuration(&comparer);
+  }
+
+  /// Compares all modules that answer to each other, and names those that do not.
+  void CompareModules() {
+    PairComparer comparer(a_, *b_, own_b_, options_, &out_);
+    CompareCasts(&comparer);
+    const auto compare = [&](int64_t begin_us, int64_t end_us) {
+      comparer.BeginSlice(begin_us, end_us);
+      for (const ModulePair& pair : out_.matching.pairs) comparer.Compare(pair);
+      comparer.CompareRootBody();
+    };
+    if (readers_ == nullptr) {
+      compare(std::numeric_limits<int64_t>::min(), std::numeric_limits<int64_t>::max());
+    } else {
+      readers_->ForSlices(SliceEnds(), compare);
+    }
+    comparer.Finish();
+    if (out_.alignment.by_ticks) CompareDuration(&comparer);
+  }
+
+  /// Where stretches end: every kSliceTicks ticks of A, and behind the last instant.
+  [[nodiscard]] std::vector<int64_t> SliceEnds() const {
+    std::vector<int64_t> ends;
+    for (size_t i = kSliceTicks; i < a_.ticks_us.size(); i += kSliceTicks) {
+      if (a_.ticks_us[i] <= out_.compared_until_us) ends.push_back(a_.ticks_us[i]);
+    }
+    // A damaged log may tell the latest time that there is.
+    constexpr int64_t kLatest = std::numeric_limits<int64_t>::max();
+    ends.push_back(std::min(out_.compared_until_us, kLatest - 1) + 1);
+    return ends;
+  }
+
+  /// Compares the figures of both gaits.
+  void CompareGaits() {
+    PairComparer comparer(a_, *b_, own_b_, options_, &out_);
+    CompareCasts(&comparer);
+    out_.gait_a = MeasureGait(a_, FeetOf(out_.matching, true), JointsOf(out_.matching, true));
+    out_.gait_b = MeasureGait(*b_, FeetOf(out_.matching, false), JointsOf(out_.matching, false));
+    if (out_.gait_a && out_.gait_b) return CompareFigures(&comparer, *out_.gait_a, *out_.gait_b);
+    // Without a gait in either there are no figures; with one in one of them they differ.
+    if (!out_.gait_a && !out_.gait_b) {
+      out_.not_compared.emplace_back("gait: the commands of neither run repeat for two cycles");
+      return;
+    }
+    const Gait& only = out_.gait_a ? *out_.gait_a : *out_.gait_b;
+    Item& item = comparer.AddItem({"(gait)", "", "", ""}, Quantity::kCycle, "s");
+    item.detail = fmt::format("only the commands of {} repeat", out_.gait_a ? "A" : "B");
+    Meter(&item).Add(only.times_us.front(), std::max(only.cycle_s, 2 * item.tolerance));
+  }
+
+  /// One item a figure, its time that of the first cycle in A.
+  void CompareFigures(PairComparer* comparer, const Gait& a, const Gait& b) {
+    const auto add = [&](const ItemNames& names, Quantity quantity, const char* unit, double in_a,
+                         double in_b) {
+      Item& item = comparer->AddItem(names, quantity, unit);
+      const DisplayUnit shown = DisplayUnitOf(unit);
+      item.detail = fmt::format("{:.3f} against {:.3f}{}{}", in_a * shown.scale, in_b * shown.scale,
+                                *shown.name == '\0' ? "" : " ", shown.name);
+      Meter(&item).Add(a.times_us.front(), std::abs(in_a - in_b));
+    };
+    const ItemNames gait{"(gait)", "", "", ""};
+    add(gait, Quantity::kCycle, "s", a.cycle_s, b.cycle_s);
+    const std::vector<GaitJoint> joints_a = JointsOf(out_.matching, true);
+    const std::vector<GaitJoint> joints_b = JointsOf(out_.matching, false);
+    if (comparer->Wanted(Quantity::kJointAngle)) {
+      for (size_t j = 0; j < joints_a.size(); ++j) {
+        add({joints_a[j].role, joints_a[j].label, a_.modules[joints_a[j].module].name,
+             b_->modules[joints_b[j].module].name},
+            Quantity::kRange, joints_a[j].prismatic ? "m" : "rad", a.range[j], b.range[j]);
+      }
+    }
+    if (!comparer->Wanted(Quantity::kSimulatedPosition)) return;
+    for (const auto& [figures, which] : {std::pair(&a, "A"), std::pair(&b, "B")}) {
+      if (figures->has_world) continue;
+      out_.not_compared.push_back(
+          fmt::format("where the gait leads: {} does not hold the simulated world", which));
+    }
+    if (!a.has_world || !b.has_world) return;
+    add(gait, Quantity::kForward, "m", a.forward_m, b.forward_m);
+    add(gait, Quantity::kSideways, "m", a.sideways_m, b.sideways_m);
+    add(gait, Quantity::kTurn, "rad", a.turn_rad, b.turn_rad);
+    add(gait, Quantity::kHeight, "m", a.height_m, b.height_m);
+    const std::vector<FootLink> feet_a = FeetOf(out_.matching, true);
+    const std::vector<FootLink> feet_b = FeetOf(out_.matching, false);
+    for (size_t f = 0; f < feet_a.size(); ++f) {
+      add({feet_a[f].role, feet_a[f].label, a_.modules[feet_a[f].module].name,
+           b_->modules[feet_b[f].module].name},
+          Quantity::kDuty, "share", a.duty[f], b.duty[f]);
+    }
   }
 
   /// One run may be longer than the other though they are alike as long as both last.
   void CompareDuration(PairComparer* comparer) {
-    const int64_t difference = std::abs(a_.ticks_us.back() - b_.ticks_us.back());
+    const int64_t difference = std::abs(a_.ticks_us.back() - b_->ticks_us.back());
     // The length of a cut log means nothing; that it was cut is said elsewhere.
     if (difference == 0 || a_.facts.end_state == EndState::kMissing ||
-        b_.facts.end_state == EndState::kMissing || a_.facts.num_damage + b_.facts.num_damage > 0) {
+        b_->facts.end_state == EndState::kMissing ||
+        a_.facts.num_damage + b_->facts.num_damage > 0) {
       return;
     }
-    const bool a_longer = a_.ticks_us.back() > b_.ticks_us.back();
-    Item& item = comparer->AddItem({"(run)", "", "", ""}, Quantity::kDuration, "s", 0.0);
+    const bool a_longer = a_.ticks_us.back() > b_->ticks_us.back();
+    Item& item = comparer->AddExactItem({"(run)", "", "", ""}, Quantity::kDuration, "s");
     item.detail = fmt::format("{} goes on after the other's end", a_longer ? "A" : "B");
-    Meter(&item).Add(std::min(a_.ticks_us.back(), b_.ticks_us.back()), Seconds(difference));
+    Meter(&item).Add(std::min(a_.ticks_us.back(), b_->ticks_us.back()), Seconds(difference));
   }
 
   /// Tells a reader what is wrong with a log, the first few places of it.
@@ -168,12 +333,12 @@ class Comparer {
     out_.verdict = Verdict::kUnusable;
     if (samples == 0) {
       out_.reason = "the logs have nothing in common that could be compared";
-    } else if (!Complete(a_) || !Complete(b_)) {
+    } else if (!Complete(a_) || !Complete(*b_)) {
       out_.reason = fmt::format("no difference up to {:.3f} s, but {} damaged or incomplete",
                                 Seconds(out_.compared_until_us),
-                                Complete(a_)   ? "B is"
-                                : Complete(b_) ? "A is"
-                                               : "both are");
+                                Complete(a_)    ? "B is"
+                                : Complete(*b_) ? "A is"
+                                                : "both are");
     } else if (!out_.not_compared.empty()) {
       out_.reason = "no difference, but not everything could be compared: " + out_.not_compared[0];
     } else {
@@ -184,8 +349,11 @@ class Comparer {
   }
 
   const RunLog& a_;
-  const RunLog& b_;
+  /// B with its own times, and B as it is compared.
+  const RunLog& own_b_;
+  const RunLog* b_;
   const CompareOptions& options_;
+  SliceReaders* readers_;
   Comparison out_;
 };
 
@@ -195,14 +363,36 @@ const std::vector<QuantityGroup>& QuantityGroups() {
   using Q = Quantity;
   static const std::vector<QuantityGroup> groups = {
       {"propagated", {Q::kPropagatedPosition, Q::kPropagatedRotation, Q::kStaleness}},
-      {"simulated", {Q::kSimulatedPosition, Q::kSimulatedRotation}},
-      {"sensors", {Q::kJointAngle, Q::kJointTravel, Q::kJointVelocity, Q::kDocking}},
-      {"commands", {Q::kCommand, Q::kSpeedLimit, Q::kConnectorCommand}}};
+      {"simulated",
+       {Q::kSimulatedPosition, Q::kSimulatedRotation, Q::kDriftPosition, Q::kDriftRotation,
+        Q::kForward, Q::kSideways, Q::kTurn, Q::kHeight, Q::kDuty}},
+      {"sensors", {Q::kJointAngle, Q::kJointTravel, Q::kJointVelocity, Q::kDocking, Q::kRange}},
+      {"commands", {Q::kCommand, Q::kSpeedLimit, Q::kConnectorCommand, Q::kEvent}}};
   return groups;
 }
 
 Comparison Compare(const RunLog& a, const RunLog& b, const CompareOptions& options) {
   return Comparer(a, b, options).Run();
+}
+
+Result<Comparison> CompareFiles(const std::string& path_a, const std::string& path_b,
+                                const CompareOptions& options) {
+  // What needs the whole of a run is compared in memory.
+  const bool whole = options.level == Level::kGait || options.align != Align::kTick;
+  const RunLogOptions how = {"", whole, !whole, options.description};
+  std::future<Result<RunLog>> loading_b =
+      std::async(std::launch::async, [&] { return LoadRunLog(path_b, how); });
+  Result<RunLog> a = LoadRunLog(path_a, how);
+  Result<RunLog> b = loading_b.get();
+  if (!a) return tl::unexpected(a.error());
+  if (!b) return tl::unexpected(b.error());
+  if (whole) return Compare(*a, *b, options);
+  auto reader_a = SeriesReader::Open(&*a);
+  if (!reader_a) return tl::unexpected(reader_a.error());
+  auto reader_b = SeriesReader::Open(&*b);
+  if (!reader_b) return tl::unexpected(reader_b.error());
+  SliceReaders readers(std::move(*reader_a), std::move(*reader_b));
+  return Comparer(*a, *b, options, &readers).Run();
 }
 
 }  // namespace morphbus::logger

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <set>
@@ -11,39 +12,14 @@
 #include <utility>
 #include <vector>
 
+#include "logger/compare/alignment.h"
+#include "logger/compare/gait.h"
 #include "logger/compare/kinematic_tracks.h"
 #include "logger/compare/matcher.h"
+#include "logger/compare/tolerances.h"
 #include "logger/log/run_log.h"
 
 namespace morphbus::logger {
-
-/// Largest differences that still count as the same, in SI units. The defaults are those of
-/// docs/log.md; a caller may set any of them, and 0 demands equality.
-struct Tolerances {
-  /// Positions that the modules' VMs told each other: they are floats, computed from measured
-  /// angles.
-  double propagated_m = 1e-4;
-  /// 0.01°, for the rotations that they told each other.
-  double propagated_rad = 1.745e-4;
-  /// Positions and, below, rotations (0.5°) in the simulated world, where contacts amplify noise.
-  double simulated_m = 1e-3;
-  double simulated_rad = 8.727e-3;
-  /// 0.01°: joint angles are what the propagated poses are made of.
-  double angle_rad = 1.745e-4;
-  /// The same for prismatic joints.
-  double travel_m = 1e-4;
-  /// 0.5°/s, which is 0.01° in a control tick of 20 ms.
-  double velocity_rad_s = 8.727e-3;
-  /// The same for prismatic joints.
-  double velocity_m_s = 5e-3;
-  /// 0.01°, for targets (rad), for commanded velocities and for speed limits (rad/s).
-  double command_rad = 1.745e-4;
-  /// The same for prismatic joints (m and m/s).
-  double command_m = 1e-4;
-  /// Between the times at which a role was taken; below 0 it is the longer of the two control
-  /// ticks.
-  double role_s = -1.0;
-};
 
 /// What is measured. The unit is that of the item's difference.
 enum class Quantity {
@@ -62,6 +38,16 @@ enum class Quantity {
   kConnectorCommand,    ///< Count of connector commands that only one module gave.
   kRestPosition,        ///< m: the links do not lie at the same place at the start values.
   kDuration,            ///< s: one run is longer.
+  kEvent,               ///< s: time from one event of a module to its next.
+  kDriftPosition,       ///< m: where the robot strayed to in the world.
+  kDriftRotation,       ///< rad
+  kCycle,               ///< s: how long a cycle of the gait takes.
+  kForward,             ///< m a cycle, in the direction in which the robot points.
+  kSideways,            ///< m a cycle, to the left.
+  kTurn,                ///< rad a cycle, to the left.
+  kHeight,              ///< m: lowest height of the trunk over the ground.
+  kDuty,                ///< Share of the cycle (0…1) that a foot is on the ground.
+  kRange,               ///< rad or m: between a joint's largest and smallest value in a cycle.
 };
 
 /// Quantities that a comparison may leave out together (`--without`), as for runs without a
@@ -75,11 +61,21 @@ struct QuantityGroup {
 /// run's length are in none: they are always compared.
 const std::vector<QuantityGroup>& QuantityGroups();
 
+/// What of two runs is compared: every instant, or the figures of their gaits (gait.h).
+enum class Level { kSample, kGait };
+
 /// How two logs are to be compared.
 struct CompareOptions {
-  Tolerances tolerances;
+  Level level = Level::kSample;
+  Align align = Align::kTick;
+  /// Tolerances that are not the defaults of this way of comparing; of those that fit, the last
+  /// counts.
+  std::vector<ToleranceEntry> tolerances;
   /// Names of QuantityGroups that are not compared; other words are ignored.
   std::set<std::string> without;
+  /// A serialized description for files that hold none whole (RunLogOptions::description); read by
+  /// CompareFiles alone.
+  std::string description = {};
 };
 
 /// What a comparison comes to. kEquivalent demands that everything was there and nothing differs;
@@ -100,7 +96,8 @@ struct Item {
   /// role.
   std::string module_a;
   std::string module_b;
-  /// Of max, rms, tolerance and first_over: "m", "rad", "m/s", "rad/s" or "s"; empty for a count.
+  /// Of max, rms, tolerance and first_over: "m", "rad", "m/s", "rad/s", "s" or "share" (0…1); empty
+  /// for a count.
   std::string unit;
   /// Instants at which both runs have it, and at which it was compared.
   int64_t samples = 0;
@@ -122,6 +119,35 @@ struct Item {
   std::string detail;
 };
 
+/// A call in a program.
+struct SourceLine {
+  /// The program's source file, as the run or the program's image names it.
+  std::string file;
+  /// From 1.
+  int line = 0;
+  /// The function, e.g. "LegLowerHalf.move_foot".
+  std::string function;
+};
+
+/// What one run says of the message that differs.
+struct TracedMessage {
+  /// The channel, and the tick in this run; empty and -1 if this run has no such message.
+  std::string channel;
+  int64_t tick = -1;
+  /// The call that asked for the command; none for messages that no program sends, and where the
+  /// module could not be run again.
+  std::optional<SourceLine> line;
+  /// Why there is no line where one was looked for; else empty.
+  std::string why_not;
+};
+
+/// Where two runs part.
+struct Trace {
+  /// Index into Comparison::items of the quantity whose message differs first.
+  size_t item = 0;
+  TracedMessage a, b;
+};
+
 /// What Compare() found.
 struct Comparison {
   /// Of the logs that were compared.
@@ -135,6 +161,8 @@ struct Comparison {
   /// Index of the item that is first beyond its tolerance, of several at one time the one that is
   /// beyond it by most; none if nothing is.
   std::optional<size_t> first;
+  /// The message from which the divergence comes; none if nothing differs, or at the gait level.
+  std::optional<Trace> trace;
   /// Largest difference of all items in metres.
   double max_position_m = 0.0;
   /// Largest difference of all items in radians.
@@ -148,6 +176,13 @@ struct Comparison {
   std::vector<std::string> not_compared;
   /// Who was compared with whom.
   Matching matching;
+  Level level = Level::kSample;
+  /// How B's times were brought onto A's; all times of a comparison are A's.
+  Alignment alignment;
+  /// At the gait level: both gaits, if there are such.
+  std::optional<Gait> gait_a, gait_b;
+  /// B on A's time line, where that is not B as it is; null else.
+  std::shared_ptr<const RunLog> aligned_b;
 };
 
 /// Compares two logs that were read with their series. It never fails: what cannot be compared is
@@ -155,6 +190,12 @@ struct Comparison {
 /// kEquivalent, nor are logs that lack something, or whose END says that the run did not end as it
 /// should: a difference found is still kDifferent, none found is kUnusable.
 Comparison Compare(const RunLog& a, const RunLog& b, const CompareOptions& options = {});
+
+/// The same for two files. Tick by tick they are read side by side, a stretch at a time, so that
+/// memory does not grow with their length; by event, by lag and at the gait level both are in
+/// memory. Fails if a file cannot be read or holds no run.
+Result<Comparison> CompareFiles(const std::string& path_a, const std::string& path_b,
+                                const CompareOptions& options = {});
 
 /// Largest differences of one role, over all its modules, joints and links.
 struct RoleFigures {
@@ -179,10 +220,13 @@ std::string RoleName(const std::string& role);
 const char* VerdictName(Verdict verdict);
 /// The words for a quantity, in text and JSON, e.g. "joint angle".
 const char* QuantityName(Quantity quantity);
+/// The tolerance by which differences of a quantity in this unit are judged; null if none is
+/// tolerated whatever the options say.
+double Tolerances::*ToleranceOf(Quantity quantity, const std::string& unit);
 
 /// The unit in which people read values of one of Item's units: millimetres and degrees.
 struct DisplayUnit {
-  /// "mm", "deg", "mm/s", "deg/s", "s" or empty.
+  /// "mm", "deg", "mm/s", "deg/s", "s", "%" or empty.
   const char* name;
   /// By what an SI value is multiplied.
   double scale;

@@ -8,7 +8,7 @@ namespace {
 
 /// Mates that lie closer than this (m, rad) are mated alike; docs/log.md states them as
 /// 1 mm and 0.6°.
-constexpr double kSamePlaceM = 1e-3;
+constexpr double kSameMateM = 1e-3;
 constexpr double kSameTurnRad = 1e-2;
 
 /// The sim times (µs) of a series' samples.
@@ -74,6 +74,51 @@ CountTrack CommandDifferences(const RunLog& a, const RunLog& b, const ModulePair
   return track;
 }
 
+CountTrack UnsharedCommands(const RunLog& a, const RunLog& b, const ModulePair& pair,
+                            int64_t window_us, int64_t end_us) {
+  // Every command with its time; a connector of B is named by that of A at its place.
+  struct Given {
+    int64_t time_us;
+    Command command;
+    bool met;
+  };
+  const auto all = [end_us](const std::vector<ActuatorSample>& samples,
+                            const std::vector<int>* map) {
+    std::vector<Given> given;
+    for (const ActuatorSample& sample : samples) {
+      if (sample.time_us > end_us) break;
+      for (const Command& command : CommandsIn(sample, map)) {
+        given.push_back({sample.time_us, command, false});
+      }
+    }
+    return given;
+  };
+  std::vector<Given> in_a = all(a.modules[pair.a].actuators, nullptr);
+  std::vector<Given> in_b = all(b.modules[pair.b].actuators, &pair.connector_a_of_b);
+  // Each of A meets the first of B that is the same and near enough; both rows are in order of
+  // time.
+  size_t first = 0;
+  for (Given& one : in_a) {
+    while (first < in_b.size() && in_b[first].time_us < one.time_us - window_us) ++first;
+    for (size_t j = first; j < in_b.size() && in_b[j].time_us <= one.time_us + window_us; ++j) {
+      if (in_b[j].met || in_b[j].command != one.command) continue;
+      one.met = in_b[j].met = true;
+      break;
+    }
+  }
+  // The count at every sample of A, and at the times of B's commands that nobody met.
+  std::map<int64_t, int> counts;
+  for (const ActuatorSample& sample : a.modules[pair.a].actuators) {
+    if (sample.time_us <= end_us) counts[sample.time_us];
+  }
+  for (const auto* row : {&in_a, &in_b}) {
+    for (const Given& one : *row) counts[one.time_us] += one.met ? 0 : 1;
+  }
+  CountTrack track;
+  for (const auto& [time_us, count] : counts) track.Add(time_us, count);
+  return track;
+}
+
 DockingComparer::DockingComparer(const RunLog& a, const RunLog& b, const Matching& matching)
     : a_{&a, RestPosesOf(a), ModelIndices(a), {}}, b_{&b, RestPosesOf(b), ModelIndices(b), {}} {
   for (int i = 0; i < static_cast<int>(matching.pairs.size()); ++i) {
@@ -102,7 +147,7 @@ bool DockingComparer::Same(const Docking& a, const Docking& b) {
   if (a.mate != b.mate) return false;
   const model::Pose apart = b.moved.inverse() * a.moved;
   // Near the robot frame's origin a turn moves nothing, so it is asked for by itself.
-  return apart.translation().norm() < kSamePlaceM &&
+  return apart.translation().norm() < kSameMateM &&
          Eigen::AngleAxisd(apart.linear()).angle() < kSameTurnRad;
 }
 

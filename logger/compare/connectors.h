@@ -20,6 +20,11 @@ using CountTrack = Track<int>;
 CountTrack CommandDifferences(const RunLog& a, const RunLog& b, const ModulePair& pair,
                               int64_t end_us);
 
+/// The same where the two need not act in one tick: counts, at the times of A's samples and of
+/// those of B that have none, the commands that the other does not give within `window_us`.
+CountTrack UnsharedCommands(const RunLog& a, const RunLog& b, const ModulePair& pair,
+                            int64_t window_us, int64_t end_us);
+
 /// Compares what connector sensors see (SENSORS.docked). A PairComparer makes one for both runs and
 /// asks it for each pair of modules.
 class DockingComparer {

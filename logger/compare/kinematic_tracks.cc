@@ -101,6 +101,22 @@ double AngleBetween(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b) {
 
 }  // namespace
 
+vm::PoseF ToVmPose(const model::Pose& X) {
+  // As in PoseJson, w >= 0 makes the sign of the quaternion unique.
+  Eigen::Quaterniond q(X.linear());
+  if (q.w() < 0) q.coeffs() = -q.coeffs();
+  const Eigen::Vector3d& p = X.translation();
+  // No negative zeros: the same pose must be the same bytes, however it was come by.
+  const auto plain = [](double v) {
+    return static_cast<float>(v) == 0.0F ? 0.0F : static_cast<float>(v);
+  };
+  // The VM orders a quaternion w x y z, as the wire does.
+  vm::PoseF out;
+  out.p = {plain(p.x()), plain(p.y()), plain(p.z())};
+  out.q = {plain(q.w()), plain(q.x()), plain(q.y()), plain(q.z())};
+  return out;
+}
+
 std::vector<RoleSpan> RoleSpans(const ModuleSeries& module, int64_t end_us) {
   std::vector<RoleSpan> spans;
   for (const StatusSample& sample : module.status) {
@@ -249,25 +265,27 @@ std::optional<model::Pose> DockedPose(const RunLog& log, int module, int mate,
   return option.X_AB.inverse();
 }
 
-SimulatedPoses::SimulatedPoses(const RunLog& log)
+SimulatedPoses::SimulatedPoses(const RunLog& log, const SimulatedPoses* before)
     : log_(log), model_index_of_id_(ModelIndices(log)) {
-  const auto key = [](const WorldSample& sample) {
-    std::vector<std::pair<int, int>> bodies;
-    for (const auto& body : sample.bodies) bodies.emplace_back(body.module_id, body.link);
-    return bodies;
-  };
+  // What the stretch before knew goes on: its last structure, and where the robot began.
+  if (before != nullptr) {
+    if (!before->structures_.empty()) structures_.push_back(before->structures_.back());
+    last_bodies_ = before->last_bodies_;
+    X_R0W_ = before->X_R0W_;
+    available_ = before->available_;
+  }
   // Bodies fall apart and join only where the set of bodies changes: then the structure is new.
-  std::vector<std::pair<int, int>> last;
   for (const WorldSample& sample : log.world) {
-    std::vector<std::pair<int, int>> bodies = key(sample);
-    if (structures_.empty() || bodies != last) {
+    BodyKey bodies;
+    for (const auto& body : sample.bodies) bodies.emplace_back(body.module_id, body.link);
+    if (structures_.empty() || bodies != last_bodies_) {
       structures_.push_back(BuildStructure(sample));
-      last = std::move(bodies);
+      last_bodies_ = std::move(bodies);
     }
     structure_of_.push_back(static_cast<int>(structures_.size()) - 1);
   }
   // Poses are told from where the robot frame was at the first tick: X_R0W = (X_WL · X_LR)⁻¹.
-  if (log.world.empty() || log.ticks_us.empty() ||
+  if (before != nullptr || log.world.empty() || log.ticks_us.empty() ||
       log.world.front().time_us != log.ticks_us.front()) {
     return;
   }

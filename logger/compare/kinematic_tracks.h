@@ -16,6 +16,7 @@
 
 #include "compiler/model/robot_model.h"
 #include "logger/log/run_log.h"
+#include "vm/image/pose.h"
 
 namespace morphbus::logger {
 
@@ -55,6 +56,10 @@ model::Pose ToPose(const PoseMessage& message) {
   pose.translation() = Eigen::Vector3d(p[0], p[1], p[2]);
   return pose;
 }
+
+/// A pose in the VM's single precision, with w >= 0 and without negative zeros: equal poses are
+/// equal bytes.
+vm::PoseF ToVmPose(const model::Pose& X);
 
 /// A stretch of sim time, from begin_us to end_us (µs), in which a module had one role and set of
 /// labels.
@@ -160,8 +165,9 @@ std::optional<model::Pose> DockedPose(const RunLog& log, int module, int mate,
 class SimulatedPoses {
  public:
   /// `log` must have a model and outlive this. Builds the structure of all bodies, so it takes a
-  /// while for a robot that often docks.
-  explicit SimulatedPoses(const RunLog& log);
+  /// while for a robot that often docks. `before`, if given, was made of the stretch of the run
+  /// that came before the one that the log now holds.
+  explicit SimulatedPoses(const RunLog& log, const SimulatedPoses* before = nullptr);
   /// True if WORLD is there from the first tick on and tells where the root body was then. Else
   /// there is no R0, and all tracks are empty.
   [[nodiscard]] bool available() const { return available_; }
@@ -187,6 +193,8 @@ class SimulatedPoses {
     model::Pose X_BL = model::Pose::Identity();
   };
   using Structure = std::vector<std::vector<Place>>;  ///< By model index of the module, then link.
+  /// Module id and link of each body, by which a set of bodies is told from another.
+  using BodyKey = std::vector<std::pair<int, int>>;
 
   /// Finds the body that carries each link at the time of `sample`, and where in it.
   Structure BuildStructure(const WorldSample& sample) const;
@@ -196,8 +204,10 @@ class SimulatedPoses {
 
   const RunLog& log_;
   std::map<int, int> model_index_of_id_;
-  /// The different structures that the bodies had, in order of time.
+  /// The different structures that the bodies had, in order of time, and the bodies of the last
+  /// one.
   std::vector<Structure> structures_;
+  BodyKey last_bodies_;
   /// By index into log_.world: index into structures_.
   std::vector<int> structure_of_;
   /// Pose of the world in R0, by which world poses become poses in R0.

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compiler/base/check.h"
+
 namespace morphbus::logger {
 namespace {
 
@@ -18,6 +20,12 @@ bool HasRole(const std::vector<RoleSpan>& spans, int64_t time_us) {
 /// True if the module was the root of its run: the one whose pose spreads through the robot.
 bool IsRoot(const RunLog& log, int module) {
   return !log.facts.root_module.empty() && log.modules[module].name == log.facts.root_module;
+}
+
+/// True if the run went on without the module at `time_us`.
+bool IsLost(const RunLog& log, int module, int64_t time_us) {
+  const auto lost = log.facts.lost_modules.find(log.modules[module].name);
+  return lost != log.facts.lost_modules.end() && lost->second <= time_us;
 }
 
 /// Where the middle of a link is in the robot frame at rest (m).
@@ -48,34 +56,81 @@ void Meter::Add(int64_t time_us, double difference) {
   }
 }
 
-PairComparer::PairComparer(const RunLog& a, const RunLog& b, const CompareOptions& options,
-                           Comparison* out)
+PairComparer::PairComparer(const RunLog& a, const RunLog& b, const RunLog& own_b,
+                           const CompareOptions& options, Comparison* out)
     : a_(a),
       b_(b),
-      tolerances_(options.tolerances),
+      own_b_(own_b),
+      options_(options),
       out_(*out),
+      by_ticks_(out->alignment.by_ticks),
       tick_us_(std::max(a.tick_us, b.tick_us)),
+      first_item_(out->items.size()),
       rest_a_(RestPosesOf(a)),
       rest_b_(RestPosesOf(b)),
-      simulated_a_(a),
-      simulated_b_(b),
       dockings_(a, b, out->matching) {
-  // What the options leave out, the instants to compare, and whether one root spoke.
+  // What the options leave out, by what is judged, and whether one root spoke.
   for (const QuantityGroup& group : QuantityGroups()) {
     if (!options.without.contains(group.name)) continue;
     unwanted_.insert(group.quantities.begin(), group.quantities.end());
   }
-  std::set_union(a.ticks_us.begin(), a.ticks_us.end(), b.ticks_us.begin(), b.ticks_us.end(),
-                 std::back_inserter(ticks_));
-  ticks_.erase(std::upper_bound(ticks_.begin(), ticks_.end(), out->compared_until_us),
-               ticks_.end());
+  if (!by_ticks_) tolerances_ = AlignedTolerances();
+  window_us_ = std::llround(ToleranceFor({}, Quantity::kEvent, "s") * 1e6);
+  for (const ModulePair& pair : out->matching.pairs) {
+    own_taken_b_[&pair] = -1;
+    for (const RoleSpan& span : RoleSpans(own_b.modules[pair.b], own_b.ticks_us.back())) {
+      if (span.role != pair.role) continue;
+      own_taken_b_[&pair] = span.begin_us;
+      break;
+    }
+  }
+  first_tick_us_ = std::min(a.ticks_us.front(), b.ticks_us.front());
   same_root_ =
       std::any_of(out->matching.pairs.begin(), out->matching.pairs.end(),
                   [&](const ModulePair& pair) { return IsRoot(a, pair.a) && IsRoot(b, pair.b); });
 }
 
-Item& PairComparer::AddItem(const ItemNames& names, Quantity quantity, const std::string& unit,
-                            double tolerance) {
+void PairComparer::BeginSlice(int64_t begin_us, int64_t end_us) {
+  ++slice_;
+  // Items that were added before the first stretch are not compared by it.
+  if (slice_ == 0) first_item_ = out_.items.size();
+  next_item_ = first_item_;
+  // The ticks of this stretch, in either log. Runs that are aligned may begin at unlike times.
+  ticks_.clear();
+  std::set_union(a_.ticks_us.begin(), a_.ticks_us.end(), b_.ticks_us.begin(), b_.ticks_us.end(),
+                 std::back_inserter(ticks_));
+  if (!by_ticks_) begin_us = std::max({begin_us, a_.ticks_us.front(), b_.ticks_us.front()});
+  ticks_.erase(std::lower_bound(ticks_.begin(), ticks_.end(), end_us), ticks_.end());
+  ticks_.erase(std::upper_bound(ticks_.begin(), ticks_.end(), out_.compared_until_us),
+               ticks_.end());
+  ticks_.erase(ticks_.begin(), std::lower_bound(ticks_.begin(), ticks_.end(), begin_us));
+  // Both robots in the simulated world.
+  simulated_a_ = std::make_unique<SimulatedPoses>(a_, simulated_a_.get());
+  simulated_b_ = std::make_unique<SimulatedPoses>(b_, simulated_b_.get());
+  if (!by_ticks_) FindRest();
+}
+
+double PairComparer::ToleranceFor(const ItemNames& names, Quantity quantity,
+                                  const std::string& unit) const {
+  double Tolerances::*which = ToleranceOf(quantity, unit);
+  if (which == nullptr) return 0.0;
+  double tolerance = tolerances_.*which;
+  for (const ToleranceEntry& entry : options_.tolerances) {
+    if (entry.which == which && entry.Fits(names.role, names.label)) tolerance = entry.value;
+  }
+  // Below 0 stands for a tick: only role_s can be that.
+  return tolerance < 0 ? Seconds(tick_us_) : tolerance;
+}
+
+Item& PairComparer::NextItem(const ItemNames& names, Quantity quantity, const std::string& unit,
+                             double tolerance) {
+  // Later stretches add to the items of the first one, in whose order they come.
+  if (slice_ > 0) {
+    MORPHBUS_CHECK(next_item_ < out_.items.size());
+    Item& known = out_.items[next_item_++];
+    MORPHBUS_CHECK(known.quantity == quantity && known.label == names.label);
+    return known;
+  }
   Item item;
   item.quantity = quantity;
   item.role = names.role;
@@ -88,15 +143,29 @@ Item& PairComparer::AddItem(const ItemNames& names, Quantity quantity, const std
   return out_.items.back();
 }
 
+Item& PairComparer::AddItem(const ItemNames& names, Quantity quantity, const std::string& unit) {
+  return NextItem(names, quantity, unit, ToleranceFor(names, quantity, unit));
+}
+
+Item& PairComparer::AddExactItem(const ItemNames& names, Quantity quantity,
+                                 const std::string& unit) {
+  return NextItem(names, quantity, unit, 0.0);
+}
+
 template <class Excused>
 PairComparer::Lack PairComparer::LackAtTicks(const std::vector<int64_t>& a,
                                              const std::vector<int64_t>& b,
                                              const Excused& excused) const {
   Lack lack;
-  // Where one or both lack a value, the instant counts once, and for each side that lacks it.
+  // Where one or both lack a value, the instant counts once, and for each side that lacks it. All
+  // rows are in order of time, so that one pass finds out.
+  size_t i = 0;
+  size_t j = 0;
   for (const int64_t tick : ticks_) {
-    const bool in_a = std::binary_search(a.begin(), a.end(), tick);
-    const bool in_b = std::binary_search(b.begin(), b.end(), tick);
+    while (i < a.size() && a[i] < tick) ++i;
+    while (j < b.size() && b[j] < tick) ++j;
+    const bool in_a = (i < a.size() && a[i] == tick) || NearlyHas(a, tick);
+    const bool in_b = (j < b.size() && b[j] == tick) || NearlyHas(b, tick);
     if ((in_a && in_b) || excused(tick, in_a, in_b)) continue;
     lack.in_a += in_a ? 0 : 1;
     lack.in_b += in_b ? 0 : 1;
@@ -118,23 +187,50 @@ PairComparer::Lack PairComparer::LackOfPropagated(const ModulePair& pair, const 
   // The root's poses reach the last module after about as many ticks as there are modules. Before
   // that, an instant counts only if one root of both runs must have reached the same modules.
   const int64_t modules = static_cast<int64_t>(std::max(a_.modules.size(), b_.modules.size()));
-  const int64_t spread_us = ticks_.front() + (modules + 1) * tick_us_;
+  const int64_t spread_us = first_tick_us_ + (modules + 1) * tick_us_;
   return LackAtTicks(a.time_us, b.time_us, [&](int64_t tick, bool in_a, bool in_b) {
     if (tick < spread_us && ((!in_a && !in_b) || !same_root_)) return true;
-    return !in_a && !in_b && !HasRole(pair.spans_a, tick) && !HasRole(pair.spans_b, tick);
+    if (in_a || in_b) return false;
+    return BothLost(pair, tick) || (!HasRole(pair.spans_a, tick) && !HasRole(pair.spans_b, tick));
   });
 }
 
+bool PairComparer::BothLost(const ModulePair& pair, int64_t time_us) const {
+  return IsLost(a_, pair.a, time_us) && IsLost(b_, pair.b, time_us);
+}
+
 void PairComparer::Report(const Lack& lack, const ItemNames& names, const std::string& what) {
+  if (lack.instants == 0) return;
+  // One that is lacking in several stretches is one gap.
+  for (Gap& gap : gaps_) {
+    if (gap.what != what || gap.names.label != names.label ||
+        gap.names.module_a != names.module_a || gap.names.module_b != names.module_b) {
+      continue;
+    }
+    gap.lack.in_a += lack.in_a;
+    gap.lack.in_b += lack.in_b;
+    gap.lack.instants += lack.instants;
+    return;
+  }
+  gaps_.push_back({names, what, lack});
+}
+
+void PairComparer::Finish() {
   constexpr size_t kMost = 50;
-  // The list is bounded; the item's `missing` counts everything in any case.
-  if (lack.instants == 0 || out_.not_compared.size() >= kMost) return;
-  const char* where = lack.in_a == 0 ? "B" : lack.in_b == 0 ? "A" : "A and B";
-  out_.not_compared.push_back(
-      fmt::format("{} of {}{}{}: {} missing in {} from {:.3f} s on", what, RoleName(names.role),
-                  names.label.empty() ? "" : ", ", names.label,
-                  lack.instants == 1 ? "1 instant" : fmt::format("{} instants", lack.instants),
-                  where, Seconds(lack.first_us)));
+  if (!by_ticks_ && at_rest_.empty()) {
+    out_.not_compared.emplace_back("poses: the robots are never at rest at one time");
+  }
+  for (const Gap& gap : gaps_) {
+    // The list is bounded; the item's `missing` counts everything in any case.
+    if (out_.not_compared.size() >= kMost) return;
+    const Lack& lack = gap.lack;
+    const char* where = lack.in_a == 0 ? "B" : lack.in_b == 0 ? "A" : "A and B";
+    out_.not_compared.push_back(
+        fmt::format("{} of {}{}{}: {} missing in {} from {:.3f} s on", gap.what,
+                    RoleName(gap.names.role), gap.names.label.empty() ? "" : ", ", gap.names.label,
+                    lack.instants == 1 ? "1 instant" : fmt::format("{} instants", lack.instants),
+                    where, Seconds(lack.first_us)));
+  }
 }
 
 PairComparer::Subject PairComparer::SubjectOf(const ModulePair& pair,
@@ -146,8 +242,7 @@ PairComparer::Subject PairComparer::SubjectOf(const ModulePair& pair,
 
 void PairComparer::CompareRole(const Subject& modules) {
   const ModulePair& pair = modules.pair;
-  Item& item = AddItem(modules.names, Quantity::kRole, "s",
-                       tolerances_.role_s < 0 ? Seconds(tick_us_) : tolerances_.role_s);
+  Item& item = AddItem(modules.names, Quantity::kRole, "s");
   {
     // The n-th role of one must be the n-th of the other, taken at the same time.
     Meter meter(&item);
@@ -161,7 +256,9 @@ void PairComparer::CompareRole(const Subject& modules) {
         meter.Add(begin, std::max(Seconds(out_.compared_until_us - begin), 2 * item.tolerance));
         break;
       }
-      meter.Add(begin, Seconds(std::abs(a.begin_us - b.begin_us)));
+      // By event, that a role is taken is what tells the time.
+      const bool timed = by_ticks_ || out_.alignment.how != Align::kEvent;
+      meter.Add(begin, timed ? Seconds(std::abs(a.begin_us - b.begin_us)) : 0.0);
     }
     // One of them may take further roles after the last one that both took.
     if (item.first_over_us < 0 && pair.spans_a.size() != pair.spans_b.size()) {
@@ -177,7 +274,7 @@ void PairComparer::CompareRole(const Subject& modules) {
   for (const auto& [missing, which] :
        {std::pair(&pair.labels_missing_a, "A"), std::pair(&pair.labels_missing_b, "B")}) {
     for (const std::string& label : *missing) {
-      Item& lacking = AddItem(SubjectOf(pair, label).names, Quantity::kRole, "s", 0.0);
+      Item& lacking = AddExactItem(SubjectOf(pair, label).names, Quantity::kRole, "s");
       lacking.detail = fmt::format("{} did not resolve the label", which);
       Meter(&lacking).Add(std::max(pair.taken_a_us, pair.taken_b_us),
                           Seconds(out_.compared_until_us));
@@ -186,25 +283,28 @@ void PairComparer::CompareRole(const Subject& modules) {
 }
 
 void PairComparer::ComparePoses(const ItemNames& names, const PoseTrack& a, const PoseTrack& b,
-                                const model::Pose& rest_a, const model::Pose& rest_b,
-                                bool simulated, const Lack& lack) {
+                                const model::Pose& rest_a, const model::Pose& rest_b, PoseKind kind,
+                                const Lack& lack) {
   // Positions (m) and rotations (rad) are two quantities of the same instants, whose tolerances
   // depend on who told the poses.
   const Track<PoseDifference> d = Differences(a, b, rest_a, rest_b, out_.compared_until_us);
   const auto add = [&](const Measure& m, double PoseDifference::*value) {
-    Item& item = AddItem(names, m.quantity, m.unit, m.tolerance);
-    item.missing = lack.instants;
+    Item& item = AddItem(names, m.quantity, m.unit);
+    item.missing += lack.instants;
     Meter meter(&item);
-    for (size_t i = 0; i < d.value.size(); ++i) meter.Add(d.time_us[i], d.value[i].*value);
+    for (size_t i = 0; i < d.value.size(); ++i) {
+      if (by_ticks_ || Rests(d.time_us[i])) meter.Add(d.time_us[i], d.value[i].*value);
+    }
   };
-  const Tolerances& t = tolerances_;
-  add(simulated ? Measure{Quantity::kSimulatedPosition, "m", t.simulated_m}
-                : Measure{Quantity::kPropagatedPosition, "m", t.propagated_m},
-      &PoseDifference::metres);
-  add(simulated ? Measure{Quantity::kSimulatedRotation, "rad", t.simulated_rad}
-                : Measure{Quantity::kPropagatedRotation, "rad", t.propagated_rad},
-      &PoseDifference::radians);
-  Report(lack, names, simulated ? "simulated pose" : "propagated pose");
+  // By kind: propagated, simulated, drift.
+  using Q = Quantity;
+  static constexpr Measure kPosition[] = {
+      {Q::kPropagatedPosition, "m"}, {Q::kSimulatedPosition, "m"}, {Q::kDriftPosition, "m"}};
+  static constexpr Measure kRotation[] = {
+      {Q::kPropagatedRotation, "rad"}, {Q::kSimulatedRotation, "rad"}, {Q::kDriftRotation, "rad"}};
+  add(kPosition[static_cast<int>(kind)], &PoseDifference::metres);
+  add(kRotation[static_cast<int>(kind)], &PoseDifference::radians);
+  Report(lack, names, kind == PoseKind::kPropagated ? "propagated pose" : "simulated pose");
 }
 
 void PairComparer::CompareLink(const Subject& of, const LinkPair& link) {
@@ -219,34 +319,51 @@ void PairComparer::CompareLink(const Subject& of, const LinkPair& link) {
   const double apart = std::min(
       (rest_a.translation() - rest_b.translation()).norm(),
       (RestCentre(a_, ma, link.link_a, rest_a) - RestCentre(b_, mb, link.link_b, rest_b)).norm());
-  if (apart > tolerances_.propagated_m) {
-    Item& item = AddItem(names, Quantity::kRestPosition, "m", tolerances_.propagated_m);
-    Meter(&item).Add(0, apart);
+  if (apart > ToleranceFor(names, Quantity::kRestPosition, "m")) {
+    Item& item = AddItem(names, Quantity::kRestPosition, "m");
+    if (slice_ == 0) Meter(&item).Add(0, apart);
   }
   // What the VMs told each other; missing poses count only where both must have had them.
   if (Wanted(Quantity::kPropagatedPosition)) {
     const PoseTrack a = PropagatedTrack(ma, link.link_a);
     const PoseTrack b = PropagatedTrack(mb, link.link_b);
-    ComparePoses(names, a, b, rest_a, rest_b, false, LackOfPropagated(of.pair, a, b));
+    const Lack lack = LackOfPropagated(of.pair, a, b);
+    if (by_ticks_) {
+      ComparePoses(names, a, b, rest_a, rest_b, PoseKind::kPropagated, lack);
+    } else {
+      ComparePoses(names, InBaseFrame(a, base_a_, rest_base_a_),
+                   InBaseFrame(b, base_b_, rest_base_b_), rest_a, rest_b, PoseKind::kPropagated,
+                   lack);
+    }
   }
   // What the simulator saw, where both logs hold it from the start.
-  if (Wanted(Quantity::kSimulatedPosition) && simulated_a_.available() &&
-      simulated_b_.available()) {
-    const PoseTrack a = simulated_a_.LinkTrack(ma.model_index, link.link_a);
-    const PoseTrack b = simulated_b_.LinkTrack(mb.model_index, link.link_b);
-    ComparePoses(names, a, b, rest_a, rest_b, true, LackAtTicks(a.time_us, b.time_us));
+  if (Wanted(Quantity::kSimulatedPosition) && simulated_a_->available() &&
+      simulated_b_->available()) {
+    PoseTrack a = simulated_a_->LinkTrack(ma.model_index, link.link_a);
+    PoseTrack b = simulated_b_->LinkTrack(mb.model_index, link.link_b);
+    const Lack lack = LackAtTicks(a.time_us, b.time_us);
+    // How the robot is bent must agree though it may have strayed.
+    if (!by_ticks_) {
+      a = InBaseFrame(a, simulated_a_->RootTrack(), model::Pose::Identity());
+      b = InBaseFrame(b, simulated_b_->RootTrack(), model::Pose::Identity());
+    }
+    ComparePoses(names, a, b, rest_a, rest_b, PoseKind::kSimulated, lack);
   }
 }
 
 void PairComparer::CompareScalars(const ItemNames& names, const Measure& measure,
                                   const ScalarTrack& a, const ScalarTrack& b, const Lack& lack) {
-  Item& item = AddItem(names, measure.quantity, measure.unit, measure.tolerance);
-  item.missing = lack.instants;
+  Item& item = AddItem(names, measure.quantity, measure.unit);
+  item.missing += lack.instants;
   // What is missing is told apart from what differs.
   Report(lack, names, QuantityName(measure.quantity));
+  // Where the runs are aligned, joints are compared where they rest: how they get there depends on
+  // who began a tick before whom.
+  const std::vector<bool> rests_a = RestsAt(a, measure);
+  const std::vector<bool> rests_b = RestsAt(b, measure);
   Meter meter(&item);
   ForCommonTimes(a.time_us, b.time_us, out_.compared_until_us, [&](size_t i, size_t j) {
-    meter.Add(a.time_us[i], std::abs(a.value[i] - b.value[j]));
+    if (rests_a[i] && rests_b[j]) meter.Add(a.time_us[i], std::abs(a.value[i] - b.value[j]));
   });
 }
 
@@ -254,7 +371,6 @@ void PairComparer::CompareCommands(const Subject& of, const JointPair& joint) {
   // Both sides' commands are brought under one sign first.
   const Track<JointCommand> a = CommandsOf(of.a, joint.joint_a, SignsOfA(of.a, joint));
   const Track<JointCommand> b = CommandsOf(of.b, joint.joint_b, SignsOfB(of.b, joint));
-  const double tolerance = joint.prismatic ? tolerances_.command_m : tolerances_.command_rad;
   const auto each = [&](Item* item, const auto& difference) {
     Meter meter(item);
     ForCommonTimes(a.time_us, b.time_us, out_.compared_until_us, [&](size_t i, size_t j) {
@@ -262,14 +378,16 @@ void PairComparer::CompareCommands(const Subject& of, const JointPair& joint) {
     });
   };
   // Of a target against none nothing more need be said than that, which follows below.
-  each(&AddItem(of.names, Quantity::kSpeedLimit, joint.prismatic ? "m/s" : "rad/s", tolerance),
+  each(&AddItem(of.names, Quantity::kSpeedLimit, joint.prismatic ? "m/s" : "rad/s"),
        [](const JointCommand& x, const JointCommand& y, int64_t) {
          return x.mode == y.mode ? std::abs(x.speed_limit - y.speed_limit) : 0.0;
        });
   // The target or speed itself.
-  const Lack lack = LackAtTicks(a.time_us, b.time_us);
-  Item& item = AddItem(of.names, Quantity::kCommand, joint.prismatic ? "m" : "rad", tolerance);
-  item.missing = lack.instants;
+  const Lack lack = LackAtTicks(a.time_us, b.time_us, [&](int64_t tick, bool in_a, bool in_b) {
+    return !in_a && !in_b && BothLost(of.pair, tick);
+  });
+  Item& item = AddItem(of.names, Quantity::kCommand, joint.prismatic ? "m" : "rad");
+  item.missing += lack.instants;
   Report(lack, of.names, QuantityName(Quantity::kCommand));
   each(&item, [&](const JointCommand& x, const JointCommand& y, int64_t time_us) {
     const double difference = std::abs(x.value - y.value);
@@ -292,21 +410,27 @@ void PairComparer::CompareJoint(const Subject& of, const JointPair& joint) {
       const ScalarTrack b = track(of.b, joint.joint_b, signs_b);
       CompareScalars(of.names, measure, a, b, LackAtTicks(a.time_us, b.time_us));
     };
-    const Tolerances& t = tolerances_;
-    compare(joint.prismatic ? Measure{Quantity::kJointTravel, "m", t.travel_m}
-                            : Measure{Quantity::kJointAngle, "rad", t.angle_rad},
+    compare(joint.prismatic ? Measure{Quantity::kJointTravel, "m"}
+                            : Measure{Quantity::kJointAngle, "rad"},
             AngleTrack);
-    compare(joint.prismatic ? Measure{Quantity::kJointVelocity, "m/s", t.velocity_m_s}
-                            : Measure{Quantity::kJointVelocity, "rad/s", t.velocity_rad_s},
-            VelocityTrack);
+    if (by_ticks_) {
+      compare(joint.prismatic ? Measure{Quantity::kJointVelocity, "m/s"}
+                              : Measure{Quantity::kJointVelocity, "rad/s"},
+              VelocityTrack);
+    }
   }
-  if (Wanted(Quantity::kCommand)) CompareCommands(of, joint);
+  if (!Wanted(Quantity::kCommand)) return;
+  if (by_ticks_) {
+    CompareCommands(of, joint);
+  } else {
+    CompareCommandStarts(of, joint);
+  }
 }
 
-void PairComparer::CompareCounts(const ItemNames& names, Quantity quantity,
-                                 const CountTrack& counts) {
-  Item& item = AddItem(names, quantity, "", 0.0);
-  item.missing = LackAtTicks(counts.time_us, counts.time_us).instants;
+void PairComparer::CompareCounts(const ItemNames& names, Quantity quantity, CountTrack counts) {
+  Item& item = AddExactItem(names, quantity, "");
+  item.missing += LackAtTicks(counts.time_us, counts.time_us).instants;
+  if (!by_ticks_) counts = Lasting(std::move(counts));
   Meter meter(&item);
   for (size_t i = 0; i < counts.value.size(); ++i) meter.Add(counts.time_us[i], counts.value[i]);
 }
@@ -316,7 +440,13 @@ void PairComparer::Compare(const ModulePair& pair) {
   const ItemNames& names = modules.names;
   const int64_t end_us = out_.compared_until_us;
   // Role and labels, then every link and joint, then the module as a whole.
-  CompareRole(modules);
+  if (slice_ == 0) {
+    const size_t before = out_.items.size();
+    CompareRole(modules);
+    role_items_[&pair] = out_.items.size() - before;
+  } else {
+    next_item_ += role_items_[&pair];
+  }
   for (const LinkPair& link : pair.links) CompareLink(SubjectOf(pair, link.label), link);
   for (const JointPair& joint : pair.joints) CompareJoint(SubjectOf(pair, joint.label), joint);
   // Which modules are mated, and what connectors were told.
@@ -324,14 +454,16 @@ void PairComparer::Compare(const ModulePair& pair) {
     CompareCounts(names, Quantity::kDocking, dockings_.Differences(pair, end_us));
   }
   if (Wanted(Quantity::kConnectorCommand)) {
-    CompareCounts(names, Quantity::kConnectorCommand, CommandDifferences(a_, b_, pair, end_us));
+    CompareCounts(names, Quantity::kConnectorCommand,
+                  by_ticks_ ? CommandDifferences(a_, b_, pair, end_us)
+                            : UnsharedCommands(a_, b_, pair, window_us_, end_us));
   }
   // Staleness is compared where both had poses; that poses are there was checked with the links.
   if (Wanted(Quantity::kStaleness)) {
-    CompareScalars(names, {Quantity::kStaleness, "", 0.0}, StalenessTrack(modules.a),
-                   StalenessTrack(modules.b), {});
+    CompareStaleness(modules);
   }
   // What has no counterpart in B cannot be compared, and must not pass in silence.
+  if (slice_ > 0) return;
   for (const std::string& what : pair.unpaired) {
     out_.not_compared.push_back(
         fmt::format("{} of {}: B has nothing that answers to it", what, RoleName(pair.role)));
@@ -342,20 +474,21 @@ void PairComparer::CompareRootBody() {
   // A log without the simulated world is a gap in the comparison, unless the user left it out.
   if (!Wanted(Quantity::kSimulatedPosition)) return;
   for (const auto& [simulated, which] :
-       {std::pair(&simulated_a_, "A"), std::pair(&simulated_b_, "B")}) {
-    if (simulated->available()) continue;
+       {std::pair(simulated_a_.get(), "A"), std::pair(simulated_b_.get(), "B")}) {
+    if (simulated->available() || slice_ > 0) continue;
     out_.not_compared.push_back(
         fmt::format("simulated poses: {} does not hold the simulated world from its start", which));
   }
-  if (!simulated_a_.available() || !simulated_b_.available()) return;
+  if (!simulated_a_->available() || !simulated_b_->available()) return;
   // The items are named after the modules whose links carry the robot frame.
   const ItemNames names{"(root body)", "", a_.robot->modules[a_.robot->root_module].name,
                         b_.robot->modules[b_.robot->root_module].name};
   const model::Pose here = model::Pose::Identity();
   // The robot frame itself: its motion is compared as it is, from where it was at first.
-  const PoseTrack a = simulated_a_.RootTrack();
-  const PoseTrack b = simulated_b_.RootTrack();
-  ComparePoses(names, a, b, here, here, true, LackAtTicks(a.time_us, b.time_us));
+  const PoseTrack a = simulated_a_->RootTrack();
+  const PoseTrack b = simulated_b_->RootTrack();
+  ComparePoses(names, a, b, here, here, by_ticks_ ? PoseKind::kSimulated : PoseKind::kDrift,
+               LackAtTicks(a.time_us, b.time_us));
 }
 
 }  // namespace morphbus::logger

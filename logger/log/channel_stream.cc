@@ -10,13 +10,6 @@ constexpr size_t kPatience = 4096;
 /// So many payload hashes are kept, to tell a repetition from a contradiction.
 constexpr size_t kRemembered = 8192;
 
-/// Tells a message that came twice from another one under the same number.
-uint64_t HashOf(std::span<const uint8_t> payload) {
-  bridge::StreamHash hash;
-  hash.Update(payload.data(), payload.size());
-  return hash.Digest();
-}
-
 }  // namespace
 
 /// Takes the next message of the unbroken row.
@@ -42,10 +35,18 @@ void ChannelStream::Drain(size_t keep) {
 }
 
 ChannelStream::Kind ChannelStream::Take(int64_t sequence, std::span<const uint8_t> payload) {
-  const uint64_t hash = HashOf(payload);
-  // A number seen before is a repetition, byte for byte, or a contradiction.
-  if (const auto seen = recent_.find(sequence); seen != recent_.end()) {
-    if (seen->second != hash) return Kind::kConflict;
+  // It tells a message that came twice from another one under the same number.
+  const uint64_t hash = bridge::DigestOf(payload.data(), payload.size());
+  // A number seen before is a repetition, byte for byte, or a contradiction. Most numbers are
+  // higher than all before.
+  auto place = recent_.end();
+  if (!recent_.empty() && sequence <= recent_.back().first) {
+    place = std::lower_bound(
+        recent_.begin(), recent_.end(), sequence,
+        [](const std::pair<int64_t, uint64_t>& known, int64_t n) { return known.first < n; });
+  }
+  if (place != recent_.end() && place->first == sequence) {
+    if (place->second != hash) return Kind::kConflict;
     ++duplicates_;
     return Kind::kDuplicate;
   }
@@ -55,8 +56,8 @@ ChannelStream::Kind ChannelStream::Take(int64_t sequence, std::span<const uint8_
     return Kind::kDuplicate;
   }
   // Old numbers are forgotten, so that a long log costs no more memory than a short one.
-  recent_.emplace(sequence, hash);
-  if (recent_.size() > kRemembered) recent_.erase(recent_.begin());
+  recent_.emplace(place, sequence, hash);
+  if (recent_.size() > kRemembered) recent_.pop_front();
   // A message that came early waits until those before it are there or given up.
   if (sequence == next_) {
     Append(sequence, payload);

@@ -3,8 +3,10 @@
 // and the hash that the run's END event must agree with.
 
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "bridge/wire/stream_hash.h"
@@ -61,7 +63,8 @@ class ChannelStream {
   /// Payloads that came before their predecessors, by number.
   std::map<int64_t, std::vector<uint8_t>> pending_;
   /// Payload hashes of the last 8192 numbers taken: they tell a repetition from a contradiction.
-  std::map<int64_t, uint64_t> recent_;
+  /// In order of the numbers.
+  std::deque<std::pair<int64_t, uint64_t>> recent_;
   /// The earliest and the latest sim time, µs; -1 before the first.
   int64_t first_time_us_ = -1, last_time_us_ = -1;
 };

@@ -1,15 +1,22 @@
 #include "logger/log/description.h"
 
+#include <fmt/format.h>
 #include <google/protobuf/stubs/logging.h>
 
 #include <memory>
 #include <vector>
 
 #include "bridge/module/module_instance.h"
+#include "bridge/wire/channels.h"
+#include "bridge/wire/codec.h"
+#include "bridge/wire/info_parts.h"
 #include "compiler/model/model_proto.h"
 #include "compiler/model/run_description.pb.h"
+#include "compiler/world/sdf_world.h"
+#include "logger/log/event_log.h"
 #include "logger/log/run_log.h"
 #include "vm/image/fault_text.h"
+#include "vm/image/print_line.h"
 
 namespace morphbus::logger {
 namespace {
@@ -27,6 +34,7 @@ Result<proto::RunDescription> Parse(const std::string& bytes) {
 /// What a reader wants to know of the run besides its model.
 void CopyFacts(const proto::RunDescription& d, LogFacts* facts) {
   facts->has_description = true;
+  // What ran, and how.
   facts->model_file = d.model_file();
   facts->robot = d.robot();
   facts->program_file = d.program_file();
@@ -38,8 +46,15 @@ void CopyFacts(const proto::RunDescription& d, LogFacts* facts) {
   facts->still = d.still();
   facts->model_hash = d.model_hash();
   facts->program_hash = d.program_hash();
+  // What was done to it on purpose.
   facts->seed = d.seed();
+  facts->random_seed = d.random_seed();
   facts->loss = d.loss();
+  facts->faults_file = d.faults_file();
+  facts->fault_rules = d.faults();
+  facts->root_sensor = d.root_sensor();
+  facts->root_noise_m = d.root_noise_m();
+  facts->root_noise_rad = d.root_noise_rad();
 }
 
 }  // namespace
@@ -80,9 +95,90 @@ void ApplyDescription(const std::string& description, RunLog* log) {
   log->robot = robot;
 }
 
+std::vector<world::Obstacle> ObstaclesIn(const std::string& description) {
+  proto::RunDescription d;
+  if (!d.ParseFromString(description) || d.world().empty()) return {};
+  Result<std::vector<world::Obstacle>> read = world::ReadSdfText(d.world());
+  return read ? std::move(*read) : std::vector<world::Obstacle>{};
+}
+
+Result<void> LoadImages(const std::string& description, bridge::ModuleImages* images) {
+  const Result<proto::RunDescription> d = Parse(description);
+  if (!d) return tl::unexpected(d.error());
+  const auto bytes = [](const std::string& s) { return std::vector<uint8_t>(s.begin(), s.end()); };
+  // The first image that cannot be used is the error; those behind it are not looked at.
+  Result<void> added = images->AddProgram("the log's program", bytes(d->program_image()));
+  for (const proto::KinematicsImage& type : d->kinematics()) {
+    if (added) added = images->AddKinematics(type.type_name(), bytes(type.image()));
+  }
+  return added;
+}
+
+Result<std::string> ReadDescription(const std::string& path) {
+  // A log is known by its beginning; its first whole description is taken.
+  if (BeginsAsLog(path)) {
+    // The description comes in parts, and a log may hold several runs, each with its own.
+    auto reader = EventLogReader::Open(path);
+    if (!reader) return tl::unexpected(reader.error());
+    std::map<std::string, bridge::InfoAssembler> parts;
+    LogEvent event;
+    while ((*reader)->Next(&event)) {
+      const auto name = bridge::ParseChannel(event.channel);
+      morphbus::info_part_t part;
+      if (!name || name->topic != bridge::Topic::kInfo) continue;
+      if (!bridge::Decode(event.data.data(), event.data.size(), {}, &part)) continue;
+      if (auto whole = parts[std::string(name->run)].Take(part)) return *whole;
+    }
+    return Fail(path + " does not hold the description of a run");
+  }
+  // Anything else must be a description itself, which is never longer than the bus carries.
+  auto bytes = LogBytes::Open(path);
+  if (!bytes) return tl::unexpected(bytes.error());
+  if ((*bytes)->file_size() > bridge::kMaxInfoBytes) {
+    return Fail(path + " is neither a log nor the description of a run: it is too long");
+  }
+  std::string description((*bytes)->file_size(), '\0');
+  (*bytes)->ReadAt(0, reinterpret_cast<uint8_t*>(description.data()), description.size());
+  if (!Parse(description)) return Fail(path + " is neither a log nor the description of a run");
+  return description;
+}
+
+Result<void> BorrowDescription(const std::string& description, uint64_t model_hash, RunLog* log) {
+  Result<proto::RunDescription> d = Parse(description);
+  if (!d) return tl::unexpected(d.error());
+  // Its model must be the one of which the messages speak, or poses would be those of another
+  // robot.
+  if (d->model_hash() != model_hash) {
+    return Fail(fmt::format("the description is of model {:016x}, the messages speak of {:016x}",
+                            d->model_hash(), model_hash));
+  }
+  // What only another run did is not told of this one.
+  if (d->run() != log->facts.run) {
+    proto::RunDescription lent;
+    lent.set_run(log->facts.run);
+    lent.set_model(d->model());
+    lent.set_model_file(d->model_file());
+    lent.set_model_hash(d->model_hash());
+    lent.set_robot(d->robot());
+    lent.set_program_image(d->program_image());
+    lent.set_program_file(d->program_file());
+    lent.set_program_hash(d->program_hash());
+    *lent.mutable_kinematics() = d->kinematics();
+    lent.set_root_module(d->root_module());
+    lent.set_tick_us(d->tick_us());
+    lent.set_lcm_schema(d->lcm_schema());
+    log->facts.problems.push_back("robot and program are those of run " + d->run() +
+                                  ", whose description was lent to this log");
+    *d = std::move(lent);
+  }
+  log->description = d->SerializeAsString();
+  ApplyDescription(log->description, log);
+  return {};
+}
+
 void WordFaults(const std::string& description, const std::map<uint64_t, std::string>& deployed,
                 LogFacts* facts) {
-  if (facts->faults.empty()) return;
+  if (facts->faults.empty() && facts->prints.empty()) return;
   // Without a description there are no images either, and of damaged ones there are no names; the
   // sentences have numbers then.
   const proto::RunDescription d = Parse(description).value_or(proto::RunDescription());
@@ -99,22 +195,32 @@ void WordFaults(const std::string& description, const std::map<uint64_t, std::st
     auto other = std::make_unique<bridge::ModuleImages>();
     if (other->AddProgram("program", bytes(image))) others.push_back(std::move(other));
   }
-  // Each fault is worded with the images that it speaks of.
-  for (FaultFact& fault : facts->faults) {
-    vm::FaultContext context;
-    if (has_program && images->program().hash() == fault.program_hash) {
-      context.program = &images->program();
-      fault.file = d.program_file();
-    }
+  // Each fault and line is worded with the images that it speaks of.
+  const auto program_of = [&](uint64_t hash, std::string* file) -> const vm::VerifiedProgram* {
     for (const auto& other : others) {
-      if (other->program().hash() != fault.program_hash) continue;
-      context.program = &other->program();
+      if (other->program().hash() != hash) continue;
       const vm::Text source = other->program().source_name();
-      fault.file.assign(source.data, source.size);
+      file->assign(source.data, source.size);
+      return &other->program();
     }
-    context.kinematics = images->FindKinematics(fault.type_name);
+    if (!has_program || images->program().hash() != hash) return nullptr;
+    *file = d.program_file();
+    return &images->program();
+  };
+  for (FaultFact& fault : facts->faults) {
+    const vm::FaultContext context{program_of(fault.program_hash, &fault.file),
+                                   images->FindKinematics(fault.type_name)};
     fault.text = vm::FaultSentence(fault.fault, context);
     fault.function = vm::FaultFunction(fault.fault, context.program);
+  }
+  for (PrintFact& print : facts->prints) {
+    const vm::VerifiedProgram* program = program_of(print.program_hash, &print.file);
+    if (program == nullptr) {
+      print.text = "text " + std::to_string(print.print.text) + " of a program that the log lacks";
+      continue;
+    }
+    print.text = vm::PrintText(*program, images->FindKinematics(print.type_name), print.print.text,
+                               print.print.values, print.print.num_values);
   }
 }
 

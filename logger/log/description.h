@@ -5,8 +5,14 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "compiler/base/result.h"
+#include "compiler/world/obstacle.h"
+
+namespace morphbus::bridge {
+class ModuleImages;
+}
 
 namespace morphbus::logger {
 
@@ -32,6 +38,26 @@ Result<DescriptionKey> ReadDescriptionKey(const std::string& description);
 /// unusable (the bytes, the model, a model that is not the one the description's hash names, a
 /// robot that the model lacks) becomes a sentence in facts.problems, and model and robot stay null.
 void ApplyDescription(const std::string& description, RunLog* log);
+
+/// What stands in the world beside the robot, by a serialized description; none if that says
+/// nothing of it, or nothing that can be used.
+std::vector<world::Obstacle> ObstaclesIn(const std::string& description);
+
+/// Verifies the images that a serialized description carries and gives them to `images`, those of
+/// the module types under their types' names. Fails if the bytes are no description, or for an
+/// image that is not usable.
+Result<void> LoadImages(const std::string& description, bridge::ModuleImages* images);
+/// The serialized description in the file `path`: the bytes of one, as `morphbus convert --to
+/// description` writes them, or a log, whose first whole description is meant. Fails if the file
+/// cannot be read or holds none.
+Result<std::string> ReadDescription(const std::string& path);
+
+/// ApplyDescription() with the description of another recording, for a log that holds none because
+/// it was begun too late. `model_hash` is that of which the log's messages speak. A description of
+/// another run lends its model, robot and program only: seed, options and times were that run's
+/// own, and facts.problems says so. Sets log->description. Fails if the description cannot be read
+/// or is of another model.
+Result<void> BorrowDescription(const std::string& description, uint64_t model_hash, RunLog* log);
 
 /// Gives the faults in `facts` their sentence, function and source file, with the names of the
 /// program and module types that a serialized description carries, or of an image that was deployed

@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "compiler/base/result.h"
+#include "logger/log/log_bytes.h"
 
 namespace morphbus::logger {
 
@@ -139,6 +140,10 @@ struct LogFinding {
 /// Reads a log front to back with one buffer. Never gives up on damage: it looks ahead to where the
 /// next sound event begins, reports the bytes between, and goes on, so that one wrong byte costs at
 /// most one event and never its neighbours. Memory is bounded by the largest event in the file.
+///
+/// A log that was compressed with zstd is read as well, whatever its name (LogBytes). All offsets
+/// are those of the decompressed log; wrong bytes of the compressed file cost the rest of the frame
+/// that they are in. Looking ahead for the end of damage takes at most some 600 MB then.
 class EventLogReader {
  public:
   /// Opens a regular file; a pipe or device is refused at once. An empty file is a log without
@@ -152,7 +157,8 @@ class EventLogReader {
   /// operating system could not read on (io_error()); findings() then tell what was passed over.
   bool Next(LogEvent* event);
 
-  /// Reads on at `offset`, which must be 0 or where an event begins; findings are kept.
+  /// Reads on at `offset`, which must be 0 or where an event begins; findings are kept. Backwards
+  /// in a compressed log, that decompresses everything before `offset` once more.
   void Seek(uint64_t offset);
 
   /// What was found so far, in file order. At most 1000 are kept, so that a file full of damage
@@ -161,12 +167,17 @@ class EventLogReader {
   [[nodiscard]] int64_t num_findings() const { return num_findings_; }
   /// True if any finding so far is damage.
   [[nodiscard]] bool damaged() const { return damaged_; }
-  /// Size when it was opened, in bytes; smaller if the file shrank while it was read.
-  [[nodiscard]] uint64_t file_size() const { return file_size_; }
+  /// Size of the file on the disk when it was opened, in bytes.
+  [[nodiscard]] uint64_t file_size() const { return bytes_->file_size(); }
+  /// Bytes of the log itself, as far as they are known: decompressed, if the file is compressed;
+  /// fewer than the file's if that shrank while it was read.
+  [[nodiscard]] uint64_t log_size() const { return bytes_->Extend(0); }
+  /// Whether the file was compressed with zstd.
+  [[nodiscard]] bool compressed() const { return bytes_->compressed(); }
   /// The byte at which the next event is looked for.
   [[nodiscard]] uint64_t position() const { return position_; }
   /// Set if the operating system could not read the file to its end.
-  [[nodiscard]] const std::string& io_error() const { return io_error_; }
+  [[nodiscard]] const std::string& io_error() const { return bytes_->io_error(); }
 
  private:
   /// The fixed part of an event as the file has it, in host byte order and unchecked: signed, so
@@ -186,7 +197,9 @@ class EventLogReader {
   /// Whether an event that looks right by itself is handed out.
   enum class Verdict { kAccept, kReject };
 
-  EventLogReader(int fd, uint64_t file_size);
+  explicit EventLogReader(std::unique_ptr<LogBytes> bytes);
+  /// Whether the log has all bytes before `end`.
+  bool Reaches(uint64_t end) { return end <= bytes_->Extend(end); }
   /// The `size` bytes at `offset` in the buffer; null if the file does not have them. Bytes before
   /// `offset` may leave the buffer, so earlier pointers into it are void.
   const uint8_t* Need(uint64_t offset, size_t size);
@@ -198,7 +211,7 @@ class EventLogReader {
   std::optional<Header> HeaderAt(uint64_t offset);
   /// True if a header at `offset` could be true: magic, lengths, and the event lies within the
   /// file.
-  [[nodiscard]] bool Plausible(const Header& header, uint64_t offset) const;
+  bool Plausible(const Header& header, uint64_t offset);
   /// True if at `end` the file ends or a magic begins, even one that the file's end cuts.
   bool FollowedWell(uint64_t end);
   /// True if a plausible event begins at `offset` and is followed well. `only_number`: it must have
@@ -213,13 +226,14 @@ class EventLogReader {
   void SkipDamage();
   /// Compares the event's number with the expected one; `end` is where the event ends.
   void CheckNumber(const Header& header, uint64_t end);
+  /// Reports what is wrong with the compression of the log before byte `end`.
+  void CheckCompression(uint64_t end);
   /// Reports a wall clock that steps back over 1 s or ahead over 1 h.
   void CheckClock(const Header& header);
   /// Counts a finding, and keeps it while there is room.
   void Report(LogFinding::Kind kind, uint64_t begin, uint64_t end, std::string what);
 
-  int fd_ = -1;
-  uint64_t file_size_ = 0;
+  std::unique_ptr<LogBytes> bytes_;
   /// The byte at which the next event is looked for.
   uint64_t position_ = 0;
   /// A window on the file, grown to the largest event.
@@ -237,7 +251,6 @@ class EventLogReader {
   std::vector<LogFinding> findings_;
   int64_t num_findings_ = 0;
   bool damaged_ = false;
-  std::string io_error_;
 };
 
 }  // namespace morphbus::logger

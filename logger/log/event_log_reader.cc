@@ -1,12 +1,9 @@
 // The reading half of logger/log/event_log.h: framing, lookahead and resynchronisation.
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
+#include <limits>
 
 #include "logger/log/event_log.h"
 
@@ -24,6 +21,11 @@ constexpr int64_t kAnyNumber = -1;
 constexpr int64_t kBackwardStepUs = 1'000'000;
 /// A pause of more than an hour between two events is told, since it may be a damaged timestamp.
 constexpr int64_t kForwardStepUs = 3'600'000'000;
+/// Behind an event that seems damaged, the next sound one is looked for so far at most before it is
+/// decided: a compressed log keeps all of it in memory.
+constexpr uint64_t kDecisionBytes = uint64_t{64} << 20;
+/// For a search through all that follows.
+constexpr uint64_t kToTheEnd = std::numeric_limits<uint64_t>::max();
 constexpr uint8_t kMagicBytes[4] = {0xED, 0xA1, 0xDA, 0x01};
 
 /// The big-endian integers of the format; a byte at a time would slow the reading of sound logs.
@@ -47,27 +49,21 @@ int64_t Shift(int64_t number, int64_t by) {
 }  // namespace
 
 Result<std::unique_ptr<EventLogReader>> EventLogReader::Open(const std::string& path) {
-  // Opening a pipe would wait for somebody to write to it.
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (fd < 0) return Fail("cannot open " + path + ": " + std::strerror(errno));
-  struct stat info {};
-  if (::fstat(fd, &info) != 0 || !S_ISREG(info.st_mode)) {
-    ::close(fd);
-    return Fail("cannot read " + path + ": not a regular file");
-  }
-  ::posix_fadvise(fd, 0, 0, POSIX_FADV_SEQUENTIAL);
-  return std::unique_ptr<EventLogReader>(
-      new EventLogReader(fd, static_cast<uint64_t>(info.st_size)));
+  auto bytes = LogBytes::Open(path);
+  if (!bytes) return tl::unexpected(bytes.error());
+  return std::unique_ptr<EventLogReader>(new EventLogReader(std::move(*bytes)));
 }
 
-EventLogReader::EventLogReader(int fd, uint64_t file_size) : fd_(fd), file_size_(file_size) {
-  buffer_.resize(std::max<size_t>(std::min<uint64_t>(kReadBufferBytes, file_size), 64));
+EventLogReader::EventLogReader(std::unique_ptr<LogBytes> bytes) : bytes_(std::move(bytes)) {
+  // A small plain log needs no large buffer; how large a compressed one is, nobody knows yet.
+  const uint64_t known = compressed() ? kReadBufferBytes : log_size();
+  buffer_.resize(std::max<size_t>(std::min<uint64_t>(kReadBufferBytes, known), 64));
 }
 
-EventLogReader::~EventLogReader() { ::close(fd_); }
+EventLogReader::~EventLogReader() = default;
 
 void EventLogReader::Seek(uint64_t offset) {
-  position_ = std::min(offset, file_size_);
+  position_ = std::min(offset, bytes_->Extend(offset));
   expected_number_.reset();
   last_timestamp_us_.reset();
   known_good_.reset();
@@ -79,8 +75,8 @@ const uint8_t* EventLogReader::Need(uint64_t offset, size_t size) {
   if (offset >= buffer_begin_ && offset + size <= buffer_begin_ + buffer_size_) {
     return buffer_.data() + (offset - buffer_begin_);
   }
+  if (!Reaches(offset + size)) return nullptr;
   // Keep what is already there of the wanted bytes at the front of the buffer.
-  if (offset + size > file_size_) return nullptr;
   if (offset >= buffer_begin_ && offset < buffer_begin_ + buffer_size_) {
     const size_t begin = offset - buffer_begin_;
     std::memmove(buffer_.data(), buffer_.data() + begin, buffer_size_ - begin);
@@ -90,35 +86,20 @@ const uint8_t* EventLogReader::Need(uint64_t offset, size_t size) {
   }
   buffer_begin_ = offset;
   if (size > buffer_.size()) buffer_.resize(size + kLookaheadBytes);
-  // Fill the buffer from the file until the wanted bytes are in it.
-  while (buffer_size_ < size) {
-    const ssize_t n = ::pread(fd_, buffer_.data() + buffer_size_, buffer_.size() - buffer_size_,
-                              static_cast<off_t>(buffer_begin_ + buffer_size_));
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) {
-      // The file shrank under us, or the disk failed: what is there is all there is.
-      io_error_ = n < 0 ? std::strerror(errno) : "the file became shorter while it was read";
-      file_size_ = buffer_begin_ + buffer_size_;
-      return nullptr;
-    }
-    buffer_size_ += static_cast<size_t>(n);
-  }
-  return buffer_.data();
+  // Fill the buffer; a file that shrank meanwhile gives less than it promised.
+  buffer_size_ += bytes_->ReadAt(buffer_begin_ + buffer_size_, buffer_.data() + buffer_size_,
+                                 buffer_.size() - buffer_size_);
+  bytes_->Forget(offset);
+  return buffer_size_ < size ? nullptr : buffer_.data();
 }
 
 /// Copies up to `size` bytes at `offset` without moving the buffer; returns how many there were.
 size_t EventLogReader::Peek(uint64_t offset, uint8_t* out, size_t size) {
-  if (offset >= file_size_) return 0;
-  size = std::min<uint64_t>(size, file_size_ - offset);
   if (offset >= buffer_begin_ && offset + size <= buffer_begin_ + buffer_size_) {
     std::memcpy(out, buffer_.data() + (offset - buffer_begin_), size);
     return size;
   }
-  ssize_t n = 0;
-  do {
-    n = ::pread(fd_, out, size, static_cast<off_t>(offset));
-  } while (n < 0 && errno == EINTR);
-  return n < 0 ? 0 : static_cast<size_t>(n);
+  return bytes_->ReadAt(offset, out, size);
 }
 
 EventLogReader::Header EventLogReader::ParseHeader(const uint8_t* bytes) {
@@ -134,14 +115,14 @@ std::optional<EventLogReader::Header> EventLogReader::HeaderAt(uint64_t offset) 
 }
 
 /// True if a header at `offset` could be true: magic, lengths, and its event lies within the file.
-bool EventLogReader::Plausible(const Header& header, uint64_t offset) const {
+bool EventLogReader::Plausible(const Header& header, uint64_t offset) {
   return header.magic == kEventMagic && header.channel_size > 0 &&
          header.channel_size <= static_cast<int>(kMaxChannelBytes) && header.data_size >= 0 &&
          header.data_size <= static_cast<int>(kMaxDataBytes) &&
-         offset + header.event_size() <= file_size_;
+         Reaches(offset + header.event_size());
 }
 
-/// True if at `end` the file ends, or what there is of it is a magic.
+/// True if at `end` the log ends, or what there is of it is a magic.
 bool EventLogReader::FollowedWell(uint64_t end) {
   uint8_t bytes[4];
   const size_t n = Peek(end, bytes, sizeof bytes);
@@ -159,7 +140,7 @@ bool EventLogReader::IsCandidate(uint64_t offset, int64_t only_number) {
 std::optional<uint64_t> EventLogReader::Scan(uint64_t begin, uint64_t limit, int64_t only_number) {
   constexpr size_t kChunk = 65536;
   if (begin >= limit) return std::nullopt;
-  std::vector<uint8_t> chunk(std::min<uint64_t>(kChunk, limit - begin + 3));
+  std::vector<uint8_t> chunk(std::min<uint64_t>(kChunk - 3, limit - begin) + 3);
   // Look for the first byte of a magic, chunk by chunk; chunks overlap by three bytes, so that a
   // magic across their border is found.
   while (begin < limit) {
@@ -175,6 +156,8 @@ std::optional<uint64_t> EventLogReader::Scan(uint64_t begin, uint64_t limit, int
       if (++p >= end) break;
     }
     begin += n - 3;
+    // What was searched to the end of the log is not looked at again.
+    if (limit == kToTheEnd) bytes_->Forget(begin);
   }
   return std::nullopt;
 }
@@ -188,10 +171,12 @@ void EventLogReader::Report(LogFinding::Kind kind, uint64_t begin, uint64_t end,
 
 /// Called when no event can be read at position_: reports why and moves to the next sound one.
 void EventLogReader::SkipDamage() {
-  // A lookahead may already know where the next sound event begins.
   const uint64_t begin = position_;
+  uint8_t bytes[kEventHeaderBytes];
+  const size_t n = Peek(begin, bytes, sizeof bytes);
+  // A lookahead may already know where the next sound event begins.
   const std::optional<uint64_t> next =
-      known_good_ ? known_good_ : Scan(begin + 1, file_size_, kAnyNumber);
+      known_good_ ? known_good_ : Scan(begin + 1, kToTheEnd, kAnyNumber);
   known_good_.reset();
   // Reading goes on at the next sound event; the numbers on both sides tell how many were lost.
   if (next) {
@@ -207,8 +192,7 @@ void EventLogReader::SkipDamage() {
     return;
   }
   // No sound event follows. A file that ends with the beginning of an event was cut.
-  uint8_t bytes[kEventHeaderBytes];
-  const size_t n = Peek(begin, bytes, sizeof bytes);
+  const uint64_t log_end = log_size();
   bool cut = std::memcmp(bytes, kMagicBytes, std::min<size_t>(n, 4)) == 0;
   if (cut && n == kEventHeaderBytes) {
     const uint32_t channel_size = Get32(bytes + 20);
@@ -216,14 +200,15 @@ void EventLogReader::SkipDamage() {
         channel_size > 0 && channel_size <= kMaxChannelBytes && Get32(bytes + 24) <= kMaxDataBytes;
   }
   if (cut) {
-    Report(LogFinding::Kind::kTruncated, begin, file_size_,
-           fmt::format("the file ends at byte {} inside the event that begins at byte {}",
-                       file_size_, begin));
+    Report(LogFinding::Kind::kTruncated, begin, log_end,
+           fmt::format("the {} ends at byte {} inside the event that begins at byte {}",
+                       compressed() ? "log" : "file", log_end, begin));
   } else {
-    Report(LogFinding::Kind::kDamaged, begin, file_size_,
-           fmt::format("bytes {} to {}, the end of the file, are no event", begin, file_size_));
+    Report(LogFinding::Kind::kDamaged, begin, log_end,
+           fmt::format("bytes {} to {}, the end of the {}, are no event", begin, log_end,
+                       compressed() ? "log" : "file"));
   }
-  position_ = file_size_;
+  position_ = log_end;
 }
 
 /// The event at position_ is plausible by itself, but is not followed by its successor. Decides
@@ -238,7 +223,7 @@ EventLogReader::Verdict EventLogReader::Judge(const Header& header) {
     next = Scan(begin + 4, end, successor);
     if (!next) return Verdict::kAccept;
   } else {
-    next = Scan(begin + 4, file_size_, kAnyNumber);
+    next = Scan(begin + 4, end + kDecisionBytes, kAnyNumber);
     const std::optional<Header> found = next ? HeaderAt(*next) : std::nullopt;
     if (!next) return Verdict::kAccept;  // What follows is damaged to the end of the file.
     if (*next >= end && found->number != successor) {
@@ -294,9 +279,20 @@ void EventLogReader::CheckClock(const Header& header) {
          fmt::format("the wall clock steps from {} to {} us at byte {}", last, now, position_));
 }
 
+void EventLogReader::CheckCompression(uint64_t end) {
+  std::deque<CompressionFinding>& findings = bytes_->findings();
+  while (!findings.empty() && findings.front().offset < end) {
+    const CompressionFinding& finding = findings.front();
+    Report(finding.truncated ? LogFinding::Kind::kTruncated : LogFinding::Kind::kDamaged,
+           finding.offset, finding.offset, finding.what);
+    findings.pop_front();
+  }
+}
+
 bool EventLogReader::Next(LogEvent* event) {
   // Every round hands out an event, or passes over damage and moves position_ on.
-  while (position_ < file_size_) {
+  while (Reaches(position_ + 1)) {
+    CheckCompression(position_);
     // Bytes that can be no event are skipped up to the next one.
     const uint8_t* p = Need(position_, kEventHeaderBytes);
     const Header header = p == nullptr ? Header{} : ParseHeader(p);
@@ -307,7 +303,8 @@ bool EventLogReader::Next(LogEvent* event) {
     const size_t channel_size = static_cast<size_t>(header.channel_size);
     const size_t size = header.event_size();
     const uint64_t end = position_ + size;
-    const size_t ahead = std::min<uint64_t>(kLookaheadBytes, file_size_ - end);
+    const size_t ahead =
+        std::min<uint64_t>(kLookaheadBytes, bytes_->Extend(end + kLookaheadBytes) - end);
     p = Need(position_, size + ahead);
     if (p == nullptr) continue;  // The file shrank; look at it again.
     // An event whose successor follows at once is sound without a further look.
@@ -330,6 +327,7 @@ bool EventLogReader::Next(LogEvent* event) {
     position_ = end;
     return true;
   }
+  CheckCompression(kToTheEnd);
   return false;
 }
 

@@ -21,6 +21,10 @@ void PromisedMessages::TakeClock(const morphbus::sim_clock_t& clock) {
   sensors_parts_ = clock.num_sensors_parts;
   world_parts_ = clock.num_world_parts;
   tick_us_ = clock.tick_us;
+  for (const std::string& control : clock.controls) {
+    const std::string_view lost = bridge::LostModule(control);
+    if (!lost.empty()) lost_.emplace(lost, clock.header.tick);
+  }
   // The CLOCK that ends a run carries the tick after the last one.
   if (clock.phase == morphbus::sim_clock_t::PHASE_END) {
     end_tick_ = clock.header.tick;
@@ -102,8 +106,10 @@ void PromisedMessages::Judge(bool realtime, int64_t time_us, LogFacts* facts) co
     // Modules count their STATUS in any mode; only in lockstep they answer to every tick.
     promise(module, Topic::kStatus, status == status_counts_.end() ? 0 : status->second);
     if (realtime) continue;
-    promise(module, Topic::kTransform, ticks);
-    promise(module, Topic::kActuator, ticks);
+    const auto lost = lost_.find(module);
+    const int64_t answers = lost == lost_.end() ? ticks : std::min(ticks, lost->second);
+    promise(module, Topic::kTransform, answers);
+    promise(module, Topic::kActuator, answers);
   }
   // The numbers of a real-time run follow the messages, not the ticks; times are right in both.
   for (const auto& [channel, misplaced] : misplaced_) {

@@ -62,6 +62,8 @@ class PromisedMessages {
   int64_t world_parts_ = 0;
   /// True once CLOCK changed what must be constant.
   bool clock_varies_ = false;
+  /// Modules that the run goes on without, and the first tick of which they publish nothing.
+  std::map<std::string, int64_t> lost_;
   /// How many times SENSORS named a module, by module: once a tick.
   std::map<std::string, int64_t> readings_;
   /// How many STATUS a module said it had published, by module.

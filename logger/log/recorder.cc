@@ -147,13 +147,18 @@ void Recorder::TakeEndAck(const uint8_t* data, size_t size) {
   // Only END_ACK vouches for counts, and of a repeated one the higher counts hold.
   if (!bridge::Decode(data, size, {}, &ask) || ask.kind != morphbus::ask_t::KIND_END_ACK) return;
   for (const morphbus::channel_total_t& total : ask.totals) {
+    // A module speaks for its own channels only.
+    const std::optional<bridge::ChannelName> name = bridge::ParseChannel(total.channel);
+    if (!name || name->run != key_.run || name->process != ask.sender) continue;
+    if (!bridge::IsHashed(name->topic) || !participant_->HasProcess(name->process)) continue;
     published_[total.channel] = std::max(published_[total.channel], total.count);
   }
 }
 
 void Recorder::Take(const bridge::LoggedMessage& message) {
-  // A message that does not decode, or was had before, has no place in the log.
-  if (message.bad || message.duplicate) return;
+  // A message that does not decode, cannot be of this run, or was had before, has no place in the
+  // log.
+  if (message.bad || message.refused || message.duplicate) return;
   const std::optional<bridge::ChannelName> name = bridge::ParseChannel(message.channel);
   // The description stands at the head of the log once; END is ours to write.
   if (!name || name->topic == Topic::kInfo || name->topic == Topic::kEnd) return;
@@ -177,6 +182,12 @@ void Recorder::Take(const bridge::LoggedMessage& message) {
   if (header.tick > last_tick_) {
     last_tick_ = header.tick;
     last_time_us_ = header.sim_time_us;
+  }
+  // What ends the run is written last: should it turn out that the run goes on, another takes its
+  // place.
+  if (message.end) {
+    end_clock_ = Held{now, std::move(payload)};
+    return;
   }
   // In real time no tick is ever known to be whole, so order of arrival is the order of the log.
   if (options_.realtime) {
@@ -242,7 +253,12 @@ void Recorder::WriteEnd(const RecordSummary& summary,
 Result<RecordSummary> Recorder::Finish(const std::string& interrupted) {
   // What is held of ticks that never became whole is still part of the run.
   Release(std::numeric_limits<int64_t>::max());
+  if (end_clock_ && participant_->end_heard()) {
+    Write(bridge::Channel(key_.run, bridge::kSimProcess, Topic::kClock), end_clock_->payload,
+          std::max(end_clock_->timestamp_us, last_stamp_us_), true);
+  }
   // The logger's own last ledger: it hears nothing of its own any more.
+  participant_->CountBusLosses();
   morphbus::health_t health =
       bridge::MakeHealth(std::string(bridge::kLogProcess), participant_->ledger());
   WriteOwn(bridge::Channel(key_.run, bridge::kLogProcess, Topic::kHealth), 0, &health);

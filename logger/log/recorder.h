@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <morphbus/header_t.hpp>
+#include <optional>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -142,6 +143,8 @@ class Recorder : public bridge::Participant {
   /// Messages that count for the run's hash, of ticks that are not whole yet, by tick, topic,
   /// channel and number: the order in which they are written.
   std::map<std::tuple<int64_t, int, std::string, int64_t>, Held> held_;
+  /// The CLOCK with PHASE_END that came last; none before.
+  std::optional<Held> end_clock_;
   /// What the log holds, by channel.
   std::map<std::string, Written> written_;
   /// How many messages the modules said they published (END_ACK), by channel.

@@ -76,7 +76,7 @@ Result<RepairReport> RepairLog(const std::string& in_path, const std::string& ou
                    [](const LogFinding& a, const LogFinding& b) { return a.begin < b.begin; });
   if (report.findings.size() > kMaxFindings) report.findings.resize(kMaxFindings);
   report.num_findings += (*reader)->num_findings();
-  report.bytes_dropped = (*reader)->file_size() - (*writer)->num_bytes();
+  report.bytes_dropped = (*reader)->log_size() - (*writer)->num_bytes();
   return report;
 }
 

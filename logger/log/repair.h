@@ -14,7 +14,7 @@ namespace morphbus::logger {
 struct RepairReport {
   /// Events copied to the new log.
   int64_t events_kept = 0;
-  /// Size of the input less that of the output, in bytes.
+  /// Size of the input (decompressed, if it is compressed) less that of the output, in bytes.
   uint64_t bytes_dropped = 0;
   /// What was wrong with the input, in order of the file; at most 1000 findings are kept.
   std::vector<LogFinding> findings;

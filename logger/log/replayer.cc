@@ -12,6 +12,9 @@
 
 #include "bridge/wire/channels.h"
 #include "bridge/wire/codec.h"
+#include "bridge/wire/info_parts.h"
+#include "logger/log/description.h"
+#include "logger/log/run_log.h"
 
 namespace morphbus::logger {
 
@@ -20,6 +23,8 @@ using bridge::Topic;
 namespace {
 
 constexpr int64_t kIdleUs = 50'000;  ///< How long to sleep where nothing is due.
+/// How often to look whether followers have answered.
+constexpr int64_t kAnswerUs = 1'000;
 constexpr int kBatch = 64;  ///< Messages published at most before the bus is handled again.
 /// Names of runs that are remembered: a damaged log can hold any number.
 constexpr size_t kMaxRuns = 64;
@@ -53,13 +58,11 @@ Result<std::unique_ptr<Replayer>> Replayer::Open(const std::string& path, Replay
     return Fail("the range must be times in seconds");
   }
   // The channel expression comes from the user and may be none.
-  std::unique_ptr<Replayer> replayer(new Replayer(std::move(*reader), options));
+  Result<NamePattern> channels = NamePattern::Parse(options.channel);
+  if (!channels) return tl::unexpected(channels.error());
+  std::unique_ptr<Replayer> replayer(
+      new Replayer(std::move(*reader), options, std::move(*channels)));
   if (options.to_s >= 0) replayer->end_us_ = Micros(options.to_s);
-  try {
-    replayer->filter_ = std::regex(options.channel.empty() ? ".*" : options.channel);
-  } catch (const std::regex_error& e) {
-    return Fail(fmt::format("'{}' is no regular expression: {}", options.channel, e.what()));
-  }
   // One look at the whole file: which runs are in it, does it have sim time, what is damaged?
   LogEvent event;
   int64_t events = 0;
@@ -69,8 +72,34 @@ Result<std::unique_ptr<Replayer>> Replayer::Open(const std::string& path, Replay
   }
   if (events == 0) return Fail(path + " holds no event");
   replayer->progress_.damaged = replayer->reader_->num_findings();
+  if (Result<void> lent = replayer->Borrow(path); !lent) return tl::unexpected(lent.error());
   replayer->Rewind();
   return replayer;
+}
+
+Result<void> Replayer::Borrow(const std::string& path) {
+  if (options_.description.empty() || ReadDescription(path)) return {};
+  // The loader knows whether the description fits, and what of another run's may be told.
+  RunLogOptions load;
+  load.series = false;
+  load.description = options_.description;
+  const Result<RunLog> log = LoadRunLog(path, load);
+  if (!log) return tl::unexpected(log.error());
+  lent_channel_ = bridge::Channel(log->facts.run, "", Topic::kInfo);
+  for (morphbus::info_part_t& part : bridge::SplitInfo(log->description)) {
+    part.header.protocol = morphbus::header_t::PROTOCOL;
+    part.header.sequence = static_cast<int64_t>(lent_parts_.size());
+    part.header.model_hash = static_cast<int64_t>(log->facts.model_hash);
+    bridge::Encode(part, &lent_parts_.emplace_back());
+  }
+  return {};
+}
+
+void Replayer::PublishLent() {
+  for (const std::vector<uint8_t>& part : lent_parts_) {
+    Send(lent_channel_, part);
+    ++progress_.published;
+  }
 }
 
 /// Takes what there is to know of the file before any of its events goes out.
@@ -81,6 +110,7 @@ void Replayer::Survey(const LogEvent& event) {
       name && bridge::DecodeHeader(event.data.data(), event.data.size(), &header).has_value();
   if (name && !sound) ++progress_.damaged_messages;
   if (name && runs_.size() < kMaxRuns) runs_.emplace(name->run);
+  if (name && first_run_.empty()) first_run_ = name->run;
   // The first message with sim time makes sim time the replay's time.
   if (name && bridge::IsHashed(name->topic)) {
     // Timestamps counted only until now; sim time decides from here on.
@@ -96,8 +126,12 @@ void Replayer::Survey(const LogEvent& event) {
   progress_.end_s = static_cast<double>(log_time_us_) * 1e-6;
 }
 
-Replayer::Replayer(std::unique_ptr<EventLogReader> reader, ReplayOptions options)
-    : reader_(std::move(reader)), options_(std::move(options)), paused_(options_.paused) {}
+Replayer::Replayer(std::unique_ptr<EventLogReader> reader, ReplayOptions options,
+                   NamePattern channels)
+    : reader_(std::move(reader)),
+      options_(std::move(options)),
+      channels_(std::move(channels)),
+      paused_(options_.paused) {}
 
 Replayer::~Replayer() {
   for (const std::string& channel : listened_) bus_->Unsubscribe(channel);
@@ -112,6 +146,7 @@ void Replayer::Rewind() {
 
 void Replayer::Start(bridge::Bus* bus, int64_t now_us) {
   bus_ = bus;
+  delivery_.emplace(bus, first_run_);
   listen_until_us_ = now_us + options_.listen_us;
   const auto listen = [&](const std::string& channel,
                           void (Replayer::*on)(const uint8_t*, size_t)) {
@@ -136,9 +171,10 @@ void Replayer::OnClock(const uint8_t*, size_t) {
 
 void Replayer::OnAsk(const uint8_t* data, size_t size) {
   morphbus::ask_t ask;
-  if (bridge::Decode(data, size, {}, &ask) && ask.kind == morphbus::ask_t::KIND_INFO) {
-    AddListener(ask.sender);
-  }
+  if (!bridge::Decode(data, size, {}, &ask)) return;
+  const bool follows = ask.kind == morphbus::ask_t::KIND_FOLLOW;
+  if (follows || ask.kind == morphbus::ask_t::KIND_INFO) AddListener(ask.sender);
+  delivery_->Take(ask);
 }
 
 void Replayer::OnHello(const uint8_t* data, size_t size) {
@@ -193,9 +229,11 @@ bool Replayer::Wanted(const LogEvent& event) {
   const bool begun =
       log_time_us_ >= Micros(options_.from_s) || (has_sim_time_ && options_.from_s <= 0);
   const bool in_range = is_info || (begun && log_time_us_ < end_us_);
+  // What a seek passes over is neither published nor counted.
+  if (!is_info && log_time_us_ < seek_us_) return false;
   // LCM cannot carry longer names.
   if (!in_range || event.channel.size() > bridge::kMaxChannelName ||
-      !std::regex_match(event.channel.begin(), event.channel.end(), filter_)) {
+      !channels_.Matches(event.channel)) {
     ++progress_.filtered;
     return false;
   }
@@ -213,14 +251,37 @@ bool Replayer::ReadNext() {
     // later run's description beyond its end.
     next_time_us_ = log_time_us_ == kEarliestSimTime ? Micros(options_.from_s)
                                                      : std::min(log_time_us_, end_us_);
+    // The description that goes out again after a seek is due there, too.
+    next_time_us_ = std::max(next_time_us_, seek_us_);
+    const auto name = bridge::ParseChannel(next_.channel);
+    next_is_info_ = name && name->topic == Topic::kInfo;
     has_next_ = true;
     return true;
   }
   return false;
 }
 
+void Replayer::Send(const std::string& channel, std::span<const uint8_t> data) {
+  delivery_->Publish(channel, data);
+}
+
+void Replayer::CloseBatch(int64_t now_us) {
+  delivery_->Close(now_us);
+  delivery_->Beat(now_us);
+  progress_.followers = delivery_->followers();
+  progress_.lost_followers = delivery_->lost();
+}
+
+bool Replayer::AllDelivered(int64_t now_us) {
+  CloseBatch(now_us);
+  if (delivery_->Waiting(now_us)) return false;
+  if (!end_told_) delivery_->End(now_us);
+  end_told_ = true;
+  return !delivery_->Waiting(now_us);
+}
+
 void Replayer::Publish() {
-  bus_->Publish(std::string(next_.channel), next_.data.data(), next_.data.size());
+  Send(std::string(next_.channel), next_.data);
   ++progress_.published;
   progress_.time_s = static_cast<double>(next_time_us_) * 1e-6;
   has_next_ = false;
@@ -243,7 +304,26 @@ void Replayer::Resume(int64_t now_us) {
   Anchor(now_us);
 }
 
-void Replayer::Step() { stepping_ = paused_; }
+void Replayer::Step() {
+  stepping_ = paused_;
+  step_begins_ = true;
+}
+
+void Replayer::Seek(double time_s, int64_t now_us) {
+  // Within the range, and not behind the last message: there would be nothing to see.
+  const double latest_s =
+      options_.to_s >= 0 ? std::min(options_.to_s, progress_.end_s) : progress_.end_s;
+  seek_us_ = Micros(std::clamp(time_s, options_.from_s, std::max(options_.from_s, latest_s)));
+  // Whatever the direction, the log is read from its beginning: its description goes out again, and
+  // a time is told apart from that of a later run.
+  Rewind();
+  if (state_ == State::kPlaying) PublishLent();
+  ReadNext();
+  // The place is known at once, though nothing has been published there yet.
+  progress_.time_s = static_cast<double>(has_next_ ? next_time_us_ : seek_us_) * 1e-6;
+  Step();
+  Anchor(now_us);
+}
 
 void Replayer::SetSpeed(double speed, int64_t now_us) {
   if (!std::isfinite(speed) || speed < 0) return;
@@ -255,27 +335,42 @@ void Replayer::SetSpeed(double speed, int64_t now_us) {
 
 std::optional<int64_t> Replayer::Play(int64_t now_us) {
   for (int i = 0; i < kBatch; ++i) {
+    // Followers must have what went out before anything more does.
+    if (delivery_->full()) CloseBatch(now_us);
+    if (delivery_->Waiting(now_us)) return now_us + kAnswerUs;
+    // A paused replay stays where it is, also behind its last message: one may seek back from
+    // there.
+    stepping_ = stepping_ && ReadNext();
+    if (paused_ && !stepping_) {
+      CloseBatch(now_us);
+      return now_us + kIdleUs;
+    }
     // At the end of the range, begin again or stop. A range without messages is not looped for
     // ever.
     if (!ReadNext()) {
-      ++progress_.loops;
-      const bool anything = progress_.published > 0;
-      if (!options_.loop || !anything) {
+      if (!options_.loop || progress_.published == 0) {
+        if (!AllDelivered(now_us)) return now_us + kAnswerUs;
+        ++progress_.loops;
         state_ = State::kDone;
         return std::nullopt;
       }
+      ++progress_.loops;
+      seek_us_ = kEarliestSimTime;
       Rewind();
+      PublishLent();
       if (ReadNext()) Anchor(now_us);
       return now_us;
     }
-    // A paused replay publishes one tick at a step, and else nothing.
     if (reanchor_) Anchor(now_us);
+    // A step publishes one tick; the description alone is none, and the tick behind it goes out,
+    // too.
     if (paused_) {
-      if (!stepping_) return now_us + kIdleUs;
-      const int64_t tick = next_time_us_;
-      while (ReadNext() && next_time_us_ == tick) Publish();
-      stepping_ = false;
-      return now_us;
+      if (step_begins_) step_us_ = next_time_us_;
+      stepping_ = next_time_us_ == step_us_;
+      if (!stepping_) continue;
+      step_begins_ = step_begins_ && next_is_info_;
+      Publish();
+      continue;
     }
     // When the message is due: by its time, or as fast as listeners follow.
     double due = static_cast<double>(anchor_wall_us_);
@@ -285,6 +380,8 @@ std::optional<int64_t> Replayer::Play(int64_t now_us) {
       due += static_cast<double>(progress_.published - anchor_count_) * 1e6 / options_.max_rate;
     }
     if (due > static_cast<double>(now_us)) {
+      // What went out of this tick is complete.
+      CloseBatch(now_us);
       // Never asleep for long: people pause, and listeners ask.
       return now_us + std::min<int64_t>(
                           kIdleUs, std::max<int64_t>(
@@ -301,6 +398,7 @@ std::optional<int64_t> Replayer::Advance(int64_t now_us) {
   if (state_ == State::kListening && now_us >= listen_until_us_) state_ = State::kWaiting;
   if (state_ == State::kWaiting && progress_.listeners >= options_.wait_for) {
     state_ = State::kPlaying;
+    PublishLent();
     ReadNext();
     Anchor(now_us);
   }

@@ -11,14 +11,15 @@
 #include <limits>
 #include <memory>
 #include <optional>
-#include <regex>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "bridge/bus/bus.h"
 #include "bridge/lockstep/participant.h"
+#include "compiler/base/name_pattern.h"
 #include "logger/log/event_log.h"
+#include "logger/log/replay_delivery.h"
 
 namespace morphbus::logger {
 
@@ -40,6 +41,9 @@ struct ReplayOptions {
   bool paused = false;
   /// Waits until so many processes have asked for the run's description or said HELLO.
   int wait_for = 0;
+  /// A serialized description (ReadDescription) that goes out at the beginning, after each seek and
+  /// in each loop, if the log holds none whole. Empty: none.
+  std::string description = {};
   /// Messages a second at speed 0: what a receive buffer of 4 MB takes without loss.
   double max_rate = 50'000;
   /// How long to listen for a live run of the same name, µs of wall time; its CLOCK beats once a
@@ -67,6 +71,8 @@ struct ReplayProgress {
   double time_s = 0.0;
   /// Processes that asked for the description or said HELLO.
   int listeners = 0;
+  /// Followers of ours, which acknowledge what they get; and those among them that fell silent.
+  int followers = 0, lost_followers = 0;
 };
 
 /// Publishes the events of one log at their times. It has no clock and no thread: its owner calls
@@ -96,9 +102,15 @@ class Replayer {
   void Resume(int64_t now_us);
   /// While paused: publishes the messages of the next control tick, that is all of one time.
   void Step();
+  /// Goes on from the first message of `time_s` (replay time, seconds) or later, backwards or
+  /// forwards, within the range; the description goes out again. While paused it publishes the
+  /// messages of that tick. In concatenated logs the time is that of the first run that has it.
+  void Seek(double time_s, int64_t now_us);
   /// Changes the speed from now on; ignores a speed that is negative or not finite.
   void SetSpeed(double speed, int64_t now_us);
   [[nodiscard]] bool paused() const { return paused_; }
+  /// Log time per wall time; 0: as fast as listeners can follow.
+  [[nodiscard]] double speed() const { return options_.speed; }
   [[nodiscard]] const ReplayProgress& progress() const { return progress_; }
   /// Why it stopped early, e.g. because of a live run; empty if it did not.
   [[nodiscard]] const std::string& error() const { return error_; }
@@ -107,7 +119,7 @@ class Replayer {
   /// First it listens for a live run, then it waits for listeners, then it plays.
   enum class State { kListening, kWaiting, kPlaying, kDone };
 
-  Replayer(std::unique_ptr<EventLogReader> reader, ReplayOptions options);
+  Replayer(std::unique_ptr<EventLogReader> reader, ReplayOptions options, NamePattern channels);
   /// Learns from one event what must be known before any goes out: runs, sim time, damage.
   void Survey(const LogEvent& event);
   /// Finds the next event to publish; false at the end of the file.
@@ -118,6 +130,17 @@ class Replayer {
   bool Wanted(const LogEvent& event);
   /// Sends the event that ReadNext() found.
   void Publish();
+  /// Sends a message, to followers within a batch.
+  void Send(const std::string& channel, std::span<const uint8_t> data);
+  /// Ends the batch that is being sent, so that followers get it now.
+  void CloseBatch(int64_t now_us);
+  /// Tells followers of the end; false while one of them lacks something.
+  bool AllDelivered(int64_t now_us);
+  /// Prepares the description that `options` lend, unless the log has its own. Fails if it does not
+  /// fit the log (LoadRunLog).
+  Result<void> Borrow(const std::string& path);
+  /// Sends the lent description, if there is one.
+  void PublishLent();
   /// Moves log_time_us_ on to the event's time.
   void TakeSimTime(const LogEvent& event);
   /// Paces what follows from here: the next event is due at `now_us`.
@@ -135,7 +158,9 @@ class Replayer {
   std::unique_ptr<EventLogReader> reader_;
   ReplayOptions options_;
   /// What `channel` says, compiled.
-  std::regex filter_;
+  NamePattern channels_;  // options_.channel
+  /// What lies before it was passed over by Seek(), µs of replay time.
+  int64_t seek_us_ = std::numeric_limits<int64_t>::min();
   /// End of the range, µs of replay time, exclusive.
   int64_t end_us_ = std::numeric_limits<int64_t>::max();
   bridge::Bus* bus_ = nullptr;
@@ -151,9 +176,21 @@ class Replayer {
   bool stepping_ = false;
   /// End of listening for a live run, on the caller's clock (µs).
   int64_t listen_until_us_ = 0;
+  /// The first run of the log, and how its messages come to followers.
+  std::string first_run_;
+  std::optional<ReplayDelivery> delivery_;
+  bool end_told_ = false;
+  /// While stepping: the time of the tick, and whether only the description went out so far.
+  int64_t step_us_ = 0;
+  bool step_begins_ = false;
+  /// The lent description in its parts, and the channel on which they go out.
+  std::vector<std::vector<uint8_t>> lent_parts_;
+  std::string lent_channel_;
   /// The event that is to go out next, if has_next_.
   LogEvent next_;
   bool has_next_ = false;
+  /// Whether it is a part of the description.
+  bool next_is_info_ = false;
   /// Its replay time, µs.
   int64_t next_time_us_ = 0;
   /// Replay time of the last event read, µs; the lowest integer before the first sim time.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <ctime>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "logger/log/text_lines.h"
 
@@ -14,12 +15,16 @@ namespace morphbus {
 // What stands in JSON as it is called here. A ledger is that of its process.
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(health_t, received, sent, lost, discarded, duplicates, resent,
                                    asked, bad, queue_overflows, missed_deadlines, forged_commands,
-                                   replayed_commands, late_commands, malformed_commands)
+                                   replayed_commands, late_commands, malformed_commands, doubled,
+                                   delayed, corrupted, restarts, conflicts, outside_window,
+                                   false_ends, foreign, fragments, hasty_requests, first_refused)
 
 namespace logger {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DescribedRun, robot, model_file, program_file, mode, root_module,
-                                   build, started, world_hash, still, loss, seed)
+                                   build, started, world_hash, still, loss, seed, random_seed,
+                                   faults_file, fault_rules, root_sensor, root_noise_m,
+                                   root_noise_rad)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ChannelFacts, messages, events, bytes, lost, duplicates, bad,
                                    hashed)
 
@@ -52,7 +57,11 @@ std::string Bytes(int64_t bytes) {
 std::string Heading(const LogFacts& f) {
   std::string text;
   // The file: its size, and when it was written by the wall clock.
-  AddLine(&text, "{}: {}, {}", f.path, Bytes(static_cast<int64_t>(f.file_bytes)),
+  const std::string size = Bytes(static_cast<int64_t>(f.file_bytes));
+  AddLine(&text, "{}: {}, {}", f.path,
+          f.compressed
+              ? fmt::format("{} compressed from {}", size, Bytes(static_cast<int64_t>(f.log_bytes)))
+              : size,
           Counted(f.events, "event"));
   if (f.events > 0) {
     AddLine(&text, "recorded {} to {} ({:.3f} s of wall time)", WallTime(f.first_us),
@@ -67,10 +76,20 @@ std::string Heading(const LogFacts& f) {
   // What the description says; without one nobody knows the robot.
   if (f.has_description) {
     AddLine(&text, "robot {} of {}, program {}, {}, root {}", f.robot, f.model_file, f.program_file,
-            f.still ? f.mode + " without physics" : f.mode, f.root_module);
+            f.mode.empty() ? "of unknown mode"
+            : f.still      ? f.mode + " without physics"
+                           : f.mode,
+            f.root_module);
     AddLine(&text, "model {:016x}, program {:016x}, world {}, build {}", f.model_hash,
             f.program_hash, f.world_hash.empty() ? "-" : f.world_hash, f.build);
     if (f.loss > 0) AddLine(&text, "loss {} on purpose, seed {}", f.loss, f.seed);
+    if (f.root_sensor) {
+      AddLine(&text, "the root measured its pose, with noise of {} m and {} rad", f.root_noise_m,
+              f.root_noise_rad);
+    }
+    if (!f.fault_rules.empty()) {
+      AddLine(&text, "faults of the bus on purpose by {}, seed {}", f.faults_file, f.seed);
+    }
   }
   return text;
 }
@@ -126,6 +145,21 @@ nlohmann::json ChannelJson(const LogFacts& f, const ChannelFacts& c) {
   return json;
 }
 
+/// One of the `deployments` of `info --json`; null stands for what did not happen.
+nlohmann::json DeploymentJson(const DeploymentFact& d) {
+  nlohmann::json switched = nlohmann::json::object();
+  for (const auto& [module, tick] : d.switched) {
+    switched[module] = tick ? nlohmann::json(*tick) : nlohmann::json(nullptr);
+  }
+  return {
+      {"tick", d.tick},
+      {"program", d.program},
+      {"program_hash", Hex(d.program_hash)},
+      {"to", d.to.empty() ? nlohmann::json(nullptr) : nlohmann::json(d.to)},
+      {"switch_tick", d.switch_tick < 0 ? nlohmann::json(nullptr) : nlohmann::json(d.switch_tick)},
+      {"switched", std::move(switched)}};
+}
+
 }  // namespace
 
 bool LogFacts::whole() const {
@@ -147,6 +181,31 @@ void LogFacts::AddDamage(std::string what, uint64_t offset, int64_t time_us) {
   if (damage.size() < kMaxDamage) damage.push_back({std::move(what), offset, time_us});
 }
 
+void LogFacts::VerifyEnd(bool end_seen) {
+  if (!end) {
+    end_state = end_seen ? EndState::kUnreadable : EndState::kMissing;
+    return;
+  }
+  // END's run hash covers all hashed channels; each listed one must have the same count and hash.
+  bool right = end->run_hash == run_hash && end->run == run;
+  std::set<std::string> listed;
+  for (const morphbus::channel_total_t& total : end->channels) {
+    listed.insert(total.channel);
+    const auto found = channels.find(total.channel);
+    const bool matches = found != channels.end() && found->second.messages == total.count &&
+                         found->second.hash == static_cast<uint64_t>(total.hash);
+    if (found != channels.end()) found->second.matches_end = matches;
+    right = right && (matches || (total.count == 0 && found == channels.end()));
+  }
+  // A hashed channel that END does not list was added afterwards.
+  for (auto& [key, channel] : channels) {
+    if (!channel.hashed || listed.contains(key)) continue;
+    channel.matches_end = false;
+    right = false;
+  }
+  end_state = right ? EndState::kVerified : EndState::kMismatch;
+}
+
 const char* EndStateName(EndState state) {
   static constexpr const char* kNames[] = {"missing", "unreadable", "mismatch", "verified"};
   return kNames[static_cast<int>(state)];
@@ -166,12 +225,34 @@ std::string FactsText(const LogFacts& f) {
               "discarded {}, bad {}, overflows {}, missed deadlines {}",
               process, h.received, h.lost, h.duplicates, h.asked, h.resent, h.discarded, h.bad,
               h.queue_overflows, h.missed_deadlines);
-      // Only the sim takes commands, and mostly there is nothing to refuse.
+      if (h.doubled + h.delayed + h.corrupted > 0) {
+        AddLine(&text, "  {}: on purpose: {} doubled, {} delayed, {} corrupted", process, h.doubled,
+                h.delayed, h.corrupted);
+      }
+      if (h.restarts > 0) {
+        AddLine(&text, "  {}: died and was started again: {}", process,
+                Counted(h.restarts, "time"));
+      }
+      // Where nobody else is on the bus, there is nothing to refuse.
+      if (RefusedMessages(h) > 0) AddLine(&text, "  {}: refused {}", process, RefusedText(h));
+      // Only the sim takes commands.
       if (RefusedCommands(h) == 0) continue;
       AddLine(&text, "  {}: refused commands: {} forged, {} replayed, {} late, {} malformed",
               process, h.forged_commands, h.replayed_commands, h.late_commands,
               h.malformed_commands);
     }
+  }
+  // Only in real time does anybody come too late.
+  if (!f.lateness.empty()) text += "\n";
+  for (const auto& [module, l] : f.lateness) {
+    AddLine(&text, "  {}: {} missed; {} came late, {:.1f} ms at most", module,
+            Counted(l.missed, "deadline"), Counted(l.late, "answer"),
+            static_cast<double>(l.worst_us) * 1e-3);
+  }
+  if (!f.lost_modules.empty()) text += "\n";
+  for (const auto& [module, time_us] : f.lost_modules) {
+    AddLine(&text, "  {} was lost at {:.3f} s: the run went on without it", module,
+            Seconds(time_us));
   }
   if (!f.commands.empty()) {
     text += "\n";
@@ -179,6 +260,7 @@ std::string FactsText(const LogFacts& f) {
             Counted(static_cast<int64_t>(f.commands.size()), "command"));
     text += CommandsText(f);
   }
+  if (!f.deployments.empty()) text += "\n" + DeploymentsText(f.deployments, f.tick_us);
   // Faults are the program's, and say nothing against the log.
   if (f.num_faults > 0) {
     text += "\n";
@@ -188,9 +270,35 @@ std::string FactsText(const LogFacts& f) {
     AddLine(&text, "  {:.3f} s {} ({}): {}", Seconds(fault.time_us), fault.module,
             fault.role.empty() ? "no role" : fault.role, fault.Line());
   }
+  if (f.num_prints > 0) {
+    text += "\n";
+    AddLine(&text, "{} printed:", Counted(f.num_prints, "line"));
+  }
+  for (const PrintFact& print : f.prints) {
+    AddLine(&text, "  {:.3f} s {} ({}): {}", Seconds(print.time_us), print.module,
+            print.role.empty() ? "no role" : print.role, print.Line());
+  }
   // What is wrong with the log itself comes last, where it is seen.
   if (f.num_damage > 0 || f.lost() > 0 || !f.problems.empty()) text += "\n" + VerifyText(f);
   return text;
+}
+
+int64_t RefusedMessages(const morphbus::health_t& h) {
+  return h.conflicts + h.outside_window + h.false_ends + h.foreign + h.fragments;
+}
+
+std::string RefusedText(const morphbus::health_t& h) {
+  std::string text;
+  const auto add = [&text](int64_t count, const char* what) {
+    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, what);
+  };
+  add(h.conflicts, "that contradict others of the same number");
+  add(h.outside_window, "of a tick that cannot be");
+  add(h.false_ends, "of an end that is none");
+  add(h.foreign, "on channels that the run does not have");
+  add(h.fragments, "fragments");
+  // Names in it came from the bus.
+  return text + (h.first_refused.empty() ? "" : "; first: " + EscapeControl(h.first_refused));
 }
 
 std::string CommandsText(const LogFacts& f) {
@@ -222,6 +330,14 @@ std::string VerifyText(const LogFacts& f) {
   return text;
 }
 
+nlohmann::json LatenessJson(const LogFacts& f) {
+  nlohmann::json json = nlohmann::json::object();
+  for (const auto& [module, l] : f.lateness) {
+    json[module] = {{"missed", l.missed}, {"late", l.late}, {"worst_us", l.worst_us}};
+  }
+  return json;
+}
+
 nlohmann::json FindingJson(const LogFinding& finding) {
   // Scripts may rely on these words, which stand in the order of the enumeration.
   static constexpr const char* kKinds[] = {"damaged", "truncated", "payload",   "number",
@@ -230,6 +346,18 @@ nlohmann::json FindingJson(const LogFinding& finding) {
           {"begin", finding.begin},
           {"end", finding.end},
           {"what", finding.what}};
+}
+
+nlohmann::json PrintsJson(const LogFacts& f) {
+  nlohmann::json prints = nlohmann::json::array();
+  for (const PrintFact& print : f.prints) {
+    prints.push_back({{"time", Seconds(print.time_us)},
+                      {"module", print.module},
+                      {"role", print.role},
+                      {"text", print.text},
+                      {"line", print.print.line}});
+  }
+  return prints;
 }
 
 nlohmann::json FactsJson(const LogFacts& f) {
@@ -258,9 +386,16 @@ nlohmann::json FactsJson(const LogFacts& f) {
   for (const auto& [tick, command] : f.commands) {
     commands.push_back({{"tick", tick}, {"command", command}});
   }
+  nlohmann::json deployments = nlohmann::json::array();
+  for (const DeploymentFact& d : f.deployments) deployments.push_back(DeploymentJson(d));
+  // From which sim time on in seconds the run went on without a module.
+  nlohmann::json lost_modules = nlohmann::json::object();
+  for (const auto& [module, time_us] : f.lost_modules) lost_modules[module] = Seconds(time_us);
   // What is always there.
   nlohmann::json json = {{"path", f.path},
                          {"bytes", f.file_bytes},
+                         {"compressed", f.compressed},
+                         {"log_bytes", f.log_bytes},
                          {"events", f.events},
                          {"run", f.run},
                          {"other_runs", f.other_runs},
@@ -274,12 +409,17 @@ nlohmann::json FactsJson(const LogFacts& f) {
                          {"lost", f.lost()},
                          {"channels", std::move(channels)},
                          {"commands", std::move(commands)},
+                         {"deployments", std::move(deployments)},
+                         {"lost_modules", std::move(lost_modules)},
                          {"faults", std::move(faults)},
                          {"num_faults", f.num_faults},
+                         {"prints", PrintsJson(f)},
+                         {"num_prints", f.num_prints},
                          {"damage", std::move(damage)},
                          {"num_damage", f.num_damage},
                          {"findings", std::move(findings)},
                          {"health", f.health},
+                         {"lateness", LatenessJson(f)},
                          {"problems", f.problems}};
   // What END says is null without one, and the description is left out.
   json["clean"] = f.end ? nlohmann::json(f.end->clean != 0) : nlohmann::json(nullptr);

@@ -12,8 +12,10 @@
 #include <vector>
 
 #include "compiler/base/text.h"
+#include "logger/log/deployments.h"
 #include "logger/log/event_log.h"
 #include "vm/image/fault_text.h"
+#include "vm/module_api.h"
 
 namespace morphbus::logger {
 
@@ -62,9 +64,8 @@ struct LogDamage {
   int64_t time_us = 0;
 };
 
-/// A fault of the robot's program that a module reported in STATUS. It says something of the robot,
-/// and nothing of the log.
-struct FaultFact {
+/// What a module's program made it report in STATUS, and where.
+struct ProgramFact {
   /// Sim time of the STATUS that reported it, µs.
   int64_t time_us = 0;
   std::string module;
@@ -74,16 +75,28 @@ struct FaultFact {
   std::string role;
   /// Hash of the program that ran, which may be another one than the description's.
   uint64_t program_hash = 0;
-  vm::Fault fault;
-  /// What happened, with names as far as the log's images have them (WordFaults).
+  /// What it says, with names as far as the log's images have them (WordFaults).
   std::string text;
-  /// The function in which it happened; empty if in none.
-  std::string function;
   /// The program's source file; empty if unknown.
   std::string file;
+};
+
+/// A fault of the robot's program. It says something of the robot, and nothing of the log.
+struct FaultFact : ProgramFact {
+  vm::Fault fault;
+  /// The function in which it happened; empty if in none.
+  std::string function;
 
   /// Place, sentence and function on one line, as every tool prints them.
   [[nodiscard]] std::string Line() const { return vm::FaultLine(file, fault.line, text, function); }
+};
+
+/// A line that a program printed.
+struct PrintFact : ProgramFact {
+  vm::PrintReport print;
+
+  /// Place and text on one line, as every tool prints them.
+  [[nodiscard]] std::string Line() const { return vm::FaultLine(file, print.line, text, ""); }
 };
 
 /// What became of the END event, by which a log vouches for its own content.
@@ -108,6 +121,12 @@ struct DescribedRun {
   /// random numbers which chose them.
   double loss = 0.0;
   uint64_t seed = 0;
+  uint64_t random_seed = 0;  ///< Of the numbers that the program drew.
+  /// The file of rules by which messages suffered on purpose (`run --faults`), and its text.
+  std::string faults_file, fault_rules;
+  /// Whether the root measured its pose, and the standard deviations of the noise (m, rad).
+  bool root_sensor = false;
+  double root_noise_m = 0, root_noise_rad = 0;
 };
 
 /// All that is told of a log besides its messages. LoadRunLog() fills it; `info`, `verify`, `run`
@@ -115,6 +134,10 @@ struct DescribedRun {
 struct LogFacts : DescribedRun {
   std::string path;
   uint64_t file_bytes = 0;
+  /// Whether the file was compressed with zstd; offsets are those of the decompressed log.
+  bool compressed = false;
+  /// Size of the log itself: `file_bytes`, or what the file decompresses to.
+  uint64_t log_bytes = 0;
   int64_t events = 0;
   /// Wall clock of the first and the last event, microseconds since 1970.
   int64_t first_us = 0;
@@ -138,11 +161,21 @@ struct LogFacts : DescribedRun {
   std::optional<morphbus::log_end_t> end;
   /// The last HEALTH of each process: what it received, lost and asked for again.
   std::map<std::string, morphbus::health_t> health;
-  /// The first 1000 faults; num_faults counts all.
+  /// Of runs in real time: what the simulator said last of each module that missed a deadline.
+  std::map<std::string, morphbus::lateness_t> lateness;
+  /// The first RunLogOptions::max_faults faults; num_faults counts all.
   std::vector<FaultFact> faults;
   int64_t num_faults = 0;
+  /// The first RunLogOptions::max_faults lines that the program printed; num_prints counts all,
+  /// also those that modules dropped.
+  std::vector<PrintFact> prints;
+  int64_t num_prints = 0;
   /// Commands that people gave to the run, and the ticks at which CLOCK named them, in their order.
   std::multimap<int64_t, std::string> commands;
+  /// The deployments among them, in their order.
+  std::vector<DeploymentFact> deployments;
+  /// Modules that the run went on without, and from which sim time on (µs).
+  std::map<std::string, int64_t> lost_modules;
   /// What the reader found in the file's framing, harmless things included.
   std::vector<LogFinding> findings;
   /// The first 1000 places of damage, in framing, payloads and numbers; num_damage counts all.
@@ -159,6 +192,10 @@ struct LogFacts : DescribedRun {
   /// Counts a place of damage, and keeps it if there are fewer than 1000. `offset` is a byte of the
   /// file, `time_us` the sim time (µs) up to which the log was whole.
   void AddDamage(std::string what, uint64_t offset, int64_t time_us);
+  /// Compares what `end` vouches for with the channels, `run` and `run_hash`, which must be
+  /// complete; sets `end_state`, and `matches_end` of each channel that it concerns. `end_seen`
+  /// says whether the log has an END event at all, be it unreadable.
+  void VerifyEnd(bool end_seen);
 };
 
 /// The name in JSON: "missing", "unreadable", "mismatch" or "verified".
@@ -169,10 +206,19 @@ const char* EndStateName(EndState state);
 std::string FactsText(const LogFacts& facts);
 /// The commands of a run, a line each, as `run --commands` reads them.
 std::string CommandsText(const LogFacts& facts);
+/// What a process refused of the messages that it got, though they were sound: nothing that a run
+/// alone on its bus has. Counts, and the first of them by name; empty if there was none.
+std::string RefusedText(const morphbus::health_t& health);
+/// The same as one number.
+int64_t RefusedMessages(const morphbus::health_t& health);
 /// One line a problem, ending with a verdict line, for `morphbus verify`.
 std::string VerifyText(const LogFacts& facts);
+/// Modules that missed deadlines in real time, by name: `missed`, `late`, `worst_us`.
+nlohmann::json LatenessJson(const LogFacts& facts);
 /// One of the `findings` of `info --json`; offsets are bytes of the file.
 nlohmann::json FindingJson(const LogFinding& finding);
+/// The printed lines, with time (s of sim time), module, role, text and source line.
+nlohmann::json PrintsJson(const LogFacts& facts);
 /// The object of `info --json` and `verify --json`; times in it are seconds, and docs/log.md has
 /// the keys.
 nlohmann::json FactsJson(const LogFacts& facts);

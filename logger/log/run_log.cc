@@ -8,72 +8,48 @@
 #include <morphbus/sim_clock_t.hpp>
 #include <morphbus/transform_t.hpp>
 #include <morphbus/world_t.hpp>
-#include <set>
 
 #include "bridge/wire/channels.h"
 #include "bridge/wire/codec.h"
+#include "bridge/wire/deployed_images.h"
 #include "bridge/wire/info_parts.h"
 #include "bridge/wire/vm_codec.h"
-#include "logger/log/channel_stream.h"
-#include "logger/log/deployed_images.h"
+#include "bridge/wire/wire_peek.h"
 #include "logger/log/description.h"
+#include "logger/log/log_channels.h"
 #include "logger/log/promised_messages.h"
+#include "logger/log/series_collector.h"
 
 namespace morphbus::logger {
 namespace {
 
 using bridge::Topic;
 
-/// Only the first faults are kept, since a program may have one in every tick; all are counted.
-constexpr size_t kMaxFaults = 1000;
 /// No run is so long. The bound keeps sums and products of a damaged number within 64 bits.
 constexpr int64_t kMaxSequence = int64_t{1} << 56;
-
-/// Leaves one sample a time if `unique`, in order of sim time; a recording by other tools may have
-/// them in any order.
-template <class Sample>
-void SortByTime(std::vector<Sample>* samples, bool unique) {
-  const auto earlier = [](const Sample& a, const Sample& b) { return a.time_us < b.time_us; };
-  if (!std::is_sorted(samples->begin(), samples->end(), earlier)) {
-    std::stable_sort(samples->begin(), samples->end(), earlier);
-  }
-  if (!unique) return;
-  const auto same = [](const Sample& a, const Sample& b) { return a.time_us == b.time_us; };
-  samples->erase(std::unique(samples->begin(), samples->end(), same), samples->end());
-}
 
 /// Reads the events of one file, in its order, into one RunLog. LoadRunLog() makes it, gives it
 /// every event, and calls Finish() once.
 class Loader {
  public:
-  Loader(std::string run, bool series, RunLog* log)
-      : run_(std::move(run)), series_(series), log_(*log), facts_(log->facts) {}
+  Loader(std::string run, const RunLogOptions& options, RunLog* log)
+      : run_(std::move(run)),
+        options_(options),
+        log_(*log),
+        facts_(log->facts),
+        channels_(run_, &log->facts) {}
 
   /// Counts an event under its channel, and reads it if it is of the run.
   void Take(const LogEvent& event) {
     ++facts_.events;
     if (facts_.events == 1) facts_.first_us = event.timestamp_us;
     facts_.last_us = event.timestamp_us;
-    // The channel's name tells whose event it is.
-    const std::optional<bridge::ChannelName> name = bridge::ParseChannel(event.channel);
-    const bool ours = name && name->run == run_;
-    if (name && !ours) other_runs_.emplace(name->run);
-    found_ = found_ || ours;
-    // A damaged log can name a new channel with every event; beyond this they are counted as one.
-    std::string key = EscapeControl(event.channel);
-    if (facts_.channels.size() >= 10'000 && !facts_.channels.contains(key))
-      key = "(further channels)";
-    ChannelFacts& channel = facts_.channels[key];
-    if (channel.events == 0) {
-      channel.channel = key;
-      channel.first_us = event.timestamp_us;
-      channel.ours = ours;
-      channel.hashed = ours && bridge::IsHashed(name->topic);
-    }
+    LogChannels::Known& known = channels_.Of(event);
+    ChannelFacts& channel = *known.facts;
     channel.last_us = event.timestamp_us;
     ++channel.events;
     channel.bytes += static_cast<int64_t>(event.data.size());
-    if (ours && channel.ours) TakeOurs(event, *name, &channel);
+    if (known.ours && channel.ours) TakeOurs(event, known);
   }
 
   /// Dates what the reader found so far by the sim time that was reached.
@@ -87,10 +63,10 @@ class Loader {
 
   /// Completes the facts once the whole file was read. The order matters: lost messages are known
   /// once the gaps are closed, and END is checked before promises add channels that are not there.
-  void Finish() {
+  Result<void> Finish() {
     // Gaps that are still open are losses now.
     std::vector<bridge::ChannelTotal> totals;
-    for (auto& [name, stream] : streams_) {
+    for (auto& [name, stream] : channels_.streams()) {
       ChannelFacts& channel = facts_.channels[name];
       stream.Finish();
       channel.messages = stream.count();
@@ -106,27 +82,35 @@ class Loader {
     }
     // The run as a whole: hash, length, and whether END agrees.
     facts_.run_hash = bridge::RunHash(std::move(totals));
-    facts_.other_runs.assign(other_runs_.begin(), other_runs_.end());
+    facts_.other_runs.assign(channels_.other_runs().begin(), channels_.other_runs().end());
     // The facts that follow from others, and what the other messages promise.
-    facts_.ticks = static_cast<int64_t>(ticks_.size());
+    facts_.ticks = series_.num_ticks();
     facts_.seconds = static_cast<double>(facts_.ticks) * facts_.tick_us * 1e-6;
     log_.tick_us = facts_.tick_us;
-    VerifyEnd();
+    facts_.deployments = programs_.Deployments(facts_.commands, facts_.tick_us);
+    facts_.VerifyEnd(end_seen_);
+    // A recording that began too late has no description of its own.
+    if (log_.description.empty() && !options_.description.empty() && found()) {
+      Result<void> lent = BorrowDescription(options_.description, messages_model_, &log_);
+      if (!lent) return lent;
+    }
     WordFaults(log_.description, log_.deployed, &facts_);
     if (log_.description.empty()) {
       facts_.problems.push_back("the log does not hold the run's whole description (INFO)");
     }
     promised_.Judge(facts_.mode == "realtime", now_us_, &facts_);
-    SortSeries();
+    series_.Finish(&log_);
+    return {};
   }
 
   /// Was there any message of the run?
-  [[nodiscard]] bool found() const { return found_; }
+  [[nodiscard]] bool found() const { return channels_.found(); }
 
  private:
   /// Takes a message of the run: numbered ones once each, and damaged ones as damage.
-  void TakeOurs(const LogEvent& event, const bridge::ChannelName& name, ChannelFacts* channel) {
-    ChannelStream& stream = streams_[channel->channel];
+  void TakeOurs(const LogEvent& event, const LogChannels::Known& known) {
+    ChannelFacts* channel = known.facts;
+    ChannelStream& stream = *known.stream;
     morphbus::header_t header;
     // The header must be sound, of the described model, and carry a possible number.
     Result<void> sound = bridge::DecodeHeader(event.data.data(), event.data.size(), &header);
@@ -137,6 +121,7 @@ class Loader {
     if (sound && (header.sequence < 0 || header.sequence > kMaxSequence)) {
       sound = Fail("its sequence number is impossible");
     }
+    if (sound && channel->hashed && messages_model_ == 0) messages_model_ = model_hash;
     // Of a numbered channel each message counts once, whatever order they stand in.
     if (sound && channel->hashed) {
       switch (stream.Take(header.sequence, event.data)) {
@@ -154,7 +139,7 @@ class Loader {
     } else if (sound) {
       stream.TakeUnnumbered(event.data);
     }
-    if (sound) sound = Dispatch(event, name);
+    if (sound) sound = Dispatch(event, known, header);
     if (sound) return;
     // Whatever was wrong with it, the message is listed as damage and has no sample.
     ++channel->bad;
@@ -163,38 +148,100 @@ class Loader {
                      event.offset, now_us_);
   }
 
-  /// Reads a message by its topic; what is not looked into must still fit its CRC.
-  Result<void> Dispatch(const LogEvent& event, const bridge::ChannelName& name) {
-    static const std::map<Topic,
-                          Result<void> (Loader::*)(const LogEvent&, const bridge::ChannelName&)>
-        readers = {{Topic::kClock, &Loader::Read<morphbus::sim_clock_t>},
-                   {Topic::kSensors, &Loader::Read<morphbus::sensors_t>},
-                   {Topic::kWorld, &Loader::Read<morphbus::world_t>},
-                   {Topic::kTransform, &Loader::Read<morphbus::transform_t>},
-                   {Topic::kActuator, &Loader::Read<morphbus::actuator_t>},
-                   {Topic::kStatus, &Loader::Read<morphbus::status_t>},
-                   {Topic::kHealth, &Loader::Read<morphbus::health_t>},
-                   {Topic::kInfo, &Loader::Read<morphbus::info_part_t>},
-                   {Topic::kEnd, &Loader::Read<morphbus::log_end_t>}};
-    end_seen_ = end_seen_ || name.topic == Topic::kEnd;
-    const auto reader = readers.find(name.topic);
-    if (reader != readers.end()) return (this->*reader->second)(event, name);
-    morphbus::header_t header;
-    return bridge::DecodeHeader(event.data.data(), event.data.size(), &header);
+  /// Reads a message by its topic; of what is not looked into, header and CRC were checked.
+  Result<void> Dispatch(const LogEvent& event, const LogChannels::Known& known,
+                        const morphbus::header_t& header) {
+    switch (known.name.topic) {
+      case Topic::kClock:
+        return Read<morphbus::sim_clock_t>(event, known);
+      case Topic::kSensors:
+        return Read<morphbus::sensors_t>(event, known);
+      case Topic::kWorld:
+        return options_.series ? Read<morphbus::world_t>(event, known)
+                               : PeekWorld(event, known, header);
+      case Topic::kTransform:
+        return options_.series ? Read<morphbus::transform_t>(event, known)
+                               : PeekTransform(event, known, header);
+      case Topic::kActuator:
+        return options_.series ? Read<morphbus::actuator_t>(event, known)
+                               : PeekActuator(event, known, header);
+      case Topic::kStatus:
+        return Read<morphbus::status_t>(event, known);
+      case Topic::kHealth:
+        return Read<morphbus::health_t>(event, known);
+      case Topic::kInfo:
+        return Read<morphbus::info_part_t>(event, known);
+      case Topic::kEnd:
+        end_seen_ = true;
+        return Read<morphbus::log_end_t>(event, known);
+      default:
+        return {};
+    }
   }
 
   /// Decodes a message and uses it. One of the run's hash moves the loader's present on to its sim
   /// time.
   template <class M>
-  Result<void> Read(const LogEvent& event, const bridge::ChannelName& name) {
+  Result<void> Read(const LogEvent& event, const LogChannels::Known& known) {
     M message;
-    Result<void> read = bridge::Decode(event.data.data(), event.data.size(), {}, &message);
+    Result<void> read = bridge::DecodeBody(event.data.data(), event.data.size(), &message);
     if (!read) return read;
-    if (bridge::IsHashed(name.topic)) {
-      now_us_ = std::max<int64_t>(now_us_, message.header.sim_time_us);
-    }
-    Use(std::string(event.channel), name.process, std::move(message));
+    if (bridge::IsHashed(known.name.topic)) MoveOn(message.header.sim_time_us);
+    Use(known.raw, known.name.process, std::move(message));
     return read;
+  }
+
+  /// The present is the latest sim time that was told.
+  void MoveOn(int64_t time_us) {
+    log_.disorder_us = std::max(log_.disorder_us, now_us_ - time_us);
+    now_us_ = std::max(now_us_, time_us);
+  }
+
+  // Where no series are wanted, the messages that are most of a log are checked and not decoded.
+  Result<void> PeekWorld(const LogEvent& event, const LogChannels::Known& known,
+                         const morphbus::header_t& header) {
+    const uint8_t* data = event.data.data();
+    Result<void> sound = bridge::CheckBody<morphbus::world_t>(data, event.data.size());
+    if (!sound) return sound;
+    MoveOn(header.sim_time_us);
+    promised_.TakePlace(known.raw, header, bridge::PeekWorldParts(data),
+                        bridge::PeekWorldPart(data));
+    return sound;
+  }
+
+  Result<void> PeekActuator(const LogEvent& event, const LogChannels::Known& known,
+                            const morphbus::header_t& header) {
+    const uint8_t* data = event.data.data();
+    Result<void> sound = bridge::CheckBody<morphbus::actuator_t>(data, event.data.size());
+    if (!sound) return sound;
+    MoveOn(header.sim_time_us);
+    promised_.TakePlace(known.raw, header, 1, 0);
+    promised_.TakeStatusCount(known.name.process, bridge::PeekStatusCount(data));
+    return sound;
+  }
+
+  Result<void> PeekTransform(const LogEvent& event, const LogChannels::Known& known,
+                             const morphbus::header_t& header) {
+    const uint8_t* data = event.data.data();
+    Result<void> sound = bridge::CheckBody<morphbus::transform_t>(data, event.data.size());
+    if (!sound) return sound;
+    MoveOn(header.sim_time_us);
+    promised_.TakePlace(known.raw, header, 1, 0);
+    programs_.Take(known.name.process, header.tick, static_cast<uint64_t>(header.program_hash));
+    if (!options_.outline) return sound;
+    // Of an outline: the message with which a role is taken, and the first pose after it.
+    ModuleSeries& module = series_.Module(known.name.process);
+    TransformSample sample{header.sim_time_us,
+                           bridge::PeekRole(data),
+                           bridge::PeekHasPose(data),
+                           bridge::PeekPoseStale(data),
+                           {}};
+    const bool keep = module.transforms.empty() || module.transforms.back().role != sample.role ||
+                      (!module.transforms.back().has_pose && sample.has_pose);
+    if (!keep) return sound;
+    bridge::PeekLinkPoses(data, &sample.X_RL);
+    module.transforms.push_back(std::move(sample));
+    return sound;
   }
 
   /// CLOCK dates the ticks.
@@ -204,8 +251,10 @@ class Loader {
     promised_.TakePlace(channel, clock.header, 1, 0);
     for (const std::string& command : clock.controls) {
       facts_.commands.emplace(clock.header.tick, command);
+      const std::string_view lost = bridge::LostModule(command);
+      if (!lost.empty()) facts_.lost_modules.emplace(lost, clock.header.sim_time_us);
     }
-    if (clock.phase != morphbus::sim_clock_t::PHASE_END) ticks_.insert(clock.header.sim_time_us);
+    if (clock.phase != morphbus::sim_clock_t::PHASE_END) series_.AddTick(clock.header.sim_time_us);
   }
 
   /// SENSORS names the modules and says what each senses.
@@ -214,39 +263,40 @@ class Loader {
     deployed_.Take(sensors, &log_.deployed);
     promised_.TakePlace(channel, sensors.header, sensors.num_parts, sensors.part);
     for (morphbus::module_sensors_t& reading : sensors.modules) {
-      ModuleSeries& module = Module(reading.name);
+      ModuleSeries& module = series_.Module(reading.name);
       module.id = reading.module_id;
       // Only facts are wanted, or the reading becomes a sample of its module.
-      if (!series_) continue;
+      if (!options_.series) continue;
       const std::vector<float>& velocity = reading.joint_velocity_si;
       module.sensors.push_back({sensors.header.sim_time_us, std::move(reading.joint_position_si),
                                 std::vector<double>(velocity.begin(), velocity.end()),
-                                std::move(reading.docked)});
+                                std::move(reading.docked), std::move(reading.sensor_value)});
     }
   }
 
   /// WORLD comes in parts: those of one instant make one sample.
   void Use(const std::string& channel, std::string_view, const morphbus::world_t& world) {
     promised_.TakePlace(channel, world.header, world.num_parts, world.part);
-    if (!series_) return;
-    WorldSample& sample = world_[world.header.sim_time_us];
-    sample.time_us = world.header.sim_time_us;
+    if (!options_.series) return;
+    WorldSample& sample = series_.World(world.header.sim_time_us);
     sample.bodies.insert(sample.bodies.end(), world.bodies.begin(), world.bodies.end());
   }
 
   void Use(const std::string& channel, std::string_view module, morphbus::transform_t transform) {
     promised_.TakePlace(channel, transform.header, 1, 0);
-    if (!series_) return;
-    Module(module).transforms.push_back({transform.header.sim_time_us, transform.role,
-                                         transform.has_pose != 0, transform.pose_stale != 0,
-                                         std::move(transform.link_poses)});
+    programs_.Take(module, transform.header.tick,
+                   static_cast<uint64_t>(transform.header.program_hash));
+    if (!options_.series) return;
+    series_.Module(module).transforms.push_back({transform.header.sim_time_us, transform.role,
+                                                 transform.has_pose != 0, transform.pose_stale != 0,
+                                                 std::move(transform.link_poses)});
   }
 
   void Use(const std::string& channel, std::string_view module, morphbus::actuator_t actuator) {
     promised_.TakePlace(channel, actuator.header, 1, 0);
     promised_.TakeStatusCount(module, actuator.status_count);
-    if (!series_) return;
-    Module(module).actuators.push_back(
+    if (!options_.series) return;
+    series_.Module(module).actuators.push_back(
         {actuator.header.sim_time_us, std::move(actuator.joints), std::move(actuator.connectors)});
   }
 
@@ -254,27 +304,42 @@ class Loader {
   void Use(const std::string& channel, std::string_view module, morphbus::status_t status) {
     promised_.TakePlace(channel, status.header, 0, 0);
     const int64_t time_us = status.header.sim_time_us;
+    const ProgramFact reported{.time_us = time_us,
+                               .module = std::string(module),
+                               .type_name = status.type_name,
+                               .role = status.role_name,
+                               .program_hash = static_cast<uint64_t>(status.header.program_hash),
+                               .text = {},
+                               .file = {}};
+    // A broken program may repeat itself for hours: all are counted, and the first ones kept.
     for (const morphbus::fault_t& fault : status.faults) {
       ++facts_.num_faults;
-      if (facts_.faults.size() >= kMaxFaults) continue;
-      FaultFact& fact = facts_.faults.emplace_back();
-      fact.time_us = time_us;
-      fact.module = module;
-      fact.type_name = status.type_name;
-      fact.role = status.role_name;
-      fact.program_hash = static_cast<uint64_t>(status.header.program_hash);
-      fact.fault = bridge::FromFault(fault);
+      if (facts_.faults.size() >= options_.max_faults) continue;
+      facts_.faults.push_back({reported, bridge::FromFault(fault), {}});
     }
     facts_.num_faults += status.faults_dropped;
+    for (const morphbus::print_t& print : status.prints) {
+      ++facts_.num_prints;
+      if (facts_.prints.size() >= options_.max_faults) continue;
+      facts_.prints.push_back({reported, bridge::FromPrint(print)});
+    }
+    facts_.num_prints += status.prints_dropped;
     // A module that only reports has a series, too, so that it is not forgotten in comparisons.
-    ModuleSeries& series = Module(module);
+    ModuleSeries& series = series_.Module(module);
     const int64_t tick = status.header.tick;
-    if (series_) series.status.push_back({time_us, tick, std::move(status)});
+    if (options_.series || options_.outline) {
+      series.status.push_back({time_us, tick, std::move(status)});
+    }
   }
 
   /// The last ledger in the file counts.
   void Use(const std::string&, std::string_view process, const morphbus::health_t& health) {
     facts_.health[std::string(process)] = health;
+    // Several messages may share the modules; what is said only grows.
+    for (const morphbus::lateness_t& lateness : health.lateness) {
+      if (!bridge::CheckModuleName(lateness.module_name)) continue;
+      facts_.lateness[lateness.module_name] = lateness;
+    }
   }
 
   /// INFO comes in parts; the first description that is whole counts.
@@ -290,81 +355,21 @@ class Loader {
     facts_.end = std::move(end);
   }
 
-  /// The series of a module, empty when it is first heard of.
-  ModuleSeries& Module(std::string_view name) {
-    ModuleSeries& series = modules_[std::string(name)];
-    if (series.name.empty()) series.name = name;
-    return series;
-  }
-
-  /// Compares what END vouches for with what is there.
-  void VerifyEnd() {
-    if (!facts_.end) {
-      facts_.end_state = end_seen_ ? EndState::kUnreadable : EndState::kMissing;
-      return;
-    }
-    // END's run hash covers all hashed channels; each listed one must have the same count and hash.
-    bool right = facts_.end->run_hash == facts_.run_hash && facts_.end->run == run_;
-    std::set<std::string> listed;
-    for (const morphbus::channel_total_t& total : facts_.end->channels) {
-      listed.insert(total.channel);
-      const auto found = facts_.channels.find(total.channel);
-      const bool matches = found != facts_.channels.end() &&
-                           found->second.messages == total.count &&
-                           found->second.hash == static_cast<uint64_t>(total.hash);
-      if (found != facts_.channels.end()) found->second.matches_end = matches;
-      right = right && (matches || (total.count == 0 && found == facts_.channels.end()));
-    }
-    // A hashed channel that END does not list was added afterwards.
-    for (auto& [key, channel] : facts_.channels) {
-      if (!channel.hashed || listed.contains(key)) continue;
-      channel.matches_end = false;
-      right = false;
-    }
-    facts_.end_state = right ? EndState::kVerified : EndState::kMismatch;
-  }
-
-  /// Puts every series into order of time, and the modules into the robot's.
-  void SortSeries() {
-    // The modules' own series first, since recordings by other tools may have any order.
-    std::vector<ModuleSeries> all;
-    for (auto& [name, module] : modules_) {
-      SortByTime(&module.sensors, true);
-      SortByTime(&module.transforms, true);
-      SortByTime(&module.actuators, true);
-      SortByTime(&module.status, false);
-      if (log_.robot != nullptr) module.model_index = log_.robot->FindModule(name).value_or(-1);
-      all.push_back(std::move(module));
-    }
-    // Modules that the model lacks come last, in order of their number in SENSORS.
-    std::stable_sort(all.begin(), all.end(), [](const ModuleSeries& a, const ModuleSeries& b) {
-      const auto rank = [](const ModuleSeries& m) {
-        return m.model_index >= 0 ? m.model_index : 1'000'000 + std::max(m.id, 0);
-      };
-      return rank(a) < rank(b);
-    });
-    log_.modules = std::move(all);
-    log_.world.reserve(world_.size());
-    for (auto& [time, sample] : world_) log_.world.push_back(std::move(sample));
-    log_.ticks_us.assign(ticks_.begin(), ticks_.end());
-  }
-
   // What is asked for, and where it goes.
   std::string run_;
-  bool series_;
+  const RunLogOptions& options_;
   RunLog& log_;
   LogFacts& facts_;
   // What is gathered until Finish(): by channel, module and sim time, since order in the file is
   // free.
-  std::map<std::string, ChannelStream> streams_;
-  std::map<std::string, ModuleSeries> modules_;
-  std::map<int64_t, WorldSample> world_;
-  std::set<int64_t> ticks_;
-  std::set<std::string> other_runs_;
+  LogChannels channels_;
+  SeriesCollector series_;
   bridge::InfoAssembler info_;
-  DeployedImages deployed_;
+  bridge::DeployedImages deployed_;
+  ProgramChanges programs_;
   PromisedMessages promised_;
-  bool found_ = false;
+  /// Hash of the model of which the first sound message speaks.
+  uint64_t messages_model_ = 0;
   bool end_seen_ = false;
   /// The latest sim time read (µs). Damage is dated by it: up to then the log was whole.
   int64_t now_us_ = 0;
@@ -380,6 +385,14 @@ std::string NoSuchRun(const std::string& path, const std::string& run,
   std::string names = EscapeControl(fmt::format("{}", fmt::join(others.begin(), end, ", ")));
   if (others.size() > kMaxNamed) names += fmt::format(" and {} more", others.size() - kMaxNamed);
   return fmt::format("no run '{}' in {}; it holds {}", run, path, names);
+}
+
+/// Why no run is found in a log that was read to its end.
+std::string WhyNoRun(const std::string& path, const EventLogReader& reader) {
+  if (reader.file_size() == 0) return path + " is empty";
+  // Of a compressed file that cannot be decompressed, the reason is in its first finding.
+  const bool told = reader.compressed() && !reader.findings().empty();
+  return path + " holds no run of modules" + (told ? ": " + reader.findings().front().what : "");
 }
 
 /// The first run that the file names in a CLOCK or INFO.
@@ -411,8 +424,7 @@ Result<RunLog> LoadRunLog(const std::string& path, const RunLogOptions& options)
   if (run.empty()) {
     const std::optional<std::string> found = FindRun(reader->get());
     if (!found) {
-      return Fail(path +
-                  (reader->get()->file_size() == 0 ? " is empty" : " holds no run of modules"));
+      return Fail(WhyNoRun(path, **reader));
     }
     run = *found;
     reader = EventLogReader::Open(path);
@@ -423,17 +435,21 @@ Result<RunLog> LoadRunLog(const std::string& path, const RunLogOptions& options)
   log.facts.run = run;
   log.facts.file_bytes = (*reader)->file_size();
   // The file is read once, front to back, with one event in memory at a time.
-  Loader loader(run, options.series, &log);
+  Loader loader(run, options, &log);
   LogEvent event;
   while ((*reader)->Next(&event)) {
     loader.TakeFindings(**reader);
     loader.Take(event);
   }
   loader.TakeFindings(**reader);
+  log.facts.compressed = (*reader)->compressed();
+  log.facts.log_bytes = (*reader)->log_size();
   if (!(*reader)->io_error().empty()) {
     log.facts.AddDamage("reading failed: " + (*reader)->io_error(), (*reader)->position(), 0);
   }
-  loader.Finish();
+  if (Result<void> finished = loader.Finish(); !finished) {
+    return Fail(path + ": " + finished.error().message);
+  }
   // A file that was cut before its first event may have been of this run.
   if (!loader.found() && log.facts.events > 0) {
     return Fail(NoSuchRun(path, run, log.facts.other_runs));

@@ -34,6 +34,8 @@ struct SensorSample {
   std::vector<double> velocity;
   /// The connectors that were mated, and with what.
   std::vector<morphbus::docked_connector_t> docked;
+  /// What the sensors measured, one behind the other, as in module_sensors_t.
+  std::vector<float> values = {};
 };
 
 /// What one module told its neighbours in a tick: its TRANSFORM, as far as poses go.
@@ -112,6 +114,8 @@ struct RunLog {
   std::vector<int64_t> ticks_us;
   /// Length of a control tick, µs of sim time; 0 if no CLOCK was seen.
   int32_t tick_us = 0;
+  /// By how much sim time a message of the run stands behind a later one in the file at most, µs.
+  int64_t disorder_us = 0;
 
   /// The module of that name; null if the run has none.
   [[nodiscard]] const ModuleSeries* FindModule(const std::string& name) const;
@@ -124,10 +128,20 @@ struct RunLogOptions {
   /// False to leave the series empty, as `info` and `verify` do: memory then stays small for a log
   /// of any length.
   bool series = true;
+  /// Without series, keep of them what says who played which role: STATUS, and of TRANSFORM the
+  /// message with which a role was taken and the first with poses after it. SeriesReader reads the
+  /// rest.
+  bool outline = false;
+  /// A serialized description (ReadDescription) for a log that holds none whole: a recording that
+  /// was begun after the run. A log that has its own keeps to it. Empty: none.
+  std::string description = {};
+  /// So many faults are kept in LogFacts::faults, the first ones; all are counted.
+  size_t max_faults = 1000;
 };
 
 /// Reads the log at `path` front to back. It fails only if the file cannot be read at all, holds no
-/// run of modules, or not the one that `options` names (the error lists those that it holds).
+/// run of modules, or not the one that `options` names (the error lists those that it holds), or if
+/// the description that `options` lends it is of another model.
 /// Damage never makes it fail: it is read past and listed in `facts`, each place with its byte and
 /// the sim time up to which the log was whole. An event that is damaged is in no series.
 Result<RunLog> LoadRunLog(const std::string& path, const RunLogOptions& options = {});

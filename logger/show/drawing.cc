@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <memory>
 
@@ -28,24 +29,6 @@ constexpr Color kFaint = {0.80, 0.82, 0.86};
 
 /// A box on the picture plane (m).
 using Extent = Eigen::AlignedBox2d;
-
-/// What a panel must show of the picture plane: its hulls, the ground line, and a margin (m).
-Extent ExtentOf(const Panel& panel) {
-  const Projection projection(panel.view);
-  Extent extent;
-  for (const SceneHull& hull : panel.scene.hulls) {
-    for (const Eigen::Vector3d& p_L : hull.points_L) {
-      extent.extend(Eigen::Vector2d(projection.Project(hull.X_WL * p_L).head<2>()));
-    }
-  }
-  // A panel without bodies shows a square of 20 cm.
-  if (extent.isEmpty()) extent = {Eigen::Vector2d(-0.1, -0.1), Eigen::Vector2d(0.1, 0.1)};
-  if (panel.scene.ground && projection.sees_ground_edge_on()) {
-    extent.extend(Eigen::Vector2d(extent.min().x(), 0));
-  }
-  const double pad = 0.06 * std::max(extent.sizes().maxCoeff(), 0.01);
-  return {extent.min().array() - pad, extent.max().array() + pad};
-}
 
 /// Maps the picture plane of one panel (metres, v up) to the page (pixels, y down). The middle of
 /// the extent comes to the middle of the panel.
@@ -178,6 +161,22 @@ void DrawNames(cairo_t* cr, const Scene& scene, const std::vector<VisibleFace>& 
   }
 }
 
+/// Dots over everything, with their texts in white.
+void DrawMarks(cairo_t* cr, const Scene& scene, const Projection& projection, const PanelMap& map) {
+  constexpr double kRadius = 8;
+  for (const SceneMark& mark : scene.marks) {
+    const Eigen::Vector3d p = projection.Project(mark.p_W);
+    const double x = map.U(p.x()), y = map.V(p.y());
+    cairo_arc(cr, x, y, kRadius, 0, 2 * EIGEN_PI);
+    SetColor(cr, mark.color);
+    cairo_fill_preserve(cr);
+    SetColor(cr, {1, 1, 1});
+    cairo_set_line_width(cr, 1.2);
+    cairo_stroke(cr);
+    Text(cr, x, y + 3.5, mark.text, 10, Align::kCentre, true, {1, 1, 1});
+  }
+}
+
 /// A length of the 1-2-5 row that takes up to a fifth of the panel, with its name.
 void DrawScaleBar(cairo_t* cr, const PanelMap& map) {
   // The largest length of 1, 2 or 5 times a power of ten that is short enough.
@@ -209,17 +208,21 @@ void DrawCompass(cairo_t* cr, const Projection& projection, const PanelMap& map)
   const std::array<Arm, 3> arms = {{{Eigen::Vector3d::UnitX(), "N", {0.80, 0.22, 0.20}},
                                     {Eigen::Vector3d::UnitY(), "up", {0.20, 0.55, 0.25}},
                                     {Eigen::Vector3d::UnitZ(), "E", {0.20, 0.35, 0.75}}}};
-  const double cx = map.x + 40, cy = map.y + 40;
+  // In a narrow panel it is small, so that the robot stays free.
+  const double arm_pixels = 24 * std::min(1.0, map.width / 400);
+  const double cx = map.x + arm_pixels + 16, cy = map.y + arm_pixels + 16;
   // Arms keep their length in the world, so one that points at the viewer is short or left out.
   cairo_set_line_width(cr, 2);
   for (const Arm& arm : arms) {
     const Eigen::Vector3d d = projection.Direction(arm.direction);
     const double length = std::hypot(d.x(), d.y());
     if (length < 0.1) continue;  // Points at the viewer or away.
-    const double x = cx + 24 * d.x(), y = cy - 24 * d.y();
+    const double x = cx + arm_pixels * d.x(), y = cy - arm_pixels * d.y();
     SetColor(cr, arm.color);
     Line(cr, cx, cy, x, y);
-    Text(cr, cx + 33 * d.x(), cy - 33 * d.y() + 3.5, arm.name, 10, Align::kCentre, true, arm.color);
+    const double name_pixels = arm_pixels + 9;
+    Text(cr, cx + name_pixels * d.x(), cy - name_pixels * d.y() + 3.5, arm.name, 10, Align::kCentre,
+         true, arm.color);
   }
 }
 
@@ -236,6 +239,7 @@ void DrawPanel(cairo_t* cr, const Panel& panel, const PanelMap& map) {
   const std::vector<VisibleFace> faces = VisibleFaces(panel.scene, projection);
   DrawFaces(cr, faces, map);
   DrawNames(cr, panel.scene, faces, projection, map);
+  DrawMarks(cr, panel.scene, projection, map);
   DrawCompass(cr, projection, map);
   DrawScaleBar(cr, map);
   // The frame and the title belong to the page, not to the clipped panel.
@@ -263,7 +267,7 @@ Layout Arrange(const Drawing& drawing) {
   double scale = std::numeric_limits<double>::infinity();
   for (const Panel& panel : drawing.panels) {
     PanelMap map;
-    map.extent = ExtentOf(panel);
+    map.extent = panel.extent ? *panel.extent : ExtentOf(panel);
     // A panel is at most one and a half times as high as wide.
     const Eigen::Vector2d size = map.extent.sizes();
     scale = std::min(
@@ -360,6 +364,23 @@ cairo_status_t Render(const Drawing& drawing, const Layout& layout, bool svg, st
 
 }  // namespace
 
+Eigen::AlignedBox2d ExtentOf(const Panel& panel) {
+  const Projection projection(panel.view);
+  Extent extent;
+  for (const SceneHull& hull : panel.scene.hulls) {
+    for (const Eigen::Vector3d& p_L : hull.points_L) {
+      extent.extend(Eigen::Vector2d(projection.Project(hull.X_WL * p_L).head<2>()));
+    }
+  }
+  // A panel without bodies shows a square of 20 cm.
+  if (extent.isEmpty()) extent = {Eigen::Vector2d(-0.1, -0.1), Eigen::Vector2d(0.1, 0.1)};
+  if (panel.scene.ground && projection.sees_ground_edge_on()) {
+    extent.extend(Eigen::Vector2d(extent.min().x(), 0));
+  }
+  const double pad = 0.06 * std::max(extent.sizes().maxCoeff(), 0.01);
+  return {extent.min().array() - pad, extent.max().array() + pad};
+}
+
 // The palette is Tableau 10 (2016) without its grey.
 Color PaletteColor(int index) {
   static constexpr std::array<Color, 9> kPalette = {{{0.30, 0.47, 0.66},
@@ -388,7 +409,10 @@ Scene SceneOf(const model::Model& model, const model::Robot& robot,
       if (l % 2 == 1) {
         for (double& c : color) c = 1 - (1 - c) * 0.72;
       }
-      scene.hulls.push_back({type.links[l].hull, X_WL[m][l], color, static_cast<int>(m)});
+      for (auto& part : type.links[l].Parts()) {
+        scene.hulls.push_back(
+            {std::move(part), X_WL[m][l], color, static_cast<int>(m), static_cast<int>(l)});
+      }
       for (const Eigen::Vector3d& p_L : type.links[l].hull) {
         sum += X_WL[m][l] * p_L;
         ++corners;
@@ -399,6 +423,43 @@ Scene SceneOf(const model::Model& model, const model::Robot& robot,
     }
   }
   return scene;
+}
+
+Result<Raster> RenderRaster(const Drawing& drawing, double ratio) {
+  if (drawing.panels.empty()) return Fail("there is nothing to draw");
+  const Layout layout = Arrange(drawing);
+  Raster raster;
+  raster.width = static_cast<int>(std::ceil(layout.width * ratio));
+  raster.height = static_cast<int>(std::ceil(layout.height * ratio));
+  cairo_surface_t* surface =
+      cairo_image_surface_create(CAIRO_FORMAT_RGB24, raster.width, raster.height);
+  cairo_t* cr = cairo_create(surface);
+  cairo_scale(cr, ratio, ratio);
+  DrawAll(cr, drawing, layout);
+  const cairo_status_t status = cairo_status(cr);
+  cairo_destroy(cr);
+  cairo_surface_flush(surface);
+  if (status == CAIRO_STATUS_SUCCESS) {
+    // Cairo has a pixel as one number, 0x00RRGGBB, in the machine's order.
+    const unsigned char* rows = cairo_image_surface_get_data(surface);
+    const int stride = cairo_image_surface_get_stride(surface);
+    raster.rgba.reserve(static_cast<size_t>(raster.width) * static_cast<size_t>(raster.height) * 4);
+    for (int y = 0; y < raster.height; ++y) {
+      for (int x = 0; x < raster.width; ++x) {
+        uint32_t pixel = 0;
+        std::memcpy(&pixel, rows + ptrdiff_t{y} * stride + ptrdiff_t{x} * 4, sizeof pixel);
+        for (const int shift : {16, 8, 0}) {
+          raster.rgba.push_back(static_cast<uint8_t>(pixel >> shift));
+        }
+        raster.rgba.push_back(255);
+      }
+    }
+  }
+  cairo_surface_destroy(surface);
+  if (status != CAIRO_STATUS_SUCCESS) {
+    return Fail(fmt::format("cannot draw: {}", cairo_status_to_string(status)));
+  }
+  return raster;
 }
 
 Result<std::string> RenderPicture(const Drawing& drawing, const std::string& name) {

@@ -5,7 +5,10 @@
 //
 // World W is NUE: +X north, +Y up, +Z east, ground at y = 0. Views are orthographic.
 
+#include <Eigen/Geometry>
 #include <array>
+#include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,7 +29,7 @@ enum class View {
 /// Red, green and blue, each 0…1.
 using Color = std::array<double, 3>;
 
-/// One convex body of a picture: a link of a module.
+/// One convex body of a picture: a link of a module, or a part of one.
 struct SceneHull {
   /// Points whose convex hull is the body, in the frame of its link L (m). Flat sets are drawn as
   /// plates of 3 mm, so that they can be seen edge on.
@@ -36,6 +39,8 @@ struct SceneHull {
   Color color = {0.6, 0.6, 0.65};
   /// Number of the module whose body it is, as names refer to it.
   int owner = 0;
+  /// Number of its link in the module; parts of one link have one number.
+  int link = 0;
 };
 
 /// The name of a module, as it is to be written on it.
@@ -53,6 +58,14 @@ struct LegendEntry {
   Color color;
 };
 
+/// A dot with a short text, drawn over everything: where something is that a reader shall find.
+struct SceneMark {
+  std::string text;
+  /// Where it is (m, in W).
+  Eigen::Vector3d p_W;
+  Color color = {0.81, 0.13, 0.18};
+};
+
 /// Everything that one panel shows.
 struct Scene {
   std::vector<SceneHull> hulls;
@@ -60,6 +73,7 @@ struct Scene {
   /// Whether to draw the ground: a line and a shaded strip below it in side views, else a grid of
   /// 100 mm.
   bool ground = true;
+  std::vector<SceneMark> marks = {};
 };
 
 /// One view of one scene, with a line of text above it.
@@ -67,6 +81,8 @@ struct Panel {
   Scene scene;
   View view = View::kSide;
   std::string title;
+  /// What of the picture plane is shown, (u, v) in metres; none for what the scene needs.
+  std::optional<Eigen::AlignedBox2d> extent = {};
 };
 
 /// A picture: panels in rows of `columns`, all at the same scale, with a title above and a legend
@@ -91,6 +107,18 @@ Color PaletteColor(int index);
 /// choice (its index, or that of its role).
 Scene SceneOf(const model::Model& model, const model::Robot& robot,
               const std::vector<std::vector<model::Pose>>& X_WL, const std::vector<int>& group);
+
+/// What of the picture plane a panel needs to show its scene, (u, v) in metres, with a margin.
+Eigen::AlignedBox2d ExtentOf(const Panel& panel);
+
+/// A picture as pixels, row by row from the top, each four bytes: red, green, blue, 255.
+struct Raster {
+  int width = 0;
+  int height = 0;
+  std::vector<uint8_t> rgba;
+};
+/// Draws with `ratio` pixels to each unit of the drawing, antialiased. Fails as RenderPicture does.
+Result<Raster> RenderRaster(const Drawing& drawing, double ratio);
 
 /// The bytes of a picture file, of the kind that the suffix of `name` says (.svg or .png); nothing
 /// is written. Fails on another suffix, a drawing without panels, or one that cairo cannot draw, as

@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <map>
 #include <numbers>
 
+#include "logger/compare/source_trace.h"
+#include "logger/show/report_robots.h"
 #include "logger/show/report_style.h"
 #include "logger/show/svg_plot.h"
 
@@ -93,6 +94,7 @@ class Page {
       rest_b_ = RestPosesOf(b_);
       simulated_a_ = std::make_unique<SimulatedPoses>(a_);
       simulated_b_ = std::make_unique<SimulatedPoses>(b_);
+      html_ += RobotsHtml(a_, b_, comparison_);
       RoleTable();
       ItemTable();
       Travel();
@@ -124,11 +126,26 @@ class Page {
           Number(item.first_over, item.unit), UnitName(item.unit),
           Number(item.tolerance, item.unit), UnitName(item.unit), EscapeHtml(item.detail));
     }
+    Sender();
     html_ += fmt::format(
         "<p class='figures'>largest difference in position <b>{:.2g} mm</b>, in rotation "
         "<b>{:.2g}°</b>, over {:.3f} s of sim time</p></div></header>",
         comparison_.max_position_m * 1e3, comparison_.max_rotation_rad * kDegrees,
         Seconds(comparison_.compared_until_us));
+  }
+
+  /// The message from which the divergence comes, and who sent it.
+  void Sender() {
+    if (!comparison_.trace) return;
+    const Trace& trace = *comparison_.trace;
+    for (const auto& [message, which] : {std::pair(&trace.a, "A"), std::pair(&trace.b, "B")}) {
+      if (message->tick < 0) continue;
+      html_ += fmt::format(
+          "<p><span class='chip {0}'>{0}</span> {1} of tick {2}{3}</p>", which,
+          EscapeHtml(message->channel), message->tick,
+          message->line ? ", sent by <b>" + EscapeHtml(SourceLineText(*message->line)) + "</b>"
+                        : "");
+    }
   }
 
   void Cards() {
@@ -261,7 +278,8 @@ class Page {
 
   /// The paths of feet from the side, where the simulator tells them, else as propagated.
   void Feet() {
-    const auto links = FootLinks();
+    auto links = FootPairs(comparison_.matching);
+    if (links.size() > kMaxFeet) links.resize(kMaxFeet);
     if (links.empty()) return;
     const bool simulated = simulated_a_->available() && simulated_b_->available();
     html_ += fmt::format(
@@ -360,26 +378,6 @@ class Page {
              "</figure>";
   }
 
-  /// Links whose label speaks of a foot; else all labelled links; else the modules' root links.
-  std::vector<std::pair<const ModulePair*, const LinkPair*>> FootLinks() const {
-    // Labels are the program's choice, so "foot" is found in any case of letters. Every link may be
-    // a candidate of three kinds; the most telling kind that there is, is chosen.
-    std::vector<std::pair<const ModulePair*, const LinkPair*>> feet, labelled, roots;
-    for (const ModulePair& pair : comparison_.matching.pairs) {
-      for (const LinkPair& link : pair.links) {
-        std::string name = link.label;
-        std::transform(name.begin(), name.end(), name.begin(),
-                       [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-        if (name.find("foot") != std::string::npos) feet.emplace_back(&pair, &link);
-        if (link.labelled) labelled.emplace_back(&pair, &link);
-        if (link.label.empty()) roots.emplace_back(&pair, &link);
-      }
-    }
-    auto& chosen = !feet.empty() ? feet : !labelled.empty() ? labelled : roots;
-    if (chosen.size() > kMaxFeet) chosen.resize(kMaxFeet);
-    return chosen;
-  }
-
   /// The poses of both runs' links, as the simulator saw them or as their VMs propagated them.
   std::pair<PoseTrack, PoseTrack> Tracks(const ModulePair& pair, const LinkPair& link,
                                          bool simulated) const {
@@ -413,7 +411,8 @@ class Page {
 }  // namespace
 
 std::string ReportHtml(const RunLog& a, const RunLog& b, const Comparison& comparison) {
-  return Page(a, b, comparison).Build();
+  // Aligned runs are shown over one time.
+  return Page(a, comparison.aligned_b ? *comparison.aligned_b : b, comparison).Build();
 }
 
 }  // namespace morphbus::logger

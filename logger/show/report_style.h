@@ -65,6 +65,17 @@ path{fill:none}.grid{stroke:var(--grid)}.frame{fill:none;stroke:var(--line)}
 .line-b{stroke:var(--b);stroke-width:1.6;stroke-dasharray:5 4}
 .line-d{stroke:var(--d);stroke-width:1.4}
 .mark{stroke:var(--bad);stroke-dasharray:2 3}.mark-text{font-size:10.5px;fill:var(--bad)}
+.bar-text{font-size:10.5px;fill:#fff}.fault{fill:var(--bad);stroke:var(--card)}
+.pictures{display:grid;grid-template-columns:repeat(auto-fit,minmax(300px,1fr));gap:14px}
+img{display:block;width:100%;height:auto;border-radius:4px}
+figcaption{padding:6px 6px 2px;color:var(--dim);font-size:13px}
+.keys{display:flex;flex-wrap:wrap;gap:4px 18px;font-size:13px}.keys span{white-space:nowrap}
+.keys i{display:inline-block;width:12px;height:12px;border-radius:3px;margin-right:6px;
+vertical-align:-1px}
+section>figure{margin-top:14px;max-width:860px}
+@media (max-width:560px){main{padding:18px 12px 40px}.banner{display:block}
+.cards,.plots{grid-template-columns:minmax(0,1fr)}.pictures{grid-template-columns:minmax(0,1fr)}
+h1{font-size:18px;overflow-wrap:anywhere}}
 @media print{body{background:#fff}figure,section{break-inside:avoid}}
 )css";
 

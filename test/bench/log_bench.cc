@@ -2,11 +2,15 @@
 // file.
 
 #include <benchmark/benchmark.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cstdio>
+#include <cstdlib>
+#include <fstream>
 #include <lcm/lcm-cpp.hpp>
 #include <string>
+#include <utility>
 
 #include "logger/compare/comparer.h"
 #include "logger/log/event_log.h"
@@ -126,6 +130,57 @@ void CompareLoaded(benchmark::State& state) {
   state.SetItemsProcessed(events);
 }
 BENCHMARK(CompareLoaded)->Unit(benchmark::kMillisecond);
+
+/// Two logs of a million events each. They are written by a process of their own, whose memory is
+/// gone when the comparison is measured.
+const std::pair<std::string, std::string>& MillionEvents() {
+  static const BenchFile a("million_a.log"), b("million_b.log");
+  static const std::pair<std::string, std::string> paths = [] {
+    const pid_t writer = fork();
+    if (writer == 0) {
+      for (const auto& [path, robot] : {std::pair(a.path(), "one"), std::pair(b.path(), "two")}) {
+        test::SyntheticOptions options;
+        options.robot = robot;
+        options.ticks = 110'000;
+        test::WriteSyntheticLog(path, options);
+      }
+      _exit(0);
+    }
+    int status = 0;
+    if (writer < 0 || waitpid(writer, &status, 0) != writer || status != 0) std::abort();
+    return std::pair(a.path(), b.path());
+  }();
+  return paths;
+}
+
+/// The most memory that this process had since it was asked last (MB), as the kernel counts it.
+double PeakMegabytes() {
+  std::ifstream file("/proc/self/status");
+  double kilobytes = 0.0;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("VmHWM:")) kilobytes = std::strtod(line.c_str() + 6, nullptr);
+  }
+  // 5 begins the count anew.
+  std::ofstream("/proc/self/clear_refs") << "5";
+  return kilobytes / 1024;
+}
+
+void CompareMillionEvents(benchmark::State& state) {
+  const auto& [a, b] = MillionEvents();
+  int64_t events = 0;
+  PeakMegabytes();
+  for (auto _ : state) {
+    const Result<Comparison> comparison = logger::CompareFiles(a, b);
+    if (!comparison || comparison->verdict != Verdict::kEquivalent) {
+      state.SkipWithError("not equivalent");
+      break;
+    }
+    events += comparison->a.events + comparison->b.events;
+  }
+  state.SetItemsProcessed(events);
+  state.counters["peak_MB"] = PeakMegabytes();
+}
+BENCHMARK(CompareMillionEvents)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 }  // namespace
 }  // namespace morphbus::logger

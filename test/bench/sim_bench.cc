@@ -83,7 +83,9 @@ class BareWorld {
     for (const LinkSpec& link : spec.links) {
       auto hull = std::make_unique<btConvexHullShape>();
       hull->setMargin(kCollisionMargin);
-      for (const Eigen::Vector3d& corner : link.hull_B) hull->addPoint(ToBullet(corner), false);
+      for (const Eigen::Vector3d& corner : link.parts_B.front()) {
+        hull->addPoint(ToBullet(corner), false);
+      }
       hull->recalcLocalAabb();
       compound->addChildShape(btTransform::getIdentity(), hull.get());
       hulls_.push_back(std::move(hull));

@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <morphbus/status_t.hpp>
 
-#include "bridge/bus/bus_adapters.h"
+#include "bridge/bus/faulty_bus.h"
 #include "bridge/bus/inproc_bus.h"
 #include "bridge/bus/lcm_bus.h"
 #include "bridge/bus/lcm_url.h"
@@ -139,6 +139,29 @@ TEST(InprocBus, QueueIsBoundedAndCounts) {
   EXPECT_EQ(a->queue_overflows(), 10);
 }
 
+TEST(InprocBus, WhatIsStillAwaitedKeepsItsBytesHoweverMuchElseIsSent) {
+  InprocHub hub;
+  const auto slow = hub.Connect(), quick = hub.Connect();
+  std::vector<uint8_t> heard;
+  size_t others = 0;
+  slow->Subscribe("x",
+                  [&](std::string_view, const uint8_t* data, size_t) { heard.push_back(*data); });
+  quick->Subscribe("y", [&](std::string_view, const uint8_t*, size_t) { ++others; });
+  // Memory of messages is used again; those that nobody has taken yet lie between others.
+  std::vector<uint8_t> sent;
+  const size_t count = 6 * kBusQueueDepth;
+  for (size_t i = 0; i < count; ++i) {
+    const auto byte = static_cast<uint8_t>(i % 251);
+    const bool kept = i % 1000 == 0;
+    if (kept) sent.push_back(byte);
+    quick->Publish(kept ? "x" : "y", &byte, 1);
+    quick->Handle(0);
+  }
+  slow->Handle(0);
+  EXPECT_EQ(heard, sent);
+  EXPECT_EQ(others + sent.size(), count);
+}
+
 TEST(InprocBus, HandlersMayUnsubscribeThemselves) {
   InprocHub hub;
   const auto a = hub.Connect();
@@ -227,7 +250,7 @@ TEST(Ledger, CountsInjectedLossExactly) {
     lossy.Subscribe("x", [&](std::string_view, const uint8_t* data, size_t) {
       last = data[0] | data[1] << 8;
       if (first < 0) first = last;
-      tracker.Take(last, &ledger);
+      tracker.Take(last, 0, &ledger);
       ++heard;
     });
     constexpr int64_t kSent = 5000;
@@ -236,7 +259,7 @@ TEST(Ledger, CountsInjectedLossExactly) {
       sender->Publish("x", number, 2);
       hub.HandleAll();
     }
-    EXPECT_EQ(heard + lossy.discarded(), kSent);
+    EXPECT_EQ(heard + lossy.injected().discarded, kSent);
     // What is lost before the first message that is heard, or after the last, leaves no gap.
     EXPECT_EQ(ledger.lost, last - first + 1 - heard);
     if (loss == 0.2) {
@@ -250,20 +273,26 @@ TEST(Ledger, TellsLateFromRepeated) {
   Ledger ledger;
   SequenceTracker tracker;
   using Kind = SequenceTracker::Kind;
-  EXPECT_EQ(tracker.Take(10, &ledger), Kind::kNext);
-  EXPECT_EQ(tracker.Take(13, &ledger), Kind::kAfterGap);
+  EXPECT_EQ(tracker.Take(10, 0, &ledger), Kind::kNext);
+  EXPECT_EQ(tracker.Take(13, 0, &ledger), Kind::kAfterGap);
   EXPECT_EQ(ledger.lost, 2);
-  EXPECT_EQ(tracker.Take(12, &ledger), Kind::kLate);
-  EXPECT_EQ(tracker.Take(12, &ledger), Kind::kDuplicate);
-  EXPECT_EQ(tracker.Take(14, &ledger), Kind::kNext);
-  EXPECT_EQ(tracker.Take(13, &ledger), Kind::kDuplicate);
+  EXPECT_EQ(tracker.Take(12, 0, &ledger), Kind::kLate);
+  EXPECT_EQ(tracker.Take(12, 0, &ledger), Kind::kDuplicate);
+  EXPECT_EQ(tracker.Take(14, 0, &ledger), Kind::kNext);
+  EXPECT_EQ(tracker.Take(13, 0, &ledger), Kind::kDuplicate);
   EXPECT_EQ(ledger.lost, 2);
   EXPECT_EQ(ledger.duplicates, 2);
-  EXPECT_EQ(tracker.Take(1000, &ledger), Kind::kAfterGap);
-  EXPECT_EQ(tracker.Take(20, &ledger), Kind::kLate) << "late by hundreds is late all the same";
-  EXPECT_EQ(tracker.Take(20, &ledger), Kind::kDuplicate);
-  EXPECT_EQ(tracker.Take(5000, &ledger), Kind::kAfterGap);
-  EXPECT_EQ(tracker.Take(30, &ledger), Kind::kDuplicate) << "too long ago to know";
+  EXPECT_EQ(tracker.Take(1000, 0, &ledger), Kind::kAfterGap);
+  EXPECT_EQ(tracker.Take(20, 0, &ledger), Kind::kLate) << "late by hundreds is late all the same";
+  EXPECT_EQ(tracker.Take(20, 0, &ledger), Kind::kDuplicate);
+  EXPECT_EQ(tracker.Take(5000, 0, &ledger), Kind::kAfterGap);
+  EXPECT_EQ(tracker.Take(30, 0, &ledger), Kind::kDuplicate) << "too long ago to know";
+  // Other bytes under a number are neither lost nor repeated: one of the two is somebody else's.
+  const Ledger before = ledger;
+  EXPECT_EQ(tracker.Take(5000, 1, &ledger), Kind::kConflict);
+  EXPECT_EQ(tracker.Take(5000, 0, &ledger), Kind::kDuplicate);
+  EXPECT_EQ(ledger.lost, before.lost);
+  EXPECT_EQ(ledger.duplicates, before.duplicates + 1);
 }
 
 TEST(LossyBus, IsTheSameWithTheSameSeed) {
@@ -297,9 +326,10 @@ class OutboxTest : public testing::Test {
     status.incarnation = 1;
     status.role = -1;
     status.frozen = status.has_pose = status.pose_stale = 0;
-    status.num_labels = status.num_joints = status.num_tasks = status.num_faults = 0;
+    status.num_labels = status.num_joints = status.num_tasks = status.num_faults =
+        status.num_prints = 0;
     status.tasks_omitted = 0;
-    status.faults_dropped = 0;
+    status.faults_dropped = status.prints_dropped = 0;
     outbox->Send("run/m1/STATUS", tick, tick * 20000, &status);
     hub_.HandleAll();
   }

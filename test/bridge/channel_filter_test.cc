@@ -52,9 +52,23 @@ TEST(ChannelFilter, PassesExactlyTheChannels) {
       EXPECT_FALSE(Passes(program, Packet("LC02", other, payload))) << other;
     }
   }
-  EXPECT_TRUE(Passes(program, Packet("LC03", "anything", 0))) << "fragments";
+  EXPECT_FALSE(Passes(program, Packet("LC03", "run/m1/ASK", 0))) << "fragments";
   EXPECT_FALSE(Passes(program, Packet("HTTP", "x", 0)));
   EXPECT_FALSE(Passes(program, {1, 2, 3}));
+}
+
+TEST(ChannelFilter, PassesWhatBeginsAndEndsLikeThePattern) {
+  const auto program = BuildChannelFilter({{"run/m1/ASK", {}}}, {"run/", "/TRANSFORM"});
+  for (const size_t payload : {size_t{0}, size_t{300}}) {
+    for (const char* channel : {"run/m1/ASK", "run/m1/TRANSFORM", "run/a/TRANSFORM",
+                                "run/front_left_upper_half_of_9/TRANSFORM"}) {
+      EXPECT_TRUE(Passes(program, Packet("LC02", channel, payload))) << channel;
+    }
+    for (const char* other : {"run/m1/ACTUATOR", "run/SIM/SENSORS", "walk/m1/TRANSFORM",
+                              "run/TRANSFORM", "run/m1/", "ru"}) {
+      EXPECT_FALSE(Passes(program, Packet("LC02", other, payload))) << other;
+    }
+  }
 }
 
 TEST(ChannelFilter, PassesOnlyMessagesWhoseNumberIsOfInterest) {
@@ -77,9 +91,6 @@ TEST(ChannelFilter, PassesOnlyMessagesWhoseNumberIsOfInterest) {
   EXPECT_FALSE(passes("r/CLOCK", {6}));
   EXPECT_TRUE(passes("r/X", {}));
   EXPECT_FALSE(passes("r/Y", {0, 0, 0, 0, 1, 2}));
-  // Without fragments nothing passes but these channels.
-  EXPECT_TRUE(Passes(program, Packet("LC03", "r/X", 9)));
-  EXPECT_FALSE(Passes(BuildChannelFilter({{"r/X", {}}}, false), Packet("LC03", "r/X", 9)));
 }
 
 TEST(ChannelFilter, TooManyChannelsMeanNoFilter) {

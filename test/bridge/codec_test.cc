@@ -14,7 +14,9 @@
 
 #include "bridge/lockstep/outbox.h"
 #include "bridge/wire/info_parts.h"
+#include "bridge/wire/own_sensors.h"
 #include "bridge/wire/vm_codec.h"
+#include "bridge/wire/wire_peek.h"
 #include "test/bridge/sample_messages.h"
 
 namespace morphbus::bridge {
@@ -53,6 +55,52 @@ TEST(Codec, EveryTypeSurvivesEncodingAndDecoding) {
     ASSERT_TRUE(again) << sample.type << ": " << again.error().message;
     EXPECT_EQ(*again, sample.bytes) << sample.type;
     EXPECT_LE(sample.bytes.size(), kMaxPayloadBytes) << sample.type;
+  }
+}
+
+TEST(Codec, AModuleGetsItsOwnReadingOfAPartAndAllOfTheOrders) {
+  for (const SampleMessage& sample : SampleMessages()) {
+    if (sample.type != std::string("sensors_t")) continue;
+    morphbus::sensors_t all;
+    ASSERT_TRUE(Decode(sample.bytes.data(), sample.bytes.size(), {}, &all));
+    ASSERT_GT(all.modules.size(), 1U);
+    ASSERT_GT(all.requests.size() + all.pieces.size() + all.root_poses.size(), 2U);
+    // The whole message, and one without orders.
+    for (const bool orders : {true, false}) {
+      if (!orders) {
+        all.requests.clear();
+        all.pieces.clear();
+        all.root_poses.clear();
+        all.num_requests = all.num_pieces = all.num_root_poses = 0;
+      }
+      std::vector<uint8_t> bytes;
+      Encode(all, &bytes);
+      std::vector<std::pair<uint16_t, std::string>> names;
+      PeekReadings(bytes.data(), [&](const PeekedReading& reading) {
+        names.emplace_back(reading.module_id, reading.name);
+      });
+      ASSERT_EQ(names.size(), all.modules.size());
+      // For each module, and for one that is not in it: as if the others were not there.
+      morphbus::sensors_t own;
+      for (size_t i = 0; i <= all.modules.size(); ++i) {
+        const bool mine = i < all.modules.size();
+        const auto id = static_cast<uint16_t>(mine ? all.modules[i].module_id : 999);
+        if (mine) {
+          EXPECT_EQ(names[i].first, id);
+          EXPECT_EQ(names[i].second, all.modules[i].name);
+        }
+        ASSERT_TRUE(DecodeOwnSensors(bytes.data(), bytes.size(), {}, id, &own));
+        morphbus::sensors_t expected = all;
+        expected.modules.clear();
+        if (mine) expected.modules.push_back(all.modules[i]);
+        expected.num_modules = static_cast<int16_t>(expected.modules.size());
+        std::vector<uint8_t> own_bytes, expected_bytes;
+        own.header.crc32 = expected.header.crc32;
+        Encode(own, &own_bytes);
+        Encode(expected, &expected_bytes);
+        EXPECT_EQ(own_bytes, expected_bytes);
+      }
+    }
   }
 }
 
@@ -192,7 +240,7 @@ TEST(Codec, ImpossibleValuesAreRefusedByFieldAndPlace) {
   expect(WhyRefused<sensors_t>(1, [](sensors_t* m) { m->part = 2; }),
          "sensors_t.part is not below num_parts");
   expect(WhyRefused<transform_t>(0, [](transform_t* m) { m->fragments[0].offset = 257; }),
-         "transform_t.fragments[0].offset puts the piece beyond the image's end");
+         "transform_t.fragments[0].offset puts the piece beyond the package's end");
   expect(WhyRefused<transform_t>(0,
                                  [](transform_t* m) {
                                    m->body_entries.resize(49);
@@ -225,11 +273,11 @@ TEST(Codec, MessagesOverADatagramAreRefused) {
   sensors.header.tick = sensors.header.sim_time_us = sensors.header.sequence = 0;
   sensors.part = 0;
   sensors.num_parts = 1;
-  sensors.num_requests = sensors.num_pieces = 0;
+  sensors.num_requests = sensors.num_pieces = sensors.num_root_poses = 0;
   morphbus::module_sensors_t reading;
   reading.module_id = 0;
   reading.name = "m";
-  reading.num_joints = reading.num_docked = 0;
+  reading.num_joints = reading.num_sensor_values = reading.num_docked = 0;
   sensors.modules.assign(200, reading);
   sensors.num_modules = 200;
   std::vector<uint8_t> bytes;
@@ -356,6 +404,8 @@ TEST(Codec, SensorsPartsFitWhateverIsDocked) {
       sensors.pieces.resize(1);
       sensors.pieces[0].size = kMaxDeployPiece;
       sensors.pieces[0].bytes.resize(kMaxDeployPiece);
+      sensors.num_root_poses = 1;
+      sensors.root_poses.resize(1);
       EXPECT_LE(static_cast<size_t>(sensors.getEncodedSize()), kMaxPayloadBytes);
     }
     EXPECT_EQ(next, 100u);
@@ -375,6 +425,7 @@ TEST(Codec, OwnReadingsMustFitTheType) {
   morphbus::module_sensors_t reading;
   reading.name = "m1";
   reading.num_joints = 1;
+  reading.num_sensor_values = 0;
   reading.joint_position_si = {0.5};
   reading.joint_velocity_si = {0};
   morphbus::docked_connector_t docked;
@@ -382,14 +433,21 @@ TEST(Codec, OwnReadingsMustFitTheType) {
   docked.mate_module = 7;
   reading.docked = {docked};
   vm::TickInput input;
-  ASSERT_TRUE(FromSensors(reading, 1, 4, &input));
+  ASSERT_TRUE(FromSensors(reading, 1, 4, 0, &input));
   EXPECT_EQ(input.joint_position[0], 0.5);
   EXPECT_TRUE(input.connectors[3].docked);
   EXPECT_EQ(input.connectors[3].mate_module, 7);
-  EXPECT_FALSE(FromSensors(reading, 2, 4, &input)) << "joints";
-  EXPECT_FALSE(FromSensors(reading, 1, 3, &input)) << "connector beyond the type's";
+  EXPECT_FALSE(FromSensors(reading, 2, 4, 0, &input)) << "joints";
+  EXPECT_FALSE(FromSensors(reading, 1, 3, 0, &input)) << "connector beyond the type's";
   reading.docked = {docked, docked};
-  EXPECT_FALSE(FromSensors(reading, 1, 4, &input)) << "one connector twice";
+  EXPECT_FALSE(FromSensors(reading, 1, 4, 0, &input)) << "one connector twice";
+  reading.docked.clear();
+  reading.num_sensor_values = 2;
+  reading.sensor_value = {0.25F, 1.0F};
+  ASSERT_TRUE(FromSensors(reading, 1, 4, 2, &input));
+  EXPECT_EQ(input.sensor_values[0], 0.25F);
+  EXPECT_EQ(input.sensor_values[1], 1.0F);
+  EXPECT_FALSE(FromSensors(reading, 1, 4, 3, &input)) << "sensors of another type";
 }
 
 TEST(Info, PartsComeTogetherInAnyOrder) {

@@ -34,15 +34,36 @@ std::string ErrorOf(const std::string& text) {
 }
 
 TEST(ControlCommandTest, TextsAreReadBackAsTheyWere) {
-  for (const char* text :
-       {"pause", "resume", "step 5", "speed 0.5", "speed 0", "stop", "push m5 EAST 2",
-        "push m5.active_block 0.1,-2,3e-05 2.5 0.3", "kill m2", "restart m2", "restart m2 --cold",
-        "connect m1.c2 m2.c5", "disconnect m2.c3", "deploy models/x.dyn",
-        "deploy x.dyn 0123456789abcdef --to m5", "invoke Leg.turn 3 -0.5 $NORTH true --to m5"}) {
+  for (const char* text : {"pause",
+                           "resume",
+                           "step 5",
+                           "speed 0.5",
+                           "speed 0",
+                           "stop",
+                           "push m5 EAST 2",
+                           "push m5.active_block 0.1,-2,3e-05 2.5 0.3",
+                           "kill m2",
+                           "restart m2",
+                           "restart m2 --cold",
+                           "restart m2 --cold --from 411",
+                           "lose m3",
+                           "connect m1.c2 m2.c5",
+                           "disconnect m2.c3",
+                           "deploy models/x.dyn",
+                           "deploy x.dyn 0123456789abcdef --to m5",
+                           "deploy x.dyn --at 12.5",
+                           "deploy x.dyn 0123456789abcdef --to m5 --at 11.2",
+                           "invoke Leg.turn 3 -0.5 $NORTH true --to m5"}) {
     const Result<ControlCommand> command = ParseControl(text);
     ASSERT_TRUE(command) << text << ": " << command.error().message;
     EXPECT_EQ(ControlText(*command), text);
   }
+}
+
+TEST(ControlCommandTest, WhoCountsMessagesReadsWhichModuleIsLost) {
+  EXPECT_EQ(LostModule(ControlText(*ParseControl("lose  m3"))), "m3");
+  EXPECT_EQ(LostModule("kill m3"), "");
+  EXPECT_EQ(LostModule(""), "");
 }
 
 TEST(ControlCommandTest, OneCommandHasOneText) {
@@ -65,6 +86,10 @@ TEST(ControlCommandTest, ErrorsSayWhatWasExpected) {
             "deploy: 'prog.dyn' is no hash of an image (a path must not hold blanks)");
   EXPECT_EQ(ErrorOf("kill m2 --cold"), "kill: unknown option --cold");
   EXPECT_EQ(ErrorOf("deploy x.dyn --to"), "--to: expected one module");
+  EXPECT_EQ(ErrorOf("deploy x.dyn --at"), "--at: expected one time, in seconds");
+  EXPECT_EQ(ErrorOf("deploy x.dyn --at 3 --at 4"), "--at: expected one time, in seconds");
+  EXPECT_EQ(ErrorOf("deploy x.dyn --at -3"), "--at: expected a number, 0 to 1000000000, not '-3'");
+  EXPECT_EQ(ErrorOf("invoke A.b --at 3"), "invoke: unknown option --at");
   EXPECT_EQ(ErrorOf("disconnect m2"), "expected MODULE.CONNECTOR, not 'm2'");
   EXPECT_EQ(ErrorOf("invoke turn"), "invoke: expected Role.command, not 'turn'");
   EXPECT_NE(ErrorOf("push m5 EST 2").find("(did you mean 'EAST'?)"), std::string::npos);
@@ -76,7 +101,7 @@ TEST(ControlCommandTest, ErrorsSayWhatWasExpected) {
 TEST(ControlCommandTest, AnswersAreReadBackAsTheyWere) {
   for (const ControlAnswer& answer :
        {ControlAnswer{7, ControlAnswer::State::kDone, 412, 0, ""},
-        ControlAnswer{8, ControlAnswer::State::kLater, 413, 0, ""},
+        ControlAnswer{8, ControlAnswer::State::kLater, 413, 0, "", "deploy x.dyn --at 9.5"},
         ControlAnswer{9, ControlAnswer::State::kRefused, 0, 2, "no module 'm55' here"}}) {
     const std::string text = AnswerText(answer);
     EXPECT_TRUE(IsAnswer(text));
@@ -85,6 +110,7 @@ TEST(ControlCommandTest, AnswersAreReadBackAsTheyWere) {
     ASSERT_TRUE(read);
     EXPECT_EQ(AnswerText(*read), text);
     EXPECT_EQ(read->reason, answer.reason);
+    EXPECT_EQ(read->effect, answer.effect);
   }
   EXPECT_FALSE(ParseAnswer("answer x done 1"));
   EXPECT_FALSE(ParseAnswer("answer 1 perhaps 1"));

@@ -155,12 +155,29 @@ TEST(Exploration, OneOfTwoModulesStopsAndTheOtherIsNotBlamed) {
   ExpectSound(settings, 1000);
 }
 
-TEST(Exploration, FindsAPlantedError) {
-  // The explorer itself: a window of one tick makes progress impossible, since a tick is known to
-  // be whole only once the next one begins.
+TEST(Exploration, AModuleIsLostAtItsTickWhateverHappensAndTheOtherGoesOn) {
+  Settings settings;
+  settings.ticks = 4;
+  settings.lose_tick = 2;
+  ExpectSound(settings, 1000);
+}
+
+TEST(Exploration, ALoggerHasAllOfARunThatLosesItsOnlyModule) {
   Settings settings;
   settings.modules = 1;
-  settings.window = 1;
+  settings.ticks = 3;
+  settings.lose_tick = 1;
+  settings.logger = true;
+  settings.kills = false;
+  ExpectSound(settings, 1000);
+}
+
+TEST(Exploration, FindsAPlantedError) {
+  // The explorer itself: a window of no tick makes progress impossible, since the logger cannot
+  // have a tick before it begins.
+  Settings settings;
+  settings.modules = 1;
+  settings.window = 0;
   settings.logger = true;
   EXPECT_NE(Explore(settings).violation, "");
 }

@@ -21,6 +21,19 @@ struct Settings {
   bool kills = true;    ///< Modules are killed and resumed.
   bool deaths = false;  ///< One module stops for good, at any moment.
   int64_t window = 2;
+  /// The tick from which on the run goes on without the last module; -1: it never does.
+  int64_t lose_tick = -1;
+
+  /// The module that may be lost: the last one.
+  [[nodiscard]] int LostNumber() const { return modules - 1; }
+  /// Ticks that a module has to compute.
+  [[nodiscard]] int64_t TicksOf(int i) const {
+    return i == LostNumber() && lose_tick >= 0 ? lose_tick : ticks;
+  }
+  /// Both modules take part in the tick.
+  [[nodiscard]] bool BothIn(int64_t tick) const {
+    return modules == 2 && tick < TicksOf(LostNumber());
+  }
 };
 
 /// A message as far as the machines look at it.
@@ -41,9 +54,10 @@ struct Message {
     kVerdict,
     kVerdictAck,
     kBye,
+    kLeave,
   };
   Kind kind = Kind::kHello;
-  int process = 0;  ///< Sender of what a process sends; addressee of kAsk*, kBye.
+  int process = 0;  ///< Sender of what a process sends; addressee of kAsk*, kBye, kLeave.
   /// Tick; kStatus: its number; kAskGap: first number; kVerdict: 1 if the run ended well.
   int64_t number = 0;
   int64_t last = 0;             ///< kClock: phase. kAskGap: last number.

@@ -147,6 +147,7 @@ class World {
     modules[Index(i)] = ModuleLockstep({false, Patient()});
     std::vector<ModuleAction> out;
     modules[Index(i)].Begin(computed[Index(i)], now_us_, &out);
+    if (left_ && i == settings_.LostNumber()) modules[Index(i)].OnLeave(now_us_, &out);
     Take(i, out);
   }
 
@@ -160,7 +161,8 @@ class World {
     for (int i = 0; i < settings_.modules; ++i) {
       if (modules[Index(i)].tick() != computed[Index(i)])
         return "a module's tick is not what it computed";
-      if (computed[Index(i)] < sim.tick() && i != dead_) return "the sim went on without an answer";
+      if (computed[Index(i)] < std::min(sim.tick(), settings_.TicksOf(i)) && i != dead_)
+        return "the sim went on without an answer";
       if (computed[Index(i)] > sim.tick() + 1) return "a module is ahead of the sim";
     }
     if (!settings_.logger) return {};
@@ -169,6 +171,7 @@ class World {
     }
     for (int i = 0; i < settings_.modules; ++i) {
       const int64_t done = computed[Index(i)];
+      if (done == settings_.TicksOf(i)) continue;
       // The module keeps the last `window` ticks.
       if (log.complete_tick() + 1 < done - settings_.window)
         return "what the logger lacks is not kept";
@@ -185,8 +188,10 @@ class World {
 
  private:
   [[nodiscard]] bool EveryoneFinished() const {
-    return std::all_of(computed.begin(), computed.begin() + settings_.modules,
-                       [this](int64_t ticks) { return ticks == settings_.ticks; });
+    for (int i = 0; i < settings_.modules; ++i) {
+      if (computed[Index(i)] != settings_.TicksOf(i)) return false;
+    }
+    return true;
   }
 
   static size_t Index(int i) { return static_cast<size_t>(i); }
@@ -243,7 +248,7 @@ class World {
         break;
       case Kind::kSensors: {
         std::vector<uint16_t> mates;
-        if (settings_.modules == 2) mates.push_back(mate);
+        if (settings_.BothIn(m.number)) mates.push_back(mate);
         module.OnSensors(m.number, 0, 1, true, mates, now_us_, &out);
         break;
       }
@@ -260,7 +265,13 @@ class World {
         if (m.process == i) Resend(m);
         break;
       case Kind::kBye:
-        module.OnBye(&out);
+        module.OnBye(sim.tick(), &out);
+        break;
+      case Kind::kLeave:
+        if (m.process != i) break;
+        if (computed[Index(i)] != settings_.lose_tick) violation_ = "a module leaves too early";
+        left_ = true;
+        module.OnLeave(now_us_, &out);
         break;
       default:
         break;
@@ -272,7 +283,12 @@ class World {
     std::vector<LogAction> out;
     switch (m.kind) {
       case Kind::kClock:
-        log.OnClock(m.number, static_cast<int>(m.last), settings_.modules, 1, 0, now_us_, &out);
+        if (m.number == settings_.lose_tick && m.number < settings_.ticks) {
+          log.Lose(settings_.modules == 1 ? "m1" : "m2", m.number);
+        }
+        // Where the sim ends within a tick, END is the message after that tick's CLOCK.
+        log.OnClock(m.number + (m.last == morphbus::sim_clock_t::PHASE_END ? 1 : 0), m.number,
+                    static_cast<int>(m.last), settings_.modules, 1, 0, now_us_, &out);
         break;
       case Kind::kSensors:
         for (int i = 0; i < settings_.modules; ++i) log.AddModule(i == 0 ? "m1" : "m2");
@@ -293,11 +309,11 @@ class World {
         log.OnPoll(m.number, now_us_, &out);
         break;
       case Kind::kVerdict:
-        log.OnVerdict(now_us_, &out);
+        log.OnVerdict(sim.tick(), now_us_, &out);
         if (log.verdict_heard()) log_clean_ = m.number == 1 && log.complete();
         break;
       case Kind::kBye:
-        log.OnBye(&out);
+        log.OnBye(sim.tick(), &out);
         break;
       default:
         break;
@@ -348,9 +364,14 @@ class World {
   void Take(const std::vector<SimAction>& actions) {
     for (const SimAction& action : actions) {
       switch (action.kind) {
-        case SimAction::Kind::kPublishTick:
-        case SimAction::Kind::kRepeatTick:
+        case SimAction::Kind::kPublishClock:
+        case SimAction::Kind::kRepeatClock:
           Send(Clock(action.tick));
+          break;
+        case SimAction::Kind::kPublishReadings:
+          if (action.tick == settings_.lose_tick - 1) LoseLast();
+          [[fallthrough]];
+        case SimAction::Kind::kRepeatReadings:
           Send({Kind::kSensors, -1, action.tick});
           break;
         case SimAction::Kind::kAskModule:
@@ -372,10 +393,23 @@ class World {
         case SimAction::Kind::kAdvance:
           if (action.tick != advanced_++) violation_ = "the robot was not advanced once a tick";
           break;
+        case SimAction::Kind::kAskToLeave:
+          Send({Kind::kLeave, action.process, 0});
+          break;
+        case SimAction::Kind::kAtBarrier:
+          violation_ = "nobody asked for a barrier";
+          break;
         case SimAction::Kind::kFinish:
           break;
       }
     }
+  }
+
+  /// Somebody has it said that the last module is to be lost with the next tick.
+  void LoseLast() {
+    std::vector<SimAction> out;
+    sim.Lose(settings_.LostNumber(), now_us_, &out);
+    Take(out);
   }
 
   void Take(int i, const std::vector<ModuleAction>& actions) {
@@ -408,7 +442,7 @@ class World {
   void Compute(int i, int64_t tick) {
     // The saved tick counts kills in: computing again would show here.
     if (tick != computed[Index(i)]) violation_ = "a tick was computed twice or left out";
-    if (tick > 0 && settings_.modules == 2 && !Sent({Kind::kTransform, 1 - i, tick - 1})) {
+    if (tick > 0 && settings_.BothIn(tick) && !Sent({Kind::kTransform, 1 - i, tick - 1})) {
       violation_ = "a tick was computed without the mate's message";
     }
     ++computed[Index(i)];
@@ -452,6 +486,7 @@ class World {
   int64_t now_us_ = 0;
   int64_t advanced_ = 0;
   int dead_ = -1;           ///< The module that stopped for good; -1: none.
+  bool left_ = false;       ///< The lost module has heard that it is.
   bool log_clean_ = false;  ///< The logger's END would say `clean`.
   std::string violation_;
 };

@@ -54,9 +54,6 @@ std::vector<uint8_t> EmptyProgram(uint16_t settle_ticks) {
   put(image::kSettleTicksAt, settle_ticks, 2);
   put(image::kSizeAt, image::kHeaderBytes, 4);
   put(image::kBudgetAt, image::kDefaultBudget, 4);
-  for (uint32_t i = 0; i < image::kNumSections; ++i) {
-    put(image::kSectionsAt + 8 * i, image::kHeaderBytes, 4);
-  }
   put(image::kHashAt, image::HashOf(bytes.data(), image::kHeaderBytes), 8);
   return bytes;
 }

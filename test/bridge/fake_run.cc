@@ -81,6 +81,7 @@ void FakeRobot::Actuate(const morphbus::actuator_t& command) {
 }
 
 void FakeController::Tick(const vm::TickInput& input, vm::TickOutput* output) {
+  *output = vm::TickOutput();
   computed.push_back(input.tick);
   requests += input.num_requests;
   mixed_ = Mix(mixed_, static_cast<uint64_t>(input.tick + input.sim_time_us));
@@ -173,8 +174,8 @@ ModuleParticipantOptions FakeRun::ModuleOptions(int i) const {
 }
 
 std::unique_ptr<FakeRun::Seat> FakeRun::MakeSeat(uint64_t seed) {
-  return std::make_unique<Seat>(options.connect ? options.connect() : hub.Connect(), options.loss,
-                                seed);
+  return std::make_unique<Seat>(options.connect ? options.connect() : hub.Connect(),
+                                WithLoss(options.faults, options.loss, seed));
 }
 
 FakeRun::FakeRun(const FakeRunOptions& o) : options(o), robot(o.modules) {
@@ -201,6 +202,7 @@ FakeRun::FakeRun(const FakeRunOptions& o) : options(o), robot(o.modules) {
                                            ++logged;
                                            logged_duplicates += m.duplicate ? 1 : 0;
                                            logged_bad += m.bad ? 1 : 0;
+                                           logged_refused += m.refused ? 1 : 0;
                                          });
 }
 

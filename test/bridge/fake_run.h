@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "bridge/bus/bus_adapters.h"
+#include "bridge/bus/faulty_bus.h"
 #include "bridge/bus/inproc_bus.h"
 #include "bridge/lockstep/log_participant.h"
 #include "bridge/lockstep/module_participant.h"
@@ -68,6 +68,7 @@ struct FakeRunOptions {
   int modules = 3;
   int64_t ticks = 40;
   double loss = 0;
+  FaultPlan faults;  ///< Besides loss; without a seed of its own.
   uint64_t seed = 1;
   bool logger = true;
   bool realtime = false;
@@ -94,11 +95,12 @@ class FakeRun {
   [[nodiscard]] std::vector<Participant*> participants();
 
   struct Seat {
-    Seat(InprocHub* hub, double loss, uint64_t seed) : Seat(hub->Connect(), loss, seed) {}
-    Seat(std::unique_ptr<Bus> connection, double loss, uint64_t seed)
-        : endpoint(std::move(connection)), bus(endpoint.get(), loss, seed) {}
+    Seat(InprocHub* hub, double loss, uint64_t seed)
+        : Seat(hub->Connect(), WithLoss({}, loss, seed)) {}
+    Seat(std::unique_ptr<Bus> connection, const FaultPlan& faults)
+        : endpoint(std::move(connection)), bus(endpoint.get(), faults, "") {}
     std::unique_ptr<Bus> endpoint;
-    LossyBus bus;
+    FaultyBus bus;
   };
   struct Module {
     std::unique_ptr<Seat> seat;
@@ -121,7 +123,7 @@ class FakeRun {
   std::vector<Module> modules;
   std::unique_ptr<LogParticipant> log;
   bool started = false;
-  int64_t logged = 0, logged_duplicates = 0, logged_bad = 0;
+  int64_t logged = 0, logged_duplicates = 0, logged_bad = 0, logged_refused = 0;
 };
 
 inline constexpr uint64_t kFakeModel = 0x1122334455667788;

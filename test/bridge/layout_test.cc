@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bridge/wire/codec.h"
+#include "bridge/wire/health_layout.h"
 #include "bridge/wire/wire_size.h"
 
 namespace morphbus::bridge {

@@ -12,12 +12,14 @@
 
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <list>
 #include <map>
 
 #include "bridge/bus/bus_adapters.h"
 #include "bridge/bus/lcm_bus.h"
 #include "bridge/bus/lcm_url.h"
+#include "bridge/bus/udpm_sources.h"
 #include "test/bridge/fake_run.h"
 
 namespace morphbus::bridge {
@@ -76,6 +78,24 @@ TEST(Lcm, DeliversWhatIsSubscribedAndNothingElse) {
   EXPECT_EQ(heard, "run/a:1 run/b:1300 ");
 }
 
+TEST(Lcm, DatagramsOfAnyLengthArriveWhole) {
+  const auto sender = Open(), receiver = Open();
+  std::vector<size_t> heard;
+  receiver->Subscribe("run/a", [&heard](std::string_view, const uint8_t* data, size_t size) {
+    bool right = true;
+    for (size_t i = 0; i < size; ++i) right = right && data[i] == static_cast<uint8_t>(i * 7);
+    heard.push_back(right ? size : 0);
+  });
+  const std::vector<size_t> sizes = {1, 1300, 2030, 2040, 2048, 2049, 5000, 60'000, 3};
+  for (const size_t size : sizes) {
+    std::vector<uint8_t> bytes(size);
+    for (size_t i = 0; i < size; ++i) bytes[i] = static_cast<uint8_t>(i * 7);
+    sender->Publish("run/a", bytes.data(), bytes.size());
+  }
+  HandleUntil(receiver.get(), [&] { return heard.size() >= sizes.size(); });
+  EXPECT_EQ(heard, sizes);
+}
+
 TEST(Lcm, QuietChannelsEndNoWaitAndComeBeforeWhatDoes) {
   const auto sender = Open(), receiver = Open();
   std::string heard;
@@ -130,6 +150,76 @@ TEST(Lcm, TheKernelDropsForeignChannels) {
   heard = 0;
   Publish(sender.get(), "run/whatever");
   HandleUntil(receiver.get(), [&] { return heard > 0; });
+}
+
+TEST(Lcm, SubscriptionsThatAreHeldChangeTheFilterOnce) {
+  const auto sender = Open(), receiver = Open();
+  std::string heard;
+  const auto note = [&heard](std::string_view name, const uint8_t*, size_t) {
+    heard += std::string(name) + " ";
+  };
+  receiver->Subscribe("run/old", note);
+  const std::vector<int> before = FilterSizes();
+  {
+    const HeldSubscriptions together(receiver.get());
+    for (const char* channel : {"run/a", "run/b", "run/c"}) receiver->Subscribe(channel, note);
+    receiver->Unsubscribe("run/old");
+    receiver->Unsubscribe("run/b");
+    EXPECT_EQ(FilterSizes(), before);
+  }
+  EXPECT_NE(FilterSizes(), before);
+  // One by one again, and what was held is what counts.
+  for (const char* channel : {"run/old", "run/a", "run/b", "run/c"}) Publish(sender.get(), channel);
+  HandleUntil(receiver.get(), [&] { return heard.ends_with("run/c "); });
+  EXPECT_EQ(heard, "run/a run/c ");
+  const std::vector<int> after = FilterSizes();
+  receiver->Subscribe("run/d", note);
+  EXPECT_NE(FilterSizes(), after);
+}
+
+/// How many of this network's addresses the kernel keeps from some socket in the group.
+int NumRefusedSources() {
+  std::ifstream table("/proc/net/mcfilter");
+  std::string line;
+  int refused = 0;
+  // Index, interface, group, source, sockets that include it, sockets that exclude it.
+  while (std::getline(table, line)) refused += line.find("0x7f4c43") != std::string::npos ? 1 : 0;
+  return refused;
+}
+
+TEST(Lcm, SendersThatAReceiverDoesNotNeedAreRefusedAndAllThatItNeedsComes) {
+  const auto sender = Open(), receiver = Open();
+  std::map<std::string, int> heard;
+  const auto count = [&heard](std::string_view channel, const uint8_t*, size_t) {
+    ++heard[std::string(channel)];
+  };
+  EXPECT_EQ(NumRefusedSources(), 0);
+  receiver->Subscribe("run/0", count);
+  // One is needed; the kernel takes 10, unless it was told to take more.
+  EXPECT_GE(NumRefusedSources(), 10);
+  EXPECT_LT(NumRefusedSources(), kNumSources);
+  // Whatever is needed later comes, from whichever address.
+  const int channels = 3 * kNumSources;
+  for (int i = 1; i < channels; ++i) {
+    receiver->Subscribe("run/" + std::to_string(i), count);
+    for (int j = 0; j <= i; ++j) Publish(sender.get(), "run/" + std::to_string(j));
+    HandleUntil(receiver.get(), [&] { return heard["run/" + std::to_string(i)] == 1; });
+    EXPECT_EQ(heard["run/0"], i);
+  }
+  EXPECT_EQ(NumRefusedSources(), 0);
+  // A publisher that knows nothing of addresses is heard, too, and so is everything by a prefix.
+  lcm_t* stock = lcm_create(kDefaultLcmUrl);
+  ASSERT_NE(stock, nullptr);
+  const auto listener = Open();
+  listener->Subscribe("run/0", count);
+  heard.clear();
+  lcm_publish(stock, "run/0", "x", 1);
+  HandleUntil(listener.get(), [&] { return heard["run/0"] > 0; });
+  lcm_destroy(stock);
+  listener->SubscribePrefix("run/", count);
+  heard.clear();
+  for (int i = 0; i < channels; ++i) Publish(sender.get(), "run/" + std::to_string(i));
+  HandleUntil(listener.get(), [&] { return heard.size() == static_cast<size_t>(channels); });
 }
 
 TEST(Lcm, StockSubscribersSeeEverything) {
@@ -231,6 +321,10 @@ class NotingLcmBus : public ForwardingBus {
   void SubscribePrefix(const std::string& prefix, Handler handler) override {
     inner_->SubscribePrefix(prefix, std::move(handler));
   }
+  void SubscribeQuietly(const std::string& prefix, const std::string& suffix,
+                        Handler handler) override {
+    inner_->SubscribeQuietly(prefix, suffix, std::move(handler));
+  }
 
  private:
   std::unique_ptr<Bus> lcm_;
@@ -259,6 +353,10 @@ TEST(Lcm, AModuleIsWokenByItsOwnSensorsAlone) {
     }
   }
   EXPECT_EQ(modules, options.modules);
+  // The first tick too: a fast neighbour's answer may come before it is known as one.
+  for (const FakeRun::Module& module : run.modules) {
+    EXPECT_EQ(module.participant->ledger().asked, 0);
+  }
   for (const FakeRun::Module& module : run.modules) {
     // SENSORS and the mates' TRANSFORM of every tick, and CLOCK at the beginning and the end only.
     const int64_t mates = &module == &run.modules.front() || &module == &run.modules.back() ? 1 : 2;

@@ -12,7 +12,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "bridge/bus/bus_adapters.h"
+#include "bridge/bus/faulty_bus.h"
 #include "bridge/bus/lcm_bus.h"
 #include "bridge/lockstep/log_participant.h"
 #include "bridge/lockstep/sim_participant.h"

@@ -53,6 +53,9 @@ morphbus::transform_t Transform() {
   message.sender = 3;
   message.incarnation = 1;
   message.role = 2;
+  message.num_shared = 2;
+  message.shared[0] = vm::Cell::Float(-0.5F);
+  message.shared[1] = vm::Cell::Int(3);
   message.has_pose = true;
   message.root = 1;
   message.root_incarnation = 1;
@@ -102,6 +105,8 @@ morphbus::sensors_t Sensors() {
     reading.num_joints = 2;
     reading.joint_position_si = {0.5, -1.25};
     reading.joint_velocity_si = {0.0F, 3.5F};
+    reading.num_sensor_values = 2;
+    reading.sensor_value = {0.75F, 1.0F};
     reading.num_docked = 1;
     morphbus::docked_connector_t docked;
     docked.connector = 2;
@@ -124,6 +129,10 @@ morphbus::sensors_t Sensors() {
   piece.size = 3;
   piece.bytes = {1, 2, 3};
   sensors.num_pieces = 1;
+  vm::PoseF X_RL;
+  X_RL.p = {0.25F, 0.5F, -1.0F};
+  ToRootPose(1, 1, X_RL, &sensors.root_poses.emplace_back());
+  sensors.num_root_poses = 1;
   return sensors;
 }
 
@@ -141,6 +150,14 @@ morphbus::status_t Status() {
   report.faults[0].code = vm::FaultCode::kTargetClamped;
   report.faults[0].asked = 95;
   report.faults[0].limit = 90;
+  report.num_prints = 1;
+  report.prints_dropped = 2;
+  report.prints[0].function = 4;
+  report.prints[0].line = 17;
+  report.prints[0].text = 5;
+  report.prints[0].num_values = 2;
+  report.prints[0].values[0] = vm::Cell::Float(1.5F);
+  report.prints[0].values[1] = vm::Cell::Int(-7);
   StatusNames names;
   names.type_name = "MTRAN";
   names.role_name = "Knee";
@@ -166,6 +183,16 @@ morphbus::ask_t Ask() {
   total.hashed = 1;
   ask.totals = {total, total};
   ask.num_totals = 2;
+  ask.part = 1;
+  ask.num_parts = 3;
+  morphbus::taken_total_t taken;
+  taken.channel = "walk/m2/TRANSFORM";
+  taken.part = -1;
+  taken.taker = "m3";
+  taken.count = 11;
+  taken.sum = -5;
+  ask.taken = {taken, taken};
+  ask.num_taken = 2;
   return ask;
 }
 
@@ -217,6 +244,18 @@ std::vector<SampleMessage> SampleMessages() {
   hello.build = "0.1.0";
   Ledger ledger;
   ledger.received = 5;
+  morphbus::health_t health = MakeHealth("m3", ledger);
+  morphbus::lateness_t& lateness = health.lateness.emplace_back();
+  lateness.module_name = "m7";
+  lateness.missed = 5;
+  lateness.late = 4;
+  lateness.worst_us = 30000;
+  health.num_lateness = 1;
+  morphbus::topic_total_t& total = health.totals.emplace_back();
+  total.topic = "ACTUATOR";
+  total.count = 7;
+  total.hash = -3;
+  health.num_totals = 1;
   morphbus::control_t control;
   control.counter = 3;
   control.command = "pause";
@@ -237,7 +276,7 @@ std::vector<SampleMessage> SampleMessages() {
           Sample("actuator_t", Actuator()),
           Sample("sim_clock_t", clock),
           Sample("hello_t", hello),
-          Sample("health_t", MakeHealth("m3", ledger)),
+          Sample("health_t", health),
           Sample("control_t", control),
           Sample("info_part_t", SplitInfo("about this run").front()),
           Sample("log_end_t", end)};

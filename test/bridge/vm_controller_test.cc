@@ -6,6 +6,7 @@
 
 #include "bridge/wire/codec.h"
 #include "bridge/wire/vm_codec.h"
+#include "bridge/wire/wire_limits.h"
 #include "test/bridge/fake_images.h"
 #include "test/vm/image_builder.h"
 #include "vm/image/verifier.h"
@@ -76,28 +77,46 @@ std::vector<uint8_t> SavedAfter(VmController* controller, int64_t from, int64_t 
   return saved;
 }
 
-/// All pieces of an image, as SENSORS brings them.
-void Deploy(VmController* controller, const std::vector<uint8_t>& image, uint64_t hash) {
-  for (size_t at = 0; at < image.size(); at += 128) {
-    morphbus::deploy_piece_t piece;
-    piece.module_id = 3;
-    piece.hash = static_cast<int64_t>(hash);
-    piece.image_size = static_cast<int32_t>(image.size());
-    piece.offset = static_cast<int32_t>(at);
-    const size_t end = std::min(image.size(), at + 128);
-    piece.bytes.assign(image.begin() + static_cast<long>(at),
-                       image.begin() + static_cast<long>(end));
-    piece.size = static_cast<int16_t>(end - at);
-    controller->TakePiece(piece);
-  }
-}
-
 uint64_t HashOf(const std::vector<uint8_t>& image) {
   vm::VerifiedProgram program;
   EXPECT_EQ(
       vm::Verifier::Verify(image.data(), static_cast<uint32_t>(image.size()), &program).message,
       nullptr);
   return program.hash();
+}
+
+/// The package of an image that is to run from this tick of the root's clock on.
+std::vector<uint8_t> PackageOf(const std::vector<uint8_t>& image, int64_t switch_tick) {
+  std::vector<uint8_t> package(vm::kPackageHeadBytes);
+  vm::WritePackageHead({switch_tick, 0}, package.data());
+  package.insert(package.end(), image.begin(), image.end());
+  return package;
+}
+
+/// The pieces of a package, as SENSORS brings them.
+std::vector<morphbus::deploy_piece_t> PiecesOf(const std::vector<uint8_t>& package, uint64_t id) {
+  std::vector<morphbus::deploy_piece_t> pieces;
+  for (size_t at = 0; at < package.size(); at += kMaxDeployPiece) {
+    morphbus::deploy_piece_t& piece = pieces.emplace_back();
+    piece.module_id = 3;
+    piece.hash = static_cast<int64_t>(id);
+    piece.image_size = static_cast<int32_t>(package.size());
+    piece.offset = static_cast<int32_t>(at);
+    const size_t end = std::min(package.size(), at + kMaxDeployPiece);
+    piece.bytes.assign(package.begin() + static_cast<long>(at),
+                       package.begin() + static_cast<long>(end));
+    piece.size = static_cast<int16_t>(end - at);
+  }
+  return pieces;
+}
+
+/// All pieces of an image's package, under the id that is right if the image's hash is `hash`.
+void Deploy(VmController* controller, const std::vector<uint8_t>& image, uint64_t hash,
+            int64_t switch_tick = 1) {
+  const std::vector<uint8_t> package = PackageOf(image, switch_tick);
+  for (const auto& piece : PiecesOf(package, vm::PackageId(hash, {switch_tick, 0}))) {
+    controller->TakePiece(piece);
+  }
 }
 
 /// All bytes that a module sends for one tick.
@@ -151,6 +170,38 @@ TEST(VmControllerTest, ARestoredControllerGoesOnAsIfNothingHadHappened) {
   }
 }
 
+TEST(VmControllerTest, AControllerThatBeginsAnewIsAsOneThatWasJustMade) {
+  const Images images(CountingProgram());
+  VmController old(Root(), images.kinematics, images.program);
+  Deploy(&old, EmptyProgram(), HashOf(EmptyProgram()));
+  SavedAfter(&old, 0, 70);
+  ASSERT_NE(old.program().hash(), images.program.hash());
+  old.BeginAnew(2);
+  vm::VmConfig config = Root();
+  config.incarnation = 2;
+  VmController fresh(config, images.kinematics, images.program);
+  for (int64_t tick = 70; tick < 140; ++tick) {
+    vm::TickOutput of_old{}, of_fresh{};
+    old.Tick(InputAt(tick), &of_old);
+    fresh.Tick(InputAt(tick), &of_fresh);
+    ASSERT_EQ(BytesOf(of_old, &old), BytesOf(of_fresh, &fresh)) << tick;
+    EXPECT_EQ(of_old.message.incarnation, 2u);
+  }
+  std::vector<uint8_t> saved_old, saved_fresh;
+  old.Save(&saved_old);
+  fresh.Save(&saved_fresh);
+  // They exchange their states: only bytes of padding, which no code reads, may differ.
+  ASSERT_EQ(saved_old.size(), saved_fresh.size());
+  ASSERT_TRUE(old.Load(saved_fresh.data(), saved_fresh.size()));
+  ASSERT_TRUE(fresh.Load(saved_old.data(), saved_old.size()));
+  for (int64_t tick = 140; tick < 180; ++tick) {
+    vm::TickOutput of_old{}, of_fresh{};
+    old.Tick(InputAt(tick), &of_old);
+    fresh.Tick(InputAt(tick), &of_fresh);
+    ASSERT_EQ(BytesOf(of_old, &old), BytesOf(of_fresh, &fresh)) << tick;
+  }
+}
+
 TEST(VmControllerTest, ADeployedProgramRunsFromTheNextTickAndSurvivesARestore) {
   const Images images;
   const std::vector<uint8_t> next = EmptyProgram(5);
@@ -164,31 +215,95 @@ TEST(VmControllerTest, ADeployedProgramRunsFromTheNextTickAndSurvivesARestore) {
   vm::TickOutput output{};
   controller.Tick(InputAt(5), &output);
   EXPECT_EQ(output.message.program_hash, hash);
-  EXPECT_EQ(output.message.news.hash, hash) << "and the mates hear of it";
+  EXPECT_EQ(output.message.news.hash, vm::PackageId(hash, {1, 0})) << "and the mates hear of it";
   VmController restored(Root(), images.kinematics, images.program);
   ASSERT_TRUE(restored.Load(saved.data(), saved.size()));
   EXPECT_EQ(restored.program().hash(), hash);
 }
 
-TEST(VmControllerTest, ADeploymentSavedHalfwayIsFinishedAfterwards) {
+TEST(VmControllerTest, ADeployedProgramWaitsForItsTickWhileMatesGetIt) {
   const Images images;
   const std::vector<uint8_t> next = EmptyProgram(5);
+  const uint64_t id = vm::PackageId(HashOf(next), {8, 0});
   VmController controller(Root(), images.kinematics, images.program),
       restored(Root(), images.kinematics, images.program);
-  morphbus::deploy_piece_t piece;
-  piece.module_id = 3;
-  piece.hash = static_cast<int64_t>(HashOf(next));
-  piece.image_size = static_cast<int32_t>(next.size());
-  piece.offset = 0;
-  piece.size = 10;
-  piece.bytes.assign(next.begin(), next.begin() + 10);
-  controller.TakePiece(piece);
+  SavedAfter(&controller, 0, 3);
+  Deploy(&controller, next, HashOf(next), 8);
+  for (int64_t tick = 3; tick < 8; ++tick) {
+    vm::TickOutput output{};
+    controller.Tick(InputAt(tick), &output);
+    EXPECT_EQ(output.message.program_hash, images.program.hash()) << "tick " << tick;
+    EXPECT_EQ(output.message.news.hash, id) << "tick " << tick;
+  }
+  // Killed while it waits, it goes over to it in the same tick all the same.
+  const std::vector<uint8_t> saved = SavedAfter(&controller, 8, 8);
+  ASSERT_TRUE(restored.Load(saved.data(), saved.size()));
+  for (VmController* each : {&controller, &restored}) {
+    EXPECT_EQ(each->program().hash(), images.program.hash());
+    vm::TickOutput output{};
+    each->Tick(InputAt(8), &output);
+    EXPECT_EQ(output.message.program_hash, HashOf(next));
+  }
+}
+
+TEST(VmControllerTest, WhoHasNoRootsClockGoesOverAtOnce) {
+  const Images images;
+  const std::vector<uint8_t> next = EmptyProgram(5);
+  vm::VmConfig config = Root();
+  config.is_root = false;
+  VmController controller(config, images.kinematics, images.program);
+  SavedAfter(&controller, 0, 3);
+  Deploy(&controller, next, HashOf(next), 1000);
+  SavedAfter(&controller, 3, 4);
+  EXPECT_EQ(controller.program().hash(), HashOf(next));
+}
+
+TEST(VmControllerTest, ANewerDeploymentTakesThePlaceOfOneThatWaits) {
+  const Images images;
+  const std::vector<uint8_t> first = EmptyProgram(5), second = EmptyProgram(6);
+  VmController controller(Root(), images.kinematics, images.program);
+  SavedAfter(&controller, 0, 3);
+  Deploy(&controller, first, HashOf(first), 8);
+  SavedAfter(&controller, 3, 4);
+  Deploy(&controller, second, HashOf(second), 12);
+  SavedAfter(&controller, 4, 12);
+  EXPECT_EQ(controller.program().hash(), images.program.hash());
+  SavedAfter(&controller, 12, 13);
+  EXPECT_EQ(controller.program().hash(), HashOf(second));
+}
+
+TEST(VmControllerTest, PiecesMayComeInAnyOrderAndAgain) {
+  const Images images;
+  const std::vector<uint8_t> next = CountingProgram();
+  VmController controller(Root(), images.kinematics, images.program);
+  std::vector<morphbus::deploy_piece_t> pieces =
+      PiecesOf(PackageOf(next, 1), vm::PackageId(HashOf(next), {1, 0}));
+  ASSERT_GT(pieces.size(), 1u);
+  for (size_t i = pieces.size(); i > 0; --i) {
+    for (int again = 0; again < 2; ++again) controller.TakePiece(pieces[i - 1]);
+  }
+  vm::TickOutput output{};
+  controller.Tick(InputAt(0), &output);
+  controller.Tick(InputAt(1), &output);
+  EXPECT_EQ(controller.program().hash(), HashOf(next));
+  const uint32_t version = output.message.news.version;
+  // What comes after the whole begins nothing anew.
+  for (const auto& piece : pieces) controller.TakePiece(piece);
+  controller.Tick(InputAt(2), &output);
+  EXPECT_EQ(output.message.news.version, version);
+}
+
+TEST(VmControllerTest, ADeploymentSavedHalfwayIsFinishedAfterwards) {
+  const Images images;
+  const std::vector<uint8_t> next = CountingProgram();
+  VmController controller(Root(), images.kinematics, images.program),
+      restored(Root(), images.kinematics, images.program);
+  const std::vector<morphbus::deploy_piece_t> pieces =
+      PiecesOf(PackageOf(next, 1), vm::PackageId(HashOf(next), {1, 0}));
+  controller.TakePiece(pieces[0]);
   const std::vector<uint8_t> saved = SavedAfter(&controller, 0, 2);
   ASSERT_TRUE(restored.Load(saved.data(), saved.size()));
-  piece.offset = 10;
-  piece.size = static_cast<int16_t>(next.size() - 10);
-  piece.bytes.assign(next.begin() + 10, next.end());
-  restored.TakePiece(piece);
+  for (size_t i = 1; i < pieces.size(); ++i) restored.TakePiece(pieces[i]);
   SavedAfter(&restored, 2, 4);
   EXPECT_EQ(restored.program().hash(), HashOf(next));
 }
@@ -201,6 +316,35 @@ TEST(VmControllerTest, DamagedOrMisorderedDeploymentsChangeNothing) {
   Deploy(&controller, next, hash + 1);
   next[next.size() / 2] ^= 1;
   Deploy(&controller, next, hash);
+  // A package whose head has been damaged: it would run at another tick than it was deployed for.
+  const std::vector<uint8_t> sound = EmptyProgram(5);
+  const uint64_t id = vm::PackageId(HashOf(sound), {2, 0});
+  for (const size_t at : {size_t{0}, size_t{5}, size_t{8}, size_t{15}}) {
+    std::vector<uint8_t> package = PackageOf(sound, 2);
+    package[at] ^= 1;
+    for (const auto& piece : PiecesOf(package, id)) controller.TakePiece(piece);
+  }
+  SavedAfter(&controller, 0, 3);
+  EXPECT_EQ(controller.program().hash(), images.program.hash());
+}
+
+TEST(VmControllerTest, PiecesThatDoNotLieOnTheGridAreDropped) {
+  const Images images;
+  const std::vector<uint8_t> next = CountingProgram();
+  VmController controller(Root(), images.kinematics, images.program);
+  const auto pieces = PiecesOf(PackageOf(next, 1), vm::PackageId(HashOf(next), {1, 0}));
+  for (morphbus::deploy_piece_t piece : pieces) {
+    for (const int offset : {piece.offset + 1, piece.image_size, piece.image_size + 1000}) {
+      morphbus::deploy_piece_t moved = piece;
+      moved.offset = offset;
+      controller.TakePiece(moved);
+    }
+    piece.image_size += 1;
+    controller.TakePiece(piece);
+    piece.image_size -= 1;
+    piece.bytes.pop_back();
+    controller.TakePiece(piece);
+  }
   SavedAfter(&controller, 0, 3);
   EXPECT_EQ(controller.program().hash(), images.program.hash());
 }

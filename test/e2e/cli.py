@@ -159,7 +159,7 @@ class Cli(Case):
 
     def test_roles_settle_without_moving(self):
         answer = as_json('roles', MODEL, PROGRAM, '--robot', 'quadruped')
-        self.assertEqual(list(answer), ['modules', 'problems'])
+        self.assertEqual(list(answer), ['modules', 'problems', 'unplayed'])
         self.assertEqual(answer['modules']['m5']['role'], 'Junction')
         m1 = answer['modules']['m1']
         self.assertEqual(m1['role'], 'FrontLeftLowerHalf')
@@ -240,7 +240,7 @@ class Cli(Case):
     def test_every_command_has_help_with_an_example(self):
         names = ['check', 'connections', 'fk', 'graph', 'equivalent', 'variants', 'roles',
                  'compile', 'disasm', 'format', 'export', 'draw', 'run', 'sim',
-                 'log', 'replay', 'spy', 'runs', 'compare', 'info', 'verify', 'repair']
+                 'log', 'replay', 'spy', 'runs', 'compare', 'info', 'verify', 'repair', 'report', 'convert']
         for name in names:
             self.assertIn('xample', morphbus(name, '--help').stdout, name)
         for name in names + ['module']:

@@ -37,19 +37,9 @@ class Running(Case):
         await_condition(lambda: not processes_of(self.run_name), 'no orphans', 10)
         return out, err
 
-    def test_a_killed_module_ends_the_run_and_is_named(self):
-        self.start('killmodule')
-        os.kill(self.pid_of('--module m3 '), signal.SIGKILL)
-        _, err = self.finish(3)
-        self.assertIn('module m3 was killed by signal 9', err)
-        self.assertIn(str(self.log_path), err)
-        facts = as_json('info', self.log_path)
-        self.assertGreater(facts['ticks'], 10)
-        self.assertIn('not clean: module m3 was killed', morphbus('verify', self.log_path).stdout)
-
     def test_the_figures_of_a_broken_run_are_those_of_its_log(self):
         self.start('broken', '--json')
-        os.kill(self.pid_of('--module m3 '), signal.SIGKILL)
+        os.kill(self.pid_of('/morphbus sim '), signal.SIGKILL)
         summary = json.loads(self.finish(3)[0])
         facts = as_json('info', summary['log'])
         for key in ('run', 'hash', 'ticks', 'seconds', 'num_faults'):

@@ -7,22 +7,15 @@ import subprocess
 import threading
 import unittest
 
+from lcm_datagrams import GROUP, PORT, receiver, sender
 from support import MODEL, PROGRAM, Case, as_json, await_condition, command, decode, morphbus, read_events
-
-GROUP, PORT = '239.255.76.67', 7667
 
 
 class Listener:
     """A receiver of LCM datagrams that shares no code with LCM or with us."""
 
     def __init__(self):
-        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 24)
-        self.socket.bind((GROUP, PORT))
-        self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP,
-                               socket.inet_aton(GROUP) + socket.inet_aton('127.0.0.1'))
-        self.socket.settimeout(0.2)
+        self.socket = receiver(timeout=0.2)
         self.messages = []
         self.stop = False
         self.thread = threading.Thread(target=self.listen)
@@ -49,8 +42,7 @@ class Listener:
 
 
 def send(channel, payload):
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out:
-        out.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton('127.0.0.1'))
+    with sender() as out:
         out.sendto(b'LC02' + struct.pack('>I', 1) + channel.encode() + b'\0' + payload, (GROUP, PORT))
 
 

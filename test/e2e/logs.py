@@ -4,26 +4,17 @@ import json
 import os
 import pathlib
 import resource
-import shutil
 import signal
 import subprocess
-import tempfile
 import unittest
 
-from support import MODEL, PROGRAM, ROBOTS, Case, as_json, morphbus, read_events, write_events
+from support import MODEL, PROGRAM, ROBOTS, ShortRun, as_json, morphbus, read_events, write_events
 
 
-class Logs(Case):
+class Logs(ShortRun):
     """Questions to one short log of a run called "short"."""
 
-    @classmethod
-    def setUpClass(cls):
-        folder = tempfile.mkdtemp(prefix='morphbus-e2e-')
-        cls.addClassCleanup(shutil.rmtree, folder)
-        cls.short = f'{folder}/short.log'
-        os.environ['XDG_RUNTIME_DIR'] = folder
-        morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', 2, '--inproc', '--run', 'short',
-                 '--log', cls.short)
+    SECONDS = 2
 
     def refused(self, *arguments, **options):
         """What is said on stderr by a command that must end with status 2 and print nothing else."""

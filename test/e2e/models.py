@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Every model of models/ through the command line; explanations of connections; the layout of files."""
+import csv
 import os
 import re
 import shutil
@@ -58,6 +59,70 @@ class Car(Case):
         north, _, east = run['displacement']
         self.assertGreater(north, 0.2)
         self.assertLess(abs(east), 0.05)
+
+
+class Smores(Case):
+    MODEL = MODELS / 'smores.m3l'
+    PROGRAM = MODELS / 'programs' / 'smores_train.dyn'
+
+    def test_the_whole_module_takes_forty_lines(self):
+        code = re.sub(r'//.*', '', self.MODEL.read_text()).split('robot train')[0]
+        self.assertLessEqual(len([line for line in code.splitlines() if line.strip()]), 40)
+
+    def test_its_four_faces_mate_in_four_orientations_each(self):
+        solved = as_json('connections', self.MODEL)
+        self.assertEqual(solved['count'], 64)
+        pairs = {(c['a'], c['b']) for c in solved['connections']}
+        self.assertEqual(len(pairs), 16)
+
+    def test_four_modules_drive_north_and_report_what_they_sense(self):
+        log = self.folder / 'train.log'
+        run = as_json('run', self.MODEL, self.PROGRAM, '--robot', 'train', '--seconds', 4, '--inproc', '--log', log)
+        self.assertEqual(list(run['roles'].values()), ['Engine', 'Trailer', 'Trailer', 'Trailer'])
+        self.assertEqual(run['faults'], [])
+        north, up, east = run['displacement']
+        self.assertGreater(north, 0.4)
+        self.assertLess(abs(east), 0.05)
+        self.assertLess(abs(up), 0.01)
+        morphbus('convert', log, '--to', 'csv', '-o', self.folder / 'csv')
+        with open(self.folder / 'csv' / 'sensors.csv', newline='') as file:
+            rows = list(csv.DictReader(file))
+        # Nothing is in front of the first one; the others see the back of the one before them, a face away.
+        self.assertTrue(all(float(row['m1.eye [m]']) > 0.99 for row in rows))
+        self.assertTrue(all(float(row['m3.eye [m]']) < 0.01 for row in rows))
+        for row in rows:
+            self.assertGreater(float(row['m2.level.y']), 0.99)
+        self.assertNotEqual(rows[3]['m1.level.x'], rows[4]['m1.level.x'])
+
+    def test_the_train_halts_before_the_wall_of_the_yard(self):
+        log = self.folder / 'yard.log'
+        yard = MODELS / 'yard.sdf'
+        run = as_json('run', self.MODEL, self.PROGRAM, '--robot', 'train', '--seconds', 8, '--inproc', '--log', log,
+                      '--world', yard)
+        self.assertEqual(run['faults'], [])
+        # The wall's near side is at 0.95 m; the first face of the train begins 0.05 m north of the origin.
+        self.assertLess(run['displacement'][0], 0.85)
+        self.assertGreater(run['displacement'][0], 0.4)
+        morphbus('convert', log, '--to', 'csv', '-o', self.folder / 'yard')
+        with open(self.folder / 'yard' / 'sensors.csv', newline='') as file:
+            seen = [float(row['m1.eye [m]']) for row in csv.DictReader(file)]
+        self.assertLess(min(seen), 0.15)
+        self.assertGreater(min(seen), 0.03)
+        for arguments in ((self.MODEL, '--robot', 'train', '--world', yard), (log, '--at', 6)):
+            picture = self.folder / f'yard{len(arguments)}.svg'
+            bare = self.folder / 'bare.svg'
+            morphbus('draw', *arguments, '--view', 'top', '-o', picture)
+            self.assertIn('<path', picture.read_text())
+        morphbus('draw', self.MODEL, '--robot', 'train', '--view', 'top', '-o', bare)
+        self.assertGreater((self.folder / 'yard5.svg').read_text().count('<path'), bare.read_text().count('<path'))
+
+    def test_each_part_of_a_link_is_exported_by_itself(self):
+        for kind, name, sign in (('sdf', 'train.sdf', 'yoke.part2'), ('mjcf', 'train.xml', 'yoke.part2'),
+                                 ('urdf', 'train.urdf', 'yoke.part2'), ('webots', 'train.wbt', 'HULL_m1_yoke_2')):
+            path = self.folder / kind / name
+            path.parent.mkdir()
+            morphbus('export', self.MODEL, '--robot', 'train', '--to', kind, '-o', path)
+            self.assertIn(sign, path.read_text(), kind)
 
 
 class Why(Case):

@@ -144,3 +144,19 @@ class Case(unittest.TestCase):
         path = SCRATCH / name
         self.assertTrue(path.exists(), f'{path} is missing: run the test e2e.record first')
         return path
+
+
+class ShortRun(Case):
+    """With a short log, `self.short`, recorded once for all tests of the class: SECONDS of the quadruped's walk."""
+    RUN = 'short'
+    SECONDS = 3
+
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.mkdtemp(prefix='morphbus-e2e-')
+        cls.addClassCleanup(shutil.rmtree, folder)
+        cls.short = f'{folder}/{cls.RUN}.log'
+        # A registry of its own: a run of a test that goes on beside this one may have the same name.
+        os.environ['XDG_RUNTIME_DIR'] = folder
+        morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', cls.SECONDS, '--inproc',
+                 '--run', cls.RUN, '--log', cls.short)

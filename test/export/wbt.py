@@ -52,6 +52,7 @@ NODES = {
 # VRML 97's own, which the other parsers know.
 VRML = {
     'Shape': {'appearance': ('SFNode', 'NULL'), 'geometry': ('SFNode', 'NULL')},
+    'Group': {'children': ('MFNode', '[]')},
     'Box': {'size': ('SFVec3f', '2 2 2')},
     'Sphere': {'radius': ('SFFloat', '1')},
     'IndexedFaceSet': {'coord': ('SFNode', 'NULL'), 'coordIndex': ('MFInt32', '[]')},
@@ -65,7 +66,7 @@ SLOTS = {
     'jointParameters': ('HingeJointParameters', 'JointParameters'), 'physics': ('Physics',),
     'device': ('RotationalMotor', 'LinearMotor', 'PositionSensor'), 'endPoint': ('Solid', 'SolidReference'),
     'appearance': ('PBRAppearance',), 'geometry': GEOMETRIES, 'coord': ('Coordinate',),
-    'boundingObject': (*GEOMETRIES, 'Shape'),
+    'boundingObject': (*GEOMETRIES, 'Shape', 'Group'),
     'children': ('Solid', 'Connector', 'Emitter', 'Receiver', 'HingeJoint', 'SliderJoint', 'Shape'),
 }
 LENGTHS = {'SFVec3f': 3, 'SFColor': 3, 'SFRotation': 4, 'SFFloat': 1, 'SFInt32': 1}

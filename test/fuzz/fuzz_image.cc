@@ -25,20 +25,48 @@ class ArbitraryHost final : public ProgramHost {
   int CountModules(uint32_t mask) override { return __builtin_popcount(mask); }
   uint32_t Joints(Axis, int) override { return Next(); }
   uint32_t Links(int) override { return Next(); }
-  Axis JointAxis(int) override { return static_cast<Axis>(Next() % 4); }
-  Axis CenterAxis() override { return static_cast<Axis>(Next() % 4); }
+  Axis JointAxis(int) override { return static_cast<Axis>(Next() % kNumAxes); }
+  Axis CenterAxis() override { return static_cast<Axis>(Next() % kNumAxes); }
   int Keyword(int) override { return static_cast<int>(Next() % 8); }
   OpResult SetJointAxis(int, int, Axis) override { return Result(); }
   OpResult RotateDegrees(int, float, bool) override { return Result(); }
   OpResult SetDegrees(int, float, bool) override { return Result(); }
   OpResult JointDegrees(int, float* v) override { return Value(v); }
   OpResult TurnContinuous(int, float) override { return Result(); }
-  OpResult MoveMillimetres(int, float) override { return Result(); }
+  OpResult MoveMillimetres(int, float, bool) override { return Result(); }
+  OpResult SetMillimetres(int, float, bool) override { return Result(); }
+  OpResult JointMillimetres(int, float* v) override { return Value(v); }
   OpResult SetPosition(int, float) override { return Result(); }
   OpResult GetPosition(int, float* v) override { return Value(v); }
   OpResult SetConnectorState(int, int, Cell) override { return Result(); }
+  OpResult GetConnectorState(int, int, int* v) override {
+    *v = static_cast<int>(Next());
+    return Result();
+  }
+  bool Docked(int) override { return Next() % 2 == 0; }
+  OpResult SensorTowards(SensorKind, int, Direction, float* v) override {
+    *v = static_cast<float>(Next());
+    return Result();
+  }
+  OpResult Tilt(Axis, float* v) override {
+    *v = static_cast<float>(Next());
+    return Result();
+  }
+  OpResult SensorReading(SensorKind, int, float* v) override {
+    *v = static_cast<float>(Next());
+    return Result();
+  }
+  int64_t RootTimeUs() override { return static_cast<int64_t>(Next()) << 32; }
+  int Hops() override { return static_cast<int>(Next()); }
+  float Random() override { return static_cast<float>(Next() % 256) / 256; }
   OpResult Sleep(int64_t) override { return {FaultCode::kNone, true}; }
   OpResult Invoke(int, int, const Cell*, int) override { return Result(); }
+  OpResult InvokeNear(uint32_t, int, int, const Cell*, int) override { return Result(); }
+  OpResult NeighbourField(uint32_t, int, int, Cell* value) override {
+    *value = Cell{0};
+    return Result();
+  }
+  OpResult Print(int, const Cell*, int) override { return Result(); }
 
  private:
   uint32_t Next() { return bytes_.empty() ? 0u : bytes_[at_++ % bytes_.size()]; }
@@ -56,7 +84,7 @@ class ArbitraryHost final : public ProgramHost {
 void RunEverything(const VerifiedProgram& program, const std::vector<uint8_t>& bytes) {
   ArbitraryHost host(bytes);
   for (int r = 0; r < program.num_roles(); ++r) {
-    const RoleInfo& role = program.role(r);
+    const RoleInfo role = program.role(r);
     Cell fields[kMaxFields];
     int8_t labels[kMaxLabels] = {};
     for (int i = 0; i < role.num_fields; ++i) fields[i] = role.fields[i];
@@ -66,7 +94,7 @@ void RunEverything(const VerifiedProgram& program, const std::vector<uint8_t>& b
       Evaluate(program, role.requirements[i], context, host, &budget);
     }
     for (int i = 0; i < role.num_labels; ++i) {
-      Evaluate(program, role.labels[i].function, context, host, &budget);
+      Evaluate(program, role.labels[i], context, host, &budget);
     }
     const auto run = [&](int function) {
       TaskState task{};
@@ -77,9 +105,9 @@ void RunEverything(const VerifiedProgram& program, const std::vector<uint8_t>& b
         if (RunTask(program, context, host, &task, &slice).status == RunStatus::kFinished) break;
       }
     };
-    for (int i = 0; i < role.num_startups; ++i) run(role.startups[i].function);
-    for (int i = 0; i < role.num_behaviors; ++i) run(role.behaviors[i].function);
-    for (int i = 0; i < role.num_commands; ++i) run(role.commands[i].function);
+    for (int i = 0; i < role.num_startups; ++i) run(role.startups[i]);
+    for (int i = 0; i < role.num_behaviors; ++i) run(role.behaviors[i]);
+    for (int i = 0; i < role.num_commands; ++i) run(role.commands[i]);
     for (int i = 0; i < role.num_handlers; ++i) run(role.handlers[i].function);
   }
 }
@@ -105,14 +133,17 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   std::vector<uint8_t> bytes(data, data + size);
   Try(bytes);
   if (size >= image::kHeaderBytes) {
+    const auto put = [&bytes](uint32_t at, uint64_t value, uint32_t count) {
+      for (uint32_t i = 0; i < count; ++i) bytes[at + i] = static_cast<uint8_t>(value >> (8 * i));
+    };
+    // With hashes that fit, so that damage is met by the checks behind them; what a wrong size
+    // would cut off counts as part of what runs.
     const auto total = static_cast<uint32_t>(size);
-    for (uint32_t i = 0; i < 4; ++i) {
-      bytes[image::kSizeAt + i] = static_cast<uint8_t>(total >> (8 * i));
-    }
-    const uint64_t hash = image::HashOf(bytes.data(), total);
-    for (uint32_t i = 0; i < 8; ++i) {
-      bytes[image::kHashAt + i] = static_cast<uint8_t>(hash >> (8 * i));
-    }
+    uint32_t run = image::ReadU32(bytes.data() + image::kSizeAt);
+    if (run < image::kHeaderBytes || run > total) run = total;
+    put(image::kSizeAt, run, 4);
+    put(image::kNotesHashAt, image::HashOfNotes(bytes.data() + run, total - run), 8);
+    put(image::kHashAt, image::HashOf(bytes.data(), run), 8);
     Try(bytes);
   }
   return 0;

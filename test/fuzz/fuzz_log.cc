@@ -1,5 +1,5 @@
-// Any bytes as a log file: the reader finds its end, reports damage, and never yields an event that
-// does not lie in the file.
+// Any bytes as a log file, plain or compressed: the reader finds its end, reports damage, and never
+// yields an event that does not lie in the log.
 
 #include <cstdint>
 #include <string>
@@ -17,12 +17,13 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     while ((*reader)->Next(&event)) {
       const uint64_t end = event.offset + morphbus::logger::kEventHeaderBytes +
                            event.channel.size() + event.data.size();
-      if (event.offset < last_end || end > size) __builtin_trap();
+      if (event.offset < last_end || end > (*reader)->log_size()) __builtin_trap();
       covered += end - event.offset;
       last_end = end;
     }
     // Whatever is no event must have been reported.
-    if (covered != size && !(*reader)->damaged()) __builtin_trap();
+    if (covered != (*reader)->log_size() && !(*reader)->damaged()) __builtin_trap();
+    if (!(*reader)->compressed() && (*reader)->log_size() != size) __builtin_trap();
   }
   return 0;
 }

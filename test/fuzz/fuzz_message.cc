@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "bridge/wire/codec.h"
+#include "bridge/wire/own_sensors.h"
 #include "bridge/wire/vm_codec.h"
 
 namespace {
@@ -34,6 +35,17 @@ void TryOne(const std::vector<uint8_t>& bytes) {
   if constexpr (std::is_same_v<M, transform_t>) {
     vm::NeighbourMessage neighbour;
     bridge::FromTransform(message, &neighbour);
+  }
+  if constexpr (std::is_same_v<M, sensors_t>) {
+    // Read for the first module of the part, and for one that is not in it.
+    sensors_t own;
+    const int first = message.modules.empty() ? 1 : message.modules[0].module_id;
+    for (const int module : {first, 65535}) {
+      if (!bridge::DecodeOwnSensors(bytes.data(), bytes.size(), {}, static_cast<uint16_t>(module),
+                                    &own))
+        __builtin_trap();
+      if (own.num_modules > 1 || own.num_requests != message.num_requests) __builtin_trap();
+    }
   }
 }
 

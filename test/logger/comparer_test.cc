@@ -23,14 +23,14 @@ RunLog Load(const std::string& path) {
   return log ? std::move(*log) : RunLog{};
 }
 
-Comparison CompareFiles(const std::string& a, const std::string& b) {
+Comparison CompareLoaded(const std::string& a, const std::string& b) {
   return Compare(Load(a), Load(b));
 }
 
 Comparison CompareTo(const SyntheticOptions& other) {
   const TempLog a;
   const TempLog b(other);
-  return CompareFiles(a.path(), b.path());
+  return CompareLoaded(a.path(), b.path());
 }
 
 SyntheticOptions Two() {
@@ -106,7 +106,7 @@ TEST(MatcherTest, SeveralHoldersOfOneRoleMatchByWhereTheyAre) {
 
 TEST(ComparerTest, LogIsEquivalentToItself) {
   const TempLog log;
-  const Comparison comparison = CompareFiles(log.path(), log.path());
+  const Comparison comparison = CompareLoaded(log.path(), log.path());
   EXPECT_EQ(comparison.verdict, Verdict::kEquivalent) << comparison.reason;
   EXPECT_EQ(comparison.max_position_m, 0.0);
   EXPECT_EQ(comparison.max_rotation_rad, 0.0);
@@ -127,7 +127,7 @@ TEST(ComparerTest, CongruentRobotsWithOtherNamesAndMountingsAreEquivalent) {
 
 TEST(ComparerTest, EveryQuantityIsComparedForEveryRole) {
   const TempLog log;
-  const Comparison comparison = CompareFiles(log.path(), log.path());
+  const Comparison comparison = CompareLoaded(log.path(), log.path());
   std::map<std::string, std::map<Quantity, int>> count;
   for (const Item& item : comparison.items) ++count[item.role][item.quantity];
   for (const char* role : {"Root", "Middle", "Tip"}) {
@@ -248,7 +248,7 @@ TEST(ComparerTest, LinksAreFoundInTheWorldAfterAConnectionOpened) {
   };
   const TempLog a;
   const TempLog b(options);
-  const Comparison comparison = CompareFiles(a.path(), b.path());
+  const Comparison comparison = CompareLoaded(a.path(), b.path());
   EXPECT_EQ(First(comparison).quantity, Quantity::kDocking) << ComparisonText(comparison);
   EXPECT_EQ(First(comparison).first_over_us, 1'000'000);
   EXPECT_LT(comparison.max_position_m, 1e-9);
@@ -324,7 +324,7 @@ TEST(ComparerTest, DamagedLogIsComparedUpToTheDamageAndNeverEquivalent) {
   bytes[bytes.size() / 2] ^= 0x20;
   const TempLog a;
   const TempLog b(bytes);
-  const Comparison comparison = CompareFiles(a.path(), b.path());
+  const Comparison comparison = CompareLoaded(a.path(), b.path());
   EXPECT_EQ(comparison.verdict, Verdict::kUnusable);
   EXPECT_LT(comparison.compared_until_us, 1'200'000);
   EXPECT_GT(comparison.compared_until_us, 700'000);
@@ -340,7 +340,7 @@ TEST(ComparerTest, DifferenceBeforeTheDamageIsStillADifference) {
   bytes[bytes.size() * 3 / 4] ^= 0x20;
   const TempLog a;
   const TempLog b(bytes);
-  const Comparison comparison = CompareFiles(a.path(), b.path());
+  const Comparison comparison = CompareLoaded(a.path(), b.path());
   EXPECT_EQ(comparison.verdict, Verdict::kDifferent);
   EXPECT_EQ(First(comparison).role, "Root");
 }
@@ -372,7 +372,7 @@ TEST(ComparerTest, JointsWithoutConventionCompareByWhereTheirAxesLie) {
   two.on_status = no_signs;
   const TempLog a(one);
   const TempLog b(two);
-  EXPECT_EQ(CompareFiles(a.path(), b.path()).verdict, Verdict::kEquivalent);
+  EXPECT_EQ(CompareLoaded(a.path(), b.path()).verdict, Verdict::kEquivalent);
 }
 
 TEST(ComparerTest, FlippedConventionIsDifferent) {
@@ -402,7 +402,8 @@ TEST(ComparerTest, JsonKeepsItsKeys) {
   EXPECT_EQ(json["roles"]["Tip"]["modules"][0]["b"], "k2");
   EXPECT_TRUE(json["roles"]["Root"]["first_over"].is_null());
   const TempLog same;
-  EXPECT_TRUE(ComparisonJson(CompareFiles(same.path(), same.path()))["first_divergence"].is_null());
+  EXPECT_TRUE(
+      ComparisonJson(CompareLoaded(same.path(), same.path()))["first_divergence"].is_null());
 }
 
 TEST(ComparerTest, NoTextOfALogSteersTheTerminal) {
@@ -439,7 +440,15 @@ TEST(ReportTest, PageIsSelfContainedAndEscapesNames) {
   const TempLog b(options);
   const RunLog log_a = Load(a.path());
   const RunLog log_b = Load(b.path());
-  const std::string html = ReportHtml(log_a, log_b, Compare(log_a, log_b));
+  std::string html = ReportHtml(log_a, log_b, Compare(log_a, log_b));
+  // Pictures are in the page itself, as data whose letters may spell anything.
+  const std::string data = "src='data:image/png;base64,";
+  int pictures = 0;
+  for (size_t at = html.find(data); at != std::string::npos; at = html.find(data)) {
+    html.erase(at, html.find('\'', at + data.size()) + 1 - at);
+    ++pictures;
+  }
+  EXPECT_GE(pictures, 2);
   EXPECT_EQ(html.find("<script"), std::string::npos);
   EXPECT_EQ(html.find("http"), std::string::npos);
   EXPECT_EQ(html.find("src="), std::string::npos);

@@ -5,10 +5,13 @@
 #include <cmath>
 #include <map>
 #include <morphbus/ask_t.hpp>
+#include <morphbus/info_part_t.hpp>
 
 #include "bridge/bus/inproc_bus.h"
 #include "bridge/wire/channels.h"
 #include "bridge/wire/codec.h"
+#include "bridge/wire/info_parts.h"
+#include "logger/log/description.h"
 #include "test/logger/temp_log.h"
 
 namespace morphbus::logger {
@@ -205,6 +208,104 @@ TEST(ReplayerTest, PausedReplayStepsByTicksAndGoesOnWherePaused) {
   ASSERT_TRUE(rig.Play());
   EXPECT_NEAR(static_cast<double>(rig.heard.back().now_us - begin), 1.96e6, 1e3);
   EXPECT_EQ(rig.Count().at("synth/SIM/CLOCK"), 101);
+}
+
+/// Sim times of the CLOCKs that were heard, µs.
+std::vector<int64_t> ClockTimes(const Rig& rig) {
+  std::vector<int64_t> times;
+  for (const Heard& heard : rig.heard) {
+    header_t header;
+    if (heard.channel != "synth/SIM/CLOCK") continue;
+    if (bridge::DecodeHeader(heard.payload.data(), heard.payload.size(), &header)) {
+      times.push_back(header.sim_time_us);
+    }
+  }
+  return times;
+}
+
+TEST(ReplayerTest, SeekingGoesOnFromThereInEitherDirectionAtTheSamePace) {
+  const TempLog file;
+  Rig rig(file.path(), {.listen_us = 0});
+  rig.Start();
+  rig.Play(rig.now_us + 500'000);
+  rig.heard.clear();
+  rig.replayer->Seek(1.5, rig.now_us);
+  const int64_t begin = rig.now_us;
+  rig.Play(rig.now_us + 200'000);
+  std::vector<int64_t> times = ClockTimes(rig);
+  ASSERT_FALSE(times.empty());
+  EXPECT_EQ(times.front(), 1'500'000);
+  EXPECT_NEAR(static_cast<double>(times.back()), 1'700'000, 20'000);
+  EXPECT_GE(rig.Count().at("synth/INFO"), 1);
+  // What is due at once is published at once.
+  EXPECT_NEAR(static_cast<double>(rig.heard.front().now_us), static_cast<double>(begin), 1'000);
+  rig.heard.clear();
+  rig.replayer->Seek(0.1, rig.now_us);
+  ASSERT_TRUE(rig.Play());
+  times = ClockTimes(rig);
+  EXPECT_EQ(times.front(), 100'000);
+  EXPECT_EQ(times.size(), 101u - 5u);
+}
+
+TEST(ReplayerTest, SeekingStaysInTheRangeAndALoopBeginsAtItsStart) {
+  const TempLog file;
+  Rig rig(file.path(), {.from_s = 0.5, .to_s = 1.0, .loop = true, .listen_us = 0});
+  rig.Start();
+  rig.replayer->Seek(-7, rig.now_us);
+  rig.Play(rig.now_us + 100'000);
+  EXPECT_EQ(ClockTimes(rig).front(), 500'000);
+  rig.heard.clear();
+  rig.replayer->Seek(0.9, rig.now_us);
+  rig.Play(rig.now_us + 300'000);
+  const std::vector<int64_t> times = ClockTimes(rig);
+  EXPECT_EQ(times.front(), 900'000);
+  EXPECT_EQ(*std::min_element(times.begin(), times.end()), 500'000);
+}
+
+TEST(ReplayerTest, SeekingWhilePausedShowsThatTickAndStaysPaused) {
+  const TempLog file;
+  Rig rig(file.path(), {.paused = true, .listen_us = 0});
+  rig.Start();
+  rig.replayer->Seek(1.005, rig.now_us);
+  rig.Play(rig.now_us + 1'000'000);
+  EXPECT_EQ(ClockTimes(rig), std::vector<int64_t>({1'020'000}));
+  EXPECT_EQ(rig.Count().at("synth/m3/ACTUATOR"), 1);
+  EXPECT_TRUE(rig.replayer->paused());
+  EXPECT_NEAR(rig.replayer->progress().time_s, 1.02, 1e-9);
+}
+
+TEST(ReplayerTest, ALogWithoutDescriptionIsLentOneUnderItsOwnName) {
+  SyntheticOptions options;
+  options.description = false;
+  const TempLog file(options);
+  Rig rig(
+      file.path(),
+      {.loop = true, .description = test::SyntheticDescription("one", "another"), .listen_us = 0});
+  rig.Start();
+  rig.Play(rig.now_us + 2'500'000);
+  bridge::InfoAssembler parts;
+  std::vector<std::string> descriptions;
+  int begun = 0;
+  for (const Heard& heard : rig.heard) {
+    info_part_t part;
+    if (heard.channel != "synth/INFO") continue;
+    ASSERT_TRUE(bridge::Decode(heard.payload.data(), heard.payload.size(), {}, &part));
+    begun += part.part == 0 ? 1 : 0;
+    if (auto whole = parts.Take(part)) descriptions.push_back(*whole);
+  }
+  // Once at the beginning, and once as it begins again.
+  EXPECT_EQ(begun, 2);
+  ASSERT_EQ(descriptions.size(), 1u);
+  const auto key = ReadDescriptionKey(descriptions.front());
+  ASSERT_TRUE(key.has_value());
+  EXPECT_EQ(key->run, "synth");
+  // A log that has its own keeps to it, and one of another model is refused.
+  const TempLog whole;
+  Rig own(whole.path(), {.speed = 0, .description = test::SyntheticDescription("two", "another")});
+  own.Start();
+  ASSERT_TRUE(own.Play());
+  EXPECT_EQ(own.heard.size(), test::SyntheticEvents({}).size() - 1);
+  EXPECT_FALSE(Replayer::Open(file.path(), {.description = "nonsense"}).has_value());
 }
 
 TEST(ReplayerTest, SpeedChangesFromWhereItIs) {

@@ -267,6 +267,38 @@ TEST(BulletRobotTest, RetractingAHookUndocksAndExtendingItDocks) {
   EXPECT_EQ(ReadingAt(bullet_robot.get(), 0, 1).number, 53);
 }
 
+/// How far the foot's joint of a module has gone half a second after the module was lost, which had
+/// raised it by 0.8 rad; the module type is changed to `on_loss`.
+double SagAfterLoss(model::OnLoss on_loss) {
+  auto model = std::make_shared<model::Model>(*test::MtranModel());
+  for (model::ModuleType& type : model->module_types) type.on_loss = on_loss;
+  auto made = BulletRobot::Create(model, "quadruped", BulletRobotOptions());
+  EXPECT_TRUE(made);
+  BulletRobot& robot = **made;
+  const auto angle = [&robot] { return robot.Positions()[0][0]; };
+  for (int tick = 0; tick < 40; ++tick) {
+    robot.Actuate(MoveTo(0, 0.8, 0));
+    robot.Advance();
+  }
+  EXPECT_NEAR(angle(), 0.8, 0.05);
+  robot.Lose(0);
+  for (int tick = 0; tick < 25; ++tick) {
+    // Whatever still claims to command it is not heard.
+    robot.Actuate(MoveTo(0, -0.8, 0));
+    robot.Advance();
+    // A world that is made anew remembers it.
+    if (tick == 10) {
+      EXPECT_TRUE(robot.Disconnect("m2", "c3"));
+    }
+  }
+  return std::abs(angle() - 0.8);
+}
+
+TEST(BulletRobotTest, ALostModulesJointsGoLimpOrHoldAsItsTypeSays) {
+  EXPECT_LT(SagAfterLoss(model::OnLoss::kHold), 0.05);
+  EXPECT_GT(SagAfterLoss(model::OnLoss::kLimp), 0.2);
+}
+
 TEST(BulletRobotTest, PushMovesTheBodyForOneTick) {
   const auto bullet_robot = Make("quadruped", FreeSpace());
   ASSERT_TRUE(bullet_robot->Push("m5", {0, 0, 37.8}));

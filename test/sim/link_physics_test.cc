@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 
 model::ModuleType OneLink(const std::vector<Vector3d>& hull, double mass_kg) {
   model::ModuleType type;
-  type.links.push_back({"link", hull, mass_kg});
+  type.links.push_back({"link", hull, {}, mass_kg});
   return type;
 }
 
@@ -61,7 +61,7 @@ TEST(LinkPhysicsTest, NoLinkWeighsUnderOneGram) {
 
 TEST(LinkPhysicsTest, ALinkWithoutHullHasMassButNothingToCollideWith) {
   const LinkPhysics link = ComputeLinkPhysics(OneLink({}, 0.1), 0);
-  EXPECT_TRUE(link.core_L.empty());
+  EXPECT_TRUE(link.cores_L.empty());
   EXPECT_GT(link.I_Lcm_L.diagonal().minCoeff(), 0.0);
 }
 
@@ -99,9 +99,9 @@ TEST(LinkPhysicsTest, FlatHullsCannotShrink) {
 TEST(LinkPhysicsTest, AFlatHullIsThickenedForCollisions) {
   const auto model = test::MtranModel();
   const LinkPhysics bar = ComputeLinkPhysics(model->module_types[0], 2);
-  ASSERT_FALSE(bar.core_L.empty());
+  ASSERT_EQ(bar.cores_L.size(), 1u);
   double depth = 0.0;
-  for (const Vector3d& p : bar.core_L) depth = std::max(depth, p.z());
+  for (const Vector3d& p : bar.cores_L.front()) depth = std::max(depth, p.z());
   // 0.05 of 4 units, half of it on either side, less the shrinking.
   EXPECT_NEAR(depth, 0.0325 * 0.1 - kHullShrink - kCollisionMargin, 1e-9);
 }

@@ -51,6 +51,19 @@ TEST(ServoTest, HoldKeepsThePresentSetPointNotTheTarget) {
   EXPECT_NEAR(servo.set_point(), 0.2, 1e-12);
 }
 
+TEST(ServoTest, ALimpJointTakesItsSetPointAlongAndIsHeldFromThere) {
+  Servo servo({-1, 1, 2}, 60);
+  EXPECT_FALSE(servo.limp());
+  servo.Command({.mode = ServoMode::kLimp});
+  EXPECT_TRUE(servo.limp());
+  EXPECT_EQ(servo.Step(0.3, 0, 1e-3), 0) << "nothing is asked for";
+  EXPECT_EQ(servo.set_point(), 0.3);
+  servo.Command({});
+  EXPECT_FALSE(servo.limp());
+  servo.Step(0.5, 0, 1e-3);
+  EXPECT_EQ(servo.set_point(), 0.3);
+}
+
 TEST(ServoTest, NumbersThatAreNotFiniteHold) {
   const double nan = std::nan("");
   const double infinity = std::numeric_limits<double>::infinity();

@@ -89,6 +89,17 @@ TEST(StillRobotTest, TargetsAndTurningStopAtTheLimits) {
   EXPECT_NEAR(SensorsOf(robot.get())[0].joint_position_si[0], -std::numbers::pi / 2, 1e-9);
 }
 
+/// Turns both joints of m2 towards an angle (rad), for 20 ticks at 3 rad/s.
+void TurnSecondModule(StillRobot* robot, double angle) {
+  for (int tick = 0; tick < 20; ++tick) {
+    morphbus::actuator_t command = Drive(joint_command_t::MODE_POSITION, angle, 3.0);
+    command.module_id = 1;
+    command.joints[1] = command.joints[0];
+    robot->Actuate(command);
+    robot->Advance();
+  }
+}
+
 TEST(StillRobotTest, ConnectionsComeApartAndAreMadeWhereTheLinksAre) {
   const auto robot = MakeStill();
   const size_t before = SensorsOf(robot.get())[0].docked.size();
@@ -102,26 +113,14 @@ TEST(StillRobotTest, ConnectionsComeApartAndAreMadeWhereTheLinksAre) {
   EXPECT_EQ(SensorsOf(robot.get())[0].docked.size(), before);
   // Turned away, it meets nothing.
   ASSERT_TRUE(robot->Disconnect("m1", "c2"));
-  for (int tick = 0; tick < 20; ++tick) {
-    morphbus::actuator_t command = Drive(joint_command_t::MODE_POSITION, 1.0, 3.0);
-    command.module_id = 1;
-    command.joints[1] = command.joints[0];
-    robot->Actuate(command);
-    robot->Advance();
-  }
+  TurnSecondModule(robot.get(), 1.0);
   EXPECT_FALSE(robot->Connect("m1", "c2"));
 }
 
 TEST(StillRobotTest, WhatComesApartStaysWhereItsJointsHadTakenIt) {
   const auto robot = MakeStill();
   // Turning m2 moves all of it but the block that m1 holds.
-  for (int tick = 0; tick < 20; ++tick) {
-    morphbus::actuator_t command = Drive(joint_command_t::MODE_POSITION, 0.8, 3.0);
-    command.module_id = 1;
-    command.joints[1] = command.joints[0];
-    robot->Actuate(command);
-    robot->Advance();
-  }
+  TurnSecondModule(robot.get(), 0.8);
   ASSERT_TRUE(robot->Disconnect("m1", "c2"));
   robot->Advance();
   EXPECT_TRUE(robot->Connect("m1", "c2"));

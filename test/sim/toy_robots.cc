@@ -9,7 +9,7 @@ using Eigen::Vector3d;
 
 model::Link Cube(const std::string& name, const Vector3d& centre) {
   const Vector3d half = Vector3d::Constant(0.05);
-  return {name, BoxCorners(centre - half, centre + half), 1.0};
+  return {name, BoxCorners(centre - half, centre + half), {}, 1.0};
 }
 
 std::shared_ptr<const model::Model> Wrap(const model::ModuleType& type, const std::string& robot,

@@ -235,24 +235,27 @@ model::Robot ChainRobot(const model::Model& model, int modules) {
 
 namespace {
 
-/// Longest finite shortest path, all edges of length one.
+/// Longest finite shortest path, all edges of length one: breadth first from every node.
 int LongestPath(size_t n, const std::vector<std::pair<size_t, size_t>>& edges) {
-  const int far = static_cast<int>(n) + 1;
-  std::vector<std::vector<int>> distance(n, std::vector<int>(n, far));
-  for (size_t i = 0; i < n; ++i) distance[i][i] = 0;
+  std::vector<std::vector<size_t>> next(n);
   for (const auto& [a, b] : edges) {
-    distance[a][b] = distance[b][a] = std::min(distance[a][b], 1);
+    next[a].push_back(b);
+    next[b].push_back(a);
   }
   int longest = 0;
-  for (size_t k = 0; k < n; ++k) {
-    for (size_t i = 0; i < n; ++i) {
-      for (size_t j = 0; j < n; ++j) {
-        distance[i][j] = std::min(distance[i][j], distance[i][k] + distance[k][j]);
+  for (size_t from = 0; from < n; ++from) {
+    std::vector<int> distance(n, -1);
+    std::vector<size_t> queue = {from};
+    distance[from] = 0;
+    for (size_t i = 0; i < queue.size(); ++i) {
+      const size_t at = queue[i];
+      longest = std::max(longest, distance[at]);
+      for (const size_t to : next[at]) {
+        if (distance[to] >= 0) continue;
+        distance[to] = distance[at] + 1;
+        queue.push_back(to);
       }
     }
-  }
-  for (const auto& row : distance) {
-    for (const int d : row) longest = std::max(longest, d < far ? d : 0);
   }
   return longest;
 }

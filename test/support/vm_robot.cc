@@ -60,9 +60,6 @@ std::vector<uint8_t> EmptyProgram() {
   put(image::kSettleTicksAt, image::kDefaultSettleTicks, 2);
   put(image::kSizeAt, image::kHeaderBytes, 4);
   put(image::kBudgetAt, image::kDefaultBudget, 4);
-  for (uint32_t i = 0; i < image::kNumSections; ++i) {
-    put(image::kSectionsAt + 8 * i, image::kHeaderBytes, 4);
-  }
   put(image::kHashAt, image::HashOf(bytes.data(), image::kHeaderBytes), 8);
   return bytes;
 }
@@ -174,6 +171,11 @@ void VmRobot::Tick(int count) {
       input.tick = tick_;
       input.sim_time_us = tick_ * options_.tick_us;
       for (size_t j = 0; j < q_[Index(m)].size(); ++j) input.joint_position[j] = q_[Index(m)][j];
+      if (X_RL_sensed_ && node.config.is_root) {
+        input.has_root_pose = true;
+        input.root_link = sensed_link_;
+        input.X_RL_root = *X_RL_sensed_;
+      }
       Connect(m, &input);
       while (!node.requests.empty() && input.num_requests < vm::kMaxRequests) {
         input.requests[input.num_requests++] = node.requests.front();
@@ -230,9 +232,9 @@ int VmRobot::RoleNamed(const std::string& wanted) const {
 int VmRobot::LabelOf(int m, const std::string& label) const {
   const vm::StatusReport& status = output(m).status;
   if (status.role < 0) return -1;
-  const vm::RoleInfo& role = program_->role(status.role);
+  const vm::RoleInfo role = program_->role(status.role);
   for (int i = 0; i < role.num_labels; ++i) {
-    const vm::Text name = role.labels[i].name;
+    const vm::Text name = program_->member_name(role.labels[i]);
     if (label == std::string(name.data, name.size)) return status.labels[i];
   }
   return -1;

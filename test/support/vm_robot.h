@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -89,6 +90,11 @@ class VmRobot {
   void SaveAndRestore(int module);
   /// Another program for one module (the relay is not part of this harness).
   void ReplaceProgram(int module, const std::vector<uint8_t>& program);
+  /// What the root's sensor measures from now on, of this link; nothing: it has none.
+  void SenseRoot(const std::optional<vm::PoseF>& X_RL, int link) {
+    X_RL_sensed_ = X_RL;
+    sensed_link_ = static_cast<uint8_t>(link);
+  }
   /// Handed to the module at the next tick.
   void Request(int module, const vm::InvokeRequest& request) {
     nodes_[Index(module)].requests.push_back(request);
@@ -131,6 +137,8 @@ class VmRobot {
   std::deque<std::vector<std::unique_ptr<vm::NeighbourMessage>>> history_;
   std::mt19937_64 random_;
   std::vector<FaultEvent> faults_;
+  std::optional<vm::PoseF> X_RL_sensed_;
+  uint8_t sensed_link_ = 0;
   int64_t tick_ = -1;
 };
 

@@ -66,6 +66,18 @@ TEST_F(ControlScriptTest, JsonOfOtherTypesIsRefusedWithItsPlace) {
   EXPECT_EQ(ErrorOfScript(R"({"commands":[{"tick":5,"command":"pause"}]})"), "");
 }
 
+TEST_F(ControlScriptTest, AModuleThatWasReplacedBeginsAtTheTickThatItBegan) {
+  std::ofstream(folder_ + "/commands")
+      << "5 pause\n6 restart m3 --cold --from 6\n6 resume\n6 restart m2 --cold --from 5\n";
+  const Result<ControlScript> read = ReadScript(folder_);
+  ASSERT_TRUE(read) << read.error().message;
+  std::string order;
+  for (const ScriptedCommand& scripted : read->commands) {
+    order += std::to_string(scripted.tick) + " " + ControlText(scripted.command) + "; ";
+  }
+  EXPECT_EQ(order, "5 pause; 5 restart m2 --cold; 6 restart m3 --cold; 6 resume; ");
+}
+
 TEST_F(ControlScriptTest, LinesAreRefusedWithTheirNumber) {
   EXPECT_EQ(ErrorOfScript("5 pause\n\n5pause"),
             "/commands:3: expected a tick, 1 or more, and a command");

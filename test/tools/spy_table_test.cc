@@ -2,11 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <morphbus/actuator_t.hpp>
+#include <morphbus/health_t.hpp>
+#include <morphbus/sim_clock_t.hpp>
 #include <morphbus/status_t.hpp>
+#include <morphbus/transform_t.hpp>
 
 #include "bridge/wire/codec.h"
 #include "tools/spy/lcm_sources.h"
+#include "tools/spy/spy_text.h"
 #include "vm/image/fault.h"
 
 namespace morphbus::tools {
@@ -20,13 +25,19 @@ class SpyTableTest : public ::testing::Test {
     message.header.sequence = sequence;
     std::vector<uint8_t> bytes;
     bridge::Encode(message, &bytes);
-    table_.Take(channel, bytes.data(), bytes.size(), now_s);
+    table_.Take(channel, bytes.data(), bytes.size(), At(now_s));
+    now_s_ = std::max(now_s_, now_s);
+  }
+  /// A second of the test on the clock of arrivals.
+  static int64_t At(double seconds) { return static_cast<int64_t>(seconds * 1e9) + 1'000'000'000; }
+  Json Look(const ChannelFilter& selected = [](const std::string&) { return false; }) {
+    return SpyJson(table_, table_.Snapshot(At(now_s_)), selected);
   }
   static ChannelFilter Only(const std::string& name) {
     return [name](const std::string& channel) { return channel == name; };
   }
   Json Row(const std::string& channel, const std::string& selected = "") {
-    const Json json = table_.ToJson(Only(selected));
+    const Json json = Look(Only(selected));
     for (const Json& row : json["channels"]) {
       if (row["channel"] == channel) return row;
     }
@@ -34,15 +45,19 @@ class SpyTableTest : public ::testing::Test {
   }
 
   SpyTable table_{*LcmSchema::Parse(LcmSources())};
+  double now_s_ = 0.0;  ///< When the figures are looked at.
 };
 
-TEST_F(SpyTableTest, RatesAreThoseOfTheInterval) {
+TEST_F(SpyTableTest, RatesAndJitterAreThoseOfTheArrivals) {
   for (int i = 0; i < 50; ++i) Take<morphbus::actuator_t>("r/m1/ACTUATOR", i, i * 0.02);
-  table_.Roll(1.0);
-  EXPECT_DOUBLE_EQ(Row("r/m1/ACTUATOR")["hz"], 50.0);
-  EXPECT_EQ(Row("r/m1/ACTUATOR")["type"], "morphbus.actuator_t");
-  table_.Roll(2.0);
-  EXPECT_DOUBLE_EQ(Row("r/m1/ACTUATOR")["hz"], 0.0);
+  now_s_ = 1.0;
+  const Json row = Row("r/m1/ACTUATOR");
+  EXPECT_NEAR(row["hz"].get<double>(), 50.0, 1e-3);
+  EXPECT_NEAR(row["jitter"]["period_s"].get<double>(), 0.02, 1e-8);
+  EXPECT_EQ(row["jitter"]["intervals"], 49);
+  EXPECT_EQ(row["type"], "morphbus.actuator_t");
+  now_s_ = 3.0;
+  EXPECT_EQ(Row("r/m1/ACTUATOR")["hz"], 0.0);
   EXPECT_EQ(Row("r/m1/ACTUATOR")["messages"], 50);
 }
 
@@ -77,7 +92,7 @@ TEST_F(SpyTableTest, RolesComeFromStatus) {
   morphbus::status_t status = {};
   status.role_name = "Junction";
   Take("r/m5/STATUS", 0, 0.0, status);
-  EXPECT_EQ(table_.ToJson(Only(""))["modules"]["m5"]["role"], "Junction");
+  EXPECT_EQ(Look()["modules"]["m5"]["role"], "Junction");
 }
 
 TEST_F(SpyTableTest, TheSelectedChannelIsDecoded) {
@@ -90,45 +105,140 @@ TEST_F(SpyTableTest, TheSelectedChannelIsDecoded) {
 
 TEST_F(SpyTableTest, DamagedMessagesAreCountedAndForeignOnesAreNot) {
   const uint8_t junk[] = {1, 2, 3};
-  table_.Take("r/m1/ACTUATOR", junk, sizeof junk, 0.0);
-  table_.Take("EXAMPLE", junk, sizeof junk, 0.0);
+  table_.Take("r/m1/ACTUATOR", junk, sizeof junk, At(0));
+  table_.Take("EXAMPLE", junk, sizeof junk, At(0));
   EXPECT_EQ(Row("r/m1/ACTUATOR")["bad"], 1);
   EXPECT_EQ(Row("EXAMPLE")["bad"], 0);
   EXPECT_TRUE(Row("EXAMPLE")["type"].is_null());
+  // Nobody can decode either of them.
+  EXPECT_EQ(Row("r/m1/ACTUATOR")["undecodable"], 1);
+  EXPECT_EQ(Row("EXAMPLE")["undecodable"], 1);
 }
 
-TEST_F(SpyTableTest, TheTextFitsTheTerminal) {
-  for (int i = 0; i < 100; ++i)
-    Take<morphbus::actuator_t>("r/m" + std::to_string(i) + "/ACTUATOR", 0, 0.0);
-  const std::string text = SpyText(table_.ToJson(Only("")), "", 40, 10);
-  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 10);
-  EXPECT_LE(text.find('\n'), 40u);
+TEST_F(SpyTableTest, ForeignMessagesAreDecodedByTheirTypesAndCountedIfTheyDoNotFit) {
+  std::vector<std::string> warnings;
+  SpyTable table(
+      *LcmSchema::ParseFiles({{"a.lcm", "package other; struct a_t { int8_t x; }"}}, &warnings));
+  const auto fingerprint = static_cast<uint64_t>(
+      LcmSchema::Parse("struct a_t { int8_t x; }")->FindByName("a_t")->fingerprint);
+  std::vector<uint8_t> bytes(8);
+  for (size_t i = 0; i < 8; ++i) bytes[i] = static_cast<uint8_t>(fingerprint >> (56 - 8 * i));
+  bytes.push_back(42);
+  table.Take("FOREIGN", bytes.data(), bytes.size(), At(0));
+  EXPECT_EQ((*table.LastOf("FOREIGN"))["x"], 42);
+  bytes.push_back(0);
+  table.Take("FOREIGN", bytes.data(), bytes.size(), At(1));
+  const ChannelRow row = *table.Snapshot(At(1)).Channel("FOREIGN");
+  EXPECT_EQ(row.type, "other.a_t");
+  EXPECT_EQ(row.messages, 2);
+  EXPECT_EQ(row.bad, 1);
+  EXPECT_EQ(row.undecodable, 1);
 }
 
-TEST_F(SpyTableTest, ALowTerminalShowsChannelsRolesAndFields) {
-  for (int m = 1; m <= 20; ++m) {
-    const std::string module = "r/m" + std::to_string(m);
-    for (const char* topic : {"/SENSORS", "/TRANSFORM", "/HEALTH"}) {
-      Take<morphbus::actuator_t>(module + topic, 0, 0.0);
+TEST_F(SpyTableTest, AModuleHasPoseAgeFaultsAndTheFiguresOfItsProcess) {
+  morphbus::sim_clock_t clock = {};
+  clock.tick_us = 20'000;
+  clock.header.tick = 100;
+  clock.phase = morphbus::sim_clock_t::PHASE_RUN;
+  clock.num_modules = 1;
+  clock.num_sensors_parts = 1;
+  Take("r/SIM/CLOCK", 100, 2.0, clock);
+  morphbus::transform_t transform = {};
+  transform.header.tick = 100;
+  transform.has_pose = 1;
+  transform.root_sequence = 97;
+  transform.hops = 2;
+  transform.body_turns = 1;
+  transform.incarnation = transform.root_incarnation = 1;
+  Take("r/m1/TRANSFORM", 100, 2.0, transform);
+  morphbus::health_t health = {};
+  health.process = "m1";
+  health.max_rss_kb = 7000;
+  health.wall_time_us = 1'000'000;
+  health.cpu_us = 500'000;
+  Take("r/m1/HEALTH", 0, 2.0, health);
+  health.wall_time_us += 1'000'000;
+  health.cpu_us += 250'000;
+  Take("r/m1/HEALTH", 1, 2.0, health);
+  const Json module = Look()["modules"]["m1"];
+  EXPECT_NEAR(module["pose_age_s"].get<double>(), 0.06, 1e-12) << module;
+  EXPECT_EQ(module["cpu"], 0.25);
+  EXPECT_EQ(module["max_rss_kb"], 7000);
+}
+
+TEST_F(SpyTableTest, ARepeatedStatusCountsItsFaultsOnce) {
+  morphbus::status_t status = {};
+  morphbus::fault_t fault = {};
+  fault.code = static_cast<int16_t>(vm::FaultCode::kStalled);
+  fault.function_index = fault.role = fault.rival_role = fault.keyword = -1;
+  fault.joint = fault.link = fault.connector = -1;
+  status.faults = {fault};
+  status.num_faults = 1;
+  status.faults_dropped = 2;
+  for (int i = 0; i < 3; ++i) Take("r/m5/STATUS", 0, 0.0, status);
+  EXPECT_EQ(Look()["modules"]["m5"]["faults"], 3);
+}
+
+TEST_F(SpyTableTest, ARunHasSpeedAndPauseByItsClock) {
+  morphbus::sim_clock_t clock = {};
+  clock.tick_us = 20'000;
+  clock.phase = morphbus::sim_clock_t::PHASE_RUN;
+  clock.num_modules = 1;
+  clock.num_sensors_parts = 1;
+  for (int tick = 0; tick <= 100; ++tick) {
+    clock.header.tick = tick;
+    clock.header.sim_time_us = tick * 20'000;
+    if (tick == 100) {
+      clock.num_controls = 2;
+      clock.controls = {"speed 4", "pause"};
     }
-    morphbus::status_t status = {};
-    status.role_name = "Leg";
-    status.type_name = "MTRAN";
-    Take(module + "/STATUS", 0, 0.0, status);
+    Take("r/SIM/CLOCK", tick, tick * 0.01, clock);
   }
-  const std::string text = SpyText(table_.ToJson(Only("r/m7/STATUS")), "r/m7/STATUS", 100, 23);
-  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 23) << text;
-  for (const char* part :
-       {"channel  ", "r/m1/HEALTH", "m1       Leg", "r/m7/STATUS:", "\"header\""}) {
+  const SpySnapshot spy = table_.Snapshot(At(1.0));
+  const RunRow& run = *spy.Run("r");
+  EXPECT_EQ(run.tick, 100);
+  EXPECT_NEAR(*run.speed, 2.0, 1e-6);
+  EXPECT_TRUE(run.paused);
+  EXPECT_EQ(run.asked_speed, 4.0);
+  EXPECT_NEAR(*table_.Snapshot(At(3.0)).Run("r")->speed, 0.0, 1e-12);
+  clock.controls = {"resume"};
+  clock.num_controls = 1;
+  clock.header.tick = 101;
+  Take("r/SIM/CLOCK", 101, 3.0, clock);
+  EXPECT_FALSE(table_.Snapshot(At(3.0)).Run("r")->paused);
+}
+
+TEST_F(SpyTableTest, TwoRunsOnOneBusAreToldApart) {
+  morphbus::sim_clock_t clock = {};
+  clock.tick_us = 20'000;
+  clock.num_modules = 1;
+  clock.num_sensors_parts = 1;
+  morphbus::status_t status = {};
+  for (const char* run : {"a", "b"}) {
+    Take(std::string(run) + "/SIM/CLOCK", 0, 0.0, clock);
+    status.role_name = run;
+    Take(std::string(run) + "/m1/STATUS", 0, 0.0, status);
+  }
+  const Json modules = Look()["modules"];
+  EXPECT_EQ(modules["a/m1"]["role"], "a");
+  EXPECT_EQ(modules["b/m1"]["role"], "b");
+}
+
+TEST_F(SpyTableTest, ThePlainTableHasChannelsModulesAndFields) {
+  morphbus::status_t status = {};
+  status.role_name = "Junction";
+  status.type_name = "MTRAN";
+  Take("r/m5/STATUS", 0, 0.0, status);
+  const std::string text =
+      SpyText(table_, table_.Snapshot(At(0)), Only("r/m5/STATUS"), "r/m5/STATUS");
+  for (const char* part : {"CHANNEL", "status_t", "Junction", "r/m5/STATUS:", "\"MTRAN\""}) {
     EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;
   }
-  // 81 lines of channels, 20 of roles: what is left out is counted.
-  EXPECT_NE(text.find("more (a taller terminal shows them)"), std::string::npos) << text;
 }
 
 TEST_F(SpyTableTest, APatternThatNothingMatchesIsSaid) {
-  EXPECT_NE(SpyText(table_.ToJson(Only("")), "r/.*", 80, 24).find("r/.*: nothing heard"),
-            std::string::npos);
+  const std::string text = SpyText(table_, table_.Snapshot(At(0)), Only("x"), "r/.*");
+  EXPECT_NE(text.find("r/.*: nothing heard"), std::string::npos);
 }
 
 TEST_F(SpyTableTest, ControlCharactersDoNotReachTheTerminal) {
@@ -137,8 +247,9 @@ TEST_F(SpyTableTest, ControlCharactersDoNotReachTheTerminal) {
   status.type_name = "\u009b2J";
   Take("r/m1/STATUS", 0, 0.0, status);
   const uint8_t junk[] = {1};
-  table_.Take("a\x1b]0;title\x07", junk, sizeof junk, 0.0);
-  const std::string text = SpyText(table_.ToJson(Only("r/m1/STATUS")), "r/m1/STATUS", 0, 0);
+  table_.Take("a\x1b]0;title\x07", junk, sizeof junk, At(0));
+  const std::string text =
+      SpyText(table_, table_.Snapshot(At(0)), Only("r/m1/STATUS"), "r/m1/STATUS");
   EXPECT_EQ(text.find('\x1b'), std::string::npos);
   EXPECT_EQ(text.find('\x07'), std::string::npos);
   EXPECT_EQ(text.find("\u009b"), std::string::npos);

@@ -33,7 +33,7 @@ role Foot extends Module { }
               nullptr);
     hinge_ = Kinematics(0, &hinge_bytes_);
     rail_ = Kinematics(1, &rail_bytes_);
-    kick_ = program_.role(0).commands[0].function;
+    kick_ = program_.role(0).commands[0];
   }
 
   static uint32_t Size(const std::vector<uint8_t>& bytes) {

@@ -4,7 +4,7 @@ cmake_minimum_required(VERSION 3.25)
 # relative to vm/, separated by commas).
 set(allowed
   memcpy memset memmove memcmp               # any compiler may call these four
-  sinf cosf sincosf acosf sqrtf fmodf fminf fabs fmin fmax remainder      # libm
+  sinf cosf sincosf acosf sqrtf fmodf fminf fabs fmin fmax remainder sqrt      # libm
   __popcountdi2                               # libgcc
   __cxa_pure_virtual __cxa_atexit __dso_handle __stack_chk_fail _GLOBAL_OFFSET_TABLE_)
 string(REPLACE "," ";" SOURCES "${SOURCES}")

@@ -48,11 +48,9 @@ TEST(ImageTest, BothWritersAgreeOnTheLayout) {
   EXPECT_TRUE(ok);
   std::string found =
       DisassembleImage(result.image->data(), static_cast<uint32_t>(result.image->size()));
-  // Names differ, and with them size and hash.
+  // Constants stand in another order, and so the hash differs.
   const auto without_header = [](const std::string& text) { return text.substr(text.find('\n')); };
-  EXPECT_EQ(without_header(found).replace(found.find("startup 0 go") - found.find('\n'), 12,
-                                          "startup 0 routine"),
-            without_header(expected));
+  EXPECT_EQ(without_header(found), without_header(expected));
 }
 
 TEST(ImageTest, EqualProgramsGiveEqualImagesWhereverTheyLie) {
@@ -73,13 +71,15 @@ TEST(ImageTest, RefusedImagesAreExplained) {
 }
 
 TEST(OpcodeTableTest, SignaturesUseKnownLettersOnly) {
-  for (const OpcodeInfo& info : kOpcodes) {
+  for (int i = 0; i < kNumOpcodes; ++i) {
+    const OpcodeInfo& info = kOpcodes[i];
     for (const char* letters : {info.pops, info.pushes}) {
       for (; *letters != '\0'; ++letters) {
-        EXPECT_TRUE(*letters == '*' || TypeOfLetter(*letters) != ValueType::kVoid) << info.mnemonic;
+        EXPECT_TRUE(*letters == '*' || TypeOfLetter(*letters) != ValueType::kVoid)
+            << kOpcodeTexts[i].mnemonic;
       }
     }
-    EXPECT_GT(info.cost, 0) << info.mnemonic;
+    EXPECT_GT(info.cost, 0) << kOpcodeTexts[i].mnemonic;
   }
   EXPECT_LE(kNumOpcodes, 256);
 }

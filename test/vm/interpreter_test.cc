@@ -27,7 +27,7 @@ class Machine {
     context_.role = 0;
     context_.fields = fields;
     context_.labels = labels;
-    std::copy(program_->role(0).fields, program_->role(0).fields + kMaxFields, fields);
+    for (int i = 0; i < program_->role(0).num_fields; ++i) fields[i] = program_->role(0).fields[i];
     std::fill(std::begin(labels), std::end(labels), int8_t{-1});
   }
 

@@ -144,6 +144,27 @@ TEST_P(QuadrupedTest, RolesAreKeptThroughTenGaitCyclesWithoutFaults) {
   }
 }
 
+TEST_P(QuadrupedTest, AModuleThatBeginsAnewIsBackInItsRoleInASecondAndNobodyElseLosesOne) {
+  // Standing, and at moments of the walk; the root among the nine.
+  for (const int moment : {60, 333, 701}) {
+    for (int module = 0; module < 9; ++module) {
+      VmRobot vms(Mtran(), Robot(), Program());
+      vms.Tick(moment);
+      vms.ColdStart(module);
+      for (int tick = 0; tick < 50; ++tick) {
+        vms.Tick();
+        Roles roles = RolesOf(vms);
+        const std::string& own = vms.robot().modules[static_cast<size_t>(module)].name;
+        if (tick == 0) {
+          EXPECT_EQ(roles[own], "") << "no role until settled";
+        }
+        if (tick < 49) roles[own] = GetParam().roles->at(own);
+        ASSERT_EQ(roles, *GetParam().roles) << own << " at " << moment << ", tick " << tick;
+      }
+    }
+  }
+}
+
 TEST_P(QuadrupedTest, DistributedKinematicsAreTheModelsWhileTheLegsStandStill) {
   VmRobot vms(Mtran(), Robot(), Program());
   vms.Tick(100);  // Standing, before the gait moves anything.

@@ -84,6 +84,24 @@ TEST_F(RolesTest, ARoleIsTakenOnceItsGroundsAreUnchangedForTenTicks) {
   EXPECT_EQ(vms.RoleOf(0), "Any");
 }
 
+TEST_F(RolesTest, ANeighbourThatBeginsAnewAndTakesNoRoleIsEvidenceAfterASecond) {
+  VmRobot& vms = Row(3, R"(
+role Head extends Module { require self.connected($NORTH) == 0; }
+role Next extends Module { require self.connected($NORTH, $Head) == 1; }
+)");
+  vms.Tick(60);
+  ASSERT_EQ(vms.RoleOf(1), "Next");
+  // A program without roles is what the head runs from now on.
+  vms.ColdStart(0);
+  vms.ReplaceProgram(0, test::EmptyProgram());
+  for (int i = 0; i < kSilentTicks; ++i) {
+    vms.Tick();
+    ASSERT_EQ(vms.RoleOf(1), "Next") << i;
+  }
+  vms.Tick(20);
+  EXPECT_EQ(vms.RoleOf(1), "");
+}
+
 TEST_F(RolesTest, TheSettlingTimeBeginsAnewWithEachChange) {
   VmRobot& vms = Row(2, "role Pair extends Module { require sizeof(self.connected) == 1; }");
   vms.Tick(30);
@@ -280,10 +298,10 @@ role Old extends Module {
       model_);
   vms.ReplaceProgram(0, program);
   vms.Tick();
-  EXPECT_EQ(vms.output(0).status.role, -1);
   EXPECT_EQ(vms.output(0).joints[0].target, target);
-  vms.Tick(30);
   // The mate still runs the old program: its role 0 is not this program's role 0.
+  EXPECT_EQ(vms.output(0).status.role, 1);
+  vms.Tick(30);
   EXPECT_EQ(vms.output(0).status.role, 1);
   EXPECT_NEAR(vms.output(0).joints[1].target, 20 * M_PI / 180, 1e-12);
 }

@@ -195,6 +195,45 @@ TEST_P(SpatialTest, ASilentRootMakesAllPosesStaleAndItsReturnFresh) {
   for (int m = 0; m < 10; ++m) EXPECT_FALSE(vms.output(m).status.pose_stale) << m;
 }
 
+TEST_P(SpatialTest, AllPosesFollowTheRootsSensor) {
+  const model::Robot robot = test::RandomRobot(model_, 10, 0, GetParam());
+  VmRobot vms(model_, robot, test::EmptyProgram());
+  const model::KinematicState rest = model::ForwardKinematics(model_, robot, vms.joints());
+  const auto at = [&](double north, double turn) {
+    // The whole robot, moved in R.
+    model::Pose moved = model::Pose::Identity();
+    moved.translation() << north, 0.01, -0.3;
+    moved.linear() = Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitY()).toRotationMatrix();
+    model::KinematicState truth = rest;
+    for (auto& links : truth.X_RL) {
+      for (model::Pose& X : links) X = moved * X;
+    }
+    return truth;
+  };
+  const auto sense = [&](const model::KinematicState& truth, int link) {
+    const auto& links = truth.X_RL[static_cast<size_t>(robot.root_module)];
+    vms.SenseRoot(test::ToFloat(links[static_cast<size_t>(link)]), link);
+    vms.Tick(test::DiameterOf(robot) + 1);
+  };
+  for (const double turn : {0.0, 0.7, 2.0}) {
+    const model::KinematicState truth = at(0.2 * turn, turn);
+    sense(truth, robot.root_link);
+    EXPECT_LT(LargestError(vms, truth), kTolerance) << turn;
+  }
+  // Another link's pose, and what is none, are not believed; without news the last one stays.
+  const model::KinematicState last = at(0.4, 2.0);
+  sense(at(1, 1), robot.root_link + 1);
+  EXPECT_LT(LargestError(vms, last), kTolerance);
+  PoseF broken;
+  broken.p.x = NAN;
+  vms.SenseRoot(broken, robot.root_link);
+  vms.Tick(test::DiameterOf(robot) + 1);
+  EXPECT_LT(LargestError(vms, last), kTolerance);
+  vms.SenseRoot(std::nullopt, 0);
+  vms.Tick(20);
+  EXPECT_LT(LargestError(vms, last), kTolerance);
+}
+
 INSTANTIATE_TEST_SUITE_P(Seeds, SpatialTest, ::testing::Range(uint64_t{1}, uint64_t{9}));
 
 TEST(SpatialQueryTest, UnitsOfDirectionsAreThoseOfNue) {

@@ -211,9 +211,8 @@ TEST_F(TasksTest, AnEndlessLoopIsToldWithItsLineAndStarvesNobody) {
   EXPECT_EQ(vms.CountFaults(FaultCode::kBudget), 1);
   EXPECT_EQ(vms.faults()[0].fault.line, 4);
   EXPECT_EQ(vms.faults()[0].fault.role, 0);
-  const std::string name(vms.program().function(vms.faults()[0].fault.function).name.data,
-                         vms.program().function(vms.faults()[0].fault.function).name.size);
-  EXPECT_EQ(name, "R.loop");
+  const Text name = vms.program().function_name(vms.faults()[0].fault.function);
+  EXPECT_EQ(std::string(name.data, name.size), "R.loop");
   EXPECT_GT(Target(), 40);
 }
 

@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstring>
 #include <optional>
+#include <utility>
 
 #include "tools/base/output_path.h"
 
@@ -35,7 +36,7 @@ Result<std::string> ReadFile(const std::string& path, size_t limit) {
 namespace {
 
 /// All of `bytes`; false with errno set if not.
-bool WriteAll(int fd, const std::string& bytes) {
+bool WriteAll(int fd, std::span<const uint8_t> bytes) {
   for (size_t done = 0; done < bytes.size();) {
     const ssize_t n = write(fd, bytes.data() + done, bytes.size() - done);
     if (n < 0 && errno != EINTR) return false;
@@ -45,32 +46,8 @@ bool WriteAll(int fd, const std::string& bytes) {
 }
 
 /// The error of all that writes: the path as the user wrote it, and the reason of the system.
-Result<void> CannotWrite(const std::string& path, int reason) {
+tl::unexpected<Error> CannotWrite(const std::string& path, int reason) {
   return Fail(fmt::format("cannot write {}: {}", path, std::strerror(reason)));
-}
-
-/// Pipes and devices are written to as they are: a file in their place would be no use to anyone.
-Result<void> WriteToDevice(const std::string& path, const std::string& bytes) {
-  const int fd = open(path.c_str(), O_WRONLY | O_CLOEXEC);
-  if (fd < 0) return CannotWrite(path, errno);
-  const bool good = WriteAll(fd, bytes);
-  const int reason = errno;
-  if (close(fd) == 0 && good) return {};
-  return CannotWrite(path, good ? errno : reason);
-}
-
-/// What stdio still holds for it goes first. The descriptor itself is written to, not the file that
-/// it may be redirected to: that would start over at the file's first byte.
-Result<void> WriteToDescriptor(int fd, const std::string& path, const std::string& bytes) {
-  std::fflush(nullptr);
-  return WriteAll(fd, bytes) ? Result<void>() : CannotWrite(path, errno);
-}
-
-/// Through stdio, so that it comes after what was printed before.
-Result<void> WriteToStandardOutput(const std::string& bytes) {
-  const bool good = std::fwrite(bytes.data(), 1, bytes.size(), stdout) == bytes.size();
-  if (std::fflush(stdout) == 0 && good) return {};
-  return CannotWrite("to standard output", errno);
 }
 
 /// Permissions of a new file.
@@ -80,36 +57,102 @@ mode_t NewFileMode() {
   return 0666 & ~mask;
 }
 
+/// Bytes that wait in an OutputFile before they are handed on.
+constexpr size_t kBufferBytes = size_t{1} << 20;
+
 }  // namespace
 
-Result<void> WriteFile(const std::string& path, const std::string& bytes) {
-  if (path == "-") return WriteToStandardOutput(bytes);
+Result<std::unique_ptr<OutputFile>> OutputFile::Create(const std::string& path) {
+  const auto opened = [&](Kind kind, int fd) {
+    return std::unique_ptr<OutputFile>(new OutputFile(path, kind, fd));
+  };
+  if (path == "-") return opened(Kind::kStdout, -1);
   // A link stays a link: what it points to is replaced, or made.
-  const Result<std::string> followed = FollowLinks(path);
-  if (!followed) return Fail(followed.error().message);
-  const std::string& target = *followed;
-  if (const std::optional<int> fd = OwnDescriptor(target)) {
-    return WriteToDescriptor(*fd, path, bytes);
+  const Result<std::string> target = FollowLinks(path);
+  if (!target) return Fail(target.error().message);
+  // The descriptor itself is written to, not the file that it may be redirected to: that would
+  // start over at the file's first byte. What stdio still holds for it goes first.
+  if (const std::optional<int> fd = OwnDescriptor(*target)) {
+    std::fflush(nullptr);
+    return opened(Kind::kDescriptor, *fd);
   }
   // What is there decides how: a device is written to, a file is replaced and keeps its mode.
   mode_t mode = NewFileMode();
   struct stat old {};
-  if (stat(target.c_str(), &old) == 0) {
+  if (stat(target->c_str(), &old) == 0) {
     if (S_ISDIR(old.st_mode)) return CannotWrite(path, EISDIR);
-    if (!S_ISREG(old.st_mode)) return WriteToDevice(target, bytes);
+    // Pipes and devices are written to as they are: a file in their place would be no use.
+    if (!S_ISREG(old.st_mode)) {
+      const int fd = open(target->c_str(), O_WRONLY | O_CLOEXEC);
+      if (fd < 0) return CannotWrite(path, errno);
+      return opened(Kind::kDevice, fd);
+    }
     mode = old.st_mode & 07777;
+  }
+  std::string temporary = *target + ".XXXXXX";
+  const int fd = mkostemp(temporary.data(), O_CLOEXEC);
+  if (fd < 0) return CannotWrite(path, errno);
+  auto file = opened(Kind::kFile, fd);
+  file->target_ = *target;
+  file->temporary_ = std::move(temporary);
+  if (fchmod(fd, mode) != 0) return CannotWrite(path, errno);
+  return file;
+}
+
+OutputFile::~OutputFile() {
+  if (fd_ >= 0 && kind_ != Kind::kDescriptor) close(fd_);
+  if (!temporary_.empty()) unlink(temporary_.c_str());
+}
+
+Result<void> OutputFile::Write(std::span<const uint8_t> bytes) {
+  if (buffer_.size() + bytes.size() > kBufferBytes) {
+    if (Result<void> flushed = Flush(); !flushed) return flushed;
+  }
+  buffer_.insert(buffer_.end(), bytes.begin(), bytes.end());
+  return buffer_.size() < kBufferBytes ? Result<void>() : Flush();
+}
+
+Result<void> OutputFile::Write(std::string_view text) {
+  return Write({reinterpret_cast<const uint8_t*>(text.data()), text.size()});
+}
+
+Result<void> OutputFile::Flush() {
+  bool good = true;
+  if (kind_ == Kind::kStdout) {
+    good = std::fwrite(buffer_.data(), 1, buffer_.size(), stdout) == buffer_.size();
+  } else {
+    good = WriteAll(fd_, buffer_);
+  }
+  buffer_.clear();
+  if (good) return {};
+  return CannotWrite(kind_ == Kind::kStdout ? "to standard output" : path_, errno);
+}
+
+Result<void> OutputFile::Close() {
+  Result<void> flushed = Flush();
+  if (!flushed) return flushed;
+  if (kind_ == Kind::kDescriptor) return {};
+  if (kind_ == Kind::kStdout) {
+    if (std::fflush(stdout) == 0) return {};
+    return CannotWrite("to standard output", errno);
   }
   // The bytes are on the disk before the name points to them: a crash leaves the old file or the
   // new.
-  std::string temporary = target + ".XXXXXX";
-  const int fd = mkostemp(temporary.data(), O_CLOEXEC);
-  if (fd < 0) return CannotWrite(path, errno);
-  const bool good = fchmod(fd, mode) == 0 && WriteAll(fd, bytes) && fsync(fd) == 0;
+  const bool synced = kind_ == Kind::kDevice || fsync(fd_) == 0;
   const int reason = errno;
-  if (close(fd) == 0 && good && std::rename(temporary.c_str(), target.c_str()) == 0) return {};
-  const int cause = good ? errno : reason;
-  unlink(temporary.c_str());
-  return CannotWrite(path, cause);
+  const bool closed = close(std::exchange(fd_, -1)) == 0;
+  if (!synced || !closed) return CannotWrite(path_, synced ? errno : reason);
+  if (kind_ == Kind::kDevice) return {};
+  if (std::rename(temporary_.c_str(), target_.c_str()) != 0) return CannotWrite(path_, errno);
+  temporary_.clear();
+  return {};
+}
+
+Result<void> WriteFile(const std::string& path, const std::string& bytes) {
+  Result<std::unique_ptr<OutputFile>> file = OutputFile::Create(path);
+  if (!file) return tl::unexpected(file.error());
+  if (Result<void> written = (*file)->Write(bytes); !written) return written;
+  return (*file)->Close();
 }
 
 }  // namespace morphbus::tools

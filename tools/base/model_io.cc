@@ -13,15 +13,17 @@ double Plain(double v) { return v == 0.0 ? 0.0 : v; }
 
 }  // namespace
 
-std::optional<model::Model> LoadModel(const std::vector<std::string>& paths,
-                                      std::vector<std::string>* read) {
+std::vector<std::string> ModelSource::Files() const {
+  std::vector<std::string> files;
+  for (int file = 0; file < sources.size(); ++file) files.push_back(sources.name(file));
+  return files;
+}
+
+std::optional<model::Model> LoadModel(const std::vector<std::string>& paths, ModelSource* source) {
   // Warnings are printed even where there are errors, and the model that has errors is empty.
   m3l::CompileOutput output = m3l::CompileFiles(paths);
   PrintDiagnostics(output.diagnostics, output.sources);
-  // The caller must not write over any of these files.
-  for (int file = 0; read != nullptr && file < output.sources.size(); ++file) {
-    read->push_back(output.sources.name(file));
-  }
+  if (source != nullptr) *source = {output.sources, std::move(output.modules)};
   return std::move(output.model);
 }
 

@@ -12,10 +12,21 @@
 
 namespace morphbus::tools {
 
+/// Where a model is written.
+struct ModelSource {
+  /// The files that were read, imports included.
+  source::SourceSet sources;
+  /// modules[robot][module]: the place of the name of each module of the model's robots.
+  std::vector<std::vector<source::Span>> modules;
+
+  /// The names of the files: none of them may be written over.
+  [[nodiscard]] std::vector<std::string> Files() const;
+};
+
 /// Compiles M3L files and prints what there is to say about them. Empty if there were errors.
-/// `read`, if given, gets the files that this read, imports included.
+/// `source`, if given, gets where the model is written, as far as files could be read.
 std::optional<model::Model> LoadModel(const std::vector<std::string>& paths,
-                                      std::vector<std::string>* read = nullptr);
+                                      ModelSource* source = nullptr);
 
 /// Why none of `names` is the `what` ("robot", which --robot chooses) called `name`, with the
 /// nearest name. An empty `name` stands for the only one of them: there are several then, or none.

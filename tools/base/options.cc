@@ -90,6 +90,11 @@ Option& Option::Repeatable() {
   return *this;
 }
 
+Option& Option::Values(int count) {
+  option_->expected(count);
+  return *this;
+}
+
 Option& Option::ValueOptional() {
   option_->expected(0, 1);
   return *this;
@@ -130,6 +135,13 @@ Option Subcommand::Flag(const std::string& names, bool* target, const std::strin
 
 Option Subcommand::Robot(std::string* target) {
   return Add("--robot", target, "The robot's name (default: the only one)");
+}
+
+Option Subcommand::Description(std::string* target) {
+  return Add("--description", target,
+             "The run's description for a log that holds none: a file of convert --to description, "
+             "or another log of the same model")
+      .TypeName("FILE|LOG");
 }
 
 Option Subcommand::Force(bool* target) {

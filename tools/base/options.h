@@ -33,6 +33,8 @@ class Option {
   Option& Separator(char separator);
   /// The option takes one value and may be repeated; every value counts.
   Option& Repeatable();
+  /// The option takes exactly so many values, one argument each; its target is a vector.
+  Option& Values(int count);
   /// The option may stand without a value.
   Option& ValueOptional();
   /// The help leaves it out.
@@ -66,6 +68,8 @@ class Subcommand {
   // Options that mean the same in every command that has them.
   /// `--robot`: a robot of the model.
   Option Robot(std::string* target);
+  /// `--description`: a file or log with the run's description, for a log that holds none.
+  Option Description(std::string* target);
   /// `--force`: an output replaces any file.
   Option Force(bool* target);
   /// `--json`: the result as one JSON object.

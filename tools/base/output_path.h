@@ -48,6 +48,11 @@ inline constexpr std::string_view kXml = "<?xml version=";
 inline constexpr std::string_view kByExport = "morphbus export";
 
 inline constexpr OutputKind kLog = {"a log", "\xED\xA1\xDA\x01"};
+inline constexpr OutputKind kCompressedLog = {"a compressed log", "\x28\xB5\x2F\xFD"};
+inline constexpr OutputKind kMcap = {"an MCAP file", "\x89MCAP"};
+inline constexpr OutputKind kCsvTable = {"a table of a log", "time [s]"};
+inline constexpr OutputKind kJsonLines = {"a log as JSON lines", "{\"event\":"};
+inline constexpr OutputKind kDescription = {"a run's description", "\n", "", true};
 inline constexpr OutputKind kProgramImage = {"a program image", "DYNI"};
 inline constexpr OutputKind kKinematicsImage = {"a kinematics image", "MKIN"};
 inline constexpr OutputKind kModel = {"a compiled model", "\n", "", true};
@@ -64,6 +69,7 @@ inline constexpr OutputKind kCuts = {"a list of cuts", "{\n  \"robot\":", "\"cut
 inline constexpr OutputKind kDot = {"a graph for Graphviz", "graph \""};
 inline constexpr OutputKind kSvg = {"an SVG picture", kXml, "\n<svg "};
 inline constexpr OutputKind kPng = {"a PNG picture", "\x89PNG"};
+inline constexpr OutputKind kWebp = {"a WebP picture", "RIFF", "WEBP"};
 inline constexpr OutputKind kReport = {"an HTML report", "<!DOCTYPE html>"};
 inline constexpr OutputKind kVariants = {"a list of variants", "// ",
                                          ": other connections, the same kinematics."};

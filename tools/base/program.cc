@@ -82,20 +82,4 @@ Result<uint64_t> KinematicsHash(const std::string& image) {
 
 std::string ToString(const vm::Text& text) { return {text.data, text.size}; }
 
-vm::PoseF ToVmPose(const model::Pose& X) {
-  // As in PoseJson, w >= 0 makes the sign of the quaternion unique.
-  Eigen::Quaterniond q(X.linear());
-  if (q.w() < 0) q.coeffs() = -q.coeffs();
-  const Eigen::Vector3d& p = X.translation();
-  // No negative zeros: the same pose must be the same bytes, however it was come by.
-  const auto plain = [](double v) {
-    return static_cast<float>(v) == 0.0F ? 0.0F : static_cast<float>(v);
-  };
-  // The VM orders a quaternion w x y z, as the wire does.
-  vm::PoseF out;
-  out.p = {plain(p.x()), plain(p.y()), plain(p.z())};
-  out.q = {plain(q.w()), plain(q.x()), plain(q.y()), plain(q.z())};
-  return out;
-}
-
 }  // namespace morphbus::tools

@@ -40,8 +40,4 @@ Result<uint64_t> KinematicsHash(const std::string& image);
 /// A Text of an image as a string.
 std::string ToString(const vm::Text& text);
 
-/// A pose in the VM's single precision, with w >= 0 and without negative zeros: equal poses are
-/// equal bytes.
-vm::PoseF ToVmPose(const model::Pose& X);
-
 }  // namespace morphbus::tools

@@ -56,8 +56,8 @@ int RunCommandLine(int argc, const char* const* argv) {
   for (const auto add :
        {AddCheck,   AddConnections, AddFk,     AddGraph,  AddEquivalent, AddVariants, AddRoles,
         AddCompile, AddDisasm,      AddExport, AddFormat, AddDraw,       AddRun,      AddSim,
-        AddModule,  AddLog,         AddReplay, AddSpy,    AddControl,    AddRuns,     AddDoctor,
-        AddCompare, AddInfo,        AddVerify, AddRepair}) {
+        AddModule,  AddLog,         AddReplay, AddSpy,    AddMonitor,    AddControl,  AddRuns,
+        AddDoctor,  AddCompare,     AddInfo,   AddVerify, AddRepair,     AddReport,   AddConvert}) {
     add(&line);
   }
   if (const std::optional<int> status = line.Parse(argc, argv)) return *status;

@@ -51,6 +51,8 @@ void AddLog(CommandLine* line);
 void AddReplay(CommandLine* line);
 /// `spy` shows what is on the bus: channels, rates, losses, fields, roles.
 void AddSpy(CommandLine* line);
+/// `monitor` serves runs and logs to the browser and to other viewers.
+void AddMonitor(CommandLine* line);
 /// `control` acts on a running robot, and says at which tick.
 void AddControl(CommandLine* line);
 /// `runs` lists what runs on this machine.
@@ -67,5 +69,9 @@ void AddInfo(CommandLine* line);
 void AddVerify(CommandLine* line);
 /// `repair` copies what is sound in a damaged log into a new one.
 void AddRepair(CommandLine* line);
+/// `report` writes one run on a page.
+void AddReport(CommandLine* line);
+/// `convert` writes a log for other programs, or compresses it.
+void AddConvert(CommandLine* line);
 
 }  // namespace morphbus::tools

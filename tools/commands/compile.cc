@@ -8,6 +8,7 @@
 #include "compiler/keywords/keywords_xml.h"
 #include "tools/base/program.h"
 #include "tools/commands/commands.h"
+#include "vm/image/image.h"
 
 namespace morphbus::tools {
 namespace {
@@ -19,6 +20,7 @@ struct CompileOptions {
   std::string model;
   std::string output;
   std::string dump;
+  bool strip = false;
   bool force = false;
   bool json = false;
 };
@@ -31,7 +33,9 @@ using Types = Result<std::vector<keywords::ModuleKeywords>>;
 std::optional<Types> LoadKeywords(const CompileOptions& options, std::vector<std::string>* read) {
   // A model holds the keywords of all its types; the files that it imports are inputs too.
   if (!options.model.empty()) {
-    const std::optional<model::Model> model = LoadModel({options.model}, read);
+    ModelSource source;
+    const std::optional<model::Model> model = LoadModel({options.model}, &source);
+    *read = source.Files();
     if (!model) return std::nullopt;
     return keywords::KeywordsOf(*model);
   }
@@ -85,16 +89,19 @@ int Compile(const CompileOptions& options) {
   // Compiles, or checks an image that is given as PROGRAM.
   const std::optional<CompiledProgram> program = LoadProgram(options.program, *types);
   if (!program) return kUnusable;
-  const Result<void> written = WriteFile(options.output, program->image);
+  // The part that modules run is the first one, and the header says how large it is.
+  std::string image = program->image;
+  if (options.strip) {
+    image.resize(
+        vm::image::ReadU32(reinterpret_cast<const uint8_t*>(image.data()) + vm::image::kSizeAt));
+  }
+  const Result<void> written = WriteFile(options.output, image);
   if (!written) return Unusable(written.error().message);
   // On standard output the image stands alone.
   if (options.json) {
-    PrintJson({{"output", options.output},
-               {"bytes", program->image.size()},
-               {"hash", Hex(program->hash)}});
+    PrintJson({{"output", options.output}, {"bytes", image.size()}, {"hash", Hex(program->hash)}});
   } else if (options.output != "-") {
-    fmt::print("{}: {} bytes, hash {:016x}\n", options.output, program->image.size(),
-               program->hash);
+    fmt::print("{}: {} bytes, hash {:016x}\n", options.output, image.size(), program->hash);
   }
   return kDone;
 }
@@ -109,6 +116,8 @@ void AddCompile(CommandLine* line) {
       .TypeName("TYPE.xml...");
   sub.Add("--model", &options->model, "M3L file whose module types the program may use");
   sub.Add("-o,--output", &options->output, "Image to write ('-': stdout)");
+  sub.Flag("--strip", &options->strip,
+           "Leave out names and source lines, which a microcontroller need not hold");
   sub.Force(&options->force);
   sub.Add("--dump", &options->dump, "Print a stage instead: tokens, ast or code");
   sub.Json(&options->json);

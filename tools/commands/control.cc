@@ -9,6 +9,7 @@
 #include "tools/commands/commands.h"
 #include "tools/launch/control_link.h"
 #include "tools/launch/control_script.h"
+#include "tools/launch/controlled_run.h"
 #include "tools/launch/network.h"
 #include "tools/launch/run_plan.h"
 #include "tools/launch/run_registry.h"
@@ -16,41 +17,15 @@
 namespace morphbus::tools {
 namespace {
 
-/// So long the run may take to answer, microseconds of wall time.
-constexpr int64_t kPatienceUs = 5'000'000;
-
 /// The options of `morphbus control`.
 struct ControlOptions {
   std::vector<std::string> words;
   std::string run;
   std::string to;
+  std::string at;
   bool cold = false;
   bool json = false;
 };
-
-/// What is known of the run, and what is needed to command it.
-struct ControlledRun {
-  RunEntry entry;
-  bridge::ControlKey key;
-  RunPlan plan;
-};
-
-/// The run of this name, or the only one. Fails unless it can be commanded.
-Result<ControlledRun> FindControlled(const std::string& name) {
-  Result<RunEntry> entry = FindRun(name);
-  if (!entry) return Fail(entry.error().message);
-  if (entry->url.empty()) {
-    return Fail(fmt::format("run {} is in one process and takes no commands", entry->name));
-  }
-  // A replay has no key: there is no robot to command.
-  const auto key = bridge::ReadControlKey(ControlKeyPath(entry->folder));
-  if (!key) return Fail(fmt::format("run {}: {}", entry->name, key.error().message));
-  const Result<std::string> description = ReadFile(entry->folder + "/description.pb");
-  if (!description) return Fail(description.error().message);
-  Result<RunPlan> plan = PlanFromDescription(*description);
-  if (!plan) return Fail(plan.error().message);
-  return ControlledRun{std::move(*entry), *key, std::move(*plan)};
-}
 
 /// Compiles the program of a deployment for the run's model and lays it where the sim finds it.
 /// Says on stderr what is wrong.
@@ -70,17 +45,24 @@ int Report(const ControlledRun& run, const std::string& command,
   // A refusal has no tick; what it says goes to stderr, also beside JSON.
   using State = bridge::ControlAnswer::State;
   const bool refused = answer.state == State::kRefused;
+  // A deployment takes effect when all modules go over to the program.
+  const Result<bridge::ControlCommand> done = bridge::ParseControl(answer.effect);
+  const std::optional<double> at = !refused && done ? done->at : std::nullopt;
   if (json) {
-    PrintJson({{"run", run.entry.name},
-               {"command", command},
-               {"tick", refused ? Json(nullptr) : Json(answer.tick)},
-               {"seconds", refused ? Json(nullptr)
-                                   : Json(Seconds(answer.tick * run.plan.description.tick_us()))},
-               {"pending", answer.state == State::kLater},
-               {"refused", refused ? Json(answer.reason) : Json(nullptr)}});
+    Json object = {
+        {"run", run.entry.name},
+        {"command", at ? answer.effect : command},
+        {"tick", refused ? Json(nullptr) : Json(answer.tick)},
+        {"seconds",
+         refused ? Json(nullptr) : Json(Seconds(answer.tick * run.plan.description.tick_us()))},
+        {"pending", answer.state == State::kLater},
+        {"refused", refused ? Json(answer.reason) : Json(nullptr)}};
+    if (at) object["switch_seconds"] = *at;
+    PrintJson(object);
   } else if (!refused) {
-    fmt::print("{}: tick {} ({:.2f} s){}\n", command, answer.tick,
+    fmt::print("{}: tick {} ({:.2f} s){}{}\n", at ? answer.effect : command, answer.tick,
                Seconds(answer.tick * run.plan.description.tick_us()),
+               at ? fmt::format("; it runs from {} s on", *at) : "",
                answer.state == State::kLater ? ", once the run goes on" : "");
   }
   if (!refused) return kDone;
@@ -98,6 +80,7 @@ int Control(const ControlOptions& options) {
   std::string text = fmt::format("{}", fmt::join(options.words, " "));
   if (options.cold) text += " --cold";
   if (!options.to.empty()) text += " --to " + options.to;
+  if (!options.at.empty()) text += " --at " + options.at;
   Result<bridge::ControlCommand> command = bridge::ParseControl(text);
   if (!command) return Unusable(command.error().message);
   const Result<ControlledRun> run = FindControlled(options.run);
@@ -105,7 +88,10 @@ int Control(const ControlOptions& options) {
   const bool deploys = command->kind == bridge::ControlKind::kDeploy;
   if (deploys && !HandOver(*run, &*command)) return kUnusable;
   text = ControlText(*command);
-  if (text.size() > bridge::kLongestText) return Unusable("the command is too long: " + text);
+  // The run adds the time of a deployment that names none.
+  constexpr size_t kTimeBytes = 16;
+  const size_t room = bridge::kLongestText - (deploys && !command->at ? kTimeBytes : 0);
+  if (text.size() > room) return Unusable("the command is too long: " + text);
   // The private network is entered before LCM starts a thread.
   if (run->entry.isolated) {
     if (Result<void> joined = JoinNetworkOf(run->entry.pid); !joined)
@@ -116,8 +102,8 @@ int Control(const ControlOptions& options) {
   CatchSignals();
   const bridge::Sender sender = {run->entry.name, "TOOL", run->plan.description.model_hash(), 0};
   const Result<bridge::ControlAnswer> answer =
-      bridge::GiveCommand(bus->get(), bridge::MonotonicTime(), sender, run->key, text, kPatienceUs,
-                          [] { return CaughtSignal() != 0; });
+      bridge::GiveCommand(bus->get(), bridge::MonotonicTime(), sender, run->key, text,
+                          kControlPatienceUs, [] { return CaughtSignal() != 0; });
   if (!answer) return Failed(answer.error().message);
   return Report(*run, text, *answer, options.json);
 }
@@ -130,6 +116,10 @@ void AddControl(CommandLine* line) {
   sub.Add("COMMAND", &options->words, "What to do, see below").Required();
   sub.Add("--run", &options->run, "The run to command (default: the only one; see morphbus runs)");
   sub.Add("--to", &options->to, "deploy, invoke: the module that gets it (default: the root)");
+  sub.Add(
+      "--at", &options->at,
+      "deploy: sim time, seconds, at which all modules go over to the program (default: as soon "
+      "as all have it)");
   sub.Flag("--cold", &options->cold, "restart: the module begins anew");
   sub.Json(&options->json);
   sub.Footer(fmt::format(
@@ -140,7 +130,7 @@ void AddControl(CommandLine* line) {
       "answer.\n"
       "Examples:\n  morphbus control pause\n  morphbus control step 5\n"
       "  morphbus control push m5 EAST 2 0.5\n"
-      "  morphbus control deploy models/programs/quadruped.dyn --to m5",
+      "  morphbus control deploy models/programs/quadruped_careful.dyn --to m5 --at 12.5",
       fmt::join(bridge::ControlUsages(), "\n  ")));
   sub.Do([options] { return Control(*options); });
 }

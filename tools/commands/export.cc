@@ -258,8 +258,9 @@ int Export(ExportOptions options) {
   const std::optional<std::string> place = PlaceOf(options.output);
   if (!place) return kUnusable;
   options.output = *place;
-  std::vector<std::string> inputs;
-  const std::optional<model::Model> model = LoadModel({options.file}, &inputs);
+  ModelSource source;
+  const std::optional<model::Model> model = LoadModel({options.file}, &source);
+  const std::vector<std::string> inputs = source.Files();
   if (!model || !MayWrite(options.output, format->kind, options.force, inputs)) return kUnusable;
   const std::optional<emit::Exported> exported = Make(*model, *format, options);
   if (!exported) return kUnusable;

@@ -51,7 +51,7 @@ int FormatFile(const std::string& path, bool check, std::string* layout) {
 }
 
 /// All files, even if one of them cannot be formatted; the worst status counts.
-int Format(const FormatOptions& options) {
+int FormatFiles(const FormatOptions& options) {
   int status = kDone;
   Json files = Json::array();
   for (const std::string& file : options.files) {
@@ -78,7 +78,7 @@ void AddFormat(CommandLine* line) {
   sub.Footer(
       "Examples:\n  morphbus format models/mtran.m3l models/programs/quadruped.dyn\n"
       "  morphbus format --check models/*.m3l");
-  sub.Do([options] { return Format(*options); });
+  sub.Do([options] { return FormatFiles(*options); });
 }
 
 }  // namespace morphbus::tools

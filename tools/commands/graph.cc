@@ -122,9 +122,10 @@ int Graph(const GraphOptions& options) {
     return Unusable("--dot - and --json both write to standard output: give --dot a file");
   }
   // The robot's graph at its start values.
-  std::vector<std::string> files;
-  const std::optional<model::Model> model = LoadModel({options.file}, &files);
-  if (!model || !MayWrite(options.dot, outputs::kDot, options.force, files)) return kUnusable;
+  ModelSource source;
+  const std::optional<model::Model> model = LoadModel({options.file}, &source);
+  if (!model || !MayWrite(options.dot, outputs::kDot, options.force, source.Files()))
+    return kUnusable;
   const model::Robot* robot = PickRobot(*model, options.robot);
   if (robot == nullptr) return kUnusable;
   const model::KinematicGraph graph = model::BuildKinematicGraph(*model, *robot);

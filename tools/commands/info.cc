@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "logger/log/run_log.h"
+#include "tools/base/lent_description.h"
 #include "tools/commands/commands.h"
 
 namespace morphbus::tools {
@@ -12,6 +13,7 @@ namespace {
 struct InfoOptions {
   std::string log;
   std::string run;
+  std::string description;
   bool json = false;
   bool commands = false;
 };
@@ -21,6 +23,7 @@ std::shared_ptr<InfoOptions> AddOptions(Subcommand* sub) {
   auto options = std::make_shared<InfoOptions>();
   sub->Add("LOG", &options->log, "Log file").Required();
   sub->Add("--run", &options->run, "Which run, if the file holds several (default: the first)");
+  sub->Description(&options->description);
   sub->Json(&options->json);
   return options;
 }
@@ -28,7 +31,8 @@ std::shared_ptr<InfoOptions> AddOptions(Subcommand* sub) {
 /// Prints the facts; `verify` also answers whether the log is whole.
 int Report(const InfoOptions& options, bool verify) {
   // The facts are enough here: the robot's series are not loaded.
-  const Result<logger::RunLog> log = logger::LoadRunLog(options.log, {options.run, false});
+  const Result<logger::RunLog> log =
+      LoadLog(options.log, {options.run, false}, options.description);
   if (!log) return Unusable(log.error().message);
   // Both commands print the same facts as JSON.
   if (options.json) {

@@ -1,27 +1,32 @@
 // morphbus log: the logger of a run, as a process of its own.
 
 #include <fmt/format.h>
+#include <sched.h>
+#include <unistd.h>
 
+#include <chrono>
 #include <random>
 
-#include "bridge/bus/bus_adapters.h"
+#include "bridge/bus/faulty_bus.h"
 #include "bridge/bus/lcm_bus.h"
+#include "bridge/wire/channels.h"
+#include "compiler/base/text.h"
 #include "logger/log/recorder.h"
+#include "logger/log/replay_delivery.h"
 #include "tools/commands/commands.h"
 #include "tools/launch/control_link.h"
+#include "tools/launch/run_choice.h"
 #include "tools/launch/run_plan.h"
 
 namespace morphbus::tools {
 namespace {
-
-/// Microseconds between two looks at the launcher and at signals.
-constexpr int64_t kWatchUs = 50000;
 
 /// The options of `morphbus log`.
 struct LogOptions {
   PlanSource plan;
   std::string output;
   int control_fd = -1;
+  std::string follow;  ///< Name of the run whose replay is recorded; empty: none.
 };
 
 /// What the recorder must know of the run before it hears of it.
@@ -36,6 +41,13 @@ logger::RecorderOptions RecorderFor(const RunPlan& plan, const std::string& path
   return options;
 }
 
+/// From now on this process, when a message wakes it, does not take the processor from one that is
+/// at work.
+void LetOthersGoFirst() {
+  const sched_param none = {};
+  if (sched_getscheduler(0) == SCHED_OTHER) sched_setscheduler(0, SCHED_BATCH, &none);
+}
+
 /// Records until the run ends or `link` or a signal says stop. `*interrupted` says why it did.
 void Record(logger::Recorder* recorder, bridge::Bus* bus, const bridge::TimeSource& time,
             ControlLink* link, std::string* interrupted) {
@@ -47,19 +59,63 @@ void Record(logger::Recorder* recorder, bridge::Bus* bus, const bridge::TimeSour
   bridge::RunParticipants(bus, time, {recorder, &watch}, &stop, [&] { recorder->EachSecond(); });
 }
 
+/// Wall clock, microseconds since 1970.
+int64_t WallClockUs() {
+  const auto since = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::microseconds>(since).count();
+}
+
+/// Records a replay: every message that it publishes, exactly once.
+int Follow(const LogOptions& options) {
+  const RunOptions& from = options.plan.options;
+  if (!MayWriteLog(options.output, from.force, {})) return kUnusable;
+  // The network is entered before there is any thread.
+  const Result<std::string> url = JoinRun({from.run, from.lcm_url});
+  if (!url) return Unusable(url.error().message);
+  const Result<std::unique_ptr<bridge::Bus>> bus = bridge::OpenLcmBus(*url);
+  if (!bus) return Unusable(bus.error().message);
+  if (Result<void> name = bridge::CheckRunName(options.follow); !name) {
+    return Unusable("--follow: " + name.error().message);
+  }
+  const auto writer = logger::EventLogWriter::Create(options.output);
+  if (!writer) return Unusable(writer.error().message);
+  CatchSignals();
+  // The first failure to write ends the recording.
+  Result<void> written;
+  logger::ReplayFollower follower(bus->get(), options.follow, fmt::format("F{}", getpid()),
+                                  [&](std::string_view channel, std::span<const uint8_t> data) {
+                                    if (written)
+                                      written = (*writer)->Write(WallClockUs(), channel, data);
+                                  });
+  const bridge::MonotonicTime time;
+  while (!follower.finished() && !follower.abandoned() && written && CaughtSignal() == 0) {
+    follower.Advance(time.NowUs());
+    (*bus)->Handle(50);
+  }
+  // What came is kept, however it ended.
+  if (written) written = (*writer)->Close();
+  if (!written) return Failed(written.error().message);
+  fmt::print("{}: {}, {} asked for again\n", options.output,
+             Counted(follower.delivered(), "message"),
+             Counted(follower.asked_again(), "batch", "batches"));
+  if (follower.abandoned()) return Failed("the replay fell silent before its end");
+  return follower.finished() ? kDone : Failed("stopped before the replay's end");
+}
+
 /// Records one run. Its status says whether the log is whole, unless the launcher asked for the
 /// end.
 int Log(const LogOptions& options) {
   const std::optional<RunPlan> plan = LoadPlan(options.plan);
   if (!plan) return kUnusable;
   const RunOptions& from = options.plan.options;
-  if (!MayWriteLog(options.output, from.force, {from.model_file, from.program_file})) {
+  if (!MayWriteLog(options.output, from.force, {from.model_file, from.program_file, from.faults})) {
     return kUnusable;
   }
   const Result<std::unique_ptr<bridge::Bus>> lcm = bridge::OpenLcmBus(options.plan.options.lcm_url);
   if (!lcm) return Unusable(lcm.error().message);
-  bridge::LossyBus bus(lcm->get(), plan->description.loss(),
-                       ReceiverSeed(plan->description.seed(), kLogReceiver));
+  // In lockstep the run waits for modules and simulator, and the log may be some ticks behind.
+  if (plan->description.mode() != "realtime") LetOthersGoFirst();
+  bridge::FaultyBus bus(lcm->get(), plan->faults, bridge::kLogProcess);
   bridge::MonotonicTime time;
   ControlLink link(options.control_fd);
   // From here on a signal ends the recording properly, with an END that names it.
@@ -93,12 +149,18 @@ void AddLog(CommandLine* line) {
   auto options = std::make_shared<LogOptions>();
   AddPlanSource(&sub, &options->plan);
   sub.Add("-o,--log", &options->output, "Log to write").Required();
+  sub.Add("--follow", &options->follow,
+          "Record a replay of the run NAME instead, every message exactly once; --run names the "
+          "replay's network (morphbus runs)")
+      .TypeName("NAME");
   sub.Force(&options->plan.options.force);
   sub.Add("--control-fd", &options->control_fd, "The launcher's line").Hidden();
   sub.Footer(
       "Example:\n  morphbus log models/mtran.m3l models/programs/quadruped.dyn --robot quadruped "
-      "--run walk --seconds 30 -o walk.log");
-  sub.Do([options] { return Log(*options); });
+      "--run walk --seconds 30 -o walk.log\n"
+      "  morphbus log --follow walk -o part.log &\n"
+      "  morphbus replay walk.log --from 5 --to 10 --speed 0 --wait-for 1");
+  sub.Do([options] { return options->follow.empty() ? Log(*options) : Follow(*options); });
 }
 
 }  // namespace morphbus::tools

@@ -1,10 +1,9 @@
 // morphbus replay: publishes a log again.
 
 #include <fmt/format.h>
-#include <poll.h>
 #include <unistd.h>
 
-#include <cerrno>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -13,6 +12,8 @@
 #include "bridge/bus/lcm_url.h"
 #include "compiler/base/text.h"
 #include "logger/log/replayer.h"
+#include "tools/base/lent_description.h"
+#include "tools/base/terminal_keys.h"
 #include "tools/commands/commands.h"
 #include "tools/launch/control_link.h"
 #include "tools/launch/network.h"
@@ -27,6 +28,7 @@ constexpr double kLatestSeconds = 1e9;  ///< Of a range; far beyond any log.
 /// The options of `morphbus replay`; `replay` holds those that the replayer itself takes.
 struct ReplayOptions {
   std::string log;
+  std::string description;  ///< A file or log with one (--description).
   logger::ReplayOptions replay;
   std::optional<double> to_s;  ///< End of the range; none: the log's.
   RunChoice run;
@@ -34,52 +36,88 @@ struct ReplayOptions {
   bool json = false;
 };
 
-/// What came from the keyboard.
-enum class Typed { kNothing, kLine, kEnd };
-
-/// What stands on stdin: a line (Enter goes on, or holds), or that no line will ever come.
-Typed ReadTyped() {
-  // The replay must go on meanwhile, so this looks and does not wait.
-  pollfd fd = {STDIN_FILENO, POLLIN, 0};
-  if (poll(&fd, 1, 0) != 1 || fd.revents == 0) return Typed::kNothing;
-  char buffer[256];
-  const ssize_t n = read(STDIN_FILENO, buffer, sizeof buffer);
-  if (n < 0 && (errno == EINTR || errno == EAGAIN)) return Typed::kNothing;
-  return n > 0 ? Typed::kLine : Typed::kEnd;
-}
-
 /// A replay as the user steers it.
 struct Session {
-  bool fancy = false;        ///< Shows where it is.
-  bool interactive = false;  ///< Takes Enter.
+  bool fancy = false;                ///< Shows where it is.
+  std::optional<TerminalKeys> keys;  ///< Takes keys.
   volatile bool stop = false;
-  bool stdin_ended = false;  ///< While it waited for Enter.
+  bool stdin_ended = false;  ///< While it waited for a key.
 };
 
-/// Called ten times a second: shows where we are, takes Enter and Ctrl-C.
+/// What the keys do, for the user.
+constexpr const char* kKeys =
+    "space: pause, go on; .: one tick; left, right: 1 s; page up, down: 10 s; home: to the start; "
+    "+, -: speed; q: quit";
+
+/// How far the arrows and the page keys go, seconds.
+constexpr double kShortWay = 1.0;
+constexpr double kLongWay = 10.0;
+/// The speeds that + and - reach, times the robot's pace.
+constexpr double kSlowest = 1.0 / 64;
+constexpr double kFastestReplay = 64;
+
+/// Half or double the speed; from as fast as possible (0) the slower one is the fastest of these.
+double NextSpeed(double speed, bool faster) {
+  if (speed <= 0) return faster ? 0.0 : kFastestReplay;
+  return std::clamp(faster ? speed * 2 : speed / 2, std::min(speed, kSlowest),
+                    std::max(speed, kFastestReplay));
+}
+
+/// Does what a key asks for.
+void Obey(const TerminalKey& key, logger::Replayer* replayer, Session* session) {
+  const int64_t now_us = bridge::MonotonicTime().NowUs();
+  const double time_s = replayer->progress().time_s;
+  switch (key.kind) {
+    case TerminalKey::Kind::kLeft:
+      return replayer->Seek(time_s - kShortWay, now_us);
+    case TerminalKey::Kind::kRight:
+      return replayer->Seek(time_s + kShortWay, now_us);
+    case TerminalKey::Kind::kPageUp:
+      return replayer->Seek(time_s - kLongWay, now_us);
+    case TerminalKey::Kind::kPageDown:
+      return replayer->Seek(time_s + kLongWay, now_us);
+    case TerminalKey::Kind::kHome:
+      return replayer->Seek(0, now_us);
+    case TerminalKey::Kind::kOther:
+      return;
+    case TerminalKey::Kind::kCharacter:
+      break;
+  }
+  // Space and Enter pause a replay that runs, and resume one that is paused.
+  if (key.character == ' ' || key.character == '\n' || key.character == '\r') {
+    return replayer->paused() ? replayer->Resume(now_us) : replayer->Pause(now_us);
+  }
+  if (key.character == '.') {
+    if (!replayer->paused()) replayer->Pause(now_us);
+    return replayer->Step();
+  }
+  if (key.character == '+' || key.character == '=' || key.character == '-') {
+    return replayer->SetSpeed(NextSpeed(replayer->speed(), key.character != '-'), now_us);
+  }
+  if (key.character == 'q') session->stop = true;
+}
+
+/// Called ten times a second: shows where we are, takes keys and Ctrl-C.
 void Attend(logger::Replayer* replayer, Session* session) {
   if (CaughtSignal() != 0) session->stop = true;
-  const Typed typed = session->interactive ? ReadTyped() : Typed::kNothing;
-  // Paused without anybody who could press Enter, it would wait for ever.
-  if (typed == Typed::kEnd) {
-    session->interactive = false;
-    session->stdin_ended = replayer->paused();
-    if (session->stdin_ended) session->stop = true;
+  while (session->keys && !session->stop) {
+    const std::optional<TerminalKey> key = session->keys->Next();
+    if (!key) break;
+    Obey(*key, replayer, session);
   }
-  // Enter pauses a replay that runs, and resumes one that is paused.
-  if (typed == Typed::kLine) {
-    const int64_t now_us = bridge::MonotonicTime().NowUs();
-    if (replayer->paused()) {
-      replayer->Resume(now_us);
-    } else {
-      replayer->Pause(now_us);
-    }
+  // Paused without anybody who could press a key, it would wait for ever.
+  if (session->keys && session->keys->ended()) {
+    session->keys.reset();
+    session->stdin_ended = replayer->paused() && !session->stop;
+    if (session->stdin_ended) session->stop = true;
   }
   // The line is drawn over itself, with the sim time up to which messages were published.
   if (!session->fancy) return;
   const logger::ReplayProgress& progress = replayer->progress();
-  fmt::print(stderr, "\r\033[K{:.2f} s, {} messages{}", progress.time_s, progress.published,
-             replayer->paused() ? ", paused (Enter goes on)" : "");
+  const double speed = replayer->speed();
+  fmt::print(stderr, "\r\033[K{:.2f} of {:.2f} s, {}, {} messages{}", progress.time_s,
+             progress.end_s, speed > 0 ? fmt::format("{:g} x", speed) : "as fast as possible",
+             progress.published, replayer->paused() ? ", paused (space goes on)" : "");
   std::fflush(stderr);
 }
 
@@ -148,6 +186,9 @@ int ReplayLog(ReplayOptions options) {
   // The options are checked first; the network and the log come after.
   if (const std::string why = WhyUnusable(options); !why.empty()) return Unusable(why);
   options.replay.to_s = options.to_s.value_or(-1.0);
+  Result<std::string> description = LentDescription(options.description);
+  if (!description) return Unusable(description.error().message);
+  options.replay.description = std::move(*description);
   // The directory lists the replay among the runs for as long as this function runs.
   std::optional<RunDirectory> listed;
   if (options.isolate) {
@@ -162,20 +203,22 @@ int ReplayLog(ReplayOptions options) {
   const Result<std::unique_ptr<bridge::Bus>> bus = bridge::OpenLcmBus(*url);
   if (!bus) return Unusable(bus.error().message);
   CatchSignals();
-  // A terminal shows progress and takes Enter; a script only gets the result.
+  // A terminal shows progress and takes keys; a script only gets the result.
   Session session;
   session.fancy = IsFancyTerminal(STDERR_FILENO);
-  session.interactive = options.replay.paused || isatty(STDIN_FILENO) == 1;
+  if (options.replay.paused || isatty(STDIN_FILENO) == 1) session.keys.emplace(STDIN_FILENO);
+  if (session.fancy && isatty(STDIN_FILENO) == 1) fmt::print(stderr, "{}\n", kKeys);
   const Result<logger::ReplayProgress> done =
       logger::Replay(options.log, options.replay, bus->get(), &session.stop,
                      [&](logger::Replayer* replayer) { Attend(replayer, &session); });
+  session.keys.reset();
   // The line of progress goes before anything else is printed.
   if (session.fancy) fmt::print(stderr, "\r\033[K");
   if (!done) return Unusable(done.error().message);
   // The replay was stopped because nobody could have resumed it.
   if (session.stdin_ended) {
     return Unusable(
-        "the replay waits for Enter, but its input has ended: run it in a terminal, or "
+        "the replay waits for a key, but its input has ended: run it in a terminal, or "
         "leave out --paused");
   }
   // What was withheld would have steered a robot; what was filtered out, the user did not want.
@@ -209,16 +252,18 @@ void AddReplay(CommandLine* line) {
   sub.Add("-e,--channel", &replay->channel, "Only channels whose whole name matches")
       .TypeName("REGEX");
   sub.Flag("--loop", &replay->loop, "Begin again at the end, until Ctrl-C");
-  sub.Flag("--paused", &replay->paused, "Wait for Enter before the first message");
+  sub.Flag("--paused", &replay->paused, "Wait for the space bar before the first message");
   sub.Add("--wait-for", &replay->wait_for,
           "Wait until so many listeners asked for the description");
+  sub.Description(&options->description);
   sub.Add("--run", &options->run.run, "Publish into this run's private network");
   sub.Flag("--isolate", &options->isolate, "A private network of its own");
   sub.Add("-l,--lcm-url", &options->run.lcm_url,
           "LCM URL (default: $LCM_DEFAULT_URL, else LCM's own)");
   sub.Flag("--json", &options->json, "One JSON object on stdout at the end");
   sub.Footer(
-      "Examples:\n  morphbus replay walk.log\n  morphbus replay walk.log --speed 0 --from 5 --to "
+      std::string("Keys in a terminal: ") + kKeys +
+      "\nExamples:\n  morphbus replay walk.log\n  morphbus replay walk.log --speed 0 --from 5 --to "
       "10\n"
       "  morphbus replay walk.log --channel 'walk/.*/STATUS' --loop");
   sub.Do([options] { return ReplayLog(*options); });

@@ -1,69 +1,55 @@
-// morphbus roles: which module takes which role, without moving anything.
+// morphbus roles: which module takes which role, and why not, without moving anything.
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
+#include "compiler/keywords/module_keywords.h"
 #include "tools/commands/commands.h"
-#include "tools/launch/run_plan.h"
+#include "tools/commands/role_report.h"
+#include "tools/launch/role_explanation.h"
 #include "tools/launch/static_roles.h"
 
 namespace morphbus::tools {
 namespace {
 
-/// The object that docs/cli.md describes: roles by module, and all problems in one list.
-Json RolesJson(const StaticRoles& roles) {
-  Json modules = Json::object();
-  Json problems = Json::array();
-  for (const StaticRole& module : roles.modules) {
-    // Both maps are empty for a module without a role.
-    Json labels = Json::object();
-    for (const auto& [label, target] : module.labels) labels[label] = target;
-    Json signs = Json::object();
-    for (const auto& [label, sign] : module.signs) signs[label] = sign;
-    modules[module.module] = {{"role", module.role.empty() ? Json(nullptr) : Json(module.role)},
-                              {"labels", labels},
-                              {"signs", signs}};
-    for (const std::string& problem : module.problems) problems.push_back(problem);
-  }
-  // Roles that never settle are a problem of the program, and one for all modules.
-  if (!roles.settled)
-    problems.push_back(fmt::format("roles still change after {} ticks", roles.ticks));
-  return {{"modules", modules}, {"problems", problems}};
+/// The options of `morphbus roles`.
+struct RolesOptions {
+  std::string file;
+  std::vector<std::string> programs;
+  std::vector<std::string> robots;
+  std::string root;
+  std::vector<std::string> why;  ///< Module and role; empty without --why.
+  bool json = false;
+};
+
+/// The options of a run that never starts.
+RunOptions RunOf(const RolesOptions& options, const std::string& program,
+                 const std::string& robot) {
+  RunOptions run;
+  run.model_file = options.file;
+  run.program_file = program;
+  run.robot = robot;
+  run.root = options.root;
+  return run;
 }
 
-/// Prints a line a module, with labels and signs, then the problems.
-void PrintRoles(const Json& json) {
-  fmt::print("{:<8} {:<24} {}\n", "module", "role", "labels (sign under setJointAxis)");
-  for (const auto& [name, module] : json["modules"].items()) {
-    // "knee = joint_1 (+)": the sign only where the program sets a convention.
-    std::string labels;
-    for (const auto& [label, target] : module["labels"].items()) {
-      const auto sign = module["signs"].find(label);
-      labels +=
-          fmt::format("{}{} = {}", labels.empty() ? "" : ", ", label, target.get<std::string>());
-      if (sign != module["signs"].end()) labels += sign->get<int>() > 0 ? " (+)" : " (-)";
-    }
-    // A module without a role has no labels either.
-    fmt::print("{:<8} {:<24} {}\n", name,
-               module["role"].is_null() ? "(none)" : module["role"].get<std::string>(), labels);
-  }
-  for (const Json& problem : json["problems"])
-    fmt::print("problem: {}\n", problem.get<std::string>());
+/// The plan of the only program on the only robot, with the same errors as `run` has.
+std::optional<RunPlan> OnlyPlan(const RolesOptions& options, ModelSource* source) {
+  return PlanRun(RunOf(options, options.programs[0], options.robots[0]), source);
 }
 
-/// Plans a run that never starts, and lets its VMs settle.
-int Roles(const RunOptions& options) {
-  const std::optional<RunPlan> plan = PlanRun(options);
+/// One program on one robot: who plays what, and everything that is wrong with it.
+int RolesOfOne(const RolesOptions& options) {
+  ModelSource source;
+  const std::optional<RunPlan> plan = OnlyPlan(options, &source);
   if (!plan) return kUnusable;
-  // Everything up to here is as for `run`, with the same errors.
   const Result<StaticRoles> roles = SettleRoles(*plan);
   if (!roles) return Unusable(roles.error().message);
-  const Json json = RolesJson(*roles);
   if (options.json) {
-    PrintJson(json);
+    PrintJson(RolesJson(*roles));
   } else {
-    PrintRoles(json);
+    PrintRoles(*plan, *roles, std::move(source));
   }
   // A program without roles runs main code alone: that no module has a role is then no failure.
   const bool any = std::any_of(roles->modules.begin(), roles->modules.end(),
@@ -71,22 +57,108 @@ int Roles(const RunOptions& options) {
   return any || !HasRoles(*plan) ? kDone : kNo;
 }
 
+/// What a program's roles find on each of the robots; nothing, after saying why, if that cannot be
+/// asked.
+std::optional<std::vector<Recognized>> RecognizeProgram(const RolesOptions& options,
+                                                        const model::Model& model,
+                                                        const std::string& path) {
+  // A file that cannot be read is no answer, other than one that does not compile for this model:
+  // it may be for other modules. What the compiler says of it is said once.
+  if (const Result<std::string> text = ReadFile(path); !text) {
+    return Refuse(text.error().message);
+  }
+  const std::optional<CompiledProgram> program = LoadProgram(path, keywords::KeywordsOf(model));
+  std::vector<Recognized> found;
+  for (const std::string& robot : options.robots) {
+    Recognized& one = found.emplace_back();
+    one.program = path;
+    one.robot = PickRobot(model, robot)->name;
+    if (!program) continue;
+    const std::optional<RunPlan> plan = PlanCompiled(RunOf(options, path, robot), model, *program);
+    if (!plan) return std::nullopt;
+    Result<StaticRoles> roles = SettleRoles(*plan);
+    if (!roles) return Refuse(roles.error().message);
+    one.roles = std::move(*roles);
+  }
+  return found;
+}
+
+/// Several programs or robots: which fit each other.
+int Recognize(const RolesOptions& options) {
+  const std::optional<model::Model> model = LoadModel({options.file});
+  if (!model) return kUnusable;
+  for (const std::string& robot : options.robots) {
+    if (PickRobot(*model, robot) == nullptr) return kUnusable;
+  }
+  std::vector<Recognized> found;
+  for (const std::string& program : options.programs) {
+    std::optional<std::vector<Recognized>> answers = RecognizeProgram(options, *model, program);
+    if (!answers) return kUnusable;
+    std::move(answers->begin(), answers->end(), std::back_inserter(found));
+  }
+  if (options.json) {
+    PrintJson(RecognizedJson(found));
+  } else {
+    PrintRecognized(found);
+  }
+  const bool any = std::any_of(found.begin(), found.end(),
+                               [](const Recognized& one) { return FitOf(one) == Fit::kAll; });
+  return any ? kDone : kNo;
+}
+
+/// One role and one module: what the role asks for, and what it finds.
+int Why(const RolesOptions& options) {
+  ModelSource source;
+  const std::optional<RunPlan> plan = OnlyPlan(options, &source);
+  if (!plan) return kUnusable;
+  const Result<RoleExplanation> why = ExplainRole(*plan, options.why[0], options.why[1]);
+  if (!why) return Unusable("--why: " + why.error().message);
+  if (options.json) {
+    PrintJson(ExplanationJson(*why));
+  } else {
+    PrintExplanation(*plan, *why, std::move(source));
+  }
+  return why->fits ? kDone : kNo;
+}
+
+int Roles(RolesOptions options) {
+  // Without a name it is the model's only robot. More than one of either is a question of which fit
+  // each other, and one of both is a question of who plays what.
+  if (options.robots.empty()) options.robots.emplace_back();
+  const bool several = options.programs.size() * options.robots.size() > 1;
+  if (!options.why.empty() && several) return Unusable("--why asks one program and one robot");
+  if (!options.why.empty()) return Why(options);
+  return several ? Recognize(options) : RolesOfOne(options);
+}
+
 }  // namespace
 
 void AddRoles(CommandLine* line) {
   Subcommand sub = line->Add(
-      "roles", "Which module takes which role, its labels and conventions; nothing moves");
-  auto options = std::make_shared<RunOptions>();
-  sub.Add("FILE", &options->model_file, "M3L file").Required();
-  sub.Add("PROGRAM", &options->program_file, "DynaRole program or image").Required();
-  sub.Robot(&options->robot);
+      "roles", "Which module takes which role, and why not; which programs fit; nothing moves");
+  auto options = std::make_shared<RolesOptions>();
+  sub.Add("FILE", &options->file, "M3L file").Required();
+  sub.Add("PROGRAM", &options->programs,
+          "DynaRole program or image; of several: which of them fit the robot")
+      .Required();
+  sub.Add("--robot", &options->robots,
+          "The robot's name (default: the only one); may be repeated: which of them fit")
+      .Repeatable();
   sub.Add("--root", &options->root,
           "Module that broadcasts the root pose (default: the robot frame's)");
+  sub.Add("--why", &options->why, "What the role asks of the module, and what was measured there")
+      .TypeName("MODULE ROLE")
+      .Values(2);
   sub.Json(&options->json);
   sub.Footer(
-      "Exit status 1: the program has roles, and no module takes one.\n"
-      "Example:\n  morphbus roles models/mtran.m3l models/programs/quadruped.dyn --robot "
-      "quadruped");
+      "Exit status 1: the program has roles, and no module takes one; none of several programs "
+      "fits; "
+      "the role of --why does not fit.\n"
+      "Examples:\n  morphbus roles models/mtran.m3l models/programs/quadruped.dyn --robot "
+      "quadruped\n"
+      "  morphbus roles models/mtran.m3l models/programs/*.dyn --robot quadruped\n"
+      "  morphbus roles models/mtran.m3l models/programs/quadruped.dyn --robot quadruped --why m4 "
+      "FrontLeftUpperHalf");
   sub.Do([options] { return Roles(*options); });
 }
 

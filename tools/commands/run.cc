@@ -63,7 +63,7 @@ std::optional<Json> RunOnce(RunPlan* plan, const RunOptions& options, int number
     return Refuse(fmt::format("cannot write {}: {}", log, why));
   }
   if (!MayWriteLog(log, options.force,
-                   {options.model_file, options.program_file, options.commands})) {
+                   {options.model_file, options.program_file, options.commands, options.faults})) {
     return std::nullopt;
   }
   // In one process there is no bus, so that nobody can join: the URL stays empty.
@@ -183,6 +183,10 @@ void AddRun(CommandLine* line) {
            "A private network with just a loopback; needs no rights");
   sub.Add("--commands", &options->commands,
           "Commands and the ticks at which they are given, as morphbus info --commands lists them");
+  sub.Add("--lose", &options->lose,
+          "Lose a module on purpose and go on without it: m3@12.5, at 12.5 s; may be repeated")
+      .TypeName("MODULE@SECONDS")
+      .Repeatable();
   sub.Add("--repeat", &options->repeat, "Run so often, and see whether the hashes agree");
   sub.Json(&options->json);
   sub.Footer(
@@ -192,7 +196,9 @@ void AddRun(CommandLine* line) {
       "30 "
       "--isolate\n"
       "  morphbus run ... --seconds 10 --isolate --loss 0.2 --seed 7 --repeat 3\n"
-      "  morphbus run ... --inproc --seconds 30 --log walk.log --json");
+      "  morphbus run ... --seconds 10 --isolate --faults models/rough.faults\n"
+      "  morphbus run ... --inproc --seconds 30 --log walk.log --json\n"
+      "  morphbus run ... --inproc --seconds 30 --lose m3@12.5 --lose m8@20");
   sub.Do([options] { return RunRobot(*options); });
 }
 

@@ -3,20 +3,19 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "bridge/bus/bus_adapters.h"
+#include "bridge/bus/faulty_bus.h"
 #include "bridge/bus/lcm_bus.h"
 #include "bridge/control/control_service.h"
+#include "bridge/wire/channels.h"
 #include "tools/commands/commands.h"
 #include "tools/launch/control_desk.h"
 #include "tools/launch/control_link.h"
 #include "tools/launch/run_plan.h"
+#include "tools/launch/sense_root.h"
 #include "tools/launch/wall_clock.h"
 
 namespace morphbus::tools {
 namespace {
-
-/// Microseconds between two looks at the launcher and at signals.
-constexpr int64_t kWatchUs = 50000;
 /// Seconds that a run which is told to stop before it began gets to begin, so that its log has a
 /// whole tick; who has not joined by then may never do so.
 constexpr double kBeginSeconds = 1;
@@ -36,7 +35,7 @@ struct SimCommandOptions {
 Json Progress(const bridge::SimParticipant& participant) {
   Json missing = Json::array();
   for (const std::string& process : participant.missing_processes()) missing.push_back(process);
-  return {{"tick", participant.tick()}, {"missing", missing}};
+  return {{"tick", participant.tick()}, {"missing", missing}, {"gone", participant.GoneModules()}};
 }
 
 /// Through whom people act on the run: who does what they want, and who hears them.
@@ -72,8 +71,8 @@ Result<std::unique_ptr<SimControls>> MakeControls(const std::string& folder, con
   desk->OnAnswer([service = controls->service.get()](const bridge::ControlAnswer& answer) {
     service->Answer(answer);
   });
-  desk->OnProcessOrder([link](const bridge::ControlCommand& command) {
-    link->Deliver({{"order", ControlText(command)}});
+  desk->OnProcessOrder([link](const bridge::ControlCommand& command, uint32_t incarnation) {
+    link->Deliver({{"order", ControlText(command)}, {"incarnation", incarnation}});
   });
   return controls;
 }
@@ -92,10 +91,10 @@ int Simulate(const SimCommandOptions& options) {
   if (!robot) return Unusable(robot.error().message);
   const Result<std::unique_ptr<bridge::Bus>> lcm = bridge::OpenLcmBus(options.plan.options.lcm_url);
   if (!lcm) return Unusable(lcm.error().message);
-  bridge::LossyBus bus(lcm->get(), plan->description.loss(),
-                       ReceiverSeed(plan->description.seed(), kSimReceiver));
+  bridge::FaultyBus bus(lcm->get(), plan->faults, bridge::kSimProcess);
   bridge::MonotonicTime time;
   bridge::SimParticipant participant(&bus, robot->get(), &time, *participant_options);
+  AddRootSensor(*plan, robot->get(), &participant);
   ControlLink link(options.control_fd);
   // From here on a signal ends the run at the next tick, for all its processes.
   CatchSignals();

@@ -1,20 +1,22 @@
 // morphbus spy: what is on the bus now, in the terminal.
 
 #include <fmt/format.h>
-#include <sys/ioctl.h>
-#include <unistd.h>
+#include <poll.h>
 
 #include <algorithm>
 #include <cmath>
-#include <regex>
 
-#include "bridge/bus/lcm_bus.h"
+#include "bridge/bus/lcm_tap.h"
+#include "compiler/base/name_pattern.h"
 #include "tools/commands/commands.h"
 #include "tools/launch/control_link.h"
 #include "tools/launch/run_choice.h"
 #include "tools/launch/wall_clock.h"
-#include "tools/spy/lcm_sources.h"
+#include "tools/spy/spy_screen.h"
 #include "tools/spy/spy_table.h"
+#include "tools/spy/spy_terminal.h"
+#include "tools/spy/spy_text.h"
+#include "tools/spy/type_folder.h"
 
 namespace morphbus::tools {
 namespace {
@@ -23,75 +25,38 @@ namespace {
 struct SpyOptions {
   RunChoice run;
   std::string channel;
+  std::vector<std::string> types;
   double seconds = 0.0;
   double interval = 1.0;
   bool once = false;
   bool json = false;
 };
 
-/// One table or object. A live table is drawn over the last one.
-void Show(const Json& spy, const SpyOptions& options, bool live) {
-  if (options.json) {
-    // A single object is indented for people; in a stream each object takes one line.
-    fmt::print("{}\n", JsonText(spy, options.once ? 2 : -1));
-  } else if (live) {
-    // The window may have changed since the last table. One line stays free for the cursor.
-    winsize size = {};
-    ioctl(STDOUT_FILENO, TIOCGWINSZ, &size);
-    fmt::print("\033[H\033[J{}",
-               SpyText(spy, options.channel, size.ws_col, std::max(0, size.ws_row - 1)));
-  } else {
-    fmt::print("{}", SpyText(spy, options.channel, 0, 0));
-  }
-  std::fflush(stdout);
-}
-
-/// Listens until --seconds are over or a signal comes, and shows a table every --interval.
-int Spy(SpyOptions options) {
-  // Not a number fails both of these.
-  if (!std::isfinite(options.seconds) || options.seconds < 0) {
-    return Unusable("--seconds: expected a number, 0 or more");
-  }
-  if (!(options.interval >= 0.05 && options.interval <= 3600)) {
-    return Unusable("--interval: expected 0.05 to 3600 seconds");
-  }
-  std::regex pattern;
-  try {
-    pattern = options.channel;
-  } catch (const std::regex_error& error) {
-    return Unusable(
-        fmt::format("--channel '{}' is no regular expression: {}", options.channel, error.what()));
-  }
-  const ChannelFilter selected = [&](const std::string& channel) {
-    return !options.channel.empty() && std::regex_match(channel, pattern);
-  };
-  // Joining a private network must come before LCM starts its thread.
-  const Result<std::string> url = JoinRun(options.run);
-  if (!url) return Unusable(url.error().message);
-  const Result<std::unique_ptr<bridge::Bus>> bus = bridge::OpenLcmBus(*url);
-  if (!bus) return Unusable(bus.error().message);
-  Result<LcmSchema> schema = LcmSchema::Parse(LcmSources());
-  if (!schema) return Failed(schema.error().message);
-  // All channels, also those of other programs: what is strange on the bus is what one looks for.
-  SpyTable table(std::move(*schema));
-  const WallTimer timer;
-  (*bus)->SubscribePrefix("", [&](std::string_view channel, const uint8_t* data, size_t size) {
-    table.Take(channel, data, size, timer.seconds());
-  });
-  CatchSignals();
-  // A terminal gets a table that is drawn again and again. A script gets one table, for it has no
-  // screen to redraw.
-  const bool live = !options.json && !options.once && IsFancyTerminal(STDOUT_FILENO);
-  if (!options.json && !live) options.once = true;
-  // One table is of the whole time, so its interval is that time.
+/// Listens until --seconds are over or a signal comes, and prints a table or an object every
+/// --interval.
+int PrintSpy(bridge::LcmTap* tap, SpyTable* table, SpyOptions options,
+             const ChannelFilter& selected) {
+  // A script gets one table, for it has no screen to redraw; it is of the whole time.
+  if (!options.json) options.once = true;
   if (options.once && options.seconds <= 0) options.seconds = options.interval;
   if (options.once) options.interval = options.seconds;
-  // Waits at most 50 ms at a time, so that a signal ends it at once.
+  const WallTimer timer;
   for (double next = options.interval; CaughtSignal() == 0;) {
-    (*bus)->Handle(static_cast<int>(std::clamp((next - timer.seconds()) * 1000.0, 0.0, 50.0)));
+    // Waits at most 50 ms at a time, so that a signal ends it at once.
+    pollfd ready = {tap->fd(), POLLIN, 0};
+    const double wait_ms = std::clamp((next - timer.seconds()) * 1000.0, 0.0, 50.0);
+    poll(&ready, 1, static_cast<int>(wait_ms));
+    tap->Take([&](const bridge::TappedMessage& message) {
+      table->Take(message.channel, message.data, message.size, message.arrival_ns);
+    });
     if (timer.seconds() < next) continue;
-    table.Roll(timer.seconds());
-    Show(table.ToJson(selected), options, live);
+    const SpySnapshot spy = SnapshotNow(*table, *tap);
+    // A single object is indented for people; in a stream each object takes one line.
+    const std::string text =
+        options.json ? JsonText(SpyJson(*table, spy, selected), options.once ? 2 : -1) + "\n"
+                     : SpyText(*table, spy, selected, options.channel);
+    fmt::print("{}", text);
+    std::fflush(stdout);
     if (options.seconds > 0 && timer.seconds() >= options.seconds) break;
     next += options.interval;
     if (std::ferror(stdout) != 0) break;  // the reader is gone
@@ -99,22 +64,66 @@ int Spy(SpyOptions options) {
   return kDone;
 }
 
+/// On a terminal the screen, elsewhere text.
+int Spy(const SpyOptions& options) {
+  // Not a number fails both of these.
+  if (!std::isfinite(options.seconds) || options.seconds < 0) {
+    return Unusable("--seconds: expected a number, 0 or more");
+  }
+  if (!(options.interval >= 0.05 && options.interval <= 3600)) {
+    return Unusable("--interval: expected 0.05 to 3600 seconds");
+  }
+  const Result<NamePattern> pattern = NamePattern::Parse(options.channel);
+  if (!pattern) return Unusable("--channel " + pattern.error().message);
+  const ChannelFilter selected = [&](const std::string& channel) {
+    return !options.channel.empty() && pattern->Matches(channel);
+  };
+  std::vector<std::string> warnings;
+  Result<LcmSchema> schema = ReadSchema(options.types, &warnings);
+  if (!schema) return Unusable(schema.error().message);
+  WarnOfMany(warnings);
+  // Joining a private network must come before LCM starts its thread.
+  const Result<std::string> url = JoinRun(options.run);
+  if (!url) return Unusable(url.error().message);
+  const Result<std::unique_ptr<bridge::LcmTap>> tap = bridge::LcmTap::Open(*url);
+  if (!tap) return Unusable(tap.error().message);
+  // All channels, also those of other programs: what is strange on the bus is what one looks for.
+  SpyTable table(std::move(*schema));
+  CatchSignals();
+  if (!options.json && !options.once && CanShowScreen()) {
+    SpyScreenOptions screen = {options.run, *url, options.interval, options.seconds, nullptr};
+    if (!options.channel.empty()) screen.open = selected;
+    const Result<void> shown = ShowSpyScreen(tap->get(), &table, screen);
+    if (shown) return kDone;
+    Warn(shown.error().message + "; here is a table");
+  }
+  return PrintSpy(tap->get(), &table, options, selected);
+}
+
 }  // namespace
 
 void AddSpy(CommandLine* line) {
   Subcommand sub =
-      line->Add("spy", "What is on the bus: channels, rates, bandwidth, losses, fields, roles");
+      line->Add("spy", "What is on the bus: channels, rates, jitter, losses, fields, modules");
   auto options = std::make_shared<SpyOptions>();
   AddRunChoice(&sub, &options->run);
   sub.Add("-e,--channel", &options->channel,
-          "Show the decoded fields of the last message of channels whose whole name matches")
+          "Show the decoded fields of the last message of channels whose whole name matches; on "
+          "a terminal, opens the first one")
       .TypeName("REGEX");
-  sub.Add("--seconds", &options->seconds, "Stop after this many seconds (default: until Ctrl-C)");
-  sub.Add("--interval", &options->interval, "Seconds between two tables (default: 1)");
+  sub.Add("--types", &options->types,
+          "A folder with the .lcm files of other programs, or such a file; may be repeated")
+      .TypeName("DIR")
+      .Repeatable();
+  sub.Add("--seconds", &options->seconds,
+          "Stop after this many seconds (default: until q, Ctrl-C)");
+  sub.Add("--interval", &options->interval, "Seconds between two looks (default: 1)");
   sub.Flag("--once", &options->once, "One table, of --seconds (default: 1), then end");
   sub.Flag("--json", &options->json, "JSON on stdout: an object a line, or one object with --once");
   sub.Footer(
+      "On a terminal: ? for the keys. Elsewhere, or with TERM=dumb, one plain table.\n"
       "Examples:\n  morphbus spy\n  morphbus spy --run walk --channel 'walk/m1/.*'\n"
+      "  morphbus spy --lcm-url udpm://239.255.76.67:7667 --types ~/robot/lcmtypes\n"
       "  morphbus spy --once --seconds 2 --json");
   sub.Do([options] { return Spy(*options); });
 }

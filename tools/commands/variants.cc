@@ -65,13 +65,14 @@ std::string Formatted(const std::string& text) {
 
 /// Finds variants and writes them as M3L, with a comment where masses differ.
 int Variants(const VariantsOptions& options) {
-  std::vector<std::string> files;
-  const std::optional<model::Model> loaded = LoadModel({options.file}, &files);
+  ModelSource source;
+  const std::optional<model::Model> loaded = LoadModel({options.file}, &source);
   if (!loaded) return kUnusable;
   const model::Model& model = *loaded;
   const model::Robot* robot = PickRobot(model, options.robot);
   // Finding variants may take long, so what cannot be written is refused now.
-  if (robot == nullptr || !MayWrite(options.output, outputs::kVariants, options.force, files))
+  if (robot == nullptr ||
+      !MayWrite(options.output, outputs::kVariants, options.force, source.Files()))
     return kUnusable;
   // The output imports the model, so a name that M3L cannot write cannot be used.
   const std::string import = ImportPath(options.file, options.output);

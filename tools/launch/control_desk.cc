@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <utility>
 
-#include "bridge/wire/channels.h"
 #include "tools/base/files.h"
 #include "tools/base/messages.h"
 #include "tools/base/program.h"
 #include "tools/launch/program_call.h"
 #include "vm/limits.h"
+#include "vm/spread/program_relay.h"
 
 namespace morphbus::tools {
 namespace {
@@ -28,6 +28,16 @@ constexpr double kLaterSeconds = 1;
 constexpr int64_t kNobody = -1;
 constexpr const char* kStopped = "stopped by command";
 
+/// Whether a command is about a module as a process.
+bool OfProcess(ControlKind kind) {
+  return kind == ControlKind::kKill || kind == ControlKind::kRestart || kind == ControlKind::kLose;
+}
+
+/// Whether a module begins anew by this command.
+bool IsCold(const ControlCommand& command) {
+  return command.kind == ControlKind::kRestart && command.cold;
+}
+
 /// Whether a run that is paused goes on by this command.
 bool MovesOn(ControlKind kind) {
   return kind == ControlKind::kResume || kind == ControlKind::kStep || kind == ControlKind::kStop;
@@ -41,12 +51,27 @@ ControlDesk::ControlDesk(const RunPlan& plan, ControlScript script, std::string 
       script_(std::move(script)),
       folder_(std::move(folder)),
       sim_(*sim),
-      robot_(*robot) {}
+      robot_(*robot) {
+  // A module whose process died without a trace begins anew, whoever started the new one.
+  sim_.OnReplaced([this](size_t module, int64_t tick) {
+    ControlCommand command;
+    command.kind = ControlKind::kRestart;
+    command.part.module = plan_.robot().modules[module].name;
+    command.cold = true;
+    // CLOCK of its first tick is out already.
+    command.from = tick;
+    Announce(command);
+  });
+}
 
-void ControlDesk::Accept(const Given& given, ControlAnswer::State state) {
+void ControlDesk::Accept(Given* given, ControlAnswer::State state) {
   // The tick that is out has its sensors already: the next one is the first that shows the effect.
-  if (given.counter == kNobody || given.answered || !answer_) return;
-  answer_({given.counter, state, sim_.tick() + 1, 0, ""});
+  if (given->counter == kNobody || given->answered || !answer_) return;
+  // What is said now is done then.
+  const int64_t tick = sim_.tick() + 1;
+  given->command = Complete(given->command, tick);
+  given->answered = true;
+  answer_({given->counter, state, tick, 0, "", ControlText(given->command)});
 }
 
 void ControlDesk::Refuse(const Given& given, const Refusal& refusal, int64_t tick) {
@@ -67,6 +92,17 @@ void ControlDesk::Announce(const ControlCommand& command) {
   sim_.AnnounceControl(ControlText(command));
 }
 
+void ControlDesk::AnnounceBegun(const ControlCommand& command) {
+  ++announced_;
+  begun_anew_.push_back(command);
+}
+
+void ControlDesk::NameBegun() {
+  for (const ControlCommand& command : std::exchange(begun_anew_, {})) {
+    sim_.AnnounceControl(ControlText(command));
+  }
+}
+
 int ControlDesk::NumPending() const {
   return announced_ + static_cast<int>(waiting_.size() + ordered_.size());
 }
@@ -84,21 +120,58 @@ void ControlDesk::Give(int64_t counter, const ControlCommand& command) {
   }
   Refusal refusal = Check(command);
   if (refusal.status == 0 && !scripted) refusal = CheckProgram(command);
+  if (refusal.status == 0) refusal = CheckTime(command, tick, scripted);
   if (refusal.status != 0) return Refuse(given, refusal, tick);
   if (DoNow(given)) return;
+  if (IsCold(command)) return BeginRestart(given);
   // A run that holds still takes it up when it goes on; nobody waits for that.
-  if (Held()) {
-    Accept(given, ControlAnswer::State::kLater);
-    given.answered = true;
-  }
+  if (Held()) Accept(&given, ControlAnswer::State::kLater);
   waiting_.push_back(std::move(given));
+  // It leaves before the tick in which it is gone.
+  if (command.kind == ControlKind::kLose) {
+    sim_.Lose(static_cast<size_t>(*plan_.robot().FindModule(command.part.module)));
+  }
+}
+
+void ControlDesk::BeginRestart(const Given& given) {
+  if (plan_.description.mode() == "realtime") return Order(given);
+  // A dead module must answer the present tick first, as the one that it was. It may share its
+  // process with another that was killed; one that lives loses nothing by starting again.
+  if (!killed_.empty()) {
+    Given warm = {kNobody, given.command};
+    warm.command.cold = false;
+    warm.silent = true;
+    ordered_.push_back(warm);
+    order_(warm.command, 0);
+  }
+  waiting_.push_back(given);
+  if (Held()) Accept(&waiting_.back(), ControlAnswer::State::kLater);
+  // The old process ends between two ticks, so that the new one's first tick is certain.
+  sim_.SetBarrier([this] { OrderColdRestarts(); });
+}
+
+void ControlDesk::OrderColdRestarts() {
+  std::vector<Given> cold;
+  for (const Given& given : waiting_) {
+    if (IsCold(given.command)) cold.push_back(given);
+  }
+  std::erase_if(waiting_, [](const Given& given) { return IsCold(given.command); });
+  for (const Given& given : cold) Order(given);
+  EndColdRestarts();
+}
+
+void ControlDesk::EndColdRestarts() {
+  const auto cold = [](const Given& given) { return IsCold(given.command); };
+  if (std::none_of(ordered_.begin(), ordered_.end(), cold) &&
+      std::none_of(waiting_.begin(), waiting_.end(), cold)) {
+    sim_.PassBarrier();
+  }
 }
 
 void ControlDesk::AnswerWaiting() {
   for (Given& given : waiting_) {
     if (given.answered || given.since.seconds() < kLaterSeconds) continue;
-    Accept(given, ControlAnswer::State::kLater);
-    given.answered = true;
+    Accept(&given, ControlAnswer::State::kLater);
   }
 }
 
@@ -119,7 +192,7 @@ ControlDesk::Refusal ControlDesk::Check(const ControlCommand& command) {
     case ControlKind::kStop:
       return {};
     case ControlKind::kRestart:
-      if (command.cold) return {kUnusable, "a cold restart is not possible yet"};
+      if (command.cold && !order_) return {kFailed, "this run has no launcher to do that"};
       return CheckNames(command);
     case ControlKind::kDeploy:
       return CheckDeploy(command);
@@ -137,6 +210,11 @@ ControlDesk::Refusal ControlDesk::CheckNames(const ControlCommand& command) {
     for (const model::ModuleInstance& module : robot.modules) names.push_back(module.name);
     return {kUnusable,
             fmt::format("the robot has no module '{}'{}", name, DidYouMean(name, names))};
+  }
+  // What is addressed to a module that is lost would never be done.
+  const std::string& doer = OfProcess(command.kind) ? command.part.module : command.to;
+  if (!doer.empty() && sim_.lost(static_cast<size_t>(*robot.FindModule(doer)))) {
+    return {kNo, doer + " is lost: the run goes on without it"};
   }
   // So must be its link or connectors.
   for (const bridge::ControlPart& part : {command.part, command.mate}) {
@@ -180,11 +258,11 @@ ControlDesk::Refusal ControlDesk::CheckDeploy(const ControlCommand& command) {
   return {};
 }
 
-bool ControlDesk::DoNow(const Given& given) {
+bool ControlDesk::DoNow(Given given) {
   // Processes are the launcher's.
   const ControlCommand& command = given.command;
   const ControlKind kind = command.kind;
-  if (kind == ControlKind::kKill || kind == ControlKind::kRestart) {
+  if (OfProcess(kind) && kind != ControlKind::kLose && !IsCold(command)) {
     Order(given);
     return true;
   }
@@ -192,8 +270,9 @@ bool ControlDesk::DoNow(const Given& given) {
   // A run that has not begun begins first, so that its log has a whole tick.
   if (kind == ControlKind::kStop && sim_.tick() == 0) return false;
   // Named first, for the next CLOCK may go out at once.
+  if (kind == ControlKind::kStop) NameBegun();
   Announce(command);
-  Accept(given, ControlAnswer::State::kDone);
+  Accept(&given, ControlAnswer::State::kDone);
   if (kind == ControlKind::kStop) sim_.RequestStop(kStopped);
   if (kind == ControlKind::kSpeed) sim_.SetSpeed(command.speed);
   if (kind == ControlKind::kResume) {
@@ -208,37 +287,54 @@ bool ControlDesk::DoNow(const Given& given) {
 }
 
 void ControlDesk::Order(const Given& given) {
-  // A script's orders are noted at their ticks, and no more.
-  if (given.counter == kNobody) return Announce(given.command);
+  // A script's orders are noted at their ticks, and no more, unless they change messages.
+  const bool cold = IsCold(given.command);
+  if (given.counter == kNobody && !cold) return Announce(given.command);
   if (!order_) {
     return Refuse(given, {kFailed, "this run has no launcher to do that"}, sim_.tick() + 1);
   }
   // The answer waits for the launcher's.
   ordered_.push_back(given);
-  order_(given.command);
+  const auto module = static_cast<size_t>(*plan_.robot().FindModule(given.command.part.module));
+  order_(given.command, cold ? sim_.BeginIncarnation(module) : 0);
 }
 
 void ControlDesk::OrderDone(const std::string& error) {
   // The launcher answers in order.
   if (ordered_.empty()) return;
-  const Given given = ordered_.front();
+  Given given = ordered_.front();
   ordered_.erase(ordered_.begin());
-  if (!error.empty()) return Refuse(given, {kNo, error}, sim_.tick() + 1);
-  Announce(given.command);
-  Accept(given, ControlAnswer::State::kDone);
+  if (error.empty() && !given.silent) {
+    // Processes take their time to begin anew. Named behind whatever else is said before the next
+    // tick, so that a run with the same commands has the same CLOCK.
+    IsCold(given.command) ? AnnounceBegun(given.command) : Announce(given.command);
+    Accept(&given, ControlAnswer::State::kDone);
+  } else if (!error.empty()) {
+    Refuse(given, {kNo, error}, sim_.tick() + 1);
+  }
+  const std::string& module = given.command.part.module;
+  if (error.empty() && given.command.kind == ControlKind::kKill) killed_.insert(module);
+  if (error.empty() && given.command.kind == ControlKind::kRestart) killed_.erase(module);
+  if (IsCold(given.command)) EndColdRestarts();
 }
 
 void ControlDesk::BeforeTick(int64_t tick) {
+  // When tick 0 goes out depends on how soon processes start: what is given before takes effect at
+  // tick 1.
+  if (tick == 0) return;
+  NameBegun();
   // Moved out first: what a command leads to may give others.
   for (const Given& given : std::exchange(waiting_, {})) {
-    const Refusal refusal = Do(given.command);
+    const ControlCommand command = Complete(given.command, tick);
+    Refusal refusal = CheckTime(command, tick, given.counter == kNobody);
+    if (refusal.status == 0) refusal = Do(command, tick);
     if (refusal.status != 0) {
       Refuse(given, refusal, tick);
       continue;
     }
-    Announce(given.command);
+    Announce(command);
     if (!given.answered && given.counter != kNobody && answer_) {
-      answer_({given.counter, ControlAnswer::State::kDone, tick, 0, ""});
+      answer_({given.counter, ControlAnswer::State::kDone, tick, 0, "", ControlText(command)});
     }
   }
 }
@@ -271,7 +367,7 @@ void ControlDesk::Finish() {
   ordered_.clear();
 }
 
-ControlDesk::Refusal ControlDesk::Do(const ControlCommand& command) {
+ControlDesk::Refusal ControlDesk::Do(const ControlCommand& command, int64_t tick) {
   // Whatever fails here has changed nothing.
   if (const Refusal refusal = CheckProgram(command); refusal.status != 0) return refusal;
   const int addressee = Addressee(command);
@@ -290,6 +386,9 @@ ControlDesk::Refusal ControlDesk::Do(const ControlCommand& command) {
                          command.part.part, command.seconds);
       break;
     }
+    case ControlKind::kLose:
+      robot_.Lose(*plan_.robot().FindModule(command.part.module));
+      break;
     case ControlKind::kConnect:
       done = robot_.Connect(command.part.module, command.part.part, command.mate.module,
                             command.mate.part);
@@ -297,11 +396,9 @@ ControlDesk::Refusal ControlDesk::Do(const ControlCommand& command) {
     case ControlKind::kDisconnect:
       done = robot_.Disconnect(command.part.module, command.part.part);
       break;
-    case ControlKind::kDeploy: {
-      const std::string& image = script_.images[command.program_hash];
-      sim_.Deploy(addressee, command.program_hash, {image.begin(), image.end()});
+    case ControlKind::kDeploy:
+      Deploy(command, addressee, tick);
       break;
-    }
     case ControlKind::kInvoke:
       sim_.Invoke(addressee, *ResolveCall(*FindProgram(sim_.program_of(addressee)), command));
       break;

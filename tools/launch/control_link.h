@@ -15,9 +15,9 @@ namespace morphbus::tools {
 
 /// One end of the line; it owns its descriptor and closes it. The launcher sends {"stop": reason},
 /// and {"ordered": error} when it has killed or restarted a module, which the sim orders by
-/// {"order": command}; the sim sends {"tick": …, "missing": […]} as it goes and {"outcome": …} at
-/// the end; the logger sends {"log": path, …} or {"error": …}. None of this is part of the run: it
-/// is never logged, and no hash covers it.
+/// {"order": command, "incarnation": number}; the sim sends {"tick": …, "missing": […]} as it goes
+/// and {"outcome": …} at the end; the logger sends {"log": path, …} or {"error": …}. None of this
+/// is part of the run: it is never logged, and no hash covers it.
 class ControlLink {
  public:
   /// Takes over a descriptor, e.g. from --control-fd; -1: a link to nobody, that never says
@@ -63,6 +63,9 @@ int CaughtSignal();
 /// {"stop"} to `other` (if given), and never blocks.
 std::string StopReason(ControlLink* link,
                        const std::function<void(const nlohmann::ordered_json&)>& other = nullptr);
+
+/// Microseconds of wall time between two looks at the launcher, at signals and at the log.
+inline constexpr int64_t kWatchUs = 50000;
 
 /// Calls a function every so often beside the participants of a run, and never keeps the run going
 /// itself. It is a Participant because the loop that runs these wakes up in time for the next one;

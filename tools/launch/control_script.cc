@@ -6,6 +6,7 @@
 #include <charconv>
 #include <filesystem>
 #include <sstream>
+#include <utility>
 
 #include "compiler/base/text.h"
 #include "compiler/keywords/keyword_table.h"
@@ -30,10 +31,12 @@ Result<void> AddCommand(const std::string& place, int64_t tick, std::string_view
   if (tick < 1) return Fail(place + ": expected a tick, 1 or more, and a command");
   Result<bridge::ControlCommand> command = bridge::ParseControl(text);
   if (!command) return Fail(place + ": " + command.error().message);
-  if (!script->commands.empty() && tick < script->commands.back().tick) {
+  // A module that was replaced began a tick before CLOCK could name that.
+  const int64_t begins = command->from > 0 ? std::exchange(command->from, 0) : tick;
+  if (!script->commands.empty() && tick < script->commands.back().tick && begins == tick) {
     return Fail(place + ": ticks must not fall");
   }
-  script->commands.push_back({tick, std::move(*command)});
+  InsertInOrder({begins, std::move(*command)}, script);
   return {};
 }
 
@@ -104,6 +107,13 @@ bool AddImage(const model::Model& model, bridge::ControlCommand* command, Contro
 
 }  // namespace
 
+void InsertInOrder(ScriptedCommand command, ControlScript* script) {
+  const auto at = std::upper_bound(
+      script->commands.begin(), script->commands.end(), command.tick,
+      [](int64_t tick, const ScriptedCommand& other) { return tick < other.tick; });
+  script->commands.insert(at, std::move(command));
+}
+
 std::string WhyNotFor(const model::Model& model, const std::string& image) {
   const Result<std::unique_ptr<vm::VerifiedProgram>> program = VerifyProgram(image);
   if (!program) return program.error().message;
@@ -111,7 +121,7 @@ std::string WhyNotFor(const model::Model& model, const std::string& image) {
   if (!table) return table.error().message;
   // A role whose keywords no module has could never be taken: the image is of another model.
   for (int k = 0; k < (*program)->num_keywords(); ++k) {
-    const vm::KeywordInfo& wanted = (*program)->keyword(k);
+    const vm::KeywordInfo wanted = (*program)->keyword(k);
     const bool known = std::any_of(
         table->all().begin(), table->all().end(), [&](const keywords::Keyword& keyword) {
           return keyword.kind == wanted.kind && keyword.name == ToString(wanted.name);

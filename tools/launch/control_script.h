@@ -25,6 +25,9 @@ struct ControlScript {
   std::map<uint64_t, std::string> images;  ///< Programs to deploy, by hash.
 };
 
+/// Adds a command behind all that are given at its tick or before.
+void InsertInOrder(ScriptedCommand command, ControlScript* script);
+
 /// Compiles a program for the robots of `model` and makes sure that they can run it: a verified
 /// image whose keywords some module type has. Nothing, after printing what is wrong, if not.
 std::optional<std::string> ImageFor(const model::Model& model, const std::string& program,

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <list>
 
-#include "bridge/bus/bus_adapters.h"
+#include "bridge/bus/faulty_bus.h"
 #include "bridge/bus/inproc_bus.h"
 #include "bridge/wire/channels.h"
 #include "logger/log/recorder.h"
@@ -13,21 +13,19 @@
 #include "tools/launch/control_link.h"
 #include "tools/launch/plan_modules.h"
 #include "tools/launch/progress.h"
+#include "tools/launch/sense_root.h"
 #include "tools/launch/wall_clock.h"
 
 namespace morphbus::tools {
 namespace {
 
-/// Microseconds of wall time between two looks at signals and at the log.
-constexpr int64_t kWatchUs = 50000;
-
-/// A receiver's endpoint of the hub, behind the loss that --loss asks for.
-struct LossyEndpoint {
-  LossyEndpoint(bridge::InprocHub* hub, double loss, uint64_t seed)
-      : endpoint(hub->Connect()), bus(endpoint.get(), loss, seed) {}
+/// A receiver's endpoint of the hub, behind the faults that --loss and --faults ask for.
+struct FaultyEndpoint {
+  FaultyEndpoint(bridge::InprocHub* hub, const bridge::FaultPlan& faults, std::string_view process)
+      : endpoint(hub->Connect()), bus(endpoint.get(), faults, process) {}
 
   std::unique_ptr<bridge::Bus> endpoint;
-  bridge::LossyBus bus;
+  bridge::FaultyBus bus;
 };
 
 /// Everything of one run, on one hub.
@@ -44,8 +42,9 @@ class InprocRun {
     robot_ = std::move(*robot);
     const Result<bridge::SimParticipantOptions> sim_options = SimOptions(plan_, true);
     if (!sim_options) return Fail(sim_options.error().message);
-    sim_ = std::make_unique<bridge::SimParticipant>(Connect(kSimReceiver), robot_.get(), &time_,
-                                                    *sim_options);
+    sim_ = std::make_unique<bridge::SimParticipant>(Connect(bridge::kSimProcess), robot_.get(),
+                                                    &time_, *sim_options);
+    AddRootSensor(plan_, robot_.get(), sim_.get());
     // Without wall time here, a second of sim time stands for HEALTH's second.
     const int64_t second = std::max<int64_t>(1, 1000000 / description_.tick_us());
     desk_ = std::make_unique<ControlDesk>(plan_, plan_.script, "", sim_.get(), robot_.get());
@@ -59,14 +58,19 @@ class InprocRun {
     Result<std::unique_ptr<PlanModules>> modules = BuildModules(plan_);
     if (!modules) return Fail(modules.error().message);
     modules_ = std::move(*modules);
-    int receiver = kFirstModuleReceiver;
-    for (const auto& module : modules_->instances) module->Join(Connect(receiver++), &time_);
+    for (const auto& module : modules_->instances) module->Join(Connect(module->name()), &time_);
+    // Nobody can kill a module here, but it can begin anew all the same.
+    desk_->OnProcessOrder([this](const bridge::ControlCommand& command, uint32_t incarnation) {
+      const int module = *plan_.robot().FindModule(command.part.module);
+      modules_->instances[module]->controller().BeginAnew(incarnation);
+      desk_->OrderDone("");
+    });
     // The recorder comes last, so that no message precedes the description in the log.
     logger::RecorderOptions record;
     record.path = log;
     record.description = description_.SerializeAsString();
     Result<std::unique_ptr<logger::Recorder>> recorder =
-        logger::Recorder::Create(Connect(kLogReceiver), &time_, record);
+        logger::Recorder::Create(Connect(bridge::kLogProcess), &time_, record);
     if (!recorder) return Fail(recorder.error().message);
     recorder_ = std::move(*recorder);
     return {};
@@ -119,12 +123,9 @@ class InprocRun {
   }
 
  private:
-  /// A bus of its own for a receiver, with losses of its own: the same ones in every run.
-  bridge::Bus* Connect(int receiver) {
-    return &endpoints_
-                .emplace_back(&hub_, description_.loss(),
-                              ReceiverSeed(description_.seed(), receiver))
-                .bus;
+  /// A bus of its own for a process, with faults of its own: the same ones in every run.
+  bridge::Bus* Connect(std::string_view process) {
+    return &endpoints_.emplace_back(&hub_, plan_.faults, process).bus;
   }
 
   /// What each process of a run sends about once a second.
@@ -151,7 +152,7 @@ class InprocRun {
   const proto::RunDescription& description_;
   bridge::VirtualTime time_;
   bridge::InprocHub hub_;
-  std::list<LossyEndpoint> endpoints_;
+  std::list<FaultyEndpoint> endpoints_;
   std::unique_ptr<PlanModules> modules_;
   std::unique_ptr<sim::ControlledRobot> robot_;
   std::unique_ptr<bridge::SimParticipant> sim_;

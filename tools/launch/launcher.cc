@@ -10,8 +10,10 @@
 
 #include "bridge/control/control_seal.h"
 #include "bridge/module/snapshot_file.h"
+#include "logger/compare/kinematic_tracks.h"
 #include "tools/base/files.h"
 #include "tools/base/json.h"
+#include "tools/base/messages.h"
 #include "tools/base/program.h"
 #include "tools/launch/progress.h"
 #include "tools/launch/wall_clock.h"
@@ -24,7 +26,8 @@ constexpr const char* kSimName = "sim";
 constexpr const char* kLogName = "log";
 // So long Watch sleeps at most, in milliseconds: progress and timeouts are looked at meanwhile.
 constexpr int kPollMs = 50;
-constexpr double kEndSeconds = 5.0;  ///< In which every process must be gone once the run is over.
+constexpr double kToldSeconds = 0.5;  ///< In which the sim may tell more of what the logger told.
+constexpr double kEndSeconds = 5.0;   ///< In which every process must be gone once the run is over.
 constexpr double kSilentSeconds = 8.0;  ///< Of the simulator; after 10 s modules would give up.
 constexpr double kStopSeconds = 10.0;   ///< In which a run must be over once it was told to stop.
 
@@ -35,6 +38,7 @@ Launcher::Launcher(const RunPlan& plan, const RunOptions& options, const RunDire
     : plan_(plan), options_(options), directory_(directory) {
   outcome_.run = plan.description.run();
   outcome_.log = std::move(log);
+  incarnations_.assign(plan_.robot().modules.size(), 1);
 }
 
 Result<void> Launcher::WriteInputs() {
@@ -43,6 +47,7 @@ Result<void> Launcher::WriteInputs() {
   const proto::RunDescription& d = plan_.description;
   std::vector<std::pair<std::string, std::string>> files = {
       {"description.pb", d.SerializeAsString()}, {"program.image", d.program_image()}};
+  if (!d.faults().empty()) files.emplace_back("faults", d.faults());
   for (const proto::KinematicsImage& entry : d.kinematics()) {
     files.emplace_back(entry.type_name() + ".kinematics", entry.image());
   }
@@ -93,6 +98,20 @@ std::vector<int> Launcher::ModulesOf(int process) const {
   return modules;
 }
 
+int Launcher::ModuleProcessOf(const std::string& name) const {
+  for (int process = 0; process < NumModuleProcesses(); ++process) {
+    if (NameOf(process) == name) return process;
+  }
+  return -1;
+}
+
+bool Launcher::IsGone(int process) const {
+  const std::vector<int> modules = ModulesOf(process);
+  return std::all_of(modules.begin(), modules.end(), [this](int module) {
+    return gone_.contains(plan_.robot().modules[module].name);
+  });
+}
+
 std::string Launcher::NameOf(int process) const {
   const std::vector<int> modules = ModulesOf(process);
   const std::string& first = plan_.robot().modules[modules.front()].name;
@@ -100,24 +119,28 @@ std::string Launcher::NameOf(int process) const {
   return fmt::format("modules {} to {}", first, plan_.robot().modules[modules.back()].name);
 }
 
+std::string Launcher::StateFile(int module) const {
+  const int process = ProcessOf(module);
+  const std::string state = fmt::format("{}/process-{}.state", directory_.path(), process);
+  // Several modules of one process save to one file each.
+  return ModulesOf(process).size() == 1 ? state : state + "." + plan_.robot().modules[module].name;
+}
+
 Result<void> Launcher::StartModules(int process, bool resume) {
   const proto::RunDescription& d = plan_.description;
   // A module knows its own type and the program; where it is in the robot, its neighbours tell it.
   const std::vector<int> modules = ModulesOf(process);
   const std::string state = fmt::format("{}/process-{}.state", directory_.path(), process);
-  std::vector<std::string> names, ids, kinematics;
+  std::vector<std::string> names, ids, kinematics, incarnations;
   bool room = true;
   for (const int module : modules) {
     names.push_back(plan_.robot().modules[module].name);
     ids.push_back(std::to_string(module));
     kinematics.push_back(fmt::format("{}/{}.kinematics", directory_.path(),
                                      plan_.model.TypeOf(plan_.robot(), module).name));
-    // Several modules of one process save to one file each.
-    const auto file =
-        bridge::SnapshotFile::Open(modules.size() == 1 ? state : state + "." + names.back());
-    if (resume && !file) return morphbus::Fail("no state was saved: " + file.error().message);
-    if (resume && (*file)->Read().empty()) return morphbus::Fail("no state was saved yet");
-    room = room && file.has_value();
+    incarnations.push_back(std::to_string(incarnations_[module]));
+    // Made now, so that one that is missing later is known to be lost.
+    room = room && bridge::SnapshotFile::Open(StateFile(module)).has_value();
   }
   // The options are those of morphbus-module --help.
   std::vector<std::string> argv = {ExecutableFolder() + "/morphbus-module",
@@ -132,34 +155,74 @@ Result<void> Launcher::StartModules(int process, bool resume) {
                                    "--program",
                                    directory_.path() + "/program.image",
                                    "--tick-us",
-                                   std::to_string(d.tick_us())};
+                                   std::to_string(d.tick_us()),
+                                   "--incarnation",
+                                   fmt::format("{}", fmt::join(incarnations, ",")),
+                                   "--restarts",
+                                   std::to_string(restarts_[process])};
   // It saves its state, so that it can be restarted; where there is no room for that, it runs on
   // without.
   if (room) argv.insert(argv.end(), {"--snapshot", state});
-  if (resume) argv.push_back("--resume");
+  if (resume && room) argv.push_back("--resume");
   // The root is told where it is; its pose spreads over the connections to the others.
   const auto root_name = std::find(names.begin(), names.end(), d.root_module());
   if (root_name != names.end()) {
     const RootPose root = RootPoseOf(plan_, modules[root_name - names.begin()]);
-    const vm::PoseF X = ToVmPose(root.X_RL);
+    const vm::PoseF X = logger::ToVmPose(root.X_RL);
     // Nine digits bring the same float back, so that the in-process run broadcasts the same pose.
     argv.insert(argv.end(),
                 {"--root-module", *root_name, "--root-link", std::to_string(root.link),
                  fmt::format("--root-pose={:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}", X.p.x,
                              X.p.y, X.p.z, X.q.w, X.q.x, X.q.y, X.q.z)});
   }
+  argv.insert(argv.end(), {"--random-seed", std::to_string(d.random_seed())});
   if (d.mode() == "realtime") argv.push_back("--realtime");
-  // Every receiver loses other messages, but the same ones in every run of this seed.
-  if (d.loss() > 0) {
-    const uint64_t seed = ReceiverSeed(d.seed(), kFirstModuleReceiver + process);
-    argv.insert(argv.end(),
-                {"--loss", fmt::format("{}", d.loss()), "--seed", std::to_string(seed)});
-  }
+  // What befalls the messages that it receives. Its name makes its random numbers its own.
+  argv.insert(argv.end(),
+              {"--loss", fmt::format("{}", d.loss()), "--seed", std::to_string(d.seed())});
+  if (!d.faults().empty()) argv.insert(argv.end(), {"--faults", directory_.path() + "/faults"});
   if (!options_.lcm_url.empty()) argv.insert(argv.end(), {"--lcm-url", options_.lcm_url});
   Result<ChildProcess> started = ChildProcess::Start({NameOf(process), argv});
   if (!started) return morphbus::Fail(started.error().message);
   children_.push_back(std::move(*started));
   return {};
+}
+
+Result<std::vector<std::string>> Launcher::RestartModules(int process) {
+  // Two processes must never claim to be one module: the old one is gone before the new one starts.
+  const std::string name = NameOf(process);
+  children_.remove_if([&](const ChildProcess& other) { return other.name() == name; });
+  killed_.erase(name);
+  // A file that is empty belongs to a process that had said nothing yet; one that is not there, or
+  // that cannot be opened, is lost with all that its module knew.
+  std::vector<std::string> lost;
+  for (const int module : ModulesOf(process)) {
+    const std::string file = StateFile(module);
+    if (access(file.c_str(), F_OK) == 0 && bridge::SnapshotFile::Open(file)) continue;
+    lost.push_back(plan_.robot().modules[module].name);
+    ++incarnations_[module];
+  }
+  if (Result<void> started = StartModules(process, true); !started) {
+    return morphbus::Fail(started.error().message);
+  }
+  return lost;
+}
+
+void Launcher::OnModuleDeath(int process, const std::string& how) {
+  const std::string what = fmt::format("{} {}", NameOf(process), how);
+  if (exits_[process].TooMany(since_start_.seconds())) {
+    return Fail(fmt::format("{}, the third exit within {:.0f} s", what, ExitLimit::kSeconds));
+  }
+  ++restarts_[process];
+  const Result<std::vector<std::string>> lost = RestartModules(process);
+  if (!lost) return Fail(fmt::format("{}; {}", what, lost.error().message));
+  // Whoever knows of it later reads it in the summary, and in HEALTH.
+  for (const int module : ModulesOf(process)) {
+    ++outcome_.restarts[plan_.robot().modules[module].name];
+  }
+  news_.push_back(lost->empty() ? what + "; started again, it goes on where it was"
+                                : fmt::format("{}; started again, and {} without a state, anew",
+                                              what, fmt::join(*lost, ", ")));
 }
 
 Result<void> Launcher::StartAll() {
@@ -194,6 +257,8 @@ RunOutcome Launcher::Run() {
   // The sim's report ends the run; any failure before it ends it too.
   while (!AllEnded() && outcome_.error.empty()) {
     Watch();
+    if (!news_.empty()) progress.Clear();
+    for (const std::string& news : std::exchange(news_, {})) Warn(news);
     progress.Show(outcome_.ticks);
     CheckTimeouts();
     if (sim_reported_ && Find(kSimName)->ended()) {
@@ -229,7 +294,10 @@ void Launcher::TakeMessages() {
     // Every message of the sim shows that it lives.
     since_sim_spoke_ = WallTimer();
     if (message.contains("tick")) outcome_.ticks = message.value("tick", outcome_.ticks);
-    if (message.contains("order")) orders_.push_back(message.value("order", ""));
+    if (message.contains("gone")) gone_ = message.value("gone", std::set<std::string>());
+    if (message.contains("order")) {
+      orders_.push_back({message.value("order", ""), message.value("incarnation", uint32_t{0})});
+    }
     if (!message.contains("outcome")) continue;
     // How the run ended, which only the sim knows.
     const Json& report = message["outcome"];
@@ -244,16 +312,21 @@ void Launcher::TakeMessages() {
     if (message.contains("error")) Fail("the log: " + message.value("error", ""));
     if (!message.contains("log")) continue;
     log_reported_ = true;
+    if (!message.value("complete", true)) log_reason_ = message.value("reason", "");
     outcome_.log = message.value("log", outcome_.log);
   }
 }
 
 void Launcher::CheckChildren() {
+  // Starting one again changes the list, so that it is done afterwards.
+  std::vector<std::pair<int, std::string>> dead;
   for (ChildProcess& child : children_) {
     if (child.ended() || !child.Poll()) continue;
     TakeMessages();  // its last words may still wait in the socket
     // Ending without an error may be right: the end of the run may have reached this process first.
     const bool said_why = child.status() == 0 || (child.name() == kLogName && log_reported_);
+    const int process = ModuleProcessOf(child.name());
+    if (process >= 0 && IsGone(process)) continue;
     if (killed_.contains(child.name())) continue;  // the sim will notice, if nobody restarts it
     if (!sim_reported_ && said_why) {
       // The simulator's own report may be a moment behind its farewell to the others.
@@ -261,11 +334,16 @@ void Launcher::CheckChildren() {
         first_exited_ = child.name();
         since_left_ = WallTimer();
       }
+    } else if (!sim_reported_ && process >= 0 && child.status() != kUnusable) {
+      dead.emplace_back(process, child.exit_text());
     } else if (!sim_reported_) {
       Fail(fmt::format("{} {}", child.name(), child.exit_text()));
     } else if (child.status() != 0 && outcome_.error.empty()) {
       Fail(fmt::format("{} {} at the end of the run", child.name(), child.exit_text()));
     }
+  }
+  for (const auto& [process, how] : dead) {
+    if (outcome_.error.empty()) OnModuleDeath(process, how);
   }
 }
 
@@ -282,13 +360,16 @@ void Launcher::CheckTimeouts() {
   if (since_sim_spoke_ && !sim_reported_ && since_sim_spoke_->seconds() > kSilentSeconds) {
     Fail(fmt::format("{} has been silent for {:.0f} s", kSimName, kSilentSeconds));
   }
-  if (!first_exited_.empty() && !sim_reported_ && since_left_.seconds() > kEndSeconds) {
-    Fail(first_exited_ + " left the run before its end");
+  // A logger that says what was wrong with the run is believed sooner.
+  const bool told = first_exited_ == kLogName && !log_reason_.empty();
+  if (!first_exited_.empty() && !sim_reported_ &&
+      since_left_.seconds() > (told ? kToldSeconds : kEndSeconds)) {
+    Fail(first_exited_ + " left the run before its end" + (told ? ": " + log_reason_ : ""));
   }
 }
 
 void Launcher::CarryOutOrders() {
-  for (const std::string& order : std::exchange(orders_, {})) {
+  for (const Order& order : std::exchange(orders_, {})) {
     // Nobody is started for a run that is over, and nobody there awaits an answer.
     if (sim_reported_ || !outcome_.error.empty()) return;
     const Result<void> done = CarryOutOrder(order);
@@ -296,10 +377,10 @@ void Launcher::CarryOutOrders() {
   }
 }
 
-Result<void> Launcher::CarryOutOrder(const std::string& order) {
-  const Result<bridge::ControlCommand> command = bridge::ParseControl(order);
+Result<void> Launcher::CarryOutOrder(const Order& order) {
+  const Result<bridge::ControlCommand> command = bridge::ParseControl(order.text);
   const auto module = command ? plan_.robot().FindModule(command->part.module) : std::nullopt;
-  if (!module) return morphbus::Fail("no such module: " + order);
+  if (!module) return morphbus::Fail("no such module: " + order.text);
   const std::string name = NameOf(ProcessOf(*module));
   ChildProcess* child = Find(name);
   // Killed on purpose, it does not end the run; whether the others can go on without it is theirs
@@ -310,10 +391,9 @@ Result<void> Launcher::CarryOutOrder(const std::string& order) {
     child->Signal(SIGKILL);
     return {};
   }
-  // Two processes must never claim to be one module: the old one is gone before the new one starts.
-  children_.remove_if([&](const ChildProcess& other) { return other.name() == name; });
-  killed_.erase(name);
-  return StartModules(ProcessOf(*module), true);
+  incarnations_[*module] = std::max(incarnations_[*module], order.incarnation);
+  const Result<std::vector<std::string>> restarted = RestartModules(ProcessOf(*module));
+  return restarted ? Result<void>() : morphbus::Fail(restarted.error().message);
 }
 
 void Launcher::Fail(const std::string& error) {

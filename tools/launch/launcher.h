@@ -2,6 +2,7 @@
 // Starts a run's processes, watches them, and makes sure that all of them end.
 
 #include <list>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -9,6 +10,7 @@
 
 #include "tools/launch/child_process.h"
 #include "tools/launch/control_link.h"
+#include "tools/launch/exit_limit.h"
 #include "tools/launch/run_outcome.h"
 #include "tools/launch/run_plan.h"
 #include "tools/launch/run_registry.h"
@@ -18,16 +20,19 @@ namespace morphbus::tools {
 
 /// A run of one simulator, one process a module and a logger, which talk over LCM. The launcher
 /// takes no part in the lockstep: it starts the processes, hears from sim and logger over control
-/// links how they get on, and stops the rest when one fails. No process outlives the launcher,
-/// however that ends. One object is one run.
+/// links how they get on, starts modules' processes again that die, and stops the rest when
+/// somebody fails for good. No process outlives the launcher, however that ends. One object is one
+/// run.
 class Launcher {
  public:
   /// @param log  path of the log to write. All arguments outlive the launcher.
   Launcher(const RunPlan& plan, const RunOptions& options, const RunDirectory& directory,
            std::string log);
 
-  /// Runs until the run is over, a process fails, or a signal ends it. A process that dies ends the
-  /// run at once: it is named in `error`, the log is closed and kept, the others are stopped.
+  /// Runs until the run is over, a process fails, or a signal ends it. A module's process that dies
+  /// goes on from the state that it has saved. Any other that dies, and a module's that dies three
+  /// times in ten seconds (ExitLimit), ends the run at once: it is named in `error`, the log is
+  /// closed and kept, the others are stopped.
   RunOutcome Run();
 
  private:
@@ -43,11 +48,27 @@ class Launcher {
   /// The modules of a process, by index in the robot, and its name in messages.
   [[nodiscard]] std::vector<int> ModulesOf(int process) const;
   [[nodiscard]] std::string NameOf(int process) const;
+  /// All modules of a process have left the run; it has nothing more to do.
+  [[nodiscard]] bool IsGone(int process) const;
+  /// The process of modules of this name; -1 for sim and logger.
+  [[nodiscard]] int ModuleProcessOf(const std::string& name) const;
   /// Starts morphbus-module for the modules of this process; with `resume`, they go on from what
-  /// the process before it has saved.
+  /// the process before it has saved, or begin anew where their incarnation is a later one.
   Result<void> StartModules(int process, bool resume);
+  /// Starts a process again that has ended. Modules whose state is lost get a later incarnation;
+  /// their names are returned.
+  Result<std::vector<std::string>> RestartModules(int process);
+  /// The file that a module saves its state to.
+  [[nodiscard]] std::string StateFile(int module) const;
+  /// A module's process has died: starts it again, or fails the run if it dies too often.
+  void OnModuleDeath(int process, const std::string& how);
+  /// What the sim wants done with a module's process.
+  struct Order {
+    std::string text;          ///< As people give it: "restart m2 --cold".
+    uint32_t incarnation = 0;  ///< Under which the module begins anew; 0: it does not.
+  };
   /// Kills or restarts a module's process at somebody's command. Fails if there is nothing to kill.
-  Result<void> CarryOutOrder(const std::string& order);
+  Result<void> CarryOutOrder(const Order& order);
   /// Starts a process that reports over a link of its own, and returns the launcher's end of the
   /// link. `argv` is completed with the description, the link's descriptor and the LCM URL;
   /// `death_signal` is what the process gets when the launcher dies.
@@ -87,12 +108,23 @@ class Launcher {
   /// What Run returns, filled in as reports arrive.
   RunOutcome outcome_;
   bool sim_reported_ = false;  ///< The sim has said how the run ended.
+  /// What the logger says is wrong with its closed log; empty if nothing is.
+  std::string log_reason_;
   bool log_reported_ = false;  ///< The logger has said where the closed log is.
   bool interrupted_ = false;   ///< A signal came, and the sim was told to stop.
   WallTimer since_interrupted_;
-  std::set<std::string> killed_;     ///< Processes that were killed by command.
-  std::vector<std::string> orders_;  ///< Of the sim, not carried out yet; oldest first.
-  std::string first_exited_;         ///< Who ended, without an error, before the sim's report.
+  std::set<std::string> killed_;  ///< Processes that were killed by command.
+  std::set<std::string> gone_;    ///< Modules that have left the run, which goes on.
+  std::vector<Order> orders_;     ///< Of the sim, not carried out yet; oldest first.
+  /// By module: the incarnation that its process is told.
+  std::vector<uint32_t> incarnations_;
+  /// By process of modules: its exits, and how often it was started again for that reason.
+  std::map<int, ExitLimit> exits_;
+  std::map<int, int> restarts_;
+  /// What the user is told next, once the line of progress is gone.
+  std::vector<std::string> news_;
+  const WallTimer since_start_;
+  std::string first_exited_;  ///< Who ended, without an error, before the sim's report.
   WallTimer since_left_;
   /// Since the sim's last report of progress; none until the first, for building a robot takes
   /// time.

@@ -66,34 +66,6 @@ sockaddr_in AddressOf(uint32_t group, uint16_t port) {
   return address;
 }
 
-/// The interface by which datagrams to `group` leave, by the kernel's main table of routes: the
-/// longest prefix wins, then the lowest metric. Empty if there is none. (The address that a socket
-/// gets would not tell: to multicast by the loopback the kernel gives none.)
-std::string InterfaceTowards(uint32_t group) {
-  std::ifstream table("/proc/net/route");
-  std::string line;
-  std::string best;
-  uint32_t best_mask = 0;
-  unsigned best_metric = 0;
-  while (std::getline(table, line)) {
-    // Addresses stand there in network byte order, as hexadecimal numbers of this machine.
-    std::array<char, IF_NAMESIZE> name = {};
-    unsigned destination = 0, flags = 0, metric = 0, mask = 0;
-    constexpr const char* kColumns = "%15s %x %*x %x %*d %*d %u %x";
-    if (std::sscanf(line.c_str(), kColumns, name.data(), &destination, &flags, &metric, &mask) != 5)
-      continue;
-    constexpr unsigned kUp = 1;
-    if ((flags & kUp) == 0 || (htonl(group) & mask) != destination) continue;
-    const bool better = best.empty() || ntohl(mask) > best_mask ||
-                        (ntohl(mask) == best_mask && metric < best_metric);
-    if (!better) continue;
-    best = name.data();
-    best_mask = ntohl(mask);
-    best_metric = metric;
-  }
-  return best;
-}
-
 /// The flags (IFF_…) of an interface; 0 if there is none of that name.
 unsigned FlagsOf(const std::string& interface) {
   const Udp udp;
@@ -101,12 +73,6 @@ unsigned FlagsOf(const std::string& interface) {
   interface.copy(request.ifr_name, IF_NAMESIZE - 1);
   if (ioctl(udp.get(), SIOCGIFFLAGS, &request) != 0) return 0;
   return static_cast<uint16_t>(request.ifr_flags);
-}
-
-/// The time to live that the URL asks for: 0 keeps messages on this machine.
-int TimeToLive(const std::string& url) {
-  const size_t at = url.find("ttl=");
-  return at == std::string::npos ? 0 : std::atoi(url.c_str() + at + 4);
 }
 
 /// Whether the kernel knows where to send what is for the group.
@@ -124,9 +90,9 @@ Finding CheckRoute(const bridge::LcmUrl& url) {
 /// time to live means.
 Finding CheckInterface(const bridge::LcmUrl& url) {
   Finding finding{"interface", Health::kGood, "", "", {}};
-  const std::string name = InterfaceTowards(url.group);
+  const std::string name = bridge::MulticastInterface(url.group);
   const unsigned flags = FlagsOf(name);
-  const int ttl = TimeToLive(url.url);
+  const int ttl = url.ttl;
   const bool loopback = (flags & IFF_LOOPBACK) != 0;
   finding.figures = {{"ttl", ttl}};
   // The first thing that is wrong is told: what follows rests on it.

@@ -1,12 +1,13 @@
 #include "tools/launch/plan_modules.h"
 
+#include "logger/compare/kinematic_tracks.h"
 #include "tools/base/program.h"
 
 namespace morphbus::tools {
 namespace {
 
 /// The bytes of an image, which the description holds as a string.
-std::vector<uint8_t> Bytes(const std::string& text) { return {text.begin(), text.end()}; }
+std::vector<uint8_t> ToBytes(const std::string& text) { return {text.begin(), text.end()}; }
 
 /// What morphbus-module is told on its command line, for the module of this number.
 bridge::ModuleSpec SpecOf(const RunPlan& plan, int module) {
@@ -18,10 +19,11 @@ bridge::ModuleSpec SpecOf(const RunPlan& plan, int module) {
   // Images of kinematics are known by the names of their module types.
   spec.kinematics = plan.model.TypeOf(robot, module).name;
   spec.build = plan.description.build();
+  spec.random_seed = plan.description.random_seed();
   // One module broadcasts where it is; all others find their places from it.
   if (spec.module == plan.description.root_module()) {
     const RootPose root = RootPoseOf(plan, module);
-    spec.root = {static_cast<uint8_t>(root.link), ToVmPose(root.X_RL)};
+    spec.root = {static_cast<uint8_t>(root.link), logger::ToVmPose(root.X_RL)};
   }
   return spec;
 }
@@ -33,12 +35,12 @@ Result<std::unique_ptr<PlanModules>> BuildModules(const RunPlan& plan) {
   bridge::ModuleImages& images = modules->images;
   const proto::RunDescription& description = plan.description;
   // All modules of the process share the verified images.
-  if (Result<void> r = images.AddProgram("the program", Bytes(description.program_image())); !r) {
+  if (Result<void> r = images.AddProgram("the program", ToBytes(description.program_image())); !r) {
     return Fail(r.error().message);
   }
   // Both are verified as they are added; a damaged one ends this.
   for (const proto::KinematicsImage& type : description.kinematics()) {
-    if (Result<void> r = images.AddKinematics(type.type_name(), Bytes(type.image())); !r) {
+    if (Result<void> r = images.AddKinematics(type.type_name(), ToBytes(type.image())); !r) {
       return Fail(r.error().message);
     }
   }

@@ -24,10 +24,11 @@ std::optional<Number> WordNumber(const std::string& word) {
   return number;
 }
 
-/// The place of "$NORTH", or "NORTH", which needs no quotes in a shell.
-std::optional<vm::Cell> NamedCell(const std::string& word, std::span<const char* const> names) {
-  for (size_t i = 0; i < names.size(); ++i) {
-    const std::string name = names[i];
+/// The place of "$NORTH", or "NORTH", which needs no quotes in a shell; of a diagonal "$NORTH +
+/// $UP".
+std::optional<vm::Cell> NamedCell(const std::string& word, std::span<const vm::DirectionRow> rows) {
+  for (size_t i = 0; i < rows.size(); ++i) {
+    const std::string name = rows[i].name;
     if (word == name || "$" + word == name) return vm::Cell::Int(static_cast<int32_t>(i));
   }
   return std::nullopt;
@@ -61,9 +62,9 @@ std::optional<vm::Cell> ArgumentCell(const vm::VerifiedProgram& program, vm::Val
                                               : std::nullopt;
     }
     case vm::ValueType::kDirection:
-      return NamedCell(word, vm::kDirectionNames);
+      return NamedCell(word, vm::kDirectionRows);
     case vm::ValueType::kAxis:
-      return NamedCell(word, vm::kAxisNames);
+      return NamedCell(word, vm::kAxisRows);
     case vm::ValueType::kRole: {
       const std::optional<int> role = RoleIndex(program, word);
       return role ? std::optional(vm::Cell::Int(*role)) : std::nullopt;
@@ -90,9 +91,10 @@ Result<vm::InvokeRequest> ResolveCall(const vm::VerifiedProgram& program,
   }
   request.role = static_cast<uint16_t>(*role);
   // Commands of the role and of those that it extends; the slot is the same in all of them.
-  const vm::RoleInfo& info = program.role(*role);
+  const vm::RoleInfo info = program.role(*role);
   std::vector<std::string> names;
-  for (int c = 0; c < info.num_commands; ++c) names.push_back(ToString(info.commands[c].name));
+  for (int c = 0; c < info.num_commands; ++c)
+    names.push_back(ToString(program.member_name(info.commands[c])));
   const auto found = std::find(names.begin(), names.end(), command.routine);
   if (found == names.end()) {
     const std::string suggestion = DidYouMean(command.routine, names);
@@ -102,7 +104,7 @@ Result<vm::InvokeRequest> ResolveCall(const vm::VerifiedProgram& program,
   }
   request.command = static_cast<uint8_t>(found - names.begin());
   // Each argument must be a value of the type that the program declares.
-  const vm::FunctionInfo& function = program.function(info.commands[request.command].function);
+  const vm::FunctionInfo function = program.function(info.commands[request.command]);
   if (command.arguments.size() != function.num_arguments) {
     return Fail(fmt::format("{}.{} takes {} arguments, not {}", command.role, command.routine,
                             function.num_arguments, command.arguments.size()));

@@ -9,97 +9,51 @@
 #include "compiler/base/text.h"
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/model/kinematic_graph.h"
+#include "logger/compare/walk_figures.h"
 #include "logger/log/run_log.h"
 #include "tools/base/messages.h"
 #include "tools/base/model_io.h"
 #include "tools/base/program.h"
 #include "tools/launch/static_roles.h"
-#include "tools/launch/walk_figures.h"
 
 namespace morphbus::tools {
 namespace {
 
-using BodyTable = std::vector<std::vector<int>>;  ///< body[module][link].
-
-/// A body, and in it a frame of which `X_RP` says how it lies at the start.
-TrackedBody Follow(const RunPlan& plan, const BodyTable& body_of, int body,
-                   const model::Pose& X_RP) {
-  const model::Robot& robot = plan.robot();
-  const model::KinematicState start =
-      model::ForwardKinematics(plan.model, robot, model::StartValues(robot));
-  // The first link of the body, in order of modules and links.
-  for (size_t m = 0; m < body_of.size(); ++m) {
-    for (size_t l = 0; l < body_of[m].size(); ++l) {
-      // WORLD names a body by its first link.
-      if (body_of[m][l] == body) {
-        return {{static_cast<int>(m), static_cast<int>(l)}, start.X_RL[m][l].inverse() * X_RP};
-      }
-    }
-  }
-  return {};
-}
-
 /// The root's body, and in it the robot frame.
-TrackedBody RootBody(const RunPlan& plan) {
+logger::TrackedBody RootBody(const RunPlan& plan) {
   const model::Robot& robot = plan.robot();
   // A description always names a root module; the robot's own stands in where it is unknown.
   const int module = robot.FindModule(plan.description.root_module()).value_or(robot.root_module);
-  const int link = RootPoseOf(plan, module).link;
-  const BodyTable body_of = model::BodiesOf(plan.model, robot);
-  return Follow(plan, body_of, body_of[module][link], model::Pose::Identity());
+  return logger::BodyOf(plan.model, robot, {module, RootPoseOf(plan, module).link},
+                        model::Pose::Identity());
 }
 
-/// The heaviest body, the trunk of whatever walks, at its centre of mass: how a robot walks does
-/// not depend on which module is root.
-TrackedBody Trunk(const RunPlan& plan) {
-  const model::Robot& robot = plan.robot();
-  const BodyTable body_of = model::BodiesOf(plan.model, robot);
-  const model::KinematicState start =
-      model::ForwardKinematics(plan.model, robot, model::StartValues(robot));
-  // Mass and first moment of every body, in the robot frame at the start values.
-  std::map<int, double> mass;
-  std::map<int, Eigen::Vector3d> moment_R;  // kg m
-  for (size_t m = 0; m < body_of.size(); ++m) {
-    const model::ModuleType& type = plan.model.TypeOf(robot, static_cast<int>(m));
-    for (size_t l = 0; l < body_of[m].size(); ++l) {
-      // The first moment of a link is its mass times its position.
-      const double kg = type.links[l].mass_kg;
-      mass[body_of[m][l]] += kg;
-      moment_R.try_emplace(body_of[m][l], Eigen::Vector3d::Zero()).first->second +=
-          kg * start.X_RL[m][l].translation();
-    }
-  }
-  // A body without mass has no centre: its first link's frame is followed then.
-  const auto trunk = std::max_element(
-      mass.begin(), mass.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  if (trunk == mass.end()) return {};
-  model::Pose X_RP = model::Pose::Identity();
-  if (trunk->second > 0.0) X_RP.translation() = moment_R.at(trunk->first) / trunk->second;
-  return Follow(plan, body_of, trunk->first, X_RP);
-}
-
-/// RunSummary::problems, for the roles that modules have when the run ends.
-std::vector<std::string> RoleProblems(
-    const RunPlan& plan, const std::vector<std::pair<std::string, std::string>>& roles) {
+/// RunSummary::problems, for the roles and connections that modules have when the run ends. Nobody
+/// expects a role of those that are lost.
+std::vector<std::string> RoleProblems(const RunPlan& plan,
+                                      const std::vector<std::pair<std::string, std::string>>& roles,
+                                      const DockedTable& docked,
+                                      const std::map<std::string, int64_t>& lost) {
   // Most runs end here: every module has its role.
   std::map<std::string, std::string> role_of(roles.begin(), roles.end());
-  const bool all = std::none_of(roles.begin(), roles.end(),
-                                [](const auto& entry) { return entry.second.empty(); });
+  const bool all = std::none_of(roles.begin(), roles.end(), [&](const auto& entry) {
+    return entry.second.empty() && !lost.contains(entry.first);
+  });
   if (all || !HasRoles(plan)) return {};
   // Why a module has no role is found by ticking the robot at rest, as `morphbus roles` does.
-  const Result<StaticRoles> at_rest = SettleRoles(plan);
+  const Result<StaticRoles> at_rest = SettleRoles(plan, &docked);
   if (!at_rest) return {at_rest.error().message};
   std::vector<std::string> problems;
   for (const StaticRole& module : at_rest->modules) {
     // A module that has a role has no problem, whatever it was at rest.
-    if (!role_of[module.module].empty()) continue;
+    if (!role_of[module.module].empty() || lost.contains(module.module)) continue;
     // It lost its role on the way, or the run was too short.
     if (!module.role.empty()) {
       problems.push_back(
           fmt::format("{}: has no role when the run ends; at the start values it fits {}",
                       module.module, module.role));
     }
-    problems.insert(problems.end(), module.problems.begin(), module.problems.end());
+    for (const RoleProblem& problem : module.problems) problems.push_back(problem.text);
   }
   return problems;
 }
@@ -122,7 +76,7 @@ RunPlan PlanAtEnd(const RunPlan& plan, const logger::RunLog& log) {
 }
 
 /// How far the robot went and turned, as JSON; null without poses.
-Json WalkJson(const std::optional<WalkFigures>& figures) {
+Json WalkJson(const std::optional<logger::WalkFigures>& figures) {
   if (!figures) return nullptr;
   return {{"cycle_s", figures->cycle_s},
           {"cycle_north_m", figures->cycle_north_m},
@@ -132,10 +86,14 @@ Json WalkJson(const std::optional<WalkFigures>& figures) {
           {"min_height_m", figures->min_height_m}};
 }
 
-/// The same on one line for people; empty if nothing repeats.
-std::string WalkText(const std::optional<WalkFigures>& figures) {
+/// The same on one line for people; empty if nothing repeats. How far a robot tilted that was given
+/// other programs is told in any case.
+std::string WalkText(const std::optional<logger::WalkFigures>& figures, bool deployed) {
   constexpr double kDegrees = 180.0 / EIGEN_PI;
-  if (!figures || figures->cycle_north_m.empty()) return "";
+  if (!figures || (figures->cycle_north_m.empty() && !deployed)) return "";
+  if (figures->cycle_north_m.empty()) {
+    return fmt::format("  tilted {:.1f} degrees at most\n", figures->max_tilt_rad * kDegrees);
+  }
   // Each cycle's way north is shown in millimetres.
   std::string cycles;
   for (const double north : figures->cycle_north_m) {
@@ -160,6 +118,35 @@ std::string LossText(const RunSummary& s) {
   return text;
 }
 
+/// Modules that the run went on without, with the sim time from which on, as JSON.
+Json LostJson(const logger::LogFacts& facts) {
+  Json lost = Json::object();
+  for (const auto& [module, time_us] : facts.lost_modules) lost[module] = Seconds(time_us);
+  return lost;
+}
+
+/// What happened to modules' processes; empty if nothing did.
+std::string DeathsText(const RunSummary& s) {
+  std::string text;
+  for (const auto& [module, time_us] : s.facts.lost_modules) {
+    text += fmt::format("  {} was lost at {:.2f} s\n", module, Seconds(time_us));
+  }
+  for (const auto& [module, times] : s.outcome.restarts) {
+    text += fmt::format("  {} died and was started again: {}\n", module, Counted(times, "time"));
+  }
+  return text;
+}
+
+/// Messages that nobody of the run can have sent, by process; empty if there were none.
+std::string RefusedMessagesText(const RunSummary& s) {
+  std::string text;
+  for (const auto& [process, health] : s.facts.health) {
+    if (logger::RefusedMessages(health) == 0) continue;
+    text += fmt::format("  {} refused {}\n", process, logger::RefusedText(health));
+  }
+  return text;
+}
+
 /// The first faults of the log, a line each, and how many there are.
 std::string FaultsText(const RunSummary& s) {
   constexpr size_t kShown = 10;
@@ -168,6 +155,22 @@ std::string FaultsText(const RunSummary& s) {
   const size_t shown = std::min(s.facts.faults.size(), kShown);
   for (size_t i = 0; i < shown; ++i) text += fmt::format("    {}\n", FaultText(s.facts.faults[i]));
   const int64_t more = s.facts.num_faults - static_cast<int64_t>(shown);
+  if (more > 0) text += fmt::format("    and {} more (morphbus info)\n", more);
+  return text;
+}
+
+/// The first lines that the program printed, and how many there are; empty if it printed none.
+std::string PrintsText(const RunSummary& s) {
+  constexpr size_t kShown = 20;
+  if (s.facts.num_prints == 0) return "";
+  std::string text = fmt::format("  {} printed\n", Counted(s.facts.num_prints, "line"));
+  const size_t shown = std::min(s.facts.prints.size(), kShown);
+  for (size_t i = 0; i < shown; ++i) {
+    const logger::PrintFact& print = s.facts.prints[i];
+    text += fmt::format("    {:.3f} s {} ({}): {}\n", static_cast<double>(print.time_us) * 1e-6,
+                        print.module, print.role.empty() ? "no role" : print.role, print.Line());
+  }
+  const int64_t more = s.facts.num_prints - static_cast<int64_t>(shown);
   if (more > 0) text += fmt::format("    and {} more (morphbus info)\n", more);
   return text;
 }
@@ -209,16 +212,23 @@ RunSummary Summarize(const RunPlan& plan, RunOutcome outcome) {
   for (const auto& [process, health] : s.facts.health) {
     s.lost += health.lost + health.discarded;
     s.resent += health.resent;
+    s.refused += logger::RefusedMessages(health);
   }
   for (const logger::ModuleSeries& module : log->modules) {
     // A module's last STATUS says which role it has at the end.
-    s.roles.emplace_back(module.name,
-                         module.status.empty() ? "" : module.status.back().status.role_name);
+    // One that was lost plays nothing.
+    const bool none = module.status.empty() || s.facts.lost_modules.contains(module.name);
+    s.roles.emplace_back(module.name, none ? "" : module.status.back().status.role_name);
   }
   // What follows is worked out from the plan's model and the log together.
-  s.problems = RoleProblems(log->deployed.empty() ? plan : PlanAtEnd(plan, *log), s.roles);
-  s.displacement = MeasureDisplacement(*log, RootBody(plan));
-  s.walk = MeasureWalk(*log, Trunk(plan));
+  DockedTable docked;
+  for (const logger::ModuleSeries& module : log->modules) {
+    if (!module.sensors.empty()) docked[module.name] = module.sensors.back().docked;
+  }
+  s.problems = RoleProblems(log->deployed.empty() ? plan : PlanAtEnd(plan, *log), s.roles, docked,
+                            s.facts.lost_modules);
+  s.displacement = logger::MeasureDisplacement(*log, RootBody(plan));
+  s.walk = logger::MeasureWalk(*log, logger::Trunk(plan.model, plan.robot()));
   return s;
 }
 
@@ -232,7 +242,17 @@ Json SummaryJson(const RunSummary& s) {
                           {"resent", health.resent},
                           {"asked", health.asked},
                           {"bad", health.bad},
-                          {"queue_overflows", health.queue_overflows}};
+                          {"doubled", health.doubled},
+                          {"delayed", health.delayed},
+                          {"corrupted", health.corrupted},
+                          {"duplicates", health.duplicates},
+                          {"queue_overflows", health.queue_overflows},
+                          {"conflicts", health.conflicts},
+                          {"outside_window", health.outside_window},
+                          {"false_ends", health.false_ends},
+                          {"foreign", health.foreign},
+                          {"fragments", health.fragments},
+                          {"first_refused", health.first_refused}};
   }
   // A module without a role is null, so that a script need not compare with "".
   Json roles = Json::object();
@@ -248,15 +268,21 @@ Json SummaryJson(const RunSummary& s) {
           {"messages", s.messages},
           {"lost", s.lost},
           {"resent", s.resent},
+          {"refused", s.refused},
           {"roles", roles},
           {"problems", s.problems},
           {"displacement", s.displacement ? VectorJson(*s.displacement) : Json(nullptr)},
           {"faults", faults},
           {"num_faults", s.facts.num_faults},
+          {"prints", logger::PrintsJson(s.facts)},
+          {"num_prints", s.facts.num_prints},
           {"walk", WalkJson(s.walk)},
           {"program_hash", Hex(s.program_hash)},
           {"world_hash", s.world_hash},
           {"missed_deadlines", s.outcome.missed_deadlines},
+          {"lateness", logger::LatenessJson(s.facts)},
+          {"restarts", s.outcome.restarts},
+          {"lost_modules", LostJson(s.facts)},
           {"processes", processes},
           {"log", s.outcome.log},
           {"ended", s.outcome.reason},
@@ -291,12 +317,20 @@ std::string SummaryText(const RunSummary& s) {
                         s.displacement->x(), s.displacement->y(), s.displacement->z());
   }
   // Each of these is empty if there is nothing to say, but for the faults.
-  text += WalkText(s.walk);
+  text += WalkText(s.walk, !s.facts.deployments.empty());
   text += LossText(s);
+  text += DeathsText(s);
+  text += RefusedMessagesText(s);
   if (outcome.missed_deadlines > 0) {
     text += fmt::format("  {} missed\n", Counted(outcome.missed_deadlines, "deadline"));
   }
+  for (const auto& [module, lateness] : s.facts.lateness) {
+    text +=
+        fmt::format("    {:<8} {} missed; {} came late, {:.1f} ms at most\n", module,
+                    lateness.missed, lateness.late, static_cast<double>(lateness.worst_us) * 1e-3);
+  }
   text += FaultsText(s);
+  text += PrintsText(s);
   if (!outcome.reason.empty()) text += fmt::format("  ended: {}\n", EscapeControl(outcome.reason));
   if (!outcome.log.empty()) text += fmt::format("  log {}\n", outcome.log);
   return text;

@@ -1,15 +1,16 @@
 #pragma once
 // How a run went: what its processes said, and what its log holds.
 
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "logger/compare/walk_figures.h"
 #include "logger/log/run_facts.h"
 #include "tools/base/json.h"
 #include "tools/launch/run_plan.h"
-#include "tools/launch/walk_figures.h"
 
 namespace morphbus::tools {
 
@@ -25,6 +26,8 @@ struct RunOutcome {
   /// In a real-time run the answers that had not come when their tick was over, as the simulator
   /// counts them; 0 in lockstep.
   int64_t missed_deadlines = 0;
+  /// Modules whose processes died and were started again, and how often.
+  std::map<std::string, int> restarts;
   double wall_seconds = 0.0;  ///< From the first tick to the end.
 };
 
@@ -41,6 +44,8 @@ struct RunSummary {
   int64_t lost = 0;      ///< Over all processes, on purpose or not.
   /// Messages that were sent again because somebody asked for them, over all processes.
   int64_t resent = 0;
+  /// Messages that were refused because nobody of the run can have sent them, over all processes.
+  int64_t refused = 0;
   std::vector<std::pair<std::string, std::string>> roles;  ///< Module, its last role (or empty).
   /// Why modules have no role at the end: for each the first thing that fails in every role, as
   /// `morphbus roles` finds it for the robot at its start values. Empty for a program without
@@ -48,7 +53,7 @@ struct RunSummary {
   std::vector<std::string> problems;
   std::optional<Eigen::Vector3d> displacement;  ///< Of the root (m, NUE).
   /// How the heaviest body walked; none if the log has no poses.
-  std::optional<WalkFigures> walk;
+  std::optional<logger::WalkFigures> walk;
 };
 
 /// Reads the run's log and adds what it holds to `outcome`. `plan` is the plan that was run. Where

@@ -3,20 +3,22 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 
+#include "bridge/bus/fault_plan.h"
 #include "bridge/wire/channels.h"
 #include "compiler/dynarole/compile.h"
 #include "compiler/emit/kinematics.h"
 #include "compiler/keywords/module_keywords.h"
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/model/model_proto.h"
+#include "compiler/world/sdf_world.h"
 #include "sim/bullet_robot.h"
 #include "sim/still_robot.h"
 #include "tools/base/files.h"
 #include "tools/base/messages.h"
-#include "tools/base/model_io.h"
-#include "tools/base/program.h"
 #include "tools/launch/run_registry.h"
 
 namespace morphbus::tools {
@@ -28,6 +30,15 @@ constexpr uint32_t kTickUs = 20000;
 constexpr uint32_t kPhysicsStepUs = 1000;
 constexpr uint32_t kSolverIterations = 30;
 
+/// What stands in the world by the description.
+Result<void> AddObstacles(const proto::RunDescription& d, std::vector<world::Obstacle>* obstacles) {
+  if (d.world().empty()) return {};
+  Result<std::vector<world::Obstacle>> read = world::ReadSdfText(d.world());
+  if (!read) return Fail("the description's world cannot be used: " + read.error().message);
+  *obstacles = std::move(*read);
+  return {};
+}
+
 /// The robot in a fresh Bullet world.
 Result<std::unique_ptr<sim::BulletRobot>> BuildBulletRobot(const RunPlan& plan) {
   sim::BulletRobotOptions options;
@@ -35,11 +46,35 @@ Result<std::unique_ptr<sim::BulletRobot>> BuildBulletRobot(const RunPlan& plan) 
   // same world.
   options.world.friction = plan.description.friction();
   options.world.ground = plan.description.ground();
+  options.sensor_seed = plan.description.noise_seed();
+  if (Result<void> read = AddObstacles(plan.description, &options.world.obstacles); !read) {
+    return Fail(read.error().message);
+  }
   options.world.solver_iterations = static_cast<int>(plan.description.solver_iterations());
   options.tick_us = static_cast<int>(plan.description.tick_us());
   options.physics_step_us = static_cast<int>(plan.description.physics_step_us());
   return sim::BulletRobot::Create(std::make_shared<const model::Model>(plan.model),
                                   plan.robot().name, options);
+}
+
+/// The two standard deviations of --root-noise, "0.002,0.01" (m, rad), 0 to 1 each. Both are 0 if
+/// the option is empty; nothing if it says anything else.
+std::optional<std::array<double, 2>> ReadNoise(const std::string& text) {
+  std::array<double, 2> noise = {0, 0};
+  if (text.empty()) return noise;
+  const size_t comma = text.find(',');
+  if (comma == std::string::npos) return std::nullopt;
+  const char* const ends[] = {text.data() + comma, text.data() + text.size()};
+  const char* begin = text.data();
+  for (size_t i = 0; i < 2; ++i) {
+    const std::from_chars_result read = std::from_chars(begin, ends[i], noise[i]);
+    // What is not a number fails the comparison.
+    if (read.ec != std::errc() || read.ptr != ends[i] || !(noise[i] >= 0 && noise[i] <= 1)) {
+      return std::nullopt;
+    }
+    begin = ends[i] + 1;
+  }
+  return noise;
 }
 
 /// Says which option is out of its range.
@@ -56,6 +91,12 @@ bool CheckNumbers(const RunOptions& options) {
                 "--loss: expected a fraction, 0 to 0.9") &&
          demand(std::isfinite(options.speed) && options.speed >= 0,
                 "--speed: expected times real time, or 0 for as fast as possible") &&
+         demand(options.root_sensor || options.root_noise.empty(),
+                "--root-noise is that of a sensor: add --root-sensor") &&
+         demand(!(options.root_sensor && options.still),
+                "--root-sensor measures a place, which nothing has under --still") &&
+         demand(ReadNoise(options.root_noise).has_value(),
+                "--root-noise: expected metres and radians, 0 to 1 each: 0.002,0.01") &&
          demand(options.friction >= 0 && options.friction <= 10, "--friction: expected 0 to 10") &&
          demand(!(options.realtime && options.inproc),
                 "--realtime and --inproc exclude each other: an in-process run keeps no clock");
@@ -82,7 +123,14 @@ void Describe(const RunOptions& options, const model::Model& model, const model:
   d->set_friction(options.friction);
   d->set_ground(options.ground);
   d->set_still(options.still);
+  // How the root knows where it is.
+  d->set_root_sensor(options.root_sensor);
+  const std::array<double, 2> noise = ReadNoise(options.root_noise).value();
+  d->set_root_noise_m(noise[0]);
+  d->set_root_noise_rad(noise[1]);
+  d->set_noise_seed(static_cast<uint64_t>(options.noise_seed));
   // What is thrown away on purpose.
+  d->set_random_seed(options.random_seed);
   d->set_seed(options.seed);
   d->set_loss(options.loss);
   // In real time the pace defaults to that of the wall, in lockstep to as fast as it goes.
@@ -90,6 +138,74 @@ void Describe(const RunOptions& options, const model::Model& model, const model:
   d->set_speed(options.realtime && options.speed == 0 ? 1.0 : options.speed);
   d->set_build("morphbus " MORPHBUS_VERSION);
   d->set_started(WallTime());
+}
+
+/// No file of faults is larger than this, bytes.
+constexpr size_t kMostFaultsBytes = 64u << 10;
+
+/// What befalls messages by the description: the rules of its text, and its loss. Nothing, after
+/// printing where `name` is wrong, if the text cannot be used.
+std::optional<bridge::FaultPlan> FaultsOf(const proto::RunDescription& description,
+                                          const model::Robot& robot, const std::string& name) {
+  std::vector<std::string> modules;
+  for (const model::ModuleInstance& module : robot.modules) modules.push_back(module.name);
+  source::SourceSet sources;
+  source::Diagnostics diagnostics;
+  const int file = sources.AddText(name, description.faults());
+  std::optional<bridge::FaultPlan> faults =
+      bridge::ParseFaultPlan(sources, file, modules, &diagnostics);
+  PrintDiagnostics(diagnostics, sources);
+  if (!faults) return std::nullopt;
+  return bridge::WithLoss(std::move(*faults), description.loss(), description.seed());
+}
+
+/// No world is larger than this, bytes: its text travels in the description.
+constexpr size_t kMostWorldBytes = 1u << 20;
+
+/// Reads the file of --world, if there is one, into the description; prints what is wrong with it.
+bool AddWorld(const RunOptions& options, proto::RunDescription* d) {
+  if (options.world.empty()) return true;
+  if (options.still) {
+    Unusable("--world has obstacles, which nothing meets under --still");
+    return false;
+  }
+  const Result<std::string> text = ReadFile(options.world, kMostWorldBytes);
+  if (!text) {
+    Unusable("--world: " + text.error().message);
+    return false;
+  }
+  source::SourceSet sources;
+  source::Diagnostics diagnostics;
+  std::optional<double> ground_friction;
+  const bool good = world::ReadSdfWorld(sources, sources.AddText(options.world, *text),
+                                        &ground_friction, &diagnostics)
+                        .has_value();
+  PrintDiagnostics(diagnostics, sources);
+  if (!good) return false;
+  d->set_world(*text);
+  d->set_world_file(options.world);
+  // The world's own ground says how it grips, unless --friction does.
+  if (ground_friction && options.friction == RunOptions().friction) {
+    d->set_friction(*ground_friction);
+  }
+  return true;
+}
+
+/// Reads the file of --faults, if there is one, and adds what befalls messages to the plan.
+bool AddFaults(const RunOptions& options, const model::Robot& robot, RunPlan* plan) {
+  if (!options.faults.empty()) {
+    const Result<std::string> text = ReadFile(options.faults, kMostFaultsBytes);
+    if (!text) {
+      Unusable("--faults: " + text.error().message);
+      return false;
+    }
+    plan->description.set_faults(*text);
+    plan->description.set_faults_file(options.faults);
+  }
+  std::optional<bridge::FaultPlan> faults = FaultsOf(plan->description, robot, options.faults);
+  if (!faults) return false;
+  plan->faults = std::move(*faults);
+  return true;
 }
 
 /// Adds the kinematics image of every module type that the robot uses.
@@ -113,6 +229,54 @@ bool AddKinematics(const model::Model& model, const model::Robot& robot, proto::
   return true;
 }
 
+/// Adds a module that is lost on purpose to the run's script. Says what is wrong with the text.
+bool AddLoss(const std::string& text, const model::Robot& robot, RunPlan* plan) {
+  const size_t at = text.rfind('@');
+  double seconds = 0;
+  const char* end = text.data() + text.size();
+  const std::from_chars_result read =
+      std::from_chars(text.data() + std::min(at, text.size() - 1) + 1, end, seconds);
+  const double ticks = seconds * 1e6 / plan->description.tick_us();
+  // Tick 0 waits for all to join, so that the first one without somebody is tick 1.
+  if (at == std::string::npos || at == 0 || read.ec != std::errc() || read.ptr != end ||
+      !(ticks >= 1 && ticks <= 1e12)) {
+    Unusable(fmt::format("--lose: expected MODULE@SECONDS, from {} s on, not '{}'",
+                         plan->description.tick_us() * 1e-6, text));
+    return false;
+  }
+  bridge::ControlCommand command;
+  command.kind = bridge::ControlKind::kLose;
+  command.part.module = text.substr(0, at);
+  if (!robot.FindModule(command.part.module)) {
+    std::vector<std::string> names;
+    for (const model::ModuleInstance& module : robot.modules) names.push_back(module.name);
+    Unusable(fmt::format("--lose: robot {} has no module '{}'{}", robot.name, command.part.module,
+                         DidYouMean(command.part.module, names)));
+    return false;
+  }
+  InsertInOrder({std::llround(ticks), std::move(command)}, &plan->script);
+  return true;
+}
+
+/// The robot that runs. Nothing, after saying why, if it has no such root module, or a module whose
+/// name cannot be used on the bus.
+const model::Robot* RobotOf(const RunOptions& options, const model::Model& model) {
+  const model::Robot* robot = PickRobot(model, options.robot);
+  if (robot == nullptr) return nullptr;
+  // A module's channel names must fit, and must not be those of something else.
+  for (const model::ModuleInstance& module : robot->modules) {
+    if (Result<void> good = bridge::CheckModuleName(module.name); !good) {
+      Unusable(good.error().message);
+      return nullptr;
+    }
+  }
+  if (!options.root.empty() && !robot->FindModule(options.root)) {
+    Unusable(fmt::format("--root: robot {} has no module '{}'", robot->name, options.root));
+    return nullptr;
+  }
+  return robot;
+}
+
 }  // namespace
 
 void AddPlanOptions(Subcommand* sub, RunOptions* options) {
@@ -120,10 +284,25 @@ void AddPlanOptions(Subcommand* sub, RunOptions* options) {
   sub->Add("--seconds", &options->seconds, "Sim time to run (default, and 0: until stopped)");
   sub->Add("--loss", &options->loss,
            "Fraction of datagrams thrown away at every receiver, up to 0.9");
-  sub->Seed(&options->seed, "Seed of --loss (default 1)");
+  sub->Add("--faults", &options->faults,
+           "File of rules by which messages are lost, doubled, late or damaged");
+  sub->Seed(&options->seed, "Seed of --loss and --faults (default 1)");
+  sub->Add("--random-seed", &options->random_seed,
+           "Seed of the numbers that the program draws by random() (default 1)");
   sub->Add("--speed", &options->speed, "Times real time (default: as fast as possible)");
   sub->Add("--root", &options->root,
            "Module that broadcasts the root pose (default: the robot frame's)");
+  sub->Flag("--root-sensor", &options->root_sensor,
+            "The root measures its pose, tick by tick (default: it has that of the model)");
+  sub->Add("--root-noise", &options->root_noise,
+           "The sensor's noise: standard deviations of each coordinate and turn")
+      .TypeName("M,RAD");
+  sub->Add("--noise-seed", &options->noise_seed,
+           "Seed of --root-noise and of the noise of sensors (default 1)")
+      .Range(0, 1'000'000'000);
+  sub->Add("--world", &options->world,
+           "SDFormat file whose static boxes, cylinders, spheres and planes are obstacles")
+      .TypeName("FILE");
   sub->Add("--friction", &options->friction, "Coulomb friction of everything (default: 0.8)");
   sub->Add("--ground", &options->ground, "Level ground at y = 0: true or false (default: true)");
   sub->Flag("--still", &options->still,
@@ -149,7 +328,8 @@ int64_t RunPlan::num_ticks() const {
   return std::max<int64_t>(1, std::llround(description.seconds() * 1e6 / description.tick_us()));
 }
 
-std::optional<RunPlan> PlanRun(const RunOptions& options) {
+std::optional<RunPlan> PlanRun(const RunOptions& options, ModelSource* source) {
+  // What is wrong with the options and the robot is said before what is wrong with the program.
   if (!CheckNumbers(options)) return std::nullopt;
   // The run's name begins every channel's, so that it must fit there.
   if (!options.run.empty()) {
@@ -157,38 +337,38 @@ std::optional<RunPlan> PlanRun(const RunOptions& options) {
       return Refuse("--run: " + good.error().message);
     }
   }
-  // Model, robot and root module.
-  std::optional<model::Model> model = LoadModel({options.model_file});
-  if (!model) return std::nullopt;
-  const model::Robot* robot = PickRobot(*model, options.robot);
-  if (robot == nullptr) return std::nullopt;
-  // A module's channel names must fit, and must not be those of something else.
-  for (const model::ModuleInstance& module : robot->modules) {
-    if (Result<void> good = bridge::CheckModuleName(module.name); !good) {
-      return Refuse(good.error().message);
-    }
-  }
-  if (!options.root.empty() && !robot->FindModule(options.root)) {
-    return Refuse(fmt::format("--root: robot {} has no module '{}'", robot->name, options.root));
-  }
+  std::optional<model::Model> model = LoadModel({options.model_file}, source);
+  if (!model || RobotOf(options, *model) == nullptr) return std::nullopt;
   // The program, compiled against the keywords of all module types of the model.
   const std::optional<CompiledProgram> program =
       LoadProgram(options.program_file, keywords::KeywordsOf(*model));
   if (!program) return std::nullopt;
+  return PlanCompiled(options, std::move(*model), *program);
+}
+
+std::optional<RunPlan> PlanCompiled(const RunOptions& options, model::Model model,
+                                    const CompiledProgram& program) {
+  const model::Robot* robot = RobotOf(options, model);
+  if (robot == nullptr) return std::nullopt;
   // The description holds all of it: what the processes of the run and readers of the log need.
   RunPlan plan;
-  Describe(options, *model, *robot, program->image, &plan.description);
-  plan.description.set_program_hash(program->hash);
+  Describe(options, model, *robot, program.image, &plan.description);
+  plan.description.set_program_hash(program.hash);
   plan.description.set_run(options.run);
-  if (!AddKinematics(*model, *robot, &plan.description)) return std::nullopt;
+  if (!AddKinematics(model, *robot, &plan.description)) return std::nullopt;
+  if (!AddFaults(options, *robot, &plan)) return std::nullopt;
+  if (!AddWorld(options, &plan.description)) return std::nullopt;
   if (!options.commands.empty()) {
-    std::optional<ControlScript> script = LoadScript(options.commands, *model);
+    std::optional<ControlScript> script = LoadScript(options.commands, model);
     if (!script) return std::nullopt;
     plan.script = std::move(*script);
   }
+  for (const std::string& text : options.lose) {
+    if (!AddLoss(text, *robot, &plan)) return std::nullopt;
+  }
   // The index outlives the move of the model; the pointer would not.
-  plan.robot_index = static_cast<int>(robot - model->robots.data());
-  plan.model = std::move(*model);
+  plan.robot_index = static_cast<int>(robot - model.robots.data());
+  plan.model = std::move(model);
   // The robot is built once here, so that options and robots that cannot be simulated are refused
   // before any process starts. The world, where there is one, gives the world hash.
   if (options.still) {
@@ -213,6 +393,9 @@ Result<RunPlan> PlanFromDescription(const std::string& bytes) {
   if (robot == nullptr)
     return Fail("the description's model has no robot " + plan.description.robot());
   plan.robot_index = static_cast<int>(robot - plan.model.robots.data());
+  std::optional<bridge::FaultPlan> faults = FaultsOf(plan.description, *robot, "the faults");
+  if (!faults) return Fail("the description's faults cannot be used");
+  plan.faults = std::move(*faults);
   return plan;
 }
 
@@ -285,11 +468,6 @@ Result<bridge::SimParticipantOptions> SimOptions(const RunPlan& plan, bool logge
     options.modules.push_back(expected);
   }
   return options;
-}
-
-uint64_t ReceiverSeed(uint64_t run_seed, int receiver) {
-  // The factor keeps the seeds of neighbouring runs apart; +2 makes the logger's, -1, positive.
-  return run_seed * 1000003 + static_cast<uint64_t>(receiver + 2);
 }
 
 }  // namespace morphbus::tools

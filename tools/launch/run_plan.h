@@ -5,12 +5,16 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "bridge/bus/faulty_bus.h"
 #include "bridge/lockstep/sim_participant.h"
 #include "compiler/model/robot_model.h"
 #include "compiler/model/run_description.pb.h"
 #include "sim/controlled_robot.h"
+#include "tools/base/model_io.h"
 #include "tools/base/options.h"
+#include "tools/base/program.h"
 #include "tools/launch/control_script.h"
 
 namespace morphbus::tools {
@@ -31,12 +35,22 @@ struct RunOptions {
   /// Where the bus is; empty: $LCM_DEFAULT_URL, else LCM's own default.
   std::string lcm_url;
   double loss = 0.0;  ///< Fraction of datagrams thrown away at every receiver.
-  /// Decides which datagrams `loss` throws away: the same ones in every run of one seed.
+  /// Path of an SDFormat world with obstacles (compiler/world/sdf_world.h); empty: none.
+  std::string world;
+  /// Path of further faults of the bus (bridge/bus/fault_plan.h); empty: none.
+  std::string faults;
+  /// Of the random numbers that choose which messages suffer, unless the file names one.
   uint64_t seed = 1;
+  /// Of the numbers that the program draws (`random`).
+  uint64_t random_seed = 1;
   double speed = 0.0;     ///< Times real time; 0: as fast as possible.
   double friction = 0.8;  ///< Coulomb friction of all contacts.
   /// Whether there is level ground at y = 0 in the world.
   bool ground = true;
+  /// The root measures its pose, with noise of standard deviations "METRES,RADIANS" (empty: none).
+  bool root_sensor = false;
+  std::string root_noise;
+  int noise_seed = 1;
   bool realtime = false;  ///< The clock runs with the wall, and nobody waits.
   bool still = false;     ///< No physics: joints follow their set-points.
   bool inproc = false;    ///< One process, no network.
@@ -48,6 +62,8 @@ struct RunOptions {
   int processes = 0;  ///< That share the modules; 0: one a module.
   /// Path of commands and the ticks at which they are given; empty: none.
   std::string commands;
+  /// Modules to lose on purpose, "m3@12.5": the run goes on without m3 from 12.5 s of sim time on.
+  std::vector<std::string> lose;
 };
 
 /// Adds the options that say what runs: files, robot, and what goes into the run's description.
@@ -65,6 +81,8 @@ struct RunPlan {
   int robot_index = 0;
   /// What is done to the robot while it runs.
   ControlScript script;
+  /// What befalls messages at their receivers: the description's loss and faults together.
+  bridge::FaultPlan faults;
 
   /// The robot that runs; it belongs to this plan.
   [[nodiscard]] const model::Robot& robot() const { return model.robots[robot_index]; }
@@ -78,7 +96,12 @@ struct RunPlan {
 /// Compiles and describes a run; what is wrong with the input is printed, and the result is then
 /// empty. The run's name is the one that was asked for, or left empty for the caller to choose. The
 /// world is built once, to learn the world hash.
-std::optional<RunPlan> PlanRun(const RunOptions& options);
+/// @param source  if not null, gets where the model is written.
+std::optional<RunPlan> PlanRun(const RunOptions& options, ModelSource* source = nullptr);
+/// The same with a model and a program that are compiled already, for several plans of them; the
+/// options' numbers and name of the run must be good.
+std::optional<RunPlan> PlanCompiled(const RunOptions& options, model::Model model,
+                                    const CompiledProgram& program);
 
 /// The plan that a description stands for: what a sim or a logger needs in a process of its own.
 /// `bytes` is a serialized RunDescription. Fails if it is none, or if its model cannot be used.
@@ -114,14 +137,5 @@ Result<std::unique_ptr<sim::ControlledRobot>> BuildRobot(const RunPlan& plan);
 /// The sim's side of the lockstep for this plan: its timing, and which modules it waits for.
 /// `logger` says whether it waits for a logger too. Fails if a kinematics image is damaged.
 Result<bridge::SimParticipantOptions> SimOptions(const RunPlan& plan, bool logger);
-
-/// Numbers of the receivers of a run, for ReceiverSeed: the logger, the simulator, and from
-/// kFirstModuleReceiver on the modules in their order.
-inline constexpr int kLogReceiver = -1;
-inline constexpr int kSimReceiver = 0;
-inline constexpr int kFirstModuleReceiver = 1;
-/// Seed of one receiver's losses. Each receiver has its own, so that they lose different datagrams;
-/// it is the same whether the run is one process or many, and so are the losses.
-uint64_t ReceiverSeed(uint64_t run_seed, int receiver);
 
 }  // namespace morphbus::tools

@@ -1,5 +1,5 @@
 #pragma once
-// Roles without motion: every module's VM, in one process, fed with a robot that stands still.
+// Roles without motion: which module of a robot that stands still takes which role, and why not.
 
 #include <cstdint>
 #include <map>
@@ -7,8 +7,21 @@
 #include <vector>
 
 #include "tools/launch/run_plan.h"
+#include "tools/launch/static_robot.h"
 
 namespace morphbus::tools {
+
+/// Something that is wrong with a module's role.
+struct RoleProblem {
+  /// The whole on one line: "m1: not Knee: a requirement fails (walk.dyn:12: ...), measured 1
+  /// against 2".
+  std::string text;
+  /// The same for who sees module and line beside it: "not Knee: this requirement fails, measured 1
+  /// against 2".
+  std::string brief;
+  /// The line of the program's source that it speaks of, from 1; 0 for none.
+  int line = 0;
+};
 
 /// What one module has settled on: a copy of names, which outlives the VMs.
 struct StaticRole {
@@ -17,8 +30,14 @@ struct StaticRole {
   std::string role;                           ///< Empty: none.
   std::map<std::string, std::string> labels;  ///< Label -> joint or link of the module.
   std::map<std::string, int> signs;           ///< Label (else joint) -> sign under setJointAxis.
-  /// Why it plays no role, one line a concrete role; faults that it reported otherwise.
-  std::vector<std::string> problems;
+  /// Why it plays no role, one a concrete role; faults that it reported otherwise.
+  std::vector<RoleProblem> problems;
+};
+
+/// A role that could be taken, and that no module has taken.
+struct UnplayedRole {
+  std::string name;
+  int line = 0;  ///< Where the program declares it, from 1.
 };
 
 /// What all modules have settled on, or what they had when SettleRoles gave up waiting.
@@ -27,13 +46,13 @@ struct StaticRoles {
   bool settled = false;             ///< False: roles still changed after `ticks`.
   /// Control ticks that the VMs ran.
   int64_t ticks = 0;
+  /// In the order of their declarations.
+  std::vector<UnplayedRole> unplayed;
 };
 
-/// Ticks all VMs, joints at their start values whatever they command, until neither roles nor
-/// labels nor conventions have changed for two seconds of sim time (ten at most). Roles that never
-/// settle are no error (`settled`). Fails if the plan's images are damaged or the world cannot be
-/// built.
-Result<StaticRoles> SettleRoles(const RunPlan& plan);
+/// What the modules of a plan's robot settle on (StaticRobot::Settle). Roles that never settle are
+/// no error (`settled`). Fails as StaticRobot::Create does, whose `docked` this is.
+Result<StaticRoles> SettleRoles(const RunPlan& plan, const DockedTable* docked = nullptr);
 
 /// Whether the program has a role that a module could take, that is, one that is not abstract.
 /// False for a damaged image.

@@ -26,7 +26,7 @@ const char* TypeName(ValueType type) { return InfoOf(type).word; }
 
 /// What a keyword names, in the order of KeywordKind.
 const char* KindName(KeywordKind kind) {
-  constexpr const char* kNames[] = {"link", "joint", "connector", "state"};
+  constexpr const char* kNames[] = {"link", "joint", "connector", "state", "sensor", "any"};
   return kNames[static_cast<int>(kind)];
 }
 
@@ -44,11 +44,16 @@ std::string ValueText(const VerifiedProgram& program, ValueType type, Cell cell)
     case ValueType::kFloat:
       return fmt::format("{:.9g}", static_cast<double>(cell.AsFloat()));
     case ValueType::kDirection:
-      return kDirectionNames[cell.bits];
+      return kDirectionRows[cell.bits].name;
     case ValueType::kAxis:
-      return kAxisNames[cell.bits];
+      return kAxisRows[cell.bits].name;
     case ValueType::kRole:
       return "$" + Str(program.role(cell.AsInt()).name);
+    case ValueType::kText: {
+      const image::SectionRange strings = SectionOf(program.bytes(), Section::kStrings);
+      const char* begin = reinterpret_cast<const char*>(program.bytes() + strings.begin);
+      return '"' + std::string(begin + (cell.bits & 0xffff), cell.bits >> 16) + '"';
+    }
     default:
       return std::to_string(cell.AsInt());
   }
@@ -74,40 +79,50 @@ class Printer {
 
   /// Comments for people, then keywords and constants, which code refers to by number.
   void PrintHeader() {
-    Add("; {}, {} bytes, hash {:016x}\n", Str(program_.source_name()).c_str(), program_.size(),
-        program_.hash());
+    Add("; {}, {} bytes and {} of notes, hash {:016x}\n", Str(program_.source_name()),
+        program_.run_size(), program_.size() - program_.run_size(), program_.hash());
     Add("; budget {}, settle ticks {}\n", program_.instruction_budget(), program_.settle_ticks());
     for (int i = 0; i < program_.num_keywords(); ++i) {
-      const KeywordInfo& keyword = program_.keyword(i);
+      const KeywordInfo keyword = program_.keyword(i);
       Add("keyword {} {} {}\n", i, KindName(keyword.kind), Str(keyword.name));
     }
     // Constants are shared by all functions.
-    const image::SectionRange constants = SectionOf(program_.bytes(), Section::kConstants);
-    for (int i = 0; i < static_cast<int>(constants.count); ++i) {
+    for (int i = 0; i < program_.num_constants(); ++i) {
       const ValueType type = program_.constant_type(i);
       Add("constant {} {} {}\n", i, TypeName(type),
           ValueText(program_, type, program_.constant(i)));
     }
   }
 
+  // An image without notes has no names but those of roles and keywords; numbers stand for them.
   [[nodiscard]] std::string FunctionName(int function) const {
-    return Str(program_.function(function).name);
+    return program_.has_notes() ? Str(program_.function_name(function))
+                                : fmt::format("function {}", function);
+  }
+  [[nodiscard]] std::string MemberName(int function) const {
+    return program_.has_notes() ? Str(program_.member_name(function))
+                                : fmt::format("function {}", function);
+  }
+  [[nodiscard]] std::string FieldName(int role, int field) const {
+    return program_.has_notes() ? Str(program_.field_name(role, field))
+                                : fmt::format("field {}", field);
   }
 
   /// A role with all members, inherited ones too, each with its slot.
   void PrintRole(int index) {
     // The slots are those by which code refers to fields, labels, commands and functions.
-    const RoleInfo& role = program_.role(index);
+    const RoleInfo role = program_.role(index);
     Add("\n{}role {} {}{}\n", role.abstract_role ? "abstract " : "", index, Str(role.name),
         role.parent >= 0 ? " extends " + Str(program_.role(role.parent).name) : "");
     for (int i = 0; i < role.num_fields; ++i) {
-      Add("  field {} {} {} = {}\n", i, TypeName(role.field_types[i]), FieldName(index, i),
-          ValueText(program_, role.field_types[i], role.fields[i]));
+      Add("  {}field {} {} {} = {}\n", role.fields.shared(i) ? "shared " : "", i,
+          TypeName(role.fields.type(i)), FieldName(index, i),
+          ValueText(program_, role.fields.type(i), role.fields[i]));
     }
     for (int i = 0; i < role.num_labels; ++i) {
-      const LabelInfo& label = role.labels[i];
-      Add("  label {} {} {}: {}\n", i, TypeName(label.type), Str(label.name),
-          FunctionName(label.function));
+      const int function = role.labels[i];
+      Add("  label {} {} {}: {}\n", i, TypeName(program_.function(function).return_type),
+          MemberName(function), FunctionName(function));
     }
     for (int i = 0; i < role.num_requirements; ++i) {
       Add("  require {}\n", FunctionName(role.requirements[i]));
@@ -116,54 +131,41 @@ class Printer {
     PrintRoutines("behavior", role.behaviors, role.num_behaviors);
     PrintRoutines("command", role.commands, role.num_commands);
     for (int i = 0; i < role.num_handlers; ++i) {
-      const HandlerInfo& handler = role.handlers[i];
-      Add("  handler {}: {}\n", EventName(handler.event), FunctionName(handler.function));
+      const HandlerInfo handler = role.handlers[i];
+      const std::string period =
+          handler.event == Event::kTimer
+              ? fmt::format(" every {:.9g}", static_cast<double>(handler.period_us) * 1e-6)
+              : "";
+      Add("  handler {}{}{}: {}\n", EventName(handler.event), period, handler.early ? " early" : "",
+          FunctionName(handler.function));
     }
     for (int i = 0; i < role.num_methods; ++i) {
       Add("  function {}: {}\n", i, FunctionName(role.methods[i]));
     }
-    for (int i = 0; i < role.num_keywords; ++i) {
-      Add("  needs {}\n", Str(program_.keyword(role.keywords[i]).name));
+    for (int i = 0; i < program_.num_keywords(); ++i) {
+      if ((program_.keywords_of_role(index) >> i & 1) == 0) continue;
+      Add("  needs {}\n", Str(program_.keyword(i).name));
     }
   }
 
   /// Members of one kind, each with its slot and its function.
-  void PrintRoutines(const char* kind, const RoutineInfo* routines, int count) {
+  void PrintRoutines(const char* kind, const ReferenceTable& routines, int count) {
     for (int i = 0; i < count; ++i) {
-      Add("  {} {} {}: {}\n", kind, i, Str(routines[i].name), FunctionName(routines[i].function));
+      Add("  {} {} {}: {}\n", kind, i, MemberName(routines[i]), FunctionName(routines[i]));
     }
-  }
-
-  // Names of fields stand only in the bytes; the running VM has no use for them.
-  [[nodiscard]] std::string FieldName(int role, int field) const {
-    // Roles have no fixed size: those before this one are skipped.
-    const uint8_t* bytes = program_.bytes();
-    uint32_t at = SectionOf(bytes, Section::kRoles).begin;
-    for (int i = 0; i < role; ++i) {
-      at += image::kRoleHeadBytes + image::RoleBodyBytes(bytes + at + image::kRoleCountsAt);
-    }
-    at += image::kRoleHeadBytes + static_cast<uint32_t>(field) * image::kFieldBytes;
-    return std::string(reinterpret_cast<const char*>(bytes) +
-                           SectionOf(bytes, Section::kStrings).begin + ReadU16(bytes + at),
-                       ReadU16(bytes + at + 2));
   }
 
   /// The role whose slots a function's code refers to.
-  [[nodiscard]] int OwnerOf(int function) const {
-    return program_
-        .bytes()[SectionOf(program_.bytes(), Section::kFunctions).begin +
-                 static_cast<uint32_t>(function) * image::kFunctionBytes + image::kFunctionRoleAt];
-  }
+  [[nodiscard]] int OwnerOf(int function) const { return program_.function(function).role; }
 
-  /// The signature with what the verifier has found out, then an instruction a line.
+  /// The signature, then an instruction a line.
   void PrintFunction(int index) {
-    const FunctionInfo& function = program_.function(index);
-    Add("\nfunction {} {}(", index, Str(function.name));
+    const FunctionInfo function = program_.function(index);
+    Add("\nfunction {} {}(", index, FunctionName(index));
     for (int i = 0; i < function.num_arguments; ++i) {
       Add("{}{}", i > 0 ? ", " : "", TypeName(function.local_types[i]));
     }
-    Add(") -> {}  ; locals {}, stack {}, calls {} deep, {} cells\n", TypeName(function.return_type),
-        function.num_locals, function.max_stack, function.call_depth, function.total_cells);
+    Add(") -> {}  ; locals {}\n", TypeName(function.return_type), function.num_locals);
     // Jump targets get labels; a source line is printed where it changes.
     const uint8_t* code = program_.bytes() + function.code_begin;
     const std::map<uint32_t, int> targets = TargetsOf(index);
@@ -174,7 +176,7 @@ class Printer {
       if (target != targets.end()) Add("L{}:\n", target->second);
       const OpcodeInfo& info = kOpcodes[code[pc]];
       // Three columns: offset and instruction, operand, source line.
-      std::string line = fmt::format("  {:04x}  {}", pc, info.mnemonic);
+      std::string line = fmt::format("  {:04x}  {}", pc, kOpcodeTexts[code[pc]].mnemonic);
       const std::string operand = OperandText(index, info.operand, code + pc + 1, targets);
       if (!operand.empty()) {
         line.resize(std::max<size_t>(line.size() + 1, 24), ' ');
@@ -193,17 +195,15 @@ class Printer {
 
   // Numbers the joins of a function in order.
   [[nodiscard]] std::map<uint32_t, int> TargetsOf(int index) const {
-    // The function's record says which joins are its own.
+    const FunctionInfo function = program_.function(index);
     const uint8_t* bytes = program_.bytes();
-    const uint8_t* record = bytes + SectionOf(bytes, Section::kFunctions).begin +
-                            static_cast<uint32_t>(index) * image::kFunctionBytes;
-    const uint32_t first = ReadU16(record + image::kFunctionFirstJoinAt);
-    const uint32_t count = ReadU16(record + image::kFunctionJoinsAt);
+    const uint32_t begin = function.code_begin - SectionOf(bytes, Section::kCode).begin;
+    const image::SectionRange joins = SectionOf(bytes, Section::kJoins);
     std::map<uint32_t, int> targets;
-    for (uint32_t i = 0; i < count; ++i) {
-      const uint8_t* join =
-          bytes + SectionOf(bytes, Section::kJoins).begin + (first + i) * image::kJoinBytes;
-      targets.emplace(ReadU16(join), static_cast<int>(i));
+    for (uint32_t i = 0; i < joins.count; ++i) {
+      const uint32_t at = ReadU16(bytes + joins.begin + i * image::kJoinBytes);
+      if (at < begin || at >= begin + function.code_size) continue;
+      targets.emplace(at - begin, static_cast<int>(targets.size()));
     }
     return targets;
   }
@@ -212,7 +212,7 @@ class Printer {
   [[nodiscard]] std::string OperandText(int function, OperandKind kind, const uint8_t* operand,
                                         const std::map<uint32_t, int>& targets) const {
     // Slots are looked up in the owner; numbers of the whole program in its tables.
-    const RoleInfo& owner = program_.role(OwnerOf(function));
+    const RoleInfo owner = program_.role(OwnerOf(function));
     switch (kind) {
       case OperandKind::kNone:
         return "";
@@ -227,7 +227,7 @@ class Printer {
       case OperandKind::kField:
         return FieldName(OwnerOf(function), operand[0]);
       case OperandKind::kLabel:
-        return Str(owner.labels[operand[0]].name);
+        return MemberName(owner.labels[operand[0]]);
       case OperandKind::kKeyword:
         return Str(program_.keyword(operand[0]).name);
       case OperandKind::kMethod:
@@ -235,9 +235,19 @@ class Printer {
       case OperandKind::kTarget:
         return fmt::format("L{}", targets.at(ReadU16(operand)));
       case OperandKind::kRoleCommand: {
-        const RoleInfo& role = program_.role(operand[0]);
-        return Str(role.name) + "." + Str(role.commands[operand[1]].name);
+        const RoleInfo role = program_.role(operand[0]);
+        return Str(role.name) + "." + MemberName(role.commands[operand[1]]);
       }
+      case OperandKind::kFunction:
+        return FunctionName(ReadU16(operand));
+      case OperandKind::kRoleField:
+        return Str(program_.role(operand[0]).name) + "." + FieldName(operand[0], operand[1]);
+      case OperandKind::kLocals:
+        return fmt::format("locals {} {}", operand[0], operand[1]);
+      case OperandKind::kLocalInt8:
+        return fmt::format("local {} {}", operand[0], static_cast<int8_t>(operand[1]));
+      case OperandKind::kText:
+        return '"' + Str(program_.text(ReadU16(operand))) + '"';
     }
     return "";
   }
@@ -278,8 +288,10 @@ std::string ComparisonText(const Comparison& comparison, const VerifiedProgram& 
 
 std::string InstructionTable() {
   // In the order of OperandKind and of Effect.
-  constexpr const char* kOperands[] = {"–",     "byte",    "constant", "local",  "field",
-                                       "label", "keyword", "function", "target", "role, command"};
+  constexpr const char* kOperands[] = {"–",      "byte",          "constant",        "local",
+                                       "field",  "label",         "keyword",         "function",
+                                       "target", "role, command", "function number", "role, field",
+                                       "text",   "two locals",    "local, byte"};
   constexpr const char* kEffects[] = {"pure", "task", "wait"};
   // A table in Markdown, which docs/vm.md holds and a test compares.
   std::string out =
@@ -287,11 +299,11 @@ std::string InstructionTable() {
       "|---|---|---|---|---|---|---|---|\n";
   for (int i = 0; i < kNumOpcodes; ++i) {
     const OpcodeInfo& info = kOpcodes[i];
-    out += fmt::format("| {:02x} | `{}` | {} | ", i, info.mnemonic,
+    out += fmt::format("| {:02x} | `{}` | {} | ", i, kOpcodeTexts[i].mnemonic,
                        kOperands[static_cast<int>(info.operand)]) +
            SignatureText(info.pops) + " | " + SignatureText(info.pushes) +
            fmt::format(" | {} | {} | {} |\n", info.cost, kEffects[static_cast<int>(info.effect)],
-                       info.meaning);
+                       kOpcodeTexts[i].meaning);
   }
   return out;
 }

@@ -34,7 +34,10 @@ struct Fault {
   int16_t rival_role = -1;
   /// The function in which it happened; for an invocation, the command's.
   int16_t function = -1;
-  /// The source line of the call, the role or the requirement; 0 without one.
+  /// The byte offset of the call or requirement in that function.
+  uint16_t pc = 0;
+  /// Its source line, or that of the role; 0 without one, and where the module holds no notes
+  /// (FillLines in vm/image/fault_text.h).
   uint16_t line = 0;
   /// The keyword concerned.
   int16_t keyword = -1;

@@ -83,7 +83,7 @@ class Wording {
         fmt::arg("limit", Number(fault_.limit)), fmt::arg("limit_amount", Amount(fault_.limit)),
         fmt::arg("last_value", Number(fault_.limit - 1)),
         // Of setJointAxis.
-        fmt::arg("axis", kAxisNames[static_cast<int>(fault_.asked_axis)]),
+        fmt::arg("axis", kAxisRows[static_cast<int>(fault_.asked_axis)].name),
         fmt::arg("axis_direction", DirectionText(UnitOf(fault_.asked_axis))),
         fmt::arg("direction", DirectionText(fault_.direction_R)),
         fmt::arg("angle", fmt::format("{:.1f}", static_cast<double>(fault_.measured))));
@@ -163,7 +163,7 @@ std::string FaultFunction(const Fault& fault, const VerifiedProgram* program) {
   // Most faults happen in a function; those of bodies, poses and roles do not.
   if (fault.function < 0) return "";
   const bool known = program != nullptr && fault.function < program->num_functions();
-  return known ? ToString(program->function(fault.function).name)
+  return known ? ToString(program->function_name(fault.function))
                : fmt::format("function {}", fault.function);
 }
 

@@ -1,48 +1,57 @@
 #pragma once
 // Layout of a program image. docs/vm.md describes it for readers; this header is what the
 // compiler's writer, the verifier, the interpreter and the disassembler share. All numbers
-// little-endian, nothing aligned. The sections follow the header in the order of `Section`, without
-// gaps.
+// little-endian, nothing aligned.
 //
-//   header   magic u32, version u16, settle ticks u16, size u32, budget u32, hash u64,
-//            source file name (text), then {begin u32, count u32} a section
-//   text     offset u16 in the strings section, size u16
+// An image has two parts. The first is what modules run: a header and the sections in the order of
+// `Section`, without gaps. The second, which may be left out, is for people: names and source
+// lines. The header holds its hash, so both names belong together wherever they are kept.
+//
+//   header   magic u32, version u16, settle ticks u16, size of the first part u32, budget u32, hash
+//            u64, hash of the second part u64, then a count u16 for each section
+//   text     offset u16 in the strings section, size u8
 //   keyword  kind u8, name text
-//   constant type u8, value u32
-//   function name text, role u8, return type u8, arguments u8, locals u8, code begin u32,
-//            code size u32, first join u16, joins u16, type u8 of each of 16 locals
-//   role     name text, parent i16, abstract u8, depth u8, then u8 counts of fields, labels,
-//            requirements, startups, behaviors, commands, handlers, methods, then these:
-//            field {name, type u8, value u32}, label {name, type u8, function u16},
-//            requirement {function u16}, startup, behavior, command {name, function u16},
-//            handler {event u8, function u16}, method {function u16}
-//   join     offset u16 in its function, set locals u16 (bits), stack types u32 (4 bits each,
-//            lowest first, 0 above the top): the state at every target of a jump
-//   line     offset u32 in the code section, line u16; sorted
+//   constant type u8, value u32; a text's value is its place in the strings, offset and size u16
+//   types    type u8: lists of types, which functions share
+//   function code begin u16, role u8, signature u16 (bits 0 to 3 the return type, 4 to 8 the number
+//            of arguments, 9 to 13 that of locals), first of the locals' types u16
+//   role     name text, parent u8 (kNoParent: none), depth u8 with kAbstractBit, then u8 counts of
+//            fields, labels, requirements, startups, behaviors, commands, handlers, methods, then
+//            their members: field {u16: the constant that is its first value, and kSharedFieldBit},
+//            handler {event u8: kEarlyBit and an event, or kFirstPeriod and the constant that is
+//            the period of a timer, function u16}, all others {function u16}
+//   state    set locals u16 (bits), stack types u32 (4 bits each, lowest first, 0 above the top)
+//   join     offset u16 in the code section, state u16: what holds at a target of jumps; sorted
+//
+//   notes    magic u32, size of the strings u16, fields u16, lines u16, source file name (text),
+//            then the strings, for each function its name (text), for each field of each role its
+//            name (text), and the lines: offset u16 in the code section, line u16; sorted
 
 #include <cstdint>
 
 namespace morphbus::vm::image {
 
-/// The first bytes of every image of this version.
-inline constexpr uint32_t kMagic = 0x494e5944u;  // "DYNI"
+/// The first bytes of every image of this version, and of its notes.
+inline constexpr uint32_t kMagic = 0x494e5944u;       // "DYNI"
+inline constexpr uint32_t kNotesMagic = 0x534e5944u;  // "DYNS"
 /// The version that this build writes and reads; it reads no other.
-inline constexpr uint16_t kVersion = 1;
+inline constexpr uint16_t kVersion = 2;
 
-/// The parts of an image, in their order.
+/// The sections of the part that runs, in their order.
 enum class Section : uint8_t {
-  /// The bytes of all names and texts.
+  /// The bytes of all names that modules need, and of all texts.
   kStrings,
   kKeywords,
   kConstants,
+  kTypes,
   kFunctions,
   kRoles,
+  kStates,
   kJoins,
   kCode,
-  kLines,
 };
 /// How many sections an image has; all are there, if only with no records.
-inline constexpr int kNumSections = 8;
+inline constexpr int kNumSections = 9;
 
 /// Offsets of the header's fields in the image (bytes).
 inline constexpr uint32_t kVersionAt = 4;
@@ -50,35 +59,35 @@ inline constexpr uint32_t kSettleTicksAt = 6;
 inline constexpr uint32_t kSizeAt = 8;
 inline constexpr uint32_t kBudgetAt = 12;
 inline constexpr uint32_t kHashAt = 16;
-inline constexpr uint32_t kSourceNameAt = 24;
-inline constexpr uint32_t kSectionsAt = 28;
-inline constexpr uint32_t kHeaderBytes = kSectionsAt + 8 * kNumSections;
+inline constexpr uint32_t kNotesHashAt = 24;
+inline constexpr uint32_t kCountsAt = 32;
+inline constexpr uint32_t kHeaderBytes = kCountsAt + 2 * kNumSections;
 
 /// Sizes of the records that have one (bytes). A role's record has a head of fixed size, its counts
 /// and then its members.
-inline constexpr uint32_t kTextBytes = 4;
-inline constexpr uint32_t kKeywordBytes = 5;
+inline constexpr uint32_t kTextBytes = 3;
+inline constexpr uint32_t kKeywordBytes = 1 + kTextBytes;
 inline constexpr uint32_t kConstantBytes = 5;
-inline constexpr uint32_t kFunctionBytes = 36;
-inline constexpr uint32_t kJoinBytes = 8;
-inline constexpr uint32_t kLineBytes = 6;
+inline constexpr uint32_t kFunctionBytes = 7;
+inline constexpr uint32_t kStateBytes = 6;
+inline constexpr uint32_t kJoinBytes = 4;
 /// The number of counts in a role's head, one for each kind of member.
 inline constexpr int kRoleCounts = 8;
-inline constexpr uint32_t kRoleHeadBytes = kTextBytes + 4 + kRoleCounts;
-inline constexpr uint32_t kRoleCountsAt = kTextBytes + 4;
+inline constexpr uint32_t kRoleParentAt = kTextBytes;
+inline constexpr uint32_t kRoleDepthAt = kTextBytes + 1;
+inline constexpr uint32_t kRoleCountsAt = kTextBytes + 2;
+inline constexpr uint32_t kRoleHeadBytes = kRoleCountsAt + kRoleCounts;
+inline constexpr uint8_t kNoParent = 0xff;
+inline constexpr uint8_t kAbstractBit = 0x80;
 
-/// Sizes of the records that follow a role's head, in the order of its counts.
-inline constexpr uint32_t kFieldBytes = kTextBytes + 5;
-inline constexpr uint32_t kLabelBytes = kTextBytes + 3;
-/// A requirement or a method, which is only the number of a function.
+/// Sizes of the records that follow a role's head, in the order of its counts. All but those of
+/// fields and handlers are the number of a function.
 inline constexpr uint32_t kReferenceBytes = 2;
-/// A startup, a behavior or a command.
-inline constexpr uint32_t kRoutineBytes = kTextBytes + 2;
-/// A handler, which is known by its event and has no name.
+inline constexpr uint32_t kFieldBytes = 2;
 inline constexpr uint32_t kHandlerBytes = 3;
 inline constexpr uint32_t kRoleMemberBytes[kRoleCounts] = {
-    kFieldBytes,   kLabelBytes,   kReferenceBytes, kRoutineBytes,
-    kRoutineBytes, kRoutineBytes, kHandlerBytes,   kReferenceBytes};
+    kFieldBytes,     kReferenceBytes, kReferenceBytes, kReferenceBytes,
+    kReferenceBytes, kReferenceBytes, kHandlerBytes,   kReferenceBytes};
 
 /// Bytes of all records that follow a role's head, given its counts.
 inline uint32_t RoleBodyBytes(const uint8_t* counts) {
@@ -88,15 +97,24 @@ inline uint32_t RoleBodyBytes(const uint8_t* counts) {
 }
 
 /// Offsets in a function's record (bytes).
-inline constexpr uint32_t kFunctionRoleAt = 4;
-inline constexpr uint32_t kFunctionReturnAt = 5;
-inline constexpr uint32_t kFunctionArgumentsAt = 6;
-inline constexpr uint32_t kFunctionLocalsAt = 7;
-inline constexpr uint32_t kFunctionCodeAt = 8;
-inline constexpr uint32_t kFunctionCodeSizeAt = 12;
-inline constexpr uint32_t kFunctionFirstJoinAt = 16;
-inline constexpr uint32_t kFunctionJoinsAt = 18;
-inline constexpr uint32_t kFunctionTypesAt = 20;
+inline constexpr uint32_t kFunctionRoleAt = 2;
+inline constexpr uint32_t kFunctionSignatureAt = 3;
+inline constexpr uint32_t kFunctionTypesAt = 5;
+
+/// Offsets in the notes (bytes), and the sizes of their records.
+inline constexpr uint32_t kNotesStringsAt = 4;
+inline constexpr uint32_t kNotesFieldsAt = 6;
+inline constexpr uint32_t kNotesLinesAt = 8;
+inline constexpr uint32_t kNotesSourceAt = 10;
+inline constexpr uint32_t kNotesHeadBytes = kNotesSourceAt + kTextBytes;
+inline constexpr uint32_t kLineBytes = 4;
+
+/// Of a field that neighbours may read, and of the event of a handler that runs during startup too.
+inline constexpr int kSharedFieldBit = 0x8000;
+inline constexpr int kEarlyBit = 0x80;
+/// From here on the event of a handler is a timer's period, by its number in the constants.
+inline constexpr int kFirstPeriod = 4;
+inline constexpr int kMaxPeriods = 0x80 - kFirstPeriod;
 
 /// The most locals that a function may have, its arguments included.
 inline constexpr int kMaxLocals = 16;
@@ -138,8 +156,11 @@ uint32_t FirstNot(uint32_t count, const Before& before) {
   return low;
 }
 
-/// FNV-1a-64 over the whole image but the eight bytes of the hash itself. `size` >= kHeaderBytes.
+/// FNV-1a-64 over all bytes of an image's first part but the eight of the hash itself. `size` >=
+/// kHeaderBytes.
 uint64_t HashOf(const uint8_t* bytes, uint32_t size);
+/// The same over all bytes, for the notes.
+uint64_t HashOfNotes(const uint8_t* bytes, uint32_t size);
 
 /// Where a section begins (byte of the image) and how many records it has; bytes, for the strings
 /// and the code.
@@ -147,10 +168,8 @@ struct SectionRange {
   uint32_t begin = 0;
   uint32_t count = 0;
 };
-/// Reads them from a header that has been checked for its size only, so both may still be wrong.
-inline SectionRange SectionOf(const uint8_t* bytes, Section section) {
-  const uint8_t* p = bytes + kSectionsAt + 8 * static_cast<uint32_t>(section);
-  return {ReadU32(p), ReadU32(p + 4)};
-}
+/// Finds them by a header's counts, which may still be wrong. Roles have no fixed size: what
+/// follows them is found from the end of the part that runs.
+SectionRange SectionOf(const uint8_t* bytes, Section section);
 
 }  // namespace morphbus::vm::image

@@ -76,6 +76,20 @@ typedef struct morphbus_connection {
   float p[3], q[4];
 } morphbus_connection;
 
+/* What a sensor measures. */
+enum morphbus_sensor_kind { MORPHBUS_DISTANCE = 0, MORPHBUS_CONTACT = 1, MORPHBUS_TILT = 2 };
+
+/* A sensor, rigid with a link. */
+typedef struct morphbus_sensor {
+  const MORPHBUS_FLASH char* name;
+  /* One of enum morphbus_sensor_kind, and the link that carries it, by index. */
+  uint8_t kind, link;
+  /* Where it sits in the module frame (m), and the unit direction in which it looks. */
+  float origin[3], direction[3];
+  /* How far it sees (m). */
+  float range;
+} morphbus_sensor;
+
 /* The kinematics of one module type: the root of all tables. */
 typedef struct morphbus_kinematics {
   const MORPHBUS_FLASH char* type_name;
@@ -91,6 +105,9 @@ typedef struct morphbus_kinematics {
   const MORPHBUS_FLASH morphbus_connector* connectors;
   /* Sorted by connector, type, is_member_b and number, no two alike. */
   const MORPHBUS_FLASH morphbus_connection* connections;
+  /* The sensors; both may be left out of an initialiser where there are none. */
+  uint8_t num_sensors;
+  const MORPHBUS_FLASH morphbus_sensor* sensors;
 } morphbus_kinematics;
 
 #endif

@@ -8,8 +8,10 @@
 
 namespace morphbus::vm {
 
-/// Of a module type's numbers of links, joints and connectors against vm/limits.h.
-const char* ProblemOfCounts(int num_links, int num_joints, int num_connectors);
+/// Of a module type's numbers of links, joints, connectors and sensors against vm/limits.h.
+const char* ProblemOfCounts(int num_links, int num_joints, int num_connectors, int num_sensors);
+/// Of one sensor: its kind, its link, and whether its direction is a unit vector.
+const char* ProblemOf(const KinSensor& sensor, int num_links);
 /// Of one joint: its links, and whether its numbers are finite, its axis a unit vector and its
 /// limits in order.
 const char* ProblemOf(const KinJoint& joint, int num_links);

@@ -63,6 +63,12 @@ std::string CheckCapacities(const KinematicsTables& t) {
   if (t.connectors.size() > kMaxConnectors) {
     return over("connectors", t.connectors.size(), kMaxConnectors);
   }
+  if (t.sensors.size() > kMaxSensors) return over("sensors", t.sensors.size(), kMaxSensors);
+  int values = 0;
+  for (const auto& sensor : t.sensors) values += NumValues(sensor.kind);
+  if (values > kMaxSensorValues) {
+    return over("sensor values (three of each tilt sensor)", values, kMaxSensorValues);
+  }
   // All names stand in the image with one byte for their length.
   std::vector<std::string> names = t.links;
   names.push_back(t.type_name);
@@ -77,6 +83,7 @@ std::string CheckCapacities(const KinematicsTables& t) {
       if (state.num_values > 255) return "state " + state.name + " has more than 255 values";
     }
   }
+  for (const auto& sensor : t.sensors) names.push_back(sensor.name);
   // A name that is too long would be cut silently.
   for (const std::string& name : names) {
     if (name.empty() || name.size() > 255) return "a name is empty or longer than 255 characters";
@@ -128,6 +135,13 @@ void WriteTables(const KinematicsTables& tables, Writer* out) {
       out->U8(state.num_values);
     }
   }
+  for (const auto& sensor : tables.sensors) {
+    out->Name(sensor.name);
+    out->U8(static_cast<int>(sensor.kind));
+    out->U8(sensor.link);
+    out->Vector(sensor.direction);
+    out->Float(sensor.range_m);
+  }
 }
 
 }  // namespace
@@ -147,7 +161,7 @@ std::vector<uint8_t> EncodeKinematics(const KinematicsTables& tables, std::strin
   out.U8(static_cast<int>(tables.links.size()));
   out.U8(static_cast<int>(tables.joints.size()));
   out.U8(static_cast<int>(tables.connectors.size()));
-  out.U8(0);
+  out.U8(static_cast<int>(tables.sensors.size()));
   WriteTables(tables, &out);
   WriteConnections(tables, &out);
   // Only connections can be too many: everything else is bounded by the capacities.

@@ -40,6 +40,17 @@ struct KinematicsTables {
     std::vector<State> states;
   };
 
+  /// A sensor, as in KinSensor.
+  struct Sensor {
+    std::string name;
+    SensorKind kind = SensorKind::kDistance;
+    /// The index of the link that carries it.
+    int link = 0;
+    /// Unit, in the module frame.
+    Vec3 direction;
+    double range_m = 0;
+  };
+
   /// The name of the module type in the model.
   std::string type_name;
   /// The hash of the model that the tables come from (compiler/model/model_proto.h).
@@ -49,6 +60,7 @@ struct KinematicsTables {
   /// The joints and connectors, in the order of their declaration, which gives them their numbers.
   std::vector<Joint> joints;
   std::vector<Connector> connectors;
+  std::vector<Sensor> sensors = {};
   /// The connections in any order; the encoder sorts them.
   std::vector<KinConnection> connections;
 };

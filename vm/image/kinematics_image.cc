@@ -7,6 +7,7 @@
 #include "vm/image/kinematics_checks.h"
 #include "vm/image/kinematics_layout.h"
 #include "vm/image/kinematics_tables.h"
+#include "vm/image/reason.h"
 
 namespace morphbus::vm {
 
@@ -48,7 +49,7 @@ class Reader {
 
   /// True if so many bytes are left and nothing was wrong so far.
   bool Need(uint32_t count) {
-    if (error_.message == nullptr && size_ - at_ < count) Fail("image is cut short");
+    if (error_.message == nullptr && size_ - at_ < count) Fail(Reason("image is cut short"));
     return error_.message == nullptr;
   }
   /// Notes what is wrong with the bytes just read, unless something was wrong before.
@@ -59,7 +60,7 @@ class Reader {
   float Float() {
     if (!Need(4)) return 0;
     const float value = ReadFloat(bytes_ + at_);
-    if (!std::isfinite(value)) Fail("number is not finite");
+    if (!std::isfinite(value)) Fail(Reason("number is not finite"));
     at_ += 4;
     return value;
   }
@@ -74,7 +75,7 @@ class Reader {
   /// A name; it points into the image.
   Text Name() {
     const uint8_t length = U8();
-    if (length == 0) Fail("name is empty");
+    if (length == 0) Fail(Reason("name is empty"));
     if (!Need(length)) return {};
     const Text text{reinterpret_cast<const char*>(bytes_ + at_), length};
     at_ += length;
@@ -96,7 +97,7 @@ KinJoint ReadJoint(Reader* in, int num_links) {
   // The fields are read in the order in which they are stored.
   joint.name = in->Name();
   const uint8_t kind = in->U8();
-  if (kind > static_cast<uint8_t>(JointKind::kFixed)) in->Fail("joint kind is unknown");
+  if (kind > static_cast<uint8_t>(JointKind::kFixed)) in->Fail(Reason("joint kind is unknown"));
   joint.kind = static_cast<JointKind>(kind);
   joint.link_a = in->U8();
   joint.link_b = in->U8();
@@ -115,34 +116,50 @@ KinConnector ReadConnector(Reader* in, int num_links) {
   KinConnector connector;
   connector.name = in->Name();
   connector.link = in->U8();
-  if (connector.link >= num_links) in->Fail("connector sits on no link");
+  if (connector.link >= num_links) in->Fail(Reason("connector sits on no link"));
   connector.num_states = in->U8();
-  if (connector.num_states > kMaxConnectorStates) in->Fail("connector has too many states");
+  if (connector.num_states > kMaxConnectorStates) in->Fail(Reason("connector has too many states"));
   // State variables keep their order: programs name them, commands number them.
   for (int i = 0; i < connector.num_states && in->error().message == nullptr; ++i) {
     connector.states[i].name = in->Name();
     connector.states[i].num_values = in->U8();
-    if (connector.states[i].num_values == 0) in->Fail("state has no values");
+    if (connector.states[i].num_values == 0) in->Fail(Reason("state has no values"));
   }
   return connector;
 }
 
+KinSensor ReadSensor(Reader* in, int num_links) {
+  KinSensor sensor;
+  sensor.name = in->Name();
+  const uint8_t kind = in->U8();
+  if (kind > static_cast<uint8_t>(SensorKind::kTilt)) {
+    in->Fail("sensor kind is unknown");
+    return sensor;
+  }
+  sensor.kind = static_cast<SensorKind>(kind);
+  sensor.link = in->U8();
+  sensor.direction = in->Vector();
+  sensor.range_m = in->Float();
+  if (const char* problem = ProblemOf(sensor, num_links)) in->Fail(problem);
+  return sensor;
+}
+
 /// Is it an image of ours, whole and unchanged, of a module type that the VM can hold?
 VerifyError CheckHeader(const uint8_t* bytes, uint32_t size) {
-  if (size < layout::kHeaderBytes) return {"image is cut short", size};
-  if (ReadU32(bytes) != layout::kMagic) return {"not a kinematics image", 0};
+  if (size < layout::kHeaderBytes) return {Reason("image is cut short"), size};
+  if (ReadU32(bytes) != layout::kMagic) return {Reason("not a kinematics image"), 0};
   if (ReadU16(bytes + layout::kVersionAt) != layout::kVersion) {
-    return {"version of the image is not supported", layout::kVersionAt};
+    return {Reason("version of the image is not supported"), layout::kVersionAt};
   }
   if (size > kMaxImageBytes || ReadU32(bytes + layout::kSizeAt) != size) {
-    return {"size does not fit the bytes", layout::kSizeAt};
+    return {Reason("size does not fit the bytes"), layout::kSizeAt};
   }
   // The hash is no signature: it tells damage only.
   if (ReadU64(bytes + layout::kHashAt) != image::HashOf(bytes, size)) {
-    return {"hash does not fit the content", layout::kHashAt};
+    return {Reason("hash does not fit the content"), layout::kHashAt};
   }
   const uint8_t* counts = bytes + layout::kCountsAt;
-  return {ProblemOfCounts(counts[0], counts[1], counts[2]), layout::kCountsAt};
+  return {ProblemOfCounts(counts[0], counts[1], counts[2], counts[3]), layout::kCountsAt};
 }
 
 /// `p` points at the record of `c`, which begins at `offset` of the image.
@@ -150,7 +167,7 @@ VerifyError CheckConnection(const KinConnection& c, const uint8_t* p, int num_co
                             uint32_t offset) {
   // What is reserved must be 0, so that a later version can give it a meaning.
   if ((p[1] & ~layout::kMemberBFlag) != 0 || ReadU16(p + 6) != 0) {
-    return {"reserved bits are set", offset};
+    return {Reason("reserved bits are set"), offset};
   }
   return {ProblemOf(c, num_connectors), offset};
 }
@@ -169,6 +186,7 @@ VerifyError VerifyKinematics(const uint8_t* bytes, uint32_t size, VerifiedKinema
   k.num_links_ = bytes[layout::kCountsAt];
   k.num_joints_ = bytes[layout::kCountsAt + 1];
   k.num_connectors_ = bytes[layout::kCountsAt + 2];
+  k.num_sensors_ = bytes[layout::kCountsAt + 3];
 
   // The records of unlike sizes, one after the other.
   Reader in(bytes, size, layout::kHeaderBytes);
@@ -178,6 +196,8 @@ VerifyError VerifyKinematics(const uint8_t* bytes, uint32_t size, VerifiedKinema
   for (int i = 0; i < k.num_connectors_; ++i) {
     k.connectors_[i] = ReadConnector(&in, k.num_links_);
   }
+  for (int i = 0; i < k.num_sensors_; ++i) k.sensors_[i] = ReadSensor(&in, k.num_links_);
+  if (const char* problem = k.NumberSensorValues()) in.Fail(problem);
   // The first error of all that was read, with its byte.
   if (in.error().message != nullptr) return in.error();
 
@@ -185,7 +205,7 @@ VerifyError VerifyKinematics(const uint8_t* bytes, uint32_t size, VerifiedKinema
   const uint32_t count = ReadU32(bytes + layout::kConnectionsAt);
   if ((size - in.at()) / layout::kConnectionBytes != count ||
       (size - in.at()) % layout::kConnectionBytes != 0) {
-    return {"number of connections does not fit the size", layout::kConnectionsAt};
+    return {Reason("number of connections does not fit the size"), layout::kConnectionsAt};
   }
   k.connections_begin_ = in.at();
   k.num_connections_ = static_cast<int>(count);
@@ -197,12 +217,20 @@ VerifyError VerifyKinematics(const uint8_t* bytes, uint32_t size, VerifiedKinema
     const VerifyError error = CheckConnection(c, bytes + offset, k.num_connectors_, offset);
     if (error.message != nullptr) return error;
     const uint64_t key = KeyOf(c);
-    if (i > 0 && key <= previous) return {"connections are not in order", offset};
+    if (i > 0 && key <= previous) return {Reason("connections are not in order"), offset};
     previous = key;
   }
   k.GroupLinks();
   *out = k;
   return {};
+}
+
+const char* VerifiedKinematics::NumberSensorValues() {
+  for (int i = 0; i < num_sensors_; ++i) {
+    sensors_[i].first_value = static_cast<uint8_t>(num_sensor_values_);
+    num_sensor_values_ += NumValues(sensors_[i].kind);
+  }
+  return num_sensor_values_ > kMaxSensorValues ? "too many sensors" : nullptr;
 }
 
 // Links that fixed joints hold together move as one; the lowest of them stands for all.

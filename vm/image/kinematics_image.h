@@ -56,6 +56,24 @@ struct KinConnector {
   KinConnectorState states[kMaxConnectorStates];
 };
 
+/// A sensor, rigid with a link.
+struct KinSensor {
+  Text name;
+  SensorKind kind = SensorKind::kDistance;
+  /// The index of the link that carries it.
+  uint8_t link = 0;
+  /// Where its first value stands among those of all sensors.
+  uint8_t first_value = 0;
+  /// The unit direction in which it looks, in the module frame.
+  Vec3 direction;
+  /// How far it sees (m); 0 for a tilt.
+  float range_m = 0;
+};
+
+/// How many values a sensor of this kind has: a distance its metres, a contact 0 or 1, a tilt the
+/// unit vector that points straight up, in the frame of its link.
+constexpr int NumValues(SensorKind kind) { return kind == SensorKind::kTilt ? 3 : 1; }
+
 /// A numbered connection seen from this module: the mate's module frame in ours, joints at 0.
 struct KinConnection {
   /// The index of the M3L `connection`, as the connector sensor reports it.
@@ -87,6 +105,10 @@ class VerifiedKinematics {
   [[nodiscard]] const KinJoint& joint(int i) const { return joints_[i]; }
   [[nodiscard]] int num_connectors() const { return num_connectors_; }
   [[nodiscard]] const KinConnector& connector(int i) const { return connectors_[i]; }
+  [[nodiscard]] int num_sensors() const { return num_sensors_; }
+  [[nodiscard]] const KinSensor& sensor(int i) const { return sensors_[i]; }
+  /// How many values all sensors together have.
+  [[nodiscard]] int num_sensor_values() const { return num_sensor_values_; }
   [[nodiscard]] int num_connections() const { return num_connections_; }
   /// Decodes connection number i, from 0 in sorted order.
   [[nodiscard]] KinConnection connection(int i) const;
@@ -100,6 +122,8 @@ class VerifiedKinematics {
   // Only the two verifiers fill it in.
   friend VerifyError VerifyKinematics(const uint8_t* bytes, uint32_t size, VerifiedKinematics* out);
   friend VerifyError VerifyTables(const morphbus_kinematics& tables, VerifiedKinematics* out);
+  /// Gives each sensor the place of its values; a sentence if they are too many.
+  const char* NumberSensorValues();
   /// Fills body_link_ from the fixed joints.
   void GroupLinks();
   /// The image or the tables, whichever it was made from; the other is null. That one has the
@@ -110,9 +134,11 @@ class VerifiedKinematics {
   uint64_t hash_ = 0, model_hash_ = 0;
   Text type_name_;
   int num_links_ = 0, num_joints_ = 0, num_connectors_ = 0, num_connections_ = 0;
+  int num_sensors_ = 0, num_sensor_values_ = 0;
   KinLink links_[kMaxLinks];
   KinJoint joints_[kMaxJoints];
   KinConnector connectors_[kMaxConnectors];
+  KinSensor sensors_[kMaxSensors];
   /// For each link, the lowest link of its body.
   uint8_t body_link_[kMaxLinks] = {};
 };

@@ -85,6 +85,21 @@ KinConnector ReadConnector(const morphbus_connector& from, int row, int num_link
   return connector;
 }
 
+KinSensor ReadSensor(const morphbus_sensor& from, int row, int num_links, VerifyError* error) {
+  KinSensor sensor;
+  sensor.name = Name(from.name, row, error);
+  if (from.kind > MORPHBUS_TILT) {
+    Note("sensor kind is unknown", row, error);
+    return sensor;
+  }
+  sensor.kind = static_cast<SensorKind>(from.kind);
+  sensor.link = from.link;
+  sensor.direction = ToVec3(from.direction);
+  sensor.range_m = from.range;
+  Note(ProblemOf(sensor, num_links), row, error);
+  return sensor;
+}
+
 }  // namespace
 
 KinConnection FromC(const morphbus_connection& row) {
@@ -102,9 +117,12 @@ KinConnection FromC(const morphbus_connection& row) {
 VerifyError VerifyTables(const morphbus_kinematics& tables, VerifiedKinematics* out) {
   *out = VerifiedKinematics();
   VerifyError error;
-  Note(ProblemOfCounts(tables.num_links, tables.num_joints, tables.num_connectors), 0, &error);
+  Note(ProblemOfCounts(tables.num_links, tables.num_joints, tables.num_connectors,
+                       tables.num_sensors),
+       0, &error);
   if (IsMissing(tables.links, tables.num_links) || IsMissing(tables.joints, tables.num_joints) ||
       IsMissing(tables.connectors, tables.num_connectors) ||
+      IsMissing(tables.sensors, tables.num_sensors) ||
       IsMissing(tables.connections, tables.num_connections)) {
     Note(kMissing, 0, &error);
   }
@@ -120,6 +138,7 @@ VerifyError VerifyTables(const morphbus_kinematics& tables, VerifiedKinematics* 
   k.num_joints_ = tables.num_joints;
   k.num_connectors_ = tables.num_connectors;
   k.num_connections_ = tables.num_connections;
+  k.num_sensors_ = tables.num_sensors;
   for (int i = 0; i < k.num_links_; ++i) k.links_[i].name = Name(tables.links[i].name, i, &error);
   for (int i = 0; i < k.num_joints_; ++i) {
     k.joints_[i] = ReadJoint(tables.joints[i], i, k.num_links_, &error);
@@ -127,6 +146,10 @@ VerifyError VerifyTables(const morphbus_kinematics& tables, VerifiedKinematics* 
   for (int i = 0; i < k.num_connectors_; ++i) {
     k.connectors_[i] = ReadConnector(tables.connectors[i], i, k.num_links_, &error);
   }
+  for (int i = 0; i < k.num_sensors_; ++i) {
+    k.sensors_[i] = ReadSensor(tables.sensors[i], i, k.num_links_, &error);
+  }
+  Note(k.NumberSensorValues(), 0, &error);
   // As in an image: sorted, without repeats.
   uint64_t previous = 0;
   for (int i = 0; i < k.num_connections_; ++i) {

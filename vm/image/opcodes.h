@@ -44,6 +44,16 @@ enum class OperandKind : uint8_t {
   kTarget,
   /// A u8 role and a u8 slot of a command of it.
   kRoleCommand,
+  /// A u16 number of a function.
+  kFunction,
+  /// A u8 role and a u8 slot of a field of it.
+  kRoleField,
+  /// A u16 index of a text in the constant table.
+  kText,
+  /// Two u8 indices of locals.
+  kLocals,
+  /// A u8 index of a local and a signed byte.
+  kLocalInt8,
 };
 
 /// What an instruction may do; a function's effect is the strongest of all it may run.
@@ -51,21 +61,26 @@ enum class OperandKind : uint8_t {
 /// suspend the task.
 enum class Effect : uint8_t { kPure, kTask, kWait };
 
-/// One row of the instruction table.
+/// One row of the instruction table, as machines read it. A program of a few kilobytes holds it, so
+/// signatures are no longer than they must be.
 struct OpcodeInfo {
-  /// The name in listings.
-  const char* mnemonic;
   /// What the bytes behind the opcode mean.
   OperandKind operand;
   /// The letters of the types that it takes from the stack, deepest first
   /// (vm/image/value_types.def).
-  const char* pops;
+  char pops[4];
   /// The letter of the type that it leaves there, or none.
-  const char* pushes;
+  char pushes[2];
   /// The units of the instruction budget that it costs.
-  int cost;
+  uint8_t cost;
   /// What it may do.
   Effect effect;
+};
+
+/// The same row as people read it; only listings and docs/vm.md need it.
+struct OpcodeText {
+  /// The name in listings.
+  const char* mnemonic;
   /// The sentence for the table in docs/vm.md.
   const char* meaning;
 };
@@ -73,7 +88,12 @@ struct OpcodeInfo {
 /// The instruction table, by opcode.
 inline constexpr OpcodeInfo kOpcodes[kNumOpcodes] = {
 #define OP(name, mnemonic, operand, pops, pushes, cost, effect, meaning) \
-  {mnemonic, OperandKind::operand, pops, pushes, cost, Effect::effect, meaning},
+  {OperandKind::operand, pops, pushes, cost, Effect::effect},
+#include "vm/image/opcodes.def"
+#undef OP
+};
+inline constexpr OpcodeText kOpcodeTexts[kNumOpcodes] = {
+#define OP(name, mnemonic, operand, pops, pushes, cost, effect, meaning) {mnemonic, meaning},
 #include "vm/image/opcodes.def"
 #undef OP
 };
@@ -89,6 +109,11 @@ constexpr uint32_t OperandBytes(OperandKind kind) {
     case OperandKind::kConstant:
     case OperandKind::kTarget:
     case OperandKind::kRoleCommand:
+    case OperandKind::kFunction:
+    case OperandKind::kRoleField:
+    case OperandKind::kText:
+    case OperandKind::kLocals:
+    case OperandKind::kLocalInt8:
       return 2;
     default:
       return 1;
@@ -102,6 +127,24 @@ struct Comparison {
   /// The type of both operands.
   ValueType type = ValueType::kVoid;
   Cell left, right;
+};
+
+/// What a function compared while it ran.
+struct Comparisons {
+  static constexpr int kMost = 8;
+  /// In order; of more than kMost the first ones, and the last one in the last place.
+  Comparison kept[kMost];
+  /// How many there were.
+  int count = 0;
+
+  void Add(const Comparison& comparison) {
+    kept[count < kMost ? count : kMost - 1] = comparison;
+    ++count;
+  }
+  /// How many are in `kept`.
+  [[nodiscard]] int num_kept() const { return count < kMost ? count : kMost; }
+  /// The one that was made last; its opcode is kPop if there is none.
+  [[nodiscard]] Comparison Last() const { return count == 0 ? Comparison() : kept[num_kept() - 1]; }
 };
 
 }  // namespace morphbus::vm

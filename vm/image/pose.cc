@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "vm/image/sine.h"
+
 namespace morphbus::vm {
 
 namespace {
@@ -16,14 +18,13 @@ Quat Multiply(const Quat& a, const Quat& b) {
 /// The inverse of a unit quaternion.
 Quat Conjugate(const Quat& q) { return {q.w, -q.x, -q.y, -q.z}; }
 
-/// The vector product.
+}  // namespace
+
 Vec3 Cross(const Vec3& a, const Vec3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
 Vec3 Scale(float s, const Vec3& v) { return {s * v.x, s * v.y, s * v.z}; }
-
-}  // namespace
 
 Vec3 Add(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 
@@ -67,8 +68,8 @@ PoseF Inverse(const PoseF& X_AB) {
 
 PoseF RevoluteMotion(const Vec3& o, const Vec3& axis, float q_rad) {
   // The quaternion of a turn has half its angle; o stays where it is.
-  const float s = std::sin(0.5f * q_rad);
-  const Quat R{std::cos(0.5f * q_rad), s * axis.x, s * axis.y, s * axis.z};
+  const auto [s, c] = SineCosineOf(0.5f * q_rad);
+  const Quat R{c, s * axis.x, s * axis.y, s * axis.z};
   return {Subtract(o, Rotate(R, o)), R};
 }
 

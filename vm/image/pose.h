@@ -34,6 +34,8 @@ Vec3 Rotate(const Quat& R_AB, const Vec3& v_B);
 Vec3 Add(const Vec3& a, const Vec3& b);
 Vec3 Subtract(const Vec3& a, const Vec3& b);
 float Dot(const Vec3& a, const Vec3& b);
+Vec3 Cross(const Vec3& a, const Vec3& b);
+Vec3 Scale(float s, const Vec3& v);
 float Norm(const Vec3& a);
 /// Returns the mean of the positions of `count` poses in one frame; `count` is above 0.
 Vec3 MeanOrigin(const PoseF* poses, int count);

@@ -1,15 +1,72 @@
 #include "vm/image/program.h"
 
-#include "vm/image/image.h"
-
 namespace morphbus::vm {
 
-static_assert(image::kConstantBytes == 5, "VerifiedProgram::constant reads by it");
+namespace {
+
+/// Where the members of each kind begin behind a role's head: those of the kinds before it lie
+/// between.
+const uint8_t* MembersOf(const uint8_t* role, int kind) {
+  const uint8_t* counts = role + image::kRoleCountsAt;
+  const uint8_t* at = role + image::kRoleHeadBytes;
+  for (int i = 0; i < kind; ++i) at += counts[i] * image::kRoleMemberBytes[i];
+  return at;
+}
+
+}  // namespace
+
+RoleInfo::RoleInfo(const uint8_t* at, const uint8_t* strings, const uint8_t* constants)
+    : name(TextAt(strings, at)),
+      parent(at[image::kRoleParentAt] == image::kNoParent ? int16_t{-1}
+                                                          : int16_t{at[image::kRoleParentAt]}),
+      abstract_role((at[image::kRoleDepthAt] & image::kAbstractBit) != 0),
+      depth(at[image::kRoleDepthAt] & ~image::kAbstractBit),
+      num_fields(at[image::kRoleCountsAt]),
+      num_labels(at[image::kRoleCountsAt + 1]),
+      num_requirements(at[image::kRoleCountsAt + 2]),
+      num_startups(at[image::kRoleCountsAt + 3]),
+      num_behaviors(at[image::kRoleCountsAt + 4]),
+      num_commands(at[image::kRoleCountsAt + 5]),
+      num_handlers(at[image::kRoleCountsAt + 6]),
+      num_methods(at[image::kRoleCountsAt + 7]),
+      fields(MembersOf(at, 0), constants),
+      labels(MembersOf(at, 1)),
+      requirements(MembersOf(at, 2)),
+      startups(MembersOf(at, 3)),
+      behaviors(MembersOf(at, 4)),
+      commands(MembersOf(at, 5)),
+      handlers(MembersOf(at, 6), constants),
+      methods(MembersOf(at, 7)) {}
+
+uint16_t RoleInfo::shared_fields() const {
+  uint16_t mask = 0;
+  for (int i = 0; i < num_fields; ++i) {
+    if (fields.shared(i)) mask = static_cast<uint16_t>(mask | 1u << i);
+  }
+  return mask;
+}
+
+HandlerInfo HandlerTable::operator[](int i) const {
+  const uint8_t* at = at_ + static_cast<uint32_t>(i) * image::kHandlerBytes;
+  HandlerInfo handler;
+  handler.early = (at[0] & image::kEarlyBit) != 0;
+  handler.function = image::ReadU16(at + 1);
+  const int event = at[0] & ~image::kEarlyBit;
+  handler.event = event < image::kFirstPeriod ? static_cast<Event>(event) : Event::kTimer;
+  handler.period_us = kTimerUs;
+  if (event < image::kFirstPeriod) return handler;
+  // The verifier has found the period to be a constant in range.
+  const int constant = event - image::kFirstPeriod;
+  const Cell seconds{
+      image::ReadU32(constants_ + static_cast<uint32_t>(constant) * image::kConstantBytes + 1)};
+  handler.period_us = static_cast<int64_t>(static_cast<double>(seconds.AsFloat()) * 1e6 + 0.5);
+  return handler;
+}
 
 // Invocations come from other modules and from people, so nothing is taken for granted.
 bool VerifiedProgram::AcceptsArguments(int function, const Cell* arguments, int count) const {
   if (function < 0 || function >= num_functions_) return false;
-  const FunctionInfo& info = functions_[function];
+  const FunctionInfo info = this->function(function);
   if (count != info.num_arguments) return false;
   for (int i = 0; i < count; ++i) {
     if (!IsValueOf(info.local_types[i], arguments[i], num_roles_)) return false;
@@ -17,40 +74,20 @@ bool VerifiedProgram::AcceptsArguments(int function, const Cell* arguments, int 
   return true;
 }
 
+Text VerifiedProgram::text(int i) const {
+  // The value is the place of the characters: offset and size, as in every text record.
+  const uint32_t bits = constant(i).bits;
+  return {reinterpret_cast<const char*>(bytes_ + image::kHeaderBytes + (bits & 0xffff)),
+          static_cast<uint16_t>(bits >> 16)};
+}
+
 bool VerifiedProgram::IsA(int role, int ancestor) const {
   // Parents form a forest (the verifier checks depths), so this ends.
-  while (role >= 0 && role != ancestor) role = roles_[role].parent;
-  return role >= 0;
-}
-
-int VerifiedProgram::LineOf(int function, uint32_t pc) const {
-  if (function < 0 || function >= num_functions_) return 0;
-  // Lines are told by offsets in the code section.
-  const FunctionInfo& info = functions_[function];
-  if (pc >= info.code_size) return 0;
-  const uint32_t begin = info.code_begin - code_begin_;
-  const uint32_t at = begin + pc;
-  // Binary search for the last entry that begins at or before the instruction.
-  const uint8_t* lines = bytes_ + lines_begin_;
-  const uint32_t after = image::FirstNot(
-      num_lines_, [&](uint32_t i) { return image::ReadU32(lines + i * image::kLineBytes) <= at; });
-  if (after == 0) return 0;
-  // An entry before the function's own code is another function's.
-  const uint8_t* entry = lines + (after - 1) * image::kLineBytes;
-  return image::ReadU32(entry) >= begin ? image::ReadU16(entry + 4) : 0;
-}
-
-int VerifiedProgram::LineOfRole(int role) const {
-  // The lowest line among the functions that the role owns.
-  const uint8_t* records = bytes_ + image::SectionOf(bytes_, image::Section::kFunctions).begin;
-  int first = 0;
-  for (int f = 0; f < num_functions_; ++f) {
-    const uint32_t record = static_cast<uint32_t>(f) * image::kFunctionBytes;
-    if (records[record + image::kFunctionRoleAt] != role) continue;
-    const int line = LineOf(f, 0);
-    if (line > 0 && (first == 0 || line < first)) first = line;
+  while (role >= 0 && role != ancestor) {
+    const uint8_t parent = bytes_[role_at_[role] + image::kRoleParentAt];
+    role = parent == image::kNoParent ? -1 : parent;
   }
-  return first;
+  return role >= 0;
 }
 
 }  // namespace morphbus::vm

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "vm/image/image.h"
 #include "vm/image/values.h"
 #include "vm/limits.h"
 
@@ -14,8 +15,28 @@ struct Text {
   uint16_t size = 0;
 };
 
-/// What a keyword of the module type's XML names: a part of the module, or a state of a connector.
-enum class KeywordKind : uint8_t { kLink, kJoint, kConnector, kConnectorState };
+/// The text whose record is at `at`, in the strings that begin at `strings`.
+inline Text TextAt(const uint8_t* strings, const uint8_t* at) {
+  return {reinterpret_cast<const char*>(strings) + image::ReadU16(at), at[2]};
+}
+
+/// What a keyword of the module type's XML names: a part of the module, a state of a connector, or
+/// any sensor that measures something (kSensorKindNames).
+enum class KeywordKind : uint8_t {
+  kLink,
+  kJoint,
+  kConnector,
+  kConnectorState,
+  kSensor,
+  kSensorKind,
+};
+
+/// What a sensor measures.
+enum class SensorKind : uint8_t { kDistance, kContact, kTilt };
+/// The keywords of kind kSensorKind, in the order of SensorKind: a role that asks for a sensor by
+/// where it looks needs one of these.
+inline constexpr Text kSensorKindNames[] = {
+    {"DISTANCE_SENSOR", 15}, {"CONTACT_SENSOR", 14}, {"TILT_SENSOR", 11}};
 
 /// A keyword, bound by name to a module type when an image is loaded.
 struct KeywordInfo {
@@ -24,39 +45,61 @@ struct KeywordInfo {
   Text name;
 };
 
+/// Types that functions share, straight out of the image.
+class TypeTable {
+ public:
+  explicit TypeTable(const uint8_t* at = nullptr) : at_(at) {}
+  ValueType operator[](int i) const { return static_cast<ValueType>(at_[i]); }
+
+ private:
+  const uint8_t* at_;
+};
+
 /// A function of the program: requirement, label, startup, behavior, command, handler, function.
+/// Read from its record where it is asked for.
 struct FunctionInfo {
-  /// The name with that of its role, e.g. "LegUpperHalf.move_thigh".
-  Text name;
   /// Where its code lies: the offset in the image and the size (bytes).
   uint32_t code_begin = 0;
   uint32_t code_size = 0;
+  /// The role in whose braces it stands.
+  uint8_t role = 0;
   /// How many of its locals are arguments.
   uint8_t num_arguments = 0;
   /// How many locals it has, arguments included.
   uint8_t num_locals = 0;
-  /// The most operand cells that it needs, found by the verifier.
-  uint8_t max_stack = 0;
-  /// The most frames below this one, found by the verifier.
-  uint8_t call_depth = 0;
-  /// The most cells that the locals and operands of this function and all it calls need.
-  uint16_t total_cells = 0;
   /// The type of its result, and those of its locals.
   ValueType return_type = ValueType::kVoid;
-  ValueType local_types[16] = {};
+  TypeTable local_types;
 };
 
-/// A label: a name for one own joint or link, found by a function that returns it.
-struct LabelInfo {
-  Text name;
-  ValueType type = ValueType::kJoint;
-  uint16_t function = 0;
+/// Numbers of functions in a role's record.
+class ReferenceTable {
+ public:
+  explicit ReferenceTable(const uint8_t* at) : at_(at) {}
+  uint16_t operator[](int i) const { return image::ReadU16(at_ + 2 * i); }
+
+ private:
+  const uint8_t* at_;
 };
 
-/// A startup, behavior or command.
-struct RoutineInfo {
-  Text name;
-  uint16_t function = 0;
+/// The values of fields when the role is taken, and their types, in a role's record.
+class FieldTable {
+ public:
+  FieldTable(const uint8_t* at, const uint8_t* constants) : at_(at), constants_(constants) {}
+  Cell operator[](int i) const { return Cell{image::ReadU32(ConstantOf(i) + 1)}; }
+  [[nodiscard]] ValueType type(int i) const { return static_cast<ValueType>(*ConstantOf(i)); }
+  /// True if neighbours may read the field.
+  [[nodiscard]] bool shared(int i) const {
+    return (image::ReadU16(at_ + 2 * i) & image::kSharedFieldBit) != 0;
+  }
+
+ private:
+  [[nodiscard]] const uint8_t* ConstantOf(int i) const {
+    const int constant = image::ReadU16(at_ + 2 * i) & ~image::kSharedFieldBit;
+    return constants_ + static_cast<uint32_t>(constant) * image::kConstantBytes;
+  }
+  const uint8_t* at_;
+  const uint8_t* constants_;
 };
 
 /// Events that a handler may run on.
@@ -65,49 +108,72 @@ enum class Event : uint8_t { kConnect, kDisconnect, kStall, kTimer };
 /// A handler: it is known by its event and has no name.
 struct HandlerInfo {
   Event event = Event::kConnect;
+  /// True if it runs during startup too.
+  bool early = false;
   uint16_t function = 0;
+  /// Of a timer: how often it runs (µs).
+  int64_t period_us = 0;
+};
+
+/// The handlers in a role's record.
+class HandlerTable {
+ public:
+  HandlerTable(const uint8_t* at, const uint8_t* constants) : at_(at), constants_(constants) {}
+  HandlerInfo operator[](int i) const;
+
+ private:
+  const uint8_t* at_;
+  const uint8_t* constants_;
 };
 
 /// A role with all that it inherits; slots of fields, labels, commands are those of its base roles
-/// followed by its own, so that code compiled for a base role runs under every subrole.
+/// followed by its own, so that code compiled for a base role runs under every subrole. Its tables
+/// are read straight out of the image.
 struct RoleInfo {
+  /// Reads the record at `at`; `strings` and `constants` are where those sections begin.
+  RoleInfo(const uint8_t* at, const uint8_t* strings, const uint8_t* constants);
+
   Text name;
   /// The index of the role that it extends; -1 for a direct child of Module.
-  int16_t parent = -1;
+  int16_t parent;
   /// True if no module plays it, only roles that extend it.
-  bool abstract_role = false;
-  /// How many entries of the tables below are in use.
-  uint8_t num_fields = 0, num_labels = 0, num_requirements = 0, num_startups = 0;
-  uint8_t num_behaviors = 0, num_commands = 0, num_handlers = 0, num_keywords = 0, num_methods = 0;
-  /// The fields' values when the role is taken.
-  Cell fields[kMaxFields];
-  /// The fields' types.
-  ValueType field_types[kMaxFields] = {};
-  /// The labels; resolving one runs its function.
-  LabelInfo labels[kMaxLabels];
+  bool abstract_role;
+  /// How many roles it extends.
+  uint8_t depth;
+  /// How many entries the tables below have.
+  uint8_t num_fields, num_labels, num_requirements, num_startups;
+  uint8_t num_behaviors, num_commands, num_handlers, num_methods;
+  /// The fields' values when the role is taken, and their types.
+  FieldTable fields;
+  /// The labels; resolving one runs its function, which returns the joint or link.
+  ReferenceTable labels;
   /// The functions that must all return true for the role to be taken.
-  uint16_t requirements[kMaxRequirements] = {};
+  ReferenceTable requirements;
   /// The startups, those of the base role first, each in declared order.
-  RoutineInfo startups[kMaxRoutines];
+  ReferenceTable startups;
   /// The behaviors, which repeat while the role is held.
-  RoutineInfo behaviors[kMaxRoutines];
+  ReferenceTable behaviors;
   /// The commands by slot, which invocations name.
-  RoutineInfo commands[kMaxRoutines];
+  ReferenceTable commands;
   /// The handlers, which run on events.
-  HandlerInfo handlers[kMaxRoutines];
+  HandlerTable handlers;
   /// The `function` members by slot; calls go through it (dynamic dispatch).
-  uint16_t methods[kMaxRoutines] = {};
-  /// The keywords that some code of the role needs; a module type without one cannot take it.
-  uint8_t keywords[kMaxKeywords] = {};
+  ReferenceTable methods;
+
+  /// A bit for each field that neighbours may read.
+  [[nodiscard]] uint16_t shared_fields() const;
 };
 
 /// Made only by the verifier (vm/image/verifier.h). Points into image bytes that the owner keeps
-/// alive and unchanged; holds no heap memory.
+/// alive and unchanged, also flash, and reads its tables straight out of them; holds no heap
+/// memory.
 class VerifiedProgram {
  public:
-  /// The image itself; size() is 0 while there is no verified image.
+  /// The image itself, with its notes if it has any; size() is 0 while there is no verified image.
   [[nodiscard]] const uint8_t* bytes() const { return bytes_; }
   [[nodiscard]] uint32_t size() const { return size_; }
+  /// Bytes of the part that modules run, which is all that a module must hold.
+  [[nodiscard]] uint32_t run_size() const { return image::ReadU32(bytes_ + image::kSizeAt); }
   /// The hash that names the program among modules (image::HashOf).
   [[nodiscard]] uint64_t hash() const { return hash_; }
   /// Cost units that all tasks of a module may use in one tick.
@@ -116,28 +182,60 @@ class VerifiedProgram {
   [[nodiscard]] uint16_t settle_ticks() const { return settle_ticks_; }
   /// Roles, functions and keywords by their numbers in the image.
   [[nodiscard]] int num_roles() const { return num_roles_; }
-  [[nodiscard]] const RoleInfo& role(int i) const { return roles_[i]; }
+  [[nodiscard]] RoleInfo role(int i) const {
+    return {bytes_ + role_at_[i], bytes_ + image::kHeaderBytes, bytes_ + constants_begin_};
+  }
+  /// A bit for each keyword that some code of the role needs; a module type without one cannot take
+  /// it.
+  [[nodiscard]] uint64_t keywords_of_role(int i) const { return role_keywords_[i]; }
   [[nodiscard]] int num_functions() const { return num_functions_; }
-  [[nodiscard]] const FunctionInfo& function(int i) const { return functions_[i]; }
+  /// Inline because programs call functions often.
+  [[nodiscard]] FunctionInfo function(int i) const {
+    const uint8_t* at =
+        bytes_ + functions_begin_ + static_cast<uint32_t>(i) * image::kFunctionBytes;
+    const uint32_t begin = image::ReadU16(at);
+    const uint32_t end =
+        i + 1 < num_functions_ ? image::ReadU16(at + image::kFunctionBytes) : code_size_;
+    const uint32_t signature = image::ReadU16(at + image::kFunctionSignatureAt);
+    return {code_begin_ + begin,
+            end - begin,
+            at[image::kFunctionRoleAt],
+            static_cast<uint8_t>(signature >> 4 & 31),
+            static_cast<uint8_t>(signature >> 9 & 31),
+            static_cast<ValueType>(signature & 15),
+            TypeTable(bytes_ + types_begin_ + image::ReadU16(at + image::kFunctionTypesAt))};
+  }
   [[nodiscard]] int num_keywords() const { return num_keywords_; }
-  [[nodiscard]] const KeywordInfo& keyword(int i) const { return keywords_[i]; }
+  [[nodiscard]] KeywordInfo keyword(int i) const {
+    const uint8_t* at = bytes_ + keywords_begin_ + static_cast<uint32_t>(i) * image::kKeywordBytes;
+    return {static_cast<KeywordKind>(at[0]), TextAt(bytes_ + image::kHeaderBytes, at + 1)};
+  }
   /// Type and value i of the constant table (vm/image/image.h); inline because programs push
   /// constants often.
   [[nodiscard]] ValueType constant_type(int i) const {
-    return static_cast<ValueType>(bytes_[constants_begin_ + static_cast<uint32_t>(i) * 5]);
+    return static_cast<ValueType>(ConstantAt(i)[0]);
   }
-  [[nodiscard]] Cell constant(int i) const {
-    const uint8_t* p = bytes_ + constants_begin_ + static_cast<uint32_t>(i) * 5 + 1;
-    return Cell{p[0] | static_cast<uint32_t>(p[1]) << 8 | static_cast<uint32_t>(p[2]) << 16 |
-                static_cast<uint32_t>(p[3]) << 24};
-  }
-  /// Name of the source file it was compiled from.
-  [[nodiscard]] Text source_name() const { return source_name_; }
+  [[nodiscard]] Cell constant(int i) const { return Cell{image::ReadU32(ConstantAt(i) + 1)}; }
+  /// Constant i, which is a text.
+  [[nodiscard]] Text text(int i) const;
+  /// How many constants there are.
+  [[nodiscard]] int num_constants() const { return static_cast<int>(num_constants_); }
   /// True if these are acceptable arguments of a function: right count, each a value of its type.
   /// For invocations, whose arguments come from other modules.
   [[nodiscard]] bool AcceptsArguments(int function, const Cell* arguments, int count) const;
   /// True if `role` is `ancestor` or extends it, directly or not.
   [[nodiscard]] bool IsA(int role, int ancestor) const;
+
+  // The notes, for people (vm/image/notes.cc). Without them names are empty and lines 0.
+  [[nodiscard]] bool has_notes() const { return notes_ != nullptr; }
+  /// Name of the source file it was compiled from.
+  [[nodiscard]] Text source_name() const;
+  /// The name of a function with that of its role, e.g. "LegUpperHalf.move_thigh"; that of a label
+  /// is the label's, and so on.
+  [[nodiscard]] Text function_name(int function) const;
+  /// The same without the role's.
+  [[nodiscard]] Text member_name(int function) const;
+  [[nodiscard]] Text field_name(int role, int field) const;
   /// Source line (1-based) of an instruction, 0 if unknown. `pc` is a byte offset in the function.
   [[nodiscard]] int LineOf(int function, uint32_t pc) const;
   /// Source line of the first code that stands in a role itself, 0 if there is none. An image has
@@ -145,6 +243,10 @@ class VerifiedProgram {
   [[nodiscard]] int LineOfRole(int role) const;
 
  private:
+  [[nodiscard]] const uint8_t* ConstantAt(int i) const {
+    return bytes_ + constants_begin_ + static_cast<uint32_t>(i) * image::kConstantBytes;
+  }
+
   // The verifier fills these in; the first two are what the rest points into.
   friend class Verifier;
   const uint8_t* bytes_ = nullptr;
@@ -154,12 +256,14 @@ class VerifiedProgram {
   // Counts and begins of the sections, as in the image's header.
   uint16_t settle_ticks_ = 0;
   int num_roles_ = 0, num_functions_ = 0, num_keywords_ = 0;
-  uint32_t constants_begin_ = 0, num_constants_ = 0;
-  uint32_t code_begin_ = 0, lines_begin_ = 0, num_lines_ = 0;
-  Text source_name_;
-  RoleInfo roles_[kMaxRoles];
-  FunctionInfo functions_[kMaxFunctions];
-  KeywordInfo keywords_[kMaxKeywords];
+  uint32_t keywords_begin_ = 0, constants_begin_ = 0, num_constants_ = 0;
+  uint32_t types_begin_ = 0, functions_begin_ = 0, code_begin_ = 0, code_size_ = 0;
+  /// The notes, and where their lines begin in them; null without notes.
+  const uint8_t* notes_ = nullptr;
+  uint32_t lines_begin_ = 0, num_lines_ = 0;
+  /// Where each role's record begins in the image, and the keywords that it needs.
+  uint16_t role_at_[kMaxRoles] = {};
+  uint64_t role_keywords_[kMaxRoles] = {};
 };
 
 }  // namespace morphbus::vm

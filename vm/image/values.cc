@@ -16,9 +16,9 @@ bool IsValueOf(ValueType type, Cell cell, int num_roles) {
     case ValueType::kFloat:
       return std::isfinite(cell.AsFloat());
     case ValueType::kDirection:
-      return cell.bits <= static_cast<uint32_t>(Direction::kDown);
+      return cell.bits < kNumDirections;
     case ValueType::kAxis:
-      return cell.bits <= static_cast<uint32_t>(Axis::kEastWest);
+      return cell.bits < kNumAxes;
     case ValueType::kRole:
       return cell.bits < static_cast<uint32_t>(num_roles);
     default:

@@ -15,7 +15,7 @@ struct VerifyError {
   uint32_t offset = 0;
 };
 
-/// One verification. Its steps stand in three files, in the order in which they run; each returns
+/// One verification. Its steps stand in four files, in the order in which they run; each returns
 /// false after it has noted the first error. Later steps rely on what earlier ones have proved.
 class Verifier {
  public:
@@ -36,46 +36,73 @@ class Verifier {
     /// A bit for each local that has been set.
     uint16_t set_locals = 0;
   };
-  /// The joins of one function, walked in step with its code: where they begin in the image, and
-  /// how many there are.
-  struct JoinTable {
-    uint32_t begin = 0;
-    int count = 0;
+  /// What is found out about one function on the way.
+  struct FunctionFacts {
+    /// The bits of the keywords that it names, and of the slots that it calls.
+    uint64_t keywords = 0;
+    uint16_t methods_called = 0;
+    /// One more than the function that it calls as the one it replaces; 0 if it calls none.
+    uint16_t super_called = 0;
+    /// The most cells that the locals and operands of this function and all it calls need.
+    uint16_t total_cells = 0;
+    /// The most operand cells that it needs itself.
+    uint8_t max_stack = 0;
+    /// The most frames below this one.
+    uint8_t call_depth = 0;
+    /// The strongest Effect of all that it may run.
+    uint8_t effect = 0;
+    /// 0 if it is new, 1 while it is being visited, 2 when it is done.
+    uint8_t visit = 0;
   };
+  /// What a role's reference to a function must fit.
+  enum class Member : uint8_t { kRequirement, kRoutine, kCommand, kMethod };
 
-  /// Notes an error, at this byte, unless one is noted already; returns false.
-  bool Fail(const char* message, uint32_t offset);
+  /// Notes an error, at this byte, unless one is noted already; returns false. A microcontroller
+  /// says only where: the same image refused on a host says why.
+  bool Fail(const char* message, uint32_t offset) {
+    if constexpr (!kHoldsNotes) return Refuse(offset);
+    return Note(message, offset);
+  }
+  bool Note(const char* message, uint32_t offset);
+  bool Refuse(uint32_t offset);
 
-  // Tables (verifier.cc): header, sections, texts, keywords, constants, functions, joins, lines.
+  // Tables (verifier.cc): header, sections, texts, keywords, constants, functions, joins.
   /// All steps in order; the others below are run by it.
   bool Run();
   /// Magic, version, size, hash, and an instruction budget that lets programs run.
   bool CheckHeader();
   /// The sections follow each other without gaps and fill the image.
   bool CheckSections();
-  /// A text lies within the strings and has no control characters; fills it in.
-  bool CheckText(uint32_t at, Text* text);
+  /// A text lies within the strings that begin at `strings`, and has no control characters; `at` is
+  /// its record.
+  bool CheckText(uint32_t strings, uint32_t count, uint32_t offset, uint32_t size, uint32_t at);
+  /// The text record of a name, which is not empty.
+  bool CheckName(uint32_t at);
   /// Kinds of keywords, and values of constants.
   bool CheckKeywords();
   bool CheckConstants();
   /// Signatures, types of locals, and where each function's code lies.
   bool CheckFunctions();
   bool CheckFunction(int index, uint32_t at);
-  /// The joins of each function in order, then the function's code (CheckCode).
+  /// All states and joins, then each function's code (CheckCode).
   bool CheckJoins();
-  /// Lines belong to instructions and are sorted.
-  bool CheckLines();
+
+  // Notes (verifier_notes.cc).
+  /// Those that the header names, or none.
+  bool CheckNotes();
+  bool CheckNames(uint32_t notes, uint32_t strings, uint32_t names, uint32_t count);
+  bool CheckLines(uint32_t begin, uint32_t count);
 
   // Roles (verifier_roles.cc). `at` moves on from record to record.
   /// The whole table; the checks of its parts follow.
   bool CheckRoles();
   /// One role: its head, and then its members by the functions below.
   bool CheckRoleHead(int index, uint32_t* at);
-  bool CheckFields(RoleInfo* role, uint32_t* at);
-  bool CheckLabels(RoleInfo* role, uint32_t* at);
-  bool CheckRoutines(RoutineInfo* routines, int count, bool is_command, uint32_t* at);
-  bool CheckHandlers(RoleInfo* role, uint32_t* at);
-  bool CheckFunctionRefs(uint16_t* functions, int count, bool is_requirement, uint32_t* at);
+  bool CheckFields(const RoleInfo& role, uint32_t* at);
+  bool CheckLabels(const RoleInfo& role, uint32_t* at);
+  bool CheckReferences(const ReferenceTable& functions, int count, Member member, uint32_t* at);
+  bool CheckHandlers(const RoleInfo& role, uint32_t* at);
+  bool CheckPeriod(int constant, uint32_t at);
   /// Roles extend each other without circles, and agree with what they extend.
   bool CheckParents();
   bool CheckAgainstParent(const RoleInfo& role, const RoleInfo& parent);
@@ -88,16 +115,19 @@ class Verifier {
 
   // Code (verifier_code.cc): one pass over each function, with the types on the stack as state.
   /// One function: every instruction is reachable, whole and fed with operands of its types.
-  bool CheckCode(int index);
+  bool CheckCode(int index, uint32_t* next_join);
   /// One instruction, whose effect on the types goes to `state`; *ends is set if nothing follows
   /// it.
-  bool CheckInstruction(int index, const JoinTable& joins, const uint8_t* code, StackState* state,
-                        bool* ends);
+  bool CheckInstruction(int index, const uint8_t* code, StackState* state, bool* ends);
   /// Locals, slots, jumps, calls and returns: what the table's letters cannot say.
-  bool CheckVariable(int index, uint8_t op, uint32_t operand, StackState* state);
+  bool LoadLocal(int index, uint32_t local, StackState* state);
+  bool StoreLocal(int index, uint32_t local, StackState* state);
   bool CheckSlot(int index, uint8_t op, uint32_t operand, StackState* state);
-  bool CheckJump(const JoinTable& joins, uint8_t op, uint32_t target, StackState* state);
+  bool CheckJump(int index, uint8_t op, uint32_t target, StackState* state);
   bool CheckCallOut(int index, uint8_t op, const uint8_t* operand, StackState* state);
+  bool CheckNeighbour(uint8_t op, const uint8_t* operand, StackState* state);
+  bool CheckPrint(uint32_t constant, StackState* state);
+  bool CheckSuper(int index, uint32_t callee, StackState* state);
   bool CheckReturn(int index, uint8_t op, StackState* state);
   /// All other instructions, by the letters of vm/image/opcodes.def.
   bool CheckBySignature(int index, uint8_t op, uint32_t operand, StackState* state);
@@ -106,6 +136,7 @@ class Verifier {
   /// What arrives at a join fits what the image states there; LoadJoin goes on with the statement.
   bool LeadsTo(uint32_t join, const StackState& state);
   void LoadJoin(uint32_t join, StackState* state) const;
+  [[nodiscard]] uint32_t StateOf(uint32_t join) const;
   /// Steps of the abstract stack.
   bool PopType(ValueType type, StackState* state);
   bool PopAny(ValueType* type, StackState* state);
@@ -117,26 +148,23 @@ class Verifier {
   bool CheckCalls();
   bool VisitCalls(int function, int depth);
   bool VisitCallees(int function, int slot, int depth);
+  bool VisitCallee(int function, int callee, int depth);
   /// Requirements and labels run pure instructions only.
   bool CheckEffects();
   /// The role in whose braces a function stands.
   [[nodiscard]] int OwnerOf(int function) const;
 
   const uint8_t* bytes_;
+  /// Bytes of the part that runs, once the header has been read, and of all.
   uint32_t size_;
+  uint32_t total_ = 0;
   VerifiedProgram& out_;
   VerifyError error_;
   /// The byte that code checks complain about.
   uint32_t at_ = 0;
   /// For each role, the bits of itself and of those that it extends.
   uint64_t ancestors_[kMaxRoles] = {};
-  /// For each function: the bits of the keywords that it names, and of the slots that it calls.
-  uint64_t keywords_used_[kMaxFunctions] = {};
-  uint16_t methods_called_[kMaxFunctions] = {};
-  /// For each function: the strongest Effect of all that it may run.
-  uint8_t effects_[kMaxFunctions] = {};
-  /// For each function: 0 if it is new, 1 while it is being visited, 2 when it is done.
-  uint8_t visits_[kMaxFunctions] = {};
+  FunctionFacts facts_[kMaxFunctions];
 };
 
 }  // namespace morphbus::vm

@@ -17,11 +17,11 @@ namespace {
 /// Calls visit(function) for every function that a role refers to, inherited ones included.
 template <class Visit>
 void ForEachFunction(const RoleInfo& role, const Visit& visit) {
-  for (int i = 0; i < role.num_labels; ++i) visit(role.labels[i].function);
+  for (int i = 0; i < role.num_labels; ++i) visit(role.labels[i]);
   for (int i = 0; i < role.num_requirements; ++i) visit(role.requirements[i]);
-  for (int i = 0; i < role.num_startups; ++i) visit(role.startups[i].function);
-  for (int i = 0; i < role.num_behaviors; ++i) visit(role.behaviors[i].function);
-  for (int i = 0; i < role.num_commands; ++i) visit(role.commands[i].function);
+  for (int i = 0; i < role.num_startups; ++i) visit(role.startups[i]);
+  for (int i = 0; i < role.num_behaviors; ++i) visit(role.behaviors[i]);
+  for (int i = 0; i < role.num_commands; ++i) visit(role.commands[i]);
   for (int i = 0; i < role.num_handlers; ++i) visit(role.handlers[i].function);
   for (int i = 0; i < role.num_methods; ++i) visit(role.methods[i]);
 }
@@ -38,29 +38,25 @@ bool Verifier::CheckRoles() {
   for (int i = 0; i < out_.num_roles_; ++i) {
     if (!CheckRoleHead(i, &at)) return false;
   }
-  if (at != SectionOf(bytes_, Section::kJoins).begin) {
+  if (at != SectionOf(bytes_, Section::kStates).begin) {
     return Fail("roles leave a gap or overlap", at);
   }
   if (!CheckParents()) return false;
   for (int i = 0; i < out_.num_roles_; ++i) {
     // Parents may stand behind their children, so agreement is checked once all are read.
-    const RoleInfo& role = out_.roles_[i];
-    if (role.parent >= 0 && !CheckAgainstParent(role, out_.roles_[role.parent])) return false;
+    const RoleInfo role = out_.role(i);
+    if (role.parent >= 0 && !CheckAgainstParent(role, out_.role(role.parent))) return false;
   }
   return CheckOwners();
 }
 
 // A role's name, parent and counts, and with them the size of what follows.
 bool Verifier::CheckRoleHead(int index, uint32_t* at) {
-  const uint32_t limit = SectionOf(bytes_, Section::kJoins).begin;
+  const uint32_t limit = SectionOf(bytes_, Section::kStates).begin;
   // The head must fit in front of the next section before any of it is read.
   const uint32_t head = *at;
   if (limit < head || limit - head < image::kRoleHeadBytes) return Fail("role is cut off", head);
-  RoleInfo& role = out_.roles_[index];
-  role = {};
-  if (!CheckText(head, &role.name)) return false;
-  role.parent = static_cast<int16_t>(ReadU16(bytes_ + head + 4));
-  role.abstract_role = bytes_[head + 6] == 1;
+  if (!CheckName(head)) return false;
   const uint8_t* counts = bytes_ + head + image::kRoleCountsAt;
   constexpr uint32_t kLimits[image::kRoleCounts] = {kMaxFields,   kMaxLabels,   kMaxRequirements,
                                                     kMaxRoutines, kMaxRoutines, kMaxRoutines,
@@ -71,84 +67,69 @@ bool Verifier::CheckRoleHead(int index, uint32_t* at) {
     }
   }
   // Which role is extended is checked further below; here it only has to exist.
-  if (role.name.size == 0 || bytes_[head + 6] > 1 || role.parent < -1 ||
-      role.parent >= out_.num_roles_) {
+  const int parent = bytes_[head + image::kRoleParentAt];
+  if (parent != image::kNoParent && parent >= out_.num_roles_) {
     return Fail("bad head of a role", head);
   }
   *at = head + image::kRoleHeadBytes;
   if (limit - *at < image::RoleBodyBytes(counts)) return Fail("role is cut off", head);
-  // The order of the counts is that of the records, which the checks below read one by one.
-  role.num_fields = counts[0];
-  role.num_labels = counts[1];
-  role.num_requirements = counts[2];
-  role.num_startups = counts[3];
-  role.num_behaviors = counts[4];
-  role.num_commands = counts[5];
-  role.num_handlers = counts[6];
-  role.num_methods = counts[7];
-  return CheckFields(&role, at) && CheckLabels(&role, at) &&
-         CheckFunctionRefs(role.requirements, role.num_requirements, true, at) &&
-         CheckRoutines(role.startups, role.num_startups, false, at) &&
-         CheckRoutines(role.behaviors, role.num_behaviors, false, at) &&
-         CheckRoutines(role.commands, role.num_commands, true, at) && CheckHandlers(&role, at) &&
-         CheckFunctionRefs(role.methods, role.num_methods, false, at);
+  // From here on the record can be read by its accessors; what they find is checked kind by kind,
+  // in the order of the counts.
+  out_.role_at_[index] = static_cast<uint16_t>(head);
+  const RoleInfo role = out_.role(index);
+  return CheckFields(role, at) && CheckLabels(role, at) &&
+         CheckReferences(role.requirements, role.num_requirements, Member::kRequirement, at) &&
+         CheckReferences(role.startups, role.num_startups, Member::kRoutine, at) &&
+         CheckReferences(role.behaviors, role.num_behaviors, Member::kRoutine, at) &&
+         CheckReferences(role.commands, role.num_commands, Member::kCommand, at) &&
+         CheckHandlers(role, at) &&
+         CheckReferences(role.methods, role.num_methods, Member::kMethod, at);
 }
 
-// Each field has a first value of its type. Names are for people only.
-bool Verifier::CheckFields(RoleInfo* role, uint32_t* at) {
-  for (int i = 0; i < role->num_fields; ++i, *at += image::kFieldBytes) {
-    Text name;
-    if (!CheckText(*at, &name)) return false;
-    role->field_types[i] = static_cast<ValueType>(bytes_[*at + 4]);
-    role->fields[i] = Cell{ReadU32(bytes_ + *at + 5)};
-    if (!IsValueOf(role->field_types[i], role->fields[i], out_.num_roles_)) {
-      return Fail("field is not a value of its type", *at);
+// The first value of a field is a constant, whose table has been checked; a text is no value.
+bool Verifier::CheckFields(const RoleInfo& role, uint32_t* at) {
+  int shared = 0;
+  for (int i = 0; i < role.num_fields; ++i, *at += image::kFieldBytes) {
+    const uint32_t constant = ReadU16(bytes_ + *at) & ~uint32_t{image::kSharedFieldBit};
+    if (constant >= out_.num_constants_ ||
+        out_.constant_type(static_cast<int>(constant)) == ValueType::kText) {
+      return Fail("field without a first value", *at);
     }
+    if (role.fields.shared(i)) ++shared;
   }
-  return true;
+  return shared <= kMaxSharedFields || Fail("too many shared fields", *at);
 }
 
 // A label is found by a function without arguments that returns a joint or a link.
-bool Verifier::CheckLabels(RoleInfo* role, uint32_t* at) {
-  for (int i = 0; i < role->num_labels; ++i, *at += image::kLabelBytes) {
-    LabelInfo& label = role->labels[i];
-    if (!CheckText(*at, &label.name)) return false;
-    label.type = static_cast<ValueType>(bytes_[*at + 4]);
-    label.function = ReadU16(bytes_ + *at + 5);
-    if (label.function >= out_.num_functions_) return Fail("label of no function", *at);
-    const FunctionInfo& function = out_.functions_[label.function];
-    if ((label.type != ValueType::kJoint && label.type != ValueType::kLink) ||
-        function.return_type != label.type || function.num_arguments != 0) {
+bool Verifier::CheckLabels(const RoleInfo& role, uint32_t* at) {
+  for (int i = 0; i < role.num_labels; ++i, *at += image::kReferenceBytes) {
+    if (role.labels[i] >= out_.num_functions_) return Fail("label of no function", *at);
+    const FunctionInfo function = out_.function(role.labels[i]);
+    const bool names_part =
+        function.return_type == ValueType::kJoint || function.return_type == ValueType::kLink;
+    if (!names_part || function.num_arguments != 0) {
       return Fail("label does not fit its function", *at);
     }
   }
   return true;
 }
 
-// Requirements return a bool; methods may have any signature.
-bool Verifier::CheckFunctionRefs(uint16_t* functions, int count, bool is_requirement,
-                                 uint32_t* at) {
+// Requirements return a bool; startups, behaviors and commands return nothing, and only commands
+// have arguments; methods may have any signature.
+bool Verifier::CheckReferences(const ReferenceTable& functions, int count, Member member,
+                               uint32_t* at) {
   for (int i = 0; i < count; ++i, *at += image::kReferenceBytes) {
-    functions[i] = ReadU16(bytes_ + *at);
     if (functions[i] >= out_.num_functions_) return Fail("reference to no function", *at);
-    const FunctionInfo& function = out_.functions_[functions[i]];
-    if (is_requirement &&
-        (function.return_type != ValueType::kBool || function.num_arguments != 0)) {
-      return Fail("requirement does not yield a bool", *at);
+    if (member == Member::kMethod) continue;
+    const FunctionInfo function = out_.function(functions[i]);
+    if (member == Member::kRequirement) {
+      if (function.return_type != ValueType::kBool || function.num_arguments != 0) {
+        return Fail("requirement does not yield a bool", *at);
+      }
+      continue;
     }
-  }
-  return true;
-}
-
-// Startups, behaviors and commands return nothing; only commands have arguments.
-bool Verifier::CheckRoutines(RoutineInfo* routines, int count, bool is_command, uint32_t* at) {
-  for (int i = 0; i < count; ++i, *at += image::kRoutineBytes) {
-    if (!CheckText(*at, &routines[i].name)) return false;
-    routines[i].function = ReadU16(bytes_ + *at + 4);
-    if (routines[i].function >= out_.num_functions_) return Fail("reference to no function", *at);
-    const FunctionInfo& function = out_.functions_[routines[i].function];
     if (function.return_type != ValueType::kVoid ||
-        function.num_arguments > (is_command ? kMaxArguments : 0)) {
+        function.num_arguments > (member == Member::kCommand ? kMaxArguments : 0)) {
       return Fail("routine has a result or too many arguments", *at);
     }
     // Arguments of commands travel, so only values that mean the same everywhere are allowed.
@@ -161,18 +142,37 @@ bool Verifier::CheckRoutines(RoutineInfo* routines, int count, bool is_command, 
   return true;
 }
 
-// A handler answers a known event and neither takes nor returns anything.
-bool Verifier::CheckHandlers(RoleInfo* role, uint32_t* at) {
-  for (int i = 0; i < role->num_handlers; ++i, *at += image::kHandlerBytes) {
-    if (bytes_[*at] > static_cast<uint8_t>(Event::kTimer)) return Fail("unknown event", *at);
-    HandlerInfo& handler = role->handlers[i];
-    handler.event = static_cast<Event>(bytes_[*at]);
-    handler.function = ReadU16(bytes_ + *at + 1);
-    if (handler.function >= out_.num_functions_) return Fail("reference to no function", *at);
-    const FunctionInfo& function = out_.functions_[handler.function];
-    if (function.return_type != ValueType::kVoid || function.num_arguments != 0) {
-      return Fail("handler has a result or arguments", *at);
+// A handler answers a known event, or is a timer with a period of its own; it may take what the
+// event is about, and returns nothing.
+bool Verifier::CheckHandlers(const RoleInfo& role, uint32_t* at) {
+  for (int i = 0; i < role.num_handlers; ++i, *at += image::kHandlerBytes) {
+    const int event = bytes_[*at] & ~image::kEarlyBit;
+    if (event >= image::kFirstPeriod && !CheckPeriod(event - image::kFirstPeriod, *at)) {
+      return false;
     }
+    const HandlerInfo handler = role.handlers[i];
+    if (handler.function >= out_.num_functions_) return Fail("reference to no function", *at);
+    const FunctionInfo function = out_.function(handler.function);
+    constexpr ValueType kSubjects[] = {ValueType::kConnector, ValueType::kConnector,
+                                       ValueType::kJoint, ValueType::kVoid};
+    const ValueType subject = kSubjects[static_cast<int>(handler.event)];
+    const bool takes_subject = function.num_arguments == 1 && subject != ValueType::kVoid &&
+                               function.local_types[0] == subject;
+    if (function.return_type != ValueType::kVoid ||
+        (function.num_arguments != 0 && !takes_subject)) {
+      return Fail("handler has a result or arguments that its event has not", *at);
+    }
+  }
+  return true;
+}
+
+// A period is a constant, so that equal ones share it.
+bool Verifier::CheckPeriod(int constant, uint32_t at) {
+  if (static_cast<uint32_t>(constant) >= out_.num_constants_) return Fail("unknown event", at);
+  const float seconds = out_.constant(constant).AsFloat();
+  if (out_.constant_type(constant) != ValueType::kFloat || !(seconds >= kMinPeriodS) ||
+      !(seconds <= kMaxPeriodS)) {
+    return Fail("period of a timer is out of range", at);
   }
   return true;
 }
@@ -180,23 +180,16 @@ bool Verifier::CheckHandlers(RoleInfo* role, uint32_t* at) {
 // Each role says how deep it stands below Module; if every depth is one more than the parent's,
 // there are no cycles. Afterwards ancestors_ answers IsA in one step.
 bool Verifier::CheckParents() {
-  uint8_t depths[kMaxRoles] = {};
-  uint32_t at = SectionOf(bytes_, Section::kRoles).begin;
   for (int i = 0; i < out_.num_roles_; ++i) {
-    // The depth stands right before the counts, which say where the next role begins.
-    depths[i] = bytes_[at + image::kRoleCountsAt - 1];
-    at += image::kRoleHeadBytes + image::RoleBodyBytes(bytes_ + at + image::kRoleCountsAt);
-  }
-  for (int i = 0; i < out_.num_roles_; ++i) {
-    const int parent = out_.roles_[i].parent;
-    const int expected = parent < 0 ? 0 : depths[parent] + 1;
-    if (depths[i] != expected) {
+    const RoleInfo role = out_.role(i);
+    const int expected = role.parent < 0 ? 0 : out_.role(role.parent).depth + 1;
+    if (role.depth != expected) {
       return Fail("roles extend each other in a circle", SectionOf(bytes_, Section::kRoles).begin);
     }
   }
   // There are no circles any more, so this ends.
   for (int i = 0; i < out_.num_roles_; ++i) {
-    for (int role = i; role >= 0; role = out_.roles_[role].parent) {
+    for (int role = i; role >= 0; role = out_.role(role).parent) {
       ancestors_[i] |= uint64_t{1} << role;
     }
   }
@@ -205,8 +198,8 @@ bool Verifier::CheckParents() {
 
 // True if calls of the one function may reach the other.
 bool Verifier::SameSignature(int function, int other) const {
-  const FunctionInfo& a = out_.functions_[function];
-  const FunctionInfo& b = out_.functions_[other];
+  const FunctionInfo a = out_.function(function);
+  const FunctionInfo b = out_.function(other);
   if (a.num_arguments != b.num_arguments || a.return_type != b.return_type) return false;
   for (int i = 0; i < a.num_arguments; ++i) {
     if (a.local_types[i] != b.local_types[i]) return false;
@@ -223,13 +216,17 @@ bool Verifier::CheckAgainstParent(const RoleInfo& role, const RoleInfo& parent) 
     return Fail("role lacks members of the role it extends", at);
   }
   for (int i = 0; i < parent.num_fields; ++i) {
-    if (role.field_types[i] != parent.field_types[i]) return Fail("inherited field differs", at);
+    const bool same_sharing = role.fields.shared(i) == parent.fields.shared(i);
+    if (role.fields.type(i) != parent.fields.type(i) || !same_sharing) {
+      return Fail("inherited field differs", at);
+    }
   }
   for (int i = 0; i < parent.num_labels; ++i) {
-    if (role.labels[i].type != parent.labels[i].type) return Fail("inherited label differs", at);
+    if (!SameSignature(role.labels[i], parent.labels[i]))
+      return Fail("inherited label differs", at);
   }
   for (int i = 0; i < parent.num_commands; ++i) {
-    if (!SameSignature(role.commands[i].function, parent.commands[i].function)) {
+    if (!SameSignature(role.commands[i], parent.commands[i])) {
       return Fail("inherited command has other arguments", at);
     }
   }
@@ -242,18 +239,14 @@ bool Verifier::CheckAgainstParent(const RoleInfo& role, const RoleInfo& parent) 
 }
 
 // The role in whose braces the function stands.
-int Verifier::OwnerOf(int function) const {
-  const uint32_t at = SectionOf(bytes_, Section::kFunctions).begin +
-                      static_cast<uint32_t>(function) * image::kFunctionBytes;
-  return bytes_[at + image::kFunctionRoleAt];
-}
+int Verifier::OwnerOf(int function) const { return out_.function(function).role; }
 
 // A function reads fields and labels by its owner's slots, so a role may use only functions of its
 // own and of the roles that it extends, those that it inherits included.
 bool Verifier::CheckOwners() {
   bool all = true;
   for (int i = 0; i < out_.num_roles_; ++i) {
-    ForEachFunction(out_.roles_[i], [&](int function) {
+    ForEachFunction(out_.role(i), [&](int function) {
       all = all && (ancestors_[i] >> OwnerOf(function) & 1) != 0;
     });
   }
@@ -263,14 +256,9 @@ bool Verifier::CheckOwners() {
 
 // Which keywords a role needs is found here and not read, so that it cannot be wrong.
 void Verifier::CollectKeywords(int index) {
-  RoleInfo& role = out_.roles_[index];
   uint64_t used = 0;
-  ForEachFunction(role, [&](int function) { used |= keywords_used_[function]; });
-  // In order of the program's table.
-  role.num_keywords = 0;
-  for (int i = 0; i < kMaxKeywords; ++i) {
-    if ((used >> i & 1) != 0) role.keywords[role.num_keywords++] = static_cast<uint8_t>(i);
-  }
+  ForEachFunction(out_.role(index), [&](int function) { used |= facts_[function].keywords; });
+  out_.role_keywords_[index] = used;
 }
 
 }  // namespace morphbus::vm

@@ -1,7 +1,5 @@
 #include "vm/role/module_services.h"
 
-#include <initializer_list>
-
 #include "vm/role/motion.h"
 #include "vm/space/bodies.h"
 #include "vm/space/spatial.h"
@@ -44,6 +42,11 @@ bool ModuleServices::Moves(int joint) const {
          context_.kinematics.joint(joint).kind != JointKind::kFixed;
 }
 
+// Handlers and keywords give connectors of the own type, but the verifier does not know the type.
+bool ModuleServices::Exists(int connector) const {
+  return connector >= 0 && connector < context_.kinematics.num_connectors();
+}
+
 /// Sets the place of a fault to the instruction that runs.
 void ModuleServices::SetPlaceOfCall(Fault* fault) const {
   if (running_ == nullptr || running_->stack.depth == 0) return;
@@ -76,7 +79,7 @@ void ModuleServices::NoteCall(int joint) {
   Fault here;
   SetPlaceOfCall(&here);
   state.function = here.function;
-  state.line = here.line;
+  state.pc = here.pc;
 }
 
 // Sets are masks over own connectors, joints or links.
@@ -139,9 +142,9 @@ uint32_t ModuleServices::Links(int degree) {
 
 Axis ModuleServices::JointAxis(int joint) {
   if (joint < 0 || joint >= context_.kinematics.num_joints()) return Axis::kAny;
-  // The three axes are square to each other, so at most one is within 15 degrees.
-  for (const Axis axis : {Axis::kNorthSouth, Axis::kUpDown, Axis::kEastWest}) {
-    if (LiesAlong(context_, joint, axis)) return axis;
+  // Axes and diagonals are 35 degrees and more apart, so at most one is within 15 degrees.
+  for (int axis = 1; axis < kNumAxes; ++axis) {
+    if (LiesAlong(context_, joint, static_cast<Axis>(axis))) return static_cast<Axis>(axis);
   }
   return Axis::kAny;
 }
@@ -159,7 +162,7 @@ Axis ModuleServices::CenterAxis() {
 
 int ModuleServices::Keyword(int keyword) {
   // Keywords are bound by name, so one program serves modules of several types.
-  const KeywordInfo& info = context_.program.keyword(keyword);
+  const KeywordInfo info = context_.program.keyword(keyword);
   const VerifiedKinematics& kin = context_.kinematics;
   switch (info.kind) {
     case KeywordKind::kLink:
@@ -174,6 +177,12 @@ int ModuleServices::Keyword(int keyword) {
         if (FindState(kin.connector(i), info.name) >= 0) return i;
       }
       break;
+    case KeywordKind::kSensor:
+      return FindNamed(info.name, kin.num_sensors(), [&](int i) { return kin.sensor(i).name; });
+    case KeywordKind::kSensorKind:
+      return FindNamed(info.name, kin.num_sensors(), [&](int i) {
+        return kSensorKindNames[static_cast<int>(kin.sensor(i).kind)];
+      });
   }
   return -1;
 }
@@ -227,6 +236,19 @@ OpResult ModuleServices::SetDegrees(int joint, float degrees, bool blocking) {
   return MoveTo(joint, static_cast<double>(degrees), SignOf(context_, joint), blocking);
 }
 
+OpResult ModuleServices::SetMillimetres(int joint, float mm, bool blocking) {
+  const FaultCode why_not = WhyNot(joint, false);
+  if (why_not != FaultCode::kNone) return RefuseJoint(why_not, joint);
+  return MoveTo(joint, static_cast<double>(mm), SignOf(context_, joint), blocking);
+}
+
+OpResult ModuleServices::JointMillimetres(int joint, float* mm) {
+  const FaultCode why_not = WhyNot(joint, false);
+  if (why_not != FaultCode::kNone) return RefuseJoint(why_not, joint);
+  *mm = static_cast<float>(SignOf(context_, joint) * context_.state.joints[joint].measured);
+  return {};
+}
+
 OpResult ModuleServices::JointDegrees(int joint, float* degrees) {
   if (!Moves(joint)) return RefuseJoint(FaultCode::kFixedJoint, joint);
   // Where the joint is, not where it is to go.
@@ -265,7 +287,7 @@ OpResult ModuleServices::SetConnectorState(int connector, int state_keyword, Cel
               .keyword = static_cast<int16_t>(state_keyword),
               .connector = static_cast<int8_t>(connector),
               .asked = static_cast<float>(value.AsInt())};
-  if (connector < 0 || connector >= context_.kinematics.num_connectors()) return Refuse(fault);
+  if (!Exists(connector)) return Refuse(fault);
   // The state is found by name; its values are numbers from 0.
   const KinConnector& own = context_.kinematics.connector(connector);
   const int state = FindState(own, context_.program.keyword(state_keyword).name);
@@ -287,7 +309,52 @@ OpResult ModuleServices::SetConnectorState(int connector, int state_keyword, Cel
   command.connector = static_cast<uint8_t>(connector);
   command.state = static_cast<uint8_t>(state);
   command.value = static_cast<uint8_t>(value.AsInt());
+  context_.state.connector_values[connector][state] = command.value;
   return {};
+}
+
+OpResult ModuleServices::GetConnectorState(int connector, int state_keyword, int* value) {
+  Fault fault{.code = FaultCode::kNoSuchValue,
+              .keyword = static_cast<int16_t>(state_keyword),
+              .connector = static_cast<int8_t>(connector)};
+  if (!Exists(connector)) return Refuse(fault);
+  const int state = FindState(context_.kinematics.connector(connector),
+                              context_.program.keyword(state_keyword).name);
+  if (state < 0) return Refuse(fault);
+  *value = context_.state.connector_values[connector][state];
+  return {};
+}
+
+bool ModuleServices::Docked(int connector) {
+  return Exists(connector) && context_.state.neighbours[connector].sensor.docked;
+}
+
+int64_t ModuleServices::RootTimeUs() {
+  // All modules of a settled robot agree on the root's tick; its length is that of our own.
+  const VmState& state = context_.state;
+  // Unsigned, as a message may have said any tick.
+  return static_cast<int64_t>(static_cast<uint64_t>(state.sim_time_us) +
+                              static_cast<uint64_t>(state.pose.clock_ahead) *
+                                  static_cast<uint64_t>(state.period_us));
+}
+
+int ModuleServices::Hops() { return context_.state.pose.has ? context_.state.pose.hops : 0; }
+
+/// The numbers of a module are those of a counter, mixed with what makes its life another one.
+float ModuleServices::Random() {
+  // SplitMix64 (Steele, Lea and Flood 2014), whose output is even for counters too.
+  const auto mix = [](uint64_t x) {
+    x += 0x9e3779b97f4a7c15ULL;
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
+    return x ^ (x >> 31);
+  };
+  const uint64_t life =
+      static_cast<uint64_t>(context_.config.module_id) << 32 | context_.config.incarnation;
+  const uint64_t bits =
+      mix(mix(mix(context_.config.random_seed) ^ life) ^ context_.state.random_count++);
+  // The 24 highest bits are all that a float holds.
+  return static_cast<float>(bits >> 40) * 0x1p-24f;
 }
 
 OpResult ModuleServices::Sleep(int64_t duration_us) {
@@ -309,7 +376,68 @@ OpResult ModuleServices::Sleep(int64_t duration_us) {
 OpResult ModuleServices::Invoke(int role, int command_slot, const Cell* arguments, int count) {
   Fault fault;
   // The task goes on: an invocation that cannot be sent is reported, not waited for.
-  if (!Issue(context_, role, command_slot, arguments, count, &fault)) ReportHere(fault);
+  if (!Issue(context_, role, command_slot, arguments, count, -1, &fault)) ReportHere(fault);
+  return {};
+}
+
+OpResult ModuleServices::InvokeNear(uint32_t connector_mask, int role, int command_slot,
+                                    const Cell* arguments, int count) {
+  // One invocation for each module, once also where it is docked on several connectors.
+  uint32_t left = connector_mask;
+  for (int c = 0; c < context_.kinematics.num_connectors(); ++c) {
+    if ((left >> c & 1u) == 0) continue;
+    const ConnectorReading& sensor = context_.state.neighbours[c].sensor;
+    for (int d = c; d < context_.kinematics.num_connectors(); ++d) {
+      const ConnectorReading& other = context_.state.neighbours[d].sensor;
+      if (other.docked && other.mate_module == sensor.mate_module) left &= ~(1u << d);
+    }
+    // A set may be older than the last undocking.
+    if (!sensor.docked) continue;
+    Fault fault;
+    if (!Issue(context_, role, command_slot, arguments, count, sensor.mate_module, &fault)) {
+      ReportHere(fault);
+    }
+  }
+  return {};
+}
+
+OpResult ModuleServices::NeighbourField(uint32_t connector_mask, int role, int field, Cell* value) {
+  const int modules = CountModules(connector_mask);
+  if (modules != 1) {
+    return Refuse({.code = FaultCode::kNotOneNeighbour, .measured = static_cast<float>(modules)});
+  }
+  // Shared fields are told in the order of their slots, which a subrole begins with.
+  const RoleInfo info = context_.program.role(role);
+  const int place = __builtin_popcount(info.shared_fields() & ((1u << field) - 1));
+  int connector = -1;
+  for (int c = 0; c < context_.kinematics.num_connectors(); ++c) {
+    if ((connector_mask >> c & 1u) == 0) continue;
+    connector = c;
+    const NeighbourRecord& neighbour = context_.state.neighbours[c];
+    if (neighbour.shared_role < 0 || !context_.program.IsA(neighbour.shared_role, role)) continue;
+    *value = neighbour.shared[place];
+    return {};
+  }
+  return Refuse({.code = FaultCode::kNothingShared, .connector = static_cast<int8_t>(connector)});
+}
+
+OpResult ModuleServices::Print(int text, const Cell* values, int count) {
+  if (context_.output == nullptr) return {};
+  StatusReport& status = context_.output->status;
+  // A tick has room for a few lines; the others are counted, so that none is lost unseen.
+  if (status.num_prints == kMaxPrintsPerTick) {
+    if (status.prints_dropped < UINT16_MAX) ++status.prints_dropped;
+    return {};
+  }
+  Fault here;
+  SetPlaceOfCall(&here);
+  PrintReport& print = status.prints[status.num_prints++];
+  print.function = here.function;
+  print.pc = here.pc;
+  print.line = here.line;
+  print.text = static_cast<uint16_t>(text);
+  print.num_values = static_cast<uint8_t>(count);
+  for (int i = 0; i < count; ++i) print.values[i] = values[i];
   return {};
 }
 

@@ -50,18 +50,37 @@ class ModuleServices final : public ProgramHost {
   OpResult SetDegrees(int joint, float degrees, bool blocking) override;
   OpResult JointDegrees(int joint, float* degrees) override;
   OpResult TurnContinuous(int joint, float degrees_per_s) override;
-  OpResult MoveMillimetres(int joint, float mm) override { return MoveBy(joint, mm, false, true); }
+  OpResult MoveMillimetres(int joint, float mm, bool blocking) override {
+    return MoveBy(joint, mm, false, blocking);
+  }
+  OpResult SetMillimetres(int joint, float mm, bool blocking) override;
+  OpResult JointMillimetres(int joint, float* mm) override;
   // The raw actuator, and the states of connectors.
   OpResult SetPosition(int joint, float degrees) override;
   OpResult GetPosition(int joint, float* degrees) override;
   OpResult SetConnectorState(int connector, int state_keyword, Cell value) override;
-  // Time and other modules.
+  OpResult GetConnectorState(int connector, int state_keyword, int* value) override;
+  bool Docked(int connector) override;
+  // Sensors.
+  OpResult SensorTowards(SensorKind kind, int keyword, Direction d, float* value) override;
+  OpResult Tilt(Axis axis, float* degrees) override;
+  OpResult SensorReading(SensorKind kind, int keyword, float* value) override;
+  // Time, chance and other modules.
+  int64_t RootTimeUs() override;
+  int Hops() override;
+  float Random() override;
   OpResult Sleep(int64_t duration_us) override;
   OpResult Invoke(int role, int command_slot, const Cell* arguments, int count) override;
+  OpResult InvokeNear(uint32_t connector_mask, int role, int command_slot, const Cell* arguments,
+                      int count) override;
+  OpResult NeighbourField(uint32_t connector_mask, int role, int field, Cell* value) override;
+  OpResult Print(int text, const Cell* values, int count) override;
 
  private:
   /// True for a joint of the module's type that is not fixed.
   [[nodiscard]] bool Moves(int joint) const;
+  /// True for a number of one of the type's connectors.
+  [[nodiscard]] bool Exists(int connector) const;
   /// kNone if the joint can move as asked, by degrees (rotary) or by millimetres; else the fault.
   [[nodiscard]] FaultCode WhyNot(int joint, bool rotary) const;
   /// Moves to `sign` times `asked`, or by `by` from the present target, in degrees or millimetres;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "vm/run/mathematics.h"
 #include "vm/run/task_queue.h"
 #include "vm/space/spatial.h"
 
@@ -21,11 +22,19 @@ bool IsPrismatic(const KinJoint& joint) { return joint.kind == JointKind::kPrism
 /// Degrees a radian, or millimetres a metre.
 double UnitsPerSi(const KinJoint& joint) { return IsPrismatic(joint) ? 1000.0 : 180.0 / kPi; }
 
+/// The same angle from -180 to 180 degrees. Exact: whole turns and an angle that is nearer to them
+/// than half a turn differ by less than either. What no sensor can say is no angle.
+double WithinATurn(double degrees) {
+  if (!(std::fabs(degrees) < 1e11)) return 0;
+  const auto turns = static_cast<int32_t>(degrees / 360.0 + (degrees < 0 ? -0.5 : 0.5));
+  return degrees - 360.0 * turns;
+}
+
 /// How far the joint is from its target.
 double ErrorOf(const KinJoint& joint, const JointState& state) {
   const double error = state.measured - state.target;
   // The angle of an endless joint may be told in any turn.
-  if (joint.kind == JointKind::kContinuous) return std::fabs(std::remainder(error, 360.0));
+  if (joint.kind == JointKind::kContinuous) return std::fabs(WithinATurn(error));
   return std::fabs(error);
 }
 
@@ -62,12 +71,11 @@ void NoteLate(Context& context, int j, int64_t late_since_us, FaultCode code, do
   if (state.stalled || context.state.sim_time_us - state.late_since_us < kStallUs) return;
   state.stalled = true;
   Fault fault{.code = code,
-              .function = state.function,
-              .line = state.line,
               .joint = static_cast<int8_t>(j),
               .asked = static_cast<float>(state.asked_sign * asked),
               .measured = static_cast<float>(state.asked_sign * measured),
               .limit = static_cast<float>(limit)};
+  if (state.function >= 0) SetPlace(context.program, state.function, state.pc, &fault);
   // A task that waits for the joint is where a person looks first.
   for (const Task& task : context.state.scheduler.tasks) {
     if (!task.used || task.wait != WaitKind::kMotion || task.wait_joint != j) continue;
@@ -130,7 +138,7 @@ void UpdateJoints(Context& context, const TickInput& input, int64_t dt_us) {
     JointState& state = context.state.joints[j];
     const double measured = input.joint_position[j] * UnitsPerSi(joint);
     // The angle of an endless joint may jump by whole turns.
-    const double turned = std::remainder(measured - state.measured, 360.0);
+    const double turned = WithinATurn(measured - state.measured);
     state.measured = measured;
     // On the first tick, and while the joint turns endlessly, its target is where it is.
     if (!context.state.started || state.turning) {
@@ -146,16 +154,20 @@ void UpdateJoints(Context& context, const TickInput& input, int64_t dt_us) {
   }
 }
 
-void DropConventions(Context& context) {
+void ForgetCalls(Context& context) {
   for (int j = 0; j < context.kinematics.num_joints(); ++j) {
     JointState& state = context.state.joints[j];
-    state.sign = 0;
     state.turning = false;
     state.velocity = 0;
     // The call that moved it belongs to a role, or a program, that is gone.
     state.function = -1;
-    state.line = 0;
+    state.pc = 0;
   }
+}
+
+void DropConventions(Context& context) {
+  ForgetCalls(context);
+  for (JointState& state : context.state.joints) state.sign = 0;
 }
 
 void SetConvention(Context& context, int joint, int link, Axis axis, Fault* fault) {
@@ -173,7 +185,7 @@ void SetConvention(Context& context, int joint, int link, Axis axis, Fault* faul
   const float along = Dot(direction, UnitOf(axis));
   if (!(std::fabs(along) >= kSin15)) {
     fault->code = FaultCode::kAxisNotAligned;
-    fault->measured = std::acos(std::fabs(along)) * static_cast<float>(180.0 / kPi);
+    fault->measured = Mathematics(Opcode::kAcos, std::fabs(along), 0);
     fault->limit = 75.0f;
     fault->asked_axis = axis;
     fault->direction_R = direction;
@@ -269,8 +281,10 @@ void FillCommands(const Context& context, TickOutput* output) {
     if (joint.kind == JointKind::kContinuous) continue;
     const double lower = static_cast<double>(joint.lower_rad);
     const double upper = static_cast<double>(joint.upper_rad);
-    if (lower > -static_cast<double>(kUnlimited)) command.target = std::fmax(command.target, lower);
-    if (upper < static_cast<double>(kUnlimited)) command.target = std::fmin(command.target, upper);
+    if (lower > -static_cast<double>(kUnlimited))
+      command.target = command.target < lower ? lower : command.target;
+    if (upper < static_cast<double>(kUnlimited))
+      command.target = command.target > upper ? upper : command.target;
   }
 }
 

@@ -13,7 +13,11 @@ namespace morphbus::vm {
 /// sim time since the last tick. On the first tick targets are the measured values.
 void UpdateJoints(Context& context, const TickInput& input, int64_t dt_us);
 
-/// Conventions go; a joint that turns endlessly stops; all others hold their targets.
+/// The calls that moved the joints are over: one that turns endlessly stops, all others hold their
+/// targets, and conventions stay.
+void ForgetCalls(Context& context);
+
+/// ForgetCalls; conventions go as well.
 void DropConventions(Context& context);
 
 /// setJointAxis: the sign is that of the direction about which `link` turns counter-clockwise for

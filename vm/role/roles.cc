@@ -62,6 +62,14 @@ Settled Observe(Context& context) {
   return {tick - role.structure_since_tick >= enough, tick - role.roles_since_tick >= enough};
 }
 
+/// The fields as the role begins with them.
+struct FirstFields {
+  explicit FirstFields(const RoleInfo& info) {
+    for (int i = 0; i < info.num_fields; ++i) values[i] = info.fields[i];
+  }
+  Cell values[kMaxFields];
+};
+
 /// Reports a requirement or label of a role whose evaluation ended with a fault.
 void ReportEvaluation(Context& context, int role, const RunResult& result) {
   Fault fault = FaultOf(context.program, result);
@@ -185,14 +193,49 @@ bool MayChange(Context& context) {
   return true;
 }
 
+/// No role is held; labels, fields and tasks are gone.
+void EndRole(Context& context) {
+  RoleState& role = context.state.role;
+  role.role = -1;
+  for (int i = 0; i < kMaxLabels; ++i) role.labels[i] = -1;
+  for (int i = 0; i < kMaxFields; ++i) role.fields[i] = Cell{};
+  EndTasks(context);
+}
+
 /// Labels and fields get their first values and the startups begin.
 void TakeRole(Context& context, int new_role, const RoleCheck& check) {
   RoleState& role = context.state.role;
   role.role = static_cast<int16_t>(new_role);
-  const RoleInfo& info = context.program.role(new_role);
+  const RoleInfo info = context.program.role(new_role);
   for (int i = 0; i < info.num_labels; ++i) role.labels[i] = check.labels[i];
   for (int i = 0; i < info.num_fields; ++i) role.fields[i] = info.fields[i];
   StartRole(context);
+}
+
+/// Goes on in a role that the old program had as well, if its labels resolve. Its requirements are
+/// looked at as those of any role that is held: once what they rest on has settled.
+void TakeCarried(Context& context, ModuleServices& services) {
+  RoleState& role = context.state.role;
+  const int carried = role.carried;
+  role.carried = -1;
+  const RoleCheck check = CheckRole(context, services, carried, true);
+  if (check.labels_resolve && check.missing_keyword < 0) {
+    TakeRole(context, carried, check);
+  } else {
+    DropConventions(context);
+  }
+}
+
+/// The concrete role of that name; -1 if the program has none.
+int8_t FindRole(const VerifiedProgram& program, const Text& name) {
+  for (int r = 0; r < program.num_roles(); ++r) {
+    const RoleInfo info = program.role(r);
+    if (info.abstract_role || info.name.size != name.size) continue;
+    int same = 0;
+    while (same < name.size && info.name.data[same] == name.data[same]) ++same;
+    if (same == name.size) return static_cast<int8_t>(r);
+  }
+  return -1;
 }
 
 /// True if the labels of the role held resolve to what they did.
@@ -216,20 +259,19 @@ void ReportAmbiguity(Context& context, const Choice& choice) {
 
 RoleCheck CheckRole(Context& context, ModuleServices& services, int role, bool report_faults) {
   const VerifiedProgram& program = context.program;
-  const RoleInfo& info = program.role(role);
+  const RoleInfo info = program.role(role);
   // A role that needs what the module's type lacks cannot be taken by it.
   RoleCheck check;
   for (int i = 0; i < kMaxLabels; ++i) check.labels[i] = -1;
-  for (int i = 0; i < info.num_keywords; ++i) {
-    if (services.Keyword(info.keywords[i]) < 0) {
-      check.missing_keyword = info.keywords[i];
+  for (int i = 0; i < program.num_keywords(); ++i) {
+    if ((program.keywords_of_role(role) >> i & 1) != 0 && services.Keyword(i) < 0) {
+      check.missing_keyword = i;
       return check;
     }
   }
   // Requirements and labels see the fields as the role would begin with, not those of a role held.
-  Cell fields[kMaxFields];
-  for (int i = 0; i < info.num_fields; ++i) fields[i] = info.fields[i];
-  const RoleContext as_role{role, fields, check.labels};
+  FirstFields fields(info);
+  const RoleContext as_role{role, fields.values, check.labels};
   const auto evaluate = [&](int function) {
     int32_t budget = kEvaluationBudget;
     const RunResult result = Evaluate(program, function, as_role, services, &budget);
@@ -243,7 +285,7 @@ RoleCheck CheckRole(Context& context, ModuleServices& services, int role, bool r
   // All labels are evaluated, because requirements may use each of them.
   check.labels_resolve = true;
   for (int i = 0; i < info.num_labels; ++i) {
-    const RunResult result = evaluate(info.labels[i].function);
+    const RunResult result = evaluate(info.labels[i]);
     if (result.status == RunStatus::kFinished) {
       check.labels[i] = static_cast<int8_t>(result.value.AsInt());
     } else if (check.labels_resolve) {
@@ -259,17 +301,69 @@ RoleCheck CheckRole(Context& context, ModuleServices& services, int role, bool r
     check.requirements_hold = false;
     check.failed_requirement = i;
     // Outside of ticks it is a person who asks.
-    if (context.output != nullptr) continue;
+    if (context.output != nullptr || kSmallProfile) continue;
     check.measured =
-        LastComparison(program, info.requirements[i], as_role, services, kEvaluationBudget);
+        TraceComparisons(program, info.requirements[i], as_role, services, kEvaluationBudget)
+            .Last();
   }
   check.rests_on_roles = services.TakeReadRoles();
   return check;
 }
 
+Evaluation EvaluateAs(Context& context, ModuleServices& services, int role, int function) {
+  const VerifiedProgram& program = context.program;
+  // The same fields and labels as when a role is chosen.
+  const RoleCheck check = CheckRole(context, services, role, false);
+  FirstFields fields(program.role(role));
+  const RoleContext as_role{role, fields.values, check.labels};
+  Evaluation evaluation;
+  int32_t budget = kEvaluationBudget;
+  evaluation.result = Evaluate(program, function, as_role, services, &budget);
+  evaluation.compared = TraceComparisons(program, function, as_role, services, kEvaluationBudget);
+  return evaluation;
+}
+
+void CarryOver(Context& context, const VerifiedProgram& next) {
+  const VerifiedProgram& old = context.program;
+  ProgramSwitch& change = context.state.program_switch;
+  change.previous_hash = old.hash();
+  change.tick = context.state.tick;
+  for (int r = 0; r < kMaxRoles; ++r) {
+    change.renamed[r] = r < old.num_roles() ? FindRole(next, old.role(r).name) : int8_t{-1};
+  }
+  // The role ends under the program that it belongs to. If the new one has it, too, its conventions
+  // stay, so that the module never is without them.
+  RoleState& role = context.state.role;
+  const int16_t carried = role.role < 0 ? int16_t{-1} : int16_t{change.renamed[role.role]};
+  EndRole(context);
+  carried < 0 ? DropConventions(context) : ForgetCalls(context);
+  // What hangs where is no matter of programs, and is as settled as it was. What roles the
+  // neighbours play under the new one they have yet to say.
+  RoleState next_role;
+  for (int8_t& label : next_role.labels) label = -1;
+  next_role.carried = carried;
+  next_role.structure = role.structure;
+  next_role.structure_since_tick = role.structure_since_tick;
+  next_role.roles_since_tick = context.state.tick;
+  role = next_role;
+  for (NeighbourRecord& neighbour : context.state.neighbours) {
+    if (neighbour.role >= 0) neighbour.role = change.renamed[neighbour.role];
+    // It goes over as well, with the new program's first values.
+    neighbour.shared_role = neighbour.role;
+    if (neighbour.role < 0) continue;
+    const RoleInfo its_role = next.role(neighbour.role);
+    int told = 0;
+    for (int i = 0; i < its_role.num_fields; ++i) {
+      if (!its_role.fields.shared(i)) continue;
+      neighbour.shared[told++] = its_role.fields[i];
+    }
+  }
+}
+
 void UpdateRole(Context& context, ModuleServices& services) {
   RoleState& role = context.state.role;
   const Settled settled = Observe(context);
+  if (role.carried >= 0) TakeCarried(context, services);
   if (!settled.structure || role.frozen) return;
   const bool new_structure = !role.evaluated || role.evaluated_structure != role.structure;
   const bool new_roles =
@@ -277,8 +371,14 @@ void UpdateRole(Context& context, ModuleServices& services) {
   // A role held is judged once by each state of its surroundings; joints moving within it are no
   // evidence. A module without one goes on looking, for which it must know where it is.
   if (role.role >= 0 && !new_structure && !new_roles) return;
+  // A part that has just been cut off has a fresh pose for about as long as its surroundings take
+  // to settle: while news of the root is overdue no new role is taken.
   const bool fresh_pose = HasFreshPose(context);
-  if (role.role < 0 && !fresh_pose) return;
+  const bool may_take = fresh_pose && !MayBeCutOff(context);
+  if (role.role < 0 && !may_take) return;
+  // If the news still comes, a role held that fits is judged then.
+  const bool waits = fresh_pose && !may_take;
+  if (waits && CheckRole(context, services, role.role, false).fits()) return;
   // From here on the module decides, on the evidence that it notes now.
   role.evaluated = true;
   role.evaluated_structure = role.structure;
@@ -286,7 +386,7 @@ void UpdateRole(Context& context, ModuleServices& services) {
   role.evaluated_roles = role.neighbour_roles;
 
   Choice choice;
-  if (fresh_pose) {
+  if (may_take) {
     choice = RoleSelector(&context, &services, settled, new_structure).Choose();
     if (choice.wait) {
       role.evaluated = false;
@@ -306,11 +406,7 @@ void UpdateRole(Context& context, ModuleServices& services) {
 }
 
 void LeaveRole(Context& context) {
-  RoleState& role = context.state.role;
-  role.role = -1;
-  for (int i = 0; i < kMaxLabels; ++i) role.labels[i] = -1;
-  for (int i = 0; i < kMaxFields; ++i) role.fields[i] = Cell{};
-  EndTasks(context);
+  EndRole(context);
   DropConventions(context);
 }
 

@@ -36,6 +36,18 @@ struct RoleCheck {
 /// which are put on the status if `report_faults`.
 RoleCheck CheckRole(Context& context, ModuleServices& services, int role, bool report_faults);
 
+/// A requirement or a label, as it is evaluated for a person who asks.
+struct Evaluation {
+  /// What it returns, or why it returns nothing.
+  RunResult result;
+  Comparisons compared;
+};
+
+/// Evaluates a requirement or label of a role on what is known now, the role's labels resolved as
+/// far as they can be; changes nothing and reports no fault.
+/// @param function  number of the requirement's or label's function.
+Evaluation EvaluateAs(Context& context, ModuleServices& services, int role, int function);
+
 /// Once what requirements rest on has settled: takes, keeps or loses a role. Neighbours' roles
 /// settle apart from the structure, and only what asks for them waits for them: so all modules that
 /// need not know them take their roles together, before the first of them moves the rest out of its
@@ -44,5 +56,11 @@ void UpdateRole(Context& context, ModuleServices& services);
 
 /// Ends the role: tasks end, joints hold, conventions and labels go.
 void LeaveRole(Context& context);
+
+/// Prepares the state for another program, which the next tick runs; `context` is of the old one.
+/// Tasks end and joints hold. A module whose role the new program has as well, by name, keeps its
+/// conventions and goes on in that role in the next tick, startups first; what hangs where counts
+/// as settled as it was, so that others take their new roles at once.
+void CarryOver(Context& context, const VerifiedProgram& next);
 
 }  // namespace morphbus::vm

@@ -27,13 +27,13 @@ bool Launch(Context& context, TaskKind kind, int index, int function, const Cell
 /// themselves. One that faulted stays ended while the role is held.
 void StartBehaviors(Context& context) {
   SchedulerState& s = context.state.scheduler;
-  const RoleInfo& role = context.program.role(context.state.role.role);
+  const RoleInfo role = context.program.role(context.state.role.role);
   for (int i = 0; i < role.num_behaviors; ++i) {
     if ((s.ended_behaviors >> i & 1) != 0) continue;
     if (FindTask(s, TaskKind::kBehavior, i) != nullptr) continue;
-    if (Launch(context, TaskKind::kBehavior, i, role.behaviors[i].function, nullptr, 0)) continue;
+    if (Launch(context, TaskKind::kBehavior, i, role.behaviors[i], nullptr, 0)) continue;
     Fault fault{.code = FaultCode::kTooManyTasks, .limit = kMaxTasks};
-    SetPlace(context.program, role.behaviors[i].function, 0, &fault);
+    SetPlace(context.program, role.behaviors[i], 0, &fault);
     Report(context, fault);
     // It is not tried again in every tick: the fault is told once.
     s.ended_behaviors = static_cast<uint16_t>(s.ended_behaviors | 1u << i);
@@ -43,15 +43,14 @@ void StartBehaviors(Context& context) {
 /// The oldest queued invocation of each command that is not running. Without a free task they wait.
 void StartCommands(Context& context) {
   SchedulerState& s = context.state.scheduler;
-  const RoleInfo& role = context.program.role(context.state.role.role);
+  const RoleInfo role = context.program.role(context.state.role.role);
   // Those that cannot start yet keep their order.
   int kept = 0;
   for (int i = 0; i < s.num_pending; ++i) {
     const PendingCommand command = s.pending[i];
     const bool running = FindTask(s, TaskKind::kCommand, command.slot) != nullptr;
-    if (!running &&
-        Launch(context, TaskKind::kCommand, command.slot, role.commands[command.slot].function,
-               command.arguments, command.num_arguments)) {
+    if (!running && Launch(context, TaskKind::kCommand, command.slot, role.commands[command.slot],
+                           command.arguments, command.num_arguments)) {
       continue;
     }
     s.pending[kept++] = command;
@@ -62,22 +61,28 @@ void StartCommands(Context& context) {
 /// Starts the handlers whose event has come and that do not run already.
 void StartHandlers(Context& context) {
   SchedulerState& s = context.state.scheduler;
-  const RoleInfo& role = context.program.role(context.state.role.role);
+  const RoleInfo role = context.program.role(context.state.role.role);
   for (int i = 0; i < role.num_handlers; ++i) {
-    if (s.event_pending[i] == 0 || FindTask(s, TaskKind::kHandler, i) != nullptr) continue;
-    // A handler may take what the event is about: a connector or a joint.
-    const Cell subject = Cell::Int(s.event_subject[i]);
+    if (s.event_subjects[i] == 0 || FindTask(s, TaskKind::kHandler, i) != nullptr) continue;
+    if (!s.startup_done && !role.handlers[i].early) continue;
+    // A handler may take what the event is about, a connector or a joint, and then runs for each;
+    // else it runs once for all of them.
+    const int lowest = __builtin_ctz(s.event_subjects[i]);
+    const Cell subject = Cell::Int(lowest);
     const int function = role.handlers[i].function;
-    const int count = context.program.function(function).num_arguments > 0 ? 1 : 0;
-    if (Launch(context, TaskKind::kHandler, i, function, &subject, count)) s.event_pending[i] = 0;
+    const bool takes = context.program.function(function).num_arguments > 0;
+    if (!Launch(context, TaskKind::kHandler, i, function, &subject, takes ? 1 : 0)) continue;
+    s.event_subjects[i] = takes ? s.event_subjects[i] & ~(1u << lowest) : 0;
   }
 }
 
-/// Behaviors, commands and handlers, in this order; nothing before the startups are through.
+/// Behaviors, commands and handlers, in this order; before the startups are through only handlers
+/// that may.
 void StartWhatIsDue(Context& context) {
-  if (!context.state.scheduler.startup_done) return;
-  StartBehaviors(context);
-  StartCommands(context);
+  if (context.state.scheduler.startup_done) {
+    StartBehaviors(context);
+    StartCommands(context);
+  }
   StartHandlers(context);
 }
 
@@ -99,7 +104,7 @@ bool IsRunnable(const Context& context, const Task& task) {
 
 /// The next startup of the row, in the same task; after the last, behaviors and commands may begin.
 void NextStartup(Context& context, Task* task) {
-  const RoleInfo& role = context.program.role(context.state.role.role);
+  const RoleInfo role = context.program.role(context.state.role.role);
   const int next = task->index + 1;
   if (next >= role.num_startups) {
     task->used = false;
@@ -107,7 +112,7 @@ void NextStartup(Context& context, Task* task) {
     return;
   }
   task->index = static_cast<uint8_t>(next);
-  StartTask(context.program, role.startups[next].function, nullptr, 0, &task->stack);
+  StartTask(context.program, role.startups[next], nullptr, 0, &task->stack);
 }
 
 /// What follows when a task's function has returned.
@@ -116,8 +121,8 @@ void Finish(Context& context, Task* task) {
     NextStartup(context, task);
   } else if (task->kind == TaskKind::kBehavior) {
     // It repeats, but not within one tick, so that an empty behavior does not use up the budget.
-    const RoleInfo& role = context.program.role(context.state.role.role);
-    StartTask(context.program, role.behaviors[task->index].function, nullptr, 0, &task->stack);
+    const RoleInfo role = context.program.role(context.state.role.role);
+    StartTask(context.program, role.behaviors[task->index], nullptr, 0, &task->stack);
     task->wait = WaitKind::kNextTick;
     task->wake_us = context.state.tick;
     task->budget_told = false;
@@ -177,23 +182,39 @@ int CountRunnable(const Context& context, uint32_t spent) {
   return count;
 }
 
+/// Raises each timer whose time has come; one that missed several goes on from now.
+void RaiseTimers(Context& context) {
+  SchedulerState& s = context.state.scheduler;
+  const RoleInfo role = context.program.role(context.state.role.role);
+  const int64_t now = context.state.sim_time_us;
+  for (int i = 0; i < role.num_handlers; ++i) {
+    const HandlerInfo handler = role.handlers[i];
+    if (handler.event != Event::kTimer || now < s.next_timer_us[i]) continue;
+    s.next_timer_us[i] += handler.period_us;
+    if (s.next_timer_us[i] <= now) s.next_timer_us[i] = now + handler.period_us;
+    s.event_subjects[i] |= 1u;
+  }
+}
+
 }  // namespace
 
 void StartRole(Context& context) {
   SchedulerState& s = context.state.scheduler;
-  const RoleInfo& role = context.program.role(context.state.role.role);
-  // The timer counts from when the role is taken.
-  s.next_timer_us = context.state.sim_time_us + kTimerUs;
+  const RoleInfo role = context.program.role(context.state.role.role);
+  // Timers count from when the role is taken.
+  for (int i = 0; i < role.num_handlers; ++i) {
+    s.next_timer_us[i] = context.state.sim_time_us + role.handlers[i].period_us;
+  }
   s.startup_done = role.num_startups == 0;
   if (!s.startup_done) {
-    Launch(context, TaskKind::kStartup, 0, role.startups[0].function, nullptr, 0);
+    Launch(context, TaskKind::kStartup, 0, role.startups[0], nullptr, 0);
   }
 }
 
 void EndTasks(Context& context) {
   SchedulerState& s = context.state.scheduler;
   for (Task& task : s.tasks) task = Task();
-  for (int i = 0; i < kMaxRoutines; ++i) s.event_pending[i] = s.event_subject[i] = 0;
+  for (int i = 0; i < kMaxRoutines; ++i) s.event_subjects[i] = 0;
   s.startup_done = false;
   s.num_pending = 0;
   s.next_task = 0;
@@ -203,10 +224,7 @@ void EndTasks(Context& context) {
 void RunTasks(Context& context, ModuleServices& services) {
   if (context.state.role.role < 0) return;
   SchedulerState& s = context.state.scheduler;
-  if (context.state.sim_time_us >= s.next_timer_us) {
-    s.next_timer_us += kTimerUs;
-    RaiseEvent(context, Event::kTimer, 0);
-  }
+  RaiseTimers(context);
   // Rounds over all tasks, until none can run or the budget of the tick is gone. What starts others
   // (a startup that ends, a command) is looked at before each round.
   auto remaining = static_cast<int32_t>(context.program.instruction_budget());
@@ -241,6 +259,7 @@ void FillTasks(const Context& context, StatusReport* status) {
     TaskReport& report = status->tasks[status->num_tasks++];
     report.kind = task.kind;
     report.function = task.function;
+    report.pc = static_cast<uint16_t>(task.pc);
     report.line = static_cast<uint16_t>(context.program.LineOf(task.function, task.pc));
   }
 }

@@ -55,6 +55,7 @@ inline void Report(Context& context, const Fault& fault) {
 /// its byte offset in the function.
 inline void SetPlace(const VerifiedProgram& program, int function, uint32_t pc, Fault* fault) {
   fault->function = static_cast<int16_t>(function);
+  fault->pc = static_cast<uint16_t>(pc);
   fault->line = static_cast<uint16_t>(program.LineOf(function, pc));
 }
 

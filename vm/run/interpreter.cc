@@ -1,10 +1,12 @@
 #include "vm/run/interpreter.h"
 
 #include <cmath>
-#include <cstring>
 
 #include "vm/image/image.h"
 #include "vm/image/opcodes.h"
+#include "vm/image/print_text.h"
+#include "vm/run/cells.h"
+#include "vm/run/mathematics.h"
 
 // Dispatch: a table of labels (GCC, clang) branches from the end of each instruction, which
 // predicts better than one shared switch; other compilers get the switch. Both come from the same
@@ -17,48 +19,6 @@
 #endif
 
 namespace morphbus::vm {
-namespace {
-// Operands are of the types that the verifier has proved.
-float FromCell(Cell cell) { return cell.AsFloat(); }
-
-Direction DirectionOf(Cell cell) { return static_cast<Direction>(cell.bits); }
-Axis AxisOf(Cell cell) { return static_cast<Axis>(cell.bits); }
-
-// Tenths or hundredths of a second as microseconds; negative ones are none, absurd ones a century.
-int64_t Microseconds(float amount, double unit_us) {
-  const double us = static_cast<double>(amount) * unit_us;
-  constexpr double kCentury = 3.2e15;
-  if (!(us > 0)) return 0;
-  return static_cast<int64_t>((us < kCentury ? us : kCentury) + 0.5);
-}
-
-// Quotient, rounded toward zero. The lowest integer divided by -1 does not fit.
-FaultCode DivideInt(int32_t a, int32_t b, int32_t* result) {
-  if (b == 0) return FaultCode::kDivisionByZero;
-  if (b == -1)
-    return __builtin_sub_overflow(0, a, result) ? FaultCode::kIntegerOverflow : FaultCode::kNone;
-  *result = a / b;
-  return FaultCode::kNone;
-}
-
-// The only member of a mask, or -1.
-int OnlyBit(uint32_t mask) {
-  return mask != 0 && (mask & (mask - 1)) == 0 ? __builtin_ctz(mask) : -1;
-}
-}  // namespace
-
-void StartTask(const VerifiedProgram& program, int function, const Cell* arguments, int count,
-               TaskState* task) {
-  // Every byte is cleared, padding too, so that equal tasks are equal bytes.
-  std::memset(static_cast<void*>(task), 0, sizeof(*task));
-  // The arguments are the first locals; the others are set before they are read.
-  const FunctionInfo& info = program.function(function);
-  for (int i = 0; i < count && i < info.num_arguments; ++i) task->cells[i] = arguments[i];
-  task->top = info.num_locals;
-  task->depth = 1;
-  task->frames[0].function = static_cast<uint16_t>(function);
-}
-
 RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, ProgramHost& host,
                   TaskState* task, int32_t* budget) {
   // The verifier has proved that no stack bound, slot or target can be wrong; nothing is checked
@@ -66,8 +26,9 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
   RunResult result;
   // The frame that runs is kept in local variables and written back when the run ends.
   Frame* frame = &task->frames[task->depth - 1];
-  const FunctionInfo* function = &program.function(frame->function);
-  const uint8_t* code = program.bytes() + function->code_begin;
+  const uint8_t* code = program.bytes() + program.function(frame->function).code_begin;
+  // Calls go through the slots of the role that is held, which stays the same.
+  const ReferenceTable methods = program.role(role.role).methods;
   const uint8_t* pc = code + frame->pc;
   const uint8_t* at = pc;  // The instruction that runs.
   Cell* locals = task->cells + frame->base;
@@ -218,20 +179,24 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
     }
     NEXT();
   }
-  // The arguments on top of the stack become the first locals of the callee.
-  HANDLE(kCall) {
-    const int callee = program.role(role.role).methods[pc[1]];
-    frame->pc = static_cast<uint32_t>(pc + 2 - code);
-    function = &program.function(callee);
-    locals = sp - function->num_arguments;
-    for (Cell* cell = sp; cell < locals + function->num_locals; ++cell) *cell = Cell{};
-    sp = locals + function->num_locals;
-    frame = &task->frames[task->depth++];
-    frame->function = static_cast<uint16_t>(callee);
-    frame->base = static_cast<uint16_t>(locals - task->cells);
-    pc = code = program.bytes() + function->code_begin;
-    NEXT();
-  }
+// The arguments on top of the stack become the first locals of the callee; the instruction has so
+// many bytes.
+#define ENTER(number, length)                                                          \
+  do {                                                                                 \
+    const int callee = (number);                                                       \
+    frame->pc = static_cast<uint32_t>(pc + (length)-code);                             \
+    const FunctionInfo function = program.function(callee);                            \
+    locals = sp - function.num_arguments;                                              \
+    for (Cell* cell = sp; cell < locals + function.num_locals; ++cell) *cell = Cell{}; \
+    sp = locals + function.num_locals;                                                 \
+    frame = &task->frames[task->depth++];                                              \
+    frame->function = static_cast<uint16_t>(callee);                                   \
+    frame->base = static_cast<uint16_t>(locals - task->cells);                         \
+    pc = code = program.bytes() + function.code_begin;                                 \
+    NEXT();                                                                            \
+  } while (false)
+  HANDLE(kCall) { ENTER(methods[pc[1]], 2); }
+  HANDLE(kCallSuper) { ENTER(image::ReadU16(pc + 1), 3); }
   // The callee's cells go; a result takes the place of the arguments.
   HANDLE(kReturn) {
     sp = locals;
@@ -297,10 +262,30 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
   }
   HANDLE(kModFloat) {
     if (FromCell(sp[-1]) == 0) FAULT(FaultCode::kDivisionByZero);
-    FLOAT_OPERATION(std::fmod(a, b));
+    FLOAT_OPERATION(Modulo(a, b));
   }
   HANDLE(kNegFloat) { FINISH_FLOAT(-FromCell(sp[-1])); }
   HANDLE(kIntToFloat) { FINISH_FLOAT(static_cast<float>(sp[-1].AsInt())); }
+
+  // Mathematics.
+#define FUNCTION_1(name) \
+  HANDLE(name) { FINISH_FLOAT(Mathematics(Opcode::name, FromCell(sp[-1]), 0)); }
+#define FUNCTION_2(name) \
+  HANDLE(name) { FLOAT_OPERATION(Mathematics(Opcode::name, a, b)); }
+  FUNCTION_1(kSin)
+  FUNCTION_1(kCos)
+  FUNCTION_1(kTan)
+  FUNCTION_1(kAsin)
+  FUNCTION_1(kAcos)
+  FUNCTION_2(kAtan2)
+  FUNCTION_1(kSqrt)
+  FUNCTION_1(kAbs)
+  FUNCTION_2(kMin)
+  FUNCTION_2(kMax)
+  FUNCTION_1(kFloor)
+  FUNCTION_1(kRound)
+  // Each draw is another number, so that it comes from the host.
+  HANDLE(kRandom) { FLOAT_OPERATION(a + (b - a) * host.Random()); }
 
   // Comparisons and logic.
 // Two operands become a bool.
@@ -320,76 +305,58 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
   HANDLE(kLessEqualFloat) { COMPARISON(FromCell(sp[-2]), <=, FromCell(sp[-1])); }
   HANDLE(kNot) { REPLACE_TOP(Cell::Bool(!sp[-1].AsBool())); }
 
-  // Structure.
-  HANDLE(kConnected) { REPLACE_TOP(Cell{host.Connected(DirectionOf(sp[-1]))}); }
-  HANDLE(kConnectedRole) {
-    --sp;
-    REPLACE_TOP(Cell{host.ConnectedRole(DirectionOf(sp[-1]), sp[0].AsInt())});
-  }
-  HANDLE(kCountModules) { REPLACE_TOP(Cell::Int(host.CountModules(sp[-1].bits))); }
-  HANDLE(kJoints) {
-    --sp;
-    REPLACE_TOP(Cell{host.Joints(AxisOf(sp[-1]), sp[0].AsInt())});
-  }
-  HANDLE(kLinks) { REPLACE_TOP(Cell{host.Links(sp[-1].AsInt())}); }
-  // One-member sets become their member; anything else is a fault that says how many there are.
-#define ONLY_MEMBER()                                                           \
-  do {                                                                          \
-    const int only = OnlyBit(sp[-1].bits);                                      \
-    if (only < 0) {                                                             \
-      result.num_found = static_cast<int16_t>(__builtin_popcount(sp[-1].bits)); \
-      FAULT(FaultCode::kUnresolved);                                            \
-    }                                                                           \
-    REPLACE_TOP(Cell::Int(only));                                               \
-  } while (false)
-  HANDLE(kOneJoint) { ONLY_MEMBER(); }
-  HANDLE(kOneLink) { ONLY_MEMBER(); }
-  HANDLE(kCountJoints) { REPLACE_TOP(Cell::Int(__builtin_popcount(sp[-1].bits))); }
-  HANDLE(kCountLinks) { REPLACE_TOP(Cell::Int(__builtin_popcount(sp[-1].bits))); }
-  HANDLE(kJointAxis) { REPLACE_TOP(Cell::Int(static_cast<int>(host.JointAxis(sp[-1].AsInt())))); }
-  // The only one of these that pushes without an operand.
-  HANDLE(kCenter) { PUSH(Cell::Int(static_cast<int>(host.CenterAxis())), 1); }
+  // What the host answers: directions, structure, motion, sensors, time, other modules.
+#include "vm/run/robot_handlers.inc"
 
-  // Motion, actuators, time, other modules.
-  HANDLE(kSetJointAxis) {
-    FINISH_EFFECT(3, 1, host.SetJointAxis(sp[0].AsInt(), sp[1].AsInt(), AxisOf(sp[2])));
+  // Several as one.
+  HANDLE(kLoadLocals) {
+    sp[0] = locals[pc[1]];
+    sp[1] = locals[pc[2]];
+    sp += 2;
+    pc += 3;
+    NEXT();
   }
-// A joint and a number are popped and handed to an operation of the host.
-#define JOINT_EFFECT(call)                \
-  do {                                    \
-    const int joint = sp[-2].AsInt();     \
-    const float value = FromCell(sp[-1]); \
-    FINISH_EFFECT(2, 1, host.call);       \
+// The top and another integer become one result, by an instruction of so many bytes.
+#define TOP_OPERATION(builtin, operand, length)                                        \
+  do {                                                                                 \
+    int32_t number;                                                                    \
+    if (builtin(sp[-1].AsInt(), operand, &number)) FAULT(FaultCode::kIntegerOverflow); \
+    sp[-1] = Cell::Int(number);                                                        \
+    pc += (length);                                                                    \
+    NEXT();                                                                            \
   } while (false)
-  HANDLE(kRotate) { JOINT_EFFECT(RotateDegrees(joint, value, true)); }
-  HANDLE(kRotateNonBlocking) { JOINT_EFFECT(RotateDegrees(joint, value, false)); }
-  HANDLE(kSetDegrees) { JOINT_EFFECT(SetDegrees(joint, value, true)); }
-  HANDLE(kSetDegreesNonBlocking) { JOINT_EFFECT(SetDegrees(joint, value, false)); }
-  HANDLE(kTurnContinuous) { JOINT_EFFECT(TurnContinuous(joint, value)); }
-  HANDLE(kMoveMillimetres) { JOINT_EFFECT(MoveMillimetres(joint, value)); }
-  HANDLE(kSetPosition) { JOINT_EFFECT(SetPosition(joint, value)); }
-// A joint becomes its reading; sensors may say anything, so it must be finite.
-#define JOINT_READING(call)                                       \
-  do {                                                            \
-    float degrees = 0;                                            \
-    const OpResult reading = host.call(sp[-1].AsInt(), &degrees); \
-    if (reading.fault != FaultCode::kNone) FAULT(reading.fault);  \
-    FINISH_FLOAT(degrees);                                        \
+  HANDLE(kAddLocalInt) { TOP_OPERATION(__builtin_add_overflow, locals[pc[1]].AsInt(), 2); }
+  HANDLE(kAddInt8) { TOP_OPERATION(__builtin_add_overflow, static_cast<int8_t>(pc[1]), 2); }
+  HANDLE(kMulInt8) { TOP_OPERATION(__builtin_mul_overflow, static_cast<int8_t>(pc[1]), 2); }
+  HANDLE(kModConst) {
+    const int32_t divisor = program.constant(image::ReadU16(pc + 1)).AsInt();
+    if (divisor == 0) FAULT(FaultCode::kDivisionByZero);
+    sp[-1] = Cell::Int(divisor == -1 ? 0 : sp[-1].AsInt() % divisor);
+    pc += 3;
+    NEXT();
+  }
+  HANDLE(kAddToLocal) {
+    int32_t number;
+    if (__builtin_add_overflow(locals[pc[1]].AsInt(), static_cast<int8_t>(pc[2]), &number)) {
+      FAULT(FaultCode::kIntegerOverflow);
+    }
+    locals[pc[1]] = Cell::Int(number);
+    pc += 3;
+    NEXT();
+  }
+// Two operands are compared, and decide whether the next instruction is the target.
+#define COMPARE_AND_JUMP(condition)                            \
+  do {                                                         \
+    sp -= 2;                                                   \
+    pc = (condition) ? code + image::ReadU16(pc + 1) : pc + 3; \
+    NEXT();                                                    \
   } while (false)
-  HANDLE(kJointDegrees) { JOINT_READING(JointDegrees); }
-  HANDLE(kGetPosition) { JOINT_READING(GetPosition); }
-  // The operand says which state variable; a bool is 0 or 1.
-  HANDLE(kSetStateBool) {
-    FINISH_EFFECT(2, 2, host.SetConnectorState(sp[0].AsInt(), at[1], sp[1]));
-  }
-  HANDLE(kSetStateInt) { FINISH_EFFECT(2, 2, host.SetConnectorState(sp[0].AsInt(), at[1], sp[1])); }
-  HANDLE(kSleepDs) { FINISH_EFFECT(1, 1, host.Sleep(Microseconds(FromCell(sp[0]), 100000))); }
-  HANDLE(kSleepCs) { FINISH_EFFECT(1, 1, host.Sleep(Microseconds(FromCell(sp[0]), 10000))); }
-  // How many arguments there are is the command's business.
-  HANDLE(kInvoke) {
-    const int count = program.function(program.role(pc[1]).commands[pc[2]].function).num_arguments;
-    FINISH_EFFECT(count, 3, host.Invoke(at[1], at[2], sp, count));
-  }
+  HANDLE(kJumpUnlessEqual) { COMPARE_AND_JUMP(sp[0].bits != sp[1].bits); }
+  HANDLE(kJumpUnlessNotEqual) { COMPARE_AND_JUMP(sp[0].bits == sp[1].bits); }
+  HANDLE(kJumpUnlessLessInt) { COMPARE_AND_JUMP(sp[0].AsInt() >= sp[1].AsInt()); }
+  HANDLE(kJumpUnlessLessEqualInt) { COMPARE_AND_JUMP(sp[0].AsInt() > sp[1].AsInt()); }
+  HANDLE(kJumpIfLessInt) { COMPARE_AND_JUMP(sp[0].AsInt() < sp[1].AsInt()); }
+  HANDLE(kJumpIfLessEqualInt) { COMPARE_AND_JUMP(sp[0].AsInt() <= sp[1].AsInt()); }
   DISPATCH_END
 // A function has returned: to its caller's next instruction, or the task is at its end.
 returned:
@@ -403,8 +370,7 @@ returned:
   }
   // The caller goes on behind its call, with its own locals.
   --frame;
-  function = &program.function(frame->function);
-  code = program.bytes() + function->code_begin;
+  code = program.bytes() + program.function(frame->function).code_begin;
   pc = code + frame->pc;
   locals = task->cells + frame->base;
   goto dispatch;
@@ -430,51 +396,6 @@ leave:
   task->top = static_cast<uint16_t>(sp - task->cells);
   *budget = budget_left;
   return result;
-}
-
-RunResult Evaluate(const VerifiedProgram& program, int function, const RoleContext& role,
-                   ProgramHost& host, int32_t* budget) {
-  // Requirements and labels need no task of their own: they never wait.
-  TaskState task;
-  StartTask(program, function, nullptr, 0, &task);
-  RunResult result = RunTask(program, role, host, &task, budget);
-  // There is no later tick in which an evaluation could go on.
-  if (result.status == RunStatus::kWaiting || result.status == RunStatus::kOutOfBudget) {
-    result.status = RunStatus::kFaulted;
-    result.fault = FaultCode::kBudget;
-  }
-  return result;
-}
-
-Comparison LastComparison(const VerifiedProgram& program, int function, const RoleContext& role,
-                          ProgramHost& host, int32_t budget) {
-  Comparison last;
-  ValueType pushed = ValueType::kVoid;
-  TaskState task;
-  StartTask(program, function, nullptr, 0, &task);
-  // With no more to spend than an instruction's own cost, nothing runs behind it.
-  RunStatus status = RunStatus::kOutOfBudget;
-  while (status == RunStatus::kOutOfBudget && budget > 0) {
-    const Frame& frame = task.frames[task.depth - 1];
-    const uint8_t* at = program.bytes() + program.function(frame.function).code_begin + frame.pc;
-    const OpcodeInfo& info = kOpcodes[*at];
-    const auto op = static_cast<Opcode>(*at);
-    if (op >= Opcode::kEqual && op <= Opcode::kLessEqualFloat) {
-      last = {op, pushed, task.cells[task.top - 2], task.cells[task.top - 1]};
-    }
-    // Both operands are of one type, so that of the second one will do.
-    if (op == Opcode::kPushConst) {
-      pushed = program.constant_type(image::ReadU16(at + 1));
-    } else if (op == Opcode::kLoadField) {
-      pushed = program.role(role.role).field_types[at[1]];
-    } else if (info.pushes[0] != '\0' && info.pushes[0] != '*') {
-      pushed = TypeOfLetter(info.pushes[0]);
-    }
-    budget -= info.cost;
-    int32_t cost = info.cost;
-    status = RunTask(program, role, host, &task, &cost).status;
-  }
-  return last;
 }
 
 }  // namespace morphbus::vm

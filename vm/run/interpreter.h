@@ -50,8 +50,11 @@ class ProgramHost {
   virtual OpResult JointDegrees(int joint, float* degrees) = 0;
   /// Turns until told otherwise; 0 stops.
   virtual OpResult TurnContinuous(int joint, float degrees_per_s) = 0;
-  /// Moves a prismatic joint by so much; the task waits until it has arrived.
-  virtual OpResult MoveMillimetres(int joint, float mm) = 0;
+  /// Moves a prismatic joint by, or to, so much.
+  virtual OpResult MoveMillimetres(int joint, float mm, bool blocking) = 0;
+  virtual OpResult SetMillimetres(int joint, float mm, bool blocking) = 0;
+  /// Where a prismatic joint is now.
+  virtual OpResult JointMillimetres(int joint, float* mm) = 0;
 
   // Raw actuator and connector state.
   /// Target and reading in the actuator's own sign; never waits.
@@ -59,12 +62,38 @@ class ProgramHost {
   virtual OpResult GetPosition(int joint, float* degrees) = 0;
   /// Sets a connector's state variable, named by a keyword; bools are 0 and 1.
   virtual OpResult SetConnectorState(int connector, int state_keyword, Cell value) = 0;
+  /// The number of the value that it was set to last.
+  virtual OpResult GetConnectorState(int connector, int state_keyword, int* value) = 0;
+  /// Whether something is docked there.
+  virtual bool Docked(int connector) = 0;
 
-  // Time and other modules.
+  // Sensors. A bool is 0 or 1.
+  /// The reading of the own sensor of this kind that looks most nearly towards a direction; of
+  /// contacts, whether any that looks there is touched. `keyword` names the kind in faults.
+  virtual OpResult SensorTowards(SensorKind kind, int keyword, Direction d, float* value) = 0;
+  /// Degrees by which R is turned about `axis` against gravity, from the first tilt sensor.
+  virtual OpResult Tilt(Axis axis, float* degrees) = 0;
+  /// The reading of the sensor that a keyword names, which must be of this kind.
+  virtual OpResult SensorReading(SensorKind kind, int keyword, float* value) = 0;
+
+  // Time, chance and other modules.
+  /// The time of the root's clock at this tick; the own one's while no root has been heard.
+  virtual int64_t RootTimeUs() = 0;
+  /// Dockings between this module and the root.
+  virtual int Hops() = 0;
+  /// The next of the module's random numbers, from 0 up to, but not including, 1.
+  virtual float Random() = 0;
   /// The task waits, at least until the next tick.
   virtual OpResult Sleep(int64_t duration_us) = 0;
   /// Sends an invocation of a role's command to all modules; never waits.
   virtual OpResult Invoke(int role, int command_slot, const Cell* arguments, int count) = 0;
+  /// The same for the modules at the connectors of the mask only.
+  virtual OpResult InvokeNear(uint32_t connector_mask, int role, int command_slot,
+                              const Cell* arguments, int count) = 0;
+  /// What the only module at the connectors of the mask has told of a shared field of a role.
+  virtual OpResult NeighbourField(uint32_t connector_mask, int role, int field, Cell* value) = 0;
+  /// Tells people a text of the program's constants, with its values; never waits.
+  virtual OpResult Print(int text, const Cell* values, int count) = 0;
 
  protected:
   ~ProgramHost() = default;
@@ -135,9 +164,9 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
 RunResult Evaluate(const VerifiedProgram& program, int function, const RoleContext& role,
                    ProgramHost& host, int32_t* budget);
 
-/// Runs a requirement function again, as Evaluate does, and tells what it compared last: with `and`
-/// that is what decided. For people who ask why a role does not fit.
-Comparison LastComparison(const VerifiedProgram& program, int function, const RoleContext& role,
-                          ProgramHost& host, int32_t budget);
+/// Runs a requirement function again, as Evaluate does, and tells what it compared: with `and` the
+/// last comparison decided. For people who ask why a role does not fit.
+Comparisons TraceComparisons(const VerifiedProgram& program, int function, const RoleContext& role,
+                             ProgramHost& host, int32_t budget);
 
 }  // namespace morphbus::vm

@@ -33,8 +33,14 @@ struct NeighbourRecord {
   uint8_t neighbour_body_link = 0;
   /// The neighbour's role in our program; -1 if it has none there.
   int16_t role = -1;
+  /// The role of which it has told the shared fields last, and their values; -1 before, and under
+  /// another program.
+  int16_t shared_role = -1;
+  Cell shared[kMaxSharedFields];
   /// Which of its runs the neighbour is in; 0 before it was heard.
   uint32_t incarnation = 0;
+  /// Our tick when it began anew, under a later incarnation; -1 if it did not, or has a role again.
+  int64_t anew_tick = -1;
   /// Our tick when it was last heard, or docked.
   int64_t heard_tick = 0;
   /// Its own tick in its newest message; -1 before the first.
@@ -64,6 +70,11 @@ struct PoseState {
   int64_t sequence = -1;
   /// Our tick when that happened.
   int64_t accepted_tick = 0;
+  /// By how many ticks the root's clock (its tick) is ahead of ours (FollowClock).
+  int64_t clock_ahead = 0;
+  /// How many poses in a row have said more, or less, and the nearest that they said.
+  int64_t clock_doubted = 0;
+  int16_t clock_doubts = 0;
   /// The pose of the entry link's frame E in R (m).
   PoseF X_RE;
   /// The pose of each own link in R (m), by the present joint values.
@@ -74,9 +85,9 @@ struct PoseState {
 struct BodyRecord {
   /// The joint, by its module and its index there.
   uint16_t module = 0;
-  uint8_t joint = 0;
+  uint8_t joint : 7 = 0;
   /// 0 if the joint is gone; the record stays so that late news is not believed.
-  uint8_t live = 0;
+  uint8_t live : 1 = 0;
   /// How many ticks the joint may go without news before it counts as gone.
   uint8_t patience = 0;
   /// The newest stamp accepted: a tick of the joint's module.
@@ -101,6 +112,9 @@ struct RoleState {
   int16_t role = -1;
   /// True if the role changed too often; it then stays as it is.
   bool frozen = false;
+  /// A role of the new program that goes on where the old program had one of that name; -1 without
+  /// one, and from the first tick under the new program on.
+  int16_t carried = -1;
 
   // What requirements rest on, and since when it has been the same.
   /// The digest of neighbours, bodies and presence of poses.
@@ -130,6 +144,17 @@ struct RoleState {
   Cell fields[kMaxFields];
 };
 
+/// The last change of programs (CarryOver in vm/role/roles.cc). Neighbours go over to the new one
+/// in the same tick, but what they said before was said under the old one.
+struct ProgramSwitch {
+  /// The hash of the program that ran before; 0 if none did.
+  uint64_t previous_hash = 0;
+  /// The last tick computed under it.
+  int64_t tick = 0;
+  /// For each of its roles the one of the same name in the present program; -1 without one.
+  int8_t renamed[kMaxRoles] = {};
+};
+
 /// A joint's motion (vm/role/motion.cc). Degrees, or millimetres for a prismatic joint, in the
 /// actuator's own sign; double, so that targets add up exactly.
 struct JointState {
@@ -150,9 +175,9 @@ struct JointState {
   int8_t sign = 0;
   /// The sign in which the program asked for the target or velocity.
   int8_t asked_sign = 1;
-  /// The source position of the call that asked for it; 0 and -1 without one.
-  uint16_t line = 0;
+  /// The call that asked for it: its function, -1 without one, and the byte offset there.
   int16_t function = -1;
+  uint16_t pc = 0;
   /// Since when the set-point is there and the joint is not, or a turning joint is too slow; -1 if
   /// that is not so.
   int64_t late_since_us = -1;
@@ -203,12 +228,11 @@ struct SchedulerState {
   uint16_t ended_behaviors = 0;
   /// How many invocations wait in `pending`.
   uint8_t num_pending = 0;
-  /// When the timer event comes next.
-  int64_t next_timer_us = 0;
-  /// For each handler of the role: 1 if its event has come and it has not started yet.
-  uint8_t event_pending[kMaxRoutines] = {};
-  /// For each handler: the connector or joint that the event is about.
-  uint8_t event_subject[kMaxRoutines] = {};
+  /// When each handler that is a timer runs next.
+  int64_t next_timer_us[kMaxRoutines] = {};
+  /// For each handler of the role: a bit for each connector or joint that its event has come of and
+  /// that it has not started on yet; bit 0 for timers.
+  uint32_t event_subjects[kMaxRoutines] = {};
   /// The invocations in the order of their arrival.
   PendingCommand pending[kMaxPendingCommands];
   Task tasks[kMaxTasks];
@@ -257,15 +281,24 @@ struct VmState {
   /// The number and the sim time of the last tick computed.
   int64_t tick = 0;
   int64_t sim_time_us = 0;
+  /// How long the last tick was (sim time); 0 before the second.
+  int64_t period_us = 0;
+  /// How many random numbers have been drawn.
+  uint64_t random_count = 0;
   /// True if more docked connectors than there is room for have been reported.
   bool neighbours_told = false;
   /// The digest of the last status (vm/vm.cc).
   uint64_t reported = 0;
+  /// The value that the program has set each connector's state variables to; 0 before.
+  uint8_t connector_values[kMaxConnectors][kMaxConnectorStates] = {};
+  /// What the sensors measured in the last tick (TickInput).
+  float sensor_values[kMaxSensorValues] = {};
   NeighbourRecord neighbours[kMaxConnectors];
   PoseState pose;
   /// By body link (VerifiedKinematics::BodyLink); the entries of other links are empty.
   BodyTable bodies[kMaxLinks];
   RoleState role;
+  ProgramSwitch program_switch;
   JointState joints[kMaxJoints];
   SchedulerState scheduler;
   DiffusionState diffusion;

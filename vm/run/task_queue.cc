@@ -12,10 +12,10 @@ const Task* FindTask(const SchedulerState& s, TaskKind kind, int index) {
 
 void QueueCommand(Context& context, int slot, const Cell* arguments, int count) {
   SchedulerState& s = context.state.scheduler;
-  const RoleInfo& role = context.program.role(context.state.role.role);
+  const RoleInfo role = context.program.role(context.state.role.role);
   // Whatever goes wrong is told at the command's first line.
   Fault fault;
-  SetPlace(context.program, role.commands[slot].function, 0, &fault);
+  SetPlace(context.program, role.commands[slot], 0, &fault);
   if (!context.program.AcceptsArguments(fault.function, arguments, count)) {
     fault.code = FaultCode::kBadInvocation;
     Report(context, fault);
@@ -42,12 +42,11 @@ void QueueCommand(Context& context, int slot, const Cell* arguments, int count) 
 void RaiseEvent(Context& context, Event event, int subject) {
   if (context.state.role.role < 0) return;
   SchedulerState& s = context.state.scheduler;
-  const RoleInfo& role = context.program.role(context.state.role.role);
+  const RoleInfo role = context.program.role(context.state.role.role);
   for (int i = 0; i < role.num_handlers; ++i) {
     if (role.handlers[i].event != event) continue;
-    // Events that come faster than the handler runs are one; the last subject counts.
-    s.event_pending[i] = 1;
-    s.event_subject[i] = static_cast<uint8_t>(subject);
+    // Events of one connector or joint that come faster than the handler runs are one.
+    s.event_subjects[i] |= 1u << subject;
   }
 }
 

@@ -14,7 +14,8 @@ const Task* FindTask(const SchedulerState& s, TaskKind kind, int index);
 /// arguments that do not fit (they came from another module) are kBadInvocation.
 void QueueCommand(Context& context, int slot, const Cell* arguments, int count);
 
-/// Queues the role's handlers of an event; `subject` is the connector or joint it is about.
+/// Queues the role's handlers of an event that is no timer's; `subject` is the connector or joint
+/// it is about.
 void RaiseEvent(Context& context, Event event, int subject);
 
 }  // namespace morphbus::vm

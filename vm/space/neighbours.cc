@@ -40,10 +40,25 @@ bool IsUsable(const Context& context, const NeighbourRecord& neighbour,
   if (message.tick > context.state.tick + kMaxTickAhead) return false;
   if (message.num_links > kMaxLinks || message.num_docked > kMaxNeighbours ||
       message.num_body_entries > kMaxMessageBodyEntries ||
-      message.num_invocations > kMaxMessageInvocations || message.num_acks > kMaxMessageAcks) {
+      message.num_invocations > kMaxMessageInvocations || message.num_acks > kMaxMessageAcks ||
+      message.num_shared > kMaxSharedFields) {
     return false;
   }
   return message.incarnation > neighbour.incarnation || message.tick > neighbour.message_tick;
+}
+
+/// The neighbour's role in our program; -1 if it says none. Roles are numbers of one program; what
+/// was said under the one before counts for a while by the roles' names.
+int16_t RoleIn(const Context& context, const NeighbourMessage& message) {
+  const VerifiedProgram& program = context.program;
+  if (message.role < 0) return -1;
+  if (message.program_hash == program.hash()) {
+    return message.role < program.num_roles() ? message.role : int16_t{-1};
+  }
+  const ProgramSwitch& last = context.state.program_switch;
+  const bool before = last.previous_hash != 0 && message.program_hash == last.previous_hash &&
+                      message.role < kMaxRoles && context.state.tick - last.tick <= kSilentTicks;
+  return before ? last.renamed[message.role] : int16_t{-1};
 }
 
 /// The neighbour's place (mean of its links' origins) in the frame of our docked link. Taken from
@@ -59,6 +74,40 @@ void ReadPlace(const NeighbourMessage& message, const DockedLink& docked,
   const Vec3 place_K = Add(X_KR.p, Rotate(X_KR.q, mean_R));
   neighbour->place_L = Add(neighbour->X_LK.p, Rotate(neighbour->X_LK.q, place_K));
   neighbour->has_place = std::isfinite(Norm(neighbour->place_L));
+}
+
+/// The neighbour's role. One that has just begun anew takes none before its surroundings have
+/// settled, which says nothing about what it is: until it takes one, what it played before counts,
+/// kSilentTicks long at most.
+void ReadRole(const Context& context, const NeighbourMessage& message, NeighbourRecord* neighbour) {
+  const int16_t role = RoleIn(context, message);
+  const bool begins =
+      neighbour->anew_tick >= 0 && context.state.tick - neighbour->anew_tick <= kSilentTicks;
+  if (role < 0 && begins) return;
+  neighbour->role = role;
+  neighbour->anew_tick = -1;
+}
+
+/// The neighbour's shared fields. Where its role counts though it says none under our program,
+/// since it goes over to it or begins anew, what is known of them counts as well.
+void ReadShared(const Context& context, const NeighbourMessage& message,
+                NeighbourRecord* neighbour) {
+  const VerifiedProgram& program = context.program;
+  const bool says = message.program_hash == program.hash() && message.role >= 0 &&
+                    message.role < program.num_roles();
+  if (says || neighbour->role < 0) neighbour->shared_role = -1;
+  if (!says) return;
+  const RoleInfo role = program.role(message.role);
+  if (message.num_shared != __builtin_popcount(role.shared_fields())) return;
+  // Messages may say anything; what is no value of its type is not believed.
+  int told = 0;
+  for (int i = 0; i < role.num_fields; ++i) {
+    if (!role.fields.shared(i)) continue;
+    neighbour->shared[told] = message.shared[told];
+    if (!IsValueOf(role.fields.type(i), message.shared[told], program.num_roles())) return;
+    ++told;
+  }
+  neighbour->shared_role = message.role;
 }
 
 }  // namespace
@@ -82,7 +131,10 @@ void UpdateNeighbours(Context& context, const TickInput& input, Inbox* inbox) {
     const NeighbourMessage* message = input.messages[c];
     if (!neighbour.sensor.docked || message == nullptr || !IsUsable(context, neighbour, *message))
       continue;
-    if (message->incarnation != neighbour.incarnation) inbox->changed |= 1u << c;
+    if (message->incarnation != neighbour.incarnation) {
+      inbox->changed |= 1u << c;
+      neighbour.anew_tick = neighbour.incarnation == 0 ? int64_t{-1} : state.tick;
+    }
     neighbour.incarnation = message->incarnation;
     neighbour.message_tick = message->tick;
     neighbour.heard_tick = state.tick;
@@ -105,13 +157,12 @@ void ReadNeighbourMessages(Context& context, const Inbox& inbox) {
     if (context.state.tick - neighbour.heard_tick > kSilentTicks) {
       neighbour.has_place = false;
       neighbour.role = -1;
+      neighbour.shared_role = -1;
     }
     const NeighbourMessage* message = inbox.from[c];
     if (message == nullptr) continue;
-    // Roles are numbers of one program.
-    const bool same_program = message->program_hash == context.program.hash();
-    neighbour.role =
-        same_program && message->role < context.program.num_roles() ? message->role : int16_t{-1};
+    ReadRole(context, *message, &neighbour);
+    ReadShared(context, *message, &neighbour);
     const DockedLink* docked = DockedHere(context, *message, neighbour);
     // Until it says which of its links is docked here, the body and the place are unknown.
     neighbour.linked = docked != nullptr;

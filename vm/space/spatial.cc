@@ -17,10 +17,44 @@ bool IsPose(const PoseF& X) {
   return std::isfinite(Norm(X.p)) && std::fabs(norm - 1.0f) < 1e-2f;
 }
 
+/// Takes what a pose says of the root's clock: that it is `ahead` of ours. Poses that were late say
+/// less, so that the most that any says is right; but modules count ticks alike, and those that say
+/// more than ours came to a module that was late itself. What all poses contradict for a while is
+/// given up for the nearest that they say.
+void FollowClock(int64_t ahead, PoseState* pose) {
+  if (ahead == pose->clock_ahead || (ahead > pose->clock_ahead && ahead <= 0)) {
+    pose->clock_ahead = ahead;
+    pose->clock_doubts = 0;
+    return;
+  }
+  // Doubts count while they point the same way.
+  const bool above = ahead > pose->clock_ahead;
+  const bool same_way = (pose->clock_doubted > pose->clock_ahead) == above;
+  if (pose->clock_doubts == 0 || !same_way) {
+    pose->clock_doubts = 0;
+    pose->clock_doubted = ahead;
+  }
+  if (above ? ahead < pose->clock_doubted : ahead > pose->clock_doubted) {
+    pose->clock_doubted = ahead;
+  }
+  if (++pose->clock_doubts < kClockDoubts) return;
+  pose->clock_ahead = pose->clock_doubted;
+  pose->clock_doubts = 0;
+}
+
 /// Takes the pose that arrived on connector c.
 void Accept(Context& context, int c, const NeighbourMessage& message, int neighbour_link) {
   PoseState& pose = context.state.pose;
   const NeighbourRecord& neighbour = context.state.neighbours[c];
+  const bool same_root =
+      pose.has && pose.root == message.root && pose.root_incarnation == message.root_incarnation;
+  // Each hop took a tick, or more where a message was late. Another root has another clock.
+  const int64_t ahead = message.root_sequence + message.hops + 1 - context.state.tick;
+  if (!same_root) {
+    pose.clock_ahead = ahead < 0 ? ahead : 0;
+    pose.clock_doubts = 0;
+  }
+  FollowClock(ahead, &pose);
   pose.has = true;
   pose.root = message.root;
   pose.root_incarnation = message.root_incarnation;
@@ -61,17 +95,26 @@ void PickPose(Context& context, const Inbox& inbox) {
   if (best != nullptr) Accept(context, best_connector, *best, best_link);
 }
 
-/// The root knows its pose and broadcasts it, anew in every tick.
-void SetAsRoot(Context& context) {
+/// The root knows its pose, by a sensor if it has one, and broadcasts it, anew in every tick.
+void SetAsRoot(Context& context, const TickInput& input) {
   PoseState& pose = context.state.pose;
+  // What was sensed last is nearer to the truth than where the root was when it began.
+  const bool sensed =
+      input.has_root_pose && input.root_link == context.config.root_link && IsPose(input.X_RL_root);
+  if (sensed) {
+    pose.X_RE = input.X_RL_root;
+  } else if (!pose.has) {
+    pose.X_RE = context.config.X_RL_root;
+  }
   pose.has = true;
   pose.root = context.config.module_id;
   pose.root_incarnation = context.config.incarnation;
   pose.sequence = context.state.tick;
   pose.hops = 0;
+  pose.clock_ahead = 0;
+  pose.clock_doubts = 0;
   pose.accepted_tick = context.state.tick;
   pose.entry_link = context.config.root_link;
-  pose.X_RE = context.config.X_RL_root;
 }
 
 /// X_BA of a joint's link A in its link B at joint value q (rad or m).
@@ -118,7 +161,7 @@ void FollowJoints(Context& context, const TickInput& input) {
 void UpdateSpatial(Context& context, const TickInput& input, const Inbox& inbox) {
   PoseState& pose = context.state.pose;
   if (context.config.is_root) {
-    SetAsRoot(context);
+    SetAsRoot(context, input);
   } else {
     PickPose(context, inbox);
   }
@@ -136,8 +179,19 @@ void UpdateSpatial(Context& context, const TickInput& input, const Inbox& inbox)
   FollowJoints(context, input);
 }
 
+bool RootTick(const VmState& state, int64_t tick, int64_t* root_tick) {
+  // Between poses, and without newer ones, our own ticks count on.
+  *root_tick = tick + state.pose.clock_ahead;
+  return state.pose.has;
+}
+
 bool HasFreshPose(const Context& context) {
   return context.state.pose.has && !context.state.pose.stale;
+}
+
+bool MayBeCutOff(const Context& context) {
+  const PoseState& pose = context.state.pose;
+  return context.state.tick - pose.accepted_tick > kNewsLateTicks + context.config.grace_ticks;
 }
 
 Vec3 PlaceOf(const Context& context) {
@@ -165,6 +219,11 @@ bool LiesAlong(const Context& context, int joint, Axis axis) {
   if (axis == Axis::kAny) return true;
   if (!context.state.pose.has) return false;
   return std::fabs(Dot(JointDirection(context, joint), UnitOf(axis))) >= kCos15;
+}
+
+Vec3 SensorDirection(const Context& context, int sensor) {
+  const KinSensor& s = context.kinematics.sensor(sensor);
+  return Rotate(context.state.pose.X_RL[s.link].q, s.direction);
 }
 
 void FillPose(const Context& context, NeighbourMessage* message) {

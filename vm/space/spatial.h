@@ -15,8 +15,15 @@ inline constexpr float kSin15 = 0.25881905f;
 /// values.
 void UpdateSpatial(Context& context, const TickInput& input, const Inbox& inbox);
 
+/// The tick of the root's clock at this module's tick: its poses bring both the root's tick and the
+/// hops that it took. False while the module has heard of no root.
+bool RootTick(const VmState& state, int64_t tick, int64_t* root_tick);
+
 /// True while poses are neither missing nor stale.
 bool HasFreshPose(const Context& context);
+/// No news of the root for some ticks, though it sends some in each: whether the way to it has only
+/// become longer, or there is none any more, shows once news comes or the pose goes stale.
+bool MayBeCutOff(const Context& context);
 
 /// The module's place in R: mean of its links' origins.
 Vec3 PlaceOf(const Context& context);
@@ -31,6 +38,9 @@ Vec3 JointDirection(const Context& context, int joint);
 
 /// True if the joint's axis lies along `axis` to 15 degrees; always for kAny.
 bool LiesAlong(const Context& context, int joint, Axis axis);
+
+/// Unit direction in R in which a sensor looks.
+Vec3 SensorDirection(const Context& context, int sensor);
 
 /// Adds the poses to our own message.
 void FillPose(const Context& context, NeighbourMessage* message);

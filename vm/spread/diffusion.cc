@@ -75,7 +75,7 @@ void DropKept(DiffusionState* d, int at) {
 /// The function of a role's command; -1 if there is no such command.
 int16_t CommandFunction(const VerifiedProgram& program, int role, int command) {
   if (role >= program.num_roles() || command >= program.role(role).num_commands) return -1;
-  return static_cast<int16_t>(program.role(role).commands[command].function);
+  return static_cast<int16_t>(program.role(role).commands[command]);
 }
 
 /// Runs it here if the role held is meant; under any other image, or without the role, it is only
@@ -85,6 +85,8 @@ void Deliver(Context& context, const Invocation& invocation) {
   const VerifiedProgram& program = context.program;
   const int own = context.state.role.role;
   if (invocation.program_hash != program.hash() || own < 0) return;
+  // One that is for another module is only passed on.
+  if (invocation.target >= 0 && invocation.target != context.config.module_id) return;
   if (invocation.role >= program.num_roles() || !program.IsA(own, invocation.role)) return;
   if (invocation.command >= program.role(invocation.role).num_commands) return;
   QueueCommand(context, invocation.command, invocation.arguments, invocation.num_arguments);
@@ -213,7 +215,7 @@ void ReceiveInvocations(Context& context, const Inbox& inbox) {
   RelieveJam(context);
 }
 
-bool Issue(Context& context, int role, int command, const Cell* arguments, int count,
+bool Issue(Context& context, int role, int command, const Cell* arguments, int count, int target,
            Fault* fault) {
   DiffusionState& d = context.state.diffusion;
   // Half of the store stays free for what others send.
@@ -237,6 +239,7 @@ bool Issue(Context& context, int role, int command, const Cell* arguments, int c
   invocation.origin_incarnation = context.config.incarnation;
   invocation.id = origin->have = d.own_id = d.own_id + 1;
   invocation.program_hash = context.program.hash();
+  invocation.target = target;
   invocation.role = static_cast<uint16_t>(role);
   invocation.command = static_cast<uint8_t>(command);
   invocation.num_arguments = static_cast<uint8_t>(count);
@@ -258,7 +261,7 @@ void IssueRequests(Context& context, const TickInput& input) {
     const bool fits =
         program.AcceptsArguments(fault.function, request.arguments, request.num_arguments);
     if (fits && Issue(context, request.role, request.command, request.arguments,
-                      request.num_arguments, &fault)) {
+                      request.num_arguments, -1, &fault)) {
       continue;
     }
     Report(context, fault);

@@ -11,9 +11,11 @@ namespace morphbus::vm {
 /// Takes acknowledgements and new invocations; queues commands of the role held.
 void ReceiveInvocations(Context& context, const Inbox& inbox);
 
-/// Issues an invocation to every module that plays `role` (or a subrole), this one included. If too
-/// many are still under way it is not sent; returns false then, and *fault says why.
-bool Issue(Context& context, int role, int command, const Cell* arguments, int count, Fault* fault);
+/// Issues an invocation to every module that plays `role` (or a subrole), this one included, or
+/// only to the module `target` if that is not -1. If too many are still under way it is not sent;
+/// returns false then, and *fault says why.
+bool Issue(Context& context, int role, int command, const Cell* arguments, int count, int target,
+           Fault* fault);
 
 /// Issues what came from outside in this tick.
 void IssueRequests(Context& context, const TickInput& input);

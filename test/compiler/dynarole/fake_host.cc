@@ -5,6 +5,7 @@
 #include <bit>
 
 #include "vm/image/fault_text.h"
+#include "vm/image/print_line.h"
 
 namespace morphbus::dynarole {
 
@@ -29,7 +30,13 @@ keywords::KeywordTable TestKeywords() {
                    {"lift", "LIFT", model::JointType::kPrismatic},
                    {"turntable", "TURNTABLE", model::JointType::kContinuous}};
   slider.connectors = {{"c1", "C1", {{"gear", "GEAR", {1.0, 2.0}}}}};
-  return *keywords::KeywordTable::Of({mtran, slider});
+  // Sensors are named only in the program that is about them.
+  keywords::ModuleKeywords finder{"FINDER", {}, {}, {}};
+  finder.joints = {{"joint_1", "JOINT_1"}};
+  finder.sensors = {{"ir", "IR", model::SensorType::kDistance},
+                    {"skin", "SKIN", model::SensorType::kContact},
+                    {"level", "LEVEL", model::SensorType::kTilt}};
+  return *keywords::KeywordTable::Of({mtran, slider, finder});
 }
 
 OpResult FakeHost::Note(const std::string& line, bool wait) {
@@ -104,8 +111,17 @@ OpResult FakeHost::JointDegrees(int joint, float* degrees) {
 OpResult FakeHost::TurnContinuous(int joint, float degrees_per_s) {
   return Note(fmt::format("turn joint {} at {}", joint, degrees_per_s), false);
 }
-OpResult FakeHost::MoveMillimetres(int joint, float mm) {
-  return Note(fmt::format("move joint {} by {} mm and wait", joint, mm), true);
+OpResult FakeHost::MoveMillimetres(int joint, float mm, bool blocking) {
+  return Note(fmt::format("move joint {} by {} mm{}", joint, mm, blocking ? " and wait" : ""),
+              blocking);
+}
+OpResult FakeHost::SetMillimetres(int joint, float mm, bool blocking) {
+  return Note(fmt::format("move joint {} to {} mm{}", joint, mm, blocking ? " and wait" : ""),
+              blocking);
+}
+OpResult FakeHost::JointMillimetres(int joint, float* mm) {
+  *mm = 30.5F + static_cast<float>(joint);
+  return {};
 }
 OpResult FakeHost::SetPosition(int joint, float degrees) {
   return Note(fmt::format("position {} {}", joint, degrees), false);
@@ -120,22 +136,67 @@ OpResult FakeHost::SetConnectorState(int connector, int state_keyword, Cell valu
                           value.AsInt()),
               false);
 }
+OpResult FakeHost::GetConnectorState(int connector, int state_keyword, int* value) {
+  const vm::Text name = program_.keyword(state_keyword).name;
+  *value = std::string(name.data, name.size) == "EXTENDED" && connector == 0 ? 1 : 0;
+  return {};
+}
+bool FakeHost::Docked(int connector) { return connector == 0; }
+OpResult FakeHost::SensorTowards(vm::SensorKind kind, int, vm::Direction d, float* value) {
+  if (kind == vm::SensorKind::kContact) {
+    *value = d == vm::Direction::kSouth ? 1.0F : 0.0F;
+  } else {
+    *value = d == vm::Direction::kNorth ? 100.0F : 2000.0F;
+  }
+  return {};
+}
+OpResult FakeHost::Tilt(vm::Axis, float* degrees) {
+  *degrees = 12.0F;
+  return {};
+}
+OpResult FakeHost::SensorReading(vm::SensorKind kind, int, float* value) {
+  *value = kind == vm::SensorKind::kContact ? 1.0F : 30.0F;
+  return {};
+}
+int64_t FakeHost::RootTimeUs() { return 2500000; }
+int FakeHost::Hops() { return 3; }
+float FakeHost::Random() { return 0.25F; }
 OpResult FakeHost::Sleep(int64_t duration_us) {
   return Note(fmt::format("sleep {} us", duration_us), true);
 }
-OpResult FakeHost::Invoke(int role, int command_slot, const Cell* arguments, int count) {
-  const vm::RoleInfo& info = program_.role(role);
-  const vm::RoutineInfo& command = info.commands[command_slot];
-  std::string line = "invoke " + std::string(info.name.data, info.name.size) + "." +
-                     std::string(command.name.data, command.name.size) + "(";
-  const vm::FunctionInfo& function = program_.function(command.function);
+std::string FakeHost::CallText(int role, int command_slot, const Cell* arguments, int count) const {
+  const vm::RoleInfo info = program_.role(role);
+  const int command = info.commands[command_slot];
+  const vm::Text name = program_.member_name(command);
+  std::string line =
+      std::string(info.name.data, info.name.size) + "." + std::string(name.data, name.size) + "(";
+  const vm::FunctionInfo function = program_.function(command);
   for (int i = 0; i < count; ++i) {
     if (i > 0) line += ", ";
     line += function.local_types[i] == vm::ValueType::kFloat
                 ? fmt::format("{}", arguments[i].AsFloat())
                 : fmt::format("{}", arguments[i].AsInt());
   }
-  return Note(line + ")", false);
+  return line + ")";
+}
+OpResult FakeHost::Invoke(int role, int command_slot, const Cell* arguments, int count) {
+  return Note("invoke " + CallText(role, command_slot, arguments, count), false);
+}
+OpResult FakeHost::InvokeNear(uint32_t connector_mask, int role, int command_slot,
+                              const Cell* arguments, int count) {
+  return Note(fmt::format("invoke on {:b} ", connector_mask) +
+                  CallText(role, command_slot, arguments, count),
+              false);
+}
+// The fields of a neighbour are what its role begins with.
+OpResult FakeHost::NeighbourField(uint32_t connector_mask, int role, int field, Cell* value) {
+  OpResult result;
+  if (CountModules(connector_mask) != 1) result.fault = vm::FaultCode::kNotOneNeighbour;
+  *value = program_.role(role).fields[field];
+  return result;
+}
+OpResult FakeHost::Print(int text, const Cell* values, int count) {
+  return Note("print " + vm::PrintText(program_, nullptr, text, values, count), false);
 }
 
 namespace {
@@ -145,7 +206,7 @@ class RoleRunner {
  public:
   RoleRunner(const vm::VerifiedProgram& program, int role)
       : program_(program), role_(program.role(role)), host_(program) {
-    std::copy(role_.fields, role_.fields + role_.num_fields, fields_);
+    for (int i = 0; i < role_.num_fields; ++i) fields_[i] = role_.fields[i];
     std::fill(std::begin(labels_), std::end(labels_), int8_t{-1});
     context_.role = role;
     context_.fields = fields_;
@@ -160,18 +221,18 @@ class RoleRunner {
       }
     }
     for (int i = 0; i < role_.num_labels; ++i) {
-      const vm::RunResult result = Evaluate(role_.labels[i].function);
+      const vm::RunResult result = Evaluate(role_.labels[i]);
       if (result.status != vm::RunStatus::kFinished) continue;
       labels_[i] = static_cast<int8_t>(result.value.AsInt());
-      host_.log.push_back("label " + Str(role_.labels[i].name) +
-                          (role_.labels[i].type == vm::ValueType::kJoint ? " joint " : " link ") +
-                          std::to_string(labels_[i]));
+      const bool is_joint = program_.function(role_.labels[i]).return_type == vm::ValueType::kJoint;
+      host_.log.push_back("label " + Str(program_.member_name(role_.labels[i])) +
+                          (is_joint ? " joint " : " link ") + std::to_string(labels_[i]));
     }
-    for (int i = 0; i < role_.num_startups; ++i) RunFunction(role_.startups[i].function);
-    for (int i = 0; i < role_.num_behaviors; ++i) RunFunction(role_.behaviors[i].function);
+    for (int i = 0; i < role_.num_startups; ++i) RunFunction(role_.startups[i]);
+    for (int i = 0; i < role_.num_behaviors; ++i) RunFunction(role_.behaviors[i]);
     for (int i = 0; i < role_.num_commands; ++i) {
-      if (program_.function(role_.commands[i].function).num_arguments == 0) {
-        RunFunction(role_.commands[i].function);
+      if (program_.function(role_.commands[i]).num_arguments == 0) {
+        RunFunction(role_.commands[i]);
       }
     }
     for (int i = 0; i < role_.num_handlers; ++i) RunFunction(role_.handlers[i].function);
@@ -208,7 +269,7 @@ class RoleRunner {
   }
 
   const vm::VerifiedProgram& program_;
-  const vm::RoleInfo& role_;
+  const vm::RoleInfo role_;
   FakeHost host_;
   vm::RoleContext context_;
   Cell fields_[vm::kMaxFields];

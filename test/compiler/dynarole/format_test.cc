@@ -85,18 +85,14 @@ TEST(Format, RefusesWhatDoesNotParse) {
   EXPECT_EQ(FormatText("role R extends Module { x = ; }"), std::nullopt);
 }
 
-/// An image but for its hash and size, and its last section: the source line of each instruction.
+/// The part of an image that runs, but for its hash and that of the notes, which have the lines.
 std::vector<uint8_t> ProgramOf(const std::optional<std::vector<uint8_t>>& image) {
   if (!image) return {};
   const auto at = [&](uint32_t i) { return image->begin() + static_cast<std::ptrdiff_t>(i); };
-  const uint32_t entry =
-      vm::image::kSectionsAt + 8 * static_cast<uint32_t>(vm::image::Section::kLines);
-  uint32_t lines = 0;
-  for (uint32_t i = 0; i < 4; ++i) lines |= uint32_t{(*image)[entry + i]} << (8 * i);
-  EXPECT_GT(lines, vm::image::kHeaderBytes);
+  const uint32_t size = vm::image::ReadU32(image->data() + vm::image::kSizeAt);
+  EXPECT_GT(size, vm::image::kHeaderBytes);
   std::vector<uint8_t> program(at(vm::image::kBudgetAt), at(vm::image::kHashAt));
-  program.insert(program.end(), at(vm::image::kSourceNameAt), at(entry));
-  program.insert(program.end(), at(vm::image::kHeaderBytes), at(lines));
+  program.insert(program.end(), at(vm::image::kCountsAt), at(size));
   return program;
 }
 

@@ -10,6 +10,7 @@
 
 #include "compiler/dynarole/compile.h"
 #include "test/compiler/dynarole/fake_host.h"
+#include "test/support/doc_examples.h"
 #include "test/support/source_dir.h"
 #include "vm/image/verifier.h"
 
@@ -50,6 +51,37 @@ TEST_P(ProgramFile, DoesWhatItSays) {
     if (at != std::string::npos) expected.push_back(line.substr(at + mark.size()));
   }
   EXPECT_EQ(RunRole(*program, "Test"), expected);
+}
+
+/// The events that the comments of a text announce.
+std::vector<std::string> ExpectedIn(const std::string& text) {
+  std::vector<std::string> expected;
+  std::istringstream lines(text);
+  std::string line;
+  const std::string mark = "// expect: ";
+  while (std::getline(lines, line)) {
+    const size_t at = line.find(mark);
+    if (at != std::string::npos) expected.push_back(line.substr(at + mark.size()));
+  }
+  return expected;
+}
+
+// What the documentation shows is run like the files of test/programs: the last concrete role.
+TEST(Documentation, ExamplesDoWhatTheySay) {
+  const std::vector<test::DocExample> examples = test::DocExamples("docs/dynarole.md");
+  EXPECT_GE(examples.size(), 5u);
+  for (const test::DocExample& example : examples) {
+    SCOPED_TRACE("docs/dynarole.md:" + std::to_string(example.line));
+    const CompileResult result = CompileProgram("example.dyn", example.text, TestKeywords());
+    ASSERT_TRUE(result.image && result.diagnostics.all().empty())
+        << Render(result.diagnostics, result.sources, false);
+    const auto program = std::make_unique<vm::VerifiedProgram>();
+    vm::Verifier::Verify(result.image->data(), static_cast<uint32_t>(result.image->size()),
+                         program.get());
+    int last = program->num_roles() - 1;
+    while (last > 0 && program->role(last).abstract_role) --last;
+    EXPECT_EQ(RunRoleNumber(*program, last), ExpectedIn(example.text));
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ProgramFile, ::testing::ValuesIn(ProgramFiles()),

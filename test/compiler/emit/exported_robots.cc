@@ -131,12 +131,12 @@ const char* const kAwkwardNames =
 model::Model GadgetModel() {
   model::ModuleType type;
   type.name = "GADGET";
-  type.links.push_back({"base", BoxAt(Vector3d::Zero(), 0.05), 0.3});
-  type.links.push_back({"slider", BoxAt({0.2, 0, 0}, 0.02), 0.1});
-  type.links.push_back({"arm", BoxAt({0, 0.2, 0}, 0.03), 0.2});
-  type.links.push_back({"lid", {}, 0.05});
+  type.links.push_back({"base", BoxAt(Vector3d::Zero(), 0.05), {}, 0.3});
+  type.links.push_back({"slider", BoxAt({0.2, 0, 0}, 0.02), {}, 0.1});
+  type.links.push_back({"arm", BoxAt({0, 0.2, 0}, 0.03), {}, 0.2});
+  type.links.push_back({"lid", {}, {}, 0.05});
   type.links.push_back(
-      {"plate", {{0, 0, 0.2}, {0.05, 0, 0.2}, {0.05, 0.04, 0.2}, {0, 0.04, 0.2}}, 0.05});
+      {"plate", {{0, 0, 0.2}, {0.05, 0, 0.2}, {0.05, 0.04, 0.2}, {0, 0.04, 0.2}}, {}, 0.05});
   type.joints = {
       MakeJoint("slide", JointType::kPrismatic, 1, 0, {0.1, 0.02, 0}, {1, 2, -0.5}),
       MakeJoint("spin", JointType::kContinuous, 0, 2, {0.01, 0.1, -0.03}, {-0.3, 1, 0.7}),

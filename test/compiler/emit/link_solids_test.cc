@@ -16,13 +16,14 @@ TEST(LinkSolids, MassesAndHullsAreTheModelsAndWorkedOutOnce) {
     EXPECT_EQ(solids.Mass(0, link).mass_kg, mass.mass_kg);
     EXPECT_EQ(solids.Mass(0, link).p_LoLcm_L, mass.p_LoLcm_L);
     EXPECT_EQ(solids.Mass(0, link).I_Lcm_L, mass.I_Lcm_L);
-    const std::vector<Eigen::Vector3d> hull = model::SolidHull(type, link);
-    EXPECT_EQ(solids.Hull(0, link), hull);
-    EXPECT_EQ(solids.Faces(0, link).vertices, model::ComputeHull(hull).vertices);
+    const std::vector<std::vector<Eigen::Vector3d>> parts = model::SolidParts(type, link);
+    ASSERT_EQ(parts.size(), 1u);
+    EXPECT_EQ(solids.Parts(0, link), parts);
+    EXPECT_EQ(solids.Faces(0, link).front().vertices, model::ComputeHull(parts.front()).vertices);
   }
   // The first answers still stand where they stood.
   EXPECT_EQ(&solids.Mass(0, 0), &solids.Mass(0, 0));
-  EXPECT_EQ(&solids.Hull(0, 0), &solids.Hull(0, 0));
+  EXPECT_EQ(&solids.Parts(0, 0), &solids.Parts(0, 0));
   EXPECT_EQ(&solids.Faces(0, 0), &solids.Faces(0, 0));
 }
 

@@ -225,8 +225,16 @@ TEST(Urdf, MassesAndInertiasAreThoseOfTheMeshes) {
             GetTreeElementSegment(kdl.getSegment(LinkName(robot, m, l))->second).getInertia();
         EXPECT_NEAR(actual.getMass(), type.links[l].mass_kg, 1e-12);
         if (type.links[l].hull.empty()) continue;
-        const Solid& solid =
-            solids.at("robot_meshes/" + type.name + "." + type.links[l].name + ".stl");
+        // The file of its only part, or one for each of several.
+        const std::string mesh = "robot_meshes/" + type.name + "." + type.links[l].name;
+        Solid solid;
+        for (const auto& [path, part] : solids) {
+          if (path != mesh + ".stl" && !path.starts_with(mesh + ".part")) continue;
+          solid.volume += part.volume;
+          solid.first += part.first;
+          solid.second += part.second;
+        }
+        ASSERT_GT(solid.volume, 0.0);
         const double density = type.links[l].mass_kg / solid.volume;
         const Eigen::Matrix3d expected =
             density * (solid.second.trace() * Eigen::Matrix3d::Identity() - solid.second);

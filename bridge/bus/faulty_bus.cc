@@ -1,0 +1,206 @@
+#include "bridge/bus/faulty_bus.h"
+
+#include <cmath>
+#include <utility>
+
+namespace morphbus::bridge {
+namespace {
+
+/// Bits that a random number has to spare, as many as a double holds exactly.
+constexpr int kRandomBits = 53;
+
+/// Where tick and sim time stand in a payload: behind fingerprint, CRC and protocol
+/// (lcmtypes/header_t.lcm).
+constexpr size_t kTickOffset = 16, kSimTimeOffset = 24, kSimTimeEnd = 32;
+
+/// A number of eight bytes in network order.
+int64_t ReadBig(const uint8_t* data) {
+  uint64_t value = 0;
+  for (size_t i = 0; i < 8; ++i) value = value << 8 | data[i];
+  return static_cast<int64_t>(value);
+}
+
+/// FNV-1a: names that differ give the random numbers another beginning.
+uint64_t HashOf(std::string_view text) {
+  uint64_t hash = 0xcbf29ce484222325ULL;
+  for (const char c : text) hash = (hash ^ static_cast<uint8_t>(c)) * 0x100000001b3ULL;
+  return hash;
+}
+
+/// Whether the rule is for messages of this time.
+bool IsTime(const FaultRule& rule, int64_t tick, int64_t us) {
+  return tick >= rule.from_tick && tick < rule.until_tick && us >= rule.from_us &&
+         us < rule.until_us;
+}
+
+}  // namespace
+
+FaultPlan WithLoss(FaultPlan plan, double loss, uint64_t seed) {
+  if (!plan.seed) plan.seed = seed;
+  if (loss <= 0) return plan;
+  FaultRule rule;
+  rule.loss = loss;
+  plan.rules.push_back(rule);
+  return plan;
+}
+
+bool MatchesPattern(std::string_view pattern, std::string_view text) {
+  constexpr size_t kNone = std::string_view::npos;
+  size_t p = 0, t = 0;
+  // Where the last * was, and how far the text was when it stood for nothing yet. Only the last one
+  // need ever stand for more, so this takes at most pattern times text steps.
+  size_t star = kNone, star_text = 0;
+  while (t < text.size()) {
+    if (p < pattern.size() && pattern[p] == '*') {
+      star = p++;
+      star_text = t;
+    } else if (p < pattern.size() && (pattern[p] == '?' || pattern[p] == text[t])) {
+      ++p;
+      ++t;
+    } else if (star != kNone) {
+      p = star + 1;
+      t = ++star_text;
+    } else {
+      return false;
+    }
+  }
+  return pattern.find_first_not_of('*', p) == kNone;
+}
+
+FaultyBus::FaultyBus(Bus* inner, const FaultPlan& plan, std::string_view process)
+    : ForwardingBus(inner), state_(plan.seed.value_or(1) ^ HashOf(process)) {
+  for (const FaultRule& rule : plan.rules) {
+    // The receiver never changes, so rules for others are dropped once.
+    if (MatchesPattern(rule.process, process)) rules_.push_back(rule);
+  }
+}
+
+uint64_t FaultyBus::Random() {
+  // splitmix64 (Steele, Lea, Flood 2014), which needs no more state than a counter.
+  state_ += 0x9e3779b97f4a7c15ULL;
+  uint64_t z = state_;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  return z ^ (z >> 31);
+}
+
+bool FaultyBus::Happens(double probability) {
+  // What cannot happen takes no number, so that a rule more leaves the others' draws alone.
+  if (!(probability > 0)) return false;
+  const auto threshold = static_cast<uint64_t>(std::ldexp(std::fmin(probability, 1), kRandomBits));
+  return Random() >> (64 - kRandomBits) < threshold;
+}
+
+std::vector<FaultyBus::Fate> FaultyBus::Draw(std::string_view channel, const uint8_t* data,
+                                             size_t size) {
+  // What has no header of ours counts as of the beginning.
+  const bool dated = size >= kSimTimeEnd;
+  const int64_t tick = dated ? ReadBig(data + kTickOffset) : 0;
+  const int64_t us = dated ? ReadBig(data + kSimTimeOffset) : 0;
+  const std::string_view local = channel.substr(channel.find('/') + 1);
+  std::vector<const FaultRule*> rules;
+  for (const FaultRule& rule : rules_) {
+    if (IsTime(rule, tick, us) && MatchesPattern(rule.channel, local)) rules.push_back(&rule);
+  }
+  // Each rule draws for itself: two that lose a half lose three quarters.
+  size_t copies = 1;
+  for (const FaultRule* rule : rules) {
+    if (Happens(rule->loss)) return {};
+    if (Happens(rule->duplicate)) copies = 2;
+  }
+  // Each copy is late or damaged by draws of its own; delays of several rules add up.
+  std::vector<Fate> fates(copies);
+  for (Fate& fate : fates) {
+    for (const FaultRule* rule : rules) {
+      if (Happens(rule->reorder)) {
+        fate.delay += 1 + static_cast<int>(Random() % static_cast<uint64_t>(rule->delay));
+      }
+      fate.damaged = Happens(rule->corrupt) || fate.damaged;
+    }
+  }
+  return fates;
+}
+
+void FaultyBus::Damage(std::vector<uint8_t>* bytes) {
+  if (bytes->empty()) return;
+  // Unlike bits, since two flips of one would undo each other.
+  const size_t bits = 8 * bytes->size();
+  const size_t first = Random() % bits;
+  const size_t flips = 1 + Random() % 3;
+  for (size_t i = 0; i < flips; ++i) {
+    const size_t bit = (first + i * (1 + first % 3)) % bits;
+    (*bytes)[bit / 8] ^= static_cast<uint8_t>(1 << bit % 8);
+  }
+}
+
+void FaultyBus::Deliver(const Held& message) {
+  // The subscription may have ended while the message was held.
+  const auto found = message.book->find(message.name);
+  if (found == message.book->end()) return;
+  // What nobody hears is not counted, so that a receiver's bad messages can be compared with this.
+  injected_.corrupted += message.damaged ? 1 : 0;
+  // Kept alive: it may replace itself.
+  const std::shared_ptr<Handler> handler = found->second;
+  (*handler)(message.channel, message.bytes.data(), message.bytes.size());
+}
+
+void FaultyBus::Overtake(size_t count) {
+  std::vector<Held> due, waiting;
+  for (size_t i = 0; i < held_.size(); ++i) {
+    // Only those that waited before this message came were overtaken by it.
+    const bool over = i < count && --held_[i].remaining == 0;
+    (over ? due : waiting).push_back(std::move(held_[i]));
+  }
+  held_ = std::move(waiting);
+  for (const Held& held : due) Deliver(held);
+}
+
+Bus::Handler FaultyBus::Wrap(const Book* book, const std::string& name) {
+  return [this, book, name](std::string_view channel, const uint8_t* data, size_t size) {
+    // Copies of this message that are held from now on were not overtaken by it.
+    const size_t waiting = held_.size();
+    const std::vector<Fate> fates = Draw(channel, data, size);
+    injected_.discarded += fates.empty() ? 1 : 0;
+    injected_.doubled += fates.size() > 1 ? 1 : 0;
+    for (const Fate& fate : fates) {
+      Held copy = {book, name, std::string(channel), {data, data + size}, fate.damaged, fate.delay};
+      if (fate.damaged) Damage(&copy.bytes);
+      injected_.delayed += fate.delay > 0 ? 1 : 0;
+      if (fate.delay == 0) {
+        Deliver(copy);
+      } else {
+        held_.push_back(std::move(copy));
+      }
+    }
+    Overtake(waiting);
+  };
+}
+
+void FaultyBus::Subscribe(const std::string& channel, Handler handler, const Interest& interest) {
+  // Who is spared need not pay for it.
+  if (rules_.empty()) return inner_->Subscribe(channel, std::move(handler), interest);
+  exact_[channel] = std::make_shared<Handler>(std::move(handler));
+  inner_->Subscribe(channel, Wrap(&exact_, channel), interest);
+}
+
+void FaultyBus::SubscribePrefix(const std::string& prefix, Handler handler) {
+  if (rules_.empty()) return inner_->SubscribePrefix(prefix, std::move(handler));
+  prefixes_[prefix] = std::make_shared<Handler>(std::move(handler));
+  inner_->SubscribePrefix(prefix, Wrap(&prefixes_, prefix));
+}
+
+void FaultyBus::SubscribeQuietly(const std::string& prefix, const std::string& suffix,
+                                 Handler handler) {
+  if (rules_.empty()) return inner_->SubscribeQuietly(prefix, suffix, std::move(handler));
+  quiet_[prefix] = std::make_shared<Handler>(std::move(handler));
+  inner_->SubscribeQuietly(prefix, suffix, Wrap(&quiet_, prefix));
+}
+
+void FaultyBus::Unsubscribe(const std::string& channel) {
+  exact_.erase(channel);
+  prefixes_.erase(channel);
+  quiet_.erase(channel);
+  inner_->Unsubscribe(channel);
+}
+
+}  // namespace morphbus::bridge

@@ -1,0 +1,127 @@
+#pragma once
+// Faults of the bus on purpose, for tests and experiments: messages that are lost, doubled, late or
+// damaged. bridge/bus/fault_plan.h reads them from a file.
+
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bridge/bus/bus_adapters.h"
+
+namespace morphbus::bridge {
+
+/// What happens to messages that reach a process on some of its channels, and when. Each chance is
+/// a probability, 0 to 1, and drawn for each message by itself.
+struct FaultRule {
+  /// Receivers and channels by pattern (MatchesPattern). A channel is named without the run's name:
+  /// "m1/TRANSFORM".
+  std::string process = "*";
+  std::string channel = "*";
+  /// Which messages by the tick and the sim time (microseconds) that stand in their headers: those
+  /// from `from_...` on and before `until_...`. HELLO and whatever else precedes tick 1 has 0.
+  int64_t from_tick = 0, until_tick = std::numeric_limits<int64_t>::max();
+  int64_t from_us = 0, until_us = std::numeric_limits<int64_t>::max();
+  /// The message does not arrive at all.
+  double loss = 0;
+  /// It arrives twice. The two are then late or damaged independently of each other.
+  double duplicate = 0;
+  /// It arrives after 1 to `delay` of the messages that follow it at this receiver, all numbers
+  /// being equally likely.
+  double reorder = 0;
+  int delay = 4;
+  /// One to three of its bits are flipped: CRC-32 finds all of these in messages of our size
+  /// (Koopman, "32-Bit Cyclic Redundancy Codes for Internet Applications", DSN 2002: Hamming
+  /// distance 4 up to 91,607 bits).
+  double corrupt = 0;
+};
+
+/// All faults of a run.
+struct FaultPlan {
+  /// Of the random numbers; nothing if the file leaves it to --seed.
+  std::optional<uint64_t> seed;
+  std::vector<FaultRule> rules;
+};
+
+/// Adds the loss of `loss` (0 to 1) of all messages at all receivers (--loss), and says which seed
+/// holds if the plan has none of its own.
+FaultPlan WithLoss(FaultPlan plan, double loss, uint64_t seed);
+
+/// Whether the whole text fits the pattern, in which `*` stands for any characters, none included,
+/// and `?` for any one.
+bool MatchesPattern(std::string_view pattern, std::string_view text);
+
+/// Does to what arrives what the rules for one process say: the same with the same seed, rules,
+/// name and arrivals (splitmix64). Publishing is left alone: faults are at the receiver, so that
+/// each has its own. A message that is held back for later ones waits for as long as none come.
+class FaultyBus : public ForwardingBus {
+ public:
+  /// @param inner    outlives this bus.
+  /// @param process  the receiver's name, by which rules are chosen; receivers of unlike names draw
+  ///                 unlike numbers from the same seed.
+  FaultyBus(Bus* inner, const FaultPlan& plan, std::string_view process);
+
+  // As in Bus; what is received may suffer.
+  using Bus::Subscribe;
+  void Subscribe(const std::string& channel, Handler handler, const Interest& interest) override;
+  void SubscribePrefix(const std::string& prefix, Handler handler) override;
+  void SubscribeQuietly(const std::string& prefix, const std::string& suffix,
+                        Handler handler) override;
+  void Unsubscribe(const std::string& channel) override;
+  [[nodiscard]] InjectedFaults injected() const override { return injected_; }
+
+ private:
+  /// Handlers by the name under which they subscribed. Shared, so that one may replace itself.
+  using Book = std::map<std::string, std::shared_ptr<Handler>>;
+  /// A message that later ones overtake.
+  struct Held {
+    const Book* book = nullptr;
+    std::string name;  ///< Under which its handler is in the book.
+    std::string channel;
+    std::vector<uint8_t> bytes;
+    bool damaged = false;
+    int remaining = 0;  ///< Messages that still come before it.
+  };
+  /// What befalls one copy of a message.
+  struct Fate {
+    int delay = 0;
+    bool damaged = false;
+  };
+
+  /// A handler for the inner bus that lets the message suffer before who subscribed gets it.
+  Handler Wrap(const Book* book, const std::string& name);
+  /// What happens to the copies of a message; empty if it is lost.
+  std::vector<Fate> Draw(std::string_view channel, const uint8_t* data, size_t size);
+  /// Hands a message to who subscribed under its name, if anybody still does.
+  void Deliver(const Held& message);
+  /// Another message has come: delivers those of the first `count` held ones that waited for it.
+  void Overtake(size_t count);
+  /// Flips one to three bits.
+  void Damage(std::vector<uint8_t>* bytes);
+  /// The next random number, and whether something of this probability happens.
+  uint64_t Random();
+  bool Happens(double probability);
+
+  std::vector<FaultRule> rules_;  ///< Those for this process.
+  uint64_t state_;                ///< Of the random numbers: splitmix64's counter.
+  // By name, by prefix, and those told by both ends by their prefix.
+  Book exact_, prefixes_, quiet_;
+  std::vector<Held> held_;  ///< Oldest first.
+  InjectedFaults injected_;
+};
+
+/// Throws away a fraction of what arrives, and does nothing else.
+class LossyBus : public FaultyBus {
+ public:
+  /// @param inner  outlives this bus.
+  /// @param loss   probability 0..1 with which a message is thrown away.
+  /// @param seed   of the random numbers; the same seed loses the same messages.
+  LossyBus(Bus* inner, double loss, uint64_t seed)
+      : FaultyBus(inner, WithLoss({}, loss, seed), "") {}
+};
+
+}  // namespace morphbus::bridge

@@ -1,0 +1,132 @@
+#include "bridge/bus/lcm_tap.h"
+
+#include <lcm/lcm.h>
+#include <poll.h>
+
+#include <utility>
+
+#include "bridge/bus/lcm_datagrams.h"
+#include "bridge/bus/lcm_fragments.h"
+#include "bridge/bus/lcm_senders.h"
+#include "bridge/bus/lcm_url.h"
+#include "bridge/bus/udpm_socket.h"
+
+namespace morphbus::bridge {
+namespace {
+
+// Messages that one call of Take hands over, about, so that its caller gets to do other things.
+constexpr size_t kMostAtOnce = 4096;
+
+/// The first two numbers of a datagram of LCM: what it is, and which one.
+struct DatagramStart {
+  uint32_t magic = 0;
+  uint32_t sequence = 0;
+};
+
+/// Reads them; zeros of what is too short.
+DatagramStart StartOf(const Datagram& datagram) {
+  const auto number = [&](size_t at) {
+    uint32_t value = 0;
+    for (size_t i = at; i < at + 4; ++i) value = value << 8 | datagram.data[i];
+    return value;
+  };
+  return datagram.size < 8 ? DatagramStart() : DatagramStart{number(0), number(4)};
+}
+
+/// UDP multicast, by a socket of its own without LCM's thread.
+class UdpmTap : public LcmTap {
+ public:
+  explicit UdpmTap(std::unique_ptr<UdpmSocket> socket) : socket_(std::move(socket)) {
+    socket_->TellArrivals();
+    socket_->PassEverything();
+  }
+
+  void Take(const Sink& sink) override {
+    socket_->Take(kMostAtOnce, [&](const Datagram& datagram) { TakeOne(datagram, sink); });
+  }
+  [[nodiscard]] int fd() const override { return socket_->fd(); }
+  [[nodiscard]] TapLosses losses() const override {
+    return {senders_.lost(), socket_->drops(), fragments_.given_up(), datagrams_.bad()};
+  }
+
+ private:
+  /// A datagram is a message, a part of one, or no business of LCM's.
+  void TakeOne(const Datagram& datagram, const Sink& sink) {
+    const DatagramStart start = StartOf(datagram);
+    const auto take = [&](std::string_view channel, const uint8_t* data, size_t size) {
+      sink({channel, data, size, datagram.arrival_ns});
+    };
+    if (start.magic == kLcmShortMagic || start.magic == kLcmFragmentMagic) {
+      senders_.Take(datagram.sender, start.sequence);
+    }
+    if (start.magic == kLcmFragmentMagic) {
+      fragments_.Take(datagram.sender, datagram.data, datagram.size, take);
+    } else {
+      datagrams_.Take(datagram.data, datagram.size, take);
+    }
+  }
+
+  std::unique_ptr<UdpmSocket> socket_;
+  LcmDatagrams datagrams_;
+  LcmFragments fragments_;
+  LcmSenders senders_;
+};
+
+/// Every other provider, through LCM's own receiver.
+class ProviderTap : public LcmTap {
+ public:
+  explicit ProviderTap(lcm_t* lcm) : lcm_(lcm) {
+    subscription_ = lcm_subscribe(lcm_, ".*", &OnMessage, this);
+    if (subscription_ != nullptr) {
+      lcm_subscription_set_queue_capacity(subscription_, static_cast<int>(kMostAtOnce));
+    }
+  }
+  ~ProviderTap() override { lcm_destroy(lcm_); }
+  ProviderTap(const ProviderTap&) = delete;
+  ProviderTap& operator=(const ProviderTap&) = delete;
+
+  void Take(const Sink& sink) override {
+    sink_ = &sink;
+    pollfd ready = {fd(), POLLIN, 0};
+    // lcm_handle never blocks while the descriptor is readable.
+    for (size_t i = 0; i < kMostAtOnce && poll(&ready, 1, 0) > 0; ++i) {
+      if ((ready.revents & POLLIN) == 0 || lcm_handle(lcm_) != 0) break;
+    }
+    sink_ = nullptr;
+  }
+  [[nodiscard]] int fd() const override { return lcm_get_fileno(lcm_); }
+  [[nodiscard]] TapLosses losses() const override { return {}; }
+
+ private:
+  /// LCM calls this from lcm_handle, once for each message.
+  static void OnMessage(const lcm_recv_buf_t* buffer, const char* channel, void* user) {
+    const auto* tap = static_cast<ProviderTap*>(user);
+    (*tap->sink_)({channel, static_cast<const uint8_t*>(buffer->data), buffer->data_size,
+                   buffer->recv_utime * 1000});
+  }
+
+  lcm_t* lcm_;
+  lcm_subscription_t* subscription_ = nullptr;
+  const Sink* sink_ = nullptr;  ///< Of the call of Take that is running.
+};
+
+}  // namespace
+
+Result<std::unique_ptr<LcmTap>> LcmTap::Open(const std::string& url) {
+  Result<LcmUrl> resolved = ResolveLcmUrl(url);
+  if (!resolved) return tl::unexpected<Error>(resolved.error());
+  // Without a route nothing would ever be heard, and nobody told.
+  if (Result<void> route = CheckMulticastRoute(*resolved); !route) {
+    return tl::unexpected<Error>(route.error());
+  }
+  if (resolved->provider == "udpm") {
+    Result<std::unique_ptr<UdpmSocket>> socket = UdpmSocket::Open(*resolved);
+    if (!socket) return tl::unexpected<Error>(socket.error());
+    return std::make_unique<UdpmTap>(*std::move(socket));
+  }
+  lcm_t* lcm = lcm_create(resolved->url.c_str());
+  if (lcm == nullptr) return Fail("LCM cannot open '" + resolved->url + "'");
+  return std::make_unique<ProviderTap>(lcm);
+}
+
+}  // namespace morphbus::bridge

@@ -1,0 +1,40 @@
+#pragma once
+// The addresses that messages on a loopback come from, and how receivers use them.
+//
+// Every datagram to a multicast group is copied for every socket in the group before any filter of
+// that socket sees it. With a hundred processes nearly all of a run's time goes into copies that
+// are dropped. A group's members can refuse senders by address, though, which the kernel looks at
+// before it copies (RFC 3376, section 3.2: EXCLUDE). On a loopback all of 127.0.0.0/8 is ours, so
+// the address that a message comes from is chosen by its channel, and who needs few channels
+// refuses the addresses that none of those has. Others see no difference: a member that refuses
+// nothing, as LCM's own tools, gets everything, and what comes from other addresses gets
+// everywhere.
+
+#include <netinet/in.h>
+
+#include <bitset>
+#include <cstdint>
+#include <string_view>
+
+namespace morphbus::bridge {
+
+/// How many addresses there are. More of them tell channels apart better, but the kernel refuses
+/// more than net.ipv4.igmp_max_msf of them, 10 unless set.
+inline constexpr int kNumSources = 16;
+
+/// A set of the addresses, by number.
+using SourceSet = std::bitset<kNumSources>;
+
+/// The number of the address for a channel: FNV-1a (Fowler, Noll, Vo) of its name.
+inline int SourceOf(std::string_view channel) {
+  uint32_t hash = 2166136261;
+  for (const char c : channel) hash = (hash ^ static_cast<uint8_t>(c)) * 16777619;
+  return static_cast<int>((hash ^ hash >> 16) % kNumSources);
+}
+
+/// 127.76.67.1 and those that follow (LC in ASCII), in network byte order.
+inline in_addr SourceAddress(int source) {
+  return {htonl(0x7f4c4301U + static_cast<uint32_t>(source))};
+}
+
+}  // namespace morphbus::bridge

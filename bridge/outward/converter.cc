@@ -1,0 +1,431 @@
+#include "bridge/outward/converter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+
+#include "bridge/control/control_command.h"
+#include "bridge/outward/scene.h"
+#include "bridge/wire/codec.h"
+#include "compiler/base/text.h"
+
+namespace morphbus::bridge {
+namespace {
+
+/// No run takes longer, microseconds (a hundred years); a thousand times this still fits.
+constexpr int64_t kLatestUs = int64_t{3'155'760'000} * 1'000'000;
+/// A message may be of so many ticks after the last CLOCK, which may have been lost.
+constexpr int64_t kMostAhead = 64;
+
+/// Poses of messages as poses to calculate with: WORLD has doubles, TRANSFORM floats.
+LinkPose PoseOf(const double (&position_m)[3], const double (&orientation_wxyz)[4]) {
+  const double* q = orientation_wxyz;
+  return {{position_m[0], position_m[1], position_m[2]}, {q[0], q[1], q[2], q[3]}};
+}
+
+LinkPose PoseOf(const morphbus::pose_t& pose) {
+  const float* q = pose.orientation_wxyz;
+  return {{pose.position_m[0], pose.position_m[1], pose.position_m[2]}, {q[0], q[1], q[2], q[3]}};
+}
+
+/// A quarter turn about x: what is up in W (y) is up for viewers (z).
+LinkPose WorldForViewers() {
+  const double half = std::sqrt(0.5);
+  return {Eigen::Vector3d::Zero(), Eigen::Quaterniond(half, half, 0.0, 0.0)};
+}
+
+/// R in W for a robot that stands on the ground at its start values, its origin above x = z = 0.
+LinkPose StandingOnGround(const RunModel& run) {
+  double lowest = std::numeric_limits<double>::infinity();
+  for (size_t m = 0; m < run.X_RL_start.size(); ++m) {
+    const model::ModuleType& type = run.TypeOf(static_cast<int>(m));
+    for (size_t l = 0; l < type.links.size(); ++l) {
+      for (const Eigen::Vector3d& p_L : type.links[l].hull) {
+        lowest = std::min(lowest, (run.X_RL_start[m][l] * p_L).y());
+      }
+    }
+  }
+  LinkPose X_WR;
+  if (std::isfinite(lowest)) X_WR.position.y() = -lowest;
+  return X_WR;
+}
+
+}  // namespace
+
+void SetTime(int64_t time_us, google::protobuf::Timestamp* out) {
+  out->set_seconds(time_us / 1'000'000);
+  out->set_nanos(static_cast<int32_t>(time_us % 1'000'000) * 1000);
+}
+
+Converter::Converter(std::shared_ptr<const RunModel> run, std::string source, ProgramText text)
+    : run_(std::move(run)), source_(std::move(source)), text_(std::move(text)) {
+  // Until messages say otherwise, the robot is where and as its model declares it.
+  speed_ = run_->speed;
+  X_WR_ = StandingOnGround(*run_);
+  dockings_ = DeclaredDockings(run_->model, *run_->robot);
+  const size_t count = run_->robot->modules.size();
+  position_.resize(count);
+  velocity_.resize(count);
+  target_.resize(count);
+  sign_.resize(count);
+  states_.resize(count);
+  X_RL_.resize(count);
+  frames_.resize(count);
+  propagated_frames_.resize(count);
+  // Names of frames are made once: every tick needs all of them.
+  for (int m = 0; m < num_modules(); ++m) {
+    const model::ModuleType& type = run_->TypeOf(m);
+    target_[m].resize(type.joints.size());
+    sign_[m].resize(type.joints.size());
+    states_[m].set_module(run_->robot->modules[m].name);
+    for (int l = 0; l < static_cast<int>(type.links.size()); ++l) {
+      frames_[m].push_back(LinkFrame(source_, *run_, m, l));
+      propagated_frames_[m].push_back(LinkFrame(source_ + "/propagated", *run_, m, l));
+    }
+  }
+}
+
+void Converter::Send(OutwardTopic topic, int64_t time_us,
+                     const google::protobuf::MessageLite& message, const OutwardSink& sink) {
+  // Where a log is only read through, nothing is serialized.
+  if (!sink) return;
+  message.SerializeToString(&buffer_);
+  sink(topic, time_us * 1000, buffer_);
+}
+
+void Converter::Begin(const OutwardSink& sink) {
+  // The program's text is added here, since only the source knows where to find it.
+  morphbus::Description description = *run_->description;
+  if (text_) description.set_program_text(text_(run_->program_hash, run_->program_file));
+  Send(OutwardTopic::kDescription, 0, description, sink);
+  Send(OutwardTopic::kScene, 0, SceneOf(source_, *run_), sink);
+}
+
+void Converter::Repeat(const OutwardSink& sink) {
+  // Both are made to look as if they had never been told.
+  modules_changed_ = true;
+  SendModules(sink);
+  sent_connections_.clear();
+  SendConnections(time_us_, sink);
+}
+
+template <class M>
+bool Converter::Read(std::string_view channel, int module, const uint8_t* data, size_t size,
+                     const OutwardSink& sink) {
+  M message;
+  if (!Decode(data, size, {run_->model_hash, 0}, &message)) return false;
+  // A time that no run reaches would not fit the nanoseconds of viewers, and a tick that cannot
+  // have begun would make all that follow look late.
+  const morphbus::header_t& header = message.header;
+  if (header.sim_time_us < 0 || header.sim_time_us > kLatestUs) return false;
+  if (tick_ >= 0 && !std::is_same_v<M, morphbus::sim_clock_t> && header.tick > tick_ + kMostAhead) {
+    return false;
+  }
+  // What is sent again has a number that was taken. HEALTH's of the sim may share one tick, yet not
+  // a number.
+  const auto found = taken_.find(channel);
+  if (found == taken_.end()) {
+    taken_.emplace(channel, header.sequence);
+  } else if (header.sequence <= found->second) {
+    // A run that holds still repeats its CLOCK. A STATUS that came late, since it was asked for,
+    // does not wait until the run goes on.
+    if constexpr (std::is_same_v<M, morphbus::sim_clock_t>) SendModules(sink);
+    return true;
+  } else {
+    found->second = header.sequence;
+  }
+  Use(message, module, sink);
+  return true;
+}
+
+bool Converter::Take(std::string_view channel, const uint8_t* data, size_t size,
+                     const OutwardSink& sink) {
+  const std::optional<ChannelName> name = ParseChannel(channel);
+  // Other runs and other programs may be on the same bus.
+  if (!name || name->run != run_->run) return true;
+  const int module = run_->robot->FindModule(std::string(name->process)).value_or(-1);
+  switch (name->topic) {
+    case Topic::kClock:
+      return Read<morphbus::sim_clock_t>(channel, module, data, size, sink);
+    case Topic::kSensors:
+      return Read<morphbus::sensors_t>(channel, module, data, size, sink);
+    case Topic::kWorld:
+      return Read<morphbus::world_t>(channel, module, data, size, sink);
+    case Topic::kHealth:
+      // Other processes than these a run does not have; a name that somebody invents gets no place.
+      if (module < 0 && name->process != kSimProcess && name->process != kLogProcess) return true;
+      return Read<morphbus::health_t>(channel, module, data, size, sink);
+    case Topic::kTransform:
+      return module < 0 || Read<morphbus::transform_t>(channel, module, data, size, sink);
+    case Topic::kActuator:
+      return module < 0 || Read<morphbus::actuator_t>(channel, module, data, size, sink);
+    case Topic::kStatus:
+      return module < 0 || Read<morphbus::status_t>(channel, module, data, size, sink);
+    default:
+      return true;  // ASK, HELLO, INFO, CONTROL and END say nothing that viewers are told.
+  }
+}
+
+void Converter::Finish(const OutwardSink& sink) {
+  SendJoints(sink);
+  SendWorld(sink);
+  SendPropagated(sink);
+  SendCommands(sink);
+  SendModules(sink);
+}
+
+bool Converter::BeginGathering(const morphbus::header_t& header, Gathering* gathering,
+                               void (Converter::*flush)(const OutwardSink&),
+                               const OutwardSink& sink) {
+  // A tick that has been sent is not sent again for one that comes late.
+  if (header.tick < gathering->tick) return false;
+  if (header.tick > gathering->tick) {
+    if (gathering->tick >= 0) (this->*flush)(sink);
+    // The new tick begins with nobody.
+    gathering->tick = header.tick;
+    gathering->time_us = header.sim_time_us;
+    gathering->have.clear();
+  }
+  return true;
+}
+
+int Converter::NumLiving() const { return num_modules() - static_cast<int>(lost_.size()); }
+
+void Converter::Use(const morphbus::sim_clock_t& clock, int, const OutwardSink& sink) {
+  // What modules said of the tick before is not waited for any longer.
+  if (transforms_.tick >= 0 && transforms_.tick < clock.header.tick) SendPropagated(sink);
+  if (actuators_.tick >= 0 && actuators_.tick < clock.header.tick) SendCommands(sink);
+  SendModules(sink);
+  // The beat itself, with the commands that take effect.
+  tick_ = clock.header.tick;
+  time_us_ = clock.header.sim_time_us;
+  has_world_ = clock.num_world_parts > 0;
+  morphbus::Clock out;
+  SetTime(time_us_, out.mutable_timestamp());
+  out.set_tick(tick_);
+  out.set_phase(clock.phase == morphbus::sim_clock_t::PHASE_START ? morphbus::Clock::START
+                : clock.phase == morphbus::sim_clock_t::PHASE_END ? morphbus::Clock::END
+                                                                  : morphbus::Clock::RUN);
+  out.set_end_reason(EscapeControl(clock.end_reason));
+  for (const std::string& control : clock.controls) out.add_controls(EscapeControl(control));
+  Send(OutwardTopic::kClock, time_us_, out, sink);
+  for (const std::string& control : clock.controls) TakeControl(control, time_us_, sink);
+  if (clock.phase != morphbus::sim_clock_t::PHASE_END || ended_) return;
+  ended_ = true;
+  Finish(sink);
+  SendLog(time_us_, foxglove::Log::INFO, source_, "the run ends: " + clock.end_reason, {}, sink);
+}
+
+void Converter::TakeControl(const std::string& control, int64_t time_us, const OutwardSink& sink) {
+  // Every command is told, also one of a later version that cannot be read here.
+  SendLog(time_us, foxglove::Log::INFO, source_, "command: " + control, {}, sink);
+  const Result<ControlCommand> command = ParseControl(control);
+  if (!command) return;
+  // A step holds the run when it is done, whether it was paused before or not.
+  if (command->kind == ControlKind::kPause) paused_ = true;
+  if (command->kind == ControlKind::kResume) paused_ = false;
+  if (command->kind == ControlKind::kStep) paused_ = true;
+  if (command->kind == ControlKind::kSpeed) speed_ = command->speed;
+  // A module that is lost says nothing any more, and nothing is waited for of it.
+  const std::string_view lost = LostModule(control);
+  const std::optional<int> module = run_->robot->FindModule(std::string(lost));
+  if (lost.empty() || !module) return;
+  lost_.insert(*module);
+  states_[*module].set_lost(true);
+  modules_changed_ = true;
+}
+
+void Converter::Use(const morphbus::sensors_t& sensors, int, const OutwardSink& sink) {
+  // SENSORS also hands out programs, whose names faults will need.
+  deployed_.Take(sensors, &deployed_bytes_);
+  if (!BeginGathering(sensors.header, &sensors_, &Converter::SendJoints, sink)) return;
+  for (const morphbus::module_sensors_t& reading : sensors.modules) {
+    const int m = reading.module_id;
+    if (m < 0 || m >= num_modules()) continue;
+    // A reading with another number of joints is of no module of this robot.
+    const size_t joints = run_->TypeOf(m).joints.size();
+    if (static_cast<size_t>(reading.num_joints) != joints) continue;
+    sensors_.have.insert(m);
+    position_[m] = reading.joint_position_si;
+    velocity_[m].assign(reading.joint_velocity_si.begin(), reading.joint_velocity_si.end());
+    // The bodies are put together anew only where something was docked or undocked.
+    const auto same = [](const auto& a, const auto& b) {
+      return a.connector == b.connector && a.mate_connector == b.mate_connector &&
+             a.mate_module == b.mate_module && a.connection_type == b.connection_type &&
+             a.number == b.number;
+    };
+    if (!sensed_ || !std::equal(dockings_[m].begin(), dockings_[m].end(), reading.docked.begin(),
+                                reading.docked.end(), same)) {
+      // The first reading of all takes the place of what the model declares.
+      if (!sensed_) dockings_.assign(dockings_.size(), {});
+      sensed_ = true;
+      dockings_[m] = reading.docked;
+      places_outdated_ = true;
+    }
+  }
+  if (static_cast<int>(sensors_.have.size()) == num_modules()) SendJoints(sink);
+}
+
+void Converter::SendJoints(const OutwardSink& sink) {
+  if (sensors_.tick < 0 || sensors_.have.empty()) return;
+  // The same numbers twice: in our schema with targets and signs, and in the one that viewers know.
+  morphbus::Joints joints;
+  foxglove::JointStates joint_states;
+  if (!sink) return sensors_.have.clear();
+  SetTime(sensors_.time_us, joints.mutable_timestamp());
+  SetTime(sensors_.time_us, joint_states.mutable_timestamp());
+  joints.set_tick(sensors_.tick);
+  for (const int m : sensors_.have) {
+    const model::ModuleType& type = run_->TypeOf(m);
+    for (size_t j = 0; j < type.joints.size(); ++j) {
+      morphbus::JointValue& joint = *joints.add_joints();
+      joint.set_module(run_->robot->modules[m].name);
+      joint.set_joint(type.joints[j].name);
+      joint.set_position(position_[m][j]);
+      joint.set_velocity(velocity_[m][j]);
+      if (target_[m][j]) joint.set_target(*target_[m][j]);
+      joint.set_sign(sign_[m][j]);
+      foxglove::JointState& state = *joint_states.add_joints();
+      state.set_name(run_->robot->modules[m].name + "/" + type.joints[j].name);
+      state.set_position(position_[m][j]);
+      state.set_velocity(velocity_[m][j]);
+    }
+  }
+  // The tick stays, so that what comes late of it is known to be late; the modules do not.
+  sensors_.have.clear();
+  Send(OutwardTopic::kJoints, sensors_.time_us, joints, sink);
+  Send(OutwardTopic::kJointStates, sensors_.time_us, joint_states, sink);
+  SendConnections(sensors_.time_us, sink);
+}
+
+void Converter::SendConnections(int64_t time_us, const OutwardSink& sink) {
+  // What is only declared is in the description already.
+  if (!sensed_) return;
+  morphbus::Connections connections;
+  for (int m = 0; m < num_modules(); ++m) {
+    for (const morphbus::docked_connector_t& docked : dockings_[m]) {
+      // Both modules sense a connection; the one with the lower number tells of it.
+      const int mate = docked.mate_module;
+      if (mate < m || mate >= num_modules()) continue;
+      // Connectors that the types do not have are left out: the message may be made up.
+      const auto& own_type = run_->TypeOf(m).connectors;
+      const auto& mate_type = run_->TypeOf(mate).connectors;
+      if (docked.connector < 0 || static_cast<size_t>(docked.connector) >= own_type.size() ||
+          docked.mate_connector < 0 ||
+          static_cast<size_t>(docked.mate_connector) >= mate_type.size()) {
+        continue;
+      }
+      morphbus::Connection& connection = *connections.add_connections();
+      connection.set_module_a(run_->robot->modules[m].name);
+      connection.set_connector_a(own_type[docked.connector].name);
+      connection.set_module_b(run_->robot->modules[mate].name);
+      connection.set_connector_b(mate_type[docked.mate_connector].name);
+    }
+  }
+  // They are told when they change, compared without the time.
+  std::string bytes = connections.SerializeAsString() + '.';  // Never empty, also without any.
+  if (bytes == sent_connections_) return;
+  sent_connections_ = std::move(bytes);
+  SetTime(time_us, connections.mutable_timestamp());
+  Send(OutwardTopic::kConnections, time_us, connections, sink);
+}
+
+void Converter::AddTransform(int64_t time_us, const std::string& parent, const std::string& child,
+                             const LinkPose& X, foxglove::FrameTransforms* out) {
+  foxglove::FrameTransform& transform = *out->add_transforms();
+  SetTime(time_us, transform.mutable_timestamp());
+  transform.set_parent_frame_id(parent);
+  transform.set_child_frame_id(child);
+  transform.mutable_translation()->set_x(X.position.x());
+  transform.mutable_translation()->set_y(X.position.y());
+  transform.mutable_translation()->set_z(X.position.z());
+  transform.mutable_rotation()->set_x(X.rotation.x());
+  transform.mutable_rotation()->set_y(X.rotation.y());
+  transform.mutable_rotation()->set_z(X.rotation.z());
+  transform.mutable_rotation()->set_w(X.rotation.w());
+}
+
+void Converter::AddBaseFrames(int64_t time_us, foxglove::FrameTransforms* out) {
+  AddTransform(time_us, "world", source_ + "/world", WorldForViewers(), out);
+  AddTransform(time_us, source_ + "/world", source_ + "/robot", X_WR_, out);
+}
+
+void Converter::Use(const morphbus::world_t& world, int, const OutwardSink& sink) {
+  if (!BeginGathering(world.header, &world_, &Converter::SendWorld, sink)) return;
+  if (world_.have.empty()) bodies_.clear();
+  if (!world_.have.insert(world.part).second) return;
+  bodies_.insert(bodies_.end(), world.bodies.begin(), world.bodies.end());
+  if (static_cast<int>(world_.have.size()) == world.num_parts) SendWorld(sink);
+}
+
+void Converter::SendWorld(const OutwardSink& sink) {
+  if (world_.tick < 0 || world_.have.empty()) return;
+  world_.have.clear();
+  // Which links belong to which body is found anew only where it may have changed.
+  std::vector<std::pair<int, int>> keys;
+  for (const morphbus::body_pose_t& body : bodies_) keys.emplace_back(body.module_id, body.link);
+  if (places_outdated_ || keys != placed_bodies_) {
+    places_ = PlacesInBodies(run_->model, *run_->robot, dockings_, keys);
+    placed_bodies_ = std::move(keys);
+    places_outdated_ = false;
+  }
+  const auto X_WL = [&](int module, int link) {
+    const LinkPlace& place = places_[module][link];
+    const morphbus::body_pose_t& body = bodies_[place.body];
+    return PoseOf(body.position_m, body.orientation_wxyz) * place.X_BL;
+  };
+  // R goes with the root, unless the root has a sensor: then R stays where it was at the start.
+  const int root = run_->root_module;
+  if (!run_->root_sensor && places_[root][run_->root_link].body >= 0) {
+    X_WR_ =
+        X_WL(root, run_->root_link) * Inverse(ToLinkPose(run_->X_RL_start[root][run_->root_link]));
+  }
+  if (!sink) return;
+  // All links of a tick in one message, so that no viewer sees half a robot moved.
+  foxglove::FrameTransforms transforms;
+  AddBaseFrames(world_.time_us, &transforms);
+  for (int m = 0; m < num_modules(); ++m) {
+    for (int l = 0; l < static_cast<int>(places_[m].size()); ++l) {
+      if (places_[m][l].body < 0) continue;
+      AddTransform(world_.time_us, source_ + "/world", frames_[m][l], X_WL(m, l), &transforms);
+    }
+  }
+  Send(OutwardTopic::kTransforms, world_.time_us, transforms, sink);
+}
+
+void Converter::Use(const morphbus::transform_t& transform, int module, const OutwardSink& sink) {
+  // Sender and channel must agree.
+  if (transform.module_id != module) return;
+  if (!BeginGathering(transform.header, &transforms_, &Converter::SendPropagated, sink)) return;
+  transforms_.have.insert(module);
+  // A module that has lost its pose is drawn nowhere rather than where it was.
+  X_RL_[module].clear();
+  if (transform.has_pose && transform.link_poses.size() == frames_[module].size()) {
+    X_RL_[module] = transform.link_poses;
+  }
+  if (static_cast<int>(transforms_.have.size()) >= NumLiving()) SendPropagated(sink);
+}
+
+void Converter::SendPropagated(const OutwardSink& sink) {
+  if (transforms_.tick < 0 || transforms_.have.empty()) return;
+  if (!sink) return transforms_.have.clear();
+  const int64_t time_us = transforms_.time_us;
+  // In frames of their own, so that viewers can lay both robots over each other.
+  foxglove::FrameTransforms propagated, links;
+  AddBaseFrames(time_us, &propagated);
+  links = propagated;
+  for (const int m : transforms_.have) {
+    for (size_t l = 0; l < X_RL_[m].size(); ++l) {
+      const LinkPose X_RL = PoseOf(X_RL_[m][l]);
+      AddTransform(time_us, source_ + "/robot", propagated_frames_[m][l], X_RL, &propagated);
+      if (!has_world_) AddTransform(time_us, source_ + "/robot", frames_[m][l], X_RL, &links);
+    }
+  }
+  transforms_.have.clear();
+  Send(OutwardTopic::kPropagated, time_us, propagated, sink);
+  // Where nothing simulates a world, what the modules believe is all there is.
+  if (!has_world_) Send(OutwardTopic::kTransforms, time_us, links, sink);
+}
+
+}  // namespace morphbus::bridge

@@ -1,0 +1,315 @@
+// What modules say of themselves: commands, roles, faults, ledgers.
+
+#include <fmt/format.h>
+
+#include <array>
+#include <sstream>
+
+#include "bridge/outward/converter.h"
+#include "bridge/wire/vm_codec.h"
+#include "compiler/base/text.h"
+#include "vm/image/fault_text.h"
+#include "vm/image/print_line.h"
+
+namespace morphbus::bridge {
+namespace {
+
+/// Programs whose text is kept; no run deploys so many.
+constexpr size_t kMostPrograms = 64;
+
+/// The words of task_t.kind.
+const char* TaskKind(int kind) {
+  constexpr std::array<const char*, 4> kKinds = {"startup", "behavior", "command", "handler"};
+  return kind >= 0 && kind < static_cast<int>(kKinds.size()) ? kKinds[kind] : "task";
+}
+
+/// The mode of a command; one that nobody knows is told as one to hold.
+morphbus::JointOrder::Mode ModeOf(int mode) {
+  using morphbus::joint_command_t;
+  if (mode == joint_command_t::MODE_POSITION) return morphbus::JointOrder::POSITION;
+  if (mode == joint_command_t::MODE_VELOCITY) return morphbus::JointOrder::VELOCITY;
+  return morphbus::JointOrder::HOLD;
+}
+
+/// The lines of a text, without their ends.
+std::vector<std::string> LinesOf(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+/// The counts of a ledger, by their names in health_t.
+void AddCounts(const morphbus::health_t& health, morphbus::Health* out) {
+  const auto add = [out](const char* name, int64_t value) {
+    morphbus::Count& count = *out->add_counts();
+    count.set_name(name);
+    count.set_value(value);
+  };
+  // Traffic and what the bus did to it.
+  add("received", health.received);
+  add("sent", health.sent);
+  add("lost", health.lost);
+  add("discarded", health.discarded);
+  add("duplicates", health.duplicates);
+  add("resent", health.resent);
+  add("asked", health.asked);
+  add("queue_overflows", health.queue_overflows);
+  add("bad", health.bad);
+  add("missed_deadlines", health.missed_deadlines);
+  // Commands that the simulator did not believe.
+  add("forged_commands", health.forged_commands);
+  add("replayed_commands", health.replayed_commands);
+  add("late_commands", health.late_commands);
+  add("malformed_commands", health.malformed_commands);
+  // Faults on purpose, and deaths.
+  add("doubled", health.doubled);
+  add("delayed", health.delayed);
+  add("corrupted", health.corrupted);
+  add("restarts", health.restarts);
+  // Sound messages that were refused all the same.
+  add("conflicts", health.conflicts);
+  add("outside_window", health.outside_window);
+  add("false_ends", health.false_ends);
+  add("foreign", health.foreign);
+  add("fragments", health.fragments);
+  add("hasty_requests", health.hasty_requests);
+}
+
+}  // namespace
+
+void Converter::Use(const morphbus::actuator_t& actuator, int module, const OutwardSink& sink) {
+  const model::ModuleType& type = run_->TypeOf(module);
+  // Sender, channel and type must agree.
+  if (actuator.module_id != module || actuator.joints.size() != type.joints.size()) return;
+  if (!BeginGathering(actuator.header, &actuators_, &Converter::SendCommands, sink)) return;
+  if (!actuators_.have.insert(module).second) return;
+  // Joints: every one gets an order in every tick.
+  const std::string& name = run_->robot->modules[module].name;
+  for (size_t j = 0; j < type.joints.size(); ++j) {
+    const morphbus::joint_command_t& command = actuator.joints[j];
+    morphbus::JointOrder& order = *commands_.add_joints();
+    order.set_module(name);
+    order.set_joint(type.joints[j].name);
+    order.set_mode(ModeOf(command.mode));
+    order.set_target(command.target_si);
+    order.set_speed(command.speed_si);
+    // A joint that is to hold keeps the target that it had.
+    if (command.mode == morphbus::joint_command_t::MODE_POSITION) {
+      target_[module][j] = command.target_si;
+    } else if (command.mode == morphbus::joint_command_t::MODE_VELOCITY) {
+      target_[module][j].reset();
+    }
+  }
+  // Connectors: only what is to change.
+  for (const morphbus::connector_command_t& command : actuator.connectors) {
+    // Numbers beyond what the type has are of no module of ours.
+    const int c = command.connector;
+    if (c < 0 || c >= static_cast<int>(type.connectors.size())) continue;
+    const model::Connector& connector = type.connectors[c];
+    const int s = command.state;
+    if (s < 0 || s >= static_cast<int>(connector.states.size())) continue;
+    const model::StateVariable& state = connector.states[s];
+    const int v = command.value;
+    if (v < 0 || v >= static_cast<int>(state.values.size())) continue;
+    morphbus::ConnectorOrder& order = *commands_.add_connectors();
+    order.set_module(name);
+    order.set_connector(connector.name);
+    order.set_state(state.name);
+    order.set_value(model::ValueText(state.values[v]));
+  }
+  if (static_cast<int>(actuators_.have.size()) >= NumLiving()) SendCommands(sink);
+}
+
+void Converter::SendCommands(const OutwardSink& sink) {
+  // All commands of a tick go out together, whole or not.
+  if (actuators_.tick < 0 || actuators_.have.empty()) return;
+  SetTime(actuators_.time_us, commands_.mutable_timestamp());
+  commands_.set_tick(actuators_.tick);
+  actuators_.have.clear();
+  Send(OutwardTopic::kCommands, actuators_.time_us, commands_, sink);
+  commands_.Clear();
+  // A module says its STATUS before its ACTUATOR, so all that changed in the tick is known.
+  SendModules(sink);
+}
+
+void Converter::Use(const morphbus::status_t& status, int module, const OutwardSink& sink) {
+  if (status.module_id != module) return;
+  const model::ModuleType& type = run_->TypeOf(module);
+  morphbus::ModuleState state;
+  // Texts come from the bus, and may hold anything.
+  state.set_module(run_->robot->modules[module].name);
+  state.set_role(EscapeControl(status.role_name));
+  state.set_frozen(status.frozen);
+  state.set_has_pose(status.has_pose);
+  state.set_pose_stale(status.pose_stale);
+  state.set_incarnation(static_cast<uint32_t>(status.incarnation));
+  state.set_program_hash(static_cast<uint64_t>(status.header.program_hash));
+  state.set_lost(lost_.contains(module));
+  // Labels and signs, with the names of what they are of.
+  for (const morphbus::label_t& label : status.labels) {
+    const size_t index = static_cast<size_t>(label.index);
+    const bool is_joint = label.kind == morphbus::label_t::KIND_JOINT;
+    if (label.index < 0 || index >= (is_joint ? type.joints.size() : type.links.size())) continue;
+    morphbus::Label& out = *state.add_labels();
+    out.set_name(EscapeControl(label.name));
+    if (is_joint) {
+      out.set_joint(type.joints[index].name);
+    } else {
+      out.set_link(type.links[index].name);
+    }
+  }
+  for (size_t j = 0; j < type.joints.size() && j < status.joint_sign.size(); ++j) {
+    sign_[module][j] = status.joint_sign[j];
+    // A joint without a convention has no sign to tell.
+    if (status.joint_sign[j] == 0) continue;
+    morphbus::JointSign& sign = *state.add_signs();
+    sign.set_joint(type.joints[j].name);
+    sign.set_sign(status.joint_sign[j]);
+  }
+  // Tasks, by kind and by where they are in the program.
+  for (const morphbus::task_t& task : status.tasks) {
+    morphbus::Task& out = *state.add_tasks();
+    out.set_kind(TaskKind(task.kind));
+    out.set_function(EscapeControl(task.function_name));
+    out.set_line(static_cast<uint32_t>(std::max<int>(0, task.line)));
+  }
+  // A STATUS comes every 50 ticks anyhow; viewers are told what is new.
+  if (state.SerializeAsString() != states_[module].SerializeAsString()) {
+    states_[module] = std::move(state);
+    modules_changed_ = true;
+  }
+  for (const morphbus::fault_t& fault : status.faults) SendFault(status, fault, module, sink);
+  for (const morphbus::print_t& print : status.prints) SendPrint(status, print, module, sink);
+}
+
+void Converter::SendModules(const OutwardSink& sink) {
+  if (!modules_changed_) return;
+  modules_changed_ = false;
+  morphbus::Modules modules;
+  SetTime(time_us_, modules.mutable_timestamp());
+  // All modules in every message, so that who subscribes late lacks none.
+  for (const morphbus::ModuleState& state : states_) *modules.add_modules() = state;
+  Send(OutwardTopic::kModules, time_us_, modules, sink);
+}
+
+const vm::VerifiedProgram* Converter::FindProgram(uint64_t hash) {
+  // The run's own program is the one of nearly all faults.
+  if (run_->has_program && run_->images.program().hash() == hash) return &run_->images.program();
+  const auto known = programs_.find(hash);
+  if (known != programs_.end()) {
+    return known->second == nullptr ? nullptr : &known->second->program();
+  }
+  const auto bytes = deployed_bytes_.find(hash);
+  if (bytes == deployed_bytes_.end()) return nullptr;
+  // An image that the verifier refuses has no names, and is not looked at again.
+  auto images = std::make_shared<ModuleImages>();
+  const std::string& image = bytes->second;
+  if (!images->AddProgram("program", {image.begin(), image.end()})) images = nullptr;
+  programs_[hash] = images;
+  return images == nullptr ? nullptr : &images->program();
+}
+
+std::string Converter::SourceLine(uint64_t hash, const std::string& file, int line) {
+  // Line 0 is that of faults that have no place in the source.
+  if (!text_ || line < 1) return "";
+  auto found = source_lines_.find(hash);
+  if (found == source_lines_.end()) {
+    // Hashes come from messages, of which somebody may invent any number.
+    if (source_lines_.size() >= kMostPrograms) return "";
+    auto lines = std::make_shared<const std::vector<std::string>>(LinesOf(text_(hash, file)));
+    found = source_lines_.emplace(hash, std::move(lines)).first;
+  }
+  const std::vector<std::string>& lines = *found->second;
+  return static_cast<size_t>(line) <= lines.size() ? lines[line - 1] : "";
+}
+
+void Converter::SendFault(const morphbus::status_t& status, const morphbus::fault_t& wire,
+                          int module, const OutwardSink& sink) {
+  const vm::Fault fault = FromFault(wire);
+  const auto hash = static_cast<uint64_t>(status.header.program_hash);
+  vm::FaultContext context;
+  context.program = FindProgram(hash);
+  context.kinematics = run_->images.FindKinematics(run_->TypeOf(module).name);
+  // What happened and where, in words that need no image to be understood.
+  morphbus::Fault out;
+  SetTime(status.header.sim_time_us, out.mutable_timestamp());
+  out.set_module(run_->robot->modules[module].name);
+  out.set_role(EscapeControl(status.role_name));
+  out.set_name(vm::FaultName(fault.code));
+  out.set_text(EscapeControl(vm::FaultSentence(fault, context)));
+  out.set_function(EscapeControl(vm::FaultFunction(fault, context.program)));
+  out.set_file(SourceFile(hash, context.program));
+  out.set_line(fault.line);
+  out.set_source_line(SourceLine(hash, out.file(), fault.line));
+  Send(OutwardTopic::kFaults, status.header.sim_time_us, out, sink);
+  SendLog(status.header.sim_time_us, foxglove::Log::ERROR, out.module(), out.text(),
+          {out.file(), out.line()}, sink);
+}
+
+void Converter::SendPrint(const morphbus::status_t& status, const morphbus::print_t& wire,
+                          int module, const OutwardSink& sink) {
+  const vm::PrintReport print = FromPrint(wire);
+  const auto hash = static_cast<uint64_t>(status.header.program_hash);
+  const vm::VerifiedProgram* program = FindProgram(hash);
+  morphbus::Print out;
+  SetTime(status.header.sim_time_us, out.mutable_timestamp());
+  out.set_module(run_->robot->modules[module].name);
+  out.set_role(EscapeControl(status.role_name));
+  // The texts are in the program's image, which may not be known here.
+  out.set_text(program == nullptr
+                   ? fmt::format("text {} of a program that is not known here", print.text)
+                   : EscapeControl(vm::PrintText(
+                         *program, run_->images.FindKinematics(run_->TypeOf(module).name),
+                         print.text, print.values, print.num_values)));
+  out.set_file(SourceFile(hash, program));
+  out.set_line(print.line);
+  Send(OutwardTopic::kPrints, status.header.sim_time_us, out, sink);
+  SendLog(status.header.sim_time_us, foxglove::Log::INFO, out.module(), out.text(),
+          {out.file(), out.line()}, sink);
+}
+
+std::string Converter::SourceFile(uint64_t hash, const vm::VerifiedProgram* program) const {
+  // The description has the path as it was given; a program that was deployed has it in its image.
+  if (hash == run_->program_hash) return run_->program_file;
+  if (program == nullptr) return "";
+  const vm::Text source = program->source_name();
+  return EscapeControl({source.data, source.size});
+}
+
+void Converter::SendLog(int64_t time_us, foxglove::Log::Level level, const std::string& who,
+                        const std::string& text, const SourcePlace& where,
+                        const OutwardSink& sink) {
+  foxglove::Log log;
+  SetTime(time_us, log.mutable_timestamp());
+  log.set_level(level);
+  log.set_name(who);
+  log.set_message(EscapeControl(text));
+  // Viewers show file and line beside the text.
+  log.set_file(where.file);
+  log.set_line(where.line);
+  Send(OutwardTopic::kLog, time_us, log, sink);
+}
+
+void Converter::Use(const morphbus::health_t& health, int, const OutwardSink& sink) {
+  morphbus::Health out;
+  SetTime(time_us_, out.mutable_timestamp());
+  // What the process used, and its counts by name, of which later versions may have more.
+  out.set_process(EscapeControl(health.process));
+  out.set_wall_time_us(health.wall_time_us);
+  out.set_cpu_us(health.cpu_us);
+  out.set_max_rss_kb(health.max_rss_kb);
+  AddCounts(health, &out);
+  out.set_first_refused(EscapeControl(health.first_refused));
+  // Only the simulator tells of modules that were late, and only in real time.
+  for (const morphbus::lateness_t& lateness : health.lateness) {
+    morphbus::Lateness& late = *out.add_lateness();
+    late.set_module(EscapeControl(lateness.module_name));
+    late.set_missed(lateness.missed);
+    late.set_late(lateness.late);
+    late.set_worst_us(lateness.worst_us);
+  }
+  Send(OutwardTopic::kHealth, time_us_, out, sink);
+}
+
+}  // namespace morphbus::bridge

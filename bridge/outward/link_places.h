@@ -1,0 +1,50 @@
+#pragma once
+// Where the links of a robot are in the bodies that WORLD tells of: which links are rigid with each
+// other, by fixed joints and by what connectors sense.
+
+#include <Eigen/Geometry>
+#include <morphbus/docked_connector_t.hpp>
+#include <utility>
+#include <vector>
+
+#include "compiler/model/robot_model.h"
+
+namespace morphbus::bridge {
+
+/// A rigid pose with its rotation as the wire has it, so that what needs no computation keeps every
+/// bit.
+struct LinkPose {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m.
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+};
+
+/// The pose of C in A, of those of B in A and of C in B.
+LinkPose operator*(const LinkPose& X_AB, const LinkPose& X_BC);
+/// The pose of A in B, of that of B in A.
+LinkPose Inverse(const LinkPose& X_AB);
+/// The same pose, its rotation normalized.
+LinkPose ToLinkPose(const model::Pose& X);
+
+/// Where a link is: in which body, and where in that body's frame B, which is the frame of the link
+/// that stands for the body.
+struct LinkPlace {
+  int body = -1;  ///< Index into the list of bodies; -1 if none of them carries the link.
+  LinkPose X_BL;
+};
+
+/// What the connectors of each module sense, by module.
+using Dockings = std::vector<std::vector<morphbus::docked_connector_t>>;
+
+/// The dockings that a robot declares, as both sides sense them.
+Dockings DeclaredDockings(const model::Model& model, const model::Robot& robot);
+
+/// The place of every link, by module and link. `bodies` are modules and links that stand for
+/// bodies, as in WORLD; those that the robot does not have are passed over, as are dockings of
+/// unknown modules, connectors or connections: both may come from a damaged message. Of two bodies
+/// that would carry a link the first one does.
+std::vector<std::vector<LinkPlace>> PlacesInBodies(const model::Model& model,
+                                                   const model::Robot& robot,
+                                                   const Dockings& dockings,
+                                                   const std::vector<std::pair<int, int>>& bodies);
+
+}  // namespace morphbus::bridge

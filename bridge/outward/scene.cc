@@ -1,0 +1,90 @@
+#include "bridge/outward/scene.h"
+
+#include <cmath>
+
+#include "compiler/model/convex_hull.h"
+
+namespace morphbus::bridge {
+namespace {
+
+/// A convex part of a link. Its points are given in M, which is the link's own frame at joint
+/// values 0. A flat one has its two sides, back to back.
+void FillHull(const model::ConvexHull& hull, foxglove::TriangleListPrimitive* out) {
+  // The primitive lies in the link's frame as it is: an identity, said in full, since viewers read
+  // what is missing as 0.
+  out->mutable_pose()->mutable_position();
+  out->mutable_pose()->mutable_orientation()->set_w(1.0);
+  for (const Eigen::Vector3d& p_L : hull.vertices) {
+    foxglove::Point3& point = *out->add_points();
+    point.set_x(p_L.x());
+    point.set_y(p_L.y());
+    point.set_z(p_L.z());
+  }
+  for (const std::array<int, 3>& triangle : hull.triangles) {
+    for (const int corner : triangle) out->add_indices(static_cast<uint32_t>(corner));
+  }
+}
+
+void AddMetadata(const std::string& key, const std::string& value, foxglove::SceneEntity* entity) {
+  foxglove::KeyValuePair& pair = *entity->add_metadata();
+  pair.set_key(key);
+  pair.set_value(value);
+}
+
+}  // namespace
+
+std::string LinkFrame(const std::string& prefix, const RunModel& run, int module, int link) {
+  return prefix + "/" + run.robot->modules[module].name + "/" + run.TypeOf(module).links[link].name;
+}
+
+foxglove::Color ModuleColor(int module) {
+  // Steps of the golden ratio spread any number of hues evenly; saturation and value are those of
+  // colours that show shading on a dark and on a light ground.
+  constexpr double kGoldenRatio = 0.618033988749895;
+  constexpr double kSaturation = 0.55;
+  constexpr double kValue = 0.90;
+  const double hue = std::fmod(0.58 + kGoldenRatio * module, 1.0) * 6.0;
+  const auto part = [&](double offset) {
+    const double k = std::fmod(offset + hue, 6.0);
+    return kValue - kValue * kSaturation * std::max(0.0, std::min({k, 4.0 - k, 1.0}));
+  };
+  foxglove::Color color;
+  color.set_r(part(5.0));
+  color.set_g(part(3.0));
+  color.set_b(part(1.0));
+  color.set_a(1.0);
+  return color;
+}
+
+foxglove::SceneUpdate SceneOf(const std::string& source, const RunModel& run) {
+  foxglove::SceneUpdate scene;
+  for (size_t m = 0; m < run.robot->modules.size(); ++m) {
+    const int module = static_cast<int>(m);
+    const model::ModuleType& type = run.TypeOf(module);
+    for (size_t l = 0; l < type.links.size(); ++l) {
+      // Without triangles there is nothing to see: no hull, or one that is a point or a line.
+      std::vector<model::ConvexHull> parts;
+      for (const auto& points : type.links[l].Parts()) parts.push_back(model::ComputeHull(points));
+      std::erase_if(parts, [](const model::ConvexHull& part) { return part.triangles.empty(); });
+      if (parts.empty()) continue;
+      foxglove::SceneEntity& entity = *scene.add_entities();
+      entity.mutable_timestamp();
+      entity.mutable_lifetime();
+      entity.set_id(LinkFrame(source, run, module, static_cast<int>(l)));
+      entity.set_frame_id(entity.id());
+      // The link moves with its frame, and stays until the scene is told anew.
+      entity.set_frame_locked(true);
+      AddMetadata("module", run.robot->modules[m].name, &entity);
+      AddMetadata("type", type.name, &entity);
+      AddMetadata("link", type.links[l].name, &entity);
+      for (const model::ConvexHull& part : parts) {
+        foxglove::TriangleListPrimitive& triangles = *entity.add_triangles();
+        FillHull(part, &triangles);
+        *triangles.mutable_color() = ModuleColor(module);
+      }
+    }
+  }
+  return scene;
+}
+
+}  // namespace morphbus::bridge

@@ -1,0 +1,274 @@
+#include "compiler/dynarole/expression_generator.h"
+
+#include "compiler/base/check.h"
+#include "compiler/dynarole/print_call.h"
+
+namespace morphbus::dynarole {
+
+using vm::Opcode;
+using vm::ValueType;
+
+namespace {
+
+// Each kind of set has its own instruction, as modules are counted once whatever connectors they
+// are on.
+Opcode CountOf(Type set) {
+  return set == Type::kSet        ? Opcode::kCountModules
+         : set == Type::kJointSet ? Opcode::kCountJoints
+                                  : Opcode::kCountLinks;
+}
+
+}  // namespace
+
+void ExpressionGenerator::EmitPrint(const Expr& call) {
+  // Values lie in the order of their places.
+  size_t values = 0;
+  for (size_t i = 1; i < call.operands.size(); ++i) {
+    if (call.operands[i]->kind == ExprKind::kText) continue;
+    EmitExpr(*call.operands[i]);
+    ++values;
+  }
+  // The value of a text is its number until the image has its characters; equal ones are one.
+  const std::string text = PrintTextOf(call);
+  const auto [number, is_new_text] =
+      program_.text_numbers.emplace(text, static_cast<uint32_t>(program_.texts.size()));
+  if (is_new_text) program_.texts.push_back(text);
+  const auto [it, is_new] = pool_.emplace(std::make_pair(ValueType::kText, number->second),
+                                          static_cast<int>(program_.constants.size()));
+  if (is_new) program_.constants.emplace_back(ValueType::kText, number->second);
+  MarkLine(call.span);
+  Emit(Opcode::kPrint);
+  EmitU16(it->second & 0xffff);
+  Drop(values);
+}
+
+void ExpressionGenerator::EmitConstant(Type type, vm::Cell cell) {
+  // Small ints stand in the instruction; all else in the table of constants.
+  const ValueType value_type = ValueTypeOf(type);
+  if (value_type == ValueType::kInt && cell.AsInt() >= -128 && cell.AsInt() <= 127) {
+    Emit(Opcode::kPushInt8, cell.AsInt());
+  } else {
+    const auto [it, is_new] = pool_.emplace(std::make_pair(value_type, cell.bits),
+                                            static_cast<int>(program_.constants.size()));
+    if (is_new) program_.constants.emplace_back(value_type, cell.bits);
+    Emit(Opcode::kPushConst);
+    EmitU16(it->second & 0xffff);
+  }
+  Push(value_type);
+}
+
+void ExpressionGenerator::EmitExpr(const Expr& expr) {
+  // What is known needs no code but its value.
+  const FoldResult folded = Fold(expr);
+  if (folded.value) {
+    EmitConstant(folded.value->type, folded.value->cell);
+    return;
+  }
+  EmitUnconverted(expr);
+  Convert(expr);
+}
+
+void ExpressionGenerator::Convert(const Expr& expr) {
+  if (expr.wanted == Type::kUnknown || expr.wanted == expr.type) return;
+  // A set becomes its only member, or the number of its members; an int becomes a float.
+  if (expr.type == Type::kJointSet && expr.wanted == Type::kJoint) {
+    EmitSimple(Opcode::kOneJoint);
+  } else if (expr.type == Type::kLinkSet && expr.wanted == Type::kLink) {
+    EmitSimple(Opcode::kOneLink);
+  } else if (IsSet(expr.type)) {
+    EmitSimple(CountOf(expr.type));
+    if (expr.wanted == Type::kFloat) EmitSimple(Opcode::kIntToFloat);
+  } else if (expr.type == Type::kInt && expr.wanted == Type::kFloat) {
+    EmitSimple(Opcode::kIntToFloat);
+  }
+}
+
+void ExpressionGenerator::EmitUnconverted(const Expr& expr) {
+  switch (expr.kind) {
+    case ExprKind::kName:
+    case ExprKind::kDollar:
+      EmitLoad(expr);
+      break;
+    case ExprKind::kUnary:
+      EmitExpr(*expr.operands[0]);
+      EmitSimple(expr.op == Operator::kNot   ? Opcode::kNot
+                 : expr.type == Type::kFloat ? Opcode::kNegFloat
+                                             : Opcode::kNegInt);
+      break;
+    case ExprKind::kBinary:
+      EmitBinary(expr);
+      break;
+    case ExprKind::kMember:
+      // A neighbour's field needs the set before the dot.
+      if (expr.meaning == Meaning::kNeighbourField) {
+        EmitExpr(*expr.operands[0]);
+        MarkLine(expr.span);
+        Emit(Opcode::kNeighbourField, expr.role);
+        EmitByte(expr.index);
+        Drop(1);
+        Push(ValueTypeOf(expr.type));
+        break;
+      }
+      // A part of the module is a value; every other member is a property without arguments.
+      if (expr.meaning == Meaning::kKeyword) {
+        EmitLoad(expr);
+      } else {
+        EmitBuiltin(expr, expr.operands[0].get(), nullptr);
+      }
+      break;
+    case ExprKind::kCall:
+      EmitCall(expr);
+      break;
+    default:
+      MORPHBUS_CHECK(false);
+  }
+}
+
+// Instructions that only push a value, and have one operand that says which.
+void ExpressionGenerator::EmitLoad(const Expr& expr) {
+  // The rows follow the order of Meaning.
+  const int row = static_cast<int>(expr.meaning) - static_cast<int>(Meaning::kLocal);
+  constexpr Opcode kLoads[] = {Opcode::kLoadLocal, Opcode::kLoadField, Opcode::kLoadLabel,
+                               Opcode::kKeyword};
+  MORPHBUS_CHECK(row >= 0 && row < std::ssize(kLoads));
+  Emit(kLoads[row], expr.index);
+  Push(ValueTypeOf(expr.type));
+}
+
+void ExpressionGenerator::EmitArithmetic(Operator op, bool is_float) {
+  // The rows follow the order of Operator.
+  const int row = static_cast<int>(op) - static_cast<int>(Operator::kAdd);
+  constexpr Opcode kInt[] = {Opcode::kAddInt, Opcode::kSubInt, Opcode::kMulInt, Opcode::kDivInt,
+                             Opcode::kModInt};
+  constexpr Opcode kFloat[] = {Opcode::kAddFloat, Opcode::kSubFloat, Opcode::kMulFloat,
+                               Opcode::kDivFloat, Opcode::kModFloat};
+  EmitSimple(is_float ? kFloat[row] : kInt[row]);
+}
+
+// first < second (strict) or first <= second; the other two orders are their negations.
+void ExpressionGenerator::EmitOrder(const Expr& expr, bool strict) {
+  const bool is_float = stack().back() == ValueType::kFloat;
+  MORPHBUS_CHECK(expr.operands.size() == 2);
+  EmitSimple(is_float ? (strict ? Opcode::kLessFloat : Opcode::kLessEqualFloat)
+                      : (strict ? Opcode::kLessInt : Opcode::kLessEqualInt));
+}
+
+void ExpressionGenerator::EmitBinary(const Expr& expr) {
+  if (expr.op == Operator::kAnd || expr.op == Operator::kOr) {
+    EmitLogic(expr);
+    return;
+  }
+  // The operands have been converted to one type, which that of the last one shows.
+  EmitExpr(*expr.operands[0]);
+  EmitExpr(*expr.operands[1]);
+  const bool is_float = stack().back() == ValueType::kFloat;
+  switch (expr.op) {
+    case Operator::kEqual:
+    case Operator::kNotEqual:
+      if (is_float) {
+        EmitSimple(Opcode::kEqualFloat);
+        if (expr.op == Operator::kNotEqual) EmitSimple(Opcode::kNot);
+      } else {
+        EmitSimple(expr.op == Operator::kEqual ? Opcode::kEqual : Opcode::kNotEqual);
+      }
+      break;
+    case Operator::kLess:
+    case Operator::kLessEqual:
+      EmitOrder(expr, expr.op == Operator::kLess);
+      break;
+    case Operator::kGreater:
+    case Operator::kGreaterEqual:
+      EmitOrder(expr, expr.op == Operator::kGreaterEqual);
+      EmitSimple(Opcode::kNot);
+      break;
+    default:
+      if (expr.type == Type::kDirection) {
+        EmitSimple(Opcode::kAddDirection);
+      } else {
+        EmitArithmetic(expr.op, is_float);
+      }
+  }
+}
+
+void ExpressionGenerator::EmitLogic(const Expr& expr) {
+  // The instruction keeps the first value if it decides, and drops it for the second if not.
+  Target end;
+  EmitExpr(*expr.operands[0]);
+  Jump(expr.op == Operator::kAnd ? Opcode::kAnd : Opcode::kOr, &end);
+  Drop(1);
+  EmitExpr(*expr.operands[1]);
+  Place(&end);
+}
+
+void ExpressionGenerator::EmitCall(const Expr& call) {
+  switch (call.meaning) {
+    case Meaning::kCount:
+      EmitExpr(*call.operands[1]);
+      EmitSimple(CountOf(call.operands[1]->type));
+      return;
+    case Meaning::kMethod: {
+      EmitArguments(call);
+      Emit(Opcode::kCall, call.index);
+      Drop(call.operands.size() - 1);
+      // The arguments are gone, and the result, if there is one, is there.
+      if (call.type != Type::kVoid) Push(ValueTypeOf(call.type));
+      return;
+    }
+    case Meaning::kInvoke:
+      EmitArguments(call);
+      Emit(Opcode::kInvoke, call.role);
+      // The role says which modules run the command, and the slot which command it is.
+      EmitByte(call.index);
+      Drop(call.operands.size() - 1);
+      return;
+    case Meaning::kInvokeNear:
+      // The set before the dot lies below the arguments.
+      EmitExpr(*call.operands[0]->operands[0]);
+      EmitArguments(call);
+      Emit(Opcode::kInvokeNear, call.role);
+      EmitByte(call.index);
+      Drop(call.operands.size());
+      return;
+    case Meaning::kSuper: {
+      EmitArguments(call);
+      Emit(Opcode::kCallSuper);
+      EmitU16(call.index);
+      Drop(call.operands.size() - 1);
+      if (call.type != Type::kVoid) Push(ValueTypeOf(call.type));
+      return;
+    }
+    default:
+      if (call.opcode == Opcode::kPrint) return EmitPrint(call);
+      // A function of the language has nothing before it.
+      EmitBuiltin(
+          call, call.operands[0]->operands.empty() ? nullptr : call.operands[0]->operands[0].get(),
+          &call);
+  }
+}
+
+// In the order of the parameters, which is that of the first locals of the callee.
+void ExpressionGenerator::EmitArguments(const Expr& call) {
+  for (size_t i = 1; i < call.operands.size(); ++i) EmitExpr(*call.operands[i]);
+}
+
+// `base` is what stands before the dot: self or nothing, or a joint or connector.
+void ExpressionGenerator::EmitBuiltin(const Expr& expr, const Expr* base, const Expr* call) {
+  // Operands go onto the stack in the order of the signature in vm/image/opcodes.def: first the
+  // joint or connector before the dot.
+  const bool sensor = expr.opcode == Opcode::kGetDistance || expr.opcode == Opcode::kGetContact ||
+                      expr.opcode == Opcode::kGetTilt;
+  // A sensor stands in the instruction itself.
+  if (base != nullptr && base->kind != ExprKind::kSelf && !sensor) EmitExpr(*base);
+  if (call != nullptr) EmitArguments(*call);
+  // `self.connected` without arguments means every direction, $ANY.
+  if (expr.opcode == Opcode::kConnected && (call == nullptr || call->operands.size() == 1)) {
+    EmitConstant(Type::kDirection, vm::Cell{});
+  }
+  // A fault of the call is one of its own line, also where the call began lines before.
+  MarkLine(expr.span);
+  Emit(expr.opcode);
+  if (vm::InfoOf(expr.opcode).operand == vm::OperandKind::kKeyword) EmitByte(expr.index);
+  ApplySignature(expr.opcode);
+}
+
+}  // namespace morphbus::dynarole

@@ -1,0 +1,48 @@
+#pragma once
+// Translates the expressions of one routine.
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "compiler/dynarole/function_builder.h"
+
+namespace morphbus::dynarole {
+
+/// Where a constant stands in the image, by type and value: equal constants share an entry.
+using ConstantPool = std::map<std::pair<vm::ValueType, uint32_t>, int>;
+
+/// A function's code with its expressions. Every function Emit... leaves on the stack of types what
+/// its code will leave on the stack of the virtual machine.
+class ExpressionGenerator : public FunctionBuilder {
+ public:
+  /// All arguments must outlive the generator; constants go into the pool and the program.
+  ExpressionGenerator(const source::SourceSet& sources, ConstantPool* pool, ProgramCode* program)
+      : FunctionBuilder(sources), pool_(*pool), program_(*program) {}
+
+  /// Emits an expression with the conversion that is wanted of it.
+  void EmitExpr(const Expr& expr);
+  /// Emits `+` and its kin on two operands of one type.
+  void EmitArithmetic(Operator op, bool is_float);
+  /// Emits first < second (strict) or first <= second for the operands of a comparison; the other
+  /// two orders are their negations.
+  void EmitOrder(const Expr& expr, bool strict);
+
+ private:
+  void EmitConstant(Type type, vm::Cell cell);
+  void Convert(const Expr& expr);
+  void EmitUnconverted(const Expr& expr);
+  void EmitLoad(const Expr& expr);
+  void EmitBinary(const Expr& expr);
+  void EmitLogic(const Expr& expr);
+  void EmitCall(const Expr& call);
+  void EmitArguments(const Expr& call);
+  void EmitPrint(const Expr& call);
+  void EmitBuiltin(const Expr& expr, const Expr* base, const Expr* call);
+
+  ConstantPool& pool_;
+  ProgramCode& program_;
+};
+
+}  // namespace morphbus::dynarole

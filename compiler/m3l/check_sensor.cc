@@ -1,0 +1,133 @@
+// Sensors of a module type.
+
+#include <fmt/format.h>
+
+#include "compiler/m3l/check_module.h"
+#include "compiler/m3l/evaluate.h"
+
+namespace morphbus::m3l::internal {
+namespace {
+
+using Eigen::Vector3d;
+
+// Sensors of one module; their readings travel in every SENSORS message.
+constexpr size_t kMaxSensors = 12;
+
+/// Checks one sensor: its type, where it sits and looks, its range and noise.
+class SensorChecker {
+ public:
+  SensorChecker(ModuleScope& scope, const SensorDecl& decl)
+      : scope_(scope),
+        decl_(decl),
+        attributes_(decl, "sensor '" + decl.name.text + "'",
+                    {"type", "link", "origin", "direction", "range", "noise"}, &scope.diagnostics) {
+  }
+
+  void Check() {
+    const int errors = scope_.diagnostics.error_count();
+    model::Sensor sensor;
+    sensor.name = decl_.name.text;
+    const bool typed = CheckType(sensor);
+    CheckLink(sensor);
+    CheckPlace(sensor);
+    if (typed) CheckRange(sensor);
+    if (typed) CheckNoise(sensor);
+    if (errors == scope_.diagnostics.error_count() && !decl_.broken) {
+      scope_.module.type.sensors.push_back(std::move(sensor));
+    }
+  }
+
+ private:
+  bool CheckType(model::Sensor& sensor) {
+    const Expr* expr = attributes_.Required("type", "types are distance, contact and tilt");
+    if (!expr) return false;
+    const std::string name = expr->kind == ExprKind::kString ? expr->text : SingleName(*expr);
+    const std::optional<model::SensorType> type = model::SensorTypeNamed(name);
+    if (!type) {
+      scope_.diagnostics.Error(expr->span, "unknown type of sensor").hint =
+          NameHint(name, {std::begin(model::kSensorTypeNames), std::end(model::kSensorTypeNames)},
+                   "types are");
+      return false;
+    }
+    sensor.type = *type;
+    return true;
+  }
+
+  /// The link that carries it.
+  void CheckLink(model::Sensor& sensor) {
+    const Expr* expr = attributes_.Required("link", "name the link that carries it: link=NAME");
+    if (!expr) return;
+    const std::string name = SingleName(*expr);
+    if (const std::optional<int> link = scope_.module.type.FindLink(name)) {
+      sensor.link = *link;
+    } else if (!scope_.names_lost) {
+      scope_.diagnostics.Error(expr->span, "there is no link '" + name + "'").hint =
+          NameHint(name, NamesOf(scope_.module.type.links), "links are");
+    }
+  }
+
+  void CheckPlace(model::Sensor& sensor) {
+    if (const Expr* expr = attributes_.Required("origin", "write origin=(x, y, z)")) {
+      sensor.p_MoSo_M = EvaluatePoint(*expr, "origin", scope_).value_or(Vector3d::Zero());
+    }
+    const Expr* expr = attributes_.Required("direction", "write direction=(x, y, z)");
+    const auto direction =
+        expr ? EvaluateVector(*expr, "direction", &scope_.diagnostics) : std::nullopt;
+    if (!direction) return;
+    if (direction->stableNorm() > 1e-12) {
+      sensor.direction = direction->stableNormalized();
+    } else {
+      scope_.diagnostics.Error(expr->span, attributes_.what() + " has a direction of length zero");
+    }
+  }
+
+  /// How far it sees: needed for a distance, allowed for a contact.
+  void CheckRange(model::Sensor& sensor) {
+    if (sensor.type == model::SensorType::kTilt) return RefuseFor("range", sensor);
+    const Expr* expr = sensor.type == model::SensorType::kDistance
+                           ? attributes_.Required("range", "say how far it sees: range=0.5")
+                           : attributes_.Optional("range");
+    const auto value = expr ? EvaluateNumber(*expr, &scope_.diagnostics) : std::nullopt;
+    if (!value) return;
+    sensor.range_m = *value * scope_.unit_m;
+    if (sensor.range_m >= 1e-6 && sensor.range_m <= kMaxRange_m) return;
+    scope_.diagnostics.Error(
+        expr->span, fmt::format("'range' is from 1e-6 to {} metres", NumberText(kMaxRange_m)));
+  }
+
+  /// The standard deviation of a reading: model units, or radians.
+  void CheckNoise(model::Sensor& sensor) {
+    if (sensor.type == model::SensorType::kContact) return RefuseFor("noise", sensor);
+    const Expr* expr = attributes_.Optional("noise");
+    const auto value = expr ? EvaluateNumber(*expr, &scope_.diagnostics) : std::nullopt;
+    if (!value) return;
+    sensor.noise = sensor.type == model::SensorType::kDistance ? *value * scope_.unit_m : *value;
+    if (sensor.noise >= 0.0 && sensor.noise <= kMaxRange_m) return;
+    scope_.diagnostics.Error(expr->span, "'noise' is a standard deviation, not below 0");
+  }
+
+  void RefuseFor(const std::string& key, const model::Sensor& sensor) {
+    const Attribute* attribute = decl_.Find(key);
+    if (attribute == nullptr) return;
+    scope_.diagnostics.Error(attribute->key.span, fmt::format("a {} sensor has no {}",
+                                                              SensorTypeName(sensor.type), key));
+  }
+
+  static constexpr double kMaxRange_m = 1000.0;
+
+  ModuleScope& scope_;
+  const SensorDecl& decl_;
+  AttributeReader attributes_;
+};
+
+}  // namespace
+
+void CheckSensors(ModuleScope& scope) {
+  const std::vector<SensorDecl>& sensors = scope.module.decl->sensors;
+  for (const SensorDecl& sensor : sensors) SensorChecker(scope, sensor).Check();
+  if (sensors.size() <= kMaxSensors) return;
+  scope.diagnostics.Error(sensors[kMaxSensors].name.span,
+                          fmt::format("a module has at most {} sensors", kMaxSensors));
+}
+
+}  // namespace morphbus::m3l::internal

@@ -1,0 +1,92 @@
+#include "compiler/m3l/read_mesh.h"
+
+#include <assimp/BaseImporter.h>
+#include <assimp/importerdesc.h>
+#include <assimp/scene.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <assimp/Importer.hpp>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+
+#include "compiler/model/convex_hull.h"
+#include "compiler/source/source_text.h"
+
+namespace morphbus::m3l {
+namespace {
+
+// Binary STL: 80 bytes of any text, the number of triangles, and 50 bytes for each.
+constexpr size_t kHeaderBytes = 84;
+constexpr size_t kTriangleBytes = 50;
+// A triangle of a text file takes more than this.
+constexpr size_t kTextTriangleBytes = 60;
+
+/// How many triangles a binary file says it has, if it is as long as it then must be.
+std::optional<size_t> BinaryTriangles(const std::string& bytes) {
+  if (bytes.size() < kHeaderBytes) return std::nullopt;
+  size_t count = 0;
+  for (int i = 3; i >= 0; --i) count = count << 8U | static_cast<uint8_t>(bytes[80 + i]);
+  if (bytes.size() != kHeaderBytes + kTriangleBytes * count) return std::nullopt;
+  return count;
+}
+
+/// Lets the importer read STL and nothing else, whatever the bytes look like.
+void KeepStlOnly(Assimp::Importer* importer) {
+  for (size_t i = importer->GetImporterCount(); i-- > 0;) {
+    const aiImporterDesc* description = importer->GetImporterInfo(i);
+    if (description != nullptr && std::string(description->mFileExtensions) == "stl") continue;
+    // What is unregistered is ours to delete.
+    const std::unique_ptr<Assimp::BaseImporter> other(importer->GetImporter(i));
+    importer->UnregisterLoader(other.get());
+  }
+}
+
+}  // namespace
+
+Result<std::vector<Eigen::Vector3d>> ReadMeshHull(const std::string& path) {
+  const Result<std::string> bytes = source::ReadRegularFile(path);
+  if (!bytes) return Fail(bytes.error().message);
+  return MeshHull(path, *bytes);
+}
+
+Result<std::vector<Eigen::Vector3d>> MeshHull(const std::string& name, const std::string& bytes) {
+  const auto bad = [&](const std::string& why) { return Fail("mesh '" + name + "' " + why); };
+  // What is neither a whole binary file nor begins as a text does is not given to the library.
+  const std::optional<size_t> binary = BinaryTriangles(bytes);
+  const bool text = bytes.rfind("solid", 0) == 0 && bytes.find('\0') == std::string::npos;
+  if (!binary && !text) return bad("is no STL file, or one that was cut");
+  const size_t most = binary ? *binary : bytes.size() / kTextTriangleBytes;
+  if (binary && most > kMaxTriangles) {
+    return bad(fmt::format("has {} triangles, the most is {}", most, kMaxTriangles));
+  }
+  Assimp::Importer importer;
+  KeepStlOnly(&importer);
+  const aiScene* scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, "stl");
+  if (scene == nullptr) return bad(std::string("cannot be read: ") + importer.GetErrorString());
+  size_t triangles = 0;
+  std::vector<Eigen::Vector3d> points;
+  for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
+    const aiMesh& mesh = *scene->mMeshes[m];
+    triangles += mesh.mNumFaces;
+    for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
+      const aiVector3D& p = mesh.mVertices[v];
+      points.emplace_back(p.x, p.y, p.z);
+      if (!points.back().allFinite()) return bad("has a coordinate that is not finite");
+    }
+  }
+  if (triangles > kMaxTriangles) {
+    return bad(fmt::format("has {} triangles, the most is {}", triangles, kMaxTriangles));
+  }
+  if (points.empty()) return bad("has no triangle");
+  // Triangles share their corners: each is taken once, in an order that does not depend on theirs.
+  std::sort(points.begin(), points.end(), [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+  });
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  return model::ComputeHull(points).vertices;
+}
+
+}  // namespace morphbus::m3l

@@ -1,0 +1,52 @@
+#include "compiler/world/obstacle.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace morphbus::world {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kSides = 24;
+
+/// Corners of a ring of radius `r` at height `z`.
+void AddRing(double r, double z, std::vector<Vector3d>* corners) {
+  for (int i = 0; i < kSides; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / kSides;
+    corners->emplace_back(r * std::cos(angle), r * std::sin(angle), z);
+  }
+}
+
+}  // namespace
+
+std::vector<Vector3d> CornersOf(const Obstacle& obstacle) {
+  std::vector<Vector3d> corners;
+  const Vector3d& size = obstacle.size;
+  switch (obstacle.shape) {
+    case Shape::kBox:
+    case Shape::kPlane:
+      // A plane is a box without height; corners that fall together do no harm.
+      for (int i = 0; i < 8; ++i) {
+        const Vector3d side((i & 1) != 0 ? .5 : -.5, (i & 2) != 0 ? .5 : -.5,
+                            (i & 4) != 0 ? .5 : -.5);
+        corners.emplace_back(side.cwiseProduct(size));
+      }
+      break;
+    case Shape::kCylinder:
+      AddRing(size.x(), -0.5 * size.y(), &corners);
+      AddRing(size.x(), 0.5 * size.y(), &corners);
+      break;
+    case Shape::kSphere:
+      for (int i = 1; i < kSides / 2; ++i) {
+        const double angle = 2.0 * std::numbers::pi * i / kSides;
+        AddRing(size.x() * std::sin(angle), size.x() * std::cos(angle), &corners);
+      }
+      corners.emplace_back(0, 0, size.x());
+      corners.emplace_back(0, 0, -size.x());
+      break;
+  }
+  return corners;
+}
+
+}  // namespace morphbus::world

@@ -1,0 +1,102 @@
+#include "logger/log/deployments.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bridge/control/control_command.h"
+#include "compiler/base/text.h"
+#include "logger/log/text_lines.h"
+
+namespace morphbus::logger {
+namespace {
+
+/// No run has so many; a damaged log may say anything.
+constexpr size_t kMaxChanges = 10'000;
+
+/// "m1 m2 m3 at tick 340, m4 at tick 341, m5 never": modules that did the same stand together.
+std::string WhoWhen(const DeploymentFact& deployment) {
+  // Modules by the tick in which they went over; those that never did by themselves.
+  std::map<int64_t, std::vector<std::string>> by_tick;
+  std::vector<std::string> never;
+  for (const auto& [module, tick] : deployment.switched) {
+    (tick ? by_tick[*tick] : never).push_back(module);
+  }
+  std::vector<std::string> parts;
+  for (const auto& [tick, modules] : by_tick) {
+    // All at once is the rule, and the shortest to say.
+    const bool all = modules.size() == deployment.switched.size();
+    const std::string who = all ? fmt::format("all {} modules", modules.size())
+                                : fmt::format("{}", fmt::join(modules, " "));
+    parts.push_back(fmt::format("{} at tick {}", who, tick));
+  }
+  if (!never.empty()) parts.push_back(fmt::format("{} never", fmt::join(never, " ")));
+  return parts.empty() ? "no module is heard of" : fmt::format("{}", fmt::join(parts, ", "));
+}
+
+}  // namespace
+
+void ProgramChanges::Take(std::string_view module, int64_t tick, uint64_t program_hash) {
+  const auto found = modules_.find(module);
+  Module& m = found != modules_.end() ? found->second : modules_[std::string(module)];
+  // A message that stands behind a later one in the file changes nothing.
+  if (tick <= m.tick) return;
+  m.tick = tick;
+  const bool same = !m.changes.empty() && m.changes.back().program_hash == program_hash;
+  if (!same && m.changes.size() < kMaxChanges) m.changes.push_back({tick, program_hash});
+}
+
+std::vector<DeploymentFact> ProgramChanges::Deployments(
+    const std::multimap<int64_t, std::string>& commands, int32_t tick_us) const {
+  std::vector<DeploymentFact> deployments;
+  // The deployments among the commands, as CLOCK named them.
+  for (const auto& [tick, text] : commands) {
+    const Result<bridge::ControlCommand> command = bridge::ParseControl(text);
+    if (!command || command->kind != bridge::ControlKind::kDeploy) continue;
+    DeploymentFact& fact = deployments.emplace_back();
+    fact.tick = tick;
+    fact.program = command->program;
+    fact.program_hash = command->program_hash;
+    fact.to = command->to;
+    // "at" is a sim time in seconds; modules switch in the tick of that time.
+    if (command->at && tick_us > 0) fact.switch_tick = std::llround(*command->at * 1e6 / tick_us);
+  }
+  for (size_t i = 0; i < deployments.size(); ++i) {
+    DeploymentFact& fact = deployments[i];
+    // From the same program's next deployment on, who goes over to it does so for that one.
+    int64_t until = INT64_MAX;
+    for (size_t k = i + 1; k < deployments.size() && until == INT64_MAX; ++k) {
+      if (deployments[k].program_hash == fact.program_hash) until = deployments[k].tick;
+    }
+    // Of each module the first change to this program in that time.
+    for (const auto& [name, module] : modules_) {
+      const auto change =
+          std::find_if(module.changes.begin(), module.changes.end(), [&](const Change& c) {
+            return c.program_hash == fact.program_hash && c.tick >= fact.tick && c.tick < until;
+          });
+      fact.switched[name] =
+          change == module.changes.end() ? std::nullopt : std::optional(change->tick);
+    }
+  }
+  return deployments;
+}
+
+std::string DeploymentsText(const std::vector<DeploymentFact>& deployments, int32_t tick_us) {
+  std::string text;
+  if (deployments.empty()) return text;
+  AddLine(&text, "{} (when each module went over to the program):",
+          Counted(static_cast<int64_t>(deployments.size()), "deployment"));
+  // A line for each: when it was commanded, what to whom, for when, and what came of it.
+  for (const DeploymentFact& d : deployments) {
+    const std::string when = d.switch_tick < 0
+                                 ? "at once"
+                                 : fmt::format("for tick {} ({:.2f} s)", d.switch_tick,
+                                               Seconds(d.switch_tick * tick_us));
+    AddLine(&text, "  {} {} to {}, {}: {}", d.tick, d.program, d.to.empty() ? "the root" : d.to,
+            when, WhoWhen(d));
+  }
+  return text;
+}
+
+}  // namespace morphbus::logger

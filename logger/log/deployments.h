@@ -1,0 +1,58 @@
+#pragma once
+// Programs that people deployed while a run went on: when all modules were to go over to each, and
+// when each module did.
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace morphbus::logger {
+
+/// One `deploy` of the run.
+struct DeploymentFact {
+  /// The tick at which CLOCK named the command.
+  int64_t tick = 0;
+  /// Path of the program as it was given, and the hash of its image.
+  std::string program;
+  uint64_t program_hash = 0;
+  /// The module that got it; empty: the root.
+  std::string to;
+  /// The tick of the root's clock at which all were to go over to it; -1 if the command names none.
+  int64_t switch_tick = -1;
+  /// The first tick that each module computed under it; nothing for those that never did, before
+  /// the same program was deployed again.
+  std::map<std::string, std::optional<int64_t>> switched;
+};
+
+/// Follows which program each module runs, message by message.
+class ProgramChanges {
+ public:
+  /// A module's TRANSFORM of a tick, with the hash of the program in its header. Those of earlier
+  /// ticks than one taken before tell nothing new.
+  void Take(std::string_view module, int64_t tick, uint64_t program_hash);
+  /// The deployments among the commands that CLOCK named, in their order. `tick_us` is the length
+  /// of a tick, by which their times become ticks.
+  [[nodiscard]] std::vector<DeploymentFact> Deployments(
+      const std::multimap<int64_t, std::string>& commands, int32_t tick_us) const;
+
+ private:
+  /// What one module ran, from which tick on.
+  struct Change {
+    int64_t tick = 0;
+    uint64_t program_hash = 0;
+  };
+  /// A module, and its newest tick.
+  struct Module {
+    int64_t tick = -1;
+    std::vector<Change> changes;
+  };
+  std::map<std::string, Module, std::less<>> modules_;
+};
+
+/// A paragraph for `info`: a line a deployment. Empty without any.
+std::string DeploymentsText(const std::vector<DeploymentFact>& deployments, int32_t tick_us);
+
+}  // namespace morphbus::logger

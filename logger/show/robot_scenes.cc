@@ -1,0 +1,136 @@
+#include "logger/show/robot_scenes.h"
+
+#include <fmt/format.h>
+#include <openssl/evp.h>
+
+#include <algorithm>
+#include <set>
+
+#include "logger/log/description.h"
+#include "logger/show/svg_plot.h"
+
+namespace morphbus::logger {
+namespace {
+
+/// How many colors there are before they begin again.
+constexpr int kColors = 9;
+
+std::string Base64(const std::string& bytes) {
+  // Four characters for each three bytes begun, and a NUL.
+  std::string text((bytes.size() + 2) / 3 * 4 + 1, '\0');
+  const int size = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()),
+                                   reinterpret_cast<const unsigned char*>(bytes.data()),
+                                   static_cast<int>(bytes.size()));
+  text.resize(static_cast<size_t>(std::max(size, 0)));
+  return text;
+}
+
+}  // namespace
+
+RoleColors ColorsOf(const std::vector<const RunLog*>& logs) {
+  std::set<std::string> roles;
+  for (const RunLog* log : logs) {
+    for (const ModuleSeries& module : log->modules) {
+      for (const StatusSample& sample : module.status) roles.insert(sample.status.role_name);
+    }
+  }
+  RoleColors colors;
+  roles.erase("");
+  for (const std::string& role : roles) {
+    const int number = static_cast<int>(colors.size());
+    colors[role] = number;
+  }
+  return colors;
+}
+
+Color RoleColor(const RoleColors& colors, const std::string& role) {
+  const auto found = colors.find(role);
+  // Who has no role is grey.
+  if (found == colors.end()) return {0.72, 0.74, 0.78};
+  Color color = PaletteColor(found->second);
+  for (int again = found->second / kColors; again > 0; --again) {
+    for (double& c : color) c *= 0.7;
+  }
+  return color;
+}
+
+std::vector<LegendEntry> RoleLegend(const RoleColors& colors,
+                                    const std::vector<std::string>& roles) {
+  const std::set<std::string> unique(roles.begin(), roles.end());
+  std::vector<LegendEntry> legend;
+  for (const std::string& role : unique) {
+    legend.push_back({role.empty() ? "(no role)" : role, RoleColor(colors, role)});
+  }
+  return legend;
+}
+
+std::vector<std::string> RolesAt(const RunLog& log, int64_t time_us) {
+  std::vector<std::string> roles;
+  for (const model::ModuleInstance& instance : log.robot->modules) {
+    // The last STATUS before the time says which role a module has.
+    const ModuleSeries* series = log.FindModule(instance.name);
+    std::string role;
+    for (size_t i = 0; series != nullptr && i < series->status.size(); ++i) {
+      if (series->status[i].time_us <= time_us) role = series->status[i].status.role_name;
+    }
+    roles.push_back(std::move(role));
+  }
+  return roles;
+}
+
+size_t WorldAt(const RunLog& log, int64_t time_us) {
+  const auto after =
+      std::upper_bound(log.world.begin(), log.world.end(), time_us,
+                       [](int64_t t, const WorldSample& w) { return t < w.time_us; });
+  const auto at = after == log.world.begin() ? after : after - 1;
+  return static_cast<size_t>(at - log.world.begin());
+}
+
+model::Pose LinkPoseAt(const RunLog& log, const SimulatedPoses& poses, size_t sample, int module,
+                       int link) {
+  const std::optional<model::Pose> seen = poses.X_WL(sample, module, link);
+  return seen ? *seen : RestPosesOf(log)[module][link];
+}
+
+Scene SceneAt(const RunLog& log, const SimulatedPoses& poses, size_t sample,
+              const RoleColors& colors) {
+  // What no body carries is drawn as it lies in the robot frame at the start.
+  std::vector<std::vector<model::Pose>> X_WL = RestPosesOf(log);
+  for (int m = 0; m < static_cast<int>(X_WL.size()); ++m) {
+    for (int l = 0; l < static_cast<int>(X_WL[m].size()); ++l) {
+      X_WL[m][l] = poses.X_WL(sample, m, l).value_or(X_WL[m][l]);
+    }
+  }
+  const std::vector<std::string> roles = RolesAt(log, log.world[sample].time_us);
+  Scene scene = SceneOf(*log.model, *log.robot, X_WL, std::vector<int>(log.robot->modules.size()));
+  // Every second link of a module is a little lighter, so that joints can be seen.
+  for (SceneHull& hull : scene.hulls) {
+    hull.color = RoleColor(colors, roles[hull.owner]);
+    if (hull.link % 2 == 1) {
+      for (double& c : hull.color) c = 1 - (1 - c) * 0.72;
+    }
+  }
+  AddObstacles(ObstaclesIn(log.description), &scene);
+  return scene;
+}
+
+void AddObstacles(const std::vector<world::Obstacle>& obstacles, Scene* scene) {
+  constexpr double kPlate_m = 2.0;
+  constexpr int kNobody = -1;
+  for (world::Obstacle obstacle : obstacles) {
+    if (obstacle.shape == world::Shape::kPlane) {
+      obstacle.size = obstacle.size.cwiseMin(kPlate_m);
+    }
+    scene->hulls.push_back(
+        {world::CornersOf(obstacle), obstacle.X_WO, {0.55, 0.55, 0.55}, kNobody, 0});
+  }
+}
+
+std::string PictureHtml(const Drawing& drawing, const std::string& alt) {
+  const Result<std::string> picture = RenderPicture(drawing, "picture.png");
+  if (!picture) return "";
+  return fmt::format("<img alt='{}' src='data:image/png;base64,{}'>", EscapeHtml(alt),
+                     Base64(*picture));
+}
+
+}  // namespace morphbus::logger

@@ -1,0 +1,434 @@
+#include "logger/show/run_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <numbers>
+
+#include "compiler/base/text.h"
+#include "logger/compare/gait.h"
+#include "logger/show/report_style.h"
+#include "logger/show/robot_scenes.h"
+#include "logger/show/timeline.h"
+
+namespace morphbus::logger {
+namespace {
+
+constexpr double kDegreesARadian = 180.0 / std::numbers::pi;
+/// So many faults are listed on the page; `info` lists all.
+constexpr size_t kMostFaults = 50;
+
+using PlotPoints = std::vector<std::pair<double, double>>;
+
+/// Builds the page piece by piece, from top to bottom: each function appends one section to html_.
+class RunPage {
+ public:
+  explicit RunPage(const RunLog& log) : log_(log), facts_(log.facts) {}
+
+  std::string Build() {
+    html_ = fmt::format(
+        "<!DOCTYPE html>\n<html lang='en'><head><meta charset='utf-8'>"
+        "<meta name='viewport' content='width=device-width, initial-scale=1'>"
+        "<title>{0}</title><style>{1}</style></head><body><main><h1>{0}</h1>",
+        EscapeHtml(
+            fmt::format("{} of {}", facts_.robot.empty() ? "a run" : facts_.robot, facts_.path)),
+        kReportStyle);
+    // Without a model or without a tick there is nothing to draw: facts and faults remain.
+    if (log_.robot != nullptr && !log_.ticks_us.empty()) Prepare();
+    Summary();
+    Problems();
+    // What people look for first comes first; the channels are for who doubts the rest.
+    if (prepared_) {
+      Pictures();
+      Travel();
+      Roles();
+      Walk();
+      Joints();
+    }
+    Faults();
+    Channels();
+    html_ += "</main></body></html>\n";
+    return std::move(html_);
+  }
+
+ private:
+  /// What several sections need: who is who, the simulated world, the gait.
+  void Prepare() {
+    prepared_ = true;
+    end_s_ = Seconds(log_.ticks_us.back());
+    // A run matched with itself has every module, joint and link in pairs.
+    matching_ = Match(log_, log_, log_.ticks_us.back());
+    poses_ = std::make_unique<SimulatedPoses>(log_);
+    feet_ = FeetOf(matching_, true);
+    gait_ = MeasureGait(log_, feet_, JointsOf(matching_, true));
+    walk_ = MeasureWalk(log_, Trunk(*log_.model, *log_.robot));
+    colors_ = ColorsOf({&log_});
+  }
+
+  /// A line of the list of facts; one without a value is left out, as of a log without a
+  /// description.
+  void Fact(const char* name, const std::string& value) {
+    if (!value.empty()) {
+      html_ += fmt::format("<dt>{}</dt><dd>{}</dd>", name, EscapeHtml(value));
+    }
+  }
+
+  /// What ran, and in figures what came of it.
+  void Summary() {
+    // What ran.
+    html_ += "<div class='cards'><section class='card'><h2>The run</h2><dl>";
+    Fact("robot",
+         facts_.robot + (facts_.model_file.empty() ? "" : "  (" + facts_.model_file + ")"));
+    Fact("program", facts_.program_file);
+    Fact("run", facts_.run + (facts_.mode.empty() ? "" : ", " + facts_.mode));
+    Fact("length", fmt::format("{:.3f} s, {} ticks of {:.0f} ms", facts_.seconds, facts_.ticks,
+                               facts_.tick_us * 1e-3));
+    Fact("modules", fmt::format("{}, root {}", log_.modules.size(),
+                                facts_.root_module.empty() ? "?" : facts_.root_module));
+    Fact("hash", facts_.run_hash);
+    Fact("started", facts_.started);
+    Fact("build", facts_.build);
+    html_ += "</dl></section><section class='card'><h2>What came of it</h2><dl>";
+    // How far it came and how it stood, by the simulated world.
+    if (walk_) {
+      const auto moved = MeasureDisplacement(log_, Trunk(*log_.model, *log_.robot));
+      if (moved) {
+        Fact("moved", fmt::format("{:+.3f} m north, {:+.3f} m up, {:+.3f} m east", moved->x(),
+                                  moved->y(), moved->z()));
+      }
+      Fact("turned", fmt::format("{:+.1f}°", walk_->turn_rad * kDegreesARadian));
+      Fact("tilted", fmt::format("{:.1f}° at most", walk_->max_tilt_rad * kDegreesARadian));
+    }
+    // The gait, if the commands repeat.
+    if (gait_) {
+      Fact("gait", fmt::format("{} of {:.2f} s",
+                               Counted(static_cast<int64_t>(gait_->times_us.size()) - 1, "cycle"),
+                               gait_->cycle_s));
+      if (gait_->has_world) {
+        Fact("a cycle", fmt::format("{:.1f} mm forward, {:+.1f}°", gait_->forward_m * 1e3,
+                                    gait_->turn_rad * kDegreesARadian));
+      }
+    }
+    // What went wrong in the program, on the bus, and at the end.
+    Fact("faults", facts_.num_faults == 0 ? "none" : std::to_string(facts_.num_faults));
+    Fact("messages", fmt::format("{} events, {} lost, {} damaged places", facts_.events,
+                                 facts_.lost(), facts_.num_damage));
+    const bool clean = facts_.end && facts_.end->clean;
+    Fact("end", std::string(EndStateName(facts_.end_state)) +
+                    (facts_.end ? clean ? ", clean" : ", not clean: " + facts_.end->reason : ""));
+    html_ += "</dl></section></div>";
+  }
+
+  /// What a reader must know before believing the rest.
+  void Problems() {
+    std::vector<std::string> notes = facts_.problems;
+    // Ten notes are enough to make anybody look at the log itself.
+    for (const LogDamage& damage : facts_.damage) {
+      if (notes.size() >= 10) break;
+      notes.push_back(fmt::format("after {:.3f} s: {}", Seconds(damage.time_us), damage.what));
+    }
+    if (facts_.end_state != EndState::kVerified) {
+      notes.push_back(
+          fmt::format("END is {}: the log is not whole", EndStateName(facts_.end_state)));
+    }
+    if (notes.empty()) return;
+    html_ += "<section class='notes'><h2>What to know</h2><ul>";
+    for (const std::string& note : notes) html_ += "<li>" + EscapeHtml(note) + "</li>";
+    html_ += "</ul></section>";
+  }
+
+  /// The moments that are worth a picture: start, roles taken, a cycle in four instants, end.
+  std::vector<std::pair<int64_t, std::string>> KeyMoments() const {
+    std::vector<std::pair<int64_t, std::string>> moments = {{log_.world.front().time_us, "start"}};
+    // The roles are distributed when the last module has taken its own.
+    int64_t cast_us = -1;
+    for (const ModulePair& pair : matching_.pairs) cast_us = std::max(cast_us, pair.taken_a_us);
+    if (gait_) {
+      // The last cycle, since the first ones begin from standing still.
+      const int64_t begin = gait_->times_us[gait_->times_us.size() - 2];
+      const int64_t length = gait_->times_us.back() - begin;
+      moments.emplace_back(gait_->times_us.front(), "first cycle begins");
+      for (int quarter = 1; quarter <= 3; ++quarter) {
+        moments.emplace_back(begin + quarter * length / 4,
+                             fmt::format("last cycle, {} %", 25 * quarter));
+      }
+    } else {
+      if (cast_us > 0) moments.emplace_back(cast_us, "all roles taken");
+      // Without a gait, moments that divide the run evenly.
+      const int64_t end = log_.world.back().time_us;
+      for (int third = 1; third <= 2; ++third) {
+        moments.emplace_back(third * end / 3, "");
+      }
+    }
+    moments.emplace_back(log_.world.back().time_us, "end");
+    // Faults take what room is left of eight pictures.
+    for (const FaultFact& fault : facts_.faults) {
+      if (moments.size() >= 8) break;
+      moments.emplace_back(fault.time_us, "fault of " + fault.module);
+    }
+    std::stable_sort(moments.begin(), moments.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    return moments;
+  }
+
+  /// The robot at key moments, all at one scale.
+  void Pictures() {
+    if (log_.world.empty()) return;
+    html_ += "<section><h2>Key moments</h2><div class='pictures'>";
+    std::vector<Panel> panels;
+    Eigen::Vector2d size = Eigen::Vector2d::Zero();
+    std::vector<std::string> titles;
+    std::vector<std::string> roles;
+    // The scene at each moment, and the largest extent among them.
+    for (const auto& [time_us, name] : KeyMoments()) {
+      const size_t sample = WorldAt(log_, time_us);
+      Panel panel{SceneAt(log_, *poses_, sample, colors_), View::kThreeQuarter, ""};
+      panel.extent = ExtentOf(panel);
+      size = size.cwiseMax(panel.extent->sizes());
+      titles.push_back(fmt::format("{:.2f} s{}{}", Seconds(log_.world[sample].time_us),
+                                   name.empty() ? "" : ": ", name));
+      for (const std::string& role : RolesAt(log_, time_us)) roles.push_back(role);
+      panels.push_back(std::move(panel));
+    }
+    // Each panel has its own middle and the common size, so that lengths can be compared.
+    for (size_t i = 0; i < panels.size(); ++i) {
+      const Eigen::Vector2d middle = panels[i].extent->center();
+      panels[i].extent = Eigen::AlignedBox2d(middle - size / 2, middle + size / 2);
+      Drawing drawing;
+      drawing.panels = {panels[i]};
+      drawing.panel_width_px = 380;
+      html_ += fmt::format("<figure>{}<figcaption>{}</figcaption></figure>",
+                           PictureHtml(drawing, titles[i]), EscapeHtml(titles[i]));
+    }
+    html_ += "</div><p class='keys'>";
+    // One key of colours for all pictures.
+    for (const LegendEntry& entry : RoleLegend(colors_, roles)) {
+      html_ += fmt::format("<span><i style='background:rgb({:.0f},{:.0f},{:.0f})'></i>{}</span>",
+                           entry.color[0] * 255, entry.color[1] * 255, entry.color[2] * 255,
+                           EscapeHtml(entry.text));
+    }
+    html_ += "</p></section>";
+  }
+
+  /// Options of a plot over sim time, 640 px wide; `height` in px, `least` the smallest span of its
+  /// values (`unit`).
+  PlotOptions OverTime(std::string title, const char* unit, int height, double least) const {
+    return {std::move(title), "sim time (s)", unit, 640, height, false, least, {}};
+  }
+
+  /// A plot as a section's next figure.
+  void Figure(const std::vector<PlotLine>& lines, const PlotOptions& options) {
+    html_ += "<figure>" + PlotSvg(lines, options) + "</figure>";
+  }
+
+  /// The way of the trunk from above, and its height.
+  void Travel() {
+    const std::vector<TrackedPose> track = TrackOf(log_, Trunk(*log_.model, *log_.robot));
+    if (track.empty()) return;
+    PlotPoints map, height;
+    for (const TrackedPose& pose : track) {
+      // Seen from above with north to the right, west is up.
+      map.emplace_back(pose.p.x() - track.front().p.x(), track.front().p.z() - pose.p.z());
+      height.emplace_back(Seconds(pose.time_us), pose.p.y() * 1e3);
+    }
+    html_ += "<section><h2>Where it went</h2><div class='plots'>";
+    Figure({{"", "line-a", std::move(map)}},
+           {"trunk from above", "north (m)", "west (m)", 640, 300, true, 0.02, {}});
+    Figure({{"", "line-a", std::move(height)}},
+           OverTime("trunk, height above the ground", "mm", 300, 10));
+    html_ += "</div></section>";
+  }
+
+  /// Roles and faults over time, and which foot stood when.
+  void Roles() {
+    std::vector<TimelineRow> rows;
+    for (const ModuleSeries& module : log_.modules) {
+      TimelineRow row{module.name, {}, {}};
+      for (const RoleSpan& span : RoleSpans(module, log_.ticks_us.back())) {
+        // A bar for each stretch of time in which the module played one role.
+        const std::string role = span.role.empty() ? "(no role)" : span.role;
+        const Color color = RoleColor(colors_, span.role);
+        // A new label does not end a role.
+        if (!row.bars.empty() && row.bars.back().text == role) {
+          row.bars.back().end = Seconds(span.end_us);
+        } else {
+          row.bars.push_back({Seconds(span.begin_us), Seconds(span.end_us), color, role});
+        }
+      }
+      for (const FaultFact& fault : facts_.faults) {
+        // A dot for each of its faults.
+        if (fault.module == module.name) {
+          row.marks.push_back({Seconds(fault.time_us), fault.Line()});
+        }
+      }
+      rows.push_back(std::move(row));
+    }
+    html_ += "<section><h2>Roles and faults over time</h2><figure>" +
+             TimelineSvg(rows, "who played what; dots are faults", 0, end_s_) +
+             "</figure></section>";
+  }
+
+  /// The gait in a table, and the feet's stances over the last cycles.
+  void Walk() {
+    html_ += "<section><h2>Gait</h2>";
+    if (!gait_) {
+      html_ +=
+          "<p class='dim'>The commands do not repeat for two cycles: there is no gait to "
+          "measure.</p></section>";
+      return;
+    }
+    CycleTable();
+    if (gait_->has_world) Feet();
+    html_ += "</section>";
+  }
+
+  /// A row for each cycle: when it began, how long it took, and how it moved and turned the trunk.
+  void CycleTable() {
+    const std::vector<TrackedPose> track = TrackOf(log_, Trunk(*log_.model, *log_.robot));
+    html_ +=
+        "<div class='scroll'><table><thead><tr><th>cycle</th><th class='n'>from<br>"
+        "<small>s</small></th><th class='n'>takes<br><small>s</small></th>"
+        "<th class='n'>moves north<br><small>mm</small></th>"
+        "<th class='n'>moves east<br><small>mm</small></th>"
+        "<th class='n'>turns<br><small>deg</small></th></tr></thead><tbody>";
+    for (size_t i = 0; i + 1 < gait_->times_us.size(); ++i) {
+      const int64_t begin = gait_->times_us[i];
+      const int64_t end = gait_->times_us[i + 1];
+      html_ += fmt::format("<tr><td>{}</td><td class='n'>{:.2f}</td><td class='n'>{:.2f}</td>",
+                           i + 1, Seconds(begin), Seconds(end - begin));
+      // Without a simulated world nobody knows where the trunk was.
+      if (track.empty()) {
+        html_ += "<td class='n dim'>–</td><td class='n dim'>–</td><td class='n dim'>–</td></tr>";
+        continue;
+      }
+      // North is x and east is z in the world.
+      const TrackedPose& a = PoseAt(track, begin);
+      const TrackedPose& b = PoseAt(track, end);
+      html_ += fmt::format(
+          "<td class='n'>{:.1f}</td><td class='n'>{:.1f}</td><td class='n'>{:+.2f}</td></tr>",
+          (b.p.x() - a.p.x()) * 1e3, (b.p.z() - a.p.z()) * 1e3,
+          TurnBetween(a, b) * kDegreesARadian);
+    }
+    html_ += "</tbody></table></div>";
+  }
+
+  /// Which foot is on the ground when: in the last two cycles, with its share of all cycles.
+  void Feet() {
+    // A row for each foot; older cycles would only make the bars too narrow to be read.
+    const size_t shown = std::min<size_t>(2, gait_->times_us.size() - 1);
+    const int64_t begin = gait_->times_us[gait_->times_us.size() - 1 - shown];
+    const int64_t end = gait_->times_us.back();
+    std::vector<TimelineRow> rows;
+    for (size_t f = 0; f < feet_.size(); ++f) {
+      TimelineRow row{fmt::format("{} {} ({:.0f} %)", RoleOr(feet_[f].role), feet_[f].label,
+                                  gait_->duty[f] * 100),
+                      {},
+                      {}};
+      // The stances, cut where the plot begins and ends.
+      for (const auto& [from, to] : Stances(log_, *poses_, feet_[f])) {
+        if (to < begin || from > end) continue;
+        row.bars.push_back({Seconds(std::max(from, begin)), Seconds(std::min(to, end)),
+                            RoleColor(colors_, feet_[f].role), "on the ground"});
+      }
+      rows.push_back(std::move(row));
+    }
+    html_ += "<figure>" +
+             TimelineSvg(rows, "feet on the ground (share of all cycles)", Seconds(begin),
+                         Seconds(end)) +
+             "</figure>";
+  }
+
+  static std::string RoleOr(const std::string& role) { return role.empty() ? "(no role)" : role; }
+
+  /// Every joint: where it was, and where it was told to go.
+  void Joints() {
+    html_ +=
+        "<section><h2>Joints under their conventions</h2><p class='dim'>Measured, and dashed "
+        "what the module commanded.</p><div class='plots'>";
+    // A run is matched with itself, so that either side of a pair will do.
+    for (const ModulePair& pair : matching_.pairs) {
+      for (const JointPair& joint : pair.joints) {
+        const ModuleSeries& module = log_.modules[pair.a];
+        // Values are those of the program: degrees or millimetres under the convention of the role.
+        const JointSigns signs = SignsOfA(module, joint);
+        const double scale = joint.prismatic ? 1e3 : kDegreesARadian;
+        PlotPoints measured, told;
+        const ScalarTrack angles = AngleTrack(module, joint.joint_a, signs);
+        for (size_t i = 0; i < angles.value.size(); ++i) {
+          measured.emplace_back(Seconds(angles.time_us[i]), angles.value[i] * scale);
+        }
+        // Of the commands only positions; a velocity is no place to go.
+        const Track<JointCommand> commands = CommandsOf(module, joint.joint_a, signs);
+        for (size_t i = 0; i < commands.value.size(); ++i) {
+          if (commands.value[i].mode != morphbus::joint_command_t::MODE_POSITION) continue;
+          told.emplace_back(Seconds(commands.time_us[i]), commands.value[i].value * scale);
+        }
+        Figure(
+            {{"measured", "line-a", std::move(measured)}, {"command", "line-b", std::move(told)}},
+            OverTime(fmt::format("{} {}  ({})", RoleOr(pair.role), joint.label, module.name),
+                     joint.prismatic ? "mm" : "degrees", 190, joint.prismatic ? 1.0 : 5.0));
+      }
+    }
+    html_ += "</div></section>";
+  }
+
+  /// The first faults, with their places in the source.
+  void Faults() {
+    if (facts_.faults.empty()) return;
+    html_ +=
+        "<section><h2>Faults of the program</h2><div class='scroll'><table><thead><tr>"
+        "<th class='n'>time<br><small>s</small></th><th>module</th><th>role</th>"
+        "<th>what</th></tr></thead><tbody>";
+    for (size_t i = 0; i < std::min(facts_.faults.size(), kMostFaults); ++i) {
+      const FaultFact& fault = facts_.faults[i];
+      html_ += fmt::format(
+          "<tr><td class='n'>{:.3f}</td><td>{}</td><td>{}</td><td class='m'>{}</td></tr>",
+          Seconds(fault.time_us), EscapeHtml(fault.module), EscapeHtml(fault.role),
+          EscapeHtml(fault.Line()));
+    }
+    html_ += "</tbody></table></div>";
+    if (facts_.num_faults > static_cast<int64_t>(kMostFaults)) {
+      html_ +=
+          fmt::format("<p class='dim'>{} in all; morphbus info lists more.</p>", facts_.num_faults);
+    }
+    html_ += "</section>";
+  }
+
+  /// What was said on which channel, folded away.
+  void Channels() {
+    html_ +=
+        "<details><summary>Channels</summary><div class='scroll'><table><thead><tr>"
+        "<th>channel</th><th class='n'>messages</th><th class='n'>bytes</th>"
+        "<th class='n'>lost</th><th class='n'>bad</th></tr></thead><tbody>";
+    // Channels that lack something stand out; a damaged log can name any number of them.
+    size_t listed = 0;
+    for (const auto& [name, channel] : facts_.channels) {
+      if (!channel.ours || ++listed > 1000) continue;
+      html_ += fmt::format(
+          "<tr{}><td>{}</td><td class='n'>{}</td><td class='n'>{}</td>"
+          "<td class='n'>{}</td><td class='n'>{}</td></tr>",
+          channel.lost + channel.bad > 0 ? " class='over'" : "", EscapeHtml(name), channel.messages,
+          channel.bytes, channel.lost, channel.bad);
+    }
+    html_ += "</tbody></table></div></details>";
+  }
+
+  const RunLog& log_;
+  const LogFacts& facts_;
+  bool prepared_ = false;
+  double end_s_ = 0.0;
+  Matching matching_;
+  std::unique_ptr<SimulatedPoses> poses_;
+  std::vector<FootLink> feet_;
+  std::optional<Gait> gait_;
+  std::optional<WalkFigures> walk_;
+  RoleColors colors_;
+  std::string html_;
+};
+
+}  // namespace
+
+std::string RunReportHtml(const RunLog& log) { return RunPage(log).Build(); }
+
+}  // namespace morphbus::logger

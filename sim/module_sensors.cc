@@ -1,0 +1,93 @@
+#include "sim/module_sensors.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace morphbus::sim {
+namespace {
+
+using Eigen::Vector3d;
+
+/// The random numbers of one sensor at one tick: a counter, mixed (SplitMix64; Steele, Lea and
+/// Flood 2014), so that a reading does not depend on what was read before.
+class Noise {
+ public:
+  Noise(uint64_t seed, int64_t tick, int module, size_t sensor)
+      : state_(Mix(Mix(Mix(seed) ^ static_cast<uint64_t>(tick)) ^
+                   (static_cast<uint64_t>(module) << 8 | sensor))) {}
+
+  /// One draw of a normal distribution with mean 0 (Box and Muller's method).
+  double Gaussian(double deviation) {
+    constexpr double kUnit = 1.0 / 9007199254740992.0;  // 2^-53
+    const double u = (static_cast<double>(Next() >> 11) + 0.5) * kUnit;
+    const double turn = static_cast<double>(Next() >> 11) * kUnit * 2 * std::numbers::pi;
+    return deviation * std::sqrt(-2 * std::log(u)) * std::cos(turn);
+  }
+
+ private:
+  static uint64_t Mix(uint64_t x) {
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
+    return x ^ (x >> 31);
+  }
+  uint64_t Next() { return Mix(state_ += 0x9e3779b97f4a7c15ULL); }
+
+  uint64_t state_;
+};
+
+/// Whether something touches the sensor's link on the side to which it looks, near enough.
+bool IsTouched(const World& world, const model::Sensor& sensor, LinkRef link, const Pose& X_WL) {
+  const Vector3d p_WS = X_WL * sensor.p_MoSo_M;
+  const Vector3d d_W = X_WL.linear() * sensor.direction;
+  const std::vector<World::Touch> touches = world.Touches(link);
+  return std::any_of(touches.begin(), touches.end(), [&](const World::Touch& touch) {
+    // Within 45 degrees of where it looks.
+    const bool there = touch.outward_W.dot(d_W) >= std::numbers::sqrt2 / 2;
+    return there && (sensor.range_m <= 0 || (touch.p_WT - p_WS).norm() <= sensor.range_m);
+  });
+}
+
+/// Straight up in the frame of the link, turned a little by noise.
+Vector3d MeasuredUp(const Pose& X_WL, double deviation, Noise* noise) {
+  const Vector3d up = X_WL.linear().transpose() * Vector3d::UnitY();
+  if (deviation <= 0) return up;
+  const Vector3d turn(noise->Gaussian(deviation), noise->Gaussian(deviation),
+                      noise->Gaussian(deviation));
+  const double angle = turn.norm();
+  return angle > 0 ? Vector3d(Eigen::AngleAxisd(angle, turn / angle) * up) : up;
+}
+
+}  // namespace
+
+void SenseModule(const World& world, const model::Model& model, const model::Robot& robot,
+                 const LinkPoseTable& X_WL, int module, uint64_t seed, int64_t tick,
+                 morphbus::module_sensors_t* out) {
+  const std::vector<model::Sensor>& sensors = model.TypeOf(robot, module).sensors;
+  for (size_t i = 0; i < sensors.size(); ++i) {
+    const model::Sensor& sensor = sensors[i];
+    const Pose& X = X_WL[module][sensor.link];
+    Noise noise(seed, tick, module, i);
+    switch (sensor.type) {
+      case model::SensorType::kDistance: {
+        const double seen = world.RayDistance(X * sensor.p_MoSo_M, X.linear() * sensor.direction,
+                                              sensor.range_m, module);
+        const double noisy = sensor.noise > 0 ? seen + noise.Gaussian(sensor.noise) : seen;
+        out->sensor_value.push_back(static_cast<float>(std::clamp(noisy, 0.0, sensor.range_m)));
+        break;
+      }
+      case model::SensorType::kContact:
+        out->sensor_value.push_back(IsTouched(world, sensor, {module, sensor.link}, X) ? 1.0F
+                                                                                       : 0.0F);
+        break;
+      case model::SensorType::kTilt: {
+        const Vector3d up = MeasuredUp(X, sensor.noise, &noise);
+        for (int k = 0; k < 3; ++k) out->sensor_value.push_back(static_cast<float>(up(k)));
+        break;
+      }
+    }
+  }
+  out->num_sensor_values = static_cast<int8_t>(out->sensor_value.size());
+}
+
+}  // namespace morphbus::sim

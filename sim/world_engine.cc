@@ -1,0 +1,159 @@
+#include "sim/world_engine.h"
+
+#include <BulletCollision/CollisionDispatch/btCompoundCollisionAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btCompoundCompoundCollisionAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btSimulationIslandManager.h>
+
+#include "sim/bullet_math.h"
+#include "sim/link_physics.h"
+
+namespace morphbus::sim {
+namespace {
+
+using Eigen::Vector3d;
+
+// Part of a joint's drift that the engine takes back in one step. With 0.4 the quadruped tilts by
+// up to 6.5 degrees and its heading after five gait cycles depends on chance (2 to 14 degrees);
+// with 0.8 and 30 iterations it tilts 2.3 and turns 1 to 6 for friction 0.7 to 1.0 (measured).
+constexpr double kJointErrorReduction = 0.8;
+
+// By so much Bullet's broad phase enlarges boxes (m). Its own 0.05 suits furniture: it makes nearly
+// all links of a robot of 6.5 cm cubes neighbours of each other. Results do not depend on it.
+constexpr double kBroadphaseMargin = 0.005;
+
+// Bullet asks this before it looks at two parts of bodies: links of one module never collide.
+bool PartsMayCollide(const btCollisionShape* a, const btCollisionShape* b) {
+  return a->getUserIndex() < 0 || a->getUserIndex() != b->getUserIndex();
+}
+
+}  // namespace
+
+// Bullet's world refers to bodies and constraints that are not its own: they are taken out before
+// they go.
+World::Engine::~Engine() {
+  for (EngineJoint& joint : joints) {
+    if (joint.hinge) dynamics.removeConstraint(joint.hinge.get());
+    if (joint.slider) dynamics.removeConstraint(joint.slider.get());
+  }
+  for (const std::unique_ptr<btRigidBody>& body : bodies) dynamics.removeRigidBody(body.get());
+  for (const std::unique_ptr<btRigidBody>& obstacle : obstacles) {
+    dynamics.removeRigidBody(obstacle.get());
+  }
+  if (ground) dynamics.removeRigidBody(ground.get());
+}
+
+void World::Engine::Configure(const WorldOptions& options) {
+  // The margin and the callbacks for compound shapes are global in Bullet; every world of this
+  // program sets the same ones.
+  gDbvtMargin = kBroadphaseMargin;
+  gCompoundChildShapePairCallback = PartsMayCollide;
+  gCompoundCompoundChildShapePairCallback = PartsMayCollide;
+  broadphase.getOverlappingPairCache()->setOverlapFilterCallback(&filter);
+  dynamics.setGravity(btVector3(0.0, options.gravity ? -kGravity : 0.0, 0.0));
+  // Pairs in a fixed order and all bodies in one island: the solver's sweep must not depend on
+  // chance.
+  dynamics.getDispatchInfo().m_deterministicOverlappingPairs = true;
+  dynamics.getSimulationIslandManager()->setSplitIslands(false);
+  // The accuracy of contacts and joints.
+  btContactSolverInfo& info = dynamics.getSolverInfo();
+  info.m_numIterations = options.solver_iterations;
+  // One friction row a contact, along the sliding velocity: with two rows the directions are those
+  // of the world's axes at rest, and the robot turns while it stands up.
+  info.m_solverMode = SOLVER_USE_WARMSTARTING;
+  info.m_erp = kJointErrorReduction;
+}
+
+void World::Engine::AddGround(double friction) {
+  // Shapes are smaller than links on every side; the ground comes up to meet them, so that the
+  // links themselves stand on y = 0.
+  auto plane = std::make_unique<btStaticPlaneShape>(btVector3(0.0, 1.0, 0.0), kHullShrink);
+  plane->setMargin(0.0);
+  ground = std::make_unique<btRigidBody>(0.0, nullptr, Keep(std::move(plane)));
+  ground->setFriction(friction);
+  ground->setUserIndex(-1);
+  dynamics.addRigidBody(ground.get());
+}
+
+// Obstacles come to meet the smaller links as the ground does.
+void World::Engine::AddObstacle(const world::Obstacle& obstacle, double ground_friction) {
+  const Vector3d& size = obstacle.size;
+  std::unique_ptr<btCollisionShape> shape;
+  switch (obstacle.shape) {
+    case world::Shape::kBox:
+      shape = std::make_unique<btBoxShape>(
+          ToBullet(Vector3d(0.5 * size + Vector3d::Constant(kHullShrink))));
+      break;
+    case world::Shape::kCylinder:
+      shape = std::make_unique<btCylinderShapeZ>(
+          btVector3(size.x() + kHullShrink, size.x() + kHullShrink, 0.5 * size.y() + kHullShrink));
+      break;
+    case world::Shape::kSphere:
+      shape = std::make_unique<btSphereShape>(size.x() + kHullShrink);
+      break;
+    case world::Shape::kPlane:
+      shape = std::make_unique<btStaticPlaneShape>(btVector3(0.0, 0.0, 1.0), kHullShrink);
+      shape->setMargin(0.0);
+      break;
+  }
+  auto body = std::make_unique<btRigidBody>(0.0, nullptr, Keep(std::move(shape)));
+  body->setWorldTransform(ToBullet(obstacle.X_WO));
+  // The engine multiplies the coefficients of the two that touch, and the robot's is the ground's.
+  const bool own = obstacle.friction && ground_friction > 0.0;
+  body->setFriction(own ? *obstacle.friction / ground_friction : ground_friction);
+  body->setUserIndex(-1);
+  dynamics.addRigidBody(body.get());
+  obstacles.push_back(std::move(body));
+}
+
+// A compound is of the hulls of its links' parts. Corners are in B already, so that parts need no
+// pose.
+btCollisionShape* World::Engine::MakeShape(const BodySpec& spec) {
+  std::vector<btCollisionShape*> parts;
+  for (size_t l = 0; l < spec.links.size(); ++l) {
+    const LinkSpec& link = spec.links[l];
+    for (const std::vector<Vector3d>& part : link.parts_B) {
+      auto hull = std::make_unique<btConvexHullShape>();
+      hull->setMargin(kCollisionMargin);
+      for (const Vector3d& corner : part) hull->addPoint(ToBullet(corner), false);
+      hull->recalcLocalAabb();
+      // PartsMayCollide asks for this.
+      hull->setUserIndex(link.group);
+      // Contacts are found again by it (Touches).
+      hull->setUserIndex2(static_cast<int>(l));
+      parts.push_back(Keep(std::move(hull)));
+    }
+  }
+  // Bullet wants a shape for every body, and a compound only where there is something to put
+  // together.
+  if (parts.empty()) return Keep(std::make_unique<btEmptyShape>());
+  if (parts.size() == 1) return parts.front();
+  auto compound = std::make_unique<btCompoundShape>(true, static_cast<int>(parts.size()));
+  compound->setMargin(kCollisionMargin);
+  for (btCollisionShape* part : parts) {
+    compound->addChildShape(btTransform::getIdentity(), part);
+  }
+  return Keep(std::move(compound));
+}
+
+// One body at its start pose. It never falls asleep: a robot that stands still is still held by its
+// servos.
+void World::Engine::AddBody(const BodySpec& spec, double friction) {
+  btRigidBody::btRigidBodyConstructionInfo info(spec.mass_kg, nullptr, MakeShape(spec),
+                                                ToBullet(spec.inertia_B));
+  info.m_startWorldTransform = ToBullet(spec.X_WB);
+  info.m_friction = friction;
+  auto body = std::make_unique<btRigidBody>(info);
+  body->setActivationState(DISABLE_DEACTIVATION);
+  body->setUserIndex(static_cast<int>(bodies.size()));
+  dynamics.addRigidBody(body.get());
+  bodies.push_back(std::move(body));
+}
+
+void World::Engine::AddJoint(const JointSpec& spec, double gain_per_s) {
+  const bool inside = spec.body_1 == spec.body_2;
+  joints.push_back(MakeJoint(spec, inside ? nullptr : bodies[spec.body_1].get(),
+                             inside ? nullptr : bodies[spec.body_2].get(), gain_per_s));
+  if (!inside) dynamics.addConstraint(ConstraintOf(joints.back()), true);
+}
+
+}  // namespace morphbus::sim

@@ -1,0 +1,78 @@
+#pragma once
+// The Bullet engine behind a World: private to sim/world*.cc.
+
+#include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
+#include <btBulletDynamicsCommon.h>
+
+#include <memory>
+#include <vector>
+
+#include "sim/engine_joint.h"
+#include "sim/world.h"
+
+namespace morphbus::sim {
+
+/// Downwards, m/s^2.
+inline constexpr double kGravity = 9.81;
+
+/// Which bodies may collide. They carry their index as user index; the ground and obstacles have
+/// -1.
+class PairFilter : public btOverlapFilterCallback {
+ public:
+  explicit PairFilter(const std::vector<std::vector<bool>>* may_collide)
+      : may_collide_(may_collide) {}
+
+  bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override {
+    const int i = static_cast<const btCollisionObject*>(a->m_clientObject)->getUserIndex();
+    const int j = static_cast<const btCollisionObject*>(b->m_clientObject)->getUserIndex();
+    if (i < 0 || j < 0) return i != j;
+    return (*may_collide_)[i][j];
+  }
+
+ private:
+  const std::vector<std::vector<bool>>* may_collide_;
+};
+
+/// The Bullet engine with all that is in it, in order of construction; Bullet wants the reverse for
+/// destruction.
+struct World::Engine {
+  explicit Engine(const std::vector<std::vector<bool>>* may_collide) : filter(may_collide) {}
+  ~Engine();
+
+  /// Gravity, accuracy, and that pairs and the solver's sweep have a fixed order.
+  void Configure(const WorldOptions& options);
+  /// What the world consists of. The frictions are the square roots of the coefficients, because
+  /// the engine multiplies those of the two that touch.
+  void AddGround(double friction);
+  void AddObstacle(const world::Obstacle& obstacle, double ground_friction);
+  void AddBody(const BodySpec& spec, double friction);
+  void AddJoint(const JointSpec& spec, double gain_per_s);
+  /// The shape of a body: nothing, one hull, or a compound.
+  btCollisionShape* MakeShape(const BodySpec& spec);
+  /// Shapes live as long as the engine.
+  btCollisionShape* Keep(std::unique_ptr<btCollisionShape> shape) {
+    shapes.push_back(std::move(shape));
+    return shapes.back().get();
+  }
+
+  btDefaultCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher{&configuration};
+  btDbvtBroadphase broadphase;
+  btSequentialImpulseConstraintSolver solver;
+  PairFilter filter;
+  btDiscreteDynamicsWorld dynamics{&dispatcher, &broadphase, &solver, &configuration};
+  std::vector<std::unique_ptr<btCollisionShape>> shapes;
+  std::unique_ptr<btRigidBody> ground;
+  std::vector<std::unique_ptr<btRigidBody>> obstacles;
+  std::vector<std::unique_ptr<btRigidBody>> bodies;
+  std::vector<EngineJoint> joints;
+  /// A force at a body's centre of mass (N, W), for so many steps more.
+  struct PushForce {
+    int body = 0;
+    Eigen::Vector3d f_W;
+    int steps = 0;
+  };
+  std::vector<PushForce> pushes;
+};
+
+}  // namespace morphbus::sim

@@ -1,0 +1,95 @@
+// What rays and touching surfaces meet in a World.
+#include <algorithm>
+
+#include "sim/bullet_math.h"
+#include "sim/link_physics.h"
+#include "sim/world_engine.h"
+
+namespace morphbus::sim {
+
+using Eigen::Vector3d;
+
+namespace {
+
+// The nearest hit that is none of one module's links. Shapes carry the number of their module.
+class NearestForeignHit : public btCollisionWorld::RayResultCallback {
+ public:
+  explicit NearestForeignHit(int group) : group_(group) {}
+
+  btScalar addSingleResult(btCollisionWorld::LocalRayResult& hit, bool) override {
+    if (GroupOf(hit) == group_) return m_closestHitFraction;
+    m_collisionObject = hit.m_collisionObject;
+    m_closestHitFraction = hit.m_hitFraction;
+    return hit.m_hitFraction;
+  }
+
+ private:
+  // Parts of compounds are told by their number; what is no body of the robot has no module.
+  static int GroupOf(const btCollisionWorld::LocalRayResult& hit) {
+    if (hit.m_collisionObject->getUserIndex() < 0) return -1;
+    const btCollisionShape* shape = hit.m_collisionObject->getCollisionShape();
+    if (shape->isCompound()) {
+      const auto* compound = static_cast<const btCompoundShape*>(shape);
+      shape = compound->getChildShape(hit.m_localShapeInfo->m_triangleIndex);
+    }
+    return shape->getUserIndex();
+  }
+
+  int group_;
+};
+
+bool SameLink(const LinkRef& a, const LinkRef& b) {
+  return a.module == b.module && a.link == b.link;
+}
+
+// The link, by its number in its body, whose part touches; -1 for a body without parts.
+int LinkOfPart(const btCollisionObject& object, int part) {
+  const btCollisionShape* shape = object.getCollisionShape();
+  if (shape->isCompound()) {
+    const auto* compound = static_cast<const btCompoundShape*>(shape);
+    if (part < 0 || part >= compound->getNumChildShapes()) return -1;
+    shape = compound->getChildShape(part);
+  }
+  return shape->getUserIndex2();
+}
+
+}  // namespace
+
+double World::RayDistance(const Vector3d& p_WS, const Vector3d& d_W, double range_m,
+                          int module) const {
+  const std::vector<int>& bodies = rigid_bodies_.body_of[module];
+  // The canonical number of the module stands at its links.
+  int group = -1;
+  for (const LinkSpec& link : rigid_bodies_.bodies[bodies.front()].links) {
+    if (link.ref.module == module) group = link.group;
+  }
+  NearestForeignHit nearest(group);
+  engine_->dynamics.rayTest(ToBullet(p_WS), ToBullet(Vector3d(p_WS + range_m * d_W)), nearest);
+  return nearest.hasHit() ? nearest.m_closestHitFraction * range_m : range_m;
+}
+
+std::vector<World::Touch> World::Touches(LinkRef link) const {
+  std::vector<Touch> touches;
+  const int body = rigid_bodies_.body_of[link.module][link.link];
+  for (int i = 0; i < engine_->dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold = *engine_->dispatcher.getManifoldByIndexInternal(i);
+    // The body may be either of the two that touch.
+    const bool is_0 = manifold.getBody0()->getUserIndex() == body;
+    if (!is_0 && manifold.getBody1()->getUserIndex() != body) continue;
+    const btCollisionObject& own = is_0 ? *manifold.getBody0() : *manifold.getBody1();
+    for (int k = 0; k < manifold.getNumContacts(); ++k) {
+      const btManifoldPoint& point = manifold.getContactPoint(k);
+      // Within the margins of both shapes things touch; farther they only come near.
+      if (point.getDistance() > kCollisionMargin) continue;
+      const int at = LinkOfPart(own, is_0 ? point.m_index0 : point.m_index1);
+      if (at < 0 || !SameLink(rigid_bodies_.bodies[body].links[at].ref, link)) continue;
+      // The engine's normal points from body 1 to body 0.
+      const Vector3d normal = FromBullet(point.m_normalWorldOnB);
+      const btVector3& p = is_0 ? point.getPositionWorldOnA() : point.getPositionWorldOnB();
+      touches.push_back({FromBullet(p), is_0 ? Vector3d(-normal) : normal});
+    }
+  }
+  return touches;
+}
+
+}  // namespace morphbus::sim

@@ -1,0 +1,204 @@
+#include "test/bridge/forger.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <morphbus/ask_t.hpp>
+#include <morphbus/hello_t.hpp>
+#include <morphbus/sensors_t.hpp>
+#include <morphbus/sim_clock_t.hpp>
+#include <morphbus/status_t.hpp>
+#include <morphbus/transform_t.hpp>
+#include <morphbus/world_t.hpp>
+
+#include "bridge/wire/channels.h"
+
+namespace morphbus::bridge {
+namespace {
+
+void Append(std::vector<uint8_t>* out, const void* data, size_t size) {
+  const auto* bytes = static_cast<const uint8_t*>(data);
+  out->insert(out->end(), bytes, bytes + size);
+}
+
+/// Adds the refusals of one process.
+void AddRefusals(const Ledger& one, Ledger* sum) {
+  sum->bad += one.bad;
+  sum->conflicts += one.conflicts;
+  sum->outside_window += one.outside_window;
+  sum->false_ends += one.false_ends;
+  sum->foreign += one.foreign;
+  sum->hasty_requests += one.hasty_requests;
+  sum->resent += one.resent;
+}
+
+/// Puts the message elsewhere in the run: a little later or earlier, or far from it.
+template <class M>
+void Displace(std::mt19937_64* random, M* message) {
+  const std::vector<int64_t> steps = {1, 1, 1, 2, 3, 5, 15, 16, 17, 20, 100, -1, -2, -16};
+  int64_t step = steps[(*random)() % steps.size()];
+  if ((*random)() % 20 == 0) step = int64_t{1} << 62;
+  // The time that belongs to the tick, or the greatest that there is.
+  const int64_t later_us = step > (int64_t{1} << 40)
+                               ? std::numeric_limits<int64_t>::max() - message->header.sim_time_us
+                               : 20000 * step;
+  message->header.tick = std::max<int64_t>(0, message->header.tick + step);
+  message->header.sequence = std::max<int64_t>(0, message->header.sequence + step);
+  message->header.sim_time_us = std::max<int64_t>(0, message->header.sim_time_us + later_us);
+}
+
+/// Changes what the message says. One overload for each type that a run carries.
+void Change(std::mt19937_64* random, morphbus::actuator_t* m) {
+  m->joints[(*random)() % m->joints.size()].target_si += 0.25;
+}
+void Change(std::mt19937_64*, morphbus::transform_t* m) { m->root_sequence ^= 5; }
+void Change(std::mt19937_64*, morphbus::status_t* m) { m->role_name = "Forged"; }
+void Change(std::mt19937_64* random, morphbus::sensors_t* m) {
+  morphbus::module_sensors_t& reading = m->modules[(*random)() % m->modules.size()];
+  switch ((*random)() % 4) {
+    case 0:
+      reading.docked.clear();
+      reading.num_docked = 0;
+      return;
+    case 1:
+      reading.name = "m9";
+      return;
+    default:
+      reading.joint_position_si[0] += 0.25;
+  }
+}
+void Change(std::mt19937_64*, morphbus::world_t* m) {
+  if (!m->bodies.empty()) m->bodies[0].position_m[0] += 1;
+}
+void Change(std::mt19937_64* random, morphbus::sim_clock_t* m) {
+  switch ((*random)() % 4) {
+    case 0:
+      m->phase = morphbus::sim_clock_t::PHASE_END;
+      m->end_reason = "forged";
+      return;
+    case 1:
+      m->phase = morphbus::sim_clock_t::PHASE_START;
+      return;
+    case 2:
+      m->num_modules = 77;
+      return;
+    default:
+      m->controls = {"forged"};
+      m->num_controls = 1;
+  }
+}
+void Change(std::mt19937_64* random, morphbus::hello_t* m) {
+  switch ((*random)() % 3) {
+    case 0:
+      m->claim ^= 5;
+      return;
+    case 1:
+      m->process = "m77";
+      return;
+    default:
+      m->wire_hash ^= 5;
+  }
+}
+void Change(std::mt19937_64* random, morphbus::ask_t* m) {
+  switch ((*random)() % 8) {
+    case 0:
+      m->kind = static_cast<int8_t>((*random)() % 8);
+      return;
+    case 1:
+      m->acknowledged_tick += static_cast<int64_t>((*random)() % 20);
+      return;
+    case 2:
+      m->verdict = m->verdict.empty() ? "forged" : "";
+      return;
+    case 3:
+      m->run_hash = std::string(32, 'f');
+      return;
+    case 4:
+      m->num_parts = static_cast<int16_t>(m->num_parts + 1);
+      return;
+    case 5:
+      m->last_sequence = int64_t{1} << 62;
+      return;
+    case 6:
+      m->sender = m->sender == "m1" ? "m2" : "m1";
+      return;
+    default:
+      if (!m->taken.empty()) m->taken[(*random)() % m->taken.size()].sum ^= 5;
+      if (!m->totals.empty()) m->totals[(*random)() % m->totals.size()].hash ^= 5;
+  }
+}
+
+template <class M>
+Spoken AlteredAs(const Spoken& original, std::mt19937_64* random) {
+  return Altered<M>(original, [random](M* message) {
+    const uint64_t what = (*random)() % 3;
+    if (what != 0) Change(random, message);
+    if (what != 1) Displace(random, message);
+  });
+}
+
+}  // namespace
+
+Outcome OutcomeOf(FakeRun* run) {
+  Outcome outcome;
+  const bool ended = run->Run();
+  outcome.sim_ok = ended && run->sim->outcome().ok;
+  outcome.log_clean = ended && run->log->complete() && run->log->error().empty();
+  outcome.error = outcome.sim_ok ? run->log->error() : run->sim->outcome().error;
+  outcome.published = run->sim->outcome().run_hash;
+  outcome.recorded = run->log->run_hash();
+  // The robot tells where it is, and every program all that it knows.
+  std::vector<morphbus::body_pose_t> bodies;
+  run->robot.Truth(&bodies);
+  for (const morphbus::body_pose_t& body : bodies) {
+    Append(&outcome.state, body.position_m, sizeof body.position_m);
+  }
+  for (const FakeRun::Module& module : run->modules) module.controller->Save(&outcome.state);
+  outcome.moves = run->robot.actuations;
+  for (const Participant* participant : run->participants()) {
+    AddRefusals(participant->ledger(), &outcome.refused);
+  }
+  outcome.seconds = static_cast<double>(run->time.NowUs()) * 1e-6;
+  return outcome;
+}
+
+Forger::Forger(FakeRun* run, std::function<void(int64_t, const Spoken&)> on_message)
+    : bus_(run->hub.Connect()) {
+  bus_->SubscribePrefix(run->options.run + "/",
+                        [this, on_message = std::move(on_message)](
+                            std::string_view channel, const uint8_t* data, size_t size) {
+                          if (said_.contains(DigestOf(data, size))) return;
+                          on_message(heard_++, {std::string(channel), {data, data + size}});
+                        });
+}
+
+std::vector<Spoken> Overhear(const FakeRunOptions& options) {
+  FakeRun run(options);
+  std::vector<Spoken> all;
+  const Forger ears(&run, [&all](int64_t, const Spoken& message) { all.push_back(message); });
+  run.Run();
+  return all;
+}
+
+Spoken AlteredAnyhow(const Spoken& original, std::mt19937_64* random) {
+  switch (ParseChannel(original.channel)->topic) {
+    case Topic::kClock:
+      return AlteredAs<morphbus::sim_clock_t>(original, random);
+    case Topic::kSensors:
+      return AlteredAs<morphbus::sensors_t>(original, random);
+    case Topic::kWorld:
+      return AlteredAs<morphbus::world_t>(original, random);
+    case Topic::kTransform:
+      return AlteredAs<morphbus::transform_t>(original, random);
+    case Topic::kActuator:
+      return AlteredAs<morphbus::actuator_t>(original, random);
+    case Topic::kStatus:
+      return AlteredAs<morphbus::status_t>(original, random);
+    case Topic::kHello:
+      return AlteredAs<morphbus::hello_t>(original, random);
+    default:
+      return AlteredAs<morphbus::ask_t>(original, random);
+  }
+}
+
+}  // namespace morphbus::bridge

@@ -1,0 +1,135 @@
+// A forger races each kind of message a hundred times: it puts an altered copy with a right CRC on
+// the bus before the original, with it or after it. Whatever comes of it, no run whose publishers,
+// receivers and log disagree may end well. Who disagrees is found out by witnesses that take no
+// part in the product's own comparison: the robot, the programs and the log, against an undisturbed
+// run.
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <map>
+#include <morphbus/ask_t.hpp>
+#include <morphbus/sim_clock_t.hpp>
+
+#include "bridge/wire/channels.h"
+#include "test/bridge/forger.h"
+
+namespace morphbus::bridge {
+namespace {
+
+/// What the forger copies.
+struct Race {
+  const char* name;
+  Topic topic;
+  int kind;  ///< CLOCK: its phase. ASK: its kind. -1: any.
+  /// Races at least that must be noticed by some process, of a hundred.
+  int least_noticed;
+};
+
+std::ostream& operator<<(std::ostream& out, const Race& race) { return out << race.name; }
+
+constexpr int kRaces = 100;
+
+/// Whether a message is one that the race is about.
+bool IsOf(const Race& race, const Spoken& message) {
+  if (ParseChannel(message.channel)->topic != race.topic) return false;
+  if (race.topic == Topic::kClock) {
+    morphbus::sim_clock_t clock;
+    return Decode(message.bytes.data(), message.bytes.size(), {}, &clock) &&
+           (race.kind < 0 || clock.phase == race.kind);
+  }
+  if (race.topic != Topic::kAsk) return true;
+  morphbus::ask_t ask;
+  return Decode(message.bytes.data(), message.bytes.size(), {}, &ask) &&
+         (race.kind < 0 || ask.kind == race.kind);
+}
+
+FakeRunOptions Options() {
+  FakeRunOptions options;
+  options.ticks = 24;
+  return options;
+}
+
+/// What an undisturbed run says and comes to; worked out once for all races.
+struct Reference {
+  std::vector<Spoken> said = Overhear(Options());
+  Outcome outcome = [] {
+    FakeRun run(Options());
+    return OutcomeOf(&run);
+  }();
+};
+const Reference& Undisturbed() {
+  static const Reference reference;
+  return reference;
+}
+
+/// Whether everybody came to what an undisturbed run comes to.
+bool AllAgree(const Outcome& outcome) {
+  const Outcome& true_one = Undisturbed().outcome;
+  return outcome.published == true_one.published && outcome.recorded == true_one.published &&
+         outcome.state == true_one.state && outcome.moves == true_one.moves;
+}
+
+class Forged : public testing::TestWithParam<Race> {};
+
+TEST_P(Forged, NoRunThatDisagreesEndsWell) {
+  const std::vector<Spoken>& said = Undisturbed().said;
+  ASSERT_TRUE(Undisturbed().outcome.sim_ok && Undisturbed().outcome.log_clean);
+  std::vector<size_t> originals;
+  for (size_t i = 0; i < said.size(); ++i) {
+    if (IsOf(GetParam(), said[i])) originals.push_back(i);
+  }
+  ASSERT_FALSE(originals.empty());
+  int noticed = 0, spoiled = 0, unharmed = 0;
+  for (uint64_t seed = 0; seed < kRaces; ++seed) {
+    std::mt19937_64 random(seed * 1000 + static_cast<uint64_t>(GetParam().topic));
+    // One message is raced, or many are; each when some other message near it is heard.
+    std::map<int64_t, std::vector<Spoken>> at;
+    const int races = seed % 3 == 2 ? 12 : 1;
+    for (int i = 0; i < races; ++i) {
+      const size_t original = originals[random() % originals.size()];
+      const int64_t lead = static_cast<int64_t>(random() % 40) - 10;
+      const int64_t when = std::max<int64_t>(0, static_cast<int64_t>(original) - lead);
+      at[when].push_back(AlteredAnyhow(said[original], &random));
+    }
+    FakeRun run(Options());
+    Forger* self = nullptr;
+    Forger forger(&run, [&](int64_t count, const Spoken&) {
+      for (const Spoken& message : at[count]) self->Say(message);
+    });
+    self = &forger;
+    const Outcome outcome = OutcomeOf(&run);
+    const Ledger& refused = outcome.refused;
+    const bool well = outcome.sim_ok || outcome.log_clean;
+    EXPECT_TRUE(!well || AllAgree(outcome))
+        << "seed " << seed << ": sim " << outcome.sim_ok << ", log " << outcome.log_clean;
+    EXPECT_EQ(outcome.sim_ok && !outcome.log_clean && AllAgree(outcome) && outcome.error.empty(),
+              false)
+        << "seed " << seed << ": whoever calls the log not clean says why";
+    EXPECT_TRUE(outcome.sim_ok || !outcome.error.empty()) << "seed " << seed;
+    noticed += refused.bad + refused.conflicts + refused.outside_window + refused.false_ends > 0;
+    ++(well ? unharmed : spoiled);
+  }
+  std::printf("%s: %d runs unharmed, %d ended badly, in %d something was refused\n",
+              GetParam().name, unharmed, spoiled, noticed);
+  EXPECT_GE(noticed, GetParam().least_noticed);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Race, Forged,
+    testing::Values(Race{"clock", Topic::kClock, -1, 50},
+                    Race{"end", Topic::kClock, morphbus::sim_clock_t::PHASE_END, 50},
+                    Race{"sensors", Topic::kSensors, -1, 80}, Race{"world", Topic::kWorld, -1, 80},
+                    Race{"transform", Topic::kTransform, -1, 80},
+                    Race{"actuator", Topic::kActuator, -1, 80},
+                    Race{"status", Topic::kStatus, -1, 50}, Race{"hello", Topic::kHello, -1, 0},
+                    Race{"ack", Topic::kAsk, morphbus::ask_t::KIND_ACK, 0},
+                    Race{"end_ack", Topic::kAsk, morphbus::ask_t::KIND_END_ACK, 20},
+                    Race{"verdict", Topic::kAsk, morphbus::ask_t::KIND_VERDICT, 20},
+                    Race{"verdict_ack", Topic::kAsk, morphbus::ask_t::KIND_VERDICT_ACK, 0},
+                    Race{"bye", Topic::kAsk, morphbus::ask_t::KIND_BYE, 0},
+                    Race{"any_ask", Topic::kAsk, -1, 20}),
+    [](const testing::TestParamInfo<Race>& race) { return std::string(race.param.name); });
+
+}  // namespace
+}  // namespace morphbus::bridge

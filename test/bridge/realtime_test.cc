@@ -1,0 +1,84 @@
+// Real time: who answers too late, and how that is told.
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <morphbus/health_t.hpp>
+#include <string>
+
+#include "bridge/bus/fault_plan.h"
+#include "bridge/wire/codec.h"
+#include "test/bridge/fake_run.h"
+
+namespace morphbus::bridge {
+namespace {
+
+/// A run in real time with these faults, and what the sim's HEALTH says of its modules in the end.
+class LatenessTest : public testing::Test {
+ protected:
+  void Run(int modules, const std::string& faults) {
+    FakeRunOptions options;
+    options.modules = modules;
+    options.ticks = 200;
+    options.realtime = true;
+    source::SourceSet sources;
+    source::Diagnostics diagnostics;
+    const int file = sources.AddText("faults", faults);
+    options.faults = ParseFaultPlan(sources, file, {}, &diagnostics).value();
+    FakeRun run(options);
+    ASSERT_TRUE(run.Run());
+    EXPECT_TRUE(run.sim->outcome().ok) << run.sim->outcome().error;
+    missed_ = run.sim->outcome().missed_deadlines;
+    const auto ear = run.hub.Connect();
+    ear->Subscribe("test/SIM/HEALTH", [this](std::string_view, const uint8_t* data, size_t size) {
+      morphbus::health_t health;
+      ASSERT_TRUE(Decode(data, size, {}, &health));
+      EXPECT_LE(size, kMaxPayloadBytes);
+      ++messages_;
+      for (const morphbus::lateness_t& l : health.lateness) lateness_[l.module_name] = l;
+    });
+    run.sim->PublishHealth();
+    run.hub.HandleAll();
+  }
+
+  int64_t missed_ = 0;
+  int messages_ = 0;
+  std::map<std::string, morphbus::lateness_t> lateness_;
+};
+
+TEST_F(LatenessTest, WhoIsPunctualIsNotTold) {
+  Run(3, "");
+  EXPECT_EQ(messages_, 1);
+  EXPECT_TRUE(lateness_.empty());
+}
+
+TEST_F(LatenessTest, AnswersThatNeverComeAreMissedByTheirModule) {
+  Run(3, "fault channel=m2/ACTUATOR from=10 until=20 loss=1\n");
+  EXPECT_EQ(missed_, 10);
+  ASSERT_EQ(lateness_.size(), 1u);
+  EXPECT_EQ(lateness_.at("m2").missed, 10);
+  EXPECT_EQ(lateness_.at("m2").late, 0);
+  EXPECT_EQ(lateness_.at("m2").worst_us, 0);
+}
+
+TEST_F(LatenessTest, AnswersThatComeLaterAreLate) {
+  // Three answers a tick reach the sim, so that one which 6 and more overtake is ticks late.
+  Run(3, "seed 5\nfault channel=m3/ACTUATOR from=30 until=34 reorder=1 delay=36\n");
+  ASSERT_EQ(lateness_.size(), 1u);
+  const morphbus::lateness_t& m3 = lateness_.at("m3");
+  EXPECT_EQ(m3.missed, missed_);
+  EXPECT_GE(m3.missed, 3);
+  EXPECT_EQ(m3.late, m3.missed) << "all of them came in the end";
+  EXPECT_GE(m3.worst_us, 20'000);
+  EXPECT_LE(m3.worst_us, 16 * 20'000);
+}
+
+TEST_F(LatenessTest, ManyModulesShareSeveralMessages) {
+  Run(20, "fault channel=*/ACTUATOR from=10 until=11 loss=1\n");
+  EXPECT_EQ(messages_, 2);
+  EXPECT_EQ(lateness_.size(), 20u);
+  for (const auto& [module, l] : lateness_) EXPECT_EQ(l.missed, 1) << module;
+}
+
+}  // namespace
+}  // namespace morphbus::bridge

@@ -1,0 +1,304 @@
+#!/usr/bin/env python3
+"""Another program for the walking quadruped: all modules go over to it together, and the robot neither falls nor
+stumbles. What happened is read from the log without the help of the program under test."""
+import json
+import math
+import unittest
+
+from control_live import Live
+from support import MODEL, PROGRAM, SOURCE, Case, as_json, await_condition, decode, morphbus, read_events
+
+CAREFUL = SOURCE / 'models' / 'programs' / 'quadruped_careful.dyn'
+MODULES = [f'm{i}' for i in range(1, 10)]
+HUB = 4  # number of m5, whose body is the robot's trunk
+DIAMETER = 4
+MOST_TILT = math.radians(8)
+STEP = 0.0325 / 2  # m; a walk that goes on gets further in a cycle
+
+
+def tilts(path, module=HUB):
+    """By tick, by how much the up axis of a module's first body has turned away from where it was in tick 0, in rad."""
+    found, up_B = {}, None
+    for _, _, channel, data in read_events(path):
+        if not channel.endswith('/SIM/WORLD'):
+            continue
+        world = decode(data)
+        body = next((b for b in world.bodies if b.module_id == module), None)
+        if body is None or world.header.tick in found:
+            continue
+        w, x, y, z = body.orientation_wxyz
+        # The world's up axis in the body's frame: the middle row of the rotation's matrix.
+        up = (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x))
+        up_B = up_B or up
+        cosine = sum(a * b for a, b in zip(up, up_B))
+        found[world.header.tick] = math.acos(max(-1, min(1, cosine)))
+    return found
+
+
+def north(path, module=HUB):
+    """By tick, how far north the module's first body is, in m."""
+    found = {}
+    for _, _, channel, data in read_events(path):
+        if channel.endswith('/SIM/WORLD'):
+            world = decode(data)
+            for body in world.bodies:
+                if body.module_id == module:
+                    found.setdefault(world.header.tick, body.position_m[0])
+    return found
+
+
+def programs(path):
+    """By module, the programs that it ran in turn: [(first tick, hash), ...]."""
+    found = {}
+    for _, _, channel, data in read_events(path):
+        if not channel.endswith('/TRANSFORM'):
+            continue
+        header = decode(data).header
+        runs = found.setdefault(channel.split('/')[1], [])
+        if not runs or runs[-1][1] != header.program_hash:
+            runs.append((header.tick, header.program_hash))
+    return found
+
+
+def roles(path):
+    """By module, [(tick, role), ...] as STATUS tells it, '' while it has none."""
+    found = {}
+    for _, _, channel, data in read_events(path):
+        if channel.endswith('/STATUS'):
+            status = decode(data)
+            found.setdefault(channel.split('/')[1], []).append((status.header.tick, status.role_name))
+    return found
+
+
+class Deploying(Case):
+    def program(self, stride):
+        """The careful walk with another stride, in degrees."""
+        path = self.folder / f'stride_{stride}.dyn'
+        path.write_text(CAREFUL.read_text().replace('-30', f'-{stride}').replace('30)', f'{stride})'))
+        return path
+
+    def run_script(self, lines, seconds, *options, name='deploy'):
+        script = self.folder / f'{name}.script'
+        script.write_text('\n'.join(lines) + '\n')
+        self.path = self.folder / f'{name}.log'
+        done = morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--run', name, '--commands', script, '--seconds', seconds,
+                        '--log', self.path, '--force', '--json', *options)
+        self.said = done.stderr
+        self.summary = json.loads(done.stdout)
+        self.assertIsNone(self.summary['error'])
+        return self.summary
+
+    def deployments(self):
+        return as_json('info', self.path)['deployments']
+
+    def assert_all_went_over_together(self, deployment, within=0):
+        """Info and the messages' own headers agree on when each module did, and it was when it was to be."""
+        named = deployment['switch_tick']
+        ran = programs(self.path)
+        wanted = int(deployment['program_hash'], 16)
+        for module in MODULES:
+            ticks = [tick for tick, program in ran[module] if program % 2 ** 64 == wanted and tick >= deployment['tick']]
+            self.assertTrue(ticks, f'{module} never ran it')
+            self.assertEqual(deployment['switched'][module], ticks[0])
+            self.assertGreaterEqual(ticks[0], named)
+            self.assertLessEqual(ticks[0], named + within, module)
+
+    def assert_roles_kept(self, since):
+        """From this tick on no module was without its role, or had another one."""
+        for module, told in roles(self.path).items():
+            self.assertEqual(len({role for tick, role in told if tick >= since}), 1, f'{module}: {told}')
+            self.assertNotIn('', {role for tick, role in told if tick >= since})
+
+    def assert_upright(self, since=0):
+        tilt = {tick: angle for tick, angle in tilts(self.path).items() if tick >= since}
+        self.assertGreater(len(tilt), 100)
+        worst = max(tilt, key=tilt.get)
+        self.assertLess(tilt[worst], MOST_TILT, f'{math.degrees(tilt[worst]):.1f} degrees at tick {worst}')
+        return math.degrees(tilt[worst])
+
+
+class Inproc(Deploying):
+    def test_the_walk_goes_on_under_another_program(self):
+        self.run_script([f'600 deploy {CAREFUL} --to m5'], 36, '--inproc')
+        deployment, = self.deployments()
+        self.assertEqual((deployment['tick'], deployment['to']), (600, 'm5'))
+        self.assert_all_went_over_together(deployment)
+        # In lockstep the time that is chosen leaves little to spare.
+        self.assertLess(deployment['switch_tick'], 600 + 200)
+        self.assert_roles_kept(100)
+        self.assert_upright()
+        way = north(self.path)
+        last = max(way)
+        self.assertGreater(way[last] - way[last - 352], STEP, 'a cycle of 7.04 s')
+        text = morphbus('info', self.path).stdout
+        self.assertIn(f'1 deployment (when each module went over to the program):\n  600 {CAREFUL} to m5, for tick '
+                      f'{deployment["switch_tick"]} ', text)
+        self.assertIn(f': all 9 modules at tick {deployment["switch_tick"]}\n', text)
+
+    def test_all_switch_at_the_tick_that_is_named(self):
+        # Standing between two steps, at 11.5 s, even the program that only turns joints on can be begun anew.
+        other = self.folder / 'other.dyn'
+        other.write_text(PROGRAM.read_text().replace('self.sleepds(20);', 'self.sleepds(21);'))
+        self.run_script([f'300 deploy {other} --to m1 --at 11.5', f'301 deploy {CAREFUL} --to m9 --at 18.01'], 26, '--inproc')
+        first, second = self.deployments()
+        # The later one takes the other's place before its time comes.
+        self.assertEqual((first['switch_tick'], set(first['switched'].values())), (575, {None}))
+        self.assertEqual(second['switch_tick'], 901, 'a time between two ticks is the later one')
+        self.assert_all_went_over_together(second)
+        self.assert_upright()
+
+    def test_a_time_too_soon_is_kept_by_all_that_have_it_and_the_others_follow(self):
+        self.run_script([f'300 deploy {CAREFUL} --to m1 --at 6.02'], 12, '--inproc')
+        deployment, = self.deployments()
+        switched = deployment['switched']
+        self.assertGreater(switched['m1'], 301, 'the module that it was given to had to get it first')
+        self.assertGreater(switched['m9'], switched['m1'])
+        self.assertNotIn(None, switched.values())
+
+    def test_times_that_cannot_be_kept_are_refused(self):
+        for at, why in ((5.9, 'the run is at 6 s already; name a later time, or leave --at out'),
+                        (10000, 'more than 3600 s ahead of the run, which is at 6 s')):
+            self.run_script([f'300 deploy {CAREFUL} --at {at}'], 12, '--inproc')
+            self.assertIn(f'--at {at}: {why}', self.said)
+            self.assertEqual(self.deployments(), [])
+
+    def test_of_two_at_once_one_wins_everywhere(self):
+        for a, b in ((30, 40), (40, 30)):
+            self.run_script([f'500 deploy {self.program(a)} --to m1', f'500 deploy {self.program(b)} --to m9'], 24, '--inproc')
+            # The one that was named last, whatever their hashes are.
+            winner = self.deployments()[1]
+            self.assertEqual({runs[-1][1] % 2 ** 64 for runs in programs(self.path).values()},
+                             {int(winner['program_hash'], 16)})
+            self.assert_all_went_over_together(winner)
+            self.assert_roles_kept(100)
+            self.assert_upright()
+
+    def test_a_deployment_hashes_the_same_in_one_process_and_many(self):
+        lines = [f'250 deploy {CAREFUL} --to m3']
+        hashes = {self.run_script(lines, 10, *where)['hash']
+                  for where in (['--inproc'], ['--isolate'], ['--inproc', '--loss', 0.3])}
+        self.assertEqual(len(hashes), 1)
+        self.assert_all_went_over_together(self.deployments()[0])
+
+
+class Often(Deploying):
+    """Twenty in a row."""
+    def deploy_ten(self, *options):
+        # At other moments of the gait each time.
+        tick, lines = 500, []
+        for i in range(10):
+            lines.append(f'{tick} deploy {self.program((30, 45)[i % 2])} --to {MODULES[(3 * i) % 9]}')
+            tick += 160 + 37 * i
+        self.run_script(lines, (tick + 360) * 0.02, '--inproc', *options)
+        done = self.deployments()
+        self.assertEqual(len(done), 10)
+        for deployment in done:
+            self.assert_all_went_over_together(deployment)
+        self.assert_roles_kept(100)
+        self.assert_upright()
+        way = north(self.path)
+        last = max(way)
+        self.assertGreater(way[last] - way[last - 352], STEP)
+
+    def test_ten_in_a_row(self):
+        self.deploy_ten()
+
+    def test_ten_with_loss(self):
+        self.deploy_ten('--loss', 0.3)
+
+
+class Processes(Live, Deploying):
+    """With a process a module, by people's commands."""
+    def test_the_first_module_dies_while_it_gets_the_program(self):
+        self.start('--seconds', 3000)
+        self.reach(300)
+        self.control('pause')
+        self.assertIn('--at 3000.5: the run ends at 3000 s', self.refuse(1, 'deploy', CAREFUL, '--at', 3000.5))
+        told = self.control('deploy', CAREFUL, '--to', 'm1')
+        # The time by which all have it is told to who gave the command.
+        self.assertTrue(told['pending'])
+        named = round(told['switch_seconds'] / 0.02)
+        self.assertRegex(told['command'], rf'^deploy {CAREFUL} [0-9a-f]{{16}} --to m1 --at {told["switch_seconds"]}$')
+        self.control('step', 12)
+        self.await_held(told['tick'] + 11)
+        # Half of it is there.
+        self.control('kill', 'm1')
+        self.control('restart', 'm1')
+        self.control('resume')
+        self.reach(told['tick'] + 30)
+        # And now while it hands it on.
+        self.control('kill', 'm1')
+        self.control('restart', 'm1')
+        self.reach(named + 400)
+        self.control('stop')
+        self.end()
+        deployment, = self.deployments()
+        self.assertEqual(deployment['switch_tick'], named)
+        self.assert_all_went_over_together(deployment)
+        self.assert_roles_kept(100)
+        self.assert_upright()
+        self.assert_repeats()
+
+    def test_two_people_deploy_at_once(self):
+        self.start()
+        self.reach(300)
+        self.control('pause')
+        first = self.control('deploy', self.program(40), '--to', 'm1')
+        second = self.control('deploy', self.program(30), '--to', 'm9')
+        self.assertEqual(first['tick'], second['tick'])
+        self.control('resume')
+        # Slowly from here on, so that the run ends before the third one is due.
+        self.reach(round(second['switch_seconds'] / 0.02) + 50, 1)
+        said = morphbus('control', 'deploy', self.program(45), '--run', 'live').stdout
+        self.assertRegex(said, r'--at \S+: tick \d+ \(\d+\.\d\d s\); it runs from \S+ s on\n$')
+        self.assertIn('already; name a later time', self.refuse(1, 'deploy', CAREFUL, '--at', 2))
+        self.control('stop')
+        self.end()
+        winner = self.deployments()[1]
+        self.assertEqual({runs[-1][1] % 2 ** 64 for runs in programs(self.path).values()}, {int(winner['program_hash'], 16)})
+        self.assert_all_went_over_together(winner)
+        self.assert_upright()
+        self.assert_repeats()
+
+
+# By this tick the robot has got up and walks.
+WALKING = 300
+
+
+class Realtime(Live, Deploying):
+    """On the bus that all tools share, by the wall clock."""
+    def deploy_live(self, *options):
+        self.start('--realtime', *options, isolate=False)
+        self.reach(WALKING, 1)
+        told = self.control('deploy', CAREFUL, '--to', 'm3')
+        named = round(told['switch_seconds'] / 0.02)
+        await_condition(lambda: self.reach(named + 100, 1) is None, 'the program runs')
+        self.control('stop')
+        self.end()
+        # In real time the log may lack messages, also the one that names the command; those that it has are telling.
+        wanted = int(told['command'].split()[2], 16)
+        for module in MODULES:
+            seen = [(tick, program % 2 ** 64 == wanted) for tick, program in self.ran(module)]
+            self.assertIn(True, {new for _, new in seen}, f'{module} never ran it')
+            self.assertGreaterEqual(min(tick for tick, new in seen if new), named, module)
+            self.assertLessEqual(max(tick for tick, new in seen if not new), named + DIAMETER + 2, module)
+        return named
+
+    def ran(self, module):
+        """(tick, program) of every TRANSFORM of a module that is in the log."""
+        headers = (decode(data).header for _, _, channel, data in read_events(self.path)
+                   if channel.endswith(f'/{module}/TRANSFORM'))
+        return [(header.tick, header.program_hash) for header in headers]
+
+    def test_by_the_wall_clock(self):
+        named = self.deploy_live()
+        self.assertEqual([d['switch_tick'] for d in self.deployments()], [named])
+        # Modules that miss deadlines while the robot gets up lift it one after the other, with whatever program.
+        self.assert_upright(since=WALKING)
+
+    def test_by_the_wall_clock_with_loss(self):
+        self.deploy_live('--loss', 0.3)
+
+
+if __name__ == '__main__':
+    unittest.main()

@@ -1,0 +1,390 @@
+#!/usr/bin/env python3
+"""The monitor over real sockets: an independent client, control, slow clients, and every attack that its
+documentation says is refused (docs/monitor-protocol.md, Safety)."""
+import json
+import os
+import select
+import shutil
+import socket
+import struct
+import subprocess
+import unittest
+
+from control_live import Live
+from monitor_client import TOKEN, Monitor, WebSocket, run_client
+from support import BIN, MODEL, PROGRAM, SCRATCH, ShortRun, as_json, await_condition, decode, morphbus, read_events
+
+
+class Walk(ShortRun):
+    """The log that the monitor shows: a run of the name under which its topics stand."""
+    RUN = 'walk'
+
+
+class IndependentClient(Walk):
+    def test_foxglove_s_client_decodes_a_log_whole_under_both_names(self):
+        monitor = Monitor(self, self.short)
+        world, sensed, ticks, propagated = {}, {}, set(), 0
+        for _, _, channel, data in read_events(self.short):
+            if channel.endswith('/INFO') or not channel.startswith('walk/'):
+                continue
+            message = decode(data)
+            if channel == 'walk/SIM/WORLD':
+                for body in message.bodies:
+                    world[message.header.sim_time_us, body.module_id, body.link] = body
+            elif channel == 'walk/SIM/SENSORS':
+                for module in message.modules:
+                    sensed[message.header.sim_time_us, module.name] = module.joint_position_si
+            elif channel == 'walk/SIM/CLOCK':
+                ticks.add(message.header.tick)
+            elif channel.endswith('/TRANSFORM') and message.has_pose:
+                propagated += len(message.link_poses)
+        for name in ('foxglove.websocket.v1', 'foxglove.sdk.v1'):
+            with self.subTest(name):
+                got = run_client(f'ws://127.0.0.1:{monitor.port}/', name, '--play', 'walk')
+                self.assertEqual(got['protocol'], name)
+                self.assertEqual(got['serverInfo']['metadata']['control'], 'no')
+                tf = {(t, child): rest for kind, t, _, child, *rest in got['transforms'] if kind == 'tf'}
+                compared, worst = 0, 0.0
+                described = self.links()
+                for (time_us, module, link), body in world.items():
+                    values = tf[time_us, described[module][link]]
+                    expected = [*body.position_m, *body.orientation_wxyz]
+                    worst = max(worst, *(abs(a - b) for a, b in zip(values, expected)))
+                    compared += 1
+                self.assertEqual(compared, len(world))
+                self.assertLess(worst, 1e-9)
+                self.assertEqual(sum(1 for kind, _, _, child, *_ in got['transforms']
+                                     if kind == 'tf_propagated' and '/propagated/' in child), propagated)
+                joints = {}
+                for time_us, module, _, position in got['joints']:
+                    joints.setdefault((time_us, module), []).append(position)
+                self.assertEqual(joints, {key: list(value) for key, value in sensed.items()})
+                self.assertEqual(got['counts']['/walk/clock'], len(ticks))
+                self.assertEqual(got['counts']['/walk/commands'], len(ticks) - 1)  # END has none
+                for topic in ('description', 'scene', 'modules', 'connections', 'channels'):
+                    self.assertGreaterEqual(got['counts'][f'/walk/{topic}'], 1, topic)
+
+    def links(self):
+        """Frame names by module id and link, as the model has them."""
+        fk = as_json('fk', MODEL, '--robot', 'quadruped')
+        modules = {}
+        for name in fk['links']:
+            module, link = name.split('.')
+            modules.setdefault(module, []).append(f'walk/{module}/{link}')
+        numbered = sorted(modules, key=lambda m: int(m[1:]))
+        return [modules[m] for m in numbered]
+
+
+class Playback(Walk):
+    def test_seeks_steps_and_plays_each_client_by_itself(self):
+        monitor = Monitor(self, self.short)
+        first, second = WebSocket(monitor).greet(), WebSocket(monitor, query='').greet()
+        self.assertEqual(first.info['metadata']['control'], 'yes')
+        source, = json.loads(first.info['metadata']['sources'])
+        self.assertEqual((source['name'], source['kind'], source['robot']), ('walk', 'log', 'quadruped'))
+        first.call('/walk/pause', {})
+        state = first.call('/walk/playback', {'from_us': 1_000_000, 'playing': False})
+        self.assertEqual((state['time_us'], state['playing']), (1_000_000, False))
+        first.subscribe('/walk/clock')
+        frame = first.until(lambda m: isinstance(m, bytes) and m[0] == 1)
+        self.assertEqual(struct.unpack_from('<Q', frame, 5)[0], 1_000_000_000)
+        first.call('/walk/step', {'ticks': 3})
+        times = [struct.unpack_from('<Q', first.until(lambda m: isinstance(m, bytes) and m[0] == 1), 5)[0]
+                 for _ in range(3)]
+        self.assertEqual(times, [1_020_000_000, 1_040_000_000, 1_060_000_000])
+        # The other one is where it was, and goes its own way, without the token too.
+        state = second.call('/walk/playback', {'from_us': 2_000_000, 'playing': False})
+        self.assertEqual(state['time_us'], 2_000_000)
+        self.assertEqual(first.call('/walk/pause', {})['time_us'], 1_060_000)
+        self.assertIn('number', second.call('/walk/playback', {'speed': -1}))
+        self.assertIn('microseconds', second.call('/walk/playback', {'from_us': 'now'}))
+        second.send({'op': 'setParameters', 'parameters': [{'name': '/walk/time', 'value': 0.5}], 'id': 'x'})
+        answer = second.until(lambda m: isinstance(m, dict) and m.get('id') == 'x')
+        self.assertEqual(answer['parameters'][0]['value'], 0.5)
+
+    def test_two_logs_stand_side_by_side(self):
+        monitor = Monitor(self, self.short, self.short)
+        client = WebSocket(monitor).greet()
+        names = [s['name'] for s in json.loads(client.info['metadata']['sources'])]
+        self.assertEqual(names, ['walk', 'walk-2'])
+        self.assertIn('/walk/tf', client.channels)
+        self.assertIn('/walk-2/tf', client.channels)
+        for name in names:
+            self.assertEqual(client.call(f'/{name}/playback', {'playing': False, 'from_us': 0})['time_us'], 0)
+
+    def test_what_is_no_log_is_refused_in_a_sentence(self):
+        done = morphbus('monitor', PROGRAM, '--port', '0', status=2)
+        self.assertIn('does not hold', done.stderr)
+        self.assertIn('No such file', morphbus('monitor', 'nowhere.log', '--port', '0', status=2).stderr)
+        self.assertIn('no address', morphbus('monitor', self.short, '--bind', 'nowhere', status=2).stderr)
+        self.assertIn('--token', morphbus('monitor', self.short, '--token', 'a b', status=2).stderr)
+        with socket.create_server(('127.0.0.1', 0)) as taken:
+            done = morphbus('monitor', self.short, '--port', taken.getsockname()[1], status=2)
+        self.assertIn('--port', done.stderr)
+
+
+    def test_a_missing_log_is_complained_of_before_a_missing_page(self):
+        # The page is looked for beside the program, so that one in a folder of its own has none.
+        program = SCRATCH / f'pageless-{os.getpid()}' / 'bin' / 'morphbus'
+        program.parent.mkdir(parents=True)
+        self.addCleanup(shutil.rmtree, program.parent.parent)
+        os.link(BIN / 'morphbus', program)
+
+        def said(log, status):
+            done = subprocess.run([program, 'monitor', log, '--port', '0', '--seconds', '0.01'], capture_output=True,
+                                  text=True, timeout=60)
+            self.assertEqual(done.returncode, status, done.stderr)
+            return done.stderr
+        self.assertIn("without the monitor's page", said(self.short, 0))
+        missing = said('nope.log', 2)
+        self.assertIn('No such file', missing)
+        self.assertNotIn('page', missing)
+
+
+class Attacks(Walk):
+    """Each is refused and counted, and whoever plays by the rules notices nothing."""
+
+    def watch(self, monitor):
+        """A client that plays by the rules; it must still be served when all is over."""
+        client = WebSocket(monitor).greet()
+        client.subscribe('/walk/clock')
+        return client
+
+    def still_served(self, client):
+        self.assertTrue(client.call('/walk/playback', {'playing': True, 'from_us': 0, 'speed': 0})['playing'])
+        client.until(lambda m: isinstance(m, bytes) and m[0] == 1)
+
+    def test_rebinding_and_cross_site_requests(self):
+        monitor = Monitor(self, self.short)
+        client = self.watch(monitor)
+        self.assertIn(' 200 ', monitor.get('/').splitlines()[0])
+        self.assertIn(' 403 ', monitor.get('/', host='evil.example').splitlines()[0])
+        self.assertIn(' 400 ', monitor.request('GET / HTTP/1.1\r\n\r\n').splitlines()[0])
+        self.assertIn(' 400 ', monitor.get('/', headers='Host: evil.example\r\n').splitlines()[0])
+        WebSocket(monitor, headers='Origin: http://evil.example\r\n', expect=403)
+        WebSocket(monitor, headers='Origin: null\r\n', expect=403)
+        WebSocket(monitor, headers=f'Origin: http://127.0.0.1:{monitor.port}\r\n').close()
+        self.still_served(client)
+        self.assertEqual(monitor.stop(), {'host': 1, 'origin': 2, 'malformed': 2})
+
+    def test_an_origin_that_was_allowed_connects(self):
+        monitor = Monitor(self, self.short, '--allow-origin', 'https://viewer.example')
+        WebSocket(monitor, headers='Origin: https://viewer.example\r\n').greet()
+        WebSocket(monitor, headers='Origin: https://other.example\r\n', expect=403)
+
+    def test_paths_that_lead_elsewhere(self):
+        monitor = Monitor(self, self.short)
+        targets = ['/../../../etc/passwd', '/%2e%2e/%2e%2e/etc/passwd', '//etc/passwd', '/..\\..\\etc\\passwd',
+                   '/etc/passwd%00.html', '/.', '/proc/self/environ']
+        for target in targets:
+            answer = monitor.get(target)
+            self.assertIn(' 404 ', answer.splitlines()[0], target)
+            self.assertNotIn('root:', answer)
+        self.assertIn(' 405 ', monitor.get('/', method='POST').splitlines()[0])
+        self.assertEqual(monitor.stop(), {'path': len(targets), 'method': 1})
+
+    def test_a_wrong_token_and_guests_who_want_to_control(self):
+        monitor = Monitor(self, self.short)
+        WebSocket(monitor, query='?token=wrong-token-0000', expect=403)
+        WebSocket(monitor, protocols='chat', expect=400)
+        WebSocket(monitor, protocols='', expect=400)
+        self.assertEqual(monitor.stop(), {'token': 1, 'protocol': 2})
+
+    def test_behind_bind_nothing_is_shown_without_the_token(self):
+        monitor = Monitor(self, self.short, '--bind', '0.0.0.0')
+        self.assertIn(' 403 ', monitor.get('/').splitlines()[0])
+        self.assertIn(' 200 ', monitor.get(f'/?token={TOKEN}').splitlines()[0])
+        WebSocket(monitor, query='', expect=403)
+        WebSocket(monitor).greet()
+        self.assertEqual(monitor.stop(), {'token': 2})
+
+    def test_oversized_and_broken_messages(self):
+        monitor = Monitor(self, self.short)
+        client = self.watch(monitor)
+        self.assertIn(' 431 ', monitor.get('/', headers='X: ' + 'x' * 20000 + '\r\n').splitlines()[0])
+        self.assertIn(' 400 ', monitor.request('\x16\x03\x01\x02\x00garbage\r\n\r\n').splitlines()[0])
+        big = WebSocket(monitor)
+
+        def ended():
+            # The server may hang up before it has read all of it.
+            big.send('x' * (2 << 20))
+            big.until(lambda m: False)
+        self.assertRaises((EOFError, OSError), ended)
+        # A frame that claims a size that nobody can have.
+        claim = WebSocket(monitor)
+        claim.socket.sendall(bytes([0x82, 0xFF]) + struct.pack('>Q', 1 << 62) + b'\0\0\0\0')
+        self.assertRaises((EOFError, OSError), lambda: claim.until(lambda m: False))
+        # A frame that no client may send: without a mask, of a reserved kind.
+        for frame in (bytes([0x81, 2]) + b'{}', bytes([0x83, 0x80, 0, 0, 0, 0])):
+            broken = WebSocket(monitor)
+            broken.socket.sendall(frame)
+            self.assertRaises((EOFError, OSError), lambda: broken.until(lambda m: False))
+            broken.close()
+        big.close()
+        claim.close()
+        self.still_served(client)
+        expected = {'too_large': 3, 'malformed': 3}
+        await_condition(lambda: monitor.refused() == expected, 'each is counted once')
+        self.assertEqual(monitor.stop(), expected)
+
+    def test_slow_loris(self):
+        monitor = Monitor(self, self.short)
+        client = self.watch(monitor)
+        slow = [monitor.connect() for _ in range(20)]
+        for s in slow:
+            s.sendall(b'GET / HTTP/1.1\r\nHost: localhost\r\nX: ')
+        # They dribble on, a byte now and then; each is closed all the same.
+        open_ones = list(slow)
+
+        def all_closed():
+            for s in list(open_ones):
+                try:
+                    s.sendall(b'x')
+                    readable, _, _ = select.select([s], [], [], 0)
+                    if readable and not s.recv(1):
+                        open_ones.remove(s)
+                except OSError:
+                    open_ones.remove(s)
+            return not open_ones
+        await_condition(all_closed, 'all slow connections are closed')
+        self.still_served(client)
+        self.assertEqual(monitor.stop(), {'timeout': 20})
+
+    def test_thousands_of_connections(self):
+        monitor = Monitor(self, self.short)
+        client = self.watch(monitor)
+        held, refused = [], 0
+        for _ in range(3000):
+            s = monitor.connect()
+            if len(held) < 200:
+                held.append(s)
+            else:
+                s.close()
+        # Of those that are held open most were closed at once: there is no place for them.
+        for s in held:
+            s.settimeout(0.05)
+            try:
+                refused += 1 if s.recv(1) == b'' else 0
+            except socket.timeout:
+                pass
+            except OSError:
+                refused += 1
+        self.assertGreater(refused, 100)
+        for s in held:
+            s.close()
+        self.still_served(client)
+        self.assertGreaterEqual(monitor.stop()['connections'], refused)
+
+    def test_guests_leave_room_for_who_has_the_token(self):
+        monitor = Monitor(self, self.short)
+        guests = [WebSocket(monitor, query='').greet() for _ in range(16)]
+        WebSocket(monitor, query='', expect=503)
+        self.still_served(self.watch(monitor))
+        for guest in guests:
+            guest.close()
+        self.assertEqual(monitor.stop(), {'connections': 1})
+
+    def test_a_client_that_asks_and_never_reads_is_given_up(self):
+        monitor = Monitor(self, self.short)
+        client = self.watch(monitor)
+        greedy = WebSocket(monitor, receive_buffer=4096)
+
+        try:
+            for _ in range(200_000):
+                greedy.send({'op': 'getParameters'})
+        except OSError:
+            pass
+        else:
+            self.fail('the server answers without end')
+        self.still_served(client)
+        self.assertGreaterEqual(monitor.stop()['overrun'], 1)
+
+
+class OfARun(Live):
+    def setUp(self):
+        super().setUp()
+        self.start()
+        self.monitor = Monitor(self, '--run', 'live')
+
+    def test_the_independent_client_hears_every_topic(self):
+        got = run_client(f'ws://127.0.0.1:{self.monitor.port}/', 'foxglove.sdk.v1', '--live')
+        self.assertEqual({topic for topic, count in got['counts'].items() if count == 0} -
+                         {'/live/faults', '/live/prints', '/live/log', '/live/health', '/live/channels'}, set())
+
+    def test_pauses_steps_pushes_and_changes_speed_for_who_has_the_token(self):
+        client = WebSocket(self.monitor).greet()
+        paused = client.call('/live/pause', {})
+        self.assertEqual(paused['command'], 'pause')
+        stepped = client.call('/live/step', {'ticks': 5})
+        self.assertEqual(stepped['command'], 'step 5')
+        client.subscribe('/live/clock')
+        client.send({'op': 'subscribeParameterUpdates', 'parameterNames': ['/live/paused']})
+        self.assertEqual(client.call('/live/resume', {})['command'], 'resume')
+        client.until(lambda m: isinstance(m, dict) and m['op'] == 'parameterValues' and
+                     m['parameters'][0]['value'] is False)
+        pushed = client.call('/live/push', {'body': 'm5', 'direction': 'EAST', 'newtons': 2, 'seconds': 0.5})
+        self.assertEqual(pushed['command'], 'push m5 EAST 2 0.5')
+        self.assertEqual(client.call('/live/control', {'command': 'speed 2'})['command'], 'speed 2')
+        self.assertIn('did you mean', client.call('/live/control', {'command': 'puse'}))
+        client.send({'op': 'setParameters', 'parameters': [{'name': '/live/paused', 'value': True}], 'id': 'p'})
+        client.until(lambda m: isinstance(m, dict) and m.get('id') == 'p')
+        await_condition(lambda: self.control('step')['tick'], 'the run takes a step')
+
+    def test_who_comes_while_the_run_is_paused_sees_it_all_the_same(self):
+        held = self.control('pause')['tick']
+        self.await_held(held)
+        late = Monitor(self, '--run', 'live')
+        client = WebSocket(late).greet()
+        topics = [f'/live/{name}' for name in ('tf', 'joints', 'tf_propagated', 'commands', 'modules')]
+        client.subscribe(*topics)
+        names = {number: topic for topic, number in client.channels.items()}
+        missing = set(topics)
+        while missing:
+            frame = client.until(lambda m: isinstance(m, bytes) and m[0] == 1)
+            number, time_ns = struct.unpack_from('<IQ', frame, 1)
+            self.assertLessEqual(time_ns, held * 20_000_000)
+            missing.discard(names[number])
+        self.await_held(held)
+        self.control('stop')
+        self.assertEqual(self.end()['lost'], 0)
+
+    def test_deploys_what_compiles_and_tells_what_does_not(self):
+        client = WebSocket(self.monitor).greet()
+        refusal = client.call('/live/deploy', {'name': 'bad.dyn', 'text': 'role X extends Nothing {}'})
+        self.assertIn('bad.dyn:1', refusal)
+        text = PROGRAM.read_text()
+        answer = client.call('/live/deploy', {'name': 'same.dyn', 'text': text})
+        self.assertTrue(answer['command'].startswith('deploy same.dyn'), answer)
+        self.assertIn('switch_seconds', answer)
+
+    def test_without_the_token_one_can_look_and_nothing_else(self):
+        guest = WebSocket(self.monitor, query='').greet()
+        self.assertEqual(guest.info['metadata']['control'], 'no')
+        for service, request in (('pause', {}), ('control', {'command': 'stop'}),
+                                 ('deploy', {'name': 'a.dyn', 'text': 'role A extends Module {}'})):
+            self.assertIn('token', guest.call(f'/live/{service}', request))
+        guest.send({'op': 'setParameters', 'parameters': [{'name': '/live/paused', 'value': True}], 'id': 'p'})
+        self.assertIn('token', guest.op('status')['message'])
+        guest.subscribe('/live/clock')
+        guest.until(lambda m: isinstance(m, bytes) and m[0] == 1)
+        self.assertIsNone(self.process.poll())
+
+    def test_a_client_that_stops_reading_holds_up_neither_run_nor_others(self):
+        stuck = WebSocket(self.monitor, query='', receive_buffer=4096).greet()
+        stuck.subscribe(*(t for t in stuck.channels))
+        other = WebSocket(self.monitor).greet()
+        other.subscribe('/live/clock')
+        begin = self.control('speed', 0)['tick']
+        # Far more than any buffer of the kernel holds goes to the other one meanwhile.
+        self.reach(begin + 600)
+        tick = None
+        while tick is None or tick < (begin + 400) * 20_000_000:
+            tick = struct.unpack_from('<Q', other.until(lambda m: isinstance(m, bytes) and m[0] == 1), 5)[0]
+        # When it reads again it is told what it missed, and what it gets is of now.
+        status = stuck.op('status')
+        self.assertEqual((status['level'], status['id']), (1, 'missed'))
+        self.assertRegex(status['message'], r'^missed \d+ messages: .*/live/tf \d+')
+
+
+if __name__ == '__main__':
+    unittest.main()

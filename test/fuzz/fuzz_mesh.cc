@@ -1,0 +1,18 @@
+// Any bytes as an STL file: read or refused, never a crash.
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+
+#include "compiler/m3l/read_mesh.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  const std::string bytes(reinterpret_cast<const char*>(data), size);
+  const auto hull = morphbus::m3l::MeshHull("fuzz.stl", bytes);
+  if (!hull) return 0;
+  for (const Eigen::Vector3d& p : *hull) {
+    if (!p.allFinite()) std::abort();
+  }
+  return 0;
+}

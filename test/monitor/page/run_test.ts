@@ -1,0 +1,187 @@
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { decimate } from '../src/plot/decimate.ts';
+import { niceTicks, tickText, timeText } from '../src/plot/ticks.ts';
+import { Table } from '../src/model/table.ts';
+import { ViewClock } from '../src/model/view_clock.ts';
+import { angleBetween, compose, fixedAngles, invert, rotate, type Pose, type Quaternion } from '../src/model/pose.ts';
+import { keyName } from '../src/ui/keyboard.ts';
+import { matchFields, numbersOf } from '../src/model/fields.ts';
+
+function filled(capacity: number, rows: number): Table {
+  const table = new Table(capacity);
+  for (let i = 0; i < rows; i++) {
+    table.row(i * 0.5);
+    table.set(table.column('a'), i);
+  }
+  return table;
+}
+
+test('a table keeps the newest rows in order and no more than its capacity', () => {
+  const table = filled(1000, 3500);
+  assert.equal(table.length, 1000);
+  assert.equal(table.value(0, 0), 2500);
+  for (let row = 0; row < 1000; row++) {
+    assert.equal(table.value(0, row), 2500 + row);
+    assert.equal(table.time(row), (2500 + row) * 0.5);
+  }
+  assert.equal(table.bytes, 2 * 8 * 1000);
+});
+
+test('a table finds the row of any time', () => {
+  const table = filled(700, 1000);
+  assert.equal(table.rowAt(149.9), -1);
+  for (let row = 0; row < 700; row++) {
+    const time = table.time(row);
+    assert.equal(table.rowAt(time), row);
+    assert.equal(table.rowAt(time + 0.2), row);
+    assert.equal(table.lowerBound(time - 0.2), row);
+  }
+  assert.equal(table.rowAt(1e9), 699);
+});
+
+test('columns that come later are empty before', () => {
+  const table = filled(100, 30);
+  const late = table.column('b');
+  table.set(late, 7);
+  assert.ok(Number.isNaN(table.value(late, 28)));
+  assert.equal(table.value(late, 29), 7);
+  table.row(99);
+  assert.ok(Number.isNaN(table.value(0, 30)));
+});
+
+test('time that steps back takes the place of what was there from then on', () => {
+  const table = filled(100, 80);
+  table.row(10);
+  table.set(0, -1);
+  assert.equal(table.length, 21);
+  assert.equal(table.endTime, 10);
+  assert.equal(table.value(0, 20), -1);
+  table.row(10);
+  assert.equal(table.length, 21);
+});
+
+test('decimation keeps every peak, the ends, and few points', () => {
+  const n = 100_000;
+  const values = Float64Array.from({ length: n }, (_, i) => Math.sin(i / 700));
+  values[54_321] = 9;
+  values[54_400] = -9;
+  const series = {
+    length: n,
+    time: (i: number) => i,
+    value: (i: number) => values[i],
+    lowerBound: (t: number) => Math.max(0, Math.min(n, Math.ceil(t))),
+  };
+  const line = decimate(series, 0, n, 500);
+  assert.ok(line.times.length <= 4 * 501);
+  assert.equal(Math.max(...line.values), 9);
+  assert.equal(Math.min(...line.values), -9);
+  assert.equal(line.times[0], 0);
+  assert.equal(line.times.at(-1), n - 1);
+  for (let i = 1; i < line.times.length; i++) assert.ok(line.times[i] > line.times[i - 1]);
+  // Whatever stretch is looked at, its extremes are those of the rows in it.
+  for (const [from, to] of [
+    [50_000, 60_000],
+    [54_321, 54_322],
+    [99_000, 200_000],
+  ]) {
+    const part = decimate(series, from, to, 100);
+    const rows = [...values.subarray(Math.max(0, from - 1), Math.min(n, to + 1))];
+    assert.equal(Math.max(...part.values), Math.max(...rows));
+    assert.equal(Math.min(...part.values), Math.min(...rows));
+  }
+});
+
+test('a series with gaps keeps its values, and one without rows is an empty line', () => {
+  const values = Array.from({ length: 5000 }, (_, i) => (i % 2 ? NaN : i));
+  const series = {
+    length: 5000,
+    time: (i: number) => i,
+    value: (i: number) => values[i],
+    lowerBound: (t: number) => Math.min(5000, Math.ceil(t)),
+  };
+  assert.equal(Math.max(...decimate(series, 0, 5000, 50).values.filter((v) => !Number.isNaN(v))), 4998);
+  assert.deepEqual(decimate({ ...series, length: 0, lowerBound: () => 0 }, 0, 1, 10), { times: [], values: [] });
+});
+
+test('axes have round numbers', () => {
+  assert.deepEqual(niceTicks(0, 10, 5), [0, 2, 4, 6, 8, 10]);
+  assert.deepEqual(
+    niceTicks(-0.3, 0.3, 3).map((t) => tickText(t, 0.2)),
+    ['-0.2', '0.0', '0.2'],
+  );
+  assert.equal(timeText(83.456), '1:23.46');
+  assert.equal(timeText(59.999), '1:00.00');
+  assert.equal(timeText(7, 0), '0:07');
+});
+
+test('the clock follows, holds, plays at a speed, and stops at the end of what is over', () => {
+  const clock = new ViewClock();
+  assert.ok(Number.isNaN(clock.advance(0, NaN, NaN, false)));
+  assert.equal(clock.advance(1, 0, 5, false), 5);
+  clock.pause();
+  assert.equal(clock.advance(2, 0, 6, false), 5);
+  clock.seek(1);
+  clock.speed = 0.5;
+  clock.play();
+  assert.equal(clock.advance(2.25, 0, 6, false), 1.125);
+  // A page that was hidden for an hour goes on where it was.
+  assert.equal(clock.advance(3600, 0, 6, false), 1.25);
+  // What is held falls out of what is still there: the oldest instant is shown.
+  clock.pause();
+  assert.equal(clock.advance(3601, 3, 9, false), 3);
+  clock.seek(8);
+  clock.speed = 10;
+  clock.play();
+  assert.equal(clock.advance(3602, 3, 9, true), 9);
+  assert.equal(clock.mode, 'hold');
+  clock.seek(8);
+  clock.play();
+  clock.advance(3603, 3, 9, false);
+  assert.equal(clock.mode, 'follow');
+});
+
+test('poses compose, invert and turn as their matrices do', () => {
+  const q = (axis: number[], angle: number): Quaternion =>
+    [Math.cos(angle / 2), ...axis.map((a) => a * Math.sin(angle / 2))] as Quaternion;
+  const X: Pose = { p: [1, 2, 3], q: q([0, 0, 1], 0.7) };
+  const Y: Pose = { p: [-2, 0.5, 1], q: q([1, 0, 0], -1.2) };
+  const back = compose(invert(compose(X, Y)), compose(X, Y));
+  back.p.forEach((v) => assert.ok(Math.abs(v) < 1e-12));
+  assert.ok(angleBetween(back.q, [1, 0, 0, 0]) < 1e-7);
+  const turned = rotate(q([0, 1, 0], Math.PI / 2), [1, 0, 0]);
+  [0, 0, -1].forEach((v, i) => assert.ok(Math.abs(turned[i] - v) < 1e-12));
+  assert.ok(Math.abs(angleBetween(X.q, q([0, 0, 1], 1.0)) - 0.3) < 1e-12);
+  assert.ok(Math.abs(fixedAngles(Y.q)[0] + 1.2) < 1e-12);
+});
+
+test('keys have one name each', () => {
+  assert.equal(keyName({ key: ' ', shiftKey: false }), 'Space');
+  assert.equal(keyName({ key: ' ', shiftKey: true }), 'Shift+Space');
+  assert.equal(keyName({ key: 'F', shiftKey: true }), 'f');
+  assert.equal(keyName({ key: '?', shiftKey: true }), '?');
+  assert.equal(keyName({ key: 'ArrowLeft', shiftKey: true }), 'Shift+ArrowLeft');
+});
+
+test('numbers of any message are found, and fields by parts of their names', () => {
+  const numbers = numbersOf({
+    $typeName: 'x.Y',
+    a: 1,
+    b: { c: 2n, text: 'no' },
+    list: [{ name: 'm1', v: 3 }, { v: 4 }],
+    bytes: new Uint8Array(3),
+    on: true,
+  });
+  assert.deepEqual(numbers, [
+    ['a', 1],
+    ['b.c', 2],
+    ['list[m1].v', 3],
+    ['list[1].v', 4],
+    ['on', 1],
+  ]);
+  const field = (column: string) => ({ id: column, run: 'walk', table: 'poses', column, unit: 'm' });
+  assert.deepEqual(
+    matchFields([field('m1/foot.x'), field('m2/foot.y')], 'FOOT m2').map((f) => f.column),
+    ['m2/foot.y'],
+  );
+});

@@ -1,0 +1,353 @@
+// The spy's screen as text, and what keys do to it. No terminal.
+
+#include "tools/spy/spy_view.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace morphbus::tools {
+namespace {
+
+using Code = Key::Code;
+
+/// A bus with so many channels, three modules and their simulator.
+SpySnapshot Bus(int channels) {
+  SpySnapshot spy;
+  for (int i = 0; i < channels; ++i) {
+    ChannelRow row;
+    row.channel = fmt::format("walk/m{:02}/STATUS", i);
+    row.type = "morphbus.status_t";
+    row.ours = true;
+    row.messages = 100 + i;
+    row.arrivals = {10.0 + i, 1000.0 - i, 50, 0.02, 12e-6, 80e-6, 0.01};
+    spy.channels.push_back(row);
+  }
+  for (const char* name : {"m1", "m2", "m10", "SIM"}) {
+    ProcessRow row;
+    row.run = "walk";
+    row.process = name;
+    row.is_module = row.process != "SIM";
+    row.has_status = row.is_module;
+    row.role = row.is_module ? "Leg" : "";
+    row.has_health = true;
+    row.max_rss_kb = 7000;
+    row.cpu = 0.015;
+    spy.processes.push_back(row);
+  }
+  RunRow run;
+  run.run = "walk";
+  run.tick = 617;
+  run.sim_time_us = 12'340'000;
+  run.tick_us = 20'000;
+  run.speed = 1.0;
+  spy.runs.push_back(run);
+  return spy;
+}
+
+std::vector<std::string> Lines(const Screen& screen) {
+  std::istringstream text(PlainText(screen));
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(text, line);) lines.push_back(line);
+  return lines;
+}
+
+class SpyViewTest : public ::testing::Test {
+ protected:
+  std::vector<std::string> Draw(int width = 80, int height = 24) {
+    return Lines(DrawSpy(spy_, fields_, &ui_, width, height));
+  }
+  std::string Text(int width = 80, int height = 24) {
+    return PlainText(DrawSpy(spy_, fields_, &ui_, width, height));
+  }
+  bool Has(const std::string& text, int width = 80, int height = 24) {
+    return Text(width, height).find(text) != std::string::npos;
+  }
+  UiRequest Press(Code code) { return tools::Press({code, 0}, spy_, &ui_); }
+  UiRequest Press(char character) {
+    return tools::Press({Code::kCharacter, character}, spy_, &ui_);
+  }
+  void Type(const std::string& text) {
+    for (const char c : text) Press(c);
+  }
+  /// The line that is marked as selected; "" if there is none.
+  std::string Selected(int width = 80, int height = 24) {
+    for (const std::string& line : Draw(width, height)) {
+      if (line.starts_with('>')) return line;
+    }
+    return "";
+  }
+
+  SpySnapshot spy_ = Bus(40);
+  ShownFields fields_;
+  SpyUi ui_;
+};
+
+TEST_F(SpyViewTest, EveryScreenHasExactlyItsSize) {
+  FieldHistory history;
+  history.Take({{"a.very.long.name.of.a.field.that.fits.nowhere", 1.5}, {"b", "text"}});
+  history.Take({{"a.very.long.name.of.a.field.that.fits.nowhere", 2.5}, {"b", "text"}});
+  fields_.history = &history;
+  for (const SpyUi::Page page :
+       {SpyUi::Page::kLists, SpyUi::Page::kChannel, SpyUi::Page::kProcess, SpyUi::Page::kHelp}) {
+    for (int width = 1; width <= 130; width += width < 30 ? 1 : 20) {
+      for (int height = 1; height <= 60; height += height < 12 ? 1 : 9) {
+        ui_ = SpyUi();
+        ui_.page = page;
+        ui_.channel = "walk/m07/STATUS";
+        ui_.process = "walk/m2";
+        const Screen screen = DrawSpy(spy_, fields_, &ui_, width, height);
+        ASSERT_EQ(screen.size(), static_cast<size_t>(height)) << width << "x" << height;
+        for (const ScreenLine& line : screen) {
+          int cells = 0;
+          for (const Span& span : line) cells += Cells(span.text);
+          ASSERT_LE(cells, width) << width << "x" << height;
+        }
+      }
+    }
+  }
+}
+
+TEST_F(SpyViewTest, AnOrdinaryTerminalShowsChannelsModulesAndTheRun) {
+  EXPECT_TRUE(Has("walk  running  sim 12.34 s  ×1.00  tick 617")) << Text();
+  EXPECT_TRUE(Has("40 channels  1180 msg/s"));
+  for (const char* part : {"CHANNEL 1-", "TYPE", "HZ", "P50", "P99", "B/S", "COUNT", "LOST",
+                           "UNDEC", "walk/m00/STATUS", "status_t", "12µs", "80µs", "MODULE", "Leg",
+                           "simulator", "1.5%", "7.2M"}) {
+    EXPECT_TRUE(Has(part)) << part << "\n" << Text();
+  }
+}
+
+TEST_F(SpyViewTest, NarrowTerminalsLoseColumnsNotNames) {
+  EXPECT_TRUE(Has("P99", 80));
+  EXPECT_FALSE(Has("P99", 60));
+  EXPECT_TRUE(Has("TYPE", 66));
+  EXPECT_FALSE(Has("TYPE", 40));
+  EXPECT_TRUE(Has("HZ", 40));
+  EXPECT_TRUE(Has("walk/m00/STATUS", 40)) << Text(40);
+}
+
+TEST_F(SpyViewTest, TheSelectionStaysInSight) {
+  EXPECT_NE(Selected().find("m00"), std::string::npos);
+  for (int i = 0; i < 25; ++i) Press(Code::kDown);
+  EXPECT_NE(Selected().find("m25"), std::string::npos) << Text();
+  Press(Code::kEnd);
+  EXPECT_NE(Selected().find("m39"), std::string::npos);
+  Press('g');
+  EXPECT_NE(Selected().find("m00"), std::string::npos);
+  Press(Code::kPageDown);
+  const std::string after = Selected();
+  EXPECT_EQ(after.find("m00"), std::string::npos);
+  // A window that becomes lower still shows it.
+  EXPECT_EQ(Selected(80, 6).substr(0, 16), after.substr(0, 16));
+}
+
+TEST_F(SpyViewTest, TheSelectionIsAChannelNotAPlace) {
+  for (int i = 0; i < 5; ++i) Press('j');
+  EXPECT_EQ(ui_.channel, "walk/m05/STATUS");
+  ChannelRow row = spy_.channels.front();
+  row.channel = "a/first";
+  spy_.channels.insert(spy_.channels.begin(), row);
+  EXPECT_NE(Selected().find("m05"), std::string::npos);
+}
+
+TEST_F(SpyViewTest, ChannelsAreSortedByEachColumn) {
+  spy_.channels[7].lost = 3;
+  const auto first = [&] { return ListedChannels(spy_, ui_).front()->channel; };
+  EXPECT_EQ(first(), "walk/m00/STATUS");
+  Press('s');  // type
+  Press('s');
+  EXPECT_EQ(ui_.sort, SortBy::kRate);
+  EXPECT_EQ(first(), "walk/m39/STATUS");
+  EXPECT_TRUE(Has("HZ↓")) << Text();
+  Press('r');
+  EXPECT_EQ(first(), "walk/m00/STATUS");
+  EXPECT_TRUE(Has("HZ↑"));
+  while (ui_.sort != SortBy::kLost) Press('s');
+  EXPECT_EQ(first(), "walk/m07/STATUS");
+  Press('S');
+  EXPECT_EQ(ui_.sort, SortBy::kCount);
+  while (ui_.sort != SortBy::kName) Press('s');
+  Press('r');
+  EXPECT_EQ(first(), "walk/m39/STATUS");
+}
+
+TEST_F(SpyViewTest, TheFilterTakesWordsInAnyOrder) {
+  Press('/');
+  Type("status M1");
+  EXPECT_TRUE(Has("filter: status M1_")) << Text();
+  EXPECT_EQ(ListedChannels(spy_, ui_).size(), 10u);
+  Press(Code::kBackspace);
+  Type("2");
+  Press(Code::kEnter);
+  EXPECT_TRUE(Has("filter 'status M2'"));
+  EXPECT_EQ(ListedChannels(spy_, ui_).size(), 10u);
+  // The first of them is the selected one now.
+  EXPECT_NE(Selected().find("m20"), std::string::npos) << Text();
+  Press('/');
+  Type("x");
+  EXPECT_TRUE(Has("no channel passes the filter"));
+  Press(Code::kEscape);
+  EXPECT_EQ(ListedChannels(spy_, ui_).size(), 40u);
+}
+
+TEST_F(SpyViewTest, ALetterInTheFilterIsNoCommand) {
+  Press('/');
+  for (const char key : {'q', 'p', '.', '?', 'f'}) {
+    EXPECT_EQ(Press(key).kind, UiRequest::Kind::kNothing) << key;
+  }
+  EXPECT_EQ(ui_.filter, "qp.?f");
+  EXPECT_EQ(ui_.page, SpyUi::Page::kLists);
+}
+
+TEST_F(SpyViewTest, TabGoesToTheModulesAndEnterOpensOne) {
+  Press(Code::kTab);
+  EXPECT_NE(Selected().find("m1 "), std::string::npos) << Text();
+  Press(Code::kDown);
+  Press(Code::kEnter);
+  EXPECT_EQ(ui_.page, SpyUi::Page::kProcess);
+  EXPECT_EQ(ui_.process, "walk/m2");
+  EXPECT_TRUE(Has("m2  of run walk")) << Text();
+  EXPECT_TRUE(Has("role         Leg"));
+  Press(']');
+  EXPECT_TRUE(Has("m10  of run walk"));
+  Press('q');
+  EXPECT_EQ(ui_.page, SpyUi::Page::kLists);
+}
+
+TEST_F(SpyViewTest, AChannelsPageHasItsFieldsWithHistories) {
+  FieldHistory history;
+  for (int i = 0; i < 8; ++i) history.Take({{"hip_rad", 0.1 * i}, {"mode", 3}, {"name", "left"}});
+  fields_.history = &history;
+  Press(Code::kEnter);
+  const std::string text = Text();
+  EXPECT_NE(text.find("walk/m00/STATUS  morphbus.status_t"), std::string::npos) << text;
+  EXPECT_NE(text.find("10.00 Hz  period 20ms  jitter 12µs p50, 80µs p99"), std::string::npos);
+  EXPECT_NE(text.find("▁▂▃▄▅▆▇█"), std::string::npos) << text;
+  EXPECT_NE(text.find("\"left\""), std::string::npos);
+  // What never changes has a value and no bars.
+  for (const std::string& line : Draw()) {
+    if (line.starts_with("mode")) {
+      EXPECT_EQ(line.find("▁"), std::string::npos) << line;
+    }
+  }
+  fields_.problem = "unknown type";
+  EXPECT_TRUE(Has("unknown type"));
+}
+
+TEST_F(SpyViewTest, KeysGiveTheRunsCommands) {
+  const auto command = [&](char key) { return Press(key).command; };
+  EXPECT_EQ(command('p'), "pause");
+  spy_.runs[0].paused = true;
+  EXPECT_EQ(command(' '), "resume");
+  EXPECT_EQ(command('.'), "step 1");
+  EXPECT_EQ(command(','), "step 10");
+  // Without a command for it, the speed is the power of two that is nearest to what was measured.
+  spy_.runs[0].speed = 3.7;
+  EXPECT_EQ(command('+'), "speed 2");
+  spy_.runs[0].paused = false;
+  EXPECT_EQ(command('+'), "speed 8");
+  EXPECT_EQ(command('-'), "speed 2");
+  spy_.runs[0].asked_speed = 0.5;
+  EXPECT_EQ(command('-'), "speed 0.25");
+  // What the run has agreed to, and will name once it goes on, counts before that.
+  ui_.asked_speed = 4.0;
+  EXPECT_EQ(command('+'), "speed 8");
+  ui_.asked_speed.reset();
+  spy_.runs[0].asked_speed = 0.0;
+  EXPECT_EQ(command('-'), "speed 2");
+  EXPECT_EQ(command('+'), "speed 0");
+  EXPECT_EQ(command('='), "speed 1");
+  EXPECT_EQ(command('0'), "speed 0");
+  // A run that was paused before the spy came.
+  spy_.runs[0].silent_s = 5.0;
+  EXPECT_EQ(command('p'), "resume");
+}
+
+TEST_F(SpyViewTest, WhatTheRunSaidStandsInTheLastLineUntilTheNextKey) {
+  ui_.message = "pause: tick 617";
+  EXPECT_EQ(Draw().back(), "pause: tick 617");
+  Press(Code::kDown);
+  EXPECT_NE(Draw().back().find("? help"), std::string::npos);
+}
+
+TEST_F(SpyViewTest, TheHelpScrollsAndEveryOtherKeyLeavesIt) {
+  Press('?');
+  EXPECT_TRUE(Has("the fields of a channel"));
+  EXPECT_FALSE(Has("real time: ticks", 80, 10));
+  Press(Code::kEnd);
+  EXPECT_TRUE(Has("real time: ticks", 80, 10)) << Text(80, 10);
+  EXPECT_EQ(Press('q').kind, UiRequest::Kind::kNothing);
+  EXPECT_EQ(ui_.page, SpyUi::Page::kLists);
+  EXPECT_EQ(Press('q').kind, UiRequest::Kind::kQuit);
+}
+
+TEST_F(SpyViewTest, StatesOfTheRunAreSaid) {
+  spy_.runs[0].paused = true;
+  EXPECT_TRUE(Has("walk  paused"));
+  spy_.runs[0].ended = true;
+  spy_.runs[0].end_reason = "finished";
+  EXPECT_TRUE(Has("ended: finished"));
+  spy_.runs[0] = RunRow();
+  spy_.runs[0].run = "walk";
+  spy_.runs[0].silent_s = 7;
+  EXPECT_TRUE(Has("silent for 7.0s"));
+  ui_.run = "other";
+  EXPECT_TRUE(Has("no run of Morphbus heard"));
+}
+
+TEST_F(SpyViewTest, AnEmptyBusSaysSo) {
+  spy_ = SpySnapshot();
+  EXPECT_TRUE(Has("nothing heard yet")) << Text();
+  for (const Code code : {Code::kDown, Code::kEnter, Code::kTab, Code::kEnd, Code::kPageUp})
+    Press(code);
+  EXPECT_EQ(ui_.page, SpyUi::Page::kLists);
+  EXPECT_TRUE(Has("nothing heard yet"));
+}
+
+TEST_F(SpyViewTest, NamesFromTheBusCannotSteerTheTerminalOrTheLayout) {
+  spy_.channels[0].channel = "a\x1b[2J\xc2\x9b\xff\xe6\xbc\xa2\xcc\x81";
+  spy_.processes[0].role = "\x1b]0;x\x07";
+  const std::string text = Text(200, 24);
+  EXPECT_EQ(text.find('\x1b'), std::string::npos);
+  EXPECT_EQ(text.find('\x07'), std::string::npos);
+  EXPECT_NE(text.find("a\\x1b[2J\\u009b\\xff??"), std::string::npos) << text;
+}
+
+TEST(SpyScreenTest, TextsAreCutByCells) {
+  EXPECT_EQ(FitCells("abc", 5), "abc  ");
+  EXPECT_EQ(FitCells("abc", 5, true), "  abc");
+  EXPECT_EQ(FitCells("äöüß", 3), "äö…");
+  EXPECT_EQ(FitCells("abc", 0), "");
+  EXPECT_EQ(FitEnd("one.two.three", 6), "…three");
+  EXPECT_EQ(ToAscii("12µs ×1 ▁█ ä…"), "12us x1 _# ?~");
+}
+
+TEST(SpyScreenTest, FiguresTakeFewCells) {
+  for (double value = 1e-9; value < 1e12; value *= 1.37) {
+    EXPECT_LE(Cells(ShortTime(value)), 6 + (value > 3e8 ? 8 : 0)) << value;
+    EXPECT_LE(Cells(ShortBytes(value)), 6 + (value > 9e11 ? 8 : 0)) << value;
+    EXPECT_LE(Cells(ShortRate(value)), 6 + (value > 9e7 ? 12 : 0)) << value;
+    EXPECT_LE(Cells(ShortCount(static_cast<int64_t>(value))), 7) << value;
+  }
+  EXPECT_EQ(ShortTime(12e-6), "12µs");
+  EXPECT_EQ(ShortTime(3.45e-3), "3.45ms");
+  EXPECT_EQ(ShortTime(0.12), "120ms");
+  EXPECT_EQ(ShortCount(1'230'000), "1.23M");
+  EXPECT_EQ(ShortBytes(5100), "5.1k");
+}
+
+TEST(SpyScreenTest, SparklinesGoFromTheLeastToTheGreatest) {
+  EXPECT_EQ(Sparkline({0, 1, 2, 3, 4, 5, 6, 7}, 8), "▁▂▃▄▅▆▇█");
+  EXPECT_EQ(Sparkline({5, 0, 7}, 2), "▁█");
+  EXPECT_EQ(Sparkline({3, 3}, 8), "▁▁");
+  EXPECT_EQ(Sparkline({-1e308, 1e308, INFINITY, NAN}, 8), "▁█  ");
+  EXPECT_EQ(Sparkline({1}, 0), "");
+}
+
+}  // namespace
+}  // namespace morphbus::tools

@@ -1,0 +1,119 @@
+#include "vm/run/mathematics.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "test/vm/image_builder.h"
+
+namespace morphbus::vm {
+namespace {
+
+constexpr double kRadian = M_PI / 180;
+
+/// The distance of `value` from what it should be, in units in the last place of the latter.
+double Error(float value, double exact) {
+  const float size = std::fabs(static_cast<float>(exact));
+  const double unit = static_cast<double>(std::nextafter(size, INFINITY) - size);
+  return std::fabs(static_cast<double>(value) - exact) / unit;
+}
+
+/// Calls `check` with numbers of every size up to `most`, of both signs.
+template <class Check>
+void ForMany(double most, const Check& check) {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> even(-1, 1), exponent(-12, 0);
+  for (int i = 0; i < 20000; ++i) {
+    check(static_cast<float>(most * even(random)));
+    check(static_cast<float>(most * std::pow(10, exponent(random)) * (even(random) < 0 ? -1 : 1)));
+  }
+}
+
+// The host's library in double precision is the other route; its error is far below a float's unit.
+TEST(MathematicsTest, SineAndItsKinAreWithinAUnitInTheLastPlace) {
+  ForMany(720, [](float x) {
+    const double angle = std::remainder(static_cast<double>(x), 360.0) * kRadian;
+    ASSERT_LE(Error(Mathematics(Opcode::kTan, x, 0), std::tan(angle)), 1.0) << x;
+    // Close to a zero the library's angle is off by its own rounding of pi.
+    if (std::fabs(std::sin(angle)) > 1e-6) {
+      ASSERT_LE(Error(Mathematics(Opcode::kSin, x, 0), std::sin(angle)), 0.51) << x;
+    }
+    if (std::fabs(std::cos(angle)) > 1e-6) {
+      ASSERT_LE(Error(Mathematics(Opcode::kCos, x, 0), std::cos(angle)), 0.51) << x;
+    }
+  });
+}
+
+TEST(MathematicsTest, ArcsAreWithinAUnitInTheLastPlace) {
+  ForMany(1, [](float x) {
+    const auto wide = static_cast<double>(x);
+    ASSERT_LE(Error(Mathematics(Opcode::kAsin, x, 0), std::asin(wide) / kRadian), 0.51) << x;
+    ASSERT_LE(Error(Mathematics(Opcode::kAcos, x, 0), std::acos(wide) / kRadian), 0.51) << x;
+    ASSERT_LE(Error(Mathematics(Opcode::kSqrt, std::fabs(x), 0), std::sqrt(std::fabs(wide))), 0.51);
+  });
+  float last = 1;
+  ForMany(1000, [&last](float y) {
+    ASSERT_LE(Error(Mathematics(Opcode::kAtan2, y, last),
+                    std::atan2(static_cast<double>(y), static_cast<double>(last)) / kRadian),
+              0.51)
+        << y << " " << last;
+    last = y;
+  });
+}
+
+TEST(MathematicsTest, WholeNumbersAreThoseOfTheLibrary) {
+  ForMany(1e9, [](float x) {
+    ASSERT_EQ(Mathematics(Opcode::kFloor, x, 0), std::floor(x)) << x;
+    ASSERT_EQ(Mathematics(Opcode::kRound, x, 0), std::round(x)) << x;
+    ASSERT_EQ(Mathematics(Opcode::kAbs, x, 0), std::fabs(x)) << x;
+  });
+  for (const float x : {0.5f, -0.5f, 1.5f, 2.5f, -2.5f, 0.49999997f, 8388607.5f}) {
+    EXPECT_EQ(Mathematics(Opcode::kRound, x, 0), std::round(x)) << x;
+    EXPECT_EQ(Mathematics(Opcode::kFloor, x, 0), std::floor(x)) << x;
+  }
+}
+
+TEST(MathematicsTest, MultiplesOfNinetyDegreesAreExact) {
+  for (int k = -40; k <= 40; ++k) {
+    const float x = 90.0f * static_cast<float>(k);
+    const int quarter = (k % 4 + 4) % 4;
+    constexpr float kSines[] = {0, 1, 0, -1};
+    EXPECT_EQ(Mathematics(Opcode::kSin, x, 0), kSines[quarter]) << x;
+    EXPECT_EQ(Mathematics(Opcode::kCos, x, 0), kSines[(quarter + 1) % 4]) << x;
+    EXPECT_EQ(std::isfinite(Mathematics(Opcode::kTan, x, 0)), k % 2 == 0) << x;
+  }
+  EXPECT_EQ(Mathematics(Opcode::kSin, 30, 0), 0.5f);
+  EXPECT_EQ(Mathematics(Opcode::kAtan2, 1, 1), 45.0f);
+  EXPECT_EQ(Mathematics(Opcode::kAtan2, 0, -1), 180.0f);
+  EXPECT_EQ(Mathematics(Opcode::kAcos, -1, 0), 180.0f);
+  // The largest float is a whole number of degrees, whose remainder is known exactly.
+  EXPECT_LE(Error(Mathematics(Opcode::kSin, 3.4028235e38f, 0),
+                  std::sin(std::fmod(static_cast<double>(3.4028235e38f), 360.0) * kRadian)),
+            0.51);
+}
+
+TEST(MathematicsTest, WhatHasNoValueIsNotFinite) {
+  EXPECT_FALSE(std::isfinite(Mathematics(Opcode::kAsin, 1.0000001f, 0)));
+  EXPECT_FALSE(std::isfinite(Mathematics(Opcode::kAcos, -1.0000001f, 0)));
+  EXPECT_FALSE(std::isfinite(Mathematics(Opcode::kSqrt, -1e-30f, 0)));
+}
+
+// Any machine must give these bits; test/vm runs the same sources on every one that it is built
+// for.
+TEST(MathematicsTest, BitsAreThoseOfEveryMachine) {
+  uint32_t digest = 2166136261u;
+  uint32_t state = 12345;
+  for (int i = 0; i < 200000; ++i) {
+    state = state * 1664525u + 1013904223u;
+    const float x = static_cast<float>(static_cast<int32_t>(state)) * (1.0f / 4194304);
+    const auto function = static_cast<Opcode>(static_cast<int>(Opcode::kSin) + i % 12);
+    const bool arc = function == Opcode::kAsin || function == Opcode::kAcos;
+    const float value = Mathematics(function, arc ? x / 512 : x, 3.25f);
+    digest = (digest ^ (std::isfinite(value) ? Bits(value) : 0u)) * 16777619u;
+  }
+  EXPECT_EQ(digest, 3701006266u);
+}
+
+}  // namespace
+}  // namespace morphbus::vm

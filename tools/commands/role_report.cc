@@ -1,0 +1,285 @@
+#include "tools/commands/role_report.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "compiler/base/utf8.h"
+#include "tools/base/files.h"
+#include "tools/base/messages.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// Model and program as text, and places in both.
+class BothSources {
+ public:
+  BothSources(const RunPlan& plan, ModelSource model) : plan_(plan), model_(std::move(model)) {
+    // An image does not hold its source.
+    const std::string& name = plan.description.program_file();
+    Result<std::string> text = ReadFile(name);
+    if (text && IsUtf8(*text)) program_ = model_.sources.AddText(name, std::move(*text));
+  }
+
+  /// Where the model declares a module of the robot.
+  [[nodiscard]] source::Span ModuleAt(const std::string& name) const {
+    return model_.modules[plan_.robot_index][*plan_.robot().FindModule(name)];
+  }
+  /// What stands on a line of the program, from 1; nothing where that is not known.
+  [[nodiscard]] std::optional<source::Span> LineAt(int line) const {
+    if (program_ < 0 || line < 1) return std::nullopt;
+    const std::string_view text = model_.sources.text(program_);
+    // The line's first byte, then what is not indentation.
+    size_t begin = 0;
+    for (int i = 1; i < line && begin < text.size(); ++i) {
+      begin = std::min(text.find('\n', begin), text.size() - 1) + 1;
+    }
+    begin = text.find_first_not_of(" \t", begin);
+    // The file may have been changed since.
+    if (begin == std::string_view::npos) return std::nullopt;
+    size_t end = std::min(text.find('\n', begin), text.size());
+    // A comment behind the line is no part of what it says.
+    end = std::min(text.find("//", begin), end);
+    while (end > begin + 1 && (text[end - 1] == ' ' || text[end - 1] == '\r')) --end;
+    return source::Span{program_, begin, end};
+  }
+  [[nodiscard]] const source::SourceSet& sources() const { return model_.sources; }
+
+ private:
+  const RunPlan& plan_;
+  ModelSource model_;
+  int program_ = -1;  ///< Its number among the sources; -1 if there is only an image.
+};
+
+/// A module's problems: where the model declares it, then each place of the program.
+void AddProblems(const BothSources& both, const StaticRole& module,
+                 source::Diagnostics* diagnostics) {
+  const std::string& name = module.module;
+  source::Diagnostic& diagnostic = diagnostics->Warning(
+      both.ModuleAt(name), module.role.empty()
+                               ? fmt::format("module {} takes no role", name)
+                               : fmt::format("module {} plays {}", name, module.role));
+  // What has no place in the program, or whose program is an image, joins the sentence.
+  for (const RoleProblem& problem : module.problems) {
+    if (const std::optional<source::Span> at = both.LineAt(problem.line)) {
+      diagnostic.Note(*at, problem.brief);
+    } else {
+      diagnostic.message += ": " + problem.brief;
+    }
+  }
+}
+
+/// Problems of several modules, and roles that nobody plays, with carets.
+void PrintProblems(const RunPlan& plan, const StaticRoles& roles, ModelSource source) {
+  // Of a large robot the first modules show what is wrong with all.
+  const BothSources both(plan, std::move(source));
+  source::Diagnostics diagnostics;
+  size_t with_problems = 0;
+  for (const StaticRole& module : roles.modules) {
+    if (!module.problems.empty() && ++with_problems <= kMostNamed) {
+      AddProblems(both, module, &diagnostics);
+    }
+  }
+  // A role that nobody plays may be one for other robots; whoever wonders finds its line.
+  for (const UnplayedRole& role : roles.unplayed) {
+    const std::string text =
+        fmt::format("no module of robot {} takes role {}", plan.robot().name, role.name);
+    diagnostics.Warning(both.LineAt(role.line).value_or(source::Span{-1, 0, 0}), text)
+        .Hint(fmt::format("--why MODULE {} tells what it lacks", role.name));
+  }
+  // This is the answer, so it goes to stdout, other than the compiler's diagnostics.
+  const bool color = IsFancyTerminal(STDOUT_FILENO);
+  fmt::print("{}", source::Render(diagnostics, both.sources(), color));
+  if (with_problems > kMostNamed) {
+    fmt::print("and {} modules more with problems (--json names all)\n",
+               with_problems - kMostNamed);
+  }
+  if (!roles.settled) fmt::print("problem: roles still change after {} ticks\n", roles.ticks);
+}
+
+/// "knee = joint_1 (+)": the sign only where the program sets a convention.
+std::string LabelsText(const StaticRole& module) {
+  std::string labels;
+  for (const auto& [label, target] : module.labels) {
+    labels += fmt::format("{}{} = {}", labels.empty() ? "" : ", ", label, target);
+    const auto sign = module.signs.find(label);
+    if (sign != module.signs.end()) labels += sign->second > 0 ? " (+)" : " (-)";
+  }
+  return labels;
+}
+
+int NumPlaying(const StaticRoles& roles) {
+  return static_cast<int>(std::count_if(roles.modules.begin(), roles.modules.end(),
+                                        [](const StaticRole& m) { return !m.role.empty(); }));
+}
+
+/// By program, the roles that no module of any of the robots takes. Programs that do not compile
+/// have none.
+std::map<std::string, std::vector<std::string>> NeverPlayed(const std::vector<Recognized>& found) {
+  std::map<std::string, std::vector<std::string>> never;
+  for (const Recognized& one : found) {
+    if (!one.roles) continue;
+    std::vector<std::string> names;
+    for (const UnplayedRole& role : one.roles->unplayed) names.push_back(role.name);
+    const auto [entry, is_first] = never.try_emplace(one.program, names);
+    // What was missing on all robots so far, and is missing on this one, too.
+    if (is_first) continue;
+    std::erase_if(entry->second, [&](const std::string& name) {
+      return std::find(names.begin(), names.end(), name) == names.end();
+    });
+  }
+  return never;
+}
+
+const char* FitName(Fit fit) {
+  constexpr const char* kNames[] = {"no", "partly", "yes"};
+  return kNames[static_cast<int>(fit)];
+}
+
+}  // namespace
+
+Json RolesJson(const StaticRoles& roles) {
+  Json modules = Json::object();
+  Json problems = Json::array();
+  for (const StaticRole& module : roles.modules) {
+    // Both maps are empty for a module without a role.
+    Json labels = Json::object();
+    for (const auto& [label, target] : module.labels) labels[label] = target;
+    Json signs = Json::object();
+    for (const auto& [label, sign] : module.signs) signs[label] = sign;
+    modules[module.module] = {{"role", module.role.empty() ? Json(nullptr) : Json(module.role)},
+                              {"labels", labels},
+                              {"signs", signs}};
+    for (const RoleProblem& problem : module.problems) problems.push_back(problem.text);
+  }
+  // Roles that never settle are a problem of the program, and one for all modules.
+  if (!roles.settled)
+    problems.push_back(fmt::format("roles still change after {} ticks", roles.ticks));
+  Json unplayed = Json::array();
+  for (const UnplayedRole& role : roles.unplayed) unplayed.push_back(role.name);
+  return {{"modules", modules}, {"problems", problems}, {"unplayed", unplayed}};
+}
+
+void PrintRoles(const RunPlan& plan, const StaticRoles& roles, ModelSource source) {
+  fmt::print("{:<8} {:<24} {}\n", "module", "role", "labels (sign under setJointAxis)");
+  for (const StaticRole& module : roles.modules) {
+    // A module without a role has no labels either.
+    fmt::print("{:<8} {:<24} {}\n", module.module, module.role.empty() ? "(none)" : module.role,
+               LabelsText(module));
+  }
+  PrintProblems(plan, roles, std::move(source));
+}
+
+Fit FitOf(const Recognized& one) {
+  if (!one.roles) return Fit::kNone;
+  const bool sound =
+      one.roles->settled && std::all_of(one.roles->modules.begin(), one.roles->modules.end(),
+                                        [](const StaticRole& m) { return m.problems.empty(); });
+  const int playing = NumPlaying(*one.roles);
+  if (sound && playing == static_cast<int>(one.roles->modules.size())) return Fit::kAll;
+  return playing > 0 ? Fit::kSome : Fit::kNone;
+}
+
+Json RecognizedJson(const std::vector<Recognized>& found) {
+  Json answers = Json::array();
+  for (const Recognized& one : found) {
+    Json answer = {{"program", one.program},
+                   {"robot", one.robot},
+                   {"compiles", one.roles.has_value()},
+                   {"fits", FitName(FitOf(one))}};
+    if (one.roles) answer.update(RolesJson(*one.roles));
+    answers.push_back(std::move(answer));
+  }
+  Json never = Json::object();
+  for (const auto& [program, names] : NeverPlayed(found)) never[program] = names;
+  return {{"answers", answers}, {"unplayed", never}};
+}
+
+void PrintRecognized(const std::vector<Recognized>& found) {
+  // Columns are as wide as the longest entry, and at least as their titles.
+  size_t widths[] = {7, 5};
+  for (const Recognized& one : found) {
+    widths[0] = std::max(widths[0], one.program.size());
+    widths[1] = std::max(widths[1], one.robot.size());
+  }
+  fmt::print("{:<{}}  {:<{}}  {:<6}  {}\n", "program", widths[0], "robot", widths[1], "fits", "");
+  for (const Recognized& one : found) {
+    std::string more = "does not compile for this model";
+    // How many take part, and what is wrong with the rest.
+    if (one.roles) {
+      more = fmt::format("{} of {} modules take a role", NumPlaying(*one.roles),
+                         one.roles->modules.size());
+      // The first problem is mostly the reason of all.
+      for (const StaticRole& module : one.roles->modules) {
+        if (module.problems.empty()) continue;
+        more += fmt::format("; {}: {}", module.module, module.problems[0].brief);
+        break;
+      }
+    }
+    fmt::print("{:<{}}  {:<{}}  {:<6}  {}\n", one.program, widths[0], one.robot, widths[1],
+               FitName(FitOf(one)), more);
+  }
+  // Roles that are for none of the robots asked about.
+  std::set<std::string> robots;
+  for (const Recognized& one : found) robots.insert(one.robot);
+  const std::string these = robots.size() > 1 ? "these robots" : "robot " + *robots.begin();
+  for (const auto& [program, names] : NeverPlayed(found)) {
+    if (names.empty()) continue;
+    fmt::print("{}: no module of {} takes {}\n", program, these, NameSome(names));
+  }
+}
+
+Json ExplanationJson(const RoleExplanation& why) {
+  // Labels and requirements are in one list, in the order of their evaluation.
+  Json parts = Json::array();
+  for (const ExplainedPart& part : why.parts) {
+    parts.push_back({{"kind", part.label.empty() ? "requirement" : "label"},
+                     {"label", part.label.empty() ? Json(nullptr) : Json(part.label)},
+                     {"line", part.line},
+                     {"holds", part.holds},
+                     {"finding", part.finding}});
+  }
+  return {{"module", why.module},
+          {"role", why.role},
+          {"fits", why.fits},
+          {"abstract", why.is_abstract},
+          {"has_pose", why.has_pose},
+          {"held", why.held.empty() ? Json(nullptr) : Json(why.held)},
+          {"lacks", why.lacks.empty() ? Json(nullptr) : Json(why.lacks)},
+          {"parts", parts}};
+}
+
+void PrintExplanation(const RunPlan& plan, const RoleExplanation& why, ModelSource source) {
+  const BothSources both(plan, std::move(source));
+  const bool color = IsFancyTerminal(STDOUT_FILENO);
+  // A place of the program with what was found there; without the text, the line's number.
+  const auto say = [&](int line, const std::string& text) {
+    if (const std::optional<source::Span> at = both.LineAt(line)) {
+      fmt::print("{}", source::RenderNote({*at, text}, both.sources(), color));
+    } else {
+      fmt::print("line {}: {}\n", line, text);
+    }
+  };
+  // The answer comes first, then what speaks against it as a whole, then part by part.
+  fmt::print("{} {} {}{}\n", why.module, why.fits ? "fits" : "does not fit", why.role,
+             why.held.empty() ? "; it has no role" : "; it has role " + why.held);
+  fmt::print("{}",
+             source::RenderNote({both.ModuleAt(why.module), "the module"}, both.sources(), color));
+  if (why.is_abstract) say(why.line, "the role is abstract: only its subroles are taken");
+  if (!why.has_pose) fmt::print("no pose reaches the module, so it can take no role\n");
+  if (!why.lacks.empty()) say(why.line, "the module's type has no " + why.lacks);
+  for (const ExplainedPart& part : why.parts) {
+    say(part.line,
+        part.label.empty() ? part.finding : fmt::format("label {} {}", part.label, part.finding));
+  }
+  // A role that fits may still be another's: a subrole fits better, or one that is held stays.
+  if (why.fits && !why.held.empty() && why.held != why.role) {
+    fmt::print("{} is what it holds, since a role that is held or more derived comes first\n",
+               why.held);
+  }
+}
+
+}  // namespace morphbus::tools

@@ -1,0 +1,456 @@
+#include "tools/convert/csv_tables.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+
+namespace morphbus::tools {
+namespace {
+
+using logger::ModuleSeries;
+using logger::RunLog;
+
+/// Sim time of a row. Dividing gives the double nearest to the microseconds, whose shortest text is
+/// what a person would write.
+std::string TimeCell(int64_t time_us) {
+  return fmt::format("{}", static_cast<double>(time_us) / 1e6);
+}
+
+/// A comma, then the number, so that it reads back as the same double; the floats of the wire are
+/// doubles here, too.
+void AddNumber(double value, std::string* row) {
+  fmt::format_to(std::back_inserter(*row), ",{}", value);
+}
+
+/// A text as a cell: in quotes if it holds what separates cells.
+std::string TextCell(std::string_view text) {
+  if (text.find_first_of(",\"\r\n") == std::string_view::npos) return std::string(text);
+  std::string cell = "\"";
+  for (const char c : text) cell += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return cell + "\"";
+}
+
+/// The type of a module; null if the log has no model or that has no such module.
+const model::ModuleType* TypeOf(const RunLog& log, const ModuleSeries& module) {
+  return log.robot == nullptr || module.model_index < 0
+             ? nullptr
+             : &log.model->TypeOf(*log.robot, module.model_index);
+}
+
+/// A member's name by its index in order of declaration; without a model, `kind` and the index.
+template <class Member>
+std::string NameOf(const model::ModuleType* type, std::vector<Member> model::ModuleType::*members,
+                   int index, const char* kind) {
+  if (type != nullptr && index >= 0 && index < static_cast<int>((type->*members).size())) {
+    return (type->*members)[index].name;
+  }
+  return index < 0 ? "" : fmt::format("{}{}", kind, index);
+}
+std::string JointName(const model::ModuleType* type, int index) {
+  return NameOf(type, &model::ModuleType::joints, index, "joint");
+}
+std::string LinkName(const model::ModuleType* type, int index) {
+  return NameOf(type, &model::ModuleType::links, index, "link");
+}
+
+/// The unit of a joint's value: rad, or m of a prismatic joint.
+const char* JointUnit(const model::ModuleType* type, size_t index) {
+  const bool slides = type != nullptr && index < type->joints.size() &&
+                      type->joints[index].type == model::JointType::kPrismatic;
+  return slides ? "m" : "rad";
+}
+
+/// How many members a module's samples have: those of its type, else those of its first sample.
+template <class Sample, class Member>
+size_t CountOf(const model::ModuleType* type, std::vector<Member> model::ModuleType::*members,
+               const std::vector<Sample>& samples, size_t (*count)(const Sample&)) {
+  if (type != nullptr) return (type->*members).size();
+  return samples.empty() ? 0 : count(samples.front());
+}
+
+/// A group of columns that is filled from one module's samples.
+template <class Sample>
+struct Columns {
+  const std::vector<Sample>* samples;
+  /// Names with units, each behind a comma.
+  std::string names;
+  /// How many there are.
+  size_t count = 0;
+  /// Appends exactly `count` cells, each behind a comma.
+  std::function<void(const Sample&, std::string*)> fill;
+};
+
+/// Modules side by side: a row at every time at which one of them has a sample.
+template <class Sample>
+Result<void> WriteSideBySide(const std::vector<Columns<Sample>>& groups, const TextSink& write) {
+  std::string row = "time [s]";
+  for (const auto& group : groups) row += group.names;
+  row += "\n";
+  std::vector<size_t> at(groups.size(), 0);
+  constexpr int64_t kNever = std::numeric_limits<int64_t>::max();
+  while (true) {
+    if (Result<void> written = write(row); !written) return written;
+    // The next row is of the earliest sample that is left in any series.
+    int64_t time_us = kNever;
+    for (size_t g = 0; g < groups.size(); ++g) {
+      if (at[g] < groups[g].samples->size()) {
+        time_us = std::min(time_us, (*groups[g].samples)[at[g]].time_us);
+      }
+    }
+    if (time_us == kNever) return {};
+    row = TimeCell(time_us);
+    for (size_t g = 0; g < groups.size(); ++g) {
+      const auto& samples = *groups[g].samples;
+      if (at[g] < samples.size() && samples[at[g]].time_us == time_us) {
+        groups[g].fill(samples[at[g]++], &row);
+      } else {
+        row.append(groups[g].count, ',');
+      }
+    }
+    row += "\n";
+  }
+}
+
+/// SENSORS: angle and rate of every joint.
+Result<void> WriteJoints(const RunLog& log, const TextSink& write) {
+  std::vector<Columns<logger::SensorSample>> groups;
+  for (const ModuleSeries& module : log.modules) {
+    const model::ModuleType* type = TypeOf(log, module);
+    auto& group = groups.emplace_back();
+    group.samples = &module.sensors;
+    const size_t joints =
+        CountOf<logger::SensorSample>(type, &model::ModuleType::joints, module.sensors,
+                                      [](const auto& sample) { return sample.position.size(); });
+    for (size_t j = 0; j < joints; ++j) {
+      const std::string joint = module.name + "." + JointName(type, static_cast<int>(j));
+      const char* unit = JointUnit(type, j);
+      group.names += fmt::format(",{}.position [{}],{}.velocity [{}/s]", joint, unit, joint, unit);
+    }
+    group.count = 2 * joints;
+    group.fill = [joints](const logger::SensorSample& sample, std::string* row) {
+      for (size_t j = 0; j < joints; ++j) {
+        if (j < sample.position.size()) {
+          AddNumber(sample.position[j], row);
+          AddNumber(sample.velocity[j], row);
+        } else {
+          *row += ",,";
+        }
+      }
+    };
+  }
+  return WriteSideBySide(groups, write);
+}
+
+/// The columns of a module's sensors; without a model, numbered values.
+std::string SensorColumns(const model::ModuleType* type, const std::string& module, size_t count) {
+  std::string names;
+  if (type == nullptr) {
+    for (size_t i = 0; i < count; ++i) names += fmt::format(",{}.value{}", module, i);
+    return names;
+  }
+  for (const model::Sensor& sensor : type->sensors) {
+    const std::string name = "," + module + "." + sensor.name;
+    if (sensor.type == model::SensorType::kDistance) names += name + " [m]";
+    if (sensor.type == model::SensorType::kContact) names += name;
+    if (sensor.type == model::SensorType::kTilt) names += name + ".x" + name + ".y" + name + ".z";
+  }
+  return names;
+}
+
+/// SENSORS: what the sensors that M3L declares measured.
+Result<void> WriteSensors(const RunLog& log, const TextSink& write) {
+  std::vector<Columns<logger::SensorSample>> groups;
+  for (const ModuleSeries& module : log.modules) {
+    auto& group = groups.emplace_back();
+    group.samples = &module.sensors;
+    const model::ModuleType* type = TypeOf(log, module);
+    const size_t first = module.sensors.empty() ? 0 : module.sensors.front().values.size();
+    group.names = SensorColumns(type, module.name, first);
+    group.count = static_cast<size_t>(std::count(group.names.begin(), group.names.end(), ','));
+    group.fill = [count = group.count](const logger::SensorSample& sample, std::string* row) {
+      for (size_t i = 0; i < count; ++i) {
+        if (i < sample.values.size()) {
+          AddNumber(static_cast<double>(sample.values[i]), row);
+        } else {
+          *row += ',';
+        }
+      }
+    };
+  }
+  return WriteSideBySide(groups, write);
+}
+
+/// The seven columns of a pose.
+std::string PoseColumns(const std::string& name) {
+  return fmt::format(",{0}.x [m],{0}.y [m],{0}.z [m],{0}.qw,{0}.qx,{0}.qy,{0}.qz", name);
+}
+constexpr size_t kPoseColumns = 7;
+
+/// Position and quaternion, of pose_t or body_pose_t.
+template <class Pose>
+void AddPose(const Pose& pose, std::string* row) {
+  for (int i = 0; i < 3; ++i) AddNumber(static_cast<double>(pose.position_m[i]), row);
+  for (int i = 0; i < 4; ++i) AddNumber(static_cast<double>(pose.orientation_wxyz[i]), row);
+}
+
+/// WORLD: where each simulated body is, named by the link that stands for it.
+Result<void> WritePoses(const RunLog& log, const TextSink& write) {
+  // Modules are told by number here, and bodies come and go with the connections.
+  std::map<int, const ModuleSeries*> by_id;
+  for (const ModuleSeries& module : log.modules) by_id[module.id] = &module;
+  std::map<std::pair<int, int>, size_t> columns;
+  for (const logger::WorldSample& sample : log.world) {
+    for (const auto& body : sample.bodies) columns[{body.module_id, body.link}] = 0;
+  }
+  Columns<logger::WorldSample> group;
+  group.samples = &log.world;
+  size_t next = 0;
+  for (auto& [body, column] : columns) {
+    column = next++;
+    const auto module = by_id.find(body.first);
+    const bool named = module != by_id.end();
+    group.names +=
+        PoseColumns((named ? module->second->name : fmt::format("module{}", body.first)) + "." +
+                    LinkName(named ? TypeOf(log, *module->second) : nullptr, body.second));
+  }
+  group.count = next * kPoseColumns;
+  group.fill = [&columns](const logger::WorldSample& sample, std::string* row) {
+    std::vector<const morphbus::body_pose_t*> bodies(columns.size(), nullptr);
+    for (const auto& body : sample.bodies) bodies[columns.at({body.module_id, body.link})] = &body;
+    for (const auto* body : bodies) {
+      if (body == nullptr) {
+        row->append(kPoseColumns, ',');
+      } else {
+        AddPose(*body, row);
+      }
+    }
+  };
+  return WriteSideBySide<logger::WorldSample>({group}, write);
+}
+
+/// TRANSFORM: where each module believes that its links are.
+Result<void> WritePropagatedPoses(const RunLog& log, const TextSink& write) {
+  std::vector<Columns<logger::TransformSample>> groups;
+  for (const ModuleSeries& module : log.modules) {
+    const model::ModuleType* type = TypeOf(log, module);
+    auto& group = groups.emplace_back();
+    group.samples = &module.transforms;
+    const size_t links =
+        CountOf<logger::TransformSample>(type, &model::ModuleType::links, module.transforms,
+                                         [](const auto& sample) { return sample.X_RL.size(); });
+    group.names = fmt::format(",{}.pose_stale", module.name);
+    for (size_t l = 0; l < links; ++l) {
+      group.names += PoseColumns(module.name + "." + LinkName(type, static_cast<int>(l)));
+    }
+    group.count = 1 + links * kPoseColumns;
+    group.fill = [links](const logger::TransformSample& sample, std::string* row) {
+      // Until the root's pose has come to the module, it knows of none.
+      *row += !sample.has_pose ? "," : sample.pose_stale ? ",1" : ",0";
+      for (size_t l = 0; l < links; ++l) {
+        if (sample.has_pose && l < sample.X_RL.size()) {
+          AddPose(sample.X_RL[l], row);
+        } else {
+          row->append(kPoseColumns, ',');
+        }
+      }
+    };
+  }
+  return WriteSideBySide(groups, write);
+}
+
+/// The words for joint_command_t's modes.
+const char* ModeName(int mode) {
+  switch (mode) {
+    case morphbus::joint_command_t::MODE_HOLD:
+      return "hold";
+    case morphbus::joint_command_t::MODE_POSITION:
+      return "position";
+    case morphbus::joint_command_t::MODE_VELOCITY:
+      return "velocity";
+    default:
+      return "?";
+  }
+}
+
+/// ACTUATOR: what every joint was told.
+Result<void> WriteCommands(const RunLog& log, const TextSink& write) {
+  std::vector<Columns<logger::ActuatorSample>> groups;
+  for (const ModuleSeries& module : log.modules) {
+    const model::ModuleType* type = TypeOf(log, module);
+    auto& group = groups.emplace_back();
+    group.samples = &module.actuators;
+    const size_t joints =
+        CountOf<logger::ActuatorSample>(type, &model::ModuleType::joints, module.actuators,
+                                        [](const auto& sample) { return sample.joints.size(); });
+    for (size_t j = 0; j < joints; ++j) {
+      const std::string joint = module.name + "." + JointName(type, static_cast<int>(j));
+      const char* unit = JointUnit(type, j);
+      group.names +=
+          fmt::format(",{}.target [{}],{}.speed [{}/s],{}.mode", joint, unit, joint, unit, joint);
+    }
+    group.count = 3 * joints;
+    group.fill = [joints](const logger::ActuatorSample& sample, std::string* row) {
+      for (size_t j = 0; j < joints; ++j) {
+        if (j >= sample.joints.size()) {
+          *row += ",,,";
+          continue;
+        }
+        // The target means something only of a position, the speed nothing of a joint that holds.
+        const morphbus::joint_command_t& joint = sample.joints[j];
+        const bool position = joint.mode == morphbus::joint_command_t::MODE_POSITION;
+        const bool hold = joint.mode == morphbus::joint_command_t::MODE_HOLD;
+        const auto add = [row](bool means_something, double value) {
+          if (!means_something) return static_cast<void>(row->append(","));
+          AddNumber(value, row);
+        };
+        add(position, joint.target_si);
+        add(!hold, joint.speed_si);
+        *row += std::string(",") + ModeName(joint.mode);
+      }
+    };
+  }
+  return WriteSideBySide(groups, write);
+}
+
+/// Rows of all modules in order of time; of equal times in that of the modules.
+class Rows {
+ public:
+  void Add(int64_t time_us, std::string cells) { rows_.emplace_back(time_us, std::move(cells)); }
+  Result<void> Write(std::string_view header, const TextSink& write) {
+    std::stable_sort(rows_.begin(), rows_.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    if (Result<void> written = write(header); !written) return written;
+    for (const auto& [time_us, cells] : rows_) {
+      Result<void> written = write(TimeCell(time_us) + cells + "\n");
+      if (!written) return written;
+    }
+    return {};
+  }
+
+ private:
+  std::vector<std::pair<int64_t, std::string>> rows_;
+};
+
+/// ACTUATOR: what connectors were told, which is seldom.
+Result<void> WriteConnectorCommands(const RunLog& log, const TextSink& write) {
+  Rows rows;
+  for (const ModuleSeries& module : log.modules) {
+    const model::ModuleType* type = TypeOf(log, module);
+    for (const logger::ActuatorSample& sample : module.actuators) {
+      for (const morphbus::connector_command_t& command : sample.connectors) {
+        std::string state = fmt::format("state{}", command.state);
+        std::string value = fmt::format("{}", command.value);
+        const bool known =
+            type != nullptr && command.connector >= 0 &&
+            command.connector < static_cast<int>(type->connectors.size()) && command.state >= 0 &&
+            command.state < static_cast<int>(type->connectors[command.connector].states.size());
+        if (known) {
+          const model::StateVariable& s = type->connectors[command.connector].states[command.state];
+          state = s.name;
+          const bool listed =
+              command.value >= 0 && command.value < static_cast<int>(s.values.size());
+          if (listed) value = model::ValueText(s.values[command.value]);
+        }
+        rows.Add(sample.time_us, fmt::format(",{},{},{},{}", module.name,
+                                             NameOf(type, &model::ModuleType::connectors,
+                                                    command.connector, "connector"),
+                                             TextCell(state), TextCell(value)));
+      }
+    }
+  }
+  return rows.Write("time [s],module,connector,state,value\n", write);
+}
+
+/// "name=part" of a status's labels, with spaces between.
+std::string LabelsText(const model::ModuleType* type, const morphbus::status_t& status) {
+  std::string text;
+  for (const morphbus::label_t& label : status.labels) {
+    const bool joint = label.kind == morphbus::label_t::KIND_JOINT;
+    text += (text.empty() ? "" : " ") + label.name + "=" +
+            (joint ? JointName(type, label.index) : LinkName(type, label.index));
+  }
+  return text;
+}
+
+/// "joint=+1" of the joints with a convention, with spaces between.
+std::string SignsText(const model::ModuleType* type, const morphbus::status_t& status) {
+  std::string text;
+  for (size_t j = 0; j < status.joint_sign.size(); ++j) {
+    if (status.joint_sign[j] == 0) continue;
+    text += (text.empty() ? "" : " ") + JointName(type, static_cast<int>(j)) +
+            (status.joint_sign[j] > 0 ? "=+1" : "=-1");
+  }
+  return text;
+}
+
+/// STATUS: a row each.
+Result<void> WriteRoles(const RunLog& log, const TextSink& write) {
+  Rows rows;
+  for (const ModuleSeries& module : log.modules) {
+    const model::ModuleType* type = TypeOf(log, module);
+    for (const logger::StatusSample& sample : module.status) {
+      const morphbus::status_t& s = sample.status;
+      rows.Add(sample.time_us,
+               fmt::format(",{},{},{},{},{},{},{},{},{}", sample.tick, module.name,
+                           TextCell(s.role_name), TextCell(LabelsText(type, s)), SignsText(type, s),
+                           int{s.has_pose}, int{s.pose_stale}, int{s.frozen}, s.incarnation));
+    }
+  }
+  return rows.Write(
+      "time [s],tick,module,role,labels,signs,has_pose,pose_stale,frozen,incarnation\n", write);
+}
+
+/// Faults of the program, in the words of `info`.
+Result<void> WriteFaults(const RunLog& log, const TextSink& write) {
+  Rows rows;
+  for (const logger::FaultFact& fault : log.facts.faults) {
+    rows.Add(fault.time_us,
+             fmt::format(",{},{},{},{},{},{}", fault.module, TextCell(fault.role),
+                         TextCell(fault.text), TextCell(fault.function), TextCell(fault.file),
+                         fault.fault.line > 0 ? std::to_string(fault.fault.line) : ""));
+  }
+  return rows.Write("time [s],module,role,fault,function,file,line\n", write);
+}
+
+/// Lines that the program printed, in the words of `info`.
+Result<void> WritePrints(const RunLog& log, const TextSink& write) {
+  Rows rows;
+  for (const logger::PrintFact& print : log.facts.prints) {
+    rows.Add(print.time_us,
+             fmt::format(",{},{},{},{},{}", print.module, TextCell(print.role),
+                         TextCell(print.text), TextCell(print.file),
+                         print.print.line > 0 ? std::to_string(print.print.line) : ""));
+  }
+  return rows.Write("time [s],module,role,text,file,line\n", write);
+}
+
+/// What people told the run while it went on.
+Result<void> WriteControls(const RunLog& log, const TextSink& write) {
+  Rows rows;
+  for (const auto& [tick, command] : log.facts.commands) {
+    // A damaged log may name any tick.
+    int64_t time_us = 0;
+    if (__builtin_mul_overflow(tick, int64_t{log.tick_us}, &time_us)) continue;
+    rows.Add(time_us, fmt::format(",{},{}", tick, TextCell(command)));
+  }
+  return rows.Write("time [s],tick,command\n", write);
+}
+
+}  // namespace
+
+const std::vector<CsvTable>& CsvTables() {
+  static const std::vector<CsvTable> tables = {
+      {"joints.csv", WriteJoints},     {"sensors.csv", WriteSensors},
+      {"poses.csv", WritePoses},       {"propagated_poses.csv", WritePropagatedPoses},
+      {"commands.csv", WriteCommands}, {"connector_commands.csv", WriteConnectorCommands},
+      {"roles.csv", WriteRoles},       {"faults.csv", WriteFaults},
+      {"prints.csv", WritePrints},     {"controls.csv", WriteControls}};
+  return tables;
+}
+
+}  // namespace morphbus::tools

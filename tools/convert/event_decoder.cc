@@ -1,0 +1,68 @@
+#include "tools/convert/event_decoder.h"
+
+#include <utility>
+
+#include "compiler/base/bytes.h"
+#include "compiler/model/run_description.pb.h"
+#include "logger/log/description.h"
+#include "tools/spy/lcm_sources.h"
+
+namespace morphbus::tools {
+
+Result<std::unique_ptr<EventDecoder>> EventDecoder::Open(const std::string& path,
+                                                         const std::string& description) {
+  auto reader = logger::EventLogReader::Open(path);
+  if (!reader) return tl::unexpected(reader.error());
+  // A log of an older build has messages that only its own definitions fit.
+  std::vector<LcmSchema> schemas;
+  proto::RunDescription described;
+  std::string used = logger::ReadDescription(path).value_or(description);
+  if (described.ParseFromString(used) && !described.lcm_schema().empty()) {
+    Result<LcmSchema> schema = LcmSchema::Parse(described.lcm_schema());
+    if (schema) schemas.push_back(std::move(*schema));
+  }
+  // This build's own are for logs that hold none.
+  Result<LcmSchema> ours = LcmSchema::Parse(LcmSources());
+  if (!ours) return tl::unexpected(ours.error());
+  schemas.push_back(std::move(*ours));
+  return std::unique_ptr<EventDecoder>(
+      new EventDecoder(std::move(*reader), std::move(used), std::move(schemas)));
+}
+
+const LcmSchema& EventDecoder::SchemaOf(const LcmType& type) const {
+  for (const LcmSchema& schema : schemas_) {
+    // Two schemas may have a type of one name: the very object tells.
+    if (schema.FindByName(type.name) == &type) return schema;
+  }
+  return schemas_.back();
+}
+
+bool EventDecoder::Next(DecodedEvent* decoded) {
+  *decoded = DecodedEvent();
+  if (!reader_->Next(&decoded->event)) return false;
+  const auto& data = decoded->event.data;
+  // The log's own definitions come first; a message that neither fits keeps the reason.
+  for (const LcmSchema& schema : schemas_) {
+    auto message = schema.Decode(data.data(), data.size());
+    if (!message) {
+      decoded->why_not = message.error().message;
+      continue;
+    }
+    decoded->type = schema.Find(static_cast<int64_t>(ReadBig(data.data(), 8)));
+    decoded->message = std::move(*message);
+    decoded->why_not.clear();
+    break;
+  }
+  if (decoded->type == nullptr) ++num_unknown_;
+  // Messages of ours say to which sim time they belong.
+  if (const auto header = decoded->message.find("header");
+      header != decoded->message.end() && header->is_object()) {
+    const auto time = header->find("sim_time_us");
+    if (time != header->end() && time->is_number_integer()) {
+      decoded->sim_time_us = time->get<int64_t>();
+    }
+  }
+  return true;
+}
+
+}  // namespace morphbus::tools

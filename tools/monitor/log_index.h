@@ -1,0 +1,44 @@
+#pragma once
+// A log made ready to be played from anywhere: its run, its length, and places to begin at.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "bridge/outward/channel_counts.h"
+#include "bridge/outward/converter.h"
+#include "compiler/base/result.h"
+
+namespace morphbus::tools {
+
+/// A place in a log, and all that the converter knew there.
+struct LogCheckpoint {
+  int64_t time_us = 0;  ///< Sim time.
+  uint64_t offset = 0;  ///< Byte of the file at which the next event begins.
+  bridge::Converter converter;
+};
+
+/// What was learnt of a log when it was read once. It does not change.
+struct LogIndex {
+  std::string path;
+  std::shared_ptr<const bridge::RunModel> run;
+  int64_t begin_us = 0, end_us = 0;  ///< Sim time of the first and the last tick.
+  /// In order of time; the first is the log's begin. 256 at most, evenly spread.
+  std::vector<LogCheckpoint> checkpoints;
+  /// Counts over the whole log.
+  morphbus::Channels channels;
+};
+
+/// Reads a log of the run called `run` (empty: the first in the file). Fails if the file cannot be
+/// read, holds no such run, or not its description. Damage is passed over. `source` and `text` are
+/// for the converter.
+Result<std::shared_ptr<const LogIndex>> IndexLog(const std::string& path, const std::string& run,
+                                                 const std::string& source,
+                                                 const bridge::ProgramText& text);
+
+/// The run model of a log: the description in its INFO.
+Result<std::shared_ptr<const bridge::RunModel>> ReadLogModel(const std::string& path,
+                                                             const std::string& run);
+
+}  // namespace morphbus::tools

@@ -1,0 +1,197 @@
+#include "tools/monitor/log_source.h"
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+namespace morphbus::tools {
+namespace {
+
+using nlohmann::json;
+
+/// Events that are sent between two looks at whether a client has room: each becomes a few messages
+/// at most, and twice as many still fit.
+constexpr int kEventsAtOnce = 16;
+/// Such rounds for one client before it is the next one's turn.
+constexpr int kRounds = 32;
+/// How soon to look again while clients play in time with the wall, milliseconds.
+constexpr int kSoonMs = 5, kIdleMs = 20;
+constexpr double kTellTimeEvery = 0.2;
+constexpr double kFastest = 1000.0;
+
+/// A number of microseconds in a request; nothing if it is no such.
+std::optional<int64_t> TimeIn(const json& request, const char* name) {
+  const auto found = request.find(name);
+  if (found == request.end() || !found->is_number()) return std::nullopt;
+  const double value = found->get<double>();
+  if (!std::isfinite(value) || std::abs(value) > 1e17) return std::nullopt;
+  return static_cast<int64_t>(std::llround(value));
+}
+
+bool IsSpeed(const json& value) {
+  return value.is_number() && value.get<double>() >= 0 && value.get<double>() <= kFastest;
+}
+
+}  // namespace
+
+LogSource::LogSource(std::string path, std::shared_ptr<const bridge::RunModel> run)
+    : path_(std::move(path)), run_(std::move(run)), texts_(run_->model) {
+  name_ = run_->run;
+}
+
+Result<std::unique_ptr<LogSource>> LogSource::Create(const std::string& path) {
+  // Only as far as the description, so that a mistake in the command line is told at once.
+  auto run = ReadLogModel(path, "");
+  if (!run) return Fail(run.error().message);
+  return std::unique_ptr<LogSource>(new LogSource(path, *run));
+}
+
+Result<void> LogSource::Index() {
+  auto index = IndexLog(path_, run_->run, name_, [this](uint64_t hash, const std::string& file) {
+    return texts_.Find(hash, file);
+  });
+  if (!index) return Fail(index.error().message);
+  index_ = *index;
+  return {};
+}
+
+Json LogSource::Info() const {
+  return {{"name", name_},
+          {"kind", "log"},
+          {"robot", run_->robot->name},
+          {"file", std::filesystem::path(path_).filename().string()},
+          {"begin_us", index_->begin_us},
+          {"end_us", index_->end_us}};
+}
+
+std::vector<std::string> LogSource::services() const {
+  return {"playback", "pause", "resume", "step", "speed"};
+}
+
+bridge::OutwardSink LogSource::SinkOf(uint64_t client) {
+  return [this, client](bridge::OutwardTopic topic, int64_t time_ns, const std::string& bytes) {
+    server_->PublishTo(client, ChannelOf(topic), time_ns, bytes);
+    if (tells_time_ && topic == bridge::OutwardTopic::kClock) {
+      server_->PublishTimeTo(client, time_ns);
+    }
+  };
+}
+
+void LogSource::Tell(uint64_t client, Playback* playback, bool time_too) {
+  server_->SetParameterOf(client, Parameter("speed"), playback->player->speed());
+  server_->SetParameterOf(client, Parameter("paused"), !playback->player->playing());
+  if (!time_too) return;
+  playback->told_s = timer_.seconds();
+  server_->SetParameterOf(client, Parameter("time"),
+                          static_cast<double>(playback->player->time_us()) * 1e-6);
+}
+
+int LogSource::Step(int /*wait_ms*/) {
+  int next_ms = kIdleMs;
+  for (auto& [client, playback] : playbacks_) {
+    // A round is small enough for the client's room; whoever has none waits for the next step.
+    const bool was_playing = playback.player->playing();
+    const bridge::OutwardSink sink = SinkOf(client);
+    bool more = true;
+    for (int round = 0; more && round < kRounds && server_->HasRoom(client); ++round) {
+      more = playback.player->Advance(timer_.seconds(), kEventsAtOnce, sink);
+    }
+    // Who has no room now may have some soon.
+    if (playback.player->playing()) {
+      next_ms = more && server_->HasRoom(client) ? 0 : std::min(next_ms, kSoonMs);
+    }
+    // A client hears where its playback is now and then, and at once when it stops.
+    const bool stopped = was_playing && !playback.player->playing();
+    if (stopped || (was_playing && timer_.seconds() - playback.told_s > kTellTimeEvery)) {
+      Tell(client, &playback, true);
+    }
+  }
+  return next_ms;
+}
+
+Json LogSource::StateOf(const LogPlayer& player) const {
+  return {{"playing", player.playing()},
+          {"speed", player.speed()},
+          {"time_us", player.time_us()},
+          {"begin_us", index_->begin_us},
+          {"end_us", index_->end_us}};
+}
+
+Result<void> LogSource::Do(const std::string& service, const json& request, uint64_t client,
+                           LogPlayer* player) {
+  const double now_s = timer_.seconds();
+  // The short services are what buttons call.
+  if (service == "pause") player->Play(false, now_s);
+  if (service == "resume") player->Play(true, now_s);
+  if (service == "step") player->Step(TimeIn(request, "ticks").value_or(1), now_s);
+  if (service == "speed") {
+    if (!request.contains("speed") || !IsSpeed(request["speed"])) {
+      return Fail("the request needs a \"speed\" from 0 to 1000");
+    }
+    player->SetSpeed(request["speed"].get<double>(), now_s);
+  }
+  if (service != "playback") return {};
+  // All is looked at before anything is done.
+  if (request.contains("speed") && !IsSpeed(request["speed"])) {
+    return Fail("\"speed\" is a number from 0 to 1000");
+  }
+  if (request.contains("playing") && !request["playing"].is_boolean()) {
+    return Fail("\"playing\" is true or false");
+  }
+  for (const char* name : {"from_us", "to_us"}) {
+    if (request.contains(name) && !TimeIn(request, name)) {
+      return Fail(std::string("\"") + name + "\" is a sim time in microseconds");
+    }
+  }
+  // In this order a request can go somewhere and play from there.
+  if (request.contains("speed")) player->SetSpeed(request["speed"].get<double>(), now_s);
+  if (const auto from = TimeIn(request, "from_us")) player->Seek(*from, now_s, SinkOf(client));
+  player->PlayUntil(std::min(TimeIn(request, "to_us").value_or(index_->end_us), index_->end_us));
+  if (request.contains("playing")) player->Play(request["playing"].get<bool>(), now_s);
+  return {};
+}
+
+void LogSource::Take(const bridge::ClientRequest& request, const std::string& what) {
+  using Kind = bridge::ClientRequest::Kind;
+  // A client has a player as long as it is there.
+  if (request.kind == Kind::kConnected) {
+    auto player = LogPlayer::Create(index_, timer_.seconds());
+    if (!player) return server_->SendStatus(request.client, 2, player.error().message);
+    Playback& playback = playbacks_[request.client];
+    playback.player = std::move(*player);
+    return Tell(request.client, &playback, true);
+  }
+  if (request.kind == Kind::kDisconnected) {
+    playbacks_.erase(request.client);
+    return;
+  }
+  // It has none if the file could not be opened for it.
+  const auto found = playbacks_.find(request.client);
+  if (request.kind == Kind::kCall) {
+    if (found == playbacks_.end()) return server_->RefuseCall(request, "the log cannot be read");
+    const Result<void> done = Do(what, request.value, request.client, found->second.player.get());
+    // A refusal changes nothing, and is told with the reason.
+    if (!done) return server_->RefuseCall(request, done.error().message);
+    Tell(request.client, &found->second, true);
+    return server_->AnswerCall(request, StateOf(*found->second.player));
+  }
+  // A parameter is a service with one member, and answers what it is now, changed or not.
+  Result<void> done = Fail(request.name + ": this is no value of it");
+  if (found != playbacks_.end()) {
+    // The words of the protocol are put into those of the services.
+    LogPlayer* player = found->second.player.get();
+    const json& value = request.value;
+    if (what == "paused" && value.is_boolean()) {
+      done = Do("playback", {{"playing", !value.get<bool>()}}, request.client, player);
+    } else if (what == "speed") {
+      done = Do("speed", {{"speed", value}}, request.client, player);
+    } else if (what == "time" && value.is_number()) {
+      done = Do("playback", {{"from_us", value.get<double>() * 1e6}}, request.client, player);
+    }
+    Tell(request.client, &found->second, true);
+  }
+  if (!done) server_->SendStatus(request.client, 2, done.error().message);
+  server_->AnswerSet(request);
+}
+
+}  // namespace morphbus::tools

@@ -1,0 +1,250 @@
+/** The page: puts its parts together and keeps them up to date. */
+
+import type { Run, SourcePlace } from './model/run.ts';
+import { Session } from './model/session.ts';
+import { ViewClock } from './model/view_clock.ts';
+import type { Surroundings } from './protocol/connection.ts';
+import { ChannelsPanel } from './ui/channels_panel.ts';
+import { ComparePanel } from './ui/compare_panel.ts';
+import { ControlPanel } from './ui/control_panel.ts';
+import type { Context, Selection } from './ui/context.ts';
+import { button, element } from './ui/dom.ts';
+import { FaultsPanel } from './ui/faults_panel.ts';
+import { HeaderBar } from './ui/header_bar.ts';
+import { HelpDialog } from './ui/help_dialog.ts';
+import { listenForKeys } from './ui/keyboard.ts';
+import { PlotsPanel } from './ui/plots_panel.ts';
+import { RolesPanel } from './ui/roles_panel.ts';
+import { ScenePanel } from './ui/scene_panel.ts';
+import { recall } from './ui/settings.ts';
+import { SourceDialog } from './ui/source_dialog.ts';
+import { Tabs } from './ui/tabs.ts';
+import { ThemeSwitch } from './ui/theme.ts';
+import { Timeline } from './ui/timeline.ts';
+import { ColourMap, NO_ROLE } from './view3d/palette.ts';
+
+/** Milliseconds between updates: of plots, of the time line, and of lists. */
+const PLOT_INTERVAL = 33;
+const TIMELINE_INTERVAL = 100;
+const LIST_INTERVAL = 200;
+/** Of so many frames one draws the plots anew, where that is not more often than they need. */
+const PLOT_EVERY = 3;
+/** How long a note stays, milliseconds. */
+const TOAST_TIME = 6000;
+
+/** A notice of the server in the words of this page. */
+function noticeText(text: string): string {
+  const missed = /^missed (\d+) messages/.exec(text)?.[1];
+  return missed ? `This page is slower than the run: ${missed} messages were left out. What is shown is the newest.` : text;
+}
+
+export class App implements Context {
+  readonly session: Session;
+  readonly clock = new ViewClock();
+  time = NaN;
+  selected: Selection | null = null;
+  degrees = recall('degrees', true);
+  readonly scene: ScenePanel;
+  readonly plots: PlotsPanel;
+  readonly control: ControlPanel;
+  private readonly timeline: Timeline;
+  private readonly tabs = new Tabs();
+  private readonly header: HeaderBar;
+  private readonly help = new HelpDialog();
+  private readonly source = new SourceDialog();
+  private readonly theme: ThemeSwitch;
+  private readonly toasts = element('div', { class: 'toasts', role: 'status', 'aria-live': 'polite' });
+  private readonly roleColours = new ColourMap();
+  private readonly moduleColours = new ColourMap();
+  /** The time from one frame to the next, milliseconds: a mean of the last ones. */
+  private frameTime = 0;
+  private lastFrame = 0;
+  private nextPlot = 0;
+  private lastTimeline = 0;
+  private lastList = 0;
+  private shownVersion = '';
+  private seenFaults = 0;
+
+  constructor(root: HTMLElement, surroundings: Surroundings) {
+    this.session = new Session(surroundings);
+    this.scene = new ScenePanel(this);
+    this.plots = new PlotsPanel(this);
+    this.control = new ControlPanel(this);
+    this.timeline = new Timeline(this);
+    this.header = new HeaderBar(
+      this,
+      () => this.theme.toggle(),
+      () => this.help.open(),
+    );
+    this.tabs.add('roles', 'Roles', new RolesPanel(this));
+    this.tabs.add('faults', 'Faults', new FaultsPanel(this));
+    this.tabs.add('channels', 'Channels', new ChannelsPanel(this));
+    this.tabs.add('control', 'Control', this.control);
+    this.tabs.add(
+      'compare',
+      'Compare',
+      new ComparePanel(this, (columns) => this.plots.add(columns.map((c) => `|difference|${c}`))),
+    );
+    root.append(
+      this.header.element,
+      element('main', {}, this.scene.element, this.plots.element, this.tabs.element),
+      this.timeline.element,
+      this.toasts,
+    );
+    this.theme = new ThemeSwitch((dark) => {
+      this.scene.view?.setTheme(dark);
+      this.plots.readTheme();
+    });
+    this.session.onRuns = () => this.resetRuns();
+    this.session.onConnection = () => this.header.update();
+    this.session.onNotice = (notice) => this.toast(noticeText(notice.text), notice.level > 0 ? 'error' : 'info');
+    this.listenForKeys();
+    this.resetRuns();
+  }
+
+  /** Connects, and keeps the page up to date from then on. */
+  start(): void {
+    this.session.connection.connect();
+    const frame = (now: number): void => {
+      this.frame(now);
+      requestAnimationFrame(frame);
+    };
+    requestAnimationFrame(frame);
+  }
+
+  select(selection: Selection | null): void {
+    this.selected = selection;
+    if (this.scene.view) this.scene.view.selected = selection;
+    this.scene.view?.touch();
+    this.tabs.update();
+  }
+
+  seek(time: number): void {
+    const { begin, end } = this.session.span();
+    if (Number.isNaN(end)) return;
+    this.clock.seek(Math.min(Math.max(time, begin), end));
+    this.session.provide(this.clock.time);
+  }
+
+  showSource(run: Run, place: SourcePlace): void {
+    if (run.description.programText && place.line) {
+      this.source.open(place.file || run.description.program, run.description.programText, place.line);
+    } else {
+      this.toast(
+        `The text of ${place.file || 'the program'} is not known here; the line is ${place.line || 'unknown'}.`,
+      );
+    }
+  }
+
+  colourOf(run: Run, module: string): string {
+    if (this.scene.view?.options.colourBy === 'module') return this.moduleColours.of(module);
+    const role = run.stateAt(module, this.time)?.role;
+    return role ? this.roleColours.of(role) : NO_ROLE;
+  }
+
+  roleColour(role: string): string {
+    return this.roleColours.of(role);
+  }
+
+  toast(text: string, kind: 'info' | 'error' = 'info'): void {
+    const note = element(
+      'div',
+      { class: `toast ${kind}` },
+      element('span', {}, text),
+      button('Close', () => note.remove(), { class: 'small', 'aria-label': 'Close this note' }),
+    );
+    this.toasts.append(note);
+    while (this.toasts.children.length > 3) this.toasts.firstElementChild?.remove();
+    setTimeout(() => note.remove(), TOAST_TIME);
+  }
+
+  private resetRuns(): void {
+    const { runs } = this.session;
+    this.selected = null;
+    this.seenFaults = 0;
+    this.clock.follow();
+    // A log is shown from its beginning, and waits for the user.
+    if (runs.length && runs.every((run) => run.kind === 'log'))
+      this.clock.seek(Math.min(...runs.map((run) => run.logBegin)));
+    this.tabs.setVisible('compare', runs.length > 1);
+    this.scene.reset();
+    this.plots.reset();
+    this.header.update();
+  }
+
+  private frame(now: number): void {
+    this.frameTime += 0.1 * (Math.min(now - this.lastFrame, 1000) - this.frameTime);
+    this.lastFrame = now;
+    const range = this.session.range();
+    const before = this.time;
+    this.time = this.clock.advance(now / 1000, range.begin, range.end, range.ended);
+    // Of what the view shows, something has changed if time has, or what is known of the runs.
+    const version = this.session.runs
+      .map((run) => `${run.structureVersion} ${run.stateVersion} ${run.poses.length} ${run.poses.endTime}`)
+      .join();
+    if (this.time !== before || (version !== this.shownVersion && this.clock.mode !== 'play')) this.scene.view?.touch();
+    this.shownVersion = version;
+    // Colours go by the order of the roles in the program, not by who finds one first: two runs look alike.
+    for (const run of this.session.runs) for (const role of run.description.roles) this.roleColours.of(role.name);
+    this.scene.view?.render(this.time);
+    if (now >= this.nextPlot) {
+      // What is left of the time belongs to the view: a browser that draws by software has little.
+      this.nextPlot = now + Math.max(PLOT_INTERVAL, PLOT_EVERY * this.frameTime);
+      this.session.difference?.update();
+      this.plots.update();
+    }
+    if (now - this.lastTimeline >= TIMELINE_INTERVAL) {
+      this.lastTimeline = now;
+      this.timeline.update();
+    }
+    if (now - this.lastList >= LIST_INTERVAL) {
+      this.lastList = now;
+      this.updateLists();
+    }
+  }
+
+  private updateLists(): void {
+    this.session.provide(this.time);
+    this.tabs.update();
+    this.scene.update();
+    this.header.update();
+    const faults = this.session.runs.reduce((n, run) => n + run.faults.total, 0);
+    this.tabs.setBadge('faults', faults ? String(faults) : '');
+    // Of several at once only the last is told.
+    if (faults > this.seenFaults && this.session.runs.some((run) => run.kind === 'live')) {
+      const last = this.session.runs.flatMap((run) => run.faults.list).reduce((a, b) => (b.time >= a.time ? b : a));
+      this.toast(`${last.module}: ${last.text || last.code}`, 'error');
+    }
+    this.seenFaults = faults;
+  }
+
+  private listenForKeys(): void {
+    const { scene, timeline, tabs, clock } = this;
+    listenForKeys({
+      Space: () => timeline.togglePlay(),
+      'Shift+Space': () => this.control.toggleRun(),
+      '.': () => this.session.mayControl && this.control.give('step 1'),
+      ArrowLeft: () => timeline.step(-1),
+      ArrowRight: () => timeline.step(1),
+      'Shift+ArrowLeft': () => timeline.shift(-1),
+      'Shift+ArrowRight': () => timeline.shift(1),
+      Home: () => timeline.toBegin(),
+      End: () => timeline.toEnd(),
+      '[': () => clock.changeSpeed(-1),
+      ']': () => clock.changeSpeed(1),
+      f: () => scene.toggle('follow'),
+      x: () => scene.toggle('frames'),
+      t: () => scene.toggle('trails'),
+      n: () => scene.toggle('names'),
+      g: () => scene.toggle('ground'),
+      c: () => scene.toggleColour(),
+      b: () => scene.toggleLayout(),
+      r: () => scene.view?.reframe(),
+      d: () => this.theme.toggle(),
+      p: () => this.plots.element.querySelector<HTMLButtonElement>('[data-action=add-plot]')?.click(),
+      '?': () => this.help.open(),
+      Escape: () => this.select(null),
+      ...Object.fromEntries(['1', '2', '3', '4', '5'].map((key, i) => [key, () => tabs.showNumber(i)])),
+    });
+  }
+}

@@ -1,0 +1,304 @@
+/** Takes up what the server sends of one source (docs/monitor-protocol.md) into its Run. */
+
+import { toNumber, toSeconds, type Decoded } from '../protocol/decoder.ts';
+import { numbersOf } from './fields.ts';
+import type { Pose } from './pose.ts';
+import type { Label, ModuleState, Run } from './run.ts';
+
+/** Topics that the page does not need, since others hold the same; they are subscribed to only when plotted. */
+export const UNNEEDED_TOPICS = ['joint_states', 'log'];
+
+/** A topic of a source, "/SRC/name". */
+export function parseTopic(topic: string): { source: string; name: string } | null {
+  const match = /^\/([^/]+)\/(.+)$/.exec(topic);
+  return match ? { source: match[1], name: match[2] } : null;
+}
+
+/** Takes up one message. `name`: of the topic below its source; `time`: its sim time, seconds. */
+export function takeMessage(run: Run, name: string, time: number, message: Decoded): void {
+  switch (name) {
+    case 'description':
+      takeDescription(run, message);
+      break;
+    case 'scene':
+      takeScene(run, message);
+      break;
+    case 'tf':
+      takeTransforms(run, time, message);
+      break;
+    case 'tf_propagated':
+      takePropagated(run, time, message);
+      break;
+    case 'clock':
+      takeClock(run, time, message);
+      break;
+    case 'joints':
+      takeJoints(run, time, message);
+      break;
+    case 'commands':
+      takeCommands(run, time, message);
+      break;
+    case 'modules':
+      for (const state of message.modules) run.takeState(time, moduleState(state));
+      break;
+    case 'connections':
+      takeConnections(run, time, message);
+      break;
+    case 'faults':
+      takeFault(run, time, message);
+      break;
+    case 'prints':
+      takePrint(run, time, message);
+      break;
+    case 'channels':
+      takeChannels(run, time, message);
+      break;
+    case 'health':
+      takeHealth(run, time, message);
+      break;
+    default:
+      takeNumbers(run, name, time, message);
+  }
+}
+
+function takeDescription(run: Run, message: Decoded): void {
+  const d = run.description;
+  d.robot = message.robot ?? '';
+  d.model = message.modelFile ?? '';
+  d.program = message.programFile ?? '';
+  d.programText = message.programText ?? '';
+  d.mode = message.mode ?? '';
+  d.tick = (message.tickUs || 20000) * 1e-6;
+  d.modules = message.modules.map((m: any) => ({
+    name: m.name,
+    type: m.type,
+    links: m.links,
+    joints: m.joints.map((j: any) => ({ name: j.name, type: j.type })),
+  }));
+  d.roles = message.roles
+    .filter((r: any) => !r.abstract)
+    .map((r: any) => ({
+      name: r.name,
+      commands: r.commands.map((c: any) => ({ name: c.name, parameters: c.parameterTypes })),
+    }));
+  run.structureVersion++;
+}
+
+/** "SRC/m1/link" is "m1/link" to the run. */
+function linkOf(run: Run, frame: string): string | null {
+  const prefix = `${run.name}/`;
+  if (!frame.startsWith(prefix)) return null;
+  const link = frame.slice(prefix.length);
+  return link.includes('/') && !link.startsWith('propagated/') ? link : null;
+}
+
+function takeScene(run: Run, message: Decoded): void {
+  for (const entity of message.entities) {
+    const link = linkOf(run, entity.frameId);
+    if (!link) continue;
+    // All triangles of the entity in one list of points.
+    const points: number[] = [];
+    const indices: number[] = [];
+    for (const list of entity.triangles) {
+      const base = points.length / 3;
+      for (const p of list.points) points.push(p.x, p.y, p.z);
+      if (list.indices.length) for (const i of list.indices) indices.push(base + i);
+      else for (let i = 0; i < list.points.length; i++) indices.push(base + i);
+    }
+    if (points.length) run.shapes.set(link, { positions: new Float32Array(points), indices: new Uint32Array(indices) });
+  }
+  run.structureVersion++;
+}
+
+function poseOf(transform: any): Pose {
+  const t = transform.translation ?? { x: 0, y: 0, z: 0 };
+  const r = transform.rotation ?? { x: 0, y: 0, z: 0, w: 1 };
+  return { p: [t.x, t.y, t.z], q: [r.w, r.x, r.y, r.z] };
+}
+
+/** Poses in W; those of a run without a simulated world are given in R, whose own pose comes with them. */
+function takeTransforms(run: Run, time: number, message: Decoded): void {
+  const world = `${run.name}/world`;
+  const robot = `${run.name}/robot`;
+  const inRobot = message.transforms.find((t: any) => t.childFrameId === robot && t.parentFrameId === world);
+  if (inRobot) run.X_WR = poseOf(inRobot);
+  const poses: { link: string; pose: Pose }[] = [];
+  for (const transform of message.transforms) {
+    const link = linkOf(run, transform.childFrameId);
+    if (!link) continue;
+    const pose = poseOf(transform);
+    poses.push({ link, pose: transform.parentFrameId === robot ? run.inWorld(pose) : pose });
+  }
+  if (poses.length) run.takePoses(time, poses);
+}
+
+function takePropagated(run: Run, time: number, message: Decoded): void {
+  const table = run.addTable('propagated', () => 'm', 64 * 3);
+  table.row(time);
+  const prefix = `${run.name}/propagated/`;
+  for (const transform of message.transforms) {
+    if (!transform.childFrameId.startsWith(prefix)) continue;
+    const link = transform.childFrameId.slice(prefix.length);
+    const t = transform.translation;
+    if (t) for (const axis of ['x', 'y', 'z'] as const) table.set(table.column(`${link}.${axis}`), t[axis]);
+  }
+}
+
+function takeClock(run: Run, time: number, message: Decoded): void {
+  const clock = run.clock;
+  const tick = toNumber(message.tick);
+  if (tick < clock.tick && run.kind === 'live') run.clear();
+  clock.tick = tick;
+  clock.time = time;
+  clock.ended = message.phase === 2 || message.phase === 'END';
+  clock.endReason = message.endReason ?? '';
+  for (const control of message.controls) run.addEvent(time, control);
+  if (clock.ended) run.addEvent(time, clock.endReason || 'end of the run');
+}
+
+function takeJoints(run: Run, time: number, message: Decoded): void {
+  const units = (column: string): string => jointUnit(run, column);
+  const table = run.addTable('joints', units, message.joints.length * 3);
+  table.row(time);
+  for (const joint of message.joints) {
+    const name = `${joint.module}.${joint.joint}`;
+    table.set(table.column(`${name} position`), joint.position);
+    table.set(table.column(`${name} velocity`), joint.velocity);
+    table.set(table.column(`${name} target`), joint.target ?? NaN);
+    if (joint.sign) table.set(table.column(`${name} under its convention`), joint.sign * joint.position);
+  }
+}
+
+function jointUnit(run: Run, column: string): string {
+  const [name, ...quantity] = column.split(' ');
+  const [module, joint] = name.split('.');
+  const info = run.description.modules.find((m) => m.name === module)?.joints.find((j) => j.name === joint);
+  const unit = info?.type === 'prismatic' ? 'm' : 'rad';
+  return quantity[0] === 'velocity' || quantity[0] === 'speed' ? `${unit}/s` : unit;
+}
+
+function takeCommands(run: Run, time: number, message: Decoded): void {
+  const table = run.addTable('commands', (column) => jointUnit(run, column), message.joints.length * 2);
+  table.row(time);
+  for (const order of message.joints) {
+    const name = `${order.module}.${order.joint}`;
+    const position = order.mode === 1 || order.mode === 'POSITION';
+    table.set(table.column(`${name} target`), position ? order.target : NaN);
+    table.set(table.column(`${name} speed`), order.speed);
+  }
+  for (const order of message.connectors) {
+    run.addEvent(time, `${order.module}.${order.connector}: ${order.state} = ${order.value}`);
+  }
+}
+
+function moduleState(message: any): ModuleState {
+  const labels: Label[] = message.labels.map((label: any) => {
+    // A oneof is {case, value} when it was Protocol Buffers, and a plain field when it was JSON.
+    const kind: 'joint' | 'link' = (label.part?.case ?? (label.link !== undefined ? 'link' : 'joint')) as
+      'joint' | 'link';
+    const target: string = label.part?.value ?? label[kind] ?? '';
+    const sign = kind === 'joint' ? (message.signs.find((s: any) => s.joint === target)?.sign ?? 0) : 0;
+    return { name: label.name, kind, target, sign };
+  });
+  const program =
+    toNumber(message.programHash ?? 0) === 0 ? '' : BigInt(message.programHash).toString(16).padStart(16, '0');
+  return {
+    module: message.module,
+    role: message.role,
+    labels,
+    signs: message.signs.map((s: any) => ({ joint: s.joint, sign: s.sign })),
+    tasks: message.tasks.map((task: any) => ({ kind: task.kind, function: task.function, line: task.line })),
+    hasPose: message.hasPose,
+    poseStale: message.poseStale,
+    frozen: message.frozen,
+    lost: message.lost ?? false,
+    program,
+    incarnation: message.incarnation,
+  };
+}
+
+function takeConnections(run: Run, time: number, message: Decoded): void {
+  const now: string[] = message.connections.map(
+    (c: any) => `${c.moduleA}.${c.connectorA} – ${c.moduleB}.${c.connectorB}`,
+  );
+  const before = run.connections;
+  if (before.length) {
+    for (const connection of before) if (!now.includes(connection)) run.addEvent(time, `taken off: ${connection}`);
+    for (const connection of now) if (!before.includes(connection)) run.addEvent(time, `connected: ${connection}`);
+  }
+  run.connections = now;
+}
+
+function takeFault(run: Run, time: number, message: Decoded): void {
+  run.takeFault({
+    time: Number.isNaN(toSeconds(message.timestamp)) ? time : toSeconds(message.timestamp),
+    module: message.module,
+    role: message.role,
+    code: message.name,
+    text: message.text,
+    file: message.file,
+    line: message.line,
+    source: message.sourceLine,
+    function: message.function,
+  });
+}
+
+function takePrint(run: Run, time: number, message: Decoded): void {
+  run.addEvent(Number.isNaN(toSeconds(message.timestamp)) ? time : toSeconds(message.timestamp), message.text, {
+    module: message.module,
+    file: message.file,
+    line: message.line,
+  });
+}
+
+function takeChannels(run: Run, time: number, message: Decoded): void {
+  run.channels = message.channels.map((c: any) => ({
+    name: c.channel,
+    type: c.type,
+    messages: toNumber(c.messages),
+    rate: c.hz,
+    bytesPerSecond: c.bytesPerS,
+    lost: toNumber(c.lost),
+    bad: toNumber(c.bad),
+  }));
+  run.reportVersion++;
+  const unit = (column: string): string =>
+    column.endsWith(' rate') ? 'Hz' : column.endsWith(' bandwidth') ? 'B/s' : '';
+  const table = run.addTable('channels', unit, run.channels.length * 3);
+  table.row(time);
+  for (const c of run.channels) {
+    table.set(table.column(`${c.name} rate`), c.rate);
+    table.set(table.column(`${c.name} bandwidth`), c.bytesPerSecond);
+    table.set(table.column(`${c.name} lost`), c.lost);
+  }
+}
+
+/** Ledgers come process by process, about once a second: each has a table of its own. */
+function takeHealth(run: Run, time: number, message: Decoded): void {
+  const unit = (column: string): string =>
+    column === 'cpu' ? 's' : column === 'memory' ? 'kB' : column.endsWith('worst') ? 's' : '';
+  const table = run.addTable(`health ${message.process}`, unit, 40);
+  table.row(time);
+  table.set(table.column('cpu'), toNumber(message.cpuUs) * 1e-6);
+  table.set(table.column('memory'), toNumber(message.maxRssKb));
+  for (const count of message.counts) table.set(table.column(count.name), toNumber(count.value));
+  for (const late of message.lateness) {
+    table.set(table.column(`${late.module} missed`), toNumber(late.missed));
+    table.set(table.column(`${late.module} worst`), toNumber(late.worstUs) * 1e-6);
+  }
+  run.health.set(message.process, {
+    cpu: toNumber(message.cpuUs) * 1e-6,
+    memoryKb: toNumber(message.maxRssKb),
+    refused: message.firstRefused,
+  });
+  run.reportVersion++;
+}
+
+/** A topic that the page knows nothing of: its numbers can be plotted all the same. */
+function takeNumbers(run: Run, name: string, time: number, message: Decoded): void {
+  const numbers = numbersOf(message).filter(([path]) => !path.startsWith('timestamp'));
+  if (!numbers.length) return;
+  const table = run.addTable(name, () => '', numbers.length);
+  table.row(time);
+  for (const [path, value] of numbers) table.set(table.column(path), value);
+}

@@ -1,0 +1,161 @@
+/** The channels of the bus with rates and losses, and the processes with processor time and memory. */
+
+import type { ChannelRow, Run } from '../model/run.ts';
+import { runTitle, type Context, type Panel } from './context.ts';
+import { element, fill } from './dom.ts';
+import { recall, remember } from './settings.ts';
+
+type Key = 'name' | 'messages' | 'rate' | 'bytesPerSecond' | 'lost' | 'bad';
+
+const COLUMNS: { key: Key; title: string; help: string }[] = [
+  { key: 'name', title: 'Channel', help: 'Name on the bus, without the name of the run' },
+  { key: 'messages', title: 'Count', help: 'Messages since the monitor began to listen' },
+  { key: 'rate', title: 'Hz', help: 'Messages a second in the last interval' },
+  { key: 'bytesPerSecond', title: 'kB/s', help: 'Payloads in the last interval' },
+  { key: 'lost', title: 'Lost', help: 'Messages that are missing by their sequence numbers' },
+  { key: 'bad', title: 'Bad', help: 'Messages that could not be decoded' },
+];
+
+export class ChannelsPanel implements Panel {
+  readonly element = element('div', { class: 'panel-body' });
+  private readonly body = element('div');
+  private readonly filter = element('input', {
+    type: 'search',
+    placeholder: 'Filter channels',
+    'aria-label': 'Filter channels by name or type',
+    oninput: () => {
+      this.shown = '';
+      this.update();
+    },
+  });
+  private order = recall<{ key: Key; descending: boolean }>('channelOrder', { key: 'name', descending: false });
+  private shown = '';
+
+  constructor(private readonly context: Context) {
+    this.element.append(this.filter, this.body);
+  }
+
+  update(): void {
+    const { session } = this.context;
+    const key = JSON.stringify([
+      session.runs.map((run) => run.channels),
+      session.runs.map((run) => [...run.health]),
+      this.filter.value,
+      this.order,
+    ]);
+    if (key === this.shown) return;
+    this.shown = key;
+    fill(this.body, ...session.runs.flatMap((run) => this.section(run)));
+  }
+
+  private section(run: Run): HTMLElement[] {
+    const title = this.context.session.runs.length > 1 ? [element('h3', {}, runTitle(this.context, run))] : [];
+    if (!run.channels.length) {
+      return [
+        ...title,
+        element('p', { class: 'empty' }, 'No channel has been counted yet. The counts come about once a second.'),
+      ];
+    }
+    const words = this.filter.value.toLowerCase().split(/\s+/).filter(Boolean);
+    const rows = run.channels.filter((c) => words.every((word) => `${c.name} ${c.type}`.toLowerCase().includes(word)));
+    const { key, descending } = this.order;
+    rows.sort((a, b) => (key === 'name' ? a.name.localeCompare(b.name) : a[key] - b[key]) * (descending ? -1 : 1));
+    const lost = run.channels.reduce((n, c) => n + c.lost, 0);
+    const bad = run.channels.reduce((n, c) => n + c.bad, 0);
+    return [
+      ...title,
+      element(
+        'p',
+        { class: lost + bad ? 'warn' : 'quiet' },
+        `${run.channels.length} channels, ${lost} lost, ${bad} bad`,
+      ),
+      element(
+        'table',
+        { class: 'list channels' },
+        element('thead', {}, element('tr', {}, ...COLUMNS.map((column) => this.heading(column)))),
+        element('tbody', {}, ...rows.map((row) => this.row(run, row))),
+      ),
+      ...this.processes(run),
+    ];
+  }
+
+  private heading({ key, title, help }: { key: Key; title: string; help: string }): HTMLElement {
+    const active = this.order.key === key;
+    const sort = (): void => {
+      this.order = { key, descending: active ? !this.order.descending : key !== 'name' };
+      remember('channelOrder', this.order);
+      this.update();
+    };
+    return element(
+      'th',
+      {
+        scope: 'col',
+        class: key === 'name' ? '' : 'number',
+        'aria-sort': active ? (this.order.descending ? 'descending' : 'ascending') : 'none',
+      },
+      element(
+        'button',
+        { type: 'button', class: 'sort', title: help, onclick: sort },
+        title,
+        active && (this.order.descending ? ' ↓' : ' ↑'),
+      ),
+    );
+  }
+
+  private row(run: Run, c: ChannelRow): HTMLElement {
+    const name = c.name.startsWith(`${run.name}/`) ? c.name.slice(run.name.length + 1) : c.name;
+    const cell = (text: string, warn = false): HTMLElement =>
+      element('td', { class: `number${warn ? ' warn' : ''}` }, text);
+    return element(
+      'tr',
+      {},
+      element(
+        'td',
+        {},
+        element('span', { class: 'mono' }, name),
+        element('div', { class: 'quiet' }, c.type || 'not decoded'),
+      ),
+      cell(String(c.messages)),
+      cell(c.rate.toFixed(c.rate < 10 ? 1 : 0)),
+      cell((c.bytesPerSecond / 1000).toFixed(1)),
+      cell(String(c.lost), c.lost > 0),
+      cell(String(c.bad), c.bad > 0),
+    );
+  }
+
+  private processes(run: Run): HTMLElement[] {
+    if (!run.health.size) return [];
+    const rows = [...run.health]
+      .sort(([a], [b]) => a.localeCompare(b))
+      .map(([name, health]) =>
+        element(
+          'tr',
+          {},
+          element('td', { class: 'mono' }, name),
+          element('td', { class: 'number' }, health.cpu.toFixed(2)),
+          element('td', { class: 'number' }, (health.memoryKb / 1024).toFixed(1)),
+          element('td', { class: 'warn' }, health.refused),
+        ),
+      );
+    return [
+      element('h3', {}, 'Processes'),
+      element(
+        'table',
+        { class: 'list' },
+        element(
+          'thead',
+          {},
+          element(
+            'tr',
+            {},
+            element('th', { scope: 'col' }, 'Process'),
+            element('th', { scope: 'col', class: 'number' }, 'CPU s'),
+            element('th', { scope: 'col', class: 'number' }, 'MiB'),
+            element('th', { scope: 'col' }, 'Refused'),
+          ),
+        ),
+        element('tbody', {}, ...rows),
+      ),
+    ];
+  }
+}

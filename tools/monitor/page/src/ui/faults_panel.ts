@@ -1,0 +1,109 @@
+/** Faults of programs, what they print, and what was done to the run, newest first. */
+
+import type { Fault, Run, RunEvent, SourcePlace } from '../model/run.ts';
+import { timeText } from '../plot/ticks.ts';
+import { runTitle, type Context, type Panel } from './context.ts';
+import { element, fill } from './dom.ts';
+
+/** Entries that are shown at most; the rest is counted. */
+const SHOWN = 200;
+
+export class FaultsPanel implements Panel {
+  readonly element = element('div', { class: 'panel-body' });
+  private shown = '';
+
+  constructor(private readonly context: Context) {}
+
+  update(): void {
+    const { session } = this.context;
+    const key = session.runs.map((run) => `${run.name} ${run.faults.total} ${run.events.total}`).join();
+    if (key === this.shown) return;
+    this.shown = key;
+    fill(this.element, ...session.runs.flatMap((run) => this.section(run)));
+  }
+
+  private section(run: Run): HTMLElement[] {
+    const title = this.context.session.runs.length > 1 ? [element('h3', {}, runTitle(this.context, run))] : [];
+    const faults = run.faults.list.slice(-SHOWN).reverse();
+    const total = run.faults.total;
+    const list = faults.length
+      ? element('ol', { class: 'faults' }, ...faults.map((fault) => this.fault(run, fault)))
+      : element(
+          'p',
+          { class: 'empty' },
+          'No faults. What goes wrong in a module’s program appears here as it happens, with its line.',
+        );
+    const more =
+      total > faults.length
+        ? [element('p', { class: 'quiet' }, `${total - faults.length} earlier ones are not shown.`)]
+        : [];
+    const events = run.events.list.slice(-SHOWN).reverse();
+    return [
+      ...title,
+      list,
+      ...more,
+      element('h3', {}, 'What happened'),
+      events.length
+        ? element(
+            'ol',
+            { class: 'events' },
+            ...events.map((event) => this.event(run, event)),
+          )
+        : element('p', { class: 'empty' }, 'Nothing yet: what programs print, commands, changes of roles and connections are listed here.'),
+    ];
+  }
+
+  private time(time: number): HTMLElement {
+    return element(
+      'button',
+      { type: 'button', class: 'time', title: 'Show this instant', onclick: () => this.context.seek(time) },
+      timeText(time),
+    );
+  }
+
+  /** The place as a button, with the function's name behind it; an empty text where there is none. */
+  private place(run: Run, place: SourcePlace, inside: string): HTMLElement | string {
+    const text = place.line ? `${place.file || 'program'}:${place.line}` : place.file;
+    if (!text) return '';
+    return element(
+      'button',
+      {
+        type: 'button',
+        class: 'place',
+        title: 'Show the program at this line',
+        onclick: () => this.context.showSource(run, place),
+      },
+      text,
+      inside && element('span', { class: 'quiet' }, ` in ${inside}`),
+    );
+  }
+
+  private event(run: Run, event: RunEvent): HTMLElement {
+    const { place } = event;
+    return element(
+      'li',
+      {},
+      this.time(event.time),
+      place ? element('b', {}, place.module) : '',
+      element('span', {}, event.text),
+      place ? this.place(run, place, '') : '',
+    );
+  }
+
+  private fault(run: Run, fault: Fault): HTMLElement {
+    return element(
+      'li',
+      { class: 'fault' },
+      element(
+        'div',
+        { class: 'fault-head' },
+        this.time(fault.time),
+        element('b', {}, fault.module),
+        element('span', { class: 'quiet' }, fault.role),
+      ),
+      element('p', { class: 'fault-text' }, fault.text || fault.code),
+      this.place(run, fault, fault.function),
+      fault.source && element('pre', { class: 'source' }, fault.source.trim()),
+    );
+  }
+}

@@ -1,0 +1,97 @@
+/** The bar at the top: what is shown, whether the page is connected, theme and help. */
+
+import type { Run } from '../model/run.ts';
+import { runTitle, type Context } from './context.ts';
+import { button, element, fill, setText } from './dom.ts';
+import { icon } from './icons.ts';
+
+export class HeaderBar {
+  readonly element: HTMLElement;
+  private readonly sources = element('div', { class: 'sources' });
+  private readonly connection = element('button', { type: 'button', class: 'connection', 'data-field': 'connection' });
+  private readonly banner = element('div', { class: 'banner', role: 'alert', hidden: true });
+  private shown = '';
+  private connectionKey = '';
+
+  constructor(
+    private readonly context: Context,
+    theme: () => void,
+    help: () => void,
+  ) {
+    const withIcon = (name: 'theme' | 'help', label: string, action: () => void): HTMLButtonElement => {
+      const made = button('', action, { class: 'icon-button', title: label, 'aria-label': label, 'data-action': name });
+      made.append(icon(name));
+      return made;
+    };
+    this.connection.addEventListener('click', () => context.session.connection.connect());
+    this.element = element(
+      'header',
+      { class: 'bar' },
+      element('h1', {}, 'Morphbus ', element('span', {}, 'monitor')),
+      this.sources,
+      element('span', { class: 'spring' }),
+      this.connection,
+      withIcon('theme', 'Dark or light (D)', theme),
+      withIcon('help', 'Help and keys (?)', help),
+      this.banner,
+    );
+  }
+
+  update(): void {
+    const { session } = this.context;
+    const runs = session.runs.map((run) => [runTitle(this.context, run), this.facts(run)] as const);
+    const key = JSON.stringify(runs);
+    if (key !== this.shown) {
+      this.shown = key;
+      fill(
+        this.sources,
+        ...runs.map(([title, facts], i) =>
+          element(
+            'span',
+            {
+              class: `source run-${session.runs[i].letter.toLowerCase()}`,
+              title: session.runs[i].file || session.runs[i].name,
+            },
+            element('b', {}, title),
+            element('span', { class: 'facts' }, facts),
+          ),
+        ),
+      );
+      document.title = runs.length
+        ? `${runs.map(([title]) => title).join(' and ')} – Morphbus monitor`
+        : 'Morphbus monitor';
+    }
+    this.showConnection();
+  }
+
+  private facts(run: Run): string {
+    const { clock, description } = run;
+    const state = run.kind === 'log' ? this.logState(run) : clock.ended ? 'over' : clock.paused ? 'paused' : 'live';
+    return [description.robot, state].filter(Boolean).join(', ');
+  }
+
+  private logState(run: Run): string {
+    const share = this.context.session.loaded(run);
+    return share >= 1 ? 'log' : `log, ${Math.floor(share * 100)} % read`;
+  }
+
+  private showConnection(): void {
+    const { state, retryIn, informed } = this.context.session;
+    const key = `${state} ${retryIn} ${informed}`;
+    if (key === this.connectionKey) return;
+    this.connectionKey = key;
+    this.connection.dataset.state = state;
+    setText(
+      this.connection,
+      state === 'connected' ? 'connected' : state === 'connecting' ? 'connecting …' : 'disconnected',
+    );
+    this.connection.title = state === 'connected' ? 'The page is connected to the monitor' : 'Try now';
+    this.connection.disabled = state === 'connected';
+    // At first the message in the view says it.
+    this.banner.hidden = state === 'connected' || !informed;
+    setText(
+      this.banner,
+      'The connection to the monitor is lost. What was received can still be looked at. The page tries again by itself; if the monitor has ended, start it again.',
+    );
+  }
+}

@@ -1,0 +1,96 @@
+/** The dialog that explains the page and lists its keys. */
+
+import { button, element } from './dom.ts';
+
+/** Keys and what they do, in groups. */
+export const KEYS: [string, [string, string][]][] = [
+  [
+    'Time',
+    [
+      ['Space', 'hold the view at this instant, or play on'],
+      ['← →', 'one tick back, one tick on'],
+      ['Shift ← →', 'one second back, one second on'],
+      ['Home / End', 'to the beginning / to the newest instant'],
+      ['[ ]', 'play slower / faster'],
+    ],
+  ],
+  [
+    'Run (with the token)',
+    [
+      ['Shift Space', 'pause or resume the run itself'],
+      ['.', 'run one control tick'],
+    ],
+  ],
+  [
+    'View',
+    [
+      ['F', 'camera follows the robots'],
+      ['R', 'camera back to where it began'],
+      ['C', 'colours by role or by module'],
+      ['X', 'frames of links'],
+      ['T', 'trails of labelled links'],
+      ['N', 'names of modules'],
+      ['G', 'ground'],
+      ['B', 'two robots beside or over each other'],
+    ],
+  ],
+  [
+    'Page',
+    [
+      ['1 … 5', 'roles, faults, channels, control, compare'],
+      ['P', 'add a plot'],
+      ['D', 'dark or light'],
+      ['?', 'this help'],
+      ['Esc', 'close a dialog, drop the selection'],
+    ],
+  ],
+];
+
+export class HelpDialog {
+  private readonly dialog: HTMLDialogElement;
+
+  constructor() {
+    this.dialog = element(
+      'dialog',
+      { class: 'help', 'aria-label': 'Help' },
+      element('h2', {}, 'Morphbus monitor'),
+      element(
+        'p',
+        {},
+        'Shows one or two runs, live or from logs. Holding, scrubbing and playing change what is shown; only the buttons under Control, and the keys under Run, act on a robot.',
+      ),
+      element(
+        'div',
+        { class: 'keys' },
+        ...KEYS.map(([title, keys]) =>
+          element(
+            'section',
+            {},
+            element('h3', {}, title),
+            element(
+              'dl',
+              {},
+              ...keys.flatMap(([key, what]) => [element('dt', {}, element('kbd', {}, key)), element('dd', {}, what)]),
+            ),
+          ),
+        ),
+      ),
+      element(
+        'p',
+        {},
+        'In the view, drag to turn, drag with the right button to move, turn the wheel to zoom, click a module to select it. In a plot, click to show that instant.',
+      ),
+      element('p', { class: 'quiet' }, element('a', { href: 'licenses.txt' }, 'Licences of the software in this page')),
+      element(
+        'div',
+        { class: 'row end' },
+        button('Close', () => this.dialog.close(), { class: 'primary', autofocus: true }),
+      ),
+    );
+    document.body.append(this.dialog);
+  }
+
+  open(): void {
+    if (!this.dialog.open) this.dialog.showModal();
+  }
+}

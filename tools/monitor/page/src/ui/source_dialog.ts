@@ -1,0 +1,37 @@
+/** A dialog that shows a program with one line marked. */
+
+import { button, element, fill } from './dom.ts';
+
+export class SourceDialog {
+  private readonly title = element('h2');
+  private readonly lines = element('pre', { class: 'program', tabindex: 0 });
+  private readonly dialog: HTMLDialogElement;
+
+  constructor() {
+    this.dialog = element(
+      'dialog',
+      { class: 'source-dialog', 'aria-label': 'Program' },
+      this.title,
+      this.lines,
+      element(
+        'div',
+        { class: 'row end' },
+        button('Close', () => this.dialog.close()),
+      ),
+    );
+    document.body.append(this.dialog);
+  }
+
+  /** Shows `text` with line `line`, from 1, in the middle. */
+  open(name: string, text: string, line: number): void {
+    this.title.textContent = `${name}:${line}`;
+    const rows = text
+      .split('\n')
+      .map((content, i) =>
+        element('span', { class: i + 1 === line ? 'line marked' : 'line', 'data-line': i + 1 }, `${content}\n`),
+      );
+    fill(this.lines, ...rows);
+    this.dialog.showModal();
+    rows[line - 1]?.scrollIntoView({ block: 'center' });
+  }
+}

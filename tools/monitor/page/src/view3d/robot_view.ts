@@ -1,0 +1,243 @@
+/** One robot in the scene: its links with their shapes, frames, names and trails. */
+
+import {
+  AxesHelper,
+  BufferAttribute,
+  BufferGeometry,
+  BoxGeometry,
+  Group,
+  Line,
+  LineBasicMaterial,
+  Mesh,
+  Vector3,
+  type Object3D,
+} from 'three';
+import { POSE_COLUMNS, type Run } from '../model/run.ts';
+import { fixedPoseAt } from './interpolate.ts';
+import { addEdges, LinkMaterial } from './link_material.ts';
+
+/** Points of a trail at most. */
+const TRAIL_POINTS = 120;
+/** How long an axis of a frame is drawn, metres. */
+const FRAME_SIZE = 0.035;
+
+/** By how much a link's shape may reach beyond its origin, metres. */
+const LINK_ROOM = 0.06;
+
+/** What is drawn of the robots. */
+export interface RobotOptions {
+  frames: boolean;
+  trails: boolean;
+  /** Seconds of sim time that a trail goes back. */
+  trailSeconds: number;
+  /** Drawn so that what lies behind can be seen. */
+  translucent: boolean;
+}
+
+interface LinkView {
+  name: string;
+  module: string;
+  object: Group;
+  mesh: Mesh<BufferGeometry, LinkMaterial>;
+  frame: AxesHelper | null;
+  shaped: boolean;
+}
+
+interface Trail {
+  link: number;
+  line: Line<BufferGeometry, LineBasicMaterial>;
+  points: Float32Array;
+}
+
+export class RobotView {
+  readonly group = new Group();
+  /** The mean of the links' places as they were last shown, in the world of the run. */
+  readonly centre = new Vector3();
+  private links: LinkView[] = [];
+  private trails: Trail[] = [];
+  private trailKey = '';
+  private structure = -1;
+
+  constructor(readonly run: Run) {}
+
+  /** The links' meshes, for picking. */
+  get meshes(): Object3D[] {
+    return this.links.map((link) => link.mesh);
+  }
+
+  /** The module that a mesh belongs to; null if it is none of this robot. */
+  moduleOf(mesh: Object3D): string | null {
+    return this.links.find((link) => link.mesh === mesh)?.module ?? null;
+  }
+
+  /** By module the mean place of its links in the world of the scene. */
+  modulePlaces(): Map<string, Vector3> {
+    const sums = new Map<string, { sum: Vector3; n: number }>();
+    for (const link of this.links) {
+      if (!link.object.visible) continue;
+      const entry = sums.get(link.module) ?? { sum: new Vector3(), n: 0 };
+      entry.sum.add(link.object.position);
+      entry.n++;
+      sums.set(link.module, entry);
+    }
+    return new Map([...sums].map(([module, { sum, n }]) => [module, sum.divideScalar(n).add(this.group.position)]));
+  }
+
+  /** The largest distance of a link from `centre`, with room for its shape, metres; and the half extent along z (east). */
+  extent(): { radius: number; halfWidth: number } {
+    let radius = 0;
+    let halfWidth = 0;
+    for (const link of this.links) {
+      if (!link.object.visible) continue;
+      radius = Math.max(radius, link.object.position.distanceTo(this.centre));
+      halfWidth = Math.max(halfWidth, Math.abs(link.object.position.z - this.centre.z));
+    }
+    return { radius: radius + LINK_ROOM, halfWidth: halfWidth + LINK_ROOM };
+  }
+
+  /** Shows the robot as it was at `time`. `colour` gives each module's colour, `trailed` the links that leave trails. */
+  show(
+    time: number,
+    options: RobotOptions,
+    colour: (module: string) => string,
+    selected: string | null,
+    trailed: readonly string[],
+  ): void {
+    this.takeStructure();
+    const row = this.run.poses.rowAt(time + 1e-9);
+    this.centre.set(0, 0, 0);
+    let n = 0;
+    this.links.forEach((link, index) => {
+      const pose = fixedPoseAt(this.run, index, row, time);
+      link.object.visible = pose !== null;
+      if (!pose) return;
+      link.object.position.set(pose.p[0], pose.p[1], pose.p[2]);
+      link.object.quaternion.set(pose.q[1], pose.q[2], pose.q[3], pose.q[0]);
+      this.centre.add(link.object.position);
+      n++;
+      this.paint(link, colour(link.module), selected === link.module, options.translucent);
+      this.showFrame(link, options.frames);
+    });
+    if (n) this.centre.divideScalar(n);
+    this.showTrails(time, row, options, colour, trailed);
+  }
+
+  dispose(): void {
+    for (const link of this.links) {
+      link.mesh.geometry.dispose();
+      link.mesh.material.dispose();
+    }
+    this.dropTrails();
+  }
+
+  private paint(link: LinkView, colour: string, selected: boolean, translucent: boolean): void {
+    const material = link.mesh.material;
+    material.color.set(colour);
+    material.emissive.set(selected ? colour : '#000000');
+    material.emissiveIntensity = selected ? 0.45 : 0;
+    if (material.transparent !== translucent) {
+      material.transparent = translucent;
+      material.opacity = translucent ? 0.4 : 1;
+      material.depthWrite = !translucent;
+      material.needsUpdate = true;
+    }
+    material.setSelected(selected);
+  }
+
+  private showFrame(link: LinkView, visible: boolean): void {
+    if (visible && !link.frame) {
+      link.frame = new AxesHelper(FRAME_SIZE);
+      (link.frame.material as LineBasicMaterial).depthTest = false;
+      link.frame.renderOrder = 2;
+      link.object.add(link.frame);
+    }
+    if (link.frame) link.frame.visible = visible;
+  }
+
+  /** Links and shapes that have become known. */
+  private takeStructure(): void {
+    if (this.structure === this.run.structureVersion) return;
+    this.structure = this.run.structureVersion;
+    this.run.links.forEach((name, index) => {
+      const known = this.links[index];
+      const shape = this.run.shapes.get(name);
+      if (known && (known.shaped || !shape)) return;
+      if (known) this.group.remove(known.object);
+      this.links[index] = this.makeLink(name);
+    });
+  }
+
+  private makeLink(name: string): LinkView {
+    const shape = this.run.shapes.get(name);
+    let geometry: BufferGeometry;
+    if (shape) {
+      const indexed = new BufferGeometry();
+      indexed.setAttribute('position', new BufferAttribute(shape.positions, 3));
+      if (shape.indices) indexed.setIndex(new BufferAttribute(shape.indices, 1));
+      // Faces are flat: each triangle has corners of its own.
+      geometry = shape.indices ? indexed.toNonIndexed() : indexed;
+      geometry.computeVertexNormals();
+    } else {
+      geometry = new BoxGeometry(0.02, 0.02, 0.02).toNonIndexed();
+    }
+    addEdges(geometry);
+    const mesh = new Mesh(geometry, new LinkMaterial());
+    const object = new Group();
+    object.add(mesh);
+    this.group.add(object);
+    return { name, module: name.split('/')[0], object, mesh, frame: null, shaped: shape !== undefined };
+  }
+
+  private dropTrails(): void {
+    for (const trail of this.trails) {
+      this.group.remove(trail.line);
+      trail.line.geometry.dispose();
+      trail.line.material.dispose();
+    }
+    this.trails = [];
+  }
+
+  private showTrails(
+    time: number,
+    row: number,
+    options: RobotOptions,
+    colour: (module: string) => string,
+    trailed: readonly string[],
+  ): void {
+    const wanted = options.trails ? trailed : [];
+    const key = wanted.join();
+    if (key !== this.trailKey) {
+      this.trailKey = key;
+      this.dropTrails();
+      for (const name of wanted) {
+        const link = this.run.linkIndex(name);
+        if (link < 0) continue;
+        const points = new Float32Array(TRAIL_POINTS * 3);
+        const geometry = new BufferGeometry();
+        geometry.setAttribute('position', new BufferAttribute(points, 3));
+        const line = new Line(geometry, new LineBasicMaterial());
+        line.frustumCulled = false;
+        this.group.add(line);
+        this.trails.push({ link, line, points });
+      }
+    }
+    const poses = this.run.poses;
+    const first = Math.max(0, poses.lowerBound(time - options.trailSeconds));
+    const step = Math.max(1, Math.ceil((row - first + 1) / TRAIL_POINTS));
+    for (const trail of this.trails) {
+      let n = 0;
+      const column = trail.link * POSE_COLUMNS.length;
+      for (let r = first - (first % step) + step; r <= row && n < TRAIL_POINTS; r += step) {
+        const x = poses.value(column, r);
+        if (Number.isNaN(x)) continue;
+        trail.points[3 * n] = x;
+        trail.points[3 * n + 1] = poses.value(column + 1, r);
+        trail.points[3 * n + 2] = poses.value(column + 2, r);
+        n++;
+      }
+      trail.line.geometry.setDrawRange(0, n);
+      trail.line.geometry.attributes.position.needsUpdate = true;
+      trail.line.material.color.set(colour(this.run.links[trail.link].split('/')[0]));
+    }
+  }
+}

@@ -1,0 +1,291 @@
+/** The 3D view: robots on the ground, seen by a camera that can follow them. */
+
+import {
+  AmbientLight,
+  Color,
+  DirectionalLight,
+  PerspectiveCamera,
+  Raycaster,
+  Scene,
+  Vector2,
+  Vector3,
+  WebGLRenderer,
+} from 'three';
+import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+import type { Run } from '../model/run.ts';
+import { Ground } from './ground.ts';
+import { RobotView, type RobotOptions } from './robot_view.ts';
+import { ViewOverlay } from './overlay.ts';
+
+/** What the view shows. */
+export interface ViewOptions extends RobotOptions {
+  colourBy: 'role' | 'module';
+  ground: boolean;
+  names: boolean;
+  follow: boolean;
+  /** Two robots: beside each other, or one over the other. */
+  layout: 'beside' | 'over';
+}
+
+/** Colours of the scene in a theme. */
+const THEMES = {
+  light: { sky: '#eef1f5', ground: '#e4e8ee', fine: '#cdd4de', coarse: '#a9b4c2' },
+  dark: { sky: '#14181e', ground: '#191e26', fine: '#272e39', coarse: '#3a4453' },
+};
+
+/** Frames that follow each other later than this are slow, milliseconds; and how coarse pixels may get for it. */
+const SLOW_FRAME = 45;
+const LEAST_PIXEL_RATIO = 0.75;
+/** Robots that moved by less than this, metres, are not followed. */
+const FOLLOW_FROM = 1e-4;
+
+/** From where the camera looks at first, and how high robots are seen from there, compared to how wide. */
+const VIEWPOINT = new Vector3(-0.6, 0.5, 0.72).normalize();
+const FLATNESS = 0.92;
+
+export class View3D {
+  readonly options: ViewOptions = {
+    colourBy: 'role',
+    ground: true,
+    names: false,
+    follow: true,
+    frames: false,
+    trails: true,
+    trailSeconds: 6,
+    translucent: false,
+    layout: 'beside',
+  };
+  /** Who is asked for a module's colour. */
+  colour: (run: Run, module: string) => string = () => '#888888';
+  /** The links of a run that leave trails. */
+  trailed: (run: Run) => readonly string[] = () => [];
+  selected: { run: Run; module: string } | null = null;
+  onSelect: (selection: { run: Run; module: string } | null) => void = () => {};
+  /** Frames that were drawn so far, for measurements. */
+  frames = 0;
+
+  private readonly scene = new Scene();
+  private readonly camera = new PerspectiveCamera(38, 1, 0.02, 40);
+  private readonly renderer: WebGLRenderer;
+  private readonly controls: OrbitControls;
+  private readonly ground = new Ground();
+  private readonly overlay: ViewOverlay;
+  private robots: RobotView[] = [];
+  private readonly target = new Vector3(0, 0.08, 0);
+  private framed = false;
+  private dirty = true;
+  private shownTime = NaN;
+  private pixelRatio = Math.min(window.devicePixelRatio || 1, 2);
+  private slowFrames = 0;
+  private lastDrawn = NaN;
+
+  /**
+   * @param container the element that the view fills.
+   * @throws Error if the browser has no WebGL.
+   */
+  constructor(private readonly container: HTMLElement) {
+    this.renderer = new WebGLRenderer({ antialias: true, powerPreference: 'low-power' });
+    const canvas = this.renderer.domElement;
+    canvas.setAttribute('role', 'img');
+    canvas.setAttribute(
+      'aria-label',
+      'The robots in three dimensions. Drag turns the view, the wheel zooms, a click selects a module.',
+    );
+    canvas.tabIndex = 0;
+    container.prepend(canvas);
+    this.overlay = new ViewOverlay(container);
+    const sun = new DirectionalLight('#ffffff', 2.0);
+    sun.position.set(0.8, 2, 1.2);
+    this.scene.add(sun, new AmbientLight('#ffffff', 1.3));
+    this.scene.add(this.ground.mesh);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.enableDamping = false;
+    this.controls.maxPolarAngle = Math.PI * 0.495;
+    this.controls.minDistance = 0.15;
+    this.controls.maxDistance = 12;
+    this.controls.addEventListener('change', () => (this.dirty = true));
+    this.resetCamera();
+    this.listenForClicks(canvas);
+    // A canvas that changes its size is empty: it is drawn again before the browser shows it.
+    new ResizeObserver(() => {
+      this.resize();
+      this.render(this.shownTime);
+    }).observe(container);
+    this.resize();
+    this.setTheme(false);
+  }
+
+  setTheme(dark: boolean): void {
+    const theme = dark ? THEMES.dark : THEMES.light;
+    this.scene.background = new Color(theme.sky);
+    this.ground.setTheme(theme);
+    this.dirty = true;
+  }
+
+  /** Shows these runs, one or two, in place of those from before. */
+  setRuns(runs: readonly Run[]): void {
+    for (const robot of this.robots) {
+      this.scene.remove(robot.group);
+      robot.dispose();
+    }
+    this.robots = runs.map((run) => new RobotView(run));
+    for (const robot of this.robots) this.scene.add(robot.group);
+    this.framed = false;
+    this.dirty = true;
+  }
+
+  /** Something of what is shown has changed: the next call of render() draws. */
+  touch(): void {
+    this.dirty = true;
+  }
+
+  /** Looks at the robots from where the view begins: from the south-east, somewhat above, so near that they fill it. */
+  private resetCamera(): void {
+    let radius = 0.35;
+    for (const robot of this.robots) {
+      if (!robot.run.poses.length) continue;
+      const place = robot.centre.clone().add(robot.group.position);
+      radius = Math.max(radius, robot.extent().radius + place.distanceTo(this.target));
+    }
+    // Robots are wider than high: the sphere around them needs all of the view's width, and less of its height.
+    const half = (this.camera.fov * Math.PI) / 360;
+    const halfWidth = Math.atan(Math.tan(half) * this.camera.aspect);
+    const distance = Math.max(radius / Math.sin(halfWidth), (FLATNESS * radius) / Math.sin(half));
+    this.controls.target.copy(this.target);
+    this.camera.position.copy(this.target).addScaledVector(VIEWPOINT, distance * 0.95);
+    this.controls.update();
+    this.dirty = true;
+  }
+
+  /** Shows the robots as they were at `time`, if anything has changed since the last call. */
+  render(time: number): boolean {
+    if (!this.dirty) {
+      this.lastDrawn = NaN;
+      return false;
+    }
+    this.dirty = false;
+    this.shownTime = time;
+    this.placeRobots(time);
+    this.followRobots();
+    this.renderer.render(this.scene, this.camera);
+    this.overlay.draw(this.camera, this.names());
+    this.frames++;
+    this.adaptResolution(performance.now());
+    return true;
+  }
+
+  private placeRobots(time: number): void {
+    const beside = this.robots.length > 1 && this.options.layout === 'beside';
+    this.robots.forEach((robot, i) => {
+      const colour = (module: string): string => this.colour(robot.run, module);
+      const selected = this.selected?.run === robot.run ? this.selected.module : null;
+      const options = { ...this.options, translucent: this.robots.length > 1 && !beside && i > 0 };
+      robot.show(time, options, colour, selected, this.trailed(robot.run));
+    });
+    if (beside && !this.framed) {
+      const gap = this.robots[0].extent().halfWidth + this.robots[1].extent().halfWidth + 0.1;
+      this.robots[0].group.position.z = -gap / 2;
+      this.robots[1].group.position.z = gap / 2;
+    } else if (!beside) {
+      for (const robot of this.robots) robot.group.position.z = 0;
+    }
+  }
+
+  /** Keeps the camera's place relative to the robots, or leaves it where it is. */
+  private followRobots(): void {
+    const shown = this.robots.filter((robot) => robot.run.poses.length > 0);
+    if (!shown.length) return;
+    const centre = new Vector3();
+    for (const robot of shown) centre.add(robot.centre).add(robot.group.position);
+    centre.divideScalar(shown.length);
+    if (!this.framed) {
+      this.framed = shown.length === this.robots.length;
+      this.target.copy(centre);
+      this.resetCamera();
+    } else if (this.options.follow) {
+      const step = centre.clone().sub(this.target);
+      // The up-and-down of a gait is the robot's, not the camera's.
+      step.y *= 0.1;
+      if (step.length() > FOLLOW_FROM) {
+        this.controls.target.add(step);
+        this.camera.position.add(step);
+        this.controls.update();
+        this.target.add(step);
+      }
+    }
+    this.ground.mesh.visible = this.options.ground;
+    this.ground.moveTo(this.controls.target.x, this.controls.target.z);
+  }
+
+  /** Lays robots and camera out anew with the next frame, after a change of layout. */
+  reframe(): void {
+    this.framed = false;
+    this.dirty = true;
+  }
+
+  /** Names of modules, and of the robots where there are two beside each other. */
+  private names(): { text: string; place: Vector3; kind: string }[] {
+    const names: { text: string; place: Vector3; kind: string }[] = [];
+    for (const robot of this.robots) {
+      if (this.options.names)
+        for (const [text, place] of robot.modulePlaces()) names.push({ text, place, kind: 'module' });
+      if (this.robots.length < 2 || this.options.layout !== 'beside' || !robot.run.poses.length) continue;
+      const place = robot.centre.clone().add(robot.group.position);
+      place.y += 0.2;
+      names.push({ text: `${robot.run.letter} · ${robot.run.name}`, place, kind: 'robot' });
+    }
+    return names;
+  }
+
+  /**
+   * On machines that draw slowly, by software for one, fewer pixels are drawn rather than fewer frames. What counts is
+   * the time from one drawn frame to the next, milliseconds: most of the work is done elsewhere than in this thread.
+   */
+  private adaptResolution(now: number): void {
+    const passed = now - this.lastDrawn;
+    this.lastDrawn = now;
+    if (Number.isNaN(passed)) return;
+    this.slowFrames = passed > SLOW_FRAME ? this.slowFrames + 1 : Math.max(0, this.slowFrames - 1);
+    if (this.slowFrames > 20 && this.pixelRatio > LEAST_PIXEL_RATIO) {
+      this.slowFrames = 0;
+      this.pixelRatio = Math.max(LEAST_PIXEL_RATIO, this.pixelRatio * 0.8);
+      this.resize();
+    }
+  }
+
+  private resize(): void {
+    const width = Math.max(1, this.container.clientWidth);
+    const height = Math.max(1, this.container.clientHeight);
+    this.renderer.setPixelRatio(this.pixelRatio);
+    this.renderer.setSize(width, height);
+    this.camera.aspect = width / height;
+    // In a narrow view the robot must still fit from left to right.
+    this.camera.fov = width < height * 1.2 ? 50 : 38;
+    this.camera.updateProjectionMatrix();
+    this.overlay.resize(width, height);
+    this.dirty = true;
+  }
+
+  /** A click that is no drag selects the module under it. */
+  private listenForClicks(canvas: HTMLCanvasElement): void {
+    let down = { x: 0, y: 0 };
+    canvas.addEventListener('pointerdown', (event) => (down = { x: event.clientX, y: event.clientY }));
+    canvas.addEventListener('pointerup', (event) => {
+      if (Math.hypot(event.clientX - down.x, event.clientY - down.y) > 4) return;
+      const box = canvas.getBoundingClientRect();
+      const place = new Vector2(
+        ((event.clientX - box.left) / box.width) * 2 - 1,
+        1 - ((event.clientY - box.top) / box.height) * 2,
+      );
+      const ray = new Raycaster();
+      ray.setFromCamera(place, this.camera);
+      const hit = ray.intersectObjects(
+        this.robots.flatMap((robot) => robot.meshes),
+        false,
+      )[0];
+      const robot = hit && this.robots.find((r) => r.moduleOf(hit.object) !== null);
+      const module = robot && hit ? robot.moduleOf(hit.object) : null;
+      this.onSelect(robot && module ? { run: robot.run, module } : null);
+    });
+  }
+}

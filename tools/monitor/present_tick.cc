@@ -1,0 +1,87 @@
+#include "tools/monitor/present_tick.h"
+
+#include <morphbus/ask_t.hpp>
+#include <morphbus/sim_clock_t.hpp>
+#include <utility>
+
+#include "bridge/wire/channels.h"
+#include "bridge/wire/wire_peek.h"
+
+namespace morphbus::tools {
+namespace {
+
+using bridge::Topic;
+
+/// CLOCK is repeated twice a second: what is not there after so many is not kept any more.
+constexpr int kMostRequests = 6;
+
+}  // namespace
+
+PresentTick::PresentTick(bridge::Bus* bus, std::shared_ptr<const bridge::RunModel> run)
+    : run_(std::move(run)),
+      outbox_(bus, bridge::Sender{run_->run, "TOOL", run_->model_hash, 0}, &ledger_) {}
+
+void PresentTick::Want(std::string_view process, Topic topic, int64_t first, int64_t last) {
+  if (first < 0 || first > last) return;
+  const auto [entry, is_new] =
+      wanted_.try_emplace(bridge::Channel(run_->run, process, topic),
+                          Wanted{std::string(process), topic, first, last, 0});
+  if (is_new) Ask(entry->second);
+}
+
+void PresentTick::Ask(const Wanted& wanted) {
+  morphbus::ask_t ask = {};
+  ask.sender = "TOOL";
+  ask.kind = morphbus::ask_t::KIND_RESEND;
+  ask.channel = bridge::Channel(run_->run, wanted.process, wanted.topic);
+  ask.first_sequence = wanted.first;
+  ask.last_sequence = wanted.last;
+  ask.acknowledged_tick = -1;
+  outbox_.Send(bridge::Channel(run_->run, wanted.process, Topic::kAsk), 0, 0, &ask);
+}
+
+void PresentTick::TakeClock(const uint8_t* data, size_t size) {
+  morphbus::sim_clock_t clock;
+  if (!bridge::Decode(data, size, {run_->model_hash, 0}, &clock)) return;
+  const int64_t tick = clock.header.tick;
+  if (first_tick_ < 0) {
+    first_tick_ = tick;
+    return;
+  }
+  // What lacks is asked for again, and given up in the end.
+  over_ =
+      tick != first_tick_ || times_asked_ >= kMostRequests || (times_asked_ > 0 && wanted_.empty());
+  if (over_) return wanted_.clear();
+  for (auto& [channel, wanted] : wanted_) {
+    wanted.come = 0;
+    Ask(wanted);
+  }
+  if (times_asked_++ > 0) return;
+  // Numbers on the sim's channels follow from the tick; those of modules do while they miss none.
+  const int64_t sensors = clock.num_sensors_parts, world = clock.num_world_parts;
+  Want(bridge::kSimProcess, Topic::kSensors, tick * sensors, (tick + 1) * sensors - 1);
+  Want(bridge::kSimProcess, Topic::kWorld, tick * world, (tick + 1) * world - 1);
+  for (const auto& module : run_->robot->modules) {
+    Want(module.name, Topic::kTransform, tick, tick);
+    Want(module.name, Topic::kActuator, tick, tick);
+  }
+}
+
+void PresentTick::Take(std::string_view channel, const uint8_t* data, size_t size) {
+  if (over_) return;
+  const std::optional<bridge::ChannelName> name = bridge::ParseChannel(channel);
+  if (!name) return;
+  if (name->topic == Topic::kClock) return TakeClock(data, size);
+  const auto found = wanted_.find(channel);
+  if (found == wanted_.end()) return;
+  const Wanted& wanted = found->second;
+  if (++found->second.come <= wanted.last - wanted.first) return;
+  // ACTUATOR tells how many STATUS its module has sent; the last one has role, labels and signs.
+  if (name->topic == Topic::kActuator) {
+    const int64_t count = bridge::PeekStatusCount(data);
+    Want(wanted.process, Topic::kStatus, count - 1, count - 1);
+  }
+  wanted_.erase(found);
+}
+
+}  // namespace morphbus::tools

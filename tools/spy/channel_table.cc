@@ -1,0 +1,85 @@
+#include "tools/spy/channel_table.h"
+
+#include "bridge/wire/codec.h"
+
+namespace morphbus::tools {
+
+void ChannelTable::TakeForeign(const uint8_t* data, size_t size, Stream* stream) const {
+  const LcmType* type = schema_->Find(bridge::FingerprintOf(data, size));
+  if (type == nullptr || !schema_->Fits(*type, data, size)) {
+    ++stream->undecodable;
+    // A type that nobody named is no fault of the message.
+    if (type != nullptr) ++stream->bad;
+    return;
+  }
+  stream->type = type;
+}
+
+void ChannelTable::Keep(std::string_view channel, const uint8_t* data, size_t size,
+                        Stream* stream) {
+  stream->kept = &kept_bytes_;
+  kept_bytes_ -= stream->last.size();
+  // Of what is too much, none is kept rather than a part, which could not be decoded.
+  if (kept_bytes_ + size > kMostKeptBytes && channel != watched_) {
+    std::vector<uint8_t>().swap(stream->last);
+    return;
+  }
+  stream->last.assign(data, data + size);
+  kept_bytes_ += size;
+}
+
+HeardMessage ChannelTable::Take(std::string_view channel, const uint8_t* data, size_t size,
+                                int64_t arrival_ns) {
+  HeardMessage heard;
+  // Where there is no place for another name, the message is only counted.
+  Stream* stream = streams_.Take(channel, arrival_ns);
+  if (stream == nullptr) return heard;
+  // Counts of all channels, also those of other programs.
+  ++stream->messages;
+  stream->bytes += static_cast<int64_t>(size);
+  stream->last_bytes = size;
+  stream->arrivals.Take(arrival_ns, size);
+  stream->fingerprint = static_cast<uint64_t>(bridge::FingerprintOf(data, size));
+  Keep(channel, data, size, stream);
+  heard.name = bridge::ParseChannel(channel);
+  stream->ours = heard.name.has_value();
+  if (!heard.name) {
+    TakeForeign(data, size, stream);
+    return heard;
+  }
+  // Our own channels have a header, with a checksum, and a number that tells of losses.
+  morphbus::header_t header;
+  if (!bridge::DecodeHeader(data, size, &header)) {
+    ++stream->bad;
+    ++stream->undecodable;
+    return heard;
+  }
+  heard.sound = true;
+  // The type is what the message says, whatever its channel is called.
+  const LcmType* type = schema_->Find(bridge::FingerprintOf(data, size));
+  if (type != nullptr) stream->type = type;
+  // On these channels many senders speak, each with numbers of its own.
+  heard.fresh = bridge::HasManyPublishers(heard.name->topic) || stream->gaps.Take(header.sequence);
+  return heard;
+}
+
+void ChannelTable::Snapshot(int64_t now_ns, SpySnapshot* out) const {
+  // What is beyond the table is told beside it, so that nobody takes it for the whole bus.
+  out->channels.reserve(streams_.size());
+  streams_.ForEach([&](const std::string& channel, const Stream& stream) {
+    out->channels.push_back({channel, stream.type == nullptr ? "" : stream.type->name,
+                             stream.fingerprint, stream.ours, stream.messages, stream.bytes,
+                             stream.last_bytes, stream.gaps.lost(), stream.bad, stream.undecodable,
+                             stream.arrivals.At(now_ns)});
+  });
+  out->untold_messages = streams_.refused();
+  out->dropped_channels = streams_.dropped();
+}
+
+const std::vector<uint8_t>* ChannelTable::Last(std::string_view channel) const {
+  const Stream* stream = streams_.Find(channel);
+  return stream == nullptr || (stream->last.empty() && stream->last_bytes > 0) ? nullptr
+                                                                               : &stream->last;
+}
+
+}  // namespace morphbus::tools

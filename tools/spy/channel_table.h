@@ -1,0 +1,85 @@
+#pragma once
+// The channels that were heard: counts, rates, losses, the last message.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bridge/wire/channels.h"
+#include "tools/spy/arrival_stats.h"
+#include "tools/spy/gap_counter.h"
+#include "tools/spy/heard_names.h"
+#include "tools/spy/lcm_schema.h"
+#include "tools/spy/spy_snapshot.h"
+
+namespace morphbus::tools {
+
+/// What a message was found to be.
+struct HeardMessage {
+  std::optional<bridge::ChannelName> name;  ///< Of a channel of ours.
+  bool sound = false;  ///< Ours, with a header that is whole and a checksum that is right.
+  bool fresh = false;  ///< Sound, and not heard before, by its number.
+};
+
+/// All channels, 4096 at most, of anybody's programs. Last messages are kept within 32 MiB; of a
+/// channel that is watched, always.
+class ChannelTable {
+ public:
+  // Bounds on channels, and on the bytes of all last messages together.
+  static constexpr size_t kMostChannels = 4096;
+  static constexpr size_t kMostKeptBytes = size_t{32} << 20;
+
+  /// `schema` must outlive the table.
+  explicit ChannelTable(const LcmSchema* schema) : schema_(schema) {}
+
+  /// A message of `channel` that arrived at `arrival_ns` (any clock).
+  HeardMessage Take(std::string_view channel, const uint8_t* data, size_t size, int64_t arrival_ns);
+
+  /// Appends all channels, in order of name, with their figures at `now_ns`.
+  void Snapshot(int64_t now_ns, SpySnapshot* out) const;
+
+  /// Keeps the last message of this channel, however long it is; "" watches none.
+  void Watch(const std::string& channel) { watched_ = channel; }
+  /// The last message of a channel; null if none is kept.
+  [[nodiscard]] const std::vector<uint8_t>* Last(std::string_view channel) const;
+
+ private:
+  /// What was heard on one channel.
+  struct Stream {
+    const LcmType* type = nullptr;  ///< Of the last message whose type was known.
+    // As in ChannelRow.
+    uint64_t fingerprint = 0;
+    bool ours = false;
+    int64_t messages = 0;
+    int64_t bytes = 0;
+    size_t last_bytes = 0;
+    int64_t bad = 0;
+    int64_t undecodable = 0;
+    ArrivalStats arrivals;      ///< Of all messages.
+    GapCounter gaps;            ///< In the numbers of ours.
+    std::vector<uint8_t> last;  ///< The newest message as it came; empty if it was not kept.
+    /// The bytes that all channels keep; null before the first message.
+    size_t* kept = nullptr;
+    // `kept` counts its bytes, so that it must not be copied.
+    Stream() = default;
+    Stream(const Stream&) = delete;
+    Stream& operator=(const Stream&) = delete;
+    ~Stream() {
+      if (kept != nullptr) *kept -= last.size();
+    }
+  };
+
+  /// Whether the message is of the type that its first bytes name; counts what is not.
+  void TakeForeign(const uint8_t* data, size_t size, Stream* stream) const;
+  /// Keeps the message if there is room.
+  void Keep(std::string_view channel, const uint8_t* data, size_t size, Stream* stream);
+
+  const LcmSchema* schema_;
+  size_t kept_bytes_ = 0;
+  HeardNames<Stream> streams_{kMostChannels};
+  std::string watched_;  ///< The channel whose last message is kept always.
+};
+
+}  // namespace morphbus::tools

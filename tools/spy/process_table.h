@@ -1,0 +1,67 @@
+#pragma once
+// The processes of the runs that were heard, and the runs: what STATUS, TRANSFORM, HEALTH and CLOCK
+// tell.
+
+#include <cstdint>
+#include <deque>
+#include <morphbus/fault_t.hpp>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "bridge/wire/channels.h"
+#include "tools/spy/heard_names.h"
+#include "tools/spy/spy_snapshot.h"
+
+namespace morphbus::tools {
+
+/// A fault as a sentence. The spy has no images of the run, so that it has numbers in place of
+/// names.
+std::string HeardFaultText(const morphbus::fault_t& wire);
+
+/// All processes, 1024 at most, and all runs, 64 at most.
+class ProcessTable {
+ public:
+  static constexpr size_t kMostProcesses = 1024;
+  static constexpr size_t kMostRuns = 64;
+
+  /// A message that is sound and was not heard before, on a channel of ours. What its type does not
+  /// allow is passed over.
+  void Take(const bridge::ChannelName& name, const uint8_t* data, size_t size, int64_t arrival_ns);
+
+  /// Fills in processes and runs as of `now_ns`, on the clock of Take; nanoseconds.
+  void Snapshot(int64_t now_ns, SpySnapshot* out) const;
+
+ private:
+  /// What is known of a process, and what its figures are computed from.
+  struct Process {
+    ProcessRow row;
+    int64_t last_pose_ns = 0;    ///< When a TRANSFORM was read last.
+    int64_t pose_age_ticks = 0;  ///< Below 0: without a pose.
+    bool has_pose = false;
+    int64_t health_wall_us = 0;  ///< Of the last HEALTH; 0 before.
+    int64_t health_cpu_us = 0;   ///< Processor time that it had used by then.
+  };
+  /// What is known of a run.
+  struct Run {
+    RunRow row;
+    int64_t last_ns = 0;  ///< Its last CLOCK.
+    /// Times of arrival and sim times, microseconds, of the last seconds.
+    std::deque<std::pair<int64_t, int64_t>> clocks;
+  };
+
+  // What each kind of message tells.
+  void TakeClock(const bridge::ChannelName& name, const uint8_t* data, size_t size, int64_t now_ns);
+  void TakeStatus(const uint8_t* data, size_t size, Process* process);
+  void TakeTransform(const uint8_t* data, size_t size, int64_t now_ns, Process* process);
+  void TakeHealth(const bridge::ChannelName& name, const uint8_t* data, size_t size, int64_t now_ns,
+                  Process* process);
+  /// The process of this name, noted as heard; null if there is no place for it.
+  Process* Note(std::string_view run, std::string_view process, int64_t now_ns);
+
+  HeardNames<Process> processes_{kMostProcesses};  ///< By RUN/PROCESS.
+  HeardNames<Run> runs_{kMostRuns};
+};
+
+}  // namespace morphbus::tools

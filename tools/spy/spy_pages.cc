@@ -1,0 +1,211 @@
+#include "tools/spy/spy_pages.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "compiler/base/text.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// A line "what  value", the values below each other.
+ScreenLine Fact(const std::string& what, const std::string& value, Style style = Style::kPlain) {
+  constexpr int kWidth = 12;
+  return {{FitCells(what, kWidth) + " ", Style::kDim}, {value, style}};
+}
+
+/// A count that is bad news if there is any.
+ScreenLine BadFact(const std::string& what, int64_t count) {
+  return Fact(what, std::to_string(count), count > 0 ? Style::kBad : Style::kPlain);
+}
+
+/// The texts below each other; `what` stands before the first one only.
+void AddFacts(const std::string& what, const std::vector<std::string>& values, Style style,
+              Screen* screen) {
+  for (size_t i = 0; i < values.size(); ++i) {
+    screen->push_back(Fact(i == 0 ? what : "", Visible(values[i]), style));
+  }
+}
+
+/// How the process fares, by its HEALTH.
+void AddHealth(const ProcessRow& row, Screen* screen) {
+  if (!row.has_health) {
+    screen->push_back(Fact("health", "not heard yet", Style::kDim));
+    return;
+  }
+  // What it uses, what it sent and got, and what went wrong.
+  const std::string cpu = row.cpu ? fmt::format("{:.1f} % of a core, ", *row.cpu * 100) : "";
+  screen->push_back(
+      Fact("process", fmt::format("{}{}B of memory at most", cpu,
+                                  ShortBytes(static_cast<double>(row.max_rss_kb) * 1024))));
+  screen->push_back(Fact("messages", fmt::format("{} received, {} sent, {} resent, {} asked again",
+                                                 row.received, row.sent, row.resent, row.asked)));
+  screen->push_back(BadFact("lost", row.lost));
+  screen->push_back(BadFact("bad", row.bad));
+  if (row.restarts > 0) screen->push_back(BadFact("restarts", row.restarts));
+  if (!row.first_refused.empty()) {
+    screen->push_back(Fact("refused", Visible(row.first_refused), Style::kBad));
+  }
+}
+
+}  // namespace
+
+Screen ChannelHead(const ChannelRow* row, const std::string& channel, const ShownFields& fields) {
+  if (row == nullptr) {
+    return {{{Visible(channel), Style::kTitle}, {"  not heard any more", Style::kBad}}};
+  }
+  // Name and type, then how regularly messages come.
+  const ArrivalFigures& a = row->arrivals;
+  const std::string type = row->type.empty() ? "of unknown type" : Visible(row->type);
+  Screen head = {{{Visible(channel), Style::kTitle},
+                  {fmt::format("  {}  {}", type, Hex(row->fingerprint)), Style::kDim}}};
+  head.push_back({{fmt::format("{} Hz  period {}  jitter {} p50, {} p99  {}B/s", ShortRate(a.hz),
+                               ShortTime(a.period_s), ShortTime(a.jitter_p50_s),
+                               ShortTime(a.jitter_p99_s), ShortBytes(a.bytes_per_s))}});
+  // Three periods, so that a slow channel is not called silent between two messages.
+  const bool silent = a.silent_s > 2.0 && a.silent_s > 3.0 * a.period_s;
+  // How much has come, and what of it was of no use.
+  ScreenLine counts = {{fmt::format("{} of {}B now", Counted(row->messages, "message"),
+                                    ShortBytes(static_cast<double>(row->last_bytes)))}};
+  // Only our messages have numbers by which losses are seen.
+  if (row->ours) {
+    counts.push_back(
+        {fmt::format("  {} lost", row->lost), row->lost > 0 ? Style::kBad : Style::kPlain});
+  }
+  counts.push_back({fmt::format("  {} undecodable", row->undecodable),
+                    row->undecodable > 0 ? Style::kBad : Style::kPlain});
+  if (silent)
+    counts.push_back({fmt::format("  silent for {}", ShortTime(a.silent_s)), Style::kBad});
+  head.push_back(counts);
+  if (!fields.problem.empty()) head.push_back({{Visible(fields.problem), Style::kBad}});
+  return head;
+}
+
+Screen FieldLines(const ShownFields& fields, int width) {
+  if (fields.history == nullptr) return {};
+  // Names get what they need up to the half, values a quarter; the rest is for the history.
+  int widest = 5;
+  int widest_value = 5;
+  for (const FieldRow& field : fields.history->fields()) {
+    widest = std::max(widest, Cells(field.path));
+    if (!field.history.empty()) widest_value = std::max(widest_value, Cells(field.value));
+  }
+  const int name = std::min(widest, std::max(8, width / 2));
+  const int value = std::min(widest_value, std::max(6, width / 4));
+  const int bars = width - name - value - 2;
+  Screen lines;
+  for (const FieldRow& field : fields.history->fields()) {
+    // Where a name is too long, its end tells more than its beginning.
+    ScreenLine line = {{FitEnd(Visible(field.path), name) + " ", Style::kDim}};
+    if (field.history.empty()) {
+      line.push_back({Visible(field.value)});
+    } else {
+      line.push_back({FitCells(field.value, value, true) + " "});
+      // What never changes has no history to look at.
+      const auto [least, most] = std::minmax_element(field.history.begin(), field.history.end());
+      if (bars >= 4 && *least < *most) {
+        line.push_back({Sparkline(field.history, bars), Style::kGood});
+      }
+    }
+    lines.push_back(std::move(line));
+  }
+  // What found no place is at least counted.
+  if (fields.history->more() > 0) {
+    lines.push_back({{fmt::format("and {} more", fields.history->more()), Style::kDim}});
+  }
+  return lines;
+}
+
+Screen ProcessLines(const SpySnapshot& spy, const SpyUi& ui) {
+  const auto found =
+      std::find_if(spy.processes.begin(), spy.processes.end(),
+                   [&](const ProcessRow& row) { return ProcessKey(row) == ui.process; });
+  if (found == spy.processes.end()) return {{{"not heard any more", Style::kBad}}};
+  const ProcessRow& row = *found;
+  Screen screen = {
+      {{Visible(row.process), Style::kTitle},
+       {fmt::format("  of run {}  {}", Visible(row.run), Visible(row.type)), Style::kDim}}};
+  // What the module says of itself.
+  if (row.has_status) {
+    screen.push_back(Fact("role", row.role.empty() ? "none" : Visible(row.role),
+                          row.role.empty() ? Style::kBad : Style::kGood));
+    if (row.frozen) screen.push_back(Fact("", "frozen: it changed too often", Style::kBad));
+    AddFacts("labels", row.labels, Style::kPlain, &screen);
+    // The conventions of joints, by their index in the module.
+    std::string signs;
+    for (size_t i = 0; i < row.joint_signs.size(); ++i) {
+      const int sign = row.joint_signs[i];
+      signs += fmt::format("{}joint {} {}", i == 0 ? "" : ", ", i,
+                           sign > 0   ? "+1"
+                           : sign < 0 ? "-1"
+                                      : "none");
+    }
+    if (!signs.empty()) screen.push_back(Fact("convention", signs));
+    AddFacts("tasks", row.tasks, Style::kPlain, &screen);
+  }
+  // Where it is, and what its program did wrong.
+  if (row.is_module) {
+    std::string pose = "unknown";
+    // A pose is as old as the root's broadcast that it rests on.
+    if (row.pose_age_s) {
+      pose = fmt::format("{} old, {} from the root{}", ShortTime(*row.pose_age_s),
+                         Counted(row.hops, "module"), row.pose_stale ? ", stale" : "");
+    }
+    screen.push_back(Fact("pose", pose, row.pose_stale ? Style::kBad : Style::kPlain));
+    screen.push_back(BadFact("faults", row.faults));
+    AddFacts("", row.last_faults, Style::kBad, &screen);
+  }
+  // Only the simulator knows who was late, and says so in real time.
+  if (row.lateness) {
+    screen.push_back(Fact("late",
+                          fmt::format("{} missed; {} came late, {} at most",
+                                      Counted(row.lateness->missed, "deadline"),
+                                      Counted(row.lateness->late, "answer"),
+                                      ShortTime(Seconds(row.lateness->worst_us))),
+                          Style::kBad));
+  }
+  AddHealth(row, &screen);
+  return screen;
+}
+
+Screen HelpLines() {
+  // A line without a text is a heading.
+  using Line = std::pair<const char*, const char*>;
+  static const std::vector<Line> lines = {
+      {"KEYS", ""},
+      {"up down j k", "select; PgUp PgDn, Home End (g G) further"},
+      {"Enter, right", "the fields of a channel, or all about a module; Esc, left, q: back"},
+      {"] [", "there: the next one of the list, the one before"},
+      {"Tab", "moves in the list of modules, and back"},
+      {"/", "filter: words that channel or type must hold; Esc drops it"},
+      {"s S", "sort by the next column, the one before; r turns the order round"},
+      {"f", "freezes the figures; what comes is still counted"},
+      {"p, blank", "pauses the run, resumes it"},
+      {". ,", "paused: runs one tick, ten ticks"},
+      {"+ - =", "speed times two, half of it, real time; 0: as fast as possible"},
+      {"? h", "this help"},
+      {"q, Ctrl-C", "quits"},
+      {"", ""},
+      {"CHANNELS", ""},
+      {"HZ", "messages a second over the last two seconds, or the last eight"},
+      {"P50 P99", "jitter: the half, 99 % of the intervals differ from the median by at most that"},
+      {"B/S", "bytes of payload a second"},
+      {"LOST", "gaps in the numbers of our messages; others' have none"},
+      {"UNDEC", "messages that are damaged, or of a type that nobody named (--types)"},
+      {"", ""},
+      {"MODULES", ""},
+      {"POSE", "sim time since the root sent what the module's poses rest on"},
+      {"FAULTS", "of its program, since the spy began to listen"},
+      {"CPU MEM", "of its process: share of a core, largest memory so far"},
+      {"LATE", "real time: ticks that were over before its answer came"},
+  };
+  Screen screen;
+  for (const auto& [what, text] : lines) {
+    const bool heading = *text == '\0';
+    screen.push_back({{FitCells(what, 13) + " ", heading ? Style::kHeading : Style::kKey}, {text}});
+  }
+  return screen;
+}
+
+}  // namespace morphbus::tools

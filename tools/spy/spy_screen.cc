@@ -1,0 +1,196 @@
+#include "tools/spy/spy_screen.h"
+
+#include <poll.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "bridge/control/control_command.h"
+#include "tools/launch/control_link.h"
+#include "tools/launch/wall_clock.h"
+#include "tools/spy/field_history.h"
+#include "tools/spy/spy_commander.h"
+#include "tools/spy/spy_terminal.h"
+#include "tools/spy/spy_view.h"
+
+namespace morphbus::tools {
+namespace {
+
+// A bar of a sparkline stands for so long, or for a message of a slower channel.
+constexpr double kBarSeconds = 0.2;
+
+/// The state of the screen between two looks.
+class SpySession {
+ public:
+  SpySession(bridge::LcmTap* tap, SpyTable* table, const SpyScreenOptions& options,
+             SpyTerminal* terminal)
+      : tap_(*tap),
+        table_(*table),
+        options_(options),
+        terminal_(*terminal),
+        commander_(options.run, options.url) {
+    ui_.run = options.run.run;
+  }
+
+  void Run() {
+    // Something is to be seen at once, even on a bus where nothing is said.
+    snapshot_ = SnapshotNow(table_, tap_);
+    Draw();
+    // Messages are counted as they come; figures and screen change at the chosen interval or at a
+    // key.
+    while (CaughtSignal() == 0 && !quit_) {
+      if (options_.seconds > 0 && timer_.seconds() >= options_.seconds) return;
+      if (!Wait()) return;
+      tap_.Take([this](const bridge::TappedMessage& message) { Hear(message); });
+      ReadKeys();
+      HearAnswer();
+      if (timer_.seconds() >= next_look_) Look();
+      if (dirty_) Draw();
+    }
+  }
+
+ private:
+  /// Waits for a key, a message or the next look; false if the terminal is gone.
+  bool Wait() {
+    std::array<pollfd, 2> ready = {{{STDIN_FILENO, POLLIN, 0}, {tap_.fd(), POLLIN, 0}}};
+    // An answer to a command is looked for ten times a second.
+    const double wait = std::clamp(next_look_ - timer_.seconds(), 0.0, 0.1);
+    // A change of the window's size interrupts this; ncurses then has a key for it.
+    poll(ready.data(), ready.size(), static_cast<int>(wait * 1000) + 1);
+    return (ready[0].revents & (POLLHUP | POLLERR | POLLNVAL)) == 0;
+  }
+
+  /// A message of the bus.
+  void Hear(const bridge::TappedMessage& message) {
+    table_.Take(message.channel, message.data, message.size, message.arrival_ns);
+    if (ui_.channel.empty() && options_.open && options_.open(std::string(message.channel))) {
+      ui_.channel = message.channel;
+      ui_.page = SpyUi::Page::kChannel;
+      FollowSelection();
+    }
+    if (ui_.page != SpyUi::Page::kChannel || ui_.frozen || message.channel != watched_) return;
+    if (timer_.seconds() - last_bar_ >= kBarSeconds) TakeFields();
+  }
+
+  /// Decodes the last message of the selected channel.
+  void TakeFields() {
+    const Result<Json> last = table_.LastOf(watched_);
+    last_bar_ = timer_.seconds();
+    dirty_ = true;
+    problem_ = last ? "" : last.error().message;
+    if (last) fields_.Take(*last);
+  }
+
+  /// Another channel was selected: its last message is there already.
+  void FollowSelection() {
+    const std::string& wanted = ui_.page == SpyUi::Page::kChannel ? ui_.channel : watched_;
+    if (wanted == watched_) return;
+    watched_ = wanted;
+    table_.Watch(watched_);
+    fields_ = FieldHistory();
+    TakeFields();
+  }
+
+  void ReadKeys() {
+    while (const std::optional<Key> key = terminal_.ReadKey()) {
+      // What a key means depends on how the run is now, such as paused.
+      if (timer_.seconds() - last_look_ > 0.1) Look();
+      dirty_ = true;
+      const UiRequest request = Press(*key, snapshot_, &ui_);
+      if (request.kind == UiRequest::Kind::kQuit) quit_ = true;
+      if (request.kind == UiRequest::Kind::kCommand) {
+        const bool given = commander_.Give(request.command);
+        if (given) given_ = request.command;
+        ui_.failed = !given;
+        ui_.message = given ? request.command + " ..." : "the last command is still under way";
+      }
+      FollowSelection();
+    }
+  }
+
+  /// What the run said to a command.
+  void HearAnswer() {
+    const std::optional<CommandOutcome> outcome = commander_.Outcome();
+    if (!outcome) return;
+    ui_.message = outcome->text;
+    ui_.failed = outcome->failed;
+    dirty_ = true;
+    // A paused run names the new speed in CLOCK only when it goes on.
+    const Result<bridge::ControlCommand> command = bridge::ParseControl(given_);
+    if (!outcome->failed && command && command->kind == bridge::ControlKind::kSpeed) {
+      ui_.asked_speed = command->speed;
+    }
+  }
+
+  /// Takes the figures anew, unless they are to stand still.
+  void Look() {
+    if (!ui_.frozen) snapshot_ = SnapshotNow(table_, tap_);
+    // From now on CLOCK's word on the speed counts.
+    const RunRow* run = ShownRun(snapshot_, ui_);
+    const std::optional<double> named = run == nullptr ? std::nullopt : run->asked_speed;
+    if (named != named_speed_) ui_.asked_speed.reset();
+    named_speed_ = named;
+    last_look_ = timer_.seconds();
+    // What was missed while nobody looked is not made up for.
+    if (next_look_ <= last_look_) {
+      next_look_ = std::max(next_look_ + options_.interval_s, last_look_);
+    }
+    dirty_ = true;
+  }
+
+  void Draw() {
+    const auto [width, height] = terminal_.Size();
+    const ShownFields fields = {&fields_, problem_};
+    terminal_.Draw(DrawSpy(snapshot_, fields, &ui_, width, height));
+    dirty_ = false;
+  }
+
+  bridge::LcmTap& tap_;
+  SpyTable& table_;
+  const SpyScreenOptions& options_;
+  SpyTerminal& terminal_;
+  SpyCommander commander_;
+  WallTimer timer_;
+  SpyUi ui_;
+  SpySnapshot snapshot_;
+  FieldHistory fields_;  ///< Of the channel that is watched.
+  std::string problem_;
+  std::string watched_;
+  std::string given_;                  ///< The last command.
+  std::optional<double> named_speed_;  ///< The speed that CLOCK named last.
+  double last_bar_ = -1.0;             ///< When a message was decoded last, on `timer_`.
+  double last_look_ = 0.0;             ///< When the figures were taken, on `timer_`.
+  double next_look_ = 0.25;            ///< The first figures come soon.
+  bool dirty_ = true;                  ///< Something has changed since it was drawn.
+  bool quit_ = false;
+};
+
+}  // namespace
+
+int64_t ArrivalClockNs() {
+  timespec now = {};
+  clock_gettime(CLOCK_REALTIME, &now);
+  return int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+SpySnapshot SnapshotNow(const SpyTable& table, const bridge::LcmTap& tap) {
+  SpySnapshot snapshot = table.Snapshot(ArrivalClockNs());
+  const bridge::TapLosses losses = tap.losses();
+  snapshot.missing = losses.missing;
+  snapshot.overflowed = losses.overflowed;
+  snapshot.incomplete = losses.incomplete;
+  snapshot.not_lcm = losses.bad;
+  return snapshot;
+}
+
+Result<void> ShowSpyScreen(bridge::LcmTap* tap, SpyTable* table, const SpyScreenOptions& options) {
+  Result<std::unique_ptr<SpyTerminal>> terminal = SpyTerminal::Open();
+  if (!terminal) return Fail(terminal.error().message);
+  SpySession(tap, table, options, terminal->get()).Run();
+  return {};
+}
+
+}  // namespace morphbus::tools

@@ -1,0 +1,295 @@
+#include "tools/spy/spy_view.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "compiler/base/text.h"
+#include "tools/spy/spy_pages.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// LCM's name for the package of our types.
+constexpr std::string_view kOurPackage = "morphbus.";
+
+/// A count, shown as something wrong if there is any.
+TableCell Trouble(int64_t count) {
+  return {ShortCount(count), count > 0 ? Style::kBad : Style::kPlain};
+}
+
+/// The type of a channel: our own package goes without saying, an unknown type is its fingerprint.
+TableCell TypeCell(const ChannelRow& row) {
+  if (!row.type.empty()) {
+    const bool ours = row.type.starts_with(kOurPackage);
+    return {Visible(ours ? row.type.substr(kOurPackage.size()) : row.type)};
+  }
+  return {row.fingerprint == 0 ? "?" : "?" + Hex(row.fingerprint), Style::kDim};
+}
+
+/// The lines of the top: the run, and what there is in all.
+Screen HeadLines(const SpySnapshot& spy, const SpyUi& ui, int width) {
+  constexpr int kNarrow = 60;
+  ScreenLine title;
+  if (width >= kNarrow) title.push_back({"morphbus spy  ", Style::kTitle});
+  if (const RunRow* run = ShownRun(spy, ui)) {
+    const ScreenLine line = RunLine(*run);
+    title.insert(title.end(), line.begin(), line.end());
+  } else {
+    title.push_back({fmt::format("no run of Morphbus heard  {:.0f} s", spy.seconds)});
+  }
+  // All channels together, also those that the filter hides.
+  double hz = 0.0;
+  double bytes = 0.0;
+  int64_t lost = 0;
+  int64_t undecodable = 0;
+  for (const ChannelRow& row : spy.channels) {
+    hz += row.arrivals.hz;
+    bytes += row.arrivals.bytes_per_s;
+    lost += row.lost;
+    undecodable += row.undecodable;
+  }
+  // What makes the figures look other than they are comes first: frozen, filtered.
+  ScreenLine totals;
+  if (ui.frozen) totals.push_back({"FROZEN (f goes on)  ", Style::kBad});
+  if (!ui.filter.empty()) totals.push_back({fmt::format("filter '{}'  ", ui.filter), Style::kKey});
+  totals.push_back({fmt::format("{}  {} msg/s  {}B/s  ",
+                                Counted(static_cast<int64_t>(spy.channels.size()), "channel"),
+                                ShortRate(hz), ShortBytes(bytes))});
+  totals.push_back({fmt::format("{} lost  ", lost), lost > 0 ? Style::kBad : Style::kPlain});
+  totals.push_back(
+      {fmt::format("{} undecodable", undecodable), undecodable > 0 ? Style::kBad : Style::kPlain});
+  // What this listener itself missed makes the counts above it doubtful.
+  if (spy.missing > 0) {
+    totals.push_back({fmt::format("  {} missed here", spy.missing), Style::kBad});
+  }
+  if (spy.untold_messages > 0) {
+    totals.push_back(
+        {fmt::format("  {} on channels beyond these", spy.untold_messages), Style::kBad});
+  }
+  return {title, totals};
+}
+
+/// Puts `top` where a list of `rows` lines shows the one at `selected` of `count`.
+void ScrollTo(int selected, int count, int rows, int* top) {
+  // As little as it takes to bring it into sight, and no empty rows at the end.
+  *top = std::clamp(*top, selected - rows + 1, selected);
+  *top = std::clamp(*top, 0, std::max(0, count - rows));
+}
+
+/// A table of at most `height` lines, heading included, of which the row at `selected` is in sight;
+/// `focused` if keys move in it.
+void AddTable(SpyTableText table, int selected, bool focused, int width, int height, int* top,
+              Screen* screen) {
+  const int rows = height - 1;
+  const int count = static_cast<int>(table.rows.size());
+  ScrollTo(selected, count, rows, top);
+  // Where not all can be seen, the heading says which, if there is room for it.
+  constexpr int kRoomy = 40;
+  if (count > rows && rows > 0 && width >= kRoomy) {
+    table.columns.front().title += fmt::format(" {}-{}/{}", *top + 1, *top + rows, count);
+  }
+  // A column is for the mark of the selected row.
+  const std::vector<int> widths = TableWidths(table.columns, table.rows, width - 1);
+  const auto add = [&](const char* mark, Style style, ScreenLine line) {
+    line.insert(line.begin(), Span{mark, style});
+    screen->push_back(std::move(line));
+  };
+  add(" ", Style::kHeading, TableHeading(table.columns, widths));
+  for (int i = *top; i < std::min(count, *top + rows); ++i) {
+    const bool here = focused && i == selected;
+    add(here ? ">" : " ", here ? Style::kSelected : Style::kPlain,
+        TableLine(table.columns, widths, table.rows[i], here));
+  }
+}
+
+/// The lists of channels and processes, in `height` lines.
+void AddLists(const SpySnapshot& spy, SpyUi* ui, int width, int height, Screen* screen) {
+  const std::vector<const ChannelRow*> channels = ListedChannels(spy, *ui);
+  const std::vector<const ProcessRow*> processes = ListedProcesses(spy, *ui);
+  // The list that keys move in gets the larger share; what one does not need, the other gets. A
+  // screen that is too low for both shows that one alone.
+  constexpr int kLowest = 8;
+  const int channels_need = static_cast<int>(channels.size()) + 1;
+  const int processes_need = static_cast<int>(processes.size()) + 1;
+  int below = 0;
+  if (height < kLowest) {
+    below = ui->on_processes ? height : 0;
+  } else if (!spy.processes.empty()) {
+    const int share = ui->on_processes ? height * 3 / 5 : height * 2 / 5;
+    below = std::clamp(height - 1 - channels_need, share, std::max(share, processes_need));
+    below = std::min(below, processes_need);
+  }
+  // A blank line stands between the two.
+  const int gap = below > 0 && below < height ? 1 : 0;
+  const int above = height - below - gap;
+  ui->list_rows = std::max(1, (ui->on_processes ? below : above) - 1);
+  if (above > 0) {
+    AddTable(ChannelTableText(channels, ui), SelectedChannel(channels, *ui), !ui->on_processes,
+             width, above, &ui->channel_top, screen);
+    if (channels.empty()) {
+      screen->push_back(
+          {{spy.channels.empty() ? " nothing heard yet" : " no channel passes the filter",
+            Style::kDim}});
+    }
+  }
+  if (below == 0) return;
+  // The modules stand at the same height however few channels there are.
+  while (gap > 0 && static_cast<int>(screen->size()) < above + gap + 2) screen->emplace_back();
+  AddTable(ProcessTableText(processes, spy.runs.size() > 1), SelectedProcess(processes, *ui),
+           ui->on_processes, width, below, &ui->process_top, screen);
+}
+
+/// The last line: what was said, what is typed, or which keys there are.
+ScreenLine FootLine(const SpyUi& ui, int width) {
+  // What needs an answer now goes before what was said, and that before hints.
+  if (ui.typing) {
+    return {{"filter: ", Style::kKey},
+            {ui.filter + "_"},
+            {"  Enter keeps it, Esc drops it", Style::kDim}};
+  }
+  if (!ui.message.empty()) return {{ui.message, ui.failed ? Style::kBad : Style::kGood}};
+  // Each page has its own keys; the most useful come first.
+  using Hint = std::pair<const char*, const char*>;
+  const std::vector<Hint> lists = {
+      {"?", "help"},      {"q", "quit"},  {"Enter", "open"}, {"/", "filter"}, {"s", "sort"},
+      {"Tab", "modules"}, {"p", "pause"}, {".", "step"},     {"+-", "speed"}, {"f", "freeze"}};
+  const std::vector<Hint> details = {{"?", "help"},     {"Esc", "back"}, {"]", "next"},
+                                     {"[", "previous"}, {"p", "pause"},  {".", "step"},
+                                     {"+-", "speed"},   {"f", "freeze"}};
+  const std::vector<Hint> help = {{"Esc", "back"}, {"j k", "scroll"}};
+  const std::vector<Hint>& hints = ui.page == SpyUi::Page::kLists  ? lists
+                                   : ui.page == SpyUi::Page::kHelp ? help
+                                                                   : details;
+  ScreenLine line;
+  int used = 0;
+  for (const auto& [key, what] : hints) {
+    // A hint that does not fit whole is left out.
+    const std::string text = fmt::format(" {}  ", what);
+    used += Cells(key) + Cells(text);
+    if (used > width + 2) break;
+    line.push_back({key, Style::kKey});
+    line.push_back({text, Style::kDim});
+  }
+  return line;
+}
+
+/// Adds the lines of a page that is scrolled as text, from `*top` on.
+void AddScrolled(const Screen& lines, int height, SpyUi* ui, int* top, Screen* screen) {
+  const int count = static_cast<int>(lines.size());
+  *top = std::clamp(*top, 0, std::max(0, count - height));
+  ui->list_rows = std::max(1, height);
+  for (int i = *top; i < std::min(count, *top + height); ++i) screen->push_back(lines[i]);
+}
+
+}  // namespace
+
+SpyTableText ChannelTableText(const std::vector<const ChannelRow*>& rows, const SpyUi* ui) {
+  SpyTableText table;
+  table.columns = {{"CHANNEL", 12, false, 0}, {"TYPE", 8, false, 6}, {"HZ", 6, true, 0},
+                   {"P50", 6, true, 4},       {"P99", 6, true, 7},   {"B/S", 6, true, 3},
+                   {"COUNT", 7, true, 5},     {"LOST", 5, true, 2},  {"UNDEC", 5, true, 1}};
+  // An arrow shows the column by which they are sorted; in the order of names there is none.
+  if (ui != nullptr && (ui->sort != SortBy::kName || ui->reverse)) {
+    const bool text = ui->sort == SortBy::kName || ui->sort == SortBy::kType;
+    table.columns[static_cast<size_t>(ui->sort)].title += text != ui->reverse ? "↑" : "↓";
+  }
+  for (const ChannelRow* row : rows) {
+    // A channel that has fallen silent is dim, and one without intervals has no jitter.
+    const ArrivalFigures& a = row->arrivals;
+    const bool known = a.intervals > 0;
+    const Style style = a.hz > 0 ? Style::kPlain : Style::kDim;
+    table.rows.push_back({{Visible(row->channel), style},
+                          TypeCell(*row),
+                          {ShortRate(a.hz), style},
+                          {known ? ShortTime(a.jitter_p50_s) : "-", style},
+                          {known ? ShortTime(a.jitter_p99_s) : "-", style},
+                          {ShortBytes(a.bytes_per_s), style},
+                          {ShortCount(row->messages), style},
+                          row->ours ? Trouble(row->lost) : TableCell{"-", Style::kDim},
+                          Trouble(row->undecodable)});
+  }
+  return table;
+}
+
+SpyTableText ProcessTableText(const std::vector<const ProcessRow*>& rows, bool several_runs) {
+  SpyTableText table;
+  table.columns = {{"MODULE", 6, false, 0}, {"ROLE", 10, false, 5}, {"POSE", 6, true, 1},
+                   {"FAULTS", 6, true, 2},  {"CPU", 5, true, 3},    {"MEM", 6, true, 4},
+                   {"LATE", 6, true, 6}};
+  for (const ProcessRow* row : rows) {
+    // The later lines know better: a process that is no module has no role to lack.
+    TableCell role = {"(no role)", Style::kBad};
+    if (!row->role.empty()) role = {Visible(row->role), Style::kGood};
+    if (!row->has_status) role = {"?", Style::kDim};
+    if (!row->is_module) role = {row->process == "SIM" ? "simulator" : "logger", Style::kDim};
+    TableCell pose = {"-", Style::kDim};
+    if (row->pose_age_s) pose = {ShortTime(*row->pose_age_s), Style::kPlain};
+    if (row->pose_age_s && row->pose_stale) pose = {"stale", Style::kBad};
+    const int64_t missed = row->lateness ? row->lateness->missed : 0;
+    table.rows.push_back(
+        {{Visible(several_runs ? ProcessKey(*row) : row->process)},
+         role,
+         pose,
+         row->is_module ? Trouble(row->faults) : TableCell{"-", Style::kDim},
+         {row->cpu ? fmt::format("{:.1f}%", *row->cpu * 100) : "-"},
+         {row->has_health ? ShortBytes(static_cast<double>(row->max_rss_kb) * 1024) : "-"},
+         row->is_module ? Trouble(missed) : TableCell{"-", Style::kDim}});
+  }
+  return table;
+}
+
+ScreenLine RunLine(const RunRow& run) {
+  // The last that holds is shown: a run that is paused is silent for a reason, one that ended for
+  // good.
+  Span state = {"running", Style::kGood};
+  if (run.silent_s > 2.0)
+    state = {fmt::format("silent for {}", ShortTime(run.silent_s)), Style::kBad};
+  if (run.paused) state = {"paused", Style::kKey};
+  if (run.ended) {
+    const std::string reason = run.end_reason.empty() ? "" : ": " + Visible(run.end_reason);
+    state = {"ended" + reason, Style::kBad};
+  }
+  const std::string speed = run.speed ? fmt::format("  ×{:.2f}", *run.speed) : "";
+  return {{Visible(run.run) + "  ", Style::kTitle},
+          state,
+          {fmt::format("  sim {:.2f} s{}  tick {}", Seconds(run.sim_time_us), speed, run.tick)}};
+}
+
+Screen DrawSpy(const SpySnapshot& spy, const ShownFields& fields, SpyUi* ui, int width,
+               int height) {
+  // A terminal may be resized to nothing for a moment.
+  width = std::max(1, width);
+  height = std::max(1, height);
+  Screen screen = HeadLines(spy, *ui, width);
+  const int body = height - static_cast<int>(screen.size()) - 1;
+  if (body > 0) {
+    switch (ui->page) {
+      case SpyUi::Page::kLists:
+        AddLists(spy, ui, width, body, &screen);
+        break;
+      case SpyUi::Page::kChannel: {
+        // What is fixed stands above what is scrolled.
+        const ChannelRow* row = spy.Channel(ui->channel);
+        const Screen head = ChannelHead(row, ui->channel, fields);
+        screen.insert(screen.end(), head.begin(), head.end());
+        const int rest = body - static_cast<int>(head.size());
+        AddScrolled(FieldLines(fields, width), std::max(0, rest), ui, &ui->field_top, &screen);
+        break;
+      }
+      case SpyUi::Page::kProcess:
+        AddScrolled(ProcessLines(spy, *ui), body, ui, &ui->field_top, &screen);
+        break;
+      case SpyUi::Page::kHelp:
+        AddScrolled(HelpLines(), body, ui, &ui->help_top, &screen);
+        break;
+    }
+  }
+  // Too few lines are filled up, too many cut, so that the last one is always the same.
+  screen.resize(static_cast<size_t>(std::max(0, height - 1)));
+  screen.push_back(FootLine(*ui, width));
+  for (ScreenLine& line : screen) line = FitLine(line, width);
+  return screen;
+}
+
+}  // namespace morphbus::tools

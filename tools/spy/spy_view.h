@@ -1,0 +1,39 @@
+#pragma once
+// The spy's screen, laid out for a width and a height.
+
+#include <string>
+#include <vector>
+
+#include "tools/spy/field_history.h"
+#include "tools/spy/screen.h"
+#include "tools/spy/spy_snapshot.h"
+#include "tools/spy/spy_ui.h"
+#include "tools/spy/table_layout.h"
+
+namespace morphbus::tools {
+
+/// What is known of the fields of the selected channel.
+struct ShownFields {
+  const FieldHistory* history = nullptr;  ///< Null before the channel's first message.
+  std::string problem;                    ///< Why the last message could not be decoded.
+};
+
+/// A table: its columns, and a row for each channel or process.
+struct SpyTableText {
+  std::vector<TableColumn> columns;
+  std::vector<TableRow> rows;
+};
+/// The table of these channels; the titles show by which column `ui` sorts, if it is given.
+SpyTableText ChannelTableText(const std::vector<const ChannelRow*>& rows, const SpyUi* ui);
+/// The table of these processes; with the run's name before each if there are several runs.
+SpyTableText ProcessTableText(const std::vector<const ProcessRow*>& rows, bool several_runs);
+
+/// The line about a run: its name, whether it runs, sim time, speed, tick.
+ScreenLine RunLine(const RunRow& run);
+
+/// The whole screen: `height` lines of at most `width` cells each, whatever there is to show; both
+/// at least 1. Notes in `ui` what can be seen: where lists are scrolled to, so that the selected
+/// row is in sight, and how many rows they have.
+Screen DrawSpy(const SpySnapshot& spy, const ShownFields& fields, SpyUi* ui, int width, int height);
+
+}  // namespace morphbus::tools

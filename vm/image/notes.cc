@@ -1,0 +1,74 @@
+// What an image tells people: names and source lines. A microcontroller need not hold them; there
+// the profile leaves this out (vm/limits.h).
+#include "vm/image/program.h"
+
+namespace morphbus::vm {
+
+using image::ReadU16;
+
+namespace {
+
+/// Text number i of the names behind the notes' strings.
+Text NameOf(const uint8_t* notes, uint32_t i) {
+  const uint8_t* strings = notes + image::kNotesHeadBytes;
+  const uint8_t* names = strings + ReadU16(notes + image::kNotesStringsAt);
+  return TextAt(strings, names + i * image::kTextBytes);
+}
+
+}  // namespace
+
+Text VerifiedProgram::source_name() const {
+  if (notes_ == nullptr) return {};
+  return TextAt(notes_ + image::kNotesHeadBytes, notes_ + image::kNotesSourceAt);
+}
+
+Text VerifiedProgram::function_name(int function) const {
+  if (notes_ == nullptr) return {};
+  return NameOf(notes_, static_cast<uint32_t>(function));
+}
+
+Text VerifiedProgram::member_name(int function) const {
+  Text name = function_name(function);
+  int dot = 0;
+  while (dot < name.size && name.data[dot] != '.') ++dot;
+  if (dot == name.size) return name;
+  return {name.data + dot + 1, static_cast<uint16_t>(name.size - dot - 1)};
+}
+
+Text VerifiedProgram::field_name(int role, int field) const {
+  if (notes_ == nullptr) return {};
+  // The fields of the roles before this one come first.
+  auto at = static_cast<uint32_t>(num_functions_);
+  for (int i = 0; i < role; ++i) at += this->role(i).num_fields;
+  return NameOf(notes_, at + static_cast<uint32_t>(field));
+}
+
+int VerifiedProgram::LineOf(int function, uint32_t pc) const {
+  if (notes_ == nullptr || function < 0 || function >= num_functions_) return 0;
+  // Lines are told by offsets in the code section.
+  const FunctionInfo info = this->function(function);
+  if (pc >= info.code_size) return 0;
+  const uint32_t begin = info.code_begin - code_begin_;
+  const uint32_t at = begin + pc;
+  // Binary search for the last entry that begins at or before the instruction.
+  const uint8_t* lines = notes_ + lines_begin_;
+  const uint32_t after = image::FirstNot(
+      num_lines_, [&](uint32_t i) { return ReadU16(lines + i * image::kLineBytes) <= at; });
+  if (after == 0) return 0;
+  // An entry before the function's own code is another function's.
+  const uint8_t* entry = lines + (after - 1) * image::kLineBytes;
+  return ReadU16(entry) >= begin ? ReadU16(entry + 2) : 0;
+}
+
+int VerifiedProgram::LineOfRole(int role) const {
+  // The lowest line among the functions that the role owns.
+  int first = 0;
+  for (int f = 0; f < num_functions_; ++f) {
+    if (function(f).role != role) continue;
+    const int line = LineOf(f, 0);
+    if (line > 0 && (first == 0 || line < first)) first = line;
+  }
+  return first;
+}
+
+}  // namespace morphbus::vm

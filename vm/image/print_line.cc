@@ -1,0 +1,79 @@
+#include "vm/image/print_line.h"
+
+#include <fmt/format.h>
+
+#include "vm/image/print_text.h"
+
+namespace morphbus::vm {
+namespace {
+
+std::string TextOf(Text text) { return std::string(text.data, text.size); }
+
+/// A part of the module by its name, or by its number where that is not known.
+template <class NameOf>
+std::string PartText(int index, int count, const NameOf& name_of) {
+  return index >= 0 && index < count ? TextOf(name_of(index)) : std::to_string(index);
+}
+
+/// A value as it would stand in a program.
+std::string ValueText(const VerifiedProgram& program, const VerifiedKinematics* kin, ValueType type,
+                      Cell cell) {
+  const int index = cell.AsInt();
+  switch (type) {
+    case ValueType::kBool:
+      return cell.AsBool() ? "true" : "false";
+    case ValueType::kFloat:
+      return fmt::format("{:.6g}", static_cast<double>(cell.AsFloat()));
+    case ValueType::kDirection:
+      return cell.bits < kNumDirections ? kDirectionRows[cell.bits].name : std::to_string(index);
+    case ValueType::kAxis:
+      return cell.bits < kNumAxes ? kAxisRows[cell.bits].name : std::to_string(index);
+    case ValueType::kRole:
+      return PartText(index, program.num_roles(), [&](int i) { return program.role(i).name; });
+    case ValueType::kJoint:
+      return PartText(index, kin != nullptr ? kin->num_joints() : 0,
+                      [&](int i) { return kin->joint(i).name; });
+    case ValueType::kLink:
+      return PartText(index, kin != nullptr ? kin->num_links() : 0,
+                      [&](int i) { return kin->link(i).name; });
+    case ValueType::kConnector:
+      return PartText(index, kin != nullptr ? kin->num_connectors() : 0,
+                      [&](int i) { return kin->connector(i).name; });
+    default:
+      return std::to_string(index);
+  }
+}
+
+}  // namespace
+
+std::string PrintText(const VerifiedProgram& program, const VerifiedKinematics* kinematics,
+                      int text, const Cell* values, int count) {
+  // Numbers come from messages, perhaps of another program.
+  PrintPlaces places;
+  const bool known = text >= 0 && text < program.num_constants() &&
+                     program.constant_type(text) == ValueType::kText &&
+                     FindPlaces(program.text(text), &places) && places.count == count;
+  std::string line;
+  if (!known) {
+    for (int i = 0; i < count; ++i) line += (i > 0 ? " " : "") + std::to_string(values[i].AsInt());
+    return line;
+  }
+  const Text characters = program.text(text);
+  int next = 0;
+  for (int i = 0; i < characters.size; ++i) {
+    line += characters.data[i];
+    if (characters.data[i] != '{') continue;
+    // A brace that stands twice is one; any other holds the place of a value.
+    if (characters.data[i + 1] == '{') {
+      ++i;
+      continue;
+    }
+    line.pop_back();
+    line += ValueText(program, kinematics, places.types[next], values[next]);
+    ++next;
+    i += 2;
+  }
+  return line;
+}
+
+}  // namespace morphbus::vm

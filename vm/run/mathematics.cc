@@ -1,0 +1,152 @@
+#include "vm/run/mathematics.h"
+
+#include <cmath>
+#include <cstring>
+
+#include "vm/image/sine.h"
+
+namespace morphbus::vm {
+namespace {
+
+constexpr double kRadian = 0.017453292519943295769;  // In one degree.
+constexpr float kNoValue = __builtin_nanf("");
+
+/// Sine of so many degrees, turned on by so many quarters: sin(a + 90 * quarters).
+double Sine(float degrees, int quarters) {
+  // The remainder is exact, and so is its distance from the nearest multiple of 90.
+  const float turn = Modulo(degrees, 360.0f);
+  const int nearest = static_cast<int>(turn / 90 + (turn < 0 ? -0.5f : 0.5f));
+  const double x = (static_cast<double>(turn) - 90.0 * nearest) * kRadian;
+  // A quarter further the sine is the cosine, two further it has the other sign.
+  const int quarter = (nearest + quarters + 8) % 4;
+  const double value = quarter % 2 == 0 ? SineSeries(x) : CosineSeries(x);
+  return quarter >= 2 ? -value : value;
+}
+
+/// Degrees of the arc whose tangent is `t`, 0 <= t <= 1.
+double ArcTangent(double t) {
+  // Above the tangent of 22.5 degrees, half of 45, the rest beyond 45 is smaller.
+  const bool beyond = t > 0.41421356;
+  if (beyond) t = (t - 1) / (t + 1);
+  // Gregory's series; the first term left out is below 1e-13.
+  double sum = 0;
+  for (int n = 31; n >= 1; n -= 2) sum = (n % 4 == 1 ? 1.0 : -1.0) / n + sum * (t * t);
+  return t * sum / kRadian + (beyond ? 45 : 0);
+}
+
+/// Degrees from the x axis to the point (x, y).
+double Arc(double y, double x) {
+  const double a = x < 0 ? -x : x;
+  const double b = y < 0 ? -y : y;
+  if (a <= 0 && b <= 0) return 0;
+  // The first half of the first quarter, then the rest of the circle by its symmetries.
+  double degrees = b > a ? 90 - ArcTangent(a / b) : ArcTangent(b / a);
+  if (x < 0) degrees = 180 - degrees;
+  return y < 0 ? -degrees : degrees;
+}
+
+/// The whole number next to `x` toward zero. From 2^23 on all floats are whole.
+float Truncate(float x) {
+  const float size = x < 0 ? -x : x;
+  return size < 8388608.0f ? static_cast<float>(static_cast<int32_t>(x)) : x;
+}
+
+float Floor(float x) {
+  const float whole = Truncate(x);
+  return whole > x ? whole - 1 : whole;
+}
+
+/// Halves go away from zero. The part behind the point is exact.
+float Round(float x) {
+  const float whole = Truncate(x);
+  const float rest = x - whole;
+  if (rest >= 0.5f) return whole + 1;
+  return rest <= -0.5f ? whole - 1 : whole;
+}
+
+/// The other side of a right triangle with hypotenuse 1; the product is nearly exact also where `x`
+/// is close to 1.
+double OtherSide(double x) { return std::sqrt((1 - x) * (1 + x)); }
+
+/// A float's size as a whole number of so many units of 2^exponent; the exponent counts from that
+/// of the smallest floats, which is 1.
+struct Scaled {
+  uint32_t number;
+  int exponent;
+};
+
+Scaled ScaledOf(uint32_t bits) {
+  const auto exponent = static_cast<int>(bits >> 23);
+  if (exponent == 0) return {bits, 1};
+  return {(bits & 0x7fffffu) | 0x800000u, exponent};
+}
+
+}  // namespace
+
+// Long division: what is left is doubled for each power of two between the operands. All numbers
+// are whole and stay below 2^25.
+float Modulo(float a, float b) {
+  uint32_t bits_a, bits_b;
+  std::memcpy(&bits_a, &a, 4);
+  std::memcpy(&bits_b, &b, 4);
+  const uint32_t sign = bits_a & 0x80000000u;
+  auto [rest, exponent] = ScaledOf(bits_a & 0x7fffffffu);
+  const Scaled divisor = ScaledOf(bits_b & 0x7fffffffu);
+  if ((bits_a & 0x7fffffffu) < (bits_b & 0x7fffffffu)) return a;
+  rest %= divisor.number;
+  for (; exponent > divisor.exponent && rest != 0; --exponent) {
+    rest <<= 1;
+    if (rest >= divisor.number) rest -= divisor.number;
+  }
+  // Back to a float: its highest bit at its place, unless it is one of the smallest.
+  exponent = divisor.exponent;
+  while (rest != 0 && rest < 0x800000u && exponent > 1) {
+    rest <<= 1;
+    --exponent;
+  }
+  uint32_t bits = sign;
+  bits |= rest < 0x800000u ? rest : static_cast<uint32_t>(exponent) << 23 | (rest & 0x7fffffu);
+  float result;
+  std::memcpy(&result, &bits, 4);
+  return result;
+}
+
+float Mathematics(Opcode function, float a, float b) {
+  const auto wide = static_cast<double>(a);
+  switch (function) {
+    // A zero has no sign, as programs could not tell.
+    case Opcode::kSin:
+      return static_cast<float>(Sine(a, 0)) + 0.0f;
+    case Opcode::kCos:
+      return static_cast<float>(Sine(a, 1)) + 0.0f;
+    case Opcode::kTan: {
+      const double cosine = Sine(a, 1);
+      if (cosine <= 0 && cosine >= 0) return kNoValue;
+      return static_cast<float>(Sine(a, 0) / cosine) + 0.0f;
+    }
+    case Opcode::kAsin:
+      if (!(wide >= -1 && wide <= 1)) return kNoValue;
+      return static_cast<float>(Arc(wide, OtherSide(wide)));
+    case Opcode::kAcos:
+      if (!(wide >= -1 && wide <= 1)) return kNoValue;
+      return static_cast<float>(Arc(OtherSide(wide), wide));
+    case Opcode::kAtan2:
+      return static_cast<float>(Arc(wide, static_cast<double>(b)));
+    case Opcode::kSqrt:
+      return a < 0 ? kNoValue : std::sqrt(a);
+    case Opcode::kAbs:
+      return a < 0 ? -a : a + 0.0f;
+    case Opcode::kMin:
+      return b < a ? b : a;
+    case Opcode::kMax:
+      return b > a ? b : a;
+    case Opcode::kFloor:
+      return Floor(a);
+    case Opcode::kRound:
+      return Round(a);
+    default:
+      return kNoValue;
+  }
+}
+
+}  // namespace morphbus::vm
