@@ -247,8 +247,9 @@ class Processes(Live, Deploying):
         second = self.control('deploy', self.program(30), '--to', 'm9')
         self.assertEqual(first['tick'], second['tick'])
         self.control('resume')
-        # Slowly from here on, so that the run ends before the third one is due.
-        self.reach(round(second['switch_seconds'] / 0.02) + 50, 1)
+        self.reach(round(second['switch_seconds'] / 0.02) + 50)
+        # The run holds still until it ends, so that the third one is never due however slow the commands are.
+        self.control('pause')
         said = morphbus('control', 'deploy', self.program(45), '--run', 'live').stdout
         self.assertRegex(said, r'--at \S+: tick \d+ \(\d+\.\d\d s\); it runs from \S+ s on\n$')
         self.assertIn('already; name a later time', self.refuse(1, 'deploy', CAREFUL, '--at', 2))
