@@ -17,19 +17,50 @@ using model::Connector;
 using model::ModuleType;
 using model::Pose;
 
+/// Pairs of edges that are held against each other before further motions are left out, which
+/// bounds the time that hulls with thousands of corners take.
+constexpr double kMaxHullWork = 3e7;
+
+/// Of each link of a module type the hulls of its parts, in the module's frame. To make a hull
+/// costs more than to hold two against each other, which every candidate does with every pair of
+/// links.
+using LinkHulls = std::vector<std::vector<model::ConvexHull>>;
+
+LinkHulls HullsOf(const ModuleType& type) {
+  LinkHulls hulls;
+  for (const auto& link : type.links) {
+    hulls.emplace_back();
+    for (const auto& part : link.Parts()) hulls.back().push_back(model::ComputeHull(part));
+  }
+  return hulls;
+}
+
+/// How deep two links, in one frame, lie in each other (m): of their parts those that do so most
+/// count.
+double DepthOf(const std::vector<model::ConvexHull>& link_a,
+               const std::vector<model::ConvexHull>& link_b, double* work) {
+  double depth = 0.0;
+  for (const auto& part_a : link_a) {
+    for (const auto& part_b : link_b) {
+      *work += static_cast<double>(part_a.edges.size()) * static_cast<double>(part_b.edges.size());
+      depth = std::max(depth, PenetrationDepth(part_a, part_b));
+    }
+  }
+  return depth;
+}
+
 /// The pairs of link hulls that lie in each other by more than `tolerance` (m), the deepest first.
-std::vector<Overlap> OverlapsOf(const ModuleType& type_a, const ModuleType& type_b,
-                                const Pose& X_AB, double tolerance) {
+/// `work` grows by the pairs of edges.
+std::vector<Overlap> OverlapsOf(const LinkHulls& links_a, const LinkHulls& links_b,
+                                const Pose& X_AB, double tolerance, double* work) {
   std::vector<Overlap> overlaps;
-  for (size_t i = 0; i < type_a.links.size(); ++i) {
-    for (size_t j = 0; j < type_b.links.size(); ++j) {
-      // Of two links' parts those that lie deepest in each other count.
-      double depth = 0.0;
-      for (const auto& part_a : type_a.links[i].Parts()) {
-        for (const auto& part_b : type_b.links[j].Parts()) {
-          depth = std::max(depth, PenetrationDepth(part_a, Pose::Identity(), part_b, X_AB));
-        }
-      }
+  LinkHulls links_b_in_a = links_b;
+  for (auto& parts : links_b_in_a) {
+    for (auto& part : parts) part = Moved(part, X_AB);
+  }
+  for (size_t i = 0; i < links_a.size(); ++i) {
+    for (size_t j = 0; j < links_b.size(); ++j) {
+      const double depth = DepthOf(links_a[i], links_b_in_a[j], work);
       if (depth > tolerance) overlaps.push_back({static_cast<int>(i), static_cast<int>(j), depth});
     }
   }
@@ -75,13 +106,22 @@ PairExplanation ExplainPair(const ConnectionProblem& problem, const std::vector<
   }
   result.complete = !trace.overflowed && budget > 0.0;
   // Each motion is held against the whole condition, not only against the term that led to it.
-  // Hulls matter only where all conditions hold.
+  // Hulls matter only where all conditions hold, and are made for the first such motion.
+  LinkHulls links_a;
+  LinkHulls links_b;
+  double hull_work = 0.0;
   for (const Pose& X_AB : trace.tried) {
+    if (hull_work > kMaxHullWork) {
+      result.complete = false;
+      break;
+    }
     ExplainedCandidate candidate;
     candidate.X_AB = X_AB;
     candidate.failures = FindFailures(problem.condition, a, b, tolerance, &X_AB);
     if (candidate.failures.empty()) {
-      candidate.overlaps = OverlapsOf(type_a, type_b, X_AB, tolerance);
+      if (links_a.empty()) links_a = HullsOf(type_a);
+      if (links_b.empty()) links_b = HullsOf(type_b);
+      candidate.overlaps = OverlapsOf(links_a, links_b, X_AB, tolerance, &hull_work);
     }
     result.candidates.push_back(std::move(candidate));
   }

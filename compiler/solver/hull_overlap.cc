@@ -30,26 +30,6 @@ bool DifferenceIsFlat(const ConvexHull& A, const ConvexHull& B_in_A) {
   return std::abs(spread.determinant()) <= kParallel;
 }
 
-/// `hull` in another frame: X is the pose of its frame there. Faces lose their corners, which the
-/// depth does not need.
-ConvexHull Moved(const ConvexHull& hull, const model::Pose& X) {
-  ConvexHull moved;
-  moved.dimension = hull.dimension;
-  moved.vertices.reserve(hull.vertices.size());
-  for (const Vector3d& p : hull.vertices) moved.vertices.push_back(X * p);
-  moved.faces.reserve(hull.faces.size());
-  for (const HullFace& face : hull.faces) {
-    const Vector3d normal = X.linear() * face.normal;
-    moved.faces.push_back({normal, face.offset + normal.dot(X.translation()), {}});
-  }
-  moved.edges.reserve(hull.edges.size());
-  for (const HullEdge& edge : hull.edges) {
-    moved.edges.push_back(
-        {edge.begin, edge.end, X.linear() * edge.normal_1, X.linear() * edge.normal_2});
-  }
-  return moved;
-}
-
 /// The least depth along the face normals of A, stopping at the first that separates.
 double DepthAlongFaces(const ConvexHull& A, const ConvexHull& B, double best) {
   for (const HullFace& face : A.faces) {
@@ -67,36 +47,55 @@ double DepthAlongFacesOfBoth(const ConvexHull& A, const ConvexHull& B, double en
   return depth <= enough ? depth : DepthAlongFaces(B, A, depth);
 }
 
-/// True if the great arcs a-b and c-d of the Gauss map cross, c and d being B's normals negated.
-bool ArcsCross(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Vector3d& d) {
+/// An edge as the arc between its faces' normals in the Gauss map.
+struct Arc {
+  Vector3d begin;  ///< A corner of the hull that the edge starts from (m).
+  Vector3d along;  ///< From there to the edge's other end (m).
+  Vector3d normal_1;
+  Vector3d normal_2;
+  Vector3d plane;  ///< Normal of the plane through the arc: normal_2 x normal_1.
+};
+
+/// The arcs of a hull's edges; `sign` is -1 for those of the hull that is subtracted.
+std::vector<Arc> ArcsOf(const ConvexHull& hull, double sign) {
+  std::vector<Arc> arcs;
+  arcs.reserve(hull.edges.size());
+  for (const HullEdge& edge : hull.edges) {
+    const Vector3d& begin = hull.vertices[edge.begin];
+    arcs.push_back({begin, hull.vertices[edge.end] - begin, sign * edge.normal_1,
+                    sign * edge.normal_2, edge.normal_2.cross(edge.normal_1)});
+  }
+  return arcs;
+}
+
+/// True if two arcs of the Gauss map cross.
+bool Cross(const Arc& a, const Arc& b) {
   // Each arc must have its ends on both sides of the other's plane, and the crossing must be on the
   // same half of the sphere, not opposite. After D. Gregorius, "The Separating Axis Test between
-  // Convex Polyhedra", GDC 2013.
-  const Vector3d bxa = b.cross(a);
-  const Vector3d dxc = d.cross(c);
-  const double cba = c.dot(bxa);
-  const double dba = d.dot(bxa);
-  const double adc = a.dot(dxc);
-  const double bdc = b.dot(dxc);
-  return cba * dba < 0.0 && adc * bdc < 0.0 && cba * bdc > 0.0;
+  // Convex Polyhedra", GDC 2013. Most pairs fail the first test.
+  const double b1 = b.normal_1.dot(a.plane);
+  const double b2 = b.normal_2.dot(a.plane);
+  if (!(b1 * b2 < 0.0)) return false;
+  const double a1 = a.normal_1.dot(b.plane);
+  const double a2 = a.normal_2.dot(b.plane);
+  return a1 * a2 < 0.0 && b1 * a2 > 0.0;
 }
 
 /// The least depth along cross products of edges, for the pairs that build a face of A - B.
 double DepthAlongEdges(const ConvexHull& A, const ConvexHull& B, double best) {
   // Below this sine of their angle two edges span no plane that could separate anything.
   constexpr double kParallelEdges = 1e-9;
-  for (const HullEdge& ea : A.edges) {
-    const Vector3d along_a = A.vertices[ea.end] - A.vertices[ea.begin];
-    for (const HullEdge& eb : B.edges) {
-      if (!ArcsCross(ea.normal_1, ea.normal_2, -eb.normal_1, -eb.normal_2)) continue;
-      const Vector3d along_b = B.vertices[eb.end] - B.vertices[eb.begin];
-      Vector3d axis = along_a.cross(along_b);
+  const std::vector<Arc> arcs_b = ArcsOf(B, -1.0);
+  for (const Arc& a : ArcsOf(A, 1.0)) {
+    for (const Arc& b : arcs_b) {
+      if (!Cross(a, b)) continue;
+      Vector3d axis = a.along.cross(b.along);
       const double length = axis.norm();
-      if (length <= kParallelEdges * along_a.norm() * along_b.norm()) continue;
+      if (length <= kParallelEdges * a.along.norm() * b.along.norm()) continue;
       axis /= length;
       // The axis must point out of A, as the edge's faces do.
-      if (axis.dot(ea.normal_1 + ea.normal_2) < 0.0) axis = -axis;
-      best = std::min(best, axis.dot(A.vertices[ea.begin] - B.vertices[eb.begin]));
+      if (axis.dot(a.normal_1 + a.normal_2) < 0.0) axis = -axis;
+      best = std::min(best, axis.dot(a.begin - b.begin));
       if (best <= 0.0) return best;
     }
   }
@@ -121,11 +120,32 @@ bool HasCornerDeepIn(const ConvexHull& A, const ConvexHull& B, double tolerance)
 
 }  // namespace
 
+ConvexHull Moved(const ConvexHull& hull, const model::Pose& X) {
+  ConvexHull moved;
+  moved.dimension = hull.dimension;
+  moved.vertices.reserve(hull.vertices.size());
+  for (const Vector3d& p : hull.vertices) moved.vertices.push_back(X * p);
+  moved.faces.reserve(hull.faces.size());
+  for (const HullFace& face : hull.faces) {
+    const Vector3d normal = X.linear() * face.normal;
+    moved.faces.push_back({normal, face.offset + normal.dot(X.translation()), {}});
+  }
+  moved.edges.reserve(hull.edges.size());
+  for (const HullEdge& edge : hull.edges) {
+    moved.edges.push_back(
+        {edge.begin, edge.end, X.linear() * edge.normal_1, X.linear() * edge.normal_2});
+  }
+  return moved;
+}
+
 double PenetrationDepth(const ConvexHull& A, const model::Pose& X_WA, const ConvexHull& B,
                         const model::Pose& X_WB) {
+  return PenetrationDepth(A, Moved(B, X_WA.inverse(Eigen::Isometry) * X_WB));
+}
+
+double PenetrationDepth(const ConvexHull& A, const ConvexHull& B_in_A) {
   // The candidates for the least translation are the face normals of both, then the edge pairs. The
   // cheap tests come first, as most pairs of hulls are apart.
-  const ConvexHull B_in_A = Moved(B, X_WA.inverse(Eigen::Isometry) * X_WB);
   double depth = DepthAlongFacesOfBoth(A, B_in_A, 0.0);
   if (depth <= 0.0 || DifferenceIsFlat(A, B_in_A)) return 0.0;
   depth = DepthAlongEdges(A, B_in_A, depth);

@@ -21,6 +21,13 @@ namespace morphbus::solver {
 double PenetrationDepth(const model::ConvexHull& A, const model::Pose& X_WA,
                         const model::ConvexHull& B, const model::Pose& X_WB);
 
+/// The same for hulls whose points are in one frame (m).
+double PenetrationDepth(const model::ConvexHull& A, const model::ConvexHull& B_in_A);
+
+/// `hull` in another frame: X is the pose of its frame there. Faces lose their corners, which the
+/// depth does not need.
+model::ConvexHull Moved(const model::ConvexHull& hull, const model::Pose& X);
+
 /// True if PenetrationDepth exceeds `tolerance` (m); quicker, for it stops at a corner that lies
 /// deeper than that. `work` grows by the number of corners, faces and pairs of edges looked at.
 bool PenetratesBy(double tolerance, const model::ConvexHull& A, const model::Pose& X_WA,

@@ -12,7 +12,7 @@
 namespace {
 
 /// Pairs of connectors that are explained of one text; more would only take time.
-constexpr int kMaxPairs = 16;
+constexpr int kMaxPairs = 8;
 
 void Require(bool holds) {
   if (!holds) __builtin_trap();
