@@ -22,7 +22,7 @@ inline Eigen::Matrix3d FromBullet(const btMatrix3x3& R) {
   return out;
 }
 
-inline btTransform ToBullet(const Pose& X) {
+inline btTransform ToBullet(const model::Pose& X) {
   return btTransform(ToBullet(Eigen::Matrix3d(X.linear())),
                      ToBullet(Eigen::Vector3d(X.translation())));
 }
