@@ -251,7 +251,7 @@ class Processes(Live, Deploying):
         # The run holds still until it ends, so that the third one is never due however slow the commands are.
         self.control('pause')
         said = morphbus('control', 'deploy', self.program(45), '--run', 'live').stdout
-        self.assertRegex(said, r'--at \S+: tick \d+ \(\d+\.\d\d s\); it runs from \S+ s on\n$')
+        self.assertRegex(said, r'--at \S+: tick \d+ \(\d+\.\d\d s\); it runs from \S+ s on, once the run goes on\n$')
         self.assertIn('already; name a later time', self.refuse(1, 'deploy', CAREFUL, '--at', 2))
         self.control('stop')
         self.end()
