@@ -60,16 +60,23 @@ def await_condition(condition, what, seconds=60):
     raise AssertionError(f'{what}: not within {seconds} s')
 
 
+# All that this test starts inherits it.
+os.environ['MORPHBUS_TEST'] = str(os.getpid())
+OURS = f'MORPHBUS_TEST={os.getpid()}'.encode()
+
+
 def processes_of(run):
-    """Processes that name this run on their command line or in their files: {pid: command line}."""
+    """Processes of this test that name this run on their command line or in their files: {pid: command line}. Other
+    tests, which run at the same time, have runs of the same name."""
     found = {}
     for folder in pathlib.Path('/proc').glob('[0-9]*'):
         try:
             text = (folder / 'cmdline').read_bytes().decode(errors='replace').replace('\0', ' ')
+            ours = OURS in (folder / 'environ').read_bytes().split(b'\0')
             alive = (folder / 'stat').read_text().rsplit(')', 1)[1].split()[0] != 'Z'
         except OSError:
             continue
-        if alive and 'morphbus' in text and run in text and 'python' not in text:
+        if ours and alive and 'morphbus' in text and run in text and 'python' not in text:
             found[int(folder.name)] = text
     return found
 
