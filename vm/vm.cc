@@ -29,7 +29,11 @@ void Vm::Tick(const TickInput& input, TickOutput* output) {
   // Before the first tick no time has passed.
   const int64_t dt_us = state_.started ? input.sim_time_us - state_.sim_time_us : 0;
   const int64_t ticks = state_.started ? input.tick - state_.tick : 0;
-  if (ticks > 0 && dt_us > 0) state_.period_us = dt_us / ticks;
+  // A gap of over half an hour tells nothing of the period; shorter ones need no division of 64
+  // bits.
+  if (ticks > 0 && dt_us > 0 && ticks <= INT32_MAX && dt_us <= INT32_MAX) {
+    state_.period_us = static_cast<int32_t>(dt_us) / static_cast<int32_t>(ticks);
+  }
   state_.tick = input.tick;
   state_.sim_time_us = input.sim_time_us;
 

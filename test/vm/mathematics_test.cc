@@ -2,10 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "test/vm/image_builder.h"
+#include "vm/image/square_root.h"
+#include "vm/run/cells.h"
 
 namespace morphbus::vm {
 namespace {
@@ -113,6 +117,60 @@ TEST(MathematicsTest, BitsAreThoseOfEveryMachine) {
     digest = (digest ^ (std::isfinite(value) ? Bits(value) : 0u)) * 16777619u;
   }
   EXPECT_EQ(digest, 3701006266u);
+}
+
+// The host's processor has an instruction for it, which IEEE 754 defines to the last bit.
+TEST(SquareRootTest, ByDigitsIsTheInstructions) {
+  std::mt19937_64 random(2);
+  const auto check = [](double x) {
+    ASSERT_EQ(std::bit_cast<uint64_t>(SquareRootByDigits(x)), std::bit_cast<uint64_t>(std::sqrt(x)))
+        << x;
+  };
+  // Doubles of every exponent, the smallest among them; floats; squares and their neighbours.
+  for (int i = 0; i < 50000; ++i) {
+    const double any = std::fabs(std::bit_cast<double>(random()));
+    if (std::isfinite(any)) check(any);
+    check(static_cast<double>(std::bit_cast<float>(static_cast<uint32_t>(random() >> 33))));
+    const auto root = static_cast<double>(static_cast<uint32_t>(random()));
+    check(root * root);
+    check(std::nextafter(root * root, 0));
+    check(std::bit_cast<double>(random() >> 12));
+  }
+  for (const double x :
+       {0.0, -0.0, 1.0, 2.0, std::numeric_limits<double>::max(), std::numeric_limits<double>::min(),
+        std::numeric_limits<double>::denorm_min()}) {
+    check(x);
+  }
+  EXPECT_TRUE(std::isinf(SquareRootByDigits(INFINITY)));
+  EXPECT_TRUE(std::isnan(SquareRootByDigits(-1)));
+  EXPECT_TRUE(std::isnan(SquareRootByDigits(-INFINITY)));
+  EXPECT_TRUE(std::isnan(SquareRootByDigits(NAN)));
+}
+
+TEST(MillisecondsTest, AreWholeOnesOrRefused) {
+  const auto check = [](int64_t us) {
+    int32_t ms = 0;
+    const bool fits = us / 1000 <= INT32_MAX && us / 1000 >= -INT32_MAX;
+    ASSERT_EQ(ToMilliseconds(us, &ms), fits) << us;
+    if (fits) {
+      ASSERT_EQ(ms, us / 1000) << us;
+    }
+  };
+  std::mt19937_64 random(3);
+  for (int i = 0; i < 50000; ++i) {
+    const auto any = static_cast<int64_t>(random());
+    check(any >> (i % 64));
+    const int64_t whole = (any >> 33) * 1000;
+    for (const int64_t us : {whole - 1, whole, whole + 1}) check(us);
+  }
+  for (const int64_t limit : {int64_t{INT32_MAX} * 1000, INT64_MAX, INT64_MIN}) {
+    check(limit);
+    if (limit < INT64_MAX && limit > INT64_MIN) {
+      check(limit + 999);
+      check(limit + 1000);
+      check(-limit);
+    }
+  }
 }
 
 }  // namespace

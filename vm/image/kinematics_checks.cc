@@ -8,9 +8,7 @@ namespace morphbus::vm {
 
 namespace {
 
-bool IsFinite(const Vec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
+bool AllFinite(const Vec3& v) { return IsFinite(v.x) && IsFinite(v.y) && IsFinite(v.z); }
 
 /// Of a square of a length; false for what is not finite.
 bool IsUnit(float squared_norm) { return std::fabs(squared_norm - 1.0f) < 1e-4f; }
@@ -28,7 +26,7 @@ const char* ProblemOfCounts(int num_links, int num_joints, int num_connectors, i
 
 const char* ProblemOf(const KinSensor& sensor, int num_links) {
   if (sensor.link >= num_links) return Reason("sensor sits on no link");
-  if (!IsFinite(sensor.direction) || !std::isfinite(sensor.range_m) || sensor.range_m < 0) {
+  if (!AllFinite(sensor.direction) || !IsFinite(sensor.range_m) || sensor.range_m < 0) {
     return Reason("number of a sensor is not finite, or its range negative");
   }
   if (!IsUnit(Dot(sensor.direction, sensor.direction))) {
@@ -42,8 +40,8 @@ const char* ProblemOf(const KinJoint& joint, int num_links) {
     return Reason("joint does not connect two links");
   }
   // One number that is not finite would spread through all poses of the robot.
-  if (!IsFinite(joint.origin_m) || !std::isfinite(joint.lower_rad) ||
-      !std::isfinite(joint.upper_rad) || !std::isfinite(joint.speed_rad_s)) {
+  if (!AllFinite(joint.origin_m) || !IsFinite(joint.lower_rad) || !IsFinite(joint.upper_rad) ||
+      !IsFinite(joint.speed_rad_s)) {
     return Reason("number is not finite");
   }
   // Angles and lengths along the axis are right only if it is a unit vector.
@@ -60,7 +58,7 @@ const char* ProblemOf(const KinConnection& connection, int num_connectors) {
   if (connection.number == 0) return Reason("connection numbers begin at 1");
   // The neighbour's module frame in ours.
   const Quat& q = connection.X_MN.q;
-  if (!IsFinite(connection.X_MN.p) || !IsUnit(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z)) {
+  if (!AllFinite(connection.X_MN.p) || !IsUnit(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z)) {
     return Reason("transform of a connection is not a pose");
   }
   return nullptr;

@@ -1,6 +1,5 @@
 #include "vm/image/kinematics_image.h"
 
-#include <cmath>
 #include <cstring>
 
 #include "vm/image/image.h"
@@ -60,7 +59,7 @@ class Reader {
   float Float() {
     if (!Need(4)) return 0;
     const float value = ReadFloat(bytes_ + at_);
-    if (!std::isfinite(value)) Fail(Reason("number is not finite"));
+    if (!IsFinite(value)) Fail(Reason("number is not finite"));
     at_ += 4;
     return value;
   }

@@ -1,8 +1,7 @@
 #include "vm/image/pose.h"
 
-#include <cmath>
-
 #include "vm/image/sine.h"
+#include "vm/image/square_root.h"
 
 namespace morphbus::vm {
 
@@ -32,7 +31,7 @@ Vec3 Subtract(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z 
 
 float Dot(const Vec3& a, const Vec3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
-float Norm(const Vec3& a) { return std::sqrt(Dot(a, a)); }
+float Norm(const Vec3& a) { return SquareRoot(Dot(a, a)); }
 
 Vec3 MeanOrigin(const PoseF* poses, int count) {
   Vec3 sum;
@@ -42,7 +41,7 @@ Vec3 MeanOrigin(const PoseF* poses, int count) {
 }
 
 Quat Normalize(const Quat& q) {
-  const float norm = std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
+  const float norm = SquareRoot(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
   // Also taken where the norm is not a number.
   if (!(norm > 1e-6f)) return {};
   const float s = 1.0f / norm;

@@ -1,7 +1,5 @@
 #include "vm/image/values.h"
 
-#include <cmath>
-
 namespace morphbus::vm {
 
 // Joints, links, connectors and sets mean something in one module only, so they never stand in an
@@ -14,7 +12,7 @@ bool IsValueOf(ValueType type, Cell cell, int num_roles) {
     case ValueType::kInt:
       return true;
     case ValueType::kFloat:
-      return std::isfinite(cell.AsFloat());
+      return IsFinite(cell.AsFloat());
     case ValueType::kDirection:
       return cell.bits < kNumDirections;
     case ValueType::kAxis:

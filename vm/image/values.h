@@ -79,6 +79,10 @@ struct Cell {
   }
 };
 
+/// False for infinity and what is no number. By its bits: a comparison would be a call where the
+/// processor has no floats.
+inline bool IsFinite(float v) { return (Cell::Float(v).bits & 0x7f800000u) != 0x7f800000u; }
+
 /// True if the cell is a value of that type: finite, in range, 0 or 1. Only types that can stand in
 /// an image or travel with an invocation have such values; joints, links and sets never do.
 bool IsValueOf(ValueType type, Cell cell, int num_roles);

@@ -23,6 +23,20 @@ inline int64_t Microseconds(float amount, double unit_us) {
   return static_cast<int64_t>((us < kCentury ? us : kCentury) + 0.5);
 }
 
+/// Microseconds as whole milliseconds, rounded toward zero; false if they do not fit. Without a
+/// division of 64 bits, which takes a kilobyte where the processor has none: the quotient of
+/// doubles is off by one at most, and what is left says so.
+inline bool ToMilliseconds(int64_t us, int32_t* ms) {
+  const uint64_t size = us < 0 ? -static_cast<uint64_t>(us) : static_cast<uint64_t>(us);
+  if (size / 1024 > INT32_MAX) return false;
+  auto quotient = static_cast<int64_t>(static_cast<double>(static_cast<int64_t>(size)) * 1e-3);
+  const int64_t rest = static_cast<int64_t>(size) - quotient * 1000;
+  quotient += rest < 0 ? -1 : rest >= 1000 ? 1 : 0;
+  if (quotient > INT32_MAX) return false;
+  *ms = static_cast<int32_t>(us < 0 ? -quotient : quotient);
+  return true;
+}
+
 /// Quotient, rounded toward zero. The lowest integer divided by -1 does not fit.
 inline FaultCode DivideInt(int32_t a, int32_t b, int32_t* result) {
   if (b == 0) return FaultCode::kDivisionByZero;

@@ -1,7 +1,5 @@
 #include "vm/run/interpreter.h"
 
-#include <cmath>
-
 #include "vm/image/image.h"
 #include "vm/image/opcodes.h"
 #include "vm/image/print_text.h"
@@ -9,8 +7,8 @@
 #include "vm/run/mathematics.h"
 
 // Dispatch: a table of labels (GCC, clang) branches from the end of each instruction, which
-// predicts better than one shared switch; other compilers get the switch. Both come from the same
-// handlers.
+// predicts better than one shared switch; other compilers, and builds for which the size counts,
+// get the switch. Both come from the same handlers.
 #if defined(__GNUC__) && !defined(MORPHBUS_VM_SWITCH)
 #define MORPHBUS_VM_GOTO 1
 #pragma GCC diagnostic ignored "-Wpedantic"
@@ -37,8 +35,11 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
   int32_t budget_left = *budget;
   FaultCode fault = FaultCode::kNone;
 
-#define COST(name) InfoOf(Opcode::name).cost
+  float real = 0;   // What an instruction leaves that ends at finish_float.
+  OpResult effect;  // What the host said of an operation that ends at finish_effect.
+
 #if MORPHBUS_VM_GOTO
+#define COST(name) InfoOf(Opcode::name).cost
   static const void* const kHandlers[] = {
 #define OP(name, mnemonic, operand, pops, pushes, cost, effect, meaning) &&handle_##name,
 #include "vm/image/opcodes.def"
@@ -57,13 +58,12 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
 #define DISPATCH_END
 #else
 #define NEXT() goto dispatch
-#define HANDLE(name) \
-  case Opcode::name: \
-    if ((budget_left -= COST(name)) < 0) goto out_of_budget;
-#define DISPATCH_BEGIN \
-  dispatch:            \
-  at = pc;             \
-  switch (static_cast<Opcode>(*pc)) {
+#define HANDLE(name) case Opcode::name:
+#define DISPATCH_BEGIN                                             \
+  dispatch:                                                        \
+  at = pc;                                                         \
+  if ((budget_left -= kOpcodes[*at].cost) < 0) goto out_of_budget; \
+  switch (static_cast<Opcode>(*at)) {
 #define DISPATCH_END }
 #endif
 // Ends the task at the instruction that runs.
@@ -87,24 +87,21 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
     NEXT();               \
   } while (false)
 // The same for a float, which must be finite.
-#define FINISH_FLOAT(value)                                   \
-  do {                                                        \
-    const float number = (value);                             \
-    if (!std::isfinite(number)) FAULT(FaultCode::kNotFinite); \
-    REPLACE_TOP(Cell::Float(number));                         \
+#define FINISH_FLOAT(value) \
+  do {                      \
+    real = (value);         \
+    goto finish_float;      \
   } while (false)
 // An operation of the host: the operands are popped before `call`, which finds them from sp[0] on,
 // and `pc` stands behind the instruction. The frame tells the host which instruction calls, for
 // faults that do not end the task.
-#define FINISH_EFFECT(operands, length, call)                  \
-  do {                                                         \
-    sp -= (operands);                                          \
-    pc += (length);                                            \
-    frame->pc = static_cast<uint32_t>(at - code);              \
-    const OpResult effect = (call);                            \
-    if (effect.fault != FaultCode::kNone) FAULT(effect.fault); \
-    if (effect.wait) goto waiting;                             \
-    NEXT();                                                    \
+#define FINISH_EFFECT(operands, length, call)     \
+  do {                                            \
+    sp -= (operands);                             \
+    pc += (length);                               \
+    frame->pc = static_cast<uint32_t>(at - code); \
+    effect = (call);                              \
+    goto finish_effect;                           \
   } while (false)
 
   DISPATCH_BEGIN
@@ -267,23 +264,19 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
   HANDLE(kNegFloat) { FINISH_FLOAT(-FromCell(sp[-1])); }
   HANDLE(kIntToFloat) { FINISH_FLOAT(static_cast<float>(sp[-1].AsInt())); }
 
-  // Mathematics.
-#define FUNCTION_1(name) \
-  HANDLE(name) { FINISH_FLOAT(Mathematics(Opcode::name, FromCell(sp[-1]), 0)); }
-#define FUNCTION_2(name) \
-  HANDLE(name) { FLOAT_OPERATION(Mathematics(Opcode::name, a, b)); }
-  FUNCTION_1(kSin)
-  FUNCTION_1(kCos)
-  FUNCTION_1(kTan)
-  FUNCTION_1(kAsin)
-  FUNCTION_1(kAcos)
-  FUNCTION_2(kAtan2)
-  FUNCTION_1(kSqrt)
-  FUNCTION_1(kAbs)
-  FUNCTION_2(kMin)
-  FUNCTION_2(kMax)
-  FUNCTION_1(kFloor)
-  FUNCTION_1(kRound)
+  // Mathematics, of one number and of two.
+  HANDLE(kSin) { goto function_of_one; }
+  HANDLE(kCos) { goto function_of_one; }
+  HANDLE(kTan) { goto function_of_one; }
+  HANDLE(kAsin) { goto function_of_one; }
+  HANDLE(kAcos) { goto function_of_one; }
+  HANDLE(kAtan2) { goto function_of_two; }
+  HANDLE(kSqrt) { goto function_of_one; }
+  HANDLE(kAbs) { goto function_of_one; }
+  HANDLE(kMin) { goto function_of_two; }
+  HANDLE(kMax) { goto function_of_two; }
+  HANDLE(kFloor) { goto function_of_one; }
+  HANDLE(kRound) { goto function_of_one; }
   // Each draw is another number, so that it comes from the host.
   HANDLE(kRandom) { FLOAT_OPERATION(a + (b - a) * host.Random()); }
 
@@ -358,6 +351,21 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
   HANDLE(kJumpIfLessInt) { COMPARE_AND_JUMP(sp[0].AsInt() < sp[1].AsInt()); }
   HANDLE(kJumpIfLessEqualInt) { COMPARE_AND_JUMP(sp[0].AsInt() <= sp[1].AsInt()); }
   DISPATCH_END
+// How several instructions end.
+function_of_one:
+  real = Mathematics(static_cast<Opcode>(*at), FromCell(sp[-1]), 0);
+  goto finish_float;
+function_of_two:
+  --sp;
+  real = Mathematics(static_cast<Opcode>(*at), FromCell(sp[-1]), FromCell(sp[0]));
+finish_float:
+  if (!IsFinite(real)) FAULT(FaultCode::kNotFinite);
+  REPLACE_TOP(Cell::Float(real));
+finish_effect:
+  if (effect.fault != FaultCode::kNone) FAULT(effect.fault);
+  if (effect.wait) goto waiting;
+  NEXT();
+
 // A function has returned: to its caller's next instruction, or the task is at its end.
 returned:
   if (--task->depth == 0) {

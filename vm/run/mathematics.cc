@@ -1,9 +1,9 @@
 #include "vm/run/mathematics.h"
 
-#include <cmath>
 #include <cstring>
 
 #include "vm/image/sine.h"
+#include "vm/image/square_root.h"
 
 namespace morphbus::vm {
 namespace {
@@ -66,7 +66,7 @@ float Round(float x) {
 
 /// The other side of a right triangle with hypotenuse 1; the product is nearly exact also where `x`
 /// is close to 1.
-double OtherSide(double x) { return std::sqrt((1 - x) * (1 + x)); }
+double OtherSide(double x) { return SquareRoot((1 - x) * (1 + x)); }
 
 /// A float's size as a whole number of so many units of 2^exponent; the exponent counts from that
 /// of the smallest floats, which is 1.
@@ -133,7 +133,7 @@ float Mathematics(Opcode function, float a, float b) {
     case Opcode::kAtan2:
       return static_cast<float>(Arc(wide, static_cast<double>(b)));
     case Opcode::kSqrt:
-      return a < 0 ? kNoValue : std::sqrt(a);
+      return a < 0 ? kNoValue : SquareRoot(a);
     case Opcode::kAbs:
       return a < 0 ? -a : a + 0.0f;
     case Opcode::kMin:

@@ -194,7 +194,9 @@ void FillBodies(const Context& context, int room, NeighbourMessage* message) {
   if (room > kMaxMessageBodyEntries) room = kMaxMessageBodyEntries;
   // What does not fit into one message is told in turns, as many as it takes.
   const int turns = (total + room - 1) / room;
-  const int first = static_cast<int>(context.state.tick % turns) * room;
+  const int first =
+      static_cast<int>(static_cast<uint32_t>(context.state.tick) % static_cast<uint32_t>(turns)) *
+      room;
   message->body_turns = static_cast<uint8_t>(turns);
   int at = 0;
   for (int i = 0; i < context.kinematics.num_links(); ++i) {

@@ -1,6 +1,5 @@
 #include "vm/space/neighbours.h"
 
-#include <cmath>
 #include <initializer_list>
 
 #include "vm/run/task_queue.h"
@@ -73,7 +72,7 @@ void ReadPlace(const NeighbourMessage& message, const DockedLink& docked,
   const PoseF X_KR = Inverse(message.X_RL[docked.link]);
   const Vec3 place_K = Add(X_KR.p, Rotate(X_KR.q, mean_R));
   neighbour->place_L = Add(neighbour->X_LK.p, Rotate(neighbour->X_LK.q, place_K));
-  neighbour->has_place = std::isfinite(Norm(neighbour->place_L));
+  neighbour->has_place = IsFinite(Norm(neighbour->place_L));
 }
 
 /// The neighbour's role. One that has just begun anew takes none before its surroundings have

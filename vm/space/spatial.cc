@@ -14,7 +14,7 @@ constexpr float kSamePlace = 1e-6f;  // m; closer than this there is no directio
 /// True for finite numbers and a quaternion of about unit length; messages may say anything.
 bool IsPose(const PoseF& X) {
   const float norm = X.q.w * X.q.w + X.q.x * X.q.x + X.q.y * X.q.y + X.q.z * X.q.z;
-  return std::isfinite(Norm(X.p)) && std::fabs(norm - 1.0f) < 1e-2f;
+  return IsFinite(Norm(X.p)) && std::fabs(norm - 1.0f) < 1e-2f;
 }
 
 /// Takes what a pose says of the root's clock: that it is `ahead` of ours. Poses that were late say
