@@ -1,0 +1,222 @@
+#include "tools/commands/motion.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "compiler/base/text.h"
+#include "compiler/solver/motion_check.h"
+
+namespace morphbus::tools {
+namespace {
+
+using solver::LinkMeeting;
+using solver::MeetingPosture;
+using solver::MeetingsOfDockings;
+using solver::MotionReport;
+
+/// Names a robot's parts for the messages of --motion.
+class MotionText {
+ public:
+  MotionText(const model::Model& model, const model::Robot& robot) : model_(model), robot_(robot) {}
+
+  /// "m1" of member a of a docking, "m2" of member b.
+  [[nodiscard]] const std::string& ModuleOf(int docking, bool of_a) const {
+    return robot_.modules[Module(docking, of_a)].name;
+  }
+  [[nodiscard]] const std::string& LinkOf(int docking, bool of_a, int link) const {
+    return model_.TypeOf(robot_, Module(docking, of_a)).links[link].name;
+  }
+
+  /// "m1 and m2".
+  [[nodiscard]] std::string Neighbours(int docking) const {
+    return fmt::format("{} and {}", ModuleOf(docking, true), ModuleOf(docking, false));
+  }
+  /// "m1.left and m2.right".
+  [[nodiscard]] std::string Links(int docking, const LinkMeeting& meeting) const {
+    return fmt::format("{}.{} and {}.{}", ModuleOf(docking, true),
+                       LinkOf(docking, true, meeting.link_a), ModuleOf(docking, false),
+                       LinkOf(docking, false, meeting.link_b));
+  }
+
+  /// "m1.joint_1=45deg m2.lift=0.1": what `fk --set` takes.
+  [[nodiscard]] std::string Posture(int docking, const LinkMeeting& meeting,
+                                    const MeetingPosture& posture) const {
+    std::string text;
+    for (size_t i = 0; i < posture.values.size(); ++i) {
+      const model::Joint& joint = JointOf(docking, meeting.joints[i]);
+      const bool slides = joint.type == model::JointType::kPrismatic;
+      // A ten-thousandth of a degree, and a micrometre.
+      const double value = slides ? std::round(posture.values[i] * 1e6) / 1e6
+                                  : std::round(posture.values[i] / EIGEN_PI * 180.0 * 1e4) / 1e4;
+      text += fmt::format("{}{}={}{}", i == 0 ? "" : " ", JointText(docking, meeting.joints[i]),
+                          model::NumberText(value), slides ? "" : "deg");
+    }
+    return text;
+  }
+  /// The same with full precision, in radians and metres.
+  [[nodiscard]] Json PostureJson(int docking, const LinkMeeting& meeting,
+                                 const MeetingPosture& posture) const {
+    Json joints = Json::object();
+    for (size_t i = 0; i < posture.values.size(); ++i) {
+      joints[JointText(docking, meeting.joints[i])] = posture.values[i];
+    }
+    return {{"depth_m", posture.depth_m}, {"joints", joints}};
+  }
+
+ private:
+  [[nodiscard]] int Module(int docking, bool of_a) const {
+    return of_a ? robot_.dockings[docking].module_a : robot_.dockings[docking].module_b;
+  }
+  [[nodiscard]] const model::Joint& JointOf(int docking, const solver::PairJoint& at) const {
+    return model_.TypeOf(robot_, Module(docking, at.of_a)).joints[at.joint];
+  }
+  [[nodiscard]] std::string JointText(int docking, const solver::PairJoint& at) const {
+    return ModuleOf(docking, at.of_a) + "." + JointOf(docking, at).name;
+  }
+
+  const model::Model& model_;
+  const model::Robot& robot_;
+};
+
+/// A depth to the nanometre, as `check` has it.
+std::string DepthText(double depth_m) { return model::NumberText(std::round(depth_m * 1e9) / 1e9); }
+
+/// One of "robots". Every docking has its own entries, so that scripts need not know of kinds.
+Json MotionJson(const MotionText& text, const model::Robot& robot, const MotionReport& report) {
+  Json meetings = Json::array();
+  for (const MeetingsOfDockings& alike : report.meetings) {
+    for (const int d : alike.dockings) {
+      for (const LinkMeeting& meeting : alike.links) {
+        meetings.push_back(
+            {{"modules", {text.ModuleOf(d, true), text.ModuleOf(d, false)}},
+             {"links",
+              {text.LinkOf(d, true, meeting.link_a), text.LinkOf(d, false, meeting.link_b)}},
+             {"postures", meeting.num_postures},
+             {"deepest", text.PostureJson(d, meeting, meeting.deepest)},
+             {"first", text.PostureJson(d, meeting, meeting.first)}});
+      }
+    }
+  }
+  return {{"name", robot.name},          {"connections", robot.dockings.size()},
+          {"kinds", report.num_kinds},   {"link_pairs", report.num_link_pairs},
+          {"postures", report.postures}, {"loops", report.num_loops},
+          {"meetings", meetings}};
+}
+
+/// Two links that meet, in which postures, and between which other modules it is so too.
+void PrintMeeting(const MotionText& text, const MeetingsOfDockings& alike,
+                  const LinkMeeting& meeting, int postures) {
+  const int d = alike.dockings.front();
+  fmt::print("  {} in {} of {}, up to {} m deep\n", text.Links(d, meeting), meeting.num_postures,
+             Counted(postures, "posture"), DepthText(meeting.deepest.depth_m));
+  fmt::print("    deepest: {}\n", text.Posture(d, meeting, meeting.deepest));
+  fmt::print("    first:   {} ({} m)\n", text.Posture(d, meeting, meeting.first),
+             DepthText(meeting.first.depth_m));
+  std::vector<std::string> others;
+  for (size_t i = 1; i < alike.dockings.size(); ++i) {
+    others.push_back(text.Neighbours(alike.dockings[i]));
+  }
+  if (!others.empty()) fmt::print("    alike:   {}\n", NameSome(others));
+}
+
+/// What was tried on a robot, and what meets.
+void PrintMotion(const MotionText& text, const model::Robot& robot, const MotionReport& report,
+                 uint64_t seed) {
+  if (report.num_link_pairs == 0) {
+    fmt::print(
+        "motion of {}: nothing to compare: no two links of neighbours have hulls and a "
+        "joint between them\n",
+        robot.name);
+    return;
+  }
+  fmt::print("motion of {}: {} of neighbours; tried {} of each of {} ({} to compare, seed {})\n",
+             robot.name, report.meetings.empty() ? "no links meet" : "links meet",
+             Counted(report.postures, "posture"), Counted(robot.dockings.size(), "connection"),
+             Counted(report.num_link_pairs, "pair of links", "pairs of links"), seed);
+  // A loop takes freedom away: what meets in a posture may never be reached.
+  if (report.num_loops > 0) {
+    fmt::print(
+        "  joints of closed loops were tried as if they were free; a loop may not allow "
+        "such a posture\n");
+  }
+  size_t printed = 0;
+  size_t left_out = 0;
+  for (const MeetingsOfDockings& alike : report.meetings) {
+    for (const LinkMeeting& meeting : alike.links) {
+      if (printed < kMostNamed) {
+        PrintMeeting(text, alike, meeting, report.postures);
+        ++printed;
+      } else {
+        ++left_out;
+      }
+    }
+  }
+  if (left_out > 0) fmt::print("  and {} more kinds of meetings, which --json lists\n", left_out);
+}
+
+}  // namespace
+
+void AddMotionOptions(Subcommand* sub, MotionChoice* choice) {
+  sub->Flag("--motion", &choice->wanted,
+            "Also look for links of neighbouring modules that meet as their joints move");
+  const Option robot = sub->Robot(&choice->robot);
+  const Option postures =
+      sub->Add("--postures", &choice->postures, "Postures of each connection (default 1000)")
+          .Range(1, 1000000);
+  const Option seed = sub->Seed(&choice->seed, "Of the postures drawn at random (default 1)");
+  choice->others = {{"--robot", robot}, {"--postures", postures}, {"--seed", seed}};
+}
+
+bool IsUsable(const MotionChoice& choice) {
+  for (const auto& [name, option] : choice.others) {
+    if (choice.wanted || !option.given()) continue;
+    Unusable(name + " goes with --motion");
+    return false;
+  }
+  return true;
+}
+
+bool IsUsable(const MotionChoice& choice, const model::Model& model) {
+  if (!choice.wanted) return true;
+  if (!choice.robot.empty()) return PickRobot(model, choice.robot) != nullptr;
+  if (!model.robots.empty()) return true;
+  Unusable("--motion: the model has no robot");
+  return false;
+}
+
+int CheckMotions(const MotionChoice& choice, const model::Model& model, Json* json) {
+  Json robots = Json::array();
+  bool meet = false;
+  for (const model::Robot& robot : model.robots) {
+    if (!choice.robot.empty() && robot.name != choice.robot) continue;
+    solver::MotionOptions options;
+    options.postures = choice.postures;
+    options.seed = choice.seed;
+    const MotionReport report = solver::CheckMotion(model, robot, options);
+    // The bound on work ends with an answer that holds for fewer postures, or with none.
+    if (report.postures == 0) {
+      return Unusable(
+          fmt::format("--motion: the link hulls of robot {} are too many or too detailed to "
+                      "compare in a single posture: give them fewer points",
+                      robot.name));
+    }
+    if (report.postures < choice.postures) {
+      Warn(
+          fmt::format("--motion: robot {}: only {} of {} were tried, as many as the bound on work "
+                      "allows; hulls with fewer points allow more",
+                      robot.name, report.postures, Counted(choice.postures, "posture")));
+    }
+    meet = meet || !report.meetings.empty();
+    const MotionText text(model, robot);
+    if (json != nullptr) {
+      robots.push_back(MotionJson(text, robot, report));
+    } else {
+      PrintMotion(text, robot, report, choice.seed);
+    }
+  }
+  if (json != nullptr) *json = {{"seed", choice.seed}, {"meet", meet}, {"robots", robots}};
+  return meet ? kNo : kDone;
+}
+
+}  // namespace morphbus::tools
