@@ -124,10 +124,12 @@ struct Tally {
 
 /// Two links, of module_a and module_b.
 using LinkPair = std::pair<int, int>;
+/// For each joint of a module its start value if a loop locks it.
+using LockedValues = std::vector<std::optional<double>>;
 /// By index into DockingKind::pairs.
 using Tallies = std::map<int, Tally>;
 
-/// Dockings that differ in the modules' names and start values alone.
+/// Dockings that differ in the modules' names and the start values of joints that can move alone.
 struct DockingKind {
   const ModuleType* type_a = nullptr;
   const ModuleType* type_b = nullptr;
@@ -144,13 +146,19 @@ struct DockingKind {
   /// The joints between each link and the mated one.
   const Paths* paths_a = nullptr;
   const Paths* paths_b = nullptr;
-  /// All joints that matter for some pair, a's first, in declared order.
+  /// The joints that cannot move.
+  LockedValues locked_a;
+  LockedValues locked_b;
+  /// All joints that can move and matter for some pair, a's first, in declared order.
   std::vector<PairJoint> joints;
   /// What meets in the postures behind the start.
   Tallies tallies;
 
   [[nodiscard]] const Joint& JointAt(const PairJoint& at) const {
     return (at.of_a ? type_a : type_b)->joints[at.joint];
+  }
+  [[nodiscard]] const std::optional<double>& LockedAt(const PairJoint& at) const {
+    return (at.of_a ? locked_a : locked_b)[at.joint];
   }
 };
 
@@ -176,18 +184,33 @@ class MotionChecker {
       : model_(model), robot_(robot), options_(options) {}
 
   MotionReport Check() {
+    FindLocked();
     FindKinds();
     while (report_.postures < options_.postures && TryRound(report_.postures)) ++report_.postures;
     Gather();
     report_.num_kinds = static_cast<int>(kinds_.size());
-    report_.num_loops = static_cast<int>(model::KinematicTree(model_, robot_).loops().size());
     return std::move(report_);
   }
 
  private:
-  /// What makes a kind: the connection type, its option, and the links that are not compared
-  /// although joints lie between them, because other dockings hold them together.
-  using KindKey = std::tuple<int, int, std::vector<LinkPair>>;
+  /// What makes a kind: the connection type, its option, the links that are not compared although
+  /// joints lie between them, because other dockings hold them together, and the locked joints.
+  using KindKey = std::tuple<int, int, std::vector<LinkPair>, LockedValues, LockedValues>;
+
+  /// Finds out which joints cannot move. Only loops lock joints, so the costly graph is built only
+  /// where there are some.
+  void FindLocked() {
+    for (const model::ModuleInstance& module : robot_.modules) {
+      locked_.emplace_back(module.start.size());
+    }
+    report_.num_loops = static_cast<int>(model::KinematicTree(model_, robot_).loops().size());
+    if (report_.num_loops == 0) return;
+    for (const model::GraphJoint& at : model::BuildKinematicGraph(model_, robot_).joints) {
+      if (!at.locked) continue;
+      locked_[at.module][at.joint] = robot_.modules[at.module].start[at.joint];
+      ++report_.num_locked;
+    }
+  }
 
   /// Finds the kind and the start posture of each docking.
   void FindKinds() {
@@ -204,7 +227,11 @@ class MotionChecker {
       }
       const auto [it, fresh] =
           start_numbers_.try_emplace({kind, values}, static_cast<int>(starts_.size()));
-      if (fresh) starts_.push_back({kind, std::move(values), {}});
+      if (fresh) {
+        // The report may have each pair of links anew for every start posture.
+        work_ += kPairWork * static_cast<double>(kinds_[kind].pairs.size());
+        starts_.push_back({kind, std::move(values), {}});
+      }
       start_of_.push_back(it->second);
     }
   }
@@ -213,11 +240,10 @@ class MotionChecker {
   int KindOf(const Docking& docking) {
     DockingKind kind;
     std::vector<LinkPair> held = FindPairs(docking, &kind);
-    const auto [it, fresh] =
-        kind_numbers_.try_emplace({docking.connection_type, docking.option, std::move(held)},
-                                  static_cast<int>(kinds_.size()));
+    const auto [it, fresh] = kind_numbers_.try_emplace(
+        {docking.connection_type, docking.option, std::move(held), kind.locked_a, kind.locked_b},
+        static_cast<int>(kinds_.size()));
     if (!fresh) return it->second;
-    work_ += kPairWork * static_cast<double>(kind.pairs.size());
     // The rest is filled in once a kind.
     kind.links_a = &LinksOf(robot_.modules[docking.module_a].type);
     kind.links_b = &LinksOf(robot_.modules[docking.module_b].type);
@@ -239,18 +265,29 @@ class MotionChecker {
     kind->root_b = model_.EndB(robot_, docking).link;
     kind->paths_a = &PathsOf(robot_.modules[a].type, kind->root_a);
     kind->paths_b = &PathsOf(robot_.modules[b].type, kind->root_b);
+    kind->locked_a = locked_[a];
+    kind->locked_b = locked_[b];
     work_ += static_cast<double>(kind->paths_a->size() * kind->paths_b->size());
     std::vector<LinkPair> held;
     for (int i = 0; i < std::ssize(*kind->paths_a); ++i) {
       for (int j = 0; j < std::ssize(*kind->paths_b); ++j) {
-        // Without shapes there is nothing to compare, and without joints nothing moves.
+        // Without shapes there is nothing to compare, and without joints that can move nothing
+        // moves.
         if (kind->type_a->links[i].hull.empty() || kind->type_b->links[j].hull.empty()) continue;
-        if ((*kind->paths_a)[i].empty() && (*kind->paths_b)[j].empty()) continue;
+        if (!Moves((*kind->paths_a)[i], kind->locked_a) &&
+            !Moves((*kind->paths_b)[j], kind->locked_b)) {
+          continue;
+        }
         const bool is_held = body_of_[a][i] == body_of_[b][j];
         (is_held ? held : kind->pairs).emplace_back(i, j);
       }
     }
     return held;
+  }
+
+  /// True if some joint of a path can move.
+  static bool Moves(const std::vector<int>& path, const LockedValues& locked) {
+    return std::any_of(path.begin(), path.end(), [&](int j) { return !locked[j]; });
   }
 
   /// Fills in the joints that some pair of links depends on.
@@ -264,7 +301,7 @@ class MotionChecker {
     for (const bool of_a : {true, false}) {
       const std::vector<bool>& matters = of_a ? matters_a : matters_b;
       for (int j = 0; j < std::ssize(matters); ++j) {
-        if (matters[j]) kind->joints.push_back({of_a, j});
+        if (matters[j] && !kind->LockedAt({of_a, j})) kind->joints.push_back({of_a, j});
       }
     }
   }
@@ -332,8 +369,10 @@ class MotionChecker {
                   std::vector<Hit>* hits) {
     if (kind.pairs.empty()) return work_ <= options_.max_work;
     // Joints that do not matter stay at 0.
-    std::vector<double> q_a(kind.type_a->joints.size());
-    std::vector<double> q_b(kind.type_b->joints.size());
+    std::vector<double> q_a;
+    std::vector<double> q_b;
+    for (const std::optional<double>& locked : kind.locked_a) q_a.push_back(locked.value_or(0.0));
+    for (const std::optional<double>& locked : kind.locked_b) q_b.push_back(locked.value_or(0.0));
     for (int i = 0; i < std::ssize(kind.joints); ++i) {
       (kind.joints[i].of_a ? q_a : q_b)[kind.joints[i].joint] = values[i];
     }
@@ -414,6 +453,10 @@ class MotionChecker {
         posture == kStartPosture ? start.values : ValuesOf(kind, posture);
     std::vector<double> values;
     for (const PairJoint& at : path) {
+      if (const std::optional<double>& locked = kind.LockedAt(at)) {
+        values.push_back(*locked);
+        continue;
+      }
       const auto it = std::find_if(kind.joints.begin(), kind.joints.end(), [&](const PairJoint& k) {
         return k.of_a == at.of_a && k.joint == at.joint;
       });
@@ -425,6 +468,7 @@ class MotionChecker {
   const model::Model& model_;
   const model::Robot& robot_;
   const MotionOptions& options_;
+  std::vector<LockedValues> locked_;       ///< By module.
   std::vector<std::vector<int>> body_of_;  ///< [module][link]: which are rigid with each other.
   std::map<int, BalledLinks> links_;       ///< By module type, of types in use.
   std::map<std::pair<int, int>, Paths> paths_;  ///< By module type and link.

@@ -24,7 +24,7 @@ struct MotionOptions {
   /// Postures of each docking, 1 or more. The first is that of the start values; then come all
   /// joints at their lower limits, all at their upper ones, the other corners of the ranges where
   /// at most six joints matter, and random ones. Joints without limits have the range of one turn,
-  /// -pi to pi.
+  /// -pi to pi. Joints that loops lock keep their start values.
   int postures = 1000;
   /// Of the random postures, which are the same on every machine. More postures with the same seed
   /// are those of before, and more.
@@ -81,9 +81,11 @@ struct MotionReport {
   int64_t num_link_pairs = 0;
   /// How many kinds of dockings there are: those of one kind differ in names alone.
   int num_kinds = 0;
-  /// Independent loops of the robot. Their joints are sampled as if they were free, so a posture
-  /// may be one that a loop does not allow.
+  /// Independent loops of the robot. Joints that they do not lock are sampled as if they were free,
+  /// so a posture may be one that a loop does not allow.
   int num_loops = 0;
+  /// How many joints of the robot the loops lock: as far as that is computed (KinematicGraph).
+  int num_locked = 0;
   /// What meets, in the order of the first docking.
   std::vector<MeetingsOfDockings> meetings;
 };

@@ -82,12 +82,18 @@ class MotionText {
 /// A depth to the nanometre, as `check` has it.
 std::string DepthText(double depth_m) { return model::NumberText(std::round(depth_m * 1e9) / 1e9); }
 
+/// So many meetings of a robot are listed in JSON, some 50 MB of it: a bound on hostile input.
+constexpr size_t kMostMeetings = 100000;
+
 /// One of "robots". Every docking has its own entries, so that scripts need not know of kinds.
 Json MotionJson(const MotionText& text, const model::Robot& robot, const MotionReport& report) {
   Json meetings = Json::array();
+  bool complete = true;
   for (const MeetingsOfDockings& alike : report.meetings) {
     for (const int d : alike.dockings) {
       for (const LinkMeeting& meeting : alike.links) {
+        complete = meetings.size() < kMostMeetings;
+        if (!complete) break;
         meetings.push_back(
             {{"modules", {text.ModuleOf(d, true), text.ModuleOf(d, false)}},
              {"links",
@@ -98,10 +104,12 @@ Json MotionJson(const MotionText& text, const model::Robot& robot, const MotionR
       }
     }
   }
-  return {{"name", robot.name},          {"connections", robot.dockings.size()},
-          {"kinds", report.num_kinds},   {"link_pairs", report.num_link_pairs},
-          {"postures", report.postures}, {"loops", report.num_loops},
-          {"meetings", meetings}};
+  Json json = {{"name", robot.name},          {"connections", robot.dockings.size()},
+               {"kinds", report.num_kinds},   {"link_pairs", report.num_link_pairs},
+               {"postures", report.postures}, {"loops", report.num_loops},
+               {"meetings", meetings}};
+  if (!complete) json["meetings_complete"] = false;
+  return json;
 }
 
 /// Two links that meet, in which postures, and between which other modules it is so too.
@@ -130,15 +138,16 @@ void PrintMotion(const MotionText& text, const model::Robot& robot, const Motion
         robot.name);
     return;
   }
-  fmt::print("motion of {}: {} of neighbours; tried {} of each of {} ({} to compare, seed {})\n",
-             robot.name, report.meetings.empty() ? "no links meet" : "links meet",
-             Counted(report.postures, "posture"), Counted(robot.dockings.size(), "connection"),
+  fmt::print("motion of {}: {}links of neighbours meet; tried {} of each of {} ({}, seed {})\n",
+             robot.name, report.meetings.empty() ? "no " : "", Counted(report.postures, "posture"),
+             Counted(robot.dockings.size(), "connection"),
              Counted(report.num_link_pairs, "pair of links", "pairs of links"), seed);
   // A loop takes freedom away: what meets in a posture may never be reached.
   if (report.num_loops > 0) {
-    fmt::print(
-        "  joints of closed loops were tried as if they were free; a loop may not allow "
-        "such a posture\n");
+    fmt::print("  closed loops may not allow each of these postures: they were not looked at\n");
+  }
+  if (report.num_locked > 0) {
+    fmt::print("  {} that loops lock stayed at the start\n", Counted(report.num_locked, "joint"));
   }
   size_t printed = 0;
   size_t left_out = 0;
@@ -181,7 +190,7 @@ bool IsUsable(const MotionChoice& choice, const model::Model& model) {
   if (!choice.wanted) return true;
   if (!choice.robot.empty()) return PickRobot(model, choice.robot) != nullptr;
   if (!model.robots.empty()) return true;
-  Unusable("--motion: the model has no robot");
+  Unusable("--motion: the model has no robot, and so no neighbours that could meet");
   return false;
 }
 

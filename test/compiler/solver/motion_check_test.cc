@@ -9,6 +9,7 @@
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/solver/hull_overlap.h"
 #include "test/compiler/solver/known_modules.h"
+#include "test/support/source_dir.h"
 
 namespace morphbus::solver {
 namespace {
@@ -36,11 +37,72 @@ robot gate: modules=(FLAP f, WALL w), connections=((f.foot,w.foot)){}
 // 0.2 cos t + 3 sin t = 2.
 const double kContact = std::asin(2.0 / std::hypot(0.2, 3.0)) - std::atan2(0.2, 3.0);
 
-model::Model Compiled(const std::string& text) {
-  const m3l::CompileOutput output = m3l::CompileText("motion_test.m3l", text);
+/// Two carriages that meet only where a's is at its upper limit and b's at its lower one.
+constexpr const char* kRails = R"(
+module LEFT:
+point foot: coords=(0,0,0), connector, normal=(1,0,0)
+link base: grouping=(foot), hull=box(size=(1,1,1), at=(-.5,0,0))
+link carriage: hull=box(size=(.25,.5,.5), at=(-1.075,.85,0))
+axis out: origin=(0,0,0), direction=(1,0,0)
+axis in: origin=(0,0,0), direction=(-1,0,0)
+axis up: origin=(0,0,0), direction=(0,1,0)
+joint rail: type=prismatic, value=[0,1], pair=((carriage,out),(base,in))
+
+module RIGHT:
+point foot: coords=(0,0,0), connector, normal=(-1,0,0)
+link base: grouping=(foot), hull=box(size=(1,1,1), at=(.5,0,0))
+link carriage: hull=box(size=(.25,.5,.5), at=(1.075,.85,0))
+axis out: origin=(0,0,0), direction=(1,0,0)
+axis in: origin=(0,0,0), direction=(-1,0,0)
+axis up: origin=(0,0,0), direction=(0,1,0)
+joint rail: type=prismatic, value=[-1,0], pair=((carriage,out),(base,in))
+
+connection HOLD: members=(LEFT a, RIGHT b), conditions=(
+  a.point p coincident b.point q and p antiparallel q and a.up parallel b.up)
+robot rails: modules=(LEFT a, RIGHT b), connections=((a.foot,b.foot))
+)";
+
+/// A triangle of corners, whose hinges it locks where its sides, at right angles in a corner's own
+/// frame, stand at 60 degrees; on each corner a long flap that can turn. The chain is open.
+constexpr const char* kTriangle = R"(
+module CORNER:
+point head: coords=(1,0,0), connector, normal=(1,0,0), side=1
+point tail: coords=(0,1,0), connector, normal=(0,1,0), side=2
+link a: grouping=(head), hull=box(size=(.8,.1,.1), at=(.6,0,0))
+link b: grouping=(tail), hull=box(size=(.1,.8,.1), at=(0,.6,0))
+link flap: hull=box(size=(.1,2.2,.1), at=(.5,-1.3,0))
+axis out: origin=(0,0,0), direction=(0,0,1)
+axis in: origin=(0,0,0), direction=(0,0,-1)
+axis flap_out: origin=(.5,-.2,0), direction=(0,0,1)
+axis flap_in: origin=(.5,-.2,0), direction=(0,0,-1)
+joint hinge: type=revolute, value=[-pi/2,pi/2], pair=((a,out),(b,in))
+joint turn: type=revolute, value=[-pi,pi], pair=((flap,flap_out),(a,flap_in))
+
+connection HOLD: members=(CORNER a, CORNER b), conditions=(
+  a.point p coincident b.point q and p antiparallel q and a.out parallel b.out
+  and p.side==2 and q.side==1)
+robot triangle: modules=(CORNER c1, CORNER c2, CORNER c3),
+  connections=((c1.tail,c2.head), (c2.tail,c3.head), (c3.tail,c1.head)),
+  joints=(c1.hinge=pi/6, c2.hinge=pi/6, c3.hinge=pi/6)
+robot chain: modules=(CORNER c1, CORNER c2, CORNER c3),
+  connections=((c1.tail,c2.head), (c2.tail,c3.head)),
+  joints=(c1.hinge=pi/6, c2.hinge=pi/6, c3.hinge=pi/6)
+)";
+
+/// The model that came out; an empty one, and a failure, if there is none.
+model::Model ModelOf(const m3l::CompileOutput& output) {
   EXPECT_TRUE(output.model.has_value())
       << source::Render(output.diagnostics, output.sources, false);
   return output.model.value_or(model::Model());
+}
+
+model::Model Compiled(const std::string& text) {
+  return ModelOf(m3l::CompileText("motion_test.m3l", text));
+}
+
+/// A file of models/.
+model::Model Shipped(const std::string& name) {
+  return ModelOf(m3l::CompileFiles({test::SourcePath("models/" + name)}));
 }
 
 model::Model Gate(double lower, double upper, const std::string& more = "") {
@@ -61,6 +123,36 @@ void ExpectSame(const LinkMeeting& a, const LinkMeeting& b) {
     EXPECT_EQ((a.*part).depth_m, (b.*part).depth_m);
     EXPECT_EQ((a.*part).values, (b.*part).values);
   }
+}
+
+/// Holds each posture of a report against another route: the forward kinematics of the whole robot,
+/// and the depth from the points of the hulls. Returns how many postures there were.
+int ExpectAgreesWithForwardKinematics(const model::Model& model, const model::Robot& robot,
+                                      const MotionReport& report) {
+  int compared = 0;
+  for (const MeetingsOfDockings& alike : report.meetings) {
+    for (const int d : alike.dockings) {
+      const int a = robot.dockings[d].module_a;
+      const int b = robot.dockings[d].module_b;
+      for (const LinkMeeting& meeting : alike.links) {
+        for (const MeetingPosture& posture : {meeting.first, meeting.deepest}) {
+          model::JointValues q = model::StartValues(robot);
+          for (size_t i = 0; i < meeting.joints.size(); ++i) {
+            q[meeting.joints[i].of_a ? a : b][meeting.joints[i].joint] = posture.values[i];
+          }
+          const model::KinematicState state = model::ForwardKinematics(model, robot, q);
+          EXPECT_GT(posture.depth_m, 0.0);
+          EXPECT_NEAR(PenetrationDepth(model.TypeOf(robot, a).links[meeting.link_a].hull,
+                                       state.X_RL[a][meeting.link_a],
+                                       model.TypeOf(robot, b).links[meeting.link_b].hull,
+                                       state.X_RL[b][meeting.link_b]),
+                      posture.depth_m, 1e-12);
+          ++compared;
+        }
+      }
+    }
+  }
+  return compared;
 }
 
 TEST(CheckMotion, FindsThatABoxOnAHingeMeetsAWallBeyondItsAngle) {
@@ -104,23 +196,20 @@ TEST(CheckMotion, TriesTheLimitsAndTheStartValuesBeforeAnythingElse) {
 }
 
 TEST(CheckMotion, TriesEveryCornerOfAFewRanges) {
-  // Four joints lie between the blocks of two M-TRAN modules in a row: all ends of their ranges are
-  // 16 corners, of which the mixed ones come behind the first three postures.
-  const model::Model model = test::MtranModel();
-  const model::Robot robot = test::Assemble(model, "pair", 2, {{"m1", "c1", "m2", "c5", {}}}, 0, 0,
-                                            model::Pose::Identity());
-  // Seeds do not matter in the first 17 postures: nothing is random yet.
-  const MotionReport one = CheckMotion(model, robot, {17, 1});
-  const MotionReport two = CheckMotion(model, robot, {17, 2});
-  ASSERT_FALSE(one.meetings.empty());
-  ASSERT_EQ(one.meetings[0].links.size(), two.meetings[0].links.size());
-  for (size_t i = 0; i < one.meetings[0].links.size(); ++i) {
-    ExpectSame(one.meetings[0].links[i], two.meetings[0].links[i]);
-  }
-  for (const LinkMeeting& meeting : one.meetings[0].links) {
-    for (const double value : meeting.deepest.values) {
-      EXPECT_TRUE(value == 0.0 || std::abs(value) == M_PI / 2) << value;
-    }
+  // Two joints have four corners: both lower, both upper, then the mixed ones. Nothing of them is
+  // random, so that any seed will do.
+  const model::Model model = Compiled(kRails);
+  EXPECT_TRUE(Check(model, "rails", 3).meetings.empty());
+  for (const uint64_t seed : {1, 2}) {
+    const MotionReport report = Check(model, "rails", 4, seed);
+    ASSERT_EQ(report.meetings.size(), 1u);
+    ASSERT_EQ(report.meetings[0].links.size(), 1u);
+    const LinkMeeting& meeting = report.meetings[0].links[0];
+    EXPECT_EQ(meeting.num_postures, 1);
+    EXPECT_EQ(meeting.first.values, (std::vector<double>{1.0, -1.0}));
+    EXPECT_EQ(meeting.deepest.values, meeting.first.values);
+    // The carriages' faces start 1.9 apart.
+    EXPECT_NEAR(meeting.deepest.depth_m, 0.1, 1e-12);
   }
 }
 
@@ -137,65 +226,82 @@ TEST(CheckMotion, IsTheSameForASeedAndAnotherForAnother) {
 }
 
 TEST(CheckMotion, AgreesWithForwardKinematicsOfTheRobot) {
-  // By another route: the whole robot in the deepest posture, and the depth from the points.
-  const model::Model model = test::MtranModel(0.0325);
-  const model::Robot robot = test::Quadruped(model, 0.0325);
-  const MotionReport report = CheckMotion(model, robot, {300, 1});
-  ASSERT_FALSE(report.meetings.empty());
-  int compared = 0;
+  // The crawler's legs meet its spine in few postures, of four joints each.
+  const model::Model model = Shipped("mtran_robots.m3l");
+  const model::Robot& robot = *model.FindRobot("crawler");
+  const MotionReport report = CheckMotion(model, robot, {1000, 1});
+  ASSERT_EQ(report.meetings.size(), 4u);
   for (const MeetingsOfDockings& alike : report.meetings) {
-    for (const int d : alike.dockings) {
-      for (const LinkMeeting& meeting : alike.links) {
-        // Of the robot only these two modules, so that no loop is in the way.
-        model::Robot pair = robot;
-        pair.dockings = {robot.dockings[d]};
-        model::JointValues q = model::StartValues(robot);
-        const int a = robot.dockings[d].module_a;
-        const int b = robot.dockings[d].module_b;
-        for (size_t i = 0; i < meeting.joints.size(); ++i) {
-          q[meeting.joints[i].of_a ? a : b][meeting.joints[i].joint] = meeting.deepest.values[i];
-        }
-        pair.root_module = a;
-        const model::KinematicState state = model::ForwardKinematics(model, pair, q);
-        const model::ModuleType& type = model.module_types[0];
-        EXPECT_NEAR(
-            PenetrationDepth(type.links[meeting.link_a].hull, state.X_RL[a][meeting.link_a],
-                             type.links[meeting.link_b].hull, state.X_RL[b][meeting.link_b]),
-            meeting.deepest.depth_m, 1e-12);
-        ++compared;
-      }
-    }
+    EXPECT_EQ(alike.links[0].joints.size(), 4u);
   }
-  EXPECT_GT(compared, 5);
+  EXPECT_EQ(ExpectAgreesWithForwardKinematics(model, robot, report), 4 * 2);
 }
 
 TEST(CheckMotion, TellsOfEachDockingWhatARobotOfItAloneTells) {
-  // Results are kept by kind of docking: nine modules in a row, all joined alike but for one.
-  const model::Model model = test::MtranModel();
-  std::vector<test::Mating> matings;
-  for (int i = 1; i < 9; ++i) {
-    const std::string a = "m" + std::to_string(i);
-    const std::string b = "m" + std::to_string(i + 1);
-    matings.push_back({a, i == 4 ? "c1" : "c2", b, "c5", {}});
-  }
-  const auto assembled = [&](int count, const std::vector<test::Mating>& some) {
-    return test::Assemble(model, "row", count, some, 0, 0, model::Pose::Identity());
-  };
-  const MotionReport all = CheckMotion(model, assembled(9, matings), {300, 3});
-  EXPECT_EQ(all.num_kinds, 2);
-  EXPECT_EQ(all.num_link_pairs, 8 * 8) << "nine pairs of links less the mated ones";
-  ASSERT_EQ(all.meetings.size(), 2u);
-  EXPECT_EQ(all.meetings[0].dockings.size() + all.meetings[1].dockings.size(), 8u);
+  // Results are kept by kind of docking, and must not depend on what else there is.
+  const model::Model model = Shipped("mtran_robots.m3l");
+  const model::Robot& robot = *model.FindRobot("crawler");
+  const MotionReport all = CheckMotion(model, robot, {1000, 3});
+  std::vector<const MeetingsOfDockings*> of_docking(robot.dockings.size());
   for (const MeetingsOfDockings& alike : all.meetings) {
-    const std::string connector = alike.dockings.size() == 1 ? "c1" : "c2";
-    const MotionReport alone =
-        CheckMotion(model, assembled(2, {{"m1", connector, "m2", "c5", {}}}), {300, 3});
-    ASSERT_EQ(alone.meetings.size(), 1u);
-    ASSERT_EQ(alone.meetings[0].links.size(), alike.links.size());
-    for (size_t i = 0; i < alike.links.size(); ++i) {
-      ExpectSame(alone.meetings[0].links[i], alike.links[i]);
+    for (const int d : alike.dockings) of_docking[d] = &alike;
+  }
+  int64_t link_pairs = 0;
+  for (size_t d = 0; d < robot.dockings.size(); ++d) {
+    model::Robot pair = robot;
+    pair.dockings = {robot.dockings[d]};
+    const MotionReport alone = CheckMotion(model, pair, {1000, 3});
+    link_pairs += alone.num_link_pairs;
+    ASSERT_EQ(alone.meetings.empty(), of_docking[d] == nullptr) << d;
+    if (alone.meetings.empty()) continue;
+    ASSERT_EQ(alone.meetings[0].links.size(), of_docking[d]->links.size());
+    for (size_t i = 0; i < of_docking[d]->links.size(); ++i) {
+      ExpectSame(alone.meetings[0].links[i], of_docking[d]->links[i]);
     }
   }
+  EXPECT_EQ(all.num_link_pairs, link_pairs);
+  EXPECT_EQ(link_pairs, 6 * 8) << "nine pairs of links less the mated ones";
+}
+
+TEST(CheckMotion, LooksAtDockingsOfOneKindOnce) {
+  // The halves of a Molecube, whose cut is a hexagon, stand out of the cube while they turn.
+  const model::Model model = Shipped("molecube.m3l");
+  const MotionReport report = Check(model, "snake");
+  EXPECT_EQ(report.num_kinds, 1);
+  EXPECT_EQ(report.num_link_pairs, 3 * 3);
+  ASSERT_EQ(report.meetings.size(), 1u);
+  EXPECT_EQ(report.meetings[0].dockings, (std::vector<int>{0, 1, 2}));
+  EXPECT_EQ(Check(model, "arm").num_kinds, 3);
+}
+
+TEST(CheckMotion, KeepsJointsThatLoopsLockAtTheirStartValues) {
+  const model::Model model = Compiled(kTriangle);
+  constexpr int kHinge = 0;
+  // How many postures have a hinge at, and how many away from its start value.
+  const auto count_hinges = [](const MotionReport& report) {
+    std::pair<int, int> counts;
+    for (const MeetingsOfDockings& alike : report.meetings) {
+      for (const LinkMeeting& meeting : alike.links) {
+        for (size_t i = 0; i < meeting.joints.size(); ++i) {
+          if (meeting.joints[i].joint != kHinge) continue;
+          ++(std::abs(meeting.deepest.values[i] - M_PI / 6) < 1e-12 ? counts.first : counts.second);
+        }
+      }
+    }
+    return counts;
+  };
+  const MotionReport chain = Check(model, "chain");
+  EXPECT_EQ(chain.num_loops, 0);
+  EXPECT_GT(count_hinges(chain).second, 0);
+  const MotionReport triangle = Check(model, "triangle");
+  EXPECT_EQ(triangle.num_loops, 1);
+  EXPECT_EQ(triangle.num_locked, 3);
+  EXPECT_EQ(triangle.num_kinds, 1);
+  EXPECT_GT(count_hinges(triangle).first, 0);
+  EXPECT_EQ(count_hinges(triangle).second, 0);
+  EXPECT_GT(ExpectAgreesWithForwardKinematics(model, *model.FindRobot("triangle"), triangle), 0);
+  // Of the nine pairs of a docking one is mated; of the others those of the sides cannot move.
+  EXPECT_EQ(triangle.num_link_pairs, 3 * 5);
 }
 
 TEST(CheckMotion, TellsApartDockingsThatStartInEachOther) {
