@@ -144,7 +144,8 @@ void PrintMotion(const MotionText& text, const model::Robot& robot, const Motion
              Counted(report.num_link_pairs, "pair of links", "pairs of links"), seed);
   // A loop takes freedom away: what meets in a posture may never be reached.
   if (report.num_loops > 0) {
-    fmt::print("  closed loops may not allow each of these postures: they were not looked at\n");
+    fmt::print(
+        "  closed loops do not allow each of these postures: all were tried as if they did\n");
   }
   if (report.num_locked > 0) {
     fmt::print("  {} that loops lock stayed at the start\n", Counted(report.num_locked, "joint"));
@@ -169,7 +170,9 @@ void PrintMotion(const MotionText& text, const model::Robot& robot, const Motion
 void AddMotionOptions(Subcommand* sub, MotionChoice* choice) {
   sub->Flag("--motion", &choice->wanted,
             "Also look for links of neighbouring modules that meet as their joints move");
-  const Option robot = sub->Robot(&choice->robot);
+  // Not Subcommand::Robot: its default is the only robot, here it is all of them.
+  const Option robot =
+      sub->Add("--robot", &choice->robot, "With --motion: only this robot (default: all)");
   const Option postures =
       sub->Add("--postures", &choice->postures, "Postures of each connection (default 1000)")
           .Range(1, 1000000);
