@@ -1,21 +1,19 @@
 #include "compiler/solver/motion_check.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
-#include <numbers>
 #include <optional>
 #include <queue>
 #include <tuple>
 #include <utility>
 
-#include "compiler/base/split_mix.h"
 #include "compiler/model/convex_hull.h"
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/model/kinematic_graph.h"
 #include "compiler/model/kinematic_tree.h"
 #include "compiler/solver/hull_overlap.h"
 #include "compiler/solver/motion_inference.h"
+#include "compiler/solver/motion_postures.h"
 
 namespace morphbus::solver {
 namespace {
@@ -27,12 +25,6 @@ using model::JointType;
 using model::ModuleType;
 using model::Pose;
 
-/// Up to this many joints all corners of their ranges are tried: 64 of them.
-constexpr int kMaxCornerJoints = 6;
-/// Numbers of postures: the start values, all lower limits, all upper ones; other corners follow.
-constexpr int kStartPosture = 0;
-constexpr int kLowerPosture = 1;
-constexpr int kUpperPosture = 2;
 /// What it costs to hold two balls against each other, and to keep a pair of links, in units of
 /// MotionOptions::max_work.
 constexpr double kBallWork = 10.0;
@@ -91,12 +83,6 @@ Paths PathsFrom(const ModuleType& type, int root) {
     }
   }
   return paths;
-}
-
-/// The range in which a joint is sampled (rad or m).
-std::pair<double, double> RangeOf(const Joint& joint) {
-  if (joint.type == JointType::kContinuous) return {-std::numbers::pi, std::numbers::pi};
-  return {joint.lower, joint.upper};
 }
 
 /// What is known of two links after some postures. Postures are kept by number, as their values
@@ -342,26 +328,10 @@ class MotionChecker {
 
   /// The values of a kind's joints in a posture that is not the start.
   [[nodiscard]] std::vector<double> ValuesOf(const DockingKind& kind, int posture) const {
-    const int count = static_cast<int>(kind.joints.size());
-    // Bit i says at which end of its range joint i is.
-    std::optional<int> corner;
-    if (posture == kLowerPosture) corner = 0;
-    if (posture == kUpperPosture) corner = -1;
-    if (posture > kUpperPosture && count <= kMaxCornerJoints && posture <= 1 << count) {
-      corner = posture - kUpperPosture;
-    }
-    // The numbers depend on seed and posture alone, so that neither other dockings nor the number
-    // of postures change them.
-    SplitMix64 random(SplitMix64::Mix(options_.seed) ^ static_cast<uint64_t>(posture));
-    std::vector<double> values;
-    for (int i = 0; i < count; ++i) {
-      const auto [lower, upper] = RangeOf(kind.JointAt(kind.joints[i]));
-      // Where there are more joints than bits, only the corners whose bits are all alike are tried.
-      const bool at_upper = corner && (*corner >> std::min(i, kMaxCornerJoints) & 1) != 0;
-      const double fraction = corner ? (at_upper ? 1.0 : 0.0) : random.NextFraction();
-      values.push_back(fraction == 1.0 ? upper : lower + fraction * (upper - lower));
-    }
-    return values;
+    std::vector<const Joint*> joints;
+    joints.reserve(kind.joints.size());
+    for (const PairJoint& at : kind.joints) joints.push_back(&kind.JointAt(at));
+    return PostureValues(joints, options_.seed, posture);
   }
 
   /// Compares all pairs of links of a kind in one posture. False if the work is used up.

@@ -21,13 +21,10 @@ inline constexpr double kMaxMotionWork = 2e9;
 
 /// How much is tried.
 struct MotionOptions {
-  /// Postures of each docking, 1 or more. The first is that of the start values; then come all
-  /// joints at their lower limits, all at their upper ones, the other corners of the ranges where
-  /// at most six joints matter, and random ones. Joints without limits have the range of one turn,
-  /// -pi to pi. Joints that loops lock keep their start values.
+  /// Postures of each docking, 1 or more. The first is that of the start values, the others follow
+  /// from `seed` (motion_postures.h). Joints that loops lock keep their start values.
   int postures = 1000;
-  /// Of the random postures, which are the same on every machine. More postures with the same seed
-  /// are those of before, and more.
+  /// Of the random postures. More postures with the same seed are those of before, and more.
   uint64_t seed = 1;
   /// When this is used up, no further posture is begun.
   double max_work = kMaxMotionWork;

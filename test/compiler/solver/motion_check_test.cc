@@ -171,9 +171,10 @@ TEST(CheckMotion, FindsThatABoxOnAHingeMeetsAWallBeyondItsAngle) {
   EXPECT_EQ(meeting.deepest.values[0], M_PI / 3);
   EXPECT_NEAR(meeting.deepest.depth_m, 0.2 * 0.5 + 3.0 * std::sqrt(0.75) - 2.0, 1e-12);
   EXPECT_GT(meeting.first.values[0], kContact);
-  // The share of the range in which they meet is that of the postures, to some five deviations.
+  // One half of the postures is spread evenly over the range, of the other half a quarter is at the
+  // upper limit and a half is spread evenly; to some five deviations.
   const double share = (M_PI / 3 - kContact) / (M_PI / 3 + 1.0);
-  EXPECT_NEAR(meeting.num_postures / 1000.0, share, 0.07);
+  EXPECT_NEAR(meeting.num_postures / 1000.0, 0.5 * share + 0.5 * (0.25 + 0.5 * share), 0.07);
 }
 
 TEST(CheckMotion, FindsNothingBelowTheAngle) {
@@ -226,15 +227,29 @@ TEST(CheckMotion, IsTheSameForASeedAndAnotherForAnother) {
 }
 
 TEST(CheckMotion, AgreesWithForwardKinematicsOfTheRobot) {
-  // The crawler's legs meet its spine in few postures, of four joints each.
+  // The crawler's legs meet its spine in few postures, of four joints each, and so do the modules
+  // of its spine.
   const model::Model model = Shipped("mtran_robots.m3l");
   const model::Robot& robot = *model.FindRobot("crawler");
   const MotionReport report = CheckMotion(model, robot, {1000, 1});
-  ASSERT_EQ(report.meetings.size(), 4u);
+  ASSERT_EQ(report.meetings.size(), 5u);
   for (const MeetingsOfDockings& alike : report.meetings) {
     EXPECT_EQ(alike.links[0].joints.size(), 4u);
   }
-  EXPECT_EQ(ExpectAgreesWithForwardKinematics(model, robot, report), 4 * 2);
+  EXPECT_EQ(ExpectAgreesWithForwardKinematics(model, robot, report), 6 * 2);
+}
+
+TEST(CheckMotion, FindsWhatMeetsOnlyNearLimitsOfSomeJoints) {
+  // M-TRAN's far blocks meet where the two joints between them are at their limits and the two
+  // outer ones are not: in one of 1000 postures that are spread evenly.
+  const model::Model model = test::MtranModel();
+  const model::Robot robot = test::Assemble(model, "pair", 2, {{"m1", "c2", "m2", "c5", {}}}, 0, 0,
+                                            model::Pose::Identity());
+  for (const uint64_t seed : {1, 2, 3, 4, 5}) {
+    const MotionReport report = CheckMotion(model, robot, {1000, seed});
+    ASSERT_EQ(report.meetings.size(), 1u) << seed;
+    EXPECT_GT(report.meetings[0].links[0].num_postures, 3) << seed;
+  }
 }
 
 TEST(CheckMotion, TellsOfEachDockingWhatARobotOfItAloneTells) {
