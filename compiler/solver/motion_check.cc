@@ -175,6 +175,7 @@ class MotionChecker {
     while (report_.postures < options_.postures && TryRound(report_.postures)) ++report_.postures;
     Gather();
     report_.num_kinds = static_cast<int>(kinds_.size());
+    report_.work = work_;
     return std::move(report_);
   }
 

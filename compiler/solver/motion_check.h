@@ -83,6 +83,8 @@ struct MotionReport {
   int num_loops = 0;
   /// How many joints of the robot the loops lock: as far as that is computed (KinematicGraph).
   int num_locked = 0;
+  /// What the check has cost, in units of MotionOptions::max_work.
+  double work = 0.0;
   /// What meets, in the order of the first docking.
   std::vector<MeetingsOfDockings> meetings;
 };

@@ -82,18 +82,21 @@ class MotionText {
 /// A depth to the nanometre, as `check` has it.
 std::string DepthText(double depth_m) { return model::NumberText(std::round(depth_m * 1e9) / 1e9); }
 
-/// So many meetings of a robot are listed in JSON, some 50 MB of it: a bound on hostile input.
+/// So many meetings are listed in JSON, some 50 MB of it: a bound on hostile input.
 constexpr size_t kMostMeetings = 100000;
 
-/// One of "robots". Every docking has its own entries, so that scripts need not know of kinds.
-Json MotionJson(const MotionText& text, const model::Robot& robot, const MotionReport& report) {
+/// One of "robots". Every docking has its own entries, so that scripts need not know of kinds; each
+/// takes one from `room`, and where that is 0 the rest is left out.
+Json MotionJson(const MotionText& text, const model::Robot& robot, const MotionReport& report,
+                size_t* room) {
   Json meetings = Json::array();
   bool complete = true;
   for (const MeetingsOfDockings& alike : report.meetings) {
     for (const int d : alike.dockings) {
       for (const LinkMeeting& meeting : alike.links) {
-        complete = meetings.size() < kMostMeetings;
+        complete = *room > 0;
         if (!complete) break;
+        --*room;
         meetings.push_back(
             {{"modules", {text.ModuleOf(d, true), text.ModuleOf(d, false)}},
              {"links",
@@ -198,31 +201,41 @@ bool IsUsable(const MotionChoice& choice, const model::Model& model) {
 }
 
 int CheckMotions(const MotionChoice& choice, const model::Model& model, Json* json) {
-  Json robots = Json::array();
-  bool meet = false;
+  std::vector<const model::Robot*> chosen;
   for (const model::Robot& robot : model.robots) {
-    if (!choice.robot.empty() && robot.name != choice.robot) continue;
+    if (choice.robot.empty() || robot.name == choice.robot) chosen.push_back(&robot);
+  }
+  Json robots = Json::array();
+  size_t room = kMostMeetings;
+  double work = 0.0;
+  bool meet = false;
+  for (size_t i = 0; i < chosen.size(); ++i) {
+    const model::Robot& robot = *chosen[i];
     solver::MotionOptions options;
     options.postures = choice.postures;
     options.seed = choice.seed;
+    // The bound holds for all robots together; what one leaves goes to those behind it.
+    options.max_work = (solver::kMaxMotionWork - work) / static_cast<double>(chosen.size() - i);
     const MotionReport report = solver::CheckMotion(model, robot, options);
+    work += report.work;
     // The bound on work ends with an answer that holds for fewer postures, or with none.
     if (report.postures == 0) {
-      return Unusable(
-          fmt::format("--motion: the link hulls of robot {} are too many or too detailed to "
-                      "compare in a single posture: give them fewer points",
-                      robot.name));
+      return Unusable(fmt::format(
+          "--motion: the link hulls of robot {} are too many or too detailed to "
+          "compare in a single posture: give them fewer points, or choose one robot with "
+          "--robot",
+          robot.name));
     }
     if (report.postures < choice.postures) {
       Warn(
           fmt::format("--motion: robot {}: only {} of {} were tried, as many as the bound on work "
-                      "allows; hulls with fewer points allow more",
+                      "allows; hulls with fewer points, or one robot with --robot, allow more",
                       robot.name, report.postures, Counted(choice.postures, "posture")));
     }
     meet = meet || !report.meetings.empty();
     const MotionText text(model, robot);
     if (json != nullptr) {
-      robots.push_back(MotionJson(text, robot, report));
+      robots.push_back(MotionJson(text, robot, report, &room));
     } else {
       PrintMotion(text, robot, report, choice.seed);
     }

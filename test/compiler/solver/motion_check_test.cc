@@ -383,6 +383,9 @@ TEST(CheckMotion, EndsWithFewerPosturesWhereTheWorkIsBounded) {
   const MotionReport bounded = CheckMotion(model, robot, options);
   ASSERT_GT(bounded.postures, 1);
   ASSERT_LT(bounded.postures, 1000);
+  EXPECT_GT(bounded.work, 0.5e6);
+  // At most the pair of hulls that was being compared lies beyond the bound.
+  EXPECT_LT(bounded.work, 1.01e6);
   // What is told is what so many postures tell.
   const MotionReport asked = CheckMotion(model, robot, {bounded.postures, 1});
   ASSERT_EQ(bounded.meetings.size(), asked.meetings.size());
