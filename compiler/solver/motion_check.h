@@ -24,7 +24,8 @@ struct MotionOptions {
   /// Postures of each docking, 1 or more. The first is that of the start values, the others follow
   /// from `seed` (motion_postures.h). Joints that loops lock keep their start values.
   int postures = 1000;
-  /// Of the random postures. More postures with the same seed are those of before, and more.
+  /// The random postures follow from it. More postures with the same seed are those of before, and
+  /// more.
   uint64_t seed = 1;
   /// When this is used up, no further posture is begun.
   double max_work = kMaxMotionWork;
@@ -76,7 +77,8 @@ struct MotionReport {
   int postures = 0;
   /// How many pairs of links were compared, over all dockings.
   int64_t num_link_pairs = 0;
-  /// How many kinds of dockings there are: those of one kind differ in names alone.
+  /// How many kinds of dockings there are: those of one kind differ in names and start values
+  /// alone.
   int num_kinds = 0;
   /// Independent loops of the robot. Joints that they do not lock are sampled as if they were free,
   /// so a posture may be one that a loop does not allow.

@@ -296,6 +296,10 @@ connection HOLD: members=(FLAP a, WALL b), conditions=(
             done = morphbus('check', path, *options, status=2)
             self.assertIn(said, done.stderr)
             self.assertEqual(done.stdout, '')
+        # A robot without neighbours is no mistake.
+        alone = self.gate(1.0, robots=())
+        alone.write_text(alone.read_text() + 'robot alone: modules=(FLAP f)\n')
+        self.assertIn('motion of alone: nothing to compare', morphbus('check', alone, '--motion').stdout)
         bare = self.gate(1.0, robots=())
         self.assertIn('the model has no robot', morphbus('check', bare, '--motion', status=2).stderr)
 
