@@ -199,6 +199,133 @@ class PairOptions(Case):
         self.assertIn("no module has a connector 'tpi' (did you mean 'tip'?)", self.said(path, '--why', 'tpi,c1'))
 
 
+class Motion(Case):
+    """check --motion: links of neighbouring modules that meet as their joints move."""
+    # A flap on a hinge, 3 long and 0.4 thick, and a wall at x = 2: the flap's corner (0.2, 3) reaches it at some 38 degrees.
+    GATE = """
+module FLAP:
+point foot: coords=(2,-.5,0), connector, normal=(1,0,0)
+link base: grouping=(foot), hull=box(size=(3,1,1), at=(.5,-.5,0))
+link flap: hull=box(size=(.4,2.8,1), at=(0,1.6,0))
+axis out: origin=(0,0,0), direction=(0,0,1)
+axis in: origin=(0,0,0), direction=(0,0,-1)
+joint hinge: type=revolute, value=[-1,UPPER], pair=((flap,in),(base,out))
+module WALL:
+point foot: coords=(0,0,0), connector, normal=(-1,0,0)
+link wall: grouping=(foot), hull=box(size=(1,5,1), at=(.5,2,0))
+axis out: origin=(0,0,0), direction=(0,0,1)
+connection HOLD: members=(FLAP a, WALL b), conditions=(
+  a.point p coincident b.point q and p antiparallel q and a.out parallel b.out)
+"""
+    ROBOT = 'robot NAME: modules=(FLAP f, WALL w), connections=((f.foot,w.foot))\n'
+    # 0.2 cos t + 3 sin t = 2.
+    CONTACT = math.asin(2 / math.hypot(0.2, 3)) - math.atan2(0.2, 3)
+
+    def gate(self, upper, robots=('gate',)):
+        path = self.folder / 'gate.m3l'
+        path.write_text(self.GATE.replace('UPPER', repr(upper)) + ''.join(self.ROBOT.replace('NAME', r) for r in robots))
+        return path
+
+    def test_links_that_meet_are_told_with_angles_and_depth(self):
+        path = self.gate(math.pi / 3)
+        done = morphbus('check', path, '--motion', status=1)
+        self.assertEqual(done.stderr, '')
+        said = re.search(r'motion of gate: links of neighbours meet; tried 1000 postures of each of 1 connection '
+                         r'\(1 pair of links, seed 1\)\n'
+                         r'  f\.flap and w\.wall in (\d+) of 1000 postures, up to ([\d.]+) m deep\n'
+                         r'    deepest: f\.hinge=60deg\n'
+                         r'    first:   f\.hinge=([\d.]+)deg \(([\d.]+) m\)\n$', done.stdout)
+        self.assertTrue(said, done.stdout)
+        # The flap's corner at the upper limit, behind the wall's face.
+        self.assertAlmostEqual(float(said.group(2)), 0.2 * 0.5 + 3 * math.sqrt(0.75) - 2, delta=1e-9)
+        self.assertGreater(math.radians(float(said.group(3))), self.CONTACT)
+        # The posture is what `fk --set` takes.
+        pose = as_json('fk', path, '--robot', 'gate', '--set', f'f.hinge={said.group(3)}deg')['links']['f.flap']
+        self.assertAlmostEqual(2 * math.asin(abs(pose['q'][3])), math.radians(float(said.group(3))), delta=1e-9)
+
+    def test_the_json_says_the_same(self):
+        path = self.gate(math.pi / 3)
+        answer = as_json('check', path, '--motion', status=1)
+        self.assertEqual(list(answer), ['modules', 'connections', 'robots', 'motion'])
+        motion = answer['motion']
+        self.assertEqual((motion['seed'], motion['meet']), (1, True))
+        robot, = motion['robots']
+        meeting, = robot.pop('meetings')
+        self.assertEqual(robot, {'name': 'gate', 'connections': 1, 'kinds': 1, 'link_pairs': 1, 'postures': 1000, 'loops': 0})
+        self.assertEqual((meeting['modules'], meeting['links']), (['f', 'w'], ['flap', 'wall']))
+        self.assertEqual(meeting['deepest']['joints'], {'f.hinge': math.pi / 3})
+        self.assertAlmostEqual(meeting['deepest']['depth_m'], 0.2 * 0.5 + 3 * math.sqrt(0.75) - 2, delta=1e-9)
+        # The upper limit is the first posture beyond the contact, too.
+        self.assertEqual(meeting['first'], meeting['deepest'])
+        self.assertIn(f'in {meeting["postures"]} of 1000 postures', morphbus('check', path, '--motion', status=1).stdout)
+
+    def test_links_that_cannot_meet_are_said_not_to(self):
+        path = self.gate(self.CONTACT - 1e-3)
+        self.assertIn('motion of gate: no links of neighbours meet; tried 25 postures',
+                      morphbus('check', path, '--motion', '--postures', 25).stdout)
+        motion = as_json('check', path, '--motion', '--postures', 25)['motion']
+        self.assertFalse(motion['meet'])
+        self.assertEqual((motion['robots'][0]['postures'], motion['robots'][0]['meetings']), (25, []))
+        # Without --motion nothing is tried, whatever there is to find.
+        self.assertNotIn('motion', morphbus('check', self.gate(1.5)).stdout)
+
+    def test_a_seed_gives_the_same_postures(self):
+        path = self.gate(math.pi / 3)
+
+        def meetings(*options):
+            answer = as_json('check', path, '--motion', *options, status=1)['motion']
+            return answer['robots'][0]['meetings']
+        self.assertEqual(meetings(), meetings('--seed', 1))
+        self.assertEqual(meetings('--seed', 7), meetings('--seed', 7))
+        self.assertNotEqual(meetings('--seed', 7), meetings('--seed', 8))
+
+    def test_one_robot_or_all(self):
+        path = self.gate(math.pi / 3, robots=('gate', 'other'))
+        names = [r['name'] for r in as_json('check', path, '--motion', status=1)['motion']['robots']]
+        self.assertEqual(names, ['gate', 'other'])
+        names = [r['name'] for r in as_json('check', path, '--motion', '--robot', 'other', status=1)['motion']['robots']]
+        self.assertEqual(names, ['other'])
+
+    def test_options_that_cannot_be_used(self):
+        path = self.gate(1.0)
+        for options, said in ((('--motion', '--robot', 'gaet'), "did you mean 'gate'?"),
+                              (('--motion', '--postures', 0), '--postures'), (('--motion', '--seed', -1), '--seed'),
+                              (('--postures', 5), '--postures goes with --motion'), (('--seed', 5), '--seed goes with --motion'),
+                              (('--robot', 'gate'), '--robot goes with --motion'),
+                              (('--motion', '--dump', 'ast'), '--dump')):
+            done = morphbus('check', path, *options, status=2)
+            self.assertIn(said, done.stderr)
+            self.assertEqual(done.stdout, '')
+        # A robot without neighbours is no mistake.
+        alone = self.gate(1.0, robots=())
+        alone.write_text(alone.read_text() + 'robot alone: modules=(FLAP f)\n')
+        self.assertIn('motion of alone: nothing to compare', morphbus('check', alone, '--motion').stdout)
+        bare = self.gate(1.0, robots=())
+        self.assertIn('the model has no robot', morphbus('check', bare, '--motion', status=2).stderr)
+
+    def test_the_manual_shows_what_is_printed(self):
+        shown, = [b for b in blocks('cli.md', '') if '\nmotion of ' in b]
+        typed, shown = shown.split('\n', 1)
+        arguments = typed.removeprefix('$ morphbus ').split()
+        printed = morphbus(*arguments, cwd=SOURCE, status=1).stdout
+        Docs.compare(self, shown, printed)
+        shown, = [json.loads(b.replace('…', '0')) for b in blocks('cli.md', 'json') if '"motion"' in b]
+        answer = as_json(*arguments, cwd=SOURCE, status=1)
+        meeting = answer['motion']['robots'][0]['meetings'][0]
+        shown_meeting, = shown['motion']['robots'][0]['meetings']
+        self.assertEqual(list(answer), ['modules', 'connections', 'robots', 'motion'])
+        self.assertEqual(list(shown['motion']), list(answer['motion']))
+        self.assertEqual(list(shown['motion']['robots'][0]), list(answer['motion']['robots'][0]))
+        for key in ('modules', 'links', 'postures'):
+            self.assertEqual(shown_meeting[key], meeting[key])
+        self.assertEqual(list(shown_meeting['deepest']['joints']), list(meeting['deepest']['joints']))
+
+    def test_links_that_joints_of_loops_would_bring_together_are_marked(self):
+        text = morphbus('check', MTRAN, '--motion', '--robot', 'quadruped', '--postures', 20).stdout
+        self.assertIn('closed loops do not allow each of these postures', text)
+        self.assertIn('2 joints that loops lock stayed at the start', text)
+
+
 class NotComputed(Case):
     def test_the_mobility_of_a_large_ring_is_not_claimed(self):
         path = self.folder / 'ring.m3l'

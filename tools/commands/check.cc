@@ -7,6 +7,7 @@
 #include "compiler/model/kinematic_graph.h"
 #include "compiler/model/model_proto.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/motion.h"
 
 namespace morphbus::tools {
 namespace {
@@ -16,6 +17,7 @@ struct CheckOptions {
   std::vector<std::string> files;
   std::string dump;
   bool json = false;
+  MotionChoice motion;
 };
 
 /// One of "modules".
@@ -103,10 +105,11 @@ int DumpStage(const CheckOptions& options) {
   return compiled.model ? kDone : kUnusable;
 }
 
-/// Lists module types, connections and robots. Whatever is wrong with them stops LoadModel.
+/// Lists module types, connections and robots. Whatever is wrong with them stops LoadModel. What
+/// moves is looked at last, as it takes longest.
 int Check(const CheckOptions& options) {
   const std::optional<model::Model> model = LoadModel(options.files);
-  if (!model) return kUnusable;
+  if (!model || !IsUsable(options.motion, *model)) return kUnusable;
   // Module types come first. Each entry is printed from its JSON, so both outputs agree.
   Json modules = Json::array();
   for (const model::ModuleType& type : model->module_types) {
@@ -132,10 +135,16 @@ int Check(const CheckOptions& options) {
     robots.push_back(RobotJson(*model, robot, graph));
     if (!options.json) PrintRobot(robots.back(), graph);
   }
-  if (options.json) {
-    PrintJson({{"modules", modules}, {"connections", connections}, {"robots", robots}});
+  Json json = {{"modules", modules}, {"connections", connections}, {"robots", robots}};
+  int status = kDone;
+  if (options.motion.wanted) {
+    Json motion;
+    status = CheckMotions(options.motion, *model, options.json ? &motion : nullptr);
+    json["motion"] = motion;
   }
-  return kDone;
+  // Without an answer there is none in part either.
+  if (options.json && status != kUnusable) PrintJson(json);
+  return status;
 }
 
 }  // namespace
@@ -146,8 +155,18 @@ void AddCheck(CommandLine* line) {
   sub.Add("FILE", &options->files, "M3L files; several are one model").Required();
   sub.Json(&options->json);
   sub.Add("--dump", &options->dump, "Print a stage instead: tokens, ast or model");
-  sub.Footer("Example:\n  morphbus check models/mtran.m3l");
-  sub.Do([options] { return options->dump.empty() ? Check(*options) : DumpStage(*options); });
+  AddMotionOptions(&sub, &options->motion);
+  sub.Footer(
+      "With --motion the exit status is 1 if some links meet.\n"
+      "Examples:\n  morphbus check models/mtran.m3l\n"
+      "  morphbus check models/mtran.m3l --motion --robot quadruped --postures 5000");
+  sub.Do([options] {
+    if (!IsUsable(options->motion)) return kUnusable;
+    if (!options->dump.empty() && options->motion.wanted) {
+      return Unusable("--dump prints a stage instead of what --motion finds: choose one of them");
+    }
+    return options->dump.empty() ? Check(*options) : DumpStage(*options);
+  });
 }
 
 }  // namespace morphbus::tools
