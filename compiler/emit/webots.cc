@@ -10,10 +10,12 @@
 #include <utility>
 #include <vector>
 
+#include "compiler/emit/kinematics.h"
 #include "compiler/emit/link_solids.h"
 #include "compiler/emit/names.h"
 #include "compiler/emit/numbers.h"
 #include "compiler/emit/robot_tree.h"
+#include "compiler/emit/vrml_writer.h"
 #include "compiler/emit/webots_docks.h"
 #include "compiler/model/convex_hull.h"
 #include "compiler/model/forward_kinematics.h"
@@ -26,46 +28,6 @@ using model::JointType;
 
 constexpr double kFloorThickness = 0.1;  // m
 constexpr double kTokenRadius = 1e-3;    // m, of links that have no hull.
-
-/// Axis and angle, as VRML writes rotations.
-std::string Rotation(const Eigen::Matrix3d& R) {
-  const Eigen::AngleAxisd turn(Canonical(R));
-  return Triple(turn.axis()) + " " + Number(turn.angle());
-}
-
-/// VRML text: nodes with fields and blocks, indented.
-class Vrml {
- public:
-  void Line(const std::string& text) {
-    text_.append(2 * depth_, ' ');
-    text_ += text + "\n";
-  }
-  /// "HingeJoint {" or "children [".
-  void Open(const std::string& text) {
-    Line(text);
-    ++depth_;
-  }
-  void Close(const char* bracket) {
-    --depth_;
-    Line(bracket);
-  }
-  /// A node, or another block in braces, of these lines alone.
-  void Block(const std::string& head, const std::vector<std::string>& lines) {
-    Open(head + " {");
-    for (const std::string& line : lines) Line(line);
-    Close("}");
-  }
-  /// Where a node stands in the one around it.
-  void Place(const model::Pose& X) {
-    Line("translation " + Triple(X.translation()));
-    Line("rotation " + Rotation(X.linear()));
-  }
-  [[nodiscard]] const std::string& text() const { return text_; }
-
- private:
-  std::string text_;
-  size_t depth_ = 0;
-};
 
 /// Webots' default angle of view (rad), across the wider side of the picture.
 constexpr double kFieldOfView = 0.785398;
@@ -98,7 +60,9 @@ model::Pose ViewOf(const std::vector<Vector3d>& points) {
 /// Writes the world file of one robot. One object is one export; Write is called once.
 class WebotsWriter {
  public:
-  WebotsWriter(const model::Model& model, const model::Robot& robot)
+  /// `images` are of the module types that the robot has; none if there is no program.
+  WebotsWriter(const model::Model& model, const model::Robot& robot,
+               const std::map<int, WebotsImages>& images)
       : model_(model),
         robot_(robot),
         solids_(model),
@@ -110,7 +74,10 @@ class WebotsWriter {
       trees_.push_back(TreeOf(model, ModuleAsRobot(model, static_cast<int>(type))));
     }
     for (const model::ModuleInstance& module : robot.modules) used_types_.insert(module.type);
-    for (const int type : used_types_) programs_[type] = WebotsController(model, faces_, type);
+    for (const int type : used_types_) {
+      programs_[type] =
+          WebotsController(model, faces_, type, images.empty() ? nullptr : &images.at(type));
+    }
     // Connectors that are docked at the start are written as locked.
     for (const model::Docking& d : robot.dockings) {
       docked_.insert({d.module_a, d.connector_a});
@@ -136,6 +103,7 @@ class WebotsWriter {
     for (const int type : used_types_) {
       const model::ModuleType& module = model_.module_types[type];
       WarnOfLimits(module, &exported.warnings);
+      WarnOfContactSensors(module, &exported.warnings);
       WebotsProgram& program = programs_.at(type);
       for (CompanionFile& file : program.files) {
         file.path = controllers + "/" + program.name + "/" + file.path;
@@ -231,6 +199,9 @@ class WebotsWriter {
     const std::vector<std::string> shapes = AppendShapes(link, hull, m);
     for (size_t c = 0; c < type.connectors.size(); ++c) {
       if (type.connectors[c].link == link.link) AppendConnector(m, type, c);
+    }
+    for (const model::Sensor& sensor : type.sensors) {
+      if (sensor.link == link.link) AppendSensor(sensor);
     }
     for (const size_t child : children_[at]) AppendChild(m, tree, child);
     for (const TreeLoop& loop : tree.loops) {
@@ -328,6 +299,26 @@ class WebotsWriter {
     vrml_.Close("}");
   }
 
+  /// A sensor of distance, which looks along its x, or of tilt, which tells of the link's frame.
+  void AppendSensor(const model::Sensor& sensor) {
+    if (sensor.type == model::SensorType::kDistance) {
+      // What it measures is in metres.
+      const std::string range = Number(sensor.range_m);
+      model::Pose X_LS = model::Pose::Identity();
+      const Eigen::Vector3d side = sensor.direction.unitOrthogonal();
+      X_LS.linear() << sensor.direction, side, sensor.direction.cross(side);
+      X_LS.translation() = sensor.p_MoSo_M;
+      vrml_.Open("DistanceSensor {");
+      vrml_.Place(X_LS);
+      vrml_.Line(fmt::format("name \"{}.sensor\"", sensor.name));
+      vrml_.Line("type \"laser\"");
+      vrml_.Line(fmt::format("lookupTable [ 0 0 0, {} {} 0 ]", range, range));
+      vrml_.Close("}");
+    } else if (sensor.type == model::SensorType::kTilt) {
+      vrml_.Line(fmt::format("Accelerometer {{ name \"{}.sensor\" }}", sensor.name));
+    }
+  }
+
   /// A link below another: by a joint, or, where the joint is fixed, as part of it.
   void AppendChild(size_t m, const RobotTree& tree, size_t child) {
     // A link below a joint stands where the module's start value places it.
@@ -364,6 +355,17 @@ class WebotsWriter {
   /// Its hinges take mechanical stops only within half a turn of 0.
   static bool StopsFit(JointType type, double lower, double upper) {
     return type == JointType::kPrismatic || (lower >= -EIGEN_PI && upper <= EIGEN_PI);
+  }
+
+  /// Says which sensors have no device.
+  static void WarnOfContactSensors(const model::ModuleType& type,
+                                   std::vector<std::string>* warnings) {
+    for (const model::Sensor& sensor : type.sensors) {
+      if (sensor.type != model::SensorType::kContact) continue;
+      warnings->push_back(
+          fmt::format("contact sensor {} of {} is not in the world: programs read false there",
+                      sensor.name, type.name));
+    }
   }
 
   /// Says which joints of the type are without their limits or without stops in Webots.
@@ -458,14 +460,22 @@ class WebotsWriter {
   std::set<int> used_types_;
   std::map<int, WebotsProgram> programs_;      ///< Of each used type; without files once written.
   std::vector<std::vector<size_t>> children_;  ///< Of each link of the module at hand.
-  Vrml vrml_;
+  VrmlWriter vrml_;
 };
 
 }  // namespace
 
-Exported ToWebots(const model::Model& model, const model::Robot& robot,
-                  const std::string& controllers) {
-  return WebotsWriter(model, robot).Write(controllers);
+Result<Exported> ToWebots(const model::Model& model, const model::Robot& robot,
+                          const std::string& controllers, const std::string& program,
+                          uint64_t model_hash) {
+  std::map<int, WebotsImages> images;
+  for (const model::ModuleInstance& module : robot.modules) {
+    if (program.empty() || images.count(module.type) > 0) continue;
+    Result<std::string> kinematics = KinematicsImage(model, module.type, model_hash);
+    if (!kinematics) return Fail(kinematics.error().message);
+    images[module.type] = {program, *std::move(kinematics)};
+  }
+  return WebotsWriter(model, robot, images).Write(controllers);
 }
 
 }  // namespace morphbus::emit

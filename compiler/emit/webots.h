@@ -1,35 +1,50 @@
 #pragma once
 // A world for Webots R2023b, and the controller that its modules run.
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
+#include "compiler/base/result.h"
 #include "compiler/emit/exported.h"
 #include "compiler/emit/webots_docks.h"
 #include "compiler/model/robot_model.h"
 
 namespace morphbus::emit {
 
+/// What the virtual machine of a module is given to run.
+struct WebotsImages {
+  std::string program;     ///< Of DynaRole (compiler/dynarole), verified.
+  std::string kinematics;  ///< Of the module type (compiler/emit/kinematics.h).
+};
+
 /// The world (.wbt): a floor and one Robot node a module, named like it, standing as the robot does
 /// at its start values. Modules hang together by Connector nodes that are locked from the start, so
 /// loops are kept and modules can be parted at run time. World axes are the robot frame's
-/// (coordinate system NUE). Base nodes only, so nothing has to be downloaded.
+/// (coordinate system NUE). Base nodes only, so nothing has to be downloaded. Sensors of distance
+/// and tilt have their devices.
 ///
 /// Companions, under `controllers`/morphbus_TYPE_HASH/ for each module type: a wrapper of Webots' C
 /// interface that gives and takes what a module's virtual machine takes and gives
-/// (vm/module_api.h), a main program that holds the start values, a Makefile. Warns of docked
-/// connectors that Webots will not see as aligned, of limits that it cannot hold, and of docking
-/// that it allows in more ways than the model.
-Exported ToWebots(const model::Model& model, const model::Robot& robot,
-                  const std::string& controllers);
+/// (vm/module_api.h), a main program, a Makefile. Without `program` the main program holds the
+/// start values; with one it runs a virtual machine, whose sources are written too. Warns of docked
+/// connectors that Webots will not see as aligned, of limits that it cannot hold, of contact
+/// sensors, and of docking that it allows in more ways than the model. Fails for a module type that
+/// exceeds the capacities of vm/limits.h, if there is a program.
+/// @param model_hash  the model's hash, which images carry.
+Result<Exported> ToWebots(const model::Model& model, const model::Robot& robot,
+                          const std::string& controllers, const std::string& program = "",
+                          uint64_t model_hash = 0);
 
 /// The controller of one module type.
 struct WebotsProgram {
   /// "morphbus_TYPE_1a2b3c4d", of its folder and main file: with a hash of what the files say, so
-  /// that worlds of other connections or joints find their own beside it.
+  /// that worlds of other connections, joints or programs find their own beside it.
   std::string name;
   std::vector<CompanionFile> files;  ///< Paths relative to its folder.
 };
-WebotsProgram WebotsController(const model::Model& model, const DockFaces& faces, int type);
+/// `images` is null for one that holds the start values.
+WebotsProgram WebotsController(const model::Model& model, const DockFaces& faces, int type,
+                               const WebotsImages* images = nullptr);
 
 }  // namespace morphbus::emit

@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "compiler/emit/vm_sources.h"
 #include "compiler/emit/webots.h"
 #include "compiler/emit/webots_templates.h"
 
@@ -155,6 +156,52 @@ std::string Rows(const std::vector<Way>& ways, double emitter_offset) {
   return rows;
 }
 
+/// How many values a sensor has (vm::TickInput::sensor_values).
+int NumValues(const model::Sensor& sensor) {
+  return sensor.type == model::SensorType::kTilt ? 3 : 1;
+}
+
+/// What the controller knows of the module's sensors.
+struct SensorTables {
+  std::string enumerators;  ///< SENSOR_front = 0, …: where the values of each begin.
+  std::string rows;         ///< Of those that Webots has a device for.
+  int num_values = 0;
+};
+
+SensorTables SensorTablesOf(const model::ModuleType& module) {
+  SensorTables tables;
+  for (const model::Sensor& sensor : module.sensors) {
+    tables.enumerators += fmt::format("SENSOR_{} = {}, ", sensor.name, tables.num_values);
+    if (sensor.type != model::SensorType::kContact) {
+      tables.rows +=
+          fmt::format("{{\"{}.sensor\", {}, {}}}, ", sensor.name,
+                      sensor.type == model::SensorType::kDistance ? 1 : 0, tables.num_values);
+    }
+    tables.num_values += NumValues(sensor);
+  }
+  return tables;
+}
+
+/// Bytes as the initializers of a C array.
+std::string Bytes(const std::string& image) {
+  std::string text;
+  for (size_t i = 0; i < image.size(); ++i) {
+    const int byte = static_cast<unsigned char>(image[i]);
+    text += fmt::format("{}{},", i % 24 == 0 ? "\n    " : " ", byte);
+  }
+  return text;
+}
+
+/// Both images, aligned for the tables that are read straight out of them.
+std::string ImagesHeader(const std::string& program, const std::string& kinematics) {
+  return fmt::format(
+      "// The program and what the module knows of itself, for the virtual machine. Written by "
+      "morphbus export, not\n// by hand.\n#pragma once\n\n"
+      "alignas(8) inline constexpr unsigned char kProgramImage[] = {{{}}};\n\n"
+      "alignas(8) inline constexpr unsigned char kKinematicsImage[] = {{{}}};\n",
+      Bytes(program), Bytes(kinematics));
+}
+
 /// Eight hexadecimal digits (FNV-1a).
 std::string ShortHash(const std::string& text) {
   uint32_t hash = 2166136261U;
@@ -164,13 +211,18 @@ std::string ShortHash(const std::string& text) {
 
 }  // namespace
 
-WebotsProgram WebotsController(const model::Model& model, const DockFaces& faces, int type) {
+WebotsProgram WebotsController(const model::Model& model, const DockFaces& faces, int type,
+                               const WebotsImages* images) {
   // The marks of the templates in webots_controller/, and what takes their places.
   const model::ModuleType& module = model.module_types[type];
   std::string speeds;
   for (const model::Joint& joint : module.joints) speeds += fmt::format("{}, ", joint.speed);
+  const SensorTables sensors = SensorTablesOf(module);
   const std::vector<std::pair<std::string, std::string>> values = {
       {"TYPE", module.name},
+      {"SENSORS", sensors.enumerators},
+      {"NUM_SENSOR_VALUES", std::to_string(sensors.num_values)},
+      {"MODULE_SENSORS", sensors.rows},
       {"JOINTS", Enumerators(module.joints, "JOINT")},
       {"NUM_JOINTS", std::to_string(module.joints.size())},
       {"CONNECTORS", Enumerators(module.connectors, "CONNECTOR")},
@@ -186,18 +238,31 @@ WebotsProgram WebotsController(const model::Model& model, const DockFaces& faces
       {"LOCK_VALUES", LockValues(model, type)},
       {"WAYS", Rows(WaysOf(model, faces, type), DockScaleOf(model).emitter_offset)},
   };
+  // The wrapper, and the main program with what it needs.
   const std::string header = Filled(kWebotsModuleHeader, values);
   const std::string source = Filled(kWebotsModuleSource, values);
-  const std::string main = Filled(kWebotsMain, values);
-  // Its text is part of the controller's name, so that worlds with unlike models can share a
-  // folder.
-  const std::string name =
-      fmt::format("morphbus_{}_{}", module.name, ShortHash(header + source + main));
-  return {name,
-          {{"morphbus_module.h", header},
-           {"morphbus_module.c", source},
-           {name + ".c", main},
-           {"Makefile", Filled(kWebotsMakefile, {{"NAME", name}})}}};
+  const std::string main = Filled(images != nullptr ? kWebotsVmMain : kWebotsMain, values);
+  std::vector<CompanionFile> files = {{"morphbus_module.h", header}, {"morphbus_module.c", source}};
+  if (images != nullptr) {
+    MergedVm vm = MergeVm("morphbus_vm.h");
+    files.push_back({"morphbus_images.h", ImagesHeader(images->program, images->kinematics)});
+    files.push_back({"morphbus_vm.h", std::move(vm.header)});
+    files.push_back({"morphbus_vm.cc", std::move(vm.source)});
+  }
+  // Their text is part of the controller's name, so that worlds with unlike models or programs can
+  // share a folder.
+  std::string all = header + source + main;
+  for (size_t i = 2; i < files.size(); ++i) all += files[i].bytes;
+  const std::string name = fmt::format("morphbus_{}_{}", module.name, ShortHash(all));
+  files.push_back({name + (images != nullptr ? ".cc" : ".c"), main});
+  const std::string sources =
+      images != nullptr ? fmt::format(
+                              "C_SOURCES = morphbus_module.c\nCXX_SOURCES = {}.cc morphbus_vm.cc\n"
+                              "USE_C_API = true\nCXX += -std=c++20 -ffp-contract=off\n",
+                              name)
+                        : fmt::format("C_SOURCES = {}.c morphbus_module.c\n", name);
+  files.push_back({"Makefile", Filled(kWebotsMakefile, {{"SOURCES", sources}})});
+  return {name, std::move(files)};
 }
 
 }  // namespace morphbus::emit

@@ -398,7 +398,7 @@ class Controller(Case):
         # The stub stands for Webots' own headers and library: our warnings are not for it.
         run(['gcc', '-std=gnu99', '-I', STUB, '-c', STUB / 'fake_webots.c', '-o', self.folder / 'fake.o'])
         run(['gcc', *strict, *system, *(folder / source if isinstance(source, str) else source for source in sources),
-             self.folder / 'fake.o', '-o', output])
+             self.folder / 'fake.o', '-lm', '-o', output])
         return folder
 
     def test_the_controller_holds_the_start_values(self):

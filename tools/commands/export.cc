@@ -7,6 +7,7 @@
 
 #include "compiler/emit/robot_tree.h"
 #include "tools/base/output_path.h"
+#include "tools/base/program.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/export_formats.h"
 
@@ -23,6 +24,7 @@ struct ExportOptions {
   std::string to;
   std::string output;
   std::string mesh_prefix;
+  std::string program;
   bool force = false;
 };
 
@@ -44,6 +46,8 @@ const ExportFormat* PickFormat(const ExportOptions& options) {
     } else if (!options.mesh_prefix.empty() && !format.refers_to_meshes) {
       Unusable(
           fmt::format("--to {} refers to no mesh files; leave out --mesh-prefix", format.name));
+    } else if (!options.program.empty() && !format.takes_program) {
+      Unusable(fmt::format("--to {} runs no program; leave out --program", format.name));
     } else {
       return &format;
     }
@@ -99,7 +103,7 @@ std::optional<emit::Exported> Make(const model::Model& model, const ExportFormat
                                    const ExportOptions& options) {
   // A module type alone is a robot of one module.
   ExportRequest request{
-      model, nullptr, -1, "", options.mesh_prefix, ControllersFolder(options.output)};
+      model, nullptr, -1, "", options.mesh_prefix, ControllersFolder(options.output), ""};
   model::Robot module;
   if (format.of == Of::kModule || !options.module.empty()) {
     const std::optional<int> type = PickModuleType(model, options.module);
@@ -110,6 +114,12 @@ std::optional<emit::Exported> Make(const model::Model& model, const ExportFormat
   } else if (format.of != Of::kFile) {
     request.robot = PickRobot(model, options.robot);
     if (request.robot == nullptr) return std::nullopt;
+  }
+  if (!options.program.empty()) {
+    const std::optional<CompiledProgram> program =
+        LoadProgram(options.program, keywords::KeywordsOf(model));
+    if (!program) return std::nullopt;
+    request.program = program->image;
   }
   // Meshes and headers are named after the main file, or after the robot where there is no such
   // name.
@@ -260,7 +270,8 @@ int Export(ExportOptions options) {
   options.output = *place;
   ModelSource source;
   const std::optional<model::Model> model = LoadModel({options.file}, &source);
-  const std::vector<std::string> inputs = source.Files();
+  std::vector<std::string> inputs = source.Files();
+  if (!options.program.empty()) inputs.push_back(options.program);
   if (!model || !MayWrite(options.output, format->kind, options.force, inputs)) return kUnusable;
   const std::optional<emit::Exported> exported = Make(*model, *format, options);
   if (!exported) return kUnusable;
@@ -299,9 +310,15 @@ void AddExport(CommandLine* line) {
           fmt::format("For {}: what to put before the paths of meshes, such as package://robot/ "
                       "(default: nothing, they are relative to the file)",
                       FormatNames([](const ExportFormat& f) { return f.refers_to_meshes; })));
+  sub.Add("--program", &options->program,
+          fmt::format("For {}: DynaRole program or image that the modules run (default: they hold "
+                      "their joints)",
+                      FormatNames([](const ExportFormat& f) { return f.takes_program; })));
   sub.Footer(
       "Examples:\n  morphbus export models/mtran.m3l --module MTRAN --to xml -o mtran.xml\n"
       "  morphbus export models/mtran.m3l --robot quadruped --to mjcf -o quadruped.xml\n"
+      "  morphbus export models/mtran.m3l --robot quadruped --to webots --program "
+      "models/programs/quadruped.dyn -o quadruped.wbt\n"
       "  morphbus export models/mtran.m3l --robot quadruped --to dot -o - | dot -Tsvg -o "
       "assembly.svg");
   sub.Do([options] { return Export(*options); });

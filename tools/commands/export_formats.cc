@@ -90,12 +90,14 @@ Result<Exported> ToMjcf(const ExportRequest& request) {
   return emit::ToMjcf(request.model, emit::TreeOf(request.model, *request.robot), request.stem);
 }
 
-/// A world with the robot in it; a module type stands alone in its world.
+/// A world with the robot in it, whose modules run the program, if there is one; a module type
+/// stands alone in its world.
 Result<Exported> ToWebots(const ExportRequest& request) {
   model::Robot robot = *request.robot;
   // A Robot node of Webots has a name.
   if (request.type >= 0) robot.modules[0].name = robot.name;
-  return emit::ToWebots(request.model, robot, request.controllers);
+  return emit::ToWebots(request.model, robot, request.controllers, request.program,
+                        HashOf(request.model));
 }
 
 }  // namespace
@@ -108,15 +110,15 @@ OutputKind CompanionKind(const std::string& path) {
 
 const std::vector<ExportFormat>& ExportFormats() {
   static const std::vector<ExportFormat> formats = {
-      {"model", Of::kFile, false, outputs::kModel, ToModel},
-      {"kinematics", Of::kModule, false, outputs::kKinematicsImage, ToKinematics},
-      {"xml", Of::kModule, false, outputs::kKeywords, ToXml},
-      {"dot", Of::kRobot, false, outputs::kDot, ToDot},
-      {"c", Of::kEither, false, outputs::kCode, ToC},
-      {"urdf", Of::kEither, true, outputs::kUrdf, ToUrdf},
-      {"sdf", Of::kEither, true, outputs::kSdf, ToSdf},
-      {"mjcf", Of::kEither, false, outputs::kMjcf, ToMjcf},
-      {"webots", Of::kEither, false, outputs::kWebots, ToWebots},
+      {"model", Of::kFile, false, false, outputs::kModel, ToModel},
+      {"kinematics", Of::kModule, false, false, outputs::kKinematicsImage, ToKinematics},
+      {"xml", Of::kModule, false, false, outputs::kKeywords, ToXml},
+      {"dot", Of::kRobot, false, false, outputs::kDot, ToDot},
+      {"c", Of::kEither, false, false, outputs::kCode, ToC},
+      {"urdf", Of::kEither, true, false, outputs::kUrdf, ToUrdf},
+      {"sdf", Of::kEither, true, false, outputs::kSdf, ToSdf},
+      {"mjcf", Of::kEither, false, false, outputs::kMjcf, ToMjcf},
+      {"webots", Of::kEither, false, true, outputs::kWebots, ToWebots},
   };
   return formats;
 }

@@ -29,6 +29,7 @@ struct ExportRequest {
   std::string stem;
   std::string mesh_prefix;  ///< See emit::MeshPlace.
   std::string controllers;  ///< Folder for Webots' controllers, relative to the main file's.
+  std::string program;      ///< Image of the program that the modules run; empty for none.
 };
 
 /// One value of --to: the row of a table that is built once and never changes.
@@ -36,6 +37,7 @@ struct ExportFormat {
   const char* name;  ///< As in --to.
   Of of;
   bool refers_to_meshes;  ///< Takes --mesh-prefix.
+  bool takes_program;     ///< Takes --program.
   OutputKind kind;        ///< Of the main file.
   /// Makes the text and its companion files in memory, and writes nothing. The error is for the
   /// user, such as what of the model the format cannot express.

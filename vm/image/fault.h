@@ -23,6 +23,10 @@ inline constexpr int kNumFaultCodes = 0
 #undef FAULT
     ;
 
+/// What happened in a few words, for every fault of that code, e.g. "division by zero"; also for
+/// codes of a newer version.
+const char* FaultName(FaultCode code);
+
 /// One fault. Indices are those of the module type's and the program's tables; -1 means that the
 /// fault does not concern such a thing. Angles are in degrees and speeds in degrees a second
 /// (millimetres for prismatic joints), in the sign in which the program asked, as programs speak.

@@ -9,9 +9,9 @@ namespace morphbus::vm {
 
 namespace {
 
-/// The few words of each code, and its sentence.
-constexpr const char* kTexts[kNumFaultCodes][2] = {
-#define FAULT(name, short_text, sentence) {short_text, sentence},
+/// The sentence of each code; empty where its few words say it all.
+constexpr const char* kSentences[kNumFaultCodes] = {
+#define FAULT(name, short_text, sentence) sentence,
 #include "vm/image/faults.def"
 #undef FAULT
 };
@@ -105,8 +105,8 @@ class Wording {
       return "an invocation is refused: the program has no such command";
     }
     const auto code = static_cast<int>(fault_.code);
-    const bool has_sentence = code < kNumFaultCodes && *kTexts[code][1] != '\0';
-    return has_sentence ? kTexts[code][1] : FaultName(fault_.code);
+    const bool has_sentence = code < kNumFaultCodes && *kSentences[code] != '\0';
+    return has_sentence ? kSentences[code] : FaultName(fault_.code);
   }
 
   /// An angle or length of the joint concerned, with its unit if the joint's kind is known.
@@ -148,12 +148,6 @@ class Wording {
 };
 
 }  // namespace
-
-const char* FaultName(FaultCode code) {
-  // A code may come from a message of a newer version.
-  const auto index = static_cast<int>(code);
-  return index < kNumFaultCodes ? kTexts[index][0] : "unknown fault";
-}
 
 std::string FaultSentence(const Fault& fault, const FaultContext& context) {
   return Wording(fault, context).Sentence();

@@ -16,9 +16,6 @@ struct FaultContext {
   const VerifiedKinematics* kinematics = nullptr;
 };
 
-/// What happened in a few words, for every fault of that code, e.g. "division by zero".
-const char* FaultName(FaultCode code);
-
 /// What happened with all that a person needs to mend it: names, what was asked and measured, the
 /// limit. One sentence without a full stop, e.g. "joint ANKLE was asked for 95° and goes to 90° at
 /// most". Never fails: indices that the images do not have are printed as numbers.

@@ -1,7 +1,9 @@
 #include "test/compiler/emit/fake_webots.h"
 
 #include <fmt/format.h>
+#include <webots/accelerometer.h>
 #include <webots/connector.h>
+#include <webots/distance_sensor.h>
 #include <webots/emitter.h>
 #include <webots/motor.h>
 #include <webots/position_sensor.h>
@@ -10,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <thread>
 
 #include "compiler/base/check.h"
 #include "compiler/emit/webots.h"
@@ -21,6 +24,8 @@ namespace {
 FakeWebots* the_world = nullptr;
 
 }  // namespace
+
+thread_local int FakeWebots::current_ = 0;
 
 FakeWebots* FakeWebots::instance() { return the_world; }
 
@@ -67,6 +72,9 @@ FakeWebots::~FakeWebots() { the_world = nullptr; }
 
 void FakeWebots::Step(int milliseconds) {
   time_ += 1e-3 * milliseconds;
+  // Controllers in threads send in any order.
+  std::stable_sort(sent_.begin(), sent_.end(),
+                   [](const Sent& a, const Sent& b) { return a.module < b.module; });
   for (Module& module : modules_) {
     for (size_t f = 0; f < module.faces.size(); ++f) {
       module.inboxes[f].clear();
@@ -80,6 +88,40 @@ void FakeWebots::Step(int milliseconds) {
     }
   }
   sent_.clear();
+}
+
+void FakeWebots::Run(const std::vector<std::function<void()>>& controllers, int steps,
+                     const std::function<void()>& look) {
+  num_controllers_ = controllers.size();
+  steps_left_ = steps;
+  look_ = look;
+  std::vector<std::thread> threads;
+  for (size_t m = 0; m < controllers.size(); ++m) {
+    threads.emplace_back([this, m, &controllers] {
+      Enter(static_cast<int>(m));
+      controllers[m]();
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  num_controllers_ = 0;
+}
+
+int FakeWebots::StepOfController(int milliseconds) {
+  if (num_controllers_ == 0) return 0;
+  std::unique_lock lock(mutex_);
+  // The last one to ask lets time go on for all.
+  if (++waiting_ < num_controllers_) {
+    const int step = steps_;
+    stepped_.wait(lock, [&] { return steps_ != step; });
+  } else {
+    waiting_ = 0;
+    Step(milliseconds);
+    look_();
+    ++steps_;
+    --steps_left_;
+    stepped_.notify_all();
+  }
+  return steps_left_ > 0 ? 0 : -1;
 }
 
 size_t FakeWebots::FaceOf(const std::string& device) {
@@ -108,6 +150,7 @@ int FakeWebots::Presence(size_t face) {
 
 void FakeWebots::Send(size_t face, const void* bytes, int size) {
   const auto* data = static_cast<const unsigned char*>(bytes);
+  const std::lock_guard lock(mutex_);
   sent_.push_back({static_cast<size_t>(current_), face, {data, data + size}});
 }
 
@@ -129,7 +172,7 @@ std::vector<FakeWebots::Packet>& Inbox(WbDeviceTag tag) {
 extern "C" {
 
 int wb_robot_init() { return 1; }
-int wb_robot_step(int) { return 0; }  // Time goes on by FakeWebots::Step.
+int wb_robot_step(int duration) { return World().StepOfController(duration); }
 void wb_robot_cleanup() {}
 double wb_robot_get_time() { return World().time(); }
 double wb_robot_get_basic_time_step() { return 4; }
@@ -149,6 +192,13 @@ void wb_motor_set_velocity(WbDeviceTag tag, double velocity) {
 void wb_position_sensor_enable(WbDeviceTag, int) {}
 double wb_position_sensor_get_value(WbDeviceTag tag) {
   return World().current().positions.at(NameOf(tag));
+}
+void wb_distance_sensor_enable(WbDeviceTag, int) {}
+double wb_distance_sensor_get_value(WbDeviceTag) { return 1; }
+void wb_accelerometer_enable(WbDeviceTag, int) {}
+const double* wb_accelerometer_get_values(WbDeviceTag) {
+  static const double up[3] = {0, 9.81, 0};
+  return up;
 }
 void wb_connector_enable_presence(WbDeviceTag, int) {}
 int wb_connector_get_presence(WbDeviceTag tag) { return World().Presence(FaceOf(tag)); }

@@ -1,9 +1,13 @@
 #pragma once
 // A Webots of one robot for tests of the generated controller: the functions of Webots' C interface
 // (test/export/webots_stub) over modules that stand where the model has them. Motors reach their
-// targets at once, but no module moves; radio reaches as far as it does in the exported world.
+// targets at once, but no module moves; sensors see nothing and are level; radio reaches as far as
+// it does in the exported world.
 
+#include <condition_variable>
+#include <functional>
 #include <map>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -20,10 +24,16 @@ class FakeWebots {
   FakeWebots(const FakeWebots&) = delete;
   FakeWebots& operator=(const FakeWebots&) = delete;
 
-  /// Whose controller calls Webots from now on.
+  /// Whose controller calls Webots from now on, of those that run in this thread.
   void Enter(int module) { current_ = module; }
   /// Lets time go on for all modules: what was sent arrives.
   void Step(int milliseconds);
+
+  /// Runs the whole controllers of all modules, each in a thread of its own, as Webots runs them in
+  /// processes. Time goes on when all have asked for it by wb_robot_step, which says after `steps`
+  /// that the simulation ends. After each step, `look` is called.
+  void Run(const std::vector<std::function<void()>>& controllers, int steps,
+           const std::function<void()>& look);
 
   struct Motor {
     double position = 0.0;
@@ -54,6 +64,8 @@ class FakeWebots {
   size_t FaceOf(const std::string& device);
   [[nodiscard]] int Presence(size_t face);
   void Send(size_t face, const void* bytes, int size);
+  /// What wb_robot_step returns: -1 when the simulation ends.
+  int StepOfController(int milliseconds);
   [[nodiscard]] double time() const { return time_; }
   static FakeWebots* instance();
 
@@ -65,7 +77,14 @@ class FakeWebots {
   emit::DockScale scale_;
   std::vector<Module> modules_;
   std::vector<Sent> sent_;
-  int current_ = 0;
+  static thread_local int current_;
+  // Of Run.
+  std::mutex mutex_;
+  std::condition_variable stepped_;
+  size_t num_controllers_ = 0;  ///< 0: time goes on by Step.
+  size_t waiting_ = 0;
+  int steps_ = 0, steps_left_ = 0;
+  std::function<void()> look_;
   double time_ = 0.0;
 };
 

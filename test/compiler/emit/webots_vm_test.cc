@@ -1,24 +1,23 @@
-// The virtual machines of a whole robot on the generated controllers, over a Webots that is faked:
-// each senses, drives and hears through the wrapper alone. What they then know and do is what they
-// know and do in the project's own ideal world.
+// The generated controllers of a whole robot, over a Webots that is faked: what they sense is what
+// modules sense in the project's own ideal world, and with a program they do what they do there.
 
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <cstring>
+#include <map>
 #include <memory>
+#include <sstream>
 #include <string>
 #include <vector>
 
-#include "compiler/emit/kinematics.h"
 #include "compiler/emit/webots.h"
 #include "test/compiler/emit/compiled_c.h"
+#include "test/compiler/emit/compiled_controllers.h"
 #include "test/compiler/emit/exported_robots.h"
 #include "test/compiler/emit/fake_webots.h"
 #include "test/support/compiled.h"
 #include "test/support/source_dir.h"
 #include "test/support/vm_robot.h"
-#include "vm/vm.h"
 
 namespace morphbus::emit {
 namespace {
@@ -27,38 +26,22 @@ using test::FakeWebots;
 using test::VmRobot;
 
 constexpr int kPeriodMs = 20;
-constexpr int kMaxMessage = 4096;  // MODULE_MAX_MESSAGE
-static_assert(sizeof(vm::NeighbourMessage) <= kMaxMessage);
 
 /// As in morphbus_module.h.
 struct Reading {
   int docked, mate_module, mate_connector, connection_type, number, is_member_b;
 };
 
-/// The controller of one module: the wrapper, compiled, with a VM on top.
+/// The controller of one module: the wrapper, compiled.
 class Controller {
  public:
-  Controller(FakeWebots* world, const model::Model& model, int type,
-             const vm::VerifiedKinematics& kinematics, const vm::VerifiedProgram* program,
-             int module)
+  Controller(FakeWebots* world, const model::Model& model, int type, int module)
       : world_(world),
         module_(module),
-        kinematics_(kinematics),
         c_(Source(model, type), "morphbus_module",
            "-isystem " + test::SourcePath("test/export/webots_stub")) {
     Enter();
     Function<void(int)>("module_start")(kPeriodMs);
-    int root_link = 0;
-    double pose[7] = {0, 0, 0, 1, 0, 0, 0};
-    vm::VmConfig config;
-    config.module_id = static_cast<uint16_t>(Function<int()>("module_id")());
-    config.is_root = Function<int(int*, double*)>("module_is_root")(&root_link, pose) != 0;
-    config.root_link = static_cast<uint8_t>(root_link);
-    const auto f = [&](int k) { return static_cast<float>(pose[k]); };
-    config.X_RL_root = {{f(0), f(1), f(2)}, {f(3), f(4), f(5), f(6)}};
-    if (program != nullptr) {
-      vm_ = std::make_unique<vm::Vm>(config, kinematics_, *program, &state_);
-    }
   }
 
   void Enter() { world_->Enter(module_); }
@@ -81,51 +64,6 @@ class Controller {
     EXPECT_EQ(Function<int()>("module_step")(), 1);
   }
 
-  /// A tick of the VM: fills TickInput from the wrapper, and hands TickOutput over.
-  void Tick(int64_t tick) {
-    Enter();
-    vm::TickInput input;
-    input.tick = tick;
-    input.sim_time_us = Function<int64_t()>("module_time_us")();
-    for (int j = 0; j < kinematics_.num_joints(); ++j) {
-      input.joint_position[j] = Function<double(int)>("module_joint")(j);
-      input.joint_velocity[j] = Function<double(int)>("module_joint_velocity")(j);
-    }
-    std::vector<vm::NeighbourMessage> messages(vm::kMaxConnectors);
-    for (int c = 0; c < kinematics_.num_connectors(); ++c) {
-      const Reading r = Read(c);
-      input.connectors[c] = {r.docked != 0,
-                             static_cast<uint16_t>(r.mate_module),
-                             static_cast<uint8_t>(r.mate_connector),
-                             static_cast<uint8_t>(r.connection_type),
-                             static_cast<uint16_t>(r.number),
-                             r.is_member_b != 0};
-      vm::NeighbourMessage& message = messages[static_cast<size_t>(c)];
-      const int size = Function<int(int, void*, int)>("module_receive")(
-          c, &message, static_cast<int>(sizeof message));
-      if (size == static_cast<int>(sizeof message)) input.messages[c] = &message;
-    }
-    vm_->Tick(input, &output_);
-    for (int j = 0; j < kinematics_.num_joints(); ++j) {
-      const vm::JointCommand& command = output_.joints[j];
-      Function<void(int, int, double, double)>("module_command_joint")(
-          j, static_cast<int>(command.mode), command.target, command.speed);
-    }
-    for (int i = 0; i < output_.num_connector_commands; ++i) {
-      const vm::ConnectorCommand& command = output_.connector_commands[i];
-      Function<void(int, int, int)>("module_command_connector")(command.connector, command.state,
-                                                                command.value);
-    }
-    for (int c = 0; c < kinematics_.num_connectors(); ++c) {
-      EXPECT_EQ(Function<int(int, const void*, int)>("module_send")(
-                    c, &output_.message, static_cast<int>(sizeof output_.message)),
-                1);
-    }
-  }
-
-  [[nodiscard]] const vm::VmState& state() const { return state_; }
-  [[nodiscard]] const vm::TickOutput& output() const { return output_; }
-
  private:
   static Exported Source(const model::Model& model, int type) {
     const std::vector<CompanionFile> files =
@@ -138,34 +76,16 @@ class Controller {
 
   FakeWebots* world_;
   int module_;
-  const vm::VerifiedKinematics& kinematics_;
   test::CompiledC c_;
-  vm::VmState state_;
-  vm::TickOutput output_;
-  std::unique_ptr<vm::Vm> vm_;
 };
 
 /// All controllers of a robot.
 class Controllers {
  public:
-  Controllers(const model::Model& model, const model::Robot& robot,
-              const vm::VerifiedProgram* program = nullptr)
-      : world_(model, robot) {
-    for (size_t t = 0; t < model.module_types.size(); ++t) {
-      images_.push_back(*KinematicsImage(model, static_cast<int>(t), 0));
-      kinematics_.emplace_back();
-    }
-    for (size_t t = 0; t < images_.size(); ++t) {
-      EXPECT_EQ(vm::VerifyKinematics(reinterpret_cast<const uint8_t*>(images_[t].data()),
-                                     static_cast<uint32_t>(images_[t].size()), &kinematics_[t])
-                    .message,
-                nullptr);
-    }
+  Controllers(const model::Model& model, const model::Robot& robot) : world_(model, robot) {
     for (size_t m = 0; m < robot.modules.size(); ++m) {
-      const int type = robot.modules[m].type;
-      all_.push_back(std::make_unique<Controller>(&world_, model, type,
-                                                  kinematics_[static_cast<size_t>(type)], program,
-                                                  static_cast<int>(m)));
+      all_.push_back(
+          std::make_unique<Controller>(&world_, model, robot.modules[m].type, static_cast<int>(m)));
     }
   }
 
@@ -175,23 +95,12 @@ class Controllers {
     for (auto& controller : all_) controller->Step();
     world_.Step(kPeriodMs);
   }
-  void Tick(int count) {
-    for (int i = 0; i < count; ++i) {
-      Step();
-      for (auto& controller : all_) controller->Tick(tick_);
-      ++tick_;
-    }
-  }
 
   Controller& at(int m) { return *all_[static_cast<size_t>(m)]; }
-  FakeWebots& world() { return world_; }
 
  private:
   FakeWebots world_;
-  std::vector<std::string> images_;
-  std::vector<vm::VerifiedKinematics> kinematics_;
   std::vector<std::unique_ptr<Controller>> all_;
-  int64_t tick_ = 0;
 };
 
 struct Case {
@@ -251,40 +160,64 @@ INSTANTIATE_TEST_SUITE_P(Robots, WebotsSensors,
                                          Case{"models/ckbot.m3l", "snake"},
                                          Case{"models/mixed.m3l", "inchworm"}));
 
-TEST(WebotsController, LetsVirtualMachinesWalkTheQuadruped) {
+/// The targets of a joint in turn, without the times.
+using Targets = std::vector<double>;
+void Note(double target, Targets* targets) {
+  if (targets->empty() || target != targets->back()) targets->push_back(target);
+}
+
+/// The last role that each module said it had taken: {"m1", "Leg"}.
+std::map<std::string, std::string> RolesSaid(const std::string& console) {
+  std::map<std::string, std::string> roles;
+  std::istringstream lines(console);
+  for (std::string line; std::getline(lines, line);) {
+    const size_t at = line.find(": role ");
+    if (at != std::string::npos) roles[line.substr(0, at)] = line.substr(at + 7);
+  }
+  return roles;
+}
+
+TEST(WebotsController, WalksTheQuadrupedByItsProgram) {
   const model::Model model = test::ModelFrom("models/mtran.m3l");
   const model::Robot& robot = *model.FindRobot("quadruped");
   const std::vector<uint8_t> image =
       test::ProgramFrom(test::TextOf("models/programs/quadruped.dyn"), model);
+  constexpr int kTicks = 1000;
+  // What the modules do in an ideal world.
   test::VmRobotOptions options;
   options.instant_servo = true;
   VmRobot ideal(model, robot, image, options);
-  Controllers controllers(model, robot, &ideal.program());
-  // Targets in turn, without the times: messages take a period more here.
-  std::vector<std::vector<double>> expected(18, {0.0});
-  std::vector<std::vector<double>> actual(18, {0.0});
-  const auto note = [](std::vector<double>* targets, double target) {
-    if (target != targets->back()) targets->push_back(target);
-  };
-  for (int i = 0; i < 1000; ++i) {
+  std::vector<Targets> expected(18, {0.0});
+  for (int i = 0; i < kTicks; ++i) {
     ideal.Tick();
-    controllers.Tick(1);
-    for (int m = 0; m < 9; ++m) {
-      for (int j = 0; j < 2; ++j) {
-        const auto at = static_cast<size_t>(2 * m + j);
-        note(&expected[at], ideal.output(m).joints[j].target);
-        const auto& motors = controllers.world().modules()[static_cast<size_t>(m)].motors;
-        note(&actual[at], motors.at("joint_" + std::to_string(j + 1)).position);
-      }
+    for (int j = 0; j < 18; ++j) Note(ideal.output(j / 2).joints[j % 2].target, &expected[j]);
+  }
+  // What they do by the controllers that belong to the world.
+  const Exported world =
+      ToWebots(model, robot, "controllers", std::string(image.begin(), image.end())).value();
+  FakeWebots webots(model, robot);
+  test::CompiledControllers controllers(world, robot.modules.size());
+  std::vector<Targets> actual(18, {0.0});
+  testing::internal::CaptureStdout();
+  webots.Run(controllers.mains(), kTicks, [&] {
+    for (int j = 0; j < 18; ++j) {
+      const FakeWebots::Module& module = webots.modules()[static_cast<size_t>(j / 2)];
+      const auto motor = module.motors.find("joint_" + std::to_string(j % 2 + 1));
+      if (motor != module.motors.end()) Note(motor->second.position, &actual[j]);
     }
+  });
+  const std::map<std::string, std::string> roles =
+      RolesSaid(testing::internal::GetCapturedStdout());
+  for (int m = 0; m < 9; ++m) {
+    const int role = ideal.output(m).status.role;
+    ASSERT_GE(role, 0);
+    const vm::Text name = ideal.program().role(role).name;
+    EXPECT_EQ(roles.at(robot.modules[static_cast<size_t>(m)].name),
+              std::string(name.data, name.size));
   }
   size_t steps = 0;
-  for (int m = 0; m < 9; ++m) {
-    EXPECT_EQ(controllers.at(m).output().status.role, ideal.output(m).status.role) << "m" << m + 1;
-    EXPECT_GE(controllers.at(m).output().status.role, 0);
-  }
   for (size_t at = 0; at < 18; ++at) {
-    // The run may end within a step.
+    // Messages take a period more here, so the run may end within a step.
     const size_t both = std::min(expected[at].size(), actual[at].size());
     EXPECT_LE(std::max(expected[at].size(), actual[at].size()), both + 2);
     for (size_t k = 0; k < both; ++k) EXPECT_EQ(actual[at][k], expected[at][k]);
@@ -300,7 +233,7 @@ TEST(WebotsController, ReachesNoFartherThanMates) {
   const model::Model small = ModelOf({"models/molecube.m3l", "snake", "unit=0.005"});
   // Centres of neighbouring faces are 5 mm times the root of 2 apart.
   EXPECT_NEAR(DockScaleOf(small).reach, 0.005 * std::sqrt(2.0) / 3.0, 1e-12);
-  const Exported world = ToWebots(small, *small.FindRobot("snake"), "controllers");
+  const Exported world = ToWebots(small, *small.FindRobot("snake"), "controllers").value();
   EXPECT_EQ(world.warnings, std::vector<std::string>());
   EXPECT_NE(world.text.find("c1.emitter\" range 0.0023570"), std::string::npos);
   EXPECT_NE(world.text.find("distanceTolerance 0.0023570"), std::string::npos);

@@ -1,6 +1,9 @@
 /* A Webots of one M-TRAN module for the wrapper's tests: motors reach their target at once, what is sent
    comes back as the module's own echo and then as if module 7 had sent it from its c3, which holds. Prints
-   what it is asked to do. The environment's CUSTOM_DATA takes the place of the module's own. */
+   what it is asked to do. The environment's CUSTOM_DATA takes the place of the module's own, and STEPS of the
+   5 steps that the simulation takes. */
+#include <webots/accelerometer.h>
+#include <webots/distance_sensor.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -28,8 +31,9 @@ static WbDeviceTag find(const char *name) {
 
 int wb_robot_init() { return 1; }
 int wb_robot_step(int duration) {
+  const char *most = getenv("STEPS");
   steps += 1;
-  return steps > 5 ? -1 : duration * 0;
+  return steps > (most ? atoi(most) : 5) ? -1 : duration * 0;
 }
 void wb_robot_cleanup() { printf("cleanup\n"); }
 double wb_robot_get_time() { return 0.004 * steps; }
@@ -58,6 +62,13 @@ void wb_position_sensor_enable(WbDeviceTag tag, int period) {
   (void)period;
 }
 double wb_position_sensor_get_value(WbDeviceTag tag) { return positions[tag]; }
+void wb_distance_sensor_enable(WbDeviceTag tag, int period) { (void)tag, (void)period; }
+double wb_distance_sensor_get_value(WbDeviceTag tag) { return (void)tag, 0.125; }
+void wb_accelerometer_enable(WbDeviceTag tag, int period) { (void)tag, (void)period; }
+const double *wb_accelerometer_get_values(WbDeviceTag tag) {
+  static const double felt[3] = {0, 3, 4};
+  return (void)tag, felt;
+}
 void wb_connector_enable_presence(WbDeviceTag tag, int period) { (void)tag, (void)period; }
 /* c4 to c6 are passive: they sense nothing and hold nothing. */
 static int is_passive(WbDeviceTag tag) { return names[tag - 1][1] >= '4'; }
