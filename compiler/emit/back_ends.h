@@ -3,11 +3,13 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "compiler/emit/exported.h"
 #include "compiler/emit/meshes.h"
 #include "compiler/emit/robot_tree.h"
 #include "compiler/model/kinematic_graph.h"
+#include "compiler/world/obstacle.h"
 
 namespace morphbus::emit {
 
@@ -28,7 +30,9 @@ Exported ToUrdf(const model::Model& model, const RobotTree& tree, const MeshPlac
 /// names and frames; the model frame is the robot frame, turned so that its y (up) is the world's
 /// z. Every connection is a fixed joint, also those that close loops. SDF knows no start values:
 /// its poses are those at the start, and its joint values count from there (limits are shifted).
-Exported ToSdf(const model::Model& model, const RobotTree& tree, const MeshPlace& place);
+/// With obstacles the file is a <world>: a ground, the robot, and each obstacle as a static model.
+Exported ToSdf(const model::Model& model, const RobotTree& tree, const MeshPlace& place,
+               const std::vector<world::Obstacle>& obstacles = {});
 
 // MJCF, the model format of MuJoCo.
 
@@ -39,7 +43,9 @@ Exported ToSdf(const model::Model& model, const RobotTree& tree, const MeshPlace
 /// loop moves a body "<joint>.loop", which is welded to the link there and has half of its mass.
 /// Position actuators have the joints' names and forces; damping makes the declared speed the
 /// terminal one. A tree deeper than MuJoCo reads in one file goes on in files under `stem`_parts/.
-Exported ToMjcf(const model::Model& model, const RobotTree& tree, const std::string& stem);
+/// Obstacles are geoms of the world.
+Exported ToMjcf(const model::Model& model, const RobotTree& tree, const std::string& stem,
+                const std::vector<world::Obstacle>& obstacles = {});
 
 // Forward kinematics of a robot or module as plain C99, for microcontrollers; of a module also the
 // tables that the virtual machine needs.

@@ -14,6 +14,7 @@
 #include "compiler/emit/meshes.h"
 #include "compiler/emit/names.h"
 #include "compiler/emit/numbers.h"
+#include "compiler/emit/scenery.h"
 #include "compiler/keywords/xml_text.h"
 #include "compiler/model/convex_hull.h"
 
@@ -210,11 +211,29 @@ double FullForceError(const TreeJoint& joint) {
   return std::max(part, kLeastSettling * joint.speed);
 }
 
+/// MuJoCo's type of a shape and its sizes, which are halves of sides and lengths.
+std::pair<std::string, std::string> MjcfShape(const world::Obstacle& obstacle) {
+  const Eigen::Vector3d& size = obstacle.size;
+  switch (obstacle.shape) {
+    case world::Shape::kBox:
+      return {"box", Triple(0.5 * size)};
+    case world::Shape::kCylinder:
+      return {"cylinder", Number(size.x()) + " " + Number(0.5 * size.y())};
+    case world::Shape::kSphere:
+      return {"sphere", Number(size.x())};
+    case world::Shape::kPlane:
+      break;
+  }
+  // The third number is the distance of the lines that are drawn on it.
+  return {"plane", Number(0.5 * size.x()) + " " + Number(0.5 * size.y()) + " 0.1"};
+}
+
 /// Writes one MJCF file with the parts that belong to it. Write is called once.
 class MjcfWriter {
  public:
-  MjcfWriter(const model::Model& model, const RobotTree& tree, const std::string& stem)
-      : model_(model), tree_(tree), stem_(stem) {
+  MjcfWriter(const model::Model& model, const RobotTree& tree, const std::string& stem,
+             const std::vector<world::Obstacle>& obstacles)
+      : model_(model), tree_(tree), stem_(stem), obstacles_(obstacles) {
     // A link must not have the name of MuJoCo's own body.
     RenameReservedLinks(
         "MJCF", [](const std::string& name) { return name == "world"; }, &tree_,
@@ -233,6 +252,7 @@ class MjcfWriter {
     AppendMeshes();
     pugi::xml_node world = root_.append_child("worldbody");
     AppendFloor(world);
+    AppendObstacles(world);
     // What follows refers to bodies and joints by name, so the bodies come first.
     const MjcfBodies bodies(model_, tree_, stem_, AppendBase(world));
     AppendExcludes();
@@ -302,6 +322,32 @@ class MjcfWriter {
                  {"type", "plane"},
                  {"size", "0 0 0.1"},
                  {"pos", Triple({0.0, 0.0, height})}});
+  }
+
+  /// Obstacles as geoms of the world.
+  void AppendObstacles(pugi::xml_node world) {
+    const double floor = LowestPoint(model_, tree_) - kFloorClearance;
+    // Geoms are called after links, and the ground has its name.
+    const std::string ground = FreeName(tree_, "floor");
+    const auto taken = [&](const std::string& name) {
+      return name == ground || std::ranges::any_of(tree_.links, [&](const TreeLink& link) {
+               return name.starts_with(link.name);
+             });
+    };
+    for (const world::Obstacle& obstacle : InZUp(obstacles_, floor, taken)) {
+      const auto [type, size] = MjcfShape(obstacle);
+      const pugi::xml_node geom = xml::Append(world, "geom",
+                                              {{"name", obstacle.name},
+                                               {"type", type},
+                                               {"size", size},
+                                               {"pos", Triple(obstacle.X_WO.translation())},
+                                               {"quat", QuaternionWxyz(obstacle.X_WO.linear())}});
+      // By its higher priority its own friction counts, and not the greater of two.
+      if (obstacle.friction) {
+        xml::Set(geom, "friction", Number(*obstacle.friction) + " 0.005 0.0001");
+        xml::Set(geom, "priority", "1");
+      }
+    }
   }
 
   /// Links that touch by construction: those one or two joints or connections apart. (MuJoCo leaves
@@ -394,6 +440,7 @@ class MjcfWriter {
   const model::Model& model_;
   RobotTree tree_;
   const std::string& stem_;
+  const std::vector<world::Obstacle>& obstacles_;
   std::string base_;
   Exported exported_;
   pugi::xml_document document_;
@@ -402,8 +449,9 @@ class MjcfWriter {
 
 }  // namespace
 
-Exported ToMjcf(const model::Model& model, const RobotTree& tree, const std::string& stem) {
-  return MjcfWriter(model, tree, stem).Write();
+Exported ToMjcf(const model::Model& model, const RobotTree& tree, const std::string& stem,
+                const std::vector<world::Obstacle>& obstacles) {
+  return MjcfWriter(model, tree, stem, obstacles).Write();
 }
 
 }  // namespace morphbus::emit

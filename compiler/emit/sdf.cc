@@ -2,10 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
+
 #include "compiler/emit/link_solids.h"
 #include "compiler/emit/meshes.h"
 #include "compiler/emit/names.h"
 #include "compiler/emit/numbers.h"
+#include "compiler/emit/scenery.h"
 #include "compiler/emit/urdf_cuts.h"
 #include "compiler/keywords/xml_text.h"
 
@@ -31,11 +35,55 @@ bool IsReserved(const std::string& name) {
   return marked || name == "world";
 }
 
-// Writes one <model>: all links, then the joints and connections that hold them.
+/// The <geometry> of an obstacle.
+void AppendGeometry(pugi::xml_node node, const world::Obstacle& obstacle) {
+  const pugi::xml_node geometry = xml::Append(node, "geometry");
+  const Eigen::Vector3d& size = obstacle.size;
+  switch (obstacle.shape) {
+    case world::Shape::kBox:
+      xml::AppendText(xml::Append(geometry, "box"), "size", Triple(size));
+      return;
+    case world::Shape::kCylinder: {
+      const pugi::xml_node cylinder = xml::Append(geometry, "cylinder");
+      xml::AppendText(cylinder, "radius", Number(size.x()));
+      xml::AppendText(cylinder, "length", Number(size.y()));
+      return;
+    }
+    case world::Shape::kSphere:
+      xml::AppendText(xml::Append(geometry, "sphere"), "radius", Number(size.x()));
+      return;
+    case world::Shape::kPlane: {
+      const pugi::xml_node plane = xml::Append(geometry, "plane");
+      xml::AppendText(plane, "normal", "0 0 1");
+      xml::AppendText(plane, "size", Number(size.x()) + " " + Number(size.y()));
+      return;
+    }
+  }
+}
+
+/// An obstacle as a static model of one link.
+void AppendObstacle(pugi::xml_node world, const world::Obstacle& obstacle) {
+  const pugi::xml_node model = xml::Append(world, "model", {{"name", obstacle.name}});
+  xml::AppendText(model, "static", "true");
+  AppendPose(model, obstacle.X_WO, "");
+  const pugi::xml_node link = xml::Append(model, "link", {{"name", "link"}});
+  AppendGeometry(xml::Append(link, "visual", {{"name", "visual"}}), obstacle);
+  const pugi::xml_node collision = xml::Append(link, "collision", {{"name", "collision"}});
+  AppendGeometry(collision, obstacle);
+  if (!obstacle.friction) return;
+  const pugi::xml_node surface = xml::Append(collision, "surface");
+  const pugi::xml_node ode = xml::Append(xml::Append(surface, "friction"), "ode");
+  xml::AppendText(ode, "mu", Number(*obstacle.friction));
+  xml::AppendText(ode, "mu2", Number(*obstacle.friction));
+}
+
+// Writes one <model>: all links, then the joints and connections that hold them. With obstacles it
+// stands in a <world> with them.
 class SdfWriter {
  public:
-  SdfWriter(const model::Model& model, const RobotTree& tree, const MeshPlace& place)
-      : model_(model), solids_(model), tree_(tree), place_(place) {
+  SdfWriter(const model::Model& model, const RobotTree& tree, const MeshPlace& place,
+            const std::vector<world::Obstacle>& obstacles)
+      : model_(model), solids_(model), tree_(tree), place_(place), obstacles_(obstacles) {
     // SDFormat refuses a file whose links, joints or model have names that it keeps for itself.
     RenameReservedLinks("SDF", IsReserved, &tree_, &exported_.warnings);
     RenameReservedJoints("SDF", IsReserved, &tree_, &exported_.warnings);
@@ -48,7 +96,8 @@ class SdfWriter {
   Exported Write() {
     xml::Start(&document_);
     const pugi::xml_node sdf = xml::Append(document_, "sdf", {{"version", "1.9"}});
-    root_ = xml::Append(sdf, "model", {{"name", tree_.name}});
+    root_ =
+        xml::Append(obstacles_.empty() ? sdf : AppendWorld(sdf), "model", {{"name", tree_.name}});
     xml::Comment(
         root_,
         "SI units, radians. The model frame is the robot frame (x north, y up, z east), which "
@@ -72,6 +121,22 @@ class SdfWriter {
   }
 
  private:
+  /// A <world> with a ground and the obstacles.
+  pugi::xml_node AppendWorld(pugi::xml_node sdf) {
+    const pugi::xml_node world = xml::Append(sdf, "world", {{"name", tree_.name + "_world"}});
+    world::Obstacle ground;
+    ground.name = "ground";
+    ground.shape = world::Shape::kPlane;
+    ground.size = {10, 10, 0};
+    std::vector<world::Obstacle> all = {ground};
+    const auto taken = [&](const std::string& name) {
+      return name == tree_.name || name == ground.name || IsReserved(name);
+    };
+    std::ranges::copy(InZUp(obstacles_, 0.0, taken), std::back_inserter(all));
+    for (const world::Obstacle& obstacle : all) AppendObstacle(world, obstacle);
+    return world;
+  }
+
   /// Name of the link of this index in the tree.
   const std::string& NameOf(int link) const { return tree_.links[link].name; }
 
@@ -112,6 +177,7 @@ class SdfWriter {
   LinkSolids solids_;
   RobotTree tree_;
   const MeshPlace& place_;
+  const std::vector<world::Obstacle>& obstacles_;
   pugi::xml_document document_;
   pugi::xml_node root_;
   Exported exported_;
@@ -143,8 +209,9 @@ void AppendSdfJoint(pugi::xml_node parent, const std::string& name, const TreeJo
   xml::AppendText(limit, "velocity", Number(joint->speed));
 }
 
-Exported ToSdf(const model::Model& model, const RobotTree& tree, const MeshPlace& place) {
-  return SdfWriter(model, tree, place).Write();
+Exported ToSdf(const model::Model& model, const RobotTree& tree, const MeshPlace& place,
+               const std::vector<world::Obstacle>& obstacles) {
+  return SdfWriter(model, tree, place, obstacles).Write();
 }
 
 }  // namespace morphbus::emit

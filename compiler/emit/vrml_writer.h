@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "compiler/emit/numbers.h"
+#include "compiler/model/convex_hull.h"
 #include "compiler/model/robot_model.h"
 
 namespace morphbus::emit {
@@ -43,6 +44,25 @@ class VrmlWriter {
   void Place(const model::Pose& X) {
     Line("translation " + Triple(X.translation()));
     Line("rotation " + Rotation(X.linear()));
+  }
+  /// A Shape of a hull, in a colour (red, green, blue, from 0 to 1), named for USE.
+  void Hull(const std::string& name, const model::ConvexHull& hull, const Eigen::Vector3d& color) {
+    std::string points;
+    for (const Eigen::Vector3d& p : hull.vertices) {
+      points += (points.empty() ? "" : ", ") + Triple(p);
+    }
+    // Each face is a list of corners that ends with -1.
+    std::string faces;
+    for (const model::HullFace& face : hull.faces) {
+      for (const int corner : face.polygon) faces += std::to_string(corner) + " ";
+      faces += "-1 ";
+    }
+    Open("Shape {");
+    Block("appearance PBRAppearance",
+          {"baseColor " + Triple(color), "roughness 0.6", "metalness 0"});
+    Block("geometry DEF " + name + " IndexedFaceSet",
+          {"coord Coordinate { point [ " + points + " ] }", "coordIndex [ " + faces + "]"});
+    Close("}");
   }
   /// What has been written so far.
   [[nodiscard]] const std::string& text() const { return text_; }

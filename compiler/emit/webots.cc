@@ -15,8 +15,10 @@
 #include "compiler/emit/names.h"
 #include "compiler/emit/numbers.h"
 #include "compiler/emit/robot_tree.h"
+#include "compiler/emit/scenery.h"
 #include "compiler/emit/vrml_writer.h"
 #include "compiler/emit/webots_docks.h"
+#include "compiler/emit/webots_scene.h"
 #include "compiler/model/convex_hull.h"
 #include "compiler/model/forward_kinematics.h"
 
@@ -29,40 +31,13 @@ using model::JointType;
 constexpr double kFloorThickness = 0.1;  // m
 constexpr double kTokenRadius = 1e-3;    // m, of links that have no hull.
 
-/// Webots' default angle of view (rad), across the wider side of the picture.
-constexpr double kFieldOfView = 0.785398;
-
-/// Pose of the camera from which all `points` (world: y up, m) are in view, from the north-east and
-/// above, in a picture of up to 16:9. As in Webots since R2022a the camera looks along its x, and
-/// its z is up.
-model::Pose ViewOf(const std::vector<Vector3d>& points) {
-  constexpr double kLeastRadius = 0.05;  // m, so that a single small module does not fill the view.
-  constexpr double kMargin = 1.2;
-  // The ball around all points, from the middle of their box, must fit the view.
-  Eigen::AlignedBox3d box;
-  for (const Vector3d& p : points) box.extend(p);
-  if (box.isEmpty()) box.extend(Vector3d::Zero());
-  const Vector3d middle = box.center();
-  double radius = kLeastRadius;
-  for (const Vector3d& p : points) radius = std::max(radius, (p - middle).norm());
-  // Across the narrower side the view is narrower, and a ball's outline is seen before its middle.
-  const double half_angle = std::atan(std::tan(0.5 * kFieldOfView) * 9.0 / 16.0);
-  const double distance = kMargin * radius / std::sin(half_angle);
-  // From the north-east and above, with the horizon level.
-  const Vector3d forward = -Vector3d(0.8, 0.6, 0.7).normalized();
-  const Vector3d left = Vector3d::UnitY().cross(forward).normalized();
-  model::Pose X = model::Pose::Identity();
-  X.linear() << forward, left, forward.cross(left);
-  X.translation() = middle - distance * forward;
-  return X;
-}
-
 /// Writes the world file of one robot. One object is one export; Write is called once.
 class WebotsWriter {
  public:
   /// `images` are of the module types that the robot has; none if there is no program.
   WebotsWriter(const model::Model& model, const model::Robot& robot,
-               const std::map<int, WebotsImages>& images)
+               const std::map<int, WebotsImages>& images,
+               const std::vector<world::Obstacle>& obstacles)
       : model_(model),
         robot_(robot),
         solids_(model),
@@ -83,6 +58,10 @@ class WebotsWriter {
       docked_.insert({d.module_a, d.connector_a});
       docked_.insert({d.module_b, d.connector_b});
     }
+    const std::string floor = FreeModuleName("floor");
+    obstacles_ = FreelyNamed(obstacles, [&](const std::string& name) {
+      return name == floor || robot_.FindModule(name).has_value();
+    });
     // The world is the robot frame, but for its height: the floor is at 0.
     double lift = kFloorClearance - LowestPoint(model, TreeOf(model, robot));
     for (auto& module : X_WL_) {
@@ -119,8 +98,10 @@ class WebotsWriter {
   /// What a world needs beside the robot: gravity, a view, light, and a floor at height 0.
   void AppendScene() {
     // The coordinate system is M3L's, so that no pose needs to be turned.
-    vrml_.Block("WorldInfo", {fmt::format("title \"{}\"", robot_.name), "gravity 9.81",
-                              "basicTimeStep 4", "coordinateSystem \"NUE\""});
+    std::vector<std::string> info = {fmt::format("title \"{}\"", robot_.name), "gravity 9.81",
+                                     "basicTimeStep 4", "coordinateSystem \"NUE\""};
+    std::ranges::move(WebotsContacts(obstacles_), std::back_inserter(info));
+    vrml_.Block("WorldInfo", info);
     const model::Pose view = ViewOf(Corners());
     vrml_.Block("Viewpoint", {"orientation " + Rotation(view.linear()),
                               "position " + Triple(view.translation())});
@@ -138,6 +119,10 @@ class WebotsWriter {
     vrml_.Close("]");
     vrml_.Line("boundingObject USE " + FreeModuleName("FLOOR"));
     vrml_.Close("}");
+    for (size_t i = 0; i < obstacles_.size(); ++i) {
+      AppendWebotsObstacle(obstacles_[i], FreeModuleName(fmt::format("OBSTACLE_{}", i + 1)),
+                           &vrml_);
+    }
   }
 
   /// A name that no module has.
@@ -243,26 +228,11 @@ class WebotsWriter {
 
   /// One convex part.
   void AppendShape(const model::ConvexHull& hull, const std::string& name, size_t m) {
-    std::string points;
-    for (const Eigen::Vector3d& p : hull.vertices) {
-      points += (points.empty() ? "" : ", ") + Triple(p);
-    }
-    // Each face is a list of corners that ends with -1.
-    std::string faces;
-    for (const model::HullFace& face : hull.faces) {
-      for (const int corner : face.polygon) faces += fmt::format("{} ", corner);
-      faces += "-1 ";
-    }
     // Modules get colours between blue and yellow.
     // The golden ratio spreads the hues, so that neighbours differ.
     const double hue = std::fmod(0.381966 * static_cast<double>(m), 1.0);
-    vrml_.Open("Shape {");
-    vrml_.Line(fmt::format(
-        "appearance PBRAppearance {{ baseColor {} {} {} roughness 0.6 metalness 0 }}",
-        Number(std::round(100 * hue) / 100), 0.7, Number(1.0 - std::round(100 * hue) / 100)));
-    vrml_.Block(fmt::format("geometry DEF {} IndexedFaceSet", name),
-                {"coord Coordinate { point [ " + points + " ] }", "coordIndex [ " + faces + "]"});
-    vrml_.Close("}");
+    const double shade = std::round(100 * hue) / 100;
+    vrml_.Hull(name, hull, {shade, 0.7, 1.0 - shade});
   }
 
   /// The link's mass, centre of mass and inertia; a density of -1 says that these count.
@@ -458,6 +428,7 @@ class WebotsWriter {
   std::vector<RobotTree> trees_;          ///< Of each module type.
   std::set<std::pair<int, int>> docked_;  ///< (module, connector)
   std::set<int> used_types_;
+  std::vector<world::Obstacle> obstacles_;     ///< With names of their own.
   std::map<int, WebotsProgram> programs_;      ///< Of each used type; without files once written.
   std::vector<std::vector<size_t>> children_;  ///< Of each link of the module at hand.
   VrmlWriter vrml_;
@@ -466,16 +437,15 @@ class WebotsWriter {
 }  // namespace
 
 Result<Exported> ToWebots(const model::Model& model, const model::Robot& robot,
-                          const std::string& controllers, const std::string& program,
-                          uint64_t model_hash) {
+                          const WebotsOptions& options) {
   std::map<int, WebotsImages> images;
   for (const model::ModuleInstance& module : robot.modules) {
-    if (program.empty() || images.count(module.type) > 0) continue;
-    Result<std::string> kinematics = KinematicsImage(model, module.type, model_hash);
+    if (options.program.empty() || images.count(module.type) > 0) continue;
+    Result<std::string> kinematics = KinematicsImage(model, module.type, options.model_hash);
     if (!kinematics) return Fail(kinematics.error().message);
-    images[module.type] = {program, *std::move(kinematics)};
+    images[module.type] = {options.program, *std::move(kinematics)};
   }
-  return WebotsWriter(model, robot, images).Write(controllers);
+  return WebotsWriter(model, robot, images, options.obstacles).Write(options.controllers);
 }
 
 }  // namespace morphbus::emit

@@ -23,6 +23,8 @@ NODES = {
         'basicTimeStep': ('SFFloat', '32'), 'coordinateSystem': ('SFString', '"ENU"'),
         'contactProperties': ('MFNode', '[]'),
     },
+    'ContactProperties': {'material1': ('SFString', '"default"'), 'material2': ('SFString', '"default"'),
+                          'coulombFriction': ('MFFloat', '[1]')},
     'Viewpoint': {'orientation': ('SFRotation', '0 0 1 0'), 'position': ('SFVec3f', '-10 0 0')},
     'Background': {'skyColor': ('MFColor', '[0 0 0]')},
     'DirectionalLight': {'direction': ('SFVec3f', '0 0 -1'), 'intensity': ('SFFloat', '1')},
@@ -69,7 +71,7 @@ SLOTS = {
     'jointParameters': ('HingeJointParameters', 'JointParameters'), 'physics': ('Physics',),
     'device': ('RotationalMotor', 'LinearMotor', 'PositionSensor'), 'endPoint': ('Solid', 'SolidReference'),
     'appearance': ('PBRAppearance',), 'geometry': GEOMETRIES, 'coord': ('Coordinate',),
-    'boundingObject': (*GEOMETRIES, 'Shape', 'Group'),
+    'contactProperties': ('ContactProperties',), 'boundingObject': (*GEOMETRIES, 'Shape', 'Group'),
     'children': ('Solid', 'Connector', 'Emitter', 'Receiver', 'DistanceSensor', 'Accelerometer', 'HingeJoint',
                  'SliderJoint', 'Shape'),
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Webots worlds whose modules run a program, and their sensors: the controllers are built by their own Makefile and
+"""Webots worlds whose modules run a program, their sensors, and obstacles in exported worlds: the controllers are built by their own Makefile and
 run on a fake Webots of one module. How a whole robot walks by them is test/compiler/emit/webots_vm_test.cc's."""
 import math
 import re
@@ -185,6 +185,50 @@ class Sensors(Case):
         run(['gcc', '-std=gnu99', '-Wall', '-Wextra', '-Wpedantic', '-Werror', '-isystem', STUB, '-I', folder, test,
              folder / 'morphbus_module.c', STUB / 'fake_webots.c', '-lm', '-o', program])
         self.assertIn('values 5: skin 0 up 0 0.6 0.8 ir 0.125', run([program]).stdout)
+
+
+class Scenery(Case):
+    def test_obstacles_stand_where_the_world_has_them(self):
+        done = export('webots', self.folder / 'robot.wbt', '--robot', 'quadruped', '--world',
+                      SOURCE / 'models/yard.sdf')
+        self.assertEqual(done.stderr, '')
+        nodes = Reader((self.folder / 'robot.wbt').read_text()).world()
+        solids = {node['name']: node for node in nodes if node.type == 'Solid'}
+        # SDFormat's z is up, which is y here; what was y looks to the west.
+        for name, place, corner in (('wall.link.box', (1, 0.1, 0), (0.05, 0.6, 0.1)),
+                                    ('post.link.pole', (-1.2, 0.15, -0.8), (0.05, 0, 0.15)),
+                                    ('post.link.knob', (-1.2, 0.35, -0.8), (0, 0, 0.06)),
+                                    ('ramp.link.slab', (-1.5, 0, 1), (0.3, 0.25, 0.01))):
+            node = solids[name]
+            for got, expected in zip(node['translation'], place):
+                self.assertTrue(math.isclose(got, expected, abs_tol=1e-9), (name, node['translation']))
+            shape, = [child['geometry'] for child in node['children']]
+            self.assertIs(node['boundingObject'], shape)
+            self.assertTrue(any(all(math.isclose(a, b, abs_tol=1e-9) for a, b in zip(p, corner))
+                                for p in shape['coord']['point']), name)
+        # The ramp grips in its own way.
+        contacts, = nodes[0]['contactProperties']
+        self.assertEqual(contacts['material2'], solids['ramp.link.slab']['contactMaterial'])
+        self.assertEqual(contacts['coulombFriction'], [1.2])
+
+    def test_a_world_that_cannot_be_is_refused(self):
+        for to, world, said in (('urdf', SOURCE / 'models/yard.sdf', 'has no world around the robot'),
+                                ('sdf', SOURCE / 'models/mtran.m3l', 'mtran.m3l'),
+                                ('mjcf', self.folder / 'none.sdf', 'none.sdf')):
+            done = export(to, self.folder / 'out', '--robot', 'quadruped', '--world', world, status=2)
+            self.assertIn(said, done.stderr)
+            self.assertFalse((self.folder / 'out').exists())
+
+    def test_without_the_robot_the_exported_sdf_is_the_world_again(self):
+        export('sdf', self.folder / 'out.sdf', '--robot', 'quadruped', '--world', SOURCE / 'models/yard.sdf')
+        text = (self.folder / 'out.sdf').read_text()
+        robot = re.search(r'(?s)    <model name="quadruped">.*?\n    </model>\n', text).group()
+        (self.folder / 'again.sdf').write_text(text.replace(robot, ''))
+        pictures = []
+        for world in (SOURCE / 'models/yard.sdf', self.folder / 'again.sdf'):
+            run([MORPHBUS, 'draw', MODEL, '--robot', 'quadruped', '--world', world, '-o', self.folder / 'x.svg'])
+            pictures.append((self.folder / 'x.svg').read_text())
+        self.assertEqual(*pictures)
 
 
 if __name__ == '__main__':

@@ -48,7 +48,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   for (const model::Robot& robot : model.robots) {
     if (robot.modules.size() > kMaxModules) continue;
     ExportTree(model, robot);
-    Require(!emit::ToWebots(model, robot, "controllers")->text.empty());
+    Require(!emit::ToWebots(model, robot, {.controllers = "controllers"})->text.empty());
     Require(!emit::AssemblyGraphDot(model, robot).empty());
     const congruence::Congruence self = congruence::Compare(model, robot, model, robot);
     Require(!self.decided || (self.congruent() && self.mappings.front().keeps_frame));

@@ -7,7 +7,6 @@
 #include <map>
 
 #include "compiler/base/text.h"
-#include "compiler/world/sdf_world.h"
 #include "logger/compare/kinematic_tracks.h"
 #include "logger/log/log_bytes.h"
 #include "logger/log/run_log.h"
@@ -16,6 +15,7 @@
 #include "logger/show/robot_scenes.h"
 #include "sim/rigid_body_model.h"
 #include "tools/base/lent_description.h"
+#include "tools/base/world_file.h"
 #include "tools/commands/commands.h"
 
 namespace morphbus::tools {
@@ -82,18 +82,6 @@ int Write(const logger::Scene& scene, const std::string& title,
 OutputKind KindOf(const std::string& path) {
   if (path.ends_with(".webp")) return outputs::kWebp;
   return path.ends_with(".png") ? outputs::kPng : outputs::kSvg;
-}
-
-/// The obstacles of a file; prints what is wrong with it.
-std::optional<std::vector<world::Obstacle>> LoadWorld(const std::string& path) {
-  source::SourceSet sources;
-  source::Diagnostics diagnostics;
-  const Result<int> file = sources.AddFile(path);
-  if (!file) return Refuse("--world: " + file.error().message);
-  std::optional<std::vector<world::Obstacle>> obstacles =
-      world::ReadSdfWorld(sources, *file, nullptr, &diagnostics);
-  PrintDiagnostics(diagnostics, sources);
-  return obstacles;
 }
 
 /// The robot standing on the ground as it starts, each module in a colour of its own.

@@ -8,6 +8,7 @@
 #include "compiler/emit/robot_tree.h"
 #include "tools/base/output_path.h"
 #include "tools/base/program.h"
+#include "tools/base/world_file.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/export_formats.h"
 
@@ -25,6 +26,7 @@ struct ExportOptions {
   std::string output;
   std::string mesh_prefix;
   std::string program;
+  std::string world;
   bool force = false;
 };
 
@@ -46,6 +48,9 @@ const ExportFormat* PickFormat(const ExportOptions& options) {
     } else if (!options.mesh_prefix.empty() && !format.refers_to_meshes) {
       Unusable(
           fmt::format("--to {} refers to no mesh files; leave out --mesh-prefix", format.name));
+    } else if (!options.world.empty() && !format.has_world) {
+      Unusable(
+          fmt::format("--to {} has no world around the robot; leave out --world", format.name));
     } else if (!options.program.empty() && !format.takes_program) {
       Unusable(fmt::format("--to {} runs no program; leave out --program", format.name));
     } else {
@@ -103,7 +108,7 @@ std::optional<emit::Exported> Make(const model::Model& model, const ExportFormat
                                    const ExportOptions& options) {
   // A module type alone is a robot of one module.
   ExportRequest request{
-      model, nullptr, -1, "", options.mesh_prefix, ControllersFolder(options.output), ""};
+      model, nullptr, -1, "", options.mesh_prefix, ControllersFolder(options.output), "", {}};
   model::Robot module;
   if (format.of == Of::kModule || !options.module.empty()) {
     const std::optional<int> type = PickModuleType(model, options.module);
@@ -120,6 +125,11 @@ std::optional<emit::Exported> Make(const model::Model& model, const ExportFormat
         LoadProgram(options.program, keywords::KeywordsOf(model));
     if (!program) return std::nullopt;
     request.program = program->image;
+  }
+  if (!options.world.empty()) {
+    std::optional<std::vector<world::Obstacle>> obstacles = LoadWorld(options.world);
+    if (!obstacles) return std::nullopt;
+    request.obstacles = *std::move(obstacles);
   }
   // Meshes and headers are named after the main file, or after the robot where there is no such
   // name.
@@ -271,7 +281,9 @@ int Export(ExportOptions options) {
   ModelSource source;
   const std::optional<model::Model> model = LoadModel({options.file}, &source);
   std::vector<std::string> inputs = source.Files();
-  if (!options.program.empty()) inputs.push_back(options.program);
+  for (const std::string& input : {options.program, options.world}) {
+    if (!input.empty()) inputs.push_back(input);
+  }
   if (!model || !MayWrite(options.output, format->kind, options.force, inputs)) return kUnusable;
   const std::optional<emit::Exported> exported = Make(*model, *format, options);
   if (!exported) return kUnusable;
@@ -310,6 +322,9 @@ void AddExport(CommandLine* line) {
           fmt::format("For {}: what to put before the paths of meshes, such as package://robot/ "
                       "(default: nothing, they are relative to the file)",
                       FormatNames([](const ExportFormat& f) { return f.refers_to_meshes; })));
+  sub.Add("--world", &options->world,
+          fmt::format("For {}: SDFormat file of obstacles that stand beside the robot",
+                      FormatNames([](const ExportFormat& f) { return f.has_world; })));
   sub.Add("--program", &options->program,
           fmt::format("For {}: DynaRole program or image that the modules run (default: they hold "
                       "their joints)",

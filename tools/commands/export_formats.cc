@@ -82,12 +82,13 @@ Result<Exported> ToUrdf(const ExportRequest& request) {
 /// SDFormat keeps loops: it takes the tree together with the joints that close it.
 Result<Exported> ToSdf(const ExportRequest& request) {
   return emit::ToSdf(request.model, emit::TreeOf(request.model, *request.robot),
-                     MeshPlaceOf(request));
+                     MeshPlaceOf(request), request.obstacles);
 }
 
 /// MJCF for MuJoCo, whose parts are called after the main file.
 Result<Exported> ToMjcf(const ExportRequest& request) {
-  return emit::ToMjcf(request.model, emit::TreeOf(request.model, *request.robot), request.stem);
+  return emit::ToMjcf(request.model, emit::TreeOf(request.model, *request.robot), request.stem,
+                      request.obstacles);
 }
 
 /// A world with the robot in it, whose modules run the program, if there is one; a module type
@@ -96,8 +97,9 @@ Result<Exported> ToWebots(const ExportRequest& request) {
   model::Robot robot = *request.robot;
   // A Robot node of Webots has a name.
   if (request.type >= 0) robot.modules[0].name = robot.name;
-  return emit::ToWebots(request.model, robot, request.controllers, request.program,
-                        HashOf(request.model));
+  return emit::ToWebots(
+      request.model, robot,
+      {request.controllers, request.program, HashOf(request.model), request.obstacles});
 }
 
 }  // namespace
@@ -110,15 +112,15 @@ OutputKind CompanionKind(const std::string& path) {
 
 const std::vector<ExportFormat>& ExportFormats() {
   static const std::vector<ExportFormat> formats = {
-      {"model", Of::kFile, false, false, outputs::kModel, ToModel},
-      {"kinematics", Of::kModule, false, false, outputs::kKinematicsImage, ToKinematics},
-      {"xml", Of::kModule, false, false, outputs::kKeywords, ToXml},
-      {"dot", Of::kRobot, false, false, outputs::kDot, ToDot},
-      {"c", Of::kEither, false, false, outputs::kCode, ToC},
-      {"urdf", Of::kEither, true, false, outputs::kUrdf, ToUrdf},
-      {"sdf", Of::kEither, true, false, outputs::kSdf, ToSdf},
-      {"mjcf", Of::kEither, false, false, outputs::kMjcf, ToMjcf},
-      {"webots", Of::kEither, false, true, outputs::kWebots, ToWebots},
+      {"model", Of::kFile, false, false, false, outputs::kModel, ToModel},
+      {"kinematics", Of::kModule, false, false, false, outputs::kKinematicsImage, ToKinematics},
+      {"xml", Of::kModule, false, false, false, outputs::kKeywords, ToXml},
+      {"dot", Of::kRobot, false, false, false, outputs::kDot, ToDot},
+      {"c", Of::kEither, false, false, false, outputs::kCode, ToC},
+      {"urdf", Of::kEither, true, false, false, outputs::kUrdf, ToUrdf},
+      {"sdf", Of::kEither, true, false, true, outputs::kSdf, ToSdf},
+      {"mjcf", Of::kEither, false, false, true, outputs::kMjcf, ToMjcf},
+      {"webots", Of::kEither, false, true, true, outputs::kWebots, ToWebots},
   };
   return formats;
 }

@@ -7,6 +7,7 @@
 #include "compiler/base/result.h"
 #include "compiler/emit/exported.h"
 #include "compiler/model/robot_model.h"
+#include "compiler/world/obstacle.h"
 #include "tools/base/output_path.h"
 
 namespace morphbus::tools {
@@ -30,6 +31,7 @@ struct ExportRequest {
   std::string mesh_prefix;  ///< See emit::MeshPlace.
   std::string controllers;  ///< Folder for Webots' controllers, relative to the main file's.
   std::string program;      ///< Image of the program that the modules run; empty for none.
+  std::vector<world::Obstacle> obstacles;  ///< Of the world around the robot.
 };
 
 /// One value of --to: the row of a table that is built once and never changes.
@@ -38,6 +40,7 @@ struct ExportFormat {
   Of of;
   bool refers_to_meshes;  ///< Takes --mesh-prefix.
   bool takes_program;     ///< Takes --program.
+  bool has_world;         ///< Takes --world.
   OutputKind kind;        ///< Of the main file.
   /// Makes the text and its companion files in memory, and writes nothing. The error is for the
   /// user, such as what of the model the format cannot express.

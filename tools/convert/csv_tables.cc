@@ -51,7 +51,7 @@ std::string NameOf(const model::ModuleType* type, std::vector<Member> model::Mod
   }
   return index < 0 ? "" : fmt::format("{}{}", kind, index);
 }
-std::string JointName(const model::ModuleType* type, int index) {
+std::string JointColumnName(const model::ModuleType* type, int index) {
   return NameOf(type, &model::ModuleType::joints, index, "joint");
 }
 std::string LinkName(const model::ModuleType* type, int index) {
@@ -127,7 +127,7 @@ Result<void> WriteJoints(const RunLog& log, const TextSink& write) {
         CountOf<logger::SensorSample>(type, &model::ModuleType::joints, module.sensors,
                                       [](const auto& sample) { return sample.position.size(); });
     for (size_t j = 0; j < joints; ++j) {
-      const std::string joint = module.name + "." + JointName(type, static_cast<int>(j));
+      const std::string joint = module.name + "." + JointColumnName(type, static_cast<int>(j));
       const char* unit = JointUnit(type, j);
       group.names += fmt::format(",{}.position [{}],{}.velocity [{}/s]", joint, unit, joint, unit);
     }
@@ -288,7 +288,7 @@ Result<void> WriteCommands(const RunLog& log, const TextSink& write) {
         CountOf<logger::ActuatorSample>(type, &model::ModuleType::joints, module.actuators,
                                         [](const auto& sample) { return sample.joints.size(); });
     for (size_t j = 0; j < joints; ++j) {
-      const std::string joint = module.name + "." + JointName(type, static_cast<int>(j));
+      const std::string joint = module.name + "." + JointColumnName(type, static_cast<int>(j));
       const char* unit = JointUnit(type, j);
       group.names +=
           fmt::format(",{}.target [{}],{}.speed [{}/s],{}.mode", joint, unit, joint, unit, joint);
@@ -372,7 +372,7 @@ std::string LabelsText(const model::ModuleType* type, const morphbus::status_t& 
   for (const morphbus::label_t& label : status.labels) {
     const bool joint = label.kind == morphbus::label_t::KIND_JOINT;
     text += (text.empty() ? "" : " ") + label.name + "=" +
-            (joint ? JointName(type, label.index) : LinkName(type, label.index));
+            (joint ? JointColumnName(type, label.index) : LinkName(type, label.index));
   }
   return text;
 }
@@ -382,7 +382,7 @@ std::string SignsText(const model::ModuleType* type, const morphbus::status_t& s
   std::string text;
   for (size_t j = 0; j < status.joint_sign.size(); ++j) {
     if (status.joint_sign[j] == 0) continue;
-    text += (text.empty() ? "" : " ") + JointName(type, static_cast<int>(j)) +
+    text += (text.empty() ? "" : " ") + JointColumnName(type, static_cast<int>(j)) +
             (status.joint_sign[j] > 0 ? "=+1" : "=-1");
   }
   return text;

@@ -8,6 +8,7 @@
 #include "compiler/emit/back_ends.h"
 #include "test/compiler/emit/exported_robots.h"
 #include "test/compiler/emit/mujoco_robot.h"
+#include "test/support/compiled.h"
 #include "test/compiler/solver/known_modules.h"
 
 namespace morphbus::emit {
@@ -245,6 +246,46 @@ TEST(Mjcf, TheRobotHasItsMassAndStandsOnTheFloor) {
     EXPECT_LT(std::abs(fallen), 0.02) << robot.name;
     EXPECT_LT(Residual(simulation), 2e-3);
   }
+}
+
+// A ball on a slope beside the robot: it does not move, and what is dropped on it meets it.
+TEST(Mjcf, ObstaclesStandStillWhereTheyAre) {
+  const ExportCase robot = test::CompiledCase(test::TextOf("models/mtran.m3l"), "quadruped");
+  const RobotTree tree = TreeOf(robot.model, robot.robot);
+  std::vector<world::Obstacle> obstacles(4);
+  // "floor" is the ground's name already.
+  obstacles[0] = {"floor", world::Shape::kBox};
+  obstacles[1] = {"post", world::Shape::kCylinder};
+  obstacles[2] = {"ball", world::Shape::kSphere};
+  obstacles[3] = {"slope", world::Shape::kPlane};
+  for (world::Obstacle& obstacle : obstacles) {
+    obstacle.size = {0.5, 0.25, 0.125};
+    obstacle.X_WO =
+        Eigen::Translation3d(1, 2, 3) * Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX());
+  }
+  obstacles[1].friction = 0.25;
+  const Simulation simulation = test::LoadInMuJoCo(ToMjcf(robot.model, tree, "robot", obstacles));
+  ASSERT_NE(simulation.model, nullptr);
+  const mjModel& m = *simulation.model;
+  const double floor = m.geom_pos[3 * mj_name2id(&m, mjOBJ_GEOM, "floor") + 2];
+  const int types[] = {mjGEOM_BOX, mjGEOM_CYLINDER, mjGEOM_SPHERE, mjGEOM_PLANE};
+  const char* const names[] = {"floor_", "post", "ball", "slope"};
+  for (size_t i = 0; i < 4; ++i) {
+    SCOPED_TRACE(names[i]);
+    const int geom = mj_name2id(&m, mjOBJ_GEOM, names[i]);
+    ASSERT_GE(geom, 0);
+    EXPECT_EQ(m.geom_type[geom], types[i]);
+    EXPECT_EQ(m.geom_bodyid[geom], 0);
+    // North stays x, up is z, and east is the other way from y.
+    const double* at = &m.geom_pos[3 * geom];
+    EXPECT_NEAR(at[0], 1, 1e-9);
+    EXPECT_NEAR(at[1], -3, 1e-9);
+    EXPECT_NEAR(at[2], 2 + floor, 1e-9);
+  }
+  const int post = mj_name2id(&m, mjOBJ_GEOM, "post");
+  EXPECT_EQ(m.geom_friction[3 * post], 0.25);
+  EXPECT_EQ(m.geom_size[3 * post], 0.5);
+  EXPECT_EQ(m.geom_size[3 * post + 1], 0.125);
 }
 
 }  // namespace

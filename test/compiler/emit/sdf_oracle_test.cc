@@ -8,6 +8,7 @@
 
 #include "compiler/emit/back_ends.h"
 #include "test/compiler/emit/exported_robots.h"
+#include "test/support/compiled.h"
 
 namespace morphbus::emit {
 namespace {
@@ -114,6 +115,50 @@ TEST(Sdf, ReservedNamesAreChangedAndReported) {
     EXPECT_TRUE(root.Model()->LinkNameExists(link)) << link;
   }
   EXPECT_TRUE(root.Model()->JointNameExists("m3l__j__"));
+}
+
+TEST(Sdf, ObstaclesStandInAWorldWithTheRobot) {
+  const ExportCase robot = test::CompiledCase(test::TextOf("models/mtran.m3l"), "quadruped");
+  const RobotTree tree = TreeOf(robot.model, robot.robot);
+  // Each shape once, and names that SDFormat or the robot have already.
+  std::vector<world::Obstacle> obstacles(4);
+  obstacles[0] = {"quadruped", world::Shape::kBox};
+  obstacles[1] = {"world", world::Shape::kCylinder};
+  obstacles[2] = {"a ball", world::Shape::kSphere};
+  obstacles[3] = {"a ball", world::Shape::kPlane};
+  for (size_t i = 0; i < 4; ++i) {
+    obstacles[i].size = {0.5, 0.25, 0.125};
+    obstacles[i].X_WO = Eigen::Translation3d(1, 2, 3) *
+                        Eigen::AngleAxisd(0.3 * static_cast<double>(i), Eigen::Vector3d::UnitX());
+  }
+  obstacles[1].friction = 0.25;
+  sdf::Root root;
+  ParseStrictly(ToSdf(robot.model, tree, {"robot", ""}, obstacles).text, &root);
+  ASSERT_EQ(root.WorldCount(), 1u);
+  const sdf::World& world = *root.WorldByIndex(0);
+  ASSERT_NE(world.ModelByName("quadruped"), nullptr);
+  EXPECT_EQ(world.ModelByName("quadruped")->LinkCount(), tree.links.size());
+  const sdf::GeometryType shapes[] = {sdf::GeometryType::BOX, sdf::GeometryType::CYLINDER,
+                                      sdf::GeometryType::SPHERE, sdf::GeometryType::PLANE};
+  const char* const names[] = {"quadruped_", "world_", "a_ball", "a_ball_"};
+  for (size_t i = 0; i < 4; ++i) {
+    SCOPED_TRACE(names[i]);
+    const sdf::Model* obstacle = world.ModelByName(names[i]);
+    ASSERT_NE(obstacle, nullptr);
+    EXPECT_TRUE(obstacle->Static());
+    // Up is z there: the quarter turn that the robot is turned by.
+    EXPECT_LT(
+        (ToPose(obstacle->RawPose()).matrix() - (RobotFrameInZUp() * obstacles[i].X_WO).matrix())
+            .norm(),
+        1e-9);
+    const sdf::Collision* collision = obstacle->LinkByIndex(0)->CollisionByIndex(0);
+    EXPECT_EQ(collision->Geom()->Type(), shapes[i]);
+  }
+  const sdf::Link* post = world.ModelByName("world_")->LinkByIndex(0);
+  const sdf::ElementPtr surface = post->CollisionByIndex(0)->Element()->GetElement("surface");
+  EXPECT_EQ(surface->GetElement("friction")->GetElement("ode")->Get<double>("mu"), 0.25);
+  EXPECT_EQ(post->CollisionByIndex(0)->Geom()->CylinderShape()->Radius(), 0.5);
+  EXPECT_EQ(post->CollisionByIndex(0)->Geom()->CylinderShape()->Length(), 0.25);
 }
 
 // Gazebo reads URDF by libsdformat, which melts fixed links together: what was cut comes back.

@@ -194,7 +194,9 @@ TEST(WebotsController, WalksTheQuadrupedByItsProgram) {
   }
   // What they do by the controllers that belong to the world.
   const Exported world =
-      ToWebots(model, robot, "controllers", std::string(image.begin(), image.end())).value();
+      ToWebots(model, robot,
+               {.controllers = "controllers", .program = std::string(image.begin(), image.end())})
+          .value();
   FakeWebots webots(model, robot);
   test::CompiledControllers controllers(world, robot.modules.size());
   std::vector<Targets> actual(18, {0.0});
@@ -233,7 +235,8 @@ TEST(WebotsController, ReachesNoFartherThanMates) {
   const model::Model small = ModelOf({"models/molecube.m3l", "snake", "unit=0.005"});
   // Centres of neighbouring faces are 5 mm times the root of 2 apart.
   EXPECT_NEAR(DockScaleOf(small).reach, 0.005 * std::sqrt(2.0) / 3.0, 1e-12);
-  const Exported world = ToWebots(small, *small.FindRobot("snake"), "controllers").value();
+  const Exported world =
+      ToWebots(small, *small.FindRobot("snake"), {.controllers = "controllers"}).value();
   EXPECT_EQ(world.warnings, std::vector<std::string>());
   EXPECT_NE(world.text.find("c1.emitter\" range 0.0023570"), std::string::npos);
   EXPECT_NE(world.text.find("distanceTolerance 0.0023570"), std::string::npos);
