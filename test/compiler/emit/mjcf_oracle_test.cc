@@ -8,8 +8,8 @@
 #include "compiler/emit/back_ends.h"
 #include "test/compiler/emit/exported_robots.h"
 #include "test/compiler/emit/mujoco_robot.h"
-#include "test/support/compiled.h"
 #include "test/compiler/solver/known_modules.h"
+#include "test/support/compiled.h"
 
 namespace morphbus::emit {
 namespace {
