@@ -6,6 +6,7 @@
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/model/model_proto.h"
 #include "compiler/model/run_description.pb.h"
+#include "compiler/world/sdf_world.h"
 #include "vm/image/values.h"
 
 namespace morphbus::bridge {
@@ -109,6 +110,11 @@ Result<std::shared_ptr<const RunModel>> ReadRunModel(const std::string& descript
   run->root_sensor = d.root_sensor();
   run->program_file = d.program_file();
   run->model = std::move(*model);
+  // A world that cannot be read is left out: the robot can be seen without it.
+  if (!d.world().empty()) {
+    Result<std::vector<world::Obstacle>> obstacles = world::ReadSdfText(d.world());
+    if (obstacles) run->obstacles = *std::move(obstacles);
+  }
   run->robot = run->model.FindRobot(d.robot());
   if (run->robot == nullptr) {
     return Fail("the model in the run's description has no robot '" + d.robot() + "'");

@@ -5,10 +5,12 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "bridge/module/module_instance.h"
 #include "compiler/base/result.h"
 #include "compiler/model/robot_model.h"
+#include "compiler/world/obstacle.h"
 
 namespace morphbus {
 class Description;
@@ -33,6 +35,8 @@ struct RunModel {
   int root_module = 0, root_link = 0;
   /// Pose of each link in the robot frame R at the start values (m), by module and link.
   std::vector<std::vector<model::Pose>> X_RL_start;
+  /// What stands in the world beside the robot.
+  std::vector<world::Obstacle> obstacles;
   /// The program's image, if `has_program`, and those of the module types' kinematics.
   ModuleImages images;
   bool has_program = false;

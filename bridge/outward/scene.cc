@@ -3,22 +3,26 @@
 #include <cmath>
 
 #include "compiler/model/convex_hull.h"
+#include "compiler/world/obstacle.h"
 
 namespace morphbus::bridge {
 namespace {
 
-/// A convex part of a link. Its points are given in M, which is the link's own frame at joint
-/// values 0. A flat one has its two sides, back to back.
+/// Of obstacles, which shall not be taken for modules.
+constexpr double kObstacleGrey = 0.55;
+
+/// A convex part, such as of a link. Its points are given in the entity's frame. A flat one has its
+/// two sides, back to back.
 void FillHull(const model::ConvexHull& hull, foxglove::TriangleListPrimitive* out) {
-  // The primitive lies in the link's frame as it is: an identity, said in full, since viewers read
+  // The primitive lies in that frame as it is: an identity, said in full, since viewers read
   // what is missing as 0.
   out->mutable_pose()->mutable_position();
   out->mutable_pose()->mutable_orientation()->set_w(1.0);
-  for (const Eigen::Vector3d& p_L : hull.vertices) {
+  for (const Eigen::Vector3d& p : hull.vertices) {
     foxglove::Point3& point = *out->add_points();
-    point.set_x(p_L.x());
-    point.set_y(p_L.y());
-    point.set_z(p_L.z());
+    point.set_x(p.x());
+    point.set_y(p.y());
+    point.set_z(p.z());
   }
   for (const std::array<int, 3>& triangle : hull.triangles) {
     for (const int corner : triangle) out->add_indices(static_cast<uint32_t>(corner));
@@ -29,6 +33,39 @@ void AddMetadata(const std::string& key, const std::string& value, foxglove::Sce
   foxglove::KeyValuePair& pair = *entity->add_metadata();
   pair.set_key(key);
   pair.set_value(value);
+}
+
+/// An entity that stays until the scene is told anew.
+foxglove::SceneEntity& AddEntity(const std::string& id, const std::string& frame,
+                                 foxglove::SceneUpdate* scene) {
+  foxglove::SceneEntity& entity = *scene->add_entities();
+  entity.mutable_timestamp();
+  entity.mutable_lifetime();
+  entity.set_id(id);
+  entity.set_frame_id(frame);
+  // It moves with its frame.
+  entity.set_frame_locked(true);
+  return entity;
+}
+
+/// An obstacle, its corners in the run's world frame. Balls and cylinders are their hulls, and of a
+/// plane the rectangle that is drawn is there.
+void AddObstacle(const std::string& source, const world::Obstacle& obstacle,
+                 foxglove::SceneUpdate* scene) {
+  std::vector<Eigen::Vector3d> corners_W;
+  for (const Eigen::Vector3d& p_O : world::CornersOf(obstacle)) {
+    corners_W.push_back(obstacle.X_WO * p_O);
+  }
+  foxglove::SceneEntity& entity =
+      AddEntity(source + "/obstacles/" + obstacle.name, source + "/world", scene);
+  AddMetadata("obstacle", obstacle.name, &entity);
+  foxglove::TriangleListPrimitive& triangles = *entity.add_triangles();
+  FillHull(model::ComputeHull(corners_W), &triangles);
+  foxglove::Color& color = *triangles.mutable_color();
+  color.set_r(kObstacleGrey);
+  color.set_g(kObstacleGrey);
+  color.set_b(kObstacleGrey);
+  color.set_a(1.0);
 }
 
 }  // namespace
@@ -67,13 +104,8 @@ foxglove::SceneUpdate SceneOf(const std::string& source, const RunModel& run) {
       for (const auto& points : type.links[l].Parts()) parts.push_back(model::ComputeHull(points));
       std::erase_if(parts, [](const model::ConvexHull& part) { return part.triangles.empty(); });
       if (parts.empty()) continue;
-      foxglove::SceneEntity& entity = *scene.add_entities();
-      entity.mutable_timestamp();
-      entity.mutable_lifetime();
-      entity.set_id(LinkFrame(source, run, module, static_cast<int>(l)));
-      entity.set_frame_id(entity.id());
-      // The link moves with its frame, and stays until the scene is told anew.
-      entity.set_frame_locked(true);
+      const std::string frame = LinkFrame(source, run, module, static_cast<int>(l));
+      foxglove::SceneEntity& entity = AddEntity(frame, frame, &scene);
       AddMetadata("module", run.robot->modules[m].name, &entity);
       AddMetadata("type", type.name, &entity);
       AddMetadata("link", type.links[l].name, &entity);
@@ -84,6 +116,7 @@ foxglove::SceneUpdate SceneOf(const std::string& source, const RunModel& run) {
       }
     }
   }
+  for (const world::Obstacle& obstacle : run.obstacles) AddObstacle(source, obstacle, &scene);
   return scene;
 }
 

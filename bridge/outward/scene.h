@@ -1,5 +1,6 @@
 #pragma once
-// A robot as shapes: the hull of each link as triangles in the colour of its module.
+// A robot as shapes: the hull of each link as triangles in the colour of its module; and what
+// stands beside it.
 
 #include <string>
 
@@ -16,7 +17,9 @@ std::string LinkFrame(const std::string& prefix, const RunModel& run, int module
 /// their number is.
 foxglove::Color ModuleColor(int module);
 
-/// All links that have a hull, as entities that are called like their frames and move with them.
+/// All links that have a hull, as entities that are called like their frames and move with them,
+/// and the obstacles of the run's world, "walk/obstacles/wall.link.box", which stay in its world
+/// frame.
 foxglove::SceneUpdate SceneOf(const std::string& source, const RunModel& run);
 
 }  // namespace morphbus::bridge

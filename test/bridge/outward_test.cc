@@ -11,6 +11,7 @@
 #include "bridge/outward/converter.h"
 #include "bridge/outward/scene.h"
 #include "bridge/wire/codec.h"
+#include "compiler/model/run_description.pb.h"
 #include "logger/compare/kinematic_tracks.h"
 #include "test/bridge/outward_collector.h"
 #include "test/logger/temp_log.h"
@@ -254,6 +255,34 @@ TEST(Outward, HullsOfTheSceneAreTheModelsOwnAndFaceOutward) {
       EXPECT_GT((b - a).cross(c - a).dot(a - centre), 0.0);
     }
   }
+}
+
+TEST(Outward, ObstaclesStandInTheRunsWorldFrame) {
+  proto::RunDescription description;
+  ASSERT_TRUE(description.ParseFromString(test::SyntheticDescription("one", "synth")));
+  description.set_world(
+      "<sdf version='1.9'><world name='w'><model name='wall'><static>true</static>"
+      "<pose>1 2 3 0 0 0</pose><link name='l'><collision name='c'><geometry><box>"
+      "<size>0.2 0.4 0.6</size></box></geometry></collision></link></model></world></sdf>");
+  const auto run = ReadRunModel(description.SerializeAsString());
+  ASSERT_TRUE(run.has_value());
+  const foxglove::SceneUpdate scene = SceneOf("src", **run);
+  ASSERT_EQ(scene.entities_size(), 7);
+  const foxglove::SceneEntity& wall = scene.entities(6);
+  EXPECT_EQ(wall.id(), "src/obstacles/wall.l.c");
+  EXPECT_EQ(wall.frame_id(), "src/world");
+  Eigen::AlignedBox3d box;
+  for (const foxglove::Point3& p : wall.triangles(0).points()) {
+    box.extend(Eigen::Vector3d(p.x(), p.y(), p.z()));
+  }
+  // SDFormat's y looks west, which is -z of W, and its z is up, which is y.
+  EXPECT_LT((box.center() - Eigen::Vector3d(1, 3, -2)).norm(), 1e-12);
+  EXPECT_LT((box.sizes() - Eigen::Vector3d(0.2, 0.6, 0.4)).norm(), 1e-12);
+  // A world that cannot be read does not keep the robot from being seen.
+  description.set_world("<sdf>");
+  const auto without = ReadRunModel(description.SerializeAsString());
+  ASSERT_TRUE(without.has_value());
+  EXPECT_EQ(SceneOf("src", **without).entities_size(), 6);
 }
 
 TEST(Outward, WhatComesAgainLateOrDamagedChangesNothing) {

@@ -304,7 +304,9 @@ export class MockServer {
             frameLocked: true,
             triangles: [cube(0.03)],
           })),
-        ),
+        ).concat([
+          { id: `${name}/obstacles/block`, frameId: `${name}/world`, frameLocked: true, triangles: [cube(0.1)] },
+        ]),
       },
       modules: {
         timestamp: stamp(tick),

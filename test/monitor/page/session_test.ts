@@ -40,6 +40,8 @@ test('a live run is taken up: links, shapes, roles, signs, joints', async () => 
   assert.equal(run.poses.length, 100);
   assert.equal(run.links.length, 6);
   assert.equal(run.shapes.get('m1/tip')?.indices?.length, 36);
+  assert.deepEqual([...run.obstacles.keys()], ['walk/obstacles/block']);
+  assert.equal(run.obstacles.get('walk/obstacles/block')?.indices?.length, 36);
   const state = run.stateAt('m2', 1);
   assert.equal(state?.role, 'Leg2');
   assert.deepEqual(state?.labels, [

@@ -94,8 +94,9 @@ function linkOf(run: Run, frame: string): string | null {
 
 function takeScene(run: Run, message: Decoded): void {
   for (const entity of message.entities) {
+    const obstacle = entity.frameId === `${run.name}/world` ? entity.id : null;
     const link = linkOf(run, entity.frameId);
-    if (!link) continue;
+    if (!link && !obstacle) continue;
     // All triangles of the entity in one list of points.
     const points: number[] = [];
     const indices: number[] = [];
@@ -105,7 +106,10 @@ function takeScene(run: Run, message: Decoded): void {
       if (list.indices.length) for (const i of list.indices) indices.push(base + i);
       else for (let i = 0; i < list.points.length; i++) indices.push(base + i);
     }
-    if (points.length) run.shapes.set(link, { positions: new Float32Array(points), indices: new Uint32Array(indices) });
+    if (!points.length) continue;
+    const shape = { positions: new Float32Array(points), indices: new Uint32Array(indices) };
+    if (obstacle) run.obstacles.set(obstacle, shape);
+    else if (link) run.shapes.set(link, shape);
   }
   run.structureVersion++;
 }

@@ -180,6 +180,8 @@ export class Run {
   /** Link names, "module/link", in the order of the columns of `poses`, seven each. */
   readonly links: string[] = [];
   readonly shapes = new Map<string, Shape>();
+  /** What stands in the world beside the robot, by name; corners in W. */
+  readonly obstacles = new Map<string, Shape>();
   readonly tables = new Map<string, NamedTable>();
   readonly faults = new Reports<Fault>();
   readonly events = new Reports<RunEvent>();

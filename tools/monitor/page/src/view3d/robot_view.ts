@@ -1,4 +1,4 @@
-/** One robot in the scene: its links with their shapes, frames, names and trails. */
+/** One robot in the scene: its links with their shapes, frames, names and trails, and the obstacles of its world. */
 
 import {
   AxesHelper,
@@ -12,7 +12,7 @@ import {
   Vector3,
   type Object3D,
 } from 'three';
-import { POSE_COLUMNS, type Run } from '../model/run.ts';
+import { POSE_COLUMNS, type Run, type Shape } from '../model/run.ts';
 import { fixedPoseAt } from './interpolate.ts';
 import { addEdges, LinkMaterial } from './link_material.ts';
 
@@ -20,6 +20,9 @@ import { addEdges, LinkMaterial } from './link_material.ts';
 const TRAIL_POINTS = 120;
 /** How long an axis of a frame is drawn, metres. */
 const FRAME_SIZE = 0.035;
+
+/** Of obstacles, which shall not be taken for modules. */
+const OBSTACLE_COLOUR = '#8f8a84';
 
 /** By how much a link's shape may reach beyond its origin, metres. */
 const LINK_ROOM = 0.06;
@@ -49,11 +52,28 @@ interface Trail {
   points: Float32Array;
 }
 
+/** Faces of a shape, each with corners of its own, for they are flat; a small cube where there is no shape. */
+function geometryOf(shape: Shape | undefined): BufferGeometry {
+  let geometry: BufferGeometry;
+  if (shape) {
+    const indexed = new BufferGeometry();
+    indexed.setAttribute('position', new BufferAttribute(shape.positions, 3));
+    if (shape.indices) indexed.setIndex(new BufferAttribute(shape.indices, 1));
+    geometry = shape.indices ? indexed.toNonIndexed() : indexed;
+    geometry.computeVertexNormals();
+  } else {
+    geometry = new BoxGeometry(0.02, 0.02, 0.02).toNonIndexed();
+  }
+  addEdges(geometry);
+  return geometry;
+}
+
 export class RobotView {
   readonly group = new Group();
   /** The mean of the links' places as they were last shown, in the world of the run. */
   readonly centre = new Vector3();
   private links: LinkView[] = [];
+  private readonly obstacles = new Map<string, Mesh<BufferGeometry, LinkMaterial>>();
   private trails: Trail[] = [];
   private trailKey = '';
   private structure = -1;
@@ -127,6 +147,10 @@ export class RobotView {
       link.mesh.geometry.dispose();
       link.mesh.material.dispose();
     }
+    for (const mesh of this.obstacles.values()) {
+      mesh.geometry.dispose();
+      mesh.material.dispose();
+    }
     this.dropTrails();
   }
 
@@ -165,22 +189,18 @@ export class RobotView {
       if (known) this.group.remove(known.object);
       this.links[index] = this.makeLink(name);
     });
+    for (const [name, shape] of this.run.obstacles) {
+      if (this.obstacles.has(name)) continue;
+      const mesh = new Mesh(geometryOf(shape), new LinkMaterial());
+      mesh.material.color.set(OBSTACLE_COLOUR);
+      this.obstacles.set(name, mesh);
+      this.group.add(mesh);
+    }
   }
 
   private makeLink(name: string): LinkView {
     const shape = this.run.shapes.get(name);
-    let geometry: BufferGeometry;
-    if (shape) {
-      const indexed = new BufferGeometry();
-      indexed.setAttribute('position', new BufferAttribute(shape.positions, 3));
-      if (shape.indices) indexed.setIndex(new BufferAttribute(shape.indices, 1));
-      // Faces are flat: each triangle has corners of its own.
-      geometry = shape.indices ? indexed.toNonIndexed() : indexed;
-      geometry.computeVertexNormals();
-    } else {
-      geometry = new BoxGeometry(0.02, 0.02, 0.02).toNonIndexed();
-    }
-    addEdges(geometry);
+    const geometry = geometryOf(shape);
     const mesh = new Mesh(geometry, new LinkMaterial());
     const object = new Group();
     object.add(mesh);

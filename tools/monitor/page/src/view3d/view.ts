@@ -21,6 +21,8 @@ import { ViewOverlay } from './overlay.ts';
 export interface ViewOptions extends RobotOptions {
   colourBy: 'role' | 'module';
   ground: boolean;
+  /** Fewer pixels are drawn where drawing is slow; without it pictures can be compared. */
+  adaptive: boolean;
   names: boolean;
   follow: boolean;
   /** Two robots: beside each other, or one over the other. */
@@ -47,6 +49,7 @@ export class View3D {
   readonly options: ViewOptions = {
     colourBy: 'role',
     ground: true,
+    adaptive: true,
     names: false,
     follow: true,
     frames: false,
@@ -244,7 +247,7 @@ export class View3D {
   private adaptResolution(now: number): void {
     const passed = now - this.lastDrawn;
     this.lastDrawn = now;
-    if (Number.isNaN(passed)) return;
+    if (Number.isNaN(passed) || !this.options.adaptive) return;
     this.slowFrames = passed > SLOW_FRAME ? this.slowFrames + 1 : Math.max(0, this.slowFrames - 1);
     if (this.slowFrames > 20 && this.pixelRatio > LEAST_PIXEL_RATIO) {
       this.slowFrames = 0;
