@@ -1,0 +1,78 @@
+#pragma once
+// The loop of a module's firmware around the VM; docs/porting.md walks through it. No heap.
+
+#include "vm/port/frame.h"
+#include "vm/vm.h"
+
+namespace morphbus::vm {
+
+/// Who speaks on a connector's link, by the frames that come there.
+struct Mate {
+  bool heard = false;
+  uint16_t module = 0;
+  uint8_t connector = 0;
+  int64_t silent_ticks = 0;  ///< How many ticks have begun since its last frame.
+};
+
+/// What a module's electronics give: a link per connector, connectors, joints. Units and frames are
+/// those of vm/module_api.h; `connector` and `joint` are numbers in the module's type.
+class Hardware {
+ public:
+  /// Takes up to `capacity` bytes that have come on a connector's link; how many. Never waits.
+  virtual int Receive(int connector, uint8_t* bytes, int capacity) = 0;
+  /// Sends all bytes, or, if the link has no room, none; what is lost is said anew next tick.
+  virtual void Send(int connector, const uint8_t* bytes, int size) = 0;
+  /// What is docked here and how: from sensors, or from `mate` and a table, or both.
+  virtual ConnectorReading ReadConnector(int connector, const Mate& mate) = 0;
+  virtual void ReadJoint(int joint, double* position, double* velocity) = 0;
+  virtual void DriveJoint(int joint, const JointCommand& command) = 0;
+  /// What only some modules have: sensors, a root's sensor of its pose, requests of a person; and
+  /// orders to connectors, and whom to tell of roles and faults.
+  virtual void ReadSensors(TickInput* /*input*/) {}
+  virtual void DriveConnector(const ConnectorCommand& /*command*/) {}
+  virtual void Report(const StatusReport& /*status*/) {}
+
+ protected:
+  ~Hardware() = default;
+};
+
+/// One module. It is large (sizeof) and belongs into static memory.
+class Firmware {
+ public:
+  /// All that it is given must outlive it. `state` is begun anew.
+  Firmware(const VmConfig& config, const VerifiedKinematics& kinematics,
+           const VerifiedProgram& program, VmState* state, Hardware* hardware);
+
+  /// Says on all links who is there. Not needed, but a mate is then known before the first tick.
+  void Greet() { SendAll(0); }
+  /// Takes in what has come on the links. To be called so often that their buffers do not overflow.
+  void Listen();
+  /// Computes a tick: senses, runs the VM, drives, sends. To be called once a control period;
+  /// `time_us` counts from any moment and does not go back.
+  void Tick(int64_t time_us);
+
+  /// The last tick computed; -1 before the first.
+  [[nodiscard]] int64_t tick() const { return input_.tick; }
+  /// By how many ticks the newest message heard is ahead of tick(). A module whose clock is slow
+  /// shortens its periods a little while this is above 0; far behind, it leaps by itself.
+  [[nodiscard]] int64_t lag() const { return heard_tick_ - input_.tick; }
+  [[nodiscard]] const Mate& mate(int connector) const { return mates_[connector]; }
+
+ private:
+  void Hear(int connector);
+  void SendAll(int packet_size);
+
+  const VerifiedKinematics& kinematics_;
+  const uint16_t module_;
+  Hardware& hardware_;
+  Vm vm_;
+  TickInput input_;
+  TickOutput output_;
+  int64_t heard_tick_ = -1;
+  Mate mates_[kMaxConnectors];
+  FrameReader readers_[kMaxConnectors];
+  NeighbourMessage messages_[kMaxConnectors];
+  uint8_t frame_[kMaxFrameBytes];
+};
+
+}  // namespace morphbus::vm
