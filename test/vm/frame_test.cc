@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
+#include <algorithm>
 #include <memory>
 #include <random>
 #include <string>
@@ -17,7 +17,7 @@ using Bytes = std::vector<uint8_t>;
 
 Bytes FrameOf(const Bytes& body) {
   Bytes frame(kMaxFrameBytes);
-  std::memcpy(frame.data() + kFrameHeadBytes, body.data(), body.size());
+  std::copy(body.begin(), body.end(), frame.begin() + kFrameHeadBytes);
   frame.resize(static_cast<size_t>(WriteFrame(frame.data(), static_cast<int>(body.size()))));
   return frame;
 }
@@ -81,7 +81,7 @@ TEST(FrameTest, GarbageBeforeOneIsPassedOver) {
 }
 
 TEST(FrameTest, OneThatIsCutCostsOnlyItself) {
-  const Bytes cut = FrameOf(BodyOf("the first")), body = BodyOf("the second");
+  const Bytes cut = FrameOf(BodyOf("one that is cut")), body = BodyOf("the second");
   for (size_t length = 0; length < cut.size(); ++length) {
     const Bytes part(cut.begin(), cut.begin() + static_cast<std::ptrdiff_t>(length));
     // A few bytes behind it settle that the cut one does not go on.
