@@ -95,18 +95,12 @@ class Bench final : public Hardware {
     const double step = command.speed * kTickUs * 1e-6;
     if (command.mode == ActuatorMode::kPosition) q += std::clamp(command.target - q, -step, step);
   }
-  void Report(const StatusReport& report) override {
-    status = report;
-    faults += report.num_faults;
-  }
 
   Bench* mate = nullptr;
   std::deque<uint8_t> line;  ///< What has come and is not yet taken.
   bool endless = false;      ///< There is always more noise.
   double q = 0;
   JointCommand driven;
-  StatusReport status;
-  int faults = 0;
 
  private:
   const int docked_;
@@ -174,7 +168,7 @@ class FirmwareTest : public ::testing::Test {
     }
   }
   [[nodiscard]] std::string RoleOf(int m) const {
-    const int role = bench_[m]->status.role;
+    const int role = firmware_[m]->output().status.role;
     if (role < 0) return "";
     return {program_.role(role).name.data, program_.role(role).name.size};
   }
@@ -223,14 +217,16 @@ TEST_F(FirmwareTest, TakesTheSameRolesOverABadLine) {
   double lowest = 0, highest = 0;
   for (int i = 0; i < 400; ++i) {
     Tick();
-    for (const int m : {0, 1}) ASSERT_EQ(RoleOf(m), host_.RoleOf(m)) << i;
+    for (const int m : {0, 1}) {
+      ASSERT_EQ(RoleOf(m), host_.RoleOf(m)) << i;
+      ASSERT_EQ(firmware_[m]->output().status.num_faults, 0) << i;
+    }
     lowest = std::min(lowest, bench_[1]->driven.target);
     highest = std::max(highest, bench_[1]->driven.target);
   }
   // The shared field still comes, an angle of up to 30 degrees (and the time, as 8 degrees).
   EXPECT_LT(lowest, -0.3);
   EXPECT_GT(highest, 0.3);
-  EXPECT_EQ(bench_[0]->faults + bench_[1]->faults, 0);
 }
 
 TEST_F(FirmwareTest, OneThatBeginsLaterLeapsToTheTicksOfItsMate) {

@@ -73,7 +73,6 @@ void Firmware::Tick(int64_t time_us) {
   for (int i = 0; i < output_.num_connector_commands; ++i) {
     hardware_.DriveConnector(output_.connector_commands[i]);
   }
-  hardware_.Report(output_.status);
   SendAll(WritePacket(output_.message, frame_ + kFrameHeadBytes + kHeaderBytes));
 }
 

@@ -26,11 +26,10 @@ class Hardware {
   virtual ConnectorReading ReadConnector(int connector, const Mate& mate) = 0;
   virtual void ReadJoint(int joint, double* position, double* velocity) = 0;
   virtual void DriveJoint(int joint, const JointCommand& command) = 0;
-  /// What only some modules have: sensors, a root's sensor of its pose, requests of a person; and
-  /// orders to connectors, and whom to tell of roles and faults.
+  /// What only some modules have: sensors, of which one may say the root's pose, and what a person
+  /// asks for; hooks to extend.
   virtual void ReadSensors(TickInput* /*input*/) {}
   virtual void DriveConnector(const ConnectorCommand& /*command*/) {}
-  virtual void Report(const StatusReport& /*status*/) {}
 
  protected:
   ~Hardware() = default;
@@ -56,6 +55,8 @@ class Firmware {
   /// By how many ticks the newest message heard is ahead of tick(). A module whose clock is slow
   /// shortens its periods a little while this is above 0; far behind, it leaps by itself.
   [[nodiscard]] int64_t lag() const { return heard_tick_ - input_.tick; }
+  /// All that the VM said in it: role, faults and prints are for whoever can be told.
+  [[nodiscard]] const TickOutput& output() const { return output_; }
   [[nodiscard]] const Mate& mate(int connector) const { return mates_[connector]; }
 
  private:

@@ -16,9 +16,9 @@ inline constexpr int kMaxFrameBytes = kFrameHeadBytes + kMaxFrameBodyBytes + kFr
 /// Makes a frame of the `size` bytes at frame + kFrameHeadBytes; returns how long it is in all.
 int WriteFrame(uint8_t* frame, int size);
 
-/// Finds the frames among the bytes of one line. One that comes whole is not lost by what was on the
-/// line before it, unless its first bytes make a frame of that. Put() a byte, then call Next() until
-/// it says false.
+/// Finds the frames among the bytes of one line. One that comes whole is not lost by what was on
+/// the line before it, unless its first bytes make a frame of that. Put() a byte, then call Next()
+/// until it says false.
 class FrameReader {
  public:
   /// Takes one byte. There is room for it whenever Next() has just said false.
