@@ -6,7 +6,9 @@ import os
 import pathlib
 import re
 import shutil
+import struct
 import subprocess
+import zlib
 
 from cortex_m import BOARDS, MODEL, SOURCE, Micro, main
 
@@ -53,7 +55,10 @@ class SerialLine(Micro):
         self.folders = [self.folder / name for name in ('front', 'rear')]
         for folder in self.folders:
             folder.mkdir()
-            self.assertEqual(self.recorded(log, folder.name, folder)['ticks'], 300)
+            found = self.recorded(log, folder.name, folder)
+            self.assertEqual((found['ticks'], found['neighbours']), (300, 1))
+            # The program's calls are on their way over the line as well.
+            self.assertGreater(found['invocations'], 0)
         # Both are of one type, so one firmware is for both; who it is, a module reads from its configuration.
         for name in ('image.bin', 'kinematics.bin'):
             shutil.copy(self.folders[0] / name, self.folder / name)
@@ -64,7 +69,7 @@ class SerialLine(Micro):
         """Starts one. The first waits at its end of the line until the second has taken the other end."""
         line = f'socket,id=line,path={self.folder}/line,server={"on" if waits else "off"}' + (',wait=on' if waits else '')
         process = subprocess.Popen(['qemu-system-arm', '-M', BOARDS[BOARD][1], '-display', 'none', '-monitor', 'none',
-                                    '-chardev', line + f',logfile={folder}/heard.bin', '-serial', 'chardev:line',
+                                    '-chardev', line + f',logfile={folder}/said.bin', '-serial', 'chardev:line',
                                     '-semihosting-config', 'enable=on,target=native', '-kernel', self.elf],
                                    stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                                    cwd=folder)
@@ -97,9 +102,30 @@ class SerialLine(Micro):
             if expected != actual:
                 differing = next((i for i, (a, b) in enumerate(zip(expected, actual)) if a != b), None)
                 self.fail(f'{folder.name}: {len(actual)} bytes for {len(expected)}, first difference at {differing}')
+        # Connectors c2 and c5.
+        self.the_line_is_as_documented(self.folders[0], 1)
+        self.the_line_is_as_documented(self.folders[1], 4)
         table = self.sizes(said)
         found = PORTING.read_text()
         self.assertIn(table, found, f'{PORTING} has other sizes; now they are\n{table}')
+
+    def the_line_is_as_documented(self, folder, connector):
+        """What a machine sent is read here by docs/porting.md alone: a greeting, then a packet a tick."""
+        line = (folder / 'said.bin').read_bytes()
+        module = struct.unpack_from('<H', (folder / 'config.bin').read_bytes())[0]
+        packets = []
+        while line:
+            start, size, check = struct.unpack_from('<BHB', line)
+            self.assertEqual((start, check), (0xa5, ~(size ^ size >> 8) & 0xff))
+            body, crc = line[4:4 + size], struct.unpack_from('<I', line, 4 + size)[0]
+            self.assertEqual(crc, zlib.crc32(line[:4 + size]))
+            self.assertEqual(struct.unpack_from('<HB', body), (module, connector))
+            packets.append(body[3:])
+            line = line[8 + size:]
+        self.assertEqual(packets.pop(0), b'')
+        for tick, packet in enumerate(packets):
+            self.assertEqual(struct.unpack_from('<BHIq', packet), (1, module, 1, tick))
+        self.assertEqual(len(packets), 300)
 
     def sizes(self, said):
         text = pathlib.Path(f'{self.elf}.map').read_text()

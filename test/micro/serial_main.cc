@@ -86,12 +86,10 @@ class Machine final : public vm::Hardware {
     *position = recorded.joint_position[joint];
     *velocity = recorded.joint_velocity[joint];
   }
-  void DriveJoint(int joint, const vm::JointCommand& command) override {
-    driven[joint] = command.target;
-  }
+  // There is no motor: what it would do is in the output.
+  void DriveJoint(int /*joint*/, const vm::JointCommand& /*command*/) override {}
 
   vm::TickInput recorded;
-  double driven[vm::kMaxJoints] = {};
   int longest = 0;
 
  private:

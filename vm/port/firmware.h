@@ -52,8 +52,8 @@ class Firmware {
 
   /// The last tick computed; -1 before the first.
   [[nodiscard]] int64_t tick() const { return input_.tick; }
-  /// By how many ticks the newest message heard is ahead of tick(). A module whose clock is slow
-  /// shortens its periods a little while this is above 0; far behind, it leaps by itself.
+  /// By how many ticks the newest message heard is ahead of tick(). While it is above 0 right after
+  /// Tick(), the module's clock is behind: shorter periods mend that. Far behind, it leaps by itself.
   [[nodiscard]] int64_t lag() const { return heard_tick_ - input_.tick; }
   /// All that the VM said in it: role, faults and prints are for whoever can be told.
   [[nodiscard]] const TickOutput& output() const { return output_; }
