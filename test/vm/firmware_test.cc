@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <deque>
 #include <memory>
 #include <random>
@@ -241,6 +242,41 @@ TEST_F(FirmwareTest, OneThatBeginsLaterLeapsToTheTicksOfItsMate) {
   EXPECT_EQ(firmware_[0]->tick(), 1099);
   EXPECT_EQ(firmware_[1]->tick(), 1098);
   EXPECT_EQ(firmware_[1]->lag(), 0);
+}
+
+TEST_F(FirmwareTest, ATickThatNobodyCanReachIsNotBelieved) {
+  Start(0);
+  Start(1);
+  Tick(10);
+  NeighbourMessage message;
+  message.sender = 1;
+  message.incarnation = 1;
+  message.tick = int64_t{1} << 40;
+  std::vector<uint8_t> frame(kMaxFrameBytes);
+  uint8_t* body = frame.data() + kFrameHeadBytes;
+  body[0] = 1;
+  const int packet_size = WritePacket(message, body + 3);
+  frame.resize(static_cast<size_t>(WriteFrame(frame.data(), 3 + packet_size)));
+  bench_[1]->line.insert(bench_[1]->line.end(), frame.begin(), frame.end());
+  Tick(10);
+  EXPECT_EQ(firmware_[1]->tick(), 19);
+}
+
+TEST_F(FirmwareTest, TheLagKeepsClocksTogetherThatDriftApart) {
+  Start(0, {}, 3);
+  Start(1, {}, 3);
+  // The next tick of each, by a clock on the wall. Module 1 counts too slowly by half a percent.
+  int64_t next_us[2] = {0, 5000};
+  while (firmware_[0]->tick() < 3000) {
+    const int m = next_us[0] < next_us[1] ? 0 : 1;
+    firmware_[m]->Listen();
+    firmware_[m]->Tick(next_us[m]);
+    next_us[m] += m == 0 ? kTickUs : kTickUs * 1005 / 1000;
+    if (firmware_[m]->lag() > 0) next_us[m] -= kTickUs / 100;
+    ASSERT_LE(std::abs(firmware_[0]->tick() - firmware_[1]->tick()), 2);
+  }
+  EXPECT_EQ(RoleOf(0), "Leader");
+  EXPECT_EQ(RoleOf(1), "Follower");
 }
 
 TEST_F(FirmwareTest, AMateThatFallsSilentIsGone) {

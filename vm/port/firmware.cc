@@ -46,7 +46,7 @@ void Firmware::Hear(int connector) {
   if (packet_size == 0) return;
   input_.messages[connector] = nullptr;
   NeighbourMessage* message = &messages_[connector];
-  if (!ReadPacket(body + kHeaderBytes, packet_size, message) || message->sender != module) return;
+  if (!ReadPacket(body + kHeaderBytes, packet_size, message)) return;
   input_.messages[connector] = message;
   if (message->tick > heard_tick_ && message->tick < kMaxTick) heard_tick_ = message->tick;
 }
