@@ -255,6 +255,7 @@ TEST_F(FirmwareTest, ATickThatNobodyCanReachIsNotBelieved) {
   std::vector<uint8_t> frame(kMaxFrameBytes);
   uint8_t* body = frame.data() + kFrameHeadBytes;
   body[0] = 1;
+  body[2] = 5;
   const int packet_size = WritePacket(message, body + 3);
   frame.resize(static_cast<size_t>(WriteFrame(frame.data(), 3 + packet_size)));
   bench_[1]->line.insert(bench_[1]->line.end(), frame.begin(), frame.end());
