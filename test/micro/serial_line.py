@@ -58,8 +58,8 @@ def carry(source, target, sent):
 
 
 class SerialLine(Micro):
-    def setUp(self):
-        super().setUp()
+    def prepare(self):
+        """Runs the pair on the host, and builds the firmware that does the same."""
         model, program = self.folder / 'pair.m3l', self.folder / 'pair.dyn'
         model.write_text(PAIR)
         program.write_text(PROGRAM)
@@ -115,6 +115,7 @@ class SerialLine(Micro):
         return said, sent
 
     def test_two_machines_find_each_other_and_their_roles(self):
+        self.prepare()
         said, sent = self.run_both()
         self.assertEqual([one['ticks'] for one in said], [300, 300])
         self.assertEqual([one['role'] for one in said], [0, 1])
@@ -130,6 +131,10 @@ class SerialLine(Micro):
         table = self.sizes(said)
         found = PORTING.read_text()
         self.assertTrue(table in found, f'{PORTING} has other sizes; now they are\n{table}')
+
+    def test_loop_and_port_are_as_short_as_the_document_says(self):
+        for files in (('vm/port/firmware.h', 'vm/port/firmware.cc'), ('test/micro/serial_main.cc',)):
+            self.assertLess(sum(len((SOURCE / file).read_text().splitlines()) for file in files), 200, files)
 
     def the_line_is_as_documented(self, folder, connector, line):
         """What a machine sent is read here by docs/porting.md alone: a greeting, then a packet a tick."""

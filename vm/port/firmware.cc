@@ -69,6 +69,7 @@ void Firmware::Tick(int64_t time_us) {
     ++mates_[c].silent_ticks;
   }
   input_.num_requests = 0;
+  input_.has_root_pose = false;
   for (int j = 0; j < kinematics_.num_joints(); ++j) hardware_.DriveJoint(j, output_.joints[j]);
   for (int i = 0; i < output_.num_connector_commands; ++i) {
     hardware_.DriveConnector(output_.connector_commands[i]);
@@ -82,7 +83,9 @@ void Firmware::SendAll(int packet_size) {
     header[0] = static_cast<uint8_t>(module_);
     header[1] = static_cast<uint8_t>(module_ >> 8);
     header[2] = static_cast<uint8_t>(c);
-    hardware_.Send(c, frame_, WriteFrame(frame_, kHeaderBytes + packet_size));
+    // Somebody who comes near must be able to hear who is here, and no more.
+    const int size = input_.connectors[c].docked ? packet_size : 0;
+    hardware_.Send(c, frame_, WriteFrame(frame_, kHeaderBytes + size));
   }
 }
 

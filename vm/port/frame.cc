@@ -47,6 +47,7 @@ bool FrameReader::Next() {
   Drop(found_);
   found_ = 0;
   while (size_ > 0) {
+    // A head shows what it is when it is whole; until then what has come of it may be one.
     body_size_ = size_ < kFrameHeadBytes ? 0 : bytes_[1] | bytes_[2] << 8;
     if (bytes_[0] != kStart || body_size_ > kMaxFrameBodyBytes ||
         (size_ >= kFrameHeadBytes && bytes_[3] != LengthCheck(bytes_[1], bytes_[2]))) {

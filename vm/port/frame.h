@@ -13,7 +13,10 @@ inline constexpr int kMaxFrameBodyBytes = 3 + kMaxPacketBytes;
 inline constexpr int kFrameHeadBytes = 4, kFrameTailBytes = 4;
 inline constexpr int kMaxFrameBytes = kFrameHeadBytes + kMaxFrameBodyBytes + kFrameTailBytes;
 
-/// Makes a frame of the `size` bytes at frame + kFrameHeadBytes; returns how long it is in all.
+static_assert(kMaxFrameBodyBytes <= 0xffff);
+
+/// Makes a frame of the `size` bytes at frame + kFrameHeadBytes, kMaxFrameBodyBytes at most;
+/// returns how long it is in all.
 int WriteFrame(uint8_t* frame, int size);
 
 /// Finds the frames among the bytes of one line. One that comes whole is not lost by what was on
@@ -32,6 +35,7 @@ class FrameReader {
   /// Drops the byte that comes first, and those behind it that begin no frame.
   void SkipToStart();
   void Drop(int count);
+
   /// What has come and may still belong to a frame; the frame that was found lies at its beginning.
   uint8_t bytes_[kMaxFrameBytes];
   int size_ = 0, body_size_ = 0, found_ = 0;
