@@ -83,9 +83,7 @@ void Firmware::SendAll(int packet_size) {
     header[0] = static_cast<uint8_t>(module_);
     header[1] = static_cast<uint8_t>(module_ >> 8);
     header[2] = static_cast<uint8_t>(c);
-    // Somebody who comes near must be able to hear who is here, and no more.
-    const int size = input_.connectors[c].docked ? packet_size : 0;
-    hardware_.Send(c, frame_, WriteFrame(frame_, kHeaderBytes + size));
+    hardware_.Send(c, frame_, WriteFrame(frame_, kHeaderBytes + packet_size));
   }
 }
 

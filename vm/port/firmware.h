@@ -50,8 +50,7 @@ class Firmware {
   /// Takes in what has come on the links. To be called so often that their buffers do not overflow.
   void Listen();
   /// Computes a tick: senses, runs the VM, drives, sends. To be called once a control period;
-  /// `time_us` counts from any moment and does not go back. Where nothing is docked only a greeting
-  /// is sent.
+  /// `time_us` counts from any moment and does not go back.
   void Tick(int64_t time_us);
 
   /// The last tick computed; -1 before the first.
@@ -66,7 +65,7 @@ class Firmware {
  private:
   /// Takes the frame that was found on a connector.
   void Hear(int connector);
-  /// Sends what lies in frame_: a packet of that size, or greetings if it is 0.
+  /// Sends what lies in frame_: a packet of that size, or a greeting if it is 0.
   void SendAll(int packet_size);
 
   const VerifiedKinematics& kinematics_;
