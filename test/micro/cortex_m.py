@@ -55,10 +55,18 @@ class Micro(Case):
 
     def record(self, program, module, seconds):
         """What a module of the quadruped sensed, heard and said in a run, and the images that it ran."""
+        return self.recorded(self.host_run(MODEL, 'quadruped', program, seconds), module, self.folder)
+
+    def host_run(self, model, robot, program, seconds):
+        """The log of a run on this machine."""
         log = self.folder / 'run.log'
-        run([MORPHBUS, 'run', MODEL, program, '--robot', 'quadruped', '--seconds', str(seconds), '--inproc', '-o', log,
+        run([MORPHBUS, 'run', model, program, '--robot', robot, '--seconds', str(seconds), '--inproc', '-o', log,
              '--force'])
-        found = run([RECORD, log, module, self.folder]).stdout.split()
+        return log
+
+    def recorded(self, log, module, folder):
+        """Puts what one module of a run sensed, heard and said into a folder, and the images that it ran."""
+        found = run([RECORD, log, module, folder]).stdout.split()
         return dict(zip(found[::2], map(int, found[1::2])))
 
     def build(self, board, *sources):
