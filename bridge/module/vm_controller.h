@@ -37,6 +37,8 @@ class VmController : public ModuleController {
   /// The virtual machine itself, for asking why it has no role. It is another one after Load
   /// and BeginAnew.
   [[nodiscard]] vm::Vm& vm() { return *vm_; }
+  /// All that the virtual machine knows.
+  [[nodiscard]] const vm::VmState& state() const { return *state_; }
   /// The program that runs now: the first one, or a deployed one.
   [[nodiscard]] const vm::VerifiedProgram& program() const { return *program_; }
 

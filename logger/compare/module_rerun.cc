@@ -2,101 +2,100 @@
 
 #include <fmt/format.h>
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <memory>
 #include <morphbus/actuator_t.hpp>
 #include <morphbus/sensors_t.hpp>
+#include <morphbus/status_t.hpp>
 #include <morphbus/transform_t.hpp>
 #include <optional>
 #include <vector>
 
 #include "bridge/module/module_instance.h"
-#include "bridge/wire/channels.h"
 #include "bridge/wire/codec.h"
 #include "bridge/wire/vm_codec.h"
 #include "logger/compare/kinematic_tracks.h"
 #include "logger/log/description.h"
 #include "logger/log/event_log.h"
-#include "vm/vm.h"
 
 namespace morphbus::logger {
 namespace {
 
 using bridge::Topic;
+using MessageBytes = std::vector<uint8_t>;
 
 /// In real time a neighbour's message of so many ticks ago is still taken (as modules do).
 constexpr int64_t kOldestUseful = 3;
 constexpr uint16_t kRealtimeGraceTicks = 3;
+/// By so many ticks a message may stand too late in the file: what was lost on the way to the
+/// recorder has come later.
+constexpr int64_t kLatestTicks = 64;
 /// Commands that differ by less are the same (rad or m): doubles of the wire.
 constexpr double kSameAgain = 1e-9;
 
-/// One module in the VM, fed with a log's messages in the order of the file.
+/// One module, fed with a log's messages.
 class Rerun {
  public:
-  Rerun(const RunLog& log, const ModuleSeries& module, int joint, int64_t last_tick)
-      : log_(log), module_(module), joint_(joint), last_tick_(last_tick) {}
+  Rerun(const RunLog& log, const ModuleSeries& module, const RerunVisitors& visitors,
+        int64_t last_tick)
+      : log_(log), module_(module), visitors_(visitors), last_tick_(last_tick) {}
 
   /// Finds the images; fails if the log lacks one.
   Result<void> Prepare() {
     const std::string& type = log_.model->TypeOf(*log_.robot, module_.model_index).name;
     Result<void> loaded = LoadImages(log_.description, &images_);
     if (!loaded) return loaded;
-    // The images are those of the run, as its description has them.
     kinematics_ = images_.FindKinematics(type);
     if (kinematics_ == nullptr) return Fail("the log has no kinematics image of " + type);
-    program_ = &images_.program();
-    if (joint_ >= kinematics_->num_joints()) return Fail("the module has no such joint");
     return {};
   }
 
-  /// Shows every tick of the module to `visit` as soon as it is computed.
-  void ShowTo(const TickVisitor* visit) { visit_ = visit; }
-
-  /// Reads the file until the module's ACTUATOR of the last tick has come.
-  Result<void> Read() {
+  /// Reads the file until the last tick has been computed.
+  Result<RerunSummary> Read() {
     auto reader = EventLogReader::Open(log_.facts.path);
     if (!reader) return tl::unexpected(reader.error());
     LogEvent event;
-    while (!done_ && error_.empty() && (*reader)->Next(&event)) Take(event);
-    if (!error_.empty()) return Fail(error_);
-    if (!done_) return Fail(fmt::format("the log lacks messages up to tick {}", last_tick_));
-    return {};
-  }
-
-  /// What the VM's state says of who commanded the joint.
-  [[nodiscard]] Result<CommandingCall> Call() const {
-    const vm::JointState& joint = state_->joints[joint_];
-    if (joint.function < 0) return Fail("no call of the program has commanded the joint yet");
-    const vm::Text name = program_->function_name(joint.function);
-    const vm::Text source = program_->source_name();
-    return CommandingCall{program_->hash(),
-                          {source.data, source.size},
-                          {name.data, name.size},
-                          program_->LineOf(joint.function, joint.pc)};
+    while (next_tick_ <= last_tick_ && (*reader)->Next(&event)) {
+      Take(event);
+      ComputeWhatIsWhole(false);
+    }
+    ComputeWhatIsWhole(true);
+    return summary_;
   }
 
  private:
-  /// A neighbour's last messages, each at the place that is its tick's remainder by four.
-  struct Heard {
-    std::array<int64_t, 4> ticks = {-1, -1, -1, -1};
-    std::array<std::unique_ptr<vm::NeighbourMessage>, 4> messages;
+  /// What the log holds of one tick of the module.
+  struct Tick {
+    std::optional<vm::TickInput> input;
+    std::vector<morphbus::deploy_piece_t> pieces;
+    uint32_t incarnation = 0;
+    MessageBytes transform, actuator;
+    int64_t status_count = 0;  ///< STATUS that the module had published by then, as it says.
+    std::vector<MessageBytes> status;
   };
 
-  /// A message that the module has heard or said.
+  /// Keeps what the module sensed, heard or said.
   void Take(const LogEvent& event) {
     const std::optional<bridge::ChannelName> name = bridge::ParseChannel(event.channel);
     if (!name || name->run != log_.facts.run) return;
-    // SENSORS opens a tick, the module's own TRANSFORM has it computed, its ACTUATOR is what is
-    // compared.
     const bool own = name->process == module_.name;
-    if (name->topic == Topic::kSensors) {
-      TakeSensors(event);
-    } else if (name->topic == Topic::kTransform) {
-      TakeTransform(event, own);
-    } else if (name->topic == Topic::kActuator && own) {
-      TakeActuator(event);
+    if (name->topic == Topic::kSensors) return TakeSensors(event);
+    if (name->topic == Topic::kTransform && !own) return TakeNeighbour(event);
+    if (!own) return;
+    morphbus::header_t header;
+    if (!bridge::DecodeHeader(event.data.data(), event.data.size(), &header)) return;
+    if (header.tick < next_tick_) return;
+    newest_tick_ = std::max(newest_tick_, header.tick);
+    newest_said_ = std::max(newest_said_, header.tick);
+    const MessageBytes bytes(event.data.begin(), event.data.end());
+    if (name->topic == Topic::kTransform) TakeOwnTransform(header.tick, bytes);
+    if (name->topic == Topic::kActuator) TakeActuator(header.tick, bytes);
+    if (name->topic == Topic::kStatus) {
+      // Sent again, it is the same.
+      std::vector<MessageBytes>& known = ticks_[header.tick].status;
+      if (std::find(known.begin(), known.end(), bytes) == known.end()) known.push_back(bytes);
     }
   }
 
@@ -104,6 +103,8 @@ class Rerun {
   void TakeSensors(const LogEvent& event) {
     morphbus::sensors_t sensors;
     if (!bridge::Decode(event.data.data(), event.data.size(), {}, &sensors)) return;
+    if (sensors.header.tick < next_tick_) return;
+    newest_tick_ = std::max(newest_tick_, sensors.header.tick);
     for (const morphbus::module_sensors_t& reading : sensors.modules) {
       if (reading.name != module_.name) continue;
       vm::TickInput input;
@@ -113,162 +114,262 @@ class Rerun {
       }
       input.tick = sensors.header.tick;
       input.sim_time_us = sensors.header.sim_time_us;
+      Tick& tick = ticks_[input.tick];
+      tick.pieces.clear();
       for (const morphbus::invoke_request_t& request : sensors.requests) {
         if (request.module_id != reading.module_id) continue;
         bridge::FromRequest(request, &input.requests[input.num_requests++]);
+      }
+      for (const morphbus::deploy_piece_t& piece : sensors.pieces) {
+        if (piece.module_id == reading.module_id) tick.pieces.push_back(piece);
       }
       for (const morphbus::root_pose_t& pose : sensors.root_poses) {
         if (pose.module_id == reading.module_id) bridge::FromRootPose(pose, &input);
       }
       module_id_ = static_cast<uint16_t>(reading.module_id);
-      input_ = input;
+      tick.input = input;
     }
   }
 
-  /// A TRANSFORM of another module is heard; the module's own says under which program, and in
-  /// which of its lives, it computed the tick, which is then computed again.
-  void TakeTransform(const LogEvent& event, bool own) {
+  /// Another module's TRANSFORM, as bytes: few of them are ever read.
+  void TakeNeighbour(const LogEvent& event) {
     morphbus::transform_t transform;
     if (!bridge::Decode(event.data.data(), event.data.size(), {}, &transform)) return;
-    const int64_t tick = transform.header.tick;
-    if (!own) {
-      Heard& heard = heard_[static_cast<uint16_t>(transform.module_id)];
-      // Four ticks are kept, more than any neighbour may be behind.
-      const auto slot = static_cast<size_t>(tick & 3);
-      if (tick <= heard.ticks[slot]) return;
-      if (!heard.messages[slot]) heard.messages[slot] = std::make_unique<vm::NeighbourMessage>();
-      *heard.messages[slot] = vm::NeighbourMessage();
-      bridge::FromTransform(transform, heard.messages[slot].get());
-      heard.ticks[slot] = tick;
-      return;
+    if (transform.header.tick < next_tick_ - kOldestUseful) return;
+    heard_[static_cast<uint16_t>(transform.module_id)].insert_or_assign(
+        transform.header.tick, MessageBytes(event.data.begin(), event.data.end()));
+  }
+
+  void TakeOwnTransform(int64_t tick, const MessageBytes& bytes) {
+    morphbus::transform_t transform;
+    if (!bridge::Decode(bytes.data(), bytes.size(), {}, &transform)) return;
+    ticks_[tick].transform = bytes;
+    ticks_[tick].incarnation = static_cast<uint32_t>(transform.incarnation);
+  }
+
+  void TakeActuator(int64_t tick, const MessageBytes& bytes) {
+    morphbus::actuator_t actuator;
+    if (!bridge::Decode(bytes.data(), bytes.size(), {}, &actuator)) return;
+    ticks_[tick].actuator = bytes;
+    ticks_[tick].status_count = actuator.status_count;
+  }
+
+  /// Whether all STATUS of a tick have come. A module that begins anew counts anew.
+  [[nodiscard]] bool HasAllStatus(const Tick& tick) const {
+    const bool anew = tick.status_count < status_count_;
+    const int64_t expected = anew ? tick.status_count : tick.status_count - status_count_;
+    return static_cast<int64_t>(tick.status.size()) >= expected;
+  }
+
+  /// Computes ticks in their order, as soon as all is there that belongs to them; what is late for
+  /// too long, and at the end of the file whatever is missing, is done without.
+  void ComputeWhatIsWhole(bool at_end) {
+    const int64_t before = next_tick_;
+    while (!ticks_.empty()) {
+      const int64_t tick = ticks_.begin()->first;
+      Tick& next = ticks_.begin()->second;
+      if (tick > last_tick_) break;
+      const bool whole = next.input && !next.transform.empty() && !next.actuator.empty() &&
+                         HasAllStatus(next) && CountUnheard(*next.input) == 0;
+      if (!whole && !at_end && newest_tick_ < tick + kLatestTicks) break;
+      if (next.input && !next.transform.empty()) {
+        Compute(tick, &next);
+      } else if (next.input && (!at_end || tick < newest_said_)) {
+        ++summary_.skipped;
+      }
+      if (!next.actuator.empty()) status_count_ = next.status_count;
+      next_tick_ = tick + 1;
+      ticks_.erase(ticks_.begin());
     }
-    if (tick <= computed_tick_ || !input_ || input_->tick != tick) return;
-    Compute(static_cast<uint32_t>(transform.incarnation),
-            static_cast<uint64_t>(transform.header.program_hash));
+    if (next_tick_ == before) return;
+    for (auto& [mate, messages] : heard_) {
+      messages.erase(messages.begin(), messages.lower_bound(next_tick_ - kOldestUseful));
+    }
   }
 
   /// The tick once more, with what the module had heard by then.
-  void Compute(uint32_t incarnation, uint64_t program_hash) {
-    // A program that was deployed comes from SENSORS; one that the log lacks cannot be run.
-    if (program_hash != program_->hash() && !ChangeProgram(program_hash)) return;
-    if (vm_ == nullptr || incarnation != incarnation_) Begin(incarnation);
-    // What the neighbours said in the tick before.
+  void Compute(int64_t tick, Tick* at) {
+    Begin(at->incarnation);
+    summary_.unheard += CountUnheard(*at->input);
+    std::vector<std::unique_ptr<vm::NeighbourMessage>> messages;
     for (int c = 0; c < kinematics_->num_connectors(); ++c) {
-      const vm::ConnectorReading& connector = input_->connectors[c];
-      const bool mate = connector.docked && connector.mate_module != module_id_;
-      input_->messages[c] = mate ? MessageOf(connector.mate_module, input_->tick - 1) : nullptr;
+      const vm::ConnectorReading& connector = at->input->connectors[c];
+      at->input->messages[c] = nullptr;
+      const MessageBytes* said =
+          IsMate(connector) ? HeardFrom(connector.mate_module, tick - 1) : nullptr;
+      morphbus::transform_t transform;
+      if (said == nullptr || !bridge::Decode(said->data(), said->size(), {}, &transform)) continue;
+      messages.push_back(std::make_unique<vm::NeighbourMessage>());
+      bridge::FromTransform(transform, messages.back().get());
+      at->input->messages[c] = messages.back().get();
     }
-    vm_->Tick(*input_, output_.get());
-    if (visit_ != nullptr) (*visit_)({config_, *program_, *kinematics_, *input_, *output_});
-    computed_tick_ = input_->tick;
+    for (const morphbus::deploy_piece_t& piece : at->pieces) controller_->TakePiece(piece);
+    controller_->Tick(*at->input, output_.get());
+    if (summary_.ticks++ == 0) summary_.first_tick = tick;
+    summary_.last_tick = tick;
+    if (visitors_.tick) {
+      visitors_.tick({config_, controller_->program(), *kinematics_, *at->input, *output_,
+                      controller_->state()});
+    }
+    Compare(tick, *at);
   }
 
   /// A module that begins, or begins anew.
   void Begin(uint32_t incarnation) {
-    incarnation_ = incarnation;
-    vm::VmConfig& config = config_;
-    config = vm::VmConfig();
-    config.module_id = module_id_;
-    config.incarnation = incarnation;
-    config.random_seed = log_.facts.random_seed;
-    config.grace_ticks = log_.facts.mode == "realtime" ? kRealtimeGraceTicks : uint16_t{0};
-    config.is_root = module_.name == log_.facts.root_module;
+    if (controller_ != nullptr && incarnation == config_.incarnation) return;
+    config_ = vm::VmConfig();
+    config_.module_id = module_id_;
+    config_.incarnation = incarnation;
+    config_.random_seed = log_.facts.random_seed;
+    config_.grace_ticks = realtime() ? kRealtimeGraceTicks : uint16_t{0};
+    config_.is_root = module_.name == log_.facts.root_module;
     // Only the robot's own root module says which of its links is meant.
     const int link = module_.model_index == log_.robot->root_module ? log_.robot->root_link : 0;
-    config.root_link = static_cast<uint8_t>(link);
-    config.X_RL_root = ToVmPose(RestPosesOf(log_)[module_.model_index][link]);
-    vm_ = std::make_unique<vm::Vm>(config, *kinematics_, *program_, state_.get());
+    config_.root_link = static_cast<uint8_t>(link);
+    config_.X_RL_root = ToVmPose(RestPosesOf(log_)[module_.model_index][link]);
+    controller_ = std::make_unique<bridge::VmController>(config_, *kinematics_, images_.program());
   }
 
-  /// Goes over to a program that was deployed; false, with an error, if the log does not hold it.
-  bool ChangeProgram(uint64_t hash) {
-    const auto image = log_.deployed.find(hash);
-    auto images = std::make_unique<bridge::ModuleImages>();
-    if (image == log_.deployed.end() ||
-        !images->AddProgram("program", {image->second.begin(), image->second.end()})) {
-      error_ = "the log does not hold the program that was deployed";
-      return false;
+  /// What the module says now, beside what it said then.
+  void Compare(int64_t tick, const Tick& at) {
+    std::vector<morphbus::status_t> status;
+    if (output_->status.changed || !at.status.empty()) {
+      status = controller_->Describe(output_->status);
     }
-    deployed_.push_back(std::move(images));
-    program_ = &deployed_.back()->program();
-    if (vm_ != nullptr) vm_->ReplaceProgram(*program_);
-    return true;
+    for (size_t i = 0; i < std::max(status.size(), at.status.size()); ++i) {
+      Show(Topic::kStatus, tick, i < at.status.size() ? at.status[i] : MessageBytes(),
+           i < status.size() ? &status[i] : nullptr);
+    }
+    morphbus::transform_t transform;
+    bridge::ToTransform(output_->message, &transform);
+    Show(Topic::kTransform, tick, at.transform, &transform);
+    morphbus::actuator_t actuator;
+    bridge::ToActuator(*output_, module_id_, kinematics_->num_joints(), 0, &actuator);
+    // How many STATUS there were only the process knew.
+    morphbus::actuator_t logged;
+    if (bridge::Decode(at.actuator.data(), at.actuator.size(), {}, &logged)) {
+      actuator.status_count = logged.status_count;
+    }
+    Show(Topic::kActuator, tick, at.actuator, &actuator);
+  }
+
+  /// Shows a message beside the logged one, whose header it gets; `again` null: there is none.
+  template <class Message>
+  void Show(Topic topic, int64_t tick, const MessageBytes& logged, Message* again) {
+    ++summary_.messages;
+    if (!visitors_.message) return;
+    Message decoded;
+    const bool sound = bridge::Decode(logged.data(), logged.size(), {}, &decoded).has_value();
+    MessageBytes bytes;
+    if (again != nullptr) {
+      again->header = sound ? decoded.header : morphbus::header_t();
+      bridge::Encode(*again, &bytes);
+    }
+    visitors_.message({topic, tick, tick * log_.facts.tick_us, logged, bytes});
+  }
+
+  [[nodiscard]] bool realtime() const { return log_.facts.mode == "realtime"; }
+  [[nodiscard]] bool IsMate(const vm::ConnectorReading& connector) const {
+    return connector.docked && connector.mate_module != module_id_;
+  }
+
+  /// How many of the neighbours' messages that belong to the tick have not come.
+  [[nodiscard]] int CountUnheard(const vm::TickInput& input) const {
+    int unheard = 0;
+    for (int c = 0; c < kinematics_->num_connectors() && input.tick > 0; ++c) {
+      const vm::ConnectorReading& connector = input.connectors[c];
+      unheard += IsMate(connector) && HeardFrom(connector.mate_module, input.tick - 1) == nullptr;
+    }
+    return unheard;
   }
 
   /// What a neighbour said at `tick`; in real time an older message will do.
-  const vm::NeighbourMessage* MessageOf(uint16_t mate, int64_t tick) {
-    const auto found = heard_.find(mate);
-    if (found == heard_.end() || tick < 0) return nullptr;
-    const int64_t oldest = log_.facts.mode == "realtime" ? tick - kOldestUseful + 1 : tick;
+  [[nodiscard]] const MessageBytes* HeardFrom(uint16_t mate, int64_t tick) const {
+    const auto messages = heard_.find(mate);
+    if (messages == heard_.end()) return nullptr;
+    const int64_t oldest = realtime() ? tick - kOldestUseful + 1 : tick;
     for (int64_t t = tick; t >= std::max<int64_t>(0, oldest); --t) {
-      const auto slot = static_cast<size_t>(t & 3);
-      if (found->second.ticks[slot] == t) return found->second.messages[slot].get();
+      const auto found = messages->second.find(t);
+      if (found != messages->second.end()) return &found->second;
     }
     return nullptr;
   }
 
-  /// The last tick's command as the log has it: the VM must say the same.
-  void TakeActuator(const LogEvent& event) {
-    morphbus::actuator_t actuator;
-    if (!bridge::Decode(event.data.data(), event.data.size(), {}, &actuator)) return;
-    if (actuator.header.tick < last_tick_ || computed_tick_ < last_tick_) return;
-    done_ = true;
-    morphbus::actuator_t again;
-    bridge::ToActuator(*output_, module_id_, kinematics_->num_joints(), 0, &again);
-    // A rerun that commands something else would name a line that has nothing to do with it.
-    const bool known = joint_ < static_cast<int>(actuator.joints.size());
-    if (!known || actuator.header.tick != last_tick_ ||
-        actuator.joints[joint_].mode != again.joints[joint_].mode ||
-        std::abs(actuator.joints[joint_].target_si - again.joints[joint_].target_si) > kSameAgain ||
-        std::abs(actuator.joints[joint_].speed_si - again.joints[joint_].speed_si) > kSameAgain) {
-      error_ = fmt::format("{} does not command again what the log has at tick {}", module_.name,
-                           last_tick_);
-    }
-  }
-
   const RunLog& log_;
   const ModuleSeries& module_;
-  int joint_;
-  int64_t last_tick_;
+  const RerunVisitors& visitors_;
+  const int64_t last_tick_;
   bridge::ModuleImages images_;
-  std::vector<std::unique_ptr<bridge::ModuleImages>> deployed_;
   const vm::VerifiedKinematics* kinematics_ = nullptr;
-  const vm::VerifiedProgram* program_ = nullptr;
-  /// State and output are large, so that they are no locals.
-  std::unique_ptr<vm::VmState> state_ = std::make_unique<vm::VmState>();
-  std::unique_ptr<vm::TickOutput> output_ = std::make_unique<vm::TickOutput>();
-  std::unique_ptr<vm::Vm> vm_;
+  std::unique_ptr<bridge::VmController> controller_;
   vm::VmConfig config_;
-  const TickVisitor* visit_ = nullptr;
+  /// It is large, so that it is no local.
+  std::unique_ptr<vm::TickOutput> output_ = std::make_unique<vm::TickOutput>();
   uint16_t module_id_ = 0;
-  uint32_t incarnation_ = 0;
-  int64_t computed_tick_ = -1;
-  std::optional<vm::TickInput> input_;
-  std::map<uint16_t, Heard> heard_;
-  bool done_ = false;
-  std::string error_;
+  /// By tick, those that have not been computed yet; the next of them; the newest that the log has
+  /// come to, and of which the module said anything.
+  std::map<int64_t, Tick> ticks_;
+  int64_t next_tick_ = 0, newest_tick_ = -1, newest_said_ = -1;
+  int64_t status_count_ = 0;  ///< By the last tick that was computed.
+  /// TRANSFORM of other modules, by their number and tick.
+  std::map<uint16_t, std::map<int64_t, MessageBytes>> heard_;
+  RerunSummary summary_;
 };
+
+/// Whether a joint is commanded alike.
+bool CommandsAlike(const MessageAgain& message, int joint) {
+  morphbus::actuator_t then, now;
+  const bool sound = bridge::Decode(message.logged.data(), message.logged.size(), {}, &then) &&
+                     bridge::Decode(message.again.data(), message.again.size(), {}, &now);
+  if (!sound || joint >= std::min<int>(then.num_joints, now.num_joints)) return false;
+  const morphbus::joint_command_t& a = then.joints[joint];
+  const morphbus::joint_command_t& b = now.joints[joint];
+  return a.mode == b.mode && std::abs(a.target_si - b.target_si) <= kSameAgain &&
+         std::abs(a.speed_si - b.speed_si) <= kSameAgain;
+}
 
 }  // namespace
 
-Result<CommandingCall> FindCommandingCall(const RunLog& log, int module, int joint, int64_t tick) {
+Result<RerunSummary> RerunModule(const RunLog& log, int module, const RerunVisitors& visitors,
+                                 int64_t last_tick) {
   if (log.model == nullptr || log.modules[module].model_index < 0) {
     return Fail("the log does not hold the module's model");
   }
-  Rerun rerun(log, log.modules[module], joint, tick);
+  Rerun rerun(log, log.modules[module], visitors, last_tick);
   if (const Result<void> ready = rerun.Prepare(); !ready) return tl::unexpected(ready.error());
-  if (const Result<void> read = rerun.Read(); !read) return tl::unexpected(read.error());
-  return rerun.Call();
+  return rerun.Read();
 }
 
-Result<void> RerunModule(const RunLog& log, int module, int64_t tick, const TickVisitor& visit) {
-  if (log.model == nullptr || log.modules[module].model_index < 0) {
-    return Fail("the log does not hold the module's model");
+Result<CommandingCall> FindCommandingCall(const RunLog& log, int module, int joint, int64_t tick) {
+  Result<CommandingCall> call = Fail("no call of the program has commanded the joint yet");
+  bool alike = false;
+  RerunVisitors visitors;
+  visitors.tick = [&](const ComputedTick& computed) {
+    if (computed.input.tick != tick || joint >= computed.kinematics.num_joints()) return;
+    const vm::JointState& state = computed.state.joints[joint];
+    if (state.function < 0) return;
+    const vm::Text name = computed.program.function_name(state.function);
+    const vm::Text source = computed.program.source_name();
+    call = CommandingCall{computed.program.hash(),
+                          {source.data, source.size},
+                          {name.data, name.size},
+                          computed.program.LineOf(state.function, state.pc)};
+  };
+  // A rerun that commands something else would name a line that has nothing to do with it.
+  visitors.message = [&](const MessageAgain& message) {
+    if (message.topic != Topic::kActuator || message.tick != tick) return;
+    alike = CommandsAlike(message, joint);
+  };
+  const Result<RerunSummary> done = RerunModule(log, module, visitors, tick);
+  if (!done) return tl::unexpected(done.error());
+  if (done->last_tick != tick) {
+    return Fail(fmt::format("the log lacks messages up to tick {}", tick));
   }
-  Rerun rerun(log, log.modules[module], 0, tick);
-  if (Result<void> ready = rerun.Prepare(); !ready) return ready;
-  rerun.ShowTo(&visit);
-  return rerun.Read();
+  if (!alike) {
+    return Fail(fmt::format("{} does not command again what the log has at tick {}",
+                            log.modules[module].name, tick));
+  }
+  return call;
 }
 
 }  // namespace morphbus::logger

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,7 @@ int Record(const std::string& path, const std::string& name, const std::string& 
   bool first = true;
   int64_t ticks = 0;
   Most most;
+  const auto of_vm_alone = std::make_unique<vm::TickOutput>();
   const auto visit = [&](const logger::ComputedTick& tick) {
     if (first) {
       ByteWriter config(buffer.data());
@@ -70,8 +72,12 @@ int Record(const std::string& path, const std::string& name, const std::string& 
     ByteWriter input(buffer.data());
     PutInput(tick.input, tick.kinematics.num_joints(), tick.kinematics.num_connectors(), &input);
     save(&inputs, input);
+    // The boards run the VM alone; what a module's process adds is how programs spread.
+    *of_vm_alone = tick.output;
+    of_vm_alone->message.news = {};
+    of_vm_alone->message.fragment = {};
     ByteWriter output(buffer.data());
-    PutOutput(tick.output, tick.kinematics.num_joints(), &output);
+    PutOutput(*of_vm_alone, tick.kinematics.num_joints(), &output);
     save(&outputs, output);
     int neighbours = 0;
     for (const vm::NeighbourMessage* message : tick.input.messages) {
@@ -83,8 +89,7 @@ int Record(const std::string& path, const std::string& name, const std::string& 
     most.neighbours = std::max(most.neighbours, neighbours);
     ++ticks;
   };
-  const int64_t last = log->facts.ticks - 1;
-  const Result<void> done = logger::RerunModule(*log, module, last, visit);
+  const Result<logger::RerunSummary> done = logger::RerunModule(*log, module, {visit, {}});
   if (!done) return std::fprintf(stderr, "%s\n", done.error().message.c_str()), 1;
   std::printf("ticks %ld neighbours %d entries %d invocations %d acks %d\n",
               static_cast<long>(ticks), most.neighbours, most.entries, most.invocations, most.acks);

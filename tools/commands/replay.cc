@@ -15,6 +15,7 @@
 #include "tools/base/lent_description.h"
 #include "tools/base/terminal_keys.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/replay_into.h"
 #include "tools/launch/control_link.h"
 #include "tools/launch/network.h"
 #include "tools/launch/run_choice.h"
@@ -34,6 +35,8 @@ struct ReplayOptions {
   RunChoice run;
   bool isolate = false;
   bool json = false;
+  std::string into;            ///< Module to run again instead; empty: the log is published.
+  std::optional<double> at_s;  ///< With it: when its state is shown.
 };
 
 /// A replay as the user steers it.
@@ -147,6 +150,27 @@ std::string WhyUnusable(const ReplayOptions& options) {
   return "";
 }
 
+/// Why --into and --at do not go with the other options; empty if they do.
+std::string WhyNotInto(const ReplayOptions& options) {
+  if (options.into.empty()) return options.at_s ? "--at needs --into MODULE" : "";
+  const logger::ReplayOptions standard;
+  const logger::ReplayOptions& replay = options.replay;
+  const std::pair<const char*, bool> given[] = {{"--speed", replay.speed != standard.speed},
+                                                {"--from", replay.from_s != standard.from_s},
+                                                {"--to", options.to_s.has_value()},
+                                                {"--channel", !replay.channel.empty()},
+                                                {"--loop", replay.loop},
+                                                {"--paused", replay.paused},
+                                                {"--wait-for", replay.wait_for != 0},
+                                                {"--run", !options.run.run.empty()},
+                                                {"--isolate", options.isolate},
+                                                {"--lcm-url", !options.run.lcm_url.empty()}};
+  for (const auto& [name, is_given] : given) {
+    if (is_given) return fmt::format("--into publishes nothing: leave out {}", name);
+  }
+  return "";
+}
+
 /// What the user should know of a log that was replayed.
 void WarnOf(const ReplayOptions& options, const logger::ReplayProgress& done) {
   // Nothing was published, since the log ends before the range begins.
@@ -184,6 +208,10 @@ Result<RunDirectory> Isolate(const ReplayOptions& options) {
 /// Opens the bus, replays, and says what was published and what was not.
 int ReplayLog(ReplayOptions options) {
   // The options are checked first; the network and the log come after.
+  if (const std::string why = WhyNotInto(options); !why.empty()) return Unusable(why);
+  if (!options.into.empty()) {
+    return RunAgain({options.log, options.description, options.into, options.at_s, options.json});
+  }
   if (const std::string why = WhyUnusable(options); !why.empty()) return Unusable(why);
   options.replay.to_s = options.to_s.value_or(-1.0);
   Result<std::string> description = LentDescription(options.description);
@@ -260,12 +288,19 @@ void AddReplay(CommandLine* line) {
   sub.Flag("--isolate", &options->isolate, "A private network of its own");
   sub.Add("-l,--lcm-url", &options->run.lcm_url,
           "LCM URL (default: $LCM_DEFAULT_URL, else LCM's own)");
+  sub.Add("--into", &options->into,
+          "Publish nothing: run this module's program again on what it sensed and heard, and "
+          "compare all that it says")
+      .TypeName("MODULE");
+  sub.Add("--at", &options->at_s,
+          "With --into: show role, fields, joints and tasks at this sim time, seconds");
   sub.Flag("--json", &options->json, "One JSON object on stdout at the end");
   sub.Footer(
       std::string("Keys in a terminal: ") + kKeys +
       "\nExamples:\n  morphbus replay walk.log\n  morphbus replay walk.log --speed 0 --from 5 --to "
       "10\n"
-      "  morphbus replay walk.log --channel 'walk/.*/STATUS' --loop");
+      "  morphbus replay walk.log --channel 'walk/.*/STATUS' --loop\n"
+      "  morphbus replay walk.log --into m2 --at 2.5");
   sub.Do([options] { return ReplayLog(*options); });
 }
 

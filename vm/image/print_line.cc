@@ -15,7 +15,8 @@ std::string PartText(int index, int count, const NameOf& name_of) {
   return index >= 0 && index < count ? TextOf(name_of(index)) : std::to_string(index);
 }
 
-/// A value as it would stand in a program.
+}  // namespace
+
 std::string ValueText(const VerifiedProgram& program, const VerifiedKinematics* kin, ValueType type,
                       Cell cell) {
   const int index = cell.AsInt();
@@ -43,8 +44,6 @@ std::string ValueText(const VerifiedProgram& program, const VerifiedKinematics* 
       return std::to_string(index);
   }
 }
-
-}  // namespace
 
 std::string PrintText(const VerifiedProgram& program, const VerifiedKinematics* kinematics,
                       int text, const Cell* values, int count) {

@@ -8,6 +8,11 @@
 
 namespace morphbus::vm {
 
+/// A value as it would stand in a program. Joints, links and connectors have the names of the
+/// module type, or their numbers where `kinematics` is null. Never fails.
+std::string ValueText(const VerifiedProgram& program, const VerifiedKinematics* kinematics,
+                      ValueType type, Cell value);
+
 /// A text of print with its values in their places. Joints, links and connectors have the names of
 /// the module type, or their numbers where `kinematics` is null. Never fails: where the program has
 /// no such text, or the text other places, the numbers stand alone.

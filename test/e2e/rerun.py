@@ -1,0 +1,130 @@
+#!/usr/bin/env python3
+"""`replay --into`: a module of a log runs again, says what it said, and shows what it knew."""
+import unittest
+
+from support import MODEL, PROGRAM, ShortRun, as_json, decode, encode, morphbus, read_events, write_events
+
+
+class Rerun(ShortRun):
+    MODULES = [f'm{i}' for i in range(1, 10)]
+
+    def record(self, name, *options, seconds=3):
+        log = self.folder / f'{name}.log'
+        morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', seconds, '--run', name, '--log', log, *options)
+        return log
+
+    def test_every_module_says_again_what_it_said(self):
+        for module in self.MODULES:
+            again = as_json('replay', self.short, '--into', module)
+            self.assertEqual((again['same'], again['different'], again['first']), (True, 0, None), module)
+            self.assertEqual((again['ticks'], again['first_tick'], again['last_tick']), (150, 0, 149))
+            # TRANSFORM and ACTUATOR every tick, STATUS when it says something new.
+            self.assertGreater(again['messages'], 300)
+            self.assertEqual((again['skipped'], again['unheard']), (0, 0))
+        said = morphbus('replay', self.short, '--into', 'm5').stdout
+        self.assertRegex(said, r'^m5: 150 ticks run again, 0\.00 to 2\.98 s; \d+ messages compared: the same to the bit\n$')
+
+    def test_what_came_late_to_the_log_changes_nothing(self):
+        log = self.record('lossy', '--isolate', '--loss', 0.3, '--seed', 5)
+        for module in ('m1', 'm5', 'm8'):
+            again = as_json('replay', log, '--into', module)
+            self.assertTrue(again['same'], again)
+            self.assertEqual((again['ticks'], again['unheard']), (150, 0))
+
+    def test_a_program_that_was_deployed_and_a_module_that_began_anew(self):
+        other = self.folder / 'other.dyn'
+        other.write_text(PROGRAM.read_text().replace('45', '30'))
+        script = self.folder / 'script.commands'
+        script.write_text(f'25 deploy {other} --to m5\n175 restart m7 --cold\n')
+        log = self.record('changed', '--isolate', '--commands', script, seconds=5)
+        programs = {decode(data).header.program_hash for _, _, channel, data in read_events(log)
+                    if channel.endswith('/m7/TRANSFORM')}
+        self.assertEqual(len(programs), 2, 'the program was not replaced')
+        for module in ('m5', 'm7', 'm1'):
+            again = as_json('replay', log, '--into', module)
+            self.assertTrue(again['same'], (module, again))
+
+    def test_an_altered_command_is_named(self):
+        events = read_events(self.short)
+        altered = self.folder / 'altered.log'
+        at = next(i for i, (_, _, channel, data) in enumerate(events)
+                  if channel.endswith('/m3/ACTUATOR') and decode(data).header.tick == 120)
+        message = decode(events[at][3])
+        message.joints[1].target_si += 0.01
+        events[at] = (*events[at][:3], encode(message))
+        write_events(altered, events)
+        again = as_json('replay', altered, '--into', 'm3', status=1)
+        self.assertEqual((again['same'], again['different']), (False, 1))
+        first = again['first']
+        self.assertEqual((first['tick'], first['seconds'], first['topic'], first['field']),
+                         (120, 2.4, 'ACTUATOR', 'joints[1].target_si'))
+        self.assertAlmostEqual(float(first['logged']) - float(first['again']), 0.01, 9)
+        said = morphbus('replay', altered, '--into', 'm3', status=1).stdout
+        self.assertIn('1 is different\nfirst at tick 120 (2.40 s), ACTUATOR, joints[1].target_si: ', said)
+        # Nobody else is told of it.
+        self.assertTrue(as_json('replay', altered, '--into', 'm4')['same'])
+
+    def test_what_a_neighbour_said_otherwise_shows_in_what_follows(self):
+        events = read_events(self.short)
+        altered = self.folder / 'altered.log'
+        # The root, from whom the neighbours have their own poses.
+        root = next(channel.split('/')[1] for _, _, channel, data in events
+                    if channel.endswith('/TRANSFORM') and decode(data).has_pose)
+        at = next(i for i, (_, _, channel, data) in enumerate(events)
+                  if channel.endswith(f'/{root}/TRANSFORM') and decode(data).header.tick == 60)
+        message = decode(events[at][3])
+        for pose in message.link_poses:
+            pose.position_m = [value + 0.01 for value in pose.position_m]
+        events[at] = (*events[at][:3], encode(message))
+        write_events(altered, events)
+        mates = {module: as_json_any('replay', altered, '--into', module) for module in self.MODULES}
+        self.assertEqual(mates[root]['first']['tick'], 60)
+        self.assertEqual(mates[root]['first']['field'], 'link_poses[0].position_m[0]')
+        self.assertTrue(any(not mates[m]['same'] and mates[m]['first']['tick'] == 61 for m in self.MODULES if m != root))
+
+    def test_the_state_at_a_time(self):
+        known = as_json('replay', self.short, '--into', 'm1', '--at', 2.5)['at']
+        status = [decode(data) for _, _, channel, data in read_events(self.short)
+                  if channel.endswith('/m1/STATUS') and decode(data).header.tick <= 125][-1]
+        self.assertEqual((known['tick'], known['seconds'], known['role']), (125, 2.5, status.role_name))
+        self.assertEqual(list(known['labels']), [label.name for label in status.labels])
+        self.assertEqual([joint['sign'] for joint in known['joints'].values()], list(status.joint_sign))
+        target = [joint['target'] for joint in known['joints'].values()]
+        self.assertEqual(len(target), 2)
+        # The junction's behavior stands somewhere in its gait.
+        known = as_json('replay', self.short, '--into', 'm5', '--at', 2.5)['at']
+        behaviors = [task for task in known['tasks'] if task['kind'] == 'behavior']
+        self.assertEqual(len(behaviors), 1)
+        call = behaviors[0]['calls'][-1]
+        self.assertEqual(call['function'], 'Junction.gait')
+        self.assertGreater(call['line'], 0)
+        said = morphbus('replay', self.short, '--into', 'm5', '--at', 2.5).stdout
+        self.assertIn('tick 125 (2.50 s): role Junction, pose known\n', said)
+        self.assertIn(f'in Junction.gait, line {call["line"]}', said)
+
+    def test_what_cannot_be_is_refused(self):
+        for options, said in ((['--into', 'm99'], 'expected a module of the run, m1, m2'),
+                              (['--at', 1], '--at needs --into MODULE'),
+                              (['--into', 'm1', '--loop'], 'leave out --loop'),
+                              (['--into', 'm1', '--speed', 2], 'leave out --speed'),
+                              (['--into', 'm1', '--at', 99], 'the last tick of m1 begins at 2.98 s'),
+                              (['--into', 'm1', '--at', -1], 'expected a sim time')):
+            self.assertIn(said, morphbus('replay', self.short, *options, status=2).stderr)
+        # Without its description the log does not say what ran.
+        bare = self.folder / 'bare.log'
+        write_events(bare, [e for e in read_events(self.short) if not e[2].endswith('/INFO')])
+        self.assertIn('model', morphbus('replay', bare, '--into', 'm1', status=2).stderr)
+        lent = as_json('replay', bare, '--into', 'm1', '--description', self.short)
+        self.assertTrue(lent['same'])
+
+
+def as_json_any(*arguments):
+    """Of a comparison that may end either way."""
+    try:
+        return as_json(*arguments)
+    except AssertionError:
+        return as_json(*arguments, status=1)
+
+
+if __name__ == '__main__':
+    unittest.main(verbosity=2)

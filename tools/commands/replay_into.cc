@@ -1,0 +1,118 @@
+#include "tools/commands/replay_into.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <vector>
+
+#include "compiler/base/text.h"
+#include "logger/compare/module_rerun.h"
+#include "tools/base/lent_description.h"
+#include "tools/commands/commands.h"
+#include "tools/convert/rerun_report.h"
+#include "tools/spy/lcm_sources.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// The module's index by name; nothing, after saying which there are.
+std::optional<int> FindModule(const logger::RunLog& log, const std::string& name) {
+  std::vector<std::string> names;
+  for (size_t m = 0; m < log.modules.size(); ++m) {
+    names.push_back(log.modules[m].name);
+    if (names.back() == name) return static_cast<int>(m);
+  }
+  Unusable(fmt::format("--into {}{}: expected a module of the run, {}", name,
+                       DidYouMean(name, names), fmt::join(names, ", ")));
+  return std::nullopt;
+}
+
+/// What was found, for people.
+void PrintFindings(const ReplayInto& options, const logger::RerunSummary& done, const Json& known,
+                   const RerunDifferences& differences, const logger::RunLog& log) {
+  if (!known.is_null()) fmt::print("{}", KnownText(known));
+  const double tick_s = log.facts.tick_us * 1e-6;
+  fmt::print("{}: {} run again, {:.2f} to {:.2f} s; {} compared: ", options.module,
+             Counted(done.ticks, "tick"), static_cast<double>(done.first_tick) * tick_s,
+             static_cast<double>(done.last_tick) * tick_s, Counted(done.messages, "message"));
+  if (differences.count() == 0) {
+    fmt::print("the same to the bit\n");
+    return;
+  }
+  const Json& first = differences.first();
+  fmt::print("{} different\nfirst at tick {} ({:.2f} s), {}, {}: {} in the log, {} now\n",
+             differences.count() == 1 ? "1 is" : fmt::format("{} are", differences.count()),
+             first["tick"].get<int64_t>(), first["seconds"].get<double>(),
+             first["topic"].get<std::string>(), first["field"].get<std::string>(),
+             first["logged"].get<std::string>(), first["again"].get<std::string>());
+}
+
+/// What may be the cause of a difference besides the module.
+void WarnOfGaps(const logger::RerunSummary& done, const logger::RunLog& log) {
+  if (log.facts.mode == "realtime") {
+    Warn(
+        "in real time a log does not tell which messages had come by the end of a tick: "
+        "differences may come from that");
+  }
+  if (done.unheard > 0) {
+    Warn(fmt::format("the log lacks {} of neighbours", Counted(done.unheard, "message")));
+  }
+  if (done.skipped > 0) {
+    Warn(fmt::format("the log lacks what the module said in {}", Counted(done.skipped, "tick")));
+  }
+}
+
+}  // namespace
+
+int RunAgain(const ReplayInto& options) {
+  if (options.at_s && !(*options.at_s >= 0 && std::isfinite(*options.at_s))) {
+    return Unusable(fmt::format("--at {}: expected a sim time, 0 or more seconds", *options.at_s));
+  }
+  const Result<logger::RunLog> log =
+      LoadLog(options.log, {.run = "", .series = false}, options.description);
+  if (!log) return Unusable(log.error().message);
+  const std::optional<int> module = FindModule(*log, options.module);
+  if (!module) return kUnusable;
+  const Result<LcmSchema> schema = LcmSchema::Parse(LcmSources());
+  if (!schema) return Unusable(schema.error().message);
+  RerunDifferences differences(*schema);
+  Json known;
+  logger::RerunVisitors visitors;
+  visitors.message = [&](const logger::MessageAgain& message) { differences.Take(message); };
+  visitors.tick = [&](const logger::ComputedTick& tick) {
+    // The tick in which the time asked for lies; the first one if that is earlier.
+    const double end_s = static_cast<double>(tick.input.sim_time_us + log->facts.tick_us) * 1e-6;
+    if (options.at_s && known.is_null() && end_s > *options.at_s) known = KnownAfter(tick);
+  };
+  const Result<logger::RerunSummary> done = logger::RerunModule(*log, *module, visitors);
+  if (!done) return Unusable(options.log + ": " + done.error().message);
+  if (done->ticks == 0) {
+    return Unusable(
+        fmt::format("{}: holds no tick with what {} sensed and said", options.log, options.module));
+  }
+  if (options.at_s && known.is_null()) {
+    return Unusable(fmt::format("--at {}: the last tick of {} begins at {:.2f} s", *options.at_s,
+                                options.module,
+                                static_cast<double>(done->last_tick * log->facts.tick_us) * 1e-6));
+  }
+  WarnOfGaps(*done, *log);
+  if (options.json) {
+    Json json = {{"module", options.module},
+                 {"same", differences.count() == 0},
+                 {"ticks", done->ticks},
+                 {"first_tick", done->first_tick},
+                 {"last_tick", done->last_tick},
+                 {"messages", done->messages},
+                 {"different", differences.count()},
+                 {"first", differences.first()},
+                 {"skipped", done->skipped},
+                 {"unheard", done->unheard}};
+    if (options.at_s) json["at"] = known;
+    PrintJson(json);
+  } else {
+    PrintFindings(options, *done, known, differences, *log);
+  }
+  return differences.count() == 0 ? kDone : kNo;
+}
+
+}  // namespace morphbus::tools

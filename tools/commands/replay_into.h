@@ -1,0 +1,22 @@
+#pragma once
+// morphbus replay --into: one module of a log, run again.
+
+#include <optional>
+#include <string>
+
+namespace morphbus::tools {
+
+/// What of it is asked for.
+struct ReplayInto {
+  std::string log;
+  std::string description;     ///< A file or log that lends one; empty for none.
+  std::string module;          ///< By its name.
+  std::optional<double> at_s;  ///< Sim time after which the module's state is shown.
+  bool json = false;
+};
+
+/// Runs the module again on what the log says that it sensed and heard, and compares all that it
+/// says. Status 0: the same to the bit; 1: it differs; 2: the log cannot tell.
+int RunAgain(const ReplayInto& options);
+
+}  // namespace morphbus::tools
