@@ -24,6 +24,7 @@ MOVED_BY = {
     ('mtran', 'quadruped'): 'quadruped', ('mtran', 'equivalent_quadruped'): 'quadruped',
     ('mtran_robots', 'snake'): 'snake', ('mtran_robots', 'caterpillar'): 'caterpillar',
     ('mtran_robots', 'crawler'): 'crawler',
+    ('mtran_robots', 'carrier'): 'carry', ('mtran_robots', 'equivalent_carrier'): 'carry',
     ('smores', 'train'): 'smores_train',
     **{('snakes', f'{kind}_snake{n}'): 'snake' for kind in ('mtran', 'ckbot', 'molecube') for n in (4, 8, 16)},
 }
@@ -202,6 +203,110 @@ class Others(Programs):
         self.run_program('molecube', 'arm', 'arm', 6)
         lying, raised = self.place(4, 0.5)[1], self.place(4, 5.5)[1]
         self.assertAlmostEqual(raised - lying, 0.1, delta=0.03)  # one cube higher
+
+
+class Carriers(Programs):
+    """A module lets go, is carried and docks elsewhere, and its role follows from where it hangs."""
+    BLOCK = 0.065  # m
+    ALWAYS = {('front.c5', 'rear.c2'), ('arm.c5', 'front.c2')}
+    ON_ARM, ON_DECK = ('arm.c2', 'load.c5'), ('front.c6', 'load.c2')
+    SECONDS = 9
+
+    def carry(self, robot, *more, seconds=SECONDS):
+        return self.run_program('mtran_robots', 'carry', robot, seconds, *more)
+
+    def of_the_load(self):
+        """[(tick, dockings)] whenever the load's dockings change; those of the others must not. From SENSORS."""
+        changes = []
+        for _, _, channel, data in read_events(self.log):
+            if not channel.endswith('/SIM/SENSORS'):
+                continue
+            sensors = decode(data)
+            names = {m.module_id: m.name for m in sensors.modules}
+            now = {tuple(sorted((f'{m.name}.c{d.connector + 1}', f'{names[d.mate_module]}.c{d.mate_connector + 1}')))
+                   for m in sensors.modules for d in m.docked}
+            self.assertLessEqual(self.ALWAYS, now, sensors.header.tick)
+            if not changes or changes[-1][1] != now - self.ALWAYS:
+                changes.append((sensors.header.tick, now - self.ALWAYS))
+        return changes
+
+    def roles(self, module):
+        """[(tick, role)] whenever a module takes another role."""
+        changes = []
+        for _, _, channel, data in read_events(self.log):
+            if channel.endswith(f'/{module}/STATUS'):
+                status = decode(data)
+                if status.role_name and (not changes or changes[-1][1] != status.role_name):
+                    changes.append((status.header.tick, status.role_name))
+        return changes
+
+    def assert_changes(self, dockings, roles):
+        """The load's dockings and roles, one after the other; each role a few ticks after the docking it rests on."""
+        docked, taken = self.of_the_load(), self.roles('load')
+        self.assertEqual([held for _, held in docked], dockings)
+        self.assertEqual([role for _, role in taken], roles)
+        for (changed, _), (tick, role) in zip(docked[1:], taken[1:]):
+            # Settling takes 10 ticks, and hearing of it one or two.
+            self.assertIn(tick - changed, range(10, 14), role)
+        for module, role in (('rear', 'Deck'), ('front', 'Deck'), ('arm', 'Arm')):
+            self.assertEqual([other for _, other in self.roles(module)], [role], module)
+        return [tick for tick, _ in docked]
+
+    def link(self, number, seconds):
+        """Where a link of the load is, seen from the middle of the deck block that it is put on: north, up, east in
+        metres; and which way its x axis points, which is from the active to the passive block."""
+        for _, _, channel, data in read_events(self.log):
+            if channel.endswith('/SIM/WORLD'):
+                world = decode(data)
+                if world.header.tick == round(seconds * TICKS_PER_SECOND):
+                    bodies = {(b.module_id, b.link): b for b in world.bodies}
+                    body, deck = bodies[3, number], bodies[0, 0].position_m  # the rear's block, docked to that one
+                    w, x, y, z = body.orientation_wxyz
+                    place = [p - q - offset for p, q, offset in
+                             zip(body.position_m, deck, (1.5 * self.BLOCK, 0, 0))]
+                    return place, [1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)]
+        raise AssertionError(f'no tick at {seconds} s')
+
+    def test_the_tail_becomes_a_fin(self):
+        for robot in ('carrier', 'equivalent_carrier'):
+            self.carry(robot)
+            docked, parted = self.assert_changes([{self.ON_ARM}, {self.ON_ARM, self.ON_DECK}, {self.ON_DECK}],
+                                                 ['Tail', 'Bridge', 'Fin'])[1:]
+            # Measured: 2.42 and 2.68 s.
+            self.assertLess(docked, 4 * TICKS_PER_SECOND)
+            self.assertLess(parted - docked, 20)
+            # The arm is home again, and the fin stands straight up: its bar a block and a half above the deck's block.
+            place, upright = self.link(2, self.SECONDS - 0.5)
+            for measured, wanted in zip(place, (0, 1.5 * self.BLOCK, 0)):
+                self.assertAlmostEqual(measured, wanted, delta=0.003)  # measured: 2 mm as it waves
+            self.assertGreater(upright[1], math.cos(math.radians(3)))
+            # It waves: its upper block leans to and fro once in two seconds.
+            leans = [math.degrees(math.atan2(*self.link(1, 5 + i / 10)[1][:2])) for i in range(30)]
+            self.assertGreater(max(leans), 30)
+            self.assertLess(min(leans), -30)
+
+    def test_both_robots_move_alike(self):
+        logs = []
+        for robot in ('carrier', 'equivalent_carrier'):
+            self.carry(robot)
+            logs.append(self.log)
+        morphbus('compare', *logs)
+
+    def test_it_is_told_to_fetch_the_load_and_to_put_it_down_again(self):
+        commands = self.folder / 'commands'
+        # The second comes when the arm is on its way.
+        commands.write_text('400 invoke Arm.carry\n420 invoke Arm.carry\n800 invoke Arm.carry\n')
+        clean = self.carry('carrier', '--commands', commands, seconds=22)
+        self.assert_changes([{self.ON_ARM}, {self.ON_ARM, self.ON_DECK}, {self.ON_DECK}, {self.ON_ARM, self.ON_DECK},
+                             {self.ON_ARM}, {self.ON_ARM, self.ON_DECK}, {self.ON_DECK}],
+                            ['Tail', 'Bridge', 'Fin', 'Bridge', 'Tail', 'Bridge', 'Fin'])
+        self.assertEqual([p['text'] for p in clean['prints']], ['not now: on the way'])
+        # Fetched, it lies where it lay, at the end of the arm.
+        for measured, wanted in zip(self.link(2, 15.9)[0], (4.5 * self.BLOCK, 0, 0)):
+            self.assertAlmostEqual(measured, wanted, delta=0.005)
+        lossy = self.carry('carrier', '--commands', commands, '--loss', 0.3, seconds=22)
+        self.assertEqual(lossy['world_hash'], clean['world_hash'])
+        self.assertEqual(lossy['hash'], clean['hash'])
 
 
 if __name__ == '__main__':

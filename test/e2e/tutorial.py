@@ -33,6 +33,12 @@ class Tutorial(Case):
         for wanted in ('check', 'roles', 'run', 'equivalent', 'compare', 'draw'):
             self.assertTrue(any(line.startswith(f'morphbus {wanted} ') for line in commands), wanted)
         self.assertTrue((self.folder / 'worm.png').stat().st_size)
+        # The pictures that it shows have the names of those that its commands draw.
+        shown = re.findall(r'!\[.*?\]\(pictures/(\S+)\)', TEXT)
+        self.assertEqual(shown, ['carrying.png'])
+        for name in shown:
+            self.assertTrue((SOURCE / 'docs' / 'pictures' / name).exists(), name)
+            self.assertTrue((self.folder / name).exists(), name)
 
     def test_its_table_has_every_program(self):
         programs = {path.name for path in (SOURCE / 'models' / 'programs').glob('*.dyn')}

@@ -139,6 +139,8 @@ const Known kRobots[] = {
     {"mtran_robots", "snake", 5, 11, 10, 10, false},
     {"mtran_robots", "caterpillar", 8, 16, 16, 13, true},
     {"mtran_robots", "crawler", 7, 15, 14, 14, false},
+    {"mtran_robots", "carrier", 4, 9, 8, 8, false},
+    {"mtran_robots", "equivalent_carrier", 4, 9, 8, 8, false},
     {"mixed", "inchworm", 5, 10, 9, 9, false},
     {"smores", "train", 4, 17, 16, 16, false},
     {"snakes", "mtran_snake4", 4, 9, 8, 8, false},
