@@ -261,6 +261,7 @@ std::string FactsText(const LogFacts& f) {
     text += CommandsText(f);
   }
   if (!f.deployments.empty()) text += "\n" + DeploymentsText(f.deployments, f.tick_us);
+  if (f.num_dockings > 0) text += "\n" + DockingsText(f.dockings, f.num_dockings);
   // Faults are the program's, and say nothing against the log.
   if (f.num_faults > 0) {
     text += "\n";
@@ -388,6 +389,13 @@ nlohmann::json FactsJson(const LogFacts& f) {
   }
   nlohmann::json deployments = nlohmann::json::array();
   for (const DeploymentFact& d : f.deployments) deployments.push_back(DeploymentJson(d));
+  nlohmann::json dockings = nlohmann::json::array();
+  for (const DockingFact& d : f.dockings) {
+    dockings.push_back({{"time", Seconds(d.time_us)},
+                        {"docked", d.docked},
+                        {"connector", d.connector},
+                        {"mate", d.mate}});
+  }
   // From which sim time on in seconds the run went on without a module.
   nlohmann::json lost_modules = nlohmann::json::object();
   for (const auto& [module, time_us] : f.lost_modules) lost_modules[module] = Seconds(time_us);
@@ -410,6 +418,8 @@ nlohmann::json FactsJson(const LogFacts& f) {
                          {"channels", std::move(channels)},
                          {"commands", std::move(commands)},
                          {"deployments", std::move(deployments)},
+                         {"dockings", std::move(dockings)},
+                         {"num_dockings", f.num_dockings},
                          {"lost_modules", std::move(lost_modules)},
                          {"faults", std::move(faults)},
                          {"num_faults", f.num_faults},

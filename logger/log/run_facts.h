@@ -13,6 +13,7 @@
 
 #include "compiler/base/text.h"
 #include "logger/log/deployments.h"
+#include "logger/log/docking_changes.h"
 #include "logger/log/event_log.h"
 #include "vm/image/fault_text.h"
 #include "vm/module_api.h"
@@ -174,6 +175,9 @@ struct LogFacts : DescribedRun {
   std::multimap<int64_t, std::string> commands;
   /// The deployments among them, in their order.
   std::vector<DeploymentFact> deployments;
+  /// The first 1000 connections of the robot that opened or closed; num_dockings counts all.
+  std::vector<DockingFact> dockings;
+  int64_t num_dockings = 0;
   /// Modules that the run went on without, and from which sim time on (µs).
   std::map<std::string, int64_t> lost_modules;
   /// What the reader found in the file's framing, harmless things included.

@@ -98,6 +98,8 @@ class Loader {
     if (log_.description.empty()) {
       facts_.problems.push_back("the log does not hold the run's whole description (INFO)");
     }
+    facts_.dockings = dockings_.Facts(log_.model.get(), log_.robot);
+    facts_.num_dockings = dockings_.count();
     promised_.Judge(facts_.mode == "realtime", now_us_, &facts_);
     series_.Finish(&log_);
     return {};
@@ -265,6 +267,7 @@ class Loader {
     for (morphbus::module_sensors_t& reading : sensors.modules) {
       ModuleSeries& module = series_.Module(reading.name);
       module.id = reading.module_id;
+      dockings_.Take(reading, sensors.header.sim_time_us);
       // Only facts are wanted, or the reading becomes a sample of its module.
       if (!options_.series) continue;
       const std::vector<float>& velocity = reading.joint_velocity_si;
@@ -367,6 +370,7 @@ class Loader {
   bridge::InfoAssembler info_;
   bridge::DeployedImages deployed_;
   ProgramChanges programs_;
+  DockingChanges dockings_;
   PromisedMessages promised_;
   /// Hash of the model of which the first sound message speaks.
   uint64_t messages_model_ = 0;
