@@ -1,0 +1,72 @@
+#include "logger/log/docking_changes.h"
+
+#include <gtest/gtest.h>
+
+namespace morphbus::logger {
+namespace {
+
+struct End {
+  int connector = 0;
+  int mate = 0;
+  int mate_connector = 0;
+};
+
+morphbus::module_sensors_t Reading(int id, const std::vector<End>& ends) {
+  morphbus::module_sensors_t reading;
+  reading.module_id = static_cast<int16_t>(id);
+  reading.name = "m" + std::to_string(id);
+  for (const End& end : ends) {
+    morphbus::docked_connector_t docked;
+    docked.connector = static_cast<int8_t>(end.connector);
+    docked.mate_module = static_cast<int16_t>(end.mate);
+    docked.mate_connector = static_cast<int8_t>(end.mate_connector);
+    reading.docked.push_back(docked);
+  }
+  return reading;
+}
+
+TEST(DockingChanges, AreToldOnceForBothModules) {
+  DockingChanges changes;
+  changes.Take(Reading(1, {{0, 2, 5}}), 0);
+  changes.Take(Reading(2, {{5, 1, 0}}), 0);
+  EXPECT_EQ(changes.count(), 0);  // So it begins.
+  changes.Take(Reading(1, {}), 20'000);
+  changes.Take(Reading(2, {}), 20'000);
+  changes.Take(Reading(1, {{3, 2, 4}}), 40'000);
+  changes.Take(Reading(2, {{4, 1, 3}}), 40'000);
+  const std::vector<DockingFact> facts = changes.Facts(nullptr, nullptr);
+  ASSERT_EQ(facts.size(), 2u);
+  EXPECT_EQ(facts[0].time_us, 20'000);
+  EXPECT_FALSE(facts[0].docked);
+  EXPECT_EQ(facts[1].time_us, 40'000);
+  EXPECT_TRUE(facts[1].docked);
+  EXPECT_EQ(facts[1].connector + " " + facts[1].mate, "m1.3 m2.4");
+  EXPECT_EQ(DockingsText(facts, changes.count()),
+            "2 changes of connectors:\n"
+            "  0.020 s m1.0 and m2.5 parted\n"
+            "  0.040 s m1.3 and m2.4 docked\n");
+}
+
+TEST(DockingChanges, ReadingsThatComeLateOrAgainTellNothing) {
+  DockingChanges changes;
+  changes.Take(Reading(1, {{0, 2, 5}}), 40'000);
+  changes.Take(Reading(1, {}), 20'000);
+  changes.Take(Reading(1, {}), 40'000);
+  EXPECT_EQ(changes.count(), 0);
+  EXPECT_EQ(DockingsText({}, 0), "");
+}
+
+TEST(DockingChanges, OfAnyLengthAndWithAnyNumbersAreCounted) {
+  DockingChanges changes;
+  for (int i = 0; i < 3000; ++i) {
+    changes.Take(Reading(-7, i % 2 == 0 ? std::vector<End>{} : std::vector<End>{{-1, 999, -1}}),
+                 i * 20'000);
+  }
+  EXPECT_EQ(changes.count(), 2999);
+  const std::vector<DockingFact> facts = changes.Facts(nullptr, nullptr);
+  EXPECT_EQ(facts.size(), 1000u);
+  EXPECT_EQ(facts[0].connector + " " + facts[0].mate, "m-7.-1 module 999.-1");
+}
+
+}  // namespace
+}  // namespace morphbus::logger
