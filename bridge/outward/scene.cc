@@ -67,10 +67,8 @@ void AddObstacle(const std::string& source, const world::Obstacle& obstacle,
   AddMetadata("obstacle", obstacle.name, &entity);
   foxglove::TriangleListPrimitive& triangles = *entity.add_triangles();
   if (obstacle.mesh) {
-    // An open surface is seen from below too.
-    std::vector<std::array<int, 3>> both_sides = obstacle.mesh->triangles;
-    for (const auto& [a, b, c] : obstacle.mesh->triangles) both_sides.push_back({a, c, b});
-    FillTriangles(corners_W, both_sides, &triangles);
+    // One side: viewers draw both, and with four triangles at a side they would see edges all over.
+    FillTriangles(corners_W, obstacle.mesh->triangles, &triangles);
   } else {
     FillHull(model::ComputeHull(corners_W), &triangles);
   }

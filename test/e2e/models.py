@@ -4,6 +4,7 @@ import csv
 import os
 import re
 import shutil
+import struct
 import unittest
 
 from support import SOURCE, Case, as_json, morphbus
@@ -142,6 +143,20 @@ class Smores(Case):
             # Two triangles a cell of 32 x 32, of which few look away.
             self.assertGreater((self.folder / picture).read_text().count('<path'), 1500)
         self.assertIn('the same to the bit', morphbus('replay', log, '--into', 'm1').stdout)
+
+    def test_a_world_too_large_for_a_description_is_refused(self):
+        # Triangles that share no corners, in four files of 2.5 MB.
+        count = 50000
+        uses = ''
+        for k in range(4):
+            name = f'soup{k}.stl'
+            (self.folder / name).write_bytes(bytes(80) + struct.pack('<I', count) + b''.join(
+                struct.pack('<12fH', 0, 0, 1, i, k, 0, i + .5, k, 0, i, k + .5, 0, 0) for i in range(count)))
+            uses += f'<collision name="c{k}"><geometry><mesh><uri>{name}</uri></mesh></geometry></collision>'
+        (self.folder / 'soup.sdf').write_text('<sdf version="1.9"><world name="w"><model name="m"><static>true</static>'
+                                              f'<link name="l">{uses}</link></model></world></sdf>')
+        done = morphbus('run', self.MODEL, self.PROGRAM, '--robot', 'train', '--world', self.folder / 'soup.sdf', status=2)
+        self.assertRegex(done.stderr, r'with its meshes and height maps it has \d+ bytes, the most is 8388608')
 
     def test_a_height_map_is_refused_where_it_cannot_be(self):
         for kind, name, status in (('sdf', 'train.sdf', 0), ('webots', 'train.wbt', 0), ('mjcf', 'train.xml', 2)):
