@@ -39,7 +39,8 @@ Color Shade(const Color& color, const Eigen::Vector3d& normal_V, const Eigen::Ve
   return shaded;
 }
 
-/// Brings triangles into view coordinates, shaded on the side that is seen. They part no hulls.
+/// Brings triangles into view coordinates, shaded on the side that is seen; edge on their outlines
+/// remain. They part no hulls.
 PaintedHull PaintTriangles(const SceneHull& hull, const Projection& projection) {
   PaintedHull painted;
   painted.is_surface = true;
@@ -56,8 +57,6 @@ PaintedHull PaintTriangles(const SceneHull& hull, const Projection& projection) 
     const Eigen::Vector3d& c = painted.corners[triangle[2]];
     Eigen::Vector3d normal = (b - a).cross(c - a).normalized();
     if (normal.z() < 0) normal = -normal;
-    // Edge on there is nothing to see.
-    if (!(normal.z() > 1e-6)) continue;
     VisibleFace visible;
     visible.owner = hull.owner;
     visible.color = Shade(hull.color, normal, up_V);
