@@ -27,6 +27,8 @@ add_library(morphbus_lcm INTERFACE)
 target_include_directories(morphbus_lcm SYSTEM INTERFACE ${LCM_INCLUDE_DIR})
 target_link_libraries(morphbus_lcm INTERFACE ${LCM_LIBRARY} Threads::Threads)
 
+# libpng reads height maps.
+find_package(PNG REQUIRED)
 # assimp reads meshes. The config that Debian ships names libraries that its package does not need.
 find_path(ASSIMP_INCLUDE_DIR assimp/Importer.hpp REQUIRED)
 find_library(ASSIMP_LIBRARY assimp REQUIRED)

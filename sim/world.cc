@@ -120,6 +120,13 @@ std::string World::hash() const {
     for (const double number : obstacle.X_WO.matrix().reshaped()) mix(number);
     for (const double number : obstacle.size) mix(number);
     mix(obstacle.friction.value_or(-1.0));
+    if (!obstacle.mesh) continue;
+    for (const Vector3d& p : obstacle.mesh->points) {
+      for (const double number : p) mix(number);
+    }
+    for (const std::array<int, 3>& triangle : obstacle.mesh->triangles) {
+      for (const int corner : triangle) mix(corner);
+    }
   }
   hash = HashRigidBodyModel(rigid_bodies_, hash);
   char text[17];

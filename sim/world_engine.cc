@@ -74,6 +74,19 @@ void World::Engine::AddGround(double friction) {
   dynamics.addRigidBody(ground.get());
 }
 
+// Triangles are thick by their margin, on both sides.
+std::unique_ptr<btCollisionShape> World::Engine::MakeSurface(const world::TriangleMesh& mesh) {
+  surfaces.push_back(std::make_unique<btTriangleMesh>());
+  for (const std::array<int, 3>& triangle : mesh.triangles) {
+    surfaces.back()->addTriangle(ToBullet(mesh.points[triangle[0]]),
+                                 ToBullet(mesh.points[triangle[1]]),
+                                 ToBullet(mesh.points[triangle[2]]));
+  }
+  auto shape = std::make_unique<btBvhTriangleMeshShape>(surfaces.back().get(), true);
+  shape->setMargin(kHullShrink);
+  return shape;
+}
+
 // Obstacles come to meet the smaller links as the ground does.
 void World::Engine::AddObstacle(const world::Obstacle& obstacle, double ground_friction) {
   const Vector3d& size = obstacle.size;
@@ -93,6 +106,9 @@ void World::Engine::AddObstacle(const world::Obstacle& obstacle, double ground_f
     case world::Shape::kPlane:
       shape = std::make_unique<btStaticPlaneShape>(btVector3(0.0, 0.0, 1.0), kHullShrink);
       shape->setMargin(0.0);
+      break;
+    case world::Shape::kMesh:
+      shape = MakeSurface(*obstacle.mesh);
       break;
   }
   auto body = std::make_unique<btRigidBody>(0.0, nullptr, Keep(std::move(shape)));

@@ -45,6 +45,8 @@ struct World::Engine {
   /// the engine multiplies those of the two that touch.
   void AddGround(double friction);
   void AddObstacle(const world::Obstacle& obstacle, double ground_friction);
+  /// The triangles of a mesh as a shape, kept in `surfaces`.
+  std::unique_ptr<btCollisionShape> MakeSurface(const world::TriangleMesh& mesh);
   void AddBody(const BodySpec& spec, double friction);
   void AddJoint(const JointSpec& spec, double gain_per_s);
   /// The shape of a body: nothing, one hull, or a compound.
@@ -61,6 +63,8 @@ struct World::Engine {
   btSequentialImpulseConstraintSolver solver;
   PairFilter filter;
   btDiscreteDynamicsWorld dynamics{&dispatcher, &broadphase, &solver, &configuration};
+  /// Triangles to which shapes refer.
+  std::vector<std::unique_ptr<btTriangleMesh>> surfaces;
   std::vector<std::unique_ptr<btCollisionShape>> shapes;
   std::unique_ptr<btRigidBody> ground;
   std::vector<std::unique_ptr<btRigidBody>> obstacles;

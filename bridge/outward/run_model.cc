@@ -6,7 +6,7 @@
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/model/model_proto.h"
 #include "compiler/model/run_description.pb.h"
-#include "compiler/world/sdf_world.h"
+#include "compiler/world/world_proto.h"
 #include "vm/image/values.h"
 
 namespace morphbus::bridge {
@@ -111,9 +111,8 @@ Result<std::shared_ptr<const RunModel>> ReadRunModel(const std::string& descript
   run->program_file = d.program_file();
   run->model = std::move(*model);
   // A world that cannot be read is left out: the robot can be seen without it.
-  if (!d.world().empty()) {
-    Result<std::vector<world::Obstacle>> obstacles = world::ReadSdfText(d.world());
-    if (obstacles) run->obstacles = *std::move(obstacles);
+  if (Result<std::vector<world::Obstacle>> obstacles = world::ReadWorld(d)) {
+    run->obstacles = *std::move(obstacles);
   }
   run->robot = run->model.FindRobot(d.robot());
   if (run->robot == nullptr) {

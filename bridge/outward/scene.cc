@@ -11,22 +11,28 @@ namespace {
 /// Of obstacles, which shall not be taken for modules.
 constexpr double kObstacleGrey = 0.55;
 
-/// A convex part, such as of a link. Its points are given in the entity's frame. A flat one has its
-/// two sides, back to back.
-void FillHull(const model::ConvexHull& hull, foxglove::TriangleListPrimitive* out) {
+/// Triangles whose corners are given in the entity's frame.
+void FillTriangles(const std::vector<Eigen::Vector3d>& points,
+                   const std::vector<std::array<int, 3>>& triangles,
+                   foxglove::TriangleListPrimitive* out) {
   // The primitive lies in that frame as it is: an identity, said in full, since viewers read
   // what is missing as 0.
   out->mutable_pose()->mutable_position();
   out->mutable_pose()->mutable_orientation()->set_w(1.0);
-  for (const Eigen::Vector3d& p : hull.vertices) {
+  for (const Eigen::Vector3d& p : points) {
     foxglove::Point3& point = *out->add_points();
     point.set_x(p.x());
     point.set_y(p.y());
     point.set_z(p.z());
   }
-  for (const std::array<int, 3>& triangle : hull.triangles) {
+  for (const std::array<int, 3>& triangle : triangles) {
     for (const int corner : triangle) out->add_indices(static_cast<uint32_t>(corner));
   }
+}
+
+/// A convex part, such as of a link. A flat one has its two sides, back to back.
+void FillHull(const model::ConvexHull& hull, foxglove::TriangleListPrimitive* out) {
+  FillTriangles(hull.vertices, hull.triangles, out);
 }
 
 void AddMetadata(const std::string& key, const std::string& value, foxglove::SceneEntity* entity) {
@@ -60,7 +66,12 @@ void AddObstacle(const std::string& source, const world::Obstacle& obstacle,
       AddEntity(source + "/obstacles/" + obstacle.name, source + "/world", scene);
   AddMetadata("obstacle", obstacle.name, &entity);
   foxglove::TriangleListPrimitive& triangles = *entity.add_triangles();
-  FillHull(model::ComputeHull(corners_W), &triangles);
+  if (obstacle.mesh) {
+    // One side: viewers draw both, and with four triangles at a side they would see edges all over.
+    FillTriangles(corners_W, obstacle.mesh->triangles, &triangles);
+  } else {
+    FillHull(model::ComputeHull(corners_W), &triangles);
+  }
   foxglove::Color& color = *triangles.mutable_color();
   color.set_r(kObstacleGrey);
   color.set_g(kObstacleGrey);

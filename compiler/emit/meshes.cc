@@ -19,22 +19,27 @@ void Append(std::string* bytes, const Eigen::Vector3d& v) {
 }
 
 /// Binary STL: a header of 80 bytes, a count, then 50 bytes a triangle, little-endian.
-std::string Stl(const std::vector<Eigen::Vector3d>& points) {
+std::string Stl(const std::vector<Eigen::Vector3d>& points,
+                const std::vector<std::array<int, 3>>& triangles) {
   // The format knows triangles only, with their normals before their corners; the last two bytes of
   // each are its attributes, which nobody uses.
-  const model::ConvexHull hull = model::ComputeHull(points);
   std::string bytes = "Morphbus hull, metres";
   bytes.resize(80, ' ');
-  Append(&bytes, static_cast<uint32_t>(hull.triangles.size()));
-  for (const std::array<int, 3>& triangle : hull.triangles) {
-    const Eigen::Vector3d& a = hull.vertices[triangle[0]];
-    const Eigen::Vector3d& b = hull.vertices[triangle[1]];
-    const Eigen::Vector3d& c = hull.vertices[triangle[2]];
+  Append(&bytes, static_cast<uint32_t>(triangles.size()));
+  for (const std::array<int, 3>& triangle : triangles) {
+    const Eigen::Vector3d& a = points[triangle[0]];
+    const Eigen::Vector3d& b = points[triangle[1]];
+    const Eigen::Vector3d& c = points[triangle[2]];
     Append(&bytes, Eigen::Vector3d((b - a).cross(c - a).normalized()));
     for (const Eigen::Vector3d& corner : {a, b, c}) Append(&bytes, corner);
     bytes.append(2, '\0');
   }
   return bytes;
+}
+
+std::string StlOfHull(const std::vector<Eigen::Vector3d>& points) {
+  const model::ConvexHull hull = model::ComputeHull(points);
+  return Stl(hull.vertices, hull.triangles);
 }
 
 /// Relative to the main file.
@@ -67,6 +72,12 @@ std::vector<std::string> MeshAddresses(const model::Model& model, const TreeLink
   return addresses;
 }
 
+CompanionFile ObstacleMesh(const world::Obstacle& obstacle, size_t number, const MeshPlace& place) {
+  // No module type's name holds a hyphen.
+  return {MeshPath("obstacle-" + std::to_string(number), place.stem),
+          Stl(obstacle.mesh->points, obstacle.mesh->triangles)};
+}
+
 std::vector<CompanionFile> MeshFiles(const model::Model& model, const RobotTree& tree,
                                      const MeshPlace& place) {
   // One file a part of a kind of link, however many modules there are.
@@ -75,7 +86,8 @@ std::vector<CompanionFile> MeshFiles(const model::Model& model, const RobotTree&
     const std::vector<std::string> names = MeshNames(model, link);
     if (names.empty() || files.count(MeshPath(names.front(), place.stem)) != 0) continue;
     const auto parts = model::SolidParts(model.module_types[link.type], link.link);
-    for (size_t i = 0; i < parts.size(); ++i) files[MeshPath(names[i], place.stem)] = Stl(parts[i]);
+    for (size_t i = 0; i < parts.size(); ++i)
+      files[MeshPath(names[i], place.stem)] = StlOfHull(parts[i]);
   }
   std::vector<CompanionFile> meshes;
   for (auto& [path, bytes] : files) meshes.push_back({path, std::move(bytes)});

@@ -1,11 +1,13 @@
 #pragma once
-// The links' hulls as mesh files, for formats that cannot hold a mesh themselves.
+// The links' hulls, and obstacles that are meshes, as mesh files, for formats that cannot hold a
+// mesh themselves.
 
 #include <string>
 #include <vector>
 
 #include "compiler/emit/exported.h"
 #include "compiler/emit/robot_tree.h"
+#include "compiler/world/obstacle.h"
 
 namespace morphbus::emit {
 
@@ -27,6 +29,10 @@ std::string PartName(const std::string& name, size_t number);
 /// without hull. Modules of one type share their meshes.
 std::vector<std::string> MeshAddresses(const model::Model& model, const TreeLink& link,
                                        const MeshPlace& place);
+
+/// The triangles of an obstacle that has a mesh as binary STL, in metres in its own frame; `number`
+/// tells it from others. The main file finds it at `place.prefix` and the file's path.
+CompanionFile ObstacleMesh(const world::Obstacle& obstacle, size_t number, const MeshPlace& place);
 
 /// The meshes of all links of the tree, each once, as binary STL: corners in metres in the link's
 /// own frame. A flat hull is thickened, since other programs take no mesh without a volume.

@@ -222,6 +222,7 @@ std::pair<std::string, std::string> MjcfShape(const world::Obstacle& obstacle) {
     case world::Shape::kSphere:
       return {"sphere", Number(size.x())};
     case world::Shape::kPlane:
+    case world::Shape::kMesh:  // ToMjcf's caller has none.
       break;
   }
   // The third number is the distance of the lines that are drawn on it.

@@ -35,8 +35,8 @@ bool IsReserved(const std::string& name) {
   return marked || name == "world";
 }
 
-/// The <geometry> of an obstacle.
-void AppendGeometry(pugi::xml_node node, const world::Obstacle& obstacle) {
+/// The <geometry> of an obstacle; `mesh` is the address of its mesh, if it has one.
+void AppendGeometry(pugi::xml_node node, const world::Obstacle& obstacle, const std::string& mesh) {
   const pugi::xml_node geometry = xml::Append(node, "geometry");
   const Eigen::Vector3d& size = obstacle.size;
   switch (obstacle.shape) {
@@ -58,18 +58,22 @@ void AppendGeometry(pugi::xml_node node, const world::Obstacle& obstacle) {
       xml::AppendText(plane, "size", Number(size.x()) + " " + Number(size.y()));
       return;
     }
+    case world::Shape::kMesh:
+      xml::AppendText(xml::Append(geometry, "mesh"), "uri", mesh);
+      return;
   }
 }
 
 /// An obstacle as a static model of one link.
-void AppendObstacle(pugi::xml_node world, const world::Obstacle& obstacle) {
+void AppendObstacle(pugi::xml_node world, const world::Obstacle& obstacle,
+                    const std::string& mesh) {
   const pugi::xml_node model = xml::Append(world, "model", {{"name", obstacle.name}});
   xml::AppendText(model, "static", "true");
   AppendPose(model, obstacle.X_WO, "");
   const pugi::xml_node link = xml::Append(model, "link", {{"name", "link"}});
-  AppendGeometry(xml::Append(link, "visual", {{"name", "visual"}}), obstacle);
+  AppendGeometry(xml::Append(link, "visual", {{"name", "visual"}}), obstacle, mesh);
   const pugi::xml_node collision = xml::Append(link, "collision", {{"name", "collision"}});
-  AppendGeometry(collision, obstacle);
+  AppendGeometry(collision, obstacle, mesh);
   if (!obstacle.friction) return;
   const pugi::xml_node surface = xml::Append(collision, "surface");
   const pugi::xml_node ode = xml::Append(xml::Append(surface, "friction"), "ode");
@@ -117,6 +121,7 @@ class SdfWriter {
     }
     exported_.text = xml::Text(document_);
     exported_.companions = MeshFiles(model_, tree_, place_);
+    std::ranges::move(obstacle_meshes_, std::back_inserter(exported_.companions));
     return std::move(exported_);
   }
 
@@ -133,7 +138,14 @@ class SdfWriter {
       return name == tree_.name || name == ground.name || IsReserved(name);
     };
     std::ranges::copy(InZUp(obstacles_, 0.0, taken), std::back_inserter(all));
-    for (const world::Obstacle& obstacle : all) AppendObstacle(world, obstacle);
+    for (const world::Obstacle& obstacle : all) {
+      std::string mesh;
+      if (obstacle.mesh) {
+        obstacle_meshes_.push_back(ObstacleMesh(obstacle, obstacle_meshes_.size() + 1, place_));
+        mesh = place_.prefix + obstacle_meshes_.back().path;
+      }
+      AppendObstacle(world, obstacle, mesh);
+    }
     return world;
   }
 
@@ -178,6 +190,7 @@ class SdfWriter {
   RobotTree tree_;
   const MeshPlace& place_;
   const std::vector<world::Obstacle>& obstacles_;
+  std::vector<CompanionFile> obstacle_meshes_;
   pugi::xml_document document_;
   pugi::xml_node root_;
   Exported exported_;

@@ -1,12 +1,14 @@
 #pragma once
 // Text in VRML's form, as Webots' worlds have it.
 
+#include <array>
 #include <string>
 #include <vector>
 
 #include "compiler/emit/numbers.h"
 #include "compiler/model/convex_hull.h"
 #include "compiler/model/robot_model.h"
+#include "compiler/world/surface.h"
 
 namespace morphbus::emit {
 
@@ -47,16 +49,33 @@ class VrmlWriter {
   }
   /// A Shape of a hull, in a colour (red, green, blue, from 0 to 1), named for USE.
   void Hull(const std::string& name, const model::ConvexHull& hull, const Eigen::Vector3d& color) {
-    std::string points;
-    for (const Eigen::Vector3d& p : hull.vertices) {
-      points += (points.empty() ? "" : ", ") + Triple(p);
-    }
-    // Each face is a list of corners that ends with -1.
     std::string faces;
-    for (const model::HullFace& face : hull.faces) {
-      for (const int corner : face.polygon) faces += std::to_string(corner) + " ";
-      faces += "-1 ";
-    }
+    for (const model::HullFace& face : hull.faces) faces += Face(face.polygon);
+    Faces(name, hull.vertices, faces, color);
+  }
+  /// The same of triangles.
+  void Triangles(const std::string& name, const world::TriangleMesh& mesh,
+                 const Eigen::Vector3d& color) {
+    std::string faces;
+    for (const std::array<int, 3>& triangle : mesh.triangles) faces += Face(triangle);
+    Faces(name, mesh.points, faces, color);
+  }
+  /// What has been written so far.
+  [[nodiscard]] const std::string& text() const { return text_; }
+
+ private:
+  /// Each face is a list of corners that ends with -1.
+  template <typename Corners>
+  static std::string Face(const Corners& corners) {
+    std::string face;
+    for (const int corner : corners) face += std::to_string(corner) + " ";
+    return face + "-1 ";
+  }
+
+  void Faces(const std::string& name, const std::vector<Eigen::Vector3d>& corners,
+             const std::string& faces, const Eigen::Vector3d& color) {
+    std::string points;
+    for (const Eigen::Vector3d& p : corners) points += (points.empty() ? "" : ", ") + Triple(p);
     Open("Shape {");
     Block("appearance PBRAppearance",
           {"baseColor " + Triple(color), "roughness 0.6", "metalness 0"});
@@ -64,10 +83,7 @@ class VrmlWriter {
           {"coord Coordinate { point [ " + points + " ] }", "coordIndex [ " + faces + "]"});
     Close("}");
   }
-  /// What has been written so far.
-  [[nodiscard]] const std::string& text() const { return text_; }
 
- private:
   std::string text_;
   size_t depth_ = 0;
 };

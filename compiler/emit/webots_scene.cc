@@ -71,7 +71,12 @@ void AppendWebotsObstacle(const world::Obstacle& obstacle, const std::string& hu
   vrml->Place(solid.X_WO);
   vrml->Line(fmt::format("name \"{}\"", obstacle.name));
   vrml->Open("children [");
-  vrml->Hull(hull, HullOf(solid), {0.55, 0.5, 0.45});
+  const Vector3d color(0.55, 0.5, 0.45);
+  if (solid.mesh) {
+    vrml->Triangles(hull, *solid.mesh, color);
+  } else {
+    vrml->Hull(hull, HullOf(solid), color);
+  }
   vrml->Close("]");
   vrml->Line("boundingObject USE " + hull);
   if (obstacle.friction) vrml->Line(fmt::format("contactMaterial \"{}\"", MaterialOf(obstacle)));

@@ -19,7 +19,8 @@ model::Pose ViewOf(const std::vector<Eigen::Vector3d>& points);
 std::vector<std::string> WebotsContacts(const std::vector<world::Obstacle>& obstacles);
 
 /// An obstacle as a Solid, its shape defined under the name `hull`. A plane is a slab of its sides;
-/// cylinders and balls are their hulls, for no program lays those otherwise.
+/// cylinders and balls are their hulls, for no program lays those otherwise; a mesh is its
+/// triangles.
 void AppendWebotsObstacle(const world::Obstacle& obstacle, const std::string& hull,
                           VrmlWriter* vrml);
 

@@ -10,6 +10,7 @@
 #include <assimp/Importer.hpp>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <memory>
 
 #include "compiler/model/convex_hull.h"
@@ -52,7 +53,7 @@ Result<std::vector<Eigen::Vector3d>> ReadMeshHull(const std::string& path) {
   return MeshHull(path, *bytes);
 }
 
-Result<std::vector<Eigen::Vector3d>> MeshHull(const std::string& name, const std::string& bytes) {
+Result<MeshTriangles> ParseMesh(const std::string& name, const std::string& bytes) {
   const auto bad = [&](const std::string& why) { return Fail("mesh '" + name + "' " + why); };
   // What is neither a whole binary file nor begins as a text does is not given to the library.
   const std::optional<size_t> binary = BinaryTriangles(bytes);
@@ -66,26 +67,49 @@ Result<std::vector<Eigen::Vector3d>> MeshHull(const std::string& name, const std
   KeepStlOnly(&importer);
   const aiScene* scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, "stl");
   if (scene == nullptr) return bad(std::string("cannot be read: ") + importer.GetErrorString());
+  // Triangles share their corners: each is taken once.
+  MeshTriangles result;
+  std::map<std::array<float, 3>, int> known;
   size_t triangles = 0;
-  std::vector<Eigen::Vector3d> points;
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
     const aiMesh& mesh = *scene->mMeshes[m];
     triangles += mesh.mNumFaces;
+    if (triangles > kMaxTriangles) {
+      return bad(fmt::format("has {} triangles, the most is {}", triangles, kMaxTriangles));
+    }
+    std::vector<int> index_of;
     for (unsigned v = 0; v < mesh.mNumVertices; ++v) {
       const aiVector3D& p = mesh.mVertices[v];
-      points.emplace_back(p.x, p.y, p.z);
-      if (!points.back().allFinite()) return bad("has a coordinate that is not finite");
+      const Eigen::Vector3d point(p.x, p.y, p.z);
+      if (!point.allFinite()) return bad("has a coordinate that is not finite");
+      const auto [at, is_new] =
+          known.try_emplace({p.x, p.y, p.z}, static_cast<int>(result.points.size()));
+      if (is_new) result.points.push_back(point);
+      index_of.push_back(at->second);
+    }
+    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
+      const aiFace& face = mesh.mFaces[f];
+      if (face.mNumIndices != 3) continue;
+      const std::array<int, 3> corners = {index_of[face.mIndices[0]], index_of[face.mIndices[1]],
+                                          index_of[face.mIndices[2]]};
+      const Eigen::Vector3d& a = result.points[corners[0]];
+      const Eigen::Vector3d side_1 = result.points[corners[1]] - a;
+      const Eigen::Vector3d side_2 = result.points[corners[2]] - a;
+      if (side_1.cross(side_2).norm() > 0.0) result.triangles.push_back(corners);
     }
   }
-  if (triangles > kMaxTriangles) {
-    return bad(fmt::format("has {} triangles, the most is {}", triangles, kMaxTriangles));
-  }
-  if (points.empty()) return bad("has no triangle");
-  // Triangles share their corners: each is taken once, in an order that does not depend on theirs.
+  if (result.points.empty()) return bad("has no triangle");
+  return result;
+}
+
+Result<std::vector<Eigen::Vector3d>> MeshHull(const std::string& name, const std::string& bytes) {
+  Result<MeshTriangles> mesh = ParseMesh(name, bytes);
+  if (!mesh) return Fail(mesh.error().message);
+  // The order does not depend on that of the triangles.
+  std::vector<Eigen::Vector3d>& points = mesh->points;
   std::sort(points.begin(), points.end(), [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
     return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
   });
-  points.erase(std::unique(points.begin(), points.end()), points.end());
   return model::ComputeHull(points).vertices;
 }
 

@@ -1,7 +1,8 @@
 #pragma once
-// Meshes in files, for hulls: STL, text or binary.
+// Meshes in files: STL, text or binary.
 
 #include <Eigen/Core>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,16 @@ namespace morphbus::m3l {
 
 /// Most triangles that a mesh may have: far more than a hull can show.
 constexpr size_t kMaxTriangles = 50'000;
+
+/// The triangles of a mesh, in the file's own units.
+struct MeshTriangles {
+  std::vector<Eigen::Vector3d> points;  ///< Corners, each once; floats, as the file has them.
+  std::vector<std::array<int, 3>> triangles;
+};
+
+/// The triangles of the bytes of an STL file, which `name` stands for in errors; those without an
+/// area are left out. Errors as of ReadMeshHull.
+Result<MeshTriangles> ParseMesh(const std::string& name, const std::string& bytes);
 
 /// The corners of the convex hull of the STL file at `path`, in the file's own units. Errors: the
 /// file cannot be read, is no sound STL, has no triangle or more than kMaxTriangles, or a

@@ -45,6 +45,9 @@ std::vector<Vector3d> CornersOf(const Obstacle& obstacle) {
       corners.emplace_back(0, 0, size.x());
       corners.emplace_back(0, 0, -size.x());
       break;
+    case Shape::kMesh:
+      corners = obstacle.mesh->points;
+      break;
   }
   return corners;
 }

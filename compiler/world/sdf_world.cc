@@ -22,6 +22,9 @@ using model::Pose;
 constexpr size_t kMaxObstacles = 10'000;
 constexpr double kMaxLength_m = 1e5;
 constexpr int kMaxNesting = 100;
+constexpr size_t kMaxTriangles = 400'000;
+
+constexpr const char* kShapes = "shapes are box, cylinder, sphere, plane, mesh, heightmap";
 
 /// SDFormat's world frame in W: x stays, z becomes y, y becomes -z.
 Pose FromZUp() {
@@ -33,8 +36,14 @@ Pose FromZUp() {
 /// Walks the elements of one world.
 class WorldReader {
  public:
-  WorldReader(const source::SourceSet& sources, int file, source::Diagnostics* diagnostics)
-      : text_(sources.text(file)), file_(file), diagnostics_(*diagnostics) {}
+  /// `surfaces` holds what is at hand already and takes up what is loaded.
+  WorldReader(const source::SourceSet& sources, int file, const SurfaceLoader& load,
+              Surfaces* surfaces, source::Diagnostics* diagnostics)
+      : text_(sources.text(file)),
+        file_(file),
+        load_(load),
+        surfaces_(*surfaces),
+        diagnostics_(*diagnostics) {}
 
   std::vector<Obstacle> Read(const pugi::xml_document& document) {
     const pugi::xml_node root = document.document_element();
@@ -227,8 +236,7 @@ class WorldReader {
       if (child.type() == pugi::node_element && !shape) shape = child;
     }
     if (!shape) {
-      Error(node, "a <collision> without <geometry>").hint =
-          "shapes are box, cylinder, sphere, plane";
+      Error(node, "a <collision> without <geometry>").hint = kShapes;
       return;
     }
     if (!ReadShape(shape, &obstacle)) return;
@@ -285,9 +293,12 @@ class WorldReader {
       obstacle->size = Vector3d(ReadLength(node, "radius"), 0, 0);
     } else if (shape == "plane") {
       ReadPlane(node, obstacle);
+    } else if (shape == "mesh") {
+      ReadMesh(node, obstacle);
+    } else if (shape == "heightmap") {
+      ReadHeightMap(node, obstacle);
     } else {
-      Error(node, fmt::format("a <{}> is not supported", shape)).hint =
-          "shapes are box, cylinder, sphere, plane; terrain is made of those";
+      Error(node, fmt::format("a <{}> is not supported", shape)).hint = kShapes;
     }
     return errors == diagnostics_.error_count();
   }
@@ -311,42 +322,143 @@ class WorldReader {
     obstacle->size = Vector3d(std::abs(sides[0]), std::abs(sides[1]), 0);
   }
 
+  /// Three numbers in a child element; `absent` if there is none, and after an error.
+  Vector3d ReadTriple(const pugi::xml_node& parent, const char* key, const Vector3d& absent) {
+    std::array<double, 3> n{};
+    const pugi::xml_node node = parent.child(key);
+    if (!node || !ReadNumbers(node, &n)) return absent;
+    return {n[0], n[1], n[2]};
+  }
+
+  /// The uri of a mesh or height map, once what it names is at hand; nothing after an error.
+  std::optional<std::string> ReadSurface(const pugi::xml_node& parent, SurfaceKind kind) {
+    const pugi::xml_node node = parent.child("uri");
+    std::string uri = node.child_value();
+    uri.erase(0, std::min(uri.find_first_not_of(" \t\r\n"), uri.size()));
+    uri.erase(uri.find_last_not_of(" \t\r\n") + 1);
+    if (uri.empty()) {
+      Error(node ? node : parent, fmt::format("<{}> needs <uri>", parent.name()));
+      return std::nullopt;
+    }
+    const size_t scheme = uri.find("://");
+    if (scheme != std::string::npos && uri.compare(0, scheme, "file") != 0) {
+      Error(node, fmt::format("a uri of '{}' is not supported", uri.substr(0, scheme + 3))).hint =
+          "give a path relative to this file";
+      return std::nullopt;
+    }
+    // A file that several elements name is loaded once.
+    if (kind == SurfaceKind::kMesh ? surfaces_.meshes.count(uri) > 0
+                                   : surfaces_.heights.count(uri) > 0) {
+      return uri;
+    }
+    const Result<void> loaded =
+        load_ ? load_(kind, uri, &surfaces_) : Fail(fmt::format("'{}' is not at hand", uri));
+    if (loaded) return uri;
+    Error(node, loaded.error().message);
+    return std::nullopt;
+  }
+
+  /// Takes the triangles, unless they are too many or lie too far away.
+  void Take(const pugi::xml_node& node, TriangleMesh mesh, Obstacle* obstacle) {
+    triangles_ += mesh.triangles.size();
+    if (triangles_ > kMaxTriangles) {
+      Error(node, fmt::format("with this the world has more than {} triangles", kMaxTriangles));
+      return;
+    }
+    for (const Vector3d& p : mesh.points) {
+      if (p.cwiseAbs().maxCoeff() <= kMaxLength_m) continue;
+      Error(node, fmt::format("it reaches more than {:g} m away", kMaxLength_m));
+      return;
+    }
+    obstacle->shape = Shape::kMesh;
+    obstacle->mesh = std::make_shared<const TriangleMesh>(std::move(mesh));
+  }
+
+  void ReadMesh(const pugi::xml_node& node, Obstacle* obstacle) {
+    for (const pugi::xml_node& child : node.children()) Refuse(child, {"uri", "scale"});
+    const std::string_view optimization = node.attribute("optimization").value();
+    if (!optimization.empty()) {
+      Error(node, fmt::format("optimization '{}' is not supported", optimization)).hint =
+          "a mesh is its triangles";
+    }
+    const Vector3d scale = ReadTriple(node, "scale", Vector3d::Ones());
+    if (!(scale.cwiseAbs().minCoeff() > 1e-9)) {
+      Error(node.child("scale"), "a scale is not 0");
+      return;
+    }
+    const std::optional<std::string> uri = ReadSurface(node, SurfaceKind::kMesh);
+    if (uri) Take(node, Scaled(surfaces_.meshes.at(*uri), scale), obstacle);
+  }
+
+  /// Textures and blends are only seen, and how finely others sample is theirs.
+  void ReadHeightMap(const pugi::xml_node& node, Obstacle* obstacle) {
+    for (const pugi::xml_node& child : node.children()) {
+      Refuse(child, {"uri", "size", "pos", "texture", "blend", "use_terrain_paging", "sampling"});
+    }
+    const Vector3d size = ReadTriple(node, "size", Vector3d::Ones());
+    if (!(size.minCoeff() > 1e-6)) {
+      Error(node.child("size"), "the sides of a height map are above 0");
+      return;
+    }
+    const Vector3d pos = ReadTriple(node, "pos", Vector3d::Zero());
+    const std::optional<std::string> uri = ReadSurface(node, SurfaceKind::kHeights);
+    if (uri) Take(node, MeshOf(surfaces_.heights.at(*uri), size, pos), obstacle);
+  }
+
   std::string_view text_;
   int file_;
+  const SurfaceLoader& load_;
+  Surfaces& surfaces_;
+  size_t triangles_ = 0;  ///< Of all meshes so far.
   source::Diagnostics& diagnostics_;
   std::vector<Obstacle> obstacles_;
   std::optional<double> ground_friction_;
 };
 
-}  // namespace
-
-std::optional<std::vector<Obstacle>> ReadSdfWorld(const source::SourceSet& sources, int file,
-                                                  std::optional<double>* ground_friction,
-                                                  source::Diagnostics* diagnostics) {
+/// Reads the world in file `file`; `world->surfaces` may hold surfaces already.
+bool ReadWorld(const source::SourceSet& sources, int file, const SurfaceLoader& load,
+               SdfWorld* world, source::Diagnostics* diagnostics) {
   const int errors = diagnostics->error_count();
   source::CheckUtf8(sources, file, diagnostics);
-  if (errors != diagnostics->error_count()) return std::nullopt;
+  if (errors != diagnostics->error_count()) return false;
   const std::string_view text = sources.text(file);
-  WorldReader reader(sources, file, diagnostics);
+  WorldReader reader(sources, file, load, &world->surfaces, diagnostics);
   pugi::xml_document document;
   const pugi::xml_parse_result parsed =
       document.load_buffer(text.data(), text.size(), pugi::parse_default, pugi::encoding_utf8);
   if (!parsed) {
     reader.ErrorAt(parsed.offset, fmt::format("this is no XML: {}", parsed.description()));
-    return std::nullopt;
+    return false;
   }
-  std::vector<Obstacle> obstacles = reader.Read(document);
-  if (errors != diagnostics->error_count()) return std::nullopt;
-  if (ground_friction != nullptr) *ground_friction = reader.ground_friction();
-  return obstacles;
+  world->obstacles = reader.Read(document);
+  world->ground_friction = reader.ground_friction();
+  return errors == diagnostics->error_count();
 }
 
-Result<std::vector<Obstacle>> ReadSdfText(const std::string& text) {
+}  // namespace
+
+std::optional<SdfWorld> ReadSdfWorld(const source::SourceSet& sources, int file,
+                                     const SurfaceLoader& load, source::Diagnostics* diagnostics) {
+  SdfWorld world;
+  if (!ReadWorld(sources, file, load, &world, diagnostics)) return std::nullopt;
+  return world;
+}
+
+Result<std::vector<Obstacle>> ReadSdfText(const std::string& text, Surfaces surfaces) {
   source::SourceSet sources;
   source::Diagnostics diagnostics;
-  std::optional<std::vector<Obstacle>> obstacles =
-      ReadSdfWorld(sources, sources.AddText("world", text), nullptr, &diagnostics);
-  if (obstacles) return std::move(*obstacles);
+  SdfWorld world;
+  world.surfaces = std::move(surfaces);
+  // Nobody vouches for what a description holds.
+  for (const auto& [uri, mesh] : world.surfaces.meshes) {
+    if (Result<void> good = Check(mesh); !good) return Fail(uri + " " + good.error().message);
+  }
+  for (const auto& [uri, heights] : world.surfaces.heights) {
+    if (Result<void> good = Check(heights); !good) return Fail(uri + " " + good.error().message);
+  }
+  if (ReadWorld(sources, sources.AddText("world", text), {}, &world, &diagnostics)) {
+    return std::move(world.obstacles);
+  }
   const source::Diagnostic& first = diagnostics.all().front();
   return Fail(fmt::format("line {}: {}", sources.Locate(0, first.span.begin).line, first.message));
 }

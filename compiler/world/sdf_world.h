@@ -1,5 +1,6 @@
 #pragma once
-// Worlds in SDFormat (sdformat.org): the static boxes, cylinders, spheres and planes of a <world>.
+// Worlds in SDFormat (sdformat.org): the static boxes, cylinders, spheres, planes, meshes and
+// height maps of a <world>.
 
 #include <optional>
 #include <vector>
@@ -9,19 +10,26 @@
 
 namespace morphbus::world {
 
-/// The obstacles of the <world> in file `file` of `sources`, in the order in which they stand
-/// there; nothing after an error. SDFormat's z up becomes W's y, its x stays, its y is -z of W. A
-/// plane that faces up at height 0 is the ground itself and no obstacle; `ground_friction`, if not
-/// null, is set to its friction if it has one. What would change the world and cannot be had is an
-/// error: models that are not static, joints, includes, meshes and height maps, and poses relative
-/// to frames other than the parent. What is only seen, lights and plugins are left out. Linear in
-/// the text.
-std::optional<std::vector<Obstacle>> ReadSdfWorld(const source::SourceSet& sources, int file,
-                                                  std::optional<double>* ground_friction,
-                                                  source::Diagnostics* diagnostics);
+/// What a world's file says.
+struct SdfWorld {
+  std::vector<Obstacle> obstacles;  ///< In the order in which they stand there.
+  /// Friction of a plane that faces up at height 0, which is the ground and no obstacle.
+  std::optional<double> ground_friction;
+  /// What the files hold that its meshes and height maps name.
+  Surfaces surfaces;
+};
 
-/// The same of a text that was read before, as a run's description holds it; the error is what is
-/// wrong first, with its line.
-Result<std::vector<Obstacle>> ReadSdfText(const std::string& text);
+/// The <world> in file `file` of `sources`; nothing after an error. SDFormat's z up becomes W's y,
+/// its x stays, its y is -z of W. `load` is asked once for each file that a mesh or height map
+/// names; without it those are errors. What would change the world and cannot be had is an error:
+/// models that are not static, joints, includes, parts of meshes, and poses relative to frames
+/// other than the parent. What is only seen, lights and plugins are left out. Linear in the text
+/// and the triangles.
+std::optional<SdfWorld> ReadSdfWorld(const source::SourceSet& sources, int file,
+                                     const SurfaceLoader& load, source::Diagnostics* diagnostics);
+
+/// The obstacles of a text that was read before, with what its files held, as a run's description
+/// has them; the error is what is wrong first, with its line.
+Result<std::vector<Obstacle>> ReadSdfText(const std::string& text, Surfaces surfaces = {});
 
 }  // namespace morphbus::world

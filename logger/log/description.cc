@@ -12,7 +12,7 @@
 #include "bridge/wire/info_parts.h"
 #include "compiler/model/model_proto.h"
 #include "compiler/model/run_description.pb.h"
-#include "compiler/world/sdf_world.h"
+#include "compiler/world/world_proto.h"
 #include "logger/log/event_log.h"
 #include "logger/log/run_log.h"
 #include "vm/image/fault_text.h"
@@ -97,8 +97,8 @@ void ApplyDescription(const std::string& description, RunLog* log) {
 
 std::vector<world::Obstacle> ObstaclesIn(const std::string& description) {
   proto::RunDescription d;
-  if (!d.ParseFromString(description) || d.world().empty()) return {};
-  Result<std::vector<world::Obstacle>> read = world::ReadSdfText(d.world());
+  if (!d.ParseFromString(description)) return {};
+  Result<std::vector<world::Obstacle>> read = world::ReadWorld(d);
   return read ? std::move(*read) : std::vector<world::Obstacle>{};
 }
 

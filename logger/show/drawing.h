@@ -41,6 +41,9 @@ struct SceneHull {
   int owner = 0;
   /// Number of its link in the module; parts of one link have one number.
   int link = 0;
+  /// Where there are any, the body is no hull but these triangles between the points, seen from
+  /// both sides. What no plane parts from it is painted over it.
+  std::vector<std::array<int, 3>> triangles = {};
 };
 
 /// The name of a module, as it is to be written on it.

@@ -24,6 +24,8 @@ struct PaintedHull {
   Eigen::AlignedBox2d box;
   /// Mean depth of the corners.
   double depth = 0;
+  /// Whether it is a mesh and not convex; it has no normals then.
+  bool is_surface = false;
 };
 
 /// The color of a face: light comes from above, a little from the viewer's left, so that faces keep
@@ -35,6 +37,34 @@ Color Shade(const Color& color, const Eigen::Vector3d& normal_V, const Eigen::Ve
   Color shaded = color;
   for (double& c : shaded) c = std::min(1.0, c * brightness);
   return shaded;
+}
+
+/// Brings triangles into view coordinates, shaded on the side that is seen; edge on their outlines
+/// remain. They part no hulls.
+PaintedHull PaintTriangles(const SceneHull& hull, const Projection& projection) {
+  PaintedHull painted;
+  painted.is_surface = true;
+  const Eigen::Vector3d up_V = projection.Direction(Eigen::Vector3d::UnitY());
+  for (const Eigen::Vector3d& p_L : hull.points_L) {
+    const Eigen::Vector3d p = projection.Project(hull.X_WL * p_L);
+    painted.corners.push_back(p);
+    painted.box.extend(Eigen::Vector2d(p.head<2>()));
+    painted.depth += p.z() / static_cast<double>(hull.points_L.size());
+  }
+  for (const std::array<int, 3>& triangle : hull.triangles) {
+    const Eigen::Vector3d& a = painted.corners[triangle[0]];
+    const Eigen::Vector3d& b = painted.corners[triangle[1]];
+    const Eigen::Vector3d& c = painted.corners[triangle[2]];
+    Eigen::Vector3d normal = (b - a).cross(c - a).normalized();
+    if (normal.z() < 0) normal = -normal;
+    VisibleFace visible;
+    visible.owner = hull.owner;
+    visible.color = Shade(hull.color, normal, up_V);
+    visible.depth = (a.z() + b.z() + c.z()) / 3;
+    for (const Eigen::Vector3d& p : {a, b, c}) visible.outline.emplace_back(p.x(), p.y());
+    painted.faces.push_back(visible);
+  }
+  return painted;
 }
 
 /// Brings a hull into view coordinates, and shades the faces that are seen.
@@ -97,6 +127,8 @@ bool Behind(const PaintedHull& a, const PaintedHull& b) {
   // A separating plane of either hull decides; without one, the mean depth is the best guess.
   if (const int side = SideOf(a, b); side != 0) return side > 0;
   if (const int side = SideOf(b, a); side != 0) return side < 0;
+  // On a surface stands what meets it.
+  if (a.is_surface != b.is_surface) return a.is_surface;
   return a.depth < b.depth;
 }
 
@@ -164,7 +196,8 @@ std::vector<VisibleFace> VisibleFaces(const Scene& scene, const Projection& proj
   // Links without a body are not seen.
   for (const SceneHull& hull : scene.hulls) {
     if (hull.points_L.empty()) continue;
-    hulls.push_back(Paint(hull, projection));
+    hulls.push_back(hull.triangles.empty() ? Paint(hull, projection)
+                                           : PaintTriangles(hull, projection));
   }
   std::vector<VisibleFace> faces;
   // Within a hull the farther faces come first.

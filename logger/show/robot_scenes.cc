@@ -123,6 +123,7 @@ void AddObstacles(const std::vector<world::Obstacle>& obstacles, Scene* scene) {
     }
     scene->hulls.push_back(
         {world::CornersOf(obstacle), obstacle.X_WO, {0.55, 0.55, 0.55}, kNobody, 0});
+    if (obstacle.mesh) scene->hulls.back().triangles = obstacle.mesh->triangles;
   }
 }
 

@@ -278,6 +278,23 @@ TEST(Outward, ObstaclesStandInTheRunsWorldFrame) {
   // SDFormat's y looks west, which is -z of W, and its z is up, which is y.
   EXPECT_LT((box.center() - Eigen::Vector3d(1, 3, -2)).norm(), 1e-12);
   EXPECT_LT((box.sizes() - Eigen::Vector3d(0.2, 0.6, 0.4)).norm(), 1e-12);
+  // A mesh is its triangles.
+  proto::RunDescription meshes = description;
+  meshes.set_world(
+      "<sdf version='1.9'><world name='w'><model name='m'><static>true</static><link name='l'>"
+      "<collision name='c'><geometry><mesh><uri>a.stl</uri></mesh></geometry></collision></link>"
+      "</model></world></sdf>");
+  proto::WorldMesh& mesh = *meshes.add_world_meshes();
+  mesh.set_uri("a.stl");
+  for (const float x : {0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, 0.5F}) mesh.add_points(x);
+  for (const uint32_t corner : {0U, 1U, 2U}) mesh.add_corners(corner);
+  const auto with_mesh = ReadRunModel(meshes.SerializeAsString());
+  ASSERT_TRUE(with_mesh.has_value());
+  const foxglove::SceneUpdate surface = SceneOf("src", **with_mesh);
+  ASSERT_EQ(surface.entities_size(), 7);
+  EXPECT_EQ(surface.entities(6).triangles(0).points_size(), 3);
+  EXPECT_EQ(surface.entities(6).triangles(0).indices_size(), 3);
+  EXPECT_EQ(surface.entities(6).triangles(0).points(2).y(), 0.5) << "up";
   // A world that cannot be read does not keep the robot from being seen.
   description.set_world("<sdf>");
   const auto without = ReadRunModel(description.SerializeAsString());

@@ -4,6 +4,7 @@ import csv
 import os
 import re
 import shutil
+import struct
 import unittest
 
 from support import SOURCE, Case, as_json, morphbus
@@ -115,6 +116,58 @@ class Smores(Case):
             self.assertIn('<path', picture.read_text())
         morphbus('draw', self.MODEL, '--robot', 'train', '--view', 'top', '-o', bare)
         self.assertGreater((self.folder / 'yard5.svg').read_text().count('<path'), bare.read_text().count('<path'))
+
+    def test_a_log_of_the_terrain_needs_none_of_its_files(self):
+        # The world is copied, so that its files can go.
+        shutil.copytree(MODELS / 'terrain', self.folder / 'terrain')
+        world = self.folder / 'terrain.sdf'
+        shutil.copy(MODELS / 'terrain.sdf', world)
+        log = self.folder / 'terrain.log'
+        run = as_json('run', self.MODEL, self.PROGRAM, '--robot', 'train', '--seconds', 8, '--inproc', '--log', log,
+                      '--world', world)
+        self.assertEqual(run['faults'], [])
+        # The ridges begin at 0.8 m; the train sees their slope and halts.
+        self.assertGreater(run['displacement'][0], 0.3)
+        self.assertLess(run['displacement'][0], 0.75)
+        # The same again in processes of their own.
+        again = as_json('run', self.MODEL, self.PROGRAM, '--robot', 'train', '--seconds', 8, '--world', world)
+        for key in ('world_hash', 'displacement'):
+            self.assertEqual(again[key], run[key])
+        bare = as_json('run', self.MODEL, self.PROGRAM, '--robot', 'train', '--seconds', 1, '--inproc')
+        self.assertNotEqual(bare['world_hash'], run['world_hash'])
+        morphbus('draw', self.MODEL, '--robot', 'train', '--world', world, '-o', self.folder / 'model.svg')
+        shutil.rmtree(self.folder / 'terrain')
+        world.unlink()
+        morphbus('draw', log, '--at', 1, '-o', self.folder / 'log.svg')
+        for picture in ('model.svg', 'log.svg'):
+            # Two triangles a cell of 32 x 32, and the ridges, seen from whichever side.
+            self.assertGreater((self.folder / picture).read_text().count('<path'), 2 * 32 * 32 + 8)
+        self.assertIn('the same to the bit', morphbus('replay', log, '--into', 'm1').stdout)
+
+    def test_a_world_too_large_for_a_description_is_refused(self):
+        # Triangles that share no corners, in four files of 2.5 MB.
+        count = 50000
+        uses = ''
+        for k in range(4):
+            name = f'soup{k}.stl'
+            (self.folder / name).write_bytes(bytes(80) + struct.pack('<I', count) + b''.join(
+                struct.pack('<12fH', 0, 0, 1, i, k, 0, i + .5, k, 0, i, k + .5, 0, 0) for i in range(count)))
+            uses += f'<collision name="c{k}"><geometry><mesh><uri>{name}</uri></mesh></geometry></collision>'
+        (self.folder / 'soup.sdf').write_text('<sdf version="1.9"><world name="w"><model name="m"><static>true</static>'
+                                              f'<link name="l">{uses}</link></model></world></sdf>')
+        done = morphbus('run', self.MODEL, self.PROGRAM, '--robot', 'train', '--world', self.folder / 'soup.sdf', status=2)
+        self.assertRegex(done.stderr, r'with its meshes and height maps it has \d+ bytes, the most is 8388608')
+
+    def test_a_height_map_is_refused_where_it_cannot_be(self):
+        for kind, name, status in (('sdf', 'train.sdf', 0), ('webots', 'train.wbt', 0), ('mjcf', 'train.xml', 2)):
+            done = morphbus('export', self.MODEL, '--robot', 'train', '--to', kind, '--world', MODELS / 'terrain.sdf',
+                            '-o', self.folder / name, status=status)
+            if status:
+                self.assertIn('MuJoCo takes a mesh for its convex hull', done.stderr)
+        # What SDF says is a world that can be read again.
+        self.assertEqual(sorted(p.name for p in (self.folder / 'train_meshes').glob('obstacle*')),
+                         ['obstacle-1.stl', 'obstacle-2.stl'])
+        self.assertEqual((self.folder / 'train.wbt').read_text().count('boundingObject USE OBSTACLE_'), 2)
 
     def test_each_part_of_a_link_is_exported_by_itself(self):
         for kind, name, sign in (('sdf', 'train.sdf', 'yoke.part2'), ('mjcf', 'train.xml', 'yoke.part2'),

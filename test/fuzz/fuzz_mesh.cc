@@ -9,6 +9,13 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data), size);
+  if (const auto mesh = morphbus::m3l::ParseMesh("fuzz.stl", bytes)) {
+    for (const std::array<int, 3>& triangle : mesh->triangles) {
+      for (const int corner : triangle) {
+        if (corner < 0 || corner >= static_cast<int>(mesh->points.size())) std::abort();
+      }
+    }
+  }
   const auto hull = morphbus::m3l::MeshHull("fuzz.stl", bytes);
   if (!hull) return 0;
   for (const Eigen::Vector3d& p : *hull) {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "compiler/m3l/compile.h"
 #include "sim/bullet_robot.h"
@@ -162,6 +163,72 @@ TEST(ModuleSensors, ObstaclesAreSeenTouchedAndPartOfTheWorldsHash) {
   ASSERT_TRUE(robot->Push("e", Eigen::Vector3d(20, 0, 0), "", 1.0));
   for (int i = 0; i < 100; ++i) robot->Advance();
   EXPECT_NEAR(robot->LinkPose(0, 0).translation().x(), 0.4, 0.01);
+}
+
+/// A robot of one cube of 0.2 m, above a surface alone; it falls and comes to rest.
+struct Fallen {
+  std::string hash;
+  double down = 0;  ///< What it saw below before it fell (m, from its middle).
+  model::Pose X_WL;
+};
+Fallen FallOn(const std::shared_ptr<const world::TriangleMesh>& mesh, const model::Pose& X_WO) {
+  const auto model = TwoCubes(Distance("down", "(0,-1,0)"));
+  BulletRobotOptions options;
+  options.world.ground = false;
+  world::Obstacle& obstacle = options.world.obstacles.emplace_back();
+  obstacle.shape = world::Shape::kMesh;
+  obstacle.mesh = mesh;
+  obstacle.X_WO = X_WO;
+  const auto robot = Make(model, "alone", options);
+  Fallen fallen{robot->world_hash(), ValuesOf(robot.get())[0], {}};
+  for (int i = 0; i < 100; ++i) robot->Advance();
+  fallen.X_WL = robot->LinkPose(0, 0);
+  return fallen;
+}
+
+TEST(ModuleSensors, ACubeRestsOnASlopeMadeOfAMeshAndOnOneOfAHeightMap) {
+  // Both rise by 0.4 m over 4 m to the north, and are 0.2 m below the cube's middle, (0, 0.1, 0).
+  const world::TriangleMesh slope = {{{-2, -0.3, 2}, {2, 0.1, 2}, {2, 0.1, -2}, {-2, -0.3, -2}},
+                                     {{0, 1, 2}, {0, 2, 3}}};
+  const world::TriangleMesh map =
+      world::MeshOf({5, 5, {0,     16384, 32768, 49151, 65535, 0,     16384, 32768, 49151,
+                            65535, 0,     16384, 32768, 49151, 65535, 0,     16384, 32768,
+                            49151, 65535, 0,     16384, 32768, 49151, 65535}},
+                    {4, 4, 0.4}, {0, 0, -0.3});
+  model::Pose X_WZ = model::Pose::Identity();
+  X_WZ.linear() << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+  const Eigen::Vector3d normal = Eigen::Vector3d(-0.1, 1, 0).normalized();
+  std::set<std::string> hashes;
+  for (const auto& [mesh, X_WO] :
+       {std::pair(slope, model::Pose::Identity()), std::pair(map, X_WZ)}) {
+    const auto shared = std::make_shared<const world::TriangleMesh>(mesh);
+    const Fallen fallen = FallOn(shared, X_WO);
+    EXPECT_NEAR(fallen.down, 0.2, kSlack);
+    const Eigen::Vector3d middle = fallen.X_WL.translation();
+    EXPECT_NEAR((middle - Eigen::Vector3d(0, -0.1, 0)).dot(normal), 0.1, 0.002);
+    EXPECT_LT(std::hypot(middle.x(), middle.z()), 0.1) << "it holds by friction";
+    EXPECT_GT(fallen.X_WL.linear().col(1).dot(normal), 0.9999);
+    // Alike again, to the bit.
+    EXPECT_EQ(FallOn(shared, X_WO).X_WL.matrix(), fallen.X_WL.matrix());
+    hashes.insert(fallen.hash);
+  }
+  // The hash knows each corner.
+  world::TriangleMesh other = slope;
+  other.points[0].y() -= 1e-9;
+  hashes.insert(
+      FallOn(std::make_shared<const world::TriangleMesh>(other), model::Pose::Identity()).hash);
+  EXPECT_EQ(hashes.size(), 3U);
+}
+
+TEST(ModuleSensors, AMeshIsItsTrianglesAndNotTheirHull) {
+  // A valley 1 m wide between two crests beside the cube: its bottom is 0.6 m below the middle.
+  const world::TriangleMesh valley = {
+      {{-0.5, 0.2, 2}, {-0.5, 0.2, -2}, {0, -0.5, 2}, {0, -0.5, -2}, {0.5, 0.2, 2}, {0.5, 0.2, -2}},
+      {{0, 2, 1}, {2, 3, 1}, {2, 4, 3}, {4, 5, 3}}};
+  const Fallen fallen = FallOn(std::make_shared<const world::TriangleMesh>(valley),
+                               model::Pose(Eigen::Translation3d(0.01, 0, 0)));
+  EXPECT_NEAR(fallen.down, 0.6 - 0.014, kSlack);
+  EXPECT_LT(fallen.X_WL.translation().y(), 0.0) << "it fell into the valley";
 }
 
 }  // namespace

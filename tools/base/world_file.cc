@@ -1,6 +1,7 @@
 #include "tools/base/world_file.h"
 
 #include "compiler/world/sdf_world.h"
+#include "compiler/world/surface_files.h"
 #include "tools/base/messages.h"
 
 namespace morphbus::tools {
@@ -10,10 +11,11 @@ std::optional<std::vector<world::Obstacle>> LoadWorld(const std::string& path) {
   source::Diagnostics diagnostics;
   const Result<int> file = sources.AddFile(path);
   if (!file) return Refuse("--world: " + file.error().message);
-  std::optional<std::vector<world::Obstacle>> obstacles =
-      world::ReadSdfWorld(sources, *file, nullptr, &diagnostics);
+  std::optional<world::SdfWorld> world =
+      world::ReadSdfWorld(sources, *file, world::FilesBeside(path), &diagnostics);
   PrintDiagnostics(diagnostics, sources);
-  return obstacles;
+  if (!world) return std::nullopt;
+  return std::move(world->obstacles);
 }
 
 }  // namespace morphbus::tools

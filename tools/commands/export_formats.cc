@@ -87,6 +87,13 @@ Result<Exported> ToSdf(const ExportRequest& request) {
 
 /// MJCF for MuJoCo, whose parts are called after the main file.
 Result<Exported> ToMjcf(const ExportRequest& request) {
+  for (const world::Obstacle& obstacle : request.obstacles) {
+    if (!obstacle.mesh) continue;
+    return Fail(fmt::format(
+        "--world: MuJoCo takes a mesh for its convex hull, so that '{}' cannot be had in "
+        "MJCF; SDF and Webots take meshes and height maps",
+        obstacle.name));
+  }
   return emit::ToMjcf(request.model, emit::TreeOf(request.model, *request.robot), request.stem,
                       request.obstacles);
 }

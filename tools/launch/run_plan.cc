@@ -9,12 +9,15 @@
 
 #include "bridge/bus/fault_plan.h"
 #include "bridge/wire/channels.h"
+#include "bridge/wire/wire_limits.h"
 #include "compiler/dynarole/compile.h"
 #include "compiler/emit/kinematics.h"
 #include "compiler/keywords/module_keywords.h"
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/model/model_proto.h"
 #include "compiler/world/sdf_world.h"
+#include "compiler/world/surface_files.h"
+#include "compiler/world/world_proto.h"
 #include "sim/bullet_robot.h"
 #include "sim/still_robot.h"
 #include "tools/base/files.h"
@@ -32,8 +35,7 @@ constexpr uint32_t kSolverIterations = 30;
 
 /// What stands in the world by the description.
 Result<void> AddObstacles(const proto::RunDescription& d, std::vector<world::Obstacle>* obstacles) {
-  if (d.world().empty()) return {};
-  Result<std::vector<world::Obstacle>> read = world::ReadSdfText(d.world());
+  Result<std::vector<world::Obstacle>> read = world::ReadWorld(d);
   if (!read) return Fail("the description's world cannot be used: " + read.error().message);
   *obstacles = std::move(*read);
   return {};
@@ -161,6 +163,8 @@ std::optional<bridge::FaultPlan> FaultsOf(const proto::RunDescription& descripti
 
 /// No world is larger than this, bytes: its text travels in the description.
 constexpr size_t kMostWorldBytes = 1u << 20;
+/// Nor with what its files hold; that leaves half of the description to model and program.
+constexpr size_t kMostSurfaceBytes = bridge::kMaxInfoBytes / 2;
 
 /// Reads the file of --world, if there is one, into the description; prints what is wrong with it.
 bool AddWorld(const RunOptions& options, proto::RunDescription* d) {
@@ -176,17 +180,22 @@ bool AddWorld(const RunOptions& options, proto::RunDescription* d) {
   }
   source::SourceSet sources;
   source::Diagnostics diagnostics;
-  std::optional<double> ground_friction;
-  const bool good = world::ReadSdfWorld(sources, sources.AddText(options.world, *text),
-                                        &ground_friction, &diagnostics)
-                        .has_value();
+  const std::optional<world::SdfWorld> world =
+      world::ReadSdfWorld(sources, sources.AddText(options.world, *text),
+                          world::FilesBeside(options.world), &diagnostics);
   PrintDiagnostics(diagnostics, sources);
-  if (!good) return false;
+  if (!world) return false;
   d->set_world(*text);
+  world::KeepSurfaces(world->surfaces, d);
+  if (d->ByteSizeLong() > kMostSurfaceBytes) {
+    Unusable(fmt::format("--world: with its meshes and height maps it has {} bytes, the most is {}",
+                         d->ByteSizeLong(), kMostSurfaceBytes));
+    return false;
+  }
   d->set_world_file(options.world);
   // The world's own ground says how it grips, unless --friction does.
-  if (ground_friction && options.friction == RunOptions().friction) {
-    d->set_friction(*ground_friction);
+  if (world->ground_friction && options.friction == RunOptions().friction) {
+    d->set_friction(*world->ground_friction);
   }
   return true;
 }
@@ -301,7 +310,8 @@ void AddPlanOptions(Subcommand* sub, RunOptions* options) {
            "Seed of --root-noise and of the noise of sensors (default 1)")
       .Range(0, 1'000'000'000);
   sub->Add("--world", &options->world,
-           "SDFormat file whose static boxes, cylinders, spheres and planes are obstacles")
+           "SDFormat file whose static boxes, cylinders, spheres, planes, meshes and height maps "
+           "are obstacles")
       .TypeName("FILE");
   sub->Add("--friction", &options->friction, "Coulomb friction of everything (default: 0.8)");
   sub->Add("--ground", &options->ground, "Level ground at y = 0: true or false (default: true)");

@@ -161,6 +161,24 @@ TEST(Sdf, ObstaclesStandInAWorldWithTheRobot) {
   EXPECT_EQ(post->CollisionByIndex(0)->Geom()->CylinderShape()->Length(), 0.25);
 }
 
+TEST(Sdf, AnObstacleOfTrianglesIsAMeshFileBesideTheWorld) {
+  const ExportCase robot = test::CompiledCase(test::TextOf("models/mtran.m3l"), "quadruped");
+  std::vector<world::Obstacle> obstacles = {{"slope", world::Shape::kMesh}};
+  obstacles[0].mesh = std::make_shared<const world::TriangleMesh>(
+      world::TriangleMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0.5}}, {{0, 1, 2}, {1, 3, 2}}});
+  const Exported exported =
+      ToSdf(robot.model, TreeOf(robot.model, robot.robot), {"robot", ""}, obstacles);
+  sdf::Root root;
+  ParseStrictly(exported.text, &root);
+  const sdf::Model* slope = root.WorldByIndex(0)->ModelByName("slope");
+  ASSERT_NE(slope, nullptr);
+  const sdf::Geometry* geometry = slope->LinkByIndex(0)->CollisionByIndex(0)->Geom();
+  ASSERT_EQ(geometry->Type(), sdf::GeometryType::MESH);
+  EXPECT_EQ(geometry->MeshShape()->Uri(), "robot_meshes/obstacle-1.stl");
+  EXPECT_EQ(exported.companions.back().path, "robot_meshes/obstacle-1.stl");
+  EXPECT_EQ(exported.companions.back().bytes.size(), 84U + 2 * 50);
+}
+
 // Gazebo reads URDF by libsdformat, which melts fixed links together: what was cut comes back.
 TEST(UrdfInGazebo, ACutJointComesBackInItsPlace) {
   int joints = 0;

@@ -36,11 +36,11 @@ TEST(SdfWorld, TheYardHasAWallAPostWithAKnobAndARamp) {
   source::Diagnostics diagnostics;
   const Result<int> file = sources.AddFile(test::SourcePath("models/yard.sdf"));
   ASSERT_TRUE(file);
-  std::optional<double> ground;
-  const auto obstacles = ReadSdfWorld(sources, *file, &ground, &diagnostics);
-  ASSERT_TRUE(obstacles) << source::Render(diagnostics, sources, false);
+  const auto world = ReadSdfWorld(sources, *file, {}, &diagnostics);
+  ASSERT_TRUE(world) << source::Render(diagnostics, sources, false);
+  const std::vector<Obstacle>* const obstacles = &world->obstacles;
   ASSERT_EQ(obstacles->size(), 4U) << "the ground is none";
-  EXPECT_EQ(ground, 0.7);
+  EXPECT_EQ(world->ground_friction, 0.7);
   EXPECT_EQ((*obstacles)[0].name, "wall.link.box");
   // North stays x, up is y, and west, SDFormat's y, is -z.
   EXPECT_LT(((*obstacles)[0].X_WO.translation() - Vector3d(1, 0.1, 0)).norm(), 1e-12);
@@ -81,8 +81,16 @@ TEST(SdfWorld, WhatCannotBeHadIsSaidWithItsLine) {
   EXPECT_NE(ErrorOf("<robot/>").find("this is no SDFormat"), std::string::npos);
   EXPECT_NE(ErrorOf("").find("this is no XML"), std::string::npos);
   for (const auto& [inside, part] : std::initializer_list<std::pair<std::string, std::string>>{
-           {Collision("<mesh><uri>a.stl</uri></mesh>"), "a <mesh> is not supported"},
-           {Collision("<heightmap/>"), "a <heightmap> is not supported"},
+           {Collision("<mesh><uri>a.stl</uri></mesh>"), "'a.stl' is not at hand"},
+           {Collision("<mesh/>"), "<mesh> needs <uri>"},
+           {Collision("<mesh><uri>model://a.stl</uri></mesh>"), "a uri of 'model://'"},
+           {Collision("<mesh><uri>a.stl</uri><submesh/></mesh>"), "<submesh> is not supported"},
+           {Collision("<mesh><uri>a.stl</uri><scale>1 0 1</scale></mesh>"), "a scale is not 0"},
+           {Collision("<mesh optimization='convex_hull'><uri>a</uri></mesh>"), "optimization"},
+           {Collision("<heightmap/>"), "<heightmap> needs <uri>"},
+           {Collision("<heightmap><uri>a</uri><size>1 1 0</size></heightmap>"),
+            "the sides of a height map are above 0"},
+           {Collision("<polyline/>"), "a <polyline> is not supported"},
            {Collision("<box/>"), "<box> needs <size>"},
            {Collision("<box><size>1 1</size></box>"), "<size> needs 3 numbers"},
            {Collision("<box><size>1 1 1 1</size></box>"), "<size> has more than 3 numbers"},

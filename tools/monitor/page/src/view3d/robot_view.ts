@@ -5,6 +5,7 @@ import {
   BufferAttribute,
   BufferGeometry,
   BoxGeometry,
+  DoubleSide,
   Group,
   Line,
   LineBasicMaterial,
@@ -193,6 +194,8 @@ export class RobotView {
       if (this.obstacles.has(name)) continue;
       const mesh = new Mesh(geometryOf(shape), new LinkMaterial());
       mesh.material.color.set(OBSTACLE_COLOUR);
+      // Terrain is open, and is seen from below too.
+      mesh.material.side = DoubleSide;
       this.obstacles.set(name, mesh);
       this.group.add(mesh);
     }
