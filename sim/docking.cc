@@ -8,10 +8,6 @@ namespace {
 
 using model::Docking;
 
-const model::ConnectionOption& OptionOf(const model::Model& model, const Docking& docking) {
-  return model.connection_types[docking.connection_type].options[docking.option];
-}
-
 // The state variable that a requirement speaks of, and the index of the value it wants.
 struct Wanted {
   int module = 0;
@@ -20,12 +16,12 @@ struct Wanted {
   int value = 0;
 };
 
-// What the connection needs of the two connectors. A requirement for a variable or value that a
-// connector does not have is no requirement.
+// What `setting` needs of the two connectors of `docking`. A requirement for a variable or value
+// that a connector does not have is no requirement.
 std::vector<Wanted> WantedStates(const model::Model& model, const model::Robot& robot,
-                                 const Docking& docking) {
+                                 const Docking& docking, const model::StateSetting& setting) {
   std::vector<Wanted> wanted;
-  for (const model::StateRequirement& requirement : OptionOf(model, docking).states) {
+  for (const model::StateRequirement& requirement : setting) {
     const int module = requirement.of_a ? docking.module_a : docking.module_b;
     const int connector = requirement.of_a ? docking.connector_a : docking.connector_b;
     const std::vector<model::StateVariable>& variables =
@@ -116,17 +112,24 @@ std::optional<size_t> FindDocking(const model::Robot& robot, int module, int con
 
 bool StatesAllow(const model::Model& model, const model::Robot& robot,
                  const ConnectorStates& states, const Docking& docking) {
-  for (const Wanted& w : WantedStates(model, robot, docking)) {
-    if (states[w.module][w.connector][w.variable] != w.value) {
-      return false;
-    }
-  }
-  return true;
+  const auto holds = [&](const model::StateSetting& setting) {
+    const std::vector<Wanted> wanted = WantedStates(model, robot, docking, setting);
+    return std::all_of(wanted.begin(), wanted.end(), [&](const Wanted& w) {
+      return states[w.module][w.connector][w.variable] == w.value;
+    });
+  };
+  // Any of the settings will do.
+  const model::ConnectionOption& option = model.OptionOf(docking);
+  return holds(option.states) ||
+         std::any_of(option.other_states.begin(), option.other_states.end(), holds);
 }
 
 void SetRequiredStates(const model::Model& model, const model::Robot& robot, const Docking& docking,
                        ConnectorStates* states) {
-  for (const Wanted& w : WantedStates(model, robot, docking)) {
+  // What allows the connection already stays as it is.
+  if (StatesAllow(model, robot, *states, docking)) return;
+  const model::StateSetting& setting = model.OptionOf(docking).states;
+  for (const Wanted& w : WantedStates(model, robot, docking, setting)) {
     (*states)[w.module][w.connector][w.variable] = w.value;
   }
 }

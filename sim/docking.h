@@ -17,18 +17,18 @@ inline constexpr double kDockingAngle = 0.17;     // rad
 /// variable's allowed values.
 using ConnectorStates = std::vector<std::vector<std::vector<int>>>;
 
-/// What the connectors of an assembled robot must be in: as its connections require, else the
-/// first allowed value.
+/// What the connectors of an assembled robot are in at first: the first allowed value, or what
+/// their connections require where that does not allow them.
 ConnectorStates InitialStates(const model::Model& model, const model::Robot& robot);
 
 /// Index of the docking that holds this connector, if one does.
 std::optional<size_t> FindDocking(const model::Robot& robot, int module, int connector);
 
-/// Do both connectors of `docking` have the states that it needs?
+/// Are both connectors of `docking` in one of the settings that it needs?
 bool StatesAllow(const model::Model& model, const model::Robot& robot,
                  const ConnectorStates& states, const model::Docking& docking);
 
-/// Sets the variables of both connectors to what `docking` needs.
+/// Sets the variables of both connectors to what `docking` needs, unless they allow it already.
 void SetRequiredStates(const model::Model& model, const model::Robot& robot,
                        const model::Docking& docking, ConnectorStates* states);
 

@@ -9,6 +9,8 @@
 
 namespace morphbus::vm {
 
+class StepObserver;
+
 /// What a module's program, its neighbours and its own body come together in. All of its changing
 /// state is in the VmState that it is given, so that a module that died goes on where it was.
 class Vm {
@@ -23,6 +25,10 @@ class Vm {
   /// Computes one tick. Deterministic: equal state and input give equal state and output. Ticks and
   /// sim time must not go back.
   void Tick(const TickInput& input, TickOutput* output);
+
+  /// Shows the observer every instruction of the tasks from the next tick on; nullptr: nobody. It
+  /// changes nothing of what they do.
+  void Observe(StepObserver* observer) { observer_ = observer; }
 
   /// From the next tick on another program runs: tasks end and joints hold their targets. A role of
   /// a name that the new program has as well goes on under it with its conventions, its fields and
@@ -51,6 +57,7 @@ class Vm {
   const VerifiedKinematics& kinematics_;
   const VerifiedProgram* program_;
   VmState& state_;
+  StepObserver* observer_ = nullptr;
 };
 
 }  // namespace morphbus::vm

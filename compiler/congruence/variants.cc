@@ -136,7 +136,11 @@ class VariantFinder {
         if ((swapped ? connection.type_b : connection.type_a) != type_a) continue;
         if ((swapped ? connection.type_a : connection.type_b) != type_b) continue;
         for (size_t o = 0; o < connection.options.size(); ++o) {
-          auto [number, at_x, at_y, X_XY, states] = connection.options[o];
+          // The way as the docking's module a sees it: it may be the connection's member b.
+          const model::ConnectionOption& way = connection.options[o];
+          int at_x = way.connector_a;
+          int at_y = way.connector_b;
+          Pose X_XY = way.X_AB;
           if (swapped) {
             std::swap(at_x, at_y);
             X_XY = X_XY.inverse();

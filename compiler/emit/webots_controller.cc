@@ -60,45 +60,62 @@ size_t MostStates(const model::ModuleType& type) {
   return most;
 }
 
-/// The value (an index) that connections ask of a connector's state variable; -1: none in
-/// particular. Where ways differ in what they ask, the first one's.
-int LockValue(const model::Model& model, int type, int connector,
-              const model::StateVariable& state) {
+/// What a setting asks of the state variables of one of the two members' connectors: the index of a
+/// value for each, -1 where it asks for none.
+std::vector<int> OwnValues(const model::Connector& connector, const model::StateSetting& setting,
+                           bool of_a) {
+  std::vector<int> own(connector.states.size(), -1);
+  for (const model::StateRequirement& asked : setting) {
+    for (size_t s = 0; s < own.size(); ++s) {
+      const model::StateVariable& state = connector.states[s];
+      if (asked.of_a != of_a || asked.variable != state.name) continue;
+      const auto found = std::find(state.values.begin(), state.values.end(), asked.value);
+      if (found != state.values.end()) own[s] = static_cast<int>(found - state.values.begin());
+    }
+  }
+  return own;
+}
+
+/// The settings of a connector's own states in which connections hold it, each once and in the
+/// order of the connections. A module knows nothing of its mate's states. Those that ask for none
+/// of this connector's are left out.
+std::vector<std::vector<int>> LockSettings(const model::Model& model, int type, int connector) {
+  const model::Connector& own = model.module_types[type].connectors[connector];
+  std::vector<std::vector<int>> settings;
+  const auto add = [&](const model::StateSetting& setting, bool of_a) {
+    const std::vector<int> values = OwnValues(own, setting, of_a);
+    const bool asks = std::any_of(values.begin(), values.end(), [](int v) { return v >= 0; });
+    const bool known = std::find(settings.begin(), settings.end(), values) != settings.end();
+    if (asks && !known) settings.push_back(values);
+  };
   for (const model::ConnectionType& connection : model.connection_types) {
     for (const model::ConnectionOption& option : connection.options) {
-      for (const model::StateRequirement& asked : option.states) {
-        // The requirement is of one of the two members of the way of docking.
-        const bool is_it = asked.of_a
-                               ? connection.type_a == type && option.connector_a == connector
-                               : connection.type_b == type && option.connector_b == connector;
-        if (!is_it || asked.variable != state.name) continue;
-        const auto found = std::find(state.values.begin(), state.values.end(), asked.value);
-        if (found != state.values.end()) return static_cast<int>(found - state.values.begin());
+      for (const bool of_a : {true, false}) {
+        const bool is_it = of_a ? connection.type_a == type && option.connector_a == connector
+                                : connection.type_b == type && option.connector_b == connector;
+        if (!is_it) continue;
+        add(option.states, of_a);
+        for (const model::StateSetting& setting : option.other_states) add(setting, of_a);
       }
     }
   }
-  return -1;
+  return settings;
 }
 
-std::string LockValues(const model::Model& model, int type) {
-  // A row a connector, all equally long, as C wants its arrays.
+std::string LockRows(const model::Model& model, int type) {
   const model::ModuleType& module = model.module_types[type];
-  const size_t most = MostStates(module);
   std::string rows;
-  for (size_t c = 0; c < module.connectors.size(); ++c) {
-    std::string row;
-    const std::vector<model::StateVariable>& states = module.connectors[c].states;
-    for (size_t s = 0; s < most; ++s) {
-      const int value =
-          s < states.size() ? LockValue(model, type, static_cast<int>(c), states[s]) : -1;
-      row += fmt::format("{}{}", s > 0 ? ", " : "", value);
+  for (int c = 0; c < std::ssize(module.connectors); ++c) {
+    for (std::vector<int> values : LockSettings(model, type, c)) {
+      // Rows are equally long, as C wants its arrays.
+      values.resize(MostStates(module), -1);
+      rows += fmt::format("{{{}, {{{}}}}}, ", c, fmt::join(values, ", "));
     }
-    rows += "{" + row + "}, ";
   }
   return rows;
 }
 
-/// A way of docking, from one module's side.
+/// A way of docking, from/// A way of docking, from one module's side.
 struct Way {
   int connector, mate_type, mate_connector, connection_type, number;
   bool is_member_b;
@@ -235,7 +252,7 @@ WebotsProgram WebotsController(const model::Model& model, const DockFaces& faces
       {"CONNECTOR_NAMES", Quoted(module.connectors, "")},
       {"EMITTER_NAMES", Quoted(module.connectors, ".emitter")},
       {"RECEIVER_NAMES", Quoted(module.connectors, ".receiver")},
-      {"LOCK_VALUES", LockValues(model, type)},
+      {"LOCK_SETTINGS", LockRows(model, type)},
       {"WAYS", Rows(WaysOf(model, faces, type), DockScaleOf(model).emitter_offset)},
   };
   // The wrapper, and the main program with what it needs.

@@ -282,20 +282,33 @@ class Reader {
     option.connector_a = Index(message.connector_a(), a.connectors.size(), "connector");
     option.connector_b = Index(message.connector_b(), b.connectors.size(), "connector");
     option.X_AB = ReadPose(message.x_ab(), "X_AB");
-    // Every state asked for is compared with the states of its connector.
-    for (const proto::StateRequirement& state : message.states()) {
-      option.states.push_back({state.of_a(), state.variable(), Value(state.value(), "state")});
-      const std::vector<Connector>& connectors = state.of_a() ? a.connectors : b.connectors;
-      const int index = state.of_a() ? option.connector_a : option.connector_b;
-      if (!error_.empty()) return option;
-      // The state must be one that the connector has, with a value that it can take.
-      const bool known = std::ranges::any_of(connectors[index].states, [&](const StateVariable& s) {
-        return s.name == state.variable() &&
-               std::ranges::count(s.values, option.states.back().value) > 0;
-      });
-      if (!known) Bad(fmt::format("no such state '{}' or value of it", state.variable()));
+    if (!error_.empty()) return option;
+    const Connector& on_a = a.connectors[option.connector_a];
+    const Connector& on_b = b.connectors[option.connector_b];
+    option.states = ReadSetting(message.states(), on_a, on_b);
+    for (const proto::StateSetting& setting : message.other_states()) {
+      option.other_states.push_back(ReadSetting(setting.states(), on_a, on_b));
     }
     return option;
+  }
+
+  /// A setting of the state variables of connectors `a` and `b`, which must have them.
+  StateSetting ReadSetting(
+      const google::protobuf::RepeatedPtrField<proto::StateRequirement>& message,
+      const Connector& a, const Connector& b) {
+    StateSetting setting;
+    // Every state asked for is compared with the states of its connector.
+    for (const proto::StateRequirement& state : message) {
+      const AttributeValue value = Value(state.value(), "state");
+      const Connector& connector = state.of_a() ? a : b;
+      // The state must be one that the connector has, with a value that it can take.
+      const bool known = std::ranges::any_of(connector.states, [&](const StateVariable& s) {
+        return s.name == state.variable() && std::ranges::count(s.values, value) > 0;
+      });
+      if (!known) Bad(fmt::format("no such state '{}' or value of it", state.variable()));
+      setting.push_back({state.of_a(), state.variable(), value});
+    }
+    return setting;
   }
 
   /// A connection; the module types have been read.

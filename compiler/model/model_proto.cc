@@ -111,6 +111,17 @@ void Write(const ModuleType& type, proto::ModuleType* out) {
   }
 }
 
+/// A setting of state variables; requirements keep their order.
+void Write(const StateSetting& setting,
+           google::protobuf::RepeatedPtrField<proto::StateRequirement>* out) {
+  for (const StateRequirement& state : setting) {
+    proto::StateRequirement* requirement = out->Add();
+    requirement->set_of_a(state.of_a);
+    requirement->set_variable(state.variable);
+    Write(state.value, requirement->mutable_value());
+  }
+}
+
 /// Options keep their order, which is that of their numbers.
 void Write(const ConnectionType& connection, proto::ConnectionType* out) {
   out->set_name(connection.name);
@@ -124,11 +135,9 @@ void Write(const ConnectionType& connection, proto::ConnectionType* out) {
     message->set_connector_b(option.connector_b);
     Write(option.X_AB, message->mutable_x_ab());
     // What the connectors' states must be belongs to the option.
-    for (const StateRequirement& state : option.states) {
-      proto::StateRequirement* requirement = message->add_states();
-      requirement->set_of_a(state.of_a);
-      requirement->set_variable(state.variable);
-      Write(state.value, requirement->mutable_value());
+    Write(option.states, message->mutable_states());
+    for (const StateSetting& setting : option.other_states) {
+      Write(setting, message->add_other_states()->mutable_states());
     }
   }
   // The reasons are kept, so that a reader can explain a pair without solving anew.

@@ -164,7 +164,12 @@ struct StateRequirement {
   bool of_a = true;
   std::string variable;
   AttributeValue value;
+
+  bool operator==(const StateRequirement&) const = default;
 };
+
+/// A setting of state variables of the two connectors: all of these values together.
+using StateSetting = std::vector<StateRequirement>;
 
 /// One numbered way of mating two connectors: a rigid pose between the modules that carry them.
 struct ConnectionOption {
@@ -176,8 +181,12 @@ struct ConnectionOption {
   int connector_b = 0;
   /// The pose of b's module frame in a's, with the joints of both at 0 (m).
   Pose X_AB = Pose::Identity();
-  /// What the connectors' states must be, if anything.
-  std::vector<StateRequirement> states;
+  /// What the connectors' states must be, if anything: of the settings in which the connection
+  /// holds, the one in which it is made.
+  StateSetting states;
+  /// The further settings in which it holds, where the conditions allow several: it parts when
+  /// neither `states` nor any of these is the case.
+  std::vector<StateSetting> other_states = {};
 };
 
 /// Why two connectors cannot be mated by a connection at all.

@@ -12,20 +12,12 @@ namespace {
 using model::AttributeValue;
 using model::Connector;
 using model::StateRequirement;
-
-/// States that must hold together, sorted by nothing: source order.
-using StateSet = std::vector<StateRequirement>;
-
-/// A term before one of the sets of states that satisfy it is chosen; there is at least one.
-struct OpenTerm {
-  std::vector<Literal> geometry;
-  std::vector<StateSet> states;
-};
+using model::StateSetting;
 
 /// A condition as alternatives (disjunctive normal form), with fixed attributes worked out.
 struct Alternatives {
-  /// At most one has no geometry.
-  std::vector<OpenTerm> terms;
+  /// At most one has no geometry. Their settings may contain each other.
+  std::vector<Term> terms;
   /// If there were too many of them, `terms` is empty.
   bool too_many_terms = false;
   bool too_many_states = false;
@@ -35,17 +27,17 @@ struct Alternatives {
   [[nodiscard]] bool never() const { return terms.empty() && !too_many(); }
   /// Does it hold in every pose and state?
   [[nodiscard]] bool always() const {
-    return terms.size() == 1 && terms[0].geometry.empty() && terms[0].states[0].empty();
+    return terms.size() == 1 && terms[0].geometry.empty() && terms[0].settings[0].empty();
   }
 };
 
 /// A condition that always holds, or never.
 Alternatives Constant(bool value) { return value ? Alternatives{{{{}, {{}}}}} : Alternatives{}; }
 
-/// The union of two state sets; nothing if they contradict each other.
-std::optional<StateSet> Merge(const StateSet& left, const StateSet& right) {
-  StateSet merged = left;
-  // A variable that both sets name must have the same value in both.
+/// The union of two settings; nothing if they contradict each other.
+std::optional<StateSetting> Merge(const StateSetting& left, const StateSetting& right) {
+  StateSetting merged = left;
+  // A variable that both settings name must have the same value in both.
   for (const StateRequirement& r : right) {
     const auto same = std::find_if(merged.begin(), merged.end(), [&](const StateRequirement& m) {
       return m.of_a == r.of_a && m.variable == r.variable;
@@ -61,11 +53,11 @@ std::optional<StateSet> Merge(const StateSet& left, const StateSet& right) {
 
 /// `alternatives`, but with nothing and a note if there are too many of them.
 Alternatives Limited(Alternatives alternatives) {
-  const std::vector<OpenTerm>& terms = alternatives.terms;
+  const std::vector<Term>& terms = alternatives.terms;
   alternatives.too_many_terms = alternatives.too_many_terms || terms.size() > kMaxTerms;
   alternatives.too_many_states =
       alternatives.too_many_states || std::any_of(terms.begin(), terms.end(), [](const auto& term) {
-        return term.states.size() > kMaxStateSets;
+        return term.settings.size() > kMaxStateSets;
       });
   if (alternatives.too_many()) alternatives.terms.clear();
   return alternatives;
@@ -75,11 +67,11 @@ Alternatives Limited(Alternatives alternatives) {
 Alternatives Either(Alternatives left, const Alternatives& right) {
   left.too_many_terms = left.too_many_terms || right.too_many_terms;
   left.too_many_states = left.too_many_states || right.too_many_states;
-  for (const OpenTerm& term : right.terms) {
+  for (const Term& term : right.terms) {
     const auto free = std::find_if(left.terms.begin(), left.terms.end(),
-                                   [](const OpenTerm& t) { return t.geometry.empty(); });
+                                   [](const Term& t) { return t.geometry.empty(); });
     if (term.geometry.empty() && free != left.terms.end()) {
-      free->states.insert(free->states.end(), term.states.begin(), term.states.end());
+      free->settings.insert(free->settings.end(), term.settings.begin(), term.settings.end());
     } else {
       left.terms.push_back(term);
     }
@@ -87,27 +79,27 @@ Alternatives Either(Alternatives left, const Alternatives& right) {
   return Limited(std::move(left));
 }
 
-/// `left` and `right`: each term of the one with each of the other, in each union of a set of
-/// states of the one with one of the other, as far as these do not contradict each other.
+/// `left` and `right`: each term of the one with each of the other, in each union of a
+/// setting of the one with one of the other, as far as these do not contradict each other.
 Alternatives Both(const Alternatives& left, const Alternatives& right) {
   Alternatives both{{},
                     left.too_many_terms || right.too_many_terms ||
                         left.terms.size() * right.terms.size() > kMaxTerms,
                     left.too_many_states || right.too_many_states};
   if (both.too_many()) return both;
-  for (const OpenTerm& l : left.terms) {
-    for (const OpenTerm& r : right.terms) {
-      OpenTerm term = l;
+  for (const Term& l : left.terms) {
+    for (const Term& r : right.terms) {
+      Term term = l;
       term.geometry.insert(term.geometry.end(), r.geometry.begin(), r.geometry.end());
-      term.states.clear();
-      for (const StateSet& set_l : l.states) {
-        for (const StateSet& set_r : r.states) {
-          std::optional<StateSet> merged = Merge(set_l, set_r);
-          if (merged) term.states.push_back(std::move(*merged));
-          if (term.states.size() > kMaxStateSets) return {{}, false, true};
+      term.settings.clear();
+      for (const StateSetting& setting_l : l.settings) {
+        for (const StateSetting& setting_r : r.settings) {
+          std::optional<StateSetting> merged = Merge(setting_l, setting_r);
+          if (merged) term.settings.push_back(std::move(*merged));
+          if (term.settings.size() > kMaxStateSets) return {{}, false, true};
         }
       }
-      if (!term.states.empty()) both.terms.push_back(std::move(term));
+      if (!term.settings.empty()) both.terms.push_back(std::move(term));
     }
   }
   return both;
@@ -140,7 +132,7 @@ struct Possibility {
 };
 
 /// Turns a condition into alternatives for one pair of connectors: fixed attributes and missing
-/// points become constants, states become sets to choose from, geometry stays.
+/// points become constants, states become settings to choose from, geometry stays.
 class Specialiser {
  public:
   Specialiser(const Connector& a, const Connector& b) : a_(a), b_(b) {}
@@ -212,7 +204,7 @@ class Specialiser {
     const std::vector<Possibility> lhs = PossibilitiesOf(condition.lhs);
     const std::vector<Possibility> rhs = PossibilitiesOf(condition.rhs);
     if (lhs.empty() || rhs.empty()) return Constant(negate);
-    OpenTerm term;
+    Term term;
     size_t combinations = 0;
     // Every pair of values that the two sides can take is tried.
     for (const Possibility& l : lhs) {
@@ -223,15 +215,15 @@ class Specialiser {
         if (same && l.state->value != r.state->value) continue;
         ++combinations;
         if (Compare(condition.op, l.value, r.value) == negate) continue;
-        StateSet states;
-        if (l.state) states.push_back(*l.state);
-        if (r.state && !same) states.push_back(*r.state);
-        term.states.push_back(std::move(states));
+        StateSetting setting;
+        if (l.state) setting.push_back(*l.state);
+        if (r.state && !same) setting.push_back(*r.state);
+        term.settings.push_back(std::move(setting));
       }
     }
     // If all or none of the combinations hold, no state is asked for.
-    if (term.states.empty()) return Constant(false);
-    if (term.states.size() == combinations) return Constant(true);
+    if (term.settings.empty()) return Constant(false);
+    if (term.settings.size() == combinations) return Constant(true);
     return Limited({{std::move(term)}});
   }
 
@@ -278,24 +270,35 @@ Terms SpecialiseCondition(const Condition& condition, const model::Connector& a,
                           const model::Connector& b) {
   Terms result;
   // Alternatives over geometry become terms of their own, as each is solved for itself. States need
-  // no solving: one set of them is enough.
+  // no solving: the settings go with their term.
   const Specialiser specialiser(a, b);
-  const Alternatives alternatives = specialiser.Build(condition, false);
-  for (const auto& [geometry, sets] : alternatives.terms) {
-    // Of several states that would do, the least demanding, the first in the source on ties.
-    const auto least =
-        std::min_element(sets.begin(), sets.end(),
-                         [](const StateSet& l, const StateSet& r) { return l.size() < r.size(); });
-    result.terms.push_back({geometry, *least});
-  }
+  Alternatives alternatives = specialiser.Build(condition, false);
+  for (Term& term : alternatives.terms) KeepLeastDemanding(term.settings);
+  result.terms = std::move(alternatives.terms);
   result.too_many_terms = alternatives.too_many_terms;
   result.too_many_states = alternatives.too_many_states;
-  if (alternatives.never()) {
+  if (result.terms.empty() && !result.too_many()) {
     // The whole, if only the combination of its parts is impossible.
     result.broken = FirstBroken(condition, specialiser, result.broken_index);
     if (result.broken == nullptr) result.broken = &condition;
   }
   return result;
+}
+
+void KeepLeastDemanding(std::vector<StateSetting>& settings) {
+  std::stable_sort(settings.begin(), settings.end(),
+                   [](const auto& l, const auto& r) { return l.size() < r.size(); });
+  std::vector<StateSetting> kept;
+  for (StateSetting& setting : settings) {
+    // A setting adds nothing if all that one of the kept ones asks for is among what it asks for.
+    const bool adds = std::none_of(kept.begin(), kept.end(), [&](const StateSetting& known) {
+      return std::all_of(known.begin(), known.end(), [&](const StateRequirement& state) {
+        return std::find(setting.begin(), setting.end(), state) != setting.end();
+      });
+    });
+    if (adds) kept.push_back(std::move(setting));
+  }
+  settings = std::move(kept);
 }
 
 std::string TooManyText(const Terms& terms) {

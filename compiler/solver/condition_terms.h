@@ -13,7 +13,7 @@ namespace morphbus::solver {
 inline constexpr int kMaxTerms = 64;
 /// Most settings of state variables that are looked at: far above any hardware's states, low enough
 /// that nothing grows without bound.
-inline constexpr size_t kMaxStateSets = 4096;
+inline constexpr size_t kMaxStateSets = 256;
 
 /// A geometric condition (coincident, parallel or antiparallel) or its negation. The condition
 /// belongs to the ConnectionProblem, which must outlive the literal.
@@ -22,12 +22,13 @@ struct Literal {
   bool negated = false;
 };
 
-/// One way to satisfy the condition: all literals, with the connectors in these states.
+/// One way to satisfy the condition: all literals, with the connectors in any of these settings.
 struct Term {
   /// The conditions on points and directions, in source order.
   std::vector<Literal> geometry;
-  /// The values that state variables of the two connectors must have.
-  std::vector<model::StateRequirement> states;
+  /// The settings of state variables in which it is satisfied, at least one: an empty one if any
+  /// will do. None of them contains another.
+  std::vector<model::StateSetting> settings;
 };
 
 /// The condition of one pair of connectors as alternatives: it holds where any of the terms does.
@@ -55,6 +56,10 @@ Terms SpecialiseCondition(const Condition& condition, const model::Connector& a,
 /// `connector`; none if it lacks them.
 std::vector<Eigen::Vector3d> FindPoints(const PointRef& ref, bool direction,
                                         const model::Connector& connector);
+
+/// Removes from `settings` those that ask for all that another one asks for and more, or for the
+/// same. Those that ask for the least come first, in source order among equals.
+void KeepLeastDemanding(std::vector<model::StateSetting>& settings);
 
 /// What there are too many of: "more than 64 alternatives of coincident points".
 std::string TooManyText(const Terms& terms);

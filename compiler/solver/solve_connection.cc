@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <tuple>
 #include <utility>
 
@@ -41,10 +42,10 @@ bool HasNoHull(const ModuleType& type) {
                      [](const model::Link& link) { return link.hull.empty(); });
 }
 
-/// A rigid motion that satisfies the condition, with the states that it asks for.
+/// A rigid motion that satisfies the condition, with the settings of states in which it does.
 struct Candidate {
   Pose X_AB;
-  std::vector<model::StateRequirement> states;
+  std::vector<model::StateSetting> settings;
   /// For each sub-point of member a's connector, last first, the sub-point of b's that it meets
   /// (-1: none), largest first: comparing these in descending order is the numbering rule
   /// (docs/m3l.md, connections).
@@ -128,6 +129,7 @@ class ConnectionSolver {
   static constexpr double kMaxConditionWork = 1e7;
   static constexpr int kMaxCandidates = 20000;
   static constexpr double kMaxExplanation = 1e6;
+  static constexpr size_t kMaxSettings = 100000;
 
   /// What removed the last candidates: the part that went furthest through the stages.
   struct Obstacle {
@@ -188,10 +190,31 @@ class ConnectionSolver {
     if (failed_) return;
     SortByRule(candidates, a, b, tolerance_);
     for (Candidate& candidate : candidates) {
-      const int number = static_cast<int>(result_.options.size()) + 1;
-      result_.options.push_back(
-          {number, index_a, index_b, candidate.X_AB, std::move(candidate.states)});
+      AddOption(index_a, index_b, std::move(candidate));
     }
+  }
+
+  /// Numbers what is left of a candidate. The first of its settings is the one that modules dock
+  /// in.
+  void AddOption(int index_a, int index_b, Candidate candidate) {
+    settings_ += candidate.settings.size();
+    if (settings_ > kMaxSettings) {
+      if (!failed_) {
+        Fail(fmt::format("connection '{}' has more than {} settings of state variables in all",
+                         problem_.name, kMaxSettings),
+             "compare fewer state variables with each other");
+      }
+      return;
+    }
+    model::ConnectionOption option;
+    option.number = static_cast<int>(result_.options.size()) + 1;
+    option.connector_a = index_a;
+    option.connector_b = index_b;
+    option.X_AB = candidate.X_AB;
+    option.states = std::move(candidate.settings.front());
+    option.other_states.assign(std::make_move_iterator(candidate.settings.begin() + 1),
+                               std::make_move_iterator(candidate.settings.end()));
+    result_.options.push_back(std::move(option));
   }
 
   /// Records why a pair of connectors has no option, and the condition behind it.
@@ -228,7 +251,7 @@ class ConnectionSolver {
               "this condition removed the last candidates" + Measured(term, a, b, *inferred.broken),
               {index_a, index_b});
       }
-      for (const Pose& X_AB : inferred.motions) Merge({X_AB, term.states, {}}, candidates);
+      for (const Pose& X_AB : inferred.motions) Merge({X_AB, term.settings, {}}, candidates);
     }
     return candidates;
   }
@@ -241,15 +264,17 @@ class ConnectionSolver {
     return trace.dead_end == &broken ? ": " + trace.dead_end_text : "";
   }
 
-  /// Adds a motion; where another term gave it already, the one that asks for fewer states stays.
+  /// Adds a motion; where another term gave it already, it is satisfied in the settings of both.
   void Merge(Candidate candidate, std::vector<Candidate>& candidates) const {
     const auto other = std::find_if(candidates.begin(), candidates.end(), [&](const auto& known) {
       return SameMotion(known.X_AB, candidate.X_AB, tolerance_);
     });
     if (other == candidates.end()) {
       candidates.push_back(std::move(candidate));
-    } else if (candidate.states.size() < other->states.size()) {
-      other->states = std::move(candidate.states);
+    } else {
+      std::move(candidate.settings.begin(), candidate.settings.end(),
+                std::back_inserter(other->settings));
+      KeepLeastDemanding(other->settings);
     }
   }
 
@@ -350,6 +375,7 @@ class ConnectionSolver {
   double comparisons_left_ = kMaxInferenceWork;
   double explanation_left_ = kMaxExplanation;
   double hull_work_ = 0.0;
+  size_t settings_ = 0;  ///< Those of all options so far.
   model::ConnectionType result_;
   std::vector<source::Span> broken_;  ///< Of each rejection.
   Obstacle obstacle_;

@@ -7,9 +7,12 @@
 
 namespace morphbus::world {
 
-/// Reads the files that uris name: paths relative to the folder of `world_file`, with or without
-/// file:// before them. Meshes are STL, text or binary; height maps are PNG (ParseHeights). The
-/// errors name the file and what is wrong with it.
+/// The file that a uri of `world_file` names: a path relative to that file's folder, with or
+/// without file:// before it.
+std::string FileOfUri(const std::string& world_file, const std::string& uri);
+
+/// Reads the files that uris name (FileOfUri). Meshes are STL, text or binary; height maps are PNG
+/// (ParseHeights). The errors name the file and what is wrong with it.
 SurfaceLoader FilesBeside(const std::string& world_file);
 
 /// Heights from the bytes of a grey PNG of 8 or 16 bits a pixel, without alpha, interlaced or not;

@@ -19,6 +19,7 @@
 #include "logger/compare/kinematic_tracks.h"
 #include "logger/log/description.h"
 #include "logger/log/event_log.h"
+#include "vm/run/stepping.h"
 
 namespace morphbus::logger {
 namespace {
@@ -34,6 +35,27 @@ constexpr uint16_t kRealtimeGraceTicks = 3;
 constexpr int64_t kLatestTicks = 64;
 /// Commands that differ by less are the same (rad or m): doubles of the wire.
 constexpr double kSameAgain = 1e-9;
+
+/// Shows a visitor the steps of one tick.
+class StepShower final : public vm::StepObserver {
+ public:
+  StepShower(const RerunVisitors& visitors, const bridge::VmController& controller,
+             const vm::VerifiedKinematics& kinematics, const vm::TickInput& input)
+      : visitors_(visitors), controller_(controller), kinematics_(kinematics), input_(input) {}
+
+  void BeforeInstruction(const vm::Task& task) override { Show(task, nullptr); }
+  void AfterRun(const vm::Task& task, const vm::RunResult& result) override { Show(task, &result); }
+
+ private:
+  void Show(const vm::Task& task, const vm::RunResult* ended) {
+    visitors_.step({controller_.program(), kinematics_, input_, controller_.state(), task, ended});
+  }
+
+  const RerunVisitors& visitors_;
+  const bridge::VmController& controller_;
+  const vm::VerifiedKinematics& kinematics_;
+  const vm::TickInput& input_;
+};
 
 /// One module, fed with a log's messages.
 class Rerun {
@@ -204,7 +226,10 @@ class Rerun {
       at->input->messages[c] = messages.back().get();
     }
     for (const morphbus::deploy_piece_t& piece : at->pieces) controller_->TakePiece(piece);
+    StepShower shower(visitors_, *controller_, *kinematics_, *at->input);
+    controller_->vm().Observe(visitors_.step ? &shower : nullptr);
     controller_->Tick(*at->input, output_.get());
+    controller_->vm().Observe(nullptr);
     if (summary_.ticks++ == 0) summary_.first_tick = tick;
     summary_.last_tick = tick;
     if (visitors_.tick) {

@@ -13,6 +13,7 @@
 #include "vm/image/kinematics_image.h"
 #include "vm/image/program.h"
 #include "vm/module_api.h"
+#include "vm/run/interpreter.h"
 #include "vm/run/state.h"
 
 namespace morphbus::logger {
@@ -46,6 +47,17 @@ struct ComputedTick {
   const vm::VmState& state;
 };
 
+/// A moment while a task runs: an instruction that runs next or, if `ended` is not null, how the
+/// task's run in this tick ended. The innermost call of the task says where it stands.
+struct ComputedStep {
+  const vm::VerifiedProgram& program;
+  const vm::VerifiedKinematics& kinematics;
+  const vm::TickInput& input;
+  const vm::VmState& state;
+  const vm::Task& task;
+  const vm::RunResult* ended;
+};
+
 /// A message that the module published, and what it says in its place when it runs again. Both are
 /// whole messages of the bus; what only its process knows (the header's numbers, how many STATUS it
 /// had sent) is the logged one's.
@@ -58,10 +70,11 @@ struct MessageAgain {
   std::span<const uint8_t> again;
 };
 
-/// Who is shown what is computed; either may be empty. A message comes after its tick.
+/// Who is shown what is computed; each may be empty. Steps come before their tick, messages after.
 struct RerunVisitors {
-  std::function<void(const ComputedTick&)> tick;
-  std::function<void(const MessageAgain&)> message;
+  std::function<void(const ComputedTick&)> tick = {};
+  std::function<void(const MessageAgain&)> message = {};
+  std::function<void(const ComputedStep&)> step = {};
 };
 
 /// What was computed again.

@@ -62,6 +62,31 @@ class Docs(Case):
         self.assertEqual(as_json('connections', MTRAN)['connection'], name)
 
 
+STATION = """
+module TOWER: unit=0.1
+point top: coords=(0,0,1), connector, normal=(0,0,1), grip=["open","shut","oiled","tight"], lid=[bool]
+link foot: grouping=(top), mass=1
+axis front: origin=(0,0,0), direction=(1,0,0)
+module TOOL: unit=0.1
+point base: coords=(0,0,0), connector, normal=(0,0,-1)
+link body: grouping=(base), mass=0.2
+axis front: origin=(0,0,0), direction=(1,0,0)
+connection GRIP: members=(TOWER a, TOOL b), conditions=(
+  a.point p coincident b.point q and p antiparallel q and a.front parallel b.front
+  and (p.grip=="shut" and not p.lid or p.grip=="tight"))
+"""
+
+
+class States(Case):
+    def test_connections_lists_every_setting_in_which_one_holds(self):
+        (self.folder / 'station.m3l').write_text(STATION)
+        listed, = as_json('connections', self.folder / 'station.m3l')['connections']
+        self.assertEqual(listed['state'], {'a.top.grip': 'tight'})
+        self.assertEqual(listed['other_states'], [{'a.top.grip': 'shut', 'a.top.lid': False}])
+        line = morphbus('connections', self.folder / 'station.m3l').stdout.splitlines()[-1]
+        self.assertIn('{"a.top.grip":"tight"} or {"a.top.grip":"shut","a.top.lid":false}', line)
+
+
 class OddBytes(Case):
     def latin(self, name, text):
         path = self.folder / name

@@ -168,6 +168,16 @@ class Smores(Case):
         self.assertEqual(sorted(p.name for p in (self.folder / 'train_meshes').glob('obstacle*')),
                          ['obstacle-1.stl', 'obstacle-2.stl'])
         self.assertEqual((self.folder / 'train.wbt').read_text().count('boundingObject USE OBSTACLE_'), 2)
+        # A mesh that the world needs is not overwritten by what is made of it.
+        mesh = self.folder / 'train_meshes' / 'obstacle-1.stl'
+        before = mesh.read_bytes()
+        (self.folder / 'own.sdf').write_text(
+            '<sdf version="1.9"><world name="w"><model name="m"><static>true</static><pose>2 0 0 0 0 0</pose><link name="l"><collision name="c">'
+            '<geometry><mesh><uri>train_meshes/obstacle-1.stl</uri></mesh></geometry></collision></link></model></world></sdf>')
+        done = morphbus('export', self.MODEL, '--robot', 'train', '--to', 'sdf', '--world', self.folder / 'own.sdf',
+                        '-o', self.folder / 'train.sdf', '--force', status=2)
+        self.assertIn('train_meshes/obstacle-1.stl', done.stderr)
+        self.assertEqual(mesh.read_bytes(), before)
 
     def test_each_part_of_a_link_is_exported_by_itself(self):
         for kind, name, sign in (('sdf', 'train.sdf', 'yoke.part2'), ('mjcf', 'train.xml', 'yoke.part2'),

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """`replay --into`: a module of a log runs again, says what it said, and shows what it knew."""
+import re
 import unittest
 
-from support import MODEL, PROGRAM, ShortRun, as_json, decode, encode, morphbus, read_events, write_events
+from support import MODEL, PROGRAM, SOURCE, ShortRun, as_json, decode, encode, morphbus, read_events, write_events
 
 
 class Rerun(ShortRun):
@@ -102,9 +103,76 @@ class Rerun(ShortRun):
         self.assertIn('tick 125 (2.50 s): role Junction, pose known\n', said)
         self.assertIn(f'in Junction.gait, line {call["line"]}', said)
 
+    def steps(self, at, by, module='m5'):
+        return as_json('replay', self.short, '--into', module, '--at', at, '--steps', by)['steps']
+
+    def test_the_steps_of_a_tick(self):
+        # The gait's behavior sleeps in most ticks.
+        asleep = as_json('replay', self.short, '--into', 'm5', '--at', 1, '--steps', 'lines')
+        self.assertEqual(asleep['steps'], [])
+        at = asleep['next_steps_at']
+        self.assertGreater(at, 1)
+        lines = self.steps(at, 'lines')
+        self.assertEqual({step['task'] for step in lines}, {'behavior'})
+        self.assertIn('Junction.gait', [step['function'] for step in lines])
+        self.assertRegex(lines[-1]['then'], '^waits for ')
+        self.assertEqual([step for step in lines[:-1] if 'then' in step], [])
+        # The program's own text has the calls that the lines are said to make.
+        program = (SOURCE / 'models/programs/quadruped.dyn').read_text().splitlines()
+        self.assertTrue(all(program[step['line'] - 1].strip() for step in lines))
+        # By instructions the same lines come in the same order, and stores show what they store.
+        instructions = self.steps(at, 'instructions')
+        self.assertGreater(len(instructions), len(lines))
+        self.assertEqual(runs_of(step['line'] for step in instructions), runs_of(step['line'] for step in lines))
+        # The state after the tick is where the steps have led; the comparison is what it was.
+        whole = as_json('replay', self.short, '--into', 'm5', '--at', at, '--steps', 'lines')
+        self.assertTrue(whole['same'])
+        self.assertEqual(whole['steps_dropped'], 0)
+        self.assertEqual(whole['at']['tasks'][0]['calls'][0]['function'], lines[-1]['function'])
+        said = morphbus('replay', self.short, '--into', 'm5', '--at', at, '--steps', 'lines').stdout
+        self.assertIn(f'quadruped.dyn:{lines[0]["line"]} {lines[0]["function"]}', said)
+        self.assertRegex(said, re.escape(f'    {lines[-1]["then"]}') + r'\n  the next steps are at \d\.\d\d s\nafter tick ')
+
+    def test_steps_show_operands_locals_and_fields(self):
+        program = self.folder / 'count.dyn'
+        program.write_text('role Counter extends Module {\n'
+                           '  sum = 0;\n'
+                           '  behavior count() {\n'
+                           '    var i = 0;\n'
+                           '    while (i < 2) {\n'
+                           '      sum += twice(i) + 1;\n'
+                           '      i += 1;\n'
+                           '    }\n'
+                           '    self.sleepds(5);\n'
+                           '  }\n'
+                           '  function twice(n) {\n'
+                           '    return 2 * n;\n'
+                           '  }\n'
+                           '}\n')
+        log = self.folder / 'count.log'
+        morphbus('run', SOURCE / 'models' / 'mtran_robots.m3l', program, '--robot', 'snake', '--seconds', 1, '--log', log, '--inproc')
+        first = as_json('replay', log, '--into', 'm1', '--at', 0, '--steps', 'lines')
+        self.assertEqual(first['steps'], [])
+
+        def steps(by):
+            return as_json('replay', log, '--into', 'm1', '--at', first['next_steps_at'], '--steps', by)['steps']
+
+        lines = [(step['function'], step['line'], step['locals'], step['changed']) for step in steps('lines')]
+        counted = ('Counter.count', 6)
+        self.assertEqual([line for line in lines if line[0] == 'Counter.twice'],
+                         [('Counter.twice', 12, ['0'], {}), ('Counter.twice', 12, ['1'], {})])
+        self.assertEqual([line[3] for line in lines if line[:2] == counted],
+                         [{}, {'field sum': '1'}, {}, {'field sum': '4'}])
+        self.assertEqual([line[3] for line in lines if line[1] == 7], [{'local 0': '1'}, {'local 0': '2'}])
+        stores = [step for step in steps('instructions') if step['instruction'] == 'store_field sum']
+        self.assertEqual([step['operands'] for step in stores], [['1'], ['4']])
+        self.assertEqual([step['changed'] for step in stores], [{'field sum': '1'}, {'field sum': '4'}])
+
     def test_what_cannot_be_is_refused(self):
         for options, said in ((['--into', 'm99'], 'expected a module of the run, m1, m2'),
                               (['--at', 1], '--at needs --into MODULE'),
+                              (['--into', 'm1', '--steps', 'lines'], '--steps needs --at T'),
+                              (['--into', 'm1', '--at', 1, '--steps', 'days'], 'expected lines or instructions'),
                               (['--into', 'm1', '--loop'], 'leave out --loop'),
                               (['--into', 'm1', '--speed', 2], 'leave out --speed'),
                               (['--into', 'm1', '--at', 99], 'the last tick of m1 begins at 2.98 s'),
@@ -116,6 +184,15 @@ class Rerun(ShortRun):
         self.assertIn('model', morphbus('replay', bare, '--into', 'm1', status=2).stderr)
         lent = as_json('replay', bare, '--into', 'm1', '--description', self.short)
         self.assertTrue(lent['same'])
+
+
+def runs_of(values):
+    """Without repetitions of one value."""
+    kept = []
+    for value in values:
+        if not kept or kept[-1] != value:
+            kept.append(value)
+    return kept
 
 
 def as_json_any(*arguments):

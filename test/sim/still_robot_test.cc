@@ -4,6 +4,8 @@
 
 #include <numbers>
 
+#include "compiler/m3l/compile.h"
+#include "compiler/source/diagnostics.h"
 #include "sim/bullet_robot.h"
 #include "test/sim/mtran.h"
 
@@ -124,6 +126,56 @@ TEST(StillRobotTest, WhatComesApartStaysWhereItsJointsHadTakenIt) {
   ASSERT_TRUE(robot->Disconnect("m1", "c2"));
   robot->Advance();
   EXPECT_TRUE(robot->Connect("m1", "c2"));
+}
+
+/// A tower that grips a tool, "shut" or "tight" but not "open" nor "oiled".
+std::unique_ptr<StillRobot> MakeStation() {
+  const m3l::CompileOutput output = m3l::CompileText("station.m3l", R"(
+      module TOWER: unit=0.1
+      point top: coords=(0,0,1), connector, normal=(0,0,1), grip=["open","shut","oiled","tight"]
+      link foot: grouping=(top), mass=1
+      axis front: origin=(0,0,0), direction=(1,0,0)
+      module TOOL: unit=0.1
+      point base: coords=(0,0,0), connector, normal=(0,0,-1)
+      link body: grouping=(base), mass=0.2
+      axis front: origin=(0,0,0), direction=(1,0,0)
+      connection GRIP: members=(TOWER a, TOOL b), conditions=(
+        a.point p coincident b.point q and p antiparallel q and a.front parallel b.front
+        and (p.grip=="shut" or p.grip=="tight"))
+      robot station: modules=(TOWER t, TOOL k), connections=((t.top,k.base)))");
+  EXPECT_TRUE(output.model) << source::Render(output.diagnostics, output.sources, false);
+  auto made = StillRobot::Create(std::make_shared<const model::Model>(*output.model), "station",
+                                 20000, 1000);
+  EXPECT_TRUE(made) << (made ? "" : made.error().message);
+  return std::move(*made);
+}
+
+TEST(StillRobotTest, AConnectionHoldsInEachOfItsSettingsAndPartsInNone) {
+  const auto robot = MakeStation();
+  // Sets the tower's grip to a value of the list, and tells whether it holds the tool then.
+  const auto holds_with_grip = [&](int8_t value) {
+    morphbus::actuator_t command = {};
+    command.num_connectors = 1;
+    command.connectors.resize(1);
+    command.connectors[0].connector = 0;
+    command.connectors[0].state = 0;
+    command.connectors[0].value = value;
+    robot->Actuate(command);
+    robot->Advance();
+    return !SensorsOf(robot.get())[0].docked.empty();
+  };
+  constexpr int8_t kOpen = 0;
+  constexpr int8_t kShut = 1;
+  constexpr int8_t kOiled = 2;
+  constexpr int8_t kTight = 3;
+  EXPECT_TRUE(holds_with_grip(kShut));
+  EXPECT_TRUE(holds_with_grip(kTight));
+  EXPECT_FALSE(holds_with_grip(kOiled));
+  EXPECT_FALSE(holds_with_grip(kOpen));
+  // It takes the tool again in either.
+  EXPECT_TRUE(holds_with_grip(kTight));
+  EXPECT_FALSE(holds_with_grip(kOpen));
+  EXPECT_TRUE(holds_with_grip(kShut));
 }
 
 TEST(StillRobotTest, WhatItCannotBeIsRefusedAndWhatItDoesNotKnowIsIgnored) {

@@ -6,7 +6,7 @@
 
 namespace morphbus::tools {
 
-std::optional<std::vector<world::Obstacle>> LoadWorld(const std::string& path) {
+std::optional<LoadedWorld> LoadWorld(const std::string& path) {
   source::SourceSet sources;
   source::Diagnostics diagnostics;
   const Result<int> file = sources.AddFile(path);
@@ -15,7 +15,14 @@ std::optional<std::vector<world::Obstacle>> LoadWorld(const std::string& path) {
       world::ReadSdfWorld(sources, *file, world::FilesBeside(path), &diagnostics);
   PrintDiagnostics(diagnostics, sources);
   if (!world) return std::nullopt;
-  return std::move(world->obstacles);
+  LoadedWorld loaded{std::move(world->obstacles), {path}};
+  for (const auto& [uri, mesh] : world->surfaces.meshes) {
+    loaded.files.push_back(world::FileOfUri(path, uri));
+  }
+  for (const auto& [uri, heights] : world->surfaces.heights) {
+    loaded.files.push_back(world::FileOfUri(path, uri));
+  }
+  return loaded;
 }
 
 }  // namespace morphbus::tools

@@ -9,8 +9,15 @@
 
 namespace morphbus::tools {
 
-/// The obstacles of the SDFormat file of --world; nothing, after printing what is wrong with it, if
-/// it cannot be used.
-std::optional<std::vector<world::Obstacle>> LoadWorld(const std::string& path);
+/// A world, and the files that it was read from.
+struct LoadedWorld {
+  std::vector<world::Obstacle> obstacles;
+  /// The world's own file and those of its meshes and height maps.
+  std::vector<std::string> files;
+};
+
+/// The SDFormat file of --world; nothing, after printing what is wrong with it, if it cannot be
+/// used.
+std::optional<LoadedWorld> LoadWorld(const std::string& path);
 
 }  // namespace morphbus::tools

@@ -28,6 +28,16 @@ std::string StateName(const model::Model& model, const model::ConnectionType& ty
                      state.variable);
 }
 
+/// A setting of the state variables of both members, by their full names.
+Json SettingJson(const model::Model& model, const model::ConnectionType& type,
+                 const model::ConnectionOption& option, const model::StateSetting& setting) {
+  Json states = Json::object();
+  for (const model::StateRequirement& s : setting) {
+    states[StateName(model, type, option, s)] = AttributeJson(s.value);
+  }
+  return states;
+}
+
 /// The pair that `--why` or `--pair` names, if one does; an error if the two cannot be used
 /// together. It also moves the file to its place in `options` where the option --why took it for
 /// its value.
@@ -56,16 +66,17 @@ Json ListJson(const model::Model& model, const model::ConnectionType& type, int 
   Json list = Json::array();
   for (const model::ConnectionOption& option : type.options) {
     if (only_a >= 0 && (option.connector_a != only_a || option.connector_b != only_b)) continue;
-    // State variables of both members, by their full names.
-    Json state = Json::object();
-    for (const model::StateRequirement& s : option.states) {
-      state[StateName(model, type, option, s)] = AttributeJson(s.value);
+    Json others = Json::array();
+    for (const model::StateSetting& setting : option.other_states) {
+      others.push_back(SettingJson(model, type, option, setting));
     }
-    list.push_back({{"number", option.number},
-                    {"a", type_a.connectors[option.connector_a].name},
-                    {"b", type_b.connectors[option.connector_b].name},
-                    {"pose", PoseJson(option.X_AB)},
-                    {"state", state}});
+    Json item = {{"number", option.number},
+                 {"a", type_a.connectors[option.connector_a].name},
+                 {"b", type_b.connectors[option.connector_b].name},
+                 {"pose", PoseJson(option.X_AB)},
+                 {"state", SettingJson(model, type, option, option.states)}};
+    if (!others.empty()) item["other_states"] = others;
+    list.push_back(std::move(item));
   }
   return list;
 }
@@ -73,13 +84,17 @@ Json ListJson(const model::Model& model, const model::ConnectionType& type, int 
 /// The same for people, a line a connection.
 void PrintList(const Json& list) {
   fmt::print("{:>6}  {:<8} {:<8} {:>27}   {:<33} {}\n", "number", "a", "b", "b's origin in a (m)",
-             "rotation (w x y z)", "a state that will do");
+             "rotation (w x y z)", "in which states");
   for (const Json& c : list) {
     // The pose is X_AB: the position of b's origin in a, and the rotation w x y z.
+    std::string states = c["state"].empty() ? "" : JsonText(c["state"]);
+    for (const Json& other : c.value("other_states", Json::array())) {
+      states += " or " + JsonText(other);
+    }
     fmt::print("{:>6}  {:<8} {:<8} {:9.5f}   {:7.4f}   {}\n", c["number"].get<int>(),
                c["a"].get<std::string>(), c["b"].get<std::string>(),
                fmt::join(Numbers(c["pose"]["p"]), ""), fmt::join(Numbers(c["pose"]["q"]), " "),
-               c["state"].empty() ? "" : JsonText(c["state"]));
+               states);
   }
 }
 

@@ -97,9 +97,9 @@ int DrawModel(const DrawOptions& options, const std::vector<logger::View>& views
   for (size_t m = 0; m < group.size(); ++m) group[m] = static_cast<int>(m);
   logger::Scene scene = logger::SceneOf(*model, *robot, sim::PlaceOnGround(*model, *robot), group);
   if (!options.world.empty()) {
-    const std::optional<std::vector<world::Obstacle>> obstacles = LoadWorld(options.world);
-    if (!obstacles) return kUnusable;
-    logger::AddObstacles(*obstacles, &scene);
+    const std::optional<LoadedWorld> world = LoadWorld(options.world);
+    if (!world) return kUnusable;
+    logger::AddObstacles(world->obstacles, &scene);
   }
   return Write(scene, robot->name, views, {}, options.output);
 }

@@ -105,7 +105,8 @@ std::optional<std::string> PlaceOf(const std::string& output) {
 
 /// Makes the text; empty if the options do not fit the model, which has then been said.
 std::optional<emit::Exported> Make(const model::Model& model, const ExportFormat& format,
-                                   const ExportOptions& options) {
+                                   const ExportOptions& options,
+                                   std::vector<world::Obstacle> obstacles) {
   // A module type alone is a robot of one module.
   ExportRequest request{
       model, nullptr, -1, "", options.mesh_prefix, ControllersFolder(options.output), "", {}};
@@ -126,11 +127,7 @@ std::optional<emit::Exported> Make(const model::Model& model, const ExportFormat
     if (!program) return std::nullopt;
     request.program = program->image;
   }
-  if (!options.world.empty()) {
-    std::optional<std::vector<world::Obstacle>> obstacles = LoadWorld(options.world);
-    if (!obstacles) return std::nullopt;
-    request.obstacles = *std::move(obstacles);
-  }
+  request.obstacles = std::move(obstacles);
   // Meshes and headers are named after the main file, or after the robot where there is no such
   // name.
   if (!IsStream(options.output)) {
@@ -281,11 +278,15 @@ int Export(ExportOptions options) {
   ModelSource source;
   const std::optional<model::Model> model = LoadModel({options.file}, &source);
   std::vector<std::string> inputs = source.Files();
-  for (const std::string& input : {options.program, options.world}) {
-    if (!input.empty()) inputs.push_back(input);
-  }
+  if (!options.program.empty()) inputs.push_back(options.program);
+  std::optional<LoadedWorld> world = LoadedWorld();
+  if (model && !options.world.empty()) world = LoadWorld(options.world);
+  if (!world) return kUnusable;
+  // A world that was exported has its meshes where another export of it would write its own.
+  inputs.insert(inputs.end(), world->files.begin(), world->files.end());
   if (!model || !MayWrite(options.output, format->kind, options.force, inputs)) return kUnusable;
-  const std::optional<emit::Exported> exported = Make(*model, *format, options);
+  const std::optional<emit::Exported> exported =
+      Make(*model, *format, options, std::move(world->obstacles));
   if (!exported) return kUnusable;
   // Nothing has been written up to here: a refusal leaves everything as it was.
   return IsStream(options.output) ? WriteToStream(options.output, *exported)

@@ -37,6 +37,7 @@ struct ReplayOptions {
   bool json = false;
   std::string into;            ///< Module to run again instead; empty: the log is published.
   std::optional<double> at_s;  ///< With it: when its state is shown.
+  std::string steps;           ///< With both: how finely that tick's steps are shown.
 };
 
 /// A replay as the user steers it.
@@ -152,6 +153,7 @@ std::string WhyUnusable(const ReplayOptions& options) {
 
 /// Why --into and --at do not go with the other options; empty if they do.
 std::string WhyNotInto(const ReplayOptions& options) {
+  if (!options.steps.empty() && !options.at_s) return "--steps needs --at T, the time of a tick";
   if (options.into.empty()) return options.at_s ? "--at needs --into MODULE" : "";
   const logger::ReplayOptions standard;
   const logger::ReplayOptions& replay = options.replay;
@@ -210,7 +212,8 @@ int ReplayLog(ReplayOptions options) {
   // The options are checked first; the network and the log come after.
   if (const std::string why = WhyNotInto(options); !why.empty()) return Unusable(why);
   if (!options.into.empty()) {
-    return RunAgain({options.log, options.description, options.into, options.at_s, options.json});
+    return RunAgain({options.log, options.description, options.into, options.at_s, options.steps,
+                     options.json});
   }
   if (const std::string why = WhyUnusable(options); !why.empty()) return Unusable(why);
   options.replay.to_s = options.to_s.value_or(-1.0);
@@ -294,13 +297,17 @@ void AddReplay(CommandLine* line) {
       .TypeName("MODULE");
   sub.Add("--at", &options->at_s,
           "With --into: show role, fields, joints and tasks at this sim time, seconds");
+  sub.Add("--steps", &options->steps,
+          "With --at: also all that the module's tasks do in that tick, by source lines or by "
+          "instructions")
+      .TypeName("lines|instructions");
   sub.Flag("--json", &options->json, "One JSON object on stdout at the end");
   sub.Footer(
       std::string("Keys in a terminal: ") + kKeys +
       "\nExamples:\n  morphbus replay walk.log\n  morphbus replay walk.log --speed 0 --from 5 --to "
       "10\n"
       "  morphbus replay walk.log --channel 'walk/.*/STATUS' --loop\n"
-      "  morphbus replay walk.log --into m2 --at 2.5");
+      "  morphbus replay walk.log --into m2 --at 2.5 --steps lines");
   sub.Do([options] { return ReplayLog(*options); });
 }
 

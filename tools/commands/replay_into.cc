@@ -10,6 +10,7 @@
 #include "tools/base/lent_description.h"
 #include "tools/commands/commands.h"
 #include "tools/convert/rerun_report.h"
+#include "tools/convert/step_trace.h"
 #include "tools/spy/lcm_sources.h"
 
 namespace morphbus::tools {
@@ -68,6 +69,9 @@ int RunAgain(const ReplayInto& options) {
   if (options.at_s && !(*options.at_s >= 0 && std::isfinite(*options.at_s))) {
     return Unusable(fmt::format("--at {}: expected a sim time, 0 or more seconds", *options.at_s));
   }
+  if (!options.steps.empty() && options.steps != "lines" && options.steps != "instructions") {
+    return Unusable("--steps " + options.steps + ": expected lines or instructions");
+  }
   const Result<logger::RunLog> log =
       LoadLog(options.log, {.run = "", .series = false}, options.description);
   if (!log) return Unusable(log.error().message);
@@ -76,14 +80,25 @@ int RunAgain(const ReplayInto& options) {
   const Result<LcmSchema> schema = LcmSchema::Parse(LcmSources());
   if (!schema) return Unusable(schema.error().message);
   RerunDifferences differences(*schema);
+  std::optional<int64_t> next_steps_us;  // When, after the tick asked for, a task runs next.
+  StepTrace trace(options.steps == "lines" ? StepTrace::By::kLine : StepTrace::By::kInstruction);
   Json known;
   logger::RerunVisitors visitors;
   visitors.message = [&](const logger::MessageAgain& message) { differences.Take(message); };
-  visitors.tick = [&](const logger::ComputedTick& tick) {
-    // The tick in which the time asked for lies; the first one if that is earlier.
-    const double end_s = static_cast<double>(tick.input.sim_time_us + log->facts.tick_us) * 1e-6;
-    if (options.at_s && known.is_null() && end_s > *options.at_s) known = KnownAfter(tick);
+  // The tick in which the time asked for lies; the first one if that is earlier.
+  const auto is_asked_for = [&](const vm::TickInput& input) {
+    const double end_s = static_cast<double>(input.sim_time_us + log->facts.tick_us) * 1e-6;
+    return options.at_s && known.is_null() && end_s > *options.at_s;
   };
+  visitors.tick = [&](const logger::ComputedTick& tick) {
+    if (is_asked_for(tick.input)) known = KnownAfter(tick);
+  };
+  if (!options.steps.empty()) {
+    visitors.step = [&](const logger::ComputedStep& step) {
+      if (is_asked_for(step.input)) trace.Take(step);
+      if (!known.is_null() && !next_steps_us) next_steps_us = step.input.sim_time_us;
+    };
+  }
   const Result<logger::RerunSummary> done = logger::RerunModule(*log, *module, visitors);
   if (!done) return Unusable(options.log + ": " + done.error().message);
   if (done->ticks == 0) {
@@ -108,8 +123,23 @@ int RunAgain(const ReplayInto& options) {
                  {"skipped", done->skipped},
                  {"unheard", done->unheard}};
     if (options.at_s) json["at"] = known;
+    if (!options.steps.empty()) {
+      json["steps"] = trace.steps();
+      json["steps_dropped"] = trace.dropped();
+      json["next_steps_at"] = nullptr;
+      if (next_steps_us) json["next_steps_at"] = static_cast<double>(*next_steps_us) * 1e-6;
+    }
     PrintJson(json);
   } else {
+    if (!options.steps.empty()) {
+      fmt::print("steps of tick {}\n{}", known["tick"].get<int64_t>(),
+                 StepsText(trace.steps(), trace.dropped()));
+      if (next_steps_us) {
+        fmt::print("  the next steps are at {:.2f} s\n",
+                   static_cast<double>(*next_steps_us) * 1e-6);
+      }
+      fmt::print("after ");
+    }
     PrintFindings(options, *done, known, differences, *log);
   }
   return differences.count() == 0 ? kDone : kNo;

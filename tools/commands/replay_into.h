@@ -12,6 +12,8 @@ struct ReplayInto {
   std::string description;     ///< A file or log that lends one; empty for none.
   std::string module;          ///< By its name.
   std::optional<double> at_s;  ///< Sim time after which the module's state is shown.
+  /// "lines" or "instructions": the steps of the tick in which `at_s` lies are shown; empty: none.
+  std::string steps;
   bool json = false;
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "tools/base/program.h"
 #include "vm/image/print_line.h"
 
 namespace morphbus::tools {
@@ -12,8 +13,6 @@ namespace {
 /// The words of vm::TaskKind and vm::WaitKind.
 constexpr const char* kTaskKinds[] = {"startup", "behavior", "command", "handler"};
 constexpr const char* kWaits[] = {"nothing", "the next tick", "a time", "a joint"};
-
-std::string StringOf(const vm::Text& text) { return {text.data, text.size}; }
 
 /// Goes down to where two values differ; `path` leads there.
 std::optional<FieldDifference> Differ(const Json& a, const Json& b, const std::string& path) {
@@ -45,7 +44,7 @@ Json CallJson(const logger::ComputedTick& tick, const vm::Frame& frame, const vm
     locals.push_back(vm::ValueText(tick.program, &tick.kinematics, function.local_types[i],
                                    cells[frame.base + i]));
   }
-  return {{"function", StringOf(tick.program.function_name(frame.function))},
+  return {{"function", ToString(tick.program.function_name(frame.function))},
           {"line", tick.program.LineOf(frame.function, frame.pc)},
           {"locals", locals}};
 }
@@ -56,11 +55,11 @@ Json TaskJson(const logger::ComputedTick& tick, const vm::Task& task) {
   for (int f = task.stack.depth - 1; f >= 0; --f) {
     calls.push_back(CallJson(tick, task.stack.frames[f], task.stack.cells));
   }
-  Json json = {{"kind", kTaskKinds[static_cast<int>(task.kind)]},
+  Json json = {{"kind", TaskKindName(task.kind)},
                {"waits_for", kWaits[static_cast<int>(task.wait)]}};
   if (task.wait == vm::WaitKind::kSleep) json["until"] = static_cast<double>(task.wake_us) * 1e-6;
   if (task.wait == vm::WaitKind::kMotion) {
-    json["joint"] = StringOf(tick.kinematics.joint(task.wait_joint).name);
+    json["joint"] = ToString(tick.kinematics.joint(task.wait_joint).name);
   }
   json["calls"] = calls;
   return json;
@@ -72,7 +71,7 @@ Json JointsJson(const logger::ComputedTick& tick) {
   for (int j = 0; j < tick.kinematics.num_joints(); ++j) {
     const vm::JointState& joint = tick.state.joints[j];
     const bool slides = tick.kinematics.joint(j).kind == vm::JointKind::kPrismatic;
-    joints[StringOf(tick.kinematics.joint(j).name)] = {{"unit", slides ? "mm" : "degrees"},
+    joints[ToString(tick.kinematics.joint(j).name)] = {{"unit", slides ? "mm" : "degrees"},
                                                        {"measured", joint.measured},
                                                        {"target", joint.target},
                                                        {"turning", joint.turning},
@@ -84,6 +83,18 @@ Json JointsJson(const logger::ComputedTick& tick) {
 }
 
 }  // namespace
+
+const char* TaskKindName(vm::TaskKind kind) { return kTaskKinds[static_cast<int>(kind)]; }
+
+std::string WaitText(const vm::Task& task, const vm::VerifiedKinematics& kinematics) {
+  if (task.wait == vm::WaitKind::kSleep) {
+    return fmt::format("{:.2f} s", static_cast<double>(task.wake_us) * 1e-6);
+  }
+  if (task.wait == vm::WaitKind::kMotion) {
+    return "joint " + ToString(kinematics.joint(task.wait_joint).name);
+  }
+  return kWaits[static_cast<int>(task.wait)];
+}
 
 std::optional<FieldDifference> FirstDifference(const Json& logged, const Json& again) {
   return Differ(logged, again, "");
@@ -121,21 +132,21 @@ Json KnownAfter(const logger::ComputedTick& tick) {
   Json labels = Json::object(), fields = Json::object(), tasks = Json::array();
   if (role.role >= 0) {
     const vm::RoleInfo info = tick.program.role(role.role);
-    known["role"] = StringOf(info.name);
+    known["role"] = ToString(info.name);
     for (int l = 0; l < info.num_labels; ++l) {
       const bool is_joint =
           tick.program.function(info.labels[l]).return_type == vm::ValueType::kJoint;
       const int at = role.labels[l];
-      const std::string name = StringOf(tick.program.member_name(info.labels[l]));
+      const std::string name = ToString(tick.program.member_name(info.labels[l]));
       if (at < 0) {
         labels[name] = nullptr;
       } else {
         labels[name] =
-            StringOf(is_joint ? tick.kinematics.joint(at).name : tick.kinematics.link(at).name);
+            ToString(is_joint ? tick.kinematics.joint(at).name : tick.kinematics.link(at).name);
       }
     }
     for (int f = 0; f < info.num_fields; ++f) {
-      fields[StringOf(tick.program.field_name(role.role, f))] =
+      fields[ToString(tick.program.field_name(role.role, f))] =
           vm::ValueText(tick.program, &tick.kinematics, info.fields.type(f), role.fields[f]);
     }
   }

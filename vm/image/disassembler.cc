@@ -71,6 +71,14 @@ class Printer {
     return out_;
   }
 
+  /// One instruction of a function, with its operand.
+  [[nodiscard]] std::string Instruction(int function, uint32_t pc) const {
+    const uint8_t* at = program_.bytes() + program_.function(function).code_begin + pc;
+    const std::string operand =
+        OperandText(function, kOpcodes[*at].operand, at + 1, TargetsOf(function));
+    return kOpcodeTexts[*at].mnemonic + (operand.empty() ? "" : " " + operand);
+  }
+
  private:
   template <class... Arguments>
   void Add(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
@@ -279,6 +287,10 @@ std::string DisassembleImage(const uint8_t* bytes, uint32_t size, bool* ok) {
     return fmt::format("refused at byte {}: {}\n", error.offset, error.message);
   }
   return Disassemble(*program);
+}
+
+std::string InstructionText(const VerifiedProgram& program, int function, uint32_t pc) {
+  return Printer(program).Instruction(function, pc);
 }
 
 std::string ComparisonText(const Comparison& comparison, const VerifiedProgram& program) {

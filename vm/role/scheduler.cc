@@ -1,6 +1,7 @@
 #include "vm/role/scheduler.h"
 
 #include "vm/role/motion.h"
+#include "vm/run/stepping.h"
 #include "vm/run/task_queue.h"
 
 namespace morphbus::vm {
@@ -138,7 +139,10 @@ bool RunOne(Context& context, ModuleServices& services, Task* task, int32_t* bud
   task->wait = WaitKind::kNone;
   services.SetRunning(task);
   const RoleContext as_role{role.role, role.fields, role.labels};
-  const RunResult result = RunTask(context.program, as_role, services, &task->stack, budget);
+  const RunResult result =
+      context.observer == nullptr
+          ? RunTask(context.program, as_role, services, &task->stack, budget)
+          : RunInSteps(context.program, as_role, services, task, budget, *context.observer);
   services.SetRunning(nullptr);
   task->function = result.function;
   task->pc = result.pc;

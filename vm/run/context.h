@@ -13,6 +13,8 @@
 
 namespace morphbus::vm {
 
+class StepObserver;
+
 /// What the parts of a VM work on in one tick: what stays the same, what changes, and where to put
 /// what they have to say. It refers to what the Vm owns.
 struct Context {
@@ -25,6 +27,8 @@ struct Context {
   VmState& state;
   /// Where status and commands go; nullptr outside Vm::Tick, where faults and commands go nowhere.
   TickOutput* output = nullptr;
+  /// Who looks on while tasks run; nullptr for nobody.
+  StepObserver* observer = nullptr;
 };
 
 /// What this tick brought from the neighbours.

@@ -19,6 +19,8 @@ Model FullModel() {
   c.normals["_1"] = Eigen::Vector3d::UnitZ();
   c.attributes["length"] = 0.25;
   c.states.push_back({"mode", {std::string("slow"), std::string("fast")}});
+  ConnectionOption& option = model.connection_types[0].options[0];
+  option.other_states = {{{false, "extended", false}}, {{false, "extended", true}}};
   model.module_types[0].joints[1].type = JointType::kContinuous;
   model.module_types[0].joints[1].lower = -std::numeric_limits<double>::infinity();
   model.module_types[0].joints[1].upper = std::numeric_limits<double>::infinity();
@@ -107,6 +109,11 @@ TEST(ModelProto, RejectsEveryIndexAndNumberThatIsNotSound) {
        [](auto& m) {
          m.mutable_connection_types(0)->mutable_options(0)->mutable_states(0)->set_variable(
              "colour");
+       }},
+      {"no such state 'extended' or value of it",
+       [](auto& m) {
+         auto* option = m.mutable_connection_types(0)->mutable_options(0);
+         option->mutable_other_states(1)->mutable_states(0)->mutable_value()->set_text("ajar");
        }},
       {"robot 'quadruped', connection 3: option 99 of 72",
        [](auto& m) { m.mutable_robots(0)->mutable_dockings(2)->set_option(99); }},

@@ -360,8 +360,54 @@ TEST(SolveConnection, StatesOfSeveralValuesAreChosenOrRefused) {
   ASSERT_EQ(connection.options[0].states.size(), 1u);
   EXPECT_FALSE(connection.options[0].states[0].of_a);
   EXPECT_EQ(connection.options[0].states[0].value, model::AttributeValue(std::string("fast")));
+  EXPECT_TRUE(connection.options[0].other_states.empty());
   OnlyError(Pillar(4), And({test::AllPointsCoincide(4), mode(CompareOp::kEq, "off"),
                             mode(CompareOp::kEq, "slow")}));
+}
+
+/// The values of a setting's variables, a's in capitals: "A=slow b=fast".
+std::string Text(const model::StateSetting& setting) {
+  std::string text;
+  for (const model::StateRequirement& state : setting) {
+    if (!text.empty()) text += " ";
+    text += (state.of_a ? "A=" : "b=") + std::get<std::string>(state.value);
+  }
+  return text;
+}
+
+/// All settings of the first of four options, separated by bars.
+std::string SettingsUnder(const Condition& condition) {
+  const ConnectionType connection = Solve(Pillar(4), And({test::AllPointsCoincide(4), condition}));
+  EXPECT_EQ(connection.options.size(), 4u);
+  if (connection.options.empty()) return "";
+  std::string text = Text(connection.options[0].states);
+  for (const model::StateSetting& setting : connection.options[0].other_states) {
+    text += " | " + Text(setting);
+  }
+  return text;
+}
+
+TEST(SolveConnection, AllSettingsAreKeptThatDoNotAskForMoreThanAnother) {
+  const auto of_a = [](CompareOp op, const std::string& value) {
+    return Compare(Side::kA, "mode", value, op);
+  };
+  const auto of_b = [](CompareOp op, const std::string& value) {
+    return Compare(Side::kB, "mode", value, op);
+  };
+  EXPECT_EQ(SettingsUnder(of_b(CompareOp::kNe, "off")), "b=slow | b=fast");
+  // The one that asks for both adds nothing to the one that asks for one of them.
+  EXPECT_EQ(SettingsUnder(Or({And({of_a(CompareOp::kEq, "slow"), of_b(CompareOp::kEq, "slow")}),
+                              of_b(CompareOp::kEq, "fast"),
+                              And({of_a(CompareOp::kEq, "off"), of_b(CompareOp::kEq, "fast")})})),
+            "b=fast | A=slow b=slow");
+  EXPECT_EQ(SettingsUnder(Or({of_a(CompareOp::kEq, "slow"), of_a(CompareOp::kEq, "slow")})),
+            "A=slow");
+  // Where one alternative asks for nothing, nothing is asked for.
+  EXPECT_EQ(SettingsUnder(Or({of_a(CompareOp::kEq, "slow"), Condition{}})), "");
+  // Two geometric alternatives that lead to the same motion: it holds in the settings of either.
+  EXPECT_EQ(SettingsUnder(Or({And({Coincident(""), of_a(CompareOp::kEq, "slow")}),
+                              And({Coincident("_1"), of_b(CompareOp::kEq, "fast")})})),
+            "A=slow | b=fast");
 }
 
 TEST(SolveConnection, WithoutHullsNothingIsPrunedAndAWarningSaysSo) {

@@ -1,0 +1,184 @@
+#include "tools/convert/step_trace.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "tools/base/program.h"
+#include "tools/convert/rerun_report.h"
+#include "vm/image/disassembler.h"
+#include "vm/image/print_line.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// A tick has some thousand instructions at most; a budget that somebody raised may lead to more.
+constexpr size_t kMaxSteps = 100000;
+
+/// The type of the operand that an instruction for any type takes: that of the variable it sets.
+/// Nothing where the instruction is no store.
+std::optional<vm::ValueType> TypeOfStored(const logger::ComputedStep& step, int function,
+                                          const uint8_t* at) {
+  switch (vm::kOpcodes[*at].operand) {
+    case vm::OperandKind::kLocal:
+      return step.program.function(function).local_types[at[1]];
+    case vm::OperandKind::kField:
+      return step.program.role(step.state.role.role).fields.type(at[1]);
+    default:
+      return std::nullopt;
+  }
+}
+
+/// The operands that lie ready for an instruction, in their order; none for one that takes as many
+/// as what it calls.
+Json OperandsOf(const logger::ComputedStep& step, const vm::Frame& frame) {
+  const uint8_t* at =
+      step.program.bytes() + step.program.function(frame.function).code_begin + frame.pc;
+  const std::string letters = vm::kOpcodes[*at].pops;
+  const vm::Cell* first = step.task.stack.cells + step.task.stack.top - letters.size();
+  Json operands = Json::array();
+  for (size_t i = 0; i < letters.size(); ++i) {
+    const std::optional<vm::ValueType> type =
+        letters[i] == '*' ? TypeOfStored(step, frame.function, at) : vm::TypeOfLetter(letters[i]);
+    if (!type) return Json::array();
+    operands.push_back(vm::ValueText(step.program, &step.kinematics, *type, first[i]));
+  }
+  return operands;
+}
+
+/// How the run of a task in a tick ended.
+std::string EndingText(const logger::ComputedStep& step) {
+  switch (step.ended->status) {
+    case vm::RunStatus::kFinished:
+      return "finished";
+    case vm::RunStatus::kWaiting:
+      return "waits for " + WaitText(step.task, step.kinematics);
+    case vm::RunStatus::kOutOfBudget:
+      return "has used up its share of the tick's budget";
+    case vm::RunStatus::kFaulted:
+      return std::string("fault: ") + vm::FaultName(step.ended->fault);
+  }
+  return "";
+}
+
+}  // namespace
+
+StepTrace::Moment StepTrace::MomentOf(const logger::ComputedStep& step) {
+  Moment now;
+  now.depth = step.task.stack.depth;
+  // A task that has finished stands nowhere.
+  if (now.depth > 0) {
+    const vm::Frame& frame = step.task.stack.frames[now.depth - 1];
+    const vm::FunctionInfo function = step.program.function(frame.function);
+    now.function = frame.function;
+    now.pc = frame.pc;
+    now.line = step.program.LineOf(frame.function, frame.pc);
+    for (int i = 0; i < function.num_locals; ++i) {
+      now.locals.push_back(vm::ValueText(step.program, &step.kinematics, function.local_types[i],
+                                         step.task.stack.cells[frame.base + i]));
+    }
+  }
+  const vm::RoleState& role = step.state.role;
+  const vm::RoleInfo info = step.program.role(role.role);
+  for (int f = 0; f < info.num_fields; ++f) {
+    now.fields.push_back(
+        vm::ValueText(step.program, &step.kinematics, info.fields.type(f), role.fields[f]));
+  }
+  return now;
+}
+
+void StepTrace::NoteChanges(const logger::ComputedStep& step, const Moment& now) {
+  Json& changed = steps_.back()["changed"];
+  // The locals of another call are other variables.
+  if (now.depth == begun_.depth && now.function == begun_.function) {
+    for (size_t i = 0; i < now.locals.size(); ++i) {
+      if (now.locals[i] != begun_.locals[i]) changed[fmt::format("local {}", i)] = now.locals[i];
+    }
+  }
+  for (size_t f = 0; f < std::min(now.fields.size(), begun_.fields.size()); ++f) {
+    if (now.fields[f] == begun_.fields[f]) continue;
+    const std::string name =
+        ToString(step.program.field_name(step.state.role.role, static_cast<int>(f)));
+    changed["field " + name] = now.fields[f];
+  }
+}
+
+bool StepTrace::GoesOn(const Moment& now) const {
+  return by_ == By::kLine && now.depth == begun_.depth && now.function == begun_.function &&
+         now.line == begun_.line && now.pc > last_pc_;
+}
+
+void StepTrace::Begin(const logger::ComputedStep& step, Moment now) {
+  const vm::Frame& frame = step.task.stack.frames[now.depth - 1];
+  Json json = {{"task", TaskKindName(step.task.kind)},
+               {"depth", now.depth},
+               {"function", ToString(step.program.function_name(now.function))},
+               {"source", ToString(step.program.source_name())},
+               {"line", now.line},
+               {"locals", now.locals},
+               {"changed", Json::object()}};
+  if (by_ == By::kInstruction) {
+    json["pc"] = now.pc;
+    json["instruction"] = vm::InstructionText(step.program, now.function, now.pc);
+    json["operands"] = OperandsOf(step, frame);
+  }
+  steps_.push_back(std::move(json));
+  last_pc_ = now.pc;
+  begun_ = std::move(now);
+}
+
+void StepTrace::Take(const logger::ComputedStep& step) {
+  Moment now = MomentOf(step);
+  const bool ended = step.ended != nullptr;
+  if (open_ && !ended && GoesOn(now)) {
+    last_pc_ = now.pc;
+    return;
+  }
+  // The step before is over.
+  if (open_) NoteChanges(step, now);
+  if (open_ && ended) steps_.back()["then"] = EndingText(step);
+  open_ = !ended && steps_.size() < kMaxSteps;
+  if (open_) {
+    Begin(step, std::move(now));
+  } else if (!ended) {
+    ++dropped_;
+  }
+}
+
+std::string StepsText(const Json& steps, int64_t dropped) {
+  std::string text;
+  bool begins = true;  // A run of a task begins with this step.
+  for (const Json& step : steps) {
+    if (begins) text += fmt::format("  {}\n", step["task"].get<std::string>());
+    begins = step.contains("then");
+    // Calls are indented by how deep they are.
+    const int indent = 2 + 2 * step["depth"].get<int>();
+    std::string line = fmt::format("{:{}}{}:{} {}", "", indent, step["source"].get<std::string>(),
+                                   step["line"].get<int>(), step["function"].get<std::string>());
+    const auto list = [](const Json& values) {
+      std::string joined;
+      for (const Json& value : values) {
+        joined += (joined.empty() ? "" : ", ") + value.get<std::string>();
+      }
+      return joined;
+    };
+    if (step.contains("instruction")) {
+      line += fmt::format("  {:04x}  {}", step["pc"].get<int>(),
+                          step["instruction"].get<std::string>());
+      if (!step["operands"].empty()) line += "  of " + list(step["operands"]);
+    } else if (!step["locals"].empty()) {
+      line += "  locals " + list(step["locals"]);
+    }
+    text += line + "\n";
+    for (const auto& [name, value] : step["changed"].items()) {
+      text += fmt::format("{:{}}{} = {}\n", "", indent + 4, name, value.get<std::string>());
+    }
+    if (begins) text += fmt::format("    {}\n", step["then"].get<std::string>());
+  }
+  if (dropped > 0) text += fmt::format("  and {} more\n", Counted(dropped, "instruction"));
+  return text;
+}
+
+}  // namespace morphbus::tools
