@@ -181,7 +181,9 @@ void VmRobot::Tick(int count) {
         input.requests[input.num_requests++] = node.requests.front();
         node.requests.erase(node.requests.begin());
       }
+      const auto begun = std::chrono::steady_clock::now();
       node.vm->Tick(input, node.output.get());
+      vm_time_ += std::chrono::steady_clock::now() - begun;
       const vm::StatusReport& status = node.output->status;
       for (int f = 0; f < status.num_faults; ++f) {
         faults_.push_back({tick_, m, status.faults[f]});

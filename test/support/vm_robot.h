@@ -3,6 +3,7 @@
 // module to module with losses, repeats and delays on demand. Deterministic for a given seed.
 
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <deque>
 #include <memory>
@@ -56,6 +57,8 @@ class VmRobot {
 
   [[nodiscard]] int size() const { return static_cast<int>(nodes_.size()); }
   [[nodiscard]] int64_t tick() const { return tick_; }
+  /// How long the ticks of all modules' VMs have taken together, without the world around them.
+  [[nodiscard]] std::chrono::nanoseconds vm_time() const { return vm_time_; }
   [[nodiscard]] const model::Robot& robot() const { return robot_; }
   [[nodiscard]] const vm::VerifiedProgram& program() const { return *program_; }
   [[nodiscard]] vm::Vm& vm(int m) { return *nodes_[Index(m)].vm; }
@@ -140,6 +143,7 @@ class VmRobot {
   std::optional<vm::PoseF> X_RL_sensed_;
   uint8_t sensed_link_ = 0;
   int64_t tick_ = -1;
+  std::chrono::nanoseconds vm_time_{0};
 };
 
 }  // namespace morphbus::test
