@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "bridge/bus/lcm_bus.h"
-#include "bridge/bus/subscriptions.h"
 #include "compiler/base/check.h"
 
 namespace morphbus::bridge {
@@ -24,16 +23,17 @@ class InprocEndpoint : public Bus {
   void Publish(const std::string& channel, const uint8_t* data, size_t size) override {
     // One copy of the bytes for all receivers, none where nobody listens.
     std::shared_ptr<Message> message;
-    const auto deliver = [&](InprocEndpoint* endpoint) {
+    const auto deliver = [&](InprocEndpoint* endpoint,
+                             std::shared_ptr<Subscriptions::Exact> subscription) {
       if (message == nullptr) {
         message = hub_->NewMessage();
         message->channel = channel;
         message->bytes.assign(data, data + size);
       }
-      endpoint->Enqueue(message);
+      endpoint->Enqueue(message, std::move(subscription));
     };
     for (InprocEndpoint* endpoint : hub_->broad_listeners_) {
-      if (endpoint->subscriptions_.Wants(channel)) deliver(endpoint);
+      if (endpoint->subscriptions_.Wants(channel)) deliver(endpoint, nullptr);
     }
     const auto listeners = hub_->listeners_.find(channel);
     if (listeners == hub_->listeners_.end()) return;
@@ -41,18 +41,19 @@ class InprocEndpoint : public Bus {
     for (const InprocHub::Listener& listener : listeners->second) {
       if (!listener.interest.Includes(data, size)) continue;
       // Broad listeners have it already.
-      if (!listener.endpoint->broad_) deliver(listener.endpoint);
+      if (!listener.endpoint->broad_) deliver(listener.endpoint, listener.subscription);
     }
   }
 
   using Bus::Subscribe;
   void Subscribe(const std::string& channel, Handler handler, const Interest& interest) override {
-    subscriptions_.Add(channel, std::move(handler));
+    std::shared_ptr<Subscriptions::Exact> subscription =
+        subscriptions_.Add(channel, std::move(handler));
     std::vector<InprocHub::Listener>& listeners = hub_->listeners_[channel];
     const auto known = std::find_if(listeners.begin(), listeners.end(),
                                     [this](const auto& l) { return l.endpoint == this; });
     if (known == listeners.end()) {
-      listeners.push_back({this, interest});
+      listeners.push_back({this, interest, std::move(subscription)});
     } else {
       known->interest = interest;
     }
@@ -76,14 +77,20 @@ class InprocEndpoint : public Bus {
   }
 
   int HandleFor(int64_t /*timeout_us*/) override {
-    int count = 0;
     // What arrives meanwhile is for the next round: a participant that talks to itself must come
-    // back.
-    for (size_t left = queue_.size(); left > 0 && !queue_.empty(); --left, ++count) {
-      const std::shared_ptr<Message> message = std::move(queue_.front());
-      queue_.pop_front();
-      subscriptions_.Dispatch(message->channel, message->bytes.data(), message->bytes.size());
+    // back. Both vectors keep their memory for the rounds to come.
+    round_.swap(queue_);
+    for (const Waiting& next : round_) {
+      const Message& message = *next.message;
+      if (next.subscription != nullptr && !broad_) {
+        Subscriptions::Dispatch(*next.subscription, message.channel, message.bytes.data(),
+                                message.bytes.size());
+      } else {
+        subscriptions_.Dispatch(message.channel, message.bytes.data(), message.bytes.size());
+      }
     }
+    const int count = static_cast<int>(round_.size());
+    round_.clear();
     return count;
   }
 
@@ -91,6 +98,11 @@ class InprocEndpoint : public Bus {
 
  private:
   using Message = InprocHub::Message;
+  /// A message to be handled, and the one subscription that it is for; null if others may match.
+  struct Waiting {
+    std::shared_ptr<Message> message;
+    std::shared_ptr<Subscriptions::Exact> subscription;
+  };
 
   /// The hub no longer counts us among those who listen to the channel.
   void StopListening(const std::string& channel) {
@@ -108,14 +120,15 @@ class InprocEndpoint : public Bus {
     if (!broad) std::erase(hub_->broad_listeners_, this);
   }
 
-  void Enqueue(const std::shared_ptr<Message>& message) {
+  void Enqueue(const std::shared_ptr<Message>& message,
+               std::shared_ptr<Subscriptions::Exact> subscription) {
     // As deep as a real socket's queue, and as silent about what does not fit: the ledger counts
     // it.
     if (queue_.size() >= kBusQueueDepth) {
       ++overflows_;
       return;
     }
-    queue_.push_back(message);
+    queue_.push_back({message, std::move(subscription)});
   }
 
   // Subscriptions by name, and what waits to be handled. A message that several endpoints wait for
@@ -124,7 +137,8 @@ class InprocEndpoint : public Bus {
   Subscriptions subscriptions_;
   /// True if prefixes or a pattern are among the subscriptions.
   bool broad_ = false;
-  std::deque<std::shared_ptr<Message>> queue_;
+  std::vector<Waiting> queue_;
+  std::vector<Waiting> round_;  ///< What is being handled; else empty.
   int64_t overflows_ = 0;
 };
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bridge/bus/bus.h"
+#include "bridge/bus/subscriptions.h"
 
 namespace morphbus::bridge {
 
@@ -49,10 +50,11 @@ class InprocHub {
   /// A message to be filled in, mostly in memory that was used before.
   std::shared_ptr<Message> NewMessage();
   std::deque<std::shared_ptr<Message>> messages_;  ///< In the order in which they were last used.
-  /// An endpoint, and what it needs of a channel.
+  /// An endpoint, what it needs of a channel, and its subscription to it.
   struct Listener {
     InprocEndpoint* endpoint;
     Interest interest;
+    std::shared_ptr<Subscriptions::Exact> subscription;
   };
   // Who listens to a channel by its name; and who to many channels, by how their names begin or
   // end. So a message costs what its receivers cost, however many others there are.

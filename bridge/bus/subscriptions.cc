@@ -6,8 +6,12 @@
 
 namespace morphbus::bridge {
 
-void Subscriptions::Add(const std::string& channel, Bus::Handler handler) {
-  exact_[channel] = std::make_shared<Bus::Handler>(std::move(handler));
+std::shared_ptr<Subscriptions::Exact> Subscriptions::Add(const std::string& channel,
+                                                         Bus::Handler handler) {
+  std::shared_ptr<Exact>& subscription = exact_[channel];
+  if (subscription == nullptr) subscription = std::make_shared<Exact>();
+  subscription->handler = std::make_shared<Bus::Handler>(std::move(handler));
+  return subscription;
 }
 
 void Subscriptions::AddPrefix(const std::string& prefix, Bus::Handler handler) {
@@ -23,7 +27,14 @@ bool Subscriptions::Remove(const std::string& name) {
   // A name may be that of a channel, of a prefix and of the pattern at once.
   const bool pattern = !name.empty() && pattern_.prefix == name;
   if (pattern) pattern_ = Pattern();
-  return exact_.erase(name) + prefixes_.erase(name) + (pattern ? 1 : 0) > 0;
+  const auto exact = exact_.find(name);
+  const bool known = exact != exact_.end();
+  if (known) {
+    // Messages that wait for it find out by this.
+    exact->second->handler = nullptr;
+    exact_.erase(exact);
+  }
+  return prefixes_.erase(name) + (pattern ? 1 : 0) + (known ? 1 : 0) > 0;
 }
 
 bool Subscriptions::Wants(std::string_view channel) const {
@@ -37,15 +48,12 @@ int Subscriptions::Dispatch(std::string_view channel, const uint8_t* data, size_
   // is one.
   if (prefixes_.empty() && pattern_.prefix.empty()) {
     const auto found = exact_.find(channel);
-    if (found == exact_.end()) return 0;
-    const std::shared_ptr<Bus::Handler> handler = found->second;
-    (*handler)(channel, data, size);
-    return 1;
+    return found == exact_.end() ? 0 : Dispatch(*found->second, channel, data, size);
   }
   // In a fixed order: the channel's own, prefixes, the pattern.
   std::vector<std::shared_ptr<Bus::Handler>> called;
   if (const auto found = exact_.find(channel); found != exact_.end()) {
-    called.push_back(found->second);
+    called.push_back(found->second->handler);
   }
   for (const auto& [prefix, handler] : prefixes_) {
     if (channel.starts_with(prefix)) called.push_back(handler);
@@ -53,6 +61,14 @@ int Subscriptions::Dispatch(std::string_view channel, const uint8_t* data, size_
   if (pattern_.Matches(channel)) called.push_back(pattern_.handler);
   for (const std::shared_ptr<Bus::Handler>& handler : called) (*handler)(channel, data, size);
   return static_cast<int>(called.size());
+}
+
+int Subscriptions::Dispatch(const Exact& subscription, std::string_view channel,
+                            const uint8_t* data, size_t size) {
+  const std::shared_ptr<Bus::Handler> handler = subscription.handler;
+  if (handler == nullptr) return 0;
+  (*handler)(channel, data, size);
+  return 1;
 }
 
 }  // namespace morphbus::bridge

@@ -16,14 +16,19 @@ namespace morphbus::bridge {
 /// it returns, and what it changes holds from the next message on.
 class Subscriptions {
  public:
-  /// By the channel's name, or by the prefix. Handlers are shared, so that one can be replaced
-  /// while it runs.
-  using Book = TextTable<std::shared_ptr<Bus::Handler>>;
-  /// The same in order of name.
+  /// A subscription to one channel. A bus may keep it beside a message that waits, and then needs
+  /// no look-up by name to hand the message over.
+  struct Exact {
+    /// Shared, so that it can be replaced while it runs; null once the subscription was dropped.
+    std::shared_ptr<Bus::Handler> handler;
+  };
+  /// By the channel's name.
+  using Book = TextTable<std::shared_ptr<Exact>>;
+  /// Handlers by the prefix, in its order; shared, so that one can be replaced while it runs.
   using OrderedBook = std::map<std::string, std::shared_ptr<Bus::Handler>, std::less<>>;
 
   /// As Bus::Subscribe and Bus::SubscribePrefix: an earlier handler of the same name is replaced.
-  void Add(const std::string& channel, Bus::Handler handler);
+  std::shared_ptr<Exact> Add(const std::string& channel, Bus::Handler handler);
   void AddPrefix(const std::string& prefix, Bus::Handler handler);
   /// As Bus::SubscribeQuietly. Nobody needs two of them, so that a further one replaces the first.
   void SetPattern(const std::string& prefix, const std::string& suffix, Bus::Handler handler);
@@ -35,6 +40,9 @@ class Subscriptions {
   /// Calls the handlers that match: first the channel's own, then the prefixes' in order of prefix,
   /// then that of both ends. Returns how many there were.
   int Dispatch(std::string_view channel, const uint8_t* data, size_t size) const;
+  /// The same for a message of which this subscription is known to match, and no other does.
+  static int Dispatch(const Exact& subscription, std::string_view channel, const uint8_t* data,
+                      size_t size);
 
   /// Channels that were subscribed to by their names' two ends.
   struct Pattern {

@@ -68,7 +68,7 @@ void AddTotals(const Outbox& outbox, morphbus::health_t* health) {
     morphbus::topic_total_t& entry = health->totals.emplace_back();
     entry.topic = TopicName(ParseChannel(total.channel)->topic);
     entry.count = total.count;
-    entry.hash = static_cast<int64_t>(total.hash);
+    entry.chained_hash = static_cast<int64_t>(total.hash);
   }
   health->num_totals = static_cast<int8_t>(health->totals.size());
 }

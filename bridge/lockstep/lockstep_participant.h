@@ -6,7 +6,6 @@
 // checked here before the machine hears of it.
 
 #include <cstdint>
-#include <functional>
 #include <morphbus/ask_t.hpp>
 #include <morphbus/hello_t.hpp>
 #include <morphbus/lateness_t.hpp>
@@ -72,9 +71,12 @@ class ParticipantBase : public Participant {
   /// Decodes a message that speaks of this run's model and for which `fits` holds (if given; it is
   /// called once `*out` is filled), and counts it as received; else counts it as bad and returns
   /// false, and `*out` is unspecified.
+  template <class M, class Fits>
+  bool Accept(const uint8_t* data, size_t size, M* out, const Fits& fits);
   template <class M>
-  bool Accept(const uint8_t* data, size_t size, M* out,
-              const std::function<bool()>& fits = nullptr);
+  bool Accept(const uint8_t* data, size_t size, M* out) {
+    return Accept(data, size, out, [] { return true; });
+  }
 
   /// Counts a message that was sound and is refused all the same in `count`, one of the ledger's;
   /// the first one is named there as `channel` (without the run's name) and `why`.
@@ -98,11 +100,10 @@ class ParticipantBase : public Participant {
                 const std::string& type_name, uint64_t kinematics_hash);
 
   // The bus is not owned. All messages go out through the outbox; gaps and repeats in what comes in
-  // are counted by the trackers, one for each channel.
+  // are counted by trackers that derived classes keep, one for each channel.
   Bus* bus_;
   Ledger ledger_;
   Outbox outbox_;
-  SequenceTrackers trackers_;
 
  private:
   /// The clock of now_us(); not owned.
@@ -184,11 +185,9 @@ void ParticipantBase::ListenFor(const Interest& interest, const std::string& cha
       interest);
 }
 
-template <class M>
-bool ParticipantBase::Accept(const uint8_t* data, size_t size, M* out,
-                             const std::function<bool()>& fits) {
-  const bool good =
-      Decode(data, size, {outbox_.sender().model_hash, 0}, out).has_value() && (!fits || fits());
+template <class M, class Fits>
+bool ParticipantBase::Accept(const uint8_t* data, size_t size, M* out, const Fits& fits) {
+  const bool good = Decode(data, size, {outbox_.sender().model_hash, 0}, out).has_value() && fits();
   ++(good ? ledger_.received : ledger_.bad);
   return good;
 }

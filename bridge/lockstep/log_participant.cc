@@ -52,26 +52,29 @@ Result<void> CheckOther(Topic topic, const uint8_t* data, size_t size) {
 
 }  // namespace
 
-/// Distinct payloads of a channel, hashed in the order of their numbers.
+/// Distinct payloads of a channel, hashed in the order of their numbers, and the numbers that came.
 struct LogParticipant::ReceivedStream {
+  int index = 0;  ///< Among all streams, in the order of their beginnings.
+  SequenceTracker tracker;
   int64_t next = 0;   ///< Number of the next payload to hash.
   int64_t count = 0;  ///< Distinct messages.
   StreamHash hash;
-  std::map<int64_t, std::vector<uint8_t>> early;  ///< Bounded by the machine's window.
+  /// Hashes of payloads beyond a gap, by number; bounded by the machine's window.
+  std::map<int64_t, uint64_t> early;
 
-  void Add(int64_t sequence, const uint8_t* data, size_t size, bool in_order) {
+  void Add(int64_t sequence, uint64_t digest, bool in_order) {
     ++count;
     // In lockstep every gap gets filled, so a payload beyond one waits for its turn in the hash. In
     // real time nobody sends anything again, and payloads are hashed as they arrive.
     if (!in_order || sequence == next) {
-      hash.Update(data, size);
+      hash.Add(digest);
       next = sequence + 1;
     } else {
-      early.emplace(sequence, std::vector<uint8_t>(data, data + size));
+      early.emplace(sequence, digest);
     }
     // Whatever the new payload was holding up follows.
     while (!early.empty() && early.begin()->first == next) {
-      hash.Update(early.begin()->second.data(), early.begin()->second.size());
+      hash.Add(early.begin()->second);
       early.erase(early.begin());
       ++next;
     }
@@ -189,23 +192,16 @@ void LogParticipant::TakeHashed(const ChannelName& name, const morphbus::header_
   }
   message->end = name.topic == Topic::kClock && !end_heard && machine_.end_seen();
   message->duplicate = *verdict == Taken::kKnown;
+  ReceivedStream& stream = StreamOf(message->channel);
+  message->channel_index = stream.index;
   if (message->end) {
     end_clock_.assign(message->data, message->data + message->size);
     return;
   }
   // Gaps, repeats and contradictions go to the ledger, new payloads into the channel's hash.
-  auto tracker = trackers_.find(message->channel);
-  if (tracker == trackers_.end()) {
-    tracker = trackers_.emplace(message->channel, SequenceTracker()).first;
-    // A window of ticks, in each of which SENSORS or WORLD may have many parts.
-    const auto numbers = static_cast<size_t>(2 * options_.window * machine_.most_parts());
-    tracker->second.Remember(std::min(numbers, kMostRemembered));
-  }
   const uint64_t digest = DigestOf(message->data, message->size);
-  Track(&tracker->second, message->channel, header.sequence, digest);
-  if (!message->duplicate) {
-    AddToStream(message->channel, header.sequence, message->data, message->size);
-  }
+  Track(&stream.tracker, message->channel, header.sequence, digest);
+  if (!message->duplicate) stream.Add(header.sequence, digest, !options_.realtime);
 }
 
 void LogParticipant::TakeOther(const ChannelName& name, LoggedMessage* message) {
@@ -230,7 +226,7 @@ void LogParticipant::CompareTotals(const ChannelName& name, const uint8_t* data,
         found->second->count != total.count) {
       continue;
     }
-    if (found->second->hash.Digest() == static_cast<uint64_t>(total.hash)) {
+    if (found->second->hash.Digest() == static_cast<uint64_t>(total.chained_hash)) {
       doubted_.erase(channel);
       continue;
     }
@@ -283,14 +279,16 @@ LogParticipant::Verdict LogParticipant::TellMachine(const ChannelName& name,
   }
 }
 
-void LogParticipant::AddToStream(std::string_view channel, int64_t sequence, const uint8_t* data,
-                                 size_t size) {
-  // The first payload of a channel begins its hash.
-  auto stream = streams_.find(channel);
-  if (stream == streams_.end()) {
-    stream = streams_.emplace(std::string(channel), std::make_unique<ReceivedStream>()).first;
-  }
-  stream->second->Add(sequence, data, size, !options_.realtime);
+LogParticipant::ReceivedStream& LogParticipant::StreamOf(std::string_view channel) {
+  const auto found = streams_.find(channel);
+  if (found != streams_.end()) return *found->second;
+  // The first payload of a channel begins its hash. Of its numbers a window of ticks is remembered,
+  // in each of which SENSORS or WORLD may have many parts.
+  auto stream = std::make_unique<ReceivedStream>();
+  stream->index = static_cast<int>(streams_.size());
+  const auto numbers = static_cast<size_t>(2 * options_.window * machine_.most_parts());
+  stream->tracker.Remember(std::min(numbers, kMostRemembered));
+  return *streams_.emplace(std::string(channel), std::move(stream)).first->second;
 }
 
 bool LogParticipant::TakeNames(const uint8_t* data, size_t size) {

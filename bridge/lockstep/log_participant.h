@@ -41,6 +41,9 @@ struct LoggedMessage {
   bool bad = false;        ///< Not decodable: wrong CRC, version, type or model.
   /// Sound, but nothing that this run can have published: it has no place in the log.
   bool refused = false;
+  /// Which hashed channel it is of: they are counted from 0 as they are first heard. -1 for others,
+  /// and where the message is bad or refused.
+  int channel_index = -1;
   /// CLOCK with PHASE_END. It ends the log; a later one takes its place, since the first one need
   /// not have been the sim's.
   bool end = false;
@@ -120,8 +123,8 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   bool HasChannel(const ChannelName& name);
   /// Tells the machine of the modules that SENSORS names; false if the message is bad.
   bool TakeNames(const uint8_t* data, size_t size);
-  /// Hashes a payload that is new.
-  void AddToStream(std::string_view channel, int64_t sequence, const uint8_t* data, size_t size);
+  /// What has come on a channel, begun if need be.
+  ReceivedStream& StreamOf(std::string_view channel);
   /// Compares what a process says it has published with what was recorded; what differs in two
   /// reports on end is not the process's, and the run is over.
   void CompareTotals(const ChannelName& name, const uint8_t* data, size_t size);

@@ -210,7 +210,7 @@ void ModuleParticipant::OnSensors(const uint8_t* data, size_t size) {
   if (mine != nullptr) {
     // Of the parts only ours is needed for good, so its ticks are counted.
     const uint64_t digest = DigestOf(data, size);
-    if (!Track(&trackers_["SENSORS"], "SIM/SENSORS", tick, digest)) return;
+    if (!Track(&sensors_tracker_, "SIM/SENSORS", tick, digest)) return;
     // A reading for the tick to come is taken over before the machine may ask for its computation.
     if (tick >= machine_.tick() && !TakeReading(*mine, digest, &mates)) {
       ++ledger_.bad;
@@ -327,7 +327,7 @@ void ModuleParticipant::OnTransform(uint16_t mate, const uint8_t* data, size_t s
         "tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));
   }
   const uint64_t digest = DigestOf(data, size);
-  if (!Track(&trackers_[mailbox.name], channel, transform_.header.sequence, digest)) return;
+  if (!Track(&mailbox.tracker, channel, transform_.header.sequence, digest)) return;
   // The machine may compute at once: the content must be in place before it hears of it.
   const auto slot = static_cast<size_t>(tick & 1);
   const bool useful = options_.realtime || tick == machine_.tick() || tick == machine_.tick() - 1;
@@ -471,18 +471,18 @@ void ModuleParticipant::Publish(int64_t tick) {
   // STATUS only when it says something new, and now and then for those who came later.
   if (output_.status.changed || tick % kStatusEveryTicks == 0) {
     for (morphbus::status_t& status : controller_->Describe(output_.status)) {
-      outbox_.Send(channel_status_, tick, sim_time_us_, &status);
+      outbox_.Send(&channel_status_, tick, sim_time_us_, &status);
     }
   }
   // Neighbours need TRANSFORM for their next tick.
   ToTransform(output_.message, &transform_);
-  outbox_.Send(channel_transform_, tick, sim_time_us_, &transform_);
+  outbox_.Send(&channel_transform_, tick, sim_time_us_, &transform_);
   taken_.Published(outbox_.last_digest());
   // Last, because the sim goes on once it has this.
   morphbus::actuator_t actuator;
   ToActuator(output_, options_.module_id, options_.num_joints, outbox_.count(channel_status_),
              &actuator);
-  outbox_.Send(channel_actuator_, tick, sim_time_us_, &actuator);
+  outbox_.Send(&channel_actuator_, tick, sim_time_us_, &actuator);
   if (!before_publish_) return;
   // Saved, then sent: whoever is killed in between sends the same bytes again.
   WriteSnapshot(tick + 1);

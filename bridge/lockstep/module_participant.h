@@ -119,6 +119,8 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
     std::array<int64_t, 2> ticks = {-1, -1};
     /// XXH3 of the messages as they came.
     std::array<uint64_t, 2> digests = {};
+    /// Of the numbers on its channel.
+    SequenceTracker tracker;
   };
 
   [[nodiscard]] Moment CurrentMoment() const override { return {machine_.tick(), sim_time_us_}; }
@@ -172,7 +174,7 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   // The controller is not owned.
   ModuleController* controller_;
   ModuleParticipantOptions options_;
-  std::string channel_transform_, channel_actuator_, channel_status_;
+  Outbox::Sending channel_transform_, channel_actuator_, channel_status_;
   // Names of all modules by id, as SENSORS tells them, and mailboxes of the neighbours by id.
   NameDirectory directory_;
   std::map<uint16_t, Mailbox> mailboxes_;
@@ -186,6 +188,8 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   morphbus::transform_t transform_;
   /// Sim time at which the tick to compute begins.
   int64_t sim_time_us_ = 0;
+  /// Of the ticks of our part of SENSORS.
+  SequenceTracker sensors_tracker_;
   // The part of SENSORS that input_ is of: XXH3 of it, and its number.
   uint64_t sensors_digest_ = 0;
   int sensors_part_ = 0;

@@ -46,6 +46,14 @@ Outbox::Streams::value_type& Outbox::StreamOf(const std::string& channel) {
   return *found;
 }
 
+Outbox::Streams::value_type& Outbox::StreamOf(Sending* channel) {
+  if (channel->stream_ == nullptr || channel->loads_ != loads_) {
+    channel->stream_ = &StreamOf(channel->channel_);
+    channel->loads_ = loads_;
+  }
+  return *channel->stream_;
+}
+
 void Outbox::FillHeader(const Stream& stream, int64_t tick, int64_t sim_time_us,
                         morphbus::header_t* header) {
   // The CRC is put in once the message is encoded.
@@ -65,8 +73,9 @@ void Outbox::Commit(Streams::value_type* to, int64_t tick) {
   // Numbered and counted; what counts for the hash is also hashed and kept.
   const int64_t sequence = stream->next_sequence++;
   ++ledger_->sent;
+  last_digest_ = DigestOf(scratch_.data(), scratch_.size());
   if (stream->hashed) {
-    stream->hash.Update(scratch_.data(), scratch_.size());
+    stream->hash.Add(last_digest_);
     // Messages older than the window are asked for by nobody; their buffers are used again.
     while (!stream->kept.empty() && stream->kept.front().tick <= tick - kKeptTicks) {
       spare_.push_back(std::move(stream->kept.front().bytes));
@@ -144,6 +153,12 @@ int64_t Outbox::count(const std::string& channel) const {
   return found == streams_.end() ? 0 : found->second.next_sequence;
 }
 
+int64_t Outbox::count(const Sending& channel) const {
+  // Asking begins no stream: one without messages would show among the totals.
+  const bool known = channel.stream_ != nullptr && channel.loads_ == loads_;
+  return known ? channel.stream_->second.next_sequence : count(channel.channel_);
+}
+
 std::vector<ChannelTotal> Outbox::totals() const {
   std::vector<ChannelTotal> totals;
   for (const auto& [channel, stream] : streams_) {
@@ -163,9 +178,7 @@ void Outbox::Save(std::vector<uint8_t>* out) const {
     PutText(out, channel);
     PutBytes(out, stream.next_sequence);
     PutBytes(out, stream.partial);
-    const size_t at = out->size();
-    out->resize(at + StreamHash::kStateBytes);
-    stream.hash.Save(out->data() + at);
+    PutBytes(out, stream.hash.Digest());
     // The kept messages, oldest first, each with its length before its bytes.
     PutBytes(out, static_cast<uint32_t>(stream.kept.size()));
     for (const Kept& kept : stream.kept) {
@@ -181,6 +194,7 @@ Result<size_t> Outbox::Load(const uint8_t* data, size_t size) {
   SnapshotReader in{data, size};
   // Every length is checked before it is believed: the file may be cut or damaged.
   streams_.clear();
+  ++loads_;
   const auto num_streams = in.Get<uint32_t>();
   for (uint32_t i = 0; i < num_streams && num_streams <= kMostStreams && in.ok; ++i) {
     const std::string channel = in.GetText();
@@ -190,7 +204,7 @@ Result<size_t> Outbox::Load(const uint8_t* data, size_t size) {
     // Number and hash go on where they were, so the run's hash does not show the interruption.
     stream.next_sequence = in.Get<int64_t>();
     stream.partial = in.Get<uint8_t>() != 0;
-    if (const uint8_t* hash = in.Take(StreamHash::kStateBytes)) stream.hash.Load(hash);
+    stream.hash.Resume(in.Get<uint64_t>());
     const auto num_kept = in.Get<uint32_t>();
     if (num_kept > kMostKept) return Fail("the snapshot keeps too many messages");
     // What others may still ask for comes back as it was.

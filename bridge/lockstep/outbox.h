@@ -67,7 +67,16 @@ class Outbox {
   /// @param sim_time_us  sim time at which that tick begins.
   /// @param message      of type M; its `header` is overwritten.
   template <class M>
-  void Send(const std::string& channel, int64_t tick, int64_t sim_time_us, M* message);
+  void Send(const std::string& channel, int64_t tick, int64_t sim_time_us, M* message) {
+    SendOn(&StreamOf(channel), tick, sim_time_us, message);
+  }
+
+  class Sending;
+  /// The same for a channel that is sent on again and again.
+  template <class M>
+  void Send(Sending* channel, int64_t tick, int64_t sim_time_us, M* message) {
+    SendOn(&StreamOf(channel), tick, sim_time_us, message);
+  }
 
   /// A module's program was replaced: from now on headers speak of this one.
   void SetProgramHash(uint64_t hash) { sender_.program_hash = hash; }
@@ -93,10 +102,11 @@ class Outbox {
   /// it out. Call before the first Send on it.
   void ContinueAfter(const std::string& channel, int64_t count);
   /// XXH3 of the message that was sent last.
-  [[nodiscard]] uint64_t last_digest() const { return DigestOf(scratch_.data(), scratch_.size()); }
+  [[nodiscard]] uint64_t last_digest() const { return last_digest_; }
 
   /// Number the next message on `channel` will get: how many there were.
   [[nodiscard]] int64_t count(const std::string& channel) const;
+  [[nodiscard]] int64_t count(const Sending& channel) const;
 
   /// Count and hash of the hashed channels, in order of name.
   [[nodiscard]] std::vector<ChannelTotal> totals() const;
@@ -139,6 +149,10 @@ class Outbox {
 
   /// The channel and its stream, begun if need be. The channel must be one of the run's.
   Streams::value_type& StreamOf(const std::string& channel);
+  Streams::value_type& StreamOf(Sending* channel);
+  /// Sends as Send() says.
+  template <class M>
+  void SendOn(Streams::value_type* to, int64_t tick, int64_t sim_time_us, M* message);
   /// Fills in all of the header but the CRC.
   void FillHeader(const Stream& stream, int64_t tick, int64_t sim_time_us,
                   morphbus::header_t* header);
@@ -151,8 +165,10 @@ class Outbox {
   AnswerPause pause_;
   // By full name of the channel.
   Streams streams_;
+  int loads_ = 0;  ///< How often they were replaced by Load.
   // The message that is being sent, encoded; used again and again.
   std::vector<uint8_t> scratch_;
+  uint64_t last_digest_ = 0;
   /// Between Hold and Release.
   bool held_ = false;
   /// The channels of messages that are held back, and their places among the kept ones.
@@ -160,12 +176,25 @@ class Outbox {
   std::vector<std::vector<uint8_t>> spare_;  ///< Buffers of messages no longer kept.
 };
 
+/// A channel that one outbox sends on again and again, whose stream is looked up by name only once.
+class Outbox::Sending {
+ public:
+  /// @param channel  its full name.
+  explicit Sending(std::string channel) : channel_(std::move(channel)) {}
+
+ private:
+  friend class Outbox;
+  std::string channel_;
+  /// The stream, null before it is looked up, and how often streams had been replaced by then.
+  Streams::value_type* stream_ = nullptr;
+  int loads_ = 0;
+};
+
 template <class M>
-void Outbox::Send(const std::string& channel, int64_t tick, int64_t sim_time_us, M* message) {
-  Streams::value_type& to = StreamOf(channel);
-  FillHeader(to.second, tick, sim_time_us, &message->header);
+void Outbox::SendOn(Streams::value_type* to, int64_t tick, int64_t sim_time_us, M* message) {
+  FillHeader(to->second, tick, sim_time_us, &message->header);
   Encode(*message, &scratch_);
-  Commit(&to, tick);
+  Commit(to, tick);
 }
 
 }  // namespace morphbus::bridge

@@ -3,11 +3,9 @@
 
 #include <cstdint>
 #include <set>
-#include <string>
 #include <vector>
 
 #include "bridge/bus/bus.h"
-#include "compiler/base/text_hash.h"
 
 namespace morphbus::bridge {
 
@@ -60,8 +58,5 @@ class SequenceTracker {
   /// The last numbers, each at the place that is its remainder.
   std::vector<Seen> seen_ = std::vector<Seen>(64);
 };
-
-/// A tracker for each channel that a process listens to; by any name that tells them apart.
-using SequenceTrackers = TextTable<SequenceTracker>;
 
 }  // namespace morphbus::bridge

@@ -167,7 +167,7 @@ void SimParticipant::OnActuator(size_t module, const uint8_t* data, size_t size)
   // Old and repeated commands count in the ledger; only the first one of this tick is used.
   const uint64_t digest = DigestOf(data, size);
   SequenceTracker::Kind kind = SequenceTracker::Kind::kNext;
-  if (!Track(&trackers_[expected.name], channel, command.header.sequence, digest, &kind)) return;
+  if (!Track(&received_[module].tracker, channel, command.header.sequence, digest, &kind)) return;
   if (machine_.gone(static_cast<int>(module))) return;
   const bool late = options_.realtime && tick < machine_.tick();
   if (late && kind != SequenceTracker::Kind::kDuplicate) {
@@ -185,7 +185,7 @@ void SimParticipant::OnActuator(size_t module, const uint8_t* data, size_t size)
   // The command is kept until everybody has answered; only then does the robot move.
   std::swap(commands_[module], command);
   ++received_[module].count;
-  received_[module].hash.Update(data, size);
+  received_[module].hash.Add(digest);
   Tell(&SimLockstep::OnActuator, static_cast<int>(module), tick);
 }
 
@@ -346,8 +346,8 @@ void SimParticipant::Conclude() {
       // A module speaks for its own channels only.
       const std::optional<ChannelName> name = ParseChannel(total.channel);
       if (!name || name->run != options_.run || name->process != options_.modules[i].name) continue;
-      outcome_.totals.push_back(
-          {total.channel, total.count, static_cast<uint64_t>(total.hash), IsHashed(name->topic)});
+      outcome_.totals.push_back({total.channel, total.count,
+                                 static_cast<uint64_t>(total.chained_hash), IsHashed(name->topic)});
     }
   }
   std::sort(outcome_.totals.begin(), outcome_.totals.end(),

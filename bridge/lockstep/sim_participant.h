@@ -227,6 +227,7 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   struct ReceivedCommands {
     int64_t count = 0;
     StreamHash hash;
+    SequenceTracker tracker;  ///< Of all numbers that came on the channel.
   };
 
   // The robot is not owned.

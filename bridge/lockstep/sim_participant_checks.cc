@@ -111,7 +111,8 @@ std::string SimParticipant::Disagreement() const {
     for (const morphbus::channel_total_t& total : report.totals) {
       const bool ours = ParseChannel(total.channel).has_value();
       if (!log || !ours) continue;
-      totals.Taken(total.channel, -1, names_[i], {total.count, static_cast<uint64_t>(total.hash)});
+      totals.Taken(total.channel, -1, names_[i],
+                   {total.count, static_cast<uint64_t>(total.chained_hash)});
     }
     for (const morphbus::taken_total_t& entry : report.taken) {
       const std::optional<ChannelName> name = ParseChannel(entry.channel);

@@ -15,9 +15,9 @@ namespace morphbus::bridge::layout {
 template <class V>
 constexpr void Walk(V& v, As<morphbus::channel_total_t>) {
   v.Text("channel", kMaxChannelName);
-  // Distinct payloads, and the hash of their bytes in order.
+  // Distinct payloads, and the chain of their hashes in order.
   v.Int64("count", 0, kMost64);
-  v.Hash("hash");
+  v.Hash("chained_hash");
   // Whether the channel counts for the run's hash.
   v.Bool("hashed");
 }

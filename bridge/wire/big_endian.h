@@ -21,4 +21,11 @@ U LoadBigEndian(const uint8_t* at) {
   if constexpr (sizeof(U) == 8) return __builtin_bswap64(value);
 }
 
+/// Writes the unsigned number in network order at `at`, which need not be aligned.
+template <class U>
+void StoreBigEndian(U value, uint8_t* at) {
+  const U swapped = LoadBigEndian<U>(reinterpret_cast<const uint8_t*>(&value));
+  std::memcpy(at, &swapped, sizeof swapped);
+}
+
 }  // namespace morphbus::bridge

@@ -22,7 +22,7 @@ template <class V>
 constexpr void Walk(V& v, As<morphbus::topic_total_t>) {
   v.Text("topic", kMaxTopicName);
   v.Int64("count", 0, kMost64);
-  v.Hash("hash");
+  v.Hash("chained_hash");
 }
 
 /// HEALTH (health_t). A ledger only counts, so nothing in it is below 0.

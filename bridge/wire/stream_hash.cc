@@ -5,58 +5,32 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
+
+#include "bridge/wire/big_endian.h"
 
 namespace morphbus::bridge {
 
-struct StreamHash::State {
-  XXH3_state_t xxh;
-};
-
-// Snapshots reserve this much; another version of the library may need another number.
-static_assert(sizeof(XXH3_state_t) == StreamHash::kStateBytes);
-
-StreamHash::StreamHash() : state_(std::make_unique<State>()) { XXH3_64bits_reset(&state_->xxh); }
-StreamHash::~StreamHash() = default;
-StreamHash::StreamHash(StreamHash&&) noexcept = default;
-StreamHash& StreamHash::operator=(StreamHash&&) noexcept = default;
-
-void StreamHash::Update(const uint8_t* data, size_t size) {
-  XXH3_64bits_update(&state_->xxh, data, size);
-}
-
-uint64_t StreamHash::Digest() const { return XXH3_64bits_digest(&state_->xxh); }
-
-uint64_t StreamHash::DigestWith(const uint8_t* data, size_t size) const {
-  State copy;
-  XXH3_copyState(&copy.xxh, &state_->xxh);
-  XXH3_64bits_update(&copy.xxh, data, size);
-  return XXH3_64bits_digest(&copy.xxh);
-}
-
 uint64_t DigestOf(const uint8_t* data, size_t size) { return XXH3_64bits(data, size); }
 
-void StreamHash::Save(uint8_t* out) const {
-  std::memcpy(out, static_cast<const void*>(&state_->xxh), kStateBytes);
+void StreamHash::Add(uint64_t digest) {
+  // In network order, so that machines agree.
+  std::array<uint8_t, 16> link;
+  StoreBigEndian(value_, link.data());
+  StoreBigEndian(digest, link.data() + 8);
+  value_ = DigestOf(link.data(), link.size());
 }
 
-void StreamHash::Load(const uint8_t* in) {
-  // The state points at the default secret, whose address differs from process to process.
-  const unsigned char* const secret = state_->xxh.extSecret;
-  std::memcpy(static_cast<void*>(&state_->xxh), in, kStateBytes);
-  state_->xxh.extSecret = secret;
-  // Bytes from a damaged file must not make the library read or write out of its buffers.
-  state_->xxh.bufferedSize %= XXH3_INTERNALBUFFER_SIZE + 1;
-  state_->xxh.secretLimit = XXH_SECRET_DEFAULT_SIZE - XXH_STRIPE_LEN;
-  state_->xxh.nbStripesPerBlock = state_->xxh.secretLimit / XXH_SECRET_CONSUME_RATE;
-  state_->xxh.nbStripesSoFar %= state_->xxh.nbStripesPerBlock + 1;
+uint64_t StreamHash::DigestWith(const uint8_t* data, size_t size) const {
+  StreamHash copy = *this;
+  copy.Update(data, size);
+  return copy.Digest();
 }
 
 morphbus::channel_total_t ToWire(const ChannelTotal& total) {
   morphbus::channel_total_t wire;
   wire.channel = total.channel;
   wire.count = total.count;
-  wire.hash = static_cast<int64_t>(total.hash);
+  wire.chained_hash = static_cast<int64_t>(total.hash);
   wire.hashed = total.hashed ? 1 : 0;
   return wire;
 }

@@ -5,43 +5,34 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <morphbus/channel_total_t.hpp>
 #include <string>
 #include <vector>
 
 namespace morphbus::bridge {
 
-/// XXH3, 64 bits, seed 0, fed piece by piece: the hash of the pieces' concatenation.
-class StreamHash {
- public:
-  StreamHash();
-  // It can be moved, but not copied.
-  ~StreamHash();
-  StreamHash(StreamHash&&) noexcept;
-  StreamHash& operator=(StreamHash&&) noexcept;
-
-  /// Adds a payload's bytes.
-  void Update(const uint8_t* data, size_t size);
-  /// The hash of all bytes so far; more may follow.
-  [[nodiscard]] uint64_t Digest() const;
-  /// The hash that there would be after these bytes, which are not added.
-  [[nodiscard]] uint64_t DigestWith(const uint8_t* data, size_t size) const;
-
-  /// The state as flat bytes of the same build, for a resumed process. Both take kStateBytes bytes
-  /// at `out` or `in`; a state that is damaged yields a wrong hash, but no access out of bounds.
-  static constexpr size_t kStateBytes = 576;
-  void Save(uint8_t* out) const;
-  void Load(const uint8_t* in);
-
- private:
-  // xxHash's state, kept out of this header.
-  struct State;
-  std::unique_ptr<State> state_;
-};
-
 /// XXH3, 64 bits, seed 0, of one payload.
 uint64_t DigestOf(const uint8_t* data, size_t size);
+
+/// The hash of payloads in a row, as a chain: h(0) = 0, and h(n + 1) is XXH3 (64 bits, seed 0) of
+/// 16 bytes, h(n) and the XXH3 of payload n, both big-endian. A process that has the hash of each
+/// message anyway pays for eight bytes a channel and no second pass over the payloads.
+class StreamHash {
+ public:
+  /// Adds a payload by its hash (DigestOf).
+  void Add(uint64_t digest);
+  /// Adds a payload by its bytes.
+  void Update(const uint8_t* data, size_t size) { Add(DigestOf(data, size)); }
+  /// The hash of all payloads so far; more may follow.
+  [[nodiscard]] uint64_t Digest() const { return value_; }
+  /// The hash that there would be after this payload, which is not added.
+  [[nodiscard]] uint64_t DigestWith(const uint8_t* data, size_t size) const;
+  /// Goes on where a hash had this value.
+  void Resume(uint64_t value) { value_ = value; }
+
+ private:
+  uint64_t value_ = 0;
+};
 
 /// Count and hash of one channel, distinct payloads in sequence order.
 struct ChannelTotal {
@@ -49,8 +40,7 @@ struct ChannelTotal {
   std::string channel;
   /// Payloads, each counted once however often it was sent.
   int64_t count = 0;
-  /// XXH3, 64 bits, of their bytes.
-  uint64_t hash = 0;
+  uint64_t hash = 0;    ///< StreamHash of them.
   bool hashed = false;  ///< Counts for the run's hash.
 };
 

@@ -13,7 +13,6 @@
 #include "bridge/wire/codec.h"
 #include "bridge/wire/health.h"
 #include "bridge/wire/info_parts.h"
-#include "bridge/wire/stream_hash.h"
 #include "logger/log/description.h"
 
 namespace morphbus::logger {
@@ -31,13 +30,6 @@ int64_t MachineWallClock() {
 }
 
 }  // namespace
-
-/// What the log holds of one channel.
-struct Recorder::Written {
-  int64_t count = 0;
-  bool hashed = false;
-  bridge::StreamHash hash;
-};
 
 Result<std::unique_ptr<Recorder>> Recorder::Create(bridge::Bus* bus, const bridge::TimeSource* time,
                                                    RecorderOptions options) {
@@ -118,7 +110,7 @@ void Recorder::WriteOwn(const std::string& channel, int64_t sequence, M* message
   message->header.program_hash = 0;
   std::vector<uint8_t> payload;
   bridge::Encode(*message, &payload);
-  Write(channel, payload, options_.wall_clock(), false);
+  Write(ChannelNamed(channel), payload, options_.wall_clock(), false);
 }
 
 /// The description is the head of the log, whatever the bus does.
@@ -168,17 +160,15 @@ void Recorder::Take(const bridge::LoggedMessage& message) {
     ledgers_[std::string(name->process)] = participant_->complete();
   }
   // Messages outside the hash are written as they come.
-  std::vector<uint8_t> payload(message.data, message.data + message.size);
-  const std::string channel(message.channel);
   const int64_t now = options_.wall_clock();
-  const bool hashed = bridge::IsHashed(name->topic);
-  if (!hashed) {
-    Write(channel, payload, now, false);
+  if (!bridge::IsHashed(name->topic)) {
+    Write(ChannelNamed(message.channel), {message.data, message.data + message.size}, now, false);
     return;
   }
   // The latest tick heard of dates the messages that only the log gets.
   morphbus::header_t header;
   if (!bridge::DecodeHeader(message.data, message.size, &header)) return;
+  Channels::value_type* channel = ChannelOf(message);
   if (header.tick > last_tick_) {
     last_tick_ = header.tick;
     last_time_us_ = header.sim_time_us;
@@ -186,39 +176,85 @@ void Recorder::Take(const bridge::LoggedMessage& message) {
   // What ends the run is written last: should it turn out that the run goes on, another takes its
   // place.
   if (message.end) {
-    end_clock_ = Held{now, std::move(payload)};
+    end_clock_ = Held{
+        channel, name->topic, header.sequence, now, {message.data, message.data + message.size}};
     return;
   }
   // In real time no tick is ever known to be whole, so order of arrival is the order of the log.
   if (options_.realtime) {
-    Write(channel, payload, now, true);
+    Write(channel, {message.data, message.data + message.size}, now, true);
     return;
   }
-  // Topics stand in the order of their numbers: what was sensed, what was told, what was commanded.
-  held_[{header.tick, static_cast<int>(name->topic), channel, header.sequence}] = {
-      now, std::move(payload)};
+  Hold(channel, message, name->topic, header, now);
 }
 
-/// Writes the held messages of the first `complete_ticks` ticks in an order that only they decide.
+Recorder::Channels::value_type* Recorder::ChannelNamed(std::string_view name) {
+  const auto found = written_.find(name);
+  if (found != written_.end()) return &*found;
+  // A new channel may stand between known ones.
+  in_order_ = false;
+  return &*written_.emplace(std::string(name), Written()).first;
+}
+
+Recorder::Channels::value_type* Recorder::ChannelOf(const bridge::LoggedMessage& message) {
+  const auto index = static_cast<size_t>(message.channel_index);
+  if (index >= by_index_.size()) by_index_.resize(index + 1, nullptr);
+  if (by_index_[index] == nullptr) by_index_[index] = ChannelNamed(message.channel);
+  return by_index_[index];
+}
+
+void Recorder::Hold(Channels::value_type* channel, const bridge::LoggedMessage& message,
+                    Topic topic, const morphbus::header_t& header, int64_t timestamp_us) {
+  // As many buffers as messages were ever held at a time, which the lockstep bounds.
+  std::vector<uint8_t> payload;
+  if (!spare_.empty()) {
+    payload = std::move(spare_.back());
+    spare_.pop_back();
+  }
+  payload.assign(message.data, message.data + message.size);
+  held_[header.tick].push_back({channel, topic, header.sequence, timestamp_us, std::move(payload)});
+}
+
+void Recorder::Sort(std::vector<Held>* tick) {
+  // Names are compared once for all ticks: each channel then knows its place among them.
+  if (!in_order_) {
+    std::vector<Channels::value_type*> channels;
+    for (Channels::value_type& channel : written_) channels.push_back(&channel);
+    std::sort(channels.begin(), channels.end(),
+              [](const auto* a, const auto* b) { return a->first < b->first; });
+    for (size_t i = 0; i < channels.size(); ++i) channels[i]->second.order = static_cast<int>(i);
+    in_order_ = true;
+  }
+  // Topics stand in the order of their numbers: what was sensed, what was told, what was commanded.
+  std::sort(tick->begin(), tick->end(), [](const Held& a, const Held& b) {
+    return std::tuple(a.topic, a.channel->second.order, a.sequence) <
+           std::tuple(b.topic, b.channel->second.order, b.sequence);
+  });
+}
+
 void Recorder::Release(int64_t complete_ticks) {
-  while (!held_.empty() && std::get<0>(held_.begin()->first) < complete_ticks) {
-    const auto& [place, held] = *held_.begin();
-    // What was written while this was held has later stamps; a log never steps back for that.
-    const int64_t timestamp_us = std::max(held.timestamp_us, last_stamp_us_);
-    Write(std::get<2>(place), held.payload, timestamp_us, true);
+  while (!held_.empty() && held_.begin()->first < complete_ticks) {
+    std::vector<Held>& tick = held_.begin()->second;
+    Sort(&tick);
+    for (Held& held : tick) {
+      // What was written while this was held has later stamps; a log never steps back for that.
+      Write(held.channel, held.payload, std::max(held.timestamp_us, last_stamp_us_), true);
+      spare_.push_back(std::move(held.payload));
+    }
     held_.erase(held_.begin());
   }
 }
 
-void Recorder::Write(const std::string& channel, const std::vector<uint8_t>& payload,
+void Recorder::Write(Channels::value_type* channel, const std::vector<uint8_t>& payload,
                      int64_t timestamp_us, bool hashed) {
-  Written& written = written_[channel];
+  Written& written = channel->second;
   written.hashed = hashed;
   ++written.count;
   written.hash.Update(payload.data(), payload.size());
   last_stamp_us_ = timestamp_us;
   // The first failure is kept: what fails after it only follows from it.
-  if (auto result = writer_->Write(timestamp_us, channel, payload); !result && error_.empty()) {
+  if (auto result = writer_->Write(timestamp_us, channel->first, payload);
+      !result && error_.empty()) {
     error_ = result.error().message;
   }
 }
@@ -254,7 +290,7 @@ Result<RecordSummary> Recorder::Finish(const std::string& interrupted) {
   // What is held of ticks that never became whole is still part of the run.
   Release(std::numeric_limits<int64_t>::max());
   if (end_clock_ && participant_->end_heard()) {
-    Write(bridge::Channel(key_.run, bridge::kSimProcess, Topic::kClock), end_clock_->payload,
+    Write(end_clock_->channel, end_clock_->payload,
           std::max(end_clock_->timestamp_us, last_stamp_us_), true);
   }
   // The logger's own last ledger: it hears nothing of its own any more.
@@ -266,9 +302,13 @@ Result<RecordSummary> Recorder::Finish(const std::string& interrupted) {
   std::vector<bridge::ChannelTotal> totals;
   std::vector<bridge::ChannelTotal> hashed;
   for (const auto& [channel, written] : written_) {
+    // Of an END that turned out to be none nothing was written.
+    if (written.count == 0) continue;
     totals.push_back({channel, written.count, written.hash.Digest(), written.hashed});
     if (written.hashed) hashed.push_back(totals.back());
   }
+  std::sort(totals.begin(), totals.end(),
+            [](const auto& a, const auto& b) { return a.channel < b.channel; });
   RecordSummary summary;
   summary.run_hash = bridge::RunHash(std::move(hashed));
   // Why the run ended: the recorder was stopped, it failed, or the simulator said so.

@@ -11,10 +11,13 @@
 #include <morphbus/header_t.hpp>
 #include <optional>
 #include <string>
-#include <tuple>
+#include <string_view>
 #include <vector>
 
 #include "bridge/lockstep/log_participant.h"
+#include "bridge/wire/channels.h"
+#include "bridge/wire/stream_hash.h"
+#include "compiler/base/text_hash.h"
 #include "logger/log/description.h"
 #include "logger/log/event_log.h"
 
@@ -97,13 +100,23 @@ class Recorder : public bridge::Participant {
   [[nodiscard]] const std::string& run() const { return key_.run; }
 
  private:
+  /// What the log holds of one channel.
+  struct Written {
+    int64_t count = 0;
+    bool hashed = false;
+    bridge::StreamHash hash;
+    int order = 0;  ///< Its place among all channels by name; holds while in_order_ is true.
+  };
+  using Channels = TextTable<Written>;
   /// A message that waits for its tick to be whole, so that order of arrival leaves no trace.
   struct Held {
+    Channels::value_type* channel = nullptr;
+    bridge::Topic topic = bridge::Topic::kClock;
+    int64_t sequence = 0;  ///< Its number on the channel.
     /// Wall clock of its arrival, µs since 1970.
     int64_t timestamp_us = 0;
     std::vector<uint8_t> payload;
   };
-  struct Written;
 
   Recorder(bridge::Bus* bus, const bridge::TimeSource* time, RecorderOptions options,
            DescriptionKey key, std::unique_ptr<EventLogWriter> writer);
@@ -121,13 +134,23 @@ class Recorder : public bridge::Participant {
   void Take(const bridge::LoggedMessage& message);
   /// Takes from an END_ACK how many messages its sender published, by channel.
   void TakeEndAck(const uint8_t* data, size_t size);
+  /// What the log holds of a channel, begun if need be.
+  Channels::value_type* ChannelNamed(std::string_view name);
+  /// The same for a hashed channel that the participant knows by an index.
+  Channels::value_type* ChannelOf(const bridge::LoggedMessage& message);
+  /// Keeps a message until its tick is whole.
+  void Hold(Channels::value_type* channel, const bridge::LoggedMessage& message,
+            bridge::Topic topic, const morphbus::header_t& header, int64_t timestamp_us);
   /// Writes the held messages of the first `complete_ticks` ticks in an order that only they
   /// decide.
   void Release(int64_t complete_ticks);
+  /// Puts the messages of one tick in the order in which the log has them: by topic, name of the
+  /// channel, and number.
+  void Sort(std::vector<Held>* tick);
   /// Appends one event, and counts and hashes it under its channel for END; `timestamp_us` is wall
   /// clock.
-  void Write(const std::string& channel, const std::vector<uint8_t>& payload, int64_t timestamp_us,
-             bool hashed);
+  void Write(Channels::value_type* channel, const std::vector<uint8_t>& payload,
+             int64_t timestamp_us, bool hashed);
   /// Writes END: how the run ended, and the totals of every channel.
   void WriteEnd(const RecordSummary& summary, const std::vector<bridge::ChannelTotal>& totals);
   /// How many messages the publishers counted and the log lacks; appends their channels to `what`.
@@ -140,13 +163,16 @@ class Recorder : public bridge::Participant {
   std::unique_ptr<EventLogWriter> writer_;
   /// The logger's part in the lockstep; it hands every message to Take().
   std::unique_ptr<bridge::LogParticipant> participant_;
-  /// Messages that count for the run's hash, of ticks that are not whole yet, by tick, topic,
-  /// channel and number: the order in which they are written.
-  std::map<std::tuple<int64_t, int, std::string, int64_t>, Held> held_;
+  /// Messages that count for the run's hash, of ticks that are not whole yet, by tick.
+  std::map<int64_t, std::vector<Held>> held_;
+  /// Buffers of messages that have been written, for later ones.
+  std::vector<std::vector<uint8_t>> spare_;
   /// The CLOCK with PHASE_END that came last; none before.
   std::optional<Held> end_clock_;
-  /// What the log holds, by channel.
-  std::map<std::string, Written> written_;
+  /// What the log holds, by channel, and whether all channels know their place in order of name.
+  Channels written_;
+  std::vector<Channels::value_type*> by_index_;  ///< Of them those with an index; null: none yet.
+  bool in_order_ = false;
   /// How many messages the modules said they published (END_ACK), by channel.
   std::map<std::string, int64_t> published_;
   /// Processes that sent HEALTH, and whether they did so after the run's end.

@@ -193,7 +193,7 @@ void LogFacts::VerifyEnd(bool end_seen) {
     listed.insert(total.channel);
     const auto found = channels.find(total.channel);
     const bool matches = found != channels.end() && found->second.messages == total.count &&
-                         found->second.hash == static_cast<uint64_t>(total.hash);
+                         found->second.hash == static_cast<uint64_t>(total.chained_hash);
     if (found != channels.end()) found->second.matches_end = matches;
     right = right && (matches || (total.count == 0 && found == channels.end()));
   }

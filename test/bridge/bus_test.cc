@@ -417,15 +417,36 @@ TEST(RunHashTest, CountsHashedChannelsUnderTheirNamesWithinTheRun) {
   EXPECT_NE(RunHash({a, {"one/m3/STATUS", 3, 77, true}}), hash);
 }
 
-TEST(StreamHashTest, IsXxh3OfTheWhole) {
+TEST(StreamHashTest, ChainsTheHashesOfPayloads) {
   // XXH3_64bits of the empty input, from xxHash's own specification.
-  EXPECT_EQ(StreamHash().Digest(), 0x2d06800538d394c2u);
-  std::vector<uint8_t> bytes(5000);
-  for (size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<uint8_t>(i * 31);
-  StreamHash whole, pieces;
-  whole.Update(bytes.data(), bytes.size());
-  for (size_t i = 0; i < bytes.size(); i += 100) pieces.Update(bytes.data() + i, 100);
-  EXPECT_EQ(whole.Digest(), pieces.Digest());
+  EXPECT_EQ(DigestOf(nullptr, 0), 0x2d06800538d394c2u);
+  EXPECT_EQ(StreamHash().Digest(), 0u);
+  // The link of the empty payload, put together by hand.
+  const std::vector<uint8_t> link = {0,    0,    0,    0,    0,    0,    0,    0,
+                                     0x2d, 0x06, 0x80, 0x05, 0x38, 0xd3, 0x94, 0xc2};
+  StreamHash hash;
+  hash.Update(nullptr, 0);
+  EXPECT_EQ(hash.Digest(), DigestOf(link.data(), link.size()));
+}
+
+TEST(StreamHashTest, TellsOrderAndBoundariesOfPayloads) {
+  const std::vector<uint8_t> a = {1, 2}, b = {3}, both = {1, 2, 3};
+  const auto hash_of = [](const std::vector<std::vector<uint8_t>>& payloads) {
+    StreamHash hash;
+    for (const std::vector<uint8_t>& payload : payloads) {
+      hash.Update(payload.data(), payload.size());
+    }
+    return hash.Digest();
+  };
+  EXPECT_NE(hash_of({a, b}), hash_of({b, a}));
+  EXPECT_NE(hash_of({a, b}), hash_of({both}));
+  EXPECT_NE(hash_of({a}), hash_of({a, a}));
+  // A process that goes on with the value goes on with the chain.
+  StreamHash resumed;
+  resumed.Resume(hash_of({a}));
+  EXPECT_EQ(resumed.DigestWith(b.data(), b.size()), hash_of({a, b}));
+  resumed.Update(b.data(), b.size());
+  EXPECT_EQ(resumed.Digest(), hash_of({a, b}));
 }
 
 TEST(SnapshotFileTest, KeepsTheNewestWholeSnapshot) {

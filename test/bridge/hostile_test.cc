@@ -291,7 +291,7 @@ TEST(Hostile, OneForgedReportOfWhatWasPublishedEndsNothing) {
     if (heard.channel == "test/m2/ACTUATOR") run->modules[1].participant->PublishHealth();
     if (heard.channel != "test/m2/HEALTH" || ++reports % 2 == 0) return;
     forger->Say(Altered<morphbus::health_t>(heard, [](morphbus::health_t* health) {
-      for (morphbus::topic_total_t& total : health->totals) ++total.hash;
+      for (morphbus::topic_total_t& total : health->totals) ++total.chained_hash;
     }));
   };
   ExpectUnharmed(Attacked(options, attack), Undisturbed(options));

@@ -179,7 +179,7 @@ morphbus::ask_t Ask() {
   morphbus::channel_total_t total;
   total.channel = "walk/m3/STATUS";
   total.count = 12;
-  total.hash = -3;
+  total.chained_hash = -3;
   total.hashed = 1;
   ask.totals = {total, total};
   ask.num_totals = 2;
@@ -254,7 +254,7 @@ std::vector<SampleMessage> SampleMessages() {
   morphbus::topic_total_t& total = health.totals.emplace_back();
   total.topic = "ACTUATOR";
   total.count = 7;
-  total.hash = -3;
+  total.chained_hash = -3;
   health.num_totals = 1;
   morphbus::control_t control;
   control.counter = 3;

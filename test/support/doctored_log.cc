@@ -66,7 +66,7 @@ void DoctoredLog::Write(const std::string& path) {
       channel_total_t entry;
       entry.channel = total.channel;
       entry.count = total.count;
-      entry.hash = static_cast<int64_t>(total.hash);
+      entry.chained_hash = static_cast<int64_t>(total.hash);
       entry.hashed = total.hashed;
       end->channels.push_back(entry);
     }

@@ -319,7 +319,7 @@ void Writer::End() {
     channel_total_t entry{};
     entry.channel = channel;
     entry.count = total.count;
-    entry.hash = static_cast<int64_t>(total.hash);
+    entry.chained_hash = static_cast<int64_t>(total.hash);
     entry.hashed = total.hashed;
     end.channels.push_back(entry);
     if (total.hashed) hashed.push_back(total);
