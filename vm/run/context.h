@@ -75,8 +75,8 @@ inline Fault FaultOf(const VerifiedProgram& program, const RunResult& result) {
   return fault;
 }
 
-/// FNV-1a-64 over numbers, by which two states of affairs are compared without keeping the earlier
-/// one. Each number counts as 64 bits, lowest byte first, so that all hosts agree.
+/// A hash over numbers, by which two states of affairs are compared without keeping the earlier
+/// one. Each number counts as 64 bits, so that all hosts agree.
 class Digest {
  public:
   /// Adds numbers and flags. They are widened to 64 bits, so that the type in which a number is
@@ -89,12 +89,13 @@ class Digest {
   [[nodiscard]] uint64_t value() const { return hash_; }
 
  private:
-  /// Each byte is mixed in by an exclusive or and a product with FNV's prime.
+  /// Each number is mixed in by an exclusive or and a product with an odd constant, as FNV does
+  /// with each byte; the shift lets the high half act on the low one. The constant is that of
+  /// Fibonacci hashing, 2^64 over the golden ratio (Knuth, The Art of Computer Programming 3,
+  /// Sec. 6.4).
   void Mix(uint64_t value) {
-    for (int i = 0; i < 8; ++i) {
-      hash_ = (hash_ ^ (value & 0xff)) * 0x100000001b3ULL;
-      value >>= 8;
-    }
+    hash_ = (hash_ ^ value) * 0x9e3779b97f4a7c15ULL;
+    hash_ ^= hash_ >> 32;
   }
 
   /// The hash so far; it begins with the offset basis of FNV.

@@ -11,9 +11,10 @@ uint32_t KeyOf(const BodyRecord& record) {
   return static_cast<uint32_t>(record.module) << 8 | record.joint;
 }
 
-/// Where a joint stands, or would stand, in the table.
-int LowerBound(const BodyTable& table, uint32_t key) {
-  int i = 0;
+/// Where a joint stands, or would stand, in the table. The search begins at `near` if that is not
+/// beyond it: for joints in order all searches together pass through the table once.
+int LowerBound(const BodyTable& table, uint32_t key, int near = 0) {
+  int i = near > 0 && near <= table.num && KeyOf(table.records[near - 1]) < key ? near : 0;
   while (i < table.num && KeyOf(table.records[i]) < key) ++i;
   return i;
 }
@@ -43,10 +44,12 @@ bool ForgetOne(BodyTable* table) {
   return oldest >= 0;
 }
 
-/// Accepts news of a joint; false if there is no room for it.
-bool Accept(const BodyRecord& news, BodyTable* table) {
+/// Accepts news of a joint; false if there is no room for it. `*near` is a place from which its own
+/// is searched (LowerBound), and becomes that place.
+bool Accept(const BodyRecord& news, BodyTable* table, int* near) {
   // Old news, which other ways around a loop bring again and again, changes nothing.
-  int at = LowerBound(*table, KeyOf(news));
+  int at = LowerBound(*table, KeyOf(news), *near);
+  *near = at;
   const bool known = at < table->num && KeyOf(table->records[at]) == KeyOf(news);
   if (known && news.stamp <= table->records[at].stamp) return true;
   // Joints that touch the body are limited by one capacity, all records by another.
@@ -79,7 +82,8 @@ void AddOwnJoints(Context& context, uint32_t* overflow) {
     own.stamp = own.refreshed_tick = static_cast<int32_t>(context.state.tick);
     for (const int link : {joint.link_a, joint.link_b}) {
       const int body = context.kinematics.BodyLink(link);
-      if (!Accept(own, &context.state.bodies[body])) *overflow |= 1u << body;
+      int near = 0;
+      if (!Accept(own, &context.state.bodies[body], &near)) *overflow |= 1u << body;
     }
   }
 }
@@ -90,6 +94,8 @@ void MergeMessage(Context& context, int c, const NeighbourMessage& message, uint
   if (!neighbour.linked) return;
   const int body = context.kinematics.BodyLink(context.kinematics.connector(c).link);
   const int64_t tick = context.state.tick;
+  // What a neighbour says of a body is in the order of our table.
+  int near = 0;
   for (int i = 0; i < message.num_body_entries; ++i) {
     const BodyEntry& entry = message.body_entries[i];
     if (entry.link != neighbour.neighbour_body_link || entry.joint >= kMaxJoints) continue;
@@ -110,7 +116,7 @@ void MergeMessage(Context& context, int c, const NeighbourMessage& message, uint
     news.patience = static_cast<uint8_t>(patience < 255 ? patience : 255);
     news.stamp = static_cast<int32_t>(entry.stamp);
     news.refreshed_tick = static_cast<int32_t>(tick);
-    if (!Accept(news, &context.state.bodies[body])) *overflow |= 1u << body;
+    if (!Accept(news, &context.state.bodies[body], &near)) *overflow |= 1u << body;
   }
 }
 
