@@ -144,14 +144,16 @@ Result<std::unique_ptr<UdpmSocket>> UdpmSocket::Open(const LcmUrl& url) {
 }
 
 UdpmSocket::UdpmSocket(int fd, const LcmUrl& url)
-    : fd_(fd), group_(url.group), batch_(std::make_unique<Batch>()) {}
+    : fd_(fd),
+      group_(url.group),
+      on_loopback_(MulticastInterface(url.group) == "lo"),
+      batch_(std::make_unique<Batch>()) {}
 
 UdpmSocket::~UdpmSocket() { close(fd_); }
 
 bool UdpmSocket::SetChannels(const std::vector<ChannelInterest>& channels,
                              const ChannelPattern& pattern) {
-  // A pattern's channels may come from anywhere. What is needed from now on is let in before the
-  // filter lets it pass.
+  // A pattern's channels may come from anywhere.
   SourceSet needed;
   for (const ChannelInterest& channel : channels) needed.set(SourceOf(channel.channel));
   if (!pattern.prefix.empty()) needed.set();
@@ -159,33 +161,48 @@ bool UdpmSocket::SetChannels(const std::vector<ChannelInterest>& channels,
   const std::vector<sock_filter> program = BuildChannelFilter(channels, pattern);
   const bool filters = AttachFilter(fd_, program) && !program.empty();
   if (!filters) needed.set();
-  RefuseAllBut(needed);
+  ListenTo(needed);
   return filters;
 }
 
-void UdpmSocket::RefuseAllBut(const SourceSet& needed) {
-  const auto change = [this](int option, int source) {
-    ip_mreq_source request = {};
-    request.imr_multiaddr.s_addr = htonl(group_);
-    request.imr_interface.s_addr = htonl(INADDR_ANY);
-    request.imr_sourceaddr = SourceAddress(source);
-    return SetOption(fd_, IPPROTO_IP, option, &request, sizeof request);
-  };
-  // Room first: the kernel takes so many of them, and no more.
-  for (int source = 0; source < kNumSources; ++source) {
-    if (!refused_.test(source) || !needed.test(source)) continue;
-    if (change(IP_UNBLOCK_SOURCE, source)) refused_.reset(source);
+void UdpmSocket::ListenTo(const SourceSet& sources) {
+  const bool some = on_loopback_ && !sources.all();
+  if (some && sources_ == sources) return;
+  std::vector<in_addr> senders;
+  for (int source = 0; some && source < kNumSources; ++source) {
+    if (sources.test(source)) senders.push_back(SourceAddress(source));
   }
-  for (int source = 0; source < kNumSources; ++source) {
-    if (refused_.test(source) || needed.test(source)) continue;
-    if (!change(IP_BLOCK_SOURCE, source)) return;
-    refused_.set(source);
+  if (some) {
+    senders.push_back(OtherSources());
+    if (SetSenders(senders)) {
+      sources_ = sources;
+      return;
+    }
   }
+  // Before the group is joined there is nothing to be set.
+  if (sources_ && SetSenders({})) sources_ = std::nullopt;
+}
+
+bool UdpmSocket::SetSenders(const std::vector<in_addr>& senders) {
+  // The kernel's struct ends with the list, of which the header declares one element.
+  std::vector<uint8_t> bytes(IP_MSFILTER_SIZE(std::max<size_t>(senders.size(), 1)));
+  auto* filter = reinterpret_cast<ip_msfilter*>(bytes.data());
+  filter->imsf_multiaddr.s_addr = htonl(group_);
+  filter->imsf_interface.s_addr = htonl(INADDR_ANY);
+  // To exclude nobody is to listen to everybody.
+  filter->imsf_fmode = senders.empty() ? MCAST_EXCLUDE : MCAST_INCLUDE;
+  filter->imsf_numsrc = static_cast<uint32_t>(senders.size());
+  uint8_t* list = bytes.data() + IP_MSFILTER_SIZE(0);
+  for (size_t i = 0; i < senders.size(); ++i) {
+    std::memcpy(list + i * sizeof(in_addr), &senders[i], sizeof(in_addr));
+  }
+  return SetOption(fd_, IPPROTO_IP, IP_MSFILTER, bytes.data(),
+                   static_cast<socklen_t>(IP_MSFILTER_SIZE(senders.size())));
 }
 
 void UdpmSocket::PassEverything() {
   if (!filtered_) return;
-  RefuseAllBut(SourceSet().set());
+  ListenTo(SourceSet().set());
   AttachFilter(fd_, {});
   filtered_ = false;
   // From now on every drop is a datagram that found the buffer full.

@@ -8,6 +8,7 @@
 #include <functional>
 #include <initializer_list>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "bridge/bus/channel_filter.h"
@@ -77,16 +78,22 @@ class UdpmSocket {
   UdpmSocket(int fd, const LcmUrl& url);
   /// How long the kernel lets Await() wait, less than a second. Returns false if it refuses.
   bool SetReceiveTimeout(int64_t us);
-  /// Lets the kernel refuse what comes from all of our addresses but these, as far as it can.
-  void RefuseAllBut(const SourceSet& needed);
+  /// Lets the kernel pass only what comes from these addresses, if the group is on the loopback and
+  /// the kernel takes a list of so many (net.ipv4.igmp_max_msf, 10 unless set); else what comes
+  /// from anywhere.
+  void ListenTo(const SourceSet& sources);
+  /// Whether the kernel takes these senders; none: all.
+  bool SetSenders(const std::vector<in_addr>& senders);
 
   // The socket's descriptor, and whether a filter is set.
   int fd_;
   bool filtered_ = false;
   bool tells_arrivals_ = false;  ///< Whether each datagram says when it came and from whom.
-  /// The group, in host byte order, and the addresses whose datagrams to it are refused.
+  /// The group, in host byte order; whether only this machine can speak in it, and the addresses
+  /// that are listened to, if not all are.
   uint32_t group_;
-  SourceSet refused_;
+  bool on_loopback_;
+  std::optional<SourceSet> sources_;
   /// The kernel's count of drops when the filter was taken away.
   int64_t drops_before_ = 0;
   std::unique_ptr<Batch> batch_;

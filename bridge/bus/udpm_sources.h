@@ -3,12 +3,12 @@
 //
 // Every datagram to a multicast group is copied for every socket in the group before any filter of
 // that socket sees it. With a hundred processes nearly all of a run's time goes into copies that
-// are dropped. A group's members can refuse senders by address, though, which the kernel looks at
-// before it copies (RFC 3376, section 3.2: EXCLUDE). On a loopback all of 127.0.0.0/8 is ours, so
-// the address that a message comes from is chosen by its channel, and who needs few channels
-// refuses the addresses that none of those has. Others see no difference: a member that refuses
-// nothing, as LCM's own tools, gets everything, and what comes from other addresses gets
-// everywhere.
+// are dropped. A group's members can name the senders that they listen to, though, which the kernel
+// looks at before it copies (RFC 3376, section 3.2: INCLUDE). On a loopback all of 127.0.0.0/8 is
+// ours, so the address that a message comes from is chosen by its channel, and who needs few
+// channels listens to their addresses, and to the one that all other programs on this machine send
+// from. Others see no difference: a member that names no senders, as LCM's own tools, gets
+// everything.
 
 #include <netinet/in.h>
 
@@ -18,9 +18,9 @@
 
 namespace morphbus::bridge {
 
-/// How many addresses there are. More of them tell channels apart better, but the kernel refuses
-/// more than net.ipv4.igmp_max_msf of them, 10 unless set.
-inline constexpr int kNumSources = 16;
+/// How many addresses there are. More of them tell channels apart better, but the kernel goes
+/// through all that anybody listens to for every datagram.
+inline constexpr int kNumSources = 64;
 
 /// A set of the addresses, by number.
 using SourceSet = std::bitset<kNumSources>;
@@ -36,5 +36,8 @@ inline int SourceOf(std::string_view channel) {
 inline in_addr SourceAddress(int source) {
   return {htonl(0x7f4c4301U + static_cast<uint32_t>(source))};
 }
+
+/// What a program sends from that knows nothing of all this: LCM itself, for one.
+inline in_addr OtherSources() { return {htonl(INADDR_LOOPBACK)}; }
 
 }  // namespace morphbus::bridge

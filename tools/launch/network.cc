@@ -99,9 +99,9 @@ Result<void> BringLoopbackUp() {
   if (ioctl(socket_fd.get(), SIOCADDRT, &route) != 0 && errno != EEXIST) {
     return failed("cannot route multicast");
   }
-  // As many senders as there are may be refused (bridge/bus/udpm_sources.h). Without this it costs
-  // time and nothing else.
-  WriteProc("/proc/sys/net/ipv4/igmp_max_msf", std::to_string(bridge::kNumSources));
+  // A receiver may list as many senders as there are, and those of other programs
+  // (bridge/bus/udpm_sources.h). Without this it costs time and nothing else.
+  WriteProc("/proc/sys/net/ipv4/igmp_max_msf", std::to_string(bridge::kNumSources + 1));
   return {};
 }
 
