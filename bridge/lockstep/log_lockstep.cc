@@ -97,7 +97,7 @@ LogLockstep::Taken LogLockstep::OnClock(int64_t sequence, int64_t tick, int phas
   if (phase == morphbus::sim_clock_t::PHASE_START && complete_tick_ <= 0) {
     out->push_back({LogAction::Kind::kHello});
   }
-  if (!config_.realtime && sequence != tick) return Taken::kImpossible;
+  if (sequence != tick) return Taken::kImpossible;
   // END is the last message on CLOCK.
   if (end_tick_ >= 0 && sequence >= end_sequence_) DisproveEnd(tick);
   sim_tick_ = std::max(sim_tick_, tick);
@@ -155,13 +155,18 @@ LogLockstep::Taken LogLockstep::OnModule(Topic topic, int module, int64_t sequen
   if (module < 0 || static_cast<size_t>(module) >= modules_.size()) {
     return Unknown(tick, now_us, out);
   }
+  // Whoever has left is silent. In real time it may say a little more before it does.
+  if (!config_.realtime && !lost_.empty() && tick >= EndOf(static_cast<size_t>(module))) {
+    return Taken::kImpossible;
+  }
   Module& m = modules_[module];
   ReceivedSet& received = topic == Topic::kTransform
                               ? m.transform
                               : (topic == Topic::kActuator ? m.actuator : m.status);
   // A module says one of each a tick, but for STATUS, of which a window holds no more than so many.
   const bool numbered = topic != Topic::kStatus;
-  if (!config_.realtime && numbered && sequence != tick) return Taken::kImpossible;
+  // In real time it may leave out some ticks, and then its numbers stay behind.
+  if (numbered && (config_.realtime ? sequence > tick : sequence != tick)) return Taken::kImpossible;
   if (sequence >= received.next + static_cast<int64_t>(kMostBeyond)) return Taken::kImpossible;
   if (status_count > m.status.next + static_cast<int64_t>(kMostBeyond)) return Taken::kImpossible;
   // STATUS is not sent every tick: ACTUATOR tells how many there are by now.
@@ -201,10 +206,13 @@ LogLockstep::Taken LogLockstep::Note(bool fresh, int64_t tick, int64_t now_us, A
   return Taken::kFresh;
 }
 
-void LogLockstep::Lose(const std::string& name, int64_t tick) {
+void LogLockstep::Lose(const std::string& name, int64_t tick, int64_t now_us, Actions* out) {
   // No more than the run has modules; the first word counts.
   constexpr size_t kMostLost = 4096;
   if (lost_.size() < kMostLost) lost_.emplace(name, tick);
+  // Without this module a tick may be whole that was not.
+  UpdateComplete();
+  AcknowledgeAndAsk(now_us, out);
 }
 
 int64_t LogLockstep::EndOf(size_t module) const {

@@ -52,32 +52,6 @@ Result<void> CheckOther(Topic topic, const uint8_t* data, size_t size) {
 
 }  // namespace
 
-/// Distinct payloads of a channel, hashed in the order of their numbers.
-struct LogParticipant::ReceivedStream {
-  int64_t next = 0;   ///< Number of the next payload to hash.
-  int64_t count = 0;  ///< Distinct messages.
-  StreamHash hash;
-  std::map<int64_t, std::vector<uint8_t>> early;  ///< Bounded by the machine's window.
-
-  void Add(int64_t sequence, const uint8_t* data, size_t size, bool in_order) {
-    ++count;
-    // In lockstep every gap gets filled, so a payload beyond one waits for its turn in the hash. In
-    // real time nobody sends anything again, and payloads are hashed as they arrive.
-    if (!in_order || sequence == next) {
-      hash.Update(data, size);
-      next = sequence + 1;
-    } else {
-      early.emplace(sequence, std::vector<uint8_t>(data, data + size));
-    }
-    // Whatever the new payload was holding up follows.
-    while (!early.empty() && early.begin()->first == next) {
-      hash.Update(early.begin()->second.data(), early.begin()->second.size());
-      early.erase(early.begin());
-      ++next;
-    }
-  }
-};
-
 LogParticipant::LogParticipant(Bus* bus, const TimeSource* time, LogParticipantOptions options,
                                Recorder record)
     : LockstepParticipant(bus, time, {options.run, std::string(kLogProcess), options.model_hash, 0},
@@ -109,23 +83,6 @@ void LogParticipant::OnTime() {
   LockstepParticipant::OnTime();
   AnswerInfo();
 }
-
-std::vector<ChannelTotal> LogParticipant::totals() const {
-  std::vector<ChannelTotal> totals;
-  const std::string clock = ChannelOf(kSimProcess, Topic::kClock);
-  for (const auto& [channel, stream] : streams_) {
-    totals.push_back({channel, stream->count, stream->hash.Digest(), true});
-    // END is the last message on CLOCK.
-    if (channel != clock || end_clock_.empty()) continue;
-    ++totals.back().count;
-    totals.back().hash = stream->hash.DigestWith(end_clock_.data(), end_clock_.size());
-  }
-  std::sort(totals.begin(), totals.end(),
-            [](const ChannelTotal& a, const ChannelTotal& b) { return a.channel < b.channel; });
-  return totals;
-}
-
-std::string LogParticipant::run_hash() const { return RunHash(totals()); }
 
 void LogParticipant::OnMessage(std::string_view channel, const uint8_t* data, size_t size) {
   // Everything on the run's channels goes to the recorder, with a note of what it is worth.
@@ -204,7 +161,7 @@ void LogParticipant::TakeHashed(const ChannelName& name, const morphbus::header_
   const uint64_t digest = DigestOf(message->data, message->size);
   Track(&tracker->second, message->channel, header.sequence, digest);
   if (!message->duplicate) {
-    AddToStream(message->channel, header.sequence, message->data, message->size);
+    AddToStream(name, header, *message);
   }
 }
 
@@ -218,48 +175,21 @@ void LogParticipant::TakeOther(const ChannelName& name, LoggedMessage* message) 
   }
 }
 
-void LogParticipant::CompareTotals(const ChannelName& name, const uint8_t* data, size_t size) {
-  // In real time messages may be lost, and before the run and after it there is nothing to compare.
-  morphbus::health_t health;
-  if (options_.realtime || machine_.done() || !Decode(data, size, {}, &health)) return;
-  for (const morphbus::topic_total_t& total : health.totals) {
-    const std::string channel = options_.run + "/" + std::string(name.process) + "/" + total.topic;
-    const auto found = streams_.find(channel);
-    // What is under way, or was lost and is asked for, is compared at another time.
-    if (found == streams_.end() || !found->second->early.empty() ||
-        found->second->count != total.count) {
-      continue;
-    }
-    if (found->second->hash.Digest() == static_cast<uint64_t>(total.hash)) {
-      doubted_.erase(channel);
-      continue;
-    }
-    // One report may itself be a forgery; a second one without an honest one between them ends it.
-    if (doubted_.insert(channel).second) continue;
-    const std::string short_name = channel.substr(options_.run.size() + 1);
-    error_ = "LOG recorded other messages on " + short_name + " than " + std::string(name.process) +
-             " published: somebody else speaks on this bus";
-    return machine_.GiveUp();
-  }
-}
-
 LogParticipant::Verdict LogParticipant::TellClock(const morphbus::header_t& header,
                                                   const uint8_t* data, size_t size) {
   morphbus::sim_clock_t clock;
   if (!Decode(data, size, {options_.model_hash, 0}, &clock)) return std::nullopt;
-  // Of a module that is lost in this tick nothing more is to be expected.
-  for (const std::string& control : clock.controls) {
-    const std::string_view lost = LostModule(control);
-    if (!lost.empty() && machine_.InWindow(header.tick, now_us())) {
-      machine_.Lose(std::string(lost), header.tick);
-    }
-  }
   // The last CLOCK says why the run ended; the first one, how many messages a tick consists of.
   const Taken taken =
       machine_.OnClock(header.sequence, header.tick, clock.phase, clock.num_modules,
                        clock.num_sensors_parts, clock.num_world_parts, now_us(), &actions_);
-  if (clock.phase == morphbus::sim_clock_t::PHASE_END && taken == Taken::kFresh) {
-    end_reason_ = clock.end_reason;
+  if (taken != Taken::kFresh) return taken;
+  if (clock.phase == morphbus::sim_clock_t::PHASE_END) end_reason_ = clock.end_reason;
+  // Only the first CLOCK of its number is believed. Of a module that is lost in its tick nothing
+  // more is to be expected.
+  for (const std::string& control : clock.controls) {
+    const std::string_view lost = LostModule(control);
+    if (!lost.empty()) machine_.Lose(std::string(lost), header.tick, now_us(), &actions_);
   }
   return taken;
 }
@@ -281,16 +211,6 @@ LogParticipant::Verdict LogParticipant::TellMachine(const ChannelName& name,
     default:
       return TakeModule(name, header, data, size);
   }
-}
-
-void LogParticipant::AddToStream(std::string_view channel, int64_t sequence, const uint8_t* data,
-                                 size_t size) {
-  // The first payload of a channel begins its hash.
-  auto stream = streams_.find(channel);
-  if (stream == streams_.end()) {
-    stream = streams_.emplace(std::string(channel), std::make_unique<ReceivedStream>()).first;
-  }
-  stream->second->Add(sequence, data, size, !options_.realtime);
 }
 
 bool LogParticipant::TakeNames(const uint8_t* data, size_t size) {
@@ -339,6 +259,7 @@ void LogParticipant::TakeAsk(const uint8_t* data, size_t size) {
   }
   // After the end nothing that is said matters any more.
   if (machine_.done()) return;
+  if (ask.kind == ask_t::KIND_TAKEN) return CompareTaken(ask);
   // The other kinds are the sim's, or are for the sim and for modules.
   const auto tick = [&ask] { return "at tick " + std::to_string(ask.header.tick); };
   const bool of_sim = ask.sender == kSimProcess;
@@ -396,6 +317,10 @@ void LogParticipant::AcknowledgeEnd(int64_t tick) {
   pattern.sender = kLogProcess;
   pattern.acknowledged_tick = tick;
   pattern.run_hash = run_hash();
+  if (options_.realtime) {
+    AddRecordedSums(&report);
+    pattern.verdict = first_conflict();
+  }
   std::vector<ask_t> parts = SplitReport(pattern, report);
   // A log of many channels takes many messages.
   end_acked_until_us_ = now_us() + kResendPauseUs * static_cast<int64_t>(parts.size());
