@@ -86,7 +86,10 @@ LogLockstep::Taken LogLockstep::OnClock(int64_t sequence, int64_t tick, int phas
   if (!InWindow(tick, now_us)) return Taken::kImpossible;
   silence_.Heard(now_us);
   hello_.SimHeard();
-  // The first CLOCK tells what a whole tick consists of.
+  // The first CLOCK tells what a whole tick consists of, and all others say the same.
+  contradicted_ |= num_modules_ >= 0 && (num_modules != num_modules_ ||
+                                         sensors_parts != sensors_parts_ ||
+                                         world_parts != world_parts_);
   if (num_modules_ < 0) {
     num_modules_ = num_modules;
     sensors_parts_ = sensors_parts;
@@ -107,12 +110,15 @@ LogLockstep::Taken LogLockstep::OnClock(int64_t sequence, int64_t tick, int phas
 LogLockstep::Taken LogLockstep::OnEnd(int64_t sequence, int64_t tick, int64_t now_us,
                                       Actions* out) {
   // END carries the tick after the last one, or one that was not answered; its number follows on
-  // that of the CLOCK before it. Messages of later ticks say nothing against it: they may be
+  // that of the CLOCK before it, and may be that of one which somebody made up. Messages of later ticks say nothing against it: they may be
   // anybody's.
   const bool possible = tick >= complete_tick_ && (sequence == tick || sequence == tick + 1) &&
-                        sequence >= clock_.next;
+                        sequence >= clock_.next - 1;
   if (!possible && tick != end_tick_) return Taken::kImpossible;
-  // From here on nothing new can come.
+  // From here on nothing new can come. The sim repeats END until all is over, so that the last one
+  // that was heard is its own.
+  const bool other = end_tick_ >= 0 && possible && tick != end_tick_ && !verdict_heard_;
+  if (other) DisproveEnd(end_tick_);
   const bool first = end_tick_ < 0;
   if (first) {
     end_tick_ = tick;

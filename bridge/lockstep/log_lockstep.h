@@ -118,6 +118,8 @@ class LogLockstep {
   /// Names by number.
   [[nodiscard]] const std::vector<std::string>& module_names() const { return names_; }
 
+  /// CLOCK has told two different things of what a tick consists of.
+  [[nodiscard]] bool contradicted() const { return contradicted_; }
   /// The run is over for the logger, whatever else comes.
   void GiveUp() { phase_ = Phase::kDone; }
   /// When OnTime must be called at the latest; kNever if only an event can change anything.
@@ -207,6 +209,7 @@ class LogLockstep {
   // The last tick that an acknowledgement spoke of.
   int64_t acked_tick_ = -1;
   bool verdict_heard_ = false;
+  bool contradicted_ = false;
   RetryTimer ask_;
   /// How long nothing was heard from the run at all.
   SilenceMeter silence_;

@@ -184,6 +184,11 @@ LogParticipant::Verdict LogParticipant::TellClock(const morphbus::header_t& head
       machine_.OnClock(header.sequence, header.tick, clock.phase, clock.num_modules,
                        clock.num_sensors_parts, clock.num_world_parts, now_us(), &actions_);
   if (taken != Taken::kFresh) return taken;
+  // One of them was not the sim's, and the log cannot be whole.
+  if (machine_.contradicted() && !machine_.done()) {
+    error_ = "LOG was told two different sizes of the run on SIM/CLOCK: somebody else speaks on this bus";
+    machine_.GiveUp();
+  }
   if (clock.phase == morphbus::sim_clock_t::PHASE_END) end_reason_ = clock.end_reason;
   // Only the first CLOCK of its number is believed. Of a module that is lost in its tick nothing
   // more is to be expected.
@@ -304,7 +309,8 @@ void LogParticipant::ConfirmVerdict() {
   ask_t ack = MakeAsk(ask_t::KIND_VERDICT_ACK);
   if (verdict_) {
     ack.run_hash = verdict_->run_hash;
-    ack.verdict = verdict_->verdict;
+    // If the log turned out to be another one than was acknowledged, the sim must know that, too.
+    ack.verdict = CutText(error_, kLongestText);
   }
   Ask(kSimProcess, std::move(ack));
 }

@@ -213,12 +213,15 @@ void ModuleParticipant::OnSensors(const uint8_t* data, size_t size) {
   if (mine != nullptr) {
     // Of the parts only ours is needed for good, so its ticks are counted.
     const uint64_t digest = DigestOf(data, size);
-    if (!Track(&trackers_["SENSORS"], "SIM/SENSORS", tick, digest)) return;
-    // A reading for the tick to come is taken over before the machine may ask for its computation.
-    if (tick >= machine_.tick() && !TakeReading(*mine, digest, &mates)) {
+    // What cannot be ours takes nobody's place. A reading for the tick to come is taken over before
+    // the machine may ask for its computation.
+    vm::TickInput input;
+    if (!ReadingFits(*mine, &input)) {
       ++ledger_.bad;
       return;
     }
+    if (!Track(&trackers_["SENSORS"], "SIM/SENSORS", tick, digest)) return;
+    if (tick >= machine_.tick()) TakeReading(input, digest, &mates);
   }
   if (options_.realtime || tick == machine_.tick()) sim_time_us_ = sensors_.header.sim_time_us;
   // The machine learns which parts have come and whom the tick waits for.
@@ -244,20 +247,20 @@ void ModuleParticipant::UpdateSubscriptions(const std::vector<uint16_t>& mates, 
   }
 }
 
-bool ModuleParticipant::TakeReading(const morphbus::module_sensors_t& mine, uint64_t digest,
+bool ModuleParticipant::ReadingFits(const morphbus::module_sensors_t& mine,
+                                    vm::TickInput* input) const {
+  return mine.name == options_.module &&
+         FromSensors(mine, options_.num_joints, options_.num_connectors,
+                     options_.num_sensor_values, input);
+}
+
+void ModuleParticipant::TakeReading(const vm::TickInput& input, uint64_t digest,
                                     std::vector<uint16_t>* mates) {
-  vm::TickInput input;
-  if (mine.name != options_.module ||
-      !FromSensors(mine, options_.num_joints, options_.num_connectors, options_.num_sensor_values,
-                   &input)) {
-    return false;
-  }
   TakeMates(input, mates);
   input_ = input;
   sensors_digest_ = digest;
   sensors_part_ = sensors_.part;
   TakeOrders();
-  return true;
 }
 
 void ModuleParticipant::NarrowSensors(int16_t part) {

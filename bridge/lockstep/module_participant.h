@@ -140,10 +140,11 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   void NoteAwaited(const morphbus::ask_t& ask);
   /// Whether SENSORS of this tick can be; if not, it is counted, and nothing of it is kept.
   bool SensorsFit(int64_t tick);
-  /// Takes our own reading out of sensors_ for the tick to compute, and tells whom it is mated to.
-  /// Returns false if it is not one of this module's.
-  bool TakeReading(const morphbus::module_sensors_t& mine, uint64_t digest,
-                   std::vector<uint16_t>* mates);
+  /// Whether a reading is one of this module's, and as what it reads it.
+  bool ReadingFits(const morphbus::module_sensors_t& mine, vm::TickInput* input) const;
+  /// Takes our own reading, and what else sensors_ has for us, for the tick to compute, and tells
+  /// whom it is mated to.
+  void TakeReading(const vm::TickInput& input, uint64_t digest, std::vector<uint16_t>* mates);
   /// Notes what the tick that is computed takes from others, and what they take of ours.
   void NoteTaken(int64_t tick);
   /// Acknowledges END, with all totals, unless it was done a moment ago.

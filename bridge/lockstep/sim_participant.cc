@@ -224,13 +224,16 @@ void SimParticipant::TakeEndAck(int process, const ask_t& ask) {
   // Whoever has left has said all there is.
   const bool module = static_cast<size_t>(process) < options_.modules.size();
   if (module && machine_.gone(process) && reports_[process].complete()) return;
+  // What the logger was told of the run's end holds.
+  if (verdict_told_) return;
   // Every process says it again until all have said it; it must be the same.
   switch (reports_[process].Take(ask)) {
     case ReportParts::Kind::kContradicts:
       CountRefused(&Ledger::conflicts, "SIM/ASK",
                    ask.sender + " acknowledges END with other totals than before");
       if (two_tongued_.empty()) two_tongued_ = ask.sender;
-      return;
+      // Whatever is missing of either, nothing that comes can make this run a good one.
+      return Tell(&SimLockstep::OnEndAck, process);
     case ReportParts::Kind::kComplete:
       if (ask.sender == kLogProcess) outcome_.recorded_hash = ask.run_hash;
       return Tell(&SimLockstep::OnEndAck, process);
@@ -253,10 +256,15 @@ void SimParticipant::WantBack(int process) {
 
 void SimParticipant::TakeVerdictAck(const ask_t& ask) {
   // Somebody else may have told the logger something else.
-  if (ask.run_hash == verdict_.run_hash && ask.verdict == verdict_.verdict) {
+  if (verdict_told_ && ask.run_hash == verdict_.run_hash && ask.verdict == verdict_.verdict) {
     return Tell(&SimLockstep::OnVerdictAck);
   }
   CountRefused(&Ledger::false_ends, "SIM/ASK", "LOG confirms another verdict than the sim's");
+  // Once may be somebody's joke. A logger that was told another one first says so at each repetition.
+  constexpr int kInEarnest = 8;
+  if (!verdict_told_ || ++other_verdicts_ < kInEarnest) return;
+  if (refusal_.empty()) refusal_ = "LOG does not confirm how the run ended: " + ask.verdict;
+  Tell(&SimLockstep::OnVerdictAck);
 }
 
 void SimParticipant::CarryOut(const SimAction& action) {
@@ -419,6 +427,7 @@ void SimParticipant::TellVerdict() {
   verdict.run_hash = outcome_.run_hash;
   verdict.verdict = CutText(outcome_.error, kLongestText);
   verdict_ = verdict;
+  verdict_told_ = true;
   Ask(kLogProcess, std::move(verdict));
 }
 

@@ -276,6 +276,8 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   std::vector<TakenSum> sensors_sums_;
   /// What the logger was told of the run's end.
   morphbus::ask_t verdict_;
+  bool verdict_told_ = false;
+  int other_verdicts_ = 0;  ///< How often the logger seemed to confirm another one.
   std::vector<std::string> turned_away_;
   /// The tick whose SENSORS were repeated last, and how often.
   int64_t repeated_tick_ = -1;

@@ -151,6 +151,14 @@ Spoken AlteredAs(const Spoken& original, std::mt19937_64* random) {
 
 Outcome OutcomeOf(FakeRun* run) {
   Outcome outcome;
+  run->RunUntil([run] {
+    const std::vector<Participant*> all = run->participants();
+    bool told = run->log != nullptr && run->log->done() && !run->log->error().empty();
+    told |= run->sim->done() && !run->sim->outcome().ok;
+    for (const FakeRun::Module& m : run->modules) told |= !m.participant->error().empty();
+    return told || std::all_of(all.begin(), all.end(), [](Participant* p) { return p->done(); });
+  });
+  outcome.seconds_to_end = static_cast<double>(run->time.NowUs()) * 1e-6;
   const bool ended = run->Run();
   outcome.sim_ok = ended && run->sim->outcome().ok;
   outcome.log_clean = ended && run->log->complete() && run->log->error().empty();

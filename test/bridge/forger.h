@@ -36,6 +36,9 @@ struct Outcome {
   /// Refused by all processes together.
   Ledger refused;
   double seconds = 0;  ///< Wall time of the run, in its virtual time.
+  /// The same up to where the launcher sees that all is not well: when the simulator is done, or
+  /// the logger leaves and says why, or a module with an error.
+  double seconds_to_end = 0;
 };
 
 /// Runs `run` to its end and says what came of it.

@@ -136,7 +136,7 @@ TEST_P(Forged, NoRunThatDisagreesEndsWell) {
         << "seed " << seed << ": whoever calls the log not clean says why";
     EXPECT_TRUE(outcome.sim_ok || !outcome.error.empty()) << "seed " << seed;
     // The run is over in no time, whatever the forger said in it.
-    EXPECT_LT(outcome.seconds, Undisturbed().outcome.seconds + 3)
+    EXPECT_LT(outcome.seconds_to_end, Undisturbed().outcome.seconds + 3)
         << "seed " << seed << ": " << outcome.error;
     noticed += refused.bad + refused.conflicts + refused.outside_window + refused.false_ends > 0;
     ++(well ? unharmed : spoiled);

@@ -263,7 +263,7 @@ RunOutcome Launcher::Run() {
     progress.Show(outcome_.ticks);
     CheckTimeouts();
     if (sim_reported_ && Find(kSimName)->ended()) {
-      AwaitEnd(kEndSeconds);
+      AwaitEnd(outcome_.error.empty() ? kEndSeconds : kLeftSeconds);
       break;
     }
   }
