@@ -54,6 +54,10 @@ bool ParticipantBase::Track(SequenceTracker* tracker, std::string_view channel, 
   const SequenceTracker::Kind taken = tracker->Take(sequence, digest, &ledger_);
   if (kind != nullptr) *kind = taken;
   if (taken != SequenceTracker::Kind::kConflict) return true;
+  if (first_conflict_.empty()) {
+    const std::string& run = outbox_.sender().run;
+    first_conflict_ = channel.starts_with(run + "/") ? channel.substr(run.size() + 1) : channel;
+  }
   CountRefused(&Ledger::conflicts, channel,
                "other bytes under number " + std::to_string(sequence) + ", which was had already");
   return false;
@@ -92,6 +96,29 @@ void ParticipantBase::PublishHealth() {
     const Moment now = CurrentMoment();
     outbox_.Send(ChannelOf(process, Topic::kHealth), now.tick, now.sim_time_us, &health);
   } while (told < lateness.size());
+  ReportTaken();
+}
+
+void ParticipantBase::TellTaken(int64_t first, int64_t last,
+                                std::vector<morphbus::taken_total_t> taken) {
+  if (taken.empty()) return;
+  ask_t pattern = MakeAsk(ask_t::KIND_TAKEN);
+  pattern.sender = outbox_.sender().process;
+  pattern.first_sequence = first;
+  pattern.last_sequence = last;
+  for (ask_t& part : SplitReport(pattern, {{}, std::move(taken)}))
+    Ask(kLogProcess, std::move(part));
+}
+
+void ParticipantBase::AddSums(TotalsReport* report) const {
+  for (const auto& [channel, sum] : outbox_.sums()) {
+    morphbus::taken_total_t& entry = report->taken.emplace_back();
+    entry.channel = channel;
+    entry.part = -1;
+    entry.taker = kLogProcess;
+    entry.count = sum.count;
+    entry.sum = static_cast<int64_t>(sum.sum);
+  }
 }
 
 ask_t ParticipantBase::MakeAsk(int8_t kind) {

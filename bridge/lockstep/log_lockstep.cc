@@ -86,7 +86,10 @@ LogLockstep::Taken LogLockstep::OnClock(int64_t sequence, int64_t tick, int phas
   if (!InWindow(tick, now_us)) return Taken::kImpossible;
   silence_.Heard(now_us);
   hello_.SimHeard();
-  // The first CLOCK tells what a whole tick consists of.
+  // The first CLOCK tells what a whole tick consists of, and all others say the same.
+  contradicted_ |=
+      num_modules_ >= 0 && (num_modules != num_modules_ || sensors_parts != sensors_parts_ ||
+                            world_parts != world_parts_);
   if (num_modules_ < 0) {
     num_modules_ = num_modules;
     sensors_parts_ = sensors_parts;
@@ -97,7 +100,7 @@ LogLockstep::Taken LogLockstep::OnClock(int64_t sequence, int64_t tick, int phas
   if (phase == morphbus::sim_clock_t::PHASE_START && complete_tick_ <= 0) {
     out->push_back({LogAction::Kind::kHello});
   }
-  if (!config_.realtime && sequence != tick) return Taken::kImpossible;
+  if (sequence != tick) return Taken::kImpossible;
   // END is the last message on CLOCK.
   if (end_tick_ >= 0 && sequence >= end_sequence_) DisproveEnd(tick);
   sim_tick_ = std::max(sim_tick_, tick);
@@ -107,12 +110,15 @@ LogLockstep::Taken LogLockstep::OnClock(int64_t sequence, int64_t tick, int phas
 LogLockstep::Taken LogLockstep::OnEnd(int64_t sequence, int64_t tick, int64_t now_us,
                                       Actions* out) {
   // END carries the tick after the last one, or one that was not answered; its number follows on
-  // that of the CLOCK before it. Messages of later ticks say nothing against it: they may be
-  // anybody's.
+  // that of the CLOCK before it, and may be that of one which somebody made up. Messages of later
+  // ticks say nothing against it: they may be anybody's.
   const bool possible = tick >= complete_tick_ && (sequence == tick || sequence == tick + 1) &&
-                        sequence >= clock_.next;
+                        sequence >= clock_.next - 1;
   if (!possible && tick != end_tick_) return Taken::kImpossible;
-  // From here on nothing new can come.
+  // From here on nothing new can come. The sim repeats END until all is over, so that the last one
+  // that was heard is its own.
+  const bool other = end_tick_ >= 0 && possible && tick != end_tick_ && !verdict_heard_;
+  if (other) DisproveEnd(end_tick_);
   const bool first = end_tick_ < 0;
   if (first) {
     end_tick_ = tick;
@@ -155,13 +161,19 @@ LogLockstep::Taken LogLockstep::OnModule(Topic topic, int module, int64_t sequen
   if (module < 0 || static_cast<size_t>(module) >= modules_.size()) {
     return Unknown(tick, now_us, out);
   }
+  // Whoever has left is silent. In real time it may say a little more before it does.
+  if (!config_.realtime && !lost_.empty() && tick >= EndOf(static_cast<size_t>(module))) {
+    return Taken::kImpossible;
+  }
   Module& m = modules_[module];
   ReceivedSet& received = topic == Topic::kTransform
                               ? m.transform
                               : (topic == Topic::kActuator ? m.actuator : m.status);
   // A module says one of each a tick, but for STATUS, of which a window holds no more than so many.
   const bool numbered = topic != Topic::kStatus;
-  if (!config_.realtime && numbered && sequence != tick) return Taken::kImpossible;
+  // In real time it may leave out some ticks, and then its numbers stay behind.
+  if (numbered && (config_.realtime ? sequence > tick : sequence != tick))
+    return Taken::kImpossible;
   if (sequence >= received.next + static_cast<int64_t>(kMostBeyond)) return Taken::kImpossible;
   if (status_count > m.status.next + static_cast<int64_t>(kMostBeyond)) return Taken::kImpossible;
   // STATUS is not sent every tick: ACTUATOR tells how many there are by now.
@@ -201,10 +213,13 @@ LogLockstep::Taken LogLockstep::Note(bool fresh, int64_t tick, int64_t now_us, A
   return Taken::kFresh;
 }
 
-void LogLockstep::Lose(const std::string& name, int64_t tick) {
+void LogLockstep::Lose(const std::string& name, int64_t tick, int64_t now_us, Actions* out) {
   // No more than the run has modules; the first word counts.
   constexpr size_t kMostLost = 4096;
   if (lost_.size() < kMostLost) lost_.emplace(name, tick);
+  // Without this module a tick may be whole that was not.
+  UpdateComplete();
+  AcknowledgeAndAsk(now_us, out);
 }
 
 int64_t LogLockstep::EndOf(size_t module) const {

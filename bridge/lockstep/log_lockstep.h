@@ -74,9 +74,9 @@ class LogLockstep {
 
   /// Says HELLO; from now on everything is awaited.
   void Begin(int64_t now_us, Actions* out);
-  /// CLOCK says that from `tick` on the run goes on without this module. Call before OnClock of
-  /// that tick.
-  void Lose(const std::string& name, int64_t tick);
+  /// CLOCK says that from `tick` on the run goes on without this module. Call after OnClock of that
+  /// tick, if that was kFresh: a CLOCK that contradicts an earlier one is not believed.
+  void Lose(const std::string& name, int64_t tick, int64_t now_us, Actions* out);
   /// What became of a message: it is new, it was there already or is not placed yet, it answers a
   /// tick of which nothing of the sim's was heard, or it cannot be one of this run's. An early one
   /// may be made up, and if not it is asked for again once the sim's own messages are there.
@@ -113,9 +113,13 @@ class LogLockstep {
   }
   /// Messages that SENSORS or WORLD have a tick, whichever has more; 1 before CLOCK has told.
   [[nodiscard]] int most_parts() const { return std::max({1, sensors_parts_, world_parts_}); }
+  /// Messages that SENSORS has a tick; 0 before CLOCK has told.
+  [[nodiscard]] int sensors_parts() const { return sensors_parts_; }
   /// Names by number.
   [[nodiscard]] const std::vector<std::string>& module_names() const { return names_; }
 
+  /// CLOCK has told two different things of what a tick consists of.
+  [[nodiscard]] bool contradicted() const { return contradicted_; }
   /// The run is over for the logger, whatever else comes.
   void GiveUp() { phase_ = Phase::kDone; }
   /// When OnTime must be called at the latest; kNever if only an event can change anything.
@@ -205,6 +209,7 @@ class LogLockstep {
   // The last tick that an acknowledgement spoke of.
   int64_t acked_tick_ = -1;
   bool verdict_heard_ = false;
+  bool contradicted_ = false;
   RetryTimer ask_;
   /// How long nothing was heard from the run at all.
   SilenceMeter silence_;

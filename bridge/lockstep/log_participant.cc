@@ -25,9 +25,6 @@ using morphbus::ask_t;
 /// The description is published at requests at most once in this time, microseconds.
 constexpr int64_t kInfoPauseUs = 100'000;
 
-/// Numbers of which a channel's bytes are remembered at most.
-constexpr size_t kMostRemembered = 8192;
-
 /// Messages of processes that are not known yet which are taken before SENSORS has named all; far
 /// more than processes say until then.
 constexpr int64_t kMostEarly = 256;
@@ -51,35 +48,6 @@ Result<void> CheckOther(Topic topic, const uint8_t* data, size_t size) {
 }
 
 }  // namespace
-
-/// Distinct payloads of a channel, hashed in the order of their numbers, and the numbers that came.
-struct LogParticipant::ReceivedStream {
-  int index = 0;  ///< Among all streams, in the order of their beginnings.
-  SequenceTracker tracker;
-  int64_t next = 0;   ///< Number of the next payload to hash.
-  int64_t count = 0;  ///< Distinct messages.
-  StreamHash hash;
-  /// Hashes of payloads beyond a gap, by number; bounded by the machine's window.
-  std::map<int64_t, uint64_t> early;
-
-  void Add(int64_t sequence, uint64_t digest, bool in_order) {
-    ++count;
-    // In lockstep every gap gets filled, so a payload beyond one waits for its turn in the hash. In
-    // real time nobody sends anything again, and payloads are hashed as they arrive.
-    if (!in_order || sequence == next) {
-      hash.Add(digest);
-      next = sequence + 1;
-    } else {
-      early.emplace(sequence, digest);
-    }
-    // Whatever the new payload was holding up follows.
-    while (!early.empty() && early.begin()->first == next) {
-      hash.Add(early.begin()->second);
-      early.erase(early.begin());
-      ++next;
-    }
-  }
-};
 
 LogParticipant::LogParticipant(Bus* bus, const TimeSource* time, LogParticipantOptions options,
                                Recorder record)
@@ -112,23 +80,6 @@ void LogParticipant::OnTime() {
   LockstepParticipant::OnTime();
   AnswerInfo();
 }
-
-std::vector<ChannelTotal> LogParticipant::totals() const {
-  std::vector<ChannelTotal> totals;
-  const std::string clock = ChannelOf(kSimProcess, Topic::kClock);
-  for (const auto& [channel, stream] : streams_) {
-    totals.push_back({channel, stream->count, stream->hash.Digest(), true});
-    // END is the last message on CLOCK.
-    if (channel != clock || end_clock_.empty()) continue;
-    ++totals.back().count;
-    totals.back().hash = stream->hash.DigestWith(end_clock_.data(), end_clock_.size());
-  }
-  std::sort(totals.begin(), totals.end(),
-            [](const ChannelTotal& a, const ChannelTotal& b) { return a.channel < b.channel; });
-  return totals;
-}
-
-std::string LogParticipant::run_hash() const { return RunHash(totals()); }
 
 void LogParticipant::OnMessage(std::string_view channel, const uint8_t* data, size_t size) {
   // Everything on the run's channels goes to the recorder, with a note of what it is worth.
@@ -201,7 +152,7 @@ void LogParticipant::TakeHashed(const ChannelName& name, const morphbus::header_
   // Gaps, repeats and contradictions go to the ledger, new payloads into the channel's hash.
   const uint64_t digest = DigestOf(message->data, message->size);
   Track(&stream.tracker, message->channel, header.sequence, digest);
-  if (!message->duplicate) stream.Add(header.sequence, digest, !options_.realtime);
+  if (!message->duplicate) AddToStream(&stream, name, header, digest);
 }
 
 void LogParticipant::TakeOther(const ChannelName& name, LoggedMessage* message) {
@@ -214,48 +165,28 @@ void LogParticipant::TakeOther(const ChannelName& name, LoggedMessage* message) 
   }
 }
 
-void LogParticipant::CompareTotals(const ChannelName& name, const uint8_t* data, size_t size) {
-  // In real time messages may be lost, and before the run and after it there is nothing to compare.
-  morphbus::health_t health;
-  if (options_.realtime || machine_.done() || !Decode(data, size, {}, &health)) return;
-  for (const morphbus::topic_total_t& total : health.totals) {
-    const std::string channel = options_.run + "/" + std::string(name.process) + "/" + total.topic;
-    const auto found = streams_.find(channel);
-    // What is under way, or was lost and is asked for, is compared at another time.
-    if (found == streams_.end() || !found->second->early.empty() ||
-        found->second->count != total.count) {
-      continue;
-    }
-    if (found->second->hash.Digest() == static_cast<uint64_t>(total.chained_hash)) {
-      doubted_.erase(channel);
-      continue;
-    }
-    // One report may itself be a forgery; a second one without an honest one between them ends it.
-    if (doubted_.insert(channel).second) continue;
-    const std::string short_name = channel.substr(options_.run.size() + 1);
-    error_ = "LOG recorded other messages on " + short_name + " than " + std::string(name.process) +
-             " published: somebody else speaks on this bus";
-    return machine_.GiveUp();
-  }
-}
-
 LogParticipant::Verdict LogParticipant::TellClock(const morphbus::header_t& header,
                                                   const uint8_t* data, size_t size) {
   morphbus::sim_clock_t clock;
   if (!Decode(data, size, {options_.model_hash, 0}, &clock)) return std::nullopt;
-  // Of a module that is lost in this tick nothing more is to be expected.
-  for (const std::string& control : clock.controls) {
-    const std::string_view lost = LostModule(control);
-    if (!lost.empty() && machine_.InWindow(header.tick, now_us())) {
-      machine_.Lose(std::string(lost), header.tick);
-    }
-  }
   // The last CLOCK says why the run ended; the first one, how many messages a tick consists of.
   const Taken taken =
       machine_.OnClock(header.sequence, header.tick, clock.phase, clock.num_modules,
                        clock.num_sensors_parts, clock.num_world_parts, now_us(), &actions_);
-  if (clock.phase == morphbus::sim_clock_t::PHASE_END && taken == Taken::kFresh) {
-    end_reason_ = clock.end_reason;
+  if (taken != Taken::kFresh) return taken;
+  // One of them was not the sim's, and the log cannot be whole.
+  if (machine_.contradicted() && !machine_.done()) {
+    error_ =
+        "LOG was told two different sizes of the run on SIM/CLOCK: somebody else speaks on this "
+        "bus";
+    machine_.GiveUp();
+  }
+  if (clock.phase == morphbus::sim_clock_t::PHASE_END) end_reason_ = clock.end_reason;
+  // Only the first CLOCK of its number is believed. Of a module that is lost in its tick nothing
+  // more is to be expected.
+  for (const std::string& control : clock.controls) {
+    const std::string_view lost = LostModule(control);
+    if (!lost.empty()) machine_.Lose(std::string(lost), header.tick, now_us(), &actions_);
   }
   return taken;
 }
@@ -277,18 +208,6 @@ LogParticipant::Verdict LogParticipant::TellMachine(const ChannelName& name,
     default:
       return TakeModule(name, header, data, size);
   }
-}
-
-LogParticipant::ReceivedStream& LogParticipant::StreamOf(std::string_view channel) {
-  const auto found = streams_.find(channel);
-  if (found != streams_.end()) return *found->second;
-  // The first payload of a channel begins its hash. Of its numbers a window of ticks is remembered,
-  // in each of which SENSORS or WORLD may have many parts.
-  auto stream = std::make_unique<ReceivedStream>();
-  stream->index = static_cast<int>(streams_.size());
-  const auto numbers = static_cast<size_t>(2 * options_.window * machine_.most_parts());
-  stream->tracker.Remember(std::min(numbers, kMostRemembered));
-  return *streams_.emplace(std::string(channel), std::move(stream)).first->second;
 }
 
 bool LogParticipant::TakeNames(const uint8_t* data, size_t size) {
@@ -337,6 +256,7 @@ void LogParticipant::TakeAsk(const uint8_t* data, size_t size) {
   }
   // After the end nothing that is said matters any more.
   if (machine_.done()) return;
+  if (ask.kind == ask_t::KIND_TAKEN) return CompareTaken(ask);
   // The other kinds are the sim's, or are for the sim and for modules.
   const auto tick = [&ask] { return "at tick " + std::to_string(ask.header.tick); };
   const bool of_sim = ask.sender == kSimProcess;
@@ -381,7 +301,8 @@ void LogParticipant::ConfirmVerdict() {
   ask_t ack = MakeAsk(ask_t::KIND_VERDICT_ACK);
   if (verdict_) {
     ack.run_hash = verdict_->run_hash;
-    ack.verdict = verdict_->verdict;
+    // If the log turned out to be another one than was acknowledged, the sim must know that, too.
+    ack.verdict = CutText(error_, kLongestText);
   }
   Ask(kSimProcess, std::move(ack));
 }
@@ -394,6 +315,10 @@ void LogParticipant::AcknowledgeEnd(int64_t tick) {
   pattern.sender = kLogProcess;
   pattern.acknowledged_tick = tick;
   pattern.run_hash = run_hash();
+  if (options_.realtime) {
+    AddRecordedSums(&report);
+    pattern.verdict = first_conflict();
+  }
   std::vector<ask_t> parts = SplitReport(pattern, report);
   // A log of many channels takes many messages.
   end_acked_until_us_ = now_us() + kResendPauseUs * static_cast<int64_t>(parts.size());

@@ -15,7 +15,10 @@
 
 #include "bridge/lockstep/lockstep_participant.h"
 #include "bridge/lockstep/log_lockstep.h"
+#include "bridge/lockstep/run_totals.h"
+#include "bridge/lockstep/taken_blocks.h"
 #include "bridge/wire/channels.h"
+#include "bridge/wire/stream_hash.h"
 
 namespace morphbus::bridge {
 
@@ -47,6 +50,24 @@ struct LoggedMessage {
   /// CLOCK with PHASE_END. It ends the log; a later one takes its place, since the first one need
   /// not have been the sim's.
   bool end = false;
+};
+
+/// One hashed channel as received: counts its payloads and hashes them in the order of their
+/// numbers.
+struct ReceivedStream {
+  int index = 0;            ///< Among all streams, in the order of their beginnings.
+  SequenceTracker tracker;  ///< Of the numbers that came.
+  int64_t next = 0;         ///< Number of the next payload to hash.
+  int64_t count = 0;        ///< Distinct messages.
+  StreamHash hash;
+  uint64_t sum = 0;     ///< Of the payloads' own hashes (XXH3), modulo 2^64.
+  bool gapless = true;  ///< Every number came when it was its turn.
+  /// Hashes of payloads beyond a gap, by number; bounded by the machine's window.
+  std::map<int64_t, uint64_t> early;
+  std::vector<RecentDigests> recent;  ///< Of SENSORS by part, of others one.
+
+  /// Takes a new payload by its XXH3. `in_order`: those beyond a gap wait until it is filled.
+  void Add(int64_t sequence, uint64_t digest, bool in_order);
 };
 
 /// The logger as a participant of a run. It lacks nothing in the end, or says so by error().
@@ -97,9 +118,6 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   [[nodiscard]] std::string run_hash() const;
 
  private:
-  /// One hashed channel as received: counts its payloads and hashes them in sequence order.
-  struct ReceivedStream;
-
   [[nodiscard]] Moment CurrentMoment() const override;
   void CarryOut(const LogAction& action) override;
   /// Takes a message on any channel of the run, and hands it to the recorder.
@@ -123,11 +141,24 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   bool HasChannel(const ChannelName& name);
   /// Tells the machine of the modules that SENSORS names; false if the message is bad.
   bool TakeNames(const uint8_t* data, size_t size);
+  // These four are in log_participant_checks.cc, with the three that follow.
   /// What has come on a channel, begun if need be.
   ReceivedStream& StreamOf(std::string_view channel);
+  /// Hashes a payload that is new, by its XXH3.
+  void AddToStream(ReceivedStream* stream, const ChannelName& name,
+                   const morphbus::header_t& header, uint64_t digest);
   /// Compares what a process says it has published with what was recorded; what differs in two
   /// reports on end is not the process's, and the run is over.
   void CompareTotals(const ChannelName& name, const uint8_t* data, size_t size);
+  /// The same with what a process says it took lately (KIND_TAKEN).
+  void CompareTaken(const morphbus::ask_t& ask);
+  /// Whether that was doubted before; from now on it is.
+  bool IsDoubtedTwice(const std::string& what);
+  /// Ends the run, saying what the process did to which channel, other than somebody.
+  void EndForForgery(std::string_view process, const std::string& did, std::string_view channel,
+                     const std::string& other);
+  /// Real time: what was recorded of each channel, for KIND_END_ACK.
+  void AddRecordedSums(TotalsReport* report) const;
   /// Does what somebody asks of the logger; a bad message changes nothing.
   void TakeAsk(const uint8_t* data, size_t size);
   /// Tells the sim which verdict was heard.
@@ -151,7 +182,8 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   std::vector<uint8_t> end_clock_;
   /// Wall time before which END is not acknowledged again: anybody can repeat an END.
   int64_t end_acked_until_us_ = 0;
-  /// Channels of which the last report told something else than was recorded.
+  /// What the last report told otherwise than was recorded: a channel, or a channel with who took
+  /// of it and the block of ticks.
   std::set<std::string, std::less<>> doubted_;
   /// Messages of processes that SENSORS had not named yet.
   int64_t early_ = 0;

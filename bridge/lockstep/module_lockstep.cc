@@ -23,6 +23,10 @@ constexpr int64_t kSlackTicks = 16;
 /// A module that takes another's place says HELLO so often, microseconds.
 constexpr int64_t kJoinUs = 50'000;
 
+/// In real time nobody asks for answers, so a module that was told to leave says so again and again
+/// until the sim, if it was not the one to tell it, answers.
+constexpr int64_t kFarewellUs = 50'000;
+
 /// Ticks after which a module that is silent is no longer kept in mind.
 constexpr int64_t kRemembered = 16;
 
@@ -53,13 +57,30 @@ void ModuleLockstep::OnAdmit(int64_t tick, int64_t now_us) {
   silence_.Heard(now_us);
 }
 
-void ModuleLockstep::OnLeave(int64_t now_us, Actions* out) {
+void ModuleLockstep::SayHelloSoon(int64_t now_us) {
+  if (phase_ == Phase::kJoining) ask_.Arm(now_us, config_.timing.ask_after_us);
+}
+
+bool ModuleLockstep::OnLeave(int64_t tick, int64_t now_us, Actions* out) {
+  if (phase_ != Phase::kRun && phase_ != Phase::kLeft) return true;
+  if (config_.realtime ? !InWindow(tick, now_us) : tick != tick_ - 1) return false;
   // Every request is acknowledged: the last acknowledgement may have been lost.
-  if (phase_ != Phase::kRun && phase_ != Phase::kLeft) return;
   phase_ = Phase::kLeft;
   ask_.Disarm();
+  if (config_.realtime) ask_.Arm(now_us, kFarewellUs);
   silence_.Heard(now_us);
   out->push_back({ModuleAction::Kind::kEndAck, tick_, 0});
+  return true;
+}
+
+bool ModuleLockstep::OnAwaited(int64_t now_us, Actions* out) {
+  if (phase_ != Phase::kLeft) return false;
+  // Nothing was done with what came meanwhile; the sim repeats it to whoever has not answered.
+  phase_ = Phase::kRun;
+  ask_.Disarm();
+  silence_.Heard(now_us);
+  TryCompute(now_us, out);
+  return true;
 }
 
 bool ModuleLockstep::InWindow(int64_t tick, int64_t now_us) const {
@@ -69,8 +90,11 @@ bool ModuleLockstep::InWindow(int64_t tick, int64_t now_us) const {
 }
 
 bool ModuleLockstep::OnClock(int64_t tick, int phase, int64_t now_us, Actions* out) {
-  if (phase_ != Phase::kRun) return true;
-  if (phase == morphbus::sim_clock_t::PHASE_END) {
+  const bool end = phase == morphbus::sim_clock_t::PHASE_END;
+  // Whoever was told to leave, and not by the sim, hears of END as all others do.
+  if (phase_ == Phase::kLeft && end && !InWindow(tick, now_us)) return true;
+  if (phase_ != Phase::kRun && (phase_ != Phase::kLeft || !end)) return true;
+  if (end) {
     // Whatever the sim ends for, it waits for this module's answer to the tick at which it is, or
     // has it.
     if (tick < tick_ - 1 || !InWindow(tick, now_us)) return false;
@@ -103,6 +127,8 @@ void ModuleLockstep::NoteAhead(int64_t tick, Actions* out) {
 
 bool ModuleLockstep::OnSensors(int64_t tick, int part, int num_parts, bool mine,
                                const std::vector<uint16_t>& mates, int64_t now_us, Actions* out) {
+  // While the sim is where we were told to leave, or one tick on, it may still say otherwise.
+  if (phase_ == Phase::kLeft && !config_.realtime && tick <= tick_) silence_.Heard(now_us);
   if (phase_ != Phase::kRun || part < 0 || part >= num_parts) return false;
   // In lockstep nothing of a later tick can exist before we answered this one.
   if (tick > tick_) NoteAhead(tick, out);
@@ -196,9 +222,10 @@ void ModuleLockstep::TryCompute(int64_t now_us, Actions* out) {
 
 bool ModuleLockstep::OnBye(int64_t tick, Actions* out) {
   if (phase_ != Phase::kRun && phase_ != Phase::kLeft) return true;
-  // Only after END can the sim let us go, or when it has told us to leave: anything else is a stray
-  // message.
+  // Only after END can the sim let us go, or when it has told us to leave and is past our last
+  // tick: anything else is a stray message.
   if (phase_ == Phase::kRun && (end_tick_ < 0 || tick != end_tick_)) return false;
+  if (phase_ == Phase::kLeft && tick < tick_ - 1) return false;
   phase_ = Phase::kDone;
   out->push_back({ModuleAction::Kind::kFinish, tick_, 0});
   return true;
@@ -210,7 +237,7 @@ void ModuleLockstep::OnTime(int64_t now_us, Actions* out) {
   // one that the sim is gone.
   const int64_t silence = silence_.Poll(now_us);
   if ((end_tick_ >= 0 || phase_ == Phase::kLeft) && silence >= config_.timing.linger_us) {
-    OnBye(end_tick_, out);
+    OnBye(phase_ == Phase::kLeft ? tick_ : end_tick_, out);
     return;
   }
   if (silence >= config_.timing.lost_us) {
@@ -224,6 +251,7 @@ void ModuleLockstep::OnTime(int64_t now_us, Actions* out) {
   if (starting && hello_.Fire(now_us)) out->push_back({ModuleAction::Kind::kHello, 0, 0});
   if (!ask_.Fire(now_us, config_.timing)) return;
   if (phase_ == Phase::kJoining) out->push_back({ModuleAction::Kind::kHello, 0, 0});
+  if (phase_ == Phase::kLeft) return out->push_back({ModuleAction::Kind::kEndAck, tick_, 0});
   // Each neighbour whose message is missing is asked for it.
   for (const uint16_t mate : mates_) {
     if (!Has(mate, tick_ - 1)) out->push_back({ModuleAction::Kind::kAskMate, tick_ - 1, mate});

@@ -57,8 +57,15 @@ class ModuleLockstep {
   void Begin(int64_t tick, int64_t now_us, Actions* out);
   /// The sim says which tick a module computes first that takes another's place.
   void OnAdmit(int64_t tick, int64_t now_us);
-  /// The run goes on without this module: as END, for this module alone.
-  void OnLeave(int64_t now_us, Actions* out);
+  /// A module that takes another's place says HELLO once more, within a moment.
+  void SayHelloSoon(int64_t now_us);
+  /// The sim, at `tick`, says that the run goes on without this module: as END, for this module
+  /// alone, and as provisional (OnAwaited). Returns false if it cannot be: the sim says so once the
+  /// module has answered the tick at which it is.
+  bool OnLeave(int64_t tick, int64_t now_us, Actions* out);
+  /// The sim asks for an answer that this module has not given, so that it is part of the run.
+  /// Returns true if it had been told to leave: that was not the sim.
+  bool OnAwaited(int64_t now_us, Actions* out);
   /// CLOCK, phase as in sim_clock_t. Returns false for an END that cannot be one: the sim ends a
   /// run only at the tick that this module has answered last, or at the next one.
   bool OnClock(int64_t tick, int phase, int64_t now_us, Actions* out);

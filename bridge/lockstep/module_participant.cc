@@ -43,7 +43,7 @@ struct SnapshotHead {
   uint64_t state_size = 0;
   uint32_t incarnation = 0;
   uint16_t module_id = 0;
-  uint16_t left = 0;  ///< 1: the run goes on without this module.
+  uint16_t left = 0;  ///< 1: it was told that the run goes on without it, and not yet otherwise.
 };
 
 }  // namespace
@@ -132,7 +132,10 @@ void ModuleParticipant::Start() {
   // A process that is killed before its next answer resumes from here, in the same incarnation.
   WriteSnapshot(resume_tick_);
   Tell(&ModuleLockstep::Begin, resume_tick_);
-  if (left_) Tell(&ModuleLockstep::OnLeave);
+  if (!left_) return;
+  // Whether the sim had said so shows by what it asks for.
+  machine_.OnLeave(resume_tick_ - 1, now_us(), &actions_);
+  CarryOutActions();
 }
 
 void ModuleParticipant::ListenToAllMates() {
@@ -210,12 +213,15 @@ void ModuleParticipant::OnSensors(const uint8_t* data, size_t size) {
   if (mine != nullptr) {
     // Of the parts only ours is needed for good, so its ticks are counted.
     const uint64_t digest = DigestOf(data, size);
-    if (!Track(&sensors_tracker_, "SIM/SENSORS", tick, digest)) return;
-    // A reading for the tick to come is taken over before the machine may ask for its computation.
-    if (tick >= machine_.tick() && !TakeReading(*mine, digest, &mates)) {
+    // What cannot be ours takes nobody's place. A reading for the tick to come is taken over before
+    // the machine may ask for its computation.
+    vm::TickInput input;
+    if (!ReadingFits(*mine, &input)) {
       ++ledger_.bad;
       return;
     }
+    if (!Track(&sensors_tracker_, "SIM/SENSORS", tick, digest)) return;
+    if (tick >= machine_.tick()) TakeReading(input, digest, &mates);
   }
   if (options_.realtime || tick == machine_.tick()) sim_time_us_ = sensors_.header.sim_time_us;
   // The machine learns which parts have come and whom the tick waits for.
@@ -241,20 +247,20 @@ void ModuleParticipant::UpdateSubscriptions(const std::vector<uint16_t>& mates, 
   }
 }
 
-bool ModuleParticipant::TakeReading(const morphbus::module_sensors_t& mine, uint64_t digest,
+bool ModuleParticipant::ReadingFits(const morphbus::module_sensors_t& mine,
+                                    vm::TickInput* input) const {
+  return mine.name == options_.module &&
+         FromSensors(mine, options_.num_joints, options_.num_connectors, options_.num_sensor_values,
+                     input);
+}
+
+void ModuleParticipant::TakeReading(const vm::TickInput& input, uint64_t digest,
                                     std::vector<uint16_t>* mates) {
-  vm::TickInput input;
-  if (mine.name != options_.module ||
-      !FromSensors(mine, options_.num_joints, options_.num_connectors, options_.num_sensor_values,
-                   &input)) {
-    return false;
-  }
   TakeMates(input, mates);
   input_ = input;
   sensors_digest_ = digest;
   sensors_part_ = sensors_.part;
   TakeOrders();
-  return true;
 }
 
 void ModuleParticipant::NarrowSensors(int16_t part) {
@@ -321,7 +327,8 @@ void ModuleParticipant::OnTransform(uint16_t mate, const uint8_t* data, size_t s
   const int64_t tick = transform_.header.tick;
   // In lockstep the number is the tick.
   if (!machine_.InWindow(tick, now_us()) ||
-      (!options_.realtime && transform_.header.sequence != tick)) {
+      (options_.realtime ? transform_.header.sequence > tick
+                         : transform_.header.sequence != tick)) {
     return CountRefused(
         &Ledger::outside_window, channel,
         "tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));
@@ -346,6 +353,7 @@ void ModuleParticipant::OnAsk(const uint8_t* data, size_t size) {
   if (ask.kind == ask_t::KIND_RESEND) {
     machine_.OnAsked(now_us());
     outbox_.Answer(ask.channel, ask.first_sequence, ask.last_sequence, now_us());
+    if (ask.sender == kSimProcess && ask.channel == channel_actuator_) NoteAwaited(ask);
   } else if (ask.kind == ask_t::KIND_BYE) {
     const bool of_sim = ask.sender == kSimProcess;
     if (!of_sim || !machine_.OnBye(ask.header.tick, &actions_)) {
@@ -353,17 +361,74 @@ void ModuleParticipant::OnAsk(const uint8_t* data, size_t size) {
                    "BYE at tick " + std::to_string(ask.header.tick) + " in tick " +
                        std::to_string(machine_.tick()));
     }
-  } else if (ask.kind == ask_t::KIND_LEAVE && ask.sender == kSimProcess && !machine_.joining()) {
-    // Saved first: started again, the process must not take part once more.
-    if (!std::exchange(left_, true)) WriteSnapshot(machine_.tick());
-    machine_.OnLeave(now_us(), &actions_);
+  } else if (ask.kind == ask_t::KIND_LEAVE) {
+    TakeLeave(ask);
   } else if (ask.kind == ask_t::KIND_ADMIT && ask.sender == kSimProcess && machine_.joining()) {
     TakeAdmission(ask);
+  } else if (ask.kind != ask_t::KIND_ADMIT || options_.incarnation == 1) {
+    // The sim may have said ADMIT once more to whoever said HELLO twice.
+    CountRefused(&Ledger::bad, options_.module + "/ASK",
+                 "kind " + std::to_string(ask.kind) + ", which nobody says to a running module");
   }
   CarryOutActions();
 }
 
+void ModuleParticipant::TakeLeave(const ask_t& ask) {
+  const int64_t tick = ask.header.tick;
+  const bool possible = ask.sender == kSimProcess && !machine_.joining() &&
+                        machine_.OnLeave(tick, now_us(), &actions_);
+  if (!possible) {
+    return CountRefused(
+        &Ledger::false_ends, options_.module + "/ASK",
+        "LEAVE at tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));
+  }
+  // Saved before it is acknowledged: started again, the process must not take part once more,
+  // unless the sim still wants its answers.
+  if (!std::exchange(left_, true)) WriteSnapshot(machine_.tick());
+}
+
+void ModuleParticipant::NoteAwaited(const ask_t& ask) {
+  // Of a module that it goes on without the sim wants nothing more than there is.
+  if (ask.last_sequence >= outbox_.count(channel_actuator_) &&
+      machine_.OnAwaited(now_us(), &actions_)) {
+    left_ = false;
+    CountRefused(
+        &Ledger::false_ends, options_.module + "/ASK",
+        "LEAVE, and then a request for the answer to tick " + std::to_string(machine_.tick()));
+    return WriteSnapshot(machine_.tick());
+  }
+  // The sim asks for the present tick's answer: it was not the sim that told of another one.
+  if (!admitted_ || options_.realtime || ask.first_sequence == machine_.tick()) return;
+  admitted_ = false;
+  CountRefused(&Ledger::false_ends, options_.module + "/ASK",
+               "ADMIT to tick " + std::to_string(machine_.tick()) + ", and then a request for " +
+                   std::to_string(ask.first_sequence));
+  machine_.Begin(ModuleLockstep::kUnknownTick, now_us(), &actions_);
+}
+
 void ModuleParticipant::TakeAdmission(const ask_t& ask) {
+  // Nobody is believed at the first word: the sim says the same to every HELLO.
+  const auto says_as = [&](const ask_t& other) {
+    const auto equal = [](const morphbus::channel_total_t& a, const morphbus::channel_total_t& b) {
+      return a.channel == b.channel && a.count == b.count;
+    };
+    return (options_.realtime || ask.acknowledged_tick == other.acknowledged_tick) &&
+           std::equal(ask.totals.begin(), ask.totals.end(), other.totals.begin(),
+                      other.totals.end(), equal);
+  };
+  const bool same = admission_ && says_as(*admission_);
+  if (admission_ && ask.header.sequence == admission_->header.sequence && same) return;
+  if (admission_ && !same) {
+    CountRefused(&Ledger::false_ends, options_.module + "/ASK",
+                 "ADMIT to another place than before");
+  }
+  admission_ = ask;
+  if (!same) {
+    machine_.SayHelloSoon(now_us());
+    return;
+  }
+  admission_.reset();
+  admitted_ = true;
   // Numbers on our channels go on where the predecessor's ended.
   for (const morphbus::channel_total_t& total : ask.totals) {
     const std::optional<ChannelName> name = ParseChannel(total.channel);
@@ -410,13 +475,24 @@ void ModuleParticipant::AcknowledgeEnd() {
   for (const ChannelTotal& total : outbox_.totals()) report.totals.push_back(ToWire(total));
   report.taken = taken_.Report(options_.run, options_.module);
   ask_t pattern = MakeAsk(ask_t::KIND_END_ACK);
+  if (options_.realtime) {
+    AddSums(&report);
+    // What the sim may have of the commands.
+    for (size_t i = report.taken.size(); i-- > 0;) {
+      if (report.taken[i].channel != channel_actuator_) continue;
+      report.taken.push_back(report.taken[i]);
+      report.taken.back().taker = kSimProcess;
+      break;
+    }
+    pattern.verdict = first_conflict();
+  }
   pattern.sender = options_.module;
   pattern.acknowledged_tick = machine_.tick() - 1;
   for (ask_t& part : SplitReport(pattern, report)) Ask(kSimProcess, std::move(part));
 }
 
 void ModuleParticipant::NoteTaken(int64_t tick) {
-  taken_.TakeSensors(sensors_part_, sensors_digest_);
+  taken_.TakeSensors(tick, sensors_part_, sensors_digest_);
   if (tick == 0) return;
   std::vector<uint16_t> mates;
   TakeMates(input_, &mates);
@@ -426,7 +502,7 @@ void ModuleParticipant::NoteTaken(int64_t tick) {
     const Mailbox& mailbox = found->second;
     const auto slot = static_cast<size_t>((tick - 1) & 1);
     if (mailbox.ticks[slot] == tick - 1) {
-      taken_.TakeTransform(mailbox.name, mailbox.digests[slot]);
+      taken_.TakeTransform(tick, mailbox.name, mailbox.digests[slot]);
     }
     // Connections are mutual: whoever is mated to us takes what we said, too.
     taken_.GiveTransform(mailbox.name);
@@ -459,8 +535,22 @@ void ModuleParticipant::Compute(int64_t tick) {
   // New programs are taken before the tick that they came with is computed.
   for (const morphbus::deploy_piece_t& piece : pieces_) controller_->TakePiece(piece);
   NoteTaken(tick);
+  admitted_ = false;
   controller_->Tick(input_, &output_);
   Publish(tick);
+  if ((tick + 1) % kBlockTicks == 0) ReportTaken();
+}
+
+void ModuleParticipant::ReportTaken() {
+  const int64_t last = machine_.tick() - 1;
+  if (last < 0 || machine_.joining()) return;
+  // The blocks that are over, once more, and as much as there is of the present one.
+  const int64_t present = last - last % kBlockTicks;
+  const int64_t oldest = present - (kToldBlocks - 1) * kBlockTicks;
+  for (int64_t first = std::max<int64_t>(0, oldest); first <= present; first += kBlockTicks) {
+    TellTaken(first, std::min(first + kBlockTicks - 1, last),
+              taken_.Recent(options_.run, options_.module, first));
+  }
 }
 
 void ModuleParticipant::Publish(int64_t tick) {

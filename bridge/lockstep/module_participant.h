@@ -5,10 +5,12 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <morphbus/ask_t.hpp>
 #include <morphbus/deploy_piece_t.hpp>
 #include <morphbus/sensors_t.hpp>
 #include <morphbus/status_t.hpp>
 #include <morphbus/transform_t.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -131,14 +133,20 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   void OnSensors(const uint8_t* data, size_t size);
   void OnTransform(uint16_t mate, const uint8_t* data, size_t size);
   void OnAsk(const uint8_t* data, size_t size);
-  /// The sim tells where the run is, to a module that takes another's place.
+  /// The sim tells where the run is, to a module that takes another's place: believed when it is
+  /// said twice.
   void TakeAdmission(const morphbus::ask_t& ask);
+  /// The sim tells that the run goes on without this module.
+  void TakeLeave(const morphbus::ask_t& ask);
+  /// The sim asks for ACTUATOR: that may belie what somebody said in its name.
+  void NoteAwaited(const morphbus::ask_t& ask);
   /// Whether SENSORS of this tick can be; if not, it is counted, and nothing of it is kept.
   bool SensorsFit(int64_t tick);
-  /// Takes our own reading out of sensors_ for the tick to compute, and tells whom it is mated to.
-  /// Returns false if it is not one of this module's.
-  bool TakeReading(const morphbus::module_sensors_t& mine, uint64_t digest,
-                   std::vector<uint16_t>* mates);
+  /// Whether a reading is one of this module's, and as what it reads it.
+  bool ReadingFits(const morphbus::module_sensors_t& mine, vm::TickInput* input) const;
+  /// Takes our own reading, and what else sensors_ has for us, for the tick to compute, and tells
+  /// whom it is mated to.
+  void TakeReading(const vm::TickInput& input, uint64_t digest, std::vector<uint16_t>* mates);
   /// Notes what the tick that is computed takes from others, and what they take of ours.
   void NoteTaken(int64_t tick);
   /// Acknowledges END, with all totals, unless it was done a moment ago.
@@ -161,6 +169,7 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   void TakeEarly(uint16_t mate);
   /// Stops listening to all modules but these.
   void ForgetAllBut(const std::vector<uint16_t>& mates);
+  void ReportTaken() override;
   /// Computes a tick and publishes the answer.
   void Compute(int64_t tick);
   /// Publishes STATUS (if there is news), TRANSFORM and ACTUATOR of a tick, in this order.
@@ -203,7 +212,10 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   std::vector<uint8_t> snapshot_;
   int64_t resume_tick_ = 0;
   bool resumed_ = false;
-  bool left_ = false;  ///< The run goes on without this module.
+  bool left_ = false;  ///< It was told that the run goes on without it, and not yet otherwise.
+  /// What was told last of where the run is, until it is believed.
+  std::optional<morphbus::ask_t> admission_;
+  bool admitted_ = false;  ///< Told where the run is, and no tick computed since.
   // What the bus has been told of our interest.
   bool narrowed_ = false, wakes_for_any_ = false, listens_to_all_ = false;
   /// TRANSFORM of whoever sent it before our neighbours were known, by channel.

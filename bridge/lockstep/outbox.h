@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bridge/bus/bus.h"
+#include "bridge/lockstep/run_totals.h"
 #include "bridge/wire/channels.h"
 #include "bridge/wire/codec.h"
 #include "bridge/wire/stream_hash.h"
@@ -111,6 +112,10 @@ class Outbox {
   /// Count and hash of the hashed channels, in order of name.
   [[nodiscard]] std::vector<ChannelTotal> totals() const;
 
+  /// The hashed channels in an order-free way: of each, how many messages there were and the sum,
+  /// modulo 2^64, of their XXH3; in order of name.
+  [[nodiscard]] std::vector<std::pair<std::string, TakenSum>> sums() const;
+
   /// All channels (numbers, hashes, kept messages) as bytes, and back: a resumed process goes on
   /// with them.
   void Save(std::vector<uint8_t>* out) const;
@@ -140,6 +145,7 @@ class Outbox {
     /// Whether the channel counts for the run's hash, and the hash of what was sent on it.
     bool hashed = false;
     StreamHash hash;
+    uint64_t sum = 0;  ///< Of the messages' own hashes, modulo 2^64.
     /// The hash is not that of the whole channel, since somebody else published its beginning.
     bool partial = false;
     std::deque<Kept> kept;  ///< Hashed channels only, oldest first.

@@ -76,6 +76,7 @@ ReportParts::Kind ReportParts::Take(const ask_t& part) {
   const uint64_t content = ContentOf(part);
   if (known) return *known == content ? Kind::kRepeated : Kind::kContradicts;
   known = content;
+  verdict_ = part.verdict;
   report_.totals.insert(report_.totals.end(), part.totals.begin(), part.totals.end());
   report_.taken.insert(report_.taken.end(), part.taken.begin(), part.taken.end());
   return --missing_ == 0 ? Kind::kComplete : Kind::kPart;
@@ -91,7 +92,7 @@ void RunTotals::Taken(const std::string& channel, int part, const std::string& t
   pairs_[{channel, part, taker}].taken = what;
 }
 
-std::string RunTotals::Disagreement() const {
+std::string RunTotals::Disagreement(bool lossy) const {
   std::string first;
   int more = 0;
   for (const auto& [key, sides] : pairs_) {
@@ -103,7 +104,7 @@ std::string RunTotals::Disagreement() const {
     // Whoever says nothing of a channel says that there was nothing.
     const TakenSum given = sides.given.value_or(TakenSum());
     const TakenSum taken = sides.taken.value_or(TakenSum());
-    if (given == taken) continue;
+    if (given == taken || (lossy && taken.count < given.count)) continue;
     // The first difference is told in words, the others are counted.
     if (!first.empty()) {
       ++more;

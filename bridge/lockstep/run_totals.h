@@ -61,6 +61,8 @@ class ReportParts {
   /// The whole report; complete once Take said so.
   [[nodiscard]] const TotalsReport& report() const { return report_; }
   [[nodiscard]] bool complete() const { return missing_ == 0; }
+  /// What all parts say besides, of conflicts in real time.
+  [[nodiscard]] const std::string& verdict() const { return verdict_; }
 
  private:
   /// Hashes of the parts' content; none for a part that has not come.
@@ -68,6 +70,7 @@ class ReportParts {
   int missing_ = -1;                ///< Parts that have not come; -1 before the first one.
   int64_t acknowledged_tick_ = -1;  ///< What the report speaks of.
   TotalsReport report_;
+  std::string verdict_;
 };
 
 /// Collects both sides of every channel, and finds where they differ.
@@ -84,7 +87,10 @@ class RunTotals {
 
   /// Names the process and the channel, of the first difference in order of channels, and says how
   /// many more there are; empty if all agree.
-  [[nodiscard]] std::string Disagreement() const;
+  /// @param lossy  messages may have been lost for good: whoever took fewer than there were took
+  /// some
+  ///               of them, as far as anybody can tell.
+  [[nodiscard]] std::string Disagreement(bool lossy = false) const;
 
  private:
   struct Sides {

@@ -1,6 +1,7 @@
 #include "bridge/lockstep/sim_participant.h"
 
 #include <algorithm>
+#include <limits>
 #include <morphbus/actuator_t.hpp>
 #include <morphbus/sim_clock_t.hpp>
 #include <utility>
@@ -39,6 +40,7 @@ SimParticipant::SimParticipant(Bus* bus, SimulatedRobot* robot, const TimeSource
   claims_.assign(names_.size(), 0);
   incarnations_.assign(names_.size(), 1);
   heard_us_.assign(names_.size(), 0);
+  wanted_us_.assign(names_.size(), std::numeric_limits<int64_t>::min() / 2);
   num_actuators_.assign(options_.modules.size(), 0);
   num_status_ = num_actuators_;
   commands_.resize(options_.modules.size());
@@ -159,7 +161,7 @@ void SimParticipant::OnActuator(size_t module, const uint8_t* data, size_t size)
   const std::string channel = expected.name + "/ACTUATOR";
   // Nobody can have computed a tick that is not out. In lockstep a command's number is its tick.
   if (tick > machine_.tick() || tick < machine_.tick() - kKeptTicks ||
-      (!options_.realtime && command.header.sequence != tick)) {
+      (options_.realtime ? command.header.sequence > tick : command.header.sequence != tick)) {
     return CountRefused(
         &Ledger::outside_window, channel,
         "tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));
@@ -168,9 +170,11 @@ void SimParticipant::OnActuator(size_t module, const uint8_t* data, size_t size)
   const uint64_t digest = DigestOf(data, size);
   SequenceTracker::Kind kind = SequenceTracker::Kind::kNext;
   if (!Track(&received_[module].tracker, channel, command.header.sequence, digest, &kind)) return;
+  const bool fresh = kind != SequenceTracker::Kind::kDuplicate;
+  if (options_.realtime && fresh) received_[module].heard.Add(digest);
   if (machine_.gone(static_cast<int>(module))) return;
   const bool late = options_.realtime && tick < machine_.tick();
-  if (late && kind != SequenceTracker::Kind::kDuplicate) {
+  if (late && fresh) {
     punctuality_.CameLate(static_cast<int>(module), tick, now_us());
   }
   heard_us_[module] = now_us();
@@ -186,6 +190,7 @@ void SimParticipant::OnActuator(size_t module, const uint8_t* data, size_t size)
   std::swap(commands_[module], command);
   ++received_[module].count;
   received_[module].hash.Add(digest);
+  received_[module].recent.Add(tick, digest);
   Tell(&SimLockstep::OnActuator, static_cast<int>(module), tick);
 }
 
@@ -202,22 +207,33 @@ void SimParticipant::OnAsk(const uint8_t* data, size_t size) {
     TakeEndAck(process, ask);
   } else if (ask.kind == ask_t::KIND_VERDICT_ACK && ask.sender == kLogProcess) {
     TakeVerdictAck(ask);
+  } else {
+    CountRefused(&Ledger::bad, "SIM/ASK",
+                 "kind " + std::to_string(ask.kind) + " of '" + ask.sender +
+                     "', who does not say that to the simulator");
   }
 }
 
 void SimParticipant::TakeEndAck(int process, const ask_t& ask) {
   const bool leaves = ask.sender != kLogProcess && machine_.lost(process);
   if (!machine_.ending() && !leaves) {
-    return CountRefused(&Ledger::false_ends, "SIM/ASK",
-                        ask.sender + " acknowledges an END that is not the sim's");
+    CountRefused(&Ledger::false_ends, "SIM/ASK",
+                 ask.sender + " acknowledges an END that is not the sim's");
+    return WantBack(process);
   }
+  // Whoever has left has said all there is.
+  const bool module = static_cast<size_t>(process) < options_.modules.size();
+  if (module && machine_.gone(process) && reports_[process].complete()) return;
+  // What the logger was told of the run's end holds.
+  if (verdict_told_) return;
   // Every process says it again until all have said it; it must be the same.
   switch (reports_[process].Take(ask)) {
     case ReportParts::Kind::kContradicts:
       CountRefused(&Ledger::conflicts, "SIM/ASK",
                    ask.sender + " acknowledges END with other totals than before");
       if (two_tongued_.empty()) two_tongued_ = ask.sender;
-      return;
+      // Whatever is missing of either, nothing that comes can make this run a good one.
+      return Tell(&SimLockstep::OnEndAck, process);
     case ReportParts::Kind::kComplete:
       if (ask.sender == kLogProcess) outcome_.recorded_hash = ask.run_hash;
       return Tell(&SimLockstep::OnEndAck, process);
@@ -227,12 +243,30 @@ void SimParticipant::TakeEndAck(int process, const ask_t& ask) {
   }
 }
 
+void SimParticipant::WantBack(int process) {
+  // Somebody told the module to leave. A request for what it has not answered shows it the
+  // contrary; one for each of its farewells, and not for each that anybody can make up.
+  constexpr int64_t kPauseUs = 20'000;
+  if (static_cast<size_t>(process) >= options_.modules.size()) return;
+  if (now_us() - wanted_us_[process] < kPauseUs) return;
+  wanted_us_[process] = now_us();
+  const int64_t next = machine_.tick() + 1;
+  AskForResend(names_[process], Topic::kActuator, machine_.answered(process) ? next : next - 1,
+               next);
+}
+
 void SimParticipant::TakeVerdictAck(const ask_t& ask) {
   // Somebody else may have told the logger something else.
-  if (ask.run_hash == verdict_.run_hash && ask.verdict == verdict_.verdict) {
+  if (verdict_told_ && ask.run_hash == verdict_.run_hash && ask.verdict == verdict_.verdict) {
     return Tell(&SimLockstep::OnVerdictAck);
   }
   CountRefused(&Ledger::false_ends, "SIM/ASK", "LOG confirms another verdict than the sim's");
+  // Once may be somebody's joke. A logger that was told another one first says so at each
+  // repetition.
+  constexpr int kInEarnest = 8;
+  if (!verdict_told_ || ++other_verdicts_ < kInEarnest) return;
+  if (refusal_.empty()) refusal_ = "LOG does not confirm how the run ended: " + ask.verdict;
+  Tell(&SimLockstep::OnVerdictAck);
 }
 
 void SimParticipant::CarryOut(const SimAction& action) {
@@ -317,6 +351,29 @@ void SimParticipant::Advance(int64_t tick) {
     command.header.tick = -1;
   }
   robot_->Advance();
+  reported_tick_ = tick;
+  if ((tick + 1) % kBlockTicks == 0) ReportTaken();
+}
+
+void SimParticipant::ReportTaken() {
+  if (!options_.logger || reported_tick_ < 0) return;
+  // The blocks that are over, once more, and as much as there is of the present one.
+  const int64_t present = reported_tick_ - reported_tick_ % kBlockTicks;
+  const int64_t oldest = present - (kToldBlocks - 1) * kBlockTicks;
+  for (int64_t first = std::max<int64_t>(0, oldest); first <= present; first += kBlockTicks) {
+    std::vector<morphbus::taken_total_t> taken;
+    for (size_t i = 0; i < options_.modules.size(); ++i) {
+      const TakenSum sum = received_[i].recent.Of(first);
+      if (sum.count == 0) continue;
+      morphbus::taken_total_t& entry = taken.emplace_back();
+      entry.channel = ChannelOf(options_.modules[i].name, Topic::kActuator);
+      entry.part = -1;
+      entry.taker = kSimProcess;
+      entry.count = sum.count;
+      entry.sum = static_cast<int64_t>(sum.sum);
+    }
+    TellTaken(first, std::min(first + kBlockTicks - 1, reported_tick_), std::move(taken));
+  }
 }
 
 void SimParticipant::Refuse(const std::string& why) {
@@ -372,6 +429,7 @@ void SimParticipant::TellVerdict() {
   verdict.run_hash = outcome_.run_hash;
   verdict.verdict = CutText(outcome_.error, kLongestText);
   verdict_ = verdict;
+  verdict_told_ = true;
   Ask(kLogProcess, std::move(verdict));
 }
 

@@ -21,6 +21,7 @@
 #include "bridge/lockstep/run_totals.h"
 #include "bridge/lockstep/sim_lockstep.h"
 #include "bridge/lockstep/simulated_robot.h"
+#include "bridge/lockstep/taken_blocks.h"
 #include "vm/module_api.h"
 
 namespace morphbus::bridge {
@@ -163,6 +164,7 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   }
   [[nodiscard]] std::vector<morphbus::lateness_t> Lateness() const override;
   void CarryOut(const SimAction& action) override;
+  void ReportTaken() override;
   // What the bus calls with messages of others. Each is decoded and checked before the machine
   // hears of it.
   void OnHello(const uint8_t* data, size_t size);
@@ -180,10 +182,16 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   void HideLostModules();
   /// The parts of OnAsk: END was acknowledged, and the logger has confirmed a verdict.
   void TakeEndAck(int process, const morphbus::ask_t& ask);
+  /// Asks a module that takes its leave, though nobody sent it away, for its next answer.
+  void WantBack(int process);
   void TakeVerdictAck(const morphbus::ask_t& ask);
   /// What everybody said of the run, compared with what the sim published and took; empty, or who
   /// disagrees. (sim_participant_checks.cc)
   [[nodiscard]] std::string Disagreement() const;
+  /// The same in real time, where messages are lost.
+  [[nodiscard]] std::string RealtimeDisagreement() const;
+  /// Which part of SENSORS each module must have taken.
+  void AddPartsOfSensors(RunTotals* totals) const;
   /// The machine's number of a process of this run; -1 for others.
   int ProcessNumber(const std::string& name) const;
   /// Empty, or why the process does not fit the run, as a sentence. (sim_participant_checks.cc)
@@ -228,6 +236,8 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
     int64_t count = 0;
     StreamHash hash;
     SequenceTracker tracker;  ///< Of all numbers that came on the channel.
+    TakenBlocks recent;       ///< By tick.
+    TakenSum heard;           ///< Real time: all of them, those that came too late, too.
   };
 
   // The robot is not owned.
@@ -243,6 +253,8 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   /// many ACTUATOR and STATUS it has published.
   std::vector<uint32_t> incarnations_;
   std::vector<int64_t> heard_us_, num_actuators_, num_status_;
+  /// When a module was asked to stay (wall time), by process.
+  std::vector<int64_t> wanted_us_;
   /// A module's channels have messages that nobody vouches for any more but the logger.
   bool unvouched_ = false;
   /// Those modules, by place in `modules`: of what they published and took nothing can be compared.
@@ -259,10 +271,14 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   std::string two_tongued_;
   /// The commands that moved the robot, by module, as their channel's count and hash.
   std::vector<ReceivedCommands> received_;
+  /// The last tick whose commands have moved the robot; -1 before.
+  int64_t reported_tick_ = -1;
   /// Every part of SENSORS, as those take it whose readings it holds.
   std::vector<TakenSum> sensors_sums_;
   /// What the logger was told of the run's end.
   morphbus::ask_t verdict_;
+  bool verdict_told_ = false;
+  int other_verdicts_ = 0;  ///< How often the logger seemed to confirm another one.
   std::vector<std::string> turned_away_;
   /// The tick whose SENSORS were repeated last, and how often.
   int64_t repeated_tick_ = -1;

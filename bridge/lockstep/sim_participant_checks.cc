@@ -74,9 +74,62 @@ std::string SimParticipant::WhyUnusable() const {
   return {};
 }
 
+std::string SimParticipant::RealtimeDisagreement() const {
+  // Where everybody acts on what there is, nobody can tell what another should have taken; but one
+  // number has one message.
+  const auto told_two = [this](const std::string& process, const std::string& channel) {
+    const std::optional<ChannelName> name = ParseChannel(options_.run + "/" + channel);
+    // Of a module that died and left nothing behind nobody knows the last numbers.
+    const int speaker = name ? ProcessNumber(std::string(name->process)) : -1;
+    if (channel.empty() || (speaker >= 0 && anew_.contains(static_cast<size_t>(speaker)))) {
+      return std::string();
+    }
+    return process + " was told two different things on " + channel +
+           ": somebody else speaks on this bus";
+  };
+  std::string told = told_two(std::string(kSimProcess), first_conflict());
+  RunTotals totals;
+  totals.Reported(std::string(kSimProcess));
+  for (const auto& [channel, sum] : outbox_.sums()) {
+    if (options_.logger) totals.Given(channel, -1, std::string(kLogProcess), sum);
+  }
+  for (size_t i = 0; i < options_.modules.size(); ++i) {
+    totals.Taken(ChannelOf(options_.modules[i].name, Topic::kActuator), -1,
+                 std::string(kSimProcess), received_[i].heard);
+  }
+  AddPartsOfSensors(&totals);
+  // What the others say; of TRANSFORM nobody knows who had to take it.
+  for (size_t i = 0; i < names_.size(); ++i) {
+    if (!reports_[i].complete() || anew_.contains(i)) continue;
+    totals.Reported(names_[i]);
+    if (told.empty()) told = told_two(names_[i], reports_[i].verdict());
+    for (const morphbus::taken_total_t& entry : reports_[i].report().taken) {
+      const std::optional<ChannelName> name = ParseChannel(entry.channel);
+      const bool of_mates = entry.taker != kLogProcess && name && name->topic == Topic::kTransform;
+      if (!name || of_mates) continue;
+      const TakenSum what = {entry.count, static_cast<uint64_t>(entry.sum)};
+      if (name->process == names_[i]) totals.Given(entry.channel, entry.part, entry.taker, what);
+      if (entry.taker == names_[i]) totals.Taken(entry.channel, entry.part, entry.taker, what);
+    }
+  }
+  return told.empty() ? totals.Disagreement(true) : told;
+}
+
+void SimParticipant::AddPartsOfSensors(RunTotals* totals) const {
+  for (size_t part = 0; part < sensors_parts_.size(); ++part) {
+    for (const size_t module : sensors_parts_[part]) {
+      const auto last = last_sums_.find(module);
+      totals->Given(channel_sensors_, static_cast<int>(part), options_.modules[module].name,
+                    last == last_sums_.end() ? sensors_sums_[part] : last->second);
+    }
+  }
+}
+
 std::string SimParticipant::Disagreement() const {
-  // In real time messages are lost, and a run that was stopped before it began moved nothing.
-  if (options_.realtime || machine_.tick() == 0) return {};
+  // A run that was stopped before it began moved nothing.
+  if (machine_.tick() == 0) return {};
+  // In real time messages that were under way change what the logger has.
+  if (options_.realtime) return RealtimeDisagreement();
   if (!two_tongued_.empty()) return two_tongued_ + " acknowledged END with two different totals";
   RunTotals totals;
   totals.Reported(std::string(kSimProcess));
@@ -94,13 +147,7 @@ std::string SimParticipant::Disagreement() const {
     totals.Taken(ChannelOf(options_.modules[i].name, Topic::kActuator), -1,
                  std::string(kSimProcess), {received_[i].count, received_[i].hash.Digest()});
   }
-  for (size_t part = 0; part < sensors_parts_.size(); ++part) {
-    for (const size_t module : sensors_parts_[part]) {
-      const auto last = last_sums_.find(module);
-      totals.Given(channel_sensors_, static_cast<int>(part), options_.modules[module].name,
-                   last == last_sums_.end() ? sensors_sums_[part] : last->second);
-    }
-  }
+  AddPartsOfSensors(&totals);
   // What the others say: the logger of all channels, a module of those that it took, and of what
   // others took of its own.
   for (size_t i = 0; i < names_.size(); ++i) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "bridge/lockstep/run_totals.h"
+#include "bridge/lockstep/taken_blocks.h"
 #include "compiler/base/result.h"
 
 namespace morphbus::bridge {
@@ -21,10 +22,10 @@ class TakenLedger {
   static constexpr size_t kMostMates = 1024;
 
   /// The tick that is computed rests on this part of SENSORS.
-  void TakeSensors(int part, uint64_t digest);
+  void TakeSensors(int64_t tick, int part, uint64_t digest);
   /// It rests on what a neighbour, by its name, said in the tick before; `digest` is of that
   /// message.
-  void TakeTransform(const std::string& mate, uint64_t digest) { Of(mate)->taken.Add(digest); }
+  void TakeTransform(int64_t tick, const std::string& mate, uint64_t digest);
   /// The neighbour takes in this tick what we said in the tick before.
   void GiveTransform(const std::string& mate) { Of(mate)->given.Add(own_transform_); }
   /// Our TRANSFORM of the present tick went out.
@@ -33,6 +34,11 @@ class TakenLedger {
   /// All of it as KIND_END_ACK carries it.
   [[nodiscard]] std::vector<morphbus::taken_total_t> Report(const std::string& run,
                                                             const std::string& module) const;
+
+  /// What was taken in the block of ticks that begins at `first` (taken_blocks.h).
+  [[nodiscard]] std::vector<morphbus::taken_total_t> Recent(const std::string& run,
+                                                            const std::string& module,
+                                                            int64_t first) const;
 
   /// All of it as bytes, and back. Load returns the number of bytes used, and fails if they are cut
   /// short or damaged; then the ledger must not be used any more.
@@ -43,12 +49,14 @@ class TakenLedger {
   /// What went to and fro between us and a neighbour.
   struct Mate {
     TakenSum taken, given;
+    TakenBlocks recent;  ///< Of `taken`.
   };
   /// The neighbour's entry, begun if need be; beyond kMostMates one that all others share.
   Mate* Of(const std::string& mate);
 
   int64_t part_ = 0;  ///< Of SENSORS: where our own reading is.
   TakenSum sensors_;
+  TakenBlocks recent_sensors_;
   uint64_t own_transform_ = 0;  ///< XXH3 of our last TRANSFORM.
   std::map<std::string, Mate> mates_;
 };

@@ -147,7 +147,9 @@ class World {
     modules[Index(i)] = ModuleLockstep({false, Patient()});
     std::vector<ModuleAction> out;
     modules[Index(i)].Begin(computed[Index(i)], now_us_, &out);
-    if (left_ && i == settings_.LostNumber()) modules[Index(i)].OnLeave(now_us_, &out);
+    if (left_ && i == settings_.LostNumber()) {
+      modules[Index(i)].OnLeave(computed[Index(i)] - 1, now_us_, &out);
+    }
     Take(i, out);
   }
 
@@ -257,6 +259,8 @@ class World {
         break;
       case Kind::kAskActuator:
         if (m.process == i && m.number < computed[Index(i)]) Send({Kind::kActuator, i, m.number});
+        if (m.process != i || m.number < computed[Index(i)]) break;
+        if (module.OnAwaited(now_us_, &out)) violation_ = "a module that has left is awaited";
         break;
       case Kind::kAskTransform:
         if (m.process == i && m.number < computed[Index(i)]) Send({Kind::kTransform, i, m.number});
@@ -271,7 +275,7 @@ class World {
         if (m.process != i) break;
         if (computed[Index(i)] != settings_.lose_tick) violation_ = "a module leaves too early";
         left_ = true;
-        module.OnLeave(now_us_, &out);
+        if (!module.OnLeave(m.number, now_us_, &out)) violation_ = "a module will not leave";
         break;
       default:
         break;
@@ -283,12 +287,7 @@ class World {
     std::vector<LogAction> out;
     switch (m.kind) {
       case Kind::kClock:
-        if (m.number == settings_.lose_tick && m.number < settings_.ticks) {
-          log.Lose(settings_.modules == 1 ? "m1" : "m2", m.number);
-        }
-        // Where the sim ends within a tick, END is the message after that tick's CLOCK.
-        log.OnClock(m.number + (m.last == morphbus::sim_clock_t::PHASE_END ? 1 : 0), m.number,
-                    static_cast<int>(m.last), settings_.modules, 1, 0, now_us_, &out);
+        HearClock(m, &out);
         break;
       case Kind::kSensors:
         for (int i = 0; i < settings_.modules; ++i) log.AddModule(i == 0 ? "m1" : "m2");
@@ -319,6 +318,18 @@ class World {
         break;
     }
     Take(out);
+  }
+
+  void HearClock(const Message& m, std::vector<LogAction>* out) {
+    // Where the sim ends within a tick, END is the message after that tick's CLOCK.
+    const LogLockstep::Taken taken =
+        log.OnClock(m.number + (m.last == morphbus::sim_clock_t::PHASE_END ? 1 : 0), m.number,
+                    static_cast<int>(m.last), settings_.modules, 1, 0, now_us_, out);
+    if (taken != LogLockstep::Taken::kFresh || m.number != settings_.lose_tick ||
+        m.number >= settings_.ticks) {
+      return;
+    }
+    log.Lose(settings_.modules == 1 ? "m1" : "m2", m.number, now_us_, out);
   }
 
   [[nodiscard]] int Number(int module) const { return log.ModuleNumber(module == 0 ? "m1" : "m2"); }
@@ -394,7 +405,7 @@ class World {
           if (action.tick != advanced_++) violation_ = "the robot was not advanced once a tick";
           break;
         case SimAction::Kind::kAskToLeave:
-          Send({Kind::kLeave, action.process, 0});
+          Send({Kind::kLeave, action.process, action.tick});
           break;
         case SimAction::Kind::kAtBarrier:
           violation_ = "nobody asked for a barrier";

@@ -4,7 +4,9 @@
 #include <cstring>
 #include <limits>
 #include <morphbus/ask_t.hpp>
+#include <morphbus/health_t.hpp>
 #include <morphbus/hello_t.hpp>
+#include <morphbus/info_part_t.hpp>
 #include <morphbus/sensors_t.hpp>
 #include <morphbus/sim_clock_t.hpp>
 #include <morphbus/status_t.hpp>
@@ -99,10 +101,18 @@ void Change(std::mt19937_64* random, morphbus::hello_t* m) {
       m->wire_hash ^= 5;
   }
 }
+void Change(std::mt19937_64* random, morphbus::health_t* m) {
+  if ((*random)() % 4 == 0) m->process = "m77";
+  m->conflicts += 5;
+  for (morphbus::topic_total_t& total : m->totals) {
+    (*random)() % 2 == 0 ? total.hash ^= 5 : total.count += 1;
+  }
+}
+void Change(std::mt19937_64*, morphbus::info_part_t* m) { m->part = m->num_parts - 1; }
 void Change(std::mt19937_64* random, morphbus::ask_t* m) {
   switch ((*random)() % 8) {
     case 0:
-      m->kind = static_cast<int8_t>((*random)() % 8);
+      m->kind = static_cast<int8_t>((*random)() % (morphbus::ask_t::KIND_TAKEN + 1));
       return;
     case 1:
       m->acknowledged_tick += static_cast<int64_t>((*random)() % 20);
@@ -141,6 +151,14 @@ Spoken AlteredAs(const Spoken& original, std::mt19937_64* random) {
 
 Outcome OutcomeOf(FakeRun* run) {
   Outcome outcome;
+  run->RunUntil([run] {
+    const std::vector<Participant*> all = run->participants();
+    bool told = run->log != nullptr && run->log->done() && !run->log->error().empty();
+    told |= run->sim->done() && !run->sim->outcome().ok;
+    for (const FakeRun::Module& m : run->modules) told |= !m.participant->error().empty();
+    return told || std::all_of(all.begin(), all.end(), [](Participant* p) { return p->done(); });
+  });
+  outcome.seconds_to_end = static_cast<double>(run->time.NowUs()) * 1e-6;
   const bool ended = run->Run();
   outcome.sim_ok = ended && run->sim->outcome().ok;
   outcome.log_clean = ended && run->log->complete() && run->log->error().empty();
@@ -172,12 +190,64 @@ Forger::Forger(FakeRun* run, std::function<void(int64_t, const Spoken&)> on_mess
                         });
 }
 
-std::vector<Spoken> Overhear(const FakeRunOptions& options) {
+std::vector<Spoken> Overhear(const FakeRunOptions& options,
+                             const std::function<void(FakeRun*)>& prepare) {
   FakeRun run(options);
+  if (prepare) prepare(&run);
   std::vector<Spoken> all;
   const Forger ears(&run, [&all](int64_t, const Spoken& message) { all.push_back(message); });
   run.Run();
   return all;
+}
+
+Spoken MadeUpAsk(int8_t kind, const Spoken& command, std::mt19937_64* random) {
+  using morphbus::ask_t;
+  // A module's command tells where the run is.
+  morphbus::actuator_t pattern;
+  const bool sound = Decode(command.bytes.data(), command.bytes.size(), {}, &pattern).has_value();
+  if (!sound) return command;
+  ask_t ask;
+  ask.header = pattern.header;
+  ask.header.program_hash = 0;
+  ask.header.tick =
+      std::max<int64_t>(0, ask.header.tick + static_cast<int64_t>((*random)() % 3) - 1);
+  ask.header.sequence = static_cast<int64_t>((*random)() % 1000);
+  ask.kind = kind;
+  ask.channel = command.channel;
+  ask.first_sequence = pattern.header.tick + static_cast<int64_t>((*random)() % 3);
+  ask.last_sequence = (*random)() % 4 == 0 ? int64_t{1} << 62 : ask.first_sequence;
+  ask.acknowledged_tick = pattern.header.tick + static_cast<int64_t>((*random)() % 20) - 1;
+  ask.part = 0;
+  ask.num_parts = kind == ask_t::KIND_END_ACK || kind == ask_t::KIND_TAKEN ? 1 : 0;
+  ask.num_totals = ask.num_taken = 0;
+  const std::string module = std::string(ParseChannel(command.channel)->process);
+  if (kind == ask_t::KIND_TAKEN) {
+    // What the sim is said to have taken of that module, in a block of ticks.
+    ask.first_sequence = 0;
+    ask.last_sequence = (*random)() % 32;
+    morphbus::taken_total_t entry;
+    entry.channel = command.channel;
+    entry.part = -1;
+    entry.taker = kSimProcess;
+    entry.count = ask.last_sequence + 1;
+    entry.sum = static_cast<int64_t>((*random)());
+    ask.taken.push_back(entry);
+    ask.num_taken = 1;
+  }
+  // Each kind goes to whoever might believe it, in the name of who might say it.
+  const bool to_log = kind == ask_t::KIND_POLL || kind == ask_t::KIND_INFO ||
+                      kind == ask_t::KIND_TAKEN || kind == ask_t::KIND_VERDICT;
+  const bool to_sim =
+      kind == ask_t::KIND_ACK || kind == ask_t::KIND_END_ACK || kind == ask_t::KIND_VERDICT_ACK;
+  ask.sender = kSimProcess;
+  if (to_sim) ask.sender = kind == ask_t::KIND_END_ACK ? module : std::string(kLogProcess);
+  const std::string run(ParseChannel(command.channel)->run);
+  const std::string to = to_log   ? std::string(kLogProcess)
+                         : to_sim ? std::string(kSimProcess)
+                                  : module;
+  Spoken made{Channel(run, to, Topic::kAsk), {}};
+  Encode(ask, &made.bytes);
+  return made;
 }
 
 Spoken AlteredAnyhow(const Spoken& original, std::mt19937_64* random) {
@@ -196,6 +266,10 @@ Spoken AlteredAnyhow(const Spoken& original, std::mt19937_64* random) {
       return AlteredAs<morphbus::status_t>(original, random);
     case Topic::kHello:
       return AlteredAs<morphbus::hello_t>(original, random);
+    case Topic::kHealth:
+      return AlteredAs<morphbus::health_t>(original, random);
+    case Topic::kInfo:
+      return AlteredAs<morphbus::info_part_t>(original, random);
     default:
       return AlteredAs<morphbus::ask_t>(original, random);
   }

@@ -36,13 +36,18 @@ struct Outcome {
   /// Refused by all processes together.
   Ledger refused;
   double seconds = 0;  ///< Wall time of the run, in its virtual time.
+  /// The same up to where the launcher sees that all is not well: when the simulator is done, or
+  /// the logger leaves and says why, or a module with an error.
+  double seconds_to_end = 0;
 };
 
 /// Runs `run` to its end and says what came of it.
 Outcome OutcomeOf(FakeRun* run);
 
-/// Everything that is said in a run that nobody disturbs, in order.
-std::vector<Spoken> Overhear(const FakeRunOptions& options);
+/// Everything that is said in a run that nobody disturbs, in order. `prepare` (may be empty) is
+/// called before it begins.
+std::vector<Spoken> Overhear(const FakeRunOptions& options,
+                             const std::function<void(FakeRun*)>& prepare = {});
 
 /// An endpoint on a run's bus that hears everything and may say anything.
 class Forger {
@@ -71,6 +76,10 @@ Spoken Altered(const Spoken& original, const std::function<void(M*)>& change) {
   Encode(message, &altered.bytes);
   return altered;
 }
+
+/// A request of this kind (ask_t) as somebody makes it up who hears a module's ACTUATOR, to whoever
+/// might believe it.
+Spoken MadeUpAsk(int8_t kind, const Spoken& command, std::mt19937_64* random);
 
 /// Changes something in a message of any kind, so that it says something else: its content, its
 /// place in the run, or both.

@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <map>
 #include <morphbus/ask_t.hpp>
+#include <morphbus/info_part_t.hpp>
 #include <morphbus/sim_clock_t.hpp>
 
 #include "bridge/wire/channels.h"
@@ -17,6 +18,8 @@
 namespace morphbus::bridge {
 namespace {
 
+using morphbus::ask_t;
+
 /// What the forger copies.
 struct Race {
   const char* name;
@@ -24,6 +27,8 @@ struct Race {
   int kind;  ///< CLOCK: its phase. ASK: its kind. -1: any.
   /// Races at least that must be noticed by some process, of a hundred.
   int least_noticed;
+  /// Nobody says such a thing in the run: the forger makes it up.
+  bool made_up = false;
 };
 
 std::ostream& operator<<(std::ostream& out, const Race& race) { return out << race.name; }
@@ -32,6 +37,7 @@ constexpr int kRaces = 100;
 
 /// Whether a message is one that the race is about.
 bool IsOf(const Race& race, const Spoken& message) {
+  if (race.made_up) return ParseChannel(message.channel)->topic == Topic::kActuator;
   if (ParseChannel(message.channel)->topic != race.topic) return false;
   if (race.topic == Topic::kClock) {
     morphbus::sim_clock_t clock;
@@ -50,11 +56,29 @@ FakeRunOptions Options() {
   return options;
 }
 
+/// Everybody tells of its health now and then, and the logger describes the run.
+void Prepare(FakeRun* run) {
+  run->sim->OnAfterTick([run](int64_t tick) {
+    if (tick % 6 == 0) run->sim->PublishHealth();
+    for (size_t i = 0; i < run->modules.size(); ++i) {
+      if ((tick + static_cast<int64_t>(i)) % 6 == 1) run->modules[i].participant->PublishHealth();
+    }
+    if (tick % 6 != 4) return;
+    run->log->PublishHealth();
+    morphbus::info_part_t info;
+    info.part = 0;
+    info.num_parts = 2;
+    info.size = info.total_bytes = 0;
+    run->log->outbox().Send("test/INFO", tick, tick * 20000, &info);
+  });
+}
+
 /// What an undisturbed run says and comes to; worked out once for all races.
 struct Reference {
-  std::vector<Spoken> said = Overhear(Options());
+  std::vector<Spoken> said = Overhear(Options(), Prepare);
   Outcome outcome = [] {
     FakeRun run(Options());
+    Prepare(&run);
     return OutcomeOf(&run);
   }();
 };
@@ -90,9 +114,12 @@ TEST_P(Forged, NoRunThatDisagreesEndsWell) {
       const size_t original = originals[random() % originals.size()];
       const int64_t lead = static_cast<int64_t>(random() % 40) - 10;
       const int64_t when = std::max<int64_t>(0, static_cast<int64_t>(original) - lead);
-      at[when].push_back(AlteredAnyhow(said[original], &random));
+      at[when].push_back(GetParam().made_up ? MadeUpAsk(static_cast<int8_t>(GetParam().kind),
+                                                        said[original], &random)
+                                            : AlteredAnyhow(said[original], &random));
     }
     FakeRun run(Options());
+    Prepare(&run);
     Forger* self = nullptr;
     Forger forger(&run, [&](int64_t count, const Spoken&) {
       for (const Spoken& message : at[count]) self->Say(message);
@@ -107,6 +134,9 @@ TEST_P(Forged, NoRunThatDisagreesEndsWell) {
               false)
         << "seed " << seed << ": whoever calls the log not clean says why";
     EXPECT_TRUE(outcome.sim_ok || !outcome.error.empty()) << "seed " << seed;
+    // The run is over in no time, whatever the forger said in it.
+    EXPECT_LT(outcome.seconds_to_end, Undisturbed().outcome.seconds + 3)
+        << "seed " << seed << ": " << outcome.error;
     noticed += refused.bad + refused.conflicts + refused.outside_window + refused.false_ends > 0;
     ++(well ? unharmed : spoiled);
   }
@@ -128,7 +158,19 @@ INSTANTIATE_TEST_SUITE_P(
                     Race{"verdict", Topic::kAsk, morphbus::ask_t::KIND_VERDICT, 20},
                     Race{"verdict_ack", Topic::kAsk, morphbus::ask_t::KIND_VERDICT_ACK, 0},
                     Race{"bye", Topic::kAsk, morphbus::ask_t::KIND_BYE, 0},
-                    Race{"any_ask", Topic::kAsk, -1, 20}),
+                    Race{"any_ask", Topic::kAsk, -1, 20}, Race{"health", Topic::kHealth, -1, 0},
+                    Race{"info", Topic::kInfo, -1, 0},
+                    Race{"made_up_resend", Topic::kAsk, ask_t::KIND_RESEND, 0, true},
+                    Race{"made_up_ack", Topic::kAsk, ask_t::KIND_ACK, 0, true},
+                    Race{"made_up_info", Topic::kAsk, ask_t::KIND_INFO, 0, true},
+                    Race{"made_up_end_ack", Topic::kAsk, ask_t::KIND_END_ACK, 60, true},
+                    Race{"made_up_poll", Topic::kAsk, ask_t::KIND_POLL, 0, true},
+                    Race{"made_up_bye", Topic::kAsk, ask_t::KIND_BYE, 60, true},
+                    Race{"made_up_verdict", Topic::kAsk, ask_t::KIND_VERDICT, 60, true},
+                    Race{"made_up_verdict_ack", Topic::kAsk, ask_t::KIND_VERDICT_ACK, 60, true},
+                    Race{"made_up_leave", Topic::kAsk, ask_t::KIND_LEAVE, 80, true},
+                    Race{"made_up_admit", Topic::kAsk, ask_t::KIND_ADMIT, 80, true},
+                    Race{"made_up_taken", Topic::kAsk, ask_t::KIND_TAKEN, 0, true}),
     [](const testing::TestParamInfo<Race>& race) { return std::string(race.param.name); });
 
 }  // namespace

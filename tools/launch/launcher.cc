@@ -27,6 +27,7 @@ constexpr const char* kLogName = "log";
 // So long Watch sleeps at most, in milliseconds: progress and timeouts are looked at meanwhile.
 constexpr int kPollMs = 50;
 constexpr double kToldSeconds = 0.5;  ///< In which the sim may tell more of what the logger told.
+constexpr double kLeftSeconds = 2.0;  ///< In which the sim must end the run that somebody has left.
 constexpr double kEndSeconds = 5.0;   ///< In which every process must be gone once the run is over.
 constexpr double kSilentSeconds = 8.0;  ///< Of the simulator; after 10 s modules would give up.
 constexpr double kStopSeconds = 10.0;   ///< In which a run must be over once it was told to stop.
@@ -262,7 +263,7 @@ RunOutcome Launcher::Run() {
     progress.Show(outcome_.ticks);
     CheckTimeouts();
     if (sim_reported_ && Find(kSimName)->ended()) {
-      AwaitEnd(kEndSeconds);
+      AwaitEnd(outcome_.error.empty() ? kEndSeconds : kLeftSeconds);
       break;
     }
   }
@@ -363,7 +364,7 @@ void Launcher::CheckTimeouts() {
   // A logger that says what was wrong with the run is believed sooner.
   const bool told = first_exited_ == kLogName && !log_reason_.empty();
   if (!first_exited_.empty() && !sim_reported_ &&
-      since_left_.seconds() > (told ? kToldSeconds : kEndSeconds)) {
+      since_left_.seconds() > (told ? kToldSeconds : kLeftSeconds)) {
     Fail(first_exited_ + " left the run before its end" + (told ? ": " + log_reason_ : ""));
   }
 }

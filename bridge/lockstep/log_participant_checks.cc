@@ -1,0 +1,167 @@
+// What a LogParticipant knows of what was recorded, and how it compares that, while the run goes
+// on, with what the others say they published and took.
+
+#include <algorithm>
+#include <morphbus/health_t.hpp>
+#include <string>
+#include <string_view>
+
+#include "bridge/lockstep/log_participant.h"
+
+namespace morphbus::bridge {
+
+using morphbus::ask_t;
+
+namespace {
+
+/// Numbers of which a channel's bytes are remembered at most.
+constexpr size_t kMostRemembered = 8192;
+
+}  // namespace
+
+void ReceivedStream::Add(int64_t sequence, uint64_t digest, bool in_order) {
+  ++count;
+  sum += digest;
+  gapless &= sequence == next;
+  // In lockstep every gap gets filled, so a payload beyond one waits for its turn in the hash. In
+  // real time nobody sends anything again, and payloads are hashed as they arrive.
+  if (!in_order || sequence == next) {
+    hash.Add(digest);
+    next = sequence + 1;
+  } else {
+    early.emplace(sequence, digest);
+  }
+  // Whatever the new payload was holding up follows.
+  while (!early.empty() && early.begin()->first == next) {
+    hash.Add(early.begin()->second);
+    early.erase(early.begin());
+    ++next;
+  }
+}
+
+ReceivedStream& LogParticipant::StreamOf(std::string_view channel) {
+  const auto found = streams_.find(channel);
+  if (found != streams_.end()) return *found->second;
+  // The first payload of a channel begins its hash. Of its numbers a window of ticks is remembered,
+  // in each of which SENSORS or WORLD may have many parts.
+  auto stream = std::make_unique<ReceivedStream>();
+  stream->index = static_cast<int>(streams_.size());
+  const auto numbers = static_cast<size_t>(2 * options_.window * machine_.most_parts());
+  stream->tracker.Remember(std::min(numbers, kMostRemembered));
+  return *streams_.emplace(std::string(channel), std::move(stream)).first->second;
+}
+
+void LogParticipant::AddToStream(ReceivedStream* stream, const ChannelName& name,
+                                 const morphbus::header_t& header, uint64_t digest) {
+  stream->Add(header.sequence, digest, !options_.realtime);
+  // Of what others take the last ticks are kept, of SENSORS part by part.
+  const bool sensors = name.topic == Topic::kSensors;
+  if (!sensors && name.topic != Topic::kTransform && name.topic != Topic::kActuator) return;
+  const auto parts = static_cast<size_t>(sensors ? std::max(1, machine_.sensors_parts()) : 1);
+  if (stream->recent.size() < parts) stream->recent.resize(parts);
+  stream->recent[sensors ? static_cast<size_t>(header.sequence) % parts : 0].Add(header.tick,
+                                                                                 digest);
+}
+
+std::vector<ChannelTotal> LogParticipant::totals() const {
+  std::vector<ChannelTotal> totals;
+  const std::string clock = ChannelOf(kSimProcess, Topic::kClock);
+  for (const auto& [channel, stream] : streams_) {
+    totals.push_back({channel, stream->count, stream->hash.Digest(), true});
+    // END is the last message on CLOCK.
+    if (channel != clock || end_clock_.empty()) continue;
+    ++totals.back().count;
+    totals.back().hash = stream->hash.DigestWith(end_clock_.data(), end_clock_.size());
+  }
+  std::sort(totals.begin(), totals.end(),
+            [](const ChannelTotal& a, const ChannelTotal& b) { return a.channel < b.channel; });
+  return totals;
+}
+
+std::string LogParticipant::run_hash() const { return RunHash(totals()); }
+
+void LogParticipant::AddRecordedSums(TotalsReport* report) const {
+  const std::string clock = ChannelOf(kSimProcess, Topic::kClock);
+  for (const auto& [channel, stream] : streams_) {
+    morphbus::taken_total_t& entry = report->taken.emplace_back();
+    entry.channel = channel;
+    entry.part = -1;
+    entry.taker = kLogProcess;
+    TakenSum all = {stream->count, stream->sum};
+    // END is the last message on CLOCK.
+    if (channel == clock && !end_clock_.empty()) {
+      all.Add(DigestOf(end_clock_.data(), end_clock_.size()));
+    }
+    entry.count = all.count;
+    entry.sum = static_cast<int64_t>(all.sum);
+  }
+}
+
+bool LogParticipant::IsDoubtedTwice(const std::string& what) {
+  // One report may itself be a forgery; a second one, without an honest one between them, is not.
+  constexpr size_t kMostDoubts = 1024;
+  if (doubted_.size() >= kMostDoubts) doubted_.clear();
+  return !doubted_.insert(what).second;
+}
+
+void LogParticipant::EndForForgery(std::string_view process, const std::string& did,
+                                   std::string_view channel, const std::string& other) {
+  channel.remove_prefix(options_.run.size() + 1);
+  error_ = std::string(process) + did + std::string(channel) + other +
+           ": somebody else speaks on this bus";
+  machine_.GiveUp();
+}
+
+void LogParticipant::CompareTotals(const ChannelName& name, const uint8_t* data, size_t size) {
+  // Before the run and after it there is nothing to compare.
+  morphbus::health_t health;
+  if (machine_.done() || !Decode(data, size, {}, &health)) return;
+  for (const morphbus::topic_total_t& total : health.totals) {
+    const std::string channel = options_.run + "/" + std::string(name.process) + "/" + total.topic;
+    const auto found = streams_.find(channel);
+    // What is under way, or was lost and is asked for, is compared at another time; in real time
+    // what was lost is never.
+    if (found == streams_.end() || !found->second->early.empty() ||
+        found->second->count != total.count || (options_.realtime && !found->second->gapless)) {
+      continue;
+    }
+    if (found->second->hash.Digest() == static_cast<uint64_t>(total.chained_hash)) {
+      doubted_.erase(channel);
+      continue;
+    }
+    if (!IsDoubtedTwice(channel)) continue;
+    return EndForForgery(kLogProcess, " recorded other messages on ", channel,
+                         " than " + std::string(name.process) + " published");
+  }
+}
+
+void LogParticipant::CompareTaken(const ask_t& ask) {
+  const int64_t first = ask.first_sequence, last = ask.last_sequence;
+  const bool possible = HasProcess(ask.sender) && first % kBlockTicks == 0 && last >= first &&
+                        last < first + kBlockTicks;
+  if (!possible) return;
+  for (const morphbus::taken_total_t& entry : ask.taken) {
+    const std::optional<ChannelName> name = ParseChannel(entry.channel);
+    const auto found = streams_.find(entry.channel);
+    if (!name || entry.taker != ask.sender || found == streams_.end()) continue;
+    // Whoever took less than one a tick may have been parted from its neighbour for a while.
+    const std::vector<RecentDigests>& recent = found->second->recent;
+    const auto part = static_cast<size_t>(std::max<int16_t>(entry.part, 0));
+    if (entry.count != last - first + 1 || part >= recent.size()) continue;
+    // A neighbour's TRANSFORM is taken a tick later.
+    const int64_t back = name->topic == Topic::kTransform ? 1 : 0;
+    const std::optional<uint64_t> sum =
+        first < back ? std::nullopt : recent[part].Sum(first - back, last - back);
+    if (!sum) continue;
+    const std::string doubt = entry.channel + " " + ask.sender + " " + std::to_string(first);
+    if (*sum == static_cast<uint64_t>(entry.sum)) {
+      doubted_.erase(doubt);
+      continue;
+    }
+    if (!IsDoubtedTwice(doubt)) continue;
+    return EndForForgery(ask.sender, " took other messages on ", entry.channel,
+                         " than LOG recorded");
+  }
+}
+
+}  // namespace morphbus::bridge
