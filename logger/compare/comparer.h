@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "logger/compare/alignment.h"
+#include "logger/compare/command_pairs.h"
 #include "logger/compare/gait.h"
 #include "logger/compare/kinematic_tracks.h"
 #include "logger/compare/matcher.h"
@@ -174,6 +175,9 @@ struct Comparison {
   /// What should have been compared and could not be; with an entry the verdict is never
   /// kEquivalent. Of missing instants at most some 50 entries are listed.
   std::vector<std::string> not_compared;
+  /// The commands that people gave to either run. They say nothing for or against the verdict: that
+  /// a run was pushed shows in where it went. A note says where they differ.
+  std::vector<CommandPair> commands;
   /// Who was compared with whom.
   Matching matching;
   Level level = Level::kSample;
