@@ -7,7 +7,7 @@ import subprocess
 import unittest
 
 from control_live import Live
-from support import BIN, SOURCE, morphbus
+from support import BIN, MODEL, PROGRAM, SOURCE, morphbus
 
 # By this tick all modules have their roles, which invoking asks for.
 ROLES_TAKEN = 60
@@ -46,6 +46,22 @@ class Examples(Live):
         lines = [line for line in (SOURCE / 'docs' / 'cli.md').read_text(encoding='utf-8').splitlines()
                  if line.startswith('morphbus control ')]
         self.assert_all_work(lines, self.commands_there_are(morphbus('control', '--help').stdout))
+
+    def test_the_deployment_of_the_reference(self):
+        text = (SOURCE / 'docs' / 'cli.md').read_text(encoding='utf-8')
+        given, answer, told = re.search(r'\$ morphbus control (deploy .*)\n(.*)\n\$ morphbus info walk.log\n\.\.\.\n(.*\n.*\n)```',
+                                        text).groups()
+        tick = int(re.search(r'tick (\d+)', answer)[1])
+        script, log = self.folder / 'script', self.folder / 'walk.log'
+        script.write_text(f'{tick} {given}\n')
+        morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--inproc', '--seconds', 20, '--commands', script, '--log', log,
+                 cwd=SOURCE)
+        # Any change of the compiler gives the image another hash.
+        done = morphbus('info', log, '--commands').stdout.strip()
+        hashless = [re.sub(r' [0-9a-f]{16} ', ' ', line) for line in (f'{tick} {answer}', done)]
+        self.assertEqual(hashless[0].split(':')[0], hashless[1])
+        self.assertIn(f'it runs from {done.split()[-1]} s on', answer)
+        self.assertIn(told, morphbus('info', log).stdout)
 
 
 if __name__ == '__main__':
