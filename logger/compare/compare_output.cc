@@ -157,7 +157,7 @@ void AddCommands(const Comparison& comparison, std::string* text) {
   const auto tick = [](const std::optional<int64_t>& t) { return t ? std::to_string(*t) : "-"; };
   for (const CommandPair& pair : comparison.commands) {
     // Where they differ is seen at the margin.
-    AddLine(text, "{} {:>7} {:>7}  {}", Differs(pair, comparison.alignment.by_ticks) ? "!" : " ",
+    AddLine(text, "{} {:>7} {:>7}  {}", Differs(pair, CommandsByTicks(comparison)) ? "!" : " ",
             tick(pair.tick_a), tick(pair.tick_b), pair.text);
   }
 }
@@ -172,7 +172,7 @@ nlohmann::json CommandsJson(const Comparison& comparison) {
     commands.push_back({{"command", pair.text},
                         {"tick_a", tick(pair.tick_a)},
                         {"tick_b", tick(pair.tick_b)},
-                        {"differs", Differs(pair, comparison.alignment.by_ticks)}});
+                        {"differs", Differs(pair, CommandsByTicks(comparison))}});
   }
   return commands;
 }

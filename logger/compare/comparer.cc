@@ -85,7 +85,7 @@ class Comparer {
       BringTogether();
       CompareModules();
     }
-    const std::string commands = CommandsNote(out_.commands, out_.alignment.by_ticks);
+    const std::string commands = CommandsNote(out_.commands, CommandsByTicks(out_));
     if (!commands.empty()) out_.notes.push_back(commands);
     Decide();
     if (options_.level == Level::kSample) out_.trace = TraceDivergence(a_, own_b_, out_);
@@ -372,6 +372,10 @@ const std::vector<QuantityGroup>& QuantityGroups() {
       {"sensors", {Q::kJointAngle, Q::kJointTravel, Q::kJointVelocity, Q::kDocking, Q::kRange}},
       {"commands", {Q::kCommand, Q::kSpeedLimit, Q::kConnectorCommand, Q::kEvent}}};
   return groups;
+}
+
+bool CommandsByTicks(const Comparison& comparison) {
+  return comparison.level == Level::kSample && comparison.alignment.by_ticks;
 }
 
 Comparison Compare(const RunLog& a, const RunLog& b, const CompareOptions& options) {

@@ -189,6 +189,10 @@ struct Comparison {
   std::shared_ptr<const RunLog> aligned_b;
 };
 
+/// Whether equal commands of both runs must have been given at equal ticks: not where ticks mean
+/// nothing, that is if the runs are aligned by something else or only their gaits are compared.
+bool CommandsByTicks(const Comparison& comparison);
+
 /// Compares two logs that were read with their series. It never fails: what cannot be compared is
 /// kUnusable with a reason. Damaged logs are compared up to the first damage. They are never
 /// kEquivalent, nor are logs that lack something, or whose END says that the run did not end as it

@@ -76,7 +76,7 @@ std::string CommandsHtml(const Comparison& comparison) {
   size_t rows = 0;
   for (const CommandPair& pair : comparison.commands) {
     if (++rows > kMostRows) break;
-    const bool differs = Differs(pair, comparison.alignment.by_ticks);
+    const bool differs = Differs(pair, CommandsByTicks(comparison));
     html +=
         fmt::format("<tr{}>{}{}<td class='m'>{}</td><td>{}</td></tr>",
                     differs ? " class='over'" : "", TickCells(pair.tick_a, comparison.a.tick_us),
@@ -103,7 +103,7 @@ std::vector<PlotMark> CommandMarks(const Comparison& comparison) {
   for (const CommandPair& pair : comparison.commands) {
     if (marks.size() == kMostMarks) break;
     if (!ActsOnRobot(pair.text)) continue;
-    if (!pair.tick_a && !comparison.alignment.by_ticks) continue;
+    if (!pair.tick_a && !CommandsByTicks(comparison)) continue;
     const int64_t us =
         pair.tick_a ? *pair.tick_a * comparison.a.tick_us : *pair.tick_b * comparison.b.tick_us;
     const char* whose = pair.tick_a && pair.tick_b ? "" : pair.tick_a ? " (A)" : " (B)";

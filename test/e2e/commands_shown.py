@@ -54,6 +54,11 @@ class Shown(Case):
         self.assertEqual([c['differs'] for c in answer['commands']], [False] * 4)
         self.assertEqual(answer['notes'], [])
 
+    def test_where_ticks_mean_nothing_the_same_command_at_another_tick_is_no_difference(self):
+        # So short a walk has no gait to compare, which does not keep the commands from being listed.
+        answer = as_json('compare', self.logs['a'], self.logs['b'], '--level', 'gait', status=2)
+        self.assertEqual([c['differs'] for c in answer['commands']], [False, False, True, True, False])
+
     def test_pages_list_them_and_mark_them_in_plots_over_time(self):
         page = self.folder / 'page.html'
         morphbus('compare', self.logs['a'], self.logs['b'], '--report', page, status=1)
