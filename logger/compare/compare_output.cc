@@ -150,6 +150,33 @@ nlohmann::json LogJson(const LogFacts& log) {
           {"end", EndStateName(log.end_state)}};
 }
 
+/// The commands of both runs, a line each, with their ticks.
+void AddCommands(const Comparison& comparison, std::string* text) {
+  if (comparison.commands.empty()) return;
+  AddLine(text, "commands while they ran (tick in A, tick in B, command):");
+  const auto tick = [](const std::optional<int64_t>& t) { return t ? std::to_string(*t) : "-"; };
+  for (const CommandPair& pair : comparison.commands) {
+    // Where they differ is seen at the margin.
+    AddLine(text, "{} {:>7} {:>7}  {}", Differs(pair, CommandsByTicks(comparison)) ? "!" : " ",
+            tick(pair.tick_a), tick(pair.tick_b), pair.text);
+  }
+}
+
+/// The same for scripts; null stands for the run that did not have it.
+nlohmann::json CommandsJson(const Comparison& comparison) {
+  const auto tick = [](const std::optional<int64_t>& t) {
+    return t ? nlohmann::json(*t) : nlohmann::json(nullptr);
+  };
+  nlohmann::json commands = nlohmann::json::array();
+  for (const CommandPair& pair : comparison.commands) {
+    commands.push_back({{"command", pair.text},
+                        {"tick_a", tick(pair.tick_a)},
+                        {"tick_b", tick(pair.tick_b)},
+                        {"differs", Differs(pair, CommandsByTicks(comparison))}});
+  }
+  return commands;
+}
+
 /// The message from which the divergence comes, and who sent it.
 void AddTrace(const Comparison& comparison, std::string* text) {
   if (!comparison.trace) return;
@@ -303,6 +330,7 @@ std::string ComparisonText(const Comparison& comparison) {
             item.detail.empty() ? "" : "; ", item.detail);
   }
   AddTrace(comparison, &text);
+  AddCommands(comparison, &text);
   // The table has a line for each quantity of a role; the role's name stands in the first one only.
   if (comparison.items.empty()) return text;
   text += "\n";
@@ -361,6 +389,7 @@ nlohmann::json ComparisonJson(const Comparison& comparison) {
       {"items", std::move(items)},
       {"not_compared", comparison.not_compared},
       {"notes", comparison.notes},
+      {"commands", CommandsJson(comparison)},
       {"trace", TraceJson(comparison)},
       {"level", comparison.level == Level::kGait ? "gait" : "sample"},
       {"align", AlignmentJson(comparison.alignment)}};

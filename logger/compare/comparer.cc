@@ -67,6 +67,7 @@ class Comparer {
     out_.a = a_.facts;
     out_.b = b_->facts;
     out_.level = options_.level;
+    out_.commands = PairCommands(a_.facts, b_->facts);
     if (!Usable()) return std::move(out_);
     FindEnd();
     NoteDamage(a_, "A");
@@ -84,6 +85,8 @@ class Comparer {
       BringTogether();
       CompareModules();
     }
+    const std::string commands = CommandsNote(out_.commands, CommandsByTicks(out_));
+    if (!commands.empty()) out_.notes.push_back(commands);
     Decide();
     if (options_.level == Level::kSample) out_.trace = TraceDivergence(a_, own_b_, out_);
     return std::move(out_);
@@ -369,6 +372,10 @@ const std::vector<QuantityGroup>& QuantityGroups() {
       {"sensors", {Q::kJointAngle, Q::kJointTravel, Q::kJointVelocity, Q::kDocking, Q::kRange}},
       {"commands", {Q::kCommand, Q::kSpeedLimit, Q::kConnectorCommand, Q::kEvent}}};
   return groups;
+}
+
+bool CommandsByTicks(const Comparison& comparison) {
+  return comparison.level == Level::kSample && comparison.alignment.by_ticks;
 }
 
 Comparison Compare(const RunLog& a, const RunLog& b, const CompareOptions& options) {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "logger/compare/alignment.h"
+#include "logger/compare/command_pairs.h"
 #include "logger/compare/gait.h"
 #include "logger/compare/kinematic_tracks.h"
 #include "logger/compare/matcher.h"
@@ -174,6 +175,9 @@ struct Comparison {
   /// What should have been compared and could not be; with an entry the verdict is never
   /// kEquivalent. Of missing instants at most some 50 entries are listed.
   std::vector<std::string> not_compared;
+  /// The commands that people gave to either run. They say nothing for or against the verdict: that
+  /// a run was pushed shows in where it went. A note says where they differ.
+  std::vector<CommandPair> commands;
   /// Who was compared with whom.
   Matching matching;
   Level level = Level::kSample;
@@ -184,6 +188,10 @@ struct Comparison {
   /// B on A's time line, where that is not B as it is; null else.
   std::shared_ptr<const RunLog> aligned_b;
 };
+
+/// Whether equal commands of both runs must have been given at equal ticks: not where ticks mean
+/// nothing, that is if the runs are aligned by something else or only their gaits are compared.
+bool CommandsByTicks(const Comparison& comparison);
 
 /// Compares two logs that were read with their series. It never fails: what cannot be compared is
 /// kUnusable with a reason. Damaged logs are compared up to the first damage. They are never

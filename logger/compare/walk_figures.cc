@@ -4,11 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <map>
 #include <set>
 #include <tuple>
-
-#include "compiler/model/forward_kinematics.h"
 
 namespace morphbus::logger {
 namespace {
@@ -90,54 +87,6 @@ bool Repeats(const std::vector<CommandEvent>& events, size_t i, size_t n, int64_
 }
 
 }  // namespace
-
-TrackedBody BodyOf(const model::Model& model, const model::Robot& robot, model::LinkRef link,
-                   const model::Pose& X_RP) {
-  const model::KinematicState start =
-      model::ForwardKinematics(model, robot, model::StartValues(robot));
-  const std::vector<std::vector<int>> body_of = model::BodiesOf(model, robot);
-  // WORLD names a body by its first link, in order of modules and links.
-  for (int m = 0; m < static_cast<int>(body_of.size()); ++m) {
-    for (int l = 0; l < static_cast<int>(body_of[m].size()); ++l) {
-      if (body_of[m][l] == body_of[link.module][link.link]) {
-        return {{m, l}, start.X_RL[m][l].inverse() * X_RP};
-      }
-    }
-  }
-  return {};
-}
-
-TrackedBody Trunk(const model::Model& model, const model::Robot& robot) {
-  const std::vector<std::vector<int>> body_of = model::BodiesOf(model, robot);
-  const model::KinematicState start =
-      model::ForwardKinematics(model, robot, model::StartValues(robot));
-  // Mass, first moment and first link of every body, in the robot frame at the start values.
-  struct Sum {
-    double kg = 0.0;
-    Eigen::Vector3d moment_R = Eigen::Vector3d::Zero();  // kg m
-    model::LinkRef first;
-  };
-  std::map<int, Sum> bodies;
-  for (int m = 0; m < static_cast<int>(body_of.size()); ++m) {
-    const model::ModuleType& type = model.TypeOf(robot, m);
-    for (int l = 0; l < static_cast<int>(body_of[m].size()); ++l) {
-      // The first moment of a link is its mass times its position.
-      Sum& sum = bodies.try_emplace(body_of[m][l], Sum{0.0, Eigen::Vector3d::Zero(), {m, l}})
-                     .first->second;
-      sum.kg += type.links[l].mass_kg;
-      sum.moment_R += type.links[l].mass_kg * start.X_RL[m][l].translation();
-    }
-  }
-  // A body without mass has no centre: its first link's frame is followed then.
-  const auto trunk =
-      std::max_element(bodies.begin(), bodies.end(),
-                       [](const auto& a, const auto& b) { return a.second.kg < b.second.kg; });
-  if (trunk == bodies.end()) return {};
-  const Sum& sum = trunk->second;
-  model::Pose X_RP = model::Pose::Identity();
-  if (sum.kg > 0.0) X_RP.translation() = sum.moment_R / sum.kg;
-  return BodyOf(model, robot, sum.first, X_RP);
-}
 
 std::vector<TrackedPose> TrackOf(const RunLog& log, const TrackedBody& body) {
   // X_WP = X_WL * X_LP, the link's pose as WORLD has it.
@@ -258,8 +207,7 @@ std::optional<WalkFigures> MeasureWalk(const RunLog& log, const TrackedBody& bod
   figures.turn_rad = TurnBetween(track.front(), track.back());
   figures.min_height_m = PoseAt(track, start_us).p.y();
   for (const TrackedPose& sample : track) {
-    const Eigen::Vector3d up = (sample.q * q_0.conjugate()) * Eigen::Vector3d::UnitY();
-    figures.max_tilt_rad = std::max(figures.max_tilt_rad, std::acos(std::clamp(up.y(), -1.0, 1.0)));
+    figures.max_tilt_rad = std::max(figures.max_tilt_rad, TiltBetween(q_0, sample.q));
     if (sample.time_us >= start_us)
       figures.min_height_m = std::min(figures.min_height_m, sample.p.y());
   }

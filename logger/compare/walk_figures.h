@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "compiler/model/kinematic_graph.h"
 #include "logger/log/run_log.h"
+#include "logger/log/tracked_body.h"
 
 namespace morphbus::logger {
 
@@ -27,21 +27,6 @@ struct WalkFigures {
   /// nothing repeats, from the first tick, standing up included.
   double min_height_m = 0.0;
 };
-
-/// The body that is followed, and the point of it: `X_LP` is the pose of the point's frame P in
-/// that of the link L by which WORLD names the body (m).
-struct TrackedBody {
-  model::LinkRef link;
-  model::Pose X_LP = model::Pose::Identity();
-};
-
-/// The body that carries a link at the start values, and in it a frame P of which `X_RP` says how
-/// it then lies in the robot frame (m).
-TrackedBody BodyOf(const model::Model& model, const model::Robot& robot, model::LinkRef link,
-                   const model::Pose& X_RP);
-/// The heaviest body, the trunk of whatever walks, at its centre of mass: how a robot walks does
-/// not depend on which module is root.
-TrackedBody Trunk(const model::Model& model, const model::Robot& robot);
 
 /// Where the tracked frame P was at one time: p_WP (m) and the orientation R_WP.
 struct TrackedPose {

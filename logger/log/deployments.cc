@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "bridge/control/control_command.h"
 #include "compiler/base/text.h"
@@ -14,6 +15,7 @@ namespace {
 
 /// No run has so many; a damaged log may say anything.
 constexpr size_t kMaxChanges = 10'000;
+constexpr double kDegreesOfTilt = 180.0 / std::numbers::pi;  ///< In a radian.
 
 /// "m1 m2 m3 at tick 340, m4 at tick 341, m5 never": modules that did the same stand together.
 std::string WhoWhen(const DeploymentFact& deployment) {
@@ -82,6 +84,19 @@ std::vector<DeploymentFact> ProgramChanges::Deployments(
   return deployments;
 }
 
+void AddTilts(const TiltTrack& tilts, int32_t tick_us, std::vector<DeploymentFact>* deployments) {
+  for (DeploymentFact& fact : *deployments) {
+    // The first module that goes over can be the one that makes the robot stumble.
+    std::optional<int64_t> first;
+    for (const auto& [module, tick] : fact.switched) {
+      if (tick) first = std::min(first.value_or(*tick), *tick);
+    }
+    if (!first) continue;
+    const int64_t begin_us = *first * tick_us;
+    fact.max_tilt_rad = tilts.Largest(begin_us, begin_us + std::llround(kTiltSeconds * 1e6));
+  }
+}
+
 std::string DeploymentsText(const std::vector<DeploymentFact>& deployments, int32_t tick_us) {
   std::string text;
   if (deployments.empty()) return text;
@@ -93,8 +108,12 @@ std::string DeploymentsText(const std::vector<DeploymentFact>& deployments, int3
                                  ? "at once"
                                  : fmt::format("for tick {} ({:.2f} s)", d.switch_tick,
                                                Seconds(d.switch_tick * tick_us));
-    AddLine(&text, "  {} {} to {}, {}: {}", d.tick, d.program, d.to.empty() ? "the root" : d.to,
-            when, WhoWhen(d));
+    const std::string tilt = d.max_tilt_rad
+                                 ? fmt::format("; tilted {:.1f} degrees at most in the next {:g} s",
+                                               *d.max_tilt_rad * kDegreesOfTilt, kTiltSeconds)
+                                 : "";
+    AddLine(&text, "  {} {} to {}, {}: {}{}", d.tick, d.program, d.to.empty() ? "the root" : d.to,
+            when, WhoWhen(d), tilt);
   }
   return text;
 }

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "logger/log/tilt_track.h"
+
 namespace morphbus::logger {
 
 /// One `deploy` of the run.
@@ -25,7 +27,13 @@ struct DeploymentFact {
   /// The first tick that each module computed under it; nothing for those that never did, before
   /// the same program was deployed again.
   std::map<std::string, std::optional<int64_t>> switched;
+  /// The largest tilt of the trunk (TiltTrack, rad) in the kTiltSeconds of sim time from the tick
+  /// on in which the first module went over; none if none did, or nobody knows where the trunk was.
+  std::optional<double> max_tilt_rad;
 };
+
+/// How long after a deployment it counts how the robot stands, seconds of sim time.
+constexpr double kTiltSeconds = 5.0;
 
 /// Follows which program each module runs, message by message.
 class ProgramChanges {
@@ -51,6 +59,9 @@ class ProgramChanges {
   };
   std::map<std::string, Module, std::less<>> modules_;
 };
+
+/// Completes deployments by how far the robot was tilted after each.
+void AddTilts(const TiltTrack& tilts, int32_t tick_us, std::vector<DeploymentFact>* deployments);
 
 /// A paragraph for `info`: a line a deployment. Empty without any.
 std::string DeploymentsText(const std::vector<DeploymentFact>& deployments, int32_t tick_us);

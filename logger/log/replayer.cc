@@ -8,6 +8,7 @@
 #include <limits>
 #include <morphbus/ask_t.hpp>
 #include <morphbus/hello_t.hpp>
+#include <morphbus/sim_clock_t.hpp>
 #include <thread>
 
 #include "bridge/wire/channels.h"
@@ -142,6 +143,8 @@ void Replayer::Rewind() {
   log_time_us_ = has_sim_time_ ? kEarliestSimTime : 0;
   first_stamp_us_.reset();
   has_next_ = false;
+  ahead_.clear();
+  clock_sequence_ = -1;
 }
 
 void Replayer::Start(bridge::Bus* bus, int64_t now_us) {
@@ -210,6 +213,7 @@ void Replayer::TakeSimTime(const LogEvent& event) {
     // Another run, or a concatenated log: time starts again.
     log_time_us_ = header.sim_time_us;
     reanchor_ = true;
+    clock_sequence_ = -1;
   }
   // Within a run time never steps back, whatever order the messages stand in.
   log_time_us_ = std::max(log_time_us_, header.sim_time_us);
@@ -246,6 +250,7 @@ bool Replayer::ReadNext() {
   if (has_next_) return true;
   while (reader_->Next(&next_)) {
     TakeSimTime(next_);
+    LookForCommands(next_);
     if (!Wanted(next_)) continue;
     // Events before the first sim time are due at the start of the range, and nobody waits for a
     // later run's description beyond its end.
@@ -280,7 +285,28 @@ bool Replayer::AllDelivered(int64_t now_us) {
   return !delivery_->Waiting(now_us);
 }
 
+void Replayer::LookForCommands(const LogEvent& event) {
+  // Only those of the range; what a seek passes over is not replayed.
+  const auto name = bridge::ParseChannel(event.channel);
+  if (!name || name->topic != Topic::kClock) return;
+  if (log_time_us_ < std::max(Micros(options_.from_s), seek_us_) || log_time_us_ >= end_us_) return;
+  morphbus::sim_clock_t clock;
+  if (!bridge::Decode(event.data.data(), event.data.size(), {}, &clock)) return;
+  if (clock.header.sequence <= clock_sequence_) return;
+  clock_sequence_ = clock.header.sequence;
+  for (ClockCommand& command : CommandsOf(clock)) ahead_.push_back(std::move(command));
+}
+
+void Replayer::PassCommands() {
+  constexpr size_t kMost = 10'000;  // where nobody takes them
+  for (ClockCommand& command : ahead_) {
+    if (passed_.size() < kMost) passed_.push_back(std::move(command));
+  }
+  ahead_.clear();
+}
+
 void Replayer::Publish() {
+  PassCommands();
   Send(std::string(next_.channel), next_.data);
   ++progress_.published;
   progress_.time_s = static_cast<double>(next_time_us_) * 1e-6;
@@ -348,6 +374,7 @@ std::optional<int64_t> Replayer::Play(int64_t now_us) {
     // At the end of the range, begin again or stop. A range without messages is not looped for
     // ever.
     if (!ReadNext()) {
+      PassCommands();
       if (!options_.loop || progress_.published == 0) {
         if (!AllDelivered(now_us)) return now_us + kAnswerUs;
         ++progress_.loops;
@@ -442,6 +469,8 @@ Result<ReplayProgress> Replay(const std::string& path, const ReplayOptions& opti
     }
   }
   if (!(*replayer)->error().empty()) return Fail((*replayer)->error());
+  // What happened since then.
+  if (each) each(replayer->get());
   return (*replayer)->progress();
 }
 

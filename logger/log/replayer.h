@@ -13,11 +13,13 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bridge/bus/bus.h"
 #include "bridge/lockstep/participant.h"
 #include "compiler/base/name_pattern.h"
+#include "logger/log/clock_commands.h"
 #include "logger/log/event_log.h"
 #include "logger/log/replay_delivery.h"
 
@@ -112,6 +114,10 @@ class Replayer {
   /// Log time per wall time; 0: as fast as listeners can follow.
   [[nodiscard]] double speed() const { return options_.speed; }
   [[nodiscard]] const ReplayProgress& progress() const { return progress_; }
+  /// The commands that people gave to the run, as the replay passes the ticks in which CLOCK names
+  /// them, whatever channels go out: those since the last call, in their order (10,000 at most).
+  /// What a seek passes over is not among them.
+  std::vector<ClockCommand> TakeCommands() { return std::exchange(passed_, {}); }
   /// Why it stopped early, e.g. because of a live run; empty if it did not.
   [[nodiscard]] const std::string& error() const { return error_; }
 
@@ -128,6 +134,10 @@ class Replayer {
   void Rewind();
   /// True if the event goes out: not withheld, in the range, and of a wanted channel.
   bool Wanted(const LogEvent& event);
+  /// Takes the commands of a CLOCK that lies in the range, once each.
+  void LookForCommands(const LogEvent& event);
+  /// Those that were read up to here are passed now.
+  void PassCommands();
   /// Sends the event that ReadNext() found.
   void Publish();
   /// Sends a message, to followers within a batch.
@@ -193,6 +203,10 @@ class Replayer {
   bool next_is_info_ = false;
   /// Its replay time, µs.
   int64_t next_time_us_ = 0;
+  /// Commands that were read and not passed yet, and those that were passed and not taken.
+  std::vector<ClockCommand> ahead_, passed_;
+  /// Number of the last CLOCK that was looked at; a log may hold one twice.
+  int64_t clock_sequence_ = -1;
   /// Replay time of the last event read, µs; the lowest integer before the first sim time.
   int64_t log_time_us_ = -1;
   /// In logs without sim time: the first timestamp, from which replay time is counted.
@@ -209,8 +223,8 @@ class Replayer {
 
 /// Replays a log on `bus`, on the machine's monotonic clock, until its end or an error, or until
 /// `*stop` (may be null; set by a signal handler) becomes true. `each` (may be empty) is called
-/// about ten times a second and may pause, step or change the speed. Returns how far the replay
-/// came; fails as Open() does, or if a live run of the log's name is on the bus.
+/// about ten times a second and once at the end, and may pause, step or change the speed. Returns
+/// how far the replay came; fails as Open() does, or if a live run of the log's name is on the bus.
 Result<ReplayProgress> Replay(const std::string& path, const ReplayOptions& options,
                               bridge::Bus* bus, const volatile bool* stop,
                               const std::function<void(Replayer*)>& each);

@@ -157,7 +157,8 @@ nlohmann::json DeploymentJson(const DeploymentFact& d) {
       {"program_hash", Hex(d.program_hash)},
       {"to", d.to.empty() ? nlohmann::json(nullptr) : nlohmann::json(d.to)},
       {"switch_tick", d.switch_tick < 0 ? nlohmann::json(nullptr) : nlohmann::json(d.switch_tick)},
-      {"switched", std::move(switched)}};
+      {"switched", std::move(switched)},
+      {"max_tilt_rad", d.max_tilt_rad ? nlohmann::json(*d.max_tilt_rad) : nlohmann::json(nullptr)}};
 }
 
 }  // namespace

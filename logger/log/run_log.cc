@@ -15,10 +15,12 @@
 #include "bridge/wire/info_parts.h"
 #include "bridge/wire/vm_codec.h"
 #include "bridge/wire/wire_peek.h"
+#include "logger/log/clock_commands.h"
 #include "logger/log/description.h"
 #include "logger/log/log_channels.h"
 #include "logger/log/promised_messages.h"
 #include "logger/log/series_collector.h"
+#include "logger/log/tilt_track.h"
 
 namespace morphbus::logger {
 namespace {
@@ -88,6 +90,7 @@ class Loader {
     facts_.seconds = static_cast<double>(facts_.ticks) * facts_.tick_us * 1e-6;
     log_.tick_us = facts_.tick_us;
     facts_.deployments = programs_.Deployments(facts_.commands, facts_.tick_us);
+    AddTilts(tilts_, facts_.tick_us, &facts_.deployments);
     facts_.VerifyEnd(end_seen_);
     // A recording that began too late has no description of its own.
     if (log_.description.empty() && !options_.description.empty() && found()) {
@@ -208,6 +211,10 @@ class Loader {
     MoveOn(header.sim_time_us);
     promised_.TakePlace(known.raw, header, bridge::PeekWorldParts(data),
                         bridge::PeekWorldPart(data));
+    if (!tilts_.Wants(header.sim_time_us)) return sound;
+    morphbus::world_t world;
+    sound = bridge::DecodeBody(data, event.data.size(), &world);
+    if (sound) tilts_.Take(world);
     return sound;
   }
 
@@ -251,10 +258,12 @@ class Loader {
     facts_.tick_us = clock.tick_us;
     promised_.TakeClock(clock);
     promised_.TakePlace(channel, clock.header, 1, 0);
-    for (const std::string& command : clock.controls) {
-      facts_.commands.emplace(clock.header.tick, command);
-      const std::string_view lost = bridge::LostModule(command);
-      if (!lost.empty()) facts_.lost_modules.emplace(lost, clock.header.sim_time_us);
+    for (ClockCommand& command : CommandsOf(clock)) {
+      const std::string_view lost = bridge::LostModule(command.text);
+      if (!lost.empty()) facts_.lost_modules.emplace(lost, command.time_us);
+      // After a new program it counts how the robot stands.
+      if (command.text.starts_with("deploy ")) tilts_.KeepOn();
+      facts_.commands.emplace(command.tick, std::move(command.text));
     }
     if (clock.phase != morphbus::sim_clock_t::PHASE_END) series_.AddTick(clock.header.sim_time_us);
   }
@@ -280,6 +289,7 @@ class Loader {
   /// WORLD comes in parts: those of one instant make one sample.
   void Use(const std::string& channel, std::string_view, const morphbus::world_t& world) {
     promised_.TakePlace(channel, world.header, world.num_parts, world.part);
+    tilts_.Take(world);
     if (!options_.series) return;
     WorldSample& sample = series_.World(world.header.sim_time_us);
     sample.bodies.insert(sample.bodies.end(), world.bodies.begin(), world.bodies.end());
@@ -351,6 +361,7 @@ class Loader {
     if (std::optional<std::string> whole = info_.Take(part)) {
       log_.description = std::move(*whole);
       ApplyDescription(log_.description, &log_);
+      if (log_.robot != nullptr) tilts_.Follow(Trunk(*log_.model, *log_.robot));
     }
   }
 
@@ -371,6 +382,7 @@ class Loader {
   bridge::DeployedImages deployed_;
   ProgramChanges programs_;
   DockingChanges dockings_;
+  TiltTrack tilts_;
   PromisedMessages promised_;
   /// Hash of the model of which the first sound message speaks.
   uint64_t messages_model_ = 0;

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "logger/compare/source_trace.h"
+#include "logger/show/command_list.h"
 #include "logger/show/report_robots.h"
 #include "logger/show/report_style.h"
 #include "logger/show/svg_plot.h"
@@ -89,6 +90,7 @@ class Page {
     Banner();
     Cards();
     Notes();
+    html_ += CommandsHtml(comparison_);
     if (a_.robot != nullptr && b_.robot != nullptr) {
       rest_a_ = RestPosesOf(a_);
       rest_b_ = RestPosesOf(b_);
@@ -393,10 +395,14 @@ class Page {
     return {std::move(title), "sim time (s)", unit, 640, height, false, least_y_span, Marks()};
   }
 
-  /// Where the first divergence is, for plots over sim time (s); nothing if there is none.
+  /// What people did to the robots, and where the first divergence is, for plots over sim time (s).
   [[nodiscard]] std::vector<PlotMark> Marks() const {
-    if (!comparison_.first) return {};
-    return {{Seconds(comparison_.items[*comparison_.first].first_over_us), "first divergence"}};
+    std::vector<PlotMark> marks = CommandMarks(comparison_);
+    if (comparison_.first) {
+      marks.push_back(
+          {Seconds(comparison_.items[*comparison_.first].first_over_us), "first divergence"});
+    }
+    return marks;
   }
 
   const RunLog& a_;

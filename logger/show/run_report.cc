@@ -8,6 +8,7 @@
 
 #include "compiler/base/text.h"
 #include "logger/compare/gait.h"
+#include "logger/show/command_list.h"
 #include "logger/show/report_style.h"
 #include "logger/show/robot_scenes.h"
 #include "logger/show/timeline.h"
@@ -38,6 +39,7 @@ class RunPage {
     if (log_.robot != nullptr && !log_.ticks_us.empty()) Prepare();
     Summary();
     Problems();
+    html_ += CommandsHtml(facts_);
     // What people look for first comes first; the channels are for who doubts the rest.
     if (prepared_) {
       Pictures();
@@ -212,9 +214,10 @@ class RunPage {
   }
 
   /// Options of a plot over sim time, 640 px wide; `height` in px, `least` the smallest span of its
-  /// values (`unit`).
+  /// values (`unit`). It has marks where somebody acted on the robot.
   PlotOptions OverTime(std::string title, const char* unit, int height, double least) const {
-    return {std::move(title), "sim time (s)", unit, 640, height, false, least, {}};
+    return {std::move(title), "sim time (s)", unit,  640,
+            height,           false,          least, CommandMarks(facts_)};
   }
 
   /// A plot as a section's next figure.

@@ -3,6 +3,7 @@
 import json
 import math
 import pathlib
+import re
 import signal
 import subprocess
 import unittest
@@ -240,11 +241,12 @@ class Cli(Case):
     def test_every_command_has_help_with_an_example(self):
         names = ['check', 'connections', 'fk', 'graph', 'equivalent', 'variants', 'roles',
                  'compile', 'disasm', 'format', 'export', 'draw', 'run', 'sim',
-                 'log', 'replay', 'spy', 'runs', 'compare', 'info', 'verify', 'repair', 'report', 'convert']
+                 'log', 'replay', 'spy', 'monitor', 'control', 'runs', 'doctor', 'compare', 'info', 'verify', 'repair',
+                 'report', 'convert']
         for name in names:
             self.assertIn('xample', morphbus(name, '--help').stdout, name)
-        for name in names + ['module']:
-            self.assertIn(name, morphbus('--help').stdout)
+        listed = re.findall(r'^  (\w+) {2,}', morphbus('--help').stdout, re.M)
+        self.assertEqual(sorted(names + ['module']), sorted(listed))
         morphbus('module', '--help')
 
     def test_version_and_misuse(self):

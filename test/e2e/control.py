@@ -7,7 +7,7 @@ import subprocess
 import unittest
 
 from control_live import GREETER, Live
-from support import MODEL, PROGRAM, SOURCE, as_json, await_condition, command, morphbus
+from support import MODEL, PROGRAM, as_json, await_condition, command, morphbus
 
 # By this tick all nine modules have taken their roles, and the quadruped gets up.
 ROLES_TAKEN = 40
@@ -239,18 +239,6 @@ class Lockstep(Live):
         self.control('stop')
         self.assertEqual(self.end()['roles'], self.roles_when_nobody_interferes())
         self.assertFalse(any('deploy' in c for _, c in self.commands()))
-
-    def test_the_reference_shows_what_works(self):
-        self.start('--speed', 4, run='walk')
-        self.reach(60)
-        shown = [line.split()[1:] for line in (SOURCE / 'docs' / 'cli.md').read_text().splitlines()
-                 if line.startswith('morphbus control ')]
-        self.assertGreater(len(shown), 4)
-        for words in shown:
-            morphbus(*words, cwd=SOURCE)
-        self.end()
-        done = {c.split()[0] for _, c in self.commands()}
-        self.assertLessEqual({words[1] for words in shown}, done)
 
     def test_commands_get_through_loss(self):
         self.start('--loss', 0.3)

@@ -117,6 +117,14 @@ class Deploying(Case):
         return math.degrees(tilt[worst])
 
 
+    def assert_tilt_is_told(self, deployment):
+        """Info knows the largest tilt of the trunk in the 5 s from when the first module went over."""
+        begin = min(tick for tick in deployment['switched'].values() if tick is not None)
+        tilt = max(angle for tick, angle in tilts(self.path).items() if begin <= tick < begin + 250)
+        self.assertAlmostEqual(deployment['max_tilt_rad'], tilt, delta=1e-6)
+        return tilt
+
+
 class Inproc(Deploying):
     def test_the_walk_goes_on_under_another_program(self):
         self.run_script([f'600 deploy {CAREFUL} --to m5'], 36, '--inproc')
@@ -133,7 +141,9 @@ class Inproc(Deploying):
         text = morphbus('info', self.path).stdout
         self.assertIn(f'1 deployment (when each module went over to the program):\n  600 {CAREFUL} to m5, for tick '
                       f'{deployment["switch_tick"]} ', text)
-        self.assertIn(f': all 9 modules at tick {deployment["switch_tick"]}\n', text)
+        tilt = self.assert_tilt_is_told(deployment)
+        self.assertIn(f': all 9 modules at tick {deployment["switch_tick"]}; tilted {math.degrees(tilt):.1f} degrees at most in '
+                      'the next 5 s\n', text)
 
     def test_all_switch_at_the_tick_that_is_named(self):
         # Standing between two steps, at 11.5 s, even the program that only turns joints on can be begun anew.
@@ -143,9 +153,16 @@ class Inproc(Deploying):
         first, second = self.deployments()
         # The later one takes the other's place before its time comes.
         self.assertEqual((first['switch_tick'], set(first['switched'].values())), (575, {None}))
+        self.assertIsNone(first['max_tilt_rad'])
         self.assertEqual(second['switch_tick'], 901, 'a time between two ticks is the later one')
         self.assert_all_went_over_together(second)
         self.assert_upright()
+
+    def test_the_tilt_tells_of_a_robot_that_stumbles(self):
+        # Pushed over while it goes on with the new program.
+        self.run_script([f'300 deploy {CAREFUL} --at 8', '450 push m5 EAST 60 0.3'], 14, '--inproc')
+        deployment, = self.deployments()
+        self.assertGreater(self.assert_tilt_is_told(deployment), MOST_TILT)
 
     def test_a_time_too_soon_is_kept_by_all_that_have_it_and_the_others_follow(self):
         self.run_script([f'300 deploy {CAREFUL} --to m1 --at 6.02'], 12, '--inproc')

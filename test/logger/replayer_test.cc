@@ -6,6 +6,7 @@
 #include <map>
 #include <morphbus/ask_t.hpp>
 #include <morphbus/info_part_t.hpp>
+#include <morphbus/sim_clock_t.hpp>
 
 #include "bridge/bus/inproc_bus.h"
 #include "bridge/wire/channels.h"
@@ -306,6 +307,49 @@ TEST(ReplayerTest, ALogWithoutDescriptionIsLentOneUnderItsOwnName) {
   ASSERT_TRUE(own.Play());
   EXPECT_EQ(own.heard.size(), test::SyntheticEvents({}).size() - 1);
   EXPECT_FALSE(Replayer::Open(file.path(), {.description = "nonsense"}).has_value());
+}
+
+/// The log with these commands in the CLOCKs of ticks, each of them twice in the file.
+std::vector<SyntheticEvent> Commanded(const std::map<int64_t, std::string>& commands) {
+  std::vector<SyntheticEvent> events;
+  for (SyntheticEvent& event : test::SyntheticEvents({})) {
+    const auto name = bridge::ParseChannel(event.channel);
+    sim_clock_t clock;
+    const bool is_clock =
+        name && name->topic == bridge::Topic::kClock &&
+        bridge::Decode(event.payload.data(), event.payload.size(), {}, &clock).has_value();
+    const auto found = is_clock ? commands.find(clock.header.tick) : commands.end();
+    if (found != commands.end()) {
+      clock.controls = {found->second};
+      clock.num_controls = 1;
+      bridge::Encode(clock, &event.payload);
+      events.push_back(event);
+    }
+    events.push_back(std::move(event));
+  }
+  return events;
+}
+
+TEST(ReplayerTest, CommandsArePassedOnceInTheirTicksWhateverGoesOut) {
+  const TempLog log(
+      test::EncodeLog(Commanded({{10, "pause"}, {50, "push m1 UP 2"}, {90, "stop"}})));
+  for (const char* channel : {"", "synth/SIM/WORLD"}) {
+    Rig rig(log.path(), {.channel = channel, .listen_us = 0});
+    rig.Start();
+    ASSERT_FALSE(rig.Play(rig.now_us + 500'000));
+    const std::vector<ClockCommand> early = rig.replayer->TakeCommands();
+    ASSERT_EQ(early.size(), 1U) << channel;
+    EXPECT_EQ(early[0].text, "pause");
+    EXPECT_EQ(early[0].tick, 10);
+    EXPECT_EQ(early[0].time_us, 200'000);
+    // What is skipped is not passed; what lies before it is passed again after going back.
+    rig.replayer->Seek(1.2, rig.now_us);
+    ASSERT_TRUE(rig.Play());
+    const std::vector<ClockCommand> late = rig.replayer->TakeCommands();
+    ASSERT_EQ(late.size(), 1U) << channel;
+    EXPECT_EQ(late[0].text, "stop");
+    EXPECT_TRUE(rig.replayer->TakeCommands().empty());
+  }
 }
 
 TEST(ReplayerTest, SpeedChangesFromWhereItIs) {

@@ -27,6 +27,23 @@ struct ControlOptions {
   bool json = false;
 };
 
+/// One of every command; the suite runs them as they stand here, one after the other.
+constexpr const char* kControlExamples =
+    "  morphbus control pause\n"
+    "  morphbus control push m5 EAST 20 0.5\n"
+    "  morphbus control disconnect m2.c3\n"
+    "  morphbus control connect m2.c3 m5.c4\n"
+    "  morphbus control step 5\n"
+    "  morphbus control resume\n"
+    "  morphbus control speed 2\n"
+    "  morphbus control deploy models/programs/quadruped_careful.dyn --to m5 --at 60\n"
+    "  morphbus control invoke FrontLeftUpperHalf.move_thigh --to m3\n"
+    "  morphbus control kill m2\n"
+    "  morphbus control restart m2\n"
+    "  morphbus control restart m7 --cold\n"
+    "  morphbus control lose m6\n"
+    "  morphbus control stop";
+
 /// Compiles the program of a deployment for the run's model and lays it where the sim finds it.
 /// Says on stderr what is wrong.
 bool HandOver(const ControlledRun& run, bridge::ControlCommand* command) {
@@ -128,10 +145,8 @@ void AddControl(CommandLine* line) {
       "north,up,east. Words that begin with - stand behind --.\n"
       "Exit status 1: refused, for the run is not in a state to do it; 3: the run does not "
       "answer.\n"
-      "Examples:\n  morphbus control pause\n  morphbus control step 5\n"
-      "  morphbus control push m5 EAST 2 0.5\n"
-      "  morphbus control deploy models/programs/quadruped_careful.dyn --to m5 --at 12.5",
-      fmt::join(bridge::ControlUsages(), "\n  ")));
+      "Examples, in an order that works on the quadruped:\n{}",
+      fmt::join(bridge::ControlUsages(), "\n  "), kControlExamples));
   sub.Do([options] { return Control(*options); });
 }
 

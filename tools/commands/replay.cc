@@ -101,8 +101,19 @@ void Obey(const TerminalKey& key, logger::Replayer* replayer, Session* session) 
   if (key.character == 'q') session->stop = true;
 }
 
-/// Called ten times a second: shows where we are, takes keys and Ctrl-C.
+/// Says what people did to the run in the ticks that were passed.
+void TellCommands(logger::Replayer* replayer, const Session& session) {
+  for (const logger::ClockCommand& command : replayer->TakeCommands()) {
+    // The line of progress is drawn anew below.
+    fmt::print(stderr, "{}{:.2f} s, tick {}: {}\n", session.fancy ? "\r\033[K" : "",
+               Seconds(command.time_us), command.tick, EscapeControl(command.text));
+  }
+}
+
+/// Called ten times a second: shows where we are and what was commanded there, takes keys and
+/// Ctrl-C.
 void Attend(logger::Replayer* replayer, Session* session) {
+  TellCommands(replayer, *session);
   if (CaughtSignal() != 0) session->stop = true;
   while (session->keys && !session->stop) {
     const std::optional<TerminalKey> key = session->keys->Next();
