@@ -10,7 +10,7 @@ import unittest
 
 from control_live import written_so_far
 from dying import MODULES, QUADRUPED, Dying
-from support import as_json, await_condition, command, decode, morphbus, processes_of, read_events
+from support import MODEL, as_json, await_condition, command, decode, morphbus, processes_of, read_events
 
 
 class Deaths(Dying):
