@@ -3,48 +3,19 @@
 stumbles. What happened is read from the log without the help of the program under test."""
 import json
 import math
+import os
+import random
+import signal
+import time
 import unittest
 
-from control_live import Live
+from dying import Dying
+from gait import CYCLE, FIRST_STEP, MOST_TILT, STEP, north, tilts
 from support import MODEL, PROGRAM, SOURCE, Case, as_json, await_condition, decode, morphbus, read_events
 
 CAREFUL = SOURCE / 'models' / 'programs' / 'quadruped_careful.dyn'
 MODULES = [f'm{i}' for i in range(1, 10)]
-HUB = 4  # number of m5, whose body is the robot's trunk
 DIAMETER = 4
-MOST_TILT = math.radians(8)
-STEP = 0.0325 / 2  # m; a walk that goes on gets further in a cycle
-
-
-def tilts(path, module=HUB):
-    """By tick, by how much the up axis of a module's first body has turned away from where it was in tick 0, in rad."""
-    found, up_B = {}, None
-    for _, _, channel, data in read_events(path):
-        if not channel.endswith('/SIM/WORLD'):
-            continue
-        world = decode(data)
-        body = next((b for b in world.bodies if b.module_id == module), None)
-        if body is None or world.header.tick in found:
-            continue
-        w, x, y, z = body.orientation_wxyz
-        # The world's up axis in the body's frame: the middle row of the rotation's matrix.
-        up = (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x))
-        up_B = up_B or up
-        cosine = sum(a * b for a, b in zip(up, up_B))
-        found[world.header.tick] = math.acos(max(-1, min(1, cosine)))
-    return found
-
-
-def north(path, module=HUB):
-    """By tick, how far north the module's first body is, in m."""
-    found = {}
-    for _, _, channel, data in read_events(path):
-        if channel.endswith('/SIM/WORLD'):
-            world = decode(data)
-            for body in world.bodies:
-                if body.module_id == module:
-                    found.setdefault(world.header.tick, body.position_m[0])
-    return found
 
 
 def programs(path):
@@ -116,6 +87,13 @@ class Deploying(Case):
         self.assertLess(tilt[worst], MOST_TILT, f'{math.degrees(tilt[worst]):.1f} degrees at tick {worst}')
         return math.degrees(tilt[worst])
 
+    def assert_walk_goes_on(self, since, cycles=1):
+        """In so many cycles of the gait from this tick on the robot gets further by a step. Of ticks that the log lacks the
+        next ones count."""
+        way = north(self.path)
+        first, last = (min(tick for tick in way if tick >= wanted) for wanted in (since, since + cycles * CYCLE))
+        self.assertGreater(way[last] - way[first], STEP, f'from tick {first} to {last}')
+
 
     def assert_tilt_is_told(self, deployment):
         """Info knows the largest tilt of the trunk in the 5 s from when the first module went over."""
@@ -135,9 +113,7 @@ class Inproc(Deploying):
         self.assertLess(deployment['switch_tick'], 600 + 200)
         self.assert_roles_kept(100)
         self.assert_upright()
-        way = north(self.path)
-        last = max(way)
-        self.assertGreater(way[last] - way[last - 352], STEP, 'a cycle of 7.04 s')
+        self.assert_walk_goes_on(deployment['switch_tick'])
         text = morphbus('info', self.path).stdout
         self.assertIn(f'1 deployment (when each module went over to the program):\n  600 {CAREFUL} to m5, for tick '
                       f'{deployment["switch_tick"]} ', text)
@@ -199,23 +175,25 @@ class Inproc(Deploying):
 
 
 class Often(Deploying):
-    """Twenty in a row."""
+    """Twenty in a row, a process a module."""
     def deploy_ten(self, *options):
-        # At other moments of the gait each time.
+        # At other moments of the gait each time, and far enough apart that the robot walks for a cycle in between.
         tick, lines = 500, []
         for i in range(10):
             lines.append(f'{tick} deploy {self.program((30, 45)[i % 2])} --to {MODULES[(3 * i) % 9]}')
-            tick += 160 + 37 * i
-        self.run_script(lines, (tick + 360) * 0.02, '--inproc', *options)
+            tick += CYCLE + 20 + 37 * i % 90
+        seconds = (tick + CYCLE) * 0.02
+        alone = self.run_script(lines, seconds, '--inproc')['hash']
+        self.assertEqual(self.run_script(lines, seconds, '--isolate', *options)['hash'], alone)
         done = self.deployments()
         self.assertEqual(len(done), 10)
-        for deployment in done:
+        for deployment, following in zip(done, done[1:] + [None]):
             self.assert_all_went_over_together(deployment)
+            self.assert_walk_goes_on(deployment['switch_tick'])
+            if following:
+                self.assertGreaterEqual(following['switch_tick'], deployment['switch_tick'] + CYCLE)
         self.assert_roles_kept(100)
         self.assert_upright()
-        way = north(self.path)
-        last = max(way)
-        self.assertGreater(way[last] - way[last - 352], STEP)
 
     def test_ten_in_a_row(self):
         self.deploy_ten()
@@ -224,7 +202,7 @@ class Often(Deploying):
         self.deploy_ten('--loss', 0.3)
 
 
-class Processes(Live, Deploying):
+class Processes(Dying, Deploying):
     """With a process a module, by people's commands."""
     def test_the_first_module_dies_while_it_gets_the_program(self):
         self.start('--seconds', 3000)
@@ -254,6 +232,7 @@ class Processes(Live, Deploying):
         self.assert_all_went_over_together(deployment)
         self.assert_roles_kept(100)
         self.assert_upright()
+        self.assert_walk_goes_on(named)
         self.assert_repeats()
 
     def test_two_people_deploy_at_once(self):
@@ -279,18 +258,80 @@ class Processes(Live, Deploying):
         self.assert_repeats()
 
 
-# By this tick the robot has got up and walks.
-WALKING = 300
+class Interrupted(Dying, Deploying):
+    """The first module dies, or begins anew, or is gone for good, while the program spreads from it."""
+    def assert_one_program(self, modules):
+        """None of all modules ever ran anything but the old program and then the new one; these ended alike. Returns
+        whether they ended with the new one."""
+        deployment, = self.deployments()
+        old = {runs[0][1] for runs in programs(self.path).values()}
+        self.assertEqual(len(old), 1)
+        ends = set()
+        for module, runs in programs(self.path).items():
+            changed = [program % 2 ** 64 for _, program in runs[1:]]
+            self.assertIn(changed, ([], [int(deployment['program_hash'], 16)]), module)
+            if changed:
+                # Who got it late, for want of the first module, is late by no more than the way round.
+                self.assertIn(runs[1][0] - deployment['switch_tick'], range(DIAMETER + 3), module)
+            if module in modules:
+                ends.add(bool(changed))
+        self.assertEqual(len(ends), 1, programs(self.path))
+        return ends.pop()
+
+    def test_its_process_is_killed_while_the_run_goes_on(self):
+        chance = random.Random(5)
+        self.start()
+        self.reach(FIRST_STEP)
+        # At the wall's pace it takes a second until the program is everywhere.
+        self.control('speed', 1)
+        told = self.control('deploy', CAREFUL, '--to', 'm1')
+        named = round(told['switch_seconds'] / 0.02)
+        for _ in range(2):
+            time.sleep(chance.uniform(0, 0.3))  # The moment: anywhere in what m1 has to do.
+            pid = self.pid_of('m1')
+            os.kill(pid, signal.SIGKILL)
+            self.await_successor('m1', pid)
+            self.assertLess(self.control('speed', 1)['tick'], named, 'too late to be in the middle of it')
+        self.reach(named + CYCLE)
+        self.control('stop')
+        self.assertEqual(self.end()['restarts'], {'m1': 2})
+        deployment, = self.deployments()
+        self.assertEqual(deployment['switch_tick'], named)
+        self.assert_all_went_over_together(deployment)
+        self.assertTrue(self.assert_one_program(MODULES))
+        self.assert_roles_kept(100)
+        self.assert_upright()
+        self.assert_walk_goes_on(named)
+        self.assert_repeats()
+
+    # Ticks after the deployment: m1 has a part of it; it has all, and its neighbour a part; others have it.
+    MOMENTS = (5, 28, 45)
+
+    def test_it_begins_anew(self):
+        for after in self.MOMENTS:
+            with self.subTest(after=after):
+                self.run_script([f'300 deploy {CAREFUL} --to m1', f'{300 + after} restart m1 --cold'], 8, '--isolate')
+                self.assert_one_program(MODULES)
+
+    def test_it_is_gone_for_good(self):
+        ends = []
+        for after in self.MOMENTS:
+            with self.subTest(after=after):
+                self.run_script([f'300 deploy {CAREFUL} --to m1', f'{300 + after} lose m1'], 8, '--isolate')
+                self.assertIn('m1', self.summary['lost_modules'])
+                ends.append(self.assert_one_program(MODULES[1:]))
+        # What it had not handed on is lost with it, and what it had is not.
+        self.assertEqual((ends[0], ends[-1]), (False, True))
 
 
-class Realtime(Live, Deploying):
+class Realtime(Dying, Deploying):
     """On the bus that all tools share, by the wall clock."""
     def deploy_live(self, *options):
         self.start('--realtime', *options, isolate=False)
-        self.reach(WALKING, 1)
+        self.reach(FIRST_STEP, 1)
         told = self.control('deploy', CAREFUL, '--to', 'm3')
         named = round(told['switch_seconds'] / 0.02)
-        await_condition(lambda: self.reach(named + 100, 1) is None, 'the program runs')
+        await_condition(lambda: self.reach(named + 2 * CYCLE + 10, 1) is None, 'the program runs')
         self.control('stop')
         self.end()
         # In real time the log may lack messages, also the one that names the command; those that it has are telling.
@@ -300,6 +341,10 @@ class Realtime(Live, Deploying):
             self.assertIn(True, {new for _, new in seen}, f'{module} never ran it')
             self.assertGreaterEqual(min(tick for tick, new in seen if new), named, module)
             self.assertLessEqual(max(tick for tick, new in seen if not new), named + DIAMETER + 2, module)
+        # Modules that miss deadlines while the robot gets up lift it one after the other, with whatever program.
+        self.assert_upright(since=FIRST_STEP)
+        # Messages that are late or lost cost steps, too.
+        self.assert_walk_goes_on(named, cycles=2)
         return named
 
     def ran(self, module):
@@ -311,8 +356,6 @@ class Realtime(Live, Deploying):
     def test_by_the_wall_clock(self):
         named = self.deploy_live()
         self.assertEqual([d['switch_tick'] for d in self.deployments()], [named])
-        # Modules that miss deadlines while the robot gets up lift it one after the other, with whatever program.
-        self.assert_upright(since=WALKING)
 
     def test_by_the_wall_clock_with_loss(self):
         self.deploy_live('--loss', 0.3)

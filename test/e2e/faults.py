@@ -5,6 +5,7 @@ import subprocess
 import sys
 import unittest
 
+from gait import STEP, north
 from support import BIN, MODEL, PROGRAM, SOURCE, Case, as_json, command, morphbus
 
 EXAMPLE = SOURCE / 'models' / 'rough.faults'
@@ -44,17 +45,27 @@ class FaultsCase(Case):
         return set(told)
 
 
+    def walk_smoothly(self):
+        """The hash of WALK seconds in which nothing befalls anybody: the robot has got up by then and walks."""
+        smooth = self.run_once('--inproc', seconds=WALK)
+        way = north(self.folder / 'x.log')
+        self.assertGreater(way[max(way)] - way[STANDING], STEP)
+        return smooth['hash']
+
+
 PROCESSES = ('SIM', 'LOG', *(f'm{i}' for i in range(1, 10)))
+WALK = 8  # s, of which the robot needs some three to get up.
+STANDING = 165  # tick at which it has got up
 
 
 class Fast(FaultsCase):
     def test_all_kinds_change_no_payload_however_the_run_is_spread(self):
-        smooth = self.run_once('--inproc')['hash']
+        smooth = self.walk_smoothly()
         rules = self.rules(ALL_KINDS)
         told = set()
         for seed, where in ((1, ['--isolate']), (2, ['--isolate', '--processes', 2]), (3, ['--inproc']), (4, ['--inproc'])):
             with self.subTest(seed=seed, where=where):
-                rough = self.run_once(*where, '--faults', rules, '--seed', seed)
+                rough = self.run_once(*where, '--faults', rules, '--seed', seed, seconds=WALK)
                 self.assertIsNone(rough['error'])
                 self.assertEqual(rough['hash'], smooth)
                 told |= self.assert_suffered(rough, PROCESSES)
@@ -154,12 +165,12 @@ class Fast(FaultsCase):
 
 class TwentySeeds(FaultsCase):
     def test_processes_with_all_kinds_of_faults(self):
-        smooth = self.run_once('--inproc')['hash']
+        smooth = self.walk_smoothly()
         rules = self.rules(ALL_KINDS)
         told = set()
         for seed in range(1, 21):
             with self.subTest(seed=seed):
-                rough = self.run_once('--isolate', '--faults', rules, '--seed', seed)
+                rough = self.run_once('--isolate', '--faults', rules, '--seed', seed, seconds=WALK)
                 self.assertEqual(rough['hash'], smooth)
                 told |= self.assert_suffered(rough, PROCESSES)
         self.assertEqual(told, set(PROCESSES))

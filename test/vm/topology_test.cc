@@ -9,6 +9,7 @@
 #include <random>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "compiler/model/forward_kinematics.h"
@@ -81,7 +82,14 @@ class Assembly {
     return With([this](size_t d) { return closed_[d]; });
   }
   /// Ticks in which news comes everywhere: along the longest way between two modules, or between
-  /// two parts of one body.
+  /// two parts of one body, whichever is longer, and one more, since a mate's message names a new
+  /// docking one tick after the sensors have seen it. Usually the first is: "diameter + 1 ticks".
+  /// But the diameter is that of shortest ways, which may lead across joints, and on the other
+  /// side of a joint lies another body. What hangs on a body is told from link to link of that
+  /// body, so its news cannot take such a shortcut: a body in the shape of a C, whose ends a joint
+  /// and two modules bridge, has its ends two apart in the robot, and as many apart for its news as
+  /// the C has dockings. To spare that way every module would have to pass on all bodies of the
+  /// robot, not just those that it is part of.
   [[nodiscard]] int NewsTicks() const {
     const model::Robot present = Present();
     return std::max(test::DiameterOf(present), test::BodyDiameterOf(model_, present)) + 1;
@@ -182,32 +190,94 @@ class TopologyTest : public ::testing::TestWithParam<uint64_t> {
     }
   }
 
-  /// The joints that touch each link's body, cut off or not, are those of the offline graph.
-  void ExpectBodies(VmRobot& vms, const Assembly& assembly) {
-    const model::Robot present = assembly.Present();
-    // Of the graph only who touches whom: axes and loops, which take long, do not matter here.
-    const std::vector<std::vector<int>> bodies = model::BodiesOf(model_, present);
+  /// Bodies of the offline graph of what is connected now, and the joints (module, joint) that
+  /// touch each of them.
+  struct Bodies {
+    std::vector<std::vector<int>> body_of;
     std::map<size_t, std::set<std::pair<int, int>>> joints;
-    for (int m = 0; m < vms.size(); ++m) {
-      const auto& body_of = bodies[static_cast<size_t>(m)];
+
+    [[nodiscard]] const std::set<std::pair<int, int>>& At(int m, int link) const {
+      return joints.at(
+          static_cast<size_t>(body_of[static_cast<size_t>(m)][static_cast<size_t>(link)]));
+    }
+  };
+  [[nodiscard]] Bodies OfflineBodies(const Assembly& assembly) const {
+    // Of the graph only who touches whom: axes and loops, which take long, do not matter here.
+    Bodies bodies{model::BodiesOf(model_, assembly.Present()), {}};
+    for (int m = 0; m < kTopologyModules; ++m) {
+      const auto& body_of = bodies.body_of[static_cast<size_t>(m)];
       const model::ModuleType& type = model_.TypeOf(robot_, m);
       for (size_t j = 0; j < type.joints.size(); ++j) {
         const model::Joint& joint = type.joints[j];
         if (joint.type == model::JointType::kFixed) continue;
         for (const int link : {joint.link_a, joint.link_b}) {
-          joints[static_cast<size_t>(body_of[static_cast<size_t>(link)])].insert(
+          bodies.joints[static_cast<size_t>(body_of[static_cast<size_t>(link)])].insert(
               {m, static_cast<int>(j)});
         }
       }
     }
+    return bodies;
+  }
+
+  /// The joints that touch each link's body, cut off or not, are those of the offline graph.
+  void ExpectBodies(VmRobot& vms, const Assembly& assembly) {
+    const Bodies bodies = OfflineBodies(assembly);
     for (int m = 0; m < vms.size(); ++m) {
-      const auto& body_of = bodies[static_cast<size_t>(m)];
-      for (size_t link = 0; link < body_of.size(); ++link) {
-        const auto body = static_cast<size_t>(body_of[link]);
-        EXPECT_EQ(JointsOf(vms, m, static_cast<int>(link)), joints[body])
-            << "module " << m << " link " << link;
+      const int links = static_cast<int>(bodies.body_of[static_cast<size_t>(m)].size());
+      for (int link = 0; link < links; ++link) {
+        EXPECT_EQ(JointsOf(vms, m, link), bodies.At(m, link)) << "module " << m << " link " << link;
       }
     }
+  }
+
+  /// What kCountingRoles makes of a module, by the offline graph: roles that fit, each with the
+  /// joint and the link (-1: none) that its labels name.
+  using Fits = std::map<std::string, std::pair<int, int>>;
+  [[nodiscard]] Fits OfflineFits(const Bodies& bodies, int m) const {
+    const model::ModuleType& type = model_.TypeOf(robot_, m);
+    // By the number of adjacent joints, the own joints that have so many.
+    std::map<size_t, std::vector<int>> own;
+    for (size_t j = 0; j < type.joints.size(); ++j) {
+      const model::Joint& joint = type.joints[j];
+      if (joint.type == model::JointType::kFixed) continue;
+      std::set<std::pair<int, int>> touching = bodies.At(m, joint.link_a);
+      touching.insert(bodies.At(m, joint.link_b).begin(), bodies.At(m, joint.link_b).end());
+      own[touching.size() - 1].push_back(static_cast<int>(j));
+    }
+    std::vector<int> ends;
+    for (size_t link = 0; link < type.links.size(); ++link) {
+      if (bodies.At(m, static_cast<int>(link)).size() == 1) ends.push_back(static_cast<int>(link));
+    }
+    // A label names one thing or nothing, and of a role and its subrole the subrole is taken.
+    Fits fits;
+    for (const auto& [adjacent, joints] : own) {
+      if (joints.size() != 1) continue;
+      const bool is_tip = ends.size() == 1;
+      fits[(is_tip ? "Tip" : "Inner") + std::to_string(adjacent)] = {joints[0],
+                                                                     is_tip ? ends[0] : -1};
+    }
+    return fits;
+  }
+
+  /// Whoever hangs on the root plays a role that the offline graph allows, with its labels.
+  /// Returns how many modules have one.
+  int ExpectRolesAndLabels(VmRobot& vms, const Assembly& assembly) {
+    const Bodies bodies = OfflineBodies(assembly);
+    const std::vector<int> hops = assembly.Hops();
+    int playing = 0;
+    for (int m = 0; m < vms.size(); ++m) {
+      if (hops[static_cast<size_t>(m)] == kFar) continue;
+      const Fits fits = OfflineFits(bodies, m);
+      const std::string role = vms.RoleOf(m);
+      const auto fit = fits.find(role);
+      // A module with two joints may fit two roles; the one that it holds then wins.
+      EXPECT_EQ(fit != fits.end(), !fits.empty()) << "module " << m << " plays '" << role << "'";
+      if (fit == fits.end()) continue;
+      EXPECT_EQ(vms.LabelOf(m, "turn"), fit->second.first) << "module " << m << " " << role;
+      EXPECT_EQ(vms.LabelOf(m, "end"), fit->second.second) << "module " << m << " " << role;
+      ++playing;
+    }
+    return playing;
   }
 
   /// Joints (module, joint) that a module knows to touch the body of one of its links.
@@ -316,7 +386,104 @@ TEST_P(TopologyTest, RolesFollowEveryChangeAndNoneIsTakenWhereTheRootIsOutOfReac
   EXPECT_GT(judged, 0) << "no small part was ever cut off";
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, TopologyTest, ::testing::Range(uint64_t{1}, uint64_t{9}));
+/// Roles that tell how many joints are adjacent to a joint of the module, and whether a link of it
+/// is an end, which nothing but its own joint touches.
+std::string CountingRoles() {
+  std::string text;
+  for (int n = 0; n < 2 * kTopologyModules; ++n) {
+    const std::string number = std::to_string(n);
+    text += "role Inner" + number + " extends Module { label turn = self.joints($ANY, " + number +
+            "); }\nrole Tip" + number + " extends Inner" + number +
+            " { label end = self.links(1); }\n";
+  }
+  return text;
+}
+
+/// Ticks between two changes, so that no role changes so often that it is frozen.
+constexpr int kCalm = 80;
+
+TEST_P(TopologyTest, RolesAndLabelsFollowTheOfflineGraphWithinTheSameTicks) {
+  VmRobot vms(model_, robot_, test::ProgramFrom(CountingRoles(), model_));
+  Assembly assembly(model_, robot_, GetParam());
+  vms.Tick(kCalm);
+  int playing = ExpectRolesAndLabels(vms, assembly);
+  for (int change = 0; change < 10 && !HasFailure(); ++change) {
+    assembly.Change(&vms);
+    assembly.Tick(&vms, assembly.NewsTicks() + kSettleFor);
+    playing += ExpectRolesAndLabels(vms, assembly);
+    if (HasFailure()) FAIL() << "change " << change << ", tick " << vms.tick();
+    assembly.Tick(&vms, kCalm);
+    ExpectRolesAndLabels(vms, assembly);
+  }
+  EXPECT_GT(playing, 2 * kTopologyModules);
+  EXPECT_EQ(vms.CountFaults(FaultCode::kRoleFlicker), 0);
+}
+
+TEST_P(TopologyTest, WithLossBodiesRolesAndLabelsFollowAsSoonAsNewsGetsThrough) {
+  test::VmRobotOptions options;
+  options.loss = 0.3;
+  options.late = 0.2;
+  options.grace_ticks = 25;
+  options.seed = GetParam();
+  VmRobot vms(model_, robot_, test::ProgramFrom(CountingRoles(), model_), options);
+  Assembly assembly(model_, robot_, GetParam());
+  // What is gone is missed after the ticks of grace, and news takes several attempts a hop.
+  const int long_enough = 2 * options.grace_ticks + 100;
+  vms.Tick(long_enough);
+  int playing = 0;
+  for (int change = 0; change < 6; ++change) {
+    assembly.Change(&vms);
+    assembly.Tick(&vms, long_enough);
+    ExpectBodies(vms, assembly);
+    playing += ExpectRolesAndLabels(vms, assembly);
+    if (HasFailure()) FAIL() << "change " << change << ", tick " << vms.tick();
+  }
+  EXPECT_GT(playing, kTopologyModules);
+}
+
+/// Hinges whose links one hang together in a row, from the last to the first, whose links two are
+/// docked: a ring of modules, through which their body runs in the shape of a C.
+model::Robot RobotInTheShapeOfAC(const model::Model& model, int modules) {
+  model::Robot robot = test::ChainRobot(model, modules);
+  robot.dockings.push_back({0, 5, modules - 1, 3, 0, 0});
+  for (model::Docking& docking : robot.dockings) {
+    // c0 and c1 are on link one, c3 and c5 on link two.
+    if (docking.module_b == docking.module_a + 1) docking.connector_a = 1, docking.connector_b = 0;
+    const std::vector<model::ConnectionOption>& options = model.connection_types[0].options;
+    for (size_t o = 0; o < options.size(); ++o) {
+      if (options[o].connector_a == docking.connector_a &&
+          options[o].connector_b == docking.connector_b) {
+        docking.option = static_cast<int>(o);
+      }
+    }
+  }
+  return robot;
+}
+
+/// The reason for the second part of NewsTicks.
+TEST(TopologyBoundTest, NewsOfABodyGoesAlongTheBodyAndNotAcrossJoints) {
+  constexpr int kRing = 9;
+  const model::Model model = test::ToyModel();
+  const model::Robot robot = RobotInTheShapeOfAC(model, kRing);
+  const int diameter = test::DiameterOf(robot);
+  const int length = test::BodyDiameterOf(model, robot);
+  ASSERT_EQ(std::make_pair(diameter, length), std::make_pair(kRing / 2, kRing - 1));
+  // How many of the joints that touch its body of links one the first module knows.
+  VmRobot vms(model, robot, test::EmptyProgram());
+  const auto known = [&vms] {
+    const BodyTable& table = vms.state(0).bodies[0];
+    return std::count_if(table.records, table.records + table.num,
+                         [](const BodyRecord& record) { return record.live != 0; });
+  };
+  vms.Tick(diameter + 1);
+  EXPECT_LT(known(), kRing);
+  vms.Tick(length - diameter - 1);
+  EXPECT_EQ(known(), kRing - 1);
+  vms.Tick();
+  EXPECT_EQ(known(), kRing);
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, TopologyTest, ::testing::Range(uint64_t{1}, uint64_t{25}));
 
 }  // namespace
 }  // namespace morphbus::vm

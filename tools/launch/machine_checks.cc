@@ -20,16 +20,14 @@
 #include <cstring>
 #include <fstream>
 #include <thread>
+#include <utility>
 
 #include "bridge/bus/udpm_socket.h"
+#include "tools/launch/machine_findings.h"
 
 namespace morphbus::tools {
 namespace {
 
-/// The robot by which "enough" is measured: 60 modules, of which each sends two messages a tick, on
-/// a logger that stands still for the 16 ticks that a run can be ahead of it.
-constexpr int kModules = 60;
-constexpr int kNeededMessages = 16 * (2 * kModules + 10);
 /// A typical message, bytes; and how many are sent to see how many are kept.
 constexpr size_t kMessageBytes = 200;
 constexpr int kBurst = 2 * kNeededMessages;
@@ -117,15 +115,6 @@ Finding CheckInterface(const bridge::LcmUrl& url) {
   return finding;
 }
 
-/// What became of a burst to a receiver that did not read meanwhile.
-struct Burst {
-  std::string error;  ///< Why nothing was tried; empty if it was.
-  int sent = 0;
-  int kept = 0;
-  int asked_bytes = 0;
-  int got_bytes = 0;  ///< Of the receive buffer; the kernel's own doubling is taken out.
-};
-
 /// Sends kBurst messages to the group on a port that is nobody's, then counts those that are there.
 Burst TryBurst(const bridge::LcmUrl& url) {
   Burst burst;
@@ -180,51 +169,6 @@ Finding CheckLoop(const Burst& burst) {
   return finding;
 }
 
-/// Whether a receiver that stands still keeps what a large robot sends meanwhile.
-Finding CheckBuffer(const Burst& burst) {
-  Finding finding{"buffer", Health::kGood, "", "", {}};
-  finding.figures = {{"asked_bytes", burst.asked_bytes},
-                     {"got_bytes", burst.got_bytes},
-                     {"burst", burst.sent},
-                     {"kept", burst.kept},
-                     {"needed", kNeededMessages}};
-  finding.text = fmt::format(
-      "receive buffer: asked {} bytes, got {}; of a burst of {} messages {} were kept, {} are "
-      "needed for {} modules",
-      burst.asked_bytes, burst.got_bytes, burst.sent, burst.kept, kNeededMessages, kModules);
-  if (burst.kept >= kNeededMessages) return finding;
-  // Lockstep asks again for what was lost and only becomes slower; in real time it stays lost.
-  finding.health = Health::kWarning;
-  constexpr int kEnoughBytes = 4'194'304;
-  finding.mend = fmt::format(
-      "echo net.core.rmem_max={} | sudo tee /etc/sysctl.d/60-morphbus.conf && sudo sysctl --system",
-      std::max(burst.asked_bytes, kEnoughBytes));
-  // The system would give more than the URL asks for.
-  if (burst.got_bytes >= burst.asked_bytes) {
-    finding.mend = fmt::format("export LCM_DEFAULT_URL='{}'", bridge::kDefaultLcmUrl);
-  }
-  return finding;
-}
-
-/// Whether the limit of a resource is enough for a robot of 100 modules.
-Finding CheckLimit(const std::string& name, int resource, rlim_t needed, const std::string& what,
-                   const std::string& mend) {
-  rlimit limit = {};
-  getrlimit(static_cast<__rlimit_resource>(resource), &limit);
-  // A limit that there is not is told as -1 to scripts.
-  const bool endless = limit.rlim_cur == RLIM_INFINITY;
-  Finding finding{name, Health::kGood, "", "", {}};
-  finding.text =
-      fmt::format("{}: {}, {} are needed for 100 modules", what,
-                  endless ? "no limit" : fmt::format("at most {}", limit.rlim_cur), needed);
-  finding.figures = {{"limit", endless ? -1.0 : static_cast<double>(limit.rlim_cur)},
-                     {"needed", static_cast<double>(needed)}};
-  if (endless || limit.rlim_cur >= needed) return finding;
-  finding.health = Health::kWarning;
-  finding.mend = mend;
-  return finding;
-}
-
 /// Whether --isolate can make a network; tried in a child process, which nothing else depends on.
 Finding CheckNamespaces() {
   Finding finding{"namespaces", Health::kGood, "run --isolate can make a private network", "", {}};
@@ -239,17 +183,24 @@ Finding CheckNamespaces() {
   if (child > 0) waitpid(child, &status, 0);
   if (status == 0) return finding;
   finding.health = Health::kWarning;
-  finding.text = "user namespaces are refused, so run --isolate cannot make a private network";
+  finding.text = "namespaces are refused, so run --isolate cannot make a private network";
   // Each system has a switch of its own; the first that is in the way is named.
+  struct Switch {
+    const char* key;
+    const char* blocking;
+    const char* open;
+  };
   finding.mend = "sudo sysctl user.max_user_namespaces=15000";
-  for (const auto& [key, blocking] :
-       {std::pair("kernel.unprivileged_userns_clone", "0"),
-        std::pair("kernel.apparmor_restrict_unprivileged_userns", "1")}) {
+  for (const auto& [key, blocking, open] :
+       {Switch{"user.max_net_namespaces", "0", "15000"},
+        Switch{"user.max_user_namespaces", "0", "15000"},
+        Switch{"kernel.unprivileged_userns_clone", "0", "1"},
+        Switch{"kernel.apparmor_restrict_unprivileged_userns", "1", "0"}}) {
     // A switch that this system does not have reads as nothing.
     std::string path = std::string("/proc/sys/") + key;
     std::replace(path.begin() + 10, path.end(), '.', '/');
     if (FirstLine(path) != blocking) continue;
-    finding.mend = fmt::format("sudo sysctl {}={}", key, *blocking == '0' ? 1 : 0);
+    finding.mend = fmt::format("sudo sysctl {}={}", key, open);
     break;
   }
   return finding;
@@ -257,40 +208,23 @@ Finding CheckNamespaces() {
 
 /// Whether the wall clock is set by others' clocks, which logs of several machines need.
 Finding CheckClock() {
-  Finding finding{"clock", Health::kGood, "the wall clock is synchronized", "", {}};
   // Asking changes nothing, and needs no rights.
   timex state = {};
   const int status = adjtimex(&state);
-  if (status >= 0 && status != TIME_ERROR && (state.status & STA_UNSYNC) == 0) return finding;
-  finding.health = Health::kWarning;
-  finding.text = "the wall clock is not synchronized: times of logs of several machines differ";
-  finding.mend = "sudo timedatectl set-ntp true";
-  return finding;
+  return JudgeClock(status >= 0 && status != TIME_ERROR && (state.status & STA_UNSYNC) == 0);
 }
 
 /// How punctually this machine wakes a process that sleeps, which real time rests on.
 Finding CheckTimer() {
-  constexpr int kNaps = 40;
   // Short naps, for a control tick is made of such waits.
-  std::array<double, kNaps> late_ms = {};
+  std::vector<double> late_ms(40);
   for (double& late : late_ms) {
     const auto due = std::chrono::steady_clock::now() + std::chrono::milliseconds(1);
     std::this_thread::sleep_until(due);
     late =
         std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - due).count();
   }
-  std::sort(late_ms.begin(), late_ms.end());
-  const double median = late_ms[kNaps / 2];
-  const double worst = late_ms.back();
-  Finding finding{"timer", Health::kGood, "", "", {{"median_ms", median}, {"worst_ms", worst}}};
-  finding.text = fmt::format("a process that sleeps wakes {:.2f} ms late (worst of {}: {:.2f})",
-                             median, kNaps, worst);
-  // A quarter of a control tick of 20 ms.
-  if (median < 5) return finding;
-  finding.health = Health::kWarning;
-  finding.text += "; run --realtime will miss deadlines";
-  finding.mend = "sudo renice -n -10 -p $$";
-  return finding;
+  return JudgeTimer(std::move(late_ms));
 }
 
 }  // namespace
@@ -307,14 +241,15 @@ std::vector<Finding> CheckMachine(const bridge::LcmUrl& url, const std::string& 
     if (route.health == Health::kGood) {
       const Burst burst = TryBurst(url);
       findings.push_back(CheckLoop(burst));
-      if (burst.kept > 0) findings.push_back(CheckBuffer(burst));
+      if (burst.kept > 0) findings.push_back(JudgeBuffer(burst));
     }
   }
-  // A module's process has few files open; the launcher holds two and a watch for each.
-  findings.push_back(
-      CheckLimit("files", RLIMIT_NOFILE, 512, "open files a process", "ulimit -n 4096"));
-  findings.push_back(
-      CheckLimit("processes", RLIMIT_NPROC, 256, "processes a user", "ulimit -u 4096"));
+  rlimit files = {};
+  rlimit processes = {};
+  getrlimit(RLIMIT_NOFILE, &files);
+  getrlimit(RLIMIT_NPROC, &processes);
+  findings.push_back(JudgeFiles(files));
+  findings.push_back(JudgeProcesses(processes));
   findings.push_back(CheckNamespaces());
   findings.push_back(CheckClock());
   findings.push_back(CheckTimer());

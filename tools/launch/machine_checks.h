@@ -6,28 +6,12 @@
 // silently, and traffic on another interface than they think (lcm issues 60, 323, 365).
 
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "bridge/bus/lcm_url.h"
+#include "tools/launch/machine_findings.h"
 
 namespace morphbus::tools {
-
-/// How a finding is to be taken: kWarning harms some runs, kBroken stops all that need the thing.
-enum class Health { kGood, kWarning, kBroken };
-
-/// What one check found.
-struct Finding {
-  /// The thing looked at, e.g. "buffer"; a word, unique among the findings.
-  std::string name;
-  Health health = Health::kGood;
-  /// What was found, in one sentence for people.
-  std::string text;
-  /// The shell command that mends it; empty if nothing needs mending.
-  std::string mend;
-  /// The figures in `text`, by name, for scripts.
-  std::vector<std::pair<std::string, double>> figures;
-};
 
 /// Looks at everything that a run on the bus of `url` needs from this machine: `url`, `route`,
 /// `interface`, `loop` (what is sent is heard), `buffer`, `files`, `processes`, `namespaces`,

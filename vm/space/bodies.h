@@ -8,7 +8,9 @@ namespace morphbus::vm {
 
 /// Stamps the own joints and merges what the neighbours say of the bodies they share with us. Of an
 /// origin only stamps newer than the last accepted count, so what is gone clears by itself within
-/// diameter + 1 ticks, and modules cut off from it do not keep it alive for each other.
+/// diameter + 1 ticks, and modules cut off from it do not keep it alive for each other. News of a
+/// body goes along the body and not across joints: the diameter is that of the body, should it be
+/// longer than the robot's.
 void UpdateBodies(Context& context, const Inbox& inbox);
 
 /// Joints that touch the link's body.
