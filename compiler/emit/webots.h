@@ -38,8 +38,8 @@ struct WebotsOptions {
 /// (vm/module_api.h), a main program, a Makefile. Without a program the main program holds the
 /// start values; with one it runs a virtual machine, whose sources are written too. Warns of docked
 /// connectors that Webots will not see as aligned, of limits that it cannot hold, of contact
-/// sensors without a face, and of docking that it allows in more ways than the model. Fails for a module type that
-/// exceeds the capacities of vm/limits.h, if there is a program.
+/// sensors without a face, and of docking that it allows in more ways than the model. Fails for a
+/// module type that exceeds the capacities of vm/limits.h, if there is a program.
 Result<Exported> ToWebots(const model::Model& model, const model::Robot& robot,
                           const WebotsOptions& options);
 

@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 using model::ConvexHull;
 
 constexpr double kPadThickness = 1e-3;  // m
-constexpr double kTokenRadius = 1e-3;   // m
+constexpr double kTokenBall = 1e-3;     // m
 /// m/s²; more is cut off.
 constexpr double kMostAcceleration = 100;
 constexpr double kGravity = 9.81;  // m/s²
@@ -76,7 +76,7 @@ void AppendTouchSensor(const model::Sensor& sensor, const std::vector<ConvexHull
   vrml->Line("type \"bumper\"");
   if (pads.empty()) {
     vrml->Line("translation " + Triple(sensor.p_MoSo_M));
-    vrml->Line(fmt::format("boundingObject Sphere {{ radius {} }}", Number(kTokenRadius)));
+    vrml->Line(fmt::format("boundingObject Sphere {{ radius {} }}", Number(kTokenBall)));
   } else if (pads.size() == 1) {
     vrml->Line("boundingObject " + FaceSet(pads.front()));
   } else {
@@ -132,8 +132,8 @@ std::string NoisyTable(double least, double most, double noise) {
   std::string rows;
   for (const double x : inputs) {
     const double share = noise <= 0 ? 0 : noise / (x == 0 ? positive.back() : std::abs(x));
-    rows += fmt::format("{}{} {} {}", rows.empty() ? "" : ", ", Number(x), Number(x),
-                        Number(share));
+    rows +=
+        fmt::format("{}{} {} {}", rows.empty() ? "" : ", ", Number(x), Number(x), Number(share));
   }
   return "lookupTable [ " + rows + " ]";
 }

@@ -104,9 +104,9 @@ class SensorServicesTest : public ::testing::Test {
 };
 
 TEST_F(SensorServicesTest, TheDistanceIsOfTheSensorThatLooksMostNearlyThere) {
-  EXPECT_EQ(Print("alone",
-                  R"("", self.distance($NORTH), self.distance($UP), self.distance($EAST))"),
-            "300 500 700;");
+  EXPECT_EQ(
+      Print("alone", R"("", self.distance($NORTH), self.distance($UP), self.distance($EAST))"),
+      "300 500 700;");
   EXPECT_EQ(Print("alone", R"("", self.distance($NORTH + $UP), self.distance($ANY))"), "500 300;")
       << "the slanted one looks exactly there; towards any the first one does";
 }
@@ -196,8 +196,8 @@ TEST_F(SensorServicesTest, ARoleThatNeedsASensorItsModuleLacksIsNotTaken) {
   // Of a kind, and by name.
   for (const std::string use : {"self.distance($NORTH)", "self.tilt($EAST_WEST)",
                                 "self.LEVEL.GET_TILT()", "self.SKIN.GET_CONTACT()"}) {
-    VmRobot& vms = Run("unlike",
-                       "role R extends Module { startup s() { print(\"\", " + use + "); } }");
+    VmRobot& vms =
+        Run("unlike", "role R extends Module { startup s() { print(\"\", " + use + "); } }");
     vms.Tick(40);
     EXPECT_EQ(vms.RoleOf(0), "R") << use;
     EXPECT_EQ(vms.RoleOf(1), "") << use;

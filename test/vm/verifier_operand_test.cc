@@ -419,11 +419,10 @@ TEST_P(OperandTest, IsRefusedWhereTheStackHasNoRoomForWhatItPushes) {
 TEST_P(OperandTest, IsRefusedInARequirementOrLabelUnlessItOnlyComputes) {
   // What returns without a result, or another one, is no end of a requirement.
   if (Returns(op())) return;
-  const std::string wanted = InfoOf(op()).effect == Effect::kPure
-                                 ? ""
-                                 : "requirement or label acts on the module";
-  for (const Place place : {Place::kRequirement, Place::kLabel, Place::kCalledByRequirement,
-                            Place::kCalledByLabel}) {
+  const std::string wanted =
+      InfoOf(op()).effect == Effect::kPure ? "" : "requirement or label acts on the module";
+  for (const Place place :
+       {Place::kRequirement, Place::kLabel, Place::kCalledByRequirement, Place::kCalledByLabel}) {
     EXPECT_EQ(Verdict(op(), GoodUse(op()), {.place = place}), wanted)
         << name() << " in place " << static_cast<int>(place);
   }
