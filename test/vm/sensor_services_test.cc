@@ -12,6 +12,7 @@
 #include "compiler/m3l/compile.h"
 #include "test/support/compiled.h"
 #include "test/support/vm_robot.h"
+#include "vm/image/print_line.h"
 
 namespace morphbus::vm {
 namespace {
