@@ -93,7 +93,7 @@ class Roles(Case):
         problems = as_json('roles', MODEL, program, '--robot', 'quadruped')['problems']
         self.assertTrue(problems)
         for problem in problems:
-            self.assertRegex(problem, f'^m[0-9]: {program}:3: .*NORTH_SOUTH.*which is 90° off')
+            self.assertRegex(problem, f'^m[0-9]: {program}:3: .*NORTH_SOUTH.*which is 90.0° off')
         said = self.roles(program)
         line, text = next((i, text) for i, text in enumerate(MODEL.read_text().splitlines(), 1) if 'MTRAN m1,' in text)
         column = text.index('m1') + 1
@@ -103,8 +103,8 @@ class Roles(Case):
                 f'{program}:3:5: note: ')
         self.assertIn(told, said)
         note = said[said.index(told) + len(told):].splitlines()
-        self.assertRegex(note[0], r'joint_1 turns active_block about a direction .*NORTH_SOUTH.*'
-                                  r'which is 90° off, either way, and may be 75° off at most')
+        self.assertRegex(note[0], r'joint_1 turns link active_block about a direction .*NORTH_SOUTH.*'
+                                  r'which is 90.0° off, either way, and may be 75° off at most')
         call = source.splitlines()[2]
         self.assertEqual(note[1:3], ['  ' + call, '  ' + ' ' * 4 + '^' + '~' * (len(call.strip()) - 1)])
 
