@@ -410,8 +410,6 @@ TEST_P(OperandTest, IsRefusedWhereTheStackHasNoRoomForWhatItPushes) {
   const int room = kStackCells - kNumLocals - good.pushes;
   EXPECT_EQ(Verdict(op(), good, {.below = room}), "") << name();
   EXPECT_EQ(Verdict(op(), good, {.below = room + 1}), "task needs too many cells") << name();
-  EXPECT_EQ(Verdict(op(), good, {.below = room + kNumLocals}), "task needs too many cells")
-      << name();
   EXPECT_EQ(Verdict(op(), good, {.below = room + kNumLocals + 1}), "stack overflow") << name();
   EXPECT_EQ(Verdict(op(), good, {.below = kStackCells}), "stack overflow") << name();
 }
