@@ -89,11 +89,12 @@ class SensorServicesTest : public ::testing::Test {
       const StatusReport& status = vms_->output(m).status;
       for (int k = 0; k < status.num_prints; ++k) {
         const PrintReport& print = status.prints[k];
+        // The text is empty, and a space lies between it and the values.
         printed +=
             PrintText(vms_->program(), nullptr, print.text, print.values, print.num_values) + ";";
       }
     }
-    return printed;
+    return printed.empty() ? printed : printed.substr(1);
   }
   /// The same, of a role of all modules that prints `values`.
   std::string Print(const std::string& robot, const std::string& values, int m = 0) {

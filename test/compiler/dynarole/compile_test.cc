@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "test/compiler/dynarole/fake_host.h"
-#include "test/support/doc_examples.h"
 #include "test/support/source_dir.h"
 #include "vm/image/disassembler.h"
 #include "vm/image/verifier.h"
@@ -155,8 +154,8 @@ TEST(PaperTest, QuadrupedStepsAsFigure10Says) {
 
 // ---- The manual ----
 
-// What it shows first is the program that it says it is, but for comments; program_files_test.cc
-// runs it.
+// What it shows first is the program that it says it is, but for comments. The program drives in
+// test/e2e/programs_cars.py.
 TEST(ManualTest, ItsFirstProgramIsThatOfTheCar) {
   const auto code = [](const std::string& text) {
     std::string kept;
@@ -167,9 +166,10 @@ TEST(ManualTest, ItsFirstProgramIsThatOfTheCar) {
     }
     return kept;
   };
-  const std::vector<test::DocExample> examples = test::DocExamples("docs/dynarole.md");
-  ASSERT_FALSE(examples.empty());
-  EXPECT_EQ(code(examples[0].text), code(ReadFile("models/programs/car.dyn")));
+  const std::string manual = ReadFile("docs/dynarole.md");
+  const size_t begin = manual.find("```\n") + 4;
+  const std::string shown = manual.substr(begin, manual.find("```", begin) - begin);
+  EXPECT_EQ(code(shown), code(ReadFile("models/programs/car.dyn")));
 }
 
 // ---- Stages ----
