@@ -114,7 +114,7 @@ TEST_F(SensorServicesTest, TheDistanceIsOfTheSensorThatLooksMostNearlyThere) {
 }
 
 TEST_F(SensorServicesTest, ASensorLooksWhereTheJointHasTurnedItsLink) {
-  // By a quarter turn about up, what looked east looks north, as well as `front`, which is first.
+  // By half a turn about up what looked east looks west.
   VmRobot& vms = Run("alone", R"(role R extends Module {
   startup s() {
     self.NECK.SET_POSITION(180);
@@ -152,8 +152,7 @@ TEST_F(SensorServicesTest, AnyTouchedSensorThatLooksThereIsAContact) {
 }
 
 TEST_F(SensorServicesTest, TheTiltIsTheTurnOfTheRobotFrameAgainstGravity) {
-  // R is turned by 30 degrees about east, right-handed: its up leans to the north of the true up,
-  // which it then sees to its south... by the inverse turn.
+  // A frame that is turned by an angle sees straight up turned by the same angle, the other way.
   const double turn = 30 * kDegree;
   const auto of = [&](double x, double y, double z) {
     Run("alone", R"(role R extends Module {
@@ -167,7 +166,7 @@ TEST_F(SensorServicesTest, TheTiltIsTheTurnOfTheRobotFrameAgainstGravity) {
     return Printed(0);
   };
   EXPECT_EQ(of(0, 1, 0), "0 0 0;");
-  // About east (z), up as R sees it is (sin, cos, 0); about north (x) it is (0, cos, -sin).
+  // About east, which is z, then about north, which is x.
   EXPECT_EQ(of(std::sin(turn), std::cos(turn), 0), "30 0 0;");
   EXPECT_EQ(of(0, std::cos(turn), -std::sin(turn)), "0 30 0;");
   EXPECT_EQ(of(0, -1, 0), "180 180 0;") << "upside down";
