@@ -19,6 +19,7 @@
 #include "compiler/emit/vrml_writer.h"
 #include "compiler/emit/webots_docks.h"
 #include "compiler/emit/webots_scene.h"
+#include "compiler/emit/webots_sensors.h"
 #include "compiler/model/convex_hull.h"
 #include "compiler/model/forward_kinematics.h"
 
@@ -82,7 +83,7 @@ class WebotsWriter {
     for (const int type : used_types_) {
       const model::ModuleType& module = model_.module_types[type];
       WarnOfLimits(module, &exported.warnings);
-      WarnOfContactSensors(module, &exported.warnings);
+      WarnOfContactSensors(type, &exported.warnings);
       WebotsProgram& program = programs_.at(type);
       for (CompanionFile& file : program.files) {
         file.path = controllers + "/" + program.name + "/" + file.path;
@@ -186,7 +187,9 @@ class WebotsWriter {
       if (type.connectors[c].link == link.link) AppendConnector(m, type, c);
     }
     for (const model::Sensor& sensor : type.sensors) {
-      if (sensor.link == link.link) AppendSensor(sensor);
+      if (sensor.link == link.link) {
+        AppendWebotsSensor(sensor, solids_.Faces(link.type, link.link), &vrml_);
+      }
     }
     for (const size_t child : children_[at]) AppendChild(m, tree, child);
     for (const TreeLoop& loop : tree.loops) {
@@ -269,26 +272,6 @@ class WebotsWriter {
     vrml_.Close("}");
   }
 
-  /// A sensor of distance, which looks along its x, or of tilt, which tells of the link's frame.
-  void AppendSensor(const model::Sensor& sensor) {
-    if (sensor.type == model::SensorType::kDistance) {
-      // What it measures is in metres.
-      const std::string range = Number(sensor.range_m);
-      model::Pose X_LS = model::Pose::Identity();
-      const Eigen::Vector3d side = sensor.direction.unitOrthogonal();
-      X_LS.linear() << sensor.direction, side, sensor.direction.cross(side);
-      X_LS.translation() = sensor.p_MoSo_M;
-      vrml_.Open("DistanceSensor {");
-      vrml_.Place(X_LS);
-      vrml_.Line(fmt::format("name \"{}.sensor\"", sensor.name));
-      vrml_.Line("type \"laser\"");
-      vrml_.Line(fmt::format("lookupTable [ 0 0 0, {} {} 0 ]", range, range));
-      vrml_.Close("}");
-    } else if (sensor.type == model::SensorType::kTilt) {
-      vrml_.Line(fmt::format("Accelerometer {{ name \"{}.sensor\" }}", sensor.name));
-    }
-  }
-
   /// A link below another: by a joint, or, where the joint is fixed, as part of it.
   void AppendChild(size_t m, const RobotTree& tree, size_t child) {
     // A link below a joint stands where the module's start value places it.
@@ -327,14 +310,15 @@ class WebotsWriter {
     return type == JointType::kPrismatic || (lower >= -EIGEN_PI && upper <= EIGEN_PI);
   }
 
-  /// Says which sensors have no device.
-  static void WarnOfContactSensors(const model::ModuleType& type,
-                                   std::vector<std::string>* warnings) {
-    for (const model::Sensor& sensor : type.sensors) {
+  /// Says which contact sensors have no part of their link to feel with.
+  void WarnOfContactSensors(int type, std::vector<std::string>* warnings) {
+    for (const model::Sensor& sensor : model_.module_types[type].sensors) {
       if (sensor.type != model::SensorType::kContact) continue;
-      warnings->push_back(
-          fmt::format("contact sensor {} of {} is not in the world: programs read false there",
-                      sensor.name, type.name));
+      if (!ContactPads(sensor, solids_.Faces(type, sensor.link)).empty()) continue;
+      warnings->push_back(fmt::format(
+          "contact sensor {} of {}: no face of its link looks where it does and lies within its "
+          "range; in Webots it feels at its own place alone",
+          sensor.name, model_.module_types[type].name));
     }
   }
 

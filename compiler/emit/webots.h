@@ -31,15 +31,15 @@ struct WebotsOptions {
 /// at its start values. Modules hang together by Connector nodes that are locked from the start, so
 /// obstacles stand still beside them, loops are kept, and modules can be parted at run time. World
 /// axes are the robot frame's (coordinate system NUE). Base nodes only, so nothing has to be
-/// downloaded. Sensors of distance and tilt have their devices.
+/// downloaded. Sensors have their devices, noise included (webots_sensors.h).
 ///
 /// Companions, under options.controllers/morphbus_TYPE_HASH/ for each module type: a wrapper of
 /// Webots' C interface that gives and takes what a module's virtual machine takes and gives
 /// (vm/module_api.h), a main program, a Makefile. Without a program the main program holds the
 /// start values; with one it runs a virtual machine, whose sources are written too. Warns of docked
 /// connectors that Webots will not see as aligned, of limits that it cannot hold, of contact
-/// sensors, and of docking that it allows in more ways than the model. Fails for a module type that
-/// exceeds the capacities of vm/limits.h, if there is a program.
+/// sensors without a face, and of docking that it allows in more ways than the model. Fails for a
+/// module type that exceeds the capacities of vm/limits.h, if there is a program.
 Result<Exported> ToWebots(const model::Model& model, const model::Robot& robot,
                           const WebotsOptions& options);
 

@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "compiler/emit/numbers.h"
 #include "compiler/emit/vm_sources.h"
 #include "compiler/emit/webots.h"
 #include "compiler/emit/webots_templates.h"
@@ -115,7 +116,7 @@ std::string LockRows(const model::Model& model, int type) {
   return rows;
 }
 
-/// A way of docking, from/// A way of docking, from one module's side.
+/// A way of docking, from one module's side.
 struct Way {
   int connector, mate_type, mate_connector, connection_type, number;
   bool is_member_b;
@@ -181,7 +182,7 @@ int NumValues(const model::Sensor& sensor) {
 /// What the controller knows of the module's sensors.
 struct SensorTables {
   std::string enumerators;  ///< SENSOR_front = 0, …: where the values of each begin.
-  std::string rows;         ///< Of those that Webots has a device for.
+  std::string rows;         ///< Name, kind, first value and range of each.
   int num_values = 0;
 };
 
@@ -189,11 +190,10 @@ SensorTables SensorTablesOf(const model::ModuleType& module) {
   SensorTables tables;
   for (const model::Sensor& sensor : module.sensors) {
     tables.enumerators += fmt::format("SENSOR_{} = {}, ", sensor.name, tables.num_values);
-    if (sensor.type != model::SensorType::kContact) {
-      tables.rows +=
-          fmt::format("{{\"{}.sensor\", {}, {}}}, ", sensor.name,
-                      sensor.type == model::SensorType::kDistance ? 1 : 0, tables.num_values);
-    }
+    static constexpr const char* kKinds[] = {"MEASURES_DISTANCE", "FEELS", "MEASURES_UP"};
+    tables.rows += fmt::format("{{\"{}.sensor\", {}, {}, {}}}, ", sensor.name,
+                               kKinds[static_cast<int>(sensor.type)], tables.num_values,
+                               Number(sensor.range_m));
     tables.num_values += NumValues(sensor);
   }
   return tables;

@@ -59,13 +59,54 @@ class Roles(Case):
         self.assertRegex(said, f'{program}:[12]:[13]: note: role Left and role Right both fit this module')
         self.assertIn('warning: no module of robot quadruped takes role Right\n', said)
 
-    def test_an_axis_that_is_off_is_told_with_its_line(self):
-        program = self.program('role Tilted extends Module {\n  startup s() {\n'
-                               '    self.setJointAxis(self.JOINT_1, $LINK_ACTIVE_BLOCK, $NORTH_SOUTH);\n  }\n}\n')
+    def test_a_role_that_nobody_takes_is_shown_with_the_module_that_comes_nearest(self):
+        program = self.program('role Hub extends Module {\n  require sizeof(self.connected) == 4;\n}\n'
+                               'role Tower extends Module {\n'
+                               '  require sizeof(self.connected) >= 3;\n'
+                               '  require self.connected($UP) == 2;  // nobody is on top\n'
+                               '}\nrole Also extends Module {\n  require sizeof(self.connected) == 4;\n}\n')
+        said = self.roles(program)
+        # m2 is the first with three neighbours, and so the first that comes to the second requirement.
+        line, text = next((i, text) for i, text in enumerate(MODEL.read_text().splitlines(), 1) if 'MTRAN m2,' in text)
+        column = text.index('m2') + 1
+        self.assertIn(f'{program}:4:1: warning: no module of robot quadruped takes role Tower\n'
+                      '  role Tower extends Module {\n'
+                      '  ^~~~~~~~~~~~~~~~~~~~~~~~~~~\n'
+                      f'{MODEL}:{line}:{column}: note: module m2 comes nearest\n'
+                      f'  {text}\n'
+                      f'  {" " * (column - 1)}^~\n'
+                      f'{program}:6:3: note: not Tower: this requirement fails, measured 0 against 2\n'
+                      '    require self.connected($UP) == 2;  // nobody is on top\n'
+                      '    ^~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~\n', said)
+        self.assertIn('--why m2 Tower tells what it lacks', said)
+        # One that fits, but whose place another role has.
+        self.assertIn('note: module m5 fits it, and has another role\n', said)
+        # An image has no text to point at.
+        morphbus('compile', program, '--model', MODEL, '-o', self.folder / 'x.image')
+        said = self.roles(self.folder / 'x.image')
+        self.assertIn('note: module m2 comes nearest: not Tower: this requirement fails, measured 0 against 2\n', said)
+
+    def test_an_axis_that_is_off_is_told_with_both_places_and_the_angle(self):
+        source = ('role Tilted extends Module {\n  startup s() {\n'
+                  '    self.setJointAxis(self.JOINT_1, $LINK_ACTIVE_BLOCK, $NORTH_SOUTH);\n  }\n}\n')
+        program = self.program(source)
         problems = as_json('roles', MODEL, program, '--robot', 'quadruped')['problems']
         self.assertTrue(problems)
         for problem in problems:
-            self.assertRegex(problem, f'^m[0-9]: {program}:3: .*NORTH_SOUTH')
+            self.assertRegex(problem, f'^m[0-9]: {program}:3: .*NORTH_SOUTH.*which is 90.0° off')
+        said = self.roles(program)
+        line, text = next((i, text) for i, text in enumerate(MODEL.read_text().splitlines(), 1) if 'MTRAN m1,' in text)
+        column = text.index('m1') + 1
+        told = (f'{MODEL}:{line}:{column}: warning: module m1 plays Tilted\n'
+                f'  {text}\n'
+                f'  {" " * (column - 1)}^~\n'
+                f'{program}:3:5: note: ')
+        self.assertIn(told, said)
+        note = said[said.index(told) + len(told):].splitlines()
+        self.assertRegex(note[0], r'joint_1 turns link active_block about a direction .*NORTH_SOUTH.*'
+                                  r'which is 90.0° off, either way, and may be 75° off at most')
+        call = source.splitlines()[2]
+        self.assertEqual(note[1:3], ['  ' + call, '  ' + ' ' * 4 + '^' + '~' * (len(call.strip()) - 1)])
 
     def test_why_evaluates_everything_that_the_role_asks_for(self):
         program = self.program(NOBODY)

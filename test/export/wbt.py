@@ -49,6 +49,8 @@ NODES = {
     'DistanceSensor': {**SOLID, 'lookupTable': ('MFVec3f', '[0 0 0, 0.1 1000 0]'), 'type': ('SFString', '"generic"'),
                        'numberOfRays': ('SFInt32', '1'), 'aperture': ('SFFloat', '1.5708')},
     'Accelerometer': {**SOLID, 'lookupTable': ('MFVec3f', '[]'), 'resolution': ('SFFloat', '-1')},
+    'TouchSensor': {**SOLID, 'type': ('SFString', '"bumper"'), 'lookupTable': ('MFVec3f', '[0 0 0, 5000 50000 0]'),
+                    'resolution': ('SFFloat', '-1')},
     'SolidReference': {'solidName': ('SFString', '""')},
     'Physics': {'density': ('SFFloat', '1000'), 'mass': ('SFFloat', '-1'), 'centerOfMass': ('MFVec3f', '[]'),
                 'inertiaMatrix': ('MFVec3f', '[]')},
@@ -72,8 +74,8 @@ SLOTS = {
     'device': ('RotationalMotor', 'LinearMotor', 'PositionSensor'), 'endPoint': ('Solid', 'SolidReference'),
     'appearance': ('PBRAppearance',), 'geometry': GEOMETRIES, 'coord': ('Coordinate',),
     'contactProperties': ('ContactProperties',), 'boundingObject': (*GEOMETRIES, 'Shape', 'Group'),
-    'children': ('Solid', 'Connector', 'Emitter', 'Receiver', 'DistanceSensor', 'Accelerometer', 'HingeJoint',
-                 'SliderJoint', 'Shape'),
+    'children': ('Solid', 'Connector', 'Emitter', 'Receiver', 'DistanceSensor', 'Accelerometer',
+                 'TouchSensor', 'HingeJoint', 'SliderJoint', 'Shape'),
 }
 LENGTHS = {'SFVec3f': 3, 'SFColor': 3, 'SFRotation': 4, 'SFFloat': 1, 'SFInt32': 1}
 

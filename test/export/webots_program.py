@@ -2,6 +2,7 @@
 """Webots worlds whose modules run a program, their sensors, and obstacles in exported worlds: the controllers are built by their own Makefile and
 run on a fake Webots of one module. How a whole robot walks by them is test/compiler/emit/webots_vm_test.cc's."""
 import math
+import random
 import re
 
 from support import MODEL, MORPHBUS, SOURCE, Case, export, main, run
@@ -10,8 +11,11 @@ from wbt import Reader
 
 SENSING = '''module EYED: unit=0.1
 point c: (point _1: coords=(1,1,0)) (point _2: coords=(1,0,1)) coords=(1,0,0), connector
-link l: grouping=(c), hull=box(size=(2,2,2))
+link l: grouping=(c), hull=box(size=(2,2,2)) + box(size=(1,1,1), at=(0,2,0))
 sensor skin: type=contact, link=l, origin=(0,0,1), direction=(0,0,1)
+sensor nose: type=contact, link=l, origin=(0.9,0,1), direction=(0,0,1), range=.2
+sensor edge: type=contact, link=l, origin=(-1,-1,0), direction=(-1,-1,0)
+sensor corner: type=contact, link=l, origin=(1,1,1), direction=(1,1,1)
 sensor up: type=tilt, link=l, origin=(0,0,0), direction=(0,1,0)
 sensor ir: type=distance, link=l, origin=(0,0,-1), direction=(0,3,-4), range=5
 '''
@@ -82,6 +86,19 @@ class Program(Case):
         sizes = {int(line.split()[2]) for line in said if line.startswith('send c6.emitter')}
         self.assertTrue(any(size > 90 for size in sizes), sizes)
 
+    def test_a_program_feels_what_touches(self):
+        model = self.folder / 'eyed.m3l'
+        model.write_text(SENSING)
+        program = self.program('role Felt extends Module { startup s() { print("feels", self.contact($EAST), '
+                               'self.NOSE.GET_CONTACT()); print("sees", self.IR.GET_DISTANCE()); } }')
+        done = export('webots', self.folder / 'robot.wbt', '--module', 'EYED', '--program', program, model=model)
+        self.assertNotIn('programs read false', done.stderr)
+        folder = controller_of(self.folder / 'robot.wbt')
+        run(['make', '-C', folder, f'WEBOTS_HOME={self.webots_home()}'])
+        said = run([folder / folder.name], env={'STEPS': '60', 'CUSTOM_DATA': 'id 3 root 0 0 0 0 1 0 0 0'}).stdout
+        self.assertIn('m1: feels true true\n', said)
+        self.assertIn('m1: sees 125\n', said)
+
     def test_a_module_without_an_id_runs_nothing(self):
         controller = self.controller(self.program(PROGRAM))
         done = run([controller], status=1, env={'CUSTOM_DATA': ''})
@@ -133,41 +150,96 @@ class Sensors(Case):
         """{name: (node, the direction of its x in its link)}."""
         found = {}
         for node in every_node(Reader(text).world()):
-            if node.type in ('DistanceSensor', 'Accelerometer'):
+            if node.type in ('DistanceSensor', 'Accelerometer', 'TouchSensor'):
                 *axis, angle = node.get('rotation', [0, 0, 1, 0])
                 found[node['name']] = node, turn(axis, angle)[0::4] if angle else [1, 0, 0]
         return found
 
+    def pads(self, sensors, name):
+        """[[(least, most) along x, y, z], ...] of what a sensor of touch collides with, in millimetres."""
+        node, _ = sensors[f'{name}.sensor']
+        self.assertEqual((node.type, node['type']), ('TouchSensor', 'bumper'))
+        body = node['boundingObject']
+        shapes = [child['geometry'] for child in body['children']] if body.type == 'Group' else [body]
+        return [[(round(1000 * min(axis), 6), round(1000 * max(axis), 6)) for axis in zip(*shape['coord']['point'])]
+                for shape in shapes]
+
     def test_they_sit_and_look_as_in_the_model(self):
         model = self.folder / 'eyed.m3l'
         model.write_text(SENSING)
-        text, said = self.export(model, '--module', 'EYED')
-        self.assertIn('contact sensor skin of EYED is not in the world', said)
+        text, _ = self.export(model, '--module', 'EYED')
         sensors = self.sensors(text)
-        self.assertEqual(set(sensors), {'up.sensor', 'ir.sensor'})
+        self.assertEqual(set(sensors), {f'{name}.sensor' for name in ('skin', 'nose', 'edge', 'corner', 'up', 'ir')})
         node, direction = sensors['ir.sensor']
         self.assertEqual(node.type, 'DistanceSensor')
         self.assertEqual(node['lookupTable'], [[0, 0, 0], [0.5, 0.5, 0]])
         for got, expected in zip(node['translation'] + direction, [0, 0, -0.1, 0, 0.6, -0.8]):
             self.assertTrue(math.isclose(got, expected, abs_tol=1e-9), (node, direction))
         self.assertEqual(sensors['up.sensor'][0].type, 'Accelerometer')
+        self.assertNotIn('lookupTable', sensors['up.sensor'][0])
         # A level sensor that is mounted straight tells of the link's own frame.
         self.assertEqual(sensors['up.sensor'][1], [1, 0, 0])
+
+    def test_contacts_are_felt_by_pads_on_the_faces_that_look_there(self):
+        model = self.folder / 'eyed.m3l'
+        model.write_text(SENSING)
+        text, said = self.export(model, '--module', 'EYED')
+        sensors = self.sensors(text)
+        # Of both parts of the link, 1 mm before their faces.
+        self.assertEqual(self.pads(sensors, 'skin'), [[(-100, 100), (-100, 100), (100, 101)],
+                                                      [(-50, 50), (150, 250), (50, 51)]])
+        # As far as the range goes: 20 mm to each side of x = 90, and no farther than the face; the other part is out of it.
+        self.assertEqual(self.pads(sensors, 'nose'), [[(70, 100), (-20, 20), (100, 101)]])
+        # Two faces of the box lie at 45 degrees to where it looks.
+        (west_down, _), = [self.pads(sensors, 'edge')]
+        self.assertEqual([axis[1] for axis in west_down], [100, 100, 100])
+        self.assertAlmostEqual(west_down[0][0], -100 - math.sqrt(0.5), places=5)
+        # None looks within 45 degrees of a corner's direction.
+        self.assertEqual(sensors['corner.sensor'][0]['boundingObject'].type, 'Sphere')
+        self.assertIn('contact sensor corner of EYED: no face', said)
+        self.assertEqual(said.count('contact sensor'), 1)
+
+    def deviation(self, table, value):
+        """The standard deviation of what Webots tells of a value: it interpolates the third column of the table, which
+        is in parts of the value (WbLookupTable in its sources)."""
+        for (x, a, noise), (next_x, b, next_noise) in zip(table, table[1:]):
+            if x <= value <= next_x:
+                part = (value - x) / (next_x - x)
+                self.assertAlmostEqual(a + part * (b - a), value, places=9)
+                return abs(value) * (noise + part * (next_noise - noise))
+        raise AssertionError(value)
+
+    def test_noise_is_that_of_the_model(self):
+        model = self.folder / 'eyed.m3l'
+        model.write_text(SENSING.replace('range=5', 'range=5, noise=.03')
+                         .replace('direction=(0,1,0)', 'direction=(0,1,0), noise=.01'))
+        sensors = self.sensors(self.export(model, '--module', 'EYED')[0])
+        chance = random.Random(1)
+        table = sensors['ir.sensor'][0]['lookupTable']
+        self.assertEqual((table[0][0], table[-1][0]), (0, 0.5))
+        for _ in range(100):
+            self.assertAlmostEqual(self.deviation(table, chance.uniform(0.005, 0.5)) / 0.003, 1.025, delta=0.026)
+        # A tilt's noise turns it: each component has so much of gravity.
+        table = sensors['up.sensor'][0]['lookupTable']
+        for value in (chance.uniform(1, 20) * chance.choice((1, -1)) for _ in range(100)):
+            self.assertAlmostEqual(self.deviation(table, value) / 0.0981, 1.025, delta=0.026)
 
     def test_every_sensor_of_the_shipped_models_is_there(self):
         found = 0
         for path in sorted((SOURCE / 'models').glob('*.m3l')):
             source = path.read_text()
             for module in re.findall(r'(?m)^ *module (\w+)', source):
-                named = set(re.findall(r'(?m)^ *sensor (\w+): type=(?:distance|tilt)', source))
-                sensors = self.sensors(self.export(path, '--module', module)[0])
+                named = set(re.findall(r'(?m)^ *sensor (\w+): type=(?:distance|tilt|contact)', source))
+                text, said = self.export(path, '--module', module)
+                sensors = self.sensors(text)
                 self.assertEqual(set(sensors), {f'{name}.sensor' for name in named}, path)
+                self.assertNotIn('contact sensor', said)
                 found += len(sensors)
         self.assertGreater(found, 3)
 
-    def test_the_wrapper_reads_them(self):
-        model = self.folder / 'eyed.m3l'
-        model.write_text(SENSING)
+    def read(self, model, text, **environment):
+        """What a controller of the module type says of its sensors."""
+        model.write_text(text)
         self.export(model, '--module', 'EYED')
         folder = controller_of(self.folder / 'robot.wbt')
         test = self.folder / 'test.c'
@@ -184,7 +256,14 @@ class Sensors(Case):
         program = self.folder / 'test'
         run(['gcc', '-std=gnu99', '-Wall', '-Wextra', '-Wpedantic', '-Werror', '-isystem', STUB, '-I', folder, test,
              folder / 'morphbus_module.c', STUB / 'fake_webots.c', '-lm', '-o', program])
-        self.assertIn('values 5: skin 0 up 0 0.6 0.8 ir 0.125', run([program]).stdout)
+        return run([program], env=environment).stdout
+
+    def test_the_wrapper_reads_them(self):
+        model = self.folder / 'eyed.m3l'
+        self.assertIn('values 8: skin 1 up 0 0.6 0.8 ir 0.125', self.read(model, SENSING))
+        # Noise takes no distance beyond what there is.
+        for seen, told in (('-0.01', 'ir 0\n'), ('0.6', 'ir 0.5\n')):
+            self.assertIn(told, self.read(model, SENSING, DISTANCE=seen))
 
 
 class Scenery(Case):

@@ -30,17 +30,24 @@ BOARDS = {
     'cortex-m4': (['-mcpu=cortex-m4', '-mfloat-abi=hard', '-mfpu=fpv4-sp-d16'], 'mps2-an386', 0, 0x20000000, '64K'),
 }
 
-# A program that counts on the same bits: mathematics, the root's clock, random numbers, shared fields.
+# A program that counts on the same bits: mathematics, the root's clock and how far it is, random numbers, diagonals,
+# shared fields.
 MATHEMATICS = '''
 role Wave extends Module {
   shared phase = 0.0;
   angle = 0.0;
-  startup begin() { print("begins at {f}", self.time); }
+  startup begin() {
+    self.setJointAxis(self.JOINT_1, $LINK_ACTIVE_BLOCK, axis($EAST + $UP));
+    print("begins at", self.time, self.hops);
+  }
   behavior swing() {
     var t = self.time + 0.37 * random(-1, 1);
     phase = 60 * sin(40 * t) * cos(17 * t + phase) + atan2(t, 1 + abs(phase)) / 9;
     angle = asin(sin(phase)) * 0.3 + sqrt(abs(tan(phase / 2))) + acos(cos(angle)) % 7;
-    self.JOINT_1.SET_POSITION(min(40, max(-40, angle)));
+    if (self.JOINT_2.AXIS == axis($EAST)) angle += 1;
+    angle += floor(17.3 * t) % 3 + 0.25 * self.hops - floor(-angle / 7);
+    angle = angle + self.ms % 1000 * 0.001 + sizeof(self.connected($NORTH + $EAST)) - sizeof(self.connected($DOWN + $SOUTH));
+    self.jointSetDegreesNonBlocking(self.JOINT_1, min(40, max(-40, angle)));
     self.JOINT_2.SET_POSITION(round(phase) / 3);
     self.sleepcs(2);
   }

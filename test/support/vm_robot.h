@@ -80,6 +80,9 @@ class VmRobot {
     blocked_[Index(module)][Index(joint)] = blocked;
   }
 
+  /// What the sensors of a module's type measure, one behind the other as in TickInput; at first 0.
+  std::vector<float>& sensors(int module) { return sensors_[Index(module)]; }
+
   /// Breaks or makes one of the robot's dockings.
   void SetDocked(int docking, bool docked) { docked_[Index(docking)] = docked; }
   /// Index of the docking on this connector of a module; -1 if there is none.
@@ -136,6 +139,7 @@ class VmRobot {
   std::vector<bool> docked_;
   std::vector<std::vector<bool>> blocked_;
   model::JointValues q_;
+  std::vector<std::vector<float>> sensors_;
   /// history_[0]: what each module said in the last tick, nullptr if it was silent.
   std::deque<std::vector<std::unique_ptr<vm::NeighbourMessage>>> history_;
   std::mt19937_64 random_;

@@ -1,6 +1,7 @@
 // Every instruction with every class of operand that it must not have: one that does not exist, one
-// of another kind, one cut off; too few values on the stack, and each value of another type. As a
-// control, each is accepted with what it should have.
+// of another kind, one cut off or jumped into; too few values on the stack, each value of another
+// type, no room for one more; and in a place where it may not be. As a control, each is accepted
+// with what it should have.
 
 #include <gtest/gtest.h>
 
@@ -9,6 +10,7 @@
 
 #include "test/vm/image_builder.h"
 #include "vm/image/opcodes.h"
+#include "vm/limits.h"
 
 namespace morphbus::vm {
 namespace {
@@ -25,6 +27,9 @@ enum Keyword {
   kNumKeywords
 };
 enum Local { kIntLocal, kFloatLocal, kUnsetLocal, kNumLocals };
+/// What the function under test is, or what calls it.
+enum class Place { kTask, kRequirement, kLabel, kCalledByRequirement, kCalledByLabel };
+constexpr int kCaller = 7;
 constexpr int kBase = 1, kOther = 2, kNumRoles = 3;
 
 Code Value(ValueType type) {
@@ -54,6 +59,37 @@ Code Value(ValueType type) {
       return constant(kAxis) + constant(kInt) + Op(Opcode::kJoints);
     default:
       return constant(kInt) + Op(Opcode::kLinks);
+  }
+}
+
+/// What a function in this place returns, or its caller.
+ValueType ResultIn(Place place) {
+  if (place == Place::kTask) return ValueType::kVoid;
+  const bool label = place == Place::kLabel || place == Place::kCalledByLabel;
+  return label ? ValueType::kJoint : ValueType::kBool;
+}
+
+/// Puts a requirement or label into role R, the first of the image, that is the function under test
+/// or calls it.
+void PutInto(Place place, TestImage* image) {
+  if (place == Place::kTask) return;
+  TestRole& role = image->roles[0];
+  role.startups = {};
+  role.methods.resize(1);
+  int function = kTested;
+  if (place == Place::kCalledByRequirement || place == Place::kCalledByLabel) {
+    role.methods.push_back(kTested);
+    TestFunction caller;
+    caller.name = "R.caller";
+    caller.return_type = ResultIn(place);
+    caller.code = Op(Opcode::kCall, {1}) + Value(caller.return_type) + Op(Opcode::kReturnValue);
+    image->functions.push_back(caller);
+    function = kCaller;
+  }
+  if (ResultIn(place) == ValueType::kJoint) {
+    role.labels[0] = {ValueType::kJoint, function};
+  } else {
+    role.requirements = {function};
   }
 }
 
@@ -253,15 +289,31 @@ std::vector<Operand> BadOperands(Opcode op) {
   }
 }
 
+/// Whether a function ends with it.
+bool Returns(Opcode op) { return op == Opcode::kReturn || op == Opcode::kReturnValue; }
+
+/// What the code around an instruction under test is like.
+struct Around {
+  bool good_target = true;  ///< Jumps go to a join behind them.
+  Place place = Place::kTask;
+  int below = 0;  ///< Ints on the stack below what the instruction takes.
+  /// If not negative, a join stands so many bytes behind the beginning of the instruction.
+  int join_in = -1;
+};
+
 /// The verifier's message for an instruction on this stack.
-std::string Verdict(Opcode op, const Use& use, bool good_target) {
-  const bool returns = op == Opcode::kReturn || op == Opcode::kReturnValue;
+std::string Verdict(Opcode op, const Use& use, const Around& around = {}) {
   const bool jumps = InfoOf(op).operand == OperandKind::kTarget;
+  // What the instruction takes from the stack.
   Code before;
+  for (int i = 0; i < around.below; ++i) before = before + Op(Opcode::kPushInt8, {1});
   for (const ValueType type : use.pops) before = before + Value(type);
   Operand operand = use.operand;
   std::vector<TestJoin> joins;
-  if (jumps && good_target) {
+  if (around.join_in >= 0) {
+    joins.push_back({static_cast<int>(before.size()) + around.join_in, 0, use.pops});
+  }
+  if (jumps && around.good_target) {
     // To the instruction behind it, counted from the beginning of the function; Image puts ten
     // bytes before the code.
     const int behind = static_cast<int>(before.size()) + 3;
@@ -271,20 +323,28 @@ std::string Verdict(Opcode op, const Use& use, bool good_target) {
     // Behind `and` and `or` there is something to skip, as the two ways differ in the stack.
     if (keeps) {
       operand = {(target + 3) & 255, (target + 3) >> 8};
-      joins = {{behind + 3, 0, {ValueType::kBool}}};
+      joins.push_back({behind + 3, 0, {ValueType::kBool}});
     } else {
-      joins = {{behind, 0, {}}};
+      joins.push_back({behind, 0, {}});
     }
   }
+  // What it leaves is dropped, and the function ends as one in its place does.
   Code code = before + Op(op, operand);
   if (op == Opcode::kAnd || op == Opcode::kOr) {
     code = code + Value(ValueType::kBool) + Op(Opcode::kPop);
   } else {
     for (int i = 0; i < use.pushes; ++i) code = code + Op(Opcode::kPop);
   }
-  if (!returns) code = code + Op(Opcode::kReturn);
-  return VerifyMessage(
-      Image(code, joins, op == Opcode::kReturnValue ? ValueType::kInt : ValueType::kVoid).Build());
+  for (int i = 0; i < around.below; ++i) code = code + Op(Opcode::kPop);
+  ValueType result = op == Opcode::kReturnValue ? ValueType::kInt : ValueType::kVoid;
+  const bool itself = around.place == Place::kRequirement || around.place == Place::kLabel;
+  if (itself) result = ResultIn(around.place);
+  if (!Returns(op)) {
+    code = code + (itself ? Value(result) + Op(Opcode::kReturnValue) : Op(Opcode::kReturn));
+  }
+  TestImage image = Image(code, joins, result);
+  PutInto(around.place, &image);
+  return VerifyMessage(image.Build());
 }
 
 class OperandTest : public ::testing::TestWithParam<int> {
@@ -294,7 +354,7 @@ class OperandTest : public ::testing::TestWithParam<int> {
 };
 
 TEST_P(OperandTest, IsAcceptedWithWhatItShouldHave) {
-  EXPECT_EQ(Verdict(op(), GoodUse(op()), true), "") << name();
+  EXPECT_EQ(Verdict(op(), GoodUse(op())), "") << name();
 }
 
 TEST_P(OperandTest, IsRefusedWithAnythingElse) {
@@ -302,7 +362,7 @@ TEST_P(OperandTest, IsRefusedWithAnythingElse) {
   for (const Operand& operand : BadOperands(op())) {
     Use bad = good;
     bad.operand = operand;
-    EXPECT_NE(Verdict(op(), bad, false), "") << name() << " " << operand[0];
+    EXPECT_NE(Verdict(op(), bad, {.good_target = false}), "") << name() << " " << operand[0];
   }
   // Each byte of the operand may be the last of the image's code.
   for (size_t size = 0; size < good.operand.size(); ++size) {
@@ -321,7 +381,7 @@ TEST_P(OperandTest, IsRefusedOnAnyOtherStack) {
   for (size_t count = 0; count < good.pops.size(); ++count) {
     Use bad = good;
     bad.pops.resize(count);
-    EXPECT_NE(Verdict(op(), bad, true), "") << name() << " with " << count;
+    EXPECT_NE(Verdict(op(), bad), "") << name() << " with " << count;
   }
   // Each value of each other type. What takes any value of one type is left with the pairs.
   const bool any = op() == Opcode::kPop;
@@ -331,7 +391,7 @@ TEST_P(OperandTest, IsRefusedOnAnyOtherStack) {
       Use bad = good;
       bad.pops[i] = static_cast<ValueType>(type);
       if (bad.pops[i] == good.pops[i]) continue;
-      EXPECT_NE(Verdict(op(), bad, true), "") << name() << " value " << i << " of type " << type;
+      EXPECT_NE(Verdict(op(), bad), "") << name() << " value " << i << " of type " << type;
     }
   }
   // Floats and sets are compared by nothing that compares bits.
@@ -339,7 +399,97 @@ TEST_P(OperandTest, IsRefusedOnAnyOtherStack) {
     if (!same) break;
     Use bad = good;
     bad.pops = {type, type};
-    EXPECT_EQ(Verdict(op(), bad, true), "values cannot be compared") << name();
+    EXPECT_EQ(Verdict(op(), bad), "values cannot be compared") << name();
+  }
+}
+
+TEST_P(OperandTest, IsRefusedWhereTheStackHasNoRoomForWhatItPushes) {
+  const Use good = GoodUse(op());
+  if (good.pushes <= static_cast<int>(good.pops.size())) return;
+  // The locals of the function take cells, too.
+  const int room = kStackCells - kNumLocals - good.pushes;
+  EXPECT_EQ(Verdict(op(), good, {.below = room}), "") << name();
+  EXPECT_EQ(Verdict(op(), good, {.below = room + 1}), "task needs too many cells") << name();
+  EXPECT_EQ(Verdict(op(), good, {.below = room + kNumLocals + 1}), "stack overflow") << name();
+  EXPECT_EQ(Verdict(op(), good, {.below = kStackCells}), "stack overflow") << name();
+}
+
+TEST_P(OperandTest, IsRefusedInARequirementOrLabelUnlessItOnlyComputes) {
+  // What returns without a result, or another one, is no end of a requirement.
+  if (Returns(op())) return;
+  const std::string wanted =
+      InfoOf(op()).effect == Effect::kPure ? "" : "requirement or label acts on the module";
+  for (const Place place :
+       {Place::kRequirement, Place::kLabel, Place::kCalledByRequirement, Place::kCalledByLabel}) {
+    EXPECT_EQ(Verdict(op(), GoodUse(op()), {.place = place}), wanted)
+        << name() << " in place " << static_cast<int>(place);
+  }
+}
+
+TEST_P(OperandTest, IsRefusedWithAJoinInItsOperand) {
+  const Use good = GoodUse(op());
+  EXPECT_EQ(Verdict(op(), good, {.join_in = 0}), "") << name() << " with a join before it";
+  const auto bytes = static_cast<int>(OperandBytes(InfoOf(op()).operand));
+  for (int at = 1; at <= bytes; ++at) {
+    EXPECT_NE(Verdict(op(), good, {.join_in = at}), "") << name() << " with a join at byte " << at;
+  }
+}
+
+/// The verdict for a text with these places, printed with values of these types.
+std::string PrintVerdict(const std::string& text, const std::vector<ValueType>& values) {
+  Code code;
+  for (const ValueType type : values) code = code + Value(type);
+  code = code + Op16(Opcode::kPrint, kTextConstant) + Op(Opcode::kReturn);
+  TestImage image = Image(code, {}, ValueType::kVoid);
+  // The text lies where the first keyword's name does.
+  image.keywords[kJointKeyword].second = text;
+  image.constants[kTextConstant].second = static_cast<uint32_t>(text.size()) << 16;
+  return VerifyMessage(image.Build());
+}
+
+constexpr struct {
+  ValueType type;
+  char letter;
+} kTypes[] = {
+#define VALUE_TYPE(name, letter, word, phrase) {ValueType::name, letter},
+#include "vm/image/value_types.def"
+#undef VALUE_TYPE
+};
+
+TEST(PrintOperandTest, EachPlaceOfATextTakesAValueOfItsTypeAndNoOther) {
+  int printable = 0;
+  for (const auto& [type, letter] : kTypes) {
+    if (type == ValueType::kVoid || type == ValueType::kText) continue;
+    const std::string text = std::string("a {") + letter + "}";
+    const bool prints = type <= ValueType::kLink || type == ValueType::kConnector;
+    printable += prints ? 1 : 0;
+    EXPECT_EQ(PrintVerdict(text, {type}), prints ? "" : "bad place of a value in a text") << text;
+    EXPECT_NE(PrintVerdict(text, {}), "") << text << " without a value";
+    EXPECT_NE(PrintVerdict(text, {type, type}), "") << text << " with one too many";
+    for (int other = 1; other <= static_cast<int>(ValueType::kLinkSet); ++other) {
+      if (static_cast<ValueType>(other) == type) continue;
+      EXPECT_NE(PrintVerdict(text, {static_cast<ValueType>(other)}), "") << text << other;
+    }
+  }
+  EXPECT_EQ(printable, 9);
+  for (const char* text : {"{", "{i", "{}", "{v}", "{t}", "{ii}", "i {x}"}) {
+    EXPECT_EQ(PrintVerdict(text, {}), "bad place of a value in a text") << text;
+  }
+}
+
+TEST(PrintOperandTest, PlacesTakeTheirValuesInOrderAndAtMostSix) {
+  const ValueType i = ValueType::kInt, f = ValueType::kFloat;
+  EXPECT_EQ(PrintVerdict("{i}{f}", {i, f}), "");
+  EXPECT_NE(PrintVerdict("{i}{f}", {f, i}), "");
+  EXPECT_NE(PrintVerdict("{i}{f}", {f}), "");
+  EXPECT_EQ(PrintVerdict("{{i}{i}", {i}), "") << "two braces are one of the text";
+  std::string text;
+  std::vector<ValueType> values;
+  for (int count = 1; count <= kMaxPrintValues + 1; ++count) {
+    text += "{i}";
+    values.push_back(i);
+    EXPECT_EQ(PrintVerdict(text, values),
+              count <= kMaxPrintValues ? "" : "bad place of a value in a text");
   }
 }
 

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <set>
+#include <string>
 
 #include "compiler/base/utf8.h"
 #include "tools/base/files.h"
@@ -72,6 +74,27 @@ void AddProblems(const BothSources& both, const StaticRole& module,
   }
 }
 
+/// A role that nobody plays, which may be one for other robots: where the program declares it, and
+/// what the module that comes nearest lacks.
+void AddUnplayed(const BothSources& both, const RunPlan& plan, const UnplayedRole& role,
+                 source::Diagnostics* diagnostics) {
+  source::Diagnostic& diagnostic = diagnostics->Warning(
+      both.LineAt(role.line).value_or(source::Span{-1, 0, 0}),
+      fmt::format("no module of robot {} takes role {}", plan.robot().name, role.name));
+  const std::string& nearest = role.nearest;
+  if (!nearest.empty()) {
+    // Without its text the program's line cannot be shown, and what is wrong joins the sentence.
+    const std::optional<source::Span> at = both.LineAt(role.lacks.line);
+    const std::string why = role.lacks.brief.empty() ? "fits it, and has another role"
+                            : at                     ? "comes nearest"
+                                                     : "comes nearest: " + role.lacks.brief;
+    diagnostic.Note(both.ModuleAt(nearest), fmt::format("module {} {}", nearest, why));
+    if (at && !role.lacks.brief.empty()) diagnostic.Note(*at, role.lacks.brief);
+  }
+  diagnostic.Hint(fmt::format("--why {} {} tells what it lacks",
+                              nearest.empty() ? "MODULE" : nearest, role.name));
+}
+
 /// Problems of several modules, and roles that nobody plays, with carets.
 void PrintProblems(const RunPlan& plan, const StaticRoles& roles, ModelSource source) {
   // Of a large robot the first modules show what is wrong with all.
@@ -83,13 +106,7 @@ void PrintProblems(const RunPlan& plan, const StaticRoles& roles, ModelSource so
       AddProblems(both, module, &diagnostics);
     }
   }
-  // A role that nobody plays may be one for other robots; whoever wonders finds its line.
-  for (const UnplayedRole& role : roles.unplayed) {
-    const std::string text =
-        fmt::format("no module of robot {} takes role {}", plan.robot().name, role.name);
-    diagnostics.Warning(both.LineAt(role.line).value_or(source::Span{-1, 0, 0}), text)
-        .Hint(fmt::format("--why MODULE {} tells what it lacks", role.name));
-  }
+  for (const UnplayedRole& role : roles.unplayed) AddUnplayed(both, plan, role, &diagnostics);
   // This is the answer, so it goes to stdout, other than the compiler's diagnostics.
   const bool color = IsFancyTerminal(STDOUT_FILENO);
   fmt::print("{}", source::Render(diagnostics, both.sources(), color));

@@ -3,7 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "compiler/base/text.h"
 #include "compiler/base/utf8.h"
@@ -63,6 +67,21 @@ class RoleWriter {
     return out;
   }
 
+  /// A role that nobody plays, with the module that comes nearest.
+  [[nodiscard]] UnplayedRole DescribeUnplayed(int role) const {
+    UnplayedRole out{ToString(program_.role(role).name), program_.LineOfRole(role), "", {}};
+    int most = -1;
+    for (const auto& module : robot_.modules()) {
+      if (!module->report.has_pose) continue;
+      const int met = NumMet(role, module->instance->controller().vm().CheckRole(role));
+      if (met <= most) continue;
+      most = met;
+      out.nearest = module->instance->name();
+      out.lacks = WhyNot(*module, role).value_or(RoleProblem());
+    }
+    return out;
+  }
+
  private:
   [[nodiscard]] const std::string& File() const { return robot_.plan().description.program_file(); }
 
@@ -82,45 +101,60 @@ class RoleWriter {
 
   /// Adds why the module takes none of the concrete roles.
   void ExplainMissingRole(const Module& module, std::vector<RoleProblem>* problems) const {
-    const std::string& name = module.instance->name();
     // Roles rest on where modules are, which spreads from the root over connections.
     if (!module.report.has_pose) {
       const char* why = "no pose reaches it, so it can take no role";
-      problems->push_back({name + ": " + why, why, 0});
+      problems->push_back({module.instance->name() + ": " + why, why, 0});
       return;
     }
     for (int r = 0; r < program_.num_roles(); ++r) {
-      const vm::RoleInfo role = program_.role(r);
-      if (role.abstract_role) continue;
-      // The VM tells what fails first in this role for this module, in the order in which it looks.
-      const vm::RoleCheck check = module.instance->controller().vm().CheckRole(r);
-      const std::string not_it = fmt::format("not {}: ", ToString(role.name));
-      std::string text, brief;
-      int line = program_.LineOfRole(r);
-      if (check.missing_keyword >= 0) {
-        text = brief = fmt::format("its type has no {}",
-                                   ToString(program_.keyword(check.missing_keyword).name));
-      } else if (check.failed_requirement >= 0) {
-        line = program_.LineOf(role.requirements[check.failed_requirement], 0);
-        text = RequirementText(line);
-        brief = "this requirement fails";
-        if (check.measured.opcode != vm::Opcode::kPop) {
-          const std::string measured = ", measured " + vm::ComparisonText(check.measured, program_);
-          text += measured;
-          brief += measured;
-        }
-      } else if (check.failed_label >= 0) {
-        const int label = role.labels[check.failed_label];
-        line = program_.LineOf(label, 0);
-        const vm::RunResult result = module.instance->controller().vm().EvaluateAs(r, label).result;
-        text = brief =
-            fmt::format("label {} {}", ToString(program_.member_name(label)),
-                        LabelFinding(program_.function(label), result, module.instance->type()));
-      } else {
-        continue;
+      if (program_.role(r).abstract_role) continue;
+      if (std::optional<RoleProblem> problem = WhyNot(module, r)) {
+        problems->push_back(*std::move(problem));
       }
-      problems->push_back({name + ": " + not_it + text, not_it + brief, line});
     }
+  }
+
+  /// How far the VM comes with what the role asks for: its keywords, each requirement, each label.
+  [[nodiscard]] int NumMet(int role, const vm::RoleCheck& check) const {
+    const int requirements = program_.role(role).num_requirements;
+    if (check.missing_keyword >= 0) return 0;
+    if (check.failed_requirement >= 0) return 1 + check.failed_requirement;
+    if (check.failed_label >= 0) return 1 + requirements + check.failed_label;
+    return 1 + requirements + program_.role(role).num_labels;
+  }
+
+  /// What fails first in a role for a module, in the order in which the VM looks; nothing if the
+  /// module fits.
+  [[nodiscard]] std::optional<RoleProblem> WhyNot(const Module& module, int r) const {
+    const vm::RoleInfo role = program_.role(r);
+    const vm::RoleCheck check = module.instance->controller().vm().CheckRole(r);
+    const std::string not_it = fmt::format("not {}: ", ToString(role.name));
+    std::string text, brief;
+    int line = program_.LineOfRole(r);
+    if (check.missing_keyword >= 0) {
+      text = brief =
+          fmt::format("its type has no {}", ToString(program_.keyword(check.missing_keyword).name));
+    } else if (check.failed_requirement >= 0) {
+      line = program_.LineOf(role.requirements[check.failed_requirement], 0);
+      text = RequirementText(line);
+      brief = "this requirement fails";
+      if (check.measured.opcode != vm::Opcode::kPop) {
+        const std::string measured = ", measured " + vm::ComparisonText(check.measured, program_);
+        text += measured;
+        brief += measured;
+      }
+    } else if (check.failed_label >= 0) {
+      const int label = role.labels[check.failed_label];
+      line = program_.LineOf(label, 0);
+      const vm::RunResult result = module.instance->controller().vm().EvaluateAs(r, label).result;
+      text = brief =
+          fmt::format("label {} {}", ToString(program_.member_name(label)),
+                      LabelFinding(program_.function(label), result, module.instance->type()));
+    } else {
+      return std::nullopt;
+    }
+    return RoleProblem{module.instance->name() + ": " + not_it + text, not_it + brief, line};
   }
 
   const StaticRobot& robot_;
@@ -145,7 +179,7 @@ Result<StaticRoles> SettleRoles(const RunPlan& plan, const DockedTable* docked) 
   }
   for (int r = 0; r < program.num_roles(); ++r) {
     if (played[r] || program.role(r).abstract_role) continue;
-    roles.unplayed.push_back({ToString(program.role(r).name), program.LineOfRole(r)});
+    roles.unplayed.push_back(writer.DescribeUnplayed(r));
   }
   return roles;
 }

@@ -38,6 +38,11 @@ struct StaticRole {
 struct UnplayedRole {
   std::string name;
   int line = 0;  ///< Where the program declares it, from 1.
+  /// The module that comes nearest to it: of those with a pose the first that meets most of what
+  /// the role asks for, in the order in which the VM asks. Empty if none has a pose.
+  std::string nearest;
+  /// What that module fails at; without a text if it fits, and holds another role.
+  RoleProblem lacks;
 };
 
 /// What all modules have settled on, or what they had when SettleRoles gave up waiting.

@@ -9,6 +9,7 @@
 #include <webots/position_sensor.h>
 #include <webots/receiver.h>
 #include <webots/robot.h>
+#include <webots/touch_sensor.h>
 
 #include <algorithm>
 #include <cmath>
@@ -195,6 +196,8 @@ double wb_position_sensor_get_value(WbDeviceTag tag) {
 }
 void wb_distance_sensor_enable(WbDeviceTag, int) {}
 double wb_distance_sensor_get_value(WbDeviceTag) { return 1; }
+void wb_touch_sensor_enable(WbDeviceTag, int) {}
+double wb_touch_sensor_get_value(WbDeviceTag) { return 0; }
 void wb_accelerometer_enable(WbDeviceTag, int) {}
 const double* wb_accelerometer_get_values(WbDeviceTag) {
   static const double up[3] = {0, 9.81, 0};

@@ -1,7 +1,7 @@
 /* A Webots of one M-TRAN module for the wrapper's tests: motors reach their target at once, what is sent
    comes back as the module's own echo and then as if module 7 had sent it from its c3, which holds. Prints
-   what it is asked to do. The environment's CUSTOM_DATA takes the place of the module's own, and STEPS of the
-   5 steps that the simulation takes. */
+   what it is asked to do. The environment's CUSTOM_DATA takes the place of the module's own, STEPS of the
+   5 steps that the simulation takes, and DISTANCE of the 0.125 m that is seen. Something always touches. */
 #include <webots/accelerometer.h>
 #include <webots/distance_sensor.h>
 #include <stdio.h>
@@ -13,6 +13,7 @@
 #include <webots/position_sensor.h>
 #include <webots/receiver.h>
 #include <webots/robot.h>
+#include <webots/touch_sensor.h>
 
 static char names[64][64];
 static int num_names, steps;
@@ -63,7 +64,12 @@ void wb_position_sensor_enable(WbDeviceTag tag, int period) {
 }
 double wb_position_sensor_get_value(WbDeviceTag tag) { return positions[tag]; }
 void wb_distance_sensor_enable(WbDeviceTag tag, int period) { (void)tag, (void)period; }
-double wb_distance_sensor_get_value(WbDeviceTag tag) { return (void)tag, 0.125; }
+double wb_distance_sensor_get_value(WbDeviceTag tag) {
+  const char *given = getenv("DISTANCE");
+  return (void)tag, given ? atof(given) : 0.125;
+}
+void wb_touch_sensor_enable(WbDeviceTag tag, int period) { (void)tag, (void)period; }
+double wb_touch_sensor_get_value(WbDeviceTag tag) { return (void)tag, 1; }
 void wb_accelerometer_enable(WbDeviceTag tag, int period) { (void)tag, (void)period; }
 const double *wb_accelerometer_get_values(WbDeviceTag tag) {
   static const double felt[3] = {0, 3, 4};
