@@ -157,13 +157,16 @@ class Rerun(ShortRun):
         def steps(by):
             return as_json('replay', log, '--into', 'm1', '--at', first['next_steps_at'], '--steps', by)['steps']
 
-        lines = [(step['function'], step['line'], step['locals'], step['changed']) for step in steps('lines')]
+        lines = [(step['function'], step['line'], {v['name']: v['value'] for v in step['locals']}, step['changed'])
+                 for step in steps('lines')]
         counted = ('Counter.count', 6)
         self.assertEqual([line for line in lines if line[0] == 'Counter.twice'],
-                         [('Counter.twice', 12, ['0'], {}), ('Counter.twice', 12, ['1'], {})])
+                         [('Counter.twice', 12, {'n': '0'}, {}), ('Counter.twice', 12, {'n': '1'}, {})])
         self.assertEqual([line[3] for line in lines if line[:2] == counted],
                          [{}, {'field sum': '1'}, {}, {'field sum': '4'}])
-        self.assertEqual([line[3] for line in lines if line[1] == 7], [{'local 0': '1'}, {'local 0': '2'}])
+        self.assertEqual([line[2:] for line in lines if line[1] == 4], [({}, {'local i': '0'})])
+        self.assertEqual([line[2:] for line in lines if line[1] == 7],
+                         [({'i': '0'}, {'local i': '1'}), ({'i': '1'}, {'local i': '2'})])
         stores = [step for step in steps('instructions') if step['instruction'] == 'store_field sum']
         self.assertEqual([step['operands'] for step in stores], [['1'], ['4']])
         self.assertEqual([step['changed'] for step in stores], [{'field sum': '1'}, {'field sum': '4'}])

@@ -43,6 +43,14 @@ Text VerifiedProgram::field_name(int role, int field) const {
   return NameOf(notes_, at + static_cast<uint32_t>(field));
 }
 
+Text VerifiedProgram::local_name(int function, int local) const {
+  if (notes_ == nullptr) return {};
+  // The locals of the functions before this one come first.
+  uint32_t at = first_local_name_;
+  for (int i = 0; i < function; ++i) at += this->function(i).num_locals;
+  return NameOf(notes_, at + static_cast<uint32_t>(local));
+}
+
 int VerifiedProgram::LineOf(int function, uint32_t pc) const {
   if (notes_ == nullptr || function < 0 || function >= num_functions_) return 0;
   // Lines are told by offsets in the code section.

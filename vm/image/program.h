@@ -236,6 +236,8 @@ class VerifiedProgram {
   /// The same without the role's.
   [[nodiscard]] Text member_name(int function) const;
   [[nodiscard]] Text field_name(int role, int field) const;
+  /// The name of a parameter or variable of a function.
+  [[nodiscard]] Text local_name(int function, int local) const;
   /// Source line (1-based) of an instruction, 0 if unknown. `pc` is a byte offset in the function.
   [[nodiscard]] int LineOf(int function, uint32_t pc) const;
   /// Source line of the first code that stands in a role itself, 0 if there is none. An image has
@@ -258,8 +260,10 @@ class VerifiedProgram {
   int num_roles_ = 0, num_functions_ = 0, num_keywords_ = 0;
   uint32_t keywords_begin_ = 0, constants_begin_ = 0, num_constants_ = 0;
   uint32_t types_begin_ = 0, functions_begin_ = 0, code_begin_ = 0, code_size_ = 0;
-  /// The notes, and where their lines begin in them; null without notes.
+  /// The notes; null without them. Then which of their names is the first local's, and where their
+  /// lines begin.
   const uint8_t* notes_ = nullptr;
+  uint32_t first_local_name_ = 0;
   uint32_t lines_begin_ = 0, num_lines_ = 0;
   /// Where each role's record begins in the image, and the keywords that it needs.
   uint16_t role_at_[kMaxRoles] = {};
