@@ -45,8 +45,8 @@ Text VerifiedProgram::field_name(int role, int field) const {
 
 Text VerifiedProgram::local_name(int function, int local) const {
   if (notes_ == nullptr) return {};
-  // The locals of the functions before this one come first.
-  uint32_t at = first_local_name_;
+  // The names of functions and fields come first, then the locals of the functions before this one.
+  uint32_t at = static_cast<uint32_t>(num_functions_) + ReadU16(notes_ + image::kNotesFieldsAt);
   for (int i = 0; i < function; ++i) at += this->function(i).num_locals;
   return NameOf(notes_, at + static_cast<uint32_t>(local));
 }

@@ -260,10 +260,8 @@ class VerifiedProgram {
   int num_roles_ = 0, num_functions_ = 0, num_keywords_ = 0;
   uint32_t keywords_begin_ = 0, constants_begin_ = 0, num_constants_ = 0;
   uint32_t types_begin_ = 0, functions_begin_ = 0, code_begin_ = 0, code_size_ = 0;
-  /// The notes; null without them. Then which of their names is the first local's, and where their
-  /// lines begin.
+  /// The notes, and where their lines begin in them; null without notes.
   const uint8_t* notes_ = nullptr;
-  uint32_t first_local_name_ = 0;
   uint32_t lines_begin_ = 0, num_lines_ = 0;
   /// Where each role's record begins in the image, and the keywords that it needs.
   uint16_t role_at_[kMaxRoles] = {};

@@ -44,7 +44,6 @@ bool Verifier::CheckNotes() {
     return false;
   }
   out_.notes_ = bytes_ + notes;
-  out_.first_local_name_ = num_names - locals;
   out_.lines_begin_ = lines_at;
   out_.num_lines_ = lines;
   return true;
