@@ -64,6 +64,32 @@ std::vector<HeldValue> ReadFields(const vm::VerifiedProgram& program,
   return fields;
 }
 
+HeldTask ReadTask(const vm::VerifiedProgram& program, const vm::VerifiedKinematics& kinematics,
+                  const vm::RoleInfo& role, const vm::Task& task) {
+  HeldTask out;
+  // What it runs, and what it waits for.
+  out.kind = task.kind;
+  const int routine = RoutineOf(role, task);
+  if (routine >= 0) out.routine = NameText(program.function_name(routine));
+  out.wait = task.wait;
+  if (task.wait == vm::WaitKind::kSleep) out.until_us = task.wake_us;
+  if (task.wait == vm::WaitKind::kMotion) {
+    out.joint = NameText(kinematics.joint(task.wait_joint).name);
+  }
+  // Where it stands. A frame goes on at its pc: what it is at, a wait or a call, is before that.
+  for (int f = task.stack.depth - 1; f >= 0; --f) {
+    const vm::Frame& frame = task.stack.frames[f];
+    const bool innermost = f == task.stack.depth - 1;
+    const uint32_t at = innermost ? task.pc : frame.pc - std::min<uint32_t>(frame.pc, 1);
+    out.calls.push_back({NameText(program.function_name(frame.function)),
+                         program.LineOf(frame.function, at),
+                         ReadLocals(program, kinematics, frame, task.stack.cells)});
+    std::erase_if(out.calls.back().locals,
+                  [](const HeldValue& local) { return local.value.empty(); });
+  }
+  return out;
+}
+
 HeldState ReadHeld(const vm::VerifiedProgram& program, const vm::VerifiedKinematics& kinematics,
                    const vm::VmState& state) {
   HeldState held;
@@ -71,28 +97,7 @@ HeldState ReadHeld(const vm::VerifiedProgram& program, const vm::VerifiedKinemat
   if (state.role.role < 0) return held;
   const vm::RoleInfo role = program.role(state.role.role);
   for (const vm::Task& task : state.scheduler.tasks) {
-    if (!task.used) continue;
-    HeldTask& out = held.tasks.emplace_back();
-    // What it runs, and what it waits for.
-    out.kind = task.kind;
-    const int routine = RoutineOf(role, task);
-    if (routine >= 0) out.routine = NameText(program.function_name(routine));
-    out.wait = task.wait;
-    if (task.wait == vm::WaitKind::kSleep) out.until_us = task.wake_us;
-    if (task.wait == vm::WaitKind::kMotion) {
-      out.joint = NameText(kinematics.joint(task.wait_joint).name);
-    }
-    // Where it stands. A frame goes on at its pc: what it is at, a wait or a call, is before that.
-    for (int f = task.stack.depth - 1; f >= 0; --f) {
-      const vm::Frame& frame = task.stack.frames[f];
-      const bool innermost = f == task.stack.depth - 1;
-      const uint32_t at = innermost ? task.pc : frame.pc - std::min<uint32_t>(frame.pc, 1);
-      out.calls.push_back({NameText(program.function_name(frame.function)),
-                           program.LineOf(frame.function, at),
-                           ReadLocals(program, kinematics, frame, task.stack.cells)});
-      std::erase_if(out.calls.back().locals,
-                    [](const HeldValue& local) { return local.value.empty(); });
-    }
+    if (task.used) held.tasks.push_back(ReadTask(program, kinematics, role, task));
   }
   return held;
 }

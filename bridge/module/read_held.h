@@ -20,6 +20,11 @@ std::vector<HeldValue> ReadFields(const vm::VerifiedProgram& program,
                                   const vm::VerifiedKinematics& kinematics,
                                   const vm::RoleState& role);
 
+/// A task of the role with its calls, without variables that have no value yet. The innermost call
+/// has the line at which the task came to rest.
+HeldTask ReadTask(const vm::VerifiedProgram& program, const vm::VerifiedKinematics& kinematics,
+                  const vm::RoleInfo& role, const vm::Task& task);
+
 /// All that the module holds, without variables that have no value yet. `state` is that of a VM
 /// that runs the program on a module of the type.
 HeldState ReadHeld(const vm::VerifiedProgram& program, const vm::VerifiedKinematics& kinematics,

@@ -16,9 +16,9 @@ inline constexpr int64_t kMost32 = std::numeric_limits<int32_t>::max();
 inline constexpr int64_t kMost64 = std::numeric_limits<int64_t>::max();
 inline constexpr int64_t kLeast32 = std::numeric_limits<int32_t>::min();
 inline constexpr int64_t kLeast64 = std::numeric_limits<int64_t>::min();
-inline constexpr size_t kNameText = 64;     ///< Names of types, roles, functions; bytes.
+inline constexpr size_t kNameText = 64;      ///< Names of types, roles, functions; bytes.
 inline constexpr size_t kMaxValueText = 96;  ///< Values of programs as text; bytes.
-inline constexpr size_t kRunHashText = 32;  ///< Hexadecimal digits.
+inline constexpr size_t kRunHashText = 32;   ///< Hexadecimal digits.
 // Entries of the arrays that vm/limits.h says nothing of.
 inline constexpr int64_t kMostControls = 64;
 inline constexpr int64_t kMostTotals = 32;  ///< In one ASK; the log's END has more.

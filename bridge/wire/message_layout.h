@@ -5,8 +5,8 @@
 // (bridge/wire/wire_size.h) adds sizes up.
 //
 // A new field of a message needs a line in its .lcm file, one here (for ask_t in
-// bridge/wire/ask_layout.h, for inspection_t and its parts in bridge/wire/held_layout.h), and one in
-// each direction in bridge/wire/vm_codec.cc if the VM is to know it; test/bridge/layout_test.cc
+// bridge/wire/ask_layout.h, for inspection_t and its parts in bridge/wire/held_layout.h), and one
+// in each direction in bridge/wire/vm_codec.cc if the VM is to know it; test/bridge/layout_test.cc
 // fails where the first two disagree. The names given here are those of the .lcm file, since
 // failures quote them.
 //

@@ -97,7 +97,7 @@ struct Routine {
   /// variable.
   std::vector<Type> locals;
   std::vector<std::string> local_names;  ///< Of each of them, for people.
-  std::vector<CallSite> calls;  ///< Those in its body, in order.
+  std::vector<CallSite> calls;           ///< Those in its body, in order.
   /// The strongest effect of its own instructions and of all that it may call.
   vm::Effect effect = vm::Effect::kPure;
 };

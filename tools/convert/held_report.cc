@@ -79,6 +79,16 @@ std::string LocalsText(const Json& locals) {
   return text;
 }
 
+std::string CallsText(const Json& calls) {
+  std::string text;
+  for (const Json& call : calls) {
+    const std::string locals = LocalsText(call["locals"]);
+    text += fmt::format("    in {}, line {}{}\n", call["function"].get<std::string>(),
+                        call["line"].get<int>(), locals.empty() ? "" : ": " + locals);
+  }
+  return text;
+}
+
 std::string TasksText(const Json& tasks) {
   std::string text;
   for (const Json& task : tasks) {
@@ -87,11 +97,7 @@ std::string TasksText(const Json& tasks) {
     if (task.contains("joint")) waits = "joint " + task["joint"].get<std::string>();
     text += fmt::format("  {} {} waits for {}\n", task["kind"].get<std::string>(),
                         task["routine"].get<std::string>(), waits);
-    for (const Json& call : task["calls"]) {
-      const std::string locals = LocalsText(call["locals"]);
-      text += fmt::format("    in {}, line {}{}\n", call["function"].get<std::string>(),
-                          call["line"].get<int>(), locals.empty() ? "" : ": " + locals);
-    }
+    text += CallsText(task["calls"]);
   }
   return text;
 }

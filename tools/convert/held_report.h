@@ -33,6 +33,8 @@ Json TasksJson(const std::vector<bridge::HeldTask>& tasks);
 std::string FieldsText(const Json& fields);
 /// "i = 3, far = true"; a local without a name is called by its number.
 std::string LocalsText(const Json& locals);
+/// A line for each call.
+std::string CallsText(const Json& calls);
 /// A line for each task and each call.
 std::string TasksText(const Json& tasks);
 
