@@ -287,7 +287,7 @@ void ModuleParticipant::TakeOrders() {
   for (const morphbus::root_pose_t& pose : sensors_.root_poses) {
     if (static_cast<uint16_t>(pose.module_id) == options_.module_id) FromRootPose(pose, &input_);
   }
-  inspected_ = IsInspected(sensors_, options_.module_id);
+  inspected_ = inspected_ || IsInspected(sensors_, options_.module_id);
 }
 
 void ModuleParticipant::TakeMates(const vm::TickInput& input, std::vector<uint16_t>* mates) {

@@ -290,7 +290,6 @@ std::vector<SampleMessage> SampleMessages() {
   return {Sample("transform_t", Transform()),
           Sample("sensors_t", Sensors()),
           Sample("status_t", Status()),
-          Sample("status_t", Inspection()),
           Sample("ask_t", Ask()),
           Sample("world_t", World()),
           Sample("actuator_t", Actuator()),
@@ -299,7 +298,8 @@ std::vector<SampleMessage> SampleMessages() {
           Sample("health_t", health),
           Sample("control_t", control),
           Sample("info_part_t", SplitInfo("about this run").front()),
-          Sample("log_end_t", end)};
+          Sample("log_end_t", end),
+          Sample("status_t", Inspection())};
 }
 
 }  // namespace morphbus::bridge

@@ -52,11 +52,11 @@ InspectionListener::InspectionListener(bridge::Bus* bus, const ControlledRun& ru
   bus_.Subscribe(
       bridge::Channel(name, "", Topic::kSensors),
       [this](std::string_view, const uint8_t* data, size_t size) { OnSensors(data, size); });
-  for (const model::ModuleInstance& module : run.plan.robot().modules) {
-    if (!module_.empty() && module.name != module_) continue;
-    bus_.Subscribe(bridge::Channel(name, module.name, Topic::kStatus),
-                   [this, &module](std::string_view, const uint8_t* data, size_t size) {
-                     OnStatus(module.name, data, size);
+  for (const model::ModuleInstance& each : run.plan.robot().modules) {
+    if (!module_.empty() && each.name != module_) continue;
+    bus_.Subscribe(bridge::Channel(name, each.name, Topic::kStatus),
+                   [this, of = each.name](std::string_view, const uint8_t* data, size_t size) {
+                     OnStatus(of, data, size);
                    });
   }
 }
