@@ -6,7 +6,7 @@ import subprocess
 import unittest
 
 from control_live import Live
-from support import MODEL, PROGRAM, SOURCE, as_json, await_condition, command, decode, morphbus, read_events
+from support import MODEL, PROGRAM, SOURCE, as_json, command, decode, morphbus, read_events
 
 MODULES = [f'm{i}' for i in range(1, 10)]
 # By this tick the quadruped walks.
@@ -51,8 +51,7 @@ class Inspection(Live):
     def test_what_a_walking_robot_holds_is_what_its_log_gives(self):
         self.start()
         self.reach(WALKS)
-        self.control('pause')
-        self.control('resume')
+        self.control('speed', 1)
         one = self.control('inspect', 'm5')
         self.assertEqual((one['command'], one['pending'], one['refused']), ('inspect m5', False, None))
         every = self.control('inspect')
