@@ -46,6 +46,7 @@ constexpr CommandRow kCommands[] = {
     {"disconnect", " m2.c3", 1, 1, false, false},
     {"deploy", " PROG.dyn [--to m5] [--at SECONDS]", 1, 2, true, false, true},
     {"invoke", " Role.command [ARGUMENT...] [--to m5]", 1, kAnyNumber, true, false},
+    {"inspect", " [m5]", 0, 1, false, false},
 };
 
 /// The directions of the world by name: north, up, east are x, y, z.
@@ -244,6 +245,9 @@ Result<void> TakeWords(const std::vector<std::string>& words, ControlCommand* co
       return TakeSpeed(words[1], command);
     case ControlKind::kPush:
       return TakePush(words, command);
+    case ControlKind::kInspect:
+      if (words.size() == 1) return {};
+      [[fallthrough]];
     case ControlKind::kKill:
     case ControlKind::kRestart:
     case ControlKind::kLose: {

@@ -33,6 +33,8 @@ enum class ControlKind : uint8_t {
   // The program: another one for all modules, a command of the one that runs.
   kDeploy,
   kInvoke,
+  // Nothing changes: a module, or every one, says in STATUS what it holds.
+  kInspect,
 };
 
 /// A module, or a part of one: "m2", "m2.c3", "m2.active_block".
@@ -45,8 +47,8 @@ struct ControlPart {
 /// fields only those mean something that the kind has.
 struct ControlCommand {
   ControlKind kind = ControlKind::kPause;
-  /// The body that is pushed, the module that is killed, restarted or lost, the connector that is
-  /// taken off or joined, and the connector that it is joined to.
+  /// The body that is pushed, the module that is killed, restarted, lost or inspected (all if it is
+  /// empty), the connector that is taken off or joined, and the connector that it is joined to.
   ControlPart part, mate;
   int64_t steps = 1;  ///< kStep: ticks to run.
   double speed = 0;   ///< kSpeed: times real time; 0: as fast as possible.

@@ -293,6 +293,7 @@ void ModuleParticipant::TakeOrders() {
   for (const morphbus::root_pose_t& pose : sensors_.root_poses) {
     if (static_cast<uint16_t>(pose.module_id) == options_.module_id) FromRootPose(pose, &input_);
   }
+  inspected_ = inspected_ || IsInspected(sensors_, options_.module_id);
 }
 
 void ModuleParticipant::TakeMates(const vm::TickInput& input, std::vector<uint16_t>* mates) {
@@ -558,9 +559,11 @@ void ModuleParticipant::Publish(int64_t tick) {
   if (before_publish_) outbox_.Hold();
   // A program that was replaced in this tick shows in the headers from this tick on.
   outbox_.SetProgramHash(output_.message.program_hash);
-  // STATUS only when it says something new, and now and then for those who came later.
-  if (output_.status.changed || tick % kStatusEveryTicks == 0) {
-    for (morphbus::status_t& status : controller_->Describe(output_.status)) {
+  // STATUS only when it says something new or is asked for, and now and then for those who came
+  // later. An order holds for one tick, also in real time, where readings may fail to come.
+  const bool inspected = std::exchange(inspected_, false);
+  if (output_.status.changed || inspected || tick % kStatusEveryTicks == 0) {
+    for (morphbus::status_t& status : controller_->Describe(output_.status, inspected)) {
       outbox_.Send(&channel_status_, tick, sim_time_us_, &status);
     }
   }

@@ -32,9 +32,10 @@ class ModuleController {
   /// A piece of a new program from outside, of the tick that is computed next; pieces come in
   /// order.
   virtual void TakePiece(const morphbus::deploy_piece_t& piece) = 0;
-  /// The report as messages of at most kMaxPayloadBytes (several if the faults do not fit into
-  /// one).
-  virtual std::vector<morphbus::status_t> Describe(const vm::StatusReport& report) = 0;
+  /// The report, which is that of the last tick, as messages of at most kMaxPayloadBytes (several
+  /// if not all fits into one). `inspected`: with all that the module holds.
+  virtual std::vector<morphbus::status_t> Describe(const vm::StatusReport& report,
+                                                   bool inspected) = 0;
   /// Appends the whole state that changes from tick to tick, so that a resumed process can go on
   /// from it.
   virtual void Save(std::vector<uint8_t>* out) = 0;
@@ -153,8 +154,8 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   void AcknowledgeEnd();
   /// The modules mated to ours, each once, in order of connectors.
   void TakeMates(const vm::TickInput& input, std::vector<uint16_t>* mates);
-  /// Takes this module's requests, pieces of a program and sensed pose out of sensors_, for the
-  /// coming tick.
+  /// Takes this module's requests, pieces of a program, sensed pose and whether it is inspected out
+  /// of sensors_, for the coming tick.
   void TakeOrders();
   /// Listens to these neighbours, and from the own part of SENSORS on to nothing that is not
   /// needed. `own_part`: it is the one that came.
@@ -191,6 +192,8 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   vm::TickInput input_;
   /// Pieces of a new program that came with the sensors of the tick to compute.
   std::vector<morphbus::deploy_piece_t> pieces_;
+  /// Whether STATUS of the tick to compute shall tell all that the module holds.
+  bool inspected_ = false;
   vm::TickOutput output_;
   // The last messages decoded or encoded. They are used again and again, which keeps their memory.
   morphbus::sensors_t sensors_;

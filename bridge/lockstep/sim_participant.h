@@ -115,6 +115,8 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   /// Gives a module (by place in `modules`) an invocation to issue, with the next tick that has
   /// room.
   void Invoke(size_t module, const vm::InvokeRequest& request);
+  /// Asks a module (by place in `modules`) to say in STATUS of the next tick all that it holds.
+  void Inspect(size_t module) { inspected_.insert(module); }
   /// Gives a module a package (vm/spread/package.h), from where it spreads: one piece a tick, from
   /// `from_tick` on. It is verified by the caller and at most vm::kMaxPackageBytes. In lockstep
   /// every piece arrives; in real time they are repeated until the module tells its neighbours that
@@ -306,6 +308,7 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   // Invocations that wait for a tick that has room for them, oldest first, and the program that is
   // given to a module, if one is.
   std::deque<std::pair<size_t, vm::InvokeRequest>> requests_;
+  std::set<size_t> inspected_;  ///< Modules that shall say what they hold.
   std::optional<Deployment> deployment_;
   // Called if set; see OnBeforeTick, OnAfterTick, SetBarrier, OnReplaced and OnMissing.
   std::function<void(int64_t)> before_tick_, after_tick_;

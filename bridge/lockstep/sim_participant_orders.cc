@@ -73,6 +73,13 @@ void SimParticipant::AddOrders(size_t part, int64_t tick, morphbus::sensors_t* s
     requests_.pop_front();
   }
   sensors->num_requests = static_cast<int8_t>(sensors->requests.size());
+  // Who is inspected is asked with its own reading.
+  sensors->inspected.clear();
+  for (const size_t module : members) {
+    if (inspected_.erase(module) == 0) continue;
+    sensors->inspected.push_back(static_cast<int16_t>(options_.modules[module].id));
+  }
+  sensors->num_inspected = static_cast<int8_t>(sensors->inspected.size());
   // One piece a tick keeps SENSORS within a datagram.
   sensors->pieces.clear();
   AddPiece(members, tick, &sensors->pieces);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "bridge/lockstep/snapshot_bytes.h"
+#include "bridge/module/read_held.h"
 #include "bridge/wire/vm_codec.h"
 #include "bridge/wire/wire_limits.h"
 #include "vm/image/verifier.h"
@@ -178,9 +179,12 @@ void VmController::TakePiece(const morphbus::deploy_piece_t& piece) {
   c.have.clear();
 }
 
-std::vector<morphbus::status_t> VmController::Describe(const vm::StatusReport& report) {
+std::vector<morphbus::status_t> VmController::Describe(const vm::StatusReport& report,
+                                                       bool inspected) {
+  HeldState held;
+  if (inspected) held = ReadHeld(*program_, kinematics_, *state_);
   return ToStatus(report, NamesOf(report, kinematics_, *program_), config_.module_id,
-                  config_.incarnation, kinematics_.num_joints());
+                  config_.incarnation, kinematics_.num_joints(), inspected ? &held : nullptr);
 }
 
 void VmController::Save(std::vector<uint8_t>* out) {

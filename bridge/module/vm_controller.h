@@ -26,7 +26,7 @@ class VmController : public ModuleController {
   // ever happened there) and what has come of a program from outside.
   void Tick(const vm::TickInput& input, vm::TickOutput* output) override;
   void TakePiece(const morphbus::deploy_piece_t& piece) override;
-  std::vector<morphbus::status_t> Describe(const vm::StatusReport& report) override;
+  std::vector<morphbus::status_t> Describe(const vm::StatusReport& report, bool inspected) override;
   void Save(std::vector<uint8_t>* out) override;
   bool Load(const uint8_t* data, size_t size) override;
 

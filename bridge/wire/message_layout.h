@@ -5,9 +5,10 @@
 // (bridge/wire/wire_size.h) adds sizes up.
 //
 // A new field of a message needs a line in its .lcm file, one here (for ask_t in
-// bridge/wire/ask_layout.h), and one in each direction in bridge/wire/vm_codec.cc if the VM is to
-// know it; test/bridge/layout_test.cc fails where the first two disagree. The names given here are
-// those of the .lcm file, since failures quote them.
+// bridge/wire/ask_layout.h, for inspection_t and its parts in bridge/wire/held_layout.h), and one
+// in each direction in bridge/wire/vm_codec.cc if the VM is to know it; test/bridge/layout_test.cc
+// fails where the first two disagree. The names given here are those of the .lcm file, since
+// failures quote them.
 //
 // A visitor offers:
 //   Int8, Int16, Int32, Int64(name, lowest, highest)   a number in that range; returns it
@@ -34,6 +35,7 @@
 
 #include "bridge/wire/ask_layout.h"
 #include "bridge/wire/channels.h"
+#include "bridge/wire/held_layout.h"
 #include "bridge/wire/layout_base.h"
 #include "bridge/wire/wire_limits.h"
 #include "vm/image/fault.h"
@@ -56,13 +58,6 @@ constexpr void Walk(V& v, As<morphbus::header_t>) {
   // Zero stands for "none"; what the receiver expects is compared in bridge/wire/codec.h.
   v.Hash("model_hash");
   v.Hash("program_hash");
-}
-
-/// Number of this part and number of parts.
-template <class V>
-constexpr void WalkPart(V& v) {
-  const int64_t part = v.Int16("part", 0, kMost16);
-  if (v.Int16("num_parts", 1, kMost16) <= part) v.Refuse("part", "is not below num_parts");
 }
 
 /// Place and size of a piece of a package, and the piece, of at most `most` bytes. Nothing says
@@ -320,6 +315,8 @@ constexpr void Walk(V& v, As<morphbus::sensors_t>) {
   // Orders for modules of this part.
   List8<morphbus::deploy_piece_t>(v, "num_pieces", "pieces", 1);
   List8<morphbus::root_pose_t>(v, "num_root_poses", "root_poses", 1);
+  const int64_t inspected = v.Count8("num_inspected", kMost8);
+  for (int64_t i = 0; i < inspected; ++i) v.Int16("inspected", 0, kMost16);
 }
 
 /// WORLD (world_t), one part of several; it may be empty.
@@ -396,6 +393,8 @@ constexpr void Walk(V& v, As<morphbus::status_t>) {
   v.Int16("faults_dropped", 0, kMost16);
   List8<morphbus::print_t>(v, "num_prints", "prints", vm::kMaxPrintsPerTick);
   v.Int16("prints_dropped", 0, kMost16);
+  // Only where asked.
+  List8<morphbus::inspection_t>(v, "num_inspections", "inspections", 1);
 }
 
 /// HELLO (hello_t). Whether the process fits the run is decided by the sim, by name, type and

@@ -25,12 +25,13 @@ Result<void> DecodeOwnSensors(const uint8_t* data, size_t size, const Expectatio
       (mine != nullptr && out->modules[0]._decodeNoHash(mine, 0, bytes_from(mine)) < 0)) {
     return Fail("the message's size does not fit its lengths");
   }
-  // Orders are rare: three lists, each mostly nothing but its length.
-  out->num_requests = out->num_pieces = out->num_root_poses = 0;
+  // Orders are rare: four lists, each mostly nothing but its length.
+  out->num_requests = out->num_pieces = out->num_root_poses = out->num_inspected = 0;
   out->requests.clear();
   out->pieces.clear();
   out->root_poses.clear();
-  if (orders[0] == 0 && orders[1] == 0 && orders[2] == 0) return {};
+  out->inspected.clear();
+  if (orders[0] == 0 && orders[1] == 0 && orders[2] == 0 && orders[3] == 0) return {};
   morphbus::sensors_t all;
   if (all.decode(data, 0, static_cast<int>(size)) != static_cast<int>(size)) {
     return Fail("the message's size does not fit its lengths");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -24,6 +25,12 @@ static_assert(SizeWithoutArrays<morphbus::transform_t>() + vm::kMaxSharedFields 
                       vm::kMessageTailBytes <=
                   kMaxPayloadBytes,
               "the VM's limits overfill a datagram");
+// A STATUS with the longest labels, and nothing else, leaves room for something that is held.
+static_assert(SizeWithoutArrays<morphbus::status_t>() +
+                      vm::kMaxLabels * (kMaxStatusName + 5 + 2 * sizeof(int8_t)) + vm::kMaxJoints +
+                      HeldSplitter::kLeastRoom <=
+                  kMaxPayloadBytes,
+              "what a module holds could not be told");
 
 /// Copies one number; whichever side is not const is written.
 template <class Wire, class Vm>
@@ -207,7 +214,7 @@ morphbus::status_t StatusCore(const vm::StatusReport& report, const StatusNames&
   out.joint_sign.assign(report.signs, report.signs + num_joints);
   out.num_tasks = out.num_faults = out.tasks_omitted = 0;
   out.faults_dropped = To16(report.faults_dropped);
-  out.num_prints = 0;
+  out.num_prints = out.num_inspections = 0;
   out.prints_dropped = To16(report.prints_dropped);
   return out;
 }
@@ -333,11 +340,15 @@ Result<void> FromSensors(const morphbus::module_sensors_t& reading, int num_join
 }
 
 std::vector<morphbus::status_t> ToStatus(const vm::StatusReport& report, const StatusNames& names,
-                                         uint16_t module_id, uint32_t incarnation, int num_joints) {
+                                         uint16_t module_id, uint32_t incarnation, int num_joints,
+                                         const HeldState* held) {
   std::vector<morphbus::status_t> messages;
   size_t fault = 0, print = 0;
-  // As many messages as faults and printed lines need; each says the rest again, so that any one
-  // can be read alone.
+  std::optional<HeldSplitter> rest;
+  if (held != nullptr) rest.emplace(*held);
+  int16_t num_parts = 0;
+  // As many messages as faults, printed lines and what is held need; each says the rest again, so
+  // that any one can be read alone.
   do {
     morphbus::status_t& message =
         messages.emplace_back(StatusCore(report, names, module_id, incarnation, num_joints));
@@ -352,12 +363,22 @@ std::vector<morphbus::status_t> ToStatus(const vm::StatusReport& report, const S
       ++fault;
     }
     if (fault >= report.num_faults) print = AddPrints(report, print, &message);
-    // Tasks get the room that both leave.
-    AddTasks(report, names, &message);
     MORPHBUS_CHECK(fault >= report.num_faults || message.num_faults > 0);
     MORPHBUS_CHECK(fault < report.num_faults || print >= report.num_prints ||
                    message.num_prints > 0 || message.num_faults > 0);
-  } while (fault < report.num_faults || print < report.num_prints);
+    // What is held comes behind all of these, in messages without them, where there is room.
+    if (rest && fault >= report.num_faults && print >= report.num_prints &&
+        message.num_faults == 0 && message.num_prints == 0) {
+      message.inspections.push_back(rest->Next(RoomIn(message)));
+      message.num_inspections = 1;
+      ++num_parts;
+    }
+    // Tasks get the room that all this leaves.
+    AddTasks(report, names, &message);
+  } while (fault < report.num_faults || print < report.num_prints || (rest && !rest->done()));
+  for (morphbus::status_t& message : messages) {
+    for (morphbus::inspection_t& part : message.inspections) part.num_parts = num_parts;
+  }
   return messages;
 }
 
@@ -383,6 +404,11 @@ void ToRequest(const vm::InvokeRequest& request, uint16_t module_id,
 
 void FromRequest(const morphbus::invoke_request_t& request, vm::InvokeRequest* out) {
   kCommand(request, *out);
+}
+
+bool IsInspected(const morphbus::sensors_t& sensors, uint16_t module_id) {
+  return std::find(sensors.inspected.begin(), sensors.inspected.end(),
+                   static_cast<int16_t>(module_id)) != sensors.inspected.end();
 }
 
 void ToRootPose(uint16_t module_id, uint8_t link, const vm::PoseF& X_RL,
@@ -412,7 +438,8 @@ std::vector<std::vector<size_t>> SplitSensors(
     morphbus::module_sensors_t most = modules[i];
     most.docked.resize(std::min(most_docked[i], vm::kMaxNeighbours));
     most.num_docked = static_cast<int8_t>(most.docked.size());
-    const auto bytes = static_cast<size_t>(most._getEncodedSizeNoHash());
+    // Each module may be asked what it holds.
+    const size_t bytes = static_cast<size_t>(most._getEncodedSizeNoHash()) + sizeof(int16_t);
     // A module that might not fit any more begins the next part.
     if (!parts.back().empty() && size + bytes > kMaxPayloadBytes) {
       parts.emplace_back();

@@ -8,11 +8,13 @@
 #include <morphbus/invoke_request_t.hpp>
 #include <morphbus/module_sensors_t.hpp>
 #include <morphbus/root_pose_t.hpp>
+#include <morphbus/sensors_t.hpp>
 #include <morphbus/status_t.hpp>
 #include <morphbus/transform_t.hpp>
 #include <string>
 #include <vector>
 
+#include "bridge/wire/held_state.h"
 #include "bridge/wire/wire_limits.h"
 #include "compiler/base/result.h"
 #include "vm/module_api.h"
@@ -48,11 +50,13 @@ struct StatusNames {
 /// Longest name in a STATUS, bytes; longer ones are cut at a character.
 inline constexpr size_t kMaxStatusName = 48;
 
-/// The report as one message, or as several if its faults do not fit into one. Labels always fit;
-/// tasks that do not are counted in tasks_omitted. Every message repeats all but the faults, so
-/// that each can be read alone.
+/// The report as one message, or as several if its faults, or `held`, do not fit into one. Labels
+/// always fit; tasks that do not are counted in tasks_omitted. Every message repeats all but the
+/// faults, prints and what is held, so that each can be read alone.
+/// @param held  what the module holds besides, if it was asked to tell; else null.
 std::vector<morphbus::status_t> ToStatus(const vm::StatusReport& report, const StatusNames& names,
-                                         uint16_t module_id, uint32_t incarnation, int num_joints);
+                                         uint16_t module_id, uint32_t incarnation, int num_joints,
+                                         const HeldState* held = nullptr);
 
 /// A printed line of a STATUS that Decode accepted, to be worded by vm::PrintText.
 vm::PrintReport FromPrint(const morphbus::print_t& print);
@@ -65,6 +69,9 @@ vm::Fault FromFault(const morphbus::fault_t& fault);
 void ToRequest(const vm::InvokeRequest& request, uint16_t module_id,
                morphbus::invoke_request_t* out);
 void FromRequest(const morphbus::invoke_request_t& request, vm::InvokeRequest* out);
+
+/// Whether the module shall tell in STATUS of this tick what it holds.
+bool IsInspected(const morphbus::sensors_t& sensors, uint16_t module_id);
 
 /// The pose of link `link` of the root as its sensor measures it; and back, for the VM of the
 /// module that it is of.

@@ -42,7 +42,7 @@ struct PeekedReading {
 };
 
 /// Of SENSORS: calls `each` with every reading, in order. Returns where the orders behind them
-/// begin: the lengths of three lists, with the lists behind them.
+/// begin: the lengths of four lists, with the lists behind them.
 template <class Each>
 const uint8_t* PeekReadings(const uint8_t* data, const Each& each) {
   const uint8_t* at = data + kFirstFieldOffset + 4;

@@ -145,6 +145,7 @@ void Checker::CheckRoutine(int index) {
   locals_.clear();
   loops_ = 0;
   routine.locals.clear();
+  routine.local_names.clear();
   routine.effect = vm::Effect::kPure;
   Member& member = *routine.member;
   if (routine.kind == MemberKind::kRequire) {

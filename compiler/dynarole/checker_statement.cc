@@ -48,6 +48,7 @@ int Checker::AddLocal(const std::string& name, const Span& span, Type type, bool
   local.used = FindLocal(name) != nullptr;  // One complaint is enough.
   locals_.push_back(std::move(local));
   routine_->locals.push_back(type);
+  routine_->local_names.push_back(name);
   return static_cast<int>(routine_->locals.size()) - 1;
 }
 

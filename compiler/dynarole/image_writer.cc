@@ -203,11 +203,17 @@ class Writer {
     strings.Put(&source, source_name);
     for (const Routine& routine : model_.routines) strings.Put(&names, routine.name);
     for (const std::string& name : field_names_) strings.Put(&names, name);
+    size_t num_locals = 0;
+    for (const Routine& routine : model_.routines) {
+      for (const std::string& name : routine.local_names) strings.Put(&names, name);
+      num_locals += routine.local_names.size();
+    }
     too_large_ = too_large_ || strings.bytes.size() > 0xffff || lines_.size() / 4 > 0xffff;
     Bytes notes;
     notes.U32(vm::image::kNotesMagic);
     notes.U16(strings.bytes.size());
     notes.U16(field_names_.size());
+    notes.U16(num_locals);
     notes.U16(lines_.size() / vm::image::kLineBytes);
     for (const Bytes* part : {&source, &strings.bytes, &names, &lines_}) {
       notes.Append(part->bytes());

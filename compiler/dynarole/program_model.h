@@ -96,7 +96,8 @@ struct Routine {
   /// Types of the parameters, then of the variables. A slot is never used again for another
   /// variable.
   std::vector<Type> locals;
-  std::vector<CallSite> calls;  ///< Those in its body, in order.
+  std::vector<std::string> local_names;  ///< Of each of them, for people.
+  std::vector<CallSite> calls;           ///< Those in its body, in order.
   /// The strongest effect of its own instructions and of all that it may call.
   vm::Effect effect = vm::Effect::kPure;
 };

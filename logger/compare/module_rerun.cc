@@ -92,6 +92,7 @@ class Rerun {
   struct Tick {
     std::optional<vm::TickInput> input;
     std::vector<morphbus::deploy_piece_t> pieces;
+    bool inspected = false;  ///< It was asked to tell what it held.
     uint32_t incarnation = 0;
     MessageBytes transform, actuator;
     int64_t status_count = 0;  ///< STATUS that the module had published by then, as it says.
@@ -149,6 +150,7 @@ class Rerun {
         if (pose.module_id == reading.module_id) bridge::FromRootPose(pose, &input);
       }
       module_id_ = static_cast<uint16_t>(reading.module_id);
+      tick.inspected = bridge::IsInspected(sensors, module_id_);
       tick.input = input;
     }
   }
@@ -259,7 +261,7 @@ class Rerun {
   void Compare(int64_t tick, const Tick& at) {
     std::vector<morphbus::status_t> status;
     if (output_->status.changed || !at.status.empty()) {
-      status = controller_->Describe(output_->status);
+      status = controller_->Describe(output_->status, at.inspected);
     }
     for (size_t i = 0; i < std::max(status.size(), at.status.size()); ++i) {
       Show(Topic::kStatus, tick, i < at.status.size() ? at.status[i] : MessageBytes(),

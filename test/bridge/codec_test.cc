@@ -65,13 +65,18 @@ TEST(Codec, AModuleGetsItsOwnReadingOfAPartAndAllOfTheOrders) {
     ASSERT_TRUE(Decode(sample.bytes.data(), sample.bytes.size(), {}, &all));
     ASSERT_GT(all.modules.size(), 1U);
     ASSERT_GT(all.requests.size() + all.pieces.size() + all.root_poses.size(), 2U);
-    // The whole message, and one without orders.
-    for (const bool orders : {true, false}) {
-      if (!orders) {
+    ASSERT_FALSE(all.inspected.empty());
+    // The whole message, one with the last order only, and one without orders.
+    for (const int orders : {2, 1, 0}) {
+      if (orders < 2) {
         all.requests.clear();
         all.pieces.clear();
         all.root_poses.clear();
         all.num_requests = all.num_pieces = all.num_root_poses = 0;
+      }
+      if (orders < 1) {
+        all.inspected.clear();
+        all.num_inspected = 0;
       }
       std::vector<uint8_t> bytes;
       Encode(all, &bytes);

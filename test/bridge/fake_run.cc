@@ -122,10 +122,14 @@ void FakeController::TakePiece(const morphbus::deploy_piece_t& piece) {
   deployed.insert(deployed.end(), piece.bytes.begin(), piece.bytes.end());
 }
 
-std::vector<morphbus::status_t> FakeController::Describe(const vm::StatusReport& report) {
+std::vector<morphbus::status_t> FakeController::Describe(const vm::StatusReport& report,
+                                                         bool inspected) {
   StatusNames names;
   names.type_name = "FAKE";
-  return ToStatus(report, names, id_, 1, 2);
+  if (inspected) inspected_at.push_back(computed.back());
+  // What it holds follows from its inputs, as a VM's does.
+  const HeldState held = {{{"mixed", "int", std::to_string(mixed_)}}, {}};
+  return ToStatus(report, names, id_, 1, 2, inspected ? &held : nullptr);
 }
 
 void FakeController::Save(std::vector<uint8_t>* out) {

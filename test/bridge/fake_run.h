@@ -49,13 +49,14 @@ class FakeController : public ModuleController {
 
   void Tick(const vm::TickInput& input, vm::TickOutput* output) override;
   void TakePiece(const morphbus::deploy_piece_t& piece) override;
-  std::vector<morphbus::status_t> Describe(const vm::StatusReport& report) override;
+  std::vector<morphbus::status_t> Describe(const vm::StatusReport& report, bool inspected) override;
   void Save(std::vector<uint8_t>* out) override;
   bool Load(const uint8_t* data, size_t size) override;
 
   std::vector<int64_t> computed;  ///< Ticks, in order.
   int missing_messages = 0;       ///< Mates whose message was not there.
   int64_t requests = 0;
+  std::vector<int64_t> inspected_at;  ///< Ticks of which it told what it holds.
   std::vector<uint8_t> deployed;
 
  private:

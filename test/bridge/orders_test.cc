@@ -48,5 +48,39 @@ TEST(Orders, APackageGoesOutFromItsTickOn) {
   EXPECT_EQ(got[28], 1000u);
 }
 
+/// The run's hash when some modules are inspected at tick 7, with so many messages lost; what the
+/// modules told, by module.
+std::string HashWithInspection(double loss, const std::vector<size_t>& inspected,
+                               std::vector<std::vector<int64_t>>* told) {
+  FakeRunOptions options;
+  options.ticks = 30;
+  options.loss = loss;
+  FakeRun run(options);
+  run.sim->OnBeforeTick([&](int64_t tick) {
+    for (const size_t module : inspected) {
+      if (tick == 7) run.sim->Inspect(module);
+    }
+  });
+  EXPECT_TRUE(run.Run());
+  told->clear();
+  for (const FakeRun::Module& module : run.modules) {
+    told->push_back(module.controller->inspected_at);
+  }
+  return run.sim->outcome().run_hash;
+}
+
+TEST(Orders, WhoIsInspectedTellsOnceInThatTickWhateverIsLost) {
+  std::vector<std::vector<int64_t>> told;
+  const std::string quiet = HashWithInspection(0, {}, &told);
+  EXPECT_EQ(told, (std::vector<std::vector<int64_t>>{{}, {}, {}}));
+  const std::string one = HashWithInspection(0, {1}, &told);
+  EXPECT_EQ(told, (std::vector<std::vector<int64_t>>{{}, {7}, {}}));
+  EXPECT_NE(one, quiet);
+  EXPECT_EQ(HashWithInspection(0.3, {1}, &told), one);
+  EXPECT_EQ(told, (std::vector<std::vector<int64_t>>{{}, {7}, {}}));
+  EXPECT_NE(HashWithInspection(0, {0, 1, 2}, &told), one);
+  EXPECT_EQ(told, (std::vector<std::vector<int64_t>>{{7}, {7}, {7}}));
+}
+
 }  // namespace
 }  // namespace morphbus::bridge

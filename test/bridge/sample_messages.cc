@@ -133,6 +133,8 @@ morphbus::sensors_t Sensors() {
   X_RL.p = {0.25F, 0.5F, -1.0F};
   ToRootPose(1, 1, X_RL, &sensors.root_poses.emplace_back());
   sensors.num_root_poses = 1;
+  sensors.inspected = {1, 0};
+  sensors.num_inspected = 2;
   return sensors;
 }
 
@@ -165,6 +167,23 @@ morphbus::status_t Status() {
   names.label_is_joint = {true};
   names.task_functions = {"Knee.bend"};
   return ToStatus(report, names, 3, 1, 2).front();
+}
+
+/// A STATUS that answers an order to inspect the module.
+morphbus::status_t Inspection() {
+  vm::StatusReport report{};
+  StatusNames names;
+  names.type_name = "MTRAN";
+  HeldState held;
+  held.fields = {{"speed", "float", "2.5"}};
+  held.tasks = {
+      {vm::TaskKind::kBehavior,
+       "Knee.bend",
+       vm::WaitKind::kMotion,
+       0,
+       "joint_1",
+       {{"Knee.turn", 14, {{"angle", "float", "30"}, {"i", "int", "2"}}}, {"Knee.bend", 12, {}}}}};
+  return ToStatus(report, names, 3, 1, 2, &held).front();
 }
 
 morphbus::ask_t Ask() {
@@ -279,7 +298,8 @@ std::vector<SampleMessage> SampleMessages() {
           Sample("health_t", health),
           Sample("control_t", control),
           Sample("info_part_t", SplitInfo("about this run").front()),
-          Sample("log_end_t", end)};
+          Sample("log_end_t", end),
+          Sample("status_t", Inspection())};
 }
 
 }  // namespace morphbus::bridge

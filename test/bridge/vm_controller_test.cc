@@ -133,7 +133,7 @@ std::vector<uint8_t> BytesOf(const vm::TickOutput& output, VmController* control
   morphbus::actuator_t actuator;
   ToActuator(output, 3, 2, 0, &actuator);
   add(actuator);
-  for (const morphbus::status_t& status : controller->Describe(output.status)) add(status);
+  for (const morphbus::status_t& status : controller->Describe(output.status, false)) add(status);
   return all;
 }
 
@@ -167,6 +167,39 @@ TEST(VmControllerTest, ARestoredControllerGoesOnAsIfNothingHadHappened) {
     whole.Tick(InputAt(tick), &expected);
     after.Tick(InputAt(tick), &resumed);
     ASSERT_EQ(BytesOf(resumed, &after), BytesOf(expected, &whole)) << "tick " << tick;
+  }
+}
+
+TEST(VmControllerTest, WhoIsInspectedTellsFieldsTasksAndCallsAndIsNotChangedByIt) {
+  const Images images(CountingProgram());
+  VmController asked(Root(), images.kinematics, images.program);
+  VmController quiet(Root(), images.kinematics, images.program);
+  for (int64_t tick = 0; tick < 40; ++tick) {
+    vm::TickOutput told{}, untold{};
+    asked.Tick(InputAt(tick), &told);
+    quiet.Tick(InputAt(tick), &untold);
+    const std::vector<morphbus::status_t> messages = asked.Describe(told.status, true);
+    ASSERT_EQ(BytesOf(told, &asked), BytesOf(untold, &quiet)) << "tick " << tick;
+    ASSERT_EQ(messages.size(), 1U);
+    const Result<HeldState> held = JoinHeld(messages.front().inspections);
+    ASSERT_TRUE(held);
+    // Without a role there is nothing to tell, and that is told.
+    const vm::VmState& state = asked.state();
+    ASSERT_EQ(held->fields.size(), state.role.role < 0 ? 0U : 1U);
+    if (tick < 39) continue;
+    ASSERT_EQ(state.role.role, 0);
+    EXPECT_EQ(held->fields[0].name, "field");
+    EXPECT_EQ(held->fields[0].type, "int");
+    EXPECT_EQ(held->fields[0].value, std::to_string(state.role.fields[0].AsInt()));
+    EXPECT_GT(state.role.fields[0].AsInt(), 0);
+    // The behavior waits until the joint has turned.
+    ASSERT_EQ(held->tasks.size(), 1U);
+    EXPECT_EQ(held->tasks[0].kind, vm::TaskKind::kBehavior);
+    EXPECT_EQ(held->tasks[0].routine, "R.go");
+    EXPECT_EQ(held->tasks[0].wait, vm::WaitKind::kMotion);
+    EXPECT_EQ(held->tasks[0].joint, "joint_1");
+    ASSERT_EQ(held->tasks[0].calls.size(), 1U);
+    EXPECT_EQ(held->tasks[0].calls[0].function, "R.go");
   }
 }
 

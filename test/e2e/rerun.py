@@ -157,20 +157,47 @@ class Rerun(ShortRun):
         def steps(by):
             return as_json('replay', log, '--into', 'm1', '--at', first['next_steps_at'], '--steps', by)['steps']
 
-        lines = [(step['function'], step['line'], step['locals'], step['changed']) for step in steps('lines')]
+        lines = [(step['function'], step['line'], {v['name']: v['value'] for v in step['locals']}, step['changed'])
+                 for step in steps('lines')]
         counted = ('Counter.count', 6)
         self.assertEqual([line for line in lines if line[0] == 'Counter.twice'],
-                         [('Counter.twice', 12, ['0'], {}), ('Counter.twice', 12, ['1'], {})])
+                         [('Counter.twice', 12, {'n': '0'}, {}), ('Counter.twice', 12, {'n': '1'}, {})])
         self.assertEqual([line[3] for line in lines if line[:2] == counted],
                          [{}, {'field sum': '1'}, {}, {'field sum': '4'}])
-        self.assertEqual([line[3] for line in lines if line[1] == 7], [{'local 0': '1'}, {'local 0': '2'}])
+        self.assertEqual([line[2:] for line in lines if line[1] == 4], [({}, {'local i': '0'})])
+        self.assertEqual([line[2:] for line in lines if line[1] == 7],
+                         [({'i': '0'}, {'local i': '1'}), ({'i': '1'}, {'local i': '2'})])
         stores = [step for step in steps('instructions') if step['instruction'] == 'store_field sum']
         self.assertEqual([step['operands'] for step in stores], [['1'], ['4']])
         self.assertEqual([step['changed'] for step in stores], [{'field sum': '1'}, {'field sum': '4'}])
 
+        # Whenever a task comes to a line: the first turn's calls of the first tick with steps, the outer one with its variable.
+        at = first['next_steps_at']
+
+        def breaks(line, *options):
+            found = as_json('replay', log, '--into', 'm1', '--break', line, *options)
+            self.assertTrue(found['same'])
+            self.assertEqual(found['breaks_dropped'], 0)
+            return found['breaks']
+
+        sums = [(b['seconds'], [(c['line'], {v['name']: v['value'] for v in c['locals']}) for c in b['calls']],
+                 b['fields']['sum']['value']) for b in breaks(6)[:2]]
+        self.assertEqual(sums, [(at, [(6, {'i': '0'})], '0'), (at, [(6, {'i': '1'})], '1')])
+        inner = breaks(12, '--from', at, '--to', at + 0.02)
+        self.assertEqual([[(c['function'], c['line'], {v['name']: v['value'] for v in c['locals']}) for c in b['calls']] for b in inner],
+                         [[('Counter.twice', 12, {'n': n}), ('Counter.count', 6, {'i': n})] for n in ('0', '1')])
+        self.assertEqual({(b['kind'], b['routine']) for b in inner}, {('behavior', 'Counter.count')})
+        self.assertEqual(breaks(12, '--to', at), [])
+        said = morphbus('replay', log, '--into', 'm1', '--break', 12, '--from', at, '--to', at + 0.02).stdout
+        self.assertIn('    in Counter.twice, line 12: n = 1\n    in Counter.count, line 6: i = 1\n  field sum = 1 (int)\n', said)
+        self.assertIn('no task of m1 came to line 99', morphbus('replay', log, '--into', 'm1', '--break', 99).stderr)
+
     def test_what_cannot_be_is_refused(self):
         for options, said in ((['--into', 'm99'], 'expected a module of the run, m1, m2'),
                               (['--at', 1], '--at needs --into MODULE'),
+                              (['--break', 1], '--break needs --into MODULE'),
+                              (['--into', 'm1', '--break', 0], 'expected a line, 1 or more'),
+                              (['--into', 'm1', '--break', 1, '--at', 1], 'give one of them'),
                               (['--into', 'm1', '--steps', 'lines'], '--steps needs --at T'),
                               (['--into', 'm1', '--at', 1, '--steps', 'days'], 'expected lines or instructions'),
                               (['--into', 'm1', '--loop'], 'leave out --loop'),

@@ -8,6 +8,7 @@
 
 #include "vm/image/image.h"
 #include "vm/image/kinematics_image.h"
+#include "vm/image/set_locals.h"
 #include "vm/image/verifier.h"
 #include "vm/run/interpreter.h"
 
@@ -112,10 +113,32 @@ void RunEverything(const VerifiedProgram& program, const std::vector<uint8_t>& b
   }
 }
 
+/// Reads every name and which variables are set at every byte: none may lie outside the image.
+void ReadNotes(const VerifiedProgram& program) {
+  volatile size_t sum = 0;
+  const auto read = [&sum](const Text& text) {
+    for (int i = 0; i < text.size; ++i) sum = sum + static_cast<uint8_t>(text.data[i]);
+  };
+  read(program.source_name());
+  for (int f = 0; f < program.num_functions(); ++f) {
+    const FunctionInfo function = program.function(f);
+    read(program.function_name(f));
+    for (int i = 0; i < function.num_locals; ++i) read(program.local_name(f, i));
+    const uint32_t step = 1 + function.code_size / 16;
+    for (uint32_t pc = 0; pc < function.code_size; pc += step) {
+      sum = sum + static_cast<size_t>(program.LineOf(f, pc)) + SetLocals(program, f, pc);
+    }
+  }
+  for (int r = 0; r < program.num_roles(); ++r) {
+    for (int i = 0; i < program.role(r).num_fields; ++i) read(program.field_name(r, i));
+  }
+}
+
 void Try(const std::vector<uint8_t>& bytes) {
   const auto program = std::make_unique<VerifiedProgram>();
   const auto size = static_cast<uint32_t>(bytes.size());
   if (Verifier::Verify(bytes.data(), size, program.get()).message == nullptr) {
+    ReadNotes(*program);
     RunEverything(*program, bytes);
   }
   const auto kinematics = std::make_unique<VerifiedKinematics>();

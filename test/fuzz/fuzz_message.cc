@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "bridge/wire/codec.h"
+#include "bridge/wire/held_state.h"
 #include "bridge/wire/own_sensors.h"
 #include "bridge/wire/vm_codec.h"
 
@@ -36,6 +37,7 @@ void TryOne(const std::vector<uint8_t>& bytes) {
     vm::NeighbourMessage neighbour;
     bridge::FromTransform(message, &neighbour);
   }
+  if constexpr (std::is_same_v<M, status_t>) (void)bridge::JoinHeld(message.inspections);
   if constexpr (std::is_same_v<M, sensors_t>) {
     // Read for the first module of the part, and for one that is not in it.
     sensors_t own;

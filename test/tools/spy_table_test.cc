@@ -95,6 +95,43 @@ TEST_F(SpyTableTest, RolesComeFromStatus) {
   EXPECT_EQ(Look()["modules"]["m5"]["role"], "Junction");
 }
 
+TEST_F(SpyTableTest, WhatAnInspectedModuleHeldIsKeptOnceAllPartsHaveCome) {
+  // A field in one part, a call in the next.
+  morphbus::status_t status = {};
+  morphbus::inspection_t part = {};
+  part.num_parts = 2;
+  part.fields.push_back({"speed", "float", "2.5"});
+  part.num_fields = 1;
+  status.inspections = {part};
+  status.num_inspections = 1;
+  morphbus::status_t second = {};
+  part = {};
+  part.part = 1;
+  part.num_parts = 2;
+  morphbus::held_task_t task = {};
+  task.routine_name = "Leg.walk";
+  morphbus::call_t call = {};
+  call.function_name = "Leg.step";
+  call.line = 7;
+  call.locals.push_back({"angle", "float", "30"});
+  call.num_locals = 1;
+  task.calls = {call};
+  task.num_calls = 1;
+  part.tasks = {task};
+  part.num_tasks = 1;
+  second.inspections = {part};
+  second.num_inspections = 1;
+  const auto held = [&] { return table_.Snapshot(At(now_s_)).processes.at(0).held; };
+  // A second part alone tells nothing.
+  Take("r/m1/STATUS", 0, 0.0, second);
+  EXPECT_TRUE(held().empty());
+  Take("r/m1/STATUS", 1, 0.0, status);
+  EXPECT_TRUE(held().empty());
+  Take("r/m1/STATUS", 2, 0.0, second);
+  EXPECT_EQ(held(), (std::vector<std::string>{"field speed = 2.5 (float)", "Leg.walk",
+                                              "  in Leg.step, line 7: angle = 30"}));
+}
+
 TEST_F(SpyTableTest, TheSelectedChannelIsDecoded) {
   morphbus::status_t status = {};
   status.type_name = "MTRAN";

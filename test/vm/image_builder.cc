@@ -26,7 +26,7 @@ struct Strings {
 struct Tables {
   Strings strings, note_strings;
   std::vector<uint8_t> keywords, constants, types, functions, roles, states, joins, code;
-  std::vector<uint8_t> names, field_names, lines;
+  std::vector<uint8_t> names, field_names, local_names, lines;
   size_t num_constants = 0, num_joins = 0;
 };
 
@@ -74,8 +74,9 @@ void PutFunction(const TestFunction& function, Tables* tables) {
           static_cast<uint64_t>(function.num_arguments) << 4 | function.locals.size() << 9,
       2);
   Put(&out, tables->types.size(), 2);
-  for (const ValueType type : function.locals) {
-    Put(&tables->types, static_cast<uint64_t>(type), 1);
+  for (size_t i = 0; i < function.locals.size(); ++i) {
+    Put(&tables->types, static_cast<uint64_t>(function.locals[i]), 1);
+    tables->note_strings.Put(&tables->local_names, "local_" + std::to_string(i));
   }
   tables->note_strings.Put(&tables->names, function.name);
   // Each join has a state of its own.
@@ -105,9 +106,10 @@ std::vector<uint8_t> NotesOf(const TestImage& image, Tables* tables) {
   Put(&notes, 0x534e5944, 4);
   Put(&notes, tables->note_strings.bytes.size(), 2);
   Put(&notes, tables->field_names.size() / 3, 2);
+  Put(&notes, tables->local_names.size() / 3, 2);
   Put(&notes, image.lines.size(), 2);
   for (const auto* part : {&source, &tables->note_strings.bytes, &tables->names,
-                           &tables->field_names, &tables->lines}) {
+                           &tables->field_names, &tables->local_names, &tables->lines}) {
     notes.insert(notes.end(), part->begin(), part->end());
   }
   return notes;
@@ -136,7 +138,7 @@ std::vector<uint8_t> TestImage::Build() const {
   Tables tables;
   std::vector<uint8_t> image;
   Put(&image, 0x494e5944, 4);
-  Put(&image, 2, 2);
+  Put(&image, 3, 2);
   Put(&image, 10, 2);
   Put(&image, 0, 4);
   Put(&image, budget, 4);

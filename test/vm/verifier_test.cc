@@ -243,6 +243,48 @@ TEST(VerifierTest, LinesAreSortedAndPointIntoTheCode) {
   EXPECT_EQ(Verdict(image), "line of no instruction");
 }
 
+TEST(VerifierTest, EveryLocalHasANameInTheNotes) {
+  TestImage image(PushInt(1) + Op(Opcode::kStoreLocal, {1}) + kReturn);
+  image.functions[0].locals = {ValueType::kInt, ValueType::kInt};
+  std::vector<uint8_t> bytes = image.Build();
+  const auto program = std::make_unique<VerifiedProgram>();
+  ASSERT_EQ(
+      Verifier::Verify(bytes.data(), static_cast<uint32_t>(bytes.size()), program.get()).message,
+      nullptr);
+  const Text name = program->local_name(0, 1);
+  EXPECT_EQ(std::string(name.data, name.size), "local_1");
+  // The notes say how many there are, behind their magic and two counts.
+  const size_t count_at = program->run_size() + 8;
+  EXPECT_EQ(bytes[count_at], 2);
+  const std::vector<uint8_t> sound = bytes;
+  // With one less the size does not fit.
+  bytes[count_at] = 1;
+  Rehash(&bytes);
+  EXPECT_EQ(VerifyMessage(bytes), "notes have another size");
+  // Without the name's record the size fits, and the names do not.
+  bytes.resize(bytes.size() - 3);
+  Rehash(&bytes);
+  EXPECT_EQ(VerifyMessage(bytes), "notes name other locals");
+  // A name that lies outside the strings.
+  bytes = sound;
+  bytes[bytes.size() - 3] = 0xff;
+  Rehash(&bytes);
+  EXPECT_NE(VerifyMessage(bytes), "");
+  // Without notes there are no names.
+  bytes.assign(sound.begin(), sound.begin() + static_cast<std::ptrdiff_t>(count_at - 8));
+  ASSERT_EQ(
+      Verifier::Verify(bytes.data(), static_cast<uint32_t>(bytes.size()), program.get()).message,
+      nullptr);
+  EXPECT_EQ(program->local_name(0, 1).size, 0);
+}
+
+TEST(VerifierTest, AnImageOfTheVersionBeforeIsRefused) {
+  std::vector<uint8_t> bytes = TestImage(kReturn).Build();
+  bytes[4] = 2;
+  Rehash(&bytes);
+  EXPECT_EQ(VerifyMessage(bytes), "image version is not known");
+}
+
 TEST(VerifierTest, SlotsMustExist) {
   EXPECT_EQ(VerdictOnCode(Op(Opcode::kLoadField, {0}) + Op(Opcode::kPop) + kReturn),
             "no such field");

@@ -2,11 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+
 #include "bridge/bus/lcm_bus.h"
 #include "bridge/control/control_service.h"
 #include "compiler/base/text.h"
 #include "tools/base/json.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/inspect.h"
 #include "tools/launch/control_link.h"
 #include "tools/launch/control_script.h"
 #include "tools/launch/controlled_run.h"
@@ -38,6 +41,7 @@ constexpr const char* kControlExamples =
     "  morphbus control speed 2\n"
     "  morphbus control deploy models/programs/quadruped_careful.dyn --to m5 --at 60\n"
     "  morphbus control invoke FrontLeftUpperHalf.move_thigh --to m3\n"
+    "  morphbus control inspect m5\n"
     "  morphbus control kill m2\n"
     "  morphbus control restart m2\n"
     "  morphbus control restart m7 --cold\n"
@@ -56,9 +60,10 @@ bool HandOver(const ControlledRun& run, bridge::ControlCommand* command) {
   return written.has_value();
 }
 
-/// What the run said, for people or scripts. Returns the exit status.
+/// What the run said, for people or scripts; `modules`: what those said that were inspected, null
+/// for other commands. Returns the exit status.
 int Report(const ControlledRun& run, const std::string& command,
-           const bridge::ControlAnswer& answer, bool json) {
+           const bridge::ControlAnswer& answer, bool json, const Json& modules) {
   // A refusal has no tick; what it says goes to stderr, also beside JSON.
   using State = bridge::ControlAnswer::State;
   const bool refused = answer.state == State::kRefused;
@@ -72,15 +77,17 @@ int Report(const ControlledRun& run, const std::string& command,
         {"tick", refused ? Json(nullptr) : Json(answer.tick)},
         {"seconds",
          refused ? Json(nullptr) : Json(Seconds(answer.tick * run.plan.description.tick_us()))},
-        {"pending", answer.state == State::kLater},
+        {"pending", answer.state == State::kLater && modules.is_null()},
         {"refused", refused ? Json(answer.reason) : Json(nullptr)}};
     if (at) object["switch_seconds"] = *at;
+    if (!modules.is_null()) object["modules"] = modules;
     PrintJson(object);
   } else if (!refused) {
     fmt::print("{}: tick {} ({:.2f} s){}{}\n", at ? answer.effect : command, answer.tick,
                Seconds(answer.tick * run.plan.description.tick_us()),
                at ? fmt::format("; it runs from {} s on", *at) : "",
-               answer.state == State::kLater ? ", once the run goes on" : "");
+               answer.state == State::kLater && modules.is_null() ? ", once the run goes on" : "");
+    if (!modules.is_null()) fmt::print("{}", AnswersText(modules));
   }
   if (!refused) return kDone;
   Unusable(fmt::format("{}: {}", command, EscapeControl(answer.reason)));
@@ -118,11 +125,24 @@ int Control(const ControlOptions& options) {
   if (!bus) return Unusable(bus.error().message);
   CatchSignals();
   const bridge::Sender sender = {run->entry.name, "TOOL", run->plan.description.model_hash(), 0};
+  const bool inspects = command->kind == bridge::ControlKind::kInspect;
+  std::optional<InspectionListener> listener;
+  if (inspects) listener.emplace(bus->get(), *run, command->part.module);
+  const auto stop = [] { return CaughtSignal() != 0; };
+  const bridge::MonotonicTime time;
   const Result<bridge::ControlAnswer> answer =
-      bridge::GiveCommand(bus->get(), bridge::MonotonicTime(), sender, run->key, text,
-                          kControlPatienceUs, [] { return CaughtSignal() != 0; });
+      bridge::GiveCommand(bus->get(), time, sender, run->key, text, kControlPatienceUs, stop);
   if (!answer) return Failed(answer.error().message);
-  return Report(*run, text, *answer, options.json);
+  if (!inspects || answer->state == bridge::ControlAnswer::State::kRefused) {
+    return Report(*run, text, *answer, options.json, nullptr);
+  }
+  // The modules answer once the tick is computed.
+  if (answer->state == bridge::ControlAnswer::State::kLater) {
+    fmt::print(stderr, "{} waits for tick {}, once the run goes on\n", text, answer->tick);
+  }
+  const std::string why = listener->Await(answer->tick, time, stop);
+  const int status = Report(*run, text, *answer, options.json, listener->answers());
+  return why.empty() ? status : Failed(fmt::format("{}: {}", text, why));
 }
 
 }  // namespace

@@ -35,9 +35,10 @@ struct ReplayOptions {
   RunChoice run;
   bool isolate = false;
   bool json = false;
-  std::string into;            ///< Module to run again instead; empty: the log is published.
-  std::optional<double> at_s;  ///< With it: when its state is shown.
-  std::string steps;           ///< With both: how finely that tick's steps are shown.
+  std::string into;               ///< Module to run again instead; empty: the log is published.
+  std::optional<double> at_s;     ///< With it: when its state is shown.
+  std::string steps;              ///< With both: how finely that tick's steps are shown.
+  std::optional<int> break_line;  ///< With --into: the source line at which it is shown.
 };
 
 /// A replay as the user steers it.
@@ -165,19 +166,24 @@ std::string WhyUnusable(const ReplayOptions& options) {
 /// Why --into and --at do not go with the other options; empty if they do.
 std::string WhyNotInto(const ReplayOptions& options) {
   if (!options.steps.empty() && !options.at_s) return "--steps needs --at T, the time of a tick";
+  if (options.into.empty() && options.break_line) return "--break needs --into MODULE";
   if (options.into.empty()) return options.at_s ? "--at needs --into MODULE" : "";
+  if (options.break_line && options.at_s) return "--break and --at: give one of them";
+  if (options.break_line && *options.break_line < 1) return "--break: expected a line, 1 or more";
   const logger::ReplayOptions standard;
   const logger::ReplayOptions& replay = options.replay;
-  const std::pair<const char*, bool> given[] = {{"--speed", replay.speed != standard.speed},
-                                                {"--from", replay.from_s != standard.from_s},
-                                                {"--to", options.to_s.has_value()},
-                                                {"--channel", !replay.channel.empty()},
-                                                {"--loop", replay.loop},
-                                                {"--paused", replay.paused},
-                                                {"--wait-for", replay.wait_for != 0},
-                                                {"--run", !options.run.run.empty()},
-                                                {"--isolate", options.isolate},
-                                                {"--lcm-url", !options.run.lcm_url.empty()}};
+  const bool breaks = options.break_line.has_value();
+  const std::pair<const char*, bool> given[] = {
+      {"--speed", replay.speed != standard.speed},
+      {"--from", replay.from_s != standard.from_s && !breaks},
+      {"--to", options.to_s.has_value() && !breaks},
+      {"--channel", !replay.channel.empty()},
+      {"--loop", replay.loop},
+      {"--paused", replay.paused},
+      {"--wait-for", replay.wait_for != 0},
+      {"--run", !options.run.run.empty()},
+      {"--isolate", options.isolate},
+      {"--lcm-url", !options.run.lcm_url.empty()}};
   for (const auto& [name, is_given] : given) {
     if (is_given) return fmt::format("--into publishes nothing: leave out {}", name);
   }
@@ -223,8 +229,15 @@ int ReplayLog(ReplayOptions options) {
   // The options are checked first; the network and the log come after.
   if (const std::string why = WhyNotInto(options); !why.empty()) return Unusable(why);
   if (!options.into.empty()) {
-    return RunAgain({options.log, options.description, options.into, options.at_s, options.steps,
-                     options.json});
+    return RunAgain({.log = options.log,
+                     .description = options.description,
+                     .module = options.into,
+                     .at_s = options.at_s,
+                     .steps = options.steps,
+                     .break_line = options.break_line.value_or(0),
+                     .from_s = options.replay.from_s,
+                     .to_s = options.to_s,
+                     .json = options.json});
   }
   if (const std::string why = WhyUnusable(options); !why.empty()) return Unusable(why);
   options.replay.to_s = options.to_s.value_or(-1.0);
@@ -312,6 +325,10 @@ void AddReplay(CommandLine* line) {
           "With --at: also all that the module's tasks do in that tick, by source lines or by "
           "instructions")
       .TypeName("lines|instructions");
+  sub.Add("--break", &options->break_line,
+          "With --into: show calls, variables and fields whenever a task comes to this source line "
+          "(between --from and --to)")
+      .TypeName("LINE");
   sub.Flag("--json", &options->json, "One JSON object on stdout at the end");
   sub.Footer(
       std::string("Keys in a terminal: ") + kKeys +

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "compiler/base/text.h"
 #include "logger/compare/module_rerun.h"
 #include "tools/base/lent_description.h"
 #include "tools/commands/commands.h"
+#include "tools/convert/break_trace.h"
 #include "tools/convert/rerun_report.h"
 #include "tools/convert/step_trace.h"
 #include "tools/spy/lcm_sources.h"
@@ -48,6 +50,21 @@ void PrintFindings(const ReplayInto& options, const logger::RerunSummary& done, 
              first["logged"].get<std::string>(), first["again"].get<std::string>());
 }
 
+/// What was found, for scripts.
+Json FindingsJson(const std::string& module, const logger::RerunSummary& done,
+                  const RerunDifferences& differences) {
+  return {{"module", module},
+          {"same", differences.count() == 0},
+          {"ticks", done.ticks},
+          {"first_tick", done.first_tick},
+          {"last_tick", done.last_tick},
+          {"messages", done.messages},
+          {"different", differences.count()},
+          {"first", differences.first()},
+          {"skipped", done.skipped},
+          {"unheard", done.unheard}};
+}
+
 /// What may be the cause of a difference besides the module.
 void WarnOfGaps(const logger::RerunSummary& done, const logger::RunLog& log) {
   if (log.facts.mode == "realtime") {
@@ -72,6 +89,7 @@ int RunAgain(const ReplayInto& options) {
   if (!options.steps.empty() && options.steps != "lines" && options.steps != "instructions") {
     return Unusable("--steps " + options.steps + ": expected lines or instructions");
   }
+  // The module of the log, and the types of its messages.
   const Result<logger::RunLog> log =
       LoadLog(options.log, {.run = "", .series = false}, options.description);
   if (!log) return Unusable(log.error().message);
@@ -79,6 +97,7 @@ int RunAgain(const ReplayInto& options) {
   if (!module) return kUnusable;
   const Result<LcmSchema> schema = LcmSchema::Parse(LcmSources());
   if (!schema) return Unusable(schema.error().message);
+  // What is collected while it runs: what differs, what it knew, and what its tasks did.
   RerunDifferences differences(*schema);
   std::optional<int64_t> next_steps_us;  // When, after the tick asked for, a task runs next.
   StepTrace trace(options.steps == "lines" ? StepTrace::By::kLine : StepTrace::By::kInstruction);
@@ -99,6 +118,12 @@ int RunAgain(const ReplayInto& options) {
       if (!known.is_null() && !next_steps_us) next_steps_us = step.input.sim_time_us;
     };
   }
+  BreakTrace breaks(options.break_line, options.from_s,
+                    options.to_s.value_or(std::numeric_limits<double>::infinity()));
+  if (options.break_line > 0) {
+    visitors.step = [&](const logger::ComputedStep& step) { breaks.Take(step); };
+  }
+  // A run that cannot be judged is of no use.
   const Result<logger::RerunSummary> done = logger::RerunModule(*log, *module, visitors);
   if (!done) return Unusable(options.log + ": " + done.error().message);
   if (done->ticks == 0) {
@@ -111,18 +136,16 @@ int RunAgain(const ReplayInto& options) {
                                 static_cast<double>(done->last_tick * log->facts.tick_us) * 1e-6));
   }
   WarnOfGaps(*done, *log);
+  if (options.break_line > 0 && breaks.moments().empty()) {
+    Warn(fmt::format("no task of {} came to line {}", options.module, options.break_line));
+  }
   if (options.json) {
-    Json json = {{"module", options.module},
-                 {"same", differences.count() == 0},
-                 {"ticks", done->ticks},
-                 {"first_tick", done->first_tick},
-                 {"last_tick", done->last_tick},
-                 {"messages", done->messages},
-                 {"different", differences.count()},
-                 {"first", differences.first()},
-                 {"skipped", done->skipped},
-                 {"unheard", done->unheard}};
+    Json json = FindingsJson(options.module, *done, differences);
     if (options.at_s) json["at"] = known;
+    if (options.break_line > 0) {
+      json["breaks"] = breaks.moments();
+      json["breaks_dropped"] = breaks.dropped();
+    }
     if (!options.steps.empty()) {
       json["steps"] = trace.steps();
       json["steps_dropped"] = trace.dropped();
@@ -131,6 +154,7 @@ int RunAgain(const ReplayInto& options) {
     }
     PrintJson(json);
   } else {
+    fmt::print("{}", BreaksText(breaks.moments(), breaks.dropped()));
     if (!options.steps.empty()) {
       fmt::print("steps of tick {}\n{}", known["tick"].get<int64_t>(),
                  StepsText(trace.steps(), trace.dropped()));

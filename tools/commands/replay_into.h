@@ -14,6 +14,11 @@ struct ReplayInto {
   std::optional<double> at_s;  ///< Sim time after which the module's state is shown.
   /// "lines" or "instructions": the steps of the tick in which `at_s` lies are shown; empty: none.
   std::string steps;
+  /// A source line: whenever a task comes to it in this range of sim time, what it holds is shown;
+  /// 0: none.
+  int break_line = 0;
+  double from_s = 0;
+  std::optional<double> to_s = {};
   bool json = false;
 };
 

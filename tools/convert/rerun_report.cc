@@ -4,15 +4,12 @@
 
 #include <algorithm>
 
+#include "bridge/module/read_held.h"
 #include "tools/base/program.h"
-#include "vm/image/print_line.h"
+#include "tools/convert/held_report.h"
 
 namespace morphbus::tools {
 namespace {
-
-/// The words of vm::TaskKind and vm::WaitKind.
-constexpr const char* kTaskKinds[] = {"startup", "behavior", "command", "handler"};
-constexpr const char* kWaits[] = {"nothing", "the next tick", "a time", "a joint"};
 
 /// Goes down to where two values differ; `path` leads there.
 std::optional<FieldDifference> Differ(const Json& a, const Json& b, const std::string& path) {
@@ -35,36 +32,6 @@ std::optional<FieldDifference> Differ(const Json& a, const Json& b, const std::s
                          b.is_null() ? "nothing" : JsonText(b)};
 }
 
-/// A call with the line at which it stands and the values of its locals, in their order: arguments
-/// first.
-Json CallJson(const logger::ComputedTick& tick, const vm::Frame& frame, const vm::Cell* cells) {
-  const vm::FunctionInfo function = tick.program.function(frame.function);
-  Json locals = Json::array();
-  for (int i = 0; i < function.num_locals; ++i) {
-    locals.push_back(vm::ValueText(tick.program, &tick.kinematics, function.local_types[i],
-                                   cells[frame.base + i]));
-  }
-  return {{"function", ToString(tick.program.function_name(frame.function))},
-          {"line", tick.program.LineOf(frame.function, frame.pc)},
-          {"locals", locals}};
-}
-
-/// A task with its calls, the innermost first.
-Json TaskJson(const logger::ComputedTick& tick, const vm::Task& task) {
-  Json calls = Json::array();
-  for (int f = task.stack.depth - 1; f >= 0; --f) {
-    calls.push_back(CallJson(tick, task.stack.frames[f], task.stack.cells));
-  }
-  Json json = {{"kind", TaskKindName(task.kind)},
-               {"waits_for", kWaits[static_cast<int>(task.wait)]}};
-  if (task.wait == vm::WaitKind::kSleep) json["until"] = static_cast<double>(task.wake_us) * 1e-6;
-  if (task.wait == vm::WaitKind::kMotion) {
-    json["joint"] = ToString(tick.kinematics.joint(task.wait_joint).name);
-  }
-  json["calls"] = calls;
-  return json;
-}
-
 /// The joints: where they are, where they are to go, and the signs of conventions.
 Json JointsJson(const logger::ComputedTick& tick) {
   Json joints = Json::object();
@@ -83,18 +50,6 @@ Json JointsJson(const logger::ComputedTick& tick) {
 }
 
 }  // namespace
-
-const char* TaskKindName(vm::TaskKind kind) { return kTaskKinds[static_cast<int>(kind)]; }
-
-std::string WaitText(const vm::Task& task, const vm::VerifiedKinematics& kinematics) {
-  if (task.wait == vm::WaitKind::kSleep) {
-    return fmt::format("{:.2f} s", static_cast<double>(task.wake_us) * 1e-6);
-  }
-  if (task.wait == vm::WaitKind::kMotion) {
-    return "joint " + ToString(kinematics.joint(task.wait_joint).name);
-  }
-  return kWaits[static_cast<int>(task.wait)];
-}
 
 std::optional<FieldDifference> FirstDifference(const Json& logged, const Json& again) {
   return Differ(logged, again, "");
@@ -129,7 +84,7 @@ Json KnownAfter(const logger::ComputedTick& tick) {
                 {"role", nullptr},
                 {"has_pose", tick.output.status.has_pose},
                 {"pose_stale", tick.output.status.pose_stale}};
-  Json labels = Json::object(), fields = Json::object(), tasks = Json::array();
+  Json labels = Json::object();
   if (role.role >= 0) {
     const vm::RoleInfo info = tick.program.role(role.role);
     known["role"] = ToString(info.name);
@@ -145,18 +100,12 @@ Json KnownAfter(const logger::ComputedTick& tick) {
             ToString(is_joint ? tick.kinematics.joint(at).name : tick.kinematics.link(at).name);
       }
     }
-    for (int f = 0; f < info.num_fields; ++f) {
-      fields[ToString(tick.program.field_name(role.role, f))] =
-          vm::ValueText(tick.program, &tick.kinematics, info.fields.type(f), role.fields[f]);
-    }
   }
-  for (const vm::Task& task : tick.state.scheduler.tasks) {
-    if (task.used) tasks.push_back(TaskJson(tick, task));
-  }
+  const bridge::HeldState held = bridge::ReadHeld(tick.program, tick.kinematics, tick.state);
   known["labels"] = labels;
-  known["fields"] = fields;
+  known["fields"] = FieldsJson(held.fields);
   known["joints"] = JointsJson(tick);
-  known["tasks"] = tasks;
+  known["tasks"] = TasksJson(held.tasks);
   return known;
 }
 
@@ -172,9 +121,7 @@ std::string KnownText(const Json& known) {
     text += fmt::format("  label {} = {}\n", name,
                         part.is_null() ? "(not resolved)" : part.get<std::string>());
   }
-  for (const auto& [name, value] : known["fields"].items()) {
-    text += fmt::format("  field {} = {}\n", name, value.get<std::string>());
-  }
+  text += FieldsText(known["fields"]);
   for (const auto& [name, joint] : known["joints"].items()) {
     const int sign = joint["sign"].get<int>();
     text += fmt::format("  joint {}: at {:.2f}, target {:.2f} {}{}{}{}\n", name,
@@ -188,20 +135,7 @@ std::string KnownText(const Json& known) {
                                                        : ", on its way",
                         joint["stalled"].get<bool>() ? ", stalled" : "");
   }
-  for (const Json& task : known["tasks"]) {
-    std::string waits = task["waits_for"].get<std::string>();
-    if (task.contains("until")) waits = fmt::format("{:.2f} s", task["until"].get<double>());
-    if (task.contains("joint")) waits = "joint " + task["joint"].get<std::string>();
-    text += fmt::format("  {} waits for {}\n", task["kind"].get<std::string>(), waits);
-    for (const Json& call : task["calls"]) {
-      std::string locals;
-      for (const Json& local : call["locals"]) {
-        locals += (locals.empty() ? "" : ", ") + local.get<std::string>();
-      }
-      text += fmt::format("    in {}, line {}{}\n", call["function"].get<std::string>(),
-                          call["line"].get<int>(), locals.empty() ? "" : ", locals " + locals);
-    }
-  }
+  text += TasksText(known["tasks"]);
   return text;
 }
 

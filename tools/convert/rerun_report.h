@@ -43,12 +43,6 @@ class RerunDifferences {
   Json first_;
 };
 
-/// "startup", "behavior", "command" or "handler".
-const char* TaskKindName(vm::TaskKind kind);
-
-/// What a task waits for, such as "joint joint_1" or "12.50 s"; "nothing" if it runs.
-std::string WaitText(const vm::Task& task, const vm::VerifiedKinematics& kinematics);
-
 /// What a module knows after a tick: role, pose, labels, conventions, fields, joints, and its tasks
 /// with their calls and locals.
 Json KnownAfter(const logger::ComputedTick& tick);

@@ -6,8 +6,9 @@
 #include <optional>
 #include <utility>
 
+#include "bridge/module/read_held.h"
 #include "tools/base/program.h"
-#include "tools/convert/rerun_report.h"
+#include "tools/convert/held_report.h"
 #include "vm/image/disassembler.h"
 #include "vm/image/print_line.h"
 
@@ -54,7 +55,11 @@ std::string EndingText(const logger::ComputedStep& step) {
     case vm::RunStatus::kFinished:
       return "finished";
     case vm::RunStatus::kWaiting:
-      return "waits for " + WaitText(step.task, step.kinematics);
+      return "waits for " +
+             WaitText(step.task.wait, step.task.wake_us,
+                      step.task.wait == vm::WaitKind::kMotion
+                          ? ToString(step.kinematics.joint(step.task.wait_joint).name)
+                          : "");
     case vm::RunStatus::kOutOfBudget:
       return "has used up its share of the tick's budget";
     case vm::RunStatus::kFaulted:
@@ -71,38 +76,31 @@ StepTrace::Moment StepTrace::MomentOf(const logger::ComputedStep& step) {
   // A task that has finished stands nowhere.
   if (now.depth > 0) {
     const vm::Frame& frame = step.task.stack.frames[now.depth - 1];
-    const vm::FunctionInfo function = step.program.function(frame.function);
     now.function = frame.function;
     now.pc = frame.pc;
     now.line = step.program.LineOf(frame.function, frame.pc);
-    for (int i = 0; i < function.num_locals; ++i) {
-      now.locals.push_back(vm::ValueText(step.program, &step.kinematics, function.local_types[i],
-                                         step.task.stack.cells[frame.base + i]));
-    }
+    now.locals = bridge::ReadLocals(step.program, step.kinematics, frame, step.task.stack.cells);
   }
-  const vm::RoleState& role = step.state.role;
-  const vm::RoleInfo info = step.program.role(role.role);
-  for (int f = 0; f < info.num_fields; ++f) {
-    now.fields.push_back(
-        vm::ValueText(step.program, &step.kinematics, info.fields.type(f), role.fields[f]));
-  }
+  now.fields = bridge::ReadFields(step.program, step.kinematics, step.state.role);
   return now;
 }
 
-void StepTrace::NoteChanges(const logger::ComputedStep& step, const Moment& now) {
+void StepTrace::NoteChanges(const Moment& now) {
   Json& changed = steps_.back()["changed"];
+  const auto note = [&changed](const char* kind, const std::vector<bridge::HeldValue>& before,
+                               const std::vector<bridge::HeldValue>& after) {
+    for (size_t i = 0; i < std::min(before.size(), after.size()); ++i) {
+      // Behind its scope a variable has no value any more.
+      if (after[i].value == before[i].value || after[i].value.empty()) continue;
+      const std::string& name = after[i].name;
+      changed[fmt::format("{} {}", kind, name.empty() ? std::to_string(i) : name)] = after[i].value;
+    }
+  };
   // The locals of another call are other variables.
   if (now.depth == begun_.depth && now.function == begun_.function) {
-    for (size_t i = 0; i < now.locals.size(); ++i) {
-      if (now.locals[i] != begun_.locals[i]) changed[fmt::format("local {}", i)] = now.locals[i];
-    }
+    note("local", begun_.locals, now.locals);
   }
-  for (size_t f = 0; f < std::min(now.fields.size(), begun_.fields.size()); ++f) {
-    if (now.fields[f] == begun_.fields[f]) continue;
-    const std::string name =
-        ToString(step.program.field_name(step.state.role.role, static_cast<int>(f)));
-    changed["field " + name] = now.fields[f];
-  }
+  note("field", begun_.fields, now.fields);
 }
 
 bool StepTrace::GoesOn(const Moment& now) const {
@@ -117,7 +115,7 @@ void StepTrace::Begin(const logger::ComputedStep& step, Moment now) {
                {"function", ToString(step.program.function_name(now.function))},
                {"source", ToString(step.program.source_name())},
                {"line", now.line},
-               {"locals", now.locals},
+               {"locals", LocalsJson(now.locals)},
                {"changed", Json::object()}};
   if (by_ == By::kInstruction) {
     json["pc"] = now.pc;
@@ -137,7 +135,7 @@ void StepTrace::Take(const logger::ComputedStep& step) {
     return;
   }
   // The step before is over.
-  if (open_) NoteChanges(step, now);
+  if (open_) NoteChanges(now);
   if (open_ && ended) steps_.back()["then"] = EndingText(step);
   open_ = !ended && steps_.size() < kMaxSteps;
   if (open_) {
@@ -169,7 +167,7 @@ std::string StepsText(const Json& steps, int64_t dropped) {
                           step["instruction"].get<std::string>());
       if (!step["operands"].empty()) line += "  of " + list(step["operands"]);
     } else if (!step["locals"].empty()) {
-      line += "  locals " + list(step["locals"]);
+      line += "  " + LocalsText(step["locals"]);
     }
     text += line + "\n";
     for (const auto& [name, value] : step["changed"].items()) {

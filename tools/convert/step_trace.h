@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "bridge/wire/held_state.h"
 #include "logger/compare/module_rerun.h"
 #include "tools/base/json.h"
 
@@ -26,15 +27,15 @@ class StepTrace {
   [[nodiscard]] int64_t dropped() const { return dropped_; }
 
  private:
-  /// Where a task stands, and what it could change there, as text.
+  /// Where a task stands, and what it could change there.
   struct Moment {
     int depth = 0, function = 0, line = 0;
     uint32_t pc = 0;
-    std::vector<std::string> locals, fields;
+    std::vector<bridge::HeldValue> locals, fields;
   };
   static Moment MomentOf(const logger::ComputedStep& step);
   /// Adds to the last step what is another value than at its beginning.
-  void NoteChanges(const logger::ComputedStep& step, const Moment& now);
+  void NoteChanges(const Moment& now);
   /// Whether the line that the last step began goes on.
   [[nodiscard]] bool GoesOn(const Moment& now) const;
   void Begin(const logger::ComputedStep& step, Moment now);

@@ -212,7 +212,8 @@ ControlDesk::Refusal ControlDesk::CheckNames(const ControlCommand& command) {
             fmt::format("the robot has no module '{}'{}", name, DidYouMean(name, names))};
   }
   // What is addressed to a module that is lost would never be done.
-  const std::string& doer = OfProcess(command.kind) ? command.part.module : command.to;
+  const bool by_part = OfProcess(command.kind) || command.kind == ControlKind::kInspect;
+  const std::string& doer = by_part ? command.part.module : command.to;
   if (!doer.empty() && sim_.lost(static_cast<size_t>(*robot.FindModule(doer)))) {
     return {kNo, doer + " is lost: the run goes on without it"};
   }
@@ -401,6 +402,14 @@ ControlDesk::Refusal ControlDesk::Do(const ControlCommand& command, int64_t tick
       break;
     case ControlKind::kInvoke:
       sim_.Invoke(addressee, *ResolveCall(*FindProgram(sim_.program_of(addressee)), command));
+      break;
+    case ControlKind::kInspect:
+      for (int m = 0; m < std::ssize(plan_.robot().modules); ++m) {
+        const std::string& name = command.part.module;
+        const bool asked = name.empty() || name == plan_.robot().modules[m].name;
+        const auto module = static_cast<size_t>(m);
+        if (asked && !sim_.lost(module)) sim_.Inspect(module);
+      }
       break;
     default:
       break;

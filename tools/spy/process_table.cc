@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <morphbus/health_t.hpp>
 #include <morphbus/sim_clock_t.hpp>
 #include <morphbus/status_t.hpp>
@@ -10,6 +11,7 @@
 
 #include "bridge/control/control_command.h"
 #include "bridge/wire/codec.h"
+#include "bridge/wire/held_state.h"
 #include "bridge/wire/vm_codec.h"
 #include "compiler/base/text.h"
 #include "vm/image/fault_text.h"
@@ -24,6 +26,33 @@ constexpr int64_t kPosePeriodNs = 50'000'000;
 // The speed of a run is that of the last seconds, by so many CLOCKs at most.
 constexpr int64_t kSpeedNs = 3'000'000'000;
 constexpr int64_t kSpeedStepNs = 100'000'000;
+
+// What is kept of an inspected module: parts of its answer, and lines of so many bytes.
+constexpr int kMostParts = 32;
+constexpr size_t kMostHeldLines = 64;
+constexpr size_t kLongestHeldLine = 200;
+
+/// A line for each field, task and call, as far as there is room for them.
+std::vector<std::string> HeldLines(const bridge::HeldState& held) {
+  std::vector<std::string> lines;
+  const auto add = [&lines](const std::string& line) {
+    if (lines.size() < kMostHeldLines) lines.push_back(bridge::CutText(line, kLongestHeldLine));
+  };
+  for (const bridge::HeldValue& field : held.fields) {
+    add(fmt::format("field {} = {} ({})", field.name, field.value, field.type));
+  }
+  for (const bridge::HeldTask& task : held.tasks) {
+    add(task.routine);
+    for (const bridge::HeldCall& call : task.calls) {
+      std::string locals;
+      for (const bridge::HeldValue& local : call.locals) {
+        locals += fmt::format("{} {} = {}", locals.empty() ? ":" : ",", local.name, local.value);
+      }
+      add(fmt::format("  in {}, line {}{}", call.function, call.line, locals));
+    }
+  }
+  return lines;
+}
 
 /// Names in the order of people: m2 before m10.
 bool Before(const std::string& a, const std::string& b) {
@@ -108,6 +137,22 @@ void ProcessTable::TakeClock(const bridge::ChannelName& name, const uint8_t* dat
   while (clocks.size() > 2 && now_ns - clocks.front().first > kSpeedNs) clocks.pop_front();
 }
 
+void ProcessTable::TakeInspection(const morphbus::status_t& status, Process* process) {
+  if (status.inspections.empty()) return;
+  // Parts come in order; what has gaps is passed over.
+  const morphbus::inspection_t& part = status.inspections.front();
+  if (part.part == 0 || process->inspected_tick != status.header.tick) process->inspected.clear();
+  process->inspected_tick = status.header.tick;
+  if (part.num_parts > kMostParts || part.part != std::ssize(process->inspected)) return;
+  process->inspected.push_back(part);
+  if (part.part + 1 < part.num_parts) return;
+  const Result<bridge::HeldState> held = bridge::JoinHeld(process->inspected);
+  process->inspected.clear();
+  if (!held) return;
+  process->row.held = HeldLines(*held);
+  process->row.held_at = fmt::format("{:.2f} s", Seconds(status.header.sim_time_us));
+}
+
 void ProcessTable::TakeStatus(const uint8_t* data, size_t size, Process* process) {
   morphbus::status_t status;
   if (!bridge::Decode(data, size, {}, &status)) return;
@@ -128,6 +173,7 @@ void ProcessTable::TakeStatus(const uint8_t* data, size_t size, Process* process
   for (const morphbus::task_t& task : status.tasks) {
     row.tasks.push_back(fmt::format("{} at line {}", task.function_name, task.line));
   }
+  TakeInspection(status, process);
   // Faults beyond those that a message holds are counted all the same.
   row.faults += static_cast<int64_t>(status.faults.size()) + status.faults_dropped;
   for (const morphbus::fault_t& fault : status.faults) {

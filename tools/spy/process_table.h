@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <deque>
 #include <morphbus/fault_t.hpp>
+#include <morphbus/inspection_t.hpp>
+#include <morphbus/status_t.hpp>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -40,8 +42,10 @@ class ProcessTable {
     int64_t last_pose_ns = 0;    ///< When a TRANSFORM was read last.
     int64_t pose_age_ticks = 0;  ///< Below 0: without a pose.
     bool has_pose = false;
-    int64_t health_wall_us = 0;  ///< Of the last HEALTH; 0 before.
-    int64_t health_cpu_us = 0;   ///< Processor time that it had used by then.
+    int64_t health_wall_us = 0;                     ///< Of the last HEALTH; 0 before.
+    int64_t health_cpu_us = 0;                      ///< Processor time that it had used by then.
+    int64_t inspected_tick = -1;                    ///< Of the parts.
+    std::vector<morphbus::inspection_t> inspected;  ///< Of an answer that is not whole yet.
   };
   /// What is known of a run.
   struct Run {
@@ -54,6 +58,7 @@ class ProcessTable {
   // What each kind of message tells.
   void TakeClock(const bridge::ChannelName& name, const uint8_t* data, size_t size, int64_t now_ns);
   void TakeStatus(const uint8_t* data, size_t size, Process* process);
+  void TakeInspection(const morphbus::status_t& status, Process* process);
   void TakeTransform(const uint8_t* data, size_t size, int64_t now_ns, Process* process);
   void TakeHealth(const bridge::ChannelName& name, const uint8_t* data, size_t size, int64_t now_ns,
                   Process* process);

@@ -143,6 +143,8 @@ Screen ProcessLines(const SpySnapshot& spy, const SpyUi& ui) {
     }
     if (!signs.empty()) screen.push_back(Fact("convention", signs));
     AddFacts("tasks", row.tasks, Style::kPlain, &screen);
+    if (!row.held_at.empty()) screen.push_back(Fact("inspected", "at " + row.held_at));
+    AddFacts("", row.held, Style::kPlain, &screen);
   }
   // Where it is, and what its program did wrong.
   if (row.is_module) {

@@ -44,6 +44,9 @@ struct ProcessRow {
   std::vector<std::string> labels;  ///< "hip: joint 1".
   std::vector<int> joint_signs;     ///< +1, -1, or 0 without a convention, by joint.
   std::vector<std::string> tasks;   ///< What it runs, with the line.
+  /// What it held when it was inspected last, a line for each field and call; and when, as text.
+  std::vector<std::string> held;
+  std::string held_at;
   /// Sim time since the root sent what the module's poses rest on, seconds; absent without a pose.
   std::optional<double> pose_age_s;
   bool pose_stale = false;               ///< The root has gone silent.

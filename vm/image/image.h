@@ -23,9 +23,10 @@
 //   state    set locals u16 (bits), stack types u32 (4 bits each, lowest first, 0 above the top)
 //   join     offset u16 in the code section, state u16: what holds at a target of jumps; sorted
 //
-//   notes    magic u32, size of the strings u16, fields u16, lines u16, source file name (text),
-//            then the strings, for each function its name (text), for each field of each role its
-//            name (text), and the lines: offset u16 in the code section, line u16; sorted
+//   notes    magic u32, size of the strings u16, fields u16, locals u16, lines u16, source file
+//            name (text), then the strings, for each function its name (text), for each field of
+//            each role its name (text), for each local of each function its name (text), and the
+//            lines: offset u16 in the code section, line u16; sorted
 
 #include <cstdint>
 
@@ -35,7 +36,7 @@ namespace morphbus::vm::image {
 inline constexpr uint32_t kMagic = 0x494e5944u;       // "DYNI"
 inline constexpr uint32_t kNotesMagic = 0x534e5944u;  // "DYNS"
 /// The version that this build writes and reads; it reads no other.
-inline constexpr uint16_t kVersion = 2;
+inline constexpr uint16_t kVersion = 3;
 
 /// The sections of the part that runs, in their order.
 enum class Section : uint8_t {
@@ -104,8 +105,9 @@ inline constexpr uint32_t kFunctionTypesAt = 5;
 /// Offsets in the notes (bytes), and the sizes of their records.
 inline constexpr uint32_t kNotesStringsAt = 4;
 inline constexpr uint32_t kNotesFieldsAt = 6;
-inline constexpr uint32_t kNotesLinesAt = 8;
-inline constexpr uint32_t kNotesSourceAt = 10;
+inline constexpr uint32_t kNotesLocalsAt = 8;
+inline constexpr uint32_t kNotesLinesAt = 10;
+inline constexpr uint32_t kNotesSourceAt = 12;
 inline constexpr uint32_t kNotesHeadBytes = kNotesSourceAt + kTextBytes;
 inline constexpr uint32_t kLineBytes = 4;
 

@@ -43,6 +43,14 @@ Text VerifiedProgram::field_name(int role, int field) const {
   return NameOf(notes_, at + static_cast<uint32_t>(field));
 }
 
+Text VerifiedProgram::local_name(int function, int local) const {
+  if (notes_ == nullptr) return {};
+  // The names of functions and fields come first, then the locals of the functions before this one.
+  uint32_t at = static_cast<uint32_t>(num_functions_) + ReadU16(notes_ + image::kNotesFieldsAt);
+  for (int i = 0; i < function; ++i) at += this->function(i).num_locals;
+  return NameOf(notes_, at + static_cast<uint32_t>(local));
+}
+
 int VerifiedProgram::LineOf(int function, uint32_t pc) const {
   if (notes_ == nullptr || function < 0 || function >= num_functions_) return 0;
   // Lines are told by offsets in the code section.

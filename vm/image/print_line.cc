@@ -1,6 +1,7 @@
 #include "vm/image/print_line.h"
 
-#include <fmt/format.h>
+#include <array>
+#include <cstdio>
 
 #include "vm/image/print_text.h"
 
@@ -8,6 +9,13 @@ namespace morphbus::vm {
 namespace {
 
 std::string TextOf(Text text) { return std::string(text.data, text.size); }
+
+/// Six digits, as C writes them; the locale of numbers is C's everywhere here.
+std::string FloatText(float value) {
+  std::array<char, 32> text = {};
+  std::snprintf(text.data(), text.size(), "%.6g", static_cast<double>(value));
+  return text.data();
+}
 
 /// A part of the module by its name, or by its number where that is not known.
 template <class NameOf>
@@ -24,7 +32,7 @@ std::string ValueText(const VerifiedProgram& program, const VerifiedKinematics* 
     case ValueType::kBool:
       return cell.AsBool() ? "true" : "false";
     case ValueType::kFloat:
-      return fmt::format("{:.6g}", static_cast<double>(cell.AsFloat()));
+      return FloatText(cell.AsFloat());
     case ValueType::kDirection:
       return cell.bits < kNumDirections ? kDirectionRows[cell.bits].name : std::to_string(index);
     case ValueType::kAxis:

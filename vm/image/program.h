@@ -236,6 +236,8 @@ class VerifiedProgram {
   /// The same without the role's.
   [[nodiscard]] Text member_name(int function) const;
   [[nodiscard]] Text field_name(int role, int field) const;
+  /// The name of a parameter or variable of a function.
+  [[nodiscard]] Text local_name(int function, int local) const;
   /// Source line (1-based) of an instruction, 0 if unknown. `pc` is a byte offset in the function.
   [[nodiscard]] int LineOf(int function, uint32_t pc) const;
   /// Source line of the first code that stands in a role itself, 0 if there is none. An image has

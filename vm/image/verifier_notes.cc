@@ -22,17 +22,22 @@ bool Verifier::CheckNotes() {
   if (size < image::kNotesHeadBytes) return Fail("notes are cut off", notes);
   if (ReadU32(bytes_ + notes) != image::kNotesMagic)
     return Fail("not the notes of an image", notes);
-  // One name for each function and each field of each role, then the lines, and no more.
+  // One name for each function, each field of each role and each local of each function, then the
+  // lines, and no more.
   const uint32_t strings = ReadU16(bytes_ + notes + image::kNotesStringsAt);
   const uint32_t fields = ReadU16(bytes_ + notes + image::kNotesFieldsAt);
+  const uint32_t locals = ReadU16(bytes_ + notes + image::kNotesLocalsAt);
   const uint32_t lines = ReadU16(bytes_ + notes + image::kNotesLinesAt);
-  const uint32_t num_names = static_cast<uint32_t>(out_.num_functions_) + fields;
+  const uint32_t num_names = static_cast<uint32_t>(out_.num_functions_) + fields + locals;
   const uint32_t names = image::kNotesHeadBytes + strings;
   const uint32_t lines_at = names + num_names * image::kTextBytes;
   if (size != lines_at + lines * image::kLineBytes) return Fail("notes have another size", notes);
   uint32_t fields_of_roles = 0;
   for (int i = 0; i < out_.num_roles_; ++i) fields_of_roles += out_.role(i).num_fields;
   if (fields != fields_of_roles) return Fail("notes name other fields", notes);
+  uint32_t locals_of_functions = 0;
+  for (int i = 0; i < out_.num_functions_; ++i) locals_of_functions += out_.function(i).num_locals;
+  if (locals != locals_of_functions) return Fail("notes name other locals", notes);
   if (!CheckNames(notes, strings, notes + image::kNotesSourceAt, 1) ||
       !CheckNames(notes, strings, notes + names, num_names) ||
       !CheckLines(notes + lines_at, lines)) {

@@ -1,0 +1,56 @@
+#include "tools/convert/break_trace.h"
+
+#include <fmt/format.h>
+
+#include "bridge/module/read_held.h"
+#include "compiler/base/text.h"
+#include "tools/convert/held_report.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// A line in a loop is come to in every tick, and a log has hours of them.
+constexpr size_t kMaxMoments = 1000;
+
+}  // namespace
+
+void BreakTrace::Take(const logger::ComputedStep& step) {
+  if (step.ended != nullptr || step.task.stack.depth == 0) return;
+  const double seconds = static_cast<double>(step.input.sim_time_us) * 1e-6;
+  if (seconds < from_s_ || seconds >= to_s_) return;
+  // The first instruction of the line: before it another line's code ends.
+  const vm::Frame& frame = step.task.stack.frames[step.task.stack.depth - 1];
+  if (step.program.LineOf(frame.function, frame.pc) != line_) return;
+  if (frame.pc > 0 && step.program.LineOf(frame.function, frame.pc - 1) == line_) return;
+  if (moments_.size() >= kMaxMoments) {
+    ++dropped_;
+    return;
+  }
+  const vm::RoleState& role = step.state.role;
+  bridge::HeldTask held =
+      bridge::ReadTask(step.program, step.kinematics, step.program.role(role.role), step.task);
+  // The task has not come to rest here, so it knows only where it waited last.
+  held.calls.front().line = line_;
+  const Json task = TasksJson({held}).front();
+  moments_.push_back(
+      {{"tick", step.input.tick},
+       {"seconds", seconds},
+       {"kind", task["kind"]},
+       {"routine", task["routine"]},
+       {"calls", task["calls"]},
+       {"fields", FieldsJson(bridge::ReadFields(step.program, step.kinematics, role))}});
+}
+
+std::string BreaksText(const Json& moments, int64_t dropped) {
+  std::string text;
+  for (const Json& moment : moments) {
+    text += fmt::format("tick {} ({:.2f} s): {} {}\n{}{}", moment["tick"].get<int64_t>(),
+                        moment["seconds"].get<double>(), moment["kind"].get<std::string>(),
+                        moment["routine"].get<std::string>(), CallsText(moment["calls"]),
+                        FieldsText(moment["fields"]));
+  }
+  if (dropped > 0) text += fmt::format("and {} more\n", Counted(dropped, "time"));
+  return text;
+}
+
+}  // namespace morphbus::tools

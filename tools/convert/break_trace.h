@@ -1,0 +1,41 @@
+#pragma once
+// Where the tasks of a module that runs again come to a source line.
+
+#include <cstdint>
+#include <limits>
+#include <string>
+
+#include "logger/compare/module_rerun.h"
+#include "tools/base/json.h"
+
+namespace morphbus::tools {
+
+/// Collects the moments in which a task comes to the first instruction of a line, with what the
+/// task and the role hold then.
+class BreakTrace {
+ public:
+  /// @param line    of the program's source, from 1
+  /// @param from_s  sim time from which on ticks are looked at, seconds
+  /// @param to_s    sim time before which they begin
+  BreakTrace(int line, double from_s, double to_s) : line_(line), from_s_(from_s), to_s_(to_s) {}
+
+  /// Takes the next moment of the run.
+  void Take(const logger::ComputedStep& step);
+
+  /// The moments, of which the first 1,000 are kept: "tick", "seconds", "kind", "routine", "calls",
+  /// "fields" (as in docs/cli.md).
+  [[nodiscard]] const Json& moments() const { return moments_; }
+  /// How many more there were.
+  [[nodiscard]] int64_t dropped() const { return dropped_; }
+
+ private:
+  const int line_;
+  const double from_s_, to_s_;
+  Json moments_ = Json::array();
+  int64_t dropped_ = 0;
+};
+
+/// The moments for people.
+std::string BreaksText(const Json& moments, int64_t dropped);
+
+}  // namespace morphbus::tools

@@ -1,0 +1,105 @@
+#include "tools/convert/held_report.h"
+
+#include <fmt/format.h>
+
+namespace morphbus::tools {
+namespace {
+
+/// The words of vm::TaskKind and vm::WaitKind.
+constexpr const char* kTaskKinds[] = {"startup", "behavior", "command", "handler"};
+constexpr const char* kWaits[] = {"nothing", "the next tick", "a time", "a joint"};
+
+double ToSeconds(int64_t time_us) { return static_cast<double>(time_us) * 1e-6; }
+
+/// A task with its calls, the innermost first.
+Json TaskJson(const bridge::HeldTask& task) {
+  Json calls = Json::array();
+  for (const bridge::HeldCall& call : task.calls) {
+    calls.push_back(
+        {{"function", call.function}, {"line", call.line}, {"locals", LocalsJson(call.locals)}});
+  }
+  Json json = {{"kind", TaskKindName(task.kind)},
+               {"routine", task.routine},
+               {"waits_for", kWaits[static_cast<int>(task.wait)]}};
+  if (task.wait == vm::WaitKind::kSleep) json["until"] = ToSeconds(task.until_us);
+  if (task.wait == vm::WaitKind::kMotion) json["joint"] = task.joint;
+  json["calls"] = calls;
+  return json;
+}
+
+}  // namespace
+
+const char* TaskKindName(vm::TaskKind kind) { return kTaskKinds[static_cast<int>(kind)]; }
+
+std::string WaitText(vm::WaitKind wait, int64_t until_us, const std::string& joint) {
+  if (wait == vm::WaitKind::kSleep) return fmt::format("{:.2f} s", ToSeconds(until_us));
+  if (wait == vm::WaitKind::kMotion) return "joint " + joint;
+  return kWaits[static_cast<int>(wait)];
+}
+
+Json FieldsJson(const std::vector<bridge::HeldValue>& fields) {
+  Json json = Json::object();
+  for (const bridge::HeldValue& field : fields) {
+    json[field.name] = {{"type", field.type}, {"value", field.value}};
+  }
+  return json;
+}
+
+Json LocalsJson(const std::vector<bridge::HeldValue>& locals) {
+  Json json = Json::array();
+  for (const bridge::HeldValue& local : locals) {
+    if (local.value.empty()) continue;
+    json.push_back({{"name", local.name}, {"type", local.type}, {"value", local.value}});
+  }
+  return json;
+}
+
+Json TasksJson(const std::vector<bridge::HeldTask>& tasks) {
+  Json json = Json::array();
+  for (const bridge::HeldTask& task : tasks) json.push_back(TaskJson(task));
+  return json;
+}
+
+std::string FieldsText(const Json& fields) {
+  std::string text;
+  for (const auto& [name, field] : fields.items()) {
+    text += fmt::format("  field {} = {} ({})\n", name, field["value"].get<std::string>(),
+                        field["type"].get<std::string>());
+  }
+  return text;
+}
+
+std::string LocalsText(const Json& locals) {
+  std::string text;
+  for (size_t i = 0; i < locals.size(); ++i) {
+    const std::string name = locals[i]["name"].get<std::string>();
+    text += fmt::format("{}{} = {}", i > 0 ? ", " : "", name.empty() ? std::to_string(i) : name,
+                        locals[i]["value"].get<std::string>());
+  }
+  return text;
+}
+
+std::string CallsText(const Json& calls) {
+  std::string text;
+  for (const Json& call : calls) {
+    const std::string locals = LocalsText(call["locals"]);
+    text += fmt::format("    in {}, line {}{}\n", call["function"].get<std::string>(),
+                        call["line"].get<int>(), locals.empty() ? "" : ": " + locals);
+  }
+  return text;
+}
+
+std::string TasksText(const Json& tasks) {
+  std::string text;
+  for (const Json& task : tasks) {
+    std::string waits = task["waits_for"].get<std::string>();
+    if (task.contains("until")) waits = fmt::format("{:.2f} s", task["until"].get<double>());
+    if (task.contains("joint")) waits = "joint " + task["joint"].get<std::string>();
+    text += fmt::format("  {} {} waits for {}\n", task["kind"].get<std::string>(),
+                        task["routine"].get<std::string>(), waits);
+    text += CallsText(task["calls"]);
+  }
+  return text;
+}
+
+}  // namespace morphbus::tools

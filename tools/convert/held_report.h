@@ -1,0 +1,41 @@
+#pragma once
+// What a module holds, as JSON and as text: alike for a running robot (`control inspect`) and for a
+// module that a log runs again (`replay --into`).
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "bridge/wire/held_state.h"
+#include "tools/base/json.h"
+
+namespace morphbus::tools {
+
+/// "startup", "behavior", "command" or "handler".
+const char* TaskKindName(vm::TaskKind kind);
+
+/// What a task waits for, such as "joint joint_1" or "12.50 s"; "nothing" if it runs.
+/// @param until_us  for kSleep: the sim time at which it goes on, microseconds
+/// @param joint     for kMotion: the joint's name
+std::string WaitText(vm::WaitKind wait, int64_t until_us, const std::string& joint);
+
+/// Fields by name, each with its "type" and "value".
+Json FieldsJson(const std::vector<bridge::HeldValue>& fields);
+
+/// Locals in their order, each with its "name", "type" and "value"; none that has no value yet.
+Json LocalsJson(const std::vector<bridge::HeldValue>& locals);
+
+/// Tasks, each with its "kind", "routine", what it "waits_for" (with "until", seconds of sim time,
+/// or "joint") and its "calls", the innermost first: "function", "line" and "locals".
+Json TasksJson(const std::vector<bridge::HeldTask>& tasks);
+
+/// The same for people: a line for each field.
+std::string FieldsText(const Json& fields);
+/// "i = 3, far = true"; a local without a name is called by its number.
+std::string LocalsText(const Json& locals);
+/// A line for each call.
+std::string CallsText(const Json& calls);
+/// A line for each task and each call.
+std::string TasksText(const Json& tasks);
+
+}  // namespace morphbus::tools
