@@ -2,6 +2,7 @@
 // The loop of a module's firmware around the VM; docs/porting.md walks through it. No heap.
 
 #include "vm/port/frame.h"
+#include "vm/port/program_changer.h"
 #include "vm/vm.h"
 
 namespace morphbus::vm {
@@ -41,9 +42,11 @@ class Hardware {
 /// One module. It is large (sizeof) and belongs into static memory.
 class Firmware {
  public:
-  /// All that it is given must outlive it. `state` is begun anew.
+  /// All that it is given must outlive it. `state` is begun anew. `packages` is where programs are
+  /// kept that come later; without, the first one runs for ever, and neighbours still get it.
   Firmware(const VmConfig& config, const VerifiedKinematics& kinematics,
-           const VerifiedProgram& program, VmState* state, Hardware* hardware);
+           const VerifiedProgram& program, VmState* state, Hardware* hardware,
+           PackageStore* packages = nullptr);
 
   /// Says on all links who is there. Not needed, but a mate is then known before the first tick.
   void Greet() { SendAll(0); }
@@ -52,6 +55,16 @@ class Firmware {
   /// Computes a tick: senses, runs the VM, drives, sends. To be called once a control period;
   /// `time_us` counts from any moment and does not go back.
   void Tick(int64_t time_us);
+
+  /// Hands a package (vm/spread/package.h) to this module, from where it spreads; false if it is
+  /// none that can run here.
+  bool Deploy(const uint8_t* package, uint32_t size) { return programs_.Deploy(package, size); }
+  /// The program that runs now.
+  [[nodiscard]] const VerifiedProgram& program() const { return programs_.program(); }
+  /// The tick of the root's clock that was computed last; false without a root.
+  [[nodiscard]] bool RootTick(int64_t* root_tick) const {
+    return vm_.RootTick(input_.tick, root_tick);
+  }
 
   /// The last tick computed; -1 before the first.
   [[nodiscard]] int64_t tick() const { return input_.tick; }
@@ -65,6 +78,8 @@ class Firmware {
  private:
   /// Takes the frame that was found on a connector.
   void Hear(int connector);
+  /// Where its message goes; null if that many docked ones have spoken in this tick already.
+  NeighbourMessage* RoomFor(int connector);
   /// Sends what lies in frame_: a packet of that size, or a greeting if it is 0.
   void SendAll(int packet_size);
 
@@ -72,15 +87,18 @@ class Firmware {
   const uint16_t module_;
   Hardware& hardware_;
   Vm vm_;
+  RelayState relay_state_;
+  ProgramChanger programs_;
   TickInput input_;
   TickOutput output_;
   /// The newest tick that any mate spoke of.
   int64_t heard_tick_ = -1;
-  // By connector: who is there, what has come of a frame, and the last message, to which input_
-  // points from when it has come until a tick has been computed with it.
+  // By connector: who is there, and what has come of a frame.
   Mate mates_[kMaxConnectors];
   FrameReader readers_[kMaxConnectors];
-  NeighbourMessage messages_[kMaxConnectors];
+  /// The last messages of as many connectors as can be docked, to which input_ points from when
+  /// they have come until a tick has been computed with them.
+  NeighbourMessage messages_[kMaxNeighbours];
   /// The frame that is sent.
   uint8_t frame_[kMaxFrameBytes];
 };
