@@ -61,6 +61,11 @@ class Uart {
 inline constexpr uint32_t kClockMhz = 25;
 #endif
 
+/// The emulator's line moves on by a byte while the processor does not ask for it.
+inline void LetLineMoveOn() {
+  for (int i = 0; i < 2000; ++i) __asm__ volatile("nop");
+}
+
 /// SysTick as a clock of microseconds since Start().
 class SysTick {
  public:

@@ -27,7 +27,7 @@ role Rolled extends Module {
 '''
 # Of bytes: as many each are lost, damaged, and have another one put before them.
 BAD = 0.0002
-FRAMES_BEFORE_THE_SECOND = 80
+FRAMES_BEFORE_THE_SECOND = 50
 
 
 class BadWire(threading.Thread):
@@ -51,9 +51,9 @@ class BadWire(threading.Thread):
             if target is None:
                 continue  # Nobody is there yet.
             try:
-                target.sendall(data)
+                target.send(data, socket.MSG_DONTWAIT)
             except OSError:
-                pass  # Nobody listens any more.
+                pass  # Nobody listens any more, or not fast enough: a line does not wait.
 
     def receive(self):
         try:
@@ -175,7 +175,7 @@ class ClockLine(Micro):
     def sizes(self, elf, *said):
         text = pathlib.Path(f'{elf}.map').read_text()
         core, arithmetic, link, spread = linked(text)
-        most = {name: max(one[name] for one in said) for name in said[0]}
+        most = {name: max(one[name] for one in said) for name in said[1]}
         images = sum((self.folder / name).stat().st_size for name in ('image.bin', 'kinematics.bin'))
         return {'core and arithmetic': core + arithmetic, 'loop, frames and packets': link,
                 'what spreads and changes programs': spread, 'both images': images,

@@ -21,7 +21,7 @@ FLAGS = ['-mthumb', '-Os', '-std=c++20', '-DMORPHBUS_VM_SMALL', '-DMORPHBUS_VM_S
          '--specs=picolibcpp.specs']
 # The core is optimized as a whole when it is linked; what only links and new programs need, and the harness, are compiled by themselves,
 # so that the linker's map tells their bytes from the core's.
-LINK = ('packet', 'firmware', 'frame')
+LINK = ('packet', 'firmware', 'frame', 'message_pool')
 SPREAD = ('package', 'program_relay', 'program_changer')
 WHOLE = [name for name in CORE if pathlib.Path(name).stem not in LINK + SPREAD]
 

@@ -19,7 +19,7 @@ class Story {
   void Note(const vm::Firmware& firmware, int64_t before) {
     if (firmware.tick() > before + 1) ++leaps_;
     // A few frames in a row may get lost.
-    const bool near = firmware.lag() <= 3 && firmware.lag() >= -8;
+    const bool near = firmware.lag() <= 3 && firmware.lag() >= -20;
     together_ = near ? together_ + 1 : 0;
     const vm::StatusReport& status = firmware.output().status;
     in_role_ = status.role >= 0 ? in_role_ + 1 : 0;
@@ -32,7 +32,7 @@ class Story {
     }
   }
   /// The clocks of both have been near each other for a while, and the role has been held.
-  [[nodiscard]] bool HasSettled() const { return together_ >= 200 && in_role_ >= 150; }
+  [[nodiscard]] bool HasSettled() const { return together_ >= 100 && in_role_ >= 75; }
   /// And all that under the program that came later.
   [[nodiscard]] bool IsOver() const { return switch_tick_ >= 0 && HasSettled(); }
 

@@ -1,7 +1,5 @@
 #include "vm/port/firmware.h"
 
-#include <initializer_list>
-
 namespace morphbus::vm {
 
 namespace {
@@ -12,15 +10,6 @@ constexpr int kHeaderBytes = 3;
 /// 248 days.
 constexpr int64_t kMaxTick = int64_t{1} << 30;
 
-/// Of a module that can keep no later program.
-class NoPackages final : public PackageStore {
- public:
-  [[nodiscard]] uint32_t capacity() const override { return 0; }
-  bool Write(int, uint32_t, const uint8_t*, uint32_t) override { return false; }
-  [[nodiscard]] const uint8_t* Read(int) const override { return nullptr; }
-};
-NoPackages no_packages;
-
 }  // namespace
 
 Firmware::Firmware(const VmConfig& config, const VerifiedKinematics& kinematics,
@@ -30,7 +19,7 @@ Firmware::Firmware(const VmConfig& config, const VerifiedKinematics& kinematics,
       module_(config.module_id),
       hardware_(*hardware),
       vm_(config, kinematics, program, state),
-      programs_(program, &relay_state_, packages != nullptr ? packages : &no_packages) {
+      programs_(program, &relay_state_, packages != nullptr ? packages : &no_packages_) {
   input_.tick = -1;
   programs_.Begin();
 }
@@ -58,32 +47,12 @@ void Firmware::Hear(int connector) {
   mates_[connector] = {.heard = true, .module = module, .connector = body[2], .silent_ticks = 0};
   // Without a packet it is a greeting.
   if (packet_size == 0) return;
-  NeighbourMessage* message = RoomFor(connector);
+  NeighbourMessage* message = pool_.RoomFor(connector, &input_);
   if (message == nullptr) return;
   input_.messages[connector] = nullptr;
   if (!ReadPacket(body + kHeaderBytes, packet_size, message)) return;
   input_.messages[connector] = message;
   if (message->tick > heard_tick_ && message->tick < kMaxTick) heard_tick_ = message->tick;
-}
-
-NeighbourMessage* Firmware::RoomFor(int connector) {
-  // The one behind this connector has said something newer.
-  if (input_.messages[connector] != nullptr) {
-    return &messages_[input_.messages[connector] - messages_];
-  }
-  // Otherwise one that is nobody's, or else that of one who only passes by, if this one is docked.
-  for (const bool makes_way : {false, true}) {
-    for (NeighbourMessage& message : messages_) {
-      int user = 0;
-      while (user < kMaxConnectors && input_.messages[user] != &message) ++user;
-      if (user == kMaxConnectors) return &message;
-      if (makes_way && input_.connectors[connector].docked && !input_.connectors[user].docked) {
-        input_.messages[user] = nullptr;
-        return &message;
-      }
-    }
-  }
-  return nullptr;
 }
 
 void Firmware::Tick(int64_t time_us) {

@@ -2,6 +2,7 @@
 // The loop of a module's firmware around the VM; docs/porting.md walks through it. No heap.
 
 #include "vm/port/frame.h"
+#include "vm/port/message_pool.h"
 #include "vm/port/program_changer.h"
 #include "vm/vm.h"
 
@@ -42,8 +43,8 @@ class Hardware {
 /// One module. It is large (sizeof) and belongs into static memory.
 class Firmware {
  public:
-  /// All that it is given must outlive it. `state` is begun anew. `packages` is where programs are
-  /// kept that come later; without, the first one runs for ever, and neighbours still get it.
+  /// All that it is given must outlive it. `state` is begun anew. `packages` keeps programs that
+  /// come later; without, the first one runs for ever.
   Firmware(const VmConfig& config, const VerifiedKinematics& kinematics,
            const VerifiedProgram& program, VmState* state, Hardware* hardware,
            PackageStore* packages = nullptr);
@@ -56,15 +57,12 @@ class Firmware {
   /// `time_us` counts from any moment and does not go back.
   void Tick(int64_t time_us);
 
-  /// Hands a package (vm/spread/package.h) to this module, from where it spreads; false if it is
-  /// none that can run here.
+  /// Hands a package (vm/spread/package.h) to this module to spread; false if it cannot run here.
   bool Deploy(const uint8_t* package, uint32_t size) { return programs_.Deploy(package, size); }
   /// The program that runs now.
   [[nodiscard]] const VerifiedProgram& program() const { return programs_.program(); }
-  /// The tick of the root's clock that was computed last; false without a root.
-  [[nodiscard]] bool RootTick(int64_t* root_tick) const {
-    return vm_.RootTick(input_.tick, root_tick);
-  }
+  /// The last tick computed, by the root's clock; false without a root.
+  [[nodiscard]] bool RootTick(int64_t* tick) const { return vm_.RootTick(input_.tick, tick); }
 
   /// The last tick computed; -1 before the first.
   [[nodiscard]] int64_t tick() const { return input_.tick; }
@@ -78,8 +76,6 @@ class Firmware {
  private:
   /// Takes the frame that was found on a connector.
   void Hear(int connector);
-  /// Where its message goes; null if that many docked ones have spoken in this tick already.
-  NeighbourMessage* RoomFor(int connector);
   /// Sends what lies in frame_: a packet of that size, or a greeting if it is 0.
   void SendAll(int packet_size);
 
@@ -87,18 +83,17 @@ class Firmware {
   const uint16_t module_;
   Hardware& hardware_;
   Vm vm_;
+  NoPackages no_packages_;
   RelayState relay_state_;
   ProgramChanger programs_;
   TickInput input_;
   TickOutput output_;
   /// The newest tick that any mate spoke of.
   int64_t heard_tick_ = -1;
-  // By connector: who is there, and what has come of a frame.
+  // By connector: who is there, what has come of a frame; the messages that input_ points to.
   Mate mates_[kMaxConnectors];
   FrameReader readers_[kMaxConnectors];
-  /// The last messages of as many connectors as can be docked, to which input_ points from when
-  /// they have come until a tick has been computed with them.
-  NeighbourMessage messages_[kMaxNeighbours];
+  MessagePool pool_;
   /// The frame that is sent.
   uint8_t frame_[kMaxFrameBytes];
 };

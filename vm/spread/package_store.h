@@ -25,4 +25,15 @@ class PackageStore {
   ~PackageStore() = default;
 };
 
+/// Of a module that can keep no later program.
+class NoPackages final : public PackageStore {
+ public:
+  [[nodiscard]] uint32_t capacity() const override { return 0; }
+  bool Write(int /*place*/, uint32_t /*offset*/, const uint8_t* /*bytes*/,
+             uint32_t /*size*/) override {
+    return false;
+  }
+  [[nodiscard]] const uint8_t* Read(int /*place*/) const override { return nullptr; }
+};
+
 }  // namespace morphbus::vm
