@@ -6,8 +6,7 @@
 // There are two profiles. The large one is that of the host. The small one (MORPHBUS_VM_SMALL) is
 // for microcontrollers: it is enough for the quadruped, and gives the same outputs as the large one
 // as long as nothing overflows. docs/footprint.md says how much memory each needs. A firmware for
-// another robot raises what it needs in its own copy of the small column, kFragmentBytes excepted:
-// all modules of a robot must cut programs alike.
+// another robot raises what it needs in its own copy of the small column.
 
 #include <cstdint>
 
@@ -62,6 +61,8 @@ inline constexpr uint32_t kMaxImageBytes = Capacity<uint32_t>(65536, 8192);
 /// A program on its way: its image behind a head (vm/spread/package.h).
 inline constexpr uint32_t kPackageHeadBytes = 16;
 inline constexpr uint32_t kMaxPackageBytes = kPackageHeadBytes + kMaxImageBytes;
+/// No package is larger in any profile.
+inline constexpr uint32_t kMostPackageBytes = kPackageHeadBytes + 65536;
 
 // A running VM.
 // The state of all this is one struct of fixed size (vm/run/state.h).
@@ -106,7 +107,8 @@ inline constexpr int64_t kMaxTickAhead = 64;  ///< A message from further ahead 
 inline constexpr int kMaxMessageBodyEntries = Capacity(48, 12);
 inline constexpr int kMaxMessageInvocations = Capacity(6, 4);
 inline constexpr int kMaxMessageAcks = Capacity(16, 2);
-inline constexpr int kFragmentBytes = Capacity(256, 32);  ///< Of a program's package.
+/// Of a program's package, at most: each module says what it can take (ProgramNews::piece_bytes).
+inline constexpr int kFragmentBytes = Capacity(256, 32);
 
 // Encoded sizes (lcmtypes/), by which the VM shares out the tail of a message.
 inline constexpr int kBodyEntryWireBytes = 8;

@@ -86,6 +86,9 @@ struct ProgramNews {
   uint32_t want_version = 0;  ///< Version of the program it asks for; 0 if it asks for none.
   uint64_t want_hash = 0;
   uint32_t want_offset = 0;  ///< First byte of that program which it lacks.
+  /// Bytes of the largest piece that it can take. On the bus, whose modules are all of one profile,
+  /// it is not said.
+  uint16_t piece_bytes = kFragmentBytes;
 };
 
 /// A piece of a program's package (vm/spread/package.h) on its way. The module that collects the
@@ -94,8 +97,9 @@ struct ProgramFragment {
   uint32_t version = 0;
   uint64_t hash = 0;        ///< The package's id.
   uint32_t image_size = 0;  ///< Size of the whole package, bytes.
-  uint32_t offset = 0;      ///< Of the piece in the package, a multiple of kFragmentBytes.
-  /// Bytes in the piece: kFragmentBytes, less for a package's last one, 0 if there is no piece.
+  uint32_t offset = 0;      ///< Of the piece's first byte in the package.
+  /// Bytes in the piece: as many as all neighbours can take, less for a package's last one, 0 if
+  /// there is no piece.
   uint16_t size = 0;
   uint8_t bytes[kFragmentBytes] = {};
 };

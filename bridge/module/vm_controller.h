@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "bridge/lockstep/module_participant.h"
-#include "vm/spread/program_relay.h"
+#include "bridge/module/package_memory.h"
+#include "vm/port/program_changer.h"
 #include "vm/vm.h"
 
 namespace morphbus::bridge {
@@ -40,7 +41,7 @@ class VmController : public ModuleController {
   /// All that the virtual machine knows.
   [[nodiscard]] const vm::VmState& state() const { return *state_; }
   /// The program that runs now: the first one, or a deployed one.
-  [[nodiscard]] const vm::VerifiedProgram& program() const { return *program_; }
+  [[nodiscard]] const vm::VerifiedProgram& program() const { return programs_.program(); }
 
  private:
   /// A package that pieces come of from outside.
@@ -53,37 +54,19 @@ class VmController : public ModuleController {
     uint64_t missing = 0;
   };
 
-  /// Has a package verified that has come whole. Refused, it is remembered, so that it is not
-  /// collected a second time; the program that runs goes on.
-  void HoldIfReady();
-  /// Goes over to the program that is held if its tick has come, `tick` being the one to compute. A
-  /// module that has heard of no root has no clock to wait by, and no role to lose: it goes at
-  /// once.
-  void ReplaceIfDue(int64_t tick);
-  /// Offers the program that the module was started with to the neighbours.
-  void StartRelay();
-  /// No program has been on its way here: the relay need not be saved. It holds two images, which
-  /// is far more than all else together, and in most runs nothing ever happens there.
-  [[nodiscard]] bool RelayIsAsBegun() const;
+  /// Makes the relay's state and the store as they are before anything has come.
+  void ForgetPackages();
 
   // What the module is, and what its type is like. Neither is saved: a resumed process is told both
   // again, and the sim sees to it that they are the same.
   vm::VmConfig config_;
   const vm::VerifiedKinematics& kinematics_;
-  // The program that the controller was made with, and the one that runs; replacement_ owns that
-  // once a new one has come.
-  const vm::VerifiedProgram& first_program_;
-  const vm::VerifiedProgram* program_;
-  // The VM and its whole state; the relay that spreads programs and its own.
+  // The VM and its whole state; what spreads programs and changes them, its state and its packages.
   std::unique_ptr<vm::VmState> state_;
   std::unique_ptr<vm::Vm> vm_;
-  std::unique_ptr<vm::RelayState> relay_state_;
-  // The relay's state is large, as it holds whole images.
-  vm::ProgramRelay relay_;
-  std::unique_ptr<vm::VerifiedProgram> replacement_;  ///< Once a program was deployed.
-  /// What the relay holds, verified, and when it is to run; null without one.
-  std::unique_ptr<vm::VerifiedProgram> next_;
-  vm::PackageHead next_head_;
+  vm::RelayState relay_state_;
+  PackageMemory packages_;
+  vm::ProgramChanger programs_;
   Collected collected_;
 };
 

@@ -19,9 +19,11 @@ FLAGS = ['-mthumb', '-Os', '-std=c++20', '-DMORPHBUS_VM_SMALL', '-DMORPHBUS_VM_S
          '-fno-rtti', '-ffp-contract=off', '-ffunction-sections', '-fdata-sections', '-fno-threadsafe-statics',
          '-fno-inline-functions-called-once', '-fconserve-stack', '-Wall', '-Wextra', '-Werror',
          '--specs=picolibcpp.specs']
-# The core is optimized as a whole when it is linked; what only links need, and the harness, are compiled by themselves,
+# The core is optimized as a whole when it is linked; what only links and new programs need, and the harness, are compiled by themselves,
 # so that the linker's map tells their bytes from the core's.
-WHOLE = [name for name in CORE if name != 'vm/spread/packet.cc']
+LINK = ('packet', 'firmware', 'frame', 'message_pool')
+SPREAD = ('package', 'program_relay', 'program_changer')
+WHOLE = [name for name in CORE if pathlib.Path(name).stem not in LINK + SPREAD]
 
 # The emulated boards: the processor's options, the machine, and where its memories begin.
 BOARDS = {
@@ -139,13 +141,34 @@ class Replayed(Micro):
                 self.same(board)
 
 
+# What the core needs of the compiler's and the C library's arithmetic; the rest of what is linked prints.
+ARITHMETIC = re.compile(r'libgcc\.a\((_arm_\w*[ds]f\w*|_\w*fix\w*|_udivmod\w*|_aeabi_u?ldivmod|_\w*float\w*|'
+                        r'_u?divsi3|_thumb1\w*|_mul\w*3|_div\w*3|_add\w*3|\w*df2|\w*sf2|bpabi|_clz\w*|_ctz\w*|'
+                        r'_popcount\w*|\w*ldivmod|_lshrdi3|_ashldi3|_lmul)\.o\)|libm_\w+|libc_string_mem\w+|mem\w+')
+
+
+def linked(text):
+    """Bytes of code and constants in the linker's map: of the core, of the arithmetic that it calls, of what links need,
+    and of what new programs need."""
+    text = text[text.index('Linker script and memory map'):]
+    # A long name of a section stands on a line of its own.
+    text = re.sub(r'\n (\.\S+)\n\s+', r'\n \1 ', text)
+    sizes = [0, 0, 0, 0]
+    for size, file in re.findall(r'^ \.(?:text|rodata|data|ARM)\S*\s+0x[0-9a-f]+\s+0x([0-9a-f]+) (\S+)$', text, re.M):
+        name = file.rsplit('/')[-1]
+        own = re.fullmatch(r'vm\.\w+\.(\w+)\.cc\.o', name)
+        if '.ltrans' in name:
+            sizes[0] += int(size, 16)
+        elif ARITHMETIC.search(name):
+            sizes[1] += int(size, 16)
+        elif own and own[1] in LINK + SPREAD:
+            sizes[2 if own[1] in LINK else 3] += int(size, 16)
+    return sizes
+
+
 class Footprint(Micro):
     """The numbers of docs/footprint.md are those of this build."""
     LIMITS = {'flash': 48 * 1024, 'ram': 8 * 1024, 'state': 4 * 1024, 'image': 1536}
-    # What the core needs of the compiler's and the C library's arithmetic; the rest of what is linked prints.
-    ARITHMETIC = re.compile(r'libgcc\.a\((_arm_\w*[ds]f\w*|_\w*fix\w*|_udivmod\w*|_aeabi_u?ldivmod|_\w*float\w*|'
-                            r'_u?divsi3|_thumb1\w*|_mul\w*3|_div\w*3|_add\w*3|\w*df2|\w*sf2|bpabi|_clz\w*|_ctz\w*|'
-                            r'_popcount\w*|\w*ldivmod|_lshrdi3|_ashldi3|_lmul)\.o\)|libm_\w+|libc_string_mem\w+|mem\w+')
 
     def measure(self, board):
         self.record(QUADRUPED, 'm5', 8)
@@ -153,24 +176,10 @@ class Footprint(Micro):
         said = self.emulate(board, elf)
         static = {name: said[name] for name in ('state', 'program', 'kinematics', 'input', 'output', 'messages', 'vm')}
         stack = max(said['verify_stack'], said['tick_stack'])
-        code, arithmetic = self.linked(pathlib.Path(f'{elf}.map').read_text())
+        code, arithmetic, *_ = linked(pathlib.Path(f'{elf}.map').read_text())
         return {'code': code, 'arithmetic': arithmetic, 'flash': code + arithmetic, **static, 'stack': stack,
                 'ram': sum(static.values()) + stack, 'image': (self.folder / 'image.bin').stat().st_size,
                 'kinematics_image': (self.folder / 'kinematics.bin').stat().st_size}
-
-    def linked(self, text):
-        """Bytes of code and constants in the linker's map: of the core, and of the arithmetic that it calls."""
-        text = text[text.index('Linker script and memory map'):]
-        # A long name of a section stands on a line of its own.
-        text = re.sub(r'\n (\.\S+)\n\s+', r'\n \1 ', text)
-        sizes = [0, 0]
-        for size, file in re.findall(r'^ \.(?:text|rodata|data|ARM)\S*\s+0x[0-9a-f]+\s+0x([0-9a-f]+) (\S+)$', text, re.M):
-            name = file.rsplit('/')[-1]
-            if '.ltrans' in name:
-                sizes[0] += int(size, 16)
-            elif self.ARITHMETIC.search(name):
-                sizes[1] += int(size, 16)
-        return sizes
 
     def test_the_table_is_that_of_this_build(self):
         measured = {board: self.measure(board) for board in BOARDS}

@@ -74,7 +74,6 @@ int Record(const std::string& path, const std::string& name, const std::string& 
     save(&inputs, input);
     // The boards run the VM alone; what a module's process adds is how programs spread.
     *of_vm_alone = tick.output;
-    of_vm_alone->message.news = {};
     of_vm_alone->message.fragment = {};
     ByteWriter output(buffer.data());
     PutOutput(*of_vm_alone, tick.kinematics.num_joints(), &output);

@@ -8,6 +8,7 @@
 
 #include <new>
 
+#include "test/micro/stack_paint.h"
 #include "test/micro/tick_record.h"
 #include "vm/image/kinematics_image.h"
 #include "vm/image/verifier.h"
@@ -26,7 +27,6 @@ __asm__(
     ".text\n");
 extern "C" const uint8_t program_image[], program_image_end[];
 extern "C" const uint8_t kinematics_image[], kinematics_image_end[];
-extern "C" char __stack[], __bss_end[];
 
 namespace {
 
@@ -52,22 +52,6 @@ Place<vm::Vm> vm_place;
 
 // Only for the exchange with the host; a firmware has none of it.
 __attribute__((section(".bss.exchange"))) uint8_t bytes[6000];
-
-/// The stack below this function is painted, so that its depth can be seen.
-constexpr uint32_t kPaint = 0x5afec0de;
-uint32_t* StackLimit() { return reinterpret_cast<uint32_t*>(__bss_end); }
-__attribute__((noinline)) void PaintStack() {
-  volatile uint32_t here = 0;
-  // Not this function's own frame.
-  const uintptr_t end = reinterpret_cast<uintptr_t>(&here) - 64;
-  for (uint32_t* at = StackLimit(); reinterpret_cast<uintptr_t>(at) < end; ++at) *at = kPaint;
-}
-/// Bytes of the stack that have been in use since, below `top`.
-__attribute__((noinline)) int StackUsed(const void* top) {
-  const uint32_t* at = StackLimit();
-  while (*at == kPaint) ++at;
-  return static_cast<int>(static_cast<const char*>(top) - reinterpret_cast<const char*>(at));
-}
 
 bool ReadExactly(int file, void* to, int size) {
   return read(file, to, static_cast<size_t>(size)) == size;
@@ -101,9 +85,9 @@ int Replay() {
   if (in < 0 || out < 0 || config_file < 0) return printf("files are missing\n"), 1;
   // Both images are verified once, on this machine.
   int depth = 0;
-  PaintStack();
+  test::PaintStack();
   if (!Load()) return 1;
-  const int verify_stack = StackUsed(&depth);
+  const int verify_stack = test::StackUsed(&depth);
   vm::VmConfig config;
   if (read(config_file, bytes, sizeof bytes) <= 0) return printf("config.bin is empty\n"), 1;
   test::ByteReader config_reader(bytes);
@@ -123,9 +107,9 @@ int Replay() {
                         kNeighbours, input)) {
       return printf("tick %d does not fit the profile\n", ticks), 1;
     }
-    PaintStack();
+    test::PaintStack();
     Tick(vm);
-    const int used = StackUsed(&depth);
+    const int used = test::StackUsed(&depth);
     if (used > tick_stack) tick_stack = used;
     test::ByteWriter writer(bytes + 2);
     test::PutOutput(*output_place.get(), kinematics.num_joints(), &writer);

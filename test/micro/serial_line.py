@@ -12,7 +12,7 @@ import subprocess
 import threading
 import zlib
 
-from cortex_m import BOARDS, MODEL, SOURCE, Micro, main
+from cortex_m import BOARDS, MODEL, SOURCE, Micro, linked, main
 
 BOARD = 'cortex-m3'
 PORT = ['vm/' + name for name in os.environ['MORPHBUS_PORT'].split(',')]
@@ -150,15 +150,11 @@ class SerialLine(Micro):
             line = line[8 + size:]
         self.assertEqual(packets.pop(0), b'')
         for tick, packet in enumerate(packets):
-            self.assertEqual(struct.unpack_from('<BHIq', packet), (1, module, 1, tick))
+            self.assertEqual(struct.unpack_from('<BHIq', packet), (2, module, 1, tick))
         self.assertEqual(len(packets), 300)
 
     def sizes(self, said):
-        text = pathlib.Path(f'{self.elf}.map').read_text()
-        text = re.sub(r'\n (\.\S+)\n\s+', r'\n \1 ', text[text.index('Linker script and memory map'):])
-        code = sum(int(size, 16) for size, file in
-                   re.findall(r'^ \.(?:text|rodata|data)\S*\s+0x[0-9a-f]+\s+0x([0-9a-f]+) (\S+)$', text, re.M)
-                   if '/vm.port.' in file or file.startswith('vm.port.') or 'packet.cc.o' in file)
+        code = linked(pathlib.Path(f'{self.elf}.map').read_text())[2]
         rows = (('code of the loop, of frames and of packets', code),
                 ('`Firmware`, with buffers for six connectors', max(one['firmware'] for one in said)),
                 ('the longest frame of the two', max(one['longest'] for one in said)))

@@ -27,6 +27,13 @@ class ByteWriter {
     Put(static_cast<uint16_t>(size));
     size_ += size;
   }
+  /// A message without what is said of programs, which is not the VM's: no piece goes with it, and
+  /// the news before the piece's size are blank.
+  void PacketOfVm(const vm::NeighbourMessage& message) {
+    constexpr int kNewsBytes = 30, kSizeBytes = 2;
+    Packet(message);
+    std::memset(out_ + size_ - kSizeBytes - kNewsBytes, 0, kNewsBytes);
+  }
   [[nodiscard]] int size() const { return size_; }
 
  private:
@@ -140,7 +147,7 @@ inline void PutFault(const vm::Fault& fault, ByteWriter* out) {
 
 /// Everything that a tick says: message, commands, status.
 inline void PutOutput(const vm::TickOutput& output, int joints, ByteWriter* out) {
-  out->Packet(output.message);
+  out->PacketOfVm(output.message);
   for (int j = 0; j < joints; ++j) {
     out->Put(static_cast<uint8_t>(output.joints[j].mode));
     out->Put(output.joints[j].target);

@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 #include <random>
 #include <vector>
+
+#include "test/support/flash_store.h"
 
 namespace morphbus::vm {
 namespace {
@@ -29,18 +32,29 @@ std::vector<uint8_t> PackageBytes(uint32_t size, uint64_t seed, int64_t switch_t
 class Row {
  public:
   explicit Row(int n, double loss = 0, uint64_t seed = 3) : loss_(loss), random_(seed) {
-    const std::vector<uint8_t> first = Image(700, 1);
     for (int i = 0; i < n; ++i) {
       states_.push_back(std::make_unique<RelayState>());
-      relays_.emplace_back(states_.back().get());
-      relays_.back().Start(first.data(), 700, 1);
+      stores_.push_back(std::make_unique<test::FlashStore>());
+      relays_.push_back(std::make_unique<ProgramRelay>(first_.data(), 700, states_.back().get(),
+                                                       stores_.back().get()));
+      relays_.back()->Start(1);
     }
     messages_.resize(static_cast<size_t>(n));
   }
-  ProgramRelay& operator[](int i) { return relays_[static_cast<size_t>(i)]; }
+  ProgramRelay& operator[](int i) { return *relays_[static_cast<size_t>(i)]; }
   RelayState& state(int i) { return *states_[static_cast<size_t>(i)]; }
   void Deploy(int i, const std::vector<uint8_t>& package, uint64_t id) {
     (*this)[i].Deploy(package.data(), static_cast<uint32_t>(package.size()), id);
+  }
+  test::FlashStore& store(int i) { return *stores_[static_cast<size_t>(i)]; }
+  /// This one says that it takes no larger pieces, as one of a smaller profile, and is held to it.
+  void SetPieceBytes(int i, uint16_t bytes) {
+    piece_bytes_.resize(messages_.size(), kFragmentBytes);
+    piece_bytes_[static_cast<size_t>(i)] = bytes;
+  }
+  /// Another relay in the place of one; it outlives the row.
+  void Replace(int i, const ProgramRelay& relay) {
+    relays_[static_cast<size_t>(i)] = std::make_unique<ProgramRelay>(relay);
   }
   /// A silent relay is as good as gone.
   void SetSilent(int i) { silent_ = i; }
@@ -61,10 +75,18 @@ class Row {
       };
       if (hears(i - 1)) input.messages[0] = &messages_[i - 1];
       if (hears(i + 1)) input.messages[1] = &messages_[i + 1];
-      relays_[i].Receive(input);
-      if (relays_[i].ready()) accepts(relays_[i]) ? relays_[i].Hold() : relays_[i].Refuse();
-      if (at_once && relays_[i].held()) relays_[i].Accept();
-      relays_[i].Fill(&next[i]);
+      ProgramRelay& relay = *relays_[i];
+      for (const NeighbourMessage* message : input.messages) {
+        // Before a first word of it nobody can know.
+        if (message != nullptr && tick_ > 2) {
+          EXPECT_LE(message->fragment.size, PieceBytes(i)) << "module " << i;
+        }
+      }
+      relay.Receive(input);
+      if (relay.ready()) accepts(relay) ? relay.Hold() : relay.Refuse();
+      if (at_once && relay.held()) relay.Accept();
+      relay.Fill(&next[i]);
+      next[i].news.piece_bytes = PieceBytes(i);
     }
     messages_ = next;
   }
@@ -85,12 +107,18 @@ class Row {
   [[nodiscard]] int size() const { return static_cast<int>(relays_.size()); }
 
  private:
+  [[nodiscard]] uint16_t PieceBytes(size_t i) const {
+    return piece_bytes_.empty() ? static_cast<uint16_t>(kFragmentBytes) : piece_bytes_[i];
+  }
+  const std::vector<uint8_t> first_ = Image(700, 1);
   double loss_;
   int64_t tick_ = 0;
   int silent_ = -1;
   std::mt19937_64 random_;
   std::vector<std::unique_ptr<RelayState>> states_;
-  std::vector<ProgramRelay> relays_;
+  std::vector<std::unique_ptr<test::FlashStore>> stores_;
+  std::vector<std::unique_ptr<ProgramRelay>> relays_;
+  std::vector<uint16_t> piece_bytes_;
   std::vector<NeighbourMessage> messages_;
 };
 
@@ -239,9 +267,10 @@ TEST(ProgramRelayTest, WhatNobodyOffersAnyMoreIsGivenUpForAnotherOne) {
 
 TEST(ProgramRelayTest, VersionsStopAtTheHighestAndNeverBeginAnew) {
   RelayState state;
-  ProgramRelay relay(&state);
+  test::FlashStore store;
   const std::vector<uint8_t> image = Image(700, 1), package = PackageBytes(900, 2);
-  relay.Start(image.data(), 700, 1);
+  ProgramRelay relay(image.data(), 700, &state, &store);
+  relay.Start(1);
   NeighbourMessage message;
   message.news.version = 0x7fffffff;
   message.news.hash = 5;
@@ -264,6 +293,108 @@ TEST(ProgramRelayTest, OfTwoAtOnceTheOneWithTheLaterNumberWins) {
     EXPECT_TRUE(row.AllRun(at_first ? a : b));
   }
 }
+
+TEST(ProgramRelayTest, EachGetsPiecesAsSmallAsItCanTake) {
+  // A row whose modules are of different profiles, one with an odd capacity of its own.
+  Row row(6);
+  row.SetPieceBytes(1, 32);
+  row.SetPieceBytes(3, 50);
+  row.Tick(3);
+  ExpectSpreads(&row, 0, PackageBytes(5000, 2), 800);
+  // Where nobody is small, pieces are large: 5 to 4 has no small neighbour, 4 has.
+  const std::vector<uint8_t> next = PackageBytes(64 * kFragmentBytes, 3);
+  row.Deploy(5, next, 98);
+  row.Tick(64 + 8);
+  EXPECT_TRUE(row.Runs(4, next));
+  EXPECT_FALSE(row.Runs(3, next));
+}
+
+TEST(ProgramRelayTest, WhoeverTookSmallPiecesAndIsGoneSlowsNobodyDown) {
+  Row row(3);
+  row.SetPieceBytes(2, 32);
+  row.Tick(5);
+  EXPECT_EQ(row.state(1).cut, 32u);
+  row.SetSilent(2);
+  row.Tick(static_cast<int>(kSilentTicks) + 2);
+  EXPECT_EQ(row.state(1).cut, static_cast<uint32_t>(kFragmentBytes));
+}
+
+TEST(ProgramRelayTest, SmallPiecesGetThroughLosses) {
+  for (uint64_t seed = 1; seed <= 5; ++seed) {
+    Row row(4, 0.3, seed);
+    row.SetPieceBytes(1, 32);
+    row.Tick(3);
+    row.Deploy(0, PackageBytes(3000, 2), 99);
+    // Of 32 bytes each: as many ticks as deployers reckon with for a package eight times as large.
+    row.Tick(static_cast<int>(2 / 0.49 * static_cast<double>(SpreadTicks(8 * 3000, 3))));
+    EXPECT_TRUE(row.AllRun(PackageBytes(3000, 2))) << "seed " << seed;
+  }
+}
+
+TEST(ProgramRelayTest, TheFirstProgramIsHandedOnFromWhereItLies) {
+  // Module 1 was started with another program under a higher version; both relays' stores are
+  // empty.
+  Row row(2);
+  const std::vector<uint8_t> image = Image(1000, 5);
+  RelayState state;
+  test::FlashStore store;
+  ProgramRelay newer(image.data(), 1000, &state, &store);
+  newer.Start(7, 2);
+  row.Replace(1, newer);
+  row.Tick(20);
+  EXPECT_EQ(row[0].running_size(), 1000u);
+  EXPECT_TRUE(std::equal(image.begin(), image.end(), row[0].running_image()));
+  EXPECT_EQ(store.written(), 0);
+}
+
+TEST(ProgramRelayTest, AProgramThatFindsNoRoomIsRefusedAndTheOldGoesOn) {
+  Row row(3);
+  row.store(1).SetCapacity(1000);
+  const std::vector<uint8_t> large = PackageBytes(1001, 2), small = PackageBytes(1000, 3);
+  row.Deploy(0, large, 99);
+  row.Tick(50);
+  EXPECT_TRUE(row.Runs(0, large));
+  EXPECT_TRUE(row.Runs(1, PackageBytes(700 + kPackageHeadBytes, 1)));
+  EXPECT_EQ(row.state(1).refused.id, 99u);
+  EXPECT_EQ(row.state(1).incoming.version, 0u);
+  row.Deploy(0, small, 98);
+  row.Tick(50);
+  EXPECT_TRUE(row.AllRun(small));
+}
+
+TEST(ProgramRelayTest, APlaceThatKeepsNothingRefusesAndTheOldGoesOn) {
+  Row row(2);
+  row.store(1).SetWornOutAt(600);
+  row.Deploy(0, PackageBytes(1000, 2), 99);
+  row.Tick(50);
+  EXPECT_TRUE(row.Runs(1, PackageBytes(700 + kPackageHeadBytes, 1)));
+  EXPECT_EQ(row.state(1).refused.id, 99u);
+}
+
+TEST(ProgramRelayTest, AStateThatPointsOutOfItsStoreIsNotSound) {
+  Row row(2);
+  row.Deploy(0, PackageBytes(5000, 2, 900), 99);
+  row.Tick(12, false);
+  const RelayState good = row.state(1);
+  ASSERT_TRUE(row[1].Sound());
+  ASSERT_GT(good.have, 0u);
+  const auto sound = [&](auto change) {
+    row.state(1) = good;
+    change(row.state(1));
+    return row[1].Sound();
+  };
+  EXPECT_FALSE(sound([](RelayState& s) { s.have = s.incoming.size + 1; }));
+  EXPECT_FALSE(sound([](RelayState& s) { s.incoming.size = kMaxPackageBytes + 1; }));
+  EXPECT_FALSE(sound([](RelayState& s) { s.whole = 1; }));
+  EXPECT_FALSE(sound([](RelayState& s) { s.held = 1; }));
+  EXPECT_FALSE(sound([](RelayState& s) { s.place = 3; }));
+  EXPECT_FALSE(sound([](RelayState& s) { s.place = 0, s.running.size = kPackageHeadBytes; }));
+  EXPECT_FALSE(sound([](RelayState& s) { s.running.size += 1; }));
+  EXPECT_FALSE(sound([](RelayState& s) { s.cut = 0; }));
+  EXPECT_FALSE(sound([](RelayState& s) { s.cut = kFragmentBytes + 1; }));
+}
+
+TEST(ProgramRelayTest, ItsStateIsAFewHundredBytesAtMost) { EXPECT_LE(sizeof(RelayState), 100u); }
 
 TEST(PackageTest, HeadAndImageAreReadBack) {
   std::vector<uint8_t> bytes = PackageBytes(300, 2);
@@ -298,9 +429,10 @@ TEST(PackageTest, AnIdIsOfImageAndHead) {
 
 TEST(ProgramRelayTest, PiecesThatContradictEachOtherAreDropped) {
   RelayState state;
-  ProgramRelay relay(&state);
+  test::FlashStore store;
   const std::vector<uint8_t> image = Image(700, 1);
-  relay.Start(image.data(), 700, 1);
+  ProgramRelay relay(image.data(), 700, &state, &store);
+  relay.Start(1);
   NeighbourMessage message;
   message.news.version = 2;
   message.news.hash = 5;
@@ -315,19 +447,23 @@ TEST(ProgramRelayTest, PiecesThatContradictEachOtherAreDropped) {
     piece.size = size;
     relay.Receive(input);
   };
-  receive(kMaxPackageBytes + 1, 0, kFragmentBytes);
+  receive(kMostPackageBytes + 1, 0, kFragmentBytes);
   receive(0, 0, 1);
-  receive(600, 100, kFragmentBytes);
-  receive(600, 768, kFragmentBytes);
-  receive(600, 512, kFragmentBytes);
+  receive(600, 400, kFragmentBytes);
+  receive(600, 600, 1);
   receive(600, 0xffffff00u, kFragmentBytes);
-  EXPECT_EQ(state.incoming.image_size, 0u);
+  EXPECT_EQ(state.incoming.size, 0u);
   receive(600, 0, kFragmentBytes);
-  EXPECT_EQ(state.pieces_missing, 2u);
+  EXPECT_EQ(state.have, 256u);
   receive(5000, 256, kFragmentBytes);
-  EXPECT_EQ(state.pieces_missing, 2u);
+  EXPECT_EQ(state.have, 256u) << "of another size";
   receive(600, 512, 88);
-  receive(600, 256, kFragmentBytes);
+  EXPECT_EQ(state.have, 256u) << "there is a gap before it";
+  receive(600, 100, kFragmentBytes);
+  EXPECT_EQ(state.have, 356u) << "the first half of it has come before";
+  receive(600, 100, kFragmentBytes);
+  EXPECT_EQ(state.have, 356u);
+  receive(600, 350, 250);
   EXPECT_TRUE(relay.ready());
 }
 

@@ -15,7 +15,7 @@ struct VerifyError {
   uint32_t offset = 0;
 };
 
-/// One verification. Its steps stand in four files, in the order in which they run; each returns
+/// One verification. Its steps stand in five files, in the order in which they run; each returns
 /// false after it has noted the first error. Later steps rely on what earlier ones have proved.
 class Verifier {
  public:
@@ -44,16 +44,26 @@ class Verifier {
     /// One more than the function that it calls as the one it replaces; 0 if it calls none.
     uint16_t super_called = 0;
     /// The most cells that the locals and operands of this function and all it calls need.
-    uint16_t total_cells = 0;
+    uint8_t total_cells = 0;
     /// The most operand cells that it needs itself.
     uint8_t max_stack = 0;
     /// The most frames below this one.
     uint8_t call_depth = 0;
     /// The strongest Effect of all that it may run.
-    uint8_t effect = 0;
+    uint8_t effect : 4 = 0;
     /// 0 if it is new, 1 while it is being visited, 2 when it is done.
-    uint8_t visit = 0;
+    uint8_t visit : 4 = 0;
   };
+  /// The most of all that a call may reach: FunctionFacts by the same names.
+  struct CallFacts {
+    uint16_t cells : 7 = 0;
+    uint16_t call_depth : 4 = 0;
+    uint16_t effect : 4 = 0;
+    /// Of a role's slot: it is known for the role and all that extend it.
+    uint16_t done : 1 = 0;
+  };
+  static_assert(kStackCells < 128 && kMaxCallDepth < 16 && kMaxRoles < 255);
+  static constexpr uint8_t kNoRole = 255;
   /// What a role's reference to a function must fit.
   enum class Member : uint8_t { kRequirement, kRoutine, kCommand, kMethod };
 
@@ -105,6 +115,10 @@ class Verifier {
   bool CheckPeriod(int constant, uint32_t at);
   /// Roles extend each other without circles, and agree with what they extend.
   bool CheckParents();
+  /// Which roles extend each other, and so the ancestors of each.
+  void PlantTree();
+  /// The role after this one among those below `top`, each before those that extend it; -1: none.
+  [[nodiscard]] int NextBelow(int role, int top) const;
   bool CheckAgainstParent(const RoleInfo& role, const RoleInfo& parent);
   /// A role uses only functions that stand in itself or in a role that it extends.
   bool CheckOwners();
@@ -143,12 +157,14 @@ class Verifier {
   bool PushType(ValueType type, StackState* state);
   bool PopArguments(int function, StackState* state);
 
-  // Calls (verifier_code.cc): no circles, bounded depth, effects only where they are allowed.
-  /// No recursion, bounded depth and cells; VisitCalls goes through what a function may call.
+  // Calls (verifier_calls.cc): no circles, bounded depth, effects only where they are allowed.
+  /// No recursion, bounded depth and cells; VisitCalls goes through what a function may call, at
+  /// this depth of calls, and VisitSlot through a slot of a role and of all that extend it.
   bool CheckCalls();
   bool VisitCalls(int function, int depth);
-  bool VisitCallees(int function, int slot, int depth);
-  bool VisitCallee(int function, int callee, int depth);
+  bool VisitSlot(int top, int slot, int depth);
+  static void Raise(CallFacts* most, const CallFacts& facts);
+  [[nodiscard]] CallFacts FactsOf(int function) const;
   /// Requirements and labels run pure instructions only.
   bool CheckEffects();
   /// The role in whose braces a function stands.
@@ -164,7 +180,12 @@ class Verifier {
   uint32_t at_ = 0;
   /// For each role, the bits of itself and of those that it extends.
   uint64_t ancestors_[kMaxRoles] = {};
+  /// The roles as a tree: of those that extend a role the first, and of those that extend the same
+  /// one the next.
+  uint8_t first_child_[kMaxRoles];
+  uint8_t next_sibling_[kMaxRoles];
   FunctionFacts facts_[kMaxFunctions];
+  CallFacts slots_[kMaxRoles][kMaxRoutines];
 };
 
 }  // namespace morphbus::vm

@@ -70,7 +70,7 @@ bool Verifier::CheckCode(int index, uint32_t* next_join) {
     // What the function needs and may do is noted on the way.
     if (state.depth > facts.max_stack) facts.max_stack = static_cast<uint8_t>(state.depth);
     if (static_cast<uint8_t>(kOpcodes[op].effect) > facts.effect) {
-      facts.effect = static_cast<uint8_t>(kOpcodes[op].effect);
+      facts.effect = static_cast<uint8_t>(kOpcodes[op].effect) & 0xf;
     }
     reachable = !ends;
     pc += length;
@@ -409,87 +409,6 @@ bool Verifier::PopArguments(int function, StackState* state) {
     if (!PopType(info.local_types[i], state)) return false;
   }
   return true;
-}
-
-// Calls go through the role's slots, so a call may reach the function of any subrole. No recursion
-// can be, and the depth and cells that any task can need are bounded here, once.
-bool Verifier::CheckCalls() {
-  for (int i = 0; i < out_.num_functions_; ++i) {
-    if (!VisitCalls(i, 0)) return false;
-  }
-  // With every function visited, the keywords of each role are known.
-  for (int i = 0; i < out_.num_roles_; ++i) CollectKeywords(i);
-  return true;
-}
-
-// Depth is at most kMaxCallDepth, so this recursion is short; every function is visited once.
-bool Verifier::VisitCalls(int function, int depth) {
-  FunctionFacts& facts = facts_[function];
-  const FunctionInfo info = out_.function(function);
-  at_ = info.code_begin;
-  if (facts.visit == 1) return Fail("functions call each other in a circle", at_);
-  if (depth >= kMaxCallDepth) return Fail("calls nest too deep", at_);
-  if (facts.visit == 2) return true;
-  // While it is being visited, meeting it again means a circle.
-  facts.visit = 1;
-  facts.call_depth = 0;
-  facts.total_cells = 0;
-  for (int slot = 0; slot < kMaxRoutines; ++slot) {
-    if ((facts.methods_called >> slot & 1) != 0 && !VisitCallees(function, slot, depth)) {
-      return false;
-    }
-  }
-  if (facts.super_called != 0) {
-    const int callee = facts.super_called - 1;
-    if (!VisitCallee(function, callee, depth)) return false;
-    // The callee may stand in no table of the role that uses the caller.
-    facts.keywords |= facts_[callee].keywords;
-  }
-  // The callee's frame begins at its arguments; counting them twice is simple and safe.
-  facts.total_cells = static_cast<uint16_t>(facts.total_cells + info.num_locals + facts.max_stack);
-  at_ = info.code_begin;
-  if (facts.call_depth >= kMaxCallDepth) return Fail("calls nest too deep", at_);
-  if (facts.total_cells > kStackCells) return Fail("task needs too many cells", at_);
-  facts.visit = 2;
-  return true;
-}
-
-// A call by a slot may reach the function of the owner or of any role that extends it.
-bool Verifier::VisitCallees(int function, int slot, int depth) {
-  const int owner = OwnerOf(function);
-  for (int role = 0; role < out_.num_roles_; ++role) {
-    if ((ancestors_[role] >> owner & 1) == 0) continue;
-    if (!VisitCallee(function, out_.role(role).methods[slot], depth)) return false;
-  }
-  return true;
-}
-
-// The deepest, largest and strongest of all that may be called counts.
-bool Verifier::VisitCallee(int function, int callee, int depth) {
-  if (!VisitCalls(callee, depth + 1)) return false;
-  FunctionFacts& facts = facts_[function];
-  const FunctionFacts& called = facts_[callee];
-  if (called.call_depth + 1 > facts.call_depth) {
-    facts.call_depth = static_cast<uint8_t>(called.call_depth + 1);
-  }
-  if (called.total_cells > facts.total_cells) facts.total_cells = called.total_cells;
-  if (called.effect > facts.effect) facts.effect = called.effect;
-  return true;
-}
-
-// Requirements and labels are evaluated whenever the surroundings change, so they must not act.
-bool Verifier::CheckEffects() {
-  bool pure = true;
-  const auto check = [&](int function) {
-    pure = pure && facts_[function].effect == static_cast<uint8_t>(Effect::kPure);
-  };
-  for (int i = 0; i < out_.num_roles_; ++i) {
-    const RoleInfo role = out_.role(i);
-    for (int k = 0; k < role.num_requirements; ++k) check(role.requirements[k]);
-    for (int k = 0; k < role.num_labels; ++k) check(role.labels[k]);
-  }
-  return pure ||
-         Fail("requirement or label acts on the module", SectionOf(bytes_, Section::kRoles).begin);
 }
 
 }  // namespace morphbus::vm

@@ -187,13 +187,32 @@ bool Verifier::CheckParents() {
       return Fail("roles extend each other in a circle", SectionOf(bytes_, Section::kRoles).begin);
     }
   }
-  // There are no circles any more, so this ends.
-  for (int i = 0; i < out_.num_roles_; ++i) {
-    for (int role = i; role >= 0; role = out_.role(role).parent) {
-      ancestors_[i] |= uint64_t{1} << role;
+  PlantTree();
+  return true;
+}
+
+// There are no circles any more, so every role is below one that extends none.
+void Verifier::PlantTree() {
+  for (int i = out_.num_roles_ - 1; i >= 0; --i) first_child_[i] = next_sibling_[i] = kNoRole;
+  for (int i = out_.num_roles_ - 1; i >= 0; --i) {
+    const int parent = out_.role(i).parent;
+    if (parent < 0) continue;
+    next_sibling_[i] = first_child_[parent];
+    first_child_[parent] = static_cast<uint8_t>(i);
+  }
+  for (int top = 0; top < out_.num_roles_; ++top) {
+    if (out_.role(top).parent >= 0) continue;
+    for (int i = top; i >= 0; i = NextBelow(i, top)) {
+      const int parent = out_.role(i).parent;
+      ancestors_[i] = uint64_t{1} << i | (parent < 0 ? 0 : ancestors_[parent]);
     }
   }
-  return true;
+}
+
+int Verifier::NextBelow(int role, int top) const {
+  if (first_child_[role] != kNoRole) return first_child_[role];
+  while (role != top && next_sibling_[role] == kNoRole) role = out_.role(role).parent;
+  return role == top ? -1 : next_sibling_[role];
 }
 
 // True if calls of the one function may reach the other.

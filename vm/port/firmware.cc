@@ -13,12 +13,15 @@ constexpr int64_t kMaxTick = int64_t{1} << 30;
 }  // namespace
 
 Firmware::Firmware(const VmConfig& config, const VerifiedKinematics& kinematics,
-                   const VerifiedProgram& program, VmState* state, Hardware* hardware)
+                   const VerifiedProgram& program, VmState* state, Hardware* hardware,
+                   PackageStore* packages)
     : kinematics_(kinematics),
       module_(config.module_id),
       hardware_(*hardware),
-      vm_(config, kinematics, program, state) {
+      vm_(config, kinematics, program, state),
+      programs_(program, &relay_state_, packages != nullptr ? packages : &no_packages_) {
   input_.tick = -1;
+  programs_.Begin();
 }
 
 void Firmware::Listen() {
@@ -44,8 +47,9 @@ void Firmware::Hear(int connector) {
   mates_[connector] = {.heard = true, .module = module, .connector = body[2], .silent_ticks = 0};
   // Without a packet it is a greeting.
   if (packet_size == 0) return;
+  NeighbourMessage* message = pool_.RoomFor(connector, &input_);
+  if (message == nullptr) return;
   input_.messages[connector] = nullptr;
-  NeighbourMessage* message = &messages_[connector];
   if (!ReadPacket(body + kHeaderBytes, packet_size, message)) return;
   input_.messages[connector] = message;
   if (message->tick > heard_tick_ && message->tick < kMaxTick) heard_tick_ = message->tick;
@@ -60,9 +64,13 @@ void Firmware::Tick(int64_t time_us) {
   }
   for (int c = 0; c < kinematics_.num_connectors(); ++c) {
     input_.connectors[c] = hardware_.ReadConnector(c, mates_[c]);
+    // A robot that only passes by spreads no program here.
+    if (!input_.connectors[c].docked) input_.messages[c] = nullptr;
   }
   hardware_.ReadSensors(&input_);
+  programs_.BeforeTick(input_, &vm_);
   vm_.Tick(input_, &output_);
+  programs_.AfterTick(&output_.message);
   // What was heard counts in one tick.
   for (int c = 0; c < kinematics_.num_connectors(); ++c) {
     input_.messages[c] = nullptr;

@@ -2,6 +2,8 @@
 // The loop of a module's firmware around the VM; docs/porting.md walks through it. No heap.
 
 #include "vm/port/frame.h"
+#include "vm/port/message_pool.h"
+#include "vm/port/program_changer.h"
 #include "vm/vm.h"
 
 namespace morphbus::vm {
@@ -41,9 +43,11 @@ class Hardware {
 /// One module. It is large (sizeof) and belongs into static memory.
 class Firmware {
  public:
-  /// All that it is given must outlive it. `state` is begun anew.
+  /// All that it is given must outlive it. `state` is begun anew. `packages` keeps programs that
+  /// come later; without, the first one runs for ever.
   Firmware(const VmConfig& config, const VerifiedKinematics& kinematics,
-           const VerifiedProgram& program, VmState* state, Hardware* hardware);
+           const VerifiedProgram& program, VmState* state, Hardware* hardware,
+           PackageStore* packages = nullptr);
 
   /// Says on all links who is there. Not needed, but a mate is then known before the first tick.
   void Greet() { SendAll(0); }
@@ -52,6 +56,13 @@ class Firmware {
   /// Computes a tick: senses, runs the VM, drives, sends. To be called once a control period;
   /// `time_us` counts from any moment and does not go back.
   void Tick(int64_t time_us);
+
+  /// Hands a package (vm/spread/package.h) to this module to spread; false if it cannot run here.
+  bool Deploy(const uint8_t* package, uint32_t size) { return programs_.Deploy(package, size); }
+  /// The program that runs now.
+  [[nodiscard]] const VerifiedProgram& program() const { return programs_.program(); }
+  /// The last tick computed, by the root's clock; false without a root.
+  [[nodiscard]] bool RootTick(int64_t* tick) const { return vm_.RootTick(input_.tick, tick); }
 
   /// The last tick computed; -1 before the first.
   [[nodiscard]] int64_t tick() const { return input_.tick; }
@@ -72,15 +83,17 @@ class Firmware {
   const uint16_t module_;
   Hardware& hardware_;
   Vm vm_;
+  NoPackages no_packages_;
+  RelayState relay_state_;
+  ProgramChanger programs_;
   TickInput input_;
   TickOutput output_;
   /// The newest tick that any mate spoke of.
   int64_t heard_tick_ = -1;
-  // By connector: who is there, what has come of a frame, and the last message, to which input_
-  // points from when it has come until a tick has been computed with it.
+  // By connector: who is there, what has come of a frame; the messages that input_ points to.
   Mate mates_[kMaxConnectors];
   FrameReader readers_[kMaxConnectors];
-  NeighbourMessage messages_[kMaxConnectors];
+  MessagePool pool_;
   /// The frame that is sent.
   uint8_t frame_[kMaxFrameBytes];
 };

@@ -147,7 +147,8 @@ void Diffusion(Stream& s, Message& m) {
 template <class Stream, class Message>
 void Program(Stream& s, Message& m) {
   auto& news = m.news;
-  Values(s, news.version, news.hash, news.want_version, news.want_hash, news.want_offset);
+  Values(s, news.version, news.hash, news.want_version, news.want_hash, news.want_offset,
+         news.piece_bytes);
   auto& piece = m.fragment;
   s.Value(piece.size);
   if (piece.size == 0 || !s.Fits(piece.size, kFragmentBytes)) return;

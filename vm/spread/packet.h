@@ -10,11 +10,11 @@
 namespace morphbus::vm {
 
 /// The first byte of a packet: another layout gets another number.
-inline constexpr uint8_t kPacketVersion = 1;
+inline constexpr uint8_t kPacketVersion = 2;
 
 /// No packet of this profile is longer (bytes).
 inline constexpr int kMaxPacketBytes =
-    99 + 4 * kMaxSharedFields + 28 * kMaxLinks + 5 * kMaxNeighbours + 8 * kMaxMessageBodyEntries +
+    101 + 4 * kMaxSharedFields + 28 * kMaxLinks + 5 * kMaxNeighbours + 8 * kMaxMessageBodyEntries +
     (26 + 4 * kMaxArguments) * kMaxMessageInvocations + 14 * kMaxMessageAcks + kFragmentBytes;
 
 /// Writes a message to `out`, which has room for kMaxPacketBytes; returns how many bytes it took.

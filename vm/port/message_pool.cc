@@ -1,0 +1,27 @@
+#include "vm/port/message_pool.h"
+
+#include <initializer_list>
+
+namespace morphbus::vm {
+
+NeighbourMessage* MessagePool::RoomFor(int connector, TickInput* input) {
+  // That of the one behind this connector, who has said something newer.
+  if (input->messages[connector] != nullptr) {
+    return &messages_[input->messages[connector] - messages_];
+  }
+  // Otherwise one that is nobody's, or else that of one who only passes by, if this one is docked.
+  for (const bool makes_way : {false, true}) {
+    for (NeighbourMessage& message : messages_) {
+      int user = 0;
+      while (user < kMaxConnectors && input->messages[user] != &message) ++user;
+      if (user == kMaxConnectors) return &message;
+      if (makes_way && input->connectors[connector].docked && !input->connectors[user].docked) {
+        input->messages[user] = nullptr;
+        return &message;
+      }
+    }
+  }
+  return nullptr;
+}
+
+}  // namespace morphbus::vm

@@ -1,0 +1,76 @@
+#include "vm/port/program_changer.h"
+
+#include "vm/image/verifier.h"
+
+namespace morphbus::vm {
+
+bool VerifyPackage(const uint8_t* bytes, uint32_t size, VerifiedProgram* program,
+                   PackageHead* head) {
+  Package package;
+  if (!ReadPackage(bytes, size, &package)) return false;
+  *head = package;
+  return Verifier::Verify(package.image, package.image_size, program).message == nullptr;
+}
+
+void ProgramChanger::Begin() {
+  program_ = &first_;
+  relay_.Start(first_.hash());
+}
+
+bool ProgramChanger::Resume() {
+  if (!relay_.Sound()) return false;
+  program_ = &first_;
+  const uint8_t* running = relay_.running_image();
+  if (running != first_.bytes()) {
+    VerifiedProgram* placed = &placed_[1 - relay_.incoming_place()];
+    if (Verifier::Verify(running, relay_.running_size(), placed).message != nullptr) return false;
+    program_ = placed;
+  }
+  // What waited for its tick waits on.
+  return !relay_.held() || VerifyIncoming();
+}
+
+bool ProgramChanger::VerifyIncoming() {
+  // Bytes from a neighbour are as untrusted as any: only the verifier makes a program of them.
+  VerifiedProgram* placed = &placed_[relay_.incoming_place()];
+  PackageHead head;
+  if (!VerifyPackage(relay_.incoming_package(), relay_.incoming_size(), placed, &head)) {
+    return false;
+  }
+  switch_tick_ = head.switch_tick;
+  return PackageId(placed->hash(), head) == relay_.incoming_id();
+}
+
+void ProgramChanger::HoldIfReady() {
+  if (!relay_.ready()) return;
+  VerifyIncoming() ? relay_.Hold() : relay_.Refuse();
+}
+
+void ProgramChanger::SwitchIfDue(int64_t tick, Vm* vm) {
+  if (!relay_.held()) return;
+  int64_t root_tick = 0;
+  if (vm->RootTick(tick, &root_tick) && root_tick < switch_tick_) return;
+  // The VM lets go of the old one.
+  program_ = &placed_[relay_.incoming_place()];
+  vm->ReplaceProgram(*program_);
+  relay_.Accept();
+}
+
+void ProgramChanger::BeforeTick(const TickInput& input, Vm* vm) {
+  relay_.Receive(input);
+  HoldIfReady();
+  SwitchIfDue(input.tick, vm);
+}
+
+bool ProgramChanger::Deploy(const uint8_t* package, uint32_t size, uint64_t id) {
+  // Not into the place of what is held, which a package that is refused shall not disturb.
+  VerifiedProgram program;
+  PackageHead head;
+  if (size > relay_.capacity() || !VerifyPackage(package, size, &program, &head)) return false;
+  const uint64_t actual = PackageId(program.hash(), head);
+  if (id != 0 && id != actual) return false;
+  relay_.Deploy(package, size, actual, head.number);
+  return true;
+}
+
+}  // namespace morphbus::vm
