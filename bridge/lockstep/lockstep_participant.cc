@@ -106,7 +106,8 @@ void ParticipantBase::TellTaken(int64_t first, int64_t last,
   pattern.sender = outbox_.sender().process;
   pattern.first_sequence = first;
   pattern.last_sequence = last;
-  for (ask_t& part : SplitReport(pattern, {{}, std::move(taken)})) Ask(kLogProcess, std::move(part));
+  for (ask_t& part : SplitReport(pattern, {{}, std::move(taken)}))
+    Ask(kLogProcess, std::move(part));
 }
 
 void ParticipantBase::AddSums(TotalsReport* report) const {

@@ -94,8 +94,8 @@ class ParticipantBase : public Participant {
   /// For the end of a run in real time: the channel on which this process was told two different
   /// things under one number, without the run's name; empty if there is none.
   [[nodiscard]] const std::string& first_conflict() const { return first_conflict_; }
-  /// Adds to the totals of KIND_END_ACK, in real time, what can be compared though messages are lost:
-  /// of each channel that this process published, what the logger may have.
+  /// Adds to the totals of KIND_END_ACK, in real time, what can be compared though messages are
+  /// lost: of each channel that this process published, what the logger may have.
   void AddSums(TotalsReport* report) const;
 
   /// Sends `ask` to a process. The sender and the header are filled in here.

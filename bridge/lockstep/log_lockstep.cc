@@ -87,9 +87,9 @@ LogLockstep::Taken LogLockstep::OnClock(int64_t sequence, int64_t tick, int phas
   silence_.Heard(now_us);
   hello_.SimHeard();
   // The first CLOCK tells what a whole tick consists of, and all others say the same.
-  contradicted_ |= num_modules_ >= 0 && (num_modules != num_modules_ ||
-                                         sensors_parts != sensors_parts_ ||
-                                         world_parts != world_parts_);
+  contradicted_ |=
+      num_modules_ >= 0 && (num_modules != num_modules_ || sensors_parts != sensors_parts_ ||
+                            world_parts != world_parts_);
   if (num_modules_ < 0) {
     num_modules_ = num_modules;
     sensors_parts_ = sensors_parts;
@@ -110,8 +110,8 @@ LogLockstep::Taken LogLockstep::OnClock(int64_t sequence, int64_t tick, int phas
 LogLockstep::Taken LogLockstep::OnEnd(int64_t sequence, int64_t tick, int64_t now_us,
                                       Actions* out) {
   // END carries the tick after the last one, or one that was not answered; its number follows on
-  // that of the CLOCK before it, and may be that of one which somebody made up. Messages of later ticks say nothing against it: they may be
-  // anybody's.
+  // that of the CLOCK before it, and may be that of one which somebody made up. Messages of later
+  // ticks say nothing against it: they may be anybody's.
   const bool possible = tick >= complete_tick_ && (sequence == tick || sequence == tick + 1) &&
                         sequence >= clock_.next - 1;
   if (!possible && tick != end_tick_) return Taken::kImpossible;
@@ -172,7 +172,8 @@ LogLockstep::Taken LogLockstep::OnModule(Topic topic, int module, int64_t sequen
   // A module says one of each a tick, but for STATUS, of which a window holds no more than so many.
   const bool numbered = topic != Topic::kStatus;
   // In real time it may leave out some ticks, and then its numbers stay behind.
-  if (numbered && (config_.realtime ? sequence > tick : sequence != tick)) return Taken::kImpossible;
+  if (numbered && (config_.realtime ? sequence > tick : sequence != tick))
+    return Taken::kImpossible;
   if (sequence >= received.next + static_cast<int64_t>(kMostBeyond)) return Taken::kImpossible;
   if (status_count > m.status.next + static_cast<int64_t>(kMostBeyond)) return Taken::kImpossible;
   // STATUS is not sent every tick: ACTUATOR tells how many there are by now.

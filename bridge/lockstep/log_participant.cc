@@ -186,7 +186,9 @@ LogParticipant::Verdict LogParticipant::TellClock(const morphbus::header_t& head
   if (taken != Taken::kFresh) return taken;
   // One of them was not the sim's, and the log cannot be whole.
   if (machine_.contradicted() && !machine_.done()) {
-    error_ = "LOG was told two different sizes of the run on SIM/CLOCK: somebody else speaks on this bus";
+    error_ =
+        "LOG was told two different sizes of the run on SIM/CLOCK: somebody else speaks on this "
+        "bus";
     machine_.GiveUp();
   }
   if (clock.phase == morphbus::sim_clock_t::PHASE_END) end_reason_ = clock.end_reason;

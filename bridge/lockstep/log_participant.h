@@ -49,7 +49,8 @@ struct LoggedMessage {
   bool end = false;
 };
 
-/// One hashed channel as received: counts its payloads and hashes them in the order of their numbers.
+/// One hashed channel as received: counts its payloads and hashes them in the order of their
+/// numbers.
 struct ReceivedStream {
   int64_t next = 0;   ///< Number of the next payload to hash.
   int64_t count = 0;  ///< Distinct messages.
@@ -172,8 +173,8 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   std::vector<uint8_t> end_clock_;
   /// Wall time before which END is not acknowledged again: anybody can repeat an END.
   int64_t end_acked_until_us_ = 0;
-  /// What the last report told otherwise than was recorded: a channel, or a channel with who took of
-  /// it and the block of ticks.
+  /// What the last report told otherwise than was recorded: a channel, or a channel with who took
+  /// of it and the block of ticks.
   std::set<std::string, std::less<>> doubted_;
   /// Messages of processes that SENSORS had not named yet.
   int64_t early_ = 0;

@@ -1,5 +1,5 @@
-// What a LogParticipant knows of what was recorded, and how it compares that, while the run goes on,
-// with what the others say they published and took.
+// What a LogParticipant knows of what was recorded, and how it compares that, while the run goes
+// on, with what the others say they published and took.
 
 #include <algorithm>
 #include <morphbus/health_t.hpp>

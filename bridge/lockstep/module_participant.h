@@ -131,8 +131,8 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   void OnSensors(const uint8_t* data, size_t size);
   void OnTransform(uint16_t mate, const uint8_t* data, size_t size);
   void OnAsk(const uint8_t* data, size_t size);
-  /// The sim tells where the run is, to a module that takes another's place: believed when it is said
-  /// twice.
+  /// The sim tells where the run is, to a module that takes another's place: believed when it is
+  /// said twice.
   void TakeAdmission(const morphbus::ask_t& ask);
   /// The sim tells that the run goes on without this module.
   void TakeLeave(const morphbus::ask_t& ask);

@@ -244,14 +244,15 @@ void SimParticipant::TakeEndAck(int process, const ask_t& ask) {
 }
 
 void SimParticipant::WantBack(int process) {
-  // Somebody told the module to leave. A request for what it has not answered shows it the contrary;
-  // one for each of its farewells, and not for each that anybody can make up.
+  // Somebody told the module to leave. A request for what it has not answered shows it the
+  // contrary; one for each of its farewells, and not for each that anybody can make up.
   constexpr int64_t kPauseUs = 20'000;
   if (static_cast<size_t>(process) >= options_.modules.size()) return;
   if (now_us() - wanted_us_[process] < kPauseUs) return;
   wanted_us_[process] = now_us();
   const int64_t next = machine_.tick() + 1;
-  AskForResend(names_[process], Topic::kActuator, machine_.answered(process) ? next : next - 1, next);
+  AskForResend(names_[process], Topic::kActuator, machine_.answered(process) ? next : next - 1,
+               next);
 }
 
 void SimParticipant::TakeVerdictAck(const ask_t& ask) {
@@ -260,7 +261,8 @@ void SimParticipant::TakeVerdictAck(const ask_t& ask) {
     return Tell(&SimLockstep::OnVerdictAck);
   }
   CountRefused(&Ledger::false_ends, "SIM/ASK", "LOG confirms another verdict than the sim's");
-  // Once may be somebody's joke. A logger that was told another one first says so at each repetition.
+  // Once may be somebody's joke. A logger that was told another one first says so at each
+  // repetition.
   constexpr int kInEarnest = 8;
   if (!verdict_told_ || ++other_verdicts_ < kInEarnest) return;
   if (refusal_.empty()) refusal_ = "LOG does not confirm how the run ended: " + ask.verdict;

@@ -68,8 +68,8 @@ class RecentDigests {
     int64_t tick = -1;
     uint64_t digest = 0;
   };
-  /// A block more than is told of, since a process may be a window behind the logger, and the logger
-  /// behind it.
+  /// A block more than is told of, since a process may be a window behind the logger, and the
+  /// logger behind it.
   std::array<Entry, (kToldBlocks + 1) * kBlockTicks> entries_;
 };
 

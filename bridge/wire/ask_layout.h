@@ -48,7 +48,8 @@ constexpr void Walk(V& v, As<morphbus::ask_t>) {
   v.Text("run_hash", kRunHashText);
   // Empty if the run ended as planned.
   v.Text("verdict", kLongestText);
-  // Of KIND_END_ACK and KIND_TAKEN: which part of the sender's totals this is. Other kinds have none.
+  // Of KIND_END_ACK and KIND_TAKEN: which part of the sender's totals this is. Other kinds have
+  // none.
   const int64_t part = v.Int16("part", 0, kMost16);
   const int64_t parts = v.Int16("num_parts", 0, kMost16);
   if (part > 0 && part >= parts) v.Refuse("part", "is not below num_parts");

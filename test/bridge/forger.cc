@@ -209,7 +209,8 @@ Spoken MadeUpAsk(int8_t kind, const Spoken& command, std::mt19937_64* random) {
   ask_t ask;
   ask.header = pattern.header;
   ask.header.program_hash = 0;
-  ask.header.tick = std::max<int64_t>(0, ask.header.tick + static_cast<int64_t>((*random)() % 3) - 1);
+  ask.header.tick =
+      std::max<int64_t>(0, ask.header.tick + static_cast<int64_t>((*random)() % 3) - 1);
   ask.header.sequence = static_cast<int64_t>((*random)() % 1000);
   ask.kind = kind;
   ask.channel = command.channel;
@@ -236,12 +237,14 @@ Spoken MadeUpAsk(int8_t kind, const Spoken& command, std::mt19937_64* random) {
   // Each kind goes to whoever might believe it, in the name of who might say it.
   const bool to_log = kind == ask_t::KIND_POLL || kind == ask_t::KIND_INFO ||
                       kind == ask_t::KIND_TAKEN || kind == ask_t::KIND_VERDICT;
-  const bool to_sim = kind == ask_t::KIND_ACK || kind == ask_t::KIND_END_ACK ||
-                      kind == ask_t::KIND_VERDICT_ACK;
+  const bool to_sim =
+      kind == ask_t::KIND_ACK || kind == ask_t::KIND_END_ACK || kind == ask_t::KIND_VERDICT_ACK;
   ask.sender = kSimProcess;
   if (to_sim) ask.sender = kind == ask_t::KIND_END_ACK ? module : std::string(kLogProcess);
   const std::string run(ParseChannel(command.channel)->run);
-  const std::string to = to_log ? std::string(kLogProcess) : to_sim ? std::string(kSimProcess) : module;
+  const std::string to = to_log   ? std::string(kLogProcess)
+                         : to_sim ? std::string(kSimProcess)
+                                  : module;
   Spoken made{Channel(run, to, Topic::kAsk), {}};
   Encode(ask, &made.bytes);
   return made;

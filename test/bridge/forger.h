@@ -44,8 +44,8 @@ struct Outcome {
 /// Runs `run` to its end and says what came of it.
 Outcome OutcomeOf(FakeRun* run);
 
-/// Everything that is said in a run that nobody disturbs, in order. `prepare` (may be empty) is called
-/// before it begins.
+/// Everything that is said in a run that nobody disturbs, in order. `prepare` (may be empty) is
+/// called before it begins.
 std::vector<Spoken> Overhear(const FakeRunOptions& options,
                              const std::function<void(FakeRun*)>& prepare = {});
 

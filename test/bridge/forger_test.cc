@@ -114,10 +114,9 @@ TEST_P(Forged, NoRunThatDisagreesEndsWell) {
       const size_t original = originals[random() % originals.size()];
       const int64_t lead = static_cast<int64_t>(random() % 40) - 10;
       const int64_t when = std::max<int64_t>(0, static_cast<int64_t>(original) - lead);
-      at[when].push_back(
-          GetParam().made_up
-              ? MadeUpAsk(static_cast<int8_t>(GetParam().kind), said[original], &random)
-              : AlteredAnyhow(said[original], &random));
+      at[when].push_back(GetParam().made_up ? MadeUpAsk(static_cast<int8_t>(GetParam().kind),
+                                                        said[original], &random)
+                                            : AlteredAnyhow(said[original], &random));
     }
     FakeRun run(Options());
     Prepare(&run);
