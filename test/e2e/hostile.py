@@ -133,7 +133,7 @@ class Hostile(Attacked):
             for i in range(2000):
                 forger.say(f'live/x{attack.done}_{i}/ACTUATOR', data)
         attack = Attack(ACTUATOR, act, times=20, tick=5)
-        self.attacked(attack)
+        self.attacked(attack, speed=0.5)
         self.assert_unharmed()
         self.assertEqual(attack.done, 20)
         log = self.summary['processes']['LOG']
