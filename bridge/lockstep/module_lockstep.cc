@@ -222,10 +222,9 @@ void ModuleLockstep::TryCompute(int64_t now_us, Actions* out) {
 
 bool ModuleLockstep::OnBye(int64_t tick, Actions* out) {
   if (phase_ != Phase::kRun && phase_ != Phase::kLeft) return true;
-  // Only after END can the sim let us go, or when it has told us to leave and is past our last
-  // tick: anything else is a stray message.
-  if (phase_ == Phase::kRun && (end_tick_ < 0 || tick != end_tick_)) return false;
-  if (phase_ == Phase::kLeft && tick < tick_ - 1) return false;
+  // Only after END can the sim let us go: anything else is a stray message. Whoever was told to
+  // leave goes when nobody has wanted it back for a while.
+  if (end_tick_ < 0 || tick != end_tick_) return phase_ == Phase::kLeft;
   phase_ = Phase::kDone;
   out->push_back({ModuleAction::Kind::kFinish, tick_, 0});
   return true;
@@ -237,7 +236,8 @@ void ModuleLockstep::OnTime(int64_t now_us, Actions* out) {
   // one that the sim is gone.
   const int64_t silence = silence_.Poll(now_us);
   if ((end_tick_ >= 0 || phase_ == Phase::kLeft) && silence >= config_.timing.linger_us) {
-    OnBye(phase_ == Phase::kLeft ? tick_ : end_tick_, out);
+    phase_ = Phase::kDone;
+    out->push_back({ModuleAction::Kind::kFinish, tick_, 0});
     return;
   }
   if (silence >= config_.timing.lost_us) {

@@ -187,6 +187,7 @@ class Outbox::Sending {
  public:
   /// @param channel  its full name.
   explicit Sending(std::string channel) : channel_(std::move(channel)) {}
+  [[nodiscard]] const std::string& channel() const { return channel_; }
 
  private:
   friend class Outbox;

@@ -21,8 +21,8 @@ namespace {
 using morphbus::ask_t;
 
 /// A request in `sender`'s name, at a tick.
-Spoken AskOf(int8_t kind, const std::string& sender, const std::string& to, int64_t tick,
-             const std::function<void(ask_t*)>& change = {}) {
+Spoken RequestOf(int8_t kind, const std::string& sender, const std::string& to, int64_t tick,
+                 const std::function<void(ask_t*)>& change = {}) {
   ask_t ask;
   ask.header = morphbus::header_t();
   ask.header.crc32 = 0;
@@ -52,7 +52,7 @@ int64_t TickOf(const Spoken& message) {
 }
 
 /// The run comes to what it comes to undisturbed.
-void ExpectUnharmed(const Outcome& outcome, const Outcome& reference) {
+void ExpectSame(const Outcome& outcome, const Outcome& reference) {
   EXPECT_TRUE(outcome.sim_ok) << outcome.error;
   EXPECT_TRUE(outcome.log_clean) << outcome.error;
   EXPECT_EQ(outcome.published, reference.published);
@@ -61,7 +61,7 @@ void ExpectUnharmed(const Outcome& outcome, const Outcome& reference) {
   EXPECT_EQ(outcome.moves, reference.moves);
 }
 
-Outcome Undisturbed(const FakeRunOptions& options) {
+Outcome CalmRun(const FakeRunOptions& options) {
   FakeRun run(options);
   return OutcomeOf(&run);
 }
@@ -78,18 +78,18 @@ TEST(Believed, WhoeverTellsAModuleToLeaveIsBeliedByTheSim) {
   for (const double loss : {0.0, 0.2}) {
     FakeRunOptions options;
     options.loss = loss;
-    const Outcome reference = Undisturbed(options);
+    const Outcome reference = CalmRun(options);
     FakeRun run(options);
     const Outcome outcome = Attacked(&run, [&](Forger* forger, const Spoken& heard) {
       if (heard.channel != "test/m2/ACTUATOR") return;
       // Of the tick that it has answered, and of others, again and again.
       for (const int64_t tick : {-1, 0, 0, 1, 30}) {
         forger->Say(
-            AskOf(ask_t::KIND_LEAVE, "SIM", "m2", std::max<int64_t>(0, TickOf(heard) + tick)));
+            RequestOf(ask_t::KIND_LEAVE, "SIM", "m2", std::max<int64_t>(0, TickOf(heard) + tick)));
       }
-      forger->Say(AskOf(ask_t::KIND_LEAVE, "m1", "m2", TickOf(heard)));
+      forger->Say(RequestOf(ask_t::KIND_LEAVE, "m1", "m2", TickOf(heard)));
     });
-    ExpectUnharmed(outcome, reference);
+    ExpectSame(outcome, reference);
     EXPECT_LT(outcome.seconds, reference.seconds + 3);
     EXPECT_GT(run.modules[1].participant->ledger().false_ends, options.ticks);
     EXPECT_NE(run.modules[1].participant->ledger().first_refused.find("m2/ASK: LEAVE"),
@@ -99,7 +99,7 @@ TEST(Believed, WhoeverTellsAModuleToLeaveIsBeliedByTheSim) {
 
 TEST(Believed, AModuleThatDiesAfterAForgedLeaveGoesOnAllTheSame) {
   const FakeRunOptions options;
-  const Outcome reference = Undisturbed(options);
+  const Outcome reference = CalmRun(options);
   FakeRun run(options);
   std::vector<uint8_t> snapshot;
   FakeRun::Module& victim = run.modules[1];
@@ -109,7 +109,7 @@ TEST(Believed, AModuleThatDiesAfterAForgedLeaveGoesOnAllTheSame) {
   Forger* self = nullptr;
   Forger forger(&run, [&](int64_t, const Spoken& heard) {
     if (heard.channel == "test/m2/ACTUATOR" && TickOf(heard) == 9) {
-      self->Say(AskOf(ask_t::KIND_LEAVE, "SIM", "m2", 9));
+      self->Say(RequestOf(ask_t::KIND_LEAVE, "SIM", "m2", 9));
     }
     if (heard.channel != "test/SIM/ASK") return;
     ask_t ask;
@@ -128,7 +128,7 @@ TEST(Believed, AModuleThatDiesAfterAForgedLeaveGoesOnAllTheSame) {
   victim.participant->OnBeforePublish(keep);
   ASSERT_TRUE(victim.participant->ResumeFrom(saved));
   victim.participant->Start();
-  ExpectUnharmed(OutcomeOf(&run), reference);
+  ExpectSame(OutcomeOf(&run), reference);
 }
 
 /// The module m2 is lost from tick 15 on, at the sim's own word.
@@ -151,17 +151,17 @@ TEST(Believed, WhoeverCallsALostModuleBackChangesNothing) {
   LoseM2(&run);
   const Outcome outcome = Attacked(&run, [&](Forger* forger, const Spoken& heard) {
     if (heard.channel != "test/SIM/CLOCK" || TickOf(heard) < 15) return;
-    forger->Say(AskOf(ask_t::KIND_RESEND, "SIM", "m2", TickOf(heard), [&](ask_t* ask) {
+    forger->Say(RequestOf(ask_t::KIND_RESEND, "SIM", "m2", TickOf(heard), [&](ask_t* ask) {
       ask->channel = "test/m2/ACTUATOR";
       ask->first_sequence = ask->last_sequence = TickOf(heard);
     }));
   });
-  ExpectUnharmed(outcome, reference);
+  ExpectSame(outcome, reference);
 }
 
 TEST(Believed, AClockThatComesSecondLosesNobody) {
   const FakeRunOptions options;
-  const Outcome reference = Undisturbed(options);
+  const Outcome reference = CalmRun(options);
   FakeRun run(options);
   const Outcome outcome = Attacked(&run, [&](Forger* forger, const Spoken& heard) {
     if (heard.channel != "test/SIM/CLOCK") return;
@@ -173,7 +173,7 @@ TEST(Believed, AClockThatComesSecondLosesNobody) {
       forged->num_controls = 1;
     }));
   });
-  ExpectUnharmed(outcome, reference);
+  ExpectSame(outcome, reference);
   EXPECT_GT(run.log->ledger().conflicts, 30);
   EXPECT_NE(run.log->ledger().first_refused.find("SIM/CLOCK: other bytes"), std::string::npos);
 }
@@ -280,7 +280,7 @@ TEST(Believed, OneForgedReportOfWhatWasTakenEndsNothing) {
     ++reports;
     forger->Say(Altered<ask_t>(heard, [](ask_t* forged) { forged->taken[0].sum ^= 5; }));
   });
-  ExpectUnharmed(outcome, Undisturbed(options));
+  ExpectSame(outcome, CalmRun(options));
   EXPECT_GE(reports, 4) << "the sim's and each module's, of the first 32 ticks";
 }
 
@@ -361,7 +361,7 @@ TEST(Believed, InRealTimeLossIsNoLie) {
   options.realtime = true;
   options.ticks = 150;
   options.loss = 0.1;
-  const Outcome outcome = Undisturbed(options);
+  const Outcome outcome = CalmRun(options);
   EXPECT_TRUE(outcome.sim_ok) << outcome.error;
   EXPECT_TRUE(outcome.log_clean) << outcome.error;
 }
@@ -375,7 +375,7 @@ TEST(Believed, InRealTimeWhoeverTellsAModuleToLeaveIsBeliedByTheSim) {
   const Outcome outcome = Attacked(&run, [&](Forger* forger, const Spoken& heard) {
     if (heard.channel != "test/m2/ACTUATOR" || TickOf(heard) < 50 || said) return;
     said = true;
-    forger->Say(AskOf(ask_t::KIND_LEAVE, "SIM", "m2", TickOf(heard)));
+    forger->Say(RequestOf(ask_t::KIND_LEAVE, "SIM", "m2", TickOf(heard)));
   });
   EXPECT_TRUE(outcome.sim_ok) << outcome.error;
   EXPECT_GT(outcome.refused.false_ends, 0);

@@ -147,9 +147,7 @@ class World {
     modules[Index(i)] = ModuleLockstep({false, Patient()});
     std::vector<ModuleAction> out;
     modules[Index(i)].Begin(computed[Index(i)], now_us_, &out);
-    if (left_ && i == settings_.LostNumber()) {
-      modules[Index(i)].OnLeave(computed[Index(i)] - 1, now_us_, &out);
-    }
+    if (LeftBefore(i)) modules[Index(i)].OnLeave(computed[Index(i)] - 1, now_us_, &out);
     Take(i, out);
   }
 
@@ -190,14 +188,13 @@ class World {
 
  private:
   [[nodiscard]] bool EveryoneFinished() const {
-    for (int i = 0; i < settings_.modules; ++i) {
-      if (computed[Index(i)] != settings_.TicksOf(i)) return false;
-    }
-    return true;
+    bool all = true;
+    for (int i = 0; i < settings_.modules; ++i) all &= computed[Index(i)] == settings_.TicksOf(i);
+    return all;
   }
 
+  [[nodiscard]] bool LeftBefore(int i) const { return left_ && i == settings_.LostNumber(); }
   static size_t Index(int i) { return static_cast<size_t>(i); }
-
   int64_t DueOf(int64_t deadline) {
     if (deadline != kNever) now_us_ = std::max(now_us_, deadline);
     return now_us_;
@@ -259,8 +256,8 @@ class World {
         break;
       case Kind::kAskActuator:
         if (m.process == i && m.number < computed[Index(i)]) Send({Kind::kActuator, i, m.number});
-        if (m.process != i || m.number < computed[Index(i)]) break;
-        if (module.OnAwaited(now_us_, &out)) violation_ = "a module that has left is awaited";
+        if (m.process == i && m.number >= computed[Index(i)] && module.OnAwaited(now_us_, &out))
+          violation_ = "a module that has left is awaited";
         break;
       case Kind::kAskTransform:
         if (m.process == i && m.number < computed[Index(i)]) Send({Kind::kTransform, i, m.number});
@@ -325,10 +322,8 @@ class World {
     const LogLockstep::Taken taken =
         log.OnClock(m.number + (m.last == morphbus::sim_clock_t::PHASE_END ? 1 : 0), m.number,
                     static_cast<int>(m.last), settings_.modules, 1, 0, now_us_, out);
-    if (taken != LogLockstep::Taken::kFresh || m.number != settings_.lose_tick ||
-        m.number >= settings_.ticks) {
-      return;
-    }
+    const bool loses = m.number == settings_.lose_tick && m.number < settings_.ticks;
+    if (taken != LogLockstep::Taken::kFresh || !loses) return;
     log.Lose(settings_.modules == 1 ? "m1" : "m2", m.number, now_us_, out);
   }
 
@@ -416,7 +411,7 @@ class World {
     }
   }
 
-  /// Somebody has it said that the last module is to be lost with the next tick.
+  /// The last module is to be lost with the next tick.
   void LoseLast() {
     std::vector<SimAction> out;
     sim.Lose(settings_.LostNumber(), now_us_, &out);

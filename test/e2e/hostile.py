@@ -2,127 +2,18 @@
 """Somebody on the bus of a run who wants no good, over real LCM: every attack is counted and named, and is either
 harmless to the run's hash or ends the run soon, with a status and an END that say why. Run inside a private network
 (see isolated.cc). test/bridge/hostile_test.cc has the same attacks without a network, message by message."""
-import copy
-import json
 import os
 import random
 import signal
-import socket
-import struct
 import subprocess
-import tempfile
-import threading
 import time
 import unittest
 
-from lcm_datagrams import GROUP, PORT, receiver, sender
-from support import (MODEL, PROGRAM, Case, as_json, command, decode, encode, lcm_types, morphbus, processes_of,
-                     read_events)
-
-SECONDS = 3
-RUN = (MODEL, PROGRAM, '--robot', 'quadruped', '--still', '--run', 'live')
-SHORT, FRAGMENT = 0x4c433032, 0x4c433033
-CLOCK, ACTUATOR = 'live/SIM/CLOCK', 'live/m2/ACTUATOR'
+from hostile_bus import ACTUATOR, CLOCK, RUN, SECONDS, Attack, Attacked, ahead
+from support import (MODEL, PROGRAM, as_json, command, decode, encode, lcm_types, morphbus, processes_of, read_events)
 
 
-class Forger:
-    """Hears everything on the bus and says what it likes, as LCM's own datagrams, written without LCM."""
-
-    def __init__(self, on_message):
-        self.on_message, self.stop, self.count = on_message, False, 0
-        self.out = sender()
-        self.socket = receiver(timeout=0.1)
-        self.thread = threading.Thread(target=self.listen)
-        self.thread.start()
-
-    def listen(self):
-        while not self.stop:
-            try:
-                data = self.socket.recv(65536)
-            except TimeoutError:
-                continue
-            if data[:4] == b'LC02' and data[8:13] == b'live/':
-                channel, payload = data[8:].split(b'\0', 1)
-                self.on_message(self, channel.decode(), payload)
-
-    def close(self):
-        self.stop = True
-        self.thread.join()
-        self.socket.close()
-        self.out.close()
-
-    def say(self, channel, data):
-        self.count += 1
-        self.out.sendto(struct.pack('>II', SHORT, self.count) + channel.encode() + b'\0' + data, (GROUP, PORT))
-
-    def say_fragment(self, size):
-        """The first fragment of a message that claims to have so many bytes."""
-        self.count += 1
-        self.out.sendto(struct.pack('>IIIIHH', FRAGMENT, self.count, size, 0, 0, 2) + b'live/long\0' + b'x' * 1000,
-                        (GROUP, PORT))
-
-
-class Attack:
-    """Calls `act(forger, message)` for messages of one channel, from a tick on, `times` times at most."""
-
-    def __init__(self, channel, act, tick=20, times=1):
-        self.channel, self.act, self.tick, self.times, self.done = channel, act, tick, times, 0
-
-    def __call__(self, forger, channel, data):
-        if channel != self.channel or self.done >= self.times:
-            return
-        message = decode(data)
-        if message.header.tick < self.tick:
-            return
-        self.done += 1
-        self.act(forger, message)
-
-
-def ahead(message, ticks):
-    """A copy of the message from so many ticks later."""
-    forged = copy.deepcopy(message)
-    forged.header.tick += ticks
-    forged.header.sequence += ticks
-    forged.header.sim_time_us += 20000 * ticks
-    return forged
-
-
-class Hostile(Case):
-    @classmethod
-    def setUpClass(cls):
-        with tempfile.TemporaryDirectory() as folder:
-            cls.reference = as_json('run', *RUN, '--seconds', SECONDS, '--inproc', '--log', f'{folder}/x.log')['hash']
-
-    def attacked(self, on_message, speed=2, options=(), reference=None, seconds=SECONDS):
-        """A run with a forger on its bus: its summary, and what its log says of itself."""
-        self.path = self.folder / 'live.log'
-        forger = Forger(on_message)
-        try:
-            begun = time.monotonic()
-            done = subprocess.run(command('run', *RUN, '--seconds', seconds, '--speed', speed, '--log', self.path,
-                                          '--force', '--json', *options), capture_output=True, text=True, timeout=120)
-            self.wall = time.monotonic() - begun
-        finally:
-            forger.close()
-        self.assertIn(done.returncode, (0, 3), done.stdout + done.stderr)
-        self.summary = json.loads(done.stdout)
-        self.facts = as_json('info', self.path)
-        self.status = done.returncode
-        # Whatever happened: only a run of which everybody speaks alike ends well.
-        if done.returncode == 0 or self.facts['clean']:
-            self.assertEqual(self.summary['hash'], reference or self.reference, self.summary)
-            self.assertTrue(self.facts['whole'], self.facts)
-            self.assertEqual((done.returncode, self.facts['clean']), (0, True), done.stderr)
-        else:
-            self.assertTrue(self.facts['reason'])
-            self.assertIsNotNone(self.summary['error'])
-
-    def counted(self, what):
-        return sum(process[what] for process in self.summary['processes'].values())
-
-    def assert_unharmed(self):
-        self.assertEqual((self.status, self.summary['error'], self.facts['clean']), (0, None, True), self.facts['reason'])
-
+class Hostile(Attacked):
     def test_a_command_from_the_future_is_neither_obeyed_nor_logged(self):
         # The run is held at tick 20 until the forger has spoken: however late he is, his tick lies ahead.
         held, through = self.folder / 'held', self.folder / 'through'
@@ -183,6 +74,8 @@ class Hostile(Case):
             if phase == 2:
                 self.assert_unharmed()
                 self.assertGreater(self.counted('false_ends'), 0)
+                named = [p['first_refused'] for p in self.summary['processes'].values() if p['first_refused']]
+                self.assertTrue(any('END' in text or 'SIM/CLOCK' in text for text in named), named)
 
     def test_an_old_log_of_the_same_name_played_beside_the_run(self):
         old = self.folder / 'old.log'
@@ -199,6 +92,7 @@ class Hostile(Case):
             player[0].kill()
             player[0].wait()
             self.assertGreater(self.summary['refused'], 0)
+            self.assertTrue(any(p['first_refused'] for p in self.summary['processes'].values()))
 
     def path_of_same(self):
         """The log of an earlier run of the same robot, program and name."""
@@ -223,6 +117,7 @@ class Hostile(Case):
         second[0].wait(timeout=30)
         self.assertEqual((self.status, self.facts['clean']), (0, True), self.facts['reason'])
         self.assertGreater(self.summary['refused'], 0)
+        self.assertTrue(any(p['first_refused'] for p in self.summary['processes'].values()))
 
     def test_a_health_with_a_bad_body_is_not_in_the_log(self):
         def act(forger, command):
@@ -238,13 +133,14 @@ class Hostile(Case):
             for i in range(2000):
                 forger.say(f'live/x{attack.done}_{i}/ACTUATOR', data)
         attack = Attack(ACTUATOR, act, times=20, tick=5)
-        self.attacked(attack)
+        self.attacked(attack, speed=0.5)
         self.assert_unharmed()
         self.assertEqual(attack.done, 20)
         log = self.summary['processes']['LOG']
         # What found the logger's socket full was never seen.
         self.assertGreater(log['foreign'], 10000)
         self.assertLessEqual(log['foreign'], 40000)
+        self.assert_named('LOG', '/ACTUATOR: the run has no such channel')
         self.assertLess(len(self.facts['channels']), 80)
         self.assertEqual(self.facts['end'], 'verified')
 
@@ -252,10 +148,16 @@ class Hostile(Case):
         self.attacked(lambda *_: None)
         calm = self.wall
 
-        def rss(facts):
-            return max(decode(data).max_rss_kb for _, _, channel, data in read_events(self.path)
-                       if channel == 'live/LOG/HEALTH')
-        before = rss(self.facts)
+        def rss():
+            """Of each process the largest."""
+            most = {}
+            for _, _, channel, data in read_events(self.path):
+                if channel.endswith('/HEALTH'):
+                    health = decode(data)
+                    most[health.process] = max(most.get(health.process, 0), health.max_rss_kb)
+            return most
+        before = rss()
+        self.assertEqual(len(before), 11)
 
         def act(forger, _):
             for _ in range(300):
@@ -265,17 +167,10 @@ class Hostile(Case):
         self.assert_unharmed()
         self.assertEqual(attack.done, 20)
         self.assertGreater(self.summary['processes']['LOG']['fragments'], 3000)
-        self.assertLess(rss(self.facts), before + 10000)
+        self.assert_named('LOG', 'a fragment of a message')
+        for process, kilobytes in rss().items():
+            self.assertLess(kilobytes, before[process] + 10000, process)
         self.assertLess(self.wall, 2 * calm + 2)
-
-    def ask(self, like, **fields):
-        ask = lcm_types()['ask_t']()
-        ask.header = copy.deepcopy(like.header)
-        ask.header.program_hash = 0
-        ask.acknowledged_tick = -1
-        for name, value in fields.items():
-            setattr(ask, name, value)
-        return ask
 
     def test_a_poll_from_the_future_and_a_flood_of_requests_multiply_nothing(self):
         kinds = lcm_types()['ask_t']
@@ -286,6 +181,7 @@ class Hostile(Case):
             forger.say('live/LOG/ASK', encode(ask))
         self.attacked(Attack(ACTUATOR, poll))
         self.assert_unharmed()
+        self.assert_named('LOG', 'LOG/ASK: POLL at tick 4611686018427387904')
         self.assertLess(self.summary['resent'], 300)
 
         def flood(forger, command):
@@ -309,34 +205,92 @@ class Hostile(Case):
                     forger.say(f'live/{name}/ASK', encode(self.ask(command, kind=kind, sender='SIM')))
         self.attacked(Attack(ACTUATOR, act, times=5))
         self.assert_unharmed()
-        self.assertEqual(self.counted('false_ends'), 5 * 2 + 5 * 2)  # LOG takes both, modules BYE
+        # LOG takes both, modules BYE; a verdict is none of theirs.
+        self.assertEqual(self.counted('false_ends'), 5 * 2 + 5 * 2)
+        self.assertEqual([self.summary['processes'][m]['bad'] for m in ('m1', 'm5')], [5, 5])
+        self.assert_named('LOG', 'LOG/ASK: BYE at tick')
+        self.assert_named('m1', 'm1/ASK: BYE at tick')
 
-    def race(self, topic, alter, seed):
-        """Copies every message of the topic as that of the next tick, altered, a hundred times."""
-        chosen = random.Random(seed)
+    def test_garbage_on_every_channel_is_counted_and_changes_nothing(self):
+        chance = random.Random(7)
+        seen = {}
 
-        class Racer(Attack):
-            def __call__(self, forger, channel, data):
-                if not channel.endswith('/' + topic) or self.done >= 100 or chosen.random() < 0.3:
-                    return
-                message = decode(data)
-                self.done += 1
-                forged = ahead(message, chosen.choice((0, 1, 1, 1, 2)))
-                if topic in ('SENSORS', 'WORLD'):
-                    parts = forged.num_parts
-                    forged.header.sequence = forged.header.tick * parts + forged.part
-                alter(forged)
-                forger.say(channel, encode(forged))
-        racer = Racer('', None)
-        self.attacked(racer)
-        # A run that ends badly may end soon, and some messages are rare.
-        if self.status == 0 and topic not in ('STATUS', 'HELLO'):
-            self.assertEqual(racer.done, 100)
-        self.assertGreater(racer.done, 0)
+        def on_message(forger, channel, data):
+            if seen.setdefault(channel, 0) >= 20:
+                return
+            seen[channel] += 1
+            # Bytes that are nothing, a message that was cut, one with a flipped bit, and one with another's body.
+            forger.say(channel, chance.randbytes(chance.randrange(1300)))
+            forger.say(channel, data[:chance.randrange(len(data))])
+            at = chance.randrange(len(data))
+            forger.say(channel, data[:at] + bytes([data[at] ^ 16]) + data[at + 1:])
+            forger.say(channel, data[:12] + chance.randbytes(len(data) - 12))
+        self.attacked(on_message)
+        self.assert_unharmed()
+        topics = {channel.split('/')[-1] for channel in seen}
+        self.assertGreaterEqual(topics, {'CLOCK', 'SENSORS', 'TRANSFORM', 'ACTUATOR', 'STATUS', 'ASK', 'HEALTH', 'HELLO'})
+        # What found a socket full was never seen; each message of garbage comes to the logger.
+        self.assertGreater(self.summary['processes']['LOG']['bad'], 2 * sum(seen.values()))
 
-    def test_whoever_races_a_message_a_hundred_times_never_falsifies_a_run_unseen(self):
+    def test_a_module_that_somebody_sends_away_stays(self):
+        kinds = lcm_types()['ask_t']
+
+        def act(forger, command):
+            # Said of the tick that it has answered, before the sim goes on.
+            forger.say('live/m2/ASK', encode(self.ask(command, kind=kinds.KIND_LEAVE, sender='SIM')))
+        attack = Attack(ACTUATOR, act, times=100)
+        self.attacked(attack)
+        self.assert_unharmed()
+        self.assertEqual(attack.done, 100)
+        self.assertGreater(self.summary['processes']['m2']['false_ends'], 0)
+        self.assert_named('m2', 'm2/ASK: LEAVE')
+
+    def test_a_clock_that_loses_a_module_ends_the_run_or_nothing(self):
+        for ticks in (0, 1):
+            def act(forger, clock):
+                forged = ahead(clock, ticks)
+                forged.num_controls, forged.controls = 1, ['lose m2']
+                forger.say(CLOCK, encode(forged))
+            self.attacked(Attack(CLOCK, act))
+            if ticks == 0:
+                self.assert_unharmed()
+            self.assert_named('LOG', 'SIM/CLOCK: other bytes')
+
+    def test_requests_of_every_kind_a_hundred_times_each_change_nothing(self):
+        kinds = lcm_types()['ask_t']
+        names = ('RESEND', 'ACK', 'INFO', 'END_ACK', 'POLL', 'BYE', 'VERDICT', 'VERDICT_ACK', 'LEAVE', 'ADMIT', 'TAKEN')
+        said = dict.fromkeys(names, 0)
+
+        def act(forger, command):
+            for name in names:
+                # To whoever might believe it, in the name of who might say it.
+                kind = getattr(kinds, f'KIND_{name}')
+                fields = {'kind': kind, 'sender': 'SIM', 'channel': ACTUATOR}
+                if name in ('END_ACK', 'TAKEN'):
+                    fields |= {'num_parts': 1}
+                to = 'LOG' if name in ('INFO', 'POLL', 'VERDICT', 'TAKEN') else 'm2'
+                if name in ('ACK', 'END_ACK', 'VERDICT_ACK'):
+                    to, fields['sender'] = 'SIM', 'm2' if name == 'END_ACK' else 'LOG'
+                if said[name] < 100:
+                    said[name] += 1
+                    forger.say(f'live/{to}/ASK', encode(self.ask(command, **fields)))
+        self.attacked(Attack(ACTUATOR, act, tick=5, times=1000))
+        self.assert_unharmed()
+        self.assertEqual(set(said.values()), {100})
+        # BYE, LEAVE and ADMIT at the module, acknowledgements at the sim, the verdict at the logger.
+        for process in ('m2', 'SIM', 'LOG'):
+            self.assertGreater(self.summary['processes'][process]['false_ends'] +
+                               self.summary['processes'][process]['bad'], 90, process)
+            self.assert_named(process, '/ASK: ')
+
+
+class Realtime(Attacked):
+    """Real time: messages may be lost there, but none may be two."""
+
+    def test_no_number_has_two_messages(self):
         def sensors(m):
             m.modules[0].joint_position_si = [p + 0.1 for p in m.modules[0].joint_position_si]
+            m.header.sequence = m.header.tick * m.num_parts + m.part
 
         def actuator(m):
             m.joints[0].target_si += 0.25
@@ -346,21 +300,97 @@ class Hostile(Case):
 
         def status(m):
             m.role_name = 'Forged'
+            m.header.tick -= 1
+        for channel, alter in {'SIM/SENSORS': sensors, 'm2/ACTUATOR': actuator, 'm2/TRANSFORM': transform,
+                               'm2/STATUS': status}.items():
+            with self.subTest(channel):
+                def act(forger, message):
+                    forged = ahead(message, 1)
+                    alter(forged)
+                    forger.say(f'live/{channel}', encode(forged))
+                attack = Attack(f'live/{channel}', act, tick=50)
+                self.attacked(attack, options=('--realtime',), seconds=3, speed=1)
+                self.assertEqual((attack.done, self.status, self.facts['clean']), (1, 3, False))
+                self.assertIn(channel, self.summary['error'])
+                self.assertIn('somebody else speaks on this bus', self.summary['error'])
 
-        def world(m):
-            m.num_bodies, m.bodies = 0, []
+
+class Races(Attacked):
+    """Every message that a run has is raced a hundred times by an altered copy, before the original or after it."""
+
+    def race(self, topic, alter, run=RUN, reference=None):
+        """Says altered copies of messages of the topic, as that of this tick, the next one, or the one after, at each
+        command that is heard, so that a hundred are said of rare messages, too."""
+        chosen = random.Random(topic)
+        last, done = {}, []
+
+        def on_message(forger, channel, data):
+            if channel.endswith('/' + topic):
+                last[channel] = data
+            if not last or len(done) >= 100 or not channel.endswith('/ACTUATOR') or decode(data).header.tick < 2:
+                return
+            origin = chosen.choice(sorted(last))
+            forged = ahead(decode(last[origin]), chosen.choice((0, 1, 1, 1, 2)))
+            if topic in ('SENSORS', 'WORLD'):
+                forged.header.sequence = forged.header.tick * forged.num_parts + forged.part
+            alter(forged)
+            done.append(origin)
+            forger.say(origin, encode(forged))
+        self.attacked(on_message, run=run, reference=reference)
+        self.assertEqual(len(done), 100, topic)
+        return self.counted('conflicts') + self.counted('outside_window')
+
+    def test_of_the_sim(self):
+        def sensors(m):
+            m.modules[0].joint_position_si = [p + 0.1 for p in m.modules[0].joint_position_si]
 
         def clock(m):
             m.num_controls, m.controls = 1, ['forged']
+        self.assertGreater(self.race('SENSORS', sensors), 0)
+        self.assertGreater(self.race('CLOCK', clock), 0)
 
+    def test_of_the_world(self):
+        def world(m):
+            m.num_bodies, m.bodies = 0, []
+        physics = tuple(argument for argument in RUN if argument != '--still')
+        reference = as_json('run', *physics, '--seconds', SECONDS, '--inproc', '--log', self.folder / 'x.log')['hash']
+        self.assertGreater(self.race('WORLD', world, physics, reference), 0)
+
+    def test_of_modules(self):
+        def actuator(m):
+            m.joints[0].target_si += 0.25
+
+        def transform(m):
+            m.role = 0 if m.role < 0 else -1
+
+        def status(m):
+            m.role_name = 'Forged'
+        for topic, alter in {'ACTUATOR': actuator, 'TRANSFORM': transform, 'STATUS': status}.items():
+            with self.subTest(topic):
+                self.assertGreater(self.race(topic, alter), 0)
+
+    def test_a_second_claimant_before_the_run_has_begun_ends_it_by_name(self):
+        def act(forger, hello):
+            hello.claim += 1
+            forger.say('live/HELLO', encode(hello))
+        self.attacked(Attack('live/HELLO', act, tick=0))
+        # It may be too late already, and then it is turned away.
+        if self.status != 0:
+            self.assertIn('claims to be', self.summary['error'])
+
+    def test_outside_the_hash(self):
         def hello(m):
             m.claim += 1
-        kinds = {'SENSORS': sensors, 'ACTUATOR': actuator, 'TRANSFORM': transform, 'STATUS': status, 'CLOCK': clock}
-        for topic, alter in kinds.items():
+
+        def health(m):
+            m.conflicts += 1
+
+        def info(m):
+            m.total_bytes += 1
+        for topic, alter in {'HELLO': hello, 'HEALTH': health, 'INFO': info}.items():
             with self.subTest(topic):
-                self.race(topic, alter, 1)
-        with self.subTest('HELLO'):
-            self.race('HELLO', hello, 1)
+                self.race(topic, alter)
+                self.assert_unharmed()
 
 
 if __name__ == '__main__':
