@@ -39,9 +39,9 @@ int RoutineOf(const vm::RoleInfo& role, const vm::Task& task) {
 
 std::vector<HeldValue> ReadLocals(const vm::VerifiedProgram& program,
                                   const vm::VerifiedKinematics& kinematics, const vm::Frame& call,
-                                  const vm::Cell* cells) {
+                                  uint32_t pc, const vm::Cell* cells) {
   const vm::FunctionInfo function = program.function(call.function);
-  const unsigned set = vm::SetLocals(program, call.function, call.pc);
+  const unsigned set = vm::SetLocals(program, call.function, pc);
   std::vector<HeldValue> locals;
   for (int i = 0; i < function.num_locals; ++i) {
     locals.push_back(ToHeld(program, kinematics, program.local_name(call.function, i),
@@ -83,7 +83,7 @@ HeldTask ReadTask(const vm::VerifiedProgram& program, const vm::VerifiedKinemati
     const uint32_t at = innermost ? task.pc : frame.pc - std::min<uint32_t>(frame.pc, 1);
     out.calls.push_back({NameText(program.function_name(frame.function)),
                          program.LineOf(frame.function, at),
-                         ReadLocals(program, kinematics, frame, task.stack.cells)});
+                         ReadLocals(program, kinematics, frame, at, task.stack.cells)});
     std::erase_if(out.calls.back().locals,
                   [](const HeldValue& local) { return local.value.empty(); });
   }

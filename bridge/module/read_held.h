@@ -2,6 +2,9 @@
 // Reads out of a VM's state what its module holds, by name: for STATUS of a running robot
 // (`control inspect`) and for a module that a log runs again (`replay --into`).
 
+#include <cstdint>
+#include <vector>
+
 #include "bridge/wire/held_state.h"
 #include "vm/image/kinematics_image.h"
 #include "vm/image/program.h"
@@ -9,11 +12,12 @@
 
 namespace morphbus::bridge {
 
-/// The parameters and variables of a call, in their order; `cells` are those of its task. A
-/// variable that has no value yet has an empty one.
+/// The parameters and variables of a call, in their order. A variable that has no value at the
+/// byte offset `pc` of the function, where the call stands, has an empty one. `cells` are those of
+/// the call's task.
 std::vector<HeldValue> ReadLocals(const vm::VerifiedProgram& program,
                                   const vm::VerifiedKinematics& kinematics, const vm::Frame& call,
-                                  const vm::Cell* cells);
+                                  uint32_t pc, const vm::Cell* cells);
 
 /// The fields of the role held, in their order; none without a role.
 std::vector<HeldValue> ReadFields(const vm::VerifiedProgram& program,

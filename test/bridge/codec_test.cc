@@ -278,7 +278,7 @@ TEST(Codec, MessagesOverADatagramAreRefused) {
   sensors.header.tick = sensors.header.sim_time_us = sensors.header.sequence = 0;
   sensors.part = 0;
   sensors.num_parts = 1;
-  sensors.num_requests = sensors.num_pieces = sensors.num_root_poses = 0;
+  sensors.num_requests = sensors.num_pieces = sensors.num_root_poses = sensors.num_inspected = 0;
   morphbus::module_sensors_t reading;
   reading.module_id = 0;
   reading.name = "m";
@@ -411,6 +411,9 @@ TEST(Codec, SensorsPartsFitWhateverIsDocked) {
       sensors.pieces[0].bytes.resize(kMaxDeployPiece);
       sensors.num_root_poses = 1;
       sensors.root_poses.resize(1);
+      // All modules of the part are inspected.
+      sensors.num_inspected = static_cast<int8_t>(part.size());
+      sensors.inspected.resize(part.size());
       EXPECT_LE(static_cast<size_t>(sensors.getEncodedSize()), kMaxPayloadBytes);
     }
     EXPECT_EQ(next, 100u);

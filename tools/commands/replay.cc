@@ -26,6 +26,9 @@ namespace {
 
 constexpr double kLatestSeconds = 1e9;  ///< Of a range; far beyond any log.
 
+/// Where no line was given for --break: no number that anybody means.
+constexpr int kNoLine = std::numeric_limits<int>::min();
+
 /// The options of `morphbus replay`; `replay` holds those that the replayer itself takes.
 struct ReplayOptions {
   std::string log;
@@ -35,10 +38,10 @@ struct ReplayOptions {
   RunChoice run;
   bool isolate = false;
   bool json = false;
-  std::string into;               ///< Module to run again instead; empty: the log is published.
-  std::optional<double> at_s;     ///< With it: when its state is shown.
-  std::string steps;              ///< With both: how finely that tick's steps are shown.
-  std::optional<int> break_line;  ///< With --into: the source line at which it is shown.
+  std::string into;            ///< Module to run again instead; empty: the log is published.
+  std::optional<double> at_s;  ///< With it: when its state is shown.
+  std::string steps;           ///< With both: how finely that tick's steps are shown.
+  int break_line = kNoLine;    ///< With --into: the source line at which it is shown.
 };
 
 /// A replay as the user steers it.
@@ -166,13 +169,13 @@ std::string WhyUnusable(const ReplayOptions& options) {
 /// Why --into and --at do not go with the other options; empty if they do.
 std::string WhyNotInto(const ReplayOptions& options) {
   if (!options.steps.empty() && !options.at_s) return "--steps needs --at T, the time of a tick";
-  if (options.into.empty() && options.break_line) return "--break needs --into MODULE";
+  const bool breaks = options.break_line != kNoLine;
+  if (options.into.empty() && breaks) return "--break needs --into MODULE";
   if (options.into.empty()) return options.at_s ? "--at needs --into MODULE" : "";
-  if (options.break_line && options.at_s) return "--break and --at: give one of them";
-  if (options.break_line && *options.break_line < 1) return "--break: expected a line, 1 or more";
+  if (breaks && options.at_s) return "--break and --at: give one of them";
+  if (breaks && options.break_line < 1) return "--break: expected a line, 1 or more";
   const logger::ReplayOptions standard;
   const logger::ReplayOptions& replay = options.replay;
-  const bool breaks = options.break_line.has_value();
   const std::pair<const char*, bool> given[] = {
       {"--speed", replay.speed != standard.speed},
       {"--from", replay.from_s != standard.from_s && !breaks},
@@ -234,7 +237,7 @@ int ReplayLog(ReplayOptions options) {
                      .module = options.into,
                      .at_s = options.at_s,
                      .steps = options.steps,
-                     .break_line = options.break_line.value_or(0),
+                     .break_line = options.break_line == kNoLine ? 0 : options.break_line,
                      .from_s = options.replay.from_s,
                      .to_s = options.to_s,
                      .json = options.json});

@@ -31,6 +31,8 @@ void BreakTrace::Take(const logger::ComputedStep& step) {
       bridge::ReadTask(step.program, step.kinematics, step.program.role(role.role), step.task);
   // The task has not come to rest here, so it knows only where it waited last.
   held.calls.front().line = line_;
+  held.calls.front().locals =
+      bridge::ReadLocals(step.program, step.kinematics, frame, frame.pc, step.task.stack.cells);
   const Json task = TasksJson({held}).front();
   moments_.push_back(
       {{"tick", step.input.tick},

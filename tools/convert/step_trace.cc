@@ -79,7 +79,8 @@ StepTrace::Moment StepTrace::MomentOf(const logger::ComputedStep& step) {
     now.function = frame.function;
     now.pc = frame.pc;
     now.line = step.program.LineOf(frame.function, frame.pc);
-    now.locals = bridge::ReadLocals(step.program, step.kinematics, frame, step.task.stack.cells);
+    now.locals =
+        bridge::ReadLocals(step.program, step.kinematics, frame, frame.pc, step.task.stack.cells);
   }
   now.fields = bridge::ReadFields(step.program, step.kinematics, step.state.role);
   return now;
