@@ -213,7 +213,7 @@ class Processes(Dying, Deploying):
         # The time by which all have it is told to who gave the command.
         self.assertTrue(told['pending'])
         named = round(told['switch_seconds'] / 0.02)
-        self.assertRegex(told['command'], rf'^deploy {CAREFUL} [0-9a-f]{{16}} --to m1 --at {told["switch_seconds"]}$')
+        self.assertRegex(told['command'], rf'^deploy {CAREFUL} [0-9a-f]{{16}} --to m1 --at {told["switch_seconds"]:g}$')
         self.control('step', 12)
         self.await_held(told['tick'] + 11)
         # Half of it is there.
