@@ -115,7 +115,7 @@ void ModuleParticipant::AcknowledgeEnd() {
     AddSums(&report);
     // What the sim may have of the commands.
     for (size_t i = report.taken.size(); i-- > 0;) {
-      if (report.taken[i].channel != channel_actuator_) continue;
+      if (report.taken[i].channel != channel_actuator_.channel()) continue;
       report.taken.push_back(report.taken[i]);
       report.taken.back().taker = kSimProcess;
       break;
