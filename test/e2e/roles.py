@@ -69,16 +69,17 @@ class Roles(Case):
         # m2 is the first with three neighbours, and so the first that comes to the second requirement.
         line, text = next((i, text) for i, text in enumerate(MODEL.read_text().splitlines(), 1) if 'MTRAN m2,' in text)
         column = text.index('m2') + 1
-        self.assertIn(f'{program}:4:1: warning: no module of robot quadruped takes role Tower\n'
-                      '  role Tower extends Module {\n'
-                      '  ^~~~~~~~~~~~~~~~~~~~~~~~~~~\n'
+        # The role stands at the first line of its code.
+        self.assertIn(f'{program}:5:3: warning: no module of robot quadruped takes role Tower\n'
+                      '    require sizeof(self.connected) >= 3;\n'
+                      '    ^~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~\n'
+                      '  hint: --why m2 Tower tells what it lacks\n'
                       f'{MODEL}:{line}:{column}: note: module m2 comes nearest\n'
                       f'  {text}\n'
                       f'  {" " * (column - 1)}^~\n'
                       f'{program}:6:3: note: not Tower: this requirement fails, measured 0 against 2\n'
                       '    require self.connected($UP) == 2;  // nobody is on top\n'
                       '    ^~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~~\n', said)
-        self.assertIn('--why m2 Tower tells what it lacks', said)
         # One that fits, but whose place another role has.
         self.assertIn('note: module m5 fits it, and has another role\n', said)
         # An image has no text to point at.
