@@ -183,6 +183,14 @@ void Rehash(std::vector<uint8_t>* image) {
   Patch(image, 16, Fnv(*image, 0, run, 16), 8);
 }
 
+TestImage WithMethod(const Code& startup, TestFunction method) {
+  TestImage image(startup);
+  method.name = "R.f";
+  image.functions.push_back(std::move(method));
+  image.roles[0].methods = {1};
+  return image;
+}
+
 std::string VerifyMessage(const std::vector<uint8_t>& image) {
   const auto program = std::make_unique<VerifiedProgram>();
   const VerifyError error =

@@ -77,6 +77,9 @@ struct TestImage {
   [[nodiscard]] std::vector<uint8_t> Build() const;
 };
 
+/// An image of this startup, whose role has a method of this kind and of the name f in slot 0.
+TestImage WithMethod(const Code& startup, TestFunction method);
+
 /// Makes the hash fit again after bytes were changed.
 void Rehash(std::vector<uint8_t>* image);
 
