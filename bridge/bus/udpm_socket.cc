@@ -147,6 +147,7 @@ UdpmSocket::UdpmSocket(int fd, const LcmUrl& url)
     : fd_(fd),
       group_(url.group),
       on_loopback_(MulticastInterface(url.group) == "lo"),
+      other_sources_(OtherSources()),
       batch_(std::make_unique<Batch>()) {}
 
 UdpmSocket::~UdpmSocket() { close(fd_); }
@@ -173,7 +174,7 @@ void UdpmSocket::ListenTo(const SourceSet& sources) {
     if (sources.test(source)) senders.push_back(SourceAddress(source));
   }
   if (some) {
-    senders.push_back(OtherSources());
+    senders.insert(senders.end(), other_sources_.begin(), other_sources_.end());
     if (SetSenders(senders)) {
       sources_ = sources;
       return;

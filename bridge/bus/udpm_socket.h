@@ -2,6 +2,7 @@
 // The receiving side of LCM's UDP multicast, without LCM's own receiving thread: that costs two
 // more wake-ups and a handful of system calls a message, which is most of a lockstep's time.
 
+#include <netinet/in.h>
 #include <sys/socket.h>
 
 #include <cstdint>
@@ -93,6 +94,7 @@ class UdpmSocket {
   /// that are listened to, if not all are.
   uint32_t group_;
   bool on_loopback_;
+  std::vector<in_addr> other_sources_;
   std::optional<SourceSet> sources_;
   /// The kernel's count of drops when the filter was taken away.
   int64_t drops_before_ = 0;

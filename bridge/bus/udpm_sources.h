@@ -6,15 +6,15 @@
 // are dropped. A group's members can name the senders that they listen to, though, which the kernel
 // looks at before it copies (RFC 3376, section 3.2: INCLUDE). On a loopback all of 127.0.0.0/8 is
 // ours, so the address that a message comes from is chosen by its channel, and who needs few
-// channels listens to their addresses, and to the one that all other programs on this machine send
-// from. Others see no difference: a member that names no senders, as LCM's own tools, gets
-// everything.
+// channels listens to their addresses, and to those that other programs on this machine send from.
+// Others see no difference: a member that names no senders, as LCM's own tools, gets everything.
 
 #include <netinet/in.h>
 
 #include <bitset>
 #include <cstdint>
 #include <string_view>
+#include <vector>
 
 namespace morphbus::bridge {
 
@@ -37,7 +37,9 @@ inline in_addr SourceAddress(int source) {
   return {htonl(0x7f4c4301U + static_cast<uint32_t>(source))};
 }
 
-/// What a program sends from that knows nothing of all this: LCM itself, for one.
-inline in_addr OtherSources() { return {htonl(INADDR_LOOPBACK)}; }
+/// What programs send from that know nothing of all this, LCM itself for one: no address at all,
+/// which the kernel chooses where the machine has none but the loopback's, or one that the machine
+/// has now.
+std::vector<in_addr> OtherSources();
 
 }  // namespace morphbus::bridge

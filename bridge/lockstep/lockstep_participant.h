@@ -87,7 +87,6 @@ class ParticipantBase : public Participant {
   bool Track(SequenceTracker* tracker, std::string_view channel, int64_t sequence, uint64_t digest,
              SequenceTracker::Kind* kind = nullptr);
 
-  /// @param to  name of the addressee, which is also part of the channel.
   /// Tells the logger what this process took in the ticks from `first` to `last`, which are of one
   /// block (taken_blocks.h).
   void TellTaken(int64_t first, int64_t last, std::vector<morphbus::taken_total_t> taken);
@@ -101,6 +100,7 @@ class ParticipantBase : public Participant {
   void AddSums(TotalsReport* report) const;
 
   /// Sends `ask` to a process. The sender and the header are filled in here.
+  /// @param to  name of the addressee, which is also part of the channel.
   void Ask(std::string_view to, morphbus::ask_t ask);
   /// Asks a process to send messages first..last of its channel `topic` again (KIND_RESEND), and
   /// counts that in the ledger.

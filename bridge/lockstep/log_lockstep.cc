@@ -86,8 +86,10 @@ LogLockstep::Taken LogLockstep::OnClock(int64_t sequence, int64_t tick, int phas
   if (!InWindow(tick, now_us)) return Taken::kImpossible;
   silence_.Heard(now_us);
   hello_.SimHeard();
+  const bool end = phase == morphbus::sim_clock_t::PHASE_END;
+  if (!end && sequence != tick) return Taken::kImpossible;
   // The first CLOCK tells what a whole tick consists of, and all others say the same.
-  contradicted_ |=
+  const bool contradicts =
       num_modules_ >= 0 && (num_modules != num_modules_ || sensors_parts != sensors_parts_ ||
                             world_parts != world_parts_);
   if (num_modules_ < 0) {
@@ -95,16 +97,20 @@ LogLockstep::Taken LogLockstep::OnClock(int64_t sequence, int64_t tick, int phas
     sensors_parts_ = sensors_parts;
     world_parts_ = world_parts;
   }
-  if (phase == morphbus::sim_clock_t::PHASE_END) return OnEnd(sequence, tick, now_us, out);
+  const auto judged = [&](Taken taken) {
+    // What is not believed contradicts nobody.
+    contradicted_ |= contradicts && taken == Taken::kFresh;
+    return taken;
+  };
+  if (end) return judged(OnEnd(sequence, tick, now_us, out));
   // The sim asks who is there, until it has heard everybody; then it leaves tick 0.
   if (phase == morphbus::sim_clock_t::PHASE_START && complete_tick_ <= 0) {
     out->push_back({LogAction::Kind::kHello});
   }
-  if (sequence != tick) return Taken::kImpossible;
   // END is the last message on CLOCK.
   if (end_tick_ >= 0 && sequence >= end_sequence_) DisproveEnd(tick);
   sim_tick_ = std::max(sim_tick_, tick);
-  return Note(clock_.Take(sequence, config_.realtime), tick, now_us, out);
+  return judged(Note(clock_.Take(sequence, config_.realtime), tick, now_us, out));
 }
 
 LogLockstep::Taken LogLockstep::OnEnd(int64_t sequence, int64_t tick, int64_t now_us,
@@ -387,9 +393,9 @@ int64_t LogLockstep::next_deadline_us() const {
 }
 
 std::string LogLockstep::Fingerprint() const {
-  std::string print =
-      PrintOf(phase_, highest_tick_, sim_tick_, end_tick_, end_sequence_, complete_tick_,
-              acked_tick_, num_modules_, ask_.armed(), hello_.sim_heard(), verdict_heard_, names_);
+  std::string print = PrintOf(phase_, highest_tick_, sim_tick_, end_tick_, end_sequence_,
+                              complete_tick_, acked_tick_, num_modules_, ask_.armed(),
+                              hello_.sim_heard(), verdict_heard_, contradicted_, names_);
   const auto add = [&print](const ReceivedSet& received) {
     print += PrintOf(received.next, received.beyond);
   };

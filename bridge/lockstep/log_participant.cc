@@ -119,6 +119,7 @@ bool LogParticipant::HasChannel(const ChannelName& name) {
 void LogParticipant::TakeHashed(const ChannelName& name, const morphbus::header_t& header,
                                 LoggedMessage* message) {
   const bool end_heard = machine_.end_seen();
+  fresh_end_ = false;
   const Verdict verdict = TellMachine(name, header, message->data, message->size);
   message->bad = !verdict.has_value();
   if (message->bad) return;
@@ -135,24 +136,27 @@ void LogParticipant::TakeHashed(const ChannelName& name, const morphbus::header_
                                   : "tick " + std::to_string(header.tick) + " after tick " +
                                         std::to_string(machine_.complete_tick()));
   }
-  // A message of a later tick shows that what was heard was not the end.
-  if (end_heard && !machine_.end_seen()) {
+  // A message of a later tick, or another END, shows that what was heard was not the end.
+  if (end_heard && (!machine_.end_seen() || fresh_end_)) {
     end_clock_.clear();
     CountRefused(&Ledger::false_ends, ChannelOf(kSimProcess, Topic::kClock),
                  "END, and then tick " + std::to_string(header.tick));
   }
-  message->end = name.topic == Topic::kClock && !end_heard && machine_.end_seen();
+  message->end = fresh_end_;
   message->duplicate = *verdict == Taken::kKnown;
-  ReceivedStream& stream = StreamOf(message->channel);
-  message->channel_index = stream.index;
+  // A stream begins with a new payload: modules that nobody has named yet have none.
+  ReceivedStream* stream = message->end || message->duplicate ? FindStream(message->channel)
+                                                              : &StreamOf(message->channel);
+  if (stream != nullptr) message->channel_index = stream->index;
   if (message->end) {
     end_clock_.assign(message->data, message->data + message->size);
     return;
   }
   // Gaps, repeats and contradictions go to the ledger, new payloads into the channel's hash.
+  if (stream == nullptr) return;
   const uint64_t digest = DigestOf(message->data, message->size);
-  Track(&stream.tracker, message->channel, header.sequence, digest);
-  if (!message->duplicate) AddToStream(&stream, name, header, digest);
+  Track(&stream->tracker, message->channel, header.sequence, digest);
+  if (!message->duplicate) AddToStream(stream, name, header, digest);
 }
 
 void LogParticipant::TakeOther(const ChannelName& name, LoggedMessage* message) {
@@ -181,7 +185,8 @@ LogParticipant::Verdict LogParticipant::TellClock(const morphbus::header_t& head
         "bus";
     machine_.GiveUp();
   }
-  if (clock.phase == morphbus::sim_clock_t::PHASE_END) end_reason_ = clock.end_reason;
+  fresh_end_ = clock.phase == morphbus::sim_clock_t::PHASE_END;
+  if (fresh_end_) end_reason_ = clock.end_reason;
   // Only the first CLOCK of its number is believed. Of a module that is lost in its tick nothing
   // more is to be expected.
   for (const std::string& control : clock.controls) {

@@ -144,6 +144,8 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   // These four are in log_participant_checks.cc, with the three that follow.
   /// What has come on a channel, begun if need be.
   ReceivedStream& StreamOf(std::string_view channel);
+  /// The same; null if there is none yet.
+  ReceivedStream* FindStream(std::string_view channel);
   /// Hashes a payload that is new, by its XXH3.
   void AddToStream(ReceivedStream* stream, const ChannelName& name,
                    const morphbus::header_t& header, uint64_t digest);
@@ -178,6 +180,8 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   // Somebody wants the description, and the wall time before which it is not published again.
   bool info_wanted_ = false;
   int64_t info_due_us_ = 0;
+  /// The message that is taken is CLOCK with PHASE_END, and the first or another one than before.
+  bool fresh_end_ = false;
   /// The CLOCK with PHASE_END; empty before. It is not in its channel's hash until the run is over.
   std::vector<uint8_t> end_clock_;
   /// Wall time before which END is not acknowledged again: anybody can repeat an END.

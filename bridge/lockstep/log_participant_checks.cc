@@ -39,9 +39,13 @@ void ReceivedStream::Add(int64_t sequence, uint64_t digest, bool in_order) {
   }
 }
 
-ReceivedStream& LogParticipant::StreamOf(std::string_view channel) {
+ReceivedStream* LogParticipant::FindStream(std::string_view channel) {
   const auto found = streams_.find(channel);
-  if (found != streams_.end()) return *found->second;
+  return found == streams_.end() ? nullptr : found->second.get();
+}
+
+ReceivedStream& LogParticipant::StreamOf(std::string_view channel) {
+  if (ReceivedStream* known = FindStream(channel)) return *known;
   // The first payload of a channel begins its hash. Of its numbers a window of ticks is remembered,
   // in each of which SENSORS or WORLD may have many parts.
   auto stream = std::make_unique<ReceivedStream>();
@@ -137,8 +141,8 @@ void LogParticipant::CompareTotals(const ChannelName& name, const uint8_t* data,
 
 void LogParticipant::CompareTaken(const ask_t& ask) {
   const int64_t first = ask.first_sequence, last = ask.last_sequence;
-  const bool possible = HasProcess(ask.sender) && first % kBlockTicks == 0 && last >= first &&
-                        last < first + kBlockTicks;
+  const bool possible = HasProcess(ask.sender) && first >= 0 && first % kBlockTicks == 0 &&
+                        last >= first && last - first < kBlockTicks;
   if (!possible) return;
   for (const morphbus::taken_total_t& entry : ask.taken) {
     const std::optional<ChannelName> name = ParseChannel(entry.channel);

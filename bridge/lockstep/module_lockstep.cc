@@ -41,6 +41,12 @@ void ModuleLockstep::Begin(int64_t tick, int64_t now_us, Actions* out) {
   tick_ = std::max<int64_t>(tick, 0);
   moved_us_ = now_us - kLongestRunUs;
   silence_.Heard(now_us);
+  // Whoever begins once more, since it was told of a wrong tick, has nothing of that tick.
+  parts_.clear();
+  have_reading_ = false;
+  mates_.clear();
+  heard_.clear();
+  ask_.Disarm();
   if (tick > 0) return;
   out->push_back({ModuleAction::Kind::kHello, 0, 0});
   hello_.Said(now_us);

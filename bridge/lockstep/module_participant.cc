@@ -43,7 +43,8 @@ struct SnapshotHead {
   uint64_t state_size = 0;
   uint32_t incarnation = 0;
   uint16_t module_id = 0;
-  uint16_t left = 0;  ///< 1: it was told that the run goes on without it, and not yet otherwise.
+  uint8_t left = 0;      ///< 1: it was told that the run goes on without it, and not yet otherwise.
+  uint8_t admitted = 0;  ///< 1: it was told where the run is, and has computed no tick since.
 };
 
 }  // namespace
@@ -71,6 +72,7 @@ void ModuleParticipant::WriteSnapshot(int64_t next_tick) {
   head.incarnation = options_.incarnation;
   head.module_id = options_.module_id;
   head.left = left_ ? 1 : 0;
+  head.admitted = admitted_ ? 1 : 0;
   // Head, state of the virtual machine, everything that was sent and is still kept, and what was
   // taken.
   snapshot_.resize(sizeof head);
@@ -115,6 +117,7 @@ Result<void> ModuleParticipant::ResumeFrom(const std::vector<uint8_t>& snapshot)
   resume_tick_ = head.next_tick;
   resumed_ = true;
   left_ = head.left != 0;
+  admitted_ = head.admitted != 0;
   return {};
 }
 

@@ -3,14 +3,12 @@
 #include <algorithm>
 
 #include "bridge/lockstep/snapshot_bytes.h"
-#include "vm/limits.h"
 
 namespace morphbus::bridge {
 namespace {
 
-// More than this no sound snapshot holds. A module has three hashed channels, and HEALTH, HELLO and
-// those on which it asks its neighbours and the sim.
-constexpr uint32_t kMostStreams = 8 + vm::kMaxNeighbours;
+// More than this no sound snapshot holds: a module has three hashed channels, HEALTH and HELLO.
+constexpr uint32_t kMostStreams = 8;
 constexpr uint32_t kMostKept = 4096;
 
 }  // namespace
@@ -184,9 +182,15 @@ std::vector<std::pair<std::string, TakenSum>> Outbox::sums() const {
 }
 
 void Outbox::Save(std::vector<uint8_t>* out) const {
+  // Numbers on ASK, which has many publishers, mean nothing, and in time a module asks many others.
+  const auto is_saved = [](const Streams::value_type& entry) {
+    return ParseChannel(entry.first)->topic != Topic::kAsk;
+  };
+  PutBytes(out, static_cast<uint32_t>(std::count_if(streams_.begin(), streams_.end(), is_saved)));
   // Each channel: name, next number, state of its hash, and the messages kept.
-  PutBytes(out, static_cast<uint32_t>(streams_.size()));
-  for (const auto& [channel, stream] : streams_) {
+  for (const Streams::value_type& entry : streams_) {
+    if (!is_saved(entry)) continue;
+    const auto& [channel, stream] = entry;
     PutText(out, channel);
     PutBytes(out, stream.next_sequence);
     PutBytes(out, stream.partial);

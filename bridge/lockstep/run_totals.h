@@ -88,8 +88,7 @@ class RunTotals {
   /// Names the process and the channel, of the first difference in order of channels, and says how
   /// many more there are; empty if all agree.
   /// @param lossy  messages may have been lost for good: whoever took fewer than there were took
-  /// some
-  ///               of them, as far as anybody can tell.
+  ///               some of them, as far as anybody can tell.
   [[nodiscard]] std::string Disagreement(bool lossy = false) const;
 
  private:

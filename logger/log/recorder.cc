@@ -197,6 +197,7 @@ Recorder::Channels::value_type* Recorder::ChannelNamed(std::string_view name) {
 }
 
 Recorder::Channels::value_type* Recorder::ChannelOf(const bridge::LoggedMessage& message) {
+  if (message.channel_index < 0) return ChannelNamed(message.channel);
   const auto index = static_cast<size_t>(message.channel_index);
   if (index >= by_index_.size()) by_index_.resize(index + 1, nullptr);
   if (by_index_[index] == nullptr) by_index_[index] = ChannelNamed(message.channel);

@@ -136,7 +136,7 @@ class Recorder : public bridge::Participant {
   void TakeEndAck(const uint8_t* data, size_t size);
   /// What the log holds of a channel, begun if need be.
   Channels::value_type* ChannelNamed(std::string_view name);
-  /// The same for a hashed channel that the participant knows by an index.
+  /// The same for a message's channel, by the index that the participant knows it by.
   Channels::value_type* ChannelOf(const bridge::LoggedMessage& message);
   /// Keeps a message until its tick is whole.
   void Hold(Channels::value_type* channel, const bridge::LoggedMessage& message,

@@ -105,7 +105,7 @@ void Change(std::mt19937_64* random, morphbus::health_t* m) {
   if ((*random)() % 4 == 0) m->process = "m77";
   m->conflicts += 5;
   for (morphbus::topic_total_t& total : m->totals) {
-    (*random)() % 2 == 0 ? total.hash ^= 5 : total.count += 1;
+    (*random)() % 2 == 0 ? total.chained_hash ^= 5 : total.count += 1;
   }
 }
 void Change(std::mt19937_64*, morphbus::info_part_t* m) { m->part = m->num_parts - 1; }
@@ -134,7 +134,7 @@ void Change(std::mt19937_64* random, morphbus::ask_t* m) {
       return;
     default:
       if (!m->taken.empty()) m->taken[(*random)() % m->taken.size()].sum ^= 5;
-      if (!m->totals.empty()) m->totals[(*random)() % m->totals.size()].hash ^= 5;
+      if (!m->totals.empty()) m->totals[(*random)() % m->totals.size()].chained_hash ^= 5;
   }
 }
 
