@@ -77,10 +77,14 @@ class InprocEndpoint : public Bus {
   }
 
   int HandleFor(int64_t /*timeout_us*/) override {
+    // The places of messages that have been handled are used again.
+    queue_.erase(queue_.begin(), queue_.begin() + static_cast<std::ptrdiff_t>(handled_));
+    handled_ = 0;
     // What arrives meanwhile is for the next round: a participant that talks to itself must come
-    // back. Both vectors keep their memory for the rounds to come.
-    round_.swap(queue_);
-    for (const Waiting& next : round_) {
+    // back. A handler may call this, too, and then goes on with the same queue.
+    int count = 0;
+    for (size_t left = queue_.size(); left > 0 && handled_ < queue_.size(); --left, ++count) {
+      const Waiting next = std::move(queue_[handled_++]);
       const Message& message = *next.message;
       if (next.subscription != nullptr && !broad_) {
         Subscriptions::Dispatch(*next.subscription, message.channel, message.bytes.data(),
@@ -89,8 +93,6 @@ class InprocEndpoint : public Bus {
         subscriptions_.Dispatch(message.channel, message.bytes.data(), message.bytes.size());
       }
     }
-    const int count = static_cast<int>(round_.size());
-    round_.clear();
     return count;
   }
 
@@ -124,7 +126,7 @@ class InprocEndpoint : public Bus {
                std::shared_ptr<Subscriptions::Exact> subscription) {
     // As deep as a real socket's queue, and as silent about what does not fit: the ledger counts
     // it.
-    if (queue_.size() >= kBusQueueDepth) {
+    if (queue_.size() - handled_ >= kBusQueueDepth) {
       ++overflows_;
       return;
     }
@@ -138,7 +140,7 @@ class InprocEndpoint : public Bus {
   /// True if prefixes or a pattern are among the subscriptions.
   bool broad_ = false;
   std::vector<Waiting> queue_;
-  std::vector<Waiting> round_;  ///< What is being handled; else empty.
+  size_t handled_ = 0;  ///< So many at its beginning have been handled.
   int64_t overflows_ = 0;
 };
 
