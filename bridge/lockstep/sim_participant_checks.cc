@@ -78,7 +78,9 @@ std::string SimParticipant::RealtimeDisagreement() const {
   // Where everybody acts on what there is, nobody can tell what another should have taken; but one
   // number has one message.
   const auto told_two = [this](const std::string& process, const std::string& channel) {
-    const std::optional<ChannelName> name = ParseChannel(options_.run + "/" + channel);
+    // The name taken apart points into the whole one.
+    const std::string full_name = options_.run + "/" + channel;
+    const std::optional<ChannelName> name = ParseChannel(full_name);
     // Of a module that died and left nothing behind nobody knows the last numbers.
     const int speaker = name ? ProcessNumber(std::string(name->process)) : -1;
     if (channel.empty() || (speaker >= 0 && anew_.contains(static_cast<size_t>(speaker)))) {
