@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """The controller of exported Webots worlds, compiled against Webots' prototypes and run on a stub of them."""
 import re
-import subprocess
 
 from support import MODEL, SOURCE, Case, export, main, run
 
@@ -12,10 +11,6 @@ def controller_of(world):
     """The folder of the only controller of a world, which its modules name."""
     name, = set(re.findall(r'(?m)^  controller "(.*)"$', world.read_text()))
     return world.parent / 'controllers' / name
-
-
-def run_any(command):
-    return subprocess.run([str(word) for word in command], text=True, capture_output=True, timeout=120)
 
 
 class Controller(Case):

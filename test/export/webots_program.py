@@ -6,7 +6,8 @@ import random
 import re
 
 from support import MODEL, MORPHBUS, SOURCE, Case, export, main, run
-from webots_world import STUB, controller_of, every_node, turn
+from webots_controller import STUB, controller_of
+from webots_world import every_node, turn
 from wbt import Reader
 
 SENSING = '''module EYED: unit=0.1

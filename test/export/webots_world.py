@@ -11,7 +11,7 @@ import shutil
 import tempfile
 import unittest
 
-from support import MODEL, MORPHBUS, SOURCE, Case, export, main, matrix, poses, product, run
+from support import MODEL, MORPHBUS, SOURCE, Case, export, main, matrix, poses, product, run, run_any
 from wbt import JOINTS, SOLIDS, Reader, as_vrml
 
 COIN = MORPHBUS.parent / 'coin_check'
