@@ -33,7 +33,7 @@ class Examples(Live):
     def commands_there_are(self, text):
         usages = re.search(r'\nCommands:\n((?:  .*\n)+)', text)[1].splitlines()
         commands = {(usage.split()[0], False) for usage in usages}
-        self.assertEqual(len(commands), 13)
+        self.assertEqual(len(commands), 14)
         return commands | {('restart', True)}
 
     def test_those_of_the_help(self):

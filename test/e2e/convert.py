@@ -244,7 +244,8 @@ class Convert(ShortRun):
     def late(self):
         """What lcm-logger writes if it is started after two seconds: no INFO, no END."""
         log = self.folder / 'late.log'
-        start = next(i for i, (_, _, _, m) in enumerate(self.events) if m.header.tick >= 60)
+        # What is outside the hash is written as it comes, before the ticks that it speaks of are whole.
+        start = next(i for i, (_, _, c, m) in enumerate(self.events) if c.endswith('/SIM/CLOCK') and m.header.tick >= 60)
         kept = [e for e in read_events(self.short)[start:] if not e[2].endswith(('/INFO', '/END', '/HELLO'))]
         write_events(log, [(i, *event[1:]) for i, event in enumerate(kept)])
         return log
