@@ -89,10 +89,10 @@ function(morphbus_executable name)
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} morphbus_warnings morphbus_sanitize)
 endfunction()
 
-# morphbus_test(NAME SOURCES a.cc ... DEPS lib ... [LABELS fast|net|slow]): one GoogleTest program,
-# one ctest entry a test case.
+# morphbus_test(NAME SOURCES a.cc ... DEPS lib ... [LABELS fast|net|slow] [PRIVATE_NETWORK]): one
+# GoogleTest program, one ctest entry a test case; in a network of its own if it speaks over LCM.
 function(morphbus_test name)
-  cmake_parse_arguments(ARG "SERIAL" "TIMEOUT" "SOURCES;DEPS;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "SERIAL;PRIVATE_NETWORK" "TIMEOUT" "SOURCES;DEPS;LABELS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   morphbus_unity(${name})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
@@ -110,6 +110,11 @@ function(morphbus_test name)
   endif()
   if(ARG_SERIAL)
     list(APPEND props RUN_SERIAL TRUE)
+  endif()
+  if(ARG_PRIVATE_NETWORK)
+    # CMake starts an emulated target's tests through its emulator, which it must know by now.
+    set_target_properties(${name} PROPERTIES
+      CROSSCOMPILING_EMULATOR ${CMAKE_SOURCE_DIR}/test/support/netns.sh)
   endif()
   gtest_discover_tests(${name} TEST_PREFIX "${name}." PROPERTIES ${props} DISCOVERY_TIMEOUT 60)
 endfunction()
