@@ -42,8 +42,9 @@ namespace {
 constexpr int64_t kPeriodUs = 40000;
 /// A mate that is silent for so many ticks is taken to be gone.
 constexpr int kGoneTicks = 25;
-/// Ticks between a deployment and its switch.
-constexpr int64_t kSpreadTicks = 60;
+/// Ticks between a deployment and its switch: more than the pieces need on a line that loses some,
+/// and a host that is busy.
+constexpr int64_t kSpreadTicks = 150;
 
 /// The electronics: a UART for the connector that is docked, servos that go where they are told.
 class Board final : public vm::Hardware {
