@@ -61,6 +61,8 @@ bool FunctionBuilder::JoinArithmetic(Opcode last) {
       Replace(2, Opcode::kAddInt8, {static_cast<uint8_t>(-number)});
     } else if (adds || last == Opcode::kMulInt) {
       Replace(2, adds ? Opcode::kAddInt8 : Opcode::kMulInt8, {operand(0)});
+    } else if (last == Opcode::kModInt) {
+      Replace(2, Opcode::kModInt8, {operand(0)});
     } else {
       return false;
     }
@@ -140,7 +142,13 @@ void FunctionBuilder::Drop(size_t count) {
 
 void FunctionBuilder::Jump(vm::Opcode op, Target* target) {
   const Opcode joined = JoinJump(op);
-  if (joined != op) {
+  // Only loops jump backwards; most of them count up to a constant.
+  if (target->placed && joined == Opcode::kJumpIfLessInt && Before(1) == Opcode::kPushConst &&
+      Before(2) == Opcode::kLoadLocal) {
+    const uint8_t local = code_.bytes[PlaceOf(2) + 1];
+    const size_t constant = PlaceOf(1) + 1;
+    Replace(3, Opcode::kJumpIfLocalLess, {local, code_.bytes[constant], code_.bytes[constant + 1]});
+  } else if (joined != op) {
     Replace(1, joined, {});
   } else {
     Emit(op);

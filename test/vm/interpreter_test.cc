@@ -104,6 +104,23 @@ TEST(InterpreterTest, IntOverflowIsAFault) {
   EXPECT_EQ(OnInts(Opcode::kModInt, 1, 0).fault, FaultCode::kDivisionByZero);
 }
 
+TEST(InterpreterTest, RemaindersBySmallNumbersAreThoseByAnyNumber) {
+  const auto by = [](int value, int divisor) {
+    TestImage image;
+    image.functions[0].return_type = ValueType::kInt;
+    image.roles[0].startups.clear();
+    image.constants = {{ValueType::kInt, static_cast<uint32_t>(value)}};
+    image.functions[0].code =
+        Const(0) + Op(Opcode::kModInt8, {divisor & 255}) + Op(Opcode::kReturnValue);
+    return Machine(image).Start();
+  };
+  EXPECT_EQ(by(-7, 2).value.AsInt(), -1);
+  EXPECT_EQ(by(7, -2).value.AsInt(), 1);
+  EXPECT_EQ(by(INT_MAX, -128).value.AsInt(), 127);
+  EXPECT_EQ(by(INT_MIN, -1).value.AsInt(), 0);
+  EXPECT_EQ(by(1, 0).fault, FaultCode::kDivisionByZero);
+}
+
 TEST(InterpreterTest, FloatsStayFinite) {
   EXPECT_EQ(OnFloats(Opcode::kAddFloat, 3e38F, 3e38F).fault, FaultCode::kNotFinite);
   EXPECT_EQ(OnFloats(Opcode::kMulFloat, 1e30F, -1e30F).fault, FaultCode::kNotFinite);

@@ -221,6 +221,9 @@ Use GoodUse(Opcode op) {
     case OperandKind::kLocalInt8:
       use.operand = {kIntLocal, 5};
       break;
+    case OperandKind::kLocalConstantTarget:
+      use.operand = {kIntLocal, kInt, 0, 0, 0};
+      break;
     case OperandKind::kRoleCommand:
     case OperandKind::kRoleField:
       use.operand = {kBase, 0};
@@ -284,6 +287,14 @@ std::vector<Operand> BadOperands(Opcode op) {
     case OperandKind::kTarget:
       // Into the instruction itself, to where nothing is said of the state, and outside.
       return {{1, 0}, {0, 0}, {0, 1}, {255, 255}};
+    case OperandKind::kLocalConstantTarget:
+      // The target is a good one but in the last four.
+      return {{kNumLocals, kInt, 0},         {kUnsetLocal, kInt, 0},
+              {kFloatLocal, kInt, 0},        {255, kInt, 0},
+              {kIntLocal, kFloat, 0},        {kIntLocal, kTextConstant, 0},
+              {kIntLocal, 255, 255},         {kIntLocal, kInt, 0, 1, 0},
+              {kIntLocal, kInt, 0, 0, 0},    {kIntLocal, kInt, 0, 0, 1},
+              {kIntLocal, kInt, 0, 255, 255}};
     default:
       return {};
   }
@@ -303,7 +314,11 @@ struct Around {
 
 /// The verifier's message for an instruction on this stack.
 std::string Verdict(Opcode op, const Use& use, const Around& around = {}) {
-  const bool jumps = InfoOf(op).operand == OperandKind::kTarget;
+  // A target is the last two bytes of an operand; without them a good one is put there.
+  const OperandKind kind = InfoOf(op).operand;
+  const bool jumps =
+      kind == OperandKind::kTarget || (kind == OperandKind::kLocalConstantTarget &&
+                                       (around.good_target || use.operand.size() == 3));
   // What the instruction takes from the stack.
   Code before;
   for (int i = 0; i < around.below; ++i) before = before + Op(Opcode::kPushInt8, {1});
@@ -313,12 +328,13 @@ std::string Verdict(Opcode op, const Use& use, const Around& around = {}) {
   if (around.join_in >= 0) {
     joins.push_back({static_cast<int>(before.size()) + around.join_in, 0, use.pops});
   }
-  if (jumps && around.good_target) {
+  if (jumps && (around.good_target || kind == OperandKind::kLocalConstantTarget)) {
     // To the instruction behind it, counted from the beginning of the function; Image puts ten
     // bytes before the code.
-    const int behind = static_cast<int>(before.size()) + 3;
+    const int behind = static_cast<int>(before.size() + 1 + OperandBytes(kind));
     const int target = behind + 10;
-    operand = {target & 255, target >> 8};
+    operand.resize(OperandBytes(kind) - 2);
+    operand.insert(operand.end(), {target & 255, target >> 8});
     const bool keeps = op == Opcode::kAnd || op == Opcode::kOr;
     // Behind `and` and `or` there is something to skip, as the two ways differ in the stack.
     if (keeps) {

@@ -254,6 +254,10 @@ class Printer {
         return fmt::format("locals {} {}", operand[0], operand[1]);
       case OperandKind::kLocalInt8:
         return fmt::format("local {} {}", operand[0], static_cast<int8_t>(operand[1]));
+      case OperandKind::kLocalConstantTarget:
+        return OperandText(function, OperandKind::kLocal, operand, targets) + " " +
+               OperandText(function, OperandKind::kConstant, operand + 1, targets) + " " +
+               OperandText(function, OperandKind::kTarget, operand + 3, targets);
       case OperandKind::kText:
         return '"' + Str(program_.text(ReadU16(operand))) + '"';
     }
@@ -300,10 +304,11 @@ std::string ComparisonText(const Comparison& comparison, const VerifiedProgram& 
 
 std::string InstructionTable() {
   // In the order of OperandKind and of Effect.
-  constexpr const char* kOperands[] = {"–",      "byte",          "constant",        "local",
-                                       "field",  "label",         "keyword",         "function",
-                                       "target", "role, command", "function number", "role, field",
-                                       "text",   "two locals",    "local, byte"};
+  constexpr const char* kOperands[] = {
+      "–",      "byte",          "constant",        "local",
+      "field",  "label",         "keyword",         "function",
+      "target", "role, command", "function number", "role, field",
+      "text",   "two locals",    "local, byte",     "local, constant, target"};
   constexpr const char* kEffects[] = {"pure", "task", "wait"};
   // A table in Markdown, which docs/vm.md holds and a test compares.
   std::string out =

@@ -54,6 +54,9 @@ enum class OperandKind : uint8_t {
   kLocals,
   /// A u8 index of a local and a signed byte.
   kLocalInt8,
+  /// A u8 index of a local, a u16 index into the constant table, and a u16 byte offset in the
+  /// function.
+  kLocalConstantTarget,
 };
 
 /// What an instruction may do; a function's effect is the strongest of all it may run.
@@ -115,6 +118,8 @@ constexpr uint32_t OperandBytes(OperandKind kind) {
     case OperandKind::kLocals:
     case OperandKind::kLocalInt8:
       return 2;
+    case OperandKind::kLocalConstantTarget:
+      return 5;
     default:
       return 1;
   }

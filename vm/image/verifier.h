@@ -136,6 +136,7 @@ class Verifier {
   /// Locals, slots, jumps, calls and returns: what the table's letters cannot say.
   bool LoadLocal(int index, uint32_t local, StackState* state);
   bool StoreLocal(int index, uint32_t local, StackState* state);
+  bool CheckIntConstant(uint32_t constant);
   bool CheckSlot(int index, uint8_t op, uint32_t operand, StackState* state);
   bool CheckJump(int index, uint8_t op, uint32_t target, StackState* state);
   bool CheckCallOut(int index, uint8_t op, const uint8_t* operand, StackState* state);

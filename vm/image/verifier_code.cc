@@ -137,11 +137,12 @@ bool Verifier::CheckInstruction(int index, const uint8_t* code, StackState* stat
     case Opcode::kAddToLocal:
       return LoadLocal(index, code[1], state) && PopType(ValueType::kInt, state);
     case Opcode::kModConst:
-      if (operand >= out_.num_constants_ ||
-          out_.constant_type(static_cast<int>(operand)) != ValueType::kInt) {
-        return Fail("no such constant", at_);
-      }
-      return CheckBySignature(index, op, operand, state);
+      return CheckIntConstant(operand) && CheckBySignature(index, op, operand, state);
+    case Opcode::kJumpIfLocalLess:
+      // As a local on the stack, and the bool of a comparison in its place.
+      return CheckIntConstant(ReadU16(code + 2)) && LoadLocal(index, code[1], state) &&
+             PopType(ValueType::kInt, state) && PushType(ValueType::kBool, state) &&
+             CheckJump(index, op, ReadU16(code + 4), state);
     case Opcode::kCall:
     case Opcode::kInvoke:
       return CheckCallOut(index, op, code + 1, state);
@@ -162,6 +163,14 @@ bool Verifier::CheckInstruction(int index, const uint8_t* code, StackState* stat
     default:
       return CheckBySignature(index, op, operand, state);
   }
+}
+
+bool Verifier::CheckIntConstant(uint32_t constant) {
+  if (constant < out_.num_constants_ &&
+      out_.constant_type(static_cast<int>(constant)) == ValueType::kInt) {
+    return true;
+  }
+  return Fail("no such constant", at_);
 }
 
 // Locals are set before they are read, on every way.

@@ -321,13 +321,17 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
   HANDLE(kAddLocalInt) { TOP_OPERATION(__builtin_add_overflow, locals[pc[1]].AsInt(), 2); }
   HANDLE(kAddInt8) { TOP_OPERATION(__builtin_add_overflow, static_cast<int8_t>(pc[1]), 2); }
   HANDLE(kMulInt8) { TOP_OPERATION(__builtin_mul_overflow, static_cast<int8_t>(pc[1]), 2); }
-  HANDLE(kModConst) {
-    const int32_t divisor = program.constant(image::ReadU16(pc + 1)).AsInt();
-    if (divisor == 0) FAULT(FaultCode::kDivisionByZero);
-    sp[-1] = Cell::Int(divisor == -1 ? 0 : sp[-1].AsInt() % divisor);
-    pc += 3;
-    NEXT();
-  }
+// The top becomes its remainder by another integer, by an instruction of so many bytes.
+#define TOP_REMAINDER(operand, length)                                \
+  do {                                                                \
+    const int32_t divisor = (operand);                                \
+    if (divisor == 0) FAULT(FaultCode::kDivisionByZero);              \
+    sp[-1] = Cell::Int(divisor == -1 ? 0 : sp[-1].AsInt() % divisor); \
+    pc += (length);                                                   \
+    NEXT();                                                           \
+  } while (false)
+  HANDLE(kModConst) { TOP_REMAINDER(program.constant(image::ReadU16(pc + 1)).AsInt(), 3); }
+  HANDLE(kModInt8) { TOP_REMAINDER(static_cast<int8_t>(pc[1]), 2); }
   HANDLE(kAddToLocal) {
     int32_t number;
     if (__builtin_add_overflow(locals[pc[1]].AsInt(), static_cast<int8_t>(pc[2]), &number)) {
@@ -350,6 +354,11 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
   HANDLE(kJumpUnlessLessEqualInt) { COMPARE_AND_JUMP(sp[0].AsInt() > sp[1].AsInt()); }
   HANDLE(kJumpIfLessInt) { COMPARE_AND_JUMP(sp[0].AsInt() < sp[1].AsInt()); }
   HANDLE(kJumpIfLessEqualInt) { COMPARE_AND_JUMP(sp[0].AsInt() <= sp[1].AsInt()); }
+  HANDLE(kJumpIfLocalLess) {
+    const int32_t bound = program.constant(image::ReadU16(pc + 2)).AsInt();
+    pc = locals[pc[1]].AsInt() < bound ? code + image::ReadU16(pc + 4) : pc + 6;
+    NEXT();
+  }
   DISPATCH_END
 // How several instructions end.
 function_of_one:
