@@ -6,7 +6,6 @@ import math
 import os
 import random
 import signal
-import time
 import unittest
 
 from dying import Dying
@@ -80,11 +79,11 @@ class Deploying(Case):
             self.assertEqual(len({role for tick, role in told if tick >= since}), 1, f'{module}: {told}')
             self.assertNotIn('', {role for tick, role in told if tick >= since})
 
-    def assert_upright(self, since=0):
+    def assert_upright(self, since=0, most=MOST_TILT):
         tilt = {tick: angle for tick, angle in tilts(self.path).items() if tick >= since}
         self.assertGreater(len(tilt), 100)
         worst = max(tilt, key=tilt.get)
-        self.assertLess(tilt[worst], MOST_TILT, f'{math.degrees(tilt[worst]):.1f} degrees at tick {worst}')
+        self.assertLess(tilt[worst], most, f'{math.degrees(tilt[worst]):.1f} degrees at tick {worst}')
         return math.degrees(tilt[worst])
 
     def assert_walk_goes_on(self, since, cycles=1):
@@ -282,16 +281,19 @@ class Interrupted(Dying, Deploying):
         chance = random.Random(5)
         self.start()
         self.reach(FIRST_STEP)
-        # At the wall's pace it takes a second until the program is everywhere.
-        self.control('speed', 1)
+        # So slow that processes that start slowly are still in the middle of it: the program is everywhere after some fifty
+        # ticks, and runs after some hundred and fifty.
+        slow = 0.2
+        self.control('speed', slow)
         told = self.control('deploy', CAREFUL, '--to', 'm1')
         named = round(told['switch_seconds'] / 0.02)
-        for _ in range(2):
-            time.sleep(chance.uniform(0, 0.3))  # The moment: anywhere in what m1 has to do.
+        for first in (0, 25):
+            # The moment: anywhere in what m1 has to do.
+            self.reach(told['tick'] + chance.randrange(first, first + 25), slow)
             pid = self.pid_of('m1')
             os.kill(pid, signal.SIGKILL)
             self.await_successor('m1', pid)
-            self.assertLess(self.control('speed', 1)['tick'], named, 'too late to be in the middle of it')
+            self.assertLess(self.control('speed', slow)['tick'], named, 'too late to be in the middle of it')
         self.reach(named + CYCLE)
         self.control('stop')
         self.assertEqual(self.end()['restarts'], {'m1': 2})
@@ -326,7 +328,7 @@ class Interrupted(Dying, Deploying):
 
 class Realtime(Dying, Deploying):
     """On the bus that all tools share, by the wall clock."""
-    def deploy_live(self, *options):
+    def deploy_live(self, *options, most_tilt=MOST_TILT):
         self.start('--realtime', *options, isolate=False)
         self.reach(FIRST_STEP, 1)
         told = self.control('deploy', CAREFUL, '--to', 'm3')
@@ -342,7 +344,7 @@ class Realtime(Dying, Deploying):
             self.assertGreaterEqual(min(tick for tick, new in seen if new), named, module)
             self.assertLessEqual(max(tick for tick, new in seen if not new), named + DIAMETER + 2, module)
         # Modules that miss deadlines while the robot gets up lift it one after the other, with whatever program.
-        self.assert_upright(since=FIRST_STEP)
+        self.assert_upright(since=FIRST_STEP, most=most_tilt)
         # Messages that are late or lost cost steps, too.
         self.assert_walk_goes_on(named, cycles=2)
         return named
@@ -358,7 +360,9 @@ class Realtime(Dying, Deploying):
         self.assertEqual([d['switch_tick'] for d in self.deployments()], [named])
 
     def test_by_the_wall_clock_with_loss(self):
-        self.deploy_live('--loss', 0.3)
+        # In real time nobody asks again: commands reach the legs at different ticks, and a walk without any deployment tilts
+        # by 5 to 11 degrees at this loss (seeds 1 to 4). It does not fall, though.
+        self.deploy_live('--loss', 0.3, most_tilt=math.radians(30))
 
 
 if __name__ == '__main__':
