@@ -2,6 +2,7 @@
 // The state of a lockstep machine as bytes, for tests that explore every order of events and must
 // know which states they have been in.
 
+#include <charconv>
 #include <cstdint>
 #include <ranges>
 #include <string>
@@ -18,7 +19,10 @@ void AddPrint(const T& part, std::string* print) {
   if constexpr (std::is_same_v<T, bool>) {
     *print += part ? '1' : '0';
   } else {
-    *print += std::to_string(static_cast<int64_t>(part)) + ',';
+    char digits[24];
+    char* end = std::to_chars(digits, digits + 20, static_cast<int64_t>(part)).ptr;
+    *end++ = ',';
+    print->append(digits, end);
   }
 }
 /// Adds both parts of an entry of a map.
@@ -37,13 +41,12 @@ void AddPrint(const std::pair<A, B>& part, std::string* print) {
   AddPrint(part.second, print);
 }
 
-/// Whatever decides what a machine does next, times excepted: states with equal texts need
-/// exploring only once. The parts are numbers, flags, enums, and ranges and pairs of these.
+/// Adds whatever decides what a machine does next, times excepted: states with equal texts need
+/// exploring only once. The parts are numbers, flags, enums, and ranges and pairs of these. Texts
+/// are made by the million, hence one that grows.
 template <class... Parts>
-std::string PrintOf(const Parts&... parts) {
-  std::string print;
-  (AddPrint(parts, &print), ...);
-  return print;
+void AddPrints(std::string* print, const Parts&... parts) {
+  (AddPrint(parts, print), ...);
 }
 
 }  // namespace morphbus::bridge

@@ -392,20 +392,19 @@ int64_t LogLockstep::next_deadline_us() const {
   return std::min({ask_.due_us(), silence_.next_poll_us(), hello_.due_us()});
 }
 
-std::string LogLockstep::Fingerprint() const {
-  std::string print = PrintOf(phase_, highest_tick_, sim_tick_, end_tick_, end_sequence_,
-                              complete_tick_, acked_tick_, num_modules_, ask_.armed(),
-                              hello_.sim_heard(), verdict_heard_, contradicted_, names_);
-  const auto add = [&print](const ReceivedSet& received) {
-    print += PrintOf(received.next, received.beyond);
+void LogLockstep::AddFingerprint(std::string* print) const {
+  AddPrints(print, phase_, highest_tick_, sim_tick_, end_tick_, end_sequence_, complete_tick_,
+            acked_tick_, num_modules_, ask_.armed(), hello_.sim_heard(), verdict_heard_,
+            contradicted_, names_);
+  const auto add = [print](const ReceivedSet& received) {
+    AddPrints(print, received.next, received.beyond);
   };
   for (const ReceivedSet* received : {&clock_, &sensors_, &world_}) add(*received);
   for (const Module& m : modules_) {
     for (const ReceivedSet* received : {&m.transform, &m.actuator, &m.status}) add(*received);
-    print += PrintOf(m.status_counts);
+    AddPrint(m.status_counts, print);
   }
-  for (const auto& [name, tick] : lost_) print += PrintOf(name, tick);
-  return print;
+  for (const auto& [name, tick] : lost_) AddPrints(print, name, tick);
 }
 
 }  // namespace morphbus::bridge

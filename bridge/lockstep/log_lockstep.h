@@ -137,8 +137,8 @@ class LogLockstep {
   /// The run is over for the logger, well or not; further events change nothing.
   [[nodiscard]] bool done() const { return phase_ == Phase::kDone; }
 
-  /// Everything but times, as bytes: equal states are equal strings (for exploring).
-  [[nodiscard]] std::string Fingerprint() const;
+  /// Adds everything but times, as bytes: equal states are equal strings (for exploring).
+  void AddFingerprint(std::string* print) const;
 
  private:
   enum class Phase : uint8_t { kIdle, kRun, kEnded, kDone };

@@ -271,15 +271,14 @@ int64_t ModuleLockstep::next_deadline_us() const {
   return std::min({ask_.due_us(), silence_.next_poll_us(), hello_us});
 }
 
-std::string ModuleLockstep::Fingerprint() const {
+void ModuleLockstep::AddFingerprint(std::string* print) const {
+  AddPrints(print, phase_, tick_, end_tick_, have_reading_, knows_all_, ahead_, ahead_tick_,
+            ask_.armed(), hello_.sim_heard(), parts_, mates_);
   // Ticks too old to be of use make no difference.
-  std::vector<int64_t> heard;
   for (const Mate& mate : heard_) {
-    heard.push_back(mate.id);
-    for (const int64_t tick : mate.ticks) heard.push_back(tick < tick_ - 1 ? -1 : tick);
+    AddPrint(mate.id, print);
+    for (const int64_t tick : mate.ticks) AddPrint(tick < tick_ - 1 ? -1 : tick, print);
   }
-  return PrintOf(phase_, tick_, end_tick_, have_reading_, knows_all_, ahead_, ahead_tick_,
-                 ask_.armed(), hello_.sim_heard(), parts_, mates_, heard);
 }
 
 }  // namespace morphbus::bridge

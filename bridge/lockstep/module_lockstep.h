@@ -103,8 +103,8 @@ class ModuleLockstep {
   /// END was heard, and nothing since has shown that the run goes on.
   [[nodiscard]] bool end_heard() const { return end_tick_ >= 0; }
 
-  /// Everything but times, as bytes: equal states are equal strings (for exploring).
-  [[nodiscard]] std::string Fingerprint() const;
+  /// Adds everything but times, as bytes: equal states are equal strings (for exploring).
+  void AddFingerprint(std::string* print) const;
 
  private:
   /// kJoining: HELLO is said until the sim tells the first tick. kLeft: the run goes on without us.

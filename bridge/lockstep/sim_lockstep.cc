@@ -429,10 +429,10 @@ int64_t SimLockstep::next_deadline_us() const {
   return next;
 }
 
-std::string SimLockstep::Fingerprint() const {
-  return PrintOf(phase_, tick_, acknowledged_, steps_, hello_, answered_, end_acked_, leaving_,
-                 lost_, barrier_, at_barrier_, asked_to_leave_tick_ == tick_, stop_, paused_,
-                 holding_, ask_.armed(), silent_);
+void SimLockstep::AddFingerprint(std::string* print) const {
+  AddPrints(print, phase_, tick_, acknowledged_, steps_, hello_, answered_, end_acked_, leaving_,
+            lost_, barrier_, at_barrier_, asked_to_leave_tick_ == tick_, stop_, paused_, holding_,
+            ask_.armed(), silent_);
 }
 
 }  // namespace morphbus::bridge

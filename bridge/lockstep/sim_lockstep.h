@@ -150,8 +150,8 @@ class SimLockstep {
   /// and some more each time that the pace had to start anew.
   [[nodiscard]] int64_t missed_deadlines() const { return missed_deadlines_; }
 
-  /// Everything but times, as bytes: equal states are equal strings (for exploring).
-  [[nodiscard]] std::string Fingerprint() const;
+  /// Adds everything but times, as bytes: equal states are equal strings (for exploring).
+  void AddFingerprint(std::string* print) const;
 
  private:
   /// kEnding: END is out, and not yet acknowledged by all. kConcluding: the logger must still hear

@@ -33,7 +33,7 @@ bool CompletesOnAGoodNetwork(World world, States* known) {
   std::vector<std::string> path;
   bool ends = false;
   for (int round = 0; round < kMostRounds && !ends; ++round) {
-    path.push_back(world.NodesPrint());
+    world.PrintNodes(&path.emplace_back());
     if (known->contains(path.back())) break;
     world.AdvanceTo(world.NextDeadline());
     if (world.anyone_dead() && round % kPatientRounds == kPatientRounds - 1) world.WaitInVain();
@@ -64,43 +64,47 @@ Findings Explore(const Settings& settings) {
   Findings result;
   States seen, seen_nodes, completing;
   std::deque<World> open;
-  const auto visit = [&](World&& world) {
+  // The same memory over and over: most states are known, and are looked at by the million.
+  std::string print;
+  World next(settings);
+  const auto visit = [&](World& world) {
     // Requests only ever bring back what is in the set.
     std::erase_if(world.sent, IsMereRequest);
     world.fresh.clear();
-    if (!seen.insert(world.Print()).second || !result.violation.empty()) return;
+    world.Print(&print);
+    if (!result.violation.empty() || seen.contains(print)) return;
+    seen.insert(print);
     result.violation = world.Violation();
-    if (result.violation.empty() && seen_nodes.insert(world.NodesPrint()).second &&
-        !world.EndedWell() && !world.EndedWithoutTheDead() &&
-        !CompletesOnAGoodNetwork(world, &completing)) {
-      result.violation = "stuck in " + world.NodesPrint();
+    world.PrintNodes(&print);
+    if (result.violation.empty() && seen_nodes.insert(print).second && !world.EndedWell() &&
+        !world.EndedWithoutTheDead() && !CompletesOnAGoodNetwork(world, &completing)) {
+      result.violation = "stuck in " + print;
     }
-    open.push_back(std::move(world));
+    open.push_back(world);
   };
-  World first(settings);
-  first.Begin();
-  visit(std::move(first));
+  next.Begin();
+  visit(next);
   while (!open.empty() && result.violation.empty()) {
     const World world = std::move(open.front());
     open.pop_front();
     for (int node = -1; node < settings.modules + (settings.logger ? 1 : 0); ++node) {
       for (const Message& message : world.sent) {
-        World next = world;
+        next = world;
         next.Deliver(message, node);
-        visit(std::move(next));
+        visit(next);
       }
-      World next = world;
+      next = world;
       next.FireTimer(node);
-      visit(std::move(next));
+      visit(next);
       if (settings.deaths && node >= 0 && node < settings.modules && !world.anyone_dead()) {
-        World bereft = world;
-        bereft.Die(node);
-        visit(std::move(bereft));
+        next = world;
+        next.Die(node);
+        visit(next);
       }
       if (!settings.kills || node < 0 || node == settings.modules) continue;
-      World killed = world;
-      killed.KillAndResume(node);
-      visit(std::move(killed));
+      next = world;
+      next.KillAndResume(node);
+      visit(next);
     }
   }
   result.states = seen.size();

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "bridge/lockstep/fingerprint.h"
 #include "bridge/lockstep/log_lockstep.h"
 #include "bridge/lockstep/module_lockstep.h"
 #include "bridge/lockstep/participant.h"
@@ -46,24 +47,26 @@ class World {
     Take(out);
   }
 
-  [[nodiscard]] std::string NodesPrint() const {
-    std::string print = sim.Fingerprint() + '#' + std::to_string(dead_) + (log_clean_ ? 'c' : '-');
+  /// The state of the nodes as a text, in the place of what the text was.
+  void PrintNodes(std::string* print) const {
+    print->clear();
+    sim.AddFingerprint(print);
+    AddPrints(print, dead_, log_clean_);
     for (int i = 0; i < settings_.modules; ++i) {
-      print += modules[Index(i)].Fingerprint() + '#' + std::to_string(computed[Index(i)]) + '#';
+      modules[Index(i)].AddFingerprint(print);
+      AddPrint(computed[Index(i)], print);
     }
-    if (settings_.logger) print += log.Fingerprint();
-    return print;
+    if (settings_.logger) log.AddFingerprint(print);
   }
 
-  [[nodiscard]] std::string Print() const {
-    std::string print = NodesPrint();
+  /// The state of nodes and network.
+  void Print(std::string* print) const {
+    PrintNodes(print);
     for (const Message& m : sent) {
-      print += static_cast<char>(m.kind);
-      print += static_cast<char>(m.process);
-      print += static_cast<char>(m.number);
-      print += static_cast<char>(m.last);
+      const char bytes[] = {static_cast<char>(m.kind), static_cast<char>(m.process),
+                            static_cast<char>(m.number), static_cast<char>(m.last)};
+      print->append(bytes, sizeof(bytes));
     }
-    return print;
   }
 
   /// Everything was computed and is in the log, whose END may say `clean`.
