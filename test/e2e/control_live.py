@@ -67,7 +67,8 @@ class Live(Case):
             # A run that is slow to take up what was said before refuses more for a while.
             done = subprocess.run(command('control', 'speed', speed, '--run', self.run_name, '--json'), capture_output=True)
             return done.returncode == 0 and json.loads(done.stdout)['tick'] > tick
-        await_condition(over, f'tick {tick} is over')
+        # Each question is a process, which takes from the run what a processor can do.
+        await_condition(over, f'tick {tick} is over', pause=0.2)
 
     def await_held(self, tick):
         """Waits until a paused run has done its steps; asking so changes nothing."""

@@ -50,14 +50,14 @@ def as_json(*arguments, **options):
     return json.loads(morphbus(*arguments, '--json', **options).stdout)
 
 
-def await_condition(condition, what, seconds=60):
-    """Waits until `condition()` holds; the time is a limit, never an expectation."""
+def await_condition(condition, what, seconds=60, pause=0.02):
+    """Waits until `condition()` holds, and asks again after a pause (s); the time is a limit, never an expectation."""
     limit = time.monotonic() + seconds
     while time.monotonic() < limit:
         value = condition()
         if value:
             return value
-        time.sleep(0.02)
+        time.sleep(pause)
     raise AssertionError(f'{what}: not within {seconds} s')
 
 
