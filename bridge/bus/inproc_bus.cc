@@ -16,22 +16,33 @@ class InprocEndpoint : public Bus {
     std::erase(hub_->endpoints_, this);
     std::erase(hub_->broad_listeners_, this);
     for (const auto& [channel, handler] : subscriptions_.exact()) StopListening(channel);
+    for (size_t i = handled_; i < queue_.size(); ++i) hub_->Release(queue_[i].message);
   }
   InprocEndpoint(const InprocEndpoint&) = delete;
   InprocEndpoint& operator=(const InprocEndpoint&) = delete;
 
   void Publish(const std::string& channel, const uint8_t* data, size_t size) override {
     // One copy of the bytes for all receivers, none where nobody listens.
-    std::shared_ptr<Message> message;
+    Message* message = nullptr;
     const auto deliver = [&](InprocEndpoint* endpoint,
                              std::shared_ptr<Subscriptions::Exact> subscription) {
       if (message == nullptr) {
-        message = hub_->NewMessage();
+        message = hub_->NewMessage().release();
         message->channel = channel;
         message->bytes.assign(data, data + size);
+        message->num_waiting = 1;  // Ours.
       }
       endpoint->Enqueue(message, std::move(subscription));
     };
+    Deliver(channel, data, size, deliver);
+    if (message != nullptr) hub_->Release(message);
+  }
+
+  /// Calls `deliver` with everybody who wants the message, and the subscription that it is for;
+  /// null if several may match.
+  template <class Deliverer>
+  void Deliver(const std::string& channel, const uint8_t* data, size_t size,
+               const Deliverer& deliver) {
     for (InprocEndpoint* endpoint : hub_->broad_listeners_) {
       if (endpoint->subscriptions_.Wants(channel)) deliver(endpoint, nullptr);
     }
@@ -86,6 +97,7 @@ class InprocEndpoint : public Bus {
     for (size_t left = queue_.size(); left > 0 && handled_ < queue_.size(); --left, ++count) {
       const Waiting next = std::move(queue_[handled_++]);
       const Message& message = *next.message;
+      const InHand in_hand{hub_, next.message};
       if (next.subscription != nullptr && !broad_) {
         Subscriptions::Dispatch(*next.subscription, message.channel, message.bytes.data(),
                                 message.bytes.size());
@@ -102,8 +114,17 @@ class InprocEndpoint : public Bus {
   using Message = InprocHub::Message;
   /// A message to be handled, and the one subscription that it is for; null if others may match.
   struct Waiting {
-    std::shared_ptr<Message> message;
+    Message* message;
     std::shared_ptr<Subscriptions::Exact> subscription;
+  };
+  /// Gives the message back when its handlers have returned, also by an exception.
+  struct InHand {
+    InprocHub* hub;
+    Message* message;
+    InHand(InprocHub* of, Message* what) : hub(of), message(what) {}
+    InHand(const InHand&) = delete;
+    InHand& operator=(const InHand&) = delete;
+    ~InHand() { hub->Release(message); }
   };
 
   /// The hub no longer counts us among those who listen to the channel.
@@ -122,14 +143,14 @@ class InprocEndpoint : public Bus {
     if (!broad) std::erase(hub_->broad_listeners_, this);
   }
 
-  void Enqueue(const std::shared_ptr<Message>& message,
-               std::shared_ptr<Subscriptions::Exact> subscription) {
+  void Enqueue(Message* message, std::shared_ptr<Subscriptions::Exact> subscription) {
     // As deep as a real socket's queue, and as silent about what does not fit: the ledger counts
     // it.
     if (queue_.size() - handled_ >= kBusQueueDepth) {
       ++overflows_;
       return;
     }
+    ++message->num_waiting;
     queue_.push_back({message, std::move(subscription)});
   }
 
@@ -144,17 +165,18 @@ class InprocEndpoint : public Bus {
   int64_t overflows_ = 0;
 };
 
-std::shared_ptr<InprocHub::Message> InprocHub::NewMessage() {
-  // The oldest that nobody waits for any more, if it is the one that is looked at.
-  constexpr size_t kMostKept = 4 * kBusQueueDepth;
-  if (!messages_.empty() && messages_.front().use_count() == 1) {
-    messages_.push_back(std::move(messages_.front()));
-    messages_.pop_front();
-    return messages_.back();
-  }
-  std::shared_ptr<Message> message = std::make_shared<Message>();
-  if (messages_.size() < kMostKept) messages_.push_back(message);
+std::unique_ptr<InprocHub::Message> InprocHub::NewMessage() {
+  if (spare_.empty()) return std::make_unique<Message>();
+  std::unique_ptr<Message> message = std::move(spare_.back());
+  spare_.pop_back();
   return message;
+}
+
+void InprocHub::Release(Message* message) {
+  constexpr size_t kMostSpare = 4 * kBusQueueDepth;
+  if (--message->num_waiting > 0) return;
+  std::unique_ptr<Message> done(message);
+  if (spare_.size() < kMostSpare) spare_.push_back(std::move(done));
 }
 
 InprocHub::InprocHub() = default;

@@ -4,7 +4,6 @@
 // put around an endpoint.
 
 #include <cstdint>
-#include <deque>
 #include <memory>
 #include <string>
 #include <unordered_map>
@@ -46,10 +45,13 @@ class InprocHub {
   struct Message {
     std::string channel;
     std::vector<uint8_t> bytes;
+    int num_waiting = 0;  ///< Queues in which it is, and handlers that have it in hand.
   };
-  /// A message to be filled in, mostly in memory that was used before.
-  std::shared_ptr<Message> NewMessage();
-  std::deque<std::shared_ptr<Message>> messages_;  ///< In the order in which they were last used.
+  /// A message to be filled in: the one that was done with last, whose memory is still at hand.
+  std::unique_ptr<Message> NewMessage();
+  /// One queue or handler less has it; it is deleted, or kept for NewMessage, if that was the last.
+  void Release(Message* message);
+  std::vector<std::unique_ptr<Message>> spare_;
   /// An endpoint, what it needs of a channel, and its subscription to it.
   struct Listener {
     InprocEndpoint* endpoint;

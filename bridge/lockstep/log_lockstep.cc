@@ -184,7 +184,10 @@ LogLockstep::Taken LogLockstep::OnModule(Topic topic, int module, int64_t sequen
   if (status_count > m.status.next + static_cast<int64_t>(kMostBeyond)) return Taken::kImpossible;
   // STATUS is not sent every tick: ACTUATOR tells how many there are by now.
   const bool fresh = received.Take(sequence, config_.realtime);
-  if (fresh && topic == Topic::kActuator && !config_.realtime) m.status_counts[tick] = status_count;
+  if (fresh && topic == Topic::kActuator && !config_.realtime) {
+    const std::pair<int64_t, int64_t> told(tick, status_count);
+    m.status_counts.insert(std::ranges::lower_bound(m.status_counts, told), told);
+  }
   return Note(fresh, tick, now_us, out);
 }
 
@@ -238,8 +241,9 @@ bool LogLockstep::HasAllOf(size_t module, int64_t tick) const {
   // A module sends one TRANSFORM and one ACTUATOR a tick, and STATUS as ACTUATOR counts.
   const Module& m = modules_[module];
   if (m.transform.next <= tick || m.actuator.next <= tick) return false;
-  const auto count = m.status_counts.find(tick);
-  return count != m.status_counts.end() && m.status.next >= count->second;
+  return std::ranges::any_of(m.status_counts, [&](const auto& told) {
+    return told.first == tick && m.status.next >= told.second;
+  });
 }
 
 bool LogLockstep::TickComplete(int64_t tick) {
@@ -263,7 +267,10 @@ void LogLockstep::UpdateComplete() {
     ++complete_tick_;
     first_unchecked_ = 0;
     // The count of the last whole tick stays: it says how many STATUS there must be by now.
-    for (Module& m : modules_) m.status_counts.erase(complete_tick_ - 1);
+    for (Module& m : modules_) {
+      std::erase_if(m.status_counts,
+                    [this](const auto& told) { return told.first == complete_tick_ - 1; });
+    }
   }
 }
 
@@ -327,7 +334,7 @@ void LogLockstep::ListMissing(Actions* out) const {
     AskForGaps(m.transform, module_end, Topic::kTransform, number, out);
     AskForGaps(m.actuator, module_end, Topic::kActuator, number, out);
     if (!m.status_counts.empty()) {
-      AskForGaps(m.status, m.status_counts.rbegin()->second, Topic::kStatus, number, out);
+      AskForGaps(m.status, m.status_counts.back().second, Topic::kStatus, number, out);
     }
   }
 }

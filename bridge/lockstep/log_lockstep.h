@@ -8,6 +8,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "bridge/lockstep/outbox.h"
@@ -154,7 +155,8 @@ class LogLockstep {
   /// What has come from one module; there is one for each name that SENSORS mentioned.
   struct Module {
     ReceivedSet transform, actuator, status;
-    std::map<int64_t, int64_t> status_counts;  ///< Told by ACTUATOR, by tick, until complete.
+    /// (tick, count) told by ACTUATOR, in order of tick, until that is complete: few at a time.
+    std::vector<std::pair<int64_t, int64_t>> status_counts;
   };
 
   /// Notes a message that cannot be placed yet, so that it is asked for again later.

@@ -84,16 +84,18 @@ void LogParticipant::OnTime() {
 void LogParticipant::OnMessage(std::string_view channel, const uint8_t* data, size_t size) {
   // Everything on the run's channels goes to the recorder, with a note of what it is worth.
   LoggedMessage message{channel, data, size};
-  const std::optional<ChannelName> name = ParseChannel(channel);
+  // A channel that has begun is one of the run's, and was taken apart then.
+  ReceivedStream* const stream = FindStream(channel);
+  const std::optional<ChannelName> name = stream != nullptr ? stream->name : ParseChannel(channel);
   morphbus::header_t header;
-  if (!name || name->run != options_.run || !HasChannel(*name)) {
+  if (stream == nullptr && (!name || name->run != options_.run || !HasChannel(*name))) {
     // A channel that the run does not have costs a count, whatever it carries.
     message.refused = true;
     CountRefused(&Ledger::foreign, channel, "the run has no such channel");
   } else if (!DecodeHeader(data, size, &header)) {
     message.bad = true;
   } else if (IsHashed(name->topic)) {
-    TakeHashed(*name, header, &message);
+    TakeHashed(*name, stream, header, &message);
   } else {
     TakeOther(*name, &message);
   }
@@ -116,11 +118,11 @@ bool LogParticipant::HasChannel(const ChannelName& name) {
   return IsHashed(name.topic) || ++early_ <= kMostEarly;
 }
 
-void LogParticipant::TakeHashed(const ChannelName& name, const morphbus::header_t& header,
-                                LoggedMessage* message) {
+void LogParticipant::TakeHashed(const ChannelName& name, ReceivedStream* stream,
+                                const morphbus::header_t& header, LoggedMessage* message) {
   const bool end_heard = machine_.end_seen();
   fresh_end_ = false;
-  const Verdict verdict = TellMachine(name, header, message->data, message->size);
+  const Verdict verdict = TellMachine(name, stream, header, message->data, message->size);
   message->bad = !verdict.has_value();
   if (message->bad) return;
   if (*verdict == Taken::kEarly) {
@@ -145,8 +147,9 @@ void LogParticipant::TakeHashed(const ChannelName& name, const morphbus::header_
   message->end = fresh_end_;
   message->duplicate = *verdict == Taken::kKnown;
   // A stream begins with a new payload: modules that nobody has named yet have none.
-  ReceivedStream* stream = message->end || message->duplicate ? FindStream(message->channel)
-                                                              : &StreamOf(message->channel);
+  if (stream == nullptr && !message->end && !message->duplicate) {
+    stream = &BeginStream(message->channel);
+  }
   if (stream != nullptr) message->channel_index = stream->index;
   if (message->end) {
     end_clock_.assign(message->data, message->data + message->size);
@@ -197,6 +200,7 @@ LogParticipant::Verdict LogParticipant::TellClock(const morphbus::header_t& head
 }
 
 LogParticipant::Verdict LogParticipant::TellMachine(const ChannelName& name,
+                                                    const ReceivedStream* stream,
                                                     const morphbus::header_t& header,
                                                     const uint8_t* data, size_t size) {
   // Each kind of message tells the machine something else. A kind that only counts is checked and
@@ -211,7 +215,7 @@ LogParticipant::Verdict LogParticipant::TellMachine(const ChannelName& name,
       if (!Check<morphbus::world_t>(data, size, {options_.model_hash, 0})) return std::nullopt;
       return machine_.OnPart(name.topic, header.sequence, header.tick, now_us(), &actions_);
     default:
-      return TakeModule(name, header, data, size);
+      return TakeModule(name, stream, header, data, size);
   }
 }
 
@@ -230,6 +234,7 @@ bool LogParticipant::TakeNames(const uint8_t* data, size_t size) {
 }
 
 LogParticipant::Verdict LogParticipant::TakeModule(const ChannelName& name,
+                                                   const ReceivedStream* stream,
                                                    const morphbus::header_t& header,
                                                    const uint8_t* data, size_t size) {
   const Expectation expect{options_.model_hash, 0};
@@ -246,7 +251,7 @@ LogParticipant::Verdict LogParticipant::TakeModule(const ChannelName& name,
   }
   // A module that SENSORS has not mentioned yet has no number: its message is asked for again. Once
   // all modules' names are known, no other module can be part of the run.
-  const int module = machine_.ModuleNumber(name.process);
+  const int module = stream != nullptr ? stream->module : machine_.ModuleNumber(name.process);
   if (!sound || (module < 0 && machine_.knows_all_names())) return std::nullopt;
   return machine_.OnModule(name.topic, module, header.sequence, header.tick, status_count, now_us(),
                            &actions_);

@@ -55,6 +55,8 @@ struct LoggedMessage {
 /// One hashed channel as received: counts its payloads and hashes them in the order of their
 /// numbers.
 struct ReceivedStream {
+  ChannelName name;         ///< Of the channel, taken apart.
+  int module = -1;          ///< Whose it is, by the machine's number; -1: not a module's.
   int index = 0;            ///< Among all streams, in the order of their beginnings.
   SequenceTracker tracker;  ///< Of the numbers that came.
   int64_t next = 0;         ///< Number of the next payload to hash.
@@ -65,9 +67,14 @@ struct ReceivedStream {
   /// Hashes of payloads beyond a gap, by number; bounded by the machine's window.
   std::map<int64_t, uint64_t> early;
   std::vector<RecentDigests> recent;  ///< Of SENSORS by part, of others one.
+  std::string_view channel;           ///< Its name, which the logger holds.
+  ReceivedStream* follower =
+      nullptr;  ///< The one of the message that came after the last one here.
 
   /// Takes a new payload by its XXH3. `in_order`: those beyond a gap wait until it is filled.
   void Add(int64_t sequence, uint64_t digest, bool in_order);
+  /// Has the processor fetch what the next message will need. Nothing else changes.
+  void Fetch() const;
 };
 
 /// The logger as a participant of a run. It lacks nothing in the end, or says so by error().
@@ -124,27 +131,29 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   void OnMessage(std::string_view channel, const uint8_t* data, size_t size);
   /// What the machine says of a message; nothing if the message is bad.
   using Verdict = std::optional<LogLockstep::Taken>;
-  /// Takes a message on a hashed channel: fills in what it is worth.
-  void TakeHashed(const ChannelName& name, const morphbus::header_t& header,
+  /// Takes a message on a hashed channel, of which `stream` has come (null: nothing): fills in what
+  /// it is worth.
+  void TakeHashed(const ChannelName& name, ReceivedStream* stream, const morphbus::header_t& header,
                   LoggedMessage* message);
   /// Takes a message on any other channel of the run; the same.
   void TakeOther(const ChannelName& name, LoggedMessage* message);
   // These check a message on a hashed channel and tell the machine that it has come. `name` is the
-  // channel's, taken apart; TellMachine leaves the modules' channels to TakeModule.
-  Verdict TellMachine(const ChannelName& name, const morphbus::header_t& header,
-                      const uint8_t* data, size_t size);
+  // channel's, taken apart, and `stream` what has come on it, or null; TellMachine leaves the
+  // modules' channels to TakeModule.
+  Verdict TellMachine(const ChannelName& name, const ReceivedStream* stream,
+                      const morphbus::header_t& header, const uint8_t* data, size_t size);
   Verdict TellClock(const morphbus::header_t& header, const uint8_t* data, size_t size);
-  Verdict TakeModule(const ChannelName& name, const morphbus::header_t& header, const uint8_t* data,
-                     size_t size);
+  Verdict TakeModule(const ChannelName& name, const ReceivedStream* stream,
+                     const morphbus::header_t& header, const uint8_t* data, size_t size);
   /// Whether the run has this channel. While SENSORS has not named all modules, some messages of
   /// others are let in.
   bool HasChannel(const ChannelName& name);
   /// Tells the machine of the modules that SENSORS names; false if the message is bad.
   bool TakeNames(const uint8_t* data, size_t size);
   // These four are in log_participant_checks.cc, with the three that follow.
-  /// What has come on a channel, begun if need be.
-  ReceivedStream& StreamOf(std::string_view channel);
-  /// The same; null if there is none yet.
+  /// Begins to note what comes on a channel, of which nothing has come yet.
+  ReceivedStream& BeginStream(std::string_view channel);
+  /// What has come on a channel; null if nothing has.
   ReceivedStream* FindStream(std::string_view channel);
   /// Hashes a payload that is new, by its XXH3.
   void AddToStream(ReceivedStream* stream, const ChannelName& name,
@@ -176,6 +185,7 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   // Where every message goes, and the hashed channels by full name.
   Recorder record_;
   TextTable<std::unique_ptr<ReceivedStream>> streams_;
+  ReceivedStream* last_stream_ = nullptr;  ///< Of the last message on a channel that has one.
   std::function<void()> publish_info_;
   // Somebody wants the description, and the wall time before which it is not published again.
   bool info_wanted_ = false;

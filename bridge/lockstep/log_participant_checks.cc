@@ -39,20 +39,41 @@ void ReceivedStream::Add(int64_t sequence, uint64_t digest, bool in_order) {
   }
 }
 
-ReceivedStream* LogParticipant::FindStream(std::string_view channel) {
-  const auto found = streams_.find(channel);
-  return found == streams_.end() ? nullptr : found->second.get();
+void ReceivedStream::Fetch() const {
+  __builtin_prefetch(channel.data());
+  tracker.FetchNext();
+  if (recent.size() == 1) recent.front().Fetch(next);
+  __builtin_prefetch(follower);
 }
 
-ReceivedStream& LogParticipant::StreamOf(std::string_view channel) {
-  if (ReceivedStream* known = FindStream(channel)) return *known;
+ReceivedStream* LogParticipant::FindStream(std::string_view channel) {
+  // One tick is like another, so that the channel is mostly the one that came next a tick ago. The
+  // streams of a thousand modules are more than a processor has at hand: it fetches them meanwhile.
+  ReceivedStream* stream = last_stream_ == nullptr ? nullptr : last_stream_->follower;
+  if (stream == nullptr || stream->channel != channel) {
+    const auto found = streams_.find(channel);
+    if (found == streams_.end()) return nullptr;
+    stream = found->second.get();
+    if (last_stream_ != nullptr) last_stream_->follower = stream;
+  }
+  if (stream->follower != nullptr) stream->follower->Fetch();
+  last_stream_ = stream;
+  return stream;
+}
+
+ReceivedStream& LogParticipant::BeginStream(std::string_view channel) {
   // The first payload of a channel begins its hash. Of its numbers a window of ticks is remembered,
   // in each of which SENSORS or WORLD may have many parts.
   auto stream = std::make_unique<ReceivedStream>();
   stream->index = static_cast<int>(streams_.size());
   const auto numbers = static_cast<size_t>(2 * options_.window * machine_.most_parts());
   stream->tracker.Remember(std::min(numbers, kMostRemembered));
-  return *streams_.emplace(std::string(channel), std::move(stream)).first->second;
+  const auto place = streams_.emplace(std::string(channel), std::move(stream)).first;
+  // The parts of the name are views into the table's own text, which stays where it is.
+  place->second->channel = place->first;
+  place->second->name = *ParseChannel(place->first);
+  place->second->module = machine_.ModuleNumber(place->second->name.process);
+  return *place->second;
 }
 
 void LogParticipant::AddToStream(ReceivedStream* stream, const ChannelName& name,

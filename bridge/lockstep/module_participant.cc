@@ -49,6 +49,23 @@ struct SnapshotHead {
 
 }  // namespace
 
+/// Nothing in it is needed any more when a handler of the bus, or OnTime, returns.
+struct ModuleParticipant::Scratch {
+  /// The last messages decoded or encoded, whose memory is used again and again.
+  morphbus::sensors_t sensors;
+  morphbus::transform_t transform;
+  /// What the controller answered to the tick that is published.
+  vm::TickOutput output;
+  /// Whom the module is mated to, by the SENSORS that is taken and in the tick that is computed.
+  std::vector<uint16_t> sensed_mates, tick_mates;
+
+  /// The one of this thread, on which its modules take turns.
+  static Scratch& OfThread() {
+    static thread_local Scratch scratch;
+    return scratch;
+  }
+};
+
 ModuleParticipant::ModuleParticipant(Bus* bus, ModuleController* controller, const TimeSource* time,
                                      ModuleParticipantOptions options)
     : LockstepParticipant(bus, time,
@@ -58,7 +75,8 @@ ModuleParticipant::ModuleParticipant(Bus* bus, ModuleController* controller, con
       options_(std::move(options)),
       channel_transform_(Channel(options_.run, options_.module, Topic::kTransform)),
       channel_actuator_(Channel(options_.run, options_.module, Topic::kActuator)),
-      channel_status_(Channel(options_.run, options_.module, Topic::kStatus)) {
+      channel_status_(Channel(options_.run, options_.module, Topic::kStatus)),
+      scratch_(Scratch::OfThread()) {
   ledger_.restarts = options_.restarts;
 }
 
@@ -192,15 +210,15 @@ bool ModuleParticipant::SensorsFit(int64_t tick) {
 
 void ModuleParticipant::OnSensors(const uint8_t* data, size_t size) {
   // SENSORS holds many modules' readings: we take our own.
+  morphbus::sensors_t& sensors = scratch_.sensors;
   const Expectation expect{options_.model_hash, 0};
-  const bool sound =
-      DecodeOwnSensors(data, size, expect, options_.module_id, &sensors_).has_value();
+  const bool sound = DecodeOwnSensors(data, size, expect, options_.module_id, &sensors).has_value();
   ++(sound ? ledger_.received : ledger_.bad);
   if (!sound) return;
-  const int64_t tick = sensors_.header.tick;
+  const int64_t tick = sensors.header.tick;
   if (!SensorsFit(tick)) {
     // Nothing is kept of it; but the run may have another process in our place.
-    Tell(&ModuleLockstep::OnSensors, tick, sensors_.part, sensors_.num_parts, false,
+    Tell(&ModuleLockstep::OnSensors, tick, sensors.part, sensors.num_parts, false,
          std::vector<uint16_t>());
     return;
   }
@@ -211,8 +229,9 @@ void ModuleParticipant::OnSensors(const uint8_t* data, size_t size) {
     });
   }
   const morphbus::module_sensors_t* mine =
-      sensors_.modules.empty() ? nullptr : &sensors_.modules.front();
-  std::vector<uint16_t> mates;
+      sensors.modules.empty() ? nullptr : &sensors.modules.front();
+  std::vector<uint16_t>& mates = scratch_.sensed_mates;
+  mates.clear();
   if (mine != nullptr) {
     // Of the parts only ours is needed for good, so its ticks are counted.
     const uint64_t digest = DigestOf(data, size);
@@ -226,9 +245,9 @@ void ModuleParticipant::OnSensors(const uint8_t* data, size_t size) {
     if (!Track(&sensors_tracker_, "SIM/SENSORS", tick, digest)) return;
     if (tick >= machine_.tick()) TakeReading(input, digest, &mates);
   }
-  if (options_.realtime || tick == machine_.tick()) sim_time_us_ = sensors_.header.sim_time_us;
+  if (options_.realtime || tick == machine_.tick()) sim_time_us_ = sensors.header.sim_time_us;
   // The machine learns which parts have come and whom the tick waits for.
-  machine_.OnSensors(tick, sensors_.part, sensors_.num_parts, mine != nullptr, mates, now_us(),
+  machine_.OnSensors(tick, sensors.part, sensors.num_parts, mine != nullptr, mates, now_us(),
                      &actions_);
   // Another part than ours may be the one that names a neighbour.
   if (!narrowed_ && mine == nullptr) TakeMates(input_, &mates);
@@ -241,7 +260,7 @@ void ModuleParticipant::UpdateSubscriptions(const std::vector<uint16_t>& mates, 
   // Neighbours come and go; whoever is not mated any more makes room.
   if (mailboxes_.size() >= kMostMailboxes) ForgetAllBut(mates);
   for (const uint16_t mate : mates) Watch(mate);
-  if (own_part) NarrowSensors(sensors_.part);
+  if (own_part) NarrowSensors(scratch_.sensors.part);
   // From here on neighbours are listened to by name.
   if (machine_.tick() > 0 && listens_to_all_) {
     listens_to_all_ = false;
@@ -262,7 +281,7 @@ void ModuleParticipant::TakeReading(const vm::TickInput& input, uint64_t digest,
   TakeMates(input, mates);
   input_ = input;
   sensors_digest_ = digest;
-  sensors_part_ = sensors_.part;
+  sensors_part_ = scratch_.sensors.part;
   TakeOrders();
 }
 
@@ -286,17 +305,17 @@ void ModuleParticipant::ForgetAllBut(const std::vector<uint16_t>& mates) {
 void ModuleParticipant::TakeOrders() {
   // Orders of the last tick are done with.
   pieces_.clear();
-  for (const morphbus::invoke_request_t& request : sensors_.requests) {
+  for (const morphbus::invoke_request_t& request : scratch_.sensors.requests) {
     if (static_cast<uint16_t>(request.module_id) != options_.module_id) continue;
     FromRequest(request, &input_.requests[input_.num_requests++]);
   }
-  for (const morphbus::deploy_piece_t& piece : sensors_.pieces) {
+  for (const morphbus::deploy_piece_t& piece : scratch_.sensors.pieces) {
     if (static_cast<uint16_t>(piece.module_id) == options_.module_id) pieces_.push_back(piece);
   }
-  for (const morphbus::root_pose_t& pose : sensors_.root_poses) {
+  for (const morphbus::root_pose_t& pose : scratch_.sensors.root_poses) {
     if (static_cast<uint16_t>(pose.module_id) == options_.module_id) FromRootPose(pose, &input_);
   }
-  inspected_ = inspected_ || IsInspected(sensors_, options_.module_id);
+  inspected_ = inspected_ || IsInspected(scratch_.sensors, options_.module_id);
 }
 
 void ModuleParticipant::TakeMates(const vm::TickInput& input, std::vector<uint16_t>* mates) {
@@ -322,28 +341,28 @@ void ModuleParticipant::Watch(uint16_t mate) {
 }
 
 void ModuleParticipant::OnTransform(uint16_t mate, const uint8_t* data, size_t size) {
-  const auto fits = [&] { return static_cast<uint16_t>(transform_.module_id) == mate; };
-  if (!Accept(data, size, &transform_, fits)) return;
+  morphbus::transform_t& transform = scratch_.transform;
+  const auto fits = [&] { return static_cast<uint16_t>(transform.module_id) == mate; };
+  if (!Accept(data, size, &transform, fits)) return;
   const auto found = mailboxes_.find(mate);
   if (found == mailboxes_.end()) return;
   Mailbox& mailbox = found->second;
   const std::string channel = mailbox.name + "/TRANSFORM";
-  const int64_t tick = transform_.header.tick;
+  const int64_t tick = transform.header.tick;
   // In lockstep the number is the tick.
   if (!machine_.InWindow(tick, now_us()) ||
-      (options_.realtime ? transform_.header.sequence > tick
-                         : transform_.header.sequence != tick)) {
+      (options_.realtime ? transform.header.sequence > tick : transform.header.sequence != tick)) {
     return CountRefused(
         &Ledger::outside_window, channel,
         "tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));
   }
   const uint64_t digest = DigestOf(data, size);
-  if (!Track(&mailbox.tracker, channel, transform_.header.sequence, digest)) return;
+  if (!Track(&mailbox.tracker, channel, transform.header.sequence, digest)) return;
   // The machine may compute at once: the content must be in place before it hears of it.
   const auto slot = static_cast<size_t>(tick & 1);
   const bool useful = options_.realtime || tick == machine_.tick() || tick == machine_.tick() - 1;
   if (useful && mailbox.ticks[slot] < tick) {
-    FromTransform(transform_, &mailbox.messages[slot]);
+    FromTransform(transform, &mailbox.messages[slot]);
     mailbox.ticks[slot] = tick;
     mailbox.digests[slot] = digest;
   }
@@ -382,7 +401,8 @@ void ModuleParticipant::CarryOut(const ModuleAction& action) {
 void ModuleParticipant::NoteTaken(int64_t tick) {
   taken_.TakeSensors(tick, sensors_part_, sensors_digest_);
   if (tick == 0) return;
-  std::vector<uint16_t> mates;
+  std::vector<uint16_t>& mates = scratch_.tick_mates;
+  mates.clear();
   TakeMates(input_, &mates);
   for (const uint16_t mate : mates) {
     const auto found = mailboxes_.find(mate);
@@ -424,31 +444,32 @@ void ModuleParticipant::Compute(int64_t tick) {
   for (const morphbus::deploy_piece_t& piece : pieces_) controller_->TakePiece(piece);
   NoteTaken(tick);
   admitted_ = false;
-  controller_->Tick(input_, &output_);
+  controller_->Tick(input_, &scratch_.output);
   Publish(tick);
   if ((tick + 1) % kBlockTicks == 0) ReportTaken();
 }
 
 void ModuleParticipant::Publish(int64_t tick) {
+  const vm::TickOutput& output = scratch_.output;
   // What is published must be saved first, so it is held back meanwhile.
   if (before_publish_) outbox_.Hold();
   // A program that was replaced in this tick shows in the headers from this tick on.
-  outbox_.SetProgramHash(output_.message.program_hash);
+  outbox_.SetProgramHash(output.message.program_hash);
   // STATUS only when it says something new or is asked for, and now and then for those who came
   // later. An order holds for one tick, also in real time, where readings may fail to come.
   const bool inspected = std::exchange(inspected_, false);
-  if (output_.status.changed || inspected || tick % kStatusEveryTicks == 0) {
-    for (morphbus::status_t& status : controller_->Describe(output_.status, inspected)) {
+  if (output.status.changed || inspected || tick % kStatusEveryTicks == 0) {
+    for (morphbus::status_t& status : controller_->Describe(output.status, inspected)) {
       outbox_.Send(&channel_status_, tick, sim_time_us_, &status);
     }
   }
   // Neighbours need TRANSFORM for their next tick.
-  ToTransform(output_.message, &transform_);
-  outbox_.Send(&channel_transform_, tick, sim_time_us_, &transform_);
+  ToTransform(output.message, &scratch_.transform);
+  outbox_.Send(&channel_transform_, tick, sim_time_us_, &scratch_.transform);
   taken_.Published(outbox_.last_digest());
   // Last, because the sim goes on once it has this.
   morphbus::actuator_t actuator;
-  ToActuator(output_, options_.module_id, options_.num_joints, outbox_.count(channel_status_),
+  ToActuator(output, options_.module_id, options_.num_joints, outbox_.count(channel_status_),
              &actuator);
   outbox_.Send(&channel_actuator_, tick, sim_time_us_, &actuator);
   if (!before_publish_) return;

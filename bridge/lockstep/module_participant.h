@@ -145,8 +145,8 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   bool SensorsFit(int64_t tick);
   /// Whether a reading is one of this module's, and as what it reads it.
   bool ReadingFits(const morphbus::module_sensors_t& mine, vm::TickInput* input) const;
-  /// Takes our own reading, and what else sensors_ has for us, for the tick to compute, and tells
-  /// whom it is mated to.
+  /// Takes our own reading, and what else the SENSORS that came last has for us, for the tick to
+  /// compute, and tells whom it is mated to.
   void TakeReading(const vm::TickInput& input, uint64_t digest, std::vector<uint16_t>* mates);
   /// Notes what the tick that is computed takes from others, and what they take of ours.
   void NoteTaken(int64_t tick);
@@ -155,7 +155,7 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   /// The modules mated to ours, each once, in order of connectors.
   void TakeMates(const vm::TickInput& input, std::vector<uint16_t>* mates);
   /// Takes this module's requests, pieces of a program, sensed pose and whether it is inspected out
-  /// of sensors_, for the coming tick.
+  /// of the SENSORS that came last, for the coming tick.
   void TakeOrders();
   /// Listens to these neighbours, and from the own part of SENSORS on to nothing that is not
   /// needed. `own_part`: it is the one that came.
@@ -194,10 +194,10 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   std::vector<morphbus::deploy_piece_t> pieces_;
   /// Whether STATUS of the tick to compute shall tell all that the module holds.
   bool inspected_ = false;
-  vm::TickOutput output_;
-  // The last messages decoded or encoded. They are used again and again, which keeps their memory.
-  morphbus::sensors_t sensors_;
-  morphbus::transform_t transform_;
+  /// What is decoded, computed and encoded for a moment: one for all modules of a process, so that
+  /// a run of a thousand of them does not go through as many.
+  struct Scratch;
+  Scratch& scratch_;
   /// Sim time at which the tick to compute begins.
   int64_t sim_time_us_ = 0;
   /// Of the ticks of our part of SENSORS.
