@@ -217,7 +217,9 @@ struct NewcomerStage : Stage {
     options.incarnation = 2;
     module = std::make_unique<ModuleParticipant>(module_bus.get(), &controller, &time, options);
     module->OnBeforePublish([this](const std::vector<uint8_t>& bytes) { snapshot = bytes; });
-    if (!from.empty()) EXPECT_TRUE(module->ResumeFrom(from));
+    if (!from.empty()) {
+      EXPECT_TRUE(module->ResumeFrom(from));
+    }
     module->Start();
     hub.HandleAll();
   }
