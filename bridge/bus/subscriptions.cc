@@ -50,6 +50,13 @@ int Subscriptions::Dispatch(std::string_view channel, const uint8_t* data, size_
     const auto found = exact_.find(channel);
     return found == exact_.end() ? 0 : Dispatch(*found->second, channel, data, size);
   }
+  // A logger has one prefix and nothing else.
+  if (exact_.empty() && pattern_.prefix.empty() && prefixes_.size() == 1) {
+    if (!channel.starts_with(prefixes_.begin()->first)) return 0;
+    const std::shared_ptr<Bus::Handler> handler = prefixes_.begin()->second;
+    (*handler)(channel, data, size);
+    return 1;
+  }
   // In a fixed order: the channel's own, prefixes, the pattern.
   std::vector<std::shared_ptr<Bus::Handler>> called;
   if (const auto found = exact_.find(channel); found != exact_.end()) {
