@@ -104,6 +104,31 @@ class Cli(Case):
         mixed = MODEL.parent / 'mixed.m3l'
         self.assertRegex(morphbus('equivalent', mixed, 'inchworm', 'inchworm').stdout, r'slide .* [+-] +\S+ m\n')
 
+    def test_equivalent_says_whether_a_program_binds_the_same_on_both(self):
+        quadruped = PROGRAM.parent / 'quadruped.dyn'
+        said = morphbus('equivalent', MODEL, 'quadruped', 'equivalent_quadruped', '--program', quadruped).stdout
+        self.assertTrue(said.endswith(f'\n{quadruped} binds the same roles and labels on both.\n'), said)
+        answer = as_json('equivalent', MODEL, 'quadruped', 'equivalent_quadruped', '--program', quadruped)
+        self.assertEqual((answer['program']['bound_alike'], answer['program']['differences']), (True, []))
+        self.assertEqual(answer['program']['modules'], answer['modules'])
+        # In this variant some modules are turned round, so that a joint's number no longer says which joint it is.
+        variants = self.folder / 'variants.m3l'
+        morphbus('variants', MODEL, '--robot', 'quadruped', '--max', 3, '--seed', 1, '-o', variants)
+        by_number = self.folder / 'by_number.dyn'
+        by_number.write_text(quadruped.read_text().replace('label upper_joint = self.joints($ANY, 6);', 'label upper_joint = self.JOINT_1;'))
+        said = morphbus('equivalent', variants, 'quadruped', 'quadruped_variant_2', '--program', by_number, status=1).stdout
+        self.assertIn(f'{by_number} does not bind the same roles and labels on both:\n'
+                      '  m2 and m2, FrontLeftUpperHalf: label upper_joint is joint_1 here and joint_1 there, not m2.joint_2\n', said)
+        answer = as_json('equivalent', variants, 'quadruped', 'quadruped_variant_2', '--program', by_number, status=1)
+        self.assertEqual((answer['congruent'], answer['program']['bound_alike']), (True, False))
+        self.assertEqual(len(answer['program']['differences']), 4)
+        # And here it is a module's role that its connectors decide.
+        by_connector = self.folder / 'by_connector.dyn'
+        by_connector.write_text('role Only extends Module { require self.connected($NORTH) >= 1 && self.C2.CONNECTED; }')
+        said = morphbus('equivalent', variants, 'quadruped', 'quadruped_variant_2', '--program', by_connector, status=1).stdout
+        self.assertIn('  m4 plays no role, its counterpart m4 plays Only\n', said)
+        morphbus('equivalent', MODEL, 'quadruped', 'equivalent_quadruped', '--program', self.folder / 'nothing.dyn', status=2)
+
     def test_equivalent_marks_a_count_that_is_not_complete(self):
         # Each car can be joined in several ways, its wheels turned in more: together over 2^53 ways.
         names = [f'{part}{car}' for car in range(30) for part in ('b', 'f', 'r', 'w', 'x', 'y', 'z')]

@@ -7,7 +7,10 @@
 
 #include "compiler/base/text.h"
 #include "compiler/congruence/congruence.h"
+#include "compiler/keywords/module_keywords.h"
 #include "tools/commands/commands.h"
+#include "tools/launch/binding_comparison.h"
+#include "tools/launch/static_roles.h"
 
 namespace morphbus::tools {
 namespace {
@@ -17,12 +20,81 @@ struct EquivalentOptions {
   std::string file;
   std::string robot_a;
   std::string robot_b;
+  std::string program;  ///< Empty: none is asked about.
   bool json = false;
 };
 
 /// The module that stands for `module`, or null where its joints go to several.
 Json CounterpartJson(const model::Robot& b, int module) {
   return module < 0 ? Json() : Json(b.modules[module].name);
+}
+
+/// What the program's modules settle on, on a robot that stands still; nothing, after saying why,
+/// if that cannot be asked or they never do.
+std::optional<StaticRoles> RolesOn(const model::Model& model, const CompiledProgram& program,
+                                   const EquivalentOptions& options, const model::Robot& robot) {
+  RunOptions run;
+  run.model_file = options.file;
+  run.program_file = options.program;
+  run.robot = robot.name;
+  const std::optional<RunPlan> plan = PlanCompiled(run, model, program);
+  if (!plan) return std::nullopt;
+  Result<StaticRoles> roles = SettleRoles(*plan);
+  if (!roles) return Refuse(roles.error().message);
+  if (!roles->settled) return Refuse(robot.name + ": the roles of the program never settle");
+  return std::move(*roles);
+}
+
+/// What the program binds on both; nothing, after saying why, if it cannot be used.
+std::optional<BindingComparison> Bindings(const model::Model& model, const model::Robot& a,
+                                          const model::Robot& b, const EquivalentOptions& options,
+                                          const congruence::Congruence& answer) {
+  const std::optional<CompiledProgram> program =
+      LoadProgram(options.program, keywords::KeywordsOf(model));
+  if (!program) return std::nullopt;
+  const std::optional<StaticRoles> roles_a = RolesOn(model, *program, options, a);
+  if (!roles_a) return std::nullopt;
+  const std::optional<StaticRoles> roles_b = RolesOn(model, *program, options, b);
+  if (!roles_b) return std::nullopt;
+  return CompareBindings(model, a, *roles_a, b, *roles_b, answer);
+}
+
+/// The modules of `a`, each with its counterpart in `b`.
+Json::object_t ModulesJson(const model::Robot& a, const model::Robot& b,
+                           const congruence::Mapping& mapping) {
+  // Names are unique; looking each up among all before it would be quadratic.
+  Json::object_t modules;
+  for (size_t m = 0; m < a.modules.size(); ++m) {
+    modules.emplace_back(a.modules[m].name, CounterpartJson(b, mapping.module_to[m]));
+  }
+  return modules;
+}
+
+/// What the program binds, as docs/cli.md has it.
+Json BindingsJson(const model::Robot& a, const model::Robot& b, const std::string& program,
+                  const BindingComparison& bindings, const congruence::Congruence& answer) {
+  Json json = {{"file", program},
+               {"bound_alike", bindings.differences.empty()},
+               {"differences", bindings.differences}};
+  json["modules"] = ModulesJson(a, b, answer.mappings[bindings.mapping]);
+  return json;
+}
+
+/// The same as sentences.
+void PrintBindings(const model::Robot& a, const model::Robot& b, const std::string& program,
+                   const BindingComparison& bindings, const congruence::Congruence& answer) {
+  fmt::print("\n{} {} the same roles and labels on both", program,
+             bindings.differences.empty() ? "binds" : "does not bind");
+  // The mapping above need not be the one under which that is so.
+  if (bindings.mapping > 0) {
+    const std::vector<int>& to = answer.mappings[bindings.mapping].module_to;
+    for (size_t m = 0; m < a.modules.size(); ++m) {
+      fmt::print("{}{} = {}", m == 0 ? ", where " : ", ", a.modules[m].name,
+                 to[m] < 0 ? "several" : b.modules[to[m]].name);
+    }
+  }
+  fmt::print("{}\n", bindings.differences.empty() ? "." : ":");
+  for (const std::string& difference : bindings.differences) fmt::print("  {}\n", difference);
 }
 
 /// The answer as docs/cli.md has it: a mapping if there is one, else the reason.
@@ -37,11 +109,6 @@ Json AnswerJson(const model::Model& model, const model::Robot& a, const model::R
     return json;
   }
   const congruence::Mapping& mapping = answer.mappings.front();
-  // Names are unique; looking each up among all before it would be quadratic.
-  Json::object_t modules;
-  for (size_t m = 0; m < a.modules.size(); ++m) {
-    modules.emplace_back(a.modules[m].name, CounterpartJson(b, mapping.module_to[m]));
-  }
   Json::object_t joints;
   for (size_t j = 0; j < mapping.joints.size(); ++j) {
     const congruence::JointImage& image = mapping.joints[j];
@@ -52,7 +119,7 @@ Json AnswerJson(const model::Model& model, const model::Robot& a, const model::R
     joints.emplace_back(JointName(model, a, answer.joints_a[j]), entry);
   }
   // The rest tells how far the answer goes, and whether the two also weigh and touch alike.
-  json["modules"] = std::move(modules);
+  json["modules"] = ModulesJson(a, b, mapping);
   json["joints"] = std::move(joints);
   json["keeps_frame"] = mapping.keeps_frame;
   json["masses_equal"] = answer.masses.masses_equal;
@@ -135,14 +202,23 @@ int Equivalent(const EquivalentOptions& options) {
         "over 500 joints in one part with loops: which of them are locked was not computed, so "
         "their values were not compared");
   }
+  // What a program binds can be compared only where something corresponds to something.
+  std::optional<BindingComparison> bindings;
+  if (!options.program.empty() && answer.congruent()) {
+    bindings = Bindings(*model, *a, *b, options, answer);
+    if (!bindings) return kUnusable;
+  }
   if (options.json) {
-    PrintJson(AnswerJson(*model, *a, *b, answer));
+    Json json = AnswerJson(*model, *a, *b, answer);
+    if (bindings) json["program"] = BindingsJson(*a, *b, options.program, *bindings, answer);
+    PrintJson(json);
   } else if (answer.congruent()) {
     PrintMapping(*model, *a, *b, answer);
+    if (bindings) PrintBindings(*a, *b, options.program, *bindings, answer);
   } else {
     fmt::print("{} and {} are not congruent:\n{}\n", a->name, b->name, answer.reason);
   }
-  return answer.congruent() ? kDone : kNo;
+  return answer.congruent() && (!bindings || bindings->differences.empty()) ? kDone : kNo;
 }
 
 }  // namespace
@@ -153,10 +229,16 @@ void AddEquivalent(CommandLine* line) {
   sub.Add("FILE", &options->file, "M3L file").Required();
   sub.Add("R1", &options->robot_a, "A robot").Required();
   sub.Add("R2", &options->robot_b, "The other; may be the same one").Required();
+  sub.Add("--program", &options->program,
+          "DynaRole program or image: does it bind the same roles and labels on both?")
+      .TypeName("PROGRAM");
   sub.Json(&options->json);
   sub.Footer(
-      "Exit status 0: congruent, with a mapping; 1: not, with the reason.\n"
-      "Example:\n  morphbus equivalent models/mtran.m3l quadruped equivalent_quadruped");
+      "Exit status 0: congruent, with a mapping, and --program binds alike; 1: not, with the "
+      "reason.\n"
+      "Examples:\n  morphbus equivalent models/mtran.m3l quadruped equivalent_quadruped\n"
+      "  morphbus equivalent models/mtran.m3l quadruped equivalent_quadruped --program "
+      "models/programs/quadruped.dyn");
   sub.Do([options] { return Equivalent(*options); });
 }
 
