@@ -27,7 +27,8 @@ role Rolled extends Module {
 '''
 # Of bytes: as many each are lost, damaged, and have another one put before them.
 BAD = 0.0002
-FRAMES_BEFORE_THE_SECOND = 50
+# Some of the bytes that are counted stand within a frame; a module that is less than 32 ticks behind need not leap.
+FRAMES_BEFORE_THE_SECOND = 120
 
 
 class BadWire(threading.Thread):
