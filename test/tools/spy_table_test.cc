@@ -245,6 +245,23 @@ TEST_F(SpyTableTest, ARunHasSpeedAndPauseByItsClock) {
   EXPECT_FALSE(table_.Snapshot(At(3.0)).Run("r")->paused);
 }
 
+TEST_F(SpyTableTest, ARunThatIsHeldAtItsBeginningHasTheSpeedZero) {
+  morphbus::sim_clock_t clock = {};
+  clock.tick_us = 20'000;
+  clock.phase = morphbus::sim_clock_t::PHASE_RUN;
+  clock.num_modules = 1;
+  clock.num_sensors_parts = 1;
+  for (int tick = 0; tick <= 7; ++tick) {
+    clock.header.tick = tick;
+    clock.header.sim_time_us = tick * 20'000;
+    Take("r/SIM/CLOCK", tick, tick * 0.01, clock);
+  }
+  EXPECT_FALSE(table_.Snapshot(At(0.08)).Run("r")->speed) << "too short to be measured";
+  const SpySnapshot held = table_.Snapshot(At(5.0));
+  ASSERT_TRUE(held.Run("r")->speed);
+  EXPECT_NEAR(*held.Run("r")->speed, 0.0, 1e-12);
+}
+
 TEST_F(SpyTableTest, TwoRunsOnOneBusAreToldApart) {
   morphbus::sim_clock_t clock = {};
   clock.tick_us = 20'000;

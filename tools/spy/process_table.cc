@@ -247,12 +247,15 @@ void ProcessTable::Snapshot(int64_t now_ns, SpySnapshot* out) const {
     RunRow row = run.row;
     row.silent_s = std::max(0.0, static_cast<double>(now_ns - run.last_ns) * 1e-9);
     const auto& clocks = run.clocks;
-    // A run that holds still has the speed 0, whatever it had before.
-    if (clocks.size() >= 2) {
+    // A run that holds still has the speed 0, whatever it had before, and if it was held before
+    // that could be measured.
+    if (!clocks.empty() && row.silent_s > 1.0) {
+      row.speed = 0.0;
+    } else if (clocks.size() >= 2) {
       const auto last = std::max(run.last_ns, clocks.back().first);
       const auto seconds = static_cast<double>(last - clocks.front().first) * 1e-9;
       const double sim = Seconds(row.sim_time_us - clocks.front().second);
-      row.speed = row.silent_s > 1.0 || seconds <= 0.0 ? 0.0 : sim / seconds;
+      row.speed = seconds <= 0.0 ? 0.0 : sim / seconds;
     }
     out->runs.push_back(std::move(row));
   });
