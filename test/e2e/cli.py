@@ -121,7 +121,18 @@ class Cli(Case):
                       '  m2 and m2, FrontLeftUpperHalf: label upper_joint is joint_1 here and joint_1 there, not m2.joint_2\n', said)
         answer = as_json('equivalent', variants, 'quadruped', 'quadruped_variant_2', '--program', by_number, status=1)
         self.assertEqual((answer['congruent'], answer['program']['bound_alike']), (True, False))
-        self.assertEqual(len(answer['program']['differences']), 4)
+        self.assertEqual(sum('label upper_joint' in said for said in answer['program']['differences']), 4)
+        # A convention for a joint by its number turns another one there; one that its connectors decide turns it the other way.
+        for convention, difference in (
+                ('self.setJointAxis(self.JOINT_1, bar, $EAST_WEST);',
+                 'of joint_1 and its counterpart joint_2 only one has a convention (setJointAxis)'),
+                ('if (self.C2.CONNECTED) self.setJointAxis(ankle, bar, $EAST_WEST);'
+                 ' else self.setJointAxis(ankle, foot, $EAST_WEST);', 'joint_1 and its counterpart joint_2 turn opposite ways')):
+            program = self.folder / 'convention.dyn'
+            program.write_text('role Only extends Module { require self.connected($NORTH) >= 1; label ankle = self.joints($ANY, 1);'
+                               ' label foot = self.links(1); label bar = $LINK_CONNECTING_BAR; startup s() { ' + convention + ' } }')
+            said = morphbus('equivalent', variants, 'quadruped', 'quadruped_variant_2', '--program', program, status=1).stdout
+            self.assertIn(f'Only: {difference}\n', said)
         # And here it is a module's role that its connectors decide.
         by_connector = self.folder / 'by_connector.dyn'
         by_connector.write_text('role Only extends Module { require self.connected($NORTH) >= 1 && self.C2.CONNECTED; }')

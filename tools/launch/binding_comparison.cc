@@ -64,14 +64,42 @@ std::string LabelDifference(const Bound& a, const Bound& b, int module, int to,
                        b.robot.modules[ref.module].name,
                        b.TypeOf(ref.module).joints[ref.joint].name);
   }
-  // Program values turn joint and counterpart alike if the signs differ as the joints do.
-  const auto sign_a = role_a.signs.find(label), sign_b = role_b.signs.find(label);
-  const bool has_a = sign_a != role_a.signs.end(), has_b = sign_b != role_b.signs.end();
-  if (has_a != has_b) return "has a convention (setJointAxis) on one of them only";
-  if (has_a && sign_b->second != (image.sign > 0 ? sign_a->second : -sign_a->second)) {
-    return "turns the other way there";
-  }
   return "";
+}
+
+/// The sign of a module's joint under setJointAxis; 0 without one. Signs are listed under a label
+/// of the joint, if it has one.
+int SignOf(const StaticRole& role, const std::string& joint) {
+  for (const auto& [name, sign] : role.signs) {
+    const auto label = role.labels.find(name);
+    if ((label == role.labels.end() ? name : label->second) == joint) return sign;
+  }
+  return 0;
+}
+
+/// The joints that values of the program turn otherwise than their counterparts, of modules whose
+/// counterparts have the same role.
+void AddTurnedOtherwise(const Bound& a, const Bound& b, const congruence::Mapping& mapping,
+                        std::vector<std::string>* differences) {
+  for (size_t j = 0; j < a.joints.size(); ++j) {
+    const congruence::JointRef& in_a = a.joints[j];
+    const congruence::JointRef& in_b = b.joints[mapping.joints[j].to];
+    const StaticRole& role_a = a.roles.modules[in_a.module];
+    const StaticRole& role_b = b.roles.modules[in_b.module];
+    if (mapping.module_to[in_a.module] != in_b.module || role_a.role != role_b.role) continue;
+    const std::string& name_a = a.TypeOf(in_a.module).joints[in_a.joint].name;
+    const std::string& name_b = b.TypeOf(in_b.module).joints[in_b.joint].name;
+    // They turn alike if the signs differ as the joints do.
+    const int sign_a = SignOf(role_a, name_a), sign_b = SignOf(role_b, name_b);
+    const int wanted = mapping.joints[j].sign > 0 ? sign_a : -sign_a;
+    if (sign_b == wanted) continue;
+    differences->push_back(fmt::format(
+        "{} and {}, {}: {}", role_a.module, role_b.module, role_a.role,
+        sign_a == 0 || sign_b == 0
+            ? fmt::format("of {} and its counterpart {} only one has a convention (setJointAxis)",
+                          name_a, name_b)
+            : fmt::format("{} and its counterpart {} turn opposite ways", name_a, name_b)));
+  }
 }
 
 /// What is bound otherwise under one mapping.
@@ -105,6 +133,7 @@ std::vector<std::string> DifferencesUnder(const Bound& a, const Bound& b,
                                         role_a.role, label, what));
     }
   }
+  AddTurnedOtherwise(a, b, mapping, &differences);
   return differences;
 }
 
@@ -117,7 +146,11 @@ BindingComparison CompareBindings(const model::Model& model, const model::Robot&
   const Bound bound_a{model, a, roles_a, answer.joints_a, model::BodiesOf(model, a)};
   const Bound bound_b{model, b, roles_b, answer.joints_b, model::BodiesOf(model, b)};
   std::optional<BindingComparison> best;
+  // Programs speak of the robot frame, so that what keeps it comes before what turns a robot over;
+  // the first mapping keeps it if any does.
+  const bool in_frame = !answer.mappings.empty() && answer.mappings.front().keeps_frame;
   for (size_t i = 0; i < answer.mappings.size(); ++i) {
+    if (in_frame && !answer.mappings[i].keeps_frame) continue;
     std::vector<std::string> differences = DifferencesUnder(bound_a, bound_b, answer.mappings[i]);
     if (best && best->differences.size() <= differences.size()) continue;
     best = BindingComparison{i, std::move(differences)};

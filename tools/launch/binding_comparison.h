@@ -12,12 +12,12 @@
 namespace morphbus::tools {
 
 /// What a program binds on two congruent robots, under the mapping of them under which least
-/// differs.
+/// differs, of those that keep the robot frame if any does.
 struct BindingComparison {
   /// That mapping, by index into Congruence::mappings; the first of several.
   size_t mapping = 0;
-  /// One sentence each, in order of robot a's modules: another role, or a label that stands for
-  /// another joint or link, or turns it the other way. Empty: bound alike.
+  /// One sentence each: first, in order of robot a's modules, another role, or a label that stands
+  /// for another joint or link; then joints that turn the other way. Empty: bound alike.
   std::vector<std::string> differences;
 };
 
