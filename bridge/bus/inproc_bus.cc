@@ -27,7 +27,7 @@ class InprocEndpoint : public Bus {
     const auto deliver = [&](InprocEndpoint* endpoint,
                              std::shared_ptr<Subscriptions::Exact> subscription) {
       if (message == nullptr) {
-        message = hub_->NewMessage().release();
+        message = hub_->NewMessage();
         message->channel = channel;
         message->bytes.assign(data, data + size);
         message->num_waiting = 1;  // Ours.
@@ -36,24 +36,6 @@ class InprocEndpoint : public Bus {
     };
     Deliver(channel, data, size, deliver);
     if (message != nullptr) hub_->Release(message);
-  }
-
-  /// Calls `deliver` with everybody who wants the message, and the subscription that it is for;
-  /// null if several may match.
-  template <class Deliverer>
-  void Deliver(const std::string& channel, const uint8_t* data, size_t size,
-               const Deliverer& deliver) {
-    for (InprocEndpoint* endpoint : hub_->broad_listeners_) {
-      if (endpoint->subscriptions_.Wants(channel)) deliver(endpoint, nullptr);
-    }
-    const auto listeners = hub_->listeners_.find(channel);
-    if (listeners == hub_->listeners_.end()) return;
-    // Of a channel in parts nearly all need another part, so what they need is looked at first.
-    for (const InprocHub::Listener& listener : listeners->second) {
-      if (!listener.interest.Includes(data, size)) continue;
-      // Broad listeners have it already.
-      if (!listener.endpoint->broad_) deliver(listener.endpoint, listener.subscription);
-    }
   }
 
   using Bus::Subscribe;
@@ -127,6 +109,24 @@ class InprocEndpoint : public Bus {
     ~InHand() { hub->Release(message); }
   };
 
+  /// Calls `deliver` with everybody who wants the message, and the subscription that it is for;
+  /// null if several may match.
+  template <class Deliverer>
+  void Deliver(const std::string& channel, const uint8_t* data, size_t size,
+               const Deliverer& deliver) {
+    for (InprocEndpoint* endpoint : hub_->broad_listeners_) {
+      if (endpoint->subscriptions_.Wants(channel)) deliver(endpoint, nullptr);
+    }
+    const auto listeners = hub_->listeners_.find(channel);
+    if (listeners == hub_->listeners_.end()) return;
+    // Of a channel in parts nearly all need another part, so what they need is looked at first.
+    for (const InprocHub::Listener& listener : listeners->second) {
+      if (!listener.interest.Includes(data, size)) continue;
+      // Broad listeners have it already.
+      if (!listener.endpoint->broad_) deliver(listener.endpoint, listener.subscription);
+    }
+  }
+
   /// The hub no longer counts us among those who listen to the channel.
   void StopListening(const std::string& channel) {
     const auto found = hub_->listeners_.find(channel);
@@ -165,9 +165,9 @@ class InprocEndpoint : public Bus {
   int64_t overflows_ = 0;
 };
 
-std::unique_ptr<InprocHub::Message> InprocHub::NewMessage() {
-  if (spare_.empty()) return std::make_unique<Message>();
-  std::unique_ptr<Message> message = std::move(spare_.back());
+InprocHub::Message* InprocHub::NewMessage() {
+  if (spare_.empty()) return std::make_unique<Message>().release();
+  Message* message = spare_.back().release();
   spare_.pop_back();
   return message;
 }

@@ -47,8 +47,9 @@ class InprocHub {
     std::vector<uint8_t> bytes;
     int num_waiting = 0;  ///< Queues in which it is, and handlers that have it in hand.
   };
-  /// A message to be filled in: the one that was done with last, whose memory is still at hand.
-  std::unique_ptr<Message> NewMessage();
+  /// A message to be filled in: the one that was done with last, whose memory is still at hand. It
+  /// is the caller's until Release takes it back.
+  Message* NewMessage();
   /// One queue or handler less has it; it is deleted, or kept for NewMessage, if that was the last.
   void Release(Message* message);
   std::vector<std::unique_ptr<Message>> spare_;
