@@ -16,6 +16,7 @@ class InprocEndpoint : public Bus {
     std::erase(hub_->endpoints_, this);
     std::erase(hub_->broad_listeners_, this);
     for (const auto& [channel, handler] : subscriptions_.exact()) StopListening(channel);
+    ++hub_->num_changes_;
     for (size_t i = handled_; i < queue_.size(); ++i) hub_->Release(queue_[i].message);
   }
   InprocEndpoint(const InprocEndpoint&) = delete;
@@ -24,15 +25,14 @@ class InprocEndpoint : public Bus {
   void Publish(const std::string& channel, const uint8_t* data, size_t size) override {
     // One copy of the bytes for all receivers, none where nobody listens.
     Message* message = nullptr;
-    const auto deliver = [&](InprocEndpoint* endpoint,
-                             std::shared_ptr<Subscriptions::Exact> subscription) {
+    const auto deliver = [&](InprocEndpoint* endpoint, const Subscriptions::Exact* subscription) {
       if (message == nullptr) {
         message = hub_->NewMessage();
         message->channel = channel;
         message->bytes.assign(data, data + size);
         message->num_waiting = 1;  // Ours.
       }
-      endpoint->Enqueue(message, std::move(subscription));
+      endpoint->Enqueue(message, subscription);
     };
     Deliver(channel, data, size, deliver);
     if (message != nullptr) hub_->Release(message);
@@ -40,6 +40,7 @@ class InprocEndpoint : public Bus {
 
   using Bus::Subscribe;
   void Subscribe(const std::string& channel, Handler handler, const Interest& interest) override {
+    ++hub_->num_changes_;
     std::shared_ptr<Subscriptions::Exact> subscription =
         subscriptions_.Add(channel, std::move(handler));
     std::vector<InprocHub::Listener>& listeners = hub_->listeners_[channel];
@@ -53,18 +54,29 @@ class InprocEndpoint : public Bus {
   }
 
   void SubscribePrefix(const std::string& prefix, Handler handler) override {
+    ++hub_->num_changes_;
     subscriptions_.AddPrefix(prefix, std::move(handler));
     NoteBreadth();
   }
 
   void SubscribeQuietly(const std::string& prefix, const std::string& suffix,
                         Handler handler) override {
+    ++hub_->num_changes_;
     subscriptions_.SetPattern(prefix, suffix, std::move(handler));
     NoteBreadth();
   }
 
   void Unsubscribe(const std::string& channel) override {
-    if (subscriptions_.exact().contains(channel)) StopListening(channel);
+    ++hub_->num_changes_;
+    if (const auto exact = subscriptions_.exact().find(channel);
+        exact != subscriptions_.exact().end()) {
+      StopListening(channel);
+      // Messages that wait for it are for nobody now, even if somebody subscribes again.
+      static const Subscriptions::Exact kNobody;
+      for (Waiting& waiting : queue_) {
+        if (waiting.subscription == exact->second.get()) waiting.subscription = &kNobody;
+      }
+    }
     subscriptions_.Remove(channel);
     NoteBreadth();
   }
@@ -77,7 +89,7 @@ class InprocEndpoint : public Bus {
     // back. A handler may call this, too, and then goes on with the same queue.
     int count = 0;
     for (size_t left = queue_.size(); left > 0 && handled_ < queue_.size(); --left, ++count) {
-      const Waiting next = std::move(queue_[handled_++]);
+      const Waiting next = queue_[handled_++];
       const Message& message = *next.message;
       const InHand in_hand{hub_, next.message};
       if (next.subscription != nullptr && !broad_) {
@@ -97,7 +109,7 @@ class InprocEndpoint : public Bus {
   /// A message to be handled, and the one subscription that it is for; null if others may match.
   struct Waiting {
     Message* message;
-    std::shared_ptr<Subscriptions::Exact> subscription;
+    const Subscriptions::Exact* subscription;
   };
   /// Gives the message back when its handlers have returned, also by an exception.
   struct InHand {
@@ -109,21 +121,60 @@ class InprocEndpoint : public Bus {
     ~InHand() { hub->Release(message); }
   };
 
+  /// Who gets what is published on a channel, as long as nobody changes what he listens to.
+  struct Route {
+    std::string channel;
+    int64_t num_changes = -1;  ///< The hub's count when this was looked up.
+    /// Who wants it among those that listen to many channels, and who listens to just this one;
+    /// null if nobody does.
+    std::vector<InprocEndpoint*> broad;
+    const std::vector<InprocHub::Listener>* exact = nullptr;
+  };
+
+  /// The route of a channel. A participant publishes on its few channels in the same order tick by
+  /// tick, so that the one that is looked at first is mostly the right one.
+  const Route& RouteOf(const std::string& channel) {
+    constexpr size_t kMostRoutes = 8;
+    const size_t count = routes_.size();
+    for (size_t tries = 0; tries < count; ++tries) {
+      Route& route = routes_[next_route_];
+      next_route_ = next_route_ + 1 < count ? next_route_ + 1 : 0;
+      if (route.channel != channel) continue;
+      if (route.num_changes != hub_->num_changes_) LookUp(channel, &route);
+      return route;
+    }
+    // Somebody with more channels than are kept here forgets one of them.
+    const size_t place = count < kMostRoutes ? count : next_route_;
+    if (place == count) routes_.emplace_back();
+    next_route_ = place + 1 < routes_.size() ? place + 1 : 0;
+    LookUp(channel, &routes_[place]);
+    return routes_[place];
+  }
+
+  void LookUp(const std::string& channel, Route* route) {
+    route->channel = channel;
+    route->num_changes = hub_->num_changes_;
+    route->broad.clear();
+    for (InprocEndpoint* endpoint : hub_->broad_listeners_) {
+      if (endpoint->subscriptions_.Wants(channel)) route->broad.push_back(endpoint);
+    }
+    const auto listeners = hub_->listeners_.find(channel);
+    route->exact = listeners == hub_->listeners_.end() ? nullptr : &listeners->second;
+  }
+
   /// Calls `deliver` with everybody who wants the message, and the subscription that it is for;
   /// null if several may match.
   template <class Deliverer>
   void Deliver(const std::string& channel, const uint8_t* data, size_t size,
                const Deliverer& deliver) {
-    for (InprocEndpoint* endpoint : hub_->broad_listeners_) {
-      if (endpoint->subscriptions_.Wants(channel)) deliver(endpoint, nullptr);
-    }
-    const auto listeners = hub_->listeners_.find(channel);
-    if (listeners == hub_->listeners_.end()) return;
+    const Route& route = RouteOf(channel);
+    for (InprocEndpoint* endpoint : route.broad) deliver(endpoint, nullptr);
+    if (route.exact == nullptr) return;
     // Of a channel in parts nearly all need another part, so what they need is looked at first.
-    for (const InprocHub::Listener& listener : listeners->second) {
+    for (const InprocHub::Listener& listener : *route.exact) {
       if (!listener.interest.Includes(data, size)) continue;
       // Broad listeners have it already.
-      if (!listener.endpoint->broad_) deliver(listener.endpoint, listener.subscription);
+      if (!listener.endpoint->broad_) deliver(listener.endpoint, listener.subscription.get());
     }
   }
 
@@ -143,7 +194,7 @@ class InprocEndpoint : public Bus {
     if (!broad) std::erase(hub_->broad_listeners_, this);
   }
 
-  void Enqueue(Message* message, std::shared_ptr<Subscriptions::Exact> subscription) {
+  void Enqueue(Message* message, const Subscriptions::Exact* subscription) {
     // As deep as a real socket's queue, and as silent about what does not fit: the ledger counts
     // it.
     if (queue_.size() - handled_ >= kBusQueueDepth) {
@@ -151,7 +202,7 @@ class InprocEndpoint : public Bus {
       return;
     }
     ++message->num_waiting;
-    queue_.push_back({message, std::move(subscription)});
+    queue_.push_back({message, subscription});
   }
 
   // Subscriptions by name, and what waits to be handled. A message that several endpoints wait for
@@ -160,6 +211,9 @@ class InprocEndpoint : public Bus {
   Subscriptions subscriptions_;
   /// True if prefixes or a pattern are among the subscriptions.
   bool broad_ = false;
+  /// The channels that were published on last, and the place of the one that is expected next.
+  std::vector<Route> routes_;
+  size_t next_route_ = 0;
   std::vector<Waiting> queue_;
   size_t handled_ = 0;  ///< So many at its beginning have been handled.
   int64_t overflows_ = 0;

@@ -63,6 +63,9 @@ class InprocHub {
   // end. So a message costs what its receivers cost, however many others there are.
   std::unordered_map<std::string, std::vector<Listener>> listeners_;
   std::vector<InprocEndpoint*> broad_listeners_;
+  /// Counts the changes of who listens to what; what an endpoint has looked up before one of them
+  /// is looked up again.
+  int64_t num_changes_ = 0;
 };
 
 }  // namespace morphbus::bridge

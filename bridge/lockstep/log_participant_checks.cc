@@ -62,17 +62,19 @@ ReceivedStream* LogParticipant::FindStream(std::string_view channel) {
 }
 
 ReceivedStream& LogParticipant::BeginStream(std::string_view channel) {
-  // The first payload of a channel begins its hash. Of its numbers a window of ticks is remembered,
-  // in each of which SENSORS or WORLD may have many parts.
+  // The first payload of a channel begins its hash.
   auto stream = std::make_unique<ReceivedStream>();
   stream->index = static_cast<int>(streams_.size());
-  const auto numbers = static_cast<size_t>(2 * options_.window * machine_.most_parts());
-  stream->tracker.Remember(std::min(numbers, kMostRemembered));
   const auto place = streams_.emplace(std::string(channel), std::move(stream)).first;
   // The parts of the name are views into the table's own text, which stays where it is.
   place->second->channel = place->first;
   place->second->name = *ParseChannel(place->first);
   place->second->module = machine_.ModuleNumber(place->second->name.process);
+  // Of its numbers a window of ticks is remembered; in each the simulator's may have many parts.
+  const bool in_parts = place->second->name.process == kSimProcess;
+  const auto numbers =
+      static_cast<size_t>(2 * options_.window * (in_parts ? machine_.most_parts() : 1));
+  place->second->tracker.Remember(std::min(numbers, kMostRemembered));
   return *place->second;
 }
 

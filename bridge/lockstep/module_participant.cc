@@ -343,8 +343,11 @@ void ModuleParticipant::Watch(uint16_t mate) {
 void ModuleParticipant::OnTransform(uint16_t mate, const uint8_t* data, size_t size) {
   morphbus::transform_t& transform = scratch_.transform;
   const auto fits = [&] { return static_cast<uint16_t>(transform.module_id) == mate; };
-  if (!Accept(data, size, &transform, fits)) return;
   const auto found = mailboxes_.find(mate);
+  // Where a thousand modules share a process, the mailbox is far from the processor: it is fetched
+  // while the message is decoded.
+  if (found != mailboxes_.end()) found->second.tracker.FetchNext();
+  if (!Accept(data, size, &transform, fits)) return;
   if (found == mailboxes_.end()) return;
   Mailbox& mailbox = found->second;
   const std::string channel = mailbox.name + "/TRANSFORM";

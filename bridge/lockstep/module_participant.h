@@ -116,14 +116,15 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   struct Mailbox {
     /// Name of that module, which its channel is called by.
     std::string name;
-    /// By parity of the tick: the machine needs the present tick's and the last one's only.
-    std::array<vm::NeighbourMessage, 2> messages;
-    /// The ticks that the messages are of; -1: none.
-    std::array<int64_t, 2> ticks = {-1, -1};
-    /// XXH3 of the messages as they came.
-    std::array<uint64_t, 2> digests = {};
     /// Of the numbers on its channel.
     SequenceTracker tracker;
+    /// The ticks that the messages below are of, -1 for none, and XXH3 of the messages as they
+    /// came.
+    std::array<int64_t, 2> ticks = {-1, -1};
+    std::array<uint64_t, 2> digests = {};
+    /// By parity of the tick: the machine needs the present tick's and the last one's only. They
+    /// come last, since they are large and the rest is then close together in memory.
+    std::array<vm::NeighbourMessage, 2> messages;
   };
 
   [[nodiscard]] Moment CurrentMoment() const override { return {machine_.tick(), sim_time_us_}; }

@@ -2,10 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <map>
-
+#include <algorithm>
 #include <cstdlib>
+#include <map>
 #include <morphbus/status_t.hpp>
+#include <utility>
 
 #include "bridge/bus/faulty_bus.h"
 #include "bridge/bus/inproc_bus.h"
@@ -173,6 +174,71 @@ TEST(InprocBus, HandlersMayUnsubscribeThemselves) {
   for (int i = 0; i < 3; ++i) a->Publish("x", kBytes.data(), kBytes.size());
   hub.HandleAll();
   EXPECT_EQ(heard, 1);
+}
+
+TEST(InprocBus, WhoChangesWhatHeListensToIsHeededFromTheNextMessageOn) {
+  InprocHub hub;
+  const auto sender = hub.Connect(), a = hub.Connect();
+  auto gone = hub.Connect();
+  std::vector<std::string> heard;
+  const auto note = [&heard](const std::string& who) {
+    return [&heard, who](std::string_view channel, const uint8_t*, size_t) {
+      heard.push_back(who + ":" + std::string(channel));
+    };
+  };
+  // More channels than the sender's end of the bus keeps in mind, in changing order.
+  std::vector<std::string> channels;
+  for (int i = 0; i < 12; ++i) channels.push_back("c_" + std::to_string(i));
+  const auto hear = [&](std::vector<std::string> wanted) {
+    for (int round = 0; round < 3; ++round) {
+      for (const std::string& channel : channels) {
+        sender->Publish(channel, kBytes.data(), kBytes.size());
+      }
+      hub.HandleAll();
+      EXPECT_EQ(heard, wanted) << "round " << round;
+      heard.clear();
+      std::ranges::reverse(channels);
+      std::ranges::reverse(wanted);
+    }
+    std::ranges::reverse(channels);
+  };
+  hear({});
+  a->Subscribe("c_3", note("a"));
+  hear({"a:c_3"});
+  gone->SubscribePrefix("c_1", note("prefix"));
+  // In rounds of the hub, endpoint by endpoint.
+  const auto prefixed = [&] {
+    for (const char* channel : {"c_3", "c_1"}) {
+      sender->Publish(channel, kBytes.data(), kBytes.size());
+    }
+    hub.HandleAll();
+    return std::exchange(heard, {});
+  };
+  EXPECT_EQ(prefixed(), (std::vector<std::string>{"a:c_3", "prefix:c_1"}));
+  a->Unsubscribe("c_3");
+  EXPECT_EQ(prefixed(), (std::vector<std::string>{"prefix:c_1"}));
+  gone->SubscribeQuietly("c", "3", note("pattern"));
+  EXPECT_EQ(prefixed(), (std::vector<std::string>{"pattern:c_3", "prefix:c_1"}));
+  gone = nullptr;
+  EXPECT_EQ(prefixed(), (std::vector<std::string>{}));
+}
+
+TEST(InprocBus, WhatWaitedForADroppedSubscriptionIsNotForALaterOne) {
+  InprocHub hub;
+  const auto a = hub.Connect();
+  std::vector<std::string> heard;
+  const auto note = [&](const char* what) {
+    return [&heard, what](std::string_view, const uint8_t*, size_t) { heard.emplace_back(what); };
+  };
+  a->Subscribe("x", note("first"));
+  a->Publish("x", kBytes.data(), kBytes.size());
+  a->Unsubscribe("x");
+  a->Subscribe("x", note("second"));
+  EXPECT_EQ(hub.HandleAll(), 1);
+  EXPECT_EQ(heard, (std::vector<std::string>{}));
+  a->Publish("x", kBytes.data(), kBytes.size());
+  hub.HandleAll();
+  EXPECT_EQ(heard, (std::vector<std::string>{"second"}));
 }
 
 /// Notes what it is asked for.
