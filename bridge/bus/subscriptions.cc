@@ -8,6 +8,7 @@ namespace morphbus::bridge {
 
 std::shared_ptr<Subscriptions::Exact> Subscriptions::Add(const std::string& channel,
                                                          Bus::Handler handler) {
+  // Whoever keeps the subscription beside a message finds the new handler in it.
   std::shared_ptr<Exact>& subscription = exact_[channel];
   if (subscription == nullptr) subscription = std::make_shared<Exact>();
   subscription->handler = std::make_shared<Bus::Handler>(std::move(handler));
@@ -72,6 +73,7 @@ int Subscriptions::Dispatch(std::string_view channel, const uint8_t* data, size_
 
 int Subscriptions::Dispatch(const Exact& subscription, std::string_view channel,
                             const uint8_t* data, size_t size) {
+  // The handler is kept alive over the call; a message may have waited for one that is gone by now.
   const std::shared_ptr<Bus::Handler> handler = subscription.handler;
   if (handler == nullptr) return 0;
   (*handler)(channel, data, size);

@@ -1,12 +1,10 @@
-// Channels, URLs, the in-process bus and its adapters, outbox, ledger, hashes.
+// Channels, URLs, adapters of buses, outbox, ledger, hashes.
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <map>
 #include <morphbus/status_t.hpp>
-#include <utility>
 
 #include "bridge/bus/faulty_bus.h"
 #include "bridge/bus/inproc_bus.h"
@@ -107,138 +105,6 @@ TEST(LcmUrl, BadOnesAreRefusedInOneSentence) {
     ASSERT_FALSE(result) << url;
     EXPECT_NE(result.error().message.find(why), std::string::npos) << result.error().message;
   }
-}
-
-TEST(InprocBus, DeliversInOrderOfPublicationToEverybodyWhoListens) {
-  InprocHub hub;
-  const auto a = hub.Connect(), b = hub.Connect(), c = hub.Connect();
-  std::vector<std::string> heard;
-  const auto note = [&heard](const std::string& who) {
-    return [&heard, who](std::string_view channel, const uint8_t*, size_t) {
-      heard.push_back(who + ":" + std::string(channel));
-    };
-  };
-  a->Subscribe("x", note("a"));
-  b->SubscribePrefix("", note("b"));
-  c->Publish("y", kBytes.data(), kBytes.size());
-  a->Publish("x", kBytes.data(), kBytes.size());
-  EXPECT_EQ(hub.HandleAll(), 3);
-  EXPECT_EQ(heard, (std::vector<std::string>{"a:x", "b:y", "b:x"}));
-  a->Unsubscribe("x");
-  a->Publish("x", kBytes.data(), kBytes.size());
-  EXPECT_EQ(hub.HandleAll(), 1);
-}
-
-TEST(InprocBus, QueueIsBoundedAndCounts) {
-  InprocHub hub;
-  const auto a = hub.Connect();
-  int heard = 0;
-  a->Subscribe("x", [&heard](std::string_view, const uint8_t*, size_t) { ++heard; });
-  for (size_t i = 0; i < kBusQueueDepth + 10; ++i) a->Publish("x", kBytes.data(), kBytes.size());
-  hub.HandleAll();
-  EXPECT_EQ(heard, static_cast<int>(kBusQueueDepth));
-  EXPECT_EQ(a->queue_overflows(), 10);
-}
-
-TEST(InprocBus, WhatIsStillAwaitedKeepsItsBytesHoweverMuchElseIsSent) {
-  InprocHub hub;
-  const auto slow = hub.Connect(), quick = hub.Connect();
-  std::vector<uint8_t> heard;
-  size_t others = 0;
-  slow->Subscribe("x",
-                  [&](std::string_view, const uint8_t* data, size_t) { heard.push_back(*data); });
-  quick->Subscribe("y", [&](std::string_view, const uint8_t*, size_t) { ++others; });
-  // Memory of messages is used again; those that nobody has taken yet lie between others.
-  std::vector<uint8_t> sent;
-  const size_t count = 6 * kBusQueueDepth;
-  for (size_t i = 0; i < count; ++i) {
-    const auto byte = static_cast<uint8_t>(i % 251);
-    const bool kept = i % 1000 == 0;
-    if (kept) sent.push_back(byte);
-    quick->Publish(kept ? "x" : "y", &byte, 1);
-    quick->Handle(0);
-  }
-  slow->Handle(0);
-  EXPECT_EQ(heard, sent);
-  EXPECT_EQ(others + sent.size(), count);
-}
-
-TEST(InprocBus, HandlersMayUnsubscribeThemselves) {
-  InprocHub hub;
-  const auto a = hub.Connect();
-  int heard = 0;
-  a->Subscribe("x", [&](std::string_view, const uint8_t*, size_t) {
-    a->Unsubscribe("x");
-    ++heard;
-  });
-  for (int i = 0; i < 3; ++i) a->Publish("x", kBytes.data(), kBytes.size());
-  hub.HandleAll();
-  EXPECT_EQ(heard, 1);
-}
-
-TEST(InprocBus, WhoChangesWhatHeListensToIsHeededFromTheNextMessageOn) {
-  InprocHub hub;
-  const auto sender = hub.Connect(), a = hub.Connect();
-  auto gone = hub.Connect();
-  std::vector<std::string> heard;
-  const auto note = [&heard](const std::string& who) {
-    return [&heard, who](std::string_view channel, const uint8_t*, size_t) {
-      heard.push_back(who + ":" + std::string(channel));
-    };
-  };
-  // More channels than the sender's end of the bus keeps in mind, in changing order.
-  std::vector<std::string> channels;
-  for (int i = 0; i < 12; ++i) channels.push_back("c_" + std::to_string(i));
-  const auto hear = [&](std::vector<std::string> wanted) {
-    for (int round = 0; round < 3; ++round) {
-      for (const std::string& channel : channels) {
-        sender->Publish(channel, kBytes.data(), kBytes.size());
-      }
-      hub.HandleAll();
-      EXPECT_EQ(heard, wanted) << "round " << round;
-      heard.clear();
-      std::ranges::reverse(channels);
-      std::ranges::reverse(wanted);
-    }
-    std::ranges::reverse(channels);
-  };
-  hear({});
-  a->Subscribe("c_3", note("a"));
-  hear({"a:c_3"});
-  gone->SubscribePrefix("c_1", note("prefix"));
-  // In rounds of the hub, endpoint by endpoint.
-  const auto prefixed = [&] {
-    for (const char* channel : {"c_3", "c_1"}) {
-      sender->Publish(channel, kBytes.data(), kBytes.size());
-    }
-    hub.HandleAll();
-    return std::exchange(heard, {});
-  };
-  EXPECT_EQ(prefixed(), (std::vector<std::string>{"a:c_3", "prefix:c_1"}));
-  a->Unsubscribe("c_3");
-  EXPECT_EQ(prefixed(), (std::vector<std::string>{"prefix:c_1"}));
-  gone->SubscribeQuietly("c", "3", note("pattern"));
-  EXPECT_EQ(prefixed(), (std::vector<std::string>{"pattern:c_3", "prefix:c_1"}));
-  gone = nullptr;
-  EXPECT_EQ(prefixed(), (std::vector<std::string>{}));
-}
-
-TEST(InprocBus, WhatWaitedForADroppedSubscriptionIsNotForALaterOne) {
-  InprocHub hub;
-  const auto a = hub.Connect();
-  std::vector<std::string> heard;
-  const auto note = [&](const char* what) {
-    return [&heard, what](std::string_view, const uint8_t*, size_t) { heard.emplace_back(what); };
-  };
-  a->Subscribe("x", note("first"));
-  a->Publish("x", kBytes.data(), kBytes.size());
-  a->Unsubscribe("x");
-  a->Subscribe("x", note("second"));
-  EXPECT_EQ(hub.HandleAll(), 1);
-  EXPECT_EQ(heard, (std::vector<std::string>{}));
-  a->Publish("x", kBytes.data(), kBytes.size());
-  hub.HandleAll();
-  EXPECT_EQ(heard, (std::vector<std::string>{"second"}));
 }
 
 /// Notes what it is asked for.

@@ -216,12 +216,18 @@ TEST_F(SpyTableTest, ARepeatedStatusCountsItsFaultsOnce) {
   EXPECT_EQ(Look()["modules"]["m5"]["faults"], 3);
 }
 
-TEST_F(SpyTableTest, ARunHasSpeedAndPauseByItsClock) {
+/// A CLOCK of a run of one module with ticks of 20 ms that is under way, at tick 0.
+morphbus::sim_clock_t RunningClock() {
   morphbus::sim_clock_t clock = {};
   clock.tick_us = 20'000;
   clock.phase = morphbus::sim_clock_t::PHASE_RUN;
   clock.num_modules = 1;
   clock.num_sensors_parts = 1;
+  return clock;
+}
+
+TEST_F(SpyTableTest, ARunHasSpeedAndPauseByItsClock) {
+  morphbus::sim_clock_t clock = RunningClock();
   for (int tick = 0; tick <= 100; ++tick) {
     clock.header.tick = tick;
     clock.header.sim_time_us = tick * 20'000;
@@ -246,11 +252,7 @@ TEST_F(SpyTableTest, ARunHasSpeedAndPauseByItsClock) {
 }
 
 TEST_F(SpyTableTest, ARunThatIsHeldAtItsBeginningHasTheSpeedZero) {
-  morphbus::sim_clock_t clock = {};
-  clock.tick_us = 20'000;
-  clock.phase = morphbus::sim_clock_t::PHASE_RUN;
-  clock.num_modules = 1;
-  clock.num_sensors_parts = 1;
+  morphbus::sim_clock_t clock = RunningClock();
   for (int tick = 0; tick <= 7; ++tick) {
     clock.header.tick = tick;
     clock.header.sim_time_us = tick * 20'000;

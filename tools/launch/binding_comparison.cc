@@ -16,17 +16,33 @@ struct Bound {
   const StaticRoles& roles;
   const std::vector<congruence::JointRef>& joints;  ///< Of the comparison.
   std::vector<std::vector<int>> body_of;            ///< As model::BodiesOf.
+  /// By module and joint of its type, the index into `joints`; -1 if the joint is fixed.
+  std::vector<std::vector<int>> index_of;
+
+  Bound(const model::Model& of, const model::Robot& robot_of, const StaticRoles& settled,
+        const std::vector<congruence::JointRef>& compared)
+      : model(of),
+        robot(robot_of),
+        roles(settled),
+        joints(compared),
+        body_of(model::BodiesOf(of, robot_of)),
+        index_of(robot_of.modules.size()) {
+    for (size_t m = 0; m < index_of.size(); ++m) {
+      index_of[m].assign(TypeOf(static_cast<int>(m)).joints.size(), -1);
+    }
+    for (size_t j = 0; j < joints.size(); ++j) {
+      index_of[joints[j].module][joints[j].joint] = static_cast<int>(j);
+    }
+  }
 
   [[nodiscard]] const model::ModuleType& TypeOf(int module) const {
     return model.module_types[robot.modules[module].type];
   }
   /// The joint of that name by index into `joints`; -1 if it is fixed or none.
   [[nodiscard]] int JointOf(int module, const std::string& name) const {
-    for (size_t j = 0; j < joints.size(); ++j) {
-      const congruence::JointRef& ref = joints[j];
-      if (ref.module == module && TypeOf(module).joints[ref.joint].name == name) {
-        return static_cast<int>(j);
-      }
+    const std::vector<model::Joint>& own = TypeOf(module).joints;
+    for (size_t j = 0; j < own.size(); ++j) {
+      if (own[j].name == name) return index_of[module][j];
     }
     return -1;
   }
@@ -117,6 +133,7 @@ std::vector<std::string> DifferencesUnder(const Bound& a, const Bound& b,
       }
       continue;
     }
+    // The labels of different roles have nothing to do with each other.
     const StaticRole& role_b = b.roles.modules[to];
     if (role_a.role != role_b.role) {
       const auto plays = [](const StaticRole& role) {
@@ -126,6 +143,7 @@ std::vector<std::string> DifferencesUnder(const Bound& a, const Bound& b,
                                         plays(role_a), role_b.module, plays(role_b)));
       continue;
     }
+    // Of one role each label stands for counterparts.
     for (const auto& [label, target] : role_a.labels) {
       const std::string what = LabelDifference(a, b, module, to, label, mapping);
       if (what.empty()) continue;
@@ -143,8 +161,9 @@ BindingComparison CompareBindings(const model::Model& model, const model::Robot&
                                   const StaticRoles& roles_a, const model::Robot& b,
                                   const StaticRoles& roles_b,
                                   const congruence::Congruence& answer) {
-  const Bound bound_a{model, a, roles_a, answer.joints_a, model::BodiesOf(model, a)};
-  const Bound bound_b{model, b, roles_b, answer.joints_b, model::BodiesOf(model, b)};
+  const Bound bound_a(model, a, roles_a, answer.joints_a);
+  const Bound bound_b(model, b, roles_b, answer.joints_b);
+  // Of several mappings the one under which the least is different tells most.
   std::optional<BindingComparison> best;
   // Programs speak of the robot frame, so that what keeps it comes before what turns a robot over;
   // the first mapping keeps it if any does.
