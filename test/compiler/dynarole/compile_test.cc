@@ -437,43 +437,6 @@ TEST(ArithmeticTest, RandomExpressionsAgreeWithTheHost) {
   EXPECT_LT(faults, 300);
 }
 
-// Instructions joined into one compute what they did alone: the remainder by a small number, and
-// the end of a loop that counts up to a constant.
-TEST(ArithmeticTest, JoinedInstructionsComputeWhatTheyDidAlone) {
-  const auto outcome = [](const std::string& body, const std::string& instruction) {
-    const CompileResult result =
-        Compile("role Test extends Module { startup go() { " + body + " } }");
-    EXPECT_TRUE(result.image) << Render(result.diagnostics, result.sources, false);
-    const auto program = std::make_unique<vm::VerifiedProgram>();
-    EXPECT_EQ(vm::Verifier::Verify(result.image->data(),
-                                   static_cast<uint32_t>(result.image->size()), program.get())
-                  .message,
-              nullptr);
-    EXPECT_NE(vm::Disassemble(*program).find(instruction), std::string::npos) << body;
-    const std::vector<std::string> events = RunRole(*program, "Test");
-    return events.empty() ? "" : events.back();
-  };
-  const auto remainder = [&](const std::string& dividend, const std::string& divisor) {
-    return outcome("var i = " + dividend + "; self.JOINT_1.SET_POSITION(i % " + divisor + ");",
-                   "mod_int8");
-  };
-  EXPECT_EQ(remainder("17", "5"), "position 0 2");
-  EXPECT_EQ(remainder("-17", "5"), "position 0 -2");
-  EXPECT_EQ(remainder("2000000003", "100"), "position 0 3");
-  EXPECT_NE(remainder("17", "0").find("division by zero"), std::string::npos);
-  const auto rounds = [&](const std::string& first, const std::string& condition) {
-    return outcome("var n = 0; for (var i = " + first + "; " + condition +
-                       "; i += 1) { n += 1; } self.JOINT_1.SET_POSITION(n);",
-                   "jump_if_local_less");
-  };
-  EXPECT_EQ(rounds("0", "i < 300"), "position 0 300");
-  EXPECT_EQ(rounds("299", "i < 300"), "position 0 1");
-  EXPECT_EQ(rounds("300", "i < 300"), "position 0 0");
-  EXPECT_EQ(rounds("-140", "i < -130"), "position 0 10");
-  // Of several conditions the last one is joined, the others are not.
-  EXPECT_EQ(rounds("0", "n < 7 && i < 300"), "position 0 7");
-}
-
 // ---- Types that are found, not written ----
 
 std::string Signatures(const std::string& text) {
