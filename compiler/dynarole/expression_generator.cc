@@ -267,7 +267,7 @@ void ExpressionGenerator::EmitBuiltin(const Expr& expr, const Expr* base, const 
   // A fault of the call is one of its own line, also where the call began lines before.
   MarkLine(expr.span);
   Emit(expr.opcode);
-  if (vm::InfoOf(expr.opcode).operand == vm::OperandKind::kKeyword) EmitByte(expr.index);
+  if (vm::InfoOf(expr.opcode).operand != vm::OperandKind::kNone) EmitByte(expr.index);
   ApplySignature(expr.opcode);
 }
 

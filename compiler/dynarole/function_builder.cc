@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <string_view>
 
 #include "compiler/base/check.h"
 #include "vm/image/image.h"
@@ -116,8 +115,8 @@ void FunctionBuilder::EmitSimple(vm::Opcode op) {
 void FunctionBuilder::ApplySignature(vm::Opcode op) {
   // One letter a type; an instruction pushes one value at most.
   const vm::OpcodeInfo& info = vm::InfoOf(op);
-  Drop(std::string_view(info.pops).size());
-  if (info.pushes[0] != '\0') Push(vm::TypeOfLetter(info.pushes[0]));
+  Drop(static_cast<size_t>(info.pops.size()));
+  if (info.pushes.size() != 0) Push(vm::TypeOfLetter(info.pushes[0]));
 }
 
 void FunctionBuilder::MarkLine(const source::Span& span) {

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
+#include <initializer_list>
 #include <sstream>
 
 #include "compiler/dynarole/compile.h"
@@ -70,18 +72,75 @@ TEST(ImageTest, RefusedImagesAreExplained) {
   EXPECT_NE(text.find("unknown instruction"), std::string::npos) << text;
 }
 
-TEST(OpcodeTableTest, SignaturesUseKnownLettersOnly) {
+/// Whether a letter of a signature has what it speaks of: a part that names a value, a routine, a
+/// text.
+bool HasMeaning(const OpcodeInfo& info, char letter) {
+  const auto has = [&info](std::initializer_list<OperandPart> wanted) {
+    const OperandInfo& operand = InfoOf(info.operand);
+    return std::any_of(wanted.begin(), wanted.end(), [&operand](OperandPart part) {
+      return std::find(operand.parts, operand.parts + kMostParts, part) !=
+             operand.parts + kMostParts;
+    });
+  };
+  switch (static_cast<Letter>(letter)) {
+    case Letter::kFirstPart:
+    case Letter::kSecondPart:
+      return has({OperandPart::kConstant, OperandPart::kLocal, OperandPart::kStoredLocal,
+                  OperandPart::kField, OperandPart::kSharedField, OperandPart::kLabel,
+                  OperandPart::kPartKeyword});
+    case Letter::kArguments:
+    case Letter::kResult:
+      return has({OperandPart::kMethod, OperandPart::kCommand, OperandPart::kSuperFunction});
+    case Letter::kPlaces:
+      return has({OperandPart::kText});
+    case Letter::kOwnResult:
+      return info.flow == Flow::kReturn;
+    case Letter::kComparable:
+      return info.pops.size() == 2 && info.pops[0] == info.pops[1];
+    case Letter::kAny:
+      return true;
+  }
+  return TypeOfLetter(letter) != ValueType::kVoid;
+}
+
+TEST(OpcodeTableTest, LettersOfSignaturesHaveAMeaning) {
   for (int i = 0; i < kNumOpcodes; ++i) {
     const OpcodeInfo& info = kOpcodes[i];
-    for (const char* letters : {info.pops, info.pushes}) {
-      for (; *letters != '\0'; ++letters) {
-        EXPECT_TRUE(*letters == '*' || TypeOfLetter(*letters) != ValueType::kVoid)
-            << kOpcodeTexts[i].mnemonic;
-      }
+    for (const char letter : info.pops) {
+      EXPECT_TRUE(HasMeaning(info, letter)) << kOpcodeTexts[i].mnemonic << " pops " << letter;
+    }
+    for (const char letter : info.pushes) {
+      EXPECT_TRUE(HasMeaning(info, letter)) << kOpcodeTexts[i].mnemonic << " pushes " << letter;
     }
     EXPECT_GT(info.cost, 0) << kOpcodeTexts[i].mnemonic;
   }
   EXPECT_LE(kNumOpcodes, 256);
+  // A letter of a type stands for nothing else.
+  for (const ValueTypeInfo& type : kValueTypes) {
+    EXPECT_EQ(std::string("12=AROP*").find(type.letter), std::string::npos) << type.word;
+  }
+}
+
+TEST(OpcodeTableTest, WhatGoesOnAtATargetHasOneAndNothingElse) {
+  for (int i = 0; i < kNumOpcodes; ++i) {
+    const OperandInfo& operand = InfoOf(kOpcodes[i].operand);
+    const Flow flow = kOpcodes[i].flow;
+    EXPECT_EQ(std::count(operand.parts, operand.parts + kMostParts, OperandPart::kTarget),
+              flow == Flow::kNext || flow == Flow::kReturn ? 0 : 1)
+        << kOpcodeTexts[i].mnemonic;
+  }
+}
+
+// A jump that compares takes what the comparison takes, at the cost of both.
+TEST(OpcodeTableTest, JoinedJumpsAreAComparisonAndAJump) {
+  for (const JoinedJump& joined : kJoinedJumps) {
+    const OpcodeInfo& jump = InfoOf(joined.jump);
+    const OpcodeInfo& comparison = InfoOf(joined.comparison);
+    EXPECT_EQ(std::string(jump.pops.begin(), jump.pops.end()),
+              std::string(comparison.pops.begin(), comparison.pops.end()));
+    EXPECT_EQ(jump.cost, comparison.cost + InfoOf(Opcode::kJumpIfTrue).cost);
+    EXPECT_EQ(jump.flow, Flow::kBranch);
+  }
 }
 
 // Requirements of the paper that its predecessor could not run: == 2, == 4, generic equality.

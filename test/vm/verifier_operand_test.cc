@@ -5,166 +5,16 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
-#include "test/vm/image_builder.h"
+#include "test/vm/operand_image.h"
 #include "vm/image/opcodes.h"
 #include "vm/limits.h"
 
 namespace morphbus::vm {
 namespace {
-
-// The numbers of things in the image below.
-enum Function { kTested, kCommand, kMethod, kBaseMethod, kJointLabel, kLinkLabel, kUnrelated };
-enum Constant { kInt, kFloat, kBool, kDirection, kAxis, kRole, kTextConstant, kNumConstants };
-enum Keyword {
-  kJointKeyword,
-  kConnectorKeyword,
-  kStateKeyword,
-  kSensorKeyword,
-  kSensorKindKeyword,
-  kNumKeywords
-};
-enum Local { kIntLocal, kFloatLocal, kUnsetLocal, kNumLocals };
-/// What the function under test is, or what calls it.
-enum class Place { kTask, kRequirement, kLabel, kCalledByRequirement, kCalledByLabel };
-constexpr int kCaller = 7;
-constexpr int kBase = 1, kOther = 2, kNumRoles = 3;
-
-Code Value(ValueType type) {
-  const auto constant = [](int index) { return Op16(Opcode::kPushConst, index); };
-  switch (type) {
-    case ValueType::kInt:
-      return constant(kInt);
-    case ValueType::kFloat:
-      return constant(kFloat);
-    case ValueType::kBool:
-      return constant(kBool);
-    case ValueType::kDirection:
-      return constant(kDirection);
-    case ValueType::kAxis:
-      return constant(kAxis);
-    case ValueType::kRole:
-      return constant(kRole);
-    case ValueType::kJoint:
-      return Op(Opcode::kLoadLabel, {0});
-    case ValueType::kLink:
-      return Op(Opcode::kLoadLabel, {1});
-    case ValueType::kSet:
-      return constant(kDirection) + Op(Opcode::kConnected);
-    case ValueType::kConnector:
-      return Op(Opcode::kKeyword, {kConnectorKeyword});
-    case ValueType::kJointSet:
-      return constant(kAxis) + constant(kInt) + Op(Opcode::kJoints);
-    default:
-      return constant(kInt) + Op(Opcode::kLinks);
-  }
-}
-
-/// What a function in this place returns, or its caller.
-ValueType ResultIn(Place place) {
-  if (place == Place::kTask) return ValueType::kVoid;
-  const bool label = place == Place::kLabel || place == Place::kCalledByLabel;
-  return label ? ValueType::kJoint : ValueType::kBool;
-}
-
-/// Puts a requirement or label into role R, the first of the image, that is the function under test
-/// or calls it.
-void PutInto(Place place, TestImage* image) {
-  if (place == Place::kTask) return;
-  TestRole& role = image->roles[0];
-  role.startups = {};
-  role.methods.resize(1);
-  int function = kTested;
-  if (place == Place::kCalledByRequirement || place == Place::kCalledByLabel) {
-    role.methods.push_back(kTested);
-    TestFunction caller;
-    caller.name = "R.caller";
-    caller.return_type = ResultIn(place);
-    caller.code = Op(Opcode::kCall, {1}) + Value(caller.return_type) + Op(Opcode::kReturnValue);
-    image->functions.push_back(caller);
-    function = kCaller;
-  }
-  if (ResultIn(place) == ValueType::kJoint) {
-    role.labels[0] = {ValueType::kJoint, function};
-  } else {
-    role.requirements = {function};
-  }
-}
-
-/// A program in which every instruction has something to refer to; `code` is a startup of role 0.
-TestImage Image(const Code& code, const std::vector<TestJoin>& joins, ValueType result) {
-  TestImage image;
-  image.keywords = {{KeywordKind::kJoint, "JOINT_1"},
-                    {KeywordKind::kConnector, "C1"},
-                    {KeywordKind::kConnectorState, "EXTENDED"},
-                    {KeywordKind::kSensor, "EYE"},
-                    {KeywordKind::kSensorKind, "DISTANCE_SENSOR"}};
-  // A text lies where the first keyword's name does.
-  image.constants = {{ValueType::kInt, 1},        {ValueType::kFloat, Bits(1)},
-                     {ValueType::kBool, 1},       {ValueType::kDirection, 1},
-                     {ValueType::kAxis, 1},       {ValueType::kRole, 0},
-                     {ValueType::kText, 7u << 16}};
-  const Code end = Op(Opcode::kReturn);
-  const Code number = Op(Opcode::kPushInt8, {1}) + Op(Opcode::kReturnValue);
-  const auto function = [](int role, ValueType type, int arguments, std::vector<ValueType> locals,
-                           Code body) {
-    TestFunction made;
-    made.name = "R.f";
-    made.role = role;
-    made.return_type = type;
-    made.num_arguments = arguments;
-    made.locals = std::move(locals);
-    made.code = std::move(body);
-    return made;
-  };
-  // The locals of the function under test: the first two are set, the last is not.
-  const Code set = Value(ValueType::kInt) + Op(Opcode::kStoreLocal, {kIntLocal}) +
-                   Value(ValueType::kFloat) + Op(Opcode::kStoreLocal, {kFloatLocal});
-  TestFunction tested =
-      function(0, result, 0, {ValueType::kInt, ValueType::kFloat, ValueType::kInt}, set + code);
-  for (TestJoin join : joins) {
-    join.offset += static_cast<int>(set.size());
-    join.set_locals = 3;
-    tested.joins.push_back(join);
-  }
-  image.functions = {
-      tested,
-      function(kBase, ValueType::kVoid, 1, {ValueType::kInt}, end),
-      function(0, ValueType::kInt, 1, {ValueType::kInt}, number),
-      function(kBase, ValueType::kInt, 1, {ValueType::kInt}, number),
-      function(kBase, ValueType::kJoint, 0, {},
-               Op(Opcode::kKeyword, {kJointKeyword}) + Op(Opcode::kReturnValue)),
-      function(kBase, ValueType::kLink, 0, {},
-               Value(ValueType::kLinkSet) + Op(Opcode::kOneLink) + Op(Opcode::kReturnValue)),
-      function(kOther, ValueType::kInt, 1, {ValueType::kInt}, number)};
-  TestRole base;
-  base.name = "Base";
-  base.abstract_role = true;
-  // Field 0 is shared, field 1 is not.
-  base.fields = {{static_cast<ValueType>(static_cast<int>(ValueType::kInt) | 0x80), 1},
-                 {ValueType::kInt, 1}};
-  base.labels = {{ValueType::kJoint, kJointLabel}, {ValueType::kLink, kLinkLabel}};
-  base.commands = {kCommand};
-  base.methods = {kBaseMethod};
-  TestRole role = base;
-  role.name = "R";
-  role.abstract_role = false;
-  role.parent = kBase;
-  role.depth = 1;
-  role.methods = {kMethod};
-  if (result == ValueType::kVoid) {
-    role.startups = {kTested};
-  } else {
-    role.methods.push_back(kTested);
-  }
-  TestRole other;
-  other.name = "Other";
-  other.methods = {kUnrelated};
-  image.roles = {role, base, other};
-  return image;
-}
 
 using Operand = std::vector<int>;
 
@@ -175,137 +25,117 @@ struct Use {
   int pushes = 0;
 };
 
-/// A keyword of the kind that the instruction takes.
-int GoodKeyword(Opcode op) {
-  switch (op) {
-    case Opcode::kKeyword:
-      return kJointKeyword;
-    case Opcode::kDistance:
-    case Opcode::kContact:
-    case Opcode::kTilt:
-      return kSensorKindKeyword;
-    case Opcode::kGetDistance:
-    case Opcode::kGetContact:
-    case Opcode::kGetTilt:
-      return kSensorKeyword;
-    default:
-      return kStateKeyword;
+/// Values of one part of an operand, each with the bytes of the part.
+struct PartValues {
+  Operand good;
+  std::vector<Operand> bad;
+};
+
+/// Keywords: good is the one, bad are those of other kinds, but one that does as well.
+PartValues KeywordValues(int good, int good_too) {
+  PartValues values = {{good}, {{kNumKeywords}, {255}}};
+  for (int keyword = 0; keyword < kNumKeywords; ++keyword) {
+    if (keyword != good && keyword != good_too) values.bad.push_back({keyword});
   }
+  return values;
 }
 
+/// What a part may name in the image, and what not.
+PartValues ValuesOf(OperandPart part) {
+  switch (part) {
+    case OperandPart::kNone:
+      return {};
+    case OperandPart::kSignedByte:
+      return {{5}, {}};
+    case OperandPart::kConstant:
+      return {{kInt, 0}, {{kTextConstant, 0}, {kNumConstants + 4, 0}, {0, 1}, {255, 255}}};
+    case OperandPart::kIntConstant:
+      return {{kInt, 0},
+              {{kFloat, 0}, {kTextConstant, 0}, {kNumConstants + 4, 0}, {0, 1}, {255, 255}}};
+    case OperandPart::kText:
+      return {{kTextConstant, 0}, {{kInt, 0}, {kNumConstants + 4, 0}, {255, 255}}};
+    // Reading one that is not set, or arithmetic with one of another type; values that are stored
+    // are ints.
+    case OperandPart::kLocal:
+      return {{kIntLocal}, {{kNumLocals}, {255}, {kUnsetLocal}}};
+    case OperandPart::kIntLocal:
+      return {{kIntLocal}, {{kNumLocals}, {255}, {kUnsetLocal}, {kFloatLocal}}};
+    case OperandPart::kStoredLocal:
+      return {{kIntLocal}, {{kNumLocals}, {255}, {kFloatLocal}}};
+    case OperandPart::kField:
+    case OperandPart::kLabel:
+    case OperandPart::kMethod:
+      return {{0}, {{2}, {255}}};
+    // What is pushed may be a joint or a connector.
+    case OperandPart::kPartKeyword:
+      return KeywordValues(kJointKeyword, kConnectorKeyword);
+    case OperandPart::kStateKeyword:
+      return KeywordValues(kStateKeyword, kStateKeyword);
+    case OperandPart::kSensorKeyword:
+      return KeywordValues(kSensorKeyword, kSensorKeyword);
+    case OperandPart::kSensorKindKeyword:
+      return KeywordValues(kSensorKindKeyword, kSensorKindKeyword);
+    // The third role has neither commands nor fields.
+    case OperandPart::kRole:
+      return {{kBase}, {{kNumRoles}, {255}, {kOther}}};
+    case OperandPart::kCommand:
+      return {{0}, {{1}, {255}}};
+    case OperandPart::kSharedField:
+      return {{0}, {{1}, {2}, {255}}};
+    case OperandPart::kSuperFunction:
+      return {{kBaseMethod, 0}, {{7, 0}, {255, 255}, {kMethod, 0}, {kUnrelated, 0}}};
+    // Which target is good depends on the code (Verdict). Bad ones lead into the instruction
+    // itself, to where nothing is said of the state, and outside.
+    case OperandPart::kTarget:
+      return {{}, {{1, 0}, {0, 0}, {0, 1}, {255, 255}}};
+  }
+  return {};
+}
+
+/// The types that an instruction takes and how many it leaves, in this image: every variable,
+/// constant, argument and result that an operand names is an int, and the text has no places.
 Use GoodUse(Opcode op) {
   const OpcodeInfo& info = InfoOf(op);
   Use use;
-  for (const char* letter = info.pops; *letter != '\0'; ++letter) {
-    use.pops.push_back(*letter == '*' ? ValueType::kInt : TypeOfLetter(*letter));
+  for (const char letter : info.pops) {
+    if (letter == static_cast<char>(Letter::kPlaces)) continue;
+    const ValueType type = TypeOfLetter(letter);
+    use.pops.push_back(type == ValueType::kVoid ? ValueType::kInt : type);
   }
-  use.pushes = info.pushes[0] == '\0' ? 0 : 1;
-  switch (info.operand) {
-    case OperandKind::kNone:
-      break;
-    case OperandKind::kInt8:
-    case OperandKind::kField:
-    case OperandKind::kLabel:
-    case OperandKind::kMethod:
-    case OperandKind::kLocal:
-      use.operand = {0};
-      break;
-    case OperandKind::kKeyword:
-      use.operand = {GoodKeyword(op)};
-      break;
-    case OperandKind::kConstant:
-    case OperandKind::kTarget:
-    case OperandKind::kLocals:
-      use.operand = {0, 0};
-      break;
-    case OperandKind::kLocalInt8:
-      use.operand = {kIntLocal, 5};
-      break;
-    case OperandKind::kLocalConstantTarget:
-      use.operand = {kIntLocal, kInt, 0, 0, 0};
-      break;
-    case OperandKind::kRoleCommand:
-    case OperandKind::kRoleField:
-      use.operand = {kBase, 0};
-      break;
-    case OperandKind::kFunction:
-      use.operand = {kBaseMethod, 0};
-      break;
-    case OperandKind::kText:
-      use.operand = {kTextConstant, 0};
-      break;
+  use.pushes = info.pushes.size();
+  for (const OperandPart part : InfoOf(info.operand).parts) {
+    for (const int byte : ValuesOf(part).good) use.operand.push_back(byte);
   }
-  // What the letters leave open.
-  if (op == Opcode::kLoadLocals) use.pushes = 2;
-  if (op == Opcode::kInvokeNear) use.pops = {ValueType::kSet, ValueType::kInt};
-  if (op == Opcode::kPrint) use.pops = {};
   return use;
 }
 
-/// Operands that the instruction must not have.
+/// Operands that the instruction must not have: in each one part is bad.
 std::vector<Operand> BadOperands(Opcode op) {
-  switch (InfoOf(op).operand) {
-    case OperandKind::kLocal: {
-      std::vector<Operand> bad = {{kNumLocals}, {255}};
-      // Reading one that is not set, or arithmetic with one of another type.
-      if (op != Opcode::kStoreLocal) bad.push_back({kUnsetLocal});
-      if (op == Opcode::kAddLocalInt || op == Opcode::kStoreLocal) bad.push_back({kFloatLocal});
-      return bad;
-    }
-    case OperandKind::kLocals:
-      return {{kNumLocals, 0}, {0, kNumLocals}, {kUnsetLocal, 0}, {0, kUnsetLocal}, {255, 255}};
-    case OperandKind::kLocalInt8:
-      return {{kNumLocals, 1}, {kUnsetLocal, 1}, {kFloatLocal, 1}, {255, 1}};
-    case OperandKind::kConstant: {
-      std::vector<Operand> bad = {{kTextConstant, 0}, {kNumConstants + 4, 0}, {0, 1}, {255, 255}};
-      if (op == Opcode::kModConst) bad.push_back({kFloat, 0});
-      return bad;
-    }
-    case OperandKind::kField:
-      return {{2}, {255}};
-    case OperandKind::kLabel:
-      return {{2}, {255}};
-    case OperandKind::kKeyword: {
-      std::vector<Operand> bad = {{kNumKeywords}, {255}};
-      // Those of another kind; what is pushed may be a joint or a connector.
-      for (int keyword = 0; keyword < kNumKeywords; ++keyword) {
-        const bool pushed = op == Opcode::kKeyword && keyword <= kConnectorKeyword;
-        if (!pushed && keyword != GoodKeyword(op)) bad.push_back({keyword});
+  std::vector<Operand> operands;
+  const OperandInfo& info = InfoOf(InfoOf(op).operand);
+  for (int bad = 0; bad < kMostParts; ++bad) {
+    for (const Operand& value : ValuesOf(info.parts[bad]).bad) {
+      Operand operand;
+      for (int i = 0; i < kMostParts; ++i) {
+        const Operand part = i == bad ? value : ValuesOf(info.parts[i]).good;
+        operand.insert(operand.end(), part.begin(), part.end());
       }
-      return bad;
+      operands.push_back(operand);
     }
-    case OperandKind::kMethod:
-      return {{2}, {255}};
-    case OperandKind::kRoleCommand:
-      return {{kNumRoles, 0}, {255, 0}, {kBase, 1}, {kBase, 255}, {kOther, 0}};
-    case OperandKind::kRoleField:
-      return {{kNumRoles, 0}, {255, 0}, {kBase, 2}, {kBase, 255}, {kBase, 1}, {kOther, 0}};
-    case OperandKind::kFunction:
-      return {{7, 0}, {255, 255}, {kMethod, 0}, {kUnrelated, 0}};
-    case OperandKind::kText:
-      return {{kInt, 0}, {kNumConstants + 4, 0}, {255, 255}};
-    case OperandKind::kTarget:
-      // Into the instruction itself, to where nothing is said of the state, and outside.
-      return {{1, 0}, {0, 0}, {0, 1}, {255, 255}};
-    case OperandKind::kLocalConstantTarget:
-      // The target is a good one but in the last four.
-      return {{kNumLocals, kInt, 0},         {kUnsetLocal, kInt, 0},
-              {kFloatLocal, kInt, 0},        {255, kInt, 0},
-              {kIntLocal, kFloat, 0},        {kIntLocal, kTextConstant, 0},
-              {kIntLocal, 255, 255},         {kIntLocal, kInt, 0, 1, 0},
-              {kIntLocal, kInt, 0, 0, 0},    {kIntLocal, kInt, 0, 0, 1},
-              {kIntLocal, kInt, 0, 255, 255}};
-    default:
-      return {};
   }
+  return operands;
 }
 
 /// Whether a function ends with it.
-bool Returns(Opcode op) { return op == Opcode::kReturn || op == Opcode::kReturnValue; }
+bool Returns(Opcode op) { return InfoOf(op).flow == Flow::kReturn; }
+/// Whether a letter stands in what it pops.
+bool Pops(Opcode op, Letter wanted) {
+  const auto& pops = InfoOf(op).pops;
+  return std::find(pops.begin(), pops.end(), static_cast<char>(wanted)) != pops.end();
+}
 
 /// What the code around an instruction under test is like.
 struct Around {
-  bool good_target = true;  ///< Jumps go to a join behind them.
   Place place = Place::kTask;
   int below = 0;  ///< Ints on the stack below what the instruction takes.
   /// If not negative, a join stands so many bytes behind the beginning of the instruction.
@@ -314,11 +144,6 @@ struct Around {
 
 /// The verifier's message for an instruction on this stack.
 std::string Verdict(Opcode op, const Use& use, const Around& around = {}) {
-  // A target is the last two bytes of an operand; without them a good one is put there.
-  const OperandKind kind = InfoOf(op).operand;
-  const bool jumps =
-      kind == OperandKind::kTarget || (kind == OperandKind::kLocalConstantTarget &&
-                                       (around.good_target || use.operand.size() == 3));
   // What the instruction takes from the stack.
   Code before;
   for (int i = 0; i < around.below; ++i) before = before + Op(Opcode::kPushInt8, {1});
@@ -328,37 +153,28 @@ std::string Verdict(Opcode op, const Use& use, const Around& around = {}) {
   if (around.join_in >= 0) {
     joins.push_back({static_cast<int>(before.size()) + around.join_in, 0, use.pops});
   }
-  if (jumps && (around.good_target || kind == OperandKind::kLocalConstantTarget)) {
-    // To the instruction behind it, counted from the beginning of the function; Image puts ten
-    // bytes before the code.
-    const int behind = static_cast<int>(before.size() + 1 + OperandBytes(kind));
-    const int target = behind + 10;
-    operand.resize(OperandBytes(kind) - 2);
-    operand.insert(operand.end(), {target & 255, target >> 8});
-    const bool keeps = op == Opcode::kAnd || op == Opcode::kOr;
-    // Behind `and` and `or` there is something to skip, as the two ways differ in the stack.
-    if (keeps) {
-      operand = {(target + 3) & 255, (target + 3) >> 8};
-      joins.push_back({behind + 3, 0, {ValueType::kBool}});
-    } else {
-      joins.push_back({behind, 0, {}});
-    }
+  // A target that is left open is behind the instruction. What keeps its bool on the way there
+  // finds something to skip, which leaves a bool, too.
+  const OpcodeInfo& info = InfoOf(op);
+  const bool keeps = info.flow == Flow::kKeep;
+  const Code skipped = keeps ? Value(ValueType::kBool) : Code();
+  if (operand.size() + 2 == OperandBytes(info.operand)) {
+    const size_t behind = before.size() + 1 + OperandBytes(info.operand);
+    const int target = static_cast<int>(behind + skipped.size());
+    operand.insert(operand.end(), {(target + kBytesBefore) & 255, (target + kBytesBefore) >> 8});
+    joins.push_back({target, 0, {}});
+    if (keeps) joins.back().stack = {ValueType::kBool};
   }
   // What it leaves is dropped, and the function ends as one in its place does.
-  Code code = before + Op(op, operand);
-  if (op == Opcode::kAnd || op == Opcode::kOr) {
-    code = code + Value(ValueType::kBool) + Op(Opcode::kPop);
-  } else {
-    for (int i = 0; i < use.pushes; ++i) code = code + Op(Opcode::kPop);
-  }
-  for (int i = 0; i < around.below; ++i) code = code + Op(Opcode::kPop);
-  ValueType result = op == Opcode::kReturnValue ? ValueType::kInt : ValueType::kVoid;
+  Code code = before + Op(op, operand) + skipped;
+  for (int i = 0; i < use.pushes + around.below; ++i) code = code + Op(Opcode::kPop);
+  ValueType result = Pops(op, Letter::kOwnResult) ? ValueType::kInt : ValueType::kVoid;
   const bool itself = around.place == Place::kRequirement || around.place == Place::kLabel;
   if (itself) result = ResultIn(around.place);
   if (!Returns(op)) {
     code = code + (itself ? Value(result) + Op(Opcode::kReturnValue) : Op(Opcode::kReturn));
   }
-  TestImage image = Image(code, joins, result);
+  TestImage image = OperandImage(code, joins, result);
   PutInto(around.place, &image);
   return VerifyMessage(image.Build());
 }
@@ -378,14 +194,15 @@ TEST_P(OperandTest, IsRefusedWithAnythingElse) {
   for (const Operand& operand : BadOperands(op())) {
     Use bad = good;
     bad.operand = operand;
-    EXPECT_NE(Verdict(op(), bad, {.good_target = false}), "") << name() << " " << operand[0];
+    EXPECT_NE(Verdict(op(), bad), "") << name() << " " << operand[0];
   }
   // Each byte of the operand may be the last of the image's code.
-  for (size_t size = 0; size < good.operand.size(); ++size) {
+  for (size_t size = 0; size < OperandBytes(InfoOf(op()).operand); ++size) {
     Code code;
     for (const ValueType type : good.pops) code = code + Value(type);
-    const Operand part(good.operand.begin(), good.operand.begin() + static_cast<long>(size));
-    EXPECT_EQ(VerifyMessage(Image(code + Op(op(), part), {}, ValueType::kVoid).Build()),
+    Operand part = good.operand;
+    part.resize(size);
+    EXPECT_EQ(VerifyMessage(OperandImage(code + Op(op(), part), {}, ValueType::kVoid).Build()),
               "instruction is cut off")
         << name();
   }
@@ -400,8 +217,8 @@ TEST_P(OperandTest, IsRefusedOnAnyOtherStack) {
     EXPECT_NE(Verdict(op(), bad), "") << name() << " with " << count;
   }
   // Each value of each other type. What takes any value of one type is left with the pairs.
-  const bool any = op() == Opcode::kPop;
-  const bool same = InfoOf(op()).pops[0] == '*' && InfoOf(op()).pops[1] == '*';
+  const bool any = Pops(op(), Letter::kAny);
+  const bool same = Pops(op(), Letter::kComparable);
   for (size_t i = 0; i < good.pops.size() && !any; ++i) {
     for (int type = 1; type <= static_cast<int>(ValueType::kLinkSet); ++type) {
       Use bad = good;
@@ -456,7 +273,7 @@ std::string PrintVerdict(const std::string& text, const std::vector<ValueType>& 
   Code code;
   for (const ValueType type : values) code = code + Value(type);
   code = code + Op16(Opcode::kPrint, kTextConstant) + Op(Opcode::kReturn);
-  TestImage image = Image(code, {}, ValueType::kVoid);
+  TestImage image = OperandImage(code, {}, ValueType::kVoid);
   // The text lies where the first keyword's name does.
   image.keywords[kJointKeyword].second = text;
   image.constants[kTextConstant].second = static_cast<uint32_t>(text.size()) << 16;

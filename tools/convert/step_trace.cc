@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <optional>
 #include <utility>
 
 #include "bridge/module/read_held.h"
@@ -18,33 +17,22 @@ namespace {
 /// A tick has some thousand instructions at most; a budget that somebody raised may lead to more.
 constexpr size_t kMaxSteps = 100000;
 
-/// The type of the operand that an instruction for any type takes: that of the variable it sets.
-/// Nothing where the instruction is no store.
-std::optional<vm::ValueType> TypeOfStored(const logger::ComputedStep& step, int function,
-                                          const uint8_t* at) {
-  switch (vm::kOpcodes[*at].operand) {
-    case vm::OperandKind::kLocal:
-      return step.program.function(function).local_types[at[1]];
-    case vm::OperandKind::kField:
-      return step.program.role(step.state.role.role).fields.type(at[1]);
-    default:
-      return std::nullopt;
-  }
-}
-
 /// The operands that lie ready for an instruction, in their order; none for one that takes as many
-/// as what it calls.
+/// as what it calls, or values of any type.
 Json OperandsOf(const logger::ComputedStep& step, const vm::Frame& frame) {
-  const uint8_t* at =
-      step.program.bytes() + step.program.function(frame.function).code_begin + frame.pc;
-  const std::string letters = vm::kOpcodes[*at].pops;
-  const vm::Cell* first = step.task.stack.cells + step.task.stack.top - letters.size();
+  const vm::FunctionInfo function = step.program.function(frame.function);
+  const uint8_t* at = step.program.bytes() + function.code_begin + frame.pc;
+  const vm::OpcodeInfo& info = vm::kOpcodes[*at];
+  const vm::Cell* first = step.task.stack.cells + step.task.stack.top - info.pops.size();
   Json operands = Json::array();
-  for (size_t i = 0; i < letters.size(); ++i) {
-    const std::optional<vm::ValueType> type =
-        letters[i] == '*' ? TypeOfStored(step, frame.function, at) : vm::TypeOfLetter(letters[i]);
-    if (!type) return Json::array();
-    operands.push_back(vm::ValueText(step.program, &step.kinematics, *type, first[i]));
+  for (const char letter : info.pops) {
+    // A store takes what fits the variable that it names.
+    const int part = vm::PartOfLetter(letter);
+    const vm::ValueType type =
+        part < 0 ? vm::TypeOfLetter(letter)
+                 : vm::TypeNamedBy(info.operand, part, step.program, function, at + 1);
+    if (type == vm::ValueType::kVoid) return Json::array();
+    operands.push_back(vm::ValueText(step.program, &step.kinematics, type, *first++));
   }
   return operands;
 }

@@ -216,50 +216,67 @@ class Printer {
     return targets;
   }
 
-  /// The operand by name; the function's owner says what slots mean.
+  /// The operand, part by part.
   [[nodiscard]] std::string OperandText(int function, OperandKind kind, const uint8_t* operand,
                                         const std::map<uint32_t, int>& targets) const {
-    // Slots are looked up in the owner; numbers of the whole program in its tables.
+    std::string text;
+    const OperandPart* parts = InfoOf(kind).parts;
+    for (int i = 0; i < kMostParts && parts[i] != OperandPart::kNone; ++i) {
+      const PartWords& words = kPartWords[static_cast<int>(parts[i])];
+      if (i > 0) text += words.before;
+      // Two of a kind share their noun.
+      const bool second_of_two = i > 0 && parts[i - 1] == parts[i];
+      const bool first_of_two = i + 1 < kMostParts && parts[i + 1] == parts[i];
+      if (*words.noun != '\0' && !second_of_two) {
+        text += std::string(words.noun) + (first_of_two ? "s " : " ");
+      }
+      text += NameOf(function, parts[i], operand, targets);
+      operand += BytesOf(parts[i]);
+    }
+    return text;
+  }
+
+  /// What a part of an operand names; the function's owner says what slots mean.
+  [[nodiscard]] std::string NameOf(int function, OperandPart part, const uint8_t* at,
+                                   const std::map<uint32_t, int>& targets) const {
+    // Slots are looked up in the owner or in the role that stands before them; numbers of the whole
+    // program in its tables.
     const RoleInfo owner = program_.role(OwnerOf(function));
-    switch (kind) {
-      case OperandKind::kNone:
+    const auto number = static_cast<int>(NumberIn(part, at));
+    switch (part) {
+      case OperandPart::kNone:
         return "";
-      case OperandKind::kInt8:
-        return std::to_string(static_cast<int8_t>(operand[0]));
-      case OperandKind::kConstant: {
-        const int i = ReadU16(operand);
-        return ValueText(program_, program_.constant_type(i), program_.constant(i));
-      }
-      case OperandKind::kLocal:
-        return fmt::format("local {}", operand[0]);
-      case OperandKind::kField:
-        return FieldName(OwnerOf(function), operand[0]);
-      case OperandKind::kLabel:
-        return MemberName(owner.labels[operand[0]]);
-      case OperandKind::kKeyword:
-        return Str(program_.keyword(operand[0]).name);
-      case OperandKind::kMethod:
-        return FunctionName(owner.methods[operand[0]]);
-      case OperandKind::kTarget:
-        return fmt::format("L{}", targets.at(ReadU16(operand)));
-      case OperandKind::kRoleCommand: {
-        const RoleInfo role = program_.role(operand[0]);
-        return Str(role.name) + "." + MemberName(role.commands[operand[1]]);
-      }
-      case OperandKind::kFunction:
-        return FunctionName(ReadU16(operand));
-      case OperandKind::kRoleField:
-        return Str(program_.role(operand[0]).name) + "." + FieldName(operand[0], operand[1]);
-      case OperandKind::kLocals:
-        return fmt::format("locals {} {}", operand[0], operand[1]);
-      case OperandKind::kLocalInt8:
-        return fmt::format("local {} {}", operand[0], static_cast<int8_t>(operand[1]));
-      case OperandKind::kLocalConstantTarget:
-        return OperandText(function, OperandKind::kLocal, operand, targets) + " " +
-               OperandText(function, OperandKind::kConstant, operand + 1, targets) + " " +
-               OperandText(function, OperandKind::kTarget, operand + 3, targets);
-      case OperandKind::kText:
-        return '"' + Str(program_.text(ReadU16(operand))) + '"';
+      case OperandPart::kSignedByte:
+        return std::to_string(static_cast<int8_t>(number));
+      case OperandPart::kConstant:
+      case OperandPart::kIntConstant:
+      case OperandPart::kText:
+        return ValueText(program_, program_.constant_type(number), program_.constant(number));
+      case OperandPart::kLocal:
+      case OperandPart::kIntLocal:
+      case OperandPart::kStoredLocal:
+        return std::to_string(number);
+      case OperandPart::kField:
+        return FieldName(OwnerOf(function), number);
+      case OperandPart::kLabel:
+        return MemberName(owner.labels[number]);
+      case OperandPart::kMethod:
+        return FunctionName(owner.methods[number]);
+      case OperandPart::kPartKeyword:
+      case OperandPart::kStateKeyword:
+      case OperandPart::kSensorKeyword:
+      case OperandPart::kSensorKindKeyword:
+        return Str(program_.keyword(number).name);
+      case OperandPart::kRole:
+        return Str(program_.role(number).name);
+      case OperandPart::kCommand:
+        return MemberName(program_.role(at[-1]).commands[number]);
+      case OperandPart::kSharedField:
+        return FieldName(at[-1], number);
+      case OperandPart::kSuperFunction:
+        return FunctionName(number);
+      case OperandPart::kTarget:
+        return fmt::format("L{}", targets.at(static_cast<uint32_t>(number)));
     }
     return "";
   }
@@ -268,13 +285,39 @@ class Printer {
   std::string out_;
 };
 
-// "ii" becomes "int int".
-std::string SignatureText(const char* letters) {
+/// The words of an operand's parts: "local, byte".
+std::string OperandWords(OperandKind kind) {
   std::string text;
-  for (; *letters != '\0'; ++letters) {
-    if (!text.empty()) text += " ";
-    text += *letters == '*' ? "any" : TypeName(TypeOfLetter(*letters));
+  for (const OperandPart part : InfoOf(kind).parts) {
+    if (part == OperandPart::kNone) break;
+    text += (text.empty() ? "" : ", ") + std::string(kPartWords[static_cast<int>(part)].word);
   }
+  return text.empty() ? "–" : text;
+}
+
+/// What a letter of a signature stands for. The type of a part is called by the part: a local's.
+std::string LetterWord(OperandKind operand, char letter) {
+  const int part = PartOfLetter(letter);
+  if (part >= 0) {
+    const OperandPart named = InfoOf(operand).parts[part];
+    return std::string(kPartWords[static_cast<int>(named)].word) + "'s";
+  }
+  switch (static_cast<Letter>(letter)) {
+#define LETTER(name, letter, word) \
+  case Letter::name:               \
+    return word;
+#include "vm/image/opcodes.def"
+#undef LETTER
+  }
+  return TypeName(TypeOfLetter(letter));
+}
+
+/// "ii" becomes "int, int".
+template <int kMost>
+std::string SignatureText(OperandKind operand, const Letters<kMost>& letters) {
+  std::string text;
+  for (const char letter : letters)
+    text += (text.empty() ? "" : ", ") + LetterWord(operand, letter);
   return text.empty() ? "–" : text;
 }
 
@@ -303,12 +346,7 @@ std::string ComparisonText(const Comparison& comparison, const VerifiedProgram& 
 }
 
 std::string InstructionTable() {
-  // In the order of OperandKind and of Effect.
-  constexpr const char* kOperands[] = {
-      "–",      "byte",          "constant",        "local",
-      "field",  "label",         "keyword",         "function",
-      "target", "role, command", "function number", "role, field",
-      "text",   "two locals",    "local, byte",     "local, constant, target"};
+  // In the order of Effect.
   constexpr const char* kEffects[] = {"pure", "task", "wait"};
   // A table in Markdown, which docs/vm.md holds and a test compares.
   std::string out =
@@ -317,8 +355,9 @@ std::string InstructionTable() {
   for (int i = 0; i < kNumOpcodes; ++i) {
     const OpcodeInfo& info = kOpcodes[i];
     out += fmt::format("| {:02x} | `{}` | {} | ", i, kOpcodeTexts[i].mnemonic,
-                       kOperands[static_cast<int>(info.operand)]) +
-           SignatureText(info.pops) + " | " + SignatureText(info.pushes) +
+                       OperandWords(info.operand)) +
+           SignatureText(info.operand, info.pops) + " | " +
+           SignatureText(info.operand, info.pushes) +
            fmt::format(" | {} | {} | {} |\n", info.cost, kEffects[static_cast<int>(info.effect)],
                        kOpcodeTexts[i].meaning);
   }

@@ -5,79 +5,102 @@
 
 #include <cstdint>
 
+#include "vm/image/operands.h"
 #include "vm/image/values.h"
 
 namespace morphbus::vm {
 
 /// One byte in the code of a function.
 enum class Opcode : uint8_t {
-#define OP(name, mnemonic, operand, pops, pushes, cost, effect, meaning) name,
+#define OP(name, ...) name,
 #include "vm/image/opcodes.def"
 #undef OP
 };
 
 /// How many there are; a byte from here on is no instruction.
 inline constexpr int kNumOpcodes = 0
-#define OP(name, mnemonic, operand, pops, pushes, cost, effect, meaning) +1
+#define OP(name, ...) +1
 #include "vm/image/opcodes.def"
 #undef OP
     ;
-
-/// What the bytes after an opcode mean. Multi-byte operands are little-endian.
-enum class OperandKind : uint8_t {
-  kNone,
-  /// A signed byte.
-  kInt8,
-  /// A u16 index into the constant table.
-  kConstant,
-  /// A u8 index of a local.
-  kLocal,
-  /// A u8 field slot of the function's role.
-  kField,
-  /// A u8 label slot of the function's role.
-  kLabel,
-  /// A u8 index into the keyword table.
-  kKeyword,
-  /// A u8 slot of a `function` of the function's role.
-  kMethod,
-  /// A u16 byte offset in the function.
-  kTarget,
-  /// A u8 role and a u8 slot of a command of it.
-  kRoleCommand,
-  /// A u16 number of a function.
-  kFunction,
-  /// A u8 role and a u8 slot of a field of it.
-  kRoleField,
-  /// A u16 index of a text in the constant table.
-  kText,
-  /// Two u8 indices of locals.
-  kLocals,
-  /// A u8 index of a local and a signed byte.
-  kLocalInt8,
-  /// A u8 index of a local, a u16 index into the constant table, and a u16 byte offset in the
-  /// function.
-  kLocalConstantTarget,
-};
 
 /// What an instruction may do; a function's effect is the strongest of all it may run.
 /// Pure instructions only compute, those of a task act on the module, and those that wait may also
 /// suspend the task.
 enum class Effect : uint8_t { kPure, kTask, kWait };
 
-/// One row of the instruction table, as machines read it. A program of a few kilobytes holds it, so
-/// signatures are no longer than they must be.
+/// Where a function goes on behind an instruction. Those that do not go on with the next one come
+/// last.
+enum class Flow : uint8_t {
+  /// With the next one; a call returns to it.
+  kNext,
+  /// With the next one or at the target.
+  kBranch,
+  /// The same, but what it pushes lies on the stack at the target only.
+  kKeep,
+  /// At the target.
+  kJump,
+  /// With the caller. The stack must be empty, and what the instruction pops is the result.
+  kReturn,
+};
+
+/// The letters of signatures that stand for no type of their own; vm/image/opcodes.def says for
+/// what.
+enum class Letter : char {
+#define LETTER(name, letter, word) name = letter,
+#include "vm/image/opcodes.def"
+#undef LETTER
+};
+
+/// Which part of the operand (0: the first) a letter of a signature takes its type from; -1: none.
+constexpr int PartOfLetter(char letter) {
+  return letter == static_cast<char>(Letter::kFirstPart)    ? 0
+         : letter == static_cast<char>(Letter::kSecondPart) ? 1
+                                                            : -1;
+}
+
+/// Up to so many letters, which stand for what an instruction takes or leaves. They take no more
+/// room than that; a program of a few kilobytes holds the table.
+template <int kMost>
+class Letters {
+ public:
+  /// From a text of no more letters.
+  template <int kSize>
+  consteval Letters(const char (&text)[kSize]) {  // NOLINT: the table writes plain texts.
+    static_assert(kSize - 1 <= kMost);
+    for (int i = 0; i < kSize - 1; ++i) letters_[i] = text[i];
+  }
+  /// How many there are.
+  [[nodiscard]] constexpr int size() const {
+    int size = 0;
+    while (size < kMost && letters_[size] != '\0') ++size;
+    return size;
+  }
+  constexpr char operator[](int i) const { return letters_[i]; }
+  [[nodiscard]] constexpr const char* begin() const { return letters_; }
+  [[nodiscard]] constexpr const char* end() const { return letters_ + size(); }
+
+ private:
+  char letters_[kMost] = {};
+};
+
+/// One row of the instruction table, as machines read it: eight bytes.
 struct OpcodeInfo {
   /// What the bytes behind the opcode mean.
   OperandKind operand;
-  /// The letters of the types that it takes from the stack, deepest first
-  /// (vm/image/value_types.def).
-  char pops[4];
-  /// The letter of the type that it leaves there, or none.
-  char pushes[2];
+  /// What it takes from the stack, deepest first: types (vm/image/value_types.def), or Letter.
+  Letters<3> pops;
+  /// What it leaves there.
+  Letters<2> pushes;
   /// The units of the instruction budget that it costs.
   uint8_t cost;
+  /// Where the function goes on.
+  Flow flow : 4;
   /// What it may do.
-  Effect effect;
+  Effect effect : 4;
+
+  /// Whether the next instruction is never reached from this one.
+  [[nodiscard]] constexpr bool ends() const { return flow >= Flow::kJump; }
 };
 
 /// The same row as people read it; only listings and docs/vm.md need it.
@@ -90,13 +113,14 @@ struct OpcodeText {
 
 /// The instruction table, by opcode.
 inline constexpr OpcodeInfo kOpcodes[kNumOpcodes] = {
-#define OP(name, mnemonic, operand, pops, pushes, cost, effect, meaning) \
-  {OperandKind::operand, pops, pushes, cost, Effect::effect},
+#define OP(name, mnemonic, operand, pops, pushes, flow, cost, effect, meaning) \
+  {OperandKind::operand, pops, pushes, cost, Flow::flow, Effect::effect},
 #include "vm/image/opcodes.def"
 #undef OP
 };
+static_assert(sizeof(OpcodeInfo) == 8);
 inline constexpr OpcodeText kOpcodeTexts[kNumOpcodes] = {
-#define OP(name, mnemonic, operand, pops, pushes, cost, effect, meaning) {mnemonic, meaning},
+#define OP(name, mnemonic, operand, pops, pushes, flow, cost, effect, meaning) {mnemonic, meaning},
 #include "vm/image/opcodes.def"
 #undef OP
 };
@@ -104,26 +128,21 @@ inline constexpr OpcodeText kOpcodeTexts[kNumOpcodes] = {
 /// The row of an opcode.
 constexpr const OpcodeInfo& InfoOf(Opcode op) { return kOpcodes[static_cast<int>(op)]; }
 
-/// Bytes that an operand takes.
-constexpr uint32_t OperandBytes(OperandKind kind) {
-  switch (kind) {
-    case OperandKind::kNone:
-      return 0;
-    case OperandKind::kConstant:
-    case OperandKind::kTarget:
-    case OperandKind::kRoleCommand:
-    case OperandKind::kFunction:
-    case OperandKind::kRoleField:
-    case OperandKind::kText:
-    case OperandKind::kLocals:
-    case OperandKind::kLocalInt8:
-      return 2;
-    case OperandKind::kLocalConstantTarget:
-      return 5;
-    default:
-      return 1;
-  }
-}
+/// A comparison and a jump as one instruction.
+struct JoinedJump {
+  Opcode jump;
+  /// It compares the two values that the jump takes.
+  Opcode comparison;
+  /// The jump is made if the comparison gives this.
+  bool when;
+};
+
+/// All of them. Of several rows with one jump the first says which comparison it makes.
+inline constexpr JoinedJump kJoinedJumps[] = {
+#define JOINED_JUMP(jump, comparison, when) {Opcode::jump, Opcode::comparison, when},
+#include "vm/image/opcodes.def"
+#undef JOINED_JUMP
+};
 
 /// A comparison that a function made: what a requirement measured, and what it wanted.
 struct Comparison {

@@ -27,9 +27,11 @@ uint16_t SetLocals(const VerifiedProgram& program, int function, uint32_t pc) {
       ++join;
     }
     if (at == pc) break;
-    const auto op = static_cast<Opcode>(code[at]);
-    if (op == Opcode::kStoreLocal) set |= 1U << code[at + 1];
-    at += 1 + OperandBytes(InfoOf(op).operand);
+    const OpcodeInfo& row = kOpcodes[code[at++]];
+    for (const OperandPart part : InfoOf(row.operand).parts) {
+      if (part == OperandPart::kStoredLocal) set |= 1U << code[at];
+      at += BytesOf(part);
+    }
   }
   return static_cast<uint16_t>(set);
 }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "vm/image/opcodes.h"
 #include "vm/image/program.h"
 
 namespace morphbus::vm {
@@ -15,7 +16,7 @@ struct VerifyError {
   uint32_t offset = 0;
 };
 
-/// One verification. Its steps stand in five files, in the order in which they run; each returns
+/// One verification. Its steps stand in six files, in the order in which they run; each returns
 /// false after it has noted the first error. Later steps rely on what earlier ones have proved.
 class Verifier {
  public:
@@ -35,6 +36,16 @@ class Verifier {
     int depth = 0;
     /// A bit for each local that has been set.
     uint16_t set_locals = 0;
+  };
+  /// What the operand of an instruction names.
+  struct Named {
+    /// The type of what each part names; kVoid where it is no value.
+    ValueType types[kMostParts] = {};
+    /// The type of the second of two values that are compared, once it has been popped.
+    ValueType compared = ValueType::kVoid;
+    /// The function that is called, the text, or the place of the join's record: no operand names
+    /// two of these.
+    uint32_t number = 0;
   };
   /// What is found out about one function on the way.
   struct FunctionFacts {
@@ -130,33 +141,40 @@ class Verifier {
   // Code (verifier_code.cc): one pass over each function, with the types on the stack as state.
   /// One function: every instruction is reachable, whole and fed with operands of its types.
   bool CheckCode(int index, uint32_t* next_join);
-  /// One instruction, whose effect on the types goes to `state`; *ends is set if nothing follows
-  /// it.
-  bool CheckInstruction(int index, const uint8_t* code, StackState* state, bool* ends);
-  /// Locals, slots, jumps, calls and returns: what the table's letters cannot say.
-  bool LoadLocal(int index, uint32_t local, StackState* state);
-  bool StoreLocal(int index, uint32_t local, StackState* state);
-  bool CheckIntConstant(uint32_t constant);
-  bool CheckSlot(int index, uint8_t op, uint32_t operand, StackState* state);
-  bool CheckJump(int index, uint8_t op, uint32_t target, StackState* state);
-  bool CheckCallOut(int index, uint8_t op, const uint8_t* operand, StackState* state);
-  bool CheckNeighbour(uint8_t op, const uint8_t* operand, StackState* state);
-  bool CheckPrint(uint32_t constant, StackState* state);
-  bool CheckSuper(int index, uint32_t callee, StackState* state);
-  bool CheckReturn(int index, uint8_t op, StackState* state);
-  /// All other instructions, by the letters of vm/image/opcodes.def.
-  bool CheckBySignature(int index, uint8_t op, uint32_t operand, StackState* state);
-  /// `==` and `!=`: two operands of one type that can be compared by their bits.
-  bool CheckSame(StackState* state);
+  /// One instruction of the function `index`, whose effect on the types goes to `state`.
+  bool CheckInstruction(int index, const FunctionInfo& function, const uint8_t* code,
+                        StackState* state);
+  /// The join to which a target leads: the place of its record goes to `join`.
+  bool FindJoin(const FunctionInfo& function, uint32_t target, uint32_t* join);
   /// What arrives at a join fits what the image states there; LoadJoin goes on with the statement.
   bool LeadsTo(uint32_t join, const StackState& state);
   void LoadJoin(uint32_t join, StackState* state) const;
   [[nodiscard]] uint32_t StateOf(uint32_t join) const;
+
+  // Operands and the stack (verifier_operands.cc), as vm/image/operands.def and the letters of
+  // vm/image/opcodes.def say.
+  /// What the parts of an operand name exists, and goes to `named`; `at` is the operand's first
+  /// byte. CheckPart and CheckTypeOfPart do so for one part.
+  bool CheckOperand(int index, const FunctionInfo& function, OperandKind kind, const uint8_t* at,
+                    StackState* state, Named* named);
+  bool CheckPart(int index, const FunctionInfo& function, OperandPart part, const uint8_t* at,
+                 StackState* state, Named* named);
+  bool CheckTypeOfPart(OperandPart part, ValueType type);
+  bool CheckKeyword(int index, OperandPart part, uint32_t number);
+  bool CheckSuper(int index, uint32_t callee);
+  /// What the instruction takes from the stack, by its letters, and what it leaves there.
+  bool Take(const FunctionInfo& function, const OpcodeInfo& info, Named* named, StackState* state);
+  bool PopLetter(const FunctionInfo& function, char letter, Named* named, StackState* state);
+  bool Leave(const OpcodeInfo& info, const Named& named, StackState* state);
+  /// True for types whose values are the same if their bits are.
+  [[nodiscard]] static bool IsComparable(ValueType type);
   /// Steps of the abstract stack.
   bool PopType(ValueType type, StackState* state);
   bool PopAny(ValueType* type, StackState* state);
   bool PushType(ValueType type, StackState* state);
   bool PopArguments(int function, StackState* state);
+  /// The values that a text has places for.
+  bool PopPlaces(int text, StackState* state);
 
   // Calls (verifier_calls.cc): no circles, bounded depth, effects only where they are allowed.
   /// No recursion, bounded depth and cells; VisitCalls goes through what a function may call, at

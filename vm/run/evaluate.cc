@@ -1,7 +1,6 @@
 // Tasks from their beginning, and functions that run to their end at once.
 #include <cstring>
 
-#include "vm/image/image.h"
 #include "vm/image/opcodes.h"
 #include "vm/run/interpreter.h"
 
@@ -11,21 +10,27 @@ namespace {
 
 /// The comparison that an instruction makes, perhaps with a jump at once; kPop if it makes none.
 Opcode ComparisonOf(Opcode op) {
-  if (op >= Opcode::kEqual && op <= Opcode::kLessEqualFloat) return op;
-  switch (op) {
-    case Opcode::kJumpUnlessEqual:
-      return Opcode::kEqual;
-    case Opcode::kJumpUnlessNotEqual:
-      return Opcode::kNotEqual;
-    case Opcode::kJumpUnlessLessInt:
-    case Opcode::kJumpIfLessInt:
-      return Opcode::kLessInt;
-    case Opcode::kJumpUnlessLessEqualInt:
-    case Opcode::kJumpIfLessEqualInt:
-      return Opcode::kLessEqualInt;
-    default:
-      return Opcode::kPop;
+  for (const JoinedJump& joined : kJoinedJumps) {
+    if (joined.jump == op) return joined.comparison;
   }
+  // What takes two values of one kind and leaves a bool compares them.
+  const OpcodeInfo& info = InfoOf(op);
+  const bool compares = info.pops.size() == 2 && info.pops[0] == info.pops[1] &&
+                        TypeOfLetter(info.pushes[0]) == ValueType::kBool;
+  return compares ? op : Opcode::kPop;
+}
+
+/// The type of the value that the instruction at `at` pushes last; `before` if it pushes none or
+/// leaves that to what it calls.
+ValueType TypePushed(const VerifiedProgram& program, const FunctionInfo& function,
+                     const uint8_t* at, ValueType before) {
+  const OpcodeInfo& info = kOpcodes[*at];
+  if (info.pushes.size() == 0) return before;
+  const char letter = info.pushes[info.pushes.size() - 1];
+  const ValueType type = TypeOfLetter(letter);
+  if (type != ValueType::kVoid) return type;
+  const int part = PartOfLetter(letter);
+  return part < 0 ? before : TypeNamedBy(info.operand, part, program, function, at + 1);
 }
 
 }  // namespace
@@ -66,21 +71,15 @@ Comparisons TraceComparisons(const VerifiedProgram& program, int function, const
   RunStatus status = RunStatus::kOutOfBudget;
   while (status == RunStatus::kOutOfBudget && budget > 0) {
     const Frame& frame = task.frames[task.depth - 1];
-    const uint8_t* at = program.bytes() + program.function(frame.function).code_begin + frame.pc;
+    const FunctionInfo running = program.function(frame.function);
+    const uint8_t* at = program.bytes() + running.code_begin + frame.pc;
     const OpcodeInfo& info = kOpcodes[*at];
-    const auto op = static_cast<Opcode>(*at);
-    const Opcode comparison = ComparisonOf(op);
+    const Opcode comparison = ComparisonOf(static_cast<Opcode>(*at));
     if (comparison != Opcode::kPop) {
       trace.Add({comparison, pushed, task.cells[task.top - 2], task.cells[task.top - 1]});
     }
     // Both operands are of one type, so that of the second one will do.
-    if (op == Opcode::kPushConst) {
-      pushed = program.constant_type(image::ReadU16(at + 1));
-    } else if (op == Opcode::kLoadField) {
-      pushed = program.role(role.role).fields.type(at[1]);
-    } else if (info.pushes[0] != '\0' && info.pushes[0] != '*') {
-      pushed = TypeOfLetter(info.pushes[0]);
-    }
+    pushed = TypePushed(program, running, at, pushed);
     budget -= info.cost;
     int32_t cost = info.cost;
     status = RunTask(program, role, host, &task, &cost).status;

@@ -41,7 +41,7 @@ RunResult RunTask(const VerifiedProgram& program, const RoleContext& role, Progr
 #if MORPHBUS_VM_GOTO
 #define COST(name) InfoOf(Opcode::name).cost
   static const void* const kHandlers[] = {
-#define OP(name, mnemonic, operand, pops, pushes, cost, effect, meaning) &&handle_##name,
+#define OP(name, ...) &&handle_##name,
 #include "vm/image/opcodes.def"
 #undef OP
   };
