@@ -268,8 +268,7 @@ Type Checker::ApplyBuiltin(const std::vector<Builtin>& table, const std::string&
     CheckCount(*form, *call->operands.back());
   }
   Uses(form->opcode, member->name_span, prefix + member->name);
-  if (form->opcode == vm::Opcode::kDistance || form->opcode == vm::Opcode::kContact ||
-      form->opcode == vm::Opcode::kTilt) {
+  if (vm::InfoOf(form->opcode).operand == vm::OperandKind::kSensorKindKeyword) {
     return UseSensorKind(expr, member->name_span);
   }
   return TypeOfLetter(vm::InfoOf(form->opcode).pushes[0]);

@@ -28,10 +28,9 @@ class FunctionGenerator : private ExpressionGenerator {
       MarkLine(member.expr->span);
       EmitExpr(*member.expr);
       Emit(Opcode::kReturnValue);
-      Drop(1);
     } else {
       // Everything else is a block, at whose start only the parameters have values.
-      for (size_t i = 0; i < member.parameters.size(); ++i) Set(static_cast<int>(i));
+      for (size_t i = 0; i < member.parameters.size(); ++i) SetLocal(static_cast<int>(i));
       EmitStatement(*member.body);
       if (reachable) {
         MarkLine({member.body->span.file, member.body->span.end - 1, member.body->span.end});
@@ -50,9 +49,6 @@ class FunctionGenerator : private ExpressionGenerator {
   }
 
  private:
-  // The image tells the verifier which locals have values at a join; this keeps count.
-  void Set(int local) { set_locals = static_cast<uint16_t>(set_locals | 1u << local); }
-
   // ---- Statements ----
 
   void EmitStatement(const Stmt& statement) {
@@ -71,28 +67,19 @@ class FunctionGenerator : private ExpressionGenerator {
         // Results that nobody uses are dropped.
         const size_t before = stack().size();
         EmitExpr(*statement.expr);
-        if (stack().size() > before) {
-          Emit(Opcode::kPop);
-          Drop(1);
-        }
+        if (stack().size() > before) Emit(Opcode::kPop);
         break;
       }
       case StmtKind::kVar:
         EmitExpr(*statement.expr);
-        Emit(Opcode::kStoreLocal, statement.index);
-        Drop(1);
-        Set(statement.index);
+        Emit(Opcode::kStoreLocal, {statement.index});
         break;
       case StmtKind::kAssign:
         EmitAssign(statement);
         break;
       case StmtKind::kReturn:
-        if (statement.expr != nullptr) {
-          EmitExpr(*statement.expr);
-          Drop(1);
-        }
+        if (statement.expr != nullptr) EmitExpr(*statement.expr);
         Emit(statement.expr != nullptr ? Opcode::kReturnValue : Opcode::kReturn);
-        reachable = false;
         break;
       case StmtKind::kIf:
         EmitIf(statement);
@@ -108,7 +95,6 @@ class FunctionGenerator : private ExpressionGenerator {
         // Behind the loop, or to what it does after each round.
         Jump(Opcode::kJump,
              statement.kind == StmtKind::kBreak ? loops_.back().end : loops_.back().next);
-        reachable = false;
         break;
       case StmtKind::kError:
         break;
@@ -126,15 +112,14 @@ class FunctionGenerator : private ExpressionGenerator {
     // `x += y` reads x first.
     const bool is_local = statement.meaning == Meaning::kLocal;
     if (statement.op != Operator::kNone) {
-      Emit(is_local ? Opcode::kLoadLocal : Opcode::kLoadField, statement.index);
-      Push(ValueTypeOf(statement.type));
+      Emit(is_local ? Opcode::kLoadLocal : Opcode::kLoadField, {statement.index},
+           {.type = ValueTypeOf(statement.type)});
     }
     EmitExpr(*statement.expr);
     if (statement.op != Operator::kNone) {
       EmitArithmetic(statement.op, statement.type == Type::kFloat);
     }
-    Emit(is_local ? Opcode::kStoreLocal : Opcode::kStoreField, statement.index);
-    Drop(1);
+    Emit(is_local ? Opcode::kStoreLocal : Opcode::kStoreField, {statement.index});
   }
 
   [[nodiscard]] static std::optional<bool> KnownCondition(const Expr& condition) {
@@ -156,10 +141,7 @@ class FunctionGenerator : private ExpressionGenerator {
     EmitJumpUnless(*statement.expr, &otherwise);
     EmitBranch(*statement.body[0]);
     if (statement.body.size() == 2) {
-      if (reachable) {
-        Jump(Opcode::kJump, &end);
-        reachable = false;
-      }
+      if (reachable) Jump(Opcode::kJump, &end);
       Place(&otherwise);
       EmitBranch(*statement.body[1]);
       Place(&end);
@@ -178,10 +160,7 @@ class FunctionGenerator : private ExpressionGenerator {
   // the first round begins with it.
   void EmitLoop(const Expr* condition, const Stmt& body, const Stmt* step, const Span& span) {
     Target begin, next, test, end;
-    if (condition != nullptr) {
-      Jump(Opcode::kJump, &test);
-      reachable = false;
-    }
+    if (condition != nullptr) Jump(Opcode::kJump, &test);
     Place(&begin, true);
     loops_.push_back({&next, &end});
     EmitBranch(body);
@@ -196,7 +175,6 @@ class FunctionGenerator : private ExpressionGenerator {
     } else if (reachable) {
       MarkLine(span);
       Jump(Opcode::kJump, &begin);
-      reachable = false;
     }
     Place(&end);
   }
@@ -225,7 +203,6 @@ class FunctionGenerator : private ExpressionGenerator {
     // `!x` jumps on the opposite.
     if (condition.kind == ExprKind::kUnary && condition.op == Operator::kNot) {
       EmitExpr(*condition.operands[0]);
-      Drop(1);
       Jump(Opcode::kJumpIfTrue, target);
       return;
     }
@@ -235,13 +212,11 @@ class FunctionGenerator : private ExpressionGenerator {
       EmitExpr(*condition.operands[0]);
       EmitExpr(*condition.operands[1]);
       EmitOrder(condition, condition.op == Operator::kGreaterEqual);
-      Drop(1);
       Jump(Opcode::kJumpIfTrue, target);
       return;
     }
     // Any other condition is computed as a bool.
     EmitExpr(condition);
-    Drop(1);
     Jump(Opcode::kJumpIfFalse, target);
   }
 
@@ -264,12 +239,10 @@ class FunctionGenerator : private ExpressionGenerator {
       EmitExpr(*condition.operands[0]);
       EmitExpr(*condition.operands[1]);
       EmitOrder(condition, condition.op == Operator::kGreaterEqual);
-      Drop(1);
       Jump(Opcode::kJumpIfFalse, target);
       return;
     }
     EmitExpr(condition);
-    Drop(1);
     Jump(Opcode::kJumpIfTrue, target);
   }
 

@@ -37,24 +37,20 @@ void ExpressionGenerator::EmitPrint(const Expr& call) {
                                           static_cast<int>(program_.constants.size()));
   if (is_new) program_.constants.emplace_back(ValueType::kText, number->second);
   MarkLine(call.span);
-  Emit(Opcode::kPrint);
-  EmitU16(it->second & 0xffff);
-  Drop(values);
+  Emit(Opcode::kPrint, {it->second & 0xffff}, {.values = values});
 }
 
 void ExpressionGenerator::EmitConstant(Type type, vm::Cell cell) {
   // Small ints stand in the instruction; all else in the table of constants.
   const ValueType value_type = ValueTypeOf(type);
   if (value_type == ValueType::kInt && cell.AsInt() >= -128 && cell.AsInt() <= 127) {
-    Emit(Opcode::kPushInt8, cell.AsInt());
+    Emit(Opcode::kPushInt8, {cell.AsInt()});
   } else {
     const auto [it, is_new] = pool_.emplace(std::make_pair(value_type, cell.bits),
                                             static_cast<int>(program_.constants.size()));
     if (is_new) program_.constants.emplace_back(value_type, cell.bits);
-    Emit(Opcode::kPushConst);
-    EmitU16(it->second & 0xffff);
+    Emit(Opcode::kPushConst, {it->second & 0xffff}, {.type = value_type});
   }
-  Push(value_type);
 }
 
 void ExpressionGenerator::EmitExpr(const Expr& expr) {
@@ -72,14 +68,14 @@ void ExpressionGenerator::Convert(const Expr& expr) {
   if (expr.wanted == Type::kUnknown || expr.wanted == expr.type) return;
   // A set becomes its only member, or the number of its members; an int becomes a float.
   if (expr.type == Type::kJointSet && expr.wanted == Type::kJoint) {
-    EmitSimple(Opcode::kOneJoint);
+    Emit(Opcode::kOneJoint);
   } else if (expr.type == Type::kLinkSet && expr.wanted == Type::kLink) {
-    EmitSimple(Opcode::kOneLink);
+    Emit(Opcode::kOneLink);
   } else if (IsSet(expr.type)) {
-    EmitSimple(CountOf(expr.type));
-    if (expr.wanted == Type::kFloat) EmitSimple(Opcode::kIntToFloat);
+    Emit(CountOf(expr.type));
+    if (expr.wanted == Type::kFloat) Emit(Opcode::kIntToFloat);
   } else if (expr.type == Type::kInt && expr.wanted == Type::kFloat) {
-    EmitSimple(Opcode::kIntToFloat);
+    Emit(Opcode::kIntToFloat);
   }
 }
 
@@ -91,9 +87,9 @@ void ExpressionGenerator::EmitUnconverted(const Expr& expr) {
       break;
     case ExprKind::kUnary:
       EmitExpr(*expr.operands[0]);
-      EmitSimple(expr.op == Operator::kNot   ? Opcode::kNot
-                 : expr.type == Type::kFloat ? Opcode::kNegFloat
-                                             : Opcode::kNegInt);
+      Emit(expr.op == Operator::kNot   ? Opcode::kNot
+           : expr.type == Type::kFloat ? Opcode::kNegFloat
+                                       : Opcode::kNegInt);
       break;
     case ExprKind::kBinary:
       EmitBinary(expr);
@@ -103,10 +99,7 @@ void ExpressionGenerator::EmitUnconverted(const Expr& expr) {
       if (expr.meaning == Meaning::kNeighbourField) {
         EmitExpr(*expr.operands[0]);
         MarkLine(expr.span);
-        Emit(Opcode::kNeighbourField, expr.role);
-        EmitByte(expr.index);
-        Drop(1);
-        Push(ValueTypeOf(expr.type));
+        Emit(Opcode::kNeighbourField, {expr.role, expr.index}, {.type = ValueTypeOf(expr.type)});
         break;
       }
       // A part of the module is a value; every other member is a property without arguments.
@@ -131,8 +124,7 @@ void ExpressionGenerator::EmitLoad(const Expr& expr) {
   constexpr Opcode kLoads[] = {Opcode::kLoadLocal, Opcode::kLoadField, Opcode::kLoadLabel,
                                Opcode::kKeyword};
   MORPHBUS_CHECK(row >= 0 && row < std::ssize(kLoads));
-  Emit(kLoads[row], expr.index);
-  Push(ValueTypeOf(expr.type));
+  Emit(kLoads[row], {expr.index}, {.type = ValueTypeOf(expr.type)});
 }
 
 void ExpressionGenerator::EmitArithmetic(Operator op, bool is_float) {
@@ -142,15 +134,15 @@ void ExpressionGenerator::EmitArithmetic(Operator op, bool is_float) {
                              Opcode::kModInt};
   constexpr Opcode kFloat[] = {Opcode::kAddFloat, Opcode::kSubFloat, Opcode::kMulFloat,
                                Opcode::kDivFloat, Opcode::kModFloat};
-  EmitSimple(is_float ? kFloat[row] : kInt[row]);
+  Emit(is_float ? kFloat[row] : kInt[row]);
 }
 
 // first < second (strict) or first <= second; the other two orders are their negations.
 void ExpressionGenerator::EmitOrder(const Expr& expr, bool strict) {
   const bool is_float = stack().back() == ValueType::kFloat;
   MORPHBUS_CHECK(expr.operands.size() == 2);
-  EmitSimple(is_float ? (strict ? Opcode::kLessFloat : Opcode::kLessEqualFloat)
-                      : (strict ? Opcode::kLessInt : Opcode::kLessEqualInt));
+  Emit(is_float ? (strict ? Opcode::kLessFloat : Opcode::kLessEqualFloat)
+                : (strict ? Opcode::kLessInt : Opcode::kLessEqualInt));
 }
 
 void ExpressionGenerator::EmitBinary(const Expr& expr) {
@@ -166,10 +158,10 @@ void ExpressionGenerator::EmitBinary(const Expr& expr) {
     case Operator::kEqual:
     case Operator::kNotEqual:
       if (is_float) {
-        EmitSimple(Opcode::kEqualFloat);
-        if (expr.op == Operator::kNotEqual) EmitSimple(Opcode::kNot);
+        Emit(Opcode::kEqualFloat);
+        if (expr.op == Operator::kNotEqual) Emit(Opcode::kNot);
       } else {
-        EmitSimple(expr.op == Operator::kEqual ? Opcode::kEqual : Opcode::kNotEqual);
+        Emit(expr.op == Operator::kEqual ? Opcode::kEqual : Opcode::kNotEqual);
       }
       break;
     case Operator::kLess:
@@ -179,11 +171,11 @@ void ExpressionGenerator::EmitBinary(const Expr& expr) {
     case Operator::kGreater:
     case Operator::kGreaterEqual:
       EmitOrder(expr, expr.op == Operator::kGreaterEqual);
-      EmitSimple(Opcode::kNot);
+      Emit(Opcode::kNot);
       break;
     default:
       if (expr.type == Type::kDirection) {
-        EmitSimple(Opcode::kAddDirection);
+        Emit(Opcode::kAddDirection);
       } else {
         EmitArithmetic(expr.op, is_float);
       }
@@ -195,48 +187,37 @@ void ExpressionGenerator::EmitLogic(const Expr& expr) {
   Target end;
   EmitExpr(*expr.operands[0]);
   Jump(expr.op == Operator::kAnd ? Opcode::kAnd : Opcode::kOr, &end);
-  Drop(1);
   EmitExpr(*expr.operands[1]);
   Place(&end);
 }
 
 void ExpressionGenerator::EmitCall(const Expr& call) {
+  // A routine takes its arguments, and leaves a result if it has one.
+  const NamedByOperand named = {ValueTypeOf(call.type), call.operands.size() - 1};
   switch (call.meaning) {
     case Meaning::kCount:
       EmitExpr(*call.operands[1]);
-      EmitSimple(CountOf(call.operands[1]->type));
+      Emit(CountOf(call.operands[1]->type));
       return;
-    case Meaning::kMethod: {
+    case Meaning::kMethod:
       EmitArguments(call);
-      Emit(Opcode::kCall, call.index);
-      Drop(call.operands.size() - 1);
-      // The arguments are gone, and the result, if there is one, is there.
-      if (call.type != Type::kVoid) Push(ValueTypeOf(call.type));
+      Emit(Opcode::kCall, {call.index}, named);
       return;
-    }
     case Meaning::kInvoke:
       EmitArguments(call);
-      Emit(Opcode::kInvoke, call.role);
       // The role says which modules run the command, and the slot which command it is.
-      EmitByte(call.index);
-      Drop(call.operands.size() - 1);
+      Emit(Opcode::kInvoke, {call.role, call.index}, named);
       return;
     case Meaning::kInvokeNear:
       // The set before the dot lies below the arguments.
       EmitExpr(*call.operands[0]->operands[0]);
       EmitArguments(call);
-      Emit(Opcode::kInvokeNear, call.role);
-      EmitByte(call.index);
-      Drop(call.operands.size());
+      Emit(Opcode::kInvokeNear, {call.role, call.index}, named);
       return;
-    case Meaning::kSuper: {
+    case Meaning::kSuper:
       EmitArguments(call);
-      Emit(Opcode::kCallSuper);
-      EmitU16(call.index);
-      Drop(call.operands.size() - 1);
-      if (call.type != Type::kVoid) Push(ValueTypeOf(call.type));
+      Emit(Opcode::kCallSuper, {call.index}, named);
       return;
-    }
     default:
       if (call.opcode == Opcode::kPrint) return EmitPrint(call);
       // A function of the language has nothing before it.
@@ -255,9 +236,9 @@ void ExpressionGenerator::EmitArguments(const Expr& call) {
 void ExpressionGenerator::EmitBuiltin(const Expr& expr, const Expr* base, const Expr* call) {
   // Operands go onto the stack in the order of the signature in vm/image/opcodes.def: first the
   // joint or connector before the dot.
-  const bool sensor = expr.opcode == Opcode::kGetDistance || expr.opcode == Opcode::kGetContact ||
-                      expr.opcode == Opcode::kGetTilt;
+  const vm::OperandKind operand = vm::InfoOf(expr.opcode).operand;
   // A sensor stands in the instruction itself.
+  const bool sensor = operand == vm::OperandKind::kSensorKeyword;
   if (base != nullptr && base->kind != ExprKind::kSelf && !sensor) EmitExpr(*base);
   if (call != nullptr) EmitArguments(*call);
   // `self.connected` without arguments means every direction, $ANY.
@@ -266,9 +247,12 @@ void ExpressionGenerator::EmitBuiltin(const Expr& expr, const Expr* base, const 
   }
   // A fault of the call is one of its own line, also where the call began lines before.
   MarkLine(expr.span);
-  Emit(expr.opcode);
-  if (vm::InfoOf(expr.opcode).operand != vm::OperandKind::kNone) EmitByte(expr.index);
-  ApplySignature(expr.opcode);
+  // Those that have an operand take a keyword.
+  if (operand == vm::OperandKind::kNone) {
+    Emit(expr.opcode);
+  } else {
+    Emit(expr.opcode, {expr.index});
+  }
 }
 
 }  // namespace morphbus::dynarole

@@ -10,16 +10,31 @@ namespace morphbus::dynarole {
 
 using vm::Opcode;
 
-void FunctionBuilder::Emit(Opcode op) {
-  starts_.push_back(code_.bytes.size());
-  EmitByte(static_cast<int>(op));
-  if (vm::InfoOf(op).operand == vm::OperandKind::kNone) Join();
+void FunctionBuilder::Emit(Opcode op, std::initializer_list<int> parts,
+                           const NamedByOperand& named) {
+  const vm::OpcodeInfo& info = vm::InfoOf(op);
+  EmitOpcode(op);
+  // Each part has its width; together they must be what the instruction wants.
+  const vm::OperandPart* part = vm::InfoOf(info.operand).parts;
+  for (const int number : parts) {
+    EmitNumber(number, vm::BytesOf(*part));
+    if (*part == vm::OperandPart::kStoredLocal) SetLocal(number);
+    ++part;
+  }
+  MORPHBUS_CHECK(code_.bytes.size() - PlaceOf(0) == 1 + vm::OperandBytes(info.operand));
+  Join();
+  Take(info, named);
+  Leave(info, named);
+  if (info.ends()) reachable = false;
 }
 
-void FunctionBuilder::Emit(Opcode op, int operand) {
-  Emit(op);
-  EmitByte(operand);
-  if (vm::OperandBytes(vm::InfoOf(op).operand) == 1) Join();
+void FunctionBuilder::EmitOpcode(Opcode op) {
+  starts_.push_back(code_.bytes.size());
+  EmitByte(static_cast<int>(op));
+}
+
+void FunctionBuilder::EmitNumber(int number, uint32_t bytes) {
+  for (uint32_t i = 0; i < bytes; ++i) EmitByte(number >> (8 * i) & 255);
 }
 
 Opcode FunctionBuilder::Before(size_t back) const {
@@ -78,8 +93,7 @@ bool FunctionBuilder::JoinArithmetic(Opcode last) {
   if (adds && before == Opcode::kLoadLocals) {
     const uint8_t first = operand(0), second = operand(1);
     Replace(2, Opcode::kLoadLocal, {first});
-    starts_.push_back(code_.bytes.size());
-    EmitByte(static_cast<int>(Opcode::kAddLocalInt));
+    EmitOpcode(Opcode::kAddLocalInt);
     EmitByte(second);
     return true;
   }
@@ -87,36 +101,28 @@ bool FunctionBuilder::JoinArithmetic(Opcode last) {
 }
 
 Opcode FunctionBuilder::JoinJump(Opcode jump) const {
-  constexpr struct {
-    Opcode comparison, unless, if_so;
-  } kRows[] = {
-      {Opcode::kEqual, Opcode::kJumpUnlessEqual, Opcode::kJumpUnlessNotEqual},
-      {Opcode::kNotEqual, Opcode::kJumpUnlessNotEqual, Opcode::kJumpUnlessEqual},
-      {Opcode::kLessInt, Opcode::kJumpUnlessLessInt, Opcode::kJumpIfLessInt},
-      {Opcode::kLessEqualInt, Opcode::kJumpUnlessLessEqualInt, Opcode::kJumpIfLessEqualInt}};
-  for (const auto& row : kRows) {
-    if (Before(0) != row.comparison) continue;
-    if (jump == Opcode::kJumpIfFalse) return row.unless;
-    if (jump == Opcode::kJumpIfTrue) return row.if_so;
+  const Opcode when_so = Opcode::kJumpIfTrue, unless = Opcode::kJumpIfFalse;
+  for (const vm::JoinedJump& row : vm::kJoinedJumps) {
+    if (row.comparison == Before(0) && jump == (row.when ? when_so : unless)) return row.jump;
   }
   return jump;
 }
 
-void FunctionBuilder::EmitU16(int value) {
-  EmitByte(value & 255);
-  EmitByte(value >> 8);
+void FunctionBuilder::Take(const vm::OpcodeInfo& info, const NamedByOperand& named) {
+  for (const char letter : info.pops) {
+    const auto open = static_cast<vm::Letter>(letter);
+    Drop(open == vm::Letter::kArguments || open == vm::Letter::kPlaces ? named.values : 1);
+  }
 }
 
-void FunctionBuilder::EmitSimple(vm::Opcode op) {
-  Emit(op);
-  ApplySignature(op);
-}
-
-void FunctionBuilder::ApplySignature(vm::Opcode op) {
-  // One letter a type; an instruction pushes one value at most.
-  const vm::OpcodeInfo& info = vm::InfoOf(op);
-  Drop(static_cast<size_t>(info.pops.size()));
-  if (info.pushes.size() != 0) Push(vm::TypeOfLetter(info.pushes[0]));
+void FunctionBuilder::Leave(const vm::OpcodeInfo& info, const NamedByOperand& named) {
+  for (const char letter : info.pushes) {
+    const vm::ValueType type = vm::TypeOfLetter(letter);
+    // A letter that is no type stands for that of what the operand names; a routine may have none.
+    if (type != vm::ValueType::kVoid || named.type != vm::ValueType::kVoid) {
+      Push(type != vm::ValueType::kVoid ? type : named.type);
+    }
+  }
 }
 
 void FunctionBuilder::MarkLine(const source::Span& span) {
@@ -140,6 +146,7 @@ void FunctionBuilder::Drop(size_t count) {
 }
 
 void FunctionBuilder::Jump(vm::Opcode op, Target* target) {
+  const vm::OpcodeInfo& info = vm::InfoOf(op);
   const Opcode joined = JoinJump(op);
   // Only loops jump backwards; most of them count up to a constant.
   if (target->placed && joined == Opcode::kJumpIfLessInt && Before(1) == Opcode::kPushConst &&
@@ -150,16 +157,18 @@ void FunctionBuilder::Jump(vm::Opcode op, Target* target) {
   } else if (joined != op) {
     Replace(1, joined, {});
   } else {
-    Emit(op);
+    EmitOpcode(op);
   }
+  Take(info, {});
+  Leave(info, {});
   // Backward jumps know their offset; forward ones are filled in by Place.
-  if (target->placed) {
-    EmitU16(target->offset);
-    return;
+  if (!target->placed) {
+    target->stack = stack_;
+    target->fixups.push_back(code_.bytes.size());
   }
-  target->stack = stack_;
-  target->fixups.push_back(code_.bytes.size());
-  EmitU16(0);
+  EmitNumber(target->placed ? target->offset : 0, vm::BytesOf(vm::OperandPart::kTarget));
+  if (info.flow == vm::Flow::kKeep) Drop(info.pushes.size());
+  if (info.ends()) reachable = false;
 }
 
 void FunctionBuilder::Place(Target* target, bool is_loop) {

@@ -2,7 +2,7 @@
 // Assembles one function: bytes, joins, lines, and the types on the stack while they are emitted.
 
 #include <cstdint>
-#include <string_view>
+#include <initializer_list>
 #include <utility>
 #include <vector>
 
@@ -23,6 +23,15 @@ struct Target {
   std::vector<vm::ValueType> stack;
 };
 
+/// What the letters of an instruction's signature leave open (vm/image/opcodes.def), and what its
+/// operand names says.
+struct NamedByOperand {
+  /// The type of the value that is named, or of the routine's result; kVoid if there is none.
+  vm::ValueType type = vm::ValueType::kVoid;
+  /// How many values it takes: arguments of the routine, or places of the text.
+  size_t values = 0;
+};
+
 /// The code of one function while it grows. It knows the types of the operands on the stack at
 /// every instruction, as the verifier will find them again.
 class FunctionBuilder {
@@ -30,28 +39,16 @@ class FunctionBuilder {
   /// `sources`, of which the lines of the code are numbered, must outlive the builder.
   explicit FunctionBuilder(const source::SourceSet& sources) : sources_(sources) {}
 
-  /// Emits an opcode and the bytes of its operand; the caller sees to their effect on the stack.
-  /// What stands together may become one instruction (Join).
-  void Emit(vm::Opcode op);
-  void Emit(vm::Opcode op, int operand);
-  void EmitByte(int value) { code_.bytes.push_back(static_cast<uint8_t>(value)); }
-  void EmitU16(int value);
-  /// Emits an instruction whose signature stands in the table, and its effect on the stack.
-  void EmitSimple(vm::Opcode op);
-  /// Only the effect on the stack.
-  void ApplySignature(vm::Opcode op);
+  /// Emits an instruction with the parts of its operand, and does to the stack and to what follows
+  /// as the instruction table says. What stands together may become one instruction (Join).
+  void Emit(vm::Opcode op, std::initializer_list<int> parts = {}, const NamedByOperand& named = {});
   /// What follows comes from the line in which the span begins.
   void MarkLine(const source::Span& span);
 
-  /// What an instruction does to the types on the stack.
-  /// Puts a value of this type on the stack, and keeps count of its greatest height.
-  void Push(vm::ValueType type);
-  /// Takes so many values off the stack.
-  void Drop(size_t count);
   /// Types of the operands, the deepest first.
   [[nodiscard]] const std::vector<vm::ValueType>& stack() const { return stack_; }
 
-  /// Emits a jump. A conditional one must have dropped its bool before, except one that it keeps.
+  /// Emits a jump, with its effect on the stack.
   void Jump(vm::Opcode op, Target* target);
   /// The target is here; the code is reachable again if anything leads here. Forward targets that
   /// nothing jumps to are no joins.
@@ -59,6 +56,7 @@ class FunctionBuilder {
 
   /// Locals known to have a value; scopes save and restore it.
   uint16_t set_locals = 0;
+  void SetLocal(int local) { set_locals = static_cast<uint16_t>(set_locals | 1u << local); }
   /// False behind a return or an unconditional jump: nothing may be emitted there.
   bool reachable = true;
   /// Whether some join has more operands than an image can state: what was built is then of no use.
@@ -75,6 +73,17 @@ class FunctionBuilder {
   [[nodiscard]] vm::Opcode Before(size_t back) const;
   /// Where that instruction begins.
   [[nodiscard]] size_t PlaceOf(size_t back) const { return starts_[starts_.size() - 1 - back]; }
+  /// Bytes, without any effect on the stack; numbers are little-endian.
+  void EmitOpcode(vm::Opcode op);
+  void EmitByte(int value) { code_.bytes.push_back(static_cast<uint8_t>(value)); }
+  void EmitNumber(int number, uint32_t bytes);
+  /// What an instruction takes from the stack, and what it leaves there.
+  void Take(const vm::OpcodeInfo& info, const NamedByOperand& named);
+  void Leave(const vm::OpcodeInfo& info, const NamedByOperand& named);
+  /// Puts a value of this type on the stack, and keeps count of its greatest height.
+  void Push(vm::ValueType type);
+  /// Takes so many values off the stack.
+  void Drop(size_t count);
   /// Replaces the last instructions by one with these bytes.
   void Replace(size_t count, vm::Opcode op, std::vector<uint8_t> operand);
   /// Joins what has just been emitted with what stands before it, where there is one instruction
