@@ -271,7 +271,7 @@ Type Checker::ApplyBuiltin(const std::vector<Builtin>& table, const std::string&
   if (vm::InfoOf(form->opcode).operand == vm::OperandKind::kSensorKindKeyword) {
     return UseSensorKind(expr, member->name_span);
   }
-  return TypeOfLetter(vm::InfoOf(form->opcode).pushes[0]);
+  return TypePushedBy(form->opcode);
 }
 
 // A joint that turns in no module type cannot turn, and one that slides in none cannot slide; at

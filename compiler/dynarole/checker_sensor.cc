@@ -38,7 +38,7 @@ Type Checker::InferSensor(Expr* member, Expr* call, int keyword) {
   call->index = member->index;
   member->operands[0]->meaning = Meaning::kNone;
   Uses(form->opcode, member->name_span, member->name);
-  return TypeOfLetter(vm::InfoOf(form->opcode).pushes[0]);
+  return TypePushedBy(form->opcode);
 }
 
 Type Checker::UseSensorKind(Expr* expr, const source::Span& span) {
@@ -56,7 +56,7 @@ Type Checker::UseSensorKind(Expr* expr, const source::Span& span) {
   const Meaning meaning = expr->meaning;
   const Type used = UseKeyword(expr, keyword);
   expr->meaning = meaning;
-  return used == Type::kError ? Type::kError : TypeOfLetter(vm::InfoOf(expr->opcode).pushes[0]);
+  return used == Type::kError ? Type::kError : TypePushedBy(expr->opcode);
 }
 
 }  // namespace morphbus::dynarole

@@ -109,19 +109,18 @@ Opcode FunctionBuilder::JoinJump(Opcode jump) const {
 }
 
 void FunctionBuilder::Take(const vm::OpcodeInfo& info, const NamedByOperand& named) {
-  for (const char letter : info.pops) {
-    const auto open = static_cast<vm::Letter>(letter);
-    Drop(open == vm::Letter::kArguments || open == vm::Letter::kPlaces ? named.values : 1);
+  for (const vm::Term term : info.pops) {
+    const bool several =
+        term.letter() == vm::Letter::kArguments || term.letter() == vm::Letter::kPlaces;
+    Drop(several ? named.values : 1);
   }
 }
 
 void FunctionBuilder::Leave(const vm::OpcodeInfo& info, const NamedByOperand& named) {
-  for (const char letter : info.pushes) {
-    const vm::ValueType type = vm::TypeOfLetter(letter);
-    // A letter that is no type stands for that of what the operand names; a routine may have none.
-    if (type != vm::ValueType::kVoid || named.type != vm::ValueType::kVoid) {
-      Push(type != vm::ValueType::kVoid ? type : named.type);
-    }
+  for (const vm::Term term : info.pushes) {
+    // What is no type stands for that of what the operand names; a routine may have none.
+    const vm::ValueType type = term.type() != vm::ValueType::kVoid ? term.type() : named.type;
+    if (type != vm::ValueType::kVoid) Push(type);
   }
 }
 

@@ -34,6 +34,11 @@ vm::ValueType ValueTypeOf(Type type);
 /// The type that a letter of vm/image/opcodes.def stands for.
 constexpr Type TypeOfLetter(char letter) { return static_cast<Type>(vm::TypeOfLetter(letter)); }
 
+/// The type of what an instruction pushes, if that is the same whatever its operand; else kVoid.
+constexpr Type TypePushedBy(vm::Opcode op) {
+  return static_cast<Type>(vm::InfoOf(op).pushes[0].type());
+}
+
 /// The type that both fit into, if there is one: an int and a float are a float, `$ANY` takes the
 /// other's type, kUnknown and kError give way.
 std::optional<Type> Join(Type a, Type b);

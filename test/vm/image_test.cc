@@ -6,6 +6,7 @@
 #include <fstream>
 #include <initializer_list>
 #include <sstream>
+#include <utility>
 
 #include "compiler/dynarole/compile.h"
 #include "test/compiler/dynarole/fake_host.h"
@@ -72,9 +73,9 @@ TEST(ImageTest, RefusedImagesAreExplained) {
   EXPECT_NE(text.find("unknown instruction"), std::string::npos) << text;
 }
 
-/// Whether a letter of a signature has what it speaks of: a part that names a value, a routine, a
+/// Whether a term of a signature has what it speaks of: a part that names a value, a routine, a
 /// text.
-bool HasMeaning(const OpcodeInfo& info, char letter) {
+bool HasMeaning(const OpcodeInfo& info, Term term) {
   const auto has = [&info](std::initializer_list<OperandPart> wanted) {
     const OperandInfo& operand = InfoOf(info.operand);
     return std::any_of(wanted.begin(), wanted.end(), [&operand](OperandPart part) {
@@ -82,7 +83,7 @@ bool HasMeaning(const OpcodeInfo& info, char letter) {
              operand.parts + kMostParts;
     });
   };
-  switch (static_cast<Letter>(letter)) {
+  switch (term.letter()) {
     case Letter::kFirstPart:
     case Letter::kSecondPart:
       return has({OperandPart::kConstant, OperandPart::kLocal, OperandPart::kStoredLocal,
@@ -96,28 +97,33 @@ bool HasMeaning(const OpcodeInfo& info, char letter) {
     case Letter::kOwnResult:
       return info.flow == Flow::kReturn;
     case Letter::kComparable:
-      return info.pops.size() == 2 && info.pops[0] == info.pops[1];
+      return info.pops.size() == 2 && info.pops[0].code == info.pops[1].code;
     case Letter::kAny:
       return true;
   }
-  return TypeOfLetter(letter) != ValueType::kVoid;
+  return term.type() != ValueType::kVoid;
 }
 
 TEST(OpcodeTableTest, LettersOfSignaturesHaveAMeaning) {
   for (int i = 0; i < kNumOpcodes; ++i) {
     const OpcodeInfo& info = kOpcodes[i];
-    for (const char letter : info.pops) {
-      EXPECT_TRUE(HasMeaning(info, letter)) << kOpcodeTexts[i].mnemonic << " pops " << letter;
+    for (const Term term : info.pops) {
+      EXPECT_TRUE(HasMeaning(info, term)) << kOpcodeTexts[i].mnemonic << " pops " << term.code;
     }
-    for (const char letter : info.pushes) {
-      EXPECT_TRUE(HasMeaning(info, letter)) << kOpcodeTexts[i].mnemonic << " pushes " << letter;
+    for (const Term term : info.pushes) {
+      EXPECT_TRUE(HasMeaning(info, term)) << kOpcodeTexts[i].mnemonic << " pushes " << term.code;
     }
     EXPECT_GT(info.cost, 0) << kOpcodeTexts[i].mnemonic;
   }
   EXPECT_LE(kNumOpcodes, 256);
-  // A letter of a type stands for nothing else.
-  for (const ValueTypeInfo& type : kValueTypes) {
-    EXPECT_EQ(std::string("12=AROP*").find(type.letter), std::string::npos) << type.word;
+  // The letters that are no types have numbers that no type has.
+  for (const char letter : {
+#define LETTER(name, letter, word) letter,
+#include "vm/image/opcodes.def"
+#undef LETTER
+       }) {
+    EXPECT_EQ(TypeOfLetter(letter), ValueType::kVoid) << letter;
+    EXPECT_GE(letter, kNumValueTypes) << letter;
   }
 }
 
@@ -136,8 +142,11 @@ TEST(OpcodeTableTest, JoinedJumpsAreAComparisonAndAJump) {
   for (const JoinedJump& joined : kJoinedJumps) {
     const OpcodeInfo& jump = InfoOf(joined.jump);
     const OpcodeInfo& comparison = InfoOf(joined.comparison);
-    EXPECT_EQ(std::string(jump.pops.begin(), jump.pops.end()),
-              std::string(comparison.pops.begin(), comparison.pops.end()));
+    const auto codes = [](const OpcodeInfo& info) {
+      return std::pair(info.pops[0].code, info.pops[1].code);
+    };
+    EXPECT_EQ(codes(jump), codes(comparison));
+    EXPECT_EQ(jump.pops.size(), comparison.pops.size());
     EXPECT_EQ(jump.cost, comparison.cost + InfoOf(Opcode::kJumpIfTrue).cost);
     EXPECT_EQ(jump.flow, Flow::kBranch);
   }

@@ -97,10 +97,9 @@ PartValues ValuesOf(OperandPart part) {
 Use GoodUse(Opcode op) {
   const OpcodeInfo& info = InfoOf(op);
   Use use;
-  for (const char letter : info.pops) {
-    if (letter == static_cast<char>(Letter::kPlaces)) continue;
-    const ValueType type = TypeOfLetter(letter);
-    use.pops.push_back(type == ValueType::kVoid ? ValueType::kInt : type);
+  for (const Term term : info.pops) {
+    if (term.letter() == Letter::kPlaces) continue;
+    use.pops.push_back(term.type() == ValueType::kVoid ? ValueType::kInt : term.type());
   }
   use.pushes = info.pushes.size();
   for (const OperandPart part : InfoOf(info.operand).parts) {
@@ -128,10 +127,11 @@ std::vector<Operand> BadOperands(Opcode op) {
 
 /// Whether a function ends with it.
 bool Returns(Opcode op) { return InfoOf(op).flow == Flow::kReturn; }
-/// Whether a letter stands in what it pops.
+/// Whether what it pops has such a term.
 bool Pops(Opcode op, Letter wanted) {
   const auto& pops = InfoOf(op).pops;
-  return std::find(pops.begin(), pops.end(), static_cast<char>(wanted)) != pops.end();
+  return std::any_of(pops.begin(), pops.end(),
+                     [wanted](Term term) { return term.letter() == wanted; });
 }
 
 /// What the code around an instruction under test is like.

@@ -25,12 +25,11 @@ Json OperandsOf(const logger::ComputedStep& step, const vm::Frame& frame) {
   const vm::OpcodeInfo& info = vm::kOpcodes[*at];
   const vm::Cell* first = step.task.stack.cells + step.task.stack.top - info.pops.size();
   Json operands = Json::array();
-  for (const char letter : info.pops) {
+  for (const vm::Term term : info.pops) {
     // A store takes what fits the variable that it names.
-    const int part = vm::PartOfLetter(letter);
-    const vm::ValueType type =
-        part < 0 ? vm::TypeOfLetter(letter)
-                 : vm::TypeNamedBy(info.operand, part, step.program, function, at + 1);
+    const vm::ValueType type = term.part() < 0 ? term.type()
+                                               : vm::TypeNamedBy(info.operand, term.part(),
+                                                                 step.program, function, at + 1);
     if (type == vm::ValueType::kVoid) return Json::array();
     operands.push_back(vm::ValueText(step.program, &step.kinematics, type, *first++));
   }

@@ -295,29 +295,27 @@ std::string OperandWords(OperandKind kind) {
   return text.empty() ? "–" : text;
 }
 
-/// What a letter of a signature stands for. The type of a part is called by the part: a local's.
-std::string LetterWord(OperandKind operand, char letter) {
-  const int part = PartOfLetter(letter);
-  if (part >= 0) {
-    const OperandPart named = InfoOf(operand).parts[part];
+/// What a term of a signature stands for. The type of a part is called by the part: a local's.
+std::string TermWord(OperandKind operand, Term term) {
+  if (term.part() >= 0) {
+    const OperandPart named = InfoOf(operand).parts[term.part()];
     return std::string(kPartWords[static_cast<int>(named)].word) + "'s";
   }
-  switch (static_cast<Letter>(letter)) {
+  switch (term.letter()) {
 #define LETTER(name, letter, word) \
   case Letter::name:               \
     return word;
 #include "vm/image/opcodes.def"
 #undef LETTER
   }
-  return TypeName(TypeOfLetter(letter));
+  return TypeName(term.type());
 }
 
-/// "ii" becomes "int, int".
+/// The words of a signature: "int, int".
 template <int kMost>
-std::string SignatureText(OperandKind operand, const Letters<kMost>& letters) {
+std::string SignatureText(OperandKind operand, const Terms<kMost>& terms) {
   std::string text;
-  for (const char letter : letters)
-    text += (text.empty() ? "" : ", ") + LetterWord(operand, letter);
+  for (const Term term : terms) text += (text.empty() ? "" : ", ") + TermWord(operand, term);
   return text.empty() ? "–" : text;
 }
 

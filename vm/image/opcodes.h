@@ -46,52 +46,77 @@ enum class Flow : uint8_t {
 
 /// The letters of signatures that stand for no type of their own; vm/image/opcodes.def says for
 /// what.
-enum class Letter : char {
+enum class Letter : uint8_t {
 #define LETTER(name, letter, word) name = letter,
 #include "vm/image/opcodes.def"
 #undef LETTER
 };
 
-/// Which part of the operand (0: the first) a letter of a signature takes its type from; -1: none.
-constexpr int PartOfLetter(char letter) {
-  return letter == static_cast<char>(Letter::kFirstPart)    ? 0
-         : letter == static_cast<char>(Letter::kSecondPart) ? 1
-                                                            : -1;
-}
+/// What one letter of a signature stands for: a type, or what a Letter says. Types have their
+/// numbers, which no letter has, so that nobody looks for a letter among the types at run time.
+struct Term {
+  uint8_t code = 0;
 
-/// Up to so many letters, which stand for what an instruction takes or leaves. They take no more
-/// room than that; a program of a few kilobytes holds the table.
+  /// The type; kVoid if it is a Letter.
+  [[nodiscard]] constexpr ValueType type() const {
+    return code < kNumValueTypes ? static_cast<ValueType>(code) : ValueType::kVoid;
+  }
+  /// The letter, if it is no type.
+  [[nodiscard]] constexpr Letter letter() const { return static_cast<Letter>(code); }
+  /// The part of the operand (0: the first) whose type it stands for; -1: none.
+  [[nodiscard]] constexpr int part() const {
+    return letter() == Letter::kFirstPart ? 0 : letter() == Letter::kSecondPart ? 1 : -1;
+  }
+};
+
+/// Is defined nowhere: a call of it ends the compilation of a table.
+void LetterStandsForNothing();
+
+/// Up to so many terms: what an instruction takes or leaves. They take no more room than that; a
+/// program of a few kilobytes holds the table.
 template <int kMost>
-class Letters {
+class Terms {
  public:
-  /// From a text of no more letters.
+  /// From a text of so many letters. One that stands for nothing does not compile.
   template <int kSize>
-  consteval Letters(const char (&text)[kSize]) {  // NOLINT: the table writes plain texts.
+  consteval Terms(const char (&text)[kSize]) {  // NOLINT: the table writes plain texts.
     static_assert(kSize - 1 <= kMost);
-    for (int i = 0; i < kSize - 1; ++i) letters_[i] = text[i];
+    for (int i = 0; i < kSize - 1; ++i) terms_[i] = TermOf(text[i]);
   }
   /// How many there are.
   [[nodiscard]] constexpr int size() const {
     int size = 0;
-    while (size < kMost && letters_[size] != '\0') ++size;
+    while (size < kMost && terms_[size].code != 0) ++size;
     return size;
   }
-  constexpr char operator[](int i) const { return letters_[i]; }
-  [[nodiscard]] constexpr const char* begin() const { return letters_; }
-  [[nodiscard]] constexpr const char* end() const { return letters_ + size(); }
+  constexpr Term operator[](int i) const { return terms_[i]; }
+  [[nodiscard]] constexpr const Term* begin() const { return terms_; }
+  [[nodiscard]] constexpr const Term* end() const { return terms_ + size(); }
 
  private:
-  char letters_[kMost] = {};
+  static consteval Term TermOf(char letter) {
+    switch (static_cast<Letter>(letter)) {
+#define LETTER(name, letter, word) case Letter::name:
+#include "vm/image/opcodes.def"
+#undef LETTER
+      return {static_cast<uint8_t>(letter)};
+    }
+    const ValueType type = TypeOfLetter(letter);
+    if (type == ValueType::kVoid) LetterStandsForNothing();
+    return {static_cast<uint8_t>(type)};
+  }
+
+  Term terms_[kMost] = {};
 };
 
 /// One row of the instruction table, as machines read it: eight bytes.
 struct OpcodeInfo {
   /// What the bytes behind the opcode mean.
   OperandKind operand;
-  /// What it takes from the stack, deepest first: types (vm/image/value_types.def), or Letter.
-  Letters<3> pops;
+  /// What it takes from the stack, deepest first.
+  Terms<3> pops;
   /// What it leaves there.
-  Letters<2> pushes;
+  Terms<2> pushes;
   /// The units of the instruction budget that it costs.
   uint8_t cost;
   /// Where the function goes on.

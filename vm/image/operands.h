@@ -57,17 +57,24 @@ enum class OperandKind : uint8_t {
 /// The most parts that an operand has.
 inline constexpr int kMostParts = 3;
 
-/// The parts of a kind of operand. Those that it does not have are kNone and stand last.
+/// What a kind of operand consists of.
 struct OperandInfo {
-  OperandPart parts[kMostParts];
+  /// Its parts. Those that it does not have are kNone and stand last.
+  OperandPart parts[kMostParts] = {};
+  /// The bytes of all of them.
+  uint8_t bytes = 0;
+
+  template <class... Parts>
+  explicit consteval OperandInfo(Parts... all)
+      : parts{all...}, bytes(static_cast<uint8_t>((0 + ... + BytesOf(all)))) {}
 };
 
 /// The parts of each kind, in the order of the enumerators.
 inline constexpr OperandInfo kOperands[] = {
-#define OPERAND(name, ...)             \
-  [] {                                 \
-    using enum OperandPart;            \
-    return OperandInfo{{__VA_ARGS__}}; \
+#define OPERAND(name, ...)           \
+  [] {                               \
+    using enum OperandPart;          \
+    return OperandInfo(__VA_ARGS__); \
   }(),
 #include "vm/image/operands.def"
 #undef OPERAND
@@ -77,11 +84,7 @@ inline constexpr OperandInfo kOperands[] = {
 constexpr const OperandInfo& InfoOf(OperandKind kind) { return kOperands[static_cast<int>(kind)]; }
 
 /// Bytes that an operand takes.
-constexpr uint32_t OperandBytes(OperandKind kind) {
-  uint32_t bytes = 0;
-  for (const OperandPart part : InfoOf(kind).parts) bytes += BytesOf(part);
-  return bytes;
-}
+constexpr uint32_t OperandBytes(OperandKind kind) { return InfoOf(kind).bytes; }
 
 /// The number that stands in a part's bytes, without its sign.
 constexpr uint32_t NumberIn(OperandPart part, const uint8_t* at) {

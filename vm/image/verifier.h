@@ -164,7 +164,7 @@ class Verifier {
   bool CheckSuper(int index, uint32_t callee);
   /// What the instruction takes from the stack, by its letters, and what it leaves there.
   bool Take(const FunctionInfo& function, const OpcodeInfo& info, Named* named, StackState* state);
-  bool PopLetter(const FunctionInfo& function, char letter, Named* named, StackState* state);
+  bool PopTerm(const FunctionInfo& function, Term term, Named* named, StackState* state);
   bool Leave(const OpcodeInfo& info, const Named& named, StackState* state);
   /// True for types whose values are the same if their bits are.
   [[nodiscard]] static bool IsComparable(ValueType type);

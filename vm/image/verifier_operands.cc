@@ -9,8 +9,9 @@ namespace morphbus::vm {
 // What a part names must exist; then its type is known, and must be one that the part allows.
 bool Verifier::CheckOperand(int index, const FunctionInfo& function, OperandKind kind,
                             const uint8_t* at, StackState* state, Named* named) {
-  for (int i = 0; i < kMostParts; ++i) {
-    const OperandPart part = InfoOf(kind).parts[i];
+  const OperandInfo& info = InfoOf(kind);
+  for (int i = 0; i < kMostParts && info.parts[i] != OperandPart::kNone; ++i) {
+    const OperandPart part = info.parts[i];
     if (!CheckPart(index, function, part, at, state, named)) return false;
     named->types[i] = TypeNamedBy(part, out_, function, at);
     if (!CheckTypeOfPart(part, named->types[i])) return false;
@@ -142,18 +143,18 @@ bool Verifier::CheckTypeOfPart(OperandPart part, ValueType type) {
 bool Verifier::Take(const FunctionInfo& function, const OpcodeInfo& info, Named* named,
                     StackState* state) {
   for (int i = info.pops.size() - 1; i >= 0; --i) {
-    if (!PopLetter(function, info.pops[i], named, state)) return false;
+    if (!PopTerm(function, info.pops[i], named, state)) return false;
   }
   return true;
 }
 
-bool Verifier::PopLetter(const FunctionInfo& function, char letter, Named* named,
-                         StackState* state) {
-  ValueType type{};
-  switch (static_cast<Letter>(letter)) {
+bool Verifier::PopTerm(const FunctionInfo& function, Term term, Named* named, StackState* state) {
+  ValueType type = term.type();
+  if (type != ValueType::kVoid) return PopType(type, state);
+  switch (term.letter()) {
     case Letter::kFirstPart:
     case Letter::kSecondPart:
-      return PopType(named->types[PartOfLetter(letter)], state);
+      return PopType(named->types[term.part()], state);
     case Letter::kAny:
       return PopAny(&type, state);
     case Letter::kComparable:
@@ -171,25 +172,20 @@ bool Verifier::PopLetter(const FunctionInfo& function, char letter, Named* named
       return PopPlaces(static_cast<int>(named->number), state);
     case Letter::kOwnResult:
       return PopType(function.return_type, state);
-    default:
-      return PopType(TypeOfLetter(letter), state);
+    case Letter::kResult:
+      break;  // It is pushed only.
   }
+  return false;
 }
 
 bool Verifier::Leave(const OpcodeInfo& info, const Named& named, StackState* state) {
-  for (const char letter : info.pushes) {
-    ValueType type = TypeOfLetter(letter);
-    switch (static_cast<Letter>(letter)) {
-      case Letter::kFirstPart:
-      case Letter::kSecondPart:
-        type = named.types[PartOfLetter(letter)];
-        break;
-      case Letter::kResult:
-        type = out_.function(static_cast<int>(named.number)).return_type;
-        if (type == ValueType::kVoid) continue;
-        break;
-      default:
-        break;
+  for (const Term term : info.pushes) {
+    ValueType type = term.type();
+    if (term.part() >= 0) {
+      type = named.types[term.part()];
+    } else if (term.letter() == Letter::kResult) {
+      type = out_.function(static_cast<int>(named.number)).return_type;
+      if (type == ValueType::kVoid) continue;
     }
     if (!PushType(type, state)) return false;
   }

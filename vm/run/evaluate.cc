@@ -15,8 +15,8 @@ Opcode ComparisonOf(Opcode op) {
   }
   // What takes two values of one kind and leaves a bool compares them.
   const OpcodeInfo& info = InfoOf(op);
-  const bool compares = info.pops.size() == 2 && info.pops[0] == info.pops[1] &&
-                        TypeOfLetter(info.pushes[0]) == ValueType::kBool;
+  const bool compares = info.pops.size() == 2 && info.pops[0].code == info.pops[1].code &&
+                        info.pushes[0].type() == ValueType::kBool;
   return compares ? op : Opcode::kPop;
 }
 
@@ -26,11 +26,10 @@ ValueType TypePushed(const VerifiedProgram& program, const FunctionInfo& functio
                      const uint8_t* at, ValueType before) {
   const OpcodeInfo& info = kOpcodes[*at];
   if (info.pushes.size() == 0) return before;
-  const char letter = info.pushes[info.pushes.size() - 1];
-  const ValueType type = TypeOfLetter(letter);
-  if (type != ValueType::kVoid) return type;
-  const int part = PartOfLetter(letter);
-  return part < 0 ? before : TypeNamedBy(info.operand, part, program, function, at + 1);
+  const Term last = info.pushes[info.pushes.size() - 1];
+  if (last.type() != ValueType::kVoid) return last.type();
+  return last.part() < 0 ? before
+                         : TypeNamedBy(info.operand, last.part(), program, function, at + 1);
 }
 
 }  // namespace
