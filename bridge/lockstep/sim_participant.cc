@@ -190,7 +190,7 @@ void SimParticipant::OnActuator(size_t module, const uint8_t* data, size_t size)
   std::swap(commands_[module], command);
   ++received_[module].count;
   received_[module].hash.Add(digest);
-  received_[module].recent.Add(tick, digest);
+  received_[module].digest = digest;
   Tell(&SimLockstep::OnActuator, static_cast<int>(module), tick);
 }
 
@@ -349,6 +349,9 @@ void SimParticipant::Advance(int64_t tick) {
     // time.
     robot_->Actuate(command);
     command.header.tick = -1;
+    // Only now, so that a report in the middle of a tick tells of the ticks that it names: with one
+    // more it would seem whole where the module had missed one of them.
+    received_[i].recent.Add(tick, received_[i].digest);
   }
   robot_->Advance();
   reported_tick_ = tick;

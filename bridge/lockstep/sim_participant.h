@@ -238,7 +238,8 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
     int64_t count = 0;
     StreamHash hash;
     SequenceTracker tracker;  ///< Of all numbers that came on the channel.
-    TakenBlocks recent;       ///< By tick.
+    uint64_t digest = 0;      ///< XXH3 of the present tick's one, if it has come.
+    TakenBlocks recent;       ///< Those that have moved the robot, by tick.
     TakenSum heard;           ///< Real time: all of them, those that came too late, too.
   };
 
