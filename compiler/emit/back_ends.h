@@ -43,7 +43,8 @@ Exported ToSdf(const model::Model& model, const RobotTree& tree, const MeshPlace
 /// loop moves a body "<joint>.loop", which is welded to the link there and has half of its mass.
 /// Position actuators have the joints' names and forces; damping makes the declared speed the
 /// terminal one. A tree deeper than MuJoCo reads in one file goes on in files under `stem`_parts/.
-/// Obstacles are geoms of the world; none may be a mesh, for MuJoCo would take its hull.
+/// Obstacles are geoms of the world. MuJoCo takes a mesh for its hull, so that each triangle of one
+/// is a plate of its own (triangle_plates.h).
 Exported ToMjcf(const model::Model& model, const RobotTree& tree, const std::string& stem,
                 const std::vector<world::Obstacle>& obstacles = {});
 

@@ -15,6 +15,7 @@
 #include "compiler/emit/names.h"
 #include "compiler/emit/numbers.h"
 #include "compiler/emit/scenery.h"
+#include "compiler/emit/triangle_plates.h"
 #include "compiler/keywords/xml_text.h"
 #include "compiler/model/convex_hull.h"
 
@@ -222,7 +223,7 @@ std::pair<std::string, std::string> MjcfShape(const world::Obstacle& obstacle) {
     case world::Shape::kSphere:
       return {"sphere", Number(size.x())};
     case world::Shape::kPlane:
-    case world::Shape::kMesh:  // ToMjcf's caller has none.
+    case world::Shape::kMesh:  // Made of plates.
       break;
   }
   // The third number is the distance of the lines that are drawn on it.
@@ -270,13 +271,17 @@ class MjcfWriter {
   /// Room for the contacts of a robot that lies on the floor; without it MuJoCo 2 has room for 100.
   void AppendSizes() {
     constexpr size_t kDefault = 100;
-    constexpr size_t kPerLink = 8;  // With 4 a chain of 16 Molecubes found no room.
+    // With 4 a chain of 16 Molecubes found no room. Where the ground is made of plates a link lies
+    // on several.
+    const bool plates =
+        std::ranges::any_of(obstacles_, [](const auto& o) { return o.mesh != nullptr; });
+    const size_t per_link = plates ? 32 : 8;
     constexpr size_t kMost = 2000;  // MuJoCo's memory grows by this times the joints.
     constexpr size_t kRowsOfAContact = 4;
-    const size_t contacts = std::min(kPerLink * tree_.links.size(), kMost);
+    const size_t contacts = std::min(per_link * tree_.links.size(), kMost);
     // What MuJoCo provides by itself is enough.
     if (contacts <= kDefault) return;
-    const size_t rows = kRowsOfAContact * contacts + kPerLink * tree_.links.size();
+    const size_t rows = kRowsOfAContact * contacts + per_link * tree_.links.size();
     xml::Append(root_, "size",
                 {{"nconmax", std::to_string(contacts)}, {"njmax", std::to_string(rows)}});
   }
@@ -325,7 +330,7 @@ class MjcfWriter {
                  {"pos", Triple({0.0, 0.0, height})}});
   }
 
-  /// Obstacles as geoms of the world.
+  /// Obstacles as geoms of the world, each under its own name but for meshes.
   void AppendObstacles(pugi::xml_node world) {
     const double floor = LowestPoint(model_, tree_) - kFloorClearance;
     // Geoms are called after links, and the ground has its name.
@@ -336,18 +341,39 @@ class MjcfWriter {
              });
     };
     for (const world::Obstacle& obstacle : InZUp(obstacles_, floor, taken)) {
-      const auto [type, size] = MjcfShape(obstacle);
-      const pugi::xml_node geom = xml::Append(world, "geom",
-                                              {{"name", obstacle.name},
-                                               {"type", type},
-                                               {"size", size},
-                                               {"pos", Triple(obstacle.X_WO.translation())},
-                                               {"quat", QuaternionWxyz(obstacle.X_WO.linear())}});
-      // By its higher priority its own friction counts, and not the greater of two.
-      if (obstacle.friction) {
-        xml::Set(geom, "friction", Number(*obstacle.friction) + " 0.005 0.0001");
-        xml::Set(geom, "priority", "1");
+      if (obstacle.mesh) {
+        AppendPlates(obstacle, world);
+        continue;
       }
+      const auto [type, size] = MjcfShape(obstacle);
+      AppendGeom(obstacle, {{"name", obstacle.name}, {"type", type}, {"size", size}}, world);
+    }
+  }
+
+  /// A geom where the obstacle is, with its friction.
+  static void AppendGeom(const world::Obstacle& obstacle,
+                         const std::vector<std::pair<std::string, std::string>>& what,
+                         pugi::xml_node world) {
+    const pugi::xml_node geom = xml::Append(world, "geom");
+    for (const auto& [name, value] : what) xml::Set(geom, name.c_str(), value);
+    xml::Set(geom, "pos", Triple(obstacle.X_WO.translation()));
+    xml::Set(geom, "quat", QuaternionWxyz(obstacle.X_WO.linear()));
+    if (!obstacle.friction) return;
+    // By its higher priority its own friction counts, and not the greater of two.
+    xml::Set(geom, "friction", Number(*obstacle.friction) + " 0.005 0.0001");
+    xml::Set(geom, "priority", "1");
+  }
+
+  /// The triangles of a mesh or height map, "NAME/1" and so on: no other name has a slash.
+  void AppendPlates(const world::Obstacle& obstacle, pugi::xml_node world) {
+    const pugi::xml_node asset = root_.insert_child_before("asset", world);
+    int number = 0;
+    for (const Plate& plate : PlatesOf(*obstacle.mesh)) {
+      const std::string name = obstacle.name + "/" + std::to_string(++number);
+      std::string corners;
+      for (const Eigen::Vector3d& p : plate) corners += (corners.empty() ? "" : "  ") + Triple(p);
+      xml::Append(asset, "mesh", {{"name", name}, {"vertex", corners}});
+      AppendGeom(obstacle, {{"name", name}, {"type", "mesh"}, {"mesh", name}}, world);
     }
   }
 

@@ -158,12 +158,22 @@ class Smores(Case):
         done = morphbus('run', self.MODEL, self.PROGRAM, '--robot', 'train', '--world', self.folder / 'soup.sdf', status=2)
         self.assertRegex(done.stderr, r'with its meshes and height maps it has \d+ bytes, the most is 8388608')
 
-    def test_a_height_map_is_refused_where_it_cannot_be(self):
-        for kind, name, status in (('sdf', 'train.sdf', 0), ('webots', 'train.wbt', 0), ('mjcf', 'train.xml', 2)):
-            done = morphbus('export', self.MODEL, '--robot', 'train', '--to', kind, '--world', MODELS / 'terrain.sdf',
-                            '-o', self.folder / name, status=status)
-            if status:
-                self.assertIn('MuJoCo takes a mesh for its convex hull', done.stderr)
+    def test_meshes_and_height_maps_go_into_every_format_with_a_world(self):
+        for kind, name in (('sdf', 'train.sdf'), ('webots', 'train.wbt'), ('mjcf', 'train.xml')):
+            morphbus('export', self.MODEL, '--robot', 'train', '--to', kind, '--world', MODELS / 'terrain.sdf',
+                     '-o', self.folder / name)
+        # MuJoCo takes meshes for their hulls, so that each triangle is a mesh of its own there: two for each four pixels.
+        meshes = re.findall(r'<mesh name="([\w.]+)/\d+"', (self.folder / 'train.xml').read_text())
+        self.assertEqual(meshes.count('bumps.link.map'), 2 * 32 * 32)
+        self.assertGreater(meshes.count('ridges.link.mesh'), 4)
+        (self.folder / 'vast.sdf').write_text(
+            '<sdf version="1.9"><world name="w"><model name="m"><static>true</static><link name="l">' + ''.join(
+                f'<collision name="c{k}"><geometry><heightmap><uri>bumps.png</uri><size>2 2 0.1</size></heightmap></geometry></collision>'
+                for k in range(10)) + '</link></model></world></sdf>')
+        shutil.copy(MODELS / 'terrain' / 'bumps.png', self.folder)
+        done = morphbus('export', self.MODEL, '--robot', 'train', '--to', 'mjcf', '--world', self.folder / 'vast.sdf',
+                        '-o', self.folder / 'vast.xml', status=2)
+        self.assertIn('of 20000 at most; the world\'s meshes and height maps have 20480', done.stderr)
         # What SDF says is a world that can be read again.
         self.assertEqual(sorted(p.name for p in (self.folder / 'train_meshes').glob('obstacle*')),
                          ['obstacle-1.stl', 'obstacle-2.stl'])

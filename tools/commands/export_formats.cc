@@ -5,6 +5,7 @@
 #include "compiler/emit/back_ends.h"
 #include "compiler/emit/kinematics.h"
 #include "compiler/emit/robot_tree.h"
+#include "compiler/emit/triangle_plates.h"
 #include "compiler/emit/webots.h"
 #include "compiler/keywords/keywords_xml.h"
 #include "compiler/model/model_proto.h"
@@ -87,12 +88,16 @@ Result<Exported> ToSdf(const ExportRequest& request) {
 
 /// MJCF for MuJoCo, whose parts are called after the main file.
 Result<Exported> ToMjcf(const ExportRequest& request) {
+  size_t triangles = 0;
   for (const world::Obstacle& obstacle : request.obstacles) {
-    if (!obstacle.mesh) continue;
+    if (obstacle.mesh) triangles += obstacle.mesh->triangles.size();
+  }
+  if (triangles > emit::kMostPlates) {
     return Fail(fmt::format(
-        "--world: MuJoCo takes a mesh for its convex hull, so that '{}' cannot be had in "
-        "MJCF; SDF and Webots take meshes and height maps",
-        obstacle.name));
+        "--world: MuJoCo takes a mesh for its convex hull, so that in MJCF each triangle is a "
+        "plate of its own, of {} at most; the world's meshes and height maps have {}. SDF and "
+        "Webots take them as they are",
+        emit::kMostPlates, triangles));
   }
   return emit::ToMjcf(request.model, emit::TreeOf(request.model, *request.robot), request.stem,
                       request.obstacles);

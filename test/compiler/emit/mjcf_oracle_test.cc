@@ -288,5 +288,43 @@ TEST(Mjcf, ObstaclesStandStillWhereTheyAre) {
   EXPECT_EQ(m.geom_size[3 * post + 1], 0.125);
 }
 
+// A valley, whose hull would be a block up to the height of its sides: MuJoCo finds each point of
+// both slopes, and the bottom between them.
+TEST(Mjcf, AMeshIsItsTrianglesAndNotTheirHull) {
+  const ExportCase robot = test::CompiledCase(test::TextOf("models/mtran.m3l"), "quadruped");
+  const RobotTree tree = TreeOf(robot.model, robot.robot);
+  auto valley = std::make_shared<world::TriangleMesh>();
+  // Along y, with slopes of one half down to the line x = 0; outside is up, z.
+  valley->points = {{-1, -1, 0.5}, {0, -1, 0}, {1, -1, 0.5}, {-1, 1, 0.5}, {0, 1, 0}, {1, 1, 0.5}};
+  valley->triangles = {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}, {0, 1, 1}};
+  world::Obstacle obstacle{"valley", world::Shape::kMesh};
+  obstacle.mesh = valley;
+  obstacle.friction = 0.25;
+  // Our worlds have y up.
+  obstacle.X_WO = Eigen::Translation3d(5, 2, 3) *
+                  Eigen::AngleAxisd(-0.5 * std::numbers::pi, Eigen::Vector3d::UnitX());
+  const Simulation simulation = test::LoadInMuJoCo(ToMjcf(robot.model, tree, "robot", {obstacle}));
+  ASSERT_NE(simulation.model, nullptr);
+  const mjModel& m = *simulation.model;
+  // A triangle without area is nothing that can be touched.
+  EXPECT_GE(mj_name2id(&m, mjOBJ_GEOM, "valley/4"), 0);
+  EXPECT_LT(mj_name2id(&m, mjOBJ_GEOM, "valley/5"), 0);
+  EXPECT_EQ(m.geom_friction[3 * mj_name2id(&m, mjOBJ_GEOM, "valley/1")], 0.25);
+  const double floor = m.geom_pos[3 * mj_name2id(&m, mjOBJ_GEOM, "floor") + 2];
+  mj_forward(simulation.model.get(), simulation.data.get());
+  for (const double x : {-0.9, -0.5, -0.1, -0.01, 0.01, 0.3, 0.99}) {
+    for (const double y : {-0.95, -0.2, 0.7}) {
+      SCOPED_TRACE(testing::Message() << x << " " << y);
+      // The valley's y is north-west-up's west, where it stands at -3.
+      const double from[] = {5 + x, -3 + y, 2 + floor + 1}, down[] = {0, 0, -1};
+      int hit = -1;
+      const double way = mj_ray(&m, simulation.data.get(), from, down, nullptr, 1, -1, &hit);
+      EXPECT_NEAR(way, 1 - 0.5 * std::abs(x), 1e-6);
+      ASSERT_GE(hit, 0);
+      EXPECT_TRUE(std::string(mj_id2name(&m, mjOBJ_GEOM, hit)).starts_with("valley/"));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace morphbus::emit
