@@ -41,13 +41,12 @@ class InprocEndpoint : public Bus {
   using Bus::Subscribe;
   void Subscribe(const std::string& channel, Handler handler, const Interest& interest) override {
     ++hub_->num_changes_;
-    std::shared_ptr<Subscriptions::Exact> subscription =
-        subscriptions_.Add(channel, std::move(handler));
+    const Subscriptions::Exact* subscription = subscriptions_.Add(channel, std::move(handler));
     std::vector<InprocHub::Listener>& listeners = hub_->listeners_[channel];
     const auto known = std::find_if(listeners.begin(), listeners.end(),
                                     [this](const auto& l) { return l.endpoint == this; });
     if (known == listeners.end()) {
-      listeners.push_back({this, interest, std::move(subscription)});
+      listeners.push_back({this, interest, subscription});
     } else {
       known->interest = interest;
     }
@@ -71,7 +70,8 @@ class InprocEndpoint : public Bus {
     if (const auto exact = subscriptions_.exact().find(channel);
         exact != subscriptions_.exact().end()) {
       StopListening(channel);
-      // Messages that wait for it are for nobody now, even if somebody subscribes again.
+      // Messages that wait for it are for nobody now, also if the channel is subscribed to again;
+      // only who has prefixes or a pattern, too, gets what waits by its name.
       static const Subscriptions::Exact kNobody;
       for (Waiting& waiting : queue_) {
         if (waiting.subscription == exact->second.get()) waiting.subscription = &kNobody;
@@ -174,7 +174,7 @@ class InprocEndpoint : public Bus {
     for (const InprocHub::Listener& listener : *route.exact) {
       if (!listener.interest.Includes(data, size)) continue;
       // Broad listeners have it already.
-      if (!listener.endpoint->broad_) deliver(listener.endpoint, listener.subscription.get());
+      if (!listener.endpoint->broad_) deliver(listener.endpoint, listener.subscription);
     }
   }
 

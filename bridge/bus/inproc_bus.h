@@ -57,7 +57,7 @@ class InprocHub {
   struct Listener {
     InprocEndpoint* endpoint;
     Interest interest;
-    std::shared_ptr<Subscriptions::Exact> subscription;
+    const Subscriptions::Exact* subscription;
   };
   // Who listens to a channel by its name; and who to many channels, by how their names begin or
   // end. So a message costs what its receivers cost, however many others there are.

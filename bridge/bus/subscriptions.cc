@@ -6,13 +6,12 @@
 
 namespace morphbus::bridge {
 
-std::shared_ptr<Subscriptions::Exact> Subscriptions::Add(const std::string& channel,
-                                                         Bus::Handler handler) {
-  // Whoever keeps the subscription beside a message finds the new handler in it.
-  std::shared_ptr<Exact>& subscription = exact_[channel];
-  if (subscription == nullptr) subscription = std::make_shared<Exact>();
+const Subscriptions::Exact* Subscriptions::Add(const std::string& channel, Bus::Handler handler) {
+  // Messages that wait for the subscription are for the new handler.
+  std::unique_ptr<Exact>& subscription = exact_[channel];
+  if (subscription == nullptr) subscription = std::make_unique<Exact>();
   subscription->handler = std::make_shared<Bus::Handler>(std::move(handler));
-  return subscription;
+  return subscription.get();
 }
 
 void Subscriptions::AddPrefix(const std::string& prefix, Bus::Handler handler) {
@@ -28,14 +27,7 @@ bool Subscriptions::Remove(const std::string& name) {
   // A name may be that of a channel, of a prefix and of the pattern at once.
   const bool pattern = !name.empty() && pattern_.prefix == name;
   if (pattern) pattern_ = Pattern();
-  const auto exact = exact_.find(name);
-  const bool known = exact != exact_.end();
-  if (known) {
-    // Messages that wait for it find out by this.
-    exact->second->handler = nullptr;
-    exact_.erase(exact);
-  }
-  return prefixes_.erase(name) + (pattern ? 1 : 0) + (known ? 1 : 0) > 0;
+  return exact_.erase(name) + prefixes_.erase(name) + (pattern ? 1 : 0) > 0;
 }
 
 bool Subscriptions::Wants(std::string_view channel) const {
@@ -73,7 +65,7 @@ int Subscriptions::Dispatch(std::string_view channel, const uint8_t* data, size_
 
 int Subscriptions::Dispatch(const Exact& subscription, std::string_view channel,
                             const uint8_t* data, size_t size) {
-  // The handler is kept alive over the call; a message may have waited for one that is gone by now.
+  // The handler is kept alive over the call, whatever it changes.
   const std::shared_ptr<Bus::Handler> handler = subscription.handler;
   if (handler == nullptr) return 0;
   (*handler)(channel, data, size);

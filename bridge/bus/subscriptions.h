@@ -16,19 +16,19 @@ namespace morphbus::bridge {
 /// it returns, and what it changes holds from the next message on.
 class Subscriptions {
  public:
-  /// A subscription to one channel. A bus may keep it beside a message that waits, and then needs
-  /// no look-up by name to hand the message over.
+  /// A subscription to one channel. A bus that keeps a pointer to it beside a message that waits
+  /// needs no look-up by name to hand the message over; it forgets the pointer before Remove.
   struct Exact {
-    /// Shared, so that it can be replaced while it runs; null once the subscription was dropped.
+    /// Shared, so that it can be replaced while it runs; null: the message is for nobody.
     std::shared_ptr<Bus::Handler> handler;
   };
-  /// By the channel's name.
-  using Book = TextTable<std::shared_ptr<Exact>>;
+  /// By the channel's name; a subscription stays where it is until it is removed.
+  using Book = TextTable<std::unique_ptr<Exact>>;
   /// Handlers by the prefix, in its order; shared, so that one can be replaced while it runs.
   using OrderedBook = std::map<std::string, std::shared_ptr<Bus::Handler>, std::less<>>;
 
   /// As Bus::Subscribe and Bus::SubscribePrefix: an earlier handler of the same name is replaced.
-  std::shared_ptr<Exact> Add(const std::string& channel, Bus::Handler handler);
+  const Exact* Add(const std::string& channel, Bus::Handler handler);
   void AddPrefix(const std::string& prefix, Bus::Handler handler);
   /// As Bus::SubscribeQuietly. Nobody needs two of them, so that a further one replaces the first.
   void SetPattern(const std::string& prefix, const std::string& suffix, Bus::Handler handler);

@@ -344,8 +344,8 @@ void ModuleParticipant::OnTransform(uint16_t mate, const uint8_t* data, size_t s
   morphbus::transform_t& transform = scratch_.transform;
   const auto fits = [&] { return static_cast<uint16_t>(transform.module_id) == mate; };
   const auto found = mailboxes_.find(mate);
-  // Where a thousand modules share a process, the mailbox is far from the processor: it is fetched
-  // while the message is decoded.
+  // Where a thousand modules share a process, the mailbox is mostly not in the processor's cache:
+  // it is fetched while the message is decoded.
   if (found != mailboxes_.end()) found->second.tracker.FetchNext();
   if (!Accept(data, size, &transform, fits)) return;
   if (found == mailboxes_.end()) return;

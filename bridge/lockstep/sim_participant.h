@@ -235,7 +235,7 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
 
   /// The ACTUATORs of a module that were taken, one a tick.
   struct ReceivedCommands {
-    int64_t count = 0;
+    int64_t count = 0;  ///< Of the first command of each tick, as it came, and their hash.
     StreamHash hash;
     SequenceTracker tracker;  ///< Of all numbers that came on the channel.
     uint64_t digest = 0;      ///< XXH3 of the present tick's one, if it has come.
@@ -272,7 +272,7 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   std::vector<ReportParts> reports_;
   /// A process whose acknowledgements contradict each other; empty if there is none.
   std::string two_tongued_;
-  /// The commands that moved the robot, by module, as their channel's count and hash.
+  /// What came from each module, and what of it moved the robot.
   std::vector<ReceivedCommands> received_;
   /// The last tick whose commands have moved the robot; -1 before.
   int64_t reported_tick_ = -1;

@@ -276,12 +276,13 @@ class MjcfWriter {
     const bool plates =
         std::ranges::any_of(obstacles_, [](const auto& o) { return o.mesh != nullptr; });
     const size_t per_link = plates ? 32 : 8;
+    constexpr size_t kOtherRowsPerLink = 8;
     constexpr size_t kMost = 2000;  // MuJoCo's memory grows by this times the joints.
     constexpr size_t kRowsOfAContact = 4;
     const size_t contacts = std::min(per_link * tree_.links.size(), kMost);
     // What MuJoCo provides by itself is enough.
     if (contacts <= kDefault) return;
-    const size_t rows = kRowsOfAContact * contacts + per_link * tree_.links.size();
+    const size_t rows = kRowsOfAContact * contacts + kOtherRowsPerLink * tree_.links.size();
     xml::Append(root_, "size",
                 {{"nconmax", std::to_string(contacts)}, {"njmax", std::to_string(rows)}});
   }

@@ -132,6 +132,74 @@ TEST(InprocBus, WhoChangesWhatHeListensToIsHeededFromTheNextMessageOn) {
   EXPECT_EQ(prefixed(), (std::vector<std::string>{}));
 }
 
+TEST(InprocBus, WhoIsGoneGetsNothingMore) {
+  InprocHub hub;
+  const auto sender = hub.Connect();
+  int heard = 0;
+  const auto count = [&](std::string_view, const uint8_t*, size_t) { ++heard; };
+  auto gone = hub.Connect();
+  gone->Subscribe("x", count);
+  sender->Publish("x", kThreeBytes.data(), kThreeBytes.size());
+  EXPECT_EQ(hub.HandleAll(), 1);
+  gone = nullptr;
+  // Whoever comes next may lie where the other one lay.
+  const auto next = hub.Connect();
+  next->Subscribe("y", count);
+  sender->Publish("x", kThreeBytes.data(), kThreeBytes.size());
+  EXPECT_EQ(hub.HandleAll(), 0);
+  EXPECT_EQ(heard, 1);
+}
+
+TEST(InprocBus, OfAChannelInPartsAnotherPartMayBeWantedFromTheNextMessageOn) {
+  InprocHub hub;
+  const auto sender = hub.Connect(), a = hub.Connect();
+  std::vector<int> heard;
+  const auto want = [&](uint16_t part) {
+    a->Subscribe("x",
+                 [&](std::string_view, const uint8_t* data, size_t) { heard.push_back(data[0]); },
+                 {true, 1, 0, part, false});
+  };
+  const auto publish_all = [&] {
+    for (const uint8_t part : {uint8_t{1}, uint8_t{2}, uint8_t{3}}) sender->Publish("x", &part, 1);
+    hub.HandleAll();
+  };
+  want(2);
+  publish_all();
+  want(3);
+  publish_all();
+  EXPECT_EQ(heard, (std::vector<int>{2, 3}));
+}
+
+TEST(InprocBus, AHandlerMayDropWhatWaitsBehindItsOwnMessage) {
+  InprocHub hub;
+  const auto sender = hub.Connect(), a = hub.Connect();
+  std::vector<std::string> heard;
+  a->Subscribe("x", [&](std::string_view, const uint8_t*, size_t) {
+    heard.emplace_back("x");
+    a->Unsubscribe("y");
+    // What waits is gone on with here.
+    a->Handle(0);
+  });
+  const auto note = [&](std::string_view channel, const uint8_t*, size_t) {
+    heard.emplace_back(channel);
+  };
+  a->Subscribe("y", note);
+  a->Subscribe("z", note);
+  for (const char* channel : {"x", "y", "z"}) {
+    sender->Publish(channel, kThreeBytes.data(), kThreeBytes.size());
+  }
+  hub.HandleAll();
+  EXPECT_EQ(heard, (std::vector<std::string>{"x", "z"}));
+  // Prefixes that come while messages wait do not make them come twice, or not at all.
+  sender->Publish("z", kThreeBytes.data(), kThreeBytes.size());
+  a->SubscribePrefix("other", note);
+  hub.HandleAll();
+  sender->Publish("z", kThreeBytes.data(), kThreeBytes.size());
+  a->Unsubscribe("other");
+  hub.HandleAll();
+  EXPECT_EQ(heard, (std::vector<std::string>{"x", "z", "z", "z"}));
+}
+
 TEST(InprocBus, WhatWaitedForADroppedSubscriptionIsNotForALaterOne) {
   InprocHub hub;
   const auto a = hub.Connect();

@@ -73,45 +73,74 @@ TEST(ImageTest, RefusedImagesAreExplained) {
   EXPECT_NE(text.find("unknown instruction"), std::string::npos) << text;
 }
 
-/// Whether a term of a signature has what it speaks of: a part that names a value, a routine, a
-/// text.
-bool HasMeaning(const OpcodeInfo& info, Term term) {
-  const auto has = [&info](std::initializer_list<OperandPart> wanted) {
-    const OperandInfo& operand = InfoOf(info.operand);
-    return std::any_of(wanted.begin(), wanted.end(), [&operand](OperandPart part) {
-      return std::find(operand.parts, operand.parts + kMostParts, part) !=
-             operand.parts + kMostParts;
-    });
-  };
+/// Whether a part names a value, which has a type.
+bool NamesAValue(OperandPart part) {
+  switch (part) {
+    case OperandPart::kConstant:
+    case OperandPart::kIntConstant:
+    case OperandPart::kLocal:
+    case OperandPart::kIntLocal:
+    case OperandPart::kStoredLocal:
+    case OperandPart::kField:
+    case OperandPart::kSharedField:
+    case OperandPart::kLabel:
+    case OperandPart::kPartKeyword:
+      return true;
+    default:
+      return false;
+  }
+}
+
+/// Whether the operand has one of these parts.
+bool Has(const OpcodeInfo& info, std::initializer_list<OperandPart> wanted) {
+  const OperandInfo& operand = InfoOf(info.operand);
+  return std::ranges::any_of(operand.parts, [&](OperandPart part) {
+    return std::find(wanted.begin(), wanted.end(), part) != wanted.end();
+  });
+}
+
+/// Whether the term is a type, or that of the value which the part that it speaks of names.
+bool IsTyped(const OpcodeInfo& info, Term term) {
+  if (term.part() >= 0) return NamesAValue(InfoOf(info.operand).parts[term.part()]);
+  return term.type() != ValueType::kVoid;
+}
+
+/// Whether an instruction may take this term: whether it has the part, routine or text that the
+/// term speaks of.
+bool MayTake(const OpcodeInfo& info, Term term) {
   switch (term.letter()) {
-    case Letter::kFirstPart:
-    case Letter::kSecondPart:
-      return has({OperandPart::kConstant, OperandPart::kLocal, OperandPart::kStoredLocal,
-                  OperandPart::kField, OperandPart::kSharedField, OperandPart::kLabel,
-                  OperandPart::kPartKeyword});
     case Letter::kArguments:
-    case Letter::kResult:
-      return has({OperandPart::kMethod, OperandPart::kCommand, OperandPart::kSuperFunction});
+      return Has(info, {OperandPart::kMethod, OperandPart::kCommand, OperandPart::kSuperFunction});
     case Letter::kPlaces:
-      return has({OperandPart::kText});
+      return Has(info, {OperandPart::kText});
     case Letter::kOwnResult:
       return info.flow == Flow::kReturn;
     case Letter::kComparable:
       return info.pops.size() == 2 && info.pops[0].code == info.pops[1].code;
     case Letter::kAny:
       return true;
+    default:
+      return IsTyped(info, term);
   }
-  return term.type() != ValueType::kVoid;
+}
+
+/// Whether it may leave this term. What is on the stack at a target only has a type of its own.
+bool MayLeave(const OpcodeInfo& info, Term term) {
+  if (info.flow == Flow::kKeep) return term.type() != ValueType::kVoid;
+  if (term.letter() == Letter::kResult) {
+    return Has(info, {OperandPart::kMethod, OperandPart::kSuperFunction});
+  }
+  return IsTyped(info, term);
 }
 
 TEST(OpcodeTableTest, LettersOfSignaturesHaveAMeaning) {
   for (int i = 0; i < kNumOpcodes; ++i) {
     const OpcodeInfo& info = kOpcodes[i];
     for (const Term term : info.pops) {
-      EXPECT_TRUE(HasMeaning(info, term)) << kOpcodeTexts[i].mnemonic << " pops " << term.code;
+      EXPECT_TRUE(MayTake(info, term)) << kOpcodeTexts[i].mnemonic << " pops " << term.code;
     }
     for (const Term term : info.pushes) {
-      EXPECT_TRUE(HasMeaning(info, term)) << kOpcodeTexts[i].mnemonic << " pushes " << term.code;
+      EXPECT_TRUE(MayLeave(info, term)) << kOpcodeTexts[i].mnemonic << " pushes " << term.code;
     }
     EXPECT_GT(info.cost, 0) << kOpcodeTexts[i].mnemonic;
   }
@@ -124,6 +153,18 @@ TEST(OpcodeTableTest, LettersOfSignaturesHaveAMeaning) {
        }) {
     EXPECT_EQ(TypeOfLetter(letter), ValueType::kVoid) << letter;
     EXPECT_GE(letter, kNumValueTypes) << letter;
+  }
+}
+
+// The verifier, listings and types of fields look for the role in the byte before.
+TEST(OpcodeTableTest, SlotsOfAnotherRoleStandBehindIt) {
+  for (const OperandInfo& operand : kOperands) {
+    for (int i = 0; i < kMostParts; ++i) {
+      const OperandPart part = operand.parts[i];
+      if (part != OperandPart::kCommand && part != OperandPart::kSharedField) continue;
+      ASSERT_GT(i, 0);
+      EXPECT_EQ(operand.parts[i - 1], OperandPart::kRole);
+    }
   }
 }
 

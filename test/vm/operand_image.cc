@@ -122,6 +122,7 @@ TestImage OperandImage(const Code& code, const std::vector<TestJoin>& joins, Val
   role.parent = kBase;
   role.depth = 1;
   role.methods = {kMethod};
+  role.fields.emplace_back(ValueType::kFloat, Bits(1));
   if (result == ValueType::kVoid) {
     role.startups = {kTested};
   } else {
@@ -130,7 +131,11 @@ TestImage OperandImage(const Code& code, const std::vector<TestJoin>& joins, Val
   TestRole other;
   other.name = "Other";
   other.methods = {kUnrelated};
-  image.roles = {role, base, other};
+  // Its shared field is a float where those of the others are ints.
+  TestRole sharing;
+  sharing.name = "Sharing";
+  sharing.fields = {{static_cast<ValueType>(static_cast<int>(ValueType::kFloat) | 0x80), Bits(1)}};
+  image.roles = {role, base, other, sharing};
   return image;
 }
 

@@ -10,6 +10,8 @@ namespace morphbus::vm {
 /// The numbers of things in the image of OperandImage.
 enum Function { kTested, kCommand, kMethod, kBaseMethod, kJointLabel, kLinkLabel, kUnrelated };
 enum Constant { kInt, kFloat, kBool, kDirection, kAxis, kRole, kTextConstant, kNumConstants };
+/// Behind them stand the first values of the roles' fields, and nothing behind those.
+inline constexpr int kNumFields = 6, kNoConstant = kNumConstants + kNumFields;
 enum Keyword {
   kJointKeyword,
   kConnectorKeyword,
@@ -22,7 +24,7 @@ enum Local { kIntLocal, kFloatLocal, kUnsetLocal, kNumLocals };
 /// What the function under test is, or what calls it.
 enum class Place { kTask, kRequirement, kLabel, kCalledByRequirement, kCalledByLabel };
 inline constexpr int kCaller = 7;
-inline constexpr int kBase = 1, kOther = 2, kNumRoles = 3;
+inline constexpr int kBase = 1, kOther = 2, kSharing = 3, kNumRoles = 4;
 
 /// Code that pushes a value of this type.
 Code Value(ValueType type);

@@ -20,8 +20,8 @@ using Operand = std::vector<int>;
 
 /// What an instruction should find: its operand, the values below it, what it leaves.
 struct Use {
-  Operand operand;
-  std::vector<ValueType> pops;
+  Operand operand = {};
+  std::vector<ValueType> pops = {};
   int pushes = 0;
 };
 
@@ -48,12 +48,11 @@ PartValues ValuesOf(OperandPart part) {
     case OperandPart::kSignedByte:
       return {{5}, {}};
     case OperandPart::kConstant:
-      return {{kInt, 0}, {{kTextConstant, 0}, {kNumConstants + 4, 0}, {0, 1}, {255, 255}}};
+      return {{kInt, 0}, {{kTextConstant, 0}, {kNoConstant, 0}, {0, 1}, {255, 255}}};
     case OperandPart::kIntConstant:
-      return {{kInt, 0},
-              {{kFloat, 0}, {kTextConstant, 0}, {kNumConstants + 4, 0}, {0, 1}, {255, 255}}};
+      return {{kInt, 0}, {{kFloat, 0}, {kTextConstant, 0}, {kNoConstant, 0}, {0, 1}, {255, 255}}};
     case OperandPart::kText:
-      return {{kTextConstant, 0}, {{kInt, 0}, {kNumConstants + 4, 0}, {255, 255}}};
+      return {{kTextConstant, 0}, {{kInt, 0}, {kNoConstant, 0}, {255, 255}}};
     // Reading one that is not set, or arithmetic with one of another type; values that are stored
     // are ints.
     case OperandPart::kLocal:
@@ -63,6 +62,7 @@ PartValues ValuesOf(OperandPart part) {
     case OperandPart::kStoredLocal:
       return {{kIntLocal}, {{kNumLocals}, {255}, {kFloatLocal}}};
     case OperandPart::kField:
+      return {{0}, {{3}, {255}}};
     case OperandPart::kLabel:
     case OperandPart::kMethod:
       return {{0}, {{2}, {255}}};
@@ -75,7 +75,7 @@ PartValues ValuesOf(OperandPart part) {
       return KeywordValues(kSensorKeyword, kSensorKeyword);
     case OperandPart::kSensorKindKeyword:
       return KeywordValues(kSensorKindKeyword, kSensorKindKeyword);
-    // The third role has neither commands nor fields.
+    // This one has neither commands nor fields.
     case OperandPart::kRole:
       return {{kBase}, {{kNumRoles}, {255}, {kOther}}};
     case OperandPart::kCommand:
@@ -234,6 +234,59 @@ TEST_P(OperandTest, IsRefusedOnAnyOtherStack) {
     bad.pops = {type, type};
     EXPECT_EQ(Verdict(op(), bad), "values cannot be compared") << name();
   }
+}
+
+/// The verdict for a function that runs an instruction and returns what it has left, after it has
+/// stored `above` values from over it in the float local.
+std::string ResultVerdict(Opcode op, const Use& use, ValueType result, int above = 0) {
+  Code code;
+  for (const ValueType type : use.pops) code = code + Value(type);
+  code = code + Op(op, use.operand);
+  for (int i = 0; i < above; ++i) code = code + Op(Opcode::kStoreLocal, {kFloatLocal});
+  return VerifyMessage(OperandImage(code + Op(Opcode::kReturnValue), {}, result).Build());
+}
+
+/// That what the instruction leaves is of this type and of no other.
+void ExpectLeaves(Opcode op, const Use& use, ValueType type, int above = 0) {
+  for (int other = 1; other <= static_cast<int>(ValueType::kLinkSet); ++other) {
+    const auto result = static_cast<ValueType>(other);
+    if (result == ValueType::kText) continue;
+    EXPECT_EQ(ResultVerdict(op, use, result, above),
+              result == type ? "" : "operand of the wrong type")
+        << kOpcodeTexts[static_cast<int>(op)].mnemonic << " as " << other;
+  }
+}
+
+TEST_P(OperandTest, LeavesAValueOfItsTypeAndOfNoOther) {
+  const OpcodeInfo& info = InfoOf(op());
+  if (info.pushes.size() != 1 || info.flow != Flow::kNext) return;
+  const Term left = info.pushes[0];
+  if (left.type() == ValueType::kVoid) return;  // Below, by what is named.
+  ExpectLeaves(op(), GoodUse(op()), left.type());
+}
+
+TEST(OperandTypeTest, WhatAnOperandNamesHasTheTypeOfThatThing) {
+  const auto i = ValueType::kInt, f = ValueType::kFloat;
+  const ValueType constants[] = {
+      i, f, ValueType::kBool, ValueType::kDirection, ValueType::kAxis, ValueType::kRole};
+  for (int constant = 0; constant < kTextConstant; ++constant) {
+    ExpectLeaves(Opcode::kPushConst, {{constant, 0}}, constants[constant]);
+  }
+  ExpectLeaves(Opcode::kLoadLocal, {{kIntLocal}}, i);
+  ExpectLeaves(Opcode::kLoadLocal, {{kFloatLocal}}, f);
+  ExpectLeaves(Opcode::kLoadLocals, {{kIntLocal, kFloatLocal}}, i, 1);
+  ExpectLeaves(Opcode::kLoadLocals, {{kFloatLocal, kFloatLocal}}, f, 1);
+  ExpectLeaves(Opcode::kLoadField, {{0}}, i);
+  ExpectLeaves(Opcode::kLoadField, {{2}}, f);
+  ExpectLeaves(Opcode::kLoadLabel, {{0}}, ValueType::kJoint);
+  ExpectLeaves(Opcode::kLoadLabel, {{1}}, ValueType::kLink);
+  ExpectLeaves(Opcode::kKeyword, {{kJointKeyword}}, ValueType::kJoint);
+  ExpectLeaves(Opcode::kKeyword, {{kConnectorKeyword}}, ValueType::kConnector);
+  // A neighbour's field is one of the role that is named, whatever the own role has in its place.
+  ExpectLeaves(Opcode::kNeighbourField, {{kBase, 0}, {ValueType::kSet}}, i);
+  ExpectLeaves(Opcode::kNeighbourField, {{kSharing, 0}, {ValueType::kSet}}, f);
+  ExpectLeaves(Opcode::kCall, {{0}, {i}}, i);
+  ExpectLeaves(Opcode::kCallSuper, {{kBaseMethod, 0}, {i}}, i);
 }
 
 TEST_P(OperandTest, IsRefusedWhereTheStackHasNoRoomForWhatItPushes) {

@@ -17,21 +17,26 @@ namespace {
 /// A tick has some thousand instructions at most; a budget that somebody raised may lead to more.
 constexpr size_t kMaxSteps = 100000;
 
-/// The operands that lie ready for an instruction, in their order; none for one that takes as many
-/// as what it calls, or values of any type.
+/// The operands that lie ready for an instruction, in their order; none for one of which neither
+/// the table nor what its operand names tells the types.
 Json OperandsOf(const logger::ComputedStep& step, const vm::Frame& frame) {
   const vm::FunctionInfo function = step.program.function(frame.function);
   const uint8_t* at = step.program.bytes() + function.code_begin + frame.pc;
   const vm::OpcodeInfo& info = vm::kOpcodes[*at];
-  const vm::Cell* first = step.task.stack.cells + step.task.stack.top - info.pops.size();
-  Json operands = Json::array();
+  std::vector<vm::ValueType> types;
   for (const vm::Term term : info.pops) {
     // A store takes what fits the variable that it names.
     const vm::ValueType type = term.part() < 0 ? term.type()
                                                : vm::TypeNamedBy(info.operand, term.part(),
                                                                  step.program, function, at + 1);
     if (type == vm::ValueType::kVoid) return Json::array();
-    operands.push_back(vm::ValueText(step.program, &step.kinematics, type, *first++));
+    types.push_back(type);
+  }
+  // They are the topmost values.
+  const vm::Cell* cell = step.task.stack.cells + step.task.stack.top - types.size();
+  Json operands = Json::array();
+  for (const vm::ValueType type : types) {
+    operands.push_back(vm::ValueText(step.program, &step.kinematics, type, *cell++));
   }
   return operands;
 }

@@ -16,7 +16,7 @@ struct VerifyError {
   uint32_t offset = 0;
 };
 
-/// One verification. Its steps stand in six files, in the order in which they run; each returns
+/// One verification. Its steps stand in six files, and Run() calls them in order; each returns
 /// false after it has noted the first error. Later steps rely on what earlier ones have proved.
 class Verifier {
  public:

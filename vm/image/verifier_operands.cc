@@ -175,7 +175,7 @@ bool Verifier::PopTerm(const FunctionInfo& function, Term term, Named* named, St
     case Letter::kResult:
       break;  // It is pushed only.
   }
-  return false;
+  return Fail("operand of the wrong type", at_);
 }
 
 bool Verifier::Leave(const OpcodeInfo& info, const Named& named, StackState* state) {

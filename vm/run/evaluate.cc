@@ -13,11 +13,8 @@ Opcode ComparisonOf(Opcode op) {
   for (const JoinedJump& joined : kJoinedJumps) {
     if (joined.jump == op) return joined.comparison;
   }
-  // What takes two values of one kind and leaves a bool compares them.
-  const OpcodeInfo& info = InfoOf(op);
-  const bool compares = info.pops.size() == 2 && info.pops[0].code == info.pops[1].code &&
-                        info.pushes[0].type() == ValueType::kBool;
-  return compares ? op : Opcode::kPop;
+  // Comparisons by themselves stand together in the table.
+  return op >= Opcode::kEqual && op <= Opcode::kLessEqualFloat ? op : Opcode::kPop;
 }
 
 /// The type of the value that the instruction at `at` pushes last; `before` if it pushes none or

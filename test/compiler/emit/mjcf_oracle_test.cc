@@ -297,6 +297,11 @@ TEST(Mjcf, AMeshIsItsTrianglesAndNotTheirHull) {
   // Along y, with slopes of one half down to the line x = 0; outside is up, z.
   valley->points = {{-1, -1, 0.5}, {0, -1, 0}, {1, -1, 0.5}, {-1, 1, 0.5}, {0, 1, 0}, {1, 1, 0.5}};
   valley->triangles = {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}, {0, 1, 1}};
+  // Two slivers: MuJoCo has nothing to say against the one that is left, and could not read the
+  // other.
+  valley->points.insert(valley->points.end(),
+                        {{-1, -1, 0.5}, {1, -1, 0.5}, {0, -1, 0.5 + 1e-5}, {0, -1, 0.5 + 1e-9}});
+  valley->triangles.insert(valley->triangles.end(), {{6, 7, 9}, {6, 7, 8}});
   world::Obstacle obstacle{"valley", world::Shape::kMesh};
   obstacle.mesh = valley;
   obstacle.friction = 0.25;
@@ -307,8 +312,8 @@ TEST(Mjcf, AMeshIsItsTrianglesAndNotTheirHull) {
   ASSERT_NE(simulation.model, nullptr);
   const mjModel& m = *simulation.model;
   // A triangle without area is nothing that can be touched.
-  EXPECT_GE(mj_name2id(&m, mjOBJ_GEOM, "valley/4"), 0);
-  EXPECT_LT(mj_name2id(&m, mjOBJ_GEOM, "valley/5"), 0);
+  EXPECT_GE(mj_name2id(&m, mjOBJ_GEOM, "valley/5"), 0);
+  EXPECT_LT(mj_name2id(&m, mjOBJ_GEOM, "valley/6"), 0);
   EXPECT_EQ(m.geom_friction[3 * mj_name2id(&m, mjOBJ_GEOM, "valley/1")], 0.25);
   const double floor = m.geom_pos[3 * mj_name2id(&m, mjOBJ_GEOM, "floor") + 2];
   mj_forward(simulation.model.get(), simulation.data.get());
