@@ -53,9 +53,11 @@ void FunctionBuilder::Replace(size_t count, Opcode op, std::vector<uint8_t> oper
 }
 
 void FunctionBuilder::Join() {
+  // What has been joined may be joined again with what comes next.
   const Opcode last = Before(0);
   if (JoinArithmetic(last)) return;
   const auto operand = [this](size_t back, size_t i) { return code_.bytes[PlaceOf(back) + 1 + i]; };
+  // Two locals at once, and `x += 3`.
   if (last == Opcode::kLoadLocal && Before(1) == Opcode::kLoadLocal) {
     Replace(2, Opcode::kLoadLocals, {operand(1, 0), operand(0, 0)});
   } else if (last == Opcode::kStoreLocal && Before(1) == Opcode::kAddInt8 &&
@@ -82,6 +84,7 @@ bool FunctionBuilder::JoinArithmetic(Opcode last) {
     }
     return true;
   }
+  // A constant, and a local, as the second operand.
   if (last == Opcode::kModInt && before == Opcode::kPushConst) {
     Replace(2, Opcode::kModConst, {operand(0), operand(1)});
     return true;
@@ -90,6 +93,7 @@ bool FunctionBuilder::JoinArithmetic(Opcode last) {
     Replace(2, Opcode::kAddLocalInt, {operand(0)});
     return true;
   }
+  // Of two locals that were joined the second one is the operand.
   if (adds && before == Opcode::kLoadLocals) {
     const uint8_t first = operand(0), second = operand(1);
     Replace(2, Opcode::kLoadLocal, {first});
@@ -109,6 +113,7 @@ Opcode FunctionBuilder::JoinJump(Opcode jump) const {
 }
 
 void FunctionBuilder::Take(const vm::OpcodeInfo& info, const NamedByOperand& named) {
+  // One value a term, but for those that stand for all that a routine or a text takes.
   for (const vm::Term term : info.pops) {
     const bool several =
         term.letter() == vm::Letter::kArguments || term.letter() == vm::Letter::kPlaces;

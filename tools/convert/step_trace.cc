@@ -110,6 +110,7 @@ void StepTrace::Begin(const logger::ComputedStep& step, Moment now) {
                {"line", now.line},
                {"locals", LocalsJson(now.locals)},
                {"changed", Json::object()}};
+  // Lines are told by their number, instructions by what they are about to do.
   if (by_ == By::kInstruction) {
     json["pc"] = now.pc;
     json["instruction"] = vm::InstructionText(step.program, now.function, now.pc);
@@ -121,6 +122,7 @@ void StepTrace::Begin(const logger::ComputedStep& step, Moment now) {
 }
 
 void StepTrace::Take(const logger::ComputedStep& step) {
+  // A step of a line goes on for as many instructions as belong to it.
   Moment now = MomentOf(step);
   const bool ended = step.ended != nullptr;
   if (open_ && !ended && GoesOn(now)) {
@@ -148,6 +150,7 @@ std::string StepsText(const Json& steps, int64_t dropped) {
     const int indent = 2 + 2 * step["depth"].get<int>();
     std::string line = fmt::format("{:{}}{}:{} {}", "", indent, step["source"].get<std::string>(),
                                    step["line"].get<int>(), step["function"].get<std::string>());
+    // What it works with: the operands of an instruction, the variables of a line.
     const auto list = [](const Json& values) {
       std::string joined;
       for (const Json& value : values) {
@@ -163,6 +166,7 @@ std::string StepsText(const Json& steps, int64_t dropped) {
       line += "  " + LocalsText(step["locals"]);
     }
     text += line + "\n";
+    // What it has changed, and how the task's run ended if it ended with it.
     for (const auto& [name, value] : step["changed"].items()) {
       text += fmt::format("{:{}}{} = {}\n", "", indent + 4, name, value.get<std::string>());
     }

@@ -122,6 +122,7 @@ bool Verifier::CheckSuper(int index, uint32_t callee) {
   return true;
 }
 
+// What is named exists by now; whether it will do depends on its type.
 bool Verifier::CheckTypeOfPart(OperandPart part, ValueType type) {
   switch (part) {
     case OperandPart::kConstant:
@@ -139,7 +140,7 @@ bool Verifier::CheckTypeOfPart(OperandPart part, ValueType type) {
   }
 }
 
-// The last letter is the top of the stack.
+// What the instruction takes, from the top of the stack down, which is from the last letter.
 bool Verifier::Take(const FunctionInfo& function, const OpcodeInfo& info, Named* named,
                     StackState* state) {
   for (int i = info.pops.size() - 1; i >= 0; --i) {
@@ -179,6 +180,7 @@ bool Verifier::PopTerm(const FunctionInfo& function, Term term, Named* named, St
 }
 
 bool Verifier::Leave(const OpcodeInfo& info, const Named& named, StackState* state) {
+  // A type of its own, that of what a part names, or that of a result, of which there may be none.
   for (const Term term : info.pushes) {
     ValueType type = term.type();
     if (term.part() >= 0) {
@@ -218,6 +220,7 @@ bool Verifier::PushType(ValueType type, StackState* state) {
 }
 
 bool Verifier::PopArguments(int function, StackState* state) {
+  // The last argument is the top of the stack.
   const FunctionInfo info = out_.function(function);
   for (int i = info.num_arguments - 1; i >= 0; --i) {
     if (!PopType(info.local_types[i], state)) return false;
