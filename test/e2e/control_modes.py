@@ -197,9 +197,7 @@ class Commands:
                 self.assertGreater(answer['tick'], self.run_.walking)
                 self.assertIn((answer['tick'], answer['command']), commands)
                 if name not in ('lose', 'stop'):
-                    # In real time a busy machine makes the robot miss a step now and then.
-                    before = BETWEEN_STEPS * (2 if self.PACE else 1)
-                    turned = self.run_.turned(answer['tick'] - before, answer['tick'])
+                    turned = self.run_.turned(answer['tick'] - BETWEEN_STEPS, answer['tick'])
                     self.assertGreater(turned, LEAST_TURN, 'the robot stands still')
 
     def test_speed_is_the_pace_of_the_run(self):
