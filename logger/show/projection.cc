@@ -106,6 +106,35 @@ bool OverlapOnPicture(const PaintedHull& a, const PaintedHull& b) {
          (b.box.min().array() < a.box.max().array()).all();
 }
 
+/// Whether all of `b` lies within the convex hull `a`, so that nothing of it is seen.
+bool Contains(const PaintedHull& a, const PaintedHull& b) {
+  // What lies flush with a face, but for rounding, is inside.
+  constexpr double kRounding = 1e-6;
+  if (a.is_surface || !a.box.contains(b.box.min()) || !a.box.contains(b.box.max())) return false;
+  for (size_t f = 0; f < a.normals.size(); ++f) {
+    for (const Eigen::Vector3d& p : b.corners) {
+      if (a.normals[f].dot(p) > a.offsets[f] + kRounding) return false;
+    }
+  }
+  return true;
+}
+
+/// Takes away the hulls that lie within another one: they share no side of a plane with it, so that
+/// a painter's order could put them over it. Of two that are the same the first stays.
+void RemoveHidden(std::vector<PaintedHull>* hulls) {
+  std::vector<PaintedHull> seen;
+  for (size_t i = 0; i < hulls->size(); ++i) {
+    bool hidden = false;
+    for (size_t j = 0; j < hulls->size() && !hidden; ++j) {
+      const PaintedHull& one = (*hulls)[i];
+      const PaintedHull& other = (*hulls)[j];
+      hidden = j != i && Contains(other, one) && (j < i || !Contains(one, other));
+    }
+    if (!hidden) seen.push_back((*hulls)[i]);
+  }
+  *hulls = std::move(seen);
+}
+
 /// Separates two hulls by a face plane of `a`: +1 if all of `b` is on the outer side of one that
 /// looks at the viewer (b is in front), -1 if of one that looks away (b is behind), 0 if no face
 /// plane decides.
@@ -199,6 +228,7 @@ std::vector<VisibleFace> VisibleFaces(const Scene& scene, const Projection& proj
     hulls.push_back(hull.triangles.empty() ? Paint(hull, projection)
                                            : PaintTriangles(hull, projection));
   }
+  RemoveHidden(&hulls);
   std::vector<VisibleFace> faces;
   // Within a hull the farther faces come first.
   for (const size_t i : PaintingOrder(hulls)) {

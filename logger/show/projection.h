@@ -46,8 +46,9 @@ struct VisibleFace {
 
 /// The faces of a scene that look at the viewer, shaded, farthest first: painting them in this
 /// order covers what is hidden (painter's algorithm). Hulls are ordered by planes that separate
-/// them where there are such, else by depth; faces within a convex hull never overlap. Hulls that
-/// cover each other in a ring cannot be ordered, and are painted by depth.
+/// them where there are such, else by depth; faces within a convex hull never overlap. A hull that
+/// lies wholly within another one is left out. Hulls that cover each other in a ring cannot be
+/// ordered, and are painted by depth.
 std::vector<VisibleFace> VisibleFaces(const Scene& scene, const Projection& projection);
 
 }  // namespace morphbus::logger

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """`roles`: why a module takes no role, with carets in both files; what a role asks of a module; which programs fit."""
+import re
 import unittest
 
 from support import MODEL, PROGRAM, SOURCE, Case, as_json, morphbus
@@ -132,6 +133,19 @@ class Roles(Case):
             self.assertIn(told, done.stderr)
         done = morphbus('roles', MODEL, PROGRAM, CAR, '--robot', 'quadruped', '--why', 'm5', 'Junction', status=2)
         self.assertIn('one program and one robot', done.stderr)
+
+    def test_long_names_of_modules_keep_the_columns_in_line(self):
+        # Words are replaced, so that the model stays as it is in all else.
+        text = re.sub(r'\bm([1-9])\b', r'segment_number_\1', MODEL.read_text())
+        model = self.folder / 'long.m3l'
+        model.write_text(text)
+        said = morphbus('roles', model, PROGRAM, '--robot', 'quadruped').stdout.splitlines()
+        rows = [line for line in said if re.match('module|segment_', line)]
+        self.assertEqual(len(rows), 10)
+        for title in ('role', 'labels'):
+            column = rows[0].index(title)
+            for row in rows[1:]:
+                self.assertRegex(row[column - 1:], '^( [^ ]|$)', f'{title} in {row}')
 
     def test_of_several_programs_it_says_which_fit(self):
         wheels = self.program('role Any extends Module {\n  startup s() { self.turnContinuous($JOINT_HUB); }\n}\n')

@@ -107,6 +107,34 @@ TEST(VisibleFacesTest, ALargeHullBehindASmallOneIsPaintedFirstThoughItsCentreIsN
   EXPECT_EQ(faces.back().color[1], 0.0);
 }
 
+TEST(VisibleFacesTest, AHullWithinAnotherIsNotPaintedWhereverItsMiddleIs) {
+  // A box in the upper near corner of a larger one: its middle is nearer to the viewer.
+  const Vector3d corner(0.1, 0.1, 0.1);
+  const SceneHull large{sim::test::BoxCorners(-corner, corner), model::Pose::Identity(), {0, 0, 1}};
+  for (const double inset : {0.02, 0.0}) {
+    SceneHull small{sim::test::BoxCorners({0.02, 0.02, 0.02}, corner.array() - inset),
+                    model::Pose::Identity(),
+                    {1, 0, 0}};
+    for (const View view : {View::kSide, View::kTop, View::kFront, View::kThreeQuarter}) {
+      for (const Scene& scene :
+           {Scene{{large, small}, {}, false}, Scene{{small, large}, {}, false}}) {
+        for (const VisibleFace& face : VisibleFaces(scene, Projection(view))) {
+          EXPECT_EQ(face.color[0], 0.0) << inset;
+        }
+      }
+    }
+    // What stands out of it is seen.
+    small.points_L = sim::test::BoxCorners({0.02, 0.02, 0.02}, corner.array() + 0.02);
+    const Scene scene{{large, small}, {}, false};
+    EXPECT_EQ(VisibleFaces(scene, Projection(View::kThreeQuarter)).size(), 6u);
+  }
+}
+
+TEST(VisibleFacesTest, OfTwoEqualHullsOneIsPainted) {
+  const Scene scene{{Cube({0, 0, 0}), Cube({0, 0, 0})}, {}, false};
+  EXPECT_EQ(VisibleFaces(scene, Projection(View::kSide)).size(), 1u);
+}
+
 TEST(VisibleFacesTest, HullsThatCoverEachOtherInARingAreAllPainted) {
   std::vector<SceneHull> hulls;
   for (int k = 0; k < 3; ++k) {

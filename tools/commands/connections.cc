@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "compiler/base/columns.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/connector_pair.h"
 #include "tools/commands/why.h"
@@ -83,19 +84,20 @@ Json ListJson(const model::Model& model, const model::ConnectionType& type, int 
 
 /// The same for people, a line a connection.
 void PrintList(const Json& list) {
-  fmt::print("{:>6}  {:<8} {:<8} {:>27}   {:<33} {}\n", "number", "a", "b", "b's origin in a (m)",
-             "rotation (w x y z)", "in which states");
+  std::vector<std::vector<std::string>> rows = {
+      {"number", "a", "b", "b's origin in a (m)", "rotation (w x y z)", "in which states"}};
   for (const Json& c : list) {
     // The pose is X_AB: the position of b's origin in a, and the rotation w x y z.
     std::string states = c["state"].empty() ? "" : JsonText(c["state"]);
     for (const Json& other : c.value("other_states", Json::array())) {
       states += " or " + JsonText(other);
     }
-    fmt::print("{:>6}  {:<8} {:<8} {:9.5f}   {:7.4f}   {}\n", c["number"].get<int>(),
-               c["a"].get<std::string>(), c["b"].get<std::string>(),
-               fmt::join(Numbers(c["pose"]["p"]), ""), fmt::join(Numbers(c["pose"]["q"]), " "),
-               states);
+    rows.push_back({fmt::format("{:>6}", c["number"].get<int>()), c["a"].get<std::string>(),
+                    c["b"].get<std::string>(),
+                    fmt::format("{:9.5f}", fmt::join(Numbers(c["pose"]["p"]), "")),
+                    fmt::format("{:7.4f}", fmt::join(Numbers(c["pose"]["q"]), " ")), states});
   }
+  fmt::print("{}", Columns(rows));
 }
 
 /// The names of the connections that have the pair, for a message.

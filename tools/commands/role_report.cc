@@ -9,6 +9,7 @@
 #include <set>
 #include <string>
 
+#include "compiler/base/columns.h"
 #include "compiler/base/utf8.h"
 #include "tools/base/files.h"
 #include "tools/base/messages.h"
@@ -181,12 +182,14 @@ Json RolesJson(const StaticRoles& roles) {
 }
 
 void PrintRoles(const RunPlan& plan, const StaticRoles& roles, ModelSource source) {
-  fmt::print("{:<8} {:<24} {}\n", "module", "role", "labels (sign under setJointAxis)");
+  std::vector<std::vector<std::string>> rows = {
+      {"module", "role", "labels (sign under setJointAxis)"}};
   for (const StaticRole& module : roles.modules) {
     // A module without a role has no labels either.
-    fmt::print("{:<8} {:<24} {}\n", module.module, module.role.empty() ? "(none)" : module.role,
-               LabelsText(module));
+    rows.push_back(
+        {module.module, module.role.empty() ? "(none)" : module.role, LabelsText(module)});
   }
+  fmt::print("{}", Columns(rows));
   PrintProblems(plan, roles, std::move(source));
 }
 
@@ -216,13 +219,7 @@ Json RecognizedJson(const std::vector<Recognized>& found) {
 }
 
 void PrintRecognized(const std::vector<Recognized>& found) {
-  // Columns are as wide as the longest entry, and at least as their titles.
-  size_t widths[] = {7, 5};
-  for (const Recognized& one : found) {
-    widths[0] = std::max(widths[0], one.program.size());
-    widths[1] = std::max(widths[1], one.robot.size());
-  }
-  fmt::print("{:<{}}  {:<{}}  {:<6}  {}\n", "program", widths[0], "robot", widths[1], "fits", "");
+  std::vector<std::vector<std::string>> rows = {{"program", "robot", "fits"}};
   for (const Recognized& one : found) {
     std::string more = "does not compile for this model";
     // How many take part, and what is wrong with the rest.
@@ -236,9 +233,9 @@ void PrintRecognized(const std::vector<Recognized>& found) {
         break;
       }
     }
-    fmt::print("{:<{}}  {:<{}}  {:<6}  {}\n", one.program, widths[0], one.robot, widths[1],
-               FitName(FitOf(one)), more);
+    rows.push_back({one.program, one.robot, FitName(FitOf(one)), more});
   }
+  fmt::print("{}", Columns(rows));
   // Roles that are for none of the robots asked about.
   std::set<std::string> robots;
   for (const Recognized& one : found) robots.insert(one.robot);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "compiler/base/columns.h"
 #include "tools/commands/commands.h"
 #include "tools/launch/run_registry.h"
 
@@ -33,13 +34,14 @@ int Runs(bool json) {
     fmt::print("nothing runs here\n");
     return kDone;
   }
-  fmt::print("{:<24} {:>8}  {:<25} {:<24} {:<9} {}\n", "run", "pid", "since", "robot", "network",
-             "log");
+  std::vector<std::vector<std::string>> rows = {{"run", "pid", "since", "robot", "network", "log"}};
   for (const RunEntry& run : *runs) {
     // A run without a URL is in one process and has no bus.
-    fmt::print("{:<24} {:>8}  {:<25} {:<24} {:<9} {}\n", run.name, run.pid, run.since, run.robot,
-               run.url.empty() ? "in-process" : (run.isolated ? "private" : "shared"), run.log);
+    rows.push_back({run.name, std::to_string(run.pid), run.since, run.robot,
+                    run.url.empty() ? "in-process" : (run.isolated ? "private" : "shared"),
+                    run.log});
   }
+  fmt::print("{}", Columns(rows));
   return kDone;
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "compiler/base/columns.h"
 #include "compiler/base/text.h"
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/model/kinematic_graph.h"
@@ -301,9 +302,11 @@ std::string SummaryText(const RunSummary& s) {
   text += fmt::format("  hash {}   program {}   world {}\n",
                       s.facts.run_hash.empty() ? "-" : s.facts.run_hash, Hex(s.program_hash),
                       s.world_hash);
+  std::vector<std::vector<std::string>> roles;
   for (const auto& [module, role] : s.roles) {
-    text += fmt::format("  {:<8} {}\n", module, role.empty() ? "(no role)" : EscapeControl(role));
+    roles.push_back({module, role.empty() ? "(no role)" : EscapeControl(role)});
   }
+  text += Columns(roles, "  ");
   // Problems may be as many as modules times roles.
   for (size_t i = 0; i < std::min(s.problems.size(), kMostNamed); ++i) {
     text += fmt::format("    problem: {}\n", s.problems[i]);
