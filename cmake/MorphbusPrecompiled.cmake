@@ -39,8 +39,10 @@ morphbus_precompiled(morphbus_pch_json
   DEPS Eigen3::Eigen nlohmann_json::nlohmann_json HEADERS ${math_headers} <nlohmann/json.hpp>)
 # A set is compiled as its users are.
 morphbus_optimize_compiling(morphbus_pch_json)
-morphbus_precompiled(morphbus_pch_test
-  DEPS Eigen3::Eigen GTest::gtest HEADERS ${math_headers} <gtest/gtest.h>)
+if(GTest_FOUND)
+  morphbus_precompiled(morphbus_pch_test
+    DEPS Eigen3::Eigen GTest::gtest HEADERS ${math_headers} <gtest/gtest.h>)
+endif()
 if(TARGET morphbus_pch_test)
   target_compile_options(morphbus_pch_test PRIVATE ${MORPHBUS_TEST_OPTIONS})
 endif()

@@ -271,35 +271,36 @@ void ClientSession::TakeText(std::string_view text, std::vector<ClientRequest>* 
 
 void ClientSession::Subscribe(const json& message) {
   for (const json& entry : ArrayIn(message, "subscriptions")) {
-    // Both ids are numbers: the channel's is ours, the subscription's the client chose.
+    // Both ids are numbers: the channel's is ours, from 1 on, the subscription's the client chose.
     const auto id = entry.is_object() && entry.contains("id") ? ToU32(entry["id"]) : std::nullopt;
-    const auto channel =
-        entry.is_object() && entry.contains("channelId") ? ToU32(entry["channelId"]) : std::nullopt;
-    if (!id || !channel || *channel < 1 || *channel > subscriptions_.size()) {
+    const uint32_t channel = entry.is_object() && entry.contains("channelId")
+                                 ? ToU32(entry["channelId"]).value_or(0)
+                                 : 0;
+    if (!id || channel < 1 || channel > subscriptions_.size()) {
       SendStatus(2, "subscribe: there is no such channel");
       return;  // One answer a message, whatever it lists.
     }
     // A subscription has one channel and a channel one subscription.
     const bool id_in_use =
-        std::find(subscriptions_.begin(), subscriptions_.end(), id) != subscriptions_.end();
-    if (subscriptions_[*channel - 1] || id_in_use) {
-      SendStatus(1, "subscribe: channel " + std::to_string(*channel) + " or id " +
+        std::find(subscriptions_.begin(), subscriptions_.end(), *id) != subscriptions_.end();
+    if (subscriptions_[channel - 1] || id_in_use) {
+      SendStatus(1, "subscribe: channel " + std::to_string(channel) + " or id " +
                         std::to_string(*id) + " has a subscription already");
       return;
     }
     // It begins with what it would know had it been here earlier.
-    subscriptions_[*channel - 1] = *id;
-    const Last last = last_[*channel - 1];
-    if (last.bytes != nullptr) Offer(*channel - 1, last.time_ns, last.bytes);
+    subscriptions_[channel - 1] = *id;
+    const Last last = last_[channel - 1];
+    if (last.bytes != nullptr) Offer(channel - 1, last.time_ns, last.bytes);
   }
 }
 
 void ClientSession::Unsubscribe(const json& message) {
   for (const json& entry : ArrayIn(message, "subscriptionIds")) {
     const std::optional<uint32_t> id = ToU32(entry);
-    // An entry that is no number would else be found at a channel without a subscription.
-    const auto found = std::find(subscriptions_.begin(), subscriptions_.end(), id);
-    if (!id || found == subscriptions_.end()) {
+    const auto found =
+        id ? std::find(subscriptions_.begin(), subscriptions_.end(), *id) : subscriptions_.end();
+    if (found == subscriptions_.end()) {
       SendStatus(1, "unsubscribe: there is no such subscription");
       return;
     }
