@@ -26,7 +26,7 @@ MODEL = SOURCE / 'models' / 'mtran.m3l'
 PROGRAM = SOURCE / 'models' / 'programs' / 'quadruped.dyn'
 ROBOTS = ('quadruped', 'equivalent_quadruped')
 UNIT = 0.0325
-WALK_SECONDS = 38.5  # standing up and five gait cycles of 7.04 s
+WALK_SECONDS = 38.5  # standing up and five gait cycles of 7.02 s
 
 EVENT = struct.Struct('>IqqII')
 EVENT_MAGIC = 0xEDA1DA01

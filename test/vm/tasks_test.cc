@@ -223,6 +223,80 @@ TEST_F(TasksTest, AnEmptyBehaviorIsNoRunaway) {
   EXPECT_GT(Target(), 30);
 }
 
+/// By how much the role's first field grows in `ticks` ticks.
+int Rounds(VmRobot& vms, int ticks) {
+  const int before = vms.state(0).role.fields[0].AsInt();
+  vms.Tick(ticks);
+  return vms.state(0).role.fields[0].AsInt() - before;
+}
+
+TEST_F(TasksTest, ARoundOfABehaviorTakesAsLongAsItSleeps) {
+  // Two hundredths of a second are one tick.
+  VmRobot& fast = Lone("n = 0; behavior b() { n += 1; self.sleepcs(2); }");
+  TakeRole();
+  EXPECT_EQ(Rounds(fast, 50), 50) << "in a second";
+  // Less than a tick lasts until the next one.
+  VmRobot& less = Lone("n = 0; behavior b() { n += 1; self.sleepcs(1); }");
+  TakeRole();
+  EXPECT_EQ(Rounds(less, 50), 50);
+  VmRobot& slow = Lone("n = 0; behavior b() { n += 1; self.sleepds(5); }");
+  TakeRole();
+  EXPECT_EQ(Rounds(slow, 500), 20) << "in ten seconds";
+  EXPECT_TRUE(slow.faults().empty());
+}
+
+TEST_F(TasksTest, ARoundOfABehaviorTakesAsLongAsItsTurns) {
+  // 36 degrees at 3.6 degrees a tick, there and back.
+  VmRobot& vms = Lone(
+      "n = 0; behavior b() { n += 1; self.jointRotateDegrees(self.TURN, 36); "
+      "self.jointRotateDegrees(self.TURN, -36); }");
+  TakeRole();
+  EXPECT_EQ(Rounds(vms, 200), 10);
+}
+
+TEST_F(TasksTest, ARoundThatTookNoTimeGoesOnInTheNextTick) {
+  VmRobot& empty = Lone("n = 0; behavior b() { n += 1; }");
+  TakeRole();
+  EXPECT_EQ(Rounds(empty, 50), 50);
+  EXPECT_TRUE(empty.faults().empty());
+  // No time at all ends in the next tick, too, and then the next round may begin there.
+  VmRobot& none = Lone("n = 0; behavior b() { n += 1; self.sleepcs(0); }");
+  TakeRole();
+  EXPECT_EQ(Rounds(none, 50), 50);
+  // Every other round waits: what follows it begins in the tick in which it ended.
+  VmRobot& turns = Lone("n = 0; behavior b() { n += 1; if (n % 2 == 0) self.sleepcs(6); }");
+  TakeRole();
+  EXPECT_EQ(Rounds(turns, 400), 200);
+  EXPECT_TRUE(turns.faults().empty());
+}
+
+TEST_F(TasksTest, ARoundThatTheBudgetCutsIsFollowedInTheTickInWhichItEnds) {
+  // A round costs more than a tick's budget and less than two.
+  VmRobot& vms = Lone("n = 0; behavior b() { var i = 0; while (i < 3000) i += 1; n += 1; }");
+  TakeRole();
+  const int rounds = Rounds(vms, 300);
+  EXPECT_GT(vms.CountFaults(FaultCode::kBudget), 0);
+  EXPECT_GT(rounds, 150) << "as many as the budget is enough for";
+  EXPECT_LT(rounds, 300);
+}
+
+TEST_F(TasksTest, BehaviorsThatRepeatInOneTickRunInTurn) {
+  // The later one sees each round of the first.
+  VmRobot& vms = Lone(R"(
+  n = 0; seen = 0; skipped = 0;
+  behavior counts() { n += 1; self.sleepcs(2); }
+  behavior watches() {
+    if (n - seen > 1) skipped += 1;
+    seen = n;
+    self.sleepcs(2);
+  }
+)");
+  TakeRole();
+  EXPECT_EQ(Rounds(vms, 100), 100);
+  EXPECT_EQ(vms.state(0).role.fields[1].AsInt(), vms.state(0).role.fields[0].AsInt());
+  EXPECT_EQ(vms.state(0).role.fields[2].AsInt(), 0);
+}
+
 TEST_F(TasksTest, AFaultEndsItsTaskAndNoOther) {
   VmRobot& vms = Lone(R"(  zero = 0;
   behavior bad() {

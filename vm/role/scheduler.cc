@@ -116,17 +116,31 @@ void NextStartup(Context& context, Task* task) {
   StartTask(context.program, role.startups[next], nullptr, 0, &task->stack);
 }
 
+/// The present tick, as Task::round_tick has it.
+int32_t RoundTick(const Context& context) {
+  return static_cast<int32_t>(context.state.tick & 0x7fffffff);
+}
+
+/// A behavior repeats: in this tick if the round that has ended began in an earlier one, so that a
+/// round of sleeps takes as long as they do. One that took no time goes on in the next tick, so
+/// that an empty behavior does not use up the budget.
+void NextRound(Context& context, Task* task) {
+  const RoleInfo role = context.program.role(context.state.role.role);
+  StartTask(context.program, role.behaviors[task->index], nullptr, 0, &task->stack);
+  if (task->round_tick == RoundTick(context)) {
+    task->wait = WaitKind::kNextTick;
+    task->wake_us = context.state.tick;
+  }
+  task->round_tick = -1;
+  task->budget_told = false;
+}
+
 /// What follows when a task's function has returned.
 void Finish(Context& context, Task* task) {
   if (task->kind == TaskKind::kStartup) {
     NextStartup(context, task);
   } else if (task->kind == TaskKind::kBehavior) {
-    // It repeats, but not within one tick, so that an empty behavior does not use up the budget.
-    const RoleInfo role = context.program.role(context.state.role.role);
-    StartTask(context.program, role.behaviors[task->index], nullptr, 0, &task->stack);
-    task->wait = WaitKind::kNextTick;
-    task->wake_us = context.state.tick;
-    task->budget_told = false;
+    NextRound(context, task);
   } else {
     task->used = false;
   }
@@ -137,6 +151,7 @@ bool RunOne(Context& context, ModuleServices& services, Task* task, int32_t* bud
   // The services must know which task calls, to make it wait and to find its source position.
   RoleState& role = context.state.role;
   task->wait = WaitKind::kNone;
+  if (task->round_tick < 0) task->round_tick = RoundTick(context);
   services.SetRunning(task);
   const RoleContext as_role{role.role, role.fields, role.labels};
   const RunResult result =

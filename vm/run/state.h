@@ -203,6 +203,8 @@ struct Task {
   /// The function in which it stands, and the byte offset of the instruction there.
   uint16_t function = 0;
   uint32_t pc = 0;
+  /// Of a behavior: the low 31 bits of the tick in which its present round began to run; -1 before.
+  int32_t round_tick = -1;
   /// For kSleep the sim time at which it goes on; for kNextTick the tick in which it began to wait.
   int64_t wake_us = 0;
   /// Its calls and values.
