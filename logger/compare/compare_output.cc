@@ -81,21 +81,6 @@ nlohmann::json ItemJson(const Item& item) {
   return json;
 }
 
-/// The figures of one gait; feet and joints are in the items. Null without one.
-nlohmann::json GaitJson(const std::optional<Gait>& gait) {
-  if (!gait) return nullptr;
-  nlohmann::json json = {{"cycle_s", gait->cycle_s},
-                         {"cycles", gait->times_us.size() - 1},
-                         {"begin", Seconds(gait->times_us.front())},
-                         {"end", Seconds(gait->times_us.back())}};
-  if (!gait->has_world) return json;
-  json["forward_m"] = gait->forward_m;
-  json["sideways_m"] = gait->sideways_m;
-  json["turn_rad"] = gait->turn_rad;
-  json["height_m"] = gait->height_m;
-  return json;
-}
-
 /// "ACTUATOR" of "walk/m1/ACTUATOR".
 std::string TopicOfChannel(const std::string& channel) {
   return channel.substr(channel.rfind('/') + 1);
@@ -175,6 +160,17 @@ nlohmann::json CommandsJson(const Comparison& comparison) {
                         {"differs", Differs(pair, CommandsByTicks(comparison))}});
   }
   return commands;
+}
+
+/// At the gait level, the figures of both runs.
+void AddFigures(const Comparison& comparison, std::string* text) {
+  for (const auto& [figures, which] :
+       {std::pair(&comparison.figures_a, "A"), std::pair(&comparison.figures_b, "B")}) {
+    if (!*figures) continue;
+    for (const auto& [name, value] : FigureLines(**figures)) {
+      AddLine(text, "  {}: {:<16} {}", which, name, value);
+    }
+  }
 }
 
 /// The message from which the divergence comes, and who sent it.
@@ -329,6 +325,7 @@ std::string ComparisonText(const Comparison& comparison) {
             Readable(item.first_over, item.unit), Readable(item.tolerance, item.unit),
             item.detail.empty() ? "" : "; ", item.detail);
   }
+  AddFigures(comparison, &text);
   AddTrace(comparison, &text);
   AddCommands(comparison, &text);
   // The table has a line for each quantity of a role; the role's name stands in the first one only.
@@ -393,8 +390,11 @@ nlohmann::json ComparisonJson(const Comparison& comparison) {
       {"trace", TraceJson(comparison)},
       {"level", comparison.level == Level::kGait ? "gait" : "sample"},
       {"align", AlignmentJson(comparison.alignment)}};
-  if (comparison.level == Level::kGait) {
-    json["gait"] = {{"a", GaitJson(comparison.gait_a)}, {"b", GaitJson(comparison.gait_b)}};
+  if (comparison.figures_a && comparison.figures_b) {
+    json["gait"] = {{"a", GaitJson(comparison.figures_a->gait)},
+                    {"b", GaitJson(comparison.figures_b->gait)}};
+    json["figures"] = {{"a", FiguresJson(*comparison.figures_a)},
+                       {"b", FiguresJson(*comparison.figures_b)}};
   }
   return json;
 }

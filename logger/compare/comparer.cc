@@ -199,17 +199,22 @@ class Comparer {
   void CompareGaits() {
     PairComparer comparer(a_, *b_, own_b_, options_, &out_);
     CompareCasts(&comparer);
-    out_.gait_a = MeasureGait(a_, FeetOf(out_.matching, true), JointsOf(out_.matching, true));
-    out_.gait_b = MeasureGait(*b_, FeetOf(out_.matching, false), JointsOf(out_.matching, false));
-    if (out_.gait_a && out_.gait_b) return CompareFigures(&comparer, *out_.gait_a, *out_.gait_b);
+    const RunFigures& a = out_.figures_a.emplace(FiguresOf(a_));
+    const RunFigures& b = out_.figures_b.emplace(FiguresOf(*b_));
+    if (a.gait && b.gait) return CompareFigures(&comparer, *a.gait, *b.gait);
     // Without a gait in either there are no figures; with one in one of them they differ.
-    if (!out_.gait_a && !out_.gait_b) {
-      out_.not_compared.emplace_back("gait: the commands of neither run repeat for two cycles");
+    if (!a.gait && !b.gait) {
+      out_.not_compared.push_back(
+          a.why_no_gait == b.why_no_gait
+              ? fmt::format("gait: neither run has a cycle, since {}", a.why_no_gait)
+              : fmt::format("gait: A has no cycle, since {}, and neither has B, since {}",
+                            a.why_no_gait, b.why_no_gait));
       return;
     }
-    const Gait& only = out_.gait_a ? *out_.gait_a : *out_.gait_b;
+    const Gait& only = a.gait ? *a.gait : *b.gait;
     Item& item = comparer.AddItem({"(gait)", "", "", ""}, Quantity::kCycle, "s");
-    item.detail = fmt::format("only the commands of {} repeat", out_.gait_a ? "A" : "B");
+    item.detail = fmt::format("only {} has a cycle; of {}: {}", a.gait ? "A" : "B",
+                              a.gait ? "B" : "A", a.gait ? b.why_no_gait : a.why_no_gait);
     Meter(&item).Add(only.times_us.front(), std::max(only.cycle_s, 2 * item.tolerance));
   }
 
@@ -225,32 +230,28 @@ class Comparer {
     };
     const ItemNames gait{"(gait)", "", "", ""};
     add(gait, Quantity::kCycle, "s", a.cycle_s, b.cycle_s);
-    const std::vector<GaitJoint> joints_a = JointsOf(out_.matching, true);
-    const std::vector<GaitJoint> joints_b = JointsOf(out_.matching, false);
+    const auto names = [&](const FigurePair& figure) {
+      return ItemNames{figure.pair->role, figure.label, a_.modules[figure.pair->a].name,
+                       b_->modules[figure.pair->b].name};
+    };
     if (comparer->Wanted(Quantity::kJointAngle)) {
-      for (size_t j = 0; j < joints_a.size(); ++j) {
-        add({joints_a[j].role, joints_a[j].label, a_.modules[joints_a[j].module].name,
-             b_->modules[joints_b[j].module].name},
-            Quantity::kRange, joints_a[j].prismatic ? "m" : "rad", a.range[j], b.range[j]);
+      for (const FigurePair& range : RangePairs(out_.matching, a_, *b_, a, b)) {
+        add(names(range), Quantity::kRange, range.prismatic ? "m" : "rad", range.a, range.b);
       }
     }
     if (!comparer->Wanted(Quantity::kSimulatedPosition)) return;
     for (const auto& [figures, which] : {std::pair(&a, "A"), std::pair(&b, "B")}) {
-      if (figures->has_world) continue;
+      if (!figures->cycles.empty()) continue;
       out_.not_compared.push_back(
           fmt::format("where the gait leads: {} does not hold the simulated world", which));
     }
-    if (!a.has_world || !b.has_world) return;
+    if (a.cycles.empty() || b.cycles.empty()) return;
     add(gait, Quantity::kForward, "m", a.forward_m, b.forward_m);
-    add(gait, Quantity::kSideways, "m", a.sideways_m, b.sideways_m);
+    add(gait, Quantity::kSideways, "m", a.left_m, b.left_m);
     add(gait, Quantity::kTurn, "rad", a.turn_rad, b.turn_rad);
     add(gait, Quantity::kHeight, "m", a.height_m, b.height_m);
-    const std::vector<FootLink> feet_a = FeetOf(out_.matching, true);
-    const std::vector<FootLink> feet_b = FeetOf(out_.matching, false);
-    for (size_t f = 0; f < feet_a.size(); ++f) {
-      add({feet_a[f].role, feet_a[f].label, a_.modules[feet_a[f].module].name,
-           b_->modules[feet_b[f].module].name},
-          Quantity::kDuty, "share", a.duty[f], b.duty[f]);
+    for (const FigurePair& duty : DutyPairs(out_.matching, a_, *b_, a, b)) {
+      add(names(duty), Quantity::kDuty, "share", duty.a, duty.b);
     }
   }
 

@@ -183,8 +183,8 @@ struct Comparison {
   Level level = Level::kSample;
   /// How B's times were brought onto A's; all times of a comparison are A's.
   Alignment alignment;
-  /// At the gait level: both gaits, if there are such.
-  std::optional<Gait> gait_a, gait_b;
+  /// At the gait level: the figures of both runs.
+  std::optional<RunFigures> figures_a, figures_b;
   /// B on A's time line, where that is not B as it is; null else.
   std::shared_ptr<const RunLog> aligned_b;
 };

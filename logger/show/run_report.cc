@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "compiler/base/text.h"
-#include "logger/compare/gait.h"
+#include "logger/compare/matcher.h"
+#include "logger/figures/run_figures.h"
 #include "logger/show/command_list.h"
 #include "logger/show/report_style.h"
 #include "logger/show/robot_scenes.h"
@@ -50,6 +52,7 @@ class RunPage {
     }
     Faults();
     Channels();
+    if (prepared_) FiguresForScripts();
     html_ += "</main></body></html>\n";
     return std::move(html_);
   }
@@ -62,9 +65,7 @@ class RunPage {
     // A run matched with itself has every module, joint and link in pairs.
     matching_ = Match(log_, log_, log_.ticks_us.back());
     poses_ = std::make_unique<SimulatedPoses>(log_);
-    feet_ = FeetOf(matching_, true);
-    gait_ = MeasureGait(log_, feet_, JointsOf(matching_, true));
-    walk_ = MeasureWalk(log_, Trunk(*log_.model, *log_.robot));
+    figures_ = FiguresOf(log_);
     colors_ = ColorsOf({&log_});
   }
 
@@ -92,25 +93,9 @@ class RunPage {
     Fact("started", facts_.started);
     Fact("build", facts_.build);
     html_ += "</dl></section><section class='card'><h2>What came of it</h2><dl>";
-    // How far it came and how it stood, by the simulated world.
-    if (walk_) {
-      const auto moved = MeasureDisplacement(log_, Trunk(*log_.model, *log_.robot));
-      if (moved) {
-        Fact("moved", fmt::format("{:+.3f} m north, {:+.3f} m up, {:+.3f} m east", moved->x(),
-                                  moved->y(), moved->z()));
-      }
-      Fact("turned", fmt::format("{:+.1f}°", walk_->turn_rad * kDegreesARadian));
-      Fact("tilted", fmt::format("{:.1f}° at most", walk_->max_tilt_rad * kDegreesARadian));
-    }
-    // The gait, if the commands repeat.
-    if (gait_) {
-      Fact("gait", fmt::format("{} of {:.2f} s",
-                               Counted(static_cast<int64_t>(gait_->times_us.size()) - 1, "cycle"),
-                               gait_->cycle_s));
-      if (gait_->has_world) {
-        Fact("a cycle", fmt::format("{:.1f} mm forward, {:+.1f}°", gait_->forward_m * 1e3,
-                                    gait_->turn_rad * kDegreesARadian));
-      }
+    // How far it came, how it stood, and its gait, in the words of `run`.
+    if (prepared_) {
+      for (const auto& [name, value] : FigureLines(figures_)) Fact(name.c_str(), value);
     }
     // What went wrong in the program, on the bus, and at the end.
     Fact("faults", facts_.num_faults == 0 ? "none" : std::to_string(facts_.num_faults));
@@ -146,11 +131,12 @@ class RunPage {
     // The roles are distributed when the last module has taken its own.
     int64_t cast_us = -1;
     for (const ModulePair& pair : matching_.pairs) cast_us = std::max(cast_us, pair.taken_a_us);
-    if (gait_) {
+    if (figures_.gait) {
       // The last cycle, since the first ones begin from standing still.
-      const int64_t begin = gait_->times_us[gait_->times_us.size() - 2];
-      const int64_t length = gait_->times_us.back() - begin;
-      moments.emplace_back(gait_->times_us.front(), "first cycle begins");
+      const std::vector<int64_t>& times_us = figures_.gait->times_us;
+      const int64_t begin = times_us[times_us.size() - 2];
+      const int64_t length = times_us.back() - begin;
+      moments.emplace_back(times_us.front(), "first cycle begins");
       for (int quarter = 1; quarter <= 3; ++quarter) {
         moments.emplace_back(begin + quarter * length / 4,
                              fmt::format("last cycle, {} %", 25 * quarter));
@@ -225,19 +211,20 @@ class RunPage {
     html_ += "<figure>" + PlotSvg(lines, options) + "</figure>";
   }
 
-  /// The way of the trunk from above, and its height.
+  /// The way of the centre of mass from above, and the trunk's height.
   void Travel() {
-    const std::vector<TrackedPose> track = TrackOf(log_, Trunk(*log_.model, *log_.robot));
+    const std::vector<RobotSample>& track = figures_.motion.track;
     if (track.empty()) return;
     PlotPoints map, height;
-    for (const TrackedPose& pose : track) {
+    for (const RobotSample& sample : track) {
       // Seen from above with north to the right, west is up.
-      map.emplace_back(pose.p.x() - track.front().p.x(), track.front().p.z() - pose.p.z());
-      height.emplace_back(Seconds(pose.time_us), pose.p.y() * 1e3);
+      map.emplace_back(sample.p_WCm.x() - track.front().p_WCm.x(),
+                       track.front().p_WCm.z() - sample.p_WCm.z());
+      height.emplace_back(Seconds(sample.time_us), sample.p_WT.y() * 1e3);
     }
     html_ += "<section><h2>Where it went</h2><div class='plots'>";
     Figure({{"", "line-a", std::move(map)}},
-           {"trunk from above", "north (m)", "west (m)", 640, 300, true, 0.02, {}});
+           {"centre of mass from above", "north (m)", "west (m)", 640, 300, true, 0.02, {}});
     Figure({{"", "line-a", std::move(height)}},
            OverTime("trunk, height above the ground", "mm", 300, 10));
     html_ += "</div></section>";
@@ -272,74 +259,78 @@ class RunPage {
              "</figure></section>";
   }
 
-  /// The gait in a table, and the feet's stances over the last cycles.
+  /// The gait in a table, and the stances of links over the last cycles.
   void Walk() {
     html_ += "<section><h2>Gait</h2>";
-    if (!gait_) {
-      html_ +=
-          "<p class='dim'>The commands do not repeat for two cycles: there is no gait to "
-          "measure.</p></section>";
-      return;
+    if (figures_.gait) {
+      CycleTable(*figures_.gait);
+      if (!figures_.gait->duties.empty()) Stances(*figures_.gait);
+    } else {
+      html_ += "<p class='dim'>No cycle: " + EscapeHtml(figures_.why_no_gait) + ".</p>";
     }
-    CycleTable();
-    if (gait_->has_world) Feet();
     html_ += "</section>";
   }
 
-  /// A row for each cycle: when it began, how long it took, and how it moved and turned the trunk.
-  void CycleTable() {
-    const std::vector<TrackedPose> track = TrackOf(log_, Trunk(*log_.model, *log_.robot));
+  /// A row for each cycle: when it began, how long it took, and how it moved and turned the robot.
+  void CycleTable(const Gait& gait) {
     html_ +=
         "<div class='scroll'><table><thead><tr><th>cycle</th><th class='n'>from<br>"
         "<small>s</small></th><th class='n'>takes<br><small>s</small></th>"
         "<th class='n'>moves north<br><small>mm</small></th>"
         "<th class='n'>moves east<br><small>mm</small></th>"
         "<th class='n'>turns<br><small>deg</small></th></tr></thead><tbody>";
-    for (size_t i = 0; i + 1 < gait_->times_us.size(); ++i) {
-      const int64_t begin = gait_->times_us[i];
-      const int64_t end = gait_->times_us[i + 1];
-      html_ += fmt::format("<tr><td>{}</td><td class='n'>{:.2f}</td><td class='n'>{:.2f}</td>",
-                           i + 1, Seconds(begin), Seconds(end - begin));
-      // Without a simulated world nobody knows where the trunk was.
-      if (track.empty()) {
+    for (int i = 0; i < gait.num_cycles(); ++i) {
+      html_ +=
+          fmt::format("<tr><td>{}</td><td class='n'>{:.2f}</td><td class='n'>{:.2f}</td>", i + 1,
+                      Seconds(gait.times_us[i]), Seconds(gait.times_us[i + 1] - gait.times_us[i]));
+      // Without a simulated world nobody knows where the robot was.
+      if (gait.cycles.empty()) {
         html_ += "<td class='n dim'>–</td><td class='n dim'>–</td><td class='n dim'>–</td></tr>";
         continue;
       }
       // North is x and east is z in the world.
-      const TrackedPose& a = PoseAt(track, begin);
-      const TrackedPose& b = PoseAt(track, end);
+      const GaitCycle& cycle = gait.cycles[i];
       html_ += fmt::format(
           "<td class='n'>{:.1f}</td><td class='n'>{:.1f}</td><td class='n'>{:+.2f}</td></tr>",
-          (b.p.x() - a.p.x()) * 1e3, (b.p.z() - a.p.z()) * 1e3,
-          TurnBetween(a, b) * kDegreesARadian);
+          cycle.advance.x() * 1e3, cycle.advance.z() * 1e3, cycle.turn_rad * kDegreesARadian);
     }
     html_ += "</tbody></table></div>";
   }
 
-  /// Which foot is on the ground when: in the last two cycles, with its share of all cycles.
-  void Feet() {
-    // A row for each foot; older cycles would only make the bars too narrow to be read.
-    const size_t shown = std::min<size_t>(2, gait_->times_us.size() - 1);
-    const int64_t begin = gait_->times_us[gait_->times_us.size() - 1 - shown];
-    const int64_t end = gait_->times_us.back();
+  /// Which link is on the ground when: in the last two cycles, with its share of all cycles.
+  void Stances(const Gait& gait) {
+    // A row for each link; older cycles would only make the bars too narrow to be read.
+    const int shown = std::min(2, gait.num_cycles());
+    const int64_t begin = gait.times_us[gait.num_cycles() - shown];
+    const int64_t end = gait.times_us.back();
+    const std::vector<RobotSample>& track = figures_.motion.track;
     std::vector<TimelineRow> rows;
-    for (size_t f = 0; f < feet_.size(); ++f) {
-      TimelineRow row{fmt::format("{} {} ({:.0f} %)", RoleOr(feet_[f].role), feet_[f].label,
-                                  gait_->duty[f] * 100),
-                      {},
-                      {}};
+    for (const GroundContact& contact : figures_.motion.contacts) {
+      const double duty = gait.DutyOf(contact.module, contact.link);
+      if (duty == 0.0) continue;
+      const std::string role = RoleOfModule(contact.module);
+      TimelineRow row{fmt::format("{} ({:.0f} %)", contact.name, duty * 100), {}, {}};
       // The stances, cut where the plot begins and ends.
-      for (const auto& [from, to] : Stances(log_, *poses_, feet_[f])) {
+      for (const auto& [first, behind] : contact.stances) {
+        const int64_t from = track[first].time_us, to = track[behind - 1].time_us;
         if (to < begin || from > end) continue;
         row.bars.push_back({Seconds(std::max(from, begin)), Seconds(std::min(to, end)),
-                            RoleColor(colors_, feet_[f].role), "on the ground"});
+                            RoleColor(colors_, role), RoleOr(role)});
       }
       rows.push_back(std::move(row));
     }
     html_ += "<figure>" +
-             TimelineSvg(rows, "feet on the ground (share of all cycles)", Seconds(begin),
+             TimelineSvg(rows, "links on the ground (share of all cycles)", Seconds(begin),
                          Seconds(end)) +
              "</figure>";
+  }
+
+  /// The role by which a module of the model is known; empty if it has none.
+  [[nodiscard]] std::string RoleOfModule(int model_index) const {
+    for (const ModulePair& pair : matching_.pairs) {
+      if (log_.modules[pair.a].model_index == model_index) return pair.role;
+    }
+    return "";
   }
 
   static std::string RoleOr(const std::string& role) { return role.empty() ? "(no role)" : role; }
@@ -398,6 +389,17 @@ class RunPage {
     html_ += "</section>";
   }
 
+  /// The figures that are shown above, to the last digit.
+  void FiguresForScripts() {
+    html_ += "<script type='application/json' id='figures'>";
+    // No name in it may end the element.
+    for (const char c :
+         FiguresJson(figures_).dump(-1, ' ', true, nlohmann::json::error_handler_t::replace)) {
+      html_ += c == '<' ? std::string("\\u003c") : std::string(1, c);
+    }
+    html_ += "</script>";
+  }
+
   /// What was said on which channel, folded away.
   void Channels() {
     html_ +=
@@ -423,9 +425,7 @@ class RunPage {
   double end_s_ = 0.0;
   Matching matching_;
   std::unique_ptr<SimulatedPoses> poses_;
-  std::vector<FootLink> feet_;
-  std::optional<Gait> gait_;
-  std::optional<WalkFigures> walk_;
+  RunFigures figures_;
   RoleColors colors_;
   std::string html_;
 };

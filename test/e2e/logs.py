@@ -153,12 +153,14 @@ class Logs(ShortRun):
                       self.refused('compare', self.short, bare, '--without', 'nothing'))
 
     def test_one_walk_has_one_cycle_whichever_congruent_robot_walks_it(self):
-        walks = [as_json('run', MODEL, PROGRAM, '--robot', robot, '--seconds', 12, '--inproc',
+        walks = [as_json('run', MODEL, PROGRAM, '--robot', robot, '--seconds', 18, '--inproc',
                          '--log', self.folder / 'x.log')['walk'] for robot in ROBOTS]
         for walk in walks:
-            self.assertAlmostEqual(walk['cycle_s'], 7.02, delta=1e-9)
+            # A joint's command may come a tick sooner in one cycle than in another, of which a part shows in the period.
+            self.assertAlmostEqual(walk['cycle_s'], 7.02, delta=0.001)
+            self.assertAlmostEqual(walk['cycle_s'], walks[0]['cycle_s'], delta=1e-9)
             self.assertAlmostEqual(walk['min_height_m'], walks[0]['min_height_m'], delta=1e-4)
-            self.assertEqual(len(walk['cycle_north_m']), 1)
+            self.assertEqual(len(walk['cycle_north_m']), 2)
 
     def test_one_standard_output_takes_one_output(self):
         for stdout in ('-', '/dev/stdout'):

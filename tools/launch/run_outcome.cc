@@ -8,9 +8,6 @@
 
 #include "compiler/base/columns.h"
 #include "compiler/base/text.h"
-#include "compiler/model/forward_kinematics.h"
-#include "compiler/model/kinematic_graph.h"
-#include "logger/compare/walk_figures.h"
 #include "logger/log/run_log.h"
 #include "tools/base/messages.h"
 #include "tools/base/model_io.h"
@@ -19,15 +16,6 @@
 
 namespace morphbus::tools {
 namespace {
-
-/// The root's body, and in it the robot frame.
-logger::TrackedBody RootBody(const RunPlan& plan) {
-  const model::Robot& robot = plan.robot();
-  // A description always names a root module; the robot's own stands in where it is unknown.
-  const int module = robot.FindModule(plan.description.root_module()).value_or(robot.root_module);
-  return logger::BodyOf(plan.model, robot, {module, RootPoseOf(plan, module).link},
-                        model::Pose::Identity());
-}
 
 /// RunSummary::problems, for the roles and connections that modules have when the run ends. Nobody
 /// expects a role of those that are lost.
@@ -74,35 +62,6 @@ RunPlan PlanAtEnd(const RunPlan& plan, const logger::RunLog& log) {
     if (program) end.description.set_program_file(ToString((*program)->source_name()));
   }
   return end;
-}
-
-/// How far the robot went and turned, as JSON; null without poses.
-Json WalkJson(const std::optional<logger::WalkFigures>& figures) {
-  if (!figures) return nullptr;
-  return {{"cycle_s", figures->cycle_s},
-          {"cycle_north_m", figures->cycle_north_m},
-          {"cycle_turn_rad", figures->cycle_turn_rad},
-          {"turn_rad", figures->turn_rad},
-          {"max_tilt_rad", figures->max_tilt_rad},
-          {"min_height_m", figures->min_height_m}};
-}
-
-/// The same on one line for people; empty if nothing repeats. How far a robot tilted that was given
-/// other programs is told in any case.
-std::string WalkText(const std::optional<logger::WalkFigures>& figures, bool deployed) {
-  constexpr double kDegrees = 180.0 / EIGEN_PI;
-  if (!figures || (figures->cycle_north_m.empty() && !deployed)) return "";
-  if (figures->cycle_north_m.empty()) {
-    return fmt::format("  tilted {:.1f} degrees at most\n", figures->max_tilt_rad * kDegrees);
-  }
-  // Each cycle's way north is shown in millimetres.
-  std::string cycles;
-  for (const double north : figures->cycle_north_m) {
-    cycles += fmt::format("{}{:.0f}", cycles.empty() ? "" : " ", north * 1000.0);
-  }
-  return fmt::format(
-      "  cycle of {:.2f} s, mm north in each: {}; turned {:+.1f} degrees, tilted {:.1f} at most\n",
-      figures->cycle_s, cycles, figures->turn_rad * kDegrees, figures->max_tilt_rad * kDegrees);
 }
 
 /// What went missing, by process; empty if nothing did.
@@ -228,8 +187,7 @@ RunSummary Summarize(const RunPlan& plan, RunOutcome outcome) {
   }
   s.problems = RoleProblems(log->deployed.empty() ? plan : PlanAtEnd(plan, *log), s.roles, docked,
                             s.facts.lost_modules);
-  s.displacement = logger::MeasureDisplacement(*log, RootBody(plan));
-  s.walk = logger::MeasureWalk(*log, logger::Trunk(plan.model, plan.robot()));
+  s.figures = logger::FiguresOf(*log);
   return s;
 }
 
@@ -261,33 +219,33 @@ Json SummaryJson(const RunSummary& s) {
     roles[module] = role.empty() ? Json(nullptr) : Json(role);
   Json faults = Json::array();
   for (const logger::FaultFact& fault : s.facts.faults) faults.push_back(FaultJson(fault));
-  return {{"run", s.outcome.run},
-          {"hash", s.facts.run_hash},
-          {"seconds", s.facts.seconds},
-          {"wall_seconds", s.outcome.wall_seconds},
-          {"ticks", s.facts.ticks},
-          {"messages", s.messages},
-          {"lost", s.lost},
-          {"resent", s.resent},
-          {"refused", s.refused},
-          {"roles", roles},
-          {"problems", s.problems},
-          {"displacement", s.displacement ? VectorJson(*s.displacement) : Json(nullptr)},
-          {"faults", faults},
-          {"num_faults", s.facts.num_faults},
-          {"prints", logger::PrintsJson(s.facts)},
-          {"num_prints", s.facts.num_prints},
-          {"walk", WalkJson(s.walk)},
-          {"program_hash", Hex(s.program_hash)},
-          {"world_hash", s.world_hash},
-          {"missed_deadlines", s.outcome.missed_deadlines},
-          {"lateness", logger::LatenessJson(s.facts)},
-          {"restarts", s.outcome.restarts},
-          {"lost_modules", LostJson(s.facts)},
-          {"processes", processes},
-          {"log", s.outcome.log},
-          {"ended", s.outcome.reason},
-          {"error", s.outcome.error.empty() ? Json(nullptr) : Json(s.outcome.error)}};
+  Json json = {{"run", s.outcome.run},
+               {"hash", s.facts.run_hash},
+               {"seconds", s.facts.seconds},
+               {"wall_seconds", s.outcome.wall_seconds},
+               {"ticks", s.facts.ticks},
+               {"messages", s.messages},
+               {"lost", s.lost},
+               {"resent", s.resent},
+               {"refused", s.refused},
+               {"roles", roles},
+               {"problems", s.problems},
+               {"faults", faults},
+               {"num_faults", s.facts.num_faults},
+               {"prints", logger::PrintsJson(s.facts)},
+               {"num_prints", s.facts.num_prints},
+               {"program_hash", Hex(s.program_hash)},
+               {"world_hash", s.world_hash},
+               {"missed_deadlines", s.outcome.missed_deadlines},
+               {"lateness", logger::LatenessJson(s.facts)},
+               {"restarts", s.outcome.restarts},
+               {"lost_modules", LostJson(s.facts)},
+               {"processes", processes},
+               {"log", s.outcome.log},
+               {"ended", s.outcome.reason},
+               {"error", s.outcome.error.empty() ? Json(nullptr) : Json(s.outcome.error)}};
+  json.update(logger::FiguresJson(s.figures));
+  return json;
 }
 
 std::string SummaryText(const RunSummary& s) {
@@ -314,13 +272,10 @@ std::string SummaryText(const RunSummary& s) {
   if (s.problems.size() > kMostNamed) {
     text += fmt::format("    and {} more (--json)\n", s.problems.size() - kMostNamed);
   }
-  // W is north, up, east.
-  if (s.displacement) {
-    text += fmt::format("  moved {:+.3f} m north, {:+.3f} m up, {:+.3f} m east\n",
-                        s.displacement->x(), s.displacement->y(), s.displacement->z());
+  for (const auto& [name, value] : logger::FigureLines(s.figures)) {
+    text += fmt::format("  {} {}\n", name, value);
   }
   // Each of these is empty if there is nothing to say, but for the faults.
-  text += WalkText(s.walk, !s.facts.deployments.empty());
   text += LossText(s);
   text += DeathsText(s);
   text += RefusedMessagesText(s);

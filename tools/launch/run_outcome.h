@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "logger/compare/walk_figures.h"
+#include "logger/figures/run_figures.h"
 #include "logger/log/run_facts.h"
 #include "tools/base/json.h"
 #include "tools/launch/run_plan.h"
@@ -51,9 +51,8 @@ struct RunSummary {
   /// `morphbus roles` finds it for the robot at its start values. Empty for a program without
   /// roles.
   std::vector<std::string> problems;
-  std::optional<Eigen::Vector3d> displacement;  ///< Of the root (m, NUE).
-  /// How the heaviest body walked; none if the log has no poses.
-  std::optional<logger::WalkFigures> walk;
+  /// Where the robot went, and its gait.
+  logger::RunFigures figures;
 };
 
 /// Reads the run's log and adds what it holds to `outcome`. `plan` is the plan that was run. Where

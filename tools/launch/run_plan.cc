@@ -18,6 +18,7 @@
 #include "compiler/world/sdf_world.h"
 #include "compiler/world/surface_files.h"
 #include "compiler/world/world_proto.h"
+#include "logger/figures/robot_motion.h"
 #include "sim/bullet_robot.h"
 #include "sim/still_robot.h"
 #include "tools/base/files.h"
@@ -435,8 +436,7 @@ std::optional<RunPlan> LoadPlan(const PlanSource& source) {
 RootPose RootPoseOf(const RunPlan& plan, int module) {
   const model::Robot& robot = plan.robot();
   RootPose root;
-  // Only the robot's own root module says which of its links is meant.
-  root.link = module == robot.root_module ? robot.root_link : 0;
+  root.link = logger::RootLinkOf(robot, module).link;
   const model::KinematicState state =
       model::ForwardKinematics(plan.model, robot, model::StartValues(robot));
   root.X_RL = state.X_RL[module][root.link];
