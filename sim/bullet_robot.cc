@@ -8,6 +8,8 @@
 
 #include "compiler/base/check.h"
 #include "compiler/model/forward_kinematics.h"
+#include "sim/breakdown.h"
+#include "sim/engine_limits.h"
 #include "sim/module_sensors.h"
 
 namespace morphbus::sim {
@@ -73,7 +75,15 @@ Result<std::unique_ptr<BulletRobot>> BulletRobot::Create(std::shared_ptr<const m
   if (found->modules.empty() || found->modules.size() > 32767) {
     return Fail("a simulated robot has 1 to 32767 modules");
   }
-  return std::unique_ptr<BulletRobot>(new BulletRobot(std::move(model), *found, options));
+  if (Result<void> bearable = CheckShapes(*model, *found); !bearable) {
+    return Fail(bearable.error().message);
+  }
+  std::unique_ptr<BulletRobot> made(new BulletRobot(std::move(model), *found, options));
+  if (Result<void> bearable = CheckReach(*made->model_, *found, made->world_->rigid_bodies());
+      !bearable) {
+    return Fail(bearable.error().message);
+  }
+  return made;
 }
 
 BulletRobot::BulletRobot(std::shared_ptr<const model::Model> model, const model::Robot& robot,
@@ -167,6 +177,7 @@ void BulletRobot::Advance() {
   const int steps = options_.tick_us / options_.physics_step_us;
   for (int i = 0; i < steps; ++i) world_->Step();
   ++tick_;
+  breakdown_ = WhyBroken(*world_, *model_, robot());
 }
 
 // Each change of the structure is in place before the next command is looked at.

@@ -16,6 +16,7 @@
 #include "compiler/model/robot_model.h"
 #include "sim/connections.h"
 #include "sim/controlled_robot.h"
+#include "sim/start_check.h"
 #include "sim/world.h"
 
 namespace morphbus::sim {
@@ -68,6 +69,12 @@ class BulletRobot : public ControlledRobot {
                     const std::string& link = "", double seconds = 0) override;
   [[nodiscard]] Pose LinkPose(int module, int link) const override;
   void Lose(int module) override { lost_.insert(module); }
+  /// A joint that stands far beyond its limits, or a body that is nowhere (sim/breakdown.h).
+  [[nodiscard]] std::string Breakdown() const override { return breakdown_; }
+
+  /// Whether it can start where it is (sim/start_check.h). For a robot that is only tried: it
+  /// cannot be run afterwards.
+  Result<void> CheckStart() { return sim::CheckStart(world_.get(), *model_, robot()); }
 
   /// Hash of the world as first built: 16 hex digits, equal for congruent robots.
   [[nodiscard]] const std::string& world_hash() const { return world_hash_; }
@@ -121,6 +128,7 @@ class BulletRobot : public ControlledRobot {
   int64_t tick_ = 0;
   /// Modules that are dead.
   std::set<int> lost_;
+  std::string breakdown_;
 };
 
 }  // namespace morphbus::sim

@@ -12,6 +12,22 @@ namespace morphbus::sim {
 
 using Eigen::Vector3d;
 
+namespace {
+
+// Beyond this (m, m/s and rad/s) the engine's squares and products lose all meaning, and its search
+// for the nearest points of two shapes reads outside its tables.
+constexpr double kOutOfReach = 1e9;
+
+// Whether the engine can still compute with the body; what is not a number fails the comparison.
+bool IsInReach(const btRigidBody& body) {
+  const double sum = body.getWorldTransform().getOrigin().length2() +
+                     body.getWorldTransform().getBasis().getRow(0).length2() +
+                     body.getLinearVelocity().length2() + body.getAngularVelocity().length2();
+  return sum < kOutOfReach * kOutOfReach;
+}
+
+}  // namespace
+
 World::World(const RigidBodyModel& rigid_bodies, const WorldOptions& options)
     : rigid_bodies_(rigid_bodies),
       options_(options),
@@ -32,6 +48,7 @@ World::World(const RigidBodyModel& rigid_bodies, const WorldOptions& options)
 World::~World() = default;
 
 void World::Step() {
+  if (lost_) return;
   const double dt = options_.physics_step_s;
   // The servos ask their motors for velocities, with the joint's effort as the most they may exert.
   for (size_t i = 0; i < engine_->joints.size(); ++i) {
@@ -46,6 +63,8 @@ void World::Step() {
   // Exactly one step of dt, without Bullet's own interpolation; then the angles are read from the
   // poses.
   engine_->dynamics.stepSimulation(dt, 0);
+  lost_ = !std::all_of(engine_->bodies.begin(), engine_->bodies.end(),
+                       [](const auto& body) { return IsInReach(*body); });
   for (EngineJoint& joint : engine_->joints) Measure(&joint);
 }
 

@@ -64,8 +64,13 @@ class World {
   World(const World&) = delete;
   World& operator=(const World&) = delete;
 
-  /// One physics step: servos, pushes, the engine, then the joints are measured.
+  /// One physics step: servos, pushes, the engine, then the joints are measured. Nothing once the
+  /// world is lost.
   void Step();
+
+  /// Whether a body got so far or so fast that nothing can be computed any more: the engine would
+  /// not survive another step.
+  [[nodiscard]] bool lost() const { return lost_; }
 
   /// Commands to a joint's servo, by canonical joint index and in canonical angles.
   void Command(int joint, const ServoCommand& command);
@@ -110,6 +115,22 @@ class World {
   /// to it is no touch.
   [[nodiscard]] std::vector<Touch> Touches(LinkRef link) const;
 
+  /// Where a link of the robot lies in an obstacle.
+  struct Overlap {
+    LinkRef link;
+    int obstacle = 0;  ///< Number in WorldOptions::obstacles.
+    double depth_m = 0.0;
+    /// The unit direction in which the link gets out by that depth.
+    Eigen::Vector3d outward_W;
+  };
+  /// Overlaps of links with obstacles by more than `depth_m`, the deepest of each pair, in order of
+  /// obstacles, then depth. The engine looks for contacts for this and remembers them: the world
+  /// cannot be stepped afterwards as a fresh one would be.
+  [[nodiscard]] std::vector<Overlap> FindOverlaps(double depth_m);
+  /// The box round an obstacle, and that round the whole robot, as they are now (W, m).
+  [[nodiscard]] Eigen::AlignedBox3d ObstacleBox(int obstacle) const;
+  [[nodiscard]] Eigen::AlignedBox3d RobotBox() const;
+
   /// What the world was made of.
   [[nodiscard]] const RigidBodyModel& rigid_bodies() const { return rigid_bodies_; }
   [[nodiscard]] const WorldOptions& options() const { return options_; }
@@ -122,6 +143,7 @@ class World {
   RigidBodyModel rigid_bodies_;
   WorldOptions options_;
   std::unique_ptr<Engine> engine_;
+  bool lost_ = false;
 };
 
 }  // namespace morphbus::sim

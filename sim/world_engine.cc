@@ -117,6 +117,8 @@ void World::Engine::AddObstacle(const world::Obstacle& obstacle, double ground_f
   const bool own = obstacle.friction && ground_friction > 0.0;
   body->setFriction(own ? *obstacle.friction / ground_friction : ground_friction);
   body->setUserIndex(-1);
+  // Overlaps are named by it (FindOverlaps).
+  body->setUserIndex2(static_cast<int>(obstacles.size()));
   dynamics.addRigidBody(body.get());
   obstacles.push_back(std::move(body));
 }

@@ -1,5 +1,6 @@
 // What rays and touching surfaces meet in a World.
 #include <algorithm>
+#include <tuple>
 
 #include "sim/bullet_math.h"
 #include "sim/link_physics.h"
@@ -90,6 +91,64 @@ std::vector<World::Touch> World::Touches(LinkRef link) const {
     }
   }
   return touches;
+}
+
+std::vector<World::Overlap> World::FindOverlaps(double depth_m) {
+  std::vector<Overlap> overlaps;
+  engine_->dynamics.performDiscreteCollisionDetection();
+  for (int i = 0; i < engine_->dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold = *engine_->dispatcher.getManifoldByIndexInternal(i);
+    // One of the two is a body of the robot, the other an obstacle, not the ground or a body.
+    const bool is_0 = manifold.getBody0()->getUserIndex() >= 0;
+    const btCollisionObject& own = is_0 ? *manifold.getBody0() : *manifold.getBody1();
+    const btCollisionObject& other = is_0 ? *manifold.getBody1() : *manifold.getBody0();
+    if (other.getUserIndex() >= 0 || other.getUserIndex2() < 0) continue;
+    for (int k = 0; k < manifold.getNumContacts(); ++k) {
+      const btManifoldPoint& point = manifold.getContactPoint(k);
+      const int at = LinkOfPart(own, is_0 ? point.m_index0 : point.m_index1);
+      if (at < 0 || -point.getDistance() <= depth_m) continue;
+      // The engine's normal points from body 1 to body 0.
+      const Vector3d normal = FromBullet(point.m_normalWorldOnB);
+      overlaps.push_back({rigid_bodies_.bodies[own.getUserIndex()].links[at].ref,
+                          other.getUserIndex2(), -point.getDistance(),
+                          is_0 ? normal : Vector3d(-normal)});
+    }
+  }
+  // The deepest of each pair comes first and stays.
+  std::sort(overlaps.begin(), overlaps.end(), [](const Overlap& a, const Overlap& b) {
+    return std::tuple(a.obstacle, -a.depth_m, a.link.module, a.link.link) <
+           std::tuple(b.obstacle, -b.depth_m, b.link.module, b.link.link);
+  });
+  std::vector<Overlap> deepest;
+  for (const Overlap& overlap : overlaps) {
+    if (std::none_of(deepest.begin(), deepest.end(), [&](const Overlap& known) {
+          return known.obstacle == overlap.obstacle && SameLink(known.link, overlap.link);
+        })) {
+      deepest.push_back(overlap);
+    }
+  }
+  return deepest;
+}
+
+namespace {
+
+Eigen::AlignedBox3d BoxOf(const btRigidBody& body) {
+  btVector3 low;
+  btVector3 high;
+  body.getAabb(low, high);
+  return {FromBullet(low), FromBullet(high)};
+}
+
+}  // namespace
+
+Eigen::AlignedBox3d World::ObstacleBox(int obstacle) const {
+  return BoxOf(*engine_->obstacles[obstacle]);
+}
+
+Eigen::AlignedBox3d World::RobotBox() const {
+  Eigen::AlignedBox3d box;
+  for (const auto& body : engine_->bodies) box.extend(BoxOf(*body));
+  return box;
 }
 
 }  // namespace morphbus::sim

@@ -354,6 +354,10 @@ void SimParticipant::Advance(int64_t tick) {
     received_[i].recent.Add(tick, received_[i].digest);
   }
   robot_->Advance();
+  // Found out here and not by the next tick's sensors, which the last tick does not have.
+  if (const std::string why = robot_->Breakdown(); !why.empty() && refusal_.empty()) {
+    refusal_ = why + " (tick " + std::to_string(tick) + ")";
+  }
   reported_tick_ = tick;
   if ((tick + 1) % kBlockTicks == 0) ReportTaken();
 }

@@ -18,6 +18,8 @@ constexpr size_t kMostControls = 5;
 }  // namespace
 
 void SimParticipant::BeginTick(int64_t tick) {
+  // A robot that broke down in the tick before has nothing to tell of this one.
+  if (const std::string why = robot_->Breakdown(); !why.empty()) return Refuse(why);
   // Controls take effect before the sensors of the tick are read.
   if (before_tick_) before_tick_(tick);
   // Everybody's readings are of the same moment.

@@ -5,6 +5,7 @@
 #include <morphbus/actuator_t.hpp>
 #include <morphbus/body_pose_t.hpp>
 #include <morphbus/module_sensors_t.hpp>
+#include <string>
 #include <vector>
 
 namespace morphbus::bridge {
@@ -27,6 +28,10 @@ class SimulatedRobot {
 
   /// Advances by one control tick.
   virtual void Advance() = 0;
+
+  /// Why what the robot does is not to be believed any more, in one sentence with what to change;
+  /// empty while all is well. Asked after each Advance: the run then ends with it as its error.
+  [[nodiscard]] virtual std::string Breakdown() const { return {}; }
 };
 
 }  // namespace morphbus::bridge

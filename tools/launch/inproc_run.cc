@@ -113,8 +113,10 @@ class InprocRun {
     const Result<logger::RecordSummary> summary = recorder_->Finish("");
     if (summary) {
       outcome.log = summary->path;
+      // What the sim found out the log only repeats.
+      const std::string& found = sim_->outcome().error;
       if (!summary->complete && outcome.error.empty())
-        outcome.error = "the log: " + summary->reason;
+        outcome.error = found.empty() ? "the log: " + summary->reason : found;
     } else if (outcome.error.empty()) {
       outcome.error = summary.error().message;
     }

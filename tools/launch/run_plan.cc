@@ -390,6 +390,11 @@ std::optional<RunPlan> PlanCompiled(const RunOptions& options, model::Model mode
   const auto with_physics = BuildBulletRobot(plan);
   if (!with_physics) return Refuse(with_physics.error().message);
   plan.description.set_world_hash((*with_physics)->world_hash());
+  // This one is thrown away, so that looking for contacts changes no run.
+  if (Result<void> free = (*with_physics)->CheckStart(); !free) {
+    return Refuse(
+        fmt::format("--world {}: {}", plan.description.world_file(), free.error().message));
+  }
   return plan;
 }
 
