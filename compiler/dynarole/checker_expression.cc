@@ -78,7 +78,9 @@ void Checker::Want(Expr* expr, Type wanted, const std::string& what) {
   Diagnostic& error = Error(
       expr->span, what + " must be " + NameOf(wanted) + ", but this is " + NameOf(expr->type));
   if (expr->type == Type::kFloat && wanted == Type::kInt) {
-    error.hint = "a float never becomes an int";
+    error.hint =
+        "a float never becomes an int, not by floor or round either: make the other a float, by a "
+        "point in its first value (0.0)";
   } else if (IsSet(expr->type) && IsNumber(wanted)) {
     error.hint = "for the number of its members write sizeof(...)";
   } else if (expr->type == Type::kDirection && wanted == Type::kAxis) {

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <map>
+#include <set>
 #include <string>
+#include <utility>
 
 #include "compiler/dynarole/checker.h"
 #include "compiler/dynarole/constants.h"
@@ -29,6 +31,7 @@ class Linter {
 
   void Run() {
     LintUnused();
+    LintDivisions();
     for (size_t i = 0; i < model_.roles.size(); ++i) {
       // What could keep a role from being taken matters for concrete roles only.
       const RoleModel& role = model_.roles[i];
@@ -65,6 +68,70 @@ class Linter {
         diagnostics_.Warning(signature.span, "function '" + signature.name + "' is never called");
       }
     }
+  }
+
+  // ---- Ints that divide where a fraction is meant ----
+
+  void LintDivisions() {
+    for (const ConstantModel& constant : model_.constants) VisitDivisions(*constant.expr, false);
+    for (const RoleModel& role : model_.roles) {
+      for (const FieldSlot& field : role.fields) {
+        const Member* value = field.value;
+        if (value != nullptr && value->expr != nullptr) VisitDivisions(*value->expr, false);
+      }
+    }
+    for (const Routine& routine : model_.routines) {
+      const Member& member = *routine.member;
+      if (member.expr != nullptr) VisitDivisions(*member.expr, false);
+      if (member.body != nullptr) VisitDivisions(*member.body);
+    }
+  }
+
+  void VisitDivisions(const Stmt& statement) {
+    if (statement.expr != nullptr) VisitDivisions(*statement.expr, false);
+    for (const StmtPtr& inner : statement.body) VisitDivisions(*inner);
+  }
+
+  // `becomes_float`: what is made of the expression's value is converted to a float.
+  void VisitDivisions(const Expr& expr, bool becomes_float) {
+    becomes_float = becomes_float || expr.wanted == Type::kFloat;
+    if (expr.kind == ExprKind::kBinary && expr.op == Operator::kDiv && expr.type == Type::kInt &&
+        WarnOfDivision(expr, becomes_float)) {
+      return;
+    }
+    // What arithmetic of ints is converted to, its operands are.
+    const bool passes_on = expr.type == Type::kInt &&
+                           (expr.kind == ExprKind::kUnary || expr.kind == ExprKind::kBinary);
+    for (const ExprPtr& operand : expr.operands) {
+      VisitDivisions(*operand, becomes_float && passes_on);
+    }
+  }
+
+  // Ints that are known and leave no remainder divide as they seem to.
+  bool WarnOfDivision(const Expr& expr, bool becomes_float) {
+    const FoldResult a = Fold(*expr.operands[0]);
+    const FoldResult b = Fold(*expr.operands[1]);
+    const bool known = a.value && b.value && a.value->type == Type::kInt &&
+                       b.value->type == Type::kInt && b.value->cell.AsInt() != 0;
+    // The smallest int by -1 overflows; whoever computes it says so.
+    if (known && b.value->cell.AsInt() == -1) return false;
+    const int n = known ? a.value->cell.AsInt() : 0;
+    const int d = known ? b.value->cell.AsInt() : 1;
+    if (known ? n % d == 0 : !becomes_float) return false;
+    // The same place is part of a role and of those that extend it.
+    if (!divisions_.insert({expr.span.file, static_cast<size_t>(expr.span.begin)}).second)
+      return true;
+    Diagnostic& warning = diagnostics_.Warning(
+        expr.span, known ? "ints divide without remainder: " + std::to_string(n) + " / " +
+                               std::to_string(d) + " is " + std::to_string(n / d)
+                         : std::string("ints divide without remainder, and the result becomes a "
+                                       "float"));
+    warning.hint = known ? "for a fraction write " + std::to_string(n) + ".0 / " +
+                               std::to_string(d) + ", for the int " + std::to_string(n / d)
+                         : std::string(
+                               "for a fraction multiply the dividend by 1.0; if the int is "
+                               "meant, give it to a variable first");
+    return true;
   }
 
   Diagnostic& NeverTaken(const RoleModel& role) {
@@ -280,6 +347,8 @@ class Linter {
   const keywords::KeywordTable& keywords_;
   const ProgramModel& model_;
   source::Diagnostics& diagnostics_;
+  /// Places of divisions that have been warned of.
+  std::set<std::pair<int, size_t>> divisions_;
 };
 
 }  // namespace
