@@ -114,11 +114,13 @@ Result<void> TakePart(const std::string& word, bool wanted, ControlPart* out) {
 
 /// Reads NORTH and its kin, or "n,u,e".
 Result<void> TakeDirection(const std::string& word, std::array<double, 3>* out) {
-  // By name, as people mostly write it; the names are also for the error.
+  // By name in any case, as people mostly write it; the names are also for the error.
+  std::string upper = word;
+  for (char& c : upper) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
   std::vector<std::string> names;
   for (const NamedDirection& named : kDirections) {
     names.emplace_back(named.name);
-    if (word != named.name) continue;
+    if (upper != named.name) continue;
     *out = named.direction_W;
     return {};
   }
@@ -129,7 +131,7 @@ Result<void> TakeDirection(const std::string& word, std::array<double, 3>* out) 
     if (!taken) return taken;
   }
   if (std::hypot((*out)[0], (*out)[1], (*out)[2]) >= 1e-6) return {};
-  const std::string nearest = source::NearestName(word, names);
+  const std::string nearest = source::NearestName(upper, names);
   return Fail(fmt::format("direction: expected one of {}, or north,up,east as numbers, not '{}'{}",
                           fmt::join(names, ", "), word,
                           nearest.empty() ? "" : " (did you mean '" + nearest + "'?)"));

@@ -96,6 +96,7 @@ TEST(ControlCommandTest, ErrorsSayWhatWasExpected) {
   EXPECT_EQ(ErrorOf("invoke A.b --at 3"), "invoke: unknown option --at");
   EXPECT_EQ(ErrorOf("disconnect m2"), "expected MODULE.CONNECTOR, not 'm2'");
   EXPECT_EQ(ErrorOf("invoke turn"), "invoke: expected Role.command, not 'turn'");
+  EXPECT_EQ(ErrorOf("push m5 east 2"), "");
   EXPECT_NE(ErrorOf("push m5 EST 2").find("(did you mean 'EAST'?)"), std::string::npos);
   EXPECT_NE(ErrorOf("push m5 0,0,0 2"), "");
   EXPECT_EQ(ErrorOf("deploy x\x1b.dyn"), "a command is one line of printable text");

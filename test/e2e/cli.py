@@ -28,6 +28,26 @@ class Cli(Case):
             self.assertEqual([c['number'] for c in listed], numbers)
         morphbus('connections', MODEL, '--pair', 'c1,c77', status=2)
 
+    def test_a_pair_is_found_in_either_order(self):
+        model = MODEL.parent / 'mixed.m3l'
+        ways = [as_json('connections', model, '--connection', 'MTRAN_to_TELESCOPE', '--pair', pair)
+                for pair in ('c2,head', 'head,c2')]
+        self.assertGreater(ways[0]['count'], 0)
+        self.assertEqual(ways[0], ways[1])
+
+    def test_an_option_is_meant_by_some_of_its_letters(self):
+        done = morphbus('run', MODEL, 'x.dyn', '--robot', 'quadruped', '--secs', 3, status=2)
+        self.assertIn("there is no option '--secs' (did you mean '--seconds'?)", done.stderr)
+
+    def test_a_log_cannot_go_to_the_output(self):
+        done = morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', 0.1, '--inproc', '--log', '-',
+                        status=2, cwd=self.folder)
+        self.assertIn('a log is a file, which is read again when the run ends: give it a name', done.stderr)
+        self.assertEqual(list(self.folder.glob('-*')), [])
+
+    def test_check_tells_of_what_it_does_not_look_at(self):
+        self.assertIn('morphbus check --motion', morphbus('check', MODEL).stdout)
+
     def test_fk_places_modules_where_the_paper_does(self):
         answer = as_json('fk', MODEL, '--robot', 'quadruped')
         self.assertEqual(list(answer), ['robot', 'links', 'closure_m', 'closure_rad'])

@@ -36,6 +36,24 @@ std::vector<std::string> OptionNames(const CLI::App& app) {
   return names;
 }
 
+/// Whether `word` is `name` with letters left out, as "--secs" is of "--seconds".
+bool Abbreviates(const std::string& word, const std::string& name) {
+  size_t at = 0;
+  for (const char c : name) at += at < word.size() && word[at] == c ? 1 : 0;
+  return at == word.size();
+}
+
+/// The option that is meant: the only one of which the word is an abbreviation, else the nearest.
+std::string MeantOption(const std::string& word, const std::vector<std::string>& names) {
+  constexpr size_t kShortest = 5;  // With the dashes: three letters.
+  std::vector<std::string> longer;
+  for (const std::string& name : names) {
+    if (word.size() >= kShortest && Abbreviates(word, name)) longer.push_back(name);
+  }
+  return longer.size() == 1 ? fmt::format(" (did you mean '{}'?)", longer.front())
+                            : DidYouMean(word, names);
+}
+
 /// "there is no option '--robt' (did you mean '--robot'?)" for the first argument that looks like
 /// an option of `app` and is none; "" without one.
 std::string UnknownOption(const CLI::App& app) {
@@ -45,7 +63,7 @@ std::string UnknownOption(const CLI::App& app) {
     const std::string name = argument.substr(0, argument.find('='));
     const bool has_letters = name.starts_with("--");  // one letter is near to every other one
     return fmt::format("there is no option '{}'{}", name,
-                       has_letters ? DidYouMean(name, OptionNames(app)) : "");
+                       has_letters ? MeantOption(name, OptionNames(app)) : "");
   }
   return "";
 }

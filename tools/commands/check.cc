@@ -142,6 +142,9 @@ int Check(const CheckOptions& options) {
     status = CheckMotions(options.motion, *model, options.json ? &motion : nullptr);
     json["motion"] = motion;
   }
+  if (!options.motion.wanted && !options.json && !model->robots.empty()) {
+    fmt::print("whether links meet when joints move: morphbus check --motion\n");
+  }
   // Without an answer there is none in part either.
   if (options.json && status != kUnusable) PrintJson(json);
   return status;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "tools/base/model_io.h"
 
@@ -37,15 +38,6 @@ std::string WhyNone(const model::Model& model, const std::vector<size_t>& indice
   const auto type = [&](int index) -> const model::ModuleType& {
     return model.module_types[index];
   };
-  // The order of the members is the likeliest mistake.
-  for (const size_t i : indices) {
-    const model::ConnectionType& connection = model.connection_types[i];
-    const model::ModuleType& a = type(connection.type_a);
-    const model::ModuleType& b = type(connection.type_b);
-    if (!a.FindConnector(pair.b) || !b.FindConnector(pair.a)) continue;
-    return fmt::format("{}: member a of connection {} is {}, member b is {}: write {},{}",
-                       pair.option, connection.name, a.name, b.name, pair.b, pair.a);
-  }
   // With one connection it is known which member lacks which connector.
   if (indices.size() == 1) {
     const model::ConnectionType& connection = model.connection_types[indices[0]];
@@ -91,14 +83,17 @@ Result<std::vector<ConnectorPair>> FindPairs(const model::Model& model,
   }
   // Connections are missing, or the one that was named is.
   if (indices.empty()) return Fail(WhyNoneOf(names, connection, "connection"));
-  // What is found are those of them whose members have the connectors.
+  // What is found are those of them whose members have the connectors: in the order that was
+  // written, or else in the other one.
   std::vector<ConnectorPair> found;
-  for (const size_t i : indices) {
-    const model::ConnectionType& type = model.connection_types[i];
-    const auto& types = model.module_types;
-    const auto a = types[type.type_a].FindConnector(pair.a);
-    const auto b = types[type.type_b].FindConnector(pair.b);
-    if (a && b) found.push_back({i, *a, *b});
+  for (const auto& [of_a, of_b] : {std::pair(pair.a, pair.b), std::pair(pair.b, pair.a)}) {
+    if (!found.empty()) break;
+    for (const size_t i : indices) {
+      const model::ConnectionType& type = model.connection_types[i];
+      const auto a = model.module_types[type.type_a].FindConnector(of_a);
+      const auto b = model.module_types[type.type_b].FindConnector(of_b);
+      if (a && b) found.push_back({i, *a, *b});
+    }
   }
   if (found.empty()) return Fail(WhyNone(model, indices, pair));
   return found;

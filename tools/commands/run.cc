@@ -37,6 +37,9 @@ std::string LogPath(const RunOptions& options, const std::string& run, int numbe
 /// Why the log cannot be written; empty if it can. Found out before anything starts: the logger
 /// itself would find out when the others wait for it.
 std::string WhyNoLog(const std::string& log) {
+  if (std::filesystem::path(log).filename() == "-") {
+    return "a log is a file, which is read again when the run ends: give it a name";
+  }
   const std::string folder = std::filesystem::path(log).parent_path();
   if (access(folder.c_str(), W_OK | X_OK) != 0) return std::strerror(errno);
   // What the log is called in the end, and while it is written.

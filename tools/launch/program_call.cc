@@ -24,12 +24,14 @@ std::optional<Number> WordNumber(const std::string& word) {
   return number;
 }
 
-/// The place of "$NORTH", or "NORTH", which needs no quotes in a shell; of a diagonal "$NORTH +
+/// The place of "$NORTH", or "north", which needs no quotes in a shell; of a diagonal "$NORTH +
 /// $UP".
 std::optional<vm::Cell> NamedCell(const std::string& word, std::span<const vm::DirectionRow> rows) {
+  std::string upper = word;
+  for (char& c : upper) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
   for (size_t i = 0; i < rows.size(); ++i) {
     const std::string name = rows[i].name;
-    if (word == name || "$" + word == name) return vm::Cell::Int(static_cast<int32_t>(i));
+    if (upper == name || "$" + upper == name) return vm::Cell::Int(static_cast<int32_t>(i));
   }
   return std::nullopt;
 }
