@@ -223,6 +223,7 @@ class Checker {
   /// A type was settled in this pass, so that another must follow.
   bool changed_ = false;
   int errors_ = 0, warnings_ = 0;  ///< Recorded so far.
+  bool listed_self_ = false;       ///< A hint has listed all that `self` has.
   /// By routine: the frames that it needs with all that it calls; 0 where that is not known yet.
   std::vector<int> heights_;
 

@@ -155,8 +155,13 @@ Type Checker::InferSelfKeyword(Expr* member, Expr* call) {
     error.hint = "did you mean '" + usages + "'?";
     return Type::kError;
   }
-  Suggest(&error, member->name, names, "self.",
-          "it has " + Listed(names) + (keywords_.empty() ? "; no module types were given" : ""));
+  // The list is long, so that it is printed once.
+  const std::string list =
+      listed_self_
+          ? "what it has is listed above"
+          : "it has " + Listed(names) + (keywords_.empty() ? "; no module types were given" : "");
+  Suggest(&error, member->name, names, "self.", list);
+  listed_self_ = listed_self_ || error.hint == list;
   return Type::kError;
 }
 

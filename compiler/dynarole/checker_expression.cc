@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <utility>
 
 #include "compiler/dynarole/checker.h"
 #include "compiler/dynarole/constants.h"
@@ -162,6 +163,15 @@ Type Checker::UnknownName(Expr* expr) {
   }
   if (const std::string usages = UsagesOf(SelfBuiltins(), expr->name); !usages.empty()) {
     error.hint = "did you mean '" + usages + "'?";
+    return Type::kError;
+  }
+  // Parts of the module type have their keywords behind a sign of their own.
+  for (const auto& [kind, sign] :
+       {std::pair(vm::KeywordKind::kJoint, "self."),
+        std::pair(vm::KeywordKind::kConnector, "self."),
+        std::pair(vm::KeywordKind::kSensor, "self."), std::pair(vm::KeywordKind::kLink, "$")}) {
+    if (keywords_.Find(kind, expr->name) < 0) continue;
+    error.hint = "did you mean '" + std::string(sign) + expr->name + "'?";
     return Type::kError;
   }
   if (FindSlot(owner.methods, expr->name) >= 0) {

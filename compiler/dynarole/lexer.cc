@@ -183,6 +183,12 @@ class Lexer {
           .hint = "write the missing part";
       return;
     }
+    // A sum has no sign before its terms, so that this can only be C's.
+    if (text_.substr(at_).starts_with("++")) {
+      at_ += 2;
+      diagnostics_.Error({file_, begin, at_}, "there is no '++'").hint = "write: NAME += 1;";
+      return;
+    }
     // Signs have one or two characters.
     for (int i = 0; i < std::ssize(kSpellings); ++i) {
       const Spelling& sign = kSpellings[i];
@@ -204,6 +210,15 @@ class Lexer {
     if (sequence == "&") error.hint = "logical and is '&&'";
     if (sequence == "|") error.hint = "logical or is '||'";
     if (sequence == "'") error.hint = "texts stand between double quotes: \"...\"";
+    // What other languages have and this one has not.
+    if (sequence == "[" || sequence == "]") {
+      error.message = "there are no arrays, so no '" + std::string(sequence) + "'";
+      error.hint = "give each value a field of its own";
+    }
+    if (sequence == "?") {
+      error.message = "there is no conditional expression 'a ? b : c'";
+      error.hint = "write: if (a) { ... } else { ... }";
+    }
   }
 
   std::string_view text_;
