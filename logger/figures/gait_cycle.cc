@@ -308,8 +308,14 @@ CycleSearch Search(const std::vector<Signal>& signals, int begin, int end,
   Tracks tracks = MovingTracks(signals, begin, end);
   if (tracks.empty()) return {{}, "the commands do not change"};
   const std::optional<Candidate> candidate = BestLag(&tracks, options);
-  if (!candidate) return {{}, "the commands do not repeat for two whole cycles"};
-  const int changes = TimeOfChanges(tracks).length();
+  const Stretch time_of_changes = TimeOfChanges(tracks);
+  // A car that drives straight on is told so once.
+  const std::string none = 2 * time_of_changes.end > tracks.front().size()
+                               ? "the commands do not repeat for two whole cycles"
+                               : fmt::format("the commands change for the last time at {:.2f} s",
+                                             (begin + time_of_changes.end - 1) * options.tick_s);
+  if (!candidate) return {{}, none};
+  const int changes = time_of_changes.length();
   if (candidate->stretch.length() < kLeastShare * changes) {
     return {{},
             fmt::format("the commands repeat for {:.2f} s only, of {:.2f} s in which they change",
@@ -328,7 +334,7 @@ CycleSearch Search(const std::vector<Signal>& signals, int begin, int end,
   }
   FoundCycle cycle;
   cycle.begins = Begins(&tracks, stretch, period, slack);
-  if (cycle.begins.size() < 3) return {{}, "the commands do not repeat for two whole cycles"};
+  if (cycle.begins.size() < 3) return {{}, none};
   cycle.period =
       (cycle.begins.back() - cycle.begins.front()) / static_cast<double>(cycle.begins.size() - 1);
   return {cycle, ""};

@@ -181,6 +181,9 @@ TEST(FindCycle, WhereThereIsNoneItSaysWhy) {
   // Less than a degree to and fro is nobody's gait.
   EXPECT_EQ(WhyNone({Wave(1.0, 0, 0.7)}, 15.0), "the commands do not change");
   EXPECT_EQ(WhyNone({Wave(9.0)}, 15.0), "the commands do not repeat for two whole cycles");
+  // A wheel that turns on once told to.
+  EXPECT_EQ(WhyNone({[](double t) { return t < 0.49 ? 0.0 : 2.0; }}, 15.0),
+            "the commands change for the last time at 0.50 s");
   EXPECT_EQ(WhyNone({Between(Wave(40.0), 1.0, 9.0)}, 15.0),
             "the commands do not repeat for two whole cycles");
   EXPECT_EQ(WhyNone({Steps(0.1, {3, 20})}, 0.1), "the run is too short");
