@@ -53,8 +53,8 @@ class Programs(Case):
         return math.degrees(summary['walk']['turn_rad'])
 
     def course(self, summary):
-        """Which way it went: degrees from north to east."""
-        north, _, east = summary['displacement']
+        """Which way its root's body went: degrees from north to east."""
+        north, _, east = summary['root_displacement']
         return math.degrees(math.atan2(east, north))
 
     def turned_axis(self, module, begin, end):

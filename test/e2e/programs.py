@@ -57,7 +57,8 @@ class Snakes(Programs):
             robot = f'{kind}_snake{count}'
             summary = self.run_program('snakes', 'snake', robot, self.SECONDS)
             distance, course, turn = self.MEASURED[kind, count]
-            north, _, east = summary['displacement']
+            # The head is the root's body.
+            north, _, east = summary['root_displacement']
             self.assertGreater(1000 * math.hypot(north, east), distance * 2 / 3, robot)
             self.assertLess(1000 * math.hypot(north, east), distance * 4 / 3, robot)
             self.assertAlmostEqual(self.course(summary), course, delta=10, msg=robot)
