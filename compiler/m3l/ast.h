@@ -71,8 +71,10 @@ struct Expr {
   ExprKind kind = ExprKind::kNumber;
   /// The place of the whole expression.
   source::Span span;
-  /// The value of a kNumber, or of a constant.
+  /// The value of a kNumber, or of a constant; radians where it was written with a unit.
   double number = 0.0;
+  /// True for a kNumber that was written as an angle, with `deg` or `rad` behind it.
+  bool angle = false;
   /// True for a path of one name that a `const` defines. Where a name is wanted it stays one.
   bool constant = false;
   /// The text of a kString, or the relation of a kRelation.

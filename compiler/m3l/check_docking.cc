@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "compiler/m3l/check_robot.h"
 #include "compiler/m3l/docking_turn.h"
@@ -263,8 +264,10 @@ class DockingChecker {
       scope_.diagnostics.Error(selector.span, "expected a number, rot=..., or NAME:number");
       return;
     }
-    const std::optional<double> turn = EvaluateNumber(selector.children[0], &scope_.diagnostics);
+    std::optional<double> turn = EvaluateNumber(selector.children[0], &scope_.diagnostics);
     if (!turn) return;
+    // A number alone counts degrees here; what has a unit is in radians, as everywhere.
+    if (HasAngle(selector.children[0])) *turn *= 180.0 / std::numbers::pi;
     const Choice& choice = choices[0];
     // Turns are compared round the circle: 270 is -90.
     const auto is = [](double x, double y) {

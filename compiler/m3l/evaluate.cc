@@ -113,6 +113,11 @@ std::optional<double> EvaluateNumber(const Expr& expr, source::Diagnostics* diag
   return value;
 }
 
+bool HasAngle(const Expr& expr) {
+  if (expr.kind == ExprKind::kCall) return false;  // A sine of an angle is none.
+  return expr.angle || std::any_of(expr.children.begin(), expr.children.end(), HasAngle);
+}
+
 std::optional<Eigen::Vector3d> EvaluateVector(const Expr& expr, const std::string& what,
                                               source::Diagnostics* diagnostics) {
   // The parentheses are a part of the vector, so they are not unwrapped.
@@ -125,6 +130,11 @@ std::optional<Eigen::Vector3d> EvaluateVector(const Expr& expr, const std::strin
   bool ok = true;
   for (int i = 0; i < 3; ++i) {
     const std::optional<double> x = EvaluateNumber(expr.children[i], diagnostics);
+    if (HasAngle(expr.children[i])) {
+      diagnostics->Error(expr.children[i].span,
+                         "'" + what + "' takes lengths, and this is an angle");
+      ok = false;
+    }
     ok = ok && x.has_value();
     vector[i] = x.value_or(0.0);
   }

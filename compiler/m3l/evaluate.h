@@ -25,6 +25,10 @@ std::string PathText(const std::vector<Name>& path);
 /// result that is not finite is an error.
 std::optional<double> EvaluateNumber(const Expr& expr, source::Diagnostics* diagnostics);
 
+/// Whether the expression was written as an angle: a number in it, outside of calls, has `deg` or
+/// `rad` behind it.
+bool HasAngle(const Expr& expr);
+
 /// The value of `(x, y, z)`, which must be three finite numbers. `what` names the value in
 /// messages: "coords".
 std::optional<Eigen::Vector3d> EvaluateVector(const Expr& expr, const std::string& what,

@@ -32,10 +32,7 @@ std::string UnitHint(std::string_view text) {
   const std::string number(text.substr(0, end));
   const std::string_view unit = text.substr(end);
   // Angles and masses have one unit each, so the advice is fixed.
-  if (unit == "deg" || unit == "degrees") {
-    return "angles are in radians, but after rot=: write " + number + "*pi/180";
-  }
-  if (unit == "rad") return "angles are in radians: write " + number;
+  if (unit == "degrees") return "write " + number + "deg";
   if (unit == "kg") return "masses are in kg: write " + number;
   if (unit == "g") return "masses are in kg: write " + number + "/1000";
   // Lengths can be converted at once, as a unit of metres is the default.
@@ -172,9 +169,11 @@ class Lexer {
         while (IsDigit(Peek())) ++at_;
       }
     }
-    // Letters behind a number are most often a unit.
-    if (IsWord(Peek())) {
-      while (IsWord(Peek())) ++at_;
+    // Letters behind a number are most often a unit; those of angles are part of the language.
+    const size_t unit = at_;
+    while (IsWord(Peek())) ++at_;
+    const std::string_view letters = text_.substr(unit, at_ - unit);
+    if (!letters.empty() && letters != "deg" && letters != "rad") {
       Error(begin, at_ - begin, "'" + Shown(begin) + "' is neither a number nor a name").hint =
           UnitHint(text_.substr(begin, at_ - begin));
     }

@@ -2,6 +2,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "compiler/m3l/parser.h"
 
@@ -167,9 +168,13 @@ std::optional<Expr> Parser::ParsePrimary() {
   // The first token says what kind of primary expression it is.
   if (IsKind(at_, TokenKind::kNumber)) {
     // The lexer has reported what is no number.
-    const std::optional<double> number = NumberValue(Text(at_++));
+    std::string_view text = Text(at_++);
+    const bool degrees = text.ends_with("deg");
+    expr.angle = degrees || text.ends_with("rad");
+    if (expr.angle) text.remove_suffix(3);
+    const std::optional<double> number = NumberValue(text);
     if (!number) return std::nullopt;
-    expr.number = *number;
+    expr.number = degrees ? *number * std::numbers::pi / 180.0 : *number;
   } else if (IsKind(at_, TokenKind::kString)) {
     expr.kind = ExprKind::kString;
     expr.text = StringValue(Text(at_++));

@@ -381,6 +381,8 @@ TEST_F(RobotTest, TurnsSelectTheirOption) {
   EXPECT_EQ(Numbers("(m1.c2,m2.c5,rot=-180)"), std::vector<int>{55});
   EXPECT_EQ(Numbers("(m1.c2,m2.c5,rot=90)"), std::vector<int>{56});
   EXPECT_EQ(Numbers("(m1.c2,m2.c5,rot=270)"), std::vector<int>{54});
+  EXPECT_EQ(Numbers("(m1.c2,m2.c5,rot=90deg)"), std::vector<int>{56});
+  EXPECT_EQ(Numbers("(m1.c2,m2.c5,rot=pi/2*1rad)"), std::vector<int>{56});
 }
 
 TEST_F(RobotTest, NamesSelectAmongSeveralConnections) {

@@ -128,8 +128,7 @@ TEST_F(LexerTest, WhatIsNotUtf8IsReportedOnceAFile) {
 
 TEST_F(LexerTest, UnitsGetAHintAtTheNumberWithoutThem) {
   for (const auto& [text, hint] :
-       {std::pair("45deg", "angles are in radians, but after rot=: write 45*pi/180"),
-        std::pair("2rad", "angles are in radians: write 2"),
+       {std::pair("45degrees", "write 45deg"),
         std::pair("10cm",
                   "lengths are in model units, metres unless 'unit=' says otherwise: 10cm "
                   "are 0.1 m"),
