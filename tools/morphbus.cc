@@ -1,5 +1,9 @@
 // The program `morphbus`: reads the command line and hands over to one subcommand.
 
+#include "compiler/base/standard_streams.h"
 #include "tools/commands/command_line.h"
 
-int main(int argc, char** argv) { return morphbus::tools::RunCommandLine(argc, argv); }
+int main(int argc, char** argv) {
+  morphbus::PrepareStandardStreams();
+  return morphbus::tools::RunCommandLine(argc, argv);
+}

@@ -14,6 +14,7 @@
 
 #include "bridge/bus/fault_plan.h"
 #include "bridge/module/module_process.h"
+#include "compiler/base/standard_streams.h"
 #include "compiler/source/diagnostics.h"
 
 namespace morphbus::bridge {
@@ -187,6 +188,7 @@ int Run(Arguments* a) {
 }  // namespace morphbus::bridge
 
 int main(int argc, char** argv) {
+  morphbus::PrepareStandardStreams();
   // The parent is asked for first, so that its death later in this function shows.
   const pid_t parent = getppid();
   morphbus::bridge::Arguments arguments;

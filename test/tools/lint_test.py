@@ -180,5 +180,27 @@ class LcmNamesTest(Tree):
         self.assertEqual(self.run_lint('lcm_names')[0], 0)
 
 
+
+class PrintingTest(Tree):
+    def expect(self, path, line, code):
+        self.write(path, line + '\n')
+        found, text = self.run_lint('printing')
+        self.assertEqual(found, code, text)
+        if code:
+            self.assertIn(f'{path}:1: error:', text)
+        (self.root / path).unlink()
+
+    def test_what_throws_where_a_stream_cannot_be_written_is_rejected(self):
+        for line in ('fmt::print("{}", 1);', 'fmt::print(stderr, "x");', 'std::cerr << "x";', 'std::printf("x");',
+                     'std::fputs("x", stdout);', 'std::fputs("x", stderr);'):
+            self.expect('tools/commands/x.cc', line, 1)
+        self.expect('logger/log/x.cc', 'std::cout << 1;', 1)
+
+    def test_the_one_place_and_stderr_below_the_tools_are_accepted(self):
+        self.expect('tools/base/print.cc', 'std::fwrite(text.data(), 1, text.size(), stdout);', 0)
+        self.expect('bridge/module/x.cc', 'std::fprintf(stderr, "x");', 0)
+        self.expect('tools/commands/x.cc', 'Say("stdout"); // std::cout would throw', 0)
+
+
 if __name__ == '__main__':
     unittest.main()

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "tools/base/output_path.h"
+#include "tools/base/print.h"
 
 namespace morphbus::tools {
 
@@ -117,25 +118,22 @@ Result<void> OutputFile::Write(std::string_view text) {
 }
 
 Result<void> OutputFile::Flush() {
-  bool good = true;
+  int reason = 0;
   if (kind_ == Kind::kStdout) {
-    good = std::fwrite(buffer_.data(), 1, buffer_.size(), stdout) == buffer_.size();
-  } else {
-    good = WriteAll(fd_, buffer_);
+    PrintText({reinterpret_cast<const char*>(buffer_.data()), buffer_.size()});
+    reason = FlushResult();
+  } else if (!WriteAll(fd_, buffer_)) {
+    reason = errno;
   }
   buffer_.clear();
-  if (good) return {};
-  return CannotWrite(kind_ == Kind::kStdout ? "to standard output" : path_, errno);
+  if (reason == 0) return {};
+  return CannotWrite(kind_ == Kind::kStdout ? "to standard output" : path_, reason);
 }
 
 Result<void> OutputFile::Close() {
   Result<void> flushed = Flush();
   if (!flushed) return flushed;
-  if (kind_ == Kind::kDescriptor) return {};
-  if (kind_ == Kind::kStdout) {
-    if (std::fflush(stdout) == 0) return {};
-    return CannotWrite("to standard output", errno);
-  }
+  if (kind_ == Kind::kDescriptor || kind_ == Kind::kStdout) return {};
   // The bytes are on the disk before the name points to them: a crash leaves the old file or the
   // new.
   const bool synced = kind_ == Kind::kDevice || fsync(fd_) == 0;

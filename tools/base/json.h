@@ -17,8 +17,7 @@ std::string JsonText(const AnyJson& json, int indent = -1) {
   return json.dump(indent, ' ', false, AnyJson::error_handler_t::replace);
 }
 
-/// Prints one JSON object on stdout, indented for people, with a line feed at its end. Throws
-/// std::system_error if stdout cannot be written to (RunCommandLine reports that).
+/// Prints one JSON object on stdout, indented for people, with a line feed at its end.
 void PrintJson(const Json& json);
 
 }  // namespace morphbus::tools

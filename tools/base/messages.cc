@@ -4,12 +4,13 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <map>
 #include <sstream>
 #include <string_view>
+
+#include "tools/base/print.h"
 
 namespace morphbus::tools {
 
@@ -25,12 +26,12 @@ bool IsFancyTerminal(int fd) {
 namespace {
 
 /// Prints one line on stderr, with the severity in `color` (an escape sequence) on a terminal.
-void Say(const char* severity, const char* color, const std::string& message) {
+void SayLine(const char* severity, const char* color, const std::string& message) {
   if (IsFancyTerminal(STDERR_FILENO)) {
     // The escape \033[0m ends the colour.
-    fmt::print(stderr, "morphbus: {}{}:\033[0m {}\n", color, severity, message);
+    Say("morphbus: {}{}:\033[0m {}\n", color, severity, message);
   } else {
-    fmt::print(stderr, "morphbus: {}: {}\n", severity, message);
+    Say("morphbus: {}: {}\n", severity, message);
   }
 }
 
@@ -52,7 +53,7 @@ std::string KindOf(const std::string& message) {
 }  // namespace
 
 int Unusable(const std::string& message) {
-  Say("error", "\033[1;31m", message);
+  SayLine("error", "\033[1;31m", message);
   return kUnusable;
 }
 
@@ -62,11 +63,11 @@ std::nullopt_t Refuse(const std::string& message) {
 }
 
 int Failed(const std::string& message) {
-  Say("error", "\033[1;31m", message);
+  SayLine("error", "\033[1;31m", message);
   return kFailed;
 }
 
-void Warn(const std::string& message) { Say("warning", "\033[1;33m", message); }
+void Warn(const std::string& message) { SayLine("warning", "\033[1;33m", message); }
 
 void WarnOfMany(const std::vector<std::string>& messages) {
   // Messages of one kind, kinds in the order in which they first appear.
@@ -87,8 +88,7 @@ void WarnOfMany(const std::vector<std::string>& messages) {
 }
 
 void PrintDiagnostics(const source::Diagnostics& diagnostics, const source::SourceSet& sources) {
-  const std::string text = source::Render(diagnostics, sources, IsFancyTerminal(STDERR_FILENO));
-  std::fputs(text.c_str(), stderr);
+  SayText(source::Render(diagnostics, sources, IsFancyTerminal(STDERR_FILENO)));
 }
 
 std::string DidYouMean(const std::string& name, const std::vector<std::string>& names) {

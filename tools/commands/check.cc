@@ -6,6 +6,7 @@
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/model/kinematic_graph.h"
 #include "compiler/model/model_proto.h"
+#include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/motion.h"
 
@@ -72,22 +73,20 @@ std::string CountedIn(const Json& json, const std::string& noun) {
 
 /// The same as RobotJson for people: a line of counts, then loops and the joints they lock.
 void PrintRobot(const Json& robot, const model::KinematicGraph& graph) {
-  fmt::print("robot {}: {}, {}, {}, {}, {}\n", robot["name"].get<std::string>(),
-             CountedIn(robot, "module"), CountedIn(robot, "connection"),
-             Counted(robot["bodies"].get<int64_t>(), "body", "bodies"), CountedIn(robot, "joint"),
-             MobilityText(graph));
+  Print("robot {}: {}, {}, {}, {}, {}\n", robot["name"].get<std::string>(),
+        CountedIn(robot, "module"), CountedIn(robot, "connection"),
+        Counted(robot["bodies"].get<int64_t>(), "body", "bodies"), CountedIn(robot, "joint"),
+        MobilityText(graph));
   // Robots without loops have no gaps to report.
   if (robot["loops"].get<int>() > 0) {
-    fmt::print("  loops close within {:.1e} m and {:.1e} degrees\n",
-               robot["closure_m"].get<double>(),
-               robot["closure_rad"].get<double>() * 180.0 / EIGEN_PI);
+    Print("  loops close within {:.1e} m and {:.1e} degrees\n", robot["closure_m"].get<double>(),
+          robot["closure_rad"].get<double>() * 180.0 / EIGEN_PI);
   }
   // Above a limit of joints in one system of loops locks are not computed.
   if (robot["locked"].is_null()) {
-    fmt::print("  which joints are locked is not computed either\n");
+    Print("  which joints are locked is not computed either\n");
   } else if (!robot["locked"].empty()) {
-    fmt::print("  locked by loops: {}\n",
-               NameSome(robot["locked"].get<std::vector<std::string>>()));
+    Print("  locked by loops: {}\n", NameSome(robot["locked"].get<std::vector<std::string>>()));
   }
 }
 
@@ -101,7 +100,7 @@ int DumpStage(const CheckOptions& options) {
   if (!stage) return Unusable("--dump: expected tokens, ast or model");
   const m3l::CompileOutput compiled = m3l::CompileFiles(options.files, *stage);
   PrintDiagnostics(compiled.diagnostics, compiled.sources);
-  fmt::print("{}", model && compiled.model ? model::ModelText(*compiled.model) : compiled.dump);
+  PrintText(model && compiled.model ? model::ModelText(*compiled.model) : compiled.dump);
   return compiled.model ? kDone : kUnusable;
 }
 
@@ -115,18 +114,18 @@ int Check(const CheckOptions& options) {
   for (const model::ModuleType& type : model->module_types) {
     modules.push_back(ModuleTypeJson(type));
     if (options.json) continue;
-    fmt::print("module {}: {}, {}, {}, {:.3g} kg\n", type.name, CountedIn(modules.back(), "link"),
-               CountedIn(modules.back(), "joint"), CountedIn(modules.back(), "connector"),
-               modules.back()["mass_kg"].get<double>());
+    Print("module {}: {}, {}, {}, {:.3g} kg\n", type.name, CountedIn(modules.back(), "link"),
+          CountedIn(modules.back(), "joint"), CountedIn(modules.back(), "connector"),
+          modules.back()["mass_kg"].get<double>());
   }
   // Connections follow, with how many of the candidate motions were kept.
   Json connections = Json::array();
   for (const model::ConnectionType& type : model->connection_types) {
     connections.push_back(ConnectionJson(*model, type));
     if (options.json) continue;
-    fmt::print("connection {} ({}, {}): {} of {} candidates\n", type.name,
-               model->module_types[type.type_a].name, model->module_types[type.type_b].name,
-               type.options.size(), type.candidates);
+    Print("connection {} ({}, {}): {} of {} candidates\n", type.name,
+          model->module_types[type.type_a].name, model->module_types[type.type_b].name,
+          type.options.size(), type.candidates);
   }
   // Robots come last, each with the figures of its kinematic graph.
   Json robots = Json::array();
@@ -143,7 +142,7 @@ int Check(const CheckOptions& options) {
     json["motion"] = motion;
   }
   if (!options.motion.wanted && !options.json && !model->robots.empty()) {
-    fmt::print("whether links meet when joints move: morphbus check --motion\n");
+    Print("whether links meet when joints move: morphbus check --motion\n");
   }
   // Without an answer there is none in part either.
   if (options.json && status != kUnusable) PrintJson(json);

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <optional>
 #include <string>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "compiler/source/diagnostics.h"
+#include "tools/base/print.h"
 #include "tools/commands/commands.h"
 
 namespace morphbus::tools {
@@ -26,24 +26,27 @@ constexpr const char* kExamples =
     "\n"
     "Exit status: 0 done; 1 the answer is no; 2 unusable input or options; 3 a process failed.";
 
-/// A full disk or a closed pipe behind stdout must not pass for success. {fmt} throws where printf
-/// would return.
+/// Carries the action out. What it cannot use it says itself; only the system's own words, as on a
+/// working directory that is gone, come as exceptions.
 int Perform(const Action& action) {
-  // The action prints as it goes; what fails in it otherwise it reports itself.
-  int status = kUnusable;
   try {
-    status = action();
+    return action();
   } catch (const std::system_error& error) {
-    return Unusable(fmt::format("cannot write: {}", error.code().message()));
+    return Unusable(error.what());
   }
+}
+
+/// `status`, unless what was printed could not be written: then nobody has the result, which a full
+/// disk behind stdout must not let pass for success.
+int WithResultWritten(int status) {
   // Output is buffered: that it did not fit the disk may show only now.
-  const bool flushed = std::fflush(stdout) == 0;
-  const int reason = errno;
+  const int reason = FlushResult();
   // A command that failed has said why; a second message would hide the first.
-  if (status >= kUnusable || (flushed && std::ferror(stdout) == 0)) return status;
-  return Unusable(flushed
-                      ? "cannot write all of the standard output"
-                      : fmt::format("cannot write to standard output: {}", std::strerror(reason)));
+  if (reason == 0 || status >= kUnusable) return status;
+  // A reader that went away has what it wanted, as `| head` has: the status says that it was not
+  // all.
+  if (reason == EPIPE) return kUnusable;
+  return Unusable(fmt::format("cannot write to standard output: {}", std::strerror(reason)));
 }
 
 }  // namespace
@@ -60,8 +63,8 @@ int RunCommandLine(int argc, const char* const* argv) {
         AddDoctor,  AddCompare,     AddInfo,   AddVerify, AddRepair,     AddReport,   AddConvert}) {
     add(&line);
   }
-  if (const std::optional<int> status = line.Parse(argc, argv)) return *status;
-  return Perform(line.action());
+  if (const std::optional<int> status = line.Parse(argc, argv)) return WithResultWritten(*status);
+  return WithResultWritten(Perform(line.action()));
 }
 
 }  // namespace morphbus::tools

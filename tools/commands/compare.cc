@@ -13,6 +13,7 @@
 #include "logger/show/report.h"
 #include "tools/base/lent_description.h"
 #include "tools/base/output_path.h"
+#include "tools/base/print.h"
 #include "tools/commands/commands.h"
 
 namespace morphbus::tools {
@@ -279,9 +280,9 @@ int CompareLogs(const CompareOptions& options) {
   }
   // A page on standard output leaves no room for the text.
   if (options.json) {
-    fmt::print("{}\n", JsonText(answer.json, 2));
+    Print("{}\n", JsonText(answer.json, 2));
   } else if (!IsStdout(options.report)) {
-    fmt::print("{}", answer.text);
+    PrintText(answer.text);
   }
   return answer.status;
 }

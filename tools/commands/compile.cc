@@ -6,6 +6,7 @@
 #include "compiler/dynarole/compile.h"
 #include "compiler/keywords/keyword_table.h"
 #include "compiler/keywords/keywords_xml.h"
+#include "tools/base/print.h"
 #include "tools/base/program.h"
 #include "tools/commands/commands.h"
 #include "vm/image/image.h"
@@ -65,7 +66,7 @@ int DumpStage(const CompileOptions& options, const Types& types) {
   const dynarole::CompileResult result =
       dynarole::CompileProgram(options.program, *text, *table, *stage);
   PrintDiagnostics(result.diagnostics, result.sources);
-  fmt::print("{}", result.dump);
+  PrintText(result.dump);
   return result.image ? kDone : kUnusable;
 }
 
@@ -101,7 +102,7 @@ int Compile(const CompileOptions& options) {
   if (options.json) {
     PrintJson({{"output", options.output}, {"bytes", image.size()}, {"hash", Hex(program->hash)}});
   } else if (options.output != "-") {
-    fmt::print("{}: {} bytes, hash {:016x}\n", options.output, image.size(), program->hash);
+    Print("{}: {} bytes, hash {:016x}\n", options.output, image.size(), program->hash);
   }
   return kDone;
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "compiler/base/columns.h"
+#include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/connector_pair.h"
 #include "tools/commands/why.h"
@@ -97,7 +98,7 @@ void PrintList(const Json& list) {
                     fmt::format("{:9.5f}", fmt::join(Numbers(c["pose"]["p"]), "")),
                     fmt::format("{:7.4f}", fmt::join(Numbers(c["pose"]["q"]), " ")), states});
   }
-  fmt::print("{}", Columns(rows));
+  PrintText(Columns(rows));
 }
 
 /// The names of the connections that have the pair, for a message.
@@ -129,7 +130,7 @@ int Explain(const m3l::CompileOutput& compiled, std::vector<ConnectorPair> pairs
     if (json) {
       PrintJson(WhyJson(compiled, pairs[i].connection, pairs[i].a, pairs[i].b));
     } else {
-      if (i > 0) fmt::print("\n");
+      if (i > 0) Print("\n");
       PrintWhy(compiled, pairs[i].connection, pairs[i].a, pairs[i].b);
     }
   }
@@ -150,15 +151,15 @@ void List(const model::Model& model, const model::ConnectionType& type, const Co
   }
   const model::ModuleType& type_a = model.module_types[type.type_a];
   const model::ModuleType& type_b = model.module_types[type.type_b];
-  fmt::print("connection {} ({} a, {} b): {} of {} candidates\n", type.name, type_a.name,
-             type_b.name, type.options.size(), type.candidates);
+  Print("connection {} ({} a, {} b): {} of {} candidates\n", type.name, type_a.name, type_b.name,
+        type.options.size(), type.candidates);
   // An empty list for a pair is an answer that calls for the reason.
   if (!list.empty()) {
     PrintList(list);
   } else if (pair != nullptr) {
     const std::string& a = type_a.connectors[pair->a].name;
     const std::string& b = type_b.connectors[pair->b].name;
-    fmt::print("{} of a and {} of b cannot be mated; {}\n", a, b, solver::WhyHint(a, b));
+    Print("{} of a and {} of b cannot be mated; {}\n", a, b, solver::WhyHint(a, b));
   }
 }
 

@@ -8,6 +8,7 @@
 #include "bridge/control/control_service.h"
 #include "compiler/base/text.h"
 #include "tools/base/json.h"
+#include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/inspect.h"
 #include "tools/launch/control_link.h"
@@ -83,11 +84,11 @@ int Report(const ControlledRun& run, const std::string& command,
     if (!modules.is_null()) object["modules"] = modules;
     PrintJson(object);
   } else if (!refused) {
-    fmt::print("{}: tick {} ({:.2f} s){}{}\n", at ? answer.effect : command, answer.tick,
-               Seconds(answer.tick * run.plan.description.tick_us()),
-               at ? fmt::format("; it runs from {} s on", *at) : "",
-               answer.state == State::kLater && modules.is_null() ? ", once the run goes on" : "");
-    if (!modules.is_null()) fmt::print("{}", AnswersText(modules));
+    Print("{}: tick {} ({:.2f} s){}{}\n", at ? answer.effect : command, answer.tick,
+          Seconds(answer.tick * run.plan.description.tick_us()),
+          at ? fmt::format("; it runs from {} s on", *at) : "",
+          answer.state == State::kLater && modules.is_null() ? ", once the run goes on" : "");
+    if (!modules.is_null()) PrintText(AnswersText(modules));
   }
   if (!refused) return kDone;
   Unusable(fmt::format("{}: {}", command, EscapeControl(answer.reason)));
@@ -138,7 +139,7 @@ int Control(const ControlOptions& options) {
   }
   // The modules answer once the tick is computed.
   if (answer->state == bridge::ControlAnswer::State::kLater) {
-    fmt::print(stderr, "{} waits for tick {}, once the run goes on\n", text, answer->tick);
+    Say("{} waits for tick {}, once the run goes on\n", text, answer->tick);
   }
   const std::string why = listener->Await(answer->tick, time, stop);
   const int status = Report(*run, text, *answer, options.json, listener->answers());

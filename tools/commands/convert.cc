@@ -11,6 +11,7 @@
 #include "logger/log/compress.h"
 #include "logger/log/description.h"
 #include "tools/base/lent_description.h"
+#include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/convert/csv_tables.h"
 #include "tools/convert/json_lines.h"
@@ -41,7 +42,7 @@ int Done(const ConvertOptions& options, const std::string& summary, const Json& 
     json.update(figures);
     PrintJson(json);
   } else if (!IsStdout(options.output)) {
-    fmt::print("{}: {}\n", options.output, summary);
+    Print("{}: {}\n", options.output, summary);
   }
   return kDone;
 }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "vm/image/disassembler.h"
 
@@ -19,7 +20,7 @@ int Disasm(const std::string& path) {
   if (!ok)
     // On failure the text is the message, which ends in a line feed.
     return Unusable(fmt::format("{}: {}", path, text.substr(0, text.find_last_not_of('\n') + 1)));
-  fmt::print("{}", text);
+  PrintText(text);
   return kDone;
 }
 

@@ -6,6 +6,7 @@
 
 #include <cstdlib>
 
+#include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/launch/machine_checks.h"
 #include "tools/launch/network.h"
@@ -55,9 +56,9 @@ void PrintFinding(const Finding& finding) {
                     : broken ? fmt::terminal_color::red
                              : fmt::terminal_color::yellow);
   }
-  fmt::print(style, "{:<8}", HealthName(finding.health));
-  fmt::print(" {:<11} {}\n", finding.name, finding.text);
-  if (!finding.mend.empty()) fmt::print("{:<20} mend: {}\n", "", finding.mend);
+  Print("{} {:<11} {}\n", fmt::format(style, "{:<8}", HealthName(finding.health)), finding.name,
+        finding.text);
+  if (!finding.mend.empty()) Print("{:<20} mend: {}\n", "", finding.mend);
 }
 
 int Doctor(const DoctorOptions& options) {
@@ -98,7 +99,7 @@ int Doctor(const DoctorOptions& options) {
     return broken == 0 ? kDone : kNo;
   }
   for (const Finding& finding : findings) PrintFinding(finding);
-  if (broken == 0 && warnings == 0) fmt::print("all is well\n");
+  if (broken == 0 && warnings == 0) Print("all is well\n");
   return broken == 0 ? kDone : kNo;
 }
 

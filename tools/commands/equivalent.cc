@@ -8,6 +8,7 @@
 #include "compiler/base/text.h"
 #include "compiler/congruence/congruence.h"
 #include "compiler/keywords/module_keywords.h"
+#include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/launch/binding_comparison.h"
 #include "tools/launch/static_roles.h"
@@ -83,18 +84,18 @@ Json BindingsJson(const model::Robot& a, const model::Robot& b, const std::strin
 /// The same as sentences.
 void PrintBindings(const model::Robot& a, const model::Robot& b, const std::string& program,
                    const BindingComparison& bindings, const congruence::Congruence& answer) {
-  fmt::print("\n{} {} the same roles and labels on both", program,
-             bindings.differences.empty() ? "binds" : "does not bind");
+  Print("\n{} {} the same roles and labels on both", program,
+        bindings.differences.empty() ? "binds" : "does not bind");
   // The mapping above need not be the one under which that is so.
   if (bindings.mapping > 0) {
     const std::vector<int>& to = answer.mappings[bindings.mapping].module_to;
     for (size_t m = 0; m < a.modules.size(); ++m) {
-      fmt::print("{}{} = {}", m == 0 ? ", where " : ", ", a.modules[m].name,
-                 to[m] < 0 ? "several" : b.modules[to[m]].name);
+      Print("{}{} = {}", m == 0 ? ", where " : ", ", a.modules[m].name,
+            to[m] < 0 ? "several" : b.modules[to[m]].name);
     }
   }
-  fmt::print("{}\n", bindings.differences.empty() ? "." : ":");
-  for (const std::string& difference : bindings.differences) fmt::print("  {}\n", difference);
+  Print("{}\n", bindings.differences.empty() ? "." : ":");
+  for (const std::string& difference : bindings.differences) Print("  {}\n", difference);
 }
 
 /// The answer as docs/cli.md has it: a mapping if there is one, else the reason.
@@ -137,11 +138,11 @@ void PrintMapping(const model::Model& model, const model::Robot& a, const model:
   const congruence::Mapping& mapping = answer.mappings.front();
   // Mappings are counted exactly up to a limit; a search that was cut short gives a lower bound.
   const bool more = !answer.count_complete && answer.count == congruence::kMaxCounted;
-  fmt::print("{} and {} are congruent, in {}{}.\n", a.name, b.name,
-             answer.count_complete ? "" : (more ? "over " : "at least "),
-             more ? "1,000 ways" : Counted(answer.count, "way"));
-  fmt::print("This one {}:\n\n",
-             mapping.keeps_frame ? "keeps the robot frame" : "does not keep the robot frame");
+  Print("{} and {} are congruent, in {}{}.\n", a.name, b.name,
+        answer.count_complete ? "" : (more ? "over " : "at least "),
+        more ? "1,000 ways" : Counted(answer.count, "way"));
+  Print("This one {}:\n\n",
+        mapping.keeps_frame ? "keeps the robot frame" : "does not keep the robot frame");
   // Columns are as wide as the longest name in them.
   size_t width_a = std::max<size_t>(a.name.size(), 6);
   size_t width_b = std::max<size_t>(b.name.size(), 6);
@@ -151,32 +152,31 @@ void PrintMapping(const model::Model& model, const model::Robot& a, const model:
   for (const congruence::JointRef& ref : answer.joints_b) {
     width_b = std::max(width_b, JointName(model, b, ref).size());
   }
-  fmt::print("{:<{}}  {:<{}}  sign  offset\n", a.name, width_a, b.name, width_b);
+  Print("{:<{}}  {:<{}}  sign  offset\n", a.name, width_a, b.name, width_b);
   for (size_t m = 0; m < a.modules.size(); ++m) {
     // -1 marks a module whose joints go to several modules of b.
     const int to = mapping.module_to[m];
-    fmt::print("{:<{}}  {}\n", a.modules[m].name, width_a,
-               to < 0 ? "(its joints belong to several modules)" : b.modules[to].name);
+    Print("{:<{}}  {}\n", a.modules[m].name, width_a,
+          to < 0 ? "(its joints belong to several modules)" : b.modules[to].name);
   }
   for (size_t j = 0; j < mapping.joints.size(); ++j) {
     const congruence::JointImage& image = mapping.joints[j];
     const congruence::JointRef& joint = answer.joints_a[j];
-    fmt::print("{:<{}}  {:<{}}  {:>4}  {:.6g} {}{}\n", JointName(model, a, joint), width_a,
-               JointName(model, b, answer.joints_b[image.to]), width_b,
-               image.sign > 0.0 ? "+" : "-", image.offset, joint.slide ? "m" : "rad",
-               joint.locked ? "  locked" : "");
+    Print("{:<{}}  {:<{}}  {:>4}  {:.6g} {}{}\n", JointName(model, a, joint), width_a,
+          JointName(model, b, answer.joints_b[image.to]), width_b, image.sign > 0.0 ? "+" : "-",
+          image.offset, joint.slide ? "m" : "rad", joint.locked ? "  locked" : "");
   }
   // Congruent robots move alike; whether they also weigh and touch alike is another question.
   const congruence::MassComparison& masses = answer.masses;
-  fmt::print("\nmasses: {}\nhulls:  {}\n",
-             masses.masses_equal ? "alike" : "different: " + masses.mass_difference,
-             masses.hulls_equal ? "alike" : "different: " + masses.hull_difference);
+  Print("\nmasses: {}\nhulls:  {}\n",
+        masses.masses_equal ? "alike" : "different: " + masses.mass_difference,
+        masses.hulls_equal ? "alike" : "different: " + masses.hull_difference);
   // Only some of many mappings were looked at; the counts are of these.
   const size_t ways = answer.mappings.size();
   if (ways < 2) return;
-  fmt::print("Of {} ways{}, masses are alike in {}, hulls in {}.\n", ways,
-             static_cast<int64_t>(ways) < answer.count ? " that were looked at" : "",
-             answer.masses_alike, answer.hulls_alike);
+  Print("Of {} ways{}, masses are alike in {}, hulls in {}.\n", ways,
+        static_cast<int64_t>(ways) < answer.count ? " that were looked at" : "",
+        answer.masses_alike, answer.hulls_alike);
 }
 
 /// Compares two robots of one file. Given up is neither yes nor no: status 2.
@@ -216,7 +216,7 @@ int Equivalent(const EquivalentOptions& options) {
     PrintMapping(*model, *a, *b, answer);
     if (bindings) PrintBindings(*a, *b, options.program, *bindings, answer);
   } else {
-    fmt::print("{} and {} are not congruent:\n{}\n", a->name, b->name, answer.reason);
+    Print("{} and {} are not congruent:\n{}\n", a->name, b->name, answer.reason);
   }
   return answer.congruent() && (!bindings || bindings->differences.empty()) ? kDone : kNo;
 }

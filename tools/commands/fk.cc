@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "compiler/model/forward_kinematics.h"
+#include "tools/base/print.h"
 #include "tools/commands/commands.h"
 
 namespace morphbus::tools {
@@ -108,16 +109,15 @@ int Fk(const FkOptions& options) {
                {"closure_rad", state.closure_rad}});
     return kDone;
   }
-  fmt::print("robot {}: poses of the link frames in the robot frame (north, up, east)\n",
-             robot->name);
-  fmt::print("{:<24} {:>27}   {}\n", "link", "position (m)", "rotation (w x y z)");
+  Print("robot {}: poses of the link frames in the robot frame (north, up, east)\n", robot->name);
+  Print("{:<24} {:>27}   {}\n", "link", "position (m)", "rotation (w x y z)");
   for (const auto& [name, pose] : links.items()) {
     // The columns are the position x y z and the quaternion w x y z.
-    fmt::print("{:<24} {:9.5f}   {:7.4f}\n", name, fmt::join(Numbers(pose["p"]), ""),
-               fmt::join(Numbers(pose["q"]), " "));
+    Print("{:<24} {:9.5f}   {:7.4f}\n", name, fmt::join(Numbers(pose["p"]), ""),
+          fmt::join(Numbers(pose["q"]), " "));
   }
-  fmt::print("largest gap of a loop: {:.3g} m, {:.3g} degrees\n", state.closure_m,
-             state.closure_rad * 180.0 / EIGEN_PI);
+  Print("largest gap of a loop: {:.3g} m, {:.3g} degrees\n", state.closure_m,
+        state.closure_rad * 180.0 / EIGEN_PI);
   return kDone;
 }
 

@@ -6,6 +6,7 @@
 
 #include "compiler/dynarole/format.h"
 #include "compiler/m3l/format.h"
+#include "tools/base/print.h"
 #include "tools/commands/commands.h"
 
 namespace morphbus::tools {
@@ -61,7 +62,7 @@ int FormatFiles(const FormatOptions& options) {
     files.push_back({{"file", file}, {"layout", layout}});
     // People want to know of files that are not as they should be, or were not; errors are said.
     const bool told = layout == "formatted" || of_file == kNo;
-    if (told && !options.json) fmt::print("{}: {}\n", file, layout);
+    if (told && !options.json) Print("{}: {}\n", file, layout);
   }
   if (options.json) PrintJson({{"files", files}});
   return status;

@@ -7,6 +7,7 @@
 #include "compiler/emit/back_ends.h"
 #include "compiler/model/kinematic_graph.h"
 #include "tools/base/output_path.h"
+#include "tools/base/print.h"
 #include "tools/commands/commands.h"
 
 namespace morphbus::tools {
@@ -67,7 +68,7 @@ Json GraphJson(const model::Model& model, const model::Robot& robot,
 
 /// How each joint lies to its adjacent ones, grouped by relation.
 void PrintAxes(const Json& joints) {
-  fmt::print("\njoint                 its axis is\n");
+  Print("\njoint                 its axis is\n");
   for (const Json& joint : joints) {
     // "parallel to m2.joint_1, m2.joint_2; orthogonal to m5.joint_1".
     std::string text;
@@ -82,37 +83,37 @@ void PrintAxes(const Json& joints) {
       text += fmt::format("{}{} {} {}", text.empty() ? "" : "; ", relation, with ? "with" : "to",
                           names);
     }
-    if (!text.empty()) fmt::print("{:<20}  {}\n", joint["name"].get<std::string>(), text);
+    if (!text.empty()) Print("{:<20}  {}\n", joint["name"].get<std::string>(), text);
   }
 }
 
 /// Bodies with their degrees, joints with their axes, then PrintAxes.
 void PrintGraph(const model::Robot& robot, const model::KinematicGraph& computed,
                 const Json& graph) {
-  fmt::print("robot {}: {} bodies, {} joints, {}\n", robot.name, graph["bodies"].size(),
-             graph["joints"].size(), MobilityText(computed));
+  Print("robot {}: {} bodies, {} joints, {}\n", robot.name, graph["bodies"].size(),
+        graph["joints"].size(), MobilityText(computed));
   // The degree of a body is the number of joints at it.
-  fmt::print("\ndegree  body\n");
+  Print("\ndegree  body\n");
   for (const Json& body : graph["bodies"]) {
     std::string links;
     for (const Json& link : body["links"]) {
       links += (links.empty() ? "" : " + ") + link.get<std::string>();
     }
-    fmt::print("{:>6}  {}\n", body["degree"].get<int>(), links);
+    Print("{:>6}  {}\n", body["degree"].get<int>(), links);
   }
   // A question mark stands where it was not computed whether loops lock a joint.
-  fmt::print("\nadjacent  locked  axis (north, up, east)        joint\n");
+  Print("\nadjacent  locked  axis (north, up, east)        joint\n");
   for (const Json& joint : graph["joints"]) {
-    fmt::print("{:>8}  {:<6}  {:8.4f}    {}\n", joint["adjacent"].get<int>(),
-               joint["locked"].is_null() ? "?" : (joint["locked"].get<bool>() ? "yes" : "no"),
-               fmt::join(Numbers(joint["axis"]), " "), joint["name"].get<std::string>());
+    Print("{:>8}  {:<6}  {:8.4f}    {}\n", joint["adjacent"].get<int>(),
+          joint["locked"].is_null() ? "?" : (joint["locked"].get<bool>() ? "yes" : "no"),
+          fmt::join(Numbers(joint["axis"]), " "), joint["name"].get<std::string>());
   }
   // A star of thousands of joints has too many pairs to list.
   if (computed.adjacency_listed) {
     PrintAxes(graph["joints"]);
   } else {
-    fmt::print("\nhow axes lie to those of adjacent joints: not listed (over {} pairs)\n",
-               model::kMaxAdjacencies);
+    Print("\nhow axes lie to those of adjacent joints: not listed (over {} pairs)\n",
+          model::kMaxAdjacencies);
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include "logger/log/run_log.h"
 #include "tools/base/lent_description.h"
+#include "tools/base/print.h"
 #include "tools/commands/commands.h"
 
 namespace morphbus::tools {
@@ -36,11 +37,11 @@ int Report(const InfoOptions& options, bool verify) {
   if (!log) return Unusable(log.error().message);
   // Both commands print the same facts as JSON.
   if (options.json) {
-    fmt::print("{}\n", JsonText(logger::FactsJson(log->facts), 2));
+    Print("{}\n", JsonText(logger::FactsJson(log->facts), 2));
   } else if (options.commands) {
-    fmt::print("{}", logger::CommandsText(log->facts));
+    PrintText(logger::CommandsText(log->facts));
   } else {
-    fmt::print("{}", verify ? logger::VerifyText(log->facts) : logger::FactsText(log->facts));
+    PrintText(verify ? logger::VerifyText(log->facts) : logger::FactsText(log->facts));
   }
   return verify && !log->facts.whole() ? kNo : kDone;
 }

@@ -13,6 +13,7 @@
 #include "compiler/base/text.h"
 #include "logger/log/recorder.h"
 #include "logger/log/replay_delivery.h"
+#include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/launch/control_link.h"
 #include "tools/launch/run_choice.h"
@@ -95,9 +96,8 @@ int Follow(const LogOptions& options) {
   // What came is kept, however it ended.
   if (written) written = (*writer)->Close();
   if (!written) return Failed(written.error().message);
-  fmt::print("{}: {}, {} asked for again\n", options.output,
-             Counted(follower.delivered(), "message"),
-             Counted(follower.asked_again(), "batch", "batches"));
+  Print("{}: {}, {} asked for again\n", options.output, Counted(follower.delivered(), "message"),
+        Counted(follower.asked_again(), "batch", "batches"));
   if (follower.abandoned()) return Failed("the replay fell silent before its end");
   return follower.finished() ? kDone : Failed("stopped before the replay's end");
 }
@@ -134,8 +134,8 @@ int Log(const LogOptions& options) {
   link.Deliver(
       {{"log", summary->path}, {"complete", summary->complete}, {"reason", summary->reason}});
   if (options.control_fd < 0) {
-    fmt::print("{}: {} events, {} bytes, hash {}, {}\n", summary->path, summary->events,
-               summary->bytes, summary->run_hash, summary->reason);
+    Print("{}: {} events, {} bytes, hash {}, {}\n", summary->path, summary->events, summary->bytes,
+          summary->run_hash, summary->reason);
   }
   // Told to stop by the launcher, which says itself what went wrong: closing the log was the task.
   if (!interrupted.empty() && options.control_fd >= 0) return kDone;

@@ -10,6 +10,7 @@
 
 #include "bridge/outward/outward_server.h"
 #include "compiler/base/text.h"
+#include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/launch/control_link.h"
 #include "tools/launch/run_choice.h"
@@ -205,18 +206,18 @@ void Announce(const MonitorOptions& options, const bridge::OutwardServer& server
   if (options.json) {
     Json names = Json::array();
     for (const auto& source : sources) names.push_back(source->Info());
-    fmt::print("{}\n",
-               JsonText(Json{
-                   {"url", url}, {"port", server.port()}, {"token", token}, {"sources", names}}));
+    Print("{}\n",
+          JsonText(
+              Json{{"url", url}, {"port", server.port()}, {"token", token}, {"sources", names}}));
   } else {
-    fmt::print("{}\n", url);
+    Print("{}\n", url);
     for (const auto& source : sources) {
-      fmt::print("  {}: {}\n", source->name(), source->Info()["kind"].get<std::string>());
+      Print("  {}: {}\n", source->name(), source->Info()["kind"].get<std::string>());
     }
-    fmt::print("Open it in a browser; Foxglove connects to ws://{}:{}/. Ctrl-C ends it.\n", host,
-               server.port());
+    Print("Open it in a browser; Foxglove connects to ws://{}:{}/. Ctrl-C ends it.\n", host,
+          server.port());
   }
-  std::fflush(stdout);
+  FlushResult();
 }
 
 /// Lets every source do its part, and gives it what clients want of it, until a signal comes or the

@@ -6,6 +6,7 @@
 
 #include "compiler/base/text.h"
 #include "compiler/solver/motion_check.h"
+#include "tools/base/print.h"
 
 namespace morphbus::tools {
 namespace {
@@ -119,39 +120,38 @@ Json MotionJson(const MotionText& text, const model::Robot& robot, const MotionR
 void PrintMeeting(const MotionText& text, const MeetingsOfDockings& alike,
                   const LinkMeeting& meeting, int postures) {
   const int d = alike.dockings.front();
-  fmt::print("  {} in {} of {}, up to {} m deep\n", text.Links(d, meeting), meeting.num_postures,
-             Counted(postures, "posture"), DepthText(meeting.deepest.depth_m));
-  fmt::print("    deepest: {}\n", text.Posture(d, meeting, meeting.deepest));
-  fmt::print("    first:   {} ({} m)\n", text.Posture(d, meeting, meeting.first),
-             DepthText(meeting.first.depth_m));
+  Print("  {} in {} of {}, up to {} m deep\n", text.Links(d, meeting), meeting.num_postures,
+        Counted(postures, "posture"), DepthText(meeting.deepest.depth_m));
+  Print("    deepest: {}\n", text.Posture(d, meeting, meeting.deepest));
+  Print("    first:   {} ({} m)\n", text.Posture(d, meeting, meeting.first),
+        DepthText(meeting.first.depth_m));
   std::vector<std::string> others;
   for (size_t i = 1; i < alike.dockings.size(); ++i) {
     others.push_back(text.Neighbours(alike.dockings[i]));
   }
-  if (!others.empty()) fmt::print("    alike:   {}\n", NameSome(others));
+  if (!others.empty()) Print("    alike:   {}\n", NameSome(others));
 }
 
 /// What was tried on a robot, and what meets.
 void PrintMotion(const MotionText& text, const model::Robot& robot, const MotionReport& report,
                  uint64_t seed) {
   if (report.num_link_pairs == 0) {
-    fmt::print(
+    Print(
         "motion of {}: nothing to compare: no two links of neighbours have hulls and a "
         "joint between them\n",
         robot.name);
     return;
   }
-  fmt::print("motion of {}: {}links of neighbours meet; tried {} of each of {} ({}, seed {})\n",
-             robot.name, report.meetings.empty() ? "no " : "", Counted(report.postures, "posture"),
-             Counted(robot.dockings.size(), "connection"),
-             Counted(report.num_link_pairs, "pair of links", "pairs of links"), seed);
+  Print("motion of {}: {}links of neighbours meet; tried {} of each of {} ({}, seed {})\n",
+        robot.name, report.meetings.empty() ? "no " : "", Counted(report.postures, "posture"),
+        Counted(robot.dockings.size(), "connection"),
+        Counted(report.num_link_pairs, "pair of links", "pairs of links"), seed);
   // A loop takes freedom away: what meets in a posture may never be reached.
   if (report.num_loops > 0) {
-    fmt::print(
-        "  closed loops do not allow each of these postures: all were tried as if they did\n");
+    Print("  closed loops do not allow each of these postures: all were tried as if they did\n");
   }
   if (report.num_locked > 0) {
-    fmt::print("  {} that loops lock stayed at the start\n", Counted(report.num_locked, "joint"));
+    Print("  {} that loops lock stayed at the start\n", Counted(report.num_locked, "joint"));
   }
   size_t printed = 0;
   size_t left_out = 0;
@@ -165,7 +165,7 @@ void PrintMotion(const MotionText& text, const model::Robot& robot, const Motion
       }
     }
   }
-  if (left_out > 0) fmt::print("  and {} more kinds of meetings, which --json lists\n", left_out);
+  if (left_out > 0) Print("  and {} more kinds of meetings, which --json lists\n", left_out);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "compiler/base/text.h"
 #include "logger/log/repair.h"
 #include "logger/log/run_facts.h"
+#include "tools/base/print.h"
 #include "tools/commands/commands.h"
 
 namespace morphbus::tools {
@@ -35,13 +36,13 @@ Json ReportJson(const RepairOptions& options, const logger::RepairReport& report
 /// What is wrong, a line a place, then what was kept.
 void PrintReport(const RepairOptions& options, const logger::RepairReport& report) {
   for (const logger::LogFinding& finding : report.findings) {
-    fmt::print("{}: {}\n", options.log, finding.what);
+    Print("{}: {}\n", options.log, finding.what);
   }
   // The reader lists so many findings, and counts all.
   const int64_t unlisted = report.num_findings - static_cast<int64_t>(report.findings.size());
-  if (unlisted > 0) fmt::print("{}: {} more\n", options.log, Counted(unlisted, "place"));
-  fmt::print("{}: {} kept, {} dropped\n", options.output, Counted(report.events_kept, "event"),
-             Counted(report.bytes_dropped, "byte"));
+  if (unlisted > 0) Print("{}: {} more\n", options.log, Counted(unlisted, "place"));
+  Print("{}: {} kept, {} dropped\n", options.output, Counted(report.events_kept, "event"),
+        Counted(report.bytes_dropped, "byte"));
 }
 
 /// Copies sound events. That some were damaged is what repair is for: status 0.

@@ -13,6 +13,7 @@
 #include "compiler/base/text.h"
 #include "logger/log/replayer.h"
 #include "tools/base/lent_description.h"
+#include "tools/base/print.h"
 #include "tools/base/terminal_keys.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/replay_into.h"
@@ -109,8 +110,8 @@ void Obey(const TerminalKey& key, logger::Replayer* replayer, Session* session) 
 void TellCommands(logger::Replayer* replayer, const Session& session) {
   for (const logger::ClockCommand& command : replayer->TakeCommands()) {
     // The line of progress is drawn anew below.
-    fmt::print(stderr, "{}{:.2f} s, tick {}: {}\n", session.fancy ? "\r\033[K" : "",
-               Seconds(command.time_us), command.tick, EscapeControl(command.text));
+    Say("{}{:.2f} s, tick {}: {}\n", session.fancy ? "\r\033[K" : "", Seconds(command.time_us),
+        command.tick, EscapeControl(command.text));
   }
 }
 
@@ -134,10 +135,9 @@ void Attend(logger::Replayer* replayer, Session* session) {
   if (!session->fancy) return;
   const logger::ReplayProgress& progress = replayer->progress();
   const double speed = replayer->speed();
-  fmt::print(stderr, "\r\033[K{:.2f} of {:.2f} s, {}, {} messages{}", progress.time_s,
-             progress.end_s, speed > 0 ? fmt::format("{:g} x", speed) : "as fast as possible",
-             progress.published, replayer->paused() ? ", paused (space goes on)" : "");
-  std::fflush(stderr);
+  Say("\r\033[K{:.2f} of {:.2f} s, {}, {} messages{}", progress.time_s, progress.end_s,
+      speed > 0 ? fmt::format("{:g} x", speed) : "as fast as possible", progress.published,
+      replayer->paused() ? ", paused (space goes on)" : "");
 }
 
 /// Why the options cannot be used; empty if they can.
@@ -222,8 +222,7 @@ Result<RunDirectory> Isolate(const ReplayOptions& options) {
   const Result<void> published = directory->Publish(
       {directory->name(), getpid(), WallTime(), "(replay)", log, url->url, true});
   if (!published) return Fail(published.error().message);
-  fmt::print(stderr, "in a private network: morphbus spy --run {} looks into it\n",
-             directory->name());
+  Say("in a private network: morphbus spy --run {} looks into it\n", directory->name());
   return directory;
 }
 
@@ -265,13 +264,13 @@ int ReplayLog(ReplayOptions options) {
   Session session;
   session.fancy = IsFancyTerminal(STDERR_FILENO);
   if (options.replay.paused || isatty(STDIN_FILENO) == 1) session.keys.emplace(STDIN_FILENO);
-  if (session.fancy && isatty(STDIN_FILENO) == 1) fmt::print(stderr, "{}\n", kKeys);
+  if (session.fancy && isatty(STDIN_FILENO) == 1) Say("{}\n", kKeys);
   const Result<logger::ReplayProgress> done =
       logger::Replay(options.log, options.replay, bus->get(), &session.stop,
                      [&](logger::Replayer* replayer) { Attend(replayer, &session); });
   session.keys.reset();
   // The line of progress goes before anything else is printed.
-  if (session.fancy) fmt::print(stderr, "\r\033[K");
+  if (session.fancy) Say("\r\033[K");
   if (!done) return Unusable(done.error().message);
   // The replay was stopped because nobody could have resumed it.
   if (session.stdin_ended) {
@@ -289,8 +288,8 @@ int ReplayLog(ReplayOptions options) {
                {"loops", done->loops},
                {"seconds", done->time_s}});
   } else {
-    fmt::print("{} published, {} filtered out, {} withheld; up to {:.2f} s\n",
-               Counted(done->published, "message"), done->filtered, done->withheld, done->time_s);
+    Print("{} published, {} filtered out, {} withheld; up to {:.2f} s\n",
+          Counted(done->published, "message"), done->filtered, done->withheld, done->time_s);
   }
   WarnOf(options, *done);
   return kDone;

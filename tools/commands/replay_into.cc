@@ -9,6 +9,7 @@
 #include "compiler/base/text.h"
 #include "logger/compare/module_rerun.h"
 #include "tools/base/lent_description.h"
+#include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/convert/break_trace.h"
 #include "tools/convert/rerun_report.h"
@@ -33,21 +34,21 @@ std::optional<int> FindModule(const logger::RunLog& log, const std::string& name
 /// What was found, for people.
 void PrintFindings(const ReplayInto& options, const logger::RerunSummary& done, const Json& known,
                    const RerunDifferences& differences, const logger::RunLog& log) {
-  if (!known.is_null()) fmt::print("{}", KnownText(known));
+  if (!known.is_null()) PrintText(KnownText(known));
   const double tick_s = log.facts.tick_us * 1e-6;
-  fmt::print("{}: {} run again, {:.2f} to {:.2f} s; {} compared: ", options.module,
-             Counted(done.ticks, "tick"), static_cast<double>(done.first_tick) * tick_s,
-             static_cast<double>(done.last_tick) * tick_s, Counted(done.messages, "message"));
+  Print("{}: {} run again, {:.2f} to {:.2f} s; {} compared: ", options.module,
+        Counted(done.ticks, "tick"), static_cast<double>(done.first_tick) * tick_s,
+        static_cast<double>(done.last_tick) * tick_s, Counted(done.messages, "message"));
   if (differences.count() == 0) {
-    fmt::print("the same to the bit\n");
+    Print("the same to the bit\n");
     return;
   }
   const Json& first = differences.first();
-  fmt::print("{} different\nfirst at tick {} ({:.2f} s), {}, {}: {} in the log, {} now\n",
-             differences.count() == 1 ? "1 is" : fmt::format("{} are", differences.count()),
-             first["tick"].get<int64_t>(), first["seconds"].get<double>(),
-             first["topic"].get<std::string>(), first["field"].get<std::string>(),
-             first["logged"].get<std::string>(), first["again"].get<std::string>());
+  Print("{} different\nfirst at tick {} ({:.2f} s), {}, {}: {} in the log, {} now\n",
+        differences.count() == 1 ? "1 is" : fmt::format("{} are", differences.count()),
+        first["tick"].get<int64_t>(), first["seconds"].get<double>(),
+        first["topic"].get<std::string>(), first["field"].get<std::string>(),
+        first["logged"].get<std::string>(), first["again"].get<std::string>());
 }
 
 /// What was found, for scripts.
@@ -154,15 +155,14 @@ int RunAgain(const ReplayInto& options) {
     }
     PrintJson(json);
   } else {
-    fmt::print("{}", BreaksText(breaks.moments(), breaks.dropped()));
+    PrintText(BreaksText(breaks.moments(), breaks.dropped()));
     if (!options.steps.empty()) {
-      fmt::print("steps of tick {}\n{}", known["tick"].get<int64_t>(),
-                 StepsText(trace.steps(), trace.dropped()));
+      Print("steps of tick {}\n{}", known["tick"].get<int64_t>(),
+            StepsText(trace.steps(), trace.dropped()));
       if (next_steps_us) {
-        fmt::print("  the next steps are at {:.2f} s\n",
-                   static_cast<double>(*next_steps_us) * 1e-6);
+        Print("  the next steps are at {:.2f} s\n", static_cast<double>(*next_steps_us) * 1e-6);
       }
-      fmt::print("after ");
+      Print("after ");
     }
     PrintFindings(options, *done, known, differences, *log);
   }

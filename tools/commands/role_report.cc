@@ -13,6 +13,7 @@
 #include "compiler/base/utf8.h"
 #include "tools/base/files.h"
 #include "tools/base/messages.h"
+#include "tools/base/print.h"
 
 namespace morphbus::tools {
 namespace {
@@ -110,12 +111,11 @@ void PrintProblems(const RunPlan& plan, const StaticRoles& roles, ModelSource so
   for (const UnplayedRole& role : roles.unplayed) AddUnplayed(both, plan, role, &diagnostics);
   // This is the answer, so it goes to stdout, other than the compiler's diagnostics.
   const bool color = IsFancyTerminal(STDOUT_FILENO);
-  fmt::print("{}", source::Render(diagnostics, both.sources(), color));
+  PrintText(source::Render(diagnostics, both.sources(), color));
   if (with_problems > kMostNamed) {
-    fmt::print("and {} modules more with problems (--json names all)\n",
-               with_problems - kMostNamed);
+    Print("and {} modules more with problems (--json names all)\n", with_problems - kMostNamed);
   }
-  if (!roles.settled) fmt::print("problem: roles still change after {} ticks\n", roles.ticks);
+  if (!roles.settled) Print("problem: roles still change after {} ticks\n", roles.ticks);
 }
 
 /// "knee = joint_1 (+)": the sign only where the program sets a convention.
@@ -189,7 +189,7 @@ void PrintRoles(const RunPlan& plan, const StaticRoles& roles, ModelSource sourc
     rows.push_back(
         {module.module, module.role.empty() ? "(none)" : module.role, LabelsText(module)});
   }
-  fmt::print("{}", Columns(rows));
+  PrintText(Columns(rows));
   PrintProblems(plan, roles, std::move(source));
 }
 
@@ -235,14 +235,14 @@ void PrintRecognized(const std::vector<Recognized>& found) {
     }
     rows.push_back({one.program, one.robot, FitName(FitOf(one)), more});
   }
-  fmt::print("{}", Columns(rows));
+  PrintText(Columns(rows));
   // Roles that are for none of the robots asked about.
   std::set<std::string> robots;
   for (const Recognized& one : found) robots.insert(one.robot);
   const std::string these = robots.size() > 1 ? "these robots" : "robot " + *robots.begin();
   for (const auto& [program, names] : NeverPlayed(found)) {
     if (names.empty()) continue;
-    fmt::print("{}: no module of {} takes {}\n", program, these, NameSome(names));
+    Print("{}: no module of {} takes {}\n", program, these, NameSome(names));
   }
 }
 
@@ -272,18 +272,17 @@ void PrintExplanation(const RunPlan& plan, const RoleExplanation& why, ModelSour
   // A place of the program with what was found there; without the text, the line's number.
   const auto say = [&](int line, const std::string& text) {
     if (const std::optional<source::Span> at = both.LineAt(line)) {
-      fmt::print("{}", source::RenderNote({*at, text}, both.sources(), color));
+      PrintText(source::RenderNote({*at, text}, both.sources(), color));
     } else {
-      fmt::print("line {}: {}\n", line, text);
+      Print("line {}: {}\n", line, text);
     }
   };
   // The answer comes first, then what speaks against it as a whole, then part by part.
-  fmt::print("{} {} {}{}\n", why.module, why.fits ? "fits" : "does not fit", why.role,
-             why.held.empty() ? "; it has no role" : "; it has role " + why.held);
-  fmt::print("{}",
-             source::RenderNote({both.ModuleAt(why.module), "the module"}, both.sources(), color));
+  Print("{} {} {}{}\n", why.module, why.fits ? "fits" : "does not fit", why.role,
+        why.held.empty() ? "; it has no role" : "; it has role " + why.held);
+  Print("{}", source::RenderNote({both.ModuleAt(why.module), "the module"}, both.sources(), color));
   if (why.is_abstract) say(why.line, "the role is abstract: only its subroles are taken");
-  if (!why.has_pose) fmt::print("no pose reaches the module, so it can take no role\n");
+  if (!why.has_pose) Print("no pose reaches the module, so it can take no role\n");
   if (!why.lacks.empty()) say(why.line, "the module's type has no " + why.lacks);
   for (const ExplainedPart& part : why.parts) {
     say(part.line,
@@ -291,8 +290,7 @@ void PrintExplanation(const RunPlan& plan, const RoleExplanation& why, ModelSour
   }
   // A role that fits may still be another's: a subrole fits better, or one that is held stays.
   if (why.fits && !why.held.empty() && why.held != why.role) {
-    fmt::print("{} is what it holds, since a role that is held or more derived comes first\n",
-               why.held);
+    Print("{} is what it holds, since a role that is held or more derived comes first\n", why.held);
   }
 }
 

@@ -10,6 +10,7 @@
 #include <filesystem>
 
 #include "bridge/bus/lcm_url.h"
+#include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/launch/control_link.h"
 #include "tools/launch/inproc_run.h"
@@ -85,9 +86,9 @@ std::optional<Json> RunOnce(RunPlan* plan, const RunOptions& options, int number
       Summarize(*plan, options.inproc ? RunInProcess(*plan, log)
                                       : Launcher(*plan, options, *directory, log).Run());
   const RunOutcome& outcome = summary.outcome;
-  if (!options.json) fmt::print("{}", SummaryText(summary));
+  if (!options.json) PrintText(SummaryText(summary));
   // The summary stands before the error on a terminal that shows both streams.
-  std::fflush(stdout);
+  FlushResult();
   if (!outcome.error.empty()) {
     Failed(outcome.log.empty() ? outcome.error
                                : fmt::format("{}; the log is {}", outcome.error, outcome.log));
@@ -126,9 +127,8 @@ int RunSeveral(RunPlan* plan, const RunOptions& options) {
   if (options.json) {
     PrintJson({{"hashes_agree", agree}, {"stopped", stopped}, {"runs", runs}});
   } else {
-    fmt::print("{} of {} runs done{}, their hashes {}\n", runs.size(), options.repeat,
-               stopped ? ", stopped by a signal in the last" : "",
-               agree ? "agree" : "do not agree");
+    Print("{} of {} runs done{}, their hashes {}\n", runs.size(), options.repeat,
+          stopped ? ", stopped by a signal in the last" : "", agree ? "agree" : "do not agree");
   }
   return status;
 }

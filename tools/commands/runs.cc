@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "compiler/base/columns.h"
+#include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/launch/run_registry.h"
 
@@ -31,7 +32,7 @@ int Runs(bool json) {
   }
   // For people; an empty list is an answer too.
   if (runs->empty()) {
-    fmt::print("nothing runs here\n");
+    Print("nothing runs here\n");
     return kDone;
   }
   std::vector<std::vector<std::string>> rows = {{"run", "pid", "since", "robot", "network", "log"}};
@@ -41,7 +42,7 @@ int Runs(bool json) {
                     run.url.empty() ? "in-process" : (run.isolated ? "private" : "shared"),
                     run.log});
   }
-  fmt::print("{}", Columns(rows));
+  PrintText(Columns(rows));
   return kDone;
 }
 

@@ -7,6 +7,7 @@
 #include "bridge/bus/lcm_bus.h"
 #include "bridge/control/control_service.h"
 #include "bridge/wire/channels.h"
+#include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/launch/control_desk.h"
 #include "tools/launch/control_link.h"
@@ -110,7 +111,7 @@ int Simulate(const SimCommandOptions& options) {
   if (by_hand) {
     // Who starts processes by hand wants to know which one is missing.
     participant.OnMissing([](const std::vector<std::string>& missing) {
-      fmt::print(stderr, "morphbus: waiting for {} to join\n", fmt::join(missing, ", "));
+      Say("morphbus: waiting for {} to join\n", fmt::join(missing, ", "));
     });
   }
   std::string stop;  ///< Why the run shall end; empty while it goes on.
@@ -150,8 +151,8 @@ int Simulate(const SimCommandOptions& options) {
                   {"wall_seconds", since_first_tick.seconds()},
                   {"missed_deadlines", outcome.missed_deadlines}}}});
   if (by_hand) {
-    fmt::print("run {}: {} ticks, hash {}, {}\n", plan->description.run(), outcome.ticks,
-               outcome.run_hash, outcome.reason);
+    Print("run {}: {} ticks, hash {}, {}\n", plan->description.run(), outcome.ticks,
+          outcome.run_hash, outcome.reason);
   }
   return outcome.ok ? kDone : Failed(outcome.error);
 }

@@ -8,6 +8,7 @@
 
 #include "bridge/bus/lcm_tap.h"
 #include "compiler/base/name_pattern.h"
+#include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/launch/control_link.h"
 #include "tools/launch/run_choice.h"
@@ -55,11 +56,10 @@ int PrintSpy(bridge::LcmTap* tap, SpyTable* table, SpyOptions options,
     const std::string text =
         options.json ? JsonText(SpyJson(*table, spy, selected), options.once ? 2 : -1) + "\n"
                      : SpyText(*table, spy, selected, options.channel);
-    fmt::print("{}", text);
-    std::fflush(stdout);
+    PrintText(text);
+    if (FlushResult() != 0) break;  // the reader is gone
     if (options.seconds > 0 && timer.seconds() >= options.seconds) break;
     next += options.interval;
-    if (std::ferror(stdout) != 0) break;  // the reader is gone
   }
   return kDone;
 }

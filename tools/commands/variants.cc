@@ -10,6 +10,7 @@
 #include "compiler/congruence/variants.h"
 #include "compiler/emit/back_ends.h"
 #include "compiler/m3l/format.h"
+#include "tools/base/print.h"
 #include "tools/commands/commands.h"
 
 namespace morphbus::tools {
@@ -109,13 +110,12 @@ int Variants(const VariantsOptions& options) {
   }
   if (options.json) PrintJson(json);
   // On stderr: stdout may be the M3L text.
-  fmt::print(stderr, "{} of {}, each congruent to it{}\n", Counted(variants.size(), "variant"),
-             robot->name, variants.size() < options.max ? "; no more were found" : "");
+  Say("{} of {}, each congruent to it{}\n", Counted(variants.size(), "variant"), robot->name,
+      variants.size() < options.max ? "; no more were found" : "");
   // The user should not expect such variants to fall and slide alike.
   if (unlike > 0) {
-    fmt::print(stderr, "the masses or hulls of {} are not those of {}, so it will not run alike\n",
-               unlike == variants.size() ? "all of them" : fmt::format("{} of them", unlike),
-               robot->name);
+    Say("the masses or hulls of {} are not those of {}, so it will not run alike\n",
+        unlike == variants.size() ? "all of them" : fmt::format("{} of them", unlike), robot->name);
   }
   return kDone;
 }

@@ -8,6 +8,7 @@
 #include "compiler/solver/motion_inference.h"
 #include "tools/base/messages.h"
 #include "tools/base/model_io.h"
+#include "tools/base/print.h"
 
 namespace morphbus::tools {
 namespace {
@@ -76,8 +77,8 @@ std::string OverlapText(const Context& context, const solver::Overlap& overlap) 
 /// A remark with the place in the source underlined, as diagnostics are; on stdout, as it is the
 /// result.
 void PrintNote(const Context& context, const source::Span& span, const std::string& text) {
-  fmt::print("{}", source::RenderNote({span, text}, context.compiled.sources,
-                                      IsFancyTerminal(STDOUT_FILENO)));
+  PrintText(
+      source::RenderNote({span, text}, context.compiled.sources, IsFancyTerminal(STDOUT_FILENO)));
 }
 
 /// One rigid motion: its number if it was kept, else every condition that it breaks.
@@ -87,12 +88,12 @@ void PrintCandidate(const Context& context, size_t position,
   // A kept candidate is an option of the connection, with its number in `connections`.
   if (candidate.kept()) {
     const model::ConnectionOption* option = OptionOf(context, candidate);
-    fmt::print("\ncandidate {}: b {}: kept{}\n", position, pose,
-               option ? fmt::format(", number {}", option->number) : "");
+    Print("\ncandidate {}: b {}: kept{}\n", position, pose,
+          option ? fmt::format(", number {}", option->number) : "");
     return;
   }
   // All conditions that fail are named, so that they can be mended together.
-  fmt::print("\ncandidate {}: b {}: removed\n", position, pose);
+  Print("\ncandidate {}: b {}: removed\n", position, pose);
   for (const solver::Failure& failure : candidate.failures) {
     PrintNote(context, failure.span, "does not hold: " + failure.measured);
   }
@@ -131,19 +132,19 @@ void PrintWhy(const m3l::CompileOutput& compiled, size_t connection, int connect
     kept += candidate.kept() ? 1 : 0;
     fit += candidate.failures.empty() ? 1 : 0;
   }
-  fmt::print("connection {}, {} of a ({}) on {} of b ({}): ", context.connection.name,
-             context.a.name, context.type_a.name, context.b.name, context.type_b.name);
+  Print("connection {}, {} of a ({}) on {} of b ({}): ", context.connection.name, context.a.name,
+        context.type_a.name, context.b.name, context.type_b.name);
   // Conditions on attributes hold for every motion or for none.
   if (!explanation.failures.empty()) {
-    fmt::print("never, whatever the pose\n");
+    Print("never, whatever the pose\n");
     for (const solver::Failure& failure : explanation.failures) {
       PrintNote(context, failure.span, "does not hold: " + failure.measured);
     }
     return;
   }
-  fmt::print("{} tried, {} the conditions, {} of them kept\n",
-             Counted(explanation.candidates.size(), "motion"),
-             fmt::format("{} {}", fit, fit == 1 ? "satisfies" : "satisfy"), kept);
+  Print("{} tried, {} the conditions, {} of them kept\n",
+        Counted(explanation.candidates.size(), "motion"),
+        fmt::format("{} {}", fit, fit == 1 ? "satisfies" : "satisfy"), kept);
   // Conditions that leave a motion free give no finite list of candidates.
   if (explanation.free_motion) {
     PrintNote(
@@ -158,7 +159,7 @@ void PrintWhy(const m3l::CompileOutput& compiled, size_t connection, int connect
   for (size_t i = 0; i < explanation.candidates.size(); ++i) {
     PrintCandidate(context, i + 1, explanation.candidates[i]);
   }
-  if (!explanation.complete) fmt::print("\n... and more, which are not shown\n");
+  if (!explanation.complete) Print("\n... and more, which are not shown\n");
 }
 
 Json WhyJson(const m3l::CompileOutput& compiled, size_t connection, int connector_a,

@@ -13,6 +13,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "compiler/base/standard_streams.h"
+
 namespace morphbus::tools {
 namespace {
 
@@ -28,6 +30,8 @@ namespace {
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
+  // Nor does it know of what we ignore; programs of ours ignore it themselves.
+  RestoreIgnoredSignals();
   // Descriptors close on exec, but for this one.
   if (options.inherited_fd >= 0) fcntl(options.inherited_fd, F_SETFD, 0);
   // A quiet child writes into /dev/null.

@@ -1,13 +1,12 @@
 #include "tools/launch/progress.h"
 
-#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <utility>
 
 #include "tools/base/messages.h"
+#include "tools/base/print.h"
 
 namespace morphbus::tools {
 
@@ -29,22 +28,20 @@ void Progress::Show(int64_t tick) {
   // Without an end there is no bar.
   if (num_ticks_ <= 0) {
     // \r goes to the beginning of the line, and \033[K clears it.
-    fmt::print(stderr, "\r\033[K{}: {:.1f} s, {:.1f} x real time", what_, done_s, rate);
+    Say("\r\033[K{}: {:.1f} s, {:.1f} x real time", what_, done_s, rate);
   } else {
     // As many # as are done, dots for the rest.
     constexpr int kWidth = 30;
     const double part =
         std::clamp(static_cast<double>(tick) / static_cast<double>(num_ticks_), 0.0, 1.0);
     const int full = static_cast<int>(part * kWidth);
-    fmt::print(stderr, "\r\033[K{} [{:#<{}}{:.<{}}] {:.1f} of {:.1f} s, {:.1f} x real time", what_,
-               "", full, "", kWidth - full, done_s, static_cast<double>(num_ticks_) * tick_s_,
-               rate);
+    Say("\r\033[K{} [{:#<{}}{:.<{}}] {:.1f} of {:.1f} s, {:.1f} x real time", what_, "", full, "",
+        kWidth - full, done_s, static_cast<double>(num_ticks_) * tick_s_, rate);
   }
-  std::fflush(stderr);
 }
 
 void Progress::Clear() {
-  if (drawn_) fmt::print(stderr, "\r\033[K");
+  if (drawn_) Say("\r\033[K");
   drawn_ = false;
 }
 
