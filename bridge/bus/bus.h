@@ -56,6 +56,8 @@ struct Ledger {
   /// Parts of messages longer than a datagram, and requests that were answered a moment before.
   int64_t fragments = 0;
   int64_t hasty_requests = 0;
+  /// Filters that the kernel refused: every message of anybody woke the process from then on.
+  int64_t refused_filters = 0;
   /// The first message that one of these six counted, for people; empty if there was none.
   std::string first_refused;
 };
@@ -116,7 +118,8 @@ class Bus {
   virtual void SubscribePrefix(const std::string& prefix, Handler handler) = 0;
 
   /// Receives every channel whose name begins with `prefix` and ends with `suffix`, and wakes for
-  /// none of them: for who will need some and does not know yet which. A bus may deliver none.
+  /// none of them: for who will need some and does not know yet which. A bus may deliver none, or
+  /// the first one of each channel once that is subscribed to by its name.
   virtual void SubscribeQuietly(const std::string& /*prefix*/, const std::string& /*suffix*/,
                                 Handler /*handler*/) {}
 
@@ -142,6 +145,10 @@ class Bus {
 
   /// Fragments of long messages, which nobody of ours sends; refused unread.
   [[nodiscard]] virtual int64_t fragments() const { return 0; }
+
+  /// How often the kernel refused to filter what this bus does not need, so that everything on it
+  /// wakes the process.
+  [[nodiscard]] virtual int64_t refused_filters() const { return 0; }
 
   /// What was done to messages on purpose; nothing but by a FaultyBus.
   [[nodiscard]] virtual InjectedFaults injected() const { return {}; }

@@ -16,6 +16,7 @@ class InprocEndpoint : public Bus {
     std::erase(hub_->endpoints_, this);
     std::erase(hub_->broad_listeners_, this);
     for (const auto& [channel, handler] : subscriptions_.exact()) StopListening(channel);
+    DropPattern();
     ++hub_->num_changes_;
     for (size_t i = handled_; i < queue_.size(); ++i) hub_->Release(queue_[i].message);
   }
@@ -25,16 +26,22 @@ class InprocEndpoint : public Bus {
   void Publish(const std::string& channel, const uint8_t* data, size_t size) override {
     // One copy of the bytes for all receivers, none where nobody listens.
     Message* message = nullptr;
+    const auto fill = [&] {
+      if (message != nullptr) return;
+      message = hub_->NewMessage();
+      message->channel = channel;
+      message->bytes.assign(data, data + size);
+      message->num_waiting = 1;  // Ours.
+    };
     const auto deliver = [&](InprocEndpoint* endpoint, const Subscriptions::Exact* subscription) {
-      if (message == nullptr) {
-        message = hub_->NewMessage();
-        message->channel = channel;
-        message->bytes.assign(data, data + size);
-        message->num_waiting = 1;  // Ours.
-      }
+      fill();
       endpoint->Enqueue(message, subscription);
     };
     Deliver(channel, data, size, deliver);
+    if (MatchesPattern(channel)) {
+      fill();
+      hub_->KeepEarly(message);
+    }
     if (message != nullptr) hub_->Release(message);
   }
 
@@ -47,6 +54,11 @@ class InprocEndpoint : public Bus {
                                     [this](const auto& l) { return l.endpoint == this; });
     if (known == listeners.end()) {
       listeners.push_back({this, interest, subscription});
+      // What came before it was known that this channel is wanted.
+      const auto early = hub_->early_.find(channel);
+      if (early != hub_->early_.end() && subscriptions_.pattern().Matches(channel)) {
+        Enqueue(early->second, subscription);
+      }
     } else {
       known->interest = interest;
     }
@@ -60,9 +72,10 @@ class InprocEndpoint : public Bus {
 
   void SubscribeQuietly(const std::string& prefix, const std::string& suffix,
                         Handler handler) override {
-    ++hub_->num_changes_;
+    DropPattern();
+    // The handler is never called: messages come once their channels are subscribed to.
     subscriptions_.SetPattern(prefix, suffix, std::move(handler));
-    NoteBreadth();
+    ++hub_->patterns_[{prefix, suffix}];
   }
 
   void Unsubscribe(const std::string& channel) override {
@@ -71,12 +84,13 @@ class InprocEndpoint : public Bus {
         exact != subscriptions_.exact().end()) {
       StopListening(channel);
       // Messages that wait for it are for nobody now, also if the channel is subscribed to again;
-      // only who has prefixes or a pattern, too, gets what waits by its name.
+      // only who has prefixes, too, gets what waits by its name.
       static const Subscriptions::Exact kNobody;
       for (Waiting& waiting : queue_) {
         if (waiting.subscription == exact->second.get()) waiting.subscription = &kNobody;
       }
     }
+    if (channel == subscriptions_.pattern().prefix) DropPattern();
     subscriptions_.Remove(channel);
     NoteBreadth();
   }
@@ -85,6 +99,9 @@ class InprocEndpoint : public Bus {
     // The places of messages that have been handled are used again.
     queue_.erase(queue_.begin(), queue_.begin() + static_cast<std::ptrdiff_t>(handled_));
     handled_ = 0;
+    // In the first tick everybody hears what concerns all, and later only a little.
+    constexpr size_t kUsualQueue = 256;
+    if (queue_.empty() && queue_.capacity() > kUsualQueue) queue_.shrink_to_fit();
     // What arrives meanwhile is for the next round: a participant that talks to itself must come
     // back. A handler may call this, too, and then goes on with the same queue.
     int count = 0;
@@ -101,8 +118,6 @@ class InprocEndpoint : public Bus {
     }
     return count;
   }
-
-  [[nodiscard]] int64_t queue_overflows() const override { return overflows_; }
 
  private:
   using Message = InprocHub::Message;
@@ -185,9 +200,23 @@ class InprocEndpoint : public Bus {
     if (found->second.empty()) hub_->listeners_.erase(found);
   }
 
+  /// Whether some endpoint listens quietly to such channels.
+  [[nodiscard]] bool MatchesPattern(const std::string& channel) const {
+    return std::ranges::any_of(hub_->patterns_, [&](const auto& pattern) {
+      const auto& [prefix, suffix] = pattern.first;
+      return Subscriptions::Pattern{prefix, suffix, nullptr}.Matches(channel);
+    });
+  }
+
+  /// The hub no longer counts us among those who listen quietly.
+  void DropPattern() {
+    const Subscriptions::Pattern& pattern = subscriptions_.pattern();
+    if (!pattern.prefix.empty()) hub_->DropPattern(pattern.prefix, pattern.suffix);
+  }
+
   /// The hub asks those whose subscriptions may match any channel for each one.
   void NoteBreadth() {
-    const bool broad = !subscriptions_.prefixes().empty() || subscriptions_.pattern().handler;
+    const bool broad = !subscriptions_.prefixes().empty();
     if (broad == broad_) return;
     broad_ = broad;
     if (broad) hub_->broad_listeners_.push_back(this);
@@ -195,12 +224,6 @@ class InprocEndpoint : public Bus {
   }
 
   void Enqueue(Message* message, const Subscriptions::Exact* subscription) {
-    // As deep as a real socket's queue, and as silent about what does not fit: the ledger counts
-    // it.
-    if (queue_.size() - handled_ >= kBusQueueDepth) {
-      ++overflows_;
-      return;
-    }
     ++message->num_waiting;
     queue_.push_back({message, subscription});
   }
@@ -209,14 +232,13 @@ class InprocEndpoint : public Bus {
   // is shared by their queues.
   InprocHub* hub_;
   Subscriptions subscriptions_;
-  /// True if prefixes or a pattern are among the subscriptions.
+  /// True if prefixes are among the subscriptions.
   bool broad_ = false;
   /// The channels that were published on last, and the place of the one that is expected next.
   std::vector<Route> routes_;
   size_t next_route_ = 0;
   std::vector<Waiting> queue_;
   size_t handled_ = 0;  ///< So many at its beginning have been handled.
-  int64_t overflows_ = 0;
 };
 
 InprocHub::Message* InprocHub::NewMessage() {
@@ -231,6 +253,19 @@ void InprocHub::Release(Message* message) {
   if (--message->num_waiting > 0) return;
   std::unique_ptr<Message> done(message);
   if (spare_.size() < kMostSpare) spare_.push_back(std::move(done));
+}
+
+void InprocHub::KeepEarly(Message* message) {
+  if (early_.try_emplace(message->channel, message).second) ++message->num_waiting;
+}
+
+void InprocHub::DropPattern(const std::string& prefix, const std::string& suffix) {
+  const auto found = patterns_.find({prefix, suffix});
+  if (--found->second > 0) return;
+  patterns_.erase(found);
+  if (!patterns_.empty()) return;
+  for (const auto& [channel, message] : early_) Release(message);
+  early_.clear();
 }
 
 InprocHub::InprocHub() = default;

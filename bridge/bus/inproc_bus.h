@@ -1,12 +1,14 @@
 #pragma once
 // A bus within one process and one thread: --inproc runs and tests. Deterministic: every endpoint
-// gets messages in order of publication. Nothing is lost unless a queue overflows or a FaultyBus is
-// put around an endpoint.
+// gets messages in order of publication. Nothing is lost unless a FaultyBus is put around an
+// endpoint: queues are as long as robots are large.
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "bridge/bus/bus.h"
@@ -63,6 +65,16 @@ class InprocHub {
   // end. So a message costs what its receivers cost, however many others there are.
   std::unordered_map<std::string, std::vector<Listener>> listeners_;
   std::vector<InprocEndpoint*> broad_listeners_;
+  /// Channels that endpoints listen to quietly by how they begin and end, with how many do, and the
+  /// first message on each such channel since then: it is there for whoever comes to subscribe to
+  /// the channel by its name. So a thousand modules that do not know their neighbours yet have one
+  /// message of each other in common, and not a million.
+  std::map<std::pair<std::string, std::string>, int> patterns_;
+  std::unordered_map<std::string, Message*> early_;
+  /// Keeps a message for those who may subscribe to its channel.
+  void KeepEarly(Message* message);
+  /// An endpoint no longer listens to these.
+  void DropPattern(const std::string& prefix, const std::string& suffix);
   /// Counts the changes of who listens to what; what an endpoint has looked up before one of them
   /// is looked up again.
   int64_t num_changes_ = 0;

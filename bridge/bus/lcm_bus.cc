@@ -131,6 +131,10 @@ class UdpmBus : public SendingBus {
     return waking_ == nullptr ? 0 : waking_->drops();
   }
   [[nodiscard]] int64_t fragments() const override { return datagrams_.fragments(); }
+  [[nodiscard]] int64_t refused_filters() const override {
+    return (waking_ == nullptr ? 0 : waking_->refused_filters()) +
+           (quiet_ == nullptr ? 0 : quiet_->refused_filters());
+  }
 
  private:
   /// The socket, opened if need be; null if the system has none left.

@@ -160,7 +160,9 @@ bool UdpmSocket::SetChannels(const std::vector<ChannelInterest>& channels,
   if (!pattern.prefix.empty()) needed.set();
   filtered_ = true;
   const std::vector<sock_filter> program = BuildChannelFilter(channels, pattern);
-  const bool filters = AttachFilter(fd_, program) && !program.empty();
+  const bool attached = AttachFilter(fd_, program);
+  if (!attached) ++refused_filters_;
+  const bool filters = attached && !program.empty();
   if (!filters) needed.set();
   ListenTo(needed);
   return filters;

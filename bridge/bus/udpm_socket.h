@@ -45,8 +45,9 @@ class UdpmSocket {
   UdpmSocket(const UdpmSocket&) = delete;
   UdpmSocket& operator=(const UdpmSocket&) = delete;
 
-  /// Lets the kernel pass what is of interest on these channels and the pattern's. Returns false if
-  /// there are too many for a filter, or the kernel takes none: then everything passes.
+  /// Lets the kernel pass what is of interest on these channels and the pattern's, and of many
+  /// channels some that are not (bridge/bus/channel_filter.h). Returns false if there are too many
+  /// for a filter, or the kernel takes none: then everything passes.
   bool SetChannels(const std::vector<ChannelInterest>& channels,
                    const ChannelPattern& pattern = {});
   /// Takes the filter away: for loggers and spies.
@@ -73,6 +74,9 @@ class UdpmSocket {
   /// set: the kernel counts both in one number. (Sequence numbers show those losses.)
   [[nodiscard]] int64_t drops() const;
 
+  /// How often the kernel refused a filter.
+  [[nodiscard]] int64_t refused_filters() const { return refused_filters_; }
+
  private:
   /// Buffers for as many datagrams as one system call takes.
   struct Batch;
@@ -89,6 +93,7 @@ class UdpmSocket {
   // The socket's descriptor, and whether a filter is set.
   int fd_;
   bool filtered_ = false;
+  int64_t refused_filters_ = 0;
   bool tells_arrivals_ = false;  ///< Whether each datagram says when it came and from whom.
   /// The group, in host byte order; whether only this machine can speak in it, and the addresses
   /// that are listened to, if not all are.

@@ -33,6 +33,7 @@ void ParticipantBase::CountBusLosses() {
   ledger_.delayed = injected.delayed;
   ledger_.corrupted = injected.corrupted;
   ledger_.fragments = bus_->fragments();
+  ledger_.refused_filters = bus_->refused_filters();
   if (ledger_.fragments > 0 && ledger_.first_refused.empty()) {
     ledger_.first_refused = "a fragment of a message that is longer than a datagram";
   }

@@ -25,9 +25,9 @@ using morphbus::ask_t;
 /// The description is published at requests at most once in this time, microseconds.
 constexpr int64_t kInfoPauseUs = 100'000;
 
-/// Messages of processes that are not known yet which are taken before SENSORS has named all; far
-/// more than processes say until then.
-constexpr int64_t kMostEarly = 256;
+/// Messages of processes that are not known yet which are taken before SENSORS has named all: a
+/// HEALTH of each module of the largest robot.
+constexpr int64_t kMostEarly = 32768;
 
 /// Whether a message of the topic is all that it must be; only those are checked that a log holds.
 Result<void> CheckOther(Topic topic, const uint8_t* data, size_t size) {

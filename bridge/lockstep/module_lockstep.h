@@ -91,6 +91,8 @@ class ModuleLockstep {
   [[nodiscard]] bool joining() const { return phase_ == Phase::kJoining; }
   /// The run is over for this module, well or not; further events change nothing.
   [[nodiscard]] bool done() const { return phase_ == Phase::kDone; }
+  /// The run goes on without this module, as far as it knows: what comes now is for others.
+  [[nodiscard]] bool left() const { return phase_ == Phase::kLeft || phase_ == Phase::kDone; }
   /// All parts of SENSORS of some tick have come; from then on only our own one is needed.
   [[nodiscard]] bool knows_all() const { return knows_all_; }
   /// SENSORS is there, and a neighbour's TRANSFORM is not: it was lost, or comes late.

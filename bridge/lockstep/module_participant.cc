@@ -32,6 +32,9 @@ constexpr int64_t kOldestUseful = 3;
 /// Modules that are listened to: far more than a robot has, as with names.
 constexpr size_t kMostMailboxes = 4 * vm::kMaxNeighbours;
 
+/// Messages that are kept until it is known who the neighbours are; what else comes is asked for.
+constexpr size_t kMostEarlyMates = 4096;
+
 /// First bytes of a snapshot. It says whose state follows, so that another module's or build's is
 /// refused.
 struct SnapshotHead {
@@ -76,6 +79,7 @@ ModuleParticipant::ModuleParticipant(Bus* bus, ModuleController* controller, con
       channel_transform_(Channel(options_.run, options_.module, Topic::kTransform)),
       channel_actuator_(Channel(options_.run, options_.module, Topic::kActuator)),
       channel_status_(Channel(options_.run, options_.module, Topic::kStatus)),
+      directory_(options_.names != nullptr ? options_.names : std::make_shared<NameDirectory>()),
       scratch_(Scratch::OfThread()) {
   ledger_.restarts = options_.restarts;
 }
@@ -170,7 +174,7 @@ void ModuleParticipant::ListenToAllMates() {
           ++ledger_.bad;
           return;
         }
-        if (early_.size() >= NameDirectory::kMostNames || size > kMaxPayloadBytes) return;
+        if (early_.size() >= kMostEarlyMates || size > kMaxPayloadBytes) return;
         early_.try_emplace(std::string(channel), data, data + size);
       });
 }
@@ -203,12 +207,43 @@ void ModuleParticipant::OnClock(const uint8_t* data, size_t size) {
 
 bool ModuleParticipant::SensorsFit(int64_t tick) {
   if (machine_.InWindow(tick, now_us())) return true;
+  // Of a run that goes on without this module nothing is wrong.
+  if (machine_.left()) return false;
   CountRefused(&Ledger::outside_window, "SIM/SENSORS",
                "tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));
   return false;
 }
 
+bool ModuleParticipant::TakeKnownPart(const uint8_t* data, size_t size) {
+  const NameDirectory::Part* part = directory_->PartOf(DigestOf(data, size));
+  if (part == nullptr || std::ranges::binary_search(part->modules, options_.module_id))
+    return false;
+  ++ledger_.received;
+  std::vector<uint16_t>& mates = scratch_.sensed_mates;
+  mates.clear();
+  if (SensorsFit(part->tick)) {
+    machine_.OnSensors(part->tick, part->part, part->num_parts, false, mates, now_us(), &actions_);
+    // It may be the one that names a neighbour.
+    TakeMates(input_, &mates);
+    UpdateSubscriptions(mates, false);
+  }
+  CarryOutActions();
+  return true;
+}
+
+void ModuleParticipant::LearnNames(const uint8_t* data, size_t size) {
+  const morphbus::sensors_t& sensors = scratch_.sensors;
+  NameDirectory::Part part{sensors.header.tick, sensors.part, sensors.num_parts, {}};
+  PeekReadings(data, [&](const PeekedReading& reading) {
+    directory_->Add(reading.module_id, reading.name);
+    part.modules.push_back(reading.module_id);
+  });
+  std::ranges::sort(part.modules);
+  directory_->AddPart(DigestOf(data, size), std::move(part));
+}
+
 void ModuleParticipant::OnSensors(const uint8_t* data, size_t size) {
+  if (!narrowed_ && TakeKnownPart(data, size)) return;
   // SENSORS holds many modules' readings: we take our own.
   morphbus::sensors_t& sensors = scratch_.sensors;
   const Expectation expect{options_.model_hash, 0};
@@ -223,11 +258,7 @@ void ModuleParticipant::OnSensors(const uint8_t* data, size_t size) {
     return;
   }
   // Once the names of all are known nothing more is looked for in the others' readings.
-  if (!narrowed_) {
-    PeekReadings(data, [this](const PeekedReading& reading) {
-      directory_.Add(reading.module_id, reading.name);
-    });
-  }
+  if (!narrowed_) LearnNames(data, size);
   const morphbus::module_sensors_t* mine =
       sensors.modules.empty() ? nullptr : &sensors.modules.front();
   std::vector<uint16_t>& mates = scratch_.sensed_mates;
@@ -331,7 +362,7 @@ void ModuleParticipant::TakeMates(const vm::TickInput& input, std::vector<uint16
 
 void ModuleParticipant::Watch(uint16_t mate) {
   if (mailboxes_.contains(mate)) return;
-  const std::string* name = directory_.NameOf(mate);
+  const std::string* name = directory_->NameOf(mate);
   if (name == nullptr) return;
   // From now on this neighbour's messages are received.
   mailboxes_[mate].name = *name;
@@ -355,6 +386,7 @@ void ModuleParticipant::OnTransform(uint16_t mate, const uint8_t* data, size_t s
   // In lockstep the number is the tick.
   if (!machine_.InWindow(tick, now_us()) ||
       (options_.realtime ? transform.header.sequence > tick : transform.header.sequence != tick)) {
+    if (machine_.left()) return;
     return CountRefused(
         &Ledger::outside_window, channel,
         "tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));
@@ -381,7 +413,7 @@ void ModuleParticipant::CarryOut(const ModuleAction& action) {
       return Compute(action.tick);
     // In lockstep a TRANSFORM's number is its tick.
     case ModuleAction::Kind::kAskMate:
-      if (const std::string* name = directory_.NameOf(action.mate); name != nullptr) {
+      if (const std::string* name = directory_->NameOf(action.mate); name != nullptr) {
         AskForResend(*name, Topic::kTransform, action.tick, action.tick);
       }
       return;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <morphbus/ask_t.hpp>
 #include <morphbus/deploy_piece_t.hpp>
 #include <morphbus/sensors_t.hpp>
@@ -57,6 +58,9 @@ struct ModuleIdentity : ModuleLockstep::Config {
   int64_t claim = 1;         ///< Random number of the process, kept over a resume.
   int64_t restarts = 0;      ///< How often the process died and was started again.
   std::string build;         ///< Version of the software, for people.
+  /// What the modules of this process have heard of names, which is the same for all; null: the
+  /// module keeps that for itself.
+  std::shared_ptr<NameDirectory> names;
 };
 
 /// What a module is told before it starts; all else it senses or hears.
@@ -142,6 +146,11 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   void TakeLeave(const morphbus::ask_t& ask);
   /// The sim asks for ACTUATOR: that may belie what somebody said in its name.
   void NoteAwaited(const morphbus::ask_t& ask);
+  /// Whether this is a part of SENSORS that another module of the process has looked through, and
+  /// in which nothing is ours: then no more than that is taken from it.
+  bool TakeKnownPart(const uint8_t* data, size_t size);
+  /// Adds the names in a part of SENSORS to those that the process knows.
+  void LearnNames(const uint8_t* data, size_t size);
   /// Whether SENSORS of this tick can be; if not, it is counted, and nothing of it is kept.
   bool SensorsFit(int64_t tick);
   /// Whether a reading is one of this module's, and as what it reads it.
@@ -187,7 +196,7 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   ModuleParticipantOptions options_;
   Outbox::Sending channel_transform_, channel_actuator_, channel_status_;
   // Names of all modules by id, as SENSORS tells them, and mailboxes of the neighbours by id.
-  NameDirectory directory_;
+  std::shared_ptr<NameDirectory> directory_;
   std::map<uint16_t, Mailbox> mailboxes_;
   // What the controller is given for the tick to compute, and what it answered to the last one.
   vm::TickInput input_;

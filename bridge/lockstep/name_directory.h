@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -12,13 +13,30 @@
 
 namespace morphbus::bridge {
 
-/// What one module knows of the others' names. A run of a thousand modules in one process has a
-/// thousand of these, so that it is one row in order of number.
+/// What the modules of one process have heard of the names in their run. Each of them hears all of
+/// SENSORS in its first tick: what the first one has looked through the others need not check
+/// again, nor keep once more.
 class NameDirectory {
  public:
-  /// Far more modules than a robot has, so that only messages made up in bad faith ever meet this
-  /// limit.
-  static constexpr size_t kMostNames = 4096;
+  /// As many as there are numbers, and as SENSORS has parts at most.
+  static constexpr size_t kMostNames = 32768;
+
+  /// A part of SENSORS whose names have been added.
+  struct Part {
+    int64_t tick = 0;
+    int part = 0, num_parts = 0;
+    std::vector<uint16_t> modules;  ///< Whose readings stand in it.
+  };
+  /// The part with these bytes (XXH3 of the message), if it was added; null if it was not.
+  [[nodiscard]] const Part* PartOf(uint64_t digest) const {
+    const auto found = parts_.find(digest);
+    return found == parts_.end() ? nullptr : &found->second;
+  }
+  void AddPart(uint64_t digest, Part part) {
+    // Only the first tick is of interest, and what others make up takes no more room.
+    if (parts_.size() >= kMostNames) parts_.clear();
+    parts_.insert_or_assign(digest, std::move(part));
+  }
 
   /// Notes a name that can be one. It is told once and stays: another one later is not believed.
   void Add(uint16_t module, std::string_view name) {
@@ -42,6 +60,7 @@ class NameDirectory {
   }
 
   Names names_;
+  std::unordered_map<uint64_t, Part> parts_;
 };
 
 }  // namespace morphbus::bridge

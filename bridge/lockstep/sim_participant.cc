@@ -37,6 +37,7 @@ SimParticipant::SimParticipant(Bus* bus, SimulatedRobot* robot, const TimeSource
   // The machine calls processes by number: the modules in order of id, then the logger.
   for (const ExpectedModule& module : options_.modules) names_.push_back(module.name);
   if (options_.logger) names_.emplace_back(kLogProcess);
+  for (size_t i = 0; i < names_.size(); ++i) numbers_.emplace(names_[i], static_cast<int>(i));
   claims_.assign(names_.size(), 0);
   incarnations_.assign(names_.size(), 1);
   heard_us_.assign(names_.size(), 0);
@@ -102,8 +103,8 @@ std::vector<std::string> SimParticipant::missing_processes() const {
 }
 
 int SimParticipant::ProcessNumber(const std::string& name) const {
-  const auto found = std::find(names_.begin(), names_.end(), name);
-  return found == names_.end() ? -1 : static_cast<int>(found - names_.begin());
+  const auto found = numbers_.find(name);
+  return found == numbers_.end() ? -1 : found->second;
 }
 
 void SimParticipant::OnHello(const uint8_t* data, size_t size) {
@@ -341,8 +342,9 @@ void SimParticipant::Advance(int64_t tick) {
   if (options_.realtime) punctuality_.TickOver(tick, now_us());
   for (size_t i = 0; i < commands_.size(); ++i) {
     morphbus::actuator_t& command = commands_[i];
-    if (command.header.tick < 0) {  // Real time: this one came too late.
-      punctuality_.Missed(static_cast<int>(i));
+    if (command.header.tick < 0) {
+      // Real time: this one came too late. Of a module that is lost nothing is awaited.
+      if (!machine_.gone(static_cast<int>(i))) punctuality_.Missed(static_cast<int>(i));
       continue;
     }
     // In order of modules, whatever the order of arrival, so that the robot moves the same every

@@ -22,6 +22,7 @@
 #include "bridge/lockstep/sim_lockstep.h"
 #include "bridge/lockstep/simulated_robot.h"
 #include "bridge/lockstep/taken_blocks.h"
+#include "compiler/base/text_hash.h"
 #include "vm/module_api.h"
 
 namespace morphbus::bridge {
@@ -251,6 +252,7 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   // Full names of the channels that the sim publishes every tick.
   std::string channel_clock_, channel_sensors_, channel_world_;
   std::vector<std::string> names_;  ///< Machine's process index -> name; the logger last.
+  TextTable<int> numbers_;          ///< The other way round.
   std::vector<int64_t> claims_;     ///< By process; 0: none yet.
   /// By process: how often it has begun, and when it was heard last (wall time). By module: how
   /// many ACTUATOR and STATUS it has published.

@@ -86,6 +86,7 @@ class ModuleProcess {
   ModuleImages images_;
   std::unique_ptr<Bus> lcm_;
   std::unique_ptr<BusMux> mux_;  ///< Null for a module alone, which has the bus for itself.
+  std::shared_ptr<NameDirectory> names_ = std::make_shared<NameDirectory>();
   std::vector<Entry> modules_;
   int status_ = kUnusable;  ///< Of a process that cannot begin.
 };
@@ -121,6 +122,7 @@ Result<void> ModuleProcess::AddModule(const ModuleChoice& choice) {
   ModuleSpec spec;
   // What the command line says of all modules, and of this one.
   static_cast<ModuleIdentity&>(spec) = options_;
+  spec.names = names_;
   spec.module = choice.name;
   spec.module_id = choice.id;
   spec.incarnation = choice.incarnation;

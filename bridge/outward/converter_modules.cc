@@ -74,6 +74,8 @@ void AddCounts(const morphbus::health_t& health, morphbus::Health* out) {
   add("foreign", health.foreign);
   add("fragments", health.fragments);
   add("hasty_requests", health.hasty_requests);
+  // What the kernel refused.
+  add("refused_filters", health.refused_filters);
 }
 
 }  // namespace

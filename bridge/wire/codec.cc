@@ -61,6 +61,7 @@ Result<void> DecodeHeader(const uint8_t* data, size_t size, morphbus::header_t* 
   if (out->tick < 0 || out->sequence < 0 || out->sim_time_us < 0) {
     return Fail("the message's header counts below zero");
   }
+  if (out->sequence > kMostSequence) return Fail("its sequence number is impossible");
   return {};
 }
 

@@ -39,13 +39,14 @@ morphbus::health_t MakeHealth(const std::string& process, const Ledger& ledger) 
            health.forged_commands, health.replayed_commands, health.late_commands,
            health.malformed_commands, health.doubled, health.delayed, health.corrupted,
            health.restarts, health.conflicts, health.outside_window, health.false_ends,
-           health.foreign, health.fragments, health.hasty_requests) =
+           health.foreign, health.fragments, health.hasty_requests, health.refused_filters) =
       std::tie(ledger.received, ledger.sent, ledger.lost, ledger.discarded, ledger.duplicates,
                ledger.resent, ledger.asked, ledger.queue_overflows, ledger.bad,
                ledger.missed_deadlines, ledger.forged_commands, ledger.replayed_commands,
                ledger.late_commands, ledger.malformed_commands, ledger.doubled, ledger.delayed,
                ledger.corrupted, ledger.restarts, ledger.conflicts, ledger.outside_window,
-               ledger.false_ends, ledger.foreign, ledger.fragments, ledger.hasty_requests);
+               ledger.false_ends, ledger.foreign, ledger.fragments, ledger.hasty_requests,
+               ledger.refused_filters);
   health.first_refused = CutText(ledger.first_refused, kLongestText);
   // What the process has used since it began.
   rusage usage = {};

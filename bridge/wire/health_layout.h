@@ -55,7 +55,8 @@ constexpr void Walk(V& v, As<morphbus::health_t>) {
                             "false_ends",
                             "foreign",
                             "fragments",
-                            "hasty_requests"}) {
+                            "hasty_requests",
+                            "refused_filters"}) {
     v.Int64(count, 0, kMost64);
   }
   // For people only.

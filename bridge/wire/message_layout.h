@@ -54,7 +54,7 @@ constexpr void Walk(V& v, As<morphbus::header_t>) {
   // The lockstep counts ticks, times and messages from 0.
   v.Int64("tick", 0, kMost64);
   v.Int64("sim_time_us", 0, kMost64);
-  v.Int64("sequence", 0, kMost64);
+  v.Int64("sequence", 0, kMostSequence);
   // Zero stands for "none"; what the receiver expects is compared in bridge/wire/codec.h.
   v.Hash("model_hash");
   v.Hash("program_hash");

@@ -10,6 +10,10 @@ namespace morphbus::bridge {
 /// channel name (64) and IP and UDP (28) the packet stays within 1400 bytes.
 inline constexpr size_t kMaxPayloadBytes = 1300;
 
+/// Largest number of a message on its channel. No run is so long, and sums and products of such
+/// numbers stay within 64 bits.
+inline constexpr int64_t kMostSequence = int64_t{1} << 56;
+
 /// Longest text for people in a message (reasons, errors, builds), bytes.
 inline constexpr size_t kLongestText = 200;
 

@@ -44,6 +44,19 @@ void DockingChanges::Note(int module, int64_t time_us, bool docked, const Dockin
   if (changes_.size() < kMaxKept) changes_.push_back({time_us, docked, module, docking});
 }
 
+bool DockingChanges::OfLoss(const Change& change) const {
+  const auto was_lost = [&](int number) {
+    const auto module = modules_.find(number);
+    const auto lost = module == modules_.end() ? lost_.end() : lost_.find(module->second.name);
+    return lost != lost_.end() && change.time_us >= lost->second;
+  };
+  return !change.docked && (was_lost(change.module) || was_lost(std::get<1>(change.docking)));
+}
+
+int64_t DockingChanges::count() const {
+  return count_ - std::ranges::count_if(changes_, [this](const Change& c) { return OfLoss(c); });
+}
+
 std::string DockingChanges::Name(const model::Model* model, const model::Robot* robot, int module,
                                  int connector) const {
   // Of a damaged log the numbers may be any.
@@ -66,6 +79,7 @@ std::vector<DockingFact> DockingChanges::Facts(const model::Model* model,
                                                const model::Robot* robot) const {
   std::vector<DockingFact> facts;
   for (const Change& change : changes_) {
+    if (OfLoss(change)) continue;
     const auto [connector, mate, mate_connector] = change.docking;
     facts.push_back({change.time_us, change.docked, Name(model, robot, change.module, connector),
                      Name(model, robot, mate, mate_connector)});

@@ -30,11 +30,14 @@ class DockingChanges {
   /// What a module senses at a sim time (µs). The first reading of each module is no change, and
   /// one of an earlier time than one taken before tells nothing new.
   void Take(const morphbus::module_sensors_t& reading, int64_t time_us);
+  /// A module was lost at a sim time (µs). Its mates sense it no more from then on, but nothing
+  /// says that its connectors opened.
+  void Lose(const std::string& module, int64_t time_us) { lost_.emplace(module, time_us); }
   /// The first 1000 changes, in order of time. `model` and `robot` are null without a description.
   [[nodiscard]] std::vector<DockingFact> Facts(const model::Model* model,
                                                const model::Robot* robot) const;
   /// How many changes there were.
-  [[nodiscard]] int64_t count() const { return count_; }
+  [[nodiscard]] int64_t count() const;
 
  private:
   /// A docking as its module senses it: own connector, the mate's module and connector.
@@ -53,11 +56,14 @@ class DockingChanges {
     Docking docking;
   };
   void Note(int module, int64_t time_us, bool docked, const Docking& docking);
+  /// Whether the change only shows that one of the two modules was lost.
+  [[nodiscard]] bool OfLoss(const Change& change) const;
   /// MODULE.CONNECTOR, by the numbers of both.
   [[nodiscard]] std::string Name(const model::Model* model, const model::Robot* robot, int module,
                                  int connector) const;
 
   std::map<int, Module> modules_;
+  std::map<std::string, int64_t> lost_;
   std::vector<Change> changes_;
   int64_t count_ = 0;
 };

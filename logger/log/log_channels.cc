@@ -7,8 +7,9 @@
 namespace morphbus::logger {
 namespace {
 
-/// A damaged log can name any number of channels; beyond this they are counted as one.
-constexpr size_t kMaxChannels = 10'000;
+/// A damaged log can name any number of channels; beyond this they are counted as one. A module has
+/// five, and a robot at most some 30,000 modules.
+constexpr size_t kMaxChannels = 200'000;
 
 }  // namespace
 

@@ -38,7 +38,7 @@ class LogChannels {
   LogChannels(std::string run, LogFacts* facts) : run_(std::move(run)), facts_(*facts) {}
 
   /// The channel of an event; the reference is valid until the next call. A damaged log can name a
-  /// new channel with every event: beyond 10,000 they are counted as one.
+  /// new channel with every event: beyond 200,000 they are counted as one.
   Known& Of(const LogEvent& event);
 
   /// By the names under which the facts list them.

@@ -13,6 +13,7 @@
 #include "bridge/wire/codec.h"
 #include "bridge/wire/health.h"
 #include "bridge/wire/info_parts.h"
+#include "compiler/base/text.h"
 #include "logger/log/description.h"
 
 namespace morphbus::logger {
@@ -262,13 +263,20 @@ void Recorder::Write(Channels::value_type* channel, const std::vector<uint8_t>& 
 
 /// Messages that the modules say they published, and the log does not have.
 int64_t Recorder::CountLost(std::string* what) const {
+  // Some are named; a large robot has thousands.
+  constexpr int kNamed = 5;
   int64_t lost = 0;
+  int channels = 0;
   for (const auto& [channel, count] : published_) {
     const auto found = written_.find(channel);
     const int64_t missing = count - (found == written_.end() ? 0 : found->second.count);
     if (missing <= 0) continue;
     lost += missing;
+    if (++channels > kNamed) continue;
     *what += fmt::format("{}{} of {}", what->empty() ? "" : ", ", missing, channel);
+  }
+  if (channels > kNamed) {
+    *what += fmt::format(", and some of {}", Counted(channels - kNamed, "more channel"));
   }
   return lost;
 }
@@ -282,9 +290,18 @@ void Recorder::WriteEnd(const RecordSummary& summary,
   end.reason = bridge::CutText(summary.reason, bridge::kLongestText);
   end.run_hash = summary.run_hash;
   end.num_ticks = participant_->complete_ticks();
-  for (const bridge::ChannelTotal& total : totals) end.channels.push_back(bridge::ToWire(total));
-  end.num_channels = static_cast<int16_t>(end.channels.size());
-  WriteOwn(bridge::Channel(key_.run, "", Topic::kEnd), 0, &end);
+  // The totals may be more than one message can count.
+  constexpr size_t kMostTotals = 30'000;
+  int64_t sequence = 0;
+  size_t told = 0;
+  do {
+    end.channels.clear();
+    for (; told < totals.size() && end.channels.size() < kMostTotals; ++told) {
+      end.channels.push_back(bridge::ToWire(totals[told]));
+    }
+    end.num_channels = static_cast<int16_t>(end.channels.size());
+    WriteOwn(bridge::Channel(key_.run, "", Topic::kEnd), sequence++, &end);
+  } while (told < totals.size());
 }
 
 Result<RecordSummary> Recorder::Finish(const std::string& interrupted) {

@@ -17,7 +17,8 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(health_t, received, sent, lost, discarded, du
                                    asked, bad, queue_overflows, missed_deadlines, forged_commands,
                                    replayed_commands, late_commands, malformed_commands, doubled,
                                    delayed, corrupted, restarts, conflicts, outside_window,
-                                   false_ends, foreign, fragments, hasty_requests, first_refused)
+                                   false_ends, foreign, fragments, hasty_requests, refused_filters,
+                                   first_refused)
 
 namespace logger {
 
@@ -236,6 +237,7 @@ std::string FactsText(const LogFacts& f) {
       }
       // Where nobody else is on the bus, there is nothing to refuse.
       if (RefusedMessages(h) > 0) AddLine(&text, "  {}: refused {}", process, RefusedText(h));
+      if (h.refused_filters > 0) AddLine(&text, "  {}: {}", process, RefusedFiltersText(h));
       // Only the sim takes commands.
       if (RefusedCommands(h) == 0) continue;
       AddLine(&text, "  {}: refused commands: {} forged, {} replayed, {} late, {} malformed",
@@ -301,6 +303,11 @@ std::string RefusedText(const morphbus::health_t& h) {
   add(h.fragments, "fragments");
   // Names in it came from the bus.
   return text + (h.first_refused.empty() ? "" : "; first: " + EscapeControl(h.first_refused));
+}
+
+std::string RefusedFiltersText(const morphbus::health_t& h) {
+  return fmt::format("{} refused by the kernel, so that all messages wake it: morphbus doctor",
+                     Counted(h.refused_filters, "filter"));
 }
 
 std::string CommandsText(const LogFacts& f) {

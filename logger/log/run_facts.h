@@ -215,6 +215,8 @@ std::string CommandsText(const LogFacts& facts);
 std::string RefusedText(const morphbus::health_t& health);
 /// The same as one number.
 int64_t RefusedMessages(const morphbus::health_t& health);
+/// That the kernel refused filters to a process, what that costs and who knows the way out.
+std::string RefusedFiltersText(const morphbus::health_t& health);
 /// One line a problem, ending with a verdict line, for `morphbus verify`.
 std::string VerifyText(const LogFacts& facts);
 /// Modules that missed deadlines in real time, by name: `missed`, `late`, `worst_us`.

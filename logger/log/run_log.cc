@@ -27,9 +27,6 @@ namespace {
 
 using bridge::Topic;
 
-/// No run is so long. The bound keeps sums and products of a damaged number within 64 bits.
-constexpr int64_t kMaxSequence = int64_t{1} << 56;
-
 /// Reads the events of one file, in its order, into one RunLog. LoadRunLog() makes it, gives it
 /// every event, and calls Finish() once.
 class Loader {
@@ -117,14 +114,11 @@ class Loader {
     ChannelFacts* channel = known.facts;
     ChannelStream& stream = *known.stream;
     morphbus::header_t header;
-    // The header must be sound, of the described model, and carry a possible number.
+    // The header must be sound, and of the described model.
     Result<void> sound = bridge::DecodeHeader(event.data.data(), event.data.size(), &header);
     const auto model_hash = static_cast<uint64_t>(header.model_hash);
     if (sound && channel->hashed && facts_.model_hash != 0 && model_hash != facts_.model_hash) {
       sound = Fail("it speaks of another model than the description");
-    }
-    if (sound && (header.sequence < 0 || header.sequence > kMaxSequence)) {
-      sound = Fail("its sequence number is impossible");
     }
     if (sound && channel->hashed && messages_model_ == 0) messages_model_ = model_hash;
     // Of a numbered channel each message counts once, whatever order they stand in.
@@ -260,7 +254,10 @@ class Loader {
     promised_.TakePlace(channel, clock.header, 1, 0);
     for (ClockCommand& command : CommandsOf(clock)) {
       const std::string_view lost = bridge::LostModule(command.text);
-      if (!lost.empty()) facts_.lost_modules.emplace(lost, command.time_us);
+      if (!lost.empty()) {
+        facts_.lost_modules.emplace(lost, command.time_us);
+        dockings_.Lose(std::string(lost), command.time_us);
+      }
       // After a new program it counts how the robot stands.
       if (command.text.starts_with("deploy ")) tilts_.KeepOn();
       facts_.commands.emplace(command.tick, std::move(command.text));
@@ -366,6 +363,14 @@ class Loader {
   }
 
   void Use(const std::string&, std::string_view, morphbus::log_end_t end) {
+    // Of many channels there are several, which say the same of the run; another END takes the
+    // place of what was said before.
+    if (facts_.end && end.header.sequence > 0 && facts_.end->run == end.run &&
+        facts_.end->run_hash == end.run_hash) {
+      facts_.end->channels.insert(facts_.end->channels.end(), end.channels.begin(),
+                                  end.channels.end());
+      return;
+    }
     facts_.end = std::move(end);
   }
 

@@ -16,7 +16,7 @@ namespace {
 using bridge::Topic;
 
 /// A damaged log can name any number of channels; further ones are looked up anew each time.
-constexpr size_t kMostChannels = 10'000;
+constexpr size_t kMostChannels = 200'000;
 
 /// Moves the samples before `end_us` to the series, in order of time and one a time.
 template <class Sample>

@@ -8,19 +8,62 @@
 namespace morphbus::bridge {
 namespace {
 
+// The registers of classic BPF.
+struct Registers {
+  uint32_t a = 0, x = 0, memory = 0;
+};
+
+uint32_t Compute(const sock_filter& f, const Registers& r) {
+  const uint32_t other = BPF_SRC(f.code) == BPF_X ? r.x : f.k;
+  switch (BPF_OP(f.code)) {
+    case BPF_XOR:
+      return r.a ^ other;
+    case BPF_AND:
+      return r.a & other;
+    case BPF_MUL:
+      return r.a * other;
+    case BPF_RSH:
+      EXPECT_LT(other, 32u);
+      return r.a >> other;
+    default:
+      ADD_FAILURE() << "an operation that the reference does not know";
+      return 0;
+  }
+}
+
 // A reference interpreter of the few BPF instructions the filter uses.
 bool Passes(const std::vector<sock_filter>& program, const std::vector<uint8_t>& packet) {
-  uint32_t a = 0;
+  Registers r;
   for (size_t pc = 0; pc < program.size(); ++pc) {
     const sock_filter& f = program[pc];
-    if (BPF_CLASS(f.code) == BPF_RET) return f.k != 0;
-    if (BPF_CLASS(f.code) == BPF_LD) {
-      const size_t bytes = BPF_SIZE(f.code) == BPF_W ? 4 : (BPF_SIZE(f.code) == BPF_H ? 2 : 1);
-      if (f.k + bytes > packet.size()) return false;
-      a = 0;
-      for (size_t i = 0; i < bytes; ++i) a = a << 8 | packet[f.k + i];
-    } else {
-      pc += a == f.k ? f.jt : f.jf;
+    switch (BPF_CLASS(f.code)) {
+      case BPF_RET:
+        return f.k != 0;
+      case BPF_LDX:
+        r.x = f.k;
+        break;
+      case BPF_ST:
+        r.memory = r.a;
+        break;
+      case BPF_MISC:
+        BPF_MISCOP(f.code) == BPF_TAX ? r.x = r.a : r.a = r.x;
+        break;
+      case BPF_ALU:
+        r.a = Compute(f, r);
+        break;
+      case BPF_JMP:
+        pc += BPF_OP(f.code) == BPF_JA ? f.k : (r.a == f.k ? f.jt : f.jf);
+        break;
+      case BPF_LD: {
+        if (BPF_MODE(f.code) != BPF_ABS) {
+          r.a = BPF_MODE(f.code) == BPF_IMM ? f.k : r.memory;
+          break;
+        }
+        const size_t bytes = BPF_SIZE(f.code) == BPF_W ? 4 : (BPF_SIZE(f.code) == BPF_H ? 2 : 1);
+        if (f.k + bytes > packet.size()) return false;
+        r.a = 0;
+        for (size_t i = 0; i < bytes; ++i) r.a = r.a << 8 | packet[f.k + i];
+      }
     }
   }
   ADD_FAILURE() << "the program runs off its end";
@@ -91,6 +134,107 @@ TEST(ChannelFilter, PassesOnlyMessagesWhoseNumberIsOfInterest) {
   EXPECT_FALSE(passes("r/CLOCK", {6}));
   EXPECT_TRUE(passes("r/X", {}));
   EXPECT_FALSE(passes("r/Y", {0, 0, 0, 0, 1, 2}));
+}
+
+// The channels of a process of many modules m0, m1, …, and of the simulator.
+std::vector<ChannelInterest> ManyChannels(const std::string& run, int modules,
+                                          const std::vector<std::string>& topics) {
+  std::vector<ChannelInterest> channels = {{run + "/HELLO", {}}, {run + "/SIM/ASK", {}}};
+  const Interest not_running{true, 1, 1, 7, true};
+  channels.push_back({run + "/SIM/CLOCK", not_running});
+  for (int i = 0; i < modules; ++i) {
+    for (const std::string& topic : topics) {
+      channels.push_back({run + "/m" + std::to_string(i) + "/" + topic, {}});
+    }
+  }
+  return channels;
+}
+
+TEST(ChannelFilter, ManyNamesTakeNoLargerProgram) {
+  // What sockets get before 6.8; the kernel makes of a load some thirteen instructions of its own.
+  constexpr size_t kBytes = 20480, kKernelInstruction = 8, kLoad = 14, kOther = 2;
+  const auto bytes = [](const std::vector<sock_filter>& program) {
+    size_t instructions = 0;
+    for (const sock_filter& f : program) {
+      const bool load = BPF_CLASS(f.code) == BPF_LD && BPF_MODE(f.code) == BPF_ABS;
+      instructions += load ? kLoad : kOther;
+    }
+    return kKernelInstruction * instructions;
+  };
+  for (const std::string& run : {std::string("r"), std::string(40, 'r')}) {
+    size_t before = 0;
+    for (const int modules : {30, 200, 1000, 5000}) {
+      const auto program = BuildChannelFilter(ManyChannels(run, modules, {"ASK", "TRANSFORM"}));
+      EXPECT_GT(program.size(), 0u);
+      EXPECT_LT(bytes(program), kBytes) << modules;
+      if (modules > 1000) {
+        EXPECT_LE(program.size(), before + 8) << modules;
+      }
+      before = program.size();
+    }
+  }
+}
+
+TEST(ChannelFilter, OfManyNamesAllPassAndHardlyAnyOther) {
+  // Every tenth module of a thousand.
+  constexpr int kModules = 100;
+  std::vector<ChannelInterest> channels = ManyChannels("run", 0, {});
+  const auto name = [](int module) { return "run/m" + std::to_string(module); };
+  for (int i = 0; i < 10 * kModules; i += 10) {
+    channels.push_back({name(i) + "/ASK", {}});
+    channels.push_back({name(i) + "/TRANSFORM", {}});
+  }
+  const auto program = BuildChannelFilter(channels);
+  const auto passes = [&](const std::string& channel, size_t payload = 60) {
+    return Passes(program, Packet("LC02", channel, payload));
+  };
+  int others = 0;
+  for (int i = 0; i < 10 * kModules; ++i) {
+    if (i % 10 == 0) {
+      EXPECT_TRUE(passes(name(i) + "/ASK", 0)) << i;
+      EXPECT_TRUE(passes(name(i) + "/TRANSFORM")) << i;
+    } else {
+      others += passes(name(i) + "/ASK") ? 1 : 0;
+    }
+    // Topics are told apart exactly, and so are runs.
+    EXPECT_FALSE(passes(name(i) + "/ACTUATOR")) << i;
+    EXPECT_FALSE(passes(name(i) + "/STATUS")) << i;
+    EXPECT_FALSE(passes("rum/m" + std::to_string(i) + "/ASK")) << i;
+  }
+  // A hundred bits of a thousand and twenty-four are set, a little unevenly.
+  EXPECT_LT(others, 3 * 9 * kModules * kModules / 1024);
+  // The rest is exact.
+  EXPECT_TRUE(passes("run/HELLO", 0));
+  EXPECT_TRUE(passes("run/SIM/ASK", 0));
+  EXPECT_TRUE(passes("run/SIM/CLOCK")) << "its number is another one";
+  EXPECT_FALSE(passes("run/SIM/SENSORS"));
+  EXPECT_FALSE(passes("run/m1"));
+  EXPECT_FALSE(passes("run/" + std::string(59, 'm')));
+  EXPECT_FALSE(passes(""));
+}
+
+TEST(ChannelFilter, NamesThatAreTooLongToBeHashedPass) {
+  std::vector<ChannelInterest> channels = ManyChannels("run", 50, {"ASK"});
+  const std::string longest = "run/" + std::string(54, 'n') + "/ASK";
+  channels.push_back({longest, {}});
+  const auto program = BuildChannelFilter(channels);
+  for (const std::string& channel :
+       {longest, std::string("run/m7/ASK"), std::string("run/HELLO")}) {
+    EXPECT_TRUE(Passes(program, Packet("LC02", channel, 60))) << channel;
+  }
+  EXPECT_FALSE(Passes(program, Packet("LC02", "run/m7/STATUS", 60)));
+  EXPECT_FALSE(Passes(program, Packet("LC02", "other/m7/ASK", 60)));
+}
+
+TEST(ChannelFilter, ThePatternPassesBesideManyNames) {
+  const auto program =
+      BuildChannelFilter(ManyChannels("run", 100, {"ASK", "TRANSFORM"}), {"run/", "/TRANSFORM"});
+  for (const char* channel : {"run/m1/ASK", "run/m1/TRANSFORM", "run/other/TRANSFORM"}) {
+    EXPECT_TRUE(Passes(program, Packet("LC02", channel, 60))) << channel;
+  }
+  for (const char* channel : {"run/m1/STATUS", "walk/m1/TRANSFORM"}) {
+    EXPECT_FALSE(Passes(program, Packet("LC02", channel, 60))) << channel;
+  }
 }
 
 TEST(ChannelFilter, TooManyChannelsMeanNoFilter) {

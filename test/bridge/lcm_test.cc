@@ -127,6 +127,83 @@ TEST(Lcm, QuietChannelsEndNoWaitAndComeBeforeWhatDoes) {
   EXPECT_EQ(receiver->HandleFor(int64_t{3600} * 1'000'000), 1);
 }
 
+/// What the kernel gives a socket for filters, in this network alone, until this is destroyed.
+class FilterMemory {
+ public:
+  explicit FilterMemory(int bytes) {
+    std::ifstream(kPath) >> before_;
+    set_ = before_ > 0 && Write(bytes);
+  }
+  ~FilterMemory() {
+    if (set_) Write(before_);
+  }
+  FilterMemory(const FilterMemory&) = delete;
+  FilterMemory& operator=(const FilterMemory&) = delete;
+  /// False if the kernel does not let itself be told.
+  [[nodiscard]] bool set() const { return set_; }
+
+ private:
+  static constexpr const char* kPath = "/proc/sys/net/core/optmem_max";
+  static bool Write(int bytes) {
+    std::ofstream limit(kPath);
+    limit << bytes << std::flush;
+    return limit.good();
+  }
+  int before_ = 0;
+  bool set_ = false;
+};
+
+TEST(Lcm, FiltersOfManyModulesFitIntoWhatOlderKernelsGive) {
+  // The default before Linux 6.8.
+  const FilterMemory old_default(20480);
+  if (!old_default.set()) GTEST_SKIP() << "net.core.optmem_max cannot be set here";
+  const auto sender = Open(), receiver = Open();
+  constexpr int kModules = 1000;
+  int heard = 0;
+  const auto count = [&heard](std::string_view, const uint8_t*, size_t) { ++heard; };
+  Interest quiet;
+  quiet.wakes = false;
+  const auto name = [](int module, const char* topic) {
+    return "run/m" + std::to_string(module) + "/" + topic;
+  };
+  {
+    const HeldSubscriptions together(receiver.get());
+    for (int i = 0; i < kModules; ++i) {
+      receiver->Subscribe(name(i, "ASK"), count);
+      receiver->Subscribe(name(i, "TRANSFORM"), count, quiet);
+    }
+  }
+  // The old program and the new one are there at once for a moment.
+  receiver->Subscribe("run/SIM/CLOCK", count);
+  EXPECT_EQ(receiver->refused_filters(), 0);
+  for (const int size : FilterSizes()) EXPECT_GT(size, 0);
+  // Nothing else comes through, though it would fill any queue.
+  for (int i = 0; i < 20000; ++i) Publish(sender.get(), name(i % kModules, "ACTUATOR"));
+  for (int i = 0; i < kModules; ++i)
+    Publish(sender.get(), name(i, i % 2 == 0 ? "ASK" : "TRANSFORM"));
+  HandleUntil(receiver.get(), [&] { return heard >= kModules; });
+  EXPECT_EQ(heard, kModules);
+}
+
+TEST(Lcm, AFilterThatTheKernelRefusesIsCountedAndLetsEverythingPass) {
+  const FilterMemory hardly_any(300);
+  if (!hardly_any.set()) GTEST_SKIP() << "net.core.optmem_max cannot be set here";
+  const auto sender = Open(), receiver = Open();
+  std::string heard;
+  const auto note = [&heard](std::string_view name, const uint8_t*, size_t) {
+    heard += std::string(name) + " ";
+  };
+  receiver->Subscribe("run/a_channel", note);
+  receiver->Subscribe("run/another_channel", note);
+  EXPECT_GT(receiver->refused_filters(), 0);
+  EXPECT_EQ(FilterSizes(), std::vector<int>{0});
+  Publish(sender.get(), "run/foreign");
+  Publish(sender.get(), "run/a_channel");
+  Publish(sender.get(), "run/another_channel");
+  HandleUntil(receiver.get(), [&] { return heard.ends_with("another_channel "); });
+  EXPECT_EQ(heard, "run/a_channel run/another_channel ");
+}
+
 TEST(Lcm, TheKernelDropsForeignChannels) {
   const auto sender = Open(), receiver = Open();
   EXPECT_TRUE(FilterSizes().empty()) << "who only publishes has no receiving socket";

@@ -216,6 +216,15 @@ class Losses(Dying):
                                status=status)
         return self.summary
 
+    def test_who_is_lost_is_blamed_for_nothing(self):
+        for where in '--inproc', '--isolate':
+            summary = self.lose('--lose', 'm4@1.4', where, name=f'blame{where}')
+            # It refuses nothing of the run that goes on, answers nothing too late, and its connectors stay closed.
+            self.assertEqual((summary['refused'], summary['missed_deadlines'], summary['lateness']), (0, 0, {}))
+            self.assertEqual(summary['lost_modules'], {'m4': 1.4})
+            self.assertEqual(as_json('info', self.path)['dockings'], [])
+            self.assertNotIn('parted', morphbus('info', self.path).stdout)
+
     def test_a_run_that_loses_modules_goes_on_and_says_so(self):
         loss = ['--lose', 'm1@4.02', '--lose', 'm9@6']
         summary = self.lose(*loss, '--isolate')

@@ -56,6 +56,20 @@ class Doctor(Case):
         answer = json.loads(done.stdout)
         self.assertFalse(answer['ok'])
 
+    def test_a_kernel_without_room_for_filters_is_named_with_the_command_that_mends_it(self):
+        set_limit = 'echo {} >/proc/sys/net/core/optmem_max || exit 77'
+        answers = {}
+        for limit in 2000, 20480:
+            done = in_new_network(f"{LOOPBACK}; {set_limit.format(limit)}; {shell('doctor', '--json')}")
+            if done.returncode == 77:
+                self.skipTest('net.core.optmem_max cannot be set here')
+            answers[limit] = self.findings(json.loads(done.stdout))['filter']
+            self.assertEqual(answers[limit]['figures']['limit_bytes'], limit)
+        self.assertEqual(answers[2000]['health'], 'warning')
+        self.assertIn('net.core.optmem_max=131072', answers[2000]['mend'])
+        # What kernels before 6.8 give is enough.
+        self.assertEqual(answers[20480]['health'], 'ok')
+
     def test_the_burst_is_measured_and_not_guessed(self):
         small = 'udpm://239.255.76.67:7667?ttl=0&recv_buf_size=20000'
         figures = {}

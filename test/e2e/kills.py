@@ -115,6 +115,26 @@ class Stops(Dying):
         self.assert_repeats()
 
 
+class StoppedTogether(Dying):
+    def test_a_launcher_that_goes_on_before_the_rest_of_a_run_takes_nobody_for_silent(self):
+        self.start()
+        self.reach(FIRST_STEP)
+        names = ('launcher', *MODULES, 'sim', 'log')
+        before = self.tick()
+        pids = {name: self.pid_of(name) for name in names}
+        for pid in pids.values():
+            os.kill(pid, signal.SIGSTOP)
+        time.sleep(9)  # What is tested: longer than the launcher waits for a word of the simulator.
+        os.kill(pids['launcher'], signal.SIGCONT)
+        time.sleep(0.3)  # What is tested: that it goes on first.
+        for name in names[1:]:
+            os.kill(pids[name], signal.SIGCONT)
+        await_condition(lambda: self.tick() > before + 50, 'the run goes on')
+        self.control('stop')
+        self.assertEqual(self.end()['restarts'], {})
+        self.assert_clean()
+
+
 def state_of(pid):
     """As the kernel names it: R, S, T, ..."""
     return pathlib.Path(f'/proc/{pid}/stat').read_text().rsplit(')', 1)[1].split()[0]

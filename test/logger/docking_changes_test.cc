@@ -47,6 +47,22 @@ TEST(DockingChanges, AreToldOnceForBothModules) {
             "  0.040 s m1.3 and m2.4 docked\n");
 }
 
+TEST(DockingChanges, WhoIsLostPartsFromNobody) {
+  DockingChanges changes;
+  changes.Take(Reading(1, {{0, 2, 5}, {1, 3, 0}}), 0);
+  changes.Take(Reading(2, {{5, 1, 0}}), 0);
+  changes.Take(Reading(3, {{0, 1, 1}}), 0);
+  // Only the third one opens its connector.
+  changes.Lose("m2", 20'000);
+  changes.Take(Reading(1, {}), 20'000);
+  changes.Take(Reading(2, {}), 20'000);
+  changes.Take(Reading(3, {}), 20'000);
+  EXPECT_EQ(changes.count(), 1);
+  const std::vector<DockingFact> facts = changes.Facts(nullptr, nullptr);
+  ASSERT_EQ(facts.size(), 1u);
+  EXPECT_EQ(facts[0].connector + " " + facts[0].mate, "m1.1 m3.0");
+}
+
 TEST(DockingChanges, ReadingsThatComeLateOrAgainTellNothing) {
   DockingChanges changes;
   changes.Take(Reading(1, {{0, 2, 5}}), 40'000);

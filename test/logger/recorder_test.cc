@@ -7,8 +7,11 @@
 #include <csignal>
 #include <filesystem>
 #include <functional>
+#include <map>
+#include <memory>
 
 #include "bridge/wire/channels.h"
+#include "bridge/wire/codec.h"
 #include "compiler/model/run_description.pb.h"
 #include "logger/log/run_log.h"
 #include "test/bridge/fake_run.h"
@@ -41,6 +44,8 @@ struct Options {
   FakeRunOptions run;
   int64_t wall_us = 1'000'000;
   std::string interrupted;
+  /// Called before the run begins; what it returns stays on the bus as long as the run.
+  std::function<std::unique_ptr<bridge::Bus>(FakeRun*)> join;
 };
 
 /// A whole fake run on the in-process bus, recorded.
@@ -58,6 +63,7 @@ Recorded Record(const std::string& path, const Options& options) {
   EXPECT_TRUE(recorder.has_value()) << (recorder ? "" : recorder.error().message);
   Recorded out;
   if (!recorder) return out;
+  const std::unique_ptr<bridge::Bus> guest = options.join ? options.join(&run) : nullptr;
   std::vector<bridge::Participant*> participants = {run.sim.get(), recorder->get()};
   for (FakeRun::Module& module : run.modules) participants.push_back(module.participant.get());
   EXPECT_TRUE(bridge::RunInproc(&run.hub, &run.time, participants));
@@ -250,6 +256,41 @@ TEST(RecorderTest, DescriptionOfNothingIsRefused) {
   recording.path = file.path();
   recording.description = "no protobuf \xFF";
   EXPECT_FALSE(Recorder::Create(&run.log_seat->bus, &run.time, recording).has_value());
+}
+
+// Whoever is on the bus can make messages that pass all checks and are nobody's. Each bit of the
+// headers of HELLO, ASK and HEALTH is turned, with the CRC that fits.
+TEST(Recorder, WritesNothingThatReadersTakeForDamage) {
+  const TempFile file;
+  int forged = 0;
+  std::map<bridge::Topic, int> heard;
+  Options options;
+  options.join = [&](FakeRun* run) {
+    std::unique_ptr<bridge::Bus> forger = run->hub.Connect();
+    bridge::Bus* bus = forger.get();
+    const auto forge = [&forged, &heard, bus](std::string_view channel, const uint8_t* data,
+                                              size_t size) {
+      const auto name = bridge::ParseChannel(channel);
+      if (!name || bridge::IsHashed(name->topic) || ++heard[name->topic] != 1) return;
+      // Fingerprint, CRC and protocol stay.
+      constexpr size_t kFirst = 16, kEnd = 56;
+      for (size_t bit = 8 * kFirst; bit < 8 * kEnd; ++bit) {
+        std::vector<uint8_t> message(data, data + size);
+        message[bit / 8] ^= static_cast<uint8_t>(1 << bit % 8);
+        bridge::internal::PatchCrc(&message);
+        bus->Publish(std::string(channel), message.data(), message.size());
+        ++forged;
+      }
+    };
+    forger->SubscribePrefix(FakeRunOptions().run + "/", forge);
+    run->modules[0].participant->PublishHealth();
+    return forger;
+  };
+  const Recorded recorded = Record(file.path(), options);
+  EXPECT_GE(forged, 3 * 8 * 40);
+  EXPECT_TRUE(recorded.summary.complete) << recorded.summary.reason;
+  EXPECT_EQ(recorded.summary.run_hash, recorded.sim_hash);
+  EXPECT_TRUE(recorded.log.facts.whole()) << VerifyText(recorded.log.facts);
 }
 
 }  // namespace

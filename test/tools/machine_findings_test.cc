@@ -41,6 +41,16 @@ TEST(MachineFindings, ABufferIsJudgedByWhatItKeepsAndNotByItsSize) {
   EXPECT_FALSE(finding.mend.empty());
 }
 
+TEST(MachineFindings, AKernelThatRefusesFiltersIsMendedByMoreMemoryForThem) {
+  const Finding refused = JudgeFilter(8192, 700, false);
+  EXPECT_EQ(refused.health, Health::kWarning);
+  EXPECT_NE(refused.text.find("net.core.optmem_max is 8192 bytes"), std::string::npos);
+  EXPECT_TRUE(refused.mend.starts_with("echo net.core.optmem_max=131072"));
+  const Finding taken = JudgeFilter(20480, 700, true);
+  EXPECT_EQ(taken.health, Health::kGood);
+  EXPECT_TRUE(taken.mend.empty());
+}
+
 TEST(MachineFindings, LimitsAreRaisedByTheShellUpToTheHardLimitAndByRootBeyond) {
   EXPECT_EQ(JudgeFiles({64, 524'288}).mend, "ulimit -n 4096");
   EXPECT_EQ(JudgeFiles({64, 1024}).mend, "sudo prlimit --pid $$ --nofile=4096");

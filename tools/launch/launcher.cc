@@ -293,7 +293,7 @@ void Launcher::Watch() {
 void Launcher::TakeMessages() {
   for (const Json& message : sim_->Receive()) {
     // Every message of the sim shows that it lives.
-    since_sim_spoke_ = WallTimer();
+    since_sim_spoke_ = WakingTimer();
     if (message.contains("tick")) outcome_.ticks = message.value("tick", outcome_.ticks);
     if (message.contains("gone")) gone_ = message.value("gone", std::set<std::string>());
     if (message.contains("order")) {
@@ -333,7 +333,7 @@ void Launcher::CheckChildren() {
       // The simulator's own report may be a moment behind its farewell to the others.
       if (first_exited_.empty()) {
         first_exited_ = child.name();
-        since_left_ = WallTimer();
+        since_left_ = WakingTimer();
       }
     } else if (!sim_reported_ && process >= 0 && child.status() != kUnusable) {
       dead.emplace_back(process, child.exit_text());
@@ -352,19 +352,21 @@ void Launcher::CheckTimeouts() {
   // The sim ends the run for all of us, at the next tick.
   if (CaughtSignal() != 0 && !interrupted_) {
     interrupted_ = true;
-    since_interrupted_ = WallTimer();
+    since_interrupted_ = WakingTimer();
     sim_->Deliver({{"stop", CaughtSignal() == SIGINT ? "interrupted" : "stopped"}});
   }
-  // What follows are the three things that take too long: stopping, silence, and the report.
-  if (interrupted_ && since_interrupted_.seconds() > kStopSeconds)
-    Fail("the run did not stop when told to");
-  if (since_sim_spoke_ && !sim_reported_ && since_sim_spoke_->seconds() > kSilentSeconds) {
+  // What follows are the three things that take too long: stopping, silence, and the report. Each
+  // timer is asked in every round, since it counts the time in which this process ran.
+  const double stopping = since_interrupted_.seconds();
+  const double silent = since_sim_spoke_ ? since_sim_spoke_->seconds() : 0;
+  const double left = since_left_.seconds();
+  if (interrupted_ && stopping > kStopSeconds) Fail("the run did not stop when told to");
+  if (!sim_reported_ && silent > kSilentSeconds) {
     Fail(fmt::format("{} has been silent for {:.0f} s", kSimName, kSilentSeconds));
   }
   // A logger that says what was wrong with the run is believed sooner.
   const bool told = first_exited_ == kLogName && !log_reason_.empty();
-  if (!first_exited_.empty() && !sim_reported_ &&
-      since_left_.seconds() > (told ? kToldSeconds : kLeftSeconds)) {
+  if (!first_exited_.empty() && !sim_reported_ && left > (told ? kToldSeconds : kLeftSeconds)) {
     Fail(first_exited_ + " left the run before its end" + (told ? ": " + log_reason_ : ""));
   }
 }
@@ -403,7 +405,7 @@ void Launcher::Fail(const std::string& error) {
 }
 
 void Launcher::AwaitEnd(double seconds) {
-  const WallTimer timer;
+  WakingTimer timer;
   // They end by themselves once the sim has said good-bye.
   const bool never_began = interrupted_ && outcome_.ticks == 0;
   while (!AllEnded() && timer.seconds() < seconds) {
@@ -422,7 +424,7 @@ void Launcher::StopAll() {
   ChildProcess* log = Find(kLogName);
   if (log != nullptr && !log->ended() && log_) {
     log_->Deliver({{"stop", outcome_.error}});
-    const WallTimer timer;
+    WakingTimer timer;
     while (!log->Poll() && timer.seconds() < kEndSeconds) {
       pollfd fd = {log->pidfd(), POLLIN, 0};
       poll(&fd, 1, kPollMs);

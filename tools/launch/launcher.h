@@ -112,7 +112,7 @@ class Launcher {
   std::string log_reason_;
   bool log_reported_ = false;  ///< The logger has said where the closed log is.
   bool interrupted_ = false;   ///< A signal came, and the sim was told to stop.
-  WallTimer since_interrupted_;
+  WakingTimer since_interrupted_;
   std::set<std::string> killed_;  ///< Processes that were killed by command.
   std::set<std::string> gone_;    ///< Modules that have left the run, which goes on.
   std::vector<Order> orders_;     ///< Of the sim, not carried out yet; oldest first.
@@ -125,10 +125,10 @@ class Launcher {
   std::vector<std::string> news_;
   const WallTimer since_start_;
   std::string first_exited_;  ///< Who ended, without an error, before the sim's report.
-  WallTimer since_left_;
+  WakingTimer since_left_;
   /// Since the sim's last report of progress; none until the first, for building a robot takes
   /// time.
-  std::optional<WallTimer> since_sim_spoke_;
+  std::optional<WakingTimer> since_sim_spoke_;
 };
 
 }  // namespace morphbus::tools

@@ -22,7 +22,9 @@
 #include <thread>
 #include <utility>
 
+#include "bridge/bus/channel_filter.h"
 #include "bridge/bus/udpm_socket.h"
+#include "bridge/wire/channels.h"
 #include "tools/launch/machine_findings.h"
 
 namespace morphbus::tools {
@@ -169,6 +171,24 @@ Finding CheckLoop(const Burst& burst) {
   return finding;
 }
 
+/// Whether the kernel takes a filter as large as those of the processes of large robots.
+Finding CheckFilter() {
+  // A process of so many modules listens to requests for each of them and to what each one says.
+  constexpr int kManyModules = 1000;
+  std::vector<bridge::ChannelInterest> channels;
+  for (int i = 0; i < kManyModules; ++i) {
+    for (const bridge::Topic topic : {bridge::Topic::kAsk, bridge::Topic::kTransform}) {
+      channels.push_back({bridge::Channel("doctor", fmt::format("m{}", i), topic), {}});
+    }
+  }
+  const std::vector<sock_filter> program = bridge::BuildChannelFilter(channels);
+  const Udp udp;
+  const bool taken = bridge::AttachFilter(udp.get(), program);
+  const std::string limit = FirstLine("/proc/sys/net/core/optmem_max");
+  return JudgeFilter(std::strtoll(limit.c_str(), nullptr, 10), static_cast<int>(program.size()),
+                     taken);
+}
+
 /// Whether --isolate can make a network; tried in a child process, which nothing else depends on.
 Finding CheckNamespaces() {
   Finding finding{"namespaces", Health::kGood, "run --isolate can make a private network", "", {}};
@@ -243,6 +263,7 @@ std::vector<Finding> CheckMachine(const bridge::LcmUrl& url, const std::string& 
       findings.push_back(CheckLoop(burst));
       if (burst.kept > 0) findings.push_back(JudgeBuffer(burst));
     }
+    findings.push_back(CheckFilter());
   }
   rlimit files = {};
   rlimit processes = {};

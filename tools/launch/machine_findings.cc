@@ -66,6 +66,28 @@ Finding JudgeBuffer(const Burst& burst) {
   return finding;
 }
 
+Finding JudgeFilter(int64_t limit_bytes, int instructions, bool taken) {
+  Finding finding{"filter", Health::kGood, "", "", {}};
+  finding.figures = {{"limit_bytes", static_cast<double>(limit_bytes)},
+                     {"instructions", instructions}};
+  finding.text = fmt::format(
+      "the kernel {} filters of {} instructions, as robots of any size need (net.core.optmem_max "
+      "is "
+      "{})",
+      taken ? "takes" : "refuses", instructions,
+      limit_bytes > 0 ? fmt::format("{} bytes", limit_bytes) : "not told");
+  if (taken) return finding;
+  // What other kernels since 6.8 have.
+  constexpr int kEnoughBytes = 131'072;
+  finding.health = Health::kWarning;
+  finding.text += "; every message of a run wakes each of its processes";
+  finding.mend = fmt::format(
+      "echo net.core.optmem_max={} | sudo tee /etc/sysctl.d/61-morphbus.conf && sudo sysctl "
+      "--system",
+      kEnoughBytes);
+  return finding;
+}
+
 Finding JudgeFiles(const rlimit& limit) {
   // A module's process has few files open; the launcher holds two and a watch for each.
   return JudgeLimit({"files", "open files a process", "-n", "--nofile"}, limit, 512);

@@ -5,6 +5,7 @@
 
 #include <sys/resource.h>
 
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -45,6 +46,11 @@ struct Burst {
 /// Whether a receiver that stands still keeps what a large robot sends meanwhile: `buffer`. Where
 /// the kernel gave less than was asked for, its limit is raised, and else the URL asks for more.
 Finding JudgeBuffer(const Burst& burst);
+
+/// Whether the kernel takes the largest filter of a process: `filter`. `limit_bytes`: what it gives
+/// a socket for such things (net.core.optmem_max; 0 if it is not known); `taken`: whether it took
+/// one of so many instructions.
+Finding JudgeFilter(int64_t limit_bytes, int instructions, bool taken);
 
 /// Whether the limit of open files is enough for a robot of 100 modules: `files`. A process may
 /// raise its own limit up to the hard one, and only root that.

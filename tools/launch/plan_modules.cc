@@ -45,8 +45,11 @@ Result<std::unique_ptr<PlanModules>> BuildModules(const RunPlan& plan) {
     }
   }
   // Ids are indices into the robot's modules, as in the simulator.
+  const auto names = std::make_shared<bridge::NameDirectory>();
   for (size_t m = 0; m < plan.robot().modules.size(); ++m) {
-    auto instance = bridge::ModuleInstance::Create(images, SpecOf(plan, static_cast<int>(m)));
+    bridge::ModuleSpec spec = SpecOf(plan, static_cast<int>(m));
+    spec.names = names;
+    auto instance = bridge::ModuleInstance::Create(images, std::move(spec));
     if (!instance) return Fail(instance.error().message);
     modules->instances.push_back(std::move(*instance));
   }

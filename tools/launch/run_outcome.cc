@@ -97,12 +97,27 @@ std::string DeathsText(const RunSummary& s) {
   return text;
 }
 
-/// Messages that nobody of the run can have sent, by process; empty if there were none.
-std::string RefusedMessagesText(const RunSummary& s) {
+/// Messages that nobody of the run can have sent, by process, and processes for which the kernel
+/// took no filter; empty if there were none.
+std::string RefusedText(const RunSummary& s) {
   std::string text;
   for (const auto& [process, health] : s.facts.health) {
     if (logger::RefusedMessages(health) == 0) continue;
     text += fmt::format("  {} refused {}\n", process, logger::RefusedText(health));
+  }
+  // All modules are mostly alike in this: one line for them together.
+  int64_t filters = 0;
+  std::string first;
+  for (const auto& [process, health] : s.facts.health) {
+    if (health.refused_filters > 0 && first.empty()) first = process;
+    filters += health.refused_filters;
+  }
+  if (filters > 0) {
+    text += fmt::format(
+        "  {} refused by the kernel (first {}'s), so that all messages wake such a process: "
+        "morphbus "
+        "doctor\n",
+        Counted(filters, "filter"), first);
   }
   return text;
 }
@@ -211,6 +226,7 @@ Json SummaryJson(const RunSummary& s) {
                           {"false_ends", health.false_ends},
                           {"foreign", health.foreign},
                           {"fragments", health.fragments},
+                          {"refused_filters", health.refused_filters},
                           {"first_refused", health.first_refused}};
   }
   // A module without a role is null, so that a script need not compare with "".
@@ -278,7 +294,7 @@ std::string SummaryText(const RunSummary& s) {
   // Each of these is empty if there is nothing to say, but for the faults.
   text += LossText(s);
   text += DeathsText(s);
-  text += RefusedMessagesText(s);
+  text += RefusedText(s);
   if (outcome.missed_deadlines > 0) {
     text += fmt::format("  {} missed\n", Counted(outcome.missed_deadlines, "deadline"));
   }

@@ -3,6 +3,9 @@
 
 #include <chrono>
 
+#include "bridge/lockstep/participant.h"
+#include "bridge/lockstep/retry_timer.h"
+
 namespace morphbus::tools {
 
 /// A stopwatch on the monotonic clock, which no change of the date disturbs. It starts when it is
@@ -19,6 +22,26 @@ class WallTimer {
  private:
   /// The time of construction.
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// A stopwatch that stands still while this process does: one that was stopped together with those
+/// whom it waits for, or a moment longer, has not waited for them. Of the time between two calls of
+/// seconds() half a second counts at most, so it is asked at least twice a second.
+class WakingTimer {
+ public:
+  /// `time` outlives the timer; null: the machine's monotonic clock.
+  explicit WakingTimer(const bridge::TimeSource* time = nullptr) : time_(time) {
+    waited_.Heard(NowUs());
+  }
+  /// Seconds since construction in which the process ran.
+  [[nodiscard]] double seconds() { return static_cast<double>(waited_.Poll(NowUs())) * 1e-6; }
+
+ private:
+  [[nodiscard]] int64_t NowUs() const {
+    return time_ != nullptr ? time_->NowUs() : bridge::MonotonicTime().NowUs();
+  }
+  const bridge::TimeSource* time_;
+  bridge::SilenceMeter waited_;
 };
 
 }  // namespace morphbus::tools
