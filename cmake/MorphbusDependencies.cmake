@@ -25,6 +25,8 @@ add_library(morphbus_lcm INTERFACE)
 target_include_directories(morphbus_lcm SYSTEM INTERFACE ${LCM_INCLUDE_DIR})
 target_link_libraries(morphbus_lcm INTERFACE ${LCM_LIBRARY} Threads::Threads)
 
+# GNU MPFR rounds functions correctly. Debian ships no CMake config of it.
+find_library(MPFR_LIBRARY mpfr REQUIRED)
 # libpng reads height maps.
 find_package(PNG REQUIRED)
 # assimp reads meshes. The config that Debian ships names libraries that its package does not need.

@@ -1,4 +1,18 @@
-# Warnings and sanitizers live on interface targets; nothing is set globally.
+# The same bits on every machine (docs/arithmetic.md). Each operation rounds as it stands in the source: none is contracted
+# with the next one where the processor could. Eigen would add the parts of a sum in the order that the processor's
+# registers suggest, and contract by intrinsics on arm64: without vectors it computes as it is written. tools/lint/arithmetic
+# asks every compile command.
+add_compile_options(-ffp-contract=off)
+add_compile_definitions(EIGEN_DONT_VECTORIZE)
+# clang computes functions of constants with the libm of the machine that it runs on; GCC rounds them correctly, as
+# compiler/elementary does.
+set(MORPHBUS_ELEMENTARY sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp exp2 expm1 log log2 log10 log1p pow
+    hypot cbrt)
+foreach(function ${MORPHBUS_ELEMENTARY})
+  add_compile_options($<$<CXX_COMPILER_ID:Clang>:-fno-builtin-${function}> $<$<CXX_COMPILER_ID:Clang>:-fno-builtin-${function}f>)
+endforeach()
+
+# Warnings and sanitizers live on interface targets; nothing else is set globally.
 add_library(morphbus_warnings INTERFACE)
 target_compile_options(morphbus_warnings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wold-style-cast -Wcast-align

@@ -75,13 +75,14 @@ class Caution {
     if (2 * twice > asked) {
       factor_ = std::min(kMost, 2 * factor_);
     } else {
-      factor_ = std::max(kLeast, std::pow(kTakenBack, asked - twice) * factor_);
+      // Half of it for each that came once; exact, and so without libm's pow.
+      factor_ = std::max(kLeast, std::ldexp(factor_, twice - asked));
     }
   }
   [[nodiscard]] double factor() const { return factor_; }
 
  private:
-  static constexpr double kLeast = 0.5, kMost = 32, kTakenBack = 0.5;
+  static constexpr double kLeast = 0.5, kMost = 32;
   /// At first nothing is known of losses, and most runs have none.
   double factor_ = 24;
 };

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The lints must fail on what they forbid: each test plants one violation in a small tree."""
+import json
 import pathlib
 import subprocess
 import tempfile
@@ -42,8 +43,8 @@ class Tree(unittest.TestCase):
         (self.root / path).parent.mkdir(parents=True, exist_ok=True)
         (self.root / path).write_text(text)
 
-    def run_lint(self, name):
-        done = subprocess.run([LINT / name, self.root], capture_output=True, text=True)
+    def run_lint(self, name, *arguments):
+        done = subprocess.run([LINT / name, self.root, *arguments], capture_output=True, text=True)
         return done.returncode, done.stderr
 
 
@@ -180,7 +181,6 @@ class LcmNamesTest(Tree):
         self.assertEqual(self.run_lint('lcm_names')[0], 0)
 
 
-
 class PrintingTest(Tree):
     def expect(self, path, line, code):
         self.write(path, line + '\n')
@@ -200,6 +200,49 @@ class PrintingTest(Tree):
         self.expect('tools/base/print.cc', 'std::fwrite(text.data(), 1, text.size(), stdout);', 0)
         self.expect('bridge/module/x.cc', 'std::fprintf(stderr, "x");', 0)
         self.expect('tools/commands/x.cc', 'Say("stdout"); // std::cout would throw', 0)
+
+
+class ArithmeticTest(Tree):
+    def setUp(self):
+        super().setUp()
+        self.top = (self.root / 'CMakeLists.txt').read_text()
+        self.write('cmake/Options.cmake', 'add_compile_options(-ffp-contract=off)\n')
+        self.write('CMakeLists.txt', 'include(Options)\n' + self.top)
+
+    def expect(self, why=None, *arguments):
+        code, text = self.run_lint('arithmetic', *arguments)
+        self.assertEqual(code, 1 if why else 0, text)
+        self.assertIn(why or '', text)
+
+    def commands(self, *options):
+        self.write('commands.json', json.dumps([{'file': 'a.cc', 'command': ' '.join(('c++', *options, '-c a.cc'))}]))
+        return self.root / 'commands.json'
+
+    def test_contraction_is_off_for_all(self):
+        self.expect()
+        self.write('CMakeLists.txt', self.top + 'include(Options)\n')
+        self.expect('CMakeLists.txt:1: error: nothing before the first folder')
+
+    def test_options_that_reassociate_are_rejected(self):
+        self.write('sim/CMakeLists.txt', 'target_compile_options(a PRIVATE\n  -O3 -ffast-math)\n')
+        self.expect('sim/CMakeLists.txt:2: error: -ffast-math')
+
+    def test_presets_are_looked_at(self):
+        self.write('CMakePresets.json', '{"CMAKE_CXX_FLAGS_RELEASE": "-Ofast"}\n')
+        self.expect('CMakePresets.json:1: error: -Ofast')
+
+    def test_sources_that_ask_for_it_are_rejected(self):
+        for line in ('#pragma STDC FP_CONTRACT ON', '#pragma GCC optimize ("fast-math")',
+                     '__attribute__((optimize("O3"))) void F();'):
+            self.write('vm/a.cc', '// A file.\n' + line + '\n')
+            self.expect('vm/a.cc:2: error:')
+
+    def test_a_compile_command_must_say_it_last(self):
+        self.expect(None, self.commands('-O2', '-ffp-contract=off'))
+        self.expect('a.cc:1: error: is compiled without', self.commands('-O2'))
+        self.expect('a.cc:1: error: is compiled with -ffp-contract=fast',
+                    self.commands('-ffp-contract=off', '-ffp-contract=fast'))
+        self.expect('a.cc:1: error: is compiled with -ffast-math', self.commands('-ffast-math', '-ffp-contract=off'))
 
 
 if __name__ == '__main__':

@@ -1,0 +1,12 @@
+#pragma once
+
+namespace morphbus::elementary {
+
+/// Correctly rounded for all arguments, radians. Special cases as in annex F of C: ArcTangent(-0,
+/// -1) is -pi.
+double ArcTangent(double y, double x);
+/// NaN beyond [-1, 1].
+double ArcSine(double x);
+double ArcCosine(double x);
+
+}  // namespace morphbus::elementary

@@ -1,0 +1,98 @@
+#!/usr/bin/env python3
+"""A run is the same on every processor: who computes what, and hashes without what newer processors can (docs/arithmetic.md)."""
+import os
+import pathlib
+import re
+import subprocess
+import unittest
+
+from support import BIN, MODEL, SOURCE, Case, as_json, morphbus
+
+# What IEEE 754 or C define to the bit: these give everywhere what they give here. The last ones are no functions of
+# numbers: rounding modes and variables of old error handling.
+EXACT = set('''sqrt floor ceil trunc round roundeven rint nearbyint lround llround lrint llrint fmod remainder remquo fma frexp
+               ldexp scalbn scalbln modf copysign fabs fmin fmax fdim nextafter nexttoward ilogb logb'''.split())
+EXACT |= {name + suffix for name in EXACT for suffix in 'fl'}
+EXACT |= set('fegetround fesetround fegetenv fesetenv feholdexcept feupdateenv feclearexcept feraiseexcept fetestexcept '
+             '_LIB_VERSION signgam __signgam matherr'.split())
+BINDING = re.compile(r"binding file (\S+) \[\d+\] to (\S+) \[\d+\]: normal symbol `(\w+)'")
+
+# glibc 2.36 and later read the short names, older ones those that end with _Usable.
+OLD_PROCESSOR = 'glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX512F,-AVX2_Usable,-FMA_Usable'
+
+
+def bindings(program):
+    """All that the dynamic linker binds when this program starts: (library, library that defines it, symbol)."""
+    environment = {**os.environ, 'LD_BIND_NOW': '1', 'LD_DEBUG': 'bindings', 'LD_LIBRARY_PATH': ''}
+    done = subprocess.run([BIN / program, '--version'], env=environment, capture_output=True, text=True, timeout=120)
+    if done.returncode != 0:
+        raise AssertionError(done.stderr[-2000:])
+    return [(pathlib.Path(user).name, pathlib.Path(definer).name, symbol)
+            for user, definer, symbol in BINDING.findall(done.stderr)]
+
+
+class Bindings(unittest.TestCase):
+    """Which definition a library calls is decided when the program starts, and the linker tells."""
+
+    def inexact(self, program):
+        """Functions of libm that a run could get other bits from on another machine, with who calls them."""
+        found = bindings(program)
+        self.assertTrue([symbol for _, definer, symbol in found if definer.startswith('libm.so')], 'libm is bound by nobody')
+        return [f'{user} calls {symbol} of {definer}' for user, definer, symbol in found
+                if definer.startswith('libm.so') and not user.startswith('libm.so') and symbol not in EXACT]
+
+    def test_nobody_takes_what_is_not_exact_from_libm(self):
+        # No library is exempt: even those that only draw call the program's own.
+        self.assertEqual(self.inexact('morphbus'), [])
+
+    def test_modules_call_no_such_function_at_all(self):
+        self.assertEqual(self.inexact('morphbus-module'), [])
+        libraries = {definer for _, definer, _ in bindings('morphbus-module')}
+        self.assertFalse([name for name in libraries if 'mpfr' in name])
+
+    def test_the_engine_calls_the_programs_own(self):
+        own = {symbol for user, definer, symbol in bindings('morphbus') if user.startswith('libBullet') and definer == 'morphbus'}
+        self.assertLessEqual({'sin', 'cos', 'sincos', 'atan2', 'acos', 'asin', 'pow'}, own)
+
+
+BOX = '''<sdf version="1.9"><world name="yard"><model name="box"><static>true</static><pose>0.9 0 0.1 0 0 0</pose>
+<link name="link"><collision name="c"><geometry><box><size>0.1 2 0.2</size></box></geometry></collision></link></model></world></sdf>
+'''
+
+
+class WithoutFma(Case):
+    """glibc chooses its functions by the processor, and can be told to take those for an old one."""
+
+    def expect_the_same(self, model, program, robot, *options, seconds=20):
+        hashes = {}
+        for tunables in ('', OLD_PROCESSOR):
+            environment = {**os.environ, 'GLIBC_TUNABLES': tunables}
+            summary = as_json('run', SOURCE / f'models/{model}.m3l', SOURCE / f'models/programs/{program}.dyn', '--robot', robot,
+                              '--seconds', seconds, '--inproc', '--run', 'same', '--log', self.folder / 'x.log', '--force', *options,
+                              env=environment)
+            hashes[tunables] = summary['hash']
+        self.assertEqual(hashes[''], hashes[OLD_PROCESSOR])
+
+    def world(self):
+        path = self.folder / 'box.sdf'
+        path.write_text(BOX)
+        return path
+
+    def test_quadruped(self):
+        self.expect_the_same('mtran', 'quadruped', 'quadruped')
+
+    def test_noise_of_sensors(self):
+        self.expect_the_same('atron', 'car_evade', 'car', '--world', self.world())
+
+    def test_snake_of_molecubes(self):
+        self.expect_the_same('snakes', 'snake', 'molecube_snake8')
+
+    def test_train(self):
+        self.expect_the_same('smores', 'smores_train', 'train', '--world', self.world())
+
+    def test_noise_of_the_root_sensor(self):
+        self.expect_the_same('mtran', 'quadruped_upright', 'quadruped', '--root-sensor', '--root-noise', '0.002,0.01')
+
+
+if __name__ == '__main__':
+    unittest.main()
