@@ -103,10 +103,14 @@ function(morphbus_executable name)
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} morphbus_warnings morphbus_sanitize)
 endfunction()
 
-# morphbus_test(NAME SOURCES a.cc ... DEPS lib ... [LABELS fast|net|slow] [PRIVATE_NETWORK]): one
-# GoogleTest program, one ctest entry a test case; in a network of its own if it speaks over LCM.
+# A program under the sanitizers takes a tenth of a second to start and to end, and there are thousands of test cases.
+option(MORPHBUS_TESTS_BY_CASE "Each test case is started alone, as an entry of ctest; else each test program is" ON)
+
+# morphbus_test(NAME SOURCES a.cc ... DEPS lib ... [LABELS fast|net|slow] [PRIVATE_NETWORK] [SHARDS n]): one
+# GoogleTest program; a ctest entry a test case, or one for each of its SHARDS (MORPHBUS_TESTS_BY_CASE). If it speaks over LCM
+# each case has a network of its own.
 function(morphbus_test name)
-  cmake_parse_arguments(ARG "SERIAL;PRIVATE_NETWORK" "TIMEOUT" "SOURCES;DEPS;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "SERIAL;PRIVATE_NETWORK" "TIMEOUT;SHARDS" "SOURCES;DEPS;LABELS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   morphbus_unity(${name})
   target_include_directories(${name} PRIVATE ${CMAKE_SOURCE_DIR})
@@ -130,7 +134,22 @@ function(morphbus_test name)
     set_target_properties(${name} PROPERTIES
       CROSSCOMPILING_EMULATOR ${CMAKE_SOURCE_DIR}/test/support/netns.sh)
   endif()
-  gtest_discover_tests(${name} TEST_PREFIX "${name}." PROPERTIES ${props} DISCOVERY_TIMEOUT 60)
+  if(MORPHBUS_TESTS_BY_CASE OR ARG_PRIVATE_NETWORK)
+    gtest_discover_tests(${name} TEST_PREFIX "${name}." PROPERTIES ${props} DISCOVERY_TIMEOUT 60)
+    return()
+  endif()
+  if(NOT ARG_SHARDS)
+    set(ARG_SHARDS 1)
+  endif()
+  math(EXPR last "${ARG_SHARDS} - 1")
+  foreach(shard RANGE ${last})
+    math(EXPR number "${shard} + 1")
+    set(entry ${name}.${number}_of_${ARG_SHARDS})
+    add_test(NAME ${entry} COMMAND ${name})
+    # Of what hangs the output names the case.
+    set_tests_properties(${entry} PROPERTIES ${props} TIMEOUT 1200
+      ENVIRONMENT "GTEST_TOTAL_SHARDS=${ARG_SHARDS};GTEST_SHARD_INDEX=${shard}")
+  endforeach()
 endfunction()
 include(GoogleTest)
 

@@ -7,7 +7,7 @@ import re
 import subprocess
 import unittest
 
-from support import MODEL, PROGRAM, UNIT, Case, as_json, command, morphbus
+from support import LIMIT, MODEL, PROGRAM, UNIT, Case, as_json, command, morphbus
 
 
 class Cli(Case):
@@ -323,7 +323,7 @@ class Cli(Case):
         process = subprocess.Popen(command('connections', MODEL, '--json'), stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE)
         process.stdout.close()
-        _, err = process.communicate(timeout=60)
+        _, err = process.communicate(timeout=LIMIT)
         self.assertEqual(process.returncode, 2)
         self.assertEqual(err, b'')
 

@@ -9,7 +9,7 @@ import time
 import unittest
 
 from control_live import Live, written_so_far
-from support import BIN, as_json, await_condition, command, decode, encode, lcm_types, morphbus, read_events
+from support import BIN, LIMIT, as_json, await_condition, command, decode, encode, lcm_types, morphbus, read_events
 
 
 class Bus:
@@ -48,7 +48,7 @@ class Forgers(Live):
             return True
         done = subprocess.run([str(BIN / 'isolated'), 'python3', __file__, f'Forgers.{self._testMethodName}'],
                               env={**os.environ, 'MORPHBUS_PRIVATE_NETWORK': '1'}, capture_output=True, text=True,
-                              timeout=240)
+                              timeout=LIMIT)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         return False
 

@@ -3,7 +3,7 @@ import json
 import pathlib
 import subprocess
 
-from support import EVENT, MODEL, PROGRAM, Case, as_json, await_condition, command, decode, morphbus, read_events
+from support import EVENT, LIMIT, MODEL, PROGRAM, Case, as_json, await_condition, command, decode, morphbus, read_events
 
 GREETER = """
 role Junction extends Module {
@@ -75,7 +75,7 @@ class Live(Case):
         await_condition(lambda: f'at tick {tick}\n' in self.refuse(1, 'pause'), f'held at tick {tick}')
 
     def end(self, status=0):
-        out, err = self.process.communicate(timeout=120)
+        out, err = self.process.communicate(timeout=LIMIT)
         self.assertEqual(self.process.returncode, status, out + err)
         self.summary, self.said = json.loads(out), err
         return self.summary

@@ -8,7 +8,7 @@ import struct
 import subprocess
 import unittest
 
-from support import MODEL, PROGRAM, ShortRun, as_json, decode, lcm_types, morphbus, read_events, write_events
+from support import LIMIT, MODEL, PROGRAM, ShortRun, as_json, decode, lcm_types, morphbus, read_events, write_events
 
 
 def table(path):
@@ -36,7 +36,7 @@ class Convert(ShortRun):
         return [message for _, _, channel, message in self.events if channel.endswith(suffix)]
 
     def refused(self, *arguments):
-        done = morphbus(*arguments, status=2, timeout=60)
+        done = morphbus(*arguments, status=2, timeout=LIMIT)
         self.assertEqual(done.stdout, '', arguments)
         return done.stderr
 

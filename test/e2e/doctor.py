@@ -5,12 +5,12 @@ import json
 import subprocess
 import unittest
 
-from support import MODEL, PROGRAM, Case, as_json, command, morphbus
+from support import LIMIT, MODEL, PROGRAM, Case, as_json, command, morphbus
 
 
 def in_new_network(script):
     """Runs a shell script as root of a network of its own, in which nothing is set up."""
-    return subprocess.run(['unshare', '-rn', 'bash', '-ec', script], capture_output=True, text=True, timeout=60)
+    return subprocess.run(['unshare', '-rn', 'bash', '-ec', script], capture_output=True, text=True, timeout=LIMIT)
 
 
 def shell(*arguments):
@@ -173,7 +173,7 @@ class Doctor(Case):
             self.assertIn(' lo;', self.findings(answer)['interface']['text'])
         finally:
             run.terminate()
-            run.communicate(timeout=60)
+            run.communicate(timeout=LIMIT)
 
     def test_a_url_that_cannot_be_used_is_refused(self):
         self.assertIn('nonsense', morphbus('doctor', '-l', 'nonsense://', status=2).stderr)

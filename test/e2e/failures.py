@@ -7,10 +7,9 @@ import resource
 import shutil
 import signal
 import subprocess
-import time
 import unittest
 
-from support import (BIN, MODEL, PROGRAM, Case, as_json, await_condition, command, morphbus, processes_of)
+from support import (BIN, LIMIT, MODEL, PROGRAM, Case, as_json, await_condition, command, morphbus, processes_of)
 
 
 class Running(Case):
@@ -33,9 +32,9 @@ class Running(Case):
         return pids[0]
 
     def finish(self, status):
-        out, err = self.process.communicate(timeout=60)
+        out, err = self.process.communicate(timeout=LIMIT)
         self.assertEqual(self.process.returncode, status, out + err)
-        await_condition(lambda: not processes_of(self.run_name), 'no orphans', 10)
+        await_condition(lambda: not processes_of(self.run_name), 'no orphans')
         return out, err
 
     def test_the_figures_of_a_broken_run_are_those_of_its_log(self):
@@ -54,37 +53,25 @@ class Running(Case):
                                                 for process, ledger in ledgers.items()})
         self.assertEqual(len(summary['faults']), len(facts['faults']))
 
-    def test_a_killed_simulator_ends_the_run_and_is_named(self):
-        self.start('killsim')
-        os.kill(self.pid_of('/morphbus sim '), signal.SIGKILL)
-        _, err = self.finish(3)
-        self.assertIn('sim was killed by signal 9', err)
-        self.assertTrue(self.log_path.exists())
-
-    def test_a_killed_logger_ends_the_run_and_what_it_wrote_is_named(self):
-        self.start('killlog')
-        os.kill(self.pid_of('/morphbus log '), signal.SIGKILL)
-        _, err = self.finish(3)
-        self.assertIn('log was killed by signal 9', err)
-        self.assertIn(f'{self.log_path}.partial', err)
-        morphbus('info', f'{self.log_path}.partial')
-
     def test_a_hung_process_is_blamed_and_the_log_is_named(self):
-        # The launcher waits 8 s for a simulator; the simulator 5 s for a logger, and as long once more for its word on END.
-        for name, error in (('log', 'LOG does not answer'), ('sim', 'sim has been silent for 8 s')):
-            self.start(f'hung{name}', '--json')
-            os.kill(self.pid_of(f'/morphbus {name} '), signal.SIGSTOP)
-            since = time.monotonic()
-            out, err = self.finish(3)
-            self.assertLess(time.monotonic() - since, 20)
-            summary = json.loads(out)
-            self.assertEqual(summary['error'], error)
-            if name == 'sim':
-                facts = as_json('info', summary['log'])
-                self.assertEqual((facts['end'], facts['clean'], facts['reason']), ('verified', False, error))
-            self.assertIn(summary['log'], (str(self.log_path), f'{self.log_path}.partial'))
-            self.assertIn(summary['log'], err)
-            self.assertGreater(as_json('info', summary['log'])['events'], 1000)
+        # After how long is shown in virtual time (test/bridge/run_end_test.cc), but for the launcher's 8 s for a simulator.
+        for name, pattern, error in (('log', '/morphbus log ', 'LOG does not answer'),
+                                     ('sim', '/morphbus sim ', 'sim has been silent for 8 s'),
+                                     ('m5', '--module m5 ', 'm5 does not answer')):
+            with self.subTest(name):
+                self.start(f'hung{name}', '--json')
+                os.kill(self.pid_of(pattern), signal.SIGSTOP)
+                out, err = self.finish(3)
+                summary = json.loads(out)
+                self.assertEqual(summary['error'], error)
+                if name != 'log':
+                    facts = as_json('info', summary['log'])
+                    self.assertEqual((facts['end'], facts['clean'], facts['reason']), ('verified', False, error))
+                    self.assertIn(f'not clean: {error}', morphbus('verify', summary['log'], status=None).stdout)
+                self.assertIn(error, err)
+                self.assertIn(summary['log'], (str(self.log_path), f'{self.log_path}.partial'))
+                self.assertIn(summary['log'], err)
+                self.assertGreater(as_json('info', summary['log'])['events'], 1000)
 
     def test_a_signal_ends_all_of_several_runs(self):
         self.start('several', '--json', '--seconds', 10000, '--repeat', 5, log='several-1')
@@ -98,7 +85,7 @@ class Running(Case):
         self.start('killlauncher')
         self.process.kill()
         self.process.communicate()
-        await_condition(lambda: not processes_of(self.run_name), 'no orphans', 10)
+        await_condition(lambda: not processes_of(self.run_name), 'no orphans')
         left = self.folder / 'runtime' / 'morphbus' / 'killlauncher'
         self.assertTrue((left / 'control.key').exists())
         # The name is free at once; in so short a run no module comes to a role.
@@ -133,13 +120,12 @@ class Running(Case):
         self.addCleanup(run.kill)
         await_condition(lambda: [text for text in processes_of('idle').values() if '/morphbus sim ' in text], 'it has a sim')
         run.send_signal(signal.SIGINT)
-        out, err = run.communicate(timeout=60)
+        out, err = run.communicate(timeout=LIMIT)
         # Not a failure: but no module has a role.
         self.assertEqual(run.returncode, 1, out + err)
         summary = json.loads(out)
         self.assertEqual((summary['ended'], summary['error']), ('interrupted', None))
-        self.assertLess(summary['wall_seconds'], 10)
-        await_condition(lambda: not processes_of('idle'), 'no orphans', 10)
+        await_condition(lambda: not processes_of('idle'), 'no orphans')
         # The log says that nobody answered the tick that was published.
         self.assertIn('NOT whole; END verified, clean: interrupted', morphbus('verify', log, status=1).stdout)
 
@@ -152,7 +138,7 @@ class Running(Case):
     def test_a_bus_that_is_named_is_looked_at_whatever_runs(self):
         self.start('elsewhere')
         done = subprocess.run([str(BIN / 'isolated'), *command('spy', '--once', '--json', '--lcm-url', 'udpm://')],
-                              capture_output=True, text=True, timeout=60)
+                              capture_output=True, text=True, timeout=LIMIT)
         self.assertEqual(json.loads(done.stdout)['channels'], [], done.stderr)
 
     def test_an_isolated_replay_can_be_listened_to(self):
@@ -181,7 +167,7 @@ class Running(Case):
                 log = self.folder / f'full{mode}.log'
                 done = subprocess.run(
                     command('run', MODEL, PROGRAM, '--robot', 'quadruped', mode, '--seconds', '10000', '--log', log,
-                            '--json'), capture_output=True, text=True, timeout=100, preexec_fn=little_room)
+                            '--json'), capture_output=True, text=True, timeout=LIMIT, preexec_fn=little_room)
                 self.assertEqual(done.returncode, 3, done.stderr)
                 summary = json.loads(done.stdout)
                 self.assertIn('File too large', summary['error'])
@@ -194,7 +180,7 @@ class Running(Case):
         self.assertEqual([(r['run'], r['pid'], r['robot']) for r in runs], [('seen', self.process.pid, 'quadruped')])
         spy = as_json('spy', '--once', '--seconds', 2, '--channel', 'seen/SIM/CLOCK')
         channels = {c['channel']: c for c in spy['channels']}
-        self.assertGreater(channels['seen/SIM/CLOCK']['hz'], 10)
+        self.assertGreater(channels['seen/SIM/CLOCK']['messages'], 1)
         self.assertEqual(channels['seen/SIM/CLOCK']['type'], 'morphbus.sim_clock_t')
         self.assertEqual(channels['seen/SIM/CLOCK']['last']['tick_us'], 20000)
         self.assertEqual(spy['modules']['m5']['role'], 'Junction')
@@ -215,14 +201,14 @@ class BadInput(Case):
                                 (('run', MODEL, PROGRAM, '--seconds', 1, '--inprok'), "(did you mean '--inproc'?)"),
                                 (('check', MODEL, '-q'), "no option '-q' (see morphbus check --help)")):
             self.assertIn(said, morphbus(*arguments, status=2).stderr)
-        done = subprocess.run([str(BIN / 'morphbus-module'), '--kinematic', 'x'], capture_output=True, text=True, timeout=60)
+        done = subprocess.run([str(BIN / 'morphbus-module'), '--kinematic', 'x'], capture_output=True, text=True, timeout=LIMIT)
         self.assertEqual((done.returncode, done.stderr),
                          (2, "morphbus-module: error: there is no option '--kinematic' (did you mean '--kinematics'?)\n"))
 
     def test_without_a_multicast_route_one_sentence_says_what_to_do(self):
         done = subprocess.run(
             [str(BIN / 'isolated'), '--no-route', *command('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', '1')],
-            capture_output=True, text=True, timeout=60)
+            capture_output=True, text=True, timeout=LIMIT)
         self.assertEqual(done.returncode, 2, done.stderr)
         self.assertIn('--isolate', done.stderr)
         self.assertEqual(done.stderr.count('\n'), 1, done.stderr)
@@ -232,7 +218,7 @@ class BadInput(Case):
             [str(BIN / 'isolated'), '--no-route',
              *command('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', '1', '--isolate', '--log',
                       str(self.folder / 'x.log'))],
-            capture_output=True, text=True, timeout=60)
+            capture_output=True, text=True, timeout=LIMIT)
         self.assertEqual(done.returncode, 0, done.stderr)
 
     def test_a_robot_without_roles_is_told_why(self):
@@ -267,9 +253,9 @@ class BadInput(Case):
             (folder / 'morphbus-module').chmod(0o755)
         done = subprocess.run([str(folder / 'morphbus'), 'run', str(MODEL), str(PROGRAM), '--robot', 'quadruped',
                                '--seconds', '1', '--isolate', '--run', 'lonely', '--log', str(self.folder / 'x.log')],
-                              capture_output=True, text=True, timeout=60)
+                              capture_output=True, text=True, timeout=LIMIT)
         self.assertEqual(done.returncode, 3, done.stderr)
-        await_condition(lambda: not processes_of('lonely'), 'no orphans', 10)
+        await_condition(lambda: not processes_of('lonely'), 'no orphans')
         return done.stderr
 
     def test_a_module_that_cannot_start_is_named(self):

@@ -6,7 +6,7 @@ import sys
 import unittest
 
 from gait import STEP, north
-from support import BIN, MODEL, PROGRAM, SOURCE, Case, as_json, command, morphbus
+from support import BIN, LIMIT, MODEL, PROGRAM, SOURCE, Case, as_json, command, morphbus
 
 EXAMPLE = SOURCE / 'models' / 'rough.faults'
 ALL_KINDS = 'fault loss=0.3 duplicate=0.1 reorder=0.2 delay=8 corrupt=0.05\n'
@@ -133,7 +133,7 @@ class Fast(FaultsCase):
             # They meet on a network that they share with nobody else.
             done = subprocess.run([str(BIN / 'isolated'), sys.executable, __file__, f'Fast.{self._testMethodName}'],
                                   env={**os.environ, 'MORPHBUS_PRIVATE_NETWORK': '1'}, capture_output=True, text=True,
-                                  timeout=120)
+                                  timeout=LIMIT)
             return self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         # Long enough for several HEALTH of every process, most of which come through.
         seconds = 6
@@ -154,7 +154,7 @@ class Fast(FaultsCase):
         for process in processes:
             self.addCleanup(process.communicate)
             self.addCleanup(process.kill)
-        said = [process.communicate(timeout=100) for process in processes]
+        said = [process.communicate(timeout=LIMIT) for process in processes]
         self.assertEqual([process.returncode for process in processes], [0, 0, 0], said)
         info = as_json('info', self.folder / 'hand.log')
         self.assertTrue(info['clean'])

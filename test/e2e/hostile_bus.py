@@ -6,13 +6,11 @@ import struct
 import subprocess
 import tempfile
 import threading
-import time
 
 from lcm_datagrams import GROUP, PORT, receiver, sender
-from support import MODEL, PROGRAM, Case, as_json, command, decode, lcm_types
+from support import LIMIT, MODEL, PROGRAM, Case, as_json, command, decode, lcm_types
 
 SECONDS = 3
-END_SECONDS = 3  # In which a forged message that does harm ends the run.
 RUN = (MODEL, PROGRAM, '--robot', 'quadruped', '--still', '--run', 'live')
 SHORT, FRAGMENT = 0x4c433032, 0x4c433033
 CLOCK, ACTUATOR = 'live/SIM/CLOCK', 'live/m2/ACTUATOR'
@@ -23,7 +21,6 @@ class Forger:
 
     def __init__(self, on_message):
         self.on_message, self.stop, self.count = on_message, False, 0
-        self.first_said = None  # When, by the monotonic clock.
         self.own = set()  # Its own messages come back to it.
         self.out = sender()
         self.socket = receiver(timeout=0.1)
@@ -49,7 +46,6 @@ class Forger:
 
     def say(self, channel, data):
         self.count += 1
-        self.first_said = self.first_said or time.monotonic()
         if len(self.own) < 10000:
             self.own.add(data)
         self.out.sendto(struct.pack('>II', SHORT, self.count) + channel.encode() + b'\0' + data, (GROUP, PORT))
@@ -95,16 +91,13 @@ class Attacked(Case):
             cls.reference = as_json('run', *RUN, '--seconds', SECONDS, '--inproc', '--log', f'{folder}/x.log')['hash']
 
     def attacked(self, on_message, speed=2, options=(), reference=None, seconds=SECONDS, run=RUN):
-        """A run with a forger on its bus: its summary, and what its log says of itself. If it does not end well, it ends
-        within three seconds of the first forged message."""
+        """A run with a forger on its bus: its summary, and what its log says of itself. How soon it ends if it does not end well
+        is shown in virtual time (test/bridge/believed_test.cc)."""
         self.path = self.folder / 'live.log'
         forger = Forger(on_message)
         try:
-            begun = time.monotonic()
             done = subprocess.run(command('run', *run, '--seconds', seconds, '--speed', speed, '--log', self.path,
-                                          '--force', '--json', *options), capture_output=True, text=True, timeout=120)
-            self.wall = time.monotonic() - begun
-            self.after = time.monotonic() - forger.first_said if forger.first_said else 0
+                                          '--force', '--json', *options), capture_output=True, text=True, timeout=LIMIT)
         finally:
             forger.close()
         self.assertIn(done.returncode, (0, 3), done.stdout + done.stderr)
@@ -119,7 +112,6 @@ class Attacked(Case):
         else:
             self.assertTrue(self.facts['reason'])
             self.assertIsNotNone(self.summary['error'])
-            self.assertLess(self.after, END_SECONDS, self.summary['error'])
 
     def counted(self, what):
         return sum(process[what] for process in self.summary['processes'].values())

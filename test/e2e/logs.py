@@ -8,7 +8,7 @@ import signal
 import subprocess
 import unittest
 
-from support import MODEL, PROGRAM, ROBOTS, ShortRun, as_json, morphbus, read_events, write_events
+from support import LIMIT, MODEL, PROGRAM, ROBOTS, ShortRun, as_json, morphbus, read_events, write_events
 
 
 class Logs(ShortRun):
@@ -105,7 +105,7 @@ class Logs(ShortRun):
         os.mkfifo(pipe)
         for arguments in (('info', pipe), ('verify', pipe), ('compare', pipe, self.short), ('compare', self.short, pipe),
                           ('repair', pipe, '-o', self.folder / 'x.log')):
-            self.assertIn('not a regular file', self.refused(*arguments, timeout=20))
+            self.assertIn('not a regular file', self.refused(*arguments, timeout=LIMIT))
 
     def test_repair_drops_a_message_that_does_not_fit_its_crc(self):
         damaged, sound = self.folder / 'damaged.log', self.folder / 'sound.log'
@@ -138,7 +138,7 @@ class Logs(ShortRun):
 
         log = self.folder / 'full.log'
         done = morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', 3600, '--inproc', '--json',
-                        '--log', log, status=3, preexec_fn=limit, restore_signals=False, timeout=120)
+                        '--log', log, status=3, preexec_fn=limit, restore_signals=False, timeout=LIMIT)
         self.assertIn('File too large', json.loads(done.stdout)['error'])
         self.assertTrue(pathlib.Path(f'{log}.partial').exists())
 

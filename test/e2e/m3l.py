@@ -7,7 +7,7 @@ import re
 import subprocess
 import unittest
 
-from support import SOURCE, Case, as_json, command, morphbus
+from support import LIMIT, SOURCE, Case, as_json, command, morphbus
 
 MTRAN = SOURCE / 'models' / 'mtran.m3l'
 
@@ -111,11 +111,11 @@ class OddBytes(Case):
             file.write(MTRAN.read_bytes())
         for arguments in (['connections', '--why', 'c1,c2', '--json'], ['graph', '--robot', 'quadruped', '--json'],
                           ['fk', '--robot', 'quadruped', '--json'], ['check']):
-            done = subprocess.run([*command(*arguments), path], capture_output=True, timeout=300)
+            done = subprocess.run([*command(*arguments), path], capture_output=True, timeout=LIMIT)
             self.assertEqual(done.returncode, 0, done.stderr)
             if '--json' in arguments:
                 json.loads(done.stdout.decode())
-        done = subprocess.run(command('connections', '--why', 'c1,c2', '--json') + [path], capture_output=True, timeout=300)
+        done = subprocess.run(command('connections', '--why', 'c1,c2', '--json') + [path], capture_output=True, timeout=LIMIT)
         self.assertTrue(json.loads(done.stdout.decode())['failures'][0]['file'].endswith('T\ufffdr.m3l'))
 
 

@@ -9,7 +9,7 @@ import socket
 import struct
 import subprocess
 
-from support import SCRATCH, command
+from support import LIMIT, SCRATCH, command
 
 TOKEN = 'token-of-the-tests'
 CLIENT = SCRATCH / 'outward_client'
@@ -30,7 +30,7 @@ class Monitor:
         self.port = self.said['port']
 
     def connect(self):
-        return socket.create_connection(('127.0.0.1', self.port), timeout=30)
+        return socket.create_connection(('127.0.0.1', self.port), timeout=LIMIT)
 
     def request(self, text):
         """The answer to a request, sent as it is; '' if the server only closed the connection."""
@@ -50,7 +50,7 @@ class Monitor:
     def stop(self):
         """Ends it and returns what it counted as refused, by kind."""
         self.process.send_signal(2)
-        _, errors = self.process.communicate(timeout=60)
+        _, errors = self.process.communicate(timeout=LIMIT)
         if self.process.returncode != 0:
             raise AssertionError(errors)
         for line in errors.splitlines():
@@ -172,7 +172,7 @@ class WebSocket:
 
 def run_client(url, *arguments):
     done = subprocess.run(['node', str(CLIENT / 'client.mjs'), url, *arguments], capture_output=True, text=True,
-                          timeout=250)
+                          timeout=LIMIT)
     if done.returncode != 0:
         raise AssertionError(done.stderr)
     return json.loads(done.stdout)

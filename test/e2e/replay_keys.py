@@ -9,7 +9,7 @@ import termios
 import time
 import unittest
 
-from support import MODEL, PROGRAM, Case, command, morphbus
+from support import LIMIT, MODEL, PROGRAM, Case, command, morphbus
 
 LEFT, RIGHT, PAGE_DOWN, HOME = '\x1b[D', '\x1b[C', '\x1b[6~', '\x1b[H'
 
@@ -41,7 +41,7 @@ class Terminal:
         self.text = ''
         os.write(self.master, keys.encode())
 
-    def await_line(self, pattern, seconds=60):
+    def await_line(self, pattern, seconds=LIMIT):
         """Reads until a line of progress matches; the time is a limit, never an expectation."""
         limit = time.monotonic() + seconds
         while time.monotonic() < limit:
