@@ -47,6 +47,9 @@ struct SimParticipantOptions : SimLockstep::Config {
   uint64_t model_hash = 0;
   uint64_t program_hash = 0;            ///< Of the image every module must run; 0: any.
   std::vector<ExpectedModule> modules;  ///< In order of id.
+  /// What CLOCK says when the run has come to its last tick and nothing is wrong; empty:
+  /// "finished". A run that is done again ends as the first one did.
+  std::string end_reason = {};
 };
 
 /// How a run ended, for the summary; read it once the participant is done.

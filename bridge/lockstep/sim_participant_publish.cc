@@ -64,6 +64,7 @@ void SimParticipant::PublishClock(int64_t tick, int8_t phase) {
   // The reason says what is known now; the verdict for the logger may know more.
   if (phase == sim_clock_t::PHASE_END) {
     const std::string wrong = refusal_.empty() ? SilentText() : refusal_;
+    if (outcome_.reason.empty() && wrong.empty()) outcome_.reason = options_.end_reason;
     if (outcome_.reason.empty()) {
       outcome_.reason = wrong.empty() ? "finished" : CutText(wrong, kLongestText);
       // Whoever reads only how the run ended learns that it was not the whole robot's.

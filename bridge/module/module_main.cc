@@ -15,6 +15,7 @@
 #include "bridge/bus/fault_plan.h"
 #include "bridge/module/module_process.h"
 #include "compiler/base/standard_streams.h"
+#include "compiler/base/version.h"
 #include "compiler/source/diagnostics.h"
 
 namespace morphbus::bridge {
@@ -197,7 +198,7 @@ int main(int argc, char** argv) {
       "Example: morphbus-module --run walk --module m1 --id 0 --kinematics MTRAN.kinematics "
       "--program walk.image");
   app.name("morphbus-module");
-  app.set_version_flag("--version", "morphbus-module " MORPHBUS_VERSION);
+  app.set_version_flag("--version", std::string("morphbus-module ") + morphbus::Version());
   morphbus::bridge::AddOptions(&app, &arguments);
   try {
     app.parse(argc, argv);
@@ -209,6 +210,6 @@ int main(int argc, char** argv) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) return 3;
   }
-  arguments.process.build = MORPHBUS_VERSION;
+  arguments.process.build = morphbus::Version();
   return morphbus::bridge::Run(&arguments);
 }

@@ -178,6 +178,10 @@ struct LogFacts : DescribedRun {
   /// The first 1000 connections of the robot that opened or closed; num_dockings counts all.
   std::vector<DockingFact> dockings;
   int64_t num_dockings = 0;
+  /// The tick after the last one, and why the run ended, as CLOCK says; -1 and empty if the log
+  /// does not hold the run's end.
+  int64_t end_tick = -1;
+  std::string end_reason;
   /// Modules that the run went on without, and from which sim time on (µs).
   std::map<std::string, int64_t> lost_modules;
   /// What the reader found in the file's framing, harmless things included.

@@ -262,7 +262,12 @@ class Loader {
       if (command.text.starts_with("deploy ")) tilts_.KeepOn();
       facts_.commands.emplace(command.tick, std::move(command.text));
     }
-    if (clock.phase != morphbus::sim_clock_t::PHASE_END) series_.AddTick(clock.header.sim_time_us);
+    if (clock.phase != morphbus::sim_clock_t::PHASE_END) {
+      series_.AddTick(clock.header.sim_time_us);
+    } else {
+      facts_.end_tick = clock.header.tick;
+      facts_.end_reason = clock.end_reason;
+    }
   }
 
   /// SENSORS names the modules and says what each senses.

@@ -8,6 +8,7 @@
 #include <system_error>
 #include <vector>
 
+#include "compiler/base/version.h"
 #include "compiler/source/diagnostics.h"
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
@@ -53,14 +54,15 @@ int WithResultWritten(int status) {
 
 int RunCommandLine(int argc, const char* const* argv) {
   CommandLine line("morphbus", "Morphbus: programs for modular robots, by role and not by module.",
-                   kExamples, "morphbus " MORPHBUS_VERSION);
+                   kExamples, std::string("morphbus ") + Version());
   // Each function adds one subcommand. The help lists them in this order: models and programs,
   // running robots, logs.
   for (const auto add :
-       {AddCheck,   AddConnections, AddFk,     AddGraph,  AddEquivalent, AddVariants, AddRoles,
-        AddCompile, AddDisasm,      AddExport, AddFormat, AddDraw,       AddRun,      AddSim,
-        AddModule,  AddLog,         AddReplay, AddSpy,    AddMonitor,    AddControl,  AddRuns,
-        AddDoctor,  AddCompare,     AddInfo,   AddVerify, AddRepair,     AddReport,   AddConvert}) {
+       {AddCheck,   AddConnections, AddFk,        AddGraph,  AddEquivalent, AddVariants,
+        AddRoles,   AddCompile,     AddDisasm,    AddExport, AddFormat,     AddDraw,
+        AddRun,     AddSim,         AddModule,    AddLog,    AddReplay,     AddSpy,
+        AddMonitor, AddControl,     AddRuns,      AddDoctor, AddCompare,    AddInfo,
+        AddVerify,  AddRepair,      AddReproduce, AddReport, AddConvert}) {
     add(&line);
   }
   if (const std::optional<int> status = line.Parse(argc, argv)) return WithResultWritten(*status);

@@ -69,6 +69,8 @@ void AddInfo(CommandLine* line);
 void AddVerify(CommandLine* line);
 /// `repair` copies what is sound in a damaged log into a new one.
 void AddRepair(CommandLine* line);
+/// `reproduce` runs again what a log says, and answers whether it says the same.
+void AddReproduce(CommandLine* line);
 /// `report` writes one run on a page.
 void AddReport(CommandLine* line);
 /// `convert` writes a log for other programs, or compresses it.

@@ -10,6 +10,7 @@
 
 #include "bridge/outward/outward_server.h"
 #include "compiler/base/text.h"
+#include "compiler/base/version.h"
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/launch/control_link.h"
@@ -150,7 +151,7 @@ Result<Sources> OpenSources(const MonitorOptions& options, LogSources logs) {
 /// What the server offers: all topics and services of all sources.
 bridge::Catalogue CatalogueOf(const Sources& sources, const std::string& session) {
   bridge::Catalogue catalogue;
-  catalogue.name = "morphbus " MORPHBUS_VERSION;
+  catalogue.name = std::string("morphbus ") + Version();
   catalogue.session_id = session;
   // All topics of one source, then all of the next: sources count on this order.
   Json infos = Json::array();

@@ -356,7 +356,8 @@ void ControlDesk::AfterTick(int64_t tick) {
   }
   // Nobody can reach a run in one process, so a pause that the script does not end has no end.
   if (folder_.empty() && Held()) {
-    sim_.RequestStop("paused, with no command to resume");
+    const std::string& reason = plan_.description.end_reason();
+    sim_.RequestStop(reason.empty() ? "paused, with no command to resume" : reason);
   }
 }
 

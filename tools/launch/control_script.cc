@@ -69,26 +69,6 @@ Result<ControlScript> ParseList(const Json& list) {
   return script;
 }
 
-/// The commands of a text, in order of their ticks. The error begins with the place, that is the
-/// line's number or a path into JSON.
-Result<ControlScript> ParseScript(const std::string& text) {
-  const Json json = Json::parse(text, nullptr, false);
-  if (json.is_object() && json.contains("commands")) return ParseList(json["commands"]);
-  ControlScript script;
-  std::istringstream lines(text);
-  std::string line;
-  for (int number = 1; std::getline(lines, line); ++number) {
-    line.erase(std::min(line.find('#'), line.size()));
-    // Blanks around a line, and the carriage return of some editors, mean nothing.
-    const size_t begin = line.find_first_not_of(" \t\r");
-    if (begin == std::string::npos) continue;
-    line = line.substr(begin, line.find_last_not_of(" \t\r") + 1 - begin);
-    const Result<void> added = AddLine(std::to_string(number), line, &script);
-    if (!added) return Fail(added.error().message);
-  }
-  return script;
-}
-
 /// Compiles the program of a deployment into the script. Says on stderr what is wrong.
 bool AddImage(const model::Model& model, bridge::ControlCommand* command, ControlScript* script) {
   uint64_t hash = 0;
@@ -145,6 +125,24 @@ std::optional<std::string> ImageFor(const model::Model& model, const std::string
   }
   *hash = compiled->hash;
   return compiled->image;
+}
+
+Result<ControlScript> ParseScript(const std::string& text) {
+  const Json json = Json::parse(text, nullptr, false);
+  if (json.is_object() && json.contains("commands")) return ParseList(json["commands"]);
+  ControlScript script;
+  std::istringstream lines(text);
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    line.erase(std::min(line.find('#'), line.size()));
+    // Blanks around a line, and the carriage return of some editors, mean nothing.
+    const size_t begin = line.find_first_not_of(" \t\r");
+    if (begin == std::string::npos) continue;
+    line = line.substr(begin, line.find_last_not_of(" \t\r") + 1 - begin);
+    const Result<void> added = AddLine(std::to_string(number), line, &script);
+    if (!added) return Fail(added.error().message);
+  }
+  return script;
 }
 
 std::optional<ControlScript> LoadScript(const std::string& path, const model::Model& model) {

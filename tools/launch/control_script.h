@@ -25,6 +25,10 @@ struct ControlScript {
   std::map<uint64_t, std::string> images;  ///< Programs to deploy, by hash.
 };
 
+/// The commands of a text, lines of a tick and a command or what `info --json` lists; images are
+/// not looked for. The error begins with the place, that is the line's number or a path into JSON.
+Result<ControlScript> ParseScript(const std::string& text);
+
 /// Adds a command behind all that are given at its tick or before.
 void InsertInOrder(ScriptedCommand command, ControlScript* script);
 

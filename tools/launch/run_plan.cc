@@ -10,6 +10,7 @@
 #include "bridge/bus/fault_plan.h"
 #include "bridge/wire/channels.h"
 #include "bridge/wire/wire_limits.h"
+#include "compiler/base/version.h"
 #include "compiler/dynarole/compile.h"
 #include "compiler/emit/kinematics.h"
 #include "compiler/keywords/module_keywords.h"
@@ -139,7 +140,7 @@ void Describe(const RunOptions& options, const model::Model& model, const model:
   // In real time the pace defaults to that of the wall, in lockstep to as fast as it goes.
   d->set_mode(options.realtime ? "realtime" : "lockstep");
   d->set_speed(options.realtime && options.speed == 0 ? 1.0 : options.speed);
-  d->set_build("morphbus " MORPHBUS_VERSION);
+  d->set_build(Version());
   d->set_started(WallTime());
 }
 
@@ -467,6 +468,7 @@ Result<bridge::SimParticipantOptions> SimOptions(const RunPlan& plan, bool logge
   options.tick_us = static_cast<int32_t>(d.tick_us());
   options.realtime = d.mode() == "realtime";
   options.speed = d.speed();
+  options.end_reason = d.end_reason();
   // The sim refuses a HELLO whose type or images are not these.
   const model::Robot& robot = plan.robot();
   for (size_t m = 0; m < robot.modules.size(); ++m) {

@@ -1,0 +1,20 @@
+# Writes version_text.h, only if what stands there has changed: run at every build, since a commit changes no file that a
+# build looks at. Called with -DVERSION=, -DSOURCE= (the repository) and -DOUTPUT= (the file).
+set(text ${VERSION})
+execute_process(COMMAND git -C ${SOURCE} rev-parse --short=8 HEAD
+                OUTPUT_VARIABLE commit ERROR_QUIET OUTPUT_STRIP_TRAILING_WHITESPACE RESULT_VARIABLE failed)
+if(NOT failed)
+  string(APPEND text "-${commit}")
+  execute_process(COMMAND git -C ${SOURCE} diff --quiet HEAD -- RESULT_VARIABLE changed ERROR_QUIET)
+  if(changed)
+    string(APPEND text "+")
+  endif()
+endif()
+set(line "#define MORPHBUS_VERSION_TEXT \"${text}\"\n")
+set(there "")
+if(EXISTS ${OUTPUT})
+  file(READ ${OUTPUT} there)
+endif()
+if(NOT there STREQUAL line)
+  file(WRITE ${OUTPUT} "${line}")
+endif()

@@ -1,0 +1,189 @@
+// morphbus reproduce: a logged run once more, which must say the same to the bit.
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "compiler/base/version.h"
+#include "logger/compare/log_difference.h"
+#include "tools/base/print.h"
+#include "tools/commands/commands.h"
+#include "tools/convert/rerun_report.h"
+#include "tools/launch/inproc_run.h"
+#include "tools/launch/launcher.h"
+#include "tools/launch/network.h"
+#include "tools/launch/reproduction.h"
+#include "tools/launch/run_registry.h"
+#include "tools/spy/lcm_sources.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// The options of `morphbus reproduce`.
+struct ReproduceOptions {
+  std::string log;
+  std::string run;
+  std::string output;  ///< Where the second run's log stays; empty: nowhere.
+  bool processes = false;
+  bool force = false;
+  bool json = false;
+};
+
+/// Where the second run's log is written: a file that people asked for, or one in a folder of its
+/// own, which goes with this object.
+class SecondLog {
+ public:
+  /// Fails if there is no room for a folder.
+  static Result<std::unique_ptr<SecondLog>> At(const std::string& output) {
+    auto log = std::make_unique<SecondLog>();
+    if (!output.empty()) {
+      log->path_ = std::filesystem::absolute(output).lexically_normal();
+      return log;
+    }
+    std::error_code failure;
+    const std::filesystem::path parent = std::filesystem::temp_directory_path(failure);
+    std::string folder = (parent / "morphbus-reproduce-XXXXXX").string();
+    if (failure || mkdtemp(folder.data()) == nullptr) {
+      return Fail(fmt::format(
+          "cannot make a folder for the second log in {}; $TMPDIR names another", parent.string()));
+    }
+    log->folder_ = folder;
+    log->path_ = folder + "/again.log";
+    return log;
+  }
+  ~SecondLog() {
+    std::error_code ignored;
+    if (!folder_.empty()) std::filesystem::remove_all(folder_, ignored);
+  }
+  [[nodiscard]] const std::string& path() const { return path_; }
+
+ private:
+  std::string path_, folder_;
+};
+
+/// Does the run again, writes its log, and reads what that is. Says nothing on success.
+Result<logger::RunLog> RunAgain(RunPlan* plan, const ReproduceOptions& options,
+                                const std::string& log) {
+  Result<RunDirectory> directory = RunDirectory::Claim("");
+  if (!directory) return tl::unexpected(directory.error());
+  plan->description.set_run(directory->name());
+  plan->description.set_started(WallTime());
+  RunOptions launched;
+  launched.isolate = true;
+  const RunOutcome outcome = options.processes ? Launcher(*plan, launched, *directory, log).Run()
+                                               : RunInProcess(*plan, log);
+  if (CaughtSignal() != 0) return Fail("interrupted");
+  // A run that failed the first time fails again; its messages are what counts.
+  Result<logger::RunLog> again =
+      logger::LoadRunLog(outcome.log.empty() ? log : outcome.log, {.run = "", .series = false});
+  if (!again && !outcome.error.empty()) return Fail(outcome.error);
+  return again;
+}
+
+/// What made the log and what runs now, where that may be the reason of a difference; else empty.
+std::string VersionNote(const logger::LogFacts& facts) {
+  if (facts.build == Version()) return "";
+  return fmt::format("made by {}, this is {}: its hash may differ",
+                     facts.build.empty() ? "an unknown version" : facts.build, Version());
+}
+
+/// Both runs side by side, for scripts.
+Json FindingsJson(const logger::LogFacts& logged, const logger::LogFacts& again,
+                  const logger::LogDifference& difference, const RerunDifferences& fields) {
+  Json json = {{"same", difference.differing == 0},
+               {"whole", logged.whole()},
+               {"hash", again.run_hash},
+               {"logged_hash", logged.run_hash},
+               {"messages", difference.compared},
+               {"differing", difference.differing},
+               {"made_by", logged.build},
+               {"this_is", Version()},
+               {"note", VersionNote(logged)},
+               {"first", fields.first()}};
+  if (difference.first) json["first"]["channel"] = difference.first->channel;
+  return json;
+}
+
+/// The same for people.
+void PrintFindings(const ReproduceOptions& options, const Json& found) {
+  if (found["same"].get<bool>()) {
+    Print("{}: {} again, hash {}\n",
+          found["whole"].get<bool>() ? "same" : "not whole, and what there is the same",
+          Counted(found["messages"].get<int64_t>(), "message"), found["hash"].get<std::string>());
+    return;
+  }
+  const Json& first = found["first"];
+  Print(
+      "different: {} of {}, hash {}, in {} {}\nfirst at tick {} ({:.2f} s), {}, {}: {} in "
+      "the log, {} now\n",
+      found["differing"].get<int64_t>(), Counted(found["messages"].get<int64_t>(), "message"),
+      found["hash"].get<std::string>(), options.log, found["logged_hash"].get<std::string>(),
+      first["tick"].get<int64_t>(), first["seconds"].get<double>(),
+      first["channel"].get<std::string>(), first["field"].get<std::string>(),
+      first["logged"].get<std::string>(), first["again"].get<std::string>());
+}
+
+/// Reads the log, runs, compares.
+int Reproduce(const ReproduceOptions& options) {
+  const Result<logger::RunLog> log =
+      logger::LoadRunLog(options.log, {.run = options.run, .series = false});
+  if (!log) return Unusable(log.error().message);
+  if (!options.output.empty() && !MayWriteLog(options.output, options.force, {options.log})) {
+    return kUnusable;
+  }
+  if (const std::string note = VersionNote(log->facts); !note.empty()) Warn(note);
+  Result<RunPlan> plan = PlanAgain(*log);
+  if (!plan) return Unusable(options.log + ": " + plan.error().message);
+  const auto second = SecondLog::At(options.output);
+  if (!second) return Unusable(second.error().message);
+  if (options.processes) {
+    if (Result<void> entered = EnterPrivateNetwork(); !entered) {
+      return Unusable(entered.error().message);
+    }
+  }
+  const Result<logger::RunLog> again = RunAgain(&*plan, options, (*second)->path());
+  if (!again) return Failed(again.error().message);
+  // The messages decide: hashes differ where they do.
+  const Result<logger::LogDifference> difference =
+      logger::FirstUnlikeMessage(log->facts, again->facts);
+  if (!difference) return Unusable(difference.error().message);
+  const Result<LcmSchema> schema = LcmSchema::Parse(LcmSources());
+  if (!schema) return Unusable(schema.error().message);
+  RerunDifferences fields(*schema);
+  if (const auto& first = difference->first) {
+    fields.Take({first->topic, first->tick, first->sim_time_us, first->first, first->second});
+  }
+  const Json found = FindingsJson(log->facts, again->facts, *difference, fields);
+  options.json ? PrintJson(found) : PrintFindings(options, found);
+  if (difference->differing > 0) return kNo;
+  if (log->facts.whole()) return kDone;
+  return Unusable(
+      fmt::format("{} is not whole, so that its hash proves nothing; morphbus verify "
+                  "says where",
+                  options.log));
+}
+
+}  // namespace
+
+void AddReproduce(CommandLine* line) {
+  Subcommand sub = line->Add("reproduce", "Run again what a log says, and demand the same hash");
+  auto options = std::make_shared<ReproduceOptions>();
+  sub.Add("LOG", &options->log, "Log file").Required();
+  sub.Flag("--processes", &options->processes,
+           "A process a module in a private network, as run --isolate (default: one process)");
+  sub.Add("--run", &options->run, "Which run, if the log holds several (default: the first)");
+  sub.Add("-o,--log", &options->output, "Keep the second run's log there (default: it is removed)");
+  sub.Force(&options->force);
+  sub.Json(&options->json);
+  sub.Footer(
+      "Exit status 0: the same to the bit; 1: not, and what differs first is named; 2: the log "
+      "does "
+      "not tell enough.\n"
+      "Examples:\n"
+      "  morphbus reproduce walk.log\n"
+      "  morphbus reproduce walk.log.zst --processes --json");
+  sub.Do([options] { return Reproduce(*options); });
+}
+
+}  // namespace morphbus::tools
