@@ -10,7 +10,7 @@ Usage: golden.py [--write] [--without-fma] [--runner COMMAND] [--short] [--jobs 
   (default)      runs all of them, or those named, and compares; status 1 if a hash is another
   --write        writes the hashes that they have here into runs.json, and says which have changed
   --without-fma  the C library is told that the processor has neither AVX2 nor FMA, by which it chooses its functions
-  --runner       what runs the programs, such as "qemu-x86_64 -cpu core2duo"
+  --runner       what runs the programs, such as "qemu-x86_64 -cpu core2duo"; not of runs with a process a module
   --short        only the runs marked as short, for slow runners
   --jobs         so many at once (default 1)
 MORPHBUS_BIN is the folder of the programs (default: build/release/bin).
@@ -67,6 +67,9 @@ def main():
         print(f'golden.py: no run {", ".join(sorted(unknown))}; there are: {", ".join(golden)}', file=sys.stderr)
         return 2
     names = [n for n in golden if (not asked.names or n in asked.names) and (not asked.short or golden[n].get('short'))]
+    if asked.runner:
+        # What a program starts runs as the machine is.
+        names = [n for n in names if '--isolate' not in golden[n]['options']]
     environment = {**os.environ, **({'GLIBC_TUNABLES': WITHOUT_FMA} if asked.without_fma else {})}
 
     differing = []
