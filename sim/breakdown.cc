@@ -8,8 +8,8 @@
 namespace morphbus::sim {
 namespace {
 
-// With masses further apart than this the solver may lose hold of joints (measured: M-TRAN with a
-// bar of 1 g does, at 1 to 800, and with one of 1000 kg, at 1 to 5000; below 100 none did).
+// With masses further apart than this the masses are named as what to change. The solver lost hold
+// of M-TRAN's joints with a bar of 1 g and with one of 1000 kg, and did not with 1, 10 or 100 kg.
 constexpr double kMostMassRatio = 100;
 
 // How far a joint is beyond its limits, as a part of what it may be; at most 1 while all is well.
