@@ -152,7 +152,7 @@ std::vector<ChannelInterest> ManyChannels(const std::string& run, int modules,
 
 TEST(ChannelFilter, ManyNamesTakeNoLargerProgram) {
   // What sockets get before 6.8; the kernel makes of a load some thirteen instructions of its own.
-  constexpr size_t kBytes = 20480, kKernelInstruction = 8, kLoad = 14, kOther = 2;
+  constexpr size_t kPacketBytes = 20480, kKernelInstruction = 8, kLoad = 14, kOther = 2;
   const auto bytes = [](const std::vector<sock_filter>& program) {
     size_t instructions = 0;
     for (const sock_filter& f : program) {
@@ -166,7 +166,7 @@ TEST(ChannelFilter, ManyNamesTakeNoLargerProgram) {
     for (const int modules : {30, 200, 1000, 5000}) {
       const auto program = BuildChannelFilter(ManyChannels(run, modules, {"ASK", "TRANSFORM"}));
       EXPECT_GT(program.size(), 0u);
-      EXPECT_LT(bytes(program), kBytes) << modules;
+      EXPECT_LT(bytes(program), kPacketBytes) << modules;
       if (modules > 1000) {
         EXPECT_LE(program.size(), before + 8) << modules;
       }
