@@ -296,7 +296,7 @@ class Cli(Case):
     def test_every_command_has_help_with_an_example(self):
         names = ['check', 'connections', 'fk', 'graph', 'equivalent', 'variants', 'roles',
                  'compile', 'disasm', 'format', 'export', 'draw', 'run', 'sim',
-                 'log', 'replay', 'spy', 'monitor', 'control', 'runs', 'doctor', 'compare', 'info', 'verify', 'repair',
+                 'log', 'replay', 'spy', 'monitor', 'control', 'runs', 'doctor', 'compare', 'info', 'verify', 'repair', 'reproduce',
                  'report', 'convert']
         for name in names:
             self.assertIn('xample', morphbus(name, '--help').stdout, name)
@@ -305,7 +305,7 @@ class Cli(Case):
         morphbus('module', '--help')
 
     def test_version_and_misuse(self):
-        self.assertRegex(morphbus('--version').stdout, r'^morphbus \d+\.\d+\.\d+$')
+        self.assertRegex(morphbus('--version').stdout, r'^morphbus \d+\.\d+\.\d+(-[0-9a-f]{8}\+?)?$')
         morphbus(status=2)
         morphbus('nonsense', status=2)
         morphbus('fk', status=2)
