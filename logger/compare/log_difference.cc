@@ -78,7 +78,7 @@ Result<std::vector<uint8_t>> FindMessage(const LogFacts& facts, const UnlikeMess
 }
 
 /// Compares channel by channel, and finds the earliest difference.
-class Comparison {
+class ChannelComparison {
  public:
   LogDifference Run(const Channels& first, const Channels& second, bool first_is_whole) {
     static const Channel none;
@@ -129,7 +129,7 @@ Result<LogDifference> FirstUnlikeMessage(const LogFacts& first, const LogFacts& 
   if (!of_first) return tl::unexpected(of_first.error());
   const Result<Channels> of_second = ReadChannels(second);
   if (!of_second) return tl::unexpected(of_second.error());
-  LogDifference difference = Comparison().Run(*of_first, *of_second, first.whole());
+  LogDifference difference = ChannelComparison().Run(*of_first, *of_second, first.whole());
   if (!difference.first) return difference;
   // Only the message that is told of is read whole.
   const std::pair<const LogFacts*, std::vector<uint8_t>*> sides[] = {
