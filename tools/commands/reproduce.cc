@@ -126,6 +126,7 @@ void PrintFindings(const ReproduceOptions& options, const Json& found) {
 
 /// Reads the log, runs, compares.
 int Reproduce(const ReproduceOptions& options) {
+  // The logged run, and whether the second log may be written where it is asked for.
   const Result<logger::RunLog> log =
       logger::LoadRunLog(options.log, {.run = options.run, .series = false});
   if (!log) return Unusable(log.error().message);
@@ -133,6 +134,7 @@ int Reproduce(const ReproduceOptions& options) {
     return kUnusable;
   }
   if (const std::string note = VersionNote(log->facts); !note.empty()) Warn(note);
+  // What the log does not tell enough of is refused before anything runs.
   Result<RunPlan> plan = PlanAgain(*log);
   if (!plan) return Unusable(options.log + ": " + plan.error().message);
   const auto second = SecondLog::At(options.output);
@@ -148,6 +150,7 @@ int Reproduce(const ReproduceOptions& options) {
   const Result<logger::LogDifference> difference =
       logger::FirstUnlikeMessage(log->facts, again->facts);
   if (!difference) return Unusable(difference.error().message);
+  // Of the first message that differs the field is named, by the types that this build knows.
   const Result<LcmSchema> schema = LcmSchema::Parse(LcmSources());
   if (!schema) return Unusable(schema.error().message);
   RerunDifferences fields(*schema);
@@ -156,6 +159,7 @@ int Reproduce(const ReproduceOptions& options) {
   }
   const Json found = FindingsJson(log->facts, again->facts, *difference, fields);
   options.json ? PrintJson(found) : PrintFindings(options, found);
+  // Same messages of a log that lacks some are no proof that the hash is the same.
   if (difference->differing > 0) return kNo;
   if (log->facts.whole()) return kDone;
   return Unusable(
