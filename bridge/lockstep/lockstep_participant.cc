@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "bridge/wire/arithmetic_hash.h"
 #include "bridge/wire/health.h"
 
 namespace morphbus::bridge {
@@ -161,6 +162,7 @@ void ParticipantBase::SayHello(int64_t claim, const std::string& build, uint32_t
   hello.kinematics_hash = static_cast<int64_t>(kinematics_hash);
   // The wire hash tells builds apart whose messages differ.
   hello.wire_hash = static_cast<int64_t>(WireHash());
+  hello.arithmetic_hash = static_cast<int64_t>(ArithmeticHash());
   hello.build = build;
   // A process says HELLO before it has any part in the run's time, hence tick 0.
   outbox_.Send(ChannelOf("", Topic::kHello), 0, 0, &hello);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "bridge/lockstep/sim_participant.h"
+#include "bridge/wire/arithmetic_hash.h"
 #include "vm/limits.h"
 
 namespace morphbus::bridge {
@@ -27,6 +28,12 @@ std::string SimParticipant::HelloError(int process, const morphbus::hello_t& hel
   // What every process must share: the wire types and the model.
   if (static_cast<uint64_t>(hello.wire_hash) != WireHash()) {
     return differs("build of the wire types", hello.wire_hash, WireHash());
+  }
+  // Who computes otherwise says other things of the same input, and no two such runs are the same.
+  // In real time they are not anyway.
+  if (!options_.realtime && static_cast<uint64_t>(hello.arithmetic_hash) != ArithmeticHash()) {
+    return differs("arithmetic", hello.arithmetic_hash, ArithmeticHash()) +
+           ": build it with the same options (docs/arithmetic.md), or run with --realtime";
   }
   if (static_cast<uint64_t>(hello.header.model_hash) != options_.model_hash) {
     return differs("model", hello.header.model_hash, options_.model_hash);

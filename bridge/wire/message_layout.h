@@ -410,6 +410,7 @@ constexpr void Walk(V& v, As<morphbus::hello_t>) {
   v.Text("type_name", kNameText);
   v.Hash("kinematics_hash");
   v.Hash("wire_hash");
+  v.Hash("arithmetic_hash");
   // For people only.
   v.Text("build", kLongestText);
 }

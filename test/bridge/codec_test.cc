@@ -4,6 +4,7 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <cfenv>
 #include <cmath>
 #include <limits>
 #include <morphbus/actuator_t.hpp>
@@ -13,8 +14,10 @@
 #include <random>
 
 #include "bridge/lockstep/outbox.h"
+#include "bridge/wire/arithmetic_hash.h"
 #include "bridge/wire/info_parts.h"
 #include "bridge/wire/own_sensors.h"
+#include "bridge/wire/stream_hash.h"
 #include "bridge/wire/vm_codec.h"
 #include "bridge/wire/wire_peek.h"
 #include "test/bridge/sample_messages.h"
@@ -476,6 +479,18 @@ TEST(Info, PartsComeTogetherInAnyOrder) {
     ASSERT_TRUE(whole.has_value());
     EXPECT_EQ(*whole, text);
   }
+}
+
+TEST(ArithmeticHash, IsThatOfEveryMachine) {
+  EXPECT_EQ(HexText(ArithmeticHash()), "17830331269ab023");
+}
+
+TEST(ArithmeticHash, TellsAnotherRounding) {
+  std::fesetround(FE_UPWARD);
+  const uint64_t upward = EvaluateArithmetic();
+  std::fesetround(FE_TONEAREST);
+  EXPECT_NE(upward, ArithmeticHash());
+  EXPECT_EQ(EvaluateArithmetic(), ArithmeticHash());
 }
 
 TEST(WireHash, IsThatOfTheTypes) {

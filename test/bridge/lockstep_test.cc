@@ -4,7 +4,9 @@
 
 #include <morphbus/sim_clock_t.hpp>
 
+#include "bridge/wire/arithmetic_hash.h"
 #include "bridge/wire/codec.h"
+#include "bridge/wire/stream_hash.h"
 #include "test/bridge/fake_run.h"
 #include "test/bridge/whole_run.h"
 
@@ -183,6 +185,7 @@ TEST(Lockstep, TheSimIsNeverMoreThanTheWindowAheadOfTheLogger) {
   hello.claim = 1;
   hello.incarnation = 1;
   hello.wire_hash = static_cast<int64_t>(WireHash());
+  hello.arithmetic_hash = static_cast<int64_t>(ArithmeticHash());
   std::vector<Participant*> others = run.participants();
   others.erase(others.begin() + 3);
   for (Participant* participant : others) participant->Start();
@@ -247,6 +250,49 @@ TEST(Lockstep, AnotherProgramIsRefusedByName) {
   run.modules[1].participant = std::make_unique<ModuleParticipant>(
       &run.modules[1].seat->bus, run.modules[1].controller.get(), &run.time, options);
   ExpectRefused(&run, "m2 has another program (0000000000000005)");
+}
+
+/// Runs after a first HELLO of m2 which says that it computes otherwise.
+void RunWithAnotherArithmetic(FakeRun* run) {
+  const ModuleParticipantOptions options = run->ModuleOptions(1);
+  Ledger ledger;
+  Outbox outbox(run->modules[1].seat->endpoint.get(),
+                {options.run, options.module, kFakeModel, kFakeProgram}, &ledger);
+  morphbus::hello_t hello;
+  hello.process = options.module;
+  hello.pid = 1;
+  hello.claim = options.claim;
+  hello.incarnation = 1;
+  hello.type_name = options.type_name;
+  hello.kinematics_hash = static_cast<int64_t>(options.kinematics_hash);
+  hello.wire_hash = static_cast<int64_t>(WireHash());
+  hello.arithmetic_hash = 5;
+  run->sim->Start();
+  outbox.Send("test/HELLO", 0, 0, &hello);
+  for (const FakeRun::Module& module : run->modules) module.participant->Start();
+  run->log->Start();
+  run->started = true;
+  ASSERT_TRUE(run->Run());
+}
+
+TEST(Lockstep, AnotherArithmeticIsRefusedByName) {
+  FakeRun run({});
+  RunWithAnotherArithmetic(&run);
+  EXPECT_FALSE(run.sim->outcome().ok);
+  EXPECT_EQ(run.sim->outcome().error,
+            "m2 has another arithmetic (0000000000000005) than this run (" +
+                HexText(ArithmeticHash()) +
+                "): build it with the same options (docs/arithmetic.md), or run with --realtime");
+  EXPECT_EQ(run.robot.ticks, 0);
+}
+
+TEST(Realtime, AnotherArithmeticIsNoReasonToRefuse) {
+  FakeRunOptions options;
+  options.realtime = true;
+  FakeRun run(options);
+  RunWithAnotherArithmetic(&run);
+  EXPECT_TRUE(run.sim->outcome().ok) << run.sim->outcome().error;
+  EXPECT_EQ(run.robot.ticks, options.ticks);
 }
 
 TEST(Lockstep, AnotherModelIsRefusedByName) {

@@ -260,6 +260,7 @@ std::vector<SampleMessage> SampleMessages() {
   hello.type_name = "MTRAN";
   hello.kinematics_hash = 1;
   hello.wire_hash = 2;
+  hello.arithmetic_hash = 3;
   hello.build = "0.1.0";
   Ledger ledger;
   ledger.received = 5;
