@@ -52,8 +52,9 @@ bool IsTouched(const World& world, const model::Sensor& sensor, LinkRef link, co
 Vector3d MeasuredUp(const Pose& X_WL, double deviation, Noise* noise) {
   const Vector3d up = X_WL.linear().transpose() * Vector3d::UnitY();
   if (deviation <= 0) return up;
-  const Vector3d turn(noise->Gaussian(deviation), noise->Gaussian(deviation),
-                      noise->Gaussian(deviation));
+  // Compilers evaluate arguments in an order of their own, so that each draw is a statement.
+  Vector3d turn;
+  for (double& angle : turn) angle = noise->Gaussian(deviation);
   const double angle = turn.norm();
   return angle > 0 ? Vector3d(Eigen::AngleAxisd(angle, turn / angle) * up) : up;
 }
