@@ -155,6 +155,13 @@ Type Checker::InferSelfKeyword(Expr* member, Expr* call) {
     error.hint = "did you mean '" + usages + "'?";
     return Type::kError;
   }
+  // Names of modules would bind a program to one assembly.
+  if (member->name == "id" || member->name == "name" || member->name == "number") {
+    error.hint =
+        "programs name no module: write a role for it, with labels and requirements that only it "
+        "meets";
+    return Type::kError;
+  }
   // The list is long, so that it is printed once.
   const std::string list =
       listed_self_

@@ -128,6 +128,8 @@ class Parser {
   /// An assignment up to its semicolon, which is left, as is the end of a `for`'s last part.
   StmtPtr ParseAssignment();
   StmtPtr ParseExpressionStatement();
+  /// Reports a statement of another language, such as `switch`; false if its first token is none.
+  bool ReportForeignStatement(const Token& first);
   /// An expression in parentheses, behind `word`; null, with an error, if there are none.
   ExprPtr ParseCondition(const char* word);
   /// Recovery: moves on to the next statement or the end of the block.
@@ -141,6 +143,8 @@ class Parser {
   ExprPtr ParsePostfix();
   /// A value alone: a number, a word, a name, or an expression in parentheses.
   ExprPtr ParsePrimary();
+  /// Reports that no name stands behind a dot, and passes over a word of the language there.
+  void NoMember();
   /// The arguments of a call, up to its closing parenthesis, as further operands.
   bool ParseArguments(Expr* call);
   /// Makes a node of that kind without operands.

@@ -119,7 +119,7 @@ ExprPtr Parser::ParsePostfix() {
       Take();
       ExprPtr member = Node(ExprKind::kMember, expr->span);
       if (!Is(TokenKind::kName)) {
-        Unexpected("a name after '.'");
+        NoMember();
         member->kind = ExprKind::kError;
         return member;
       }
@@ -145,6 +145,20 @@ ExprPtr Parser::ParsePostfix() {
     // Behind an error the tokens that follow belong to nothing that is known.
     if (panic_) return expr;
   }
+}
+
+void Parser::NoMember() {
+  const TokenKind found = Peek().kind;
+  if (found == TokenKind::kRole) {
+    ErrorAt(Peek().span,
+            "a program does not ask for a role, as code stands in the role that runs it",
+            "give each role a field that says what differs: side = $WEST;");
+  } else {
+    Unexpected("a name after '.'");
+  }
+  // A word that begins a role or member would end the statement here, although it stands behind a
+  // dot.
+  if (found == TokenKind::kRole || IsMemberWord(found)) Take();
 }
 
 bool Parser::ParseArguments(Expr* call) {

@@ -277,14 +277,50 @@ StmtPtr Parser::ParseAssignment() {
   return statement;
 }
 
+namespace {
+
+// A word that begins a statement in other languages, and how to say the same here.
+struct ForeignStatement {
+  std::string_view word;
+  const char* hint;
+};
+
+constexpr const char* kForType = "types are found, not written: var NAME = value;";
+constexpr ForeignStatement kForeignStatements[] = {
+    {"switch", "write: if (x == 1) { ... } else if (x == 2) { ... }"},
+    {"elif", "write: else if (...) { ... }"},
+    {"elseif", "write: else if (...) { ... }"},
+    {"do", "write: while (...) { ... }"},
+    {"foreach", "write: for (var i = 0; i < 3; i += 1) { ... }"},
+    {"int", kForType},
+    {"float", kForType},
+    {"double", kForType},
+    {"bool", kForType},
+    {"auto", kForType},
+    {"let", kForType},
+};
+
+}  // namespace
+
+bool Parser::ReportForeignStatement(const Token& first) {
+  if (first.kind != TokenKind::kName) return false;
+  const std::string word = TextOf(first);
+  for (const ForeignStatement& foreign : kForeignStatements) {
+    if (foreign.word != word) continue;
+    ErrorAt(first.span, "there is no '" + word + "'", foreign.hint);
+    return true;
+  }
+  return false;
+}
+
 StmtPtr Parser::ParseExpressionStatement() {
   StmtPtr statement = NewStatement(StmtKind::kExpr);
   const Token first = Peek();
   statement->expr = ParseExpr();
   // `retrun;`, `retrun 1;`, `whlie (x) {`: say so if the first name is nearly a word.
-  const bool odd = statement->expr->kind == ExprKind::kName ||
+  const bool odd = statement->expr->kind == ExprKind::kName || Is(TokenKind::kLeftBrace) ||
                    (!Is(TokenKind::kSemicolon) && !StartsLine(Peek()));
-  if (!panic_ && odd && first.kind == TokenKind::kName) {
+  if (!panic_ && odd && !ReportForeignStatement(first) && first.kind == TokenKind::kName) {
     const std::string near = source::NearestName(
         TextOf(first), {"if", "else", "while", "for", "break", "continue", "return", "var"});
     if (!near.empty()) {

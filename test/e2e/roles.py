@@ -125,10 +125,28 @@ class Roles(Case):
         fits = as_json('roles', MODEL, PROGRAM, '--robot', 'quadruped', '--why', 'm5', 'Junction')
         self.assertEqual((fits['fits'], fits['held'], {p['holds'] for p in fits['parts']}), (True, 'Junction', {True}))
 
+    def test_why_without_a_role_tells_what_every_role_lacks(self):
+        program = self.program(NOBODY + 'role Any extends Module {\n}\n')
+        why = as_json('roles', MODEL, program, '--robot', 'quadruped', '--why', 'm5')
+        self.assertEqual((why['module'], why['held']), ('m5', 'Any'))
+        self.assertEqual([(role['role'], role['fits']) for role in why['roles']],
+                         [('Hermit', False), ('Pair', False), ('Any', True)])
+        # What a role says alone is what it says among all.
+        alone = as_json('roles', MODEL, program, '--robot', 'quadruped', '--why', 'm5', 'Pair', status=1)
+        self.assertEqual(why['roles'][1], alone)
+        said = self.roles(program, '--why', 'm5')
+        self.assertTrue(said.startswith('m5: it has role Any\n'), said)
+        self.assertIn(f'\ndoes not fit Hermit\n{program}:3:3: note: does not hold, measured 4 against 9\n', said)
+        self.assertIn('\nfits Any\n', said)
+        self.assertNotIn('is connecting_bar', said)
+        none = self.program('abstract role A extends Module {\n}\n', 'none.dyn')
+        done = morphbus('roles', MODEL, none, '--robot', 'quadruped', '--why', 'm5', status=2)
+        self.assertIn('no roles that a module could take', done.stderr)
+
     def test_why_names_what_there_is_not(self):
         for words, told in ((('m55', 'Junction'), "no module 'm55' (did you mean 'm5'?)"),
                             (('m5', 'Junctoin'), "no role 'Junctoin' (did you mean 'Junction'?)"),
-                            (('m5',), '2 required')):
+                            ((), '1 required MODULE [ROLE] missing')):
             done = morphbus('roles', MODEL, PROGRAM, '--robot', 'quadruped', '--why', *words, status=2)
             self.assertIn(told, done.stderr)
         done = morphbus('roles', MODEL, PROGRAM, CAR, '--robot', 'quadruped', '--why', 'm5', 'Junction', status=2)

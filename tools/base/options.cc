@@ -108,8 +108,8 @@ Option& Option::Repeatable() {
   return *this;
 }
 
-Option& Option::Values(int count) {
-  option_->expected(count);
+Option& Option::Values(int least, int most) {
+  option_->expected(least, most);
   return *this;
 }
 

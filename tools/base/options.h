@@ -33,8 +33,8 @@ class Option {
   Option& Separator(char separator);
   /// The option takes one value and may be repeated; every value counts.
   Option& Repeatable();
-  /// The option takes exactly so many values, one argument each; its target is a vector.
-  Option& Values(int count);
+  /// The option takes so many values, one argument each; its target is a vector.
+  Option& Values(int least, int most);
   /// The option may stand without a value.
   Option& ValueOptional();
   /// The help leaves it out.

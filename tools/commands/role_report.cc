@@ -246,6 +246,8 @@ void PrintRecognized(const std::vector<Recognized>& found) {
   }
 }
 
+namespace {
+
 Json ExplanationJson(const RoleExplanation& why) {
   // Labels and requirements are in one list, in the order of their evaluation.
   Json parts = Json::array();
@@ -266,8 +268,9 @@ Json ExplanationJson(const RoleExplanation& why) {
           {"parts", parts}};
 }
 
-void PrintExplanation(const RunPlan& plan, const RoleExplanation& why, ModelSource source) {
-  const BothSources both(plan, std::move(source));
+/// What speaks against a role as a whole, then its labels and requirements; without those that hold
+/// unless `all`.
+void PrintParts(const BothSources& both, const RoleExplanation& why, bool all) {
   const bool color = IsFancyTerminal(STDOUT_FILENO);
   // A place of the program with what was found there; without the text, the line's number.
   const auto say = [&](int line, const std::string& text) {
@@ -277,20 +280,48 @@ void PrintExplanation(const RunPlan& plan, const RoleExplanation& why, ModelSour
       Print("line {}: {}\n", line, text);
     }
   };
-  // The answer comes first, then what speaks against it as a whole, then part by part.
-  Print("{} {} {}{}\n", why.module, why.fits ? "fits" : "does not fit", why.role,
-        why.held.empty() ? "; it has no role" : "; it has role " + why.held);
-  Print("{}", source::RenderNote({both.ModuleAt(why.module), "the module"}, both.sources(), color));
   if (why.is_abstract) say(why.line, "the role is abstract: only its subroles are taken");
-  if (!why.has_pose) Print("no pose reaches the module, so it can take no role\n");
   if (!why.lacks.empty()) say(why.line, "the module's type has no " + why.lacks);
   for (const ExplainedPart& part : why.parts) {
+    if (part.holds && !all) continue;
     say(part.line,
         part.label.empty() ? part.finding : fmt::format("label {} {}", part.label, part.finding));
   }
-  // A role that fits may still be another's: a subrole fits better, or one that is held stays.
-  if (why.fits && !why.held.empty() && why.held != why.role) {
-    Print("{} is what it holds, since a role that is held or more derived comes first\n", why.held);
+}
+
+}  // namespace
+
+Json ExplanationsJson(const std::vector<RoleExplanation>& roles) {
+  if (roles.size() == 1) return ExplanationJson(roles.front());
+  Json list = Json::array();
+  for (const RoleExplanation& role : roles) list.push_back(ExplanationJson(role));
+  const Json& first = list.front();
+  return {{"module", first["module"]}, {"held", first["held"]}, {"roles", list}};
+}
+
+void PrintExplanations(const RunPlan& plan, const std::vector<RoleExplanation>& roles,
+                       ModelSource source) {
+  const BothSources both(plan, std::move(source));
+  const RoleExplanation& first = roles.front();
+  const std::string held = first.held.empty() ? "it has no role" : "it has role " + first.held;
+  const bool one = roles.size() == 1;
+  // The answer comes first, then what speaks against it.
+  if (one) {
+    Print("{} {} {}; {}\n", first.module, first.fits ? "fits" : "does not fit", first.role, held);
+  } else {
+    Print("{}: {}\n", first.module, held);
+  }
+  PrintText(source::RenderNote({both.ModuleAt(first.module), "the module"}, both.sources(),
+                               IsFancyTerminal(STDOUT_FILENO)));
+  if (!first.has_pose) Print("no pose reaches the module, so it can take no role\n");
+  for (const RoleExplanation& why : roles) {
+    if (!one) Print("\n{} {}\n", why.fits ? "fits" : "does not fit", why.role);
+    PrintParts(both, why, one);
+    // A role that fits may still be another's: a subrole fits better, or one that is held stays.
+    if (why.fits && !why.held.empty() && why.held != why.role) {
+      Print("{} is what it holds, since a role that is held or more derived comes first\n",
+            why.held);
+    }
   }
 }
 

@@ -31,8 +31,12 @@ Fit FitOf(const Recognized& one);
 Json RecognizedJson(const std::vector<Recognized>& found);
 void PrintRecognized(const std::vector<Recognized>& found);
 
-Json ExplanationJson(const RoleExplanation& why);
-/// Each label and requirement with its line of the program and what was measured.
-void PrintExplanation(const RunPlan& plan, const RoleExplanation& why, ModelSource source);
+/// One role's explanation as an object; of several, the module with the role that it holds and a
+/// list of theirs.
+Json ExplanationsJson(const std::vector<RoleExplanation>& roles);
+/// Each label and requirement of a role with its line of the program and what was measured; of
+/// several roles only what fails.
+void PrintExplanations(const RunPlan& plan, const std::vector<RoleExplanation>& roles,
+                       ModelSource source);
 
 }  // namespace morphbus::tools

@@ -19,7 +19,7 @@ struct RolesOptions {
   std::vector<std::string> programs;
   std::vector<std::string> robots;
   std::string root;
-  std::vector<std::string> why;  ///< Module and role; empty without --why.
+  std::vector<std::string> why;  ///< Module, and role if one is asked for; empty without --why.
   bool json = false;
 };
 
@@ -106,19 +106,22 @@ int Recognize(const RolesOptions& options) {
   return any ? kDone : kNo;
 }
 
-/// One role and one module: what the role asks for, and what it finds.
+/// One module, and one role or all: what they ask for, and what was found.
 int Why(const RolesOptions& options) {
   ModelSource source;
   const std::optional<RunPlan> plan = OnlyPlan(options, &source);
   if (!plan) return kUnusable;
-  const Result<RoleExplanation> why = ExplainRole(*plan, options.why[0], options.why[1]);
+  const Result<std::vector<RoleExplanation>> why =
+      ExplainRoles(*plan, options.why[0], options.why.size() > 1 ? options.why[1] : "");
   if (!why) return Unusable("--why: " + why.error().message);
   if (options.json) {
-    PrintJson(ExplanationJson(*why));
+    PrintJson(ExplanationsJson(*why));
   } else {
-    PrintExplanation(*plan, *why, std::move(source));
+    PrintExplanations(*plan, *why, std::move(source));
   }
-  return why->fits ? kDone : kNo;
+  const bool any =
+      std::any_of(why->begin(), why->end(), [](const RoleExplanation& role) { return role.fits; });
+  return any ? kDone : kNo;
 }
 
 int Roles(RolesOptions options) {
@@ -146,14 +149,15 @@ void AddRoles(CommandLine* line) {
       .Repeatable();
   sub.Add("--root", &options->root,
           "Module that broadcasts the root pose (default: the robot frame's)");
-  sub.Add("--why", &options->why, "What the role asks of the module, and what was measured there")
-      .TypeName("MODULE ROLE")
-      .Values(2);
+  sub.Add("--why", &options->why,
+          "What the role, or every role, asks of the module, and what was measured there")
+      .TypeName("MODULE [ROLE]")
+      .Values(1, 2);
   sub.Json(&options->json);
   sub.Footer(
       "Exit status 1: the program has roles, and no module takes one; none of several programs "
       "fits; "
-      "the role of --why does not fit.\n"
+      "the role of --why, or every role, does not fit.\n"
       "Examples:\n  morphbus roles models/mtran.m3l models/programs/quadruped.dyn --robot "
       "quadruped\n"
       "  morphbus roles models/mtran.m3l models/programs/*.dyn --robot quadruped\n"

@@ -49,6 +49,42 @@ Result<int> FindRole(const vm::VerifiedProgram& program, const std::string& name
   return Fail(fmt::format("the program has no role '{}'{}", name, DidYouMean(name, names)));
 }
 
+/// What role number `number` asks of the module, as it stands.
+RoleExplanation Explain(const StaticRobot::Module& asked, const vm::VerifiedProgram& program,
+                        int number) {
+  vm::Vm& vm = asked.instance->controller().vm();
+  const vm::RoleInfo info = program.role(number);
+  // What holds for the role as a whole, whatever its parts say.
+  RoleExplanation out;
+  out.role = ToString(info.name);
+  out.line = program.LineOfRole(number);
+  out.is_abstract = info.abstract_role;
+  out.has_pose = asked.report.has_pose;
+  const vm::RoleCheck check = vm.CheckRole(number);
+  out.fits = check.fits() && out.has_pose && !out.is_abstract;
+  if (asked.report.role >= 0) out.held = ToString(program.role(asked.report.role).name);
+  // A type without one of the words has no values for what follows.
+  if (check.missing_keyword >= 0) {
+    out.lacks = ToString(program.keyword(check.missing_keyword).name);
+    return out;
+  }
+  for (int l = 0; l < info.num_labels; ++l) {
+    const int label = info.labels[l];
+    const vm::RunResult result = vm.EvaluateAs(number, label).result;
+    ExplainedPart& part = out.parts.emplace_back();
+    part.label = ToString(program.member_name(label));
+    part.line = program.LineOf(label, 0);
+    part.holds = result.status == vm::RunStatus::kFinished;
+    part.finding = LabelFinding(program.function(label), result, asked.instance->type());
+  }
+  // Requirements come after the labels, which they may use.
+  for (int i = 0; i < info.num_requirements; ++i) {
+    out.parts.push_back(Requirement(vm.EvaluateAs(number, info.requirements[i]), program));
+    out.parts.back().line = program.LineOf(info.requirements[i], 0);
+  }
+  return out;
+}
+
 }  // namespace
 
 std::string LabelFinding(const vm::FunctionInfo& label, const vm::RunResult& result,
@@ -68,8 +104,8 @@ std::string LabelFinding(const vm::FunctionInfo& label, const vm::RunResult& res
                      is_link ? "links" : "joints");
 }
 
-Result<RoleExplanation> ExplainRole(const RunPlan& plan, const std::string& module,
-                                    const std::string& role) {
+Result<std::vector<RoleExplanation>> ExplainRoles(const RunPlan& plan, const std::string& module,
+                                                  const std::string& role) {
   const std::optional<int> index = plan.robot().FindModule(module);
   if (!index) {
     std::vector<std::string> names;
@@ -80,43 +116,24 @@ Result<RoleExplanation> ExplainRole(const RunPlan& plan, const std::string& modu
   const Result<std::unique_ptr<StaticRobot>> robot = StaticRobot::Create(plan);
   if (!robot) return Fail(robot.error().message);
   const vm::VerifiedProgram& program = (*robot)->program();
-  const Result<int> number = FindRole(program, role);
-  if (!number) return Fail(number.error().message);
+  std::vector<int> numbers;
+  if (!role.empty()) {
+    const Result<int> number = FindRole(program, role);
+    if (!number) return Fail(number.error().message);
+    numbers.push_back(*number);
+  }
+  for (int r = 0; role.empty() && r < program.num_roles(); ++r) {
+    if (!program.role(r).abstract_role) numbers.push_back(r);
+  }
+  if (numbers.empty()) return Fail("the program has no roles that a module could take");
   // The rest is asked of the module as it stands when nothing changes any more.
   (*robot)->Settle();
-  const StaticRobot::Module& asked = *(*robot)->modules()[*index];
-  vm::Vm& vm = asked.instance->controller().vm();
-  const vm::RoleInfo info = program.role(*number);
-  // What holds for the role as a whole, whatever its parts say.
-  RoleExplanation out;
-  out.module = module;
-  out.role = role;
-  out.line = program.LineOfRole(*number);
-  out.is_abstract = info.abstract_role;
-  out.has_pose = asked.report.has_pose;
-  const vm::RoleCheck check = vm.CheckRole(*number);
-  out.fits = check.fits() && out.has_pose && !out.is_abstract;
-  if (asked.report.role >= 0) out.held = ToString(program.role(asked.report.role).name);
-  // A type without one of the words has no values for what follows.
-  if (check.missing_keyword >= 0) {
-    out.lacks = ToString(program.keyword(check.missing_keyword).name);
-    return out;
+  std::vector<RoleExplanation> all;
+  for (const int number : numbers) {
+    all.push_back(Explain(*(*robot)->modules()[*index], program, number));
+    all.back().module = module;
   }
-  for (int l = 0; l < info.num_labels; ++l) {
-    const int label = info.labels[l];
-    const vm::RunResult result = vm.EvaluateAs(*number, label).result;
-    ExplainedPart& part = out.parts.emplace_back();
-    part.label = ToString(program.member_name(label));
-    part.line = program.LineOf(label, 0);
-    part.holds = result.status == vm::RunStatus::kFinished;
-    part.finding = LabelFinding(program.function(label), result, asked.instance->type());
-  }
-  // Requirements come after the labels, which they may use.
-  for (int i = 0; i < info.num_requirements; ++i) {
-    out.parts.push_back(Requirement(vm.EvaluateAs(*number, info.requirements[i]), program));
-    out.parts.back().line = program.LineOf(info.requirements[i], 0);
-  }
-  return out;
+  return all;
 }
 
 }  // namespace morphbus::tools

@@ -49,10 +49,10 @@ struct RoleExplanation {
 std::string LabelFinding(const vm::FunctionInfo& label, const vm::RunResult& result,
                          const vm::VerifiedKinematics& type);
 
-/// Lets the plan's robot settle, and evaluates the role for one of its modules. Fails, with the
-/// nearest name, if the robot has no such module or the program no such role, and as SettleRoles
-/// does.
-Result<RoleExplanation> ExplainRole(const RunPlan& plan, const std::string& module,
-                                    const std::string& role);
+/// Lets the plan's robot settle, and evaluates roles for one of its modules: `role`, or all that
+/// are not abstract, in the program's order, if that is empty. Fails, with the nearest name, if the
+/// robot has no such module or the program no such role, and as SettleRoles does.
+Result<std::vector<RoleExplanation>> ExplainRoles(const RunPlan& plan, const std::string& module,
+                                                  const std::string& role);
 
 }  // namespace morphbus::tools
