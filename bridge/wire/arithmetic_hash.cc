@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <vector>
 
 #include "bridge/wire/big_endian.h"
 #include "bridge/wire/stream_hash.h"
@@ -12,30 +11,6 @@
 
 namespace morphbus::bridge {
 namespace {
-
-/// Results, bit by bit, in network order.
-class Results {
- public:
-  void Add(double x) {
-    // Which NaN an operation makes is left open by IEEE 754.
-    if (std::isnan(x)) x = std::numeric_limits<double>::quiet_NaN();
-    AddBits(std::bit_cast<uint64_t>(x));
-  }
-  void Add(float x) {
-    if (std::isnan(x)) x = std::numeric_limits<float>::quiet_NaN();
-    AddBits(std::bit_cast<uint32_t>(x));
-  }
-  void Add(int64_t x) { AddBits(static_cast<uint64_t>(x)); }
-  [[nodiscard]] uint64_t Digest() const { return DigestOf(bytes_.data(), bytes_.size()); }
-
- private:
-  void AddBits(uint64_t bits) {
-    bytes_.resize(bytes_.size() + 8);
-    StoreBigEndian(bits, bytes_.data() + bytes_.size() - 8);
-  }
-
-  std::vector<uint8_t> bytes_;
-};
 
 /// Ones whose fractions do not end, one next to 1, very large and small ones, and subnormal ones.
 template <class T>
@@ -53,7 +28,7 @@ constexpr std::array<T, 10> kOperands = {T(1) / 3,
 /// The operations that IEEE 754 defines, on all pairs, and those that a compiler may contract or
 /// reassociate if it is let.
 template <class T>
-void AddOperations(Results* results) {
+void AddOperations(NumberHash* results) {
   // Each operation reads them anew, so that the compiler can neither compute it itself nor take a
   // product from another one, which it would not contract.
   std::array<volatile T, 10> x;
@@ -87,7 +62,7 @@ void AddOperations(Results* results) {
 }
 
 /// From one kind of number to another.
-void AddConversions(Results* results) {
+void AddConversions(NumberHash* results) {
   for (const double x : kOperands<double>) {
     const volatile double wide = x;
     results->Add(static_cast<float>(wide));
@@ -108,7 +83,7 @@ void AddConversions(Results* results) {
 }
 
 /// What programs and the virtual machine itself compute.
-void AddFunctions(Results* results) {
+void AddFunctions(NumberHash* results) {
   for (int op = static_cast<int>(vm::Opcode::kSin); op <= static_cast<int>(vm::Opcode::kRound);
        ++op) {
     for (const float a : {0.0f, 0.3f, -0.77f, 1.0f, 45.5f, -123.4f, 98765.4f}) {
@@ -122,8 +97,25 @@ void AddFunctions(Results* results) {
 
 }  // namespace
 
+void NumberHash::Add(double x) {
+  if (std::isnan(x)) x = std::numeric_limits<double>::quiet_NaN();
+  AddBits(std::bit_cast<uint64_t>(x));
+}
+
+void NumberHash::Add(float x) {
+  if (std::isnan(x)) x = std::numeric_limits<float>::quiet_NaN();
+  AddBits(std::bit_cast<uint32_t>(x));
+}
+
+void NumberHash::AddBits(uint64_t bits) {
+  bytes_.resize(bytes_.size() + sizeof bits);
+  StoreBigEndian(bits, bytes_.data() + bytes_.size() - sizeof bits);
+}
+
+uint64_t NumberHash::Digest() const { return DigestOf(bytes_.data(), bytes_.size()); }
+
 uint64_t EvaluateArithmetic() {
-  Results results;
+  NumberHash results;
   AddOperations<double>(&results);
   AddOperations<float>(&results);
   AddConversions(&results);

@@ -1,8 +1,25 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 namespace morphbus::bridge {
+
+/// Hash of numbers, bit by bit, the same on machines of any byte order. A NaN counts as one,
+/// whichever it is: IEEE 754 leaves open which one an operation makes.
+class NumberHash {
+ public:
+  void Add(double x);
+  void Add(float x);
+  void Add(int64_t x) { AddBits(static_cast<uint64_t>(x)); }
+  /// XXH3 (64 bits) of all numbers so far, in their order.
+  [[nodiscard]] uint64_t Digest() const;
+
+ private:
+  void AddBits(uint64_t bits);
+
+  std::vector<uint8_t> bytes_;
+};
 
 /// Hash of what this process' arithmetic makes of a fixed set of operations: sums, products and
 /// quotients of doubles and floats, whether products are contracted with sums and sums

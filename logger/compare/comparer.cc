@@ -72,6 +72,7 @@ class Comparer {
     FindEnd();
     NoteDamage(a_, "A");
     NoteDamage(*b_, "B");
+    NoteArithmetic();
     for (const std::string& group : options_.without) {
       // What the user left out must be seen in the result.
       out_.notes.push_back("left out of the comparison: " + group);
@@ -268,6 +269,16 @@ class Comparer {
     Item& item = comparer->AddExactItem({"(run)", "", "", ""}, Quantity::kDuration, "s");
     item.detail = fmt::format("{} goes on after the other's end", a_longer ? "A" : "B");
     Meter(&item).Add(std::min(a_.ticks_us.back(), b_->ticks_us.back()), Seconds(difference));
+  }
+
+  /// Tells a reader that machines or builds computed otherwise, so that no difference of the runs'
+  /// inputs need be behind one of their messages. Of older logs nobody knows.
+  void NoteArithmetic() {
+    const std::string& a = a_.facts.arithmetic;
+    const std::string& b = b_->facts.arithmetic;
+    if (a.empty() || b.empty() || a == b) return;
+    out_.notes.push_back(fmt::format(
+        "their arithmetic differs (A {}, B {}), so that equal hashes cannot be expected", a, b));
   }
 
   /// Tells a reader what is wrong with a log, the first few places of it.

@@ -43,6 +43,7 @@ void CopyFacts(const proto::RunDescription& d, LogFacts* facts) {
   facts->started = d.started();
   facts->root_module = d.root_module();
   facts->world_hash = d.world_hash();
+  facts->arithmetic = d.arithmetic();
   facts->still = d.still();
   facts->model_hash = d.model_hash();
   facts->program_hash = d.program_hash();

@@ -23,8 +23,8 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(health_t, received, sent, lost, discarded, du
 namespace logger {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DescribedRun, robot, model_file, program_file, mode, root_module,
-                                   build, started, world_hash, still, loss, seed, random_seed,
-                                   faults_file, fault_rules, root_sensor, root_noise_m,
+                                   build, started, world_hash, arithmetic, still, loss, seed,
+                                   random_seed, faults_file, fault_rules, root_sensor, root_noise_m,
                                    root_noise_rad)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ChannelFacts, messages, events, bytes, lost, duplicates, bad,
                                    hashed)
@@ -83,6 +83,7 @@ std::string Heading(const LogFacts& f) {
             f.root_module);
     AddLine(&text, "model {:016x}, program {:016x}, world {}, build {}", f.model_hash,
             f.program_hash, f.world_hash.empty() ? "-" : f.world_hash, f.build);
+    AddLine(&text, "arithmetic {}", f.arithmetic.empty() ? "not known" : f.arithmetic);
     if (f.loss > 0) AddLine(&text, "loss {} on purpose, seed {}", f.loss, f.seed);
     if (f.root_sensor) {
       AddLine(&text, "the root measured its pose, with noise of {} m and {} rad", f.root_noise_m,

@@ -116,6 +116,8 @@ enum class EndState {
 struct DescribedRun {
   bool has_description = false;
   std::string model_file, robot, program_file, mode, build, started, root_module, world_hash;
+  std::string
+      arithmetic;  ///< Fingerprint of the machine's (sim/arithmetic.h); empty in older logs.
   uint64_t model_hash = 0, program_hash = 0;
   bool still = false;  ///< Without physics (`run --still`).
   /// The share of datagrams that every receiver threw away on purpose (0…1), and the seed of the

@@ -181,6 +181,7 @@ class Page {
     row("world", f.world_hash);
     row("started", f.started);
     row("build", f.build);
+    row("arithmetic", f.arithmetic.empty() ? "not known" : f.arithmetic);
     html_ += "</dl></section>";
   }
 

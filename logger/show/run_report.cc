@@ -92,6 +92,7 @@ class RunPage {
     Fact("hash", facts_.run_hash);
     Fact("started", facts_.started);
     Fact("build", facts_.build);
+    Fact("arithmetic", facts_.arithmetic.empty() ? "not known" : facts_.arithmetic);
     html_ += "</dl></section><section class='card'><h2>What came of it</h2><dl>";
     // How far it came, how it stood, and its gait, in the words of `run`.
     if (prepared_) {

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """A run is the same on every processor: who computes what, and hashes without what newer processors can (docs/arithmetic.md)."""
+import json
 import os
 import pathlib
 import re
 import subprocess
 import unittest
 
-from support import BIN, MODEL, SOURCE, Case, as_json, morphbus
+from support import BIN, MODEL, PROGRAM, SOURCE, Case, ShortRun, as_json, morphbus
 
 # What IEEE 754 or C define to the bit: these give everywhere what they give here. The last ones are no functions of
 # numbers: rounding modes and variables of old error handling.
@@ -95,6 +96,50 @@ class WithoutFma(Case):
 
     def test_noise_of_the_root_sensor(self):
         self.expect_the_same('mtran', 'quadruped_upright', 'quadruped', '--root-sensor', '--root-noise', '0.002,0.01')
+
+
+class Fingerprint(ShortRun):
+    """What the arithmetic makes of fixed operations and a small world of the engine's, in logs and out of them."""
+    SECONDS = 1
+
+    def setUp(self):
+        super().setUp()
+        self.known = as_json('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', 0.1, '--inproc', '--log',
+                             self.folder / 'x.log', status=1)['arithmetic']
+
+    def of_another_machine(self):
+        return self.doctored(self.short, self.known.encode(), b'0123456789abcdef')
+
+    def test_run_doctor_and_info_say_the_same(self):
+        self.assertRegex(self.known, '^[0-9a-f]{16}$')
+        doctor = morphbus('doctor', '--lcm-url', 'memq://', status=None).stdout
+        self.assertRegex(doctor, f'(?m)^ok +arithmetic +{self.known}')
+        self.assertEqual(as_json('info', self.short)['description']['arithmetic'], self.known)
+        self.assertIn(f'\narithmetic {self.known}\n', morphbus('info', self.short).stdout)
+
+    def test_an_older_log_does_not_tell(self):
+        # The number of a field that no version has.
+        older = self.doctored(self.short, b'\xb2\x02\x10' + self.known.encode(), b'\xba\x3e\x10' + self.known.encode())
+        self.assertEqual(as_json('info', older)['description']['arithmetic'], '')
+        self.assertIn('\narithmetic not known\n', morphbus('info', older).stdout)
+        self.assertNotIn('arithmetic', morphbus('compare', self.short, older, status=None).stdout)
+        self.assertNotIn('arithmetic', morphbus('reproduce', older, status=None).stderr)
+
+    def test_compare_says_when_that_of_two_logs_differs(self):
+        other = self.of_another_machine()
+        note = f'their arithmetic differs (A {self.known}, B 0123456789abcdef), so that equal hashes cannot be expected'
+        self.assertIn(f'  note: {note}\n', morphbus('compare', self.short, other, status=None).stdout)
+        for level in ('sample', 'gait'):
+            found = json.loads(morphbus('compare', self.short, other, '--level', level, '--json', status=None).stdout)
+            self.assertIn(note, found['notes'])
+        self.assertNotIn('arithmetic', morphbus('compare', self.short, self.short).stdout)
+
+    def test_reproduce_says_that_the_hash_may_differ(self):
+        other = self.of_another_machine()
+        note = f'made with arithmetic 0123456789abcdef, that of this machine is {self.known}: its hash may differ'
+        self.assertIn(note, morphbus('reproduce', other, status=2).stderr)
+        found = json.loads(morphbus('reproduce', other, '--json', status=2).stdout)
+        self.assertEqual((found['note'], found['arithmetic'], found['logged_arithmetic']), (note, self.known, '0123456789abcdef'))
 
 
 if __name__ == '__main__':

@@ -4,7 +4,7 @@ import json
 import struct
 import unittest
 
-from support import MODEL, PROGRAM, SOURCE, Case, as_json, decode, encode, morphbus, read_events, write_events
+from support import MODEL, PROGRAM, SOURCE, Case, as_json, morphbus, read_events, write_events
 
 # What people do to a run, and to the bus.
 COMMANDS = '10 push m5 EAST 20 0.2\n20 pause\n21 resume\n30 lose m3\n40 deploy {deployed}\n'
@@ -66,22 +66,6 @@ class Reproduce(Case):
 
     def test_a_still_run_is_the_same_again(self):
         self.assert_same(self.record('--inproc', '--still'))
-
-    def doctored(self, log, old, new):
-        """The log with other bytes in its description."""
-        events = []
-        changed = 0
-        for number, time, channel, data in read_events(log):
-            if channel.endswith('/INFO'):
-                message = decode(data)
-                changed += message.data.count(old)
-                message.data = message.data.replace(old, new)
-                data = encode(message)
-            events.append((number, time, channel, data))
-        self.assertGreater(changed, 0)
-        path = self.folder / 'doctored.log'
-        write_events(path, events)
-        return path
 
     def test_a_log_with_one_input_doctored_is_found_out(self):
         log = self.record('--inproc')

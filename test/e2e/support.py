@@ -164,6 +164,23 @@ class Case(unittest.TestCase):
         return path
 
 
+    def doctored(self, log, old, new):
+        """The log of an --inproc run with other bytes, as many, in its description."""
+        self.assertEqual(len(old), len(new))
+        events = read_events(log)
+        parts = {i: decode(data) for i, (_, _, channel, data) in enumerate(events) if channel.endswith('/INFO')}
+        whole = b''.join(part.data for part in sorted(parts.values(), key=lambda part: part.part))
+        self.assertEqual(len(whole), next(iter(parts.values())).total_bytes)
+        self.assertIn(old, whole)
+        whole = whole.replace(old, new)
+        for i, part in sorted(parts.items(), key=lambda entry: entry[1].part):
+            part.data, whole = whole[:part.size], whole[part.size:]
+            events[i] = (*events[i][:3], encode(part))
+        path = self.folder / 'doctored.log'
+        write_events(path, events)
+        return path
+
+
 class ShortRun(Case):
     """With a short log, `self.short`, recorded once for all tests of the class: SECONDS of the quadruped's walk."""
     RUN = 'short'

@@ -4,7 +4,8 @@
 runs.json lists the runs: by name, the options of `morphbus run` (files are relative to the repository) and the hashes
 of the world and of the run, and for a program that is compiled for more module types than the robot has the options of
 `morphbus compile`, with {image} for the file. The suite demands these hashes of runs as they are, without the processor's fused
-multiply-add, and, in tools/check --ci and --all, of runs on an emulated old processor and of other builds.
+multiply-add, and, in tools/check --ci and --all, of runs on an emulated old processor and of other builds. It also demands
+of each run the fingerprint of arithmetic that sim/arithmetic.h calls usual.
 
 Usage: golden.py [--write] [--without-fma] [--runner COMMAND] [--short] [--jobs N] [NAME]...
   (default)      runs all of them, or those named, and compares; status 1 if a hash is another
@@ -20,6 +21,7 @@ import concurrent.futures
 import json
 import os
 import pathlib
+import re
 import shlex
 import subprocess
 import sys
@@ -31,6 +33,8 @@ RUNS = HERE / 'runs.json'
 # glibc before and after 2.33 names what is usable differently, and takes no notice of names that it does not know.
 WITHOUT_FMA = 'glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX512F,-AVX2_Usable,-FMA_Usable,-FMA4_Usable,-AVX512F_Usable'
 HASHES = ('world_hash', 'hash')
+# How machines compute on which these hashes hold.
+USUAL = re.search(r'kUsualArithmetic = "(\w+)"', (SOURCE / 'sim' / 'arithmetic.h').read_text(encoding='utf-8'))[1]
 
 
 def run_once(name, run, runner, environment):
@@ -49,6 +53,8 @@ def run_once(name, run, runner, environment):
     if done.returncode not in (0, 1) or not done.stdout:
         return name, f'status {done.returncode}: {done.stderr[:2000]}'
     summary = json.loads(done.stdout)
+    if summary['arithmetic'] != USUAL:
+        return name, f'its arithmetic has the fingerprint {summary["arithmetic"]}, in sim/arithmetic.h {USUAL}'
     return name, {key: summary[key] for key in HASHES}
 
 

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "sim/arithmetic.h"
+
 namespace morphbus::tools {
 namespace {
 
@@ -60,6 +62,17 @@ TEST(MachineFindings, LimitsAreRaisedByTheShellUpToTheHardLimitAndByRootBeyond) 
                                  JudgeFiles({RLIM_INFINITY, RLIM_INFINITY})}) {
     EXPECT_EQ(finding.health, Health::kGood) << finding.text;
     EXPECT_EQ(finding.mend, "");
+  }
+}
+
+TEST(MachineFindings, AnArithmeticThatIsNotTheUsualOneIsWarnedOf) {
+  const Finding usual = JudgeArithmetic(std::string(sim::kUsualArithmetic));
+  EXPECT_EQ(usual.health, Health::kGood);
+  const Finding other = JudgeArithmetic("0123456789abcdef");
+  EXPECT_EQ(other.health, Health::kWarning);
+  for (const std::string_view fingerprint :
+       {std::string_view("0123456789abcdef"), sim::kUsualArithmetic}) {
+    EXPECT_NE(other.text.find(fingerprint), std::string::npos) << other.text;
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include "compiler/base/version.h"
 #include "logger/compare/log_difference.h"
+#include "sim/arithmetic.h"
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/convert/rerun_report.h"
@@ -82,10 +83,19 @@ Result<logger::RunLog> RunAgain(RunPlan* plan, const ReproduceOptions& options,
 }
 
 /// What made the log and what runs now, where that may be the reason of a difference; else empty.
-std::string VersionNote(const logger::LogFacts& facts) {
-  if (facts.build == Version()) return "";
-  return fmt::format("made by {}, this is {}: its hash may differ",
-                     facts.build.empty() ? "an unknown version" : facts.build, Version());
+std::string OriginNote(const logger::LogFacts& facts) {
+  std::vector<std::string> unlike;
+  if (facts.build != Version()) {
+    unlike.push_back(fmt::format("made by {}, this is {}",
+                                 facts.build.empty() ? "an unknown version" : facts.build,
+                                 Version()));
+  }
+  // Older logs do not tell.
+  if (!facts.arithmetic.empty() && facts.arithmetic != sim::ArithmeticFingerprint()) {
+    unlike.push_back(fmt::format("made with arithmetic {}, that of this machine is {}",
+                                 facts.arithmetic, sim::ArithmeticFingerprint()));
+  }
+  return unlike.empty() ? "" : fmt::format("{}: its hash may differ", fmt::join(unlike, "; "));
 }
 
 /// Both runs side by side, for scripts.
@@ -99,7 +109,9 @@ Json FindingsJson(const logger::LogFacts& logged, const logger::LogFacts& again,
                {"differing", difference.differing},
                {"made_by", logged.build},
                {"this_is", Version()},
-               {"note", VersionNote(logged)},
+               {"arithmetic", again.arithmetic},
+               {"logged_arithmetic", logged.arithmetic},
+               {"note", OriginNote(logged)},
                {"first", fields.first()}};
   if (difference.first) json["first"]["channel"] = difference.first->channel;
   return json;
@@ -133,7 +145,7 @@ int Reproduce(const ReproduceOptions& options) {
   if (!options.output.empty() && !MayWriteLog(options.output, options.force, {options.log})) {
     return kUnusable;
   }
-  if (const std::string note = VersionNote(log->facts); !note.empty()) Warn(note);
+  if (const std::string note = OriginNote(log->facts); !note.empty()) Warn(note);
   // What the log does not tell enough of is refused before anything runs.
   Result<RunPlan> plan = PlanAgain(*log);
   if (!plan) return Unusable(options.log + ": " + plan.error().message);

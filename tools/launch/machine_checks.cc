@@ -25,6 +25,7 @@
 #include "bridge/bus/channel_filter.h"
 #include "bridge/bus/udpm_socket.h"
 #include "bridge/wire/channels.h"
+#include "sim/arithmetic.h"
 #include "tools/launch/machine_findings.h"
 
 namespace morphbus::tools {
@@ -269,6 +270,7 @@ std::vector<Finding> CheckMachine(const bridge::LcmUrl& url, const std::string& 
   rlimit processes = {};
   getrlimit(RLIMIT_NOFILE, &files);
   getrlimit(RLIMIT_NPROC, &processes);
+  findings.push_back(JudgeArithmetic(sim::ArithmeticFingerprint()));
   findings.push_back(JudgeFiles(files));
   findings.push_back(JudgeProcesses(processes));
   findings.push_back(CheckNamespaces());

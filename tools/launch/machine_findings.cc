@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "bridge/bus/lcm_url.h"
+#include "sim/arithmetic.h"
 
 namespace morphbus::tools {
 namespace {
@@ -86,6 +87,25 @@ Finding JudgeFilter(int64_t limit_bytes, int instructions, bool taken) {
       "--system",
       kEnoughBytes);
   return finding;
+}
+
+Finding JudgeArithmetic(const std::string& fingerprint) {
+  if (fingerprint == sim::kUsualArithmetic) {
+    return {
+        "arithmetic",
+        Health::kGood,
+        fmt::format("{}: the usual one, so that runs have the same hash as elsewhere", fingerprint),
+        "",
+        {}};
+  }
+  return {
+      "arithmetic",
+      Health::kWarning,
+      fmt::format("{}, where {} is usual: runs may have other hashes here than on other machines "
+                  "(docs/arithmetic.md)",
+                  fingerprint, sim::kUsualArithmetic),
+      "",
+      {}};
 }
 
 Finding JudgeFiles(const rlimit& limit) {

@@ -52,6 +52,10 @@ Finding JudgeBuffer(const Burst& burst);
 /// one of so many instructions.
 Finding JudgeFilter(int64_t limit_bytes, int instructions, bool taken);
 
+/// Whether runs have the hashes here that they have elsewhere: `arithmetic`, with this machine's
+/// fingerprint (sim/arithmetic.h). There is no command that mends it.
+Finding JudgeArithmetic(const std::string& fingerprint);
+
 /// Whether the limit of open files is enough for a robot of 100 modules: `files`. A process may
 /// raise its own limit up to the hard one, and only root that.
 Finding JudgeFiles(const rlimit& limit);

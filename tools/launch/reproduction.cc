@@ -7,6 +7,7 @@
 
 #include "compiler/base/text.h"
 #include "compiler/base/version.h"
+#include "sim/arithmetic.h"
 
 namespace morphbus::tools {
 namespace {
@@ -61,6 +62,7 @@ Result<RunPlan> PlanAgain(const logger::RunLog& log) {
   description.clear_run();
   description.set_speed(0);
   description.set_build(Version());
+  description.set_arithmetic(sim::ArithmeticFingerprint());
   return plan;
 }
 

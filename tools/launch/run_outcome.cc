@@ -175,6 +175,7 @@ RunSummary Summarize(const RunPlan& plan, RunOutcome outcome) {
   // The hashes are known even if the run left no log.
   s.program_hash = plan.description.program_hash();
   s.world_hash = plan.description.world_hash();
+  s.arithmetic = plan.description.arithmetic();
   // A log may hold several runs; only this one counts.
   const auto log = s.outcome.log.empty() ? Result<logger::RunLog>(Fail("no log"))
                                          : logger::LoadRunLog(s.outcome.log, {s.outcome.run, true});
@@ -252,6 +253,7 @@ Json SummaryJson(const RunSummary& s) {
                {"num_prints", s.facts.num_prints},
                {"program_hash", Hex(s.program_hash)},
                {"world_hash", s.world_hash},
+               {"arithmetic", s.arithmetic},
                {"missed_deadlines", s.outcome.missed_deadlines},
                {"lateness", logger::LatenessJson(s.facts)},
                {"restarts", s.outcome.restarts},

@@ -36,10 +36,10 @@ struct RunOutcome {
 struct RunSummary {
   RunOutcome outcome;
   logger::LogFacts facts;  ///< Of the log; empty if there is none that can be read.
-  /// Of the program image, and of the simulated world as hexadecimal text: both as the description
-  /// has them.
+  /// Of the program image, and of the simulated world and the machine's arithmetic as hexadecimal
+  /// text: as the description has them.
   uint64_t program_hash = 0;
-  std::string world_hash;
+  std::string world_hash, arithmetic;
   int64_t messages = 0;  ///< Distinct, on hashed channels.
   int64_t lost = 0;      ///< Over all processes, on purpose or not.
   /// Messages that were sent again because somebody asked for them, over all processes.

@@ -20,6 +20,7 @@
 #include "compiler/world/surface_files.h"
 #include "compiler/world/world_proto.h"
 #include "logger/figures/robot_motion.h"
+#include "sim/arithmetic.h"
 #include "sim/bullet_robot.h"
 #include "sim/still_robot.h"
 #include "tools/base/files.h"
@@ -141,6 +142,7 @@ void Describe(const RunOptions& options, const model::Model& model, const model:
   d->set_mode(options.realtime ? "realtime" : "lockstep");
   d->set_speed(options.realtime && options.speed == 0 ? 1.0 : options.speed);
   d->set_build(Version());
+  d->set_arithmetic(sim::ArithmeticFingerprint());
   d->set_started(WallTime());
 }
 
