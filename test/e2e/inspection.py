@@ -59,7 +59,7 @@ class Inspection(Live):
         self.assertIn("did you mean 'm5'", self.refuse(2, 'inspect', 'm55'))
         said = morphbus('control', 'inspect', 'm5', '--run', 'live').stdout
         self.assertRegex(said, r'^inspect m5: tick \d+ \(\d+\.\d\d s\)\nm5: role Junction, pose known\n')
-        self.assertRegex(said, r'\n  behavior Junction\.gait waits for .+\n    in Junction\.gait, line \d+')
+        self.assertRegex(said, r'\n  behavior Junction\.gait waits for .+\n    in Junction\.gait, quadruped\.dyn:\d+')
         self.control('stop')
         self.end()
         self.assertIn((one['tick'], 'inspect m5'), self.commands())
@@ -119,6 +119,8 @@ class Inspection(Live):
             log = self.folder / f'{where.strip("-")}.log'
             more = ['--inproc'] if lines is None else [where, '--commands', lines]
             run = as_json('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', 2, '--run', 'script', '--log', log, *more)
+            self.assertEqual([(at['tick'], sorted(answer['module'] for answer in at['modules'])) for at in run['inspections']],
+                             [] if lines is None else [(60, MODULES), (61, ['m4']), (80, ['m4'])])
             runs[where] = (run['hash'], [sorted(told(log, tick)) for tick in (59, 60, 61, 62, 80)])
         self.assertEqual(runs['--inproc'], runs['--isolate'])
         self.assertEqual(runs['--inproc'][1], [[], MODULES, ['m4'], [], ['m4']])
@@ -130,7 +132,7 @@ class Inspection(Live):
         program.write_text(COUNTER)
         # The first rest lasts three seconds.
         script.write_text('100 inspect m1\n')
-        morphbus('run', SOURCE / 'models' / 'mtran_robots.m3l', program, '--robot', 'snake', '--seconds', 2.5, '--log', log,
+        ran = morphbus('run', SOURCE / 'models' / 'mtran_robots.m3l', program, '--robot', 'snake', '--seconds', 2.5, '--log', log,
                  '--inproc', '--commands', script)
         part, = told(log, 100)['m1']
         self.assertEqual([(f.name, f.type_name, f.value_text) for f in part.fields],
@@ -146,9 +148,13 @@ class Inspection(Live):
         self.assertTrue(known['same'])
         self.assertEqual(known['at']['fields'], {'sum': {'type': 'int', 'value': '3'}, 'speed': {'type': 'float', 'value': '2.5'},
                                                  'far': {'type': 'bool', 'value': 'false'}})
-        said = morphbus('replay', log, '--into', 'm1', '--at', 2).stdout
-        self.assertIn('  field speed = 2.5 (float)\n', said)
-        self.assertIn('    in Counter.rest, line 16: times = 3, deep = true, tenths = 30\n    in Counter.count, line 9: i = 3\n', said)
+        # The run that was asked says so at its end, as replay does of any tick: with the file, since a robot may run several.
+        told_by_run = ('inspected at tick 100 (2.00 s):\nm1: role Counter, pose known\n  field sum = 3 (int)\n')
+        self.assertIn(told_by_run, ran.stdout)
+        for said in (ran.stdout, morphbus('replay', log, '--into', 'm1', '--at', 2).stdout):
+            self.assertIn('  field speed = 2.5 (float)\n', said)
+            self.assertIn('    in Counter.rest, count.dyn:16: times = 3, deep = true, tenths = 30\n'
+                          '    in Counter.count, count.dyn:9: i = 3\n', said)
 
 
 class Realtime(Live):

@@ -101,7 +101,7 @@ class Rerun(ShortRun):
         self.assertGreater(call['line'], 0)
         said = morphbus('replay', self.short, '--into', 'm5', '--at', 2.5).stdout
         self.assertIn('tick 125 (2.50 s): role Junction, pose known\n', said)
-        self.assertIn(f'in Junction.gait, line {call["line"]}', said)
+        self.assertIn(f'in Junction.gait, quadruped.dyn:{call["line"]}', said)
 
     def steps(self, at, by, module='m5'):
         return as_json('replay', self.short, '--into', module, '--at', at, '--steps', by)['steps']
@@ -189,7 +189,7 @@ class Rerun(ShortRun):
         self.assertEqual({(b['kind'], b['routine']) for b in inner}, {('behavior', 'Counter.count')})
         self.assertEqual(breaks(12, '--to', at), [])
         said = morphbus('replay', log, '--into', 'm1', '--break', 12, '--from', at, '--to', at + 0.02).stdout
-        self.assertIn('    in Counter.twice, line 12: n = 1\n    in Counter.count, line 6: i = 1\n  field sum = 1 (int)\n', said)
+        self.assertIn('    in Counter.twice, count.dyn:12: n = 1\n    in Counter.count, count.dyn:6: i = 1\n  field sum = 1 (int)\n', said)
         self.assertIn('no task of m1 came to line 99', morphbus('replay', log, '--into', 'm1', '--break', 99).stderr)
 
     def test_what_cannot_be_is_refused(self):

@@ -11,6 +11,7 @@
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/inspect.h"
+#include "tools/base/inspection_report.h"
 #include "tools/launch/control_link.h"
 #include "tools/launch/control_script.h"
 #include "tools/launch/controlled_run.h"

@@ -10,9 +10,10 @@
 
 #include "bridge/wire/channels.h"
 #include "bridge/wire/codec.h"
-#include "bridge/wire/held_state.h"
+#include "tools/base/files.h"
+#include "tools/base/inspection_report.h"
 #include "tools/base/messages.h"
-#include "tools/convert/held_report.h"
+#include "tools/launch/control_script.h"
 
 namespace morphbus::tools {
 namespace {
@@ -26,17 +27,6 @@ constexpr size_t kKeptTicks = 64;
 template <class Map>
 void DropOld(Map* ticks) {
   while (ticks->size() > kKeptTicks) ticks->erase(ticks->begin());
-}
-
-/// The name of a label's part; nothing for one that is not resolved.
-Json LabelJson(const model::ModuleType& type, const morphbus::label_t& label) {
-  if (label.index < 0) return nullptr;
-  if (label.kind == morphbus::label_t::KIND_JOINT) {
-    if (label.index < std::ssize(type.joints)) return type.joints[label.index].name;
-  } else if (label.index < std::ssize(type.links)) {
-    return type.links[label.index].name;
-  }
-  return label.index;
 }
 
 }  // namespace
@@ -134,29 +124,18 @@ std::string InspectionListener::Await(int64_t tick, const bridge::TimeSource& ti
 }
 
 Json InspectionListener::AnswerJson(int module, const Parts& parts) const {
-  // Every part says the rest as well.
-  const morphbus::status_t& status = parts.begin()->second;
-  const model::ModuleType& type = run_.plan.model.TypeOf(run_.plan.robot(), module);
-  Json labels = Json::object(), conventions = Json::object();
-  for (const morphbus::label_t& label : status.labels) labels[label.name] = LabelJson(type, label);
-  for (int j = 0; j < std::min(std::ssize(status.joint_sign), std::ssize(type.joints)); ++j) {
-    conventions[type.joints[j].name] = status.joint_sign[j];
-  }
-  std::vector<morphbus::inspection_t> told;
-  for (const auto& [number, part] : parts) told.push_back(part.inspections.front());
-  const Result<bridge::HeldState> held = bridge::JoinHeld(told);
-  return {{"module", run_.plan.robot().modules[module].name},
-          {"type", status.type_name},
-          {"tick", status.header.tick},
-          {"seconds", static_cast<double>(status.header.sim_time_us) * 1e-6},
-          {"role", status.role < 0 ? Json(nullptr) : Json(status.role_name)},
-          {"frozen", status.frozen != 0},
-          {"has_pose", status.has_pose != 0},
-          {"pose_stale", status.pose_stale != 0},
-          {"labels", labels},
-          {"conventions", conventions},
-          {"fields", FieldsJson(held ? held->fields : std::vector<bridge::HeldValue>())},
-          {"tasks", TasksJson(held ? held->tasks : std::vector<bridge::HeldTask>())}};
+  std::vector<morphbus::status_t> statuses;
+  for (const auto& [number, part] : parts) statuses.push_back(part);
+  // A program that was deployed since lies in the run's folder, and names its source.
+  const auto hash = static_cast<uint64_t>(statuses.front().header.program_hash);
+  const auto& description = run_.plan.description;
+  const std::string image =
+      hash == description.program_hash()
+          ? description.program_image()
+          : ReadFile(ImagePath(run_.entry.folder, hash), vm::kMaxImageBytes).value_or("");
+  return InspectionJson(run_.plan.robot().modules[module].name,
+                        run_.plan.model.TypeOf(run_.plan.robot(), module), statuses,
+                        SourceOfImage(image));
 }
 
 Json InspectionListener::answers() const {
@@ -166,28 +145,6 @@ Json InspectionListener::answers() const {
     if (parts != nullptr) answers.push_back(AnswerJson(m, *parts));
   }
   return answers;
-}
-
-std::string AnswersText(const Json& answers) {
-  std::string text;
-  for (const Json& answer : answers) {
-    text += fmt::format("{}: role {}{}, pose {}\n", answer["module"].get<std::string>(),
-                        answer["role"].is_null() ? "none" : answer["role"].get<std::string>(),
-                        answer["frozen"].get<bool>() ? " (frozen)" : "",
-                        !answer["has_pose"].get<bool>()    ? "unknown"
-                        : answer["pose_stale"].get<bool>() ? "stale"
-                                                           : "known");
-    for (const auto& [name, part] : answer["labels"].items()) {
-      text += fmt::format("  label {} = {}\n", name,
-                          part.is_string() ? part.get<std::string>() : "(not resolved)");
-    }
-    for (const auto& [joint, sign] : answer["conventions"].items()) {
-      if (sign.get<int>() == 0) continue;
-      text += fmt::format("  joint {}: sign {}\n", joint, sign.get<int>() > 0 ? "+" : "-");
-    }
-    text += FieldsText(answer["fields"]) + TasksText(answer["tasks"]);
-  }
-  return text;
 }
 
 }  // namespace morphbus::tools

@@ -31,8 +31,7 @@ class InspectionListener {
   std::string Await(int64_t tick, const bridge::TimeSource& time,
                     const std::function<bool()>& stop);
 
-  /// What the modules said, in the order of the robot: "module", "type", "tick", "seconds", "role",
-  /// "frozen", "has_pose", "pose_stale", "labels", "conventions", "fields", "tasks".
+  /// What the modules said, in the order of the robot (InspectionJson).
   [[nodiscard]] Json answers() const;
 
  private:
@@ -64,8 +63,5 @@ class InspectionListener {
   int64_t clock_tick_ = -1;
   bool clock_heard_ = false, ended_ = false;
 };
-
-/// The answers for people.
-std::string AnswersText(const Json& answers);
 
 }  // namespace morphbus::tools

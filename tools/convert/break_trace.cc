@@ -4,7 +4,8 @@
 
 #include "bridge/module/read_held.h"
 #include "compiler/base/text.h"
-#include "tools/convert/held_report.h"
+#include "tools/base/program.h"
+#include "tools/base/held_report.h"
 
 namespace morphbus::tools {
 namespace {
@@ -39,6 +40,7 @@ void BreakTrace::Take(const logger::ComputedStep& step) {
        {"seconds", seconds},
        {"kind", task["kind"]},
        {"routine", task["routine"]},
+       {"program", ToString(step.program.source_name())},
        {"calls", task["calls"]},
        {"fields", FieldsJson(bridge::ReadFields(step.program, step.kinematics, role))}});
 }
@@ -48,7 +50,8 @@ std::string BreaksText(const Json& moments, int64_t dropped) {
   for (const Json& moment : moments) {
     text += fmt::format("tick {} ({:.2f} s): {} {}\n{}{}", moment["tick"].get<int64_t>(),
                         moment["seconds"].get<double>(), moment["kind"].get<std::string>(),
-                        moment["routine"].get<std::string>(), CallsText(moment["calls"]),
+                        moment["routine"].get<std::string>(),
+                        CallsText(moment["calls"], moment["program"].get<std::string>()),
                         FieldsText(moment["fields"]));
   }
   if (dropped > 0) text += fmt::format("and {} more\n", Counted(dropped, "time"));

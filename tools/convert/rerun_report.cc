@@ -6,7 +6,7 @@
 
 #include "bridge/module/read_held.h"
 #include "tools/base/program.h"
-#include "tools/convert/held_report.h"
+#include "tools/base/held_report.h"
 
 namespace morphbus::tools {
 namespace {
@@ -103,6 +103,7 @@ Json KnownAfter(const logger::ComputedTick& tick) {
   }
   const bridge::HeldState held = bridge::ReadHeld(tick.program, tick.kinematics, tick.state);
   known["labels"] = labels;
+  known["program"] = ToString(tick.program.source_name());
   known["fields"] = FieldsJson(held.fields);
   known["joints"] = JointsJson(tick);
   known["tasks"] = TasksJson(held.tasks);
@@ -135,7 +136,7 @@ std::string KnownText(const Json& known) {
                                                        : ", on its way",
                         joint["stalled"].get<bool>() ? ", stalled" : "");
   }
-  text += TasksText(known["tasks"]);
+  text += TasksText(known["tasks"], known["program"].get<std::string>());
   return text;
 }
 

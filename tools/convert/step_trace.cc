@@ -7,7 +7,7 @@
 
 #include "bridge/module/read_held.h"
 #include "tools/base/program.h"
-#include "tools/convert/held_report.h"
+#include "tools/base/held_report.h"
 #include "vm/image/disassembler.h"
 #include "vm/image/print_line.h"
 

@@ -12,6 +12,7 @@
 #include "tools/base/messages.h"
 #include "tools/base/model_io.h"
 #include "tools/base/program.h"
+#include "tools/base/inspection_report.h"
 #include "tools/launch/static_roles.h"
 
 namespace morphbus::tools {
@@ -204,6 +205,7 @@ RunSummary Summarize(const RunPlan& plan, RunOutcome outcome) {
   s.problems = RoleProblems(log->deployed.empty() ? plan : PlanAtEnd(plan, *log), s.roles, docked,
                             s.facts.lost_modules);
   s.figures = logger::FiguresOf(*log);
+  s.inspections = InspectionsOf(*log);
   return s;
 }
 
@@ -251,6 +253,7 @@ Json SummaryJson(const RunSummary& s) {
                {"num_faults", s.facts.num_faults},
                {"prints", logger::PrintsJson(s.facts)},
                {"num_prints", s.facts.num_prints},
+               {"inspections", s.inspections},
                {"program_hash", Hex(s.program_hash)},
                {"world_hash", s.world_hash},
                {"arithmetic", s.arithmetic},
@@ -307,6 +310,7 @@ std::string SummaryText(const RunSummary& s) {
   }
   text += FaultsText(s);
   text += PrintsText(s);
+  text += InspectionsText(s.inspections);
   if (!outcome.reason.empty()) text += fmt::format("  ended: {}\n", EscapeControl(outcome.reason));
   if (!outcome.log.empty()) text += fmt::format("  log {}\n", outcome.log);
   return text;

@@ -51,6 +51,8 @@ struct RunSummary {
   /// `morphbus roles` finds it for the robot at its start values. Empty for a program without
   /// roles.
   std::vector<std::string> problems;
+  /// What modules told of themselves because a command had asked them (InspectionsOf).
+  Json inspections = Json::array();
   /// Where the robot went, and its gait.
   logger::RunFigures figures;
 };

@@ -1,4 +1,4 @@
-#include "tools/convert/held_report.h"
+#include "tools/base/held_report.h"
 
 #include <fmt/format.h>
 
@@ -79,17 +79,20 @@ std::string LocalsText(const Json& locals) {
   return text;
 }
 
-std::string CallsText(const Json& calls) {
+std::string CallsText(const Json& calls, const std::string& file) {
   std::string text;
   for (const Json& call : calls) {
     const std::string locals = LocalsText(call["locals"]);
-    text += fmt::format("    in {}, line {}{}\n", call["function"].get<std::string>(),
-                        call["line"].get<int>(), locals.empty() ? "" : ": " + locals);
+    const int line = call["line"].get<int>();
+    text +=
+        fmt::format("    in {}, {}{}\n", call["function"].get<std::string>(),
+                    file.empty() ? fmt::format("line {}", line) : fmt::format("{}:{}", file, line),
+                    locals.empty() ? "" : ": " + locals);
   }
   return text;
 }
 
-std::string TasksText(const Json& tasks) {
+std::string TasksText(const Json& tasks, const std::string& file) {
   std::string text;
   for (const Json& task : tasks) {
     std::string waits = task["waits_for"].get<std::string>();
@@ -97,7 +100,7 @@ std::string TasksText(const Json& tasks) {
     if (task.contains("joint")) waits = "joint " + task["joint"].get<std::string>();
     text += fmt::format("  {} {} waits for {}\n", task["kind"].get<std::string>(),
                         task["routine"].get<std::string>(), waits);
-    text += CallsText(task["calls"]);
+    text += CallsText(task["calls"], file);
   }
   return text;
 }

@@ -33,9 +33,9 @@ Json TasksJson(const std::vector<bridge::HeldTask>& tasks);
 std::string FieldsText(const Json& fields);
 /// "i = 3, far = true"; a local without a name is called by its number.
 std::string LocalsText(const Json& locals);
-/// A line for each call.
-std::string CallsText(const Json& calls);
+/// A line for each call, with its place in `file`; empty: the file is not known.
+std::string CallsText(const Json& calls, const std::string& file);
 /// A line for each task and each call.
-std::string TasksText(const Json& tasks);
+std::string TasksText(const Json& tasks, const std::string& file);
 
 }  // namespace morphbus::tools

@@ -1,0 +1,135 @@
+#include "tools/base/inspection_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "bridge/wire/held_state.h"
+#include "compiler/model/run_description.pb.h"
+#include "tools/base/held_report.h"
+#include "tools/base/program.h"
+
+namespace morphbus::tools {
+namespace {
+
+/// The name of a label's part; null for one that is not resolved.
+Json LabelJson(const model::ModuleType& type, const morphbus::label_t& label) {
+  if (label.index < 0) return nullptr;
+  if (label.kind == morphbus::label_t::KIND_JOINT) {
+    if (label.index < std::ssize(type.joints)) return type.joints[label.index].name;
+  } else if (label.index < std::ssize(type.links)) {
+    return type.links[label.index].name;
+  }
+  return label.index;
+}
+
+/// The parts of each inspection of a module, by its tick; only those that came whole.
+std::map<int64_t, std::vector<morphbus::status_t>> WholeInspections(
+    const logger::ModuleSeries& module) {
+  std::map<int64_t, std::vector<morphbus::status_t>> ticks;
+  for (const logger::StatusSample& sample : module.status) {
+    if (!sample.status.inspections.empty()) ticks[sample.tick].push_back(sample.status);
+  }
+  std::erase_if(ticks, [](const auto& entry) {
+    return std::ssize(entry.second) != entry.second.front().inspections.front().num_parts;
+  });
+  return ticks;
+}
+
+}  // namespace
+
+std::string SourceOfImage(const std::string& image) {
+  const Result<std::unique_ptr<vm::VerifiedProgram>> program = VerifyProgram(image);
+  if (!program) return "";
+  const vm::Text name = (*program)->source_name();
+  return {name.data, name.size};
+}
+
+Json InspectionJson(const std::string& module, const model::ModuleType& type,
+                    const std::vector<morphbus::status_t>& parts, const std::string& program) {
+  // Every part says the rest as well.
+  const morphbus::status_t& status = parts.front();
+  Json labels = Json::object(), conventions = Json::object();
+  for (const morphbus::label_t& label : status.labels) labels[label.name] = LabelJson(type, label);
+  for (int j = 0; j < std::min(std::ssize(status.joint_sign), std::ssize(type.joints)); ++j) {
+    conventions[type.joints[j].name] = status.joint_sign[j];
+  }
+  std::vector<morphbus::inspection_t> told;
+  for (const morphbus::status_t& part : parts) told.push_back(part.inspections.front());
+  std::sort(told.begin(), told.end(), [](const auto& a, const auto& b) { return a.part < b.part; });
+  const Result<bridge::HeldState> held = bridge::JoinHeld(told);
+  return {{"module", module},
+          {"type", status.type_name},
+          {"tick", status.header.tick},
+          {"seconds", static_cast<double>(status.header.sim_time_us) * 1e-6},
+          {"role", status.role < 0 ? Json(nullptr) : Json(status.role_name)},
+          {"frozen", status.frozen != 0},
+          {"has_pose", status.has_pose != 0},
+          {"pose_stale", status.pose_stale != 0},
+          {"labels", labels},
+          {"conventions", conventions},
+          {"program", program},
+          {"fields", FieldsJson(held ? held->fields : std::vector<bridge::HeldValue>())},
+          {"tasks", TasksJson(held ? held->tasks : std::vector<bridge::HeldTask>())}};
+}
+
+Json InspectionsOf(const logger::RunLog& log) {
+  // Images name their own source.
+  proto::RunDescription described;
+  described.ParseFromString(log.description);
+  std::map<uint64_t, std::string> sources;
+  sources[described.program_hash()] = SourceOfImage(described.program_image());
+  for (const auto& [hash, image] : log.deployed) sources.emplace(hash, SourceOfImage(image));
+  // By tick, the modules in the robot's order.
+  std::map<int64_t, Json> ticks;
+  for (const logger::ModuleSeries& module : log.modules) {
+    if (log.robot == nullptr || module.model_index < 0) continue;
+    const model::ModuleType& type = log.model->TypeOf(*log.robot, module.model_index);
+    for (const auto& [tick, parts] : WholeInspections(module)) {
+      const auto program = static_cast<uint64_t>(parts.front().header.program_hash);
+      Json& answers = ticks.try_emplace(tick, Json::array()).first->second;
+      answers.push_back(InspectionJson(module.name, type, parts, sources[program]));
+    }
+  }
+  Json inspections = Json::array();
+  for (auto& [tick, answers] : ticks) {
+    const Json seconds = answers.front()["seconds"];
+    inspections.push_back({{"tick", tick}, {"seconds", seconds}, {"modules", std::move(answers)}});
+  }
+  return inspections;
+}
+
+std::string AnswersText(const Json& answers) {
+  std::string text;
+  for (const Json& answer : answers) {
+    text += fmt::format("{}: role {}{}, pose {}\n", answer["module"].get<std::string>(),
+                        answer["role"].is_null() ? "none" : answer["role"].get<std::string>(),
+                        answer["frozen"].get<bool>() ? " (frozen)" : "",
+                        !answer["has_pose"].get<bool>()    ? "unknown"
+                        : answer["pose_stale"].get<bool>() ? "stale"
+                                                           : "known");
+    for (const auto& [name, part] : answer["labels"].items()) {
+      text += fmt::format("  label {} = {}\n", name,
+                          part.is_string() ? part.get<std::string>() : "(not resolved)");
+    }
+    for (const auto& [joint, sign] : answer["conventions"].items()) {
+      if (sign.get<int>() == 0) continue;
+      text += fmt::format("  joint {}: sign {}\n", joint, sign.get<int>() > 0 ? "+" : "-");
+    }
+    text += FieldsText(answer["fields"]) +
+            TasksText(answer["tasks"], answer["program"].get<std::string>());
+  }
+  return text;
+}
+
+std::string InspectionsText(const Json& inspections) {
+  std::string text;
+  for (const Json& inspection : inspections) {
+    text += fmt::format("inspected at tick {} ({:.2f} s):\n{}", inspection["tick"].get<int64_t>(),
+                        inspection["seconds"].get<double>(), AnswersText(inspection["modules"]));
+  }
+  return text;
+}
+
+}  // namespace morphbus::tools
