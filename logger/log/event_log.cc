@@ -77,8 +77,19 @@ Result<std::unique_ptr<EventLogWriter>> EventLogWriter::Create(const std::string
   return std::unique_ptr<EventLogWriter>(new EventLogWriter(path, partial, fd));
 }
 
+Result<std::unique_ptr<EventLogWriter>> EventLogWriter::CreateInMemory(const std::string& path) {
+  const int fd = ::open(path.c_str(), O_WRONLY | O_TRUNC | O_CLOEXEC);
+  if (fd < 0) return Fail("cannot write to memory, " + path + ": " + SystemError());
+  std::unique_ptr<EventLogWriter> writer(new EventLogWriter(path, path, fd));
+  writer->name_ = "the run in memory";
+  return writer;
+}
+
 EventLogWriter::EventLogWriter(std::string path, std::string partial_path, int fd)
-    : path_(std::move(path)), partial_path_(std::move(partial_path)), fd_(fd) {
+    : path_(std::move(path)),
+      partial_path_(std::move(partial_path)),
+      name_(partial_path_),
+      fd_(fd) {
   buffer_.reserve(kWriteBufferBytes);
 }
 
@@ -127,7 +138,7 @@ Result<void> EventLogWriter::Flush() {
   // Behind an event that was cut off nothing may stand.
   if (!error_.empty()) return Fail(error_);
   Result<void> result = CheckFile();
-  if (result) result = WriteAll(fd_, buffer_.data(), buffer_.size(), partial_path_);
+  if (result) result = WriteAll(fd_, buffer_.data(), buffer_.size(), name_);
   if (!result) error_ = result.error().message;
   // What could not be written is given up with the error: the log must not grow in memory.
   flushed_bytes_ += buffer_.size();
@@ -148,11 +159,12 @@ Result<void> EventLogWriter::Close() {
   // Everything is written, and the file is still ours.
   Result<void> result = Flush();
   if (result) result = CheckFile();
-  // Only what the disk has, whole, gets the name of a finished log.
-  if (result && ::fsync(fd_) != 0) {
+  // Only what the disk has, whole, gets the name of a finished log. One in memory has its name.
+  const bool renamed = partial_path_ != path_;
+  if (result && renamed && ::fsync(fd_) != 0) {
     result = Fail("cannot write " + partial_path_ + " to disk: " + SystemError());
   }
-  if (result && ::rename(partial_path_.c_str(), path_.c_str()) != 0) {
+  if (result && renamed && ::rename(partial_path_.c_str(), path_.c_str()) != 0) {
     result = Fail("cannot rename " + partial_path_ + " to " + path_ + ": " + SystemError());
   }
   ::close(fd_);

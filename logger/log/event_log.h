@@ -65,6 +65,9 @@ class EventLogWriter {
   /// the file cannot be written, another process is writing it, or PATH or PATH.partial is
   /// something else than a file.
   static Result<std::unique_ptr<EventLogWriter>> Create(const std::string& path);
+  /// Opens the file PATH, which must be there, and empties it. It has this name from the start, and
+  /// is not waited for at Close(): for a file in memory. Fails if it cannot be written.
+  static Result<std::unique_ptr<EventLogWriter>> CreateInMemory(const std::string& path);
   /// Flushes what it can and leaves PATH.partial, unless Close() or Discard() came first.
   ~EventLogWriter();
   EventLogWriter(const EventLogWriter&) = delete;
@@ -86,7 +89,7 @@ class EventLogWriter {
 
   /// The name that the log gets at Close().
   [[nodiscard]] const std::string& path() const { return path_; }
-  /// Where the bytes are until Close().
+  /// Where the bytes are until Close(): PATH.partial, or PATH of a file in memory.
   [[nodiscard]] const std::string& partial_path() const { return partial_path_; }
   /// Events written, those in the buffer included.
   [[nodiscard]] int64_t num_events() const { return next_number_; }
@@ -100,6 +103,7 @@ class EventLogWriter {
 
   std::string path_;
   std::string partial_path_;
+  std::string name_;  ///< What errors of writing call it.
   /// The open and locked PATH.partial; -1 once closed or discarded.
   int fd_ = -1;
   int64_t next_number_ = 0;

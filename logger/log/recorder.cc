@@ -44,7 +44,8 @@ Result<std::unique_ptr<Recorder>> Recorder::Create(bridge::Bus* bus, const bridg
     return tl::unexpected(name.error());
   }
   // From here on the file exists, and begins with the description.
-  auto writer = EventLogWriter::Create(options.path);
+  auto writer = options.in_memory ? EventLogWriter::CreateInMemory(options.path)
+                                  : EventLogWriter::Create(options.path);
   if (!writer) return tl::unexpected(writer.error());
   if (!options.wall_clock) options.wall_clock = MachineWallClock;
   std::unique_ptr<Recorder> recorder(
@@ -342,7 +343,12 @@ Result<RecordSummary> Recorder::Finish(const std::string& interrupted) {
                      (options_.realtime || summary.lost == 0);
   // END goes last. A log that could not be written keeps its name for unfinished ones.
   if (error_.empty()) WriteEnd(summary, totals);
-  if (!error_.empty()) return Fail(error_ + "; the log up to there is " + writer_->partial_path());
+  if (!error_.empty()) {
+    // Nobody can look at what is in memory.
+    const std::string kept =
+        options_.in_memory ? "" : "; the log up to there is " + writer_->partial_path();
+    return Fail(error_ + kept);
+  }
   if (auto r = writer_->Close(); !r) return tl::unexpected(r.error());
   summary.path = writer_->path();
   summary.events = writer_->num_events();

@@ -27,6 +27,8 @@ namespace morphbus::logger {
 struct RecorderOptions {
   /// Path of the finished log; it is called PATH.partial while it is written.
   std::string path;
+  /// The path is that of a file in memory, which has this name from the start and is there.
+  bool in_memory = false;
   /// Serialized morphbus.proto.RunDescription, at most 16 MiB: the head of the log.
   std::string description;
   /// True to listen and count losses only; false to take part in the lockstep.

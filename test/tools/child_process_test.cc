@@ -55,7 +55,7 @@ TEST(ChildProcessTest, ItDiesWhenItsParentIsKilled) {
   const pid_t parent = fork();
   if (parent == 0) {
     ChildProcess::Options options{"x", {"/bin/sleep", "1000"}};
-    options.inherited_fd = ends[1];
+    options.inherited_fds = {ends[1]};
     const Result<ChildProcess> child = ChildProcess::Start(options);
     kill(getpid(), child ? SIGKILL : SIGTERM);
   }

@@ -27,13 +27,15 @@ struct LogOptions {
   PlanSource plan;
   std::string output;
   int control_fd = -1;
-  std::string follow;  ///< Name of the run whose replay is recorded; empty: none.
+  bool in_memory = false;  ///< `output` is the launcher's memory (RunRecord).
+  std::string follow;      ///< Name of the run whose replay is recorded; empty: none.
 };
 
 /// What the recorder must know of the run before it hears of it.
-logger::RecorderOptions RecorderFor(const RunPlan& plan, const std::string& path) {
+logger::RecorderOptions RecorderFor(const RunPlan& plan, const LogOptions& log) {
   logger::RecorderOptions options;
-  options.path = path;
+  options.path = log.output;
+  options.in_memory = log.in_memory;
   options.description = plan.description.SerializeAsString();
   options.realtime = plan.description.mode() == "realtime";
   // Tells this process from a second one that claims to be the logger; never in a hashed payload.
@@ -108,7 +110,8 @@ int Log(const LogOptions& options) {
   const std::optional<RunPlan> plan = LoadPlan(options.plan);
   if (!plan) return kUnusable;
   const RunOptions& from = options.plan.options;
-  if (!MayWriteLog(options.output, from.force, {from.model_file, from.program_file, from.faults})) {
+  if (!options.in_memory &&
+      !MayWriteLog(options.output, from.force, {from.model_file, from.program_file, from.faults})) {
     return kUnusable;
   }
   const Result<std::unique_ptr<bridge::Bus>> lcm = bridge::OpenLcmBus(options.plan.options.lcm_url);
@@ -121,7 +124,7 @@ int Log(const LogOptions& options) {
   // From here on a signal ends the recording properly, with an END that names it.
   CatchSignals();
   const Result<std::unique_ptr<logger::Recorder>> recorder =
-      logger::Recorder::Create(&bus, &time, RecorderFor(*plan, options.output));
+      logger::Recorder::Create(&bus, &time, RecorderFor(*plan, options));
   if (!recorder) return Unusable(recorder.error().message);
   std::string interrupted;
   Record(recorder->get(), &bus, time, &link, &interrupted);
@@ -154,6 +157,7 @@ void AddLog(CommandLine* line) {
           "replay's network (morphbus runs)")
       .TypeName("NAME");
   sub.Force(&options->plan.options.force);
+  sub.Flag("--in-memory", &options->in_memory, "The log is the launcher's memory").Hidden();
   sub.Add("--control-fd", &options->control_fd, "The launcher's line").Hidden();
   sub.Footer(
       "Example:\n  morphbus log models/mtran.m3l models/programs/quadruped.dyn --robot quadruped "

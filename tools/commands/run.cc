@@ -55,14 +55,14 @@ std::string WhyNoLog(const std::string& log) {
   return "";
 }
 
-/// One run. Returns its summary; nothing if it could not even begin (said on stderr).
-std::optional<Json> RunOnce(RunPlan* plan, const RunOptions& options, int number) {
-  Result<RunDirectory> directory = RunDirectory::Claim(options.run);
-  if (!directory) return Refuse(directory.error().message);
-  // Only what differs between repeated runs: the name and the time.
-  plan->description.set_run(directory->name());
-  plan->description.set_started(WallTime());
-  const std::string log = LogPath(options, directory->name(), number);
+/// Where this run is recorded: in a log, or in memory. Empty, after saying why, if it cannot be.
+std::optional<RunRecord> RecordOf(const RunOptions& options, const std::string& run, int number) {
+  if (options.no_log) {
+    Result<RunRecord> memory = RunRecord::InMemory();
+    if (!memory) return Refuse(memory.error().message);
+    return std::move(*memory);
+  }
+  const std::string log = LogPath(options, run, number);
   if (const std::string why = WhyNoLog(log); !why.empty()) {
     return Refuse(fmt::format("cannot write {}: {}", log, why));
   }
@@ -70,9 +70,25 @@ std::optional<Json> RunOnce(RunPlan* plan, const RunOptions& options, int number
                    {options.model_file, options.program_file, options.commands, options.faults})) {
     return std::nullopt;
   }
+  return log;
+}
+
+/// One run. Returns its summary; nothing if it could not even begin (said on stderr).
+std::optional<Json> RunOnce(RunPlan* plan, const RunOptions& options, int number) {
+  Result<RunDirectory> directory = RunDirectory::Claim(options.run);
+  if (!directory) return Refuse(directory.error().message);
+  // Only what differs between repeated runs: the name and the time.
+  plan->description.set_run(directory->name());
+  plan->description.set_started(WallTime());
+  const std::optional<RunRecord> record = RecordOf(options, directory->name(), number);
+  if (!record) return std::nullopt;
   // In one process there is no bus, so that nobody can join: the URL stays empty.
-  RunEntry entry{directory->name(),  getpid(), plan->description.started(),
-                 plan->robot().name, log,      "",
+  RunEntry entry{directory->name(),
+                 getpid(),
+                 plan->description.started(),
+                 plan->robot().name,
+                 record->in_memory() ? "" : record->path(),
+                 "",
                  options.isolate};
   if (!options.inproc) {
     const Result<bridge::LcmUrl> url = bridge::ResolveLcmUrl(options.lcm_url);
@@ -81,11 +97,12 @@ std::optional<Json> RunOnce(RunPlan* plan, const RunOptions& options, int number
   if (Result<void> published = directory->Publish(entry); !published) {
     return Refuse(published.error().message);
   }
-  // What the run was is read from its log once all processes have ended.
-  const RunSummary summary =
-      Summarize(*plan, options.inproc ? RunInProcess(*plan, log)
-                                      : Launcher(*plan, options, *directory, log).Run());
-  const RunOutcome& outcome = summary.outcome;
+  // What the run was is read from what was recorded, once all processes have ended.
+  RunSummary summary =
+      Summarize(*plan, options.inproc ? RunInProcess(*plan, *record)
+                                      : Launcher(*plan, options, *directory, *record).Run());
+  RunOutcome& outcome = summary.outcome;
+  if (record->in_memory()) outcome.log.clear();
   if (!options.json) PrintText(SummaryText(summary));
   // The summary stands before the error on a terminal that shows both streams.
   FlushResult();
@@ -145,6 +162,12 @@ int RunRobot(const RunOptions& options) {
   if (options.inproc && options.isolate) {
     return Unusable("--inproc uses no network: leave out --isolate");
   }
+  for (const auto& [given, name] :
+       {std::pair(!options.log.empty(), "--log"), std::pair(options.force, "--force")}) {
+    if (options.no_log && given) {
+      return Unusable(fmt::format("--no-log writes no log: leave out {}", name));
+    }
+  }
   // Models and programs with errors are refused before anything starts.
   std::optional<RunPlan> plan = PlanRun(options);
   if (!plan) return kUnusable;
@@ -177,6 +200,7 @@ void AddRun(CommandLine* line) {
   sub.Add("PROGRAM", &options->program_file, "DynaRole program or image").Required();
   AddPlanOptions(&sub, options.get());
   sub.Add("-o,--log", &options->log, "Log to write (default: morphbus-<run>.log)");
+  sub.Flag("--no-log", &options->no_log, "No log: the summary is all that is left of the run");
   sub.Force(&options->force);
   sub.Flag("--inproc", &options->inproc, "All in one process, without a network; same hash");
   sub.Add("--processes", &options->processes,
@@ -201,6 +225,7 @@ void AddRun(CommandLine* line) {
       "  morphbus run ... --seconds 10 --isolate --loss 0.2 --seed 7 --repeat 3\n"
       "  morphbus run ... --seconds 10 --isolate --faults models/rough.faults\n"
       "  morphbus run ... --inproc --seconds 30 --log walk.log --json\n"
+      "  morphbus run ... --inproc --seconds 30 --no-log --json\n"
       "  morphbus run ... --inproc --seconds 30 --lose m3@12.5 --lose m8@20");
   sub.Do([options] { return RunRobot(*options); });
 }

@@ -25,7 +25,7 @@ int Runs(bool json) {
                       {"robot", run.robot},
                       {"alive", true},
                       {"isolated", run.isolated},
-                      {"log", run.log}});
+                      {"log", run.log.empty() ? Json(nullptr) : Json(run.log)}});
     }
     PrintJson({{"runs", list}});
     return kDone;
@@ -40,7 +40,7 @@ int Runs(bool json) {
     // A run without a URL is in one process and has no bus.
     rows.push_back({run.name, std::to_string(run.pid), run.since, run.robot,
                     run.url.empty() ? "in-process" : (run.isolated ? "private" : "shared"),
-                    run.log});
+                    run.log.empty() ? "none" : run.log});
   }
   PrintText(Columns(rows));
   return kDone;

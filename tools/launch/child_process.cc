@@ -32,8 +32,8 @@ namespace {
   sigprocmask(SIG_SETMASK, &none, nullptr);
   // Nor does it know of what we ignore; programs of ours ignore it themselves.
   RestoreIgnoredSignals();
-  // Descriptors close on exec, but for this one.
-  if (options.inherited_fd >= 0) fcntl(options.inherited_fd, F_SETFD, 0);
+  // Descriptors close on exec, but for these.
+  for (const int fd : options.inherited_fds) fcntl(fd, F_SETFD, 0);
   // A quiet child writes into /dev/null.
   if (options.quiet) {
     const int null = open("/dev/null", O_RDWR | O_CLOEXEC);

@@ -22,8 +22,9 @@ class ChildProcess {
     /// The kernel sends this signal to the child when this process dies, however it dies. 9 is
     /// SIGKILL; a child that has a file to close gets SIGTERM.
     int death_signal = 9;
-    int inherited_fd = -1;  ///< Stays open in the child under the same number; -1: none.
-    bool quiet = false;     ///< Its stdout and stderr go to nowhere.
+    /// Stay open in the child under the same numbers.
+    std::vector<int> inherited_fds = {};
+    bool quiet = false;  ///< Its stdout and stderr go to nowhere.
   };
 
   /// Starts the program in a process group of its own, so that Ctrl-C reaches only us.

@@ -31,11 +31,12 @@ struct FaultyEndpoint {
 /// Everything of one run, on one hub.
 class InprocRun {
  public:
-  explicit InprocRun(const RunPlan& plan) : plan_(plan), description_(plan.description) {}
+  InprocRun(const RunPlan& plan, const RunRecord& record)
+      : plan_(plan), to_(record), description_(plan.description) {}
 
   /// Puts everything on the hub, before the first message. Fails if a part of the plan cannot be
   /// used or the log cannot be written.
-  Result<void> Build(const std::string& log) {
+  Result<void> Build() {
     // The simulator with its robot comes first.
     Result<std::unique_ptr<sim::ControlledRobot>> robot = BuildRobot(plan_);
     if (!robot) return Fail(robot.error().message);
@@ -67,7 +68,8 @@ class InprocRun {
     });
     // The recorder comes last, so that no message precedes the description in the log.
     logger::RecorderOptions record;
-    record.path = log;
+    record.path = to_.path();
+    record.in_memory = to_.in_memory();
     record.description = description_.SerializeAsString();
     Result<std::unique_ptr<logger::Recorder>> recorder =
         logger::Recorder::Create(Connect(bridge::kLogProcess), &time_, record);
@@ -77,11 +79,11 @@ class InprocRun {
   }
 
   /// Runs until all participants are done, and closes the log. Called once, after Build.
-  RunOutcome Run(const std::string& log) {
+  RunOutcome Run() {
     RunOutcome outcome;
     outcome.run = description_.run();
     // The log has this name until it is closed.
-    outcome.log = log + ".partial";
+    outcome.log = to_.partial_path();
     Progress progress(plan_.robot().name, plan_.num_ticks(), description_.tick_us());
     bool stopping = false;
     bool unlogged = false;  // The log can be written no more: nothing is left to simulate for.
@@ -151,6 +153,7 @@ class InprocRun {
   }
 
   const RunPlan& plan_;
+  const RunRecord& to_;
   const proto::RunDescription& description_;
   bridge::VirtualTime time_;
   bridge::InprocHub hub_;
@@ -165,17 +168,17 @@ class InprocRun {
 
 }  // namespace
 
-RunOutcome RunInProcess(const RunPlan& plan, const std::string& log) {
+RunOutcome RunInProcess(const RunPlan& plan, const RunRecord& record) {
   CatchSignals();
-  InprocRun run(plan);
+  InprocRun run(plan, record);
   // A run that could not be put together has no log.
-  if (Result<void> built = run.Build(log); !built) {
+  if (Result<void> built = run.Build(); !built) {
     RunOutcome outcome;
     outcome.run = plan.description.run();
     outcome.error = built.error().message;
     return outcome;
   }
-  return run.Run(log);
+  return run.Run();
 }
 
 }  // namespace morphbus::tools

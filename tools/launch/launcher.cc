@@ -35,10 +35,10 @@ constexpr double kStopSeconds = 10.0;   ///< In which a run must be over once it
 }  // namespace
 
 Launcher::Launcher(const RunPlan& plan, const RunOptions& options, const RunDirectory& directory,
-                   std::string log)
-    : plan_(plan), options_(options), directory_(directory) {
+                   const RunRecord& record)
+    : plan_(plan), options_(options), directory_(directory), record_(record) {
   outcome_.run = plan.description.run();
-  outcome_.log = std::move(log);
+  outcome_.log = record.path();
   incarnations_.assign(plan_.robot().modules.size(), 1);
 }
 
@@ -61,7 +61,7 @@ Result<void> Launcher::WriteInputs() {
 }
 
 Result<ControlLink> Launcher::StartLinked(const std::string& name, std::vector<std::string> argv,
-                                          int death_signal) {
+                                          int death_signal, std::vector<int> fds) {
   // The link comes before the child, which inherits one end of it by number.
   Result<std::pair<ControlLink, int>> link = ControlLink::Create();
   if (!link) return morphbus::Fail(link.error().message);
@@ -73,7 +73,8 @@ Result<ControlLink> Launcher::StartLinked(const std::string& name, std::vector<s
   child.name = name;
   child.argv = std::move(argv);
   child.death_signal = death_signal;
-  child.inherited_fd = link->second;
+  child.inherited_fds = std::move(fds);
+  child.inherited_fds.push_back(link->second);
   Result<ChildProcess> started = ChildProcess::Start(child);
   close(link->second);
   if (!started) return morphbus::Fail(started.error().message);
@@ -230,9 +231,14 @@ Result<void> Launcher::StartAll() {
   if (Result<void> written = WriteInputs(); !written) return written;
   const std::string program = ExecutableFolder() + "/morphbus";
   // The logger closes its file on SIGTERM, so even a launcher that is killed leaves a sound log.
-  std::vector<std::string> log_argv = {program, "log", "-o", outcome_.log};
+  std::vector<std::string> log_argv = {program, "log", "-o", record_.path()};
+  std::vector<int> log_fds;
   if (options_.force) log_argv.push_back("--force");
-  Result<ControlLink> log = StartLinked(kLogName, std::move(log_argv), SIGTERM);
+  if (record_.in_memory()) {
+    log_argv.push_back("--in-memory");
+    log_fds.push_back(record_.fd());
+  }
+  Result<ControlLink> log = StartLinked(kLogName, std::move(log_argv), SIGTERM, std::move(log_fds));
   if (!log) return morphbus::Fail(log.error().message);
   log_.emplace(std::move(*log));
   Result<ControlLink> sim =
@@ -434,7 +440,7 @@ void Launcher::StopAll() {
   }
   children_.clear();  // kills and waits
   // A logger that did not close its file leaves it under its temporary name.
-  if (!log_reported_) outcome_.log += ".partial";
+  if (!log_reported_) outcome_.log = record_.partial_path();
   // A path without a file would send the user looking for it.
   if (access(outcome_.log.c_str(), F_OK) != 0) outcome_.log.clear();
 }

@@ -13,6 +13,7 @@
 #include "tools/launch/exit_limit.h"
 #include "tools/launch/run_outcome.h"
 #include "tools/launch/run_plan.h"
+#include "tools/launch/run_record.h"
 #include "tools/launch/run_registry.h"
 #include "tools/launch/wall_clock.h"
 
@@ -25,9 +26,9 @@ namespace morphbus::tools {
 /// run.
 class Launcher {
  public:
-  /// @param log  path of the log to write. All arguments outlive the launcher.
+  /// @param record  what the logger writes. All arguments outlive the launcher.
   Launcher(const RunPlan& plan, const RunOptions& options, const RunDirectory& directory,
-           std::string log);
+           const RunRecord& record);
 
   /// Runs until the run is over, a process fails, or a signal ends it. A module's process that dies
   /// goes on from the state that it has saved. Any other that dies, and a module's that dies three
@@ -71,9 +72,10 @@ class Launcher {
   Result<void> CarryOutOrder(const Order& order);
   /// Starts a process that reports over a link of its own, and returns the launcher's end of the
   /// link. `argv` is completed with the description, the link's descriptor and the LCM URL;
-  /// `death_signal` is what the process gets when the launcher dies.
+  /// `death_signal` is what the process gets when the launcher dies, `fds` what it inherits
+  /// besides.
   Result<ControlLink> StartLinked(const std::string& name, std::vector<std::string> argv,
-                                  int death_signal);
+                                  int death_signal, std::vector<int> fds = {});
   /// Sleeps until a process ends, a message or a signal comes, or kPollMs are over; then reads the
   /// messages and notes which processes have ended.
   void Watch();
@@ -101,6 +103,7 @@ class Launcher {
   const RunPlan& plan_;
   const RunOptions& options_;
   const RunDirectory& directory_;
+  const RunRecord& record_;
   /// All processes of the run, in the order in which they were started.
   std::list<ChildProcess> children_;
   std::optional<ControlLink> sim_;  ///< None until StartAll has started the process.

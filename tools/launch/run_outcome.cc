@@ -262,7 +262,7 @@ Json SummaryJson(const RunSummary& s) {
                {"restarts", s.outcome.restarts},
                {"lost_modules", LostJson(s.facts)},
                {"processes", processes},
-               {"log", s.outcome.log},
+               {"log", s.outcome.log.empty() ? Json(nullptr) : Json(s.outcome.log)},
                {"ended", s.outcome.reason},
                {"error", s.outcome.error.empty() ? Json(nullptr) : Json(s.outcome.error)}};
   json.update(logger::FiguresJson(s.figures));

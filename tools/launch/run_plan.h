@@ -30,6 +30,7 @@ struct RunOptions {
   std::string robot;
   double seconds = 0.0;  ///< Sim time; 0: until stopped.
   std::string log;       ///< Path; empty: morphbus-<run>.log here.
+  bool no_log = false;   ///< None is written.
   std::string run;       ///< Name; empty: a fresh one.
   std::string root;      ///< Module that broadcasts the root pose; empty: the robot frame's.
   /// Where the bus is; empty: $LCM_DEFAULT_URL, else LCM's own default.

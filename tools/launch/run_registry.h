@@ -20,7 +20,7 @@ struct RunEntry {
   std::string since;  ///< Wall time, ISO 8601.
   /// The robot's name; "(replay)" for the private network of a replay.
   std::string robot;
-  std::string log;  ///< Absolute path.
+  std::string log;  ///< Absolute path; empty if none is written.
   std::string url;  ///< LCM URL of its bus; empty for a run in one process.
   /// Whether the run has a private network, which others must join to hear it.
   bool isolated = false;

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <string>
+
+#include "compiler/base/result.h"
+
+namespace morphbus::tools {
+
+/// Where the logger of a run puts its messages, and what is read of them when the run is over: a
+/// log, or, for a run that leaves none (`run --no-log`), memory that goes with this object. Both
+/// hold the same bytes, so that all that is told of a run is the same.
+class RunRecord {
+ public:
+  /// A log of this path, which has the name PATH.partial while it is written. Nothing is opened.
+  // NOLINTNEXTLINE(google-explicit-constructor): a path is meant wherever one is given.
+  RunRecord(std::string path) : path_(std::move(path)) {}
+  /// A file without a name, in memory. Fails if the kernel makes none.
+  static Result<RunRecord> InMemory();
+
+  RunRecord(RunRecord&& other) noexcept;
+  RunRecord& operator=(RunRecord&&) = delete;
+  RunRecord(const RunRecord&) = delete;
+  RunRecord& operator=(const RunRecord&) = delete;
+  ~RunRecord();
+
+  /// Where it can be read once it is whole; the same in a process that inherits fd().
+  [[nodiscard]] const std::string& path() const { return path_; }
+  /// Where it is while it is written, or after its writer failed.
+  [[nodiscard]] std::string partial_path() const {
+    return in_memory() ? path_ : path_ + ".partial";
+  }
+  [[nodiscard]] bool in_memory() const { return fd_ >= 0; }
+  /// The memory's descriptor; -1 for a log.
+  [[nodiscard]] int fd() const { return fd_; }
+
+ private:
+  std::string path_;
+  int fd_ = -1;
+};
+
+}  // namespace morphbus::tools
