@@ -7,11 +7,12 @@ of the world and of the run, and for a program that is compiled for more module 
 multiply-add, and, in tools/check --ci and --all, of runs on an emulated old processor and of other builds. It also demands
 of each run the fingerprint of arithmetic that sim/arithmetic.h calls usual.
 
-Usage: golden.py [--write] [--without-fma] [--runner COMMAND] [--short] [--jobs N] [NAME]...
+Usage: golden.py [--write] [--without-fma] [--runner COMMAND] [--reproduce] [--short] [--jobs N] [NAME]...
   (default)      runs all of them, or those named, and compares; status 1 if a hash is another
   --write        writes the hashes that they have here into runs.json, and says which have changed
   --without-fma  the C library is told that the processor has neither AVX2 nor FMA, by which it chooses its functions
   --runner       what runs the programs, such as "qemu-x86_64 -cpu core2duo"; not of runs with a process a module
+  --reproduce    makes the log of each run as the machine is and has the runner reproduce it, and the other way round
   --short        only the runs marked as short, for slow runners
   --jobs         so many at once (default 1)
 MORPHBUS_BIN is the folder of the programs (default: build/release/bin).
@@ -37,19 +38,30 @@ HASHES = ('world_hash', 'hash')
 USUAL = re.search(r'kUsualArithmetic = "(\w+)"', (SOURCE / 'sim' / 'arithmetic.h').read_text(encoding='utf-8'))[1]
 
 
+def morphbus(runner, folder, *words, environment=os.environ):
+    """What `morphbus` says, run by the runner's words."""
+    binary = pathlib.Path(os.environ.get('MORPHBUS_BIN', SOURCE / 'build' / 'release' / 'bin')) / 'morphbus'
+    return subprocess.run([*runner, binary, *words], cwd=SOURCE, capture_output=True, text=True, timeout=1800,
+                          env={**environment, 'XDG_RUNTIME_DIR': f'{folder}/runtime'})
+
+
+def run_in(folder, run, runner, environment=os.environ):
+    """What the run says, with its log in the folder."""
+    # The runs have one name, so that each wants a registry of its own.
+    os.makedirs(f'{folder}/runtime', mode=0o700)
+    commands = [f'run {run["options"]} --run golden --log {{folder}}/golden.log --json']
+    if 'compile' in run:
+        commands.insert(0, f'compile {run["compile"]} -o {{image}}')
+    for command in commands:
+        words = [word.format(folder=folder, image=f'{folder}/golden.image') for word in shlex.split(command)]
+        done = morphbus(runner, folder, *words, environment=environment)
+    return done
+
+
 def run_once(name, run, runner, environment):
     """The hashes of one run, or what it said instead."""
-    binary = pathlib.Path(os.environ.get('MORPHBUS_BIN', SOURCE / 'build' / 'release' / 'bin')) / 'morphbus'
     with tempfile.TemporaryDirectory() as folder:
-        # The runs have one name, so that each wants a registry of its own.
-        os.makedirs(f'{folder}/runtime', mode=0o700)
-        commands = [f'run {run["options"]} --run golden --log {{folder}}/golden.log --json']
-        if 'compile' in run:
-            commands.insert(0, f'compile {run["compile"]} -o {{image}}')
-        for command in commands:
-            words = [word.format(folder=folder, image=f'{folder}/golden.image') for word in shlex.split(command)]
-            done = subprocess.run([*runner, binary, *words], cwd=SOURCE, capture_output=True, text=True, timeout=1800,
-                                  env={**environment, 'XDG_RUNTIME_DIR': f'{folder}/runtime'})
+        done = run_in(folder, run, runner, environment)
     if done.returncode not in (0, 1) or not done.stdout:
         return name, f'status {done.returncode}: {done.stderr[:2000]}'
     summary = json.loads(done.stdout)
@@ -58,12 +70,49 @@ def run_once(name, run, runner, environment):
     return name, {key: summary[key] for key in HASHES}
 
 
+def reproduce_both_ways(number, run, runner):
+    """Makes a log as the machine is and has the runner reproduce it, and the other way round. What went wrong, a line each;
+    and how many logs there were. Every third log is compressed."""
+    wrong, logs = [], 0
+    for made_by, again_by in (([], runner), (runner, [])):
+        # What a program starts runs as the machine is.
+        if made_by and '--isolate' in run['options']:
+            continue
+        with tempfile.TemporaryDirectory() as folder:
+            made = run_in(folder, run, made_by)
+            log = f'{folder}/golden.log'
+            if number % 3 == 0:
+                morphbus([], folder, 'convert', log, '--to', 'zst', '-o', log + '.zst')
+                log += '.zst'
+            again = morphbus(again_by, folder, 'reproduce', log)
+        logs += 1
+        if made.returncode not in (0, 1) or again.returncode != 0 or not again.stdout.startswith('same'):
+            wrong.append(f'made by {shlex.join(made_by) or "this machine"}: {made.stderr[:500]}{again.stdout[:500]}{again.stderr[:500]}')
+    return wrong, logs
+
+
+def reproduce_all(golden, names, runner, jobs):
+    """Reproduces all logs both ways; the exit status."""
+    logs, failed = 0, 0
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        pending = [(n, pool.submit(reproduce_both_ways, i, golden[n], runner)) for i, n in enumerate(names)]
+        for name, future in pending:
+            wrong, made = future.result()
+            logs += made
+            failed += len(wrong)
+            for line in wrong:
+                print(f'{name}: {line}')
+    print(f'{logs - failed} of {logs} logs were reproduced')
+    return 1 if failed else 0
+
+
 def main():
     parser = argparse.ArgumentParser(usage=__doc__.split('Usage: ')[1].split('\n')[0])
     parser.add_argument('names', nargs='*')
     parser.add_argument('--write', action='store_true')
     parser.add_argument('--without-fma', action='store_true')
     parser.add_argument('--runner', default='')
+    parser.add_argument('--reproduce', action='store_true')
     parser.add_argument('--short', action='store_true')
     parser.add_argument('--jobs', type=int, default=1)
     asked = parser.parse_args()
@@ -73,6 +122,8 @@ def main():
         print(f'golden.py: no run {", ".join(sorted(unknown))}; there are: {", ".join(golden)}', file=sys.stderr)
         return 2
     names = [n for n in golden if (not asked.names or n in asked.names) and (not asked.short or golden[n].get('short'))]
+    if asked.reproduce:
+        return reproduce_all(golden, names, shlex.split(asked.runner), asked.jobs)
     if asked.runner:
         # What a program starts runs as the machine is.
         names = [n for n in names if '--isolate' not in golden[n]['options']]

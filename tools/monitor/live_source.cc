@@ -17,8 +17,6 @@
 namespace morphbus::tools {
 namespace {
 
-using nlohmann::json;
-
 /// So long a run's description is waited for on the bus, and so often it is asked for, seconds.
 constexpr double kDescriptionPatience = 5.0, kAskEvery = 0.5;
 /// Seconds between two tellings of the channels' rates.
@@ -63,7 +61,7 @@ Result<std::string> DescriptionFromBus(bridge::Bus* bus, std::string run) {
 }
 
 /// A member of a request as text; "" if there is none. Numbers are written shortest.
-std::string TextOf(const json& request, const char* name) {
+std::string TextOf(const nlohmann::json& request, const char* name) {
   const auto found = request.find(name);
   if (found == request.end()) return "";
   if (found->is_string()) return found->get<std::string>();
@@ -73,7 +71,7 @@ std::string TextOf(const json& request, const char* name) {
 }
 
 /// The command that a service's request stands for, in the words of `morphbus control`.
-Result<std::string> CommandOf(const std::string& service, const json& request) {
+Result<std::string> CommandOf(const std::string& service, const nlohmann::json& request) {
   const auto needs = [&](const char* name) {
     return Fail(fmt::format("the request needs \"{}\"", name));
   };
@@ -110,8 +108,8 @@ Result<std::string> CommandOf(const std::string& service, const json& request) {
     const auto arguments = request.find("arguments");
     if (arguments != request.end() && arguments->is_array()) {
       // Arguments are numbers and flags, as in the program's declaration.
-      for (const json& argument : *arguments) {
-        const json holder = {{"value", argument}};
+      for (const nlohmann::json& argument : *arguments) {
+        const nlohmann::json holder = {{"value", argument}};
         text += argument.is_boolean() ? (argument.get<bool>() ? " true" : " false")
                                       : " " + TextOf(holder, "value");
       }

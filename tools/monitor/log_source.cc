@@ -7,8 +7,6 @@
 namespace morphbus::tools {
 namespace {
 
-using nlohmann::json;
-
 /// Events that are sent between two looks at whether a client has room: each becomes a few messages
 /// at most, and twice as many still fit.
 constexpr int kEventsAtOnce = 16;
@@ -20,7 +18,7 @@ constexpr double kTellTimeEvery = 0.2;
 constexpr double kFastest = 1000.0;
 
 /// A number of microseconds in a request; nothing if it is no such.
-std::optional<int64_t> TimeIn(const json& request, const char* name) {
+std::optional<int64_t> TimeIn(const nlohmann::json& request, const char* name) {
   const auto found = request.find(name);
   if (found == request.end() || !found->is_number()) return std::nullopt;
   const double value = found->get<double>();
@@ -28,7 +26,7 @@ std::optional<int64_t> TimeIn(const json& request, const char* name) {
   return static_cast<int64_t>(std::llround(value));
 }
 
-bool IsSpeed(const json& value) {
+bool IsSpeed(const nlohmann::json& value) {
   return value.is_number() && value.get<double>() >= 0 && value.get<double>() <= kFastest;
 }
 
@@ -117,8 +115,8 @@ Json LogSource::StateOf(const LogPlayer& player) const {
           {"end_us", index_->end_us}};
 }
 
-Result<void> LogSource::Do(const std::string& service, const json& request, uint64_t client,
-                           LogPlayer* player) {
+Result<void> LogSource::Do(const std::string& service, const nlohmann::json& request,
+                           uint64_t client, LogPlayer* player) {
   const double now_s = timer_.seconds();
   // The short services are what buttons call.
   if (service == "pause") player->Play(false, now_s);
@@ -180,7 +178,7 @@ void LogSource::Take(const bridge::ClientRequest& request, const std::string& wh
   if (found != playbacks_.end()) {
     // The words of the protocol are put into those of the services.
     LogPlayer* player = found->second.player.get();
-    const json& value = request.value;
+    const nlohmann::json& value = request.value;
     if (what == "paused" && value.is_boolean()) {
       done = Do("playback", {{"playing", !value.get<bool>()}}, request.client, player);
     } else if (what == "speed") {
