@@ -96,6 +96,10 @@ BulletRobot::BulletRobot(std::shared_ptr<const model::Model> model, const model:
   world_ = std::make_unique<World>(rigid_bodies, options_.world);
   world_hash_ = world_->hash();
   FindFirstLinks();
+  // Nothing has been exerted yet.
+  for (const std::vector<int>& joints : rigid_bodies.joint_of) {
+    effort_.emplace_back(joints.size(), 0.0F);
+  }
 }
 
 // Bodies are numbered by first appearance in (module, link) order.
@@ -121,7 +125,7 @@ void BulletRobot::Sense(std::vector<morphbus::module_sensors_t>* out) {
   const bool has_sensors = std::any_of(types.begin(), types.end(),
                                        [](const auto& type) { return !type.sensors.empty(); });
   const LinkPoseTable X_WL = has_sensors ? LinkPoses() : LinkPoseTable();
-  // Joint positions and velocities, in the module's own values.
+  // Joint positions, velocities and efforts, in the module's own values.
   for (size_t m = 0; m < robot().modules.size(); ++m) {
     morphbus::module_sensors_t& sensors = out->emplace_back();
     sensors.module_id = static_cast<int16_t>(m);
@@ -135,6 +139,7 @@ void BulletRobot::Sense(std::vector<morphbus::module_sensors_t>* out) {
       sensors.joint_position_si.push_back(ModuleValue(spec, state.theta));
       sensors.joint_velocity_si.push_back(static_cast<float>(spec.sign * state.rate));
     }
+    sensors.joint_effort_si = effort_[m];
     if (has_sensors) {
       SenseModule(*world_, *model_, robot(), X_WL, static_cast<int>(m), options_.sensor_seed, tick_,
                   &sensors);
@@ -174,10 +179,44 @@ void BulletRobot::Advance() {
   ApplyJointCommands();
   ApplyPushes();
   pending_.clear();
-  const int steps = options_.tick_us / options_.physics_step_us;
-  for (int i = 0; i < steps; ++i) world_->Step();
+  StepPhysics();
   ++tick_;
   breakdown_ = WhyBroken(*world_, *model_, robot());
+}
+
+void BulletRobot::StepPhysics() {
+  const RigidBodyModel& rigid_bodies = world_->rigid_bodies();
+  std::vector<double> effort(rigid_bodies.joints.size(), 0.0);
+  std::vector<std::vector<Eigen::Vector3d>> f_W;
+  for (const std::vector<int>& links : rigid_bodies.body_of) {
+    f_W.emplace_back(links.size(), Eigen::Vector3d::Zero());
+  }
+  const int steps = options_.tick_us / options_.physics_step_us;
+  for (int i = 0; i < steps; ++i) {
+    world_->Step();
+    for (size_t j = 0; j < effort.size(); ++j) {
+      effort[j] += world_->joint(static_cast<int>(j)).motor_effort;
+    }
+    world_->AddContactForces(&f_W);
+  }
+  // Fixed joints, and those inside one body, exert nothing that could be measured.
+  for (size_t m = 0; m < effort_.size(); ++m) {
+    for (size_t j = 0; j < effort_[m].size(); ++j) {
+      const int joint = rigid_bodies.joint_of[m][j];
+      if (joint < 0) continue;
+      effort_[m][j] = static_cast<float>(rigid_bodies.joints[joint].sign * effort[joint] / steps);
+    }
+  }
+  contacts_.clear();
+  for (size_t m = 0; m < f_W.size(); ++m) {
+    for (size_t l = 0; l < f_W[m].size(); ++l) {
+      if (f_W[m][l].isZero(0.0)) continue;
+      morphbus::contact_force_t& contact = contacts_.emplace_back();
+      contact.module_id = static_cast<int16_t>(m);
+      contact.link = static_cast<int8_t>(l);
+      for (int k = 0; k < 3; ++k) contact.force_n[k] = static_cast<float>(f_W[m][l](k) / steps);
+    }
+  }
 }
 
 // Each change of the structure is in place before the next command is looked at.

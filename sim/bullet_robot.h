@@ -44,13 +44,16 @@ class BulletRobot : public ControlledRobot {
                                                      const std::string& robot,
                                                      const BulletRobotOptions& options);
 
-  /// What every module senses now, in order of module id: joint positions and velocities, what its
-  /// sensors measure, and what is docked to its connectors.
+  /// What every module senses now, in order of module id: joint positions, velocities and efforts,
+  /// what its sensors measure, and what is docked to its connectors.
   void Sense(std::vector<morphbus::module_sensors_t>* out) override;
 
   /// One entry a body of the kinematic graph, by its first link (module, then link): X_WL of that
   /// link. Bodies that locked joints hold together have an entry each.
   void Truth(std::vector<morphbus::body_pose_t>* out) override;
+
+  /// As in SimulatedRobot.
+  void ContactForces(std::vector<morphbus::contact_force_t>* out) override { *out = contacts_; }
 
   /// Commands are applied by the next Advance. Unknown modules and joints are ignored; a connector
   /// whose state no longer fits its connection comes apart, a free one that now fits a free
@@ -107,6 +110,8 @@ class BulletRobot : public ControlledRobot {
   void ApplyConnectorCommands();
   void ApplyJointCommands();
   void ApplyPushes();
+  /// Runs the physics for one tick, and measures what was exerted in it: means over its steps.
+  void StepPhysics();
 
   /// Makes the world anew after a change of the structure.
   void Rebuild();
@@ -124,6 +129,11 @@ class BulletRobot : public ControlledRobot {
   /// What Actuate has gathered since the last Advance.
   std::vector<morphbus::actuator_t> pending_;
   std::vector<LastingPush> pushes_;
+  /// What the motors exerted in the last tick, [module][joint], in the module's own signs (N m, N);
+  /// and what the world did. Both are kept by module, since a change of the structure makes new
+  /// bodies and joints.
+  std::vector<std::vector<float>> effort_;
+  std::vector<morphbus::contact_force_t> contacts_;
   /// How many ticks have been computed.
   int64_t tick_ = 0;
   /// Modules that are dead.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "compiler/model/link_mass.h"
 #include "sim/bullet_math.h"
 #include "sim/world_engine.h"
 
@@ -123,7 +124,7 @@ std::string World::hash() const {
   // The options first, mixed one by one, then the bodies and joints with that as the seed.
   const double numbers[] = {options_.friction,
                             options_.ground ? 1.0 : 0.0,
-                            options_.gravity ? kGravity : 0.0,
+                            options_.gravity ? model::kGravity : 0.0,
                             options_.physics_step_s,
                             static_cast<double>(options_.solver_iterations),
                             options_.servo_gain_per_s};

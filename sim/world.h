@@ -115,6 +115,12 @@ class World {
   /// to it is no touch.
   [[nodiscard]] std::vector<Touch> Touches(LinkRef link) const;
 
+  /// Adds to the forces on links, `f_W[module][link]`, what the ground and obstacles exerted on
+  /// them in the last step, friction included (N, W). Forces between links of the robot are left
+  /// out: they cancel in every sum over the robot, and hulls that are drawn in touch elsewhere than
+  /// links do.
+  void AddContactForces(std::vector<std::vector<Eigen::Vector3d>>* f_W) const;
+
   /// Where a link of the robot lies in an obstacle.
   struct Overlap {
     LinkRef link;

@@ -4,6 +4,7 @@
 #include <BulletCollision/CollisionDispatch/btCompoundCompoundCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btSimulationIslandManager.h>
 
+#include "compiler/model/link_mass.h"
 #include "sim/bullet_math.h"
 #include "sim/link_physics.h"
 
@@ -49,7 +50,7 @@ void World::Engine::Configure(const WorldOptions& options) {
   gCompoundChildShapePairCallback = PartsMayCollide;
   gCompoundCompoundChildShapePairCallback = PartsMayCollide;
   broadphase.getOverlappingPairCache()->setOverlapFilterCallback(&filter);
-  dynamics.setGravity(btVector3(0.0, options.gravity ? -kGravity : 0.0, 0.0));
+  dynamics.setGravity(btVector3(0.0, options.gravity ? -model::kGravity : 0.0, 0.0));
   // Pairs in a fixed order and all bodies in one island: the solver's sweep must not depend on
   // chance.
   dynamics.getDispatchInfo().m_deterministicOverlappingPairs = true;

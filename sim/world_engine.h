@@ -12,9 +12,6 @@
 
 namespace morphbus::sim {
 
-/// Downwards, m/s^2.
-inline constexpr double kGravity = 9.81;
-
 /// Which bodies may collide. They carry their index as user index; the ground and obstacles have
 /// -1.
 class PairFilter : public btOverlapFilterCallback {

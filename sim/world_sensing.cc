@@ -93,6 +93,29 @@ std::vector<World::Touch> World::Touches(LinkRef link) const {
   return touches;
 }
 
+void World::AddContactForces(std::vector<std::vector<Vector3d>>* f_W) const {
+  for (int i = 0; i < engine_->dispatcher.getNumManifolds(); ++i) {
+    const btPersistentManifold& manifold = *engine_->dispatcher.getManifoldByIndexInternal(i);
+    // One of the two is a body of the robot; the ground and obstacles have no number.
+    const bool is_0 = manifold.getBody0()->getUserIndex() >= 0;
+    const btCollisionObject& own = is_0 ? *manifold.getBody0() : *manifold.getBody1();
+    const btCollisionObject& other = is_0 ? *manifold.getBody1() : *manifold.getBody0();
+    if (other.getUserIndex() >= 0) continue;
+    for (int k = 0; k < manifold.getNumContacts(); ++k) {
+      const btManifoldPoint& point = manifold.getContactPoint(k);
+      const int at = LinkOfPart(own, is_0 ? point.m_index0 : point.m_index1);
+      if (at < 0) continue;
+      // The solver's impulses on body 0, along the normal and against the sliding; body 1 has the
+      // opposite ones.
+      const btVector3 impulse_W = point.m_appliedImpulse * point.m_normalWorldOnB +
+                                  point.m_appliedImpulseLateral1 * point.m_lateralFrictionDir1;
+      const LinkRef& link = rigid_bodies_.bodies[own.getUserIndex()].links[at].ref;
+      (*f_W)[link.module][link.link] +=
+          (is_0 ? 1.0 : -1.0) / options_.physics_step_s * FromBullet(impulse_W);
+    }
+  }
+}
+
 std::vector<World::Overlap> World::FindOverlaps(double depth_m) {
   std::vector<Overlap> overlaps;
   engine_->dynamics.performDiscreteCollisionDetection();

@@ -176,6 +176,9 @@ struct TickInput {
   int64_t sim_time_us = 0;
   double joint_position[kMaxJoints] = {};  ///< rad, or m for prismatic joints; the actuator's sign.
   double joint_velocity[kMaxJoints] = {};  ///< rad/s, or m/s for prismatic joints.
+  /// What the motors exert: N m, or N for prismatic joints, positive where it drives the position
+  /// up.
+  float joint_effort[kMaxJoints] = {};
   /// What the root measures, if it has a sensor of its pose: X_RL of its link `root_link`. Used if
   /// that is VmConfig::root_link, and then for as long as nothing newer comes.
   bool has_root_pose = false;

@@ -331,6 +331,7 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   // What the robot told of the tick that is out.
   std::vector<morphbus::module_sensors_t> sensed_;
   std::vector<morphbus::body_pose_t> truth_;
+  std::vector<morphbus::contact_force_t> contacts_;
   // The last part of SENSORS that was sent, and the last ACTUATOR that came and was not kept.
   morphbus::sensors_t sensors_message_;
   morphbus::actuator_t command_;

@@ -13,8 +13,10 @@ namespace morphbus::bridge {
 namespace {
 
 /// Whether none of the numbers is infinite or no number.
-bool AllFinite(const std::vector<double>& numbers) {
-  return std::all_of(numbers.begin(), numbers.end(), [](double n) { return std::isfinite(n); });
+template <class Numbers>
+bool AllFinite(const Numbers& numbers) {
+  return std::all_of(std::begin(numbers), std::end(numbers),
+                     [](auto number) { return std::isfinite(number); });
 }
 
 }  // namespace
@@ -65,6 +67,10 @@ std::string SimParticipant::WhyUnusable() const {
     if (!AllFinite(reading.joint_position_si)) {
       return "the simulation became unstable: " + reading.name + " has joints that are nowhere";
     }
+    if (!AllFinite(reading.joint_effort_si)) {
+      return "the simulation became unstable: " + reading.name +
+             " exerts more than can be measured";
+    }
     if (reading.num_docked > vm::kMaxNeighbours) {
       return reading.name + " has more than " + std::to_string(vm::kMaxNeighbours) +
              " mated connectors, the most a module can handle";
@@ -76,6 +82,11 @@ std::string SimParticipant::WhyUnusable() const {
                        body.orientation_wxyz[0] + body.orientation_wxyz[1] +
                        body.orientation_wxyz[2] + body.orientation_wxyz[3])) {
       return "the simulation became unstable: a body is nowhere";
+    }
+  }
+  for (const morphbus::contact_force_t& contact : contacts_) {
+    if (!AllFinite(contact.force_n)) {
+      return "the simulation became unstable: a link is pushed by more than can be measured";
     }
   }
   return {};

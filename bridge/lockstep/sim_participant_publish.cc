@@ -15,6 +15,17 @@ using morphbus::sim_clock_t;
 /// Announcements a CLOCK carries at most; further ones wait for the next tick.
 constexpr size_t kMostControls = 5;
 
+/// The entries of a list that part number `part` of WORLD holds, and how many they are.
+template <class Entry>
+int16_t TakeShare(const std::vector<Entry>& all, int part, std::vector<Entry>* share) {
+  const size_t per_part = WorldLinksPerPart();
+  const size_t from = std::min(all.size(), static_cast<size_t>(part) * per_part);
+  const size_t to = std::min(all.size(), from + per_part);
+  share->assign(all.begin() + static_cast<std::ptrdiff_t>(from),
+                all.begin() + static_cast<std::ptrdiff_t>(to));
+  return static_cast<int16_t>(to - from);
+}
+
 }  // namespace
 
 void SimParticipant::BeginTick(int64_t tick) {
@@ -25,6 +36,7 @@ void SimParticipant::BeginTick(int64_t tick) {
   // Everybody's readings are of the same moment.
   robot_->Sense(&sensed_);
   robot_->Truth(&truth_);
+  robot_->ContactForces(&contacts_);
   if (sense_root_) root_pose_ = sense_root_();
   HideLostModules();
   if (const std::string why = WhyUnusable(); !why.empty()) {
@@ -39,15 +51,16 @@ void SimParticipant::BeginTick(int64_t tick) {
     // The parts are laid out for the case that something is docked at every connector.
     sensors_parts_ = SplitSensors(sensed_, most_docked);
     sensors_sums_.resize(sensors_parts_.size());
-    size_t most_bodies = truth_.size();
+    size_t most_links = truth_.size();
     if (!truth_.empty()) {
-      // Each joint can come to part two bodies, should connections open.
+      // Each joint can come to part two bodies, should connections open, and each link to be
+      // touched: the links of a module are a tree, so there is one more than joints.
       size_t links = 0;
       for (const auto& reading : sensed_) links += static_cast<size_t>(reading.num_joints) + 1;
-      most_bodies = std::max(most_bodies, links);
+      most_links = std::max(most_links, links);
     }
-    const size_t per_part = WorldBodiesPerPart();
-    world_parts_ = static_cast<int>((most_bodies + per_part - 1) / per_part);
+    const size_t per_part = WorldLinksPerPart();
+    world_parts_ = static_cast<int>((most_links + per_part - 1) / per_part);
   }
   // CLOCK goes first, so that listeners know how many parts of the others to expect.
   PublishClock(tick, machine_.started() ? sim_clock_t::PHASE_RUN : sim_clock_t::PHASE_START);
@@ -145,15 +158,11 @@ void SimParticipant::RepeatSensors(int64_t tick) {
 void SimParticipant::PublishWorld(int64_t tick) {
   morphbus::world_t world;
   world.num_parts = static_cast<int16_t>(world_parts_);
-  const size_t per_part = WorldBodiesPerPart();
-  // Parts beyond the last body are sent empty, since their number is constant.
+  // Parts beyond the last body and contact are sent empty, since their number is constant.
   for (int part = 0; part < world_parts_; ++part) {
-    const size_t from = std::min(truth_.size(), static_cast<size_t>(part) * per_part);
-    const size_t to = std::min(truth_.size(), from + per_part);
     world.part = static_cast<int16_t>(part);
-    world.num_bodies = static_cast<int16_t>(to - from);
-    world.bodies.assign(truth_.begin() + static_cast<std::ptrdiff_t>(from),
-                        truth_.begin() + static_cast<std::ptrdiff_t>(to));
+    world.num_bodies = TakeShare(truth_, part, &world.bodies);
+    world.num_contacts = TakeShare(contacts_, part, &world.contacts);
     outbox_.Send(channel_world_, tick, tick * options_.tick_us, &world);
   }
 }

@@ -4,14 +4,15 @@
 
 #include <morphbus/actuator_t.hpp>
 #include <morphbus/body_pose_t.hpp>
+#include <morphbus/contact_force_t.hpp>
 #include <morphbus/module_sensors_t.hpp>
 #include <string>
 #include <vector>
 
 namespace morphbus::bridge {
 
-/// A robot as the lockstep drives it, one control tick after another: SimParticipant calls Sense
-/// and Truth, then Actuate for every module that answered, then Advance.
+/// A robot as the lockstep drives it, one control tick after another: SimParticipant calls
+/// Sense, Truth and ContactForces, then Actuate for every module that answered, then Advance.
 class SimulatedRobot {
  public:
   virtual ~SimulatedRobot() = default;
@@ -21,6 +22,11 @@ class SimulatedRobot {
 
   /// True pose of every body now (may be empty). Replaces the content of `out`.
   virtual void Truth(std::vector<morphbus::body_pose_t>* out) = 0;
+
+  /// What the ground and obstacles exerted on links during the last tick (contact_force_t), in
+  /// order of module_id and link. Replaces the content of `out`; nothing for a robot without
+  /// physics.
+  virtual void ContactForces(std::vector<morphbus::contact_force_t>* out) { out->clear(); }
 
   /// Takes one module's commands for the coming tick. Called once a module and tick, in order of
   /// module_id, whatever the order of arrival.

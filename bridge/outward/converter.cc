@@ -67,6 +67,7 @@ Converter::Converter(std::shared_ptr<const RunModel> run, std::string source, Pr
   const size_t count = run_->robot->modules.size();
   position_.resize(count);
   velocity_.resize(count);
+  effort_.resize(count);
   target_.resize(count);
   sign_.resize(count);
   states_.resize(count);
@@ -249,6 +250,7 @@ void Converter::Use(const morphbus::sensors_t& sensors, int, const OutwardSink& 
     sensors_.have.insert(m);
     position_[m] = reading.joint_position_si;
     velocity_[m].assign(reading.joint_velocity_si.begin(), reading.joint_velocity_si.end());
+    effort_[m].assign(reading.joint_effort_si.begin(), reading.joint_effort_si.end());
     // The bodies are put together anew only where something was docked or undocked.
     const auto same = [](const auto& a, const auto& b) {
       return a.connector == b.connector && a.mate_connector == b.mate_connector &&
@@ -284,12 +286,14 @@ void Converter::SendJoints(const OutwardSink& sink) {
       joint.set_joint(type.joints[j].name);
       joint.set_position(position_[m][j]);
       joint.set_velocity(velocity_[m][j]);
+      joint.set_effort(effort_[m][j]);
       if (target_[m][j]) joint.set_target(*target_[m][j]);
       joint.set_sign(sign_[m][j]);
       foxglove::JointState& state = *joint_states.add_joints();
       state.set_name(run_->robot->modules[m].name + "/" + type.joints[j].name);
       state.set_position(position_[m][j]);
       state.set_velocity(velocity_[m][j]);
+      state.set_effort(effort_[m][j]);
     }
   }
   // The tick stays, so that what comes late of it is known to be late; the modules do not.

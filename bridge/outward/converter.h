@@ -163,7 +163,7 @@ class Converter {
   std::map<std::string, int64_t, std::less<>> taken_;
 
   // What was heard last, by module.
-  std::vector<std::vector<double>> position_, velocity_;
+  std::vector<std::vector<double>> position_, velocity_, effort_;
   std::vector<std::vector<std::optional<double>>> target_;
   std::vector<std::vector<int>> sign_;
   Dockings dockings_;

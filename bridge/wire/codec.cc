@@ -97,7 +97,7 @@ Result<void> CheckEnvelope(const uint8_t* data, size_t size, int64_t fingerprint
                            const Expectation& expect) {
   // LCM's fingerprint changes with every field's name, type and order.
   if (FingerprintOf(data, size) != fingerprint) {
-    return Fail("the message is of another type or another version of it");
+    return Fail(kOtherType);
   }
   if (Result<void> r = CheckHeaderBytes(data, size); !r) return r;
   // The two hashes are the last fields of the header.

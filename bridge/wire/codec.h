@@ -22,6 +22,10 @@ namespace morphbus::bridge {
 /// writes a text into a message cuts it; readers refuse what is longer.
 std::string CutText(const std::string& text, size_t most);
 
+/// What is said of a message whose fingerprint is not its type's: LCM's fingerprints change with
+/// every field's name, type and order.
+inline constexpr const char* kOtherType = "the message is of another type or another version of it";
+
 /// What a message must speak of to be accepted; 0 accepts anything.
 struct Expectation {
   /// Hash of the model, and of the program image, that the header must name.
@@ -96,9 +100,7 @@ Result<void> Check(const uint8_t* data, size_t size, const Expectation& expect) 
 
 template <class M>
 Result<void> CheckBody(const uint8_t* data, size_t size) {
-  if (FingerprintOf(data, size) != M::getHash()) {
-    return Fail("the message is of another type or another version of it");
-  }
+  if (FingerprintOf(data, size) != M::getHash()) return Fail(kOtherType);
   return CheckWire<M>(data, size);
 }
 

@@ -86,15 +86,16 @@ constexpr void Walk(V& v, As<morphbus::docked_connector_t>) {
   v.Int16("number", 1, kMost16);
 }
 
-/// Readings of one module. Positions and velocities have the same length.
+/// Readings of one module. Positions, velocities and efforts have the same length.
 template <class V>
 constexpr void Walk(V& v, As<morphbus::module_sensors_t>) {
   v.Int16("module_id", 0, kMost16);
   v.Text("name", kMaxProcessName);
   const int64_t joints = v.Count8("num_joints", vm::kMaxJoints);
-  // One number for each joint, rad or m, and rad/s or m/s.
+  // One number for each joint, rad or m, rad/s or m/s, and N m or N.
   v.Doubles("joint_position_si", joints);
   v.Floats("joint_velocity_si", joints);
+  v.Floats("joint_effort_si", joints);
   v.Floats("sensor_value", v.Count8("num_sensor_values", vm::kMaxSensorValues));
   // What is docked now; a connector that is not listed is free.
   List8<morphbus::docked_connector_t>(v, "num_docked", "docked", vm::kMaxNeighbours);
@@ -130,6 +131,14 @@ constexpr void Walk(V& v, As<morphbus::body_pose_t>) {
   // Metres in W, and the turn from W to the link.
   v.Doubles("position_m", 3);
   v.DoubleQuaternion("orientation_wxyz");
+}
+
+/// What the ground and obstacles exert on a link, newtons in W.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::contact_force_t>) {
+  v.Int16("module_id", 0, kMost16);
+  v.Int8("link", 0, kLastLink);
+  v.Floats("force_n", 3);
 }
 
 /// A pose as modules tell it, X_RL in the robot frame, in single precision.
@@ -325,6 +334,8 @@ constexpr void Walk(V& v, As<morphbus::world_t>) {
   v.template Struct<morphbus::header_t>("header");
   WalkPart(v);
   List16<morphbus::body_pose_t>(v, "num_bodies", "bodies", kMost16);
+  // Only of links that are touched.
+  List16<morphbus::contact_force_t>(v, "num_contacts", "contacts", kMost16);
 }
 
 /// TRANSFORM (transform_t). The counts keep every tail within a datagram, as vm/limits.h shares it

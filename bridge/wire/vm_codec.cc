@@ -316,6 +316,7 @@ Result<void> FromSensors(const morphbus::module_sensors_t& reading, int num_join
   for (int i = 0; i < num_joints; ++i) {
     out->joint_position[i] = reading.joint_position_si[i];
     out->joint_velocity[i] = static_cast<double>(reading.joint_velocity_si[i]);
+    out->joint_effort[i] = reading.joint_effort_si[i];
   }
   if (reading.num_sensor_values != num_sensor_values) {
     return Fail(reading.name + " senses " + std::to_string(reading.num_sensor_values) +
@@ -451,10 +452,10 @@ std::vector<std::vector<size_t>> SplitSensors(
   return parts;
 }
 
-size_t WorldBodiesPerPart() {
-  // A pose has a fixed size, so division tells.
+size_t WorldLinksPerPart() {
+  // Both have a fixed size, so division tells.
   return (kMaxPayloadBytes - SizeWithoutArrays<morphbus::world_t>()) /
-         LargestSize<morphbus::body_pose_t>();
+         (LargestSize<morphbus::body_pose_t>() + LargestSize<morphbus::contact_force_t>());
 }
 
 }  // namespace morphbus::bridge

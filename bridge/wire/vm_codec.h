@@ -85,7 +85,7 @@ void FromRootPose(const morphbus::root_pose_t& pose, vm::TickInput* out);
 std::vector<std::vector<size_t>> SplitSensors(
     const std::vector<morphbus::module_sensors_t>& modules, const std::vector<int>& most_docked);
 
-/// Bodies that fit into one part of WORLD, whatever their poses are.
-size_t WorldBodiesPerPart();
+/// How many bodies, and as many contact forces besides, fit into one part of WORLD.
+size_t WorldLinksPerPart();
 
 }  // namespace morphbus::bridge

@@ -54,10 +54,10 @@ const uint8_t* PeekReadings(const uint8_t* data, const Each& each) {
     const auto length = static_cast<size_t>(PeekInteger<int32_t>(at + 2));
     reading.name = {reinterpret_cast<const char*>(at + 6), length - 1};
     at += 6 + length;
-    // A position (8 bytes) and a velocity (4) for each joint, what its sensors measure, then what
-    // is docked.
+    // A position (8 bytes), a velocity and an effort (4 each) for each joint, what its sensors
+    // measure, then what is docked.
     const size_t joints = *at++;
-    at += 12 * joints;
+    at += 16 * joints;
     const size_t values = *at++;
     at += 4 * values;
     const size_t docked = *at++;

@@ -24,6 +24,7 @@ const std::vector<Builtin>& SelfBuiltins() {
       {"jointSetDegreesNonBlocking", "jf", Opcode::kSetDegreesNonBlocking, false,
        "self.jointSetDegreesNonBlocking(joint, degrees)", Motion::kTurns},
       {"jointDegrees", "j", Opcode::kJointDegrees, false, "self.jointDegrees(joint)"},
+      {"jointEffort", "j", Opcode::kJointEffort, false, "self.jointEffort(joint)"},
       {"turnContinuous", "jf", Opcode::kTurnContinuous, false,
        "self.turnContinuous(joint, degrees_per_second)", Motion::kTurns},
       {"jointMoveMillimetres", "jf", Opcode::kMoveMillimetres, false,

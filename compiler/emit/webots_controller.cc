@@ -232,8 +232,11 @@ WebotsProgram WebotsController(const model::Model& model, const DockFaces& faces
                                const WebotsImages* images) {
   // The marks of the templates in webots_controller/, and what takes their places.
   const model::ModuleType& module = model.module_types[type];
-  std::string speeds;
-  for (const model::Joint& joint : module.joints) speeds += fmt::format("{}, ", joint.speed);
+  std::string speeds, slides;
+  for (const model::Joint& joint : module.joints) {
+    speeds += fmt::format("{}, ", joint.speed);
+    slides += joint.type == model::JointType::kPrismatic ? "1, " : "0, ";
+  }
   const SensorTables sensors = SensorTablesOf(module);
   const std::vector<std::pair<std::string, std::string>> values = {
       {"TYPE", module.name},
@@ -249,6 +252,7 @@ WebotsProgram WebotsController(const model::Model& model, const DockFaces& faces
       {"JOINT_NAMES", Quoted(module.joints, "")},
       {"SENSOR_NAMES", Quoted(module.joints, ".sensor")},
       {"SPEEDS", speeds},
+      {"SLIDES", slides},
       {"CONNECTOR_NAMES", Quoted(module.connectors, "")},
       {"EMITTER_NAMES", Quoted(module.connectors, ".emitter")},
       {"RECEIVER_NAMES", Quoted(module.connectors, ".receiver")},

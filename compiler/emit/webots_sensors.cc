@@ -7,6 +7,8 @@
 #include <numbers>
 #include <utility>
 
+#include "compiler/model/link_mass.h"
+
 namespace morphbus::emit {
 namespace {
 
@@ -17,7 +19,6 @@ constexpr double kPadThickness = 1e-3;  // m
 constexpr double kTokenBall = 1e-3;     // m
 /// m/s²; more is cut off.
 constexpr double kMostAcceleration = 100;
-constexpr double kGravity = 9.81;  // m/s²
 
 /// A frame whose x looks where the sensor does, at its place.
 model::Pose FrameOf(const model::Sensor& sensor) {
@@ -158,7 +159,8 @@ void AppendWebotsSensor(const model::Sensor& sensor, const std::vector<ConvexHul
       vrml->Open("Accelerometer {");
       vrml->Line(fmt::format("name \"{}.sensor\"", sensor.name));
       if (sensor.noise > 0) {
-        vrml->Line(NoisyTable(-kMostAcceleration, kMostAcceleration, kGravity * sensor.noise));
+        vrml->Line(
+            NoisyTable(-kMostAcceleration, kMostAcceleration, model::kGravity * sensor.noise));
       }
       vrml->Close("}");
       break;

@@ -12,6 +12,9 @@ namespace morphbus::model {
 /// reference, hulls).
 inline constexpr double kFlatThickness = 0.05;
 
+/// The acceleration of whatever falls, m/s^2, in the simulator and wherever a robot is weighed.
+inline constexpr double kGravity = 9.81;
+
 /// The mass properties of one link, in its own frame L. At joint values 0 that is the module frame.
 struct LinkMass {
   double mass_kg = 0.0;       ///< At least 1 g.

@@ -212,6 +212,7 @@ const char* QuantityName(Quantity quantity) {
                                            "joint angle",
                                            "joint travel",
                                            "joint velocity",
+                                           "joint effort",
                                            "docking",
                                            "command",
                                            "speed limit",
@@ -227,7 +228,9 @@ const char* QuantityName(Quantity quantity) {
                                            "turn a cycle",
                                            "height",
                                            "duty",
-                                           "joint range"};
+                                           "joint range",
+                                           "energy a cycle",
+                                           "cost of transport"};
   return kNames[static_cast<int>(quantity)];
 }
 
@@ -244,6 +247,8 @@ double Tolerances::*ToleranceOf(Quantity quantity, const std::string& unit) {
       {{Q::kJointTravel, "m"}, &T::travel_m},
       {{Q::kJointVelocity, "rad/s"}, &T::velocity_rad_s},
       {{Q::kJointVelocity, "m/s"}, &T::velocity_m_s},
+      {{Q::kJointEffort, "N m"}, &T::effort_n_m},
+      {{Q::kJointEffort, "N"}, &T::effort_n},
       {{Q::kCommand, "rad"}, &T::command_rad},
       {{Q::kCommand, "m"}, &T::command_m},
       {{Q::kSpeedLimit, "rad/s"}, &T::command_rad},
@@ -259,7 +264,9 @@ double Tolerances::*ToleranceOf(Quantity quantity, const std::string& unit) {
       {{Q::kHeight, "m"}, &T::height_m},
       {{Q::kDuty, "share"}, &T::duty},
       {{Q::kRange, "rad"}, &T::range_rad},
-      {{Q::kRange, "m"}, &T::range_m}};
+      {{Q::kRange, "m"}, &T::range_m},
+      {{Q::kEnergy, "share"}, &T::energy},
+      {{Q::kTransport, "share"}, &T::transport}};
   const auto found = tolerances.find({quantity, unit});
   return found == tolerances.end() ? nullptr : found->second;
 }
@@ -274,6 +281,7 @@ DisplayUnit DisplayUnitOf(const std::string& unit) {
   if (unit == "m/s") return {"mm/s", 1e3};
   if (unit == "rad/s") return {"deg/s", kDegrees};
   if (unit == "share") return {"%", 100.0};
+  if (unit == "N m" || unit == "N") return {unit == "N" ? "N" : "N m", 1.0};
   return {unit == "s" ? "s" : "", 1.0};
 }
 

@@ -229,6 +229,13 @@ class Comparer {
                                 *shown.name == '\0' ? "" : " ", shown.name);
       Meter(&item).Add(a.times_us.front(), std::abs(in_a - in_b));
     };
+    // What grows with the robot differs by a share of the larger one.
+    const auto add_share = [&](Quantity quantity, double in_a, double in_b, const char* unit) {
+      Item& item = comparer->AddItem({"(gait)", "", "", ""}, quantity, "share");
+      item.detail = fmt::format("{:.3f} against {:.3f}{}", in_a, in_b, unit);
+      const double larger = std::max(in_a, in_b);
+      Meter(&item).Add(a.times_us.front(), larger > 0.0 ? std::abs(in_a - in_b) / larger : 0.0);
+    };
     const ItemNames gait{"(gait)", "", "", ""};
     add(gait, Quantity::kCycle, "s", a.cycle_s, b.cycle_s);
     const auto names = [&](const FigurePair& figure) {
@@ -251,6 +258,13 @@ class Comparer {
     add(gait, Quantity::kSideways, "m", a.left_m, b.left_m);
     add(gait, Quantity::kTurn, "rad", a.turn_rad, b.turn_rad);
     add(gait, Quantity::kHeight, "m", a.height_m, b.height_m);
+    if (comparer->Wanted(Quantity::kEnergy)) {
+      add_share(Quantity::kEnergy, a.energy_j, b.energy_j, " J");
+    }
+    // Without a cost of one of them, the distances differ, or neither came anywhere.
+    if (a.transport.cost && b.transport.cost) {
+      add_share(Quantity::kTransport, *a.transport.cost, *b.transport.cost, "");
+    }
     for (const FigurePair& duty : DutyPairs(out_.matching, a_, *b_, a, b)) {
       add(names(duty), Quantity::kDuty, "share", duty.a, duty.b);
     }
@@ -380,8 +394,10 @@ const std::vector<QuantityGroup>& QuantityGroups() {
       {"propagated", {Q::kPropagatedPosition, Q::kPropagatedRotation, Q::kStaleness}},
       {"simulated",
        {Q::kSimulatedPosition, Q::kSimulatedRotation, Q::kDriftPosition, Q::kDriftRotation,
-        Q::kForward, Q::kSideways, Q::kTurn, Q::kHeight, Q::kDuty}},
-      {"sensors", {Q::kJointAngle, Q::kJointTravel, Q::kJointVelocity, Q::kDocking, Q::kRange}},
+        Q::kForward, Q::kSideways, Q::kTurn, Q::kHeight, Q::kDuty, Q::kTransport}},
+      {"sensors",
+       {Q::kJointAngle, Q::kJointTravel, Q::kJointVelocity, Q::kJointEffort, Q::kDocking, Q::kRange,
+        Q::kEnergy}},
       {"commands", {Q::kCommand, Q::kSpeedLimit, Q::kConnectorCommand, Q::kEvent}}};
   return groups;
 }

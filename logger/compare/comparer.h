@@ -33,6 +33,7 @@ enum class Quantity {
   kJointAngle,          ///< rad
   kJointTravel,         ///< m
   kJointVelocity,       ///< rad/s or m/s
+  kJointEffort,         ///< N m or N
   kDocking,             ///< Count of mates that only one module's sensors see.
   kCommand,             ///< rad, rad/s, m or m/s
   kSpeedLimit,          ///< rad/s or m/s: of a commanded target.
@@ -49,6 +50,8 @@ enum class Quantity {
   kHeight,              ///< m: lowest height of the trunk over the ground.
   kDuty,                ///< Share of the cycle (0…1) that a foot is on the ground.
   kRange,               ///< rad or m: between a joint's largest and smallest value in a cycle.
+  kEnergy,              ///< Share of the larger one: energy a cycle.
+  kTransport,           ///< Share of the larger one: cost of transport.
 };
 
 /// Quantities that a comparison may leave out together (`--without`), as for runs without a
@@ -234,7 +237,7 @@ double Tolerances::*ToleranceOf(Quantity quantity, const std::string& unit);
 
 /// The unit in which people read values of one of Item's units: millimetres and degrees.
 struct DisplayUnit {
-  /// "mm", "deg", "mm/s", "deg/s", "s", "%" or empty.
+  /// "mm", "deg", "mm/s", "deg/s", "N m", "N", "s", "%" or empty.
   const char* name;
   /// By what an SI value is multiplied.
   double scale;

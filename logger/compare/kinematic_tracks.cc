@@ -10,14 +10,16 @@
 namespace morphbus::logger {
 namespace {
 
-/// A row of SENSORS values of one joint (rad, m, or per second), times its sign; samples that lack
-/// the joint are left out.
+/// A row of SENSORS values of one joint (rad, m, per second, N m or N), times its sign; samples
+/// that lack the joint are left out.
+template <class Number>
 ScalarTrack SensorTrack(const ModuleSeries& module, int joint, const JointSigns& signs,
-                        std::vector<double> SensorSample::*values) {
+                        std::vector<Number> SensorSample::*values) {
   ScalarTrack track;
   for (const SensorSample& sample : module.sensors) {
     if (joint >= static_cast<int>((sample.*values).size())) continue;
-    track.Add(sample.time_us, signs.At(sample.time_us) * (sample.*values)[joint]);
+    track.Add(sample.time_us,
+              signs.At(sample.time_us) * static_cast<double>((sample.*values)[joint]));
   }
   return track;
 }
@@ -170,6 +172,10 @@ ScalarTrack AngleTrack(const ModuleSeries& module, int joint, const JointSigns& 
 
 ScalarTrack VelocityTrack(const ModuleSeries& module, int joint, const JointSigns& signs) {
   return SensorTrack(module, joint, signs, &SensorSample::velocity);
+}
+
+ScalarTrack EffortTrack(const ModuleSeries& module, int joint, const JointSigns& signs) {
+  return SensorTrack(module, joint, signs, &SensorSample::effort);
 }
 
 Track<JointCommand> CommandsOf(const ModuleSeries& module, int joint, const JointSigns& signs) {

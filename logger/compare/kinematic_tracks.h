@@ -102,6 +102,8 @@ class JointSigns {
 ScalarTrack AngleTrack(const ModuleSeries& module, int joint, const JointSigns& signs);
 /// Their rates (rad/s or m/s), likewise.
 ScalarTrack VelocityTrack(const ModuleSeries& module, int joint, const JointSigns& signs);
+/// What their motors exert (N m or N), likewise.
+ScalarTrack EffortTrack(const ModuleSeries& module, int joint, const JointSigns& signs);
 /// Commands likewise: values times their sign, but a speed limit has no sign.
 Track<JointCommand> CommandsOf(const ModuleSeries& module, int joint, const JointSigns& signs);
 /// 1 where the module said that its poses age because the root is silent, else 0; only ticks at

@@ -417,6 +417,9 @@ void PairComparer::CompareJoint(const Subject& of, const JointPair& joint) {
       compare(joint.prismatic ? Measure{Quantity::kJointVelocity, "m/s"}
                               : Measure{Quantity::kJointVelocity, "rad/s"},
               VelocityTrack);
+      compare(joint.prismatic ? Measure{Quantity::kJointEffort, "N"}
+                              : Measure{Quantity::kJointEffort, "N m"},
+              EffortTrack);
     }
   }
   if (!Wanted(Quantity::kCommand)) return;

@@ -26,6 +26,7 @@ std::optional<Topic> CarrierOf(Quantity quantity) {
     case Q::kJointAngle:
     case Q::kJointTravel:
     case Q::kJointVelocity:
+    case Q::kJointEffort:
     case Q::kDocking:
       return Topic::kSensors;
     case Q::kRole:

@@ -178,6 +178,8 @@ const std::vector<std::pair<std::string, double Tolerances::*>>& ToleranceNames(
       {"travel_m", &Tolerances::travel_m},
       {"velocity_rad_s", &Tolerances::velocity_rad_s},
       {"velocity_m_s", &Tolerances::velocity_m_s},
+      {"effort_n_m", &Tolerances::effort_n_m},
+      {"effort_n", &Tolerances::effort_n},
       {"command_rad", &Tolerances::command_rad},
       {"command_m", &Tolerances::command_m},
       {"role_s", &Tolerances::role_s},
@@ -191,7 +193,9 @@ const std::vector<std::pair<std::string, double Tolerances::*>>& ToleranceNames(
       {"height_m", &Tolerances::height_m},
       {"duty", &Tolerances::duty},
       {"range_rad", &Tolerances::range_rad},
-      {"range_m", &Tolerances::range_m}};
+      {"range_m", &Tolerances::range_m},
+      {"energy", &Tolerances::energy},
+      {"transport", &Tolerances::transport}};
   return names;
 }
 

@@ -30,6 +30,10 @@ struct Tolerances {
   double velocity_rad_s = 8.727e-3;
   /// The same for prismatic joints.
   double velocity_m_s = 5e-3;
+  /// What motors exert (N m): about 1 % of what M-TRAN's can.
+  double effort_n_m = 0.02;
+  /// The same for prismatic joints (N).
+  double effort_n = 0.2;
   /// 0.01°, for targets (rad), for commanded velocities and for speed limits (rad/s).
   double command_rad = 1.745e-4;
   /// The same for prismatic joints (m and m/s).
@@ -57,6 +61,10 @@ struct Tolerances {
   /// 0.5°, between the largest and the smallest angle of a joint.
   double range_rad = 8.727e-3;
   double range_m = 1e-3;
+  /// Shares of the larger one, since robots of all sizes are compared: of the energy of a cycle,
+  /// and of the cost of transport, in which the distance has its part.
+  double energy = 0.1;
+  double transport = 0.15;
 };
 
 /// The defaults of comparisons by event or lag, where the runs are not the same tick for tick:

@@ -20,6 +20,35 @@ std::string WayText(const Eigen::Vector3d& v) {
   return fmt::format("{:+.3f} m north, {:+.3f} m up, {:+.3f} m east", v.x(), v.y(), v.z());
 }
 
+/// The reason why there is no cost of transport, in the words of a person; empty if there is one.
+std::string WhyNoCost(const Transport& transport) {
+  if (transport.cost) return {};
+  return fmt::format("the robot came only {:.1f} mm far", transport.distance_m * 1e3);
+}
+
+Json CostJson(const Transport& transport) {
+  return transport.cost ? Json(*transport.cost) : Json(nullptr);
+}
+
+/// "3.21 J, cost of transport 12.3".
+std::string EnergyText(double energy_j, const Transport& transport) {
+  return fmt::format("{:.2f} J, {}", energy_j,
+                     transport.cost ? fmt::format("cost of transport {:.2f}", *transport.cost)
+                                    : "no cost of transport: " + WhyNoCost(transport));
+}
+
+/// How hard motors worked, and what links bore.
+Json LoadsJson(const RunFigures& f) {
+  Json joints = Json::object(), links = Json::object();
+  for (const JointLoad& joint : f.joint_loads) {
+    joints[joint.name] = {{"rms", joint.rms}, {"peak", joint.peak}};
+  }
+  for (const LinkLoad& link : f.motion.loads) {
+    links[link.name] = {{"mean_n", VectorToJson(link.mean_W)}, {"peak_n", link.peak_n}};
+  }
+  return {{"joints", joints}, {"links", links}};
+}
+
 /// The keys that say how the trunk went and turned; null for a run without WORLD.
 Json WalkJson(const RunFigures& f) {
   if (!f.has_world) return nullptr;
@@ -51,12 +80,15 @@ Json GaitJson(const std::optional<Gait>& gait) {
   json["sideways_m"] = gait->left_m;
   json["turn_rad"] = gait->turn_rad;
   json["height_m"] = gait->height_m;
+  json["energy_j"] = gait->energy_j;
+  json["cost_of_transport"] = CostJson(gait->transport);
   Json each = Json::array();
   for (const GaitCycle& cycle : gait->cycles) {
     each.push_back({{"begin", Seconds(cycle.begin_us)},
                     {"seconds", Seconds(cycle.end_us - cycle.begin_us)},
                     {"advance", VectorToJson(cycle.advance)},
-                    {"turn_rad", cycle.turn_rad}});
+                    {"turn_rad", cycle.turn_rad},
+                    {"energy_j", cycle.energy_j}});
   }
   json["each"] = std::move(each);
   Json duty = Json::object();
@@ -69,6 +101,10 @@ Json FiguresJson(const RunFigures& f) {
   Json json = {{"displacement", nullptr},
                {"root_displacement", nullptr},
                {"path_length", nullptr},
+               {"energy", nullptr},
+               {"cost_of_transport", nullptr},
+               {"no_cost", nullptr},
+               {"loads", nullptr},
                {"walk", WalkJson(f)},
                {"gait", GaitJson(f.gait)},
                {"no_gait", f.gait || f.why_no_gait.empty() ? Json(nullptr) : Json(f.why_no_gait)}};
@@ -76,6 +112,10 @@ Json FiguresJson(const RunFigures& f) {
   json["displacement"] = VectorToJson(f.displacement);
   json["root_displacement"] = VectorToJson(f.root_displacement);
   json["path_length"] = f.path_length_m;
+  json["energy"] = f.energy_j;
+  json["cost_of_transport"] = CostJson(f.transport);
+  if (!f.transport.cost) json["no_cost"] = WhyNoCost(f.transport);
+  json["loads"] = LoadsJson(f);
   return json;
 }
 
@@ -90,6 +130,7 @@ std::vector<std::pair<std::string, std::string>> FigureLines(const RunFigures& f
     add("path", fmt::format("{:.3f} m", f.path_length_m));
     add("turned", fmt::format("{:+.1f} degrees, tilted {:.1f} at most", f.turn_rad * kFigureDegrees,
                               f.max_tilt_rad * kFigureDegrees));
+    add("energy", EnergyText(f.energy_j, f.transport));
   }
   if (!f.gait) {
     // Of a run of which nothing was measured there is nothing to say.
@@ -104,6 +145,7 @@ std::vector<std::pair<std::string, std::string>> FigureLines(const RunFigures& f
   add("a cycle",
       fmt::format("{:.1f} mm forward, {:+.1f} mm to the left, {:+.2f} degrees",
                   gait.forward_m * 1e3, gait.left_m * 1e3, gait.turn_rad * kFigureDegrees));
+  add("energy a cycle", EnergyText(gait.energy_j, gait.transport));
   // A long run has many cycles; the first ones show whether they are alike.
   constexpr size_t kShown = 12;
   std::string north;

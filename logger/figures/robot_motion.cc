@@ -34,6 +34,15 @@ bool Same(const std::vector<morphbus::docked_connector_t>& a,
   });
 }
 
+/// Adds what WORLD says of a link unless something was said of it.
+template <class Entry>
+void AddOnce(const Entry& entry, std::vector<Entry>* entries) {
+  const bool known = std::any_of(entries->begin(), entries->end(), [&](const Entry& other) {
+    return other.module_id == entry.module_id && other.link == entry.link;
+  });
+  if (!known) entries->push_back(entry);
+}
+
 /// Each value that is missing is the one before it; before the first one there is the first.
 void FillIn(std::vector<double>* row) {
   const auto known =
@@ -74,12 +83,15 @@ MotionRecorder::MotionRecorder(const model::Model& model, const model::Robot& ro
         shape.radius = std::max(shape.radius, (p - shape.centre).norm());
       }
       links.push_back(shape);
+      motion_.mass_kg += shape.kg;
     }
     std::vector<int>& rows = row_of_.emplace_back();
     for (int j = 0; j < static_cast<int>(type.joints.size()); ++j) {
       const bool fixed = type.joints[j].type == model::JointType::kFixed;
       rows.push_back(fixed ? -1 : static_cast<int>(motion_.joints.size()));
-      if (!fixed) motion_.joints.push_back({m, j, type.joints[j].type, {}, {}, {}});
+      if (fixed) continue;
+      motion_.joints.push_back(
+          {m, j, type.joints[j].type, robot.modules[m].name + "." + type.joints[j].name});
     }
     contact_of_.emplace_back(type.links.size(), -1);
   }
@@ -88,7 +100,7 @@ MotionRecorder::MotionRecorder(const model::Model& model, const model::Robot& ro
 void MotionRecorder::Take(const morphbus::sensors_t& sensors) {
   for (const morphbus::module_sensors_t& module : sensors.modules) {
     TakeSensed(sensors.header.sim_time_us, module.module_id, module.joint_position_si,
-               module.docked);
+               module.docked, module.joint_effort_si);
   }
 }
 
@@ -97,7 +109,7 @@ void MotionRecorder::Take(const morphbus::actuator_t& actuator) {
 }
 
 void MotionRecorder::Take(const morphbus::world_t& world) {
-  TakeBodies(world.header.sim_time_us, world.bodies);
+  TakeBodies(world.header.sim_time_us, world.bodies, world.contacts);
 }
 
 std::optional<size_t> MotionRecorder::Slot(int64_t time_us) {
@@ -114,7 +126,8 @@ std::optional<size_t> MotionRecorder::Slot(int64_t time_us) {
       tick_us;
   const auto grow = [&](size_t before, size_t behind) {
     for (JointSeries& joint : motion_.joints) {
-      for (std::vector<double>* row : {&joint.target, &joint.velocity, &joint.position}) {
+      for (std::vector<double>* row :
+           {&joint.target, &joint.velocity, &joint.position, &joint.effort}) {
         row->insert(row->begin(), before, kNothing);
         row->insert(row->end(), behind, kNothing);
       }
@@ -138,12 +151,15 @@ JointSeries* MotionRecorder::RowOf(int module, int joint) {
 }
 
 void MotionRecorder::TakeSensed(int64_t time_us, int module, const std::vector<double>& position,
-                                const std::vector<morphbus::docked_connector_t>& docked) {
+                                const std::vector<morphbus::docked_connector_t>& docked,
+                                const std::vector<float>& effort) {
   if (!IsIndex(module, robot_.modules.size())) return;
   if (const std::optional<size_t> slot = Slot(time_us)) {
     for (int j = 0; j < static_cast<int>(position.size()); ++j) {
       JointSeries* row = RowOf(module, j);
-      if (row != nullptr) row->position[*slot] = position[j];
+      if (row == nullptr) continue;
+      row->position[*slot] = position[j];
+      if (IsIndex(j, effort.size())) row->effort[*slot] = static_cast<double>(effort[j]);
     }
   }
   // Dockings are the same for most of a run.
@@ -168,20 +184,34 @@ void MotionRecorder::TakeCommands(int64_t time_us, int module,
   }
 }
 
-void MotionRecorder::TakeBodies(int64_t time_us, const std::vector<morphbus::body_pose_t>& bodies) {
+void MotionRecorder::TakeBodies(int64_t time_us, const std::vector<morphbus::body_pose_t>& bodies,
+                                const std::vector<morphbus::contact_force_t>& contacts) {
   // Parts of one tick make one list; a part that comes again adds nothing.
-  std::vector<morphbus::body_pose_t>& world = worlds_[time_us];
-  for (const morphbus::body_pose_t& body : bodies) {
-    const bool known = std::any_of(world.begin(), world.end(), [&](const auto& other) {
-      return other.module_id == body.module_id && other.link == body.link;
-    });
-    if (!known) world.push_back(body);
-  }
+  WorldAtTick& world = worlds_[time_us];
+  for (const morphbus::body_pose_t& body : bodies) AddOnce(body, &world.bodies);
+  for (const morphbus::contact_force_t& contact : contacts) AddOnce(contact, &world.contacts);
   // What is so old is complete.
   const int64_t late_us = int64_t{kMostLateTicks} * std::max(options_.tick_us, 1);
   while (worlds_.rbegin()->first - worlds_.begin()->first > late_us) {
-    Place(worlds_.begin()->first, std::move(worlds_.begin()->second));
+    TakeWhole(worlds_.begin()->first, std::move(worlds_.begin()->second));
     worlds_.erase(worlds_.begin());
+  }
+}
+
+void MotionRecorder::TakeWhole(int64_t time_us, WorldAtTick world) {
+  Place(time_us, std::move(world.bodies));
+  NoteLoads(world.contacts);
+}
+
+void MotionRecorder::NoteLoads(const std::vector<morphbus::contact_force_t>& contacts) {
+  ++num_worlds_;
+  for (const morphbus::contact_force_t& contact : contacts) {
+    const int m = contact.module_id, l = contact.link;
+    if (!IsIndex(m, shapes_.size()) || !IsIndex(l, shapes_[m].size())) continue;
+    const Eigen::Vector3d f_W = Eigen::Map<const Eigen::Vector3f>(contact.force_n).cast<double>();
+    LinkLoad& load = loads_[{m, l}];
+    load.mean_W += f_W;
+    load.peak_n = std::max(load.peak_n, f_W.norm());
   }
 }
 
@@ -301,6 +331,10 @@ double MotionRecorder::FirstValue(int module, int joint) {
   return IsIndex(joint, start.size()) ? start[joint] : 0.0;
 }
 
+std::string MotionRecorder::NameOfLink(int module, int link) const {
+  return robot_.modules[module].name + "." + model_.TypeOf(robot_, module).links[link].name;
+}
+
 void MotionRecorder::NoteContacts(const std::vector<bridge::LinkPose>& X_WB) {
   const int sample = static_cast<int>(motion_.track.size()) - 1;
   for (int m = 0; m < static_cast<int>(places_.size()); ++m) {
@@ -321,8 +355,7 @@ void MotionRecorder::NoteContacts(const std::vector<bridge::LinkPose>& X_WB) {
       int& index = contact_of_[m][l];
       if (index < 0) {
         index = static_cast<int>(motion_.contacts.size());
-        motion_.contacts.push_back(
-            {m, l, robot_.modules[m].name + "." + model_.TypeOf(robot_, m).links[l].name, {}});
+        motion_.contacts.push_back({m, l, NameOfLink(m, l), {}});
       }
       // A stance lasts as long as no sample is without it.
       auto& stances = motion_.contacts[index].stances;
@@ -333,10 +366,22 @@ void MotionRecorder::NoteContacts(const std::vector<bridge::LinkPose>& X_WB) {
 }
 
 RobotMotion MotionRecorder::Finish() {
-  for (auto& [time_us, bodies] : worlds_) Place(time_us, std::move(bodies));
+  for (auto& [time_us, world] : worlds_) TakeWhole(time_us, std::move(world));
   worlds_.clear();
+  for (auto& [who, load] : loads_) {
+    const auto [m, l] = who;
+    load.module = m;
+    load.link = l;
+    load.name = NameOfLink(m, l);
+    load.mean_W /= static_cast<double>(num_worlds_);
+    motion_.loads.push_back(std::move(load));
+  }
+  loads_.clear();
   for (JointSeries& joint : motion_.joints) {
-    for (std::vector<double>* row : {&joint.target, &joint.velocity, &joint.position}) FillIn(row);
+    for (std::vector<double>* row :
+         {&joint.target, &joint.velocity, &joint.position, &joint.effort}) {
+      FillIn(row);
+    }
   }
   std::sort(motion_.contacts.begin(), motion_.contacts.end(), [](const auto& a, const auto& b) {
     return std::pair(a.module, a.link) < std::pair(b.module, b.link);

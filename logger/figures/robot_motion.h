@@ -10,6 +10,7 @@
 #include <memory>
 #include <morphbus/actuator_t.hpp>
 #include <morphbus/body_pose_t.hpp>
+#include <morphbus/contact_force_t.hpp>
 #include <morphbus/docked_connector_t.hpp>
 #include <morphbus/joint_command_t.hpp>
 #include <morphbus/sensors_t.hpp>
@@ -43,11 +44,25 @@ struct JointSeries {
   int module = 0;
   int joint = 0;
   model::JointType type = model::JointType::kRevolute;
+  /// "m1.joint_1".
+  std::string name = {};
   /// The last target that it was given (rad or m), in the actuator's sign; and the velocity at
   /// which it is told to turn on (rad/s or m/s), 0 while it has a target or holds.
-  std::vector<double> target, velocity;
-  /// Where it was (rad or m), by its sensor.
-  std::vector<double> position;
+  std::vector<double> target = {}, velocity = {};
+  /// Where it was (rad or m), and what its motor exerted in the tick before (N m or N), by its
+  /// sensors.
+  std::vector<double> position = {}, effort = {};
+};
+
+/// What the ground and obstacles exerted on a link, over all ticks of which WORLD is known.
+struct LinkLoad {
+  int module = 0;
+  int link = 0;
+  /// "m1.passive_block".
+  std::string name;
+  /// The mean force (N, in W), and the largest magnitude of a tick's (N).
+  Eigen::Vector3d mean_W = Eigen::Vector3d::Zero();
+  double peak_n = 0.0;
 };
 
 /// A link that touched the ground, and when.
@@ -76,6 +91,10 @@ struct RobotMotion {
   std::vector<JointSeries> joints;
   /// By module and link.
   std::vector<GroundContact> contacts;
+  /// By module and link; those of links that nothing pushed are left out.
+  std::vector<LinkLoad> loads;
+  /// What all links weigh together.
+  double mass_kg = 0.0;
 };
 
 /// The link by which a module stands for the root: the robot's root link if the module is the
@@ -89,8 +108,6 @@ model::LinkRef RootLinkOf(const model::Robot& robot, int module);
 ///   MotionRecorder recorder(model, robot, {tick_us, realtime, RootLinkOf(robot, root)});
 ///   recorder.Take(sensors); recorder.Take(world); recorder.Take(actuator);   // as they come
 ///   const RunFigures figures = MeasureFigures(recorder.Finish());            // run_figures.h
-///
-/// What WORLD and SENSORS come to say of efforts and contact forces is taken in here, too.
 class MotionRecorder {
  public:
   static constexpr int kMostLateTicks = 32;
@@ -112,10 +129,12 @@ class MotionRecorder {
   // The same in parts; `module` is an index in the robot, and so are the modules that bodies and
   // dockings name. What the robot does not have is passed over.
   void TakeSensed(int64_t time_us, int module, const std::vector<double>& position,
-                  const std::vector<morphbus::docked_connector_t>& docked);
+                  const std::vector<morphbus::docked_connector_t>& docked,
+                  const std::vector<float>& effort = {});
   void TakeCommands(int64_t time_us, int module,
                     const std::vector<morphbus::joint_command_t>& joints);
-  void TakeBodies(int64_t time_us, const std::vector<morphbus::body_pose_t>& bodies);
+  void TakeBodies(int64_t time_us, const std::vector<morphbus::body_pose_t>& bodies,
+                  const std::vector<morphbus::contact_force_t>& contacts = {});
 
   /// All of it. The recorder is empty then.
   RobotMotion Finish();
@@ -140,8 +159,15 @@ class MotionRecorder {
   std::optional<size_t> Slot(int64_t time_us);
   /// The joint's row; null for a fixed joint, or one that the robot lacks.
   JointSeries* RowOf(int module, int joint);
-  /// Places the robot at a tick of which all has come.
+  /// What WORLD said of one tick.
+  struct WorldAtTick {
+    std::vector<morphbus::body_pose_t> bodies;
+    std::vector<morphbus::contact_force_t> contacts;
+  };
+  /// Takes a tick of which all has come: places the robot, and notes what pushed it.
+  void TakeWhole(int64_t time_us, WorldAtTick world);
   void Place(int64_t time_us, std::vector<morphbus::body_pose_t> bodies);
+  void NoteLoads(const std::vector<morphbus::contact_force_t>& contacts);
   /// Finds which links the bodies carry, and what they weigh.
   void LayOut(const std::vector<std::pair<int, int>>& bodies);
   /// Places links that joints hold which cannot move, since two hold them against the same body:
@@ -150,6 +176,7 @@ class MotionRecorder {
   void PlaceLocked();
   /// The first reading of a joint; without one, the robot's start value.
   double FirstValue(int module, int joint);
+  [[nodiscard]] std::string NameOfLink(int module, int link) const;
   void NoteContacts(const std::vector<bridge::LinkPose>& X_WB);
 
   const model::Model& model_;
@@ -161,7 +188,7 @@ class MotionRecorder {
   std::vector<std::vector<int>> row_of_;  ///< Index in motion_.joints, by module and joint; or -1.
   size_t num_slots_ = 0;
   /// WORLD whose tick may not be complete yet, and dockings that changed, by sim time.
-  std::map<int64_t, std::vector<morphbus::body_pose_t>> worlds_;
+  std::map<int64_t, WorldAtTick> worlds_;
   std::map<int64_t, std::map<int, std::vector<morphbus::docked_connector_t>>> changed_dockings_;
   std::vector<std::optional<std::vector<morphbus::docked_connector_t>>> sensed_dockings_;
   bridge::Dockings dockings_;
@@ -172,6 +199,9 @@ class MotionRecorder {
   bool complete_ = false;  ///< Whether every link has its place.
   /// By module and link: index in motion_.contacts, or -1.
   std::vector<std::vector<int>> contact_of_;
+  /// The loads so far, with sums in the place of means, and the ticks that they are of.
+  std::map<std::pair<int, int>, LinkLoad> loads_;
+  int64_t num_worlds_ = 0;
 };
 
 }  // namespace morphbus::logger

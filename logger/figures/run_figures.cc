@@ -120,6 +120,33 @@ void MeasureWay(const std::vector<RobotSample>& track, Gait* gait) {
   }
 }
 
+/// What each cycle took, and what all of them brought.
+void MeasureEffort(const RobotMotion& motion, const EnergyMeter& energy, Gait* gait) {
+  for (GaitCycle& cycle : gait->cycles) {
+    cycle.energy_j = energy.Between(cycle.begin_us, cycle.end_us);
+  }
+  gait->energy_j = MeanOf(gait->cycles, [](const GaitCycle& c) { return c.energy_j; });
+  const int64_t begin_us = gait->times_us.front(), end_us = gait->times_us.back();
+  gait->transport = MeasureTransport(motion, energy.Between(begin_us, end_us), begin_us, end_us);
+}
+
+/// How hard each motor worked, over the whole run.
+std::vector<JointLoad> JointLoadsOf(const RobotMotion& motion) {
+  std::vector<JointLoad> loads;
+  for (const JointSeries& joint : motion.joints) {
+    JointLoad& load = loads.emplace_back(JointLoad{joint.name, 0.0, 0.0});
+    for (const double effort : joint.effort) {
+      if (std::isnan(effort)) continue;
+      load.rms += effort * effort;
+      load.peak = std::max(load.peak, std::abs(effort));
+    }
+    if (!joint.effort.empty()) {
+      load.rms = std::sqrt(load.rms / static_cast<double>(joint.effort.size()));
+    }
+  }
+  return loads;
+}
+
 /// How long each link stands, of the instants of all cycles.
 void MeasureDuties(const RobotMotion& motion, Gait* gait) {
   const auto index = [&](int64_t time_us) {
@@ -214,6 +241,7 @@ double TurnBetween(const RobotSample& a, const RobotSample& b) {
 
 RunFigures MeasureFigures(RobotMotion motion) {
   RunFigures figures;
+  const EnergyMeter energy(motion);
   CycleSearch search = FindGait(motion);
   figures.why_no_gait = search.why_not;
   if (search.cycle) {
@@ -226,12 +254,17 @@ RunFigures MeasureFigures(RobotMotion motion) {
     if (!motion.track.empty()) {
       MeasureWay(motion.track, &gait);
       MeasureDuties(motion, &gait);
+      MeasureEffort(motion, energy, &gait);
     }
   }
   if (!motion.track.empty()) {
     MeasureRun(motion.track,
                figures.gait ? figures.gait->times_us.front() : motion.track.front().time_us,
                &figures);
+    figures.energy_j = energy.Total();
+    figures.transport = MeasureTransport(motion, figures.energy_j, motion.track.front().time_us,
+                                         motion.track.back().time_us);
+    figures.joint_loads = JointLoadsOf(motion);
   }
   figures.motion = std::move(motion);
   return figures;
@@ -257,7 +290,7 @@ RunFigures FiguresOf(const RunLog& log) {
   const auto take_sensed = [&](const ModuleSeries& module, const SensorSample& sample) {
     std::vector<morphbus::docked_connector_t> docked = sample.docked;
     for (auto& mate : docked) mate.mate_module = model_index(mate.mate_module);
-    recorder.TakeSensed(sample.time_us, module.model_index, sample.position, docked);
+    recorder.TakeSensed(sample.time_us, module.model_index, sample.position, docked, sample.effort);
   };
   for (const ModuleSeries& module : log.modules) {
     for (const ActuatorSample& sample : module.actuators) {
@@ -278,7 +311,9 @@ RunFigures FiguresOf(const RunLog& log) {
     sense_until(world.time_us);
     std::vector<morphbus::body_pose_t> bodies = world.bodies;
     for (auto& body : bodies) body.module_id = model_index(body.module_id);
-    recorder.TakeBodies(world.time_us, bodies);
+    std::vector<morphbus::contact_force_t> contacts = world.contacts;
+    for (auto& contact : contacts) contact.module_id = model_index(contact.module_id);
+    recorder.TakeBodies(world.time_us, bodies, contacts);
   }
   sense_until(std::numeric_limits<int64_t>::max());
   return MeasureFigures(recorder.Finish());

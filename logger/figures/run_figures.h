@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "logger/figures/energy.h"
 #include "logger/figures/robot_motion.h"
 
 namespace morphbus::logger {
@@ -32,6 +33,8 @@ struct GaitCycle {
   double forward_m = 0.0, left_m = 0.0;
   /// By how much the trunk turned to the left about up (rad).
   double turn_rad = 0.0;
+  /// What the motors turned over (J, energy.h).
+  double energy_j = 0.0;
 };
 
 /// The share of the time (0…1) for which a link touched the ground.
@@ -56,7 +59,9 @@ struct Gait {
   double cycle_s = 0.0;
   /// Empty for a run without WORLD, of which only times and ranges are known.
   std::vector<GaitCycle> cycles;
-  double forward_m = 0.0, left_m = 0.0, turn_rad = 0.0;
+  double forward_m = 0.0, left_m = 0.0, turn_rad = 0.0, energy_j = 0.0;
+  /// Of all whole cycles together; see Transport.
+  Transport transport;
   /// The lowest height of the trunk's centre of mass in all cycles (m).
   double height_m = 0.0;
   /// Of every link that touches the ground in them, by module and link.
@@ -69,6 +74,13 @@ struct Gait {
   [[nodiscard]] double DutyOf(int module, int link) const;
   /// The range of a joint; 0 if it has none.
   [[nodiscard]] double RangeOf(int module, int joint) const;
+};
+
+/// How hard the motor of a joint worked (N m or N): the root of the mean square of its effort,
+/// which heats it, and the largest magnitude.
+struct JointLoad {
+  std::string name;  ///< "m1.joint_1".
+  double rms = 0.0, peak = 0.0;
 };
 
 /// See the head of this file. Figures of places are there if `has_world`.
@@ -87,6 +99,12 @@ struct RunFigures {
   /// The lowest height of the trunk's centre of mass from the first cycle on; without a gait from
   /// the first tick on, getting up included (m).
   double min_height_m = 0.0;
+  /// What the motors turned over (J), and what it brought (energy.h). Only of runs with WORLD: in
+  /// one without physics nothing has a weight.
+  double energy_j = 0.0;
+  Transport transport;
+  /// Of all joints that may move, by module and joint; those of links are in `motion.loads`.
+  std::vector<JointLoad> joint_loads;
   /// The gait, or why there is none ("the commands do not change").
   std::optional<Gait> gait;
   std::string why_no_gait;
@@ -108,7 +126,8 @@ RobotSample SampleAt(const std::vector<RobotSample>& track, int64_t time_us);
 double TurnBetween(const RobotSample& a, const RobotSample& b);
 
 /// The keys of figures in `run --json`, `compare --json` and `report` (docs/cli.md, "Figures"):
-/// `displacement`, `root_displacement`, `path_length`, `walk`, `gait`, `no_gait`.
+/// `displacement`, `root_displacement`, `path_length`, `energy`, `cost_of_transport`, `no_cost`,
+/// `loads`, `walk`, `gait`, `no_gait`.
 nlohmann::json FiguresJson(const RunFigures& figures);
 /// One of them: the gait, null without one.
 nlohmann::json GaitJson(const std::optional<Gait>& gait);

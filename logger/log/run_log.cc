@@ -15,6 +15,8 @@
 #include "bridge/wire/info_parts.h"
 #include "bridge/wire/vm_codec.h"
 #include "bridge/wire/wire_peek.h"
+#include "compiler/base/text.h"
+#include "compiler/base/version.h"
 #include "logger/log/clock_commands.h"
 #include "logger/log/description.h"
 #include "logger/log/log_channels.h"
@@ -98,11 +100,22 @@ class Loader {
     if (log_.description.empty()) {
       facts_.problems.push_back("the log does not hold the run's whole description (INFO)");
     }
+    NoteOtherVersion();
     facts_.dockings = dockings_.Facts(log_.model.get(), log_.robot);
     facts_.num_dockings = dockings_.count();
     promised_.Judge(facts_.mode == "realtime", now_us_, &facts_);
     series_.Finish(&log_);
     return {};
+  }
+
+  /// Whoever opens a log of another version must not take it for damaged.
+  void NoteOtherVersion() {
+    if (num_other_types_ == 0 || facts_.build.empty() || facts_.build == Version()) return;
+    facts_.problems.push_back(fmt::format(
+        "{} of the log have other fields than those of this version: it was made by {}, "
+        "this is {}; read it with that version, or as JSON by the definitions that it "
+        "carries (morphbus convert --to json)",
+        Counted(num_other_types_, "message"), facts_.build, Version()));
   }
 
   /// Was there any message of the run?
@@ -140,6 +153,7 @@ class Loader {
     }
     if (sound) sound = Dispatch(event, known, header);
     if (sound) return;
+    if (sound.error().message == bridge::kOtherType) ++num_other_types_;
     // Whatever was wrong with it, the message is listed as damage and has no sample.
     ++channel->bad;
     facts_.AddDamage(fmt::format("the message on {} at byte {} is damaged: {}", channel->channel,
@@ -284,7 +298,8 @@ class Loader {
       const std::vector<float>& velocity = reading.joint_velocity_si;
       module.sensors.push_back({sensors.header.sim_time_us, std::move(reading.joint_position_si),
                                 std::vector<double>(velocity.begin(), velocity.end()),
-                                std::move(reading.docked), std::move(reading.sensor_value)});
+                                std::move(reading.docked), std::move(reading.sensor_value),
+                                std::move(reading.joint_effort_si)});
     }
   }
 
@@ -295,6 +310,7 @@ class Loader {
     if (!options_.series) return;
     WorldSample& sample = series_.World(world.header.sim_time_us);
     sample.bodies.insert(sample.bodies.end(), world.bodies.begin(), world.bodies.end());
+    sample.contacts.insert(sample.contacts.end(), world.contacts.begin(), world.contacts.end());
   }
 
   void Use(const std::string& channel, std::string_view module, morphbus::transform_t transform) {
@@ -400,6 +416,8 @@ class Loader {
   /// The latest sim time read (µs). Damage is dated by it: up to then the log was whole.
   int64_t now_us_ = 0;
   size_t findings_taken_ = 0;
+  /// Messages whose type has other fields than ours.
+  int64_t num_other_types_ = 0;
 };
 
 /// Why a log is not read that has no message of `run`, but of `others`.

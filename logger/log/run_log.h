@@ -7,6 +7,7 @@
 #include <memory>
 #include <morphbus/actuator_t.hpp>
 #include <morphbus/body_pose_t.hpp>
+#include <morphbus/contact_force_t.hpp>
 #include <morphbus/health_t.hpp>
 #include <morphbus/log_end_t.hpp>
 #include <morphbus/module_sensors_t.hpp>
@@ -36,6 +37,9 @@ struct SensorSample {
   std::vector<morphbus::docked_connector_t> docked;
   /// What the sensors measured, one behind the other, as in module_sensors_t.
   std::vector<float> values = {};
+  /// What the motors of the joints exerted in the tick before, mean over it (N m or N), in the sign
+  /// of `position`; 0 at the start.
+  std::vector<float> effort = {};
 };
 
 /// What one module told its neighbours in a tick: its TRANSFORM, as far as poses go.
@@ -74,6 +78,8 @@ struct WorldSample {
   int64_t time_us = 0;
   /// Pose X_WL (m) of the link that stands for each body, in the world (NUE, ground at y = 0).
   std::vector<morphbus::body_pose_t> bodies;
+  /// What the ground and obstacles exerted on links in the tick before (N, in W).
+  std::vector<morphbus::contact_force_t> contacts = {};
 };
 
 /// All that one module said and sensed. Each series is in order of sim time, with one sample a time

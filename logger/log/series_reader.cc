@@ -130,7 +130,7 @@ void SeriesReader::TakeSensors(const LogEvent& event) {
     ahead_[module->second].sensors.push_back(
         {sensors.header.sim_time_us, std::move(reading.joint_position_si),
          std::vector<double>(velocity.begin(), velocity.end()), std::move(reading.docked),
-         std::move(reading.sensor_value)});
+         std::move(reading.sensor_value), std::move(reading.joint_effort_si)});
   }
 }
 
@@ -166,9 +166,10 @@ void SeriesReader::TakeWorld(const LogEvent& event) {
                                  [time_us](const WorldSample& s) { return s.time_us <= time_us; });
   if (same != world_ahead_.rend() && same->time_us == time_us) {
     same->bodies.insert(same->bodies.end(), world.bodies.begin(), world.bodies.end());
+    same->contacts.insert(same->contacts.end(), world.contacts.begin(), world.contacts.end());
     return;
   }
-  world_ahead_.insert(same.base(), {time_us, std::move(world.bodies)});
+  world_ahead_.insert(same.base(), {time_us, std::move(world.bodies), std::move(world.contacts)});
 }
 
 }  // namespace morphbus::logger

@@ -49,6 +49,7 @@ class RunPage {
       Roles();
       Walk();
       Joints();
+      Efforts();
     }
     Faults();
     Channels();
@@ -279,21 +280,25 @@ class RunPage {
         "<small>s</small></th><th class='n'>takes<br><small>s</small></th>"
         "<th class='n'>moves north<br><small>mm</small></th>"
         "<th class='n'>moves east<br><small>mm</small></th>"
-        "<th class='n'>turns<br><small>deg</small></th></tr></thead><tbody>";
+        "<th class='n'>turns<br><small>deg</small></th>"
+        "<th class='n'>energy<br><small>J</small></th></tr></thead><tbody>";
     for (int i = 0; i < gait.num_cycles(); ++i) {
       html_ +=
           fmt::format("<tr><td>{}</td><td class='n'>{:.2f}</td><td class='n'>{:.2f}</td>", i + 1,
                       Seconds(gait.times_us[i]), Seconds(gait.times_us[i + 1] - gait.times_us[i]));
       // Without a simulated world nobody knows where the robot was.
       if (gait.cycles.empty()) {
-        html_ += "<td class='n dim'>–</td><td class='n dim'>–</td><td class='n dim'>–</td></tr>";
+        for (int cell = 0; cell < 4; ++cell) html_ += "<td class='n dim'>–</td>";
+        html_ += "</tr>";
         continue;
       }
       // North is x and east is z in the world.
       const GaitCycle& cycle = gait.cycles[i];
       html_ += fmt::format(
-          "<td class='n'>{:.1f}</td><td class='n'>{:.1f}</td><td class='n'>{:+.2f}</td></tr>",
-          cycle.advance.x() * 1e3, cycle.advance.z() * 1e3, cycle.turn_rad * kDegreesARadian);
+          "<td class='n'>{:.1f}</td><td class='n'>{:.1f}</td><td class='n'>{:+.2f}</td>"
+          "<td class='n'>{:.2f}</td></tr>",
+          cycle.advance.x() * 1e3, cycle.advance.z() * 1e3, cycle.turn_rad * kDegreesARadian,
+          cycle.energy_j);
     }
     html_ += "</tbody></table></div>";
   }
@@ -324,6 +329,42 @@ class RunPage {
              TimelineSvg(rows, "links on the ground (share of all cycles)", Seconds(begin),
                          Seconds(end)) +
              "</figure>";
+  }
+
+  /// How hard motors worked and what links bore, over the whole run; and each motor's effort.
+  void Efforts() {
+    if (!figures_.has_world) return;
+    html_ +=
+        "<section><h2>Effort</h2><div class='scroll'><table><thead><tr><th>motor</th>"
+        "<th class='n'>root mean square<br><small>N m, N</small></th>"
+        "<th class='n'>most<br><small>N m, N</small></th></tr></thead><tbody>";
+    for (const JointLoad& joint : figures_.joint_loads) {
+      html_ += fmt::format("<tr><td>{}</td><td class='n'>{:.3f}</td><td class='n'>{:.3f}</td></tr>",
+                           EscapeHtml(joint.name), joint.rms, joint.peak);
+    }
+    html_ +=
+        "</tbody></table></div><div class='scroll'><table><thead><tr><th>link on the ground or an "
+        "obstacle</th><th class='n'>mean load, up<br><small>N</small></th>"
+        "<th class='n'>most<br><small>N</small></th></tr></thead><tbody>";
+    for (const LinkLoad& link : figures_.motion.loads) {
+      html_ += fmt::format("<tr><td>{}</td><td class='n'>{:.2f}</td><td class='n'>{:.2f}</td></tr>",
+                           EscapeHtml(link.name), link.mean_W.y(), link.peak_n);
+    }
+    html_ += "</tbody></table></div><div class='plots'>";
+    for (const ModulePair& pair : matching_.pairs) {
+      for (const JointPair& joint : pair.joints) {
+        const ModuleSeries& module = log_.modules[pair.a];
+        const ScalarTrack efforts = EffortTrack(module, joint.joint_a, SignsOfA(module, joint));
+        PlotPoints points;
+        for (size_t i = 0; i < efforts.value.size(); ++i) {
+          points.emplace_back(Seconds(efforts.time_us[i]), efforts.value[i]);
+        }
+        Figure({{"", "line-a", std::move(points)}},
+               OverTime(fmt::format("{} {}  ({})", RoleOr(pair.role), joint.label, module.name),
+                        joint.prismatic ? "N" : "N m", 190, 0.1));
+      }
+    }
+    html_ += "</div></section>";
   }
 
   /// The role by which a module of the model is known; empty if it has none.

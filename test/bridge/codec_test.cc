@@ -233,6 +233,9 @@ TEST(Codec, ImpossibleValuesAreRefusedByFieldAndPlace) {
   expect(WhyRefused<sensors_t>(
              1, [&](sensors_t* m) { m->modules[1].joint_velocity_si[0] = infinity; }),
          "sensors_t.modules[1].joint_velocity_si[0] is not a finite number");
+  expect(
+      WhyRefused<sensors_t>(1, [&](sensors_t* m) { m->modules[1].joint_effort_si[1] = infinity; }),
+      "sensors_t.modules[1].joint_effort_si[1] is not a finite number");
   expect(WhyRefused<actuator_t>(5, [&](actuator_t* m) { m->joints[0].target_si = nan; }),
          "actuator_t.joints[0].target_si is not a finite number");
   expect(WhyRefused<actuator_t>(5, [&](actuator_t* m) { m->joints[0].mode = 3; }),
@@ -390,6 +393,7 @@ TEST(Codec, SensorsPartsFitWhateverIsDocked) {
       modules[i].num_joints = 2;
       modules[i].joint_position_si.assign(2, 0);
       modules[i].joint_velocity_si.assign(2, 0);
+      modules[i].joint_effort_si.assign(2, 0);
     }
     const auto parts = SplitSensors(modules, std::vector<int>(100, connectors));
     size_t next = 0;
@@ -439,6 +443,7 @@ TEST(Codec, OwnReadingsMustFitTheType) {
   reading.num_sensor_values = 0;
   reading.joint_position_si = {0.5};
   reading.joint_velocity_si = {0};
+  reading.joint_effort_si = {-1.5F};
   morphbus::docked_connector_t docked;
   docked.connector = 3;
   docked.mate_module = 7;
@@ -446,6 +451,7 @@ TEST(Codec, OwnReadingsMustFitTheType) {
   vm::TickInput input;
   ASSERT_TRUE(FromSensors(reading, 1, 4, 0, &input));
   EXPECT_EQ(input.joint_position[0], 0.5);
+  EXPECT_EQ(input.joint_effort[0], -1.5F);
   EXPECT_TRUE(input.connectors[3].docked);
   EXPECT_EQ(input.connectors[3].mate_module, 7);
   EXPECT_FALSE(FromSensors(reading, 2, 4, 0, &input)) << "joints";

@@ -41,6 +41,7 @@ void FakeRobot::Sense(std::vector<morphbus::module_sensors_t>* out) {
     reading.num_joints = 2;
     reading.joint_position_si = joints_[i];
     reading.joint_velocity_si = {0.5F, -0.5F};
+    reading.joint_effort_si = {0.25F, static_cast<float>(joints_[i][1])};
     const auto dock = [&](size_t connector, size_t mate, size_t pair) {
       const bool open = disconnect_tick_ >= 0 && ticks >= disconnect_tick_ &&
                         static_cast<int>(pair) == disconnected_;
@@ -86,6 +87,9 @@ void FakeController::Tick(const vm::TickInput& input, vm::TickOutput* output) {
   requests += input.num_requests;
   mixed_ = Mix(mixed_, static_cast<uint64_t>(input.tick + input.sim_time_us));
   for (const double position : input.joint_position) mixed_ = Mix(mixed_, Bits(position));
+  for (const float effort : input.joint_effort) {
+    mixed_ = Mix(mixed_, Bits(static_cast<double>(effort)));
+  }
   for (size_t c = 0; c < 2; ++c) {
     if (!input.connectors[c].docked) continue;
     const vm::NeighbourMessage* message = input.messages[c];

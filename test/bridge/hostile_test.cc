@@ -194,7 +194,7 @@ TEST(Hostile, AMessageIsSentAgainOnceHoweverOftenItIsAskedFor) {
   morphbus::world_t world;
   world.part = 0;
   world.num_parts = 1;
-  world.num_bodies = 0;
+  world.num_bodies = world.num_contacts = 0;
   for (int64_t tick = 0; tick < 40; ++tick) outbox.Send("r/SIM/WORLD", tick, tick, &world);
   hub.HandleAll();
   heard = 0;
@@ -215,7 +215,7 @@ TEST(Hostile, InAQuickRunAnswersComeSoonAndNotWithoutEnd) {
   morphbus::world_t world;
   world.part = 0;
   world.num_parts = 1;
-  world.num_bodies = 0;
+  world.num_bodies = world.num_contacts = 0;
   // Ticks of two milliseconds: an answer that was lost is given again after an eighth of one.
   int64_t now_us = 1'000'000;
   for (int64_t tick = 0; tick < 40; ++tick) {

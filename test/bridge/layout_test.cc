@@ -109,8 +109,11 @@ TEST(Layout, TheKernelFiltersByTheFieldsBehindTheHeader) {
 TEST(Layout, SizesAreThoseOfTheEncoder) {
   const morphbus::body_pose_t body = {};
   EXPECT_EQ(static_cast<int>(LargestSize<morphbus::body_pose_t>()), body._getEncodedSizeNoHash());
+  const morphbus::contact_force_t contact = {};
+  EXPECT_EQ(static_cast<int>(LargestSize<morphbus::contact_force_t>()),
+            contact._getEncodedSizeNoHash());
   morphbus::world_t world = {};
-  world.num_bodies = 0;
+  world.num_bodies = world.num_contacts = 0;
   EXPECT_EQ(static_cast<int>(SizeWithoutArrays<morphbus::world_t>()), world.getEncodedSize());
   morphbus::invocation_t invocation = {};
   invocation.num_arguments = vm::kMaxArguments;

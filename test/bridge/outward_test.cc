@@ -127,7 +127,8 @@ TEST(Outward, JointsAndCommandsAreThoseOfSensorsAndActuator) {
   std::map<int64_t, std::map<std::string, double>> targets;
   test::SyntheticOptions options;
   options.on_sensors = [&](morphbus::sensors_t* message) {
-    for (const auto& module : message->modules) {
+    for (auto& module : message->modules) {
+      module.joint_effort_si[0] = 0.25F * static_cast<float>(module.module_id + 1);
       positions[message->header.tick][module.module_id] = module.joint_position_si;
     }
   };
@@ -147,6 +148,8 @@ TEST(Outward, JointsAndCommandsAreThoseOfSensorsAndActuator) {
       EXPECT_EQ(joint.position(), positions[joints[i].tick()][m][0]);
       EXPECT_EQ(states[i].joints(j).name(), joint.module() + "/" + joint.joint());
       EXPECT_EQ(states[i].joints(j).position(), joint.position());
+      EXPECT_EQ(joint.effort(), 0.25 * (m + 1));
+      EXPECT_EQ(states[i].joints(j).effort(), joint.effort());
       // The target in force when a tick begins is that of the tick before.
       if (i > 0) {
         EXPECT_EQ(joint.target(), targets[joints[i].tick() - 1][joint.module()]);

@@ -105,6 +105,7 @@ morphbus::sensors_t Sensors() {
     reading.num_joints = 2;
     reading.joint_position_si = {0.5, -1.25};
     reading.joint_velocity_si = {0.0F, 3.5F};
+    reading.joint_effort_si = {-1.5F, 0.25F};
     reading.num_sensor_values = 2;
     reading.sensor_value = {0.75F, 1.0F};
     reading.num_docked = 1;
@@ -227,6 +228,11 @@ morphbus::world_t World() {
     for (double& p : body.position_m) p = 0.25;
     for (double& q : body.orientation_wxyz) q = 0.5;
   }
+  morphbus::contact_force_t& contact = world.contacts.emplace_back();
+  contact.module_id = 1;
+  contact.link = 2;
+  for (float& f : contact.force_n) f = -2.5F;
+  world.num_contacts = 1;
   return world;
 }
 

@@ -78,6 +78,7 @@ class Controller(Case):
               module_step();
               if (module_joint(JOINT_joint_2) != -0.5) return 11;
               if (module_joint_velocity(JOINT_joint_2) > -187 || module_joint_velocity(JOINT_joint_2) < -188) return 12;
+              if (module_joint_effort(JOINT_joint_2) != -0.5) return 13;
               module_command_joint(JOINT_joint_1, MODULE_HOLD, 0, 0);
               module_command_joint(JOINT_joint_2, MODULE_VELOCITY, 0, -99);
               module_command_connector(CONNECTOR_c3, 0, 1);

@@ -33,6 +33,7 @@ class ArbitraryHost final : public ProgramHost {
   OpResult RotateDegrees(int, float, bool) override { return Result(); }
   OpResult SetDegrees(int, float, bool) override { return Result(); }
   OpResult JointDegrees(int, float* v) override { return Value(v); }
+  OpResult JointEffort(int, float* v) override { return Value(v); }
   OpResult TurnContinuous(int, float) override { return Result(); }
   OpResult MoveMillimetres(int, float, bool) override { return Result(); }
   OpResult SetMillimetres(int, float, bool) override { return Result(); }

@@ -211,11 +211,16 @@ const Way kWays[] = {
      [](DoctoredLog* log) {
        Reading(log, [](module_sensors_t* r) { r->joint_velocity_si[1] += 0.1f; });
      }},
+    {"JointEffortChanged", false,
+     [](DoctoredLog* log) {
+       Reading(log, [](module_sensors_t* r) { r->joint_effort_si[1] += 0.1f; });
+     }},
     {"OneJointNotSensed", false,
      [](DoctoredLog* log) {
        Reading(log, [](module_sensors_t* r) {
          r->joint_position_si.pop_back();
          r->joint_velocity_si.pop_back();
+         r->joint_effort_si.pop_back();
          --r->num_joints;
        });
      }},

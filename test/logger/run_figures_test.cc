@@ -94,6 +94,15 @@ morphbus::docked_connector_t Mate(int connector, int mate, int mate_connector) {
   return docked;
 }
 
+/// What the ground exerts on a link (N).
+morphbus::contact_force_t Contact(int module, int link, const Vector3d& f_W) {
+  morphbus::contact_force_t contact = {};
+  contact.module_id = static_cast<int16_t>(module);
+  contact.link = static_cast<int8_t>(link);
+  for (int k = 0; k < 3; ++k) contact.force_n[k] = static_cast<float>(f_W(k));
+  return contact;
+}
+
 morphbus::joint_command_t Target(double target) {
   morphbus::joint_command_t command = {};
   command.mode = morphbus::joint_command_t::MODE_POSITION;
@@ -116,7 +125,8 @@ class RunFiguresTest : public testing::Test {
 
   /// A robot whose hinges swing with `period` (s) while it goes north at 0.1 m/s and turns left
   /// with 0.05 rad/s, its heavy links on the ground for a quarter of the time. `position` is where
-  /// the hinge is when it is told `target`.
+  /// the hinge is when it is told `target`. Each motor exerts 2 N m, and the ground 80 N on m1's
+  /// heavy link.
   template <class Position>
   RunFigures Swinging(double period, const Position& position, double seconds = 15.0,
                       unsigned shuffle = 0) {
@@ -138,13 +148,16 @@ class RunFiguresTest : public testing::Test {
       for (int m = 0; m < 2; ++m) {
         const std::vector<morphbus::docked_connector_t> docked = {m == 0 ? Mate(0, 1, 1)
                                                                          : Mate(1, 0, 0)};
-        takes.push_back(
-            [=, &recorder] { recorder.TakeSensed(time_us, m, {position(target, t)}, docked); });
+        takes.push_back([=, &recorder] {
+          recorder.TakeSensed(time_us, m, {position(target, t)}, docked, {2});
+        });
         takes.push_back([=, &recorder] { recorder.TakeCommands(time_us, m, {Target(target)}); });
       }
       // WORLD in two parts.
       takes.push_back([=, &recorder] { recorder.TakeBodies(time_us, {bodies[0], bodies[1]}); });
-      takes.push_back([=, &recorder] { recorder.TakeBodies(time_us, {bodies[2]}); });
+      takes.push_back([=, &recorder] {
+        recorder.TakeBodies(time_us, {bodies[2]}, {Contact(0, 1, {0, 80, 0})});
+      });
     }
     if (shuffle != 0) {
       // Messages of four ticks that follow each other come in any order.
@@ -260,6 +273,56 @@ TEST_F(RunFiguresTest, EachCycleHasItsTimeAdvanceTurnAndDuties) {
   EXPECT_NEAR(gait.RangeOf(0, 0), 1.0, 0.01);
 }
 
+TEST_F(RunFiguresTest, ACycleHasItsEnergyAndTheWayItsCost) {
+  const RunFigures figures = Swinging(2.0, AsTold);
+  ASSERT_TRUE(figures.gait) << figures.why_no_gait;
+  const Gait& gait = *figures.gait;
+  // Two hinges go 0.5 rad out and back on both sides, with or against 2 N m.
+  for (const GaitCycle& cycle : gait.cycles) EXPECT_NEAR(cycle.energy_j, 8.0, 1e-9);
+  EXPECT_NEAR(gait.energy_j, 8.0, 1e-9);
+  // The robot weighs 8 kg; from the first cycle's beginning to the last one's end it went along a
+  // circle, and the straight way counts.
+  const std::vector<RobotSample>& track = figures.motion.track;
+  const Vector3d way =
+      SampleAt(track, gait.times_us.back()).p_WCm - SampleAt(track, gait.times_us.front()).p_WCm;
+  ASSERT_TRUE(gait.transport.cost);
+  EXPECT_NEAR(gait.transport.distance_m, std::hypot(way.x(), way.z()), 1e-12);
+  EXPECT_NEAR(*gait.transport.cost, 7 * 8.0 / (8 * 9.81 * gait.transport.distance_m), 1e-9);
+  // The run lasts for seven and a half of them, but for its last tick.
+  EXPECT_NEAR(figures.energy_j, 7.5 * 8.0 - 4 * 0.5 * std::sin(0.02 * std::numbers::pi), 1e-9);
+  const nlohmann::json json = FiguresJson(figures);
+  EXPECT_EQ(json["energy"], figures.energy_j);
+  EXPECT_EQ(json["cost_of_transport"], *figures.transport.cost);
+  EXPECT_EQ(json["gait"]["energy_j"], gait.energy_j);
+  EXPECT_EQ(json["loads"]["joints"]["m2.turn"], (nlohmann::json{{"rms", 2.0}, {"peak", 2.0}}));
+  EXPECT_EQ(json["loads"]["links"],
+            (nlohmann::json{
+                {"m1.heavy", {{"mean_n", std::vector<double>{0, 80, 0}}, {"peak_n", 80.0}}}}));
+}
+
+TEST_F(RunFiguresTest, BrakingCountsAndStandingStillDoesNot) {
+  MotionRecorder recorder = Recorder();
+  // Lifted with 3 N m, held, let down against 1 N m, and all of the time in one place.
+  const double positions[] = {0, 0.25, 0.5, 0.5, 0.5, 0.25, 0};
+  const float efforts[] = {0, 3, 3, 2, 2, 1, 1};
+  for (int k = 0; k < 7; ++k) {
+    const int64_t time_us = int64_t{k} * kTickUs;
+    recorder.TakeSensed(time_us, 0, {positions[k]}, {Mate(0, 1, 1)}, {efforts[k]});
+    recorder.TakeBodies(time_us, Whole({0, 1, 0}, {0, 1, 0}),
+                        {Contact(0, 0, {0, k == 3 ? 70.0 : 0.0, 0}), Contact(9, 0, {1, 1, 1})});
+  }
+  const RunFigures figures = MeasureFigures(recorder.Finish());
+  EXPECT_NEAR(figures.energy_j, 3 * 0.5 + 1 * 0.5, 1e-12);
+  EXPECT_FALSE(figures.transport.cost);
+  const nlohmann::json json = FiguresJson(figures);
+  EXPECT_TRUE(json["cost_of_transport"].is_null());
+  EXPECT_EQ(json["no_cost"], "the robot came only 0.0 mm far");
+  ASSERT_EQ(figures.motion.loads.size(), 1u);
+  EXPECT_NEAR(figures.motion.loads[0].mean_W.y(), 10.0, 1e-12);
+  EXPECT_EQ(figures.motion.loads[0].peak_n, 70.0);
+  EXPECT_EQ(figures.joint_loads[0].peak, 3.0);
+}
+
 TEST_F(RunFiguresTest, ThePeriodNeedNotBeOfWholeTicks) {
   for (const double period : {0.37, 0.73, 1.33}) {
     const RunFigures figures = Swinging(period, AsTold);
@@ -302,6 +365,7 @@ TEST_F(RunFiguresTest, WithoutAWorldThereAreTimesAndRangesOnly) {
   const nlohmann::json json = FiguresJson(figures);
   EXPECT_TRUE(json["displacement"].is_null());
   EXPECT_TRUE(json["walk"].is_null());
+  EXPECT_TRUE(json["energy"].is_null());
   EXPECT_FALSE(json["gait"].contains("forward_m"));
 }
 

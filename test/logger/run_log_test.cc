@@ -75,6 +75,24 @@ TEST(RunLogTest, ContentThatEndDoesNotVouchForIsNamedByChannel) {
   EXPECT_EQ(log.facts.channels.at("synth/m1/ACTUATOR").matches_end, true);
 }
 
+TEST(RunLogTest, ALogOfAnotherVersionIsSaidToBeOne) {
+  // In that version SENSORS had other fields, and so another fingerprint.
+  std::vector<SyntheticEvent> events = test::SyntheticEvents({});
+  for (SyntheticEvent& event : events) {
+    if (event.channel != "synth/SIM/SENSORS") continue;
+    event.payload[0] ^= 1;
+    bridge::internal::PatchCrc(&event.payload);
+  }
+  const TempLog file(test::EncodeLog(events));
+  const RunLog log = Load(file.path());
+  EXPECT_GE(log.facts.num_damage, 100);
+  ASSERT_FALSE(log.facts.problems.empty());
+  EXPECT_TRUE(log.facts.problems.front().starts_with(
+      "100 messages of the log have other fields than those of this version: it was made by test, "
+      "this is "))
+      << log.facts.problems.front();
+}
+
 TEST(RunLogTest, MissingMessagesAreCountedByChannelAndNumber) {
   std::vector<SyntheticEvent> events = test::SyntheticEvents({});
   std::erase_if(events, [count = 0](const SyntheticEvent& e) mutable {

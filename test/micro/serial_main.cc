@@ -86,6 +86,7 @@ class Machine final : public vm::Hardware {
     *position = recorded.joint_position[joint];
     *velocity = recorded.joint_velocity[joint];
   }
+  float ReadEffort(int joint) override { return recorded.joint_effort[joint]; }
   // There is no motor: what it would do is in the output.
   void DriveJoint(int /*joint*/, const vm::JointCommand& /*command*/) override {}
 

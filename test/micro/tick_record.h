@@ -78,6 +78,7 @@ inline void PutInput(const vm::TickInput& input, int joints, int connectors, Byt
   out->Put(input.sim_time_us);
   for (int j = 0; j < joints; ++j) out->Put(input.joint_position[j]);
   for (int j = 0; j < joints; ++j) out->Put(input.joint_velocity[j]);
+  for (int j = 0; j < joints; ++j) out->Put(input.joint_effort[j]);
   out->Put(uint8_t{input.has_root_pose});
   out->Put(input.root_link);
   PutPose(input.X_RL_root, out);
@@ -106,6 +107,7 @@ inline bool GetInput(ByteReader* in, int joints, int connectors, vm::NeighbourMe
   in->To(&input->sim_time_us);
   for (int j = 0; j < joints; ++j) in->To(&input->joint_position[j]);
   for (int j = 0; j < joints; ++j) in->To(&input->joint_velocity[j]);
+  for (int j = 0; j < joints; ++j) in->To(&input->joint_effort[j]);
   input->has_root_pose = in->Get<uint8_t>() != 0;
   in->To(&input->root_link);
   GetPose(in, &input->X_RL_root);

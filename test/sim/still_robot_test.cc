@@ -49,6 +49,7 @@ TEST(StillRobotTest, AtTheStartItSensesWhatARobotWithPhysicsDoes) {
     EXPECT_EQ(sensed[m].name, expected[m].name);
     EXPECT_EQ(sensed[m].joint_position_si, expected[m].joint_position_si);
     EXPECT_EQ(sensed[m].joint_velocity_si, expected[m].joint_velocity_si);
+    EXPECT_EQ(sensed[m].joint_effort_si, expected[m].joint_effort_si);
     // Everything that is told of a connector, as bytes.
     ASSERT_EQ(sensed[m].docked.size(), expected[m].docked.size());
     for (size_t d = 0; d < sensed[m].docked.size(); ++d) {

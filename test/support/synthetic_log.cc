@@ -186,6 +186,7 @@ void Writer::Sensors(int64_t tick, const model::JointValues& q) {
     reading.num_joints = 1;
     reading.joint_position_si = q[m];
     reading.joint_velocity_si = {0.0f};
+    reading.joint_effort_si = {0.0f};
     for (const model::Docking& d : robot_.dockings) {
       if (d.module_a != static_cast<int>(m)) continue;
       docked_connector_t docked{};

@@ -95,6 +95,7 @@ VmRobot::VmRobot(const model::Model& model, const model::Robot& robot,
     node.vm = std::make_unique<vm::Vm>(node.config, *node.kinematics, *program_, node.state.get());
     blocked_.emplace_back(model.TypeOf(robot, m).joints.size(), false);
     sensors_.emplace_back(vm::kMaxSensorValues, 0.0F);
+    efforts_.emplace_back(vm::kMaxJoints, 0.0F);
   }
 }
 
@@ -173,6 +174,7 @@ void VmRobot::Tick(int count) {
       input.tick = tick_;
       input.sim_time_us = tick_ * options_.tick_us;
       for (size_t j = 0; j < q_[Index(m)].size(); ++j) input.joint_position[j] = q_[Index(m)][j];
+      std::copy(efforts_[Index(m)].begin(), efforts_[Index(m)].end(), input.joint_effort);
       std::copy(sensors_[Index(m)].begin(), sensors_[Index(m)].end(), input.sensor_values);
       if (X_RL_sensed_ && node.config.is_root) {
         input.has_root_pose = true;

@@ -80,6 +80,8 @@ class VmRobot {
     blocked_[Index(module)][Index(joint)] = blocked;
   }
 
+  /// What the motors of a module exert, N m or N, in the actuators' signs; at first 0.
+  std::vector<float>& efforts(int module) { return efforts_[Index(module)]; }
   /// What the sensors of a module's type measure, one behind the other as in TickInput; at first 0.
   std::vector<float>& sensors(int module) { return sensors_[Index(module)]; }
 
@@ -139,7 +141,7 @@ class VmRobot {
   std::vector<bool> docked_;
   std::vector<std::vector<bool>> blocked_;
   model::JointValues q_;
-  std::vector<std::vector<float>> sensors_;
+  std::vector<std::vector<float>> sensors_, efforts_;
   /// history_[0]: what each module said in the last tick, nullptr if it was silent.
   std::deque<std::vector<std::unique_ptr<vm::NeighbourMessage>>> history_;
   std::mt19937_64 random_;

@@ -64,6 +64,7 @@ TEST(LcmSchemaTest, NestedArraysDecodeToWhatWasEncoded) {
   message.modules[0].num_joints = 2;
   message.modules[0].joint_position_si = {0.25, -1e300};
   message.modules[0].joint_velocity_si = {1.5f, -2.0f};
+  message.modules[0].joint_effort_si = {0.0f, 0.5f};
   message.modules[0].num_docked = 0;
   const std::vector<uint8_t> bytes = Bytes(message);
   const auto json = Ours().Decode(bytes.data(), bytes.size());

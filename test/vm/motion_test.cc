@@ -34,6 +34,39 @@ TEST_F(MotionTest, ConventionsTurnTheNamedLinkAboutTheNamedAxis) {
   EXPECT_NEAR(fault.direction_R.z, -0.8, 1e-5);
 }
 
+TEST_F(MotionTest, EffortIsReadInTheConventionsSign) {
+  VmRobot& vms = Lone(R"(
+  startup s() {
+    if (self.jointEffort(self.TURN) == 1.5) self.jointSetDegrees(self.TURN, 5);
+    self.setJointAxis(self.TURN, $LINK_ONE, $EAST_WEST);
+    if (self.jointEffort(self.TURN) == 1.5) self.jointSetDegrees(self.TURN, 10);
+    self.setJointAxis(self.TURN, $LINK_TWO, $EAST_WEST);
+    if (self.jointEffort(self.TURN) == -1.5) self.jointSetDegrees(self.TURN, 20);
+    self.sleepds(10);
+    if (self.jointEffort(self.TURN) == 0.25) self.jointSetDegrees(self.TURN, 40);
+  }
+)");
+  vms.efforts(0)[0] = 1.5F;
+  EXPECT_EQ(Targets(70), (std::vector<int>{0, 5, 10, -20}));
+  // It is that of the present tick.
+  vms.efforts(0)[0] = -0.25F;
+  EXPECT_EQ(Targets(60).back(), -40);
+}
+
+TEST_F(MotionTest, PrismaticJointsHaveEffortsAndFixedOnesDoNot) {
+  VmRobot& vms = Lone(R"(
+  startup s() {
+    if (self.jointEffort(self.SLIDE) == 9.75) self.jointSetMillimetresNonBlocking(self.SLIDE, 10);
+    if (self.jointEffort(self.FIXED) == 0) self.jointSetMillimetresNonBlocking(self.SLIDE, 20);
+  }
+)",
+                      1);
+  vms.efforts(0)[1] = 9.75F;
+  vms.Tick(30);
+  EXPECT_NEAR(vms.output(0).joints[1].target, 0.01, 1e-9);
+  EXPECT_EQ(vms.CountFaults(FaultCode::kFixedJoint), 1);
+}
+
 TEST_F(MotionTest, AFaultSpeaksInTheSignInWhichTheProgramAsked) {
   VmRobot& vms = Lone(R"(
   startup s() {

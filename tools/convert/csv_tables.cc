@@ -116,7 +116,7 @@ Result<void> WriteSideBySide(const std::vector<Columns<Sample>>& groups, const T
   }
 }
 
-/// SENSORS: angle and rate of every joint.
+/// SENSORS: angle, rate and effort of every joint.
 Result<void> WriteJoints(const RunLog& log, const TextSink& write) {
   std::vector<Columns<logger::SensorSample>> groups;
   for (const ModuleSeries& module : log.modules) {
@@ -129,16 +129,18 @@ Result<void> WriteJoints(const RunLog& log, const TextSink& write) {
     for (size_t j = 0; j < joints; ++j) {
       const std::string joint = module.name + "." + JointColumnName(type, static_cast<int>(j));
       const char* unit = JointUnit(type, j);
-      group.names += fmt::format(",{}.position [{}],{}.velocity [{}/s]", joint, unit, joint, unit);
+      group.names += fmt::format(",{0}.position [{1}],{0}.velocity [{1}/s],{0}.effort [{2}]", joint,
+                                 unit, *unit == 'm' ? "N" : "N m");
     }
-    group.count = 2 * joints;
+    group.count = 3 * joints;
     group.fill = [joints](const logger::SensorSample& sample, std::string* row) {
       for (size_t j = 0; j < joints; ++j) {
         if (j < sample.position.size()) {
           AddNumber(sample.position[j], row);
           AddNumber(sample.velocity[j], row);
+          AddNumber(static_cast<double>(sample.effort[j]), row);
         } else {
-          *row += ",,";
+          *row += ",,,";
         }
       }
     };
@@ -198,39 +200,63 @@ void AddPose(const Pose& pose, std::string* row) {
   for (int i = 0; i < 4; ++i) AddNumber(static_cast<double>(pose.orientation_wxyz[i]), row);
 }
 
-/// WORLD: where each simulated body is, named by the link that stands for it.
-Result<void> WritePoses(const RunLog& log, const TextSink& write) {
-  // Modules are told by number here, and bodies come and go with the connections.
+/// WORLD tells modules by number, and what it tells of comes and goes. Columns for every link that
+/// `entries` ever has, `names_of(name)` for each, filled by `fill` or left empty.
+template <class Entry, class NamesOf, class Fill>
+Result<void> WriteLinksOfWorld(const RunLog& log, std::vector<Entry> logger::WorldSample::*entries,
+                               const NamesOf& names_of, const Fill& fill, const TextSink& write) {
   std::map<int, const ModuleSeries*> by_id;
   for (const ModuleSeries& module : log.modules) by_id[module.id] = &module;
   std::map<std::pair<int, int>, size_t> columns;
   for (const logger::WorldSample& sample : log.world) {
-    for (const auto& body : sample.bodies) columns[{body.module_id, body.link}] = 0;
+    for (const Entry& entry : sample.*entries) columns[{entry.module_id, entry.link}] = 0;
   }
   Columns<logger::WorldSample> group;
   group.samples = &log.world;
   size_t next = 0;
-  for (auto& [body, column] : columns) {
+  for (auto& [link, column] : columns) {
     column = next++;
-    const auto module = by_id.find(body.first);
+    const auto module = by_id.find(link.first);
     const bool named = module != by_id.end();
     group.names +=
-        PoseColumns((named ? module->second->name : fmt::format("module{}", body.first)) + "." +
-                    LinkName(named ? TypeOf(log, *module->second) : nullptr, body.second));
+        names_of((named ? module->second->name : fmt::format("module{}", link.first)) + "." +
+                 LinkName(named ? TypeOf(log, *module->second) : nullptr, link.second));
   }
-  group.count = next * kPoseColumns;
-  group.fill = [&columns](const logger::WorldSample& sample, std::string* row) {
-    std::vector<const morphbus::body_pose_t*> bodies(columns.size(), nullptr);
-    for (const auto& body : sample.bodies) bodies[columns.at({body.module_id, body.link})] = &body;
-    for (const auto* body : bodies) {
-      if (body == nullptr) {
-        row->append(kPoseColumns, ',');
+  group.count = static_cast<size_t>(std::count(group.names.begin(), group.names.end(), ','));
+  const size_t width = next == 0 ? 0 : group.count / next;
+  group.fill = [&, width](const logger::WorldSample& sample, std::string* row) {
+    std::vector<const Entry*> found(columns.size(), nullptr);
+    for (const Entry& entry : sample.*entries) {
+      found[columns.at({entry.module_id, entry.link})] = &entry;
+    }
+    for (const Entry* entry : found) {
+      if (entry == nullptr) {
+        row->append(width, ',');
       } else {
-        AddPose(*body, row);
+        fill(*entry, row);
       }
     }
   };
   return WriteSideBySide<logger::WorldSample>({group}, write);
+}
+
+/// WORLD: where each simulated body is, named by the link that stands for it.
+Result<void> WritePoses(const RunLog& log, const TextSink& write) {
+  return WriteLinksOfWorld(log, &logger::WorldSample::bodies, PoseColumns,
+                           AddPose<morphbus::body_pose_t>, write);
+}
+
+/// WORLD: what the ground and obstacles exert on each link that they ever touch.
+Result<void> WriteContactForces(const RunLog& log, const TextSink& write) {
+  return WriteLinksOfWorld(
+      log, &logger::WorldSample::contacts,
+      [](const std::string& name) {
+        return fmt::format(",{0}.fx [N],{0}.fy [N],{0}.fz [N]", name);
+      },
+      [](const morphbus::contact_force_t& contact, std::string* row) {
+        for (const float f : contact.force_n) AddNumber(static_cast<double>(f), row);
+      },
+      write);
 }
 
 /// TRANSFORM: where each module believes that its links are.
@@ -444,12 +470,17 @@ Result<void> WriteControls(const RunLog& log, const TextSink& write) {
 }  // namespace
 
 const std::vector<CsvTable>& CsvTables() {
-  static const std::vector<CsvTable> tables = {
-      {"joints.csv", WriteJoints},     {"sensors.csv", WriteSensors},
-      {"poses.csv", WritePoses},       {"propagated_poses.csv", WritePropagatedPoses},
-      {"commands.csv", WriteCommands}, {"connector_commands.csv", WriteConnectorCommands},
-      {"roles.csv", WriteRoles},       {"faults.csv", WriteFaults},
-      {"prints.csv", WritePrints},     {"controls.csv", WriteControls}};
+  static const std::vector<CsvTable> tables = {{"joints.csv", WriteJoints},
+                                               {"sensors.csv", WriteSensors},
+                                               {"poses.csv", WritePoses},
+                                               {"propagated_poses.csv", WritePropagatedPoses},
+                                               {"contact_forces.csv", WriteContactForces},
+                                               {"commands.csv", WriteCommands},
+                                               {"connector_commands.csv", WriteConnectorCommands},
+                                               {"roles.csv", WriteRoles},
+                                               {"faults.csv", WriteFaults},
+                                               {"prints.csv", WritePrints},
+                                               {"controls.csv", WriteControls}};
   return tables;
 }
 

@@ -28,6 +28,9 @@ class Hardware {
   virtual ConnectorReading ReadConnector(int connector, const Mate& mate) = 0;
   /// Where a joint is and how it moves, as in TickInput.
   virtual void ReadJoint(int joint, double* position, double* velocity) = 0;
+  /// What its motor exerts, as in TickInput: servos measure their current. Nothing without a
+  /// sensor.
+  virtual float ReadEffort(int /*joint*/) { return 0; }
   /// What a joint's actuator does from now on until it is told again.
   virtual void DriveJoint(int joint, const JointCommand& command) = 0;
   /// What only some modules have: sensors, a root's pose, what a person asks for. Root pose and

@@ -256,6 +256,14 @@ OpResult ModuleServices::JointDegrees(int joint, float* degrees) {
   return {};
 }
 
+OpResult ModuleServices::JointEffort(int joint, float* effort) {
+  if (!Moves(joint)) return RefuseJoint(FaultCode::kFixedJoint, joint);
+  // Adding zero makes -0 a plain 0, as people print it.
+  *effort =
+      static_cast<float>(SignOf(context_, joint)) * context_.state.joints[joint].effort + 0.0f;
+  return {};
+}
+
 OpResult ModuleServices::TurnContinuous(int joint, float degrees_per_s) {
   // Only a continuous joint can turn without end.
   if (!Moves(joint) || context_.kinematics.joint(joint).kind != JointKind::kContinuous) {

@@ -49,6 +49,7 @@ class ModuleServices final : public ProgramHost {
   }
   OpResult SetDegrees(int joint, float degrees, bool blocking) override;
   OpResult JointDegrees(int joint, float* degrees) override;
+  OpResult JointEffort(int joint, float* effort) override;
   OpResult TurnContinuous(int joint, float degrees_per_s) override;
   OpResult MoveMillimetres(int joint, float mm, bool blocking) override {
     return MoveBy(joint, mm, false, blocking);

@@ -140,6 +140,7 @@ void UpdateJoints(Context& context, const TickInput& input, int64_t dt_us) {
     // The angle of an endless joint may jump by whole turns.
     const double turned = WithinATurn(measured - state.measured);
     state.measured = measured;
+    state.effort = input.joint_effort[j];
     // On the first tick, and while the joint turns endlessly, its target is where it is.
     if (!context.state.started || state.turning) {
       state.target = state.set_point = state.measured;

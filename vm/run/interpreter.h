@@ -48,6 +48,8 @@ class ProgramHost {
   virtual OpResult SetDegrees(int joint, float degrees, bool blocking) = 0;
   /// Where the joint is now.
   virtual OpResult JointDegrees(int joint, float* degrees) = 0;
+  /// What the joint's motor exerts: N m, of a prismatic joint N.
+  virtual OpResult JointEffort(int joint, float* effort) = 0;
   /// Turns until told otherwise; 0 stops.
   virtual OpResult TurnContinuous(int joint, float degrees_per_s) = 0;
   /// Moves a prismatic joint by, or to, so much.

@@ -178,6 +178,8 @@ struct JointState {
   /// The call that asked for it: its function, -1 without one, and the byte offset there.
   int16_t function = -1;
   uint16_t pc = 0;
+  /// What the motor exerts, by its sensor (N m or N), in the actuator's own sign.
+  float effort = 0;
   /// Since when the set-point is there and the joint is not, or a turning joint is too slow; -1 if
   /// that is not so.
   int64_t late_since_us = -1;

@@ -108,6 +108,10 @@ OpResult FakeHost::JointDegrees(int joint, float* degrees) {
   *degrees = 10.5F + static_cast<float>(joint);
   return {};
 }
+OpResult FakeHost::JointEffort(int joint, float* effort) {
+  *effort = -1.25F + static_cast<float>(joint);
+  return {};
+}
 OpResult FakeHost::TurnContinuous(int joint, float degrees_per_s) {
   return Note(fmt::format("turn joint {} at {}", joint, degrees_per_s), false);
 }

@@ -39,6 +39,7 @@ class FakeHost final : public vm::ProgramHost {
   vm::OpResult RotateDegrees(int joint, float degrees, bool blocking) override;
   vm::OpResult SetDegrees(int joint, float degrees, bool blocking) override;
   vm::OpResult JointDegrees(int joint, float* degrees) override;
+  vm::OpResult JointEffort(int joint, float* effort) override;
   vm::OpResult TurnContinuous(int joint, float degrees_per_s) override;
   vm::OpResult MoveMillimetres(int joint, float mm, bool blocking) override;
   vm::OpResult SetMillimetres(int joint, float mm, bool blocking) override;

@@ -190,6 +190,10 @@ void wb_motor_set_position(WbDeviceTag tag, double position) {
 void wb_motor_set_velocity(WbDeviceTag tag, double velocity) {
   World().current().motors[NameOf(tag)].velocity = velocity;
 }
+void wb_motor_enable_torque_feedback(WbDeviceTag, int) {}
+double wb_motor_get_torque_feedback(WbDeviceTag) { return 0; }
+void wb_motor_enable_force_feedback(WbDeviceTag, int) {}
+double wb_motor_get_force_feedback(WbDeviceTag) { return 0; }
 void wb_position_sensor_enable(WbDeviceTag, int) {}
 double wb_position_sensor_get_value(WbDeviceTag tag) {
   return World().current().positions.at(NameOf(tag));

@@ -58,6 +58,12 @@ void wb_motor_set_position(WbDeviceTag tag, double position) {
 void wb_motor_set_velocity(WbDeviceTag tag, double velocity) {
   printf("velocity %s %.4f\n", names[tag - 1], velocity);
 }
+/* All joints turn: a force would be a mistake. */
+static int feeds_back[64];
+void wb_motor_enable_torque_feedback(WbDeviceTag tag, int period) { (void)period, feeds_back[tag] = 1; }
+double wb_motor_get_torque_feedback(WbDeviceTag tag) { return feeds_back[tag] ? -0.5 : 0; }
+void wb_motor_enable_force_feedback(WbDeviceTag tag, int period) { (void)tag, (void)period, abort(); }
+double wb_motor_get_force_feedback(WbDeviceTag tag) { return (void)tag, abort(), 0; }
 void wb_position_sensor_enable(WbDeviceTag tag, int period) {
   positions[tag] = 0.25;
   (void)period;

@@ -231,6 +231,7 @@ export class MockServer {
       joint: 'joint_1',
       position: run.angle(i, time),
       velocity: 0.1 * i,
+      effort: 0.5 * i,
       target: 0.5,
       sign: i % 2 ? -1 : 1,
     }));

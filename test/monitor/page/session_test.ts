@@ -64,6 +64,7 @@ test('every number can be plotted, angles of links too', async () => {
     'walk|poses|m1/tip.x',
     'walk|poses|m1/tip.pitch',
     'walk|joints|m1.joint_1 position',
+    'walk|joints|m1.joint_1 effort',
     'walk|channels|walk/m1/TRANSFORM rate',
   ])
     assert.ok(ids.includes(id), id);
@@ -71,6 +72,9 @@ test('every number can be plotted, angles of links too', async () => {
   const under = seriesOf(run, 'joints', 'm2.joint_1 under its convention');
   assert.equal(joint?.unit, 'rad');
   assert.equal(under?.series.value(30), -(joint?.series.value(30) ?? NaN));
+  const effort = seriesOf(run, 'joints', 'm2.joint_1 effort');
+  assert.equal(effort?.unit, 'N m');
+  assert.equal(effort?.series.value(30), 0.5);
   // The tip turns about the axis east by the joint's angle.
   const pitch = seriesOf(run, 'poses', 'm2/tip.pitch');
   assert.ok(Math.abs(Math.abs(pitch?.series.value(30) ?? NaN) - Math.abs(joint?.series.value(30) ?? NaN)) < 1e-9);

@@ -162,12 +162,13 @@ function takeClock(run: Run, time: number, message: Decoded): void {
 
 function takeJoints(run: Run, time: number, message: Decoded): void {
   const units = (column: string): string => jointUnit(run, column);
-  const table = run.addTable('joints', units, message.joints.length * 3);
+  const table = run.addTable('joints', units, message.joints.length * 4);
   table.row(time);
   for (const joint of message.joints) {
     const name = `${joint.module}.${joint.joint}`;
     table.set(table.column(`${name} position`), joint.position);
     table.set(table.column(`${name} velocity`), joint.velocity);
+    table.set(table.column(`${name} effort`), joint.effort);
     table.set(table.column(`${name} target`), joint.target ?? NaN);
     if (joint.sign) table.set(table.column(`${name} under its convention`), joint.sign * joint.position);
   }
@@ -177,6 +178,7 @@ function jointUnit(run: Run, column: string): string {
   const [name, ...quantity] = column.split(' ');
   const [module, joint] = name.split('.');
   const info = run.description.modules.find((m) => m.name === module)?.joints.find((j) => j.name === joint);
+  if (quantity[0] === 'effort') return info?.type === 'prismatic' ? 'N' : 'N m';
   const unit = info?.type === 'prismatic' ? 'm' : 'rad';
   return quantity[0] === 'velocity' || quantity[0] === 'speed' ? `${unit}/s` : unit;
 }
