@@ -86,7 +86,9 @@ class Machine final : public vm::Hardware {
     *position = recorded.joint_position[joint];
     *velocity = recorded.joint_velocity[joint];
   }
-  float ReadEffort(int joint) override { return recorded.joint_effort[joint]; }
+  void ReadSensors(vm::TickInput* input) override {
+    for (int j = 0; j < vm::kMaxJoints; ++j) input->joint_effort[j] = recorded.joint_effort[j];
+  }
   // There is no motor: what it would do is in the output.
   void DriveJoint(int /*joint*/, const vm::JointCommand& /*command*/) override {}
 

@@ -61,7 +61,6 @@ void Firmware::Tick(int64_t time_us) {
   input_.sim_time_us = time_us;
   for (int j = 0; j < kinematics_.num_joints(); ++j) {
     hardware_.ReadJoint(j, &input_.joint_position[j], &input_.joint_velocity[j]);
-    input_.joint_effort[j] = hardware_.ReadEffort(j);
   }
   for (int c = 0; c < kinematics_.num_connectors(); ++c) {
     input_.connectors[c] = hardware_.ReadConnector(c, mates_[c]);

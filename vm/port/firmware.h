@@ -28,13 +28,10 @@ class Hardware {
   virtual ConnectorReading ReadConnector(int connector, const Mate& mate) = 0;
   /// Where a joint is and how it moves, as in TickInput.
   virtual void ReadJoint(int joint, double* position, double* velocity) = 0;
-  /// What its motor exerts, as in TickInput: servos measure their current. Nothing without a
-  /// sensor.
-  virtual float ReadEffort(int /*joint*/) { return 0; }
   /// What a joint's actuator does from now on until it is told again.
   virtual void DriveJoint(int joint, const JointCommand& command) = 0;
-  /// What only some modules have: sensors, a root's pose, what a person asks for. Root pose and
-  /// requests are those of one tick, sensor values stay until they are written again.
+  /// What only some modules have: sensors, also of efforts, a root's pose, what a person asks for.
+  /// The last two are of one tick, the others stay until they are written again.
   virtual void ReadSensors(TickInput* /*input*/) {}
   /// And hooks to extend.
   virtual void DriveConnector(const ConnectorCommand& /*command*/) {}
