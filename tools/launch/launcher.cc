@@ -21,16 +21,9 @@
 namespace morphbus::tools {
 namespace {
 
-// The names of two processes in messages.
-constexpr const char* kSimName = "sim";
-constexpr const char* kLogName = "log";
 // So long Watch sleeps at most, in milliseconds: progress and timeouts are looked at meanwhile.
 constexpr int kPollMs = 50;
-constexpr double kToldSeconds = 0.5;  ///< In which the sim may tell more of what the logger told.
-constexpr double kLeftSeconds = 2.0;  ///< In which the sim must end the run that somebody has left.
-constexpr double kEndSeconds = 5.0;   ///< In which every process must be gone once the run is over.
-constexpr double kSilentSeconds = 8.0;  ///< Of the simulator; after 10 s modules would give up.
-constexpr double kStopSeconds = 10.0;   ///< In which a run must be over once it was told to stop.
+constexpr double kEndSeconds = 5.0;  ///< In which every process must be gone once the run is over.
 
 }  // namespace
 
@@ -64,7 +57,7 @@ Result<ControlLink> Launcher::StartLinked(const std::string& name, std::vector<s
                                           int death_signal, std::vector<int> fds) {
   // The link comes before the child, which inherits one end of it by number.
   Result<std::pair<ControlLink, int>> link = ControlLink::Create();
-  if (!link) return morphbus::Fail(link.error().message);
+  if (!link) return Fail(link.error().message);
   argv.insert(argv.end(), {"--description", directory_.path() + "/description.pb", "--control-fd",
                            std::to_string(link->second)});
   if (!options_.lcm_url.empty()) argv.insert(argv.end(), {"--lcm-url", options_.lcm_url});
@@ -77,7 +70,7 @@ Result<ControlLink> Launcher::StartLinked(const std::string& name, std::vector<s
   child.inherited_fds.push_back(link->second);
   Result<ChildProcess> started = ChildProcess::Start(child);
   close(link->second);
-  if (!started) return morphbus::Fail(started.error().message);
+  if (!started) return Fail(started.error().message);
   children_.push_back(std::move(*started));
   return std::move(link->first);
 }
@@ -185,7 +178,7 @@ Result<void> Launcher::StartModules(int process, bool resume) {
   if (!d.faults().empty()) argv.insert(argv.end(), {"--faults", directory_.path() + "/faults"});
   if (!options_.lcm_url.empty()) argv.insert(argv.end(), {"--lcm-url", options_.lcm_url});
   Result<ChildProcess> started = ChildProcess::Start({NameOf(process), argv});
-  if (!started) return morphbus::Fail(started.error().message);
+  if (!started) return Fail(started.error().message);
   children_.push_back(std::move(*started));
   return {};
 }
@@ -205,19 +198,16 @@ Result<std::vector<std::string>> Launcher::RestartModules(int process) {
     ++incarnations_[module];
   }
   if (Result<void> started = StartModules(process, true); !started) {
-    return morphbus::Fail(started.error().message);
+    return Fail(started.error().message);
   }
   return lost;
 }
 
 void Launcher::OnModuleDeath(int process, const std::string& how) {
   const std::string what = fmt::format("{} {}", NameOf(process), how);
-  if (exits_[process].TooMany(since_start_.seconds())) {
-    return Fail(fmt::format("{}, the third exit within {:.0f} s", what, ExitLimit::kSeconds));
-  }
   ++restarts_[process];
   const Result<std::vector<std::string>> lost = RestartModules(process);
-  if (!lost) return Fail(fmt::format("{}; {}", what, lost.error().message));
+  if (!lost) return watch_.Fail(fmt::format("{}; {}", what, lost.error().message));
   // Whoever knows of it later reads it in the summary, and in HEALTH.
   for (const int module : ModulesOf(process)) {
     ++outcome_.restarts[plan_.robot().modules[module].name];
@@ -238,12 +228,13 @@ Result<void> Launcher::StartAll() {
     log_argv.push_back("--in-memory");
     log_fds.push_back(record_.fd());
   }
-  Result<ControlLink> log = StartLinked(kLogName, std::move(log_argv), SIGTERM, std::move(log_fds));
-  if (!log) return morphbus::Fail(log.error().message);
+  Result<ControlLink> log =
+      StartLinked(FailureWatch::kLog, std::move(log_argv), SIGTERM, std::move(log_fds));
+  if (!log) return Fail(log.error().message);
   log_.emplace(std::move(*log));
-  Result<ControlLink> sim =
-      StartLinked(kSimName, {program, "sim", "--control-folder", directory_.path()}, SIGKILL);
-  if (!sim) return morphbus::Fail(sim.error().message);
+  Result<ControlLink> sim = StartLinked(
+      FailureWatch::kSim, {program, "sim", "--control-folder", directory_.path()}, SIGKILL);
+  if (!sim) return Fail(sim.error().message);
   sim_.emplace(std::move(*sim));
   for (int process = 0; process < NumModuleProcesses(); ++process) {
     if (Result<void> started = StartModules(process, false); !started) return started;
@@ -255,27 +246,29 @@ RunOutcome Launcher::Run() {
   CatchSignals();
   // A process that does not start ends the run before it begins, with those that did start.
   if (Result<void> started = StartAll(); !started) {
-    outcome_.error = started.error().message;
+    watch_.Fail(started.error().message);
     StopAll();
+    outcome_.error = watch_.error();
     return outcome_;
   }
   Progress progress(plan_.robot().name, plan_.num_ticks(), plan_.description.tick_us());
   const WallTimer timer;
   // The sim's report ends the run; any failure before it ends it too.
-  while (!AllEnded() && outcome_.error.empty()) {
+  while (!AllEnded() && watch_.error().empty()) {
     Watch();
     if (!news_.empty()) progress.Clear();
     for (const std::string& news : std::exchange(news_, {})) Warn(news);
     progress.Show(outcome_.ticks);
     CheckTimeouts();
-    if (sim_reported_ && Find(kSimName)->ended()) {
-      AwaitEnd(outcome_.error.empty() ? kEndSeconds : kLeftSeconds);
+    if (watch_.sim_reported() && Find(FailureWatch::kSim)->ended()) {
+      AwaitEnd(watch_.error().empty() ? kEndSeconds : FailureWatch::kLeftSeconds);
       break;
     }
   }
   progress.Clear();
   // Who is still there after a failure is stopped, the logger last.
-  if (!outcome_.error.empty()) StopAll();
+  if (!watch_.error().empty()) StopAll();
+  outcome_.error = watch_.error();
   if (outcome_.wall_seconds == 0) outcome_.wall_seconds = timer.seconds();
   return outcome_;
 }
@@ -299,7 +292,7 @@ void Launcher::Watch() {
 void Launcher::TakeMessages() {
   for (const Json& message : sim_->Receive()) {
     // Every message of the sim shows that it lives.
-    since_sim_spoke_ = WakingTimer();
+    watch_.SimSpoke();
     if (message.contains("tick")) outcome_.ticks = message.value("tick", outcome_.ticks);
     if (message.contains("gone")) gone_ = message.value("gone", std::set<std::string>());
     if (message.contains("order")) {
@@ -308,18 +301,17 @@ void Launcher::TakeMessages() {
     if (!message.contains("outcome")) continue;
     // How the run ended, which only the sim knows.
     const Json& report = message["outcome"];
-    sim_reported_ = true;
     outcome_.ticks = report.value("ticks", outcome_.ticks);
     outcome_.reason = report.value("reason", "");
     outcome_.missed_deadlines = report.value("missed_deadlines", int64_t{0});
     outcome_.wall_seconds = report.value("wall_seconds", 0.0);
-    if (!report.value("ok", false)) outcome_.error = report.value("error", "the simulator failed");
+    const bool ok = report.value("ok", false);
+    watch_.SimReported(ok ? "" : report.value("error", "the simulator failed"));
   }
   for (const Json& message : log_->Receive()) {
-    if (message.contains("error")) Fail("the log: " + message.value("error", ""));
+    if (message.contains("error")) watch_.Fail("the log: " + message.value("error", ""));
     if (!message.contains("log")) continue;
-    log_reported_ = true;
-    if (!message.value("complete", true)) log_reason_ = message.value("reason", "");
+    watch_.LogClosed(message.value("complete", true) ? "" : message.value("reason", ""));
     outcome_.log = message.value("log", outcome_.log);
   }
 }
@@ -330,27 +322,15 @@ void Launcher::CheckChildren() {
   for (ChildProcess& child : children_) {
     if (child.ended() || !child.Poll()) continue;
     TakeMessages();  // its last words may still wait in the socket
-    // Ending without an error may be right: the end of the run may have reached this process first.
-    const bool said_why = child.status() == 0 || (child.name() == kLogName && log_reported_);
     const int process = ModuleProcessOf(child.name());
     if (process >= 0 && IsGone(process)) continue;
     if (killed_.contains(child.name())) continue;  // the sim will notice, if nobody restarts it
-    if (!sim_reported_ && said_why) {
-      // The simulator's own report may be a moment behind its farewell to the others.
-      if (first_exited_.empty()) {
-        first_exited_ = child.name();
-        since_left_ = WakingTimer();
-      }
-    } else if (!sim_reported_ && process >= 0 && child.status() != kUnusable) {
+    if (watch_.OnExit(child.name(), child.status(), child.exit_text())) {
       dead.emplace_back(process, child.exit_text());
-    } else if (!sim_reported_) {
-      Fail(fmt::format("{} {}", child.name(), child.exit_text()));
-    } else if (child.status() != 0 && outcome_.error.empty()) {
-      Fail(fmt::format("{} {} at the end of the run", child.name(), child.exit_text()));
     }
   }
   for (const auto& [process, how] : dead) {
-    if (outcome_.error.empty()) OnModuleDeath(process, how);
+    if (watch_.error().empty()) OnModuleDeath(process, how);
   }
 }
 
@@ -358,29 +338,16 @@ void Launcher::CheckTimeouts() {
   // The sim ends the run for all of us, at the next tick.
   if (CaughtSignal() != 0 && !interrupted_) {
     interrupted_ = true;
-    since_interrupted_ = WakingTimer();
+    watch_.Interrupted();
     sim_->Deliver({{"stop", CaughtSignal() == SIGINT ? "interrupted" : "stopped"}});
   }
-  // What follows are the three things that take too long: stopping, silence, and the report. Each
-  // timer is asked in every round, since it counts the time in which this process ran.
-  const double stopping = since_interrupted_.seconds();
-  const double silent = since_sim_spoke_ ? since_sim_spoke_->seconds() : 0;
-  const double left = since_left_.seconds();
-  if (interrupted_ && stopping > kStopSeconds) Fail("the run did not stop when told to");
-  if (!sim_reported_ && silent > kSilentSeconds) {
-    Fail(fmt::format("{} has been silent for {:.0f} s", kSimName, kSilentSeconds));
-  }
-  // A logger that says what was wrong with the run is believed sooner.
-  const bool told = first_exited_ == kLogName && !log_reason_.empty();
-  if (!first_exited_.empty() && !sim_reported_ && left > (told ? kToldSeconds : kLeftSeconds)) {
-    Fail(first_exited_ + " left the run before its end" + (told ? ": " + log_reason_ : ""));
-  }
+  watch_.OnTime();
 }
 
 void Launcher::CarryOutOrders() {
   for (const Order& order : std::exchange(orders_, {})) {
     // Nobody is started for a run that is over, and nobody there awaits an answer.
-    if (sim_reported_ || !outcome_.error.empty()) return;
+    if (watch_.sim_reported() || !watch_.error().empty()) return;
     const Result<void> done = CarryOutOrder(order);
     sim_->Deliver({{"ordered", done ? "" : done.error().message}});
   }
@@ -389,25 +356,20 @@ void Launcher::CarryOutOrders() {
 Result<void> Launcher::CarryOutOrder(const Order& order) {
   const Result<bridge::ControlCommand> command = bridge::ParseControl(order.text);
   const auto module = command ? plan_.robot().FindModule(command->part.module) : std::nullopt;
-  if (!module) return morphbus::Fail("no such module: " + order.text);
+  if (!module) return Fail("no such module: " + order.text);
   const std::string name = NameOf(ProcessOf(*module));
   ChildProcess* child = Find(name);
   // Killed on purpose, it does not end the run; whether the others can go on without it is theirs
   // to find out.
   if (command->kind == bridge::ControlKind::kKill) {
-    if (child == nullptr || child->Poll()) return morphbus::Fail(name + " does not run");
+    if (child == nullptr || child->Poll()) return Fail(name + " does not run");
     killed_.insert(name);
     child->Signal(SIGKILL);
     return {};
   }
   incarnations_[*module] = std::max(incarnations_[*module], order.incarnation);
   const Result<std::vector<std::string>> restarted = RestartModules(ProcessOf(*module));
-  return restarted ? Result<void>() : morphbus::Fail(restarted.error().message);
-}
-
-void Launcher::Fail(const std::string& error) {
-  // Later errors mostly follow from the first.
-  if (outcome_.error.empty()) outcome_.error = error;
+  return restarted ? Result<void>() : Fail(restarted.error().message);
 }
 
 void Launcher::AwaitEnd(double seconds) {
@@ -415,32 +377,33 @@ void Launcher::AwaitEnd(double seconds) {
   // They end by themselves once the sim has said good-bye.
   const bool never_began = interrupted_ && outcome_.ticks == 0;
   while (!AllEnded() && timer.seconds() < seconds) {
-    if (never_began && Find(kLogName)->ended()) return;
+    if (never_began && Find(FailureWatch::kLog)->ended()) return;
     Watch();
   }
   for (const ChildProcess& child : children_) {
-    if (!child.ended()) Fail(fmt::format("{} did not end with the run", child.name()));
+    if (!child.ended()) watch_.Fail(fmt::format("{} did not end with the run", child.name()));
   }
 }
 
 void Launcher::StopAll() {
   // Without the sim no tick begins, and the modules have nothing more to say.
-  if (ChildProcess* sim = Find(kSimName)) sim->Signal(SIGKILL);
+  if (ChildProcess* sim = Find(FailureWatch::kSim)) sim->Signal(SIGKILL);
   // The logger gets time to close its file, for the log of a failed run is what explains it.
-  ChildProcess* log = Find(kLogName);
+  ChildProcess* log = Find(FailureWatch::kLog);
+  bool closed = watch_.log_closed();
   if (log != nullptr && !log->ended() && log_) {
-    log_->Deliver({{"stop", outcome_.error}});
+    log_->Deliver({{"stop", watch_.error()}});
     WakingTimer timer;
     while (!log->Poll() && timer.seconds() < kEndSeconds) {
       pollfd fd = {log->pidfd(), POLLIN, 0};
       poll(&fd, 1, kPollMs);
     }
     TakeMessages();  // its last words: where the log is
-    log_reported_ = log_reported_ || (log->ended() && log->status() == 0);
+    closed = watch_.log_closed() || (log->ended() && log->status() == 0);
   }
   children_.clear();  // kills and waits
   // A logger that did not close its file leaves it under its temporary name.
-  if (!log_reported_) outcome_.log = record_.partial_path();
+  if (!closed) outcome_.log = record_.partial_path();
   // A path without a file would send the user looking for it.
   if (access(outcome_.log.c_str(), F_OK) != 0) outcome_.log.clear();
 }

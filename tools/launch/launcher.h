@@ -10,12 +10,11 @@
 
 #include "tools/launch/child_process.h"
 #include "tools/launch/control_link.h"
-#include "tools/launch/exit_limit.h"
+#include "tools/launch/failure_watch.h"
 #include "tools/launch/run_outcome.h"
 #include "tools/launch/run_plan.h"
 #include "tools/launch/run_record.h"
 #include "tools/launch/run_registry.h"
-#include "tools/launch/wall_clock.h"
 
 namespace morphbus::tools {
 
@@ -32,7 +31,7 @@ class Launcher {
 
   /// Runs until the run is over, a process fails, or a signal ends it. A module's process that dies
   /// goes on from the state that it has saved. Any other that dies, and a module's that dies three
-  /// times in ten seconds (ExitLimit), ends the run at once: it is named in `error`, the log is
+  /// times in ten seconds (FailureWatch), ends the run at once: it is named in `error`, the log is
   /// closed and kept, the others are stopped.
   RunOutcome Run();
 
@@ -61,7 +60,7 @@ class Launcher {
   Result<std::vector<std::string>> RestartModules(int process);
   /// The file that a module saves its state to.
   [[nodiscard]] std::string StateFile(int module) const;
-  /// A module's process has died: starts it again, or fails the run if it dies too often.
+  /// Starts a module's process again, which has died; the run fails if it does not start.
   void OnModuleDeath(int process, const std::string& how);
   /// What the sim wants done with a module's process.
   struct Order {
@@ -86,10 +85,8 @@ class Launcher {
   void CarryOutOrders();
   /// Notices who has ended. Ending before the simulator reports the end of the run is failing.
   void CheckChildren();
-  /// Passes a signal on to the sim; fails the run if somebody whose turn it is stays silent.
+  /// Passes a signal on to the sim, and has the run fail if somebody whose turn it is stays silent.
   void CheckTimeouts();
-  /// Notes why the run failed. The first reason stays: others follow from it.
-  void Fail(const std::string& error);
   /// Ends a run that failed: nothing new is simulated, the log is closed, nobody is left.
   void StopAll();
   /// Waits for all to end by themselves; names who does not. A run that was interrupted before it
@@ -110,28 +107,18 @@ class Launcher {
   std::optional<ControlLink> log_;
   /// What Run returns, filled in as reports arrive.
   RunOutcome outcome_;
-  bool sim_reported_ = false;  ///< The sim has said how the run ended.
-  /// What the logger says is wrong with its closed log; empty if nothing is.
-  std::string log_reason_;
-  bool log_reported_ = false;  ///< The logger has said where the closed log is.
-  bool interrupted_ = false;   ///< A signal came, and the sim was told to stop.
-  WakingTimer since_interrupted_;
+  /// Whether the run has failed, and why.
+  FailureWatch watch_;
+  bool interrupted_ = false;      ///< A signal came, and the sim was told to stop.
   std::set<std::string> killed_;  ///< Processes that were killed by command.
   std::set<std::string> gone_;    ///< Modules that have left the run, which goes on.
   std::vector<Order> orders_;     ///< Of the sim, not carried out yet; oldest first.
   /// By module: the incarnation that its process is told.
   std::vector<uint32_t> incarnations_;
-  /// By process of modules: its exits, and how often it was started again for that reason.
-  std::map<int, ExitLimit> exits_;
+  /// By process of modules: how often it was started again because it had died.
   std::map<int, int> restarts_;
   /// What the user is told next, once the line of progress is gone.
   std::vector<std::string> news_;
-  const WallTimer since_start_;
-  std::string first_exited_;  ///< Who ended, without an error, before the sim's report.
-  WakingTimer since_left_;
-  /// Since the sim's last report of progress; none until the first, for building a robot takes
-  /// time.
-  std::optional<WakingTimer> since_sim_spoke_;
 };
 
 }  // namespace morphbus::tools
