@@ -205,9 +205,9 @@ class ColdStarts(Dying):
 
 
 class Losses(Dying):
-    def lose(self, *options, name='lost', status=0):
+    def lose(self, *options, name='lost', status=0, seconds=4):
         self.path = self.folder / f'{name}.log'
-        self.summary = as_json('run', *QUADRUPED, '--seconds', 8, '--run', 'lost', '--log', self.path, '--force', *options,
+        self.summary = as_json('run', *QUADRUPED, '--seconds', seconds, '--run', 'lost', '--log', self.path, '--force', *options,
                                status=status)
         return self.summary
 
@@ -221,22 +221,22 @@ class Losses(Dying):
             self.assertNotIn('parted', morphbus('info', self.path).stdout)
 
     def test_a_run_that_loses_modules_goes_on_and_says_so(self):
-        loss = ['--lose', 'm1@4.02', '--lose', 'm9@6']
+        loss = ['--lose', 'm1@2.02', '--lose', 'm9@3']
         summary = self.lose(*loss, '--isolate')
-        self.assertEqual((summary['lost_modules'], summary['error']), ({'m1': 4.02, 'm9': 6.0}, None))
+        self.assertEqual((summary['lost_modules'], summary['error']), ({'m1': 2.02, 'm9': 3.0}, None))
         self.assertEqual(summary['ended'], 'finished, without m1, without m9')
-        self.assertEqual((summary['ticks'], summary['restarts']), (400, {}))
+        self.assertEqual((summary['ticks'], summary['restarts']), (200, {}))
         # The upper halves have no hip any more that has a knee beside it; all others go on.
         self.assertEqual({m for m, role in summary['roles'].items() if role is None}, {'m1', 'm2', 'm8', 'm9'})
         self.assertEqual({text[:3] for text in summary['problems']}, {'m2:', 'm8:'})
         self.assert_clean()
         facts = as_json('info', self.path)
-        self.assertEqual((facts['lost_modules'], facts['clean']), ({'m1': 4.02, 'm9': 6.0}, True))
-        self.assertEqual(self.commands(), [(201, 'lose m1'), (300, 'lose m9')])
+        self.assertEqual((facts['lost_modules'], facts['clean']), ({'m1': 2.02, 'm9': 3.0}, True))
+        self.assertEqual(self.commands(), [(101, 'lose m1'), (150, 'lose m9')])
         said = morphbus('info', self.path).stdout
-        self.assertIn('m1 was lost at 4.020 s: the run went on without it', said)
+        self.assertIn('m1 was lost at 2.020 s: the run went on without it', said)
         counts = {channel.split('/', 1)[1]: c['messages'] for channel, c in facts['channels'].items()}
-        self.assertEqual((counts['m1/TRANSFORM'], counts['m9/ACTUATOR'], counts['m2/ACTUATOR']), (201, 300, 400))
+        self.assertEqual((counts['m1/TRANSFORM'], counts['m9/ACTUATOR'], counts['m2/ACTUATOR']), (101, 150, 200))
         # Nobody has a connection to it any more, nor has it one.
         for _, _, channel, data in read_events(self.path):
             if not channel.endswith('/SENSORS'):
@@ -244,7 +244,7 @@ class Losses(Dying):
             sensors = decode(data)
             for reading in sensors.modules:
                 mates = {docked.mate_module for docked in reading.docked}
-                there = sensors.header.tick < 201
+                there = sensors.header.tick < 101
                 self.assertEqual(0 in mates, there and reading.name == 'm2', (reading.name, sensors.header.tick))
                 if reading.name == 'm1':
                     self.assertEqual(bool(mates), there, sensors.header.tick)
