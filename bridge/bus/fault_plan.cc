@@ -14,6 +14,8 @@ using source::Span;
 
 /// The largest time that is taken, seconds of sim time: as that of --seconds.
 constexpr double kMostSeconds = 1e6;
+/// The largest lateness, seconds: longer than anybody waits for an answer.
+constexpr double kMostLateSeconds = 10;
 
 /// A word of the file, without blanks, and where it stands.
 struct Word {
@@ -23,8 +25,9 @@ struct Word {
 
 /// The keys of a rule, in the order in which messages list them.
 const std::vector<std::string>& Keys() {
-  static const std::vector<std::string> keys = {
-      "loss", "duplicate", "reorder", "delay", "corrupt", "process", "channel", "from", "until"};
+  static const std::vector<std::string> keys = {"loss",    "duplicate", "reorder", "delay",
+                                                "late",    "by",        "corrupt", "process",
+                                                "channel", "from",      "until"};
   return keys;
 }
 
@@ -131,23 +134,26 @@ class Parser {
   /// One key of a rule and its value.
   void ParseValue(const Word& key, const Word& value, FaultRule* rule) {
     // Chances are all alike.
-    const std::array<std::pair<std::string_view, double*>, 4> chances = {
+    const std::array<std::pair<std::string_view, double*>, 5> chances = {
         {{"loss", &rule->loss},
          {"duplicate", &rule->duplicate},
          {"reorder", &rule->reorder},
+         {"late", &rule->late},
          {"corrupt", &rule->corrupt}}};
     for (const auto& [name, chance] : chances) {
       if (key.text == name) return ParseChance(value, chance);
     }
     if (key.text == "delay") return ParseDelay(value, &rule->delay);
+    if (key.text == "by") return ParseLateness(value, &rule->by_us);
     if (key.text == "process") return ParsePattern(value, Processes(), &rule->process);
     if (key.text == "channel") return ParsePattern(value, Channels(), &rule->channel);
     if (key.text == "from") return ParseTime(value, &rule->from_tick, &rule->from_us);
     if (key.text == "until") return ParseTime(value, &rule->until_tick, &rule->until_us);
     diagnostics_->Error(key.span, "a rule has no '" + std::string(key.text) + "'")
-        .Hint(source::NearestHint(std::string(key.text), Keys(),
-                                  "it has loss, duplicate, reorder, delay, corrupt, process, "
-                                  "channel, from and until"));
+        .Hint(source::NearestHint(
+            std::string(key.text), Keys(),
+            "it has loss, duplicate, reorder, delay, late, by, corrupt, process, "
+            "channel, from and until"));
   }
 
   /// A probability.
@@ -162,6 +168,19 @@ class Parser {
     if (ReadNumber(value.text, delay) && *delay >= 1 && *delay <= kMostFaultDelay) return;
     diagnostics_->Error(value.span,
                         "expected a number of messages, 1 to " + std::to_string(kMostFaultDelay));
+  }
+
+  /// How late a message is at most.
+  void ParseLateness(const Word& value, int64_t* us) {
+    double seconds = 0;
+    const bool is_time = value.text.ends_with('s');
+    if (is_time && ReadNumber(value.text.substr(0, value.text.size() - 1), &seconds) &&
+        seconds >= 1e-6 && seconds <= kMostLateSeconds) {
+      *us = std::llround(seconds * 1e6);
+      return;
+    }
+    diagnostics_->Error(value.span, "expected seconds, 0.000001s to 10s")
+        .Hint("a time ends in s: by=0.03s");
   }
 
   /// Seconds of sim time end in s; a number alone is a tick.
@@ -202,9 +221,15 @@ class Parser {
   /// What the values of a rule must not be together: all 0, or a time that is empty.
   void CheckRule(const Word& first, const std::set<std::string_view>& given,
                  const FaultRule& rule) {
-    if (rule.loss + rule.duplicate + rule.reorder + rule.corrupt <= 0) {
+    if (rule.loss + rule.duplicate + rule.reorder + rule.late + rule.corrupt <= 0) {
       diagnostics_->Error(first.span, "the rule does nothing")
-          .Hint("it needs a loss, duplicate, reorder or corrupt above 0");
+          .Hint("it needs a loss, duplicate, reorder, late or corrupt above 0");
+    }
+    if (given.contains("by") != (rule.late > 0)) {
+      diagnostics_->Error(first.span, "'late' above 0 and 'by' need each other")
+          .Hint(
+              "late is the chance that a message is late, by how late it can be: late=0.1 "
+              "by=0.03s");
     }
     if (given.contains("delay") && rule.reorder <= 0) {
       diagnostics_->Error(first.span, "'delay' needs a 'reorder' above 0")

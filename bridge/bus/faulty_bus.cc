@@ -67,8 +67,11 @@ bool MatchesPattern(std::string_view pattern, std::string_view text) {
   return pattern.find_first_not_of('*', p) == kNone;
 }
 
-FaultyBus::FaultyBus(Bus* inner, const FaultPlan& plan, std::string_view process)
-    : ForwardingBus(inner), state_(plan.seed.value_or(1) ^ HashOf(process)) {
+FaultyBus::FaultyBus(Bus* inner, const FaultPlan& plan, std::string_view process,
+                     std::function<int64_t()> now_us)
+    : ForwardingBus(inner),
+      state_(plan.seed.value_or(1) ^ HashOf(process)),
+      now_us_(std::move(now_us)) {
   for (const FaultRule& rule : plan.rules) {
     // The receiver never changes, so rules for others are dropped once.
     if (MatchesPattern(rule.process, process)) rules_.push_back(rule);
@@ -114,6 +117,9 @@ std::vector<FaultyBus::Fate> FaultyBus::Draw(std::string_view channel, const uin
     for (const FaultRule* rule : rules) {
       if (Happens(rule->reorder)) {
         fate.delay += 1 + static_cast<int>(Random() % static_cast<uint64_t>(rule->delay));
+      }
+      if (now_us_ && Happens(rule->late)) {
+        fate.late_us += 1 + static_cast<int64_t>(Random() % static_cast<uint64_t>(rule->by_us));
       }
       fate.damaged = Happens(rule->corrupt) || fate.damaged;
     }
@@ -165,8 +171,10 @@ Bus::Handler FaultyBus::Wrap(const Book* book, const std::string& name) {
     for (const Fate& fate : fates) {
       Held copy = {book, name, std::string(channel), {data, data + size}, fate.damaged, fate.delay};
       if (fate.damaged) Damage(&copy.bytes);
-      injected_.delayed += fate.delay > 0 ? 1 : 0;
-      if (fate.delay == 0) {
+      injected_.delayed += fate.delay > 0 || fate.late_us > 0 ? 1 : 0;
+      if (fate.late_us > 0) {
+        late_.emplace(now_us_() + fate.late_us, std::move(copy));
+      } else if (fate.delay == 0) {
         Deliver(copy);
       } else {
         held_.push_back(std::move(copy));
@@ -174,6 +182,20 @@ Bus::Handler FaultyBus::Wrap(const Book* book, const std::string& name) {
     }
     Overtake(waiting);
   };
+}
+
+std::optional<int64_t> FaultyBus::next_late_us() const {
+  if (late_.empty()) return std::nullopt;
+  return late_.begin()->first;
+}
+
+void FaultyBus::DeliverLate() {
+  // What a handler does may make further messages late, which are not due yet.
+  while (!late_.empty() && late_.begin()->first <= now_us_()) {
+    const Held message = std::move(late_.begin()->second);
+    late_.erase(late_.begin());
+    Deliver(message);
+  }
 }
 
 void FaultyBus::Subscribe(const std::string& channel, Handler handler, const Interest& interest) {

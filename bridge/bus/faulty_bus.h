@@ -3,6 +3,7 @@
 // damaged. bridge/bus/fault_plan.h reads them from a file.
 
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -34,6 +35,10 @@ struct FaultRule {
   /// being equally likely.
   double reorder = 0;
   int delay = 4;
+  /// It arrives later by 1 to `by_us` microseconds of the receiver's clock, all being equally
+  /// likely, whatever else comes meanwhile.
+  double late = 0;
+  int64_t by_us = 0;
   /// One to three of its bits are flipped: CRC-32 finds all of these in messages of our size
   /// (Koopman, "32-Bit Cyclic Redundancy Codes for Internet Applications", DSN 2002: Hamming
   /// distance 4 up to 91,607 bits).
@@ -57,13 +62,16 @@ bool MatchesPattern(std::string_view pattern, std::string_view text);
 
 /// Does to what arrives what the rules for one process say: the same with the same seed, rules,
 /// name and arrivals (splitmix64). Publishing is left alone: faults are at the receiver, so that
-/// each has its own. A message that is held back for later ones waits for as long as none come.
+/// each has its own. A message that is held back for later ones waits for as long as none come; one
+/// that is late until somebody calls DeliverLate (bridge/lockstep/late_messages.h).
 class FaultyBus : public ForwardingBus {
  public:
   /// @param inner    outlives this bus.
   /// @param process  the receiver's name, by which rules are chosen; receivers of unlike names draw
   ///                 unlike numbers from the same seed.
-  FaultyBus(Bus* inner, const FaultPlan& plan, std::string_view process);
+  /// @param now_us   the receiver's clock, microseconds; without one nothing is late.
+  FaultyBus(Bus* inner, const FaultPlan& plan, std::string_view process,
+            std::function<int64_t()> now_us = {});
 
   // As in Bus; what is received may suffer.
   using Bus::Subscribe;
@@ -73,6 +81,11 @@ class FaultyBus : public ForwardingBus {
                         Handler handler) override;
   void Unsubscribe(const std::string& channel) override;
   [[nodiscard]] InjectedFaults injected() const override { return injected_; }
+
+  /// When the next late message is due, on the receiver's clock; nothing if none is under way.
+  [[nodiscard]] std::optional<int64_t> next_late_us() const;
+  /// Delivers the late messages that are due.
+  void DeliverLate();
 
  private:
   /// Handlers by the name under which they subscribed. Shared, so that one may replace itself.
@@ -84,11 +97,12 @@ class FaultyBus : public ForwardingBus {
     std::string channel;
     std::vector<uint8_t> bytes;
     bool damaged = false;
-    int remaining = 0;  ///< Messages that still come before it.
+    int remaining = 0;  ///< Messages that still come before it; a late one waits for none.
   };
   /// What befalls one copy of a message.
   struct Fate {
     int delay = 0;
+    int64_t late_us = 0;
     bool damaged = false;
   };
 
@@ -110,7 +124,9 @@ class FaultyBus : public ForwardingBus {
   uint64_t state_;                ///< Of the random numbers: splitmix64's counter.
   // By name, by prefix, and those told by both ends by their prefix.
   Book exact_, prefixes_, quiet_;
-  std::vector<Held> held_;  ///< Oldest first.
+  std::vector<Held> held_;             ///< Oldest first.
+  std::multimap<int64_t, Held> late_;  ///< By when they are due; of equal ones the oldest first.
+  std::function<int64_t()> now_us_;
   InjectedFaults injected_;
 };
 

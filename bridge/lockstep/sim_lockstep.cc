@@ -186,6 +186,11 @@ void SimLockstep::TryAdvance(int64_t now_us, Actions* out) {
   AdvanceOneTick(now_us, out);
 }
 
+int64_t SimLockstep::TickOverUs() const {
+  const int64_t due = PacedStartUs(tick_ + 1);
+  return stop_ ? std::min(due, published_us_ + config_.tick_us) : due;
+}
+
 void SimLockstep::TryRealtime(int64_t now_us, Actions* out) {
   constexpr int64_t kHopelesslyLate = 5;  // Ticks; beyond, the pace starts anew.
   if (phase_ == Phase::kStart) {
@@ -196,7 +201,7 @@ void SimLockstep::TryRealtime(int64_t now_us, Actions* out) {
   if (paused_ && steps_ == 0 && !stop_) return Hold();
   ask_.Disarm();
   holding_ = false;
-  if (now_us < PacedStartUs(tick_ + 1) && !stop_) return;
+  if (now_us < TickOverUs() && !(stop_ && AllAnswered())) return;
   // The wall does not wait: who has not answered by now missed a deadline.
   missed_deadlines_ += std::count(answered_.begin(), answered_.end(), false);
   // Whoever was told to leave may not have heard it.
@@ -383,10 +388,11 @@ void SimLockstep::Resume(int64_t now_us, Actions* out) {
 
 void SimLockstep::Step(int64_t ticks, int64_t now_us, Actions* out) {
   if (!paused_) return;
-  // In real time the pause is not caught up: the next tick is due now, and others follow at the
-  // pace, which leaves modules their time to answer.
+  // In real time the pause is not caught up: the next tick is due now, but for one that has only
+  // begun, and others follow at the pace, which leaves modules their time to answer.
   if (config_.realtime && steps_ == 0) {
-    Rebase(now_us);
+    Rebase(published_us_);
+    Rebase(std::max(now_us, PacedStartUs(tick_ + 1)));
     ++pace_base_tick_;
   }
   steps_ += ticks;
@@ -423,8 +429,9 @@ int64_t SimLockstep::next_deadline_us() const {
   int64_t next = std::min(ask_.due_us(), silence_.next_poll_us());
   if (phase_ < Phase::kEnding) next = std::min(next, heartbeat_due_us_);
   const bool waits_for_pace = holding_ || (config_.realtime && phase_ == Phase::kRun);
-  if (waits_for_pace && (!paused_ || steps_ > 0) && config_.speed > 0) {
-    next = std::min(next, PacedStartUs(tick_ + 1));
+  const bool moves = !paused_ || steps_ > 0 || (config_.realtime && stop_);
+  if (waits_for_pace && moves && config_.speed > 0) {
+    next = std::min(next, config_.realtime ? TickOverUs() : PacedStartUs(tick_ + 1));
   }
   return next;
 }

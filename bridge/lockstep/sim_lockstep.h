@@ -164,6 +164,9 @@ class SimLockstep {
   [[nodiscard]] bool WindowOpen() const;
   /// Wall time at which a tick begins at the chosen speed.
   [[nodiscard]] int64_t PacedStartUs(int64_t tick) const;
+  /// Real time: wall time at which the present tick is over, whoever has answered. A run that is to
+  /// stop does not wait for a slow pace.
+  [[nodiscard]] int64_t TickOverUs() const;
   /// Notes that a process or module has done for the first time what `flags` stand for, which ends
   /// the silence. A repetition, which is common after loss, or an unknown number says nothing:
   /// false.

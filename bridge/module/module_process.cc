@@ -13,6 +13,7 @@
 
 #include "bridge/bus/bus_adapters.h"
 #include "bridge/bus/lcm_bus.h"
+#include "bridge/lockstep/late_messages.h"
 #include "bridge/lockstep/participant.h"
 #include "bridge/wire/channels.h"
 #include "vm/limits.h"
@@ -139,7 +140,8 @@ Result<void> ModuleProcess::AddModule(const ModuleChoice& choice) {
     entry.endpoint = mux_->Connect();
     bus = entry.endpoint.get();
   }
-  entry.bus = std::make_unique<FaultyBus>(bus, options_.faults, choice.name);
+  entry.bus = std::make_unique<FaultyBus>(bus, options_.faults, choice.name,
+                                          [this] { return time_.NowUs(); });
   entry.instance = std::move(*instance);
   entry.instance->Join(entry.bus.get(), &time_);
   if (options_.snapshot_file.empty()) return {};
@@ -165,7 +167,10 @@ int ModuleProcess::Run() {
   }
   if (!ready) return Complain(status_, ready.error().message);
   // All modules share the process's thread and wake up together.
-  std::vector<Participant*> participants;
+  std::vector<FaultyBus*> buses;
+  for (const Entry& entry : modules_) buses.push_back(entry.bus.get());
+  LateMessages late(buses);
+  std::vector<Participant*> participants = {&late};
   for (const Entry& entry : modules_) participants.push_back(&entry.instance->participant());
   RunParticipants(lcm_.get(), time_, participants, &stop_requested, [this] {
     for (const Entry& entry : modules_) entry.instance->participant().PublishHealth();

@@ -13,8 +13,8 @@ constexpr size_t kRemembered = 8192;
 }  // namespace
 
 /// Takes the next message of the unbroken row.
-void ChannelStream::Append(int64_t sequence, std::span<const uint8_t> payload) {
-  hash_.Update(payload.data(), payload.size());
+void ChannelStream::Append(int64_t sequence, uint64_t digest) {
+  hash_.Add(digest);
   ++count_;
   next_ = sequence + 1;
 }
@@ -60,9 +60,9 @@ ChannelStream::Kind ChannelStream::Take(int64_t sequence, std::span<const uint8_
   if (recent_.size() > kRemembered) recent_.pop_front();
   // A message that came early waits until those before it are there or given up.
   if (sequence == next_) {
-    Append(sequence, payload);
+    Append(sequence, hash);
   } else {
-    pending_.emplace(sequence, std::vector<uint8_t>(payload.begin(), payload.end()));
+    pending_.emplace(sequence, hash);
   }
   Drain(kPatience);
   return Kind::kNew;

@@ -7,14 +7,14 @@
 #include <map>
 #include <span>
 #include <utility>
-#include <vector>
 
 #include "bridge/wire/stream_hash.h"
 
 namespace morphbus::logger {
 
 /// The messages of one channel of one run. The reader of logs makes one per channel, feeds it the
-/// events in the order of the file, calls Finish(), and then asks for the totals.
+/// events in the order of the file, calls Finish(), and then asks for the totals; so does, in real
+/// time, the recorder, whose END is thus about the same messages in the same order.
 class ChannelStream {
  public:
   /// What a numbered message turned out to be: the first under its number; the same bytes again,
@@ -49,8 +49,8 @@ class ChannelStream {
   [[nodiscard]] double sim_seconds() const;
 
  private:
-  /// Counts and hashes the message that comes next in order.
-  void Append(int64_t sequence, std::span<const uint8_t> payload);
+  /// Counts and hashes the message that comes next in order, by its payload's hash.
+  void Append(int64_t sequence, uint64_t digest);
   /// Appends the waiting messages that are in order, and gives up gaps, the lowest first, while
   /// more than `keep` messages wait behind them.
   void Drain(size_t keep);
@@ -60,8 +60,8 @@ class ChannelStream {
   int64_t count_ = 0, duplicates_ = 0, lost_ = 0, first_lost_ = -1;
   /// Every number below this one was taken or given up.
   int64_t next_ = 0;
-  /// Payloads that came before their predecessors, by number.
-  std::map<int64_t, std::vector<uint8_t>> pending_;
+  /// Hashes of payloads that came before their predecessors, by number.
+  std::map<int64_t, uint64_t> pending_;
   /// Payload hashes of the last 8192 numbers taken: they tell a repetition from a contradiction.
   /// In order of the numbers.
   std::deque<std::pair<int64_t, uint64_t>> recent_;

@@ -184,7 +184,7 @@ void Recorder::Take(const bridge::LoggedMessage& message) {
   }
   // In real time no tick is ever known to be whole, so order of arrival is the order of the log.
   if (options_.realtime) {
-    Write(channel, {message.data, message.data + message.size}, now, true);
+    WriteNumbered(channel, header.sequence, {message.data, message.data + message.size}, now);
     return;
   }
   Hold(channel, message, name->topic, header, now);
@@ -262,6 +262,14 @@ void Recorder::Write(Channels::value_type* channel, const std::vector<uint8_t>& 
   }
 }
 
+void Recorder::WriteNumbered(Channels::value_type* channel, int64_t sequence,
+                             const std::vector<uint8_t>& payload, int64_t timestamp_us) {
+  std::unique_ptr<ChannelStream>& numbers = channel->second.by_number;
+  if (!numbers) numbers = std::make_unique<ChannelStream>();
+  numbers->Take(sequence, payload);
+  Write(channel, payload, timestamp_us, true);
+}
+
 /// Messages that the modules say they published, and the log does not have.
 int64_t Recorder::CountLost(std::string* what) const {
   // Some are named; a large robot has thousands.
@@ -309,8 +317,12 @@ Result<RecordSummary> Recorder::Finish(const std::string& interrupted) {
   // What is held of ticks that never became whole is still part of the run.
   Release(std::numeric_limits<int64_t>::max());
   if (end_clock_ && participant_->end_heard()) {
-    Write(end_clock_->channel, end_clock_->payload,
-          std::max(end_clock_->timestamp_us, last_stamp_us_), true);
+    const int64_t stamp_us = std::max(end_clock_->timestamp_us, last_stamp_us_);
+    if (options_.realtime) {
+      WriteNumbered(end_clock_->channel, end_clock_->sequence, end_clock_->payload, stamp_us);
+    } else {
+      Write(end_clock_->channel, end_clock_->payload, stamp_us, true);
+    }
   }
   // The logger's own last ledger: it hears nothing of its own any more.
   participant_->CountBusLosses();
@@ -320,10 +332,15 @@ Result<RecordSummary> Recorder::Finish(const std::string& interrupted) {
   // What END vouches for: count and hash of every channel, and the hash of the run.
   std::vector<bridge::ChannelTotal> totals;
   std::vector<bridge::ChannelTotal> hashed;
-  for (const auto& [channel, written] : written_) {
+  for (auto& [channel, written] : written_) {
     // Of an END that turned out to be none nothing was written.
     if (written.count == 0) continue;
     totals.push_back({channel, written.count, written.hash.Digest(), written.hashed});
+    if (written.by_number) {
+      written.by_number->Finish();
+      totals.back().count = written.by_number->count();
+      totals.back().hash = written.by_number->hash();
+    }
     if (written.hashed) hashed.push_back(totals.back());
   }
   std::sort(totals.begin(), totals.end(),

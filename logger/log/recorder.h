@@ -18,6 +18,7 @@
 #include "bridge/wire/channels.h"
 #include "bridge/wire/stream_hash.h"
 #include "compiler/base/text_hash.h"
+#include "logger/log/channel_stream.h"
 #include "logger/log/description.h"
 #include "logger/log/event_log.h"
 
@@ -106,7 +107,10 @@ class Recorder : public bridge::Participant {
   struct Written {
     int64_t count = 0;
     bool hashed = false;
+    /// Of the payloads in the order in which they were written. In real time messages come in any
+    /// order, and the run's hash is over them in that of their numbers: by_number has it.
     bridge::StreamHash hash;
+    std::unique_ptr<ChannelStream> by_number;
     int order = 0;  ///< Its place among all channels by name; holds while in_order_ is true.
   };
   using Channels = TextTable<Written>;
@@ -153,6 +157,9 @@ class Recorder : public bridge::Participant {
   /// clock.
   void Write(Channels::value_type* channel, const std::vector<uint8_t>& payload,
              int64_t timestamp_us, bool hashed);
+  /// In real time: the same for a message of a hashed channel, by its number.
+  void WriteNumbered(Channels::value_type* channel, int64_t sequence,
+                     const std::vector<uint8_t>& payload, int64_t timestamp_us);
   /// Writes END: how the run ended, and the totals of every channel.
   void WriteEnd(const RecordSummary& summary, const std::vector<bridge::ChannelTotal>& totals);
   /// How many messages the publishers counted and the log lacks; appends their channels to `what`.

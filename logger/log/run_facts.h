@@ -149,7 +149,8 @@ struct LogFacts : DescribedRun {
   std::string run;
   /// Further runs in the same file, which were not read.
   std::vector<std::string> other_runs;
-  /// Control ticks that a CLOCK dates.
+  /// Control ticks that a CLOCK dates; in real time, where some of those are lost, all before the
+  /// CLOCK that ends the run.
   int64_t ticks = 0;
   /// Length of a control tick, µs of sim time; 0 if no CLOCK was seen.
   int32_t tick_us = 0;

@@ -86,6 +86,8 @@ class Loader {
     facts_.other_runs.assign(channels_.other_runs().begin(), channels_.other_runs().end());
     // The facts that follow from others, and what the other messages promise.
     facts_.ticks = series_.num_ticks();
+    // In real time a CLOCK that the logger missed is gone; its tick was one all the same.
+    if (facts_.mode == "realtime") facts_.ticks = std::max(facts_.ticks, facts_.end_tick);
     facts_.seconds = static_cast<double>(facts_.ticks) * facts_.tick_us * 1e-6;
     log_.tick_us = facts_.tick_us;
     facts_.deployments = programs_.Deployments(facts_.commands, facts_.tick_us);

@@ -183,7 +183,8 @@ ModuleParticipantOptions FakeRun::ModuleOptions(int i) const {
 
 std::unique_ptr<FakeRun::Seat> FakeRun::MakeSeat(uint64_t seed) {
   return std::make_unique<Seat>(options.connect ? options.connect() : hub.Connect(),
-                                WithLoss(options.faults, options.loss, seed));
+                                WithLoss(options.faults, options.loss, seed),
+                                [this] { return clock->NowUs(); });
 }
 
 FakeRun::FakeRun(const FakeRunOptions& o) : options(o), robot(o.modules) {
@@ -234,6 +235,17 @@ bool FakeRun::Run() {
   });
 }
 
+LateMessages FakeRun::Late() const {
+  std::vector<FaultyBus*> buses;
+  for (const Module& module : modules) {
+    if (module.seat != nullptr) buses.push_back(&module.seat->bus);
+  }
+  for (const auto* seat : {&sim_seat, &log_seat}) {
+    if (*seat != nullptr) buses.push_back(&(*seat)->bus);
+  }
+  return LateMessages(std::move(buses));
+}
+
 bool FakeRun::RunUntil(const std::function<bool()>& finished) {
   if (!started) {
     for (Participant* participant : participants()) participant->Start();
@@ -245,15 +257,17 @@ bool FakeRun::RunUntil(const std::function<bool()>& finished) {
       int count = sim_seat->bus.Handle(0) + (log_seat != nullptr ? log_seat->bus.Handle(0) : 0);
       for (Module& module : modules) count += module.seat->bus.Handle(0);
       if (count == 0) sim_seat->bus.Handle(1);
+      Late().OnTime();
       for (Participant* participant : participants()) participant->OnTime();
       continue;
     }
     if (hub.HandleRound() > 0) continue;
-    int64_t next = kNever;
+    int64_t next = Late().next_deadline_us();
     for (const Participant* participant : participants())
       next = std::min(next, participant->next_deadline_us());
     if (next == kNever) return false;
     time.AdvanceTo(next);
+    Late().OnTime();
     for (Participant* participant : participants()) participant->OnTime();
   }
   return true;

@@ -10,6 +10,7 @@
 
 #include "bridge/bus/faulty_bus.h"
 #include "bridge/bus/inproc_bus.h"
+#include "bridge/lockstep/late_messages.h"
 #include "bridge/lockstep/log_participant.h"
 #include "bridge/lockstep/module_participant.h"
 #include "bridge/lockstep/sim_participant.h"
@@ -98,8 +99,9 @@ class FakeRun {
   struct Seat {
     Seat(InprocHub* hub, double loss, uint64_t seed)
         : Seat(hub->Connect(), WithLoss({}, loss, seed)) {}
-    Seat(std::unique_ptr<Bus> connection, const FaultPlan& faults)
-        : endpoint(std::move(connection)), bus(endpoint.get(), faults, "") {}
+    Seat(std::unique_ptr<Bus> connection, const FaultPlan& faults,
+         std::function<int64_t()> now_us = {})
+        : endpoint(std::move(connection)), bus(endpoint.get(), faults, "", std::move(now_us)) {}
     std::unique_ptr<Bus> endpoint;
     FaultyBus bus;
   };
@@ -110,6 +112,8 @@ class FakeRun {
   };
 
   std::unique_ptr<Seat> MakeSeat(uint64_t seed);
+  /// What is late at the seats that there are now.
+  [[nodiscard]] LateMessages Late() const;
   ModuleParticipantOptions ModuleOptions(int i) const;
   SimParticipantOptions SimOptions() const;
 

@@ -8,6 +8,7 @@
 
 #include "bridge/bus/fault_plan.h"
 #include "bridge/bus/inproc_bus.h"
+#include "bridge/lockstep/late_messages.h"
 #include "bridge/wire/codec.h"
 #include "test/bridge/fake_run.h"
 #include "test/support/source_dir.h"
@@ -66,6 +67,10 @@ TEST(FaultPlan, SaysWhereAndWhy) {
       {"fault loss=0.1 delay=3", "'delay' needs a 'reorder' above 0"},
       {"fault reorder=0.1 delay=0",
        "x.faults:1:25: error: expected a number of messages, 1 to 256"},
+      {"fault late=0.1", "x.faults:1:1: error: 'late' above 0 and 'by' need each other"},
+      {"fault loss=0.1 by=1s", "'late' above 0 and 'by' need each other"},
+      {"fault late=0.1 by=0.03", "x.faults:1:19: error: expected seconds, 0.000001s to 10s"},
+      {"fault late=0.1 by=11s", "expected seconds, 0.000001s to 10s"},
       {"fault loss=0.1 from=2.5", "x.faults:1:21: error: expected a time"},
       {"fault loss=0.1 from=2s until=1s", "the rule ends before it begins"},
       {"fault loss=0.1 from=infs", "expected a time"},
@@ -158,6 +163,35 @@ TEST_F(FaultyBusTest, OvertakenMessagesComeAllTheSame) {
   std::sort(sorted.begin(), sorted.end());
   EXPECT_EQ(std::unique(sorted.begin(), sorted.end()), sorted.end()) << "one came twice";
   EXPECT_NEAR(static_cast<double>(injected_.delayed), 500, 60);
+}
+
+TEST_F(FaultyBusTest, LateMessagesComeWhenTheirTimeIsOver) {
+  InprocHub hub;
+  VirtualTime time;
+  const auto sender = hub.Connect(), endpoint = hub.Connect();
+  FaultyBus bus(endpoint.get(), Parse("fault channel=late late=1 by=0.03s"), "m1",
+                [&time] { return time.NowUs(); });
+  std::vector<std::string> heard;
+  bus.SubscribePrefix("run/", [&](std::string_view channel, const uint8_t*, size_t) {
+    heard.emplace_back(channel);
+  });
+  LateMessages late({&bus});
+  EXPECT_TRUE(late.done());
+  for (const char* channel : {"run/late", "run/other"}) sender->Publish(channel, nullptr, 0);
+  hub.HandleAll();
+  EXPECT_EQ(heard, std::vector<std::string>{"run/other"});
+  ASSERT_FALSE(late.done());
+  const int64_t due = late.next_deadline_us();
+  EXPECT_GT(due, 0);
+  EXPECT_LE(due, 30'000);
+  time.AdvanceTo(due - 1);
+  late.OnTime();
+  EXPECT_EQ(heard.size(), 1u);
+  time.AdvanceTo(due);
+  late.OnTime();
+  EXPECT_EQ(heard, (std::vector<std::string>{"run/other", "run/late"}));
+  EXPECT_TRUE(late.done());
+  EXPECT_EQ(bus.injected().delayed, 1);
 }
 
 TEST_F(FaultyBusTest, DoubledMessagesComeTwice) {

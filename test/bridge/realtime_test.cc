@@ -7,6 +7,7 @@
 #include <string>
 
 #include "bridge/bus/fault_plan.h"
+#include "bridge/lockstep/sim_lockstep.h"
 #include "bridge/wire/codec.h"
 #include "test/bridge/fake_run.h"
 
@@ -71,6 +72,56 @@ TEST_F(LatenessTest, AnswersThatComeLaterAreLate) {
   EXPECT_EQ(m3.late, m3.missed) << "all of them came in the end";
   EXPECT_GE(m3.worst_us, 20'000);
   EXPECT_LE(m3.worst_us, 16 * 20'000);
+}
+
+TEST_F(LatenessTest, AnswersThatComeWithinTheTickKeepTheirDeadline) {
+  Run(3, "fault channel=m3/ACTUATOR late=1 by=0.02s\n");
+  EXPECT_EQ(missed_, 0);
+  EXPECT_TRUE(lateness_.empty());
+}
+
+TEST_F(LatenessTest, AnswersThatAreLateBySomeTimeAreLateByNoMore) {
+  Run(3, "fault channel=m3/ACTUATOR from=30 until=130 late=1 by=0.05s\n");
+  ASSERT_EQ(lateness_.size(), 1u);
+  const morphbus::lateness_t& m3 = lateness_.at("m3");
+  EXPECT_EQ(m3.missed, missed_);
+  // Of a hundred three fifths are late by more than a tick of 20 ms, each by chance.
+  EXPECT_GT(m3.missed, 40);
+  EXPECT_LT(m3.missed, 80);
+  EXPECT_EQ(m3.late, m3.missed);
+  EXPECT_GT(m3.worst_us, 20'000);
+  EXPECT_LE(m3.worst_us, 30'000);
+}
+
+TEST(Realtime, AStepOrAStopLeavesATickThatHasOnlyBegunItsTime) {
+  SimLockstep::Config config;
+  config.num_modules = 1;
+  config.realtime = true;
+  for (const bool stops : {false, true}) {
+    for (const bool answers : {false, true}) {
+      SCOPED_TRACE(testing::Message() << stops << answers);
+      SimLockstep sim(config);
+      SimLockstep::Actions actions;
+      sim.Begin(0, &actions);
+      sim.OnHello(0, 0, &actions);
+      // In the same moment in which the tick begins.
+      if (stops) {
+        sim.Stop(false, 0, &actions);
+      } else {
+        sim.Pause();
+        sim.Step(1, 0, &actions);
+      }
+      EXPECT_LE(sim.next_deadline_us(), 20'000);
+      sim.OnTime(19'000, &actions);
+      EXPECT_EQ(sim.tick(), 0) << "it may still be answered";
+      if (answers) sim.OnActuator(0, 0, 19'000, &actions);
+      // A run that ends waits for no more than the answers.
+      EXPECT_EQ(sim.tick(), stops && answers ? 1 : 0);
+      sim.OnTime(20'000, &actions);
+      EXPECT_EQ(sim.tick(), 1);
+      EXPECT_EQ(sim.missed_deadlines(), answers ? 0 : 1);
+    }
+  }
 }
 
 TEST(Realtime, AReportInTheMiddleOfATickSpeaksOfNoTickButThoseItNames) {

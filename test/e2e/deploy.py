@@ -10,7 +10,7 @@ import unittest
 
 from dying import Dying
 from gait import CYCLE, FIRST_STEP, MOST_TILT, STEP, north, tilts
-from support import MODEL, PROGRAM, SOURCE, Case, as_json, await_condition, decode, morphbus, read_events
+from support import MODEL, PROGRAM, SOURCE, Case, as_json, decode, morphbus, read_events
 
 CAREFUL = SOURCE / 'models' / 'programs' / 'quadruped_careful.dyn'
 MODULES = [f'm{i}' for i in range(1, 10)]
@@ -109,7 +109,7 @@ class Deploying(Case):
 
 class Inproc(Deploying):
     def test_the_walk_goes_on_under_another_program(self):
-        self.run_script([f'600 deploy {CAREFUL} --to m5'], 36, '--inproc')
+        self.run_script([f'600 deploy {CAREFUL} --to m5'], 24, '--inproc')
         deployment, = self.deployments()
         self.assertEqual((deployment['tick'], deployment['to']), (600, 'm5'))
         self.assert_all_went_over_together(deployment)
@@ -129,7 +129,7 @@ class Inproc(Deploying):
         # Standing between two steps, at 11.5 s, even the program that only turns joints on can be begun anew.
         other = self.folder / 'other.dyn'
         other.write_text(PROGRAM.read_text().replace('self.sleepds(20);', 'self.sleepds(21);'))
-        self.run_script([f'300 deploy {other} --to m1 --at 11.5', f'301 deploy {CAREFUL} --to m9 --at 18.01'], 26, '--inproc')
+        self.run_script([f'300 deploy {other} --to m1 --at 11.5', f'301 deploy {CAREFUL} --to m9 --at 18.01'], 24, '--inproc')
         first, second = self.deployments()
         # The later one takes the other's place before its time comes.
         self.assertEqual((first['switch_tick'], set(first['switched'].values())), (575, {None}))
@@ -145,7 +145,7 @@ class Inproc(Deploying):
         self.assertGreater(self.assert_tilt_is_told(deployment), MOST_TILT)
 
     def test_a_time_too_soon_is_kept_by_all_that_have_it_and_the_others_follow(self):
-        self.run_script([f'300 deploy {CAREFUL} --to m1 --at 6.02'], 12, '--inproc')
+        self.run_script([f'300 deploy {CAREFUL} --to m1 --at 6.02'], 10, '--inproc')
         deployment, = self.deployments()
         switched = deployment['switched']
         self.assertGreater(switched['m1'], 301, 'the module that it was given to had to get it first')
@@ -153,15 +153,16 @@ class Inproc(Deploying):
         self.assertNotIn(None, switched.values())
 
     def test_times_that_cannot_be_kept_are_refused(self):
-        for at, why in ((5.9, 'the run is at 6 s already; name a later time, or leave --at out'),
-                        (10000, 'more than 3600 s ahead of the run, which is at 6 s')):
-            self.run_script([f'300 deploy {CAREFUL} --at {at}'], 12, '--inproc')
+        refused = {5.9: 'the run is at 6 s already; name a later time, or leave --at out',
+                   10000: 'more than 3600 s ahead of the run, which is at 6 s'}
+        self.run_script([f'300 deploy {CAREFUL} --at {at}' for at in refused], 7, '--inproc')
+        for at, why in refused.items():
             self.assertIn(f'--at {at}: {why}', self.said)
-            self.assertEqual(self.deployments(), [])
+        self.assertEqual(self.deployments(), [])
 
     def test_of_two_at_once_one_wins_everywhere(self):
         for a, b in ((30, 40), (40, 30)):
-            self.run_script([f'500 deploy {self.program(a)} --to m1', f'500 deploy {self.program(b)} --to m9'], 24, '--inproc')
+            self.run_script([f'500 deploy {self.program(a)} --to m1', f'500 deploy {self.program(b)} --to m9'], 19, '--inproc')
             # The one that was named last, whatever their hashes are.
             winner = self.deployments()[1]
             self.assertEqual({runs[-1][1] % 2 ** 64 for runs in programs(self.path).values()},
@@ -314,35 +315,37 @@ class Interrupted(Dying, Deploying):
     # Ticks after the deployment: m1 has a part of it; it has all, and its neighbour a part; others have it.
     MOMENTS = (5, 28, 45)
 
+    def where(self, after):
+        """Such runs are the same in one process and in many, so that processes are started for one of them alone."""
+        return '--isolate' if after == self.MOMENTS[1] else '--inproc'
+
     def test_it_begins_anew(self):
         for after in self.MOMENTS:
             with self.subTest(after=after):
-                self.run_script([f'300 deploy {CAREFUL} --to m1', f'{300 + after} restart m1 --cold'], 8, '--isolate')
+                self.run_script([f'100 deploy {CAREFUL} --to m1', f'{100 + after} restart m1 --cold'], 4, self.where(after))
                 self.assert_one_program(MODULES)
 
     def test_it_is_gone_for_good(self):
         ends = []
         for after in self.MOMENTS:
             with self.subTest(after=after):
-                self.run_script([f'300 deploy {CAREFUL} --to m1', f'{300 + after} lose m1'], 8, '--isolate')
+                self.run_script([f'100 deploy {CAREFUL} --to m1', f'{100 + after} lose m1'], 4, self.where(after))
                 self.assertIn('m1', self.summary['lost_modules'])
                 ends.append(self.assert_one_program(MODULES[1:]))
         # What it had not handed on is lost with it, and what it had is not.
         self.assertEqual((ends[0], ends[-1]), (False, True))
 
 
-class Realtime(Dying, Deploying):
-    """On the bus that all tools share, by the wall clock."""
-    def deploy_live(self, *options, most_tilt=MOST_TILT):
-        self.start('--realtime', *options, isolate=False)
-        self.reach(FIRST_STEP, 1)
-        told = self.control('deploy', CAREFUL, '--to', 'm3')
-        named = round(told['switch_seconds'] / 0.02)
-        await_condition(lambda: self.reach(named + 2 * CYCLE + 10, 1) is None, 'the program runs')
-        self.control('stop')
-        self.end()
-        # In real time the log may lack messages, also the one that names the command; those that it has are telling.
-        wanted = int(told['command'].split()[2], 16)
+class Realtime(Deploying):
+    """Nobody waits for whoever has it late, or not at all."""
+    def deploy_on(self, faults, *options, most_tilt=MOST_TILT, seconds=28):
+        rules = self.folder / 'x.faults'
+        rules.write_text(faults)
+        self.run_script([f'{FIRST_STEP} deploy {CAREFUL} --to m3'], seconds, '--realtime', '--inproc', '--faults', rules, *options)
+        deployment, = self.deployments()
+        named = deployment['switch_tick']
+        # The log may lack messages; those that it has are telling.
+        wanted = int(deployment['program_hash'], 16)
         for module in MODULES:
             seen = [(tick, program % 2 ** 64 == wanted) for tick, program in self.ran(module)]
             self.assertIn(True, {new for _, new in seen}, f'{module} never ran it')
@@ -352,7 +355,6 @@ class Realtime(Dying, Deploying):
         self.assert_upright(since=FIRST_STEP, most=most_tilt)
         # Messages that are late or lost cost steps, too.
         self.assert_walk_goes_on(named, cycles=2)
-        return named
 
     def ran(self, module):
         """(tick, program) of every TRANSFORM of a module that is in the log."""
@@ -360,14 +362,13 @@ class Realtime(Dying, Deploying):
                    if channel.endswith(f'/{module}/TRANSFORM'))
         return [(header.tick, header.program_hash) for header in headers]
 
-    def test_by_the_wall_clock(self):
-        named = self.deploy_live()
-        self.assertEqual([d['switch_tick'] for d in self.deployments()], [named])
+    def test_with_messages_that_are_late(self):
+        self.deploy_on('fault channel=*/TRANSFORM late=0.1 by=0.04s\nfault process=SIM channel=*/ACTUATOR late=0.02 by=0.03s\n')
 
-    def test_by_the_wall_clock_with_loss(self):
+    def test_with_loss(self):
         # In real time nobody asks again: commands reach the legs at different ticks, and a walk without any deployment tilts
         # by 5 to 11 degrees at this loss (seeds 1 to 4). It does not fall, though.
-        self.deploy_live('--loss', 0.3, most_tilt=math.radians(30))
+        self.deploy_on('', '--loss', 0.3, most_tilt=math.radians(30), seconds=32)
 
 
 if __name__ == '__main__':

@@ -6,7 +6,7 @@ import subprocess
 import unittest
 
 from control_live import Live
-from support import MODEL, PROGRAM, SOURCE, as_json, command, decode, morphbus, read_events
+from support import LIMIT, MODEL, PROGRAM, SOURCE, Case, as_json, command, decode, morphbus, read_events
 
 MODULES = [f'm{i}' for i in range(1, 10)]
 # By this tick the quadruped walks.
@@ -92,7 +92,7 @@ class Inspection(Live):
         self.addCleanup(waiting.kill)
         self.assertEqual(waiting.stderr.readline(), f'inspect m2 waits for tick {paused + 1}, once the run goes on\n')
         self.control('step')
-        out, err = waiting.communicate(timeout=60)
+        out, err = waiting.communicate(timeout=LIMIT)
         self.assertEqual((waiting.returncode, err), (0, ''))
         answer = json.loads(out)
         self.assertEqual((answer['tick'], answer['pending']), (paused + 1, False))
@@ -157,14 +157,17 @@ class Inspection(Live):
                           '    in Counter.count, count.dyn:9: i = 3\n', said)
 
 
-class Realtime(Live):
-    def test_every_module_answers_while_the_clock_runs(self):
-        self.start('--realtime')
-        answer = self.control('inspect')
-        self.assertEqual([module['module'] for module in answer['modules']], MODULES)
-        self.assertTrue(all(module['tick'] >= answer['tick'] for module in answer['modules']))
-        self.control('stop')
-        self.end()
+class Realtime(Case):
+    def test_every_module_that_hears_of_it_in_time_answers_while_the_clock_runs(self):
+        # m3 is asked late within tick 60, and in tick 80 not at all: the clock does not wait for it.
+        script, rules, log = self.folder / 'script', self.folder / 'late.faults', self.folder / 'x.log'
+        script.write_text('60 inspect\n80 inspect\n')
+        rules.write_text('fault process=m3 channel=SIM/SENSORS from=60 until=61 late=1 by=0.019s\n'
+                         'fault process=m3 channel=SIM/SENSORS from=80 until=81 loss=1\n')
+        morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', 2, '--realtime', '--inproc', '--commands', script,
+                 '--faults', rules, '--log', log)
+        answered = {tick: sorted(told(log, tick)) for tick in (59, 60, 61, 79, 80, 81, 82)}
+        self.assertEqual(answered, {59: [], 60: MODULES, 61: [], 79: [], 80: [m for m in MODULES if m != 'm3'], 81: [], 82: []})
 
 
 if __name__ == '__main__':

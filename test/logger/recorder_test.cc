@@ -23,12 +23,12 @@ namespace {
 using bridge::FakeRun;
 using bridge::FakeRunOptions;
 
-std::string Description(const std::string& run) {
+std::string Description(const std::string& run, bool realtime = false) {
   proto::RunDescription d;
   d.set_run(run);
   d.set_model_hash(bridge::kFakeModel);
   d.set_model(std::string(5000, 'x'));  // Several INFO parts.
-  d.set_mode("lockstep");
+  d.set_mode(realtime ? "realtime" : "lockstep");
   return d.SerializeAsString();
 }
 
@@ -54,7 +54,7 @@ Recorded Record(const std::string& path, const Options& options) {
   run.log.reset();
   RecorderOptions recording;
   recording.path = path;
-  recording.description = Description(options.run.run);
+  recording.description = Description(options.run.run, options.run.realtime);
   recording.realtime = options.run.realtime;
   recording.timing = options.run.timing;
   int64_t wall = options.wall_us;
@@ -64,7 +64,8 @@ Recorded Record(const std::string& path, const Options& options) {
   Recorded out;
   if (!recorder) return out;
   const std::unique_ptr<bridge::Bus> guest = options.join ? options.join(&run) : nullptr;
-  std::vector<bridge::Participant*> participants = {run.sim.get(), recorder->get()};
+  bridge::LateMessages late = run.Late();
+  std::vector<bridge::Participant*> participants = {&late, run.sim.get(), recorder->get()};
   for (FakeRun::Module& module : run.modules) participants.push_back(module.participant.get());
   EXPECT_TRUE(bridge::RunInproc(&run.hub, &run.time, participants));
   (*recorder)->EachSecond();
@@ -154,6 +155,26 @@ TEST(RecorderTest, RealTimeRecordingReportsWhatItLostAndIsCompleteAllTheSame) {
   EXPECT_NE(r.summary.reason.find("not in the log"), std::string::npos);
   EXPECT_GT(r.log.facts.lost(), 0);
   EXPECT_FALSE(r.log.facts.whole());
+  // The CLOCKs of some ticks are among what was lost; the ticks were there.
+  EXPECT_LT(r.log.facts.channels.at("test/SIM/CLOCK").messages, 40);
+  EXPECT_EQ(r.log.facts.ticks, 40);
+}
+
+TEST(RecorderTest, RealTimeRecordingVouchesForMessagesThatCameInAnotherOrder) {
+  const TempFile file;
+  Options options;
+  options.run.realtime = true;
+  options.run.speed = 1.0;
+  bridge::FaultRule late;
+  late.late = 0.3;
+  late.by_us = 50'000;
+  options.run.faults.rules = {late};
+  const Recorded r = Record(file.path(), options);
+  EXPECT_TRUE(r.summary.complete) << r.summary.reason;
+  EXPECT_GT(r.log.disorder_us, 0);
+  EXPECT_EQ(r.log.facts.end_state, EndState::kVerified) << VerifyText(r.log.facts);
+  EXPECT_EQ(r.log.facts.run_hash, r.summary.run_hash);
+  EXPECT_EQ(r.log.facts.ticks, 40);
 }
 
 /// A run that is ended, as `run` does, when its recorder says that it can record no more.

@@ -9,6 +9,7 @@
 
 #include "bridge/bus/faulty_bus.h"
 #include "bridge/bus/lcm_bus.h"
+#include "bridge/lockstep/late_messages.h"
 #include "bridge/wire/channels.h"
 #include "compiler/base/text.h"
 #include "logger/log/recorder.h"
@@ -52,14 +53,16 @@ void LetOthersGoFirst() {
 }
 
 /// Records until the run ends or `link` or a signal says stop. `*interrupted` says why it did.
-void Record(logger::Recorder* recorder, bridge::Bus* bus, const bridge::TimeSource& time,
+void Record(logger::Recorder* recorder, bridge::FaultyBus* bus, const bridge::TimeSource& time,
             ControlLink* link, std::string* interrupted) {
   volatile bool stop = false;
   Ticker watch(kWatchUs, [&] {
     if (interrupted->empty()) *interrupted = StopReason(link);
     if (!interrupted->empty()) stop = true;
   });
-  bridge::RunParticipants(bus, time, {recorder, &watch}, &stop, [&] { recorder->EachSecond(); });
+  bridge::LateMessages late({bus});
+  bridge::RunParticipants(bus, time, {&late, recorder, &watch}, &stop,
+                          [&] { recorder->EachSecond(); });
 }
 
 /// Wall clock, microseconds since 1970.
@@ -118,8 +121,9 @@ int Log(const LogOptions& options) {
   if (!lcm) return Unusable(lcm.error().message);
   // In lockstep the run waits for modules and simulator, and the log may be some ticks behind.
   if (plan->description.mode() != "realtime") LetOthersGoFirst();
-  bridge::FaultyBus bus(lcm->get(), plan->faults, bridge::kLogProcess);
   bridge::MonotonicTime time;
+  bridge::FaultyBus bus(lcm->get(), plan->faults, bridge::kLogProcess,
+                        [&time] { return time.NowUs(); });
   ControlLink link(options.control_fd);
   // From here on a signal ends the recording properly, with an END that names it.
   CatchSignals();

@@ -6,6 +6,7 @@
 #include "bridge/bus/faulty_bus.h"
 #include "bridge/bus/lcm_bus.h"
 #include "bridge/control/control_service.h"
+#include "bridge/lockstep/late_messages.h"
 #include "bridge/wire/channels.h"
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
@@ -92,8 +93,10 @@ int Simulate(const SimCommandOptions& options) {
   if (!robot) return Unusable(robot.error().message);
   const Result<std::unique_ptr<bridge::Bus>> lcm = bridge::OpenLcmBus(options.plan.options.lcm_url);
   if (!lcm) return Unusable(lcm.error().message);
-  bridge::FaultyBus bus(lcm->get(), plan->faults, bridge::kSimProcess);
   bridge::MonotonicTime time;
+  bridge::FaultyBus bus(lcm->get(), plan->faults, bridge::kSimProcess,
+                        [&time] { return time.NowUs(); });
+  bridge::LateMessages late({&bus});
   bridge::SimParticipant participant(&bus, robot->get(), &time, *participant_options);
   AddRootSensor(*plan, robot->get(), &participant);
   ControlLink link(options.control_fd);
@@ -135,7 +138,7 @@ int Simulate(const SimCommandOptions& options) {
     link.Send(Progress(participant));
   });
   // This returns when the run is over: the participant is done, and the watch never keeps it.
-  bridge::RunParticipants(&bus, time, {&participant, &watch}, nullptr,
+  bridge::RunParticipants(&bus, time, {&late, &participant, &watch}, nullptr,
                           [&] { participant.PublishHealth(); });
   desk.Finish();
   const bridge::SimOutcome& outcome = participant.outcome();

@@ -7,6 +7,7 @@
 
 #include "bridge/bus/faulty_bus.h"
 #include "bridge/bus/inproc_bus.h"
+#include "bridge/lockstep/late_messages.h"
 #include "bridge/wire/channels.h"
 #include "logger/log/recorder.h"
 #include "tools/launch/control_desk.h"
@@ -21,8 +22,10 @@ namespace {
 
 /// A receiver's endpoint of the hub, behind the faults that --loss and --faults ask for.
 struct FaultyEndpoint {
-  FaultyEndpoint(bridge::InprocHub* hub, const bridge::FaultPlan& faults, std::string_view process)
-      : endpoint(hub->Connect()), bus(endpoint.get(), faults, process) {}
+  FaultyEndpoint(bridge::InprocHub* hub, const bridge::FaultPlan& faults, std::string_view process,
+                 const bridge::TimeSource& time)
+      : endpoint(hub->Connect()),
+        bus(endpoint.get(), faults, process, [&time] { return time.NowUs(); }) {}
 
   std::unique_ptr<bridge::Bus> endpoint;
   bridge::FaultyBus bus;
@@ -71,6 +74,7 @@ class InprocRun {
     record.path = to_.path();
     record.in_memory = to_.in_memory();
     record.description = description_.SerializeAsString();
+    record.realtime = description_.mode() == "realtime";
     Result<std::unique_ptr<logger::Recorder>> recorder =
         logger::Recorder::Create(Connect(bridge::kLogProcess), &time_, record);
     if (!recorder) return Fail(recorder.error().message);
@@ -97,7 +101,10 @@ class InprocRun {
     });
     // They take turns in this thread until all are done; nobody is left waiting for what cannot
     // come.
-    std::vector<bridge::Participant*> participants = {sim_.get(), recorder_.get(), &watch};
+    std::vector<bridge::FaultyBus*> buses;
+    for (FaultyEndpoint& endpoint : endpoints_) buses.push_back(&endpoint.bus);
+    bridge::LateMessages late(buses);
+    std::vector<bridge::Participant*> participants = {&late, sim_.get(), recorder_.get(), &watch};
     for (const auto& module : modules_->instances) participants.push_back(&module->participant());
     if (!bridge::RunInproc(&hub_, &time_, participants, &unlogged) && !unlogged) {
       outcome.error = "the run came to a standstill";
@@ -107,6 +114,12 @@ class InprocRun {
     if (!unlogged) {
       SendHealth();
       hub_.HandleAll();
+      // What is still late comes before the log is closed.
+      while (!late.done()) {
+        time_.AdvanceTo(late.next_deadline_us());
+        late.OnTime();
+        hub_.HandleAll();
+      }
     }
     outcome.wall_seconds = since_first_tick_.seconds();
     // The line of progress goes before the summary is printed.
@@ -129,7 +142,7 @@ class InprocRun {
  private:
   /// A bus of its own for a process, with faults of its own: the same ones in every run.
   bridge::Bus* Connect(std::string_view process) {
-    return &endpoints_.emplace_back(&hub_, plan_.faults, process).bus;
+    return &endpoints_.emplace_back(&hub_, plan_.faults, process, time_).bus;
   }
 
   /// What each process of a run sends about once a second.
@@ -143,6 +156,7 @@ class InprocRun {
   void Gather(RunOutcome* outcome) const {
     const bridge::SimOutcome& sim = sim_->outcome();
     outcome->reason = sim.reason;
+    outcome->missed_deadlines = sim.missed_deadlines;
     if (!sim.ok && outcome->error.empty()) outcome->error = sim.error;
     for (const auto& module : modules_->instances) {
       const std::string& error = module->participant().error();

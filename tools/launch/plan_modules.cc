@@ -20,6 +20,7 @@ bridge::ModuleSpec SpecOf(const RunPlan& plan, int module) {
   spec.kinematics = plan.model.TypeOf(robot, module).name;
   spec.build = plan.description.build();
   spec.random_seed = plan.description.random_seed();
+  spec.realtime = plan.description.mode() == "realtime";
   // One module broadcasts where it is; all others find their places from it.
   if (spec.module == plan.description.root_module()) {
     const RootPose root = RootPoseOf(plan, module);

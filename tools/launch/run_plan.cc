@@ -102,9 +102,7 @@ bool CheckNumbers(const RunOptions& options) {
                 "--root-sensor measures a place, which nothing has under --still") &&
          demand(ReadNoise(options.root_noise).has_value(),
                 "--root-noise: expected metres and radians, 0 to 1 each: 0.002,0.01") &&
-         demand(options.friction >= 0 && options.friction <= 10, "--friction: expected 0 to 10") &&
-         demand(!(options.realtime && options.inproc),
-                "--realtime and --inproc exclude each other: an in-process run keeps no clock");
+         demand(options.friction >= 0 && options.friction <= 10, "--friction: expected 0 to 10");
 }
 
 /// Everything of the description that the options and the compiled parts say.
@@ -321,7 +319,9 @@ void AddPlanOptions(Subcommand* sub, RunOptions* options) {
   sub->Add("--ground", &options->ground, "Level ground at y = 0: true or false (default: true)");
   sub->Flag("--still", &options->still,
             "No physics: joints follow their set-points, and nothing has a place");
-  sub->Flag("--realtime", &options->realtime, "The clock runs with the wall; lateness is counted");
+  sub->Flag("--realtime", &options->realtime,
+            "The clock waits for nobody: it runs with the wall, with --inproc in virtual time; "
+            "lateness is counted");
   sub->Add("--run", &options->run, "The run's name (default: a fresh one)");
   sub->Add("-l,--lcm-url", &options->lcm_url,
            "LCM URL (default: $LCM_DEFAULT_URL, else LCM's own)");
