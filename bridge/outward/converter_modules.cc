@@ -142,6 +142,7 @@ void Converter::Use(const morphbus::status_t& status, int module, const OutwardS
   // Texts come from the bus, and may hold anything.
   state.set_module(run_->robot->modules[module].name);
   state.set_role(EscapeControl(status.role_name));
+  state.set_color(CssColor(run_->colors.Of(status.role_name)));
   state.set_frozen(status.frozen);
   state.set_has_pose(status.has_pose);
   state.set_pose_stale(status.pose_stale);

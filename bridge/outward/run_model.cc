@@ -2,6 +2,7 @@
 
 #include <google/protobuf/stubs/logging.h>
 
+#include "bridge/module/program_roles.h"
 #include "bridge/outward/monitor.pb.h"
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/model/model_proto.h"
@@ -32,10 +33,12 @@ void Describe(const model::ModuleInstance& module, int id, const model::ModuleTy
     described.set_speed(joint.speed);
   }
   for (const model::Connector& connector : type.connectors) out->add_connectors(connector.name);
+  out->set_color(CssColor(PaletteColor(id)));
 }
 
 /// The roles of a program, with what people may invoke.
-void DescribeRoles(const vm::VerifiedProgram& program, morphbus::Description* out) {
+void DescribeRoles(const vm::VerifiedProgram& program, const RoleColors& colors,
+                   morphbus::Description* out) {
   for (int i = 0; i < program.num_roles(); ++i) {
     // A role by its name, and whom it extends.
     const vm::RoleInfo role = program.role(i);
@@ -43,6 +46,7 @@ void DescribeRoles(const vm::VerifiedProgram& program, morphbus::Description* ou
     described.set_name(StringOf(role.name));
     if (role.parent >= 0) described.set_extends(StringOf(program.role(role.parent).name));
     described.set_abstract(role.abstract_role);
+    if (!role.abstract_role) described.set_color(CssColor(colors.Of(described.name())));
     for (int c = 0; c < role.num_commands; ++c) {
       morphbus::DescribedCommand& command = *described.add_commands();
       command.set_name(StringOf(program.member_name(role.commands[c])));
@@ -80,7 +84,7 @@ std::shared_ptr<const morphbus::Description> Describe(const proto::RunDescriptio
     const int id = static_cast<int>(m);
     Describe(run.robot->modules[m], id, run.TypeOf(id), out->add_modules());
   }
-  if (run.has_program) DescribeRoles(run.images.program(), out.get());
+  if (run.has_program) DescribeRoles(run.images.program(), run.colors, out.get());
   return out;
 }
 
@@ -125,6 +129,7 @@ Result<std::shared_ptr<const RunModel>> ReadRunModel(const std::string& descript
       model::ForwardKinematics(run->model, *run->robot, model::StartValues(*run->robot)).X_RL;
   // An image that is damaged leaves its part without names; faults then have numbers.
   run->has_program = run->images.AddProgram("program", BytesOf(d.program_image())).has_value();
+  if (run->has_program) run->colors.Add(PlayableRoles(run->images.program()));
   for (const proto::KinematicsImage& type : d.kinematics()) {
     if (!run->images.AddKinematics(type.type_name(), BytesOf(type.image()))) continue;
   }

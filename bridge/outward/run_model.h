@@ -9,6 +9,7 @@
 
 #include "bridge/module/module_instance.h"
 #include "compiler/base/result.h"
+#include "compiler/base/role_colors.h"
 #include "compiler/model/robot_model.h"
 #include "compiler/world/obstacle.h"
 
@@ -40,6 +41,8 @@ struct RunModel {
   /// The program's image, if `has_program`, and those of the module types' kinematics.
   ModuleImages images;
   bool has_program = false;
+  /// Of the program's roles.
+  RoleColors colors;
   /// What viewers are told of the run (morphbus.Description), but for the program's text.
   std::shared_ptr<const morphbus::Description> description;
 

@@ -1,7 +1,6 @@
 #include "bridge/outward/scene.h"
 
-#include <cmath>
-
+#include "compiler/base/role_colors.h"
 #include "compiler/model/convex_hull.h"
 #include "compiler/world/obstacle.h"
 
@@ -86,20 +85,11 @@ std::string LinkFrame(const std::string& prefix, const RunModel& run, int module
 }
 
 foxglove::Color ModuleColor(int module) {
-  // Steps of the golden ratio spread any number of hues evenly; saturation and value are those of
-  // colours that show shading on a dark and on a light ground.
-  constexpr double kGoldenRatio = 0.618033988749895;
-  constexpr double kSaturation = 0.55;
-  constexpr double kValue = 0.90;
-  const double hue = std::fmod(0.58 + kGoldenRatio * module, 1.0) * 6.0;
-  const auto part = [&](double offset) {
-    const double k = std::fmod(offset + hue, 6.0);
-    return kValue - kValue * kSaturation * std::max(0.0, std::min({k, 4.0 - k, 1.0}));
-  };
+  const Color rgb = PaletteColor(module);
   foxglove::Color color;
-  color.set_r(part(5.0));
-  color.set_g(part(3.0));
-  color.set_b(part(1.0));
+  color.set_r(rgb[0]);
+  color.set_g(rgb[1]);
+  color.set_b(rgb[2]);
   color.set_a(1.0);
   return color;
 }

@@ -13,8 +13,7 @@ namespace morphbus::bridge {
 /// before the module: "walk" or "walk/propagated".
 std::string LinkFrame(const std::string& prefix, const RunModel& run, int module, int link);
 
-/// The colour of a module, by its index in the robot: hues that differ as much as they can whatever
-/// their number is.
+/// The colour of a module, by its index in the robot: that of the palette.
 foxglove::Color ModuleColor(int module);
 
 /// All links that have a hull, as entities that are called like their frames and move with them,

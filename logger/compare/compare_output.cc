@@ -34,13 +34,6 @@ void AddTo(const Item& item, Item* sum) {
   if (Earlier(item.first_over_us, sum->first_over_us)) sum->first_over_us = item.first_over_us;
 }
 
-/// A value (SI) with the unit that people read; a count has none.
-std::string Readable(double value, const std::string& unit) {
-  const DisplayUnit display = DisplayUnitOf(unit);
-  if (unit.empty()) return fmt::format("{:.0f}", value);
-  return fmt::format("{:.3f} {}", value * display.scale, display.name);
-}
-
 /// A sim time (µs) in seconds; null for a time that never came.
 nlohmann::json NullOrTime(int64_t us) {
   return us < 0 ? nlohmann::json(nullptr) : nlohmann::json(Seconds(us));
@@ -285,6 +278,18 @@ DisplayUnit DisplayUnitOf(const std::string& unit) {
   return {unit == "s" ? "s" : "", 1.0};
 }
 
+std::string NumberText(double value, const std::string& unit) {
+  if (unit.empty()) return fmt::format("{:.0f}", value);
+  const double shown = value * DisplayUnitOf(unit).scale;
+  if (std::abs(shown) >= 1e-7 && std::abs(shown) < 5e-4) return shown < 0 ? ">-0.001" : "<0.001";
+  return fmt::format("{:.3f}", shown);
+}
+
+std::string ValueText(double value, const std::string& unit) {
+  const std::string name = DisplayUnitOf(unit).name;
+  return NumberText(value, unit) + (name.empty() ? "" : " ") + name;
+}
+
 std::map<std::string, RoleFigures> FiguresByRole(const Comparison& comparison) {
   std::map<std::string, RoleFigures> roles;
   // Every role that a pair plays gets an entry, whether or not anything of it was compared.
@@ -330,7 +335,7 @@ std::string ComparisonText(const Comparison& comparison) {
     AddLine(&text, "first divergence: {:.3f} s, {} of {}{}{}{}: {} (tolerance {}){}{}",
             Seconds(item.first_over_us), QuantityName(item.quantity), RoleName(item.role),
             item.label.empty() ? "" : " ", item.label, modules,
-            Readable(item.first_over, item.unit), Readable(item.tolerance, item.unit),
+            ValueText(item.first_over, item.unit), ValueText(item.tolerance, item.unit),
             item.detail.empty() ? "" : "; ", item.detail);
   }
   AddFigures(comparison, &text);
@@ -345,8 +350,8 @@ std::string ComparisonText(const Comparison& comparison) {
     std::string name = RoleName(role);
     for (const auto& [quantity, item] : figures.worst) {
       AddLine(&text, "  {:<28} {:<20} {:>14} {:>14} {:>14}  {}", name, QuantityName(quantity),
-              Readable(item.max, item.unit), Readable(item.rms, item.unit),
-              Readable(item.tolerance, item.unit),
+              ValueText(item.max, item.unit), ValueText(item.rms, item.unit),
+              ValueText(item.tolerance, item.unit),
               item.first_over_us < 0 ? "" : fmt::format("{:.3f} s", Seconds(item.first_over_us)));
       name.clear();
     }

@@ -244,6 +244,11 @@ struct DisplayUnit {
 };
 /// The display unit of an Item::unit; without name and with scale 1 for a count or an unknown unit.
 DisplayUnit DisplayUnitOf(const std::string& unit);
+/// A value in SI units, for people: in its display unit, with three decimals; a count has none. A
+/// value that these would hide is "<0.001", unless it is less than the rounding of the arithmetic.
+std::string NumberText(double value, const std::string& unit);
+/// The same with the name of the unit: "828.205 mm".
+std::string ValueText(double value, const std::string& unit);
 
 /// Text for a terminal, many lines: verdict, logs, notes, first divergence, a table by role.
 std::string ComparisonText(const Comparison& comparison);

@@ -176,6 +176,9 @@ class SimulatedPoses {
   /// Pose of a link in the world (m) at RunLog::world[sample], also where there is no R0; none if
   /// no body carries the link.
   [[nodiscard]] std::optional<model::Pose> X_WL(size_t sample, int module, int link) const;
+  /// X_WR0: where the robot frame was in the world at the first tick; the identity if not
+  /// available().
+  [[nodiscard]] model::Pose X_WR0() const { return X_R0W_.inverse(); }
   /// X_R0L(t), where some body carries the link. `module` is the module's index in the model,
   /// `link` the link's in declaration order.
   [[nodiscard]] PoseTrack LinkTrack(int module, int link) const {

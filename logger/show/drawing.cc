@@ -23,9 +23,30 @@ constexpr double kTitleHeight = 34;
 constexpr double kPanelTitleHeight = 22;
 constexpr double kLegendHeight = 24;
 constexpr double kFontSize = 12;
-/// Color of texts and lines, and of what shall stay in the background.
-constexpr Color kInk = {0.13, 0.15, 0.19};
-constexpr Color kFaint = {0.80, 0.82, 0.86};
+
+/// The colors of everything but bodies.
+struct Theme {
+  Color page, panel;    ///< Grounds.
+  Color ink, faint;     ///< Texts and lines, and what shall stay in the background.
+  Color soil, horizon;  ///< The ground where it is seen edge on, and its edge.
+  double lighten;       ///< How far the compass is moved towards white, so that it is read.
+};
+constexpr Theme kLight = {{1, 1, 1},
+                          {0.975, 0.98, 0.985},
+                          {0.13, 0.15, 0.19},
+                          {0.80, 0.82, 0.86},
+                          {0.93, 0.92, 0.89},
+                          {0.45, 0.43, 0.38},
+                          0.0};
+constexpr Theme kDark = {{0.09, 0.11, 0.14},
+                         {0.11, 0.13, 0.17},
+                         {0.90, 0.91, 0.94},
+                         {0.22, 0.25, 0.30},
+                         {0.17, 0.17, 0.16},
+                         {0.55, 0.53, 0.48},
+                         0.45};
+
+const Theme& ThemeOf(const Drawing& drawing) { return drawing.dark ? kDark : kLight; }
 
 /// A box on the picture plane (m).
 using Extent = Eigen::AlignedBox2d;
@@ -34,6 +55,7 @@ using Extent = Eigen::AlignedBox2d;
 /// the extent comes to the middle of the panel.
 struct PanelMap {
   Extent extent;
+  const Theme* theme = &kLight;
   double scale = 1;  ///< Pixels a metre.
   // These are the panel's rectangle on the page.
   double x = 0, y = 0, width = 0, height = 0;
@@ -65,7 +87,7 @@ cairo_text_extents_t Measure(cairo_t* cr, const std::string& text, double size, 
 /// Writes one line of text with its left end or middle at x, on the base line y
 /// (pixels).
 void Text(cairo_t* cr, double x, double y, const std::string& text, double size, Align align,
-          bool bold = false, const Color& color = kInk) {
+          bool bold, const Color& color) {
   const double width = Measure(cr, text, size, bold).x_advance;
   if (align == Align::kCentre) x -= width / 2;
   SetColor(cr, color);
@@ -84,10 +106,10 @@ void Line(cairo_t* cr, double x1, double y1, double x2, double y2) {
 void DrawGround(cairo_t* cr, const Projection& projection, const PanelMap& map) {
   cairo_set_line_width(cr, 1);
   if (projection.sees_ground_edge_on()) {
-    SetColor(cr, {0.93, 0.92, 0.89});
+    SetColor(cr, map.theme->soil);
     cairo_rectangle(cr, map.x, map.V(0), map.width, map.y + map.height - map.V(0));
     cairo_fill(cr);
-    SetColor(cr, {0.45, 0.43, 0.38});
+    SetColor(cr, map.theme->horizon);
     Line(cr, map.x, map.V(0), map.x + map.width, map.V(0));
     return;
   }
@@ -98,7 +120,7 @@ void DrawGround(cairo_t* cr, const Projection& projection, const PanelMap& map) 
   const Eigen::Vector3d centre = projection.GroundPointAt(seen.x(), seen.y());
   const double x0 = std::round(centre.x() / kGrid) * kGrid;
   const double z0 = std::round(centre.z() / kGrid) * kGrid;
-  SetColor(cr, kFaint);
+  SetColor(cr, map.theme->faint);
   // A line of the grid from one point of the ground to another, in metres of the world.
   const auto segment = [&](double xa, double za, double xb, double zb) {
     const Eigen::Vector3d a = projection.Project({xa, 0, za});
@@ -141,22 +163,22 @@ void DrawNames(cairo_t* cr, const Scene& scene, const std::vector<VisibleFace>& 
   for (const PlacedLabel& label : labels) {
     if (!label.tip) continue;
     const double x = map.U(label.tip->x()), y = map.V(label.tip->y());
-    SetColor(cr, kInk);
+    SetColor(cr, map.theme->ink);
     cairo_set_line_width(cr, 0.8);
     Line(cr, map.U(label.centre.x()), map.V(label.centre.y()), x, y);
     cairo_arc(cr, x, y, 1.8, 0, 2 * EIGEN_PI);
     cairo_fill(cr);
   }
-  // Each name is centred on its place, with a light border under the dark type.
+  // Each name is centred on its place, with a border in the color of the panel under the type.
   for (const PlacedLabel& label : labels) {
     const cairo_text_extents_t extents = Measure(cr, label.text, kNameSize, true);
     cairo_move_to(cr, map.U(label.centre.x()) - extents.x_advance / 2,
                   map.V(label.centre.y()) + extents.height / 2);
     cairo_text_path(cr, label.text.c_str());
-    SetColor(cr, {1, 1, 1}, 0.85);
+    SetColor(cr, map.theme->panel, 0.85);
     cairo_set_line_width(cr, 3);
     cairo_stroke_preserve(cr);
-    SetColor(cr, kInk);
+    SetColor(cr, map.theme->ink);
     cairo_fill(cr);
   }
 }
@@ -190,12 +212,13 @@ void DrawScaleBar(cairo_t* cr, const PanelMap& map) {
   const double right = map.x + map.width - 12;
   const double y = map.y + 16;
   const double left = right - length * map.scale;
-  SetColor(cr, kInk);
+  SetColor(cr, map.theme->ink);
   cairo_set_line_width(cr, 1.5);
   Line(cr, left, y, right, y);
   Line(cr, left, y - 3, left, y + 3);
   Line(cr, right, y - 3, right, y + 3);
-  Text(cr, (left + right) / 2, y + 14, fmt::format("{:g} mm", length * 1000), 10, Align::kCentre);
+  Text(cr, (left + right) / 2, y + 14, fmt::format("{:g} mm", length * 1000), 10, Align::kCentre,
+       false, map.theme->ink);
 }
 
 /// Small arrows north, up and east at the panel's upper left.
@@ -218,11 +241,13 @@ void DrawCompass(cairo_t* cr, const Projection& projection, const PanelMap& map)
     const double length = std::hypot(d.x(), d.y());
     if (length < 0.1) continue;  // Points at the viewer or away.
     const double x = cx + arm_pixels * d.x(), y = cy - arm_pixels * d.y();
-    SetColor(cr, arm.color);
+    Color color = arm.color;
+    for (double& c : color) c += (1 - c) * map.theme->lighten;
+    SetColor(cr, color);
     Line(cr, cx, cy, x, y);
     const double name_pixels = arm_pixels + 9;
     Text(cr, cx + name_pixels * d.x(), cy - name_pixels * d.y() + 3.5, arm.name, 10, Align::kCentre,
-         true, arm.color);
+         true, color);
   }
 }
 
@@ -233,7 +258,7 @@ void DrawPanel(cairo_t* cr, const Panel& panel, const PanelMap& map) {
   cairo_save(cr);
   cairo_rectangle(cr, map.x, map.y, map.width, map.height);
   cairo_clip(cr);
-  SetColor(cr, {0.975, 0.98, 0.985});
+  SetColor(cr, map.theme->panel);
   cairo_paint(cr);
   if (panel.scene.ground) DrawGround(cr, projection, map);
   const std::vector<VisibleFace> faces = VisibleFaces(panel.scene, projection);
@@ -244,11 +269,11 @@ void DrawPanel(cairo_t* cr, const Panel& panel, const PanelMap& map) {
   DrawScaleBar(cr, map);
   // The frame and the title belong to the page, not to the clipped panel.
   cairo_restore(cr);
-  SetColor(cr, kFaint);
+  SetColor(cr, map.theme->faint);
   cairo_set_line_width(cr, 1);
   cairo_rectangle(cr, map.x + 0.5, map.y + 0.5, map.width - 1, map.height - 1);
   cairo_stroke(cr);
-  Text(cr, map.x + 2, map.y - 7, panel.title, kFontSize, Align::kLeft, true);
+  Text(cr, map.x + 2, map.y - 7, panel.title, kFontSize, Align::kLeft, true, map.theme->ink);
 }
 
 /// Where everything goes on the page, in pixels.
@@ -267,6 +292,7 @@ Layout Arrange(const Drawing& drawing) {
   double scale = std::numeric_limits<double>::infinity();
   for (const Panel& panel : drawing.panels) {
     PanelMap map;
+    map.theme = &ThemeOf(drawing);
     map.extent = panel.extent ? *panel.extent : ExtentOf(panel);
     // A panel is at most one and a half times as high as wide.
     const Eigen::Vector2d size = map.extent.sizes();
@@ -315,15 +341,16 @@ void DrawLegend(cairo_t* cr, const Drawing& drawing, const Layout& layout) {
     SetColor(cr, drawing.legend[i].color);
     cairo_rectangle(cr, x, y, 14, 14);
     cairo_fill(cr);
-    Text(cr, x + 20, y + 11.5, drawing.legend[i].text, kFontSize, Align::kLeft);
+    Text(cr, x + 20, y + 11.5, drawing.legend[i].text, kFontSize, Align::kLeft, false,
+         ThemeOf(drawing).ink);
   }
 }
 
 void DrawAll(cairo_t* cr, const Drawing& drawing, const Layout& layout) {
-  SetColor(cr, {1, 1, 1});
+  SetColor(cr, ThemeOf(drawing).page);
   cairo_paint(cr);
   if (!drawing.title.empty()) {
-    Text(cr, kMargin, kMargin + 18, drawing.title, 17, Align::kLeft, true);
+    Text(cr, kMargin, kMargin + 18, drawing.title, 17, Align::kLeft, true, ThemeOf(drawing).ink);
   }
   for (size_t i = 0; i < drawing.panels.size(); ++i) {
     DrawPanel(cr, drawing.panels[i], layout.maps[i]);
@@ -379,20 +406,6 @@ Eigen::AlignedBox2d ExtentOf(const Panel& panel) {
   }
   const double pad = 0.06 * std::max(extent.sizes().maxCoeff(), 0.01);
   return {extent.min().array() - pad, extent.max().array() + pad};
-}
-
-// The palette is Tableau 10 (2016) without its grey.
-Color PaletteColor(int index) {
-  static constexpr std::array<Color, 9> kPalette = {{{0.30, 0.47, 0.66},
-                                                     {0.95, 0.56, 0.17},
-                                                     {0.88, 0.34, 0.35},
-                                                     {0.46, 0.72, 0.70},
-                                                     {0.35, 0.63, 0.31},
-                                                     {0.93, 0.79, 0.28},
-                                                     {0.69, 0.48, 0.63},
-                                                     {1.00, 0.62, 0.65},
-                                                     {0.61, 0.46, 0.37}}};
-  return kPalette[index % kPalette.size()];
 }
 
 Scene SceneOf(const model::Model& model, const model::Robot& robot,

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "compiler/base/result.h"
+#include "compiler/base/role_colors.h"
 #include "compiler/model/forward_kinematics.h"
 
 namespace morphbus::logger {
@@ -25,9 +26,6 @@ enum class View {
   /// North-east of the robot and above it, looking down at it: height and both directions are seen.
   kThreeQuarter,
 };
-
-/// Red, green and blue, each 0…1.
-using Color = std::array<double, 3>;
 
 /// One convex body of a picture: a link of a module, or a part of one.
 struct SceneHull {
@@ -99,11 +97,9 @@ struct Drawing {
   /// Width of each panel, in units of an SVG; a PNG has two pixels to each. Heights follow from
   /// the scale.
   double panel_width_px = 760;
+  /// Light lines and texts on a dark ground, for pages that are read so. Bodies keep their colors.
+  bool dark = false;
 };
-
-/// The color that stands for entry `index` (0 or more) of a legend: nine well separable ones, which
-/// then begin again.
-Color PaletteColor(int index);
 
 /// Hulls and names of a robot. X_WL[module][link] are the links' poses in the world (m), shaped as
 /// from ForwardKinematics; `group[module]` (0 or more) picks the module's color and is the caller's

@@ -23,10 +23,7 @@ constexpr size_t kMaxFeet = 12;
 
 /// A value (SI) in the unit of the tables, without its name.
 std::string Number(double value, const std::string& unit) {
-  const double scaled = value * DisplayUnitOf(unit).scale;
-  // Rounding of the arithmetic itself is not worth a reader's attention.
-  if (std::abs(scaled) >= 1e-7 && std::abs(scaled) < 5e-4) return fmt::format("{:.1e}", scaled);
-  return fmt::format("{:.{}f}", scaled, unit.empty() ? 0 : 3);
+  return EscapeHtml(NumberText(value, unit));
 }
 
 /// The unit's name that goes with Number().
@@ -35,6 +32,11 @@ const char* UnitName(const std::string& unit) { return DisplayUnitOf(unit).name;
 /// A module's name in a table; an en dash if only the other run has somebody there.
 std::string NameOrDash(const std::string& module) {
   return module.empty() ? "–" : EscapeHtml(module);
+}
+
+/// Both modules' names, or the one name that both have.
+std::string NamesOfBoth(const std::string& a, const std::string& b) {
+  return a == b ? NameOrDash(a) : NameOrDash(a) + " / " + NameOrDash(b);
 }
 
 using Points = std::vector<std::pair<double, double>>;
@@ -130,9 +132,10 @@ class Page {
     }
     Sender();
     html_ += fmt::format(
-        "<p class='figures'>largest difference in position <b>{:.2g} mm</b>, in rotation "
-        "<b>{:.2g}°</b>, over {:.3f} s of sim time</p></div></header>",
-        comparison_.max_position_m * 1e3, comparison_.max_rotation_rad * kDegrees,
+        "<p class='figures'>largest difference in position <b>{}</b>, in rotation "
+        "<b>{}</b>, over {:.3f} s of sim time</p></div></header>",
+        EscapeHtml(ValueText(comparison_.max_position_m, "m")),
+        EscapeHtml(ValueText(comparison_.max_rotation_rad, "rad")),
         Seconds(comparison_.compared_until_us));
   }
 
@@ -204,7 +207,8 @@ class Page {
     // The head of the table, then a row each with an en dash where a role lacks the quantity.
     if (roles.empty()) return;
     html_ +=
-        "<section><h2>Largest differences by role</h2><div class='scroll'><table><thead><tr>"
+        "<section><h2>Largest differences by role</h2><div class='scroll'><table class='wide'>"
+        "<thead><tr>"
         "<th>role</th><th>A / B</th>";
     for (const auto& [quantity, unit] : columns) {
       html_ += fmt::format("<th class='n'>{}<br><small>{}</small></th>", QuantityName(quantity),
@@ -215,7 +219,7 @@ class Page {
     for (const auto& [role, figures] : roles) {
       std::string names;
       for (const auto& [a, b] : figures.modules) {
-        names += fmt::format("{}{} / {}", names.empty() ? "" : ", ", NameOrDash(a), NameOrDash(b));
+        names += (names.empty() ? "" : ", ") + NamesOfBoth(a, b);
       }
       html_ +=
           fmt::format("<tr><td>{}</td><td class='m'>{}</td>", EscapeHtml(RoleName(role)), names);
@@ -288,7 +292,9 @@ class Page {
     html_ += fmt::format(
         "<section><h2>Paths from the side</h2><p class='dim'>The middle of labelled links, {}; "
         "B dashed over A.</p><div class='plots'>",
-        simulated ? "in the simulated world" : "in the robot frame, as propagated");
+        simulated ? "in the simulated world: north from where its robot began, and up from the "
+                    "world's ground (y = 0)"
+                  : "in the robot frame, as propagated");
     // Both paths are those of one and the same point of the robot.
     for (const auto& [pair, link] : links) {
       const ModuleSeries& ma = a_.modules[pair->a];
@@ -300,10 +306,11 @@ class Page {
                                       (rest_a_[ma.model_index][link->link_a] * p_AoP_A);
       const auto [a, b] = Tracks(*pair, *link, simulated);
       const std::string name = link->label.empty() ? "root link" : link->label;
-      html_ += Figure(BothRuns(Path(a, 0, 1, 1.0, p_AoP_A), Path(b, 0, 1, 1.0, p_BoP_B)),
+      html_ += Figure(BothRuns(Side(*simulated_a_, simulated, Path(a, 0, 1, 1.0, p_AoP_A)),
+                               Side(*simulated_b_, simulated, Path(b, 0, 1, 1.0, p_BoP_B))),
                       {fmt::format("{} {}", RoleName(pair->role), name),
                        "forward, north (m)",
-                       "up (m)",
+                       simulated ? "above the ground (m)" : "up (m)",
                        640,
                        220,
                        false,
@@ -311,6 +318,15 @@ class Page {
                        {}});
     }
     html_ += "</div></section>";
+  }
+
+  /// A path with heights above the world's ground in place of those above R0, which is where the
+  /// robot's frame began, where poses are simulated.
+  static Points Side(const SimulatedPoses& poses, bool simulated, Points path) {
+    if (!simulated) return path;
+    const double height = poses.X_WR0().translation().y();
+    for (auto& [north, up] : path) up += height;
+    return path;
   }
 
   /// The largest difference over all links, at each instant.

@@ -134,13 +134,60 @@ Panel PanelOf(const RobotSide& side, int64_t time_us, const RoleColors& colors,
   return panel;
 }
 
+/// What of a module differs first: a joint, a link, or the module as a whole.
+struct Spot {
+  int module = 0;  ///< Index in the model.
+  std::optional<int> joint = {};
+  int link = 0;
+};
+
+/// Where the first divergence is in both robots; nowhere if it is of none of their modules.
+std::pair<std::optional<Spot>, std::optional<Spot>> FirstSpots(const RunLog& a, const RunLog& b,
+                                                               const Comparison& comparison) {
+  const Item& item = comparison.items[*comparison.first];
+  std::pair<std::optional<Spot>, std::optional<Spot>> spots;
+  if (const auto module = a.robot->FindModule(item.module_a)) spots.first = Spot{*module};
+  if (const auto module = b.robot->FindModule(item.module_b)) spots.second = Spot{*module};
+  for (const ModulePair& pair : comparison.matching.pairs) {
+    if (a.modules[pair.a].name != item.module_a || b.modules[pair.b].name != item.module_b) {
+      continue;
+    }
+    for (const JointPair& joint : pair.joints) {
+      if (joint.label != item.label) continue;
+      spots.first->joint = joint.joint_a;
+      spots.second->joint = joint.joint_b;
+      return spots;
+    }
+    for (const LinkPair& link : pair.links) {
+      if (link.label != item.label) continue;
+      spots.first->link = link.link_a;
+      spots.second->link = link.link_b;
+    }
+  }
+  return spots;
+}
+
+/// Marks a spot of the robot in its picture.
+void Mark(const RobotSide& side, int64_t time_us, const Spot& spot, Scene* scene) {
+  const model::ModuleType& type = side.log.model->TypeOf(*side.log.robot, spot.module);
+  const int link = spot.joint ? type.joints[*spot.joint].link_a : spot.link;
+  const Eigen::Vector3d p_M =
+      spot.joint ? type.joints[*spot.joint].p_MoJo_M : LinkCentre(type.links[link]);
+  const model::Pose X_WL =
+      LinkPoseAt(side.log, side.poses, WorldAt(side.log, time_us), spot.module, link);
+  scene->marks.push_back({"!", X_WL * p_M});
+}
+
 /// Both robots beside each other at one scale, at a time of each.
 std::string Both(const RobotSide& a, const RobotSide& b, int64_t time_us, const RoleColors& colors,
-                 const std::vector<Difference>& differences, const std::string& when) {
+                 const std::vector<Difference>& differences, const std::string& when,
+                 const std::pair<std::optional<Spot>, std::optional<Spot>>& spots = {}) {
   // Each robot is in the middle of its picture, and both pictures show equally much.
   std::string html;
   Panel panels[] = {PanelOf(a, time_us, colors, differences, &Difference::in_a),
                     PanelOf(b, time_us, colors, differences, &Difference::in_b)};
+  if (spots.first) Mark(a, time_us, *spots.first, &panels[0].scene);
+  if (spots.second) Mark(b, time_us, *spots.second, &panels[1].scene);
   const Eigen::AlignedBox2d boxes[] = {ExtentOf(panels[0]), ExtentOf(panels[1])};
   const Eigen::Vector2d size = boxes[0].sizes().cwiseMax(boxes[1].sizes());
   for (int i = 0; i < 2; ++i) {
@@ -196,18 +243,20 @@ std::string RobotsHtml(const RunLog& a, const RunLog& b, const Comparison& compa
                fmt::format("at {:.2f} s", Seconds(cast_us)));
   if (comparison.first) {
     const int64_t time_us = comparison.items[*comparison.first].first_over_us;
-    html += Both(side_a, side_b, time_us, colors, {},
-                 fmt::format("at the first divergence, {:.2f} s", Seconds(time_us)));
+    const auto spots = FirstSpots(a, b, comparison);
+    const Item& item = comparison.items[*comparison.first];
+    std::string when = fmt::format("at the first divergence, {:.2f} s", Seconds(time_us));
+    if (spots.first || spots.second) {
+      when += fmt::format("; ! is {} of {}{}{}", QuantityName(item.quantity), RoleName(item.role),
+                          item.label.empty() ? "" : " ", item.label);
+    }
+    html += Both(side_a, side_b, time_us, colors, {}, when, spots);
   }
-  html += "</div><p class='keys'>";
+  html += "</div>";
   std::vector<std::string> roles = RolesAt(a, cast_us);
   for (const std::string& role : RolesAt(b, cast_us)) roles.push_back(role);
-  for (const LegendEntry& entry : RoleLegend(colors, roles)) {
-    html += fmt::format("<span><i style='background:rgb({:.0f},{:.0f},{:.0f})'></i>{}</span>",
-                        entry.color[0] * 255, entry.color[1] * 255, entry.color[2] * 255,
-                        EscapeHtml(entry.text));
-  }
-  html += "</p><h2>Connections that differ</h2>" + DifferenceTable(a, b, differences);
+  html += RoleKeyHtml(colors, roles);
+  html += "<h2>Connections that differ</h2>" + DifferenceTable(a, b, differences);
   return html + "</section>";
 }
 

@@ -19,7 +19,7 @@ namespace morphbus::logger {
 /// telephone.
 inline constexpr const char* kReportStyle = R"css(
 :root{color-scheme:light dark;--bg:#f6f7f9;--card:#fff;--text:#1b1f26;--dim:#667085;--line:#dfe3ea;
---grid:#eceff4;--a:#1f6feb;--b:#e36209;--d:#8250df;--good:#1a7f37;--bad:#cf222e;--warn:#9a6700}
+--grid:#eceff4;--a:#1f6feb;--b:#bc4c00;--d:#8250df;--good:#1a7f37;--bad:#cf222e;--warn:#9a6700}
 @media (prefers-color-scheme:dark){:root{--bg:#0f1319;--card:#171c24;--text:#e6e9ef;--dim:#98a2b3;
 --line:#2b323d;--grid:#222935;--a:#6cb0ff;--b:#ffa657;--d:#d2a8ff;--good:#3fb950;--bad:#ff7b72;
 --warn:#d9a520}}
@@ -51,6 +51,7 @@ border-radius:8px;padding:12px 18px}
 table{border-collapse:collapse;width:100%;font-size:13px}
 th,td{padding:5px 10px;text-align:left;border-bottom:1px solid var(--line);white-space:nowrap;
 vertical-align:top}
+.wide th,.wide td{white-space:normal;padding:5px 6px}.wide td:first-child{overflow-wrap:anywhere}
 th{color:var(--dim);font-weight:600}tbody tr:last-child td{border-bottom:0}
 .n{text-align:right;font-variant-numeric:tabular-nums}.m{color:var(--dim);white-space:normal}
 td.over,tr.over td.n{color:var(--bad);font-weight:650}
@@ -65,7 +66,7 @@ path{fill:none}.grid{stroke:var(--grid)}.frame{fill:none;stroke:var(--line)}
 .line-b{stroke:var(--b);stroke-width:1.6;stroke-dasharray:5 4}
 .line-d{stroke:var(--d);stroke-width:1.4}
 .mark{stroke:var(--bad);stroke-dasharray:2 3}.mark-text{font-size:10.5px;fill:var(--bad)}
-.bar-text{font-size:10.5px;fill:#fff}.fault{fill:var(--bad);stroke:var(--card)}
+.bar-text{font-size:10.5px}.fault{fill:var(--bad);stroke:var(--card)}
 .pictures{display:grid;grid-template-columns:repeat(auto-fit,minmax(300px,1fr));gap:14px}
 img{display:block;width:100%;height:auto;border-radius:4px}
 figcaption{padding:6px 6px 2px;color:var(--dim);font-size:13px}

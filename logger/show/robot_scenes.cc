@@ -4,16 +4,16 @@
 #include <openssl/evp.h>
 
 #include <algorithm>
+#include <memory>
 #include <set>
 
+#include "bridge/module/module_instance.h"
+#include "bridge/module/program_roles.h"
 #include "logger/log/description.h"
 #include "logger/show/svg_plot.h"
 
 namespace morphbus::logger {
 namespace {
-
-/// How many colors there are before they begin again.
-constexpr int kColors = 9;
 
 std::string Base64(const std::string& bytes) {
   // Four characters for each three bytes begun, and a NUL.
@@ -28,30 +28,23 @@ std::string Base64(const std::string& bytes) {
 }  // namespace
 
 RoleColors ColorsOf(const std::vector<const RunLog*>& logs) {
-  std::set<std::string> roles;
-  for (const RunLog* log : logs) {
-    for (const ModuleSeries& module : log->modules) {
-      for (const StatusSample& sample : module.status) roles.insert(sample.status.role_name);
-    }
-  }
   RoleColors colors;
-  roles.erase("");
-  for (const std::string& role : roles) {
-    const int number = static_cast<int>(colors.size());
-    colors[role] = number;
+  for (const RunLog* log : logs) {
+    // A program that cannot be read has no names.
+    const auto images = std::make_unique<bridge::ModuleImages>();
+    const bool has_program =
+        !log->description.empty() && LoadImages(log->description, images.get()).has_value();
+    colors.Add(has_program ? bridge::PlayableRoles(images->program()) : RolesIn(*log));
   }
   return colors;
 }
 
-Color RoleColor(const RoleColors& colors, const std::string& role) {
-  const auto found = colors.find(role);
-  // Who has no role is grey.
-  if (found == colors.end()) return {0.72, 0.74, 0.78};
-  Color color = PaletteColor(found->second);
-  for (int again = found->second / kColors; again > 0; --again) {
-    for (double& c : color) c *= 0.7;
+std::vector<std::string> RolesIn(const RunLog& log) {
+  std::set<std::string> roles;
+  for (const ModuleSeries& module : log.modules) {
+    for (const StatusSample& sample : module.status) roles.insert(sample.status.role_name);
   }
-  return color;
+  return {roles.begin(), roles.end()};
 }
 
 std::vector<LegendEntry> RoleLegend(const RoleColors& colors,
@@ -59,7 +52,7 @@ std::vector<LegendEntry> RoleLegend(const RoleColors& colors,
   const std::set<std::string> unique(roles.begin(), roles.end());
   std::vector<LegendEntry> legend;
   for (const std::string& role : unique) {
-    legend.push_back({role.empty() ? "(no role)" : role, RoleColor(colors, role)});
+    legend.push_back({role.empty() ? "(no role)" : role, colors.Of(role)});
   }
   return legend;
 }
@@ -105,7 +98,7 @@ Scene SceneAt(const RunLog& log, const SimulatedPoses& poses, size_t sample,
   Scene scene = SceneOf(*log.model, *log.robot, X_WL, std::vector<int>(log.robot->modules.size()));
   // Every second link of a module is a little lighter, so that joints can be seen.
   for (SceneHull& hull : scene.hulls) {
-    hull.color = RoleColor(colors, roles[hull.owner]);
+    hull.color = colors.Of(roles[hull.owner]);
     if (hull.link % 2 == 1) {
       for (double& c : hull.color) c = 1 - (1 - c) * 0.72;
     }
@@ -127,11 +120,25 @@ void AddObstacles(const std::vector<world::Obstacle>& obstacles, Scene* scene) {
   }
 }
 
-std::string PictureHtml(const Drawing& drawing, const std::string& alt) {
-  const Result<std::string> picture = RenderPicture(drawing, "picture.png");
-  if (!picture) return "";
-  return fmt::format("<img alt='{}' src='data:image/png;base64,{}'>", EscapeHtml(alt),
-                     Base64(*picture));
+std::string RoleKeyHtml(const RoleColors& colors, const std::vector<std::string>& roles) {
+  std::string html = "<p class='keys'>";
+  for (const LegendEntry& entry : RoleLegend(colors, roles)) {
+    html += fmt::format("<span><i style='background:{}'></i>{}</span>", CssColor(entry.color),
+                        EscapeHtml(entry.text));
+  }
+  return html + "</p>";
+}
+
+std::string PictureHtml(Drawing drawing, const std::string& alt) {
+  drawing.dark = false;
+  const Result<std::string> light = RenderPicture(drawing, "picture.png");
+  drawing.dark = true;
+  const Result<std::string> dark = RenderPicture(drawing, "picture.png");
+  if (!light || !dark) return "";
+  return fmt::format(
+      "<picture><source media='(prefers-color-scheme:dark)' srcset='data:image/png;base64,{}'>"
+      "<img alt='{}' src='data:image/png;base64,{}'></picture>",
+      Base64(*dark), EscapeHtml(alt), Base64(*light));
 }
 
 }  // namespace morphbus::logger

@@ -14,18 +14,20 @@
 
 namespace morphbus::logger {
 
-/// Numbers of colors (PaletteColor) by role, so that a role has one color in all pictures of a
-/// page; the empty role stands for none.
-using RoleColors = std::map<std::string, int>;
-/// Colors for all roles that these logs tell of, in the order of the roles' names.
+/// Colors of the roles of the logs' programs, of which the first that names a role decides. Of a
+/// log without a program: of the roles that its modules had, in the order of their names.
 RoleColors ColorsOf(const std::vector<const RunLog*>& logs);
 
-/// The color of a role, of which there may be more than colors: they begin again, darker.
-Color RoleColor(const RoleColors& colors, const std::string& role);
+/// Every role that some module had at some time, by name, with the empty one for none.
+std::vector<std::string> RolesIn(const RunLog& log);
+
 /// A row a role; "(no role)" for the empty one, if any module ever has none for longer than
 /// `from_us` (µs) on.
 std::vector<LegendEntry> RoleLegend(const RoleColors& colors,
                                     const std::vector<std::string>& roles);
+
+/// The legend as a paragraph of a page.
+std::string RoleKeyHtml(const RoleColors& colors, const std::vector<std::string>& roles);
 
 /// The role that each module has at `time_us` (sim time, µs), in the order of Robot::modules.
 std::vector<std::string> RolesAt(const RunLog& log, int64_t time_us);
@@ -45,8 +47,9 @@ void AddObstacles(const std::vector<world::Obstacle>& obstacles, Scene* scene);
 model::Pose LinkPoseAt(const RunLog& log, const SimulatedPoses& poses, size_t sample, int module,
                        int link);
 
-/// An <img> element with a picture of the drawing in it (PNG), so that a page needs no other file.
-/// `alt` says what it shows. Empty if it cannot be drawn.
-std::string PictureHtml(const Drawing& drawing, const std::string& alt);
+/// A <picture> element with the drawing in it (PNG), so that a page needs no other file: once light
+/// and once dark (Drawing::dark), of which browsers show what the reader prefers. `alt` says what
+/// it shows. Empty if it cannot be drawn.
+std::string PictureHtml(Drawing drawing, const std::string& alt);
 
 }  // namespace morphbus::logger

@@ -191,14 +191,8 @@ class RunPage {
       html_ += fmt::format("<figure>{}<figcaption>{}</figcaption></figure>",
                            PictureHtml(drawing, titles[i]), EscapeHtml(titles[i]));
     }
-    html_ += "</div><p class='keys'>";
     // One key of colours for all pictures.
-    for (const LegendEntry& entry : RoleLegend(colors_, roles)) {
-      html_ += fmt::format("<span><i style='background:rgb({:.0f},{:.0f},{:.0f})'></i>{}</span>",
-                           entry.color[0] * 255, entry.color[1] * 255, entry.color[2] * 255,
-                           EscapeHtml(entry.text));
-    }
-    html_ += "</p></section>";
+    html_ += "</div>" + RoleKeyHtml(colors_, roles) + "</section>";
   }
 
   /// Options of a plot over sim time, 640 px wide; `height` in px, `least` the smallest span of its
@@ -240,7 +234,7 @@ class RunPage {
       for (const RoleSpan& span : RoleSpans(module, log_.ticks_us.back())) {
         // A bar for each stretch of time in which the module played one role.
         const std::string role = span.role.empty() ? "(no role)" : span.role;
-        const Color color = RoleColor(colors_, span.role);
+        const Color color = colors_.Of(span.role);
         // A new label does not end a role.
         if (!row.bars.empty() && row.bars.back().text == role) {
           row.bars.back().end = Seconds(span.end_us);
@@ -321,7 +315,7 @@ class RunPage {
         const int64_t from = track[first].time_us, to = track[behind - 1].time_us;
         if (to < begin || from > end) continue;
         row.bars.push_back({Seconds(std::max(from, begin)), Seconds(std::min(to, end)),
-                            RoleColor(colors_, role), RoleOr(role)});
+                            colors_.Of(role), RoleOr(role)});
       }
       rows.push_back(std::move(row));
     }

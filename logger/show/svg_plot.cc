@@ -139,6 +139,35 @@ void DrawLegend(const std::vector<PlotLine>& lines, const PlotOptions& options, 
   }
 }
 
+/// Dashed lines with their names at the upper end. A name that would be written over another one
+/// stands a line lower, and one that would leave the frame to the left of its line.
+void DrawMarks(const Frame& f, const PlotOptions& options, std::string* svg) {
+  constexpr double kLetter = 6.2, kLine = 12, kGap = 4;
+  std::vector<std::pair<double, double>> taken[3];  // By line: from where to where.
+  for (const PlotMark& mark : options.marks) {
+    if (mark.x < f.x.low || mark.x > f.x.high) continue;
+    const double x = f.X(mark.x);
+    *svg +=
+        fmt::format("<path class='mark' d='M{:.1f} {:.1f}V{:.1f}'/>", x, f.top, f.top + f.height);
+    const double width = kLetter * static_cast<double>(mark.name.size());
+    const bool left = x + kGap + width > f.left + f.width && x - kGap - width > f.left;
+    const double begin = left ? x - kGap - width : x + kGap;
+    // The first line in which there is room; where there is none, the dashed line must do.
+    for (size_t line = 0; line < std::size(taken); ++line) {
+      const bool free =
+          std::none_of(taken[line].begin(), taken[line].end(), [&](const auto& other) {
+            return begin < other.second + kGap && other.first < begin + width + kGap;
+          });
+      if (!free) continue;
+      taken[line].emplace_back(begin, begin + width);
+      *svg += fmt::format("<text class='mark-text' x='{:.1f}' y='{:.1f}'{}>{}</text>",
+                          left ? x - kGap : begin, f.top + kLine * static_cast<double>(line + 1),
+                          left ? " text-anchor='end'" : "", EscapeHtml(mark.name));
+      break;
+    }
+  }
+}
+
 /// A plot without lines: its title, and that there is nothing to show.
 std::string EmptyPlot(const PlotOptions& options) {
   return fmt::format(
@@ -215,13 +244,7 @@ std::string PlotSvg(const std::vector<PlotLine>& lines, const PlotOptions& optio
                                 options.width, options.height, EscapeHtml(options.title));
   DrawAxes(f, options, &svg);
   // Marks lie under the lines.
-  for (const PlotMark& mark : options.marks) {
-    if (mark.x < f.x.low || mark.x > f.x.high) continue;
-    svg += fmt::format("<path class='mark' d='M{:.1f} {:.1f}V{:.1f}'/>", f.X(mark.x), f.top,
-                       f.top + f.height);
-    svg += fmt::format("<text class='mark-text' x='{:.1f}' y='{:.1f}'>{}</text>", f.X(mark.x) + 4,
-                       f.top + 12, EscapeHtml(mark.name));
-  }
+  DrawMarks(f, options, &svg);
   for (const PlotLine& line : lines) {
     // Where a value is missing the line is broken.
     std::string path;

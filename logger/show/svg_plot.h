@@ -21,7 +21,8 @@ struct PlotLine {
 };
 
 /// A dashed line across the plot at one x, with a name at its upper end. One that lies outside what
-/// the lines cover is not drawn.
+/// the lines cover is not drawn; of names that would cover each other at most three are written,
+/// below each other.
 struct PlotMark {
   double x = 0.0;
   std::string name;

@@ -12,11 +12,6 @@ namespace {
 constexpr double kBarsWidth = 640, kBarsTop = 28, kBarsRight = 14, kRowHeight = 20,
                  kBarsBottom = 34, kLetter = 6.2;
 
-/// The colour as SVG has it.
-std::string Rgb(const Color& color) {
-  return fmt::format("rgb({:.0f},{:.0f},{:.0f})", color[0] * 255, color[1] * 255, color[2] * 255);
-}
-
 }  // namespace
 
 std::string TimelineSvg(const std::vector<TimelineRow>& rows, const std::string& title,
@@ -53,11 +48,12 @@ std::string TimelineSvg(const std::vector<TimelineRow>& rows, const std::string&
       svg += fmt::format(
           "<rect x='{:.1f}' y='{:.1f}' width='{:.1f}' height='{:.1f}' rx='2' fill='{}'>"
           "<title>{} ({:.2f} to {:.2f} s)</title></rect>",
-          x0, y + 3, w, kRowHeight - 6, Rgb(bar.color), EscapeHtml(bar.text), bar.begin, bar.end);
+          x0, y + 3, w, kRowHeight - 6, CssColor(bar.color), EscapeHtml(bar.text), bar.begin,
+          bar.end);
       // Its text stands in it only if there is room.
       if (w < kLetter * static_cast<double>(bar.text.size()) + 8) continue;
-      svg += fmt::format("<text class='bar-text' x='{:.1f}' y='{:.1f}'>{}</text>", x0 + 5, y + 13.8,
-                         EscapeHtml(bar.text));
+      svg += fmt::format("<text class='bar-text' x='{:.1f}' y='{:.1f}' fill='{}'>{}</text>", x0 + 5,
+                         y + 13.8, CssColor(TextColorOn(bar.color)), EscapeHtml(bar.text));
     }
     // Marks come last, over the bars.
     for (const PlotMark& mark : rows[i].marks) {

@@ -109,7 +109,7 @@ struct Stretch {
   /// It stays where it is, for the poses refer to it.
   std::unique_ptr<const logger::RunLog> log;
   std::unique_ptr<const logger::SimulatedPoses> poses;
-  logger::RoleColors colors;
+  RoleColors colors;
   int64_t begin_us = 0;
   int64_t end_us = 0;
 
@@ -233,9 +233,7 @@ int DrawVideo(const DrawOptions& options, const std::vector<logger::View>& views
     drawing.title = fmt::format("{}, {:.2f} s", stretch->log->robot->name, Seconds(times[i]));
     for (auto& row : rows) drawing.panels.push_back(row[i]);
     // The same roles in all frames, so that these are of one size.
-    std::vector<std::string> roles;
-    for (const auto& [role, number] : stretch->colors) roles.push_back(role);
-    drawing.legend = logger::RoleLegend(stretch->colors, roles);
+    drawing.legend = logger::RoleLegend(stretch->colors, logger::RolesIn(*stretch->log));
     const Result<logger::Raster> frame = logger::RenderRaster(drawing, 1.0);
     if (!frame) return Unusable(frame.error().message);
     if (!animation) {

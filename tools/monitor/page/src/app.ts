@@ -1,6 +1,6 @@
 /** The page: puts its parts together and keeps them up to date. */
 
-import type { Run, SourcePlace } from './model/run.ts';
+import type { ModuleState, Run, SourcePlace } from './model/run.ts';
 import { Session } from './model/session.ts';
 import { ViewClock } from './model/view_clock.ts';
 import type { Surroundings } from './protocol/connection.ts';
@@ -21,7 +21,7 @@ import { SourceDialog } from './ui/source_dialog.ts';
 import { Tabs } from './ui/tabs.ts';
 import { ThemeSwitch } from './ui/theme.ts';
 import { Timeline } from './ui/timeline.ts';
-import { ColourMap, NO_ROLE } from './view3d/palette.ts';
+import { UNKNOWN } from './view3d/palette.ts';
 
 /** Milliseconds between updates: of plots, of the time line, and of lists. */
 const PLOT_INTERVAL = 33;
@@ -36,6 +36,10 @@ const TOAST_TIME = 6000;
 function noticeText(text: string): string {
   const missed = /^missed (\d+) messages/.exec(text)?.[1];
   return missed ? `This page is slower than the run: ${missed} messages were left out. What is shown is the newest.` : text;
+}
+
+function moduleColour(run: Run, module: string): string {
+  return run.description.modules.find((m) => m.name === module)?.colour || UNKNOWN;
 }
 
 export class App implements Context {
@@ -54,8 +58,6 @@ export class App implements Context {
   private readonly source = new SourceDialog();
   private readonly theme: ThemeSwitch;
   private readonly toasts = element('div', { class: 'toasts', role: 'status', 'aria-live': 'polite' });
-  private readonly roleColours = new ColourMap();
-  private readonly moduleColours = new ColourMap();
   /** The time from one frame to the next, milliseconds: a mean of the last ones. */
   private frameTime = 0;
   private lastFrame = 0;
@@ -137,13 +139,26 @@ export class App implements Context {
   }
 
   colourOf(run: Run, module: string): string {
-    if (this.scene.view?.options.colourBy === 'module') return this.moduleColours.of(module);
-    const role = run.stateAt(module, this.time)?.role;
-    return role ? this.roleColours.of(role) : NO_ROLE;
+    if (this.scene.view?.options.colourBy === 'module') return moduleColour(run, module);
+    return this.roleColour(run.stateAt(module, this.time));
   }
 
-  roleColour(role: string): string {
-    return this.roleColours.of(role);
+  lineColourOf(run: Run, module: string): string {
+    if (this.scene.view?.options.colourBy === 'module') return moduleColour(run, module);
+    return this.roleColour(run.lastState(module));
+  }
+
+  /** Of two runs with unlike programs the first that names the role decides, as in the page of `compare`. */
+  colourOfRole(name: string): string | null {
+    for (const run of this.session.runs) {
+      const known = run.description.roles.find((role) => role.name === name);
+      if (known?.colour) return known.colour;
+    }
+    return null;
+  }
+
+  private roleColour(state: ModuleState | null): string {
+    return (state && (this.colourOfRole(state.role) ?? state.colour)) || UNKNOWN;
   }
 
   toast(text: string, kind: 'info' | 'error' = 'info'): void {
@@ -184,8 +199,6 @@ export class App implements Context {
       .join();
     if (this.time !== before || (version !== this.shownVersion && this.clock.mode !== 'play')) this.scene.view?.touch();
     this.shownVersion = version;
-    // Colours go by the order of the roles in the program, not by who finds one first: two runs look alike.
-    for (const run of this.session.runs) for (const role of run.description.roles) this.roleColours.of(role.name);
     this.scene.view?.render(this.time);
     if (now >= this.nextPlot) {
       // What is left of the time belongs to the view: a browser that draws by software has little.

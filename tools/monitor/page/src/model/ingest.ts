@@ -74,11 +74,13 @@ function takeDescription(run: Run, message: Decoded): void {
     type: m.type,
     links: m.links,
     joints: m.joints.map((j: any) => ({ name: j.name, type: j.type })),
+    colour: m.color ?? '',
   }));
   d.roles = message.roles
     .filter((r: any) => !r.abstract)
     .map((r: any) => ({
       name: r.name,
+      colour: r.color ?? '',
       commands: r.commands.map((c: any) => ({ name: c.name, parameters: c.parameterTypes })),
     }));
   run.structureVersion++;
@@ -211,6 +213,7 @@ function moduleState(message: any): ModuleState {
   return {
     module: message.module,
     role: message.role,
+    colour: message.color ?? '',
     labels,
     signs: message.signs.map((s: any) => ({ joint: s.joint, sign: s.sign })),
     tasks: message.tasks.map((task: any) => ({ kind: task.kind, function: task.function, line: task.line })),

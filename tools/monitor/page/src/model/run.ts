@@ -21,11 +21,15 @@ export interface ModuleInfo {
   type: string;
   links: string[];
   joints: JointInfo[];
+  /** "#rrggbb", as in all pictures. */
+  colour: string;
 }
 
-/** A command of a role, for invocations. */
+/** A role, with what people may invoke. */
 export interface RoleInfo {
   name: string;
+  /** "#rrggbb", as in all pictures. */
+  colour: string;
   /** With the types of their parameters: "int", "float", "bool". */
   commands: { name: string; parameters: string[] }[];
 }
@@ -59,6 +63,8 @@ export interface Label {
 export interface ModuleState {
   module: string;
   role: string;
+  /** That of its role, "#rrggbb"; grey without one. */
+  colour: string;
   labels: Label[];
   /** Conventions of all joints that have one. */
   signs: { joint: string; sign: number }[];

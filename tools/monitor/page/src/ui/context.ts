@@ -22,8 +22,12 @@ export interface Context {
   seek(time: number): void;
   /** Opens the program at a line, if its text is known. */
   showSource(run: Run, place: SourcePlace): void;
+  /** The colour of a module at the instant that is shown, "#rrggbb": that of its role, or its own where the view has those. */
   colourOf(run: Run, module: string): string;
-  roleColour(role: string): string;
+  /** The same for a line over time: by the last role that is known. */
+  lineColourOf(run: Run, module: string): string;
+  /** The colour of a role, "#rrggbb"; null for a name that is no role of the programs. */
+  colourOfRole(role: string): string | null;
   /** Tells what happened in a line that goes away by itself. */
   toast(text: string, kind?: 'info' | 'error'): void;
 }

@@ -6,7 +6,7 @@ import type { Run } from '../model/run.ts';
 import type { Series } from '../plot/decimate.ts';
 import { Plot, type PlotLine, type PlotTheme } from '../plot/plot.ts';
 import { valueText } from '../plot/ticks.ts';
-import { LINE_COLOURS } from '../view3d/palette.ts';
+import { LINE_COLOURS, shade } from '../view3d/palette.ts';
 import { displayUnit, type Context, type Panel } from './context.ts';
 import { button, element, fill, setText } from './dom.ts';
 import { FieldPicker } from './field_picker.ts';
@@ -146,6 +146,7 @@ export class PlotsPanel implements Panel {
       size,
       this.theme.text,
       this.views.map((v) => v.fields),
+      this.views.map((v) => this.coloursOf(v.fields)),
     ].join();
     if (key === this.drawnKey) return;
     this.drawnKey = key;
@@ -155,7 +156,8 @@ export class PlotsPanel implements Panel {
   }
 
   private draw(view: PlotView, from: number, to: number, marks: number[]): void {
-    const lines = view.fields.map((id, i) => this.resolve(id, LINE_COLOURS[i % LINE_COLOURS.length]));
+    const colours = this.coloursOf(view.fields);
+    const lines = view.fields.map((id, i) => this.resolve(id, colours[i]));
     const present = lines.filter((line): line is ResolvedLine => line !== null);
     view.plot.draw(present, from, to, this.context.time, this.hover, marks, this.theme);
     const at = Number.isNaN(this.hover) ? this.context.time : this.hover;
@@ -163,6 +165,32 @@ export class PlotsPanel implements Panel {
     lines.forEach((line, i) =>
       setText(view.values[i], line ? `${valueText(valueAt(line.series, at) * line.scale)} ${line.unit}` : 'not there'),
     );
+  }
+
+  /**
+   * A line has the colour of its module or role, as in the view; further ones of that colour in the plot are darker or
+   * lighter. What is of no module has a colour by its place.
+   */
+  private coloursOf(fields: readonly string[]): string[] {
+    const seen = new Map<string, number>();
+    return fields.map((id, i) => {
+      const colour = this.ownColour(id) ?? LINE_COLOURS[i % LINE_COLOURS.length];
+      // Lines of the second run are dashed, and need no other colour.
+      const key = `${parseFieldId(id)?.run} ${colour}`;
+      const repeat = seen.get(key) ?? 0;
+      seen.set(key, repeat + 1);
+      return shade(colour, repeat);
+    });
+  }
+
+  /** The colour of the module or role that a field is of; null if it is of none. */
+  private ownColour(id: string): string | null {
+    const parsed = parseFieldId(id);
+    if (!parsed) return null;
+    const owner = parsed.column.split('.')[0];
+    if (parsed.table === 'difference') return this.context.colourOfRole(owner);
+    const run = this.context.session.runs.find((r) => r.name === parsed.run);
+    return run?.moduleNames.includes(owner) ? this.context.lineColourOf(run, owner) : null;
   }
 
   private resolve(id: string, colour: string): ResolvedLine | null {
@@ -201,7 +229,7 @@ export class PlotsPanel implements Panel {
       colour,
       scale: shown.scale,
       unit: shown.unit,
-      dashed: false,
+      dashed: session.runs.indexOf(run) > 0,
       name: this.nameOf(run, parsed.table, parsed.column),
     };
   }
@@ -214,7 +242,8 @@ export class PlotsPanel implements Panel {
   }
 
   private showLegend(view: PlotView, lines: readonly (ResolvedLine | null)[]): void {
-    const key = lines.map((line, i) => line?.name ?? view.fields[i]).join('\n');
+    const colours = this.coloursOf(view.fields);
+    const key = lines.map((line, i) => `${colours[i]} ${line?.name ?? view.fields[i]}`).join('\n');
     if (key === view.legendKey) return;
     view.legendKey = key;
     view.values = lines.map(() => element('span', { class: 'value' }));
@@ -222,7 +251,7 @@ export class PlotsPanel implements Panel {
       view.legend,
       ...lines.map((line, i) => {
         const colour = element('span', { class: 'stroke', 'aria-hidden': 'true' });
-        colour.style.background = LINE_COLOURS[i % LINE_COLOURS.length];
+        colour.style.background = colours[i];
         const remove = button('', () => this.removeField(view, i), {
           class: 'small',
           'aria-label': `Remove ${line?.name ?? view.fields[i]} from the plot`,

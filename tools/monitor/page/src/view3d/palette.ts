@@ -1,38 +1,24 @@
-/** Colours of modules and roles, equal in all parts of the page. */
+/**
+ * Colours that the page chooses itself. Those of modules and roles come from the server, which has one mapping for all
+ * pictures (compiler/base/role_colors.h).
+ */
 
-/** Distinct on light and on dark ground, and for most kinds of colour blindness. */
-const PALETTE = [
-  '#4c78a8',
-  '#f58518',
-  '#54a24b',
-  '#e45756',
-  '#72b7b2',
-  '#b279a2',
-  '#d9b01e',
-  '#9d755d',
-  '#ff9da6',
-  '#7f7f7f',
-  '#2f4b7c',
-  '#a05195',
-];
+/** The colour of a module or link of which nothing is known. */
+export const UNKNOWN = '#8a919c';
 
-/** The colour of a module or link that has no role. */
-export const NO_ROLE = '#8a919c';
-
-/** Lines in plots; the first are those of run A and run B. */
+/** Lines in plots that are of no module. */
 export const LINE_COLOURS = ['#3b82c4', '#e07b1a', '#3f9c4a', '#d1495b', '#8a63b8', '#1f9e9e', '#b58900', '#d16ba5'];
 
-/** Gives names colours in the order in which they come, the same name always the same colour. */
-export class ColourMap {
-  private readonly indices = new Map<string, number>();
+/** How far the second, third … line of one colour in a plot is moved towards black (below 0) or white. */
+const STEPS = [0, -0.35, 0.4, -0.6, 0.65];
 
-  of(name: string): string {
-    if (!name) return NO_ROLE;
-    let index = this.indices.get(name);
-    if (index === undefined) {
-      index = this.indices.size;
-      this.indices.set(name, index);
-    }
-    return PALETTE[index % PALETTE.length];
-  }
+/** The colour ("#rrggbb") as the line number `repeat` of that colour in a plot has it: a little darker or lighter. */
+export function shade(colour: string, repeat: number): string {
+  const step = STEPS[repeat % STEPS.length];
+  const parts = [1, 3, 5].map((i) => {
+    const c = parseInt(colour.slice(i, i + 2), 16);
+    const moved = step < 0 ? c * (1 + step) : c + (255 - c) * step;
+    return Math.round(moved).toString(16).padStart(2, '0');
+  });
+  return `#${parts.join('')}`;
 }
