@@ -260,4 +260,8 @@ Result<std::unique_ptr<Bus>> OpenLcmBus(const std::string& url) {
   return std::make_unique<ProviderBus>(lcm, *std::move(resolved));
 }
 
+Result<std::unique_ptr<Bus>> OpenRunBus(const std::string& url) {
+  return ResolveLcmUrl(url).and_then(CheckCarriesRuns).and_then([&] { return OpenLcmBus(url); });
+}
+
 }  // namespace morphbus::bridge

@@ -19,5 +19,7 @@ inline constexpr size_t kBusQueueDepth = 4096;
 /// While only exact subscriptions exist, a kernel filter on it passes just their channels: foreign
 /// traffic does not wake us. Messages of more than one datagram are not received at all.
 Result<std::unique_ptr<Bus>> OpenLcmBus(const std::string& url);
+/// The same for a process of a run; fails also if the URL cannot carry one (CheckCarriesRuns).
+Result<std::unique_ptr<Bus>> OpenRunBus(const std::string& url);
 
 }  // namespace morphbus::bridge

@@ -170,6 +170,13 @@ Result<LcmUrl> ResolveLcmUrl(const std::string& given) {
                       "', which LCM does not have; write it like " + std::string(kUdpExample));
 }
 
+Result<void> CheckCarriesRuns(const LcmUrl& url) {
+  if (url.provider == "udpm" || url.provider == "mpudpm") return {};
+  return Bad(url.url, "names the provider '" + url.provider +
+                          "', which cannot carry a run: write it like " + std::string(kUdpExample) +
+                          ", or run all in one process (--inproc)");
+}
+
 std::string MulticastInterface(uint32_t group) {
   std::ifstream table("/proc/net/route");
   std::string line;

@@ -33,6 +33,10 @@ struct LcmUrl {
 /// that quotes the URL and says what is wrong with it.
 Result<LcmUrl> ResolveLcmUrl(const std::string& given);
 
+/// Fails, in one sentence, for a provider that cannot carry a run: LCM's files, TCP and memory
+/// queues bring messages to too few, in another order, or not at all; runs need UDP multicast.
+Result<void> CheckCarriesRuns(const LcmUrl& url);
+
 /// The interface by which datagrams to `group` (host byte order) leave, by the kernel's main table
 /// of routes: the longest prefix wins, then the lowest metric. Empty if there is none. (The address
 /// that a socket gets would not tell: to multicast by the loopback the kernel gives none.)

@@ -1,5 +1,8 @@
 #include "bridge/module/module_instance.h"
 
+#include <unistd.h>
+
+#include <cstdio>
 #include <utility>
 
 #include "bridge/wire/channels.h"
@@ -105,8 +108,17 @@ Result<void> ModuleInstance::SaveTo(const std::string& path, bool resume) {
     }
   }
   // From now on every answer is in the file before anybody hears it.
-  participant_->OnBeforePublish(
-      [this](const std::vector<uint8_t>& bytes) { snapshot_->Write(bytes); });
+  participant_->OnBeforePublish([this, path](const std::vector<uint8_t>& bytes) {
+    if (snapshot_ == nullptr) return;
+    const Result<void> written = snapshot_->Write(bytes);
+    if (written) return;
+    // An older state would go on from a tick that is over, so there had better be none: should the
+    // process die, its module begins anew.
+    unlink(path.c_str());
+    snapshot_.reset();
+    std::fprintf(stderr, "morphbus-module: warning: %s saves its state no more: %s\n",
+                 spec_.module.c_str(), written.error().message.c_str());
+  });
   return {};
 }
 

@@ -6,8 +6,6 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <utility>
 
@@ -16,6 +14,7 @@
 #include "bridge/lockstep/late_messages.h"
 #include "bridge/lockstep/participant.h"
 #include "bridge/wire/channels.h"
+#include "compiler/base/read_file.h"
 #include "vm/limits.h"
 
 namespace morphbus::bridge {
@@ -37,17 +36,9 @@ int Complain(int status, const std::string& what) {
 
 /// The bytes of a file, if an image can be that large.
 Result<std::vector<uint8_t>> ReadImage(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return Fail("cannot read " + path + ": " + std::strerror(errno));
-  // One byte beyond the largest image is enough to see that it is too large.
-  std::vector<uint8_t> bytes(vm::kMaxImageBytes + 1);
-  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  bytes.resize(static_cast<size_t>(file.gcount()));
-  if (bytes.size() > vm::kMaxImageBytes) {
-    return Fail(path + " is larger than an image can be (" + std::to_string(vm::kMaxImageBytes) +
-                " bytes)");
-  }
-  return bytes;
+  const Result<std::string> bytes = ReadWholeFile(path, vm::kMaxImageBytes);
+  if (!bytes) return Fail("cannot read the image " + path + ": " + bytes.error().message);
+  return std::vector<uint8_t>(bytes->begin(), bytes->end());
 }
 
 /// A number that no other process claiming the same module will have.
@@ -112,7 +103,7 @@ Result<void> ModuleProcess::LoadImages() {
 }
 
 Result<void> ModuleProcess::OpenBus() {
-  Result<std::unique_ptr<Bus>> lcm = OpenLcmBus(options_.lcm_url);
+  Result<std::unique_ptr<Bus>> lcm = OpenRunBus(options_.lcm_url);
   if (!lcm) return Fail(lcm.error().message);
   lcm_ = std::move(*lcm);
   if (options_.modules.size() > 1) mux_ = std::make_unique<BusMux>(lcm_.get());

@@ -13,13 +13,21 @@ std::string Lower(std::string text) {
   return text;
 }
 
-/// The name in a Host header, without its port and without the brackets of an IPv6 address.
+/// Whether what follows the name in a Host header is nothing, or a colon and a port.
+bool IsPort(std::string_view rest) {
+  if (rest.empty()) return true;
+  return rest.front() == ':' && rest.find_first_not_of("0123456789", 1) == std::string_view::npos;
+}
+
+/// The name in a Host header, without its port and without the brackets of an IPv6 address; empty
+/// if the header is neither a name nor a name and a port.
 std::string HostName(const std::string& host) {
-  if (host.starts_with('[')) {
-    const size_t end = host.find(']');
-    return end == std::string::npos ? "" : host.substr(1, end - 1);
-  }
-  return Lower(host.substr(0, host.find(':')));
+  const bool brackets = host.starts_with('[');
+  const size_t end = host.find(brackets ? ']' : ':');
+  if (brackets && end == std::string::npos) return "";
+  const std::string name = brackets ? host.substr(1, end - 1) : Lower(host.substr(0, end));
+  const size_t rest = end == std::string::npos ? host.size() : end + (brackets ? 1 : 0);
+  return IsPort(std::string_view(host).substr(rest)) ? name : "";
 }
 
 /// An address as a number leads where it says, so no name server can have made it point here.

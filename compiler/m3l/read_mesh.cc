@@ -48,7 +48,7 @@ void KeepStlOnly(Assimp::Importer* importer) {
 }  // namespace
 
 Result<std::vector<Eigen::Vector3d>> ReadMeshHull(const std::string& path) {
-  const Result<std::string> bytes = source::ReadRegularFile(path);
+  const Result<std::string> bytes = source::ReadSourceFile(path);
   if (!bytes) return Fail(bytes.error().message);
   return MeshHull(path, *bytes);
 }

@@ -1,11 +1,8 @@
 #include "compiler/source/source_text.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <system_error>
+
+#include "compiler/base/read_file.h"
 
 namespace morphbus::source {
 namespace {
@@ -37,33 +34,14 @@ int SourceSet::AddText(std::string name, std::string text) {
 }
 
 Result<int> SourceSet::AddFile(const std::string& path) {
-  Result<std::string> text = ReadRegularFile(path);
+  Result<std::string> text = ReadSourceFile(path);
   if (!text) return Fail(text.error().message);
   return AddText(path, std::move(*text));
 }
 
-Result<std::string> ReadRegularFile(const std::string& path) {
-  const auto cannot = [&path](const std::string& why) {
-    return Fail("cannot read '" + path + "': " + why);
-  };
-  // Only regular files: a pipe or a device could block or never end.
-  std::error_code error;
-  const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (status.type() == std::filesystem::file_type::not_found) return cannot("no such file");
-  if (error) return cannot(error.message());
-  if (!std::filesystem::is_regular_file(status)) return cannot("not a regular file");
-  errno = 0;
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) return cannot(std::strerror(errno));
-
-  // Read in pieces, so that a file that grows while it is read is stopped at the bound.
-  std::string text;
-  char buffer[1 << 16];
-  while (stream.read(buffer, sizeof buffer), stream.gcount() > 0) {
-    text.append(buffer, static_cast<size_t>(stream.gcount()));
-    if (text.size() > kMaxFileBytes) return cannot("larger than 64 MiB");
-  }
-  if (stream.bad()) return cannot("read error");
+Result<std::string> ReadSourceFile(const std::string& path) {
+  Result<std::string> text = ReadWholeFile(path, kMaxFileBytes);
+  if (!text) return Fail("cannot read '" + path + "': " + text.error().message);
   return text;
 }
 

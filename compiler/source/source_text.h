@@ -29,8 +29,8 @@ struct LineColumn {
   int column = 1;
 };
 
-/// The bytes of a regular file (at most 64 MiB); the error names the path and the reason.
-Result<std::string> ReadRegularFile(const std::string& path);
+/// The bytes of a file of at most 64 MiB (ReadWholeFile); the error names the path and the reason.
+Result<std::string> ReadSourceFile(const std::string& path);
 
 /// The texts of one compilation. It is append-only, so views into it stay valid for as long as it
 /// or a copy of it lives.

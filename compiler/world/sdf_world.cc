@@ -21,6 +21,7 @@ using model::Pose;
 // Bounds on what a file may ask of the simulator, far above any real world.
 constexpr size_t kMaxObstacles = 10'000;
 constexpr double kMaxLength_m = 1e5;
+constexpr double kLeastLength_m = 1e-6;
 constexpr int kMaxNesting = 100;
 constexpr size_t kMaxTriangles = 400'000;
 
@@ -260,14 +261,14 @@ class WorldReader {
     return std::nullopt;
   }
 
-  /// A length above 0 in a child element; 1 after an error.
+  /// A length of at least kLeastLength_m in a child element; 1 after an error.
   double ReadLength(const pugi::xml_node& parent, const char* key) {
     const pugi::xml_node node = parent.child(key);
     std::array<double, 1> number{1.0};
     if (!node) {
       Error(parent, fmt::format("<{}> needs <{}>", parent.name(), key));
-    } else if (ReadNumbers(node, &number) && !(number[0] > 1e-6)) {
-      Error(node, fmt::format("<{}> is above 0", key));
+    } else if (ReadNumbers(node, &number) && !(number[0] >= kLeastLength_m)) {
+      Error(node, fmt::format("<{}> is at least {:g} metres", key, kLeastLength_m));
     }
     return number[0];
   }
@@ -281,8 +282,9 @@ class WorldReader {
       const pugi::xml_node size = node.child("size");
       if (!size) {
         Error(node, "<box> needs <size>");
-      } else if (ReadNumbers(size, &sides) && !(std::min({sides[0], sides[1], sides[2]}) > 1e-6)) {
-        Error(size, "the sides of a box are above 0");
+      } else if (ReadNumbers(size, &sides) &&
+                 !(std::min({sides[0], sides[1], sides[2]}) >= kLeastLength_m)) {
+        Error(size, fmt::format("the sides of a box are at least {:g} metres", kLeastLength_m));
       }
       obstacle->size = Vector3d(sides[0], sides[1], sides[2]);
     } else if (shape == "cylinder") {
@@ -396,8 +398,9 @@ class WorldReader {
       Refuse(child, {"uri", "size", "pos", "texture", "blend", "use_terrain_paging", "sampling"});
     }
     const Vector3d size = ReadTriple(node, "size", Vector3d::Ones());
-    if (!(size.minCoeff() > 1e-6)) {
-      Error(node.child("size"), "the sides of a height map are above 0");
+    if (!(size.minCoeff() >= kLeastLength_m)) {
+      Error(node.child("size"),
+            fmt::format("the sides of a height map are at least {:g} metres", kLeastLength_m));
       return;
     }
     const Vector3d pos = ReadTriple(node, "pos", Vector3d::Zero());

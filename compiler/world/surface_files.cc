@@ -18,7 +18,7 @@ SurfaceLoader FilesBeside(const std::string& world_file) {
       [world_file](SurfaceKind kind, const std::string& uri, Surfaces* surfaces) -> Result<void> {
         if (uri.find('\0') != std::string::npos) return Fail("this is no file name");
         const std::string path = FileOfUri(world_file, uri);
-        const Result<std::string> bytes = source::ReadRegularFile(path);
+        const Result<std::string> bytes = source::ReadSourceFile(path);
         if (!bytes) return Fail(bytes.error().message);
         if (kind == SurfaceKind::kHeights) {
           Result<Heights> heights = ParseHeights(*bytes);

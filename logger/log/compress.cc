@@ -83,6 +83,7 @@ Result<CompressionReport> CompressLog(const std::string& path, const ByteSink& w
   if (!(*reader)->io_error().empty()) {
     return Fail("cannot read " + path + ": " + (*reader)->io_error());
   }
+  if (const std::string why = (*reader)->WhyNoLog(); !why.empty()) return Fail(why);
   // The last frame takes what is left, damage at the end included; of an empty log nothing is
   // written.
   const uint64_t end = (*reader)->log_size();

@@ -115,6 +115,13 @@ Result<void> EventLogWriter::Write(int64_t timestamp_us, std::string_view channe
   return {};
 }
 
+bool EventLogWriter::IsThere() const {
+  struct stat open = {};
+  struct stat named = {};
+  return ::fstat(fd_, &open) == 0 && ::stat(partial_path_.c_str(), &named) == 0 &&
+         named.st_dev == open.st_dev && named.st_ino == open.st_ino;
+}
+
 /// Whether PATH.partial is still the file that is being written, with all that was written to it.
 Result<void> EventLogWriter::CheckFile() const {
   struct stat open = {};

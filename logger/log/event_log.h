@@ -14,6 +14,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -91,6 +92,8 @@ class EventLogWriter {
   [[nodiscard]] const std::string& path() const { return path_; }
   /// Where the bytes are until Close(): PATH.partial, or PATH of a file in memory.
   [[nodiscard]] const std::string& partial_path() const { return partial_path_; }
+  /// Whether PATH.partial is still the file that is being written.
+  [[nodiscard]] bool IsThere() const;
   /// Events written, those in the buffer included.
   [[nodiscard]] int64_t num_events() const { return next_number_; }
   /// Bytes of these events.
@@ -141,6 +144,12 @@ struct LogFinding {
   }
 };
 
+/// How far a reader has come: its log's path, and how much of the file it has read, 0…1.
+using ReadingWatcher = std::function<void(const std::string& path, double part)>;
+/// Has every EventLogReader of this process tell `watcher` about once a MiB, in the thread that
+/// reads; null: nobody. There is one watcher at a time, set while no log is being read.
+void WatchReading(ReadingWatcher watcher);
+
 /// Reads a log front to back with one buffer. Never gives up on damage: it looks ahead to where the
 /// next sound event begins, reports the bytes between, and goes on, so that one wrong byte costs at
 /// most one event and never its neighbours. Memory is bounded by the largest event in the file.
@@ -176,6 +185,11 @@ class EventLogReader {
   /// Bytes of the log itself, as far as they are known: decompressed, if the file is compressed;
   /// fewer than the file's if that shrank while it was read.
   [[nodiscard]] uint64_t log_size() const { return bytes_->Extend(0); }
+  /// Events that Next has read, Seek or not.
+  [[nodiscard]] int64_t num_events() const { return num_events_; }
+  /// Why the file holds nothing of a log, for a file that has bytes and was read to its end; empty
+  /// if it holds an event.
+  [[nodiscard]] std::string WhyNoLog() const;
   /// Whether the file was compressed with zstd.
   [[nodiscard]] bool compressed() const { return bytes_->compressed(); }
   /// The byte at which the next event is looked for.
@@ -198,10 +212,12 @@ class EventLogReader {
              static_cast<uint64_t>(data_size);
     }
   };
+  /// The watcher is told once in so many bytes of the log.
+  static constexpr uint64_t kTellBytes = uint64_t{1} << 20;
   /// Whether an event that looks right by itself is handed out.
   enum class Verdict { kAccept, kReject };
 
-  explicit EventLogReader(std::unique_ptr<LogBytes> bytes);
+  EventLogReader(std::string path, std::unique_ptr<LogBytes> bytes);
   /// Whether the log has all bytes before `end`.
   bool Reaches(uint64_t end) { return end <= bytes_->Extend(end); }
   /// The `size` bytes at `offset` in the buffer; null if the file does not have them. Bytes before
@@ -237,7 +253,13 @@ class EventLogReader {
   /// Counts a finding, and keeps it while there is room.
   void Report(LogFinding::Kind kind, uint64_t begin, uint64_t end, std::string what);
 
+  /// Tells whoever watches, if it is time.
+  void TellWatcher();
+
+  std::string path_;
   std::unique_ptr<LogBytes> bytes_;
+  /// The byte from which on the watcher is told again.
+  uint64_t tell_at_ = kTellBytes;
   /// The byte at which the next event is looked for.
   uint64_t position_ = 0;
   /// A window on the file, grown to the largest event.
@@ -254,6 +276,7 @@ class EventLogReader {
   std::optional<uint64_t> known_good_;
   std::vector<LogFinding> findings_;
   int64_t num_findings_ = 0;
+  int64_t num_events_ = 0;
   bool damaged_ = false;
 };
 

@@ -46,15 +46,36 @@ int64_t Shift(int64_t number, int64_t by) {
   return static_cast<int64_t>(static_cast<uint64_t>(number) + static_cast<uint64_t>(by));
 }
 
+/// Set by WatchReading.
+ReadingWatcher g_watcher;
+
 }  // namespace
+
+void WatchReading(ReadingWatcher watcher) { g_watcher = std::move(watcher); }
+
+std::string EventLogReader::WhyNoLog() const {
+  if (num_events_ > 0 || file_size() == 0) return "";
+  return path_ + " holds no sound event: it is no log, or nothing of it is left";
+}
+
+void EventLogReader::TellWatcher() {
+  if (position_ < tell_at_) return;
+  tell_at_ = position_ + kTellBytes;
+  if (!g_watcher) return;
+  // Of a compressed log nobody knows the length, but how much of the file has been taken.
+  const uint64_t read = compressed() ? bytes_->file_bytes_read() : position_;
+  const auto all = static_cast<double>(std::max<uint64_t>(file_size(), 1));
+  g_watcher(path_, std::min(1.0, static_cast<double>(read) / all));
+}
 
 Result<std::unique_ptr<EventLogReader>> EventLogReader::Open(const std::string& path) {
   auto bytes = LogBytes::Open(path);
   if (!bytes) return tl::unexpected(bytes.error());
-  return std::unique_ptr<EventLogReader>(new EventLogReader(std::move(*bytes)));
+  return std::unique_ptr<EventLogReader>(new EventLogReader(path, std::move(*bytes)));
 }
 
-EventLogReader::EventLogReader(std::unique_ptr<LogBytes> bytes) : bytes_(std::move(bytes)) {
+EventLogReader::EventLogReader(std::string path, std::unique_ptr<LogBytes> bytes)
+    : path_(std::move(path)), bytes_(std::move(bytes)) {
   // A small plain log needs no large buffer; how large a compressed one is, nobody knows yet.
   const uint64_t known = compressed() ? kReadBufferBytes : log_size();
   buffer_.resize(std::max<size_t>(std::min<uint64_t>(kReadBufferBytes, known), 64));
@@ -298,6 +319,7 @@ bool EventLogReader::Next(LogEvent* event) {
     const Header header = p == nullptr ? Header{} : ParseHeader(p);
     if (p == nullptr || !Plausible(header, position_)) {
       SkipDamage();
+      TellWatcher();
       continue;
     }
     const size_t channel_size = static_cast<size_t>(header.channel_size);
@@ -325,6 +347,8 @@ bool EventLogReader::Next(LogEvent* event) {
     event->data = {p + kEventHeaderBytes + channel_size, static_cast<size_t>(header.data_size)};
     event->offset = position_;
     position_ = end;
+    ++num_events_;
+    TellWatcher();
     return true;
   }
   CheckCompression(kToTheEnd);

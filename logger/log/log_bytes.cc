@@ -70,6 +70,7 @@ class PlainBytes : public LogBytes {
     return done;
   }
   uint64_t Extend(uint64_t) override { return size_; }
+  [[nodiscard]] uint64_t file_bytes_read() const override { return size_; }
   void Forget(uint64_t) override {}
 
  private:
@@ -111,6 +112,8 @@ class CompressedBytes : public LogBytes {
     }
     return done;
   }
+
+  [[nodiscard]] uint64_t file_bytes_read() const override { return read_; }
 
   uint64_t Extend(uint64_t wanted) override {
     while (end_ < wanted && !at_end_) {

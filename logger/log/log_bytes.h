@@ -44,6 +44,8 @@ class LogBytes {
   [[nodiscard]] std::deque<CompressionFinding>& findings() { return findings_; }
   /// Size of the file on the disk when it was opened, bytes.
   [[nodiscard]] uint64_t file_size() const { return file_size_; }
+  /// Bytes of the file that have been taken so far, for progress.
+  [[nodiscard]] virtual uint64_t file_bytes_read() const = 0;
   [[nodiscard]] bool compressed() const { return compressed_; }
   /// Set if the operating system could not read the file to its end.
   [[nodiscard]] const std::string& io_error() const { return io_error_; }

@@ -361,10 +361,11 @@ Result<RecordSummary> Recorder::Finish(const std::string& interrupted) {
   // END goes last. A log that could not be written keeps its name for unfinished ones.
   if (error_.empty()) WriteEnd(summary, totals);
   if (!error_.empty()) {
-    // Nobody can look at what is in memory.
-    const std::string kept =
-        options_.in_memory ? "" : "; the log up to there is " + writer_->partial_path();
-    return Fail(error_ + kept);
+    // Nobody can look at what is in memory, nor at a file whose name is gone.
+    const bool kept = !options_.in_memory && writer_->IsThere();
+    return Fail(error_ + (kept ? "; the log up to there is " + writer_->partial_path()
+                          : options_.in_memory ? ""
+                                               : "; nothing is left of the log"));
   }
   if (auto r = writer_->Close(); !r) return tl::unexpected(r.error());
   summary.path = writer_->path();

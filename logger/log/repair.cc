@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 #include <algorithm>
 #include <filesystem>
+#include <optional>
+#include <utility>
 
 #include "bridge/wire/channels.h"
 #include "bridge/wire/codec.h"
+#include "compiler/base/temporary_files.h"
 #include "logger/log/run_facts.h"
 
 namespace morphbus::logger {
@@ -60,14 +63,20 @@ Result<RepairReport> RepairLog(const std::string& in_path, const std::string& ou
   // Both files are opened before anything is copied, so that a failure leaves nothing behind.
   auto reader = EventLogReader::Open(in_path);
   if (!reader) return tl::unexpected(reader.error());
+  // Half of a repaired log helps nobody: what is interrupted leaves nothing.
+  std::optional<SignalsBlocked> blocked(std::in_place);
   auto writer = EventLogWriter::Create(out_path);
   if (!writer) return tl::unexpected(writer.error());
+  TemporaryPath partial((*writer)->partial_path());
+  blocked.reset();
   RepairReport report;
   if (auto copied = Copy(reader->get(), writer->get(), &report); !copied) {
     (*writer)->Discard();
+    partial.Keep();  // the name may be somebody else's by now
     if (report.events_kept > 0) return tl::unexpected(copied.error());
     return Fail(in_path + " holds no sound event: nothing can be kept");
   }
+  partial.Keep();
 
   // Findings of the framing and of the payloads in one row.
   const auto& framing = (*reader)->findings();

@@ -387,8 +387,8 @@ TEST(SnapshotFileTest, KeepsTheNewestWholeSnapshot) {
     auto file = SnapshotFile::Open(path);
     ASSERT_TRUE(file) << file.error().message;
     EXPECT_TRUE((*file)->Read().empty());
-    (*file)->Write({1, 2, 3});
-    (*file)->Write({4, 5});
+    EXPECT_TRUE((*file)->Write({1, 2, 3}));
+    EXPECT_TRUE((*file)->Write({4, 5}));
     EXPECT_EQ((*file)->Read(), (std::vector<uint8_t>{4, 5}));
   }
   auto again = SnapshotFile::Open(path);

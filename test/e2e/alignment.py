@@ -129,7 +129,12 @@ class Inproc(Alignment):
     def test_a_baseline_is_kept_and_compared_with(self):
         baselines = self.folder / 'kept'
         log = self.walk('walk', '--inproc', seconds=4)
+        # A file of somebody else beside the baseline is not taken for a temporary one.
+        baselines.mkdir(exist_ok=True)
+        (baselines / 'walk.log.new').write_text('mine')
         stored = as_json('compare', log, '--baseline', baselines)['baseline'][0]
+        self.assertEqual((baselines / 'walk.log.new').read_text(), 'mine')
+        (baselines / 'walk.log.new').unlink()
         self.assertTrue(stored['stored'])
         self.assertEqual((baselines / 'walk.log').read_bytes(), log.read_bytes())
         same = as_json('compare', log, '--baseline', baselines)

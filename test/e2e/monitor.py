@@ -92,6 +92,8 @@ class Playback(Walk):
         times = [struct.unpack_from('<Q', first.until(lambda m: isinstance(m, bytes) and m[0] == 1), 5)[0]
                  for _ in range(3)]
         self.assertEqual(times, [1_020_000_000, 1_040_000_000, 1_060_000_000])
+        for ticks in (0, -2, 1.5, 'x'):
+            self.assertIn('whole number', first.call('/walk/step', {'ticks': ticks}), ticks)
         # The other one is where it was, and goes its own way, without the token too.
         state = second.call('/walk/playback', {'from_us': 2_000_000, 'playing': False})
         self.assertEqual(state['time_us'], 2_000_000)
@@ -159,13 +161,16 @@ class Attacks(Walk):
         client = self.watch(monitor)
         self.assertIn(' 200 ', monitor.get('/').splitlines()[0])
         self.assertIn(' 403 ', monitor.get('/', host='evil.example').splitlines()[0])
+        # What follows the name is a port, and nothing else.
+        for host in ('localhost:evil', '[::1]evil', '[::1'):
+            self.assertIn(' 403 ', monitor.get('/', host=host).splitlines()[0], host)
         self.assertIn(' 400 ', monitor.request('GET / HTTP/1.1\r\n\r\n').splitlines()[0])
         self.assertIn(' 400 ', monitor.get('/', headers='Host: evil.example\r\n').splitlines()[0])
         WebSocket(monitor, headers='Origin: http://evil.example\r\n', expect=403)
         WebSocket(monitor, headers='Origin: null\r\n', expect=403)
         WebSocket(monitor, headers=f'Origin: http://127.0.0.1:{monitor.port}\r\n').close()
         self.still_served(client)
-        self.assertEqual(monitor.stop(), {'host': 1, 'origin': 2, 'malformed': 2})
+        self.assertEqual(monitor.stop(), {'host': 4, 'origin': 2, 'malformed': 2})
 
     def test_an_origin_that_was_allowed_connects(self):
         monitor = Monitor(self, self.short, '--allow-origin', 'https://viewer.example')

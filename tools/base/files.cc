@@ -11,26 +11,15 @@
 #include <optional>
 #include <utility>
 
+#include "compiler/base/read_file.h"
 #include "tools/base/output_path.h"
 #include "tools/base/print.h"
 
 namespace morphbus::tools {
 
 Result<std::string> ReadFile(const std::string& path, size_t limit) {
-  // One byte over the limit is enough to know: a file that is still growing cannot fill the memory.
-  std::FILE* file = std::fopen(path.c_str(), "rbe");
-  if (file == nullptr) return Fail(fmt::format("cannot open {}: {}", path, std::strerror(errno)));
-  std::string bytes;
-  char buffer[65536];
-  size_t got = 0;
-  while (bytes.size() <= limit && (got = std::fread(buffer, 1, sizeof buffer, file)) > 0) {
-    bytes.append(buffer, got);
-  }
-  const bool failed = std::ferror(file) != 0;
-  const int reason = errno;
-  std::fclose(file);
-  if (failed) return Fail(fmt::format("cannot read {}: {}", path, std::strerror(reason)));
-  if (bytes.size() > limit) return Fail(fmt::format("{} is over {} bytes", path, limit));
+  Result<std::string> bytes = ReadWholeFile(path, limit);
+  if (!bytes) return Fail(fmt::format("cannot read {}: {}", path, bytes.error().message));
   return bytes;
 }
 
@@ -91,18 +80,19 @@ Result<std::unique_ptr<OutputFile>> OutputFile::Create(const std::string& path) 
     mode = old.st_mode & 07777;
   }
   std::string temporary = *target + ".XXXXXX";
+  const SignalsBlocked blocked;
   const int fd = mkostemp(temporary.data(), O_CLOEXEC);
-  if (fd < 0) return CannotWrite(path, errno);
+  const int reason = errno;
   auto file = opened(Kind::kFile, fd);
+  if (fd >= 0) file->temporary_.emplace(std::move(temporary));
+  if (fd < 0) return CannotWrite(path, reason);
   file->target_ = *target;
-  file->temporary_ = std::move(temporary);
   if (fchmod(fd, mode) != 0) return CannotWrite(path, errno);
   return file;
 }
 
 OutputFile::~OutputFile() {
   if (fd_ >= 0 && kind_ != Kind::kDescriptor) close(fd_);
-  if (!temporary_.empty()) unlink(temporary_.c_str());
 }
 
 Result<void> OutputFile::Write(std::span<const uint8_t> bytes) {
@@ -141,8 +131,10 @@ Result<void> OutputFile::Close() {
   const bool closed = close(std::exchange(fd_, -1)) == 0;
   if (!synced || !closed) return CannotWrite(path_, synced ? errno : reason);
   if (kind_ == Kind::kDevice) return {};
-  if (std::rename(temporary_.c_str(), target_.c_str()) != 0) return CannotWrite(path_, errno);
-  temporary_.clear();
+  if (std::rename(temporary_->path().c_str(), target_.c_str()) != 0) {
+    return CannotWrite(path_, errno);
+  }
+  temporary_->Keep();
   return {};
 }
 

@@ -6,16 +6,18 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "compiler/base/result.h"
+#include "compiler/base/temporary_files.h"
 
 namespace morphbus::tools {
 
-/// The whole content of a file of at most `limit` bytes.
+/// The whole content of a file of at most `limit` bytes (ReadWholeFile); the error names it.
 Result<std::string> ReadFile(const std::string& path, size_t limit = size_t{1} << 30);
 /// Writes a file whole (OutputFile).
 Result<void> WriteFile(const std::string& path, const std::string& bytes);
@@ -29,7 +31,8 @@ class OutputFile {
  public:
   /// Opens the temporary file, or the stream.
   static Result<std::unique_ptr<OutputFile>> Create(const std::string& path);
-  /// Removes the temporary file, unless Close() came first: what was there stays as it was.
+  /// Removes the temporary file, unless Close() came first: what was there stays as it was. A
+  /// signal that ends the process does so, too.
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
@@ -53,7 +56,8 @@ class OutputFile {
   Kind kind_;
   int fd_;  ///< -1 for stdout, which goes through stdio so that it comes after what was printed.
   /// Of a file: its own name, links followed, and that until Close().
-  std::string target_, temporary_;
+  std::string target_;
+  std::optional<TemporaryPath> temporary_;
   std::vector<uint8_t> buffer_;
 };
 

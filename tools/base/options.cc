@@ -24,6 +24,25 @@ std::optional<int> RefuseUnknownCommand(const CLI::App& app, int argc, const cha
                               DidYouMean(argv[1], names), app.get_name()));
 }
 
+/// The exit status if an option is given an empty value, such as that of a shell's variable that is
+/// not set: nobody means that, and CLI11 would take it for an option that was left out.
+std::optional<int> RefuseEmptyValue(int argc, const char* const* argv) {
+  std::string option;
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    // "--log=" is "--log" and an empty value in one word.
+    const size_t equals = argument.starts_with("--") ? argument.find('=') : std::string::npos;
+    const bool whole = equals != std::string::npos && equals + 1 == argument.size();
+    if (whole) option = argument.substr(0, equals);
+    if (whole || (argument.empty() && !option.empty())) {
+      return Unusable(
+          fmt::format("{}: its value is empty; leave the option out, or give it one", option));
+    }
+    option = argument.size() > 1 && argument.front() == '-' ? argument : "";
+  }
+  return std::nullopt;
+}
+
 /// The options that a user may write, with their dashes.
 std::vector<std::string> OptionNames(const CLI::App& app) {
   std::vector<std::string> names;
@@ -215,6 +234,7 @@ std::optional<int> CommandLine::Parse(int argc, const char* const* argv) {
   // This comes before CLI11 sees the arguments: a misspelt command may look like an argument of the
   // program.
   if (const std::optional<int> status = RefuseUnknownCommand(*app_, argc, argv)) return status;
+  if (const std::optional<int> status = RefuseEmptyValue(argc, argv)) return status;
   try {
     app_->parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -4,13 +4,13 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <string_view>
 #include <system_error>
 
+#include "compiler/base/read_file.h"
 #include "compiler/base/utf8.h"
 #include "tools/base/messages.h"
 
@@ -47,22 +47,6 @@ Result<std::string> FollowLinks(const std::string& path) {
   }
   // So many links can only be a circle.
   return Fail(fmt::format("cannot write {}: {}", path, std::strerror(ELOOP)));
-}
-
-std::optional<int> OwnDescriptor(const std::string& path) {
-  // The same name may be written in several ways, such as //dev/stdout.
-  const std::string plain = fs::path(path).lexically_normal().string();
-  if (plain == "/dev/stdout") return STDOUT_FILENO;
-  if (plain == "/dev/stderr") return STDERR_FILENO;
-  for (const std::string folder : {"/dev/fd/", "/proc/self/fd/"}) {
-    if (!plain.starts_with(folder)) continue;
-    int number = 0;
-    const char* end = plain.data() + plain.size();
-    // The whole rest of the name must be a number: /dev/fd/1x is an ordinary path.
-    const auto read = std::from_chars(plain.data() + folder.size(), end, number);
-    if (read.ec == std::errc() && read.ptr == end && number >= 0) return number;
-  }
-  return std::nullopt;
 }
 
 bool IsStdout(const std::string& path) {

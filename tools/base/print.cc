@@ -2,6 +2,7 @@
 
 #include <cerrno>
 #include <cstdio>
+#include <string>
 
 namespace morphbus::tools {
 namespace {
@@ -9,9 +10,21 @@ namespace {
 /// The first errno of stdout: stdio remembers only that something failed.
 int g_result_error = 0;
 
+/// Whether a line of ShowPassing stands on the terminal.
+bool g_passing = false;
+
+/// \r goes to the beginning of the line, and \033[K clears it.
+constexpr std::string_view kClearLine = "\r\033[K";
+
+/// What this returns is all that there is to know, and nobody to tell it to: stderr has no buffer.
+void WriteError(std::string_view text) {
+  static_cast<void>(std::fwrite(text.data(), 1, text.size(), stderr));
+}
+
 }  // namespace
 
 void PrintText(std::string_view text) {
+  ShowPassing("");
   if (g_result_error != 0) return;
   errno = 0;
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size()) {
@@ -20,8 +33,14 @@ void PrintText(std::string_view text) {
 }
 
 void SayText(std::string_view text) {
-  // stderr has no buffer: what this returns is all that there is to know, and nobody to tell it to.
-  static_cast<void>(std::fwrite(text.data(), 1, text.size(), stderr));
+  ShowPassing("");
+  WriteError(text);
+}
+
+void ShowPassing(std::string_view line) {
+  if (line.empty() && !g_passing) return;
+  g_passing = !line.empty();
+  WriteError(std::string(kClearLine).append(line));
 }
 
 int FlushResult() {

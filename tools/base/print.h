@@ -27,6 +27,10 @@ void Say(fmt::format_string<T...> format, T&&... arguments) {
   SayText(fmt::format(format, std::forward<T>(arguments)...));
 }
 
+/// A line on stderr that the next thing printed, on either stream, takes away: progress. Only for a
+/// terminal that can redraw a line (IsFancyTerminal). Empty: just takes away what stands there.
+void ShowPassing(std::string_view line);
+
 /// Hands to the operating system what waits for stdout. Returns 0, or the first errno with which
 /// anything that was printed so far could not be written.
 int FlushResult();

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <utility>
 
 #include "logger/compare/comparer.h"
@@ -14,6 +15,7 @@
 #include "tools/base/lent_description.h"
 #include "tools/base/output_path.h"
 #include "tools/base/print.h"
+#include "tools/base/work_progress.h"
 #include "tools/commands/commands.h"
 
 namespace morphbus::tools {
@@ -145,17 +147,20 @@ Result<void> Store(const std::string& log, const std::string& baseline) {
   if (!loaded->facts.whole()) {
     return Fail(log + " cannot be a baseline: it is damaged or incomplete (morphbus verify tells)");
   }
-  // Copied beside its place and renamed, so that nobody finds half a baseline.
-  namespace fs = std::filesystem;
   std::error_code error;
-  fs::create_directories(fs::path(baseline).parent_path(), error);
-  const std::string partial = baseline + ".new";
-  if (!error) fs::copy_file(log, partial, fs::copy_options::overwrite_existing, error);
-  if (!error) fs::rename(partial, baseline, error);
-  if (!error) return {};
-  std::error_code ignored;
-  fs::remove(partial, ignored);
-  return Fail(fmt::format("cannot store {}: {}", baseline, error.message()));
+  std::filesystem::create_directories(std::filesystem::path(baseline).parent_path(), error);
+  if (error) return Fail(fmt::format("cannot store {}: {}", baseline, error.message()));
+  // Copied beside its place and renamed, so that nobody finds half a baseline.
+  std::ifstream from(log, std::ios::binary);
+  Result<std::unique_ptr<OutputFile>> to = OutputFile::Create(baseline);
+  if (!to) return tl::unexpected(to.error());
+  std::vector<char> piece(size_t{1} << 20);
+  while (from.read(piece.data(), static_cast<std::streamsize>(piece.size())), from.gcount() > 0) {
+    const std::string_view bytes(piece.data(), static_cast<size_t>(from.gcount()));
+    if (Result<void> written = (*to)->Write(bytes); !written) return written;
+  }
+  if (!from.eof()) return Fail("cannot read " + log);
+  return (*to)->Close();
 }
 
 /// One comparison of two files, printed.
@@ -261,6 +266,7 @@ std::string WhyNotTogether(const CompareOptions& options) {
 /// Loads the logs, compares them, and answers as text, JSON or page. The verdict is the exit
 /// status.
 int CompareLogs(const CompareOptions& options) {
+  const WorkProgress progress;
   // What is wrong with the options is said before logs are read, which takes longer.
   if (const std::string why = WhyNotTogether(options); !why.empty()) return Unusable(why);
   const std::optional<logger::CompareOptions> way = WayOf(options);

@@ -5,6 +5,8 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <optional>
+#include <utility>
 
 #include "compiler/base/name_pattern.h"
 #include "compiler/base/text.h"
@@ -12,6 +14,7 @@
 #include "logger/log/description.h"
 #include "tools/base/lent_description.h"
 #include "tools/base/print.h"
+#include "tools/base/work_progress.h"
 #include "tools/commands/commands.h"
 #include "tools/convert/csv_tables.h"
 #include "tools/convert/json_lines.h"
@@ -63,6 +66,7 @@ auto WriteThrough(const std::string& path, const Make& make)
 int ConvertEvents(const ConvertOptions& options, const OutputKind& kind,
                   Result<EventsWritten> (*write)(EventDecoder*, const NamePattern&,
                                                  const logger::ByteSink&)) {
+  const WorkProgress progress;
   // What the user may have got wrong is looked at before anything is written.
   const Result<NamePattern> channels = NamePattern::Parse(options.channel);
   if (!channels) return Unusable("--channel " + channels.error().message);
@@ -74,9 +78,13 @@ int ConvertEvents(const ConvertOptions& options, const OutputKind& kind,
   if (!MayWrite(options.output, kind, options.force, {options.log, options.description})) {
     return kUnusable;
   }
-  const Result<EventsWritten> written = WriteThrough(
-      options.output,
-      [&](const logger::ByteSink& sink) { return write(decoder->get(), *channels, sink); });
+  const Result<EventsWritten> written =
+      WriteThrough(options.output, [&](const logger::ByteSink& sink) -> Result<EventsWritten> {
+        Result<EventsWritten> made = write(decoder->get(), *channels, sink);
+        // What is no log becomes no empty file that looks like one.
+        const std::string why = (*decoder)->reader().WhyNoLog();
+        return why.empty() ? made : Fail(why);
+      });
   if (!written) return Unusable(written.error().message);
   // What was not as it should be is said, but what could be read is written.
   if (written->unknown > 0) {
@@ -124,8 +132,37 @@ std::optional<std::vector<std::string>> TablePaths(const ConvertOptions& options
   return paths;
 }
 
+/// Writes all tables, or none: they get their names once the last of them is whole.
+Result<void> WriteTables(const logger::RunLog& log, const std::string& folder,
+                         const std::vector<std::string>& paths, WorkProgress* progress) {
+  std::error_code error;
+  // A folder that we made goes again with what is given up.
+  std::optional<TemporaryPath> ours;
+  std::optional<SignalsBlocked> blocked(std::in_place);
+  const bool made = std::filesystem::create_directory(folder, error);
+  if (made) ours.emplace(folder);
+  blocked.reset();
+  if (error) return Fail(fmt::format("cannot make {}: {}", folder, error.message()));
+  std::vector<std::unique_ptr<OutputFile>> files;
+  for (size_t i = 0; i < paths.size(); ++i) {
+    progress->Show(paths[i], static_cast<double>(i) / static_cast<double>(paths.size()));
+    Result<std::unique_ptr<OutputFile>> file = OutputFile::Create(paths[i]);
+    if (!file) return tl::unexpected(file.error());
+    files.push_back(std::move(*file));
+    const Result<void> written =
+        CsvTables()[i].write(log, [&](std::string_view text) { return files.back()->Write(text); });
+    if (!written) return written;
+  }
+  for (const std::unique_ptr<OutputFile>& file : files) {
+    if (Result<void> closed = file->Close(); !closed) return closed;
+  }
+  if (made) ours->Keep();
+  return {};
+}
+
 /// A folder of tables.
 int ToCsv(const ConvertOptions& options) {
+  WorkProgress progress;
   const std::optional<std::vector<std::string>> paths = TablePaths(options);
   if (!paths) return kUnusable;
   logger::RunLogOptions load;
@@ -134,17 +171,8 @@ int ToCsv(const ConvertOptions& options) {
   load.max_faults = static_cast<size_t>(-1);
   const Result<logger::RunLog> log = LoadLog(options.log, load, options.description);
   if (!log) return Unusable(log.error().message);
-  std::error_code error;
-  std::filesystem::create_directory(options.output, error);
-  if (error) return Unusable(fmt::format("cannot make {}: {}", options.output, error.message()));
-  // Each table is whole or not there.
-  for (size_t i = 0; i < paths->size(); ++i) {
-    const Result<void> written = WriteThrough((*paths)[i], [&](const logger::ByteSink& sink) {
-      return CsvTables()[i].write(*log, [&](std::string_view text) {
-        return sink({reinterpret_cast<const uint8_t*>(text.data()), text.size()});
-      });
-    });
-    if (!written) return Unusable(written.error().message);
+  if (Result<void> written = WriteTables(*log, options.output, *paths, &progress); !written) {
+    return Unusable(written.error().message);
   }
   // What the tables lack is said, but what could be read is written.
   if (log->robot == nullptr) {
@@ -163,6 +191,7 @@ int ToCsv(const ConvertOptions& options) {
 
 /// The log itself, compressed.
 int ToZst(const ConvertOptions& options) {
+  const WorkProgress progress;
   if (!MayWrite(options.output, outputs::kCompressedLog, options.force, {options.log})) {
     return kUnusable;
   }

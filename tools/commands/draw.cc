@@ -15,6 +15,7 @@
 #include "logger/show/robot_scenes.h"
 #include "sim/rigid_body_model.h"
 #include "tools/base/lent_description.h"
+#include "tools/base/work_progress.h"
 #include "tools/base/world_file.h"
 #include "tools/commands/commands.h"
 
@@ -209,7 +210,8 @@ int DrawStrip(const DrawOptions& options, const std::vector<logger::View>& views
 
 /// The robot in motion, --fps pictures a second of sim time, as animated WebP. The camera goes with
 /// the robot; the ground shows where it goes.
-int DrawVideo(const DrawOptions& options, const std::vector<logger::View>& views) {
+int DrawVideo(const DrawOptions& options, const std::vector<logger::View>& views,
+              WorkProgress* progress) {
   const std::optional<Stretch> stretch = LoadStretch(options);
   if (!stretch) return kUnusable;
   // All frames first get their scenes, because the largest decides the size of all.
@@ -227,6 +229,7 @@ int DrawVideo(const DrawOptions& options, const std::vector<logger::View>& views
   }
   std::unique_ptr<logger::Animation> animation;
   for (size_t i = 0; i < times.size(); ++i) {
+    progress->Show(options.output, static_cast<double>(i) / static_cast<double>(times.size()));
     logger::Drawing drawing;
     drawing.panel_width_px = 640;
     drawing.columns = static_cast<int>(views.size());
@@ -252,11 +255,12 @@ int DrawVideo(const DrawOptions& options, const std::vector<logger::View>& views
 
 /// Draws from a log: one moment, a strip of moments, or all as a moving picture.
 int DrawLog(const DrawOptions& options, const std::vector<logger::View>& views) {
+  WorkProgress progress;
   // Whether the picture can be written is found out before the log is read, which takes longer.
   if (!MayWrite(options.output, KindOf(options.output), options.force, {options.file}))
     return kUnusable;
   if (options.at) return DrawMoment(options, views);
-  return options.video ? DrawVideo(options, views) : DrawStrip(options, views);
+  return options.video ? DrawVideo(options, views, &progress) : DrawStrip(options, views);
 }
 
 /// Whether the options ask for something of a log.

@@ -5,6 +5,7 @@
 #include "logger/log/run_log.h"
 #include "tools/base/lent_description.h"
 #include "tools/base/print.h"
+#include "tools/base/work_progress.h"
 #include "tools/commands/commands.h"
 
 namespace morphbus::tools {
@@ -31,6 +32,7 @@ std::shared_ptr<InfoOptions> AddOptions(Subcommand* sub) {
 
 /// Prints the facts; `verify` also answers whether the log is whole.
 int Report(const InfoOptions& options, bool verify) {
+  const WorkProgress progress;
   // The facts are enough here: the robot's series are not loaded.
   const Result<logger::RunLog> log =
       LoadLog(options.log, {options.run, false}, options.description);

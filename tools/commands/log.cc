@@ -117,7 +117,7 @@ int Log(const LogOptions& options) {
       !MayWriteLog(options.output, from.force, {from.model_file, from.program_file, from.faults})) {
     return kUnusable;
   }
-  const Result<std::unique_ptr<bridge::Bus>> lcm = bridge::OpenLcmBus(options.plan.options.lcm_url);
+  const Result<std::unique_ptr<bridge::Bus>> lcm = bridge::OpenRunBus(options.plan.options.lcm_url);
   if (!lcm) return Unusable(lcm.error().message);
   // In lockstep the run waits for modules and simulator, and the log may be some ticks behind.
   if (plan->description.mode() != "realtime") LetOthersGoFirst();
@@ -138,8 +138,10 @@ int Log(const LogOptions& options) {
     link.Deliver({{"error", summary.error().message}});
     return Failed(summary.error().message);
   }
-  link.Deliver(
-      {{"log", summary->path}, {"complete", summary->complete}, {"reason", summary->reason}});
+  link.Deliver({{"log", summary->path},
+                {"hash", summary->run_hash},
+                {"complete", summary->complete},
+                {"reason", summary->reason}});
   if (options.control_fd < 0) {
     Print("{}: {} events, {} bytes, hash {}, {}\n", summary->path, summary->events, summary->bytes,
           summary->run_hash, summary->reason);

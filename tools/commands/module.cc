@@ -15,13 +15,14 @@ namespace {
 /// Replaces this process: whoever watches its id then watches the module. It returns only if the
 /// program cannot be started.
 int BecomeModule(std::vector<std::string> arguments) {
-  std::string program = ExecutableFolder() + "/morphbus-module";
-  std::vector<char*> argv = {program.data()};
+  Result<std::string> program = ModuleProgram();
+  if (!program) return Failed(program.error().message);
+  std::vector<char*> argv = {program->data()};
   for (std::string& argument : arguments) argv.push_back(argument.data());
   // The list of arguments ends in a null pointer, as execv demands.
   argv.push_back(nullptr);
-  execv(program.c_str(), argv.data());
-  return Failed(fmt::format("cannot start {}: {}", program, std::strerror(errno)));
+  execv(program->c_str(), argv.data());
+  return Failed(fmt::format("cannot start {}: {}", *program, std::strerror(errno)));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "logger/log/repair.h"
 #include "logger/log/run_facts.h"
 #include "tools/base/print.h"
+#include "tools/base/work_progress.h"
 #include "tools/commands/commands.h"
 
 namespace morphbus::tools {
@@ -47,6 +48,7 @@ void PrintReport(const RepairOptions& options, const logger::RepairReport& repor
 
 /// Copies sound events. That some were damaged is what repair is for: status 0.
 int Repair(const RepairOptions& options) {
+  const WorkProgress progress;
   // RepairLog writes under a temporary name and renames, which a stream cannot be.
   if (options.output == "-") return Unusable("-o -: a log is a file, and cannot go to stdout");
   if (!MayWriteLog(options.output, options.force, {})) return kUnusable;  // RepairLog spares LOG

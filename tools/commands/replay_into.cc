@@ -10,6 +10,7 @@
 #include "logger/compare/module_rerun.h"
 #include "tools/base/lent_description.h"
 #include "tools/base/print.h"
+#include "tools/base/work_progress.h"
 #include "tools/commands/commands.h"
 #include "tools/convert/break_trace.h"
 #include "tools/convert/rerun_report.h"
@@ -84,6 +85,7 @@ void WarnOfGaps(const logger::RerunSummary& done, const logger::RunLog& log) {
 }  // namespace
 
 int RunAgain(const ReplayInto& options) {
+  const WorkProgress progress;
   if (options.at_s && !(*options.at_s >= 0 && std::isfinite(*options.at_s))) {
     return Unusable(fmt::format("--at {}: expected a sim time, 0 or more seconds", *options.at_s));
   }

@@ -3,6 +3,7 @@
 #include "logger/log/run_log.h"
 #include "logger/show/run_report.h"
 #include "tools/base/output_path.h"
+#include "tools/base/work_progress.h"
 #include "tools/commands/commands.h"
 
 namespace morphbus::tools {
@@ -18,6 +19,7 @@ struct ReportOptions {
 
 /// Reads the log and writes the page.
 int WriteReport(const ReportOptions& options) {
+  const WorkProgress progress;
   if (!MayWrite(options.output, outputs::kReport, options.force, {options.log})) return kUnusable;
   // A damaged log is shown as far as it goes; the page says what is wrong with it.
   const Result<logger::RunLog> log = logger::LoadRunLog(options.log, {options.run, true});

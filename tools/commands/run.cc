@@ -47,6 +47,10 @@ std::string WhyNoLog(const std::string& log) {
   for (const std::string& path : {log, log + ".partial"}) {
     std::error_code unknown;
     const std::filesystem::file_status status = std::filesystem::status(path, unknown);
+    if (unknown == std::errc::filename_too_long) {
+      return fmt::format("its name is too long for {}, as it is called while it is written",
+                         std::filesystem::path(log + ".partial").filename().string());
+    }
     if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
       return path + (std::filesystem::is_directory(status) ? " is a folder" : " is no file") +
              "; --log takes the name of a file";
@@ -178,6 +182,9 @@ int RunRobot(const RunOptions& options) {
   if (!options.inproc) {
     const Result<bridge::LcmUrl> url = bridge::ResolveLcmUrl(options.lcm_url);
     if (!url) return Unusable(url.error().message);
+    if (Result<void> able = bridge::CheckCarriesRuns(*url); !able) {
+      return Unusable(able.error().message);
+    }
     // LCM would be silent where multicast has no route, and the run would wait for ever.
     if (Result<void> routed = bridge::CheckMulticastRoute(*url); !routed) {
       return Unusable(routed.error().message);

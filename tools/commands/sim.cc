@@ -91,7 +91,7 @@ int Simulate(const SimCommandOptions& options) {
   // The world is built before anyone is told of it: a large one takes seconds.
   const auto robot = BuildRobot(*plan);
   if (!robot) return Unusable(robot.error().message);
-  const Result<std::unique_ptr<bridge::Bus>> lcm = bridge::OpenLcmBus(options.plan.options.lcm_url);
+  const Result<std::unique_ptr<bridge::Bus>> lcm = bridge::OpenRunBus(options.plan.options.lcm_url);
   if (!lcm) return Unusable(lcm.error().message);
   bridge::MonotonicTime time;
   bridge::FaultyBus bus(lcm->get(), plan->faults, bridge::kSimProcess,

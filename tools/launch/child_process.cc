@@ -121,9 +121,20 @@ void ChildProcess::Signal(int signal) const {
   if (pid_ > 0 && !ended_) kill(pid_, signal);
 }
 
-std::string ExecutableFolder() {
+std::string OwnProgram() {
+  constexpr const char* kSelf = "/proc/self/exe";
   std::error_code failure;
-  return std::filesystem::read_symlink("/proc/self/exe", failure).parent_path();
+  const std::filesystem::path path = std::filesystem::read_symlink(kSelf, failure);
+  return failure || !std::filesystem::equivalent(path, kSelf, failure) ? kSelf : path.string();
+}
+
+Result<std::string> ModuleProgram() {
+  std::error_code failure;
+  const std::filesystem::path own = std::filesystem::read_symlink("/proc/self/exe", failure);
+  const std::string program = own.parent_path() / "morphbus-module";
+  if (access(program.c_str(), X_OK) == 0) return program;
+  return Fail(fmt::format("cannot run {}: {} (it is looked for beside {} alone)", program,
+                          std::strerror(errno), own.string()));
 }
 
 }  // namespace morphbus::tools

@@ -72,8 +72,11 @@ class ChildProcess {
   std::string exit_text_;
 };
 
-/// The folder of the running executable, without a slash at its end. The other programs of Morphbus
-/// lie there too. It is empty where /proc cannot be read.
-std::string ExecutableFolder();
+/// The running executable, whatever it is called: for starting other processes of it. Where it was
+/// replaced since it started, the kernel's own name for it, so that all are of one build.
+std::string OwnProgram();
+/// The path of morphbus-module, which lies beside the running executable. Fails, saying where it
+/// was looked for, if there is none.
+Result<std::string> ModuleProgram();
 
 }  // namespace morphbus::tools

@@ -128,6 +128,7 @@ class InprocRun {
     const Result<logger::RecordSummary> summary = recorder_->Finish("");
     if (summary) {
       outcome.log = summary->path;
+      outcome.hash = summary->run_hash;
       // What the sim found out the log only repeats.
       const std::string& found = sim_->outcome().error;
       if (!summary->complete && outcome.error.empty())

@@ -127,7 +127,7 @@ Result<void> Launcher::StartModules(int process, bool resume) {
   const std::vector<int> modules = ModulesOf(process);
   const std::string state = fmt::format("{}/process-{}.state", directory_.path(), process);
   std::vector<std::string> names, ids, kinematics, incarnations;
-  bool room = true;
+  Result<void> room;
   for (const int module : modules) {
     names.push_back(plan_.robot().modules[module].name);
     ids.push_back(std::to_string(module));
@@ -135,10 +135,18 @@ Result<void> Launcher::StartModules(int process, bool resume) {
                                      plan_.model.TypeOf(plan_.robot(), module).name));
     incarnations.push_back(std::to_string(incarnations_[module]));
     // Made now, so that one that is missing later is known to be lost.
-    room = room && bridge::SnapshotFile::Open(StateFile(module)).has_value();
+    if (const auto file = bridge::SnapshotFile::Open(StateFile(module)); !file && room) {
+      room = tl::unexpected(file.error());
+      unlink(StateFile(module).c_str());
+    }
+  }
+  const Result<std::string> program = ModuleProgram();
+  if (!program) {
+    return morphbus::Fail(
+        fmt::format("cannot start {}: {}", NameOf(process), program.error().message));
   }
   // The options are those of morphbus-module --help.
-  std::vector<std::string> argv = {ExecutableFolder() + "/morphbus-module",
+  std::vector<std::string> argv = {*program,
                                    "--run",
                                    d.run(),
                                    modules.size() == 1 ? "--module" : "--modules",
@@ -156,7 +164,13 @@ Result<void> Launcher::StartModules(int process, bool resume) {
                                    "--restarts",
                                    std::to_string(restarts_[process])};
   // It saves its state, so that it can be restarted; where there is no room for that, it runs on
-  // without.
+  // without, and begins anew should it die.
+  if (!room && no_room_.empty()) {
+    no_room_ = room.error().message;
+    news_.push_back(fmt::format(
+        "modules whose processes die will begin anew, as their state cannot be saved: {}",
+        no_room_));
+  }
   if (room) argv.insert(argv.end(), {"--snapshot", state});
   if (resume && room) argv.push_back("--resume");
   // The root is told where it is; its pose spreads over the connections to the others.
@@ -219,7 +233,7 @@ void Launcher::OnModuleDeath(int process, const std::string& how) {
 
 Result<void> Launcher::StartAll() {
   if (Result<void> written = WriteInputs(); !written) return written;
-  const std::string program = ExecutableFolder() + "/morphbus";
+  const std::string program = OwnProgram();
   // The logger closes its file on SIGTERM, so even a launcher that is killed leaves a sound log.
   std::vector<std::string> log_argv = {program, "log", "-o", record_.path()};
   std::vector<int> log_fds;
@@ -313,6 +327,7 @@ void Launcher::TakeMessages() {
     if (!message.contains("log")) continue;
     watch_.LogClosed(message.value("complete", true) ? "" : message.value("reason", ""));
     outcome_.log = message.value("log", outcome_.log);
+    outcome_.hash = message.value("hash", "");
   }
 }
 

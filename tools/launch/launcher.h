@@ -112,7 +112,8 @@ class Launcher {
   bool interrupted_ = false;      ///< A signal came, and the sim was told to stop.
   std::set<std::string> killed_;  ///< Processes that were killed by command.
   std::set<std::string> gone_;    ///< Modules that have left the run, which goes on.
-  std::vector<Order> orders_;     ///< Of the sim, not carried out yet; oldest first.
+  std::string no_room_;  ///< Why a state could not be saved, the first time; empty: all can be.
+  std::vector<Order> orders_;  ///< Of the sim, not carried out yet; oldest first.
   /// By module: the incarnation that its process is told.
   std::vector<uint32_t> incarnations_;
   /// By process of modules: how often it was started again because it had died.

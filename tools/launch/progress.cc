@@ -2,11 +2,11 @@
 
 #include <unistd.h>
 
-#include <algorithm>
 #include <utility>
 
 #include "tools/base/messages.h"
 #include "tools/base/print.h"
+#include "tools/base/work_progress.h"
 
 namespace morphbus::tools {
 
@@ -21,28 +21,20 @@ void Progress::Show(int64_t tick) {
   if (!enabled_ || now < next_s_) return;
   // A terminal that is slow, over a network say, must not slow the run.
   next_s_ = now + 0.1;
-  drawn_ = true;
   const double done_s = static_cast<double>(tick) * tick_s_;
   // The rate is the mean since the beginning.
   const double rate = now > 0 ? done_s / now : 0.0;
   // Without an end there is no bar.
   if (num_ticks_ <= 0) {
-    // \r goes to the beginning of the line, and \033[K clears it.
-    Say("\r\033[K{}: {:.1f} s, {:.1f} x real time", what_, done_s, rate);
+    ShowPassing(fmt::format("{}: {:.1f} s, {:.1f} x real time", what_, done_s, rate));
   } else {
-    // As many # as are done, dots for the rest.
-    constexpr int kWidth = 30;
-    const double part =
-        std::clamp(static_cast<double>(tick) / static_cast<double>(num_ticks_), 0.0, 1.0);
-    const int full = static_cast<int>(part * kWidth);
-    Say("\r\033[K{} [{:#<{}}{:.<{}}] {:.1f} of {:.1f} s, {:.1f} x real time", what_, "", full, "",
-        kWidth - full, done_s, static_cast<double>(num_ticks_) * tick_s_, rate);
+    const double all_s = static_cast<double>(num_ticks_) * tick_s_;
+    const double part = static_cast<double>(tick) / static_cast<double>(num_ticks_);
+    ShowPassing(fmt::format("{} {} {:.1f} of {:.1f} s, {:.1f} x real time", what_,
+                            ProgressBar(part), done_s, all_s, rate));
   }
 }
 
-void Progress::Clear() {
-  if (drawn_) Say("\r\033[K");
-  drawn_ = false;
-}
+void Progress::Clear() { ShowPassing(""); }
 
 }  // namespace morphbus::tools

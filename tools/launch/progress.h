@@ -28,8 +28,6 @@ class Progress {
   double tick_s_;
   /// Whether stderr is a terminal that can redraw a line.
   bool enabled_;
-  /// Whether a line stands there now, for Clear.
-  bool drawn_ = false;
   /// The earliest time on `timer_` at which the line may be drawn again, in seconds.
   double next_s_ = 0.0;
   /// Runs since construction; the pace is sim time over its time.

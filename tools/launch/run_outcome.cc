@@ -9,10 +9,10 @@
 #include "compiler/base/columns.h"
 #include "compiler/base/text.h"
 #include "logger/log/run_log.h"
+#include "tools/base/inspection_report.h"
 #include "tools/base/messages.h"
 #include "tools/base/model_io.h"
 #include "tools/base/program.h"
-#include "tools/base/inspection_report.h"
 #include "tools/launch/static_roles.h"
 
 namespace morphbus::tools {
@@ -151,6 +151,19 @@ std::string PrintsText(const RunSummary& s) {
   return text;
 }
 
+/// What is wrong with a log that its run closed: whether it holds what was recorded. Empty if it
+/// does.
+std::string WhyLogDiffers(const logger::LogFacts& facts, const std::string& recorded_hash) {
+  const bool damaged =
+      std::any_of(facts.findings.begin(), facts.findings.end(),
+                  [](const logger::LogFinding& finding) { return finding.is_damage(); });
+  if (facts.end_state == logger::EndState::kVerified && !damaged) return "";
+  return fmt::format(
+      "the log was altered while it was written: the run's hash is {}, that of what the log holds "
+      "{} (morphbus verify names the places)",
+      recorded_hash, facts.run_hash);
+}
+
 }  // namespace
 
 Json FaultJson(const logger::FaultFact& fault) {
@@ -180,9 +193,19 @@ RunSummary Summarize(const RunPlan& plan, RunOutcome outcome) {
   // A log may hold several runs; only this one counts.
   const auto log = s.outcome.log.empty() ? Result<logger::RunLog>(Fail("no log"))
                                          : logger::LoadRunLog(s.outcome.log, {s.outcome.run, true});
-  if (!log) return s;
+  std::string* error = &s.outcome.error;
+  if (!log) {
+    // A run without a log has said why; one that closed its log must be able to read it.
+    if (error->empty() && !s.outcome.log.empty()) {
+      *error = "the log cannot be read back: " + log.error().message;
+    }
+    return s;
+  }
   // What can be counted is counted from the log, so that `info` says the same.
   s.facts = log->facts;
+  s.hash = s.outcome.hash.empty() ? s.facts.run_hash : s.outcome.hash;
+  // END vouches for what was written; what a failed run left unfinished is known to be cut.
+  if (error->empty()) *error = WhyLogDiffers(s.facts, s.hash);
   for (const auto& [name, channel] : s.facts.channels) {
     if (channel.hashed) s.messages += channel.messages;
   }
@@ -239,7 +262,7 @@ Json SummaryJson(const RunSummary& s) {
   Json faults = Json::array();
   for (const logger::FaultFact& fault : s.facts.faults) faults.push_back(FaultJson(fault));
   Json json = {{"run", s.outcome.run},
-               {"hash", s.facts.run_hash},
+               {"hash", s.hash},
                {"seconds", s.facts.seconds},
                {"wall_seconds", s.outcome.wall_seconds},
                {"ticks", s.facts.ticks},
@@ -263,6 +286,7 @@ Json SummaryJson(const RunSummary& s) {
                {"lost_modules", LostJson(s.facts)},
                {"processes", processes},
                {"log", s.outcome.log.empty() ? Json(nullptr) : Json(s.outcome.log)},
+               {"log_hash", s.facts.run_hash},
                {"ended", s.outcome.reason},
                {"error", s.outcome.error.empty() ? Json(nullptr) : Json(s.outcome.error)}};
   json.update(logger::FiguresJson(s.figures));
@@ -278,9 +302,8 @@ std::string SummaryText(const RunSummary& s) {
                   outcome.run, seconds, outcome.wall_seconds,
                   outcome.wall_seconds > 0 ? seconds / outcome.wall_seconds : 0.0,
                   Counted(s.facts.ticks, "tick"), Counted(s.messages, "message"));
-  text += fmt::format("  hash {}   program {}   world {}\n",
-                      s.facts.run_hash.empty() ? "-" : s.facts.run_hash, Hex(s.program_hash),
-                      s.world_hash);
+  text += fmt::format("  hash {}   program {}   world {}\n", s.hash.empty() ? "-" : s.hash,
+                      Hex(s.program_hash), s.world_hash);
   std::vector<std::vector<std::string>> roles;
   for (const auto& [module, role] : s.roles) {
     roles.push_back({module, role.empty() ? "(no role)" : EscapeControl(role)});

@@ -19,8 +19,11 @@ namespace morphbus::tools {
 struct RunOutcome {
   /// The run's name.
   std::string run;
-  std::string log;     ///< Path, or where a cut log lies; empty if there is none.
-  std::string error;   ///< Empty if the run ended well; names the process concerned.
+  std::string log;    ///< Path, or where a cut log lies; empty if there is none.
+  std::string error;  ///< Empty if the run ended well; names the process concerned.
+  /// The run's hash as the logger computed it from what it heard; empty if it did not close the
+  /// log.
+  std::string hash;
   std::string reason;  ///< Why it ended, if not after --seconds.
   int64_t ticks = 0;   ///< So far, for the progress shown.
   /// In a real-time run the answers that had not come when their tick was over, as the simulator
@@ -36,6 +39,9 @@ struct RunOutcome {
 struct RunSummary {
   RunOutcome outcome;
   logger::LogFacts facts;  ///< Of the log; empty if there is none that can be read.
+  /// The run's hash: the outcome's or, without one, that of what the log holds. Where the log was
+  /// altered while it was written, the two differ.
+  std::string hash;
   /// Of the program image, and of the simulated world and the machine's arithmetic as hexadecimal
   /// text: as the description has them.
   uint64_t program_hash = 0;
@@ -58,7 +64,8 @@ struct RunSummary {
 };
 
 /// Reads the run's log and adds what it holds to `outcome`. `plan` is the plan that was run. Where
-/// the log cannot be read, the summary holds the outcome and the hashes alone.
+/// the log cannot be read, the summary holds the outcome and the hashes alone. A log that cannot be
+/// read back, or that does not hold what was recorded, is an error of the outcome.
 RunSummary Summarize(const RunPlan& plan, RunOutcome outcome);
 /// The object of `run --json` (docs/cli.md).
 Json SummaryJson(const RunSummary& summary);

@@ -121,7 +121,13 @@ Result<void> LogSource::Do(const std::string& service, const nlohmann::json& req
   // The short services are what buttons call.
   if (service == "pause") player->Play(false, now_s);
   if (service == "resume") player->Play(true, now_s);
-  if (service == "step") player->Step(TimeIn(request, "ticks").value_or(1), now_s);
+  if (service == "step") {
+    const Json ticks = request.value("ticks", Json(1));
+    if (!ticks.is_number_integer() || ticks < 1) {
+      return Fail("\"ticks\" is a whole number, 1 or more");
+    }
+    player->Step(ticks.get<int64_t>(), now_s);
+  }
   if (service == "speed") {
     if (!request.contains("speed") || !IsSpeed(request["speed"])) {
       return Fail("the request needs a \"speed\" from 0 to 1000");

@@ -1,0 +1,81 @@
+#include "compiler/base/temporary_files.h"
+
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <climits>
+#include <csignal>
+#include <cstring>
+#include <initializer_list>
+#include <utility>
+
+namespace morphbus {
+namespace {
+
+/// One path that a signal removes. Memory of its own, since a handler may touch no other.
+struct Slot {
+  /// Whether a TemporaryPath has it, and whether its text is whole.
+  std::atomic<bool> taken = false, ready = false;
+  std::array<char, PATH_MAX> path = {};
+};
+/// More than a command ever has at a time; what finds no place is removed by its destructor alone.
+std::array<Slot, 32> g_slots;
+
+void RemoveAndEnd(int signal) {
+  // Folders are empty only after the files in them are gone.
+  for (const bool folders : {false, true}) {
+    for (const Slot& slot : g_slots) {
+      if (slot.ready) folders ? rmdir(slot.path.data()) : unlink(slot.path.data());
+    }
+  }
+  // The status says which signal it was, as if nobody had caught it.
+  std::signal(signal, SIG_DFL);
+  raise(signal);
+}
+
+}  // namespace
+
+void RemoveTemporariesOnSignal() {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction action = {};
+    if (sigaction(signal, nullptr, &action) != 0 || action.sa_handler == SIG_IGN) continue;
+    action = {};
+    action.sa_handler = RemoveAndEnd;
+    sigaction(signal, &action, nullptr);
+  }
+}
+
+SignalsBlocked::SignalsBlocked() {
+  sigset_t all;
+  sigfillset(&all);
+  pthread_sigmask(SIG_BLOCK, &all, &before_);
+}
+
+SignalsBlocked::~SignalsBlocked() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+
+TemporaryPath::TemporaryPath(std::string path) : path_(std::move(path)) {
+  if (path_.size() >= PATH_MAX) return;
+  for (size_t i = 0; i < g_slots.size() && slot_ < 0; ++i) {
+    if (g_slots[i].taken.exchange(true)) continue;
+    slot_ = static_cast<int>(i);
+    std::memcpy(g_slots[i].path.data(), path_.c_str(), path_.size() + 1);
+    g_slots[i].ready = true;
+  }
+}
+
+TemporaryPath::~TemporaryPath() {
+  if (path_.empty()) return;
+  if (unlink(path_.c_str()) != 0) rmdir(path_.c_str());
+  Keep();
+}
+
+void TemporaryPath::Keep() {
+  path_.clear();
+  if (slot_ < 0) return;
+  g_slots[slot_].ready = false;
+  g_slots[slot_].taken = false;
+  slot_ = -1;
+}
+
+}  // namespace morphbus
