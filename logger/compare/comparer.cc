@@ -73,6 +73,8 @@ class Comparer {
     NoteDamage(a_, "A");
     NoteDamage(*b_, "B");
     NoteArithmetic();
+    NoteForeignProgram(a_, "A");
+    NoteForeignProgram(*b_, "B");
     for (const std::string& group : options_.without) {
       // What the user left out must be seen in the result.
       out_.notes.push_back("left out of the comparison: " + group);
@@ -293,6 +295,12 @@ class Comparer {
     if (a.empty() || b.empty() || a == b) return;
     out_.notes.push_back(fmt::format(
         "their arithmetic differs (A {}, B {}), so that equal hashes cannot be expected", a, b));
+  }
+
+  /// Whose program nobody knows has not been compared as what the log says that it is.
+  void NoteForeignProgram(const RunLog& log, const char* which) {
+    const std::string& what = log.facts.foreign_program;
+    if (!what.empty()) out_.not_compared.push_back(fmt::format("{}: {}", which, what));
   }
 
   /// Tells a reader what is wrong with a log, the first few places of it.

@@ -113,6 +113,8 @@ class PairComparer {
   [[nodiscard]] Subject SubjectOf(const ModulePair& pair, const std::string& label) const;
   /// When the roles were taken, and which labels were resolved.
   void CompareRole(const Subject& modules);
+  /// Whether and when both modules' roles were frozen, as a part of their roles' `item`.
+  void CompareFreezing(const Subject& modules, Item* item);
   /// Rest position, propagated pose and simulated pose of a pair of links.
   void CompareLink(const Subject& of, const LinkPair& link);
   /// Angle or travel, rate and commands of a pair of joints.

@@ -84,6 +84,31 @@ std::vector<DeploymentFact> ProgramChanges::Deployments(
   return deployments;
 }
 
+std::string ProgramChanges::WhoseIsForeign(uint64_t own,
+                                           const std::vector<DeploymentFact>& deployments) const {
+  const auto known = [&](const Change& change) {
+    return change.program_hash == own ||
+           std::any_of(deployments.begin(), deployments.end(), [&](const DeploymentFact& fact) {
+             return fact.program_hash == change.program_hash && fact.tick <= change.tick;
+           });
+  };
+  // Of all modules the earliest one.
+  const Change* first = nullptr;
+  const std::string* whose = nullptr;
+  for (const auto& [name, module] : modules_) {
+    const auto change = std::find_if_not(module.changes.begin(), module.changes.end(), known);
+    if (change == module.changes.end() || (first != nullptr && first->tick <= change->tick)) {
+      continue;
+    }
+    first = &*change;
+    whose = &name;
+  }
+  if (first == nullptr) return "";
+  return fmt::format(
+      "{} names program {:016x} from tick {} on, which is not the run's and which nobody deployed",
+      *whose, first->program_hash, first->tick);
+}
+
 void AddTilts(const TiltTrack& tilts, int32_t tick_us, std::vector<DeploymentFact>* deployments) {
   for (DeploymentFact& fact : *deployments) {
     // The first module that goes over can be the one that makes the robot stumble.

@@ -38,13 +38,18 @@ constexpr double kTiltSeconds = 5.0;
 /// Follows which program each module runs, message by message.
 class ProgramChanges {
  public:
-  /// A module's TRANSFORM of a tick, with the hash of the program in its header. Those of earlier
-  /// ticks than one taken before tell nothing new.
+  /// A module's message of a tick, always of the same topic, with the hash of the program in its
+  /// header. Those of earlier ticks than one taken before tell nothing new.
   void Take(std::string_view module, int64_t tick, uint64_t program_hash);
   /// The deployments among the commands that CLOCK named, in their order. `tick_us` is the length
   /// of a tick, by which their times become ticks.
   [[nodiscard]] std::vector<DeploymentFact> Deployments(
       const std::multimap<int64_t, std::string>& commands, int32_t tick_us) const;
+  /// The first program that a module named which is neither `own`, the one that the run began with,
+  /// nor one of `deployments` (in its tick or later): a sentence with the module and the tick.
+  /// Empty if there is none.
+  [[nodiscard]] std::string WhoseIsForeign(uint64_t own,
+                                           const std::vector<DeploymentFact>& deployments) const;
 
  private:
   /// What one module ran, from which tick on.

@@ -178,6 +178,9 @@ struct LogFacts : DescribedRun {
   std::multimap<int64_t, std::string> commands;
   /// The deployments among them, in their order.
   std::vector<DeploymentFact> deployments;
+  /// Whose commands name a program that is neither the description's nor deployed: one sentence;
+  /// empty if nobody's do, or without a description.
+  std::string foreign_program;
   /// The first 1000 connections of the robot that opened or closed; num_dockings counts all.
   std::vector<DockingFact> dockings;
   int64_t num_dockings = 0;
@@ -192,7 +195,8 @@ struct LogFacts : DescribedRun {
   /// The first 1000 places of damage, in framing, payloads and numbers; num_damage counts all.
   std::vector<LogDamage> damage;
   int64_t num_damage = 0;
-  /// Why the description or its model could not be used, or that there is none.
+  /// Why the description or its model could not be used, or that there is none; and whose messages
+  /// name a program that it does not.
   std::vector<std::string> problems;
 
   /// True if nothing is missing or wrong: no damage, no losses, END there and its hashes right. It

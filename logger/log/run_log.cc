@@ -99,6 +99,11 @@ class Loader {
       if (!lent) return lent;
     }
     WordFaults(log_.description, log_.deployed, &facts_);
+    // What moves the robot is commanded by a program that the run is known to have.
+    if (facts_.has_description) {
+      facts_.foreign_program = commanding_.WhoseIsForeign(facts_.program_hash, facts_.deployments);
+    }
+    if (!facts_.foreign_program.empty()) facts_.problems.push_back(facts_.foreign_program);
     if (log_.description.empty()) {
       facts_.problems.push_back("the log does not hold the run's whole description (INFO)");
     }
@@ -236,6 +241,7 @@ class Loader {
     MoveOn(header.sim_time_us);
     promised_.TakePlace(known.raw, header, 1, 0);
     promised_.TakeStatusCount(known.name.process, bridge::PeekStatusCount(data));
+    commanding_.Take(known.name.process, header.tick, static_cast<uint64_t>(header.program_hash));
     return sound;
   }
 
@@ -328,6 +334,8 @@ class Loader {
   void Use(const std::string& channel, std::string_view module, morphbus::actuator_t actuator) {
     promised_.TakePlace(channel, actuator.header, 1, 0);
     promised_.TakeStatusCount(module, actuator.status_count);
+    commanding_.Take(module, actuator.header.tick,
+                     static_cast<uint64_t>(actuator.header.program_hash));
     if (!options_.series) return;
     series_.Module(module).actuators.push_back(
         {actuator.header.sim_time_us, std::move(actuator.joints), std::move(actuator.connectors)});
@@ -408,7 +416,8 @@ class Loader {
   SeriesCollector series_;
   bridge::InfoAssembler info_;
   bridge::DeployedImages deployed_;
-  ProgramChanges programs_;
+  /// By TRANSFORM, and by ACTUATOR.
+  ProgramChanges programs_, commanding_;
   DockingChanges dockings_;
   TiltTrack tilts_;
   PromisedMessages promised_;

@@ -3,6 +3,7 @@
 tick for tick the same are told from runs that are not the same, and the line that parts two runs is named."""
 import json
 import re
+import resource
 import unittest
 
 from support import MODEL, PROGRAM, Case, as_json, morphbus
@@ -125,6 +126,16 @@ class Inproc(Alignment):
             done = morphbus('compare', a, b, '--tolerances', tolerances, status=2)
             self.assertIn(f'{tolerances}:{place}', done.stderr)
             self.assertIn(reason, done.stderr)
+
+    def test_a_baseline_that_has_no_room_is_not_kept_and_the_reason_is_told(self):
+        def little_room():
+            resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 16, 1 << 16))
+
+        log = self.walk('walk', '--inproc', seconds=4)
+        kept = self.folder / 'no_room'
+        done = morphbus('compare', log, '--baseline', kept, status=2, preexec_fn=little_room)
+        self.assertIn('File too large', done.stderr)
+        self.assertEqual(list(kept.iterdir()), [])
 
     def test_a_baseline_is_kept_and_compared_with(self):
         baselines = self.folder / 'kept'

@@ -133,7 +133,7 @@ class Logs(ShortRun):
 
     def test_a_full_disk_ends_a_run_at_once_and_says_so(self):
         def limit():
-            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
             resource.setrlimit(resource.RLIMIT_FSIZE, (3_000_000, 3_000_000))
 
         log = self.folder / 'full.log'

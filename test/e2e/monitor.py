@@ -162,7 +162,7 @@ class Attacks(Walk):
         self.assertIn(' 200 ', monitor.get('/').splitlines()[0])
         self.assertIn(' 403 ', monitor.get('/', host='evil.example').splitlines()[0])
         # What follows the name is a port, and nothing else.
-        for host in ('localhost:evil', '[::1]evil', '[::1'):
+        for host in (f'localhost:{monitor.port}.evil.com', 'localhost:evil', '[::1]evil', '[::1'):
             self.assertIn(' 403 ', monitor.get('/', host=host).splitlines()[0], host)
         self.assertIn(' 400 ', monitor.request('GET / HTTP/1.1\r\n\r\n').splitlines()[0])
         self.assertIn(' 400 ', monitor.get('/', headers='Host: evil.example\r\n').splitlines()[0])
@@ -170,7 +170,7 @@ class Attacks(Walk):
         WebSocket(monitor, headers='Origin: null\r\n', expect=403)
         WebSocket(monitor, headers=f'Origin: http://127.0.0.1:{monitor.port}\r\n').close()
         self.still_served(client)
-        self.assertEqual(monitor.stop(), {'host': 4, 'origin': 2, 'malformed': 2})
+        self.assertEqual(monitor.stop(), {'host': 5, 'origin': 2, 'malformed': 2})
 
     def test_an_origin_that_was_allowed_connects(self):
         monitor = Monitor(self, self.short, '--allow-origin', 'https://viewer.example')

@@ -201,6 +201,17 @@ const Way kWays[] = {
          }
        }
      }},
+    {"CommandedByAnotherProgram", false,
+     [](DoctoredLog* log) {
+       log->Change<actuator_t>(Topic::kActuator, kModule, [](actuator_t* a) {
+         if (a->header.tick >= kLater) a->header.program_hash ^= 5;
+       });
+     }},
+    {"AllNameAnotherProgram", false,
+     [](DoctoredLog* log) {
+       log->Change<actuator_t>(Topic::kActuator, "",
+                               [](actuator_t* a) { a->header.program_hash ^= 5; });
+     }},
 
     // What was sensed.
     {"JointAngleMovedByADegree", false,
@@ -288,6 +299,12 @@ const Way kWays[] = {
          s->role_name.clear();
          s->labels.clear();
          s->num_labels = 0;
+       });
+     }},
+    {"RoleFrozen", false,
+     [](DoctoredLog* log) {
+       EveryStatus(log, [](status_t* s) {
+         if (s->header.tick >= kLater) s->frozen = 1;
        });
      }},
     {"OneLabelUnresolved", false,
