@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cstring>
-#include <iterator>
 #include <morphbus/actuator_t.hpp>
 #include <morphbus/ask_t.hpp>
 #include <morphbus/hello_t.hpp>
 #include <morphbus/sim_clock_t.hpp>
 #include <utility>
 
+#include "bridge/lockstep/module_scratch.h"
 #include "bridge/wire/own_sensors.h"
 #include "bridge/wire/vm_codec.h"
 #include "bridge/wire/wire_peek.h"
@@ -23,17 +23,8 @@ using morphbus::ask_t;
 constexpr Interest kClockInterest{true, 1, kFirstFieldOffset, morphbus::sim_clock_t::PHASE_RUN,
                                   true};
 
-/// A neighbour sends TRANSFORM before the sim can go on, so it is there when SENSORS comes.
-constexpr Interest kTransformInterest{false, 0, 0, 0, false};
-
 /// In real time a mate's message this many ticks old is still better than none.
 constexpr int64_t kOldestUseful = 3;
-
-/// Modules that are listened to: far more than a robot has, as with names.
-constexpr size_t kMostMailboxes = 4 * vm::kMaxNeighbours;
-
-/// Messages that are kept until it is known who the neighbours are; what else comes is asked for.
-constexpr size_t kMostEarlyMates = 4096;
 
 /// First bytes of a snapshot. It says whose state follows, so that another module's or build's is
 /// refused.
@@ -51,23 +42,6 @@ struct SnapshotHead {
 };
 
 }  // namespace
-
-/// Nothing in it is needed any more when a handler of the bus, or OnTime, returns.
-struct ModuleParticipant::Scratch {
-  /// The last messages decoded or encoded, whose memory is used again and again.
-  morphbus::sensors_t sensors;
-  morphbus::transform_t transform;
-  /// What the controller answered to the tick that is published.
-  vm::TickOutput output;
-  /// Whom the module is mated to, by the SENSORS that is taken and in the tick that is computed.
-  std::vector<uint16_t> sensed_mates, tick_mates;
-
-  /// The one of this thread, on which its modules take turns.
-  static Scratch& OfThread() {
-    static thread_local Scratch scratch;
-    return scratch;
-  }
-};
 
 ModuleParticipant::ModuleParticipant(Bus* bus, ModuleController* controller, const TimeSource* time,
                                      ModuleParticipantOptions options)
@@ -163,27 +137,6 @@ void ModuleParticipant::Start() {
   CarryOutActions();
 }
 
-void ModuleParticipant::ListenToAllMates() {
-  // Who our neighbours are SENSORS will tell, and by then a fast one may have answered tick 0.
-  listens_to_all_ = true;
-  bus_->SubscribeQuietly(
-      options_.run + "/", "/" + std::string(TopicName(Topic::kTransform)),
-      [this](std::string_view channel, const uint8_t* data, size_t size) {
-        // Counted as received when it is taken, if it ever is.
-        if (!Check<morphbus::transform_t>(data, size, {options_.model_hash, 0})) {
-          ++ledger_.bad;
-          return;
-        }
-        if (early_.size() >= kMostEarlyMates || size > kMaxPayloadBytes) return;
-        early_.try_emplace(std::string(channel), data, data + size);
-      });
-}
-
-void ModuleParticipant::TakeEarly(uint16_t mate) {
-  const auto early = early_.extract(ChannelOf(mailboxes_[mate].name, Topic::kTransform));
-  if (!early.empty()) OnTransform(mate, early.mapped().data(), early.mapped().size());
-}
-
 void ModuleParticipant::OnTime() {
   LockstepParticipant::OnTime();
   if (machine_.waits_for_mates() == wakes_for_any_) return;
@@ -212,34 +165,6 @@ bool ModuleParticipant::SensorsFit(int64_t tick) {
   CountRefused(&Ledger::outside_window, "SIM/SENSORS",
                "tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));
   return false;
-}
-
-bool ModuleParticipant::TakeKnownPart(const uint8_t* data, size_t size) {
-  const NameDirectory::Part* part = directory_->PartOf(DigestOf(data, size));
-  if (part == nullptr || std::ranges::binary_search(part->modules, options_.module_id))
-    return false;
-  ++ledger_.received;
-  std::vector<uint16_t>& mates = scratch_.sensed_mates;
-  mates.clear();
-  if (SensorsFit(part->tick)) {
-    machine_.OnSensors(part->tick, part->part, part->num_parts, false, mates, now_us(), &actions_);
-    // It may be the one that names a neighbour.
-    TakeMates(input_, &mates);
-    UpdateSubscriptions(mates, false);
-  }
-  CarryOutActions();
-  return true;
-}
-
-void ModuleParticipant::LearnNames(const uint8_t* data, size_t size) {
-  const morphbus::sensors_t& sensors = scratch_.sensors;
-  NameDirectory::Part part{sensors.header.tick, sensors.part, sensors.num_parts, {}};
-  PeekReadings(data, [&](const PeekedReading& reading) {
-    directory_->Add(reading.module_id, reading.name);
-    part.modules.push_back(reading.module_id);
-  });
-  std::ranges::sort(part.modules);
-  directory_->AddPart(DigestOf(data, size), std::move(part));
 }
 
 void ModuleParticipant::OnSensors(const uint8_t* data, size_t size) {
@@ -286,20 +211,6 @@ void ModuleParticipant::OnSensors(const uint8_t* data, size_t size) {
   CarryOutActions();
 }
 
-void ModuleParticipant::UpdateSubscriptions(const std::vector<uint16_t>& mates, bool own_part) {
-  const HeldSubscriptions together(bus_);
-  // Neighbours come and go; whoever is not mated any more makes room.
-  if (mailboxes_.size() >= kMostMailboxes) ForgetAllBut(mates);
-  for (const uint16_t mate : mates) Watch(mate);
-  if (own_part) NarrowSensors(scratch_.sensors.part);
-  // From here on neighbours are listened to by name.
-  if (machine_.tick() > 0 && listens_to_all_) {
-    listens_to_all_ = false;
-    early_.clear();
-    bus_->Unsubscribe(options_.run + "/");
-  }
-}
-
 bool ModuleParticipant::ReadingFits(const morphbus::module_sensors_t& mine,
                                     vm::TickInput* input) const {
   return mine.name == options_.module &&
@@ -314,22 +225,6 @@ void ModuleParticipant::TakeReading(const vm::TickInput& input, uint64_t digest,
   sensors_digest_ = digest;
   sensors_part_ = scratch_.sensors.part;
   TakeOrders();
-}
-
-void ModuleParticipant::NarrowSensors(int16_t part) {
-  if (narrowed_ || !machine_.knows_all()) return;
-  narrowed_ = true;
-  // Every module's name is known by now; our own part is enough.
-  const Interest own{true, 2, kFirstFieldOffset, static_cast<uint16_t>(part), false};
-  ListenFor(own, ChannelOf(kSimProcess, Topic::kSensors), &ModuleParticipant::OnSensors);
-}
-
-void ModuleParticipant::ForgetAllBut(const std::vector<uint16_t>& mates) {
-  for (auto it = mailboxes_.begin(); it != mailboxes_.end();) {
-    const bool mated = std::find(mates.begin(), mates.end(), it->first) != mates.end();
-    if (!mated) bus_->Unsubscribe(Channel(options_.run, it->second.name, Topic::kTransform));
-    it = mated ? std::next(it) : mailboxes_.erase(it);
-  }
 }
 
 /// What SENSORS tells this module besides its own reading: orders, and where the root is.
@@ -347,28 +242,6 @@ void ModuleParticipant::TakeOrders() {
     if (static_cast<uint16_t>(pose.module_id) == options_.module_id) FromRootPose(pose, &input_);
   }
   inspected_ = inspected_ || IsInspected(scratch_.sensors, options_.module_id);
-}
-
-void ModuleParticipant::TakeMates(const vm::TickInput& input, std::vector<uint16_t>* mates) {
-  for (int c = 0; c < options_.num_connectors; ++c) {
-    const vm::ConnectorReading& connector = input.connectors[c];
-    if (!connector.docked || connector.mate_module == options_.module_id) continue;
-    // Several connectors may be mated to the same module.
-    const bool known =
-        std::find(mates->begin(), mates->end(), connector.mate_module) != mates->end();
-    if (!known) mates->push_back(connector.mate_module);
-  }
-}
-
-void ModuleParticipant::Watch(uint16_t mate) {
-  if (mailboxes_.contains(mate)) return;
-  const std::string* name = directory_->NameOf(mate);
-  if (name == nullptr) return;
-  // From now on this neighbour's messages are received.
-  mailboxes_[mate].name = *name;
-  ListenFor(kTransformInterest, ChannelOf(*name, Topic::kTransform),
-            &ModuleParticipant::OnTransform, mate);
-  TakeEarly(mate);
 }
 
 void ModuleParticipant::OnTransform(uint16_t mate, const uint8_t* data, size_t size) {
