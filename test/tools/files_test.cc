@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <fstream>
 #include <thread>
 #include <vector>
 
@@ -148,11 +149,19 @@ TEST_F(FilesTest, APipeIsWrittenToAndStaysAPipe) {
   const std::string pipe = folder_ + "/pipe";
   ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
   std::string heard;
-  std::thread reader([&] { heard = ReadFile(pipe).value_or(""); });
+  std::thread reader([&] { std::getline(std::ifstream(pipe), heard); });
   EXPECT_TRUE(WriteFile(pipe, "words").has_value());
   reader.join();
   EXPECT_EQ(heard, "words");
   EXPECT_TRUE(fs::is_fifo(pipe));
+}
+
+TEST_F(FilesTest, APipeThatNobodyMayEverWriteToIsNotRead) {
+  const std::string pipe = folder_ + "/pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  const Result<std::string> read = ReadFile(pipe);
+  ASSERT_FALSE(read);
+  EXPECT_NE(read.error().message.find("named pipe"), std::string::npos) << read.error().message;
 }
 
 TEST_F(FilesTest, FilesOverTheLimitAreRefused) {
