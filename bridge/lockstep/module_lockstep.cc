@@ -12,10 +12,6 @@ namespace morphbus::bridge {
 
 namespace {
 
-/// After SENSORS of so many later ticks the run must have another process in our place. One alone
-/// may be anybody's.
-constexpr int kAheadTicks = 3;
-
 /// In real time ticks are lost; so many may be missed at once, and one more in each
 /// kShortestTickUs in which nothing came.
 constexpr int64_t kSlackTicks = 16;
@@ -89,6 +85,12 @@ bool ModuleLockstep::OnAwaited(int64_t now_us, Actions* out) {
   return true;
 }
 
+void ModuleLockstep::OnAsked(int64_t tick, int64_t now_us) {
+  if (!InWindow(tick, now_us)) return;
+  silence_.Heard(now_us);
+  hello_.SimHeard();
+}
+
 bool ModuleLockstep::InWindow(int64_t tick, int64_t now_us) const {
   int64_t last = tick_;
   if (config_.realtime) last += kSlackTicks + (now_us - moved_us_) / kShortestTickUs;
@@ -122,24 +124,20 @@ bool ModuleLockstep::OnClock(int64_t tick, int phase, int64_t now_us, Actions* o
   return true;
 }
 
-void ModuleLockstep::NoteAhead(int64_t tick, Actions* out) {
-  // The sim is at `tick` only if somebody answered for us all ticks before it.
-  if (config_.realtime || tick <= ahead_tick_) return;
-  ahead_tick_ = tick;
-  if (++ahead_ < kAheadTicks) return;
-  phase_ = Phase::kDone;
-  out->push_back({ModuleAction::Kind::kDuplicateProcess, tick, 0});
-}
-
 bool ModuleLockstep::OnSensors(int64_t tick, int part, int num_parts, bool mine,
                                const std::vector<uint16_t>& mates, int64_t now_us, Actions* out) {
   // While the sim is where we were told to leave, or one tick on, it may still say otherwise.
   if (phase_ == Phase::kLeft && !config_.realtime && tick <= tick_) silence_.Heard(now_us);
   if (phase_ != Phase::kRun || part < 0 || part >= num_parts) return false;
-  // In lockstep nothing of a later tick can exist before we answered this one.
-  if (tick > tick_) NoteAhead(tick, out);
-  if (!InWindow(tick, now_us)) return false;
+  if (!InWindow(tick, now_us)) {
+    // In lockstep nothing of a later tick can exist before we answered this one, unless somebody
+    // else did. It may be anybody's word, and says something only if nothing else comes any more.
+    if (tick > tick_) ahead_tick_ = tick;
+    return false;
+  }
+  if (!begun()) return false;
   silence_.Heard(now_us);
+  ahead_tick_ = -1;
   // After the tick of END there is none: what was heard was not the end.
   if (end_tick_ >= 0 && tick > end_tick_) end_tick_ = -1;
   // In real time what came for an older tick no longer matters.
@@ -214,8 +212,6 @@ void ModuleLockstep::TryCompute(int64_t now_us, Actions* out) {
   out->push_back({ModuleAction::Kind::kCompute, tick_, 0});
   ++tick_;
   moved_us_ = now_us;
-  ahead_ = 0;
-  ahead_tick_ = -1;
   parts_.clear();
   have_reading_ = false;
   mates_.clear();
@@ -248,7 +244,11 @@ void ModuleLockstep::OnTime(int64_t now_us, Actions* out) {
   }
   if (silence >= config_.timing.lost_us) {
     phase_ = Phase::kDone;
-    out->push_back({ModuleAction::Kind::kLostSim, tick_, 0});
+    if (config_.realtime || ahead_tick_ < 0) {
+      out->push_back({ModuleAction::Kind::kLostSim, tick_, 0});
+    } else {
+      out->push_back({ModuleAction::Kind::kDuplicateProcess, ahead_tick_, 0});
+    }
     return;
   }
   // Whoever has computed tick 0 has heard the sim, and from then on says HELLO only when CLOCK
@@ -272,8 +272,8 @@ int64_t ModuleLockstep::next_deadline_us() const {
 }
 
 void ModuleLockstep::AddFingerprint(std::string* print) const {
-  AddPrints(print, phase_, tick_, end_tick_, have_reading_, knows_all_, ahead_, ahead_tick_,
-            ask_.armed(), hello_.sim_heard(), parts_, mates_);
+  AddPrints(print, phase_, tick_, end_tick_, have_reading_, knows_all_, ahead_tick_, ask_.armed(),
+            hello_.sim_heard(), parts_, mates_);
   // Ticks too old to be of use make no difference.
   for (const Mate& mate : heard_) {
     AddPrint(mate.id, print);

@@ -25,7 +25,8 @@ struct ModuleAction {
     kEndAck,
     /// The run is over.
     kFinish,
-    /// The run is past this module's tick, so another process plays it. The machine is finished.
+    /// Nothing was heard for too long but SENSORS of later ticks, `tick` at last: another process
+    /// seems to play this module. The machine is finished.
     kDuplicateProcess,
     /// Nothing was heard from the sim for too long. The machine is finished.
     kLostSim,
@@ -76,8 +77,8 @@ class ModuleLockstep {
   /// TRANSFORM of a module that is or was mated. Returns true if its content is of use (this tick's
   /// or the last one's, not had yet).
   bool OnTransform(uint16_t mate, int64_t tick, int64_t now_us, Actions* out);
-  /// Somebody asked for a message: the run is not over yet for all.
-  void OnAsked(int64_t now_us) { silence_.Heard(now_us); }
+  /// Somebody at this tick asked for a message: the run has begun, and is not over yet for all.
+  void OnAsked(int64_t tick, int64_t now_us);
   /// The sim, at `tick`, says that the run is over for everybody. Returns false if that is not the
   /// tick of an END that was heard.
   bool OnBye(int64_t tick, Actions* out);
@@ -102,6 +103,9 @@ class ModuleLockstep {
   /// the one that it has not answered, TRANSFORM of that one, too, since a neighbour may be
   /// quicker.
   [[nodiscard]] bool InWindow(int64_t tick, int64_t now_us) const;
+  /// Whether SENSORS of the first tick can be the sim's. It says CLOCK before them, and whom CLOCK
+  /// does not reach it asks for the answer; in real time, where nobody is asked, they always can.
+  [[nodiscard]] bool begun() const { return tick_ > 0 || config_.realtime || hello_.sim_heard(); }
   /// END was heard, and nothing since has shown that the run goes on.
   [[nodiscard]] bool end_heard() const { return end_tick_ >= 0; }
 
@@ -124,8 +128,6 @@ class ModuleLockstep {
   [[nodiscard]] bool Has(uint16_t mate, int64_t tick) const;
   /// Our own reading of the tick is there, and all other parts of SENSORS if none was ever whole.
   [[nodiscard]] bool Complete() const;
-  /// Something of a later tick than ours has come.
-  void NoteAhead(int64_t tick, Actions* out);
   /// Computes the tick if sensors and the neighbours' messages are there, else asks.
   void TryCompute(int64_t now_us, Actions* out);
 
@@ -139,9 +141,7 @@ class ModuleLockstep {
   bool have_reading_ = false;
   /// All parts of some tick were there: they name all modules, so our own is enough from now on.
   bool knows_all_ = false;
-  /// Later ticks than ours that SENSORS came of since the last tick that was computed, each later
-  /// than the one before it, and the last of them.
-  int ahead_ = 0;
+  /// The last tick later than ours that SENSORS came of since any that can be the run's; -1: none.
   int64_t ahead_tick_ = -1;
   /// The tick of END; -1 before. Only KIND_BYE and silence make it final: until then the module
   /// goes on, as whoever sent END may not have been the sim.

@@ -159,7 +159,8 @@ void ModuleParticipant::OnClock(const uint8_t* data, size_t size) {
 }
 
 bool ModuleParticipant::SensorsFit(int64_t tick) {
-  if (machine_.InWindow(tick, now_us())) return true;
+  // What is early may only have come before CLOCK, and is said again.
+  if (machine_.InWindow(tick, now_us())) return machine_.begun();
   // Of a run that goes on without this module nothing is wrong.
   if (machine_.left()) return false;
   CountRefused(&Ledger::outside_window, "SIM/SENSORS",
@@ -298,7 +299,9 @@ void ModuleParticipant::CarryOut(const ModuleAction& action) {
     // Neither of these is the run's own end, so both are errors of this process.
     case ModuleAction::Kind::kDuplicateProcess:
       error_ = "the run '" + options_.run + "' is already at tick " + std::to_string(action.tick) +
-               " and has another " + options_.module;
+               ", and nothing of tick " + std::to_string(machine_.tick()) +
+               " is heard any more: it has another " + options_.module +
+               ", or somebody speaks in the simulator's name";
       return;
     case ModuleAction::Kind::kLostSim:
       error_ = "nothing heard from the simulator of run '" + options_.run + "' any more";

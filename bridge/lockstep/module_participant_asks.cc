@@ -16,7 +16,7 @@ void ModuleParticipant::OnAsk(const uint8_t* data, size_t size) {
   if (!Accept(data, size, &ask)) return;
   // Whoever asks for a message still runs, so the silence that ends our waiting begins anew.
   if (ask.kind == ask_t::KIND_RESEND) {
-    machine_.OnAsked(now_us());
+    machine_.OnAsked(ask.header.tick, now_us());
     outbox_.Answer(ask.channel, ask.first_sequence, ask.last_sequence, now_us());
     if (ask.sender == kSimProcess && ask.channel == channel_actuator_.channel()) NoteAwaited(ask);
   } else if (ask.kind == ask_t::KIND_BYE) {

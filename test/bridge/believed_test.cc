@@ -131,6 +131,56 @@ TEST(Believed, AModuleThatDiesAfterAForgedLeaveGoesOnAllTheSame) {
   ExpectSame(OutcomeOf(&run), reference);
 }
 
+/// What the sim says on SENSORS of the first tick, with a change.
+Spoken FirstSensors(const std::function<void(morphbus::sensors_t*)>& change) {
+  for (const Spoken& said : Overhear({})) {
+    if (said.channel == "test/SIM/SENSORS") return Altered<morphbus::sensors_t>(said, change);
+  }
+  ADD_FAILURE() << "the sim says no SENSORS";
+  return {};
+}
+
+TEST(Believed, SensorsOfFarLaterTicksSendNobodyAway) {
+  const FakeRunOptions options;
+  const Outcome reference = CalmRun(options);
+  FakeRun run(options);
+  const Outcome outcome = Attacked(&run, [&](Forger* forger, const Spoken& heard) {
+    // Three times three, while everybody has answered and waits for the next tick.
+    const int64_t tick = TickOf(heard);
+    if (heard.channel != "test/m2/ACTUATOR" || tick < 10 || tick > 12) return;
+    for (int64_t i = 1; i <= 3; ++i) {
+      forger->Say(FirstSensors([&](morphbus::sensors_t* sensors) {
+        sensors->header.tick = sensors->header.sequence = 1000 * tick + i;
+      }));
+    }
+  });
+  ExpectSame(outcome, reference);
+  for (const FakeRun::Module& module : run.modules) {
+    EXPECT_EQ(module.participant->error(), "");
+    EXPECT_EQ(module.participant->ledger().outside_window, 9);
+  }
+}
+
+TEST(Believed, WhoeverSaysSensorsBeforeTheFirstClockIsNotTheSim) {
+  const Spoken forged = FirstSensors([](morphbus::sensors_t* sensors) {
+    sensors->modules[0].joint_position_si[0] += 0.25;
+    sensors->modules[1].name = "m9";
+  });
+  for (const double loss : {0.0, 0.2}) {
+    FakeRunOptions options;
+    options.loss = loss;
+    const Outcome reference = CalmRun(options);
+    FakeRun run(options);
+    // The modules' first HELLO comes before the sim listens, so that CLOCK comes after the second.
+    const Outcome outcome = Attacked(&run, [&](Forger* forger, const Spoken& heard) {
+      if (run.time.NowUs() > 0) return;
+      EXPECT_EQ(heard.channel, "test/HELLO");
+      forger->Say(forged);
+    });
+    ExpectSame(outcome, reference);
+  }
+}
+
 /// The module m2 is lost from tick 15 on, at the sim's own word.
 void LoseM2(FakeRun* run) {
   run->sim->OnAfterTick([run](int64_t tick) {

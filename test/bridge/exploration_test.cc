@@ -153,7 +153,7 @@ TEST(Exploration, WithoutAModuleThatStoppedTheRunEndsAndIsNeverCalledClean) {
 
 TEST(Exploration, OneOfTwoModulesStopsAndTheOtherIsNotBlamed) {
   Settings settings;
-  settings.ticks = 3;
+  settings.ticks = 8;
   settings.kills = false;
   settings.deaths = true;
   ExpectSound(settings, 1000);
@@ -169,7 +169,7 @@ TEST(Exploration, AModuleIsLostAtItsTickWhateverHappensAndTheOtherGoesOn) {
 TEST(Exploration, ALoggerHasAllOfARunThatLosesItsOnlyModule) {
   Settings settings;
   settings.modules = 1;
-  settings.ticks = 3;
+  settings.ticks = 4;
   settings.lose_tick = 1;
   settings.logger = true;
   settings.kills = false;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <morphbus/sim_clock_t.hpp>
 #include <numeric>
 #include <utility>
 #include <vector>
@@ -261,6 +262,7 @@ ModuleLockstep Started(int parts) {
   ModuleLockstep module({false, {}});
   ModuleLockstep::Actions out;
   module.Begin(0, 0, &out);
+  module.OnClock(0, morphbus::sim_clock_t::PHASE_START, 0, &out);
   for (int part = 0; part < parts; ++part) module.OnSensors(0, part, parts, part == 1, {}, 0, &out);
   EXPECT_EQ(module.tick(), 1);
   return module;
@@ -270,6 +272,7 @@ TEST(ModuleLockstep, NeedsAllPartsOnceAndThenItsOwn) {
   ModuleLockstep module({false, {}});
   ModuleLockstep::Actions out;
   module.Begin(0, 0, &out);
+  module.OnClock(0, morphbus::sim_clock_t::PHASE_START, 0, &out);
   module.OnSensors(0, 1, 3, true, {}, 0, &out);
   EXPECT_EQ(module.tick(), 0) << "the other parts name modules";
   EXPECT_FALSE(module.knows_all());
@@ -283,7 +286,7 @@ TEST(ModuleLockstep, NeedsAllPartsOnceAndThenItsOwn) {
   EXPECT_EQ(module.tick(), 2);
 }
 
-TEST(ModuleLockstep, LeavesOnlyIfTheRunGoesOnWithoutIt) {
+TEST(ModuleLockstep, LeavesOnlyIfNothingButLaterTicksIsHeard) {
   ModuleLockstep module = Started(2);
   ModuleLockstep::Actions out;
   // Two messages of the future, and then the run's own next tick: those two were made up.
@@ -294,10 +297,54 @@ TEST(ModuleLockstep, LeavesOnlyIfTheRunGoesOnWithoutIt) {
     ASSERT_EQ(module.tick(), tick + 1);
   }
   EXPECT_FALSE(module.done());
-  // The sim goes on without our answers: somebody else gives them.
-  for (int64_t tick = 21; tick < 24; ++tick) module.OnSensors(tick, 1, 2, true, {}, 0, &out);
-  EXPECT_TRUE(module.done());
+  // Nine of the future while the run's own next tick takes its time: nobody leaves for them.
+  constexpr int64_t kStepUs = 100'000;
+  int64_t now_us = 0;
+  for (int64_t tick = 100; tick < 109; ++tick) {
+    now_us += kStepUs;
+    module.OnSensors(tick, 1, 2, true, {}, now_us, &out);
+    module.OnTime(now_us, &out);
+  }
+  EXPECT_FALSE(module.done());
+  module.OnSensors(20, 1, 2, true, {}, now_us, &out);
+  EXPECT_EQ(module.tick(), 21);
+  // The sim goes on without our answers: somebody else gives them, and we hear nothing of our tick.
+  const int64_t heard_us = now_us;
+  for (int64_t tick = 110; !module.done(); ++tick) {
+    ASSERT_LE(now_us - heard_us, kTiming.lost_us);
+    now_us += kStepUs;
+    module.OnSensors(tick, 1, 2, true, {}, now_us, &out);
+    module.OnTime(now_us, &out);
+  }
   EXPECT_EQ(out.back().kind, ModuleAction::Kind::kDuplicateProcess);
+  EXPECT_EQ(out.back().tick, 110 + kTiming.lost_us / kStepUs - 1);
+  EXPECT_EQ(now_us - heard_us, kTiming.lost_us);
+}
+
+TEST(ModuleLockstep, ASilentSimIsNoOtherProcess) {
+  ModuleLockstep module = Started(2);
+  ModuleLockstep::Actions out;
+  // What was made up before the sim was last heard is not what the silence means.
+  module.OnSensors(50, 1, 2, true, {}, 0, &out);
+  module.OnSensors(0, 1, 2, true, {}, 0, &out);
+  for (int64_t now_us = 0; !module.done(); now_us += 100'000) module.OnTime(now_us, &out);
+  EXPECT_EQ(out.back().kind, ModuleAction::Kind::kLostSim);
+}
+
+TEST(ModuleLockstep, TakesNoSensorsBeforeTheFirstClockOrRequest) {
+  ModuleLockstep::Actions out;
+  for (const bool clock_is_lost : {false, true}) {
+    ModuleLockstep module({false, {}});
+    module.Begin(0, 0, &out);
+    EXPECT_FALSE(module.OnSensors(0, 0, 1, true, {}, 0, &out));
+    // A request of another tick is none of this run.
+    module.OnAsked(7, 0);
+    EXPECT_FALSE(module.OnSensors(0, 0, 1, true, {}, 0, &out));
+    if (clock_is_lost) module.OnAsked(0, 0);
+    if (!clock_is_lost) module.OnClock(0, morphbus::sim_clock_t::PHASE_START, 0, &out);
+    EXPECT_TRUE(module.OnSensors(0, 0, 1, true, {}, 0, &out));
+    EXPECT_EQ(module.tick(), 1);
+  }
 }
 
 TEST(ModuleLockstep, WaitsForMatesOnlyWhenTheirMessageIsMissing) {
