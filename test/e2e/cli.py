@@ -7,7 +7,7 @@ import re
 import subprocess
 import unittest
 
-from support import LIMIT, MODEL, PROGRAM, UNIT, Case, as_json, command, morphbus
+from support import LIMIT, MODEL, PROGRAM, SOURCE, UNIT, Case, as_json, command, morphbus
 
 
 class Cli(Case):
@@ -33,6 +33,13 @@ class Cli(Case):
                 for pair in ('c2,head', 'head,c2')]
         self.assertGreater(ways[0]['count'], 0)
         self.assertEqual(ways[0], ways[1])
+
+    def test_the_reference_has_every_command(self):
+        # test/docs/links_test.py compares its contents with its headings.
+        listed = morphbus('--help').stdout.split('\nSubcommands:\n')[1].split('\n\n')[0]
+        there = {line.split()[0] for line in listed.splitlines()}
+        headings = re.findall(r'^### (.*)$', (SOURCE / 'docs' / 'cli.md').read_text(encoding='utf-8'), re.M)
+        self.assertEqual({name for heading in headings for name in re.findall(r'`(\w+)', heading)}, there)
 
     def test_an_option_is_meant_by_some_of_its_letters(self):
         done = morphbus('run', MODEL, 'x.dyn', '--robot', 'quadruped', '--secs', 3, status=2)
