@@ -298,7 +298,7 @@ class Losses(Dying):
     def test_what_cannot_be_lost_is_refused(self):
         for text, why in (('m33@1', "did you mean 'm3'"), ('m3', 'expected MODULE@SECONDS'), ('@1', 'expected MODULE@'),
                           ('m3@', 'expected MODULE@'), ('m3@0', 'expected MODULE@'), ('m3@nan', 'expected MODULE@'),
-                          ('m3@1e300', 'expected MODULE@'), ('', 'expected MODULE@'), ('m3@1x', 'expected MODULE@')):
+                          ('m3@1e300', 'expected MODULE@'), ('', 'its value is empty'), ('m3@1x', 'expected MODULE@')):
             done = morphbus('run', *QUADRUPED, '--seconds', 1, '--inproc', '--lose', text, status=2)
             self.assertIn(why, done.stderr, text)
 

@@ -117,6 +117,22 @@ TEST_F(FailureWatchTest, TimeInWhichTheLauncherStoodStillCountsForNothing) {
   EXPECT_EQ(watch_.error(), "");
 }
 
+TEST_F(FailureWatchTest, ALauncherThatGoesOnBeforeTheRestOfAStoppedRunBlamesNobody) {
+  Pass(1, true);
+  watch_.Interrupted();
+  EXPECT_FALSE(watch_.OnExit("module m1", 0, "ended"));
+  // All are stopped for longer than anybody may be silent, take to report, or to stop; and again.
+  for (int i = 0; i < 2; ++i) {
+    time_.AdvanceTo(time_.NowUs() + 12'000'000);
+    watch_.OnTime();
+    // The launcher hears nothing until the others go on, too.
+    Pass(0.05, false);
+    ASSERT_EQ(watch_.error(), "");
+    Pass(0.05, true);
+  }
+  EXPECT_EQ(watch_.error(), "");
+}
+
 TEST_F(FailureWatchTest, ARunThatDoesNotStopWhenToldToEndsInTenSeconds) {
   Pass(1, true);
   watch_.Interrupted();
