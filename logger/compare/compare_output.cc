@@ -311,7 +311,73 @@ std::map<std::string, RoleFigures> FiguresByRole(const Comparison& comparison) {
   return roles;
 }
 
-std::string ComparisonText(const Comparison& comparison) {
+namespace {
+
+/// "12.3 mm   4.5 mm   10.0 mm  beyond it from": the columns behind a table's names.
+std::string ItemColumns(const Item& item) {
+  return fmt::format(
+      "{:>14} {:>14} {:>14}  {}", ValueText(item.max, item.unit), ValueText(item.rms, item.unit),
+      ValueText(item.tolerance, item.unit),
+      item.first_over_us < 0 ? "" : fmt::format("{:.3f} s", Seconds(item.first_over_us)));
+}
+
+/// A line for each quantity of a role; the role's name stands in the first one only.
+std::string TableByRole(const Comparison& comparison) {
+  std::string text;
+  AddLine(&text, "  {:<28} {:<20} {:>14} {:>14} {:>14}  {}", "role", "quantity", "largest", "RMS",
+          "tolerance", "beyond it from");
+  for (const auto& [role, figures] : FiguresByRole(comparison)) {
+    std::string name = RoleName(role);
+    for (const auto& [quantity, item] : figures.worst) {
+      AddLine(&text, "  {:<28} {:<20} {}", name, QuantityName(quantity), ItemColumns(item));
+      name.clear();
+    }
+  }
+  return text;
+}
+
+/// A line for each quantity: the role that is furthest from or beyond the tolerance, measured by
+/// it, and how many roles are beyond.
+std::string TableByQuantity(const Comparison& comparison) {
+  struct Row {
+    const Item* item = nullptr;
+    std::string role;
+    int roles = 0, beyond = 0;
+  };
+  const std::map<std::string, RoleFigures> roles = FiguresByRole(comparison);
+  std::map<Quantity, Row> rows;
+  for (const auto& [role, figures] : roles) {
+    for (const auto& [quantity, item] : figures.worst) {
+      Row& row = rows[quantity];
+      ++row.roles;
+      row.beyond += item.first_over_us >= 0 ? 1 : 0;
+      // What is beyond comes before what is not, and the earlier before the later, as in "first
+      // divergence".
+      const bool first =
+          row.item == nullptr || Earlier(item.first_over_us, row.item->first_over_us) ||
+          (item.first_over_us == row.item->first_over_us && item.max > row.item->max);
+      if (!first) continue;
+      row.item = &item;
+      row.role = RoleName(role);
+    }
+  }
+  std::string text;
+  AddLine(&text, "  {:<20} {:>14} {:>14} {:>14}  {}", "quantity", "largest", "RMS", "tolerance",
+          "beyond it from");
+  for (const auto& [quantity, row] : rows) {
+    const std::string of = row.beyond > 0 ? fmt::format(" ({}; {} of {} beyond)", row.role,
+                                                        row.beyond, Counted(row.roles, "role"))
+                                          : "";
+    AddLine(&text, "  {:<20} {}{}", QuantityName(quantity), ItemColumns(*row.item), of);
+  }
+  AddLine(&text,
+          "  of all roles the one that differs first or most; --all has every role's figures");
+  return text;
+}
+
+}  // namespace
+
+std::string ComparisonText(const Comparison& comparison, bool all) {
   // The verdict comes first, then which logs were compared, and what must be known besides.
   std::string text;
   AddLine(&text, "{}: {}", VerdictName(comparison.verdict), comparison.reason);
@@ -341,21 +407,8 @@ std::string ComparisonText(const Comparison& comparison) {
   AddFigures(comparison, &text);
   AddTrace(comparison, &text);
   AddCommands(comparison, &text);
-  // The table has a line for each quantity of a role; the role's name stands in the first one only.
-  if (comparison.items.empty()) return text;
-  text += "\n";
-  AddLine(&text, "  {:<28} {:<20} {:>14} {:>14} {:>14}  {}", "role", "quantity", "largest", "RMS",
-          "tolerance", "beyond it from");
-  for (const auto& [role, figures] : FiguresByRole(comparison)) {
-    std::string name = RoleName(role);
-    for (const auto& [quantity, item] : figures.worst) {
-      AddLine(&text, "  {:<28} {:<20} {:>14} {:>14} {:>14}  {}", name, QuantityName(quantity),
-              ValueText(item.max, item.unit), ValueText(item.rms, item.unit),
-              ValueText(item.tolerance, item.unit),
-              item.first_over_us < 0 ? "" : fmt::format("{:.3f} s", Seconds(item.first_over_us)));
-      name.clear();
-    }
-  }
+  if (!comparison.items.empty())
+    text += "\n" + (all ? TableByRole(comparison) : TableByQuantity(comparison));
   return text;
 }
 

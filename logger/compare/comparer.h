@@ -250,8 +250,9 @@ std::string NumberText(double value, const std::string& unit);
 /// The same with the name of the unit: "828.205 mm".
 std::string ValueText(double value, const std::string& unit);
 
-/// Text for a terminal, many lines: verdict, logs, notes, first divergence, a table by role.
-std::string ComparisonText(const Comparison& comparison);
+/// Text for a terminal, many lines: verdict, logs, notes, first divergence, and a table: a line for
+/// each quantity with the role that differs most in it, or for each quantity of each role if `all`.
+std::string ComparisonText(const Comparison& comparison, bool all);
 /// The object of `compare --json`: times in seconds, all else in SI units; keys in docs/log.md.
 nlohmann::json ComparisonJson(const Comparison& comparison);
 

@@ -216,20 +216,8 @@ struct LogFacts : DescribedRun {
 /// The name in JSON: "missing", "unreadable", "mismatch" or "verified".
 const char* EndStateName(EndState state);
 
-/// Text for `morphbus info`, many lines: what the log is of, a table of channels, ledgers, faults,
-/// and what VerifyText() says if anything is wrong.
-std::string FactsText(const LogFacts& facts);
-/// The commands of a run, a line each, as `run --commands` reads them.
-std::string CommandsText(const LogFacts& facts);
-/// What a process refused of the messages that it got, though they were sound: nothing that a run
-/// alone on its bus has. Counts, and the first of them by name; empty if there was none.
-std::string RefusedText(const morphbus::health_t& health);
-/// The same as one number.
-int64_t RefusedMessages(const morphbus::health_t& health);
-/// That the kernel refused filters to a process, what that costs and who knows the way out.
-std::string RefusedFiltersText(const morphbus::health_t& health);
-/// One line a problem, ending with a verdict line, for `morphbus verify`.
-std::string VerifyText(const LogFacts& facts);
+/// Hertz of `count` events spread evenly over `seconds`; 0 for fewer than two.
+double EventRate(int64_t count, double seconds);
 /// Modules that missed deadlines in real time, by name: `missed`, `late`, `worst_us`.
 nlohmann::json LatenessJson(const LogFacts& facts);
 /// One of the `findings` of `info --json`; offsets are bytes of the file.

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "logger/log/facts_text.h"
 #include "logger/show/report.h"
 #include "test/logger/temp_log.h"
 
@@ -116,7 +117,7 @@ TEST(ComparerTest, LogIsEquivalentToItself) {
 
 TEST(ComparerTest, CongruentRobotsWithOtherNamesAndMountingsAreEquivalent) {
   const Comparison comparison = CompareTo(Two());
-  EXPECT_EQ(comparison.verdict, Verdict::kEquivalent) << ComparisonText(comparison);
+  EXPECT_EQ(comparison.verdict, Verdict::kEquivalent) << ComparisonText(comparison, true);
   EXPECT_LT(comparison.max_position_m, 1e-6);
   EXPECT_LT(comparison.max_rotation_rad, 1e-5);
   for (const Item& item : comparison.items) {
@@ -148,7 +149,7 @@ void ExpectAlteredAngleIsNamed(bool stale_end) {
     if (sensors->header.tick == 61) sensors->modules[1].joint_position_si[0] += kDegree;  // k2
   };
   const Comparison comparison = CompareTo(options);
-  EXPECT_EQ(comparison.verdict, Verdict::kDifferent) << ComparisonText(comparison);
+  EXPECT_EQ(comparison.verdict, Verdict::kDifferent) << ComparisonText(comparison, true);
   const Item& first = First(comparison);
   EXPECT_EQ(first.role, "Tip");
   EXPECT_EQ(first.label, "bend");
@@ -249,7 +250,7 @@ TEST(ComparerTest, LinksAreFoundInTheWorldAfterAConnectionOpened) {
   const TempLog a;
   const TempLog b(options);
   const Comparison comparison = CompareLoaded(a.path(), b.path());
-  EXPECT_EQ(First(comparison).quantity, Quantity::kDocking) << ComparisonText(comparison);
+  EXPECT_EQ(First(comparison).quantity, Quantity::kDocking) << ComparisonText(comparison, true);
   EXPECT_EQ(First(comparison).first_over_us, 1'000'000);
   EXPECT_LT(comparison.max_position_m, 1e-9);
   CompareOptions without_sensors;
@@ -424,13 +425,13 @@ TEST(ComparerTest, NoTextOfALogSteersTheTerminal) {
   EXPECT_FALSE(log.facts.faults.empty());
   const Comparison comparison = Compare(Load(a.path()), log);
   for (const std::string& text :
-       {FactsText(log.facts), VerifyText(log.facts), ComparisonText(comparison)}) {
+       {FactsText(log.facts, true), VerifyText(log.facts), ComparisonText(comparison, true)}) {
     EXPECT_FALSE(text.empty());
     EXPECT_TRUE(std::all_of(text.begin(), text.end(), [](char c) {
       return c == '\n' || (c >= 0x20 && c < 0x7f);
     })) << text;
   }
-  EXPECT_NE(ComparisonText(comparison).find("Tip\\x1b[2J\\n\\xff"), std::string::npos);
+  EXPECT_NE(ComparisonText(comparison, true).find("Tip\\x1b[2J\\n\\xff"), std::string::npos);
 }
 
 TEST(ReportTest, PageIsSelfContainedAndEscapesNames) {

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "logger/compare/comparer.h"
+#include "logger/log/facts_text.h"
 #include "test/logger/recorded_walk.h"
 #include "test/logger/temp_log.h"
 #include "test/support/doctored_log.h"
@@ -446,7 +447,7 @@ TEST_P(DoctoredLogTest, IsNeverEquivalent) {
   doctored.Write(file.path());
   const RunLog log = Load(file.path());
   const Comparison comparison = Compare(*walk->log, log);
-  EXPECT_NE(comparison.verdict, Verdict::kEquivalent) << ComparisonText(comparison);
+  EXPECT_NE(comparison.verdict, Verdict::kEquivalent) << ComparisonText(comparison, true);
   EXPECT_NE(Compare(log, *walk->log).verdict, Verdict::kEquivalent);
   if (!GetParam().lacks) return;
   EXPECT_FALSE(log.facts.whole()) << VerifyText(log.facts);

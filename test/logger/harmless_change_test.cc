@@ -71,7 +71,7 @@ TEST_P(HarmlessChangeTest, IsEquivalent) {
   const TempFile file;
   changed.Write(file.path());
   const Comparison comparison = Compare(*walk->log, Load(file.path()));
-  EXPECT_EQ(comparison.verdict, Verdict::kEquivalent) << ComparisonText(comparison);
+  EXPECT_EQ(comparison.verdict, Verdict::kEquivalent) << ComparisonText(comparison, true);
 }
 
 INSTANTIATE_TEST_SUITE_P(Any, HarmlessChangeTest, ::testing::ValuesIn(kHarmless),
@@ -81,7 +81,7 @@ void ExpectEquivalentToTheWalk(const std::string& robot, double loss) {
   const std::string path = Record(robot, loss);
   const Comparison comparison = Compare(*walk->log, Load(path));
   std::remove(path.c_str());
-  EXPECT_EQ(comparison.verdict, Verdict::kEquivalent) << ComparisonText(comparison);
+  EXPECT_EQ(comparison.verdict, Verdict::kEquivalent) << ComparisonText(comparison, true);
 }
 
 TEST(HarmlessRunTest, WithAFifthOfAllMessagesLostIsEquivalent) {
@@ -102,7 +102,7 @@ TEST(LeftOutTest, ALogWithoutWorldIsEquivalentIfSimulatedPosesAreLeftOut) {
   CompareOptions options;
   const Comparison all = Compare(*walk->log, log, options);
   EXPECT_EQ(all.verdict, Verdict::kUnusable);
-  EXPECT_NE(ComparisonText(all).find("not compared: simulated poses: B"), std::string::npos);
+  EXPECT_NE(ComparisonText(all, true).find("not compared: simulated poses: B"), std::string::npos);
   options.without = {"simulated"};
   EXPECT_EQ(Compare(*walk->log, log, options).verdict, Verdict::kEquivalent);
 }

@@ -1,4 +1,5 @@
 #include "test/logger/recorded_walk.h"
+#include "logger/log/facts_text.h"
 
 #include <cstdio>
 

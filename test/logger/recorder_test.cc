@@ -1,4 +1,5 @@
 #include "logger/log/recorder.h"
+#include "logger/log/facts_text.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>

@@ -1,4 +1,5 @@
 #include "logger/log/run_log.h"
+#include "logger/log/facts_text.h"
 
 #include <gtest/gtest.h>
 
@@ -29,7 +30,7 @@ TEST(RunLogTest, WholeLogIsReadByTick) {
   EXPECT_EQ(log.facts.robot, "one");
   EXPECT_EQ(log.facts.ticks, 100);
   EXPECT_DOUBLE_EQ(log.facts.seconds, 2.0);
-  ASSERT_NE(log.robot, nullptr) << FactsText(log.facts);
+  ASSERT_NE(log.robot, nullptr) << FactsText(log.facts, true);
   ASSERT_EQ(log.modules.size(), 3u);
   EXPECT_EQ(log.modules[0].name, "m1");
   for (const ModuleSeries& module : log.modules) {
@@ -260,7 +261,7 @@ TEST(RunLogTest, FaultsAreListedWithModuleRoleAndLine) {
   // The synthetic log has no images, so the sentence has numbers in place of names.
   EXPECT_EQ(log.facts.faults[0].Line(),
             "line 17: joint 1 was asked for 95.5 and can go to 90 only: clamped (in function 4)");
-  EXPECT_NE(FactsText(log.facts).find(log.facts.faults[0].Line()), std::string::npos);
+  EXPECT_NE(FactsText(log.facts, true).find(log.facts.faults[0].Line()), std::string::npos);
 }
 
 TEST(RunLogTest, InfoJsonHasWhatScriptsNeed) {
@@ -304,7 +305,7 @@ TEST(RunLogTest, RandomAlterationsOfAnythingNeverCrash) {
     test::WriteBytes(file.path(), test::EncodeLog(altered));
     const Result<RunLog> log = LoadRunLog(file.path(), {"synth", true});
     ASSERT_TRUE(log.has_value());
-    ASSERT_FALSE(FactsText(log->facts).empty());
+    ASSERT_FALSE(FactsText(log->facts, true).empty());
   }
 }
 

@@ -36,6 +36,7 @@ struct CompareOptions {
   bool update = false;
   bool force = false;
   bool json = false;
+  bool all = false;  ///< Figures of every role.
 };
 
 /// For the help and for suggestions.
@@ -176,20 +177,21 @@ int StatusOf(logger::Verdict verdict) {
   return verdict == logger::Verdict::kEquivalent ? kDone : kNo;
 }
 
-Answer AnswerOf(const logger::Comparison& comparison) {
+Answer AnswerOf(const logger::Comparison& comparison, bool all) {
   return {StatusOf(comparison.verdict), logger::ComparisonJson(comparison),
-          logger::ComparisonText(comparison)};
+          logger::ComparisonText(comparison, all)};
 }
 
 /// Compares two files, and writes the page if one is asked for. Fails if a file cannot be read or
 /// the page cannot be written.
 Result<Answer> CompareFiles(const std::string& path_a, const std::string& path_b,
-                            const logger::CompareOptions& way, const std::string& report) {
+                            const logger::CompareOptions& way, const std::string& report,
+                            bool all) {
   // A page needs all of both logs; without one they are read side by side.
   if (report.empty()) {
     const Result<logger::Comparison> compared = logger::CompareFiles(path_a, path_b, way);
     if (!compared) return tl::unexpected(compared.error());
-    return AnswerOf(*compared);
+    return AnswerOf(*compared, all);
   }
   // A damaged log is still loaded as far as it goes; the comparison then says that it cannot tell.
   const Result<logger::RunLog> a = logger::LoadRunLog(path_a, {"", true, false, way.description});
@@ -200,7 +202,7 @@ Result<Answer> CompareFiles(const std::string& path_a, const std::string& path_b
   // The page is written whatever the verdict: it shows where the runs differ.
   const Result<void> written = WriteFile(report, logger::ReportHtml(*a, *b, comparison));
   if (!written) return tl::unexpected(written.error());
-  return AnswerOf(comparison);
+  return AnswerOf(comparison, all);
 }
 
 /// Compares each log with its baseline, or makes it that. `answer` gets what there is to say of
@@ -222,7 +224,8 @@ Result<void> CompareBaselines(const CompareOptions& options, const logger::Compa
     } else {
       // The page is of the only comparison there is.
       const bool alone = options.b.empty();
-      Result<Answer> compared = CompareFiles(baseline, log, way, alone ? options.report : "");
+      Result<Answer> compared =
+          CompareFiles(baseline, log, way, alone ? options.report : "", options.all);
       if (!compared) return tl::unexpected(compared.error());
       entry["verdict"] = compared->json["verdict"];
       entry["reason"] = compared->json["reason"];
@@ -276,7 +279,7 @@ int CompareLogs(const CompareOptions& options) {
   }
   Answer answer;
   if (!options.b.empty()) {
-    Result<Answer> compared = CompareFiles(options.a, options.b, *way, options.report);
+    Result<Answer> compared = CompareFiles(options.a, options.b, *way, options.report, options.all);
     if (!compared) return Unusable(compared.error().message);
     answer = std::move(*compared);
   }
@@ -302,6 +305,7 @@ void AddCompare(CommandLine* line) {
   auto options = std::make_shared<CompareOptions>();
   sub.Add("A", &options->a, "Log file").Required();
   sub.Add("B", &options->b, "Log file; not needed with --baseline");
+  sub.Flag("--all", &options->all, "Figures of every role, not only of the one that differs most");
   sub.Add("--report", &options->report,
           "Write a page with plots (one self-contained file; '-': only that, on stdout)")
       .TypeName("OUT.html");

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "logger/log/facts_text.h"
 #include "logger/log/run_log.h"
 #include "tools/base/lent_description.h"
 #include "tools/base/print.h"
@@ -18,6 +19,7 @@ struct InfoOptions {
   std::string description;
   bool json = false;
   bool commands = false;
+  bool all = false;
 };
 
 /// Adds the options, which are the same for both commands.
@@ -43,7 +45,7 @@ int Report(const InfoOptions& options, bool verify) {
   } else if (options.commands) {
     PrintText(logger::CommandsText(log->facts));
   } else {
-    PrintText(verify ? logger::VerifyText(log->facts) : logger::FactsText(log->facts));
+    PrintText(verify ? logger::VerifyText(log->facts) : logger::FactsText(log->facts, options.all));
   }
   return verify && !log->facts.whole() ? kNo : kDone;
 }
@@ -56,6 +58,8 @@ void AddInfo(CommandLine* line) {
   const auto options = AddOptions(&sub);
   sub.Flag("--commands", &options->commands,
            "Only the commands that people gave, with their ticks, as run --commands reads them");
+  sub.Flag("--all", &options->all,
+           "Every channel, process, fault and line, however many there are");
   sub.Footer("Examples:\n  morphbus info walk.log\n  morphbus info walk.log --commands");
   sub.Do([options] { return Report(*options, false); });
 }

@@ -11,6 +11,7 @@
 #include "bridge/outward/outward_server.h"
 #include "compiler/base/text.h"
 #include "compiler/base/version.h"
+#include "logger/log/facts_text.h"
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/launch/control_link.h"

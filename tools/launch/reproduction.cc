@@ -7,6 +7,7 @@
 
 #include "compiler/base/text.h"
 #include "compiler/base/version.h"
+#include "logger/log/facts_text.h"
 #include "sim/arithmetic.h"
 
 namespace morphbus::tools {

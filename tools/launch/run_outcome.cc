@@ -8,6 +8,7 @@
 
 #include "compiler/base/columns.h"
 #include "compiler/base/text.h"
+#include "logger/log/facts_text.h"
 #include "logger/log/run_log.h"
 #include "tools/base/inspection_report.h"
 #include "tools/base/messages.h"
