@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import re
 import resource
 import signal
 import subprocess
@@ -161,6 +162,43 @@ class Logs(ShortRun):
             self.assertAlmostEqual(walk['cycle_s'], walks[0]['cycle_s'], delta=1e-9)
             self.assertAlmostEqual(walk['min_height_m'], walks[0]['min_height_m'], delta=1e-4)
             self.assertEqual(len(walk['cycle_north_m']), 2)
+
+    def test_summaries_fit_a_screen_and_all_has_the_rest(self):
+        said, every = (morphbus('info', self.short, *options).stdout for options in ((), ('--all',)))
+        self.assertLess(len(said.splitlines()), 35, said)
+        facts = as_json('info', self.short)
+        modules = [name for name in facts['health'] if name.startswith('m')]
+        self.assertEqual(len(modules), 9)
+        run = facts['run']
+        for module in modules:
+            self.assertNotIn(f'/{module}/ACTUATOR', said)
+            self.assertRegex(every, f'  {run}/{module}/ACTUATOR +[0-9]')
+            self.assertRegex(every, f'  {module}: received [0-9]')
+        # The row of all modules is the sum of theirs, and their rate is that of each.
+        of_modules = [facts['channels'][f'{run}/{module}/ACTUATOR'] for module in modules]
+        messages, rate = sum(c['messages'] for c in of_modules), of_modules[0]['rate_hz']
+        self.assertRegex(said, rf'\n  {run}/\*/ACTUATOR \(9\) +{messages} +{rate:.2f} ')
+        received = sum(health['received'] for health in facts['health'].values())
+        self.assertIn(f'\n  11 processes: received {received}, lost 0,', said)
+
+        said, every = (morphbus('compare', self.short, self.short, *options).stdout for options in ((), ('--all',)))
+        self.assertLess(len(said.splitlines()), 25, said)
+        self.assertGreater(len(every.splitlines()), 60)
+        self.assertEqual(len(re.findall('joint angle', said)), 1)
+        self.assertEqual(len(re.findall('joint angle', every)), 9)
+
+    def test_faults_beyond_ten_are_counted_unless_all_are_asked_for(self):
+        program = self.folder / 'faults.dyn'
+        program.write_text('role A extends Module {\n  behavior b() {\n    print("n", self.time());\n    self.sleepds(1);\n  }\n}\n')
+        log = self.folder / 'faults.log'
+        morphbus('run', MODEL, program, '--robot', 'quadruped', '--seconds', 2, '--inproc', '--log', log)
+        number = as_json('info', log)['num_prints']
+        self.assertGreater(number, 50)
+        said, every = (morphbus('info', log, *options).stdout for options in ((), ('--all',)))
+        self.assertIn(f'\n{number} lines printed:\n', said)
+        self.assertEqual(said.count('faults.dyn:3: n '), 10)
+        self.assertIn(f'\n  and {number - 10} more (--all)\n', said)
+        self.assertEqual(every.count('faults.dyn:3: n '), number)
 
     def test_one_standard_output_takes_one_output(self):
         for stdout in ('-', '/dev/stdout'):
