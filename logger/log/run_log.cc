@@ -19,6 +19,7 @@
 #include "compiler/base/version.h"
 #include "logger/log/clock_commands.h"
 #include "logger/log/description.h"
+#include "logger/log/find_run.h"
 #include "logger/log/log_channels.h"
 #include "logger/log/promised_messages.h"
 #include "logger/log/series_collector.h"
@@ -430,37 +431,6 @@ class Loader {
   /// Messages whose type has other fields than ours.
   int64_t num_other_types_ = 0;
 };
-
-/// Why a log is not read that has no message of `run`, but of `others`.
-std::string NoSuchRun(const std::string& path, const std::string& run,
-                      const std::vector<std::string>& others) {
-  constexpr size_t kMaxNamed = 8;  // a damaged log can name any number of runs
-  if (others.empty()) return fmt::format("{} holds no run of modules", path);
-  const auto end = others.begin() + static_cast<ptrdiff_t>(std::min(others.size(), kMaxNamed));
-  std::string names = EscapeControl(fmt::format("{}", fmt::join(others.begin(), end, ", ")));
-  if (others.size() > kMaxNamed) names += fmt::format(" and {} more", others.size() - kMaxNamed);
-  return fmt::format("no run '{}' in {}; it holds {}", run, path, names);
-}
-
-/// Why no run is found in a log that was read to its end.
-std::string WhyNoRun(const std::string& path, const EventLogReader& reader) {
-  if (reader.file_size() == 0) return path + " is empty";
-  // Of a compressed file that cannot be decompressed, the reason is in its first finding.
-  const bool told = reader.compressed() && !reader.findings().empty();
-  return path + " holds no run of modules" + (told ? ": " + reader.findings().front().what : "");
-}
-
-/// The first run that the file names in a CLOCK or INFO.
-std::optional<std::string> FindRun(EventLogReader* reader) {
-  LogEvent event;
-  while (reader->Next(&event)) {
-    const std::optional<bridge::ChannelName> name = bridge::ParseChannel(event.channel);
-    if (name && (name->topic == Topic::kInfo || name->topic == Topic::kClock)) {
-      return std::string(name->run);
-    }
-  }
-  return std::nullopt;
-}
 
 }  // namespace
 

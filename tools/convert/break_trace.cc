@@ -4,8 +4,8 @@
 
 #include "bridge/module/read_held.h"
 #include "compiler/base/text.h"
-#include "tools/base/program.h"
 #include "tools/base/held_report.h"
+#include "tools/base/program.h"
 
 namespace morphbus::tools {
 namespace {

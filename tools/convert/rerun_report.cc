@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "bridge/module/read_held.h"
-#include "tools/base/program.h"
 #include "tools/base/held_report.h"
+#include "tools/base/program.h"
 
 namespace morphbus::tools {
 namespace {

@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "bridge/module/read_held.h"
-#include "tools/base/program.h"
 #include "tools/base/held_report.h"
+#include "tools/base/program.h"
 #include "vm/image/disassembler.h"
 #include "vm/image/print_line.h"
 

@@ -1,0 +1,41 @@
+#include "logger/log/find_run.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "bridge/wire/channels.h"
+#include "compiler/base/text.h"
+
+namespace morphbus::logger {
+
+std::string NoSuchRun(const std::string& path, const std::string& run,
+                      const std::vector<std::string>& others) {
+  constexpr size_t kMaxNamed = 8;  // a damaged log can name any number of runs
+  if (others.empty()) return fmt::format("{} holds no run of modules", path);
+  const auto end = others.begin() + static_cast<ptrdiff_t>(std::min(others.size(), kMaxNamed));
+  std::string names = EscapeControl(fmt::format("{}", fmt::join(others.begin(), end, ", ")));
+  if (others.size() > kMaxNamed) names += fmt::format(" and {} more", others.size() - kMaxNamed);
+  return fmt::format("no run '{}' in {}; it holds {}", run, path, names);
+}
+
+std::string WhyNoRun(const std::string& path, const EventLogReader& reader) {
+  if (reader.file_size() == 0) return path + " is empty";
+  // Of a compressed file that cannot be decompressed, the reason is in its first finding.
+  const bool told = reader.compressed() && !reader.findings().empty();
+  return path + " holds no run of modules" + (told ? ": " + reader.findings().front().what : "");
+}
+
+std::optional<std::string> FindRun(EventLogReader* reader) {
+  LogEvent event;
+  while (reader->Next(&event)) {
+    const std::optional<bridge::ChannelName> name = bridge::ParseChannel(event.channel);
+    if (name && (name->topic == bridge::Topic::kInfo || name->topic == bridge::Topic::kClock)) {
+      return std::string(name->run);
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace morphbus::logger
