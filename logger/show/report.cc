@@ -39,6 +39,19 @@ std::string NamesOfBoth(const std::string& a, const std::string& b) {
   return a == b ? NameOrDash(a) : NameOrDash(a) + " / " + NameOrDash(b);
 }
 
+/// A name as HTML that browsers may break where a word begins in it: "Front|Left|Foot".
+std::string BreakableName(const std::string& name) {
+  std::string html;
+  const std::string text = EscapeHtml(name);
+  for (size_t i = 0; i < text.size(); ++i) {
+    const bool begins =
+        i > 0 && text[i] >= 'A' && text[i] <= 'Z' && text[i - 1] >= 'a' && text[i - 1] <= 'z';
+    if (begins) html += "<wbr>";
+    html += text[i];
+  }
+  return html;
+}
+
 using Points = std::vector<std::pair<double, double>>;
 
 /// (time, value) pairs: sim time in seconds, values times `scale` in the plot's unit.
@@ -222,7 +235,7 @@ class Page {
         names += (names.empty() ? "" : ", ") + NamesOfBoth(a, b);
       }
       html_ +=
-          fmt::format("<tr><td>{}</td><td class='m'>{}</td>", EscapeHtml(RoleName(role)), names);
+          fmt::format("<tr><td>{}</td><td class='m'>{}</td>", BreakableName(RoleName(role)), names);
       for (const auto& [quantity, unit] : columns) {
         const auto found = figures.worst.find(quantity);
         if (found == figures.worst.end()) {

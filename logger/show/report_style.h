@@ -51,7 +51,7 @@ border-radius:8px;padding:12px 18px}
 table{border-collapse:collapse;width:100%;font-size:13px}
 th,td{padding:5px 10px;text-align:left;border-bottom:1px solid var(--line);white-space:nowrap;
 vertical-align:top}
-.wide th,.wide td{white-space:normal;padding:5px 6px}.wide td:first-child{overflow-wrap:anywhere}
+.wide{font-size:12px}.wide th,.wide td{white-space:normal;padding:5px 5px}
 th{color:var(--dim);font-weight:600}tbody tr:last-child td{border-bottom:0}
 .n{text-align:right;font-variant-numeric:tabular-nums}.m{color:var(--dim);white-space:normal}
 td.over,tr.over td.n{color:var(--bad);font-weight:650}
