@@ -142,14 +142,14 @@ void DrawLegend(const std::vector<PlotLine>& lines, const PlotOptions& options, 
 /// Dashed lines with their names at the upper end. A name that would be written over another one
 /// stands a line lower, and one that would leave the frame to the left of its line.
 void DrawMarks(const Frame& f, const PlotOptions& options, std::string* svg) {
-  constexpr double kLetter = 6.2, kLine = 12, kGap = 4;
+  constexpr double kLetterWidth = 6.2, kLine = 12, kGap = 4;
   std::vector<std::pair<double, double>> taken[3];  // By line: from where to where.
   for (const PlotMark& mark : options.marks) {
     if (mark.x < f.x.low || mark.x > f.x.high) continue;
     const double x = f.X(mark.x);
     *svg +=
         fmt::format("<path class='mark' d='M{:.1f} {:.1f}V{:.1f}'/>", x, f.top, f.top + f.height);
-    const double width = kLetter * static_cast<double>(mark.name.size());
+    const double width = kLetterWidth * static_cast<double>(mark.name.size());
     const bool left = x + kGap + width > f.left + f.width && x - kGap - width > f.left;
     const double begin = left ? x - kGap - width : x + kGap;
     // The first line in which there is room; where there is none, the dashed line must do.
