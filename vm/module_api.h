@@ -206,9 +206,6 @@ struct JointCommand {
   double speed = 0;   ///< kPosition: limit of the set-point's speed; kVelocity: the velocity.
 };
 
-/// By which of a role's routines a task was begun.
-enum class TaskKind : uint8_t { kStartup, kBehavior, kCommand, kHandler };
-
 /// A task that runs or waits.
 struct TaskReport {
   TaskKind kind = TaskKind::kStartup;
@@ -235,6 +232,9 @@ struct StatusReport {
   /// True if role, labels or conventions differ from the last tick, or if there are faults or
   /// prints: then the report is worth a message.
   bool changed = false;
+  /// True if a fault has ended a startup of the role held: of its behaviors and commands none
+  /// starts.
+  bool startup_ended = false;
   int16_t role = -1;
   bool frozen = false;  ///< The role changed too often and stays as it is.
   /// Whether the module knows where it is in R, and whether that knowledge is old.
@@ -246,6 +246,9 @@ struct StatusReport {
   /// Tasks that run or wait at the end of the tick.
   uint8_t num_tasks = 0;
   TaskReport tasks[kMaxTasks];
+  /// Behaviors of the role held that a fault has ended, or that found no free task: they do not run
+  /// again while it is held.
+  uint8_t ended_behaviors = 0;
   uint8_t num_faults = 0;
   uint16_t faults_dropped = 0;  ///< Faults beyond kMaxFaultsPerTick, which are counted only.
   Fault faults[kMaxFaultsPerTick];

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <sstream>
 
 #include "bridge/outward/converter.h"
@@ -16,12 +15,6 @@ namespace {
 
 /// Programs whose text is kept; no run deploys so many.
 constexpr size_t kMostPrograms = 64;
-
-/// The words of task_t.kind.
-const char* TaskKind(int kind) {
-  constexpr std::array<const char*, 4> kKinds = {"startup", "behavior", "command", "handler"};
-  return kind >= 0 && kind < static_cast<int>(kKinds.size()) ? kKinds[kind] : "task";
-}
 
 /// The mode of a command; one that nobody knows is told as one to hold.
 morphbus::JointOrder::Mode ModeOf(int mode) {
@@ -173,7 +166,7 @@ void Converter::Use(const morphbus::status_t& status, int module, const OutwardS
   // Tasks, by kind and by where they are in the program.
   for (const morphbus::task_t& task : status.tasks) {
     morphbus::Task& out = *state.add_tasks();
-    out.set_kind(TaskKind(task.kind));
+    out.set_kind(vm::TaskKindName(static_cast<vm::TaskKind>(task.kind)));
     out.set_function(EscapeControl(task.function_name));
     out.set_line(static_cast<uint32_t>(std::max<int>(0, task.line)));
   }

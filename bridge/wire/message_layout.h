@@ -252,10 +252,13 @@ constexpr void Walk(V& v, As<morphbus::label_t>) {
   v.Int8("index", -1, kLastJoint > kLastLink ? kLastJoint : kLastLink);
 }
 
+/// The kinds of task have the VM's numbers.
+inline constexpr int64_t kLastTaskKind = static_cast<int64_t>(vm::TaskKind::kHandler);
+
 /// What a module is running. The kinds are startup, behavior, command and handler, from 0.
 template <class V>
 constexpr void Walk(V& v, As<morphbus::task_t>) {
-  v.Int8("kind", 0, 3);
+  v.Int8("kind", 0, kLastTaskKind);
   v.Text("function_name", kNameText);
   v.Int16("line", 0, kMost16);
 }
@@ -276,6 +279,9 @@ constexpr void Walk(V& v, As<morphbus::fault_t>) {
   v.Int8("link", -1, kLastLink);
   v.Int8("connector", -1, kLastConnector);
   v.Int8("asked_axis", 0, vm::kNumAxes - 1);
+  // The task that it has ended.
+  v.Int8("ended_task", -1, kLastTaskKind);
+  v.Int16("task_function", -1, vm::kMaxFunctions - 1);
   // In degrees or as the kind of fault says. Direction is a unit vector in R, or zero.
   v.Floats("asked", 1);
   v.Floats("measured", 1);
@@ -399,6 +405,8 @@ constexpr void Walk(V& v, As<morphbus::status_t>) {
   for (int64_t i = 0; i < joints; ++i) v.Int8("joint_sign", -1, 1);
   List8<morphbus::task_t>(v, "num_tasks", "tasks", vm::kMaxTasks);
   v.Int8("tasks_omitted", 0, kMost8);
+  v.Int8("ended_behaviors", 0, vm::kMaxRoutines);
+  v.Bool("startup_ended");
   // Faults that do not fit come with further STATUS messages of the same tick.
   List8<morphbus::fault_t>(v, "num_faults", "faults", vm::kMaxFaultsPerTick);
   v.Int16("faults_dropped", 0, kMost16);

@@ -156,11 +156,12 @@ void CopyMessage(Wire& wire, Vm& vm) {
 template <class Wire, class Vm>
 void CopyFault(Wire& wire, Vm& vm) {
   Copy(std::tie(wire.code, wire.role, wire.rival_role, wire.function_index, wire.keyword,
-                wire.joint, wire.link, wire.connector, wire.asked_axis, wire.asked, wire.measured,
-                wire.limit, wire.direction[0], wire.direction[1], wire.direction[2]),
+                wire.joint, wire.link, wire.connector, wire.asked_axis, wire.ended_task,
+                wire.task_function, wire.asked, wire.measured, wire.limit, wire.direction[0],
+                wire.direction[1], wire.direction[2]),
        std::tie(vm.code, vm.role, vm.rival_role, vm.function, vm.keyword, vm.joint, vm.link,
-                vm.connector, vm.asked_axis, vm.asked, vm.measured, vm.limit, vm.direction_R.x,
-                vm.direction_R.y, vm.direction_R.z));
+                vm.connector, vm.asked_axis, vm.ended_task, vm.task_function, vm.asked, vm.measured,
+                vm.limit, vm.direction_R.x, vm.direction_R.y, vm.direction_R.z));
 }
 
 /// Source lines and counts beyond what the wire has room for stay at the end of its range.
@@ -212,6 +213,8 @@ morphbus::status_t StatusCore(const vm::StatusReport& report, const StatusNames&
   // Conventions are told as signs: +1 or -1 to the actuator's own, 0 without one.
   out.num_joints = static_cast<int8_t>(num_joints);
   out.joint_sign.assign(report.signs, report.signs + num_joints);
+  Copy(std::tie(out.ended_behaviors, out.startup_ended),
+       std::tie(report.ended_behaviors, report.startup_ended));
   out.num_tasks = out.num_faults = out.tasks_omitted = 0;
   out.faults_dropped = To16(report.faults_dropped);
   out.num_prints = out.num_inspections = 0;

@@ -179,7 +179,7 @@ Result<void> BorrowDescription(const std::string& description, uint64_t model_ha
 
 void WordFaults(const std::string& description, const std::map<uint64_t, std::string>& deployed,
                 LogFacts* facts) {
-  if (facts->faults.empty() && facts->prints.empty()) return;
+  if (facts->faults.empty() && facts->ended.faults.empty() && facts->prints.empty()) return;
   // Without a description there are no images either, and of damaged ones there are no names; the
   // sentences have numbers then.
   const proto::RunDescription d = Parse(description).value_or(proto::RunDescription());
@@ -208,11 +208,14 @@ void WordFaults(const std::string& description, const std::map<uint64_t, std::st
     *file = d.program_file();
     return &images->program();
   };
-  for (FaultFact& fault : facts->faults) {
-    const vm::FaultContext context{program_of(fault.program_hash, &fault.file),
-                                   images->FindKinematics(fault.type_name)};
-    fault.text = vm::FaultSentence(fault.fault, context);
-    fault.function = vm::FaultFunction(fault.fault, context.program);
+  for (std::vector<FaultFact>* faults : {&facts->faults, &facts->ended.faults}) {
+    for (FaultFact& fault : *faults) {
+      const vm::FaultContext context{program_of(fault.program_hash, &fault.file),
+                                     images->FindKinematics(fault.type_name)};
+      fault.text = vm::FaultSentence(fault.fault, context);
+      fault.function = vm::FaultFunction(fault.fault, context.program);
+      fault.task = vm::FaultTask(fault.fault, context.program);
+    }
   }
   for (PrintFact& print : facts->prints) {
     const vm::VerifiedProgram* program = program_of(print.program_hash, &print.file);

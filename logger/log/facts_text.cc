@@ -271,6 +271,7 @@ std::string FactsText(const LogFacts& f, bool all) {
                                 fault.role.empty() ? "no role" : fault.role, fault.Line()));
   }
   add(Counted(f.num_faults, "fault") + " of the program:", std::exchange(lines, {}));
+  add("", EndedLines(f.ended));
   for (const PrintFact& print : f.prints) {
     lines.push_back(fmt::format("  {:.3f} s {} ({}): {}", Seconds(print.time_us), print.module,
                                 print.role.empty() ? "no role" : print.role, print.Line()));

@@ -163,6 +163,7 @@ nlohmann::json FactsJson(const LogFacts& f) {
                       {"role", fault.role},
                       {"code", static_cast<int>(fault.fault.code)},
                       {"text", fault.text},
+                      {"ended", EndedKind(fault)},
                       {"function", fault.function},
                       {"line", fault.fault.line}});
   }
@@ -213,6 +214,7 @@ nlohmann::json FactsJson(const LogFacts& f) {
                          {"lost_modules", std::move(lost_modules)},
                          {"faults", std::move(faults)},
                          {"num_faults", f.num_faults},
+                         {"ended_tasks", EndedJson(f.ended)},
                          {"prints", PrintsJson(f)},
                          {"num_prints", f.num_prints},
                          {"damage", std::move(damage)},

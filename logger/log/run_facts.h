@@ -14,9 +14,9 @@
 #include "compiler/base/text.h"
 #include "logger/log/deployments.h"
 #include "logger/log/docking_changes.h"
+#include "logger/log/ended_tasks.h"
 #include "logger/log/event_log.h"
-#include "vm/image/fault_text.h"
-#include "vm/module_api.h"
+#include "logger/log/program_facts.h"
 
 namespace morphbus::logger {
 
@@ -63,41 +63,6 @@ struct LogDamage {
   uint64_t offset = 0;
   /// Sim time (µs) up to which the log was whole: what it says until then can be trusted.
   int64_t time_us = 0;
-};
-
-/// What a module's program made it report in STATUS, and where.
-struct ProgramFact {
-  /// Sim time of the STATUS that reported it, µs.
-  int64_t time_us = 0;
-  std::string module;
-  /// Module type of `module`, by which joints and connectors are named.
-  std::string type_name;
-  /// Role of the module at that time; empty if it had none.
-  std::string role;
-  /// Hash of the program that ran, which may be another one than the description's.
-  uint64_t program_hash = 0;
-  /// What it says, with names as far as the log's images have them (WordFaults).
-  std::string text;
-  /// The program's source file; empty if unknown.
-  std::string file;
-};
-
-/// A fault of the robot's program. It says something of the robot, and nothing of the log.
-struct FaultFact : ProgramFact {
-  vm::Fault fault;
-  /// The function in which it happened; empty if in none.
-  std::string function;
-
-  /// Place, sentence and function on one line, as every tool prints them.
-  [[nodiscard]] std::string Line() const { return vm::FaultLine(file, fault.line, text, function); }
-};
-
-/// A line that a program printed.
-struct PrintFact : ProgramFact {
-  vm::PrintReport print;
-
-  /// Place and text on one line, as every tool prints them.
-  [[nodiscard]] std::string Line() const { return vm::FaultLine(file, print.line, text, ""); }
 };
 
 /// What became of the END event, by which a log vouches for its own content.
@@ -170,6 +135,8 @@ struct LogFacts : DescribedRun {
   /// The first RunLogOptions::max_faults faults; num_faults counts all.
   std::vector<FaultFact> faults;
   int64_t num_faults = 0;
+  /// Which tasks had ended by a fault when the log ends.
+  EndedFacts ended;
   /// The first RunLogOptions::max_faults lines that the program printed; num_prints counts all,
   /// also those that modules dropped.
   std::vector<PrintFact> prints;

@@ -99,6 +99,7 @@ class Loader {
       Result<void> lent = BorrowDescription(options_.description, messages_model_, &log_);
       if (!lent) return lent;
     }
+    facts_.ended = ended_.Facts(facts_.lost_modules);
     WordFaults(log_.description, log_.deployed, &facts_);
     // What moves the robot is commanded by a program that the run is known to have.
     if (facts_.has_description) {
@@ -357,8 +358,9 @@ class Loader {
     for (const morphbus::fault_t& fault : status.faults) {
       ++facts_.num_faults;
       if (facts_.faults.size() >= options_.max_faults) continue;
-      facts_.faults.push_back({reported, bridge::FromFault(fault), {}});
+      facts_.faults.push_back({reported, bridge::FromFault(fault), {}, {}});
     }
+    ended_.Take(reported, status);
     facts_.num_faults += status.faults_dropped;
     for (const morphbus::print_t& print : status.prints) {
       ++facts_.num_prints;
@@ -420,6 +422,7 @@ class Loader {
   /// By TRANSFORM, and by ACTUATOR.
   ProgramChanges programs_, commanding_;
   DockingChanges dockings_;
+  EndedTasks ended_;
   TiltTrack tilts_;
   PromisedMessages promised_;
   /// Hash of the model of which the first sound message speaks.

@@ -263,7 +263,7 @@ class OutboxTest : public testing::Test {
     status.frozen = status.has_pose = status.pose_stale = 0;
     status.num_labels = status.num_joints = status.num_tasks = status.num_faults =
         status.num_prints = status.num_inspections = 0;
-    status.tasks_omitted = 0;
+    status.tasks_omitted = status.ended_behaviors = status.startup_ended = 0;
     status.faults_dropped = status.prints_dropped = 0;
     outbox->Send("run/m1/STATUS", tick, tick * 20000, &status);
     hub_.HandleAll();

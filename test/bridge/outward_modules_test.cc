@@ -49,6 +49,7 @@ TEST(OutwardModules, AFaultComesWithItsSourceLine) {
     morphbus::fault_t fault = {};
     fault.code = 1;
     fault.role = fault.rival_role = fault.function_index = fault.keyword = -1;
+    fault.ended_task = fault.task_function = -1;
     fault.joint = fault.link = fault.connector = -1;
     fault.line = 2;
     status->num_faults = 1;

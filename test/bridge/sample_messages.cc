@@ -153,6 +153,10 @@ morphbus::status_t Status() {
   report.faults[0].code = vm::FaultCode::kTargetClamped;
   report.faults[0].asked = 95;
   report.faults[0].limit = 90;
+  report.faults[0].ended_task = static_cast<int8_t>(vm::TaskKind::kCommand);
+  report.faults[0].task_function = 4;
+  report.ended_behaviors = 2;
+  report.startup_ended = true;
   report.num_prints = 1;
   report.prints_dropped = 2;
   report.prints[0].function = 4;

@@ -413,7 +413,9 @@ TEST(ComparerTest, NoTextOfALogSteersTheTerminal) {
   SyntheticOptions options;
   options.tip_role = "Tip" + clear;
   options.on_status = [&](const std::string&, status_t* status) {
-    status->faults = {fault_t{}};
+    fault_t fault{};
+    fault.ended_task = fault.task_function = -1;
+    status->faults = {fault};
     status->num_faults = 1;
   };
   std::vector<test::SyntheticEvent> events = test::SyntheticEvents(options);

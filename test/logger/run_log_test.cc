@@ -242,6 +242,7 @@ TEST(RunLogTest, FaultsAreListedWithModuleRoleAndLine) {
     fault_t fault{};
     fault.code = static_cast<int16_t>(vm::FaultCode::kTargetClamped);
     fault.role = fault.rival_role = fault.keyword = -1;
+    fault.ended_task = fault.task_function = -1;
     fault.link = fault.connector = -1;
     fault.function_index = 4;
     fault.line = 17;

@@ -142,6 +142,8 @@ inline void PutFault(const vm::Fault& fault, ByteWriter* out) {
   for (const int8_t part : {fault.joint, fault.link, fault.connector}) out->Put(part);
   for (const float number : {fault.asked, fault.measured, fault.limit}) out->Put(number);
   out->Put(static_cast<uint8_t>(fault.asked_axis));
+  out->Put(fault.ended_task);
+  out->Put(fault.task_function);
   for (const float part : {fault.direction_R.x, fault.direction_R.y, fault.direction_R.z}) {
     out->Put(part);
   }
@@ -175,6 +177,8 @@ inline void PutOutput(const vm::TickOutput& output, int joints, ByteWriter* out)
     out->Put(status.tasks[i].function);
     out->Put(status.tasks[i].pc);
   }
+  out->Put(status.ended_behaviors);
+  out->Put(uint8_t{status.startup_ended});
   out->Put(status.num_faults);
   out->Put(status.faults_dropped);
   for (int i = 0; i < status.num_faults; ++i) PutFault(status.faults[i], out);

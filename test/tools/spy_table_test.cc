@@ -75,6 +75,7 @@ TEST_F(SpyTableTest, FaultsOfAStatusHaveTheirSentence) {
   morphbus::fault_t fault = {};
   fault.code = static_cast<int16_t>(vm::FaultCode::kStalled);
   fault.function_index = -1;
+  fault.ended_task = fault.task_function = -1;
   fault.line = 12;
   fault.joint = 1;
   fault.asked = 36;
@@ -208,6 +209,7 @@ TEST_F(SpyTableTest, ARepeatedStatusCountsItsFaultsOnce) {
   morphbus::fault_t fault = {};
   fault.code = static_cast<int16_t>(vm::FaultCode::kStalled);
   fault.function_index = fault.role = fault.rival_role = fault.keyword = -1;
+  fault.ended_task = fault.task_function = -1;
   fault.joint = fault.link = fault.connector = -1;
   status.faults = {fault};
   status.num_faults = 1;

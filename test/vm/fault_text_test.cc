@@ -180,13 +180,41 @@ TEST_F(FaultTextTest, FaultsOfInvocationsNameTheCommandAndTheCapacity) {
 TEST_F(FaultTextTest, FaultsOfCapacitiesSayHowMuchThereIs) {
   Fault fault = Make(FaultCode::kTooManyTasks, 0, 0, 12);
   fault.function = 0;
-  EXPECT_EQ(OfHinge(fault), "12 tasks run already; Knee.bend does not start");
+  EXPECT_EQ(OfHinge(fault),
+            "12 tasks run already; Knee.bend does not start while the role is held");
   EXPECT_EQ(OfHinge(Make(FaultCode::kTooManyNeighbours, 0, 14, 12)),
             "14 connectors are docked; neighbours are told of 12 only");
   fault = Make(FaultCode::kTooManyBodyJoints, 0, 0, 64);
   fault.link = 1;
   EXPECT_EQ(OfHinge(fault),
             "more than 64 joints touch the body of link two; the others are not counted");
+}
+
+TEST_F(FaultTextTest, AFaultThatEndsATaskSaysWhatBecomesOfIt) {
+  Fault fault = Make(FaultCode::kDivisionByZero);
+  fault.function = fault.task_function = kick_;
+  const auto ended = [&](TaskKind kind) {
+    fault.ended_task = static_cast<int8_t>(kind);
+    return OfHinge(fault);
+  };
+  EXPECT_EQ(ended(TaskKind::kStartup),
+            "division by zero; the startup has ended, and nothing else of the role starts while it "
+            "is held");
+  EXPECT_EQ(ended(TaskKind::kBehavior),
+            "division by zero; the behavior has ended and does not start again while the role is "
+            "held");
+  EXPECT_EQ(ended(TaskKind::kCommand),
+            "division by zero; the command has ended; the next invocation starts it anew");
+  EXPECT_EQ(ended(TaskKind::kHandler),
+            "division by zero; the handler has ended; the next event starts it anew");
+  // In a function that the task has called the task has a name of its own.
+  fault.function = program_.role(0).startups[0];
+  EXPECT_EQ(ended(TaskKind::kHandler),
+            "division by zero; the handler Knee.kick has ended; the next event starts it anew");
+  EXPECT_EQ(FaultTask(fault, &program_), "Knee.kick");
+  EXPECT_EQ(FaultTask(fault, nullptr), "function " + std::to_string(kick_));
+  // What has ended no task says nothing of any.
+  EXPECT_EQ(OfHinge(Make(FaultCode::kDivisionByZero)), "division by zero");
 }
 
 TEST_F(FaultTextTest, EveryCodeHasASentenceWithImagesWithoutThemAndWithIndicesOfOthers) {

@@ -1,6 +1,9 @@
 // Tasks: which of a program's statements run when, and what their faults say.
 
+#include <algorithm>
+
 #include "test/vm/lone_module.h"
+#include "vm/image/fault_text.h"
 
 namespace morphbus::vm {
 namespace {
@@ -389,6 +392,69 @@ TEST_F(TasksTest, RequestsUnderAnotherImageOrForUnknownCommandsAreFaults) {
   vms.Request(0, request);  // An argument is missing.
   vms.Tick(3);
   EXPECT_EQ(vms.CountFaults(FaultCode::kBadInvocation), 4);
+  EXPECT_NEAR(Target(), 0, 1e-9);
+}
+
+/// The name of a fault's task; empty if the fault has ended none.
+std::string TaskOf(const VmRobot& vms, const Fault& fault) {
+  return fault.ended_task < 0 ? "" : FaultTask(fault, &vms.program());
+}
+
+TEST_F(TasksTest, AFaultNamesTheTaskThatItHasEndedAndTheStatusCountsThoseThatAreDead) {
+  // One dies by an instruction and one by what it asks of the module, in a function that it calls;
+  // the handler and the command that fault run again.
+  VmRobot& vms = Lone(R"(
+  zero = 0;
+  behavior lives() { self.sleepcs(2); }
+  behavior divides() { zero = 1 / zero; }
+  function asks() { self.turnContinuous(self.TURN, 1); }
+  behavior calls() { self.asks(); }
+  handler rings() every 0.1 { zero = 1 / zero; }
+  command kick() { zero = 1 / zero; }
+)");
+  TakeRole();
+  InvokeRequest request;
+  request.program_hash = vms.program().hash();
+  vms.Request(0, request);
+  vms.Tick(12);
+  std::vector<std::string> ended;
+  for (const VmRobot::FaultEvent& event : vms.faults()) {
+    const Fault& fault = event.fault;
+    ended.push_back(std::string(TaskKindName(static_cast<TaskKind>(fault.ended_task))) + " " +
+                    TaskOf(vms, fault) + " in " + FaultFunction(fault, &vms.program()));
+  }
+  std::sort(ended.begin(), ended.end());
+  EXPECT_EQ(ended,
+            (std::vector<std::string>{"behavior R.calls in R.asks",
+                                      "behavior R.divides in R.divides", "command R.kick in R.kick",
+                                      "handler R.rings in R.rings", "handler R.rings in R.rings"}));
+  EXPECT_EQ(vms.output(0).status.ended_behaviors, 2);
+  EXPECT_FALSE(vms.output(0).status.startup_ended);
+}
+
+TEST_F(TasksTest, AFaultThatLeavesItsTaskRunningHasEndedNone) {
+  VmRobot& vms = Lone("behavior b() { self.jointSetDegrees(self.TURN, 95); self.sleepds(1); }");
+  vms.Tick(40);
+  ASSERT_GE(vms.CountFaults(FaultCode::kTargetClamped), 1);
+  EXPECT_EQ(TaskOf(vms, vms.faults()[0].fault), "");
+  EXPECT_EQ(vms.output(0).status.ended_behaviors, 0);
+}
+
+TEST_F(TasksTest, AStartupThatFaultsIsToldForAsLongAsTheRoleIsHeld) {
+  VmRobot& vms = Lone(R"(
+  zero = 0;
+  startup first() { self.sleepcs(10); }
+  startup second() { zero = 1 / zero; }
+  behavior never() { self.jointRotateDegrees(self.TURN, 1); }
+)");
+  TakeRole();
+  EXPECT_FALSE(vms.output(0).status.startup_ended);  // It sleeps.
+  vms.Tick(20);
+  ASSERT_EQ(vms.faults().size(), 1u);
+  EXPECT_EQ(vms.faults()[0].fault.ended_task, static_cast<int8_t>(TaskKind::kStartup));
+  EXPECT_EQ(TaskOf(vms, vms.faults()[0].fault), "R.second");
+  EXPECT_TRUE(vms.output(0).status.startup_ended);
+  EXPECT_EQ(vms.output(0).status.ended_behaviors, 0);
   EXPECT_NEAR(Target(), 0, 1e-9);
 }
 

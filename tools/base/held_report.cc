@@ -2,11 +2,12 @@
 
 #include <fmt/format.h>
 
+#include "vm/image/fault_text.h"
+
 namespace morphbus::tools {
 namespace {
 
-/// The words of vm::TaskKind and vm::WaitKind.
-constexpr const char* kTaskKinds[] = {"startup", "behavior", "command", "handler"};
+/// The words of vm::WaitKind.
 constexpr const char* kWaits[] = {"nothing", "the next tick", "a time", "a joint"};
 
 double ToSeconds(int64_t time_us) { return static_cast<double>(time_us) * 1e-6; }
@@ -18,7 +19,7 @@ Json TaskJson(const bridge::HeldTask& task) {
     calls.push_back(
         {{"function", call.function}, {"line", call.line}, {"locals", LocalsJson(call.locals)}});
   }
-  Json json = {{"kind", TaskKindName(task.kind)},
+  Json json = {{"kind", vm::TaskKindName(task.kind)},
                {"routine", task.routine},
                {"waits_for", kWaits[static_cast<int>(task.wait)]}};
   if (task.wait == vm::WaitKind::kSleep) json["until"] = ToSeconds(task.until_us);
@@ -28,8 +29,6 @@ Json TaskJson(const bridge::HeldTask& task) {
 }
 
 }  // namespace
-
-const char* TaskKindName(vm::TaskKind kind) { return kTaskKinds[static_cast<int>(kind)]; }
 
 std::string WaitText(vm::WaitKind wait, int64_t until_us, const std::string& joint) {
   if (wait == vm::WaitKind::kSleep) return fmt::format("{:.2f} s", ToSeconds(until_us));

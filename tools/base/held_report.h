@@ -11,9 +11,6 @@
 
 namespace morphbus::tools {
 
-/// "startup", "behavior", "command" or "handler".
-const char* TaskKindName(vm::TaskKind kind);
-
 /// What a task waits for, such as "joint joint_1" or "12.50 s"; "nothing" if it runs.
 /// @param until_us  for kSleep: the sim time at which it goes on, microseconds
 /// @param joint     for kMotion: the joint's name

@@ -9,6 +9,7 @@
 #include "tools/base/held_report.h"
 #include "tools/base/program.h"
 #include "vm/image/disassembler.h"
+#include "vm/image/fault_text.h"
 #include "vm/image/print_line.h"
 
 namespace morphbus::tools {
@@ -103,7 +104,7 @@ bool StepTrace::GoesOn(const Moment& now) const {
 
 void StepTrace::Begin(const logger::ComputedStep& step, Moment now) {
   const vm::Frame& frame = step.task.stack.frames[now.depth - 1];
-  Json json = {{"task", TaskKindName(step.task.kind)},
+  Json json = {{"task", vm::TaskKindName(step.task.kind)},
                {"depth", now.depth},
                {"function", ToString(step.program.function_name(now.function))},
                {"source", ToString(step.program.source_name())},

@@ -124,7 +124,7 @@ std::string RefusedText(const RunSummary& s) {
   return text;
 }
 
-/// The first faults of the log, a line each, and how many there are.
+/// The first faults of the log, a line each, how many there are, and what they have ended for good.
 std::string FaultsText(const RunSummary& s) {
   constexpr size_t kShown = 10;
   if (s.facts.num_faults == 0) return "  no faults\n";
@@ -133,6 +133,7 @@ std::string FaultsText(const RunSummary& s) {
   for (size_t i = 0; i < shown; ++i) text += fmt::format("    {}\n", FaultText(s.facts.faults[i]));
   const int64_t more = s.facts.num_faults - static_cast<int64_t>(shown);
   if (more > 0) text += fmt::format("    and {} more (morphbus info)\n", more);
+  for (const std::string& line : logger::EndedLines(s.facts.ended)) text += "  " + line + "\n";
   return text;
 }
 
@@ -174,6 +175,7 @@ Json FaultJson(const logger::FaultFact& fault) {
           {"time", Seconds(fault.time_us)},
           {"role", fault.role},
           {"fault", fault.text},
+          {"ended", logger::EndedKind(fault)},
           {"function", fault.function.empty() ? Json(nullptr) : Json(fault.function)},
           {"file", placed ? Json(fault.file) : Json(nullptr)},
           {"line", placed ? Json(fault.fault.line) : Json(nullptr)}};
@@ -275,6 +277,7 @@ Json SummaryJson(const RunSummary& s) {
                {"problems", s.problems},
                {"faults", faults},
                {"num_faults", s.facts.num_faults},
+               {"ended_tasks", logger::EndedJson(s.facts.ended)},
                {"prints", logger::PrintsJson(s.facts)},
                {"num_prints", s.facts.num_prints},
                {"inspections", s.inspections},

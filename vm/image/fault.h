@@ -27,6 +27,9 @@ inline constexpr int kNumFaultCodes = 0
 /// codes of a newer version.
 const char* FaultName(FaultCode code);
 
+/// By which of a role's routines a task was begun.
+enum class TaskKind : uint8_t { kStartup, kBehavior, kCommand, kHandler };
+
 /// One fault. Indices are those of the module type's and the program's tables; -1 means that the
 /// fault does not concern such a thing. Angles are in degrees and speeds in degrees a second
 /// (millimetres for prismatic joints), in the sign in which the program asked, as programs speak.
@@ -55,6 +58,10 @@ struct Fault {
   float limit = 0;
   /// The axis given to setJointAxis, for kAxisNotAligned.
   Axis asked_axis = Axis::kAny;
+  /// The TaskKind of the task that the fault has ended; -1 if it has ended none.
+  int8_t ended_task = -1;
+  /// The function with which that task began, in which it need not have stood.
+  int16_t task_function = -1;
   /// kAxisNotAligned: the direction about which the link turns counter-clockwise for positive
   /// actuator values, in the robot frame (unit vector).
   Vec3 direction_R = {};

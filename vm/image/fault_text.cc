@@ -49,6 +49,39 @@ std::string Named(const char* kind, int index, int count, const NameOf& name_of)
   return std::string(kind) + (index >= 0 && index < count ? ToString(name_of(index)) : number);
 }
 
+/// A function's name; "function 3" without a program that has it, empty for -1.
+std::string FunctionText(int function, const VerifiedProgram* program) {
+  if (function < 0) return "";
+  const bool known = program != nullptr && function < program->num_functions();
+  return known ? ToString(program->function_name(function)) : fmt::format("function {}", function);
+}
+
+/// What follows from the end of a task, after its name.
+const char* Consequence(TaskKind kind) {
+  switch (kind) {
+    case TaskKind::kStartup:
+      return "has ended, and nothing else of the role starts while it is held";
+    case TaskKind::kBehavior:
+      return "has ended and does not start again while the role is held";
+    case TaskKind::kCommand:
+      return "has ended; the next invocation starts it anew";
+    case TaskKind::kHandler:
+      return "has ended; the next event starts it anew";
+  }
+  return "has ended";
+}
+
+/// What becomes of the task that a fault has ended; empty if it has ended none.
+std::string Ending(const Fault& fault, const VerifiedProgram* program) {
+  // A behavior that found no free task has not begun.
+  if (fault.ended_task < 0 || fault.code == FaultCode::kTooManyTasks) return "";
+  const auto kind = static_cast<TaskKind>(fault.ended_task);
+  // The function in which it happened stands behind the sentence; the task may be that of a caller.
+  const bool other = fault.task_function != fault.function;
+  return fmt::format("; the {}{}{} {}", TaskKindName(kind), other ? " " : "",
+                     other ? FunctionText(fault.task_function, program) : "", Consequence(kind));
+}
+
 /// Words one fault.
 class Wording {
  public:
@@ -149,16 +182,22 @@ class Wording {
 
 }  // namespace
 
+const char* TaskKindName(TaskKind kind) {
+  constexpr const char* kNames[] = {"startup", "behavior", "command", "handler"};
+  return kNames[static_cast<int>(kind)];
+}
+
 std::string FaultSentence(const Fault& fault, const FaultContext& context) {
-  return Wording(fault, context).Sentence();
+  return Wording(fault, context).Sentence() + Ending(fault, context.program);
 }
 
 std::string FaultFunction(const Fault& fault, const VerifiedProgram* program) {
   // Most faults happen in a function; those of bodies, poses and roles do not.
-  if (fault.function < 0) return "";
-  const bool known = program != nullptr && fault.function < program->num_functions();
-  return known ? ToString(program->function_name(fault.function))
-               : fmt::format("function {}", fault.function);
+  return FunctionText(fault.function, program);
+}
+
+std::string FaultTask(const Fault& fault, const VerifiedProgram* program) {
+  return FunctionText(fault.task_function, program);
 }
 
 std::string FaultLine(const std::string& file, int line, const std::string& sentence,

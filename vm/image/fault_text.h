@@ -16,14 +16,22 @@ struct FaultContext {
   const VerifiedKinematics* kinematics = nullptr;
 };
 
+/// "startup", "behavior", "command" or "handler".
+const char* TaskKindName(TaskKind kind);
+
 /// What happened with all that a person needs to mend it: names, what was asked and measured, the
-/// limit. One sentence without a full stop, e.g. "joint ANKLE was asked for 95° and goes to 90° at
-/// most". Never fails: indices that the images do not have are printed as numbers.
+/// limit, and, where the fault has ended a task, what becomes of that. One sentence without a full
+/// stop, e.g. "joint ANKLE was asked for 95° and goes to 90° at most". Never fails: indices that
+/// the images do not have are printed as numbers.
 std::string FaultSentence(const Fault& fault, const FaultContext& context);
 
 /// The function in which the fault happened, e.g. "Knee.bend"; empty if in none, "function 3" if
 /// there is no program to look it up in.
 std::string FaultFunction(const Fault& fault, const VerifiedProgram* program);
+
+/// The function with which the task began that the fault has ended, in the same way; empty if it
+/// has ended none.
+std::string FaultTask(const Fault& fault, const VerifiedProgram* program);
 
 /// The place, the sentence and the function on one line, as all tools print a fault: "walk.dyn:12:
 /// joint ... (in Knee.bend)". `file` is the program's; without one, or for a fault without a

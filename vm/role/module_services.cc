@@ -60,9 +60,12 @@ void ModuleServices::ReportHere(Fault fault) {
   Report(context_, fault);
 }
 
-/// A fault that ends the task, at the instruction that runs.
+/// A fault that ends the task, if one runs, at the instruction that runs.
 OpResult ModuleServices::Refuse(const Fault& fault) {
-  ReportHere(fault);
+  Fault told = fault;
+  if (running_ != nullptr) SetEnded(*running_, &told);
+  SetPlaceOfCall(&told);
+  Report(context_, told);
   reported_ = true;
   OpResult result;
   result.fault = fault.code;

@@ -35,6 +35,8 @@ void StartBehaviors(Context& context) {
     if (Launch(context, TaskKind::kBehavior, i, role.behaviors[i], nullptr, 0)) continue;
     Fault fault{.code = FaultCode::kTooManyTasks, .limit = kMaxTasks};
     SetPlace(context.program, role.behaviors[i], 0, &fault);
+    fault.ended_task = static_cast<int8_t>(TaskKind::kBehavior);
+    fault.task_function = fault.function;
     Report(context, fault);
     // It is not tried again in every tick: the fault is told once.
     s.ended_behaviors = static_cast<uint16_t>(s.ended_behaviors | 1u << i);
@@ -170,7 +172,11 @@ bool RunOne(Context& context, ModuleServices& services, Task* task, int32_t* bud
       task->budget_told = false;
       return true;
     case RunStatus::kFaulted:
-      if (!services.TakeReported()) Report(context, FaultOf(context.program, result));
+      if (!services.TakeReported()) {
+        Fault fault = FaultOf(context.program, result);
+        SetEnded(*task, &fault);
+        Report(context, fault);
+      }
       // A startup that failed leaves the role without its conventions: nothing else may start.
       if (task->kind == TaskKind::kBehavior) {
         SchedulerState& s = context.state.scheduler;
@@ -271,9 +277,12 @@ void RunTasks(Context& context, ModuleServices& services) {
 }
 
 void FillTasks(const Context& context, StatusReport* status) {
+  const SchedulerState& s = context.state.scheduler;
+  bool starting = false;
   status->num_tasks = 0;
-  for (const Task& task : context.state.scheduler.tasks) {
+  for (const Task& task : s.tasks) {
     if (!task.used) continue;
+    starting = starting || task.kind == TaskKind::kStartup;
     // Its function and line are those of its last stop.
     TaskReport& report = status->tasks[status->num_tasks++];
     report.kind = task.kind;
@@ -281,6 +290,9 @@ void FillTasks(const Context& context, StatusReport* status) {
     report.pc = static_cast<uint16_t>(task.pc);
     report.line = static_cast<uint16_t>(context.program.LineOf(task.function, task.pc));
   }
+  status->ended_behaviors = static_cast<uint8_t>(__builtin_popcount(s.ended_behaviors));
+  // The startups are one task, which is there until the last has returned.
+  status->startup_ended = context.state.role.role >= 0 && !s.startup_done && !starting;
 }
 
 }  // namespace morphbus::vm

@@ -16,7 +16,7 @@ void EndTasks(Context& context);
 /// Runs whatever is due in this tick.
 void RunTasks(Context& context, ModuleServices& services);
 
-/// Lists the tasks for the status.
+/// Lists the tasks for the status, and says which of the role have ended for good.
 void FillTasks(const Context& context, StatusReport* status);
 
 }  // namespace morphbus::vm

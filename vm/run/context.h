@@ -63,6 +63,12 @@ inline void SetPlace(const VerifiedProgram& program, int function, uint32_t pc, 
   fault->line = static_cast<uint16_t>(program.LineOf(function, pc));
 }
 
+/// Notes in a fault that it ends a task.
+inline void SetEnded(const Task& task, Fault* fault) {
+  fault->ended_task = static_cast<int8_t>(task.kind);
+  fault->task_function = static_cast<int16_t>(task.stack.frames[0].function);
+}
+
 /// The fault with which a run of a function ended, at the instruction where it did. The role is
 /// left open; Report fills it in.
 inline Fault FaultOf(const VerifiedProgram& program, const RunResult& result) {
