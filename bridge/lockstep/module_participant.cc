@@ -158,11 +158,14 @@ void ModuleParticipant::OnClock(const uint8_t* data, size_t size) {
   CarryOutActions();
 }
 
+bool ModuleParticipant::IsOnlyLate(int64_t tick) const {
+  return machine_.left() || (options_.realtime && tick < machine_.tick());
+}
+
 bool ModuleParticipant::SensorsFit(int64_t tick) {
   // What is early may only have come before CLOCK, and is said again.
   if (machine_.InWindow(tick, now_us())) return machine_.begun();
-  // Of a run that goes on without this module nothing is wrong.
-  if (machine_.left()) return false;
+  if (IsOnlyLate(tick)) return false;
   CountRefused(&Ledger::outside_window, "SIM/SENSORS",
                "tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));
   return false;
@@ -260,7 +263,7 @@ void ModuleParticipant::OnTransform(uint16_t mate, const uint8_t* data, size_t s
   // In lockstep the number is the tick.
   if (!machine_.InWindow(tick, now_us()) ||
       (options_.realtime ? transform.header.sequence > tick : transform.header.sequence != tick)) {
-    if (machine_.left()) return;
+    if (IsOnlyLate(tick)) return;
     return CountRefused(
         &Ledger::outside_window, channel,
         "tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));

@@ -160,8 +160,10 @@ void SimParticipant::OnActuator(size_t module, const uint8_t* data, size_t size)
   if (!Accept(data, size, &command, fits)) return;
   const int64_t tick = command.header.tick;
   const std::string channel = expected.name + "/ACTUATOR";
-  // Nobody can have computed a tick that is not out. In lockstep a command's number is its tick.
-  if (tick > machine_.tick() || tick < machine_.tick() - kKeptTicks ||
+  // Nobody can have computed a tick that is not out, and in lockstep nobody answers one that is
+  // long over. There a command's number is its tick.
+  const int64_t oldest = machine_.tick() - (options_.realtime ? MissingNumbers::kMost : kKeptTicks);
+  if (tick > machine_.tick() || tick < oldest ||
       (options_.realtime ? command.header.sequence > tick : command.header.sequence != tick)) {
     return CountRefused(
         &Ledger::outside_window, channel,
@@ -228,7 +230,14 @@ void SimParticipant::TakeEndAck(int process, const ask_t& ask) {
   // What the logger was told of the run's end holds.
   if (verdict_told_) return;
   // Every process says it again until all have said it; it must be the same.
-  switch (reports_[process].Take(ask)) {
+  ReportParts::Kind kind = reports_[process].Take(ask);
+  // But in real time the logger goes on recording what comes late: its first whole report counts.
+  if (kind == ReportParts::Kind::kContradicts && options_.realtime && ask.sender == kLogProcess) {
+    if (reports_[process].complete()) return;
+    reports_[process] = ReportParts();
+    kind = reports_[process].Take(ask);
+  }
+  switch (kind) {
     case ReportParts::Kind::kContradicts:
       CountRefused(&Ledger::conflicts, "SIM/ASK",
                    ask.sender + " acknowledges END with other totals than before");

@@ -30,6 +30,11 @@ class LatenessTest : public testing::Test {
     ASSERT_TRUE(run.Run());
     EXPECT_TRUE(run.sim->outcome().ok) << run.sim->outcome().error;
     missed_ = run.sim->outcome().missed_deadlines;
+    for (const Participant* participant : run.participants()) {
+      const Ledger& ledger = participant->ledger();
+      EXPECT_EQ(ledger.outside_window + ledger.conflicts + ledger.false_ends, 0)
+          << ledger.first_refused;
+    }
     const auto ear = run.hub.Connect();
     ear->Subscribe("test/SIM/HEALTH", [this](std::string_view, const uint8_t* data, size_t size) {
       morphbus::health_t health;
@@ -91,6 +96,26 @@ TEST_F(LatenessTest, AnswersThatAreLateBySomeTimeAreLateByNoMore) {
   EXPECT_EQ(m3.late, m3.missed);
   EXPECT_GT(m3.worst_us, 20'000);
   EXPECT_LE(m3.worst_us, 30'000);
+}
+
+TEST_F(LatenessTest, WhoeverIsManyTicksBehindIsLateAndNoForger) {
+  // By far more ticks than anybody keeps; what neighbours say comes as late, and to the logger,
+  // too.
+  Run(3,
+      "fault channel=m3/ACTUATOR from=30 until=130 late=1 by=1s\n"
+      "fault channel=m2/TRANSFORM from=30 until=130 late=1 by=1s\n");
+  const morphbus::lateness_t& m3 = lateness_.at("m3");
+  EXPECT_EQ(m3.late, m3.missed) << "all of them came in the end";
+  EXPECT_GT(m3.worst_us, 2 * kKeptTicks * 20'000);
+}
+
+TEST_F(LatenessTest, ALoggerThatHasMoreWhenItIsAskedAgainHasNotContradictedItself) {
+  // The logger hears of the last ticks while END is repeated for those whose answer was lost.
+  for (int seed = 1; seed <= 20; ++seed) {
+    Run(3, "seed " + std::to_string(seed) +
+               "\nfault channel=*/TRANSFORM from=185 until=200 late=1 by=0.3s\n"
+               "fault channel=SIM/ASK loss=0.7\n");
+  }
 }
 
 TEST(Realtime, AStepOrAStopLeavesATickThatHasOnlyBegunItsTime) {
