@@ -14,8 +14,15 @@ find_package(Bullet REQUIRED CONFIG CONFIGS BulletConfig-float64.cmake)
 add_library(morphbus_bullet INTERFACE)
 target_include_directories(morphbus_bullet SYSTEM INTERFACE ${BULLET_ROOT_DIR}/${BULLET_INCLUDE_DIRS})
 target_compile_options(morphbus_bullet INTERFACE ${BULLET_DEFINITIONS})
-target_link_libraries(morphbus_bullet INTERFACE
-                      BulletDynamics-float64 BulletCollision-float64 LinearMath-float64)
+# Where Debian's has contracted operations, tools/exact_bullet makes one that has none (docs/arithmetic.md).
+set(MORPHBUS_BULLET "" CACHE PATH "Folder of Bullet's libraries to link in the place of the installed ones")
+foreach(library BulletDynamics BulletCollision LinearMath)
+  if(MORPHBUS_BULLET)
+    target_link_libraries(morphbus_bullet INTERFACE "${MORPHBUS_BULLET}/lib${library}-float64.so")
+  else()
+    target_link_libraries(morphbus_bullet INTERFACE ${library}-float64)
+  endif()
+endforeach()
 
 # LCM ships no CMake config in Debian 12.
 find_path(LCM_INCLUDE_DIR lcm/lcm.h REQUIRED)

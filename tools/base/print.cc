@@ -18,14 +18,15 @@ constexpr std::string_view kClearLine = "\r\033[K";
 
 /// What this returns is all that there is to know, and nobody to tell it to: stderr has no buffer.
 void WriteError(std::string_view text) {
-  static_cast<void>(std::fwrite(text.data(), 1, text.size(), stderr));
+  if (!text.empty()) static_cast<void>(std::fwrite(text.data(), 1, text.size(), stderr));
 }
 
 }  // namespace
 
 void PrintText(std::string_view text) {
   ShowPassing("");
-  if (g_result_error != 0) return;
+  // An empty text may be a null pointer, which fwrite() does not take.
+  if (g_result_error != 0 || text.empty()) return;
   errno = 0;
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size()) {
     g_result_error = errno != 0 ? errno : EIO;
