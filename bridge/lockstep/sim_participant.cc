@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "bridge/wire/vm_codec.h"
+#include "compiler/base/text.h"
 #include "vm/limits.h"
 
 namespace morphbus::bridge {
@@ -402,13 +403,18 @@ void SimParticipant::Refuse(const std::string& why) {
 }
 
 std::string SimParticipant::SilentText() const {
-  std::string names;
-  // The sentence begins with their names.
-  for (const int process : machine_.silent())
-    names += (names.empty() ? "" : ", ") + names_[process];
-  if (names.empty()) return names;
-  names += machine_.silent().size() == 1 ? " does not answer" : " do not answer";
-  return machine_.tick() == 0 ? names + " (the run had not begun)" : names;
+  // So many are named; a robot may have thousands.
+  constexpr size_t kMostSilentNamed = 3;
+  // The sentence begins with their names, that of the logger first: there is but one.
+  std::vector<std::string> names;
+  for (const int process : machine_.silent()) {
+    const bool logger = names_[process] == kLogProcess;
+    names.insert(logger ? names.begin() : names.end(), names_[process]);
+  }
+  if (names.empty()) return "";
+  const std::string text = NameFirst(names, kMostSilentNamed) +
+                           (names.size() == 1 ? " does not answer" : " do not answer");
+  return machine_.tick() == 0 ? text + " (the run had not begun)" : text;
 }
 
 void SimParticipant::Conclude() {

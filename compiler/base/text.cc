@@ -28,6 +28,13 @@ std::string Counted(int64_t count, std::string_view one, std::string_view many) 
   return text;
 }
 
+std::string NameFirst(const std::vector<std::string>& names, size_t most) {
+  std::string text;
+  for (size_t i = 0; i < names.size() && i < most; ++i) text += (i > 0 ? ", " : "") + names[i];
+  if (names.size() > most) text += " and " + std::to_string(names.size() - most) + " more";
+  return text;
+}
+
 std::string Hex(uint64_t value, int digits) {
   // Sixteen digits are all that a value can have.
   char text[24];

@@ -5,12 +5,17 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace morphbus {
 
 /// A count with its noun: "1 fault", "2 faults". `many` is the plural where it is not `one` with an
 /// s: Counted(2, "body", "bodies").
 [[nodiscard]] std::string Counted(int64_t count, std::string_view one, std::string_view many = {});
+
+/// "a, b, c"; of more than `most` names the first ones "and 1234 more", so that nobody takes the
+/// list for the whole.
+[[nodiscard]] std::string NameFirst(const std::vector<std::string>& names, size_t most);
 
 /// `value` in lower-case hexadecimal with at least `digits` digits and no prefix. Hashes are
 /// written with 16.

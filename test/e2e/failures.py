@@ -73,6 +73,14 @@ class Running(Case):
                 self.assertIn(summary['log'], err)
                 self.assertGreater(as_json('info', summary['log'])['events'], 1000)
 
+    def test_many_that_are_silent_are_three_names_and_a_number_said_once(self):
+        self.start('many', '--processes', 2)
+        os.kill(self.pid_of('--modules m1,m2,m3'), signal.SIGSTOP)
+        out, err = self.finish(3)
+        error = 'm1, m2, m3 and 2 more do not answer'
+        self.assertRegex(out, rf'\Afailed at [\d.]+ s: {error}\nrun many: ')
+        self.assertEqual(err, f'morphbus: error: {error}; the log is {self.log_path}\n')
+
     def test_a_signal_ends_all_of_several_runs(self):
         self.start('several', '--json', '--seconds', 10000, '--repeat', 5, log='several-1')
         self.process.send_signal(signal.SIGINT)

@@ -10,6 +10,7 @@
 #include <sstream>
 #include <string_view>
 
+#include "compiler/base/text.h"
 #include "tools/base/print.h"
 
 namespace morphbus::tools {
@@ -97,11 +98,6 @@ std::string DidYouMean(const std::string& name, const std::vector<std::string>& 
   return nearest.empty() ? "" : fmt::format(" (did you mean '{}'?)", nearest);
 }
 
-std::string NameSome(const std::vector<std::string>& names) {
-  if (names.size() <= kMostNamed) return fmt::format("{}", fmt::join(names, ", "));
-  // The number says how much is not shown, so that nobody takes the list for the whole.
-  return fmt::format("{} and {} more", fmt::join(names.begin(), names.begin() + kMostNamed, ", "),
-                     names.size() - kMostNamed);
-}
+std::string NameSome(const std::vector<std::string>& names) { return NameFirst(names, kMostNamed); }
 
 }  // namespace morphbus::tools

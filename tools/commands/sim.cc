@@ -114,7 +114,7 @@ int Simulate(const SimCommandOptions& options) {
   if (by_hand) {
     // Who starts processes by hand wants to know which one is missing.
     participant.OnMissing([](const std::vector<std::string>& missing) {
-      Say("morphbus: waiting for {} to join\n", fmt::join(missing, ", "));
+      Say("morphbus: waiting for {} to join\n", NameSome(missing));
     });
   }
   std::string stop;  ///< Why the run shall end; empty while it goes on.
@@ -157,7 +157,9 @@ int Simulate(const SimCommandOptions& options) {
     Print("run {}: {} ticks, hash {}, {}\n", plan->description.run(), outcome.ticks,
           outcome.run_hash, outcome.reason);
   }
-  return outcome.ok ? kDone : Failed(outcome.error);
+  if (outcome.ok) return kDone;
+  // The launcher says it, once.
+  return by_hand ? Failed(outcome.error) : kFailed;
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include "bridge/control/control_seal.h"
 #include "bridge/module/snapshot_file.h"
+#include "compiler/base/text.h"
 #include "logger/compare/kinematic_tracks.h"
 #include "tools/base/files.h"
 #include "tools/base/json.h"
@@ -228,7 +229,7 @@ void Launcher::OnModuleDeath(int process, const std::string& how) {
   }
   news_.push_back(lost->empty() ? what + "; started again, it goes on where it was"
                                 : fmt::format("{}; started again, and {} without a state, anew",
-                                              what, fmt::join(*lost, ", ")));
+                                              what, NameFirst(*lost, 3)));
 }
 
 Result<void> Launcher::StartAll() {

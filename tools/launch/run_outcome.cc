@@ -66,18 +66,28 @@ RunPlan PlanAtEnd(const RunPlan& plan, const logger::RunLog& log) {
   return end;
 }
 
+/// Lines of which there may be thousands: the first ones, then how many more there are.
+std::string FirstLines(const std::vector<std::string>& lines) {
+  std::string text;
+  for (size_t i = 0; i < std::min(lines.size(), kMostNamed); ++i) text += lines[i] + "\n";
+  if (lines.size() > kMostNamed) {
+    text += fmt::format("    and {} more (--json)\n", lines.size() - kMostNamed);
+  }
+  return text;
+}
+
 /// What went missing, by process; empty if nothing did.
 std::string LossText(const RunSummary& s) {
   if (s.lost == 0) return "";
-  std::string text =
-      fmt::format("  {} lost, {} sent again\n", Counted(s.lost, "message"), s.resent);
   // A line a process shows where messages went missing.
+  std::vector<std::string> lines;
   for (const auto& [process, ledger] : s.facts.health) {
-    text += fmt::format(
-        "    {:<8} {:>7} received {:>7} lost {:>7} thrown away {:>6} asked {:>6} sent again\n",
-        process, ledger.received, ledger.lost, ledger.discarded, ledger.asked, ledger.resent);
+    lines.push_back(fmt::format(
+        "    {:<8} {:>7} received {:>7} lost {:>7} thrown away {:>6} asked {:>6} sent again",
+        process, ledger.received, ledger.lost, ledger.discarded, ledger.asked, ledger.resent));
   }
-  return text;
+  return fmt::format("  {} lost, {} sent again\n", Counted(s.lost, "message"), s.resent) +
+         FirstLines(lines);
 }
 
 /// Modules that the run went on without, with the sim time from which on, as JSON.
@@ -89,14 +99,15 @@ Json LostJson(const logger::LogFacts& facts) {
 
 /// What happened to modules' processes; empty if nothing did.
 std::string DeathsText(const RunSummary& s) {
-  std::string text;
+  std::vector<std::string> lines;
   for (const auto& [module, time_us] : s.facts.lost_modules) {
-    text += fmt::format("  {} was lost at {:.2f} s\n", module, Seconds(time_us));
+    lines.push_back(fmt::format("  {} was lost at {:.2f} s", module, Seconds(time_us)));
   }
   for (const auto& [module, times] : s.outcome.restarts) {
-    text += fmt::format("  {} died and was started again: {}\n", module, Counted(times, "time"));
+    lines.push_back(
+        fmt::format("  {} died and was started again: {}", module, Counted(times, "time")));
   }
-  return text;
+  return FirstLines(lines);
 }
 
 /// Messages that nobody of the run can have sent, by process, and processes for which the kernel
@@ -135,6 +146,30 @@ std::string FaultsText(const RunSummary& s) {
   if (more > 0) text += fmt::format("    and {} more (morphbus info)\n", more);
   for (const std::string& line : logger::EndedLines(s.facts.ended)) text += "  " + line + "\n";
   return text;
+}
+
+/// Which roles modules have at the end, and why those have none that do. Of a run that has failed
+/// before that could be known, of a large robot only how many have one.
+std::string RolesText(const RunSummary& s) {
+  const bool failed = !s.outcome.error.empty();
+  if (failed && s.roles.size() > kMostNamed) {
+    std::vector<std::string> without;
+    for (const auto& [module, role] : s.roles) {
+      if (role.empty()) without.push_back(module);
+    }
+    if (without.empty()) return fmt::format("  all {} modules have a role\n", s.roles.size());
+    return fmt::format("  {} of {} have no role: {}\n", without.size(),
+                       Counted(static_cast<int64_t>(s.roles.size()), "module"),
+                       NameFirst(without, 3));
+  }
+  std::vector<std::vector<std::string>> roles;
+  for (const auto& [module, role] : s.roles) {
+    roles.push_back({module, role.empty() ? "(no role)" : EscapeControl(role)});
+  }
+  // Problems may be as many as modules times roles. After a failure they need not be the program's.
+  std::vector<std::string> problems;
+  for (const std::string& problem : s.problems) problems.push_back("    problem: " + problem);
+  return Columns(roles, "  ") + (failed ? "" : FirstLines(problems));
 }
 
 /// The first lines that the program printed, and how many there are; empty if it printed none.
@@ -301,25 +336,17 @@ std::string SummaryText(const RunSummary& s) {
   // Figures, roles, motion, losses, faults, end: most is left out where there is nothing to say.
   const RunOutcome& outcome = s.outcome;
   const double seconds = s.facts.seconds;
-  std::string text =
-      fmt::format("run {}: {:.2f} s in {:.2f} s of wall time ({:.1f} x real time), {}, {}\n",
-                  outcome.run, seconds, outcome.wall_seconds,
-                  outcome.wall_seconds > 0 ? seconds / outcome.wall_seconds : 0.0,
-                  Counted(s.facts.ticks, "tick"), Counted(s.messages, "message"));
+  std::string text;
+  if (!outcome.error.empty()) {
+    text += fmt::format("failed at {:.2f} s: {}\n", seconds, EscapeControl(outcome.error));
+  }
+  text += fmt::format("run {}: {:.2f} s in {:.2f} s of wall time ({:.1f} x real time), {}, {}\n",
+                      outcome.run, seconds, outcome.wall_seconds,
+                      outcome.wall_seconds > 0 ? seconds / outcome.wall_seconds : 0.0,
+                      Counted(s.facts.ticks, "tick"), Counted(s.messages, "message"));
   text += fmt::format("  hash {}   program {}   world {}\n", s.hash.empty() ? "-" : s.hash,
                       Hex(s.program_hash), s.world_hash);
-  std::vector<std::vector<std::string>> roles;
-  for (const auto& [module, role] : s.roles) {
-    roles.push_back({module, role.empty() ? "(no role)" : EscapeControl(role)});
-  }
-  text += Columns(roles, "  ");
-  // Problems may be as many as modules times roles.
-  for (size_t i = 0; i < std::min(s.problems.size(), kMostNamed); ++i) {
-    text += fmt::format("    problem: {}\n", s.problems[i]);
-  }
-  if (s.problems.size() > kMostNamed) {
-    text += fmt::format("    and {} more (--json)\n", s.problems.size() - kMostNamed);
-  }
+  text += RolesText(s);
   for (const auto& [name, value] : logger::FigureLines(s.figures)) {
     text += fmt::format("  {} {}\n", name, value);
   }
@@ -330,15 +357,19 @@ std::string SummaryText(const RunSummary& s) {
   if (outcome.missed_deadlines > 0) {
     text += fmt::format("  {} missed\n", Counted(outcome.missed_deadlines, "deadline"));
   }
+  std::vector<std::string> late;
   for (const auto& [module, lateness] : s.facts.lateness) {
-    text +=
-        fmt::format("    {:<8} {} missed; {} came late, {:.1f} ms at most\n", module,
-                    lateness.missed, lateness.late, static_cast<double>(lateness.worst_us) * 1e-3);
+    late.push_back(fmt::format("    {:<8} {} missed; {} came late, {:.1f} ms at most", module,
+                               lateness.missed, lateness.late,
+                               static_cast<double>(lateness.worst_us) * 1e-3));
   }
+  text += FirstLines(late);
   text += FaultsText(s);
   text += PrintsText(s);
   text += InspectionsText(s.inspections);
-  if (!outcome.reason.empty()) text += fmt::format("  ended: {}\n", EscapeControl(outcome.reason));
+  // Why a failed run ended stands first.
+  if (!outcome.reason.empty() && outcome.error.empty())
+    text += fmt::format("  ended: {}\n", EscapeControl(outcome.reason));
   if (!outcome.log.empty()) text += fmt::format("  log {}\n", outcome.log);
   return text;
 }

@@ -13,6 +13,13 @@ TEST(TextTest, OneIsSingularAndAllElseIsPlural) {
   EXPECT_EQ(Counted(2, "body", "bodies"), "2 bodies");
 }
 
+TEST(TextTest, OfManyNamesTheFirstAreNamedAndTheOthersCounted) {
+  EXPECT_EQ(NameFirst({}, 2), "");
+  EXPECT_EQ(NameFirst({"a"}, 2), "a");
+  EXPECT_EQ(NameFirst({"a", "b"}, 2), "a, b");
+  EXPECT_EQ(NameFirst({"a", "b", "c"}, 2), "a, b and 1 more");
+}
+
 TEST(TextTest, HashesHaveAllTheirDigits) {
   EXPECT_EQ(Hex(0xABC), "0000000000000abc");
   EXPECT_EQ(Hex(~uint64_t{0}), "ffffffffffffffff");
