@@ -73,6 +73,25 @@ class Running(Case):
                 self.assertIn(summary['log'], err)
                 self.assertGreater(as_json('info', summary['log'])['events'], 1000)
 
+    def test_a_run_in_one_process_is_listed_and_says_why_nobody_can_join_it(self):
+        run = subprocess.Popen(command('run', MODEL, PROGRAM, '--robot', 'quadruped', '--inproc', '--run', 'alone', '--no-log'),
+                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.addCleanup(run.wait)
+        self.addCleanup(run.kill)
+        listed = await_condition(lambda: as_json('runs')['runs'], 'the run is listed')
+        self.assertEqual([(r['run'], r['pid'], r['robot'], r['network']) for r in listed],
+                         [('alone', run.pid, 'quadruped', 'in one process')])
+        self.assertRegex(morphbus('runs').stdout, r'(?m)^alone .* in one process .*\n(.*\n)*a run in one process .* has no bus')
+        self.assertIn('in one process and has no bus', morphbus('spy', '--run', 'alone', '--once', status=2).stderr)
+        self.start('seen')
+        self.assertEqual({r['run']: r['network'] for r in as_json('runs')['runs']}, {'alone': 'in one process', 'seen': 'private'})
+        # The only run that can be meant.
+        self.assertIn('seen', as_json('spy', '--once')['runs'])
+        # One that is killed is listed no more.
+        run.kill()
+        run.wait()
+        self.assertEqual([r['run'] for r in as_json('runs')['runs']], ['seen'])
+
     def test_many_that_are_silent_are_three_names_and_a_number_said_once(self):
         self.start('many', '--processes', 2)
         os.kill(self.pid_of('--modules m1,m2,m3'), signal.SIGSTOP)

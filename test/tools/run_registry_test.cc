@@ -65,6 +65,24 @@ TEST_F(RunRegistryTest, ANameInUseIsRefusedNamingItsHolder) {
   EXPECT_TRUE(RunDirectory::Claim("a").has_value());
 }
 
+TEST_F(RunRegistryTest, TheOnlyRunIsTheOneWithABusWhereOthersAreInOneProcess) {
+  const Result<RunDirectory> alone = RunDirectory::Claim("alone");
+  ASSERT_TRUE(alone->Publish(Entry("q")).has_value());
+  EXPECT_EQ(FindRun("")->name, "alone");
+  const Result<RunDirectory> also = RunDirectory::Claim("also");
+  ASSERT_TRUE(also->Publish(Entry("q")).has_value());
+  EXPECT_FALSE(FindRun("").has_value());
+  RunEntry with_bus = Entry("q");
+  with_bus.url = "udpm://239.255.76.67:7667?ttl=0";
+  const Result<RunDirectory> joined = RunDirectory::Claim("joined");
+  ASSERT_TRUE(joined->Publish(with_bus).has_value());
+  EXPECT_EQ(FindRun("")->name, "joined");
+  EXPECT_EQ(FindRun("also")->name, "also");
+  const Result<RunDirectory> second = RunDirectory::Claim("second");
+  ASSERT_TRUE(second->Publish(with_bus).has_value());
+  EXPECT_FALSE(FindRun("").has_value());
+}
+
 TEST_F(RunRegistryTest, FreshNamesDiffer) {
   const Result<RunDirectory> a = RunDirectory::Claim("");
   const Result<RunDirectory> b = RunDirectory::Claim("");

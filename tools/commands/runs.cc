@@ -10,6 +10,13 @@
 namespace morphbus::tools {
 namespace {
 
+/// Where a run's messages are: "in one process", "private" or "shared".
+const char* NetworkOf(const RunEntry& run) {
+  // A run without a URL is in one process and has no bus.
+  if (run.url.empty()) return "in one process";
+  return run.isolated ? "private" : "shared";
+}
+
 /// All living runs. Listing them cleans up after dead ones.
 int Runs(bool json) {
   // Runs of other users have registries of their own and are not seen.
@@ -24,6 +31,7 @@ int Runs(bool json) {
                       {"since", run.since},
                       {"robot", run.robot},
                       {"alive", true},
+                      {"network", NetworkOf(run)},
                       {"isolated", run.isolated},
                       {"log", run.log.empty() ? Json(nullptr) : Json(run.log)}});
     }
@@ -36,13 +44,18 @@ int Runs(bool json) {
     return kDone;
   }
   std::vector<std::vector<std::string>> rows = {{"run", "pid", "since", "robot", "network", "log"}};
+  bool alone = false;
   for (const RunEntry& run : *runs) {
-    // A run without a URL is in one process and has no bus.
-    rows.push_back({run.name, std::to_string(run.pid), run.since, run.robot,
-                    run.url.empty() ? "in-process" : (run.isolated ? "private" : "shared"),
+    rows.push_back({run.name, std::to_string(run.pid), run.since, run.robot, NetworkOf(run),
                     run.log.empty() ? "none" : run.log});
+    alone = alone || run.url.empty();
   }
   PrintText(Columns(rows));
+  if (alone) {
+    Print(
+        "a run in one process (--inproc) has no bus: spy, monitor and control cannot join it, and "
+        "Ctrl-C or kill -INT of its process ends it\n");
+  }
   return kDone;
 }
 

@@ -199,6 +199,11 @@ Result<RunEntry> FindRun(const std::string& name) {
     return Fail(name.empty() ? "nothing runs here" : "no run '" + name + "'; nothing runs here");
   if (!name.empty()) return Fail(fmt::format("no run '{}'; running: {}", name, names));
   if (runs->size() == 1) return runs->front();
+  // Nobody can join a run in one process, so that it is not meant where another one is there.
+  const auto has_bus = [](const RunEntry& run) { return !run.url.empty(); };
+  if (std::count_if(runs->begin(), runs->end(), has_bus) == 1) {
+    return *std::find_if(runs->begin(), runs->end(), has_bus);
+  }
   return Fail(fmt::format("several runs; choose one with --run: {}", names));
 }
 

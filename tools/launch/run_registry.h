@@ -65,8 +65,8 @@ class RunDirectory {
 /// lock nobody holds. A run that has claimed its name but published nothing yet is left out.
 Result<std::vector<RunEntry>> ListRuns();
 
-/// The living run called `name`, or the only one if `name` is empty. Fails if there is none, or
-/// several and no name; the error lists what there is.
+/// The living run called `name`; if that is empty the only one, or the only one that has a bus.
+/// Fails if there is none, or several and no name; the error lists what there is.
 Result<RunEntry> FindRun(const std::string& name);
 
 /// Wall time now as ISO 8601 with the zone, for people.
