@@ -60,7 +60,8 @@ TEST(RunEnd, ThoseThatJoinedAreNotBlamedForThoseThatDidNot) {
   ASSERT_TRUE(RunInproc(
       &run.hub, &run.time,
       {run.modules[0].participant.get(), run.modules[1].participant.get(), run.sim.get()}));
-  EXPECT_EQ(run.sim->outcome().error, "LOG, m3, m4 and 1 more do not answer (the run had not begun)");
+  EXPECT_EQ(run.sim->outcome().error,
+            "LOG, m3, m4 and 1 more do not answer (the run had not begun)");
 }
 
 TEST(RunEnd, WhoDoesNotAcknowledgeTheEndIsNamedAfterFiveSeconds) {
