@@ -15,6 +15,22 @@
 namespace morphbus::sim {
 namespace {
 
+/// Whether two lists hold the same connections, in whatever order.
+bool SameConnections(std::vector<model::Docking> a, std::vector<model::Docking> b) {
+  const auto key = [](const model::Docking& d) {
+    return std::tie(d.module_a, d.connector_a, d.module_b, d.connector_b, d.connection_type,
+                    d.option);
+  };
+  const auto before = [&](const model::Docking& x, const model::Docking& y) {
+    return key(x) < key(y);
+  };
+  std::sort(a.begin(), a.end(), before);
+  std::sort(b.begin(), b.end(), before);
+  return std::equal(
+      a.begin(), a.end(), b.begin(), b.end(),
+      [&](const model::Docking& x, const model::Docking& y) { return key(x) == key(y); });
+}
+
 // A module's own joint value and the physics' canonical angle: q = start + sign * theta, and back.
 double ModuleValue(const JointSpec& spec, double theta) { return spec.start + spec.sign * theta; }
 double Theta(const JointSpec& spec, double q) { return spec.sign * (q - spec.start); }
@@ -88,11 +104,14 @@ Result<std::unique_ptr<BulletRobot>> BulletRobot::Create(std::shared_ptr<const m
 
 BulletRobot::BulletRobot(std::shared_ptr<const model::Model> model, const model::Robot& robot,
                          const BulletRobotOptions& options)
-    : model_(std::move(model)), connections_(model_, robot), options_(options) {
+    : model_(std::move(model)),
+      connections_(model_, robot),
+      physics_(ComputeLinkPhysics(*model_, robot)),
+      options_(options) {
   // The world at the start: the robot put on the ground, all joints at their start values.
   options_.world.physics_step_s = options_.physics_step_us * 1e-6;
-  const RigidBodyModel rigid_bodies =
-      BuildRigidBodyModel(*model_, robot, PlaceOnGround(*model_, robot), model::StartValues(robot));
+  const RigidBodyModel rigid_bodies = BuildRigidBodyModel(
+      *model_, robot, physics_, PlaceOnGround(*model_, robot), model::StartValues(robot));
   world_ = std::make_unique<World>(rigid_bodies, options_.world);
   world_hash_ = world_->hash();
   FindFirstLinks();
@@ -219,14 +238,23 @@ void BulletRobot::StepPhysics() {
   }
 }
 
-// Each change of the structure is in place before the next command is looked at.
+// Connectors open and close one after the other, but no link moves meanwhile: the poses are those
+// of the world as it stands, and that is made anew once they are all through, unless every
+// connection is as it was.
 void BulletRobot::ApplyConnectorCommands() {
+  const std::vector<model::Docking> before = robot().dockings;
+  std::optional<LinkPoseTable> X_WL;
+  const auto poses = [&] {
+    if (!X_WL) X_WL = LinkPoses();
+    return *X_WL;
+  };
+  bool changed = false;
   for (const morphbus::actuator_t& actuator : pending_) {
     for (const morphbus::connector_command_t& command : actuator.connectors) {
-      const auto poses = [this] { return LinkPoses(); };
-      if (connections_.Command(actuator.module_id, command, poses)) Rebuild();
+      changed = connections_.Command(actuator.module_id, command, poses) || changed;
     }
   }
+  if (changed && !SameConnections(before, robot().dockings)) Rebuild();
 }
 
 // Hands commands to the servos; joints beyond those that the module has are ignored.
@@ -300,7 +328,7 @@ void BulletRobot::ApplyPushes() {
 void BulletRobot::Rebuild() {
   const RigidBodyModel& old = world_->rigid_bodies();
   const RigidBodyModel rigid_bodies =
-      BuildRigidBodyModel(*model_, robot(), LinkPoses(), Positions());
+      BuildRigidBodyModel(*model_, robot(), physics_, LinkPoses(), Positions());
   auto next = std::make_unique<World>(rigid_bodies, options_.world);
   // Velocities of the bodies come from those of their links.
   for (size_t b = 0; b < rigid_bodies.bodies.size(); ++b) {
@@ -314,6 +342,7 @@ void BulletRobot::Rebuild() {
     next->set_set_point(static_cast<int>(j), Theta(spec, q));
   }
   world_ = std::move(next);
+  ++rebuilds_;
   FindFirstLinks();
 }
 

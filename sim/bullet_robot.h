@@ -88,6 +88,10 @@ class BulletRobot : public ControlledRobot {
   /// True joint values now, [module][joint].
   [[nodiscard]] model::JointValues Positions() const;
 
+  /// How often the world was made anew because connections had changed: at most once a tick by
+  /// commands of modules.
+  [[nodiscard]] int64_t rebuilds() const { return rebuilds_; }
+
   /// The world now. Connecting and disconnecting replace it.
   [[nodiscard]] const World& world() const { return *world_; }
   /// The model that the robot was built from.
@@ -119,9 +123,12 @@ class BulletRobot : public ControlledRobot {
 
   std::shared_ptr<const model::Model> model_;
   Connections connections_;
+  /// Of the links of its module types, which stay what they are when the structure changes.
+  LinkPhysicsTable physics_;
   BulletRobotOptions options_;
   /// The engine with the robot in it; made anew when the structure changes.
   std::unique_ptr<World> world_;
+  int64_t rebuilds_ = 0;
   /// That of the first world; it stays when the structure changes.
   std::string world_hash_;
   /// The first link of every body of the kinematic graph, by which Truth names the body.

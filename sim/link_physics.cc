@@ -49,4 +49,16 @@ LinkPhysics ComputeLinkPhysics(const model::ModuleType& type, int link) {
   return physics;
 }
 
+LinkPhysicsTable ComputeLinkPhysics(const model::Model& model, const model::Robot& robot) {
+  LinkPhysicsTable table(model.module_types.size());
+  for (const model::ModuleInstance& module : robot.modules) {
+    // Modules of one type are alike.
+    std::vector<LinkPhysics>& links = table[module.type];
+    if (!links.empty()) continue;
+    const model::ModuleType& type = model.module_types[module.type];
+    for (int l = 0; l < std::ssize(type.links); ++l) links.push_back(ComputeLinkPhysics(type, l));
+  }
+  return table;
+}
+
 }  // namespace morphbus::sim

@@ -28,6 +28,10 @@ struct LinkPhysics {
 /// inertia of the box round its connectors and joint axes, and nothing to collide with.
 LinkPhysics ComputeLinkPhysics(const model::ModuleType& type, int link);
 
+/// All links of the module types that a robot has, [module type][link]; of other types none.
+using LinkPhysicsTable = std::vector<std::vector<LinkPhysics>>;
+LinkPhysicsTable ComputeLinkPhysics(const model::Model& model, const model::Robot& robot);
+
 /// Corners of the hull of `points` with every face moved inwards by `depth` (m), or by half of the
 /// way to the centroid where the hull is thinner than that. Empty for a hull without volume.
 std::vector<Eigen::Vector3d> ShrinkHull(const std::vector<Eigen::Vector3d>& points, double depth);

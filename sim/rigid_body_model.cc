@@ -252,7 +252,7 @@ bool MergeLockedPair(const std::vector<Freedom>& freedoms, std::vector<std::vect
 // All bodies of the robot, sorted. Links are grouped by connections and fixed joints, then by
 // joints that lock each other.
 std::vector<BodySpec> MakeBodies(const model::Model& model, const model::Robot& robot,
-                                 const LinkPoseTable& X_WL) {
+                                 const LinkPhysicsTable& physics, const LinkPoseTable& X_WL) {
   std::vector<std::vector<int>> group_of = model::BodiesOf(model, robot);
   // After a merge two more joints may lie between the same two bodies, so until none is left.
   while (MergeLockedPair(Freedoms(model, robot, X_WL, group_of), &group_of)) {
@@ -265,7 +265,7 @@ std::vector<BodySpec> MakeBodies(const model::Model& model, const model::Robot& 
       const int group = group_of[m][l];
       if (std::ssize(groups) <= group) groups.resize(group + 1);
       const LinkRef ref{static_cast<int>(m), static_cast<int>(l)};
-      groups[group].push_back(PlaceLink(ComputeLinkPhysics(type, ref.link), ref, X_WL[m][l]));
+      groups[group].push_back(PlaceLink(physics[robot.modules[m].type][l], ref, X_WL[m][l]));
     }
   }
   std::vector<BodySpec> bodies;
@@ -305,9 +305,10 @@ bool CanonicalDirection(Vector3d* axis) {
   return false;
 }
 
-// The canonical joint of module ref.module, joint ref.link, whose value is `start` now; X_WL are
-// the poses of the module's links.
-JointSpec MakeJoint(const RigidBodyModel& rigid_bodies, const model::ModuleType& type, LinkRef ref,
+// The canonical joint of module ref.module, joint ref.link, whose value is `start` now; `links`
+// and X_WL are the module's links and their poses.
+JointSpec MakeJoint(const RigidBodyModel& rigid_bodies, const model::ModuleType& type,
+                    const std::vector<LinkPhysics>& links, LinkRef ref,
                     const std::vector<Pose>& X_WL, double start) {
   const model::Joint& joint = type.joints[ref.link];
   const std::vector<int>& body_of = rigid_bodies.body_of[ref.module];
@@ -329,9 +330,8 @@ JointSpec MakeJoint(const RigidBodyModel& rigid_bodies, const model::ModuleType&
 
   // The anchor: the place on the axis nearest to the middle of the two links.
   const Vector3d p_WoJo_W = X_WA * joint.p_MoJo_M;
-  const Vector3d middle =
-      0.5 * (X_WA * ComputeLinkPhysics(type, joint.link_a).p_LoLcm_L +
-             X_WL[joint.link_b] * ComputeLinkPhysics(type, joint.link_b).p_LoLcm_L);
+  const Vector3d middle = 0.5 * (X_WA * links[joint.link_a].p_LoLcm_L +
+                                 X_WL[joint.link_b] * links[joint.link_b].p_LoLcm_L);
   spec.p_WJ = RoundPoint(p_WoJo_W + spec.axis_W * spec.axis_W.dot(middle - p_WoJo_W));
 
   spec.start = start;
@@ -355,7 +355,8 @@ bool JointLess(const JointSpec& a, const JointSpec& b) {
 }
 
 // All joints that can move, sorted, and the way back from a module's joint to them.
-void MakeJoints(const model::Model& model, const model::Robot& robot, const LinkPoseTable& X_WL,
+void MakeJoints(const model::Model& model, const model::Robot& robot,
+                const LinkPhysicsTable& physics, const LinkPoseTable& X_WL,
                 const model::JointValues& q, RigidBodyModel* rigid_bodies) {
   for (size_t m = 0; m < robot.modules.size(); ++m) {
     const model::ModuleType& type = model.TypeOf(robot, static_cast<int>(m));
@@ -363,7 +364,8 @@ void MakeJoints(const model::Model& model, const model::Robot& robot, const Link
     for (size_t j = 0; j < type.joints.size(); ++j) {
       if (type.joints[j].type == model::JointType::kFixed) continue;
       const LinkRef ref{static_cast<int>(m), static_cast<int>(j)};
-      rigid_bodies->joints.push_back(MakeJoint(*rigid_bodies, type, ref, X_WL[m], q[m][j]));
+      rigid_bodies->joints.push_back(
+          MakeJoint(*rigid_bodies, type, physics[robot.modules[m].type], ref, X_WL[m], q[m][j]));
     }
   }
   std::stable_sort(rigid_bodies->joints.begin(), rigid_bodies->joints.end(), JointLess);
@@ -428,10 +430,11 @@ LinkPoseTable PlaceOnGround(const model::Model& model, const model::Robot& robot
 }
 
 RigidBodyModel BuildRigidBodyModel(const model::Model& model, const model::Robot& robot,
-                                   const LinkPoseTable& X_WL, const model::JointValues& q) {
+                                   const LinkPhysicsTable& physics, const LinkPoseTable& X_WL,
+                                   const model::JointValues& q) {
   MORPHBUS_CHECK(X_WL.size() == robot.modules.size() && q.size() == robot.modules.size());
   RigidBodyModel rigid_bodies;
-  rigid_bodies.bodies = MakeBodies(model, robot, X_WL);
+  rigid_bodies.bodies = MakeBodies(model, robot, physics, X_WL);
   // Modules get canonical numbers, links their bodies.
   NumberGroups(robot.modules.size(), &rigid_bodies.bodies);
   for (size_t m = 0; m < robot.modules.size(); ++m) {
@@ -442,7 +445,7 @@ RigidBodyModel BuildRigidBodyModel(const model::Model& model, const model::Robot
       rigid_bodies.body_of[link.ref.module][link.ref.link] = static_cast<int>(b);
     }
   }
-  MakeJoints(model, robot, X_WL, q, &rigid_bodies);
+  MakeJoints(model, robot, physics, X_WL, q, &rigid_bodies);
   FindCollidingPairs(&rigid_bodies);
   return rigid_bodies;
 }

@@ -16,6 +16,7 @@
 
 #include "compiler/model/kinematic_graph.h"
 #include "compiler/model/robot_model.h"
+#include "sim/link_physics.h"
 
 namespace morphbus::sim {
 
@@ -84,11 +85,11 @@ struct RigidBodyModel {
 LinkPoseTable PlaceOnGround(const model::Model& model, const model::Robot& robot);
 
 /// Bodies and joints of `robot` with its links at `X_WL`, whose joint values are
-/// `q[module][joint]`. For mass, inertia and collision shape of a link see sim/link_physics.h.
-/// Bodies that two joints with different axes hold against each other cannot move, and are one here
-/// too.
+/// `q[module][joint]`; `physics` has mass, inertia and collision shape of its links. Bodies that
+/// two joints with different axes hold against each other cannot move, and are one here too.
 RigidBodyModel BuildRigidBodyModel(const model::Model& model, const model::Robot& robot,
-                                   const LinkPoseTable& X_WL, const model::JointValues& q);
+                                   const LinkPhysicsTable& physics, const LinkPoseTable& X_WL,
+                                   const model::JointValues& q);
 
 /// Feeds all that the engine gets to know of `rigid_bodies` into a 64-bit hash (XXH64), with
 /// `seed`.

@@ -23,8 +23,8 @@ namespace {
 RigidBodyModel BuildQuadruped() {
   const auto model = test::MtranModel();
   const model::Robot& robot = model->robots[0];
-  return BuildRigidBodyModel(*model, robot, PlaceOnGround(*model, robot),
-                             model::StartValues(robot));
+  return BuildRigidBodyModel(*model, robot, ComputeLinkPhysics(*model, robot),
+                             PlaceOnGround(*model, robot), model::StartValues(robot));
 }
 
 btVector3 ToBullet(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }

@@ -267,6 +267,36 @@ TEST(BulletRobotTest, RetractingAHookUndocksAndExtendingItDocks) {
   EXPECT_EQ(ReadingAt(bullet_robot.get(), 0, 1).number, 53);
 }
 
+TEST(BulletRobotTest, HoweverManyHooksMoveInATickTheWorldIsMadeAnewOnce) {
+  const auto bullet_robot = Make("quadruped", {});
+  const auto set_all = [&](int value) {
+    for (int module = 0; module < 9; ++module) {
+      for (int connector = 0; connector < 3; ++connector) {
+        bullet_robot->Actuate(SetState(module, connector, value));
+      }
+    }
+  };
+  const size_t connections = bullet_robot->robot().dockings.size();
+  ASSERT_GT(connections, 5u);
+  set_all(0);
+  bullet_robot->Advance();
+  EXPECT_LT(bullet_robot->robot().dockings.size(), connections - 5);
+  EXPECT_EQ(bullet_robot->rebuilds(), 1);
+  set_all(1);
+  bullet_robot->Advance();
+  EXPECT_GT(bullet_robot->robot().dockings.size(), connections - 3);
+  EXPECT_EQ(bullet_robot->rebuilds(), 2);
+}
+
+TEST(BulletRobotTest, WhatOpensAndClosesWithinATickLeavesTheWorldAsItIs) {
+  const auto bullet_robot = Make("quadruped", {});
+  bullet_robot->Actuate(SetState(0, 1, 0));
+  bullet_robot->Actuate(SetState(0, 1, 1));
+  bullet_robot->Advance();
+  EXPECT_EQ(ReadingAt(bullet_robot.get(), 0, 1).number, 53);
+  EXPECT_EQ(bullet_robot->rebuilds(), 0);
+}
+
 /// How far the foot's joint of a module has gone half a second after the module was lost, which had
 /// raised it by 0.8 rad; the module type is changed to `on_loss`.
 double SagAfterLoss(model::OnLoss on_loss) {

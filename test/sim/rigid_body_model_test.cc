@@ -15,7 +15,8 @@ namespace {
 using Eigen::Vector3d;
 
 RigidBodyModel Build(const model::Model& model, const model::Robot& robot) {
-  return BuildRigidBodyModel(model, robot, PlaceOnGround(model, robot), model::StartValues(robot));
+  return BuildRigidBodyModel(model, robot, ComputeLinkPhysics(model, robot),
+                             PlaceOnGround(model, robot), model::StartValues(robot));
 }
 
 class RigidBodyModelTest : public ::testing::Test {

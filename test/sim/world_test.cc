@@ -18,7 +18,8 @@ constexpr double kGravity = 9.81;
 std::unique_ptr<World> MakeWorld(const model::Model& model, const WorldOptions& options) {
   const model::Robot& robot = model.robots[0];
   return std::make_unique<World>(
-      BuildRigidBodyModel(model, robot, PlaceOnGround(model, robot), model::StartValues(robot)),
+      BuildRigidBodyModel(model, robot, ComputeLinkPhysics(model, robot),
+                          PlaceOnGround(model, robot), model::StartValues(robot)),
       options);
 }
 
