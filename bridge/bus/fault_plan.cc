@@ -7,6 +7,8 @@
 #include <set>
 #include <string_view>
 
+#include "compiler/base/duration.h"
+
 namespace morphbus::bridge {
 namespace {
 
@@ -37,6 +39,11 @@ bool ReadNumber(std::string_view text, Number* number) {
   const char* end = text.data() + text.size();
   const std::from_chars_result read = std::from_chars(text.data(), end, *number);
   return read.ec == std::errc() && read.ptr == end && !text.empty();
+}
+
+/// Seconds of a text with a unit; a number alone is none here.
+std::optional<double> TimeIn(std::string_view text) {
+  return text.ends_with('s') ? ReadSeconds(text) : std::nullopt;
 }
 
 /// Reads one file.
@@ -172,34 +179,30 @@ class Parser {
 
   /// How late a message is at most.
   void ParseLateness(const Word& value, int64_t* us) {
-    double seconds = 0;
-    const bool is_time = value.text.ends_with('s');
-    if (is_time && ReadNumber(value.text.substr(0, value.text.size() - 1), &seconds) &&
-        seconds >= 1e-6 && seconds <= kMostLateSeconds) {
-      *us = std::llround(seconds * 1e6);
+    const std::optional<double> seconds = TimeIn(value.text);
+    if (seconds && *seconds >= 1e-6 && *seconds <= kMostLateSeconds) {
+      *us = std::llround(*seconds * 1e6);
       return;
     }
     diagnostics_->Error(value.span, "expected seconds, 0.000001s to 10s")
-        .Hint("a time ends in s: by=0.03s");
+        .Hint("a time ends in s or ms: by=0.03s");
   }
 
   /// Seconds of sim time end in s; a number alone is a tick.
   void ParseTime(const Word& value, int64_t* tick, int64_t* us) {
-    double seconds = 0;
     int64_t number = 0;
     if (ReadNumber(value.text, &number) && number >= 0) {
       *tick = number;
       return;
     }
     // The bound keeps the product below in 64 bits.
-    const bool is_time = value.text.ends_with('s');
-    if (is_time && ReadNumber(value.text.substr(0, value.text.size() - 1), &seconds) &&
-        seconds >= 0 && seconds <= kMostSeconds) {
-      *us = std::llround(seconds * 1e6);
+    const std::optional<double> seconds = TimeIn(value.text);
+    if (seconds && *seconds >= 0 && *seconds <= kMostSeconds) {
+      *us = std::llround(*seconds * 1e6);
       return;
     }
     diagnostics_->Error(value.span, "expected a time")
-        .Hint("seconds of sim time end in s (2.5s); a whole number alone is a tick (125)");
+        .Hint("seconds of sim time end in s or ms (2.5s); a whole number alone is a tick (125)");
   }
 
   /// @param names  what the pattern may stand for; empty: nobody knows.

@@ -10,6 +10,7 @@
 
 #include "bridge/wire/codec.h"
 #include "bridge/wire/wire_limits.h"
+#include "compiler/base/duration.h"
 #include "compiler/base/text.h"
 #include "compiler/source/diagnostics.h"
 
@@ -99,6 +100,16 @@ Result<void> TakeNumber(const std::string& what, const std::string& word, Number
   return {};
 }
 
+/// Reads a time from 0 to `most` seconds into `out`.
+Result<void> TakeTime(const std::string& what, const std::string& word, double most, double* out) {
+  const std::optional<double> seconds = ReadSeconds(word);
+  if (!seconds || *seconds < 0 || *seconds > most) {
+    return Fail(fmt::format("{}: expected a time, 0 to {} s, not '{}'", what, most, word));
+  }
+  *out = *seconds;
+  return {};
+}
+
 /// Reads "m2" or, where a part is wanted, "m2.c3".
 Result<void> TakePart(const std::string& word, bool wanted, ControlPart* out) {
   // A link's or connector's name has no dot, so the first one ends the module's.
@@ -172,9 +183,9 @@ Result<void> TakeOptions(const CommandRow& row, std::vector<std::string>* words,
       command->to = (*words)[i + 1];
       words->erase(at, at + 2);
     } else if (row.takes_at && word == "--at") {
-      if (i + 1 == words->size() || command->at) return Fail("--at: expected one time, in seconds");
-      const Result<void> taken =
-          TakeNumber("--at", (*words)[i + 1], 0.0, 1e9, &command->at.emplace());
+      if (i + 1 == words->size() || command->at)
+        return Fail("--at: expected one time, such as 12.5 or 12.5s");
+      const Result<void> taken = TakeTime("--at", (*words)[i + 1], 1e9, &command->at.emplace());
       if (!taken) return taken;
       words->erase(at, at + 2);
     } else if (word.starts_with("--")) {
@@ -200,7 +211,7 @@ Result<void> TakePush(const std::vector<std::string>& words, ControlCommand* com
   if (taken) taken = TakeDirection(words[2], &command->direction_W);
   if (taken) taken = TakeNumber("NEWTON", words[3], 0.0, 1e4, &command->newtons);
   if (taken && words.size() > 4) {
-    taken = TakeNumber("SECONDS", words[4], 0.0, 1e4, &command->seconds);
+    taken = TakeTime("SECONDS", words[4], 1e4, &command->seconds);
   }
   return taken;
 }

@@ -70,6 +70,8 @@ TEST(ControlCommandTest, WhoCountsMessagesReadsWhichModuleIsLost) {
 
 TEST(ControlCommandTest, OneCommandHasOneText) {
   EXPECT_EQ(ControlText(*ParseControl("  push   m5 0,0,1 2.50  ")), "push m5 EAST 2.5");
+  EXPECT_EQ(ControlText(*ParseControl("push m5 east 2 300ms")), "push m5 EAST 2 0.3");
+  EXPECT_EQ(ControlText(*ParseControl("deploy x.dyn --at 12.5s")), "deploy x.dyn --at 12.5");
   EXPECT_EQ(ControlText(*ParseControl("step")), "step 1");
   EXPECT_EQ(ControlText(*ParseControl("deploy --to m5 x.dyn")), "deploy x.dyn --to m5");
 }
@@ -90,9 +92,10 @@ TEST(ControlCommandTest, ErrorsSayWhatWasExpected) {
             "deploy: 'prog.dyn' is no hash of an image (a path must not hold blanks)");
   EXPECT_EQ(ErrorOf("kill m2 --cold"), "kill: unknown option --cold");
   EXPECT_EQ(ErrorOf("deploy x.dyn --to"), "--to: expected one module");
-  EXPECT_EQ(ErrorOf("deploy x.dyn --at"), "--at: expected one time, in seconds");
-  EXPECT_EQ(ErrorOf("deploy x.dyn --at 3 --at 4"), "--at: expected one time, in seconds");
-  EXPECT_EQ(ErrorOf("deploy x.dyn --at -3"), "--at: expected a number, 0 to 1000000000, not '-3'");
+  EXPECT_EQ(ErrorOf("deploy x.dyn --at"), "--at: expected one time, such as 12.5 or 12.5s");
+  EXPECT_EQ(ErrorOf("deploy x.dyn --at 3 --at 4"),
+            "--at: expected one time, such as 12.5 or 12.5s");
+  EXPECT_EQ(ErrorOf("deploy x.dyn --at -3"), "--at: expected a time, 0 to 1000000000 s, not '-3'");
   EXPECT_EQ(ErrorOf("invoke A.b --at 3"), "invoke: unknown option --at");
   EXPECT_EQ(ErrorOf("disconnect m2"), "expected MODULE.CONNECTOR, not 'm2'");
   EXPECT_EQ(ErrorOf("invoke turn"), "invoke: expected Role.command, not 'turn'");

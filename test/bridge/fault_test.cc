@@ -53,6 +53,11 @@ TEST(FaultPlan, ReadsTheExample) {
   EXPECT_EQ(plan->rules[2].until_tick, 73);
 }
 
+TEST(FaultPlan, TimesAreInSecondsOrMilliseconds) {
+  EXPECT_EQ(Parse("fault late=0.1 by=30ms").rules[0].by_us, 30'000);
+  EXPECT_EQ(Parse("fault loss=0.1 from=1500ms until=2s").rules[0].from_us, 1'500'000);
+}
+
 TEST(FaultPlan, SaysWhereAndWhy) {
   // Text, and what is said of it.
   const std::vector<std::array<std::string, 2>> cases = {

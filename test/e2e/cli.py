@@ -45,6 +45,19 @@ class Cli(Case):
         done = morphbus('run', MODEL, 'x.dyn', '--robot', 'quadruped', '--secs', 3, status=2)
         self.assertIn("there is no option '--secs' (did you mean '--seconds'?)", done.stderr)
 
+    def test_times_may_have_their_unit(self):
+        robot = ('run', MODEL, PROGRAM, '--robot', 'quadruped', '--inproc', '--no-log', '--json')
+        hashes = {json.loads(morphbus(*robot, '--seconds', text, '--lose', f'm3@{lost}', status=1).stdout)['hash']
+                  for text, lost in (('0.2', '0.1'), ('0.2s', '0.1s'), ('200ms', '100ms'))}
+        self.assertEqual(len(hashes), 1)
+        done = morphbus(*robot, '--seconds', '2 sec', status=2)
+        self.assertIn("--seconds: expected seconds, such as 2.5, 2.5s or 200ms, not '2 sec'", done.stderr)
+
+    def test_raw_joint_values_may_have_their_unit(self):
+        links = [as_json('fk', MODEL, '--robot', 'quadruped', '--set', f'm1.joint_1={value}')['links']
+                 for value in ('0.5', '0.5rad')]
+        self.assertEqual(links[0], links[1])
+
     def test_a_log_cannot_go_to_the_output(self):
         done = morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', 0.1, '--inproc', '--log', '-',
                         status=2, cwd=self.folder)

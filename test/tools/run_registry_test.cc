@@ -139,7 +139,8 @@ TEST_F(RunRegistryTest, NamesThatDoNotFitChannelsAreRefused) {
 }
 
 TEST_F(RunRegistryTest, TheOnlyRunNeedsNoName) {
-  EXPECT_EQ(FindRun("").error().message, "nothing runs here");
+  EXPECT_EQ(FindRun("").error().message,
+            "nothing runs here; `morphbus run` in another terminal starts a robot");
   Result<RunDirectory> a = RunDirectory::Claim("a");
   ASSERT_TRUE(a->Publish(Entry("q")).has_value());
   EXPECT_EQ(FindRun("")->name, "a");

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 
+#include "compiler/base/duration.h"
 #include "tools/base/messages.h"
 
 namespace morphbus::tools {
@@ -140,6 +141,19 @@ Option& Option::ValueOptional() {
 Option& Option::Hidden() {
   // CLI11 lists options by group, and the empty group not at all.
   option_->group("");
+  return *this;
+}
+
+Option& Option::Seconds() {
+  // CLI11 is left a plain number to read.
+  const auto read = [](std::string& text) {
+    const std::optional<double> seconds = ReadSeconds(text);
+    if (!seconds)
+      return fmt::format("expected seconds, such as 2.5, 2.5s or 200ms, not '{}'", text);
+    text = fmt::format("{}", *seconds);
+    return std::string();
+  };
+  option_->transform(CLI::Validator(read, ""))->type_name("TIME");
   return *this;
 }
 

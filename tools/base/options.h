@@ -39,6 +39,8 @@ class Option {
   Option& ValueOptional();
   /// The help leaves it out.
   Option& Hidden();
+  /// A time in seconds, behind which `s` or `ms` may stand; anything else is refused.
+  Option& Seconds();
   /// A whole number from `least` to `most`; anything else is refused.
   Option& Range(int least, int most);
 

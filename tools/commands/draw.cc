@@ -328,13 +328,14 @@ void AddDraw(CommandLine* line) {
   sub.Add("--robot", &options->robot, "A model's robot (default: the only one)");
   sub.Add("--world", &options->world, "SDFormat file of obstacles beside a model's robot")
       .TypeName("FILE");
-  sub.Add("--at", &options->at, "Sim time of the log, seconds");
+  sub.Add("--at", &options->at, "Sim time of the log, seconds").Seconds();
   sub.Add("--strip", &options->strip, "So many moments of a log beside each other").Range(1, 100);
   sub.Flag("--video", &options->video, "A log in motion, as animated WebP");
   sub.Add("--fps", &options->fps, "Pictures of a video a second of sim time (default: 10)")
       .Range(1, 50);
-  sub.Add("--from", &options->from, "Sim time at which a strip or a video begins, seconds");
-  sub.Add("--to", &options->to, "Sim time at which it ends, seconds");
+  sub.Add("--from", &options->from, "Sim time at which a strip or a video begins, seconds")
+      .Seconds();
+  sub.Add("--to", &options->to, "Sim time at which it ends, seconds").Seconds();
   sub.Add("--run", &options->run, "Which run, if the log holds several (default: the first)");
   sub.Description(&options->description);
   sub.Add("--view", &options->views, "side, top, front, iso; several: side,top").Separator(',');

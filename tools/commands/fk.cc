@@ -20,7 +20,7 @@ struct FkOptions {
   bool json = false;
 };
 
-/// Reads "0.3" (rad or m), or "45deg" for joints that turn.
+/// Reads "0.3" (rad or m), or "45deg" and "0.3rad" for joints that turn.
 std::optional<double> ParseValue(const std::string& text, bool turns) {
   constexpr double kMost = 1e6;
   // What follows the number is its unit.
@@ -32,7 +32,7 @@ std::optional<double> ParseValue(const std::string& text, bool turns) {
   if (end == text.c_str() || !(std::abs(value) <= kMost)) return std::nullopt;
   // Values without a unit are radians or metres, as in the model.
   if (unit == "deg" && turns) return value * EIGEN_PI / 180.0;
-  if (unit.empty()) return value;
+  if (unit.empty() || (unit == "rad" && turns)) return value;
   return std::nullopt;
 }
 

@@ -292,7 +292,8 @@ void AddMonitor(CommandLine* line) {
           "A web site whose pages may connect, such as https://app.foxglove.dev")
       .Repeatable();
   sub.Add("--page", &options->page, "Folder of the page (default: the one of this build)");
-  sub.Add("--seconds", &options->seconds, "Stop after this many seconds (default: until Ctrl-C)");
+  sub.Add("--seconds", &options->seconds, "Stop after this many seconds (default: until Ctrl-C)")
+      .Seconds();
   sub.Flag("--json", &options->json, "Where to look as one JSON object, on a line");
   sub.Footer(
       "Whoever has the URL may control the run; without its token one can only look, and with "

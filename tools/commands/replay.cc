@@ -304,8 +304,8 @@ void AddReplay(CommandLine* line) {
   sub.Add("LOG", &options->log, "Log file").Required();
   sub.Add("-s,--speed", &replay->speed,
           "Times the robot's pace; 0: as fast as listeners follow (default: 1)");
-  sub.Add("--from", &replay->from_s, "Sim time to begin at, seconds");
-  sub.Add("--to", &options->to_s, "Sim time to end before, seconds");
+  sub.Add("--from", &replay->from_s, "Sim time to begin at, seconds").Seconds();
+  sub.Add("--to", &options->to_s, "Sim time to end before, seconds").Seconds();
   sub.Add("-e,--channel", &replay->channel, "Only channels whose whole name matches")
       .TypeName("REGEX");
   sub.Flag("--loop", &replay->loop, "Begin again at the end, until Ctrl-C");
@@ -322,7 +322,8 @@ void AddReplay(CommandLine* line) {
           "compare all that it says")
       .TypeName("MODULE");
   sub.Add("--at", &options->at_s,
-          "With --into: show role, fields, joints and tasks at this sim time, seconds");
+          "With --into: show role, fields, joints and tasks at this sim time, seconds")
+      .Seconds();
   sub.Add("--steps", &options->steps,
           "With --at: also all that the module's tasks do in that tick, by source lines or by "
           "instructions")

@@ -115,9 +115,9 @@ void AddSpy(CommandLine* line) {
           "A folder with the .lcm files of other programs, or such a file; may be repeated")
       .TypeName("DIR")
       .Repeatable();
-  sub.Add("--seconds", &options->seconds,
-          "Stop after this many seconds (default: until q, Ctrl-C)");
-  sub.Add("--interval", &options->interval, "Seconds between two looks (default: 1)");
+  sub.Add("--seconds", &options->seconds, "Stop after this many seconds (default: until q, Ctrl-C)")
+      .Seconds();
+  sub.Add("--interval", &options->interval, "Seconds between two looks (default: 1)").Seconds();
   sub.Flag("--once", &options->once, "One table, of --seconds (default: 1), then end");
   sub.Flag("--json", &options->json, "JSON on stdout: an object a line, or one object with --once");
   sub.Footer(

@@ -10,6 +10,7 @@
 #include "bridge/bus/fault_plan.h"
 #include "bridge/wire/channels.h"
 #include "bridge/wire/wire_limits.h"
+#include "compiler/base/duration.h"
 #include "compiler/base/version.h"
 #include "compiler/dynarole/compile.h"
 #include "compiler/emit/kinematics.h"
@@ -243,14 +244,11 @@ bool AddKinematics(const model::Model& model, const model::Robot& robot, proto::
 /// Adds a module that is lost on purpose to the run's script. Says what is wrong with the text.
 bool AddLoss(const std::string& text, const model::Robot& robot, RunPlan* plan) {
   const size_t at = text.rfind('@');
-  double seconds = 0;
-  const char* end = text.data() + text.size();
-  const std::from_chars_result read =
-      std::from_chars(text.data() + std::min(at, text.size() - 1) + 1, end, seconds);
-  const double ticks = seconds * 1e6 / plan->description.tick_us();
+  const std::optional<double> seconds =
+      ReadSeconds(std::string_view(text).substr(std::min(at, text.size() - 1) + 1));
+  const double ticks = seconds.value_or(0) * 1e6 / plan->description.tick_us();
   // Tick 0 waits for all to join, so that the first one without somebody is tick 1.
-  if (at == std::string::npos || at == 0 || read.ec != std::errc() || read.ptr != end ||
-      !(ticks >= 1 && ticks <= 1e12)) {
+  if (at == std::string::npos || at == 0 || !(ticks >= 1 && ticks <= 1e12)) {
     Unusable(fmt::format("--lose: expected MODULE@SECONDS, from {} s on, not '{}'",
                          plan->description.tick_us() * 1e-6, text));
     return false;
@@ -292,7 +290,8 @@ const model::Robot* RobotOf(const RunOptions& options, const model::Model& model
 
 void AddPlanOptions(Subcommand* sub, RunOptions* options) {
   sub->Robot(&options->robot);
-  sub->Add("--seconds", &options->seconds, "Sim time to run (default, and 0: until stopped)");
+  sub->Add("--seconds", &options->seconds, "Sim time to run (default, and 0: until stopped)")
+      .Seconds();
   sub->Add("--loss", &options->loss,
            "Fraction of datagrams thrown away at every receiver, up to 0.9");
   sub->Add("--faults", &options->faults,

@@ -196,7 +196,8 @@ Result<RunEntry> FindRun(const std::string& name) {
   }
   // Nothing fits: the message says what there is to choose from.
   if (runs->empty())
-    return Fail(name.empty() ? "nothing runs here" : "no run '" + name + "'; nothing runs here");
+    return Fail((name.empty() ? std::string() : "no run '" + name + "'; ") +
+                "nothing runs here; `morphbus run` in another terminal starts a robot");
   if (!name.empty()) return Fail(fmt::format("no run '{}'; running: {}", name, names));
   if (runs->size() == 1) return runs->front();
   // Nobody can join a run in one process, so that it is not meant where another one is there.
