@@ -47,8 +47,8 @@ class Logs(ShortRun):
 
     def test_replay_refuses_what_would_never_begin(self):
         for options, why in ((('--from', 5, '--to', 3), 'the range is empty'), (('--from', 1, '--to', 1), 'empty'),
-                             (('--from', 'nan'), '--from nan'), (('--from=-1',), '--from -1'),
-                             (('--to', 'inf'), '--to inf'), (('--to=-1',), '--to -1'), (('--wait-for=-1',), '--wait-for')):
+                             (('--from', 'nan'), "expected seconds, such as 2.5, 2.5s or 200ms, not 'nan'"), (('--from=-1',), '--from -1'),
+                             (('--to', 'inf'), "not 'inf'"), (('--to=-1',), '--to -1'), (('--wait-for=-1',), '--wait-for')):
             self.assertIn(why, self.refused('replay', self.short, '--isolate', *options))
 
     def test_a_replay_that_waits_for_enter_needs_somebody_to_type_it(self):
@@ -73,7 +73,7 @@ class Logs(ShortRun):
 
     def test_draw_says_what_belongs_to_a_log_and_what_to_a_model(self):
         picture = self.folder / 'x.svg'
-        for arguments, why in (((self.short,), 'is a log: say with --at'), ((self.short, '--at', 'nan'), '--at nan'),
+        for arguments, why in (((self.short,), 'is a log: say with --at'), ((self.short, '--at', 'nan'), "not 'nan'"),
                                ((self.short, '--at=-1'), '--at -1: expected a sim time'),
                                ((self.short, '--at', '1e300'), 'the log ends at 1.98'),
                                ((self.short, '--at', 1, '--robot', 'quadruped'), 'leave --robot out'),
