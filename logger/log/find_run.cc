@@ -1,9 +1,6 @@
 #include "logger/log/find_run.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
-
-#include <algorithm>
 
 #include "bridge/wire/channels.h"
 #include "compiler/base/text.h"
@@ -14,10 +11,8 @@ std::string NoSuchRun(const std::string& path, const std::string& run,
                       const std::vector<std::string>& others) {
   constexpr size_t kMaxNamed = 8;  // a damaged log can name any number of runs
   if (others.empty()) return fmt::format("{} holds no run of modules", path);
-  const auto end = others.begin() + static_cast<ptrdiff_t>(std::min(others.size(), kMaxNamed));
-  std::string names = EscapeControl(fmt::format("{}", fmt::join(others.begin(), end, ", ")));
-  if (others.size() > kMaxNamed) names += fmt::format(" and {} more", others.size() - kMaxNamed);
-  return fmt::format("no run '{}' in {}; it holds {}", run, path, names);
+  return fmt::format("no run '{}' in {}; it holds {}", run, path,
+                     EscapeControl(NameFirst(others, kMaxNamed)));
 }
 
 std::string WhyNoRun(const std::string& path, const EventLogReader& reader) {
