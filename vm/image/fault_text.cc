@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace morphbus::vm {
 
@@ -184,7 +185,8 @@ class Wording {
 
 const char* TaskKindName(TaskKind kind) {
   constexpr const char* kNames[] = {"startup", "behavior", "command", "handler"};
-  return kNames[static_cast<int>(kind)];
+  const auto index = static_cast<size_t>(kind);
+  return index < std::size(kNames) ? kNames[index] : "task";
 }
 
 std::string FaultSentence(const Fault& fault, const FaultContext& context) {

@@ -16,7 +16,7 @@ struct FaultContext {
   const VerifiedKinematics* kinematics = nullptr;
 };
 
-/// "startup", "behavior", "command" or "handler".
+/// "startup", "behavior", "command" or "handler"; "task" for a kind of a newer version.
 const char* TaskKindName(TaskKind kind);
 
 /// What happened with all that a person needs to mend it: names, what was asked and measured, the
