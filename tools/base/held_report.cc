@@ -47,6 +47,7 @@ Json FieldsJson(const std::vector<bridge::HeldValue>& fields) {
 Json LocalsJson(const std::vector<bridge::HeldValue>& locals) {
   Json json = Json::array();
   for (const bridge::HeldValue& local : locals) {
+    // A local that nothing was written to yet has no value to tell.
     if (local.value.empty()) continue;
     json.push_back({{"name", local.name}, {"type", local.type}, {"value", local.value}});
   }
@@ -71,6 +72,7 @@ std::string FieldsText(const Json& fields) {
 std::string LocalsText(const Json& locals) {
   std::string text;
   for (size_t i = 0; i < locals.size(); ++i) {
+    // A local without a name is told by its number.
     const std::string name = locals[i]["name"].get<std::string>();
     text += fmt::format("{}{} = {}", i > 0 ? ", " : "", name.empty() ? std::to_string(i) : name,
                         locals[i]["value"].get<std::string>());
@@ -81,6 +83,7 @@ std::string LocalsText(const Json& locals) {
 std::string CallsText(const Json& calls, const std::string& file) {
   std::string text;
   for (const Json& call : calls) {
+    // "in Leg.walk, walk.dyn:7: n = 3"; whatever is not known is left out.
     const std::string locals = LocalsText(call["locals"]);
     const int line = call["line"].get<int>();
     text +=
@@ -94,6 +97,7 @@ std::string CallsText(const Json& calls, const std::string& file) {
 std::string TasksText(const Json& tasks, const std::string& file) {
   std::string text;
   for (const Json& task : tasks) {
+    // What it waits for is told as WaitText() does: by when or by what it goes on.
     std::string waits = task["waits_for"].get<std::string>();
     if (task.contains("until")) waits = fmt::format("{:.2f} s", task["until"].get<double>());
     if (task.contains("joint")) waits = "joint " + task["joint"].get<std::string>();

@@ -14,6 +14,7 @@ namespace {
 /// Goes down to where two values differ; `path` leads there.
 std::optional<FieldDifference> Differ(const Json& a, const Json& b, const std::string& path) {
   if (a == b) return std::nullopt;
+  // Of two objects the first field that differs, in the order of their names.
   if (a.is_object() && b.is_object()) {
     for (const auto& [key, value] : a.items()) {
       const std::string at = path.empty() ? key : path + "." + key;
@@ -21,6 +22,8 @@ std::optional<FieldDifference> Differ(const Json& a, const Json& b, const std::s
       if (auto found = Differ(value, b.at(key), at)) return found;
     }
   }
+  // Of two lists the first entry that differs, and their lengths if one is the beginning of the
+  // other.
   if (a.is_array() && b.is_array()) {
     for (size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
       if (auto found = Differ(a[i], b[i], fmt::format("{}[{}]", path, i))) return found;
@@ -84,6 +87,7 @@ Json KnownAfter(const logger::ComputedTick& tick) {
                 {"role", nullptr},
                 {"has_pose", tick.output.status.has_pose},
                 {"pose_stale", tick.output.status.pose_stale}};
+  // Labels stand for joints or links of the module, by name; for none where they are not resolved.
   Json labels = Json::object();
   if (role.role >= 0) {
     const vm::RoleInfo info = tick.program.role(role.role);
@@ -101,6 +105,7 @@ Json KnownAfter(const logger::ComputedTick& tick) {
       }
     }
   }
+  // Fields and tasks are read as inspections of a running robot read them.
   const bridge::HeldState held = bridge::ReadHeld(tick.program, tick.kinematics, tick.state);
   known["labels"] = labels;
   known["program"] = ToString(tick.program.source_name());
@@ -118,12 +123,15 @@ std::string KnownText(const Json& known) {
                   !known["has_pose"].get<bool>()    ? "unknown"
                   : known["pose_stale"].get<bool>() ? "stale"
                                                     : "known");
+  // Labels, fields, joints and tasks, a line each.
   for (const auto& [name, part] : known["labels"].items()) {
     text += fmt::format("  label {} = {}\n", name,
                         part.is_null() ? "(not resolved)" : part.get<std::string>());
   }
   text += FieldsText(known["fields"]);
   for (const auto& [name, joint] : known["joints"].items()) {
+    // A sign of 0 says that no convention was set; a joint that has arrived and stands has no
+    // remark.
     const int sign = joint["sign"].get<int>();
     text += fmt::format("  joint {}: at {:.2f}, target {:.2f} {}{}{}{}\n", name,
                         joint["measured"].get<double>(), joint["target"].get<double>(),
