@@ -1,6 +1,7 @@
 #pragma once
 // Backtracking search for the ways to match one assembly with another. Internal to
-// compiler/congruence.
+// compiler/congruence. A search for isomorphisms of labelled graphs, such as VF2, cannot take its
+// place: of many like modules nearly all isomorphisms are no mappings (docs/libraries.md).
 
 #include <array>
 #include <cstdint>

@@ -95,7 +95,8 @@ void AddEdges(const Corners& corners, int face, DirectedEdges& left_of) {
   }
 }
 
-/// Quickhull on a set that spans three dimensions. Facets are triangles, outward.
+/// Quickhull on a set that spans three dimensions. Facets are triangles, outward. Not that of
+/// qhull, which rounds otherwise on other processors (docs/libraries.md).
 class QuickHull {
  public:
   QuickHull(const Points& points, const Span& span, double tolerance)

@@ -34,7 +34,8 @@ Pose FromZUp() {
   return X_WS;
 }
 
-/// Walks the elements of one world.
+/// Walks the elements of one world. By hand and not by libsdformat, which lets much pass that this
+/// must refuse, and says no place (docs/libraries.md).
 class WorldReader {
  public:
   /// `surfaces` holds what is at hand already and takes up what is loaded.

@@ -1,6 +1,7 @@
 #pragma once
-// Line plots as inline SVG for self-contained pages. Colours are CSS classes, so that a page
-// decides them, light or dark.
+// Line plots as inline SVG for self-contained pages, which are read without a script, printed and
+// searched (docs/libraries.md). Colours are CSS classes, so that a page decides them, light or
+// dark.
 
 #include <cstddef>
 #include <string>

@@ -1,4 +1,7 @@
-/** One plot on a canvas: lines of several series against sim time, with a cursor at the instant that is shown. */
+/**
+ * One plot on a canvas: lines of several series against sim time, with a cursor at the instant that is shown. Why it is
+ * drawn here and not by uPlot: docs/libraries.md.
+ */
 
 import { decimate, valueRange, type Polyline, type Series } from './decimate.ts';
 import { niceStep, niceTicks, tickText, timeText } from './ticks.ts';
