@@ -7,13 +7,15 @@
 #include <set>
 #include <string>
 
+#include "bridge/observe/gap_counter.h"
 #include "tools/spy/field_history.h"
-#include "tools/spy/gap_counter.h"
 #include "tools/spy/heard_names.h"
 #include "tools/spy/spy_table.h"
 
 namespace morphbus::tools {
 namespace {
+
+using bridge::GapCounter;
 
 constexpr int64_t kOneSecond = 1'000'000'000;
 

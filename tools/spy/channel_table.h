@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
+#include "bridge/observe/gap_counter.h"
 #include "bridge/wire/channels.h"
 #include "tools/spy/arrival_stats.h"
-#include "tools/spy/gap_counter.h"
 #include "tools/spy/heard_names.h"
 #include "tools/spy/lcm_schema.h"
 #include "tools/spy/spy_snapshot.h"
@@ -58,7 +58,7 @@ class ChannelTable {
     int64_t bad = 0;
     int64_t undecodable = 0;
     ArrivalStats arrivals;      ///< Of all messages.
-    GapCounter gaps;            ///< In the numbers of ours.
+    bridge::GapCounter gaps;    ///< In the numbers of ours.
     std::vector<uint8_t> last;  ///< The newest message as it came; empty if it was not kept.
     /// The bytes that all channels keep; null before the first message.
     size_t* kept = nullptr;

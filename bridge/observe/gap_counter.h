@@ -4,7 +4,7 @@
 #include <bitset>
 #include <cstdint>
 
-namespace morphbus::tools {
+namespace morphbus::bridge {
 
 /// Counts what is missing on one channel, in fixed memory whatever numbers come: for listeners that
 /// believe nobody. The run's own processes use bridge::SequenceTracker.
@@ -32,4 +32,4 @@ class GapCounter {
   int64_t last_below_ = -1;
 };
 
-}  // namespace morphbus::tools
+}  // namespace morphbus::bridge

@@ -1,8 +1,8 @@
-#include "tools/spy/gap_counter.h"
+#include "bridge/observe/gap_counter.h"
 
 #include <algorithm>
 
-namespace morphbus::tools {
+namespace morphbus::bridge {
 
 bool GapCounter::Take(int64_t sequence) {
   if (sequence < 0) return false;
@@ -44,4 +44,4 @@ bool GapCounter::Take(int64_t sequence) {
   return true;
 }
 
-}  // namespace morphbus::tools
+}  // namespace morphbus::bridge
