@@ -1,8 +1,6 @@
 #include "bridge/outward/channel_counts.h"
 
-#include "bridge/wire/channels.h"
-#include "bridge/wire/codec.h"
-#include "bridge/wire/stream_hash.h"
+#include "bridge/observe/run_message.h"
 #include "compiler/base/text.h"
 
 namespace morphbus::bridge {
@@ -58,17 +56,15 @@ void ChannelCounts::Take(std::string_view channel, const uint8_t* data, size_t s
   ++count.interval_messages;
   count.interval_bytes += static_cast<int64_t>(size);
   // Only what is ours can be looked into; other programs' messages are counted.
-  const std::optional<ChannelName> name = ParseChannel(channel);
-  if (!name) return;
-  morphbus::header_t header;
-  if (!DecodeHeader(data, size, &header)) {
+  if (!ParseChannel(channel)) return;
+  const Result<RunMessage> message = OpenMessage(channel, data, size);
+  if (!message) {
     ++count.bad;
     return;
   }
-  count.type = TypeOf(name->topic);
-  if (!HasManyPublishers(name->topic)) {
-    count.tracker.Take(header.sequence, DigestOf(data, size), &count.ledger);
-  }
+  const Topic topic = message->name.topic;
+  count.type = TypeOf(topic);
+  if (!HasManyPublishers(topic)) count.gaps.Take(message->header.sequence);
 }
 
 morphbus::Channels ChannelCounts::Roll(double now_s) {
@@ -80,7 +76,7 @@ morphbus::Channels ChannelCounts::Roll(double now_s) {
     out.set_channel(EscapeControl(name));
     out.set_type(count.type);
     out.set_messages(count.messages);
-    out.set_lost(count.ledger.lost);
+    out.set_lost(count.gaps.lost());
     out.set_bad(count.bad);
     if (interval_s > 0) {
       out.set_hz(static_cast<double>(count.interval_messages) / interval_s);

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "bridge/lockstep/sequence_tracker.h"
+#include "bridge/observe/gap_counter.h"
 #include "bridge/outward/monitor.pb.h"
 
 namespace morphbus::bridge {
@@ -28,8 +28,7 @@ class ChannelCounts {
     int64_t messages = 0,
             bad = 0;  ///< Since the first message; bad ones are ours that are damaged.
     int64_t interval_messages = 0, interval_bytes = 0;  ///< Since the last Roll.
-    Ledger ledger;            ///< Its `lost` is what the tracker finds missing.
-    SequenceTracker tracker;  ///< Of channels that have one publisher.
+    GapCounter gaps;                                    ///< Of channels that have one publisher.
   };
   std::map<std::string, Count, std::less<>> counts_;  ///< By channel.
   double interval_begin_s_ = -1;                      ///< Negative before the first message.

@@ -3,20 +3,19 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <type_traits>
 
-#include "bridge/control/control_command.h"
 #include "bridge/outward/scene.h"
-#include "bridge/wire/codec.h"
 #include "compiler/base/text.h"
 
 namespace morphbus::bridge {
 namespace {
 
-/// No run takes longer, microseconds (a hundred years); a thousand times this still fits.
-constexpr int64_t kLatestUs = int64_t{3'155'760'000} * 1'000'000;
-/// A message may be of so many ticks after the last CLOCK, which may have been lost.
-constexpr int64_t kMostAhead = 64;
+/// The names of a robot's modules, in its order.
+std::vector<std::string> NamesOf(const model::Robot& robot) {
+  std::vector<std::string> names;
+  for (const model::ModuleInstance& module : robot.modules) names.push_back(module.name);
+  return names;
+}
 
 /// Poses of messages as poses to calculate with: WORLD has doubles, TRANSFORM floats.
 LinkPose PoseOf(const double (&position_m)[3], const double (&orientation_wxyz)[4]) {
@@ -59,9 +58,11 @@ void SetTime(int64_t time_us, google::protobuf::Timestamp* out) {
 }
 
 Converter::Converter(std::shared_ptr<const RunModel> run, std::string source, ProgramText text)
-    : run_(std::move(run)), source_(std::move(source)), text_(std::move(text)) {
+    : run_(std::move(run)),
+      source_(std::move(source)),
+      text_(std::move(text)),
+      listener_(run_->run, run_->model_hash, NamesOf(*run_->robot)) {
   // Until messages say otherwise, the robot is where and as its model declares it.
-  speed_ = run_->speed;
   X_WR_ = StandingOnGround(*run_);
   dockings_ = DeclaredDockings(run_->model, *run_->robot);
   const size_t count = run_->robot->modules.size();
@@ -88,101 +89,62 @@ Converter::Converter(std::shared_ptr<const RunModel> run, std::string source, Pr
 }
 
 void Converter::Send(OutwardTopic topic, int64_t time_us,
-                     const google::protobuf::MessageLite& message, const OutwardSink& sink) {
+                     const google::protobuf::MessageLite& message) {
   // Where a log is only read through, nothing is serialized.
-  if (!sink) return;
+  if (!*sink_) return;
   message.SerializeToString(&buffer_);
-  sink(topic, time_us * 1000, buffer_);
+  (*sink_)(topic, time_us * 1000, buffer_);
 }
 
 void Converter::Begin(const OutwardSink& sink) {
+  sink_ = &sink;
   // The program's text is added here, since only the source knows where to find it.
   morphbus::Description description = *run_->description;
   if (text_) description.set_program_text(text_(run_->program_hash, run_->program_file));
-  Send(OutwardTopic::kDescription, 0, description, sink);
-  Send(OutwardTopic::kScene, 0, SceneOf(source_, *run_), sink);
+  Send(OutwardTopic::kDescription, 0, description);
+  Send(OutwardTopic::kScene, 0, SceneOf(source_, *run_));
 }
 
 void Converter::Repeat(const OutwardSink& sink) {
+  sink_ = &sink;
   // Both are made to look as if they had never been told.
   modules_changed_ = true;
-  SendModules(sink);
+  SendModules();
   sent_connections_.clear();
-  SendConnections(time_us_, sink);
-}
-
-template <class M>
-bool Converter::Read(std::string_view channel, int module, const uint8_t* data, size_t size,
-                     const OutwardSink& sink) {
-  M message;
-  if (!Decode(data, size, {run_->model_hash, 0}, &message)) return false;
-  // A time that no run reaches would not fit the nanoseconds of viewers, and a tick that cannot
-  // have begun would make all that follow look late.
-  const morphbus::header_t& header = message.header;
-  if (header.sim_time_us < 0 || header.sim_time_us > kLatestUs) return false;
-  if (tick_ >= 0 && !std::is_same_v<M, morphbus::sim_clock_t> && header.tick > tick_ + kMostAhead) {
-    return false;
-  }
-  // What is sent again has a number that was taken. HEALTH's of the sim may share one tick, yet not
-  // a number.
-  const auto found = taken_.find(channel);
-  if (found == taken_.end()) {
-    taken_.emplace(channel, header.sequence);
-  } else if (header.sequence <= found->second) {
-    // A run that holds still repeats its CLOCK. A STATUS that came late, since it was asked for,
-    // does not wait until the run goes on.
-    if constexpr (std::is_same_v<M, morphbus::sim_clock_t>) SendModules(sink);
-    return true;
-  } else {
-    found->second = header.sequence;
-  }
-  Use(message, module, sink);
-  return true;
+  SendConnections(clock_.time_us());
 }
 
 bool Converter::Take(std::string_view channel, const uint8_t* data, size_t size,
                      const OutwardSink& sink) {
-  const std::optional<ChannelName> name = ParseChannel(channel);
-  // Other runs and other programs may be on the same bus.
-  if (!name || name->run != run_->run) return true;
-  const int module = run_->robot->FindModule(std::string(name->process)).value_or(-1);
-  switch (name->topic) {
-    case Topic::kClock:
-      return Read<morphbus::sim_clock_t>(channel, module, data, size, sink);
-    case Topic::kSensors:
-      return Read<morphbus::sensors_t>(channel, module, data, size, sink);
-    case Topic::kWorld:
-      return Read<morphbus::world_t>(channel, module, data, size, sink);
-    case Topic::kHealth:
-      // Other processes than these a run does not have; a name that somebody invents gets no place.
-      if (module < 0 && name->process != kSimProcess && name->process != kLogProcess) return true;
-      return Read<morphbus::health_t>(channel, module, data, size, sink);
-    case Topic::kTransform:
-      return module < 0 || Read<morphbus::transform_t>(channel, module, data, size, sink);
-    case Topic::kActuator:
-      return module < 0 || Read<morphbus::actuator_t>(channel, module, data, size, sink);
-    case Topic::kStatus:
-      return module < 0 || Read<morphbus::status_t>(channel, module, data, size, sink);
-    default:
-      return true;  // ASK, HELLO, INFO, CONTROL and END say nothing that viewers are told.
-  }
+  sink_ = &sink;
+  return listener_.Take(channel, data, size, this) != RunListener::Kind::kBad;
+}
+
+void Converter::OnRepeat(const RunMessage& message) {
+  // A run that holds still repeats its CLOCK. A STATUS that came late, since it was asked for, does
+  // not wait until the run goes on.
+  if (message.name.topic == Topic::kClock) SendModules();
 }
 
 void Converter::Finish(const OutwardSink& sink) {
-  SendJoints(sink);
-  SendWorld(sink);
-  SendPropagated(sink);
-  SendCommands(sink);
-  SendModules(sink);
+  sink_ = &sink;
+  SendAll();
+}
+
+void Converter::SendAll() {
+  SendJoints();
+  SendWorld();
+  SendPropagated();
+  SendCommands();
+  SendModules();
 }
 
 bool Converter::BeginGathering(const morphbus::header_t& header, Gathering* gathering,
-                               void (Converter::*flush)(const OutwardSink&),
-                               const OutwardSink& sink) {
+                               void (Converter::*flush)()) {
   // A tick that has been sent is not sent again for one that comes late.
   if (header.tick < gathering->tick) return false;
   if (header.tick > gathering->tick) {
-    if (gathering->tick >= 0) (this->*flush)(sink);
+    if (gathering->tick >= 0) (this->*flush)();
     // The new tick begins with nobody.
     gathering->tick = header.tick;
     gathering->time_us = header.sim_time_us;
@@ -191,56 +153,46 @@ bool Converter::BeginGathering(const morphbus::header_t& header, Gathering* gath
   return true;
 }
 
-int Converter::NumLiving() const { return num_modules() - static_cast<int>(lost_.size()); }
+int Converter::NumLiving() const { return num_modules() - num_lost_; }
 
-void Converter::Use(const morphbus::sim_clock_t& clock, int, const OutwardSink& sink) {
+void Converter::OnClock(const RunMessage& /*message*/, morphbus::sim_clock_t clock) {
   // What modules said of the tick before is not waited for any longer.
-  if (transforms_.tick >= 0 && transforms_.tick < clock.header.tick) SendPropagated(sink);
-  if (actuators_.tick >= 0 && actuators_.tick < clock.header.tick) SendCommands(sink);
-  SendModules(sink);
+  if (transforms_.tick >= 0 && transforms_.tick < clock.header.tick) SendPropagated();
+  if (actuators_.tick >= 0 && actuators_.tick < clock.header.tick) SendCommands();
+  SendModules();
   // The beat itself, with the commands that take effect.
-  tick_ = clock.header.tick;
-  time_us_ = clock.header.sim_time_us;
-  has_world_ = clock.num_world_parts > 0;
+  const bool had_ended = clock_.ended();
+  clock_.Take(clock);
+  const int64_t time_us = clock_.time_us();
   morphbus::Clock out;
-  SetTime(time_us_, out.mutable_timestamp());
-  out.set_tick(tick_);
+  SetTime(time_us, out.mutable_timestamp());
+  out.set_tick(clock_.tick());
   out.set_phase(clock.phase == morphbus::sim_clock_t::PHASE_START ? morphbus::Clock::START
-                : clock.phase == morphbus::sim_clock_t::PHASE_END ? morphbus::Clock::END
+                : clock_.ended()                                  ? morphbus::Clock::END
                                                                   : morphbus::Clock::RUN);
   out.set_end_reason(EscapeControl(clock.end_reason));
   for (const std::string& control : clock.controls) out.add_controls(EscapeControl(control));
-  Send(OutwardTopic::kClock, time_us_, out, sink);
-  for (const std::string& control : clock.controls) TakeControl(control, time_us_, sink);
-  if (clock.phase != morphbus::sim_clock_t::PHASE_END || ended_) return;
-  ended_ = true;
-  Finish(sink);
-  SendLog(time_us_, foxglove::Log::INFO, source_, "the run ends: " + clock.end_reason, {}, sink);
-}
-
-void Converter::TakeControl(const std::string& control, int64_t time_us, const OutwardSink& sink) {
+  Send(OutwardTopic::kClock, time_us, out);
   // Every command is told, also one of a later version that cannot be read here.
-  SendLog(time_us, foxglove::Log::INFO, source_, "command: " + control, {}, sink);
-  const Result<ControlCommand> command = ParseControl(control);
-  if (!command) return;
-  // A step holds the run when it is done, whether it was paused before or not.
-  if (command->kind == ControlKind::kPause) paused_ = true;
-  if (command->kind == ControlKind::kResume) paused_ = false;
-  if (command->kind == ControlKind::kStep) paused_ = true;
-  if (command->kind == ControlKind::kSpeed) speed_ = command->speed;
+  for (const std::string& control : clock.controls) {
+    SendLog(time_us, foxglove::Log::INFO, source_, "command: " + control, {});
+  }
   // A module that is lost says nothing any more, and nothing is waited for of it.
-  const std::string_view lost = LostModule(control);
-  const std::optional<int> module = run_->robot->FindModule(std::string(lost));
-  if (lost.empty() || !module) return;
-  lost_.insert(*module);
-  states_[*module].set_lost(true);
-  modules_changed_ = true;
+  for (int m = 0; m < num_modules(); ++m) {
+    if (states_[m].lost() || !clock_.lost().contains(run_->robot->modules[m].name)) continue;
+    states_[m].set_lost(true);
+    ++num_lost_;
+    modules_changed_ = true;
+  }
+  if (!clock_.ended() || had_ended) return;
+  SendAll();
+  SendLog(time_us, foxglove::Log::INFO, source_, "the run ends: " + clock.end_reason, {});
 }
 
-void Converter::Use(const morphbus::sensors_t& sensors, int, const OutwardSink& sink) {
+void Converter::OnSensors(const RunMessage& /*message*/, morphbus::sensors_t sensors) {
   // SENSORS also hands out programs, whose names faults will need.
   deployed_.Take(sensors, &deployed_bytes_);
-  if (!BeginGathering(sensors.header, &sensors_, &Converter::SendJoints, sink)) return;
+  if (!BeginGathering(sensors.header, &sensors_, &Converter::SendJoints)) return;
   for (const morphbus::module_sensors_t& reading : sensors.modules) {
     const int m = reading.module_id;
     if (m < 0 || m >= num_modules()) continue;
@@ -266,15 +218,15 @@ void Converter::Use(const morphbus::sensors_t& sensors, int, const OutwardSink& 
       places_outdated_ = true;
     }
   }
-  if (static_cast<int>(sensors_.have.size()) == num_modules()) SendJoints(sink);
+  if (static_cast<int>(sensors_.have.size()) == num_modules()) SendJoints();
 }
 
-void Converter::SendJoints(const OutwardSink& sink) {
+void Converter::SendJoints() {
   if (sensors_.tick < 0 || sensors_.have.empty()) return;
   // The same numbers twice: in our schema with targets and signs, and in the one that viewers know.
   morphbus::Joints joints;
   foxglove::JointStates joint_states;
-  if (!sink) return sensors_.have.clear();
+  if (!*sink_) return sensors_.have.clear();
   SetTime(sensors_.time_us, joints.mutable_timestamp());
   SetTime(sensors_.time_us, joint_states.mutable_timestamp());
   joints.set_tick(sensors_.tick);
@@ -298,12 +250,12 @@ void Converter::SendJoints(const OutwardSink& sink) {
   }
   // The tick stays, so that what comes late of it is known to be late; the modules do not.
   sensors_.have.clear();
-  Send(OutwardTopic::kJoints, sensors_.time_us, joints, sink);
-  Send(OutwardTopic::kJointStates, sensors_.time_us, joint_states, sink);
-  SendConnections(sensors_.time_us, sink);
+  Send(OutwardTopic::kJoints, sensors_.time_us, joints);
+  Send(OutwardTopic::kJointStates, sensors_.time_us, joint_states);
+  SendConnections(sensors_.time_us);
 }
 
-void Converter::SendConnections(int64_t time_us, const OutwardSink& sink) {
+void Converter::SendConnections(int64_t time_us) {
   // What is only declared is in the description already.
   if (!sensed_) return;
   morphbus::Connections connections;
@@ -332,7 +284,7 @@ void Converter::SendConnections(int64_t time_us, const OutwardSink& sink) {
   if (bytes == sent_connections_) return;
   sent_connections_ = std::move(bytes);
   SetTime(time_us, connections.mutable_timestamp());
-  Send(OutwardTopic::kConnections, time_us, connections, sink);
+  Send(OutwardTopic::kConnections, time_us, connections);
 }
 
 void Converter::AddTransform(int64_t time_us, const std::string& parent, const std::string& child,
@@ -355,15 +307,15 @@ void Converter::AddBaseFrames(int64_t time_us, foxglove::FrameTransforms* out) {
   AddTransform(time_us, source_ + "/world", source_ + "/robot", X_WR_, out);
 }
 
-void Converter::Use(const morphbus::world_t& world, int, const OutwardSink& sink) {
-  if (!BeginGathering(world.header, &world_, &Converter::SendWorld, sink)) return;
+void Converter::OnWorld(const RunMessage& /*message*/, morphbus::world_t world) {
+  if (!BeginGathering(world.header, &world_, &Converter::SendWorld)) return;
   if (world_.have.empty()) bodies_.clear();
   if (!world_.have.insert(world.part).second) return;
   bodies_.insert(bodies_.end(), world.bodies.begin(), world.bodies.end());
-  if (static_cast<int>(world_.have.size()) == world.num_parts) SendWorld(sink);
+  if (static_cast<int>(world_.have.size()) == world.num_parts) SendWorld();
 }
 
-void Converter::SendWorld(const OutwardSink& sink) {
+void Converter::SendWorld() {
   if (world_.tick < 0 || world_.have.empty()) return;
   world_.have.clear();
   // Which links belong to which body is found anew only where it may have changed.
@@ -385,7 +337,7 @@ void Converter::SendWorld(const OutwardSink& sink) {
     X_WR_ =
         X_WL(root, run_->root_link) * Inverse(ToLinkPose(run_->X_RL_start[root][run_->root_link]));
   }
-  if (!sink) return;
+  if (!*sink_) return;
   // All links of a tick in one message, so that no viewer sees half a robot moved.
   foxglove::FrameTransforms transforms;
   AddBaseFrames(world_.time_us, &transforms);
@@ -395,25 +347,26 @@ void Converter::SendWorld(const OutwardSink& sink) {
       AddTransform(world_.time_us, source_ + "/world", frames_[m][l], X_WL(m, l), &transforms);
     }
   }
-  Send(OutwardTopic::kTransforms, world_.time_us, transforms, sink);
+  Send(OutwardTopic::kTransforms, world_.time_us, transforms);
 }
 
-void Converter::Use(const morphbus::transform_t& transform, int module, const OutwardSink& sink) {
+void Converter::OnTransform(const RunMessage& message, morphbus::transform_t transform) {
+  const int module = message.module;
   // Sender and channel must agree.
-  if (transform.module_id != module) return;
-  if (!BeginGathering(transform.header, &transforms_, &Converter::SendPropagated, sink)) return;
+  if (module < 0 || transform.module_id != module) return;
+  if (!BeginGathering(transform.header, &transforms_, &Converter::SendPropagated)) return;
   transforms_.have.insert(module);
   // A module that has lost its pose is drawn nowhere rather than where it was.
   X_RL_[module].clear();
   if (transform.has_pose && transform.link_poses.size() == frames_[module].size()) {
-    X_RL_[module] = transform.link_poses;
+    X_RL_[module] = std::move(transform.link_poses);
   }
-  if (static_cast<int>(transforms_.have.size()) >= NumLiving()) SendPropagated(sink);
+  if (static_cast<int>(transforms_.have.size()) >= NumLiving()) SendPropagated();
 }
 
-void Converter::SendPropagated(const OutwardSink& sink) {
+void Converter::SendPropagated() {
   if (transforms_.tick < 0 || transforms_.have.empty()) return;
-  if (!sink) return transforms_.have.clear();
+  if (!*sink_) return transforms_.have.clear();
   const int64_t time_us = transforms_.time_us;
   // In frames of their own, so that viewers can lay both robots over each other.
   foxglove::FrameTransforms propagated, links;
@@ -423,13 +376,14 @@ void Converter::SendPropagated(const OutwardSink& sink) {
     for (size_t l = 0; l < X_RL_[m].size(); ++l) {
       const LinkPose X_RL = PoseOf(X_RL_[m][l]);
       AddTransform(time_us, source_ + "/robot", propagated_frames_[m][l], X_RL, &propagated);
-      if (!has_world_) AddTransform(time_us, source_ + "/robot", frames_[m][l], X_RL, &links);
+      if (!clock_.has_world())
+        AddTransform(time_us, source_ + "/robot", frames_[m][l], X_RL, &links);
     }
   }
   transforms_.have.clear();
-  Send(OutwardTopic::kPropagated, time_us, propagated, sink);
+  Send(OutwardTopic::kPropagated, time_us, propagated);
   // Where nothing simulates a world, what the modules believe is all there is.
-  if (!has_world_) Send(OutwardTopic::kTransforms, time_us, links, sink);
+  if (!clock_.has_world()) Send(OutwardTopic::kTransforms, time_us, links);
 }
 
 }  // namespace morphbus::bridge

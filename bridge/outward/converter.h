@@ -6,21 +6,18 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <morphbus/actuator_t.hpp>
 #include <morphbus/body_pose_t.hpp>
-#include <morphbus/health_t.hpp>
 #include <morphbus/pose_t.hpp>
-#include <morphbus/sensors_t.hpp>
-#include <morphbus/sim_clock_t.hpp>
 #include <morphbus/status_t.hpp>
-#include <morphbus/transform_t.hpp>
-#include <morphbus/world_t.hpp>
 #include <optional>
 #include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "bridge/observe/run_clock.h"
+#include "bridge/observe/run_listener.h"
+#include "bridge/observe/run_message.h"
 #include "bridge/outward/foxglove.pb.h"
 #include "bridge/outward/link_places.h"
 #include "bridge/outward/monitor.pb.h"
@@ -44,11 +41,11 @@ using ProgramText = std::function<std::string(uint64_t hash, const std::string& 
 void SetTime(int64_t time_us, google::protobuf::Timestamp* out);
 
 /// Converts one run. Where a sink is empty, it only follows what the messages say.
-/// It believes nothing of the bytes that it gets: what Decode refuses is counted
-/// and left out, and so is what came already, belongs to a tick that is over, or is of another run.
+/// It believes nothing of the bytes that it gets (RunListener); what belongs to a tick that is over
+/// is left out.
 /// Nothing is copied of a message that is not complete but what its tick needs. A copy goes on from
 /// where the original was, so that a log can be played from a place in its middle.
-class Converter {
+class Converter : private RunMessageHandler {
  public:
   /// `source` begins all names of topics and frames. `text` may be null.
   Converter(std::shared_ptr<const RunModel> run, std::string source, ProgramText text);
@@ -64,15 +61,15 @@ class Converter {
   void Finish(const OutwardSink& sink);
 
   /// The run's sim time as far as messages have told it, microseconds.
-  [[nodiscard]] int64_t time_us() const { return time_us_; }
+  [[nodiscard]] int64_t time_us() const { return clock_.time_us(); }
   /// Tick of the last CLOCK; -1 before the first.
-  [[nodiscard]] int64_t tick() const { return tick_; }
+  [[nodiscard]] int64_t tick() const { return clock_.tick(); }
   /// Whether CLOCK's commands hold the run, and its speed by the last of them (times real time; 0:
   /// as fast as possible).
-  [[nodiscard]] bool paused() const { return paused_; }
-  [[nodiscard]] double speed() const { return speed_; }
+  [[nodiscard]] bool paused() const { return clock_.paused(); }
+  [[nodiscard]] double speed() const { return clock_.speed().value_or(run_->speed); }
   /// Whether CLOCK has told of the end.
-  [[nodiscard]] bool ended() const { return ended_; }
+  [[nodiscard]] bool ended() const { return clock_.ended(); }
   [[nodiscard]] const RunModel& run() const { return *run_; }
 
  private:
@@ -84,39 +81,35 @@ class Converter {
     std::set<int> have;   ///< Parts or modules.
   };
 
-  // What each kind of message does; `module` is the index of the channel's module.
-  void Use(const morphbus::sim_clock_t& clock, int module, const OutwardSink& sink);
-  void Use(const morphbus::sensors_t& sensors, int module, const OutwardSink& sink);
-  void Use(const morphbus::world_t& world, int module, const OutwardSink& sink);
-  void Use(const morphbus::transform_t& transform, int module, const OutwardSink& sink);
-  void Use(const morphbus::actuator_t& actuator, int module, const OutwardSink& sink);
-  void Use(const morphbus::status_t& status, int module, const OutwardSink& sink);
-  void Use(const morphbus::health_t& health, int module, const OutwardSink& sink);
-
-  /// Decodes a message of type M and uses it, unless it came already.
-  template <class M>
-  bool Read(std::string_view channel, int module, const uint8_t* data, size_t size,
-            const OutwardSink& sink);
+  // What each kind of message does.
+  void OnRepeat(const RunMessage& message) override;
+  void OnClock(const RunMessage& message, morphbus::sim_clock_t clock) override;
+  void OnSensors(const RunMessage& message, morphbus::sensors_t sensors) override;
+  void OnWorld(const RunMessage& message, morphbus::world_t world) override;
+  void OnTransform(const RunMessage& message, morphbus::transform_t transform) override;
+  void OnActuator(const RunMessage& message, morphbus::actuator_t actuator) override;
+  void OnStatus(const RunMessage& message, morphbus::status_t status) override;
+  void OnHealth(const RunMessage& message, morphbus::health_t health) override;
 
   /// Makes room for a message of a tick in what is being gathered: sends what waits of an earlier
   /// one by `flush`. False if the tick is over.
   bool BeginGathering(const morphbus::header_t& header, Gathering* gathering,
-                      void (Converter::*flush)(const OutwardSink&), const OutwardSink& sink);
+                      void (Converter::*flush)());
   // Send what was gathered of a tick, whole or not.
-  void SendJoints(const OutwardSink& sink);
-  void SendWorld(const OutwardSink& sink);
-  void SendPropagated(const OutwardSink& sink);
-  void SendCommands(const OutwardSink& sink);
+  void SendJoints();
+  void SendWorld();
+  void SendPropagated();
+  void SendCommands();
+  /// Sends all that waits.
+  void SendAll();
   // Send the state as a whole, if it has changed.
-  void SendModules(const OutwardSink& sink);
-  void SendConnections(int64_t time_us, const OutwardSink& sink);
+  void SendModules();
+  void SendConnections(int64_t time_us);
 
   /// Sends a fault of a STATUS, and a line on it.
-  void SendFault(const morphbus::status_t& status, const morphbus::fault_t& fault, int module,
-                 const OutwardSink& sink);
+  void SendFault(const morphbus::status_t& status, const morphbus::fault_t& fault, int module);
   /// Sends what a program printed, and a line on it.
-  void SendPrint(const morphbus::status_t& status, const morphbus::print_t& print, int module,
-                 const OutwardSink& sink);
+  void SendPrint(const morphbus::status_t& status, const morphbus::print_t& print, int module);
   /// A line of a program's source; nothing by default.
   struct SourcePlace {
     std::string file;
@@ -124,16 +117,13 @@ class Converter {
   };
   /// Sends a line for people, with the place in a program's source that it speaks of.
   void SendLog(int64_t time_us, foxglove::Log::Level level, const std::string& who,
-               const std::string& text, const SourcePlace& where, const OutwardSink& sink);
-  /// Follows the commands that CLOCK names.
-  void TakeControl(const std::string& control, int64_t time_us, const OutwardSink& sink);
+               const std::string& text, const SourcePlace& where);
   /// Adds the frames that hold the links' together: W in the viewers' world, and R in W.
   void AddBaseFrames(int64_t time_us, foxglove::FrameTransforms* out);
   void AddTransform(int64_t time_us, const std::string& parent, const std::string& child,
                     const LinkPose& X, foxglove::FrameTransforms* out);
   /// Serializes a message and hands it out.
-  void Send(OutwardTopic topic, int64_t time_us, const google::protobuf::MessageLite& message,
-            const OutwardSink& sink);
+  void Send(OutwardTopic topic, int64_t time_us, const google::protobuf::MessageLite& message);
 
   /// The images of the program with this hash; null if it is not known.
   const vm::VerifiedProgram* FindProgram(uint64_t hash);
@@ -152,15 +142,10 @@ class Converter {
   ProgramText text_;
   std::vector<std::vector<std::string>> frames_, propagated_frames_;  ///< [module][link].
 
-  // Where the run is.
-  int64_t time_us_ = 0;
-  int64_t tick_ = -1;
-  bool paused_ = false;
-  double speed_ = 0;
-  bool ended_ = false;
-  bool has_world_ = false;
-  /// The highest number taken, by channel.
-  std::map<std::string, int64_t, std::less<>> taken_;
+  RunListener listener_;
+  RunClock clock_;  ///< Where the run is.
+  /// Who gets what is made during a call.
+  const OutwardSink* sink_ = nullptr;
 
   // What was heard last, by module.
   std::vector<std::vector<double>> position_, velocity_, effort_;
@@ -169,7 +154,7 @@ class Converter {
   Dockings dockings_;
   bool sensed_ = false;  ///< Whether any dockings were sensed; else they are the declared ones.
   std::vector<morphbus::ModuleState> states_;
-  std::set<int> lost_;
+  int num_lost_ = 0;  ///< Of these modules.
 
   // What is being gathered.
   Gathering sensors_, world_, transforms_, actuators_;

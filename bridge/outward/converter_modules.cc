@@ -73,11 +73,13 @@ void AddCounts(const morphbus::health_t& health, morphbus::Health* out) {
 
 }  // namespace
 
-void Converter::Use(const morphbus::actuator_t& actuator, int module, const OutwardSink& sink) {
+void Converter::OnActuator(const RunMessage& message, morphbus::actuator_t actuator) {
+  const int module = message.module;
+  if (module < 0) return;
   const model::ModuleType& type = run_->TypeOf(module);
   // Sender, channel and type must agree.
   if (actuator.module_id != module || actuator.joints.size() != type.joints.size()) return;
-  if (!BeginGathering(actuator.header, &actuators_, &Converter::SendCommands, sink)) return;
+  if (!BeginGathering(actuator.header, &actuators_, &Converter::SendCommands)) return;
   if (!actuators_.have.insert(module).second) return;
   // Joints: every one gets an order in every tick.
   const std::string& name = run_->robot->modules[module].name;
@@ -113,23 +115,24 @@ void Converter::Use(const morphbus::actuator_t& actuator, int module, const Outw
     order.set_state(state.name);
     order.set_value(model::ValueText(state.values[v]));
   }
-  if (static_cast<int>(actuators_.have.size()) >= NumLiving()) SendCommands(sink);
+  if (static_cast<int>(actuators_.have.size()) >= NumLiving()) SendCommands();
 }
 
-void Converter::SendCommands(const OutwardSink& sink) {
+void Converter::SendCommands() {
   // All commands of a tick go out together, whole or not.
   if (actuators_.tick < 0 || actuators_.have.empty()) return;
   SetTime(actuators_.time_us, commands_.mutable_timestamp());
   commands_.set_tick(actuators_.tick);
   actuators_.have.clear();
-  Send(OutwardTopic::kCommands, actuators_.time_us, commands_, sink);
+  Send(OutwardTopic::kCommands, actuators_.time_us, commands_);
   commands_.Clear();
   // A module says its STATUS before its ACTUATOR, so all that changed in the tick is known.
-  SendModules(sink);
+  SendModules();
 }
 
-void Converter::Use(const morphbus::status_t& status, int module, const OutwardSink& sink) {
-  if (status.module_id != module) return;
+void Converter::OnStatus(const RunMessage& message, morphbus::status_t status) {
+  const int module = message.module;
+  if (module < 0 || status.module_id != module) return;
   const model::ModuleType& type = run_->TypeOf(module);
   morphbus::ModuleState state;
   // Texts come from the bus, and may hold anything.
@@ -141,7 +144,7 @@ void Converter::Use(const morphbus::status_t& status, int module, const OutwardS
   state.set_pose_stale(status.pose_stale);
   state.set_incarnation(static_cast<uint32_t>(status.incarnation));
   state.set_program_hash(static_cast<uint64_t>(status.header.program_hash));
-  state.set_lost(lost_.contains(module));
+  state.set_lost(states_[module].lost());
   // Labels and signs, with the names of what they are of.
   for (const morphbus::label_t& label : status.labels) {
     const size_t index = static_cast<size_t>(label.index);
@@ -175,18 +178,18 @@ void Converter::Use(const morphbus::status_t& status, int module, const OutwardS
     states_[module] = std::move(state);
     modules_changed_ = true;
   }
-  for (const morphbus::fault_t& fault : status.faults) SendFault(status, fault, module, sink);
-  for (const morphbus::print_t& print : status.prints) SendPrint(status, print, module, sink);
+  for (const morphbus::fault_t& fault : status.faults) SendFault(status, fault, module);
+  for (const morphbus::print_t& print : status.prints) SendPrint(status, print, module);
 }
 
-void Converter::SendModules(const OutwardSink& sink) {
+void Converter::SendModules() {
   if (!modules_changed_) return;
   modules_changed_ = false;
   morphbus::Modules modules;
-  SetTime(time_us_, modules.mutable_timestamp());
+  SetTime(clock_.time_us(), modules.mutable_timestamp());
   // All modules in every message, so that who subscribes late lacks none.
   for (const morphbus::ModuleState& state : states_) *modules.add_modules() = state;
-  Send(OutwardTopic::kModules, time_us_, modules, sink);
+  Send(OutwardTopic::kModules, clock_.time_us(), modules);
 }
 
 const vm::VerifiedProgram* Converter::FindProgram(uint64_t hash) {
@@ -221,7 +224,7 @@ std::string Converter::SourceLine(uint64_t hash, const std::string& file, int li
 }
 
 void Converter::SendFault(const morphbus::status_t& status, const morphbus::fault_t& wire,
-                          int module, const OutwardSink& sink) {
+                          int module) {
   const vm::Fault fault = FromFault(wire);
   const auto hash = static_cast<uint64_t>(status.header.program_hash);
   vm::FaultContext context;
@@ -238,13 +241,13 @@ void Converter::SendFault(const morphbus::status_t& status, const morphbus::faul
   out.set_file(SourceFile(hash, context.program));
   out.set_line(fault.line);
   out.set_source_line(SourceLine(hash, out.file(), fault.line));
-  Send(OutwardTopic::kFaults, status.header.sim_time_us, out, sink);
+  Send(OutwardTopic::kFaults, status.header.sim_time_us, out);
   SendLog(status.header.sim_time_us, foxglove::Log::ERROR, out.module(), out.text(),
-          {out.file(), out.line()}, sink);
+          {out.file(), out.line()});
 }
 
 void Converter::SendPrint(const morphbus::status_t& status, const morphbus::print_t& wire,
-                          int module, const OutwardSink& sink) {
+                          int module) {
   const vm::PrintReport print = FromPrint(wire);
   const auto hash = static_cast<uint64_t>(status.header.program_hash);
   const vm::VerifiedProgram* program = FindProgram(hash);
@@ -260,9 +263,9 @@ void Converter::SendPrint(const morphbus::status_t& status, const morphbus::prin
                          print.text, print.values, print.num_values)));
   out.set_file(SourceFile(hash, program));
   out.set_line(print.line);
-  Send(OutwardTopic::kPrints, status.header.sim_time_us, out, sink);
+  Send(OutwardTopic::kPrints, status.header.sim_time_us, out);
   SendLog(status.header.sim_time_us, foxglove::Log::INFO, out.module(), out.text(),
-          {out.file(), out.line()}, sink);
+          {out.file(), out.line()});
 }
 
 std::string Converter::SourceFile(uint64_t hash, const vm::VerifiedProgram* program) const {
@@ -274,8 +277,7 @@ std::string Converter::SourceFile(uint64_t hash, const vm::VerifiedProgram* prog
 }
 
 void Converter::SendLog(int64_t time_us, foxglove::Log::Level level, const std::string& who,
-                        const std::string& text, const SourcePlace& where,
-                        const OutwardSink& sink) {
+                        const std::string& text, const SourcePlace& where) {
   foxglove::Log log;
   SetTime(time_us, log.mutable_timestamp());
   log.set_level(level);
@@ -284,12 +286,12 @@ void Converter::SendLog(int64_t time_us, foxglove::Log::Level level, const std::
   // Viewers show file and line beside the text.
   log.set_file(where.file);
   log.set_line(where.line);
-  Send(OutwardTopic::kLog, time_us, log, sink);
+  Send(OutwardTopic::kLog, time_us, log);
 }
 
-void Converter::Use(const morphbus::health_t& health, int, const OutwardSink& sink) {
+void Converter::OnHealth(const RunMessage& /*message*/, morphbus::health_t health) {
   morphbus::Health out;
-  SetTime(time_us_, out.mutable_timestamp());
+  SetTime(clock_.time_us(), out.mutable_timestamp());
   // What the process used, and its counts by name, of which later versions may have more.
   out.set_process(EscapeControl(health.process));
   out.set_wall_time_us(health.wall_time_us);
@@ -305,7 +307,7 @@ void Converter::Use(const morphbus::health_t& health, int, const OutwardSink& si
     late.set_late(lateness.late);
     late.set_worst_us(lateness.worst_us);
   }
-  Send(OutwardTopic::kHealth, time_us_, out, sink);
+  Send(OutwardTopic::kHealth, clock_.time_us(), out);
 }
 
 }  // namespace morphbus::bridge

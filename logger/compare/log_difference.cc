@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <map>
-#include <morphbus/header_t.hpp>
 #include <tuple>
 #include <utility>
 
-#include "bridge/wire/codec.h"
+#include "bridge/observe/run_message.h"
 #include "bridge/wire/stream_hash.h"
 #include "logger/log/event_log.h"
 
@@ -30,18 +29,16 @@ std::string WithoutRun(const std::string_view channel, const std::string_view ru
 }
 
 /// Goes through the sound messages on the run's hashed channels, in order of the file, until
-/// `visit(name, header, event)` returns false. Fails if the file cannot be read.
+/// `visit(message, event)` returns false. Fails if the file cannot be read.
 template <class Visit>
 Result<void> EachHashed(const LogFacts& facts, const Visit& visit) {
   auto reader = EventLogReader::Open(facts.path);
   if (!reader) return tl::unexpected(reader.error());
   LogEvent event;
   while ((*reader)->Next(&event)) {
-    const std::optional<bridge::ChannelName> name = bridge::ParseChannel(event.channel);
-    if (!name || name->run != facts.run || !bridge::IsHashed(name->topic)) continue;
-    morphbus::header_t header;
-    if (!bridge::DecodeHeader(event.data.data(), event.data.size(), &header)) continue;
-    if (!visit(*name, header, event)) return {};
+    const auto message = bridge::OpenMessage(event.channel, event.data.data(), event.data.size());
+    if (!message || message->name.run != facts.run) continue;
+    if (bridge::IsHashed(message->name.topic) && !visit(*message, event)) return {};
   }
   if (!(*reader)->io_error().empty()) return Fail(facts.path + ": " + (*reader)->io_error());
   return {};
@@ -51,11 +48,11 @@ Result<void> EachHashed(const LogFacts& facts, const Visit& visit) {
 Result<Channels> ReadChannels(const LogFacts& facts) {
   Channels channels;
   const Result<void> read =
-      EachHashed(facts, [&](const bridge::ChannelName& name, const morphbus::header_t& header,
-                            const LogEvent& event) {
-        channels[{name.topic, WithoutRun(event.channel, name.run)}].try_emplace(
-            header.sequence, Kept{header.tick, header.sim_time_us,
-                                  bridge::DigestOf(event.data.data(), event.data.size())});
+      EachHashed(facts, [&](const bridge::RunMessage& message, const LogEvent& event) {
+        const morphbus::header_t& header = message.header;
+        channels[{message.name.topic, WithoutRun(event.channel, message.name.run)}].try_emplace(
+            header.sequence,
+            Kept{header.tick, header.sim_time_us, bridge::DigestOf(message.data, message.size)});
         return true;
       });
   if (!read) return tl::unexpected(read.error());
@@ -66,10 +63,10 @@ Result<Channels> ReadChannels(const LogFacts& facts) {
 Result<std::vector<uint8_t>> FindMessage(const LogFacts& facts, const UnlikeMessage& wanted) {
   std::vector<uint8_t> bytes;
   const Result<void> read =
-      EachHashed(facts, [&](const bridge::ChannelName& name, const morphbus::header_t& header,
-                            const LogEvent& event) {
-        if (name.topic != wanted.topic || header.sequence != wanted.sequence) return true;
-        if (WithoutRun(event.channel, name.run) != wanted.channel) return true;
+      EachHashed(facts, [&](const bridge::RunMessage& message, const LogEvent& event) {
+        if (message.name.topic != wanted.topic) return true;
+        if (message.header.sequence != wanted.sequence) return true;
+        if (WithoutRun(event.channel, message.name.run) != wanted.channel) return true;
         bytes.assign(event.data.begin(), event.data.end());
         return false;
       });

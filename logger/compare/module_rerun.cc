@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "bridge/module/module_instance.h"
+#include "bridge/observe/run_message.h"
 #include "bridge/wire/codec.h"
 #include "bridge/wire/vm_codec.h"
 #include "logger/compare/kinematic_tracks.h"
@@ -101,32 +102,31 @@ class Rerun {
 
   /// Keeps what the module sensed, heard or said.
   void Take(const LogEvent& event) {
-    const std::optional<bridge::ChannelName> name = bridge::ParseChannel(event.channel);
-    if (!name || name->run != log_.facts.run) return;
-    const bool own = name->process == module_.name;
-    if (name->topic == Topic::kSensors) return TakeSensors(event);
-    if (name->topic == Topic::kTransform && !own) return TakeNeighbour(event);
-    if (!own) return;
-    morphbus::header_t header;
-    if (!bridge::DecodeHeader(event.data.data(), event.data.size(), &header)) return;
-    if (header.tick < next_tick_) return;
-    newest_tick_ = std::max(newest_tick_, header.tick);
-    newest_said_ = std::max(newest_said_, header.tick);
-    const MessageBytes bytes(event.data.begin(), event.data.end());
-    if (name->topic == Topic::kTransform) TakeOwnTransform(header.tick, bytes);
-    if (name->topic == Topic::kActuator) TakeActuator(header.tick, bytes);
-    if (name->topic == Topic::kStatus) {
+    const auto message = bridge::OpenMessage(event.channel, event.data.data(), event.data.size());
+    if (!message || message->name.run != log_.facts.run) return;
+    const Topic topic = message->name.topic;
+    const int64_t tick = message->header.tick;
+    const bool own = message->name.process == module_.name;
+    if (topic == Topic::kTransform && !own) return TakeNeighbour(*message);
+    if ((topic != Topic::kSensors && !own) || tick < next_tick_) return;
+    if (topic == Topic::kSensors) return TakeSensors(*message);
+    newest_tick_ = std::max(newest_tick_, tick);
+    newest_said_ = std::max(newest_said_, tick);
+    const MessageBytes bytes(message->data, message->data + message->size);
+    if (topic == Topic::kTransform) TakeOwnTransform(tick, bytes);
+    if (topic == Topic::kActuator) TakeActuator(tick, bytes);
+    if (topic == Topic::kStatus) {
       // Sent again, it is the same.
-      std::vector<MessageBytes>& known = ticks_[header.tick].status;
+      std::vector<MessageBytes>& known = ticks_[tick].status;
       if (std::find(known.begin(), known.end(), bytes) == known.end()) known.push_back(bytes);
     }
   }
 
   /// The module's own reading, and what was asked of it with it.
-  void TakeSensors(const LogEvent& event) {
-    morphbus::sensors_t sensors;
-    if (!bridge::Decode(event.data.data(), event.data.size(), {}, &sensors)) return;
-    if (sensors.header.tick < next_tick_) return;
+  void TakeSensors(const bridge::RunMessage& message) {
+    const auto decoded = bridge::DecodeAs<morphbus::sensors_t>(message);
+    if (!decoded) return;
+    const morphbus::sensors_t& sensors = *decoded;
     newest_tick_ = std::max(newest_tick_, sensors.header.tick);
     for (const morphbus::module_sensors_t& reading : sensors.modules) {
       if (reading.name != module_.name) continue;
@@ -156,26 +156,26 @@ class Rerun {
   }
 
   /// Another module's TRANSFORM, as bytes: few of them are ever read.
-  void TakeNeighbour(const LogEvent& event) {
-    morphbus::transform_t transform;
-    if (!bridge::Decode(event.data.data(), event.data.size(), {}, &transform)) return;
-    if (transform.header.tick < next_tick_ - kOldestUseful) return;
-    heard_[static_cast<uint16_t>(transform.module_id)].insert_or_assign(
-        transform.header.tick, MessageBytes(event.data.begin(), event.data.end()));
+  void TakeNeighbour(const bridge::RunMessage& message) {
+    const int64_t tick = message.header.tick;
+    const auto transform = bridge::DecodeAs<morphbus::transform_t>(message);
+    if (!transform || tick < next_tick_ - kOldestUseful) return;
+    heard_[static_cast<uint16_t>(transform->module_id)].insert_or_assign(
+        tick, MessageBytes(message.data, message.data + message.size));
   }
 
   void TakeOwnTransform(int64_t tick, const MessageBytes& bytes) {
-    morphbus::transform_t transform;
-    if (!bridge::Decode(bytes.data(), bytes.size(), {}, &transform)) return;
+    const auto transform = bridge::DecodeAs<morphbus::transform_t>(bytes);
+    if (!transform) return;
     ticks_[tick].transform = bytes;
-    ticks_[tick].incarnation = static_cast<uint32_t>(transform.incarnation);
+    ticks_[tick].incarnation = static_cast<uint32_t>(transform->incarnation);
   }
 
   void TakeActuator(int64_t tick, const MessageBytes& bytes) {
-    morphbus::actuator_t actuator;
-    if (!bridge::Decode(bytes.data(), bytes.size(), {}, &actuator)) return;
+    const auto actuator = bridge::DecodeAs<morphbus::actuator_t>(bytes);
+    if (!actuator) return;
     ticks_[tick].actuator = bytes;
-    ticks_[tick].status_count = actuator.status_count;
+    ticks_[tick].status_count = actuator->status_count;
   }
 
   /// Whether all STATUS of a tick have come. A module that begins anew counts anew.
@@ -221,10 +221,11 @@ class Rerun {
       at->input->messages[c] = nullptr;
       const MessageBytes* said =
           IsMate(connector) ? HeardFrom(connector.mate_module, tick - 1) : nullptr;
-      morphbus::transform_t transform;
-      if (said == nullptr || !bridge::Decode(said->data(), said->size(), {}, &transform)) continue;
+      const auto transform =
+          said == nullptr ? std::nullopt : bridge::DecodeAs<morphbus::transform_t>(*said);
+      if (!transform) continue;
       messages.push_back(std::make_unique<vm::NeighbourMessage>());
-      bridge::FromTransform(transform, messages.back().get());
+      bridge::FromTransform(*transform, messages.back().get());
       at->input->messages[c] = messages.back().get();
     }
     for (const morphbus::deploy_piece_t& piece : at->pieces) controller_->TakePiece(piece);
@@ -273,9 +274,8 @@ class Rerun {
     morphbus::actuator_t actuator;
     bridge::ToActuator(*output_, module_id_, kinematics_->num_joints(), 0, &actuator);
     // How many STATUS there were only the process knew.
-    morphbus::actuator_t logged;
-    if (bridge::Decode(at.actuator.data(), at.actuator.size(), {}, &logged)) {
-      actuator.status_count = logged.status_count;
+    if (const auto logged = bridge::DecodeAs<morphbus::actuator_t>(at.actuator)) {
+      actuator.status_count = logged->status_count;
     }
     Show(Topic::kActuator, tick, at.actuator, &actuator);
   }
@@ -285,11 +285,10 @@ class Rerun {
   void Show(Topic topic, int64_t tick, const MessageBytes& logged, Message* again) {
     ++summary_.messages;
     if (!visitors_.message) return;
-    Message decoded;
-    const bool sound = bridge::Decode(logged.data(), logged.size(), {}, &decoded).has_value();
+    const auto decoded = bridge::DecodeAs<Message>(logged);
     MessageBytes bytes;
     if (again != nullptr) {
-      again->header = sound ? decoded.header : morphbus::header_t();
+      again->header = decoded ? decoded->header : morphbus::header_t();
       bridge::Encode(*again, &bytes);
     }
     visitors_.message({topic, tick, tick * log_.facts.tick_us, logged, bytes});
@@ -345,12 +344,11 @@ class Rerun {
 
 /// Whether a joint is commanded alike.
 bool CommandsAlike(const MessageAgain& message, int joint) {
-  morphbus::actuator_t then, now;
-  const bool sound = bridge::Decode(message.logged.data(), message.logged.size(), {}, &then) &&
-                     bridge::Decode(message.again.data(), message.again.size(), {}, &now);
-  if (!sound || joint >= std::min<int>(then.num_joints, now.num_joints)) return false;
-  const morphbus::joint_command_t& a = then.joints[joint];
-  const morphbus::joint_command_t& b = now.joints[joint];
+  const auto then = bridge::DecodeAs<morphbus::actuator_t>(message.logged);
+  const auto now = bridge::DecodeAs<morphbus::actuator_t>(message.again);
+  if (!then || !now || joint >= std::min<int>(then->num_joints, now->num_joints)) return false;
+  const morphbus::joint_command_t& a = then->joints[joint];
+  const morphbus::joint_command_t& b = now->joints[joint];
   return a.mode == b.mode && std::abs(a.target_si - b.target_si) <= kSameAgain &&
          std::abs(a.speed_si - b.speed_si) <= kSameAgain;
 }

@@ -7,9 +7,7 @@
 #include <vector>
 
 #include "bridge/module/module_instance.h"
-#include "bridge/wire/channels.h"
-#include "bridge/wire/codec.h"
-#include "bridge/wire/info_parts.h"
+#include "bridge/observe/description_finder.h"
 #include "compiler/model/model_proto.h"
 #include "compiler/model/run_description.pb.h"
 #include "compiler/world/world_proto.h"
@@ -115,23 +113,21 @@ Result<void> LoadImages(const std::string& description, bridge::ModuleImages* im
   return added;
 }
 
-Result<std::string> ReadDescription(const std::string& path) {
-  // A log is known by its beginning; its first whole description is taken.
-  if (BeginsAsLog(path)) {
-    // The description comes in parts, and a log may hold several runs, each with its own.
-    auto reader = EventLogReader::Open(path);
-    if (!reader) return tl::unexpected(reader.error());
-    std::map<std::string, bridge::InfoAssembler> parts;
-    LogEvent event;
-    while ((*reader)->Next(&event)) {
-      const auto name = bridge::ParseChannel(event.channel);
-      morphbus::info_part_t part;
-      if (!name || name->topic != bridge::Topic::kInfo) continue;
-      if (!bridge::Decode(event.data.data(), event.data.size(), {}, &part)) continue;
-      if (auto whole = parts[std::string(name->run)].Take(part)) return *whole;
-    }
-    return Fail(path + " does not hold the description of a run");
+Result<std::string> DescriptionInLog(const std::string& path) {
+  auto reader = EventLogReader::Open(path);
+  if (!reader) return tl::unexpected(reader.error());
+  bridge::DescriptionFinder finder("");
+  LogEvent event;
+  while ((*reader)->Next(&event)) {
+    auto whole = finder.Take(event.channel, event.data.data(), event.data.size());
+    if (whole) return *std::move(whole);
   }
+  return Fail(path + " does not hold the description of a run");
+}
+
+Result<std::string> ReadDescription(const std::string& path) {
+  // A log is known by its beginning.
+  if (BeginsAsLog(path)) return DescriptionInLog(path);
   // Anything else must be a description itself, which is never longer than the bus carries.
   auto bytes = LogBytes::Open(path);
   if (!bytes) return tl::unexpected(bytes.error());

@@ -47,6 +47,10 @@ std::vector<world::Obstacle> ObstaclesIn(const std::string& description);
 /// the module types under their types' names. Fails if the bytes are no description, or for an
 /// image that is not usable.
 Result<void> LoadImages(const std::string& description, bridge::ModuleImages* images);
+
+/// The first serialized description that a log holds whole. Fails if the log cannot be read or
+/// holds none.
+Result<std::string> DescriptionInLog(const std::string& path);
 /// The serialized description in the file `path`: the bytes of one, as `morphbus convert --to
 /// description` writes them, or a log, whose first whole description is meant. Fails if the file
 /// cannot be read or holds none.

@@ -6,8 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "bridge/observe/run_message.h"
 #include "bridge/wire/channels.h"
-#include "bridge/wire/codec.h"
 #include "compiler/base/temporary_files.h"
 #include "logger/log/run_facts.h"
 
@@ -20,8 +20,9 @@ constexpr size_t kMaxFindings = 1000;
 Result<void> CheckPayload(const LogEvent& event) {
   // Of a foreign channel nothing is known but the framing, which the reader has checked.
   if (!bridge::ParseChannel(event.channel)) return {};
-  morphbus::header_t header;
-  return bridge::DecodeHeader(event.data.data(), event.data.size(), &header);
+  const auto message = bridge::OpenMessage(event.channel, event.data.data(), event.data.size());
+  if (!message) return tl::unexpected(message.error());
+  return {};
 }
 
 /// Copies what is sound; `report` takes what is not.

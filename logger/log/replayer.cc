@@ -11,6 +11,7 @@
 #include <morphbus/sim_clock_t.hpp>
 #include <thread>
 
+#include "bridge/observe/run_message.h"
 #include "bridge/wire/channels.h"
 #include "bridge/wire/codec.h"
 #include "bridge/wire/info_parts.h"
@@ -106,10 +107,8 @@ void Replayer::PublishLent() {
 /// Takes what there is to know of the file before any of its events goes out.
 void Replayer::Survey(const LogEvent& event) {
   const auto name = bridge::ParseChannel(event.channel);
-  morphbus::header_t header;
-  const bool sound =
-      name && bridge::DecodeHeader(event.data.data(), event.data.size(), &header).has_value();
-  if (name && !sound) ++progress_.damaged_messages;
+  const auto message = bridge::OpenMessage(event.channel, event.data.data(), event.data.size());
+  if (name && !message) ++progress_.damaged_messages;
   if (name && runs_.size() < kMaxRuns) runs_.emplace(name->run);
   if (name && first_run_.empty()) first_run_ = name->run;
   // The first message with sim time makes sim time the replay's time.
@@ -117,8 +116,8 @@ void Replayer::Survey(const LogEvent& event) {
     // Timestamps counted only until now; sim time decides from here on.
     if (!has_sim_time_) progress_.end_s = 0.0;  // so far by timestamps
     has_sim_time_ = true;
-    if (sound) {
-      progress_.end_s = std::max(progress_.end_s, static_cast<double>(header.sim_time_us) * 1e-6);
+    if (message) {
+      progress_.end_s = std::max(progress_.end_s, Seconds(message->header.sim_time_us));
     }
   }
   // Without sim time, the end is told by the timestamps of the file.
@@ -205,10 +204,9 @@ void Replayer::TakeSimTime(const LogEvent& event) {
     return;
   }
   // Only messages in the run's hash carry the sim time of the tick they belong to.
-  const auto name = bridge::ParseChannel(event.channel);
-  if (!name || !bridge::IsHashed(name->topic)) return;
-  morphbus::header_t header;
-  if (!bridge::DecodeHeader(event.data.data(), event.data.size(), &header)) return;
+  const auto message = bridge::OpenMessage(event.channel, event.data.data(), event.data.size());
+  if (!message || !bridge::IsHashed(message->name.topic)) return;
+  const morphbus::header_t& header = message->header;
   if (log_time_us_ != kEarliestSimTime && header.sim_time_us < log_time_us_ - kRestartUs) {
     // Another run, or a concatenated log: time starts again.
     log_time_us_ = header.sim_time_us;
@@ -290,11 +288,12 @@ void Replayer::LookForCommands(const LogEvent& event) {
   const auto name = bridge::ParseChannel(event.channel);
   if (!name || name->topic != Topic::kClock) return;
   if (log_time_us_ < std::max(Micros(options_.from_s), seek_us_) || log_time_us_ >= end_us_) return;
-  morphbus::sim_clock_t clock;
-  if (!bridge::Decode(event.data.data(), event.data.size(), {}, &clock)) return;
-  if (clock.header.sequence <= clock_sequence_) return;
-  clock_sequence_ = clock.header.sequence;
-  for (ClockCommand& command : CommandsOf(clock)) ahead_.push_back(std::move(command));
+  const auto message = bridge::OpenMessage(event.channel, event.data.data(), event.data.size());
+  if (!message || message->header.sequence <= clock_sequence_) return;
+  const auto clock = bridge::DecodeAs<morphbus::sim_clock_t>(*message);
+  if (!clock) return;
+  clock_sequence_ = message->header.sequence;
+  for (ClockCommand& command : CommandsOf(*clock)) ahead_.push_back(std::move(command));
 }
 
 void Replayer::PassCommands() {

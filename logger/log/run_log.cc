@@ -3,18 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <morphbus/info_part_t.hpp>
-#include <morphbus/sensors_t.hpp>
-#include <morphbus/sim_clock_t.hpp>
-#include <morphbus/transform_t.hpp>
-#include <morphbus/world_t.hpp>
+#include <utility>
 
+#include "bridge/observe/run_message.h"
 #include "bridge/wire/channels.h"
 #include "bridge/wire/codec.h"
 #include "bridge/wire/deployed_images.h"
 #include "bridge/wire/info_parts.h"
 #include "bridge/wire/vm_codec.h"
-#include "bridge/wire/wire_peek.h"
 #include "compiler/base/text.h"
 #include "compiler/base/version.h"
 #include "logger/log/clock_commands.h"
@@ -32,7 +28,7 @@ using bridge::Topic;
 
 /// Reads the events of one file, in its order, into one RunLog. LoadRunLog() makes it, gives it
 /// every event, and calls Finish() once.
-class Loader {
+class Loader : private bridge::RunMessageHandler {
  public:
   Loader(std::string run, const RunLogOptions& options, RunLog* log)
       : run_(std::move(run)),
@@ -135,9 +131,11 @@ class Loader {
   void TakeOurs(const LogEvent& event, const LogChannels::Known& known) {
     ChannelFacts* channel = known.facts;
     ChannelStream& stream = *known.stream;
-    morphbus::header_t header;
+    bridge::RunMessage message{known.name, {}, event.data.data(), event.data.size()};
+    const morphbus::header_t& header = message.header;
+    if (known.name.topic == Topic::kEnd) end_seen_ = true;
     // The header must be sound, and of the described model.
-    Result<void> sound = bridge::DecodeHeader(event.data.data(), event.data.size(), &header);
+    Result<void> sound = bridge::ReadHeader(&message);
     const auto model_hash = static_cast<uint64_t>(header.model_hash);
     if (sound && channel->hashed && facts_.model_hash != 0 && model_hash != facts_.model_hash) {
       sound = Fail("it speaks of another model than the description");
@@ -160,8 +158,8 @@ class Loader {
     } else if (sound) {
       stream.TakeUnnumbered(event.data);
     }
-    if (sound) sound = Dispatch(event, known, header);
-    if (sound) return;
+    if (sound) sound = bridge::ReadMessage(message, this);
+    if (sound) return Note(message, known.raw);
     if (sound.error().message == bridge::kOtherType) ++num_other_types_;
     // Whatever was wrong with it, the message is listed as damage and has no sample.
     ++channel->bad;
@@ -170,112 +168,41 @@ class Loader {
                      event.offset, now_us_);
   }
 
-  /// Reads a message by its topic; of what is not looked into, header and CRC were checked.
-  Result<void> Dispatch(const LogEvent& event, const LogChannels::Known& known,
-                        const morphbus::header_t& header) {
-    switch (known.name.topic) {
-      case Topic::kClock:
-        return Read<morphbus::sim_clock_t>(event, known);
-      case Topic::kSensors:
-        return Read<morphbus::sensors_t>(event, known);
-      case Topic::kWorld:
-        return options_.series ? Read<morphbus::world_t>(event, known)
-                               : PeekWorld(event, known, header);
-      case Topic::kTransform:
-        return options_.series ? Read<morphbus::transform_t>(event, known)
-                               : PeekTransform(event, known, header);
-      case Topic::kActuator:
-        return options_.series ? Read<morphbus::actuator_t>(event, known)
-                               : PeekActuator(event, known, header);
-      case Topic::kStatus:
-        return Read<morphbus::status_t>(event, known);
-      case Topic::kHealth:
-        return Read<morphbus::health_t>(event, known);
-      case Topic::kInfo:
-        return Read<morphbus::info_part_t>(event, known);
-      case Topic::kEnd:
-        end_seen_ = true;
-        return Read<morphbus::log_end_t>(event, known);
-      default:
-        return {};
+  /// Notes what is common to all messages of the run's hash, and what TRANSFORM and ACTUATOR say
+  /// beside their samples.
+  void Note(const bridge::RunMessage& message, const std::string& channel) {
+    const Topic topic = message.name.topic;
+    if (!bridge::IsHashed(topic)) return;
+    const morphbus::header_t& header = message.header;
+    // The present is the latest sim time that was told.
+    log_.disorder_us = std::max(log_.disorder_us, now_us_ - header.sim_time_us);
+    now_us_ = std::max(now_us_, header.sim_time_us);
+    const bridge::MessagePart place = bridge::PartOf(message);
+    promised_.TakePlace(channel, header, place.count, place.part);
+    const auto program_hash = static_cast<uint64_t>(header.program_hash);
+    if (topic == Topic::kTransform) {
+      programs_.Take(message.name.process, header.tick, program_hash);
+      if (options_.series || options_.outline) series_.TakeTransform(message, !options_.series);
+    }
+    if (topic == Topic::kActuator) {
+      promised_.TakeStatusCount(message.name.process, bridge::StatusCountOf(message));
+      commanding_.Take(message.name.process, header.tick, program_hash);
     }
   }
 
-  /// Decodes a message and uses it. One of the run's hash moves the loader's present on to its sim
-  /// time.
-  template <class M>
-  Result<void> Read(const LogEvent& event, const LogChannels::Known& known) {
-    M message;
-    Result<void> read = bridge::DecodeBody(event.data.data(), event.data.size(), &message);
-    if (!read) return read;
-    if (bridge::IsHashed(known.name.topic)) MoveOn(message.header.sim_time_us);
-    Use(known.raw, known.name.process, std::move(message));
-    return read;
-  }
-
-  /// The present is the latest sim time that was told.
-  void MoveOn(int64_t time_us) {
-    log_.disorder_us = std::max(log_.disorder_us, now_us_ - time_us);
-    now_us_ = std::max(now_us_, time_us);
-  }
-
-  // Where no series are wanted, the messages that are most of a log are checked and not decoded.
-  Result<void> PeekWorld(const LogEvent& event, const LogChannels::Known& known,
-                         const morphbus::header_t& header) {
-    const uint8_t* data = event.data.data();
-    Result<void> sound = bridge::CheckBody<morphbus::world_t>(data, event.data.size());
-    if (!sound) return sound;
-    MoveOn(header.sim_time_us);
-    promised_.TakePlace(known.raw, header, bridge::PeekWorldParts(data),
-                        bridge::PeekWorldPart(data));
-    if (!tilts_.Wants(header.sim_time_us)) return sound;
-    morphbus::world_t world;
-    sound = bridge::DecodeBody(data, event.data.size(), &world);
-    if (sound) tilts_.Take(world);
-    return sound;
-  }
-
-  Result<void> PeekActuator(const LogEvent& event, const LogChannels::Known& known,
-                            const morphbus::header_t& header) {
-    const uint8_t* data = event.data.data();
-    Result<void> sound = bridge::CheckBody<morphbus::actuator_t>(data, event.data.size());
-    if (!sound) return sound;
-    MoveOn(header.sim_time_us);
-    promised_.TakePlace(known.raw, header, 1, 0);
-    promised_.TakeStatusCount(known.name.process, bridge::PeekStatusCount(data));
-    commanding_.Take(known.name.process, header.tick, static_cast<uint64_t>(header.program_hash));
-    return sound;
-  }
-
-  Result<void> PeekTransform(const LogEvent& event, const LogChannels::Known& known,
-                             const morphbus::header_t& header) {
-    const uint8_t* data = event.data.data();
-    Result<void> sound = bridge::CheckBody<morphbus::transform_t>(data, event.data.size());
-    if (!sound) return sound;
-    MoveOn(header.sim_time_us);
-    promised_.TakePlace(known.raw, header, 1, 0);
-    programs_.Take(known.name.process, header.tick, static_cast<uint64_t>(header.program_hash));
-    if (!options_.outline) return sound;
-    // Of an outline: the message with which a role is taken, and the first pose after it.
-    ModuleSeries& module = series_.Module(known.name.process);
-    TransformSample sample{header.sim_time_us,
-                           bridge::PeekRole(data),
-                           bridge::PeekHasPose(data),
-                           bridge::PeekPoseStale(data),
-                           {}};
-    const bool keep = module.transforms.empty() || module.transforms.back().role != sample.role ||
-                      (!module.transforms.back().has_pose && sample.has_pose);
-    if (!keep) return sound;
-    bridge::PeekLinkPoses(data, &sample.X_RL);
-    module.transforms.push_back(std::move(sample));
-    return sound;
+  /// The messages that are most of a log are only checked where nothing else is wanted; of
+  /// TRANSFORM single fields are read.
+  bool Decodes(const bridge::RunMessage& message) override {
+    const Topic topic = message.name.topic;
+    if (topic == Topic::kWorld) return options_.series || tilts_.Wants(message.header.sim_time_us);
+    if (topic == Topic::kActuator) return options_.series;
+    return topic != Topic::kTransform;
   }
 
   /// CLOCK dates the ticks.
-  void Use(const std::string& channel, std::string_view, const morphbus::sim_clock_t& clock) {
+  void OnClock(const bridge::RunMessage& /*message*/, morphbus::sim_clock_t clock) override {
     facts_.tick_us = clock.tick_us;
     promised_.TakeClock(clock);
-    promised_.TakePlace(channel, clock.header, 1, 0);
     for (ClockCommand& command : CommandsOf(clock)) {
       const std::string_view lost = bridge::LostModule(command.text);
       if (!lost.empty()) {
@@ -295,57 +222,28 @@ class Loader {
   }
 
   /// SENSORS names the modules and says what each senses.
-  void Use(const std::string& channel, std::string_view, morphbus::sensors_t sensors) {
+  void OnSensors(const bridge::RunMessage& /*message*/, morphbus::sensors_t sensors) override {
     promised_.TakeSensors(sensors);
     deployed_.Take(sensors, &log_.deployed);
-    promised_.TakePlace(channel, sensors.header, sensors.num_parts, sensors.part);
-    for (morphbus::module_sensors_t& reading : sensors.modules) {
-      ModuleSeries& module = series_.Module(reading.name);
-      module.id = reading.module_id;
+    for (const morphbus::module_sensors_t& reading : sensors.modules) {
+      series_.Module(reading.name).id = reading.module_id;
       dockings_.Take(reading, sensors.header.sim_time_us);
-      // Only facts are wanted, or the reading becomes a sample of its module.
-      if (!options_.series) continue;
-      const std::vector<float>& velocity = reading.joint_velocity_si;
-      module.sensors.push_back({sensors.header.sim_time_us, std::move(reading.joint_position_si),
-                                std::vector<double>(velocity.begin(), velocity.end()),
-                                std::move(reading.docked), std::move(reading.sensor_value),
-                                std::move(reading.joint_effort_si)});
     }
+    if (options_.series) series_.TakeSensors(std::move(sensors));
   }
 
-  /// WORLD comes in parts: those of one instant make one sample.
-  void Use(const std::string& channel, std::string_view, const morphbus::world_t& world) {
-    promised_.TakePlace(channel, world.header, world.num_parts, world.part);
+  void OnWorld(const bridge::RunMessage& /*message*/, morphbus::world_t world) override {
     tilts_.Take(world);
-    if (!options_.series) return;
-    WorldSample& sample = series_.World(world.header.sim_time_us);
-    sample.bodies.insert(sample.bodies.end(), world.bodies.begin(), world.bodies.end());
-    sample.contacts.insert(sample.contacts.end(), world.contacts.begin(), world.contacts.end());
+    if (options_.series) series_.TakeWorld(std::move(world));
   }
 
-  void Use(const std::string& channel, std::string_view module, morphbus::transform_t transform) {
-    promised_.TakePlace(channel, transform.header, 1, 0);
-    programs_.Take(module, transform.header.tick,
-                   static_cast<uint64_t>(transform.header.program_hash));
-    if (!options_.series) return;
-    series_.Module(module).transforms.push_back({transform.header.sim_time_us, transform.role,
-                                                 transform.has_pose != 0, transform.pose_stale != 0,
-                                                 std::move(transform.link_poses)});
-  }
-
-  void Use(const std::string& channel, std::string_view module, morphbus::actuator_t actuator) {
-    promised_.TakePlace(channel, actuator.header, 1, 0);
-    promised_.TakeStatusCount(module, actuator.status_count);
-    commanding_.Take(module, actuator.header.tick,
-                     static_cast<uint64_t>(actuator.header.program_hash));
-    if (!options_.series) return;
-    series_.Module(module).actuators.push_back(
-        {actuator.header.sim_time_us, std::move(actuator.joints), std::move(actuator.connectors)});
+  void OnActuator(const bridge::RunMessage& message, morphbus::actuator_t actuator) override {
+    series_.TakeActuator(message.name.process, std::move(actuator));
   }
 
   /// STATUS says what a module is, and which faults its program had.
-  void Use(const std::string& channel, std::string_view module, morphbus::status_t status) {
-    promised_.TakePlace(channel, status.header, 0, 0);
+  void OnStatus(const bridge::RunMessage& message, morphbus::status_t status) override {
+    const std::string_view module = message.name.process;
     const int64_t time_us = status.header.sim_time_us;
     const ProgramFact reported{.time_us = time_us,
                                .module = std::string(module),
@@ -377,17 +275,17 @@ class Loader {
   }
 
   /// The last ledger in the file counts.
-  void Use(const std::string&, std::string_view process, const morphbus::health_t& health) {
-    facts_.health[std::string(process)] = health;
+  void OnHealth(const bridge::RunMessage& message, morphbus::health_t health) override {
     // Several messages may share the modules; what is said only grows.
     for (const morphbus::lateness_t& lateness : health.lateness) {
       if (!bridge::CheckModuleName(lateness.module_name)) continue;
       facts_.lateness[lateness.module_name] = lateness;
     }
+    facts_.health[std::string(message.name.process)] = std::move(health);
   }
 
   /// INFO comes in parts; the first description that is whole counts.
-  void Use(const std::string&, std::string_view, const morphbus::info_part_t& part) {
+  void OnInfo(const bridge::RunMessage& /*message*/, morphbus::info_part_t part) override {
     if (!log_.description.empty()) return;
     if (std::optional<std::string> whole = info_.Take(part)) {
       log_.description = std::move(*whole);
@@ -396,7 +294,7 @@ class Loader {
     }
   }
 
-  void Use(const std::string&, std::string_view, morphbus::log_end_t end) {
+  void OnEnd(const bridge::RunMessage& /*message*/, morphbus::log_end_t end) override {
     // Of many channels there are several, which say the same of the run; another END takes the
     // place of what was said before.
     if (facts_.end && end.header.sequence > 0 && facts_.end->run == end.run &&

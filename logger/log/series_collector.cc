@@ -1,6 +1,7 @@
 #include "logger/log/series_collector.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -20,6 +21,17 @@ void SortByTime(std::vector<Sample>* samples, bool unique) {
   samples->erase(std::unique(samples->begin(), samples->end(), same), samples->end());
 }
 
+/// Moves the samples before `end_us` from those that were read ahead to a series, in order of time
+/// and one a time.
+template <class Sample>
+void TakeBefore(int64_t end_us, std::vector<Sample>* ahead, std::vector<Sample>* series) {
+  SortByTime(ahead, true);
+  const auto end = std::lower_bound(ahead->begin(), ahead->end(), end_us,
+                                    [](const Sample& s, int64_t t) { return s.time_us < t; });
+  series->assign(std::make_move_iterator(ahead->begin()), std::make_move_iterator(end));
+  ahead->erase(ahead->begin(), end);
+}
+
 }  // namespace
 
 ModuleSeries& SeriesCollector::Module(std::string_view name) {
@@ -31,10 +43,38 @@ ModuleSeries& SeriesCollector::Module(std::string_view name) {
   return series;
 }
 
-WorldSample& SeriesCollector::World(int64_t time_us) {
-  WorldSample& sample = world_[time_us];
-  sample.time_us = time_us;
-  return sample;
+void SeriesCollector::TakeSensors(morphbus::sensors_t sensors) {
+  for (morphbus::module_sensors_t& reading : sensors.modules) {
+    const std::vector<float>& velocity = reading.joint_velocity_si;
+    Module(reading.name)
+        .sensors.push_back({sensors.header.sim_time_us, std::move(reading.joint_position_si),
+                            std::vector<double>(velocity.begin(), velocity.end()),
+                            std::move(reading.docked), std::move(reading.sensor_value),
+                            std::move(reading.joint_effort_si)});
+  }
+}
+
+void SeriesCollector::TakeActuator(std::string_view module, morphbus::actuator_t actuator) {
+  Module(module).actuators.push_back(
+      {actuator.header.sim_time_us, std::move(actuator.joints), std::move(actuator.connectors)});
+}
+
+void SeriesCollector::TakeWorld(morphbus::world_t world) {
+  WorldSample& sample = world_[world.header.sim_time_us];
+  sample.time_us = world.header.sim_time_us;
+  sample.bodies.insert(sample.bodies.end(), world.bodies.begin(), world.bodies.end());
+  sample.contacts.insert(sample.contacts.end(), world.contacts.begin(), world.contacts.end());
+}
+
+void SeriesCollector::TakeTransform(const bridge::RunMessage& message, bool only_changes) {
+  std::vector<TransformSample>& transforms = Module(message.name.process).transforms;
+  const bridge::RoleAndPose said = bridge::RoleAndPoseOf(message);
+  const bool changed = transforms.empty() || transforms.back().role != said.role ||
+                       (!transforms.back().has_pose && said.has_pose);
+  if (only_changes && !changed) return;
+  // Poses are most of a log, so that only these bytes are read and not the whole message.
+  transforms.push_back({message.header.sim_time_us, said.role, said.has_pose, said.pose_stale,
+                        bridge::LinkPosesOf(message)});
 }
 
 void SeriesCollector::Finish(RunLog* log) {
@@ -63,6 +103,23 @@ void SeriesCollector::Finish(RunLog* log) {
   world_.clear();
   log->ticks_us.assign(ticks_.begin(), ticks_.end());
   ticks_.clear();
+}
+
+void SeriesCollector::MoveBefore(int64_t end_us, RunLog* log) {
+  for (ModuleSeries& series : log->modules) {
+    ModuleSeries& ahead = Module(series.name);
+    TakeBefore(end_us, &ahead.sensors, &series.sensors);
+    TakeBefore(end_us, &ahead.transforms, &series.transforms);
+    TakeBefore(end_us, &ahead.actuators, &series.actuators);
+  }
+  if (modules_.size() > log->modules.size()) {
+    std::erase_if(modules_,
+                  [log](const auto& module) { return log->FindModule(module.first) == nullptr; });
+  }
+  const auto end = world_.lower_bound(end_us);
+  log->world.clear();
+  for (auto it = world_.begin(); it != end; ++it) log->world.push_back(std::move(it->second));
+  world_.erase(world_.begin(), end);
 }
 
 }  // namespace morphbus::logger

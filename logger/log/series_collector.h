@@ -4,23 +4,33 @@
 
 #include <cstdint>
 #include <map>
+#include <morphbus/actuator_t.hpp>
+#include <morphbus/sensors_t.hpp>
+#include <morphbus/world_t.hpp>
 #include <set>
 #include <string>
 #include <string_view>
 
+#include "bridge/observe/run_message.h"
 #include "logger/log/run_log.h"
 
 namespace morphbus::logger {
 
 /// Gathers samples by module and by sim time, and becomes the series of a RunLog in the end. Times
-/// are µs of sim time since the run's start.
+/// are µs of sim time since the run's start. What comes twice counts once.
 class SeriesCollector {
  public:
   /// The series of a module, empty when it is first heard of. The reference is valid until
   /// Finish().
   ModuleSeries& Module(std::string_view name);
-  /// What is known of the simulated world at a time: its bodies come in several messages.
-  WorldSample& World(int64_t time_us);
+
+  // A message that is sound becomes samples. Bodies of one instant come in several of WORLD.
+  void TakeSensors(morphbus::sensors_t sensors);
+  void TakeActuator(std::string_view module, morphbus::actuator_t actuator);
+  void TakeWorld(morphbus::world_t world);
+  /// A TRANSFORM, by its bytes. `only_changes`: it is left out unless a role is taken with it or it
+  /// is the first with poses after that.
+  void TakeTransform(const bridge::RunMessage& message, bool only_changes = false);
   /// A control tick began at this time; one that is told of twice counts once.
   void AddTick(int64_t time_us) { ticks_.insert(time_us); }
   /// How many control ticks were told of.
@@ -29,6 +39,10 @@ class SeriesCollector {
   /// Moves all that was gathered to `log`: each series in order of time, the modules in the order
   /// of `log->robot`, which must be set before if the log has a model. Nothing is left here.
   void Finish(RunLog* log);
+  /// Moves the samples before that time to `log`, in place of those of sensors, poses, commands and
+  /// world that it has; what is later stays here, and what is of modules that the log does not know
+  /// is dropped.
+  void MoveBefore(int64_t end_us, RunLog* log);
 
  private:
   std::map<std::string, ModuleSeries, std::less<>> modules_;

@@ -3,20 +3,18 @@
 
 #include <cstdint>
 #include <memory>
-#include <string>
-#include <string_view>
-#include <vector>
 
-#include "bridge/wire/channels.h"
-#include "compiler/base/text_hash.h"
+#include "bridge/observe/run_channels.h"
+#include "bridge/observe/run_message.h"
 #include "logger/log/event_log.h"
 #include "logger/log/run_log.h"
+#include "logger/log/series_collector.h"
 
 namespace morphbus::logger {
 
 /// Goes once through the file of a log that was loaded as an outline. ReadUntil() may run in a
 /// thread of its own while somebody uses what Install() put into the log before.
-class SeriesReader {
+class SeriesReader : private bridge::RunMessageHandler {
  public:
   /// Opens the log's file again. `log` is an outline (RunLogOptions::outline) and outlives the
   /// reader.
@@ -30,29 +28,20 @@ class SeriesReader {
   void Install(int64_t end_us);
 
  private:
-  /// What a channel carries, if its samples are wanted.
-  struct Wanted {
-    bool any = false;
-    bridge::Topic topic = bridge::Topic::kClock;
-    /// Index into RunLog::modules; -1 for the simulator's channels.
-    int module = -1;
-  };
-
   SeriesReader(RunLog* log, std::unique_ptr<EventLogReader> reader);
-  const Wanted& WantedOf(std::string_view channel);
-  void Take(const LogEvent& event, const Wanted& wanted);
-  void TakeSensors(const LogEvent& event);
-  void TakeTransform(const LogEvent& event, int module);
-  void TakeActuator(const LogEvent& event, int module);
-  void TakeWorld(const LogEvent& event);
+  void Take(const LogEvent& event);
+
+  bool Decodes(const bridge::RunMessage& message) override;
+  void OnChecked(const bridge::RunMessage& message) override;
+  void OnSensors(const bridge::RunMessage& message, morphbus::sensors_t sensors) override;
+  void OnActuator(const bridge::RunMessage& message, morphbus::actuator_t actuator) override;
+  void OnWorld(const bridge::RunMessage& message, morphbus::world_t world) override;
 
   RunLog& log_;
   std::unique_ptr<EventLogReader> reader_;
-  TextTable<Wanted> channels_;
-  TextTable<int> modules_;
-  /// Samples that were read and not installed yet, by index into RunLog::modules.
-  std::vector<ModuleSeries> ahead_;
-  std::vector<WorldSample> world_ahead_;
+  bridge::RunChannels channels_;
+  /// Samples that were read and not installed yet.
+  SeriesCollector ahead_;
   /// The latest sim time read, µs.
   int64_t now_us_ = -1;
   bool ended_ = false;

@@ -2,12 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
-#include <random>
-#include <set>
 #include <string>
 
-#include "bridge/observe/gap_counter.h"
 #include "tools/spy/field_history.h"
 #include "tools/spy/heard_names.h"
 #include "tools/spy/spy_table.h"
@@ -15,59 +11,7 @@
 namespace morphbus::tools {
 namespace {
 
-using bridge::GapCounter;
-
 constexpr int64_t kOneSecond = 1'000'000'000;
-
-TEST(GapCounterTest, CountsWhatIsMissingAsASetOfNumbersDoes) {
-  // Numbers with losses, repetitions and late ones; the other way keeps all of them.
-  std::mt19937 random(3);
-  GapCounter gaps;
-  std::set<int64_t> had;
-  int64_t next = 100;
-  std::vector<int64_t> held;
-  const auto take = [&](int64_t number) {
-    EXPECT_EQ(gaps.Take(number), had.insert(number).second);
-  };
-  take(next++);
-  for (int i = 0; i < 20'000; ++i) {
-    const unsigned dice = random() % 10;
-    if (dice == 0) {
-      ++next;
-    } else if (dice == 1) {
-      held.push_back(next++);
-    } else if (dice == 2 && !held.empty()) {
-      take(held.back());
-      held.pop_back();
-    } else if (dice == 3) {
-      take(next - 1 > 100 && had.contains(next - 1) ? next - 1 : next++);
-    } else {
-      take(next++);
-    }
-    if (held.size() > 5) held.erase(held.begin());
-  }
-  const int64_t expected = *had.rbegin() - 100 + 1 - static_cast<int64_t>(had.size());
-  EXPECT_EQ(gaps.lost(), expected);
-}
-
-TEST(GapCounterTest, ASenderThatBeginsAnewIsFollowed) {
-  GapCounter gaps;
-  for (int64_t i = 50'000; i < 50'010; ++i) gaps.Take(i);
-  for (int64_t i = 0; i < 100; ++i) gaps.Take(i);
-  EXPECT_EQ(gaps.lost(), 0);
-  gaps.Take(102);
-  EXPECT_EQ(gaps.lost(), 2);
-}
-
-TEST(GapCounterTest, NumbersThatNobodyCountsToDoNoHarm) {
-  GapCounter gaps;
-  const int64_t most = std::numeric_limits<int64_t>::max();
-  gaps.Take(0);
-  for (const int64_t number : {most, most - 1, int64_t{-1}, std::numeric_limits<int64_t>::min()}) {
-    gaps.Take(number);
-  }
-  EXPECT_EQ(gaps.lost(), most - 2);
-}
 
 TEST(HeardNamesTest, AFloodOfNamesKeepsOutNothingThatIsThereToStay) {
   HeardNames<int> names(100);

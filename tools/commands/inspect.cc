@@ -4,12 +4,9 @@
 
 #include <algorithm>
 #include <iterator>
-#include <morphbus/sensors_t.hpp>
-#include <morphbus/sim_clock_t.hpp>
 #include <utility>
 
 #include "bridge/wire/channels.h"
-#include "bridge/wire/codec.h"
 #include "tools/base/files.h"
 #include "tools/base/inspection_report.h"
 #include "tools/base/messages.h"
@@ -36,32 +33,32 @@ InspectionListener::InspectionListener(bridge::Bus* bus, const ControlledRun& ru
     : bus_(*bus), run_(run), module_(std::move(module)) {
   const bridge::HeldSubscriptions together(bus);
   const std::string& name = run.entry.name;
-  bus_.Subscribe(
-      bridge::Channel(name, "", Topic::kClock),
-      [this](std::string_view, const uint8_t* data, size_t size) { OnClock(data, size); });
-  bus_.Subscribe(
-      bridge::Channel(name, "", Topic::kSensors),
-      [this](std::string_view, const uint8_t* data, size_t size) { OnSensors(data, size); });
+  const auto take = [this](std::string_view channel, const uint8_t* data, size_t size) {
+    Take(channel, data, size);
+  };
+  bus_.Subscribe(bridge::Channel(name, "", Topic::kClock), take);
+  bus_.Subscribe(bridge::Channel(name, "", Topic::kSensors), take);
   for (const model::ModuleInstance& each : run.plan.robot().modules) {
     if (!module_.empty() && each.name != module_) continue;
-    bus_.Subscribe(bridge::Channel(name, each.name, Topic::kStatus),
-                   [this, of = each.name](std::string_view, const uint8_t* data, size_t size) {
-                     OnStatus(of, data, size);
-                   });
+    bus_.Subscribe(bridge::Channel(name, each.name, Topic::kStatus), take);
   }
 }
 
-void InspectionListener::OnClock(const uint8_t* data, size_t size) {
-  morphbus::sim_clock_t clock;
-  if (!bridge::Decode(data, size, {run_.plan.description.model_hash(), 0}, &clock)) return;
+void InspectionListener::Take(std::string_view channel, const uint8_t* data, size_t size) {
+  const Result<bridge::RunMessage> message = bridge::OpenMessage(channel, data, size);
+  const auto model_hash = static_cast<int64_t>(run_.plan.description.model_hash());
+  if (message && message->header.model_hash == model_hash) bridge::ReadMessage(*message, this);
+}
+
+void InspectionListener::OnClock(const bridge::RunMessage& /*message*/,
+                                 morphbus::sim_clock_t clock) {
   clock_heard_ = true;
   clock_tick_ = clock.header.tick;
   ended_ = clock.phase == morphbus::sim_clock_t::PHASE_END;
 }
 
-void InspectionListener::OnSensors(const uint8_t* data, size_t size) {
-  morphbus::sensors_t sensors;
-  if (!bridge::Decode(data, size, {run_.plan.description.model_hash(), 0}, &sensors)) return;
+void InspectionListener::OnSensors(const bridge::RunMessage& /*message*/,
+                                   morphbus::sensors_t sensors) {
   Asked& asked = asked_[sensors.header.tick];
   asked.parts.insert(sensors.part);
   asked.num_parts = sensors.num_parts;
@@ -73,12 +70,11 @@ void InspectionListener::OnSensors(const uint8_t* data, size_t size) {
   DropOld(&asked_);
 }
 
-void InspectionListener::OnStatus(const std::string& module, const uint8_t* data, size_t size) {
-  morphbus::status_t status;
-  if (!bridge::Decode(data, size, {run_.plan.description.model_hash(), 0}, &status)) return;
+void InspectionListener::OnStatus(const bridge::RunMessage& message, morphbus::status_t status) {
   if (status.inspections.empty()) return;
-  std::map<int64_t, Parts>& ticks = parts_[module];
-  ticks[status.header.tick].insert_or_assign(status.inspections.front().part, status);
+  std::map<int64_t, Parts>& ticks = parts_[std::string(message.name.process)];
+  const int16_t part = status.inspections.front().part;
+  ticks[message.header.tick].insert_or_assign(part, std::move(status));
   DropOld(&ticks);
 }
 

@@ -12,13 +12,14 @@
 
 #include "bridge/bus/bus.h"
 #include "bridge/lockstep/participant.h"
+#include "bridge/observe/run_message.h"
 #include "tools/base/json.h"
 #include "tools/launch/controlled_run.h"
 
 namespace morphbus::tools {
 
 /// Collects the answers of modules. SENSORS says who was asked, STATUS what they say.
-class InspectionListener {
+class InspectionListener : private bridge::RunMessageHandler {
  public:
   /// Listens from now on, so that no answer to a command that is given later is missed. `bus` and
   /// `run` outlive the listener.
@@ -44,9 +45,10 @@ class InspectionListener {
     std::set<std::string> modules;
   };
 
-  void OnClock(const uint8_t* data, size_t size);
-  void OnSensors(const uint8_t* data, size_t size);
-  void OnStatus(const std::string& module, const uint8_t* data, size_t size);
+  void Take(std::string_view channel, const uint8_t* data, size_t size);
+  void OnClock(const bridge::RunMessage& message, morphbus::sim_clock_t clock) override;
+  void OnSensors(const bridge::RunMessage& message, morphbus::sensors_t sensors) override;
+  void OnStatus(const bridge::RunMessage& message, morphbus::status_t status) override;
   /// The module's answer of this tick or later; null if there is no whole one.
   [[nodiscard]] const Parts* AnswerOf(const std::string& module) const;
   /// Modules that were asked and have not answered. Where SENSORS was missed, all are asked.

@@ -8,9 +8,8 @@
 #include "bridge/bus/lcm_bus.h"
 #include "bridge/control/control_command.h"
 #include "bridge/lockstep/outbox.h"
+#include "bridge/observe/description_finder.h"
 #include "bridge/wire/channels.h"
-#include "bridge/wire/codec.h"
-#include "bridge/wire/info_parts.h"
 #include "tools/base/files.h"
 #include "tools/launch/controlled_run.h"
 
@@ -27,16 +26,14 @@ constexpr int kRepeatsOfStandstill = 2;
 /// Asks for the description of a run on the bus, and puts it together from what comes. An empty
 /// `run` is the first that says anything.
 Result<std::string> DescriptionFromBus(bridge::Bus* bus, std::string run) {
-  bridge::InfoAssembler info;
+  bridge::DescriptionFinder finder(run);
   std::optional<std::string> whole;
   bus->SubscribePrefix("", [&](std::string_view channel, const uint8_t* data, size_t size) {
+    if (whole) return;
+    // Of a run without a name CLOCK tells it.
     const std::optional<bridge::ChannelName> name = bridge::ParseChannel(channel);
-    if (!name || whole || (!run.empty() && name->run != run)) return;
-    if (name->topic == bridge::Topic::kClock) run = name->run;
-    morphbus::info_part_t part;
-    if (name->topic != bridge::Topic::kInfo || !bridge::Decode(data, size, {}, &part)) return;
-    run = name->run;
-    whole = info.Take(part);
+    if (name && run.empty() && name->topic == bridge::Topic::kClock) run = name->run;
+    whole = finder.Take(channel, data, size);
   });
   // The logger has the description and repeats it for who asks, once the run's name is known.
   bridge::Ledger ledger;

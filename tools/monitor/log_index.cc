@@ -1,8 +1,7 @@
 #include "tools/monitor/log_index.h"
 
 #include "bridge/wire/channels.h"
-#include "bridge/wire/codec.h"
-#include "bridge/wire/info_parts.h"
+#include "logger/log/description.h"
 #include "logger/log/event_log.h"
 
 namespace morphbus::tools {
@@ -24,46 +23,26 @@ void ThinOut(std::vector<LogCheckpoint>* checkpoints) {
 
 }  // namespace
 
-Result<std::shared_ptr<const bridge::RunModel>> ReadLogModel(const std::string& path,
-                                                             const std::string& run) {
-  auto reader = logger::EventLogReader::Open(path);
-  if (!reader) return Fail(reader.error().message);
-  bridge::InfoAssembler info;
-  // Without a name, the first run that INFO names is meant.
-  std::string found = run;
-  logger::LogEvent event;
-  while ((*reader)->Next(&event)) {
-    const std::optional<bridge::ChannelName> name = bridge::ParseChannel(event.channel);
-    if (!name || name->topic != bridge::Topic::kInfo) continue;
-    if (found.empty()) found = name->run;
-    if (name->run != found) continue;
-    morphbus::info_part_t part;
-    if (!bridge::Decode(event.data.data(), event.data.size(), {}, &part)) continue;
-    // The description is whole when its last part has come, in whatever order.
-    const std::optional<std::string> whole = info.Take(part);
-    if (!whole) continue;
-    auto model = bridge::ReadRunModel(*whole);
-    if (!model) return Fail(path + ": " + model.error().message);
-    return *model;
-  }
-  if (!run.empty() && found == run) {
-    return Fail(path + " does not hold the description of a run '" + run + "'");
-  }
-  return Fail(path + " does not hold a run's description; morphbus info says what it holds");
+Result<std::shared_ptr<const bridge::RunModel>> ReadLogModel(const std::string& path) {
+  const Result<std::string> description = logger::DescriptionInLog(path);
+  if (!description) return Fail(description.error().message);
+  auto model = bridge::ReadRunModel(*description);
+  if (!model) return Fail(path + ": " + model.error().message);
+  return *model;
 }
 
-Result<std::shared_ptr<const LogIndex>> IndexLog(const std::string& path, const std::string& run,
+Result<std::shared_ptr<const LogIndex>> IndexLog(const std::string& path,
+                                                 std::shared_ptr<const bridge::RunModel> run,
                                                  const std::string& source,
                                                  const bridge::ProgramText& text) {
-  auto model = ReadLogModel(path, run);
-  if (!model) return Fail(model.error().message);
   auto reader = logger::EventLogReader::Open(path);
   if (!reader) return Fail(reader.error().message);
   // The log's begin is a place to play from before anything was heard.
   auto index = std::make_shared<LogIndex>();
   index->path = path;
-  index->run = *model;
-  bridge::Converter converter(*model, source, text);
+  const std::string clock_channel = bridge::Channel(run->run, "", bridge::Topic::kClock);
+  index->run = run;
+  bridge::Converter converter(run, source, text);
   index->checkpoints.push_back({0, 0, converter});
   bridge::ChannelCounts counts;
   int64_t spacing_us = kFirstSpacingUs;
@@ -71,9 +50,8 @@ Result<std::shared_ptr<const LogIndex>> IndexLog(const std::string& path, const 
   logger::LogEvent event;
   while ((*reader)->Next(&event)) {
     // A tick begins with its CLOCK: before it is where one can begin to play.
-    const std::optional<bridge::ChannelName> name = bridge::ParseChannel(event.channel);
-    const bool clock = name && name->run == (*model)->run && name->topic == bridge::Topic::kClock;
-    if (clock && converter.time_us() >= index->checkpoints.back().time_us + spacing_us) {
+    if (event.channel == clock_channel &&
+        converter.time_us() >= index->checkpoints.back().time_us + spacing_us) {
       index->checkpoints.push_back({converter.time_us(), event.offset, converter});
       if (index->checkpoints.size() > kMostCheckpoints) {
         ThinOut(&index->checkpoints);
@@ -92,7 +70,7 @@ Result<std::shared_ptr<const LogIndex>> IndexLog(const std::string& path, const 
   }
   index->end_us = converter.time_us();
   index->channels = counts.Roll(static_cast<double>(last_wall_us) * 1e-6);
-  if (tick < 0) return Fail(path + " holds no tick of run " + (*model)->run);
+  if (tick < 0) return Fail(path + " holds no tick of run " + run->run);
   return index;
 }
 

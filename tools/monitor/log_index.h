@@ -30,15 +30,14 @@ struct LogIndex {
   morphbus::Channels channels;
 };
 
-/// Reads a log of the run called `run` (empty: the first in the file). Fails if the file cannot be
-/// read, holds no such run, or not its description. Damage is passed over. `source` and `text` are
-/// for the converter.
-Result<std::shared_ptr<const LogIndex>> IndexLog(const std::string& path, const std::string& run,
+/// The model of the first run in a log, by the description in its INFO.
+Result<std::shared_ptr<const bridge::RunModel>> ReadLogModel(const std::string& path);
+
+/// Reads a log of that run. Fails if the file cannot be read or holds no tick of the run. Damage is
+/// passed over. `source` and `text` are for the converter.
+Result<std::shared_ptr<const LogIndex>> IndexLog(const std::string& path,
+                                                 std::shared_ptr<const bridge::RunModel> run,
                                                  const std::string& source,
                                                  const bridge::ProgramText& text);
-
-/// The run model of a log: the description in its INFO.
-Result<std::shared_ptr<const bridge::RunModel>> ReadLogModel(const std::string& path,
-                                                             const std::string& run);
 
 }  // namespace morphbus::tools

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bridge/observe/run_message.h"
 #include "bridge/wire/channels.h"
-#include "bridge/wire/codec.h"
 
 namespace morphbus::tools {
 
@@ -12,6 +12,7 @@ LogPlayer::LogPlayer(std::shared_ptr<const LogIndex> index,
                      std::unique_ptr<logger::EventLogReader> reader, double now_s)
     : index_(std::move(index)),
       reader_(std::move(reader)),
+      clock_channel_(bridge::Channel(index_->run->run, "", bridge::Topic::kClock)),
       converter_(index_->checkpoints.front().converter),
       until_us_(index_->end_us),
       anchor_s_(now_s),
@@ -29,11 +30,11 @@ bool LogPlayer::Peek() {
   if (!reader_->Next(&event_)) return false;
   peeked_ = true;
   // A tick begins with its CLOCK; all that follows is due with it.
-  const std::optional<bridge::ChannelName> name = bridge::ParseChannel(event_.channel);
-  morphbus::header_t header;
-  if (name && name->run == index_->run->run && name->topic == bridge::Topic::kClock &&
-      bridge::DecodeHeader(event_.data.data(), event_.data.size(), &header)) {
-    event_time_us_ = std::clamp(header.sim_time_us, event_time_us_, index_->end_us);
+  if (event_.channel != clock_channel_) return true;
+  const Result<bridge::RunMessage> clock =
+      bridge::OpenMessage(event_.channel, event_.data.data(), event_.data.size());
+  if (clock) {
+    event_time_us_ = std::clamp(clock->header.sim_time_us, event_time_us_, index_->end_us);
   }
   return true;
 }

@@ -51,6 +51,7 @@ class LogPlayer {
 
   std::shared_ptr<const LogIndex> index_;
   std::unique_ptr<logger::EventLogReader> reader_;
+  std::string clock_channel_;  ///< Where CLOCK is.
   bridge::Converter converter_;
   logger::LogEvent event_;
   bool peeked_ = false;

@@ -39,13 +39,13 @@ LogSource::LogSource(std::string path, std::shared_ptr<const bridge::RunModel> r
 
 Result<std::unique_ptr<LogSource>> LogSource::Create(const std::string& path) {
   // Only as far as the description, so that a mistake in the command line is told at once.
-  auto run = ReadLogModel(path, "");
+  auto run = ReadLogModel(path);
   if (!run) return Fail(run.error().message);
   return std::unique_ptr<LogSource>(new LogSource(path, *run));
 }
 
 Result<void> LogSource::Index() {
-  auto index = IndexLog(path_, run_->run, name_, [this](uint64_t hash, const std::string& file) {
+  auto index = IndexLog(path_, run_, name_, [this](uint64_t hash, const std::string& file) {
     return texts_.Find(hash, file);
   });
   if (!index) return Fail(index.error().message);

@@ -1,11 +1,9 @@
 #include "tools/monitor/present_tick.h"
 
 #include <morphbus/ask_t.hpp>
-#include <morphbus/sim_clock_t.hpp>
 #include <utility>
 
 #include "bridge/wire/channels.h"
-#include "bridge/wire/wire_peek.h"
 
 namespace morphbus::tools {
 namespace {
@@ -40,9 +38,7 @@ void PresentTick::Ask(const Wanted& wanted) {
   outbox_.Send(bridge::Channel(run_->run, wanted.process, Topic::kAsk), 0, 0, &ask);
 }
 
-void PresentTick::TakeClock(const uint8_t* data, size_t size) {
-  morphbus::sim_clock_t clock;
-  if (!bridge::Decode(data, size, {run_->model_hash, 0}, &clock)) return;
+void PresentTick::OnClock(const bridge::RunMessage& /*message*/, morphbus::sim_clock_t clock) {
   const int64_t tick = clock.header.tick;
   if (first_tick_ < 0) {
     first_tick_ = tick;
@@ -69,16 +65,19 @@ void PresentTick::TakeClock(const uint8_t* data, size_t size) {
 
 void PresentTick::Take(std::string_view channel, const uint8_t* data, size_t size) {
   if (over_) return;
-  const std::optional<bridge::ChannelName> name = bridge::ParseChannel(channel);
-  if (!name) return;
-  if (name->topic == Topic::kClock) return TakeClock(data, size);
+  const Result<bridge::RunMessage> message = bridge::OpenMessage(channel, data, size);
+  if (!message) return;
+  if (message->name.topic == Topic::kClock) {
+    bridge::ReadMessage(*message, this);
+    return;
+  }
   const auto found = wanted_.find(channel);
   if (found == wanted_.end()) return;
   const Wanted& wanted = found->second;
   if (++found->second.come <= wanted.last - wanted.first) return;
   // ACTUATOR tells how many STATUS its module has sent; the last one has role, labels and signs.
-  if (name->topic == Topic::kActuator) {
-    const int64_t count = bridge::PeekStatusCount(data);
+  if (message->name.topic == Topic::kActuator) {
+    const int64_t count = bridge::StatusCountOf(*message);
     Want(wanted.process, Topic::kStatus, count - 1, count - 1);
   }
   wanted_.erase(found);

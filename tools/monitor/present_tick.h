@@ -9,8 +9,8 @@
 
 #include "bridge/bus/bus.h"
 #include "bridge/lockstep/outbox.h"
+#include "bridge/observe/run_message.h"
 #include "bridge/outward/run_model.h"
-#include "bridge/wire/codec.h"
 
 namespace morphbus::tools {
 
@@ -18,7 +18,7 @@ namespace morphbus::tools {
 /// whoever begins to listen then would see no robot until it goes on. The sim and the modules keep
 /// what they sent last, and send it again when asked (ask_t, KIND_RESEND); all others know these
 /// messages and leave them out. A run that goes on is asked for nothing.
-class PresentTick {
+class PresentTick : private bridge::RunMessageHandler {
  public:
   /// @param bus  on which to ask; must outlive this.
   PresentTick(bridge::Bus* bus, std::shared_ptr<const bridge::RunModel> run);
@@ -36,7 +36,7 @@ class PresentTick {
   };
 
   /// A CLOCK came: if it is again that of the first tick that was heard, asks for what lacks.
-  void TakeClock(const uint8_t* data, size_t size);
+  void OnClock(const bridge::RunMessage& message, morphbus::sim_clock_t clock) override;
   /// Asks for messages first..last of a channel, now and with later repetitions until they come.
   void Want(std::string_view process, bridge::Topic topic, int64_t first, int64_t last);
   void Ask(const Wanted& wanted);

@@ -28,12 +28,11 @@ void ChannelTable::Keep(std::string_view channel, const uint8_t* data, size_t si
   kept_bytes_ += size;
 }
 
-HeardMessage ChannelTable::Take(std::string_view channel, const uint8_t* data, size_t size,
-                                int64_t arrival_ns) {
-  HeardMessage heard;
+std::optional<bridge::RunMessage> ChannelTable::Take(std::string_view channel, const uint8_t* data,
+                                                     size_t size, int64_t arrival_ns) {
   // Where there is no place for another name, the message is only counted.
   Stream* stream = streams_.Take(channel, arrival_ns);
-  if (stream == nullptr) return heard;
+  if (stream == nullptr) return std::nullopt;
   // Counts of all channels, also those of other programs.
   ++stream->messages;
   stream->bytes += static_cast<int64_t>(size);
@@ -41,26 +40,25 @@ HeardMessage ChannelTable::Take(std::string_view channel, const uint8_t* data, s
   stream->arrivals.Take(arrival_ns, size);
   stream->fingerprint = static_cast<uint64_t>(bridge::FingerprintOf(data, size));
   Keep(channel, data, size, stream);
-  heard.name = bridge::ParseChannel(channel);
-  stream->ours = heard.name.has_value();
-  if (!heard.name) {
+  stream->ours = bridge::ParseChannel(channel).has_value();
+  if (!stream->ours) {
     TakeForeign(data, size, stream);
-    return heard;
+    return std::nullopt;
   }
   // Our own channels have a header, with a checksum, and a number that tells of losses.
-  morphbus::header_t header;
-  if (!bridge::DecodeHeader(data, size, &header)) {
+  const Result<bridge::RunMessage> message = bridge::OpenMessage(channel, data, size);
+  if (!message) {
     ++stream->bad;
     ++stream->undecodable;
-    return heard;
+    return std::nullopt;
   }
-  heard.sound = true;
   // The type is what the message says, whatever its channel is called.
   const LcmType* type = schema_->Find(bridge::FingerprintOf(data, size));
   if (type != nullptr) stream->type = type;
-  // On these channels many senders speak, each with numbers of its own.
-  heard.fresh = bridge::HasManyPublishers(heard.name->topic) || stream->gaps.Take(header.sequence);
-  return heard;
+  // On some channels many senders speak, each with numbers of its own.
+  const bool fresh =
+      bridge::HasManyPublishers(message->name.topic) || stream->gaps.Take(message->header.sequence);
+  return fresh ? std::optional(*message) : std::nullopt;
 }
 
 void ChannelTable::Snapshot(int64_t now_ns, SpySnapshot* out) const {

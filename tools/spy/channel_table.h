@@ -8,20 +8,13 @@
 #include <vector>
 
 #include "bridge/observe/gap_counter.h"
-#include "bridge/wire/channels.h"
+#include "bridge/observe/run_message.h"
 #include "tools/spy/arrival_stats.h"
 #include "tools/spy/heard_names.h"
 #include "tools/spy/lcm_schema.h"
 #include "tools/spy/spy_snapshot.h"
 
 namespace morphbus::tools {
-
-/// What a message was found to be.
-struct HeardMessage {
-  std::optional<bridge::ChannelName> name;  ///< Of a channel of ours.
-  bool sound = false;  ///< Ours, with a header that is whole and a checksum that is right.
-  bool fresh = false;  ///< Sound, and not heard before, by its number.
-};
 
 /// All channels, 4096 at most, of anybody's programs. Last messages are kept within 32 MiB; of a
 /// channel that is watched, always.
@@ -34,8 +27,10 @@ class ChannelTable {
   /// `schema` must outlive the table.
   explicit ChannelTable(const LcmSchema* schema) : schema_(schema) {}
 
-  /// A message of `channel` that arrived at `arrival_ns` (any clock).
-  HeardMessage Take(std::string_view channel, const uint8_t* data, size_t size, int64_t arrival_ns);
+  /// A message of `channel` that arrived at `arrival_ns` (any clock). Returns it if it is a sound
+  /// one of ours that was not heard before, by its number.
+  std::optional<bridge::RunMessage> Take(std::string_view channel, const uint8_t* data, size_t size,
+                                         int64_t arrival_ns);
 
   /// Appends all channels, in order of name, with their figures at `now_ns`.
   void Snapshot(int64_t now_ns, SpySnapshot* out) const;

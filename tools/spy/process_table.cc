@@ -4,13 +4,7 @@
 
 #include <algorithm>
 #include <iterator>
-#include <morphbus/health_t.hpp>
-#include <morphbus/sim_clock_t.hpp>
-#include <morphbus/status_t.hpp>
-#include <morphbus/transform_t.hpp>
 
-#include "bridge/control/control_command.h"
-#include "bridge/wire/codec.h"
 #include "bridge/wire/held_state.h"
 #include "bridge/wire/vm_codec.h"
 #include "compiler/base/text.h"
@@ -74,10 +68,9 @@ std::string HeardFaultText(const morphbus::fault_t& wire) {
                        vm::FaultFunction(fault, nullptr));
 }
 
-ProcessTable::Process* ProcessTable::Note(std::string_view run, std::string_view process,
-                                          int64_t now_ns) {
+ProcessTable::Process* ProcessTable::Note(std::string_view run, std::string_view process) {
   // Two runs may have modules of one name.
-  Process* noted = processes_.Take(fmt::format("{}/{}", run, process), now_ns);
+  Process* noted = processes_.Take(fmt::format("{}/{}", run, process), now_ns_);
   if (noted == nullptr) return nullptr;
   noted->row.run = run;
   noted->row.process = process;
@@ -85,56 +78,45 @@ ProcessTable::Process* ProcessTable::Note(std::string_view run, std::string_view
   return noted;
 }
 
-void ProcessTable::Take(const bridge::ChannelName& name, const uint8_t* data, size_t size,
-                        int64_t arrival_ns) {
+void ProcessTable::Take(const bridge::RunMessage& message, int64_t arrival_ns) {
   using bridge::Topic;
-  if (name.topic == Topic::kClock) return TakeClock(name, data, size, arrival_ns);
   // Other channels say nothing of their publisher that is shown.
-  if (name.topic != Topic::kStatus && name.topic != Topic::kTransform &&
-      name.topic != Topic::kHealth) {
+  const Topic topic = message.name.topic;
+  if (topic != Topic::kClock && topic != Topic::kStatus && topic != Topic::kTransform &&
+      topic != Topic::kHealth) {
     return;
   }
-  Process* process = Note(name.run, name.process, arrival_ns);
-  if (process == nullptr) return;
-  if (name.topic == Topic::kStatus) TakeStatus(data, size, process);
-  if (name.topic == Topic::kTransform) TakeTransform(data, size, arrival_ns, process);
-  if (name.topic == Topic::kHealth) TakeHealth(name, data, size, arrival_ns, process);
+  now_ns_ = arrival_ns;
+  process_ = topic == Topic::kClock ? nullptr : Note(message.name.run, message.name.process);
+  if (topic == Topic::kClock || process_ != nullptr) bridge::ReadMessage(message, this);
 }
 
-void ProcessTable::TakeClock(const bridge::ChannelName& name, const uint8_t* data, size_t size,
-                             int64_t now_ns) {
-  morphbus::sim_clock_t clock;
-  if (!bridge::Decode(data, size, {}, &clock)) return;
-  Run* run = runs_.Take(name.run, now_ns);
+bool ProcessTable::Decodes(const bridge::RunMessage& message) {
+  if (message.name.topic != bridge::Topic::kTransform) return true;
+  // Of thousands of poses a second a screen shows a few.
+  const int64_t last_ns = process_->last_pose_ns;
+  if (last_ns != 0 && now_ns_ >= last_ns && now_ns_ - last_ns < kPosePeriodNs) return false;
+  process_->last_pose_ns = now_ns_;
+  return true;
+}
+
+void ProcessTable::OnClock(const bridge::RunMessage& message, morphbus::sim_clock_t clock) {
+  Run* run = runs_.Take(message.name.run, now_ns_);
   if (run == nullptr) return;
-  // Where the run is, by its last CLOCK.
-  RunRow& row = run->row;
-  row.run = name.run;
-  row.tick = clock.header.tick;
-  row.sim_time_us = clock.header.sim_time_us;
-  row.tick_us = clock.tick_us;
-  row.ended = clock.phase == morphbus::sim_clock_t::PHASE_END;
-  row.end_reason = clock.end_reason;
-  run->last_ns = now_ns;
-  // Of the commands that took effect, these last.
-  for (const std::string& text : clock.controls) {
-    const Result<bridge::ControlCommand> command = bridge::ParseControl(text);
-    if (!command) continue;
-    if (command->kind == bridge::ControlKind::kPause) row.paused = true;
-    if (command->kind == bridge::ControlKind::kResume) row.paused = false;
-    if (command->kind == bridge::ControlKind::kSpeed) row.asked_speed = command->speed;
-  }
+  run->name = message.name.run;
+  run->last_ns = now_ns_;
   // A run of the same name that begins anew begins a new row of times.
   auto& clocks = run->clocks;
-  if (!clocks.empty() && row.sim_time_us < clocks.back().second) {
+  const int64_t time_us = clock.header.sim_time_us;
+  if (!clocks.empty() && time_us < clocks.back().second) {
     clocks.clear();
-    row.paused = false;
-    row.asked_speed.reset();
+    run->clock = bridge::RunClock();
   }
-  if (clocks.empty() || now_ns - clocks.back().first >= kSpeedStepNs) {
-    clocks.emplace_back(now_ns, row.sim_time_us);
+  run->clock.Take(clock);
+  if (clocks.empty() || now_ns_ - clocks.back().first >= kSpeedStepNs) {
+    clocks.emplace_back(now_ns_, time_us);
   }
-  while (clocks.size() > 2 && now_ns - clocks.front().first > kSpeedNs) clocks.pop_front();
+  while (clocks.size() > 2 && now_ns_ - clocks.front().first > kSpeedNs) clocks.pop_front();
 }
 
 void ProcessTable::TakeInspection(const morphbus::status_t& status, Process* process) {
@@ -153,10 +135,8 @@ void ProcessTable::TakeInspection(const morphbus::status_t& status, Process* pro
   process->row.held_at = fmt::format("{:.2f} s", Seconds(status.header.sim_time_us));
 }
 
-void ProcessTable::TakeStatus(const uint8_t* data, size_t size, Process* process) {
-  morphbus::status_t status;
-  if (!bridge::Decode(data, size, {}, &status)) return;
-  ProcessRow& row = process->row;
+void ProcessTable::OnStatus(const bridge::RunMessage& /*message*/, morphbus::status_t status) {
+  ProcessRow& row = process_->row;
   // The last STATUS is all there is to say of role, labels and tasks.
   row.has_status = true;
   row.type = status.type_name;
@@ -173,7 +153,7 @@ void ProcessTable::TakeStatus(const uint8_t* data, size_t size, Process* process
   for (const morphbus::task_t& task : status.tasks) {
     row.tasks.push_back(fmt::format("{} at line {}", task.function_name, task.line));
   }
-  TakeInspection(status, process);
+  TakeInspection(status, process_);
   // Faults beyond those that a message holds are counted all the same.
   row.faults += static_cast<int64_t>(status.faults.size()) + status.faults_dropped;
   for (const morphbus::fault_t& fault : status.faults) {
@@ -186,28 +166,18 @@ void ProcessTable::TakeStatus(const uint8_t* data, size_t size, Process* process
   }
 }
 
-void ProcessTable::TakeTransform(const uint8_t* data, size_t size, int64_t now_ns,
-                                 Process* process) {
-  if (process->last_pose_ns != 0 && now_ns - process->last_pose_ns < kPosePeriodNs &&
-      now_ns >= process->last_pose_ns) {
-    return;
-  }
-  process->last_pose_ns = now_ns;
-  morphbus::transform_t transform;
-  if (!bridge::Decode(data, size, {}, &transform)) return;
+void ProcessTable::OnTransform(const bridge::RunMessage& /*message*/,
+                               morphbus::transform_t transform) {
   // How old the pose is, in ticks: what a tick is worth, CLOCK says.
-  process->has_pose = transform.has_pose != 0;
-  process->row.pose_stale = transform.pose_stale != 0;
-  process->row.hops = transform.hops;
+  process_->has_pose = transform.has_pose != 0;
+  process_->row.pose_stale = transform.pose_stale != 0;
+  process_->row.hops = transform.hops;
   // The root numbers its broadcasts by its ticks.
-  process->pose_age_ticks = std::max<int64_t>(0, transform.header.tick - transform.root_sequence);
+  process_->pose_age_ticks = std::max<int64_t>(0, transform.header.tick - transform.root_sequence);
 }
 
-void ProcessTable::TakeHealth(const bridge::ChannelName& name, const uint8_t* data, size_t size,
-                              int64_t now_ns, Process* process) {
-  morphbus::health_t health;
-  if (!bridge::Decode(data, size, {}, &health)) return;
-  ProcessRow& row = process->row;
+void ProcessTable::OnHealth(const bridge::RunMessage& message, morphbus::health_t health) {
+  ProcessRow& row = process_->row;
   row.has_health = true;
   // The process's own word on what it uses and what it missed.
   row.max_rss_kb = health.max_rss_kb;
@@ -223,20 +193,20 @@ void ProcessTable::TakeHealth(const bridge::ChannelName& name, const uint8_t* da
   // Both counters begin anew when the process does. Of two HEALTHs within a moment, as at a run's
   // end, the difference says nothing.
   constexpr int64_t kLeastUs = 200'000;
-  const bool first = process->health_wall_us == 0;
-  const int64_t wall_us = health.wall_time_us - process->health_wall_us;
-  const int64_t cpu_us = health.cpu_us - process->health_cpu_us;
+  const bool first = process_->health_wall_us == 0;
+  const int64_t wall_us = health.wall_time_us - process_->health_wall_us;
+  const int64_t cpu_us = health.cpu_us - process_->health_cpu_us;
   if (first || wall_us < 0 || wall_us >= kLeastUs) {
     if (!first && wall_us > 0 && cpu_us >= 0) {
       row.cpu = static_cast<double>(cpu_us) / static_cast<double>(wall_us);
     }
-    process->health_wall_us = health.wall_time_us;
-    process->health_cpu_us = health.cpu_us;
+    process_->health_wall_us = health.wall_time_us;
+    process_->health_cpu_us = health.cpu_us;
   }
   // The simulator also tells how punctual the modules are, one that was never heard among them.
-  // Noting another process may end the life of `process`.
+  // Noting another process may end the life of `process_`.
   for (const morphbus::lateness_t& lateness : health.lateness) {
-    Process* module = Note(name.run, lateness.module_name, now_ns);
+    Process* module = Note(message.name.run, lateness.module_name);
     if (module == nullptr) continue;
     module->row.lateness = {lateness.missed, lateness.late, lateness.worst_us};
   }
@@ -244,7 +214,16 @@ void ProcessTable::TakeHealth(const bridge::ChannelName& name, const uint8_t* da
 
 void ProcessTable::Snapshot(int64_t now_ns, SpySnapshot* out) const {
   runs_.ForEach([&](const std::string& /*name*/, const Run& run) {
-    RunRow row = run.row;
+    const bridge::RunClock& clock = run.clock;
+    RunRow row;
+    row.run = run.name;
+    row.tick = clock.tick();
+    row.sim_time_us = clock.time_us();
+    row.tick_us = clock.tick_us();
+    row.asked_speed = clock.speed();
+    row.paused = clock.paused();
+    row.ended = clock.ended();
+    row.end_reason = clock.end_reason();
     row.silent_s = std::max(0.0, static_cast<double>(now_ns - run.last_ns) * 1e-9);
     const auto& clocks = run.clocks;
     // A run that holds still has the speed 0, whatever it had before, and if it was held before

@@ -12,7 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "bridge/wire/channels.h"
+#include "bridge/observe/run_clock.h"
+#include "bridge/observe/run_message.h"
 #include "tools/spy/heard_names.h"
 #include "tools/spy/spy_snapshot.h"
 
@@ -23,14 +24,13 @@ namespace morphbus::tools {
 std::string HeardFaultText(const morphbus::fault_t& wire);
 
 /// All processes, 1024 at most, and all runs, 64 at most.
-class ProcessTable {
+class ProcessTable : private bridge::RunMessageHandler {
  public:
   static constexpr size_t kMostProcesses = 1024;
   static constexpr size_t kMostRuns = 64;
 
-  /// A message that is sound and was not heard before, on a channel of ours. What its type does not
-  /// allow is passed over.
-  void Take(const bridge::ChannelName& name, const uint8_t* data, size_t size, int64_t arrival_ns);
+  /// A message that was not heard before. What its type does not allow is passed over.
+  void Take(const bridge::RunMessage& message, int64_t arrival_ns);
 
   /// Fills in processes and runs as of `now_ns`, on the clock of Take; nanoseconds.
   void Snapshot(int64_t now_ns, SpySnapshot* out) const;
@@ -49,22 +49,26 @@ class ProcessTable {
   };
   /// What is known of a run.
   struct Run {
-    RunRow row;
+    std::string name;
+    bridge::RunClock clock;
     int64_t last_ns = 0;  ///< Its last CLOCK.
     /// Times of arrival and sim times, microseconds, of the last seconds.
     std::deque<std::pair<int64_t, int64_t>> clocks;
   };
 
-  // What each kind of message tells.
-  void TakeClock(const bridge::ChannelName& name, const uint8_t* data, size_t size, int64_t now_ns);
-  void TakeStatus(const uint8_t* data, size_t size, Process* process);
-  void TakeInspection(const morphbus::status_t& status, Process* process);
-  void TakeTransform(const uint8_t* data, size_t size, int64_t now_ns, Process* process);
-  void TakeHealth(const bridge::ChannelName& name, const uint8_t* data, size_t size, int64_t now_ns,
-                  Process* process);
+  bool Decodes(const bridge::RunMessage& message) override;
+  void OnClock(const bridge::RunMessage& message, morphbus::sim_clock_t clock) override;
+  void OnStatus(const bridge::RunMessage& message, morphbus::status_t status) override;
+  void OnTransform(const bridge::RunMessage& message, morphbus::transform_t transform) override;
+  void OnHealth(const bridge::RunMessage& message, morphbus::health_t health) override;
+  /// A part of what an inspected module tells.
+  static void TakeInspection(const morphbus::status_t& status, Process* process);
   /// The process of this name, noted as heard; null if there is no place for it.
-  Process* Note(std::string_view run, std::string_view process, int64_t now_ns);
+  Process* Note(std::string_view run, std::string_view process);
 
+  // The message that is being read: when it came, and whose it is; null of CLOCK.
+  int64_t now_ns_ = 0;
+  Process* process_ = nullptr;
   HeardNames<Process> processes_{kMostProcesses};  ///< By RUN/PROCESS.
   HeardNames<Run> runs_{kMostRuns};
 };

@@ -3,16 +3,13 @@
 #include <algorithm>
 #include <morphbus/status_t.hpp>
 
-#include "bridge/wire/codec.h"
+#include "bridge/observe/run_message.h"
 
 namespace morphbus::tools {
 namespace {
 
 /// Gives the faults of a STATUS their sentences, under "text".
-void AddFaultTexts(const std::vector<uint8_t>& payload, Json* decoded) {
-  morphbus::status_t status;
-  // Whatever is no STATUS stays as it is.
-  if (!bridge::Decode(payload.data(), payload.size(), {}, &status)) return;
+void AddFaultTexts(const morphbus::status_t& status, Json* decoded) {
   for (size_t i = 0; i < status.faults.size(); ++i) {
     (*decoded)["faults"][i]["text"] = HeardFaultText(status.faults[i]);
   }
@@ -27,8 +24,8 @@ void SpyTable::Take(std::string_view channel, const uint8_t* data, size_t size,
   // Time begins with the first message, so that waiting for it counts for nothing.
   if (begin_ns_ < 0) begin_ns_ = arrival_ns;
   // Repetitions and damaged messages say nothing new of a process.
-  const HeardMessage heard = channels_.Take(channel, data, size, arrival_ns);
-  if (heard.fresh) processes_.Take(*heard.name, data, size, arrival_ns);
+  const std::optional<bridge::RunMessage> message = channels_.Take(channel, data, size, arrival_ns);
+  if (message) processes_.Take(*message, arrival_ns);
 }
 
 SpySnapshot SpyTable::Snapshot(int64_t now_ns) const {
@@ -45,7 +42,10 @@ Result<Json> SpyTable::LastOf(const std::string& channel) const {
   const std::vector<uint8_t>* last = channels_.Last(channel);
   if (last == nullptr) return Fail("too long to be kept beside all others");
   Result<Json> decoded = schema_.Decode(last->data(), last->size());
-  if (decoded) AddFaultTexts(*last, &*decoded);
+  // Whatever is no STATUS stays as it is.
+  const auto message = bridge::OpenMessage(channel, last->data(), last->size());
+  const auto status = message ? bridge::DecodeAs<morphbus::status_t>(*message) : std::nullopt;
+  if (decoded && status) AddFaultTexts(*status, &*decoded);
   return decoded;
 }
 

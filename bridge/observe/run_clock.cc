@@ -1,0 +1,30 @@
+#include "bridge/observe/run_clock.h"
+
+#include "bridge/control/control_command.h"
+#include "bridge/wire/channels.h"
+
+namespace morphbus::bridge {
+
+void RunClock::Take(const morphbus::sim_clock_t& clock) {
+  // Where the run is.
+  tick_ = clock.header.tick;
+  time_us_ = clock.header.sim_time_us;
+  tick_us_ = clock.tick_us;
+  has_world_ = clock.num_world_parts > 0;
+  ended_ = clock.phase == morphbus::sim_clock_t::PHASE_END;
+  end_reason_ = clock.end_reason;
+  // Of the commands that took effect, these last.
+  for (const std::string& text : clock.controls) {
+    const Result<ControlCommand> command = ParseControl(text);
+    if (!command) continue;
+    // A step holds the run when it is done, whether it was paused before or not.
+    if (command->kind == ControlKind::kPause) paused_ = true;
+    if (command->kind == ControlKind::kStep) paused_ = true;
+    if (command->kind == ControlKind::kResume) paused_ = false;
+    if (command->kind == ControlKind::kSpeed) speed_ = command->speed;
+    const std::string_view lost = LostModule(text);
+    if (!lost.empty()) lost_.emplace(lost);
+  }
+}
+
+}  // namespace morphbus::bridge

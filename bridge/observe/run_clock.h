@@ -1,0 +1,49 @@
+#pragma once
+// Where a run is, and what people did to it, by its CLOCK.
+
+#include <cstdint>
+#include <morphbus/sim_clock_t.hpp>
+#include <optional>
+#include <set>
+#include <string>
+
+namespace morphbus::bridge {
+
+/// Follows a run by the CLOCKs that a listener hears, in their order. Everything but what commands
+/// did is as the last CLOCK has it.
+class RunClock {
+ public:
+  /// Takes a CLOCK, with the commands that take effect in its tick. One of a later version that
+  /// cannot be read here does nothing.
+  void Take(const morphbus::sim_clock_t& clock);
+
+  /// The tick, and its sim time, microseconds; -1 and 0 before the first CLOCK.
+  [[nodiscard]] int64_t tick() const { return tick_; }
+  [[nodiscard]] int64_t time_us() const { return time_us_; }
+  /// Length of a tick, microseconds of sim time.
+  [[nodiscard]] int32_t tick_us() const { return tick_us_; }
+  /// Whether the run has a simulated world.
+  [[nodiscard]] bool has_world() const { return has_world_; }
+  /// Whether a command holds the run.
+  [[nodiscard]] bool paused() const { return paused_; }
+  /// The speed that a command asked for (times real time; 0: as fast as possible); none before.
+  [[nodiscard]] const std::optional<double>& speed() const { return speed_; }
+  /// Modules that the run goes on without.
+  [[nodiscard]] const std::set<std::string, std::less<>>& lost() const { return lost_; }
+  /// Whether CLOCK has told of the end, and why.
+  [[nodiscard]] bool ended() const { return ended_; }
+  [[nodiscard]] const std::string& end_reason() const { return end_reason_; }
+
+ private:
+  int64_t tick_ = -1;
+  int64_t time_us_ = 0;
+  int32_t tick_us_ = 0;
+  bool has_world_ = false;
+  bool paused_ = false;
+  std::optional<double> speed_;
+  std::set<std::string, std::less<>> lost_;
+  bool ended_ = false;
+  std::string end_reason_;
+};
+
+}  // namespace morphbus::bridge
