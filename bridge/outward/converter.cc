@@ -204,13 +204,7 @@ void Converter::OnSensors(const RunMessage& /*message*/, morphbus::sensors_t sen
     velocity_[m].assign(reading.joint_velocity_si.begin(), reading.joint_velocity_si.end());
     effort_[m].assign(reading.joint_effort_si.begin(), reading.joint_effort_si.end());
     // The bodies are put together anew only where something was docked or undocked.
-    const auto same = [](const auto& a, const auto& b) {
-      return a.connector == b.connector && a.mate_connector == b.mate_connector &&
-             a.mate_module == b.mate_module && a.connection_type == b.connection_type &&
-             a.number == b.number;
-    };
-    if (!sensed_ || !std::equal(dockings_[m].begin(), dockings_[m].end(), reading.docked.begin(),
-                                reading.docked.end(), same)) {
+    if (!sensed_ || !SameDocked(dockings_[m], reading.docked)) {
       // The first reading of all takes the place of what the model declares.
       if (!sensed_) dockings_.assign(dockings_.size(), {});
       sensed_ = true;
@@ -322,7 +316,7 @@ void Converter::SendWorld() {
   std::vector<std::pair<int, int>> keys;
   for (const morphbus::body_pose_t& body : bodies_) keys.emplace_back(body.module_id, body.link);
   if (places_outdated_ || keys != placed_bodies_) {
-    places_ = PlacesInBodies(run_->model, *run_->robot, dockings_, keys);
+    places_ = PlacesInBodies<LinkPose>(run_->model, *run_->robot, dockings_, keys);
     placed_bodies_ = std::move(keys);
     places_outdated_ = false;
   }

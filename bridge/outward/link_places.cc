@@ -1,5 +1,6 @@
 #include "bridge/outward/link_places.h"
 
+#include <algorithm>
 #include <deque>
 #include <optional>
 
@@ -9,59 +10,43 @@ namespace morphbus::bridge {
 namespace {
 
 /// A link that is rigid with another one, and where it is in that one's frame.
+template <class Pose>
 struct RigidNeighbour {
   int module = 0;
   int link = 0;
-  LinkPose X_FromTo;
+  Pose X_FromTo;
 };
-using RigidNeighbours = std::vector<std::vector<std::vector<RigidNeighbour>>>;  ///< [module][link].
+/// By module and link.
+template <class Pose>
+using RigidNeighbours = std::vector<std::vector<std::vector<RigidNeighbour<Pose>>>>;
+
+model::Pose Inverse(const model::Pose& X_AB) { return X_AB.inverse(); }
 
 /// Enters that two links are rigid with each other; X_AB is the pose of the second in the first.
-void Join(int a, int link_a, int b, int link_b, const LinkPose& X_AB, RigidNeighbours* neighbours) {
-  (*neighbours)[a][link_a].push_back({b, link_b, X_AB});
-  (*neighbours)[b][link_b].push_back({a, link_a, Inverse(X_AB)});
+template <class Pose>
+void Join(int a, int link_a, int b, int link_b, const model::Pose& X_AB,
+          RigidNeighbours<Pose>* neighbours) {
+  const Pose X = PoseAs<Pose>(X_AB);
+  (*neighbours)[a][link_a].push_back({b, link_b, X});
+  (*neighbours)[b][link_b].push_back({a, link_a, Inverse(X)});
 }
 
 bool IsIndex(int i, size_t size) { return i >= 0 && static_cast<size_t>(i) < size; }
 
-/// The pose of the mate's frame in that of `module`, both at joint values 0, by the connection that
-/// the entry names; none if the model has no such mate or connection.
-std::optional<model::Pose> DockedPose(const model::Model& model, const model::Robot& robot,
-                                      int module, const morphbus::docked_connector_t& docked) {
-  const int mate = docked.mate_module;
-  if (!IsIndex(mate, robot.modules.size()) ||
-      !IsIndex(docked.connection_type, model.connection_types.size())) {
-    return std::nullopt;
-  }
-  const model::ConnectionType& connection = model.connection_types[docked.connection_type];
-  if (!IsIndex(docked.number - 1, connection.options.size())) return std::nullopt;
-  const model::ConnectionOption& option = connection.options[docked.number - 1];
-  // The option must be one of these two connectors, with the module as member a, or as member b
-  // where a connection joins unlike types.
-  const auto fits = [&](int a, int connector_a, int b, int connector_b) {
-    return robot.modules[a].type == connection.type_a &&
-           robot.modules[b].type == connection.type_b && option.connector_a == connector_a &&
-           option.connector_b == connector_b;
-  };
-  if (fits(module, docked.connector, mate, docked.mate_connector)) return option.X_AB;
-  if (!fits(mate, docked.mate_connector, module, docked.connector)) return std::nullopt;
-  return option.X_AB.inverse();
-}
-
 /// Which links are rigid with which. All link frames of a module are one at joint values 0, for
 /// which X_AB of a docking is given, so it is also the pose of the one link in the other.
-RigidNeighbours NeighboursOf(const model::Model& model, const model::Robot& robot,
-                             const Dockings& dockings) {
+template <class Pose>
+RigidNeighbours<Pose> NeighboursOf(const model::Model& model, const model::Robot& robot,
+                                   const Dockings& dockings) {
   const int num_modules = static_cast<int>(robot.modules.size());
-  RigidNeighbours neighbours(num_modules);
+  RigidNeighbours<Pose> neighbours(num_modules);
   // Within a module, the links of fixed joints.
   for (int m = 0; m < num_modules; ++m) {
     const model::ModuleType& type = model.TypeOf(robot, m);
     neighbours[m].resize(type.links.size());
     for (const model::Joint& joint : type.joints) {
       if (joint.type != model::JointType::kFixed) continue;
-      Join(m, joint.link_b, m, joint.link_a, ToLinkPose(model::JointMotion(joint, 0.0)),
-           &neighbours);
+      Join(m, joint.link_b, m, joint.link_a, model::JointMotion(joint, 0.0), &neighbours);
     }
   }
   // Between modules, whatever is docked.
@@ -71,7 +56,7 @@ RigidNeighbours NeighboursOf(const model::Model& model, const model::Robot& robo
       if (!X_OwnMate) continue;
       Join(m, model.TypeOf(robot, m).connectors[docked.connector].link, docked.mate_module,
            model.TypeOf(robot, docked.mate_module).connectors[docked.mate_connector].link,
-           ToLinkPose(*X_OwnMate), &neighbours);
+           *X_OwnMate, &neighbours);
     }
   }
   return neighbours;
@@ -107,12 +92,43 @@ Dockings DeclaredDockings(const model::Model& model, const model::Robot& robot) 
   return dockings;
 }
 
-std::vector<std::vector<LinkPlace>> PlacesInBodies(const model::Model& model,
-                                                   const model::Robot& robot,
-                                                   const Dockings& dockings,
-                                                   const std::vector<std::pair<int, int>>& bodies) {
-  const RigidNeighbours neighbours = NeighboursOf(model, robot, dockings);
-  std::vector<std::vector<LinkPlace>> places(neighbours.size());
+bool SameDocked(const std::vector<morphbus::docked_connector_t>& a,
+                const std::vector<morphbus::docked_connector_t>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) {
+    return x.connector == y.connector && x.mate_module == y.mate_module &&
+           x.mate_connector == y.mate_connector && x.number == y.number &&
+           x.connection_type == y.connection_type;
+  });
+}
+
+std::optional<model::Pose> DockedPose(const model::Model& model, const model::Robot& robot,
+                                      int module, const morphbus::docked_connector_t& docked) {
+  const int mate = docked.mate_module;
+  if (!IsIndex(mate, robot.modules.size()) ||
+      !IsIndex(docked.connection_type, model.connection_types.size())) {
+    return std::nullopt;
+  }
+  const model::ConnectionType& connection = model.connection_types[docked.connection_type];
+  if (!IsIndex(docked.number - 1, connection.options.size())) return std::nullopt;
+  const model::ConnectionOption& option = connection.options[docked.number - 1];
+  // The option must be one of these two connectors, with the module as member a, or as member b
+  // where a connection joins unlike types.
+  const auto fits = [&](int a, int connector_a, int b, int connector_b) {
+    return robot.modules[a].type == connection.type_a &&
+           robot.modules[b].type == connection.type_b && option.connector_a == connector_a &&
+           option.connector_b == connector_b;
+  };
+  if (fits(module, docked.connector, mate, docked.mate_connector)) return option.X_AB;
+  if (!fits(mate, docked.mate_connector, module, docked.connector)) return std::nullopt;
+  return option.X_AB.inverse();
+}
+
+template <class Pose>
+std::vector<std::vector<PlacedLink<Pose>>> PlacesInBodies(
+    const model::Model& model, const model::Robot& robot, const Dockings& dockings,
+    const std::vector<std::pair<int, int>>& bodies) {
+  const RigidNeighbours<Pose> neighbours = NeighboursOf<Pose>(model, robot, dockings);
+  std::vector<std::vector<PlacedLink<Pose>>> places(neighbours.size());
   for (size_t m = 0; m < neighbours.size(); ++m) places[m].resize(neighbours[m].size());
   // From the link that stands for a body all links are reached that are rigid with it.
   for (size_t body = 0; body < bodies.size(); ++body) {
@@ -124,8 +140,8 @@ std::vector<std::vector<LinkPlace>> PlacesInBodies(const model::Model& model,
     while (!queue.empty()) {
       const auto [m, l] = queue.front();
       queue.pop_front();
-      for (const RigidNeighbour& neighbour : neighbours[m][l]) {
-        LinkPlace& place = places[neighbour.module][neighbour.link];
+      for (const RigidNeighbour<Pose>& neighbour : neighbours[m][l]) {
+        PlacedLink<Pose>& place = places[neighbour.module][neighbour.link];
         if (place.body >= 0) continue;
         place = {static_cast<int>(body), places[m][l].X_BL * neighbour.X_FromTo};
         queue.emplace_back(neighbour.module, neighbour.link);
@@ -134,5 +150,12 @@ std::vector<std::vector<LinkPlace>> PlacesInBodies(const model::Model& model,
   }
   return places;
 }
+
+template std::vector<std::vector<PlacedLink<LinkPose>>> PlacesInBodies(
+    const model::Model&, const model::Robot&, const Dockings&,
+    const std::vector<std::pair<int, int>>&);
+template std::vector<std::vector<PlacedLink<model::Pose>>> PlacesInBodies(
+    const model::Model&, const model::Robot&, const Dockings&,
+    const std::vector<std::pair<int, int>>&);
 
 }  // namespace morphbus::bridge

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <morphbus/docked_connector_t.hpp>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -25,12 +26,26 @@ LinkPose Inverse(const LinkPose& X_AB);
 /// The same pose, its rotation normalized.
 LinkPose ToLinkPose(const model::Pose& X);
 
+/// The same pose, as one of the two types.
+template <class Pose>
+Pose PoseAs(const model::Pose& X);
+template <>
+inline LinkPose PoseAs(const model::Pose& X) {
+  return ToLinkPose(X);
+}
+template <>
+inline model::Pose PoseAs(const model::Pose& X) {
+  return X;
+}
+
 /// Where a link is: in which body, and where in that body's frame B, which is the frame of the link
 /// that stands for the body.
-struct LinkPlace {
+template <class Pose>
+struct PlacedLink {
   int body = -1;  ///< Index into the list of bodies; -1 if none of them carries the link.
-  LinkPose X_BL;
+  Pose X_BL = PoseAs<Pose>(model::Pose::Identity());
 };
+using LinkPlace = PlacedLink<LinkPose>;
 
 /// What the connectors of each module sense, by module.
 using Dockings = std::vector<std::vector<morphbus::docked_connector_t>>;
@@ -38,13 +53,22 @@ using Dockings = std::vector<std::vector<morphbus::docked_connector_t>>;
 /// The dockings that a robot declares, as both sides sense them.
 Dockings DeclaredDockings(const model::Model& model, const model::Robot& robot);
 
+/// Whether a module senses the same at its connectors.
+bool SameDocked(const std::vector<morphbus::docked_connector_t>& a,
+                const std::vector<morphbus::docked_connector_t>& b);
+
+/// The pose of a mate's frame in that of `module`, both at joint values 0, by the connection that
+/// the entry names; none if the robot has no such mate or connection, as in a damaged message.
+std::optional<model::Pose> DockedPose(const model::Model& model, const model::Robot& robot,
+                                      int module, const morphbus::docked_connector_t& docked);
+
 /// The place of every link, by module and link. `bodies` are modules and links that stand for
 /// bodies, as in WORLD; those that the robot does not have are passed over, as are dockings of
 /// unknown modules, connectors or connections: both may come from a damaged message. Of two bodies
-/// that would carry a link the first one does.
-std::vector<std::vector<LinkPlace>> PlacesInBodies(const model::Model& model,
-                                                   const model::Robot& robot,
-                                                   const Dockings& dockings,
-                                                   const std::vector<std::pair<int, int>>& bodies);
+/// that would carry a link the first one does. `Pose` is LinkPose or model::Pose.
+template <class Pose>
+std::vector<std::vector<PlacedLink<Pose>>> PlacesInBodies(
+    const model::Model& model, const model::Robot& robot, const Dockings& dockings,
+    const std::vector<std::pair<int, int>>& bodies);
 
 }  // namespace morphbus::bridge

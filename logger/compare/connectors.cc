@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <tuple>
 
+#include "bridge/outward/link_places.h"
+
 namespace morphbus::logger {
 namespace {
 
@@ -37,16 +39,6 @@ std::vector<Command> CommandsIn(const ActuatorSample& sample, const std::vector<
   }
   std::sort(commands.begin(), commands.end());
   return commands;
-}
-
-/// True if both samples of one module hold the same entries, so that nothing need be computed anew.
-bool SameDockings(const SensorSample& a, const SensorSample& b) {
-  const auto same = [](const auto& x, const auto& y) {
-    return x.connector == y.connector && x.mate_connector == y.mate_connector &&
-           x.mate_module == y.mate_module && x.connection_type == y.connection_type &&
-           x.number == y.number;
-  };
-  return std::equal(a.docked.begin(), a.docked.end(), b.docked.begin(), b.docked.end(), same);
 }
 
 /// The value of a key; -1 if there is none, as for an id in a damaged message.
@@ -131,8 +123,10 @@ DockingComparer::Docking DockingComparer::See(const Side& side, const ModuleSeri
                                               const morphbus::docked_connector_t& docked) {
   const model::Robot& robot = *side.log->robot;
   const int own = module.model_index;
-  const int mate = ValueOf(side.model_index_of_id, docked.mate_module);
-  const std::optional<model::Pose> X_OwnMate = DockedPose(*side.log, own, mate, docked);
+  const morphbus::docked_connector_t by_index = WithModelIndex(side.model_index_of_id, docked);
+  const int mate = by_index.mate_module;
+  const std::optional<model::Pose> X_OwnMate =
+      bridge::DockedPose(*side.log->model, robot, own, by_index);
   if (!X_OwnMate) return {};
   // All link frames of a module coincide at joint values 0, for which X_OwnMate is given.
   const auto X_RL = [&](int m, int connector) -> const model::Pose& {
@@ -179,8 +173,9 @@ CountTrack DockingComparer::Differences(const ModulePair& pair, int64_t end_us) 
   const SensorSample* last_a = nullptr;
   const SensorSample* last_b = nullptr;
   ForCommonTimes(TimesOf(samples_a), TimesOf(samples_b), end_us, [&](size_t i, size_t j) {
-    const bool unchanged = last_a != nullptr && SameDockings(*last_a, samples_a[i]) &&
-                           SameDockings(*last_b, samples_b[j]);
+    const bool unchanged = last_a != nullptr &&
+                           bridge::SameDocked(last_a->docked, samples_a[i].docked) &&
+                           bridge::SameDocked(last_b->docked, samples_b[j].docked);
     last_a = &samples_a[i];
     last_b = &samples_b[j];
     track.Add(last_a->time_us, unchanged ? track.value.back() : Unshared(pair, *last_a, *last_b));

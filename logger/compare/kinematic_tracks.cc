@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <morphbus/label_t.hpp>
 
 #include "compiler/model/forward_kinematics.h"
@@ -24,55 +23,11 @@ ScalarTrack SensorTrack(const ModuleSeries& module, int joint, const JointSigns&
   return track;
 }
 
-/// A link that is rigid with another one, and where it is in that one's frame.
-struct RigidEdge {
-  int module = 0;
-  int link = 0;
-  model::Pose X_FromTo;
-};
-using RigidEdges = std::vector<std::vector<std::vector<RigidEdge>>>;  ///< By module, link.
-
-/// The module's index in the model by its id in SENSORS; -1 if unknown.
-int ModelIndexOf(const std::map<int, int>& model_index_of_id, int id) {
-  const auto found = model_index_of_id.find(id);
-  return found == model_index_of_id.end() ? -1 : found->second;
-}
-
-/// Enters that two links are rigid with each other; X_AB is the pose of the second in the first.
-void Join(int a, int link_a, int b, int link_b, const model::Pose& X_AB, RigidEdges* edges) {
-  (*edges)[a][link_a].push_back({b, link_b, X_AB});
-  (*edges)[b][link_b].push_back({a, link_a, X_AB.inverse()});
-}
-
-/// Enters the dockings that the robot declares.
-void JoinDeclared(const RunLog& log, RigidEdges* edges) {
-  for (const model::Docking& d : log.robot->dockings) {
-    const model::ModuleType& type_a = log.model->TypeOf(*log.robot, d.module_a);
-    const model::ModuleType& type_b = log.model->TypeOf(*log.robot, d.module_b);
-    Join(d.module_a, type_a.connectors[d.connector_a].link, d.module_b,
-         type_b.connectors[d.connector_b].link,
-         log.model->connection_types[d.connection_type].options[d.option].X_AB, edges);
-  }
-}
-
-/// Links held together by fixed joints and by the dockings sensed at `time_us`; as the robot
-/// declares them if nothing was sensed. All link frames of a module coincide with M at joint values
-/// 0, and a docking's X_AB is given for those, so X_AB is also the pose of the one link in the
-/// other.
-RigidEdges EdgesAt(const RunLog& log, const std::map<int, int>& model_index_of_id,
-                   int64_t time_us) {
-  const int num_modules = static_cast<int>(log.robot->modules.size());
-  RigidEdges edges(num_modules);
-  for (int m = 0; m < num_modules; ++m) {
-    const model::ModuleType& type = log.model->TypeOf(*log.robot, m);
-    edges[m].resize(type.links.size());
-    for (const model::Joint& joint : type.joints) {
-      if (joint.type != model::JointType::kFixed) continue;
-      Join(m, joint.link_b, m, joint.link_a, model::JointMotion(joint, 0.0), &edges);
-    }
-  }
-  // What the sensors showed at that time, or, without sensors, what the robot declares.
-  // A module's sample at that time or, if that is missing, its next one counts.
+/// What was sensed to be docked at `time_us`, by model index; as the robot declares it if nothing
+/// was sensed. A module's sample at that time or, if that is missing, its next one counts.
+bridge::Dockings DockingsAt(const RunLog& log, const std::map<int, int>& model_index_of_id,
+                            int64_t time_us) {
+  bridge::Dockings dockings(log.robot->modules.size());
   bool sensed = false;
   const auto earlier = [](const SensorSample& s, int64_t time) { return s.time_us < time; };
   for (const ModuleSeries& module : log.modules) {
@@ -81,17 +36,10 @@ RigidEdges EdgesAt(const RunLog& log, const std::map<int, int>& model_index_of_i
     if (module.model_index < 0 || at == module.sensors.end()) continue;
     sensed = true;
     for (const morphbus::docked_connector_t& docked : at->docked) {
-      const int m = module.model_index;
-      const int mate = ModelIndexOf(model_index_of_id, docked.mate_module);
-      const std::optional<model::Pose> X_OwnMate = DockedPose(log, m, mate, docked);
-      if (!X_OwnMate) continue;
-      Join(m, log.model->TypeOf(*log.robot, m).connectors[docked.connector].link, mate,
-           log.model->TypeOf(*log.robot, mate).connectors[docked.mate_connector].link, *X_OwnMate,
-           &edges);
+      dockings[module.model_index].push_back(WithModelIndex(model_index_of_id, docked));
     }
   }
-  if (!sensed) JoinDeclared(log, &edges);
-  return edges;
+  return sensed ? dockings : bridge::DeclaredDockings(*log.model, *log.robot);
 }
 
 /// Angle of the rotation from b to a in radians, 0…π. The arc tangent keeps small angles exact,
@@ -240,37 +188,6 @@ Eigen::Vector3d LinkCentre(const model::Link& link) {
   return link.hull.empty() ? sum : Eigen::Vector3d(sum / static_cast<double>(link.hull.size()));
 }
 
-std::map<int, int> ModelIndices(const RunLog& log) {
-  std::map<int, int> indices;
-  for (const ModuleSeries& module : log.modules) {
-    if (module.id >= 0 && module.model_index >= 0) indices[module.id] = module.model_index;
-  }
-  return indices;
-}
-
-std::optional<model::Pose> DockedPose(const RunLog& log, int module, int mate,
-                                      const morphbus::docked_connector_t& docked) {
-  // A damaged entry may name a mate or a connection that the model does not have.
-  const auto& types = log.model->connection_types;
-  const int type = docked.connection_type;
-  if (mate < 0 || type < 0 || type >= static_cast<int>(types.size())) return std::nullopt;
-  const model::ConnectionType& connection = types[type];
-  if (docked.number < 1 || docked.number > static_cast<int>(connection.options.size())) {
-    return std::nullopt;
-  }
-  const model::ConnectionOption& option = connection.options[docked.number - 1];
-  // The option must be one of these two connectors, with this module as member a or b.
-  const auto fits = [&](int a, int connector_a, int b, int connector_b) {
-    return log.robot->modules[a].type == connection.type_a &&
-           log.robot->modules[b].type == connection.type_b && option.connector_a == connector_a &&
-           option.connector_b == connector_b;
-  };
-  if (fits(module, docked.connector, mate, docked.mate_connector)) return option.X_AB;
-  // Between unlike module types only one is the connection's member a; the other holds the inverse.
-  if (!fits(mate, docked.mate_connector, module, docked.connector)) return std::nullopt;
-  return option.X_AB.inverse();
-}
-
 SimulatedPoses::SimulatedPoses(const RunLog& log, const SimulatedPoses* before)
     : log_(log), model_index_of_id_(ModelIndices(log)) {
   // What the stretch before knew goes on: its last structure, and where the robot began.
@@ -301,33 +218,13 @@ SimulatedPoses::SimulatedPoses(const RunLog& log, const SimulatedPoses* before)
   available_ = true;
 }
 
-/// Adds the links of a body, breadth first from the link that stands for it.
 SimulatedPoses::Structure SimulatedPoses::BuildStructure(const WorldSample& sample) const {
-  // Links that fixed joints and dockings hold together move as one body.
-  const RigidEdges edges = EdgesAt(log_, model_index_of_id_, sample.time_us);
-  Structure structure(edges.size());
-  for (size_t m = 0; m < edges.size(); ++m) structure[m].resize(edges[m].size());
-  // Each body is known by one link; from it all links are reached that are rigid with it.
-  for (size_t body = 0; body < sample.bodies.size(); ++body) {
-    const int module = ModelIndexOf(model_index_of_id_, sample.bodies[body].module_id);
-    const int link = sample.bodies[body].link;
-    if (module < 0 || link < 0 || link >= static_cast<int>(structure[module].size())) continue;
-    // A link that another body already carries is not claimed twice.
-    if (structure[module][link].body >= 0) continue;
-    structure[module][link].body = static_cast<int>(body);
-    std::deque<std::pair<int, int>> queue = {{module, link}};
-    while (!queue.empty()) {
-      const auto [m, l] = queue.front();
-      queue.pop_front();
-      for (const RigidEdge& edge : edges[m][l]) {
-        Place& place = structure[edge.module][edge.link];
-        if (place.body >= 0) continue;
-        place = {static_cast<int>(body), structure[m][l].X_BL * edge.X_FromTo};
-        queue.emplace_back(edge.module, edge.link);
-      }
-    }
+  std::vector<std::pair<int, int>> bodies;
+  for (const morphbus::body_pose_t& body : sample.bodies) {
+    bodies.emplace_back(ModelIndexOf(model_index_of_id_, body.module_id), body.link);
   }
-  return structure;
+  return bridge::PlacesInBodies<model::Pose>(
+      *log_.model, *log_.robot, DockingsAt(log_, model_index_of_id_, sample.time_us), bodies);
 }
 
 /// Pose of a link in the world; none if no body of the sample carries it.
@@ -337,7 +234,7 @@ std::optional<model::Pose> SimulatedPoses::X_WL(size_t sample, int module, int l
   if (module < 0 || module >= static_cast<int>(structure.size())) return std::nullopt;
   const auto& links = structure[module];
   if (link < 0 || link >= static_cast<int>(links.size())) return std::nullopt;
-  const Place& place = links[link];
+  const bridge::PlacedLink<model::Pose>& place = links[link];
   if (place.body < 0) return std::nullopt;
   return ToPose(log_.world[sample].bodies[place.body]) * place.X_BL;
 }

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "bridge/outward/link_places.h"
 #include "compiler/model/robot_model.h"
 #include "logger/log/run_log.h"
 #include "vm/image/pose.h"
@@ -151,16 +152,6 @@ void ForCommonTimes(const std::vector<int64_t>& a, const std::vector<int64_t>& b
 /// the mean of its hull's points, in M (m); M's origin for a link without points.
 Eigen::Vector3d LinkCentre(const model::Link& link);
 
-/// Index of each module in the model by its id, by which SENSORS and WORLD name it; modules that
-/// the model lacks are left out.
-std::map<int, int> ModelIndices(const RunLog& log);
-
-/// The pose of a mate's frame in that of `module` at joint values 0, by the connection that
-/// SENSORS.docked of `module` names; both are indices in the model, `mate` may be any number. None
-/// if the model has no such mate or connection, as in a damaged message.
-std::optional<model::Pose> DockedPose(const RunLog& log, int module, int mate,
-                                      const morphbus::docked_connector_t& docked);
-
 /// Poses of links in the simulated world. WORLD tells where bodies are, each by one of its links; a
 /// body's other links follow from the dockings that SENSORS showed when the set of bodies last
 /// changed.
@@ -190,14 +181,8 @@ class SimulatedPoses {
   }
 
  private:
-  /// Where a link is: in which entry of WorldSample::bodies, and where in that body's frame B,
-  /// which is the frame of the link that stands for the body.
-  struct Place {
-    /// Index into WorldSample::bodies; -1 if no body carries the link.
-    int body = -1;
-    model::Pose X_BL = model::Pose::Identity();
-  };
-  using Structure = std::vector<std::vector<Place>>;  ///< By model index of the module, then link.
+  /// By model index of the module, then link.
+  using Structure = std::vector<std::vector<bridge::PlacedLink<model::Pose>>>;
   /// Module id and link of each body, by which a set of bodies is told from another.
   using BodyKey = std::vector<std::pair<int, int>>;
 

@@ -25,15 +25,6 @@ bridge::LinkPose PoseOf(const morphbus::body_pose_t& body) {
           Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized()};
 }
 
-bool Same(const std::vector<morphbus::docked_connector_t>& a,
-          const std::vector<morphbus::docked_connector_t>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) {
-    return x.connector == y.connector && x.mate_module == y.mate_module &&
-           x.mate_connector == y.mate_connector && x.number == y.number &&
-           x.connection_type == y.connection_type;
-  });
-}
-
 /// Adds what WORLD says of a link unless something was said of it.
 template <class Entry>
 void AddOnce(const Entry& entry, std::vector<Entry>* entries) {
@@ -164,7 +155,7 @@ void MotionRecorder::TakeSensed(int64_t time_us, int module, const std::vector<d
   }
   // Dockings are the same for most of a run.
   auto& known = sensed_dockings_[module];
-  if (known && Same(*known, docked)) return;
+  if (known && bridge::SameDocked(*known, docked)) return;
   known = docked;
   changed_dockings_[time_us][module] = docked;
 }
@@ -258,7 +249,7 @@ void MotionRecorder::Place(int64_t time_us, std::vector<morphbus::body_pose_t> b
 
 void MotionRecorder::LayOut(const std::vector<std::pair<int, int>>& bodies) {
   bodies_ = bodies;
-  places_ = bridge::PlacesInBodies(model_, robot_, dockings_, bodies);
+  places_ = bridge::PlacesInBodies<bridge::LinkPose>(model_, robot_, dockings_, bodies);
   PlaceLocked();
   masses_.assign(bodies.size(), {});
   complete_ = !bodies.empty();
@@ -286,7 +277,7 @@ void MotionRecorder::PlaceLocked() {
     for (int l = 0; l < static_cast<int>(places_[m].size()); ++l) {
       if (places_[m][l].body >= 0 || (!in_group.empty() && in_group[m][l].body >= 0)) continue;
       groups.emplace_back(m, l);
-      in_group = bridge::PlacesInBodies(model_, robot_, dockings_, groups);
+      in_group = bridge::PlacesInBodies<bridge::LinkPose>(model_, robot_, dockings_, groups);
     }
   }
   if (groups.empty()) return;

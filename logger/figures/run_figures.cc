@@ -279,17 +279,11 @@ RunFigures FiguresOf(const RunLog& log) {
   MotionRecorder recorder(*log.model, robot,
                           {log.tick_us, log.facts.mode == "realtime", RootLinkOf(robot, root)});
   // Messages name modules by numbers, which SENSORS explains; usually they are the model's.
-  std::map<int, int> index_of;
-  for (const ModuleSeries& module : log.modules) {
-    if (module.id >= 0 && module.model_index >= 0) index_of[module.id] = module.model_index;
-  }
-  const auto model_index = [&](int id) {
-    const auto found = index_of.find(id);
-    return static_cast<int16_t>(found == index_of.end() ? -1 : found->second);
-  };
+  const std::map<int, int> indices = ModelIndices(log);
+  const auto model_index = [&](int id) { return static_cast<int16_t>(ModelIndexOf(indices, id)); };
   const auto take_sensed = [&](const ModuleSeries& module, const SensorSample& sample) {
     std::vector<morphbus::docked_connector_t> docked = sample.docked;
-    for (auto& mate : docked) mate.mate_module = model_index(mate.mate_module);
+    for (auto& mate : docked) mate = WithModelIndex(indices, mate);
     recorder.TakeSensed(sample.time_us, module.model_index, sample.position, docked, sample.effort);
   };
   for (const ModuleSeries& module : log.modules) {

@@ -342,6 +342,25 @@ const ModuleSeries* RunLog::FindModule(const std::string& name) const {
   return nullptr;
 }
 
+std::map<int, int> ModelIndices(const RunLog& log) {
+  std::map<int, int> indices;
+  for (const ModuleSeries& module : log.modules) {
+    if (module.id >= 0 && module.model_index >= 0) indices[module.id] = module.model_index;
+  }
+  return indices;
+}
+
+int ModelIndexOf(const std::map<int, int>& model_indices, int id) {
+  const auto found = model_indices.find(id);
+  return found == model_indices.end() ? -1 : found->second;
+}
+
+morphbus::docked_connector_t WithModelIndex(const std::map<int, int>& model_indices,
+                                            morphbus::docked_connector_t docked) {
+  docked.mate_module = static_cast<int16_t>(ModelIndexOf(model_indices, docked.mate_module));
+  return docked;
+}
+
 Result<RunLog> LoadRunLog(const std::string& path, const RunLogOptions& options) {
   auto reader = EventLogReader::Open(path);
   if (!reader) return tl::unexpected(reader.error());

@@ -127,6 +127,15 @@ struct RunLog {
   [[nodiscard]] const ModuleSeries* FindModule(const std::string& name) const;
 };
 
+/// Index of each module in the model by its number in SENSORS, by which SENSORS and WORLD name it;
+/// modules that the model lacks are left out.
+std::map<int, int> ModelIndices(const RunLog& log);
+/// The index of a module by its number; -1 if there is none.
+int ModelIndexOf(const std::map<int, int>& model_indices, int id);
+/// What a connector senses, with the mate by its index.
+morphbus::docked_connector_t WithModelIndex(const std::map<int, int>& model_indices,
+                                            morphbus::docked_connector_t docked);
+
 /// What to read.
 struct RunLogOptions {
   /// Which run, if the file holds several; empty for the first that has INFO or CLOCK.
