@@ -61,7 +61,8 @@ Converter::Converter(std::shared_ptr<const RunModel> run, std::string source, Pr
     : run_(std::move(run)),
       source_(std::move(source)),
       text_(std::move(text)),
-      listener_(run_->run, run_->model_hash, NamesOf(*run_->robot)) {
+      listener_(run_->run, run_->model_hash, NamesOf(*run_->robot)),
+      words_(&run_->images, run_->has_program, run_->program_hash, run_->program_file) {
   // Until messages say otherwise, the robot is where and as its model declares it.
   X_WR_ = StandingOnGround(*run_);
   dockings_ = DeclaredDockings(run_->model, *run_->robot);
@@ -191,7 +192,7 @@ void Converter::OnClock(const RunMessage& /*message*/, morphbus::sim_clock_t clo
 
 void Converter::OnSensors(const RunMessage& /*message*/, morphbus::sensors_t sensors) {
   // SENSORS also hands out programs, whose names faults will need.
-  deployed_.Take(sensors, &deployed_bytes_);
+  deployed_.Take(sensors, &words_.deployed());
   if (!BeginGathering(sensors.header, &sensors_, &Converter::SendJoints)) return;
   for (const morphbus::module_sensors_t& reading : sensors.modules) {
     const int m = reading.module_id;

@@ -15,6 +15,7 @@
 #include <string_view>
 #include <vector>
 
+#include "bridge/observe/program_words.h"
 #include "bridge/observe/run_clock.h"
 #include "bridge/observe/run_listener.h"
 #include "bridge/observe/run_message.h"
@@ -125,11 +126,6 @@ class Converter : private RunMessageHandler {
   /// Serializes a message and hands it out.
   void Send(OutwardTopic topic, int64_t time_us, const google::protobuf::MessageLite& message);
 
-  /// The images of the program with this hash; null if it is not known.
-  const vm::VerifiedProgram* FindProgram(uint64_t hash);
-  /// The source file of a program, as a path or by its name in the image; empty if unknown.
-  /// @param program  the one with this hash, if it is known.
-  [[nodiscard]] std::string SourceFile(uint64_t hash, const vm::VerifiedProgram* program) const;
   /// The line of a program's text; empty if that is not known.
   std::string SourceLine(uint64_t hash, const std::string& file, int line);
   /// Modules that still answer.
@@ -174,8 +170,7 @@ class Converter : private RunMessageHandler {
 
   // Programs that came during the run.
   DeployedImages deployed_;
-  std::map<uint64_t, std::string> deployed_bytes_;
-  std::map<uint64_t, std::shared_ptr<ModuleImages>> programs_;
+  ProgramWords words_;
   std::map<uint64_t, std::shared_ptr<const std::vector<std::string>>> source_lines_;
   std::string buffer_;  ///< The message being sent.
 };

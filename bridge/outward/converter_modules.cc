@@ -1,14 +1,11 @@
 // What modules say of themselves: commands, roles, faults, ledgers.
 
-#include <fmt/format.h>
-
 #include <sstream>
 
 #include "bridge/outward/converter.h"
 #include "bridge/wire/vm_codec.h"
 #include "compiler/base/text.h"
 #include "vm/image/fault_text.h"
-#include "vm/image/print_line.h"
 
 namespace morphbus::bridge {
 namespace {
@@ -192,23 +189,6 @@ void Converter::SendModules() {
   Send(OutwardTopic::kModules, clock_.time_us(), modules);
 }
 
-const vm::VerifiedProgram* Converter::FindProgram(uint64_t hash) {
-  // The run's own program is the one of nearly all faults.
-  if (run_->has_program && run_->images.program().hash() == hash) return &run_->images.program();
-  const auto known = programs_.find(hash);
-  if (known != programs_.end()) {
-    return known->second == nullptr ? nullptr : &known->second->program();
-  }
-  const auto bytes = deployed_bytes_.find(hash);
-  if (bytes == deployed_bytes_.end()) return nullptr;
-  // An image that the verifier refuses has no names, and is not looked at again.
-  auto images = std::make_shared<ModuleImages>();
-  const std::string& image = bytes->second;
-  if (!images->AddProgram("program", {image.begin(), image.end()})) images = nullptr;
-  programs_[hash] = images;
-  return images == nullptr ? nullptr : &images->program();
-}
-
 std::string Converter::SourceLine(uint64_t hash, const std::string& file, int line) {
   // Line 0 is that of faults that have no place in the source.
   if (!text_ || line < 1) return "";
@@ -227,18 +207,16 @@ void Converter::SendFault(const morphbus::status_t& status, const morphbus::faul
                           int module) {
   const vm::Fault fault = FromFault(wire);
   const auto hash = static_cast<uint64_t>(status.header.program_hash);
-  vm::FaultContext context;
-  context.program = FindProgram(hash);
-  context.kinematics = run_->images.FindKinematics(run_->TypeOf(module).name);
+  const ReportWords words = words_.Fault(hash, run_->TypeOf(module).name, fault);
   // What happened and where, in words that need no image to be understood.
   morphbus::Fault out;
   SetTime(status.header.sim_time_us, out.mutable_timestamp());
   out.set_module(run_->robot->modules[module].name);
   out.set_role(EscapeControl(status.role_name));
   out.set_name(vm::FaultName(fault.code));
-  out.set_text(EscapeControl(vm::FaultSentence(fault, context)));
-  out.set_function(EscapeControl(vm::FaultFunction(fault, context.program)));
-  out.set_file(SourceFile(hash, context.program));
+  out.set_text(EscapeControl(words.text));
+  out.set_function(EscapeControl(words.function));
+  out.set_file(EscapeControl(words.file));
   out.set_line(fault.line);
   out.set_source_line(SourceLine(hash, out.file(), fault.line));
   Send(OutwardTopic::kFaults, status.header.sim_time_us, out);
@@ -250,30 +228,17 @@ void Converter::SendPrint(const morphbus::status_t& status, const morphbus::prin
                           int module) {
   const vm::PrintReport print = FromPrint(wire);
   const auto hash = static_cast<uint64_t>(status.header.program_hash);
-  const vm::VerifiedProgram* program = FindProgram(hash);
+  const ReportWords words = words_.Print(hash, run_->TypeOf(module).name, print);
   morphbus::Print out;
   SetTime(status.header.sim_time_us, out.mutable_timestamp());
   out.set_module(run_->robot->modules[module].name);
   out.set_role(EscapeControl(status.role_name));
-  // The texts are in the program's image, which may not be known here.
-  out.set_text(program == nullptr
-                   ? fmt::format("text {} of a program that is not known here", print.text)
-                   : EscapeControl(vm::PrintText(
-                         *program, run_->images.FindKinematics(run_->TypeOf(module).name),
-                         print.text, print.values, print.num_values)));
-  out.set_file(SourceFile(hash, program));
+  out.set_text(EscapeControl(words.text));
+  out.set_file(EscapeControl(words.file));
   out.set_line(print.line);
   Send(OutwardTopic::kPrints, status.header.sim_time_us, out);
   SendLog(status.header.sim_time_us, foxglove::Log::INFO, out.module(), out.text(),
           {out.file(), out.line()});
-}
-
-std::string Converter::SourceFile(uint64_t hash, const vm::VerifiedProgram* program) const {
-  // The description has the path as it was given; a program that was deployed has it in its image.
-  if (hash == run_->program_hash) return run_->program_file;
-  if (program == nullptr) return "";
-  const vm::Text source = program->source_name();
-  return EscapeControl({source.data, source.size});
 }
 
 void Converter::SendLog(int64_t time_us, foxglove::Log::Level level, const std::string& who,

@@ -8,13 +8,12 @@
 
 #include "bridge/module/module_instance.h"
 #include "bridge/observe/description_finder.h"
+#include "bridge/observe/program_words.h"
 #include "compiler/model/model_proto.h"
 #include "compiler/model/run_description.pb.h"
 #include "compiler/world/world_proto.h"
 #include "logger/log/event_log.h"
 #include "logger/log/run_log.h"
-#include "vm/image/fault_text.h"
-#include "vm/image/print_line.h"
 
 namespace morphbus::logger {
 namespace {
@@ -186,41 +185,22 @@ void WordFaults(const std::string& description, const std::map<uint64_t, std::st
   for (const proto::KinematicsImage& type : d.kinematics()) {
     if (!images->AddKinematics(type.type_name(), bytes(type.image()))) continue;
   }
-  // A program deployed during the run is not in the description; its source is named in its image.
-  std::vector<std::unique_ptr<bridge::ModuleImages>> others;
-  for (const auto& [hash, image] : deployed) {
-    auto other = std::make_unique<bridge::ModuleImages>();
-    if (other->AddProgram("program", bytes(image))) others.push_back(std::move(other));
-  }
-  // Each fault and line is worded with the images that it speaks of.
-  const auto program_of = [&](uint64_t hash, std::string* file) -> const vm::VerifiedProgram* {
-    for (const auto& other : others) {
-      if (other->program().hash() != hash) continue;
-      const vm::Text source = other->program().source_name();
-      file->assign(source.data, source.size);
-      return &other->program();
-    }
-    if (!has_program || images->program().hash() != hash) return nullptr;
-    *file = d.program_file();
-    return &images->program();
+  bridge::ProgramWords words(images.get(), has_program, d.program_hash(), d.program_file());
+  words.deployed() = deployed;
+  const auto place = [](const bridge::ReportWords& said, ProgramFact* fact) {
+    fact->text = said.text;
+    fact->file = said.file;
   };
   for (std::vector<FaultFact>* faults : {&facts->faults, &facts->ended.faults}) {
     for (FaultFact& fault : *faults) {
-      const vm::FaultContext context{program_of(fault.program_hash, &fault.file),
-                                     images->FindKinematics(fault.type_name)};
-      fault.text = vm::FaultSentence(fault.fault, context);
-      fault.function = vm::FaultFunction(fault.fault, context.program);
-      fault.task = vm::FaultTask(fault.fault, context.program);
+      const auto said = words.Fault(fault.program_hash, fault.type_name, fault.fault);
+      place(said, &fault);
+      fault.function = said.function;
+      fault.task = said.task;
     }
   }
   for (PrintFact& print : facts->prints) {
-    const vm::VerifiedProgram* program = program_of(print.program_hash, &print.file);
-    if (program == nullptr) {
-      print.text = "text " + std::to_string(print.print.text) + " of a program that the log lacks";
-      continue;
-    }
-    print.text = vm::PrintText(*program, images->FindKinematics(print.type_name), print.print.text,
-                               print.print.values, print.print.num_values);
+    place(words.Print(print.program_hash, print.type_name, print.print), &print);
   }
 }
 

@@ -13,6 +13,7 @@
 
 #include "bridge/observe/description_finder.h"
 #include "bridge/observe/gap_counter.h"
+#include "bridge/observe/program_words.h"
 #include "bridge/observe/run_clock.h"
 #include "bridge/observe/run_listener.h"
 #include "bridge/wire/channels.h"
@@ -197,6 +198,23 @@ TEST(RunClockTest, CommandsHoldTheRunSetItsSpeedAndLoseModules) {
   EXPECT_TRUE(clock.paused());
   EXPECT_EQ(clock.time_us(), 60'000);
   EXPECT_FALSE(clock.ended());
+}
+
+TEST(ProgramWordsTest, TheRunsOwnProgramHasItsFileAlsoWithoutItsImage) {
+  const ModuleImages none;
+  ProgramWords words(&none, false, 7, "models/walk.dyn");
+  vm::Fault fault{};
+  fault.function = 3;
+  fault.line = 12;
+  EXPECT_EQ(words.Fault(7, "Seg", fault).file, "models/walk.dyn");
+  EXPECT_EQ(words.Fault(7, "Seg", fault).function, "function 3");
+  EXPECT_EQ(words.Fault(8, "Seg", fault).file, "");
+  // Nor has a program that was deployed a name if its image is damaged.
+  words.deployed()[8] = "damaged";
+  EXPECT_EQ(words.Fault(8, "Seg", fault).file, "");
+  vm::PrintReport print{};
+  print.text = 3;
+  EXPECT_EQ(words.Print(8, "Seg", print).text, "text 3 of a program that is not known here");
 }
 
 TEST(GapCounterTest, CountsWhatIsMissingAsASetOfNumbersDoes) {

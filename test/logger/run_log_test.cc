@@ -259,9 +259,11 @@ TEST(RunLogTest, FaultsAreListedWithModuleRoleAndLine) {
   EXPECT_EQ(log.facts.faults[0].role, "Tip");
   EXPECT_EQ(log.facts.faults[0].fault.line, 17);
   EXPECT_EQ(log.facts.faults[0].time_us, 1'000'000);
-  // The synthetic log has no images, so the sentence has numbers in place of names.
+  // The synthetic log has no images, so the sentence has numbers in place of names. Whose program
+  // it is the description says by its hash, and so in which file.
   EXPECT_EQ(log.facts.faults[0].Line(),
-            "line 17: joint 1 was asked for 95.5 and can go to 90 only: clamped (in function 4)");
+            "synthetic.dyn:17: joint 1 was asked for 95.5 and can go to 90 only: clamped (in "
+            "function 4)");
   EXPECT_NE(FactsText(log.facts, true).find(log.facts.faults[0].Line()), std::string::npos);
 }
 

@@ -1,0 +1,59 @@
+#include "bridge/observe/program_words.h"
+
+#include <utility>
+
+#include "vm/image/print_line.h"
+
+namespace morphbus::bridge {
+
+ProgramWords::ProgramWords(const ModuleImages* images, bool has_program, uint64_t program_hash,
+                           std::string file)
+    : images_(images),
+      program_(has_program ? &images->program() : nullptr),
+      program_hash_(program_hash),
+      file_(std::move(file)) {}
+
+const vm::VerifiedProgram* ProgramWords::Find(uint64_t hash, std::string* file) {
+  // The run's own program is the one of nearly all reports; its file is called as it was given.
+  if (hash == program_hash_) *file = file_;
+  if (program_ != nullptr && program_->hash() == hash) return program_;
+  const auto image = deployed_.find(hash);
+  if (image == deployed_.end()) return nullptr;
+  auto known = verified_.find(hash);
+  if (known == verified_.end()) {
+    auto images = std::make_shared<ModuleImages>();
+    const std::string& bytes = image->second;
+    if (!images->AddProgram("program", {bytes.begin(), bytes.end()})) images = nullptr;
+    known = verified_.emplace(hash, std::move(images)).first;
+  }
+  if (known->second == nullptr) return nullptr;
+  const vm::VerifiedProgram& program = known->second->program();
+  const vm::Text source = program.source_name();
+  file->assign(source.data, source.size);
+  return &program;
+}
+
+ReportWords ProgramWords::Fault(uint64_t program_hash, const std::string& type,
+                                const vm::Fault& fault) {
+  ReportWords words;
+  const vm::FaultContext context{Find(program_hash, &words.file), images_->FindKinematics(type)};
+  words.text = vm::FaultSentence(fault, context);
+  words.function = vm::FaultFunction(fault, context.program);
+  words.task = vm::FaultTask(fault, context.program);
+  return words;
+}
+
+ReportWords ProgramWords::Print(uint64_t program_hash, const std::string& type,
+                                const vm::PrintReport& print) {
+  ReportWords words;
+  const vm::VerifiedProgram* program = Find(program_hash, &words.file);
+  if (program == nullptr) {
+    words.text = "text " + std::to_string(print.text) + " of a program that is not known here";
+    return words;
+  }
+  words.text = vm::PrintText(*program, images_->FindKinematics(type), print.text, print.values,
+                             print.num_values);
+  return words;
+}
+
+}  // namespace morphbus::bridge
