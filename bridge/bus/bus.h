@@ -126,9 +126,9 @@ class Bus {
   /// Drops the subscription to a channel or prefix of this name; nothing happens if there is none.
   virtual void Unsubscribe(const std::string& channel) = 0;
 
-  /// While `hold`, changes of subscriptions may wait until it ends: each one may cost the kernel a
+  /// While `batch`, changes of subscriptions may wait until it ends: each one may cost the kernel a
   /// filter.
-  virtual void HoldSubscriptions(bool /*hold*/) {}
+  virtual void BatchSubscriptions(bool /*batch*/) {}
 
   /// While `any`, every message ends a wait, also one on a channel that otherwise does not: for who
   /// waits for one that was lost.
@@ -155,13 +155,13 @@ class Bus {
 };
 
 /// Changes of subscriptions take effect together, when this is destroyed at the latest.
-class HeldSubscriptions {
+class SubscriptionBatch {
  public:
   /// `bus` outlives this.
-  explicit HeldSubscriptions(Bus* bus) : bus_(bus) { bus_->HoldSubscriptions(true); }
-  ~HeldSubscriptions() { bus_->HoldSubscriptions(false); }
-  HeldSubscriptions(const HeldSubscriptions&) = delete;
-  HeldSubscriptions& operator=(const HeldSubscriptions&) = delete;
+  explicit SubscriptionBatch(Bus* bus) : bus_(bus) { bus_->BatchSubscriptions(true); }
+  ~SubscriptionBatch() { bus_->BatchSubscriptions(false); }
+  SubscriptionBatch(const SubscriptionBatch&) = delete;
+  SubscriptionBatch& operator=(const SubscriptionBatch&) = delete;
 
  private:
   Bus* bus_;

@@ -20,7 +20,7 @@ class ForwardingBus : public Bus {
     inner_->Publish(channel, data, size);
   }
   void Unsubscribe(const std::string& channel) override { inner_->Unsubscribe(channel); }
-  void HoldSubscriptions(bool hold) override { inner_->HoldSubscriptions(hold); }
+  void BatchSubscriptions(bool batch) override { inner_->BatchSubscriptions(batch); }
   void WakeForAny(bool any) override { inner_->WakeForAny(any); }
   int HandleFor(int64_t timeout_us) override { return inner_->HandleFor(timeout_us); }
   [[nodiscard]] int64_t queue_overflows() const override { return inner_->queue_overflows(); }

@@ -139,7 +139,7 @@ void FaultyBus::Damage(std::vector<uint8_t>* bytes) {
   }
 }
 
-void FaultyBus::Deliver(const Held& message) {
+void FaultyBus::Deliver(const Delayed& message) {
   // The subscription may have ended while the message was held.
   const auto found = message.book->find(message.name);
   if (found == message.book->end()) return;
@@ -151,25 +151,26 @@ void FaultyBus::Deliver(const Held& message) {
 }
 
 void FaultyBus::Overtake(size_t count) {
-  std::vector<Held> due, waiting;
-  for (size_t i = 0; i < held_.size(); ++i) {
+  std::vector<Delayed> due, waiting;
+  for (size_t i = 0; i < delayed_.size(); ++i) {
     // Only those that waited before this message came were overtaken by it.
-    const bool over = i < count && --held_[i].remaining == 0;
-    (over ? due : waiting).push_back(std::move(held_[i]));
+    const bool over = i < count && --delayed_[i].remaining == 0;
+    (over ? due : waiting).push_back(std::move(delayed_[i]));
   }
-  held_ = std::move(waiting);
-  for (const Held& held : due) Deliver(held);
+  delayed_ = std::move(waiting);
+  for (const Delayed& message : due) Deliver(message);
 }
 
 Bus::Handler FaultyBus::Wrap(const Book* book, const std::string& name) {
   return [this, book, name](std::string_view channel, const uint8_t* data, size_t size) {
     // Copies of this message that are held from now on were not overtaken by it.
-    const size_t waiting = held_.size();
+    const size_t waiting = delayed_.size();
     const std::vector<Fate> fates = Draw(channel, data, size);
     injected_.discarded += fates.empty() ? 1 : 0;
     injected_.doubled += fates.size() > 1 ? 1 : 0;
     for (const Fate& fate : fates) {
-      Held copy = {book, name, std::string(channel), {data, data + size}, fate.damaged, fate.delay};
+      Delayed copy = {book,         name,      std::string(channel), {data, data + size},
+                      fate.damaged, fate.delay};
       if (fate.damaged) Damage(&copy.bytes);
       injected_.delayed += fate.delay > 0 || fate.late_us > 0 ? 1 : 0;
       if (fate.late_us > 0) {
@@ -177,7 +178,7 @@ Bus::Handler FaultyBus::Wrap(const Book* book, const std::string& name) {
       } else if (fate.delay == 0) {
         Deliver(copy);
       } else {
-        held_.push_back(std::move(copy));
+        delayed_.push_back(std::move(copy));
       }
     }
     Overtake(waiting);
@@ -192,7 +193,7 @@ std::optional<int64_t> FaultyBus::next_late_us() const {
 void FaultyBus::DeliverLate() {
   // What a handler does may make further messages late, which are not due yet.
   while (!late_.empty() && late_.begin()->first <= now_us_()) {
-    const Held message = std::move(late_.begin()->second);
+    const Delayed message = std::move(late_.begin()->second);
     late_.erase(late_.begin());
     Deliver(message);
   }

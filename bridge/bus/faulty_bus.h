@@ -91,7 +91,7 @@ class FaultyBus : public ForwardingBus {
   /// Handlers by the name under which they subscribed. Shared, so that one may replace itself.
   using Book = std::map<std::string, std::shared_ptr<Handler>>;
   /// A message that later ones overtake.
-  struct Held {
+  struct Delayed {
     const Book* book = nullptr;
     std::string name;  ///< Under which its handler is in the book.
     std::string channel;
@@ -111,8 +111,8 @@ class FaultyBus : public ForwardingBus {
   /// What happens to the copies of a message; empty if it is lost.
   std::vector<Fate> Draw(std::string_view channel, const uint8_t* data, size_t size);
   /// Hands a message to who subscribed under its name, if anybody still does.
-  void Deliver(const Held& message);
-  /// Another message has come: delivers those of the first `count` held ones that waited for it.
+  void Deliver(const Delayed& message);
+  /// Another message has come: delivers those of the first `count` delayed ones that waited for it.
   void Overtake(size_t count);
   /// Flips one to three bits.
   void Damage(std::vector<uint8_t>* bytes);
@@ -124,8 +124,8 @@ class FaultyBus : public ForwardingBus {
   uint64_t state_;                ///< Of the random numbers: splitmix64's counter.
   // By name, by prefix, and those told by both ends by their prefix.
   Book exact_, prefixes_, quiet_;
-  std::vector<Held> held_;             ///< Oldest first.
-  std::multimap<int64_t, Held> late_;  ///< By when they are due; of equal ones the oldest first.
+  std::vector<Delayed> delayed_;          ///< Oldest first.
+  std::multimap<int64_t, Delayed> late_;  ///< By when they are due; of equal ones the oldest first.
   std::function<int64_t()> now_us_;
   InjectedFaults injected_;
 };

@@ -63,7 +63,7 @@ class SendingBus : public Bus {
     interests_.erase(channel);
     if (subscriptions_.Remove(channel)) ChangeOrWait();
   }
-  void HoldSubscriptions(bool hold) override {
+  void BatchSubscriptions(bool hold) override {
     held_ = hold;
     if (!hold && std::exchange(changed_, false)) Changed();
   }

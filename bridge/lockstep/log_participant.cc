@@ -122,14 +122,14 @@ void LogParticipant::TakeHashed(const ChannelName& name, ReceivedStream* stream,
                                 const morphbus::header_t& header, LoggedMessage* message) {
   const bool end_heard = machine_.end_seen();
   fresh_end_ = false;
-  const Verdict verdict = TellMachine(name, stream, header, message->data, message->size);
-  message->bad = !verdict.has_value();
+  const MaybeTaken taken = TellMachine(name, stream, header, message->data, message->size);
+  message->bad = !taken.has_value();
   if (message->bad) return;
-  if (*verdict == Taken::kEarly) {
+  if (*taken == Taken::kEarly) {
     message->refused = true;
     return;
   }
-  if (*verdict == Taken::kImpossible) {
+  if (*taken == Taken::kImpossible) {
     const bool in_window = machine_.InWindow(header.tick, now_us());
     message->refused = true;
     return CountRefused(&Ledger::outside_window, message->channel,
@@ -145,7 +145,7 @@ void LogParticipant::TakeHashed(const ChannelName& name, ReceivedStream* stream,
                  "END, and then tick " + std::to_string(header.tick));
   }
   message->end = fresh_end_;
-  message->duplicate = *verdict == Taken::kKnown;
+  message->duplicate = *taken == Taken::kKnown;
   // A stream begins with a new payload: modules that nobody has named yet have none.
   if (stream == nullptr && !message->end && !message->duplicate) {
     stream = &BeginStream(message->channel);
@@ -172,8 +172,8 @@ void LogParticipant::TakeOther(const ChannelName& name, LoggedMessage* message) 
   }
 }
 
-LogParticipant::Verdict LogParticipant::TellClock(const morphbus::header_t& header,
-                                                  const uint8_t* data, size_t size) {
+LogParticipant::MaybeTaken LogParticipant::TellClock(const morphbus::header_t& header,
+                                                     const uint8_t* data, size_t size) {
   morphbus::sim_clock_t clock;
   if (!Decode(data, size, {options_.model_hash, 0}, &clock)) return std::nullopt;
   // The last CLOCK says why the run ended; the first one, how many messages a tick consists of.
@@ -199,10 +199,10 @@ LogParticipant::Verdict LogParticipant::TellClock(const morphbus::header_t& head
   return taken;
 }
 
-LogParticipant::Verdict LogParticipant::TellMachine(const ChannelName& name,
-                                                    const ReceivedStream* stream,
-                                                    const morphbus::header_t& header,
-                                                    const uint8_t* data, size_t size) {
+LogParticipant::MaybeTaken LogParticipant::TellMachine(const ChannelName& name,
+                                                       const ReceivedStream* stream,
+                                                       const morphbus::header_t& header,
+                                                       const uint8_t* data, size_t size) {
   // Each kind of message tells the machine something else. A kind that only counts is checked and
   // not decoded, which spares its arrays.
   switch (name.topic) {
@@ -233,10 +233,10 @@ bool LogParticipant::TakeNames(const uint8_t* data, size_t size) {
   return true;
 }
 
-LogParticipant::Verdict LogParticipant::TakeModule(const ChannelName& name,
-                                                   const ReceivedStream* stream,
-                                                   const morphbus::header_t& header,
-                                                   const uint8_t* data, size_t size) {
+LogParticipant::MaybeTaken LogParticipant::TakeModule(const ChannelName& name,
+                                                      const ReceivedStream* stream,
+                                                      const morphbus::header_t& header,
+                                                      const uint8_t* data, size_t size) {
   const Expectation expect{options_.model_hash, 0};
   // ACTUATOR alone says something that the machine needs to know.
   int64_t status_count = 0;

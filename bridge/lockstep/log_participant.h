@@ -130,7 +130,7 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   /// Takes a message on any channel of the run, and hands it to the recorder.
   void OnMessage(std::string_view channel, const uint8_t* data, size_t size);
   /// What the machine says of a message; nothing if the message is bad.
-  using Verdict = std::optional<LogLockstep::Taken>;
+  using MaybeTaken = std::optional<LogLockstep::Taken>;
   /// Takes a message on a hashed channel, of which `stream` has come (null: nothing): fills in what
   /// it is worth.
   void TakeHashed(const ChannelName& name, ReceivedStream* stream, const morphbus::header_t& header,
@@ -140,11 +140,11 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   // These check a message on a hashed channel and tell the machine that it has come. `name` is the
   // channel's, taken apart, and `stream` what has come on it, or null; TellMachine leaves the
   // modules' channels to TakeModule.
-  Verdict TellMachine(const ChannelName& name, const ReceivedStream* stream,
-                      const morphbus::header_t& header, const uint8_t* data, size_t size);
-  Verdict TellClock(const morphbus::header_t& header, const uint8_t* data, size_t size);
-  Verdict TakeModule(const ChannelName& name, const ReceivedStream* stream,
-                     const morphbus::header_t& header, const uint8_t* data, size_t size);
+  MaybeTaken TellMachine(const ChannelName& name, const ReceivedStream* stream,
+                         const morphbus::header_t& header, const uint8_t* data, size_t size);
+  MaybeTaken TellClock(const morphbus::header_t& header, const uint8_t* data, size_t size);
+  MaybeTaken TakeModule(const ChannelName& name, const ReceivedStream* stream,
+                        const morphbus::header_t& header, const uint8_t* data, size_t size);
   /// Whether the run has this channel. While SENSORS has not named all modules, some messages of
   /// others are let in.
   bool HasChannel(const ChannelName& name);

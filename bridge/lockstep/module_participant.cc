@@ -121,7 +121,7 @@ void ModuleParticipant::Start() {
   // The place of one that left nothing behind is taken once the sim tells which tick comes next.
   const bool takes_place = options_.incarnation > 1 && !resumed_;
   {
-    const HeldSubscriptions together(bus_);
+    const SubscriptionBatch together(bus_);
     ListenFor(kClockInterest, ChannelOf(kSimProcess, Topic::kClock), &ModuleParticipant::OnClock);
     Listen(ChannelOf(kSimProcess, Topic::kSensors), &ModuleParticipant::OnSensors);
     Listen(ChannelOf(options_.module, Topic::kAsk), &ModuleParticipant::OnAsk);

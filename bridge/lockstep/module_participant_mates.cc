@@ -78,7 +78,7 @@ void ModuleParticipant::LearnNames(const uint8_t* data, size_t size) {
 }
 
 void ModuleParticipant::UpdateSubscriptions(const std::vector<uint16_t>& mates, bool own_part) {
-  const HeldSubscriptions together(bus_);
+  const SubscriptionBatch together(bus_);
   // Neighbours come and go; whoever is not mated any more makes room.
   if (mailboxes_.size() >= kMostMailboxes) ForgetAllBut(mates);
   for (const uint16_t mate : mates) Watch(mate);

@@ -90,18 +90,18 @@ void Outbox::Commit(Streams::value_type* to, int64_t tick) {
     stream->kept.push_back(std::move(kept));
   }
   // While messages are held back, others go out at once.
-  if (held_ && stream->hashed) {
+  if (holding_back_ && stream->hashed) {
     outgoing_.emplace_back(to, &stream->kept.back());
     return;
   }
   bus_->Publish(to->first, scratch_.data(), scratch_.size());
 }
 
-void Outbox::Hold() { held_ = true; }
+void Outbox::Hold() { holding_back_ = true; }
 
 void Outbox::Release() {
   // In the order in which they were sent.
-  held_ = false;
+  holding_back_ = false;
   for (const auto& [to, kept] : outgoing_) {
     bus_->Publish(to->first, kept->bytes.data(), kept->bytes.size());
   }

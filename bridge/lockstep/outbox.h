@@ -176,7 +176,7 @@ class Outbox {
   std::vector<uint8_t> scratch_;
   uint64_t last_digest_ = 0;
   /// Between Hold and Release.
-  bool held_ = false;
+  bool holding_back_ = false;
   /// The channels of messages that are held back, and their places among the kept ones.
   std::vector<std::pair<const Streams::value_type*, const Kept*>> outgoing_;
   std::vector<std::vector<uint8_t>> spare_;  ///< Buffers of messages no longer kept.

@@ -58,7 +58,7 @@ SimParticipant::SimParticipant(Bus* bus, SimulatedRobot* robot, const TimeSource
 void SimParticipant::Start() {
   // HELLO and ASK have one channel for all senders, ACTUATOR one for each module.
   {
-    const HeldSubscriptions together(bus_);
+    const SubscriptionBatch together(bus_);
     Listen(ChannelOf("", Topic::kHello), &SimParticipant::OnHello);
     Listen(ChannelOf(kSimProcess, Topic::kAsk), &SimParticipant::OnAsk);
     for (size_t i = 0; i < options_.modules.size(); ++i) {

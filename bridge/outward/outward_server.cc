@@ -108,7 +108,7 @@ class OutwardServer::Impl::Client : public std::enable_shared_from_this<Client> 
       : server_(server), ws_(std::move(ws)), slot_(std::move(slot)) {}
 
   /// Answers the handshake; from then on the client is one of the server's.
-  void Accept(http::request<http::empty_body> request, const GateVerdict& verdict) {
+  void Accept(http::request<http::empty_body> request, const GateAnswer& answer) {
     beast::get_lowest_layer(ws_).expires_never();
     websocket::stream_base::timeout timeout = {};
     timeout.handshake_timeout = std::chrono::milliseconds(server_->options_.head_timeout_ms);
@@ -120,14 +120,14 @@ class OutwardServer::Impl::Client : public std::enable_shared_from_this<Client> 
     // A message is one frame, as small clients expect.
     ws_.auto_fragment(false);
     ws_.set_option(websocket::stream_base::decorator(
-        [protocol = verdict.protocol](websocket::response_type& response) {
+        [protocol = answer.protocol](websocket::response_type& response) {
           response.set(http::field::sec_websocket_protocol, protocol);
           response.set(http::field::server, "morphbus");
         }));
     // The request must live until it is answered.
     request_ = std::move(request);
     ws_.async_accept(
-        request_, [self = shared_from_this(), may_control = verdict.has_token](error_code error) {
+        request_, [self = shared_from_this(), may_control = answer.has_token](error_code error) {
           if (error) return self->server_->hub_.Count("malformed");
           // Frames go out at once, and what the client does not read soon shows.
           error_code ignored;
@@ -246,14 +246,14 @@ class OutwardServer::Impl::Request : public std::enable_shared_from_this<Request
   void Judge() {
     // The gate decides, by the head alone; the body is never read.
     const RequestHead head = HeadOf(parser_.get());
-    const GateVerdict verdict = JudgeRequest(head, server_->options_.gate);
-    if (!verdict.refused.empty()) return Refuse(verdict.status, verdict.refused, verdict.reason);
-    if (verdict.status != 101) return Respond(200, verdict.file->type, verdict.file->bytes);
+    const GateAnswer answer = JudgeRequest(head, server_->options_.gate);
+    if (!answer.refused.empty()) return Refuse(answer.status, answer.refused, answer.reason);
+    if (answer.status != 101) return Respond(200, answer.file->type, answer.file->bytes);
     const bool full = server_->hub_.num_guests() >= server_->options_.most_guests;
-    if (full && !verdict.has_token)
+    if (full && !answer.has_token)
       return Refuse(503, "connections", "too many clients without the token");
     std::make_shared<Client>(server_, WebSocket(std::move(stream_)), slot_)
-        ->Accept(parser_.release(), verdict);
+        ->Accept(parser_.release(), answer);
   }
 
   void Refuse(int status, const std::string& kind, const std::string& reason) {

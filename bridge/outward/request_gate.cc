@@ -63,17 +63,17 @@ std::string_view TokenOf(std::string_view query) {
 }
 
 /// A refusal: the HTTP status, the kind that is counted, and the reason for people.
-GateVerdict Refuse(int status, const char* kind, std::string reason) {
-  GateVerdict verdict;
-  verdict.status = status;
-  verdict.refused = kind;
-  verdict.reason = std::move(reason);
-  return verdict;
+GateAnswer Refuse(int status, const char* kind, std::string reason) {
+  GateAnswer answer;
+  answer.status = status;
+  answer.refused = kind;
+  answer.reason = std::move(reason);
+  return answer;
 }
 
 /// A WebSocket's part of the decision, once Host and token have been looked at.
-GateVerdict JudgeWebSocket(const RequestHead& head, const GatePolicy& policy,
-                           const std::string& path, bool has_token) {
+GateAnswer JudgeWebSocket(const RequestHead& head, const GatePolicy& policy,
+                          const std::string& path, bool has_token) {
   // A browser says from which site a page comes: only our own, and those that the user allowed.
   if (head.origins.size() > 1) return Refuse(400, "malformed", "several Origin headers");
   if (!head.origins.empty()) {
@@ -97,11 +97,11 @@ GateVerdict JudgeWebSocket(const RequestHead& head, const GatePolicy& policy,
   for (const std::string& offered : head.protocols) {
     for (const std::string_view known : kSubprotocols) {
       if (offered != known) continue;
-      GateVerdict verdict;
-      verdict.status = 101;
-      verdict.protocol = offered;
-      verdict.has_token = has_token;
-      return verdict;
+      GateAnswer answer;
+      answer.status = 101;
+      answer.protocol = offered;
+      answer.has_token = has_token;
+      return answer;
     }
   }
   return Refuse(400, "protocol", "the subprotocol is foxglove.websocket.v1 or foxglove.sdk.v1");
@@ -109,7 +109,7 @@ GateVerdict JudgeWebSocket(const RequestHead& head, const GatePolicy& policy,
 
 }  // namespace
 
-GateVerdict JudgeRequest(const RequestHead& head, const GatePolicy& policy) {
+GateAnswer JudgeRequest(const RequestHead& head, const GatePolicy& policy) {
   // A page of another site whose name was made to point here sends that name.
   if (head.hosts.size() != 1) return Refuse(400, "malformed", "expected one Host header");
   const std::string name = HostName(head.hosts.front());
@@ -134,10 +134,10 @@ GateVerdict JudgeRequest(const RequestHead& head, const GatePolicy& policy) {
   if (policy.token_to_read && !has_token && file->first == "/") {
     return Refuse(403, "token", "the URL needs the token that morphbus monitor printed");
   }
-  GateVerdict verdict;
-  verdict.file = &file->second;
-  verdict.has_token = has_token;
-  return verdict;
+  GateAnswer answer;
+  answer.file = &file->second;
+  answer.has_token = has_token;
+  return answer;
 }
 
 }  // namespace morphbus::bridge

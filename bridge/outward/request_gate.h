@@ -37,7 +37,7 @@ struct GatePolicy {
 };
 
 /// What a request gets.
-struct GateVerdict {
+struct GateAnswer {
   int status = 200;  ///< HTTP status; 101: a WebSocket.
   /// By what kind a refused request is counted: "host", "origin", "token", "path", "method",
   /// "malformed" or "protocol"; empty if it is not refused.
@@ -51,7 +51,7 @@ struct GateVerdict {
 /// The subprotocols that the server speaks.
 inline constexpr std::string_view kSubprotocols[] = {"foxglove.websocket.v1", "foxglove.sdk.v1"};
 
-/// Decides on a request. `policy` outlives the verdict, which points into it.
-GateVerdict JudgeRequest(const RequestHead& head, const GatePolicy& policy);
+/// Decides on a request. `policy` outlives the answer, which points into it.
+GateAnswer JudgeRequest(const RequestHead& head, const GatePolicy& policy);
 
 }  // namespace morphbus::bridge

@@ -214,8 +214,6 @@ class EventLogReader {
   };
   /// The watcher is told once in so many bytes of the log.
   static constexpr uint64_t kTellBytes = uint64_t{1} << 20;
-  /// Whether an event that looks right by itself is handed out.
-  enum class Verdict { kAccept, kReject };
 
   EventLogReader(std::string path, std::unique_ptr<LogBytes> bytes);
   /// Whether the log has all bytes before `end`.
@@ -239,9 +237,8 @@ class EventLogReader {
   bool IsCandidate(uint64_t offset, int64_t only_number);
   /// The first offset in [begin, limit) at which such an event begins.
   std::optional<uint64_t> Scan(uint64_t begin, uint64_t limit, int64_t only_number);
-  /// Decides whether a plausible event that is not followed by its successor is itself the damaged
-  /// one.
-  Verdict Judge(const Header& header);
+  /// False if a plausible event that is not followed by its successor is itself the damaged one.
+  bool IsSound(const Header& header);
   /// Reports why no event can be read at position_, and moves on to the next sound one.
   void SkipDamage();
   /// Compares the event's number with the expected one; `end` is where the event ends.

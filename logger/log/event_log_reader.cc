@@ -232,9 +232,9 @@ void EventLogReader::SkipDamage() {
   position_ = log_end;
 }
 
-/// The event at position_ is plausible by itself, but is not followed by its successor. Decides
-/// whether it is the one that is damaged; then position_ moves on.
-EventLogReader::Verdict EventLogReader::Judge(const Header& header) {
+/// The event at position_ is plausible by itself, but is not followed by its successor. False if it
+/// is the one that is damaged; then position_ moves on.
+bool EventLogReader::IsSound(const Header& header) {
   const uint64_t begin = position_;
   const uint64_t end = begin + header.event_size();
   const int64_t successor = Shift(header.number, 1);
@@ -242,14 +242,14 @@ EventLogReader::Verdict EventLogReader::Judge(const Header& header) {
   if (FollowedWell(end)) {
     // Wrong lengths may span whole events and end at a magic: then the successor is inside.
     next = Scan(begin + 4, end, successor);
-    if (!next) return Verdict::kAccept;
+    if (!next) return true;
   } else {
     next = Scan(begin + 4, end + kDecisionBytes, kAnyNumber);
     const std::optional<Header> found = next ? HeaderAt(*next) : std::nullopt;
-    if (!next) return Verdict::kAccept;  // What follows is damaged to the end of the file.
+    if (!next) return true;  // What follows is damaged to the end of the file.
     if (*next >= end && found->number != successor) {
       known_good_ = *next;
-      return Verdict::kAccept;
+      return true;
     }
   }
   // The event claims bytes in which a sound one begins: it is the damaged one.
@@ -258,7 +258,7 @@ EventLogReader::Verdict EventLogReader::Judge(const Header& header) {
                      begin, header.number, *next));
   expected_number_.reset();
   position_ = *next;
-  return Verdict::kReject;
+  return false;
 }
 
 void EventLogReader::CheckNumber(const Header& header, uint64_t end) {
@@ -333,7 +333,7 @@ bool EventLogReader::Next(LogEvent* event) {
     const bool sound = ahead == kLookaheadBytes && Get32(p + size) == kEventMagic &&
                        static_cast<int64_t>(Get64(p + size + 4)) == Shift(header.number, 1);
     if (!sound) {
-      if (Judge(header) == Verdict::kReject) continue;
+      if (!IsSound(header)) continue;
       p = Need(position_, size + ahead);
       if (p == nullptr) continue;
     }

@@ -169,7 +169,7 @@ TEST(Lcm, FiltersOfManyModulesFitIntoWhatOlderKernelsGive) {
     return "run/m" + std::to_string(module) + "/" + topic;
   };
   {
-    const HeldSubscriptions together(receiver.get());
+    const SubscriptionBatch together(receiver.get());
     for (int i = 0; i < kModules; ++i) {
       receiver->Subscribe(name(i, "ASK"), count);
       receiver->Subscribe(name(i, "TRANSFORM"), count, quiet);
@@ -240,7 +240,7 @@ TEST(Lcm, SubscriptionsThatAreHeldChangeTheFilterOnce) {
   receiver->Subscribe("run/old", note);
   const std::vector<int> before = FilterSizes();
   {
-    const HeldSubscriptions together(receiver.get());
+    const SubscriptionBatch together(receiver.get());
     for (const char* channel : {"run/a", "run/b", "run/c"}) receiver->Subscribe(channel, note);
     receiver->Unsubscribe("run/old");
     receiver->Unsubscribe("run/b");

@@ -63,7 +63,7 @@ class Board final : public vm::Hardware {
   void Send(int connector, const uint8_t* bytes, int size) override {
     for (int i = 0; i < size && connector == docked_; ++i) uart_.Put(bytes[i]);
   }
-  vm::ConnectorReading ReadConnector(int connector, const vm::Mate& mate) override {
+  vm::ConnectorReading ReadConnector(int connector, const vm::LinkedNeighbour& mate) override {
     if (connector != docked_ || !mate.heard || mate.silent_ticks > kGoneTicks) return {};
     vm::ConnectorReading reading = sensed_;
     reading.mate_module = mate.module;

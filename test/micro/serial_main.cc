@@ -54,7 +54,7 @@ class Machine final : public vm::Hardware {
   }
   /// The neighbour is known, and from the second tick on the tick that it computed last.
   [[nodiscard]] bool TickIsDue() const {
-    return firmware_->mate(docked_).heard && firmware_->lag() >= 0;
+    return firmware_->neighbour(docked_).heard && firmware_->lag() >= 0;
   }
 
   int Receive(int connector, uint8_t* bytes, int /*capacity*/) override {
@@ -72,7 +72,7 @@ class Machine final : public vm::Hardware {
     }
     longest = size > longest ? size : longest;
   }
-  vm::ConnectorReading ReadConnector(int connector, const vm::Mate& mate) override {
+  vm::ConnectorReading ReadConnector(int connector, const vm::LinkedNeighbour& mate) override {
     if (connector != docked_ || !mate.heard) return {};
     const vm::ConnectorReading& sensed = recorded.connectors[connector];
     return {.docked = true,

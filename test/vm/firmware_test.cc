@@ -78,7 +78,7 @@ class Bench final : public Hardware {
     }
   }
   /// Who is there, the mate says; how it is docked there, this bench knows.
-  ConnectorReading ReadConnector(int connector, const Mate& there) override {
+  ConnectorReading ReadConnector(int connector, const LinkedNeighbour& there) override {
     if (connector != docked_ || !there.heard || there.silent_ticks > kGoneTicks) return {};
     ConnectorReading reading = sensed_;
     reading.mate_module = there.module;
@@ -287,7 +287,7 @@ TEST_F(FirmwareTest, AMateThatFallsSilentIsGone) {
   ASSERT_EQ(RoleOf(1), "Follower");
   bench_[0]->mate = nullptr;
   Tick(kGoneTicks + 40);
-  EXPECT_EQ(firmware_[1]->mate(0).silent_ticks, kGoneTicks + 40);
+  EXPECT_EQ(firmware_[1]->neighbour(0).silent_ticks, kGoneTicks + 40);
   EXPECT_EQ(RoleOf(1), "");
   // The other way is as good as before, so the leader still hears its mate.
   EXPECT_EQ(RoleOf(0), "Leader");
@@ -302,7 +302,7 @@ TEST_F(FirmwareTest, ALinkThatNeverFallsSilentHoldsNothingUp) {
   Firmware firmware({}, kinematics_, program_, &state_[0], &hardware);
   firmware.Listen();
   firmware.Tick(0);
-  EXPECT_FALSE(firmware.mate(0).heard);
+  EXPECT_FALSE(firmware.neighbour(0).heard);
 }
 
 }  // namespace

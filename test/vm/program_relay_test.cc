@@ -83,8 +83,8 @@ class Row {
         }
       }
       relay.Receive(input);
-      if (relay.ready()) accepts(relay) ? relay.Hold() : relay.Refuse();
-      if (at_once && relay.held()) relay.Accept();
+      if (relay.ready()) accepts(relay) ? relay.Keep() : relay.Refuse();
+      if (at_once && relay.verified()) relay.Accept();
       relay.Fill(&next[i]);
       next[i].news.piece_bytes = PieceBytes(i);
     }
@@ -197,7 +197,7 @@ TEST(ProgramRelayTest, WhatIsHeldIsHandedOnBeforeItRuns) {
   const std::vector<uint8_t> image = PackageBytes(3000, 2, 500);
   row.Deploy(0, image, 99);
   row.Tick(100, false);
-  for (int i = 0; i < row.size(); ++i) EXPECT_TRUE(row[i].held()) << i;
+  for (int i = 0; i < row.size(); ++i) EXPECT_TRUE(row[i].verified()) << i;
   EXPECT_TRUE(row.AllRun(old));
   row.Tick(1);
   EXPECT_TRUE(row.AllRun(image)) << "all in the same tick";
@@ -211,9 +211,9 @@ TEST(ProgramRelayTest, SpreadTicksIsWhenTheLastOneHoldsIt) {
       row.Deploy(0, PackageBytes(size, 2, 500), 99);
       row.Tick(1, false);
       row.Tick(static_cast<int>(SpreadTicks(size, hops)) - 1, false);
-      EXPECT_FALSE(row[hops].held()) << size << " bytes over " << hops << " hops";
+      EXPECT_FALSE(row[hops].verified()) << size << " bytes over " << hops << " hops";
       row.Tick(1, false);
-      EXPECT_TRUE(row[hops].held()) << size << " bytes over " << hops << " hops";
+      EXPECT_TRUE(row[hops].verified()) << size << " bytes over " << hops << " hops";
     }
   }
 }
@@ -225,7 +225,7 @@ TEST(ProgramRelayTest, LossSlowsTheSpreadByNoMoreThanDeployersReckonWith) {
       Row row(5, loss, seed);
       row.Deploy(0, PackageBytes(4500, 2, 500), 99);
       int ticks = 0;
-      while (!row[4].held() && ticks < 10000) {
+      while (!row[4].verified() && ticks < 10000) {
         row.Tick(1, false);
         ++ticks;
       }
@@ -241,7 +241,7 @@ TEST(ProgramRelayTest, ANewerOneTakesThePlaceOfWhatIsHeld) {
   const std::vector<uint8_t> a = PackageBytes(3000, 2, 900), b = PackageBytes(2000, 3, 950);
   row.Deploy(0, a, 70);
   row.Tick(100, false);
-  ASSERT_TRUE(row[4].held());
+  ASSERT_TRUE(row[4].verified());
   // Its id is lower, but its module has heard of the other.
   row.Deploy(4, b, 60);
   row.Tick(100, false);
@@ -386,7 +386,7 @@ TEST(ProgramRelayTest, AStateThatPointsOutOfItsStoreIsNotSound) {
   EXPECT_FALSE(sound([](RelayState& s) { s.have = s.incoming.size + 1; }));
   EXPECT_FALSE(sound([](RelayState& s) { s.incoming.size = kMaxPackageBytes + 1; }));
   EXPECT_FALSE(sound([](RelayState& s) { s.whole = 1; }));
-  EXPECT_FALSE(sound([](RelayState& s) { s.held = 1; }));
+  EXPECT_FALSE(sound([](RelayState& s) { s.verified = 1; }));
   EXPECT_FALSE(sound([](RelayState& s) { s.place = 3; }));
   EXPECT_FALSE(sound([](RelayState& s) { s.place = 0, s.running.size = kPackageHeadBytes; }));
   EXPECT_FALSE(sound([](RelayState& s) { s.running.size += 1; }));

@@ -172,7 +172,7 @@ class Explorer {
     if (relay.ready()) {
       EXPECT_TRUE(IsPackage(relay.incoming_id(), relay.incoming_package(), relay.incoming_size()))
           << case_.name;
-      relay.Hold();
+      relay.Keep();
       relay.Accept();
       const PackageName& now = node->state.running;
       EXPECT_TRUE(now.version > before.version ||

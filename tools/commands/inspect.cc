@@ -31,7 +31,7 @@ void DropOld(Map* ticks) {
 InspectionListener::InspectionListener(bridge::Bus* bus, const ControlledRun& run,
                                        std::string module)
     : bus_(*bus), run_(run), module_(std::move(module)) {
-  const bridge::HeldSubscriptions together(bus);
+  const bridge::SubscriptionBatch together(bus);
   const std::string& name = run.entry.name;
   const auto take = [this](std::string_view channel, const uint8_t* data, size_t size) {
     Take(channel, data, size);

@@ -44,7 +44,8 @@ void Firmware::Hear(int connector) {
   const int packet_size = readers_[connector].body_size() - kHeaderBytes;
   if (packet_size < 0) return;
   const auto module = static_cast<uint16_t>(body[0] | body[1] << 8);
-  mates_[connector] = {.heard = true, .module = module, .connector = body[2], .silent_ticks = 0};
+  neighbours_[connector] = {
+      .heard = true, .module = module, .connector = body[2], .silent_ticks = 0};
   // Without a packet it is a greeting.
   if (packet_size == 0) return;
   NeighbourMessage* message = pool_.RoomFor(connector, &input_);
@@ -56,14 +57,15 @@ void Firmware::Hear(int connector) {
 }
 
 void Firmware::Tick(int64_t time_us) {
-  // Messages from far ahead are not believed, so a module that begins later leaps to its mates.
+  // Messages from far ahead are not believed, so a module that begins later leaps to its
+  // neighbours.
   input_.tick = lag() > kMaxTickAhead / 2 ? heard_tick_ : input_.tick + 1;
   input_.sim_time_us = time_us;
   for (int j = 0; j < kinematics_.num_joints(); ++j) {
     hardware_.ReadJoint(j, &input_.joint_position[j], &input_.joint_velocity[j]);
   }
   for (int c = 0; c < kinematics_.num_connectors(); ++c) {
-    input_.connectors[c] = hardware_.ReadConnector(c, mates_[c]);
+    input_.connectors[c] = hardware_.ReadConnector(c, neighbours_[c]);
     // A robot that only passes by spreads no program here.
     if (!input_.connectors[c].docked) input_.messages[c] = nullptr;
   }
@@ -74,7 +76,7 @@ void Firmware::Tick(int64_t time_us) {
   // What was heard counts in one tick.
   for (int c = 0; c < kinematics_.num_connectors(); ++c) {
     input_.messages[c] = nullptr;
-    ++mates_[c].silent_ticks;
+    ++neighbours_[c].silent_ticks;
   }
   input_.num_requests = 0;
   input_.has_root_pose = false;

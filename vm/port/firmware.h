@@ -9,7 +9,7 @@
 namespace morphbus::vm {
 
 /// Who speaks on a connector's link, by the frames that come there.
-struct Mate {
+struct LinkedNeighbour {
   bool heard = false;        ///< Whether there ever was one. The others are those of the last.
   uint16_t module = 0;       ///< VmConfig::module_id of who speaks.
   uint8_t connector = 0;     ///< Its connector, by number in its type.
@@ -24,8 +24,8 @@ class Hardware {
   virtual int Receive(int connector, uint8_t* bytes, int capacity) = 0;
   /// Sends all bytes, or, if the link has no room, none; what is lost is said anew next tick.
   virtual void Send(int connector, const uint8_t* bytes, int size) = 0;
-  /// What is docked here and how: from sensors, or from `mate` and a table, or both.
-  virtual ConnectorReading ReadConnector(int connector, const Mate& mate) = 0;
+  /// What is docked here and how: from sensors, or from `neighbour` and a table, or both.
+  virtual ConnectorReading ReadConnector(int connector, const LinkedNeighbour& neighbour) = 0;
   /// Where a joint is and how it moves, as in TickInput.
   virtual void ReadJoint(int joint, double* position, double* velocity) = 0;
   /// What a joint's actuator does from now on until it is told again.
@@ -49,7 +49,8 @@ class Firmware {
            const VerifiedProgram& program, VmState* state, Hardware* hardware,
            PackageStore* packages = nullptr);
 
-  /// Says on all links who is there. Not needed, but a mate is then known before the first tick.
+  /// Says on all links who is there. Not needed, but a neighbour is then known before the first
+  /// tick.
   void Greet() { SendAll(0); }
   /// Takes in what has come on the links. To be called so often that their buffers do not overflow.
   void Listen();
@@ -71,7 +72,9 @@ class Firmware {
   [[nodiscard]] int64_t lag() const { return heard_tick_ - input_.tick; }
   /// All that the VM said in it: role, faults and prints are for whoever can be told.
   [[nodiscard]] const TickOutput& output() const { return output_; }
-  [[nodiscard]] const Mate& mate(int connector) const { return mates_[connector]; }
+  [[nodiscard]] const LinkedNeighbour& neighbour(int connector) const {
+    return neighbours_[connector];
+  }
 
  private:
   /// Takes the frame that was found on a connector.
@@ -88,10 +91,10 @@ class Firmware {
   ProgramChanger programs_;
   TickInput input_;
   TickOutput output_;
-  /// The newest tick that any mate spoke of.
+  /// The newest tick that any neighbour spoke of.
   int64_t heard_tick_ = -1;
   // By connector: who is there, what has come of a frame; the messages that input_ points to.
-  Mate mates_[kMaxConnectors];
+  LinkedNeighbour neighbours_[kMaxConnectors];
   FrameReader readers_[kMaxConnectors];
   MessagePool pool_;
   /// The frame that is sent.

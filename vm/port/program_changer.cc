@@ -27,7 +27,7 @@ bool ProgramChanger::Resume() {
     program_ = placed;
   }
   // What waited for its tick waits on.
-  return !relay_.held() || VerifyIncoming();
+  return !relay_.verified() || VerifyIncoming();
 }
 
 bool ProgramChanger::VerifyIncoming() {
@@ -41,13 +41,13 @@ bool ProgramChanger::VerifyIncoming() {
   return PackageId(placed->hash(), head) == relay_.incoming_id();
 }
 
-void ProgramChanger::HoldIfReady() {
+void ProgramChanger::VerifyIfReady() {
   if (!relay_.ready()) return;
-  VerifyIncoming() ? relay_.Hold() : relay_.Refuse();
+  VerifyIncoming() ? relay_.Keep() : relay_.Refuse();
 }
 
 void ProgramChanger::SwitchIfDue(int64_t tick, Vm* vm) {
-  if (!relay_.held()) return;
+  if (!relay_.verified()) return;
   int64_t root_tick = 0;
   if (vm->RootTick(tick, &root_tick) && root_tick < switch_tick_) return;
   // The VM lets go of the old one.
@@ -58,12 +58,12 @@ void ProgramChanger::SwitchIfDue(int64_t tick, Vm* vm) {
 
 void ProgramChanger::BeforeTick(const TickInput& input, Vm* vm) {
   relay_.Receive(input);
-  HoldIfReady();
+  VerifyIfReady();
   SwitchIfDue(input.tick, vm);
 }
 
 bool ProgramChanger::Deploy(const uint8_t* package, uint32_t size, uint64_t id) {
-  // Not into the place of what is held, which a package that is refused shall not disturb.
+  // Not into the place of what was verified, which a package that is refused shall not disturb.
   VerifiedProgram program;
   PackageHead head;
   if (size > relay_.capacity() || !VerifyPackage(package, size, &program, &head)) return false;

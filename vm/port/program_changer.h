@@ -31,8 +31,9 @@ class ProgramChanger {
 
   /// Takes what the neighbours said of programs, and has a package verified that has come whole.
   /// Refused, it is remembered, so that it is not collected a second time. Then, if the tick of
-  /// what is held has come, `input` being of the tick to compute, the VM goes over to it. A module
-  /// that has heard of no root has no clock to wait by, and no role to lose: it goes at once.
+  /// what was verified has come, `input` being of the tick to compute, the VM goes over to it. A
+  /// module that has heard of no root has no clock to wait by, and no role to lose: it goes at
+  /// once.
   void BeforeTick(const TickInput& input, Vm* vm);
   /// Adds to the VM's message what this module says of programs.
   void AfterTick(NeighbourMessage* message) { relay_.Fill(message); }
@@ -50,13 +51,13 @@ class ProgramChanger {
  private:
   /// Verifies what lies in the incoming place.
   bool VerifyIncoming();
-  void HoldIfReady();
+  void VerifyIfReady();
   void SwitchIfDue(int64_t tick, Vm* vm);
 
   const VerifiedProgram& first_;
   const VerifiedProgram* program_;
   ProgramRelay relay_;
-  /// The programs in the two places of the store, and when the one that is held is to run.
+  /// The programs in the two places of the store, and when the one that was verified is to run.
   VerifiedProgram placed_[2];
   int64_t switch_tick_ = 0;
 };

@@ -89,7 +89,7 @@ struct BodyRecord {
   /// 0 if the joint is gone; the record stays so that late news is not believed.
   uint8_t live : 1 = 0;
   /// How many ticks the joint may go without news before it counts as gone.
-  uint8_t patience = 0;
+  uint8_t grace_ticks = 0;
   /// The newest stamp accepted: a tick of the joint's module.
   int32_t stamp = 0;
   /// Our tick when that stamp came.

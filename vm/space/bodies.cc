@@ -112,8 +112,8 @@ void MergeMessage(Context& context, int c, const NeighbourMessage& message, uint
     news.live = 1;
     // A body that is told in turns brings news of each joint only so often.
     const int turns = message.body_turns > 1 ? 2 * message.body_turns : 0;
-    const int patience = context.config.grace_ticks + turns;
-    news.patience = static_cast<uint8_t>(patience < 255 ? patience : 255);
+    const int grace = context.config.grace_ticks + turns;
+    news.grace_ticks = static_cast<uint8_t>(grace < 255 ? grace : 255);
     news.stamp = static_cast<int32_t>(entry.stamp);
     news.refreshed_tick = static_cast<int32_t>(tick);
     if (!Accept(news, &context.state.bodies[body], &near)) *overflow |= 1u << body;
@@ -124,7 +124,7 @@ void MergeMessage(Context& context, int c, const NeighbourMessage& message, uint
 void Age(int64_t tick, BodyTable* table) {
   for (int i = table->num - 1; i >= 0; --i) {
     BodyRecord& record = table->records[i];
-    if (tick - record.refreshed_tick > record.patience) record.live = 0;
+    if (tick - record.refreshed_tick > record.grace_ticks) record.live = 0;
     if (record.live == 0 && record.stamp <= tick - kBodyMemoryTicks) Remove(table, i);
   }
 }

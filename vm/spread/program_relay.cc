@@ -63,7 +63,7 @@ bool ProgramRelay::Sound() const {
       s.place < kFirst && running > kPackageHeadBytes && running <= store_.capacity();
   const bool incoming = s.incoming.size <= store_.capacity() && s.have <= s.incoming.size &&
                         (s.whole == 0 || (s.have == s.incoming.size && s.have > 0)) &&
-                        s.held <= s.whole;
+                        s.verified <= s.whole;
   return (first || placed) && incoming && s.cut > 0 && s.cut <= kFragmentBytes;
 }
 
@@ -77,10 +77,10 @@ const uint8_t* ProgramRelay::running_image() const {
 }
 
 void ProgramRelay::Begin(const PackageName& name) {
-  // What was held until now is older, and its bytes go.
+  // What was kept until now is older, and its bytes go.
   state_.incoming = name;
   state_.have = 0;
-  state_.whole = state_.held = 0;
+  state_.whole = state_.verified = 0;
 }
 
 // A neighbour has something newer than what we run, collect, hold or have refused: it is collected.
@@ -184,8 +184,8 @@ void ProgramRelay::Refuse() {
 }
 
 void ProgramRelay::CopyNewest(uint32_t offset, uint32_t size, uint8_t* out) const {
-  if (held() || state_.place != kFirst) {
-    std::memcpy(out, store_.Read(held() ? incoming_place() : state_.place) + offset, size);
+  if (verified() || state_.place != kFirst) {
+    std::memcpy(out, store_.Read(verified() ? incoming_place() : state_.place) + offset, size);
     return;
   }
   // The first program lies there without the head of a package.

@@ -14,8 +14,8 @@
 // it is. So modules of both profiles (vm/limits.h) collect from each other, and a store is only
 // ever appended to, as flash wants it.
 //
-// Use, each tick: Receive(input); if ready(), verify the package, then Hold() or Refuse(); if
-// held() and its tick has come, Vm::ReplaceProgram and Accept(); after Vm::Tick,
+// Use, each tick: Receive(input); if ready(), verify the package, then Keep() or Refuse(); if
+// verified() and its tick has come, Vm::ReplaceProgram and Accept(); after Vm::Tick,
 // Fill(&output.message). ProgramChanger (vm/port/program_changer.h) does all that.
 
 #include <cstdint>
@@ -53,7 +53,7 @@ struct RelayState {
   uint32_t cut = kFragmentBytes;  ///< Bytes of the pieces that are handed out.
   uint8_t wanted = 0;             ///< 1: a neighbour asked for a piece in this tick.
   uint8_t whole = 0;              ///< 1: all of `incoming` is in its place.
-  uint8_t held = 0;               ///< 1: it is verified, too, and waits for its tick.
+  uint8_t verified = 0;           ///< 1: it is verified, too, and waits for its tick.
   /// Where the program that runs lies: in place 0 or 1, or 2, where the module was started with it.
   uint8_t place = 2;
 };
@@ -80,8 +80,8 @@ class ProgramRelay {
   /// is refused.
   void Receive(const TickInput& input);
 
-  /// True when a newer package is complete and waits for Hold or Refuse.
-  [[nodiscard]] bool ready() const { return state_.whole != 0 && state_.held == 0; }
+  /// True when a newer package is complete and waits for Keep or Refuse.
+  [[nodiscard]] bool ready() const { return state_.whole != 0 && state_.verified == 0; }
   /// The place that what comes next is written to, and its bytes once they are whole.
   [[nodiscard]] int incoming_place() const { return state_.place == 0 ? 1 : 0; }
   [[nodiscard]] const uint8_t* incoming_package() const { return store_.Read(incoming_place()); }
@@ -89,10 +89,10 @@ class ProgramRelay {
   [[nodiscard]] uint64_t incoming_id() const { return state_.incoming.id; }
 
   /// The verifier accepted the package: neighbours get it from now on, though it does not run yet.
-  void Hold() { state_.held = 1; }
-  /// True from Hold() on, until the package runs or a newer one takes its place.
-  [[nodiscard]] bool held() const { return state_.held != 0; }
-  /// What is held runs from now on; its bytes stay where incoming_package() pointed.
+  void Keep() { state_.verified = 1; }
+  /// True from Keep() on, until the package runs or a newer one takes its place.
+  [[nodiscard]] bool verified() const { return state_.verified != 0; }
+  /// What was verified runs from now on; its bytes stay where incoming_package() pointed.
   void Accept();
   /// The verifier refused it; the old goes on, and this one is never asked for again.
   void Refuse();
@@ -123,7 +123,7 @@ class ProgramRelay {
   void OnWish(const ProgramNews& news);
   /// The newest package that this module can hand on.
   [[nodiscard]] const PackageName& Newest() const {
-    return held() ? state_.incoming : state_.running;
+    return verified() ? state_.incoming : state_.running;
   }
   /// Copies bytes of it.
   void CopyNewest(uint32_t offset, uint32_t size, uint8_t* out) const;
