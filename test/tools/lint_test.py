@@ -202,6 +202,46 @@ class PrintingTest(Tree):
         self.expect('tools/commands/x.cc', 'Say("stdout"); // std::cout would throw', 0)
 
 
+class GlossaryTest(Tree):
+    PAGE = ('# Map\n\n## Words\n\n| word | meaning | declared in |\n|---|---|---|\n'
+            '| held | what a module holds | `bridge/wire/held.h` |\n| neighbour | a module beside one | `vm/` |\n')
+
+    def expect(self, why=None, page=PAGE):
+        self.write('docs/architecture.md', page)
+        self.write('bridge/wire/held.h', 'struct HeldState {\n  int held_ = 0;  // what nobody held\n};\n')
+        self.write('vm/neighbours.h', 'void UpdateNeighbours(int tick);\n')
+        code, text = self.run_lint('glossary')
+        self.assertEqual(code, 1 if why else 0, text)
+        self.assertIn(why or '', text)
+
+    def test_words_where_the_glossary_has_them_are_accepted(self):
+        self.expect()
+
+    def test_a_second_meaning_is_rejected(self):
+        for line, name in (('class HeldSubscriptions {', 'HeldSubscriptions'), ('enum class Held : int {', 'Held'),
+                           ('  std::vector<int> held_;', 'held_'), ('  [[nodiscard]] bool held() const;', 'held'),
+                           ('inline constexpr int kMostHeld = 3;', 'kMostHeld'), ('  kHeld,', 'kHeld'),
+                           ('  uint8_t held : 1 = 0;', 'held'), ('using Held = std::vector<int>;', 'Held')):
+            with self.subTest(line):
+                self.write('bridge/bus/bus.h', f'// A bus.\n{line}\n')
+                self.expect(f"bridge/bus/bus.h:2: error: '{name}': 'held' has a meaning already")
+
+    def test_what_only_sounds_alike_or_is_said_in_passing_is_accepted(self):
+        self.write('bridge/bus/bus.h', '// Held.\nvoid Hold(int upheld);  // held\nconst char* Text() { return "held"; }\n')
+        self.expect()
+
+    def test_places_that_do_not_have_the_word_are_rejected(self):
+        self.expect("'held': nothing in vm/run/ is called so", self.PAGE.replace('held.h`', 'held.h`, `vm/run/`'))
+
+    def test_more_words_than_a_reader_learns_are_rejected(self):
+        rows = ''.join(f'| word{chr(97 + i // 26)}{chr(97 + i % 26)} | - | - |\n' for i in range(39))
+        self.expect('41 words', self.PAGE + rows)
+
+    def test_a_page_without_the_table_cannot_be_read(self):
+        self.write('docs/architecture.md', '# Map\n')
+        self.assertEqual(self.run_lint('glossary')[0], 2)
+
+
 class ArithmeticTest(Tree):
     def setUp(self):
         super().setUp()
