@@ -60,6 +60,14 @@ add_library(morphbus_deflate INTERFACE)
 target_include_directories(morphbus_deflate SYSTEM INTERFACE ${DEFLATE_INCLUDE_DIR})
 target_link_libraries(morphbus_deflate INTERFACE ${DEFLATE_LIBRARY})
 
+# libsodium for its SipHash. Linked in where its archive is installed: a process a module would load a library for one
+# function. Debian ships no CMake config of it.
+find_path(SODIUM_INCLUDE_DIR sodium/crypto_shorthash_siphash24.h REQUIRED)
+find_library(SODIUM_LIBRARY NAMES libsodium.a sodium REQUIRED)
+add_library(morphbus_sodium INTERFACE)
+target_include_directories(morphbus_sodium SYSTEM INTERFACE ${SODIUM_INCLUDE_DIR})
+target_link_libraries(morphbus_sodium INTERFACE ${SODIUM_LIBRARY})
+
 find_path(XXHASH_INCLUDE_DIR xxhash.h REQUIRED)
 find_path(EXPECTED_INCLUDE_DIR tl/expected.hpp REQUIRED)
 

@@ -9,15 +9,24 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace morphbus::bridge {
 
 /// Longest name of a channel, bytes: LCM's limit.
 inline constexpr size_t kMaxChannelName = 63;
 
+/// What was dropped unread because it had not the run's key (bridge/wire/sealed_bus.h), in
+/// messages.
+struct UnauthenticCounts {
+  int64_t all = 0;
+  /// By channel, in order of their first message; those of further channels only the sum has.
+  std::vector<std::pair<std::string, int64_t>> channels;
+};
+
 /// What a process sent, received, missed and refused since it began; travels in HEALTH. Every
-/// message that arrives counts as received or as bad; those that were sound and yet refused count
-/// as received, and once more below.
+/// authentic message that arrives counts as received or as bad; those that were sound and yet
+/// refused count as received, and once more below.
 struct Ledger {
   /// Messages accepted, and messages published for the first time.
   int64_t received = 0;
@@ -33,11 +42,11 @@ struct Ledger {
   int64_t queue_overflows = 0;
   int64_t bad = 0;
   int64_t missed_deadlines = 0;
-  /// The sim's: commands on CONTROL that were refused because they were not signed with the run's
-  /// key, came again, were signed too long ago, or could not be read.
-  int64_t forged_commands = 0;
-  int64_t replayed_commands = 0;
-  int64_t late_commands = 0;
+  /// Messages that had not the run's key.
+  UnauthenticCounts unauthentic;
+  /// The sim's: commands on CONTROL that were refused because they had been taken already or came
+  /// after a later one, or because they could not be read.
+  int64_t old_commands = 0;
   int64_t malformed_commands = 0;
   /// Messages that arrived twice, after later ones, or with flipped bits, on purpose (--faults).
   int64_t doubled = 0;
@@ -58,7 +67,8 @@ struct Ledger {
   int64_t hasty_requests = 0;
   /// Filters that the kernel refused: every message of anybody woke the process from then on.
   int64_t refused_filters = 0;
-  /// The first message that one of these six counted, for people; empty if there was none.
+  /// The first message that was refused as unauthentic or by one of these six, for people; empty if
+  /// there was none.
   std::string first_refused;
 };
 
@@ -145,6 +155,12 @@ class Bus {
 
   /// Fragments of long messages, which nobody of ours sends; refused unread.
   [[nodiscard]] virtual int64_t fragments() const { return 0; }
+
+  /// Messages dropped unread because they had not the run's key; only a SealedBus looks.
+  [[nodiscard]] virtual const UnauthenticCounts& unauthentic() const {
+    static const UnauthenticCounts none;
+    return none;
+  }
 
   /// How often the kernel refused to filter what this bus does not need, so that everything on it
   /// wakes the process.

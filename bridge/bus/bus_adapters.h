@@ -25,6 +25,9 @@ class ForwardingBus : public Bus {
   int HandleFor(int64_t timeout_us) override { return inner_->HandleFor(timeout_us); }
   [[nodiscard]] int64_t queue_overflows() const override { return inner_->queue_overflows(); }
   [[nodiscard]] int64_t fragments() const override { return inner_->fragments(); }
+  [[nodiscard]] const UnauthenticCounts& unauthentic() const override {
+    return inner_->unauthentic();
+  }
   [[nodiscard]] int64_t refused_filters() const override { return inner_->refused_filters(); }
   [[nodiscard]] InjectedFaults injected() const override { return inner_->injected(); }
 

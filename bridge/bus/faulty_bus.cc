@@ -9,9 +9,9 @@ namespace {
 /// Bits that a random number has to spare, as many as a double holds exactly.
 constexpr int kRandomBits = 53;
 
-/// Where tick and sim time stand in a payload: behind fingerprint, CRC and protocol
+/// Where tick and sim time stand in a payload: behind fingerprint, CRC, auth and protocol
 /// (lcmtypes/header_t.lcm).
-constexpr size_t kTickOffset = 16, kSimTimeOffset = 24, kSimTimeEnd = 32;
+constexpr size_t kTickOffset = 24, kSimTimeOffset = 32, kSimTimeEnd = 40;
 
 /// A number of eight bytes in network order.
 int64_t ReadBig(const uint8_t* data) {

@@ -7,6 +7,7 @@
 
 #include "bridge/wire/channels.h"
 #include "bridge/wire/codec.h"
+#include "bridge/wire/sealed_bus.h"
 
 namespace morphbus::bridge {
 namespace {
@@ -18,17 +19,24 @@ constexpr int64_t kRepeatUs = 2000;
 constexpr int64_t kAskAgainUs = 200'000;
 /// What exit statuses 2 and 3 mean to who gave the command (docs/cli.md).
 constexpr int kUnusableStatus = 2, kFailedStatus = 3;
-/// The answer to a signed command that a later one has overtaken.
+/// The answer to a command that a later one has overtaken.
 constexpr const char* kOvertakenText = "a later command came first; give it again";
+
+/// The message of a command or an answer; the outbox fills in the rest.
+morphbus::control_t MessageOf(int64_t counter, const std::string& text) {
+  morphbus::control_t message;
+  message.counter = counter;
+  message.command = text;
+  return message;
+}
 
 }  // namespace
 
 ControlService::ControlService(Bus* bus, const TimeSource* time, const Sender& sender,
-                               const ControlKey& key, Ledger* ledger, Execute execute)
+                               Ledger* ledger, Execute execute)
     : time_(*time),
-      key_(key),
       ledger_(*ledger),
-      guard_(key, ledger),
+      filter_(ledger),
       outbox_(bus, sender, ledger),
       channel_(Channel(sender.run, "", Topic::kControl)),
       execute_(std::move(execute)) {
@@ -45,7 +53,7 @@ void ControlService::Answer(const ControlAnswer& answer) {
 }
 
 void ControlService::Send(const ControlAnswer& answer) {
-  morphbus::control_t message = Seal(key_, time_.NowUs(), AnswerText(answer));
+  morphbus::control_t message = MessageOf(time_.NowUs(), AnswerText(answer));
   outbox_.Send(channel_, answer.tick, 0, &message);
 }
 
@@ -75,23 +83,18 @@ void ControlService::OnMessage(const uint8_t* data, size_t size) {
     ++ledger_.malformed_commands;
     return;
   }
-  // A sound message still may be anybody's.
   ++ledger_.received;
-  using Verdict = ControlGuard::Verdict;
-  switch (guard_.Judge(message, time_.NowUs())) {
-    // Whoever has no key gets no answer, and what is ours we know.
-    case Verdict::kForged:
-    case Verdict::kAnswer:
-    case Verdict::kLate:
+  switch (filter_.Take(message)) {
+    case CommandFilter::Kind::kAnswer:
       return;
-    case Verdict::kAgain:
+    case CommandFilter::Kind::kAgain:
       return Repeat(message.counter);
-    case Verdict::kOvertaken:
+    case CommandFilter::Kind::kOvertaken:
       return AnswerOvertaken(message.counter);
-    case Verdict::kObey:
+    case CommandFilter::Kind::kNew:
       break;
   }
-  // Signed and new: what it says is its sender's own doing, and so is a mistake in it.
+  // What it says is its sender's own doing, and so is a mistake in it.
   const Result<ControlCommand> command = ParseControl(message.command);
   if (command) return execute_(message.counter, *command);
   ++ledger_.malformed_commands;
@@ -100,25 +103,24 @@ void ControlService::OnMessage(const uint8_t* data, size_t size) {
 }
 
 Result<ControlAnswer> GiveCommand(Bus* bus, const TimeSource& time, const Sender& sender,
-                                  const ControlKey& key, const std::string& command,
+                                  const RunKey& key, const std::string& command,
                                   int64_t patience_us, const std::function<bool()>& stop) {
   // The tool is no process of the run, so that its ledger serves nobody.
   Ledger ledger;
-  Outbox outbox(bus, sender, &ledger);
+  SealedBus sealed(bus, key);
+  Outbox outbox(&sealed, sender, &ledger);
   const std::string channel = Channel(sender.run, "", Topic::kControl);
-  morphbus::control_t message = Seal(key, time.NowUs(), command);
-  // Only an answer that is signed, and to this very command, is believed.
+  morphbus::control_t message = MessageOf(time.NowUs(), command);
+  // Of the answers that to this very command is meant.
   std::optional<ControlAnswer> answer;
-  bus->Subscribe(channel, [&](std::string_view, const uint8_t* data, size_t size) {
+  sealed.Subscribe(channel, [&](std::string_view, const uint8_t* data, size_t size) {
     morphbus::control_t heard;
     if (!Decode(data, size, {sender.model_hash, 0}, &heard) || !IsAnswer(heard.command)) return;
-    const std::array<uint8_t, 32> mac = ControlMac(key, heard.counter, heard.command);
-    if (!std::equal(mac.begin(), mac.end(), heard.mac)) return;
     const Result<ControlAnswer> parsed = ParseAnswer(heard.command);
     if (!parsed || parsed->counter != message.counter) return;
-    // Two tools at once: the one that came second signs anew.
+    // Two tools at once: the one that came second says it anew.
     if (parsed->reason == kOvertakenText) {
-      message = Seal(key, time.NowUs(), command);
+      message = MessageOf(time.NowUs(), command);
     } else {
       answer = *parsed;
     }
@@ -131,9 +133,9 @@ Result<ControlAnswer> GiveCommand(Bus* bus, const TimeSource& time, const Sender
       outbox.Send(channel, 0, 0, &message);
       next_us = time.NowUs() + kAskAgainUs;
     }
-    bus->Handle(20);
+    sealed.Handle(20);
   }
-  bus->Unsubscribe(channel);
+  sealed.Unsubscribe(channel);
   if (!answer) return Fail("run " + sender.run + " does not answer");
   return *answer;
 }

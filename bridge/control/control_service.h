@@ -6,14 +6,15 @@
 #include <functional>
 #include <string>
 
+#include "bridge/control/command_filter.h"
 #include "bridge/control/control_command.h"
-#include "bridge/control/control_seal.h"
 #include "bridge/lockstep/outbox.h"
 #include "bridge/lockstep/participant.h"
+#include "bridge/wire/run_key.h"
 
 namespace morphbus::bridge {
 
-/// The sim's end: hands signed commands on, once each, and answers them. A command that comes again
+/// The sim's end: hands commands on, once each, and answers them. A command that comes again
 /// because its sender has not heard the answer is answered again, at most every 2 ms; so is one
 /// that a later one overtook.
 class ControlService {
@@ -21,10 +22,11 @@ class ControlService {
   /// Called with each command that is to be obeyed. Answer() may be called at once or later.
   using Execute = std::function<void(int64_t counter, const ControlCommand& command)>;
 
-  /// `sender`: the run and the model that commands must speak of. `bus`, `time` (the machine's
-  /// monotonic clock) and `ledger`, the sim's, outlive the service.
-  ControlService(Bus* bus, const TimeSource* time, const Sender& sender, const ControlKey& key,
-                 Ledger* ledger, Execute execute);
+  /// `sender`: the run and the model that commands must speak of. `bus` (which lets through only
+  /// what has the run's key), `time` (the machine's monotonic clock) and `ledger`, the sim's,
+  /// outlive the service.
+  ControlService(Bus* bus, const TimeSource* time, const Sender& sender, Ledger* ledger,
+                 Execute execute);
 
   /// Publishes what became of a command.
   void Answer(const ControlAnswer& answer);
@@ -46,11 +48,10 @@ class ControlService {
     /// On the monotonic clock, microseconds.
     int64_t sent_us = 0;
   };
-  // Who may speak, by which clock, and what is counted of it.
+  // By which clock, which commands are new, and what is counted of the others.
   const TimeSource& time_;
-  ControlKey key_;
   Ledger& ledger_;
-  ControlGuard guard_;
+  CommandFilter filter_;
   // Answers go out on their channel, numbered apart from the sim's other messages.
   Outbox outbox_;
   std::string channel_;
@@ -60,10 +61,10 @@ class ControlService {
 };
 
 /// A tool's end: gives one command and waits for the answer, repeating the command until it comes.
-/// Fails if none comes within `patience_us`, or if `stop` (may be null) says so. `time` is the
-/// machine's monotonic clock.
+/// Fails if none comes within `patience_us`, or if `stop` (may be null) says so. `bus` is open to
+/// all, and `key` the run's; `time` is the machine's monotonic clock.
 Result<ControlAnswer> GiveCommand(Bus* bus, const TimeSource& time, const Sender& sender,
-                                  const ControlKey& key, const std::string& command,
+                                  const RunKey& key, const std::string& command,
                                   int64_t patience_us, const std::function<bool()>& stop);
 
 }  // namespace morphbus::bridge

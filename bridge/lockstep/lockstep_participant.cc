@@ -35,6 +35,13 @@ void ParticipantBase::CountBusLosses() {
   ledger_.corrupted = injected.corrupted;
   ledger_.fragments = bus_->fragments();
   ledger_.refused_filters = bus_->refused_filters();
+  // Names are copied only when there is something new.
+  const UnauthenticCounts& unauthentic = bus_->unauthentic();
+  if (unauthentic.all != ledger_.unauthentic.all) ledger_.unauthentic = unauthentic;
+  if (unauthentic.all > 0 && ledger_.first_refused.empty()) {
+    ledger_.first_refused =
+        unauthentic.channels.front().first + ": not authentic: of another run, altered or made up";
+  }
   if (ledger_.fragments > 0 && ledger_.first_refused.empty()) {
     ledger_.first_refused = "a fragment of a message that is longer than a datagram";
   }

@@ -157,7 +157,7 @@ void LogParticipant::TakeHashed(const ChannelName& name, ReceivedStream* stream,
   }
   // Gaps, repeats and contradictions go to the ledger, new payloads into the channel's hash.
   if (stream == nullptr) return;
-  const uint64_t digest = DigestOf(message->data, message->size);
+  const uint64_t digest = MessageDigest(message->data, message->size);
   Track(&stream->tracker, message->channel, header.sequence, digest);
   if (!message->duplicate) AddToStream(stream, name, header, digest);
 }

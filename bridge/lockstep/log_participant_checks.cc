@@ -117,7 +117,7 @@ void LogParticipant::AddRecordedSums(TotalsReport* report) const {
     TakenSum all = {stream->count, stream->sum};
     // END is the last message on CLOCK.
     if (channel == clock && !end_clock_.empty()) {
-      all.Add(DigestOf(end_clock_.data(), end_clock_.size()));
+      all.Add(MessageDigest(end_clock_.data(), end_clock_.size()));
     }
     entry.count = all.count;
     entry.sum = static_cast<int64_t>(all.sum);

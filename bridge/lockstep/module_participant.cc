@@ -194,7 +194,7 @@ void ModuleParticipant::OnSensors(const uint8_t* data, size_t size) {
   mates.clear();
   if (mine != nullptr) {
     // Of the parts only ours is needed for good, so its ticks are counted.
-    const uint64_t digest = DigestOf(data, size);
+    const uint64_t digest = MessageDigest(data, size);
     // What cannot be ours takes nobody's place. A reading for the tick to come is taken over before
     // the machine may ask for its computation.
     vm::TickInput input;
@@ -268,7 +268,7 @@ void ModuleParticipant::OnTransform(uint16_t mate, const uint8_t* data, size_t s
         &Ledger::outside_window, channel,
         "tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));
   }
-  const uint64_t digest = DigestOf(data, size);
+  const uint64_t digest = MessageDigest(data, size);
   if (!Track(&mailbox.tracker, channel, transform.header.sequence, digest)) return;
   // The machine may compute at once: the content must be in place before it hears of it.
   const auto slot = static_cast<size_t>(tick & 1);

@@ -50,7 +50,7 @@ void ModuleParticipant::TakeEarly(uint16_t mate) {
 }
 
 bool ModuleParticipant::TakeKnownPart(const uint8_t* data, size_t size) {
-  const NameDirectory::Part* part = directory_->PartOf(DigestOf(data, size));
+  const NameDirectory::Part* part = directory_->PartOf(MessageDigest(data, size));
   if (part == nullptr || std::ranges::binary_search(part->modules, options_.module_id))
     return false;
   ++ledger_.received;
@@ -74,7 +74,7 @@ void ModuleParticipant::LearnNames(const uint8_t* data, size_t size) {
     part.modules.push_back(reading.module_id);
   });
   std::ranges::sort(part.modules);
-  directory_->AddPart(DigestOf(data, size), std::move(part));
+  directory_->AddPart(MessageDigest(data, size), std::move(part));
 }
 
 void ModuleParticipant::UpdateSubscriptions(const std::vector<uint16_t>& mates, bool own_part) {

@@ -54,8 +54,9 @@ Outbox::Streams::value_type& Outbox::StreamOf(Sending* channel) {
 
 void Outbox::FillHeader(const Stream& stream, int64_t tick, int64_t sim_time_us,
                         morphbus::header_t* header) {
-  // The CRC is put in once the message is encoded.
+  // CRC and auth are put in once the message is encoded.
   header->crc32 = 0;
+  header->auth = 0;
   header->protocol = morphbus::header_t::PROTOCOL;
   header->tick = tick;
   header->sim_time_us = sim_time_us;
@@ -71,7 +72,7 @@ void Outbox::Commit(Streams::value_type* to, int64_t tick) {
   // Numbered and counted; what counts for the hash is also hashed and kept.
   const int64_t sequence = stream->next_sequence++;
   ++ledger_->sent;
-  last_digest_ = DigestOf(scratch_.data(), scratch_.size());
+  last_digest_ = MessageDigest(scratch_.data(), scratch_.size());
   if (stream->hashed) {
     stream->hash.Add(last_digest_);
     stream->sum += last_digest_;

@@ -18,7 +18,7 @@ size_t SizeOf(const ask_t& ask) { return static_cast<size_t>(ask.getEncodedSize(
 uint64_t ContentOf(ask_t part) {
   part.header = morphbus::header_t();
   // LCM's structs leave their numbers unset.
-  part.header.crc32 = part.header.protocol = 0;
+  part.header.auth = part.header.crc32 = part.header.protocol = 0;
   part.header.tick = part.header.sim_time_us = part.header.sequence = 0;
   part.header.model_hash = part.header.program_hash = 0;
   std::vector<uint8_t> bytes;

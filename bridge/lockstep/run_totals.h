@@ -27,7 +27,7 @@ namespace morphbus::bridge {
 struct TakenSum {
   int64_t count = 0;
   uint64_t sum = 0;
-  /// Adds a message by the XXH3 of its bytes (DigestOf).
+  /// Adds a message by the XXH3 of its bytes (MessageDigest).
   void Add(uint64_t digest) {
     ++count;
     sum += digest;

@@ -34,7 +34,7 @@ class SequenceTracker {
   /// one that came before with the same bytes (or so long ago that nobody knows), or one that came
   /// before with others.
   enum class Kind : uint8_t { kNext, kAfterGap, kLate, kDuplicate, kConflict };
-  /// Takes a number, with a hash of the bytes that stand under it (DigestOf); counts gaps into
+  /// Takes a number, with a hash of the bytes that stand under it (MessageDigest); counts gaps into
   /// `ledger->lost` and repeats into `ledger->duplicates`. Of a number with other bytes than those
   /// that came first nothing is counted here. The first number ever taken opens the row, whatever
   /// it is; the caller makes sure that no number is far ahead.

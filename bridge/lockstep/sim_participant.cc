@@ -171,7 +171,7 @@ void SimParticipant::OnActuator(size_t module, const uint8_t* data, size_t size)
         "tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));
   }
   // Old and repeated commands count in the ledger; only the first one of this tick is used.
-  const uint64_t digest = DigestOf(data, size);
+  const uint64_t digest = MessageDigest(data, size);
   SequenceTracker::Kind kind = SequenceTracker::Kind::kNext;
   if (!Track(&received_[module].tracker, channel, command.header.sequence, digest, &kind)) return;
   const bool fresh = kind != SequenceTracker::Kind::kDuplicate;

@@ -36,6 +36,9 @@ struct Arguments {
   // the random numbers.
   double loss = 0;
   std::string faults_file;
+  // The run's key, or that it has none.
+  std::string key_file;
+  bool open = false;
   uint64_t seed = 1;
   // Seconds without the sim after which the process gives up.
   double give_up_s = 10;
@@ -69,6 +72,8 @@ void AddOptions(CLI::App* app, Arguments* a) {
   app->add_option("--root-module", a->process.root_module,
                   "With several modules: which one is the root");
   // How the process takes part in the run.
+  app->add_option("--key", a->key_file, "File with the run's key");
+  app->add_flag("--open", a->open, "The run has no key: whoever reaches the bus can speak in it");
   app->add_option("--lcm-url", a->process.lcm_url, "LCM URL (default: $LCM_DEFAULT_URL)");
   app->add_option("--incarnation", a->incarnations,
                   "Counts the module's cold starts, from 1 (several modules: one for each)")
@@ -145,6 +150,22 @@ bool ReadFaults(Arguments* a) {
   return true;
 }
 
+/// Reads the run's key. What is wrong with it is on stderr; false then.
+bool ReadKey(Arguments* a) {
+  if (a->open != a->key_file.empty()) {
+    Refuse("expected --key FILE, with the key of the run, or --open for a run that has none");
+    return false;
+  }
+  if (a->open) return true;
+  const Result<RunKey> key = RunKey::Read(a->key_file);
+  if (!key) {
+    Refuse("--key: " + key.error().message);
+    return false;
+  }
+  a->process.key = *key;
+  return true;
+}
+
 /// Checks what single options cannot show, and runs the process. Returns the exit status.
 int Run(Arguments* a) {
   // Lists must go together: one id a module, one image for all or one for each.
@@ -161,7 +182,7 @@ int Run(Arguments* a) {
                                   a->kinematics[a->kinematics.size() == 1 ? 0 : i],
                                   a->incarnations[a->incarnations.size() == 1 ? 0 : i]});
   }
-  if (!ReadFaults(a)) return 2;
+  if (!ReadKey(a) || !ReadFaults(a)) return 2;
   if (a->process.resume && a->process.snapshot_file.empty())
     return Refuse("--resume needs --snapshot");
   // The root's pose must be a pose, and it must be clear whose it is.
@@ -196,7 +217,7 @@ int main(int argc, char** argv) {
   CLI::App app(
       "One module of a running robot: its virtual machine, on the bus.\n"
       "Example: morphbus-module --run walk --module m1 --id 0 --kinematics MTRAN.kinematics "
-      "--program walk.image");
+      "--program walk.image --key walk.key");
   app.name("morphbus-module");
   app.set_version_flag("--version", std::string("morphbus-module ") + morphbus::Version());
   morphbus::bridge::AddOptions(&app, &arguments);

@@ -14,6 +14,7 @@
 #include "bridge/lockstep/late_messages.h"
 #include "bridge/lockstep/participant.h"
 #include "bridge/wire/channels.h"
+#include "bridge/wire/sealed_bus.h"
 #include "compiler/base/read_file.h"
 #include "vm/limits.h"
 
@@ -76,7 +77,7 @@ class ModuleProcess {
   const ModuleProcessOptions& options_;
   MonotonicTime time_;
   ModuleImages images_;
-  std::unique_ptr<Bus> lcm_;
+  std::unique_ptr<Bus> lcm_, sealed_;
   std::unique_ptr<BusMux> mux_;  ///< Null for a module alone, which has the bus for itself.
   std::shared_ptr<NameDirectory> names_ = std::make_shared<NameDirectory>();
   std::vector<Entry> modules_;
@@ -106,7 +107,8 @@ Result<void> ModuleProcess::OpenBus() {
   Result<std::unique_ptr<Bus>> lcm = OpenRunBus(options_.lcm_url);
   if (!lcm) return Fail(lcm.error().message);
   lcm_ = std::move(*lcm);
-  if (options_.modules.size() > 1) mux_ = std::make_unique<BusMux>(lcm_.get());
+  sealed_ = std::make_unique<SealedBus>(lcm_.get(), options_.key);
+  if (options_.modules.size() > 1) mux_ = std::make_unique<BusMux>(sealed_.get());
   return {};
 }
 
@@ -126,7 +128,7 @@ Result<void> ModuleProcess::AddModule(const ModuleChoice& choice) {
   if (!instance) return Fail(instance.error().message);
   Entry& entry = modules_.emplace_back();
   // Without --loss and --faults it passes everything on.
-  Bus* bus = lcm_.get();
+  Bus* bus = sealed_.get();
   if (mux_ != nullptr) {
     entry.endpoint = mux_->Connect();
     bus = entry.endpoint.get();
@@ -163,7 +165,7 @@ int ModuleProcess::Run() {
   LateMessages late(buses);
   std::vector<Participant*> participants = {&late};
   for (const Entry& entry : modules_) participants.push_back(&entry.instance->participant());
-  RunParticipants(lcm_.get(), time_, participants, &stop_requested, [this] {
+  RunParticipants(sealed_.get(), time_, participants, &stop_requested, [this] {
     for (const Entry& entry : modules_) entry.instance->participant().PublishHealth();
   });
   // Every module says what became of it; one that failed makes the process fail.

@@ -9,6 +9,7 @@
 
 #include "bridge/bus/faulty_bus.h"
 #include "bridge/module/module_instance.h"
+#include "bridge/wire/run_key.h"
 
 namespace morphbus::bridge {
 
@@ -34,6 +35,7 @@ struct ModuleProcessOptions : ModuleIdentity {
   /// Which of the modules is the root, if there are several; empty: the only one.
   std::string root_module;
   std::string lcm_url;  ///< Empty: $LCM_DEFAULT_URL, else LCM's default.
+  RunKey key;           ///< The run's.
   /// What befalls messages that arrive here; each module has its own faults.
   FaultPlan faults;
   std::string

@@ -46,11 +46,10 @@ void AddCounts(const morphbus::health_t& health, morphbus::Health* out) {
   add("asked", health.asked);
   add("queue_overflows", health.queue_overflows);
   add("bad", health.bad);
+  add("unauthentic", health.unauthentic);
   add("missed_deadlines", health.missed_deadlines);
-  // Commands that the simulator did not believe.
-  add("forged_commands", health.forged_commands);
-  add("replayed_commands", health.replayed_commands);
-  add("late_commands", health.late_commands);
+  // Commands that the simulator did not take.
+  add("old_commands", health.old_commands);
   add("malformed_commands", health.malformed_commands);
   // Faults on purpose, and deaths.
   add("doubled", health.doubled);

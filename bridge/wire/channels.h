@@ -39,6 +39,8 @@ inline constexpr std::string_view kLogProcess = "LOG";
 inline constexpr size_t kMaxRunName = 24;
 inline constexpr size_t kMaxProcessName = 28;
 inline constexpr size_t kMaxTopicName = 9;
+/// Longest name of a channel without the run's.
+inline constexpr size_t kMaxLocalChannel = kMaxProcessName + 1 + kMaxTopicName;
 
 /// A channel name taken apart; the views point into the parsed text.
 struct ChannelName {

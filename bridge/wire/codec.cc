@@ -12,15 +12,16 @@
 namespace morphbus::bridge {
 namespace {
 
-// Where lcm-gen puts the fields of header_t, behind the fingerprint.
-constexpr size_t kCrcOffset = 8;
-constexpr size_t kHeaderEnd = 8 + 4 + 4 + 5 * 8;  ///< Fingerprint and header_t.
+// Where lcm-gen puts the further fields of header_t that are looked at without decoding.
+constexpr size_t kProtocolOffset = kContentOffset;
+constexpr size_t kModelOffset = kProtocolOffset + 4 + 3 * 8, kProgramOffset = kModelOffset + 8;
+constexpr size_t kHeaderEnd = kProgramOffset + 8;
 
 /// Protocol and CRC, the same for every type.
 Result<void> CheckHeaderBytes(const uint8_t* data, size_t size) {
   if (size < kHeaderEnd) return Fail("the message is shorter than its header");
   // The protocol comes first: another one may mean another CRC.
-  const auto protocol = static_cast<int32_t>(LoadBigEndian<uint32_t>(data + 12));
+  const auto protocol = static_cast<int32_t>(LoadBigEndian<uint32_t>(data + kProtocolOffset));
   if (protocol != morphbus::header_t::PROTOCOL) {
     return Fail("the message speaks protocol " + std::to_string(protocol) + ", this build " +
                 std::to_string(morphbus::header_t::PROTOCOL));
@@ -48,6 +49,11 @@ uint32_t MessageCrc(const uint8_t* data, size_t size) {
   uint32_t crc = libdeflate_crc32(0, data, kCrcOffset);
   crc = libdeflate_crc32(crc, kZero.data(), kZero.size());
   return libdeflate_crc32(crc, data + kCrcOffset + 4, size - kCrcOffset - 4);
+}
+
+void PatchCrc(uint8_t* data, size_t size) {
+  // In network order, like every number of LCM's.
+  StoreBigEndian(MessageCrc(data, size), data + kCrcOffset);
 }
 
 int64_t FingerprintOf(const uint8_t* data, size_t size) {
@@ -85,12 +91,9 @@ uint64_t WireHash() {
 
 namespace internal {
 
-void PatchCrc(std::vector<uint8_t>* message) {
-  // In network order, like every number of LCM's.
-  const uint32_t crc = MessageCrc(message->data(), message->size());
-  for (size_t i = 0; i < 4; ++i) {
-    (*message)[kCrcOffset + i] = static_cast<uint8_t>(crc >> (24 - 8 * i));
-  }
+void FinishEncoding(std::vector<uint8_t>* message) {
+  StoreBigEndian<uint64_t>(0, message->data() + kAuthOffset);
+  PatchCrc(message->data(), message->size());
 }
 
 Result<void> CheckEnvelope(const uint8_t* data, size_t size, int64_t fingerprint,
@@ -101,10 +104,11 @@ Result<void> CheckEnvelope(const uint8_t* data, size_t size, int64_t fingerprint
   }
   if (Result<void> r = CheckHeaderBytes(data, size); !r) return r;
   // The two hashes are the last fields of the header.
-  if (expect.model_hash != 0 && LoadBigEndian<uint64_t>(data + 40) != expect.model_hash) {
+  if (expect.model_hash != 0 && LoadBigEndian<uint64_t>(data + kModelOffset) != expect.model_hash) {
     return Fail("the message speaks of another model");
   }
-  if (expect.program_hash != 0 && LoadBigEndian<uint64_t>(data + 48) != expect.program_hash) {
+  if (expect.program_hash != 0 &&
+      LoadBigEndian<uint64_t>(data + kProgramOffset) != expect.program_hash) {
     return Fail("the message speaks of another program");
   }
   return {};

@@ -3,7 +3,7 @@
 // fingerprint, protocol version, CRC-32, lengths within the capacities of vm/limits.h, ids in
 // range, numbers finite, text clean. All checks run on the bytes, before anything is allocated.
 // Layout: lcm-gen's (big-endian, fingerprint first); header_t comes first in every message, so its
-// crc32 stands at byte 8.
+// crc32 stands at byte 8 and its auth at byte 12.
 
 #include <cstdint>
 #include <morphbus/header_t.hpp>
@@ -17,6 +17,10 @@
 #include "compiler/base/result.h"
 
 namespace morphbus::bridge {
+
+/// Where lcm-gen puts the first two fields of header_t, behind the fingerprint, and where the
+/// others begin: everything that the message says.
+inline constexpr size_t kCrcOffset = 8, kAuthOffset = 12, kContentOffset = 20;
 
 /// `text` cut to at most `most` bytes, before a UTF-8 character that would not fit whole. Whoever
 /// writes a text into a message cuts it; readers refuse what is longer.
@@ -37,8 +41,12 @@ struct Expectation {
 /// `size` is at least 12.
 uint32_t MessageCrc(const uint8_t* data, size_t size);
 
-/// Encodes `message` into `out` (replaced), with its CRC. The header's crc32 field is ignored. The
-/// message is the sender's own work, so nothing of it is checked but that lcm-gen could encode it.
+/// Writes the CRC of an encoded message into its place.
+void PatchCrc(uint8_t* data, size_t size);
+
+/// Encodes `message` into `out` (replaced), with its CRC and with auth zero: the header's crc32 and
+/// auth fields are ignored. The message is the sender's own work, so nothing of it is checked but
+/// that lcm-gen could encode it.
 template <class M>
 void Encode(const M& message, std::vector<uint8_t>* out);
 
@@ -76,8 +84,8 @@ uint64_t WireHash();
 // Implementation of the templates.
 
 namespace internal {
-/// Puts the CRC of an encoded message into its place.
-void PatchCrc(std::vector<uint8_t>* message);
+/// Puts the CRC of an encoded message into its place, and zero into that of auth.
+void FinishEncoding(std::vector<uint8_t>* message);
 /// Checks what is the same for every type: fingerprint, protocol, CRC, model and program.
 Result<void> CheckEnvelope(const uint8_t* data, size_t size, int64_t fingerprint,
                            const Expectation& expect);
@@ -89,7 +97,7 @@ void Encode(const M& message, std::vector<uint8_t>* out) {
   const int size = message.getEncodedSize();
   out->resize(static_cast<size_t>(size));
   MORPHBUS_CHECK(message.encode(out->data(), 0, size) == size);
-  internal::PatchCrc(out);
+  internal::FinishEncoding(out);
 }
 
 template <class M>

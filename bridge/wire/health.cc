@@ -13,7 +13,8 @@ namespace morphbus::bridge {
 
 static_assert(SizeWithoutArrays<morphbus::health_t>() +
                       kMostLateness * LargestSize<morphbus::lateness_t>() +
-                      kMostTopicTotals * LargestSize<morphbus::topic_total_t>() <=
+                      kMostTopicTotals * LargestSize<morphbus::topic_total_t>() +
+                      kMostUnauthenticChannels * LargestSize<morphbus::channel_count_t>() <=
                   kMaxPayloadBytes,
               "HEALTH must fit into a datagram");
 
@@ -35,18 +36,17 @@ morphbus::health_t MakeHealth(const std::string& process, const Ledger& ledger) 
   health.wall_time_us = int64_t{now.tv_sec} * 1'000'000 + now.tv_nsec / 1000;
   // The ledger's fields are explained in bridge/bus/bus.h and in health_t.lcm.
   std::tie(health.received, health.sent, health.lost, health.discarded, health.duplicates,
-           health.resent, health.asked, health.queue_overflows, health.bad, health.missed_deadlines,
-           health.forged_commands, health.replayed_commands, health.late_commands,
-           health.malformed_commands, health.doubled, health.delayed, health.corrupted,
-           health.restarts, health.conflicts, health.outside_window, health.false_ends,
-           health.foreign, health.fragments, health.hasty_requests, health.refused_filters) =
+           health.resent, health.asked, health.queue_overflows, health.bad, health.unauthentic,
+           health.missed_deadlines, health.old_commands, health.malformed_commands, health.doubled,
+           health.delayed, health.corrupted, health.restarts, health.conflicts,
+           health.outside_window, health.false_ends, health.foreign, health.fragments,
+           health.hasty_requests, health.refused_filters) =
       std::tie(ledger.received, ledger.sent, ledger.lost, ledger.discarded, ledger.duplicates,
                ledger.resent, ledger.asked, ledger.queue_overflows, ledger.bad,
-               ledger.missed_deadlines, ledger.forged_commands, ledger.replayed_commands,
-               ledger.late_commands, ledger.malformed_commands, ledger.doubled, ledger.delayed,
-               ledger.corrupted, ledger.restarts, ledger.conflicts, ledger.outside_window,
-               ledger.false_ends, ledger.foreign, ledger.fragments, ledger.hasty_requests,
-               ledger.refused_filters);
+               ledger.unauthentic.all, ledger.missed_deadlines, ledger.old_commands,
+               ledger.malformed_commands, ledger.doubled, ledger.delayed, ledger.corrupted,
+               ledger.restarts, ledger.conflicts, ledger.outside_window, ledger.false_ends,
+               ledger.foreign, ledger.fragments, ledger.hasty_requests, ledger.refused_filters);
   health.first_refused = CutText(ledger.first_refused, kLongestText);
   // What the process has used since it began.
   rusage usage = {};
@@ -54,6 +54,11 @@ morphbus::health_t MakeHealth(const std::string& process, const Ledger& ledger) 
   health.max_rss_kb = usage.ru_maxrss;
   health.cpu_us = Microseconds(usage.ru_utime) + Microseconds(usage.ru_stime);
   health.num_lateness = health.num_totals = 0;
+  for (const auto& [channel, count] : ledger.unauthentic.channels) {
+    if (health.unauthentic_channels.size() == kMostUnauthenticChannels) break;
+    health.unauthentic_channels.push_back({CutText(channel, kMaxLocalChannel), count});
+  }
+  health.num_unauthentic_channels = static_cast<int8_t>(health.unauthentic_channels.size());
   return health;
 }
 

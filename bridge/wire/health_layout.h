@@ -25,6 +25,13 @@ constexpr void Walk(V& v, As<morphbus::topic_total_t>) {
   v.Hash("chained_hash");
 }
 
+/// How many messages came on a channel.
+template <class V>
+constexpr void Walk(V& v, As<morphbus::channel_count_t>) {
+  v.Text("channel", kMaxLocalChannel);
+  v.Int64("count", 0, kMost64);
+}
+
 /// HEALTH (health_t). A ledger only counts, so nothing in it is below 0.
 template <class V>
 constexpr void Walk(V& v, As<morphbus::health_t>) {
@@ -41,10 +48,9 @@ constexpr void Walk(V& v, As<morphbus::health_t>) {
                             "asked",
                             "queue_overflows",
                             "bad",
+                            "unauthentic",
                             "missed_deadlines",
-                            "forged_commands",
-                            "replayed_commands",
-                            "late_commands",
+                            "old_commands",
                             "malformed_commands",
                             "doubled",
                             "delayed",
@@ -66,6 +72,8 @@ constexpr void Walk(V& v, As<morphbus::health_t>) {
   // Of the sim's: modules that missed a deadline.
   List8<morphbus::lateness_t>(v, "num_lateness", "lateness", kMostLateness);
   List8<morphbus::topic_total_t>(v, "num_totals", "totals", kMostTopicTotals);
+  List8<morphbus::channel_count_t>(v, "num_unauthentic_channels", "unauthentic_channels",
+                                   kMostUnauthenticChannels);
 }
 
 }  // namespace morphbus::bridge::layout

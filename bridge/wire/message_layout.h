@@ -48,8 +48,10 @@ namespace morphbus::bridge::layout {
 /// What every message begins with.
 template <class V>
 constexpr void Walk(V& v, As<morphbus::header_t>) {
-  // The envelope's own check covers CRC and protocol (bridge/wire/codec.h).
+  // CRC and protocol are covered by the envelope's own check (bridge/wire/codec.h), auth by the bus
+  // (bridge/wire/sealed_bus.h).
   v.Int32("crc32", kLeast32, kMost32);
+  v.Hash("auth");
   v.Int32("protocol", kLeast32, kMost32);
   // The lockstep counts ticks, times and messages from 0.
   v.Int64("tick", 0, kMost64);
@@ -447,10 +449,9 @@ constexpr void Walk(V& v, As<morphbus::info_part_t>) {
 template <class V>
 constexpr void Walk(V& v, As<morphbus::control_t>) {
   v.template Struct<morphbus::header_t>("header");
-  // It grows with every command, so that none can be sent a second time by a stranger.
+  // It grows with every command, so that an old one is not taken again.
   v.Int64("counter", 0, kMost64);
   v.Text("command", kLongestText);
-  v.Bytes("mac", 32);
 }
 
 /// END (log_end_t). It stands in a file, and so may be larger than a datagram.
@@ -458,7 +459,8 @@ template <class V>
 constexpr void Walk(V& v, As<morphbus::log_end_t>) {
   v.template Struct<morphbus::header_t>("header");
   v.Text("run", kMaxRunName);
-  // Whether the run ended as planned, and why it ended.
+  // Whether it had no key, whether it ended as planned, and why it ended.
+  v.Bool("open");
   v.Bool("clean");
   v.Text("reason", kLongestText);
   v.Text("run_hash", kRunHashText);

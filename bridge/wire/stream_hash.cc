@@ -7,10 +7,17 @@
 #include <array>
 
 #include "bridge/wire/big_endian.h"
+#include "bridge/wire/codec.h"
 
 namespace morphbus::bridge {
 
 uint64_t DigestOf(const uint8_t* data, size_t size) { return XXH3_64bits(data, size); }
+
+uint64_t MessageDigest(const uint8_t* data, size_t size) {
+  if (size < kContentOffset) return DigestOf(data, size);
+  const auto fingerprint = static_cast<uint64_t>(FingerprintOf(data, size));
+  return XXH3_64bits_withSeed(data + kContentOffset, size - kContentOffset, fingerprint);
+}
 
 void StreamHash::Add(uint64_t digest) {
   // In network order, so that machines agree.

@@ -11,18 +11,24 @@
 
 namespace morphbus::bridge {
 
-/// XXH3, 64 bits, seed 0, of one payload.
+/// XXH3, 64 bits, seed 0, of any bytes.
 uint64_t DigestOf(const uint8_t* data, size_t size);
 
+/// XXH3, 64 bits, of what a message says: of its bytes from kContentOffset (bridge/wire/codec.h)
+/// on, seeded with its fingerprint. CRC and auth are outside, so that equal runs have equal hashes
+/// whatever their keys are. What is shorter than that is no message, and all of it counts.
+uint64_t MessageDigest(const uint8_t* data, size_t size);
+
 /// The hash of payloads in a row, as a chain: h(0) = 0, and h(n + 1) is XXH3 (64 bits, seed 0) of
-/// 16 bytes, h(n) and the XXH3 of payload n, both big-endian. A process that has the hash of each
-/// message anyway pays for eight bytes a channel and no second pass over the payloads.
+/// 16 bytes, h(n) and the XXH3 of payload n (MessageDigest), both big-endian. A process that has
+/// the hash of each message anyway pays for eight bytes a channel and no second pass over the
+/// payloads.
 class StreamHash {
  public:
-  /// Adds a payload by its hash (DigestOf).
+  /// Adds a payload by its hash (MessageDigest).
   void Add(uint64_t digest);
   /// Adds a payload by its bytes.
-  void Update(const uint8_t* data, size_t size) { Add(DigestOf(data, size)); }
+  void Update(const uint8_t* data, size_t size) { Add(MessageDigest(data, size)); }
   /// The hash of all payloads so far; more may follow.
   [[nodiscard]] uint64_t Digest() const { return value_; }
   /// The hash that there would be after this payload, which is not added.

@@ -6,9 +6,9 @@
 
 namespace morphbus::bridge {
 
-/// Largest message that a channel of the run may carry, bytes: with LCM's header (8), the longest
-/// channel name (64) and IP and UDP (28) the packet stays within 1400 bytes.
-inline constexpr size_t kMaxPayloadBytes = 1300;
+/// Largest message that a channel of the run may carry, bytes: with LCM's header (8) and the
+/// longest channel name (64) the datagram stays under 1400 bytes.
+inline constexpr size_t kMaxPayloadBytes = 1308;
 
 /// Largest number of a message on its channel. No run is so long, and sums and products of such
 /// numbers stay within 64 bits.
@@ -21,9 +21,12 @@ inline constexpr size_t kLongestText = 200;
 inline constexpr size_t kMaxDeployPiece = 128;
 
 /// Modules that one HEALTH tells the lateness of.
-inline constexpr int kMostLateness = 12;
+inline constexpr int kMostLateness = 8;
 /// Totals that one HEALTH holds; no process publishes on more channels that count for the hash.
 inline constexpr int kMostTopicTotals = 3;
+
+/// Channels of which one HEALTH tells how much came there that had not the run's key.
+inline constexpr int kMostUnauthenticChannels = 4;
 
 /// Largest description of a run that is accepted, bytes.
 inline constexpr size_t kMaxInfoBytes = 16u << 20;

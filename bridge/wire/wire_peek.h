@@ -24,7 +24,7 @@ Integer PeekInteger(const uint8_t* at) {
 }
 
 /// Of any message: the sim time of its header (µs), which begins behind the fingerprint.
-inline int64_t PeekSimTime(const uint8_t* data) { return PeekInteger<int64_t>(data + 24); }
+inline int64_t PeekSimTime(const uint8_t* data) { return PeekInteger<int64_t>(data + 32); }
 
 /// Of WORLD: which part it is, and how many there are.
 inline int16_t PeekWorldPart(const uint8_t* data) {

@@ -51,8 +51,8 @@ Result<Channels> ReadChannels(const LogFacts& facts) {
       EachHashed(facts, [&](const bridge::RunMessage& message, const LogEvent& event) {
         const morphbus::header_t& header = message.header;
         channels[{message.name.topic, WithoutRun(event.channel, message.name.run)}].try_emplace(
-            header.sequence,
-            Kept{header.tick, header.sim_time_us, bridge::DigestOf(message.data, message.size)});
+            header.sequence, Kept{header.tick, header.sim_time_us,
+                                  bridge::MessageDigest(message.data, message.size)});
         return true;
       });
   if (!read) return tl::unexpected(read.error());

@@ -36,7 +36,7 @@ void ChannelStream::Drain(size_t keep) {
 
 ChannelStream::Kind ChannelStream::Take(int64_t sequence, std::span<const uint8_t> payload) {
   // It tells a message that came twice from another one under the same number.
-  const uint64_t hash = bridge::DigestOf(payload.data(), payload.size());
+  const uint64_t hash = bridge::MessageDigest(payload.data(), payload.size());
   // A number seen before is a repetition, byte for byte, or a contradiction. Most numbers are
   // higher than all before.
   auto place = recent_.end();

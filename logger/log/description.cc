@@ -42,6 +42,7 @@ void CopyFacts(const proto::RunDescription& d, LogFacts* facts) {
   facts->world_hash = d.world_hash();
   facts->arithmetic = d.arithmetic();
   facts->still = d.still();
+  facts->open = d.open();
   facts->model_hash = d.model_hash();
   facts->program_hash = d.program_hash();
   // What was done to it on purpose.
@@ -60,7 +61,7 @@ void CopyFacts(const proto::RunDescription& d, LogFacts* facts) {
 Result<DescriptionKey> ReadDescriptionKey(const std::string& description) {
   const Result<proto::RunDescription> d = Parse(description);
   if (!d) return tl::unexpected(d.error());
-  return DescriptionKey{d->run(), d->model_hash(), d->build(), d->mode() == "realtime"};
+  return DescriptionKey{d->run(), d->model_hash(), d->build(), d->mode() == "realtime", d->open()};
 }
 
 void ApplyDescription(const std::string& description, RunLog* log) {

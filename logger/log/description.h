@@ -29,6 +29,8 @@ struct DescriptionKey {
   std::string build;
   /// True for a run in real time, false for one in lockstep.
   bool realtime = false;
+  /// True for a run without a key.
+  bool open = false;
 };
 /// Reads the key from a serialized morphbus.proto.RunDescription. Fails if the bytes are none or
 /// name no run.

@@ -59,6 +59,8 @@ std::string Heading(const LogFacts& f) {
     AddLine(&text, "model {:016x}, program {:016x}, world {}, build {}", f.model_hash,
             f.program_hash, f.world_hash.empty() ? "-" : f.world_hash, f.build);
     AddLine(&text, "arithmetic {}", f.arithmetic.empty() ? "not known" : f.arithmetic);
+    if (f.open)
+      AddLine(&text, "open: without a key, so that whoever reached its bus could speak in it");
     if (f.loss > 0) AddLine(&text, "loss {} on purpose, seed {}", f.loss, f.seed);
     if (f.root_sensor) {
       AddLine(&text, "the root measured its pose, with noise of {} m and {} rad", f.root_noise_m,
@@ -143,13 +145,14 @@ std::string EndText(const LogFacts& f) {
   static constexpr const char* kUntrusted[] = {
       "no END: the log was cut", "the END event is unreadable", "END contradicts the content"};
   if (f.end_state != EndState::kVerified) return kUntrusted[static_cast<int>(f.end_state)];
-  return fmt::format("END verified, {}{}{}", f.end->clean ? "clean" : "not clean",
-                     f.end->reason.empty() ? "" : ": ", f.end->reason);
+  return fmt::format("END verified, {}{}{}{}", f.end->clean ? "clean" : "not clean",
+                     f.end->open ? ", of an open run" : "", f.end->reason.empty() ? "" : ": ",
+                     f.end->reason);
 }
 
 /// Commands that a process refused.
 int64_t RefusedCommands(const morphbus::health_t& h) {
-  return h.forged_commands + h.replayed_commands + h.late_commands + h.malformed_commands;
+  return h.old_commands + h.malformed_commands;
 }
 
 /// What a process received and lost, by its ledger.
@@ -180,9 +183,8 @@ std::vector<std::string> RemarkableLines(const std::string& process, const morph
     lines.push_back(fmt::format("  {}: {}", process, RefusedFiltersText(h)));
   // Only the sim takes commands.
   if (RefusedCommands(h) > 0) {
-    lines.push_back(fmt::format(
-        "  {}: refused commands: {} forged, {} replayed, {} late, {} malformed", process,
-        h.forged_commands, h.replayed_commands, h.late_commands, h.malformed_commands));
+    lines.push_back(fmt::format("  {}: refused commands: {} old, {} malformed", process,
+                                h.old_commands, h.malformed_commands));
   }
   return lines;
 }
@@ -283,14 +285,34 @@ std::string FactsText(const LogFacts& f, bool all) {
 }
 
 int64_t RefusedMessages(const morphbus::health_t& h) {
-  return h.conflicts + h.outside_window + h.false_ends + h.foreign + h.fragments;
+  return h.unauthentic + h.conflicts + h.outside_window + h.false_ends + h.foreign + h.fragments;
 }
+
+namespace {
+
+/// On which channels messages came that were not authentic, most of them first heard of: " (3 on
+/// m2/ACTUATOR)"; empty where there were none.
+std::string ChannelsText(const morphbus::health_t& h) {
+  if (h.unauthentic_channels.empty()) return "";
+  std::vector<std::string> parts;
+  int64_t others = h.unauthentic;
+  for (const morphbus::channel_count_t& entry : h.unauthentic_channels) {
+    // Their names came from the bus.
+    parts.push_back(fmt::format("{} on {}", entry.count, EscapeControl(entry.channel)));
+    others -= entry.count;
+  }
+  if (others > 0) parts.push_back(fmt::format("{} on others", others));
+  return fmt::format(" ({})", fmt::join(parts, ", "));
+}
+
+}  // namespace
 
 std::string RefusedText(const morphbus::health_t& h) {
   std::string text;
-  const auto add = [&text](int64_t count, const char* what) {
+  const auto add = [&text](int64_t count, const std::string& what) {
     if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, what);
   };
+  add(h.unauthentic, "not authentic" + ChannelsText(h));
   add(h.conflicts, "that contradict others of the same number");
   add(h.outside_window, "of a tick that cannot be");
   add(h.false_ends, "of an end that is none");

@@ -104,6 +104,7 @@ const bridge::Ledger& Recorder::ledger() const { return participant_->ledger(); 
 
 template <class M>
 void Recorder::WriteOwn(const std::string& channel, int64_t sequence, M* message) {
+  message->header.auth = 0;  // It never travels on the bus.
   message->header.protocol = morphbus::header_t::PROTOCOL;
   message->header.tick = std::max<int64_t>(last_tick_, 0);
   message->header.sim_time_us = last_time_us_;
@@ -295,6 +296,7 @@ void Recorder::WriteEnd(const RecordSummary& summary,
   morphbus::log_end_t end;
   // The run's own facts come first, then the totals by which a reader checks the log.
   end.run = key_.run;
+  end.open = key_.open;
   end.clean = summary.complete;
   end.reason = bridge::CutText(summary.reason, bridge::kLongestText);
   end.run_hash = summary.run_hash;

@@ -14,18 +14,17 @@ namespace morphbus {
 
 // What stands in JSON as it is called here. A ledger is that of its process.
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(health_t, received, sent, lost, discarded, duplicates, resent,
-                                   asked, bad, queue_overflows, missed_deadlines, forged_commands,
-                                   replayed_commands, late_commands, malformed_commands, doubled,
-                                   delayed, corrupted, restarts, conflicts, outside_window,
-                                   false_ends, foreign, fragments, hasty_requests, refused_filters,
-                                   first_refused)
+                                   asked, bad, unauthentic, queue_overflows, missed_deadlines,
+                                   old_commands, malformed_commands, doubled, delayed, corrupted,
+                                   restarts, conflicts, outside_window, false_ends, foreign,
+                                   fragments, hasty_requests, refused_filters, first_refused)
 
 namespace logger {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DescribedRun, robot, model_file, program_file, mode, root_module,
                                    build, started, world_hash, arithmetic, still, loss, seed,
-                                   random_seed, faults_file, fault_rules, root_sensor, root_noise_m,
-                                   root_noise_rad)
+                                   random_seed, open, faults_file, fault_rules, root_sensor,
+                                   root_noise_m, root_noise_rad)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ChannelFacts, messages, events, bytes, lost, duplicates, bad,
                                    hashed)
 

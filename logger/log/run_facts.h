@@ -85,6 +85,7 @@ struct DescribedRun {
       arithmetic;  ///< Fingerprint of the machine's (sim/arithmetic.h); empty in older logs.
   uint64_t model_hash = 0, program_hash = 0;
   bool still = false;  ///< Without physics (`run --still`).
+  bool open = false;   ///< Without a key (`run --open`).
   /// The share of datagrams that every receiver threw away on purpose (0…1), and the seed of the
   /// random numbers which chose them.
   double loss = 0.0;

@@ -1,7 +1,7 @@
 #include "logger/show/robot_scenes.h"
 
 #include <fmt/format.h>
-#include <openssl/evp.h>
+#include <sodium/utils.h>
 
 #include <algorithm>
 #include <memory>
@@ -16,12 +16,12 @@ namespace morphbus::logger {
 namespace {
 
 std::string Base64(const std::string& bytes) {
-  // Four characters for each three bytes begun, and a NUL.
-  std::string text((bytes.size() + 2) / 3 * 4 + 1, '\0');
-  const int size = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(text.data()),
-                                   reinterpret_cast<const unsigned char*>(bytes.data()),
-                                   static_cast<int>(bytes.size()));
-  text.resize(static_cast<size_t>(std::max(size, 0)));
+  constexpr int kWithPadding = sodium_base64_VARIANT_ORIGINAL;
+  // With a NUL at the end, which a string has of its own.
+  std::string text(sodium_base64_ENCODED_LEN(bytes.size(), kWithPadding), '\0');
+  sodium_bin2base64(text.data(), text.size(), reinterpret_cast<const unsigned char*>(bytes.data()),
+                    bytes.size(), kWithPadding);
+  text.pop_back();
   return text;
 }
 

@@ -76,7 +76,7 @@ Outcome Attacked(FakeRun* run, const std::function<void(Forger*, const Spoken&)>
 
 TEST(Believed, WhoeverTellsAModuleToLeaveIsBeliedByTheSim) {
   for (const double loss : {0.0, 0.2}) {
-    FakeRunOptions options;
+    FakeRunOptions options = Open();
     options.loss = loss;
     const Outcome reference = CalmRun(options);
     FakeRun run(options);
@@ -98,7 +98,7 @@ TEST(Believed, WhoeverTellsAModuleToLeaveIsBeliedByTheSim) {
 }
 
 TEST(Believed, AModuleThatDiesAfterAForgedLeaveGoesOnAllTheSame) {
-  const FakeRunOptions options;
+  const FakeRunOptions options = Open();
   const Outcome reference = CalmRun(options);
   FakeRun run(options);
   std::vector<uint8_t> snapshot;
@@ -121,7 +121,7 @@ TEST(Believed, AModuleThatDiesAfterAForgedLeaveGoesOnAllTheSame) {
   // What it saved says that it was told to leave.
   const std::vector<uint8_t> saved = snapshot;
   victim.participant.reset();
-  victim.seat = std::make_unique<FakeRun::Seat>(&run.hub, 0, 1);
+  victim.seat = std::make_unique<FakeRun::Seat>(&run, 0, 1);
   victim.controller = std::make_unique<FakeController>(1);
   victim.participant = std::make_unique<ModuleParticipant>(
       &victim.seat->bus, victim.controller.get(), &run.time, run.ModuleOptions(1));
@@ -133,7 +133,7 @@ TEST(Believed, AModuleThatDiesAfterAForgedLeaveGoesOnAllTheSame) {
 
 /// What the sim says on SENSORS of the first tick, with a change.
 Spoken FirstSensors(const std::function<void(morphbus::sensors_t*)>& change) {
-  for (const Spoken& said : Overhear({})) {
+  for (const Spoken& said : Overhear(Open())) {
     if (said.channel == "test/SIM/SENSORS") return Altered<morphbus::sensors_t>(said, change);
   }
   ADD_FAILURE() << "the sim says no SENSORS";
@@ -141,7 +141,7 @@ Spoken FirstSensors(const std::function<void(morphbus::sensors_t*)>& change) {
 }
 
 TEST(Believed, SensorsOfFarLaterTicksSendNobodyAway) {
-  const FakeRunOptions options;
+  const FakeRunOptions options = Open();
   const Outcome reference = CalmRun(options);
   FakeRun run(options);
   const Outcome outcome = Attacked(&run, [&](Forger* forger, const Spoken& heard) {
@@ -167,7 +167,7 @@ TEST(Believed, WhoeverSaysSensorsBeforeTheFirstClockIsNotTheSim) {
     sensors->modules[1].name = "m9";
   });
   for (const double loss : {0.0, 0.2}) {
-    FakeRunOptions options;
+    FakeRunOptions options = Open();
     options.loss = loss;
     const Outcome reference = CalmRun(options);
     FakeRun run(options);
@@ -192,7 +192,7 @@ void LoseM2(FakeRun* run) {
 }
 
 TEST(Believed, WhoeverCallsALostModuleBackChangesNothing) {
-  const FakeRunOptions options;
+  const FakeRunOptions options = Open();
   FakeRun calm(options);
   LoseM2(&calm);
   const Outcome reference = OutcomeOf(&calm);
@@ -210,7 +210,7 @@ TEST(Believed, WhoeverCallsALostModuleBackChangesNothing) {
 }
 
 TEST(Believed, AClockThatComesSecondLosesNobody) {
-  const FakeRunOptions options;
+  const FakeRunOptions options = Open();
   const Outcome reference = CalmRun(options);
   FakeRun run(options);
   const Outcome outcome = Attacked(&run, [&](Forger* forger, const Spoken& heard) {
@@ -229,7 +229,7 @@ TEST(Believed, AClockThatComesSecondLosesNobody) {
 }
 
 TEST(Believed, AClockThatComesFirstEndsTheRunSoonAndByName) {
-  FakeRunOptions options;
+  FakeRunOptions options = Open();
   options.ticks = 100'000;
   FakeRun run(options);
   run.sim->OnAfterTick([&](int64_t tick) {
@@ -268,7 +268,7 @@ TEST(Believed, AClockThatComesFirstEndsTheRunSoonAndByName) {
 /// has mostly the true one.
 std::string ErrorOfDeceived(const std::string& channel, uint64_t seed,
                             const std::function<Spoken(const Spoken&)>& alter, int64_t* ticks) {
-  FakeRunOptions options;
+  FakeRunOptions options = Open();
   options.ticks = 2000;
   options.loss = 0.1;
   options.seed = seed;
@@ -317,7 +317,7 @@ TEST(Believed, WhatOnlyTheSimWasToldShowsWhileTheRunGoesOn) {
 }
 
 TEST(Believed, OneForgedReportOfWhatWasTakenEndsNothing) {
-  const FakeRunOptions options;
+  const FakeRunOptions options = Open();
   FakeRun run(options);
   int reports = 0;
   const Outcome outcome = Attacked(&run, [&](Forger* forger, const Spoken& heard) {
@@ -341,7 +341,7 @@ TEST(Believed, OneForgedReportOfWhatWasTakenEndsNothing) {
 template <class M>
 Outcome RealtimeWith(const std::string& channel, int64_t ahead,
                      const std::function<void(M*)>& alter) {
-  FakeRunOptions options;
+  FakeRunOptions options = Open();
   options.realtime = true;
   options.ticks = 150;
   FakeRun run(options);
@@ -390,7 +390,7 @@ TEST(Believed, InRealTimeNoNumberHasTwoMessages) {
 
 TEST(Believed, InRealTimeANumberThatNobodySaidShowsInTheTotals) {
   // The number of a STATUS that is never said: nothing is missing, and one is too many.
-  FakeRunOptions options;
+  FakeRunOptions options = Open();
   options.realtime = true;
   options.ticks = 60;
   FakeRun run(options);
@@ -407,7 +407,7 @@ TEST(Believed, InRealTimeANumberThatNobodySaidShowsInTheTotals) {
 }
 
 TEST(Believed, InRealTimeLossIsNoLie) {
-  FakeRunOptions options;
+  FakeRunOptions options = Open();
   options.realtime = true;
   options.ticks = 150;
   options.loss = 0.1;
@@ -417,7 +417,7 @@ TEST(Believed, InRealTimeLossIsNoLie) {
 }
 
 TEST(Believed, InRealTimeWhoeverTellsAModuleToLeaveIsBeliedByTheSim) {
-  FakeRunOptions options;
+  FakeRunOptions options = Open();
   options.realtime = true;
   options.ticks = 150;
   FakeRun run(options);

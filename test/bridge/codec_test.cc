@@ -27,7 +27,7 @@ namespace {
 
 /// Makes the CRC fit again after bytes were changed, as a forger would.
 void Forge(std::vector<uint8_t>* bytes) {
-  if (bytes->size() >= 12) internal::PatchCrc(bytes);
+  if (bytes->size() >= 12) PatchCrc(bytes->data(), bytes->size());
 }
 
 TEST(Crc, IsTheCrc32OfTheMessageWithItsFieldZero) {
@@ -150,6 +150,8 @@ TEST(Codec, AForgedByteIsRefusedOrStillDecodesToTheSameBytes) {
   // Whatever is accepted must mean exactly its bytes: no length, text or flag is read leniently.
   for (const SampleMessage& sample : SampleMessages()) {
     for (size_t i = 0; i < sample.bytes.size(); ++i) {
+      // What the bus has made sure of means nothing any more.
+      if (i >= kAuthOffset && i < kContentOffset) continue;
       for (int value = 0; value < 256; ++value) {
         std::vector<uint8_t> bytes = sample.bytes;
         bytes[i] = static_cast<uint8_t>(value);
@@ -169,7 +171,7 @@ TEST(Codec, ForgedNoiseNeverCrashesOrGrowsMemory) {
     for (int round = 0; round < 3000; ++round) {
       std::vector<uint8_t> bytes = sample.bytes;
       for (int k = 0; k < 6; ++k) {
-        const size_t at = 16 + random() % (bytes.size() - 16);
+        const size_t at = 24 + random() % (bytes.size() - 24);
         for (size_t i = at; i < std::min(bytes.size(), at + 4); ++i) {
           bytes[i] = static_cast<uint8_t>(random() % 3 == 0 ? 0xff : random());
         }
@@ -199,12 +201,12 @@ TEST(Codec, ExpectationsAreChecked) {
 
 TEST(Codec, AnotherProtocolIsRefusedWithBothNumbers) {
   std::vector<uint8_t> bytes = SampleMessages()[0].bytes;
-  bytes[15] = 2;
+  bytes[23] = 3;
   Forge(&bytes);
   morphbus::transform_t out;
   const auto result = Decode(bytes.data(), bytes.size(), {}, &out);
   ASSERT_FALSE(result);
-  EXPECT_EQ(result.error().message, "the message speaks protocol 2, this build 1");
+  EXPECT_EQ(result.error().message, "the message speaks protocol 3, this build 2");
 }
 
 template <class M, class Change>
@@ -260,9 +262,9 @@ TEST(Codec, ImpossibleValuesAreRefusedByFieldAndPlace) {
          "transform_t.num_body_entries is out of range");
   expect(WhyRefused<sensors_t>(1, [](sensors_t* m) { m->header.tick = -1; }),
          "sensors_t.header.tick is out of range");
-  // The place: fingerprint (8 bytes) and header (48), and nothing before the field.
+  // The place: fingerprint (8 bytes) and header (56), and nothing before the field.
   EXPECT_EQ(WhyRefused<transform_t>(0, [](transform_t* m) { m->module_id = -1; }),
-            "transform_t.module_id is out of range (byte 56)");
+            "transform_t.module_id is out of range (byte 64)");
 }
 
 TEST(Codec, ATextWithANulInsideIsRefused) {

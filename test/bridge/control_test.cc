@@ -1,30 +1,27 @@
 #include <gtest/gtest.h>
-#include <stdlib.h>
-#include <sys/stat.h>
 
-#include <filesystem>
-#include <fstream>
 #include <morphbus/control_t.hpp>
 #include <vector>
 
 #include "bridge/bus/inproc_bus.h"
 #include "bridge/control/control_service.h"
 #include "bridge/wire/channels.h"
+#include "bridge/wire/sealed_bus.h"
 
 namespace morphbus::bridge {
 namespace {
 
-using Verdict = ControlGuard::Verdict;
+using Kind = CommandFilter::Kind;
 
 constexpr uint64_t kModel = 42;
 const Sender kSim = {"walk", "SIM", kModel, 0};
 const Sender kTool = {"walk", "TOOL", kModel, 0};
 
 /// A key of which each byte is `byte`.
-ControlKey KeyOf(uint8_t byte) {
-  ControlKey key;
+RunKey KeyOf(uint8_t byte) {
+  RunKey::Bytes key;
   key.fill(byte);
-  return key;
+  return RunKey(key);
 }
 
 /// The error of a command that cannot be read; empty if it can.
@@ -124,91 +121,31 @@ TEST(ControlCommandTest, AnswersAreReadBackAsTheyWere) {
   EXPECT_FALSE(ParseAnswer("answer 1 perhaps 1"));
 }
 
-TEST(ControlSealTest, TheMacIsTheStandardOne) {
-  // RFC 4231's method with our key and text; the value is Python's:
-  // hmac.new(b'\x0b' * 32, (5).to_bytes(8, 'big') + b'pause', 'sha256').hexdigest()
-  std::string hex;
-  for (const uint8_t byte : ControlMac(KeyOf(0x0b), 5, "pause")) {
-    const char* digits = "0123456789abcdef";
-    hex += digits[byte >> 4];
-    hex += digits[byte & 15];
-  }
-  EXPECT_EQ(hex, "4402a3d1db9cbf97f1c7685b0164c5c12f836c8dd0812a1e472d52871492a419");
+/// A command with this counter.
+morphbus::control_t MessageOf(int64_t counter, const std::string& command) {
+  morphbus::control_t message;
+  message.counter = counter;
+  message.command = command;
+  return message;
 }
 
-TEST(ControlSealTest, AKeyIsItsOwnersAlone) {
-  char folder[] = "/tmp/morphbus-key-XXXXXX";
-  ASSERT_NE(mkdtemp(folder), nullptr);
-  const std::string path = std::string(folder) + "/key";
-  ASSERT_TRUE(CreateControlKey(path));
-  struct stat info = {};
-  ASSERT_EQ(stat(path.c_str(), &info), 0);
-  EXPECT_EQ(info.st_mode & 0777, 0600u);
-  EXPECT_TRUE(ReadControlKey(path));
-  EXPECT_FALSE(CreateControlKey(path)) << "a key that is there already is not used";
-  ASSERT_EQ(chmod(path.c_str(), 0640), 0);
-  EXPECT_FALSE(ReadControlKey(path)) << "others may read it";
-  ASSERT_EQ(chmod(path.c_str(), 0600), 0);
-  std::ofstream(path) << "short";
-  EXPECT_FALSE(ReadControlKey(path));
-  std::filesystem::remove_all(folder);
-}
-
-TEST(ControlGuardTest, OnlyFreshSignedNewCommandsAreObeyed) {
+TEST(CommandFilterTest, ACommandIsTakenOnceAndNoneAfterALaterOne) {
   Ledger ledger;
-  ControlGuard guard(KeyOf(1), &ledger);
-  const int64_t now = 1'000'000'000;
-  EXPECT_EQ(guard.Judge(Seal(KeyOf(1), now, "pause"), now), Verdict::kObey);
-  EXPECT_EQ(guard.Judge(Seal(KeyOf(1), now, "pause"), now + 10), Verdict::kAgain);
-  EXPECT_EQ(guard.Judge(Seal(KeyOf(1), now - 5, "pause"), now), Verdict::kOvertaken);
-  EXPECT_EQ(guard.Judge(Seal(KeyOf(2), now + 1, "pause"), now), Verdict::kForged);
-  EXPECT_EQ(guard.Judge(Seal(KeyOf(1), now - ControlGuard::kFreshUs - 1, "stop"), now),
-            Verdict::kLate);
-  EXPECT_EQ(guard.Judge(Seal(KeyOf(1), now + ControlGuard::kFreshUs + 1, "stop"), now),
-            Verdict::kLate);
-  EXPECT_EQ(guard.Judge(Seal(KeyOf(1), now + 2, "answer 1 done 1"), now), Verdict::kAnswer);
-  // Neither the counter nor the text can be changed.
-  morphbus::control_t altered = Seal(KeyOf(1), now + 3, "pause");
-  altered.counter += 1;
-  EXPECT_EQ(guard.Judge(altered, now), Verdict::kForged);
-  altered = Seal(KeyOf(1), now + 3, "pause");
-  altered.command = "stop";
-  EXPECT_EQ(guard.Judge(altered, now), Verdict::kForged);
-  EXPECT_EQ(guard.Judge(Seal(KeyOf(1), now + 3, "resume"), now), Verdict::kObey);
-  EXPECT_EQ(ledger.forged_commands, 3);
-  EXPECT_EQ(ledger.replayed_commands, 2);
-  EXPECT_EQ(ledger.late_commands, 2);
+  CommandFilter filter(&ledger);
+  EXPECT_EQ(filter.Take(MessageOf(100, "pause")), Kind::kNew);
+  EXPECT_EQ(filter.Take(MessageOf(100, "pause")), Kind::kAgain);
+  EXPECT_EQ(filter.Take(MessageOf(95, "pause")), Kind::kOvertaken);
+  EXPECT_EQ(filter.Take(MessageOf(102, "answer 1 done 1")), Kind::kAnswer);
+  EXPECT_EQ(filter.Take(MessageOf(101, "resume")), Kind::kNew);
+  EXPECT_EQ(ledger.old_commands, 2);
 }
 
-TEST(ControlGuardTest, ASenderWhoRepeatsItsCommandIsNotTakenForSomebodyWhoCopiedIt) {
+TEST(CommandFilterTest, NoneOfAThousandOldCommandsIsTakenAgain) {
   Ledger ledger;
-  ControlGuard guard(KeyOf(1), &ledger);
-  const int64_t now = 1'000'000'000;
-  morphbus::control_t message = Seal(KeyOf(1), now, "pause");
-  EXPECT_EQ(guard.Judge(message, now), Verdict::kObey);
-  // Its outbox numbers each of its messages.
-  for (message.header.sequence = 1; message.header.sequence < 4; ++message.header.sequence) {
-    EXPECT_EQ(guard.Judge(message, now), Verdict::kAgain);
-  }
-  EXPECT_EQ(ledger.duplicates, 3);
-  EXPECT_EQ(ledger.replayed_commands, 0);
-  message.header.sequence = 2;
-  EXPECT_EQ(guard.Judge(message, now), Verdict::kAgain);
-  EXPECT_EQ(ledger.duplicates, 3);
-  EXPECT_EQ(ledger.replayed_commands, 1);
-}
-
-TEST(ControlGuardTest, NoneOfAThousandOldCommandsIsObeyedAgain) {
-  Ledger ledger;
-  ControlGuard guard(KeyOf(1), &ledger);
-  const int64_t now = 1'000'000'000;
-  for (int i = 0; i < 3000; ++i) {
-    ASSERT_EQ(guard.Judge(Seal(KeyOf(1), now + i, "step 1"), now), Verdict::kObey);
-  }
-  for (int i = 0; i < 3000; ++i) {
-    ASSERT_NE(guard.Judge(Seal(KeyOf(1), now + i, "step 1"), now), Verdict::kObey);
-  }
-  EXPECT_EQ(ledger.replayed_commands, 3000);
+  CommandFilter filter(&ledger);
+  for (int i = 1; i <= 3000; ++i) ASSERT_EQ(filter.Take(MessageOf(i, "step 1")), Kind::kNew);
+  for (int i = 1; i <= 3000; ++i) ASSERT_NE(filter.Take(MessageOf(i, "step 1")), Kind::kNew);
+  EXPECT_EQ(ledger.old_commands, 3000);
 }
 
 /// The sim's end with what it was told to do, and a hub on which others are.
@@ -216,7 +153,8 @@ class ControlServiceTest : public ::testing::Test {
  protected:
   ControlServiceTest()
       : sim_bus_(hub_.Connect()),
-        service_(sim_bus_.get(), &time_, kSim, KeyOf(1), &ledger_,
+        sealed_(sim_bus_.get(), KeyOf(1)),
+        service_(&sealed_, &time_, kSim, &ledger_,
                  [this](int64_t counter, const ControlCommand& command) {
                    done_.push_back(ControlText(command));
                    service_.Answer({counter, ControlAnswer::State::kDone, 7, 0, ""});
@@ -258,6 +196,7 @@ class ControlServiceTest : public ::testing::Test {
   VirtualTime time_;
   Ledger ledger_;
   std::unique_ptr<Bus> sim_bus_;
+  SealedBus sealed_;
   std::vector<std::string> done_;
   ControlService service_;
 };
@@ -279,17 +218,18 @@ TEST_F(ControlServiceTest, AnAnswerThatGotLostIsRepeatedAndNothingIsDoneTwice) {
 }
 
 TEST_F(ControlServiceTest, OvertakenCommandsAreAnsweredSeldomAndPushNoAnswerOut) {
-  const auto tool = hub_.Connect();
+  const auto endpoint = hub_.Connect();
+  SealedBus tool(endpoint.get(), KeyOf(1));
   Ledger ledger;
-  Outbox outbox(tool.get(), kTool, &ledger);
+  Outbox outbox(&tool, kTool, &ledger);
   const std::string channel = Channel("walk", "", Topic::kControl);
   std::vector<std::string> answers;
-  tool->Subscribe(channel, [&](std::string_view, const uint8_t* data, size_t size) {
+  tool.Subscribe(channel, [&](std::string_view, const uint8_t* data, size_t size) {
     morphbus::control_t heard;
     if (Decode(data, size, {}, &heard) && IsAnswer(heard.command)) answers.push_back(heard.command);
   });
   const auto give = [&](int64_t counter) {
-    morphbus::control_t message = Seal(KeyOf(1), counter, "pause");
+    morphbus::control_t message = MessageOf(counter, "pause");
     outbox.Send(channel, 0, 0, &message);
     hub_.HandleAll();
   };
@@ -313,7 +253,8 @@ TEST_F(ControlServiceTest, WhoeverHasNoKeyIsNotAnswered) {
   const auto answer = GiveCommand(&tool, time_, kTool, KeyOf(2), "stop", 10'000, nullptr);
   EXPECT_FALSE(answer);
   EXPECT_TRUE(done_.empty());
-  EXPECT_GE(ledger_.forged_commands, 1);
+  EXPECT_GE(sealed_.unauthentic().all, 1);
+  EXPECT_EQ(ledger_.received, 0) << "it goes no further";
 }
 
 TEST_F(ControlServiceTest, WhatCannotBeReadIsRefusedWithTheReason) {
@@ -324,8 +265,10 @@ TEST_F(ControlServiceTest, WhatCannotBeReadIsRefusedWithTheReason) {
   EXPECT_EQ(answer->status, 2);
   EXPECT_EQ(answer->reason, "no command 'puase' (did you mean 'pause'?)");
   EXPECT_EQ(ledger_.malformed_commands, 1);
-  // Neither is a message that is none.
-  tool.Publish(Channel("walk", "", Topic::kControl), {}, 0);
+  // Neither is a message that is none, by whoever has the key.
+  const std::vector<uint8_t> bytes(40);
+  SealedBus(&tool, KeyOf(1))
+      .Publish(Channel("walk", "", Topic::kControl), bytes.data(), bytes.size());
   hub_.HandleAll();
   EXPECT_EQ(ledger_.malformed_commands, 2);
   EXPECT_TRUE(done_.empty());
@@ -334,22 +277,22 @@ TEST_F(ControlServiceTest, WhatCannotBeReadIsRefusedWithTheReason) {
 TEST_F(ControlServiceTest, ForgedAnswersAreNotBelieved) {
   ToolBus tool(&hub_, &time_, 0);
   const auto forger = hub_.Connect();
+  SealedBus forged(forger.get(), KeyOf(3));
   Ledger ledger;
-  Outbox outbox(forger.get(), kSim, &ledger);
+  Outbox outbox(&forged, kSim, &ledger);
   const std::string channel = Channel("walk", "", Topic::kControl);
   forger->Subscribe(channel, [&](std::string_view, const uint8_t* data, size_t size) {
     morphbus::control_t heard;
     if (!Decode(data, size, {}, &heard) || IsAnswer(heard.command)) return;
     // With a key of its own the forger claims to have done everything.
-    morphbus::control_t lie =
-        Seal(KeyOf(3), heard.counter + 1,
-             AnswerText({heard.counter, ControlAnswer::State::kDone, 99, 0, ""}));
+    morphbus::control_t lie = MessageOf(
+        heard.counter + 1, AnswerText({heard.counter, ControlAnswer::State::kDone, 99, 0, ""}));
     outbox.Send(channel, 0, 0, &lie);
   });
   const auto answer = GiveCommand(&tool, time_, kTool, KeyOf(1), "pause", 1'000'000, nullptr);
   ASSERT_TRUE(answer);
   EXPECT_EQ(answer->tick, 7);
-  EXPECT_EQ(ledger_.forged_commands, 1);
+  EXPECT_EQ(sealed_.unauthentic().all, 1);
 }
 
 }  // namespace

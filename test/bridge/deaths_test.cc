@@ -33,7 +33,7 @@ TEST(Deaths, AModuleKilledAndResumedAtAnyTickChangesNoPayload) {
         // A new process: new controller, new participant, nothing but the snapshot; its queue is
         // gone, too.
         victim.participant.reset();
-        victim.seat = std::make_unique<FakeRun::Seat>(&run.hub, options.loss, 77);
+        victim.seat = std::make_unique<FakeRun::Seat>(&run, options.loss, 77);
         victim.controller = std::make_unique<FakeController>(1);
         victim.participant = std::make_unique<ModuleParticipant>(
             &victim.seat->bus, victim.controller.get(), &run.time, run.ModuleOptions(1));
@@ -60,7 +60,7 @@ void Replace(FakeRun* run, size_t module, uint32_t incarnation,
              const std::vector<uint8_t>& snapshot) {
   FakeRun::Module& victim = run->modules[module];
   victim.participant.reset();
-  victim.seat = std::make_unique<FakeRun::Seat>(&run->hub, run->options.loss, 77);
+  victim.seat = std::make_unique<FakeRun::Seat>(run, run->options.loss, 77);
   victim.controller = std::make_unique<FakeController>(static_cast<uint16_t>(module));
   ModuleParticipantOptions options = run->ModuleOptions(static_cast<int>(module));
   options.incarnation = incarnation;
@@ -120,7 +120,7 @@ TEST(Deaths, AModuleThatLeftNothingBehindIsReplacedByALaterIncarnationAlone) {
   rival.incarnation = 9;
   rival.claim = 999;
   FakeController controller(1);
-  FakeRun::Seat seat(&run.hub, 0, 1);
+  FakeRun::Seat seat(&run, 0, 1);
   ModuleParticipant usurper(&seat.bus, &controller, &run.time, rival);
   usurper.Start();
   ASSERT_TRUE(run.RunUntil([&] { return run.sim->tick() == 20; }));
@@ -218,7 +218,7 @@ TEST(Deaths, ADamagedSnapshotIsRefused) {
   ASSERT_GT(snapshot.size(), 1000u);
   const auto resume = [&](const std::vector<uint8_t>& bytes, int module) {
     FakeController controller(static_cast<uint16_t>(module));
-    FakeRun::Seat seat(&run.hub, 0, 1);
+    FakeRun::Seat seat(&run, 0, 1);
     ModuleParticipant participant(&seat.bus, &controller, &run.time, run.ModuleOptions(module));
     return participant.ResumeFrom(bytes).has_value();
   };

@@ -182,7 +182,7 @@ ModuleParticipantOptions FakeRun::ModuleOptions(int i) const {
 }
 
 std::unique_ptr<FakeRun::Seat> FakeRun::MakeSeat(uint64_t seed) {
-  return std::make_unique<Seat>(options.connect ? options.connect() : hub.Connect(),
+  return std::make_unique<Seat>(options.connect ? options.connect() : hub.Connect(), options.key,
                                 WithLoss(options.faults, options.loss, seed),
                                 [this] { return clock->NowUs(); });
 }

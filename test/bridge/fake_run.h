@@ -14,6 +14,7 @@
 #include "bridge/lockstep/log_participant.h"
 #include "bridge/lockstep/module_participant.h"
 #include "bridge/lockstep/sim_participant.h"
+#include "bridge/wire/sealed_bus.h"
 
 namespace morphbus::bridge {
 
@@ -76,6 +77,8 @@ struct FakeRunOptions {
   bool realtime = false;
   double speed = 0;
   LockstepTiming timing;
+  /// The run's; open runs have none.
+  RunKey key = RunKey(RunKey::Bytes{1, 2, 3});
   /// Where each participant's bus comes from; empty: endpoints of the run's own hub, in virtual
   /// time. Else the clock is the machine's.
   std::function<std::unique_ptr<Bus>()> connect;
@@ -97,12 +100,16 @@ class FakeRun {
   [[nodiscard]] std::vector<Participant*> participants();
 
   struct Seat {
-    Seat(InprocHub* hub, double loss, uint64_t seed)
-        : Seat(hub->Connect(), WithLoss({}, loss, seed)) {}
-    Seat(std::unique_ptr<Bus> connection, const FaultPlan& faults,
+    /// On the run's hub and with its key, for a process that comes later.
+    Seat(FakeRun* run, double loss, uint64_t seed)
+        : Seat(run->hub.Connect(), run->options.key, WithLoss({}, loss, seed)) {}
+    Seat(std::unique_ptr<Bus> connection, const RunKey& key, const FaultPlan& faults,
          std::function<int64_t()> now_us = {})
-        : endpoint(std::move(connection)), bus(endpoint.get(), faults, "", std::move(now_us)) {}
+        : endpoint(std::move(connection)),
+          sealed(endpoint.get(), key),
+          bus(&sealed, faults, "", std::move(now_us)) {}
     std::unique_ptr<Bus> endpoint;
+    SealedBus sealed;
     FaultyBus bus;
   };
   struct Module {

@@ -25,6 +25,7 @@ void Append(std::vector<uint8_t>* out, const void* data, size_t size) {
 
 /// Adds the refusals of one process.
 void AddRefusals(const Ledger& one, Ledger* sum) {
+  sum->unauthentic.all += one.unauthentic.all;
   sum->bad += one.bad;
   sum->conflicts += one.conflicts;
   sum->outside_window += one.outside_window;
@@ -138,13 +139,32 @@ void Change(std::mt19937_64* random, morphbus::ask_t* m) {
   }
 }
 
-template <class M>
-Spoken AlteredAs(const Spoken& original, std::mt19937_64* random) {
-  return Altered<M>(original, [random](M* message) {
-    const uint64_t what = (*random)() % 3;
-    if (what != 0) Change(random, message);
-    if (what != 1) Displace(random, message);
-  });
+/// Alters a message of any type: `alter` is called with it, decoded.
+template <class Alter>
+Spoken AlteredBy(const Spoken& original, const Alter& alter) {
+  const auto as = [&]<class M>(M* /*type*/) { return Altered<M>(original, alter); };
+  switch (ParseChannel(original.channel)->topic) {
+    case Topic::kClock:
+      return as(static_cast<morphbus::sim_clock_t*>(nullptr));
+    case Topic::kSensors:
+      return as(static_cast<morphbus::sensors_t*>(nullptr));
+    case Topic::kWorld:
+      return as(static_cast<morphbus::world_t*>(nullptr));
+    case Topic::kTransform:
+      return as(static_cast<morphbus::transform_t*>(nullptr));
+    case Topic::kActuator:
+      return as(static_cast<morphbus::actuator_t*>(nullptr));
+    case Topic::kStatus:
+      return as(static_cast<morphbus::status_t*>(nullptr));
+    case Topic::kHello:
+      return as(static_cast<morphbus::hello_t*>(nullptr));
+    case Topic::kHealth:
+      return as(static_cast<morphbus::health_t*>(nullptr));
+    case Topic::kInfo:
+      return as(static_cast<morphbus::info_part_t*>(nullptr));
+    default:
+      return as(static_cast<morphbus::ask_t*>(nullptr));
+  }
 }
 
 }  // namespace
@@ -185,7 +205,7 @@ Forger::Forger(FakeRun* run, std::function<void(int64_t, const Spoken&)> on_mess
   bus_->SubscribePrefix(run->options.run + "/",
                         [this, on_message = std::move(on_message)](
                             std::string_view channel, const uint8_t* data, size_t size) {
-                          if (said_.contains(DigestOf(data, size))) return;
+                          if (said_.contains(MessageDigest(data, size))) return;
                           on_message(heard_++, {std::string(channel), {data, data + size}});
                         });
 }
@@ -250,29 +270,24 @@ Spoken MadeUpAsk(int8_t kind, const Spoken& command, std::mt19937_64* random) {
   return made;
 }
 
+Spoken Displaced(const Spoken& original, int64_t ticks) {
+  return AlteredBy(original, [ticks](auto* message) {
+    message->header.tick = std::max<int64_t>(0, message->header.tick + ticks);
+    message->header.sequence = std::max<int64_t>(0, message->header.sequence + ticks);
+    message->header.sim_time_us = std::max<int64_t>(0, message->header.sim_time_us + 20000 * ticks);
+  });
+}
+
+Spoken AlteredContent(const Spoken& original, std::mt19937_64* random) {
+  return AlteredBy(original, [random](auto* message) { Change(random, message); });
+}
+
 Spoken AlteredAnyhow(const Spoken& original, std::mt19937_64* random) {
-  switch (ParseChannel(original.channel)->topic) {
-    case Topic::kClock:
-      return AlteredAs<morphbus::sim_clock_t>(original, random);
-    case Topic::kSensors:
-      return AlteredAs<morphbus::sensors_t>(original, random);
-    case Topic::kWorld:
-      return AlteredAs<morphbus::world_t>(original, random);
-    case Topic::kTransform:
-      return AlteredAs<morphbus::transform_t>(original, random);
-    case Topic::kActuator:
-      return AlteredAs<morphbus::actuator_t>(original, random);
-    case Topic::kStatus:
-      return AlteredAs<morphbus::status_t>(original, random);
-    case Topic::kHello:
-      return AlteredAs<morphbus::hello_t>(original, random);
-    case Topic::kHealth:
-      return AlteredAs<morphbus::health_t>(original, random);
-    case Topic::kInfo:
-      return AlteredAs<morphbus::info_part_t>(original, random);
-    default:
-      return AlteredAs<morphbus::ask_t>(original, random);
-  }
+  return AlteredBy(original, [random](auto* message) {
+    const uint64_t what = (*random)() % 3;
+    if (what != 0) Change(random, message);
+    if (what != 1) Displace(random, message);
+  });
 }
 
 }  // namespace morphbus::bridge

@@ -2,6 +2,7 @@
 // Somebody on the bus of a run who speaks in other processes' names: with sound messages, whose CRC
 // fits. The forger knows beforehand what everybody will say, for runs repeat.
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -49,6 +50,13 @@ Outcome OutcomeOf(FakeRun* run);
 std::vector<Spoken> Overhear(const FakeRunOptions& options,
                              const std::function<void(FakeRun*)>& prepare = {});
 
+/// The options of a run without a key, in which everybody may speak in anybody's name.
+inline FakeRunOptions Open() {
+  FakeRunOptions options;
+  options.key = RunKey();
+  return options;
+}
+
 /// An endpoint on a run's bus that hears everything and may say anything.
 class Forger {
  public:
@@ -56,7 +64,7 @@ class Forger {
   Forger(FakeRun* run, std::function<void(int64_t count, const Spoken& message)> on_message);
 
   void Say(const Spoken& message) {
-    said_.insert(DigestOf(message.bytes.data(), message.bytes.size()));
+    said_.insert(MessageDigest(message.bytes.data(), message.bytes.size()));
     bus_->Publish(message.channel, message.bytes.data(), message.bytes.size());
   }
 
@@ -66,7 +74,7 @@ class Forger {
   std::set<uint64_t> said_;  ///< Hashes of its own messages, which come back to it.
 };
 
-/// The message with a change, and the CRC that belongs to it.
+/// The message with a change, the CRC that belongs to it, and the auth that it had.
 template <class M>
 Spoken Altered(const Spoken& original, const std::function<void(M*)>& change) {
   M message;
@@ -74,12 +82,21 @@ Spoken Altered(const Spoken& original, const std::function<void(M*)>& change) {
   change(&message);
   Spoken altered{original.channel, {}};
   Encode(message, &altered.bytes);
+  std::copy_n(original.bytes.begin() + kAuthOffset, kContentOffset - kAuthOffset,
+              altered.bytes.begin() + kAuthOffset);
+  PatchCrc(altered.bytes.data(), altered.bytes.size());
   return altered;
 }
 
 /// A request of this kind (ask_t) as somebody makes it up who hears a module's ACTUATOR, to whoever
 /// might believe it.
 Spoken MadeUpAsk(int8_t kind, const Spoken& command, std::mt19937_64* random);
+
+/// The message so many ticks later, as its header says; its content is what it was.
+Spoken Displaced(const Spoken& original, int64_t ticks);
+
+/// The message with another content, of the same place in the run.
+Spoken AlteredContent(const Spoken& original, std::mt19937_64* random);
 
 /// Changes something in a message of any kind, so that it says something else: its content, its
 /// place in the run, or both.

@@ -1,12 +1,10 @@
-// A forger races each kind of message a hundred times: it puts an altered copy with a right CRC on
-// the bus before the original, with it or after it. Whatever comes of it, no run whose publishers,
-// receivers and log disagree may end well. Who disagrees is found out by witnesses that take no
-// part in the product's own comparison: the robot, the programs and the log, against an undisturbed
-// run.
+// A forger without the run's key races each kind of message a hundred times: it puts an altered
+// copy with a right CRC on the bus before the original, with it or after it. No run is harmed.
+// Witnesses that take no part in the product's own comparison say so: the robot, the programs and
+// the log, against an undisturbed run.
 
 #include <gtest/gtest.h>
 
-#include <cstdio>
 #include <map>
 #include <morphbus/ask_t.hpp>
 #include <morphbus/info_part_t.hpp>
@@ -25,8 +23,6 @@ struct Race {
   const char* name;
   Topic topic;
   int kind;  ///< CLOCK: its phase. ASK: its kind. -1: any.
-  /// Races at least that must be noticed by some process, of a hundred.
-  int least_noticed;
   /// Nobody says such a thing in the run: the forger makes it up.
   bool made_up = false;
 };
@@ -73,9 +69,14 @@ void Prepare(FakeRun* run) {
   });
 }
 
-/// What an undisturbed run says and comes to; worked out once for all races.
+/// What an undisturbed run comes to, and what is said in one with another key: nobody has heard
+/// beforehand what is said with this one. Worked out once for all races.
 struct Reference {
-  std::vector<Spoken> said = Overhear(Options(), Prepare);
+  std::vector<Spoken> said = [] {
+    FakeRunOptions options = Options();
+    options.key = RunKey(RunKey::Bytes{9});
+    return Overhear(options, Prepare);
+  }();
   Outcome outcome = [] {
     FakeRun run(Options());
     Prepare(&run);
@@ -96,7 +97,7 @@ bool AllAgree(const Outcome& outcome) {
 
 class Forged : public testing::TestWithParam<Race> {};
 
-TEST_P(Forged, NoRunThatDisagreesEndsWell) {
+TEST_P(Forged, HarmsNoRun) {
   const std::vector<Spoken>& said = Undisturbed().said;
   ASSERT_TRUE(Undisturbed().outcome.sim_ok && Undisturbed().outcome.log_clean);
   std::vector<size_t> originals;
@@ -104,7 +105,6 @@ TEST_P(Forged, NoRunThatDisagreesEndsWell) {
     if (IsOf(GetParam(), said[i])) originals.push_back(i);
   }
   ASSERT_FALSE(originals.empty());
-  int noticed = 0, spoiled = 0, unharmed = 0;
   for (uint64_t seed = 0; seed < kRaces; ++seed) {
     std::mt19937_64 random(seed * 1000 + static_cast<uint64_t>(GetParam().topic));
     // One message is raced, or many are; each when some other message near it is heard.
@@ -121,56 +121,50 @@ TEST_P(Forged, NoRunThatDisagreesEndsWell) {
     FakeRun run(Options());
     Prepare(&run);
     Forger* self = nullptr;
+    int spoken = 0;
     Forger forger(&run, [&](int64_t count, const Spoken&) {
-      for (const Spoken& message : at[count]) self->Say(message);
+      for (const Spoken& message : at[count]) {
+        self->Say(message);
+        ++spoken;
+      }
     });
     self = &forger;
     const Outcome outcome = OutcomeOf(&run);
-    const Ledger& refused = outcome.refused;
-    const bool well = outcome.sim_ok || outcome.log_clean;
-    EXPECT_TRUE(!well || AllAgree(outcome))
-        << "seed " << seed << ": sim " << outcome.sim_ok << ", log " << outcome.log_clean;
-    EXPECT_EQ(outcome.sim_ok && !outcome.log_clean && AllAgree(outcome) && outcome.error.empty(),
-              false)
-        << "seed " << seed << ": whoever calls the log not clean says why";
-    EXPECT_TRUE(outcome.sim_ok || !outcome.error.empty()) << "seed " << seed;
-    // The run is over in no time, whatever the forger said in it.
-    EXPECT_LT(outcome.seconds_to_end, Undisturbed().outcome.seconds + 3)
-        << "seed " << seed << ": " << outcome.error;
-    noticed += refused.bad + refused.conflicts + refused.outside_window + refused.false_ends > 0;
-    ++(well ? unharmed : spoiled);
+    EXPECT_TRUE(outcome.sim_ok && outcome.log_clean) << "seed " << seed << ": " << outcome.error;
+    EXPECT_TRUE(AllAgree(outcome)) << "seed " << seed;
+    EXPECT_LT(outcome.seconds, Undisturbed().outcome.seconds + 0.1) << "seed " << seed;
+    // The logger hears everything, if only until it is done.
+    EXPECT_LE(outcome.refused.unauthentic.all, int64_t{5} * spoken);
+    EXPECT_EQ(run.logged_bad + run.logged_refused, 0) << "seed " << seed;
   }
-  std::printf("%s: %d runs unharmed, %d ended badly, in %d something was refused\n",
-              GetParam().name, unharmed, spoiled, noticed);
-  EXPECT_GE(noticed, GetParam().least_noticed);
 }
 
 INSTANTIATE_TEST_SUITE_P(
     Race, Forged,
-    testing::Values(Race{"clock", Topic::kClock, -1, 50},
-                    Race{"end", Topic::kClock, morphbus::sim_clock_t::PHASE_END, 50},
-                    Race{"sensors", Topic::kSensors, -1, 80}, Race{"world", Topic::kWorld, -1, 80},
-                    Race{"transform", Topic::kTransform, -1, 80},
-                    Race{"actuator", Topic::kActuator, -1, 80},
-                    Race{"status", Topic::kStatus, -1, 50}, Race{"hello", Topic::kHello, -1, 0},
-                    Race{"ack", Topic::kAsk, morphbus::ask_t::KIND_ACK, 0},
-                    Race{"end_ack", Topic::kAsk, morphbus::ask_t::KIND_END_ACK, 20},
-                    Race{"verdict", Topic::kAsk, morphbus::ask_t::KIND_VERDICT, 20},
-                    Race{"verdict_ack", Topic::kAsk, morphbus::ask_t::KIND_VERDICT_ACK, 0},
-                    Race{"bye", Topic::kAsk, morphbus::ask_t::KIND_BYE, 0},
-                    Race{"any_ask", Topic::kAsk, -1, 20}, Race{"health", Topic::kHealth, -1, 0},
-                    Race{"info", Topic::kInfo, -1, 0},
-                    Race{"made_up_resend", Topic::kAsk, ask_t::KIND_RESEND, 0, true},
-                    Race{"made_up_ack", Topic::kAsk, ask_t::KIND_ACK, 0, true},
-                    Race{"made_up_info", Topic::kAsk, ask_t::KIND_INFO, 0, true},
-                    Race{"made_up_end_ack", Topic::kAsk, ask_t::KIND_END_ACK, 60, true},
-                    Race{"made_up_poll", Topic::kAsk, ask_t::KIND_POLL, 0, true},
-                    Race{"made_up_bye", Topic::kAsk, ask_t::KIND_BYE, 60, true},
-                    Race{"made_up_verdict", Topic::kAsk, ask_t::KIND_VERDICT, 60, true},
-                    Race{"made_up_verdict_ack", Topic::kAsk, ask_t::KIND_VERDICT_ACK, 60, true},
-                    Race{"made_up_leave", Topic::kAsk, ask_t::KIND_LEAVE, 80, true},
-                    Race{"made_up_admit", Topic::kAsk, ask_t::KIND_ADMIT, 80, true},
-                    Race{"made_up_taken", Topic::kAsk, ask_t::KIND_TAKEN, 0, true}),
+    testing::Values(Race{"clock", Topic::kClock, -1},
+                    Race{"end", Topic::kClock, morphbus::sim_clock_t::PHASE_END},
+                    Race{"sensors", Topic::kSensors, -1}, Race{"world", Topic::kWorld, -1},
+                    Race{"transform", Topic::kTransform, -1},
+                    Race{"actuator", Topic::kActuator, -1}, Race{"status", Topic::kStatus, -1},
+                    Race{"hello", Topic::kHello, -1},
+                    Race{"ack", Topic::kAsk, morphbus::ask_t::KIND_ACK},
+                    Race{"end_ack", Topic::kAsk, morphbus::ask_t::KIND_END_ACK},
+                    Race{"verdict", Topic::kAsk, morphbus::ask_t::KIND_VERDICT},
+                    Race{"verdict_ack", Topic::kAsk, morphbus::ask_t::KIND_VERDICT_ACK},
+                    Race{"bye", Topic::kAsk, morphbus::ask_t::KIND_BYE},
+                    Race{"any_ask", Topic::kAsk, -1}, Race{"health", Topic::kHealth, -1},
+                    Race{"info", Topic::kInfo, -1},
+                    Race{"made_up_resend", Topic::kAsk, ask_t::KIND_RESEND, true},
+                    Race{"made_up_ack", Topic::kAsk, ask_t::KIND_ACK, true},
+                    Race{"made_up_info", Topic::kAsk, ask_t::KIND_INFO, true},
+                    Race{"made_up_end_ack", Topic::kAsk, ask_t::KIND_END_ACK, true},
+                    Race{"made_up_poll", Topic::kAsk, ask_t::KIND_POLL, true},
+                    Race{"made_up_bye", Topic::kAsk, ask_t::KIND_BYE, true},
+                    Race{"made_up_verdict", Topic::kAsk, ask_t::KIND_VERDICT, true},
+                    Race{"made_up_verdict_ack", Topic::kAsk, ask_t::KIND_VERDICT_ACK, true},
+                    Race{"made_up_leave", Topic::kAsk, ask_t::KIND_LEAVE, true},
+                    Race{"made_up_admit", Topic::kAsk, ask_t::KIND_ADMIT, true},
+                    Race{"made_up_taken", Topic::kAsk, ask_t::KIND_TAKEN, true}),
     [](const testing::TestParamInfo<Race>& race) { return std::string(race.param.name); });
 
 }  // namespace

@@ -55,7 +55,7 @@ Spoken FirstOn(const FakeRunOptions& options, const std::string& channel) {
 
 /// A message of this kind to `to`, in `sender`'s name.
 Spoken AskOf(int8_t kind, const std::string& sender, const std::string& to, int64_t tick) {
-  static const Spoken pattern = FirstOn({}, "test/SIM/ASK");
+  static const Spoken pattern = FirstOn(Open(), "test/SIM/ASK");
   Spoken forged = Altered<ask_t>(pattern, [&](ask_t* ask) {
     ask->kind = kind;
     ask->sender = sender;
@@ -66,7 +66,7 @@ Spoken AskOf(int8_t kind, const std::string& sender, const std::string& to, int6
 }
 
 TEST(Hostile, ACommandFromTheFutureIsNeitherObeyedNorLogged) {
-  const FakeRunOptions options;
+  const FakeRunOptions options = Open();
   const Outcome reference = Undisturbed(options);
   for (const int64_t ahead : {2, 17, 20, 50, 100}) {
     int said = 0;
@@ -87,7 +87,7 @@ TEST(Hostile, ACommandFromTheFutureIsNeitherObeyedNorLogged) {
 }
 
 TEST(Hostile, WhoSpeaksBeforeTheModuleIsNamedWithTheProcessThatBelievedIt) {
-  const FakeRunOptions options;
+  const FakeRunOptions options = Open();
   const std::vector<Spoken> said = Overhear(options);
   FakeRun run(options);
   Forger forger(&run, [](int64_t, const Spoken&) {});
@@ -118,7 +118,7 @@ TEST(Hostile, WhoSpeaksBeforeTheModuleIsNamedWithTheProcessThatBelievedIt) {
 }
 
 TEST(Hostile, AnEndThatIsNoneEndsNothing) {
-  const FakeRunOptions options;
+  const FakeRunOptions options = Open();
   const Outcome reference = Undisturbed(options);
   for (const int64_t ahead : {-5, 0, 1, 2, 5, 16, 20, 1000}) {
     int said = 0;
@@ -148,13 +148,13 @@ TEST(Hostile, AnEndThatIsNoneEndsNothing) {
 }
 
 TEST(Hostile, ASecondSimThatIsStoppedLeavesTheRunAlone) {
-  const FakeRunOptions options;
+  const FakeRunOptions options = Open();
   const Outcome reference = Undisturbed(options);
   // While both are at their first tick, nobody can tell which one the run's is.
   for (const int64_t at : {2, 20}) {
     FakeRun run(options);
     FakeRobot robot(options.modules);
-    FakeRun::Seat seat(&run.hub, 0, 1);
+    FakeRun::Seat seat(&run, 0, 1);
     SimParticipant second(&seat.bus, &robot, &run.time, run.SimOptions());
     run.sim->OnBeforeTick([&](int64_t tick) {
       if (tick != at) return;
@@ -171,7 +171,7 @@ TEST(Hostile, ASecondSimThatIsStoppedLeavesTheRunAlone) {
 }
 
 TEST(Hostile, APollFromTheFutureBringsNoResends) {
-  const FakeRunOptions options;
+  const FakeRunOptions options = Open();
   const Outcome reference = Undisturbed(options);
   int said = 0;
   const Outcome outcome = Attacked(options, [&](FakeRun*, Forger* forger, const Spoken& heard) {
@@ -237,7 +237,7 @@ TEST(Hostile, InAQuickRunAnswersComeSoonAndNotWithoutEnd) {
 }
 
 TEST(Hostile, InventedChannelsCostACountAndNothingElse) {
-  const FakeRunOptions options;
+  const FakeRunOptions options = Open();
   const Outcome reference = Undisturbed(options);
   Spoken health = FirstOn(options, "test/SIM/ASK");
   bool said = false;
@@ -257,7 +257,7 @@ TEST(Hostile, InventedChannelsCostACountAndNothingElse) {
 }
 
 TEST(Hostile, ARunWhoseLogHasAForgeryEndsWhileItGoesOn) {
-  FakeRunOptions options;
+  FakeRunOptions options = Open();
   options.ticks = 1000;
   // Where the module's own ACTUATOR is lost, an altered copy comes first.
   options.loss = 0.3;
@@ -285,7 +285,7 @@ TEST(Hostile, ARunWhoseLogHasAForgeryEndsWhileItGoesOn) {
 }
 
 TEST(Hostile, OneForgedReportOfWhatWasPublishedEndsNothing) {
-  const FakeRunOptions options;
+  const FakeRunOptions options = Open();
   int64_t reports = 0;
   const auto attack = [&](FakeRun* run, Forger* forger, const Spoken& heard) {
     if (heard.channel == "test/m2/ACTUATOR") run->modules[1].participant->PublishHealth();
@@ -299,7 +299,7 @@ TEST(Hostile, OneForgedReportOfWhatWasPublishedEndsNothing) {
 }
 
 TEST(Hostile, AReportWithABadBodyIsRefused) {
-  FakeRunOptions options;
+  FakeRunOptions options = Open();
   const Outcome reference = Undisturbed(options);
   const Spoken pattern = FirstOn(options, "test/SIM/ASK");
   // An ASK on a channel of HEALTH: its header is sound, and its body is not one of HEALTH.
@@ -318,7 +318,7 @@ TEST(Hostile, AReportWithABadBodyIsRefused) {
 }
 
 TEST(Hostile, AVerdictThatIsNotTheSimsIsNotBelieved) {
-  FakeRunOptions options;
+  FakeRunOptions options = Open();
   int said = 0;
   const Outcome outcome = Attacked(options, [&](FakeRun*, Forger* forger, const Spoken& heard) {
     if (!heard.channel.ends_with("/ACTUATOR")) return;
@@ -330,7 +330,7 @@ TEST(Hostile, AVerdictThatIsNotTheSimsIsNotBelieved) {
 }
 
 TEST(Hostile, SensorsFromAheadMakeNobodyLeaveUnlessTheRunGoesOnWithoutThem) {
-  const FakeRunOptions options;
+  const FakeRunOptions options = Open();
   const Outcome outcome = Attacked(options, [&](FakeRun*, Forger* forger, const Spoken& heard) {
     if (heard.channel != "test/SIM/SENSORS") return;
     for (int i = 0; i < 5; ++i) {

@@ -179,7 +179,7 @@ TEST(Lockstep, TheSimIsNeverMoreThanTheWindowAheadOfTheLogger) {
   morphbus::hello_t hello;
   const Sender sender{options.run, "LOG", kFakeModel, 0};
   Ledger ledger;
-  Outbox outbox(run.log_seat->endpoint.get(), sender, &ledger);
+  Outbox outbox(&run.log_seat->sealed, sender, &ledger);
   hello.process = "LOG";
   hello.pid = 1;
   hello.claim = 1;
@@ -256,7 +256,7 @@ TEST(Lockstep, AnotherProgramIsRefusedByName) {
 void RunWithAnotherArithmetic(FakeRun* run) {
   const ModuleParticipantOptions options = run->ModuleOptions(1);
   Ledger ledger;
-  Outbox outbox(run->modules[1].seat->endpoint.get(),
+  Outbox outbox(&run->modules[1].seat->sealed,
                 {options.run, options.module, kFakeModel, kFakeProgram}, &ledger);
   morphbus::hello_t hello;
   hello.process = options.module;
@@ -328,7 +328,7 @@ TEST(Lockstep, TwoClaimantsOfOneModuleAreRefusedByName) {
   ModuleParticipantOptions options = run.ModuleOptions(1);
   options.claim = 999;
   FakeController controller(1);
-  FakeRun::Seat seat(&run.hub, 0, 1);
+  FakeRun::Seat seat(&run, 0, 1);
   ModuleParticipant twin(&seat.bus, &controller, &run.time, options);
   std::vector<Participant*> participants = run.participants();
   // Last: the sim, which starts first, has heard m2 before.
@@ -343,7 +343,7 @@ TEST(Lockstep, AClaimantOfARunningModuleLeavesAndTheRunGoesOn) {
   ModuleParticipantOptions options = run.ModuleOptions(1);
   options.claim = 999;
   FakeController controller(1);
-  FakeRun::Seat seat(&run.hub, 0, 1);
+  FakeRun::Seat seat(&run, 0, 1);
   ModuleParticipant twin(&seat.bus, &controller, &run.time, options);
   run.sim->OnBeforeTick([&](int64_t tick) {
     if (tick == 10) twin.Start();
@@ -364,7 +364,7 @@ TEST(Lockstep, AStrangerIsTurnedAwayWithoutHarm) {
   options.module = "m77";
   options.module_id = 77;
   FakeController controller(77);
-  FakeRun::Seat seat(&run.hub, 0, 1);
+  FakeRun::Seat seat(&run, 0, 1);
   ModuleParticipant stranger(&seat.bus, &controller, &run.time, options);
   stranger.Start();
   ASSERT_TRUE(run.Run());

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -62,6 +63,8 @@ class ModuleProcess : public testing::Test {
     program_ = EmptyProgram();
     WriteFile(folder_ + "/FAKE.kinematics", kinematics_);
     WriteFile(folder_ + "/program.image", program_);
+    WriteFile(folder_ + "/key", {1, 2, 3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0});  // FakeRun's.
+    ASSERT_EQ(chmod((folder_ + "/key").c_str(), 0600), 0);
     ASSERT_EQ(vm::VerifyKinematics(kinematics_.data(), static_cast<uint32_t>(kinematics_.size()),
                                    &verified_kinematics_)
                   .message,
@@ -78,7 +81,8 @@ class ModuleProcess : public testing::Test {
                                           "--modules",    modules,
                                           "--id",         ids,
                                           "--kinematics", folder_ + "/FAKE.kinematics",
-                                          "--program",    folder_ + "/program.image"};
+                                          "--program",    folder_ + "/program.image",
+                                          "--key",        folder_ + "/key"};
     if (modules.substr(0, 2) == "m1") {
       arguments.insert(arguments.end(), {"--root-link", "0", "--root-pose", "-0.1,0,0,1,0,0,0",
                                          "--root-module", "m1"});
@@ -121,7 +125,8 @@ class ModuleProcess : public testing::Test {
       module.kinematics_hash = verified_kinematics_.hash();
     auto lcm = OpenLcmBus("");
     EXPECT_TRUE(lcm) << lcm.error().message;
-    BusMux mux(lcm->get());
+    SealedBus sealed(lcm->get(), fake_options.key);
+    BusMux mux(&sealed);
     const auto sim_bus = mux.Connect(), log_bus = mux.Connect();
     LossyBus sim_lossy(sim_bus.get(), loss, 11), log_lossy(log_bus.get(), loss, 12);
     FakeRobot robot(3);

@@ -182,7 +182,7 @@ TEST(Realtime, AReportInTheMiddleOfATickSpeaksOfNoTickButThoseItNames) {
 
 TEST_F(LatenessTest, ManyModulesShareSeveralMessages) {
   Run(20, "fault channel=*/ACTUATOR from=10 until=11 loss=1\n");
-  EXPECT_EQ(messages_, 2);
+  EXPECT_EQ(messages_, 3);
   EXPECT_EQ(lateness_.size(), 20u);
   for (const auto& [module, l] : lateness_) EXPECT_EQ(l.missed, 1) << module;
 }

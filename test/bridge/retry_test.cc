@@ -203,7 +203,7 @@ TEST(SimParticipant, SoonAsksInVainNoMoreForAnswersThatAreOnlyLate) {
   options.logger = false;
   options.ticks = 1000;
   FakeRun run(options);
-  DelayingBus bus(run.sim_seat->endpoint.get());
+  DelayingBus bus(&run.sim_seat->sealed);
   run.sim = std::make_unique<SimParticipant>(&bus, &run.robot, run.clock, run.SimOptions());
   for (Participant* participant : run.participants()) participant->Start();
   // Requests in a tick in which m1's answer comes late, and again for each of them.

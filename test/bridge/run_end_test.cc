@@ -184,7 +184,7 @@ class AlteringBus : public LossyBus {
 
 TEST(RunEnd, ALogThatHoldsAnotherRunThanWasPublishedIsNotClean) {
   FakeRun run({});
-  AlteringBus bus(run.log_seat->endpoint.get());
+  AlteringBus bus(&run.log_seat->sealed);
   LogParticipantOptions options;
   options.run = run.options.run;
   options.model_hash = kFakeModel;

@@ -274,6 +274,7 @@ std::vector<SampleMessage> SampleMessages() {
   hello.build = "0.1.0";
   Ledger ledger;
   ledger.received = 5;
+  ledger.unauthentic = {3, {{"m2/ACTUATOR", 2}, {"HELLO", 1}}};
   morphbus::health_t health = MakeHealth("m3", ledger);
   morphbus::lateness_t& lateness = health.lateness.emplace_back();
   lateness.module_name = "m7";
@@ -289,9 +290,9 @@ std::vector<SampleMessage> SampleMessages() {
   morphbus::control_t control;
   control.counter = 3;
   control.command = "pause";
-  for (uint8_t& byte : control.mac) byte = 0xab;
   morphbus::log_end_t end;
   end.run = "walk";
+  end.open = 0;
   end.clean = 1;
   end.reason = "finished";
   end.run_hash = "0123456789abcdef0123456789abcdef";

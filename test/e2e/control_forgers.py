@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
 """Whoever is on the bus of a run without its key, and old commands on it again, change nothing and are counted."""
-import hmac
 import os
 import socket
 import struct
@@ -9,7 +8,7 @@ import time
 import unittest
 
 from control_live import Live, written_so_far
-from support import BIN, LIMIT, as_json, await_condition, command, decode, encode, lcm_types, morphbus, read_events
+from support import BIN, LIMIT, as_json, await_condition, command, decode, encode, lcm_types, morphbus, read_events, seal, with_crc
 
 
 class Bus:
@@ -30,13 +29,13 @@ class Bus:
 class Forgers(Live):
     """Whoever is on the bus without the key, and old commands on it again, change nothing and are counted."""
 
-    def message(self, text, counter, key):
+    def message(self, text, counter):
+        """A command, without the key."""
         header = lcm_types()['header_t']()
         control = lcm_types()['control_t']()
         control.header = header
         header.protocol, header.model_hash = self.pattern.protocol, self.pattern.model_hash
         control.counter, control.command = counter, text
-        control.mac = hmac.new(key, counter.to_bytes(8, 'big') + text.encode(), 'sha256').digest()
         return encode(control)
 
     def logged(self, channel):
@@ -59,30 +58,33 @@ class Forgers(Live):
             return health and all(getattr(health[-1], name) >= count for name, count in least.items())
         await_condition(told, f'HEALTH says {least}')
 
-    def test_forged_replayed_late_and_malformed_commands(self):
+    def test_forged_old_and_malformed_commands(self):
         if not self.in_private_network():
             return
         self.start(isolate=False)
         self.control('pause')
-        folder = self.folder / 'runtime' / 'morphbus' / 'live'
-        self.assertEqual((folder / 'control.key').stat().st_mode & 0o777, 0o600)
-        key = (folder / 'control.key').read_bytes()
+        path = self.folder / 'runtime' / 'morphbus' / 'live' / 'key'
+        self.assertEqual((path.stat().st_mode & 0o777, path.stat().st_size), (0o600, 16))
+        key = path.read_bytes()
         events = await_condition(lambda: self.logged('live/CONTROL'), 'commands are logged')
         self.pattern = decode(events[0][3]).header
+        # What the key makes of a message is what its definition says.
+        for *_, data in events:
+            self.assertEqual(seal('live/CONTROL', data, key), data)
         bus = Bus(self)
         now = time.monotonic_ns() // 1000
-        # Without the key; from long ago, or a clock that is ahead; and what cannot be read, signed or not.
-        for _ in range(100):
-            bus.publish('live/CONTROL', self.message('stop', now, bytes(32)))
-            bus.publish('live/CONTROL', self.message('stop', now - 60_000_000, key))
+        # Without the key, or with another one; once more; altered; on another channel; and no message at all.
+        for i in range(100):
+            bus.publish('live/CONTROL', self.message('stop', now + i))
+            bus.publish('live/CONTROL', seal('live/CONTROL', self.message('stop', now + i), bytes(16)))
             bus.publish('live/CONTROL', events[0][3])
             bus.publish('live/CONTROL', b'\x93' * 40)
-        bus.publish('live/CONTROL', self.message('stop', now + 60_000_000, key))
         altered = bytearray(events[0][3])
-        altered[-40] ^= 1
-        bus.publish('live/CONTROL', bytes(altered))
-        bus.publish('live/CONTROL', self.message('explode', time.monotonic_ns() // 1000, key))
-        self.await_counts(forged_commands=100, late_commands=101, malformed_commands=102)
+        altered[-3] ^= 1
+        bus.publish('live/CONTROL', with_crc(bytes(altered)))
+        bus.publish('live/CONTROL', seal('live/HELLO', self.message('stop', now), key))
+        bus.publish('live/CONTROL', seal('live/CONTROL', self.message('explode', time.monotonic_ns() // 1000), key))
+        self.await_counts(unauthentic=302, old_commands=100, malformed_commands=1)
         # After all that the run takes the commands of its owner, as if nothing had been.
         self.control('step')
         self.control('resume')
@@ -90,11 +92,13 @@ class Forgers(Live):
         self.control('stop')
         self.end()
         health = as_json('info', self.path)['health']['SIM']
-        self.assertEqual(health['forged_commands'], 100)
-        self.assertEqual(health['late_commands'], 101)
-        self.assertGreaterEqual(health['replayed_commands'], 100)
-        self.assertEqual(health['malformed_commands'], 102)
-        self.assertIn('refused commands: 100 forged', morphbus('info', self.path).stdout)
+        self.assertEqual(health['unauthentic'], 302)
+        self.assertGreaterEqual(health['old_commands'], 100)
+        self.assertEqual(health['malformed_commands'], 1)
+        said = morphbus('info', self.path).stdout
+        self.assertIn('not authentic (302 on CONTROL)', said)
+        self.assertIn('first: CONTROL: not authentic', said)
+        self.assertRegex(said, r'refused commands: \d+ old, 1 malformed')
         self.assertEqual([c for _, c in self.commands() if c.startswith('stop')], ['stop'])
         self.assertEqual(self.summary['ended'], 'stopped by command')
         self.assert_repeats()
@@ -116,12 +120,12 @@ class Forgers(Live):
         bus = Bus(self)
         for data in controls:
             bus.publish('live/CONTROL', data)
-        self.await_counts(forged_commands=len(controls))
+        self.await_counts(unauthentic=len(controls))
         self.control('resume')
         self.reach(30)
         self.control('stop')
         self.end()
-        self.assertEqual(as_json('info', self.path)['health']['SIM']['forged_commands'], len(controls))
+        self.assertEqual(as_json('info', self.path)['health']['SIM']['unauthentic'], len(controls))
 
 
 if __name__ == '__main__':

@@ -18,7 +18,7 @@ def end_of(path):
 class Endings(Case):
     def by_hand(self, what, *arguments, **options):
         return subprocess.Popen(command(what, MODEL, PROGRAM, '--robot', 'quadruped', '--run', 'hand', '--seconds', 2,
-                                        *arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+                                        '--open', *arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
 
     def test_modules_that_never_come_are_named_by_sim_and_log(self):
         if os.environ.get('MORPHBUS_PRIVATE_NETWORK') is None:

@@ -6,7 +6,7 @@ import sys
 import unittest
 
 from gait import STEP, north
-from support import BIN, LIMIT, MODEL, PROGRAM, SOURCE, Case, as_json, command, morphbus
+from support import BIN, LIMIT, MODEL, PROGRAM, SOURCE, Case, as_json, command, morphbus, new_key
 
 EXAMPLE = SOURCE / 'models' / 'rough.faults'
 ALL_KINDS = 'fault loss=0.3 duplicate=0.1 reorder=0.2 delay=8 corrupt=0.05\n'
@@ -124,7 +124,7 @@ class Fast(FaultsCase):
         self.assertIn('--faults: cannot', done.stderr)
         # A module is told of them the same way.
         done = subprocess.run([str(BIN / 'morphbus-module'), '--run', 'x', '--module', 'm1', '--id', '0', '--kinematics', 'x',
-                               '--program', 'x', '--faults', self.rules('fault corrupt=2')], capture_output=True, text=True)
+                               '--program', 'x', '--open', '--faults', self.rules('fault corrupt=2')], capture_output=True, text=True)
         self.assertEqual(done.returncode, 2)
         self.assertIn('x.faults:1:15: error: expected a probability', done.stderr)
 
@@ -142,13 +142,14 @@ class Fast(FaultsCase):
         image, kinematics = self.folder / 'q.image', self.folder / 'q.kinematics'
         morphbus('compile', PROGRAM, '--model', MODEL, '-o', image)
         morphbus('export', MODEL, '--module', 'MTRAN', '--to', 'kinematics', '-o', kinematics)
-        common = ('--robot', 'quadruped', '--run', 'hand', '--seconds', seconds, '--faults', rules)
+        key = new_key(self.folder)
+        common = ('--robot', 'quadruped', '--run', 'hand', '--seconds', seconds, '--faults', rules, '--key', key)
         names = [f'm{i}' for i in range(1, 10)]
         started = [
             command('log', MODEL, PROGRAM, *common, '-o', self.folder / 'hand.log'),
             command('module', '--run', 'hand', '--modules', ','.join(names), '--id', ','.join(map(str, range(9))),
                     '--kinematics', kinematics, '--program', image, '--faults', rules, '--root-module', 'm5',
-                    '--root-link', 1, '--root-pose=-0.0325,0,0,1,0,0,0'),
+                    '--root-link', 1, '--root-pose=-0.0325,0,0,1,0,0,0', '--key', key),
             command('sim', MODEL, PROGRAM, *common)]
         processes = [subprocess.Popen(argv, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) for argv in started]
         for process in processes:

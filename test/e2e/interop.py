@@ -115,10 +115,11 @@ class Interop(Case):
         morphbus('compile', PROGRAM, '--model', MODEL, '-o', image)
         morphbus('export', MODEL, '--module', 'MTRAN', '--to', 'kinematics', '-o', kinematics)
         log = self.folder / 'hand.log'
-        same = (MODEL, PROGRAM, '--robot', 'quadruped', '--run', 'hand', '--seconds', 2)
+        same = (MODEL, PROGRAM, '--robot', 'quadruped', '--run', 'hand', '--seconds', 2, '--open')
         parts = [subprocess.Popen(command('log', *same, '-o', log), stdout=subprocess.PIPE, text=True)]
         for i in range(9):
-            options = ['--run', 'hand', '--module', f'm{i + 1}', '--id', i, '--kinematics', kinematics, '--program', image]
+            options = ['--run', 'hand', '--module', f'm{i + 1}', '--id', i, '--kinematics', kinematics, '--program', image,
+                       '--open']
             if i == 4:  # the frame of the robot sits one unit to +x of m5's own
                 options += ['--root-link', 1, '--root-pose=-0.0325,0,0,1,0,0,0']
             parts.append(subprocess.Popen(command('module', *options)))
@@ -128,6 +129,10 @@ class Interop(Case):
             self.assertEqual(part.returncode, 0, part.args)
         self.assertIn(summary['hash'], done.stdout)
         morphbus('verify', log)
+        # Nobody had a key, and the log says so.
+        self.assertTrue(as_json('info', log)['open'])
+        self.assertIn('clean, of an open run', morphbus('info', log).stdout)
+        self.assertEqual({decode(data).header.auth for *_, data in read_events(log)}, {0})
 
 
 if __name__ == '__main__':

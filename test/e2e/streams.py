@@ -87,7 +87,7 @@ class Streams(Case):
 
     def test_a_modules_process_bears_it_as_well(self):
         module = [str(BIN / 'morphbus-module'), '--run', 'walk', '--module', 'm1', '--id', '0', '--kinematics', 'none',
-                  '--program', 'none']
+                  '--program', 'none', '--open']
         for redirections in ('>&- 2>&-', '2>/dev/full' if FULL.exists() else '2>&-'):
             done = subprocess.run(['sh', '-c', f'exec "$@" {redirections}', 'sh', *module], timeout=60)
             self.assertEqual(done.returncode, 2, redirections)

@@ -136,12 +136,58 @@ def decode(data):
     return lcm_types()[data[:8]].decode(data)
 
 
+def with_crc(data):
+    """The message with the CRC that belongs to it."""
+    data = data[:8] + bytes(4) + data[12:]
+    return data[:8] + struct.pack('>I', zlib.crc32(data)) + data[12:]
+
+
 def encode(message):
     """With the CRC that belongs to it."""
-    message.header.crc32 = 0
-    data = message.encode()
-    crc = zlib.crc32(data)
-    return data[:8] + struct.pack('>I', crc) + data[12:]
+    return with_crc(message.encode())
+
+
+def sip_hash(key, text):
+    """SipHash-2-4 (Aumasson and Bernstein, 2012) as a number of 64 bits."""
+    mask = (1 << 64) - 1
+    first, second = struct.unpack('<QQ', key)
+    v = [first ^ 0x736f6d6570736575, second ^ 0x646f72616e646f6d, first ^ 0x6c7967656e657261, second ^ 0x7465646279746573]
+
+    def turn(x, by):
+        return (x << by | x >> (64 - by)) & mask
+
+    def rounds(count):
+        for _ in range(count):
+            v[0], v[2] = v[0] + v[1] & mask, v[2] + v[3] & mask
+            v[1], v[3] = turn(v[1], 13) ^ v[0], turn(v[3], 16) ^ v[2]
+            v[0] = turn(v[0], 32)
+            v[2], v[0] = v[2] + v[1] & mask, v[0] + v[3] & mask
+            v[1], v[3] = turn(v[1], 17) ^ v[2], turn(v[3], 21) ^ v[0]
+            v[2] = turn(v[2], 32)
+    last = text[len(text) - len(text) % 8:]
+    words = [*struct.iter_unpack('<Q', text[:len(text) - len(last)]),
+             struct.unpack('<Q', last + bytes(7 - len(last)) + bytes([len(text) & 255]))]
+    for (word,) in words:
+        v[3] ^= word
+        rounds(2)
+        v[0] ^= word
+    v[2] ^= 0xff
+    rounds(4)
+    return v[0] ^ v[1] ^ v[2] ^ v[3]
+
+
+def seal(channel, data, key):
+    """The message as whoever has the run's key says it."""
+    bare = data[:8] + bytes(12) + data[20:]
+    auth = sip_hash(key, bytes([len(channel)]) + channel.encode() + bare)
+    return with_crc(bare[:12] + struct.pack('>Q', auth) + bare[20:])
+
+
+def new_key(folder):
+    """A file with a run's key, as docs/cli.md has it made by hand."""
+    path = folder / 'run.key'
+    subprocess.run(['sh', '-c', '(umask 077; head -c 16 /dev/urandom > "$1")', 'sh', str(path)], check=True)
+    return path
 
 
 class Case(unittest.TestCase):

@@ -59,10 +59,9 @@ void Try(std::vector<uint8_t> bytes) {
   for (size_t i = 0; i < 8; ++i) bytes[i] = static_cast<uint8_t>(fingerprint >> (56 - 8 * i));
   const int32_t protocol = header_t::PROTOCOL;
   for (size_t i = 0; i < 4; ++i) {
-    bytes[12 + i] = static_cast<uint8_t>(static_cast<uint32_t>(protocol) >> (24 - 8 * i));
+    bytes[20 + i] = static_cast<uint8_t>(static_cast<uint32_t>(protocol) >> (24 - 8 * i));
   }
-  const uint32_t crc = bridge::MessageCrc(bytes.data(), bytes.size());
-  for (size_t i = 0; i < 4; ++i) bytes[8 + i] = static_cast<uint8_t>(crc >> (24 - 8 * i));
+  bridge::PatchCrc(bytes.data(), bytes.size());
   TryOne<M>(bytes);
 }
 

@@ -299,7 +299,7 @@ TEST(Recorder, WritesNothingThatReadersTakeForDamage) {
       for (size_t bit = 8 * kFirst; bit < 8 * kEnd; ++bit) {
         std::vector<uint8_t> message(data, data + size);
         message[bit / 8] ^= static_cast<uint8_t>(1 << bit % 8);
-        bridge::internal::PatchCrc(&message);
+        bridge::PatchCrc(message.data(), message.size());
         bus->Publish(std::string(channel), message.data(), message.size());
         ++forged;
       }

@@ -82,7 +82,7 @@ TEST(RunLogTest, ALogOfAnotherVersionIsSaidToBeOne) {
   for (SyntheticEvent& event : events) {
     if (event.channel != "synth/SIM/SENSORS") continue;
     event.payload[0] ^= 1;
-    bridge::internal::PatchCrc(&event.payload);
+    bridge::PatchCrc(event.payload.data(), event.payload.size());
   }
   const TempLog file(test::EncodeLog(events));
   const RunLog log = Load(file.path());

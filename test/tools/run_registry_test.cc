@@ -108,7 +108,7 @@ TEST_F(RunRegistryTest, WhoClaimsTheNameOfAKilledRunFindsNothingOfIt) {
   const std::string path = folder_ + "/morphbus/dead";
   fs::create_directories(path + "/old");
   fs::permissions(folder_ + "/morphbus", fs::perms::owner_all);
-  for (const char* name : {"lock", "run.json", "control.key", "commands", "old/file"}) {
+  for (const char* name : {"lock", "run.json", "key", "commands", "old/file"}) {
     std::ofstream(path + "/" + name) << "x";
   }
   const Result<RunDirectory> run = RunDirectory::Claim("dead");

@@ -48,6 +48,15 @@ class SpyTableTest : public ::testing::Test {
   double now_s_ = 0.0;  ///< When the figures are looked at.
 };
 
+TEST_F(SpyTableTest, WhatHasNotTheKeyOfAKnownRunIsMarked) {
+  table_.KnowKey("r", bridge::RunKey(bridge::RunKey::Bytes{1}));
+  Take<morphbus::actuator_t>("r/m1/ACTUATOR", 0, 0);
+  Take<morphbus::actuator_t>("other/m1/ACTUATOR", 0, 0);
+  EXPECT_EQ(Row("r/m1/ACTUATOR")["unauthentic"], 1);
+  EXPECT_EQ(Row("r/m1/ACTUATOR")["bad"], 1);
+  EXPECT_EQ(Row("other/m1/ACTUATOR")["bad"], 0) << "of other runs nobody knows";
+}
+
 TEST_F(SpyTableTest, RatesAndJitterAreThoseOfTheArrivals) {
   for (int i = 0; i < 50; ++i) Take<morphbus::actuator_t>("r/m1/ACTUATOR", i, i * 0.02);
   now_s_ = 1.0;

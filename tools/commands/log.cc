@@ -11,12 +11,14 @@
 #include "bridge/bus/lcm_bus.h"
 #include "bridge/lockstep/late_messages.h"
 #include "bridge/wire/channels.h"
+#include "bridge/wire/sealed_bus.h"
 #include "compiler/base/text.h"
 #include "logger/log/recorder.h"
 #include "logger/log/replay_delivery.h"
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/launch/control_link.h"
+#include "tools/launch/key_choice.h"
 #include "tools/launch/run_choice.h"
 #include "tools/launch/run_plan.h"
 
@@ -27,6 +29,7 @@ namespace {
 struct LogOptions {
   PlanSource plan;
   std::string output;
+  std::string key_file;
   int control_fd = -1;
   bool in_memory = false;  ///< `output` is the launcher's memory (RunRecord).
   std::string follow;      ///< Name of the run whose replay is recorded; empty: none.
@@ -121,8 +124,12 @@ int Log(const LogOptions& options) {
   if (!lcm) return Unusable(lcm.error().message);
   // In lockstep the run waits for modules and simulator, and the log may be some ticks behind.
   if (plan->description.mode() != "realtime") LetOthersGoFirst();
+  const Result<bridge::RunKey> key =
+      ChooseKey(plan->description.run(), plan->description.open(), options.key_file);
+  if (!key) return Unusable(key.error().message);
+  bridge::SealedBus sealed(lcm->get(), *key);
   bridge::MonotonicTime time;
-  bridge::FaultyBus bus(lcm->get(), plan->faults, bridge::kLogProcess,
+  bridge::FaultyBus bus(&sealed, plan->faults, bridge::kLogProcess,
                         [&time] { return time.NowUs(); });
   ControlLink link(options.control_fd);
   // From here on a signal ends the recording properly, with an END that names it.
@@ -159,6 +166,7 @@ void AddLog(CommandLine* line) {
   Subcommand sub = line->Add("log", "The logger of a run, for starting by hand");
   auto options = std::make_shared<LogOptions>();
   AddPlanSource(&sub, &options->plan);
+  AddKeyFile(&sub, &options->key_file);
   sub.Add("-o,--log", &options->output, "Log to write").Required();
   sub.Add("--follow", &options->follow,
           "Record a replay of the run NAME instead, every message exactly once; --run names the "

@@ -3,20 +3,43 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 
 #include "tools/commands/commands.h"
 #include "tools/launch/child_process.h"
+#include "tools/launch/key_choice.h"
+#include "tools/launch/run_registry.h"
 
 namespace morphbus::tools {
 namespace {
+
+/// The value of an option among the arguments, written `NAME VALUE` or `NAME=VALUE`; nothing if it
+/// is not there.
+std::optional<std::string> ValueOf(const std::string& name,
+                                   const std::vector<std::string>& arguments) {
+  for (size_t i = 0; i < arguments.size(); ++i) {
+    if (arguments[i].starts_with(name + "=")) return arguments[i].substr(name.size() + 1);
+    if (arguments[i] == name) return i + 1 < arguments.size() ? arguments[i + 1] : "";
+  }
+  return std::nullopt;
+}
+
+/// A module of a run that is on this machine has its key, unless the arguments say otherwise.
+void AddKeyOfRun(std::vector<std::string>* arguments) {
+  const std::optional<std::string> run = ValueOf("--run", *arguments);
+  if (!run || ValueOf("--key", *arguments) || ValueOf("--open", *arguments)) return;
+  const Result<RunEntry> entry = FindRun(*run);
+  if (entry) arguments->insert(arguments->end(), {"--key", KeyPath(entry->folder)});
+}
 
 /// Replaces this process: whoever watches its id then watches the module. It returns only if the
 /// program cannot be started.
 int BecomeModule(std::vector<std::string> arguments) {
   Result<std::string> program = ModuleProgram();
   if (!program) return Failed(program.error().message);
+  AddKeyOfRun(&arguments);
   std::vector<char*> argv = {program->data()};
   for (std::string& argument : arguments) argv.push_back(argument.data());
   // The list of arguments ends in a null pointer, as execv demands.

@@ -8,10 +8,12 @@
 #include "bridge/control/control_service.h"
 #include "bridge/lockstep/late_messages.h"
 #include "bridge/wire/channels.h"
+#include "bridge/wire/sealed_bus.h"
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/launch/control_desk.h"
 #include "tools/launch/control_link.h"
+#include "tools/launch/key_choice.h"
 #include "tools/launch/run_plan.h"
 #include "tools/launch/sense_root.h"
 #include "tools/launch/wall_clock.h"
@@ -28,7 +30,9 @@ constexpr int64_t kJoinS = 15;
 struct SimCommandOptions {
   PlanSource plan;
   int control_fd = -1;
-  std::string control_folder;  ///< The run's, with the key of its commands; empty: takes none.
+  std::string
+      control_folder;  ///< The run's, with what it is told beforehand; empty: takes no commands.
+  std::string key_file;
   bool no_logger = false;
   int give_up_s = 60;  ///< By hand, people start one process after the other.
 };
@@ -46,7 +50,7 @@ struct SimControls {
   std::unique_ptr<bridge::ControlService> service;  ///< None in a run started by hand.
 };
 
-/// Lets the run obey the script in its folder and whoever has the key that lies there.
+/// Lets the run obey the script in its folder and whoever has its key.
 Result<std::unique_ptr<SimControls>> MakeControls(const std::string& folder, const RunPlan& plan,
                                                   bridge::Bus* bus, const bridge::TimeSource* time,
                                                   ControlLink* link,
@@ -61,12 +65,10 @@ Result<std::unique_ptr<SimControls>> MakeControls(const std::string& folder, con
   participant->OnAfterTick([desk](int64_t tick) { desk->AfterTick(tick); });
   if (folder.empty()) return controls;
   // Commands come over the bus, their answers go back there, and the launcher has the processes.
-  const auto key = bridge::ReadControlKey(ControlKeyPath(folder));
-  if (!key) return Fail(key.error().message);
   const bridge::Sender sender = {plan.description.run(), std::string(bridge::kSimProcess),
                                  plan.description.model_hash(), 0};
   controls->service = std::make_unique<bridge::ControlService>(
-      bus, time, sender, *key, participant->mutable_ledger(),
+      bus, time, sender, participant->mutable_ledger(),
       [desk](int64_t counter, const bridge::ControlCommand& command) {
         desk->Give(counter, command);
       });
@@ -93,8 +95,12 @@ int Simulate(const SimCommandOptions& options) {
   if (!robot) return Unusable(robot.error().message);
   const Result<std::unique_ptr<bridge::Bus>> lcm = bridge::OpenRunBus(options.plan.options.lcm_url);
   if (!lcm) return Unusable(lcm.error().message);
+  const Result<bridge::RunKey> key =
+      ChooseKey(plan->description.run(), plan->description.open(), options.key_file);
+  if (!key) return Unusable(key.error().message);
+  bridge::SealedBus sealed(lcm->get(), *key);
   bridge::MonotonicTime time;
-  bridge::FaultyBus bus(lcm->get(), plan->faults, bridge::kSimProcess,
+  bridge::FaultyBus bus(&sealed, plan->faults, bridge::kSimProcess,
                         [&time] { return time.NowUs(); });
   bridge::LateMessages late({&bus});
   bridge::SimParticipant participant(&bus, robot->get(), &time, *participant_options);
@@ -168,6 +174,7 @@ void AddSim(CommandLine* line) {
   Subcommand sub = line->Add("sim", "The simulator of a run, for starting by hand");
   auto options = std::make_shared<SimCommandOptions>();
   AddPlanSource(&sub, &options->plan);
+  AddKeyFile(&sub, &options->key_file);
   sub.Flag("--no-logger", &options->no_logger, "Do not wait for a logger");
   sub.Add("--give-up", &options->give_up_s,
           "Before the first tick: end after so many seconds in which nobody joined (default 60)")

@@ -11,7 +11,9 @@
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/launch/control_link.h"
+#include "tools/launch/key_choice.h"
 #include "tools/launch/run_choice.h"
+#include "tools/launch/run_registry.h"
 #include "tools/launch/wall_clock.h"
 #include "tools/spy/spy_screen.h"
 #include "tools/spy/spy_table.h"
@@ -82,6 +84,11 @@ int Spy(const SpyOptions& options) {
   Result<LcmSchema> schema = ReadSchema(options.types, &warnings);
   if (!schema) return Unusable(schema.error().message);
   WarnOfMany(warnings);
+  // The key is read before the run's network is entered, which may change the user.
+  const bool elsewhere = options.run.run.empty() && !options.run.lcm_url.empty();
+  const Result<RunEntry> own = elsewhere ? Fail("elsewhere") : FindRun(options.run.run);
+  const Result<bridge::RunKey> key =
+      own ? bridge::RunKey::Read(KeyPath(own->folder)) : Fail("none");
   // Joining a private network must come before LCM starts its thread.
   const Result<std::string> url = JoinRun(options.run);
   if (!url) return Unusable(url.error().message);
@@ -89,6 +96,7 @@ int Spy(const SpyOptions& options) {
   if (!tap) return Unusable(tap.error().message);
   // All channels, also those of other programs: what is strange on the bus is what one looks for.
   SpyTable table(std::move(*schema));
+  if (key) table.KnowKey(own->name, *key);
   CatchSignals();
   if (!options.json && !options.once && CanShowScreen()) {
     SpyScreenOptions screen = {options.run, *url, options.interval, options.seconds, nullptr};

@@ -188,8 +188,6 @@ Result<ControlScript> ReadScript(const std::string& folder) {
   return script;
 }
 
-std::string ControlKeyPath(const std::string& folder) { return folder + "/control.key"; }
-
 std::string ImagePath(const std::string& folder, uint64_t hash) {
   return folder + "/" + Hex(hash) + ".image";
 }

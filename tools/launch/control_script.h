@@ -50,8 +50,7 @@ std::optional<ControlScript> LoadScript(const std::string& path, const model::Mo
 Result<void> WriteScript(const ControlScript& script, const std::string& folder);
 Result<ControlScript> ReadScript(const std::string& folder);
 
-/// Where a run's folder has its key, and the image of this hash that was given to it.
-std::string ControlKeyPath(const std::string& folder);
+/// Where a run's folder has the image of this hash that was given to it.
 std::string ImagePath(const std::string& folder, uint64_t hash);
 
 }  // namespace morphbus::tools

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "tools/base/files.h"
-#include "tools/launch/control_script.h"
+#include "tools/launch/key_choice.h"
 
 namespace morphbus::tools {
 
@@ -15,14 +15,15 @@ Result<ControlledRun> FindControlled(const std::string& name) {
   if (entry->url.empty()) {
     return Fail(fmt::format("run {} is in one process and takes no commands", entry->name));
   }
-  // A replay has no key: there is no robot to command.
-  const auto key = bridge::ReadControlKey(ControlKeyPath(entry->folder));
-  if (!key) return Fail(fmt::format("run {}: {}", entry->name, key.error().message));
-  // Commands speak of the run's modules and ticks, which its description has.
+  // Commands speak of the run's modules and ticks, which its description has. A replay has none:
+  // there is no robot to command.
   const Result<std::string> description = ReadFile(entry->folder + "/description.pb");
   if (!description) return Fail(description.error().message);
   Result<RunPlan> plan = PlanFromDescription(*description);
   if (!plan) return Fail(plan.error().message);
+  const Result<bridge::RunKey> key =
+      plan->description.open() ? bridge::RunKey() : bridge::RunKey::Read(KeyPath(entry->folder));
+  if (!key) return Fail(fmt::format("run {}: {}", entry->name, key.error().message));
   return ControlledRun{std::move(*entry), *key, std::move(*plan)};
 }
 

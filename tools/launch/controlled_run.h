@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "bridge/control/control_seal.h"
+#include "bridge/wire/run_key.h"
 #include "compiler/base/result.h"
 #include "tools/launch/run_plan.h"
 #include "tools/launch/run_registry.h"
@@ -17,7 +17,7 @@ inline constexpr int64_t kControlPatienceUs = 5'000'000;
 /// What is known of the run, and what is needed to command it.
 struct ControlledRun {
   RunEntry entry;
-  bridge::ControlKey key;
+  bridge::RunKey key;
   RunPlan plan;
 };
 

@@ -9,6 +9,7 @@
 #include "bridge/bus/inproc_bus.h"
 #include "bridge/lockstep/late_messages.h"
 #include "bridge/wire/channels.h"
+#include "bridge/wire/sealed_bus.h"
 #include "logger/log/recorder.h"
 #include "tools/launch/control_desk.h"
 #include "tools/launch/control_link.h"
@@ -20,14 +21,17 @@
 namespace morphbus::tools {
 namespace {
 
-/// A receiver's endpoint of the hub, behind the faults that --loss and --faults ask for.
+/// A process's endpoint of the hub, with the run's key, behind the faults that --loss and --faults
+/// ask for.
 struct FaultyEndpoint {
-  FaultyEndpoint(bridge::InprocHub* hub, const bridge::FaultPlan& faults, std::string_view process,
-                 const bridge::TimeSource& time)
+  FaultyEndpoint(bridge::InprocHub* hub, const bridge::RunKey& key, const bridge::FaultPlan& faults,
+                 std::string_view process, const bridge::TimeSource& time)
       : endpoint(hub->Connect()),
-        bus(endpoint.get(), faults, process, [&time] { return time.NowUs(); }) {}
+        sealed(endpoint.get(), key),
+        bus(&sealed, faults, process, [&time] { return time.NowUs(); }) {}
 
   std::unique_ptr<bridge::Bus> endpoint;
+  bridge::SealedBus sealed;
   bridge::FaultyBus bus;
 };
 
@@ -40,6 +44,12 @@ class InprocRun {
   /// Puts everything on the hub, before the first message. Fails if a part of the plan cannot be
   /// used or the log cannot be written.
   Result<void> Build() {
+    // Nobody else is on the hub; but the log is that of any run of its kind.
+    if (!description_.open()) {
+      const Result<bridge::RunKey> key = bridge::RunKey::Random();
+      if (!key) return Fail(key.error().message);
+      key_ = *key;
+    }
     // The simulator with its robot comes first.
     Result<std::unique_ptr<sim::ControlledRobot>> robot = BuildRobot(plan_);
     if (!robot) return Fail(robot.error().message);
@@ -143,7 +153,7 @@ class InprocRun {
  private:
   /// A bus of its own for a process, with faults of its own: the same ones in every run.
   bridge::Bus* Connect(std::string_view process) {
-    return &endpoints_.emplace_back(&hub_, plan_.faults, process, time_).bus;
+    return &endpoints_.emplace_back(&hub_, key_, plan_.faults, process, time_).bus;
   }
 
   /// What each process of a run sends about once a second.
@@ -172,6 +182,7 @@ class InprocRun {
   const proto::RunDescription& description_;
   bridge::VirtualTime time_;
   bridge::InprocHub hub_;
+  bridge::RunKey key_;
   std::list<FaultyEndpoint> endpoints_;
   std::unique_ptr<PlanModules> modules_;
   std::unique_ptr<sim::ControlledRobot> robot_;

@@ -8,14 +8,15 @@
 #include <csignal>
 #include <utility>
 
-#include "bridge/control/control_seal.h"
 #include "bridge/module/snapshot_file.h"
+#include "bridge/wire/run_key.h"
 #include "compiler/base/text.h"
 #include "logger/compare/kinematic_tracks.h"
 #include "tools/base/files.h"
 #include "tools/base/json.h"
 #include "tools/base/messages.h"
 #include "tools/base/program.h"
+#include "tools/launch/key_choice.h"
 #include "tools/launch/progress.h"
 #include "tools/launch/wall_clock.h"
 
@@ -49,8 +50,12 @@ Result<void> Launcher::WriteInputs() {
   for (const auto& [name, bytes] : files) {
     if (Result<void> r = WriteFile(directory_.path() + "/" + name, bytes); !r) return r;
   }
-  // What the sim obeys: whoever can read the key, and the script of a run that is repeated.
-  if (Result<void> r = bridge::CreateControlKey(ControlKeyPath(directory_.path())); !r) return r;
+  // Whoever can read the key can speak in the run.
+  if (!d.open()) {
+    const Result<bridge::RunKey> key = bridge::RunKey::Create(KeyPath(directory_.path()));
+    if (!key) return morphbus::Fail(key.error().message);
+  }
+  // What the sim obeys: the script of a run that is repeated.
   return WriteScript(plan_.script, directory_.path());
 }
 
@@ -62,6 +67,8 @@ Result<ControlLink> Launcher::StartLinked(const std::string& name, std::vector<s
   argv.insert(argv.end(), {"--description", directory_.path() + "/description.pb", "--control-fd",
                            std::to_string(link->second)});
   if (!options_.lcm_url.empty()) argv.insert(argv.end(), {"--lcm-url", options_.lcm_url});
+  // Whether the run is open, the description says.
+  if (!plan_.description.open()) argv.insert(argv.end(), {"--key", KeyPath(directory_.path())});
   // The descriptor is the child's from here on; ours closes, so that its end tells of our death.
   ChildProcess::Options child;
   child.name = name;
@@ -164,6 +171,11 @@ Result<void> Launcher::StartModules(int process, bool resume) {
                                    fmt::format("{}", fmt::join(incarnations, ",")),
                                    "--restarts",
                                    std::to_string(restarts_[process])};
+  if (d.open()) {
+    argv.push_back("--open");
+  } else {
+    argv.insert(argv.end(), {"--key", KeyPath(directory_.path())});
+  }
   // It saves its state, so that it can be restarted; where there is no room for that, it runs on
   // without, and begins anew should it die.
   if (!room && no_room_.empty()) {

@@ -280,6 +280,7 @@ Json SummaryJson(const RunSummary& s) {
                           {"resent", health.resent},
                           {"asked", health.asked},
                           {"bad", health.bad},
+                          {"unauthentic", health.unauthentic},
                           {"doubled", health.doubled},
                           {"delayed", health.delayed},
                           {"corrupted", health.corrupted},

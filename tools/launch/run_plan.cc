@@ -127,6 +127,7 @@ void Describe(const RunOptions& options, const model::Model& model, const model:
   d->set_friction(options.friction);
   d->set_ground(options.ground);
   d->set_still(options.still);
+  d->set_open(options.open);
   // How the root knows where it is.
   d->set_root_sensor(options.root_sensor);
   const std::array<double, 2> noise = ReadNoise(options.root_noise).value();
@@ -321,6 +322,8 @@ void AddPlanOptions(Subcommand* sub, RunOptions* options) {
   sub->Flag("--realtime", &options->realtime,
             "The clock waits for nobody: it runs with the wall, with --inproc in virtual time; "
             "lateness is counted");
+  sub->Flag("--open", &options->open,
+            "No key: whoever reaches the bus can speak in the run, such as hardware of others");
   sub->Add("--run", &options->run, "The run's name (default: a fresh one)");
   sub->Add("-l,--lcm-url", &options->lcm_url,
            "LCM URL (default: $LCM_DEFAULT_URL, else LCM's own)");

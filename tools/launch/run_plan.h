@@ -56,6 +56,7 @@ struct RunOptions {
   bool still = false;     ///< No physics: joints follow their set-points.
   bool inproc = false;    ///< One process, no network.
   bool isolate = false;   ///< A private network.
+  bool open = false;      ///< No key: whoever reaches the bus can speak in the run.
   bool force = false;     ///< The log replaces any file.
   /// The result is printed as one JSON object.
   bool json = false;

@@ -126,8 +126,13 @@ Result<std::string> CommandOf(const std::string& service, const nlohmann::json& 
 }  // namespace
 
 LiveSource::LiveSource(std::shared_ptr<const bridge::RunModel> run,
-                       std::unique_ptr<bridge::Bus> bus)
-    : run_(std::move(run)), bus_(std::move(bus)), texts_(run_->model), present_(bus_.get(), run_) {
+                       std::unique_ptr<bridge::Bus> bus, const bridge::RunKey* key)
+    : run_(std::move(run)),
+      lcm_(std::move(bus)),
+      sealed_(key == nullptr ? nullptr : std::make_unique<bridge::SealedBus>(lcm_.get(), *key)),
+      bus_(sealed_ != nullptr ? sealed_.get() : lcm_.get()),
+      texts_(run_->model),
+      present_(bus_, run_) {
   name_ = run_->run;
 }
 
@@ -158,7 +163,8 @@ Result<std::unique_ptr<LiveSource>> LiveSource::Create(const RunChoice& choice) 
   // What names and shapes the messages speak of.
   auto run = bridge::ReadRunModel(description);
   if (!run) return Fail(run.error().message);
-  std::unique_ptr<LiveSource> source(new LiveSource(*run, std::move(*bus)));
+  std::unique_ptr<LiveSource> source(
+      new LiveSource(*run, std::move(*bus), controlled ? &controlled->key : nullptr));
   if (controlled) {
     // Commands have a bus of their own, for they wait for answers.
     Result<std::unique_ptr<bridge::Bus>> own = bridge::OpenLcmBus(*url);

@@ -8,6 +8,7 @@
 #include "bridge/bus/bus.h"
 #include "bridge/outward/channel_counts.h"
 #include "bridge/outward/converter.h"
+#include "bridge/wire/sealed_bus.h"
 #include "tools/launch/run_choice.h"
 #include "tools/launch/wall_clock.h"
 #include "tools/monitor/monitor_source.h"
@@ -36,7 +37,9 @@ class LiveSource : public MonitorSource {
   void Take(const bridge::ClientRequest& request, const std::string& what) override;
 
  private:
-  LiveSource(std::shared_ptr<const bridge::RunModel> run, std::unique_ptr<bridge::Bus> bus);
+  /// With the run's key (null: it is not at hand) only what is authentic is shown.
+  LiveSource(std::shared_ptr<const bridge::RunModel> run, std::unique_ptr<bridge::Bus> bus,
+             const bridge::RunKey* key);
   /// A message of the bus: counts it, and sends what it means to all clients.
   void OnMessage(std::string_view channel, const uint8_t* data, size_t size);
   /// Gives a command for a client and tells it what became of it.
@@ -44,7 +47,11 @@ class LiveSource : public MonitorSource {
                const std::string& program);
 
   std::shared_ptr<const bridge::RunModel> run_;
-  std::unique_ptr<bridge::Bus> bus_;
+  // The network's bus, what lets through what is authentic (null without a key), and which of the
+  // two is listened to.
+  std::unique_ptr<bridge::Bus> lcm_;
+  std::unique_ptr<bridge::SealedBus> sealed_;
+  bridge::Bus* bus_;
   ProgramTexts texts_;
   std::unique_ptr<RunCommander> commander_;  ///< Null for a run that cannot be controlled.
   std::unique_ptr<bridge::Converter> converter_;

@@ -40,9 +40,16 @@ std::optional<bridge::RunMessage> ChannelTable::Take(std::string_view channel, c
   stream->arrivals.Take(arrival_ns, size);
   stream->fingerprint = static_cast<uint64_t>(bridge::FingerprintOf(data, size));
   Keep(channel, data, size, stream);
-  stream->ours = bridge::ParseChannel(channel).has_value();
-  if (!stream->ours) {
+  const std::optional<bridge::ChannelName> name = bridge::ParseChannel(channel);
+  stream->ours = name.has_value();
+  if (!name) {
     TakeForeign(data, size, stream);
+    return std::nullopt;
+  }
+  if (name->run == run_ && !key_.IsAuthentic(channel, data, size)) {
+    ++stream->unauthentic;
+    ++stream->bad;
+    ++stream->undecodable;
     return std::nullopt;
   }
   // Our own channels have a header, with a checksum, and a number that tells of losses.
@@ -67,8 +74,8 @@ void ChannelTable::Snapshot(int64_t now_ns, SpySnapshot* out) const {
   streams_.ForEach([&](const std::string& channel, const Stream& stream) {
     out->channels.push_back({channel, stream.type == nullptr ? "" : stream.type->name,
                              stream.fingerprint, stream.ours, stream.messages, stream.bytes,
-                             stream.last_bytes, stream.gaps.lost(), stream.bad, stream.undecodable,
-                             stream.arrivals.At(now_ns)});
+                             stream.last_bytes, stream.gaps.lost(), stream.bad, stream.unauthentic,
+                             stream.undecodable, stream.arrivals.At(now_ns)});
   });
   out->untold_messages = streams_.refused();
   out->dropped_channels = streams_.dropped();

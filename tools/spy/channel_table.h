@@ -9,6 +9,7 @@
 
 #include "bridge/observe/gap_counter.h"
 #include "bridge/observe/run_message.h"
+#include "bridge/wire/run_key.h"
 #include "tools/spy/arrival_stats.h"
 #include "tools/spy/heard_names.h"
 #include "tools/spy/lcm_schema.h"
@@ -26,6 +27,12 @@ class ChannelTable {
 
   /// `schema` must outlive the table.
   explicit ChannelTable(const LcmSchema* schema) : schema_(schema) {}
+
+  /// From now on messages of this run that have not its key are bad, and marked.
+  void KnowKey(const std::string& run, const bridge::RunKey& key) {
+    run_ = run;
+    key_ = key;
+  }
 
   /// A message of `channel` that arrived at `arrival_ns` (any clock). Returns it if it is a sound
   /// one of ours that was not heard before, by its number.
@@ -51,6 +58,7 @@ class ChannelTable {
     int64_t bytes = 0;
     size_t last_bytes = 0;
     int64_t bad = 0;
+    int64_t unauthentic = 0;
     int64_t undecodable = 0;
     ArrivalStats arrivals;      ///< Of all messages.
     bridge::GapCounter gaps;    ///< In the numbers of ours.
@@ -72,6 +80,8 @@ class ChannelTable {
   void Keep(std::string_view channel, const uint8_t* data, size_t size, Stream* stream);
 
   const LcmSchema* schema_;
+  std::string run_;  ///< Whose key is known; empty: no run's.
+  bridge::RunKey key_;
   size_t kept_bytes_ = 0;
   HeardNames<Stream> streams_{kMostChannels};
   std::string watched_;  ///< The channel whose last message is kept always.

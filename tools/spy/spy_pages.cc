@@ -75,6 +75,9 @@ Screen ChannelHead(const ChannelRow* row, const std::string& channel, const Show
   }
   counts.push_back({fmt::format("  {} undecodable", row->undecodable),
                     row->undecodable > 0 ? Style::kBad : Style::kPlain});
+  if (row->unauthentic > 0) {
+    counts.push_back({fmt::format("  {} not authentic", row->unauthentic), Style::kBad});
+  }
   if (silent)
     counts.push_back({fmt::format("  silent for {}", ShortTime(a.silent_s)), Style::kBad});
   head.push_back(counts);

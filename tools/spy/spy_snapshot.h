@@ -21,6 +21,7 @@ struct ChannelRow {
   size_t last_bytes = 0;    ///< Of the last message.
   int64_t lost = 0;         ///< By the numbers in our messages' headers; others' have none.
   int64_t bad = 0;          ///< Ours that are damaged, others' that do not fit their type.
+  int64_t unauthentic = 0;  ///< Of these, messages of a run whose key is known that have it not.
   int64_t undecodable = 0;  ///< Bad, or of a type that nobody named.
   ArrivalFigures arrivals;
 };

@@ -23,6 +23,9 @@ class SpyTable {
   SpyTable(const SpyTable&) = delete;
   SpyTable& operator=(const SpyTable&) = delete;
 
+  /// As in ChannelTable.
+  void KnowKey(const std::string& run, const bridge::RunKey& key) { channels_.KnowKey(run, key); }
+
   /// A message of `channel` that arrived at `arrival_ns`, nanoseconds on any clock.
   void Take(std::string_view channel, const uint8_t* data, size_t size, int64_t arrival_ns);
 

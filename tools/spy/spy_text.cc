@@ -27,6 +27,7 @@ Json ChannelJson(const ChannelRow& row) {
           {"bytes_per_s", a.bytes_per_s},
           {"lost", row.lost},
           {"bad", row.bad},
+          {"unauthentic", row.unauthentic},
           {"undecodable", row.undecodable},
           {"fingerprint", Hex(row.fingerprint)}};
 }

@@ -1,0 +1,41 @@
+#pragma once
+// Which of the messages on CONTROL are commands that have not been taken yet.
+
+#include <cstdint>
+#include <deque>
+#include <morphbus/control_t.hpp>
+
+#include "bridge/bus/bus.h"
+
+namespace morphbus::bridge {
+
+/// Tells new commands from old ones by their counters, which grow from command to command whoever
+/// gives them: whoever repeats what went over the bus makes the run do nothing a second time. What
+/// is old is counted in the sim's ledger.
+class CommandFilter {
+ public:
+  enum class Kind : uint8_t {
+    /// A command that is to be obeyed.
+    kNew,
+    /// A command that was taken before: its sender has not heard the answer, or somebody repeats
+    /// it.
+    kAgain,
+    /// One that a later command came before; whoever gave it may give it anew.
+    kOvertaken,
+    /// What the sim itself said.
+    kAnswer,
+  };
+
+  /// `ledger` outlives the filter.
+  explicit CommandFilter(Ledger* ledger) : ledger_(*ledger) {}
+
+  /// Takes a message, and says what it is.
+  Kind Take(const morphbus::control_t& message);
+
+ private:
+  Ledger& ledger_;
+  int64_t last_ = 0;           ///< The highest counter that was taken.
+  std::deque<int64_t> taken_;  ///< The latest counters, oldest first.
+};
+
+}  // namespace morphbus::bridge

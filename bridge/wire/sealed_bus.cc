@@ -1,0 +1,49 @@
+#include "bridge/wire/sealed_bus.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace morphbus::bridge {
+
+void SealedBus::Publish(const std::string& channel, const uint8_t* data, size_t size) {
+  if (key_.open()) return inner_->Publish(channel, data, size);
+  sealed_.assign(data, data + size);
+  key_.Seal(channel, sealed_.data(), size);
+  inner_->Publish(channel, sealed_.data(), size);
+}
+
+Bus::Handler SealedBus::Checked(Handler handler) {
+  return [this, handler = std::move(handler)](std::string_view channel, const uint8_t* data,
+                                              size_t size) {
+    if (!key_.IsAuthentic(channel, data, size)) return CountUnauthentic(channel);
+    handler(channel, data, size);
+  };
+}
+
+void SealedBus::CountUnauthentic(std::string_view channel) {
+  ++unauthentic_.all;
+  const std::string_view local = channel.substr(channel.find('/') + 1);
+  const auto found = std::ranges::find(unauthentic_.channels, local, [](const auto& entry) {
+    return std::string_view(entry.first);
+  });
+  if (found != unauthentic_.channels.end()) {
+    ++found->second;
+  } else if (unauthentic_.channels.size() < kMostChannels) {
+    unauthentic_.channels.emplace_back(local, 1);
+  }
+}
+
+void SealedBus::Subscribe(const std::string& channel, Handler handler, const Interest& interest) {
+  inner_->Subscribe(channel, Checked(std::move(handler)), interest);
+}
+
+void SealedBus::SubscribePrefix(const std::string& prefix, Handler handler) {
+  inner_->SubscribePrefix(prefix, Checked(std::move(handler)));
+}
+
+void SealedBus::SubscribeQuietly(const std::string& prefix, const std::string& suffix,
+                                 Handler handler) {
+  inner_->SubscribeQuietly(prefix, suffix, Checked(std::move(handler)));
+}
+
+}  // namespace morphbus::bridge

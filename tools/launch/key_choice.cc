@@ -1,0 +1,29 @@
+#include "tools/launch/key_choice.h"
+
+#include <fmt/format.h>
+
+#include "tools/launch/run_registry.h"
+
+namespace morphbus::tools {
+
+std::string KeyPath(const std::string& folder) { return folder + "/key"; }
+
+void AddKeyFile(Subcommand* sub, std::string* file) {
+  sub->Add("--key", file, "File with the run's key (default: that of the run of this machine)")
+      .TypeName("FILE");
+}
+
+Result<bridge::RunKey> ChooseKey(const std::string& run, bool open, const std::string& file) {
+  if (open && !file.empty()) return Fail("--open is for a run without a key: leave out --key");
+  if (open) return bridge::RunKey();
+  if (!file.empty()) return bridge::RunKey::Read(file);
+  const Result<RunEntry> entry = run.empty() ? Fail("no name") : FindRun(run);
+  if (entry) return bridge::RunKey::Read(KeyPath(entry->folder));
+  return Fail(fmt::format(
+      "run {} has no key on this machine: give all its processes the same --key FILE "
+      "(to make one: (umask 077; head -c 16 /dev/urandom > FILE)), or --open, with which "
+      "whoever reaches the bus can speak in it",
+      run));
+}
+
+}  // namespace morphbus::tools
