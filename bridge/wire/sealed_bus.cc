@@ -5,7 +5,7 @@
 
 namespace morphbus::bridge {
 
-void SealedBus::Publish(const std::string& channel, const uint8_t* data, size_t size) {
+void SealingBus::Publish(const std::string& channel, const uint8_t* data, size_t size) {
   if (key_.open()) return inner_->Publish(channel, data, size);
   sealed_.assign(data, data + size);
   key_.Seal(channel, sealed_.data(), size);
@@ -34,16 +34,16 @@ void SealedBus::CountUnauthentic(std::string_view channel) {
 }
 
 void SealedBus::Subscribe(const std::string& channel, Handler handler, const Interest& interest) {
-  inner_->Subscribe(channel, Checked(std::move(handler)), interest);
+  SealingBus::Subscribe(channel, Checked(std::move(handler)), interest);
 }
 
 void SealedBus::SubscribePrefix(const std::string& prefix, Handler handler) {
-  inner_->SubscribePrefix(prefix, Checked(std::move(handler)));
+  SealingBus::SubscribePrefix(prefix, Checked(std::move(handler)));
 }
 
 void SealedBus::SubscribeQuietly(const std::string& prefix, const std::string& suffix,
                                  Handler handler) {
-  inner_->SubscribeQuietly(prefix, suffix, Checked(std::move(handler)));
+  SealingBus::SubscribeQuietly(prefix, suffix, Checked(std::move(handler)));
 }
 
 }  // namespace morphbus::bridge

@@ -31,7 +31,7 @@ struct FaultyEndpoint {
         bus(&sealed, faults, process, [&time] { return time.NowUs(); }) {}
 
   std::unique_ptr<bridge::Bus> endpoint;
-  bridge::SealedBus sealed;
+  bridge::SealingBus sealed;
   bridge::FaultyBus bus;
 };
 
