@@ -40,7 +40,7 @@ extern "C" const uint8_t later_image[], later_image_end[];
 namespace {
 
 constexpr int64_t kPeriodUs = 40000;
-/// A mate that is silent for so many ticks is taken to be gone.
+/// A neighbour that is silent for so many ticks is taken to be gone.
 constexpr int kGoneTicks = 25;
 /// Ticks between a deployment and its switch: more than the pieces need on a line that loses some,
 /// and a host that is busy.
@@ -63,11 +63,11 @@ class Board final : public vm::Hardware {
   void Send(int connector, const uint8_t* bytes, int size) override {
     for (int i = 0; i < size && connector == docked_; ++i) uart_.Put(bytes[i]);
   }
-  vm::ConnectorReading ReadConnector(int connector, const vm::LinkedNeighbour& mate) override {
-    if (connector != docked_ || !mate.heard || mate.silent_ticks > kGoneTicks) return {};
+  vm::ConnectorReading ReadConnector(int connector, const vm::LinkedNeighbour& neighbour) override {
+    if (connector != docked_ || !neighbour.heard || neighbour.silent_ticks > kGoneTicks) return {};
     vm::ConnectorReading reading = sensed_;
-    reading.mate_module = mate.module;
-    reading.mate_connector = mate.connector;
+    reading.mate_module = neighbour.module;
+    reading.mate_connector = neighbour.connector;
     return reading;
   }
   void ReadJoint(int joint, double* position, double* velocity) override {

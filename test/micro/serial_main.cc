@@ -72,12 +72,12 @@ class Machine final : public vm::Hardware {
     }
     longest = size > longest ? size : longest;
   }
-  vm::ConnectorReading ReadConnector(int connector, const vm::LinkedNeighbour& mate) override {
-    if (connector != docked_ || !mate.heard) return {};
+  vm::ConnectorReading ReadConnector(int connector, const vm::LinkedNeighbour& neighbour) override {
+    if (connector != docked_ || !neighbour.heard) return {};
     const vm::ConnectorReading& sensed = recorded.connectors[connector];
     return {.docked = true,
-            .mate_module = mate.module,
-            .mate_connector = mate.connector,
+            .mate_module = neighbour.module,
+            .mate_connector = neighbour.connector,
             .connection_type = sensed.connection_type,
             .number = sensed.number,
             .is_member_b = sensed.is_member_b};

@@ -23,7 +23,7 @@ namespace morphbus::vm {
 namespace {
 
 constexpr int64_t kTickUs = 20000;
-/// A mate that is silent for so many ticks is taken to be gone.
+/// A neighbour that is silent for so many ticks is taken to be gone.
 constexpr int kGoneTicks = 25;
 
 /// The follower needs the leader's pose, its role, the root's clock and a shared field.
