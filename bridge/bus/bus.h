@@ -58,8 +58,6 @@ struct Ledger {
   /// or cannot have begun.
   int64_t conflicts = 0;
   int64_t outside_window = 0;
-  /// END, and what belongs to it (acknowledgements, verdicts, BYE), where no end is.
-  int64_t false_ends = 0;
   /// Messages on channels that the run does not have; the logger's.
   int64_t foreign = 0;
   /// Parts of messages longer than a datagram, and requests that were answered a moment before.
@@ -67,8 +65,8 @@ struct Ledger {
   int64_t hasty_requests = 0;
   /// Filters that the kernel refused: every message of anybody woke the process from then on.
   int64_t refused_filters = 0;
-  /// The first message that was refused as unauthentic or by one of these six, for people; empty if
-  /// there was none.
+  /// The first message that was refused as unauthentic or by one of these five, for people; empty
+  /// if there was none.
   std::string first_refused;
 };
 

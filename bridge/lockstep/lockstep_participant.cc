@@ -105,29 +105,6 @@ void ParticipantBase::PublishHealth() {
     const Moment now = CurrentMoment();
     outbox_.Send(ChannelOf(process, Topic::kHealth), now.tick, now.sim_time_us, &health);
   } while (told < lateness.size());
-  ReportTaken();
-}
-
-void ParticipantBase::TellTaken(int64_t first, int64_t last,
-                                std::vector<morphbus::taken_total_t> taken) {
-  if (taken.empty()) return;
-  ask_t pattern = MakeAsk(ask_t::KIND_TAKEN);
-  pattern.sender = outbox_.sender().process;
-  pattern.first_sequence = first;
-  pattern.last_sequence = last;
-  for (ask_t& part : SplitReport(pattern, {{}, std::move(taken)}))
-    Ask(kLogProcess, std::move(part));
-}
-
-void ParticipantBase::AddSums(TotalsReport* report) const {
-  for (const auto& [channel, sum] : outbox_.sums()) {
-    morphbus::taken_total_t& entry = report->taken.emplace_back();
-    entry.channel = channel;
-    entry.part = -1;
-    entry.taker = kLogProcess;
-    entry.count = sum.count;
-    entry.sum = static_cast<int64_t>(sum.sum);
-  }
 }
 
 ask_t ParticipantBase::MakeAsk(int8_t kind) {
@@ -136,8 +113,9 @@ ask_t ParticipantBase::MakeAsk(int8_t kind) {
   // LCM's structs leave their numbers unset, and uninitialized bytes must not travel.
   ask.first_sequence = ask.last_sequence = 0;
   ask.acknowledged_tick = -1;
+  ask.claim = 0;
   ask.part = ask.num_parts = 0;
-  ask.num_totals = ask.num_taken = 0;
+  ask.num_totals = 0;
   return ask;
 }
 

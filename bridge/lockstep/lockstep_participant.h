@@ -87,18 +87,9 @@ class ParticipantBase : public Participant {
   bool Track(SequenceTracker* tracker, std::string_view channel, int64_t sequence, uint64_t digest,
              SequenceTracker::Kind* kind = nullptr);
 
-  /// Tells the logger what this process took in the ticks from `first` to `last`, which are of one
-  /// block (taken_blocks.h).
-  void TellTaken(int64_t first, int64_t last, std::vector<morphbus::taken_total_t> taken);
-  /// What this process took lately is told to the logger; called with each HEALTH.
-  virtual void ReportTaken() {}
   /// For the end of a run in real time: the channel on which this process was told two different
   /// things under one number, without the run's name; empty if there is none.
   [[nodiscard]] const std::string& first_conflict() const { return first_conflict_; }
-  /// Adds to the totals of KIND_END_ACK, in real time, what can be compared though messages are
-  /// lost: of each channel that this process published, what the logger may have.
-  void AddSums(TotalsReport* report) const;
-
   /// Sends `ask` to a process. The sender and the header are filled in here.
   /// @param to  name of the addressee, which is also part of the channel.
   void Ask(std::string_view to, morphbus::ask_t ask);

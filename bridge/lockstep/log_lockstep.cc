@@ -89,59 +89,31 @@ LogLockstep::Taken LogLockstep::OnClock(int64_t sequence, int64_t tick, int phas
   const bool end = phase == morphbus::sim_clock_t::PHASE_END;
   if (!end && sequence != tick) return Taken::kImpossible;
   // The first CLOCK tells what a whole tick consists of, and all others say the same.
-  const bool contradicts =
-      num_modules_ >= 0 && (num_modules != num_modules_ || sensors_parts != sensors_parts_ ||
-                            world_parts != world_parts_);
   if (num_modules_ < 0) {
     num_modules_ = num_modules;
     sensors_parts_ = sensors_parts;
     world_parts_ = world_parts;
   }
-  const auto judged = [&](Taken taken) {
-    // What is not believed contradicts nobody.
-    contradicted_ |= contradicts && taken == Taken::kFresh;
-    return taken;
-  };
-  if (end) return judged(OnEnd(sequence, tick, now_us, out));
+  if (end) return OnEnd(tick, now_us, out);
   // The sim asks who is there, until it has heard everybody; then it leaves tick 0.
   if (phase == morphbus::sim_clock_t::PHASE_START && complete_tick_ <= 0) {
     out->push_back({LogAction::Kind::kHello});
   }
-  // END is the last message on CLOCK.
-  if (end_tick_ >= 0 && sequence >= end_sequence_) DisproveEnd(tick);
-  sim_tick_ = std::max(sim_tick_, tick);
-  return judged(Note(clock_.Take(sequence, config_.realtime), tick, now_us, out));
+  return Note(clock_.Take(sequence, config_.realtime), tick, now_us, out);
 }
 
-LogLockstep::Taken LogLockstep::OnEnd(int64_t sequence, int64_t tick, int64_t now_us,
-                                      Actions* out) {
-  // END carries the tick after the last one, or one that was not answered; its number follows on
-  // that of the CLOCK before it, and may be that of one which somebody made up. Messages of later
-  // ticks say nothing against it: they may be anybody's.
-  const bool possible = tick >= complete_tick_ && (sequence == tick || sequence == tick + 1) &&
-                        sequence >= clock_.next - 1;
-  if (!possible && tick != end_tick_) return Taken::kImpossible;
-  // From here on nothing new can come. The sim repeats END until all is over, so that the last one
-  // that was heard is its own.
-  const bool other = end_tick_ >= 0 && possible && tick != end_tick_ && !verdict_heard_;
-  if (other) DisproveEnd(end_tick_);
+LogLockstep::Taken LogLockstep::OnEnd(int64_t tick, int64_t now_us, Actions* out) {
+  // From here on nothing new can come; END carries the tick after the last one, or one that was not
+  // answered.
   const bool first = end_tick_ < 0;
   if (first) {
     end_tick_ = tick;
-    end_sequence_ = sequence;
     standstill_.Heard(now_us);
   }
   AcknowledgeAndAsk(now_us, out);
   // Every END is answered: the acknowledgement may have been lost.
   if (!first && phase_ == Phase::kEnded) out->push_back({LogAction::Kind::kEndAck, complete_tick_});
   return first ? Taken::kFresh : Taken::kKnown;
-}
-
-void LogLockstep::DisproveEnd(int64_t tick) {
-  if (end_tick_ < 0 || tick < end_tick_) return;
-  end_tick_ = end_sequence_ = -1;
-  verdict_heard_ = false;
-  phase_ = Phase::kRun;
 }
 
 LogLockstep::Taken LogLockstep::OnPart(Topic topic, int64_t sequence, int64_t tick, int64_t now_us,
@@ -153,9 +125,6 @@ LogLockstep::Taken LogLockstep::OnPart(Topic topic, int64_t sequence, int64_t ti
   const int parts = topic == Topic::kSensors ? sensors_parts_ : world_parts_;
   if (parts < 1 || sequence / parts != tick) return Taken::kImpossible;
   ReceivedSet& received = topic == Topic::kSensors ? sensors_ : world_;
-  // There is none of the tick of END, unless the sim ended within it.
-  if (end_tick_ >= 0 && tick > end_tick_) DisproveEnd(tick);
-  sim_tick_ = std::max(sim_tick_, tick);
   return Note(received.Take(sequence, config_.realtime), tick, now_us, out);
 }
 
@@ -163,7 +132,6 @@ LogLockstep::Taken LogLockstep::OnModule(Topic topic, int module, int64_t sequen
                                          int64_t status_count, int64_t now_us, Actions* out) {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return Taken::kKnown;
   if (!InWindow(tick, now_us)) return Taken::kImpossible;
-  if (!config_.realtime && tick > sim_tick_) return Taken::kEarly;
   if (module < 0 || static_cast<size_t>(module) >= modules_.size()) {
     return Unknown(tick, now_us, out);
   }
@@ -339,17 +307,15 @@ void LogLockstep::ListMissing(Actions* out) const {
   }
 }
 
-bool LogLockstep::OnPoll(int64_t tick, int64_t now_us, Actions* out) {
-  if (phase_ == Phase::kIdle || phase_ == Phase::kDone || config_.realtime) return true;
-  if (!InWindow(tick, now_us)) return false;
+void LogLockstep::OnPoll(int64_t tick, int64_t now_us, Actions* out) {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kDone || config_.realtime) return;
+  if (!InWindow(tick, now_us)) return;
   silence_.Heard(now_us);
-  // A sim that polls has not ended, whatever was heard; the next CLOCK will show it. It waits for
-  // us at this tick, so that all of it must exist by now.
+  // It waits for us at this tick, so that all of it must exist by now.
   highest_tick_ = std::max(highest_tick_, tick + 1);
   acked_tick_ = std::max(acked_tick_, complete_tick_);
   out->push_back({LogAction::Kind::kAck, complete_tick_});
   if (!ask_.armed()) AcknowledgeAndAsk(now_us, out);
-  return true;
 }
 
 bool LogLockstep::OnVerdict(int64_t tick, int64_t now_us, Actions* out) {
@@ -362,13 +328,12 @@ bool LogLockstep::OnVerdict(int64_t tick, int64_t now_us, Actions* out) {
   return true;
 }
 
-bool LogLockstep::OnBye(int64_t tick, Actions* out) {
-  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return true;
-  // Before END nobody may send us away.
-  if (end_tick_ < 0 || tick != end_tick_) return false;
+void LogLockstep::OnBye(int64_t tick, Actions* out) {
+  if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return;
+  // Only after END does the sim let us go.
+  if (end_tick_ < 0 || tick != end_tick_) return;
   phase_ = Phase::kDone;
   out->push_back({LogAction::Kind::kFinish});
-  return true;
 }
 
 void LogLockstep::OnTime(int64_t now_us, Actions* out) {
@@ -400,9 +365,8 @@ int64_t LogLockstep::next_deadline_us() const {
 }
 
 void LogLockstep::AddFingerprint(std::string* print) const {
-  AddPrints(print, phase_, highest_tick_, sim_tick_, end_tick_, end_sequence_, complete_tick_,
-            acked_tick_, num_modules_, ask_.armed(), hello_.sim_heard(), verdict_heard_,
-            contradicted_, names_);
+  AddPrints(print, phase_, highest_tick_, end_tick_, complete_tick_, acked_tick_, num_modules_,
+            ask_.armed(), hello_.sim_heard(), verdict_heard_, names_);
   const auto add = [print](const ReceivedSet& received) {
     AddPrints(print, received.next, received.beyond);
   };

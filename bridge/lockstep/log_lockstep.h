@@ -76,12 +76,11 @@ class LogLockstep {
   /// Says HELLO; from now on everything is awaited.
   void Begin(int64_t now_us, Actions* out);
   /// CLOCK says that from `tick` on the run goes on without this module. Call after OnClock of that
-  /// tick, if that was kFresh: a CLOCK that contradicts an earlier one is not believed.
+  /// tick, if that was kFresh.
   void Lose(const std::string& name, int64_t tick, int64_t now_us, Actions* out);
-  /// What became of a message: it is new, it was there already or is not placed yet, it answers a
-  /// tick of which nothing of the sim's was heard, or it cannot be one of this run's. An early one
-  /// may be made up, and if not it is asked for again once the sim's own messages are there.
-  enum class Taken : uint8_t { kFresh, kKnown, kEarly, kImpossible };
+  /// What became of a message: it is new, it was there already or is not placed yet, or it is of a
+  /// tick or a number that cannot be.
+  enum class Taken : uint8_t { kFresh, kKnown, kImpossible };
   /// CLOCK, with its number on the channel.
   Taken OnClock(int64_t sequence, int64_t tick, int phase, int num_modules, int sensors_parts,
                 int world_parts, int64_t now_us, Actions* out);
@@ -90,14 +89,14 @@ class LogLockstep {
   /// TRANSFORM, ACTUATOR or STATUS; `status_count` is ACTUATOR's.
   Taken OnModule(Topic topic, int module, int64_t sequence, int64_t tick, int64_t status_count,
                  int64_t now_us, Actions* out);
-  /// The sim, at `tick`, asks for an acknowledgement now. Returns false if it cannot be there.
-  bool OnPoll(int64_t tick, int64_t now_us, Actions* out);
+  /// The sim, at `tick`, asks for an acknowledgement now.
+  void OnPoll(int64_t tick, int64_t now_us, Actions* out);
   /// The sim, at `tick`, has told how the run ended. Returns false if END was not heard of that
   /// tick and acknowledged.
   bool OnVerdict(int64_t tick, int64_t now_us, Actions* out);
-  /// The sim, at `tick`, says that the run is over for everybody. Returns false if that is not the
-  /// tick of an END that was heard.
-  bool OnBye(int64_t tick, Actions* out);
+  /// The sim, at `tick`, says that the run is over for everybody; nothing happens unless that is
+  /// the tick of END.
+  void OnBye(int64_t tick, Actions* out);
   /// Does what is due: requests, HELLO, giving up without the sim.
   void OnTime(int64_t now_us, Actions* out);
   /// Acknowledges END if it was seen, whether or not something is missing. OnTime calls it after
@@ -119,8 +118,6 @@ class LogLockstep {
   /// Names by number.
   [[nodiscard]] const std::vector<std::string>& module_names() const { return names_; }
 
-  /// CLOCK has told two different things of what a tick consists of.
-  [[nodiscard]] bool contradicted() const { return contradicted_; }
   /// The run is over for the logger, whatever else comes.
   void GiveUp() { phase_ = Phase::kDone; }
   /// When OnTime must be called at the latest; kNever if only an event can change anything.
@@ -162,9 +159,7 @@ class LogLockstep {
   /// Notes a message that cannot be placed yet, so that it is asked for again later.
   Taken Unknown(int64_t tick, int64_t now_us, Actions* out);
   /// CLOCK with PHASE_END.
-  Taken OnEnd(int64_t sequence, int64_t tick, int64_t now_us, Actions* out);
-  /// A message of `tick` shows that the run goes on after what was taken for its end.
-  void DisproveEnd(int64_t tick);
+  Taken OnEnd(int64_t tick, int64_t now_us, Actions* out);
   /// What follows from a message that was `fresh` or not.
   Taken Note(bool fresh, int64_t tick, int64_t now_us, Actions* out);
   /// Moves complete_tick_ up to the last tick of which nothing is missing.
@@ -195,7 +190,6 @@ class LogLockstep {
   /// Modules that the run goes on without, and from which tick on.
   std::map<std::string, int64_t> lost_;
   int64_t highest_tick_ = -1;  ///< All before it exists.
-  int64_t sim_tick_ = -1;      ///< The last one that the sim itself has told of.
   // The tick after the last one, and the last one of which nothing is missing; -1 before they are
   // known.
   int64_t end_tick_ = -1;
@@ -203,15 +197,11 @@ class LogLockstep {
   /// Of the modules below this number nothing is missing at the tick behind complete_tick_, so that
   /// a tick of many modules is not searched through at every message.
   size_t first_unchecked_ = 0;
-  /// The number of END on CLOCK: one that is not END, with this number or a later one, disproves
-  /// it.
-  int64_t end_sequence_ = -1;
   /// Real time: when highest_tick_ grew last.
   int64_t moved_us_ = 0;
   // The last tick that an acknowledgement spoke of.
   int64_t acked_tick_ = -1;
   bool verdict_heard_ = false;
-  bool contradicted_ = false;
   RetryTimer ask_;
   /// How long nothing was heard from the run at all.
   SilenceMeter silence_;

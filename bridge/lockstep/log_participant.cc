@@ -120,15 +120,10 @@ bool LogParticipant::HasChannel(const ChannelName& name) {
 
 void LogParticipant::TakeHashed(const ChannelName& name, ReceivedStream* stream,
                                 const morphbus::header_t& header, LoggedMessage* message) {
-  const bool end_heard = machine_.end_seen();
   fresh_end_ = false;
   const MaybeTaken taken = TellMachine(name, stream, header, message->data, message->size);
   message->bad = !taken.has_value();
   if (message->bad) return;
-  if (*taken == Taken::kEarly) {
-    message->refused = true;
-    return;
-  }
   if (*taken == Taken::kImpossible) {
     const bool in_window = machine_.InWindow(header.tick, now_us());
     message->refused = true;
@@ -137,12 +132,6 @@ void LogParticipant::TakeHashed(const ChannelName& name, ReceivedStream* stream,
                                         " does not belong to tick " + std::to_string(header.tick)
                                   : "tick " + std::to_string(header.tick) + " after tick " +
                                         std::to_string(machine_.complete_tick()));
-  }
-  // A message of a later tick, or another END, shows that what was heard was not the end.
-  if (end_heard && (!machine_.end_seen() || fresh_end_)) {
-    end_clock_.clear();
-    CountRefused(&Ledger::false_ends, ChannelOf(kSimProcess, Topic::kClock),
-                 "END, and then tick " + std::to_string(header.tick));
   }
   message->end = fresh_end_;
   message->duplicate = *taken == Taken::kKnown;
@@ -159,7 +148,7 @@ void LogParticipant::TakeHashed(const ChannelName& name, ReceivedStream* stream,
   if (stream == nullptr) return;
   const uint64_t digest = MessageDigest(message->data, message->size);
   Track(&stream->tracker, message->channel, header.sequence, digest);
-  if (!message->duplicate) AddToStream(stream, name, header, digest);
+  if (!message->duplicate) stream->Add(header.sequence, digest, !options_.realtime);
 }
 
 void LogParticipant::TakeOther(const ChannelName& name, LoggedMessage* message) {
@@ -181,17 +170,9 @@ LogParticipant::MaybeTaken LogParticipant::TellClock(const morphbus::header_t& h
       machine_.OnClock(header.sequence, header.tick, clock.phase, clock.num_modules,
                        clock.num_sensors_parts, clock.num_world_parts, now_us(), &actions_);
   if (taken != Taken::kFresh) return taken;
-  // One of them was not the sim's, and the log cannot be whole.
-  if (machine_.contradicted() && !machine_.done()) {
-    error_ =
-        "LOG was told two different sizes of the run on SIM/CLOCK: somebody else speaks on this "
-        "bus";
-    machine_.GiveUp();
-  }
   fresh_end_ = clock.phase == morphbus::sim_clock_t::PHASE_END;
   if (fresh_end_) end_reason_ = clock.end_reason;
-  // Only the first CLOCK of its number is believed. Of a module that is lost in its tick nothing
-  // more is to be expected.
+  // Of a module that is lost in its tick nothing more is to be expected.
   for (const std::string& control : clock.controls) {
     const std::string_view lost = LostModule(control);
     if (!lost.empty()) machine_.Lose(std::string(lost), header.tick, now_us(), &actions_);
@@ -266,20 +247,12 @@ void LogParticipant::TakeAsk(const uint8_t* data, size_t size) {
   }
   // After the end nothing that is said matters any more.
   if (machine_.done()) return;
-  if (ask.kind == ask_t::KIND_TAKEN) return CompareTaken(ask);
-  // The other kinds are the sim's, or are for the sim and for modules.
-  const auto tick = [&ask] { return "at tick " + std::to_string(ask.header.tick); };
-  const bool of_sim = ask.sender == kSimProcess;
-  const std::string channel = ChannelOf(kLogProcess, Topic::kAsk);
   if (ask.kind == ask_t::KIND_POLL) {
-    if (of_sim && machine_.OnPoll(ask.header.tick, now_us(), &actions_)) return;
-    CountRefused(&Ledger::outside_window, channel, "POLL " + tick());
+    machine_.OnPoll(ask.header.tick, now_us(), &actions_);
   } else if (ask.kind == ask_t::KIND_VERDICT) {
-    if (of_sim && machine_.OnVerdict(ask.header.tick, now_us(), &actions_)) return TakeVerdict(ask);
-    CountRefused(&Ledger::false_ends, channel, "a verdict " + tick());
+    if (machine_.OnVerdict(ask.header.tick, now_us(), &actions_)) TakeVerdict(ask);
   } else if (ask.kind == ask_t::KIND_BYE) {
-    if (of_sim && machine_.OnBye(ask.header.tick, &actions_)) return;
-    CountRefused(&Ledger::false_ends, channel, "BYE " + tick());
+    machine_.OnBye(ask.header.tick, &actions_);
   }
 }
 
@@ -291,12 +264,6 @@ void LogParticipant::AnswerInfo() {
 }
 
 void LogParticipant::TakeVerdict(const ask_t& ask) {
-  // The sim says one thing only. If it seems to say two, the run is not called well ended.
-  if (verdict_ && (verdict_->verdict != ask.verdict || verdict_->run_hash != ask.run_hash)) {
-    CountRefused(&Ledger::conflicts, ChannelOf(kLogProcess, Topic::kAsk), "a second verdict");
-    if (error_.empty()) error_ = "LOG was told two different verdicts of the run";
-    return;
-  }
   verdict_ = ask;
   error_ = ask.verdict;
   // Without a hash the run was stopped before all had joined; in real time loss is no failure.
@@ -307,7 +274,7 @@ void LogParticipant::TakeVerdict(const ask_t& ask) {
 }
 
 void LogParticipant::ConfirmVerdict() {
-  // The sim must know that it was its own verdict which was heard.
+  // The sim must know that its verdict was heard.
   ask_t ack = MakeAsk(ask_t::KIND_VERDICT_ACK);
   if (verdict_) {
     ack.run_hash = verdict_->run_hash;
@@ -319,17 +286,14 @@ void LogParticipant::ConfirmVerdict() {
 
 void LogParticipant::AcknowledgeEnd(int64_t tick) {
   if (now_us() < end_acked_until_us_) return;
-  TotalsReport report;
-  for (const ChannelTotal& total : totals()) report.totals.push_back(ToWire(total));
+  WireTotals recorded;
+  for (const ChannelTotal& total : totals()) recorded.push_back(ToWire(total));
   ask_t pattern = MakeAsk(ask_t::KIND_END_ACK);
   pattern.sender = kLogProcess;
   pattern.acknowledged_tick = tick;
   pattern.run_hash = run_hash();
-  if (options_.realtime) {
-    AddRecordedSums(&report);
-    pattern.verdict = first_conflict();
-  }
-  std::vector<ask_t> parts = SplitReport(pattern, report);
+  if (options_.realtime) pattern.verdict = first_conflict();
+  std::vector<ask_t> parts = SplitTotals(pattern, recorded);
   // A log of many channels takes many messages.
   end_acked_until_us_ = now_us() + kResendPauseUs * static_cast<int64_t>(parts.size());
   for (ask_t& part : parts) Ask(kSimProcess, std::move(part));

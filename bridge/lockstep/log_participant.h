@@ -8,7 +8,6 @@
 #include <memory>
 #include <morphbus/ask_t.hpp>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,7 +15,6 @@
 #include "bridge/lockstep/lockstep_participant.h"
 #include "bridge/lockstep/log_lockstep.h"
 #include "bridge/lockstep/run_totals.h"
-#include "bridge/lockstep/taken_blocks.h"
 #include "bridge/wire/channels.h"
 #include "bridge/wire/stream_hash.h"
 
@@ -47,8 +45,7 @@ struct LoggedMessage {
   /// Which hashed channel it is of: they are counted from 0 as they are first heard. -1 for others,
   /// and where the message is bad or refused.
   int channel_index = -1;
-  /// CLOCK with PHASE_END. It ends the log; a later one takes its place, since the first one need
-  /// not have been the sim's.
+  /// CLOCK with PHASE_END, for the first time. It ends the log.
   bool end = false;
 };
 
@@ -62,12 +59,10 @@ struct ReceivedStream {
   int64_t next = 0;         ///< Number of the next payload to hash.
   int64_t count = 0;        ///< Distinct messages.
   StreamHash hash;
-  uint64_t sum = 0;     ///< Of the payloads' own hashes (XXH3), modulo 2^64.
   bool gapless = true;  ///< Every number came when it was its turn.
   /// Hashes of payloads beyond a gap, by number; bounded by the machine's window.
   std::map<int64_t, uint64_t> early;
-  std::vector<RecentDigests> recent;  ///< Of SENSORS by part, of others one.
-  std::string_view channel;           ///< Its name, which the logger holds.
+  std::string_view channel;  ///< Its name, which the logger holds.
   ReceivedStream* follower =
       nullptr;  ///< The one of the message that came after the last one here.
 
@@ -109,7 +104,7 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   [[nodiscard]] const std::string& error() const { return error_; }
   /// Why the run ended, as CLOCK tells; empty before.
   [[nodiscard]] const std::string& end_reason() const { return end_reason_; }
-  /// END was heard, and nothing since has shown that the run goes on.
+  /// END was heard.
   [[nodiscard]] bool end_heard() const { return machine_.end_seen(); }
   /// Whether the run has a process of this name, as far as SENSORS has told.
   [[nodiscard]] bool HasProcess(std::string_view process) const;
@@ -150,26 +145,14 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   bool HasChannel(const ChannelName& name);
   /// Tells the machine of the modules that SENSORS names; false if the message is bad.
   bool TakeNames(const uint8_t* data, size_t size);
-  // These four are in log_participant_checks.cc, with the three that follow.
+  // These three are in log_participant_checks.cc.
   /// Begins to note what comes on a channel, of which nothing has come yet.
   ReceivedStream& BeginStream(std::string_view channel);
   /// What has come on a channel; null if nothing has.
   ReceivedStream* FindStream(std::string_view channel);
-  /// Hashes a payload that is new, by its XXH3.
-  void AddToStream(ReceivedStream* stream, const ChannelName& name,
-                   const morphbus::header_t& header, uint64_t digest);
-  /// Compares what a process says it has published with what was recorded; what differs in two
-  /// reports on end is not the process's, and the run is over.
+  /// Compares what a process says it has published with what was recorded. If they differ the
+  /// run is over.
   void CompareTotals(const ChannelName& name, const uint8_t* data, size_t size);
-  /// The same with what a process says it took lately (KIND_TAKEN).
-  void CompareTaken(const morphbus::ask_t& ask);
-  /// Whether that was doubted before; from now on it is.
-  bool IsDoubtedTwice(const std::string& what);
-  /// Ends the run, saying what the process did to which channel, other than somebody.
-  void EndForForgery(std::string_view process, const std::string& did, std::string_view channel,
-                     const std::string& other);
-  /// Real time: what was recorded of each channel, for KIND_END_ACK.
-  void AddRecordedSums(TotalsReport* report) const;
   /// Does what somebody asks of the logger; a bad message changes nothing.
   void TakeAsk(const uint8_t* data, size_t size);
   /// Tells the sim which verdict was heard.
@@ -190,18 +173,15 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   // Somebody wants the description, and the wall time before which it is not published again.
   bool info_wanted_ = false;
   int64_t info_due_us_ = 0;
-  /// The message that is taken is CLOCK with PHASE_END, and the first or another one than before.
+  /// The message that is taken is CLOCK with PHASE_END, for the first time.
   bool fresh_end_ = false;
-  /// The CLOCK with PHASE_END; empty before. It is not in its channel's hash until the run is over.
+  /// The CLOCK with PHASE_END; empty before. It comes last in its channel's hash.
   std::vector<uint8_t> end_clock_;
-  /// Wall time before which END is not acknowledged again: anybody can repeat an END.
+  /// Wall time before which END is not acknowledged again, however often it is repeated.
   int64_t end_acked_until_us_ = 0;
-  /// What the last report told otherwise than was recorded: a channel, or a channel with who took
-  /// of it and the block of ticks.
-  std::set<std::string, std::less<>> doubted_;
   /// Messages of processes that SENSORS had not named yet.
   int64_t early_ = 0;
-  /// What the sim said of the run's end first; none before.
+  /// What the sim said of the run's end; none before.
   std::optional<morphbus::ask_t> verdict_;
   // See error() and end_reason().
   std::string error_, end_reason_;

@@ -1,5 +1,5 @@
 // What a LogParticipant knows of what was recorded, and how it compares that, while the run goes
-// on, with what the others say they published and took.
+// on, with what the others say they published.
 
 #include <algorithm>
 #include <morphbus/health_t.hpp>
@@ -10,8 +10,6 @@
 
 namespace morphbus::bridge {
 
-using morphbus::ask_t;
-
 namespace {
 
 /// Numbers of which a channel's bytes are remembered at most.
@@ -21,7 +19,6 @@ constexpr size_t kMostRemembered = 8192;
 
 void ReceivedStream::Add(int64_t sequence, uint64_t digest, bool in_order) {
   ++count;
-  sum += digest;
   gapless &= sequence == next;
   // In lockstep every gap gets filled, so a payload beyond one waits for its turn in the hash. In
   // real time nobody sends anything again, and payloads are hashed as they arrive.
@@ -42,7 +39,6 @@ void ReceivedStream::Add(int64_t sequence, uint64_t digest, bool in_order) {
 void ReceivedStream::Fetch() const {
   __builtin_prefetch(channel.data());
   tracker.FetchNext();
-  if (recent.size() == 1) recent.front().Fetch(next);
   __builtin_prefetch(follower);
 }
 
@@ -78,18 +74,6 @@ ReceivedStream& LogParticipant::BeginStream(std::string_view channel) {
   return *place->second;
 }
 
-void LogParticipant::AddToStream(ReceivedStream* stream, const ChannelName& name,
-                                 const morphbus::header_t& header, uint64_t digest) {
-  stream->Add(header.sequence, digest, !options_.realtime);
-  // Of what others take the last ticks are kept, of SENSORS part by part.
-  const bool sensors = name.topic == Topic::kSensors;
-  if (!sensors && name.topic != Topic::kTransform && name.topic != Topic::kActuator) return;
-  const auto parts = static_cast<size_t>(sensors ? std::max(1, machine_.sensors_parts()) : 1);
-  if (stream->recent.size() < parts) stream->recent.resize(parts);
-  stream->recent[sensors ? static_cast<size_t>(header.sequence) % parts : 0].Add(header.tick,
-                                                                                 digest);
-}
-
 std::vector<ChannelTotal> LogParticipant::totals() const {
   std::vector<ChannelTotal> totals;
   const std::string clock = ChannelOf(kSimProcess, Topic::kClock);
@@ -107,38 +91,6 @@ std::vector<ChannelTotal> LogParticipant::totals() const {
 
 std::string LogParticipant::run_hash() const { return RunHash(totals()); }
 
-void LogParticipant::AddRecordedSums(TotalsReport* report) const {
-  const std::string clock = ChannelOf(kSimProcess, Topic::kClock);
-  for (const auto& [channel, stream] : streams_) {
-    morphbus::taken_total_t& entry = report->taken.emplace_back();
-    entry.channel = channel;
-    entry.part = -1;
-    entry.taker = kLogProcess;
-    TakenSum all = {stream->count, stream->sum};
-    // END is the last message on CLOCK.
-    if (channel == clock && !end_clock_.empty()) {
-      all.Add(MessageDigest(end_clock_.data(), end_clock_.size()));
-    }
-    entry.count = all.count;
-    entry.sum = static_cast<int64_t>(all.sum);
-  }
-}
-
-bool LogParticipant::IsDoubtedTwice(const std::string& what) {
-  // One report may itself be a forgery; a second one, without an honest one between them, is not.
-  constexpr size_t kMostDoubts = 1024;
-  if (doubted_.size() >= kMostDoubts) doubted_.clear();
-  return !doubted_.insert(what).second;
-}
-
-void LogParticipant::EndForForgery(std::string_view process, const std::string& did,
-                                   std::string_view channel, const std::string& other) {
-  channel.remove_prefix(options_.run.size() + 1);
-  error_ = std::string(process) + did + std::string(channel) + other +
-           ": somebody else speaks on this bus";
-  machine_.GiveUp();
-}
-
 void LogParticipant::CompareTotals(const ChannelName& name, const uint8_t* data, size_t size) {
   // Before the run and after it there is nothing to compare.
   morphbus::health_t health;
@@ -152,42 +104,11 @@ void LogParticipant::CompareTotals(const ChannelName& name, const uint8_t* data,
         found->second->count != total.count || (options_.realtime && !found->second->gapless)) {
       continue;
     }
-    if (found->second->hash.Digest() == static_cast<uint64_t>(total.chained_hash)) {
-      doubted_.erase(channel);
-      continue;
-    }
-    if (!IsDoubtedTwice(channel)) continue;
-    return EndForForgery(kLogProcess, " recorded other messages on ", channel,
-                         " than " + std::string(name.process) + " published");
-  }
-}
-
-void LogParticipant::CompareTaken(const ask_t& ask) {
-  const int64_t first = ask.first_sequence, last = ask.last_sequence;
-  const bool possible = HasProcess(ask.sender) && first >= 0 && first % kBlockTicks == 0 &&
-                        last >= first && last - first < kBlockTicks;
-  if (!possible) return;
-  for (const morphbus::taken_total_t& entry : ask.taken) {
-    const std::optional<ChannelName> name = ParseChannel(entry.channel);
-    const auto found = streams_.find(entry.channel);
-    if (!name || entry.taker != ask.sender || found == streams_.end()) continue;
-    // Whoever took less than one a tick may have been parted from its neighbour for a while.
-    const std::vector<RecentDigests>& recent = found->second->recent;
-    const auto part = static_cast<size_t>(std::max<int16_t>(entry.part, 0));
-    if (entry.count != last - first + 1 || part >= recent.size()) continue;
-    // A neighbour's TRANSFORM is taken a tick later.
-    const int64_t back = name->topic == Topic::kTransform ? 1 : 0;
-    const std::optional<uint64_t> sum =
-        first < back ? std::nullopt : recent[part].Sum(first - back, last - back);
-    if (!sum) continue;
-    const std::string doubt = entry.channel + " " + ask.sender + " " + std::to_string(first);
-    if (*sum == static_cast<uint64_t>(entry.sum)) {
-      doubted_.erase(doubt);
-      continue;
-    }
-    if (!IsDoubtedTwice(doubt)) continue;
-    return EndForForgery(ask.sender, " took other messages on ", entry.channel,
-                         " than LOG recorded");
+    if (found->second->hash.Digest() == static_cast<uint64_t>(total.chained_hash)) continue;
+    const std::string process(name.process);
+    error_ = "LOG recorded other messages on " + process + "/" + total.topic + " than " + process +
+             " published";
+    return machine_.GiveUp();
   }
 }
 

@@ -19,10 +19,6 @@ constexpr int64_t kSlackTicks = 16;
 /// A module that takes another's place says HELLO so often, microseconds.
 constexpr int64_t kJoinUs = 50'000;
 
-/// In real time nobody asks for answers, so a module that was told to leave says so again and again
-/// until the sim, if it was not the one to tell it, answers.
-constexpr int64_t kFarewellUs = 50'000;
-
 /// Ticks after which a module that is silent is no longer kept in mind.
 constexpr int64_t kRemembered = 16;
 
@@ -37,12 +33,6 @@ void ModuleLockstep::Begin(int64_t tick, int64_t now_us, Actions* out) {
   tick_ = std::max<int64_t>(tick, 0);
   moved_us_ = now_us - kLongestRunUs;
   silence_.Heard(now_us);
-  // Whoever begins once more, since it was told of a wrong tick, has nothing of that tick.
-  parts_.clear();
-  have_reading_ = false;
-  mates_.clear();
-  heard_.clear();
-  ask_.Disarm();
   if (tick > 0) return;
   out->push_back({ModuleAction::Kind::kHello, 0, 0});
   hello_.Said(now_us);
@@ -59,29 +49,14 @@ void ModuleLockstep::OnAdmit(int64_t tick, int64_t now_us) {
   silence_.Heard(now_us);
 }
 
-void ModuleLockstep::SayHelloSoon(int64_t now_us) {
-  if (phase_ == Phase::kJoining) ask_.Arm(now_us, config_.timing.ask_after_us);
-}
-
 bool ModuleLockstep::OnLeave(int64_t tick, int64_t now_us, Actions* out) {
   if (phase_ != Phase::kRun && phase_ != Phase::kLeft) return true;
   if (config_.realtime ? !InWindow(tick, now_us) : tick != tick_ - 1) return false;
   // Every request is acknowledged: the last acknowledgement may have been lost.
   phase_ = Phase::kLeft;
   ask_.Disarm();
-  if (config_.realtime) ask_.Arm(now_us, kFarewellUs);
   silence_.Heard(now_us);
   out->push_back({ModuleAction::Kind::kEndAck, tick_, 0});
-  return true;
-}
-
-bool ModuleLockstep::OnAwaited(int64_t now_us, Actions* out) {
-  if (phase_ != Phase::kLeft) return false;
-  // Nothing was done with what came meanwhile; the sim repeats it to whoever has not answered.
-  phase_ = Phase::kRun;
-  ask_.Disarm();
-  silence_.Heard(now_us);
-  TryCompute(now_us, out);
   return true;
 }
 
@@ -97,37 +72,27 @@ bool ModuleLockstep::InWindow(int64_t tick, int64_t now_us) const {
   return tick >= tick_ - 1 - kKeptTicks && tick <= last;
 }
 
-bool ModuleLockstep::OnClock(int64_t tick, int phase, int64_t now_us, Actions* out) {
+void ModuleLockstep::OnClock(int64_t tick, int phase, int64_t now_us, Actions* out) {
   const bool end = phase == morphbus::sim_clock_t::PHASE_END;
-  // Whoever was told to leave, and not by the sim, hears of END as all others do.
-  if (phase_ == Phase::kLeft && end && !InWindow(tick, now_us)) return true;
-  if (phase_ != Phase::kRun && (phase_ != Phase::kLeft || !end)) return true;
+  if (phase_ != Phase::kRun && (phase_ != Phase::kLeft || !end)) return;
+  // Of other runs of this name, ahead of ours or behind, nothing is taken for a sign of life.
+  if (!InWindow(tick, now_us)) return;
+  silence_.Heard(now_us);
+  hello_.SimHeard();
   if (end) {
-    // Whatever the sim ends for, it waits for this module's answer to the tick at which it is, or
-    // has it.
-    if (tick < tick_ - 1 || !InWindow(tick, now_us)) return false;
-    silence_.Heard(now_us);
-    hello_.SimHeard();
     end_tick_ = tick;
     // Every END is acknowledged: the last acknowledgement may have been lost.
     out->push_back({ModuleAction::Kind::kEndAck, tick_, 0});
-    return true;
+    return;
   }
-  // Of other runs of this name, ahead of ours or behind, nothing is taken for a sign of life.
-  if (!InWindow(tick, now_us)) return true;
-  silence_.Heard(now_us);
-  hello_.SimHeard();
   // The sim asks who is there, until it has heard everybody; we have long said so afterwards.
   if (phase == morphbus::sim_clock_t::PHASE_START && tick_ <= 1) {
     out->push_back({ModuleAction::Kind::kHello, 0, 0});
   }
-  return true;
 }
 
 bool ModuleLockstep::OnSensors(int64_t tick, int part, int num_parts, bool mine,
                                const std::vector<uint16_t>& mates, int64_t now_us, Actions* out) {
-  // While the sim is where we were told to leave, or one tick on, it may still say otherwise.
-  if (phase_ == Phase::kLeft && !config_.realtime && tick <= tick_) silence_.Heard(now_us);
   if (phase_ != Phase::kRun || part < 0 || part >= num_parts) return false;
   if (!InWindow(tick, now_us)) {
     // In lockstep nothing of a later tick can exist before we answered this one, unless somebody
@@ -138,8 +103,6 @@ bool ModuleLockstep::OnSensors(int64_t tick, int part, int num_parts, bool mine,
   if (!begun()) return false;
   silence_.Heard(now_us);
   ahead_tick_ = -1;
-  // After the tick of END there is none: what was heard was not the end.
-  if (end_tick_ >= 0 && tick > end_tick_) end_tick_ = -1;
   // In real time what came for an older tick no longer matters.
   if (config_.realtime && tick > tick_) {
     tick_ = tick;
@@ -222,14 +185,11 @@ void ModuleLockstep::TryCompute(int64_t now_us, Actions* out) {
   ask_.Disarm();
 }
 
-bool ModuleLockstep::OnBye(int64_t tick, Actions* out) {
-  if (phase_ != Phase::kRun && phase_ != Phase::kLeft) return true;
-  // Only after END can the sim let us go: anything else is a stray message. Whoever was told to
-  // leave goes when nobody has wanted it back for a while.
-  if (end_tick_ < 0 || tick != end_tick_) return phase_ == Phase::kLeft;
+void ModuleLockstep::OnBye(int64_t tick, Actions* out) {
+  if ((phase_ != Phase::kRun && phase_ != Phase::kLeft) || end_tick_ < 0 || tick != end_tick_)
+    return;
   phase_ = Phase::kDone;
   out->push_back({ModuleAction::Kind::kFinish, tick_, 0});
-  return true;
 }
 
 void ModuleLockstep::OnTime(int64_t now_us, Actions* out) {
@@ -257,7 +217,6 @@ void ModuleLockstep::OnTime(int64_t now_us, Actions* out) {
   if (starting && hello_.Fire(now_us)) out->push_back({ModuleAction::Kind::kHello, 0, 0});
   if (!ask_.Fire(now_us, config_.timing)) return;
   if (phase_ == Phase::kJoining) out->push_back({ModuleAction::Kind::kHello, 0, 0});
-  if (phase_ == Phase::kLeft) return out->push_back({ModuleAction::Kind::kEndAck, tick_, 0});
   // Each neighbour whose message is missing is asked for it.
   for (const uint16_t mate : mates_) {
     if (!Has(mate, tick_ - 1)) out->push_back({ModuleAction::Kind::kAskMate, tick_ - 1, mate});

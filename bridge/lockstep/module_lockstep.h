@@ -58,18 +58,12 @@ class ModuleLockstep {
   void Begin(int64_t tick, int64_t now_us, Actions* out);
   /// The sim says which tick a module computes first that takes another's place.
   void OnAdmit(int64_t tick, int64_t now_us);
-  /// A module that takes another's place says HELLO once more, within a moment.
-  void SayHelloSoon(int64_t now_us);
   /// The sim, at `tick`, says that the run goes on without this module: as END, for this module
-  /// alone, and as provisional (OnAwaited). Returns false if it cannot be: the sim says so once the
-  /// module has answered the tick at which it is.
+  /// alone. Returns false if that is of another tick than the one that the module has answered
+  /// last.
   bool OnLeave(int64_t tick, int64_t now_us, Actions* out);
-  /// The sim asks for an answer that this module has not given, so that it is part of the run.
-  /// Returns true if it had been told to leave: that was not the sim.
-  bool OnAwaited(int64_t now_us, Actions* out);
-  /// CLOCK, phase as in sim_clock_t. Returns false for an END that cannot be one: the sim ends a
-  /// run only at the tick that this module has answered last, or at the next one.
-  bool OnClock(int64_t tick, int phase, int64_t now_us, Actions* out);
+  /// CLOCK, phase as in sim_clock_t.
+  void OnClock(int64_t tick, int phase, int64_t now_us, Actions* out);
   /// Part of SENSORS. `mine`: it holds this module's reading, and these distinct modules are mated.
   /// Returns true if the part is of the tick to compute and was not there yet: the reading counts.
   bool OnSensors(int64_t tick, int part, int num_parts, bool mine,
@@ -79,9 +73,9 @@ class ModuleLockstep {
   bool OnTransform(uint16_t mate, int64_t tick, int64_t now_us, Actions* out);
   /// Somebody at this tick asked for a message: the run has begun, and is not over yet for all.
   void OnAsked(int64_t tick, int64_t now_us);
-  /// The sim, at `tick`, says that the run is over for everybody. Returns false if that is not the
-  /// tick of an END that was heard.
-  bool OnBye(int64_t tick, Actions* out);
+  /// The sim, at `tick`, says that the run is over for everybody; nothing happens unless that is
+  /// the tick of END.
+  void OnBye(int64_t tick, Actions* out);
   /// Does what is due: requests, HELLO, giving up without the sim.
   void OnTime(int64_t now_us, Actions* out);
 
@@ -106,7 +100,7 @@ class ModuleLockstep {
   /// Whether SENSORS of the first tick can be the sim's. It says CLOCK before them, and whom CLOCK
   /// does not reach it asks for the answer; in real time, where nobody is asked, they always can.
   [[nodiscard]] bool begun() const { return tick_ > 0 || config_.realtime || hello_.sim_heard(); }
-  /// END was heard, and nothing since has shown that the run goes on.
+  /// END was heard.
   [[nodiscard]] bool end_heard() const { return end_tick_ >= 0; }
 
   /// Adds everything but times, as bytes: equal states are equal strings (for exploring).
@@ -143,8 +137,7 @@ class ModuleLockstep {
   bool knows_all_ = false;
   /// The last tick later than ours that SENSORS came of since any that can be the run's; -1: none.
   int64_t ahead_tick_ = -1;
-  /// The tick of END; -1 before. Only KIND_BYE and silence make it final: until then the module
-  /// goes on, as whoever sent END may not have been the sim.
+  /// The tick of END; -1 before.
   int64_t end_tick_ = -1;
   /// Real time: when the tick to compute changed last.
   int64_t moved_us_ = 0;

@@ -37,8 +37,8 @@ struct SnapshotHead {
   uint64_t state_size = 0;
   uint32_t incarnation = 0;
   uint16_t module_id = 0;
-  uint8_t left = 0;      ///< 1: it was told that the run goes on without it, and not yet otherwise.
-  uint8_t admitted = 0;  ///< 1: it was told where the run is, and has computed no tick since.
+  uint8_t left = 0;  ///< 1: it was told that the run goes on without it.
+  uint8_t unused = 0;
 };
 
 }  // namespace
@@ -68,15 +68,12 @@ void ModuleParticipant::WriteSnapshot(int64_t next_tick) {
   head.incarnation = options_.incarnation;
   head.module_id = options_.module_id;
   head.left = left_ ? 1 : 0;
-  head.admitted = admitted_ ? 1 : 0;
-  // Head, state of the virtual machine, everything that was sent and is still kept, and what was
-  // taken.
+  // Head, state of the virtual machine, and everything that was sent and is still kept.
   snapshot_.resize(sizeof head);
   controller_->Save(&snapshot_);
   head.state_size = snapshot_.size() - sizeof head;
   std::memcpy(snapshot_.data(), &head, sizeof head);
   outbox_.Save(&snapshot_);
-  taken_.Save(&snapshot_);
   before_publish_(snapshot_);
 }
 
@@ -97,12 +94,7 @@ Result<void> ModuleParticipant::ResumeFrom(const std::vector<uint8_t>& snapshot)
   const Result<size_t> used =
       outbox_.Load(snapshot.data() + state_end, snapshot.size() - state_end);
   if (!used) return tl::unexpected<Error>(used.error());
-  const size_t outbox_end = state_end + *used;
-  const Result<size_t> taken =
-      taken_.Load(snapshot.data() + outbox_end, snapshot.size() - outbox_end);
-  if (!taken) return tl::unexpected<Error>(taken.error());
-  // A later incarnation knows nothing of what an earlier one knew, but what has been said and taken
-  // stays so.
+  // A later incarnation knows nothing of what an earlier one knew, but what has been said stays so.
   const bool anew = options_.incarnation > head.incarnation;
   if (!anew && !controller_->Load(snapshot.data() + sizeof head, head.state_size)) {
     return Fail("the snapshot is of another build");
@@ -113,7 +105,6 @@ Result<void> ModuleParticipant::ResumeFrom(const std::vector<uint8_t>& snapshot)
   resume_tick_ = head.next_tick;
   resumed_ = true;
   left_ = head.left != 0;
-  admitted_ = head.admitted != 0;
   return {};
 }
 
@@ -132,7 +123,6 @@ void ModuleParticipant::Start() {
   WriteSnapshot(resume_tick_);
   Tell(&ModuleLockstep::Begin, resume_tick_);
   if (!left_) return;
-  // Whether the sim had said so shows by what it asks for.
   machine_.OnLeave(resume_tick_ - 1, now_us(), &actions_);
   CarryOutActions();
 }
@@ -147,15 +137,8 @@ void ModuleParticipant::OnTime() {
 void ModuleParticipant::OnClock(const uint8_t* data, size_t size) {
   morphbus::sim_clock_t clock;
   if (!Accept(data, size, &clock)) return;
-  const bool end = clock.phase == morphbus::sim_clock_t::PHASE_END;
-  if (!machine_.OnClock(clock.header.tick, clock.phase, now_us(), &actions_)) {
-    CountRefused(&Ledger::false_ends, "SIM/CLOCK",
-                 "END at tick " + std::to_string(clock.header.tick) + " in tick " +
-                     std::to_string(machine_.tick()));
-  } else if (end) {
-    end_reason_ = clock.end_reason;
-  }
-  CarryOutActions();
+  if (clock.phase == morphbus::sim_clock_t::PHASE_END) end_reason_ = clock.end_reason;
+  Tell(&ModuleLockstep::OnClock, clock.header.tick, static_cast<int>(clock.phase));
 }
 
 bool ModuleParticipant::IsOnlyLate(int64_t tick) const {
@@ -203,7 +186,7 @@ void ModuleParticipant::OnSensors(const uint8_t* data, size_t size) {
       return;
     }
     if (!Track(&sensors_tracker_, "SIM/SENSORS", tick, digest)) return;
-    if (tick >= machine_.tick()) TakeReading(input, digest, &mates);
+    if (tick >= machine_.tick()) TakeReading(input, &mates);
   }
   if (options_.realtime || tick == machine_.tick()) sim_time_us_ = sensors.header.sim_time_us;
   // The machine learns which parts have come and whom the tick waits for.
@@ -222,12 +205,9 @@ bool ModuleParticipant::ReadingFits(const morphbus::module_sensors_t& mine,
                      input);
 }
 
-void ModuleParticipant::TakeReading(const vm::TickInput& input, uint64_t digest,
-                                    std::vector<uint16_t>* mates) {
+void ModuleParticipant::TakeReading(const vm::TickInput& input, std::vector<uint16_t>* mates) {
   TakeMates(input, mates);
   input_ = input;
-  sensors_digest_ = digest;
-  sensors_part_ = scratch_.sensors.part;
   TakeOrders();
 }
 
@@ -276,7 +256,6 @@ void ModuleParticipant::OnTransform(uint16_t mate, const uint8_t* data, size_t s
   if (useful && mailbox.ticks[slot] < tick) {
     FromTransform(transform, &mailbox.messages[slot]);
     mailbox.ticks[slot] = tick;
-    mailbox.digests[slot] = digest;
   }
   Tell(&ModuleLockstep::OnTransform, mate, tick);
 }
@@ -312,25 +291,6 @@ void ModuleParticipant::CarryOut(const ModuleAction& action) {
   }
 }
 
-void ModuleParticipant::NoteTaken(int64_t tick) {
-  taken_.TakeSensors(tick, sensors_part_, sensors_digest_);
-  if (tick == 0) return;
-  std::vector<uint16_t>& mates = scratch_.tick_mates;
-  mates.clear();
-  TakeMates(input_, &mates);
-  for (const uint16_t mate : mates) {
-    const auto found = mailboxes_.find(mate);
-    if (found == mailboxes_.end()) continue;
-    const Mailbox& mailbox = found->second;
-    const auto slot = static_cast<size_t>((tick - 1) & 1);
-    if (mailbox.ticks[slot] == tick - 1) {
-      taken_.TakeTransform(tick, mailbox.name, mailbox.digests[slot]);
-    }
-    // Connections are mutual: whoever is mated to us takes what we said, too.
-    taken_.GiveTransform(mailbox.name);
-  }
-}
-
 const vm::NeighbourMessage* ModuleParticipant::MessageOf(uint16_t mate, int64_t tick) {
   const auto found = mailboxes_.find(mate);
   if (found == mailboxes_.end()) return nullptr;
@@ -356,11 +316,8 @@ void ModuleParticipant::Compute(int64_t tick) {
   }
   // New programs are taken before the tick that they came with is computed.
   for (const morphbus::deploy_piece_t& piece : pieces_) controller_->TakePiece(piece);
-  NoteTaken(tick);
-  admitted_ = false;
   controller_->Tick(input_, &scratch_.output);
   Publish(tick);
-  if ((tick + 1) % kBlockTicks == 0) ReportTaken();
 }
 
 void ModuleParticipant::Publish(int64_t tick) {
@@ -380,7 +337,6 @@ void ModuleParticipant::Publish(int64_t tick) {
   // Neighbours need TRANSFORM for their next tick.
   ToTransform(output.message, &scratch_.transform);
   outbox_.Send(&channel_transform_, tick, sim_time_us_, &scratch_.transform);
-  taken_.Published(outbox_.last_digest());
   // Last, because the sim goes on once it has this.
   morphbus::actuator_t actuator;
   ToActuator(output, options_.module_id, options_.num_joints, outbox_.count(channel_status_),

@@ -18,7 +18,6 @@
 #include "bridge/lockstep/lockstep_participant.h"
 #include "bridge/lockstep/module_lockstep.h"
 #include "bridge/lockstep/name_directory.h"
-#include "bridge/lockstep/taken_ledger.h"
 #include "vm/module_api.h"
 
 namespace morphbus::bridge {
@@ -122,10 +121,8 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
     std::string name;
     /// Of the numbers on its channel.
     SequenceTracker tracker;
-    /// The ticks that the messages below are of, -1 for none, and XXH3 of the messages as they
-    /// came.
+    /// The ticks that the messages below are of, -1 for none.
     std::array<int64_t, 2> ticks = {-1, -1};
-    std::array<uint64_t, 2> digests = {};
     /// By parity of the tick: the machine needs the present tick's and the last one's only. They
     /// come last, since they are large and the rest is then close together in memory.
     std::array<vm::NeighbourMessage, 2> messages;
@@ -139,13 +136,10 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   void OnSensors(const uint8_t* data, size_t size);
   void OnTransform(uint16_t mate, const uint8_t* data, size_t size);
   void OnAsk(const uint8_t* data, size_t size);
-  /// The sim tells where the run is, to a module that takes another's place: believed when it is
-  /// said twice.
+  /// The sim tells where the run is, to a module that takes another's place.
   void TakeAdmission(const morphbus::ask_t& ask);
   /// The sim tells that the run goes on without this module.
   void TakeLeave(const morphbus::ask_t& ask);
-  /// The sim asks for ACTUATOR: that may belie what somebody said in its name.
-  void NoteAwaited(const morphbus::ask_t& ask);
   /// Whether this is a part of SENSORS that another module of the process has looked through, and
   /// in which nothing is ours: then no more than that is taken from it.
   bool TakeKnownPart(const uint8_t* data, size_t size);
@@ -160,9 +154,7 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   bool ReadingFits(const morphbus::module_sensors_t& mine, vm::TickInput* input) const;
   /// Takes our own reading, and what else the SENSORS that came last has for us, for the tick to
   /// compute, and tells whom it is mated to.
-  void TakeReading(const vm::TickInput& input, uint64_t digest, std::vector<uint16_t>* mates);
-  /// Notes what the tick that is computed takes from others, and what they take of ours.
-  void NoteTaken(int64_t tick);
+  void TakeReading(const vm::TickInput& input, std::vector<uint16_t>* mates);
   /// Acknowledges END, with all totals, unless it was done a moment ago.
   void AcknowledgeEnd();
   /// The modules mated to ours, each once, in order of connectors.
@@ -183,7 +175,6 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   void TakeEarly(uint16_t mate);
   /// Stops listening to all modules but these.
   void ForgetAllBut(const std::vector<uint16_t>& mates);
-  void ReportTaken() override;
   /// Computes a tick and publishes the answer.
   void Compute(int64_t tick);
   /// Publishes STATUS (if there is news), TRANSFORM and ACTUATOR of a tick, in this order.
@@ -215,12 +206,7 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   int64_t sim_time_us_ = 0;
   /// Of the ticks of our part of SENSORS.
   SequenceTracker sensors_tracker_;
-  // The part of SENSORS that input_ is of: XXH3 of it, and its number.
-  uint64_t sensors_digest_ = 0;
-  int sensors_part_ = 0;
-  /// What this module took, and what its neighbours must have taken of it.
-  TakenLedger taken_;
-  /// Wall time before which END is not acknowledged again: anybody can repeat an END.
+  /// Wall time before which END is not acknowledged again, however often it is repeated.
   int64_t end_acked_until_us_ = 0;
   // Where snapshots go (nowhere if empty), the last one, and the tick a resumed module goes on
   // with.
@@ -228,10 +214,7 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   std::vector<uint8_t> snapshot_;
   int64_t resume_tick_ = 0;
   bool resumed_ = false;
-  bool left_ = false;  ///< It was told that the run goes on without it, and not yet otherwise.
-  /// What was told last of where the run is, until it is believed.
-  std::optional<morphbus::ask_t> admission_;
-  bool admitted_ = false;  ///< Told where the run is, and no tick computed since.
+  bool left_ = false;  ///< It was told that the run goes on without it.
   // What the bus has been told of our interest.
   bool narrowed_ = false, wakes_for_any_ = false, listens_to_all_ = false;
   /// TRANSFORM of whoever sent it before our neighbours were known, by channel.

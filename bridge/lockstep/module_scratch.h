@@ -19,7 +19,7 @@ struct ModuleParticipant::Scratch {
   /// What the controller answered to the tick that is published.
   vm::TickOutput output;
   /// Whom the module is mated to, by the SENSORS that is taken and in the tick that is computed.
-  std::vector<uint16_t> sensed_mates, tick_mates;
+  std::vector<uint16_t> sensed_mates;
 
   /// The one of this thread, on which its modules take turns.
   static Scratch& OfThread() {

@@ -72,10 +72,8 @@ void Outbox::Commit(Streams::value_type* to, int64_t tick) {
   // Numbered and counted; what counts for the hash is also hashed and kept.
   const int64_t sequence = stream->next_sequence++;
   ++ledger_->sent;
-  last_digest_ = MessageDigest(scratch_.data(), scratch_.size());
   if (stream->hashed) {
-    stream->hash.Add(last_digest_);
-    stream->sum += last_digest_;
+    stream->hash.Update(scratch_.data(), scratch_.size());
     // Messages older than the window are asked for by nobody; their buffers are used again.
     while (!stream->kept.empty() && stream->kept.front().tick <= tick - kKeptTicks) {
       spare_.push_back(std::move(stream->kept.front().bytes));
@@ -171,17 +169,6 @@ std::vector<ChannelTotal> Outbox::totals() const {
   return totals;
 }
 
-std::vector<std::pair<std::string, TakenSum>> Outbox::sums() const {
-  std::vector<std::pair<std::string, TakenSum>> sums;
-  for (const auto& [channel, stream] : streams_) {
-    if (!stream.hashed || stream.partial) continue;
-    sums.emplace_back(channel, TakenSum{stream.next_sequence, stream.sum});
-  }
-  std::sort(sums.begin(), sums.end(),
-            [](const auto& a, const auto& b) { return a.first < b.first; });
-  return sums;
-}
-
 void Outbox::Save(std::vector<uint8_t>* out) const {
   // Numbers on ASK, which has many publishers, mean nothing, and in time a module asks many others.
   const auto is_saved = [](const Streams::value_type& entry) {
@@ -195,7 +182,6 @@ void Outbox::Save(std::vector<uint8_t>* out) const {
     PutText(out, channel);
     PutBytes(out, stream.next_sequence);
     PutBytes(out, stream.partial);
-    PutBytes(out, stream.sum);
     PutBytes(out, stream.hash.Digest());
     // The kept messages, oldest first, each with its length before its bytes.
     PutBytes(out, static_cast<uint32_t>(stream.kept.size()));
@@ -222,7 +208,6 @@ Result<size_t> Outbox::Load(const uint8_t* data, size_t size) {
     // Number and hash go on where they were, so the run's hash does not show the interruption.
     stream.next_sequence = in.Get<int64_t>();
     stream.partial = in.Get<uint8_t>() != 0;
-    stream.sum = in.Get<uint64_t>();
     stream.hash.Resume(in.Get<uint64_t>());
     const auto num_kept = in.Get<uint32_t>();
     if (num_kept > kMostKept) return Fail("the snapshot keeps too many messages");

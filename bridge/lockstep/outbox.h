@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "bridge/bus/bus.h"
-#include "bridge/lockstep/run_totals.h"
 #include "bridge/wire/channels.h"
 #include "bridge/wire/codec.h"
 #include "bridge/wire/stream_hash.h"
@@ -102,8 +101,6 @@ class Outbox {
   /// their number: ours follow on. There is no hash of the whole channel here, so totals() leaves
   /// it out. Call before the first Send on it.
   void ContinueAfter(const std::string& channel, int64_t count);
-  /// XXH3 of the message that was sent last.
-  [[nodiscard]] uint64_t last_digest() const { return last_digest_; }
 
   /// Number the next message on `channel` will get: how many there were.
   [[nodiscard]] int64_t count(const std::string& channel) const;
@@ -111,10 +108,6 @@ class Outbox {
 
   /// Count and hash of the hashed channels, in order of name.
   [[nodiscard]] std::vector<ChannelTotal> totals() const;
-
-  /// The hashed channels in an order-free way: of each, how many messages there were and the sum,
-  /// modulo 2^64, of their XXH3; in order of name.
-  [[nodiscard]] std::vector<std::pair<std::string, TakenSum>> sums() const;
 
   /// All channels (numbers, hashes, kept messages) as bytes, and back: a resumed process goes on
   /// with them.
@@ -145,7 +138,6 @@ class Outbox {
     /// Whether the channel counts for the run's hash, and the hash of what was sent on it.
     bool hashed = false;
     StreamHash hash;
-    uint64_t sum = 0;  ///< Of the messages' own hashes, modulo 2^64.
     /// The hash is not that of the whole channel, since somebody else published its beginning.
     bool partial = false;
     std::deque<Kept> kept;  ///< Hashed channels only, oldest first.
@@ -174,7 +166,6 @@ class Outbox {
   int loads_ = 0;  ///< How often they were replaced by Load.
   // The message that is being sent, encoded; used again and again.
   std::vector<uint8_t> scratch_;
-  uint64_t last_digest_ = 0;
   /// Between Hold and Release.
   bool holding_back_ = false;
   /// The channels of messages that are held back, and their places among the kept ones.

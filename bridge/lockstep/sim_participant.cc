@@ -1,7 +1,6 @@
 #include "bridge/lockstep/sim_participant.h"
 
 #include <algorithm>
-#include <limits>
 #include <morphbus/actuator_t.hpp>
 #include <morphbus/sim_clock_t.hpp>
 #include <utility>
@@ -42,7 +41,6 @@ SimParticipant::SimParticipant(Bus* bus, SimulatedRobot* robot, const TimeSource
   claims_.assign(names_.size(), 0);
   incarnations_.assign(names_.size(), 1);
   heard_us_.assign(names_.size(), 0);
-  wanted_us_.assign(names_.size(), std::numeric_limits<int64_t>::min() / 2);
   num_actuators_.assign(options_.modules.size(), 0);
   num_status_ = num_actuators_;
   commands_.resize(options_.modules.size());
@@ -173,9 +171,8 @@ void SimParticipant::OnActuator(size_t module, const uint8_t* data, size_t size)
   // Old and repeated commands count in the ledger; only the first one of this tick is used.
   const uint64_t digest = MessageDigest(data, size);
   SequenceTracker::Kind kind = SequenceTracker::Kind::kNext;
-  if (!Track(&received_[module].tracker, channel, command.header.sequence, digest, &kind)) return;
+  if (!Track(&received_[module], channel, command.header.sequence, digest, &kind)) return;
   const bool fresh = kind != SequenceTracker::Kind::kDuplicate;
-  if (options_.realtime && fresh) received_[module].heard.Add(digest);
   if (machine_.gone(static_cast<int>(module))) return;
   const bool late = options_.realtime && tick < machine_.tick();
   if (late && fresh) {
@@ -192,9 +189,6 @@ void SimParticipant::OnActuator(size_t module, const uint8_t* data, size_t size)
   if (had) return Tell(&SimLockstep::OnActuator, static_cast<int>(module), tick);
   // The command is kept until everybody has answered; only then does the robot move.
   std::swap(commands_[module], command);
-  ++received_[module].count;
-  received_[module].hash.Add(digest);
-  received_[module].digest = digest;
   Tell(&SimLockstep::OnActuator, static_cast<int>(module), tick);
 }
 
@@ -220,63 +214,25 @@ void SimParticipant::OnAsk(const uint8_t* data, size_t size) {
 
 void SimParticipant::TakeEndAck(int process, const ask_t& ask) {
   const bool leaves = ask.sender != kLogProcess && machine_.lost(process);
-  if (!machine_.ending() && !leaves) {
-    CountRefused(&Ledger::false_ends, "SIM/ASK",
-                 ask.sender + " acknowledges an END that is not the sim's");
-    return WantBack(process);
-  }
+  if (!machine_.ending() && !leaves) return;
   // Whoever has left has said all there is.
   const bool module = static_cast<size_t>(process) < options_.modules.size();
   if (module && machine_.gone(process) && reports_[process].complete()) return;
   // What the logger was told of the run's end holds.
   if (verdict_told_) return;
-  // Every process says it again until all have said it; it must be the same.
-  ReportParts::Kind kind = reports_[process].Take(ask);
-  // But in real time the logger goes on recording what comes late: its first whole report counts.
-  if (kind == ReportParts::Kind::kContradicts && options_.realtime && ask.sender == kLogProcess) {
-    if (reports_[process].complete()) return;
-    reports_[process] = ReportParts();
-    kind = reports_[process].Take(ask);
-  }
-  switch (kind) {
-    case ReportParts::Kind::kContradicts:
-      CountRefused(&Ledger::conflicts, "SIM/ASK",
-                   ask.sender + " acknowledges END with other totals than before");
-      if (two_tongued_.empty()) two_tongued_ = ask.sender;
-      // Whatever is missing of either, nothing that comes can make this run a good one.
-      return Tell(&SimLockstep::OnEndAck, process);
-    case ReportParts::Kind::kComplete:
-      if (ask.sender == kLogProcess) outcome_.recorded_hash = ask.run_hash;
-      return Tell(&SimLockstep::OnEndAck, process);
-    case ReportParts::Kind::kPart:
-    case ReportParts::Kind::kRepeated:
-      return;
-  }
-}
-
-void SimParticipant::WantBack(int process) {
-  // Somebody told the module to leave. A request for what it has not answered shows it the
-  // contrary; one for each of its farewells, and not for each that anybody can make up.
-  constexpr int64_t kPauseUs = 20'000;
-  if (static_cast<size_t>(process) >= options_.modules.size()) return;
-  if (now_us() - wanted_us_[process] < kPauseUs) return;
-  wanted_us_[process] = now_us();
-  const int64_t next = machine_.tick() + 1;
-  AskForResend(names_[process], Topic::kActuator, machine_.answered(process) ? next : next - 1,
-               next);
+  // Every process says it again until all have said it. In real time the logger goes on recording
+  // what comes late: its first whole report counts.
+  if (!reports_[process].Take(ask)) return;
+  if (ask.sender == kLogProcess) outcome_.recorded_hash = ask.run_hash;
+  Tell(&SimLockstep::OnEndAck, process);
 }
 
 void SimParticipant::TakeVerdictAck(const ask_t& ask) {
-  // Somebody else may have told the logger something else.
-  if (verdict_told_ && ask.run_hash == verdict_.run_hash && ask.verdict == verdict_.verdict) {
-    return Tell(&SimLockstep::OnVerdictAck);
+  // A logger that found its log to be another one than it had acknowledged says so here.
+  if (!verdict_told_) return;
+  if (ask.verdict != verdict_.verdict && refusal_.empty()) {
+    refusal_ = "LOG does not confirm how the run ended: " + ask.verdict;
   }
-  CountRefused(&Ledger::false_ends, "SIM/ASK", "LOG confirms another verdict than the sim's");
-  // Once may be somebody's joke. A logger that was told another one first says so at each
-  // repetition.
-  constexpr int kInEarnest = 8;
-  if (!verdict_told_ || ++other_verdicts_ < kInEarnest) return;
-  if (refusal_.empty()) refusal_ = "LOG does not confirm how the run ended: " + ask.verdict;
   Tell(&SimLockstep::OnVerdictAck);
 }
 
@@ -361,37 +317,11 @@ void SimParticipant::Advance(int64_t tick) {
     // time.
     robot_->Actuate(command);
     command.header.tick = -1;
-    // Only now, so that a report in the middle of a tick tells of the ticks that it names: with one
-    // more it would seem whole where the module had missed one of them.
-    received_[i].recent.Add(tick, received_[i].digest);
   }
   robot_->Advance();
   // Found out here and not by the next tick's sensors, which the last tick does not have.
   if (const std::string why = robot_->Breakdown(); !why.empty() && refusal_.empty()) {
     refusal_ = why + " (tick " + std::to_string(tick) + ")";
-  }
-  reported_tick_ = tick;
-  if ((tick + 1) % kBlockTicks == 0) ReportTaken();
-}
-
-void SimParticipant::ReportTaken() {
-  if (!options_.logger || reported_tick_ < 0) return;
-  // The blocks that are over, once more, and as much as there is of the present one.
-  const int64_t present = reported_tick_ - reported_tick_ % kBlockTicks;
-  const int64_t oldest = present - (kToldBlocks - 1) * kBlockTicks;
-  for (int64_t first = std::max<int64_t>(0, oldest); first <= present; first += kBlockTicks) {
-    std::vector<morphbus::taken_total_t> taken;
-    for (size_t i = 0; i < options_.modules.size(); ++i) {
-      const TakenSum sum = received_[i].recent.Of(first);
-      if (sum.count == 0) continue;
-      morphbus::taken_total_t& entry = taken.emplace_back();
-      entry.channel = ChannelOf(options_.modules[i].name, Topic::kActuator);
-      entry.part = -1;
-      entry.taker = kSimProcess;
-      entry.count = sum.count;
-      entry.sum = static_cast<int64_t>(sum.sum);
-    }
-    TellTaken(first, std::min(first + kBlockTicks - 1, reported_tick_), std::move(taken));
   }
 }
 
@@ -423,7 +353,7 @@ void SimParticipant::Conclude() {
   // The totals of the run: our own channels, and those that the modules told with KIND_END_ACK.
   outcome_.totals = outbox_.totals();
   for (size_t i = 0; i < options_.modules.size(); ++i) {
-    for (const morphbus::channel_total_t& total : reports_[i].report().totals) {
+    for (const morphbus::channel_total_t& total : reports_[i].totals()) {
       // A module speaks for its own channels only.
       const std::optional<ChannelName> name = ParseChannel(total.channel);
       if (!name || name->run != options_.run || name->process != options_.modules[i].name) continue;

@@ -21,7 +21,6 @@
 #include "bridge/lockstep/run_totals.h"
 #include "bridge/lockstep/sim_lockstep.h"
 #include "bridge/lockstep/simulated_robot.h"
-#include "bridge/lockstep/taken_blocks.h"
 #include "compiler/base/text_hash.h"
 #include "vm/module_api.h"
 
@@ -170,7 +169,6 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   }
   [[nodiscard]] std::vector<morphbus::lateness_t> Lateness() const override;
   void CarryOut(const SimAction& action) override;
-  void ReportTaken() override;
   // What the bus calls with messages of others. Each is decoded and checked before the machine
   // hears of it.
   void OnHello(const uint8_t* data, size_t size);
@@ -188,16 +186,12 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   void HideLostModules();
   /// The parts of OnAsk: END was acknowledged, and the logger has confirmed a verdict.
   void TakeEndAck(int process, const morphbus::ask_t& ask);
-  /// Asks a module that takes its leave, though nobody sent it away, for its next answer.
-  void WantBack(int process);
   void TakeVerdictAck(const morphbus::ask_t& ask);
-  /// What everybody said of the run, compared with what the sim published and took; empty, or who
+  /// What everybody said of the run, compared with what was published; empty, or who
   /// disagrees. (sim_participant_checks.cc)
   [[nodiscard]] std::string Disagreement() const;
-  /// The same in real time, where messages are lost.
-  [[nodiscard]] std::string RealtimeDisagreement() const;
-  /// Which part of SENSORS each module must have taken.
-  void AddPartsOfSensors(RunTotals* totals) const;
+  /// In real time: who was told two different things.
+  [[nodiscard]] std::string ToldTwoThings() const;
   /// The machine's number of a process of this run; -1 for others.
   int ProcessNumber(const std::string& name) const;
   /// Empty, or why the process does not fit the run, as a sentence. (sim_participant_checks.cc)
@@ -207,8 +201,6 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   // The messages of a tick; PublishClock also publishes END.
   void PublishClock(int64_t tick, int8_t phase);
   void PublishSensors(int64_t tick);
-  /// Notes what those of a part of SENSORS have taken that are gone.
-  void FreezeSums(size_t part);
   /// Adds as many requests and pieces of programs for the modules of a part of SENSORS as there is
   /// room for, and takes them off the queues.
   void AddOrders(size_t part, int64_t tick, morphbus::sensors_t* sensors);
@@ -237,16 +229,6 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   /// (sim_participant_checks.cc)
   std::string WhyUnusable() const;
 
-  /// The ACTUATORs of a module that were taken, one a tick.
-  struct ReceivedCommands {
-    int64_t count = 0;  ///< Of the first command of each tick, as it came, and their hash.
-    StreamHash hash;
-    SequenceTracker tracker;  ///< Of all numbers that came on the channel.
-    uint64_t digest = 0;      ///< XXH3 of the present tick's one, if it has come.
-    TakenBlocks recent;       ///< Those that have moved the robot, by tick.
-    TakenSum heard;           ///< Real time: all of them, those that came too late, too.
-  };
-
   // The robot is not owned.
   SimulatedRobot* robot_;
   SimParticipantOptions options_;
@@ -261,32 +243,21 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   /// many ACTUATOR and STATUS it has published.
   std::vector<uint32_t> incarnations_;
   std::vector<int64_t> heard_us_, num_actuators_, num_status_;
-  /// When a module was asked to stay (wall time), by process.
-  std::vector<int64_t> wanted_us_;
   /// A module's channels have messages that nobody vouches for any more but the logger.
   bool unvouched_ = false;
-  /// Those modules, by place in `modules`: of what they published and took nothing can be compared.
+  /// Those modules, by place in `modules`: of what they published nothing can be compared.
   std::set<size_t> anew_;
-  /// What modules that are gone had taken of SENSORS, by place in `modules`.
-  std::map<size_t, TakenSum> last_sums_;
   std::vector<morphbus::actuator_t> commands_;      ///< By module, of the current tick.
   std::vector<std::vector<size_t>> sensors_parts_;  ///< Indices of modules, constant over the run.
   /// Messages on WORLD a tick, constant over the run.
   int world_parts_ = 0;
   /// What the processes said with KIND_END_ACK, by process.
-  std::vector<ReportParts> reports_;
-  /// A process whose acknowledgements contradict each other; empty if there is none.
-  std::string two_tongued_;
-  /// What came from each module, and what of it moved the robot.
-  std::vector<ReceivedCommands> received_;
-  /// The last tick whose commands have moved the robot; -1 before.
-  int64_t reported_tick_ = -1;
-  /// Every part of SENSORS, as those take it whose readings it holds.
-  std::vector<TakenSum> sensors_sums_;
+  std::vector<TotalsParts> reports_;
+  /// Of the numbers of each module's ACTUATOR.
+  std::vector<SequenceTracker> received_;
   /// What the logger was told of the run's end.
   morphbus::ask_t verdict_;
   bool verdict_told_ = false;
-  int other_verdicts_ = 0;  ///< How often the logger seemed to confirm another one.
   std::vector<std::string> turned_away_;
   /// The tick whose SENSORS were repeated last, and how often.
   int64_t repeated_tick_ = -1;

@@ -92,7 +92,7 @@ std::string SimParticipant::WhyUnusable() const {
   return {};
 }
 
-std::string SimParticipant::RealtimeDisagreement() const {
+std::string SimParticipant::ToldTwoThings() const {
   // Where everybody acts on what there is, nobody can tell what another should have taken; but one
   // number has one message.
   const auto told_two = [this](const std::string& process, const std::string& channel) {
@@ -104,93 +104,23 @@ std::string SimParticipant::RealtimeDisagreement() const {
     if (channel.empty() || (speaker >= 0 && anew_.contains(static_cast<size_t>(speaker)))) {
       return std::string();
     }
-    return process + " was told two different things on " + channel +
-           ": somebody else speaks on this bus";
+    return process + " was told two different things on " + channel;
   };
   std::string told = told_two(std::string(kSimProcess), first_conflict());
-  RunTotals totals;
-  totals.Reported(std::string(kSimProcess));
-  for (const auto& [channel, sum] : outbox_.sums()) {
-    if (options_.logger) totals.Given(channel, -1, std::string(kLogProcess), sum);
+  for (size_t i = 0; i < names_.size() && told.empty(); ++i) {
+    const bool counts = reports_[i].complete() && !anew_.contains(i);
+    if (counts) told = told_two(names_[i], reports_[i].verdict());
   }
-  for (size_t i = 0; i < options_.modules.size(); ++i) {
-    totals.Taken(ChannelOf(options_.modules[i].name, Topic::kActuator), -1,
-                 std::string(kSimProcess), received_[i].heard);
-  }
-  AddPartsOfSensors(&totals);
-  // What the others say; of TRANSFORM nobody knows who had to take it.
-  for (size_t i = 0; i < names_.size(); ++i) {
-    if (!reports_[i].complete() || anew_.contains(i)) continue;
-    totals.Reported(names_[i]);
-    if (told.empty()) told = told_two(names_[i], reports_[i].verdict());
-    for (const morphbus::taken_total_t& entry : reports_[i].report().taken) {
-      const std::optional<ChannelName> name = ParseChannel(entry.channel);
-      const bool of_mates = entry.taker != kLogProcess && name && name->topic == Topic::kTransform;
-      if (!name || of_mates) continue;
-      const TakenSum what = {entry.count, static_cast<uint64_t>(entry.sum)};
-      if (name->process == names_[i]) totals.Given(entry.channel, entry.part, entry.taker, what);
-      if (entry.taker == names_[i]) totals.Taken(entry.channel, entry.part, entry.taker, what);
-    }
-  }
-  return told.empty() ? totals.Disagreement(true) : told;
-}
-
-void SimParticipant::AddPartsOfSensors(RunTotals* totals) const {
-  for (size_t part = 0; part < sensors_parts_.size(); ++part) {
-    for (const size_t module : sensors_parts_[part]) {
-      const auto last = last_sums_.find(module);
-      totals->Given(channel_sensors_, static_cast<int>(part), options_.modules[module].name,
-                    last == last_sums_.end() ? sensors_sums_[part] : last->second);
-    }
-  }
+  return told;
 }
 
 std::string SimParticipant::Disagreement() const {
   // A run that was stopped before it began moved nothing.
   if (machine_.tick() == 0) return {};
-  // In real time messages that were under way change what the logger has.
-  if (options_.realtime) return RealtimeDisagreement();
-  if (!two_tongued_.empty()) return two_tongued_ + " acknowledged END with two different totals";
-  RunTotals totals;
-  totals.Reported(std::string(kSimProcess));
-  // What was published: each channel's hash is for the logger, and that of ACTUATOR for the sim.
-  for (const ChannelTotal& total : outcome_.totals) {
-    if (!total.hashed) continue;
-    const TakenSum all = {total.count, total.hash};
-    if (options_.logger) totals.Given(total.channel, -1, std::string(kLogProcess), all);
-    if (ParseChannel(total.channel)->topic == Topic::kActuator) {
-      totals.Given(total.channel, -1, std::string(kSimProcess), all);
-    }
-  }
-  // What the sim took, and which part of SENSORS each module must have taken.
-  for (size_t i = 0; i < options_.modules.size(); ++i) {
-    totals.Taken(ChannelOf(options_.modules[i].name, Topic::kActuator), -1,
-                 std::string(kSimProcess), {received_[i].count, received_[i].hash.Digest()});
-  }
-  AddPartsOfSensors(&totals);
-  // What the others say: the logger of all channels, a module of those that it took, and of what
-  // others took of its own.
-  for (size_t i = 0; i < names_.size(); ++i) {
-    if (!reports_[i].complete() || anew_.contains(i)) continue;
-    totals.Reported(names_[i]);
-    const TotalsReport& report = reports_[i].report();
-    const bool log = names_[i] == kLogProcess;
-    for (const morphbus::channel_total_t& total : report.totals) {
-      const bool ours = ParseChannel(total.channel).has_value();
-      if (!log || !ours) continue;
-      totals.Taken(total.channel, -1, names_[i],
-                   {total.count, static_cast<uint64_t>(total.chained_hash)});
-    }
-    for (const morphbus::taken_total_t& entry : report.taken) {
-      const std::optional<ChannelName> name = ParseChannel(entry.channel);
-      const TakenSum what = {entry.count, static_cast<uint64_t>(entry.sum)};
-      if (!name || log) continue;
-      // Each speaks for itself only, be it as publisher or as taker.
-      if (name->process == names_[i]) totals.Given(entry.channel, entry.part, entry.taker, what);
-      if (entry.taker == names_[i]) totals.Taken(entry.channel, entry.part, entry.taker, what);
-    }
-  }
-  return totals.Disagreement();
+  // In real time the log lacks what was lost.
+  if (options_.realtime) return ToldTwoThings();
+  const bool told = options_.logger && reports_.back().complete();
+  return told ? WhereTheLogDiffers(outcome_.totals, reports_.back().totals()) : std::string();
 }
 
 }  // namespace morphbus::bridge

@@ -57,6 +57,7 @@ void SimParticipant::Admit(int process) {
   for (const auto& [topic, count] : counts) {
     ask.totals.push_back(ToWire({ChannelOf(names_[process], topic), count, 0, true}));
   }
+  ask.claim = claims_[process];
   ask.num_totals = static_cast<int16_t>(ask.totals.size());
   Ask(names_[process], std::move(ask));
 }

@@ -50,7 +50,6 @@ void SimParticipant::BeginTick(int64_t tick) {
     }
     // The parts are laid out for the case that something is docked at every connector.
     sensors_parts_ = SplitSensors(sensed_, most_docked);
-    sensors_sums_.resize(sensors_parts_.size());
     size_t most_links = truth_.size();
     if (!truth_.empty()) {
       // Each joint can come to part two bodies, should connections open, and each link to be
@@ -112,8 +111,6 @@ void SimParticipant::PublishSensors(int64_t tick) {
     AddOrders(part, tick, &sensors);
     AddRootPose(part, &sensors);
     outbox_.Send(channel_sensors_, tick, tick * options_.tick_us, &sensors);
-    FreezeSums(part);
-    sensors_sums_[part].Add(outbox_.last_digest());
   }
 }
 
@@ -125,14 +122,6 @@ void SimParticipant::AddRootPose(size_t part, morphbus::sensors_t* sensors) cons
                     });
   if (here) sensors->root_poses.push_back(root_pose_);
   sensors->num_root_poses = static_cast<int8_t>(sensors->root_poses.size());
-}
-
-void SimParticipant::FreezeSums(size_t part) {
-  // A module that is gone takes this tick's SENSORS no more.
-  for (const size_t module : sensors_parts_[part]) {
-    if (machine_.gone(static_cast<int>(module)))
-      last_sums_.try_emplace(module, sensors_sums_[part]);
-  }
 }
 
 void SimParticipant::RepeatSensors(int64_t tick) {

@@ -59,7 +59,6 @@ void AddCounts(const morphbus::health_t& health, morphbus::Health* out) {
   // Sound messages that were refused all the same.
   add("conflicts", health.conflicts);
   add("outside_window", health.outside_window);
-  add("false_ends", health.false_ends);
   add("foreign", health.foreign);
   add("fragments", health.fragments);
   add("hasty_requests", health.hasty_requests);

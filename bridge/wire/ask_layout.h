@@ -22,22 +22,12 @@ constexpr void Walk(V& v, As<morphbus::channel_total_t>) {
   v.Bool("hashed");
 }
 
-/// What a process took of a channel. Names are checked by whoever looks them up.
-template <class V>
-constexpr void Walk(V& v, As<morphbus::taken_total_t>) {
-  v.Text("channel", kMaxChannelName);
-  v.Int16("part", -1, kMost16);
-  v.Text("taker", kMaxProcessName);
-  v.Int64("count", 0, kMost64);
-  v.Hash("sum");
-}
-
 /// ASK (ask_t), of every kind; what a kind does not use is empty or 0.
 template <class V>
 constexpr void Walk(V& v, As<morphbus::ask_t>) {
   v.template Struct<morphbus::header_t>("header");
   v.Text("sender", kMaxProcessName);
-  v.Int8("kind", morphbus::ask_t::KIND_RESEND, morphbus::ask_t::KIND_TAKEN);
+  v.Int8("kind", morphbus::ask_t::KIND_RESEND, morphbus::ask_t::KIND_BATCH_AGAIN);
   // Of KIND_RESEND: which messages are missing, the last one included.
   v.Text("channel", kMaxChannelName);
   v.Int64("first_sequence", 0, kMost64);
@@ -48,13 +38,13 @@ constexpr void Walk(V& v, As<morphbus::ask_t>) {
   v.Text("run_hash", kRunHashText);
   // Empty if the run ended as planned.
   v.Text("verdict", kLongestText);
-  // Of KIND_END_ACK and KIND_TAKEN: which part of the sender's totals this is. Other kinds have
-  // none.
+  // Of KIND_ADMIT, whose HELLO it answers.
+  v.Hash("claim");
+  // Of KIND_END_ACK: which part of the sender's totals this is. Other kinds have none.
   const int64_t part = v.Int16("part", 0, kMost16);
   const int64_t parts = v.Int16("num_parts", 0, kMost16);
   if (part > 0 && part >= parts) v.Refuse("part", "is not below num_parts");
   List16<morphbus::channel_total_t>(v, "num_totals", "totals", kMostTotals);
-  List16<morphbus::taken_total_t>(v, "num_taken", "taken", kMostTotals);
 }
 
 }  // namespace morphbus::bridge::layout

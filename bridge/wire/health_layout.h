@@ -58,7 +58,6 @@ constexpr void Walk(V& v, As<morphbus::health_t>) {
                             "restarts",
                             "conflicts",
                             "outside_window",
-                            "false_ends",
                             "foreign",
                             "fragments",
                             "hasty_requests",

@@ -16,8 +16,8 @@ namespace morphbus {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(health_t, received, sent, lost, discarded, duplicates, resent,
                                    asked, bad, unauthentic, queue_overflows, missed_deadlines,
                                    old_commands, malformed_commands, doubled, delayed, corrupted,
-                                   restarts, conflicts, outside_window, false_ends, foreign,
-                                   fragments, hasty_requests, refused_filters, first_refused)
+                                   restarts, conflicts, outside_window, foreign, fragments,
+                                   hasty_requests, refused_filters, first_refused)
 
 namespace logger {
 

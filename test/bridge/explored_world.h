@@ -260,8 +260,6 @@ class World {
       case Kind::kAskActuator:
         if (m.process == i) module.OnAsked(m.number, now_us_);
         if (m.process == i && m.number < computed[Index(i)]) Send({Kind::kActuator, i, m.number});
-        if (m.process == i && m.number >= computed[Index(i)] && module.OnAwaited(now_us_, &out))
-          violation_ = "a module that has left is awaited";
         break;
       case Kind::kAskTransform:
         if (m.process == i && m.number < computed[Index(i)]) Send({Kind::kTransform, i, m.number});

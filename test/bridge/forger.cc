@@ -29,7 +29,6 @@ void AddRefusals(const Ledger& one, Ledger* sum) {
   sum->bad += one.bad;
   sum->conflicts += one.conflicts;
   sum->outside_window += one.outside_window;
-  sum->false_ends += one.false_ends;
   sum->foreign += one.foreign;
   sum->hasty_requests += one.hasty_requests;
   sum->resent += one.resent;
@@ -113,7 +112,7 @@ void Change(std::mt19937_64*, morphbus::info_part_t* m) { m->part = m->num_parts
 void Change(std::mt19937_64* random, morphbus::ask_t* m) {
   switch ((*random)() % 8) {
     case 0:
-      m->kind = static_cast<int8_t>((*random)() % (morphbus::ask_t::KIND_TAKEN + 1));
+      m->kind = static_cast<int8_t>((*random)() % (morphbus::ask_t::KIND_BATCH_AGAIN + 1));
       return;
     case 1:
       m->acknowledged_tick += static_cast<int64_t>((*random)() % 20);
@@ -134,7 +133,6 @@ void Change(std::mt19937_64* random, morphbus::ask_t* m) {
       m->sender = m->sender == "m1" ? "m2" : "m1";
       return;
     default:
-      if (!m->taken.empty()) m->taken[(*random)() % m->taken.size()].sum ^= 5;
       if (!m->totals.empty()) m->totals[(*random)() % m->totals.size()].chained_hash ^= 5;
   }
 }
@@ -237,26 +235,14 @@ Spoken MadeUpAsk(int8_t kind, const Spoken& command, std::mt19937_64* random) {
   ask.first_sequence = pattern.header.tick + static_cast<int64_t>((*random)() % 3);
   ask.last_sequence = (*random)() % 4 == 0 ? int64_t{1} << 62 : ask.first_sequence;
   ask.acknowledged_tick = pattern.header.tick + static_cast<int64_t>((*random)() % 20) - 1;
+  ask.claim = 0;
   ask.part = 0;
-  ask.num_parts = kind == ask_t::KIND_END_ACK || kind == ask_t::KIND_TAKEN ? 1 : 0;
-  ask.num_totals = ask.num_taken = 0;
+  ask.num_parts = kind == ask_t::KIND_END_ACK ? 1 : 0;
+  ask.num_totals = 0;
   const std::string module = std::string(ParseChannel(command.channel)->process);
-  if (kind == ask_t::KIND_TAKEN) {
-    // What the sim is said to have taken of that module, in a block of ticks.
-    ask.first_sequence = 0;
-    ask.last_sequence = (*random)() % 32;
-    morphbus::taken_total_t entry;
-    entry.channel = command.channel;
-    entry.part = -1;
-    entry.taker = kSimProcess;
-    entry.count = ask.last_sequence + 1;
-    entry.sum = static_cast<int64_t>((*random)());
-    ask.taken.push_back(entry);
-    ask.num_taken = 1;
-  }
   // Each kind goes to whoever might believe it, in the name of who might say it.
-  const bool to_log = kind == ask_t::KIND_POLL || kind == ask_t::KIND_INFO ||
-                      kind == ask_t::KIND_TAKEN || kind == ask_t::KIND_VERDICT;
+  const bool to_log =
+      kind == ask_t::KIND_POLL || kind == ask_t::KIND_INFO || kind == ask_t::KIND_VERDICT;
   const bool to_sim =
       kind == ask_t::KIND_ACK || kind == ask_t::KIND_END_ACK || kind == ask_t::KIND_VERDICT_ACK;
   ask.sender = kSimProcess;

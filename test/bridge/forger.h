@@ -50,13 +50,6 @@ Outcome OutcomeOf(FakeRun* run);
 std::vector<Spoken> Overhear(const FakeRunOptions& options,
                              const std::function<void(FakeRun*)>& prepare = {});
 
-/// The options of a run without a key, in which everybody may speak in anybody's name.
-inline FakeRunOptions Open() {
-  FakeRunOptions options;
-  options.key = RunKey();
-  return options;
-}
-
 /// An endpoint on a run's bus that hears everything and may say anything.
 class Forger {
  public:

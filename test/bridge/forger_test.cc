@@ -163,8 +163,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Race{"made_up_verdict", Topic::kAsk, ask_t::KIND_VERDICT, true},
                     Race{"made_up_verdict_ack", Topic::kAsk, ask_t::KIND_VERDICT_ACK, true},
                     Race{"made_up_leave", Topic::kAsk, ask_t::KIND_LEAVE, true},
-                    Race{"made_up_admit", Topic::kAsk, ask_t::KIND_ADMIT, true},
-                    Race{"made_up_taken", Topic::kAsk, ask_t::KIND_TAKEN, true}),
+                    Race{"made_up_admit", Topic::kAsk, ask_t::KIND_ADMIT, true}),
     [](const testing::TestParamInfo<Race>& race) { return std::string(race.param.name); });
 
 }  // namespace

@@ -18,59 +18,6 @@ namespace {
 
 using morphbus::ask_t;
 using morphbus::sim_clock_t;
-using Taken = LogLockstep::Taken;
-
-TEST(ModuleLockstep, HasNothingOfAWrongTickOnceItBeginsAgain) {
-  ModuleLockstep module({false, {}});
-  ModuleLockstep::Actions out;
-  module.Begin(ModuleLockstep::kUnknownTick, 0, &out);
-  module.OnAdmit(40, 0);
-  // Of tick 40 it has its own reading, in the first of two parts.
-  module.OnSensors(40, 0, 2, true, {}, 0, &out);
-  ASSERT_EQ(module.tick(), 40);
-  module.Begin(ModuleLockstep::kUnknownTick, 0, &out);
-  module.OnAdmit(7, 0);
-  module.OnSensors(7, 1, 2, false, {}, 0, &out);
-  EXPECT_EQ(module.tick(), 7) << "it lacks its own reading";
-  module.OnSensors(7, 0, 2, true, {}, 0, &out);
-  EXPECT_EQ(module.tick(), 8);
-}
-
-/// A logger's machine that has heard CLOCK of so many ticks of a run without modules.
-LogLockstep Listening(int64_t ticks, LogLockstep::Actions* out) {
-  LogLockstep log(LogLockstep::Config{});
-  log.Begin(0, out);
-  for (int64_t tick = 0; tick < ticks; ++tick) {
-    EXPECT_EQ(log.OnClock(tick, tick, sim_clock_t::PHASE_RUN, 0, 0, 0, 0, out), Taken::kFresh);
-  }
-  return log;
-}
-
-TEST(LogLockstep, OnlyWhatIsBelievedContradictsTheFirstClock) {
-  LogLockstep::Actions out;
-  LogLockstep log = Listening(5, &out);
-  // Under a number that was had, of a tick out of reach, under a number that is not its tick's.
-  log.OnClock(3, 3, sim_clock_t::PHASE_RUN, 9, 9, 9, 0, &out);
-  log.OnClock(900, 900, sim_clock_t::PHASE_RUN, 9, 9, 9, 0, &out);
-  log.OnClock(6, 5, sim_clock_t::PHASE_RUN, 9, 9, 9, 0, &out);
-  EXPECT_FALSE(log.contradicted());
-  log.OnClock(5, 5, sim_clock_t::PHASE_RUN, 9, 0, 0, 0, &out);
-  EXPECT_TRUE(log.contradicted());
-}
-
-TEST(LogLockstep, AnotherEndTakesThePlaceOfTheFirst) {
-  LogLockstep::Actions out;
-  LogLockstep log = Listening(5, &out);
-  const auto end = [&](int64_t tick) {
-    return log.OnClock(tick, tick, sim_clock_t::PHASE_END, 0, 0, 0, 0, &out);
-  };
-  EXPECT_EQ(end(5), Taken::kFresh);
-  EXPECT_EQ(end(5), Taken::kKnown);
-  EXPECT_EQ(log.end_tick(), 5);
-  // The sim repeats its own, so that the last one is the sim's.
-  EXPECT_EQ(end(6), Taken::kFresh);
-  EXPECT_EQ(log.end_tick(), 6);
-}
 
 /// A bus with somebody on it who says what a test wants, in the sim's name.
 struct Stage {
@@ -95,8 +42,9 @@ ask_t RequestOfSim(int8_t kind) {
   ask.sender = "SIM";
   ask.first_sequence = ask.last_sequence = 0;
   ask.acknowledged_tick = -1;
+  ask.claim = 0;
   ask.part = ask.num_parts = 0;
-  ask.num_totals = ask.num_taken = 0;
+  ask.num_totals = 0;
   return ask;
 }
 
@@ -169,25 +117,6 @@ TEST(LogParticipant, WhoSpeaksBeforeSensorsNamesAllHasNoChannelYet) {
   EXPECT_EQ(stage.Channels(), "test/SIM/CLOCK test/SIM/SENSORS test/m1/ACTUATOR ");
 }
 
-TEST(LogParticipant, AReportOfAllTicksThereAreIsNone) {
-  LoggerStage stage;
-  stage.Say("SIM/SENSORS", 0, SensorsOf("m1"));
-  // Their number fits into no integer.
-  ask_t report = RequestOfSim(ask_t::KIND_TAKEN);
-  report.last_sequence = std::numeric_limits<int64_t>::max();
-  report.num_taken = 1;
-  report.taken.resize(1);
-  report.taken[0].channel = "test/SIM/SENSORS";
-  report.taken[0].part = 0;
-  report.taken[0].taker = "SIM";
-  report.taken[0].count = 1;
-  report.taken[0].sum = 1;
-  for (int i = 0; i < 2; ++i) stage.Say("LOG/ASK", 0, report);
-  EXPECT_EQ(stage.log->ledger().bad, 0) << "the message itself is sound";
-  EXPECT_EQ(stage.log->error(), "");
-  EXPECT_FALSE(stage.log->done());
-}
-
 TEST(Outbox, RequestsToHoweverManyOthersAreNoPartOfASnapshot) {
   Stage stage;
   stage.Say("m1/ACTUATOR", 0, AnswerOf(0));
@@ -225,11 +154,12 @@ struct NewcomerStage : Stage {
     hub.HandleAll();
   }
 
-  /// The sim, or somebody in its name, says that `tick` comes next; believed at the second word.
-  void Admit(int64_t tick) {
+  /// The sim says that `tick` comes next, to the process of this claim.
+  void Admit(int64_t tick, int64_t claim) {
     ask_t ask = RequestOfSim(ask_t::KIND_ADMIT);
     ask.acknowledged_tick = tick - 1;
-    for (int i = 0; i < 2; ++i) Say("m1/ASK", tick, ask);
+    ask.claim = claim;
+    Say("m1/ASK", tick, ask);
   }
 
   FakeController controller{0};
@@ -239,23 +169,16 @@ struct NewcomerStage : Stage {
   int greetings = 0;
 };
 
-TEST(ModuleParticipant, WhoWasAdmittedToAWrongTickAndKilledStillFindsOut) {
+TEST(ModuleParticipant, AnAdmissionOfAnotherProcessIsNone) {
   NewcomerStage stage;
-  stage.Admit(100);
-  ASSERT_EQ(stage.module->tick(), 100);
-  const std::vector<uint8_t> saved = stage.snapshot;
-  stage.Begin(saved);
-  ASSERT_EQ(stage.module->tick(), 100);
-  const int greetings = stage.greetings;
-  // The sim waits for the answer to tick 5: it was not the sim that spoke of tick 100.
-  ask_t wanted = RequestOfSim(ask_t::KIND_RESEND);
-  wanted.channel = "test/m1/ACTUATOR";
-  wanted.first_sequence = wanted.last_sequence = 5;
-  stage.Say("m1/ASK", 5, wanted);
-  EXPECT_EQ(stage.greetings, greetings + 1);
-  EXPECT_EQ(stage.module->ledger().false_ends, 1);
-  stage.Admit(5);
-  EXPECT_EQ(stage.module->tick(), 5);
+  // What the sim said to one that had the place before.
+  stage.Admit(100, 99);
+  EXPECT_EQ(stage.module->tick(), 0);
+  stage.Admit(7, FakeRun{FakeRunOptions()}.ModuleOptions(0).claim);
+  EXPECT_EQ(stage.module->tick(), 7);
+  // Said once more, or of another tick, it changes nothing.
+  stage.Admit(9, FakeRun{FakeRunOptions()}.ModuleOptions(0).claim);
+  EXPECT_EQ(stage.module->tick(), 7);
 }
 
 }  // namespace

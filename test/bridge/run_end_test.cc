@@ -182,6 +182,25 @@ class AlteringBus : public LossyBus {
   }
 };
 
+TEST(RunEnd, ALogThatHoldsAnotherRunThanIsPublishedEndsItWhileItGoesOn) {
+  FakeRunOptions long_run;
+  long_run.ticks = 10'000;
+  FakeRun run(long_run);
+  AlteringBus bus(&run.log_seat->sealed);
+  LogParticipantOptions options;
+  options.run = run.options.run;
+  options.model_hash = kFakeModel;
+  run.log = std::make_unique<LogParticipant>(&bus, run.clock, options, nullptr);
+  run.sim->OnAfterTick([&](int64_t tick) {
+    if (tick % 10 == 0) run.modules[1].participant->PublishHealth();
+  });
+  ASSERT_TRUE(run.Run());
+  EXPECT_EQ(run.log->error(), "LOG recorded other messages on m2/ACTUATOR than m2 published");
+  EXPECT_FALSE(run.sim->outcome().ok);
+  // With the next report, but for what the sim may be ahead of the log.
+  EXPECT_LT(run.robot.ticks, 100);
+}
+
 TEST(RunEnd, ALogThatHoldsAnotherRunThanWasPublishedIsNotClean) {
   FakeRun run({});
   AlteringBus bus(&run.log_seat->sealed);

@@ -207,16 +207,9 @@ morphbus::ask_t Ask() {
   total.hashed = 1;
   ask.totals = {total, total};
   ask.num_totals = 2;
+  ask.claim = 77;
   ask.part = 1;
   ask.num_parts = 3;
-  morphbus::taken_total_t taken;
-  taken.channel = "walk/m2/TRANSFORM";
-  taken.part = -1;
-  taken.taker = "m3";
-  taken.count = 11;
-  taken.sum = -5;
-  ask.taken = {taken, taken};
-  ask.num_taken = 2;
   return ask;
 }
 

@@ -167,7 +167,7 @@ class AsInVirtualTime(Attacked):
 
     def test_requests_of_every_kind_a_hundred_times_each_change_nothing(self):
         kinds = lcm_types()['ask_t']
-        names = ('RESEND', 'ACK', 'INFO', 'END_ACK', 'POLL', 'BYE', 'VERDICT', 'VERDICT_ACK', 'LEAVE', 'ADMIT', 'TAKEN')
+        names = ('RESEND', 'ACK', 'INFO', 'END_ACK', 'POLL', 'BYE', 'VERDICT', 'VERDICT_ACK', 'LEAVE', 'ADMIT')
         said = dict.fromkeys(names, 0)
 
         def act(forger, command):
@@ -175,9 +175,9 @@ class AsInVirtualTime(Attacked):
                 # To whoever might believe it, in the name of who might say it.
                 kind = getattr(kinds, f'KIND_{name}')
                 fields = {'kind': kind, 'sender': 'SIM', 'channel': ACTUATOR}
-                if name in ('END_ACK', 'TAKEN'):
+                if name == 'END_ACK':
                     fields |= {'num_parts': 1}
-                to = 'LOG' if name in ('INFO', 'POLL', 'VERDICT', 'TAKEN') else 'm2'
+                to = 'LOG' if name in ('INFO', 'POLL', 'VERDICT') else 'm2'
                 if name in ('ACK', 'END_ACK', 'VERDICT_ACK'):
                     to, fields['sender'] = 'SIM', 'm2' if name == 'END_ACK' else 'LOG'
                 if said[name] < 100:

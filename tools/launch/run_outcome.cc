@@ -288,7 +288,6 @@ Json SummaryJson(const RunSummary& s) {
                           {"queue_overflows", health.queue_overflows},
                           {"conflicts", health.conflicts},
                           {"outside_window", health.outside_window},
-                          {"false_ends", health.false_ends},
                           {"foreign", health.foreign},
                           {"fragments", health.fragments},
                           {"refused_filters", health.refused_filters},

@@ -1,0 +1,139 @@
+// How often an outbox sends a message again, and the totals by which a log is checked.
+
+#include <gtest/gtest.h>
+
+#include <morphbus/ask_t.hpp>
+#include <morphbus/world_t.hpp>
+#include <string>
+#include <vector>
+
+#include "bridge/bus/inproc_bus.h"
+#include "bridge/lockstep/outbox.h"
+#include "bridge/lockstep/run_totals.h"
+
+namespace morphbus::bridge {
+namespace {
+
+using morphbus::ask_t;
+
+TEST(Resend, AMessageIsSentAgainOnceHoweverOftenItIsAskedFor) {
+  InprocHub hub;
+  const auto bus = hub.Connect(), ears = hub.Connect();
+  int heard = 0;
+  ears->SubscribePrefix("r/", [&heard](std::string_view, const uint8_t*, size_t) { ++heard; });
+  Ledger ledger;
+  Outbox outbox(bus.get(), {"r", "m1", 1, 1}, &ledger);
+  morphbus::world_t world;
+  world.part = 0;
+  world.num_parts = 1;
+  world.num_bodies = world.num_contacts = 0;
+  for (int64_t tick = 0; tick < 40; ++tick) outbox.Send("r/SIM/WORLD", tick, tick, &world);
+  hub.HandleAll();
+  heard = 0;
+  for (int64_t now_us = 1'000'000; now_us < 1'010'000; now_us += 10) {
+    outbox.Answer("r/SIM/WORLD", 0, int64_t{1} << 62, now_us);
+    hub.HandleAll();
+  }
+  EXPECT_EQ(heard, 16 * 5) << "sixteen are kept, and ten milliseconds have passed";
+  EXPECT_EQ(ledger.resent, heard);
+  EXPECT_EQ(ledger.hasty_requests, 16 * 1000 - heard);
+}
+
+TEST(Resend, InAQuickRunAnswersComeSoonAndNotWithoutEnd) {
+  InprocHub hub;
+  const auto bus = hub.Connect();
+  Ledger ledger;
+  Outbox outbox(bus.get(), {"r", "m1", 1, 1}, &ledger);
+  morphbus::world_t world;
+  world.part = 0;
+  world.num_parts = 1;
+  world.num_bodies = world.num_contacts = 0;
+  // Ticks of two milliseconds: an answer that was lost is given again after an eighth of one.
+  int64_t now_us = 1'000'000;
+  for (int64_t tick = 0; tick < 40; ++tick) {
+    now_us += 2000;
+    outbox.TickBegun(now_us);
+    outbox.Send("r/SIM/WORLD", tick, tick, &world);
+  }
+  EXPECT_EQ(outbox.Answer("r/SIM/WORLD", 39, 39, now_us), 1);
+  EXPECT_EQ(outbox.Answer("r/SIM/WORLD", 39, 39, now_us + 50), 0);
+  EXPECT_EQ(outbox.Answer("r/SIM/WORLD", 39, 39, now_us + 250), 1);
+  // Whoever asks on and on gets as many as a tick may hold, and then one in two milliseconds.
+  int64_t sent = 0;
+  for (int64_t us = now_us + 1000; us < now_us + 101'000; us += 10) {
+    sent += outbox.Answer("r/SIM/WORLD", 38, 38, us);
+  }
+  EXPECT_LE(sent, 17 + 50);
+  EXPECT_GE(sent, 17 + 45);
+  EXPECT_EQ(ledger.resent, sent + 2);
+}
+
+TEST(RunTotals, SayNothingWhereAllAgreeAndNameTheFirstChannelThatDiffers) {
+  std::vector<ChannelTotal> published = {{"r/SIM/SENSORS", 4, 40, true},
+                                         {"r/m1/TRANSFORM", 3, 30, true},
+                                         {"r/m2/STATUS", 0, 7, true},
+                                         {"r/m2/HEALTH", 9, 9, false}};
+  WireTotals recorded;
+  for (const ChannelTotal& total : published) {
+    if (total.hashed && total.count > 0) recorded.push_back(ToWire(total));
+  }
+  EXPECT_EQ(WhereTheLogDiffers(published, recorded), "");
+  published[1].hash = 31;
+  EXPECT_EQ(WhereTheLogDiffers(published, recorded),
+            "LOG recorded other messages on m1/TRANSFORM than m1 published (3 of 3)");
+  published[0].count = 5;
+  EXPECT_EQ(WhereTheLogDiffers(published, recorded),
+            "LOG recorded other messages on SIM/SENSORS than SIM published (4 of 5), and 1 more "
+            "such differences");
+}
+
+/// An acknowledgement of END with nothing in it.
+ask_t EndAck() {
+  ask_t ask;
+  ask.sender = std::string(28, 'm');
+  ask.kind = ask_t::KIND_END_ACK;
+  ask.first_sequence = ask.last_sequence = 0;
+  ask.acknowledged_tick = 7;
+  ask.run_hash = std::string(32, 'f');
+  ask.claim = 0;
+  ask.part = ask.num_parts = 0;
+  ask.num_totals = 0;
+  return ask;
+}
+
+TEST(RunTotals, OfManyChannelsComeInPartsThatFitTheirDatagrams) {
+  WireTotals totals;
+  for (int i = 0; i < 300; ++i) {
+    totals.push_back({std::string(40, 'c') + std::to_string(i), i, i * 7, 1});
+  }
+  const std::vector<ask_t> parts = SplitTotals(EndAck(), totals);
+  ASSERT_GT(parts.size(), 10u);
+  TotalsParts together;
+  for (size_t i = parts.size(); i-- > 0;) {
+    std::vector<uint8_t> bytes;
+    Encode(parts[i], &bytes);
+    EXPECT_LE(bytes.size(), kMaxPayloadBytes);
+    EXPECT_EQ(together.Take(parts[i]), i == 0) << "in any order, and complete with the last one";
+    EXPECT_FALSE(together.Take(parts[i])) << "once more";
+  }
+  EXPECT_EQ(together.totals().size(), 300u);
+  // A later tick begins anew, an earlier one says nothing any more.
+  ask_t later = EndAck();
+  later.acknowledged_tick = 8;
+  later.num_parts = 1;
+  EXPECT_TRUE(together.Take(later));
+  EXPECT_TRUE(together.totals().empty());
+  EXPECT_FALSE(together.Take(parts[0]));
+}
+
+TEST(RunTotals, OfNoChannelAreOnePart) {
+  const std::vector<ask_t> parts = SplitTotals(EndAck(), {});
+  ASSERT_EQ(parts.size(), 1u);
+  TotalsParts together;
+  EXPECT_FALSE(together.complete());
+  EXPECT_TRUE(together.Take(parts[0]));
+  EXPECT_TRUE(together.complete());
+}
+
+}  // namespace
+}  // namespace morphbus::bridge
