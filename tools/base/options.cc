@@ -4,11 +4,23 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 
-#include "compiler/base/duration.h"
+#include "compiler/base/quantity.h"
 #include "tools/base/messages.h"
 
 namespace morphbus::tools {
 namespace {
+
+/// Leaves CLI11 a plain number of what people write with its unit; `read` knows those.
+CLI::Validator InUnits(std::optional<double> (*read)(std::string_view),
+                       const std::string& expected) {
+  const auto replace = [read, expected](std::string& text) {
+    const std::optional<double> number = read(text);
+    if (!number) return fmt::format("expected {}, not '{}'", expected, text);
+    text = fmt::format("{}", *number);
+    return std::string();
+  };
+  return CLI::Validator(replace, "");
+}
 
 /// The exit status if the first argument is meant as a subcommand and is none; the nearest one is
 /// named, where CLI11 would call the word an unexpected argument.
@@ -145,15 +157,14 @@ Option& Option::Hidden() {
 }
 
 Option& Option::Seconds() {
-  // CLI11 is left a plain number to read.
-  const auto read = [](std::string& text) {
-    const std::optional<double> seconds = ReadSeconds(text);
-    if (!seconds)
-      return fmt::format("expected seconds, such as 2.5, 2.5s or 200ms, not '{}'", text);
-    text = fmt::format("{}", *seconds);
-    return std::string();
-  };
-  option_->transform(CLI::Validator(read, ""))->type_name("TIME");
+  option_->transform(InUnits(ReadSeconds, "seconds, such as 2.5, 2.5s or 200ms"))
+      ->type_name("TIME");
+  return *this;
+}
+
+Option& Option::Fraction() {
+  option_->transform(InUnits(ReadFraction, "a fraction, 0 to 1, such as 0.2 or 20%"))
+      ->type_name("FRACTION");
   return *this;
 }
 
