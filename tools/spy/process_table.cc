@@ -173,6 +173,8 @@ void ProcessTable::TakeStatus(const uint8_t* data, size_t size, Process* process
   for (const morphbus::task_t& task : status.tasks) {
     row.tasks.push_back(fmt::format("{} at line {}", task.function_name, task.line));
   }
+  row.ended_behaviors = status.ended_behaviors;
+  row.startup_ended = status.startup_ended != 0;
   TakeInspection(status, process);
   // Faults beyond those that a message holds are counted all the same.
   row.faults += static_cast<int64_t>(status.faults.size()) + status.faults_dropped;
