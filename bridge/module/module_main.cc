@@ -6,13 +6,11 @@
 
 #include <CLI/CLI.hpp>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "bridge/bus/fault_plan.h"
@@ -47,16 +45,9 @@ struct Arguments {
   bool survive_parent = false;
 };
 
-/// Leaves CLI11 a plain number of what people write with its unit; `read` knows those.
-CLI::Validator InUnits(std::optional<double> (*read)(std::string_view)) {
-  const auto replace = [read](std::string& text) -> std::string {
-    const std::optional<double> number = read(text);
-    if (!number) return "expected a number, and behind it no unit but its own, not '" + text + "'";
-    std::array<char, 32> digits = {};
-    text.assign(digits.data(), std::to_chars(digits.begin(), digits.end(), *number).ptr);
-    return "";
-  };
-  return CLI::Validator(replace, "");
+/// Leaves CLI11 a plain number of what people write with its unit.
+CLI::Validator InUnits(const QuantityReader& reader) {
+  return CLI::Validator([&reader](std::string& text) { return MakePlain(reader, &text); }, "");
 }
 
 /// Declares every option; CLI11 checks single values and fills in `a`.
@@ -94,7 +85,7 @@ void AddOptions(CLI::App* app, Arguments* a) {
                   "How often the process died and was started again; told in HEALTH")
       ->check(CLI::Range(0, 1'000'000'000));
   app->add_option("--loss", a->loss, "Fraction of what arrives to throw away, 0..1")
-      ->transform(InUnits(ReadFraction));
+      ->transform(InUnits(kFractionReader));
   app->add_option("--faults", a->faults_file,
                   "File of rules by which messages are lost, doubled, late or damaged");
   app->add_option("--seed", a->seed, "Seed of --loss and --faults");
@@ -112,7 +103,7 @@ void AddOptions(CLI::App* app, Arguments* a) {
       "Go on from --snapshot after the process was killed; a module of a later incarnation "
       "begins anew at the tick that follows");
   app->add_option("--give-up", a->give_up_s, "Exit after so many seconds without the sim")
-      ->transform(InUnits(ReadSeconds))
+      ->transform(InUnits(kSecondsReader))
       ->check(CLI::Range(1.0, 1e6));
   app->add_flag("--survive-parent", a->survive_parent, "Keep running when the parent process dies");
 }

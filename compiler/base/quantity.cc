@@ -1,5 +1,6 @@
 #include "compiler/base/quantity.h"
 
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <numbers>
@@ -53,6 +54,16 @@ std::optional<double> ReadFraction(std::string_view text) {
   if (!share || !(share->unit.empty() || share->unit == "%")) return std::nullopt;
   const double fraction = share->unit.empty() ? share->number : share->number / 100;
   return fraction >= 0 && fraction <= 1 ? std::optional(fraction) : std::nullopt;
+}
+
+std::string MakePlain(const QuantityReader& reader, std::string* text) {
+  const std::optional<double> number = reader.read(*text);
+  if (!number) return "expected " + std::string(reader.expected) + ", not '" + *text + "'";
+  // The shortest text of a double has at most 24 characters.
+  std::array<char, 32> digits = {};
+  char* const end = std::to_chars(digits.data(), digits.data() + digits.size(), *number).ptr;
+  text->assign(digits.data(), end);
+  return "";
 }
 
 }  // namespace morphbus

@@ -3,6 +3,7 @@
 // behind it, if they like, its unit. There is nothing between the two.
 
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace morphbus {
@@ -19,5 +20,19 @@ namespace morphbus {
 /// A fraction: "0.2" or "20%". Nothing for any other text, and outside of 0 to 1: a "20" alone is
 /// refused, for it may be meant as 20 %.
 [[nodiscard]] std::optional<double> ReadFraction(std::string_view text);
+
+/// A way to read quantities, and for people what it expects: "a fraction, 0 to 1, such as …".
+struct QuantityReader {
+  std::optional<double> (*read)(std::string_view text);
+  std::string_view expected;
+};
+inline constexpr QuantityReader kSecondsReader = {ReadSeconds,
+                                                  "seconds, such as 2.5, 2.5s or 200ms"};
+inline constexpr QuantityReader kFractionReader = {ReadFraction,
+                                                   "a fraction, 0 to 1, such as 0.2 or 20%"};
+
+/// Leaves of the text the plain number that it says, for a reader of options that knows no units.
+/// Returns what is wrong with it, and then leaves it alone; "" if nothing is.
+[[nodiscard]] std::string MakePlain(const QuantityReader& reader, std::string* text);
 
 }  // namespace morphbus

@@ -261,6 +261,11 @@ TEST_F(ModuleProcess, BadOptionsAreRefusedWithStatusTwo) {
     EXPECT_EQ(ExitOf(Spawn(arguments, ErrorFile("m2"))), 2) << more[0];
     EXPECT_NE(Errors("m2"), "") << more[0];
   }
+  // What is expected is said with it.
+  std::vector<std::string> arguments = Arguments("m2", "1");
+  arguments.insert(arguments.end(), {"--loss", "20"});
+  EXPECT_EQ(ExitOf(Spawn(arguments, ErrorFile("m2"))), 2);
+  EXPECT_NE(Errors("m2").find("such as 0.2 or 20%, not '20'"), std::string::npos) << Errors("m2");
 }
 
 TEST_F(ModuleProcess, DiesWithItsParent) {

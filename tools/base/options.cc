@@ -10,16 +10,9 @@
 namespace morphbus::tools {
 namespace {
 
-/// Leaves CLI11 a plain number of what people write with its unit; `read` knows those.
-CLI::Validator InUnits(std::optional<double> (*read)(std::string_view),
-                       const std::string& expected) {
-  const auto replace = [read, expected](std::string& text) {
-    const std::optional<double> number = read(text);
-    if (!number) return fmt::format("expected {}, not '{}'", expected, text);
-    text = fmt::format("{}", *number);
-    return std::string();
-  };
-  return CLI::Validator(replace, "");
+/// Leaves CLI11 a plain number of what people write with its unit.
+CLI::Validator InUnits(const QuantityReader& reader) {
+  return CLI::Validator([&reader](std::string& text) { return MakePlain(reader, &text); }, "");
 }
 
 /// The exit status if the first argument is meant as a subcommand and is none; the nearest one is
@@ -157,14 +150,12 @@ Option& Option::Hidden() {
 }
 
 Option& Option::Seconds() {
-  option_->transform(InUnits(ReadSeconds, "seconds, such as 2.5, 2.5s or 200ms"))
-      ->type_name("TIME");
+  option_->transform(InUnits(kSecondsReader))->type_name("TIME");
   return *this;
 }
 
 Option& Option::Fraction() {
-  option_->transform(InUnits(ReadFraction, "a fraction, 0 to 1, such as 0.2 or 20%"))
-      ->type_name("FRACTION");
+  option_->transform(InUnits(kFractionReader))->type_name("FRACTION");
   return *this;
 }
 

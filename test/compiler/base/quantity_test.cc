@@ -58,5 +58,18 @@ TEST(Quantity, UnitsAreThoseOfTheQuantity) {
   EXPECT_EQ(ReadFraction("1ms"), std::nullopt);
 }
 
+TEST(Quantity, OptionsAreLeftAPlainNumberOrAreToldWhatIsExpected) {
+  std::string text = "20%";
+  EXPECT_EQ(MakePlain(kFractionReader, &text), "");
+  EXPECT_EQ(text, "0.2");
+  text = "2500ms";
+  EXPECT_EQ(MakePlain(kSecondsReader, &text), "");
+  EXPECT_EQ(text, "2.5");
+  text = "20";
+  EXPECT_EQ(MakePlain(kFractionReader, &text),
+            "expected a fraction, 0 to 1, such as 0.2 or 20%, not '20'");
+  EXPECT_EQ(text, "20");
+}
+
 }  // namespace
 }  // namespace morphbus
