@@ -51,10 +51,10 @@ test('a live run is taken up: links, shapes, roles, signs, joints', async () => 
   ]);
   // What faults have ended is told beside the role.
   assert.ok(state);
-  assert.equal(endedText(state), '1 behavior has ended');
+  assert.equal(endedText(state), '1 behavior has ended by a fault');
   assert.equal(
     endedText({ ...state, endedBehaviors: 2, startupEnded: true }),
-    'startup has ended, so nothing of the role starts, 2 behaviors have ended',
+    'startup has ended by a fault, so nothing of the role starts, 2 behaviors have ended by a fault',
   );
   assert.equal(endedText({ ...state, endedBehaviors: 0 }), '');
   const X = run.pose(run.linkIndex('m2/base'), 50);

@@ -86,8 +86,8 @@ export interface ModuleState {
 export function endedText(state: ModuleState): string {
   const n = state.endedBehaviors;
   return [
-    ...(state.startupEnded ? ['startup has ended, so nothing of the role starts'] : []),
-    ...(n ? [`${n} ${n === 1 ? 'behavior has' : 'behaviors have'} ended`] : []),
+    ...(state.startupEnded ? ['startup has ended by a fault, so nothing of the role starts'] : []),
+    ...(n ? [`${n} ${n === 1 ? 'behavior has' : 'behaviors have'} ended by a fault`] : []),
   ].join(', ');
 }
 

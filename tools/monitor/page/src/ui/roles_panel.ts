@@ -106,7 +106,7 @@ export class RolesPanel implements Panel {
       state.role ? element('span', { class: 'role-name' }, ...breakable(state.role)) : element('span', { class: 'quiet' }, 'no role'),
       ...(remarks.length ? [element('span', { class: 'remark' }, ` ${remarks.join(', ')}`)] : []),
       ...(tasks ? [element('div', { class: 'tasks', title: 'What it runs now' }, tasks)] : []),
-      ...(dead ? [element('div', { class: 'remark', title: 'By faults; not run again while it has this role' }, dead)] : []),
+      ...(dead ? [element('div', { class: 'remark', title: 'Not run again while it has this role' }, dead)] : []),
     ];
   }
 
