@@ -7,7 +7,7 @@
 #include <set>
 #include <string_view>
 
-#include "compiler/base/duration.h"
+#include "compiler/base/quantity.h"
 
 namespace morphbus::bridge {
 namespace {
@@ -165,9 +165,11 @@ class Parser {
 
   /// A probability.
   void ParseChance(const Word& value, double* chance) {
-    // A number that is none fails the comparison.
-    if (ReadNumber(value.text, chance) && *chance >= 0 && *chance <= 1) return;
-    diagnostics_->Error(value.span, "expected a probability, 0 to 1");
+    if (const std::optional<double> fraction = ReadFraction(value.text)) {
+      *chance = *fraction;
+      return;
+    }
+    diagnostics_->Error(value.span, "expected a probability, 0 to 1").Hint("such as 0.2 or 20%");
   }
 
   /// How many later messages may come before a late one.

@@ -10,7 +10,7 @@
 
 #include "bridge/wire/codec.h"
 #include "bridge/wire/wire_limits.h"
-#include "compiler/base/duration.h"
+#include "compiler/base/quantity.h"
 #include "compiler/base/text.h"
 #include "compiler/source/diagnostics.h"
 

@@ -9,11 +9,13 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "bridge/bus/fault_plan.h"
 #include "bridge/module/module_process.h"
+#include "compiler/base/quantity.h"
 #include "compiler/base/standard_streams.h"
 #include "compiler/base/version.h"
 #include "compiler/source/diagnostics.h"
@@ -45,6 +47,11 @@ struct Arguments {
   int64_t tick_us = 20000;
   bool survive_parent = false;
 };
+
+/// Leaves CLI11 a plain number of what people write with its unit.
+CLI::Validator InUnits(const QuantityReader& reader) {
+  return CLI::Validator([&reader](std::string& text) { return MakePlain(reader, &text); }, "");
+}
 
 /// Declares every option; CLI11 checks single values and fills in `a`.
 void AddOptions(CLI::App* app, Arguments* a) {
@@ -83,7 +90,7 @@ void AddOptions(CLI::App* app, Arguments* a) {
                   "How often the process died and was started again; told in HEALTH")
       ->check(CLI::Range(0, 1'000'000'000));
   app->add_option("--loss", a->loss, "Fraction of what arrives to throw away, 0..1")
-      ->check(CLI::Range(0.0, 1.0));
+      ->transform(InUnits(kFractionReader));
   app->add_option("--faults", a->faults_file,
                   "File of rules by which messages are lost, doubled, late or damaged");
   app->add_option("--seed", a->seed, "Seed of --loss and --faults");
@@ -101,6 +108,7 @@ void AddOptions(CLI::App* app, Arguments* a) {
       "Go on from --snapshot after the process was killed; a module of a later incarnation "
       "begins anew at the tick that follows");
   app->add_option("--give-up", a->give_up_s, "Exit after so many seconds without the sim")
+      ->transform(InUnits(kSecondsReader))
       ->check(CLI::Range(1.0, 1e6));
   app->add_flag("--survive-parent", a->survive_parent, "Keep running when the parent process dies");
 }

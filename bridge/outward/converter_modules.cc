@@ -168,6 +168,8 @@ void Converter::OnStatus(const RunMessage& message, morphbus::status_t status) {
     out.set_function(EscapeControl(task.function_name));
     out.set_line(static_cast<uint32_t>(std::max<int>(0, task.line)));
   }
+  state.set_ended_behaviors(static_cast<uint32_t>(std::max<int>(0, status.ended_behaviors)));
+  state.set_startup_ended(status.startup_ended);
   // A STATUS comes every 50 ticks anyhow; viewers are told what is new.
   if (state.SerializeAsString() != states_[module].SerializeAsString()) {
     states_[module] = std::move(state);

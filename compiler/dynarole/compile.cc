@@ -1,6 +1,9 @@
 #include "compiler/dynarole/compile.h"
 
+#include <algorithm>
 #include <memory>
+#include <optional>
+#include <string_view>
 
 #include "compiler/dynarole/checker.h"
 #include "compiler/dynarole/codegen.h"
@@ -14,6 +17,22 @@ namespace morphbus::dynarole {
 namespace {
 
 constexpr size_t kMaxTextBytes = size_t{1} << 20;
+
+/// The first word of an M3L model, if the text is one and no program; else nothing. Both languages
+/// have constants, so that what follows them decides.
+std::optional<source::Span> BeginningOfModel(const source::SourceSet& sources, int file,
+                                             const std::vector<Token>& tokens) {
+  constexpr std::string_view kStatements[] = {"module", "connection", "robot"};
+  for (size_t i = 0; i + 1 < tokens.size(); ++i) {
+    if (tokens[i].kind == TokenKind::kRole || tokens[i].kind == TokenKind::kAbstract) break;
+    const source::Span& span = tokens[i].span;
+    const std::string_view word = sources.text(file).substr(span.begin, span.end - span.begin);
+    const bool named = tokens[i + 1].kind == TokenKind::kName;
+    if (named && std::ranges::count(kStatements, word) > 0) return span;
+    if (word == "import" && tokens[i + 1].kind == TokenKind::kText) return span;
+  }
+  return std::nullopt;
+}
 
 // The last line of defence against our own slips: nothing leaves that the VM would refuse.
 void VerifyOwnImage(const std::vector<uint8_t>& image, CompileResult* result) {
@@ -48,7 +67,16 @@ CompileResult CompileProgram(const std::string& name, const std::string& text,
     return result;
   }
   // Each stage goes on after errors and reports all it can.
-  const std::vector<Token> tokens = Tokenize(result.sources, file, &result.diagnostics);
+  source::Diagnostics unreadable;
+  const std::vector<Token> tokens = Tokenize(result.sources, file, &unreadable);
+  // Of a text in another language every line is wrong; that it is one says all.
+  if (const std::optional<source::Span> word = BeginningOfModel(result.sources, file, tokens)) {
+    result.diagnostics.Error(*word, "this is an M3L model, not a program")
+        .Hint("where a command takes both, the model comes first: MODEL.m3l PROGRAM.dyn");
+    return result;
+  }
+  // What could not be read is reported only now that it is known to be meant as a program.
+  if (!unreadable.all().empty()) Tokenize(result.sources, file, &result.diagnostics);
   if (dump == Dump::kTokens) result.dump = DumpTokens(result.sources, tokens);
   Program program = Parse(result.sources, file, tokens, &result.diagnostics);
   if (dump == Dump::kAst) result.dump = DumpAst(program);

@@ -14,6 +14,18 @@ constexpr size_t kMaxFiles = 1000;
 // A place that is in no file: the command line.
 constexpr source::Span kNoPlace{-1, 0, 0};
 
+/// The first word of a DynaRole program, if the file is one and no model; else nothing. Both
+/// languages have constants, so that what follows them decides.
+const Token* BeginningOfProgram(const std::vector<Token>& tokens) {
+  for (size_t i = 0; i + 1 < tokens.size(); ++i) {
+    const bool statement = StartsStatement(tokens, i);
+    if (statement && tokens[i].text != "const") return nullptr;
+    const bool role = tokens[i].text == "role" || tokens[i].text == "abstract";
+    if (role && !statement && tokens[i + 1].kind == TokenKind::kWord) return &tokens[i];
+  }
+  return nullptr;
+}
+
 }  // namespace
 
 void Loader::LoadPath(const std::string& path) { Load(path, kNoPlace); }
@@ -55,7 +67,17 @@ void Loader::Load(const std::filesystem::path& path, const source::Span& import)
 
 void Loader::ParseFile(int file, const std::filesystem::path& directory) {
   // The bound on tokens is for all files together.
-  const std::vector<Token> tokens = Tokenize(sources_, file, kMaxTokens - tokens_, &diagnostics_);
+  const size_t most = kMaxTokens - tokens_;
+  source::Diagnostics unreadable;
+  std::vector<Token> tokens = Tokenize(sources_, file, most, &unreadable);
+  // Of a text in another language every line is wrong; that it is one says all.
+  if (const Token* word = BeginningOfProgram(tokens)) {
+    diagnostics_.Error(word->span, "this is a DynaRole program, not a model")
+        .Hint("where a command takes both, the model comes first: MODEL.m3l PROGRAM.dyn");
+    return;
+  }
+  // What could not be read is reported only now that it is known to be meant as a model.
+  if (!unreadable.all().empty()) tokens = Tokenize(sources_, file, most, &diagnostics_);
   tokens_ += tokens.size() - 1;
   FileAst ast = Parse(tokens, &diagnostics_);
   // Imported files are loaded before this one is added, so that their definitions come first.

@@ -76,10 +76,7 @@ FileAst Parser::ParseFile() {
       const Name word = NameAt(at_);
       Error(word.span,
             "expected a module, connection, robot, const or import, found " + Described(at_))
-          .hint =
-          word.text == "role" || word.text == "abstract"
-              ? "this begins as a program does; commands take the model first, then the program"
-              : source::NearestHint(word.text, {Keywords().begin(), Keywords().end()});
+          .hint = source::NearestHint(word.text, {Keywords().begin(), Keywords().end()});
       ++at_;
       SkipToStatement();
     } else {

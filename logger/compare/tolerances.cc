@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
+
+#include "compiler/base/quantity.h"
 
 // Header only, and compiled in this file alone. toml++ asserts of some texts, and has release
 // builds assume, what it checks for right after and what need not hold: "[&" begins no key. So it
@@ -105,7 +108,7 @@ class ToleranceReader {
     for (const auto& [key, node] : table) {
       const std::string name(key.str());
       if (!node.is_table()) {
-        ReadTolerance(name, key.source(), node, role, label);
+        ReadEntry(name, key.source(), node, role, label);
       } else if (deeper.empty() || name != deeper) {
         Error(key.source(),
               "a table of tolerances is called role.PATTERN or "
@@ -132,8 +135,8 @@ class ToleranceReader {
   }
 
   /// Reads `name = value`.
-  void ReadTolerance(const std::string& name, const toml::source_region& place,
-                     const toml::node& node, const std::string& role, const std::string& label) {
+  void ReadEntry(const std::string& name, const toml::source_region& place, const toml::node& node,
+                 const std::string& role, const std::string& label) {
     std::vector<std::string> names;
     double Tolerances::*which = nullptr;
     for (const auto& [known, member] : ToleranceNames()) {
@@ -144,11 +147,15 @@ class ToleranceReader {
       return Error(place, "there is no tolerance '" + name + "'",
                    source::NearestHint(name, names, "docs/log.md lists them"));
     }
-    // A whole number is a number; a text or a date is none.
-    const std::optional<double> value = node.is_number() ? node.value<double>() : std::nullopt;
-    if (!value || !std::isfinite(*value) || *value < 0) {
-      return Error(node.source(), "a tolerance is a number, 0 or more");
+    // A number with a unit is a text in TOML; a date or a list is nothing.
+    const std::optional<std::string> text = node.value<std::string>();
+    Result<double> value = Fail("a tolerance is a number, 0 or more");
+    if (text) value = ReadTolerance(name, *text);
+    if (node.is_number()) value = node.value<double>().value_or(-1);
+    if (value && !(std::isfinite(*value) && *value >= 0)) {
+      value = Fail("a tolerance is a number, 0 or more");
     }
+    if (!value) return Error(node.source(), value.error().message);
     found_.push_back({OffsetOf(text_, place.begin), {role, label, which, *value}});
   }
 
@@ -200,6 +207,28 @@ const std::vector<std::pair<std::string, double Tolerances::*>>& ToleranceNames(
       {"energy", &Tolerances::energy},
       {"transport", &Tolerances::transport}};
   return names;
+}
+
+Result<double> ReadTolerance(std::string_view name, std::string_view text) {
+  const auto is_one_of = [name](std::initializer_list<std::string_view> names) {
+    return std::ranges::find(names, name) != names.end();
+  };
+  // The names end in their units, but for those of shares; rad_s and m_s are no seconds.
+  std::optional<double> value;
+  std::string expected = "a number, 0 or more";
+  if (name.ends_with("_rad")) {
+    value = ReadRadians(text);
+    expected = "an angle, 0 or more, such as 0.01 or 0.5deg";
+  } else if (is_one_of({"role_s", "event_s", "cycle_s"})) {
+    value = ReadSeconds(text);
+    expected = "a time, 0 or more, such as 0.1 or 100ms";
+  } else if (text.ends_with('%') && is_one_of({"duty", "energy", "transport"})) {
+    value = ReadFraction(text);
+  } else {
+    value = ReadPlainNumber(text);
+  }
+  if (value && *value >= 0) return *value;
+  return Fail("expected " + expected);
 }
 
 bool ToleranceEntry::Fits(const std::string& role_name, const std::string& label_name) const {

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "compiler/base/result.h"
 #include "compiler/source/diagnostics.h"
 
 namespace morphbus::logger {
@@ -74,6 +75,10 @@ Tolerances AlignedTolerances();
 /// The tolerances by their names on the command line and in files, in the order of the structure.
 const std::vector<std::pair<std::string, double Tolerances::*>>& ToleranceNames();
 
+/// What a text says for the tolerance `name`, as people write quantities of its kind: "0.01", and
+/// by the end of the name "0.5deg", "100ms" or "5%". Fails for anything else, and below 0.
+Result<double> ReadTolerance(std::string_view name, std::string_view text);
+
 /// A tolerance that was set: for all, or for some roles, joints and links.
 struct ToleranceEntry {
   /// Shell patterns (fnmatch) for the role, and for the label of the joint or link; "*" for all.
@@ -88,7 +93,8 @@ struct ToleranceEntry {
   [[nodiscard]] bool Fits(const std::string& role_name, const std::string& label_name) const;
 };
 
-/// Reads file number `file` of `sources`, in TOML: `name = value` for all roles,
+/// Reads file number `file` of `sources`, in TOML: `name = value` for all roles, the value a number
+/// or a text such as "0.5deg",
 /// `[role.PATTERN]` for some, `[role.PATTERN.label.PATTERN]` for some joints and links of theirs.
 /// Entries come in the order of the text, so that later ones count. What is wrong is reported with
 /// its place, and then the result is what could be read.

@@ -1,9 +1,6 @@
 // Channels, URLs, adapters of buses, outbox, ledger, hashes.
 
 #include <gtest/gtest.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <cstdlib>
 #include <map>
@@ -15,7 +12,6 @@
 #include "bridge/bus/lcm_url.h"
 #include "bridge/lockstep/outbox.h"
 #include "bridge/lockstep/sequence_tracker.h"
-#include "bridge/module/snapshot_file.h"
 #include "bridge/wire/channels.h"
 #include "bridge/wire/stream_hash.h"
 
@@ -382,50 +378,6 @@ TEST(StreamHashTest, TellsOrderAndBoundariesOfPayloads) {
   EXPECT_EQ(resumed.DigestWith(b.data(), b.size()), hash_of({a, b}));
   resumed.Update(b.data(), b.size());
   EXPECT_EQ(resumed.Digest(), hash_of({a, b}));
-}
-
-TEST(SnapshotFileTest, KeepsTheNewestWholeSnapshot) {
-  const std::string path = testing::TempDir() + "snapshot_" + std::to_string(getpid());
-  {
-    auto file = SnapshotFile::Open(path);
-    ASSERT_TRUE(file) << file.error().message;
-    EXPECT_TRUE((*file)->Read().empty());
-    EXPECT_TRUE((*file)->Write({1, 2, 3}));
-    EXPECT_TRUE((*file)->Write({4, 5}));
-    EXPECT_EQ((*file)->Read(), (std::vector<uint8_t>{4, 5}));
-  }
-  auto again = SnapshotFile::Open(path);
-  ASSERT_TRUE(again);
-  EXPECT_EQ((*again)->Read(), (std::vector<uint8_t>{4, 5}));
-  unlink(path.c_str());
-  EXPECT_FALSE(SnapshotFile::Open("/nonexistent/snapshot"));
-}
-
-TEST(SnapshotFileTest, HasRoomForWhatIsWrittenNextAndGrows) {
-  // In memory, as the run's directory mostly is: some disks keep no room for zeros.
-  const int memory = memfd_create("snapshot", MFD_CLOEXEC);
-  auto file = SnapshotFile::Open("/proc/self/fd/" + std::to_string(memory));
-  ASSERT_TRUE(file) << file.error().message;
-  const auto room = [memory] {
-    struct stat status = {};
-    EXPECT_EQ(fstat(memory, &status), 0);
-    return static_cast<size_t>(status.st_blocks) * 512;
-  };
-  // Both slots have theirs before anything is written: no page is missing when it is too late to
-  // say so. What the file could grow to it does not take.
-  const size_t at_first = room();
-  EXPECT_GE(at_first, 2 * SnapshotFile::kRoomBytes);
-  EXPECT_LT(at_first, SnapshotFile::kSlotBytes);
-  const std::vector<uint8_t> large(5 * SnapshotFile::kRoomBytes, 7);
-  EXPECT_TRUE((*file)->Write(large));
-  EXPECT_TRUE((*file)->Write({1}));
-  EXPECT_TRUE((*file)->Write(large));
-  EXPECT_EQ((*file)->Read(), large);
-  EXPECT_GE(room(), at_first + 4 * SnapshotFile::kRoomBytes);
-  const std::vector<uint8_t> largest(SnapshotFile::kSlotBytes, 8);
-  EXPECT_TRUE((*file)->Write(largest));
-  EXPECT_EQ((*file)->Read(), largest);
-  close(memory);
 }
 
 }  // namespace

@@ -58,6 +58,10 @@ TEST(FaultPlan, TimesAreInSecondsOrMilliseconds) {
   EXPECT_EQ(Parse("fault loss=0.1 from=1500ms until=2s").rules[0].from_us, 1'500'000);
 }
 
+TEST(FaultPlan, ChancesMayBePercentages) {
+  EXPECT_EQ(Parse("fault loss=20% late=100% by=10ms").rules[0].loss, 0.2);
+}
+
 TEST(FaultPlan, SaysWhereAndWhy) {
   // Text, and what is said of it.
   const std::vector<std::array<std::string, 2>> cases = {

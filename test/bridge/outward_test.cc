@@ -166,6 +166,23 @@ TEST(Outward, JointsAndCommandsAreThoseOfSensorsAndActuator) {
   }
 }
 
+TEST(Outward, WhatFaultsHaveEndedIsToldOfEveryModule) {
+  test::SyntheticOptions options;
+  options.robot = "two";
+  options.on_status = [](const std::string& module, morphbus::status_t* status) {
+    status->ended_behaviors = module == "m1" ? 2 : 0;
+    status->startup_ended = module != "m1";
+  };
+  const auto messages = Convert(options).Of<morphbus::Modules>(OutwardTopic::kModules);
+  ASSERT_FALSE(messages.empty());
+  const morphbus::Modules& last = messages.back();
+  ASSERT_GE(last.modules_size(), 1);
+  for (const morphbus::ModuleState& state : last.modules()) {
+    EXPECT_EQ(state.ended_behaviors(), state.module() == "m1" ? 2u : 0u);
+    EXPECT_EQ(state.startup_ended(), state.module() != "m1");
+  }
+}
+
 TEST(Outward, WithoutWorldTheLinksLieWhereTheirModulesBelieve) {
   test::SyntheticOptions options;
   Collector collector;

@@ -113,9 +113,11 @@ class ModuleProcess : public testing::Test {
     return children;
   }
 
-  /// Sim and logger in this process. `at_tick` is called before every tick. Returns the run's hash.
+  /// Sim and logger in this process. `at_tick` is called before every tick, `on_asked` whenever
+  /// somebody asks m2 for a message. Returns the run's hash.
   std::string RunSim(int64_t ticks, double loss = 0,
-                     const std::function<void(int64_t)>& at_tick = {}) {
+                     const std::function<void(int64_t)>& at_tick = {},
+                     const std::function<void()>& on_asked = {}) {
     FakeRunOptions fake_options;
     fake_options.ticks = ticks;
     FakeRun fake(fake_options);  // For its options only.
@@ -127,7 +129,11 @@ class ModuleProcess : public testing::Test {
     EXPECT_TRUE(lcm) << lcm.error().message;
     SealedBus sealed(lcm->get(), fake_options.key);
     BusMux mux(&sealed);
-    const auto sim_bus = mux.Connect(), log_bus = mux.Connect();
+    const auto sim_bus = mux.Connect(), log_bus = mux.Connect(), test_bus = mux.Connect();
+    if (on_asked) {
+      test_bus->Subscribe(Channel("test", "m2", Topic::kAsk),
+                          [&](std::string_view, const uint8_t*, size_t) { on_asked(); });
+    }
     LossyBus sim_lossy(sim_bus.get(), loss, 11), log_lossy(log_bus.get(), loss, 12);
     FakeRobot robot(3);
     MonotonicTime time;
@@ -197,22 +203,25 @@ TEST_F(ModuleProcess, KilledAndResumedItChangesNoPayload) {
 TEST_F(ModuleProcess, StoppedAndContinuedItGoesOn) {
   const std::string reference = Reference();
   const std::vector<pid_t> children = StartThree({});
-  pid_t waker = -1;
-  EXPECT_EQ(RunSim(100, 0,
-                   [&](int64_t tick) {
-                     if (tick != 50) return;
-                     kill(children[1], SIGSTOP);
-                     // Long enough that the others ask for it. That being asleep for longer than it
-                     // waits for the sim does no harm is shown in virtual time
-                     // (AModuleStoppedForAnHourGoesOn).
-                     waker = fork();
-                     if (waker != 0) return;
-                     usleep(200'000);
-                     kill(children[1], SIGCONT);
-                     _exit(0);
-                   }),
+  // It is stopped until the others ask for what it owes them. That being asleep for longer than it
+  // waits for the sim does no harm is shown in virtual time (AModuleStoppedForAnHourGoesOn).
+  bool stopped = false;
+  int asked_in_vain = 0;
+  EXPECT_EQ(RunSim(
+                100, 0,
+                [&](int64_t tick) {
+                  if (tick != 50) return;
+                  kill(children[1], SIGSTOP);
+                  stopped = true;
+                },
+                [&] {
+                  if (!stopped) return;
+                  ++asked_in_vain;
+                  stopped = false;
+                  kill(children[1], SIGCONT);
+                }),
             reference);
-  EXPECT_EQ(ExitOf(waker), 0);
+  EXPECT_EQ(asked_in_vain, 1);
   for (const pid_t child : children) EXPECT_EQ(ExitOf(child), 0);
 }
 
@@ -257,6 +266,11 @@ TEST_F(ModuleProcess, BadOptionsAreRefusedWithStatusTwo) {
     EXPECT_EQ(ExitOf(Spawn(arguments, ErrorFile("m2"))), 2) << more[0];
     EXPECT_NE(Errors("m2"), "") << more[0];
   }
+  // What is expected is said with it.
+  std::vector<std::string> arguments = Arguments("m2", "1");
+  arguments.insert(arguments.end(), {"--loss", "20"});
+  EXPECT_EQ(ExitOf(Spawn(arguments, ErrorFile("m2"))), 2);
+  EXPECT_NE(Errors("m2").find("such as 0.2 or 20%, not '20'"), std::string::npos) << Errors("m2");
 }
 
 TEST_F(ModuleProcess, DiesWithItsParent) {

@@ -81,6 +81,16 @@ class ContentsTest(unittest.TestCase):
         sections = [title for title in re.findall(r'^## (.*)$', self.text, re.M) if title != 'Contents']
         self.assertEqual([title for title, _ in self.rows], sections)
 
+    def test_headings_of_commands_are_their_names(self):
+        """So that links to them stay what they are when an option is added; how a command is called stands below its heading."""
+        whole = (ROOT / 'docs' / 'cli.md').read_text(encoding='utf-8')
+        for heading in re.findall(r'^### (.*)$', self.text, re.M):
+            with self.subTest(heading=heading):
+                self.assertRegex(heading, r'^`\w+`(, `\w+`)*$')
+                for name in re.findall(r'`(\w+)`', heading):
+                    section = re.search(rf'^### {re.escape(heading)}\n(.*?)(?=^##|\Z)', whole, re.M | re.S)[1]
+                    self.assertRegex(section, rf'(?m)^morphbus {name}\b')
+
     def test_the_contents_have_the_commands_of_each_section(self):
         for title, commands in self.rows:
             with self.subTest(section=title):

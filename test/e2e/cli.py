@@ -45,6 +45,17 @@ class Cli(Case):
         done = morphbus('run', MODEL, 'x.dyn', '--robot', 'quadruped', '--secs', 3, status=2)
         self.assertIn("there is no option '--secs' (did you mean '--seconds'?)", done.stderr)
 
+    def test_a_program_for_a_model_is_one_error(self):
+        robot = ('--robot', 'quadruped')
+        for words in (('run', PROGRAM, MODEL, *robot, '--seconds', 1), ('roles', PROGRAM, MODEL, *robot), ('check', PROGRAM)):
+            done = morphbus(*words, status=2)
+            self.assertEqual(re.findall('error: (.*)', done.stderr), ['this is a DynaRole program, not a model'])
+
+    def test_a_model_for_a_program_is_one_error(self):
+        for words in (('roles', MODEL, MODEL, '--robot', 'quadruped'), ('compile', MODEL, '--model', MODEL, '-o', 'x.img')):
+            done = morphbus(*words, status=2, cwd=self.folder)
+            self.assertEqual(re.findall('error: (.*)', done.stderr), ['this is an M3L model, not a program'])
+
     def test_times_may_have_their_unit(self):
         robot = ('run', MODEL, PROGRAM, '--robot', 'quadruped', '--inproc', '--no-log', '--json')
         hashes = {json.loads(morphbus(*robot, '--seconds', text, '--lose', f'm3@{lost}', status=1).stdout)['hash']
@@ -57,6 +68,39 @@ class Cli(Case):
         links = [as_json('fk', MODEL, '--robot', 'quadruped', '--set', f'm1.joint_1={value}')['links']
                  for value in ('0.5', '0.5rad')]
         self.assertEqual(links[0], links[1])
+
+    def test_fractions_may_be_percentages(self):
+        robot = ('run', MODEL, PROGRAM, '--robot', 'quadruped', '--inproc', '--no-log', '--json', '--seconds', 0.2)
+        lost = [json.loads(morphbus(*robot, '--loss', loss, status=1).stdout)['lost'] for loss in ('0.2', '20%')]
+        self.assertGreater(lost[0], 0)
+        self.assertEqual(lost[0], lost[1])
+        # A bare 20 may be meant as either.
+        done = morphbus(*robot, '--loss', 20, status=2)
+        self.assertIn("--loss: expected a fraction, 0 to 1, such as 0.2 or 20%, not '20'", done.stderr)
+
+    def test_angles_that_a_program_is_told_are_in_degrees(self):
+        program = self.folder / 'turn.dyn'
+        program.write_text(PROGRAM.read_text().replace(
+            'behavior gait() {', 'command turn(float angle) { print("turn", angle); }\n\n  behavior gait() {', 1))
+        script = self.folder / 'script'
+        script.write_text('100 invoke Junction.turn 30deg\n110 invoke Junction.turn 0.5235987755982988rad\n120 invoke Junction.turn 30\n')
+        log = self.folder / 'turn.log'
+        morphbus('run', MODEL, program, '--robot', 'quadruped', '--seconds', 3, '--inproc', '--commands', script, '--log', log)
+        self.assertEqual([line['text'] for line in as_json('info', log)['prints']], ['turn 30'] * 3)
+
+    def test_angles_and_times_have_their_units_everywhere(self):
+        # What is wrong with the options is said before what is wrong with the logs, which are not there.
+        for name, good, bad in (('angle_rad', '0.5deg', '100ms'), ('cycle_s', '100ms', '5deg'), ('duty', '5%', '5s'),
+                                ('velocity_rad_s', '0.1', '0.1s')):
+            said = morphbus('compare', 'a', 'b', '--tolerance', f'{name}={good}', status=2).stderr
+            self.assertNotIn('--tolerance', said)
+            said = morphbus('compare', 'a', 'b', '--tolerance', f'{name}={bad}', status=2).stderr
+            self.assertIn(f'--tolerance {name}={bad}: expected', said)
+        robot = ('run', MODEL, PROGRAM, '--robot', 'quadruped', '--inproc', '--no-log', '--json', '--seconds', 0.2, '--root-sensor')
+        hashes = {json.loads(morphbus(*robot, '--root-noise', noise, status=1).stdout)['hash']
+                  for noise in ('0.002,0.017453292519943295', '0.002,1deg')}
+        self.assertEqual(len(hashes), 1)
+        self.assertIn('--give-up: expected 1 to', morphbus('sim', '--give-up', '500ms', status=2).stderr)
 
     def test_a_log_cannot_go_to_the_output(self):
         done = morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--seconds', 0.1, '--inproc', '--log', '-',

@@ -43,8 +43,9 @@ class Examples(Live):
         self.assert_all_work(lines, self.commands_there_are(text))
 
     def test_those_of_the_reference(self):
+        # The line with … is how the command is called, for people.
         lines = [line for line in (SOURCE / 'docs' / 'cli.md').read_text(encoding='utf-8').splitlines()
-                 if line.startswith('morphbus control ')]
+                 if line.startswith('morphbus control ') and '…' not in line]
         self.assert_all_work(lines, self.commands_there_are(morphbus('control', '--help').stdout))
 
     def test_the_deployment_of_the_reference(self):

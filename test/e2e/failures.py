@@ -205,14 +205,24 @@ class Running(Case):
         self.start('seen')
         runs = as_json('runs')['runs']
         self.assertEqual([(r['run'], r['pid'], r['robot']) for r in runs], [('seen', self.process.pid, 'quadruped')])
-        spy = as_json('spy', '--once', '--seconds', 2, '--channel', 'seen/SIM/CLOCK')
+
+        def looked(channels, seconds, enough):
+            """What the spy shows of these channels; a busy machine's run may say little in a second, so it may look again."""
+            return await_condition(lambda: (lambda spy: enough(spy) and spy)(as_json(
+                'spy', '--once', '--seconds', seconds, '--channel', channels)), f'the spy has enough of {channels}')
+
+        def clocks(spy):
+            return {c['channel']: c for c in spy['channels']}.get('seen/SIM/CLOCK', {'messages': 0})
+        spy = looked('seen/SIM/CLOCK', 2, lambda spy: clocks(spy)['messages'] > 1 and spy['modules'].get('m5', {}).get('role'))
         channels = {c['channel']: c for c in spy['channels']}
-        self.assertGreater(channels['seen/SIM/CLOCK']['messages'], 1)
         self.assertEqual(channels['seen/SIM/CLOCK']['type'], 'morphbus.sim_clock_t')
         self.assertEqual(channels['seen/SIM/CLOCK']['last']['tick_us'], 20000)
         self.assertEqual(spy['modules']['m5']['role'], 'Junction')
-        chosen = as_json('spy', '--once', '--channel', 'seen/m[12]/STATUS')['channels']
-        self.assertEqual([c['channel'] for c in chosen if 'last' in c], ['seen/m1/STATUS', 'seen/m2/STATUS'])
+
+        def shown(spy):
+            return [c['channel'] for c in spy['channels'] if 'last' in c]
+        chosen = looked('seen/m[12]/STATUS', 1, lambda spy: len(shown(spy)) >= 2)
+        self.assertEqual(shown(chosen), ['seen/m1/STATUS', 'seen/m2/STATUS'])
         self.assertIn('no regular expression', morphbus('spy', '--channel', '(', status=2).stderr)
 
 

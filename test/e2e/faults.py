@@ -116,8 +116,8 @@ class Fast(FaultsCase):
             done = morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--faults', path, status=2, cwd=self.folder)
             self.assertEqual(done.stdout, '')
             return done.stderr.replace(str(path), 'x.faults')
-        self.assertIn('x.faults:2:12: error: expected a probability, 0 to 1\n  fault loss=30%\n             ^~~',
-                      said('# thirty in a hundred\nfault loss=30%\n'))
+        self.assertIn('x.faults:2:12: error: expected a probability, 0 to 1\n  fault loss=30\n             ^~\n  hint: such as 0.2 or 20%',
+                      said('# thirty in a hundred\nfault loss=30\n'))
         self.assertIn("x.faults:1:24: error: nothing in this run is called 'm33'", said('fault loss=0.1 process=m33\n'))
         self.assertIn("did you mean 'duplicate'?", said('fault duplicat=0.1\n'))
         done = morphbus('run', MODEL, PROGRAM, '--robot', 'quadruped', '--faults', self.folder / 'none', status=2)

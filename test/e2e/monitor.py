@@ -282,7 +282,9 @@ class Attacks(Walk):
         for s in held:
             s.close()
         self.still_served(client)
-        self.assertGreaterEqual(monitor.stop()['connections'], refused)
+        # On a machine so slow that some of them had to be given up first, that made place for others.
+        counts = monitor.stop()
+        self.assertGreaterEqual(counts.get('connections', 0) + counts.get('timeout', 0), refused)
 
     def test_guests_leave_room_for_who_has_the_token(self):
         monitor = Monitor(self, self.short)
@@ -298,13 +300,14 @@ class Attacks(Walk):
         client = self.watch(monitor)
         greedy = WebSocket(monitor, receive_buffer=4096)
 
-        try:
-            for _ in range(200_000):
-                greedy.send({'op': 'getParameters'})
-        except OSError:
-            pass
-        else:
-            self.fail('the server answers without end')
+        def given_up():
+            try:
+                for _ in range(1000):
+                    greedy.send({'op': 'getParameters'})
+            except OSError:
+                return True
+            return False
+        await_condition(given_up, 'the server answers no more', pause=0)
         self.still_served(client)
         self.assertGreaterEqual(monitor.stop()['overrun'], 1)
 

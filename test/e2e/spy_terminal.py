@@ -173,7 +173,7 @@ class ForeignTraffic(Terminal):
                 lines = self.screen().split('\n')[:-1]
                 # It is drawn for this size once the last line has the keys, where there is room for them.
                 keys = width < 12 or lines[-1].startswith('? help')
-                return len(lines) == height and keys and all(lines[:min(height, 3)])
+                return len(lines) == height and keys and all(lines[:min(height - 1, 3)])
             await_condition(fits, f'a screen of {width}x{height}')
             self.assertTrue(all(len(line) <= width for line in self.screen().splitlines()))
             if width >= 24 and height >= 6:

@@ -105,6 +105,19 @@ TEST_F(SpyTableTest, RolesComeFromStatus) {
   EXPECT_EQ(Look()["modules"]["m5"]["role"], "Junction");
 }
 
+TEST_F(SpyTableTest, WhatFaultsHaveEndedComesFromTheLastStatus) {
+  morphbus::status_t status = {};
+  status.ended_behaviors = 2;
+  status.startup_ended = true;
+  Take("r/m5/STATUS", 0, 0.0, status);
+  EXPECT_EQ(Look()["modules"]["m5"]["ended_behaviors"], 2);
+  EXPECT_EQ(Look()["modules"]["m5"]["startup_ended"], true);
+  // A role that is taken anew begins all of its tasks afresh.
+  Take("r/m5/STATUS", 1, 0.1, morphbus::status_t{});
+  EXPECT_EQ(Look()["modules"]["m5"]["ended_behaviors"], 0);
+  EXPECT_EQ(Look()["modules"]["m5"]["startup_ended"], false);
+}
+
 TEST_F(SpyTableTest, WhatAnInspectedModuleHeldIsKeptOnceAllPartsHaveCome) {
   // A field in one part, a call in the next.
   morphbus::status_t status = {};

@@ -219,6 +219,16 @@ TEST_F(SpyViewTest, TabGoesToTheModulesAndEnterOpensOne) {
   EXPECT_EQ(ui_.page, SpyUi::Page::kLists);
 }
 
+TEST_F(SpyViewTest, AModulesPageTellsWhatFaultsHaveEnded) {
+  Press(Code::kTab);
+  Press(Code::kEnter);
+  EXPECT_FALSE(Has("by a fault")) << Text();
+  spy_.processes[0].ended_behaviors = 2;
+  EXPECT_TRUE(Has("ended        2 behaviors, by a fault")) << Text();
+  spy_.processes[0].startup_ended = true;
+  EXPECT_TRUE(Has("ended        a startup, by a fault: nothing else of the role starts")) << Text();
+}
+
 TEST_F(SpyViewTest, AChannelsPageHasItsFieldsWithHistories) {
   FieldHistory history;
   for (int i = 0; i < 8; ++i) history.Take({{"hip_rad", 0.1 * i}, {"mode", 3}, {"name", "left"}});

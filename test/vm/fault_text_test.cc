@@ -245,5 +245,11 @@ TEST_F(FaultTextTest, ALineHasThePlaceTheSentenceAndTheFunction) {
   EXPECT_EQ(FaultLine("leg.dyn", 0, "division by zero", ""), "division by zero");
 }
 
+TEST(TaskKindName, AKindOfANewerVersionHasAName) {
+  EXPECT_STREQ(TaskKindName(TaskKind::kBehavior), "behavior");
+  EXPECT_STREQ(TaskKindName(static_cast<TaskKind>(100)), "task");
+  EXPECT_STREQ(TaskKindName(static_cast<TaskKind>(255)), "task");
+}
+
 }  // namespace
 }  // namespace morphbus::vm

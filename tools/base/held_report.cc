@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "compiler/base/text.h"
 #include "vm/image/fault_text.h"
 
 namespace morphbus::tools {
@@ -10,8 +11,6 @@ namespace {
 /// The words of vm::WaitKind.
 constexpr const char* kWaits[] = {"nothing", "the next tick", "a time", "a joint"};
 
-double ToSeconds(int64_t time_us) { return static_cast<double>(time_us) * 1e-6; }
-
 /// A task with its calls, the innermost first.
 Json TaskJson(const bridge::HeldTask& task) {
   Json calls = Json::array();
@@ -19,21 +18,25 @@ Json TaskJson(const bridge::HeldTask& task) {
     calls.push_back(
         {{"function", call.function}, {"line", call.line}, {"locals", LocalsJson(call.locals)}});
   }
-  Json json = {{"kind", vm::TaskKindName(task.kind)},
-               {"routine", task.routine},
-               {"waits_for", kWaits[static_cast<int>(task.wait)]}};
-  if (task.wait == vm::WaitKind::kSleep) json["until"] = ToSeconds(task.until_us);
-  if (task.wait == vm::WaitKind::kMotion) json["joint"] = task.joint;
+  Json json = {{"kind", vm::TaskKindName(task.kind)}, {"routine", task.routine}};
+  json.update(WaitJson(task.wait, task.until_us, task.joint));
   json["calls"] = calls;
   return json;
 }
 
 }  // namespace
 
-std::string WaitText(vm::WaitKind wait, int64_t until_us, const std::string& joint) {
-  if (wait == vm::WaitKind::kSleep) return fmt::format("{:.2f} s", ToSeconds(until_us));
-  if (wait == vm::WaitKind::kMotion) return "joint " + joint;
-  return kWaits[static_cast<int>(wait)];
+Json WaitJson(vm::WaitKind wait, int64_t until_us, const std::string& joint) {
+  Json json = {{"waits_for", kWaits[static_cast<int>(wait)]}};
+  if (wait == vm::WaitKind::kSleep) json["until"] = Seconds(until_us);
+  if (wait == vm::WaitKind::kMotion) json["joint"] = joint;
+  return json;
+}
+
+std::string WaitText(const Json& wait) {
+  if (wait.contains("until")) return fmt::format("{:.2f} s", wait["until"].get<double>());
+  if (wait.contains("joint")) return "joint " + wait["joint"].get<std::string>();
+  return wait["waits_for"].get<std::string>();
 }
 
 Json FieldsJson(const std::vector<bridge::HeldValue>& fields) {
@@ -97,12 +100,8 @@ std::string CallsText(const Json& calls, const std::string& file) {
 std::string TasksText(const Json& tasks, const std::string& file) {
   std::string text;
   for (const Json& task : tasks) {
-    // What it waits for is told as WaitText() does: by when or by what it goes on.
-    std::string waits = task["waits_for"].get<std::string>();
-    if (task.contains("until")) waits = fmt::format("{:.2f} s", task["until"].get<double>());
-    if (task.contains("joint")) waits = "joint " + task["joint"].get<std::string>();
     text += fmt::format("  {} {} waits for {}\n", task["kind"].get<std::string>(),
-                        task["routine"].get<std::string>(), waits);
+                        task["routine"].get<std::string>(), WaitText(task));
     text += CallsText(task["calls"], file);
   }
   return text;

@@ -11,10 +11,13 @@
 
 namespace morphbus::tools {
 
-/// What a task waits for, such as "joint joint_1" or "12.50 s"; "nothing" if it runs.
+/// What a task "waits_for", with "until", seconds of sim time, or "joint".
 /// @param until_us  for kSleep: the sim time at which it goes on, microseconds
 /// @param joint     for kMotion: the joint's name
-std::string WaitText(vm::WaitKind wait, int64_t until_us, const std::string& joint);
+Json WaitJson(vm::WaitKind wait, int64_t until_us, const std::string& joint);
+/// The same for people: "joint joint_1" or "12.50 s"; "nothing" for a task that runs. Other keys of
+/// the object are of no account, so that it may be a task of TasksJson.
+std::string WaitText(const Json& wait);
 
 /// Fields by name, each with its "type" and "value".
 Json FieldsJson(const std::vector<bridge::HeldValue>& fields);
@@ -22,8 +25,8 @@ Json FieldsJson(const std::vector<bridge::HeldValue>& fields);
 /// Locals in their order, each with its "name", "type" and "value"; none that has no value yet.
 Json LocalsJson(const std::vector<bridge::HeldValue>& locals);
 
-/// Tasks, each with its "kind", "routine", what it "waits_for" (with "until", seconds of sim time,
-/// or "joint") and its "calls", the innermost first: "function", "line" and "locals".
+/// Tasks, each with its "kind", "routine", what it waits for (WaitJson) and its "calls", the
+/// innermost first: "function", "line" and "locals".
 Json TasksJson(const std::vector<bridge::HeldTask>& tasks);
 
 /// The same for people: a line for each field.

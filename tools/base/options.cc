@@ -4,11 +4,16 @@
 #include <CLI/CLI.hpp>
 #include <charconv>
 
-#include "compiler/base/duration.h"
+#include "compiler/base/quantity.h"
 #include "tools/base/messages.h"
 
 namespace morphbus::tools {
 namespace {
+
+/// Leaves CLI11 a plain number of what people write with its unit.
+CLI::Validator InUnits(const QuantityReader& reader) {
+  return CLI::Validator([&reader](std::string& text) { return MakePlain(reader, &text); }, "");
+}
 
 /// The exit status if the first argument is meant as a subcommand and is none; the nearest one is
 /// named, where CLI11 would call the word an unexpected argument.
@@ -145,15 +150,12 @@ Option& Option::Hidden() {
 }
 
 Option& Option::Seconds() {
-  // CLI11 is left a plain number to read.
-  const auto read = [](std::string& text) {
-    const std::optional<double> seconds = ReadSeconds(text);
-    if (!seconds)
-      return fmt::format("expected seconds, such as 2.5, 2.5s or 200ms, not '{}'", text);
-    text = fmt::format("{}", *seconds);
-    return std::string();
-  };
-  option_->transform(CLI::Validator(read, ""))->type_name("TIME");
+  option_->transform(InUnits(kSecondsReader))->type_name("TIME");
+  return *this;
+}
+
+Option& Option::Fraction() {
+  option_->transform(InUnits(kFractionReader))->type_name("FRACTION");
   return *this;
 }
 

@@ -41,6 +41,8 @@ class Option {
   Option& Hidden();
   /// A time in seconds, behind which `s` or `ms` may stand; anything else is refused.
   Option& Seconds();
+  /// A fraction, 0 to 1, which may be written as a percentage; anything else is refused.
+  Option& Fraction();
   /// A whole number from `least` to `most`; anything else is refused.
   Option& Range(int least, int most);
 

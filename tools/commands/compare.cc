@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <utility>
@@ -62,14 +60,9 @@ Result<logger::ToleranceEntry> ParseTolerance(const std::string& text) {
   const std::string wanted = text.substr(0, equals);
   for (const auto& [name, member] : logger::ToleranceNames()) {
     if (wanted != name || equals == text.size()) continue;
-    // The whole rest must be a number: strtod stops at the first character that is none.
-    const char* begin = text.c_str() + equals + 1;
-    char* end = nullptr;
-    const double value = std::strtod(begin, &end);
-    if (*end != '\0' || end == begin || !(value >= 0) || !std::isfinite(value)) {
-      return Fail(fmt::format("--tolerance {}: expected a number, 0 or more", text));
-    }
-    return logger::ToleranceEntry{"*", "*", member, value};
+    const Result<double> value = logger::ReadTolerance(name, text.substr(equals + 1));
+    if (!value) return Fail(fmt::format("--tolerance {}: {}", text, value.error().message));
+    return logger::ToleranceEntry{"*", "*", member, *value};
   }
   // No tolerance has this name: the nearest one is suggested.
   const std::vector<std::string> names = NamesOfTolerances();

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <cstdlib>
 
+#include "compiler/base/quantity.h"
 #include "compiler/model/forward_kinematics.h"
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
@@ -23,17 +23,9 @@ struct FkOptions {
 /// Reads "0.3" (rad or m), or "45deg" and "0.3rad" for joints that turn.
 std::optional<double> ParseValue(const std::string& text, bool turns) {
   constexpr double kMost = 1e6;
-  // What follows the number is its unit.
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  const std::string unit = end;
-  // Values that are no number, or far beyond any robot, are refused; so is nan, which fails the
-  // comparison.
-  if (end == text.c_str() || !(std::abs(value) <= kMost)) return std::nullopt;
-  // Values without a unit are radians or metres, as in the model.
-  if (unit == "deg" && turns) return value * EIGEN_PI / 180.0;
-  if (unit.empty() || (unit == "rad" && turns)) return value;
-  return std::nullopt;
+  const std::optional<double> value = turns ? ReadRadians(text) : ReadPlainNumber(text);
+  // Values far beyond any robot are refused.
+  return value && std::abs(*value) <= kMost ? value : std::nullopt;
 }
 
 /// Applies one `module.joint=value`; fails for another text, or names that the robot lacks.

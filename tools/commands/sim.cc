@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cmath>
+
 #include "bridge/bus/faulty_bus.h"
 #include "bridge/bus/lcm_bus.h"
 #include "bridge/control/control_service.h"
@@ -34,7 +36,7 @@ struct SimCommandOptions {
       control_folder;  ///< The run's, with what it is told beforehand; empty: takes no commands.
   std::string key_file;
   bool no_logger = false;
-  int give_up_s = 60;  ///< By hand, people start one process after the other.
+  double give_up_s = 60;  ///< By hand, people start one process after the other.
 };
 
 /// What the launcher shows meanwhile.
@@ -83,13 +85,17 @@ Result<std::unique_ptr<SimControls>> MakeControls(const std::string& folder, con
 
 /// Simulates one run and says how it ended, to the launcher or on stdout.
 int Simulate(const SimCommandOptions& options) {
+  if (!(options.give_up_s >= 1 && options.give_up_s <= 1e6)) {
+    return Unusable("--give-up: expected 1 to 1000000 s");
+  }
   const std::optional<RunPlan> plan = LoadPlan(options.plan);
   if (!plan) return kUnusable;
   Result<bridge::SimParticipantOptions> participant_options = SimOptions(*plan, !options.no_logger);
   if (!participant_options) return Unusable(participant_options.error().message);
   // The launcher has started everyone: who is not there soon will not come.
   const bool by_hand = options.control_fd < 0;
-  participant_options->timing.join_silence_us = (by_hand ? options.give_up_s : kJoinS) * 1'000'000;
+  participant_options->timing.join_silence_us =
+      std::llround((by_hand ? options.give_up_s : kJoinS) * 1e6);
   // The world is built before anyone is told of it: a large one takes seconds.
   const auto robot = BuildRobot(*plan);
   if (!robot) return Unusable(robot.error().message);
@@ -178,7 +184,7 @@ void AddSim(CommandLine* line) {
   sub.Flag("--no-logger", &options->no_logger, "Do not wait for a logger");
   sub.Add("--give-up", &options->give_up_s,
           "Before the first tick: end after so many seconds in which nobody joined (default 60)")
-      .Range(1, 1'000'000);
+      .Seconds();
   sub.Add("--control-fd", &options->control_fd, "The launcher's line").Hidden();
   sub.Add("--control-folder", &options->control_folder, "The run's folder").Hidden();
   sub.Footer(

@@ -49,10 +49,10 @@ std::string EndingText(const logger::ComputedStep& step) {
       return "finished";
     case vm::RunStatus::kWaiting:
       return "waits for " +
-             WaitText(step.task.wait, step.task.wake_us,
-                      step.task.wait == vm::WaitKind::kMotion
-                          ? ToString(step.kinematics.joint(step.task.wait_joint).name)
-                          : "");
+             WaitText(WaitJson(step.task.wait, step.task.wake_us,
+                               step.task.wait == vm::WaitKind::kMotion
+                                   ? ToString(step.kinematics.joint(step.task.wait_joint).name)
+                                   : ""));
     case vm::RunStatus::kOutOfBudget:
       return "has used up its share of the tick's budget";
     case vm::RunStatus::kFaulted:

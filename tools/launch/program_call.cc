@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <span>
 
+#include "compiler/base/quantity.h"
 #include "tools/base/messages.h"
 #include "tools/base/program.h"
 
@@ -22,6 +24,14 @@ std::optional<Number> WordNumber(const std::string& word) {
   const std::from_chars_result read = std::from_chars(word.data(), end, number);
   if (read.ec != std::errc() || read.ptr != end) return std::nullopt;
   return number;
+}
+
+/// The degrees of "30deg" or "0.5rad"; nothing for another text, and for more than can be meant.
+std::optional<float> DegreesOf(const std::string& word) {
+  constexpr double kMost = 1e6;
+  const std::optional<double> angle = ReadRadians(word);
+  if (!angle || !(std::abs(*angle) <= kMost)) return std::nullopt;
+  return static_cast<float>(*angle * 180 / std::numbers::pi);
 }
 
 /// The place of "$NORTH", or "north", which needs no quotes in a shell; of a diagonal "$NORTH +
@@ -59,7 +69,9 @@ std::optional<vm::Cell> ArgumentCell(const vm::VerifiedProgram& program, vm::Val
       return number ? std::optional(vm::Cell::Int(*number)) : std::nullopt;
     }
     case vm::ValueType::kFloat: {
-      const auto number = WordNumber<float>(word);
+      auto number = WordNumber<float>(word);
+      // Of an angle with its unit programs know the degrees.
+      if (word.ends_with("deg") || word.ends_with("rad")) number = DegreesOf(word);
       return number && std::isfinite(*number) ? std::optional(vm::Cell::Float(*number))
                                               : std::nullopt;
     }

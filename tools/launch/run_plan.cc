@@ -10,7 +10,7 @@
 #include "bridge/bus/fault_plan.h"
 #include "bridge/wire/channels.h"
 #include "bridge/wire/wire_limits.h"
-#include "compiler/base/duration.h"
+#include "compiler/base/quantity.h"
 #include "compiler/base/version.h"
 #include "compiler/dynarole/compile.h"
 #include "compiler/emit/kinematics.h"
@@ -63,24 +63,19 @@ Result<std::unique_ptr<sim::BulletRobot>> BuildBulletRobot(const RunPlan& plan) 
                                   plan.robot().name, options);
 }
 
-/// The two standard deviations of --root-noise, "0.002,0.01" (m, rad), 0 to 1 each. Both are 0 if
-/// the option is empty; nothing if it says anything else.
+/// The two standard deviations of --root-noise, "0.002,0.01" or "0.002,0.5deg" (m, rad), 0 to 1
+/// each. Both are 0 if the option is empty; nothing if it says anything else.
 std::optional<std::array<double, 2>> ReadNoise(const std::string& text) {
   std::array<double, 2> noise = {0, 0};
   if (text.empty()) return noise;
   const size_t comma = text.find(',');
   if (comma == std::string::npos) return std::nullopt;
-  const char* const ends[] = {text.data() + comma, text.data() + text.size()};
-  const char* begin = text.data();
-  for (size_t i = 0; i < 2; ++i) {
-    const std::from_chars_result read = std::from_chars(begin, ends[i], noise[i]);
-    // What is not a number fails the comparison.
-    if (read.ec != std::errc() || read.ptr != ends[i] || !(noise[i] >= 0 && noise[i] <= 1)) {
-      return std::nullopt;
-    }
-    begin = ends[i] + 1;
-  }
-  return noise;
+  const std::optional<double> length = ReadPlainNumber(text.substr(0, comma));
+  const std::optional<double> turn = ReadRadians(text.substr(comma + 1));
+  if (!length || !turn) return std::nullopt;
+  noise = {*length, *turn};
+  const bool usual = std::ranges::all_of(noise, [](double n) { return n >= 0 && n <= 1; });
+  return usual ? std::optional(noise) : std::nullopt;
 }
 
 /// Says which option is out of its range.
@@ -102,7 +97,8 @@ bool CheckNumbers(const RunOptions& options) {
          demand(!(options.root_sensor && options.still),
                 "--root-sensor measures a place, which nothing has under --still") &&
          demand(ReadNoise(options.root_noise).has_value(),
-                "--root-noise: expected metres and radians, 0 to 1 each: 0.002,0.01") &&
+                "--root-noise: expected metres and radians, 0 to 1 each: 0.002,0.01 or "
+                "0.002,0.5deg") &&
          demand(options.friction >= 0 && options.friction <= 10, "--friction: expected 0 to 10");
 }
 
@@ -294,7 +290,8 @@ void AddPlanOptions(Subcommand* sub, RunOptions* options) {
   sub->Add("--seconds", &options->seconds, "Sim time to run (default, and 0: until stopped)")
       .Seconds();
   sub->Add("--loss", &options->loss,
-           "Fraction of datagrams thrown away at every receiver, up to 0.9");
+           "Fraction of datagrams thrown away at every receiver, up to 0.9")
+      .Fraction();
   sub->Add("--faults", &options->faults,
            "File of rules by which messages are lost, doubled, late or damaged");
   sub->Seed(&options->seed, "Seed of --loss and --faults (default 1)");

@@ -153,6 +153,8 @@ void ProcessTable::OnStatus(const bridge::RunMessage& /*message*/, morphbus::sta
   for (const morphbus::task_t& task : status.tasks) {
     row.tasks.push_back(fmt::format("{} at line {}", task.function_name, task.line));
   }
+  row.ended_behaviors = status.ended_behaviors;
+  row.startup_ended = status.startup_ended != 0;
   TakeInspection(status, process_);
   // Faults beyond those that a message holds are counted all the same.
   row.faults += static_cast<int64_t>(status.faults.size()) + status.faults_dropped;

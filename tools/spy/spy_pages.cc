@@ -28,6 +28,18 @@ void AddFacts(const std::string& what, const std::vector<std::string>& values, S
   }
 }
 
+/// What a fault has ended for as long as the role is held.
+void AddEnded(const ProcessRow& row, Screen* screen) {
+  if (row.startup_ended) {
+    screen->push_back(
+        Fact("ended", "a startup, by a fault: nothing else of the role starts", Style::kBad));
+  }
+  if (row.ended_behaviors > 0) {
+    screen->push_back(Fact(row.startup_ended ? "" : "ended",
+                           Counted(row.ended_behaviors, "behavior") + ", by a fault", Style::kBad));
+  }
+}
+
 /// How the process fares, by its HEALTH.
 void AddHealth(const ProcessRow& row, Screen* screen) {
   if (!row.has_health) {
@@ -146,6 +158,7 @@ Screen ProcessLines(const SpySnapshot& spy, const SpyUi& ui) {
     }
     if (!signs.empty()) screen.push_back(Fact("convention", signs));
     AddFacts("tasks", row.tasks, Style::kPlain, &screen);
+    AddEnded(row, &screen);
     if (!row.held_at.empty()) screen.push_back(Fact("inspected", "at " + row.held_at));
     AddFacts("", row.held, Style::kPlain, &screen);
   }

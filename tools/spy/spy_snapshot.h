@@ -45,6 +45,9 @@ struct ProcessRow {
   std::vector<std::string> labels;  ///< "hip: joint 1".
   std::vector<int> joint_signs;     ///< +1, -1, or 0 without a convention, by joint.
   std::vector<std::string> tasks;   ///< What it runs, with the line.
+  /// Behaviors of the role held that a fault has ended, and whether a startup of it has ended so.
+  int ended_behaviors = 0;
+  bool startup_ended = false;
   /// What it held when it was inspected last, a line for each field and call; and when, as text.
   std::vector<std::string> held;
   std::string held_at;

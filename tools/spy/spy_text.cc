@@ -46,6 +46,8 @@ Json ModuleJson(const ProcessRow& row) {
   entry["pose_age_s"] = row.pose_age_s ? Json(*row.pose_age_s) : Json(nullptr);
   entry["pose_stale"] = row.pose_stale;
   entry["faults"] = row.faults;
+  entry["ended_behaviors"] = row.ended_behaviors;
+  entry["startup_ended"] = row.startup_ended;
   AddHealthJson(row, &entry);
   // Only in real time anybody is late.
   if (row.lateness) {

@@ -158,13 +158,6 @@ TEST_F(ParserTest, IndependentErrorsAreAllFound) {
   EXPECT_NE(ast.modules[0].joints[0].Find("value"), nullptr);
 }
 
-TEST_F(ParserTest, AProgramIsKnownForOne) {
-  ParseText("abstract role Leg extends Module\n");
-  EXPECT_NE(TakeError("expected a module, connection, robot, const or import, found 'abstract'")
-                .hint.find("the model first, then the program"),
-            std::string::npos);
-}
-
 TEST_F(ParserTest, MisspeltKeywordsAreMended) {
   const FileAst ast = ParseText("modul M:\npiont a: coords=(0,0,0)\nlnik l: grouping=(a)\n");
   EXPECT_EQ(TakeError("unknown statement 'modul'").hint, "did you mean 'module'?");

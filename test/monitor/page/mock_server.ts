@@ -323,6 +323,7 @@ export class MockServer {
           ],
           signs: [{ joint: 'joint_1', sign: i % 2 ? -1 : 1 }],
           tasks: [{ kind: 'behavior', function: `${run.role(i + 1)}.gait`, line: 3 }],
+          endedBehaviors: i,
         })),
       },
       connections: {

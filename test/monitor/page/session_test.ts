@@ -2,6 +2,7 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
 import { fieldsOf, seriesOf } from '../src/model/fields.ts';
+import { endedText } from '../src/model/run.ts';
 import { Session } from '../src/model/session.ts';
 import { parseFrame } from '../src/protocol/messages.ts';
 import { MockServer, type MockSource } from './mock_server.ts';
@@ -48,6 +49,14 @@ test('a live run is taken up: links, shapes, roles, signs, joints', async () => 
     { name: 'foot', kind: 'link', target: 'tip', sign: 0 },
     { name: 'ankle', kind: 'joint', target: 'joint_1', sign: -1 },
   ]);
+  // What faults have ended is told beside the role.
+  assert.ok(state);
+  assert.equal(endedText(state), '1 behavior has ended by a fault');
+  assert.equal(
+    endedText({ ...state, endedBehaviors: 2, startupEnded: true }),
+    'startup has ended by a fault, so nothing of the role starts, 2 behaviors have ended by a fault',
+  );
+  assert.equal(endedText({ ...state, endedBehaviors: 0 }), '');
   const X = run.pose(run.linkIndex('m2/base'), 50);
   [0.05, 0.04, 0.09].forEach((value, i) => assert.ok(Math.abs((X?.p[i] ?? NaN) - value) < 1e-12));
   assert.equal(run.channels[0].rate, 50);

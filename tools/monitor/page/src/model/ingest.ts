@@ -217,6 +217,8 @@ function moduleState(message: any): ModuleState {
     labels,
     signs: message.signs.map((s: any) => ({ joint: s.joint, sign: s.sign })),
     tasks: message.tasks.map((task: any) => ({ kind: task.kind, function: task.function, line: task.line })),
+    endedBehaviors: message.endedBehaviors ?? 0,
+    startupEnded: message.startupEnded ?? false,
     hasPose: message.hasPose,
     poseStale: message.poseStale,
     frozen: message.frozen,

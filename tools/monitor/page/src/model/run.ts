@@ -69,6 +69,9 @@ export interface ModuleState {
   /** Conventions of all joints that have one. */
   signs: { joint: string; sign: number }[];
   tasks: { kind: string; function: string; line: number }[];
+  /** Behaviors of the role that a fault has ended, and whether a startup of it has ended so. */
+  endedBehaviors: number;
+  startupEnded: boolean;
   hasPose: boolean;
   poseStale: boolean;
   frozen: boolean;
@@ -77,6 +80,15 @@ export interface ModuleState {
   /** Hash of the program that it runs, in hexadecimal. */
   program: string;
   incarnation: number;
+}
+
+/** What faults have ended of a module's program, in words; empty if nothing. */
+export function endedText(state: ModuleState): string {
+  const n = state.endedBehaviors;
+  return [
+    ...(state.startupEnded ? ['startup has ended by a fault, so nothing of the role starts'] : []),
+    ...(n ? [`${n} ${n === 1 ? 'behavior has' : 'behaviors have'} ended by a fault`] : []),
+  ].join(', ');
 }
 
 export interface Fault {

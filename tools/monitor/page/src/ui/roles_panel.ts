@@ -1,6 +1,6 @@
 /** The list of modules with role, labels, convention signs and tasks, as of the instant that is shown. */
 
-import type { ModuleState, Run } from '../model/run.ts';
+import { endedText, type ModuleState, type Run } from '../model/run.ts';
 import { runTitle, type Context, type Panel } from './context.ts';
 import { breakable, element, fill, swatch } from './dom.ts';
 
@@ -100,11 +100,13 @@ export class RolesPanel implements Panel {
     if (!state.hasPose) remarks.push('no pose');
     else if (state.poseStale) remarks.push('pose is stale');
     if (state.incarnation > 1) remarks.push(`start ${state.incarnation}`);
+    const dead = endedText(state);
     const tasks = state.tasks.map((task) => task.function.split('.').pop() ?? task.function).join(', ');
     return [
       state.role ? element('span', { class: 'role-name' }, ...breakable(state.role)) : element('span', { class: 'quiet' }, 'no role'),
       ...(remarks.length ? [element('span', { class: 'remark' }, ` ${remarks.join(', ')}`)] : []),
       ...(tasks ? [element('div', { class: 'tasks', title: 'What it runs now' }, tasks)] : []),
+      ...(dead ? [element('div', { class: 'remark', title: 'Not run again while it has this role' }, dead)] : []),
     ];
   }
 
