@@ -6,7 +6,7 @@ import signal
 import unittest
 
 from control_live import Live
-from support import MODEL, PROGRAM, Case, as_json, morphbus, processes_of, read_events
+from support import MODEL, PROGRAM, Case, as_json, content, morphbus, processes_of, read_events
 
 QUADRUPED = (MODEL, PROGRAM, '--robot', 'quadruped')
 
@@ -23,8 +23,8 @@ class Realtime(Case):
         return self.summary
 
     def contents(self):
-        """All that the log holds of the run, but for its description and what each process tells of the machine."""
-        return [(channel, data) for _, _, channel, data in read_events(self.path)
+        """All that the log holds of the run, but for its key, its description and what each process tells of the machine."""
+        return [(channel, content(data)) for _, _, channel, data in read_events(self.path)
                 if channel.split('/')[-1] not in ('HELLO', 'HEALTH', 'INFO', 'END')]
 
     def test_whoever_answers_at_once_is_never_late(self):

@@ -54,12 +54,12 @@ void TryOne(const std::vector<uint8_t>& bytes) {
 template <class M>
 void Try(std::vector<uint8_t> bytes) {
   TryOne<M>(bytes);
-  if (bytes.size() < 16) return;
+  if (bytes.size() < bridge::kContentOffset + 4) return;
   const auto fingerprint = static_cast<uint64_t>(M::getHash());
   for (size_t i = 0; i < 8; ++i) bytes[i] = static_cast<uint8_t>(fingerprint >> (56 - 8 * i));
   const int32_t protocol = header_t::PROTOCOL;
   for (size_t i = 0; i < 4; ++i) {
-    bytes[20 + i] = static_cast<uint8_t>(static_cast<uint32_t>(protocol) >> (24 - 8 * i));
+    bytes[bridge::kContentOffset + i] = static_cast<uint8_t>(static_cast<uint32_t>(protocol) >> (24 - 8 * i));
   }
   bridge::PatchCrc(bytes.data(), bytes.size());
   TryOne<M>(bytes);
