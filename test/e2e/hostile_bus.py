@@ -107,6 +107,25 @@ class Attacked(Case):
             self.assertEqual(self.summary['hash'], reference or self.reference, self.summary)
         self.assertTrue(self.facts['whole'], self.facts)
 
+    def attacked_while_held(self, act):
+        """As `attacked`, with `act(forger, message)` for an ACTUATOR of tick 20, at which the run is held until the forger has
+        spoken: however late he is, all is heard by a run that goes on."""
+        held, through = self.folder / 'held', self.folder / 'through'
+        held.write_text('20 pause\n')
+        through.write_text('20 pause\n21 resume\n')
+        reference = as_json('run', *RUN, '--seconds', SECONDS, '--inproc', '--log', self.folder / 'through.log',
+                            '--commands', through)['hash']
+        resumed = []
+
+        def act_and_resume(forger, message):
+            act(forger, message)
+            resumed.append(subprocess.Popen(command('control', 'resume', '--run', 'live')))
+        attack = Attack(ACTUATOR, act_and_resume)
+        self.attacked(attack, options=('--commands', held), reference=reference)
+        self.assertEqual(attack.done, 1)
+        self.assertEqual(resumed[0].wait(timeout=LIMIT), 0)
+        self.assert_unharmed()
+
     def counted(self, what):
         return sum(process[what] for process in self.summary['processes'].values())
 
