@@ -2,9 +2,8 @@
 
 #include <bit>
 #include <cstdint>
-#include <map>
 
-#include "compiler/model/convex_hull.h"
+#include "compiler/model/link_mass.h"
 
 namespace morphbus::emit {
 namespace {
@@ -35,11 +34,6 @@ std::string Stl(const std::vector<Eigen::Vector3d>& points,
     bytes.append(2, '\0');
   }
   return bytes;
-}
-
-std::string StlOfHull(const std::vector<Eigen::Vector3d>& points) {
-  const model::ConvexHull hull = model::ComputeHull(points);
-  return Stl(hull.vertices, hull.triangles);
 }
 
 /// Relative to the main file.
@@ -78,20 +72,25 @@ CompanionFile ObstacleMesh(const world::Obstacle& obstacle, size_t number, const
           Stl(obstacle.mesh->points, obstacle.mesh->triangles)};
 }
 
-std::vector<CompanionFile> MeshFiles(const model::Model& model, const RobotTree& tree,
-                                     const MeshPlace& place) {
-  // One file a part of a kind of link, however many modules there are.
-  std::map<std::string, std::string> files;
+std::map<std::string, model::ConvexHull> MeshesOf(const model::Model& model,
+                                                  const RobotTree& tree) {
+  std::map<std::string, model::ConvexHull> meshes;
   for (const TreeLink& link : tree.links) {
     const std::vector<std::string> names = MeshNames(model, link);
-    if (names.empty() || files.count(MeshPath(names.front(), place.stem)) != 0) continue;
+    if (names.empty() || meshes.count(names.front()) != 0) continue;
     const auto parts = model::SolidParts(model.module_types[link.type], link.link);
-    for (size_t i = 0; i < parts.size(); ++i)
-      files[MeshPath(names[i], place.stem)] = StlOfHull(parts[i]);
+    for (size_t i = 0; i < parts.size(); ++i) meshes[names[i]] = model::ComputeHull(parts[i]);
   }
-  std::vector<CompanionFile> meshes;
-  for (auto& [path, bytes] : files) meshes.push_back({path, std::move(bytes)});
   return meshes;
+}
+
+std::vector<CompanionFile> MeshFiles(const model::Model& model, const RobotTree& tree,
+                                     const MeshPlace& place) {
+  std::vector<CompanionFile> files;
+  for (const auto& [name, hull] : MeshesOf(model, tree)) {
+    files.push_back({MeshPath(name, place.stem), Stl(hull.vertices, hull.triangles)});
+  }
+  return files;
 }
 
 }  // namespace morphbus::emit

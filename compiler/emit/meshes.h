@@ -2,11 +2,13 @@
 // The links' hulls, and obstacles that are meshes, as mesh files, for formats that cannot hold a
 // mesh themselves.
 
+#include <map>
 #include <string>
 #include <vector>
 
 #include "compiler/emit/exported.h"
 #include "compiler/emit/robot_tree.h"
+#include "compiler/model/convex_hull.h"
 #include "compiler/world/obstacle.h"
 
 namespace morphbus::emit {
@@ -33,6 +35,10 @@ std::vector<std::string> MeshAddresses(const model::Model& model, const TreeLink
 /// The triangles of an obstacle that has a mesh as binary STL, in metres in its own frame; `number`
 /// tells it from others. The main file finds it at `place.prefix` and the file's path.
 CompanionFile ObstacleMesh(const world::Obstacle& obstacle, size_t number, const MeshPlace& place);
+
+/// The convex parts of all links of the tree, by the names of their meshes; modules of one type
+/// share theirs.
+std::map<std::string, model::ConvexHull> MeshesOf(const model::Model& model, const RobotTree& tree);
 
 /// The meshes of all links of the tree, each once, as binary STL: corners in metres in the link's
 /// own frame. A flat hull is thickened, since other programs take no mesh without a volume.

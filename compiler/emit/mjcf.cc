@@ -230,6 +230,14 @@ std::pair<std::string, std::string> MjcfShape(const world::Obstacle& obstacle) {
   return {"plane", Number(0.5 * size.x()) + " " + Number(0.5 * size.y()) + " 0.1"};
 }
 
+/// A mesh by its corners, of which MuJoCo takes the hull.
+template <typename Points>
+void AppendMesh(pugi::xml_node asset, const std::string& name, const Points& corners) {
+  std::string text;
+  for (const Eigen::Vector3d& p : corners) text += (text.empty() ? "" : "  ") + Triple(p);
+  xml::Append(asset, "mesh", {{"name", name}, {"vertex", text}});
+}
+
 /// Writes one MJCF file with the parts that belong to it. Write is called once.
 class MjcfWriter {
  public:
@@ -287,26 +295,12 @@ class MjcfWriter {
                 {{"nconmax", std::to_string(contacts)}, {"njmax", std::to_string(rows)}});
   }
 
-  /// MuJoCo takes the convex hull of a mesh given by its corners.
+  /// The meshes of all links.
   void AppendMeshes() {
-    // Modules of one type share their meshes; the map gives them an order of their own.
-    std::map<std::string, std::string> corners;
-    for (const TreeLink& link : tree_.links) {
-      const std::vector<std::string> names = MeshNames(model_, link);
-      if (names.empty() || corners.count(names.front()) != 0) continue;
-      const auto parts = model::SolidParts(model_.module_types[link.type], link.link);
-      for (size_t i = 0; i < parts.size(); ++i) {
-        std::string& text = corners[names[i]];
-        for (const Eigen::Vector3d& p : model::ComputeHull(parts[i]).vertices) {
-          text += (text.empty() ? "" : "  ") + Triple(p);
-        }
-      }
-    }
-    if (corners.empty()) return;
+    const std::map<std::string, model::ConvexHull> meshes = MeshesOf(model_, tree_);
+    if (meshes.empty()) return;
     const pugi::xml_node asset = xml::Append(root_, "asset");
-    for (const auto& [name, text] : corners) {
-      xml::Append(asset, "mesh", {{"name", name}, {"vertex", text}});
-    }
+    for (const auto& [name, hull] : meshes) AppendMesh(asset, name, hull.vertices);
   }
 
   /// The body of the robot frame, turned for a world whose z is up and free to move.
@@ -371,9 +365,7 @@ class MjcfWriter {
     int number = 0;
     for (const Plate& plate : PlatesOf(*obstacle.mesh)) {
       const std::string name = obstacle.name + "/" + std::to_string(++number);
-      std::string corners;
-      for (const Eigen::Vector3d& p : plate) corners += (corners.empty() ? "" : "  ") + Triple(p);
-      xml::Append(asset, "mesh", {{"name", name}, {"vertex", corners}});
+      AppendMesh(asset, name, plate);
       AppendGeom(obstacle, {{"name", name}, {"type", "mesh"}, {"mesh", name}}, world);
     }
   }

@@ -49,16 +49,20 @@ class VrmlWriter {
   }
   /// A Shape of a hull, in a colour (red, green, blue, from 0 to 1), named for USE.
   void Hull(const std::string& name, const model::ConvexHull& hull, const Eigen::Vector3d& color) {
-    std::string faces;
-    for (const model::HullFace& face : hull.faces) faces += Face(face.polygon);
-    Faces(name, hull.vertices, faces, color);
+    Faces(name, FacesOf(hull), color);
   }
   /// The same of triangles.
   void Triangles(const std::string& name, const world::TriangleMesh& mesh,
                  const Eigen::Vector3d& color) {
     std::string faces;
     for (const std::array<int, 3>& triangle : mesh.triangles) faces += Face(triangle);
-    Faces(name, mesh.points, faces, color);
+    Faces(name, FacesOf(mesh.points, faces), color);
+  }
+  /// The fields of an IndexedFaceSet.
+  static std::vector<std::string> FacesOf(const model::ConvexHull& hull) {
+    std::string faces;
+    for (const model::HullFace& face : hull.faces) faces += Face(face.polygon);
+    return FacesOf(hull.vertices, faces);
   }
   /// What has been written so far.
   [[nodiscard]] const std::string& text() const { return text_; }
@@ -72,15 +76,19 @@ class VrmlWriter {
     return face + "-1 ";
   }
 
-  void Faces(const std::string& name, const std::vector<Eigen::Vector3d>& corners,
-             const std::string& faces, const Eigen::Vector3d& color) {
+  static std::vector<std::string> FacesOf(const std::vector<Eigen::Vector3d>& corners,
+                                          const std::string& faces) {
     std::string points;
     for (const Eigen::Vector3d& p : corners) points += (points.empty() ? "" : ", ") + Triple(p);
+    return {"coord Coordinate { point [ " + points + " ] }", "coordIndex [ " + faces + "]"};
+  }
+
+  void Faces(const std::string& name, const std::vector<std::string>& faces,
+             const Eigen::Vector3d& color) {
     Open("Shape {");
     Block("appearance PBRAppearance",
           {"baseColor " + Triple(color), "roughness 0.6", "metalness 0"});
-    Block("geometry DEF " + name + " IndexedFaceSet",
-          {"coord Coordinate { point [ " + points + " ] }", "coordIndex [ " + faces + "]"});
+    Block("geometry DEF " + name + " IndexedFaceSet", faces);
     Close("}");
   }
 

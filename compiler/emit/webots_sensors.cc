@@ -61,13 +61,7 @@ std::vector<Vector3d> WithinRange(const model::Sensor& sensor, std::vector<Vecto
 
 /// A convex body as a geometry without a name.
 std::string FaceSet(const ConvexHull& hull) {
-  std::string points, faces;
-  for (const Vector3d& p : hull.vertices) points += (points.empty() ? "" : ", ") + Triple(p);
-  for (const model::HullFace& face : hull.faces) {
-    faces += fmt::format("{} -1 ", fmt::join(face.polygon, " "));
-  }
-  return fmt::format("IndexedFaceSet {{ coord Coordinate {{ point [ {} ] }} coordIndex [ {}] }}",
-                     points, faces);
+  return fmt::format("IndexedFaceSet {{ {} }}", fmt::join(VrmlWriter::FacesOf(hull), " "));
 }
 
 void AppendTouchSensor(const model::Sensor& sensor, const std::vector<ConvexHull>& pads,
