@@ -7,6 +7,7 @@
 
 #include "compiler/base/check.h"
 #include "compiler/emit/kinematics.h"
+#include "compiler/emit/shipped_sources.h"
 
 namespace morphbus::emit {
 namespace {
@@ -196,7 +197,8 @@ Result<CTables> TablesInC(const model::Model& model, int type, uint64_t model_ha
   MORPHBUS_CHECK(error.message == nullptr);
   Writer writer(kinematics, module, prefix);
   CTables tables;
-  CompanionFile types = KinematicsTypesInC();
+  CompanionFile types = {"morphbus_kinematics.h",
+                         std::string(ShippedSource("vm/image/kinematics_c.h"))};
   // The module's own header keeps the name it was asked for.
   if (types.path == stem + ".h") types.path = "morphbus_kinematics_types.h";
   tables.companions.push_back(std::move(types));

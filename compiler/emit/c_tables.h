@@ -20,7 +20,7 @@ struct CTables {
   std::string declarations;
   /// The constants themselves, for the source.
   std::string definitions;
-  /// The header with the types (KinematicsTypesInC), which lies beside the others.
+  /// The header with the types (vm/image/kinematics_c.h), which lies beside the others.
   std::vector<CompanionFile> companions;
 };
 
@@ -30,9 +30,6 @@ struct CTables {
 /// does.
 Result<CTables> TablesInC(const model::Model& model, int type, uint64_t model_hash,
                           const std::string& prefix, const std::string& stem);
-
-/// Name and text of the header that declares the types, the same for all module types.
-CompanionFile KinematicsTypesInC();
 
 // Names and numbers as C writes them, for all back ends of C.
 

@@ -10,7 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "compiler/emit/kinematics.h"
 #include "compiler/emit/link_solids.h"
 #include "compiler/emit/names.h"
 #include "compiler/emit/numbers.h"
@@ -35,24 +34,19 @@ constexpr double kTokenRadius = 1e-3;    // m, of links that have no hull.
 /// Writes the world file of one robot. One object is one export; Write is called once.
 class WebotsWriter {
  public:
-  /// `images` are of the module types that the robot has; none if there is no program.
-  WebotsWriter(const model::Model& model, const model::Robot& robot,
-               const std::map<int, WebotsImages>& images,
-               const std::vector<world::Obstacle>& obstacles)
+  /// `programs` are those of the module types that the robot has.
+  WebotsWriter(const model::Model& model, const model::Robot& robot, const DockFaces& faces,
+               std::map<int, WebotsProgram> programs, const std::vector<world::Obstacle>& obstacles)
       : model_(model),
         robot_(robot),
         solids_(model),
-        faces_(DockFacesOf(model)),
+        faces_(faces),
         scale_(DockScaleOf(model)),
-        X_WL_(model::ForwardKinematics(model, robot, model::StartValues(robot)).X_RL) {
+        X_WL_(model::ForwardKinematics(model, robot, model::StartValues(robot)).X_RL),
+        programs_(std::move(programs)) {
     // Each module is a Robot node of its own, so the trees are those of the types.
     for (size_t type = 0; type < model.module_types.size(); ++type) {
       trees_.push_back(TreeOf(model, ModuleAsRobot(model, static_cast<int>(type))));
-    }
-    for (const model::ModuleInstance& module : robot.modules) used_types_.insert(module.type);
-    for (const int type : used_types_) {
-      programs_[type] =
-          WebotsController(model, faces_, type, images.empty() ? nullptr : &images.at(type));
     }
     // Connectors that are docked at the start are written as locked.
     for (const model::Docking& d : robot.dockings) {
@@ -80,18 +74,17 @@ class WebotsWriter {
     exported.text = vrml_.text();
     exported.warnings = Unaligned();
     // Controllers and warnings of the module types that the robot has.
-    for (const int type : used_types_) {
-      const model::ModuleType& module = model_.module_types[type];
-      WarnOfLimits(module, &exported.warnings);
+    std::set<int> types;
+    for (auto& [type, program] : programs_) {
+      types.insert(type);
+      WarnOfLimits(model_.module_types[type], &exported.warnings);
       WarnOfContactSensors(type, &exported.warnings);
-      WebotsProgram& program = programs_.at(type);
       for (CompanionFile& file : program.files) {
         file.path = controllers + "/" + program.name + "/" + file.path;
         exported.companions.push_back(std::move(file));
       }
     }
-    std::ranges::move(LooseDocking(model_, faces_, used_types_),
-                      std::back_inserter(exported.warnings));
+    std::ranges::move(LooseDocking(model_, faces_, types), std::back_inserter(exported.warnings));
     return exported;
   }
 
@@ -266,7 +259,7 @@ class WebotsWriter {
     vrml_.Line(fmt::format("model \"{}\"", face.model));
     vrml_.Line(fmt::format("type \"{}\"", face.type));
     // Who is passive cannot lock, and is held by the active one.
-    if (docked && face.type != std::string("passive")) vrml_.Line("isLocked TRUE");
+    if (docked && face.type != "passive") vrml_.Line("isLocked TRUE");
     vrml_.Line("distanceTolerance " + Number(scale_.reach));
     vrml_.Line(fmt::format("numberOfRotations {}", face.rotations));
     vrml_.Close("}");
@@ -406,14 +399,13 @@ class WebotsWriter {
   const model::Model& model_;
   const model::Robot& robot_;
   LinkSolids solids_;
-  DockFaces faces_;
+  const DockFaces& faces_;
   DockScale scale_;
   std::vector<std::vector<model::Pose>> X_WL_;
-  std::vector<RobotTree> trees_;          ///< Of each module type.
-  std::set<std::pair<int, int>> docked_;  ///< (module, connector)
-  std::set<int> used_types_;
-  std::vector<world::Obstacle> obstacles_;     ///< With names of their own.
+  std::vector<RobotTree> trees_;               ///< Of each module type.
+  std::set<std::pair<int, int>> docked_;       ///< (module, connector)
   std::map<int, WebotsProgram> programs_;      ///< Of each used type; without files once written.
+  std::vector<world::Obstacle> obstacles_;     ///< With names of their own.
   std::vector<std::vector<size_t>> children_;  ///< Of each link of the module at hand.
   VrmlWriter vrml_;
 };
@@ -422,14 +414,17 @@ class WebotsWriter {
 
 Result<Exported> ToWebots(const model::Model& model, const model::Robot& robot,
                           const WebotsOptions& options) {
-  std::map<int, WebotsImages> images;
+  const DockFaces faces = DockFacesOf(model);
+  std::map<int, WebotsProgram> programs;
   for (const model::ModuleInstance& module : robot.modules) {
-    if (options.program.empty() || images.count(module.type) > 0) continue;
-    Result<std::string> kinematics = KinematicsImage(model, module.type, options.model_hash);
-    if (!kinematics) return Fail(kinematics.error().message);
-    images[module.type] = {options.program, *std::move(kinematics)};
+    if (programs.count(module.type) > 0) continue;
+    Result<WebotsProgram> program =
+        WebotsController(model, faces, module.type, options.program, options.model_hash);
+    if (!program) return Fail(program.error().message);
+    programs[module.type] = *std::move(program);
   }
-  return WebotsWriter(model, robot, images, options.obstacles).Write(options.controllers);
+  return WebotsWriter(model, robot, faces, std::move(programs), options.obstacles)
+      .Write(options.controllers);
 }
 
 }  // namespace morphbus::emit

@@ -13,12 +13,6 @@
 
 namespace morphbus::emit {
 
-/// What the virtual machine of a module is given to run.
-struct WebotsImages {
-  std::string program;     ///< Of DynaRole (compiler/dynarole), verified.
-  std::string kinematics;  ///< Of the module type (compiler/emit/kinematics.h).
-};
-
 /// What a world is made of beside the robot.
 struct WebotsOptions {
   std::string controllers;   ///< Folder of the controllers, relative to the world's.
@@ -50,8 +44,8 @@ struct WebotsProgram {
   std::string name;
   std::vector<CompanionFile> files;  ///< Paths relative to its folder.
 };
-/// `images` is null for one that holds the start values.
-WebotsProgram WebotsController(const model::Model& model, const DockFaces& faces, int type,
-                               const WebotsImages* images = nullptr);
+/// `program` and `model_hash` are those of WebotsOptions. Fails as ToWebots does.
+Result<WebotsProgram> WebotsController(const model::Model& model, const DockFaces& faces, int type,
+                                       const std::string& program = {}, uint64_t model_hash = 0);
 
 }  // namespace morphbus::emit

@@ -1,63 +1,57 @@
-// The controller that the modules of a Webots world run: C99, by names of the model.
+// The controller that the modules of a Webots world run: files that are the same for all module
+// types (webots_controller/), and a table of what one of them is made of, by names of the model.
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstdint>
-#include <map>
-#include <tuple>
-#include <type_traits>
 #include <utility>
 
+#include "compiler/emit/kinematics.h"
 #include "compiler/emit/numbers.h"
-#include "compiler/emit/vm_sources.h"
+#include "compiler/emit/shipped_sources.h"
 #include "compiler/emit/webots.h"
-#include "compiler/emit/webots_templates.h"
 
 namespace morphbus::emit {
 namespace {
 
-using model::AttributeValue;
+/// A row of the table is what a macro is called with; C defines the macros of the rows it wants.
+using Rows = std::vector<std::string>;
 
-std::string Filled(std::string text,
-                   const std::vector<std::pair<std::string, std::string>>& values) {
-  for (const auto& [key, value] : values) {
-    // What was put in is not searched again.
-    const std::string mark = "@" + key + "@";
-    for (size_t at = text.find(mark); at != std::string::npos; at = text.find(mark, at)) {
-      text.replace(at, mark.size(), value);
-      at += value.size();
-    }
-  }
-  return text;
+/// The rows of one kind. `columns` says to people what stands in them.
+std::string Section(const char* macro, const char* columns, const Rows& rows) {
+  std::string text = fmt::format("\n/* {} */\n#ifdef {}\n", columns, macro);
+  for (const std::string& row : rows) text += fmt::format("{}({})\n", macro, row);
+  return text + fmt::format("#undef {}\n#endif\n", macro);
 }
 
-/// JOINT_joint_1 = 0, …; the names keep their case, so that none clash.
-template <typename T>
-std::string Enumerators(const std::vector<T>& items, const std::string& prefix) {
-  std::string text;
-  for (size_t i = 0; i < items.size(); ++i) {
-    text += fmt::format("{}_{} = {}, ", prefix, items[i].name, i);
+Rows JointRows(const model::ModuleType& module) {
+  // By model::JointType.
+  constexpr const char* kKinds[] = {"TURNS", "TURNS", "SLIDES", "FIXED"};
+  Rows rows;
+  for (const model::Joint& joint : module.joints) {
+    rows.push_back(
+        fmt::format("{}, {}, {}", joint.name, kKinds[static_cast<int>(joint.type)], joint.speed));
   }
-  return text;
+  return rows;
 }
 
-/// The names as C strings; fixed joints have neither motor nor sensor, and get 0.
-template <typename T>
-std::string Quoted(const std::vector<T>& items, const std::string& suffix) {
-  std::string text;
-  for (const T& item : items) {
-    bool named = true;
-    if constexpr (std::is_same_v<T, model::Joint>) named = item.type != model::JointType::kFixed;
-    text += named ? fmt::format("\"{}{}\", ", item.name, suffix) : "0, ";
+Rows SensorRows(const model::ModuleType& module) {
+  // By model::SensorType, each with how many values it has (vm::TickInput::sensor_values).
+  constexpr const char* kKinds[] = {"MEASURES_DISTANCE, 1", "FEELS, 1", "MEASURES_UP, 3"};
+  Rows rows;
+  for (const model::Sensor& sensor : module.sensors) {
+    rows.push_back(fmt::format("{}, {}, {}", sensor.name, kKinds[static_cast<int>(sensor.type)],
+                               Number(sensor.range_m)));
   }
-  return text;
+  return rows;
 }
 
 /// At least 1: C has no empty arrays.
-size_t MostStates(const model::ModuleType& type) {
+size_t MostStates(const model::ModuleType& module) {
   size_t most = 1;
-  for (const model::Connector& c : type.connectors) most = std::max(most, c.states.size());
+  for (const model::Connector& c : module.connectors) most = std::max(most, c.states.size());
   return most;
 }
 
@@ -70,220 +64,138 @@ std::vector<int> OwnValues(const model::Connector& connector, const model::State
     for (size_t s = 0; s < own.size(); ++s) {
       const model::StateVariable& state = connector.states[s];
       if (asked.of_a != of_a || asked.variable != state.name) continue;
-      const auto found = std::find(state.values.begin(), state.values.end(), asked.value);
+      const auto found = std::ranges::find(state.values, asked.value);
       if (found != state.values.end()) own[s] = static_cast<int>(found - state.values.begin());
     }
   }
   return own;
 }
 
-/// The settings of a connector's own states in which connections hold it, each once and in the
-/// order of the connections. A module knows nothing of its mate's states. Those that ask for none
-/// of this connector's are left out.
-std::vector<std::vector<int>> LockSettings(const model::Model& model, int type, int connector) {
-  const model::Connector& own = model.module_types[type].connectors[connector];
-  std::vector<std::vector<int>> settings;
-  const auto add = [&](const model::StateSetting& setting, bool of_a) {
-    const std::vector<int> values = OwnValues(own, setting, of_a);
-    const bool asks = std::any_of(values.begin(), values.end(), [](int v) { return v >= 0; });
-    const bool known = std::find(settings.begin(), settings.end(), values) != settings.end();
-    if (asks && !known) settings.push_back(values);
-  };
-  for (const model::ConnectionType& connection : model.connection_types) {
-    for (const model::ConnectionOption& option : connection.options) {
-      for (const bool of_a : {true, false}) {
-        const bool is_it = of_a ? connection.type_a == type && option.connector_a == connector
-                                : connection.type_b == type && option.connector_b == connector;
-        if (!is_it) continue;
-        add(option.states, of_a);
-        for (const model::StateSetting& setting : option.other_states) add(setting, of_a);
-      }
-    }
-  }
-  return settings;
-}
-
-std::string LockRows(const model::Model& model, int type) {
-  const model::ModuleType& module = model.module_types[type];
-  std::string rows;
-  for (int c = 0; c < std::ssize(module.connectors); ++c) {
-    for (std::vector<int> values : LockSettings(model, type, c)) {
+/// The settings of connectors' own states in which connections hold them, each once and in the
+/// order of the connections. A module knows nothing of its mate's states. Settings that ask for
+/// none of a connector's own are left out.
+Rows LockRows(const model::ModuleType& module, const std::vector<DockWay>& ways) {
+  Rows rows;
+  for (const DockWay& way : ways) {
+    const model::Connector& own = module.connectors[way.connector];
+    const auto add = [&](const model::StateSetting& setting) {
+      std::vector<int> values = OwnValues(own, setting, !way.is_member_b);
+      if (std::ranges::all_of(values, [](int value) { return value < 0; })) return;
       // Rows are equally long, as C wants its arrays.
       values.resize(MostStates(module), -1);
-      rows += fmt::format("{{{}, {{{}}}}}, ", c, fmt::join(values, ", "));
-    }
+      std::string row = fmt::format("{}, {}", own.name, fmt::join(values, ", "));
+      if (std::ranges::find(rows, row) == rows.end()) rows.push_back(std::move(row));
+    };
+    add(way.option->states);
+    std::ranges::for_each(way.option->other_states, add);
   }
   return rows;
 }
-
-/// A way of docking, from one module's side.
-struct Way {
-  int connector, mate_type, mate_connector, connection_type, number;
-  bool is_member_b;
-  model::Pose X_CD;  ///< The mate's face in ours.
-};
-
-/// Whether a module cannot tell two ways to dock the same connectors apart: the mate's face is at
-/// the same place, and so its emitter.
-bool LookAlike(const Way& a, const Way& b) { return a.X_CD.isApprox(b.X_CD, 1e-6); }
 
 /// As the simulator's sensors tell them: with this module as member a where the model has it so.
 /// Where two connections join the same faces in the same way, the one declared first counts.
-std::vector<Way> WaysOf(const model::Model& model, const DockFaces& faces, int type) {
-  // A module hears from a mate its type and connector and where its emitter is; ways that look
-  // alike by that are one.
-  std::vector<Way> ways;
-  using Mates = std::tuple<int, int, int>;  // Connector, mate's type and connector.
-  std::map<Mates, std::vector<size_t>> known;
-  const auto add = [&](const Way& way) {
-    std::vector<size_t>& others = known[{way.connector, way.mate_type, way.mate_connector}];
-    const auto alike = [&](size_t other) { return LookAlike(way, ways[other]); };
-    if (std::any_of(others.begin(), others.end(), alike)) return;
-    others.push_back(ways.size());
-    ways.push_back(way);
-  };
-  // First those where this type is member a, then those where it is member b.
-  for (const bool as_b : {false, true}) {
-    for (size_t c = 0; c < model.connection_types.size(); ++c) {
-      const model::ConnectionType& connection = model.connection_types[c];
-      if ((as_b ? connection.type_b : connection.type_a) != type) continue;
-      for (const model::ConnectionOption& option : connection.options) {
-        const model::Pose X_CD = FaceInFace(faces, connection, option);
-        add({as_b ? option.connector_b : option.connector_a,
-             as_b ? connection.type_a : connection.type_b,
-             as_b ? option.connector_a : option.connector_b, static_cast<int>(c), option.number,
-             as_b, as_b ? X_CD.inverse() : X_CD});
-      }
-    }
-  }
-  return ways;
-}
-
-std::string Rows(const std::vector<Way>& ways, double emitter_offset) {
-  std::string rows;
-  for (const Way& way : ways) {
+Rows WayRows(const model::Model& model, const DockFaces& faces, int type,
+             std::vector<DockWay> ways) {
+  std::ranges::stable_sort(ways, {}, &DockWay::is_member_b);
+  const double offset = DockScaleOf(model).emitter_offset;
+  Rows rows;
+  std::vector<std::pair<const DockWay*, model::Pose>> told;
+  for (const DockWay& way : ways) {
+    // A module hears from a mate its type and connector and where its emitter is; ways that look
+    // alike by that are one.
+    const model::Pose X_CD = MateFace(faces, type, way);
+    const auto looks_like_it = [&](const auto& other) {
+      return other.first->connector == way.connector && other.first->mate_type == way.mate_type &&
+             other.first->mate_connector == way.mate_connector && other.second.isApprox(X_CD, 1e-6);
+    };
+    if (std::ranges::any_of(told, looks_like_it)) continue;
+    told.emplace_back(&way, X_CD);
     // The controller compares the direction in which it hears the mate's emitter.
-    const Eigen::Vector3d at = way.X_CD * (emitter_offset * Eigen::Vector3d::UnitZ());
-    const Eigen::Vector3d direction =
-        at.norm() > 1e-6 * emitter_offset ? Eigen::Vector3d(at.normalized()) : at;
-    rows +=
-        fmt::format("  {{{}, {}, {}, {}, {}, {}, {{{:.6f}, {:.6f}, {:.6f}}}}},\n", way.connector,
-                    way.mate_type, way.mate_connector, way.connection_type, way.number,
-                    way.is_member_b ? 1 : 0, direction.x(), direction.y(), direction.z());
+    const Eigen::Vector3d at = X_CD * (offset * Eigen::Vector3d::UnitZ());
+    const Eigen::Vector3d to = at.norm() > 1e-6 * offset ? Eigen::Vector3d(at.normalized()) : at;
+    rows.push_back(fmt::format("{}, {}, {}, {}, {}, {:d}, {{{:.6f}, {:.6f}, {:.6f}}}",
+                               model.module_types[type].connectors[way.connector].name,
+                               way.mate_type, way.mate_connector, way.connection_type,
+                               way.option->number, way.is_member_b, to.x(), to.y(), to.z()));
   }
   return rows;
 }
 
-/// How many values a sensor has (vm::TickInput::sensor_values).
-int NumValues(const model::Sensor& sensor) {
-  return sensor.type == model::SensorType::kTilt ? 3 : 1;
+/// What the files that are the same for all module types read of this one.
+std::string ModuleTable(const model::Model& model, const DockFaces& faces, int type) {
+  const model::ModuleType& module = model.module_types[type];
+  const std::vector<DockWay> ways = DockWaysOf(model, type);
+  Rows connectors;
+  for (const model::Connector& connector : module.connectors) connectors.push_back(connector.name);
+  return fmt::format(
+             "/* What module type {} is made of, for morphbus_module.h and .c. Written by morphbus "
+             "export, not by hand. */\n",
+             module.name) +
+         Section("MODULE", "The number of the type, and the most states of a connector.",
+                 {fmt::format("{}, {}", type, MostStates(module))}) +
+         Section("JOINT", "Name, how it moves, greatest speed (rad/s, m/s).", JointRows(module)) +
+         Section("CONNECTOR", "Name.", connectors) +
+         Section("SENSOR", "Name, what it does, how many values it has, range (m).",
+                 SensorRows(module)) +
+         Section("LOCK", "Connector, and a value of each of its states, -1 for any.",
+                 LockRows(module, ways)) +
+         Section("WAY",
+                 "Connector; mate's type and connector; connection and number, of which it is "
+                 "member b; to the mate's emitter.",
+                 WayRows(model, faces, type, ways));
 }
 
-/// What the controller knows of the module's sensors.
-struct SensorTables {
-  std::string enumerators;  ///< SENSOR_front = 0, …: where the values of each begin.
-  std::string rows;         ///< Name, kind, first value and range of each.
-  int num_values = 0;
-};
-
-SensorTables SensorTablesOf(const model::ModuleType& module) {
-  SensorTables tables;
-  for (const model::Sensor& sensor : module.sensors) {
-    tables.enumerators += fmt::format("SENSOR_{} = {}, ", sensor.name, tables.num_values);
-    static constexpr const char* kKinds[] = {"MEASURES_DISTANCE", "FEELS", "MEASURES_UP"};
-    tables.rows += fmt::format("{{\"{}.sensor\", {}, {}, {}}}, ", sensor.name,
-                               kKinds[static_cast<int>(sensor.type)], tables.num_values,
-                               Number(sensor.range_m));
-    tables.num_values += NumValues(sensor);
-  }
-  return tables;
-}
-
-/// Bytes as the initializers of a C array.
-std::string Bytes(const std::string& image) {
-  std::string text;
-  for (size_t i = 0; i < image.size(); ++i) {
-    const int byte = static_cast<unsigned char>(image[i]);
+/// Bytes as the initializers of a C array, aligned for the tables that are read straight out of it.
+std::string ByteArray(const char* name, const std::string& bytes) {
+  std::string text = fmt::format("\nalignas(8) inline constexpr unsigned char {}[] = {{", name);
+  for (size_t i = 0; i < bytes.size(); ++i) {
+    const int byte = static_cast<unsigned char>(bytes[i]);
     text += fmt::format("{}{},", i % 24 == 0 ? "\n    " : " ", byte);
   }
-  return text;
-}
-
-/// Both images, aligned for the tables that are read straight out of them.
-std::string ImagesHeader(const std::string& program, const std::string& kinematics) {
-  return fmt::format(
-      "// The program and what the module knows of itself, for the virtual machine. Written by "
-      "morphbus export, not\n// by hand.\n#pragma once\n\n"
-      "alignas(8) inline constexpr unsigned char kProgramImage[] = {{{}}};\n\n"
-      "alignas(8) inline constexpr unsigned char kKinematicsImage[] = {{{}}};\n",
-      Bytes(program), Bytes(kinematics));
+  return text + "};\n";
 }
 
 /// Eight hexadecimal digits (FNV-1a).
-std::string ShortHash(const std::string& text) {
+std::string ShortHash(const std::vector<CompanionFile>& files) {
   uint32_t hash = 2166136261U;
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 16777619U;
+  for (const CompanionFile& file : files) {
+    for (const char c : file.bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 16777619U;
+  }
   return fmt::format("{:08x}", hash);
 }
 
 }  // namespace
 
-WebotsProgram WebotsController(const model::Model& model, const DockFaces& faces, int type,
-                               const WebotsImages* images) {
-  // The marks of the templates in webots_controller/, and what takes their places.
-  const model::ModuleType& module = model.module_types[type];
-  std::string speeds, slides;
-  for (const model::Joint& joint : module.joints) {
-    speeds += fmt::format("{}, ", joint.speed);
-    slides += joint.type == model::JointType::kPrismatic ? "1, " : "0, ";
-  }
-  const SensorTables sensors = SensorTablesOf(module);
-  const std::vector<std::pair<std::string, std::string>> values = {
-      {"TYPE", module.name},
-      {"SENSORS", sensors.enumerators},
-      {"NUM_SENSOR_VALUES", std::to_string(sensors.num_values)},
-      {"MODULE_SENSORS", sensors.rows},
-      {"JOINTS", Enumerators(module.joints, "JOINT")},
-      {"NUM_JOINTS", std::to_string(module.joints.size())},
-      {"CONNECTORS", Enumerators(module.connectors, "CONNECTOR")},
-      {"NUM_CONNECTORS", std::to_string(module.connectors.size())},
-      {"MODULE_TYPE", std::to_string(type)},
-      {"MAX_STATES", std::to_string(MostStates(module))},
-      {"JOINT_NAMES", Quoted(module.joints, "")},
-      {"SENSOR_NAMES", Quoted(module.joints, ".sensor")},
-      {"SPEEDS", speeds},
-      {"SLIDES", slides},
-      {"CONNECTOR_NAMES", Quoted(module.connectors, "")},
-      {"EMITTER_NAMES", Quoted(module.connectors, ".emitter")},
-      {"RECEIVER_NAMES", Quoted(module.connectors, ".receiver")},
-      {"LOCK_SETTINGS", LockRows(model, type)},
-      {"WAYS", Rows(WaysOf(model, faces, type), DockScaleOf(model).emitter_offset)},
+Result<WebotsProgram> WebotsController(const model::Model& model, const DockFaces& faces, int type,
+                                       const std::string& program, uint64_t model_hash) {
+  const auto shipped = [](const std::string& file) {
+    return std::string(ShippedSource("compiler/emit/webots_controller/" + file));
   };
-  // The wrapper, and the main program with what it needs.
-  const std::string header = Filled(kWebotsModuleHeader, values);
-  const std::string source = Filled(kWebotsModuleSource, values);
-  const std::string main = Filled(images != nullptr ? kWebotsVmMain : kWebotsMain, values);
-  std::vector<CompanionFile> files = {{"morphbus_module.h", header}, {"morphbus_module.c", source}};
-  if (images != nullptr) {
+  std::vector<CompanionFile> files = {{"morphbus_module.def", ModuleTable(model, faces, type)},
+                                      {"morphbus_module.h", shipped("morphbus_module.h")},
+                                      {"morphbus_module.c", shipped("morphbus_module.c")},
+                                      {"Makefile", shipped("Makefile")}};
+  std::string main = "main.c";
+  if (!program.empty()) {
+    const Result<std::string> kinematics = KinematicsImage(model, type, model_hash);
+    if (!kinematics) return Fail(kinematics.error().message);
+    files.push_back({"morphbus_images.h",
+                     "// The program, and what the module knows of itself, for the virtual "
+                     "machine. Written by morphbus export,\n// not by hand.\n#pragma once\n" +
+                         ByteArray("kProgramImage", program) +
+                         ByteArray("kKinematicsImage", *kinematics)});
     MergedVm vm = MergeVm("morphbus_vm.h");
-    files.push_back({"morphbus_images.h", ImagesHeader(images->program, images->kinematics)});
     files.push_back({"morphbus_vm.h", std::move(vm.header)});
     files.push_back({"morphbus_vm.cc", std::move(vm.source)});
+    main = "vm_main.cc";
   }
+  files.push_back({main, shipped(main)});
   // Their text is part of the controller's name, so that worlds with unlike models or programs can
-  // share a folder.
-  std::string all = header + source + main;
-  for (size_t i = 2; i < files.size(); ++i) all += files[i].bytes;
-  const std::string name = fmt::format("morphbus_{}_{}", module.name, ShortHash(all));
-  files.push_back({name + (images != nullptr ? ".cc" : ".c"), main});
-  const std::string sources =
-      images != nullptr ? fmt::format(
-                              "C_SOURCES = morphbus_module.c\nCXX_SOURCES = {}.cc morphbus_vm.cc\n"
-                              "USE_C_API = true\nCXX += -std=c++20 -ffp-contract=off\n",
-                              name)
-                        : fmt::format("C_SOURCES = {}.c morphbus_module.c\n", name);
-  files.push_back({"Makefile", Filled(kWebotsMakefile, {{"SOURCES", sources}})});
-  return {name, std::move(files)};
+  // share a folder. The main file is called like it.
+  const std::string name =
+      fmt::format("morphbus_{}_{}", model.module_types[type].name, ShortHash(files));
+  files.back().path = name + main.substr(main.find('.'));
+  return WebotsProgram{name, std::move(files)};
 }
 
 }  // namespace morphbus::emit

@@ -89,19 +89,14 @@ class ConnectorPairing {
  public:
   ConnectorPairing(const model::Model& model, DockFaces* faces)
       : model_(model), faces_(*faces), tolerance_(DockScaleOf(model).tolerance) {
-    for (size_t type = 0; type < model.module_types.size(); ++type) {
+    for (int type = 0; type < std::ssize(model.module_types); ++type) {
       first_.push_back(places_.size());
-      const size_t connectors = model.module_types[type].connectors.size();
-      for (size_t c = 0; c < connectors; ++c) places_.emplace_back(type, c);
-    }
-    // A way of docking joins two vertices, whichever of the two is member a.
-    edges_.resize(places_.size());
-    for (const model::ConnectionType& connection : model.connection_types) {
-      for (const model::ConnectionOption& option : connection.options) {
-        const size_t a = At(connection.type_a, option.connector_a);
-        const size_t b = At(connection.type_b, option.connector_b);
-        edges_[a].push_back({b, &connection, &option});
-        if (a != b) edges_[b].push_back({a, &connection, &option});
+      const int connectors = static_cast<int>(model.module_types[type].connectors.size());
+      for (int c = 0; c < connectors; ++c) places_.emplace_back(type, c);
+      // A way of docking is an edge at both of its ends.
+      ways_.resize(places_.size());
+      for (const DockWay& way : DockWaysOf(model, type)) {
+        ways_[first_[type] + way.connector].push_back(way);
       }
     }
   }
@@ -120,14 +115,15 @@ class ConnectorPairing {
       while (!queue.empty()) {
         const size_t at = queue.front();
         queue.pop_front();
-        for (const Edge& edge : edges_[at]) {
-          if (side[edge.to] == side[at]) two_sided = false;
-          if (side[edge.to] >= 0) continue;
+        for (const DockWay& way : ways_[at]) {
+          const size_t to = first_[way.mate_type] + way.mate_connector;
+          if (side[to] == side[at]) two_sided = false;
+          if (side[to] >= 0) continue;
           // Faces met for the first time are turned to meet the one they were reached from.
-          side[edge.to] = 1 - side[at];
-          TurnTo(edge);
-          queue.push_back(edge.to);
-          part.push_back(edge.to);
+          side[to] = 1 - side[at];
+          TurnTo(to, MateFace(faces_, places_[at].first, way));
+          queue.push_back(to);
+          part.push_back(to);
         }
       }
       Name(part, side, two_sided && part.size() > 1);
@@ -136,37 +132,26 @@ class ConnectorPairing {
   }
 
  private:
-  struct Edge {
-    size_t to;
-    const model::ConnectionType* connection;
-    const model::ConnectionOption* option;
-  };
-
-  [[nodiscard]] size_t At(int type, int connector) const { return first_[type] + connector; }
-
   DockFace& Face(size_t vertex) {
     const auto [type, connector] = places_[vertex];
     return faces_[type][connector];
   }
 
-  /// Turns the far face so that the docking directions meet in this way of docking, if it is one of
-  /// faces that look at each other.
-  void TurnTo(const Edge& edge) {
-    const model::Pose X_CD = FaceInFace(faces_, *edge.connection, *edge.option);
+  /// Turns a face so that its docking direction meets that of the face C in which it is at `X_CD`,
+  /// if the two look at each other.
+  void TurnTo(size_t vertex, const model::Pose& X_CD) {
     if (!LooksBack(X_CD, tolerance_)) return;
-    const bool is_b = At(edge.connection->type_b, edge.option->connector_b) == edge.to;
-    const model::Pose X_far = is_b ? X_CD : X_CD.inverse();
     // Turning D's z about its own x, which is against C's, takes the roll away.
-    Face(edge.to).X_LC.linear() *=
-        Eigen::AngleAxisd(-RollOf(X_far), Vector3d::UnitX()).toRotationMatrix();
+    Face(vertex).X_LC.linear() *=
+        Eigen::AngleAxisd(-RollOf(X_CD), Vector3d::UnitX()).toRotationMatrix();
   }
 
   void CountRotations(const std::vector<size_t>& part) {
     // After the turning, the rolls that are left tell in how many ways the part docks.
     std::vector<double> rolls;
     for (const size_t vertex : part) {
-      for (const Edge& edge : edges_[vertex]) {
-        const model::Pose X_CD = FaceInFace(faces_, *edge.connection, *edge.option);
+      for (const DockWay& way : ways_[vertex]) {
+        const model::Pose X_CD = MateFace(faces_, places_[vertex].first, way);
         if (LooksBack(X_CD, tolerance_)) rolls.push_back(RollOf(X_CD));
       }
     }
@@ -196,38 +181,10 @@ class ConnectorPairing {
 
   const model::Model& model_;
   DockFaces& faces_;
-  double tolerance_;                               ///< DockScale's.
-  std::vector<std::pair<size_t, size_t>> places_;  ///< (type, connector) of each vertex.
-  std::vector<size_t> first_;                      ///< The first vertex of each type.
-  std::vector<std::vector<Edge>> edges_;
-};
-
-/// The rolls, about the normals of their faces, in which two connectors can dock face to face.
-class DockingRolls {
- public:
-  DockingRolls(const model::Model& model, const DockFaces& faces) {
-    const double tolerance = DockScaleOf(model).tolerance;
-    for (const model::ConnectionType& connection : model.connection_types) {
-      for (const model::ConnectionOption& option : connection.options) {
-        const model::Pose X_CD = FaceInFace(faces, connection, option);
-        if (!LooksBack(X_CD, tolerance)) continue;
-        const End a = {connection.type_a, option.connector_a};
-        const End b = {connection.type_b, option.connector_b};
-        // A roll is the same from either side: the faces look at each other.
-        const auto parts = std::lround(RollOf(X_CD) * kParts / (2.0 * EIGEN_PI));
-        rolls_[std::minmax(a, b)].insert((parts + kParts) % kParts);
-      }
-    }
-  }
-  using End = std::pair<int, int>;  ///< Module type, connector.
-  [[nodiscard]] int Count(End a, End b) const {
-    const auto found = rolls_.find(std::minmax(a, b));
-    return found == rolls_.end() ? 0 : static_cast<int>(found->second.size());
-  }
-
- private:
-  static constexpr long kParts = 36000;
-  std::map<std::pair<End, End>, std::set<long>> rolls_;
+  double tolerance_;                         ///< DockScale's.
+  std::vector<std::pair<int, int>> places_;  ///< (type, connector) of each vertex.
+  std::vector<size_t> first_;                ///< The first vertex of each type.
+  std::vector<std::vector<DockWay>> ways_;   ///< Of each vertex.
 };
 
 /// Between two connectors of a module type (m); infinite if all lie at one place.
@@ -247,8 +204,35 @@ double LeastDistance(const model::ModuleType& type) {
 }
 
 bool MayDock(const DockFace& a, const DockFace& b) {
-  const bool symmetric = std::string(a.type) == "symmetric";
-  return a.model == b.model && (symmetric || std::string(a.type) != b.type);
+  return a.model == b.model && (a.type == "symmetric" || a.type != b.type);
+}
+
+/// Says of the first pair of connectors of types `s` and `t` that Webots would let dock in other
+/// rolls than the model has; empty if there is none.
+std::string FirstLoose(const model::Model& model, const DockFaces& faces, int s, int t) {
+  // The rolls in which the model has two connectors face to face, in parts of a turn.
+  constexpr long kParts = 36000;
+  const double tolerance = DockScaleOf(model).tolerance;
+  std::map<std::pair<int, int>, std::set<long>> rolls;
+  for (const DockWay& way : DockWaysOf(model, s)) {
+    const model::Pose X_CD = MateFace(faces, s, way);
+    if (way.mate_type != t || !LooksBack(X_CD, tolerance)) continue;
+    const long parts = std::lround(RollOf(X_CD) * kParts / (2.0 * EIGEN_PI));
+    rolls[{way.connector, way.mate_connector}].insert((parts + kParts) % kParts);
+  }
+  for (int c = 0; c < std::ssize(faces[s]); ++c) {
+    for (int d = 0; d < std::ssize(faces[t]); ++d) {
+      const int rotations = faces[s][c].rotations;
+      const int count = static_cast<int>(rolls[{c, d}].size());
+      if (!MayDock(faces[s][c], faces[t][d]) || count == rotations) continue;
+      const model::ModuleType& S = model.module_types[s];
+      const model::ModuleType& T = model.module_types[t];
+      return fmt::format("Webots will let {}.{} dock to {}.{} in {} turns, the model has {}",
+                         S.name, S.connectors[c].name, T.name, T.connectors[d].name,
+                         rotations == 0 ? "all" : std::to_string(rotations), count);
+    }
+  }
+  return "";
 }
 
 }  // namespace
@@ -274,40 +258,34 @@ DockFaces DockFacesOf(const model::Model& model) {
   return faces;
 }
 
-model::Pose FaceInFace(const DockFaces& faces, const model::ConnectionType& connection,
-                       const model::ConnectionOption& option) {
-  const auto face = [&](int type, int connector) -> const model::Pose& {
-    return faces[type][connector].X_LC;
-  };
-  return face(connection.type_a, option.connector_a).inverse() * option.X_AB *
-         face(connection.type_b, option.connector_b);
+std::vector<DockWay> DockWaysOf(const model::Model& model, int type) {
+  std::vector<DockWay> ways;
+  for (int c = 0; c < std::ssize(model.connection_types); ++c) {
+    const model::ConnectionType& connection = model.connection_types[c];
+    for (const model::ConnectionOption& option : connection.options) {
+      const int a = option.connector_a, b = option.connector_b;
+      if (connection.type_a == type) ways.push_back({a, connection.type_b, b, c, false, &option});
+      if (connection.type_b == type) ways.push_back({b, connection.type_a, a, c, true, &option});
+    }
+  }
+  return ways;
+}
+
+model::Pose MateFace(const DockFaces& faces, int type, const DockWay& way) {
+  // From the connector to its module's frame, on to the mate's, and from there to its connector.
+  const model::Pose& X_own = faces[type][way.connector].X_LC;
+  const model::Pose& X_mate = faces[way.mate_type][way.mate_connector].X_LC;
+  if (way.is_member_b) return (X_mate.inverse() * way.option->X_AB * X_own).inverse();
+  return X_own.inverse() * way.option->X_AB * X_mate;
 }
 
 std::vector<std::string> LooseDocking(const model::Model& model, const DockFaces& faces,
                                       const std::set<int>& types) {
-  const DockingRolls rolls(model, faces);
   std::vector<std::string> warnings;
-  // The first pair of connectors of two types that Webots would let dock in other rolls than the
-  // model has.
-  const auto first_loose = [&](int s, int t) -> std::string {
-    for (size_t c = 0; c < faces[s].size(); ++c) {
-      for (size_t d = 0; d < faces[t].size(); ++d) {
-        const DockFace& a = faces[s][c];
-        const int count = rolls.Count({s, static_cast<int>(c)}, {t, static_cast<int>(d)});
-        if (!MayDock(a, faces[t][d]) || count == a.rotations) continue;
-        const model::ModuleType& S = model.module_types[s];
-        const model::ModuleType& T = model.module_types[t];
-        return fmt::format("Webots will let {}.{} dock to {}.{} in {} turns, the model has {}",
-                           S.name, S.connectors[c].name, T.name, T.connectors[d].name,
-                           a.rotations == 0 ? "all" : std::to_string(a.rotations), count);
-      }
-    }
-    return "";
-  };
   for (const int s : types) {
     for (const int t : types) {
       if (t < s) continue;
-      const std::string warning = first_loose(s, t);
+      const std::string warning = FirstLoose(model, faces, s, t);
       if (!warning.empty()) warnings.push_back(warning);
     }
   }
@@ -315,15 +293,12 @@ std::vector<std::string> LooseDocking(const model::Model& model, const DockFaces
 }
 
 bool Aligned(const model::Pose& X_WC, const model::Pose& X_WD, int rotations, double tolerance) {
-  // The centres meet, the normals oppose each other, and the docking directions are whole parts of
-  // a turn apart.
-  const Eigen::Matrix3d R = X_WC.linear().transpose() * X_WD.linear();
-  if ((X_WC.translation() - X_WD.translation()).norm() > tolerance) return false;
-  if ((R.col(0) + Vector3d::UnitX()).norm() > kDirectionTolerance) return false;
-  if (rotations == 0) return true;
-  const double part = 2.0 * EIGEN_PI / rotations;
-  const double parts = std::atan2(R(1, 2), R(2, 2)) / part;
-  return std::abs(parts - std::round(parts)) * part < kDirectionTolerance;
+  // The docking directions are whole parts of a turn apart.
+  const model::Pose X_CD = X_WC.inverse() * X_WD;
+  if (!LooksBack(X_CD, tolerance)) return false;
+  const double parts_per_rad = rotations / (2.0 * EIGEN_PI);
+  return rotations == 0 ||
+         IsWhole(RollOf(X_CD) * parts_per_rad, kDirectionTolerance * parts_per_rad);
 }
 
 }  // namespace morphbus::emit

@@ -3,6 +3,7 @@
 
 #include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "compiler/model/robot_model.h"
@@ -13,9 +14,9 @@ namespace morphbus::emit {
 struct DockFace {
   /// Frame C in the link's frame: x out of the module, z a docking direction (m).
   model::Pose X_LC = model::Pose::Identity();
-  int rotations = 1;               ///< Ways to dock in a full turn, equally far apart; 0: any.
-  const char* type = "symmetric";  ///< Or "active", "passive": who locks.
-  std::string model;               ///< Connectors of one model may dock.
+  int rotations = 1;                    ///< Ways to dock in a full turn, equally far apart; 0: any.
+  std::string_view type = "symmetric";  ///< Or "active", "passive": who locks.
+  std::string model;                    ///< Connectors of one model may dock.
 };
 
 /// faces[module type][connector]
@@ -41,9 +42,20 @@ DockScale DockScaleOf(const model::Model& model);
 /// look at each other.
 DockFaces DockFacesOf(const model::Model& model);
 
-/// Pose of b's face in a's when they are joined by `option`, joints at 0.
-model::Pose FaceInFace(const DockFaces& faces, const model::ConnectionType& connection,
-                       const model::ConnectionOption& option);
+/// One way of docking, as the module at one of its two ends has it.
+struct DockWay {
+  int connector, mate_type, mate_connector;  ///< The mate's module type and connector.
+  int connection_type;                       ///< Index into Model::connection_types.
+  bool is_member_b;                          ///< This module is the connection's second member.
+  const model::ConnectionOption* option;     ///< In the model, which must outlive the way.
+};
+
+/// All that a module of type `type` has, in the order of the model's connections. What joins it to
+/// its like is there twice, once from either end.
+std::vector<DockWay> DockWaysOf(const model::Model& model, int type);
+
+/// Pose of the mate's face in that of a module of type `type`, joints at 0.
+model::Pose MateFace(const DockFaces& faces, int type, const DockWay& way);
 
 /// Where Webots will allow what the model does not, a sentence each: pairs of connectors of one
 /// model that have fewer turns to dock in than rotations, or none. One pair of connectors for each

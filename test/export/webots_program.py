@@ -24,6 +24,7 @@ sensor ir: type=distance, link=l, origin=(0,0,-1), direction=(0,3,-4), range=5
 PROGRAM = '''role Lone extends Module {
   startup begin() {
     print("half {", 0.5, true, -7);
+    print("parts", $UP, self.JOINT_2, self.C1);
     self.JOINT_1.SET_POSITION(30);
   }
   behavior fail() {
@@ -78,10 +79,12 @@ class Program(Case):
         said = run([controller], env={'STEPS': '60'}).stdout.splitlines()
         self.assertIn('m1: role Lone', said)
         self.assertIn('m1: half { 0.5 true -7', said)
+        # In the words of `run`, parts of the module by their names.
+        self.assertIn('m1: parts $UP joint_2 c1', said)
         # 30 degrees at the joint's full speed, for no other was asked for.
         at = said.index('position joint_1 0.523599')
         self.assertTrue(said[at - 1].startswith('velocity joint_1 '))
-        self.assertIn('m1: line 8: division by zero (asked 0, measured 0, limit 0)', said)
+        self.assertIn('m1: line 9: division by zero (asked 0, measured 0, limit 0)', said)
         self.assertEqual(said[-1], 'cleanup')
         # The machine's messages travel over every connector.
         sizes = {int(line.split()[2]) for line in said if line.startswith('send c6.emitter')}

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <memory>
@@ -66,11 +67,11 @@ class Controller {
 
  private:
   static Exported Source(const model::Model& model, int type) {
-    const std::vector<CompanionFile> files =
-        WebotsController(model, DockFacesOf(model), type).files;
     Exported exported;
-    exported.text = files.at(1).bytes;
-    exported.companions = {files.at(0)};
+    exported.companions = WebotsController(model, DockFacesOf(model), type).value().files;
+    const auto source =
+        std::ranges::find(exported.companions, "morphbus_module.c", &CompanionFile::path);
+    exported.text = source->bytes;
     return exported;
   }
 

@@ -1,5 +1,5 @@
-// Runs a DynaRole program on a module of type @TYPE@. Written by morphbus export: copy it before you
-// make it your own.
+// Runs a DynaRole program on a module. Written by morphbus export: copy it before you make it your
+// own.
 #include <cstdio>
 #include <cstring>
 
@@ -29,8 +29,8 @@ bool Verify() {
       vm::Verifier::Verify(kProgramImage, sizeof kProgramImage, &program)};
   for (const vm::VerifyError& error : errors) {
     if (error.message == nullptr) continue;
-    std::fprintf(stderr, "%s: morphbus_images.h is damaged: %s (byte %u)\n", module_name(), error.message,
-                 static_cast<unsigned>(error.offset));
+    std::fprintf(stderr, "%s: morphbus_images.h is damaged: %s (byte %u)\n", module_name(),
+                 error.message, static_cast<unsigned>(error.offset));
     return false;
   }
   return true;
@@ -74,7 +74,8 @@ void Sense(int64_t tick) {
     input.joint_velocity[j] = module_joint_velocity(j);
     input.joint_effort[j] = static_cast<float>(module_joint_effort(j));
   }
-  for (int v = 0; v < NUM_SENSOR_VALUES; ++v) input.sensor_values[v] = static_cast<float>(module_sensor(v));
+  for (int v = 0; v < NUM_SENSOR_VALUES; ++v)
+    input.sensor_values[v] = static_cast<float>(module_sensor(v));
   for (int c = 0; c < NUM_CONNECTORS; ++c) Listen(c);
 }
 
@@ -93,37 +94,6 @@ void Act() {
   for (int c = 0; c < NUM_CONNECTORS; ++c) module_send(c, packet, size);
 }
 
-void PrintValue(vm::ValueType type, vm::Cell value) {
-  if (type == vm::ValueType::kFloat) {
-    std::printf("%.6g", static_cast<double>(value.AsFloat()));
-  } else if (type == vm::ValueType::kBool) {
-    std::printf("%s", value.AsBool() ? "true" : "false");
-  } else {
-    std::printf("%ld", static_cast<long>(value.AsInt()));
-  }
-}
-
-// A text with its values in their places (vm/image/print_text.h); parts of the module by their numbers.
-void Print(const vm::PrintReport& print) {
-  const vm::Text text = program.text(print.text);
-  vm::PrintPlaces places;
-  if (!vm::FindPlaces(text, &places) || places.count != print.num_values) return;
-  std::printf("%s: ", module_name());
-  int next = 0;
-  for (int i = 0; i < text.size; ++i) {
-    if (text.data[i] != '{') {
-      std::putchar(text.data[i]);
-    } else if (text.data[i + 1] == '{') {
-      std::putchar(text.data[++i]);
-    } else {
-      PrintValue(places.types[next], print.values[next]);
-      ++next;
-      i += 2;
-    }
-  }
-  std::putchar('\n');
-}
-
 // Roles that are taken, what the program prints, and faults, for Webots' console.
 void Report() {
   const vm::StatusReport& status = output.status;
@@ -132,7 +102,12 @@ void Report() {
     const vm::Text name = last_role >= 0 ? program.role(last_role).name : vm::Text{"none", 4};
     std::printf("%s: role %.*s\n", module_name(), name.size, name.data);
   }
-  for (int i = 0; i < status.num_prints; ++i) Print(status.prints[i]);
+  for (int i = 0; i < status.num_prints; ++i) {
+    const vm::PrintReport& print = status.prints[i];
+    std::printf(
+        "%s: %s\n", module_name(),
+        vm::PrintText(program, &kinematics, print.text, print.values, print.num_values).c_str());
+  }
   for (int i = 0; i < status.num_faults; ++i) {
     const vm::Fault& fault = status.faults[i];
     std::printf("%s: line %d: %s (asked %g, measured %g, limit %g)\n", module_name(), fault.line,

@@ -1,4 +1,4 @@
-#include "compiler/emit/vm_sources.h"
+#include "compiler/emit/shipped_sources.h"
 
 #include <algorithm>
 #include <optional>
@@ -11,7 +11,7 @@ namespace {
 
 /// What a program includes that runs a VM.
 constexpr std::string_view kInterface[] = {"vm/vm.h", "vm/image/verifier.h",
-                                           "vm/image/print_text.h", "vm/image/directions.h",
+                                           "vm/image/print_line.h", "vm/image/directions.h",
                                            "vm/spread/packet.h"};
 
 /// The path in a line `#include "vm/..."`; nothing for other lines.
@@ -29,11 +29,7 @@ class Merger {
   /// (.inc) mean something else at each place.
   void Add(std::string_view path, std::string* out) {
     if (path.ends_with(".h") && !added_.insert(path).second) return;
-    const std::vector<VmSource>& all = VmSources();
-    const auto file = std::find_if(all.begin(), all.end(),
-                                   [&](const VmSource& source) { return source.path == path; });
-    MORPHBUS_CHECK(file != all.end());
-    std::string_view text = file->text;
+    std::string_view text = ShippedSource(path);
     while (!text.empty()) {
       const size_t end = std::min(text.find('\n'), text.size() - 1);
       const std::string_view line = text.substr(0, end + 1);
@@ -52,6 +48,13 @@ class Merger {
 
 }  // namespace
 
+std::string_view ShippedSource(std::string_view path) {
+  const std::vector<SourceFile>& all = ShippedSources();
+  const auto file = std::ranges::find(all, path, &SourceFile::path);
+  MORPHBUS_CHECK(file != all.end());
+  return file->text;
+}
+
 MergedVm MergeVm(const std::string& header_name) {
   const std::string origin =
       "// Merged from the sources of Morphbus (BSD 3-Clause License, Copyright (c) 2026, the "
@@ -59,8 +62,9 @@ MergedVm MergeVm(const std::string& header_name) {
   Merger merger;
   MergedVm merged{origin + "#pragma once\n\n", origin + "#include \"" + header_name + "\"\n\n"};
   for (const std::string_view path : kInterface) merger.Add(path, &merged.header);
-  for (const VmSource& file : VmSources()) {
-    if (file.path.ends_with(".cc")) merger.Add(file.path, &merged.source);
+  for (const SourceFile& file : ShippedSources()) {
+    const bool of_vm = file.path.starts_with("vm/") && file.path.ends_with(".cc");
+    if (of_vm) merger.Add(file.path, &merged.source);
   }
   return merged;
 }

@@ -1,5 +1,6 @@
 #pragma once
-// The source of the VM core as text, built in, for programs that are compiled elsewhere.
+// Sources of ours as text, built in, for programs that are compiled elsewhere: the VM core, and the
+// controller of modules in Webots.
 
 #include <string>
 #include <string_view>
@@ -7,14 +8,18 @@
 
 namespace morphbus::emit {
 
-/// A file of the VM core.
-struct VmSource {
+/// A file of this project.
+struct SourceFile {
   std::string_view path;  ///< As in an #include: "vm/image/pose.h".
   std::string_view text;
 };
 
-/// All that the core consists of: headers, tables and sources. CMake fills it in.
-const std::vector<VmSource>& VmSources();
+/// All that CMake has built in: sources of the VM core and of what words its values, every header
+/// and table of vm/, and webots_controller/.
+const std::vector<SourceFile>& ShippedSources();
+
+/// The text of the one at `path`, which must be there.
+std::string_view ShippedSource(std::string_view path);
 
 /// The core as two files.
 struct MergedVm {
