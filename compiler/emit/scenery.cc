@@ -36,8 +36,4 @@ std::vector<world::Obstacle> InZUp(const std::vector<world::Obstacle>& obstacles
   return turned;
 }
 
-model::ConvexHull HullOf(const world::Obstacle& obstacle) {
-  return model::ComputeHull(world::CornersOf(obstacle));
-}
-
 }  // namespace morphbus::emit

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "compiler/model/convex_hull.h"
 #include "compiler/world/obstacle.h"
 
 namespace morphbus::emit {
@@ -19,8 +18,5 @@ std::vector<world::Obstacle> InZUp(const std::vector<world::Obstacle>& obstacles
 /// The obstacles with such names alone, in our own world.
 std::vector<world::Obstacle> FreelyNamed(std::vector<world::Obstacle> obstacles,
                                          const std::function<bool(const std::string&)>& taken);
-
-/// An obstacle's faces in its own frame, for programs whose cylinders lie otherwise (m).
-model::ConvexHull HullOf(const world::Obstacle& obstacle);
 
 }  // namespace morphbus::emit

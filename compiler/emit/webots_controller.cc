@@ -77,7 +77,7 @@ std::vector<int> OwnValues(const model::Connector& connector, const model::State
 Rows LockRows(const model::ModuleType& module, const std::vector<DockWay>& ways) {
   Rows rows;
   for (const DockWay& way : ways) {
-    const model::Connector& own = module.connectors[way.connector];
+    const model::Connector& own = module.connectors[way.own.connector];
     const auto add = [&](const model::StateSetting& setting) {
       std::vector<int> values = OwnValues(own, setting, !way.is_member_b);
       if (std::ranges::all_of(values, [](int value) { return value < 0; })) return;
@@ -94,8 +94,7 @@ Rows LockRows(const model::ModuleType& module, const std::vector<DockWay>& ways)
 
 /// As the simulator's sensors tell them: with this module as member a where the model has it so.
 /// Where two connections join the same faces in the same way, the one declared first counts.
-Rows WayRows(const model::Model& model, const DockFaces& faces, int type,
-             std::vector<DockWay> ways) {
+Rows WayRows(const model::Model& model, const DockFaces& faces, std::vector<DockWay> ways) {
   std::ranges::stable_sort(ways, {}, &DockWay::is_member_b);
   const double offset = DockScaleOf(model).emitter_offset;
   Rows rows;
@@ -103,10 +102,10 @@ Rows WayRows(const model::Model& model, const DockFaces& faces, int type,
   for (const DockWay& way : ways) {
     // A module hears from a mate its type and connector and where its emitter is; ways that look
     // alike by that are one.
-    const model::Pose X_CD = MateFace(faces, type, way);
+    const model::Pose X_CD = MateFace(faces, way);
     const auto looks_like_it = [&](const auto& other) {
-      return other.first->connector == way.connector && other.first->mate_type == way.mate_type &&
-             other.first->mate_connector == way.mate_connector && other.second.isApprox(X_CD, 1e-6);
+      return other.first->own == way.own && other.first->mate == way.mate &&
+             other.second.isApprox(X_CD, 1e-6);
     };
     if (std::ranges::any_of(told, looks_like_it)) continue;
     told.emplace_back(&way, X_CD);
@@ -114,8 +113,8 @@ Rows WayRows(const model::Model& model, const DockFaces& faces, int type,
     const Eigen::Vector3d at = X_CD * (offset * Eigen::Vector3d::UnitZ());
     const Eigen::Vector3d to = at.norm() > 1e-6 * offset ? Eigen::Vector3d(at.normalized()) : at;
     rows.push_back(fmt::format("{}, {}, {}, {}, {}, {:d}, {{{:.6f}, {:.6f}, {:.6f}}}",
-                               model.module_types[type].connectors[way.connector].name,
-                               way.mate_type, way.mate_connector, way.connection_type,
+                               model.module_types[way.own.type].connectors[way.own.connector].name,
+                               way.mate.type, way.mate.connector, way.connection_type,
                                way.option->number, way.is_member_b, to.x(), to.y(), to.z()));
   }
   return rows;
@@ -142,7 +141,7 @@ std::string ModuleTable(const model::Model& model, const DockFaces& faces, int t
          Section("WAY",
                  "Connector; mate's type and connector; connection and number, of which it is "
                  "member b; to the mate's emitter.",
-                 WayRows(model, faces, type, ways));
+                 WayRows(model, faces, ways));
 }
 
 /// Bytes as the initializers of a C array, aligned for the tables that are read straight out of it.

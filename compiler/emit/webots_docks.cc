@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <limits>
 #include <map>
 #include <set>
@@ -88,103 +87,83 @@ DockFace FaceOf(const model::ModuleType& type, const model::Connector& connector
 class ConnectorPairing {
  public:
   ConnectorPairing(const model::Model& model, DockFaces* faces)
-      : model_(model), faces_(*faces), tolerance_(DockScaleOf(model).tolerance) {
-    for (int type = 0; type < std::ssize(model.module_types); ++type) {
-      first_.push_back(places_.size());
-      const int connectors = static_cast<int>(model.module_types[type].connectors.size());
-      for (int c = 0; c < connectors; ++c) places_.emplace_back(type, c);
-      // A way of docking is an edge at both of its ends.
-      ways_.resize(places_.size());
-      for (const DockWay& way : DockWaysOf(model, type)) {
-        ways_[first_[type] + way.connector].push_back(way);
-      }
-    }
-  }
+      : model_(model), faces_(*faces), tolerance_(DockScaleOf(model).tolerance) {}
 
   /// Gives models, types, docking directions and numbers of rotations.
   void Assign() {
-    // Each connected part of the graph is coloured with two sides, breadth first. That works out
-    // unless a connector can dock to one of its own side.
-    std::vector<int> side(places_.size(), -1);
-    for (size_t start = 0; start < places_.size(); ++start) {
-      if (side[start] >= 0) continue;
-      bool two_sided = true;
-      std::deque<size_t> queue = {start};
-      std::vector<size_t> part = {start};
-      side[start] = 0;
-      while (!queue.empty()) {
-        const size_t at = queue.front();
-        queue.pop_front();
-        for (const DockWay& way : ways_[at]) {
-          const size_t to = first_[way.mate_type] + way.mate_connector;
-          if (side[to] == side[at]) two_sided = false;
-          if (side[to] >= 0) continue;
-          // Faces met for the first time are turned to meet the one they were reached from.
-          side[to] = 1 - side[at];
-          TurnTo(to, MateFace(faces_, places_[at].first, way));
-          queue.push_back(to);
-          part.push_back(to);
-        }
+    for (int type = 0; type < std::ssize(faces_); ++type) {
+      for (int c = 0; c < std::ssize(faces_[type]); ++c) {
+        if (side_.count({type, c}) == 0) AssignPart({type, c});
       }
-      Name(part, side, two_sided && part.size() > 1);
-      CountRotations(part);
     }
   }
 
  private:
-  DockFace& Face(size_t vertex) {
-    const auto [type, connector] = places_[vertex];
-    return faces_[type][connector];
+  /// The same for all that hangs together with one connector.
+  void AssignPart(DockEnd start) {
+    // The part is coloured with two sides, breadth first. That works out unless a connector can
+    // dock to one of its own side.
+    bool two_sided = true;
+    std::vector<DockEnd> part = {start};
+    std::vector<DockWay> ways;
+    side_[start] = 0;
+    for (size_t i = 0; i < part.size(); ++i) {
+      const DockEnd at = part[i];
+      for (const DockWay& way : DockWaysOf(model_, at.type)) {
+        if (way.own != at) continue;
+        ways.push_back(way);
+        const auto [mate, is_new] = side_.try_emplace(way.mate, 1 - side_[at]);
+        if (mate->second == side_[at]) two_sided = false;
+        if (!is_new) continue;
+        // Faces met for the first time are turned to meet the one they were reached from.
+        TurnMate(way);
+        part.push_back(way.mate);
+      }
+    }
+    Name(part, two_sided && part.size() > 1);
+    // After the turning, the rolls that are left tell in how many ways the part docks.
+    std::vector<double> rolls;
+    for (const DockWay& way : ways) {
+      const model::Pose X_CD = MateFace(faces_, way);
+      if (LooksBack(X_CD, tolerance_)) rolls.push_back(RollOf(X_CD));
+    }
+    const int rotations = RotationsOf(rolls);
+    for (const DockEnd& end : part) Face(end).rotations = rotations;
   }
 
-  /// Turns a face so that its docking direction meets that of the face C in which it is at `X_CD`,
-  /// if the two look at each other.
-  void TurnTo(size_t vertex, const model::Pose& X_CD) {
+  DockFace& Face(const DockEnd& end) { return faces_[end.type][end.connector]; }
+
+  /// Turns the mate's face so that the docking directions meet in this way of docking, if it is one
+  /// of faces that look at each other.
+  void TurnMate(const DockWay& way) {
+    const model::Pose X_CD = MateFace(faces_, way);
     if (!LooksBack(X_CD, tolerance_)) return;
     // Turning D's z about its own x, which is against C's, takes the roll away.
-    Face(vertex).X_LC.linear() *=
+    Face(way.mate).X_LC.linear() *=
         Eigen::AngleAxisd(-RollOf(X_CD), Vector3d::UnitX()).toRotationMatrix();
   }
 
-  void CountRotations(const std::vector<size_t>& part) {
-    // After the turning, the rolls that are left tell in how many ways the part docks.
-    std::vector<double> rolls;
-    for (const size_t vertex : part) {
-      for (const DockWay& way : ways_[vertex]) {
-        const model::Pose X_CD = MateFace(faces_, places_[vertex].first, way);
-        if (LooksBack(X_CD, tolerance_)) rolls.push_back(RollOf(X_CD));
-      }
-    }
-    const int rotations = RotationsOf(rolls);
-    for (const size_t vertex : part) Face(vertex).rotations = rotations;
-  }
-
-  void Name(const std::vector<size_t>& part, const std::vector<int>& side, bool two_sided) {
+  void Name(const std::vector<DockEnd>& part, bool two_sided) {
     // Connectors of one Webots model dock; it is named after the first connector of the part.
-    const auto [first_type, first_connector] = places_[part.front()];
-    const std::string name = model_.module_types[first_type].name + "." +
-                             model_.module_types[first_type].connectors[first_connector].name;
+    const auto connector = [&](const DockEnd& end) -> const model::Connector& {
+      return model_.module_types[end.type].connectors[end.connector];
+    };
+    const std::string name =
+        model_.module_types[part.front().type].name + "." + connector(part.front()).name;
     // Who has something to set, such as hooks, is the one that locks.
-    int active = side[part.front()];
-    for (const size_t vertex : part) {
-      const auto [type, connector] = places_[vertex];
-      if (model_.module_types[type].connectors[connector].states.empty()) continue;
-      active = side[vertex];
-      break;
-    }
-    for (const size_t vertex : part) {
-      DockFace& face = Face(vertex);
-      face.model = name;
-      if (two_sided) face.type = side[vertex] == active ? "active" : "passive";
+    const auto settable = std::ranges::find_if(
+        part, [&](const DockEnd& end) { return !connector(end).states.empty(); });
+    const int active = side_[settable == part.end() ? part.front() : *settable];
+    for (const DockEnd& end : part) {
+      Face(end).model = name;
+      if (two_sided) Face(end).type = side_[end] == active ? "active" : "passive";
     }
   }
 
   const model::Model& model_;
   DockFaces& faces_;
-  double tolerance_;                         ///< DockScale's.
-  std::vector<std::pair<int, int>> places_;  ///< (type, connector) of each vertex.
-  std::vector<size_t> first_;                ///< The first vertex of each type.
-  std::vector<std::vector<DockWay>> ways_;   ///< Of each vertex.
+  double tolerance_;             ///< DockScale's.
+  std::map<DockEnd, int> side_;  ///< 0 or 1, of each connector that has been reached.
 };
 
 /// Between two connectors of a module type (m); infinite if all lie at one place.
@@ -215,10 +194,10 @@ std::string FirstLoose(const model::Model& model, const DockFaces& faces, int s,
   const double tolerance = DockScaleOf(model).tolerance;
   std::map<std::pair<int, int>, std::set<long>> rolls;
   for (const DockWay& way : DockWaysOf(model, s)) {
-    const model::Pose X_CD = MateFace(faces, s, way);
-    if (way.mate_type != t || !LooksBack(X_CD, tolerance)) continue;
+    const model::Pose X_CD = MateFace(faces, way);
+    if (way.mate.type != t || !LooksBack(X_CD, tolerance)) continue;
     const long parts = std::lround(RollOf(X_CD) * kParts / (2.0 * EIGEN_PI));
-    rolls[{way.connector, way.mate_connector}].insert((parts + kParts) % kParts);
+    rolls[{way.own.connector, way.mate.connector}].insert((parts + kParts) % kParts);
   }
   for (int c = 0; c < std::ssize(faces[s]); ++c) {
     for (int d = 0; d < std::ssize(faces[t]); ++d) {
@@ -263,18 +242,19 @@ std::vector<DockWay> DockWaysOf(const model::Model& model, int type) {
   for (int c = 0; c < std::ssize(model.connection_types); ++c) {
     const model::ConnectionType& connection = model.connection_types[c];
     for (const model::ConnectionOption& option : connection.options) {
-      const int a = option.connector_a, b = option.connector_b;
-      if (connection.type_a == type) ways.push_back({a, connection.type_b, b, c, false, &option});
-      if (connection.type_b == type) ways.push_back({b, connection.type_a, a, c, true, &option});
+      const DockEnd a = {connection.type_a, option.connector_a};
+      const DockEnd b = {connection.type_b, option.connector_b};
+      if (a.type == type) ways.push_back({a, b, c, false, &option});
+      if (b.type == type) ways.push_back({b, a, c, true, &option});
     }
   }
   return ways;
 }
 
-model::Pose MateFace(const DockFaces& faces, int type, const DockWay& way) {
+model::Pose MateFace(const DockFaces& faces, const DockWay& way) {
   // From the connector to its module's frame, on to the mate's, and from there to its connector.
-  const model::Pose& X_own = faces[type][way.connector].X_LC;
-  const model::Pose& X_mate = faces[way.mate_type][way.mate_connector].X_LC;
+  const model::Pose& X_own = faces[way.own.type][way.own.connector].X_LC;
+  const model::Pose& X_mate = faces[way.mate.type][way.mate.connector].X_LC;
   if (way.is_member_b) return (X_mate.inverse() * way.option->X_AB * X_own).inverse();
   return X_own.inverse() * way.option->X_AB * X_mate;
 }

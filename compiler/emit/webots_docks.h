@@ -1,6 +1,7 @@
 #pragma once
 // What Webots' Connector nodes need to know and M3L says in other words.
 
+#include <compare>
 #include <set>
 #include <string>
 #include <string_view>
@@ -42,20 +43,26 @@ DockScale DockScaleOf(const model::Model& model);
 /// look at each other.
 DockFaces DockFacesOf(const model::Model& model);
 
+/// A connector of a module type, both by index.
+struct DockEnd {
+  int type, connector;
+  friend auto operator<=>(const DockEnd&, const DockEnd&) = default;
+};
+
 /// One way of docking, as the module at one of its two ends has it.
 struct DockWay {
-  int connector, mate_type, mate_connector;  ///< The mate's module type and connector.
-  int connection_type;                       ///< Index into Model::connection_types.
-  bool is_member_b;                          ///< This module is the connection's second member.
-  const model::ConnectionOption* option;     ///< In the model, which must outlive the way.
+  DockEnd own, mate;
+  int connection_type;                    ///< Index into Model::connection_types.
+  bool is_member_b;                       ///< This module is the connection's second member.
+  const model::ConnectionOption* option;  ///< In the model, which must outlive the way.
 };
 
 /// All that a module of type `type` has, in the order of the model's connections. What joins it to
 /// its like is there twice, once from either end.
 std::vector<DockWay> DockWaysOf(const model::Model& model, int type);
 
-/// Pose of the mate's face in that of a module of type `type`, joints at 0.
-model::Pose MateFace(const DockFaces& faces, int type, const DockWay& way);
+/// Pose of the mate's face in the own one, joints at 0.
+model::Pose MateFace(const DockFaces& faces, const DockWay& way);
 
 /// Where Webots will allow what the model does not, a sentence each: pairs of connectors of one
 /// model that have fewer turns to dock in than rotations, or none. One pair of connectors for each

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compiler/emit/scenery.h"
-
 namespace morphbus::emit {
 
 using Eigen::Vector3d;
@@ -75,7 +73,7 @@ void AppendWebotsObstacle(const world::Obstacle& obstacle, const std::string& hu
   if (solid.mesh) {
     vrml->Triangles(hull, *solid.mesh, color);
   } else {
-    vrml->Hull(hull, HullOf(solid), color);
+    vrml->Hull(hull, model::ComputeHull(world::CornersOf(solid)), color);
   }
   vrml->Close("]");
   vrml->Line("boundingObject USE " + hull);

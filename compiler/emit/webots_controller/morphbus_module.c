@@ -60,7 +60,7 @@ enum {
 #include "morphbus_module.def"
 };
 struct message {
-  int size; /* -1: none */
+  int size; /* 0: none */
   unsigned char bytes[HEADER + MODULE_MAX_MESSAGE];
 };
 static struct connector {
@@ -158,7 +158,6 @@ static void start_connector(int i) {
   connector->receiver = wb_robot_get_device(connector->receiver_name);
   wb_connector_enable_presence(connector->device, time_step);
   wb_receiver_enable(connector->receiver, time_step);
-  connector->outbox.size = connector->inbox.size = -1;
   for (s = 0; s < MAX_STATES; ++s) connector->states[s] = -1;
   if (!wb_connector_is_locked(connector->device)) return;
   while (setting->connector >= 0 && setting->connector != i) ++setting;
@@ -194,8 +193,8 @@ static void send_packet(int connector) {
   bytes[3] = (unsigned char)(MODULE_TYPE >> 8 & 255);
   bytes[4] = (unsigned char)connector;
   bytes[5] = (unsigned char)holds(connector);
-  wb_emitter_send(connectors[connector].emitter, bytes, HEADER + (message->size > 0 ? message->size : 0));
-  message->size = -1;
+  wb_emitter_send(connectors[connector].emitter, bytes, HEADER + message->size);
+  message->size = 0;
 }
 
 /* The way of docking that fits best what is heard; the last of the list, which is none, if none does. */
@@ -231,8 +230,8 @@ static void take_packet(int i, const unsigned char *packet, int size) {
   reading->connection_type = way->connection_type;
   reading->number = way->number;
   reading->is_member_b = way->is_member_b;
-  connector->inbox.size = size > HEADER ? size - HEADER : -1;
-  if (size > HEADER) memcpy(connector->inbox.bytes, packet + HEADER, (size_t)(size - HEADER));
+  connector->inbox.size = size - HEADER;
+  memcpy(connector->inbox.bytes, packet + HEADER, (size_t)(size - HEADER));
 }
 
 static void listen(int i) {
@@ -240,7 +239,7 @@ static void listen(int i) {
   const WbDeviceTag receiver = connector->receiver;
   memset(&connector->reading, 0, sizeof connector->reading);
   connector->sees_mate = 0;
-  connector->inbox.size = -1;
+  connector->inbox.size = 0;
   for (; wb_receiver_get_queue_length(receiver) > 0; wb_receiver_next_packet(receiver)) {
     const unsigned char *packet = (const unsigned char *)wb_receiver_get_data(receiver);
     const int size = wb_receiver_get_data_size(receiver);
@@ -374,8 +373,8 @@ int module_send(int connector, const void *bytes, int size) {
 int module_receive(int connector, void *bytes, int capacity) {
   struct message *message = &connectors[connector].inbox;
   const int size = message->size < capacity ? message->size : capacity;
-  if (message->size < 0) return -1;
+  if (message->size == 0) return -1;
   memcpy(bytes, message->bytes, (size_t)size);
-  message->size = -1;
+  message->size = 0;
   return size;
 }
