@@ -141,16 +141,9 @@ class WebotsWriter {
   /// The Robot node of a module, with all its links.
   void AppendModule(size_t m) {
     const model::ModuleInstance& module = robot_.modules[m];
-    // The children of each link; a link that hangs from nothing is part of the first one.
     const RobotTree& tree = trees_[module.type];
-    children_.assign(tree.links.size(), {});
-    for (size_t i = 1; i < tree.links.size(); ++i) {
-      const int parent = tree.links[i].parent;
-      children_[std::max(parent, 0)].push_back(i);
-    }
-    const model::Pose& X_WL = X_WL_[m][tree.links[0].link];
     vrml_.Open(fmt::format("DEF {} Robot {{", module.name));
-    vrml_.Place(X_WL);
+    vrml_.Place(X_WL_[m][tree.links[0].link]);
     vrml_.Line(fmt::format("name \"{}\"", module.name));
     vrml_.Line(fmt::format("controller \"{}\"", programs_.at(module.type).name));
     vrml_.Line(fmt::format("customData \"{}\"", CustomData(m)));
@@ -168,7 +161,7 @@ class WebotsWriter {
   }
 
   /// Children, bounding object and physics, up to the node's end.
-  void AppendLinkBody(size_t m, const RobotTree& tree, size_t at) {
+  void AppendLinkBody(size_t m, const RobotTree& tree, int at) {
     // The link's shape, its connectors, the links below it, and the joints that close loops.
     const TreeLink& link = tree.links[at];
     const model::ModuleType& type = model_.module_types[link.type];
@@ -184,9 +177,12 @@ class WebotsWriter {
         AppendWebotsSensor(sensor, solids_.Faces(link.type, link.link), &vrml_);
       }
     }
-    for (const size_t child : children_[at]) AppendChild(m, tree, child);
+    for (int child = 1; child < std::ssize(tree.links); ++child) {
+      // A link that hangs from nothing is part of the first one.
+      if (std::max(tree.links[child].parent, 0) == at) AppendChild(m, tree, child);
+    }
     for (const TreeLoop& loop : tree.loops) {
-      if (loop.from == static_cast<int>(at)) AppendClosingJoint(m, tree, loop);
+      if (loop.from == at) AppendClosingJoint(m, tree, loop);
     }
     vrml_.Close("]");
     AppendBoundingObject(shapes);
@@ -212,23 +208,18 @@ class WebotsWriter {
   /// The shapes of a link's convex parts, in a colour of its module, and what they are called for
   /// the bounding object. Flat parts have no inside, and Webots wants solids: none is written.
   std::vector<std::string> AppendShapes(const TreeLink& link, const std::string& name, size_t m) {
+    // Modules get colours between blue and yellow. The golden ratio spreads the hues, so that
+    // neighbours differ.
+    const double hue = std::fmod(0.381966 * static_cast<double>(m), 1.0);
+    const double shade = std::round(100 * hue) / 100;
     std::vector<std::string> names;
     const std::vector<model::ConvexHull>& parts = solids_.Faces(link.type, link.link);
     for (size_t i = 0; i < parts.size(); ++i) {
       if (parts[i].dimension < 3) continue;
       names.push_back(parts.size() == 1 ? name : fmt::format("{}_{}", name, i + 1));
-      AppendShape(parts[i], names.back(), m);
+      vrml_.Hull(names.back(), parts[i], {shade, 0.7, 1.0 - shade});
     }
     return names;
-  }
-
-  /// One convex part.
-  void AppendShape(const model::ConvexHull& hull, const std::string& name, size_t m) {
-    // Modules get colours between blue and yellow.
-    // The golden ratio spreads the hues, so that neighbours differ.
-    const double hue = std::fmod(0.381966 * static_cast<double>(m), 1.0);
-    const double shade = std::round(100 * hue) / 100;
-    vrml_.Hull(name, hull, {shade, 0.7, 1.0 - shade});
   }
 
   /// The link's mass, centre of mass and inertia; a density of -1 says that these count.
@@ -266,7 +257,7 @@ class WebotsWriter {
   }
 
   /// A link below another: by a joint, or, where the joint is fixed, as part of it.
-  void AppendChild(size_t m, const RobotTree& tree, size_t child) {
+  void AppendChild(size_t m, const RobotTree& tree, int child) {
     // A link below a joint stands where the module's start value places it.
     const TreeLink& link = tree.links[child];
     model::Pose X_PL = link.X_PL;
@@ -402,11 +393,10 @@ class WebotsWriter {
   const DockFaces& faces_;
   DockScale scale_;
   std::vector<std::vector<model::Pose>> X_WL_;
-  std::vector<RobotTree> trees_;               ///< Of each module type.
-  std::set<std::pair<int, int>> docked_;       ///< (module, connector)
-  std::map<int, WebotsProgram> programs_;      ///< Of each used type; without files once written.
-  std::vector<world::Obstacle> obstacles_;     ///< With names of their own.
-  std::vector<std::vector<size_t>> children_;  ///< Of each link of the module at hand.
+  std::vector<RobotTree> trees_;            ///< Of each module type.
+  std::set<std::pair<int, int>> docked_;    ///< (module, connector)
+  std::map<int, WebotsProgram> programs_;   ///< Of each used type; without files once written.
+  std::vector<world::Obstacle> obstacles_;  ///< With names of their own.
   VrmlWriter vrml_;
 };
 

@@ -122,6 +122,18 @@ class Controller(Case):
         self.assertEqual([line for line in said.splitlines() if 'lock' in line],
                          ['unlock top', 'lock top', 'unlock top', 'lock top', 'unlock top'])
 
+    def test_a_fixed_joint_has_no_devices(self):
+        model = self.folder / 'plate.m3l'
+        model.write_text(''.join([
+            'module PLATE: unit=1\n',
+            *(f'link {name}: (point a: coords=({x},0,0)) (point b: coords=({x + 1},0,0)) (point c: coords=({x},1,0)) '
+              f'(point d: coords=({x},0,1)) grouping=(a), hull=convex({name}.point)\n' for x, name in enumerate(('l', 'k', 'm'))),
+            'axis x: origin=(0,0,0), direction=(1,0,0)\naxis y: origin=(0,0,0), direction=(-1,0,0)\n',
+            'joint hold: type=fixed, pair=((l,x),(k,y))\njoint turn: type=continuous, pair=((k,x),(m,y))\n']))
+        self.compile('morphbus_module.c', 'MAIN', output=self.folder / 'controller', of=('--module', 'PLATE'), model=model)
+        said = run([self.folder / 'controller']).stdout.splitlines()
+        self.assertEqual([line for line in said if line.startswith('device')], ['device turn', 'device turn.sensor'])
+
     def test_the_wrapper_of_every_module_type_compiles(self):
         bare = self.folder / 'bare.m3l'
         bare.write_text('module BARE: unit=1\nlink l: (point a: coords=(0,0,0)) (point b: coords=(1,0,0)) '
