@@ -1,7 +1,6 @@
 // Runs a DynaRole program on a module. Written by morphbus export: copy it before you make it your
 // own.
 #include <cstdio>
-#include <cstring>
 
 #include "morphbus_images.h"
 #include "morphbus_module.h"
@@ -36,6 +35,7 @@ bool Verify() {
   return true;
 }
 
+// What a module is told once; the root's pose is in single precision there.
 vm::VmConfig Config() {
   vm::VmConfig config;
   config.module_id = static_cast<uint16_t>(module_id());
@@ -66,6 +66,7 @@ void Listen(int connector) {
   input.messages[connector] = heard ? &messages[connector] : nullptr;
 }
 
+// Arrays are by number in the module's type, here as there.
 void Sense(int64_t tick) {
   input.tick = tick;
   input.sim_time_us = module_time_us();
@@ -79,6 +80,7 @@ void Sense(int64_t tick) {
   for (int c = 0; c < NUM_CONNECTORS; ++c) Listen(c);
 }
 
+// Carries out what the machine asks for, and leaves its message for the mates on all connectors.
 void Act() {
   for (int j = 0; j < NUM_JOINTS; ++j) {
     const vm::JointCommand& command = output.joints[j];
