@@ -13,7 +13,7 @@ std::optional<std::string> DescriptionFinder::Take(std::string_view channel, con
   return whole_;
 }
 
-void DescriptionFinder::OnInfo(const RunMessage& message, morphbus::info_part_t part) {
+void DescriptionFinder::OnInfo(const RunMessage& message, morphbus::info_part_t&& part) {
   whole_ = parts_[std::string(message.name.run)].Take(part);
 }
 

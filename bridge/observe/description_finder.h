@@ -23,7 +23,7 @@ class DescriptionFinder : private RunMessageHandler {
   std::optional<std::string> Take(std::string_view channel, const uint8_t* data, size_t size);
 
  private:
-  void OnInfo(const RunMessage& message, morphbus::info_part_t part) override;
+  void OnInfo(const RunMessage& message, morphbus::info_part_t&& part) override;
 
   std::string run_;
   /// What has come, by run.

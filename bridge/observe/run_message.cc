@@ -11,7 +11,7 @@ namespace {
 /// Reads the body of a message of type M, as far as the handler wants it.
 template <class M>
 Result<void> ReadAs(const RunMessage& message, RunMessageHandler* handler,
-                    void (RunMessageHandler::*take)(const RunMessage&, M)) {
+                    void (RunMessageHandler::*take)(const RunMessage&, M&&)) {
   if (!handler->Decodes(message)) {
     Result<void> sound = CheckBody<M>(message.data, message.size);
     if (sound) handler->OnChecked(message);

@@ -60,15 +60,15 @@ class RunMessageHandler {
   virtual void OnRepeat(const RunMessage& /*message*/) {}
 
   // A message of the type that its channel's topic has.
-  virtual void OnClock(const RunMessage& /*message*/, morphbus::sim_clock_t /*clock*/) {}
-  virtual void OnSensors(const RunMessage& /*message*/, morphbus::sensors_t /*sensors*/) {}
-  virtual void OnWorld(const RunMessage& /*message*/, morphbus::world_t /*world*/) {}
-  virtual void OnTransform(const RunMessage& /*message*/, morphbus::transform_t /*transform*/) {}
-  virtual void OnActuator(const RunMessage& /*message*/, morphbus::actuator_t /*actuator*/) {}
-  virtual void OnStatus(const RunMessage& /*message*/, morphbus::status_t /*status*/) {}
-  virtual void OnHealth(const RunMessage& /*message*/, morphbus::health_t /*health*/) {}
-  virtual void OnInfo(const RunMessage& /*message*/, morphbus::info_part_t /*part*/) {}
-  virtual void OnEnd(const RunMessage& /*message*/, morphbus::log_end_t /*end*/) {}
+  virtual void OnClock(const RunMessage& /*message*/, morphbus::sim_clock_t&& /*clock*/) {}
+  virtual void OnSensors(const RunMessage& /*message*/, morphbus::sensors_t&& /*sensors*/) {}
+  virtual void OnWorld(const RunMessage& /*message*/, morphbus::world_t&& /*world*/) {}
+  virtual void OnTransform(const RunMessage& /*message*/, morphbus::transform_t&& /*transform*/) {}
+  virtual void OnActuator(const RunMessage& /*message*/, morphbus::actuator_t&& /*actuator*/) {}
+  virtual void OnStatus(const RunMessage& /*message*/, morphbus::status_t&& /*status*/) {}
+  virtual void OnHealth(const RunMessage& /*message*/, morphbus::health_t&& /*health*/) {}
+  virtual void OnInfo(const RunMessage& /*message*/, morphbus::info_part_t&& /*part*/) {}
+  virtual void OnEnd(const RunMessage& /*message*/, morphbus::log_end_t&& /*end*/) {}
 };
 
 /// Checks a message's body and gives it to `handler`. What parties of a run tell each other only

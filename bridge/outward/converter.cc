@@ -156,7 +156,7 @@ bool Converter::BeginGathering(const morphbus::header_t& header, Gathering* gath
 
 int Converter::NumLiving() const { return num_modules() - num_lost_; }
 
-void Converter::OnClock(const RunMessage& /*message*/, morphbus::sim_clock_t clock) {
+void Converter::OnClock(const RunMessage& /*message*/, morphbus::sim_clock_t&& clock) {
   // What modules said of the tick before is not waited for any longer.
   if (transforms_.tick >= 0 && transforms_.tick < clock.header.tick) SendPropagated();
   if (actuators_.tick >= 0 && actuators_.tick < clock.header.tick) SendCommands();
@@ -190,7 +190,7 @@ void Converter::OnClock(const RunMessage& /*message*/, morphbus::sim_clock_t clo
   SendLog(time_us, foxglove::Log::INFO, source_, "the run ends: " + clock.end_reason, {});
 }
 
-void Converter::OnSensors(const RunMessage& /*message*/, morphbus::sensors_t sensors) {
+void Converter::OnSensors(const RunMessage& /*message*/, morphbus::sensors_t&& sensors) {
   // SENSORS also hands out programs, whose names faults will need.
   deployed_.Take(sensors, &words_.deployed());
   if (!BeginGathering(sensors.header, &sensors_, &Converter::SendJoints)) return;
@@ -302,7 +302,7 @@ void Converter::AddBaseFrames(int64_t time_us, foxglove::FrameTransforms* out) {
   AddTransform(time_us, source_ + "/world", source_ + "/robot", X_WR_, out);
 }
 
-void Converter::OnWorld(const RunMessage& /*message*/, morphbus::world_t world) {
+void Converter::OnWorld(const RunMessage& /*message*/, morphbus::world_t&& world) {
   if (!BeginGathering(world.header, &world_, &Converter::SendWorld)) return;
   if (world_.have.empty()) bodies_.clear();
   if (!world_.have.insert(world.part).second) return;
@@ -345,7 +345,7 @@ void Converter::SendWorld() {
   Send(OutwardTopic::kTransforms, world_.time_us, transforms);
 }
 
-void Converter::OnTransform(const RunMessage& message, morphbus::transform_t transform) {
+void Converter::OnTransform(const RunMessage& message, morphbus::transform_t&& transform) {
   const int module = message.module;
   // Sender and channel must agree.
   if (module < 0 || transform.module_id != module) return;

@@ -84,13 +84,13 @@ class Converter : private RunMessageHandler {
 
   // What each kind of message does.
   void OnRepeat(const RunMessage& message) override;
-  void OnClock(const RunMessage& message, morphbus::sim_clock_t clock) override;
-  void OnSensors(const RunMessage& message, morphbus::sensors_t sensors) override;
-  void OnWorld(const RunMessage& message, morphbus::world_t world) override;
-  void OnTransform(const RunMessage& message, morphbus::transform_t transform) override;
-  void OnActuator(const RunMessage& message, morphbus::actuator_t actuator) override;
-  void OnStatus(const RunMessage& message, morphbus::status_t status) override;
-  void OnHealth(const RunMessage& message, morphbus::health_t health) override;
+  void OnClock(const RunMessage& message, morphbus::sim_clock_t&& clock) override;
+  void OnSensors(const RunMessage& message, morphbus::sensors_t&& sensors) override;
+  void OnWorld(const RunMessage& message, morphbus::world_t&& world) override;
+  void OnTransform(const RunMessage& message, morphbus::transform_t&& transform) override;
+  void OnActuator(const RunMessage& message, morphbus::actuator_t&& actuator) override;
+  void OnStatus(const RunMessage& message, morphbus::status_t&& status) override;
+  void OnHealth(const RunMessage& message, morphbus::health_t&& health) override;
 
   /// Makes room for a message of a tick in what is being gathered: sends what waits of an earlier
   /// one by `flush`. False if the tick is over.

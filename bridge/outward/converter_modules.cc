@@ -68,7 +68,7 @@ void AddCounts(const morphbus::health_t& health, morphbus::Health* out) {
 
 }  // namespace
 
-void Converter::OnActuator(const RunMessage& message, morphbus::actuator_t actuator) {
+void Converter::OnActuator(const RunMessage& message, morphbus::actuator_t&& actuator) {
   const int module = message.module;
   if (module < 0) return;
   const model::ModuleType& type = run_->TypeOf(module);
@@ -125,7 +125,7 @@ void Converter::SendCommands() {
   SendModules();
 }
 
-void Converter::OnStatus(const RunMessage& message, morphbus::status_t status) {
+void Converter::OnStatus(const RunMessage& message, morphbus::status_t&& status) {
   const int module = message.module;
   if (module < 0 || status.module_id != module) return;
   const model::ModuleType& type = run_->TypeOf(module);
@@ -254,7 +254,7 @@ void Converter::SendLog(int64_t time_us, foxglove::Log::Level level, const std::
   Send(OutwardTopic::kLog, time_us, log);
 }
 
-void Converter::OnHealth(const RunMessage& /*message*/, morphbus::health_t health) {
+void Converter::OnHealth(const RunMessage& /*message*/, morphbus::health_t&& health) {
   morphbus::Health out;
   SetTime(clock_.time_us(), out.mutable_timestamp());
   // What the process used, and its counts by name, of which later versions may have more.

@@ -200,7 +200,7 @@ class Loader : private bridge::RunMessageHandler {
   }
 
   /// CLOCK dates the ticks.
-  void OnClock(const bridge::RunMessage& /*message*/, morphbus::sim_clock_t clock) override {
+  void OnClock(const bridge::RunMessage& /*message*/, morphbus::sim_clock_t&& clock) override {
     facts_.tick_us = clock.tick_us;
     promised_.TakeClock(clock);
     for (ClockCommand& command : CommandsOf(clock)) {
@@ -222,7 +222,7 @@ class Loader : private bridge::RunMessageHandler {
   }
 
   /// SENSORS names the modules and says what each senses.
-  void OnSensors(const bridge::RunMessage& /*message*/, morphbus::sensors_t sensors) override {
+  void OnSensors(const bridge::RunMessage& /*message*/, morphbus::sensors_t&& sensors) override {
     promised_.TakeSensors(sensors);
     deployed_.Take(sensors, &log_.deployed);
     for (const morphbus::module_sensors_t& reading : sensors.modules) {
@@ -232,17 +232,17 @@ class Loader : private bridge::RunMessageHandler {
     if (options_.series) series_.TakeSensors(std::move(sensors));
   }
 
-  void OnWorld(const bridge::RunMessage& /*message*/, morphbus::world_t world) override {
+  void OnWorld(const bridge::RunMessage& /*message*/, morphbus::world_t&& world) override {
     tilts_.Take(world);
     if (options_.series) series_.TakeWorld(std::move(world));
   }
 
-  void OnActuator(const bridge::RunMessage& message, morphbus::actuator_t actuator) override {
+  void OnActuator(const bridge::RunMessage& message, morphbus::actuator_t&& actuator) override {
     series_.TakeActuator(message.name.process, std::move(actuator));
   }
 
   /// STATUS says what a module is, and which faults its program had.
-  void OnStatus(const bridge::RunMessage& message, morphbus::status_t status) override {
+  void OnStatus(const bridge::RunMessage& message, morphbus::status_t&& status) override {
     const std::string_view module = message.name.process;
     const int64_t time_us = status.header.sim_time_us;
     const ProgramFact reported{.time_us = time_us,
@@ -275,7 +275,7 @@ class Loader : private bridge::RunMessageHandler {
   }
 
   /// The last ledger in the file counts.
-  void OnHealth(const bridge::RunMessage& message, morphbus::health_t health) override {
+  void OnHealth(const bridge::RunMessage& message, morphbus::health_t&& health) override {
     // Several messages may share the modules; what is said only grows.
     for (const morphbus::lateness_t& lateness : health.lateness) {
       if (!bridge::CheckModuleName(lateness.module_name)) continue;
@@ -285,7 +285,7 @@ class Loader : private bridge::RunMessageHandler {
   }
 
   /// INFO comes in parts; the first description that is whole counts.
-  void OnInfo(const bridge::RunMessage& /*message*/, morphbus::info_part_t part) override {
+  void OnInfo(const bridge::RunMessage& /*message*/, morphbus::info_part_t&& part) override {
     if (!log_.description.empty()) return;
     if (std::optional<std::string> whole = info_.Take(part)) {
       log_.description = std::move(*whole);
@@ -294,7 +294,7 @@ class Loader : private bridge::RunMessageHandler {
     }
   }
 
-  void OnEnd(const bridge::RunMessage& /*message*/, morphbus::log_end_t end) override {
+  void OnEnd(const bridge::RunMessage& /*message*/, morphbus::log_end_t&& end) override {
     // Of many channels there are several, which say the same of the run; another END takes the
     // place of what was said before.
     if (facts_.end && end.header.sequence > 0 && facts_.end->run == end.run &&

@@ -43,7 +43,7 @@ ModuleSeries& SeriesCollector::Module(std::string_view name) {
   return series;
 }
 
-void SeriesCollector::TakeSensors(morphbus::sensors_t sensors) {
+void SeriesCollector::TakeSensors(morphbus::sensors_t&& sensors) {
   for (morphbus::module_sensors_t& reading : sensors.modules) {
     const std::vector<float>& velocity = reading.joint_velocity_si;
     Module(reading.name)
@@ -54,14 +54,20 @@ void SeriesCollector::TakeSensors(morphbus::sensors_t sensors) {
   }
 }
 
-void SeriesCollector::TakeActuator(std::string_view module, morphbus::actuator_t actuator) {
+void SeriesCollector::TakeActuator(std::string_view module, morphbus::actuator_t&& actuator) {
   Module(module).actuators.push_back(
       {actuator.header.sim_time_us, std::move(actuator.joints), std::move(actuator.connectors)});
 }
 
-void SeriesCollector::TakeWorld(morphbus::world_t world) {
+void SeriesCollector::TakeWorld(morphbus::world_t&& world) {
   WorldSample& sample = world_[world.header.sim_time_us];
   sample.time_us = world.header.sim_time_us;
+  // Mostly one message has all of a tick.
+  if (sample.bodies.empty() && sample.contacts.empty()) {
+    sample.bodies = std::move(world.bodies);
+    sample.contacts = std::move(world.contacts);
+    return;
+  }
   sample.bodies.insert(sample.bodies.end(), world.bodies.begin(), world.bodies.end());
   sample.contacts.insert(sample.contacts.end(), world.contacts.begin(), world.contacts.end());
 }
@@ -90,11 +96,12 @@ void SeriesCollector::Finish(RunLog* log) {
   }
   modules_.clear();
   // Modules that the model lacks come last, in order of their number in SENSORS.
-  std::stable_sort(all.begin(), all.end(), [](const ModuleSeries& a, const ModuleSeries& b) {
+  std::sort(all.begin(), all.end(), [](const ModuleSeries& a, const ModuleSeries& b) {
     const auto rank = [](const ModuleSeries& m) {
       return m.model_index >= 0 ? m.model_index : 1'000'000 + std::max(m.id, 0);
     };
-    return rank(a) < rank(b);
+    return std::pair(rank(a), std::string_view(a.name)) <
+           std::pair(rank(b), std::string_view(b.name));
   });
   log->modules = std::move(all);
   // World and ticks were kept in order of time from the beginning.

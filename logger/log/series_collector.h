@@ -12,6 +12,7 @@
 #include <string_view>
 
 #include "bridge/observe/run_message.h"
+#include "compiler/base/text_hash.h"
 #include "logger/log/run_log.h"
 
 namespace morphbus::logger {
@@ -25,9 +26,9 @@ class SeriesCollector {
   ModuleSeries& Module(std::string_view name);
 
   // A message that is sound becomes samples. Bodies of one instant come in several of WORLD.
-  void TakeSensors(morphbus::sensors_t sensors);
-  void TakeActuator(std::string_view module, morphbus::actuator_t actuator);
-  void TakeWorld(morphbus::world_t world);
+  void TakeSensors(morphbus::sensors_t&& sensors);
+  void TakeActuator(std::string_view module, morphbus::actuator_t&& actuator);
+  void TakeWorld(morphbus::world_t&& world);
   /// A TRANSFORM, by its bytes. `only_changes`: it is left out unless a role is taken with it or it
   /// is the first with poses after that.
   void TakeTransform(const bridge::RunMessage& message, bool only_changes = false);
@@ -45,7 +46,7 @@ class SeriesCollector {
   void MoveBefore(int64_t end_us, RunLog* log);
 
  private:
-  std::map<std::string, ModuleSeries, std::less<>> modules_;
+  TextTable<ModuleSeries> modules_;
   std::map<int64_t, WorldSample> world_;
   std::set<int64_t> ticks_;
 };

@@ -74,15 +74,15 @@ void SeriesReader::OnChecked(const bridge::RunMessage& message) {
   ahead_.TakeTransform(message);
 }
 
-void SeriesReader::OnSensors(const bridge::RunMessage& /*message*/, morphbus::sensors_t sensors) {
+void SeriesReader::OnSensors(const bridge::RunMessage& /*message*/, morphbus::sensors_t&& sensors) {
   ahead_.TakeSensors(std::move(sensors));
 }
 
-void SeriesReader::OnActuator(const bridge::RunMessage& message, morphbus::actuator_t actuator) {
+void SeriesReader::OnActuator(const bridge::RunMessage& message, morphbus::actuator_t&& actuator) {
   ahead_.TakeActuator(message.name.process, std::move(actuator));
 }
 
-void SeriesReader::OnWorld(const bridge::RunMessage& /*message*/, morphbus::world_t world) {
+void SeriesReader::OnWorld(const bridge::RunMessage& /*message*/, morphbus::world_t&& world) {
   ahead_.TakeWorld(std::move(world));
 }
 

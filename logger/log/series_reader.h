@@ -33,9 +33,9 @@ class SeriesReader : private bridge::RunMessageHandler {
 
   bool Decodes(const bridge::RunMessage& message) override;
   void OnChecked(const bridge::RunMessage& message) override;
-  void OnSensors(const bridge::RunMessage& message, morphbus::sensors_t sensors) override;
-  void OnActuator(const bridge::RunMessage& message, morphbus::actuator_t actuator) override;
-  void OnWorld(const bridge::RunMessage& message, morphbus::world_t world) override;
+  void OnSensors(const bridge::RunMessage& message, morphbus::sensors_t&& sensors) override;
+  void OnActuator(const bridge::RunMessage& message, morphbus::actuator_t&& actuator) override;
+  void OnWorld(const bridge::RunMessage& message, morphbus::world_t&& world) override;
 
   RunLog& log_;
   std::unique_ptr<EventLogReader> reader_;

@@ -40,22 +40,22 @@ class Counter : public RunMessageHandler {
   bool Decodes(const RunMessage& message) override { return !skipped.contains(message.name.topic); }
   void OnChecked(const RunMessage& message) override { ++checked[message.name.topic]; }
   void OnRepeat(const RunMessage& /*message*/) override { ++repeats; }
-  void OnClock(const RunMessage& message, morphbus::sim_clock_t clock) override {
+  void OnClock(const RunMessage& message, morphbus::sim_clock_t&& clock) override {
     ++decoded[message.name.topic];
     EXPECT_EQ(PartOf(message).count, 1);
     ticks.push_back(clock.header.tick);
   }
-  void OnSensors(const RunMessage& message, morphbus::sensors_t sensors) override {
+  void OnSensors(const RunMessage& message, morphbus::sensors_t&& sensors) override {
     ++decoded[message.name.topic];
     EXPECT_EQ(PartOf(message).part, sensors.part);
     EXPECT_EQ(PartOf(message).count, sensors.num_parts);
   }
-  void OnWorld(const RunMessage& message, morphbus::world_t world) override {
+  void OnWorld(const RunMessage& message, morphbus::world_t&& world) override {
     ++decoded[message.name.topic];
     EXPECT_EQ(PartOf(message).part, world.part);
     EXPECT_EQ(PartOf(message).count, world.num_parts);
   }
-  void OnTransform(const RunMessage& message, morphbus::transform_t transform) override {
+  void OnTransform(const RunMessage& message, morphbus::transform_t&& transform) override {
     ++decoded[message.name.topic];
     EXPECT_EQ(message.name.process, kModules.at(static_cast<size_t>(message.module)));
     EXPECT_EQ(RoleAndPoseOf(message).role, transform.role);
@@ -63,11 +63,11 @@ class Counter : public RunMessageHandler {
     EXPECT_EQ(RoleAndPoseOf(message).pose_stale, transform.pose_stale != 0);
     EXPECT_EQ(LinkPosesOf(message).size(), transform.link_poses.size());
   }
-  void OnActuator(const RunMessage& message, morphbus::actuator_t actuator) override {
+  void OnActuator(const RunMessage& message, morphbus::actuator_t&& actuator) override {
     ++decoded[message.name.topic];
     EXPECT_EQ(StatusCountOf(message), actuator.status_count);
   }
-  void OnStatus(const RunMessage& message, morphbus::status_t /*status*/) override {
+  void OnStatus(const RunMessage& message, morphbus::status_t&& /*status*/) override {
     ++decoded[message.name.topic];
     EXPECT_EQ(PartOf(message).count, 0);
   }

@@ -51,14 +51,14 @@ void InspectionListener::Take(std::string_view channel, const uint8_t* data, siz
 }
 
 void InspectionListener::OnClock(const bridge::RunMessage& /*message*/,
-                                 morphbus::sim_clock_t clock) {
+                                 morphbus::sim_clock_t&& clock) {
   clock_heard_ = true;
   clock_tick_ = clock.header.tick;
   ended_ = clock.phase == morphbus::sim_clock_t::PHASE_END;
 }
 
 void InspectionListener::OnSensors(const bridge::RunMessage& /*message*/,
-                                   morphbus::sensors_t sensors) {
+                                   morphbus::sensors_t&& sensors) {
   Asked& asked = asked_[sensors.header.tick];
   asked.parts.insert(sensors.part);
   asked.num_parts = sensors.num_parts;
@@ -70,7 +70,7 @@ void InspectionListener::OnSensors(const bridge::RunMessage& /*message*/,
   DropOld(&asked_);
 }
 
-void InspectionListener::OnStatus(const bridge::RunMessage& message, morphbus::status_t status) {
+void InspectionListener::OnStatus(const bridge::RunMessage& message, morphbus::status_t&& status) {
   if (status.inspections.empty()) return;
   std::map<int64_t, Parts>& ticks = parts_[std::string(message.name.process)];
   const int16_t part = status.inspections.front().part;

@@ -46,9 +46,9 @@ class InspectionListener : private bridge::RunMessageHandler {
   };
 
   void Take(std::string_view channel, const uint8_t* data, size_t size);
-  void OnClock(const bridge::RunMessage& message, morphbus::sim_clock_t clock) override;
-  void OnSensors(const bridge::RunMessage& message, morphbus::sensors_t sensors) override;
-  void OnStatus(const bridge::RunMessage& message, morphbus::status_t status) override;
+  void OnClock(const bridge::RunMessage& message, morphbus::sim_clock_t&& clock) override;
+  void OnSensors(const bridge::RunMessage& message, morphbus::sensors_t&& sensors) override;
+  void OnStatus(const bridge::RunMessage& message, morphbus::status_t&& status) override;
   /// The module's answer of this tick or later; null if there is no whole one.
   [[nodiscard]] const Parts* AnswerOf(const std::string& module) const;
   /// Modules that were asked and have not answered. Where SENSORS was missed, all are asked.

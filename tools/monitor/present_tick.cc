@@ -38,7 +38,7 @@ void PresentTick::Ask(const Wanted& wanted) {
   outbox_.Send(bridge::Channel(run_->run, wanted.process, Topic::kAsk), 0, 0, &ask);
 }
 
-void PresentTick::OnClock(const bridge::RunMessage& /*message*/, morphbus::sim_clock_t clock) {
+void PresentTick::OnClock(const bridge::RunMessage& /*message*/, morphbus::sim_clock_t&& clock) {
   const int64_t tick = clock.header.tick;
   if (first_tick_ < 0) {
     first_tick_ = tick;

@@ -36,7 +36,7 @@ class PresentTick : private bridge::RunMessageHandler {
   };
 
   /// A CLOCK came: if it is again that of the first tick that was heard, asks for what lacks.
-  void OnClock(const bridge::RunMessage& message, morphbus::sim_clock_t clock) override;
+  void OnClock(const bridge::RunMessage& message, morphbus::sim_clock_t&& clock) override;
   /// Asks for messages first..last of a channel, now and with later repetitions until they come.
   void Want(std::string_view process, bridge::Topic topic, int64_t first, int64_t last);
   void Ask(const Wanted& wanted);

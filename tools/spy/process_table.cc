@@ -100,7 +100,7 @@ bool ProcessTable::Decodes(const bridge::RunMessage& message) {
   return true;
 }
 
-void ProcessTable::OnClock(const bridge::RunMessage& message, morphbus::sim_clock_t clock) {
+void ProcessTable::OnClock(const bridge::RunMessage& message, morphbus::sim_clock_t&& clock) {
   Run* run = runs_.Take(message.name.run, now_ns_);
   if (run == nullptr) return;
   run->name = message.name.run;
@@ -135,7 +135,7 @@ void ProcessTable::TakeInspection(const morphbus::status_t& status, Process* pro
   process->row.held_at = fmt::format("{:.2f} s", Seconds(status.header.sim_time_us));
 }
 
-void ProcessTable::OnStatus(const bridge::RunMessage& /*message*/, morphbus::status_t status) {
+void ProcessTable::OnStatus(const bridge::RunMessage& /*message*/, morphbus::status_t&& status) {
   ProcessRow& row = process_->row;
   // The last STATUS is all there is to say of role, labels and tasks.
   row.has_status = true;
@@ -169,7 +169,7 @@ void ProcessTable::OnStatus(const bridge::RunMessage& /*message*/, morphbus::sta
 }
 
 void ProcessTable::OnTransform(const bridge::RunMessage& /*message*/,
-                               morphbus::transform_t transform) {
+                               morphbus::transform_t&& transform) {
   // How old the pose is, in ticks: what a tick is worth, CLOCK says.
   process_->has_pose = transform.has_pose != 0;
   process_->row.pose_stale = transform.pose_stale != 0;
@@ -178,7 +178,7 @@ void ProcessTable::OnTransform(const bridge::RunMessage& /*message*/,
   process_->pose_age_ticks = std::max<int64_t>(0, transform.header.tick - transform.root_sequence);
 }
 
-void ProcessTable::OnHealth(const bridge::RunMessage& message, morphbus::health_t health) {
+void ProcessTable::OnHealth(const bridge::RunMessage& message, morphbus::health_t&& health) {
   ProcessRow& row = process_->row;
   row.has_health = true;
   // The process's own word on what it uses and what it missed.

@@ -57,10 +57,10 @@ class ProcessTable : private bridge::RunMessageHandler {
   };
 
   bool Decodes(const bridge::RunMessage& message) override;
-  void OnClock(const bridge::RunMessage& message, morphbus::sim_clock_t clock) override;
-  void OnStatus(const bridge::RunMessage& message, morphbus::status_t status) override;
-  void OnTransform(const bridge::RunMessage& message, morphbus::transform_t transform) override;
-  void OnHealth(const bridge::RunMessage& message, morphbus::health_t health) override;
+  void OnClock(const bridge::RunMessage& message, morphbus::sim_clock_t&& clock) override;
+  void OnStatus(const bridge::RunMessage& message, morphbus::status_t&& status) override;
+  void OnTransform(const bridge::RunMessage& message, morphbus::transform_t&& transform) override;
+  void OnHealth(const bridge::RunMessage& message, morphbus::health_t&& health) override;
   /// A part of what an inspected module tells.
   static void TakeInspection(const morphbus::status_t& status, Process* process);
   /// The process of this name, noted as heard; null if there is no place for it.
