@@ -293,7 +293,10 @@ void Replayer::LookForCommands(const LogEvent& event) {
   const auto clock = bridge::DecodeAs<morphbus::sim_clock_t>(*message);
   if (!clock) return;
   clock_sequence_ = message->header.sequence;
-  for (ClockCommand& command : CommandsOf(*clock)) ahead_.push_back(std::move(command));
+  const morphbus::header_t& header = message->header;
+  for (const std::string& text : clock->controls) {
+    ahead_.push_back({header.tick, header.sim_time_us, text});
+  }
 }
 
 void Replayer::PassCommands() {

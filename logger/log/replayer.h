@@ -19,11 +19,19 @@
 #include "bridge/bus/bus.h"
 #include "bridge/lockstep/participant.h"
 #include "compiler/base/name_pattern.h"
-#include "logger/log/clock_commands.h"
 #include "logger/log/event_log.h"
 #include "logger/log/replay_delivery.h"
 
 namespace morphbus::logger {
+
+/// A command that people gave to the run of a log.
+struct ClockCommand {
+  /// The tick in which CLOCK names it, and its sim time (µs).
+  int64_t tick = 0;
+  int64_t time_us = 0;
+  /// As `run --commands` reads it. Of a damaged log it may be any text.
+  std::string text;
+};
 
 /// How a replay is to run. Times are sim time where the log has it, else time since the first
 /// event.

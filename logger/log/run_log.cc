@@ -13,7 +13,6 @@
 #include "bridge/wire/vm_codec.h"
 #include "compiler/base/text.h"
 #include "compiler/base/version.h"
-#include "logger/log/clock_commands.h"
 #include "logger/log/description.h"
 #include "logger/log/find_run.h"
 #include "logger/log/log_channels.h"
@@ -203,18 +202,19 @@ class Loader : private bridge::RunMessageHandler {
   void OnClock(const bridge::RunMessage& /*message*/, morphbus::sim_clock_t&& clock) override {
     facts_.tick_us = clock.tick_us;
     promised_.TakeClock(clock);
-    for (ClockCommand& command : CommandsOf(clock)) {
-      const std::string_view lost = bridge::LostModule(command.text);
+    const int64_t time_us = clock.header.sim_time_us;
+    for (std::string& command : clock.controls) {
+      const std::string_view lost = bridge::LostModule(command);
       if (!lost.empty()) {
-        facts_.lost_modules.emplace(lost, command.time_us);
-        dockings_.Lose(std::string(lost), command.time_us);
+        facts_.lost_modules.emplace(lost, time_us);
+        dockings_.Lose(std::string(lost), time_us);
       }
       // After a new program it counts how the robot stands.
-      if (command.text.starts_with("deploy ")) tilts_.KeepOn();
-      facts_.commands.emplace(command.tick, std::move(command.text));
+      if (command.starts_with("deploy ")) tilts_.KeepOn();
+      facts_.commands.emplace(clock.header.tick, std::move(command));
     }
     if (clock.phase != morphbus::sim_clock_t::PHASE_END) {
-      series_.AddTick(clock.header.sim_time_us);
+      series_.AddTick(time_us);
     } else {
       facts_.end_tick = clock.header.tick;
       facts_.end_reason = clock.end_reason;
