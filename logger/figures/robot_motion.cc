@@ -250,7 +250,6 @@ void MotionRecorder::Place(int64_t time_us, std::vector<morphbus::body_pose_t> b
 void MotionRecorder::LayOut(const std::vector<std::pair<int, int>>& bodies) {
   bodies_ = bodies;
   places_ = bridge::PlacesInBodies<bridge::LinkPose>(model_, robot_, dockings_, bodies);
-  PlaceLocked();
   masses_.assign(bodies.size(), {});
   complete_ = !bodies.empty();
   for (size_t m = 0; m < places_.size(); ++m) {
@@ -266,60 +265,6 @@ void MotionRecorder::LayOut(const std::vector<std::pair<int, int>>& bodies) {
       body.moment += shape.kg * (place.X_BL.position + place.X_BL.rotation * shape.p_LoLcm);
     }
   }
-}
-
-void MotionRecorder::PlaceLocked() {
-  // Links that are rigid with each other and in no body are a group; each is named by its first
-  // link.
-  std::vector<std::pair<int, int>> groups;
-  std::vector<std::vector<bridge::LinkPlace>> in_group;
-  for (int m = 0; m < static_cast<int>(places_.size()); ++m) {
-    for (int l = 0; l < static_cast<int>(places_[m].size()); ++l) {
-      if (places_[m][l].body >= 0 || (!in_group.empty() && in_group[m][l].body >= 0)) continue;
-      groups.emplace_back(m, l);
-      in_group = bridge::PlacesInBodies<bridge::LinkPose>(model_, robot_, dockings_, groups);
-    }
-  }
-  if (groups.empty()) return;
-  // Two joints or more lock a group to a body: the pose of the group's first link in that of the
-  // body, by the first of them.
-  std::map<std::pair<int, int>, std::pair<int, bridge::LinkPose>> held;
-  for (int m = 0; m < static_cast<int>(places_.size()); ++m) {
-    const model::ModuleType& type = model_.TypeOf(robot_, m);
-    for (int j = 0; j < static_cast<int>(type.joints.size()); ++j) {
-      const model::Joint& joint = type.joints[j];
-      const bool a_free = places_[m][joint.link_a].body < 0;
-      if (a_free == (places_[m][joint.link_b].body < 0)) continue;
-      const bridge::LinkPose X_BA = bridge::ToLinkPose(model::JointMotion(joint, FirstValue(m, j)));
-      const int link = a_free ? joint.link_a : joint.link_b;
-      const bridge::LinkPlace& place = places_[m][a_free ? joint.link_b : joint.link_a];
-      const bridge::LinkPlace& own = in_group[m][link];
-      const bridge::LinkPose X_BodyGroup =
-          place.X_BL * (a_free ? X_BA : bridge::Inverse(X_BA)) * bridge::Inverse(own.X_BL);
-      const auto [at, first] = held.try_emplace({own.body, place.body}, 0, X_BodyGroup);
-      ++at->second.first;
-    }
-  }
-  for (const auto& [who, hold] : held) {
-    if (hold.first < 2) continue;
-    for (size_t m = 0; m < places_.size(); ++m) {
-      for (size_t l = 0; l < places_[m].size(); ++l) {
-        if (places_[m][l].body >= 0 || in_group[m][l].body != who.first) continue;
-        places_[m][l] = {who.second, hold.second * in_group[m][l].X_BL};
-      }
-    }
-  }
-}
-
-double MotionRecorder::FirstValue(int module, int joint) {
-  const JointSeries* row = RowOf(module, joint);
-  if (row != nullptr) {
-    for (const double x : row->position) {
-      if (!std::isnan(x)) return x;
-    }
-  }
-  const std::vector<double>& start = robot_.modules[module].start;
-  return IsIndex(joint, start.size()) ? start[joint] : 0.0;
 }
 
 std::string MotionRecorder::NameOfLink(int module, int link) const {

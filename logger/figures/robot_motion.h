@@ -170,12 +170,6 @@ class MotionRecorder {
   void NoteLoads(const std::vector<morphbus::contact_force_t>& contacts);
   /// Finds which links the bodies carry, and what they weigh.
   void LayOut(const std::vector<std::pair<int, int>>& bodies);
-  /// Places links that joints hold which cannot move, since two hold them against the same body:
-  /// the engine has them in that body (sim/rigid_body_model.h). They are where their sensors had
-  /// them.
-  void PlaceLocked();
-  /// The first reading of a joint; without one, the robot's start value.
-  double FirstValue(int module, int joint);
   [[nodiscard]] std::string NameOfLink(int module, int link) const;
   void NoteContacts(const std::vector<bridge::LinkPose>& X_WB);
 

@@ -221,23 +221,6 @@ TEST_F(RunFiguresTest, WhatPartsAndDocksHasTheSameCentreOfMass) {
   EXPECT_TRUE(motion.track[3].p_WCm.isApprox(motion.track[0].p_WCm, 1e-12));
 }
 
-TEST_F(RunFiguresTest, ALinkThatIsLockedIsWhereItsJointHasIt) {
-  // The engine makes one body of links that cannot move against each other.
-  // Here both pairs of links are docked, so that neither hinge can turn.
-  morphbus::docked_connector_t heavy = Mate(2, 1, 3);
-  heavy.number = 2;
-  MotionRecorder recorder = Recorder();
-  recorder.TakeSensed(0, 0, {std::numbers::pi / 2}, {Mate(0, 1, 1), heavy});
-  recorder.TakeSensed(0, 1, {std::numbers::pi / 2}, {});
-  recorder.TakeBodies(0, {Body(0, 0, {0, 1, 0})});
-  const RobotMotion motion = recorder.Finish();
-  ASSERT_EQ(motion.track.size(), 1u);
-  // m1's heavy cube, at rest east of the hinge, is north of it; m2's is docked 0.4 m farther along.
-  const Vector3d sum = Vector3d(0, 1, -0.1) + Vector3d(0.4, 1, -0.1) + 3 * Vector3d(0.1, 1, 0) +
-                       3 * Vector3d(0.1, 1, -0.4);
-  EXPECT_TRUE(motion.track[0].p_WCm.isApprox(sum / 8, 1e-9)) << motion.track[0].p_WCm.transpose();
-}
-
 TEST_F(RunFiguresTest, ATickOfWhichAPartIsMissingIsLeftOut) {
   MotionRecorder recorder = Recorder();
   recorder.TakeBodies(0, Whole({0, 1, 0}, {0, 1, 0}));
