@@ -97,8 +97,6 @@ class ClientSession {
 
   /// The next frame, if there is one. `now_s` is any clock that does not go back.
   std::optional<OutgoingFrame> Next(double now_s);
-  /// Whether Next() would have one.
-  [[nodiscard]] bool HasNext() const { return !waiting_.empty() || missed_total_ > 0; }
   /// Whether the client does not read what it asks for, and is to be given up.
   [[nodiscard]] bool overrun() const { return overrun_; }
   /// By which the hub knows it, and whether it gave the token.

@@ -39,9 +39,6 @@ class McapWriter {
   /// Writes the last chunk, the summary and the footer. Nothing can be written after.
   Result<void> Close();
 
-  /// Messages so far.
-  [[nodiscard]] uint64_t num_messages() const { return num_messages_; }
-
  private:
   /// A chunk as the index in the summary names it.
   struct ChunkEntry {

@@ -4,6 +4,7 @@ import collections
 import hashlib
 import json
 import math
+import random
 import shutil
 import subprocess
 import sys
@@ -134,6 +135,20 @@ class Mcap(Case):
         self.assertEqual(len(told), 9)
         lines = [m['message']['message'] for m in messages if m['topic'] == '/counts/log']
         self.assertEqual([line for line in lines if line.startswith('has')], [p['text'] for p in said])
+
+    def test_a_recording_in_any_order_tells_viewers_the_same(self):
+        # As another logger has it where messages are lost on the way and sent again.
+        order = random.Random(3)
+        events = [event for event in read_events(self.log) if not event[2].endswith(('/HEALTH', '/END'))]
+        late = sorted(events, key=lambda event: event[0] + 40 * order.random())
+        told = []
+        for name, these in (('straight', events), ('late', late)):
+            write_events(self.folder / f'{name}.log', [(i, *event[1:]) for i, event in enumerate(these)])
+            morphbus('convert', self.folder / f'{name}.log', '--to', 'mcap', '-o', self.folder / f'{name}.mcap')
+            messages, _ = read_mcap(self.folder / f'{name}.mcap')
+            told.append([(m['topic'], m['publishTime'], m['message']) for m in messages if m['topic'].startswith('/')])
+        self.assertGreater(len(told[0]), 500)
+        self.assertEqual(*told)
 
     def test_a_wrong_byte_of_a_chunk_is_noticed_by_the_reader(self):
         path = self.folder / 'short.mcap'

@@ -63,7 +63,7 @@ auto WriteThrough(const std::string& path, const Make& make)
 }
 
 /// Events one by one: JSON lines and MCAP.
-int ConvertEvents(const ConvertOptions& options, const OutputKind& kind,
+int ConvertEvents(const ConvertOptions& options, const OutputKind& kind, bool in_order,
                   Result<EventsWritten> (*write)(EventDecoder*, const NamePattern&,
                                                  const logger::ByteSink&)) {
   const WorkProgress progress;
@@ -72,7 +72,7 @@ int ConvertEvents(const ConvertOptions& options, const OutputKind& kind,
   if (!channels) return Unusable("--channel " + channels.error().message);
   const Result<std::string> description = LentDescription(options.description);
   if (!description) return Unusable(description.error().message);
-  const auto decoder = EventDecoder::Open(options.log, *description);
+  const auto decoder = EventDecoder::Open(options.log, *description, in_order);
   if (!decoder) return Unusable(decoder.error().message);
   // An existing file is replaced only if it is of the same kind, and none that is read here.
   if (!MayWrite(options.output, kind, options.force, {options.log, options.description})) {
@@ -105,10 +105,10 @@ int ConvertEvents(const ConvertOptions& options, const OutputKind& kind,
 }
 
 int ToJson(const ConvertOptions& options) {
-  return ConvertEvents(options, outputs::kJsonLines, WriteJsonLines);
+  return ConvertEvents(options, outputs::kJsonLines, false, WriteJsonLines);
 }
 int ToMcap(const ConvertOptions& options) {
-  return ConvertEvents(options, outputs::kMcap, WriteMcap);
+  return ConvertEvents(options, outputs::kMcap, true, WriteMcap);
 }
 
 /// The paths of all tables, each of which may be written; nothing otherwise.

@@ -10,9 +10,8 @@
 namespace morphbus::tools {
 
 Result<std::unique_ptr<EventDecoder>> EventDecoder::Open(const std::string& path,
-                                                         const std::string& description) {
-  auto reader = logger::EventLogReader::Open(path);
-  if (!reader) return tl::unexpected(reader.error());
+                                                         const std::string& description,
+                                                         bool in_order) {
   // A log of an older build has messages that only its own definitions fit.
   std::vector<LcmSchema> schemas;
   proto::RunDescription described;
@@ -21,6 +20,8 @@ Result<std::unique_ptr<EventDecoder>> EventDecoder::Open(const std::string& path
     Result<LcmSchema> schema = LcmSchema::Parse(described.lcm_schema());
     if (schema) schemas.push_back(std::move(*schema));
   }
+  auto reader = logger::OrderedLogReader::Open(path, in_order ? described.run() : "");
+  if (!reader) return tl::unexpected(reader.error());
   // This build's own are for logs that hold none.
   Result<LcmSchema> ours = LcmSchema::Parse(LcmSources());
   if (!ours) return tl::unexpected(ours.error());
@@ -53,7 +54,6 @@ bool EventDecoder::Next(DecodedEvent* decoded) {
     decoded->why_not.clear();
     break;
   }
-  if (decoded->type == nullptr) ++num_unknown_;
   // Messages of ours say to which sim time they belong.
   if (const auto header = decoded->message.find("header");
       header != decoded->message.end() && header->is_object()) {

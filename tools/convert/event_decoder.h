@@ -11,6 +11,7 @@
 
 #include "compiler/base/result.h"
 #include "logger/log/event_log.h"
+#include "logger/log/ordered_log.h"
 #include "tools/spy/lcm_schema.h"
 
 namespace morphbus::tools {
@@ -34,9 +35,10 @@ class EventDecoder {
  public:
   /// Opens the log. Its description says how the message types were defined when it was recorded;
   /// `description` is a serialized one (ReadDescription) that takes the place of a missing one, and
-  /// may be empty. Fails if the log cannot be read.
+  /// may be empty. `in_order`: events come in the order of the run's ticks (OrderedLogReader), else
+  /// in that of the file. Fails if the log cannot be read.
   static Result<std::unique_ptr<EventDecoder>> Open(const std::string& path,
-                                                    const std::string& description);
+                                                    const std::string& description, bool in_order);
 
   /// Reads the next event; false at the end. Damage is read past.
   bool Next(DecodedEvent* decoded);
@@ -45,22 +47,19 @@ class EventDecoder {
   /// The definitions among which `type`, of an event of this decoder, is.
   [[nodiscard]] const LcmSchema& SchemaOf(const LcmType& type) const;
   /// The reader beneath, for what it found.
-  [[nodiscard]] const logger::EventLogReader& reader() const { return *reader_; }
-  /// Events so far whose bytes no definition fits.
-  [[nodiscard]] int64_t num_unknown() const { return num_unknown_; }
+  [[nodiscard]] const logger::EventLogReader& reader() const { return reader_->file(); }
 
  private:
-  EventDecoder(std::unique_ptr<logger::EventLogReader> reader, std::string description,
+  EventDecoder(std::unique_ptr<logger::OrderedLogReader> reader, std::string description,
                std::vector<LcmSchema> schemas)
       : reader_(std::move(reader)),
         description_(std::move(description)),
         schemas_(std::move(schemas)) {}
 
-  std::unique_ptr<logger::EventLogReader> reader_;
+  std::unique_ptr<logger::OrderedLogReader> reader_;
   std::string description_;
   /// The log's own definitions, if it has some, then ours.
   std::vector<LcmSchema> schemas_;
-  int64_t num_unknown_ = 0;
 };
 
 }  // namespace morphbus::tools

@@ -1,8 +1,10 @@
 #include "tools/monitor/log_index.h"
 
+#include <algorithm>
+
 #include "bridge/wire/channels.h"
 #include "logger/log/description.h"
-#include "logger/log/event_log.h"
+#include "logger/log/ordered_log.h"
 
 namespace morphbus::tools {
 namespace {
@@ -35,13 +37,14 @@ Result<std::shared_ptr<const LogIndex>> IndexLog(const std::string& path,
                                                  std::shared_ptr<const bridge::RunModel> run,
                                                  const std::string& source,
                                                  const bridge::ProgramText& text) {
-  auto reader = logger::EventLogReader::Open(path);
+  auto reader = logger::OrderedLogReader::Open(path, run->run);
   if (!reader) return Fail(reader.error().message);
   // The log's begin is a place to play from before anything was heard.
   auto index = std::make_shared<LogIndex>();
   index->path = path;
   const std::string clock_channel = bridge::Channel(run->run, "", bridge::Topic::kClock);
   index->run = run;
+  index->disorder = (*reader)->disorder();
   bridge::Converter converter(run, source, text);
   index->checkpoints.push_back({0, 0, converter});
   bridge::ChannelCounts counts;
@@ -52,7 +55,8 @@ Result<std::shared_ptr<const LogIndex>> IndexLog(const std::string& path,
     // A tick begins with its CLOCK: before it is where one can begin to play.
     if (event.channel == clock_channel &&
         converter.time_us() >= index->checkpoints.back().time_us + spacing_us) {
-      index->checkpoints.push_back({converter.time_us(), event.offset, converter});
+      index->checkpoints.push_back(
+          {converter.time_us(), std::min(event.offset, (*reader)->position()), converter});
       if (index->checkpoints.size() > kMostCheckpoints) {
         ThinOut(&index->checkpoints);
         spacing_us *= 2;

@@ -15,7 +15,7 @@ namespace morphbus::tools {
 /// A place in a log, and all that the converter knew there.
 struct LogCheckpoint {
   int64_t time_us = 0;  ///< Sim time.
-  uint64_t offset = 0;  ///< Byte of the file at which the next event begins.
+  uint64_t offset = 0;  ///< Byte of the file from which on events are read.
   bridge::Converter converter;
 };
 
@@ -23,6 +23,7 @@ struct LogCheckpoint {
 struct LogIndex {
   std::string path;
   std::shared_ptr<const bridge::RunModel> run;
+  int64_t disorder = 0;              ///< Of the file, as OrderedLogReader has it.
   int64_t begin_us = 0, end_us = 0;  ///< Sim time of the first and the last tick.
   /// In order of time; the first is the log's begin. 256 at most, evenly spread.
   std::vector<LogCheckpoint> checkpoints;

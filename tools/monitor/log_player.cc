@@ -9,7 +9,7 @@
 namespace morphbus::tools {
 
 LogPlayer::LogPlayer(std::shared_ptr<const LogIndex> index,
-                     std::unique_ptr<logger::EventLogReader> reader, double now_s)
+                     std::unique_ptr<logger::OrderedLogReader> reader, double now_s)
     : index_(std::move(index)),
       reader_(std::move(reader)),
       clock_channel_(bridge::Channel(index_->run->run, "", bridge::Topic::kClock)),
@@ -20,7 +20,7 @@ LogPlayer::LogPlayer(std::shared_ptr<const LogIndex> index,
 
 Result<std::unique_ptr<LogPlayer>> LogPlayer::Create(std::shared_ptr<const LogIndex> index,
                                                      double now_s) {
-  auto reader = logger::EventLogReader::Open(index->path);
+  auto reader = logger::OrderedLogReader::Open(index->path, index->run->run, index->disorder);
   if (!reader) return Fail(reader.error().message);
   return std::unique_ptr<LogPlayer>(new LogPlayer(std::move(index), std::move(*reader), now_s));
 }

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "bridge/outward/converter.h"
-#include "logger/log/event_log.h"
+#include "logger/log/ordered_log.h"
 #include "tools/monitor/log_index.h"
 
 namespace morphbus::tools {
@@ -42,7 +42,7 @@ class LogPlayer {
   [[nodiscard]] int64_t time_us() const { return converter_.time_us(); }
 
  private:
-  LogPlayer(std::shared_ptr<const LogIndex> index, std::unique_ptr<logger::EventLogReader> reader,
+  LogPlayer(std::shared_ptr<const LogIndex> index, std::unique_ptr<logger::OrderedLogReader> reader,
             double now_s);
   /// Reads the next event into event_, if it is not there already. False at the end.
   bool Peek();
@@ -50,7 +50,7 @@ class LogPlayer {
   void TakeEvent(const bridge::OutwardSink& sink);
 
   std::shared_ptr<const LogIndex> index_;
-  std::unique_ptr<logger::EventLogReader> reader_;
+  std::unique_ptr<logger::OrderedLogReader> reader_;
   std::string clock_channel_;  ///< Where CLOCK is.
   bridge::Converter converter_;
   logger::LogEvent event_;
