@@ -32,6 +32,23 @@ void TakeBefore(int64_t end_us, std::vector<Sample>* ahead, std::vector<Sample>*
   ahead->erase(ahead->begin(), end);
 }
 
+/// Puts what is known of the world in order of time, with one sample for all parts of an instant.
+void JoinParts(std::vector<WorldSample>* world) {
+  SortByTime(world, false);
+  size_t joined = 0;
+  for (size_t i = 1; i < world->size(); ++i) {
+    WorldSample& last = (*world)[joined];
+    WorldSample& next = (*world)[i];
+    if (next.time_us != last.time_us) {
+      if (++joined != i) (*world)[joined] = std::move(next);
+      continue;
+    }
+    last.bodies.insert(last.bodies.end(), next.bodies.begin(), next.bodies.end());
+    last.contacts.insert(last.contacts.end(), next.contacts.begin(), next.contacts.end());
+  }
+  if (!world->empty()) world->resize(joined + 1);
+}
+
 }  // namespace
 
 ModuleSeries& SeriesCollector::Module(std::string_view name) {
@@ -60,16 +77,7 @@ void SeriesCollector::TakeActuator(std::string_view module, morphbus::actuator_t
 }
 
 void SeriesCollector::TakeWorld(morphbus::world_t&& world) {
-  WorldSample& sample = world_[world.header.sim_time_us];
-  sample.time_us = world.header.sim_time_us;
-  // Mostly one message has all of a tick.
-  if (sample.bodies.empty() && sample.contacts.empty()) {
-    sample.bodies = std::move(world.bodies);
-    sample.contacts = std::move(world.contacts);
-    return;
-  }
-  sample.bodies.insert(sample.bodies.end(), world.bodies.begin(), world.bodies.end());
-  sample.contacts.insert(sample.contacts.end(), world.contacts.begin(), world.contacts.end());
+  world_.push_back({world.header.sim_time_us, std::move(world.bodies), std::move(world.contacts)});
 }
 
 void SeriesCollector::TakeTransform(const bridge::RunMessage& message, bool only_changes) {
@@ -104,10 +112,10 @@ void SeriesCollector::Finish(RunLog* log) {
            std::pair(rank(b), std::string_view(b.name));
   });
   log->modules = std::move(all);
-  // World and ticks were kept in order of time from the beginning.
-  log->world.reserve(world_.size());
-  for (auto& [time, sample] : world_) log->world.push_back(std::move(sample));
+  JoinParts(&world_);
+  log->world = std::move(world_);
   world_.clear();
+  // Ticks were kept in order of time from the beginning.
   log->ticks_us.assign(ticks_.begin(), ticks_.end());
   ticks_.clear();
 }
@@ -123,10 +131,8 @@ void SeriesCollector::MoveBefore(int64_t end_us, RunLog* log) {
     std::erase_if(modules_,
                   [log](const auto& module) { return log->FindModule(module.first) == nullptr; });
   }
-  const auto end = world_.lower_bound(end_us);
-  log->world.clear();
-  for (auto it = world_.begin(); it != end; ++it) log->world.push_back(std::move(it->second));
-  world_.erase(world_.begin(), end);
+  JoinParts(&world_);
+  TakeBefore(end_us, &world_, &log->world);
 }
 
 }  // namespace morphbus::logger

@@ -3,13 +3,13 @@
 // any order, so that a series is only put into order of time when all of it is there.
 
 #include <cstdint>
-#include <map>
 #include <morphbus/actuator_t.hpp>
 #include <morphbus/sensors_t.hpp>
 #include <morphbus/world_t.hpp>
 #include <set>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "bridge/observe/run_message.h"
 #include "compiler/base/text_hash.h"
@@ -47,7 +47,7 @@ class SeriesCollector {
 
  private:
   TextTable<ModuleSeries> modules_;
-  std::map<int64_t, WorldSample> world_;
+  std::vector<WorldSample> world_;
   std::set<int64_t> ticks_;
 };
 
