@@ -3,9 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <optional>
+#include <tuple>
 
+#include "bridge/outward/link_places.h"
 #include "compiler/model/forward_kinematics.h"
 #include "compiler/model/link_mass.h"
+#include "logger/log/run_log.h"
+#include "logger/log/tracked_body.h"
 
 namespace morphbus::logger {
 namespace {
@@ -25,15 +31,6 @@ bridge::LinkPose PoseOf(const morphbus::body_pose_t& body) {
           Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized()};
 }
 
-/// Adds what WORLD says of a link unless something was said of it.
-template <class Entry>
-void AddOnce(const Entry& entry, std::vector<Entry>* entries) {
-  const bool known = std::any_of(entries->begin(), entries->end(), [&](const Entry& other) {
-    return other.module_id == entry.module_id && other.link == entry.link;
-  });
-  if (!known) entries->push_back(entry);
-}
-
 /// Each value that is missing is the one before it; before the first one there is the first.
 void FillIn(std::vector<double>* row) {
   const auto known =
@@ -42,26 +39,84 @@ void FillIn(std::vector<double>* row) {
   for (double& x : *row) last = x = std::isnan(x) ? last : x;
 }
 
-}  // namespace
+/// Gathers the motion of one log.
+class MotionGatherer {
+ public:
+  /// `log` outlives the gatherer; `root` is the link that stands for the root.
+  MotionGatherer(const RunLog& log, model::LinkRef root);
+  RobotMotion Gather();
 
-model::LinkRef RootLinkOf(const model::Robot& robot, int module) {
-  return {module, module == robot.root_module ? robot.root_link : 0};
-}
+ private:
+  /// A body of the present layout: mass (kg), first moment in the frame of the link that stands for
+  /// it (kg m).
+  struct BodyMass {
+    double kg = 0.0;
+    Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+  };
+  /// Where a link's lowest point may be: its hull, and a ball around it, in L.
+  struct LinkShape {
+    const std::vector<Eigen::Vector3d>* hull = nullptr;
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    double radius = 0.0;
+    double kg = 0.0;
+    Eigen::Vector3d p_LoLcm = Eigen::Vector3d::Zero();
+  };
+  /// A body by its module's index in the robot and its link.
+  using BodyName = std::pair<int, int>;
 
-MotionRecorder::MotionRecorder(const model::Model& model, const model::Robot& robot,
-                               const Options& options)
-    : model_(model), robot_(robot), options_(options), trunk_(Trunk(model, robot)) {
-  motion_.tick_us = options.tick_us;
-  motion_.realtime = options.realtime;
+  /// Index of a sim time in the joints' rows; none if it is no time that the run can have.
+  std::optional<size_t> Slot(int64_t time_us);
+  /// The joint's row; null for a fixed joint, or one that the robot lacks.
+  JointSeries* RowOf(int module, int joint);
+  // What a module sensed, and what it commanded.
+  void TakeSensed(const ModuleSeries& module, const SensorSample& sample);
+  void TakeCommands(const ModuleSeries& module, const ActuatorSample& sample);
+  /// Places the robot of a tick, by the bodies of WORLD.
+  void Place(const WorldSample& world);
+  void NoteLoads(const std::vector<morphbus::contact_force_t>& contacts);
+  /// What was sensed to be docked by then; of a module that had sensed nothing, as it is declared.
+  [[nodiscard]] bridge::Dockings DockingsBy(int64_t time_us) const;
+  /// Finds which links the bodies carry, and what they weigh.
+  void LayOut(const std::vector<BodyName>& bodies, int64_t time_us);
+  [[nodiscard]] std::string NameOfLink(int module, int link) const;
+  void NoteContacts(const std::vector<bridge::LinkPose>& X_WB);
+
+  const RunLog& log_;
+  const model::Model& model_;
+  const model::Robot& robot_;
+  /// Messages name modules by numbers, which SENSORS explains; usually they are the model's.
+  std::map<int, int> model_indices_;
+  TrackedBody root_, trunk_;
+  std::vector<std::vector<LinkShape>> shapes_;  ///< By module and link.
+  RobotMotion motion_;
+  std::vector<std::vector<int>> row_of_;  ///< Index in motion_.joints, by module and joint; or -1.
+  size_t num_slots_ = 0;
+  /// The bodies of the present layout, and where all links are in them.
+  std::vector<BodyName> bodies_;
+  std::vector<std::vector<bridge::LinkPlace>> places_;
+  std::vector<BodyMass> masses_;
+  bool complete_ = false;  ///< Whether every link has its place.
+  /// By module and link: index in motion_.contacts, or -1.
+  std::vector<std::vector<int>> contact_of_;
+  /// The loads so far, with sums in the place of means.
+  std::map<std::pair<int, int>, LinkLoad> loads_;
+};
+
+MotionGatherer::MotionGatherer(const RunLog& log, model::LinkRef root)
+    : log_(log),
+      model_(*log.model),
+      robot_(*log.robot),
+      model_indices_(ModelIndices(log)),
+      trunk_(Trunk(model_, robot_)) {
+  motion_.tick_us = log.tick_us;
+  motion_.realtime = log.facts.mode == "realtime";
   const model::KinematicState start =
-      model::ForwardKinematics(model, robot, model::StartValues(robot));
+      model::ForwardKinematics(model_, robot_, model::StartValues(robot_));
   // R in the frame of the link that carries it.
-  root_ = {options.root, start.X_RL[options.root.module][options.root.link].inverse()};
-  dockings_ = bridge::DeclaredDockings(model, robot);
-  sensed_dockings_.resize(robot.modules.size());
+  root_ = {root, start.X_RL[root.module][root.link].inverse()};
   // What every link weighs and where it ends, and a row for every joint.
-  for (int m = 0; m < static_cast<int>(robot.modules.size()); ++m) {
-    const model::ModuleType& type = model.TypeOf(robot, m);
+  for (int m = 0; m < static_cast<int>(robot_.modules.size()); ++m) {
+    const model::ModuleType& type = model_.TypeOf(robot_, m);
     std::vector<LinkShape>& links = shapes_.emplace_back();
     for (int l = 0; l < static_cast<int>(type.links.size()); ++l) {
       const model::LinkMass mass = model::ComputeLinkMass(type, l);
@@ -82,29 +137,14 @@ MotionRecorder::MotionRecorder(const model::Model& model, const model::Robot& ro
       rows.push_back(fixed ? -1 : static_cast<int>(motion_.joints.size()));
       if (fixed) continue;
       motion_.joints.push_back(
-          {m, j, type.joints[j].type, robot.modules[m].name + "." + type.joints[j].name});
+          {m, j, type.joints[j].type, robot_.modules[m].name + "." + type.joints[j].name});
     }
     contact_of_.emplace_back(type.links.size(), -1);
   }
 }
 
-void MotionRecorder::Take(const morphbus::sensors_t& sensors) {
-  for (const morphbus::module_sensors_t& module : sensors.modules) {
-    TakeSensed(sensors.header.sim_time_us, module.module_id, module.joint_position_si,
-               module.docked, module.joint_effort_si);
-  }
-}
-
-void MotionRecorder::Take(const morphbus::actuator_t& actuator) {
-  TakeCommands(actuator.header.sim_time_us, actuator.module_id, actuator.joints);
-}
-
-void MotionRecorder::Take(const morphbus::world_t& world) {
-  TakeBodies(world.header.sim_time_us, world.bodies, world.contacts);
-}
-
-std::optional<size_t> MotionRecorder::Slot(int64_t time_us) {
-  const int64_t tick_us = options_.tick_us;
+std::optional<size_t> MotionGatherer::Slot(int64_t time_us) {
+  const int64_t tick_us = motion_.tick_us;
   if (tick_us <= 0 || motion_.joints.empty()) return std::nullopt;
   if (num_slots_ == 0) motion_.first_us = time_us;
   // Half a tick of rounding is none; a difference of two extreme numbers is no time.
@@ -135,69 +175,42 @@ std::optional<size_t> MotionRecorder::Slot(int64_t time_us) {
   return static_cast<size_t>(slot);
 }
 
-JointSeries* MotionRecorder::RowOf(int module, int joint) {
+JointSeries* MotionGatherer::RowOf(int module, int joint) {
   if (!IsIndex(module, row_of_.size()) || !IsIndex(joint, row_of_[module].size())) return nullptr;
   const int row = row_of_[module][joint];
   return row < 0 ? nullptr : &motion_.joints[row];
 }
 
-void MotionRecorder::TakeSensed(int64_t time_us, int module, const std::vector<double>& position,
-                                const std::vector<morphbus::docked_connector_t>& docked,
-                                const std::vector<float>& effort) {
-  if (!IsIndex(module, robot_.modules.size())) return;
-  if (const std::optional<size_t> slot = Slot(time_us)) {
-    for (int j = 0; j < static_cast<int>(position.size()); ++j) {
-      JointSeries* row = RowOf(module, j);
-      if (row == nullptr) continue;
-      row->position[*slot] = position[j];
-      if (IsIndex(j, effort.size())) row->effort[*slot] = static_cast<double>(effort[j]);
+void MotionGatherer::TakeSensed(const ModuleSeries& module, const SensorSample& sample) {
+  const std::optional<size_t> slot = Slot(sample.time_us);
+  if (!slot) return;
+  for (int j = 0; j < static_cast<int>(sample.position.size()); ++j) {
+    JointSeries* row = RowOf(module.model_index, j);
+    if (row == nullptr) continue;
+    row->position[*slot] = sample.position[j];
+    if (IsIndex(j, sample.effort.size())) {
+      row->effort[*slot] = static_cast<double>(sample.effort[j]);
     }
   }
-  // Dockings are the same for most of a run.
-  auto& known = sensed_dockings_[module];
-  if (known && bridge::SameDocked(*known, docked)) return;
-  known = docked;
-  changed_dockings_[time_us][module] = docked;
 }
 
-void MotionRecorder::TakeCommands(int64_t time_us, int module,
-                                  const std::vector<morphbus::joint_command_t>& joints) {
+void MotionGatherer::TakeCommands(const ModuleSeries& module, const ActuatorSample& sample) {
   using morphbus::joint_command_t;
-  const std::optional<size_t> slot = Slot(time_us);
+  const std::optional<size_t> slot = Slot(sample.time_us);
   if (!slot) return;
-  for (int j = 0; j < static_cast<int>(joints.size()); ++j) {
-    JointSeries* row = RowOf(module, j);
+  for (int j = 0; j < static_cast<int>(sample.joints.size()); ++j) {
+    JointSeries* row = RowOf(module.model_index, j);
     if (row == nullptr) continue;
     // A joint that holds has its last target.
-    const bool turns = joints[j].mode == joint_command_t::MODE_VELOCITY;
-    row->velocity[*slot] = turns ? joints[j].speed_si : 0.0;
-    if (joints[j].mode == joint_command_t::MODE_POSITION) row->target[*slot] = joints[j].target_si;
+    const joint_command_t& joint = sample.joints[j];
+    row->velocity[*slot] = joint.mode == joint_command_t::MODE_VELOCITY ? joint.speed_si : 0.0;
+    if (joint.mode == joint_command_t::MODE_POSITION) row->target[*slot] = joint.target_si;
   }
 }
 
-void MotionRecorder::TakeBodies(int64_t time_us, const std::vector<morphbus::body_pose_t>& bodies,
-                                const std::vector<morphbus::contact_force_t>& contacts) {
-  // Parts of one tick make one list; a part that comes again adds nothing.
-  WorldAtTick& world = worlds_[time_us];
-  for (const morphbus::body_pose_t& body : bodies) AddOnce(body, &world.bodies);
-  for (const morphbus::contact_force_t& contact : contacts) AddOnce(contact, &world.contacts);
-  // What is so old is complete.
-  const int64_t late_us = int64_t{kMostLateTicks} * std::max(options_.tick_us, 1);
-  while (worlds_.rbegin()->first - worlds_.begin()->first > late_us) {
-    TakeWhole(worlds_.begin()->first, std::move(worlds_.begin()->second));
-    worlds_.erase(worlds_.begin());
-  }
-}
-
-void MotionRecorder::TakeWhole(int64_t time_us, WorldAtTick world) {
-  Place(time_us, std::move(world.bodies));
-  NoteLoads(world.contacts);
-}
-
-void MotionRecorder::NoteLoads(const std::vector<morphbus::contact_force_t>& contacts) {
-  ++num_worlds_;
+void MotionGatherer::NoteLoads(const std::vector<morphbus::contact_force_t>& contacts) {
   for (const morphbus::contact_force_t& contact : contacts) {
-    const int m = contact.module_id, l = contact.link;
+    const int m = ModelIndexOf(model_indices_, contact.module_id), l = contact.link;
     if (!IsIndex(m, shapes_.size()) || !IsIndex(l, shapes_[m].size())) continue;
     const Eigen::Vector3d f_W = Eigen::Map<const Eigen::Vector3f>(contact.force_n).cast<double>();
     LinkLoad& load = loads_[{m, l}];
@@ -206,28 +219,26 @@ void MotionRecorder::NoteLoads(const std::vector<morphbus::contact_force_t>& con
   }
 }
 
-void MotionRecorder::Place(int64_t time_us, std::vector<morphbus::body_pose_t> bodies) {
-  // What was docked by then.
-  while (!changed_dockings_.empty() && changed_dockings_.begin()->first <= time_us) {
-    for (auto& [module, docked] : changed_dockings_.begin()->second) dockings_[module] = docked;
-    changed_dockings_.erase(changed_dockings_.begin());
+void MotionGatherer::Place(const WorldSample& world) {
+  // The order in which bodies came must not show in the last digits of a sum.
+  std::vector<std::pair<BodyName, bridge::LinkPose>> named;
+  for (const morphbus::body_pose_t& body : world.bodies) {
+    named.push_back({{ModelIndexOf(model_indices_, body.module_id), body.link}, PoseOf(body)});
   }
-  // The order in which parts came must not show in the last digits of a sum.
-  const auto name_of = [](const morphbus::body_pose_t& b) {
-    return std::pair(b.module_id, b.link);
-  };
-  std::sort(bodies.begin(), bodies.end(),
-            [&](const auto& a, const auto& b) { return name_of(a) < name_of(b); });
-  // Bodies fall apart and join only where the set of bodies changes.
-  std::vector<std::pair<int, int>> names;
-  for (const morphbus::body_pose_t& body : bodies) names.emplace_back(body.module_id, body.link);
-  if (names != bodies_ || masses_.empty()) LayOut(names);
-  if (!complete_) return;
+  std::stable_sort(named.begin(), named.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<BodyName> bodies;
   std::vector<bridge::LinkPose> X_WB;
-  for (const morphbus::body_pose_t& body : bodies) X_WB.push_back(PoseOf(body));
+  for (const auto& [name, X] : named) {
+    bodies.push_back(name);
+    X_WB.push_back(X);
+  }
+  // Bodies fall apart and join only where the set of bodies changes.
+  if (bodies != bodies_ || masses_.empty()) LayOut(bodies, world.time_us);
+  if (!complete_) return;
   // The centre of mass is the sum of the bodies' moments over all of the mass.
   RobotSample sample;
-  sample.time_us = time_us;
+  sample.time_us = world.time_us;
   double kg = 0.0;
   for (size_t b = 0; b < bodies.size(); ++b) {
     sample.p_WCm += masses_[b].kg * X_WB[b].position + X_WB[b].rotation * masses_[b].moment;
@@ -247,9 +258,25 @@ void MotionRecorder::Place(int64_t time_us, std::vector<morphbus::body_pose_t> b
   NoteContacts(X_WB);
 }
 
-void MotionRecorder::LayOut(const std::vector<std::pair<int, int>>& bodies) {
+bridge::Dockings MotionGatherer::DockingsBy(int64_t time_us) const {
+  bridge::Dockings dockings = bridge::DeclaredDockings(model_, robot_);
+  const auto later = [](int64_t time, const SensorSample& sample) { return time < sample.time_us; };
+  for (const ModuleSeries& module : log_.modules) {
+    const auto next =
+        std::upper_bound(module.sensors.begin(), module.sensors.end(), time_us, later);
+    if (module.model_index < 0 || next == module.sensors.begin()) continue;
+    auto& sensed = dockings[module.model_index];
+    sensed.clear();
+    for (const morphbus::docked_connector_t& docked : (next - 1)->docked) {
+      sensed.push_back(WithModelIndex(model_indices_, docked));
+    }
+  }
+  return dockings;
+}
+
+void MotionGatherer::LayOut(const std::vector<BodyName>& bodies, int64_t time_us) {
   bodies_ = bodies;
-  places_ = bridge::PlacesInBodies<bridge::LinkPose>(model_, robot_, dockings_, bodies);
+  places_ = bridge::PlacesInBodies<bridge::LinkPose>(model_, robot_, DockingsBy(time_us), bodies);
   masses_.assign(bodies.size(), {});
   complete_ = !bodies.empty();
   for (size_t m = 0; m < places_.size(); ++m) {
@@ -267,11 +294,11 @@ void MotionRecorder::LayOut(const std::vector<std::pair<int, int>>& bodies) {
   }
 }
 
-std::string MotionRecorder::NameOfLink(int module, int link) const {
+std::string MotionGatherer::NameOfLink(int module, int link) const {
   return robot_.modules[module].name + "." + model_.TypeOf(robot_, module).links[link].name;
 }
 
-void MotionRecorder::NoteContacts(const std::vector<bridge::LinkPose>& X_WB) {
+void MotionGatherer::NoteContacts(const std::vector<bridge::LinkPose>& X_WB) {
   const int sample = static_cast<int>(motion_.track.size()) - 1;
   for (int m = 0; m < static_cast<int>(places_.size()); ++m) {
     for (int l = 0; l < static_cast<int>(places_[m].size()); ++l) {
@@ -301,18 +328,21 @@ void MotionRecorder::NoteContacts(const std::vector<bridge::LinkPose>& X_WB) {
   }
 }
 
-RobotMotion MotionRecorder::Finish() {
-  for (auto& [time_us, world] : worlds_) TakeWhole(time_us, std::move(world));
-  worlds_.clear();
+RobotMotion MotionGatherer::Gather() {
+  for (const ModuleSeries& module : log_.modules) {
+    for (const ActuatorSample& sample : module.actuators) TakeCommands(module, sample);
+    for (const SensorSample& sample : module.sensors) TakeSensed(module, sample);
+  }
+  for (const WorldSample& world : log_.world) {
+    Place(world);
+    NoteLoads(world.contacts);
+  }
   for (auto& [who, load] : loads_) {
-    const auto [m, l] = who;
-    load.module = m;
-    load.link = l;
-    load.name = NameOfLink(m, l);
-    load.mean_W /= static_cast<double>(num_worlds_);
+    std::tie(load.module, load.link) = who;
+    load.name = NameOfLink(load.module, load.link);
+    load.mean_W /= static_cast<double>(log_.world.size());
     motion_.loads.push_back(std::move(load));
   }
-  loads_.clear();
   for (JointSeries& joint : motion_.joints) {
     for (std::vector<double>* row :
          {&joint.target, &joint.velocity, &joint.position, &joint.effort}) {
@@ -323,6 +353,18 @@ RobotMotion MotionRecorder::Finish() {
     return std::pair(a.module, a.link) < std::pair(b.module, b.link);
   });
   return std::move(motion_);
+}
+
+}  // namespace
+
+model::LinkRef RootLinkOf(const model::Robot& robot, int module) {
+  return {module, module == robot.root_module ? robot.root_link : 0};
+}
+
+RobotMotion MotionOf(const RunLog& log) {
+  const model::Robot& robot = *log.robot;
+  const int root = robot.FindModule(log.facts.root_module).value_or(robot.root_module);
+  return MotionGatherer(log, RootLinkOf(robot, root)).Gather();
 }
 
 }  // namespace morphbus::logger

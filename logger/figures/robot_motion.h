@@ -1,30 +1,20 @@
 #pragma once
-// How a robot moved, tick by tick: what the figures of a run are computed from, and how that is
-// gathered from messages, be they those of a log or of a run that keeps none.
+// How a robot moved, tick by tick: what the figures of a run are computed from.
 //
 // Frames: W world (north, up, east; ground at y = 0), R robot frame, L link, P a point's frame.
 
 #include <Eigen/Geometry>
 #include <cstdint>
-#include <map>
-#include <memory>
-#include <morphbus/actuator_t.hpp>
-#include <morphbus/body_pose_t.hpp>
-#include <morphbus/contact_force_t.hpp>
-#include <morphbus/docked_connector_t.hpp>
-#include <morphbus/joint_command_t.hpp>
-#include <morphbus/sensors_t.hpp>
-#include <morphbus/world_t.hpp>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "bridge/outward/link_places.h"
+#include "compiler/model/kinematic_graph.h"
 #include "compiler/model/robot_model.h"
-#include "logger/log/tracked_body.h"
 
 namespace morphbus::logger {
+
+struct RunLog;
 
 /// Where the robot was at the start of one tick (m, in W).
 struct RobotSample {
@@ -101,101 +91,8 @@ struct RobotMotion {
 /// robot's root module, else its first link.
 model::LinkRef RootLinkOf(const model::Robot& robot, int module);
 
-/// Gathers a RobotMotion from what a run publishes. All messages that are there may be given, in
-/// any order as long as none comes more than kMostLateTicks ticks behind another; of a message that
-/// is repeated the first counts. It keeps a few numbers a tick, so a run needs no log:
-///
-///   MotionRecorder recorder(model, robot, {tick_us, realtime, RootLinkOf(robot, root)});
-///   recorder.Take(sensors); recorder.Take(world); recorder.Take(actuator);   // as they come
-///   const RunFigures figures = MeasureFigures(recorder.Finish());            // run_figures.h
-class MotionRecorder {
- public:
-  static constexpr int kMostLateTicks = 32;
-  struct Options {
-    /// Length of a tick (µs), above 0; without it joints are not followed.
-    int32_t tick_us = 0;
-    bool realtime = false;
-    /// Which link stands for the root.
-    model::LinkRef root;
-  };
-  /// `model` and its `robot` outlive the recorder.
-  MotionRecorder(const model::Model& model, const model::Robot& robot, const Options& options);
-
-  /// Messages of a run; modules are named in them by their index in the robot.
-  void Take(const morphbus::sensors_t& sensors);
-  void Take(const morphbus::actuator_t& actuator);
-  void Take(const morphbus::world_t& world);
-
-  // The same in parts; `module` is an index in the robot, and so are the modules that bodies and
-  // dockings name. What the robot does not have is passed over.
-  void TakeSensed(int64_t time_us, int module, const std::vector<double>& position,
-                  const std::vector<morphbus::docked_connector_t>& docked,
-                  const std::vector<float>& effort = {});
-  void TakeCommands(int64_t time_us, int module,
-                    const std::vector<morphbus::joint_command_t>& joints);
-  void TakeBodies(int64_t time_us, const std::vector<morphbus::body_pose_t>& bodies,
-                  const std::vector<morphbus::contact_force_t>& contacts = {});
-
-  /// All of it. The recorder is empty then.
-  RobotMotion Finish();
-
- private:
-  /// A body of the present layout: mass (kg), first moment in the frame of the link that stands for
-  /// it (kg m).
-  struct BodyMass {
-    double kg = 0.0;
-    Eigen::Vector3d moment = Eigen::Vector3d::Zero();
-  };
-  /// Where a link's lowest point may be: its hull, and a ball around it, in L.
-  struct LinkShape {
-    const std::vector<Eigen::Vector3d>* hull = nullptr;
-    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-    double radius = 0.0;
-    double kg = 0.0;
-    Eigen::Vector3d p_LoLcm = Eigen::Vector3d::Zero();
-  };
-
-  /// Index of a sim time in the joints' rows; none if it is no time that the run can have.
-  std::optional<size_t> Slot(int64_t time_us);
-  /// The joint's row; null for a fixed joint, or one that the robot lacks.
-  JointSeries* RowOf(int module, int joint);
-  /// What WORLD said of one tick.
-  struct WorldAtTick {
-    std::vector<morphbus::body_pose_t> bodies;
-    std::vector<morphbus::contact_force_t> contacts;
-  };
-  /// Takes a tick of which all has come: places the robot, and notes what pushed it.
-  void TakeWhole(int64_t time_us, WorldAtTick world);
-  void Place(int64_t time_us, std::vector<morphbus::body_pose_t> bodies);
-  void NoteLoads(const std::vector<morphbus::contact_force_t>& contacts);
-  /// Finds which links the bodies carry, and what they weigh.
-  void LayOut(const std::vector<std::pair<int, int>>& bodies);
-  [[nodiscard]] std::string NameOfLink(int module, int link) const;
-  void NoteContacts(const std::vector<bridge::LinkPose>& X_WB);
-
-  const model::Model& model_;
-  const model::Robot& robot_;
-  Options options_;
-  TrackedBody root_, trunk_;
-  std::vector<std::vector<LinkShape>> shapes_;  ///< By module and link.
-  RobotMotion motion_;
-  std::vector<std::vector<int>> row_of_;  ///< Index in motion_.joints, by module and joint; or -1.
-  size_t num_slots_ = 0;
-  /// WORLD whose tick may not be complete yet, and dockings that changed, by sim time.
-  std::map<int64_t, WorldAtTick> worlds_;
-  std::map<int64_t, std::map<int, std::vector<morphbus::docked_connector_t>>> changed_dockings_;
-  std::vector<std::optional<std::vector<morphbus::docked_connector_t>>> sensed_dockings_;
-  bridge::Dockings dockings_;
-  /// The bodies of the present layout, and where all links are in them.
-  std::vector<std::pair<int, int>> bodies_;
-  std::vector<std::vector<bridge::LinkPlace>> places_;
-  std::vector<BodyMass> masses_;
-  bool complete_ = false;  ///< Whether every link has its place.
-  /// By module and link: index in motion_.contacts, or -1.
-  std::vector<std::vector<int>> contact_of_;
-  /// The loads so far, with sums in the place of means, and the ticks that they are of.
-  std::map<std::pair<int, int>, LinkLoad> loads_;
-  int64_t num_worlds_ = 0;
-};
+/// How the robot of a log moved. The log must have a model, a length of tick and series. What names
+/// modules or links that the robot does not have is passed over.
+RobotMotion MotionOf(const RunLog& log);
 
 }  // namespace morphbus::logger

@@ -239,8 +239,11 @@ double TurnBetween(const RobotSample& a, const RobotSample& b) {
   return std::remainder(2.0 * std::atan2(turn.y(), turn.w()), 2.0 * EIGEN_PI);
 }
 
-RunFigures MeasureFigures(RobotMotion motion) {
+RunFigures FiguresOf(const RunLog& log) {
   RunFigures figures;
+  figures.why_no_gait = "the log does not say which robot it shows";
+  if (log.model == nullptr || log.robot == nullptr) return figures;
+  RobotMotion motion = MotionOf(log);
   const EnergyMeter energy(motion);
   CycleSearch search = FindGait(motion);
   figures.why_no_gait = search.why_not;
@@ -268,49 +271,6 @@ RunFigures MeasureFigures(RobotMotion motion) {
   }
   figures.motion = std::move(motion);
   return figures;
-}
-
-RunFigures FiguresOf(const RunLog& log) {
-  RunFigures none;
-  none.why_no_gait = "the log does not say which robot it shows";
-  if (log.model == nullptr || log.robot == nullptr) return none;
-  const model::Robot& robot = *log.robot;
-  const int root = robot.FindModule(log.facts.root_module).value_or(robot.root_module);
-  MotionRecorder recorder(*log.model, robot,
-                          {log.tick_us, log.facts.mode == "realtime", RootLinkOf(robot, root)});
-  // Messages name modules by numbers, which SENSORS explains; usually they are the model's.
-  const std::map<int, int> indices = ModelIndices(log);
-  const auto model_index = [&](int id) { return static_cast<int16_t>(ModelIndexOf(indices, id)); };
-  const auto take_sensed = [&](const ModuleSeries& module, const SensorSample& sample) {
-    std::vector<morphbus::docked_connector_t> docked = sample.docked;
-    for (auto& mate : docked) mate = WithModelIndex(indices, mate);
-    recorder.TakeSensed(sample.time_us, module.model_index, sample.position, docked, sample.effort);
-  };
-  for (const ModuleSeries& module : log.modules) {
-    for (const ActuatorSample& sample : module.actuators) {
-      recorder.TakeCommands(sample.time_us, module.model_index, sample.joints);
-    }
-  }
-  // What was sensed comes tick by tick with the world that it explains.
-  std::vector<size_t> next(log.modules.size(), 0);
-  const auto sense_until = [&](int64_t time_us) {
-    for (size_t m = 0; m < log.modules.size(); ++m) {
-      const std::vector<SensorSample>& sensors = log.modules[m].sensors;
-      while (next[m] < sensors.size() && sensors[next[m]].time_us <= time_us) {
-        take_sensed(log.modules[m], sensors[next[m]++]);
-      }
-    }
-  };
-  for (const WorldSample& world : log.world) {
-    sense_until(world.time_us);
-    std::vector<morphbus::body_pose_t> bodies = world.bodies;
-    for (auto& body : bodies) body.module_id = model_index(body.module_id);
-    std::vector<morphbus::contact_force_t> contacts = world.contacts;
-    for (auto& contact : contacts) contact.module_id = model_index(contact.module_id);
-    recorder.TakeBodies(world.time_us, bodies, contacts);
-  }
-  sense_until(std::numeric_limits<int64_t>::max());
-  return MeasureFigures(recorder.Finish());
 }
 
 }  // namespace morphbus::logger

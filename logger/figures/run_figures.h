@@ -4,7 +4,7 @@
 // and `compare` print what stands here, so that all agree to the last digit.
 //
 // A figure that is to be had of every run (energy, cost of transport, …) is a field of RunFigures,
-// computed in MeasureFigures() from what MotionRecorder gathered, a key in FiguresJson() and a line
+// computed in FiguresOf() from what MotionOf() gathered, a key in FiguresJson() and a line
 // in FigureLines().
 
 #include <Eigen/Geometry>
@@ -112,9 +112,8 @@ struct RunFigures {
   RobotMotion motion;
 };
 
-/// Computes all figures.
-RunFigures MeasureFigures(RobotMotion motion);
-/// Those of a log with a model and series; of one without, there are none and the reason says so.
+/// Computes those of a log with a model and series; of one without, there are none and the reason
+/// says so.
 RunFigures FiguresOf(const RunLog& log);
 
 /// The pose of the trunk and the robot's centre of mass at a sim time (µs), between two samples on

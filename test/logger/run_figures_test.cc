@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <random>
 
 #include "compiler/base/text.h"
+#include "logger/log/run_log.h"
 
 namespace morphbus::logger {
 namespace {
@@ -67,6 +67,7 @@ model::Model TwoPairs() {
   robot.name = "two";
   robot.modules = {{"m1", 0, {0.0}}, {"m2", 0, {0.0}}};
   robot.dockings = {{0, 0, 1, 1, 0, 0}};
+  robot.root_link = 1;
   model::Model model;
   model.module_types = {type};
   model.connection_types = {connection};
@@ -110,11 +111,49 @@ morphbus::joint_command_t Target(double target) {
   return command;
 }
 
+/// A log, sample by sample in order of time.
+class LogMaker {
+ public:
+  explicit LogMaker(const model::Model& model) {
+    const auto shared = std::make_shared<const model::Model>(model);
+    log_.model = shared;
+    log_.robot = &shared->robots[0];
+    log_.tick_us = kTickUs;
+    for (int module = 0; module < 2; ++module) Series(module);
+  }
+
+  void TakeSensed(int64_t time_us, int module, const std::vector<double>& position,
+                  const std::vector<morphbus::docked_connector_t>& docked,
+                  const std::vector<float>& effort = {}) {
+    Series(module).sensors.push_back({time_us, position, {}, docked, {}, effort});
+  }
+  void TakeCommands(int64_t time_us, int module,
+                    const std::vector<morphbus::joint_command_t>& joints) {
+    Series(module).actuators.push_back({time_us, joints, {}});
+  }
+  void TakeBodies(int64_t time_us, const std::vector<morphbus::body_pose_t>& bodies,
+                  const std::vector<morphbus::contact_force_t>& contacts = {}) {
+    log_.world.push_back({time_us, bodies, contacts});
+  }
+  [[nodiscard]] const RunLog& log() const { return log_; }
+
+ private:
+  ModuleSeries& Series(int module) {
+    for (ModuleSeries& series : log_.modules) {
+      if (series.id == module) return series;
+    }
+    ModuleSeries& series = log_.modules.emplace_back();
+    series.id = module;
+    series.model_index = module >= 0 && module < 2 ? module : -1;
+    return series;
+  }
+
+  RunLog log_;
+};
+
 class RunFiguresTest : public testing::Test {
  protected:
-  MotionRecorder Recorder() {
-    return MotionRecorder(model_, model_.robots[0], {kTickUs, false, {0, 1}});
-  }
+  LogMaker Recorder() { return LogMaker(model_); }
 
   /// The robot at one tick: the light links' body at p_light, the heavy ones at p_heavy (of m1;
   /// m2's lies 0.4 m north).
@@ -128,10 +167,8 @@ class RunFiguresTest : public testing::Test {
   /// the hinge is when it is told `target`. Each motor exerts 2 N m, and the ground 80 N on m1's
   /// heavy link.
   template <class Position>
-  RunFigures Swinging(double period, const Position& position, double seconds = 15.0,
-                      unsigned shuffle = 0) {
-    MotionRecorder recorder = Recorder();
-    std::vector<std::function<void()>> takes;
+  RunFigures Swinging(double period, const Position& position, double seconds = 15.0) {
+    LogMaker recorder = Recorder();
     for (int k = 0; k * 0.02 < seconds; ++k) {
       const double t = k * 0.02;
       const double target = 0.5 * std::sin(2 * std::numbers::pi * t / period);
@@ -141,34 +178,19 @@ class RunFiguresTest : public testing::Test {
       // All links turn as one about the robot's origin, which goes along.
       const Vector3d origin(0.1 * t, up, 0);
       const Eigen::AngleAxisd turn(heading, Vector3d::UnitY());
-      std::vector<morphbus::body_pose_t> bodies = {
-          Body(0, 0, origin + Vector3d(0, 0.2, 0), heading), Body(0, 1, origin, heading),
-          Body(1, 1, origin + turn * Vector3d(0.4, 0, 0), heading)};
       const int64_t time_us = int64_t{k} * kTickUs;
       for (int m = 0; m < 2; ++m) {
-        const std::vector<morphbus::docked_connector_t> docked = {m == 0 ? Mate(0, 1, 1)
-                                                                         : Mate(1, 0, 0)};
-        takes.push_back([=, &recorder] {
-          recorder.TakeSensed(time_us, m, {position(target, t)}, docked, {2});
-        });
-        takes.push_back([=, &recorder] { recorder.TakeCommands(time_us, m, {Target(target)}); });
+        recorder.TakeSensed(time_us, m, {position(target, t)},
+                            {m == 0 ? Mate(0, 1, 1) : Mate(1, 0, 0)}, {2});
+        recorder.TakeCommands(time_us, m, {Target(target)});
       }
-      // WORLD in two parts.
-      takes.push_back([=, &recorder] { recorder.TakeBodies(time_us, {bodies[0], bodies[1]}); });
-      takes.push_back([=, &recorder] {
-        recorder.TakeBodies(time_us, {bodies[2]}, {Contact(0, 1, {0, 80, 0})});
-      });
+      recorder.TakeBodies(
+          time_us,
+          {Body(0, 0, origin + Vector3d(0, 0.2, 0), heading), Body(0, 1, origin, heading),
+           Body(1, 1, origin + turn * Vector3d(0.4, 0, 0), heading)},
+          {Contact(0, 1, {0, 80, 0})});
     }
-    if (shuffle != 0) {
-      // Messages of four ticks that follow each other come in any order.
-      std::mt19937 random(shuffle);
-      for (size_t i = 0; i + 24 <= takes.size(); i += 12) {
-        std::shuffle(takes.begin() + static_cast<std::ptrdiff_t>(i),
-                     takes.begin() + static_cast<std::ptrdiff_t>(i) + 24, random);
-      }
-    }
-    for (const auto& take : takes) take();
-    return MeasureFigures(recorder.Finish());
+    return FiguresOf(recorder.log());
   }
 
   model::Model model_ = TwoPairs();
@@ -177,13 +199,13 @@ class RunFiguresTest : public testing::Test {
 double AsTold(double target, double) { return target; }
 
 TEST_F(RunFiguresTest, DisplacementIsThatOfTheCentreOfMassAndTheRootBodysStandsBesideIt) {
-  MotionRecorder recorder = Recorder();
+  LogMaker recorder = Recorder();
   // The heavy links (6 of 8 kg) go 1 m north and come back half of the way; the root is one of
   // them.
   recorder.TakeBodies(0, Whole({0, 1, 0}, {0, 1, 0}));
   recorder.TakeBodies(kTickUs, Whole({0, 1, 0}, {1, 1, 0}));
   recorder.TakeBodies(2 * kTickUs, Whole({0, 1, 0.2}, {0.5, 1, 0}));
-  const RunFigures figures = MeasureFigures(recorder.Finish());
+  const RunFigures figures = FiguresOf(recorder.log());
   ASSERT_TRUE(figures.has_world);
   EXPECT_TRUE(figures.displacement.isApprox(Vector3d(0.375, 0, 0.05), 1e-12));
   EXPECT_TRUE(figures.root_displacement.isApprox(Vector3d(0.5, 0, 0), 1e-12));
@@ -191,16 +213,16 @@ TEST_F(RunFiguresTest, DisplacementIsThatOfTheCentreOfMassAndTheRootBodysStandsB
 }
 
 TEST_F(RunFiguresTest, TheCentreOfMassIsThatOfAllLinks) {
-  MotionRecorder recorder = Recorder();
+  LogMaker recorder = Recorder();
   recorder.TakeBodies(0, Whole({0, 1, 0}, {0, 1, 0}));
-  const RunFigures figures = MeasureFigures(recorder.Finish());
+  const RunFigures figures = FiguresOf(recorder.log());
   // 2 kg at z = -0.1 and 6 kg at 0.1; by x between the modules.
   const RobotSample& sample = figures.motion.track.front();
   EXPECT_TRUE(sample.p_WCm.isApprox(Vector3d(0.2, 1, 0.05), 1e-9)) << sample.p_WCm.transpose();
 }
 
 TEST_F(RunFiguresTest, WhatPartsAndDocksHasTheSameCentreOfMass) {
-  MotionRecorder recorder = Recorder();
+  LogMaker recorder = Recorder();
   recorder.TakeSensed(0, 0, {0.0}, {Mate(0, 1, 1)});
   recorder.TakeBodies(0, Whole({0, 1, 0}, {0, 1, 0}));
   // They part: m2's light link is a body of its own, where it was.
@@ -214,7 +236,7 @@ TEST_F(RunFiguresTest, WhatPartsAndDocksHasTheSameCentreOfMass) {
   recorder.TakeBodies(2 * kTickUs, parted);
   recorder.TakeSensed(3 * kTickUs, 0, {0.0}, {Mate(0, 1, 1)});
   recorder.TakeBodies(3 * kTickUs, Whole({0, 1, 0}, {0, 1, 0}));
-  const RobotMotion motion = recorder.Finish();
+  const RobotMotion motion = MotionOf(recorder.log());
   ASSERT_EQ(motion.track.size(), 4u);
   EXPECT_TRUE(motion.track[1].p_WCm.isApprox(motion.track[0].p_WCm, 1e-12));
   EXPECT_NEAR(motion.track[2].p_WCm.x(), motion.track[0].p_WCm.x() + 0.4 / 8, 1e-12);
@@ -222,11 +244,11 @@ TEST_F(RunFiguresTest, WhatPartsAndDocksHasTheSameCentreOfMass) {
 }
 
 TEST_F(RunFiguresTest, ATickOfWhichAPartIsMissingIsLeftOut) {
-  MotionRecorder recorder = Recorder();
+  LogMaker recorder = Recorder();
   recorder.TakeBodies(0, Whole({0, 1, 0}, {0, 1, 0}));
   recorder.TakeBodies(kTickUs, {Body(0, 0, {0, 1, 0}), Body(0, 1, {5, 1, 0})});
   recorder.TakeBodies(2 * kTickUs, Whole({0, 1, 0}, {1, 1, 0}));
-  const RunFigures figures = MeasureFigures(recorder.Finish());
+  const RunFigures figures = FiguresOf(recorder.log());
   EXPECT_EQ(figures.motion.track.size(), 2u);
   EXPECT_NEAR(figures.path_length_m, 0.75, 1e-12);
 }
@@ -284,7 +306,7 @@ TEST_F(RunFiguresTest, ACycleHasItsEnergyAndTheWayItsCost) {
 }
 
 TEST_F(RunFiguresTest, BrakingCountsAndStandingStillDoesNot) {
-  MotionRecorder recorder = Recorder();
+  LogMaker recorder = Recorder();
   // Lifted with 3 N m, held, let down against 1 N m, and all of the time in one place.
   const double positions[] = {0, 0.25, 0.5, 0.5, 0.5, 0.25, 0};
   const float efforts[] = {0, 3, 3, 2, 2, 1, 1};
@@ -294,7 +316,7 @@ TEST_F(RunFiguresTest, BrakingCountsAndStandingStillDoesNot) {
     recorder.TakeBodies(time_us, Whole({0, 1, 0}, {0, 1, 0}),
                         {Contact(0, 0, {0, k == 3 ? 70.0 : 0.0, 0}), Contact(9, 0, {1, 1, 1})});
   }
-  const RunFigures figures = MeasureFigures(recorder.Finish());
+  const RunFigures figures = FiguresOf(recorder.log());
   EXPECT_NEAR(figures.energy_j, 3 * 0.5 + 1 * 0.5, 1e-12);
   EXPECT_FALSE(figures.transport.cost);
   const nlohmann::json json = FiguresJson(figures);
@@ -315,12 +337,6 @@ TEST_F(RunFiguresTest, ThePeriodNeedNotBeOfWholeTicks) {
   }
 }
 
-TEST_F(RunFiguresTest, FiguresDoNotDependOnTheOrderOfMessages) {
-  const nlohmann::json in_order = FiguresJson(Swinging(0.73, AsTold));
-  EXPECT_EQ(FiguresJson(Swinging(0.73, AsTold, 15.0, 1)), in_order);
-  EXPECT_EQ(FiguresJson(Swinging(0.73, AsTold, 15.0, 2)), in_order);
-}
-
 TEST_F(RunFiguresTest, MotionMustBearTheCommandsOut) {
   const RunFigures still = Swinging(2.0, [](double, double) { return 0.1; });
   EXPECT_FALSE(still.gait);
@@ -335,13 +351,13 @@ TEST_F(RunFiguresTest, MotionMustBearTheCommandsOut) {
 }
 
 TEST_F(RunFiguresTest, WithoutAWorldThereAreTimesAndRangesOnly) {
-  MotionRecorder recorder = Recorder();
+  LogMaker recorder = Recorder();
   for (int k = 0; k < 500; ++k) {
     const double target = (k / 50) % 2 == 0 ? 0.5 : -0.5;
     recorder.TakeSensed(int64_t{k} * kTickUs, 0, {target}, {});
     recorder.TakeCommands(int64_t{k} * kTickUs, 0, {Target(target)});
   }
-  const RunFigures figures = MeasureFigures(recorder.Finish());
+  const RunFigures figures = FiguresOf(recorder.log());
   ASSERT_TRUE(figures.gait) << figures.why_no_gait;
   EXPECT_NEAR(figures.gait->cycle_s, 2.0, 1e-9);
   EXPECT_EQ(figures.gait->RangeOf(0, 0), 1.0);
@@ -353,12 +369,12 @@ TEST_F(RunFiguresTest, WithoutAWorldThereAreTimesAndRangesOnly) {
 }
 
 TEST_F(RunFiguresTest, WithoutACycleTheReasonIsTold) {
-  MotionRecorder recorder = Recorder();
+  LogMaker recorder = Recorder();
   for (int k = 0; k < 100; ++k) {
     recorder.TakeBodies(int64_t{k} * kTickUs, Whole({0, 1, 0}, {0, 1, 0}));
     recorder.TakeCommands(int64_t{k} * kTickUs, 0, {Target(0.3)});
   }
-  const RunFigures figures = MeasureFigures(recorder.Finish());
+  const RunFigures figures = FiguresOf(recorder.log());
   EXPECT_EQ(FiguresJson(figures)["no_gait"], "the commands do not change");
   const auto lines = FigureLines(figures);
   EXPECT_EQ(lines.back(),
@@ -367,19 +383,19 @@ TEST_F(RunFiguresTest, WithoutACycleTheReasonIsTold) {
 
 TEST_F(RunFiguresTest, AWheelToldToTurnOnByAngleIsWhereItWasAfterATurn) {
   model_.module_types[0].joints[0].type = model::JointType::kContinuous;
-  MotionRecorder recorder = Recorder();
+  LogMaker recorder = Recorder();
   for (int k = 0; k < 500; ++k) {
     // A third of a turn every half second, and no way back.
     const double target = (k / 25) * 2.0 * std::numbers::pi / 3.0;
     recorder.TakeCommands(int64_t{k} * kTickUs, 0, {Target(target)});
   }
-  const RunFigures figures = MeasureFigures(recorder.Finish());
+  const RunFigures figures = FiguresOf(recorder.log());
   ASSERT_TRUE(figures.gait) << figures.why_no_gait;
   EXPECT_NEAR(figures.gait->cycle_s, 1.5, 1e-9);
 }
 
 TEST_F(RunFiguresTest, DamagedNumbersAreNoReasonToGrow) {
-  MotionRecorder recorder = Recorder();
+  LogMaker recorder = Recorder();
   recorder.TakeCommands(0, 0, {Target(0.3)});
   recorder.TakeCommands(std::numeric_limits<int64_t>::max(), 0, {Target(0.3)});
   recorder.TakeCommands(std::numeric_limits<int64_t>::min(), 0, {Target(0.3)});
@@ -387,7 +403,7 @@ TEST_F(RunFiguresTest, DamagedNumbersAreNoReasonToGrow) {
   recorder.TakeSensed(0, -1, {1, 2, 3}, {Mate(0, 99, 0)});
   recorder.TakeSensed(0, 1, {1, 2, 3}, {Mate(77, 99, 0)});
   recorder.TakeBodies(0, {Body(9, 3, {0, 1, 0})});
-  const RobotMotion motion = recorder.Finish();
+  const RobotMotion motion = MotionOf(recorder.log());
   EXPECT_LE(motion.joints[0].target.size(), 2u);
   EXPECT_TRUE(motion.track.empty());
 }
