@@ -15,6 +15,17 @@ namespace {
 
 using Code = Key::Code;
 
+/// A CLOCK of tick 617, and commands that take effect in it.
+morphbus::sim_clock_t ClockWith(const std::vector<std::string>& controls) {
+  morphbus::sim_clock_t clock = {};
+  clock.header.tick = 617;
+  clock.header.sim_time_us = 12'340'000;
+  clock.tick_us = 20'000;
+  clock.phase = morphbus::sim_clock_t::PHASE_RUN;
+  clock.controls = controls;
+  return clock;
+}
+
 /// A bus with so many channels, three modules and their simulator.
 SpySnapshot Bus(int channels) {
   SpySnapshot spy;
@@ -32,18 +43,14 @@ SpySnapshot Bus(int channels) {
     row.run = "walk";
     row.process = name;
     row.is_module = row.process != "SIM";
-    row.has_status = row.is_module;
-    row.role = row.is_module ? "Leg" : "";
-    row.has_health = true;
-    row.max_rss_kb = 7000;
+    if (row.is_module) row.status.emplace().role_name = "Leg";
+    row.health.emplace().max_rss_kb = 7000;
     row.cpu = 0.015;
     spy.processes.push_back(row);
   }
   RunRow run;
   run.run = "walk";
-  run.tick = 617;
-  run.sim_time_us = 12'340'000;
-  run.tick_us = 20'000;
+  run.clock.Take(ClockWith({}));
   run.speed = 1.0;
   spy.runs.push_back(run);
   return spy;
@@ -223,9 +230,9 @@ TEST_F(SpyViewTest, AModulesPageTellsWhatFaultsHaveEnded) {
   Press(Code::kTab);
   Press(Code::kEnter);
   EXPECT_FALSE(Has("by a fault")) << Text();
-  spy_.processes[0].ended_behaviors = 2;
+  spy_.processes[0].status->ended_behaviors = 2;
   EXPECT_TRUE(Has("ended        2 behaviors, by a fault")) << Text();
-  spy_.processes[0].startup_ended = true;
+  spy_.processes[0].status->startup_ended = 1;
   EXPECT_TRUE(Has("ended        a startup, by a fault: nothing else of the role starts")) << Text();
 }
 
@@ -252,23 +259,23 @@ TEST_F(SpyViewTest, AChannelsPageHasItsFieldsWithHistories) {
 TEST_F(SpyViewTest, KeysGiveTheRunsCommands) {
   const auto command = [&](char key) { return Press(key).command; };
   EXPECT_EQ(command('p'), "pause");
-  spy_.runs[0].paused = true;
+  spy_.runs[0].clock.Take(ClockWith({"pause"}));
   EXPECT_EQ(command(' '), "resume");
   EXPECT_EQ(command('.'), "step 1");
   EXPECT_EQ(command(','), "step 10");
   // Without a command for it, the speed is the power of two that is nearest to what was measured.
   spy_.runs[0].speed = 3.7;
   EXPECT_EQ(command('+'), "speed 2");
-  spy_.runs[0].paused = false;
+  spy_.runs[0].clock.Take(ClockWith({"resume"}));
   EXPECT_EQ(command('+'), "speed 8");
   EXPECT_EQ(command('-'), "speed 2");
-  spy_.runs[0].asked_speed = 0.5;
+  spy_.runs[0].clock.Take(ClockWith({"speed 0.5"}));
   EXPECT_EQ(command('-'), "speed 0.25");
   // What the run has agreed to, and will name once it goes on, counts before that.
   ui_.asked_speed = 4.0;
   EXPECT_EQ(command('+'), "speed 8");
   ui_.asked_speed.reset();
-  spy_.runs[0].asked_speed = 0.0;
+  spy_.runs[0].clock.Take(ClockWith({"speed 0"}));
   EXPECT_EQ(command('-'), "speed 2");
   EXPECT_EQ(command('+'), "speed 0");
   EXPECT_EQ(command('='), "speed 1");
@@ -297,10 +304,12 @@ TEST_F(SpyViewTest, TheHelpScrollsAndEveryOtherKeyLeavesIt) {
 }
 
 TEST_F(SpyViewTest, StatesOfTheRunAreSaid) {
-  spy_.runs[0].paused = true;
+  spy_.runs[0].clock.Take(ClockWith({"pause"}));
   EXPECT_TRUE(Has("walk  paused"));
-  spy_.runs[0].ended = true;
-  spy_.runs[0].end_reason = "finished";
+  morphbus::sim_clock_t end = ClockWith({});
+  end.phase = morphbus::sim_clock_t::PHASE_END;
+  end.end_reason = "finished";
+  spy_.runs[0].clock.Take(end);
   EXPECT_TRUE(Has("ended: finished"));
   spy_.runs[0] = RunRow();
   spy_.runs[0].run = "walk";
@@ -321,7 +330,7 @@ TEST_F(SpyViewTest, AnEmptyBusSaysSo) {
 
 TEST_F(SpyViewTest, NamesFromTheBusCannotSteerTheTerminalOrTheLayout) {
   spy_.channels[0].channel = "a\x1b[2J\xc2\x9b\xff\xe6\xbc\xa2\xcc\x81";
-  spy_.processes[0].role = "\x1b]0;x\x07";
+  spy_.processes[0].status->role_name = "\x1b]0;x\x07";
   const std::string text = Text(200, 24);
   EXPECT_EQ(text.find('\x1b'), std::string::npos);
   EXPECT_EQ(text.find('\x07'), std::string::npos);

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <map>
 
-#include "bridge/wire/held_state.h"
+#include "bridge/observe/process_state.h"
 #include "compiler/model/run_description.pb.h"
 #include "tools/base/held_report.h"
 #include "tools/base/program.h"
@@ -24,19 +24,6 @@ Json LabelJson(const model::ModuleType& type, const morphbus::label_t& label) {
   return label.index;
 }
 
-/// The parts of each inspection of a module, by its tick; only those that came whole.
-std::map<int64_t, std::vector<morphbus::status_t>> WholeInspections(
-    const logger::ModuleSeries& module) {
-  std::map<int64_t, std::vector<morphbus::status_t>> ticks;
-  for (const logger::StatusSample& sample : module.status) {
-    if (!sample.status.inspections.empty()) ticks[sample.tick].push_back(sample.status);
-  }
-  std::erase_if(ticks, [](const auto& entry) {
-    return std::ssize(entry.second) != entry.second.front().inspections.front().num_parts;
-  });
-  return ticks;
-}
-
 }  // namespace
 
 std::string SourceOfImage(const std::string& image) {
@@ -47,18 +34,13 @@ std::string SourceOfImage(const std::string& image) {
 }
 
 Json InspectionJson(const std::string& module, const model::ModuleType& type,
-                    const std::vector<morphbus::status_t>& parts, const std::string& program) {
-  // Every part says the rest as well.
-  const morphbus::status_t& status = parts.front();
+                    const Inspection& inspection, const std::string& program) {
+  const morphbus::status_t& status = inspection.status;
   Json labels = Json::object(), conventions = Json::object();
   for (const morphbus::label_t& label : status.labels) labels[label.name] = LabelJson(type, label);
   for (int j = 0; j < std::min(std::ssize(status.joint_sign), std::ssize(type.joints)); ++j) {
     conventions[type.joints[j].name] = status.joint_sign[j];
   }
-  std::vector<morphbus::inspection_t> told;
-  for (const morphbus::status_t& part : parts) told.push_back(part.inspections.front());
-  std::sort(told.begin(), told.end(), [](const auto& a, const auto& b) { return a.part < b.part; });
-  const Result<bridge::HeldState> held = bridge::JoinHeld(told);
   return {{"module", module},
           {"type", status.type_name},
           {"tick", status.header.tick},
@@ -70,8 +52,8 @@ Json InspectionJson(const std::string& module, const model::ModuleType& type,
           {"labels", labels},
           {"conventions", conventions},
           {"program", program},
-          {"fields", FieldsJson(held ? held->fields : std::vector<bridge::HeldValue>())},
-          {"tasks", TasksJson(held ? held->tasks : std::vector<bridge::HeldTask>())}};
+          {"fields", FieldsJson(inspection.held.fields)},
+          {"tasks", TasksJson(inspection.held.tasks)}};
 }
 
 Json InspectionsOf(const logger::RunLog& log) {
@@ -86,10 +68,14 @@ Json InspectionsOf(const logger::RunLog& log) {
   for (const logger::ModuleSeries& module : log.modules) {
     if (log.robot == nullptr || module.model_index < 0) continue;
     const model::ModuleType& type = log.model->TypeOf(*log.robot, module.model_index);
-    for (const auto& [tick, parts] : WholeInspections(module)) {
-      const auto program = static_cast<uint64_t>(parts.front().header.program_hash);
-      Json& answers = ticks.try_emplace(tick, Json::array()).first->second;
-      answers.push_back(InspectionJson(module.name, type, parts, sources[program]));
+    bridge::InspectionCollector collector;
+    for (const logger::StatusSample& sample : module.status) {
+      std::optional<bridge::HeldState> held = collector.Take(sample.status);
+      if (!held) continue;
+      const auto program = static_cast<uint64_t>(sample.status.header.program_hash);
+      Json& answers = ticks.try_emplace(sample.tick, Json::array()).first->second;
+      answers.push_back(
+          InspectionJson(module.name, type, {sample.status, *std::move(held)}, sources[program]));
     }
   }
   Json inspections = Json::array();

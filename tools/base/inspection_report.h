@@ -2,16 +2,21 @@
 // What modules told of themselves when they were asked (`control inspect`), as JSON and as text:
 // alike for a running robot and for the inspections that a log holds.
 
-#include <functional>
 #include <morphbus/status_t.hpp>
 #include <string>
-#include <vector>
 
+#include "bridge/wire/held_state.h"
 #include "compiler/model/robot_model.h"
 #include "logger/log/run_log.h"
 #include "tools/base/json.h"
 
 namespace morphbus::tools {
+
+/// What one module told, whole, and a STATUS that told a part of it: each says the rest as well.
+struct Inspection {
+  morphbus::status_t status;
+  bridge::HeldState held;
+};
 
 /// The file of the program in an image, as the image names it; empty if it names none or is
 /// damaged.
@@ -20,9 +25,8 @@ std::string SourceOfImage(const std::string& image);
 /// One module's answer: "module", "type", "tick", "seconds", "role", "frozen", "has_pose",
 /// "pose_stale", "labels", "conventions", "program" (the source file; empty if unknown), "fields",
 /// "tasks".
-/// @param parts  all parts of its answer, by their STATUS; at least one
 Json InspectionJson(const std::string& module, const model::ModuleType& type,
-                    const std::vector<morphbus::status_t>& parts, const std::string& program);
+                    const Inspection& inspection, const std::string& program);
 
 /// What the modules told in the run that a log holds: for each tick in which any did, "tick",
 /// "seconds" and "modules", the answers in the robot's order. Answers of which a part is missing

@@ -8,7 +8,6 @@
 
 #include "bridge/wire/channels.h"
 #include "tools/base/files.h"
-#include "tools/base/inspection_report.h"
 #include "tools/base/messages.h"
 #include "tools/launch/control_script.h"
 
@@ -71,22 +70,20 @@ void InspectionListener::OnSensors(const bridge::RunMessage& /*message*/,
 }
 
 void InspectionListener::OnStatus(const bridge::RunMessage& message, morphbus::status_t&& status) {
-  if (status.inspections.empty()) return;
-  std::map<int64_t, Parts>& ticks = parts_[std::string(message.name.process)];
-  const int16_t part = status.inspections.front().part;
-  ticks[message.header.tick].insert_or_assign(part, std::move(status));
-  DropOld(&ticks);
+  const std::string module(message.name.process);
+  auto held = collectors_.try_emplace(module, kKeptTicks).first->second.Take(status);
+  if (!held) return;
+  auto& answers = answers_[module];
+  answers.insert_or_assign(message.header.tick, Inspection{std::move(status), *std::move(held)});
+  DropOld(&answers);
 }
 
-const InspectionListener::Parts* InspectionListener::AnswerOf(const std::string& module) const {
-  const auto ticks = parts_.find(module);
-  if (ticks == parts_.end()) return nullptr;
+const Inspection* InspectionListener::AnswerOf(const std::string& module) const {
+  const auto answers = answers_.find(module);
+  if (answers == answers_.end()) return nullptr;
   // In real time a module may answer a tick later.
-  for (auto it = ticks->second.lower_bound(asked_tick_); it != ticks->second.end(); ++it) {
-    const morphbus::status_t& any = it->second.begin()->second;
-    if (std::ssize(it->second) == any.inspections.front().num_parts) return &it->second;
-  }
-  return nullptr;
+  const auto answer = answers->second.lower_bound(asked_tick_);
+  return answer == answers->second.end() ? nullptr : &answer->second;
 }
 
 std::vector<std::string> InspectionListener::Missing() const {
@@ -119,26 +116,24 @@ std::string InspectionListener::Await(int64_t tick, const bridge::TimeSource& ti
   return "";
 }
 
-Json InspectionListener::AnswerJson(int module, const Parts& parts) const {
-  std::vector<morphbus::status_t> statuses;
-  for (const auto& [number, part] : parts) statuses.push_back(part);
+Json InspectionListener::AnswerJson(int module, const Inspection& answer) const {
   // A program that was deployed since lies in the run's folder, and names its source.
-  const auto hash = static_cast<uint64_t>(statuses.front().header.program_hash);
+  const auto hash = static_cast<uint64_t>(answer.status.header.program_hash);
   const auto& description = run_.plan.description;
   const std::string image =
       hash == description.program_hash()
           ? description.program_image()
           : ReadFile(ImagePath(run_.entry.folder, hash), vm::kMaxImageBytes).value_or("");
   return InspectionJson(run_.plan.robot().modules[module].name,
-                        run_.plan.model.TypeOf(run_.plan.robot(), module), statuses,
+                        run_.plan.model.TypeOf(run_.plan.robot(), module), answer,
                         SourceOfImage(image));
 }
 
 Json InspectionListener::answers() const {
   Json answers = Json::array();
   for (int m = 0; m < std::ssize(run_.plan.robot().modules); ++m) {
-    const Parts* parts = AnswerOf(run_.plan.robot().modules[m].name);
-    if (parts != nullptr) answers.push_back(AnswerJson(m, *parts));
+    const Inspection* answer = AnswerOf(run_.plan.robot().modules[m].name);
+    if (answer != nullptr) answers.push_back(AnswerJson(m, *answer));
   }
   return answers;
 }

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <functional>
 #include <map>
-#include <morphbus/status_t.hpp>
 #include <set>
 #include <string>
 #include <string_view>
@@ -12,8 +11,9 @@
 
 #include "bridge/bus/bus.h"
 #include "bridge/lockstep/participant.h"
+#include "bridge/observe/process_state.h"
 #include "bridge/observe/run_message.h"
-#include "tools/base/json.h"
+#include "tools/base/inspection_report.h"
 #include "tools/launch/controlled_run.h"
 
 namespace morphbus::tools {
@@ -36,8 +36,6 @@ class InspectionListener : private bridge::RunMessageHandler {
   [[nodiscard]] Json answers() const;
 
  private:
-  /// What has come of one module's answer, by number of its parts.
-  using Parts = std::map<int16_t, morphbus::status_t>;
   /// Whom SENSORS of a tick asks, as far as its parts have come.
   struct Asked {
     std::set<int16_t> parts;
@@ -49,11 +47,11 @@ class InspectionListener : private bridge::RunMessageHandler {
   void OnClock(const bridge::RunMessage& message, morphbus::sim_clock_t&& clock) override;
   void OnSensors(const bridge::RunMessage& message, morphbus::sensors_t&& sensors) override;
   void OnStatus(const bridge::RunMessage& message, morphbus::status_t&& status) override;
-  /// The module's answer of this tick or later; null if there is no whole one.
-  [[nodiscard]] const Parts* AnswerOf(const std::string& module) const;
+  /// The module's answer of that tick or later; null if there is none.
+  [[nodiscard]] const Inspection* AnswerOf(const std::string& module) const;
   /// Modules that were asked and have not answered. Where SENSORS was missed, all are asked.
   [[nodiscard]] std::vector<std::string> Missing() const;
-  [[nodiscard]] Json AnswerJson(int module, const Parts& parts) const;
+  [[nodiscard]] Json AnswerJson(int module, const Inspection& answer) const;
 
   bridge::Bus& bus_;
   const ControlledRun& run_;
@@ -61,7 +59,8 @@ class InspectionListener : private bridge::RunMessageHandler {
   int64_t asked_tick_ = 0;
   // What was heard, of the latest ticks.
   std::map<int64_t, Asked> asked_;
-  std::map<std::string, std::map<int64_t, Parts>> parts_;
+  std::map<std::string, bridge::InspectionCollector> collectors_;
+  std::map<std::string, std::map<int64_t, Inspection>> answers_;
   int64_t clock_tick_ = -1;
   bool clock_heard_ = false, ended_ = false;
 };

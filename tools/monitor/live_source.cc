@@ -202,7 +202,7 @@ void LiveSource::Open(bridge::SessionHub* server, size_t first_channel, bool tel
 
 void LiveSource::OnMessage(std::string_view channel, const uint8_t* data, size_t size) {
   // All channels are counted, those that viewers are not told of among them.
-  counts_.Take(channel, data, size, timer_.seconds());
+  rates_.Take(channel, data, size, timer_.seconds());
   const int64_t tick = converter_->tick();
   const bool sound = converter_->Take(channel, data, size, sink_);
   if (sound) present_.Take(channel, data, size);
@@ -219,7 +219,7 @@ int LiveSource::Step(int wait_ms) {
   bus_->Handle(wait_ms);
   // Rates go out by the wall clock and are dated by the sim's, as everything that viewers get.
   if (timer_.seconds() >= next_counts_s_) {
-    morphbus::Channels counts = counts_.Roll(timer_.seconds());
+    morphbus::Channels counts = rates_.Roll(timer_.seconds());
     bridge::SetTime(converter_->time_us(), counts.mutable_timestamp());
     sink_(bridge::OutwardTopic::kChannels, converter_->time_us() * 1000,
           counts.SerializeAsString());

@@ -6,11 +6,11 @@
 #include <vector>
 
 #include "bridge/bus/bus.h"
-#include "bridge/outward/channel_counts.h"
 #include "bridge/outward/converter.h"
 #include "bridge/wire/sealed_bus.h"
 #include "tools/launch/run_choice.h"
 #include "tools/launch/wall_clock.h"
+#include "tools/monitor/channel_rates.h"
 #include "tools/monitor/monitor_source.h"
 #include "tools/monitor/present_tick.h"
 #include "tools/monitor/program_text.h"
@@ -57,7 +57,7 @@ class LiveSource : public MonitorSource {
   std::unique_ptr<bridge::Converter> converter_;
   PresentTick present_;
   bridge::OutwardSink sink_;  ///< To all clients; empty before Open().
-  bridge::ChannelCounts counts_;
+  ChannelRates rates_;
   WallTimer timer_;
   double next_counts_s_ = 1.0;  ///< When the channels' rates are told next, on `timer_`.
   int clock_repeats_ = 0;       ///< How often CLOCK has come again without a new tick.

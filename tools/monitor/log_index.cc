@@ -5,6 +5,7 @@
 #include "bridge/wire/channels.h"
 #include "logger/log/description.h"
 #include "logger/log/ordered_log.h"
+#include "tools/monitor/channel_rates.h"
 
 namespace morphbus::tools {
 namespace {
@@ -47,7 +48,7 @@ Result<std::shared_ptr<const LogIndex>> IndexLog(const std::string& path,
   index->disorder = (*reader)->disorder();
   bridge::Converter converter(run, source, text);
   index->checkpoints.push_back({0, 0, converter});
-  bridge::ChannelCounts counts;
+  ChannelRates rates;
   int64_t spacing_us = kFirstSpacingUs;
   int64_t first_wall_us = -1, last_wall_us = 0, tick = -1;
   logger::LogEvent event;
@@ -65,15 +66,15 @@ Result<std::shared_ptr<const LogIndex>> IndexLog(const std::string& path,
     // Rates are those by the wall clock of the recording, as on the bus.
     if (first_wall_us < 0) first_wall_us = event.timestamp_us;
     last_wall_us = event.timestamp_us - first_wall_us;
-    counts.Take(event.channel, event.data.data(), event.data.size(),
-                static_cast<double>(last_wall_us) * 1e-6);
+    rates.Take(event.channel, event.data.data(), event.data.size(),
+               static_cast<double>(last_wall_us) * 1e-6);
     // Without a sink the converter only follows, which is much faster.
     converter.Take(event.channel, event.data.data(), event.data.size(), nullptr);
     if (tick < 0 && converter.tick() >= 0) index->begin_us = converter.time_us();
     tick = converter.tick();
   }
   index->end_us = converter.time_us();
-  index->channels = counts.Roll(static_cast<double>(last_wall_us) * 1e-6);
+  index->channels = rates.Roll(static_cast<double>(last_wall_us) * 1e-6);
   if (tick < 0) return Fail(path + " holds no tick of run " + run->run);
   return index;
 }

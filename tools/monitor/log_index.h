@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "bridge/outward/channel_counts.h"
 #include "bridge/outward/converter.h"
 #include "compiler/base/result.h"
 

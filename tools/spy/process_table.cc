@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <iterator>
 
-#include "bridge/wire/held_state.h"
 #include "bridge/wire/vm_codec.h"
 #include "compiler/base/text.h"
 #include "vm/image/fault_text.h"
@@ -13,40 +12,12 @@
 namespace morphbus::tools {
 namespace {
 
-// Faults that are kept of a module, and how often its poses are looked at: a robot at its fastest
-// sends thousands of TRANSFORMs a second, and a screen shows one.
-constexpr size_t kKeptFaults = 8;
+// How often a module's poses are looked at: a robot at its fastest sends thousands of TRANSFORMs a
+// second, and a screen shows one.
 constexpr int64_t kPosePeriodNs = 50'000'000;
 // The speed of a run is that of the last seconds, by so many CLOCKs at most.
 constexpr int64_t kSpeedNs = 3'000'000'000;
 constexpr int64_t kSpeedStepNs = 100'000'000;
-
-// What is kept of an inspected module: parts of its answer, and lines of so many bytes.
-constexpr int kMostParts = 32;
-constexpr size_t kMostHeldLines = 64;
-constexpr size_t kLongestHeldLine = 200;
-
-/// A line for each field, task and call, as far as there is room for them.
-std::vector<std::string> HeldLines(const bridge::HeldState& held) {
-  std::vector<std::string> lines;
-  const auto add = [&lines](const std::string& line) {
-    if (lines.size() < kMostHeldLines) lines.push_back(bridge::CutText(line, kLongestHeldLine));
-  };
-  for (const bridge::HeldValue& field : held.fields) {
-    add(fmt::format("field {} = {} ({})", field.name, field.value, field.type));
-  }
-  for (const bridge::HeldTask& task : held.tasks) {
-    add(task.routine);
-    for (const bridge::HeldCall& call : task.calls) {
-      std::string locals;
-      for (const bridge::HeldValue& local : call.locals) {
-        locals += fmt::format("{} {} = {}", locals.empty() ? ":" : ",", local.name, local.value);
-      }
-      add(fmt::format("  in {}, line {}{}", call.function, call.line, locals));
-    }
-  }
-  return lines;
-}
 
 /// Names in the order of people: m2 before m10.
 bool Before(const std::string& a, const std::string& b) {
@@ -103,129 +74,45 @@ bool ProcessTable::Decodes(const bridge::RunMessage& message) {
 void ProcessTable::OnClock(const bridge::RunMessage& message, morphbus::sim_clock_t&& clock) {
   Run* run = runs_.Take(message.name.run, now_ns_);
   if (run == nullptr) return;
-  run->name = message.name.run;
+  run->row.run = message.name.run;
   run->last_ns = now_ns_;
   // A run of the same name that begins anew begins a new row of times.
   auto& clocks = run->clocks;
   const int64_t time_us = clock.header.sim_time_us;
   if (!clocks.empty() && time_us < clocks.back().second) {
     clocks.clear();
-    run->clock = bridge::RunClock();
+    run->row.clock = bridge::RunClock();
   }
-  run->clock.Take(clock);
+  run->row.clock.Take(clock);
   if (clocks.empty() || now_ns_ - clocks.back().first >= kSpeedStepNs) {
     clocks.emplace_back(now_ns_, time_us);
   }
   while (clocks.size() > 2 && now_ns_ - clocks.front().first > kSpeedNs) clocks.pop_front();
 }
 
-void ProcessTable::TakeInspection(const morphbus::status_t& status, Process* process) {
-  if (status.inspections.empty()) return;
-  // Parts come in order; what has gaps is passed over.
-  const morphbus::inspection_t& part = status.inspections.front();
-  if (part.part == 0 || process->inspected_tick != status.header.tick) process->inspected.clear();
-  process->inspected_tick = status.header.tick;
-  if (part.num_parts > kMostParts || part.part != std::ssize(process->inspected)) return;
-  process->inspected.push_back(part);
-  if (part.part + 1 < part.num_parts) return;
-  const Result<bridge::HeldState> held = bridge::JoinHeld(process->inspected);
-  process->inspected.clear();
-  if (!held) return;
-  process->row.held = HeldLines(*held);
-  process->row.held_at = fmt::format("{:.2f} s", Seconds(status.header.sim_time_us));
-}
-
 void ProcessTable::OnStatus(const bridge::RunMessage& /*message*/, morphbus::status_t&& status) {
-  ProcessRow& row = process_->row;
-  // The last STATUS is all there is to say of role, labels and tasks.
-  row.has_status = true;
-  row.type = status.type_name;
-  row.role = status.role_name;
-  row.frozen = status.frozen != 0;
-  row.labels.clear();
-  for (const morphbus::label_t& label : status.labels) {
-    const bool joint = label.kind == morphbus::label_t::KIND_JOINT;
-    row.labels.push_back(
-        fmt::format("{}: {} {}", label.name, joint ? "joint" : "link", label.index));
-  }
-  row.joint_signs.assign(status.joint_sign.begin(), status.joint_sign.end());
-  row.tasks.clear();
-  for (const morphbus::task_t& task : status.tasks) {
-    row.tasks.push_back(fmt::format("{} at line {}", task.function_name, task.line));
-  }
-  row.ended_behaviors = status.ended_behaviors;
-  row.startup_ended = status.startup_ended != 0;
-  TakeInspection(status, process_);
-  // Faults beyond those that a message holds are counted all the same.
-  row.faults += static_cast<int64_t>(status.faults.size()) + status.faults_dropped;
-  for (const morphbus::fault_t& fault : status.faults) {
-    row.last_faults.push_back(
-        fmt::format("{:.2f} s: {}", Seconds(status.header.sim_time_us), HeardFaultText(fault)));
-  }
-  if (row.last_faults.size() > kKeptFaults) {
-    row.last_faults.erase(row.last_faults.begin(),
-                          row.last_faults.end() - static_cast<ptrdiff_t>(kKeptFaults));
-  }
+  process_->row.Take(std::move(status));
 }
 
 void ProcessTable::OnTransform(const bridge::RunMessage& /*message*/,
                                morphbus::transform_t&& transform) {
-  // How old the pose is, in ticks: what a tick is worth, CLOCK says.
-  process_->has_pose = transform.has_pose != 0;
-  process_->row.pose_stale = transform.pose_stale != 0;
-  process_->row.hops = transform.hops;
-  // The root numbers its broadcasts by its ticks.
-  process_->pose_age_ticks = std::max<int64_t>(0, transform.header.tick - transform.root_sequence);
+  process_->row.Take(transform);
 }
 
 void ProcessTable::OnHealth(const bridge::RunMessage& message, morphbus::health_t&& health) {
-  ProcessRow& row = process_->row;
-  row.has_health = true;
-  // The process's own word on what it uses and what it missed.
-  row.max_rss_kb = health.max_rss_kb;
-  row.received = health.received;
-  row.sent = health.sent;
-  row.lost = health.lost;
-  row.resent = health.resent;
-  row.asked = health.asked;
-  row.bad = health.bad;
-  row.restarts = health.restarts;
-  row.missed_deadlines = health.missed_deadlines;
-  row.first_refused = health.first_refused;
-  // Both counters begin anew when the process does. Of two HEALTHs within a moment, as at a run's
-  // end, the difference says nothing.
-  constexpr int64_t kLeastUs = 200'000;
-  const bool first = process_->health_wall_us == 0;
-  const int64_t wall_us = health.wall_time_us - process_->health_wall_us;
-  const int64_t cpu_us = health.cpu_us - process_->health_cpu_us;
-  if (first || wall_us < 0 || wall_us >= kLeastUs) {
-    if (!first && wall_us > 0 && cpu_us >= 0) {
-      row.cpu = static_cast<double>(cpu_us) / static_cast<double>(wall_us);
-    }
-    process_->health_wall_us = health.wall_time_us;
-    process_->health_cpu_us = health.cpu_us;
-  }
+  const std::vector<morphbus::lateness_t> told = health.lateness;
+  process_->row.Take(std::move(health));
   // The simulator also tells how punctual the modules are, one that was never heard among them.
   // Noting another process may end the life of `process_`.
-  for (const morphbus::lateness_t& lateness : health.lateness) {
+  for (const morphbus::lateness_t& lateness : told) {
     Process* module = Note(message.name.run, lateness.module_name);
-    if (module == nullptr) continue;
-    module->row.lateness = {lateness.missed, lateness.late, lateness.worst_us};
+    if (module != nullptr) module->row.lateness = lateness;
   }
 }
 
 void ProcessTable::Snapshot(int64_t now_ns, SpySnapshot* out) const {
   runs_.ForEach([&](const std::string& /*name*/, const Run& run) {
-    const bridge::RunClock& clock = run.clock;
-    RunRow row;
-    row.run = run.name;
-    row.tick = clock.tick();
-    row.sim_time_us = clock.time_us();
-    row.tick_us = clock.tick_us();
-    row.asked_speed = clock.speed();
-    row.paused = clock.paused();
-    row.ended = clock.ended();
-    row.end_reason = clock.end_reason();
+    RunRow row = run.row;
     row.silent_s = std::max(0.0, static_cast<double>(now_ns - run.last_ns) * 1e-9);
     const auto& clocks = run.clocks;
     // A run that holds still has the speed 0, whatever it had before, and if it was held before
@@ -235,7 +122,7 @@ void ProcessTable::Snapshot(int64_t now_ns, SpySnapshot* out) const {
     } else if (clocks.size() >= 2) {
       const auto last = std::max(run.last_ns, clocks.back().first);
       const auto seconds = static_cast<double>(last - clocks.front().first) * 1e-9;
-      const double sim = Seconds(row.sim_time_us - clocks.front().second);
+      const double sim = Seconds(row.clock.time_us() - clocks.front().second);
       row.speed = seconds <= 0.0 ? 0.0 : sim / seconds;
     }
     out->runs.push_back(std::move(row));
@@ -244,8 +131,8 @@ void ProcessTable::Snapshot(int64_t now_ns, SpySnapshot* out) const {
   processes_.ForEach([&](const std::string& /*name*/, const Process& process) {
     ProcessRow row = process.row;
     const RunRow* run = out->Run(row.run);
-    if (process.has_pose && run != nullptr) {
-      row.pose_age_s = Seconds(process.pose_age_ticks * run->tick_us);
+    if (row.has_pose && run != nullptr) {
+      row.pose_age_s = Seconds(row.pose_age_ticks * run->clock.tick_us());
     }
     out->processes.push_back(std::move(row));
   });

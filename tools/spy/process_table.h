@@ -5,14 +5,10 @@
 #include <cstdint>
 #include <deque>
 #include <morphbus/fault_t.hpp>
-#include <morphbus/inspection_t.hpp>
-#include <morphbus/status_t.hpp>
 #include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
-#include "bridge/observe/run_clock.h"
 #include "bridge/observe/run_message.h"
 #include "tools/spy/heard_names.h"
 #include "tools/spy/spy_snapshot.h"
@@ -36,21 +32,14 @@ class ProcessTable : private bridge::RunMessageHandler {
   void Snapshot(int64_t now_ns, SpySnapshot* out) const;
 
  private:
-  /// What is known of a process, and what its figures are computed from.
+  /// What is known of a process.
   struct Process {
     ProcessRow row;
-    int64_t last_pose_ns = 0;    ///< When a TRANSFORM was read last.
-    int64_t pose_age_ticks = 0;  ///< Below 0: without a pose.
-    bool has_pose = false;
-    int64_t health_wall_us = 0;                     ///< Of the last HEALTH; 0 before.
-    int64_t health_cpu_us = 0;                      ///< Processor time that it had used by then.
-    int64_t inspected_tick = -1;                    ///< Of the parts.
-    std::vector<morphbus::inspection_t> inspected;  ///< Of an answer that is not whole yet.
+    int64_t last_pose_ns = 0;  ///< When a TRANSFORM was read last.
   };
   /// What is known of a run.
   struct Run {
-    std::string name;
-    bridge::RunClock clock;
+    RunRow row;
     int64_t last_ns = 0;  ///< Its last CLOCK.
     /// Times of arrival and sim times, microseconds, of the last seconds.
     std::deque<std::pair<int64_t, int64_t>> clocks;
@@ -61,8 +50,6 @@ class ProcessTable : private bridge::RunMessageHandler {
   void OnStatus(const bridge::RunMessage& message, morphbus::status_t&& status) override;
   void OnTransform(const bridge::RunMessage& message, morphbus::transform_t&& transform) override;
   void OnHealth(const bridge::RunMessage& message, morphbus::health_t&& health) override;
-  /// A part of what an inspected module tells.
-  static void TakeInspection(const morphbus::status_t& status, Process* process);
   /// The process of this name, noted as heard; null if there is no place for it.
   Process* Note(std::string_view run, std::string_view process);
 

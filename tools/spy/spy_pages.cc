@@ -4,7 +4,9 @@
 
 #include <algorithm>
 
+#include "bridge/wire/codec.h"
 #include "compiler/base/text.h"
+#include "tools/spy/process_table.h"
 
 namespace morphbus::tools {
 namespace {
@@ -28,36 +30,96 @@ void AddFacts(const std::string& what, const std::vector<std::string>& values, S
   }
 }
 
+/// A line for each field, task and call, as far as there is room for them.
+std::vector<std::string> HeldLines(const bridge::HeldState& held) {
+  constexpr size_t kMostLines = 64;
+  constexpr size_t kLongest = 200;
+  std::vector<std::string> lines;
+  const auto add = [&lines](const std::string& line) {
+    if (lines.size() < kMostLines) lines.push_back(bridge::CutText(line, kLongest));
+  };
+  for (const bridge::HeldValue& field : held.fields) {
+    add(fmt::format("field {} = {} ({})", field.name, field.value, field.type));
+  }
+  for (const bridge::HeldTask& task : held.tasks) {
+    add(task.routine);
+    for (const bridge::HeldCall& call : task.calls) {
+      std::string locals;
+      for (const bridge::HeldValue& local : call.locals) {
+        locals += fmt::format("{} {} = {}", locals.empty() ? ":" : ",", local.name, local.value);
+      }
+      add(fmt::format("  in {}, line {}{}", call.function, call.line, locals));
+    }
+  }
+  return lines;
+}
+
 /// What a fault has ended for as long as the role is held.
-void AddEnded(const ProcessRow& row, Screen* screen) {
-  if (row.startup_ended) {
+void AddEnded(const morphbus::status_t& status, Screen* screen) {
+  if (status.startup_ended) {
     screen->push_back(
         Fact("ended", "a startup, by a fault: nothing else of the role starts", Style::kBad));
   }
-  if (row.ended_behaviors > 0) {
-    screen->push_back(Fact(row.startup_ended ? "" : "ended",
-                           Counted(row.ended_behaviors, "behavior") + ", by a fault", Style::kBad));
+  if (status.ended_behaviors > 0) {
+    screen->push_back(Fact(status.startup_ended ? "" : "ended",
+                           Counted(status.ended_behaviors, "behavior") + ", by a fault",
+                           Style::kBad));
   }
+}
+
+/// What the module says of itself.
+void AddStatus(const ProcessRow& row, Screen* screen) {
+  const morphbus::status_t& status = *row.status;
+  screen->push_back(Fact("role", row.role().empty() ? "none" : Visible(row.role()),
+                         row.role().empty() ? Style::kBad : Style::kGood));
+  if (status.frozen) screen->push_back(Fact("", "frozen: it changed too often", Style::kBad));
+  std::vector<std::string> lines;
+  for (const morphbus::label_t& label : status.labels) {
+    const bool joint = label.kind == morphbus::label_t::KIND_JOINT;
+    lines.push_back(fmt::format("{}: {} {}", label.name, joint ? "joint" : "link", label.index));
+  }
+  AddFacts("labels", lines, Style::kPlain, screen);
+  // The conventions of joints, by their index in the module.
+  std::string signs;
+  for (size_t i = 0; i < status.joint_sign.size(); ++i) {
+    const int sign = status.joint_sign[i];
+    signs += fmt::format("{}joint {} {}", i == 0 ? "" : ", ", i,
+                         sign > 0   ? "+1"
+                         : sign < 0 ? "-1"
+                                    : "none");
+  }
+  if (!signs.empty()) screen->push_back(Fact("convention", signs));
+  lines.clear();
+  for (const morphbus::task_t& task : status.tasks) {
+    lines.push_back(fmt::format("{} at line {}", task.function_name, task.line));
+  }
+  AddFacts("tasks", lines, Style::kPlain, screen);
+  AddEnded(status, screen);
+  if (row.held_us < 0) return;
+  screen->push_back(Fact("inspected", fmt::format("at {:.2f} s", Seconds(row.held_us))));
+  AddFacts("", HeldLines(row.held), Style::kPlain, screen);
 }
 
 /// How the process fares, by its HEALTH.
 void AddHealth(const ProcessRow& row, Screen* screen) {
-  if (!row.has_health) {
+  if (!row.health) {
     screen->push_back(Fact("health", "not heard yet", Style::kDim));
     return;
   }
+  const morphbus::health_t& health = *row.health;
   // What it uses, what it sent and got, and what went wrong.
   const std::string cpu = row.cpu ? fmt::format("{:.1f} % of a core, ", *row.cpu * 100) : "";
   screen->push_back(
       Fact("process", fmt::format("{}{}B of memory at most", cpu,
-                                  ShortBytes(static_cast<double>(row.max_rss_kb) * 1024))));
-  screen->push_back(Fact("messages", fmt::format("{} received, {} sent, {} resent, {} asked again",
-                                                 row.received, row.sent, row.resent, row.asked)));
-  screen->push_back(BadFact("lost", row.lost));
-  screen->push_back(BadFact("bad", row.bad));
-  if (row.restarts > 0) screen->push_back(BadFact("restarts", row.restarts));
-  if (!row.first_refused.empty()) {
-    screen->push_back(Fact("refused", Visible(row.first_refused), Style::kBad));
+                                  ShortBytes(static_cast<double>(health.max_rss_kb) * 1024))));
+  screen->push_back(
+      Fact("messages", fmt::format("{} received, {} sent, {} resent, {} asked again",
+                                   health.received, health.sent, health.resent, health.asked)));
+  screen->push_back(BadFact("lost", health.lost));
+  screen->push_back(BadFact("bad", health.bad));
+  if (health.restarts > 0) screen->push_back(BadFact("restarts", health.restarts));
+  if (!health.first_refused.empty()) {
+    screen->push_back(Fact("refused", Visible(health.first_refused), Style::kBad));
   }
 }
 
@@ -138,30 +200,11 @@ Screen ProcessLines(const SpySnapshot& spy, const SpyUi& ui) {
                    [&](const ProcessRow& row) { return ProcessKey(row) == ui.process; });
   if (found == spy.processes.end()) return {{{"not heard any more", Style::kBad}}};
   const ProcessRow& row = *found;
-  Screen screen = {
-      {{Visible(row.process), Style::kTitle},
-       {fmt::format("  of run {}  {}", Visible(row.run), Visible(row.type)), Style::kDim}}};
-  // What the module says of itself.
-  if (row.has_status) {
-    screen.push_back(Fact("role", row.role.empty() ? "none" : Visible(row.role),
-                          row.role.empty() ? Style::kBad : Style::kGood));
-    if (row.frozen) screen.push_back(Fact("", "frozen: it changed too often", Style::kBad));
-    AddFacts("labels", row.labels, Style::kPlain, &screen);
-    // The conventions of joints, by their index in the module.
-    std::string signs;
-    for (size_t i = 0; i < row.joint_signs.size(); ++i) {
-      const int sign = row.joint_signs[i];
-      signs += fmt::format("{}joint {} {}", i == 0 ? "" : ", ", i,
-                           sign > 0   ? "+1"
-                           : sign < 0 ? "-1"
-                                      : "none");
-    }
-    if (!signs.empty()) screen.push_back(Fact("convention", signs));
-    AddFacts("tasks", row.tasks, Style::kPlain, &screen);
-    AddEnded(row, &screen);
-    if (!row.held_at.empty()) screen.push_back(Fact("inspected", "at " + row.held_at));
-    AddFacts("", row.held, Style::kPlain, &screen);
-  }
+  Screen screen = {{{Visible(row.process), Style::kTitle},
+                    {fmt::format("  of run {}  {}", Visible(row.run),
+                                 row.status ? Visible(row.status->type_name) : ""),
+                     Style::kDim}}};
+  if (row.status) AddStatus(row, &screen);
   // Where it is, and what its program did wrong.
   if (row.is_module) {
     std::string pose = "unknown";
@@ -172,7 +215,11 @@ Screen ProcessLines(const SpySnapshot& spy, const SpyUi& ui) {
     }
     screen.push_back(Fact("pose", pose, row.pose_stale ? Style::kBad : Style::kPlain));
     screen.push_back(BadFact("faults", row.faults));
-    AddFacts("", row.last_faults, Style::kBad, &screen);
+    std::vector<std::string> faults;
+    for (const auto& [time_us, fault] : row.last_faults) {
+      faults.push_back(fmt::format("{:.2f} s: {}", Seconds(time_us), HeardFaultText(fault)));
+    }
+    AddFacts("", faults, Style::kBad, &screen);
   }
   // Only the simulator knows who was late, and says so in real time.
   if (row.lateness) {

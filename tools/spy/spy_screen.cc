@@ -130,7 +130,7 @@ class SpySession {
     if (!ui_.frozen) snapshot_ = SnapshotNow(table_, tap_);
     // From now on CLOCK's word on the speed counts.
     const RunRow* run = ShownRun(snapshot_, ui_);
-    const std::optional<double> named = run == nullptr ? std::nullopt : run->asked_speed;
+    const std::optional<double> named = run == nullptr ? std::nullopt : run->clock.speed();
     if (named != named_speed_) ui_.asked_speed.reset();
     named_speed_ = named;
     last_look_ = timer_.seconds();

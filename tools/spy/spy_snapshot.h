@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "bridge/observe/process_state.h"
+#include "bridge/observe/run_clock.h"
 #include "tools/spy/arrival_stats.h"
 
 namespace morphbus::tools {
@@ -26,61 +28,22 @@ struct ChannelRow {
   ArrivalFigures arrivals;
 };
 
-/// How punctual a module is in real time, as the simulator tells it: ticks that were over before
-/// its answer came, how many of those answers came late, and the latest of them, µs after its tick.
-struct ModuleLateness {
-  int64_t missed = 0, late = 0, worst_us = 0;
-};
-
-/// A process of a run: a module, the simulator (SIM) or the logger (LOG). What is told by messages
-/// that have not come yet is absent.
-struct ProcessRow {
+/// A process of a run: a module, the simulator (SIM) or the logger (LOG), and what it has told
+/// since the spy began to listen.
+struct ProcessRow : bridge::ProcessState {
   std::string run;
   std::string process;
-  std::string type;  ///< Of the module.
-  std::string role;  ///< "" while it has none.
   bool is_module = false;
-  bool has_status = false;          ///< Whether a STATUS has come, which tells what follows.
-  bool frozen = false;              ///< It has changed its role too often, and keeps it.
-  std::vector<std::string> labels;  ///< "hip: joint 1".
-  std::vector<int> joint_signs;     ///< +1, -1, or 0 without a convention, by joint.
-  std::vector<std::string> tasks;   ///< What it runs, with the line.
-  /// Behaviors of the role held that a fault has ended, and whether a startup of it has ended so.
-  int ended_behaviors = 0;
-  bool startup_ended = false;
-  /// What it held when it was inspected last, a line for each field and call; and when, as text.
-  std::vector<std::string> held;
-  std::string held_at;
   /// Sim time since the root sent what the module's poses rest on, seconds; absent without a pose.
   std::optional<double> pose_age_s;
-  bool pose_stale = false;               ///< The root has gone silent.
-  int hops = 0;                          ///< Modules between the root and this one.
-  int64_t faults = 0;                    ///< Since the spy began to listen.
-  std::vector<std::string> last_faults;  ///< The newest 8, oldest first.
-  bool has_health = false;
-  /// Processor time a second of wall time, 1: one core; absent before the second HEALTH.
-  std::optional<double> cpu;
-  int64_t max_rss_kb = 0;  ///< Largest resident memory so far, KiB.
-  // Its ledger (bridge::Ledger), as it was last told.
-  int64_t received = 0, sent = 0, lost = 0, resent = 0, asked = 0, bad = 0, restarts = 0;
-  int64_t missed_deadlines = 0;
-  std::string first_refused;
-  std::optional<ModuleLateness> lateness;
 };
 
-/// A run, as its CLOCK tells.
+/// A run.
 struct RunRow {
   std::string run;
-  int64_t tick = 0;         ///< Of the last CLOCK.
-  int64_t sim_time_us = 0;  ///< Of that tick.
-  int64_t tick_us = 0;      ///< Length of a tick, µs of sim time.
+  bridge::RunClock clock;
   /// Sim time a second of wall time over the last seconds; absent before the second CLOCK.
   std::optional<double> speed;
-  /// What a command asked for, that CLOCK named; 0: as fast as possible.
-  std::optional<double> asked_speed;
-  bool paused = false;  ///< By a command that CLOCK named.
-  bool ended = false;   ///< CLOCK said END.
-  std::string end_reason;
   double silent_s = 0.0;  ///< Since its last CLOCK.
 };
 

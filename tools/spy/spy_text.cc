@@ -34,20 +34,20 @@ Json ChannelJson(const ChannelRow& row) {
 
 /// What HEALTH tells of a process.
 void AddHealthJson(const ProcessRow& row, Json* entry) {
-  if (!row.has_health) return;
+  if (!row.health) return;
   (*entry)["cpu"] = row.cpu ? Json(*row.cpu) : Json(nullptr);
-  (*entry)["max_rss_kb"] = row.max_rss_kb;
+  (*entry)["max_rss_kb"] = row.health->max_rss_kb;
 }
 
 /// A module's entry.
 Json ModuleJson(const ProcessRow& row) {
   // What is not known is null, so that every module has the same keys.
-  Json entry = {{"role", row.role.empty() ? Json(nullptr) : Json(row.role)}};
+  Json entry = {{"role", row.role().empty() ? Json(nullptr) : Json(row.role())}};
   entry["pose_age_s"] = row.pose_age_s ? Json(*row.pose_age_s) : Json(nullptr);
   entry["pose_stale"] = row.pose_stale;
   entry["faults"] = row.faults;
-  entry["ended_behaviors"] = row.ended_behaviors;
-  entry["startup_ended"] = row.startup_ended;
+  entry["ended_behaviors"] = row.status ? row.status->ended_behaviors : 0;
+  entry["startup_ended"] = row.status && row.status->startup_ended != 0;
   AddHealthJson(row, &entry);
   // Only in real time anybody is late.
   if (row.lateness) {
@@ -60,11 +60,11 @@ Json ModuleJson(const ProcessRow& row) {
 
 /// A run's entry.
 Json RunJson(const RunRow& run) {
-  return {{"tick", run.tick},
-          {"sim_seconds", Seconds(run.sim_time_us)},
+  return {{"tick", run.clock.tick()},
+          {"sim_seconds", Seconds(run.clock.time_us())},
           {"speed", run.speed ? Json(*run.speed) : Json(nullptr)},
-          {"paused", run.paused},
-          {"ended", run.ended},
+          {"paused", run.clock.paused()},
+          {"ended", run.clock.ended()},
           {"silent_s", run.silent_s}};
 }
 

@@ -123,10 +123,10 @@ double SpeedOf(const RunRow* run, const SpyUi& ui) {
   // What was asked for last counts, whether the run says so yet or not.
   if (ui.asked_speed) return *ui.asked_speed;
   if (run == nullptr) return 1.0;
-  if (run->asked_speed) return *run->asked_speed;
+  if (run->clock.speed()) return *run->clock.speed();
   // Nobody asked yet: the nearest power of two to what was measured, which of a run that holds
   // still or goes step by step says nothing.
-  if (run->paused || !run->speed || *run->speed <= 0) return 1.0;
+  if (run->clock.paused() || !run->speed || *run->speed <= 0) return 1.0;
   return std::exp2(std::round(std::log2(*run->speed)));
 }
 
@@ -139,8 +139,9 @@ std::string CommandOf(const Key& key, const RunRow* run, const SpyUi& ui) {
     case 'p':
     case ' ':
       // A run that holds still since before the spy came is paused, as far as one can see.
-      return run != nullptr && (run->paused || (run->silent_s > 2.0 && !run->ended)) ? "resume"
-                                                                                     : "pause";
+      return run != nullptr && (run->clock.paused() || (run->silent_s > 2.0 && !run->clock.ended()))
+                 ? "resume"
+                 : "pause";
     case '.':
       return "step 1";
     case ',':
@@ -236,7 +237,8 @@ std::vector<const ProcessRow*> ListedProcesses(const SpySnapshot& spy, const Spy
   std::vector<const ProcessRow*> rows;
   for (const ProcessRow& row : spy.processes) {
     // The filter is for channels; modules it thins out only while they are looked at.
-    const std::string text = ProcessKey(row) + " " + row.role + " " + row.type;
+    const std::string text =
+        ProcessKey(row) + " " + row.role() + " " + (row.status ? row.status->type_name : "");
     if (!ui.on_processes || Passes(ui.filter, text)) rows.push_back(&row);
   }
   return rows;

@@ -220,8 +220,8 @@ SpyTableText ProcessTableText(const std::vector<const ProcessRow*>& rows, bool s
   for (const ProcessRow* row : rows) {
     // The later lines know better: a process that is no module has no role to lack.
     TableCell role = {"(no role)", Style::kBad};
-    if (!row->role.empty()) role = {Visible(row->role), Style::kGood};
-    if (!row->has_status) role = {"?", Style::kDim};
+    if (!row->role().empty()) role = {Visible(row->role()), Style::kGood};
+    if (!row->status) role = {"?", Style::kDim};
     if (!row->is_module) role = {row->process == "SIM" ? "simulator" : "logger", Style::kDim};
     TableCell pose = {"-", Style::kDim};
     if (row->pose_age_s) pose = {ShortTime(*row->pose_age_s), Style::kPlain};
@@ -233,7 +233,7 @@ SpyTableText ProcessTableText(const std::vector<const ProcessRow*>& rows, bool s
          pose,
          row->is_module ? Trouble(row->faults) : TableCell{"-", Style::kDim},
          {row->cpu ? fmt::format("{:.1f}%", *row->cpu * 100) : "-"},
-         {row->has_health ? ShortBytes(static_cast<double>(row->max_rss_kb) * 1024) : "-"},
+         {row->health ? ShortBytes(static_cast<double>(row->health->max_rss_kb) * 1024) : "-"},
          row->is_module ? Trouble(missed) : TableCell{"-", Style::kDim}});
   }
   return table;
@@ -245,15 +245,17 @@ ScreenLine RunLine(const RunRow& run) {
   Span state = {"running", Style::kGood};
   if (run.silent_s > 2.0)
     state = {fmt::format("silent for {}", ShortTime(run.silent_s)), Style::kBad};
-  if (run.paused) state = {"paused", Style::kKey};
-  if (run.ended) {
-    const std::string reason = run.end_reason.empty() ? "" : ": " + Visible(run.end_reason);
+  if (run.clock.paused()) state = {"paused", Style::kKey};
+  if (run.clock.ended()) {
+    const std::string& why = run.clock.end_reason();
+    const std::string reason = why.empty() ? "" : ": " + Visible(why);
     state = {"ended" + reason, Style::kBad};
   }
   const std::string speed = run.speed ? fmt::format("  ×{:.2f}", *run.speed) : "";
   return {{Visible(run.run) + "  ", Style::kTitle},
           state,
-          {fmt::format("  sim {:.2f} s{}  tick {}", Seconds(run.sim_time_us), speed, run.tick)}};
+          {fmt::format("  sim {:.2f} s{}  tick {}", Seconds(run.clock.time_us()), speed,
+                       run.clock.tick())}};
 }
 
 Screen DrawSpy(const SpySnapshot& spy, const ShownFields& fields, SpyUi* ui, int width,
