@@ -2,6 +2,7 @@
 
 #include <sstream>
 
+#include "bridge/observe/ledger_counts.h"
 #include "bridge/outward/converter.h"
 #include "bridge/wire/vm_codec.h"
 #include "compiler/base/text.h"
@@ -27,43 +28,6 @@ std::vector<std::string> LinesOf(const std::string& text) {
   std::istringstream stream(text);
   for (std::string line; std::getline(stream, line);) lines.push_back(line);
   return lines;
-}
-
-/// The counts of a ledger, by their names in health_t.
-void AddCounts(const morphbus::health_t& health, morphbus::Health* out) {
-  const auto add = [out](const char* name, int64_t value) {
-    morphbus::Count& count = *out->add_counts();
-    count.set_name(name);
-    count.set_value(value);
-  };
-  // Traffic and what the bus did to it.
-  add("received", health.received);
-  add("sent", health.sent);
-  add("lost", health.lost);
-  add("discarded", health.discarded);
-  add("duplicates", health.duplicates);
-  add("resent", health.resent);
-  add("asked", health.asked);
-  add("queue_overflows", health.queue_overflows);
-  add("bad", health.bad);
-  add("unauthentic", health.unauthentic);
-  add("missed_deadlines", health.missed_deadlines);
-  // Commands that the simulator did not take.
-  add("old_commands", health.old_commands);
-  add("malformed_commands", health.malformed_commands);
-  // Faults on purpose, and deaths.
-  add("doubled", health.doubled);
-  add("delayed", health.delayed);
-  add("corrupted", health.corrupted);
-  add("restarts", health.restarts);
-  // Sound messages that were refused all the same.
-  add("conflicts", health.conflicts);
-  add("outside_window", health.outside_window);
-  add("foreign", health.foreign);
-  add("fragments", health.fragments);
-  add("hasty_requests", health.hasty_requests);
-  // What the kernel refused.
-  add("refused_filters", health.refused_filters);
 }
 
 }  // namespace
@@ -262,7 +226,11 @@ void Converter::OnHealth(const RunMessage& /*message*/, morphbus::health_t&& hea
   out.set_wall_time_us(health.wall_time_us);
   out.set_cpu_us(health.cpu_us);
   out.set_max_rss_kb(health.max_rss_kb);
-  AddCounts(health, &out);
+  for (const LedgerCount& count : kLedgerCounts) {
+    morphbus::Count& told = *out.add_counts();
+    told.set_name(count.name);
+    told.set_value(health.*count.value);
+  }
   out.set_first_refused(EscapeControl(health.first_refused));
   // Only the simulator tells of modules that were late, and only in real time.
   for (const morphbus::lateness_t& lateness : health.lateness) {

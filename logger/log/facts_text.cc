@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "bridge/observe/ledger_counts.h"
 #include "logger/log/text_lines.h"
 
 namespace morphbus::logger {
@@ -193,15 +194,9 @@ std::vector<std::string> RemarkableLines(const std::string& process, const morph
 morphbus::health_t SumOfLedgers(const LogFacts& f) {
   morphbus::health_t sum{};
   for (const auto& [process, h] : f.health) {
-    sum.received += h.received;
-    sum.lost += h.lost;
-    sum.duplicates += h.duplicates;
-    sum.asked += h.asked;
-    sum.resent += h.resent;
-    sum.discarded += h.discarded;
-    sum.bad += h.bad;
-    sum.queue_overflows += h.queue_overflows;
-    sum.missed_deadlines += h.missed_deadlines;
+    for (const bridge::LedgerCount& count : bridge::kLedgerCounts) {
+      sum.*count.value += h.*count.value;
+    }
   }
   return sum;
 }

@@ -8,18 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "bridge/observe/ledger_counts.h"
 #include "logger/log/text_lines.h"
 
-namespace morphbus {
-
-// What stands in JSON as it is called here. A ledger is that of its process.
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(health_t, received, sent, lost, discarded, duplicates, resent,
-                                   asked, bad, unauthentic, queue_overflows, missed_deadlines,
-                                   old_commands, malformed_commands, doubled, delayed, corrupted,
-                                   restarts, conflicts, outside_window, foreign, fragments,
-                                   hasty_requests, refused_filters, first_refused)
-
-namespace logger {
+namespace morphbus::logger {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DescribedRun, robot, model_file, program_file, mode, root_module,
                                    build, started, world_hash, arithmetic, still, loss, seed,
@@ -120,6 +112,19 @@ const char* EndStateName(EndState state) {
   static constexpr const char* kNames[] = {"missing", "unreadable", "mismatch", "verified"};
   return kNames[static_cast<int>(state)];
 }
+
+nlohmann::json HealthJson(const LogFacts& f) {
+  nlohmann::json processes = nlohmann::json::object();
+  for (const auto& [process, health] : f.health) {
+    nlohmann::json& ledger = processes[process];
+    for (const bridge::LedgerCount& count : bridge::kLedgerCounts) {
+      ledger[count.name] = health.*count.value;
+    }
+    ledger["first_refused"] = health.first_refused;
+  }
+  return processes;
+}
+
 nlohmann::json LatenessJson(const LogFacts& f) {
   nlohmann::json json = nlohmann::json::object();
   for (const auto& [module, l] : f.lateness) {
@@ -219,7 +224,7 @@ nlohmann::json FactsJson(const LogFacts& f) {
                          {"damage", std::move(damage)},
                          {"num_damage", f.num_damage},
                          {"findings", std::move(findings)},
-                         {"health", f.health},
+                         {"health", HealthJson(f)},
                          {"lateness", LatenessJson(f)},
                          {"problems", f.problems}};
   // What END says is null without one, and the description is left out.
@@ -233,5 +238,4 @@ nlohmann::json FactsJson(const LogFacts& f) {
   return json;
 }
 
-}  // namespace logger
-}  // namespace morphbus
+}  // namespace morphbus::logger

@@ -186,6 +186,8 @@ const char* EndStateName(EndState state);
 
 /// Hertz of `count` events spread evenly over `seconds`; 0 for fewer than two.
 double EventRate(int64_t count, double seconds);
+/// The last ledger of each process, by name.
+nlohmann::json HealthJson(const LogFacts& facts);
 /// Modules that missed deadlines in real time, by name: `missed`, `late`, `worst_us`.
 nlohmann::json LatenessJson(const LogFacts& facts);
 /// One of the `findings` of `info --json`; offsets are bytes of the file.

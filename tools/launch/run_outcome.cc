@@ -271,28 +271,6 @@ RunSummary Summarize(const RunPlan& plan, RunOutcome outcome) {
 }
 
 Json SummaryJson(const RunSummary& s) {
-  // What each process received and lost, by its last HEALTH.
-  Json processes = Json::object();
-  for (const auto& [process, health] : s.facts.health) {
-    processes[process] = {{"received", health.received},
-                          {"lost", health.lost},
-                          {"discarded", health.discarded},
-                          {"resent", health.resent},
-                          {"asked", health.asked},
-                          {"bad", health.bad},
-                          {"unauthentic", health.unauthentic},
-                          {"doubled", health.doubled},
-                          {"delayed", health.delayed},
-                          {"corrupted", health.corrupted},
-                          {"duplicates", health.duplicates},
-                          {"queue_overflows", health.queue_overflows},
-                          {"conflicts", health.conflicts},
-                          {"outside_window", health.outside_window},
-                          {"foreign", health.foreign},
-                          {"fragments", health.fragments},
-                          {"refused_filters", health.refused_filters},
-                          {"first_refused", health.first_refused}};
-  }
   // A module without a role is null, so that a script need not compare with "".
   Json roles = Json::object();
   for (const auto& [module, role] : s.roles)
@@ -323,7 +301,7 @@ Json SummaryJson(const RunSummary& s) {
                {"lateness", logger::LatenessJson(s.facts)},
                {"restarts", s.outcome.restarts},
                {"lost_modules", LostJson(s.facts)},
-               {"processes", processes},
+               {"processes", logger::HealthJson(s.facts)},
                {"log", s.outcome.log.empty() ? Json(nullptr) : Json(s.outcome.log)},
                {"log_hash", s.facts.run_hash},
                {"ended", s.outcome.reason},
