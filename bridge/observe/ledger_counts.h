@@ -11,8 +11,9 @@ struct LedgerCount {
   int64_t morphbus::health_t::*value;
 };
 
-/// All of them: traffic and what the bus did to it, commands that the simulator did not take, faults
-/// on purpose and deaths, sound messages that were refused all the same, what the kernel refused.
+/// All of them: traffic and what the bus did to it, commands that the simulator did not take,
+/// faults on purpose and deaths, sound messages that were refused all the same, what the kernel
+/// refused.
 inline constexpr LedgerCount kLedgerCounts[] = {
     {"received", &morphbus::health_t::received},
     {"sent", &morphbus::health_t::sent},

@@ -63,24 +63,24 @@ export function takeMessage(run: Run, name: string, time: number, message: Decod
 
 function takeDescription(run: Run, message: Decoded): void {
   const d = run.description;
-  d.robot = message.robot ?? '';
-  d.model = message.modelFile ?? '';
-  d.program = message.programFile ?? '';
-  d.programText = message.programText ?? '';
-  d.mode = message.mode ?? '';
+  d.robot = message.robot;
+  d.model = message.modelFile;
+  d.program = message.programFile;
+  d.programText = message.programText;
+  d.mode = message.mode;
   d.tick = (message.tickUs || 20000) * 1e-6;
   d.modules = message.modules.map((m: any) => ({
     name: m.name,
     type: m.type,
     links: m.links,
     joints: m.joints.map((j: any) => ({ name: j.name, type: j.type })),
-    colour: m.color ?? '',
+    colour: m.color,
   }));
   d.roles = message.roles
     .filter((r: any) => !r.abstract)
     .map((r: any) => ({
       name: r.name,
-      colour: r.color ?? '',
+      colour: r.color,
       commands: r.commands.map((c: any) => ({ name: c.name, parameters: c.parameterTypes })),
     }));
   run.structureVersion++;
@@ -156,8 +156,8 @@ function takeClock(run: Run, time: number, message: Decoded): void {
   if (tick < clock.tick && run.kind === 'live') run.clear();
   clock.tick = tick;
   clock.time = time;
-  clock.ended = message.phase === 2 || message.phase === 'END';
-  clock.endReason = message.endReason ?? '';
+  clock.ended = message.phase === 2;
+  clock.endReason = message.endReason;
   for (const control of message.controls) run.addEvent(time, control);
   if (clock.ended) run.addEvent(time, clock.endReason || 'end of the run');
 }
@@ -190,7 +190,7 @@ function takeCommands(run: Run, time: number, message: Decoded): void {
   table.row(time);
   for (const order of message.joints) {
     const name = `${order.module}.${order.joint}`;
-    const position = order.mode === 1 || order.mode === 'POSITION';
+    const position = order.mode === 1;
     table.set(table.column(`${name} target`), position ? order.target : NaN);
     table.set(table.column(`${name} speed`), order.speed);
   }
@@ -201,29 +201,24 @@ function takeCommands(run: Run, time: number, message: Decoded): void {
 
 function moduleState(message: any): ModuleState {
   const labels: Label[] = message.labels.map((label: any) => {
-    // A oneof is {case, value} when it was Protocol Buffers, and a plain field when it was JSON.
-    const kind: 'joint' | 'link' = (label.part?.case ?? (label.link !== undefined ? 'link' : 'joint')) as
-      'joint' | 'link';
-    const target: string = label.part?.value ?? label[kind] ?? '';
+    const { case: kind, value: target } = label.part;
     const sign = kind === 'joint' ? (message.signs.find((s: any) => s.joint === target)?.sign ?? 0) : 0;
     return { name: label.name, kind, target, sign };
   });
-  const program =
-    toNumber(message.programHash ?? 0) === 0 ? '' : BigInt(message.programHash).toString(16).padStart(16, '0');
   return {
     module: message.module,
     role: message.role,
-    colour: message.color ?? '',
+    colour: message.color,
     labels,
-    signs: message.signs.map((s: any) => ({ joint: s.joint, sign: s.sign })),
-    tasks: message.tasks.map((task: any) => ({ kind: task.kind, function: task.function, line: task.line })),
-    endedBehaviors: message.endedBehaviors ?? 0,
-    startupEnded: message.startupEnded ?? false,
+    signs: message.signs,
+    tasks: message.tasks,
+    endedBehaviors: message.endedBehaviors,
+    startupEnded: message.startupEnded,
     hasPose: message.hasPose,
     poseStale: message.poseStale,
     frozen: message.frozen,
-    lost: message.lost ?? false,
-    program,
+    lost: message.lost,
+    program: message.programHash ? message.programHash.toString(16).padStart(16, '0') : '',
     incarnation: message.incarnation,
   };
 }

@@ -26,9 +26,6 @@ function registryOf(schema: string): FileRegistry {
  * @throws Error if the schema cannot be read, lacks the type, or the encoding is unknown.
  */
 export function decoderOf(channel: Channel): Decoder {
-  if (channel.encoding === 'json') {
-    return (payload) => JSON.parse(new TextDecoder().decode(payload)) as Decoded;
-  }
   if (channel.encoding !== 'protobuf')
     throw new Error(`${channel.topic}: the page cannot read the encoding "${channel.encoding}"`);
   const type: DescMessage | undefined = registryOf(channel.schema).getMessage(channel.schemaName);
@@ -36,19 +33,12 @@ export function decoderOf(channel: Channel): Decoder {
   return (payload) => fromBinary(type, payload) as unknown as Decoded;
 }
 
-/** A 64-bit number, or none, as a number. */
-export function toNumber(value: unknown): number {
-  return typeof value === 'bigint'
-    ? Number(value)
-    : typeof value === 'number'
-      ? value
-      : typeof value === 'string'
-        ? Number(value)
-        : NaN;
+/** A 64-bit number as a number; NaN if there is none. */
+export function toNumber(value: bigint | number | undefined): number {
+  return value === undefined ? NaN : Number(value);
 }
 
-/** A google.protobuf.Timestamp or Duration, or the same as JSON, in seconds; NaN if it is none. */
+/** A google.protobuf.Timestamp or Duration, in seconds; NaN if there is none. */
 export function toSeconds(value: any): number {
-  if (value == null) return NaN;
-  return toNumber(value.seconds ?? value.sec ?? 0n) + toNumber(value.nanos ?? value.nsec ?? 0) * 1e-9;
+  return value ? toNumber(value.seconds) + value.nanos * 1e-9 : NaN;
 }
