@@ -15,6 +15,7 @@ template <class Number>
 ScalarTrack SensorTrack(const ModuleSeries& module, int joint, const JointSigns& signs,
                         std::vector<Number> SensorSample::*values) {
   ScalarTrack track;
+  track.Reserve(module.sensors.size());
   for (const SensorSample& sample : module.sensors) {
     if (joint >= static_cast<int>((sample.*values).size())) continue;
     track.Add(sample.time_us,
@@ -129,6 +130,7 @@ ScalarTrack EffortTrack(const ModuleSeries& module, int joint, const JointSigns&
 Track<JointCommand> CommandsOf(const ModuleSeries& module, int joint, const JointSigns& signs) {
   using morphbus::joint_command_t;
   Track<JointCommand> track;
+  track.Reserve(module.actuators.size());
   for (const ActuatorSample& sample : module.actuators) {
     if (joint >= static_cast<int>(sample.joints.size())) continue;
     const joint_command_t& command = sample.joints[joint];
@@ -146,6 +148,7 @@ Track<JointCommand> CommandsOf(const ModuleSeries& module, int joint, const Join
 
 ScalarTrack StalenessTrack(const ModuleSeries& module) {
   ScalarTrack track;
+  track.Reserve(module.transforms.size());
   for (const TransformSample& sample : module.transforms) {
     if (sample.has_pose) track.Add(sample.time_us, sample.pose_stale ? 1.0 : 0.0);
   }
@@ -154,6 +157,7 @@ ScalarTrack StalenessTrack(const ModuleSeries& module) {
 
 PoseTrack PropagatedTrack(const ModuleSeries& module, int link) {
   PoseTrack track;
+  track.Reserve(module.transforms.size());
   for (const TransformSample& sample : module.transforms) {
     if (!sample.has_pose || link >= static_cast<int>(sample.X_RL.size())) continue;
     track.Add(sample.time_us, ToPose(sample.X_RL[link]));
@@ -170,6 +174,7 @@ Track<PoseDifference> Differences(const PoseTrack& a, const PoseTrack& b, const 
   // P is the point of B's link that at rest lies where A's origin is, given in B's link frame.
   const Eigen::Vector3d p_BoP_B = rest_b.inverse() * rest_a.translation();
   Track<PoseDifference> out;
+  out.Reserve(a.time_us.size());
   ForCommonTimes(a.time_us, b.time_us, end_us, [&](size_t i, size_t j) {
     const model::Pose& X_A = a.value[i];
     const model::Pose& X_B = b.value[j];
@@ -241,6 +246,7 @@ std::optional<model::Pose> SimulatedPoses::X_WL(size_t sample, int module, int l
 
 PoseTrack SimulatedPoses::TrackOf(int module, int link, const model::Pose& X_LF) const {
   PoseTrack track;
+  track.Reserve(log_.world.size());
   for (size_t i = 0; available_ && i < log_.world.size(); ++i) {
     const std::optional<model::Pose> X_WLink = X_WL(i, module, link);
     if (X_WLink) track.Add(log_.world[i].time_us, X_R0W_ * *X_WLink * X_LF);

@@ -27,6 +27,11 @@ struct Track {
   /// Sim times in µs, ascending; there are as many values.
   std::vector<int64_t> time_us;
   std::vector<Value> value;
+  /// Makes room for so many values: tracks are made by the hundred, and would grow step by step.
+  void Reserve(size_t count) {
+    time_us.reserve(count);
+    value.reserve(count);
+  }
   /// Appends one value; times must come in order.
   void Add(int64_t time, Value v) {
     time_us.push_back(time);
