@@ -5,13 +5,13 @@
 #include <optional>
 
 #include "bridge/bus/lcm_bus.h"
-#include "bridge/control/control_service.h"
 #include "compiler/base/text.h"
 #include "tools/base/inspection_report.h"
 #include "tools/base/json.h"
 #include "tools/base/print.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/inspect.h"
+#include "tools/launch/commander.h"
 #include "tools/launch/control_link.h"
 #include "tools/launch/control_script.h"
 #include "tools/launch/controlled_run.h"
@@ -64,35 +64,27 @@ bool HandOver(const ControlledRun& run, bridge::ControlCommand* command) {
 
 /// What the run said, for people or scripts; `modules`: what those said that were inspected, null
 /// for other commands. Returns the exit status.
-int Report(const ControlledRun& run, const std::string& command,
-           const bridge::ControlAnswer& answer, bool json, const Json& modules) {
+int Report(const ControlledRun& run, const std::string& words, const bridge::ControlAnswer& answer,
+           bool json, const Json& modules) {
+  Json object = AnswerJson(run, words, answer);
+  if (!modules.is_null()) {
+    object["pending"] = false;
+    object["modules"] = modules;
+  }
   // A refusal has no tick; what it says goes to stderr, also beside JSON.
-  using State = bridge::ControlAnswer::State;
-  const bool refused = answer.state == State::kRefused;
-  // A deployment takes effect when all modules go over to the program.
-  const Result<bridge::ControlCommand> done = bridge::ParseControl(answer.effect);
-  const std::optional<double> at = !refused && done ? done->at : std::nullopt;
+  const bool refused = !object["refused"].is_null();
   if (json) {
-    Json object = {
-        {"run", run.entry.name},
-        {"command", at ? answer.effect : command},
-        {"tick", refused ? Json(nullptr) : Json(answer.tick)},
-        {"seconds",
-         refused ? Json(nullptr) : Json(Seconds(answer.tick * run.plan.description.tick_us()))},
-        {"pending", answer.state == State::kLater && modules.is_null()},
-        {"refused", refused ? Json(answer.reason) : Json(nullptr)}};
-    if (at) object["switch_seconds"] = *at;
-    if (!modules.is_null()) object["modules"] = modules;
     PrintJson(object);
   } else if (!refused) {
-    Print("{}: tick {} ({:.2f} s){}{}\n", at ? answer.effect : command, answer.tick,
-          Seconds(answer.tick * run.plan.description.tick_us()),
-          at ? fmt::format("; it runs from {} s on", *at) : "",
-          answer.state == State::kLater && modules.is_null() ? ", once the run goes on" : "");
+    const auto at = object.find("switch_seconds");
+    Print("{}: tick {} ({:.2f} s){}{}\n", object["command"].get<std::string>(), answer.tick,
+          object["seconds"].get<double>(),
+          at == object.end() ? "" : fmt::format("; it runs from {} s on", at->get<double>()),
+          object["pending"].get<bool>() ? ", once the run goes on" : "");
     if (!modules.is_null()) PrintText(AnswersText(modules));
   }
   if (!refused) return kDone;
-  Unusable(fmt::format("{}: {}", command, EscapeControl(answer.reason)));
+  Unusable(fmt::format("{}: {}", words, EscapeControl(answer.reason)));
   return answer.status;
 }
 
@@ -113,11 +105,8 @@ int Control(const ControlOptions& options) {
   if (!run) return Unusable(run.error().message);
   const bool deploys = command->kind == bridge::ControlKind::kDeploy;
   if (deploys && !HandOver(*run, &*command)) return kUnusable;
-  text = ControlText(*command);
-  // The run adds the time of a deployment that names none.
-  constexpr size_t kTimeBytes = 16;
-  const size_t room = bridge::kLongestText - (deploys && !command->at ? kTimeBytes : 0);
-  if (text.size() > room) return Unusable("the command is too long: " + text);
+  const Result<std::string> words = WordsOf(*command);
+  if (!words) return Unusable(words.error().message);
   // The private network is entered before LCM starts a thread.
   if (run->entry.isolated) {
     if (Result<void> joined = JoinNetworkOf(run->entry.pid); !joined)
@@ -126,25 +115,22 @@ int Control(const ControlOptions& options) {
   const Result<std::unique_ptr<bridge::Bus>> bus = bridge::OpenLcmBus(run->entry.url);
   if (!bus) return Unusable(bus.error().message);
   CatchSignals();
-  const bridge::Sender sender = {run->entry.name, "TOOL", run->plan.description.model_hash(), 0};
   const bool inspects = command->kind == bridge::ControlKind::kInspect;
   std::optional<InspectionListener> listener;
   if (inspects) listener.emplace(bus->get(), *run, command->part.module);
   const auto stop = [] { return CaughtSignal() != 0; };
-  const bridge::MonotonicTime time;
-  const Result<bridge::ControlAnswer> answer =
-      bridge::GiveCommand(bus->get(), time, sender, run->key, text, kControlPatienceUs, stop);
+  const Result<bridge::ControlAnswer> answer = GiveTo(*run, bus->get(), *words, stop);
   if (!answer) return Failed(answer.error().message);
   if (!inspects || answer->state == bridge::ControlAnswer::State::kRefused) {
-    return Report(*run, text, *answer, options.json, nullptr);
+    return Report(*run, *words, *answer, options.json, nullptr);
   }
   // The modules answer once the tick is computed.
   if (answer->state == bridge::ControlAnswer::State::kLater) {
-    Say("{} waits for tick {}, once the run goes on\n", text, answer->tick);
+    Say("{} waits for tick {}, once the run goes on\n", *words, answer->tick);
   }
-  const std::string why = listener->Await(answer->tick, time, stop);
-  const int status = Report(*run, text, *answer, options.json, listener->answers());
-  return why.empty() ? status : Failed(fmt::format("{}: {}", text, why));
+  const std::string why = listener->Await(answer->tick, bridge::MonotonicTime(), stop);
+  const int status = Report(*run, *words, *answer, options.json, listener->answers());
+  return why.empty() ? status : Failed(fmt::format("{}: {}", *words, why));
 }
 
 }  // namespace

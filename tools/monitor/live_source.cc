@@ -11,6 +11,7 @@
 #include "bridge/observe/description_finder.h"
 #include "bridge/wire/channels.h"
 #include "tools/base/files.h"
+#include "tools/launch/control_script.h"
 #include "tools/launch/controlled_run.h"
 
 namespace morphbus::tools {
@@ -169,8 +170,9 @@ Result<std::unique_ptr<LiveSource>> LiveSource::Create(const RunChoice& choice) 
     // Commands have a bus of their own, for they wait for answers.
     Result<std::unique_ptr<bridge::Bus>> own = bridge::OpenLcmBus(*url);
     if (!own) return Fail(own.error().message);
-    source->commander_ =
-        std::make_unique<RunCommander>(std::move(*controlled), std::move(*own), &source->texts_);
+    const auto way =
+        std::make_shared<Commander::Way>(Commander::Way{std::move(*controlled), std::move(*own)});
+    source->commander_ = std::make_unique<Commander>([way] { return way; });
   }
   return source;
 }
@@ -250,7 +252,16 @@ void LiveSource::Command(const bridge::ClientRequest& request, const std::string
                 "this run cannot be controlled from here: it is none of this machine's that "
                 "takes commands");
   }
-  commander_->Give({text, program, done});
+  // A program is laid where the sim finds it; the command names it by its hash.
+  const auto complete = [this, program](const ControlledRun& run,
+                                        bridge::ControlCommand* command) -> Result<void> {
+    if (command->kind != bridge::ControlKind::kDeploy) return {};
+    const auto compiled = texts_.Compile(command->program, program);
+    if (!compiled) return tl::unexpected(compiled.error());
+    command->program_hash = compiled->hash;
+    return WriteFile(ImagePath(run.entry.folder, compiled->hash), compiled->image);
+  };
+  commander_->Give({text, complete, done});
 }
 
 void LiveSource::Take(const bridge::ClientRequest& request, const std::string& what) {

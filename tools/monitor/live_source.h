@@ -8,13 +8,13 @@
 #include "bridge/bus/bus.h"
 #include "bridge/outward/converter.h"
 #include "bridge/wire/sealed_bus.h"
+#include "tools/launch/commander.h"
 #include "tools/launch/run_choice.h"
 #include "tools/launch/wall_clock.h"
 #include "tools/monitor/channel_rates.h"
 #include "tools/monitor/monitor_source.h"
 #include "tools/monitor/present_tick.h"
 #include "tools/monitor/program_text.h"
-#include "tools/monitor/run_commander.h"
 
 namespace morphbus::tools {
 
@@ -53,7 +53,7 @@ class LiveSource : public MonitorSource {
   std::unique_ptr<bridge::SealedBus> sealed_;
   bridge::Bus* bus_;
   ProgramTexts texts_;
-  std::unique_ptr<RunCommander> commander_;  ///< Null for a run that cannot be controlled.
+  std::unique_ptr<Commander> commander_;  ///< Null for a run that cannot be controlled.
   std::unique_ptr<bridge::Converter> converter_;
   PresentTick present_;
   bridge::OutwardSink sink_;  ///< To all clients; empty before Open().

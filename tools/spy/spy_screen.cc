@@ -1,18 +1,23 @@
 #include "tools/spy/spy_screen.h"
 
+#include <fmt/format.h>
 #include <poll.h>
 #include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <mutex>
 #include <optional>
+#include <utility>
 
+#include "bridge/bus/lcm_bus.h"
 #include "bridge/control/control_command.h"
+#include "compiler/base/text.h"
+#include "tools/launch/commander.h"
 #include "tools/launch/control_link.h"
 #include "tools/launch/wall_clock.h"
 #include "tools/spy/field_history.h"
-#include "tools/spy/spy_commander.h"
 #include "tools/spy/spy_terminal.h"
 #include "tools/spy/spy_view.h"
 
@@ -27,11 +32,9 @@ class SpySession {
  public:
   SpySession(bridge::LcmTap* tap, SpyTable* table, const SpyScreenOptions& options,
              SpyTerminal* terminal)
-      : tap_(*tap),
-        table_(*table),
-        options_(options),
-        terminal_(*terminal),
-        commander_(options.run, options.url) {
+      : tap_(*tap), table_(*table), options_(options), terminal_(*terminal), commander_([&options] {
+          return WayTo(options);
+        }) {
     ui_.run = options.run.run;
   }
 
@@ -102,25 +105,59 @@ class SpySession {
       const UiRequest request = Press(*key, snapshot_, &ui_);
       if (request.kind == UiRequest::Kind::kQuit) quit_ = true;
       if (request.kind == UiRequest::Kind::kCommand) {
-        const bool given = commander_.Give(request.command);
-        if (given) given_ = request.command;
-        ui_.failed = !given;
-        ui_.message = given ? request.command + " ..." : "the last command is still under way";
+        Command(request.command);
       }
       FollowSelection();
     }
   }
 
+  /// The run to command: another one may have its name by now.
+  static Result<std::shared_ptr<Commander::Way>> WayTo(const SpyScreenOptions& options) {
+    // A bus that was named without a run may be another host's, where nobody here has the key.
+    if (options.run.run.empty() && !options.run.lcm_url.empty()) {
+      return Fail("commands need --run: only a run of this machine can be commanded");
+    }
+    Result<ControlledRun> run = FindControlled(options.run.run);
+    if (!run) return tl::unexpected(run.error());
+    Result<std::unique_ptr<bridge::Bus>> bus = bridge::OpenLcmBus(options.url);
+    if (!bus) return tl::unexpected(bus.error());
+    return std::make_shared<Commander::Way>(Commander::Way{std::move(*run), std::move(*bus)});
+  }
+
+  /// Gives a command; one at a time, so that each answer belongs to the last key.
+  void Command(const std::string& command) {
+    ui_.failed = !given_.empty();
+    ui_.message = ui_.failed ? "the last command is still under way" : command + " ...";
+    if (ui_.failed) return;
+    given_ = command;
+    commander_.Give({command, nullptr, [this](const Json& answer, const std::string& refusal) {
+                       const std::lock_guard lock(mutex_);
+                       answer_ = {answer, refusal};
+                     }});
+  }
+
   /// What the run said to a command.
   void HearAnswer() {
-    const std::optional<CommandOutcome> outcome = commander_.Outcome();
-    if (!outcome) return;
-    ui_.message = outcome->text;
-    ui_.failed = outcome->failed;
+    std::optional<Answer> heard;
+    {
+      const std::lock_guard lock(mutex_);
+      heard = std::exchange(answer_, std::nullopt);
+    }
+    if (!heard) return;
+    const std::string given = std::exchange(given_, "");
+    ui_.failed = !heard->refusal.empty();
+    ui_.message = fmt::format("{}: {}", given, Visible(heard->refusal));
+    if (!ui_.failed) {
+      // In which tick it took effect.
+      const Json& answer = heard->answer;
+      ui_.message = fmt::format("{}: tick {} ({:.2f} s){}", given, answer["tick"].get<int64_t>(),
+                                answer["seconds"].get<double>(),
+                                answer["pending"].get<bool>() ? ", once the run goes on" : "");
+    }
     dirty_ = true;
     // A paused run names the new speed in CLOCK only when it goes on.
-    const Result<bridge::ControlCommand> command = bridge::ParseControl(given_);
-    if (!outcome->failed && command && command->kind == bridge::ControlKind::kSpeed) {
+    const Result<bridge::ControlCommand> command = bridge::ParseControl(given);
+    if (!ui_.failed && command && command->kind == bridge::ControlKind::kSpeed) {
       ui_.asked_speed = command->speed;
     }
   }
@@ -152,20 +189,27 @@ class SpySession {
   SpyTable& table_;
   const SpyScreenOptions& options_;
   SpyTerminal& terminal_;
-  SpyCommander commander_;
   WallTimer timer_;
   SpyUi ui_;
   SpySnapshot snapshot_;
   FieldHistory fields_;  ///< Of the channel that is watched.
   std::string problem_;
   std::string watched_;
-  std::string given_;                  ///< The last command.
+  std::string given_;                  ///< The command that is under way; empty: none is.
   std::optional<double> named_speed_;  ///< The speed that CLOCK named last.
   double last_bar_ = -1.0;             ///< When a message was decoded last, on `timer_`.
   double last_look_ = 0.0;             ///< When the figures were taken, on `timer_`.
   double next_look_ = 0.25;            ///< The first figures come soon.
   bool dirty_ = true;                  ///< Something has changed since it was drawn.
   bool quit_ = false;
+  /// What became of a command: as Commander tells it, in its thread.
+  struct Answer {
+    Json answer;
+    std::string refusal;
+  };
+  std::mutex mutex_;  ///< Guards the answer, until it is heard.
+  std::optional<Answer> answer_;
+  Commander commander_;
 };
 
 }  // namespace
