@@ -6,7 +6,7 @@ import { Table } from '../src/model/table.ts';
 import { ViewClock } from '../src/model/view_clock.ts';
 import { angleBetween, compose, fixedAngles, invert, rotate, type Pose, type Quaternion } from '../src/model/pose.ts';
 import { keyName } from '../src/ui/keyboard.ts';
-import { matchFields, numbersOf } from '../src/model/fields.ts';
+import { matchFields } from '../src/model/fields.ts';
 
 function filled(capacity: number, rows: number): Table {
   const table = new Table(capacity);
@@ -163,22 +163,7 @@ test('keys have one name each', () => {
   assert.equal(keyName({ key: 'ArrowLeft', shiftKey: true }), 'Shift+ArrowLeft');
 });
 
-test('numbers of any message are found, and fields by parts of their names', () => {
-  const numbers = numbersOf({
-    $typeName: 'x.Y',
-    a: 1,
-    b: { c: 2n, text: 'no' },
-    list: [{ name: 'm1', v: 3 }, { v: 4 }],
-    bytes: new Uint8Array(3),
-    on: true,
-  });
-  assert.deepEqual(numbers, [
-    ['a', 1],
-    ['b.c', 2],
-    ['list[m1].v', 3],
-    ['list[1].v', 4],
-    ['on', 1],
-  ]);
+test('fields are found by parts of their names', () => {
   const field = (column: string) => ({ id: column, run: 'walk', table: 'poses', column, unit: 'm' });
   assert.deepEqual(
     matchFields([field('m1/foot.x'), field('m2/foot.y')], 'FOOT m2').map((f) => f.column),

@@ -81,24 +81,3 @@ export function matchFields(fields: readonly Field[], query: string): Field[] {
     return words.every((word) => text.includes(word));
   });
 }
-
-/** Numbers of a message of any type as "path.to.field" and value; list members by their name if they have one. */
-export function numbersOf(message: unknown, path = '', depth = 0, out: [string, number][] = []): [string, number][] {
-  if (out.length > 4000 || depth > 8) return out;
-  if (typeof message === 'number' || typeof message === 'bigint' || typeof message === 'boolean') {
-    if (path) out.push([path, Number(message)]);
-  } else if (Array.isArray(message)) {
-    message.forEach((item, i) => {
-      const name = item && typeof item === 'object' ? (item.name ?? item.id ?? item.module ?? item.process) : undefined;
-      numbersOf(item, `${path}[${name ?? i}]`, depth + 1, out);
-    });
-  } else if (message instanceof Uint8Array) {
-    return out;
-  } else if (message && typeof message === 'object') {
-    for (const [key, value] of Object.entries(message)) {
-      if (key.startsWith('$')) continue;
-      numbersOf(value, path ? `${path}.${key}` : key, depth + 1, out);
-    }
-  }
-  return out;
-}

@@ -1,11 +1,10 @@
 /** Takes up what the server sends of one source (docs/monitor-protocol.md) into its Run. */
 
 import { toNumber, toSeconds, type Decoded } from '../protocol/decoder.ts';
-import { numbersOf } from './fields.ts';
 import type { Pose } from './pose.ts';
 import type { Label, ModuleState, Run } from './run.ts';
 
-/** Topics that the page does not need, since others hold the same; they are subscribed to only when plotted. */
+/** Topics that the page does not need, since others hold the same. */
 export const UNNEEDED_TOPICS = ['joint_states', 'log'];
 
 /** A topic of a source, "/SRC/name". */
@@ -56,8 +55,6 @@ export function takeMessage(run: Run, name: string, time: number, message: Decod
     case 'health':
       takeHealth(run, time, message);
       break;
-    default:
-      takeNumbers(run, name, time, message);
   }
 }
 
@@ -298,13 +295,4 @@ function takeHealth(run: Run, time: number, message: Decoded): void {
     refused: message.firstRefused,
   });
   run.reportVersion++;
-}
-
-/** A topic that the page knows nothing of: its numbers can be plotted all the same. */
-function takeNumbers(run: Run, name: string, time: number, message: Decoded): void {
-  const numbers = numbersOf(message).filter(([path]) => !path.startsWith('timestamp'));
-  if (!numbers.length) return;
-  const table = run.addTable(name, () => '', numbers.length);
-  table.row(time);
-  for (const [path, value] of numbers) table.set(table.column(path), value);
 }

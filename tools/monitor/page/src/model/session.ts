@@ -77,14 +77,7 @@ export class Session implements Listener {
     this.onConnection();
   }
 
-  onChannels(channels: readonly Channel[]): void {
-    // A server that does not list its sources shows those that its topics name.
-    if (!this.runs.length) {
-      const names = new Set(
-        channels.map((c) => parseTopic(c.topic)?.source).filter((n): n is string => n !== undefined),
-      );
-      if (names.size) this.setRuns([...names].slice(0, 2).map((name) => ({ name, kind: 'live' })));
-    }
+  onOffer(): void {
     const parameters = this.runs.flatMap((run) => [`/${run.name}/paused`, `/${run.name}/speed`]);
     if (parameters.length) this.connection.watchParameters(parameters);
     for (const run of this.runs) {
@@ -109,8 +102,6 @@ export class Session implements Listener {
     if (topic?.name === 'speed') run.clock.speed = typeof value === 'number' ? value : NaN;
     run.reportVersion++;
   }
-
-  onTime(): void {}
 
   onStatus(level: number, message: string): void {
     this.notice = { level, text: message };

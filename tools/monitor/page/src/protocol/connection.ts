@@ -4,7 +4,6 @@ import { decoderOf, type Decoded, type Decoder } from './decoder.ts';
 import {
   OP_MESSAGE_DATA,
   OP_SERVICE_RESPONSE,
-  OP_TIME,
   parseFrame,
   serviceRequest,
   type Channel,
@@ -30,12 +29,10 @@ export interface Listener {
   /** The state changed. `retryIn`: seconds until the next attempt, while disconnected. */
   onState(state: ConnectionState, retryIn: number): void;
   onServerInfo(info: ServerInfo): void;
-  /** Channels came or went. */
-  onChannels(channels: readonly Channel[]): void;
+  /** The server has told what it offers, channels or services. */
+  onOffer(): void;
   /** A message; `time` is the sim time that the server stamped it with, seconds. */
   onMessage(channel: Channel, time: number, message: Decoded): void;
-  /** The time that the server tells by itself, seconds. */
-  onTime(time: number): void;
   onParameter(name: string, value: unknown): void;
   /** A notice of the server for people; an error (level 2) or a warning (1). */
   onStatus(level: number, message: string): void;
@@ -67,10 +64,8 @@ export class Connection {
   private socket: Socket | null = null;
   private retry = FIRST_RETRY;
   private cancelRetry: (() => void) | null = null;
-  private channels = new Map<number, Channel>();
   private services = new Map<string, Service>();
   private subscriptions = new Map<number, { channel: Channel; decode: Decoder }>();
-  private byChannel = new Map<number, number>();
   private calls = new Map<number, Call>();
   private nextSubscription = 1;
   private nextCall = 1;
@@ -105,10 +100,6 @@ export class Connection {
 
   hasService(name: string): boolean {
     return this.services.has(name);
-  }
-
-  get serviceNames(): string[] {
-    return [...this.services.keys()];
   }
 
   /** Calls a service with JSON. Rejects with a CallError that says why it was refused. */
@@ -153,10 +144,8 @@ export class Connection {
   private lose(socket: Socket): void {
     if (this.socket !== socket) return;
     this.socket = null;
-    this.channels.clear();
     this.services.clear();
     this.subscriptions.clear();
-    this.byChannel.clear();
     for (const call of this.calls.values()) {
       call.cancel();
       call.reject(new CallError('The connection was lost before the answer came.'));
@@ -189,27 +178,12 @@ export class Connection {
         this.listener.onServerInfo(message);
         break;
       case 'advertise':
-        for (const channel of message.channels) this.channels.set(channel.id, channel);
-        this.listener.onChannels([...this.channels.values()]);
+        this.listener.onOffer();
         this.subscribe(message.channels);
-        break;
-      case 'unadvertise':
-        for (const id of message.channelIds) {
-          this.channels.delete(id);
-          const subscription = this.byChannel.get(id);
-          if (subscription !== undefined) this.subscriptions.delete(subscription);
-          this.byChannel.delete(id);
-        }
-        this.listener.onChannels([...this.channels.values()]);
         break;
       case 'advertiseServices':
         for (const service of message.services) this.services.set(service.name, service);
-        this.listener.onChannels([...this.channels.values()]);
-        break;
-      case 'unadvertiseServices':
-        for (const [name, service] of this.services) {
-          if (message.serviceIds.includes(service.id)) this.services.delete(name);
-        }
+        this.listener.onOffer();
         break;
       case 'serviceCallFailure':
         this.finish(message.callId)?.reject(new CallError(message.message));
@@ -228,7 +202,7 @@ export class Connection {
   private subscribe(channels: readonly Channel[]): void {
     const subscriptions: { id: number; channelId: number }[] = [];
     for (const channel of channels) {
-      if (this.byChannel.has(channel.id) || !this.wanted(channel)) continue;
+      if (!this.wanted(channel)) continue;
       let decode: Decoder;
       try {
         decode = decoderOf(channel);
@@ -238,7 +212,6 @@ export class Connection {
       }
       const id = this.nextSubscription++;
       this.subscriptions.set(id, { channel, decode });
-      this.byChannel.set(channel.id, id);
       subscriptions.push({ id, channelId: channel.id });
     }
     if (subscriptions.length) this.socket?.send(JSON.stringify({ op: 'subscribe', subscriptions }));
@@ -259,8 +232,6 @@ export class Connection {
         return;
       }
       this.listener.onMessage(subscription.channel, Number(frame.timestamp) / 1e9, message);
-    } else if (frame.op === OP_TIME) {
-      this.listener.onTime(Number(frame.timestamp) / 1e9);
     } else if (frame.op === OP_SERVICE_RESPONSE) {
       const call = this.finish(frame.callId);
       try {

@@ -6,10 +6,10 @@ export const SUBPROTOCOLS = ['foxglove.websocket.v1', 'foxglove.sdk.v1'];
 export interface Channel {
   id: number;
   topic: string;
-  /** How messages are encoded: "protobuf" or "json". */
+  /** How messages are encoded: "protobuf". */
   encoding: string;
   schemaName: string;
-  /** For "protobuf" the base64 of a FileDescriptorSet with all that it imports. */
+  /** The base64 of a FileDescriptorSet with all that it imports. */
   schema: string;
   schemaEncoding?: string;
 }
@@ -40,9 +40,7 @@ export interface ServerInfo {
 export type ServerMessage =
   | ServerInfo
   | { op: 'advertise'; channels: Channel[] }
-  | { op: 'unadvertise'; channelIds: number[] }
   | { op: 'advertiseServices'; services: Service[] }
-  | { op: 'unadvertiseServices'; serviceIds: number[] }
   | { op: 'serviceCallFailure'; serviceId: number; callId: number; message: string }
   | { op: 'status'; level: number; message: string; id?: string }
   | { op: 'removeStatus'; statusIds: string[] }
