@@ -183,7 +183,7 @@ test('faults come with their line', async () => {
     function: 'Leg2.gait',
   });
   const [fault] = session.runs[0].faults.list;
-  assert.deepEqual([fault.module, fault.file, fault.line, fault.source], ['m2', 'mock.dyn', 7, '  x / y;']);
+  assert.deepEqual([fault.module, fault.file, fault.line, fault.sourceLine], ['m2', 'mock.dyn', 7, '  x / y;']);
   assert.ok(Math.abs(fault.time - 0.08) < 1e-9);
 });
 

@@ -39,7 +39,7 @@ function noticeText(text: string): string {
 }
 
 function moduleColour(run: Run, module: string): string {
-  return run.description.modules.find((m) => m.name === module)?.colour || UNKNOWN;
+  return run.description.modules.find((m) => m.name === module)?.color || UNKNOWN;
 }
 
 export class App implements Context {
@@ -152,13 +152,13 @@ export class App implements Context {
   colourOfRole(name: string): string | null {
     for (const run of this.session.runs) {
       const known = run.description.roles.find((role) => role.name === name);
-      if (known?.colour) return known.colour;
+      if (known?.color) return known.color;
     }
     return null;
   }
 
   private roleColour(state: ModuleState | null): string {
-    return (state && (this.colourOfRole(state.role) ?? state.colour)) || UNKNOWN;
+    return (state && (this.colourOfRole(state.role) ?? state.color)) || UNKNOWN;
   }
 
   toast(text: string, kind: 'info' | 'error' = 'info'): void {
@@ -226,7 +226,7 @@ export class App implements Context {
     // Of several at once only the last is told.
     if (faults > this.seenFaults && this.session.runs.some((run) => run.kind === 'live')) {
       const last = this.session.runs.flatMap((run) => run.faults.list).reduce((a, b) => (b.time >= a.time ? b : a));
-      this.toast(`${last.module}: ${last.text || last.code}`, 'error');
+      this.toast(`${last.module}: ${last.text || last.name}`, 'error');
     }
     this.seenFaults = faults;
   }

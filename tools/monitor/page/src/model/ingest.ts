@@ -44,10 +44,10 @@ export function takeMessage(run: Run, name: string, time: number, message: Decod
       takeConnections(run, time, message);
       break;
     case 'faults':
-      takeFault(run, time, message);
+      takeFault(run, message);
       break;
     case 'prints':
-      takePrint(run, time, message);
+      takePrint(run, message);
       break;
     case 'channels':
       takeChannels(run, time, message);
@@ -66,20 +66,8 @@ function takeDescription(run: Run, message: Decoded): void {
   d.programText = message.programText;
   d.mode = message.mode;
   d.tick = (message.tickUs || 20000) * 1e-6;
-  d.modules = message.modules.map((m: any) => ({
-    name: m.name,
-    type: m.type,
-    links: m.links,
-    joints: m.joints.map((j: any) => ({ name: j.name, type: j.type })),
-    colour: m.color,
-  }));
-  d.roles = message.roles
-    .filter((r: any) => !r.abstract)
-    .map((r: any) => ({
-      name: r.name,
-      colour: r.color,
-      commands: r.commands.map((c: any) => ({ name: c.name, parameters: c.parameterTypes })),
-    }));
+  d.modules = message.modules;
+  d.roles = message.roles.filter((role: any) => !role.abstract);
   run.structureVersion++;
 }
 
@@ -202,22 +190,8 @@ function moduleState(message: any): ModuleState {
     const sign = kind === 'joint' ? (message.signs.find((s: any) => s.joint === target)?.sign ?? 0) : 0;
     return { name: label.name, kind, target, sign };
   });
-  return {
-    module: message.module,
-    role: message.role,
-    colour: message.color,
-    labels,
-    signs: message.signs,
-    tasks: message.tasks,
-    endedBehaviors: message.endedBehaviors,
-    startupEnded: message.startupEnded,
-    hasPose: message.hasPose,
-    poseStale: message.poseStale,
-    frozen: message.frozen,
-    lost: message.lost,
-    program: message.programHash ? message.programHash.toString(16).padStart(16, '0') : '',
-    incarnation: message.incarnation,
-  };
+  const { programHash, ...told } = message;
+  return { ...told, labels, program: programHash ? programHash.toString(16).padStart(16, '0') : '' };
 }
 
 function takeConnections(run: Run, time: number, message: Decoded): void {
@@ -232,26 +206,12 @@ function takeConnections(run: Run, time: number, message: Decoded): void {
   run.connections = now;
 }
 
-function takeFault(run: Run, time: number, message: Decoded): void {
-  run.takeFault({
-    time: Number.isNaN(toSeconds(message.timestamp)) ? time : toSeconds(message.timestamp),
-    module: message.module,
-    role: message.role,
-    code: message.name,
-    text: message.text,
-    file: message.file,
-    line: message.line,
-    source: message.sourceLine,
-    function: message.function,
-  });
+function takeFault(run: Run, message: any): void {
+  run.takeFault({ ...message, time: toSeconds(message.timestamp) });
 }
 
-function takePrint(run: Run, time: number, message: Decoded): void {
-  run.addEvent(Number.isNaN(toSeconds(message.timestamp)) ? time : toSeconds(message.timestamp), message.text, {
-    module: message.module,
-    file: message.file,
-    line: message.line,
-  });
+function takePrint(run: Run, message: any): void {
+  run.addEvent(toSeconds(message.timestamp), message.text, message);
 }
 
 function takeChannels(run: Run, time: number, message: Decoded): void {

@@ -22,16 +22,16 @@ export interface ModuleInfo {
   links: string[];
   joints: JointInfo[];
   /** "#rrggbb", as in all pictures. */
-  colour: string;
+  color: string;
 }
 
 /** A role, with what people may invoke. */
 export interface RoleInfo {
   name: string;
   /** "#rrggbb", as in all pictures. */
-  colour: string;
+  color: string;
   /** With the types of their parameters: "int", "float", "bool". */
-  commands: { name: string; parameters: string[] }[];
+  commands: { name: string; parameterTypes: string[] }[];
 }
 
 /** What a run is of; parts that the server does not know are empty. */
@@ -64,7 +64,7 @@ export interface ModuleState {
   module: string;
   role: string;
   /** That of its role, "#rrggbb"; grey without one. */
-  colour: string;
+  color: string;
   labels: Label[];
   /** Conventions of all joints that have one. */
   signs: { joint: string; sign: number }[];
@@ -95,12 +95,13 @@ export interface Fault {
   time: number;
   module: string;
   role: string;
-  code: string;
+  /** Its kind. */
+  name: string;
   text: string;
   file: string;
   line: number;
   /** The text of that line; empty if the server does not have the source. */
-  source: string;
+  sourceLine: string;
   function: string;
 }
 

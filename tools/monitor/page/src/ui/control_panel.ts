@@ -164,7 +164,7 @@ export class ControlPanel implements Panel {
       this.invokeCommand,
       ...run.description.roles.flatMap((role) =>
         role.commands.map((c) =>
-          element('option', { value: `${role.name}.${c.name}` }, `${role.name}.${c.name}(${c.parameters.join(', ')})`),
+          element('option', { value: `${role.name}.${c.name}` }, `${role.name}.${c.name}(${c.parameterTypes.join(', ')})`),
         ),
       ),
     );

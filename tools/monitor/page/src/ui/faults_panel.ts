@@ -101,9 +101,9 @@ export class FaultsPanel implements Panel {
         element('b', {}, fault.module),
         element('span', { class: 'quiet' }, fault.role),
       ),
-      element('p', { class: 'fault-text' }, fault.text || fault.code),
+      element('p', { class: 'fault-text' }, fault.text || fault.name),
       this.place(run, fault, fault.function),
-      fault.source && element('pre', { class: 'source' }, fault.source.trim()),
+      fault.sourceLine && element('pre', { class: 'source' }, fault.sourceLine.trim()),
     );
   }
 }
