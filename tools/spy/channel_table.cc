@@ -7,9 +7,9 @@ namespace morphbus::tools {
 void ChannelTable::TakeForeign(const uint8_t* data, size_t size, Stream* stream) const {
   const LcmType* type = schema_->Find(bridge::FingerprintOf(data, size));
   if (type == nullptr || !schema_->Fits(*type, data, size)) {
-    ++stream->undecodable;
+    ++stream->row.undecodable;
     // A type that nobody named is no fault of the message.
-    if (type != nullptr) ++stream->bad;
+    if (type != nullptr) ++stream->row.bad;
     return;
   }
   stream->type = type;
@@ -34,29 +34,29 @@ std::optional<bridge::RunMessage> ChannelTable::Take(std::string_view channel, c
   Stream* stream = streams_.Take(channel, arrival_ns);
   if (stream == nullptr) return std::nullopt;
   // Counts of all channels, also those of other programs.
-  ++stream->messages;
-  stream->bytes += static_cast<int64_t>(size);
-  stream->last_bytes = size;
+  ++stream->row.messages;
+  stream->row.bytes += static_cast<int64_t>(size);
+  stream->row.last_bytes = size;
   stream->arrivals.Take(arrival_ns, size);
-  stream->fingerprint = static_cast<uint64_t>(bridge::FingerprintOf(data, size));
+  stream->row.fingerprint = static_cast<uint64_t>(bridge::FingerprintOf(data, size));
   Keep(channel, data, size, stream);
   const std::optional<bridge::ChannelName> name = bridge::ParseChannel(channel);
-  stream->ours = name.has_value();
+  stream->row.ours = name.has_value();
   if (!name) {
     TakeForeign(data, size, stream);
     return std::nullopt;
   }
   if (name->run == run_ && !key_.IsAuthentic(channel, data, size)) {
-    ++stream->unauthentic;
-    ++stream->bad;
-    ++stream->undecodable;
+    ++stream->row.unauthentic;
+    ++stream->row.bad;
+    ++stream->row.undecodable;
     return std::nullopt;
   }
   // Our own channels have a header, with a checksum, and a number that tells of losses.
   const Result<bridge::RunMessage> message = bridge::OpenMessage(channel, data, size);
   if (!message) {
-    ++stream->bad;
-    ++stream->undecodable;
+    ++stream->row.bad;
+    ++stream->row.undecodable;
     return std::nullopt;
   }
   // The type is what the message says, whatever its channel is called.
@@ -72,10 +72,11 @@ void ChannelTable::Snapshot(int64_t now_ns, SpySnapshot* out) const {
   // What is beyond the table is told beside it, so that nobody takes it for the whole bus.
   out->channels.reserve(streams_.size());
   streams_.ForEach([&](const std::string& channel, const Stream& stream) {
-    out->channels.push_back({channel, stream.type == nullptr ? "" : stream.type->name,
-                             stream.fingerprint, stream.ours, stream.messages, stream.bytes,
-                             stream.last_bytes, stream.gaps.lost(), stream.bad, stream.unauthentic,
-                             stream.undecodable, stream.arrivals.At(now_ns)});
+    ChannelRow& row = out->channels.emplace_back(stream.row);
+    row.channel = channel;
+    if (stream.type != nullptr) row.type = stream.type->name;
+    row.lost = stream.gaps.lost();
+    row.arrivals = stream.arrivals.At(now_ns);
   });
   out->untold_messages = streams_.refused();
   out->dropped_channels = streams_.dropped();
@@ -83,8 +84,8 @@ void ChannelTable::Snapshot(int64_t now_ns, SpySnapshot* out) const {
 
 const std::vector<uint8_t>* ChannelTable::Last(std::string_view channel) const {
   const Stream* stream = streams_.Find(channel);
-  return stream == nullptr || (stream->last.empty() && stream->last_bytes > 0) ? nullptr
-                                                                               : &stream->last;
+  return stream == nullptr || (stream->last.empty() && stream->row.last_bytes > 0) ? nullptr
+                                                                                   : &stream->last;
 }
 
 }  // namespace morphbus::tools

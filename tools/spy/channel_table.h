@@ -50,19 +50,11 @@ class ChannelTable {
  private:
   /// What was heard on one channel.
   struct Stream {
+    ChannelRow row;                 ///< But for what a moment needs: type, losses, arrivals.
     const LcmType* type = nullptr;  ///< Of the last message whose type was known.
-    // As in ChannelRow.
-    uint64_t fingerprint = 0;
-    bool ours = false;
-    int64_t messages = 0;
-    int64_t bytes = 0;
-    size_t last_bytes = 0;
-    int64_t bad = 0;
-    int64_t unauthentic = 0;
-    int64_t undecodable = 0;
-    ArrivalStats arrivals;      ///< Of all messages.
-    bridge::GapCounter gaps;    ///< In the numbers of ours.
-    std::vector<uint8_t> last;  ///< The newest message as it came; empty if it was not kept.
+    ArrivalStats arrivals;          ///< Of all messages.
+    bridge::GapCounter gaps;        ///< In the numbers of ours.
+    std::vector<uint8_t> last;      ///< The newest message as it came; empty if it was not kept.
     /// The bytes that all channels keep; null before the first message.
     size_t* kept = nullptr;
     // `kept` counts its bytes, so that it must not be copied.
