@@ -37,8 +37,8 @@ struct Ledger {
   int64_t duplicates = 0;
   int64_t resent = 0;
   int64_t asked = 0;
-  /// Messages dropped because the own queue was full, messages that could not be decoded, and
-  /// deadlines missed in real time.
+  /// Messages dropped because the own queue was full; messages that could not be decoded, or came
+  /// on a channel that the run does not have; and deadlines missed in real time.
   int64_t queue_overflows = 0;
   int64_t bad = 0;
   int64_t missed_deadlines = 0;
@@ -58,14 +58,10 @@ struct Ledger {
   /// or cannot have begun.
   int64_t conflicts = 0;
   int64_t outside_window = 0;
-  /// Messages on channels that the run does not have; the logger's.
-  int64_t foreign = 0;
-  /// Parts of messages longer than a datagram, and requests that were answered a moment before.
-  int64_t fragments = 0;
-  int64_t hasty_requests = 0;
+  int64_t fragments = 0;  ///< Parts of messages longer than a datagram.
   /// Filters that the kernel refused: every message of anybody woke the process from then on.
   int64_t refused_filters = 0;
-  /// The first message that was refused as unauthentic or by one of these five, for people; empty
+  /// The first message that was refused as unauthentic or by one of these three, for people; empty
   /// if there was none.
   std::string first_refused;
 };

@@ -10,15 +10,14 @@
 namespace morphbus::bridge {
 
 /// Tells new commands from old ones by their counters, which grow from command to command whoever
-/// gives them: whoever repeats what went over the bus makes the run do nothing a second time. What
-/// is old is counted in the sim's ledger.
+/// gives them, so that what goes over the bus again is done once. What is old is counted in the
+/// sim's ledger.
 class CommandFilter {
  public:
   enum class Kind : uint8_t {
     /// A command that is to be obeyed.
     kNew,
-    /// A command that was taken before: its sender has not heard the answer, or somebody repeats
-    /// it.
+    /// A command that was taken before: its sender has not heard the answer.
     kAgain,
     /// One that a later command came before; whoever gave it may give it anew.
     kOvertaken,

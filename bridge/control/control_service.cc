@@ -12,9 +12,8 @@
 namespace morphbus::bridge {
 namespace {
 
-/// Answers that are kept for senders that did not hear them, and how often one may be repeated.
+/// Answers that are kept for senders that did not hear them.
 constexpr size_t kKeptAnswers = 64;
-constexpr int64_t kRepeatUs = 2000;
 /// Time after which a tool gives its command again.
 constexpr int64_t kAskAgainUs = 200'000;
 /// What exit statuses 2 and 3 mean to who gave the command (docs/cli.md).
@@ -47,7 +46,7 @@ ControlService::ControlService(Bus* bus, const TimeSource* time, const Sender& s
 
 void ControlService::Answer(const ControlAnswer& answer) {
   // Kept before it is sent: the sender may ask again at once.
-  kept_.push_back({answer, time_.NowUs()});
+  kept_.push_back(answer);
   if (kept_.size() > kKeptAnswers) kept_.pop_front();
   Send(answer);
 }
@@ -59,20 +58,9 @@ void ControlService::Send(const ControlAnswer& answer) {
 
 void ControlService::Repeat(int64_t counter) {
   // Few are kept, so that a search from the front is no burden.
-  const auto found = std::find_if(kept_.begin(), kept_.end(),
-                                  [&](const Kept& kept) { return kept.answer.counter == counter; });
+  const auto found = std::ranges::find(kept_, counter, &ControlAnswer::counter);
   // What has not been answered yet will be.
-  if (found == kept_.end() || time_.NowUs() < found->sent_us + kRepeatUs) return;
-  const ControlAnswer answer = found->answer;
-  kept_.erase(found);
-  Answer(answer);
-}
-
-void ControlService::AnswerOvertaken(int64_t counter) {
-  // Old commands that somebody repeats by the thousand make no traffic of their own.
-  if (overtaken_sent_us_ != 0 && time_.NowUs() < overtaken_sent_us_ + kRepeatUs) return;
-  overtaken_sent_us_ = time_.NowUs();
-  Send({counter, ControlAnswer::State::kRefused, 0, kFailedStatus, kOvertakenText});
+  if (found != kept_.end()) Send(*found);
 }
 
 void ControlService::OnMessage(const uint8_t* data, size_t size) {
@@ -90,7 +78,9 @@ void ControlService::OnMessage(const uint8_t* data, size_t size) {
     case CommandFilter::Kind::kAgain:
       return Repeat(message.counter);
     case CommandFilter::Kind::kOvertaken:
-      return AnswerOvertaken(message.counter);
+      // It is not kept: who needs it asks again.
+      return Send(
+          {message.counter, ControlAnswer::State::kRefused, 0, kFailedStatus, kOvertakenText});
     case CommandFilter::Kind::kNew:
       break;
   }

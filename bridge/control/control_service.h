@@ -15,8 +15,8 @@
 namespace morphbus::bridge {
 
 /// The sim's end: hands commands on, once each, and answers them. A command that comes again
-/// because its sender has not heard the answer is answered again, at most every 2 ms; so is one
-/// that a later one overtook.
+/// because its sender has not heard the answer is answered again; so is one that a later one
+/// overtook.
 class ControlService {
  public:
   /// Called with each command that is to be obeyed. Answer() may be called at once or later.
@@ -38,16 +38,7 @@ class ControlService {
   void Send(const ControlAnswer& answer);
   /// Publishes the answer to a command that was answered before.
   void Repeat(int64_t counter);
-  /// Tells a sender that a later command came first, as seldom as answers are repeated. This answer
-  /// is not kept: who needs it asks again.
-  void AnswerOvertaken(int64_t counter);
 
-  /// An answer that may be asked for again, and when it was sent last.
-  struct Kept {
-    ControlAnswer answer;
-    /// On the monotonic clock, microseconds.
-    int64_t sent_us = 0;
-  };
   // By which clock, which commands are new, and what is counted of the others.
   const TimeSource& time_;
   Ledger& ledger_;
@@ -56,8 +47,7 @@ class ControlService {
   Outbox outbox_;
   std::string channel_;
   Execute execute_;
-  std::deque<Kept> kept_;          ///< The latest answers, oldest first.
-  int64_t overtaken_sent_us_ = 0;  ///< When AnswerOvertaken sent last; 0: never.
+  std::deque<ControlAnswer> kept_;  ///< The latest answers, oldest first.
 };
 
 /// A tool's end: gives one command and waits for the answer, repeating the command until it comes.

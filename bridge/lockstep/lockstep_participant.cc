@@ -12,12 +12,6 @@ namespace morphbus::bridge {
 
 using morphbus::ask_t;
 
-// Sim and logger word it alike, so that whoever reads both outputs sees one cause.
-std::string HashesDiffer(const std::string& recorded, const std::string& published) {
-  return "LOG recorded other messages (hash " + recorded + ") than were published (hash " +
-         published + ")";
-}
-
 ParticipantBase::ParticipantBase(Bus* bus, const TimeSource* time, Sender sender)
     : bus_(bus), outbox_(bus, std::move(sender), &ledger_), time_(time) {}
 
@@ -63,10 +57,6 @@ bool ParticipantBase::Track(SequenceTracker* tracker, std::string_view channel, 
   const SequenceTracker::Kind taken = tracker->Take(sequence, digest, &ledger_);
   if (kind != nullptr) *kind = taken;
   if (taken != SequenceTracker::Kind::kConflict) return true;
-  if (first_conflict_.empty()) {
-    const std::string& run = outbox_.sender().run;
-    first_conflict_ = channel.starts_with(run + "/") ? channel.substr(run.size() + 1) : channel;
-  }
   CountRefused(&Ledger::conflicts, channel,
                "other bytes under number " + std::to_string(sequence) + ", which was had already");
   return false;

@@ -20,9 +20,6 @@
 
 namespace morphbus::bridge {
 
-/// What sim and logger say when the hash of what was recorded is not that of what was published.
-std::string HashesDiffer(const std::string& recorded, const std::string& published);
-
 /// What every participant of a lockstep can do, whatever its state machine: it sends through its
 /// outbox, counts in its ledger, and asks other processes.
 /// The part that does not depend on the kind of state machine.
@@ -87,9 +84,6 @@ class ParticipantBase : public Participant {
   bool Track(SequenceTracker* tracker, std::string_view channel, int64_t sequence, uint64_t digest,
              SequenceTracker::Kind* kind = nullptr);
 
-  /// For the end of a run in real time: the channel on which this process was told two different
-  /// things under one number, without the run's name; empty if there is none.
-  [[nodiscard]] const std::string& first_conflict() const { return first_conflict_; }
   /// Sends `ask` to a process. The sender and the header are filled in here.
   /// @param to  name of the addressee, which is also part of the channel.
   void Ask(std::string_view to, morphbus::ask_t ask);
@@ -110,7 +104,6 @@ class ParticipantBase : public Participant {
   Outbox outbox_;
 
  private:
-  std::string first_conflict_;
   /// The clock of now_us(); not owned.
   const TimeSource* time_;
 };

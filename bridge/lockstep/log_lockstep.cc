@@ -191,9 +191,7 @@ LogLockstep::Taken LogLockstep::Note(bool fresh, int64_t tick, int64_t now_us, A
 }
 
 void LogLockstep::Lose(const std::string& name, int64_t tick, int64_t now_us, Actions* out) {
-  // No more than the run has modules; the first word counts.
-  constexpr size_t kMostLost = 4096;
-  if (lost_.size() < kMostLost) lost_.emplace(name, tick);
+  lost_.emplace(name, tick);
   // Without this module a tick may be whole that was not.
   UpdateComplete();
   AcknowledgeAndAsk(now_us, out);
@@ -309,7 +307,6 @@ void LogLockstep::ListMissing(Actions* out) const {
 
 void LogLockstep::OnPoll(int64_t tick, int64_t now_us, Actions* out) {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone || config_.realtime) return;
-  if (!InWindow(tick, now_us)) return;
   silence_.Heard(now_us);
   // It waits for us at this tick, so that all of it must exist by now.
   highest_tick_ = std::max(highest_tick_, tick + 1);
@@ -318,20 +315,17 @@ void LogLockstep::OnPoll(int64_t tick, int64_t now_us, Actions* out) {
   if (!ask_.armed()) AcknowledgeAndAsk(now_us, out);
 }
 
-bool LogLockstep::OnVerdict(int64_t tick, int64_t now_us, Actions* out) {
-  // Before END was acknowledged the sim cannot know how the run ends.
-  if (phase_ != Phase::kEnded || tick != end_tick_) return false;
+void LogLockstep::OnVerdict(int64_t now_us, Actions* out) {
+  // The sim tells it once END was acknowledged.
+  if (phase_ != Phase::kEnded) return;
   silence_.Heard(now_us);
   verdict_heard_ = true;
   // Every repetition is answered: the acknowledgement may have been lost.
   out->push_back({LogAction::Kind::kVerdictAck, complete_tick_});
-  return true;
 }
 
-void LogLockstep::OnBye(int64_t tick, Actions* out) {
+void LogLockstep::OnBye(Actions* out) {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return;
-  // Only after END does the sim let us go.
-  if (end_tick_ < 0 || tick != end_tick_) return;
   phase_ = Phase::kDone;
   out->push_back({LogAction::Kind::kFinish});
 }
@@ -340,8 +334,7 @@ void LogLockstep::OnTime(int64_t now_us, Actions* out) {
   if (phase_ == Phase::kIdle || phase_ == Phase::kDone) return;
   const int64_t silence = silence_.Poll(now_us);
   if (verdict_heard_ && silence >= config_.timing.linger_us) {
-    OnBye(end_tick_, out);
-    return;
+    return OnBye(out);
   }
   if (silence >= config_.timing.lost_us) {
     phase_ = Phase::kDone;

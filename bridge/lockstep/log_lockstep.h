@@ -91,12 +91,10 @@ class LogLockstep {
                  int64_t now_us, Actions* out);
   /// The sim, at `tick`, asks for an acknowledgement now.
   void OnPoll(int64_t tick, int64_t now_us, Actions* out);
-  /// The sim, at `tick`, has told how the run ended. Returns false if END was not heard of that
-  /// tick and acknowledged.
-  bool OnVerdict(int64_t tick, int64_t now_us, Actions* out);
-  /// The sim, at `tick`, says that the run is over for everybody; nothing happens unless that is
-  /// the tick of END.
-  void OnBye(int64_t tick, Actions* out);
+  /// The sim has told how the run ended.
+  void OnVerdict(int64_t now_us, Actions* out);
+  /// The sim says that the run is over for everybody.
+  void OnBye(Actions* out);
   /// Does what is due: requests, HELLO, giving up without the sim.
   void OnTime(int64_t now_us, Actions* out);
   /// Acknowledges END if it was seen, whether or not something is missing. OnTime calls it after

@@ -25,8 +25,8 @@ using morphbus::ask_t;
 /// The description is published at requests at most once in this time, microseconds.
 constexpr int64_t kInfoPauseUs = 100'000;
 
-/// Messages of processes that are not known yet which are taken before SENSORS has named all: a
-/// HEALTH of each module of the largest robot.
+/// Messages outside the hash that are let in before SENSORS has named all modules: a HEALTH of each
+/// module of the largest robot.
 constexpr int64_t kMostEarly = 32768;
 
 /// Whether a message of the topic is all that it must be; only those are checked that a log holds.
@@ -88,11 +88,9 @@ void LogParticipant::OnMessage(std::string_view channel, const uint8_t* data, si
   ReceivedStream* const stream = FindStream(channel);
   const std::optional<ChannelName> name = stream != nullptr ? stream->name : ParseChannel(channel);
   morphbus::header_t header;
-  if (stream == nullptr && (!name || name->run != options_.run || !HasChannel(*name))) {
-    // A channel that the run does not have costs a count, whatever it carries.
-    message.refused = true;
-    CountRefused(&Ledger::foreign, channel, "the run has no such channel");
-  } else if (!DecodeHeader(data, size, &header)) {
+  const bool ours = stream != nullptr || (name && name->run == options_.run && HasChannel(*name));
+  // A channel that the run does not have costs a count, whatever it carries.
+  if (!ours || !DecodeHeader(data, size, &header)) {
     message.bad = true;
   } else if (IsHashed(name->topic)) {
     TakeHashed(*name, stream, header, &message);
@@ -112,16 +110,12 @@ bool LogParticipant::HasProcess(std::string_view process) const {
 
 bool LogParticipant::HasChannel(const ChannelName& name) {
   if (name.process.empty() || HasProcess(name.process)) return true;
-  // Who may speak is not known before SENSORS has named all. What counts for the hash is asked for
-  // again then; of the rest some is let in.
-  if (machine_.knows_all_names()) return false;
-  return IsHashed(name.topic) || ++early_ <= kMostEarly;
+  return !machine_.knows_all_names() && (IsHashed(name.topic) || ++early_ <= kMostEarly);
 }
 
 void LogParticipant::TakeHashed(const ChannelName& name, ReceivedStream* stream,
                                 const morphbus::header_t& header, LoggedMessage* message) {
-  fresh_end_ = false;
-  const MaybeTaken taken = TellMachine(name, stream, header, message->data, message->size);
+  const MaybeTaken taken = TellMachine(name, stream, header, message);
   message->bad = !taken.has_value();
   if (message->bad) return;
   if (*taken == Taken::kImpossible) {
@@ -133,19 +127,12 @@ void LogParticipant::TakeHashed(const ChannelName& name, ReceivedStream* stream,
                                   : "tick " + std::to_string(header.tick) + " after tick " +
                                         std::to_string(machine_.complete_tick()));
   }
-  message->end = fresh_end_;
   message->duplicate = *taken == Taken::kKnown;
   // A stream begins with a new payload: modules that nobody has named yet have none.
-  if (stream == nullptr && !message->end && !message->duplicate) {
-    stream = &BeginStream(message->channel);
-  }
-  if (stream != nullptr) message->channel_index = stream->index;
-  if (message->end) {
-    end_clock_.assign(message->data, message->data + message->size);
-    return;
-  }
-  // Gaps, repeats and contradictions go to the ledger, new payloads into the channel's hash.
+  if (stream == nullptr && !message->duplicate) stream = &BeginStream(message->channel);
   if (stream == nullptr) return;
+  message->channel_index = stream->index;
+  // Gaps, repeats and contradictions go to the ledger, new payloads into the channel's hash.
   const uint64_t digest = MessageDigest(message->data, message->size);
   Track(&stream->tracker, message->channel, header.sequence, digest);
   if (!message->duplicate) stream->Add(header.sequence, digest, !options_.realtime);
@@ -162,16 +149,16 @@ void LogParticipant::TakeOther(const ChannelName& name, LoggedMessage* message) 
 }
 
 LogParticipant::MaybeTaken LogParticipant::TellClock(const morphbus::header_t& header,
-                                                     const uint8_t* data, size_t size) {
+                                                     LoggedMessage* message) {
   morphbus::sim_clock_t clock;
-  if (!Decode(data, size, {options_.model_hash, 0}, &clock)) return std::nullopt;
+  if (!Decode(message->data, message->size, {options_.model_hash, 0}, &clock)) return std::nullopt;
   // The last CLOCK says why the run ended; the first one, how many messages a tick consists of.
   const Taken taken =
       machine_.OnClock(header.sequence, header.tick, clock.phase, clock.num_modules,
                        clock.num_sensors_parts, clock.num_world_parts, now_us(), &actions_);
   if (taken != Taken::kFresh) return taken;
-  fresh_end_ = clock.phase == morphbus::sim_clock_t::PHASE_END;
-  if (fresh_end_) end_reason_ = clock.end_reason;
+  message->end = clock.phase == morphbus::sim_clock_t::PHASE_END;
+  if (message->end) end_reason_ = clock.end_reason;
   // Of a module that is lost in its tick nothing more is to be expected.
   for (const std::string& control : clock.controls) {
     const std::string_view lost = LostModule(control);
@@ -183,12 +170,14 @@ LogParticipant::MaybeTaken LogParticipant::TellClock(const morphbus::header_t& h
 LogParticipant::MaybeTaken LogParticipant::TellMachine(const ChannelName& name,
                                                        const ReceivedStream* stream,
                                                        const morphbus::header_t& header,
-                                                       const uint8_t* data, size_t size) {
+                                                       LoggedMessage* message) {
+  const uint8_t* const data = message->data;
+  const size_t size = message->size;
   // Each kind of message tells the machine something else. A kind that only counts is checked and
   // not decoded, which spares its arrays.
   switch (name.topic) {
     case Topic::kClock:
-      return TellClock(header, data, size);
+      return TellClock(header, message);
     case Topic::kSensors:
       if (!TakeNames(data, size)) return std::nullopt;
       return machine_.OnPart(name.topic, header.sequence, header.tick, now_us(), &actions_);
@@ -250,9 +239,10 @@ void LogParticipant::TakeAsk(const uint8_t* data, size_t size) {
   if (ask.kind == ask_t::KIND_POLL) {
     machine_.OnPoll(ask.header.tick, now_us(), &actions_);
   } else if (ask.kind == ask_t::KIND_VERDICT) {
-    if (machine_.OnVerdict(ask.header.tick, now_us(), &actions_)) TakeVerdict(ask);
+    machine_.OnVerdict(now_us(), &actions_);
+    if (machine_.verdict_heard()) error_ = ask.verdict;
   } else if (ask.kind == ask_t::KIND_BYE) {
-    machine_.OnBye(ask.header.tick, &actions_);
+    machine_.OnBye(&actions_);
   }
 }
 
@@ -263,27 +253,6 @@ void LogParticipant::AnswerInfo() {
   publish_info_();
 }
 
-void LogParticipant::TakeVerdict(const ask_t& ask) {
-  verdict_ = ask;
-  error_ = ask.verdict;
-  // Without a hash the run was stopped before all had joined; in real time loss is no failure.
-  const bool comparable = !ask.run_hash.empty() && !options_.realtime;
-  if (error_.empty() && comparable && ask.run_hash != run_hash()) {
-    error_ = HashesDiffer(run_hash(), ask.run_hash);
-  }
-}
-
-void LogParticipant::ConfirmVerdict() {
-  // The sim must know that its verdict was heard.
-  ask_t ack = MakeAsk(ask_t::KIND_VERDICT_ACK);
-  if (verdict_) {
-    ack.run_hash = verdict_->run_hash;
-    // If the log turned out to be another one than was acknowledged, the sim must know that, too.
-    ack.verdict = CutText(error_, kLongestText);
-  }
-  Ask(kSimProcess, std::move(ack));
-}
-
 void LogParticipant::AcknowledgeEnd(int64_t tick) {
   if (now_us() < end_acked_until_us_) return;
   WireTotals recorded;
@@ -292,7 +261,6 @@ void LogParticipant::AcknowledgeEnd(int64_t tick) {
   pattern.sender = kLogProcess;
   pattern.acknowledged_tick = tick;
   pattern.run_hash = run_hash();
-  if (options_.realtime) pattern.verdict = first_conflict();
   std::vector<ask_t> parts = SplitTotals(pattern, recorded);
   // A log of many channels takes many messages.
   end_acked_until_us_ = now_us() + kResendPauseUs * static_cast<int64_t>(parts.size());
@@ -322,7 +290,7 @@ void LogParticipant::CarryOut(const LogAction& action) {
     }
     // Only now may the sim let everybody go.
     case LogAction::Kind::kVerdictAck:
-      return ConfirmVerdict();
+      return Ask(kSimProcess, MakeAsk(ask_t::KIND_VERDICT_ACK));
     // A run that ended well has told us so; anything else has a reason, which error() gives.
     case LogAction::Kind::kFinish:
       if (!error_.empty()) return;

@@ -136,12 +136,12 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   // channel's, taken apart, and `stream` what has come on it, or null; TellMachine leaves the
   // modules' channels to TakeModule.
   MaybeTaken TellMachine(const ChannelName& name, const ReceivedStream* stream,
-                         const morphbus::header_t& header, const uint8_t* data, size_t size);
-  MaybeTaken TellClock(const morphbus::header_t& header, const uint8_t* data, size_t size);
+                         const morphbus::header_t& header, LoggedMessage* message);
+  MaybeTaken TellClock(const morphbus::header_t& header, LoggedMessage* message);
   MaybeTaken TakeModule(const ChannelName& name, const ReceivedStream* stream,
                         const morphbus::header_t& header, const uint8_t* data, size_t size);
-  /// Whether the run has this channel. While SENSORS has not named all modules, some messages of
-  /// others are let in.
+  /// Whether the run has this channel. While SENSORS has not named all modules, what counts for the
+  /// hash is asked for again later, and of the rest some is let in.
   bool HasChannel(const ChannelName& name);
   /// Tells the machine of the modules that SENSORS names; false if the message is bad.
   bool TakeNames(const uint8_t* data, size_t size);
@@ -155,14 +155,10 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   void CompareTotals(const ChannelName& name, const uint8_t* data, size_t size);
   /// Does what somebody asks of the logger; a bad message changes nothing.
   void TakeAsk(const uint8_t* data, size_t size);
-  /// Tells the sim which verdict was heard.
-  void ConfirmVerdict();
   /// Tells the sim all that was recorded, unless that was done a moment ago.
   void AcknowledgeEnd(int64_t tick);
   /// Publishes the description if somebody wants it, but only now and then.
   void AnswerInfo();
-  /// The sim tells how the run ended: error() follows from it.
-  void TakeVerdict(const morphbus::ask_t& ask);
 
   LogParticipantOptions options_;
   // Where every message goes, and the hashed channels by full name.
@@ -173,16 +169,10 @@ class LogParticipant : public LockstepParticipant<LogLockstep> {
   // Somebody wants the description, and the wall time before which it is not published again.
   bool info_wanted_ = false;
   int64_t info_due_us_ = 0;
-  /// The message that is taken is CLOCK with PHASE_END, for the first time.
-  bool fresh_end_ = false;
-  /// The CLOCK with PHASE_END; empty before. It comes last in its channel's hash.
-  std::vector<uint8_t> end_clock_;
   /// Wall time before which END is not acknowledged again, however often it is repeated.
   int64_t end_acked_until_us_ = 0;
   /// Messages of processes that SENSORS had not named yet.
   int64_t early_ = 0;
-  /// What the sim said of the run's end; none before.
-  std::optional<morphbus::ask_t> verdict_;
   // See error() and end_reason().
   std::string error_, end_reason_;
 };

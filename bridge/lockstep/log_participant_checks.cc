@@ -76,13 +76,8 @@ ReceivedStream& LogParticipant::BeginStream(std::string_view channel) {
 
 std::vector<ChannelTotal> LogParticipant::totals() const {
   std::vector<ChannelTotal> totals;
-  const std::string clock = ChannelOf(kSimProcess, Topic::kClock);
   for (const auto& [channel, stream] : streams_) {
     totals.push_back({channel, stream->count, stream->hash.Digest(), true});
-    // END is the last message on CLOCK.
-    if (channel != clock || end_clock_.empty()) continue;
-    ++totals.back().count;
-    totals.back().hash = stream->hash.DigestWith(end_clock_.data(), end_clock_.size());
   }
   std::sort(totals.begin(), totals.end(),
             [](const ChannelTotal& a, const ChannelTotal& b) { return a.channel < b.channel; });

@@ -49,21 +49,13 @@ void ModuleLockstep::OnAdmit(int64_t tick, int64_t now_us) {
   silence_.Heard(now_us);
 }
 
-bool ModuleLockstep::OnLeave(int64_t tick, int64_t now_us, Actions* out) {
-  if (phase_ != Phase::kRun && phase_ != Phase::kLeft) return true;
-  if (config_.realtime ? !InWindow(tick, now_us) : tick != tick_ - 1) return false;
+void ModuleLockstep::OnLeave(int64_t now_us, Actions* out) {
+  if (phase_ != Phase::kRun && phase_ != Phase::kLeft) return;
   // Every request is acknowledged: the last acknowledgement may have been lost.
   phase_ = Phase::kLeft;
   ask_.Disarm();
   silence_.Heard(now_us);
   out->push_back({ModuleAction::Kind::kEndAck, tick_, 0});
-  return true;
-}
-
-void ModuleLockstep::OnAsked(int64_t tick, int64_t now_us) {
-  if (!InWindow(tick, now_us)) return;
-  silence_.Heard(now_us);
-  hello_.SimHeard();
 }
 
 bool ModuleLockstep::InWindow(int64_t tick, int64_t now_us) const {
@@ -75,7 +67,7 @@ bool ModuleLockstep::InWindow(int64_t tick, int64_t now_us) const {
 void ModuleLockstep::OnClock(int64_t tick, int phase, int64_t now_us, Actions* out) {
   const bool end = phase == morphbus::sim_clock_t::PHASE_END;
   if (phase_ != Phase::kRun && (phase_ != Phase::kLeft || !end)) return;
-  // Of other runs of this name, ahead of ours or behind, nothing is taken for a sign of life.
+  // What is over for long, or of a tick that we shall not compute, is no sign of life.
   if (!InWindow(tick, now_us)) return;
   silence_.Heard(now_us);
   hello_.SimHeard();
@@ -95,12 +87,11 @@ bool ModuleLockstep::OnSensors(int64_t tick, int part, int num_parts, bool mine,
                                const std::vector<uint16_t>& mates, int64_t now_us, Actions* out) {
   if (phase_ != Phase::kRun || part < 0 || part >= num_parts) return false;
   if (!InWindow(tick, now_us)) {
-    // In lockstep nothing of a later tick can exist before we answered this one, unless somebody
-    // else did. It may be anybody's word, and says something only if nothing else comes any more.
+    // In lockstep nothing of a later tick can exist before we answered this one, unless another
+    // process did.
     if (tick > tick_) ahead_tick_ = tick;
     return false;
   }
-  if (!begun()) return false;
   silence_.Heard(now_us);
   ahead_tick_ = -1;
   // In real time what came for an older tick no longer matters.
@@ -185,9 +176,9 @@ void ModuleLockstep::TryCompute(int64_t now_us, Actions* out) {
   ask_.Disarm();
 }
 
-void ModuleLockstep::OnBye(int64_t tick, Actions* out) {
-  if ((phase_ != Phase::kRun && phase_ != Phase::kLeft) || end_tick_ < 0 || tick != end_tick_)
-    return;
+void ModuleLockstep::OnBye(Actions* out) {
+  // Who has not heard END is not one that the run ended for: another process may play the module.
+  if ((phase_ != Phase::kRun && phase_ != Phase::kLeft) || end_tick_ < 0) return;
   phase_ = Phase::kDone;
   out->push_back({ModuleAction::Kind::kFinish, tick_, 0});
 }

@@ -58,10 +58,8 @@ class ModuleLockstep {
   void Begin(int64_t tick, int64_t now_us, Actions* out);
   /// The sim says which tick a module computes first that takes another's place.
   void OnAdmit(int64_t tick, int64_t now_us);
-  /// The sim, at `tick`, says that the run goes on without this module: as END, for this module
-  /// alone. Returns false if that is of another tick than the one that the module has answered
-  /// last.
-  bool OnLeave(int64_t tick, int64_t now_us, Actions* out);
+  /// The sim says that the run goes on without this module: as END, for this module alone.
+  void OnLeave(int64_t now_us, Actions* out);
   /// CLOCK, phase as in sim_clock_t.
   void OnClock(int64_t tick, int phase, int64_t now_us, Actions* out);
   /// Part of SENSORS. `mine`: it holds this module's reading, and these distinct modules are mated.
@@ -71,11 +69,10 @@ class ModuleLockstep {
   /// TRANSFORM of a module that is or was mated. Returns true if its content is of use (this tick's
   /// or the last one's, not had yet).
   bool OnTransform(uint16_t mate, int64_t tick, int64_t now_us, Actions* out);
-  /// Somebody at this tick asked for a message: the run has begun, and is not over yet for all.
-  void OnAsked(int64_t tick, int64_t now_us);
-  /// The sim, at `tick`, says that the run is over for everybody; nothing happens unless that is
-  /// the tick of END.
-  void OnBye(int64_t tick, Actions* out);
+  /// A process asked for a message: the run is not over yet for all.
+  void OnAsked(int64_t now_us) { silence_.Heard(now_us); }
+  /// The sim says that the run is over for everybody.
+  void OnBye(Actions* out);
   /// Does what is due: requests, HELLO, giving up without the sim.
   void OnTime(int64_t now_us, Actions* out);
 
@@ -97,9 +94,6 @@ class ModuleLockstep {
   /// the one that it has not answered, TRANSFORM of that one, too, since a neighbour may be
   /// quicker.
   [[nodiscard]] bool InWindow(int64_t tick, int64_t now_us) const;
-  /// Whether SENSORS of the first tick can be the sim's. It says CLOCK before them, and whom CLOCK
-  /// does not reach it asks for the answer; in real time, where nobody is asked, they always can.
-  [[nodiscard]] bool begun() const { return tick_ > 0 || config_.realtime || hello_.sim_heard(); }
   /// END was heard.
   [[nodiscard]] bool end_heard() const { return end_tick_ >= 0; }
 

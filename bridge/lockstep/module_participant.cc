@@ -123,7 +123,7 @@ void ModuleParticipant::Start() {
   WriteSnapshot(resume_tick_);
   Tell(&ModuleLockstep::Begin, resume_tick_);
   if (!left_) return;
-  machine_.OnLeave(resume_tick_ - 1, now_us(), &actions_);
+  machine_.OnLeave(now_us(), &actions_);
   CarryOutActions();
 }
 
@@ -146,8 +146,7 @@ bool ModuleParticipant::IsOnlyLate(int64_t tick) const {
 }
 
 bool ModuleParticipant::SensorsFit(int64_t tick) {
-  // What is early may only have come before CLOCK, and is said again.
-  if (machine_.InWindow(tick, now_us())) return machine_.begun();
+  if (machine_.InWindow(tick, now_us())) return true;
   if (IsOnlyLate(tick)) return false;
   CountRefused(&Ledger::outside_window, "SIM/SENSORS",
                "tick " + std::to_string(tick) + " in tick " + std::to_string(machine_.tick()));
@@ -282,8 +281,7 @@ void ModuleParticipant::CarryOut(const ModuleAction& action) {
     case ModuleAction::Kind::kDuplicateProcess:
       error_ = "the run '" + options_.run + "' is already at tick " + std::to_string(action.tick) +
                ", and nothing of tick " + std::to_string(machine_.tick()) +
-               " is heard any more: it has another " + options_.module +
-               ", or somebody speaks in the simulator's name";
+               " is heard any more: it has another " + options_.module;
       return;
     case ModuleAction::Kind::kLostSim:
       error_ = "nothing heard from the simulator of run '" + options_.run + "' any more";
@@ -305,7 +303,6 @@ const vm::NeighbourMessage* ModuleParticipant::MessageOf(uint16_t mate, int64_t 
 }
 
 void ModuleParticipant::Compute(int64_t tick) {
-  outbox_.TickBegun(now_us());
   // The tick's input: sensors, and what each neighbour said a tick ago.
   input_.tick = tick;
   input_.sim_time_us = sim_time_us_;

@@ -139,7 +139,7 @@ class ModuleParticipant : public LockstepParticipant<ModuleLockstep> {
   /// The sim tells where the run is, to a module that takes another's place.
   void TakeAdmission(const morphbus::ask_t& ask);
   /// The sim tells that the run goes on without this module.
-  void TakeLeave(const morphbus::ask_t& ask);
+  void TakeLeave();
   /// Whether this is a part of SENSORS that another module of the process has looked through, and
   /// in which nothing is ours: then no more than that is taken from it.
   bool TakeKnownPart(const uint8_t* data, size_t size);

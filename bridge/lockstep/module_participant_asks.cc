@@ -16,12 +16,12 @@ void ModuleParticipant::OnAsk(const uint8_t* data, size_t size) {
   if (!Accept(data, size, &ask)) return;
   // Whoever asks for a message still runs, so the silence that ends our waiting begins anew.
   if (ask.kind == ask_t::KIND_RESEND) {
-    machine_.OnAsked(ask.header.tick, now_us());
+    machine_.OnAsked(now_us());
     outbox_.Answer(ask.channel, ask.first_sequence, ask.last_sequence, now_us());
   } else if (ask.kind == ask_t::KIND_BYE) {
-    machine_.OnBye(ask.header.tick, &actions_);
+    machine_.OnBye(&actions_);
   } else if (ask.kind == ask_t::KIND_LEAVE) {
-    TakeLeave(ask);
+    TakeLeave();
   } else if (ask.kind == ask_t::KIND_ADMIT) {
     TakeAdmission(ask);
   } else {
@@ -31,8 +31,9 @@ void ModuleParticipant::OnAsk(const uint8_t* data, size_t size) {
   CarryOutActions();
 }
 
-void ModuleParticipant::TakeLeave(const ask_t& ask) {
-  if (machine_.joining() || !machine_.OnLeave(ask.header.tick, now_us(), &actions_)) return;
+void ModuleParticipant::TakeLeave() {
+  if (machine_.joining()) return;
+  machine_.OnLeave(now_us(), &actions_);
   // Saved before it is acknowledged: started again, the process must not take part once more.
   if (!std::exchange(left_, true)) WriteSnapshot(machine_.tick());
 }
@@ -56,7 +57,6 @@ void ModuleParticipant::AcknowledgeEnd() {
   WireTotals published;
   for (const ChannelTotal& total : outbox_.totals()) published.push_back(ToWire(total));
   ask_t pattern = MakeAsk(ask_t::KIND_END_ACK);
-  if (options_.realtime) pattern.verdict = first_conflict();
   pattern.sender = options_.module;
   pattern.acknowledged_tick = machine_.tick() - 1;
   for (ask_t& part : SplitTotals(pattern, published)) Ask(kSimProcess, std::move(part));

@@ -13,24 +13,6 @@ constexpr uint32_t kMostKept = 4096;
 
 }  // namespace
 
-void AnswerPause::TickBegun(int64_t now_us) {
-  // A pause of the run is a long tick, and soon forgotten.
-  constexpr int64_t kLongest = 16 * kResendPauseUs;
-  if (tick_begun_us_ >= 0) {
-    const int64_t took_us = std::clamp<int64_t>(now_us - tick_begun_us_, 0, kLongest);
-    tick_us_ = tick_us_ < 0 ? took_us : tick_us_ + (took_us - tick_us_) / 8;
-  }
-  tick_begun_us_ = now_us;
-}
-
-int64_t AnswerPause::us(int times_answered) const {
-  // Who is asked by several at once answers them all with one message.
-  constexpr int64_t kShortest = 100;
-  constexpr int kSoonAgain = 16;
-  if (tick_us_ < 0 || times_answered > kSoonAgain) return kResendPauseUs;
-  return std::clamp(tick_us_ / 16, kShortest, kResendPauseUs);
-}
-
 Outbox::Outbox(Bus* bus, Sender sender, Ledger* ledger)
     : bus_(bus), sender_(std::move(sender)), ledger_(ledger) {}
 
@@ -128,17 +110,16 @@ void Outbox::ContinueAfter(const std::string& channel, int64_t count) {
 }
 
 int Outbox::Answer(const std::string& channel, int64_t first, int64_t last, int64_t now_us) {
+  constexpr int kSoonAgain = 16;
   const auto found = streams_.find(channel);
   if (found == streams_.end()) return 0;
   int sent = 0;
   for (Kept& kept : found->second.kept) {
     if (kept.sequence < first || kept.sequence > last) continue;
-    // Whoever asked hears the answer that was given to somebody else a moment ago.
-    if (now_us < kept.answered_until_us) {
-      ++ledger_->hasty_requests;
-      continue;
-    }
-    kept.answered_until_us = now_us + pause_.us(++kept.times_answered);
+    // Who asked hears the answer that was given to somebody else a moment ago.
+    if (now_us < kept.answered_until_us) continue;
+    kept.answered_until_us =
+        now_us + (++kept.times_answered > kSoonAgain ? kResendPauseUs : kSoonAgainUs);
     bus_->Publish(channel, kept.bytes.data(), kept.bytes.size());
     ++sent;
   }

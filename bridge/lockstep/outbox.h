@@ -22,26 +22,11 @@ namespace morphbus::bridge {
 /// logger.
 inline constexpr int64_t kKeptTicks = 16;
 
-/// A message is sent again at requests at most once in this time, microseconds, since requests may
-/// come from anybody; sooner only while a run is quick (AnswerPause).
+/// A message is sent again at requests at most once in the shorter of these times, microseconds, so
+/// that those who ask at once share an answer; and from the seventeenth time on in the longer one,
+/// since a request that the bus repeats must not multiply.
+inline constexpr int64_t kSoonAgainUs = 100;
 inline constexpr int64_t kResendPauseUs = 2000;
-
-/// How long a message that was sent again is not sent again once more: a sixteenth of the time that
-/// ticks take here and now. Whoever asks again since the answer was lost, too, gets another one
-/// within the tick, and however often anybody asks, a tick grows by a bounded number of messages.
-class AnswerPause {
- public:
-  /// A tick begins at this wall time.
-  void TickBegun(int64_t now_us);
-  /// Microseconds, for a message that was sent again so many times. After sixteen of them, and
-  /// before two ticks have begun, the longest one.
-  [[nodiscard]] int64_t us(int times_answered) const;
-
- private:
-  /// When the last tick began, and the mean length of ticks; -1 before they are known.
-  int64_t tick_begun_us_ = -1;
-  int64_t tick_us_ = -1;
-};
 
 /// Who sends: what the header of every message says.
 struct Sender {
@@ -84,12 +69,9 @@ class Outbox {
   /// Publishes kept messages first..last of `channel` again, byte for byte. Returns how many of
   /// them were still kept; 0 for a channel on which nothing was sent.
   int Resend(const std::string& channel, int64_t first, int64_t last);
-  /// The same at somebody's request, which may be anybody's: a message that was sent again a moment
-  /// ago (AnswerPause) is left out, and counts as asked for in haste. `now_us` is wall time.
+  /// The same at a request: a message that was sent again a moment ago (kSoonAgainUs) is left out.
+  /// `now_us` is wall time.
   int Answer(const std::string& channel, int64_t first, int64_t last, int64_t now_us);
-
-  /// A tick begins, at this wall time: answers are given as often as suits the length of ticks.
-  void TickBegun(int64_t now_us) { pause_.TickBegun(now_us); }
 
   /// From now on messages on hashed channels are numbered, hashed and kept but not published, until
   /// Release() publishes them in order: so that they can be saved first (see Save).
@@ -160,7 +142,6 @@ class Outbox {
   Bus* bus_;
   Sender sender_;
   Ledger* ledger_;
-  AnswerPause pause_;
   // By full name of the channel.
   Streams streams_;
   int loads_ = 0;  ///< How often they were replaced by Load.

@@ -42,7 +42,6 @@ bool TotalsParts::Take(const ask_t& part) {
   const auto number = static_cast<size_t>(part.part);
   if (number >= parts_.size() || parts_[number]) return false;
   parts_[number] = true;
-  verdict_ = part.verdict;
   totals_.insert(totals_.end(), part.totals.begin(), part.totals.end());
   return --missing_ == 0;
 }

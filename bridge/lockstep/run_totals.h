@@ -31,15 +31,12 @@ class TotalsParts {
   /// All of them; complete once Take said so.
   [[nodiscard]] const WireTotals& totals() const { return totals_; }
   [[nodiscard]] bool complete() const { return missing_ == 0; }
-  /// What all parts say besides, of conflicts in real time.
-  [[nodiscard]] const std::string& verdict() const { return verdict_; }
 
  private:
   std::vector<bool> parts_;         ///< Which parts have come.
   int missing_ = -1;                ///< Parts that have not come; -1 before the first one.
   int64_t acknowledged_tick_ = -1;  ///< What the totals speak of.
   WireTotals totals_;
-  std::string verdict_;
 };
 
 /// Names the channel, the first in order of name, of which the log holds other messages than were

@@ -4,8 +4,6 @@
 #include "bridge/lockstep/sim_lockstep.h"
 
 namespace morphbus::bridge {
-namespace {}  // namespace
-
 int64_t SimLockstep::UsualUs() const {
   // The first guess: processors are shared by more modules than there are of them.
   const int64_t first_us = config_.timing.ask_after_us * (8 + config_.num_modules) / 8;
@@ -44,15 +42,9 @@ void SimLockstep::LearnFromRequests() {
 
 void SimLockstep::OnAskTimer(int64_t now_us, Actions* out) {
   // After the last tick only END and the verdict are repeated.
-  if (phase_ == Phase::kEnding) {
-    out->push_back({SimAction::Kind::kRepeatEnd, tick_, -1});
-    return;
-  }
-  // A logger that was made to believe that the run goes on hears END first.
+  if (phase_ == Phase::kEnding) return out->push_back({SimAction::Kind::kRepeatEnd, tick_, -1});
   if (phase_ == Phase::kConcluding) {
-    out->push_back({SimAction::Kind::kRepeatEnd, tick_, -1});
-    out->push_back({SimAction::Kind::kTellVerdict, tick_, logger_number()});
-    return;
+    return out->push_back({SimAction::Kind::kTellVerdict, tick_, logger_number()});
   }
   if (!AllAnswered()) return AskForAnswers(now_us, out);
   // All answers are there, so if we wait it is for one that leaves, or for the logger.

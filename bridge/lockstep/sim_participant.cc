@@ -195,7 +195,6 @@ void SimParticipant::OnActuator(size_t module, const uint8_t* data, size_t size)
 void SimParticipant::OnAsk(const uint8_t* data, size_t size) {
   ask_t ask;
   if (!Accept(data, size, &ask)) return;
-  // What only the logger or a module of the run may say is believed of nobody else.
   const int process = ProcessNumber(ask.sender);
   if (ask.kind == ask_t::KIND_RESEND) {
     outbox_.Answer(ask.channel, ask.first_sequence, ask.last_sequence, now_us());
@@ -204,7 +203,7 @@ void SimParticipant::OnAsk(const uint8_t* data, size_t size) {
   } else if (ask.kind == ask_t::KIND_END_ACK && process >= 0) {
     TakeEndAck(process, ask);
   } else if (ask.kind == ask_t::KIND_VERDICT_ACK && ask.sender == kLogProcess) {
-    TakeVerdictAck(ask);
+    Tell(&SimLockstep::OnVerdictAck);
   } else {
     CountRefused(&Ledger::bad, "SIM/ASK",
                  "kind " + std::to_string(ask.kind) + " of '" + ask.sender +
@@ -214,26 +213,12 @@ void SimParticipant::OnAsk(const uint8_t* data, size_t size) {
 
 void SimParticipant::TakeEndAck(int process, const ask_t& ask) {
   const bool leaves = ask.sender != kLogProcess && machine_.lost(process);
-  if (!machine_.ending() && !leaves) return;
-  // Whoever has left has said all there is.
-  const bool module = static_cast<size_t>(process) < options_.modules.size();
-  if (module && machine_.gone(process) && reports_[process].complete()) return;
-  // What the logger was told of the run's end holds.
-  if (verdict_told_) return;
+  if (verdict_told_ || (!machine_.ending() && !leaves)) return;
   // Every process says it again until all have said it. In real time the logger goes on recording
   // what comes late: its first whole report counts.
   if (!reports_[process].Take(ask)) return;
   if (ask.sender == kLogProcess) outcome_.recorded_hash = ask.run_hash;
   Tell(&SimLockstep::OnEndAck, process);
-}
-
-void SimParticipant::TakeVerdictAck(const ask_t& ask) {
-  // A logger that found its log to be another one than it had acknowledged says so here.
-  if (!verdict_told_) return;
-  if (ask.verdict != verdict_.verdict && refusal_.empty()) {
-    refusal_ = "LOG does not confirm how the run ended: " + ask.verdict;
-  }
-  Tell(&SimLockstep::OnVerdictAck);
 }
 
 void SimParticipant::CarryOut(const SimAction& action) {
@@ -244,7 +229,6 @@ void SimParticipant::CarryOut(const SimAction& action) {
     case SimAction::Kind::kPublishReadings:
       // The robot cannot be sensed: the run ends.
       if (!refusal_.empty()) return;
-      outbox_.TickBegun(now_us());
       PublishSensors(action.tick);
       PublishWorld(action.tick);
       machine_.OnPublished(now_us());
@@ -382,7 +366,6 @@ void SimParticipant::TellVerdict() {
   ask_t verdict = MakeAsk(ask_t::KIND_VERDICT);
   verdict.run_hash = outcome_.run_hash;
   verdict.verdict = CutText(outcome_.error, kLongestText);
-  verdict_ = verdict;
   verdict_told_ = true;
   Ask(kLogProcess, std::move(verdict));
 }

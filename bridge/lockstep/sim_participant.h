@@ -184,14 +184,11 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   void Admit(int process);
   /// Takes out of the readings what connects modules with those that are lost.
   void HideLostModules();
-  /// The parts of OnAsk: END was acknowledged, and the logger has confirmed a verdict.
+  /// A part of OnAsk: END was acknowledged.
   void TakeEndAck(int process, const morphbus::ask_t& ask);
-  void TakeVerdictAck(const morphbus::ask_t& ask);
   /// What everybody said of the run, compared with what was published; empty, or who
   /// disagrees. (sim_participant_checks.cc)
   [[nodiscard]] std::string Disagreement() const;
-  /// In real time: who was told two different things.
-  [[nodiscard]] std::string ToldTwoThings() const;
   /// The machine's number of a process of this run; -1 for others.
   int ProcessNumber(const std::string& name) const;
   /// Empty, or why the process does not fit the run, as a sentence. (sim_participant_checks.cc)
@@ -245,8 +242,6 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   std::vector<int64_t> heard_us_, num_actuators_, num_status_;
   /// A module's channels have messages that nobody vouches for any more but the logger.
   bool unvouched_ = false;
-  /// Those modules, by place in `modules`: of what they published nothing can be compared.
-  std::set<size_t> anew_;
   std::vector<morphbus::actuator_t> commands_;      ///< By module, of the current tick.
   std::vector<std::vector<size_t>> sensors_parts_;  ///< Indices of modules, constant over the run.
   /// Messages on WORLD a tick, constant over the run.
@@ -255,9 +250,7 @@ class SimParticipant : public LockstepParticipant<SimLockstep> {
   std::vector<TotalsParts> reports_;
   /// Of the numbers of each module's ACTUATOR.
   std::vector<SequenceTracker> received_;
-  /// What the logger was told of the run's end.
-  morphbus::ask_t verdict_;
-  bool verdict_told_ = false;
+  bool verdict_told_ = false;  ///< The logger was told how the run ended, and that holds.
   std::vector<std::string> turned_away_;
   /// The tick whose SENSORS were repeated last, and how often.
   int64_t repeated_tick_ = -1;

@@ -92,33 +92,9 @@ std::string SimParticipant::WhyUnusable() const {
   return {};
 }
 
-std::string SimParticipant::ToldTwoThings() const {
-  // Where everybody acts on what there is, nobody can tell what another should have taken; but one
-  // number has one message.
-  const auto told_two = [this](const std::string& process, const std::string& channel) {
-    // The name taken apart points into the whole one.
-    const std::string full_name = options_.run + "/" + channel;
-    const std::optional<ChannelName> name = ParseChannel(full_name);
-    // Of a module that died and left nothing behind nobody knows the last numbers.
-    const int speaker = name ? ProcessNumber(std::string(name->process)) : -1;
-    if (channel.empty() || (speaker >= 0 && anew_.contains(static_cast<size_t>(speaker)))) {
-      return std::string();
-    }
-    return process + " was told two different things on " + channel;
-  };
-  std::string told = told_two(std::string(kSimProcess), first_conflict());
-  for (size_t i = 0; i < names_.size() && told.empty(); ++i) {
-    const bool counts = reports_[i].complete() && !anew_.contains(i);
-    if (counts) told = told_two(names_[i], reports_[i].verdict());
-  }
-  return told;
-}
-
 std::string SimParticipant::Disagreement() const {
-  // A run that was stopped before it began moved nothing.
-  if (machine_.tick() == 0) return {};
-  // In real time the log lacks what was lost.
-  if (options_.realtime) return ToldTwoThings();
+  // A run that was stopped before it began moved nothing. In real time the log lacks what was lost.
+  if (machine_.tick() == 0 || options_.realtime) return {};
   const bool told = options_.logger && reports_.back().complete();
   return told ? WhereTheLogDiffers(outcome_.totals, reports_.back().totals()) : std::string();
 }

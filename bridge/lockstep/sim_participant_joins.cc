@@ -14,8 +14,8 @@ namespace {
 
 using morphbus::ask_t;
 
-/// Whoever was heard within so long, in microseconds, keeps its place: a HELLO that somebody made
-/// up takes nothing from a module that answers.
+/// A module that was heard within so long, in microseconds, keeps its place: two processes of one
+/// name must not take turns.
 constexpr int64_t kAliveUs = 100'000;
 
 }  // namespace
@@ -35,10 +35,7 @@ std::string SimParticipant::TakePlace(int process, const morphbus::hello_t& hell
   claims_[process] = hello.claim;
   incarnations_[process] = static_cast<uint32_t>(hello.incarnation);
   // The dead one can no longer say what it published.
-  if (num_actuators_[process] > 0) {
-    unvouched_ = true;
-    anew_.insert(static_cast<size_t>(process));
-  }
+  if (num_actuators_[process] > 0) unvouched_ = true;
   Admit(process);
   if (replaced_) replaced_(static_cast<size_t>(process), machine_.tick());
   return "";

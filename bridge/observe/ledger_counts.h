@@ -34,9 +34,7 @@ inline constexpr LedgerCount kLedgerCounts[] = {
     {"restarts", &morphbus::health_t::restarts},
     {"conflicts", &morphbus::health_t::conflicts},
     {"outside_window", &morphbus::health_t::outside_window},
-    {"foreign", &morphbus::health_t::foreign},
     {"fragments", &morphbus::health_t::fragments},
-    {"hasty_requests", &morphbus::health_t::hasty_requests},
     {"refused_filters", &morphbus::health_t::refused_filters}};
 
 }  // namespace morphbus::bridge

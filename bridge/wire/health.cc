@@ -39,14 +39,13 @@ morphbus::health_t MakeHealth(const std::string& process, const Ledger& ledger) 
            health.resent, health.asked, health.queue_overflows, health.bad, health.unauthentic,
            health.missed_deadlines, health.old_commands, health.malformed_commands, health.doubled,
            health.delayed, health.corrupted, health.restarts, health.conflicts,
-           health.outside_window, health.foreign, health.fragments, health.hasty_requests,
-           health.refused_filters) =
+           health.outside_window, health.fragments, health.refused_filters) =
       std::tie(ledger.received, ledger.sent, ledger.lost, ledger.discarded, ledger.duplicates,
                ledger.resent, ledger.asked, ledger.queue_overflows, ledger.bad,
                ledger.unauthentic.all, ledger.missed_deadlines, ledger.old_commands,
                ledger.malformed_commands, ledger.doubled, ledger.delayed, ledger.corrupted,
-               ledger.restarts, ledger.conflicts, ledger.outside_window, ledger.foreign,
-               ledger.fragments, ledger.hasty_requests, ledger.refused_filters);
+               ledger.restarts, ledger.conflicts, ledger.outside_window, ledger.fragments,
+               ledger.refused_filters);
   health.first_refused = CutText(ledger.first_refused, kLongestText);
   // What the process has used since it began.
   rusage usage = {};

@@ -58,9 +58,7 @@ constexpr void Walk(V& v, As<morphbus::health_t>) {
                             "restarts",
                             "conflicts",
                             "outside_window",
-                            "foreign",
                             "fragments",
-                            "hasty_requests",
                             "refused_filters"}) {
     v.Int64(count, 0, kMost64);
   }

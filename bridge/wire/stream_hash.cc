@@ -27,12 +27,6 @@ void StreamHash::Add(uint64_t digest) {
   value_ = DigestOf(link.data(), link.size());
 }
 
-uint64_t StreamHash::DigestWith(const uint8_t* data, size_t size) const {
-  StreamHash copy = *this;
-  copy.Update(data, size);
-  return copy.Digest();
-}
-
 morphbus::channel_total_t ToWire(const ChannelTotal& total) {
   morphbus::channel_total_t wire;
   wire.channel = total.channel;

@@ -31,8 +31,6 @@ class StreamHash {
   void Update(const uint8_t* data, size_t size) { Add(MessageDigest(data, size)); }
   /// The hash of all payloads so far; more may follow.
   [[nodiscard]] uint64_t Digest() const { return value_; }
-  /// The hash that there would be after this payload, which is not added.
-  [[nodiscard]] uint64_t DigestWith(const uint8_t* data, size_t size) const;
   /// Goes on where a hash had this value.
   void Resume(uint64_t value) { value_ = value; }
 

@@ -280,7 +280,7 @@ std::string FactsText(const LogFacts& f, bool all) {
 }
 
 int64_t RefusedMessages(const morphbus::health_t& h) {
-  return h.unauthentic + h.conflicts + h.outside_window + h.foreign + h.fragments;
+  return h.unauthentic + h.conflicts + h.outside_window + h.fragments;
 }
 
 namespace {
@@ -310,7 +310,6 @@ std::string RefusedText(const morphbus::health_t& h) {
   add(h.unauthentic, "not authentic" + ChannelsText(h));
   add(h.conflicts, "that contradict others of the same number");
   add(h.outside_window, "of a tick that cannot be");
-  add(h.foreign, "on channels that the run does not have");
   add(h.fragments, "fragments");
   // Names in it came from the bus.
   return text + (h.first_refused.empty() ? "" : "; first: " + EscapeControl(h.first_refused));

@@ -176,13 +176,6 @@ void Recorder::Take(const bridge::LoggedMessage& message) {
     last_tick_ = header.tick;
     last_time_us_ = header.sim_time_us;
   }
-  // What ends the run is written last: should it turn out that the run goes on, another takes its
-  // place.
-  if (message.end) {
-    end_clock_ = Held{
-        channel, name->topic, header.sequence, now, {message.data, message.data + message.size}};
-    return;
-  }
   // In real time no tick is ever known to be whole, so order of arrival is the order of the log.
   if (options_.realtime) {
     WriteNumbered(channel, header.sequence, {message.data, message.data + message.size}, now);
@@ -216,7 +209,9 @@ void Recorder::Hold(Channels::value_type* channel, const bridge::LoggedMessage& 
     spare_.pop_back();
   }
   payload.assign(message.data, message.data + message.size);
-  held_[header.tick].push_back({channel, topic, header.sequence, timestamp_us, std::move(payload)});
+  // What ends the run comes behind all of its ticks, also behind one that is not whole.
+  const int64_t tick = header.tick + (message.end ? 1 : 0);
+  held_[tick].push_back({channel, topic, header.sequence, timestamp_us, std::move(payload)});
 }
 
 void Recorder::Sort(std::vector<Held>* tick) {
@@ -318,14 +313,6 @@ void Recorder::WriteEnd(const RecordSummary& summary,
 Result<RecordSummary> Recorder::Finish(const std::string& interrupted) {
   // What is held of ticks that never became whole is still part of the run.
   Release(std::numeric_limits<int64_t>::max());
-  if (end_clock_ && participant_->end_heard()) {
-    const int64_t stamp_us = std::max(end_clock_->timestamp_us, last_stamp_us_);
-    if (options_.realtime) {
-      WriteNumbered(end_clock_->channel, end_clock_->sequence, end_clock_->payload, stamp_us);
-    } else {
-      Write(end_clock_->channel, end_clock_->payload, stamp_us, true);
-    }
-  }
   // The logger's own last ledger: it hears nothing of its own any more.
   participant_->CountBusLosses();
   morphbus::health_t health =
@@ -335,8 +322,6 @@ Result<RecordSummary> Recorder::Finish(const std::string& interrupted) {
   std::vector<bridge::ChannelTotal> totals;
   std::vector<bridge::ChannelTotal> hashed;
   for (auto& [channel, written] : written_) {
-    // Of an END that turned out to be none nothing was written.
-    if (written.count == 0) continue;
     totals.push_back({channel, written.count, written.hash.Digest(), written.hashed});
     if (written.by_number) {
       written.by_number->Finish();

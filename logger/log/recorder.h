@@ -176,8 +176,6 @@ class Recorder : public bridge::Participant {
   std::map<int64_t, std::vector<Held>> held_;
   /// Buffers of messages that have been written, for later ones.
   std::vector<std::vector<uint8_t>> spare_;
-  /// The CLOCK with PHASE_END that came last; none before.
-  std::optional<Held> end_clock_;
   /// What the log holds, by channel, and whether all channels know their place in order of name.
   Channels written_;
   std::vector<Channels::value_type*> by_index_;  ///< Of them those with an index; null: none yet.

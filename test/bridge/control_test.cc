@@ -217,7 +217,7 @@ TEST_F(ControlServiceTest, AnAnswerThatGotLostIsRepeatedAndNothingIsDoneTwice) {
   EXPECT_EQ(done_.size(), 1u);
 }
 
-TEST_F(ControlServiceTest, OvertakenCommandsAreAnsweredSeldomAndPushNoAnswerOut) {
+TEST_F(ControlServiceTest, OvertakenCommandsAreAnsweredAndPushNoAnswerOut) {
   const auto endpoint = hub_.Connect();
   SealedBus tool(endpoint.get(), KeyOf(1));
   Ledger ledger;
@@ -237,13 +237,10 @@ TEST_F(ControlServiceTest, OvertakenCommandsAreAnsweredSeldomAndPushNoAnswerOut)
   give(now);
   ASSERT_EQ(answers.size(), 1u);
   for (int i = 1; i <= 200; ++i) give(now - i);
-  EXPECT_EQ(answers.size(), 2u) << "all at one moment";
-  time_.AdvanceTo(now + 1'000'000);
-  give(now - 1);
-  EXPECT_EQ(answers.size(), 3u);
+  EXPECT_EQ(answers.size(), 201u);
   // The answer to the command that was obeyed is still kept.
   give(now);
-  ASSERT_EQ(answers.size(), 4u);
+  ASSERT_EQ(answers.size(), 202u);
   EXPECT_EQ(answers.back(), answers.front());
   EXPECT_EQ(done_.size(), 1u);
 }

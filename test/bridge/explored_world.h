@@ -150,7 +150,7 @@ class World {
     modules[Index(i)] = ModuleLockstep({false, Patient()});
     std::vector<ModuleAction> out;
     modules[Index(i)].Begin(computed[Index(i)], now_us_, &out);
-    if (LeftBefore(i)) modules[Index(i)].OnLeave(computed[Index(i)] - 1, now_us_, &out);
+    if (LeftBefore(i)) modules[Index(i)].OnLeave(now_us_, &out);
     Take(i, out);
   }
 
@@ -258,7 +258,7 @@ class World {
         if (m.process != i) module.OnTransform(mate, m.number, now_us_, &out);
         break;
       case Kind::kAskActuator:
-        if (m.process == i) module.OnAsked(m.number, now_us_);
+        if (m.process == i) module.OnAsked(now_us_);
         if (m.process == i && m.number < computed[Index(i)]) Send({Kind::kActuator, i, m.number});
         break;
       case Kind::kAskTransform:
@@ -268,13 +268,13 @@ class World {
         if (m.process == i) Resend(m);
         break;
       case Kind::kBye:
-        module.OnBye(sim.tick(), &out);
+        module.OnBye(&out);
         break;
       case Kind::kLeave:
         if (m.process != i) break;
         if (computed[Index(i)] != settings_.lose_tick) violation_ = "a module leaves too early";
         left_ = true;
-        if (!module.OnLeave(m.number, now_us_, &out)) violation_ = "a module will not leave";
+        module.OnLeave(now_us_, &out);
         break;
       default:
         break;
@@ -307,11 +307,11 @@ class World {
         log.OnPoll(m.number, now_us_, &out);
         break;
       case Kind::kVerdict:
-        log.OnVerdict(sim.tick(), now_us_, &out);
+        log.OnVerdict(now_us_, &out);
         if (log.verdict_heard()) log_clean_ = m.number == 1 && log.complete();
         break;
       case Kind::kBye:
-        log.OnBye(sim.tick(), &out);
+        log.OnBye(&out);
         break;
       default:
         break;

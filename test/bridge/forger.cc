@@ -29,8 +29,6 @@ void AddRefusals(const Ledger& one, Ledger* sum) {
   sum->bad += one.bad;
   sum->conflicts += one.conflicts;
   sum->outside_window += one.outside_window;
-  sum->foreign += one.foreign;
-  sum->hasty_requests += one.hasty_requests;
   sum->resent += one.resent;
 }
 

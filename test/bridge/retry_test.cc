@@ -331,20 +331,12 @@ TEST(ModuleLockstep, ASilentSimIsNoOtherProcess) {
   EXPECT_EQ(out.back().kind, ModuleAction::Kind::kLostSim);
 }
 
-TEST(ModuleLockstep, TakesNoSensorsBeforeTheFirstClockOrRequest) {
+TEST(ModuleLockstep, SensorsBeginTheRunWhereTheFirstClockIsLost) {
   ModuleLockstep::Actions out;
-  for (const bool clock_is_lost : {false, true}) {
-    ModuleLockstep module({false, {}});
-    module.Begin(0, 0, &out);
-    EXPECT_FALSE(module.OnSensors(0, 0, 1, true, {}, 0, &out));
-    // A request of another tick is none of this run.
-    module.OnAsked(7, 0);
-    EXPECT_FALSE(module.OnSensors(0, 0, 1, true, {}, 0, &out));
-    if (clock_is_lost) module.OnAsked(0, 0);
-    if (!clock_is_lost) module.OnClock(0, morphbus::sim_clock_t::PHASE_START, 0, &out);
-    EXPECT_TRUE(module.OnSensors(0, 0, 1, true, {}, 0, &out));
-    EXPECT_EQ(module.tick(), 1);
-  }
+  ModuleLockstep module({false, {}});
+  module.Begin(0, 0, &out);
+  EXPECT_TRUE(module.OnSensors(0, 0, 1, true, {}, 0, &out));
+  EXPECT_EQ(module.tick(), 1);
 }
 
 TEST(ModuleLockstep, WaitsForMatesOnlyWhenTheirMessageIsMissing) {
